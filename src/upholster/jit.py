@@ -1,0 +1,24 @@
+"""How hot loops are compiled: one decorator, so that every kernel obeys the same rules.
+
+Kernels release the interpreter lock (threads run them side by side, see `upholster.parallel`), are cached on
+disk, never use fast-math, and get no automatic parallelism: the same call gives the same bits on any machine.
+"""
+
+from collections.abc import Callable
+from typing import Any, TypeVar, cast
+
+import numba
+
+__all__ = ["inline", "kernel"]
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+
+def kernel(function: Function) -> Function:
+    """Compile `function` with Numba at its first call and keep the machine code on disk."""
+    return cast(Function, numba.njit(cache=True, nogil=True, error_model="numpy")(function))
+
+
+def inline(function: Function) -> Function:
+    """Like `kernel`, for small functions that only other kernels call: compiled into each of them."""
+    return cast(Function, numba.njit(nogil=True, error_model="numpy")(function))

@@ -1,0 +1,59 @@
+"""Run independent tasks on several threads, with progress, and stop quickly when asked to."""
+
+import os
+from collections.abc import Callable, Sequence
+from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
+
+from upholster.errors import InputError
+from upholster.types import Progress
+
+__all__ = ["run_tasks", "thread_count"]
+
+
+def thread_count(threads: int | None) -> int:
+    """Return how many threads to use: `threads` if given (1 to 256), else one per usable core."""
+    if threads is None:
+        return max(1, len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1)
+    if not 1 <= threads <= 256:
+        raise InputError(f"threads is {threads}; allowed: 1 to 256")
+    return threads
+
+
+def run_tasks(
+    tasks: Sequence[Callable[[], object]],
+    *,
+    threads: int | None = None,
+    progress: Progress | None = None,
+    stage: str = "",
+) -> None:
+    """Call every task once. Tasks must not depend on each other; the first error stops the rest and is raised.
+
+    Parameters
+    ----------
+    tasks
+        Functions without arguments; fast ones release the interpreter lock (see `upholster.jit`).
+    threads
+        How many run at a time; by default one per core.
+    progress, stage
+        ``progress(stage, done, total)`` is called in the calling thread as tasks finish.
+    """
+    total = len(tasks)
+    workers = min(thread_count(threads), total)
+    if workers <= 1:
+        for done, task in enumerate(tasks, 1):
+            task()
+            if progress is not None:
+                progress(stage, done, total)
+        return
+    executor = ThreadPoolExecutor(workers)
+    try:
+        pending = {executor.submit(task) for task in tasks}
+        while pending:
+            # A short wait keeps Ctrl-C prompt: the main thread runs Python code between two waits.
+            finished, pending = wait(pending, timeout=0.2, return_when=FIRST_COMPLETED)
+            for future in finished:
+                future.result()
+            if progress is not None:
+                progress(stage, total - len(pending), total)
+    finally:
+        executor.shutdown(wait=False, cancel_futures=True)

@@ -1,0 +1,30 @@
+"""Array and callback types that every layer shares."""
+
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["FloatArray", "IntArray", "PixelArray", "Progress", "frozen_array"]
+
+FloatArray = NDArray[np.float64]
+"""Geometry and coefficients: always float64."""
+
+IntArray = NDArray[np.int32]
+"""Indices."""
+
+PixelArray = NDArray[Any]
+"""Samples of shape (height, width, channels): uint8, uint16 or float32, as read."""
+
+Progress = Callable[[str, int, int], None]
+"""``progress(stage, done, total)``: called from the main thread, done counts up to total."""
+
+
+Array = TypeVar("Array", bound=NDArray[Any])
+
+
+def frozen_array(array: Array) -> Array:
+    """Return `array` made read-only: the arrays of a frozen dataclass do not change."""
+    array.setflags(write=False)
+    return array
