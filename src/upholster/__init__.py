@@ -1,0 +1,1 @@
+"""Cover curved surfaces with texture from a small sample image."""

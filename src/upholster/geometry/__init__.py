@@ -1,0 +1,1 @@
+"""Surfaces made of rational Bézier patches."""

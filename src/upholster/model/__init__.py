@@ -1,0 +1,1 @@
+"""The textured model: atlas and texture coordinates."""

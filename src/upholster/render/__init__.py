@@ -1,0 +1,1 @@
+"""Pictures of a textured model, without a display or a GPU."""
