@@ -1,1 +1,86 @@
-"""Cover curved surfaces with texture from a small sample image."""
+"""Cover curved surfaces with texture from a small sample image.
+
+>>> import upholster
+>>> exemplar = upholster.read_exemplar("brick.png")
+>>> surface = upholster.ring_cyclide(6, 2, 3)
+>>> quilt = upholster.synthesize(exemplar, surface, seed=7)
+>>> texels = upholster.paint(quilt, exemplar)
+>>> upholster.write("ring.glb", surface, texels)
+"""
+
+import importlib
+from typing import TYPE_CHECKING, Any
+
+from upholster._version import __version__
+from upholster.errors import FormatError, InputError, UpholsterError
+
+if TYPE_CHECKING:
+    from upholster.geometry import (
+        RationalPatch,
+        Surface,
+        plane,
+        revolve,
+        ring_cyclide,
+        sphere,
+        surface_from_spec,
+        torus,
+    )
+    from upholster.image import read_exemplar
+    from upholster.outputs import WriteOptions
+    from upholster.pipeline import cover, write
+    from upholster.synthesis import Quilt, Texels, paint, synthesize
+
+__all__ = [
+    "FormatError",
+    "InputError",
+    "Quilt",
+    "RationalPatch",
+    "Surface",
+    "Texels",
+    "UpholsterError",
+    "WriteOptions",
+    "__version__",
+    "cover",
+    "paint",
+    "plane",
+    "read_exemplar",
+    "revolve",
+    "ring_cyclide",
+    "sphere",
+    "surface_from_spec",
+    "synthesize",
+    "torus",
+    "write",
+]
+
+_HOMES = {
+    "upholster.geometry": (
+        "RationalPatch",
+        "Surface",
+        "plane",
+        "revolve",
+        "ring_cyclide",
+        "sphere",
+        "surface_from_spec",
+        "torus",
+    ),
+    "upholster.image": ("read_exemplar",),
+    "upholster.outputs": ("WriteOptions",),
+    "upholster.pipeline": ("cover", "write"),
+    "upholster.synthesis": ("Quilt", "Texels", "paint", "synthesize"),
+}
+_HOME = {name: home for home, names in _HOMES.items() for name in names}
+
+
+def __getattr__(name: str) -> Any:
+    # Loaded at first use: `upholster --help` must not wait for NumPy and Numba.
+    if name not in _HOME:
+        raise AttributeError(f"module 'upholster' has no attribute {name!r}")
+    importlib.import_module("upholster.notebook")
+    value = getattr(importlib.import_module(_HOME[name]), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -8,8 +8,9 @@ from collections.abc import Callable
 from typing import Any, TypeVar, cast
 
 import numba
+from numba.core import event
 
-__all__ = ["inline", "kernel"]
+__all__ = ["inline", "kernel", "on_first_compilation"]
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -22,3 +23,20 @@ def kernel(function: Function) -> Function:
 def inline(function: Function) -> Function:
     """Like `kernel`, for small functions that only other kernels call: compiled into each of them."""
     return cast(Function, numba.njit(nogil=True, error_model="numpy")(function))
+
+
+def on_first_compilation(callback: Callable[[], None]) -> None:
+    """Call `callback` once, when a kernel is compiled that the disk cache does not hold."""
+
+    class Listener(event.Listener):  # type: ignore[misc]  # numba is untyped
+        told = False
+
+        def on_start(self, _event: object) -> None:
+            if not self.told:
+                self.told = True
+                callback()
+
+        def on_end(self, _event: object) -> None:
+            pass
+
+    event.register("numba:compile", Listener())

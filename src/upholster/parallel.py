@@ -13,7 +13,9 @@ __all__ = ["run_tasks", "thread_count"]
 def thread_count(threads: int | None) -> int:
     """Return how many threads to use: `threads` if given (1 to 256), else one per usable core."""
     if threads is None:
-        return max(1, len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1)
+        return max(
+            1, len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+        )
     if not 1 <= threads <= 256:
         raise InputError(f"threads is {threads}; allowed: 1 to 256")
     return threads
@@ -26,7 +28,7 @@ def run_tasks(
     progress: Progress | None = None,
     stage: str = "",
 ) -> None:
-    """Call every task once. Tasks must not depend on each other; the first error stops the rest and is raised.
+    """Call every task once; the first error stops the rest and is raised. No task may depend on another.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
 """The result of a synthesis: charts, ordered placements, and the texels that painting them gives.
 
-A *quilt* says where each block of texture comes from; it holds no colour. `upholster.synthesis.paint` turns a
-quilt and an exemplar into *texels*. Words and the exact meaning of a placement: CONVENTIONS.md.
+A *quilt* says where each block of texture comes from; it holds no colour. `upholster.synthesis.painting`
+turns a quilt and an exemplar into *texels*. Words and the exact meaning of a placement: CONVENTIONS.md.
 """
 
 from dataclasses import dataclass
@@ -10,9 +10,22 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.types import PixelArray
+from upholster.errors import InputError
+from upholster.shown import Shown
+from upholster.synthesis._paint_kernels import TURNS, trace_owners
+from upholster.types import IntArray, PixelArray, frozen_array
 
-__all__ = ["MASK_CUT", "MASK_NONE", "MASK_RAMP", "PLACEMENT", "SIDE_LEFT", "SIDE_TOP", "Chart", "Quilt", "Texels"]
+__all__ = [
+    "MASK_CUT",
+    "MASK_NONE",
+    "MASK_RAMP",
+    "PLACEMENT",
+    "SIDE_LEFT",
+    "SIDE_TOP",
+    "Chart",
+    "Quilt",
+    "Texels",
+]
 
 MASK_NONE, MASK_RAMP, MASK_CUT = 0, 1, 2
 SIDE_TOP, SIDE_LEFT = 1, 2
@@ -62,8 +75,8 @@ class Chart:
     t1: float = 1.0
 
 
-@dataclass(frozen=True)
-class Texels:
+@dataclass(frozen=True, eq=False)
+class Texels(Shown):
     """What painting gives: one array per chart.
 
     Attributes
@@ -88,8 +101,8 @@ class Texels:
         return sum(array.nbytes for array in self.arrays)
 
 
-@dataclass(frozen=True)
-class Quilt:
+@dataclass(frozen=True, eq=False)
+class Quilt(Shown):
     """Charts and ordered placements: the whole result of a synthesis.
 
     Attributes
@@ -97,11 +110,18 @@ class Quilt:
     charts
         The layout.
     exemplar_shape
-        (height, width) in pixels of the exemplar that it was made from; any image of this shape can be painted.
+        (height, width) in pixels of the exemplar that it was made from; any image of this shape can be
+        painted.
     placements
-        Structured array of `PLACEMENT`, read-only, in painting order.
+        Structured array of `PLACEMENT`, read-only: chart after chart, in painting order on each.
     cells
         uint8, read-only: the cut masks' cells, 1 = new, row by row, one mask after another.
+
+    Raises
+    ------
+    InputError
+        If a placement names a chart that is not there or reads outside the exemplar, if charts are out of
+        order, or if a cut mask lacks cells.
     """
 
     charts: tuple[Chart, ...]
@@ -109,7 +129,95 @@ class Quilt:
     placements: NDArray[np.void]
     cells: NDArray[np.uint8]
 
+    def __post_init__(self) -> None:
+        frozen_array(self.placements)
+        frozen_array(self.cells)
+        _check(self)
+
     @cached_property
     def texel_count(self) -> int:
         """Number of texels over all charts."""
         return sum(chart.height * chart.width for chart in self.charts)
+
+    @cached_property
+    def largest_block(self) -> tuple[int, int]:
+        """Largest height and width of any placement, in texels."""
+        if not len(self.placements):
+            return 1, 1
+        return int(self.placements["height"].max()), int(self.placements["width"].max())
+
+    @cached_property
+    def _starts(self) -> NDArray[np.intp]:
+        return np.searchsorted(self.placements["chart"], np.arange(len(self.charts) + 1))
+
+    def on_chart(self, index: int) -> NDArray[np.void]:
+        """Return the placements of chart `index`, in painting order (a view)."""
+        return self.placements[self._starts[index] : self._starts[index + 1]]
+
+    def sources(self) -> tuple[IntArray, ...]:
+        """Tell for each texel where in the exemplar it comes from.
+
+        Returns
+        -------
+        tuple of ndarray
+            Per chart, (height, width, 2): row and column in the exemplar in 1/16 pixel, of the placement that
+            gives the texel most of its colour; −1 where nothing is painted.
+        """
+        scratch = np.empty((2, *self.largest_block), np.int32)
+        found = []
+        for index, chart in enumerate(self.charts):
+            placements = self.on_chart(index)
+            owners = np.empty((chart.height, chart.width), np.int32)
+            trace_owners(placements, self.cells, scratch, owners)
+            found.append(_sources(placements, owners))
+        return tuple(found)
+
+
+def _sources(placements: NDArray[np.void], owners: IntArray) -> IntArray:
+    out = np.full((*owners.shape, 2), -1, np.int32)
+    painted = owners >= 0
+    owner = placements[owners[painted]]
+    rows, columns = np.nonzero(painted)
+    down, right = rows - owner["row"], columns - owner["column"]
+    turn = TURNS[owner["turn"]]
+    out[painted, 0] = owner["source_row"] + 16 * (turn[:, 0] * down + turn[:, 1] * right)
+    out[painted, 1] = owner["source_column"] + 16 * (turn[:, 2] * down + turn[:, 3] * right)
+    return out
+
+
+def _check(quilt: Quilt) -> None:
+    placed = quilt.placements
+    if placed.dtype != PLACEMENT or placed.ndim != 1:
+        raise InputError(f"placements are of {placed.dtype}; allowed: a flat array of PLACEMENT")
+    if not len(placed):
+        return
+    charts = placed["chart"]
+    if charts.min() < 0 or charts.max() >= len(quilt.charts) or (np.diff(charts) < 0).any():
+        raise InputError(f"placements name charts out of order or outside 0 to {len(quilt.charts) - 1}")
+    if placed["turn"].max() > 7 or placed["mask"].max() > MASK_CUT or placed["feather"].max() > 16:
+        raise InputError("a placement's turn, mask or feather is outside 0 to 7, 0 to 2, 0 to 16")
+    if min(placed["height"].min(), placed["width"].min()) < 1 or max(quilt.largest_block) > 4096:
+        raise InputError("a placement's size is outside 1 to 4096 texels")
+    if ((placed["source_row"] | placed["source_column"]) & 15).any():
+        raise InputError("a placement's source is not on a whole pixel")
+    turn, low_row, low_column = TURNS[placed["turn"]], -(placed["height"] // 2), -(placed["width"] // 2)
+    high_row, high_column = low_row + placed["height"] - 1, low_column + placed["width"] - 1
+    for axis, name, size in ((0, "row", quilt.exemplar_shape[0]), (2, "column", quilt.exemplar_shape[1])):
+        a, b, source = turn[:, axis], turn[:, axis + 1], placed[f"source_{name}"].astype(np.int64) >> 4
+        ends = [source + a * i + b * j for i in (low_row, high_row) for j in (low_column, high_column)]
+        outside = (np.minimum.reduce(ends) < 0) | (np.maximum.reduce(ends) >= size)
+        if outside.any():
+            raise InputError(
+                f"placement {int(np.argmax(outside))} reads outside the exemplar's {size} {name}s"
+            )
+    cut = placed[placed["mask"] == MASK_CUT]
+    if len(cut):
+        if cut["cell"].min() < 1:
+            raise InputError("a cut mask's cell is 0 texels; allowed: 1 to 255")
+        cell = cut["cell"].astype(np.int64)
+        count = -(-cut["height"] // cell) * -(-cut["width"] // cell)
+        if cut["cells"].min() < 0 or (cut["cells"] + count).max() > len(quilt.cells):
+            raise InputError("a cut mask's cells lie outside the quilt's")
+    ramp = placed[placed["mask"] == MASK_RAMP]
+    if len(ramp) and ramp["ramp"].min() < 1:
+        raise InputError("a ramp is 0 texels wide; allowed: 1 to 255")

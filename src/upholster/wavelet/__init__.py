@@ -1,1 +1,5 @@
 """Wavelet transforms."""
+
+from upholster.wavelet.haar import dwt2, idwt2, level_shape, subbands
+
+__all__ = ["dwt2", "idwt2", "level_shape", "subbands"]

@@ -1,0 +1,5 @@
+"""``python -m upholster``."""
+
+from upholster.cli import main
+
+main()

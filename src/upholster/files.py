@@ -1,0 +1,115 @@
+"""Several output files written as one: all of them appear, or none does."""
+
+import os
+import secrets
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+
+from upholster.errors import InputError
+
+__all__ = ["Outputs", "outputs"]
+
+
+class Outputs:
+    """The files of one transaction: where to write each until all are there. Made by `outputs`."""
+
+    def __init__(self) -> None:
+        self._beside: dict[Path, Path] = {}  # target -> temporary file
+
+    def path(self, target: str | os.PathLike[str]) -> Path:
+        """Return the temporary path at which to write `target`: same directory, same suffix.
+
+        A target that was not announced to `outputs` is checked now, as `outputs` does.
+
+        Raises
+        ------
+        InputError
+            If `target` cannot be written.
+        """
+        name = os.fspath(target)
+        if "\0" in name:
+            raise InputError(f"output {name!r} contains a null character")
+        # Through a symbolic link: the link stays, what it points to is written.
+        place = Path(os.path.realpath(name))
+        if place not in self._beside:
+            beside = place.with_name(f".upholster-{secrets.token_hex(4)}{place.suffix}")
+            _check_writable(name, place, beside)
+            self._beside[place] = beside
+        return self._beside[place]
+
+    def _commit(self) -> None:
+        for place, beside in self._beside.items():
+            if beside.exists():
+                os.replace(beside, place)
+
+    def _discard(self) -> None:
+        for beside in self._beside.values():
+            with suppress(OSError):
+                beside.unlink()
+
+    def _refusal(self, error: OSError) -> InputError | None:
+        """Return what to say of an operating system's error, None if it is not about the outputs."""
+        if error.filename is None:
+            return InputError(f"outputs cannot be written: {error.strerror or error}")
+        for place, beside in self._beside.items():
+            if os.fspath(error.filename) == os.fspath(beside):
+                return InputError(f"output {os.fspath(place)!r} cannot be written: {error.strerror}")
+        return None
+
+
+@contextmanager
+def outputs(targets: Iterable[str | os.PathLike[str]] = ()) -> Iterator[Outputs]:
+    """Write files as one transaction.
+
+    That each can be written is checked before the body runs. When the body ends, the temporary files are
+    renamed to their targets; when it raises, Ctrl-C included, they are removed and the targets are as before.
+
+    Parameters
+    ----------
+    targets
+        The files to write; `Outputs.path` takes further ones. A target that the body has not written is left
+        as it is.
+
+    Yields
+    ------
+    Outputs
+        ``files.path(target)`` says where to write `target`.
+
+    Raises
+    ------
+    InputError
+        If a target is a directory or no regular file, its directory is missing or not writable, or two
+        targets are one file; if the operating system refuses later (disk full).
+    """
+    files = Outputs()
+    for target in targets:
+        known = len(files._beside)
+        files.path(target)
+        if len(files._beside) == known:
+            raise InputError(f"output {os.fspath(target)!r} is given twice")
+    try:
+        yield files
+        files._commit()
+    except OSError as error:
+        refusal = files._refusal(error)
+        if refusal is None:
+            raise
+        raise refusal from error
+    finally:
+        files._discard()
+
+
+def _check_writable(name: str, place: Path, probe: Path) -> None:
+    """Raise unless a file can be made at `place`; permissions do not tell all, so `probe` is made there."""
+    if not place.parent.is_dir():
+        raise InputError(f"output {name!r} cannot be written: its directory does not exist")
+    if name.endswith(("/", os.sep)) or place.is_dir():
+        raise InputError(f"output {name!r} is a directory; allowed: a file")
+    if place.exists() and not place.is_file():
+        raise InputError(f"output {name!r} is not a regular file; allowed: a new or a regular file")
+    try:
+        probe.open("xb").close()
+        probe.unlink()
+    except OSError as error:
+        raise InputError(f"output {name!r} cannot be written: {error.strerror}") from None

@@ -1,0 +1,64 @@
+"""How surfaces, quilts and texels show themselves in a notebook."""
+
+from typing import Any
+
+import numpy as np
+
+from upholster.geometry import Surface, tessellate
+from upholster.image import encode_image, from_linear
+from upholster.render import render
+from upholster.shown import show_with
+from upholster.synthesis import Quilt, Texels
+
+__all__: list[str] = []
+
+_WIDEST = 1024
+_QUADS = 4000
+
+
+def _surface_picture(surface: Surface) -> bytes:
+    mesh = tessellate(surface, quads=max(_QUADS, len(surface.patches)))
+    picture = render(
+        mesh.positions,
+        mesh.normals,
+        mesh.parameters,
+        mesh.all_triangles(),
+        None,
+        size=(480, 360),
+    )
+    return encode_image(from_linear(picture, "uint8"), "png")
+
+
+def _quilt_picture(quilt: Quilt) -> bytes:
+    # Red and green name the place in the exemplar, blue tells painted from bare: blocks and seams show.
+    scale = np.array(quilt.exemplar_shape) * 16
+    places = [
+        np.concatenate([np.clip(source * 255 / scale, 0, 255), (source[:, :, :1] >= 0) * 128], axis=2)
+        for source in quilt.sources()
+    ]
+    return encode_image(_sheet([place.astype(np.uint8) for place in places]), "png")
+
+
+def _texels_picture(texels: Texels) -> bytes:
+    return encode_image(_sheet(list(texels.arrays)), "png", bits=8)
+
+
+def _sheet(arrays: list[Any]) -> Any:
+    """Lay charts side by side, near square, thinned out to what a screen shows."""
+    columns = int(np.ceil(np.sqrt(len(arrays))))
+    rows = -(-len(arrays) // columns)
+    height = max(array.shape[0] for array in arrays)
+    width = max(array.shape[1] for array in arrays)
+    step = max(1, -(-max(rows * height, columns * width) // _WIDEST))
+    height, width = -(-height // step), -(-width // step)
+    sheet = np.zeros((rows * height, columns * width, arrays[0].shape[2]), arrays[0].dtype)
+    for index, array in enumerate(arrays):
+        part = array[::step, ::step]
+        row, column = index // columns * height, index % columns * width
+        sheet[row : row + part.shape[0], column : column + part.shape[1]] = part
+    return sheet
+
+
+show_with(Surface, _surface_picture)
+show_with(Quilt, _quilt_picture)
+show_with(Texels, _texels_picture)

@@ -1,0 +1,177 @@
+"""What can be written, by suffix: textured models, pictures, atlases, texels."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Literal, get_args
+
+from upholster.errors import InputError
+from upholster.export import TextureFormat, obj_companions, write_glb, write_npz, write_obj
+from upholster.files import Outputs
+from upholster.geometry import Mesh, Surface, tessellate
+from upholster.image import from_linear, write_image
+from upholster.model import Atlas, build_atlas
+from upholster.render import render
+from upholster.synthesis import Texels
+from upholster.types import FloatArray, Progress
+
+__all__ = ["Output", "TexturedModel", "WriteOptions", "parse_output", "write_output"]
+
+Kind = Literal["glb", "obj", "npz", "atlas", "picture"]
+
+_MODEL_SUFFIXES: dict[str, Kind] = {".glb": "glb", ".obj": "obj", ".npz": "npz"}
+_IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg", ".webp", ".exr")
+
+
+@dataclass(frozen=True, slots=True)
+class Output:
+    """One file to write: what it holds and where it goes."""
+
+    kind: Kind
+    path: Path
+
+    @property
+    def files(self) -> tuple[Path, ...]:
+        """Every file that it consists of."""
+        return (self.path, *obj_companions(self.path)) if self.kind == "obj" else (self.path,)
+
+
+@dataclass(frozen=True, slots=True)
+class WriteOptions:
+    """How models and pictures are written.
+
+    Attributes
+    ----------
+    quads
+        Quadrilaterals of the whole surface's mesh, 1 to 10,000,000.
+    texture
+        Format of the texture inside a GLB: png, jpeg or webp.
+    quality
+        Of JPEG and WebP, 1 to 100.
+    size
+        (width, height) of a picture in pixels.
+    view
+        (azimuth, elevation) in degrees.
+    supersample
+        Rays per pixel each way, 1 to 8.
+    """
+
+    quads: int = 20000
+    texture: TextureFormat = "png"
+    quality: int = 90
+    size: tuple[int, int] = (1024, 768)
+    view: tuple[float, float] = (30.0, 30.0)
+    supersample: int = 2
+
+    def __post_init__(self) -> None:
+        if self.texture not in get_args(TextureFormat):
+            raise InputError(f"texture is {self.texture!r}; allowed: {', '.join(get_args(TextureFormat))}")
+        if not 1 <= self.quality <= 100:
+            raise InputError(f"quality is {self.quality}; allowed: 1 to 100")
+        if not 1 <= self.quads <= 10_000_000:
+            raise InputError(f"quads is {self.quads}; allowed: 1 to 10,000,000")
+        if not all(1 <= side <= 16384 for side in self.size):
+            raise InputError(f"size is {self.size[0]}x{self.size[1]}; allowed: 1 to 16384 each way")
+        if not (-3600 <= self.view[0] <= 3600 and -90 <= self.view[1] <= 90):
+            raise InputError(
+                f"view is {self.view[0]:g},{self.view[1]:g}; "
+                "allowed: azimuth -3600 to 3600, elevation -90 to 90"
+            )
+        if not 1 <= self.supersample <= 8:
+            raise InputError(f"supersample is {self.supersample}; allowed: 1 to 8")
+
+
+def parse_output(text: str) -> Output:
+    """Read an output as the command line has it: a path, or ``atlas:`` and a path.
+
+    Raises
+    ------
+    InputError
+        For an unknown suffix.
+    """
+    atlas = text.startswith("atlas:")
+    path = Path(text.removeprefix("atlas:"))
+    suffix = path.suffix.lower()
+    if suffix in _IMAGE_SUFFIXES:
+        return Output("atlas" if atlas else "picture", path)
+    if suffix in _MODEL_SUFFIXES and not atlas:
+        return Output(_MODEL_SUFFIXES[suffix], path)
+    allowed = _IMAGE_SUFFIXES if atlas else (*_MODEL_SUFFIXES, *_IMAGE_SUFFIXES)
+    raise InputError(f"output {text!r} has suffix {path.suffix!r}; allowed: {', '.join(allowed)}")
+
+
+@dataclass(frozen=True)
+class TexturedModel:
+    """A surface with its texels; mesh and atlas are made when first needed, and shared by all outputs."""
+
+    surface: Surface
+    texels: Texels
+    options: WriteOptions = field(default_factory=WriteOptions)
+    threads: int | None = None
+
+    @cached_property
+    def mesh(self) -> Mesh:
+        """The surface as quadrilaterals."""
+        return tessellate(self.surface, quads=self.options.quads)
+
+    @cached_property
+    def atlas(self) -> Atlas:
+        """All charts' texels in one image, with gutters."""
+        return build_atlas(self.surface, self.texels, threads=self.threads)
+
+    @cached_property
+    def uv(self) -> FloatArray:
+        """Texture coordinates of the mesh's vertices in the atlas."""
+        return self.atlas.texture_coordinates(self.mesh)
+
+
+def write_output(
+    output: Output, model: TexturedModel, files: Outputs, *, progress: Progress | None = None
+) -> None:
+    """Write one output to the temporary place that `files` gives it."""
+    options = model.options
+    places: Sequence[Path] = [files.path(file) for file in output.files]
+    match output.kind:
+        case "npz":
+            write_npz(places[0], model.texels)
+        case "atlas":
+            write_image(places[0], model.atlas.pixels, quality=options.quality)
+        case "glb":
+            write_glb(
+                places[0],
+                model.mesh,
+                model.uv,
+                model.atlas.pixels,
+                texture=options.texture,
+                quality=options.quality,
+                name=model.surface.name or "surface",
+            )
+        case "obj":
+            model_file, material, texture = places
+            write_obj(
+                model_file,
+                material,
+                texture,
+                model.mesh,
+                model.uv,
+                model.atlas.pixels,
+                stem=output.path.stem,
+            )
+        case "picture":
+            picture = render(
+                model.mesh.positions,
+                model.mesh.normals,
+                model.uv,
+                model.mesh.all_triangles(),
+                model.atlas.pixels,
+                size=options.size,
+                view=options.view,
+                supersample=options.supersample,
+                threads=model.threads,
+                progress=progress,
+            )
+            linear = output.path.suffix.lower() == ".exr"
+            write_image(
+                places[0], picture if linear else from_linear(picture, "uint8"), quality=options.quality
+            )

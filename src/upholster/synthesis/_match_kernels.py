@@ -1,0 +1,96 @@
+"""Coefficients of tiles, and the search for the block that matches them best."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from upholster.jit import inline, kernel
+
+__all__ = ["best_candidate", "tile_coefficients", "tile_table"]
+
+
+@inline
+def tile_coefficients(
+    image: NDArray[np.uint16], row: int, x: int, channels: int, tile: int
+) -> tuple[int, int]:
+    """Return LLn and HHn (times 2^n) of one channel's tile whose first sample is `image[row, x]`."""
+    half = tile // 2
+    even, odd = 0, 0
+    for i in range(tile):
+        line = image[row + i]
+        left, right = 0, 0
+        for j in range(half):
+            left += np.int64(line[x + j * channels])
+            right += np.int64(line[x + (j + half) * channels])
+        if i < half:
+            even += left
+            odd += right
+        else:
+            even += right
+            odd += left
+    return even + odd, even - odd
+
+
+@kernel
+def tile_table(
+    image: NDArray[np.uint16], channels: int, tile: int, columns: int, table: NDArray[np.int32]
+) -> None:
+    """Fill `table` (2 · channels, rows · columns) with LLn and HHn of each tile of `image` (H, W · channels)."""
+    for n in range(table.shape[1]):
+        row, column = n // columns, n % columns
+        for k in range(channels):
+            low, high = tile_coefficients(image, row * tile, column * tile * channels + k, channels, tile)
+            table[k, n] = low
+            table[channels + k, n] = high
+
+
+@inline
+def best_candidate(
+    table: NDArray[np.int32],
+    grid_columns: int,
+    candidate_rows: int,
+    candidate_columns: int,
+    bands: NDArray[np.int32],
+    offsets: NDArray[np.int32],
+    values: NDArray[np.int32],
+    count: int,
+    costs: NDArray[np.int64],
+) -> int:
+    """Return the candidate with the least sum of squared differences; the lowest index among equals.
+
+    Feature f < `count` compares `values[f]` with `table[bands[f], candidate + offsets[f]]`, where a candidate
+    is its first tile's index in the exemplar's grid. Candidates are taken in one run over the grid, the few
+    that would wrap round its right side included but not chosen: long runs are what vector units like.
+    `costs` is scratch.
+    """
+    best, least = 0, np.int64(2**62)
+    total = (candidate_rows - 1) * grid_columns + candidate_columns
+    step = costs.shape[0]
+    for start in range(0, total, step):
+        size = min(step, total - start)
+        part = costs[:size]
+        part[:] = 0
+        f = 0
+        while f + 4 <= count:  # four features a pass: a quarter of the loads and stores of the sums
+            a, b = table[bands[f], start + offsets[f] :], table[bands[f + 1], start + offsets[f + 1] :]
+            c, d = (
+                table[bands[f + 2], start + offsets[f + 2] :],
+                table[bands[f + 3], start + offsets[f + 3] :],
+            )
+            va, vb, vc, vd = values[f], values[f + 1], values[f + 2], values[f + 3]
+            for n in range(size):
+                p, q = np.int64(np.int32(a[n] - va)), np.int64(np.int32(b[n] - vb))
+                r, s = np.int64(np.int32(c[n] - vc)), np.int64(np.int32(d[n] - vd))
+                part[n] += (p * p + q * q) + (r * r + s * s)
+            f += 4
+        while f < count:
+            a = table[bands[f], start + offsets[f] :]
+            va = values[f]
+            for n in range(size):
+                p = np.int64(np.int32(a[n] - va))
+                part[n] += p * p
+            f += 1
+        for n in range(size):
+            if part[n] < least and (start + n) % grid_columns < candidate_columns:
+                least = part[n]
+                best = start + n
+    return best
