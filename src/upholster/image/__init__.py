@@ -1,1 +1,19 @@
 """Images: reading and writing files, colour, resizing."""
+
+from upholster.image.color import alpha_channel, from_linear, to_linear
+from upholster.image.read import check_exemplar, read_exemplar
+from upholster.image.resize import resize_image
+from upholster.image.write import IMAGE_SUFFIXES, ImageFormat, encode_image, write_image
+
+__all__ = [
+    "IMAGE_SUFFIXES",
+    "ImageFormat",
+    "alpha_channel",
+    "check_exemplar",
+    "encode_image",
+    "from_linear",
+    "read_exemplar",
+    "resize_image",
+    "to_linear",
+    "write_image",
+]

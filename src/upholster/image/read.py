@@ -1,0 +1,291 @@
+"""Reading exemplars: a photo straight from a phone works, anything damaged is refused.
+
+Through OpenImageIO, which decodes palettes, 1…4-bit samples and CMYK by itself. Depth, alpha, orientation and
+damage are looked after here.
+"""
+
+import os
+import re
+import stat
+from pathlib import Path
+
+import numpy as np
+from OpenImageIO import ImageInput, ImageSpec, geterror
+
+from upholster.errors import InputError
+from upholster.image.color import alpha_channel
+from upholster.image.native import silent
+from upholster.image.resize import resize_image
+from upholster.types import PixelArray
+
+__all__ = ["MAX_SIDE", "MIN_SIDE", "check_exemplar", "read_exemplar"]
+
+MIN_SIDE, MAX_SIDE = 32, 4096
+"""Sides of an exemplar in pixels."""
+
+MAX_BYTES = 1 << 30
+"""Size, uncompressed, of an image that is to be cropped or reduced: 200 megapixels of 8-bit RGB fit."""
+
+MAX_SAMPLE = 65504.0
+"""Largest magnitude of a float sample (that of a half float): squared differences stay far below overflow."""
+
+_FORMATS = ("png", "jpeg", "webp", "tiff", "openexr")
+_ALLOWED = "allowed: PNG, JPEG, WebP, TIFF, OpenEXR"
+_MAGIC = re.compile(rb"\x89PNG\r\n\x1a\n|\xff\xd8\xff|RIFF....WEBP|II[*+]\0|MM\0[*+]|v/1\x01", re.DOTALL)
+_KEPT = {"uint8": "uint8", "uint16": "uint16", "half": "float32", "float": "float32", "double": "float32"}
+
+
+def read_exemplar(
+    path: str | os.PathLike[str],
+    *,
+    crop: tuple[int, int, int, int] | None = None,
+    resize: int | str | tuple[int, int] | None = None,
+) -> PixelArray:
+    """Read an exemplar from a PNG, JPEG, WebP, TIFF or OpenEXR file.
+
+    The orientation tag is obeyed, palettes and CMYK become grey or RGB, alpha is unpremultiplied where the
+    file has it premultiplied. Of a file with several images the first one is read.
+
+    Parameters
+    ----------
+    path
+        The file. Its content, not its suffix, says what format it is.
+    crop
+        (x, y, width, height) in pixels of the upright image: the part to use.
+    resize
+        After cropping: the longer side in pixels, as ``256`` or ``"256"``, or both sides, as ``(256, 128)``
+        or ``"256x128"`` (width first). In linear light, weighted with alpha, without aliasing.
+
+    Returns
+    -------
+    ndarray
+        (H, W, C), C from 1 to 4, sides from 32 to 4096. uint8 (for 1…8-bit samples) or uint16 as stored,
+        sRGB-coded; float32 for half, float and double, linear.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, not a file, unreadable, empty, no image, truncated or damaged; if its samples
+        are signed or 32-bit integers, or NaN, infinite or beyond 65504; if its channels are none of grey,
+        grey and alpha, RGB, RGB and alpha; if the crop leaves the image; if the size is outside the limits.
+    """
+    name = _checked_file(Path(path))
+    target = None if resize is None else _parse_resize(resize)
+    with silent():
+        pixels, turn = _decode(name, crop is None and target is None)
+    pixels = _upright(pixels, turn)
+    if crop is not None:
+        pixels = _cropped(pixels, crop)
+    # Before resizing, which would spread a NaN and hide where it came from.
+    if pixels.dtype.kind == "f":
+        _check_samples(pixels, repr(name))
+    if target is not None:
+        height, width = pixels.shape[:2]
+        if isinstance(target, int):
+            longer = max(height, width)
+            target = (max(1, round(width * target / longer)), max(1, round(height * target / longer)))
+        if not all(MIN_SIDE <= side <= MAX_SIDE for side in target):
+            raise InputError(
+                f"resize gives {target[0]}x{target[1]} pixels; allowed: {MIN_SIDE} to {MAX_SIDE} each way"
+            )
+        pixels = resize_image(pixels, height=target[1], width=target[0])
+    _check_size(pixels.shape[1], pixels.shape[0], repr(name))
+    return np.ascontiguousarray(pixels)
+
+
+def check_exemplar(array: object) -> PixelArray:
+    """Check an exemplar given as an array, and bring it to the shape and dtype that the rest works with.
+
+    Parameters
+    ----------
+    array
+        (H, W) or (H, W, C), C from 1 to 4, sides from 32 to 4096; uint8, uint16 (sRGB-coded) or float16,
+        float32, float64 (linear, finite, magnitudes up to 65504).
+
+    Returns
+    -------
+    ndarray
+        (H, W, C), contiguous, uint8, uint16 or float32; the very array where it fits.
+
+    Raises
+    ------
+    InputError
+        If shape, size, dtype or samples are outside that.
+    """
+    if not isinstance(array, np.ndarray):
+        raise InputError(f"exemplar is a {type(array).__name__}; allowed: a NumPy array or a path")
+    array = array.astype(array.dtype.newbyteorder("="), copy=False)
+    if array.dtype not in (np.uint8, np.uint16, np.float16, np.float32, np.float64):
+        raise InputError(f"exemplar has dtype {array.dtype}; allowed: uint8, uint16, float16, 32, 64")
+    if array.ndim == 2:
+        array = array[:, :, None]
+    if array.ndim != 3 or not 1 <= array.shape[2] <= 4:
+        raise InputError(f"exemplar has shape {array.shape}; allowed: (H, W) or (H, W, C) with C from 1 to 4")
+    _check_size(array.shape[1], array.shape[0], "exemplar")
+    if array.dtype.kind == "f":
+        _check_samples(array, "exemplar")  # as given: a double beyond float32 must not become infinite first
+        array = array.astype(np.float32, copy=False)
+    return np.ascontiguousarray(array)
+
+
+def _checked_file(path: Path) -> str:
+    """Return the path as text, when a file of a known image format is there."""
+    name = os.fspath(path)
+    if "\0" in name:
+        raise InputError(f"path {name!r} contains a null character")
+    try:
+        status = path.stat()
+        if stat.S_ISDIR(status.st_mode):
+            raise InputError(f"{name!r} is a directory; allowed: an image file")
+        if not stat.S_ISREG(status.st_mode):
+            raise InputError(f"{name!r} is not a regular file; allowed: an image file")
+        if status.st_size == 0:
+            raise InputError(f"{name!r} is empty; allowed: an image file")
+        with path.open("rb") as file:
+            head = file.read(16)
+    except FileNotFoundError:
+        raise InputError(f"{name!r} does not exist") from None
+    except OSError as error:
+        raise InputError(f"{name!r} cannot be read: {error.strerror}") from None
+    if not _MAGIC.match(head):
+        raise InputError(f"{name!r} is no image that can be read; {_ALLOWED}")
+    return name
+
+
+def _decode(name: str, whole: bool) -> tuple[PixelArray, int]:
+    """Return pixels, unpremultiplied, and the orientation tag; `whole`: they will not be cut or reduced."""
+    wish = ImageSpec()
+    wish.attribute("oiio:UnassociatedAlpha", 1)
+    file = ImageInput.open(name, wish)
+    if file is None:
+        raise InputError(f"{name!r} cannot be decoded: {_one_line(geterror())}")
+    try:
+        spec = file.spec()
+        if file.format_name() not in _FORMATS:
+            raise InputError(f"{name!r} is a {file.format_name()} file; {_ALLOWED}")
+        if whole:
+            _check_size(spec.width, spec.height, repr(name))
+        elif spec.image_bytes(True) > MAX_BYTES:
+            raise InputError(
+                f"{name!r} is {spec.width}x{spec.height} pixels, {spec.image_bytes(True) >> 20} MiB; "
+                f"allowed: {MAX_BYTES >> 20} MiB uncompressed, before cropping"
+            )
+        dtype = _KEPT.get(str(spec.format))
+        if spec.deep or spec.depth > 1 or dtype is None:
+            kind = "deep" if spec.deep else "volume" if spec.depth > 1 else str(spec.format)
+            raise InputError(f"{name!r} has {kind} samples; allowed: unsigned 8- or 16-bit integers, floats")
+        _check_channels(name, spec, file.format_name())
+        pixels = file.read_image(0, 0, 0, spec.nchannels, spec.format)
+        words = file.geterror()
+        # A JPEG file cut short gives pixels, grey below the cut, and an error: not an exemplar.
+        if pixels is None or words:
+            raise InputError(f"{name!r} is truncated or damaged: {_one_line(words)}")
+    finally:
+        file.close()
+        geterror()  # whatever is left would turn up at the next call
+    with np.errstate(over="ignore"):  # a double beyond float32 becomes infinite, and is refused as such
+        pixels = pixels.reshape(spec.height, spec.width, spec.nchannels).astype(dtype, copy=False)
+    # PNG and WebP hold straight alpha, OpenEXR premultiplied; TIFF says which.
+    straight = file.format_name() in ("png", "webp") or spec.get_int_attribute("oiio:UnassociatedAlpha") == 1
+    if spec.alpha_channel >= 0 and not straight:
+        pixels = _unpremultiplied(pixels)
+    return pixels, spec.get_int_attribute("Orientation", 1)
+
+
+def _check_channels(name: str, spec: ImageSpec, kind: str) -> None:
+    expected = alpha_channel(spec.nchannels) if spec.nchannels <= 4 else None
+    alpha = spec.alpha_channel if spec.alpha_channel >= 0 else None
+    # TIFF files may leave open what their extra channel is; plain programs write alpha so.
+    unsaid = kind == "tiff" and alpha is None and spec.z_channel < 0
+    if spec.nchannels > 4 or not (alpha == expected or unsaid):
+        names = ", ".join(spec.channelnames[:8])
+        raise InputError(
+            f"{name!r} has {spec.nchannels} channels ({names}); allowed: grey or RGB, with or without alpha"
+        )
+
+
+def _unpremultiplied(pixels: PixelArray) -> PixelArray:
+    """Divide colour by alpha; where alpha is 0 there is no colour to find, and it stays."""
+    alpha = pixels[:, :, -1:].astype(np.float32)
+    alpha[alpha == 0] = 1.0 if pixels.dtype.kind == "f" else np.iinfo(pixels.dtype).max
+    with np.errstate(over="ignore", invalid="ignore"):  # checked afterwards
+        color = pixels[:, :, :-1] / alpha
+    if pixels.dtype.kind != "f":
+        top = np.iinfo(pixels.dtype).max
+        color = np.minimum(color * top + 0.5, top)
+    pixels = pixels.copy()
+    pixels[:, :, :-1] = color
+    return pixels
+
+
+def _upright(pixels: PixelArray, turn: int) -> PixelArray:
+    """Undo the Exif orientation: 1 to 8, the place of row 0 and column 0 (Exif 2.32, tag 0x0112)."""
+    if turn in (5, 6, 7, 8):
+        pixels = pixels.swapaxes(0, 1)
+    if turn in (3, 4, 7, 8):
+        pixels = pixels[::-1]
+    if turn in (2, 3, 6, 7):
+        pixels = pixels[:, ::-1]
+    return pixels
+
+
+def _cropped(pixels: PixelArray, crop: tuple[int, int, int, int]) -> PixelArray:
+    if not _whole_numbers(crop, 4):
+        raise InputError(f"crop is {crop!r}; allowed: four whole numbers x, y, width, height")
+    x, y, width, height = (int(number) for number in crop)
+    rows, columns = pixels.shape[:2]
+    if x < 0 or y < 0 or width < 1 or height < 1 or x + width > columns or y + height > rows:
+        raise InputError(
+            f"crop is {x},{y},{width},{height}; allowed: x,y,width,height inside {columns}x{rows}"
+        )
+    return pixels[y : y + height, x : x + width]
+
+
+def _parse_resize(resize: int | str | tuple[int, int]) -> int | tuple[int, int]:
+    """Return the longer side, or (width, height)."""
+    if isinstance(resize, str):
+        match = re.fullmatch(r"(\d{1,6})(?:[x×](\d{1,6}))?", resize.strip())
+        if match is None:
+            raise InputError(f"resize is {resize!r}; allowed: 256 (longer side) or 256x128 (width x height)")
+        resize = int(match[1]) if match[2] is None else (int(match[1]), int(match[2]))
+    sides = (resize,) if isinstance(resize, (int, np.integer)) else resize
+    if not (_whole_numbers(sides, 1) or _whole_numbers(sides, 2)):
+        raise InputError(f"resize is {resize!r}; allowed: one or two whole numbers")
+    for side in sides:
+        if not MIN_SIDE <= side <= MAX_SIDE:
+            raise InputError(f"resize is {side}; allowed: {MIN_SIDE} to {MAX_SIDE}")
+    return (int(sides[0]), int(sides[1])) if len(sides) == 2 else int(sides[0])
+
+
+def _whole_numbers(values: object, count: int) -> bool:
+    return (
+        isinstance(values, (tuple, list))
+        and len(values) == count
+        and all(isinstance(value, (int, np.integer)) for value in values)
+    )
+
+
+def _check_size(width: int, height: int, name: str) -> None:
+    if min(width, height) < MIN_SIDE:
+        raise InputError(f"{name} is {width}x{height} pixels; allowed: {MIN_SIDE}x{MIN_SIDE} or more")
+    if max(width, height) > MAX_SIDE:
+        raise InputError(
+            f"{name} is {width}x{height} pixels; allowed: up to {MAX_SIDE} each way; use --resize {MAX_SIDE}"
+        )
+
+
+def _check_samples(pixels: PixelArray, name: str) -> None:
+    low, high = pixels.min(), pixels.max()
+    if not (low >= -MAX_SAMPLE and high <= MAX_SAMPLE):  # false for NaN as well
+        bad = np.argwhere(~(np.abs(pixels) <= MAX_SAMPLE))[0]
+        row, column, channel = (int(number) for number in bad)
+        value = pixels[row, column, channel]
+        raise InputError(
+            f"{name} has the sample {value} at row {row}, column {column}, channel {channel}; "
+            f"allowed: finite, up to {MAX_SAMPLE:.0f}"
+        )
+
+
+def _one_line(words: str) -> str:
+    lines = [line.strip() for line in words.splitlines() if line.strip()]
+    return lines[0] if lines else "no reason given"

@@ -1,0 +1,203 @@
+"""The atlas: all charts' texels in one image, with gutters that hide where a chart ends.
+
+One cell per chart: the chart and a gutter round it, filled with what lies across the edge, so that bilinear
+filtering at an edge sees the same colours from both sides. Sizes and positions of cells are multiples of the
+gutter, a power of two: down to mip level log2(gutter) no texel mixes two cells.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from upholster.errors import InputError
+from upholster.geometry import Mesh, Surface
+from upholster.model.gutter import fill_gutters
+from upholster.parallel import run_tasks
+from upholster.synthesis.quilt import Chart, Texels
+from upholster.types import FloatArray, PixelArray, frozen_array
+
+__all__ = ["Atlas", "Cell", "build_atlas"]
+
+
+@dataclass(frozen=True, slots=True)
+class Cell:
+    """Where a chart lies in the atlas, in texels.
+
+    Attributes
+    ----------
+    chart
+        The chart.
+    row, column
+        Of its first texel: the gutters lie outside.
+    top, left, height, width
+        The cell, gutters included.
+    """
+
+    chart: Chart
+    row: int
+    column: int
+    top: int
+    left: int
+    height: int
+    width: int
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Atlas:
+    """All charts' texels in one image.
+
+    Attributes
+    ----------
+    pixels
+        (H, W, C) of the exemplar's dtype, read-only.
+    cells
+        One per chart, in the charts' order.
+    gutter
+        Least number of texels between a chart and its cell's border.
+    """
+
+    pixels: PixelArray
+    cells: tuple[Cell, ...]
+    gutter: int
+
+    def texture_coordinates(self, mesh: Mesh) -> FloatArray:
+        """Return (u, v) of every vertex of `mesh`, (V, 2) in 0…1: u to the right, v downward.
+
+        Raises
+        ------
+        InputError
+            If a patch of the mesh has no chart here.
+        """
+        cell_of = np.full(int(mesh.patch.max(initial=0)) + 1, -1)
+        for index, cell in enumerate(self.cells):
+            if cell.chart.patch < len(cell_of):
+                cell_of[cell.chart.patch] = index
+        found = cell_of[mesh.patch]
+        if (found < 0).any():
+            raise InputError(f"patch {mesh.patch[found < 0][0]} of the mesh has no chart in the atlas")
+        origin = np.array([(cell.row, cell.column) for cell in self.cells], np.float64)
+        size = np.array([(cell.chart.height, cell.chart.width) for cell in self.cells], np.float64)
+        rows_columns = origin[found] + mesh.parameters * size[found]
+        return np.ascontiguousarray((rows_columns / self.pixels.shape[:2])[:, ::-1])
+
+
+def build_atlas(surface: Surface, texels: Texels, *, gutter: int = 16, threads: int | None = None) -> Atlas:
+    """Pack all charts in one image, and fill their gutters from the neighbours across the edges.
+
+    Parameters
+    ----------
+    surface
+        Says which edges meet.
+    texels
+        One chart per patch, each covering the whole patch.
+    gutter
+        Texels between a chart and the border of its cell: 1, 2, 4 … 256.
+    threads
+        By default one per core; used for large charts.
+
+    Returns
+    -------
+    Atlas
+        Cells in rows, tallest first, about as wide as high; unused area has the charts' mean colour.
+
+    Raises
+    ------
+    InputError
+        If `gutter` is no such power of two, or the charts are not one per patch of `surface`.
+    """
+    if gutter not in (1, 2, 4, 8, 16, 32, 64, 128, 256):
+        raise InputError(f"gutter is {gutter}; allowed: a power of two from 1 to 256")
+    charts = texels.charts
+    _check_charts(charts, len(surface.patches))
+    cells, height, width = _pack(charts, gutter)
+    len(surface.shared)  # found once, here, and not by every thread
+    first = texels.arrays[0]
+    pixels = np.empty((height, width, first.shape[2]), first.dtype)
+    _fill_unused(pixels, cells, _mean_color(texels.arrays, first.dtype))
+
+    of_patch = {chart.patch: array for chart, array in zip(charts, texels.arrays, strict=True)}
+
+    def lay(cell: Cell, array: PixelArray) -> None:
+        inside = pixels[cell.top : cell.top + cell.height, cell.left : cell.left + cell.width]
+        origin = (cell.row - cell.top, cell.column - cell.left)
+        fill_gutters(inside, *origin, array, surface, cell.chart.patch, of_patch)
+
+    tasks: list[Callable[[], object]] = [
+        partial(lay, cell, array) for cell, array in zip(cells, texels.arrays, strict=True)
+    ]
+    # Small charts are laid by Python more than by memory: threads would wait for each other.
+    large = texels.count >= len(charts) << 20
+    run_tasks(tasks, threads=threads if large else 1)
+    return Atlas(frozen_array(pixels), cells, gutter)
+
+
+def _check_charts(charts: Sequence[Chart], patches: int) -> None:
+    if sorted(chart.patch for chart in charts) != list(range(patches)):
+        raise InputError(
+            f"charts cover patches {_listed(charts)}; allowed: one for each of {patches} patches"
+        )
+    for index, chart in enumerate(charts):
+        if (chart.s0, chart.s1, chart.t0, chart.t1) != (0, 1, 0, 1):
+            raise InputError(f"chart {index} covers part of its patch; allowed: the whole patch")
+
+
+def _listed(charts: Sequence[Chart]) -> str:
+    names = [str(chart.patch) for chart in charts]
+    return ", ".join(names if len(names) <= 8 else [*names[:8], "…"]) or "none"
+
+
+def _pack(charts: Sequence[Chart], gutter: int) -> tuple[tuple[Cell, ...], int, int]:
+    """Arrange the cells in rows, tallest first; return them with the height and width of the whole."""
+
+    def padded(size: int) -> int:
+        return -(-(size + 2 * gutter) // gutter) * gutter
+
+    sizes = [(padded(chart.height), padded(chart.width)) for chart in charts]
+    order = sorted(range(len(sizes)), key=lambda index: (-sizes[index][0], -sizes[index][1], index))
+    widest = max(width for _, width in sizes)
+    ideal = sum(height * width for height, width in sizes) ** 0.5
+    # Whole multiples of the widest cell suit charts of one size, the others those of many.
+    limits = {max(widest, int(ideal * factor)) for factor in (1, 1.1, 1.25)}
+    limits |= {widest * max(1, round(ideal / widest) + more) for more in (-1, 0, 1)}
+    tries = [_shelves([sizes[index] for index in order], limit) for limit in sorted(limits)]
+    places, height, width = min(tries, key=lambda found: (max(found[1:]), found[1] * found[2]))
+    cells: dict[int, Cell] = {}
+    for index, (top, left) in zip(order, places, strict=True):
+        cells[index] = Cell(charts[index], top + gutter, left + gutter, top, left, *sizes[index])
+    return tuple(cells[index] for index in range(len(charts))), height, width
+
+
+def _shelves(sizes: Sequence[tuple[int, int]], limit: int) -> tuple[list[tuple[int, int]], int, int]:
+    """Lay rectangles in rows no wider than `limit`; return their corners and the height and width used."""
+    places = []
+    top = left = shelf = used = 0
+    for height, width in sizes:
+        if left and left + width > limit:
+            top, left, shelf = top + shelf, 0, 0
+        places.append((top, left))
+        left += width
+        shelf = max(shelf, height)
+        used = max(used, left)
+    return places, top + shelf, used
+
+
+def _mean_color(arrays: Sequence[PixelArray], dtype: np.dtype[np.generic]) -> NDArray[np.generic]:
+    """Return the mean of every eighth texel each way: near enough for what nobody sees."""
+    means = [array[::8, ::8].mean(axis=(0, 1), dtype=np.float64) for array in arrays]
+    mean = np.mean(means, axis=0)
+    return np.asarray(mean if dtype.kind == "f" else np.rint(mean)).astype(dtype)
+
+
+def _fill_unused(pixels: PixelArray, cells: Sequence[Cell], color: NDArray[np.generic]) -> None:
+    """Paint what no cell covers: the right ends of the rows, and below cells lower than their row."""
+    rows = sorted({cell.top for cell in cells})
+    for top, bottom in pairwise([*rows, pixels.shape[0]]):
+        shelf = [cell for cell in cells if cell.top == top]
+        end = max(cell.left + cell.width for cell in shelf)
+        pixels[top:bottom, end:] = color
+        for cell in shelf:
+            pixels[top + cell.height : bottom, cell.left : cell.left + cell.width] = color

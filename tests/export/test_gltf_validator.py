@@ -1,0 +1,93 @@
+"""Khronos' gltf-validator must find nothing to complain about."""
+
+import json
+import os
+import shutil
+import subprocess
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from textured import make_model
+
+from upholster.export import write_glb
+from upholster.geometry import Surface, ring_cyclide, tessellate
+
+FOLDER = Path(__file__).parents[2] / "build" / "node"
+PACKAGE = "gltf-validator@2.0.0-dev.3.10"
+SCRIPT = """
+const validator = require(process.argv[1]), fs = require('fs');
+const files = process.argv.slice(2);
+Promise.all(files.map(file => validator.validateBytes(new Uint8Array(fs.readFileSync(file))))).then(
+    reports => console.log(JSON.stringify(reports.map(report => report.issues))));
+"""
+
+
+@pytest.fixture(scope="module")
+def validate() -> Any:
+    """Return a function that validates files and returns the issues of each."""
+    node, npm = shutil.which("node"), shutil.which("npm")
+    package = FOLDER / "node_modules" / "gltf-validator"
+    missing = "node is not installed" if node is None else None
+    if missing is None and not package.is_dir():
+        missing = "npm is not installed" if npm is None else _install(str(npm))
+    if missing is not None:
+        if os.environ.get("CI"):
+            pytest.fail(f"gltf-validator must run in CI: {missing}")
+        pytest.skip(missing)
+
+    def run(files: Any) -> Any:
+        command = [str(node), "-e", SCRIPT, str(package), *map(str, files)]
+        done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+        assert done.returncode == 0, done.stderr
+        return json.loads(done.stdout)
+
+    return run
+
+
+def _install(npm: str) -> Any:
+    """Install the validator; return why it failed, None if it did not."""
+    FOLDER.mkdir(parents=True, exist_ok=True)
+    command = [npm, "install", "--no-audit", "--no-fund", "--prefix", str(FOLDER), PACKAGE]
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+    except subprocess.TimeoutExpired:
+        return "npm install gltf-validator took more than 120 s"
+    lines = done.stderr.strip().splitlines()
+    return (
+        None if done.returncode == 0 else f"npm install gltf-validator failed: {lines[-1] if lines else ''}"
+    )
+
+
+def test_no_errors_and_no_warnings(tmp_path: Path, validate: Any) -> None:
+    kinds: list[tuple[Any, dict[str, Any]]] = []
+    for texture, channels, dtype in product(
+        ("png", "jpeg", "webp"), (1, 2, 3, 4), (np.uint8, np.uint16, np.float32)
+    ):
+        kinds.append((texture, {"channels": channels, "dtype": dtype}))
+    for alpha, texture, channels in product(("mask", "blend"), ("png", "webp"), (2, 4)):
+        kinds.append((texture, {"channels": channels, "alpha": alpha, "size": 64}))
+    kinds += [("png", {"kind": "octants"}), ("png", {"kind": "sphere"})]
+    files = []
+    for number, (texture, options) in enumerate(kinds):
+        model = make_model(**options)
+        files.append(tmp_path / f"{number}.glb")
+        write_glb(files[-1], model.mesh, model.uv, model.pixels, texture=texture, name='ring "ä" \\ 1')
+    surface = ring_cyclide()
+    mesh = tessellate(Surface([*surface.patches[0].split(s=0.5), *surface.patches[1:]]), quads=70_000)
+    files.append(tmp_path / "junctions.glb")
+    write_glb(files[-1], mesh, mesh.parameters, make_model().pixels)
+    for file, issues in zip(files, validate(files), strict=True):
+        assert (issues["numErrors"], issues["numWarnings"]) == (0, 0), (file.name, issues["messages"][:3])
+        assert {message["code"] for message in issues["messages"]} <= {"IMAGE_NPOT_DIMENSIONS"}, file.name
+
+
+def test_the_validator_does_find_errors(tmp_path: Path, validate: Any) -> None:
+    model = make_model()
+    write_glb(tmp_path / "x.glb", model.mesh, model.uv, model.pixels)
+    data = bytearray((tmp_path / "x.glb").read_bytes())
+    data[data.index(b'"VEC3"') + 4] = ord("2")
+    (tmp_path / "x.glb").write_bytes(data)
+    assert validate([tmp_path / "x.glb"])[0]["numErrors"] > 0

@@ -1,0 +1,102 @@
+import os
+import stat
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from upholster.errors import InputError
+from upholster.files import outputs
+
+
+def listing(folder: Path) -> Any:
+    return sorted(path.name for path in folder.iterdir())
+
+
+def test_all_appear_at_the_end(tmp_path: Path) -> None:
+    (tmp_path / "b.png").write_text("old")
+    with outputs([tmp_path / "a.glb", tmp_path / "b.png"]) as files:
+        for name in ("a.glb", "b.png", "c.mtl"):
+            beside = files.path(tmp_path / name)
+            assert beside.parent == tmp_path
+            assert beside.suffix == (tmp_path / name).suffix
+            beside.write_text(name)
+        assert files.path(tmp_path / "a.glb") == files.path(str(tmp_path / "a.glb"))
+        assert (tmp_path / "b.png").read_text() == "old"
+        assert not (tmp_path / "a.glb").exists()
+    assert listing(tmp_path) == ["a.glb", "b.png", "c.mtl"]
+    assert (tmp_path / "b.png").read_text() == "b.png"
+
+
+@pytest.mark.parametrize("error", [ValueError, KeyboardInterrupt, SystemExit, InputError])
+def test_none_appears_on_an_error(tmp_path: Path, error: Any) -> None:
+    (tmp_path / "b.png").write_text("old")
+
+    def write() -> None:
+        with outputs([tmp_path / "a.glb", tmp_path / "b.png"]) as files:
+            files.path(tmp_path / "a.glb").write_text("new")
+            files.path(tmp_path / "b.png").write_text("new")
+            raise error
+
+    with pytest.raises(error):
+        write()
+    assert listing(tmp_path) == ["b.png"]
+    assert (tmp_path / "b.png").read_text() == "old"
+
+
+def test_what_is_not_written_is_left_alone(tmp_path: Path) -> None:
+    (tmp_path / "b.png").write_text("old")
+    with outputs([tmp_path / "b.png", tmp_path / "c.png"]):
+        pass
+    assert (tmp_path / "b.png").read_text() == "old"
+    assert listing(tmp_path) == ["b.png"]
+
+
+def refused(*targets: Any) -> Any:
+    ran = False
+    with pytest.raises(InputError) as caught, outputs(targets):
+        ran = True
+    assert not ran  # before the work, not after it
+    assert "\n" not in str(caught.value)
+    return str(caught.value)
+
+
+def test_checked_before_the_work(tmp_path: Path) -> None:
+    (tmp_path / "folder.png").mkdir()
+    os.mkfifo(tmp_path / "pipe")
+    assert "is a directory" in refused(tmp_path / "folder.png")
+    assert "is a directory" in refused(str(tmp_path / "folder.png") + "/")
+    assert "directory does not exist" in refused(tmp_path / "none" / "x.png")
+    assert "not a regular file" in refused(tmp_path / "pipe")
+    assert "not a regular file" in refused("/dev/null")
+    assert "given twice" in refused(tmp_path / "x.png", tmp_path / "folder.png" / ".." / "x.png")
+    assert "null character" in refused("a\0b")
+    assert "cannot be written" in refused("/proc/x.png")
+    assert listing(tmp_path) == ["folder.png", "pipe"]
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="the superuser may write everywhere")
+def test_directory_without_permission(tmp_path: Path) -> None:
+    tmp_path.chmod(stat.S_IRUSR | stat.S_IXUSR)
+    assert "cannot be written: Permission denied" in refused(tmp_path / "x.png")
+
+
+def test_links_stay_links(tmp_path: Path) -> None:
+    (tmp_path / "real").mkdir()
+    (tmp_path / "x.png").symlink_to(tmp_path / "real" / "y.png")
+    with outputs([tmp_path / "x.png"]) as files:
+        files.path(tmp_path / "x.png").write_text("new")
+    assert (tmp_path / "x.png").is_symlink()
+    assert (tmp_path / "real" / "y.png").read_text() == "new"
+
+
+def test_errors_of_the_system_name_the_target(tmp_path: Path) -> None:
+    with outputs([tmp_path / "x.png"]) as files:
+        beside = files.path(tmp_path / "x.png")
+    with pytest.raises(InputError, match=r"x\.png' cannot be written: Is a directory"), outputs() as files:
+        raise IsADirectoryError(21, "Is a directory", str(files.path(tmp_path / "x.png")))
+    with pytest.raises(InputError, match="No space left"), outputs(), open("/dev/full", "w") as full:
+        full.write("x" * 100_000)
+    with pytest.raises(FileNotFoundError), outputs([tmp_path / "x.png"]):
+        (tmp_path / "other").read_text()
+    assert not beside.exists()
