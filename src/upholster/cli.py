@@ -10,13 +10,15 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
-from typing import Annotated, Any, NoReturn
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
 import typer
 
 from upholster._version import __version__
 from upholster.errors import InputError, UpholsterError
-from upholster.types import Progress
+
+if TYPE_CHECKING:  # NumPy, which it imports, would slow down --help
+    from upholster.types import Progress
 
 __all__ = ["app", "main"]
 
@@ -36,8 +38,10 @@ def main() -> NoReturn:
     """Run the command line; bad input is one line on stderr and exit status 2, Ctrl-C is 130."""
     signal.signal(signal.SIGTERM, _interrupt)
     try:
-        app(standalone_mode=False)
-        status = 0
+        # Typer returns an exit code where it would have ended the process: 130 for Ctrl-C.
+        status = app(standalone_mode=False) or 0
+        if status == 130:
+            _stop()
     except UpholsterError as error:
         status = _fail(str(error))
     except KeyboardInterrupt:
@@ -248,7 +252,7 @@ def _bytes(count: int) -> str:
 
 
 @contextmanager
-def _progress(quiet: bool) -> Iterator[Progress | None]:
+def _progress(quiet: bool) -> "Iterator[Progress | None]":
     """Show one bar per stage on stderr, and say once when kernels have to be compiled."""
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn

@@ -24,7 +24,7 @@ def read_obj(path: Path) -> Any:
 
 
 def written(tmp_path: Path, model: Model, stem: str = "ring") -> Any:
-    names = tmp_path / f"{stem}.obj", tmp_path / f"{stem}.mtl", tmp_path / f"{stem}.png"
+    names = tmp_path / f"{stem}.obj", tmp_path / f"{stem}.mtl", tmp_path / f"{stem}_texture.png"
     write_obj(*names, model.mesh, model.uv, model.pixels, stem=stem)
     return read_obj(names[0]), names
 
@@ -75,8 +75,8 @@ def test_files_name_each_other(tmp_path: Path) -> None:
     lines = material.read_text(encoding="utf-8").splitlines()
     assert lines[0] == f"newmtl {rows['usemtl'][0]}"
     assert " " not in rows["usemtl"][0]
-    assert "map_Kd my ring.png" in lines
-    assert "map_d my ring.png" in lines
+    assert "map_Kd my ring_texture.png" in lines
+    assert "map_d my ring_texture.png" in lines
     np.testing.assert_array_equal(read_exemplar(texture), model.pixels)
     assert obj_companions(tmp_path / "my ring.obj") == (material, texture)
 

@@ -20,9 +20,12 @@ _ROWS = 1 << 15
 
 
 def obj_companions(path: str | os.PathLike[str]) -> tuple[Path, Path]:
-    """Return where an OBJ file's material (.mtl) and texture (.png) lie: beside it, under the same name."""
+    """Return where material and texture of ``ring.obj`` lie: ``ring.mtl``, ``ring_texture.png`` beside it.
+
+    ``ring.png`` stays free for a picture of the model.
+    """
     target = Path(path)
-    return target.with_suffix(".mtl"), target.with_suffix(".png")
+    return target.with_suffix(".mtl"), target.with_name(f"{target.stem}_texture.png")
 
 
 def write_obj(
@@ -48,7 +51,7 @@ def write_obj(
     mesh, uv, pixels
         As for `upholster.export.write_glb`.
     stem
-        The files refer to each other as ``stem.mtl`` and ``stem`` with the suffix of `texture`.
+        The files refer to each other as ``stem.mtl`` and ``stem_texture`` with the suffix of `texture`.
 
     Raises
     ------
@@ -75,9 +78,9 @@ def write_obj(
             numbers = np.stack([place_of[corners], corners, corners], axis=2) + 1
             _rows(file, "f" + " %d/%d/%d" * corners.shape[1] + "\n", numbers)
     looks = ["Kd 1 1 1", "Ks 0 0 0", "illum 1", "Pr 0.8", "Pm 0"]
-    lines = [f"newmtl {material_name}", *looks, f"map_Kd {stem}{suffix}"]
+    lines = [f"newmtl {material_name}", *looks, f"map_Kd {stem}_texture{suffix}"]
     if alpha_channel(pixels.shape[2]) is not None:
-        lines.append(f"map_d {stem}{suffix}")
+        lines.append(f"map_d {stem}_texture{suffix}")
     Path(material).write_text("\n".join(lines) + "\n", encoding="utf-8", newline="\n")
 
 

@@ -18,9 +18,9 @@ def cut_grid(
 ) -> int:
     """Push the maximum flow from cells held new (2) to cells held old (1); return it, mark the new side.
 
-    The new side is 1 in `cells`. `residual` (4, n) holds the capacities to the right, below, left and above, and is used up; capacities
-    across the grid's rim must be 0. `held` (n,) also knows free (0) and outside (3) cells. `work` (4, n) is
-    scratch.
+    The new side is 1 in `cells`. `residual` (4, n) holds the capacities to the right, below, left and above,
+    and is used up; capacities across the grid's rim must be 0. `held` (n,) also knows free (0) and outside
+    (3) cells. `work` (4, n) is scratch.
     """
     count = held.shape[0]
     steps = (1, width, -1, -width)

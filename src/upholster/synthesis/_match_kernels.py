@@ -34,7 +34,7 @@ def tile_coefficients(
 def tile_table(
     image: NDArray[np.uint16], channels: int, tile: int, columns: int, table: NDArray[np.int32]
 ) -> None:
-    """Fill `table` (2 · channels, rows · columns) with LLn and HHn of each tile of `image` (H, W · channels)."""
+    """Fill `table` (2 · channels, tiles) with LLn and HHn of each tile of `image` (H, W · channels)."""
     for n in range(table.shape[1]):
         row, column = n // columns, n % columns
         for k in range(channels):

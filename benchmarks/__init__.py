@@ -1,0 +1,1 @@
+"""Benchmarks: ``python -m benchmarks`` runs them all, prints tables and writes ``benchmarks/results.csv``."""

@@ -1,0 +1,30 @@
+"""Run all benchmarks, or those named: ``python -m benchmarks [flagship] [growth] [command] [parts]``."""
+
+import sys
+from pathlib import Path
+
+from benchmarks.command import command
+from benchmarks.flagship import flagship, growth
+from benchmarks.measure import Results
+from benchmarks.parts import parts
+
+BENCHMARKS = {"flagship": flagship, "growth": growth, "command": command, "parts": parts}
+
+
+def main() -> int:
+    """Run, print, write; status 2 for an unknown name."""
+    wanted = sys.argv[1:] or list(BENCHMARKS)
+    unknown = [name for name in wanted if name not in BENCHMARKS]
+    if unknown:
+        print(f"unknown benchmark {unknown[0]!r}; allowed: {', '.join(BENCHMARKS)}", file=sys.stderr)
+        return 2
+    results = Results()
+    for name in wanted:
+        BENCHMARKS[name](results)
+    results.show()
+    if not sys.argv[1:]:
+        results.write(Path(__file__).parent / "results.csv")
+    return 0
+
+
+sys.exit(main())

@@ -1,0 +1,115 @@
+"""F1: a 128² RGB exemplar on the paper's cyclide, 16 charts of 512², method "paper", in memory; and how it grows."""
+
+import json
+import resource
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from shutil import which
+
+import numpy as np
+
+import upholster
+from benchmarks.measure import EXEMPLAR, Results, median_seconds
+
+__all__ = ["flagship", "growth"]
+
+
+def flagship(results: Results) -> None:
+    """Time F1, painting alone, a plain copy, and G'MIC's flat synthesis in the same run."""
+    exemplar = upholster.read_exemplar(EXEMPLAR, resize=128)
+    surface = upholster.ring_cyclide(6, 2, 3)
+    quilt = upholster.synthesize(exemplar, surface, seed=7)
+    texels = upholster.paint(quilt, exemplar)
+    whole = median_seconds(
+        lambda: upholster.paint(upholster.synthesize(exemplar, surface, seed=7), exemplar), runs=11
+    )
+    results.add("F1: synthesis and painting", whole, "s", aim="0.25, at most 0.5", remark="the paper: about 5 s")
+    results.add("F1: blocks", (quilt.placements["mask"] != 2).sum(), "placements")
+    one = median_seconds(
+        lambda: upholster.paint(upholster.synthesize(exemplar, surface, seed=7, threads=1), exemplar, threads=1)
+    )
+    results.add("F1: the same on one thread", one, "s")
+    painting = median_seconds(lambda: upholster.paint(quilt, exemplar), runs=21)
+    copying = median_seconds(lambda: [array.copy() for array in texels.arrays], runs=21)
+    results.add(
+        "F1: painting alone", 1000 * painting, "ms", aim="at most 20", remark=f"a plain copy: {1000 * copying:.2g} ms"
+    )
+    rate = quilt.texel_count / whole
+    results.add("F1: speed", rate / 1e6, "Mtexels/s")
+    peer = _gmic_seconds()
+    if peer is not None:
+        results.add("G'MIC syntexturize_matchpatch, 128² to 512²", peer, "s")
+        results.add("F1 against G'MIC, texels per second", rate * peer / 512**2, "times", aim="at least 50")
+
+
+def _gmic_seconds() -> float | None:
+    if which("gmic") is None:
+        print("gmic is not installed: its comparison is left out", file=sys.stderr)
+        return None
+    with tempfile.TemporaryDirectory() as folder:
+        sample = Path(folder) / "sample.png"
+        from upholster.image import write_image
+
+        write_image(sample, upholster.read_exemplar(EXEMPLAR, resize=128))
+
+        def run(*command: str) -> None:
+            subprocess.run(["gmic", "-v", "-", str(sample), *command, "-o", f"{folder}/out.png"], check=True)
+
+        # Without the time that the program needs to start, read and write.
+        return median_seconds(lambda: run("syntexturize_matchpatch", "512,512"), runs=5) - median_seconds(
+            lambda: run(), runs=5
+        )
+
+
+def growth(results: Results) -> None:
+    """Time per texel and peak memory from 1 to 64 Mtexels, each in a process of its own."""
+    first = {}
+    for name, sizes in {
+        "more patches, charts of 256²": [(4, 256), (8, 256), (16, 256), (32, 256)],
+        "larger charts on 16 patches": [(4, 256), (4, 512), (4, 1024), (4, 2048)],
+    }.items():
+        for spans, chart in sizes:
+            done = subprocess.run(
+                [sys.executable, "-m", "benchmarks.flagship", str(spans), str(chart)],
+                check=True, capture_output=True, text=True, cwd=Path(__file__).parent.parent,
+            )  # fmt: skip
+            found = json.loads(done.stdout)
+            nanoseconds = found["seconds"] / found["texels"] * 1e9
+            base = first.setdefault(name, nanoseconds)
+            results.add(
+                f"growth, {name}: {found['texels'] / 2**20:.0f} Mtexels",
+                nanoseconds,
+                "ns/texel",
+                aim="within 15 % of 1 Mtexel",
+                remark=f"{nanoseconds / base:.2f} of the first",
+            )
+            limit = 3 * found["bytes"] + 250e6
+            results.add(
+                f"peak memory, {name}: {found['texels'] / 2**20:.0f} Mtexels",
+                found["peak"] / 1e6,
+                "MB",
+                aim=f"at most {limit / 1e6:.0f}",
+                remark="3 times the texels plus 250 MB",
+            )
+
+
+def _measure(spans: int, chart: int) -> None:
+    exemplar = upholster.read_exemplar(EXEMPLAR, resize=128)
+    surface = upholster.ring_cyclide(6, 2, 3, spans=(spans, spans))
+    _ = surface.shared
+    times, size, count = [], 0, 0
+    for _ in range(7 if spans * chart <= 4096 else 4):
+        start = time.perf_counter()
+        texels = upholster.paint(upholster.synthesize(exemplar, surface, chart=chart, seed=7), exemplar)
+        times.append(time.perf_counter() - start)
+        size, count = texels.nbytes, texels.count
+        del texels
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+    print(json.dumps({"seconds": float(np.median(times[1:])), "texels": count, "bytes": size, "peak": peak}))
+
+
+if __name__ == "__main__":
+    _measure(int(sys.argv[1]), int(sys.argv[2]))

@@ -1,0 +1,156 @@
+"""The command line as a user meets it: files written, one-line errors, Ctrl-C."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from upholster.image import write_image
+
+COMMAND = [sys.executable, "-m", "upholster"]
+
+
+def run(*arguments, cwd, timeout=120):
+    return subprocess.run([*COMMAND, *arguments], cwd=cwd, capture_output=True, text=True, timeout=timeout)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("cli")
+    rng = np.random.default_rng(0)
+    write_image(folder / "brick.png", rng.integers(0, 256, (64, 64, 3), dtype=np.uint8))
+    (folder / "empty.png").touch()
+    (folder / "text.png").write_text("this is not a picture")
+    (folder / "cut.png").write_bytes((folder / "brick.png").read_bytes()[:2000])
+    (folder / "folder.glb").mkdir()
+    (folder / "nets.json").write_text('{"patches": [{"points": [[[0,0,0],[1,0,0]],[[0,1,0],[1,1,0]]], "weights": [[1,1],[1,-1]]}]}')
+    return folder
+
+
+def test_cover_writes_what_it_says(folder, tmp_path):
+    names = ["ring.glb", "ring.obj", "ring.png", "ring.npz", "tex.webp", "deep.exr"]
+    outputs = [f"-o{'atlas:' if name == 'tex.webp' else ''}{tmp_path / name}" for name in names]
+    report = tmp_path / "report.json"
+    done = run(
+        "cover", "brick.png", "--on", "torus:R=3,r=1", "--chart", "64", "--quads", "400", "--size", "80x60", "--seed", "7",
+        *outputs, "--report", str(report), cwd=folder,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    last = done.stdout.strip().splitlines()[-1]
+    for name in names:
+        assert (tmp_path / name).stat().st_size > 0
+        assert name in last
+    assert " s" in last
+    assert not list(tmp_path.glob(".upholster*"))
+    told = json.loads(report.read_text())
+    assert told["parameters"]["seed"] == 7
+    assert told["parameters"]["on"] == "torus:R=3,r=1"
+    assert told["counts"]["charts"] == 16
+    assert told["counts"]["texels"] == 16 * 64 * 64
+    assert told["counts"]["edge blocks"] == 32 * 3
+    assert told["seconds"]["total"] > 0
+    assert told["peak_memory_bytes"] is None or told["peak_memory_bytes"] > 10**7
+    assert told["written"][str(tmp_path / "ring.glb")] == (tmp_path / "ring.glb").stat().st_size
+
+
+BAD = {
+    "missing exemplar": (["none.png", "--on", "torus", "-o", "a.glb"], "none.png"),
+    "empty exemplar": (["empty.png", "--on", "torus", "-o", "a.glb"], "empty.png"),
+    "text as exemplar": (["text.png", "--on", "torus", "-o", "a.glb"], "text.png"),
+    "truncated exemplar": (["cut.png", "--on", "torus", "-o", "a.glb"], "cut.png"),
+    "folder as exemplar": (["folder.glb", "--on", "torus", "-o", "a.glb"], "folder.glb"),
+    "block larger than exemplar": (["brick.png", "--on", "torus", "-o", "a.glb", "--block", "128"], "128"),
+    "unknown surface": (["brick.png", "--on", "tours", "-o", "a.glb"], "torus"),
+    "unknown parameter": (["brick.png", "--on", "torus:q=3", "-o", "a.glb"], "q"),
+    "mu too large": (["brick.png", "--on", "cyclide:a=6,c=2,mu=7", "-o", "a.glb"], "mu"),
+    "mu not a number": (["brick.png", "--on", "cyclide:mu=nan", "-o", "a.glb"], "mu"),
+    "odd spans": (["brick.png", "--on", "cyclide:spans=5x4", "-o", "a.glb"], "spans"),
+    "negative weight": (["brick.png", "--on", "nets.json", "-o", "a.glb"], "weight"),
+    "block and levels": (["brick.png", "--on", "torus", "-o", "a.glb", "--block", "36"], "block"),
+    "overlap": (["brick.png", "--on", "torus", "-o", "a.glb", "--overlap", "16"], "overlap"),
+    "chart 0": (["brick.png", "--on", "torus", "-o", "a.glb", "--chart", "0"], "chart"),
+    "chart too large": (["brick.png", "--on", "torus", "-o", "a.glb", "--chart", "16385"], "chart"),
+    "too many texels": (["brick.png", "--on", "torus", "-o", "a.glb", "--chart", "16384"], "GiB"),
+    "quads": (["brick.png", "--on", "torus", "-o", "a.glb", "--quads", "-3"], "quads"),
+    "size": (["brick.png", "--on", "torus", "-o", "a.png", "--size", "0x3"], "size"),
+    "size not numbers": (["brick.png", "--on", "torus", "-o", "a.png", "--size", "big"], "size"),
+    "view": (["brick.png", "--on", "torus", "-o", "a.png", "--view", "0,inf"], "view"),
+    "crop": (["brick.png", "--on", "torus", "-o", "a.png", "--crop", "60,60,32,32"], "crop"),
+    "suffix": (["brick.png", "--on", "torus", "-o", "a.stl"], ".stl"),
+    "no folder": (["brick.png", "--on", "torus", "-o", "nowhere/a.glb"], "nowhere"),
+    "a folder": (["brick.png", "--on", "torus", "-o", "folder.glb"], "folder.glb"),
+    "twice": (["brick.png", "--on", "torus", "-o", "a.glb", "-o", "a.glb"], "twice"),
+    "texture": (["brick.png", "--on", "torus", "-o", "a.glb", "--texture", "gif"], "texture"),
+    "not a number": (["brick.png", "--on", "torus", "-o", "a.glb", "--chart", "many"], "chart"),
+    "no output": (["brick.png", "--on", "torus"], "output"),
+    "unknown option": (["brick.png", "--on", "torus", "-o", "a.glb", "--sede", "1"], "--sede"),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_bad_input_is_one_line_and_status_2(name, folder):
+    arguments, named = BAD[name]
+    before = sorted(folder.iterdir())
+    done = run("cover", *arguments, cwd=folder)
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert len(done.stderr.strip().splitlines()) == 1, done.stderr
+    assert named in done.stderr
+    assert "Traceback" not in done.stderr
+    assert sorted(folder.iterdir()) == before
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
+def test_ctrl_c_stops_within_a_second_and_leaves_nothing(folder, tmp_path):
+    target = tmp_path / "big.npz"
+    target.write_text("an older file")
+    arguments = ["cover", "brick.png", "--on", "torus", "--chart", "4096", "--resize", "1024", "-o", str(target)]
+    process = subprocess.Popen([*COMMAND, *arguments], cwd=folder, stderr=subprocess.PIPE, text=True)
+    time.sleep(4)
+    assert process.poll() is None, "finished before it could be stopped"
+    process.send_signal(signal.SIGINT)
+    asked = time.perf_counter()
+    _, errors = process.communicate(timeout=20)
+    assert time.perf_counter() - asked < 1.5
+    assert process.returncode == 130
+    assert errors.strip().splitlines()[-1] == "upholster: stopped, nothing written"
+    assert os.listdir(tmp_path) == ["big.npz"]
+    assert target.read_text() == "an older file"
+
+
+def test_surfaces_lists_every_surface(folder):
+    from upholster.geometry import SURFACES
+
+    done = run("surfaces", cwd=folder)
+    assert done.returncode == 0
+    for kind in SURFACES.values():
+        assert kind.name in done.stdout
+        for parameter in kind.parameters:
+            assert parameter.name in done.stdout
+
+
+def test_help_and_version_answer_without_heavy_imports(folder):
+    code = "import sys, upholster.cli; print([m for m in ('numpy', 'numba', 'OpenImageIO', 'rich') if m in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+    assert run("--version", cwd=folder).stdout.startswith("upholster 0")
+    done = run("cover", "--help", cwd=folder)
+    assert done.returncode == 0
+    assert "--overlap" in done.stdout
+
+
+def test_the_same_seed_writes_the_same_file(folder, tmp_path):
+    for name in ("one.glb", "two.glb"):
+        threads = "1" if name == "one.glb" else "3"
+        done = run(
+            "cover", "brick.png", "--on", "sphere", "--chart", "64", "--seed", "3", "--threads", threads,
+            "-o", str(tmp_path / name), cwd=folder,
+        )  # fmt: skip
+        assert done.returncode == 0, done.stderr
+    assert Path(tmp_path / "one.glb").read_bytes() == Path(tmp_path / "two.glb").read_bytes()
