@@ -1,0 +1,290 @@
+"""Pictures of a textured model: ray casting with Embree, band by band, on any machine, without a display."""
+
+import math
+from collections.abc import Callable
+from functools import partial
+
+import numpy as np
+from embreex.mesh_construction import TriangleMesh
+from embreex.rtcore_scene import EmbreeScene
+from numpy.typing import ArrayLike, NDArray
+
+from upholster.errors import InputError
+from upholster.parallel import run_tasks, thread_count
+from upholster.render._kernels import DEPTH, LIGHT, SUMS, Mesh, Rays, Studio, resolve, shade
+from upholster.render.camera import Camera
+from upholster.render.checks import Color, checked_background, checked_model
+from upholster.render.light import MARGIN, TILE, averaged, key_direction, occlusion_pattern
+from upholster.render.texture import MAX_LEVEL, Pyramid, build_pyramid, checked_texture
+from upholster.types import PixelArray, Progress
+
+__all__ = ["STUDIO_BACKGROUND", "render"]
+
+STUDIO_BACKGROUND = ((0.80, 0.81, 0.82), (0.92, 0.92, 0.91))
+"""Linear colours of the default background at the top and at the bottom."""
+
+_BATCH_RAYS = 1 << 17
+_BAND_ROWS = 96
+_LAYERS = 16
+_DARK = 1 / 512
+
+
+def render(
+    positions: ArrayLike,
+    normals: ArrayLike,
+    uv: ArrayLike,
+    triangles: ArrayLike,
+    texture: PixelArray | None,
+    *,
+    size: tuple[int, int] = (1024, 768),
+    view: tuple[float, float] = (30.0, 30.0),
+    zoom: float = 1.0,
+    target: ArrayLike | None = None,
+    camera: Camera | None = None,
+    supersample: int = 2,
+    background: Color | tuple[Color, Color] | None = STUDIO_BACKGROUND,
+    shadows: bool = True,
+    floor: bool = True,
+    max_level: int = 4,
+    depth: NDArray[np.float32] | None = None,
+    threads: int | None = None,
+    progress: Progress | None = None,
+) -> NDArray[np.float32]:
+    """Take a picture of a textured model.
+
+    Parameters
+    ----------
+    positions
+        (V, 3): vertices in model units; z is up.
+    normals
+        (V, 3): outward normals of any length; where they vanish, the triangle's own is taken.
+    uv
+        (V, 2): texture coordinates, u right and v down, 0 to 1 over the texture; clamped to it.
+    triangles
+        (N, 3): vertices of each triangle. Both sides are shown.
+    texture
+        (H, W, C) uint8 or uint16, sRGB-coded, or float32, linear: grey, grey and alpha, RGB, or RGB and
+        alpha. None shows the bare shape. What lies behind shows through where alpha is below 1, up to 16
+        layers; for occlusion the surface counts as solid.
+    size
+        (width, height) in pixels, 1 to 16384 each.
+    view, zoom, target
+        Where the camera stands: see `Camera.fit`, which is given all vertices.
+    camera
+        The camera itself, instead of the four above.
+    supersample
+        1 to 8: samples per pixel each way.
+    background
+        Linear colour; or two, for top and bottom; or None for a transparent picture.
+    shadows
+        Whether the model throws shadows and shades the sky, on itself and on the floor.
+    floor
+        Whether the model stands on a floor that shows nothing but the shadow; not seen from below.
+    max_level
+        0 to 12: coarsest mip level used, so that an atlas with gutters of 2^max_level texels never bleeds.
+    depth
+        (h, w) float32: filled with the depth of each pixel's nearest sample that is solid (alpha ≥ ½), in
+        model units along the viewing direction, as `Camera.project` gives it; infinite where there is none.
+    threads, progress
+        As in `upholster.parallel.run_tasks`. The picture does not depend on the number of threads.
+
+    Returns
+    -------
+    ndarray
+        (h, w, 3) float32, linear light, 0 to 1; or, if `background` is None, (h, w, 4) with alpha, not
+        premultiplied.
+
+    Raises
+    ------
+    InputError
+        An argument has the wrong shape, is out of range or is not finite.
+
+    Notes
+    -----
+    What faces the key light comes out in about the texture's own colour, most of what is seen at 0.7 to 1 of
+    it; light above 0.9 is compressed toward 1 at constant hue. Samples lie on a rotated grid inside each
+    pixel and are averaged with equal weights.
+
+    References
+    ----------
+    I. Wald et al.: Embree, SIGGRAPH 2014. Texture: see `build_pyramid`. Light: see `upholster.render.light`.
+    """
+    space, normals, uv, triangles = checked_model(positions, normals, uv, triangles)
+    if texture is not None:
+        texture = checked_texture(texture)
+    if camera is None:
+        camera = Camera.fit(space, size=size, view=view, zoom=zoom, target=target)
+    if not isinstance(supersample, (int, np.integer)) or not 1 <= supersample <= 8:
+        raise InputError(f"supersample is {supersample}; allowed: 1 to 8")
+    if not isinstance(max_level, (int, np.integer)) or not 0 <= max_level <= MAX_LEVEL:
+        raise InputError(f"max_level is {max_level}; allowed: 0 to {MAX_LEVEL}")
+    thread_count(threads)
+    width, height = camera.size
+    rows = checked_background(background, height)
+    if depth is not None and (depth.shape != (height, width) or depth.dtype != np.float32):
+        raise InputError(
+            f"depth is {depth.dtype} of shape {depth.shape}; allowed: float32 of shape {(height, width)}"
+        )
+
+    # Everything from here on is in radii about the model's middle: single precision does for any model.
+    lowest, highest = space.min(axis=0), space.max(axis=0)
+    middle, extent = lowest + (highest - lowest) / 2, float((highest - lowest).max())
+    radius = extent * float(np.sqrt((((space - middle) / extent) ** 2).sum(axis=1).max()))
+    mesh = Mesh(triangles, ((space - middle) / radius).astype(np.float32), normals, uv)
+    eye = (camera.eye - middle) / radius
+    studio = Studio(
+        eye=eye,
+        right=camera.axes[0].copy(),
+        up=camera.axes[1].copy(),
+        key=key_direction(camera.axes),
+        floor=float(mesh.positions[:, 2].min()) if floor and shadows else -math.inf,
+        spread=1 / (camera.focal * supersample),
+        pattern=occlusion_pattern(camera.axes, supersample)[: None if shadows else 0],
+        samples=supersample**2,
+    )
+    finest = 0
+    if texture is not None:
+        finest = _finest_level(mesh, camera, studio, *texture.shape[:2])
+    pyramid = build_pyramid(texture, first=min(finest, max_level), last=max_level, threads=threads)
+    image = np.empty((height, width, 4 if background is None else 3), np.float32)
+    work = _Work(mesh, pyramid, studio, camera, rows, image, depth, radius)
+    tasks: list[Callable[[], object]] = [
+        partial(work.paint_band, top, min(top + _BAND_ROWS, height)) for top in range(0, height, _BAND_ROWS)
+    ]
+    try:
+        run_tasks(tasks, threads=threads, progress=progress, stage="rendering")
+    except BaseException:
+        work.stopped = True
+        raise
+    return image
+
+
+class _Work:
+    """One picture in the making: what its bands share."""
+
+    def __init__(
+        self,
+        mesh: Mesh,
+        pyramid: Pyramid,
+        studio: Studio,
+        camera: Camera,
+        background: NDArray[np.float32],
+        image: NDArray[np.float32],
+        depth: NDArray[np.float32] | None,
+        radius: float,
+    ) -> None:
+        self.mesh, self.pyramid, self.studio, self.camera = mesh, pyramid, studio, camera
+        self.background, self.image, self.depth, self.radius = background, image, depth, radius
+        self.supersample = math.isqrt(studio.samples)
+        self.occlusion = len(studio.pattern) > 0
+        # Set when the picture is given up, so that bands under way end at once.
+        self.stopped = False
+        self.scene = EmbreeScene()
+        self.geometry = TriangleMesh(self.scene, mesh.positions, mesh.triangles)
+        # The first query builds the tree, which only one thread may do.
+        self.scene.run(np.zeros((1, 3), np.float32), np.ones((1, 3), np.float32), query="OCCLUDED")
+
+    def paint_band(self, top: int, bottom: int) -> None:
+        """Fill rows `top` to `bottom` of the picture."""
+        height, width = self.image.shape[:2]
+        margin = MARGIN if self.occlusion else 0
+        start, stop = max(top - margin, 0), min(bottom + margin, height)
+        sums = np.zeros((stop - start, width, SUMS), np.float32)
+        sums[..., DEPTH] = math.inf
+        columns = min(width, _BATCH_RAYS // self.studio.samples)
+        step = max(1, _BATCH_RAYS // (columns * self.studio.samples))
+        for row in range(start, stop, step):
+            for column in range(0, width, columns):
+                if self.stopped:
+                    return
+                right = min(column + columns, width)
+                self._trace(np.arange(row, min(row + step, stop)), np.arange(column, right), start, sums)
+        if self.occlusion:
+            lights = averaged(sums, self.studio.spread * self.supersample)
+        else:
+            lights = np.zeros((SUMS - LIGHT, *sums.shape[:2]), np.float32)
+        inner = slice(top - start, bottom - start)
+        rows = self.background[top:bottom]
+        resolve(sums, lights, inner.start, self.studio, rows, self.image[top:bottom])
+        if self.depth is not None:
+            np.multiply(sums[inner, :, DEPTH], self.radius, out=self.depth[top:bottom])
+
+    def _trace(
+        self, rows: NDArray[np.int_], columns: NDArray[np.int_], start: int, sums: NDArray[np.float32]
+    ) -> None:
+        """Add a rectangle of pixels to the sums, whose first row is row `start` of the picture."""
+        samples = np.arange(self.studio.samples)
+        directions = self._directions(rows, columns)
+        origins = np.broadcast_to(self.studio.eye.astype(np.float32), directions.shape)
+        places = (rows[:, None, None] - start) * sums.shape[1] + columns[:, None]
+        pixels = np.repeat(places.reshape(-1), len(samples))
+        tile = (rows[:, None, None] % TILE * TILE + columns[:, None] % TILE) * len(samples)
+        aims = (tile + samples).astype(np.int32).reshape(-1)
+        through = np.ones(len(directions), np.float32)
+        flat_sums = sums.reshape(-1, SUMS)
+        for _ in range(_LAYERS):
+            hits = self.scene.run(origins, directions, query="INTERSECT", output=1)
+            onward = np.empty(directions.shape, np.float32)
+            rays = _room(2 * len(directions) if self.occlusion else 0)
+            asked = shade(
+                hits["primID"], hits["u"], hits["v"], directions, pixels, aims, through, onward,
+                self.mesh, self.pyramid, self.studio, flat_sums, rays,
+            )  # fmt: skip
+            if asked:
+                met = self.scene.run(
+                    rays.origins[:asked], rays.directions[:asked], query="OCCLUDED", dists=rays.reach[:asked]
+                )
+                free = met < 0
+                np.add.at(sums.reshape(-1), rays.slots[:asked][free], rays.weights[:asked][free])
+            alive = through > _DARK
+            if not self.pyramid.see_through or not alive.any():
+                break
+            origins, directions, through = onward[alive], directions[alive], through[alive]
+            pixels, aims = pixels[alive], aims[alive]
+
+    def _directions(self, rows: NDArray[np.int_], columns: NDArray[np.int_]) -> NDArray[np.float32]:
+        """Return the (n, 3) directions of pixels' rays: per pixel supersample² of them, on a rotated grid."""
+        n = self.supersample
+        i, j = np.divmod(np.arange(n * n), n)
+        x = columns[:, None] + (i + (j + 0.5) / n) / n
+        y = rows[:, None, None] + (j + (n - 0.5 - i) / n) / n
+        # Directions are linear in x and y: two small sums instead of three products per ray.
+        right, up, forward = self.camera.axes
+        across = ((x - self.camera.size[0] / 2) / self.camera.focal)[..., None] * right
+        down = ((y - self.camera.size[1] / 2) / self.camera.focal)[..., None] * up
+        result = np.empty((len(rows), len(columns), n * n, 3), np.float32)
+        np.subtract((across + forward).astype(np.float32), down.astype(np.float32), out=result)
+        return result.reshape(-1, 3)
+
+
+def _room(count: int) -> Rays:
+    """Return room for occlusion rays."""
+    return Rays(
+        np.empty((count, 3), np.float32),
+        np.empty((count, 3), np.float32),
+        np.empty(count, np.float32),
+        np.empty(count, np.int64),
+        np.empty(count, np.float32),
+    )
+
+
+def _finest_level(mesh: Mesh, camera: Camera, studio: Studio, height: int, width: int) -> int:
+    """Return the finest mip level that the picture can need: finer ones need not be made."""
+    corners = mesh.positions[mesh.triangles].astype(np.float64)
+    nearest = float(((corners - studio.eye) @ camera.axes[2]).min())
+    if nearest <= 0:
+        return 0
+    one, two = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    aa, bb, ab = (one**2).sum(axis=1), (two**2).sum(axis=1), (one * two).sum(axis=1)
+    area = aa * bb - ab * ab
+    places = mesh.uv[mesh.triangles].astype(np.float64) * (width, height)
+    (ua, va), (ub, vb) = (places[:, 1] - places[:, 0]).T, (places[:, 2] - places[:, 0]).T
+    # The least eigenvalue of U·(EᵀE)⁻¹·Uᵀ (E: a triangle's edges in space, U: in texels) is the square of its
+    # least density.
+    with np.errstate(divide="ignore", invalid="ignore"):
+        trace = (bb * (ua**2 + va**2) - 2 * ab * (ua * ub + va * vb) + aa * (ub**2 + vb**2)) / area
+        least = trace / 2 - np.sqrt(np.maximum((trace / 2) ** 2 - (ua * vb - ub * va) ** 2 / area, 0))
+    seen = (area > 0) & (least > 0)
+    if not seen.any():
+        return 0
+    return max(0, math.floor(math.log2(nearest * studio.spread * math.sqrt(float(least[seen].min())))))
