@@ -102,6 +102,7 @@ def cover(
     ) as files:
         with _timed("read", seconds):
             surface = surface_from_spec(on)
+            _ = surface.shared  # edges that are claimed twice are found now, not after the work
             pixels = read_exemplar(exemplar, crop=crop, resize=resize)
         with _timed("synthesize", seconds):
             quilt = synthesize(pixels, surface, threads=threads, progress=progress, **(synthesis or {}))

@@ -1,1 +1,38 @@
-"""Surfaces made of rational Bézier patches."""
+"""Surfaces made of rational Bézier patches: patches, how their edges meet, builders, files and meshes."""
+
+from upholster.geometry.adjacency import BorderInterval, SharedEdge
+from upholster.geometry.catalog import SURFACES, SurfaceKind, SurfaceParameter, surface_from_spec
+from upholster.geometry.cyclide import ring_cyclide, torus
+from upholster.geometry.files import read_bpt, read_nets, read_surface, write_nets
+from upholster.geometry.mesh import Mesh, tessellate
+from upholster.geometry.patch import RationalPatch
+from upholster.geometry.plane import plane
+from upholster.geometry.revolution import cone, cylinder, ellipsoid, revolve, vase
+from upholster.geometry.sphere import sphere
+from upholster.geometry.surface import Surface
+
+__all__ = [
+    "SURFACES",
+    "BorderInterval",
+    "Mesh",
+    "RationalPatch",
+    "SharedEdge",
+    "Surface",
+    "SurfaceKind",
+    "SurfaceParameter",
+    "cone",
+    "cylinder",
+    "ellipsoid",
+    "plane",
+    "read_bpt",
+    "read_nets",
+    "read_surface",
+    "revolve",
+    "ring_cyclide",
+    "sphere",
+    "surface_from_spec",
+    "tessellate",
+    "torus",
+    "vase",
+    "write_nets",
+]

@@ -1,0 +1,222 @@
+"""The built-in surfaces by name, and the text form of a surface: ``torus:R=2,r=0.7`` or a file's name."""
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from upholster.errors import InputError, nearest
+from upholster.geometry.cyclide import ring_cyclide, torus
+from upholster.geometry.files import SURFACE_SUFFIXES, read_surface
+from upholster.geometry.plane import plane
+from upholster.geometry.revolution import cone, cylinder, ellipsoid, vase
+from upholster.geometry.sphere import sphere
+from upholster.geometry.surface import Surface
+
+__all__ = ["SURFACES", "SurfaceKind", "SurfaceParameter", "surface_from_spec"]
+
+LENGTH = "1e-9 to 1e9"
+UNIT = "model units"
+
+
+@dataclass(frozen=True, slots=True)
+class SurfaceParameter:
+    """A parameter of a built-in surface, as texts for people.
+
+    Attributes
+    ----------
+    name, default
+        As written in ``name=value``; the default has the type of the value: float, int, a pair of ints, or
+        text.
+    allowed
+        Which values.
+    unit
+        ``"model units"`` or empty.
+    meaning
+        What it is.
+    """
+
+    name: str
+    default: float | int | tuple[int, int] | str
+    allowed: str
+    unit: str
+    meaning: str
+
+    def parse(self, text: str) -> object:
+        """Return the value that `text` stands for, of the default's type; the builder checks limits."""
+        wrong = InputError(f"{self.name} is {text[:40]!r}; allowed: {self.allowed}")
+        if isinstance(self.default, str):
+            return text
+        if isinstance(self.default, float):
+            try:
+                return float(text)
+            except ValueError:
+                raise wrong from None
+        sizes = re.fullmatch(r"([0-9]{1,9})(?:[x×]([0-9]{1,9}))?", text)
+        if sizes is None or (sizes[2] is not None) != isinstance(self.default, tuple):
+            raise wrong
+        return (int(sizes[1]), int(sizes[2])) if isinstance(self.default, tuple) else int(sizes[1])
+
+    @property
+    def written(self) -> str:
+        """The default as it is written after the equals sign."""
+        if isinstance(self.default, tuple):
+            return f"{self.default[0]}x{self.default[1]}"
+        return f"{self.default:g}" if isinstance(self.default, float) else str(self.default)
+
+
+@dataclass(frozen=True, slots=True)
+class SurfaceKind:
+    """A built-in surface: its name, one line about it, parameters, patches at the defaults, builder."""
+
+    name: str
+    description: str
+    parameters: tuple[SurfaceParameter, ...]
+    patches: int
+    build: Callable[..., Surface]
+
+
+def _length(name: str, default: float, meaning: str, allowed: str = LENGTH) -> SurfaceParameter:
+    return SurfaceParameter(name, default, allowed, UNIT, meaning)
+
+
+_RING_SPANS = SurfaceParameter(
+    "spans", (4, 4), "two even numbers from 4 to 256, as 4x4", "", "patches round the ring x round the tube"
+)
+_ROUND_SPANS = SurfaceParameter("spans", 4, "3 to 256", "", "patches round the axis")
+
+SURFACES: dict[str, SurfaceKind] = {
+    kind.name: kind
+    for kind in (
+        SurfaceKind(
+            "cyclide",
+            "ring Dupin cyclide: a ring, thick on one side and thin on the other",
+            (
+                _length("a", 6.0, "size of the ring: its outer circle has radius a + mu"),
+                _length("c", 2.0, "unevenness: the tube's radius runs from mu - c to mu + c", "0 <= c < a"),
+                _length("mu", 3.0, "mean radius of the tube", "c < mu <= a"),
+                _RING_SPANS,
+            ),
+            16,
+            ring_cyclide,
+        ),
+        SurfaceKind(
+            "torus",
+            "torus round the z axis",
+            (
+                _length("R", 2.0, "radius of the ring's middle circle"),
+                _length("r", 0.7, "radius of the tube", "0 < r < R"),
+                _RING_SPANS,
+            ),
+            16,
+            torus,
+        ),
+        SurfaceKind(
+            "sphere",
+            "sphere, of six patches without poles or of eight octants",
+            (
+                _length("r", 1.0, "radius"),
+                SurfaceParameter(
+                    "tiling", "six", "six, octants", "", "six bi-quartic or eight bi-quadratic patches"
+                ),
+            ),
+            6,
+            sphere,
+        ),
+        SurfaceKind(
+            "plane",
+            "rectangle, facing up",
+            (
+                _length("width", 1.0, "extent along x"),
+                _length("height", 1.0, "extent along y"),
+                SurfaceParameter(
+                    "spans", (1, 1), "two numbers from 1 to 256, as 1x1", "", "patches along y x along x"
+                ),
+            ),
+            1,
+            plane,
+        ),
+        SurfaceKind(
+            "ellipsoid",
+            "ellipsoid with its poles on the z axis",
+            (
+                _length("rx", 1.5, "half axis along x"),
+                _length("ry", 1.0, "half axis along y"),
+                _length("rz", 0.75, "half axis along z"),
+            ),
+            8,
+            ellipsoid,
+        ),
+        SurfaceKind(
+            "cylinder",
+            "wall of an upright cylinder",
+            (_length("r", 1.0, "radius"), _length("h", 2.0, "height"), _ROUND_SPANS),
+            4,
+            cylinder,
+        ),
+        SurfaceKind(
+            "cone",
+            "wall of an upright cone frustum",
+            (
+                _length("r1", 1.0, "radius at the bottom"),
+                _length("r2", 0.4, "radius at the top; 0 gives a point", f"0, or {LENGTH}"),
+                _length("h", 1.5, "height"),
+                _ROUND_SPANS,
+            ),
+            4,
+            cone,
+        ),
+        SurfaceKind(
+            "vase",
+            "vase with walls and a bottom, inside and outside",
+            (_length("radius", 0.8, "of the belly"), _length("height", 2.4, "height"), _ROUND_SPANS),
+            40,
+            vase,
+        ),
+    )
+}
+"""The built-in surfaces, by name."""
+
+
+def surface_from_spec(text: str) -> Surface:
+    """Make a surface from its text form.
+
+    Parameters
+    ----------
+    text
+        ``name`` or ``name:parameter=value,parameter=value`` of a built-in surface (`SURFACES`), such as
+        ``cyclide:a=6,c=2,mu=3,spans=4x4``; or the name of a file that ends in ``.json``, ``.bpt`` or
+        ``.bpt.txt``.
+
+    Raises
+    ------
+    InputError
+        If the surface, a parameter or a value is unknown or outside its range: names the nearest known name.
+    FormatError
+        If the file is damaged.
+    """
+    if text.lower().endswith(SURFACE_SUFFIXES):
+        return read_surface(text)
+    name, colon, rest = text.partition(":")
+    name = name.strip()
+    if name not in SURFACES:
+        # a name with a dot or a slash is meant as a file's: its suffix is what is wrong
+        if "." in name or "/" in text or "\\" in text:
+            return read_surface(text)
+        raise InputError(f"unknown surface {name[:40]!r}; {nearest(name, SURFACES)}")
+    kind = SURFACES[name]
+    known = {parameter.name: parameter for parameter in kind.parameters}
+    values: dict[str, str] = {}
+    for part in rest.split(",") if colon else []:
+        key, equals, value = part.partition("=")
+        key = key.strip()
+        if not equals:
+            raise InputError(f"{name}: {part[:40]!r} is no parameter=value; known: {', '.join(known)}")
+        if key not in known:
+            raise InputError(f"{name}: unknown parameter {key[:40]!r}; {nearest(key, known)}")
+        if key in values:
+            raise InputError(f"{name}: {key} is given twice; allowed: once")
+        values[key] = value.strip()
+    try:
+        return kind.build(**{key: known[key].parse(value) for key, value in values.items()})
+    except InputError as error:
+        raise InputError(f"{name}: {error}") from None

@@ -1,0 +1,77 @@
+"""All edges of a list of patches, evaluated together: edge number 4·patch + edge."""
+
+from collections import defaultdict
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from upholster.geometry.bernstein import bernstein, bernstein_derivative
+from upholster.geometry.patch import RationalPatch
+from upholster.types import FloatArray
+
+__all__ = ["Edges"]
+
+
+class Edges:
+    """The curves round the patches, grouped by degree so that they are evaluated in few calls.
+
+    Attributes
+    ----------
+    low, high
+        Corners of the boxes round each edge's control points, shape (E, 3): the edge lies inside.
+    """
+
+    def __init__(self, patches: Sequence[RationalPatch]) -> None:
+        self._degree = np.empty(4 * len(patches), dtype=np.int64)
+        self._row = np.empty(4 * len(patches), dtype=np.int64)
+        self.low = np.empty((4 * len(patches), 3))
+        self.high = np.empty((4 * len(patches), 3))
+        self._nets: dict[int, FloatArray] = {}
+        nets: dict[int, list[FloatArray]] = defaultdict(list)
+        for p, patch in enumerate(patches):
+            for k in range(4):
+                net = patch.edge(k)
+                d = len(net) - 1
+                self._degree[4 * p + k], self._row[4 * p + k] = d, len(nets[d])
+                nets[d].append(net)
+        for d, group in nets.items():
+            stacked = np.stack(group)
+            points = stacked[..., :3] / stacked[..., 3:]
+            mine = self._degree == d
+            self._nets[d] = stacked
+            self.low[mine], self.high[mine] = points.min(axis=1), points.max(axis=1)
+
+    def __len__(self) -> int:
+        """Return the number of edges."""
+        return len(self._degree)
+
+    def degenerate(self, tolerance: float) -> NDArray[np.bool_]:
+        """Return which edges are a point: their control points lie within the tolerance (model units)."""
+        small: NDArray[np.bool_] = np.linalg.norm(self.high - self.low, axis=1) <= tolerance
+        return small
+
+    def points(self, index: NDArray[np.int64], u: FloatArray) -> FloatArray:
+        """Return the points of the edges `index` (N,) at their own parameters u (N, K): shape (N, K, 3)."""
+        return self._sum(index, u, derivatives=False)[0]
+
+    def derivatives(self, index: NDArray[np.int64], u: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Return points and derivatives of the edges `index` (N,) at parameters u (N, K): each (N, K, 3)."""
+        return self._sum(index, u, derivatives=True)
+
+    def _sum(
+        self, index: NDArray[np.int64], u: FloatArray, *, derivatives: bool
+    ) -> tuple[FloatArray, FloatArray]:
+        """Evaluate, degree by degree."""
+        points, slopes = np.empty((*u.shape, 3)), np.empty((*u.shape, 3) if derivatives else (0, 3))
+        degrees = self._degree[index]
+        for d in np.unique(degrees).tolist():
+            mine = degrees == d
+            nets = self._nets[d][self._row[index[mine]]]
+            h = bernstein(d, u[mine]) @ nets
+            value = h[..., :3] / h[..., 3:]
+            points[mine] = value
+            if derivatives:
+                g = bernstein_derivative(d, u[mine]) @ nets
+                slopes[mine] = (g[..., :3] - value * g[..., 3:]) / h[..., 3:]
+        return points, slopes
