@@ -1,0 +1,1 @@
+"""What `docs/make_gallery.py` draws the gallery's pictures with."""

@@ -1,0 +1,192 @@
+"""Figures of the method inside a patch: decomposition and matching."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from PIL import Image, ImageDraw
+
+from gallery_tools.drawing import PAPER, Panel, compose, enlarged, heat, text, text_width
+from gallery_tools.shots import Exemplars, read
+from upholster.geometry import plane
+from upholster.synthesis import Quilt, paint, synthesize
+from upholster.types import FloatArray, PixelArray
+from upholster.wavelet import dwt2, subbands
+
+__all__ = ["BLOCK", "LEVELS", "OVERLAP", "RED", "YELLOW", "decomposition", "first_placements", "matching"]
+
+RED, YELLOW, CYAN = (230, 30, 40), (255, 205, 0), (0, 190, 220)
+BLOCK, OVERLAP, LEVELS, TILE = 32, 8, 3, 8
+
+
+def decomposition(exemplars: Exemplars) -> Any:
+    """Draw figure 5: an exemplar and its three-level Haar transform."""
+    exemplar = read(exemplars.pick("cobble"))
+    factor = 2
+    coefficients = dwt2(exemplar, levels=LEVELS)
+    shown = np.empty(exemplar.shape, np.uint8)
+    corners: dict[str, tuple[int, int, int]] = {}
+    bands, places = subbands(coefficients, levels=LEVELS), subbands(shown, levels=LEVELS)
+    index = np.arange(exemplar.shape[0] * exemplar.shape[1]).reshape(exemplar.shape[:2])
+    for name, band in bands.items():
+        level = int(name[2])
+        # An orthonormal coefficient of level l is 2^l times a sample; details are stronger than they are.
+        tone = band / 2**level if name[:2] == "LL" else 128 + 3 * band / 2**level
+        places[name][:] = np.clip(np.rint(tone), 0, 255).astype(np.uint8)
+        first = int(subbands(index, levels=LEVELS)[name][0, 0])
+        corners[name] = (first % exemplar.shape[1], first // exemplar.shape[1], band.shape[0])
+    picture = enlarged(shown, factor)
+    draw = ImageDraw.Draw(picture)
+    for name, (x, y, side) in corners.items():
+        box = (x * factor, y * factor, (x + side) * factor - 1, (y + side) * factor - 1)
+        draw.rectangle(box, outline=PAPER, width=1)
+        size = min(26, max(14, side * factor // 6))
+        plate(draw, (box[0] + 4, box[1] + 4), name, size)
+    return compose(
+        [[
+            Panel(enlarged(exemplar, factor), "(a) exemplar, 256 x 256"),
+            Panel(picture, "(b) three-level Haar transform; details three times as strong"),
+        ]]
+    )  # fmt: skip
+
+
+def plate(draw: Any, place: tuple[float, float], words: str, size: int) -> None:
+    """Write words on a light plate whose top left corner is at `place`."""
+    x, y = place
+    draw.rectangle((x, y, x + text_width(words, size) + 8, y + 1.3 * size), fill=PAPER)
+    text(draw, (x + 4, y + 0.66 * size), words, size=size)
+
+
+def matching(exemplars: Exemplars) -> Any:
+    """Draw figure 6: what a block is compared by, where it is looked for, and what each place costs."""
+    exemplar = read(exemplars.pick("stone_wall"), 128)
+    flat = plane()
+    side, across = 128, 5
+    quilt = synthesize(
+        exemplar, flat, chart=side, block=BLOCK, overlap=OVERLAP, levels=LEVELS, seams=False, seed=1
+    )
+
+    def searched(number: int) -> tuple[float, int, PixelArray, FloatArray]:
+        before = paint(first_placements(quilt, {0: number}), exemplar).arrays[0]
+        top, left = (step * n for n in divmod(number, across))
+        costs = _costs(before[top : top + BLOCK, left : left + BLOCK], exemplar)
+        return float(costs.min()), number, before, costs
+
+    step = BLOCK - OVERLAP
+    inner = [searched(row * across + column) for row in (1, 2, 3) for column in (1, 2, 3)]
+    # A block that has to break off its neighbours' source: continuing it exactly costs nothing.
+    _, number, before, costs = min([one for one in inner if one[0] > 1] or inner, key=lambda one: one[:2])
+    chosen = quilt.placements[number]
+    top, left = (step * n for n in divmod(number, across))
+    laid = np.zeros((side, side), bool)
+    laid[: top + OVERLAP] = True
+    laid[: top + BLOCK, : left + OVERLAP] = True
+    winner = tuple(
+        int(chosen[f"source_{axis}"]) // 16 // TILE - BLOCK // TILE // 2 for axis in ("row", "column")
+    )
+
+    factor = 4
+    bare = np.where(laid[..., None], before, np.uint8(236))
+    chart = enlarged(bare, factor)
+    _grid(chart, (left, top), factor)
+    draw = ImageDraw.Draw(chart)
+    draw.rectangle(_box(left, top, BLOCK, factor), outline=RED, width=4)
+    side_px = exemplar.shape[0] * factor
+    search = enlarged(exemplar, factor)
+    draw = ImageDraw.Draw(search)
+    for i in range(costs.shape[0]):
+        for j in range(costs.shape[1]):
+            x, y = j * TILE * factor, i * TILE * factor
+            draw.ellipse((x - 3, y - 3, x + 3, y + 3), fill=YELLOW)
+    draw.rectangle(_box(winner[1] * TILE, winner[0] * TILE, BLOCK, factor), outline=RED, width=4)
+    cell = side_px // costs.shape[0]
+    scaled = np.sqrt(costs / costs.max())
+    chart_costs = enlarged(heat(1 - scaled), cell)
+    draw = ImageDraw.Draw(chart_costs)
+    box = (winner[1] * cell, winner[0] * cell, (winner[1] + 1) * cell - 1, (winner[0] + 1) * cell - 1)
+    draw.rectangle(box, outline=RED, width=4)
+    return compose(
+        [
+            [
+                Panel(chart, "(a) the next block, and its overlap in tiles"),
+                Panel(search, "(b) its places in the exemplar, the best in red"),
+                Panel(chart_costs, "(c) cost of each place, bright: low"),
+            ],
+            [Panel(_features(before, exemplar, (top, left), winner), "")],
+        ]
+    )
+
+
+def _grid(image: Any, corner: tuple[int, int], factor: int) -> None:
+    """Tint the overlap's tiles of a block, and draw their borders."""
+    shade = Image.new("RGBA", image.size)
+    draw = ImageDraw.Draw(shade)
+    for a, b in _overlap_tiles():
+        x, y = corner[0] + b * TILE, corner[1] + a * TILE
+        draw.rectangle(_box(x, y, TILE, factor), fill=(*CYAN, 70), outline=(*CYAN, 255), width=2)
+    image.paste(shade, (0, 0), shade)
+
+
+def _box(x: int, y: int, size: int, factor: int) -> tuple[int, int, int, int]:
+    return x * factor, y * factor, (x + size) * factor - 1, (y + size) * factor - 1
+
+
+def _overlap_tiles() -> list[tuple[int, int]]:
+    tiles, band = BLOCK // TILE, OVERLAP // TILE
+    return [(a, b) for a in range(tiles) for b in range(tiles) if a < band or b < band]
+
+
+def _costs(block: PixelArray, exemplar: PixelArray) -> FloatArray:
+    """Return the sum of squared differences of the overlap's LL3 and HH3 at each candidate: (13, 13)."""
+    wanted, offered = (subbands(dwt2(image, levels=LEVELS), levels=LEVELS) for image in (block, exemplar))
+    grid, tiles = exemplar.shape[0] // TILE, BLOCK // TILE
+    count = grid - tiles + 1
+    costs = np.zeros((count, count))
+    for name in (f"LL{LEVELS}", f"HH{LEVELS}"):
+        for a, b in _overlap_tiles():
+            difference = offered[name][a : a + count, b : b + count] - wanted[name][a, b]
+            costs += (difference**2).sum(axis=2)
+    return costs
+
+
+def _features(
+    before: PixelArray, exemplar: PixelArray, corner: tuple[int, int], winner: tuple[int, ...]
+) -> Any:
+    """Show the coefficients that are compared: the block's, the best place's."""
+    top, left = corner
+    row, column = winner[0] * TILE, winner[1] * TILE
+    blocks = (
+        ("the block's overlap", before[top : top + BLOCK, left : left + BLOCK]),
+        ("the best place", exemplar[row : row + BLOCK, column : column + BLOCK]),
+    )
+    cell, wide = 30, 1490
+    picture = Image.new("RGB", (wide, 4 * cell + 64), PAPER)
+    draw = ImageDraw.Draw(picture)
+    x = 40
+    for words, block in blocks:
+        bands = subbands(dwt2(block, levels=LEVELS), levels=LEVELS)
+        for name in (f"LL{LEVELS}", f"HH{LEVELS}"):
+            tone = bands[name] / TILE if name[:2] == "LL" else 128 + 6 * bands[name] / TILE
+            for a, b in _overlap_tiles():
+                color = tuple(int(c) for c in np.clip(np.rint(tone[a, b]), 0, 255))
+                box = (x + b * cell, 30 + a * cell, x + (b + 1) * cell - 2, 30 + (a + 1) * cell - 2)
+                draw.rectangle(box, fill=color)
+            text(draw, (x + 2 * cell, 14), name, size=18, align=0.5)
+            x += 4 * cell + 40
+        text(draw, (x - 4 * cell - 60, 4 * cell + 50), words, size=20, align=0.5)
+        x += 60
+    lines = (
+        "(d) what is compared: of each of the overlap's seven",
+        "tiles of 8 x 8 texels one LL3 and one HH3 coefficient",
+        "per channel. The place with the least sum of squared",
+        "differences wins.",
+    )
+    for n, line in enumerate(lines):
+        text(draw, (x + 30, 40 + 30 * n), line, size=20)
+    return picture
+
+
+def first_placements(quilt: Quilt, counts: dict[int, int]) -> Quilt:
+    """Return the quilt with only the first placements on some charts, as `counts` says."""
+    parts = [quilt.on_chart(n)[: counts.get(n)] for n in range(len(quilt.charts))]
+    return replace(quilt, placements=np.concatenate(parts))

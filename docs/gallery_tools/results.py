@@ -1,0 +1,68 @@
+"""Figures of results: twelve textures on three surfaces, and the README's pictures."""
+
+from pathlib import Path
+from typing import Any
+
+from gallery_tools.drawing import Panel, compose
+from gallery_tools.shots import KINDS, Exemplars, cover, kind_of, read, side_by_side, take
+from upholster.geometry import Surface, ring_cyclide, sphere, torus, vase
+
+__all__ = ["hero", "strip", "twelve", "twelve_paths"]
+
+OWN = Path(__file__).resolve().parents[2] / "examples"
+"""The exemplars that the project ships: what README shows can be repeated with them."""
+
+LIKED = {
+    "regular": ("gingham", "mosaic", "brick_wall_red"),
+    "near_regular": ("wood_planks", "stone_wall", "cobble"),
+    "irregular": ("pebbles", "leaves", "onyx"),
+    "stochastic": ("asphalt", "bark", "rust"),
+}
+"""For each class, words in the names of the exemplars for sphere, torus and cyclide."""
+
+
+def twelve_paths(exemplars: Exemplars) -> list[Path]:
+    """Return which exemplars the figure with twelve textures shows, from (a) to (l)."""
+    columns = [exemplars.of_kind(kind, LIKED[kind]) for kind in KINDS]
+    return [column[row] for row in range(3) for column in columns]
+
+
+def twelve(exemplars: Exemplars) -> Any:
+    """Draw figure 12: sphere, torus and cyclide, each with a texture of every class."""
+    rows: list[list[Panel]] = [[], [], []]
+    surfaces: list[tuple[Surface, tuple[float, float], int]] = [
+        (sphere(tiling="octants"), (45.0, 20.0), 192),
+        (torus(2.0, 0.9), (30.0, 40.0), 144),
+        (ring_cyclide(), (150.0, 36.0), 144),
+    ]
+    for n, path in enumerate(twelve_paths(exemplars)):
+        surface, view, chart = surfaces[n // 4]
+        exemplar = read(path)
+        model = cover(surface, exemplar, chart=chart, block=32, overlap=8, seed=n + 1)
+        kind = (kind_of(path) or "").replace("_", " ")
+        rows[n // 4].append(
+            Panel(take(model, size=(330, 300), view=view).image, f"({'abcdefghijkl'[n]}) {kind}".strip())
+        )
+    return compose(rows, gap=14)
+
+
+def hero(_exemplars: Exemplars) -> Any:
+    """Make README's first picture: a cyclide of bricks."""
+    model = cover(
+        ring_cyclide(spans=(8, 4)), read(OWN / "bricks.png"), chart=192, block=96, overlap=32, seed=5
+    )
+    return take(model, size=(1000, 750), view=(150.0, 32.0), supersample=4).image
+
+
+def strip(_exemplars: Exemplars) -> Any:
+    """Make README's second picture: three surfaces with three more exemplars, side by side on one floor."""
+    models = [
+        cover(surface, read(OWN / name), chart=chart, block=64, overlap=16, seed=1, quads=12_000)
+        for surface, name, chart in (
+            (torus(2.0, 0.9, spans=(12, 4)), "weave.png", 128),
+            (vase(), "pebbles.png", 192),
+            (sphere(), "granite.png", 320),
+        )
+    ]
+    places = ((-2.3, 0.44), (0.0, 1.0), (2.05, 0.9))  # x of the middle, scale
+    return side_by_side(models, places, size=(1200, 400), view=(0.0, 24.0))

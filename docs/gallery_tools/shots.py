@@ -1,0 +1,199 @@
+"""Exemplars from a folder, and pictures of models covered with them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from PIL import Image
+
+from gallery_tools.overlay import Overlay
+from upholster.errors import InputError
+from upholster.geometry import Surface, tessellate
+from upholster.image import from_linear, read_exemplar, to_linear
+from upholster.outputs import TexturedModel, WriteOptions
+from upholster.render import Camera, render
+from upholster.synthesis import Chart, Texels, paint, synthesize
+from upholster.types import FloatArray, IntArray, PixelArray
+
+__all__ = ["KINDS", "Exemplars", "Shot", "charted", "cover", "kind_of", "read", "side_by_side", "take"]
+
+KINDS = ("regular", "near_regular", "irregular", "stochastic")
+"""Classes of texture, as a file's name starts with them."""
+
+SUFFIXES = (".png", ".jpg", ".jpeg", ".webp", ".tif", ".tiff", ".exr")
+SIDE = 256
+
+
+@dataclass(frozen=True)
+class Exemplars:
+    """The images of a folder.
+
+    Attributes
+    ----------
+    paths
+        Sorted by name.
+    """
+
+    paths: tuple[Path, ...]
+
+    @classmethod
+    def of(cls, folder: Path) -> "Exemplars":
+        """Find the images of a folder.
+
+        Raises
+        ------
+        InputError
+            If there is no such folder, no image in it, or one that cannot be read.
+        """
+        if not folder.is_dir():
+            raise InputError(f"folder {str(folder)!r} does not exist; allowed: a folder of images")
+        paths = sorted(
+            path for path in folder.iterdir() if path.suffix.lower() in SUFFIXES and path.is_file()
+        )
+        if not paths:
+            raise InputError(f"folder {str(folder)!r} holds no image; allowed: {', '.join(SUFFIXES)}")
+        for path in paths:  # refused now rather than after half a minute
+            try:
+                read(path)
+            except InputError as error:
+                raise InputError(f"exemplar {path.name}: {error}") from None
+        return cls(tuple(paths))
+
+    def pick(self, word: str) -> Path:
+        """Return the first image whose name contains `word`, or else one that the word chooses."""
+        found = [path for path in self.paths if word in path.stem]
+        return found[0] if found else self.paths[sum(word.encode()) % len(self.paths)]
+
+    def of_kind(self, kind: str, words: Sequence[str]) -> list[Path]:
+        """Return as many images of a class as `words`: those that contain them, the rest in order of name."""
+        mine = [path for path in self.paths if kind_of(path) == kind] or list(self.paths)
+        liked = [path for word in words for path in mine if word in path.stem]
+        ranked = list(dict.fromkeys([*liked, *mine]))
+        return [ranked[n % len(ranked)] for n in range(len(words))]
+
+
+def kind_of(path: Path) -> str | None:
+    """Return the class that an image's name starts with, if any."""
+    found = [kind for kind in KINDS if path.stem.startswith(kind)]
+    return found[0] if found else None
+
+
+def read(path: Path, side: int = SIDE) -> PixelArray:
+    """Read an exemplar as 8-bit RGB (side, side, 3): the middle, its shorter side brought to `side`."""
+    pixels = read_exemplar(path, resize=side)
+    shorter = min(pixels.shape[:2])
+    if shorter < side:
+        pixels = read_exemplar(path, resize=round(side * side / shorter))
+    top, left = (max(0, (size - side) // 2) for size in pixels.shape[:2])
+    pixels = from_linear(to_linear(pixels[top : top + side, left : left + side]), np.uint8)
+    color = pixels[:, :, :3] if pixels.shape[2] > 2 else pixels[:, :, :1]
+    return np.ascontiguousarray(np.broadcast_to(color, (*pixels.shape[:2], 3)))
+
+
+def cover(surface: Surface, exemplar: PixelArray, *, quads: int = 20_000, **options: Any) -> TexturedModel:
+    """Cover a surface with an exemplar; options as in `upholster.synthesize`."""
+    quilt = synthesize(exemplar, surface, **options)
+    return TexturedModel(surface, paint(quilt, exemplar), WriteOptions(quads=quads))
+
+
+def charted(surface: Surface, arrays: Sequence[PixelArray], *, quads: int = 20_000) -> TexturedModel:
+    """Put given texels, one (H, W, C) array per patch, on a surface."""
+    charts = tuple(Chart(n, *array.shape[:2]) for n, array in enumerate(arrays))
+    return TexturedModel(surface, Texels(charts, tuple(arrays)), WriteOptions(quads=quads))
+
+
+@dataclass(frozen=True, eq=False)
+class Shot:
+    """A picture of a model, and what is needed to draw over it.
+
+    Attributes
+    ----------
+    image
+        Pillow image.
+    camera
+        Where it was taken from.
+    depth
+        (h, w) float32, see `upholster.render.render`.
+    slack
+        How far behind the surface a line on it may seem to be, in model units.
+    """
+
+    image: Any
+    camera: Camera
+    depth: NDArray[np.float32]
+    slack: float
+
+    def overlay(self) -> Overlay:
+        """Return a layer to draw on."""
+        return Overlay(self.image, self.camera, self.depth, self.slack)
+
+
+def take(
+    subject: Surface | TexturedModel,
+    *,
+    size: tuple[int, int],
+    view: tuple[float, float],
+    supersample: int = 3,
+    around: ArrayLike | None = None,
+    **options: Any,
+) -> Shot:
+    """Take a picture of a model, or of a bare surface in clay.
+
+    Parameters
+    ----------
+    subject
+        What to show.
+    size, view
+        See `upholster.render.Camera.fit`.
+    around
+        (N, 3): more points that have to be in the picture.
+    options
+        Of `Camera.fit` ("zoom", "target") and of `upholster.render.render`.
+    """
+    if isinstance(subject, TexturedModel):
+        mesh, uv, pixels = subject.mesh, subject.uv, subject.atlas.pixels
+    else:
+        mesh = tessellate(subject)
+        uv, pixels = mesh.parameters, None
+    points = mesh.positions if around is None else np.concatenate([mesh.positions, np.asarray(around)])
+    aim = {name: options.pop(name) for name in ("zoom", "target") if name in options}
+    camera = Camera.fit(points, size=size, view=view, **aim)
+    depth = np.empty((size[1], size[0]), np.float32)
+    picture = render(
+        mesh.positions, mesh.normals, uv, mesh.all_triangles(), pixels,
+        camera=camera, supersample=supersample, depth=depth, **options,
+    )  # fmt: skip
+    extent = float(np.ptp(mesh.positions, axis=0).max())
+    return Shot(Image.fromarray(from_linear(picture, np.uint8)), camera, depth, 0.006 * extent)
+
+
+def side_by_side(
+    models: Sequence[TexturedModel],
+    places: Sequence[tuple[float, float]],
+    *,
+    size: tuple[int, int],
+    view: tuple[float, float],
+) -> Any:
+    """Take a picture of several models on one floor; places are (x of the middle, scale)."""
+    width = max(model.atlas.pixels.shape[1] for model in models)
+    height = sum(model.atlas.pixels.shape[0] for model in models)
+    # One texture for all: their atlases one below the other.
+    texture = np.zeros((height, width, 3), np.uint8)
+    parts: list[tuple[FloatArray, FloatArray, FloatArray, IntArray]] = []
+    row = count = 0
+    for model, (x, scale) in zip(models, places, strict=True):
+        pixels, at = model.atlas.pixels, model.mesh.positions * scale
+        rows, columns = pixels.shape[:2]
+        texture[row : row + rows, :columns] = pixels
+        corner, end = at.min(axis=0), at.max(axis=0)
+        middle = (corner + end) / 2
+        at = at + np.array([x - middle[0], -middle[1], -corner[2]])
+        uv = (model.uv * (columns, rows) + (0, row)) / (width, height)
+        parts.append((at, model.mesh.normals, uv, model.mesh.all_triangles() + np.int32(count)))
+        row, count = row + rows, count + len(at)
+    positions, normals, coordinates, triangles = (np.concatenate(part) for part in zip(*parts, strict=True))
+    picture = render(positions, normals, coordinates, triangles, texture, size=size, view=view, supersample=4)
+    return Image.fromarray(from_linear(picture, np.uint8))

@@ -1,0 +1,108 @@
+"""Make the gallery: ``python docs/make_gallery.py FOLDER_OF_EXEMPLARS [--only NAME]``.
+
+Writes docs/gallery/*.jpg and docs/gallery/README.md. The folder holds images of any names; those that start
+with a class of texture (regular_, near_regular_, irregular_, stochastic_) are used for that class. Needs
+Pillow, which the extra "gallery" brings.
+"""
+
+import sys
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from upholster.errors import InputError, UpholsterError, nearest
+
+try:
+    from gallery_tools import method, results, seams, surfaces
+    from gallery_tools.captions import HEAD, caption
+    from gallery_tools.drawing import save_jpeg
+    from gallery_tools.shots import Exemplars
+except ModuleNotFoundError as error:
+    if error.name != "PIL":
+        raise
+    sys.exit("make_gallery: Pillow is not installed; install the extra: pip install 'upholster[gallery]'")
+
+GALLERY = Path(__file__).resolve().parent / "gallery"
+USAGE = "usage: python docs/make_gallery.py FOLDER_OF_EXEMPLARS [--only NAME]"
+
+
+@dataclass(frozen=True)
+class Figure:
+    """One picture of the gallery: its file's name without suffix, its heading, and what draws it."""
+
+    name: str
+    title: str
+    draw: Callable[[Exemplars], Any]
+
+
+FIGURES = (
+    Figure("hero", "Bricks on a ring", results.hero),
+    Figure("strip", "Three more materials", results.strip),
+    Figure("surface", "The surface (figure 1)", surfaces.surface),
+    Figure("patches", "Patches and Bézier polygons (figure 2)", surfaces.patches),
+    Figure("decomposition", "Decomposition (figure 5)", method.decomposition),
+    Figure("matching", "Matching (figure 6)", method.matching),
+    Figure("seams", "Seams (figures 7, 8 and 9)", seams.seams),
+    Figure("mapping", "Mapping (figure 10)", surfaces.mapping),
+    Figure("twelve", "Twelve textures (figure 12)", results.twelve),
+    Figure("stretch", "What a plain mapping does to scale", surfaces.stretch),
+)
+
+
+def readme(exemplars: Exemplars) -> str:
+    """Return the gallery's README."""
+    return HEAD + "".join(
+        f"\n## {figure.title}\n\n![{figure.title}]({figure.name}.jpg)\n\n{caption(figure.name, exemplars)}"
+        for figure in FIGURES
+    )
+
+
+def make(folder: Path, only: str | None) -> None:
+    """Make all pictures, or one, and the README.
+
+    Raises
+    ------
+    InputError
+        If the folder holds no image, one cannot be read, or there is no such picture.
+    """
+    names = [figure.name for figure in FIGURES]
+    if only is not None and only not in names:
+        raise InputError(f"unknown picture {only!r}; {nearest(only, names)}")
+    exemplars = Exemplars.of(folder)
+    GALLERY.mkdir(exist_ok=True)
+    wanted = [figure for figure in FIGURES if only in (None, figure.name)]
+    begin = time.perf_counter()
+    for count, figure in enumerate(wanted, 1):
+        start = time.perf_counter()
+        print(f"[{count}/{len(wanted)}] {figure.name} ...", end=" ", flush=True)
+        size = save_jpeg(figure.draw(exemplars), GALLERY / f"{figure.name}.jpg")
+        print(f"{size / 1000:.0f} kB, {time.perf_counter() - start:.1f} s", flush=True)
+    (GALLERY / "README.md").write_text(readme(exemplars), encoding="utf-8")
+    total = sum(
+        (GALLERY / f"{name}.jpg").stat().st_size for name in names if (GALLERY / f"{name}.jpg").exists()
+    )
+    print(f"docs/gallery: {total / 1e6:.1f} MB of pictures, {time.perf_counter() - begin:.0f} s")
+
+
+def main(arguments: list[str]) -> int:
+    """Run the command; return its exit status."""
+    try:
+        match arguments:
+            case ["-h"] | ["--help"]:
+                print(f"{USAGE}\nNAME is one of: {', '.join(figure.name for figure in FIGURES)}")
+            case [folder, "--only", name] | ["--only", name, folder]:
+                make(Path(folder), name)
+            case [folder] if not folder.startswith("-"):
+                make(Path(folder), None)
+            case _:
+                raise InputError(USAGE)
+    except (UpholsterError, OSError) as error:
+        print(f"make_gallery: {error}", file=sys.stderr)
+        return 2
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
