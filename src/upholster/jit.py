@@ -10,7 +10,7 @@ from typing import Any, TypeVar, cast
 import numba
 from numba.core import event
 
-__all__ = ["inline", "kernel", "on_first_compilation"]
+__all__ = ["inline", "kernel", "on_first_compilation", "spliced"]
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -23,6 +23,11 @@ def kernel(function: Function) -> Function:
 def inline(function: Function) -> Function:
     """Like `kernel`, for small functions that only other kernels call: compiled into each of them."""
     return cast(Function, numba.njit(nogil=True, error_model="numpy")(function))
+
+
+def spliced(function: Function) -> Function:
+    """Like `inline`, but copied into its caller's source: for what is called at one place with many arrays."""
+    return cast(Function, numba.njit(nogil=True, error_model="numpy", inline="always")(function))
 
 
 def on_first_compilation(callback: Callable[[], None]) -> None:

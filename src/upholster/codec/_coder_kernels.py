@@ -1,0 +1,343 @@
+"""Shapiro's embedded zerotree coder, one plane after another: encoder and decoder are the same loop.
+
+A plane has three passes. The *likely* pass visits insignificant coefficients whose neighbourhood promises
+significance, most probable first, in six queues. The *subordinate* pass refines what was significant before.
+The *dominant* pass visits the rest from the roots down; after a zero it says whether the coefficient is a
+zerotree root (ZTR: no descendant becomes significant in this plane) or an isolated zero (IZ). Where the bytes
+at hand do not determine the next bit, the loop returns and can go on from there when there are more.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from upholster.codec._context_kernels import (
+    LEVELS,
+    QUEUES,
+    REFINED,
+    queue_for,
+    refinement_contexts,
+    sign_contexts,
+    significance_contexts,
+    tree_contexts,
+)
+from upholster.codec._model_kernels import BYTES_DONE, code_bit
+from upholster.codec.tree import (
+    ACROSS,
+    ALONG,
+    BAND,
+    BELOW,
+    CHANNEL_STEP,
+    CHILD,
+    CHILD_STEP,
+    COUSIN_A,
+    COUSIN_B,
+    FLAGS,
+    FOLLOWING,
+    KIND,
+    KNOWN,
+    LEVEL,
+    LINE,
+    LOWEST,
+    PADDING,
+    PARENT,
+    PRECEDING,
+    WAITING,
+)
+from upholster.jit import inline, kernel, spliced
+
+__all__ = [
+    "DOMINANT",
+    "LIKELY",
+    "NEGATIVE",
+    "NEWLY",
+    "PHASE",
+    "PLACE",
+    "PLANE",
+    "SEGMENT",
+    "SIGNIFICANT",
+    "SIGNIFICANT_COUNT",
+    "STARTED",
+    "SUBORDINATE",
+    "code_planes",
+]
+
+Ints = NDArray[np.int32]
+Longs = NDArray[np.int64]
+Bytes = NDArray[np.uint8]
+
+# Places in the state after those of the arithmetic coder.
+PLANE, PHASE, QUEUE, PLACE, STEP, SEGMENT, HEAD, TAIL, CURRENT, SIGNIFICANT_COUNT = range(6, 16)
+# Heads and tails of the queues.
+ENDS = 16
+# Phases of a plane, steps of a coefficient.
+STARTED, LIKELY, SUBORDINATE, DOMINANT = 0, 1, 2, 3
+_NEXT, _SIGNIFICANCE, _SIGN, _TREE = 0, 1, 2, 3
+# Flags.
+SIGNIFICANT, NEGATIVE, NEWLY, AWAKE, VISITED, ROOT = 1, 2, 4, 8, 16, 32
+# Where a coefficient waits that is in no queue: nowhere, or done in this plane.
+_NOWHERE, _DONE = 9, 8
+
+# Mixers: by queue and kind, by kind, by kind, by age.
+_MIX_SIGNIFICANCE, _MIX_SIGN, _MIX_TREE, _MIX_REFINE = 0, 28, 32, 36
+
+
+@spliced
+def _append(i: int, queue: int, state: Longs, m: Ints) -> None:
+    last = state[ENDS + 2 * queue + 1]
+    m[WAITING, i] = queue
+    m[FOLLOWING, i], m[PRECEDING, i] = -1, last
+    if last >= 0:
+        m[FOLLOWING, last] = i
+    else:
+        state[ENDS + 2 * queue] = i
+    state[ENDS + 2 * queue + 1] = i
+
+
+@spliced
+def _remove(i: int, state: Longs, m: Ints) -> None:
+    queue, before, after = m[WAITING, i], m[PRECEDING, i], m[FOLLOWING, i]
+    if before >= 0:
+        m[FOLLOWING, before] = after
+    else:
+        state[ENDS + 2 * queue] = after
+    if after >= 0:
+        m[PRECEDING, after] = before
+    else:
+        state[ENDS + 2 * queue + 1] = before
+
+
+@spliced
+def _start_plane(state: Longs, segments: Ints, m: Ints, bands: Ints, a: Ints) -> None:
+    plane = state[PLANE]
+    state[ENDS : ENDS + 2 * QUEUES] = -1
+    for s in range(segments.shape[0]):
+        for i in range(segments[s, 0], segments[s, 1]):
+            flag = m[FLAGS, i]
+            if flag & PADDING:
+                continue
+            m[FLAGS, i] = flag & (SIGNIFICANT | NEGATIVE | AWAKE)
+            m[WAITING, i] = _NOWHERE
+            if flag & (AWAKE | SIGNIFICANT) == AWAKE and plane >= bands[m[BAND, i], LOWEST]:
+                queue = queue_for(i, 0, plane, m, bands, a)
+                if queue < QUEUES:
+                    _append(i, queue, state, m)
+
+
+@inline
+def _child(i: int, n: int, m: Ints, bands: Ints) -> int:
+    # The n-th child of a coefficient that has some: 0 to 3, or 0 to 2 below the approximation; 0: there is
+    # none.
+    band = m[BAND, i]
+    if bands[band, KIND] == 0:
+        return m[CHILD, i] + n * bands[band, CHILD_STEP] if n < 3 else 0
+    return m[CHILD, i] + (n & 1) + (n >> 1) * bands[band, CHILD_STEP]
+
+
+@spliced
+def _wake(i: int, state: Longs, m: Ints, bands: Ints, a: Ints) -> None:
+    # A coefficient beside a newly significant one: it may move to a better queue.
+    flag = m[FLAGS, i]
+    if flag & PADDING:
+        return
+    m[FLAGS, i] = flag | AWAKE
+    plane = state[PLANE]
+    if flag & (SIGNIFICANT | VISITED) or state[PHASE] != LIKELY or plane < bands[m[BAND, i], LOWEST]:
+        return
+    queue = queue_for(i, state[QUEUE], plane, m, bands, a)
+    if queue < QUEUES and queue < m[WAITING, i]:
+        if m[WAITING, i] < QUEUES:
+            _remove(i, state, m)
+        _append(i, queue, state, m)
+
+
+@inline
+def _neighbour(i: int, n: int, along: int, across: int, m: Ints, bands: Ints) -> int:
+    band = m[BAND, i]
+    # Who learns of a new significance: 8 neighbours, 4 children, 2 cousins, the next channel; 0: there is
+    # none.
+    if n < 8:
+        row, column = (0, 0, -1, 1, -1, -1, 1, 1)[n], (-1, 1, 0, 0, -1, 1, -1, 1)[n]
+        return i + row * across + column * along
+    if n < 12:
+        return _child(i, n - 8, m, bands) if m[CHILD, i] > 0 else 0
+    if n == 14:
+        return i + bands[band, CHANNEL_STEP]
+    return i + bands[band, COUSIN_A if n == 12 else COUSIN_B] if bands[band, KIND] > 0 else 0
+
+
+@spliced
+def _become_significant(i: int, negative: int, state: Longs, m: Ints, bands: Ints, a: Ints) -> None:
+    plane = state[PLANE]
+    m[FLAGS, i] |= SIGNIFICANT | NEWLY | (NEGATIVE if negative else 0)
+    m[KNOWN, i] = 1 << plane
+    state[SIGNIFICANT_COUNT] += 1
+    ancestor = m[PARENT, i]
+    while ancestor > 0 and m[BELOW, ancestor] < plane + 1:
+        m[BELOW, ancestor] = plane + 1
+        ancestor = m[PARENT, ancestor]
+    band = m[BAND, i]
+    p, q = bands[band, ALONG], bands[band, ACROSS]
+    for n in range(15):
+        near = _neighbour(i, n, p, q, m, bands)
+        if 0 < near < m.shape[1]:
+            _wake(near, state, m, bands, a)
+    m[FLAGS, i - 2 * p] |= AWAKE
+    m[FLAGS, i + 2 * p] |= AWAKE
+    m[FLAGS, i - 2 * q] |= AWAKE
+    m[FLAGS, i + 2 * q] |= AWAKE
+
+
+@spliced
+def _next_in_queue(state: Longs, m: Ints) -> int:
+    while state[QUEUE] < QUEUES and state[ENDS + 2 * state[QUEUE]] < 0:
+        state[QUEUE] += 1
+    if state[QUEUE] == QUEUES:
+        return -1
+    i = state[ENDS + 2 * state[QUEUE]]
+    _remove(i, state, m)
+    m[WAITING, i] = _DONE
+    return i
+
+
+@kernel
+def code_planes(
+    state: Longs,
+    data: Bytes,
+    values: Ints,
+    deepest: Ints,
+    m: Ints,
+    bands: Ints,
+    segments: Ints,
+    roots: Ints,
+    a: Ints,
+    encoding: bool,
+    most_bytes: int,
+    most_significant: int,
+) -> bool:
+    """Code plane after plane, from wherever `state` is; return whether all planes are done.
+
+    When encoding, `values` are the coefficients and `deepest` the largest magnitude among each one's
+    descendants; it stops after `most_bytes` bytes, or when `most_significant` coefficients are significant.
+    """
+    while state[PLANE] >= 0:
+        plane = state[PLANE]
+        if state[PHASE] == STARTED:
+            _start_plane(state, segments, m, bands, a)
+            state[PHASE], state[QUEUE], state[STEP] = LIKELY, 0, _NEXT
+        if state[PHASE] == SUBORDINATE:
+            while state[SEGMENT] < segments.shape[0]:
+                while state[PLACE] < segments[state[SEGMENT], 1]:
+                    i = state[PLACE]
+                    band = m[BAND, i]
+                    if (
+                        m[FLAGS, i] & (SIGNIFICANT | NEWLY | PADDING) == SIGNIFICANT
+                        and plane >= bands[band, LOWEST]
+                    ):
+                        so_far = m[KNOWN, i] >> (plane + 1)
+                        age = 0 if so_far == 1 else 1 if so_far < 4 else 2
+                        refinement_contexts(i, age, plane, m, bands, a)
+                        bit = (abs(values[i]) >> plane) & 1 if encoding else 0
+                        bit = code_bit(
+                            state,
+                            data,
+                            a,
+                            2,
+                            _MIX_REFINE + age,
+                            400,
+                            encoding,
+                            bit,
+                        )
+                        if bit < 0:
+                            return False
+                        m[KNOWN, i] |= bit << plane
+                        group = (bands[band, KIND] * LEVELS + bands[band, LEVEL]) * 2 + min(age, 1)
+                        a[REFINED + 2 * group + bit] += 1
+                    state[PLACE] += 1
+                if encoding and state[BYTES_DONE] >= most_bytes:
+                    return False
+                state[SEGMENT] += 1
+                if state[SEGMENT] < segments.shape[0]:
+                    state[PLACE] = segments[state[SEGMENT], 0]
+            state[PHASE], state[STEP] = DOMINANT, _NEXT
+            state[HEAD], state[TAIL] = 0, roots.shape[0]
+            m[LINE, : roots.shape[0]] = roots
+        while True:
+            if state[STEP] == _NEXT:
+                if state[PHASE] == LIKELY:
+                    i = _next_in_queue(state, m)
+                    if i < 0:
+                        break
+                    state[STEP] = _SIGNIFICANCE
+                else:
+                    if state[HEAD] == state[TAIL]:
+                        break
+                    i = m[LINE, state[HEAD]]
+                    state[HEAD] += 1
+                    coded = m[FLAGS, i] & (SIGNIFICANT | VISITED) or plane < bands[m[BAND, i], LOWEST]
+                    state[STEP] = _TREE if coded else _SIGNIFICANCE
+                state[CURRENT] = i
+                if encoding and (
+                    state[BYTES_DONE] >= most_bytes or state[SIGNIFICANT_COUNT] >= most_significant
+                ):
+                    return False
+            i = state[CURRENT]
+            kind = bands[m[BAND, i], KIND]
+            if state[STEP] == _SIGNIFICANCE:
+                significance_contexts(i, plane, m, bands, a)
+                queue = state[QUEUE] if state[PHASE] == LIKELY else QUEUES
+                bit = (abs(values[i]) >> plane) & 1 if encoding else 0
+                mixer = _MIX_SIGNIFICANCE + queue * 4 + kind
+                bit = code_bit(state, data, a, 3, mixer, 255, encoding, bit)
+                if bit < 0:
+                    return False
+                m[FLAGS, i] |= VISITED
+                state[STEP] = _SIGN if bit else _TREE
+            if state[STEP] == _SIGN:
+                sign_contexts(i, m, bands, a)
+                bit = 1 if encoding and values[i] < 0 else 0
+                bit = code_bit(
+                    state,
+                    data,
+                    a,
+                    5,
+                    _MIX_SIGN + kind,
+                    400,
+                    encoding,
+                    bit,
+                )
+                if bit < 0:
+                    return False
+                _become_significant(i, bit, state, m, bands, a)
+                state[STEP] = _TREE
+            if state[PHASE] == DOMINANT and m[CHILD, i] > 0:
+                bit = 0
+                if m[FLAGS, i] & SIGNIFICANT == 0 and m[BELOW, i] == 0:
+                    tree_contexts(i, plane, m, bands, a)
+                    bit = 1 if encoding and deepest[i] >> plane == 0 else 0
+                    bit = code_bit(
+                        state,
+                        data,
+                        a,
+                        3,
+                        _MIX_TREE + kind,
+                        255,
+                        encoding,
+                        bit,
+                    )
+                    if bit < 0:
+                        return False
+                if bit:
+                    m[FLAGS, i] |= ROOT
+                else:
+                    for n in range(4):
+                        child = _child(i, n, m, bands)
+                        if child > 0 and m[FLAGS, child] & PADDING == 0:
+                            m[LINE, state[TAIL]] = child
+                            state[TAIL] += 1
+            state[STEP] = _NEXT
+        if state[PHASE] == LIKELY:
+            state[PHASE], state[SEGMENT], state[PLACE] = SUBORDINATE, 0, segments[0, 0]
+        else:
+            state[PHASE] = STARTED
+            state[PLANE] -= 1
+    return True

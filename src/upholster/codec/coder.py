@@ -1,0 +1,246 @@
+"""Embedded coding of wavelet coefficients: from integers to bytes, any prefix of which gives approximations.
+
+Shapiro's zerotrees (IEEE Trans. Signal Processing 41, 1993) with the likely pass, context mixing and binary
+arithmetic coding of SPEC.md. All channels share one stream: what is largest comes first.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from upholster.codec import _coder_kernels as kernels
+from upholster.codec._context_kernels import LEVELS, MODEL_SIZE, REFINED
+from upholster.codec._model_kernels import (
+    BYTES_DONE,
+    BYTES_HERE,
+    CODE,
+    COUNTERS,
+    HIGH,
+    MIXERS,
+    SLACK,
+    STATE_SIZE,
+    WEIGHTS,
+)
+from upholster.codec.tables import POINTS, QUANTA, RECIPROCALS, SQUASH, STRETCH, THRESHOLDS
+from upholster.codec.tree import (
+    BAND,
+    FLAGS,
+    KIND,
+    KNOWN,
+    LEVEL,
+    LL,
+    LOWEST,
+    PADDING,
+    PARENT,
+    Tree,
+)
+from upholster.types import FloatArray, frozen_array
+
+__all__ = ["MAX_PLANE", "CoefficientDecoder", "encode_coefficients"]
+
+MAX_PLANE = 23
+"""Magnitudes are below 2^24, so that scores fit 31 bits."""
+
+_TABLES = frozen_array(np.concatenate([STRETCH, SQUASH, RECIPROCALS, QUANTA, THRESHOLDS]))
+_ENDLESS = 2**62
+
+
+def encode_coefficients(
+    values: NDArray[np.int32],
+    tree: Tree,
+    *,
+    most_bytes: int | None = None,
+    most_significant: int | None = None,
+) -> tuple[int, bytes]:
+    """Encode coefficients, most significant plane first.
+
+    Parameters
+    ----------
+    values
+        (tree.size,) int32 in the tree's order, magnitudes below 2^24, 0 in the padding.
+    tree
+        Their layout.
+    most_bytes
+        Stop at this length.
+    most_significant
+        Stop when so many coefficients have become significant.
+
+    Returns
+    -------
+    plane : int
+        The first plane coded: the decoder must be told. -1 if all values are 0.
+    data : bytes
+        The stream.
+    """
+    plane = int(np.abs(values).max()).bit_length() - 1
+    memory = _Memory(tree, plane)
+    limit = _ENDLESS if most_bytes is None else most_bytes
+    data = np.empty(min(limit, 4 * tree.size) + 4096, np.uint8)
+    share = _ENDLESS if most_significant is None else most_significant
+    done = memory.code(data, np.ascontiguousarray(values), _deepest(values, tree), True, limit, share)
+    state = memory.state
+    count = int(state[BYTES_DONE])
+    # The upper end of the interval determines every bit coded so far.
+    tail = int(state[HIGH]).to_bytes(4, "big") if done or most_significant is not None else b""
+    return plane, (data[:count].tobytes() + tail)[: None if most_bytes is None else most_bytes]
+
+
+class CoefficientDecoder:
+    """Decodes a stream of `encode_coefficients` as its bytes arrive; the work is proportional to the new bytes.
+
+    Parameters
+    ----------
+    tree
+        The layout that the encoder used.
+    plane
+        The first plane, as the encoder returned it.
+    exact
+        Whether a value whose every plane is known is that integer (reversible transforms), or lies in the
+        unit interval above it.
+    """
+
+    def __init__(self, tree: Tree, plane: int, *, exact: bool = False) -> None:
+        self.tree = tree
+        self.exact = exact
+        self._memory = _Memory(tree, plane)
+        self._state = self._memory.state
+        self._data = np.zeros(256, np.uint8)
+        self._state[SLACK] = 0xFFFFFFFF
+        self._state[BYTES_DONE] = 4
+        self.complete = plane < 0
+
+    @property
+    def received(self) -> int:
+        """Bytes fed so far."""
+        return int(self._state[BYTES_HERE])
+
+    @property
+    def significant(self) -> int:
+        """How many coefficients are known to be significant."""
+        return int(self._state[kernels.SIGNIFICANT_COUNT])
+
+    def feed(self, data: bytes) -> None:
+        """Take further bytes and decode every symbol that they determine."""
+        state, here = self._state, self.received
+        if here + len(data) > len(self._data):
+            grown = np.zeros(max(2 * len(self._data), here + len(data)), np.uint8)
+            grown[:here] = self._data[:here]
+            self._data = grown
+        self._data[here : here + len(data)] = np.frombuffer(data, np.uint8)
+        state[BYTES_HERE] = here + len(data)
+        # Bytes that the code register has taken as missing.
+        for place in range(here, min(here + len(data), int(state[BYTES_DONE]))):
+            shift = 8 * (int(state[BYTES_DONE]) - 1 - place)
+            state[CODE] |= int(self._data[place]) << shift
+            state[SLACK] &= ~(255 << shift)
+        if not self.complete:
+            nothing = np.zeros(0, np.int32)
+            self.complete = self._memory.code(self._data, nothing, nothing, False, _ENDLESS, _ENDLESS)
+
+    def magnitudes(self) -> NDArray[np.int32]:
+        """Return what is known for certain: values with their unknown low bits 0, (tree.size,)."""
+        known, flags = self._memory.m[KNOWN], self._memory.m[FLAGS]
+        return np.where(flags & kernels.NEGATIVE, -known, known)
+
+    def values(self) -> FloatArray:
+        """Return the best guess: values within their intervals, (tree.size,), multiples of 1/64.
+
+        Where in its interval a value is put follows from the refinement bits so far (SPEC.md,
+        "Reconstruction").
+        """
+        flags, known = self._memory.m[FLAGS], self._memory.m[KNOWN]
+        plane = int(self._state[kernels.PLANE])
+        significant = np.flatnonzero(flags & (kernels.SIGNIFICANT | PADDING) == kernels.SIGNIFICANT)
+        refined = self._refined(significant, plane)
+        lowest = np.where(refined, plane, plane + 1)
+        band = self.tree.links[BAND, significant]
+        kind, level = self.tree.table[band, KIND], self.tree.table[band, LEVEL]
+        known = known[significant].astype(np.int64)
+        later = (known >> (lowest + 1)) > 0
+        point = self._points()[kind, level, later.astype(np.intp)]
+        exact = self.exact & (lowest <= self.tree.table[band, LOWEST])
+        magnitude = (known << 6) + np.where(exact, 0, point << lowest)
+        out = np.zeros(self.tree.size)
+        out[significant] = np.where(flags[significant] & kernels.NEGATIVE, -magnitude, magnitude) / 64
+        return out
+
+    def _refined(self, places: NDArray[np.intp], plane: int) -> NDArray[np.bool_]:
+        # Which of them are known down to the current plane, not only to the one before.
+        if plane < 0:
+            return np.zeros(len(places), bool)  # plane + 1 = 0 is known of all
+        newly = self._memory.m[FLAGS, places] & kernels.NEWLY != 0
+        phase = int(self._state[kernels.PHASE])
+        if phase == kernels.DOMINANT:
+            return np.ones(len(places), bool)
+        if phase != kernels.SUBORDINATE:
+            return newly if phase == kernels.LIKELY else np.zeros(len(places), bool)
+        segments, done = self.tree.segments, int(self._state[kernels.SEGMENT])
+        passed = np.zeros(self.tree.size, bool)
+        for begin, end in segments[:done]:
+            passed[begin:end] = True
+        if done < len(segments):
+            passed[segments[done, 0] : int(self._state[kernels.PLACE])] = True
+        return newly | passed[places]
+
+    def _points(self) -> NDArray[np.int64]:
+        counts = self._memory.a[REFINED:].astype(np.int64).reshape(4, LEVELS, 2, 2)
+        zeros, ones = counts[..., 0] + 9, counts[..., 1] + 7
+        return POINTS[64 * ones // (zeros + ones)].astype(np.int64)
+
+
+class _Memory:
+    """Everything that changes while planes are coded, and the call that does it."""
+
+    def __init__(self, tree: Tree, plane: int) -> None:
+        size = tree.size
+        self.tree = tree
+        self.state = np.zeros(STATE_SIZE, np.int64)
+        self.state[HIGH] = 0xFFFFFFFF
+        self.state[kernels.PLANE] = plane
+        self.m = np.zeros((10, size), np.int32)
+        self.m[: BAND + 1] = tree.links
+        self.m[FLAGS] = tree.flags
+        self.a = np.empty(MODEL_SIZE, np.int32)
+        self.a[: len(_TABLES)] = _TABLES
+        weights = self.a[WEIGHTS:COUNTERS].reshape(MIXERS, 8)
+        # Each input starts with a weight of 1.1 over their number.
+        weights[:28], weights[28:32], weights[32:36], weights[36:] = 24030, 14418, 24030, 36045
+        self.a[COUNTERS:REFINED] = (1 << 19) << 10
+        self.a[REFINED:] = 0
+
+    def code(
+        self,
+        data: NDArray[np.uint8],
+        values: NDArray[np.int32],
+        deepest: NDArray[np.int32],
+        encoding: bool,
+        most_bytes: int,
+        most_significant: int,
+    ) -> bool:
+        """Code planes from where the state is, see `code_planes`; return whether all are done."""
+        return kernels.code_planes(
+            self.state,
+            data,
+            values,
+            deepest,
+            self.m,
+            self.tree.table,
+            self.tree.segments,
+            self.tree.roots,
+            self.a,
+            encoding,
+            most_bytes,
+            most_significant,
+        )
+
+
+def _deepest(values: NDArray[np.int32], tree: Tree) -> NDArray[np.int32]:
+    """Return the largest magnitude among each coefficient's descendants."""
+    magnitudes = np.abs(values)
+    deepest = np.zeros(tree.size, np.int32)
+    parent = tree.links[PARENT]
+    for band in sorted(tree.bands, key=lambda band: (band.level, -band.kind)):
+        if band.kind != LL:
+            places = tree.places(band).reshape(-1)
+            np.maximum.at(deepest, parent[places], np.maximum(magnitudes[places], deepest[places]))
+    deepest[0] = 0
+    return deepest

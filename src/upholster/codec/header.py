@@ -1,0 +1,157 @@
+"""What a decoder must know before the first coded bit: shape, depth, transforms, first plane (SPEC.md, "Image header")."""
+
+import struct
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from upholster.errors import FormatError
+from upholster.wavelet.lifting import MAX_LEVELS, Wavelet
+
+__all__ = ["MAX_SAMPLES", "ImageHeader"]
+
+MAX_SAMPLES = 6_000_000
+"""Height × width × channels, at most: what a decoder allocates stays below 256 MiB, however small the file."""
+
+_WAVELETS: tuple[Wavelet, ...] = ("9/7", "5/3", "haar")
+_KLT, _YCOCG = 1, 2
+_DTYPES = (np.uint8, np.uint16, np.float32)
+_FIXED = struct.Struct("<HHBBBBB")
+
+
+@dataclass(frozen=True)
+class ImageHeader:
+    """Header of a coded image.
+
+    Attributes
+    ----------
+    height, width, channels
+        Shape.
+    dtype
+        uint8, uint16, or float32, which is coded as 16-bit integers between `low` and `high`.
+    wavelet, levels
+        The transform: "9/7" (ordinary), "5/3" or "haar" (reversible).
+    plane
+        The first plane coded, -1 to 23.
+    fineness
+        "9/7": coefficients are multiples of 2^-fineness, 0 to 7.
+    matrix
+        KLT of the first three channels, (3, 3) int16 in 1/16384, or None.
+    ycocg
+        Whether the first three channels are coded as YCoCg-R.
+    means
+        What was taken off each channel, integers.
+    low, high
+        Range of float samples.
+    """
+
+    height: int
+    width: int
+    channels: int
+    dtype: np.dtype[np.generic]
+    wavelet: Wavelet
+    levels: int
+    plane: int
+    fineness: int = 0
+    matrix: NDArray[np.int16] | None = None
+    ycocg: bool = False
+    means: tuple[int, ...] = field(default_factory=tuple)
+    low: float = 0.0
+    high: float = 1.0
+
+    @property
+    def length(self) -> int:
+        """Bytes that the header takes."""
+        return len(self.pack())
+
+    @property
+    def exact(self) -> bool:
+        """Whether the whole stream gives every sample back exactly."""
+        return self.wavelet != "9/7"
+
+    def pack(self) -> bytes:
+        """Return the header as bytes."""
+        color = _KLT if self.matrix is not None else _YCOCG if self.ycocg else 0 kind =
+        _WAVELETS.index(self.wavelet) | color << 2 | [np.dtype(d) for d in _DTYPES].index(self.dtype) << 4
+        parts = [
+            _FIXED.pack(self.height, self.width, self.channels, kind, self.levels, self.plane + 1,
+            self.fineness), struct.pack(f"<{self.channels}H", *self.means),
+        ]
+        if self.matrix is not None:
+            parts.append(self.matrix.astype("<i2").tobytes())
+        if self.dtype == np.float32:
+            parts.append(struct.pack("<ff", self.low, self.high))
+        return b"".join(parts)
+
+    @classmethod
+    def parse(cls, data: bytes, *, offset: int = 0) -> "ImageHeader":
+        """Read a header from the start of `data`.
+
+        Parameters
+        ----------
+        data
+            At least the header's bytes.
+        offset
+            Where `data` lies in its file, for messages.
+
+        Raises
+        ------
+        FormatError
+            If it is cut, or a value is outside its limits.
+        """
+        if len(data) < _FIXED.size:
+            raise _fault(offset, f"the image header is cut after {len(data)} bytes")
+        height, width, channels, kind, levels, plane, fineness = _FIXED.unpack_from(data)
+        wavelet, color, depth = kind & 3, kind >> 2 & 3, kind >> 4
+        for name, value, least, most in (
+            ("height", height, 1, 65535),
+            ("width", width, 1, 65535),
+            ("channels", channels, 1, 64),
+            ("wavelet", wavelet, 0, 2),
+            ("colour transform", color, 0, 2),
+            ("depth", depth, 0, 2),
+            ("levels", levels, 0, MAX_LEVELS),
+            ("first plane", plane, 0, 24),
+            ("fineness", fineness, 0, 7),
+            ("samples", height * width * channels, 1, MAX_SAMPLES),
+        ):
+            if not least <= value <= most:
+                raise _fault(offset, f"the image header's {name} is {value}; allowed: {least} to {most}")
+        if color and channels < 3:
+            raise _fault(offset, f"the image header has a colour transform but {channels} channels")
+        if (color == _KLT and wavelet) or (color == _YCOCG and not wavelet):
+            raise _fault(offset, "the image header's colour transform does not go with its wavelet")
+        size = _FIXED.size + 2 * channels + (18 if color == _KLT else 0) + (8 if depth == 2 else 0)
+        if len(data) < size:
+            raise _fault(offset, f"the image header is cut after {len(data)} of {size} bytes")
+        place = _FIXED.size
+        means = struct.unpack_from(f"<{channels}H", data, place)
+        place += 2 * channels
+        matrix = None
+        if color == _KLT:
+            matrix = np.frombuffer(data, "<i2", 9, place).astype(np.int16).reshape(3, 3)
+            place += 18
+        low, high = struct.unpack_from("<ff", data, place) if depth == 2 else (0.0, 1.0)
+        if not (np.isfinite(low) and np.isfinite(high) and low <= high):
+            raise _fault(offset + place, f"the image header's range is {low} to {high}; allowed: finite,
+            rising")
+        return cls(
+            height,
+            width,
+            channels,
+            np.dtype(_DTYPES[depth]),
+            _WAVELETS[wavelet],
+            levels,
+            plane - 1,
+            fineness,
+            matrix,
+            color == _YCOCG,
+            means,
+            low,
+            high,
+        )
+
+
+def _fault(offset: int, what: str) -> FormatError:
+    return FormatError(f"byte {offset}: {what}")

@@ -1,0 +1,243 @@
+"""Whole images through the codec: samples to header and stream, and back from any prefix of it."""
+
+import math
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from upholster.codec.coder import MAX_PLANE, CoefficientDecoder, encode_coefficients
+from upholster.codec.color import fit_klt, from_ycocg, to_ycocg, unmix
+from upholster.codec.header import MAX_SAMPLES, ImageHeader
+from upholster.codec.tree import Band, Tree, build_tree
+from upholster.errors import InputError
+from upholster.types import FloatArray, PixelArray
+from upholster.wavelet.lifting import MAX_LEVELS, WAVELETS, Wavelet, band_norms, forward, inverse
+
+__all__ = ["ImageDecoder", "encode_parts"]
+
+
+def encode_parts(
+    image: PixelArray,
+    *,
+    wavelet: Wavelet | None = None,
+    levels: int | None = None,
+    lossless: bool = False,
+    most_bytes: int | None = None,
+    most_significant: int | None = None,
+) -> tuple[bytes, bytes]:
+    """Encode an image.
+
+    Parameters
+    ----------
+    image
+        (H, W, C), 1×1 or larger, at most 6 million samples; uint8, uint16, or float32, which is coded as
+        16-bit integers over its range.
+    wavelet
+        "9/7" (default), "5/3" (default if lossless) or "haar".
+    levels
+        0 to 10; by default as many as leave the approximation about 4 samples wide, at most 6.
+    lossless
+        Whether the whole stream must give every sample back exactly: asks for "5/3" or "haar".
+    most_bytes
+        Largest length of header and stream together; None: until every sample is within 1 of the original, or
+        exact.
+    most_significant
+        Stop when so many coefficients have become significant.
+
+    Returns
+    -------
+    header, payload : bytes
+        The header (`ImageHeader`) and the stream; any prefix of the stream decodes.
+
+    Raises
+    ------
+    InputError
+        For an image or options that do not fit.
+    """
+    if image.ndim != 3 or 0 in image.shape or image.shape[2] > 64:
+        raise InputError(f"image has shape {image.shape}; allowed: (height, width, 1 to 64 channels)")
+    if image.size > MAX_SAMPLES or max(image.shape[:2]) > 65535:
+        raise InputError(
+            f"image has {image.size:,} samples ({image.shape[1]}×{image.shape[0]}); allowed: {MAX_SAMPLES:,},
+            " "65535 each way"
+        )
+    if image.dtype not in (np.uint8, np.uint16, np.float32):
+        raise InputError(f"image is of {image.dtype}; allowed: uint8, uint16, float32")
+    wavelet = wavelet or ("5/3" if lossless else "9/7")
+    if wavelet not in WAVELETS:
+        raise InputError(f"unknown wavelet {wavelet!r}; allowed: {', '.join(WAVELETS)}")
+    if lossless and wavelet == "9/7":
+        raise InputError("wavelet is 9/7 with lossless; allowed: 5/3, haar")
+    if levels is not None and not 0 <= levels <= MAX_LEVELS:
+        raise InputError(f"levels is {levels}; allowed: 0 to {MAX_LEVELS}")
+    height, width, channels = image.shape
+    levels = _levels(height, width) if levels is None else levels
+    samples, low, high = _integers(image)
+    matrix: NDArray[np.int16] | None = None
+    if wavelet == "9/7":
+        means = np.rint(samples.mean(axis=(0, 1)))
+        planes: NDArray[Any] = samples - means
+        if channels >= 3:
+            matrix = fit_klt(planes[..., :3])
+            planes[..., :3] = np.linalg.solve(matrix / 16384.0, planes[..., :3].reshape(-1, 3).T).T.reshape(
+                height, width, 3
+            )
+    else:
+        planes, means = samples, np.zeros(channels)
+        if channels >= 3:
+            planes = np.concatenate([to_ycocg(samples[..., :3]), samples[..., 3:]], axis=2)
+        else:
+            # Centred, so that the approximation's signs carry information.
+            means = np.full(channels, 1 << (8 * min(samples.itemsize, image.dtype.itemsize) - 1))
+            planes = samples - means.astype(np.int32)
+    coefficients = forward(planes, wavelet=wavelet, levels=levels)
+    for fineness in _finenesses(wavelet, coefficients, levels):
+        header = ImageHeader(
+            height, width, channels, image.dtype, wavelet, levels, -1, fineness, matrix,
+            wavelet != "9/7" and channels >= 3, tuple(int(mean) for mean in means), low, high,
+        )  # fmt: skip
+        tree = _tree(header)
+        values = np.zeros(tree.size, np.int32)
+        for band in tree.bands:
+            part = coefficients[_window(band, height, width)] / _unweight(header, band)
+            values[tree.places(band)] = np.trunc(part).astype(np.int32)
+        room = None if most_bytes is None else max(0, most_bytes - len(header.pack()))
+        plane, payload = encode_coefficients(
+            values, tree, most_bytes=room, most_significant=most_significant
+        )
+        header = ImageHeader(**{**header.__dict__, "plane": plane})
+        if wavelet != "9/7" or room is not None or most_significant is not None:
+            break
+        decoder = ImageDecoder(header)
+        decoder.feed(payload)
+        if np.abs(decoder.integers() - samples).max() <= 1:
+            break
+    return header.pack(), payload
+
+
+class ImageDecoder:
+    """Decodes an image as its stream arrives.
+
+    Parameters
+    ----------
+    header
+        The image's header.
+    """
+
+    def __init__(self, header: ImageHeader) -> None:
+        self.header = header
+        self._tree = _tree(header)
+        self._coefficients = CoefficientDecoder(self._tree, header.plane, exact=header.exact)
+
+    @property
+    def complete(self) -> bool:
+        """Whether every plane is decoded."""
+        return self._coefficients.complete
+
+    @property
+    def received(self) -> int:
+        """Bytes of the stream taken so far."""
+        return self._coefficients.received
+
+    @property
+    def significant(self) -> int:
+        """How many coefficients are significant so far."""
+        return self._coefficients.significant
+
+    @property
+    def coefficients(self) -> int:
+        """How many coefficients there are, over all channels."""
+        return self.header.height * self.header.width * self.header.channels
+
+    def feed(self, data: bytes) -> None:
+        """Take further bytes of the stream; the work is proportional to their number."""
+        self._coefficients.feed(data)
+
+    def image(self) -> PixelArray:
+        """Return the image as far as it is known: (H, W, C) of the header's dtype."""
+        integers = self.integers()
+        header = self.header
+        if header.dtype != np.float32:
+            return integers.astype(header.dtype)
+        step = (header.high - header.low) / 65535
+        return (integers * step + header.low).astype(np.float32)
+
+    def integers(self) -> NDArray[np.int32]:
+        """Return the samples as the integers that are coded, (H, W, C)."""
+        header = self.header
+        shape = (header.height, header.width, header.channels)
+        real = header.wavelet == "9/7"
+        nested = np.zeros(shape, np.float64 if real else np.int32)
+        values = self._coefficients.values()
+        for band in self._tree.bands:
+            part = values[self._tree.places(band)] * _unweight(header, band)
+            # Reversible transforms want integers: toward zero, which changes nothing once all planes are
+            # there.
+            nested[_window(band, header.height, header.width)] = part if real else np.trunc(part)
+        planes = inverse(nested, wavelet=header.wavelet, levels=header.levels)
+        if header.matrix is not None:
+            planes[..., :3] = unmix(planes[..., :3], header.matrix)
+        if header.ycocg:
+            planes[..., :3] = from_ycocg(planes[..., :3])
+        planes += np.array(header.means, planes.dtype)
+        most = 255 if header.dtype == np.uint8 else 65535
+        # Half away from zero is the same everywhere; negative sums are clipped anyway.
+        rounded = np.floor(planes + 0.5) if real else planes
+        return np.clip(rounded, 0, most).astype(np.int32)
+
+
+def _levels(height: int, width: int) -> int:
+    return max(0, min(6, math.ceil(math.log2(max(1, min(height, width)))) - 2))
+
+
+def _integers(image: PixelArray) -> tuple[NDArray[np.int32], float, float]:
+    if image.dtype != np.float32:
+        return image.astype(np.int32), 0.0, 1.0
+    low, high = float(image.min()), float(image.max())
+    if not (np.isfinite(low) and np.isfinite(high)):
+        raise InputError("image has samples that are not finite")
+    scale = 65535 / (high - low) if high > low else 0.0
+    return np.rint((image.astype(np.float64) - low) * scale).astype(np.int32), low, high
+
+
+def _finenesses(wavelet: Wavelet, coefficients: NDArray[Any], levels: int) -> list[int]:
+    # A half is fine enough for most images; finer ones follow until every sample is within 1.
+    if wavelet != "9/7":
+        return [0]
+    largest = float(np.abs(coefficients).max()) * 1.1
+    room = MAX_PLANE - math.ceil(math.log2(max(1.0, largest)))
+    return [fineness for fineness in range(1, 8) if fineness <= room] or [max(0, room)]
+
+
+def _tree(header: ImageHeader) -> Tree:
+    lowest = None
+    if header.exact:
+        lowest = tuple(
+            tuple(_shift(header.wavelet, level, kind, header.levels) for kind in range(4))
+            for level in range(header.levels + 1)
+        )
+    return build_tree(header.height, header.width, header.channels, header.levels, lowest)
+
+
+@lru_cache
+def _shift(wavelet: Wavelet, level: int, kind: int, levels: int) -> int:
+    # Norms of reversible transforms are powers of 2, the smallest of them 1/2 (HH1).
+    norm = band_norms(wavelet, level)[kind]
+    return round(math.log2(norm)) + (1 if levels > 0 else 0)
+
+
+def _unweight(header: ImageHeader, band: Band) -> float:
+    """Return what a coded value is multiplied with to give a coefficient: a multiple of 1/2^20 for "9/7"."""
+    if header.exact:
+        return 1.0 / 2 ** _shift(header.wavelet, band.level, band.kind, header.levels)
+    norm = band_norms(header.wavelet, band.level)[band.kind]
+    return round(2**20 / norm) / 2.0 ** (20 + header.fineness)
+
+
+def _window(band: Band, height: int, width: int) -> tuple[slice, slice, int]:
+    """Return where a band lies in the nested layout."""
+    top = -(-height // 2**band.level) if band.kind >= 2 else 0
+    left = -(-width // 2**band.level) if band.kind % 2 else 0
+    return slice(top, top + band.rows), slice(left, left + band.columns), band.channel

@@ -1,0 +1,127 @@
+"""Lifted wavelet transforms for coding: 9/7 in float64, 5/3 and Haar (the S-transform) in integers, reversible.
+
+Coefficients lie nested in an array of the image's shape, as in `upholster.wavelet.haar`. Any size from 1×1
+works; each level halves both sides, rounding up, and a side of 1 stays 1.
+"""
+
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from upholster.errors import InputError
+from upholster.wavelet._lifting_kernels import DAUBECHIES97, HAAR, LEGALL53, lift_forward, lift_inverse
+from upholster.wavelet.haar import level_shape
+
+__all__ = ["MAX_LEVELS", "WAVELETS", "Wavelet", "band_norms", "forward", "inverse"]
+
+Wavelet = Literal["9/7", "5/3", "haar"]
+
+MAX_LEVELS = 10
+
+WAVELETS: dict[str, tuple[int, int, type]] = {
+    "9/7": (DAUBECHIES97, 4, np.float64),
+    "5/3": (LEGALL53, 2, np.int32),
+    "haar": (HAAR, 2, np.int32),
+}
+"""Kind, number of lifting steps and dtype of each wavelet."""
+
+# L2 norms of the synthesis functions of LL, HL (as LH) and HH at levels 1, 2 …; later levels are as the last.
+_NORMS: dict[str, tuple[tuple[float, float, float], ...]] = {
+    "9/7": (
+        (0.9830, 1.0113, 1.0404),
+        (1.0306, 0.9984, 0.9672),
+        (1.0521, 1.0458, 1.0396),
+        (1.0585, 1.0668, 1.0751),
+        (1.0602, 1.0729, 1.0858),
+        (1.0606, 1.0745, 1.0887),
+        (1.0607, 1.0749, 1.0894),
+    ),
+}
+
+
+def forward(image: NDArray[Any], *, wavelet: Wavelet, levels: int) -> NDArray[Any]:
+    """Transform an image.
+
+    Parameters
+    ----------
+    image
+        (H, W) or (H, W, C), at least 1×1; integers for "5/3" and "haar", within ±2^24.
+    wavelet
+        "9/7" (float64), "5/3" or "haar" (int32, reversible).
+    levels
+        0 to 10.
+
+    Returns
+    -------
+    ndarray
+        Coefficients of the image's shape: float64 or int32.
+
+    Raises
+    ------
+    InputError
+        For an unknown wavelet, levels out of range, or an array that does not fit.
+
+    References
+    ----------
+    Daubechies, Sweldens: Factoring wavelet transforms into lifting steps, 1998. Calderbank et al.: Wavelet
+    transforms that map integers to integers, 1998.
+    """
+    planes, (kind, steps, _) = _planes(image, wavelet, levels)
+    for plane in planes:
+        spare = np.empty_like(plane)
+        for level in range(levels):
+            height, width = level_shape(plane.shape, level)
+            lift_forward(kind, steps, plane, height, width, spare)
+    return _joined(planes, image)
+
+
+def inverse(coefficients: NDArray[Any], *, wavelet: Wavelet, levels: int) -> NDArray[Any]:
+    """Invert `forward`: exactly for integers, to rounding for "9/7".
+
+    Raises
+    ------
+    InputError
+        As `forward`.
+    """
+    planes, (kind, steps, _) = _planes(coefficients, wavelet, levels)
+    for plane in planes:
+        spare = np.empty_like(plane)
+        for level in range(levels - 1, -1, -1):
+            height, width = level_shape(plane.shape, level)
+            lift_inverse(kind, steps, plane, height, width, spare)
+    return _joined(planes, coefficients)
+
+
+def band_norms(wavelet: Wavelet, level: int) -> tuple[float, float, float, float]:
+    """Return the L2 norms of the synthesis functions of LL, HL, LH and HH at `level` (0: the image itself).
+
+    A coefficient times its norm says how much it matters, in samples. For the integer transforms the norms
+    are rounded to powers of 2, so that weighting is a shift.
+    """
+    if level == 0:
+        return 1.0, 1.0, 1.0, 1.0
+    if wavelet == "9/7":
+        low, mixed, high = _NORMS["9/7"][min(level, 7) - 1]
+    else:
+        low, mixed, high = 2.0**level, 2.0 ** (level - 1), 2.0 ** (level - 2)
+    return low, mixed, mixed, high
+
+
+def _planes(array: NDArray[Any], wavelet: Wavelet, levels: int) -> tuple[NDArray[Any], tuple[int, int, type]]:
+    shape = np.shape(array)
+    if wavelet not in WAVELETS:
+        raise InputError(f"unknown wavelet {wavelet!r}; allowed: {', '.join(WAVELETS)}")
+    if not 0 <= levels <= MAX_LEVELS:
+        raise InputError(f"levels is {levels}; allowed: 0 to {MAX_LEVELS}")
+    if len(shape) not in (2, 3) or 0 in shape:
+        raise InputError(f"image has shape {shape}; allowed: (height, width) or (height, width, channels)")
+    kind = WAVELETS[wavelet]
+    if kind[2] is np.int32 and not np.issubdtype(np.asarray(array).dtype, np.integer):
+        raise InputError(f"image is of {np.asarray(array).dtype}; wavelet {wavelet} is for integers")
+    stacked = np.reshape(array, (*shape[:2], -1)).transpose(2, 0, 1)
+    return np.array(stacked, dtype=kind[2], order="C"), kind
+
+
+def _joined(planes: NDArray[Any], like: NDArray[Any]) -> NDArray[Any]:
+    return np.ascontiguousarray(planes.transpose(1, 2, 0)).reshape(np.shape(like))
