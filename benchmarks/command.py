@@ -27,7 +27,10 @@ def command(results: Results) -> None:
             return done.stderr
 
         results.add(
-            "command: F1 with GLB and picture, warm", median_seconds(lambda: run(*cover), runs=5), "s", aim="at most 4"
+            "command: F1 with GLB and picture, warm",
+            median_seconds(lambda: run(*cover), runs=5),
+            "s",
+            aim="at most 4",
         )
         start = time.perf_counter()
         said = run(*cover, NUMBA_CACHE_DIR=f"{folder}/cache")

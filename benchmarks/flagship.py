@@ -1,4 +1,4 @@
-"""F1: a 128² RGB exemplar on the paper's cyclide, 16 charts of 512², method "paper", in memory; and how it grows."""
+"""F1: 128² RGB exemplar, the paper's cyclide, 16 charts of 512², method "paper", in memory; how it grows."""
 
 import json
 import resource
@@ -26,16 +26,24 @@ def flagship(results: Results) -> None:
     whole = median_seconds(
         lambda: upholster.paint(upholster.synthesize(exemplar, surface, seed=7), exemplar), runs=11
     )
-    results.add("F1: synthesis and painting", whole, "s", aim="0.25, at most 0.5", remark="the paper: about 5 s")
+    results.add(
+        "F1: synthesis and painting", whole, "s", aim="0.25, at most 0.5", remark="the paper: about 5 s"
+    )
     results.add("F1: blocks", (quilt.placements["mask"] != 2).sum(), "placements")
     one = median_seconds(
-        lambda: upholster.paint(upholster.synthesize(exemplar, surface, seed=7, threads=1), exemplar, threads=1)
+        lambda: upholster.paint(
+            upholster.synthesize(exemplar, surface, seed=7, threads=1), exemplar, threads=1
+        )
     )
     results.add("F1: the same on one thread", one, "s")
     painting = median_seconds(lambda: upholster.paint(quilt, exemplar), runs=21)
     copying = median_seconds(lambda: [array.copy() for array in texels.arrays], runs=21)
     results.add(
-        "F1: painting alone", 1000 * painting, "ms", aim="at most 20", remark=f"a plain copy: {1000 * copying:.2g} ms"
+        "F1: painting alone",
+        1000 * painting,
+        "ms",
+        aim="at most 20",
+        remark=f"a plain copy: {1000 * copying:.2g} ms",
     )
     rate = quilt.texel_count / whole
     results.add("F1: speed", rate / 1e6, "Mtexels/s")
@@ -66,7 +74,7 @@ def _gmic_seconds() -> float | None:
 
 def growth(results: Results) -> None:
     """Time per texel and peak memory from 1 to 64 Mtexels, each in a process of its own."""
-    first = {}
+    first: dict[str, float] = {}
     for name, sizes in {
         "more patches, charts of 256²": [(4, 256), (8, 256), (16, 256), (32, 256)],
         "larger charts on 16 patches": [(4, 256), (4, 512), (4, 1024), (4, 2048)],

@@ -36,7 +36,11 @@ class Results:
     def add(self, what: str, figure: float, unit: str, *, aim: str = "", remark: str = "") -> None:
         """Add a row, and show it."""
         self.rows.append((what, f"{figure:.4g}", unit, aim, remark))
-        print(f"{what}: {figure:.4g} {unit}  {f'(aim {aim})' if aim else ''} {remark}", file=sys.stderr, flush=True)
+        print(
+            f"{what}: {figure:.4g} {unit}  {f'(aim {aim})' if aim else ''} {remark}",
+            file=sys.stderr,
+            flush=True,
+        )
 
     def show(self) -> None:
         """Print all rows as a table."""
@@ -45,7 +49,9 @@ class Results:
             table.add_row(*row)
         Console(width=140).print(table)
 
-    def write(self, path: Path, headings: Sequence[str] = ("measured", "figure", "unit", "aim", "remark")) -> None:
+    def write(
+        self, path: Path, headings: Sequence[str] = ("measured", "figure", "unit", "aim", "remark")
+    ) -> None:
         """Write all rows as CSV."""
         with path.open("w", newline="", encoding="utf-8") as file:
             writer = csv.writer(file)

@@ -21,9 +21,9 @@ def test_public_names_exist_and_say_what_they_do():
             for parameter in parameters:
                 assert parameter.name in documented, f"{name} does not document {parameter.name}"
                 # Data positional, options keyword-only.
-                assert parameter.default is parameter.empty or parameter.kind is parameter.KEYWORD_ONLY or (
-                    name in ("ring_cyclide", "torus", "sphere", "plane")
-                )
+                builder = name in ("ring_cyclide", "torus", "sphere", "plane")
+                optional = parameter.default is not parameter.empty
+                assert builder or not optional or parameter.kind is parameter.KEYWORD_ONLY
         elif inspect.isclass(value):
             assert value.__doc__
     with pytest.raises(AttributeError):
@@ -37,7 +37,11 @@ def test_the_readmes_few_lines_work(tmp_path):
     exemplar = upholster.read_exemplar(tmp_path / "brick.png")
     surface = upholster.ring_cyclide(6, 2, 3)
     quilt = upholster.synthesize(
-        exemplar, surface, seed=7, chart=64, progress=lambda stage, done, total: seen.append((stage, done, total))
+        exemplar,
+        surface,
+        seed=7,
+        chart=64,
+        progress=lambda stage, done, total: seen.append((stage, done, total)),
     )
     texels = upholster.paint(quilt, exemplar)
     upholster.write(tmp_path / "ring.glb", surface, texels)
@@ -58,7 +62,9 @@ def test_notebooks_show_pictures():
 
 
 def test_a_surface_of_ones_own():
-    flat = upholster.RationalPatch.from_points(np.array([[[0, 0, 0], [1, 0, 0]], [[0, -1, 0], [1, -1, 0]]], float))
+    flat = upholster.RationalPatch.from_points(
+        np.array([[[0, 0, 0], [1, 0, 0]], [[0, -1, 0], [1, -1, 0]]], float)
+    )
     surface = upholster.Surface([flat])
     exemplar = np.random.default_rng(1).integers(0, 256, (48, 48), dtype=np.uint8)
     texels = upholster.paint(upholster.synthesize(exemplar, surface, chart=40), exemplar[:, :, None])

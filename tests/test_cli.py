@@ -29,7 +29,8 @@ def folder(tmp_path_factory):
     (folder / "text.png").write_text("this is not a picture")
     (folder / "cut.png").write_bytes((folder / "brick.png").read_bytes()[:2000])
     (folder / "folder.glb").mkdir()
-    (folder / "nets.json").write_text('{"patches": [{"points": [[[0,0,0],[1,0,0]],[[0,1,0],[1,1,0]]], "weights": [[1,1],[1,-1]]}]}')
+    points = "[[[0,0,0],[1,0,0]],[[0,1,0],[1,1,0]]]"
+    (folder / "nets.json").write_text(f'{{"patches": [{{"points": {points}, "weights": [[1,1],[1,-1]]}}]}}')
     return folder
 
 
@@ -38,7 +39,8 @@ def test_cover_writes_what_it_says(folder, tmp_path):
     outputs = [f"-o{'atlas:' if name == 'tex.webp' else ''}{tmp_path / name}" for name in names]
     report = tmp_path / "report.json"
     done = run(
-        "cover", "brick.png", "--on", "torus:R=3,r=1", "--chart", "64", "--quads", "400", "--size", "80x60", "--seed", "7",
+        "cover", "brick.png", "--on", "torus:R=3,r=1", "--chart", "64", "--quads", "400", "--size", "80x60",
+        "--seed", "7",
         *outputs, "--report", str(report), cwd=folder,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
@@ -110,7 +112,18 @@ def test_bad_input_is_one_line_and_status_2(name, folder):
 def test_ctrl_c_stops_within_a_second_and_leaves_nothing(folder, tmp_path):
     target = tmp_path / "big.npz"
     target.write_text("an older file")
-    arguments = ["cover", "brick.png", "--on", "torus", "--chart", "4096", "--resize", "1024", "-o", str(target)]
+    arguments = [
+        "cover",
+        "brick.png",
+        "--on",
+        "torus",
+        "--chart",
+        "4096",
+        "--resize",
+        "1024",
+        "-o",
+        str(target),
+    ]
     process = subprocess.Popen([*COMMAND, *arguments], cwd=folder, stderr=subprocess.PIPE, text=True)
     time.sleep(4)
     assert process.poll() is None, "finished before it could be stopped"
@@ -136,7 +149,8 @@ def test_surfaces_lists_every_surface(folder):
 
 
 def test_help_and_version_answer_without_heavy_imports(folder):
-    code = "import sys, upholster.cli; print([m for m in ('numpy', 'numba', 'OpenImageIO', 'rich') if m in sys.modules])"
+    heavy = ("numpy", "numba", "OpenImageIO", "rich")
+    code = f"import sys, upholster.cli; print([name for name in {heavy} if name in sys.modules])"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
     assert run("--version", cwd=folder).stdout.startswith("upholster 0")

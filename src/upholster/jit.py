@@ -26,7 +26,7 @@ def inline(function: Function) -> Function:
 
 
 def spliced(function: Function) -> Function:
-    """Like `inline`, but copied into its caller's source: for what is called at one place with many arrays."""
+    """Like `inline`, but copied into its caller: for what is called at one place with many arrays."""
     return cast(Function, numba.njit(nogil=True, error_model="numpy", inline="always")(function))
 
 

@@ -5,6 +5,8 @@ what is known of each place (rows `PARENT` … `LINE`, see `upholster.codec.tree
 description of the bands, and `a`, the adaptive model with its tables (see `upholster.codec._model_kernels`).
 """
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -160,7 +162,7 @@ def tree_contexts(i: int, plane: int, m: Ints, bands: Ints, a: Ints) -> None:
     kind = bands[band, KIND]
     p, q = bands[band, ALONG], bands[band, ACROSS]
     _, score, _, _ = _scores(i, m, bands)
-    most = max(max(m[BELOW, i - p], m[BELOW, i + p]), max(m[BELOW, i - q], m[BELOW, i + q]))
+    most: Any = max(max(m[BELOW, i - p], m[BELOW, i + p]), max(m[BELOW, i - q], m[BELOW, i + q]))
     most = max(most, max(m[BELOW, i + bands[band, COUSIN_A]], m[BELOW, i + bands[band, COUSIN_B]]))
     most = min(7, max(0, np.int64(most) - plane))
     before = ((m[FLAGS, i - p] >> 5) & 1) + ((m[FLAGS, i - q] >> 5) & 1) * 2
@@ -172,7 +174,7 @@ def tree_contexts(i: int, plane: int, m: Ints, bands: Ints, a: Ints) -> None:
 
 @spliced
 def queue_for(i: int, first: int, plane: int, m: Ints, bands: Ints, a: Ints) -> int:
-    """Return the first queue from `first` on whose threshold the coefficient's probability reaches, or `QUEUES`."""
+    """Return the first queue from `first` on whose threshold the probability reaches, or `QUEUES`."""
     _, score, _, _ = _scores(i, m, bands)
     chance = a[_score_context(i, score, plane, m, bands, a)] >> 14
     queue = first
@@ -183,7 +185,7 @@ def queue_for(i: int, first: int, plane: int, m: Ints, bands: Ints, a: Ints) -> 
 
 @spliced
 def refinement_contexts(i: int, age: int, plane: int, m: Ints, bands: Ints, a: Ints) -> None:
-    """Write the contexts of a refinement bit; `age` is 0 for the first, 1 for the second, 2 for later ones."""
+    """Write the two contexts of a refinement bit: `age` 0 is the first, 1 the second, 2 a later one."""
     near, score, _, _ = _scores(i, m, bands)
     kind = bands[m[BAND, i], KIND]
     a[CONTEXTS] = _REFINE_SCORE + (_quantum(score, plane, a) * 3 + age) * 4 + kind

@@ -85,7 +85,7 @@ def encode_coefficients(
 
 
 class CoefficientDecoder:
-    """Decodes a stream of `encode_coefficients` as its bytes arrive; the work is proportional to the new bytes.
+    """Decodes a stream of `encode_coefficients` as its bytes arrive, with work proportional to the new bytes.
 
     Parameters
     ----------

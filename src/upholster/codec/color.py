@@ -35,7 +35,7 @@ def fit_klt(pixels: FloatArray) -> NDArray[np.int16]:
 
 
 def unmix(components: FloatArray, matrix: NDArray[np.int16]) -> FloatArray:
-    """Turn principal components (..., 3) into colours: each one c0·m0 + c1·m1 + c2·m2, added in this order."""
+    """Turn principal components (..., 3) into colours: (c0·m0 + c1·m1) + c2·m2, in this order."""
     scaled = matrix.astype(np.float64) / MATRIX_UNIT
     colors = np.empty_like(components)
     for k in range(3):
@@ -46,7 +46,7 @@ def unmix(components: FloatArray, matrix: NDArray[np.int16]) -> FloatArray:
 
 
 def to_ycocg(pixels: NDArray[np.int32]) -> NDArray[np.int32]:
-    """Turn RGB integers (..., 3) into luma, orange and green differences, reversibly (Malvar, Sullivan 2003)."""
+    """Turn RGB integers (..., 3) into YCoCg-R, reversibly (Malvar, Sullivan 2003)."""
     red, green, blue = pixels[..., 0], pixels[..., 1], pixels[..., 2]
     orange = red - blue
     middle = blue + (orange >> 1)

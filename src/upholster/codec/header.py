@@ -1,4 +1,4 @@
-"""What a decoder must know before the first coded bit: shape, depth, transforms, first plane (SPEC.md, "Image header")."""
+"""What a decoder must know before the first coded bit: shape, depth, transforms, first plane."""
 
 import struct
 from dataclasses import dataclass, field
@@ -12,7 +12,7 @@ from upholster.wavelet.lifting import MAX_LEVELS, Wavelet
 __all__ = ["MAX_SAMPLES", "ImageHeader"]
 
 MAX_SAMPLES = 6_000_000
-"""Height × width × channels, at most: what a decoder allocates stays below 256 MiB, however small the file."""
+"""Height × width × channels, at most: a decoder allocates less than 256 MiB, however small the file."""
 
 _WAVELETS: tuple[Wavelet, ...] = ("9/7", "5/3", "haar")
 _KLT, _YCOCG = 1, 2
@@ -72,11 +72,14 @@ class ImageHeader:
 
     def pack(self) -> bytes:
         """Return the header as bytes."""
-        color = _KLT if self.matrix is not None else _YCOCG if self.ycocg else 0 kind =
-        _WAVELETS.index(self.wavelet) | color << 2 | [np.dtype(d) for d in _DTYPES].index(self.dtype) << 4
+        color = _KLT if self.matrix is not None else _YCOCG if self.ycocg else 0
+        depth = [np.dtype(d) for d in _DTYPES].index(self.dtype)
+        kind = _WAVELETS.index(self.wavelet) | color << 2 | depth << 4
         parts = [
-            _FIXED.pack(self.height, self.width, self.channels, kind, self.levels, self.plane + 1,
-            self.fineness), struct.pack(f"<{self.channels}H", *self.means),
+            _FIXED.pack(
+                self.height, self.width, self.channels, kind, self.levels, self.plane + 1, self.fineness
+            ),
+            struct.pack(f"<{self.channels}H", *self.means),
         ]
         if self.matrix is not None:
             parts.append(self.matrix.astype("<i2").tobytes())
@@ -134,8 +137,9 @@ class ImageHeader:
             place += 18
         low, high = struct.unpack_from("<ff", data, place) if depth == 2 else (0.0, 1.0)
         if not (np.isfinite(low) and np.isfinite(high) and low <= high):
-            raise _fault(offset + place, f"the image header's range is {low} to {high}; allowed: finite,
-            rising")
+            raise _fault(
+                offset + place, f"the image header's range is {low}, {high}; allowed: finite, rising"
+            )
         return cls(
             height,
             width,

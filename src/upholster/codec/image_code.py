@@ -12,7 +12,7 @@ from upholster.codec.color import fit_klt, from_ycocg, to_ycocg, unmix
 from upholster.codec.header import MAX_SAMPLES, ImageHeader
 from upholster.codec.tree import Band, Tree, build_tree
 from upholster.errors import InputError
-from upholster.types import FloatArray, PixelArray
+from upholster.types import PixelArray
 from upholster.wavelet.lifting import MAX_LEVELS, WAVELETS, Wavelet, band_norms, forward, inverse
 
 __all__ = ["ImageDecoder", "encode_parts"]
@@ -60,8 +60,8 @@ def encode_parts(
         raise InputError(f"image has shape {image.shape}; allowed: (height, width, 1 to 64 channels)")
     if image.size > MAX_SAMPLES or max(image.shape[:2]) > 65535:
         raise InputError(
-            f"image has {image.size:,} samples ({image.shape[1]}×{image.shape[0]}); allowed: {MAX_SAMPLES:,},
-            " "65535 each way"
+            f"image has {image.size:,} samples ({image.shape[1]}×{image.shape[0]}); "
+            f"allowed: {MAX_SAMPLES:,}, 65535 each way"
         )
     if image.dtype not in (np.uint8, np.uint16, np.float32):
         raise InputError(f"image is of {image.dtype}; allowed: uint8, uint16, float32")
@@ -93,7 +93,7 @@ def encode_parts(
             means = np.full(channels, 1 << (8 * min(samples.itemsize, image.dtype.itemsize) - 1))
             planes = samples - means.astype(np.int32)
     coefficients = forward(planes, wavelet=wavelet, levels=levels)
-    for fineness in _finenesses(wavelet, coefficients, levels):
+    for fineness in _finenesses(wavelet, coefficients):
         header = ImageHeader(
             height, width, channels, image.dtype, wavelet, levels, -1, fineness, matrix,
             wavelet != "9/7" and channels >= 3, tuple(int(mean) for mean in means), low, high,
@@ -104,9 +104,7 @@ def encode_parts(
             part = coefficients[_window(band, height, width)] / _unweight(header, band)
             values[tree.places(band)] = np.trunc(part).astype(np.int32)
         room = None if most_bytes is None else max(0, most_bytes - len(header.pack()))
-        plane, payload = encode_coefficients(
-            values, tree, most_bytes=room, most_significant=most_significant
-        )
+        plane, payload = encode_coefficients(values, tree, most_bytes=room, most_significant=most_significant)
         header = ImageHeader(**{**header.__dict__, "plane": plane})
         if wavelet != "9/7" or room is not None or most_significant is not None:
             break
@@ -202,7 +200,7 @@ def _integers(image: PixelArray) -> tuple[NDArray[np.int32], float, float]:
     return np.rint((image.astype(np.float64) - low) * scale).astype(np.int32), low, high
 
 
-def _finenesses(wavelet: Wavelet, coefficients: NDArray[Any], levels: int) -> list[int]:
+def _finenesses(wavelet: Wavelet, coefficients: NDArray[Any]) -> list[int]:
     # A half is fine enough for most images; finer ones follow until every sample is within 1.
     if wavelet != "9/7":
         return [0]

@@ -34,7 +34,7 @@ PADDING = 128
 
 
 class Band(NamedTuple):
-    """One band of one channel: rows × columns coefficients, the first at `start`, `stride` apart from row to row."""
+    """One band of one channel: rows × columns coefficients, the first at `start`, rows `stride` apart."""
 
     channel: int
     level: int
@@ -88,7 +88,8 @@ class Tree:
 
 def _places(band: Band) -> NDArray[np.int32]:
     rows = np.arange(band.rows, dtype=np.int32)[:, None] * band.stride
-    return band.start + rows + np.arange(band.columns, dtype=np.int32)
+    places: NDArray[np.int32] = band.start + rows + np.arange(band.columns, dtype=np.int32)
+    return places
 
 
 def _bands(height: int, width: int, channels: int, levels: int) -> tuple[list[Band], int]:

@@ -1,5 +1,7 @@
 """Coefficients of tiles, and the search for the block that matches them best."""
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -14,10 +16,12 @@ def tile_coefficients(
 ) -> tuple[int, int]:
     """Return LLn and HHn (times 2^n) of one channel's tile whose first sample is `image[row, x]`."""
     half = tile // 2
-    even, odd = 0, 0
+    even: Any = 0
+    odd: Any = 0
     for i in range(tile):
         line = image[row + i]
-        left, right = 0, 0
+        left: Any = 0
+        right: Any = 0
         for j in range(half):
             left += np.int64(line[x + j * channels])
             right += np.int64(line[x + (j + half) * channels])

@@ -64,7 +64,7 @@ def _lift_overload(sample: Any) -> Any:
 
 
 @overload(_blend, strict=False)
-def _blend_overload(old: Any, new: Any, weight: Any) -> Any:  # noqa: ARG001 (names must match)
+def _blend_overload(old: Any, new: Any, weight: Any) -> Any:
     if isinstance(old, types.Integer):
         return lambda old, new, weight: (
             (

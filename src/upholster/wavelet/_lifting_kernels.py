@@ -10,22 +10,20 @@ from typing import Any
 import numpy as np
 from numba import types
 from numba.extending import overload
-from numpy.typing import NDArray
 
 from upholster.jit import inline, kernel
 
-__all__ = ["HAAR", "LEGALL53", "DAUBECHIES97", "lift_forward", "lift_inverse"]
+__all__ = ["DAUBECHIES97", "HAAR", "LEGALL53", "lift_forward", "lift_inverse"]
 
 DAUBECHIES97, LEGALL53, HAAR = 0, 1, 2
 
-# CDF 9/7, factored by Daubechies and Sweldens (1998); the scale makes the low-pass half's gain the square
-# root of 2.
+# CDF 9/7, factored by Daubechies and Sweldens (1998), scaled so that the low-pass gain is √2.
 _STEPS97 = np.array([-1.586134342059924, -0.052980118572961, 0.882911075530934, 0.443506852043971])
 _SCALE97 = np.array([1.149604398860241, 1 / 1.149604398860241])
 
 
 def _step(kind: int, step: int, sign: int, target: Any, left: Any, right: Any) -> None:
-    """Add ``sign`` times the lifting step's prediction from `left` and `right` to `target`, element by element."""
+    """Add ``sign`` times the lifting step from `left` and `right` to `target`, element by element."""
     if kind == DAUBECHIES97:
         target += (sign * _STEPS97[step]) * (left + right)
     elif kind == LEGALL53:
@@ -40,11 +38,11 @@ def _scale(kind: int, half: int, forward: bool, line: Any) -> None:
         line *= _SCALE97[half if forward else 1 - half]
 
 
-@overload(_step, strict=False) def _step_overload(kind: Any, step: Any, sign: Any, target: Any, left: Any,
-right: Any) -> Any:  # noqa: ARG001
+@overload(_step, strict=False)
+def _step_overload(kind: Any, step: Any, sign: Any, target: Any, left: Any, right: Any) -> Any:
     if isinstance(target.dtype, types.Float):
 
-        def real(kind: int, step: int, sign: int, target: Any, left: Any, right: Any) -> None:  # noqa: ARG001
+        def real(kind: int, step: int, sign: int, target: Any, left: Any, right: Any) -> None:
             factor = sign * _STEPS97[step]
             for n in range(target.shape[0]):
                 target[n] += factor * (left[n] + right[n])
@@ -70,10 +68,10 @@ right: Any) -> Any:  # noqa: ARG001
 
 
 @overload(_scale, strict=False)
-def _scale_overload(kind: Any, half: Any, forward: Any, line: Any) -> Any:  # noqa: ARG001
+def _scale_overload(kind: Any, half: Any, forward: Any, line: Any) -> Any:
     if isinstance(line.dtype, types.Float):
 
-        def real(kind: int, half: int, forward: bool, line: Any) -> None:  # noqa: ARG001
+        def real(kind: int, half: int, forward: bool, line: Any) -> None:
             factor = _SCALE97[half if forward else 1 - half]
             for n in range(line.shape[0]):
                 line[n] *= factor

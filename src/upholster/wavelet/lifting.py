@@ -1,4 +1,4 @@
-"""Lifted wavelet transforms for coding: 9/7 in float64, 5/3 and Haar (the S-transform) in integers, reversible.
+"""Lifted wavelet transforms for coding: 9/7 in float64; 5/3 and Haar (S-transform) in integers, reversible.
 
 Coefficients lie nested in an array of the image's shape, as in `upholster.wavelet.haar`. Any size from 1×1
 works; each level halves both sides, rounding up, and a side of 1 stays 1.
