@@ -8,7 +8,32 @@ from pathlib import Path
 
 from upholster.errors import InputError
 
-__all__ = ["Outputs", "outputs"]
+__all__ = ["Outputs", "outputs", "read_bytes"]
+
+MAX_BYTES = 1 << 30
+
+
+def read_bytes(path: str | os.PathLike[str]) -> bytes:
+    """Return what a file holds.
+
+    Raises
+    ------
+    InputError
+        If it is missing, no regular file, unreadable, or larger than 1 GiB.
+    """
+    name = os.fspath(path)
+    try:
+        if "\0" in name:
+            raise InputError(f"file {name!r} contains a null character")
+        if not os.path.exists(name):
+            raise InputError(f"file {name!r} does not exist")
+        if not os.path.isfile(name):
+            raise InputError(f"{name!r} is not a regular file")
+        if os.path.getsize(name) > MAX_BYTES:
+            raise InputError(f"file {name!r} has {os.path.getsize(name):,} bytes; allowed: {MAX_BYTES:,}")
+        return Path(name).read_bytes()
+    except OSError as error:
+        raise InputError(f"file {name!r} cannot be read: {error.strerror}") from None
 
 
 class Outputs:

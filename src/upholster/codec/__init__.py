@@ -1,6 +1,7 @@
 """The embedded zerotree codec: images to bytes, any prefix of which decodes."""
 
+from upholster.codec.ezw import DecodedImage, decode, encode
 from upholster.codec.header import MAX_SAMPLES, ImageHeader
 from upholster.codec.image_code import ImageDecoder, encode_parts
 
-__all__ = ["MAX_SAMPLES", "ImageDecoder", "ImageHeader", "encode_parts"]
+__all__ = ["MAX_SAMPLES", "DecodedImage", "ImageDecoder", "ImageHeader", "decode", "encode", "encode_parts"]

@@ -104,7 +104,9 @@ class ImageHeader:
             If it is cut, or a value is outside its limits.
         """
         if len(data) < _FIXED.size:
-            raise _fault(offset, f"the image header is cut after {len(data)} bytes")
+            raise _fault(
+                offset, f"the image header is cut; needs at least {_FIXED.size - len(data)} more bytes"
+            )
         height, width, channels, kind, levels, plane, fineness = _FIXED.unpack_from(data)
         wavelet, color, depth = kind & 3, kind >> 2 & 3, kind >> 4
         for name, value, least, most in (
@@ -127,7 +129,7 @@ class ImageHeader:
             raise _fault(offset, "the image header's colour transform does not go with its wavelet")
         size = _FIXED.size + 2 * channels + (18 if color == _KLT else 0) + (8 if depth == 2 else 0)
         if len(data) < size:
-            raise _fault(offset, f"the image header is cut after {len(data)} of {size} bytes")
+            raise _fault(offset, f"the image header is cut; needs {size - len(data)} more bytes")
         place = _FIXED.size
         means = struct.unpack_from(f"<{channels}H", data, place)
         place += 2 * channels

@@ -108,11 +108,25 @@ def encode_parts(
         header = ImageHeader(**{**header.__dict__, "plane": plane})
         if wavelet != "9/7" or room is not None or most_significant is not None:
             break
-        decoder = ImageDecoder(header)
-        decoder.feed(payload)
-        if np.abs(decoder.integers() - samples).max() <= 1:
+        if _within_one(header, payload, samples):
+            payload = payload[: _enough(header, payload, samples)]
             break
     return header.pack(), payload
+
+
+def _within_one(header: ImageHeader, payload: bytes, samples: NDArray[np.int32]) -> bool:
+    decoder = ImageDecoder(header)
+    decoder.feed(payload)
+    return bool(np.abs(decoder.integers() - samples).max() <= 1)
+
+
+def _enough(header: ImageHeader, payload: bytes, samples: NDArray[np.int32]) -> int:
+    # A length, to 2 %, from which on every sample is within 1: the last plane need not be coded to its end.
+    low, high = len(payload) // 2, len(payload)
+    while high - low > len(payload) // 50 + 1:
+        middle = (low + high) // 2
+        low, high = (low, middle) if _within_one(header, payload[:middle], samples) else (middle, high)
+    return high
 
 
 class ImageDecoder:

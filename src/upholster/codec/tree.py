@@ -88,8 +88,7 @@ class Tree:
 
 def _places(band: Band) -> NDArray[np.int32]:
     rows = np.arange(band.rows, dtype=np.int32)[:, None] * band.stride
-    places: NDArray[np.int32] = band.start + rows + np.arange(band.columns, dtype=np.int32)
-    return places
+    return (band.start + rows + np.arange(band.columns)).astype(np.int32)
 
 
 def _bands(height: int, width: int, channels: int, levels: int) -> tuple[list[Band], int]:

@@ -1,7 +1,7 @@
 """Images: reading and writing files, colour, resizing."""
 
 from upholster.image.color import alpha_channel, from_linear, to_linear
-from upholster.image.read import check_exemplar, read_exemplar
+from upholster.image.read import check_exemplar, read_exemplar, read_image
 from upholster.image.resize import resize_image
 from upholster.image.write import IMAGE_SUFFIXES, ImageFormat, encode_image, write_image
 
@@ -13,6 +13,7 @@ __all__ = [
     "encode_image",
     "from_linear",
     "read_exemplar",
+    "read_image",
     "resize_image",
     "to_linear",
     "write_image",

@@ -18,7 +18,7 @@ from upholster.image.native import silent
 from upholster.image.resize import resize_image
 from upholster.types import PixelArray
 
-__all__ = ["MAX_SIDE", "MIN_SIDE", "check_exemplar", "read_exemplar"]
+__all__ = ["MAX_SIDE", "MIN_SIDE", "check_exemplar", "read_exemplar", "read_image"]
 
 MIN_SIDE, MAX_SIDE = 32, 4096
 """Sides of an exemplar in pixels."""
@@ -90,6 +90,28 @@ def read_exemplar(
             )
         pixels = resize_image(pixels, height=target[1], width=target[0])
     _check_size(pixels.shape[1], pixels.shape[0], repr(name))
+    return np.ascontiguousarray(pixels)
+
+
+def read_image(path: str | os.PathLike[str]) -> PixelArray:
+    """Read an image of any size, as `read_exemplar` does.
+
+    Returns
+    -------
+    ndarray
+        (H, W, C), C from 1 to 4; uint8, uint16 or float32.
+
+    Raises
+    ------
+    InputError
+        As `read_exemplar`; or if the image takes more than 1 GiB.
+    """
+    name = _checked_file(Path(path))
+    with silent():
+        pixels, turn = _decode(name, False)
+    pixels = _upright(pixels, turn)
+    if pixels.dtype.kind == "f":
+        _check_samples(pixels, repr(name))
     return np.ascontiguousarray(pixels)
 
 

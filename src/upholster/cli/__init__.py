@@ -1,0 +1,94 @@
+"""The command line.
+
+Heavy imports wait until a command needs them: ``upholster --help`` answers at once.
+"""
+
+import os
+import signal
+import sys
+from types import FrameType
+from typing import Annotated, NoReturn
+
+import typer
+
+from upholster._version import __version__
+from upholster.cli.codec import decode, encode
+from upholster.cli.cover import EXAMPLE, cover, surfaces
+from upholster.errors import UpholsterError
+
+__all__ = ["app", "main"]
+
+app = typer.Typer(
+    name="upholster",
+    no_args_is_help=True,
+    add_completion=False,
+    rich_markup_mode="markdown",
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+
+def main() -> NoReturn:
+    """Run the command line; bad input is one line on stderr and exit status 2, Ctrl-C is 130."""
+    signal.signal(signal.SIGTERM, _interrupt)
+    try:
+        # Typer returns an exit code where it would have ended the process: 130 for Ctrl-C.
+        status = app(standalone_mode=False) or 0
+        if status == 130:
+            _stop()
+    except UpholsterError as error:
+        status = _fail(str(error))
+    except KeyboardInterrupt:
+        status = _stop()
+    except Exception as error:
+        # Typer's usage errors and aborts: click's classes may be vendored, so they are known by what they
+        # offer.
+        if hasattr(error, "format_message"):
+            status = _fail(error.format_message())
+        elif type(error).__name__ == "Abort":
+            status = _stop()
+        elif hasattr(error, "exit_code"):
+            status = error.exit_code
+        elif isinstance(error, MemoryError):
+            status = _fail("not enough memory; a smaller --chart, --size or exemplar needs less")
+        else:
+            raise
+    sys.stdout.flush()
+    sys.stderr.flush()
+    # Kernels may still be running on other threads after Ctrl-C or an error: nobody waits for them.
+    os._exit(status)
+
+
+def _interrupt(_signal: int, _frame: FrameType | None) -> NoReturn:
+    raise KeyboardInterrupt
+
+
+def _fail(message: str) -> int:
+    print("upholster: " + " ".join(message.split()), file=sys.stderr)
+    return 2
+
+
+def _stop() -> int:
+    print("upholster: stopped, nothing written", file=sys.stderr)
+    return 130
+
+
+def _version(wanted: bool) -> None:
+    if wanted:
+        print(f"upholster {__version__}")
+        raise typer.Exit
+
+
+@app.callback(epilog=EXAMPLE)
+def _root(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version and stop.")
+    ] = False,
+) -> None:
+    """Cover curved surfaces with texture from a small sample image."""
+
+
+app.command(epilog=EXAMPLE)(cover)
+app.command()(surfaces)
+app.command()(encode)
+app.command()(decode)

@@ -1,0 +1,101 @@
+"""``upholster encode`` and ``upholster decode``: images through the embedded zerotree codec."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from upholster.cli.console import byte_count, in_bytes, progress_bars, share
+from upholster.errors import InputError
+
+__all__ = ["decode", "encode"]
+
+
+def encode(
+    image: Annotated[str, typer.Argument(help="PNG, JPEG, WebP, TIFF or EXR.", metavar="IMAGE")],
+    output: Annotated[str, typer.Option("-o", "--output", metavar="FILE.ezw", help="The file to write.")],
+    most_bytes: Annotated[
+        str | None, typer.Option("--bytes", metavar="N", help="Length at most: 4000, 4k, 4Ki.")
+    ] = None,
+    bpp: Annotated[float | None, typer.Option(help="Length at most, in bits per pixel.")] = None,
+    psnr: Annotated[float | None, typer.Option(help="Stop at this quality, in dB.")] = None,
+    coefficients: Annotated[
+        str | None,
+        typer.Option(metavar="15%", help="Stop at this share of significant coefficients."),
+    ] = None,
+    wavelet: Annotated[str | None, typer.Option(help="9/7, 5/3 or haar.")] = None,
+    levels: Annotated[int | None, typer.Option(help="0 to 10.")] = None,
+    lossless: Annotated[bool, typer.Option(help="Every sample comes back exactly.")] = False,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
+) -> None:
+    """Encode an image as an embedded zerotree stream: any prefix of the file is a picture."""
+    from upholster import codec
+    from upholster.files import outputs
+    from upholster.image import read_image
+
+    if Path(output).suffix.lower() != ".ezw":
+        raise InputError(f"output {output!r} has suffix {Path(output).suffix!r}; allowed: .ezw")
+    with progress_bars(quiet), outputs([output]) as files:
+        pixels = read_image(image)
+        data = codec.encode(
+            pixels,
+            most_bytes=byte_count("bytes", most_bytes),
+            bits_per_pixel=bpp,
+            psnr=psnr,
+            coefficients=share("coefficients", coefficients),
+            wavelet=wavelet,  # type: ignore[arg-type]  # checked by encode
+            levels=levels,
+            lossless=lossless,
+        )
+        files.path(output).write_bytes(data)
+        found = codec.decode(data)
+    if not quiet:
+        rate = f"{8 * len(data) / (pixels.shape[0] * pixels.shape[1]):.3g} bits per pixel"
+        lost = "; floats are stored as 16 bits over their range" if pixels.dtype == "float32" else ""
+        print(f"wrote {output} ({in_bytes(len(data))}): {rate}, {_quality(pixels, found)}{lost}")
+
+
+def decode(
+    file: Annotated[str, typer.Argument(help="What `encode` wrote, or its start.", metavar="FILE.ezw")],
+    output: Annotated[
+        str, typer.Option("-o", "--output", metavar="IMAGE", help="PNG, JPEG, WebP, TIFF, EXR.")
+    ],
+    most_bytes: Annotated[
+        str | None, typer.Option("--bytes", metavar="N", help="Use only the first N bytes: 4000, 4k, 4Ki.")
+    ] = None,
+    coefficients: Annotated[
+        str | None,
+        typer.Option(metavar="15%", help="Stop at this share of significant coefficients."),
+    ] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
+) -> None:
+    """Decode an image from an embedded zerotree stream, however much of it there is."""
+    from upholster import codec
+    from upholster.files import outputs, read_bytes
+    from upholster.image import write_image
+
+    with progress_bars(quiet), outputs([output]) as files:
+        found = codec.decode(
+            read_bytes(file),
+            most_bytes=byte_count("bytes", most_bytes),
+            coefficients=share("coefficients", coefficients),
+        )
+        write_image(files.path(output), found.image, bits=16 if found.image.dtype.itemsize > 1 else 8)
+    if not quiet:
+        state = "complete" if found.complete else "incomplete"
+        print(
+            f"wrote {output}: from {in_bytes(found.used)}, {state}, "
+            f"{100 * found.significant:.1f} % of the coefficients significant"
+        )
+
+
+def _quality(pixels: object, found: object) -> str:
+    import numpy as np
+
+    from upholster.codec import DecodedImage
+
+    assert isinstance(found, DecodedImage)
+    original = np.asarray(pixels)
+    peak = np.iinfo(original.dtype).max if original.dtype != np.float32 else np.ptp(original)
+    error = float(np.mean((found.image.astype(float) - original) ** 2))
+    return "lossless" if error == 0 else f"{10 * np.log10(peak**2 / error):.2f} dB"

@@ -1,0 +1,92 @@
+"""What all commands share: one-line errors, numbers and sizes as users write them, progress bars."""
+
+import math
+import re
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+from upholster.errors import InputError
+
+if TYPE_CHECKING:  # NumPy, which it imports, would slow down --help
+    from upholster.types import Progress
+
+__all__ = ["byte_count", "in_bytes", "numbers", "progress_bars", "share"]
+
+
+def numbers(name: str, text: str, separator: str, count: int, kind: Callable[[str], Any]) -> Any:
+    """Read `count` numbers separated by `separator`."""
+    parts = text.lower().split(separator)
+    try:
+        found = tuple(kind(part) for part in parts)
+    except ValueError:
+        found = ()
+    if len(found) != count:
+        form = separator.join(["N"] * count)
+        raise InputError(f"{name} is {text!r}; allowed: {count} numbers as {form}")
+    return found
+
+
+def byte_count(name: str, text: str | None) -> int | None:
+    """Read a number of bytes: ``4000``, ``4k`` (thousands), ``4Ki`` (1024), ``1.5M``."""
+    if text is None:
+        return None
+    found = re.fullmatch(r"([0-9]{1,12}(?:\.[0-9]{1,6})?)(k|M|Ki|Mi)?B?", text.strip())
+    if found is None:
+        raise InputError(f"{name} is {text!r}; allowed: a number of bytes such as 4000, 4k, 4Ki or 1.5M")
+    unit = {None: 1, "k": 1000, "M": 10**6, "Ki": 1024, "Mi": 1024**2}[found[2]]
+    return int(float(found[1]) * unit)
+
+
+def share(name: str, text: str | None) -> float | None:
+    """Read a share: ``15%`` or ``0.15``."""
+    if text is None:
+        return None
+    try:
+        value = float(text.strip().removesuffix("%")) / (100 if text.strip().endswith("%") else 1)
+    except ValueError:
+        value = math.nan
+    if not 0 < value <= 1:
+        raise InputError(
+            f"{name} is {text!r}; allowed: a share such as 15% or 0.15, above 0 and at most 100%"
+        )
+    return value
+
+
+def in_bytes(count: int) -> str:
+    """Return a number of bytes for people."""
+    power = min(3, (len(str(count)) - 1) // 3)
+    number = count / 1000**power
+    return (
+        f"{number:.1f} {('bytes', 'kB', 'MB', 'GB')[power]}"
+        if power and number < 100
+        else (f"{number:.0f} {('bytes', 'kB', 'MB', 'GB')[power]}")
+    )
+
+
+@contextmanager
+def progress_bars(quiet: bool) -> "Iterator[Progress | None]":
+    """Show one bar per stage on stderr, and say once when kernels have to be compiled."""
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn
+    from rich.progress import Progress as Bars
+
+    from upholster.jit import on_first_compilation
+
+    if quiet:
+        yield None
+        return
+    console = Console(stderr=True)
+    on_first_compilation(
+        lambda: console.print("compiling kernels for this machine, once: 10 to 20 seconds", style="dim")
+    )
+    columns = (TextColumn("{task.description:>7}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    with Bars(*columns, console=console, disable=not console.is_terminal, transient=True) as bars:
+        tasks: dict[str, Any] = {}
+
+        def report(stage: str, done: int, total: int) -> None:
+            if stage not in tasks:
+                tasks[stage] = bars.add_task(stage, total=total)
+            bars.update(tasks[stage], completed=done, total=total)
+
+        yield report

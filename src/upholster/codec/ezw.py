@@ -1,0 +1,188 @@
+"""Images as ``.ezw`` files: magic, image header, embedded stream (SPEC.md, "Image files").
+
+Any prefix from the header's end on is a complete image; every further byte refines it.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from upholster.codec.header import ImageHeader
+from upholster.codec.image_code import ImageDecoder, encode_parts
+from upholster.errors import FormatError, InputError
+from upholster.types import PixelArray
+from upholster.wavelet.lifting import Wavelet
+
+__all__ = ["MAGIC", "DecodedImage", "decode", "encode"]
+
+MAGIC = b"EZW0"
+_LONGEST_HEADER = 256
+
+
+def encode(
+    image: PixelArray,
+    *,
+    most_bytes: int | None = None,
+    bits_per_pixel: float | None = None,
+    psnr: float | None = None,
+    coefficients: float | None = None,
+    wavelet: Wavelet | None = None,
+    levels: int | None = None,
+    lossless: bool = False,
+) -> bytes:
+    """Encode an image as an embedded zerotree stream.
+
+    Parameters
+    ----------
+    image
+        (H, W) or (H, W, C), at most 6 million samples; uint8, uint16, or float32, which is stored as 16
+        bits over its range.
+    most_bytes
+        Length of the file, at most.
+    bits_per_pixel
+        The same, per pixel.
+    psnr
+        Stop when this quality is reached, in dB against the full range of the integers.
+    coefficients
+        Stop when this share of all coefficients is significant, 0 to 1.
+    wavelet, levels, lossless
+        As for `encode_parts`.
+
+    Returns
+    -------
+    bytes
+        The file; at most one of the four limits may be given. Without one it goes on until every sample is
+        within 1 of the original, or, if lossless, equal to it.
+
+    Raises
+    ------
+    InputError
+        For an image or options out of range.
+
+    References
+    ----------
+    Shapiro: Embedded image coding using zerotrees of wavelet coefficients, 1993.
+    """
+    pixels = image[:, :, None] if image.ndim == 2 else image
+    limits = {
+        "most_bytes": most_bytes,
+        "bits_per_pixel": bits_per_pixel,
+        "psnr": psnr,
+        "coefficients": coefficients,
+    }
+    given = [name for name, value in limits.items() if value is not None]
+    if len(given) > 1:
+        raise InputError(f"{' and '.join(given)} are given; allowed: one of them")
+    if bits_per_pixel is not None:
+        if not 0 < bits_per_pixel <= 1000:
+            raise InputError(f"bits_per_pixel is {bits_per_pixel}; allowed: above 0, to 1000")
+        most_bytes = int(bits_per_pixel * pixels.shape[0] * pixels.shape[1] / 8)
+    if most_bytes is not None and not 64 <= most_bytes < 2**32:
+        raise InputError(f"bytes is {most_bytes}; allowed: at least 64")
+    if psnr is not None and not 0 < psnr <= 200:
+        raise InputError(f"psnr is {psnr}; allowed: above 0, to 200")
+    significant = None
+    if coefficients is not None:
+        if not 0 < coefficients <= 1:
+            raise InputError(f"coefficients is {coefficients}; allowed: above 0, to 1")
+        significant = max(1, round(coefficients * pixels.size))
+    room = None if most_bytes is None else most_bytes - len(MAGIC)
+    header, payload = encode_parts(
+        pixels,
+        wavelet=wavelet,
+        levels=levels,
+        lossless=lossless,
+        most_bytes=room,
+        most_significant=significant,
+    )
+    if psnr is not None:
+        payload = payload[: _shortest(pixels, header, payload, psnr)]
+    return MAGIC + header + payload
+
+
+@dataclass(frozen=True)
+class DecodedImage:
+    """What a file, or a prefix of one, holds.
+
+    Attributes
+    ----------
+    image
+        (H, W, C) of the original's dtype.
+    header
+        The image's header.
+    complete
+        Whether nothing is missing.
+    significant
+        Share of the coefficients that are significant so far, 0 to 1.
+    used
+        Bytes of the file that were taken.
+    """
+
+    image: PixelArray
+    header: ImageHeader
+    complete: bool
+    significant: float
+    used: int
+
+
+def decode(data: bytes, *, most_bytes: int | None = None, coefficients: float | None = None) -> DecodedImage:
+    """Decode a file of `encode`, or any prefix of it.
+
+    Parameters
+    ----------
+    data
+        The file's bytes.
+    most_bytes
+        Use no more than these.
+    coefficients
+        Stop when this share of the coefficients is significant, 0 to 1.
+
+    Raises
+    ------
+    FormatError
+        If it is no such file, or is cut before its header ends; the message says how many bytes are missing.
+    InputError
+        For options out of range.
+    """
+    if most_bytes is not None and most_bytes < 1:
+        raise InputError(f"bytes is {most_bytes}; allowed: at least 1")
+    if coefficients is not None and not 0 < coefficients <= 1:
+        raise InputError(f"coefficients is {coefficients}; allowed: above 0, to 1")
+    data = data[:most_bytes]
+    if data[: len(MAGIC)] != MAGIC[: len(data)]:
+        raise FormatError("byte 0: this is no .ezw file (its first bytes are not EZW0)")
+    if len(data) < len(MAGIC):
+        raise FormatError(
+            f"byte {len(data)}: the file is cut in its magic; needs {len(MAGIC) - len(data)} more bytes"
+        )
+    header = ImageHeader.parse(data[len(MAGIC) : len(MAGIC) + _LONGEST_HEADER], offset=len(MAGIC))
+    start = len(MAGIC) + header.length
+    decoder = ImageDecoder(header)
+    if coefficients is None:
+        decoder.feed(data[start:])
+    else:
+        wanted = coefficients * decoder.coefficients
+        step = max(1, min(1024, (len(data) - start) // 64))
+        while start + decoder.received < len(data) and decoder.significant < wanted:
+            decoder.feed(data[start + decoder.received : start + decoder.received + step])
+    share = decoder.significant / decoder.coefficients
+    return DecodedImage(decoder.image(), header, decoder.complete, share, start + decoder.received)
+
+
+def _shortest(pixels: PixelArray, header: bytes, payload: bytes, psnr: float) -> int:
+    """Return the least length of the payload, to a byte, that reaches a quality."""
+    parsed = ImageHeader.parse(header)
+    peak = float(np.iinfo(pixels.dtype).max) if pixels.dtype != np.float32 else parsed.high - parsed.low
+    most = (peak / 10 ** (psnr / 20)) ** 2
+
+    def reached(length: int) -> bool:
+        decoder = ImageDecoder(parsed)
+        decoder.feed(payload[:length])
+        error = decoder.image().astype(np.float64) - pixels
+        return float(np.mean(error * error)) <= most
+
+    low, high = 0, len(payload)
+    while low < high:
+        middle = (low + high) // 2
+        low, high = (low, middle) if reached(middle) else (middle + 1, high)
+    return low
