@@ -13,14 +13,15 @@ from upholster.geometry import Mesh, Surface, tessellate
 from upholster.image import from_linear, write_image
 from upholster.model import Atlas, build_atlas
 from upholster.render import render
-from upholster.synthesis import Texels
-from upholster.types import FloatArray, Progress
+from upholster.stream import encode_stream
+from upholster.synthesis import Quilt, Texels
+from upholster.types import FloatArray, PixelArray, Progress
 
 __all__ = ["Output", "TexturedModel", "WriteOptions", "parse_output", "write_output"]
 
-Kind = Literal["glb", "obj", "npz", "atlas", "picture"]
+Kind = Literal["glb", "obj", "npz", "uph", "atlas", "picture"]
 
-_MODEL_SUFFIXES: dict[str, Kind] = {".glb": "glb", ".obj": "obj", ".npz": "npz"}
+_MODEL_SUFFIXES: dict[str, Kind] = {".glb": "glb", ".obj": "obj", ".npz": "npz", ".uph": "uph"}
 _IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg", ".webp", ".exr")
 
 
@@ -55,6 +56,16 @@ class WriteOptions:
         (azimuth, elevation) in degrees.
     supersample
         Rays per pixel each way, 1 to 8.
+    wavelet
+        How a stream codes the exemplar: "9/7", "5/3" or "haar".
+    levels
+        Levels of that transform, 0 to 10; None: by the exemplar's size.
+    lossless
+        Whether a stream gives the exemplar back exactly.
+    threshold
+        A stream leaves out coefficients of the exemplar that are smaller (the paper's equation 7).
+    stream_bytes
+        Length of a stream, at most.
     """
 
     quads: int = 20000
@@ -63,6 +74,11 @@ class WriteOptions:
     size: tuple[int, int] = (1024, 768)
     view: tuple[float, float] = (30.0, 30.0)
     supersample: int = 2
+    wavelet: str | None = None
+    levels: int | None = None
+    lossless: bool = False
+    threshold: float = 0.0
+    stream_bytes: int | None = None
 
     def __post_init__(self) -> None:
         if self.texture not in get_args(TextureFormat):
@@ -78,6 +94,10 @@ class WriteOptions:
                 f"view is {self.view[0]:g},{self.view[1]:g}; "
                 "allowed: azimuth -3600 to 3600, elevation -90 to 90"
             )
+        if not 0 <= self.threshold < 1e9:
+            raise InputError(f"threshold is {self.threshold:g}; allowed: 0 or more")
+        if self.stream_bytes is not None and not 256 <= self.stream_bytes < 2**31:
+            raise InputError(f"bytes is {self.stream_bytes}; allowed: at least 256")
         if not 1 <= self.supersample <= 8:
             raise InputError(f"supersample is {self.supersample}; allowed: 1 to 8")
 
@@ -103,12 +123,17 @@ def parse_output(text: str) -> Output:
 
 @dataclass(frozen=True)
 class TexturedModel:
-    """A surface with its texels; mesh and atlas are made when first needed, and shared by all outputs."""
+    """A surface with its texels; mesh and atlas are made when first needed, and shared by all outputs.
+
+    A stream holds the quilt and the exemplar instead of the texels: it can be written where they are known.
+    """
 
     surface: Surface
     texels: Texels
     options: WriteOptions = field(default_factory=WriteOptions)
     threads: int | None = None
+    quilt: Quilt | None = None
+    exemplar: PixelArray | None = None
 
     @cached_property
     def mesh(self) -> Mesh:
@@ -133,6 +158,22 @@ def write_output(
     options = model.options
     places: Sequence[Path] = [files.path(file) for file in output.files]
     match output.kind:
+        case "uph":
+            if model.quilt is None or model.exemplar is None:
+                raise InputError(
+                    f"output {str(output.path)!r} needs a quilt and its exemplar, not texels alone"
+                )
+            stream = encode_stream(
+                model.surface,
+                model.quilt,
+                model.exemplar,
+                wavelet=options.wavelet,  # type: ignore[arg-type]  # checked there
+                levels=options.levels,
+                lossless=options.lossless,
+                threshold=options.threshold,
+                most_bytes=options.stream_bytes,
+            )
+            places[0].write_bytes(stream)
         case "npz":
             write_npz(places[0], model.texels)
         case "atlas":

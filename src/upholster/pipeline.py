@@ -13,15 +13,19 @@ from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from upholster._version import __version__
-from upholster.files import outputs
+from upholster.codec import check_image
+from upholster.errors import FormatError
+from upholster.files import outputs, read_bytes
 from upholster.geometry import Surface, surface_from_spec
 from upholster.image import read_exemplar
 from upholster.outputs import TexturedModel, WriteOptions, parse_output, write_output
+from upholster.stream import StreamDecoder
+from upholster.stream.prefix import Limit, feed_until
 from upholster.synthesis import Quilt, Texels, paint, synthesize
 from upholster.synthesis.quilt import MASK_CUT
-from upholster.types import Progress
+from upholster.types import PixelArray, Progress
 
-__all__ = ["CoverReport", "cover", "write"]
+__all__ = ["CoverReport", "RefineReport", "cover", "refine", "write"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -104,11 +108,13 @@ def cover(
             surface = surface_from_spec(on)
             _ = surface.shared  # edges that are claimed twice are found now, not after the work
             pixels = read_exemplar(exemplar, crop=crop, resize=resize)
+        if any(output.kind == "uph" for output in wanted):
+            check_image(pixels, wavelet=options.wavelet, levels=options.levels, lossless=options.lossless)
         with _timed("synthesize", seconds):
             quilt = synthesize(pixels, surface, threads=threads, progress=progress, **(synthesis or {}))
         with _timed("paint", seconds):
             texels = paint(quilt, pixels, threads=threads, progress=progress)
-        model = TexturedModel(surface, texels, options, threads)
+        model = TexturedModel(surface, texels, options, threads, quilt, pixels)
         written: dict[str, int] = {}
         for output in wanted:
             with _timed(f"write {output.path.name}", seconds):
@@ -124,16 +130,93 @@ def cover(
     return result
 
 
+@dataclass(frozen=True, slots=True)
+class RefineReport:
+    """What `refine` did.
+
+    Attributes
+    ----------
+    used, total
+        Bytes of the stream that were read, and that it has when whole.
+    complete
+        Whether they are all.
+    charts, coefficients
+        Shares, 0 to 1, of charts whose placements are known and of significant coefficients.
+    written
+        Bytes of each file.
+    """
+
+    used: int
+    total: int
+    complete: bool
+    charts: float
+    coefficients: float
+    written: dict[str, int]
+
+
+def refine(
+    stream: str | os.PathLike[str],
+    targets: Sequence[str],
+    *,
+    limit: Limit | None = None,
+    options: WriteOptions | None = None,
+    threads: int | None = None,
+    progress: Progress | None = None,
+) -> RefineReport:
+    """Write files from a stream, or from as much of one as there is: what ``upholster refine`` does.
+
+    Parameters
+    ----------
+    stream
+        A .uph file, whole or cut.
+    targets, options, threads, progress
+        As for `cover`.
+    limit
+        How far to read.
+
+    Raises
+    ------
+    InputError, FormatError
+        If the file is missing, damaged, or so short that nothing can be shown.
+    """
+    options = options or WriteOptions()
+    wanted = [parse_output(target) for target in targets]
+    with outputs([file for output in wanted for file in output.files]) as files:
+        data = read_bytes(stream)
+        decoder = StreamDecoder()
+        feed_until(decoder, data, limit or Limit())
+        if decoder.needed or decoder.surface is None:
+            raise FormatError(f"byte {len(data)}: stream is cut; needs {max(1, decoder.needed)} more bytes")
+        quilt, exemplar = decoder.quilt(), decoder.exemplar()
+        texels = paint(quilt, exemplar, threads=threads, progress=progress)
+        model = TexturedModel(decoder.surface, texels, options, threads, quilt, exemplar)
+        written: dict[str, int] = {}
+        for output in wanted:
+            write_output(output, model, files, progress=progress)
+            written |= {str(file): files.path(file).stat().st_size for file in output.files}
+    known, count = decoder.coefficients_known
+    return RefineReport(
+        decoder.received,
+        decoder.total or decoder.received,
+        decoder.complete,
+        decoder.charts_known / len(decoder.charts),
+        known / count,
+        written,
+    )
+
+
 def write(
     target: str | os.PathLike[str],
     surface: Surface,
     texels: Texels,
     *,
+    quilt: Quilt | None = None,
+    exemplar: PixelArray | None = None,
     options: WriteOptions | None = None,
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> None:
-    """Write a textured surface to one file: .glb, .obj, .npz, or a picture (.png, .jpg, .webp, .exr).
+    """Write a textured surface to one file: .glb, .obj, .npz, .uph, or a picture (.png, .jpg, .webp, .exr).
 
     Parameters
     ----------
@@ -143,6 +226,8 @@ def write(
         The surface.
     texels
         Its texels, as `upholster.paint` makes them.
+    quilt, exemplar
+        What the texels were painted from: a stream (.uph) holds them instead.
     options
         Mesh, texture format and picture, see `upholster.WriteOptions`.
     threads, progress
@@ -154,7 +239,7 @@ def write(
         For an unknown suffix, a place that cannot be written, or texels of another surface.
     """
     output = parse_output(os.fspath(target))
-    model = TexturedModel(surface, texels, options or WriteOptions(), threads)
+    model = TexturedModel(surface, texels, options or WriteOptions(), threads, quilt, exemplar)
     with outputs(output.files) as files:
         write_output(output, model, files, progress=progress)
 

@@ -14,6 +14,7 @@ import typer
 from upholster._version import __version__
 from upholster.cli.codec import decode, encode
 from upholster.cli.cover import EXAMPLE, cover, surfaces
+from upholster.cli.stream import info, levels, refine
 from upholster.errors import UpholsterError
 
 __all__ = ["app", "main"]
@@ -90,5 +91,8 @@ def _root(
 
 app.command(epilog=EXAMPLE)(cover)
 app.command()(surfaces)
+app.command()(refine)
+app.command()(info)
+app.command()(levels)
 app.command()(encode)
 app.command()(decode)

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from upholster.cli.console import in_bytes, numbers, progress_bars
+from upholster.cli.console import byte_count, in_bytes, numbers, progress_bars
 
 __all__ = ["cover", "surfaces"]
 
@@ -53,8 +53,8 @@ def cover(
             "-o",
             "--output",
             metavar="FILE",
-            help="Several at once: .glb .obj (models), .npz (texels), .png .jpg .webp .exr (a picture of the "
-            "model, or with `atlas:` before the name its texture).",
+            help="Several at once: .glb .obj (models), .uph (progressive stream), .npz (texels), .png .jpg .webp "
+            ".exr (a picture of the model, or with `atlas:` before the name its texture).",
         ),
     ],
     chart: Annotated[
@@ -99,6 +99,18 @@ def cover(
         str, typer.Option(metavar="AZ,EL", help="Azimuth and elevation in degrees.", rich_help_panel="Output")
     ] = "30,30",
     supersample: Annotated[int, typer.Option(help="Rays per pixel each way.", rich_help_panel="Output")] = 2,
+    wavelet: Annotated[
+        str | None, typer.Option(help="9/7 (default), 5/3 or haar.", rich_help_panel="Stream")
+    ] = None,
+    lossless: Annotated[
+        bool, typer.Option("--lossless", help="Keep the exemplar exactly.", rich_help_panel="Stream")
+    ] = False,
+    threshold: Annotated[
+        float, typer.Option(help="Leave out smaller coefficients (equation 7).", rich_help_panel="Stream")
+    ] = 0.0,
+    stream_bytes: Annotated[
+        str | None, typer.Option("--bytes", metavar="N", help="Length at most: 8k.", rich_help_panel="Stream")
+    ] = None,
     report: Annotated[
         str | None, typer.Option(metavar="FILE", help="Write parameters, counts and times as JSON.")
     ] = None,
@@ -117,6 +129,12 @@ def cover(
         size=numbers("size", size, "x", 2, int),
         view=numbers("view", view, ",", 2, float),
         supersample=supersample,
+        wavelet=wavelet,
+        # The paper's own transform has three levels.
+        levels=levels if wavelet == "haar" else None,
+        lossless=lossless,
+        threshold=threshold,
+        stream_bytes=byte_count("bytes", stream_bytes),
     )
     with progress_bars(quiet) as progress:
         result = run(

@@ -2,6 +2,15 @@
 
 from upholster.codec.ezw import DecodedImage, decode, encode
 from upholster.codec.header import MAX_SAMPLES, ImageHeader
-from upholster.codec.image_code import ImageDecoder, encode_parts
+from upholster.codec.image_code import ImageDecoder, check_image, encode_parts
 
-__all__ = ["MAX_SAMPLES", "DecodedImage", "ImageDecoder", "ImageHeader", "decode", "encode", "encode_parts"]
+__all__ = [
+    "MAX_SAMPLES",
+    "DecodedImage",
+    "ImageDecoder",
+    "ImageHeader",
+    "check_image",
+    "decode",
+    "encode",
+    "encode_parts",
+]

@@ -2,7 +2,7 @@
 
 import math
 from functools import lru_cache
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +15,7 @@ from upholster.errors import InputError
 from upholster.types import PixelArray
 from upholster.wavelet.lifting import MAX_LEVELS, WAVELETS, Wavelet, band_norms, forward, inverse
 
-__all__ = ["ImageDecoder", "encode_parts"]
+__all__ = ["ImageDecoder", "check_image", "encode_parts"]
 
 
 def encode_parts(
@@ -26,6 +26,7 @@ def encode_parts(
     lossless: bool = False,
     most_bytes: int | None = None,
     most_significant: int | None = None,
+    threshold: float = 0.0,
 ) -> tuple[bytes, bytes]:
     """Encode an image.
 
@@ -45,6 +46,8 @@ def encode_parts(
         exact.
     most_significant
         Stop when so many coefficients have become significant.
+    threshold
+        Leave out coefficients that are smaller, in samples, as an orthonormal transform has them.
 
     Returns
     -------
@@ -56,22 +59,7 @@ def encode_parts(
     InputError
         For an image or options that do not fit.
     """
-    if image.ndim != 3 or 0 in image.shape or image.shape[2] > 64:
-        raise InputError(f"image has shape {image.shape}; allowed: (height, width, 1 to 64 channels)")
-    if image.size > MAX_SAMPLES or max(image.shape[:2]) > 65535:
-        raise InputError(
-            f"image has {image.size:,} samples ({image.shape[1]}×{image.shape[0]}); "
-            f"allowed: {MAX_SAMPLES:,}, 65535 each way"
-        )
-    if image.dtype not in (np.uint8, np.uint16, np.float32):
-        raise InputError(f"image is of {image.dtype}; allowed: uint8, uint16, float32")
-    wavelet = wavelet or ("5/3" if lossless else "9/7")
-    if wavelet not in WAVELETS:
-        raise InputError(f"unknown wavelet {wavelet!r}; allowed: {', '.join(WAVELETS)}")
-    if lossless and wavelet == "9/7":
-        raise InputError("wavelet is 9/7 with lossless; allowed: 5/3, haar")
-    if levels is not None and not 0 <= levels <= MAX_LEVELS:
-        raise InputError(f"levels is {levels}; allowed: 0 to {MAX_LEVELS}")
+    wavelet = check_image(image, wavelet=wavelet, levels=levels, lossless=lossless)
     height, width, channels = image.shape
     levels = _levels(height, width) if levels is None else levels
     samples, low, high = _integers(image)
@@ -102,11 +90,14 @@ def encode_parts(
         values = np.zeros(tree.size, np.int32)
         for band in tree.bands:
             part = coefficients[_window(band, height, width)] / _unweight(header, band)
+            if threshold > 0:
+                norm = band_norms(wavelet, band.level)[band.kind] * _unweight(header, band)
+                part = np.where(np.abs(part) * norm < threshold, 0, part)
             values[tree.places(band)] = np.trunc(part).astype(np.int32)
         room = None if most_bytes is None else max(0, most_bytes - len(header.pack()))
         plane, payload = encode_coefficients(values, tree, most_bytes=room, most_significant=most_significant)
         header = ImageHeader(**{**header.__dict__, "plane": plane})
-        if wavelet != "9/7" or room is not None or most_significant is not None:
+        if wavelet != "9/7" or room is not None or most_significant is not None or threshold > 0:
             break
         if _within_one(header, payload, samples):
             payload = payload[: _enough(header, payload, samples)]
@@ -127,6 +118,29 @@ def _enough(header: ImageHeader, payload: bytes, samples: NDArray[np.int32]) -> 
         middle = (low + high) // 2
         low, high = (low, middle) if _within_one(header, payload[:middle], samples) else (middle, high)
     return high
+
+
+def check_image(
+    image: PixelArray, *, wavelet: str | None = None, levels: int | None = None, lossless: bool = False
+) -> Wavelet:
+    """Raise InputError unless `encode_parts` takes an image with these options; return the wavelet."""
+    if image.ndim != 3 or 0 in image.shape or image.shape[2] > 64:
+        raise InputError(f"image has shape {image.shape}; allowed: (height, width, 1 to 64 channels)")
+    if image.size > MAX_SAMPLES or max(image.shape[:2]) > 65535:
+        raise InputError(
+            f"image has {image.size:,} samples ({image.shape[1]}×{image.shape[0]}); "
+            f"allowed: {MAX_SAMPLES:,}, 65535 each way"
+        )
+    if image.dtype not in (np.uint8, np.uint16, np.float32):
+        raise InputError(f"image is of {image.dtype}; allowed: uint8, uint16, float32")
+    chosen = wavelet or ("5/3" if lossless else "9/7")
+    if chosen not in WAVELETS:
+        raise InputError(f"unknown wavelet {chosen!r}; allowed: {', '.join(WAVELETS)}")
+    if lossless and chosen == "9/7":
+        raise InputError("wavelet is 9/7 with lossless; allowed: 5/3, haar")
+    if levels is not None and not 0 <= levels <= MAX_LEVELS:
+        raise InputError(f"levels is {levels}; allowed: 0 to {MAX_LEVELS}")
+    return cast(Wavelet, chosen)
 
 
 class ImageDecoder:

@@ -10,6 +10,7 @@ from upholster.geometry.bernstein import elevate_axis
 from upholster.geometry.circle import circle_arcs, unit_circle
 from upholster.geometry.limits import check_length, check_spans
 from upholster.geometry.patch import MAX_DEGREE, RationalPatch
+from upholster.geometry.spec import spec_text
 from upholster.geometry.surface import Surface
 from upholster.types import FloatArray
 
@@ -83,7 +84,8 @@ def ellipsoid(rx: float = 1.5, ry: float = 1.0, rz: float = 0.75) -> Surface:
         If a half axis is outside its range.
     """
     scale = [check_length("rx", rx), check_length("ry", ry), check_length("rz", rz), 1.0]
-    return Surface([RationalPatch(p.net * scale) for p in revolve(half_circle()).patches], "ellipsoid")
+    patches = [RationalPatch(p.net * scale) for p in revolve(half_circle()).patches]
+    return Surface(patches, "ellipsoid", spec=spec_text("ellipsoid", rx=scale[0], ry=scale[1], rz=scale[2]))
 
 
 def cylinder(r: float = 1.0, h: float = 2.0, *, spans: int = 4) -> Surface:
@@ -102,7 +104,8 @@ def cylinder(r: float = 1.0, h: float = 2.0, *, spans: int = 4) -> Surface:
         If a parameter is outside its range.
     """
     r, h = check_length("r", r), check_length("h", h)
-    return Surface(revolve([[(r, h / 2, 1), (r, -h / 2, 1)]], spans=spans).patches, "cylinder")
+    round_ = revolve([[(r, h / 2, 1), (r, -h / 2, 1)]], spans=spans)
+    return Surface(round_.patches, "cylinder", spec=spec_text("cylinder", r=r, h=h, spans=spans))
 
 
 def cone(r1: float = 1.0, r2: float = 0.4, h: float = 1.5, *, spans: int = 4) -> Surface:
@@ -125,7 +128,8 @@ def cone(r1: float = 1.0, r2: float = 0.4, h: float = 1.5, *, spans: int = 4) ->
         If a parameter is outside its range.
     """
     r1, r2, h = check_length("r1", r1), check_length("r2", r2, zero=True), check_length("h", h)
-    return Surface(revolve([[(r2, h / 2, 1), (r1, -h / 2, 1)]], spans=spans).patches, "cone")
+    round_ = revolve([[(r2, h / 2, 1), (r1, -h / 2, 1)]], spans=spans)
+    return Surface(round_.patches, "cone", spec=spec_text("cone", r1=r1, r2=r2, h=h, spans=spans))
 
 
 VASE_OUTER = (
@@ -171,7 +175,8 @@ def vase(radius: float = 0.8, height: float = 2.4, *, spans: int = 4) -> Surface
     for curve in (*VASE_INNER, *VASE_OUTER, base):
         points = np.asarray(curve, dtype=np.float64)
         profile.append(np.stack([points[:, 0] * radius, (points[:, 1] - 0.5) * height, np.ones(4)], axis=1))
-    return Surface(revolve(profile, spans=spans).patches, "vase")
+    spec = spec_text("vase", radius=radius, height=height, spans=spans)
+    return Surface(revolve(profile, spans=spans).patches, "vase", spec=spec)
 
 
 def _checked(profile: Profile) -> list[FloatArray]:

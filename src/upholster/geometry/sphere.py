@@ -9,6 +9,7 @@ from upholster.errors import InputError, nearest
 from upholster.geometry.limits import check_length
 from upholster.geometry.patch import RationalPatch
 from upholster.geometry.revolution import half_circle, revolve
+from upholster.geometry.spec import spec_text
 from upholster.geometry.surface import Surface
 from upholster.types import FloatArray
 
@@ -48,8 +49,9 @@ def sphere(r: float = 1.0, *, tiling: Literal["six", "octants"] = "six") -> Surf
     Utah, 1988.
     """
     r = check_length("r", r)
+    spec = spec_text("sphere", r=r, tiling=tiling)
     if tiling == "octants":
-        return Surface(revolve(half_circle(r)).patches, "sphere")
+        return Surface(revolve(half_circle(r)).patches, "sphere", spec=spec)
     if tiling != "six":
         raise InputError(f"tiling is {tiling!r}; {nearest(str(tiling), ('six', 'octants'))}")
     net = _cobb_face()
@@ -59,7 +61,7 @@ def sphere(r: float = 1.0, *, tiling: Literal["six", "octants"] = "six") -> Surf
         face[..., :3] = r * (net[..., :3] @ np.array(frame, dtype=np.float64))
         face[..., 3] = net[..., 3]
         patches.append(RationalPatch(face))
-    return Surface(patches, "sphere")
+    return Surface(patches, "sphere", spec=spec)
 
 
 def _cobb_face() -> FloatArray:

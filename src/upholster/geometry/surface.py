@@ -30,6 +30,8 @@ class Surface(Shown):
         What to call it in reports and files.
     tolerance
         How far apart edges may lie and still meet, relative to `size`: 0 to 0.01, by default 1e-9.
+    spec
+        The text that builds it again (`surface_from_spec`), if a builder of the catalog made it.
 
     Raises
     ------
@@ -40,6 +42,7 @@ class Surface(Shown):
     patches: Sequence[RationalPatch]
     name: str = ""
     tolerance: float = 1e-9
+    spec: str = ""
 
     def __post_init__(self) -> None:
         """Check the patches and keep them as a tuple."""

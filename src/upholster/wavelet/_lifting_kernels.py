@@ -1,8 +1,11 @@
-"""One level of a lifted 2-D wavelet transform, forward and inverse, in place.
+"""One level of a lifted 2-D wavelet transform, forward and inverse.
 
 Steps alternate: even ones change the odd samples from their even neighbours, odd ones the even samples from
 their odd neighbours; beyond the ends the signal is mirrored. What is written here fixes every operation and
 its order, so that any IEEE implementation without fused multiply-add gets the same bits.
+
+Rows are transformed one by one. The steps down the columns follow at once, each one row behind the step
+before it, so that only a few rows are at work at any time and the image passes through the cache once.
 """
 
 from typing import Any
@@ -17,161 +20,184 @@ __all__ = ["DAUBECHIES97", "HAAR", "LEGALL53", "lift_forward", "lift_inverse"]
 
 DAUBECHIES97, LEGALL53, HAAR = 0, 1, 2
 
-# CDF 9/7, factored by Daubechies and Sweldens (1998), scaled so that the low-pass gain is √2.
+# CDF 9/7, factored by Daubechies and Sweldens (1998); the scale makes the low-pass half's gain the square
+# root of 2.
 _STEPS97 = np.array([-1.586134342059924, -0.052980118572961, 0.882911075530934, 0.443506852043971])
 _SCALE97 = np.array([1.149604398860241, 1 / 1.149604398860241])
 
 
-def _step(kind: int, step: int, sign: int, target: Any, left: Any, right: Any) -> None:
-    """Add ``sign`` times the lifting step from `left` and `right` to `target`, element by element."""
+def _step(kind: int, step: int, sign: int, lines: Any, to: int, left: int, right: int, count: int) -> None:
+    """Add ``sign`` times a lifting step's prediction from `count` samples at `left` and at `right` to those at `to`."""
+    n = np.arange(count)
+    around = lines[left + n] + lines[right + n]
     if kind == DAUBECHIES97:
-        target += (sign * _STEPS97[step]) * (left + right)
+        lines[to + n] += (sign * _STEPS97[step]) * around
     elif kind == LEGALL53:
-        target += -sign * ((left + right) >> 1) if step == 0 else sign * ((left + right + 2) >> 2)
+        lines[to + n] += -sign * (around >> 1) if step == 0 else sign * ((around + 2) >> 2)
     else:
-        target += -sign * left if step == 0 else sign * (right >> 1)
+        lines[to + n] += -sign * lines[left + n] if step == 0 else sign * (lines[right + n] >> 1)
 
 
-def _scale(kind: int, half: int, forward: bool, line: Any) -> None:
-    """Scale a line of the low-pass (0) or high-pass (1) half."""
+def _scale(kind: int, half: int, forward: bool, lines: Any, at: int, count: int) -> None:
+    """Scale `count` samples of the low-pass (0) or high-pass (1) half."""
     if kind == DAUBECHIES97:
-        line *= _SCALE97[half if forward else 1 - half]
+        lines[at : at + count] *= _SCALE97[half if forward else 1 - half]
 
 
 @overload(_step, strict=False)
-def _step_overload(kind: Any, step: Any, sign: Any, target: Any, left: Any, right: Any) -> Any:
-    if isinstance(target.dtype, types.Float):
+def _step_overload(
+    kind: Any, step: Any, sign: Any, lines: Any, to: Any, left: Any, right: Any, count: Any
+) -> Any:
+    # Places are unsigned: no test whether they count from the end, and the loops become vector instructions.
+    if isinstance(lines.dtype, types.Float):
 
-        def real(kind: int, step: int, sign: int, target: Any, left: Any, right: Any) -> None:
+        def real(
+            kind: int, step: int, sign: int, lines: Any, to: int, left: int, right: int, count: int
+        ) -> None:
+            t, l, r = np.uint64(to), np.uint64(left), np.uint64(right)
             factor = sign * _STEPS97[step]
-            for n in range(target.shape[0]):
-                target[n] += factor * (left[n] + right[n])
+            for n in range(np.uint64(max(0, count))):
+                lines[t + n] += factor * (lines[l + n] + lines[r + n])
 
         return real
 
-    def whole(kind: int, step: int, sign: int, target: Any, left: Any, right: Any) -> None:
+    def whole(
+        kind: int, step: int, sign: int, lines: Any, to: int, left: int, right: int, count: int
+    ) -> None:
+        t, l, r = np.uint64(to), np.uint64(left), np.uint64(right)
         if kind == 1:
             if step == 0:
-                for n in range(target.shape[0]):
-                    target[n] -= sign * ((left[n] + right[n]) >> 1)
+                for n in range(np.uint64(max(0, count))):
+                    lines[t + n] -= sign * ((lines[l + n] + lines[r + n]) >> 1)
             else:
-                for n in range(target.shape[0]):
-                    target[n] += sign * ((left[n] + right[n] + 2) >> 2)
+                for n in range(np.uint64(max(0, count))):
+                    lines[t + n] += sign * ((lines[l + n] + lines[r + n] + 2) >> 2)
         elif step == 0:
-            for n in range(target.shape[0]):
-                target[n] -= sign * left[n]
+            for n in range(np.uint64(max(0, count))):
+                lines[t + n] -= sign * lines[l + n]
         else:
-            for n in range(target.shape[0]):
-                target[n] += sign * (right[n] >> 1)
+            for n in range(np.uint64(max(0, count))):
+                lines[t + n] += sign * (lines[r + n] >> 1)
 
     return whole
 
 
 @overload(_scale, strict=False)
-def _scale_overload(kind: Any, half: Any, forward: Any, line: Any) -> Any:
-    if isinstance(line.dtype, types.Float):
+def _scale_overload(kind: Any, half: Any, forward: Any, lines: Any, at: Any, count: Any) -> Any:
+    if isinstance(lines.dtype, types.Float):
 
-        def real(kind: int, half: int, forward: bool, line: Any) -> None:
+        def real(kind: int, half: int, forward: bool, lines: Any, at: int, count: int) -> None:
             factor = _SCALE97[half if forward else 1 - half]
-            for n in range(line.shape[0]):
-                line[n] *= factor
+            begin = np.uint64(at)
+            for n in range(np.uint64(count)):
+                lines[begin + n] *= factor
 
         return real
 
-    def nothing(kind: int, half: int, forward: bool, line: Any) -> None:
+    def nothing(kind: int, half: int, forward: bool, lines: Any, at: int, count: int) -> None:
         pass
 
     return nothing
 
 
 @inline
-def _lift_halves(kind: int, step: int, sign: int, low: Any, high: Any) -> None:
-    # One step along a line whose even samples lie in `low` and odd ones in `high`, at least one each.
-    evens, odds = low.shape[0], high.shape[0]
+def _lift_halves(kind: int, step: int, sign: int, lines: Any, low: int, evens: int, odds: int) -> None:
+    # One step along a line whose even samples lie at `low` and odd ones after them, at least one each.
+    high = low + evens
     if step % 2 == 0:
         inner = evens - 1
-        _step(kind, step, sign, high[:inner], low[:inner], low[1:])
+        _step(kind, step, sign, lines, high, low, low + 1, inner)
         if odds == evens:
-            _step(kind, step, sign, high[inner:], low[inner:], low[inner:])
+            _step(kind, step, sign, lines, high + inner, low + inner, low + inner, 1)
         return
-    _step(kind, step, sign, low[:1], high[:1], high[:1])
-    _step(kind, step, sign, low[1:odds], high[: odds - 1], high[1:])
+    _step(kind, step, sign, lines, low, high, high, 1)
+    _step(kind, step, sign, lines, low + 1, high, high + 1, odds - 1)
     if evens > odds and kind != 2:
         # Haar leaves a last sample without a partner as it is.
-        _step(kind, step, sign, low[odds:], high[odds - 1 :], high[odds - 1 :])
+        _step(kind, step, sign, lines, low + odds, high + odds - 1, high + odds - 1, 1)
 
 
 @inline
-def _lift_rows(kind: int, step: int, sign: int, image: Any, height: int, width: int) -> None:
-    # The same step down the columns, row by row.
-    for i in range(1 - step % 2, height, 2):
-        if i + 1 == height and step % 2 == 1 and kind == 2 and i % 2 == 0:
-            continue
-        above = i - 1 if i > 0 else i + 1
-        below = i + 1 if i + 1 < height else i - 1
-        _step(kind, step, sign, image[i, :width], image[above, :width], image[below, :width])
+def _lift_row(
+    kind: int, step: int, sign: int, lines: Any, i: int, height: int, width: int, count: int
+) -> None:
+    # One step on row i, which with its neighbours is one of `count` at work: row i is line i modulo their number.
+    if i < 0 or i >= height or (kind == 2 and step == 1 and i + 1 == height):
+        return
+    above = i - 1 if i > 0 else i + 1
+    below = i + 1 if i + 1 < height else i - 1
+    _step(kind, step, sign, lines, i % count * width, above % count * width, below % count * width, width)
 
 
 @kernel
-def lift_forward(kind: int, steps: int, image: Any, height: int, width: int, spare: Any) -> None:
-    """Transform the top left (height, width) of `image` in place: LL, HL, LH, HH in its quadrants.
-
-    `spare` is as large as `image`.
-    """
-    evens, odds = (width + 1) // 2, width // 2
-    if odds > 0:
-        low, high = np.empty(evens, image.dtype), np.empty(odds, image.dtype)
-        for i in range(height):
-            line = image[i, :width]
-            for n in range(odds):
-                low[n] = line[2 * n]
-                high[n] = line[2 * n + 1]
+def lift_forward(kind: int, steps: int, image: Any, low: Any, out: Any) -> None:
+    """Transform `image` (h, w): LL to `low` (⌈h/2⌉, ⌈w/2⌉), HL, LH and HH to the quadrants of `out`'s (h, w)."""
+    height, width = image.shape
+    low_rows, evens = low.shape
+    odds = width - evens
+    down = steps if height > 1 else 0
+    count = down + 2
+    lines = np.empty(count * width, image.dtype)
+    for t in range(0, height + down + 1, 2):
+        for i in range(max(0, t - 1), min(t + 1, height)):
+            at = i % count * width
+            u, v = np.uint64(i), np.uint64(at)
+            w = np.uint64(at + evens)
+            for n in range(np.uint64(odds)):
+                lines[v + n] = image[u, n + n]
+                lines[w + n] = image[u, n + n + np.uint64(1)]
             if evens > odds:
-                low[odds] = line[width - 1]
-            for step in range(steps):
-                _lift_halves(kind, step, 1, low, high)
-            _scale(kind, 0, True, low)
-            _scale(kind, 1, True, high)
-            line[:evens] = low
-            line[evens:] = high
-    evens, odds = (height + 1) // 2, height // 2
-    if odds > 0:
-        for step in range(steps):
-            _lift_rows(kind, step, 1, image, height, width)
-        for i in range(height):
-            to = spare[i // 2 + (evens if i % 2 else 0), :width]
-            to[:] = image[i, :width]
-            _scale(kind, i % 2, True, to)
-        for i in range(height):
-            image[i, :width] = spare[i, :width]
+                lines[at + odds] = image[i, width - 1]
+            if odds > 0:
+                for step in range(steps):
+                    _lift_halves(kind, step, 1, lines, at, evens, odds)
+                _scale(kind, 0, True, lines, at, evens)
+                _scale(kind, 1, True, lines, at + evens, odds)
+        for step in range(down):
+            _lift_row(kind, step, 1, lines, t - 1 - step, height, width, count)
+        for i in range(max(0, t - down - 1), min(t - down + 1, height)):
+            at = i % count * width
+            if down > 0:
+                _scale(kind, i % 2, True, lines, at, width)
+            if i % 2 == 0:
+                low[i // 2] = lines[at : at + evens]
+                out[i // 2, evens:width] = lines[at + evens : at + width]
+            else:
+                out[low_rows + i // 2, :width] = lines[at : at + width]
 
 
 @kernel
-def lift_inverse(kind: int, steps: int, image: Any, height: int, width: int, spare: Any) -> None:
-    """Invert `lift_forward`."""
-    evens, odds = (height + 1) // 2, height // 2
-    if odds > 0:
-        for i in range(height):
-            to = spare[i, :width]
-            to[:] = image[i // 2 + (evens if i % 2 else 0), :width]
-            _scale(kind, i % 2, False, to)
-        for i in range(height):
-            image[i, :width] = spare[i, :width]
-        for step in range(steps - 1, -1, -1):
-            _lift_rows(kind, step, -1, image, height, width)
-    evens, odds = (width + 1) // 2, width // 2
-    if odds > 0:
-        low, high = np.empty(evens, image.dtype), np.empty(odds, image.dtype)
-        for i in range(height):
-            line = image[i, :width]
-            low[:] = line[:evens]
-            high[:] = line[evens:]
-            _scale(kind, 0, False, low)
-            _scale(kind, 1, False, high)
-            for step in range(steps - 1, -1, -1):
-                _lift_halves(kind, step, -1, low, high)
-            for n in range(odds):
-                line[2 * n] = low[n]
-                line[2 * n + 1] = high[n]
+def lift_inverse(kind: int, steps: int, low: Any, coefficients: Any, image: Any) -> None:
+    """Invert `lift_forward`: LL from `low`, the rest from the quadrants of `coefficients`, to `image` (h, w)."""
+    height, width = image.shape
+    low_rows, evens = low.shape
+    odds = width - evens
+    down = steps if height > 1 else 0
+    count = down + 2
+    lines = np.empty(count * width, image.dtype)
+    for t in range(1, height + down + 1, 2):
+        for i in range(t - 1, min(t + 1, height)):
+            at = i % count * width
+            if i % 2 == 0:
+                lines[at : at + evens] = low[i // 2]
+                lines[at + evens : at + width] = coefficients[i // 2, evens:width]
+            else:
+                lines[at : at + width] = coefficients[low_rows + i // 2, :width]
+            if down > 0:
+                _scale(kind, i % 2, False, lines, at, width)
+        for back in range(down):
+            _lift_row(kind, steps - 1 - back, -1, lines, t - 1 - back, height, width, count)
+        for i in range(max(0, t - down - 1), min(t - down + 1, height)):
+            at = i % count * width
+            if odds > 0:
+                _scale(kind, 0, False, lines, at, evens)
+                _scale(kind, 1, False, lines, at + evens, odds)
+                for step in range(steps - 1, -1, -1):
+                    _lift_halves(kind, step, -1, lines, at, evens, odds)
+            u, v = np.uint64(i), np.uint64(at)
+            w = np.uint64(at + evens)
+            for n in range(np.uint64(odds)):
+                image[u, n + n] = lines[v + n]
+                image[u, n + n + np.uint64(1)] = lines[w + n]
             if evens > odds:
-                line[width - 1] = low[odds]
+                image[i, width - 1] = lines[at + odds]

@@ -67,13 +67,14 @@ def forward(image: NDArray[Any], *, wavelet: Wavelet, levels: int) -> NDArray[An
     Daubechies, Sweldens: Factoring wavelet transforms into lifting steps, 1998. Calderbank et al.: Wavelet
     transforms that map integers to integers, 1998.
     """
-    planes, (kind, steps, _) = _planes(image, wavelet, levels)
-    for plane in planes:
-        spare = np.empty_like(plane)
-        for level in range(levels):
-            height, width = level_shape(plane.shape, level)
-            lift_forward(kind, steps, plane, height, width, spare)
-    return _joined(planes, image)
+    planes, kind, steps = _planes(image, wavelet, levels)
+    out = np.empty_like(planes)
+    for low, nested in zip(planes, out, strict=True):
+        for level in range(1, levels + 1):
+            samples, low = low, np.empty(level_shape(planes.shape[1:], level), planes.dtype)
+            lift_forward(kind, steps, samples, low, nested)
+        nested[: low.shape[0], : low.shape[1]] = low
+    return _joined(out, image)
 
 
 def inverse(coefficients: NDArray[Any], *, wavelet: Wavelet, levels: int) -> NDArray[Any]:
@@ -84,13 +85,21 @@ def inverse(coefficients: NDArray[Any], *, wavelet: Wavelet, levels: int) -> NDA
     InputError
         As `forward`.
     """
-    planes, (kind, steps, _) = _planes(coefficients, wavelet, levels)
-    for plane in planes:
-        spare = np.empty_like(plane)
-        for level in range(levels - 1, -1, -1):
-            height, width = level_shape(plane.shape, level)
-            lift_inverse(kind, steps, plane, height, width, spare)
-    return _joined(planes, coefficients)
+    planes, kind, steps = _planes(coefficients, wavelet, levels)
+    shape = planes.shape[1:]
+    height, width = level_shape(shape, levels)
+    out = np.empty_like(planes)
+    for nested, image in zip(planes, out, strict=True):
+        low = np.ascontiguousarray(nested[:height, :width])
+        for level in range(levels - 1, 0, -1):
+            samples = np.empty(level_shape(shape, level), planes.dtype)
+            lift_inverse(kind, steps, low, nested, samples)
+            low = samples
+        if levels > 0:
+            lift_inverse(kind, steps, low, nested, image)
+        else:
+            image[...] = low
+    return _joined(out, coefficients)
 
 
 def band_norms(wavelet: Wavelet, level: int) -> tuple[float, float, float, float]:
@@ -108,7 +117,8 @@ def band_norms(wavelet: Wavelet, level: int) -> tuple[float, float, float, float
     return low, mixed, mixed, high
 
 
-def _planes(array: NDArray[Any], wavelet: Wavelet, levels: int) -> tuple[NDArray[Any], tuple[int, int, type]]:
+def _planes(array: NDArray[Any], wavelet: Wavelet, levels: int) -> tuple[NDArray[Any], int, int]:
+    # Checked, (channels, height, width), of the wavelet's dtype; with the wavelet's kind and number of steps.
     shape = np.shape(array)
     if wavelet not in WAVELETS:
         raise InputError(f"unknown wavelet {wavelet!r}; allowed: {', '.join(WAVELETS)}")
@@ -116,11 +126,11 @@ def _planes(array: NDArray[Any], wavelet: Wavelet, levels: int) -> tuple[NDArray
         raise InputError(f"levels is {levels}; allowed: 0 to {MAX_LEVELS}")
     if len(shape) not in (2, 3) or 0 in shape:
         raise InputError(f"image has shape {shape}; allowed: (height, width) or (height, width, channels)")
-    kind = WAVELETS[wavelet]
-    if kind[2] is np.int32 and not np.issubdtype(np.asarray(array).dtype, np.integer):
+    kind, steps, dtype = WAVELETS[wavelet]
+    if dtype is np.int32 and not np.issubdtype(np.asarray(array).dtype, np.integer):
         raise InputError(f"image is of {np.asarray(array).dtype}; wavelet {wavelet} is for integers")
     stacked = np.reshape(array, (*shape[:2], -1)).transpose(2, 0, 1)
-    return np.array(stacked, dtype=kind[2], order="C"), kind
+    return np.ascontiguousarray(stacked, dtype=dtype), kind, steps
 
 
 def _joined(planes: NDArray[Any], like: NDArray[Any]) -> NDArray[Any]:

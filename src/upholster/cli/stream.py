@@ -1,0 +1,121 @@
+"""``upholster refine``, ``info`` and ``levels``: what can be made of a stream, whole or cut."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from upholster.cli.console import byte_count, in_bytes, numbers, progress_bars, share
+from upholster.errors import InputError
+
+__all__ = ["info", "levels", "refine"]
+
+
+def refine(
+    stream: Annotated[str, typer.Argument(help="A stream, or the start of one.", metavar="FILE.uph")],
+    output: Annotated[
+        list[str],
+        typer.Option(
+            "-o", "--output", metavar="FILE", help="As for `cover`: .glb .obj .npz .uph, pictures, `atlas:`."
+        ),
+    ],
+    most_bytes: Annotated[
+        str | None, typer.Option("--bytes", metavar="N", help="Use only the first N bytes: 8000, 8k, 8Ki.")
+    ] = None,
+    bpp: Annotated[float | None, typer.Option(help="The same, in bits per pixel of the exemplar.")] = None,
+    coefficients: Annotated[
+        str | None, typer.Option(metavar="7%", help="Stop at this share of significant coefficients.")
+    ] = None,
+    quads: Annotated[int, typer.Option(help="Quadrilaterals of the mesh.")] = 20000,
+    texture: Annotated[str, typer.Option(help="Texture inside a GLB: png, jpeg or webp.")] = "png",
+    quality: Annotated[int, typer.Option(help="Of JPEG and WebP, 1 to 100.")] = 90,
+    size: Annotated[str, typer.Option(metavar="WxH", help="Of a picture.")] = "1024x768",
+    view: Annotated[str, typer.Option(metavar="AZ,EL", help="Azimuth and elevation in degrees.")] = "30,30",
+    supersample: Annotated[int, typer.Option(help="Rays per pixel each way.")] = 2,
+    threads: Annotated[int | None, typer.Option(help="1 to 256; default: one per core.")] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
+) -> None:
+    """Write models and pictures from a stream, however much of it there is."""
+    from upholster.outputs import WriteOptions
+    from upholster.pipeline import refine as run
+    from upholster.stream.prefix import Limit
+
+    options = WriteOptions(
+        quads=quads,
+        texture=texture,  # type: ignore[arg-type]  # checked by WriteOptions
+        quality=quality,
+        size=numbers("size", size, "x", 2, int),
+        view=numbers("view", view, ",", 2, float),
+        supersample=supersample,
+    )
+    limit = Limit(byte_count("bytes", most_bytes), bpp, share("coefficients", coefficients))
+    with progress_bars(quiet) as progress:
+        done = run(stream, output, limit=limit, options=options, threads=threads, progress=progress)
+    if not quiet:
+        written = ", ".join(f"{name} ({in_bytes(count)})" for name, count in done.written.items())
+        state = "complete" if done.complete else f"of {in_bytes(done.total)}, incomplete"
+        print(
+            f"wrote {written}: from {in_bytes(done.used)} {state}; placements of {100 * done.charts:.0f} % of the "
+            f"charts, {100 * done.coefficients:.1f} % of the coefficients"
+        )
+
+
+def info(
+    stream: Annotated[str, typer.Argument(help="A stream, or the start of one.", metavar="FILE.uph")],
+) -> None:
+    """Tell what a stream holds: chunks, placements, and what can be seen after so many bytes."""
+    from rich.box import SIMPLE_HEAD
+    from rich.console import Console
+    from rich.table import Table
+
+    from upholster.files import read_bytes
+    from upholster.stream import describe
+
+    found = describe(read_bytes(stream))
+    console = Console()
+    state = "complete" if found.complete else f"incomplete, {in_bytes(found.total)} in all"
+    console.print(
+        f"{stream}: {found.received:,} bytes, {state}; first view at {found.view:,} bytes", highlight=False
+    )
+    chunks = Table("chunk", "offset", "bytes", "here", "holds", box=SIMPLE_HEAD)
+    for row in found.chunks:
+        here = "all" if row.received == row.length else f"{row.received:,}"
+        chunks.add_row(row.tag, f"{row.offset:,}", f"{row.length:,}", here, row.holds)
+    console.print(chunks)
+    readable = Table("bytes", "charts", "placements", "coefficients", "exemplar", box=SIMPLE_HEAD)
+    for line in found.readable:
+        quality = "as far as known" if line.psnr == float("inf") else f"{line.psnr:.1f} dB"
+        parts = (f"{100 * part:.0f} %" for part in (line.charts, line.placements, line.coefficients))
+        readable.add_row(f"{line.length:,}", *parts, quality)
+    console.print(readable)
+
+
+def levels(
+    stream: Annotated[str, typer.Argument(help="A stream, or the start of one.", metavar="FILE.uph")],
+    output: Annotated[str, typer.Option("-o", "--output", metavar="PICTURE", help="PNG, JPEG or WebP.")],
+    curve: Annotated[bool, typer.Option("--curve", help="Plot quality over bytes instead.")] = False,
+    size: Annotated[str, typer.Option(metavar="WxH", help="Of each picture.")] = "400x320",
+    view: Annotated[str, typer.Option(metavar="AZ,EL", help="Azimuth and elevation in degrees.")] = "30,30",
+    threads: Annotated[int | None, typer.Option(help="1 to 256; default: one per core.")] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
+) -> None:
+    """Show a stream at 3, 5, 7, 15 and 100 % of its coefficients (the paper's figure 13)."""
+    from upholster.files import outputs, read_bytes
+    from upholster.image import write_image
+    from upholster.levels import curve_picture, levels_picture
+    from upholster.outputs import WriteOptions
+
+    if Path(output).suffix.lower() not in (".png", ".jpg", ".jpeg", ".webp"):
+        raise InputError(f"output {output!r} has suffix {Path(output).suffix!r}; allowed: .png, .jpg, .webp")
+    options = WriteOptions(
+        size=numbers("size", size, "x", 2, int), view=numbers("view", view, ",", 2, float), supersample=3
+    )
+    with progress_bars(quiet) as progress, outputs([output]) as files:
+        data = read_bytes(stream)
+        if curve:
+            picture, _ = curve_picture(data, threads=threads)
+        else:
+            picture = levels_picture(data, options=options, threads=threads, progress=progress)
+        write_image(files.path(output), picture)
+    if not quiet:
+        print(f"wrote {output}")

@@ -1,0 +1,206 @@
+"""How a stream refines: the paper's figure 13, and the quality that its bytes buy."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from upholster.errors import InputError
+from upholster.geometry import Surface
+from upholster.image import from_linear
+from upholster.image.drawing import Drawing
+from upholster.outputs import TexturedModel, WriteOptions
+from upholster.render import render
+from upholster.stream import StreamDecoder
+from upholster.stream.prefix import Limit, feed_until
+from upholster.synthesis import Texels
+from upholster.types import PixelArray, Progress
+
+__all__ = ["SHARES", "Step", "curve_picture", "levels_picture", "refine_steps", "texels_psnr"]
+
+SHARES = (0.03, 0.05, 0.07, 0.15, 1.0)
+"""The paper's quality levels: shares of the coefficients."""
+
+
+@dataclass(frozen=True)
+class Step:
+    """A stream as far as some of its bytes tell.
+
+    Attributes
+    ----------
+    length
+        Bytes.
+    coefficients
+        Share of significant coefficients.
+    charts
+        Share of charts whose placements are known.
+    texels
+        What can be painted.
+    psnr
+        Of the texels against those of the whole stream, in dB; infinite where equal.
+    """
+
+    length: int
+    coefficients: float
+    charts: float
+    texels: Texels
+    psnr: float
+
+
+def refine_steps(data: bytes, wanted: Sequence[Limit], *, threads: int | None = None) -> list[Step]:
+    """Decode a stream up to each of several limits.
+
+    Parameters
+    ----------
+    data
+        The stream, or as much of it as there is.
+    wanted
+        Rising limits.
+
+    Returns
+    -------
+    list of Step
+        One per limit.
+
+    Raises
+    ------
+    FormatError, InputError
+        If the stream is damaged, or so short that nothing can be shown.
+    """
+    decoder = StreamDecoder()
+    found: list[tuple[int, float, float, Texels]] = []
+    for limit in wanted:
+        feed_until(decoder, data, limit)
+        if decoder.needed:
+            raise InputError(f"stream is cut; needs {decoder.needed} more bytes")
+        known, count = decoder.coefficients_known
+        charts = decoder.charts_known / len(decoder.charts)
+        found.append((decoder.received, known / count, charts, decoder.texels(threads=threads)))
+    full = StreamDecoder()
+    full.feed(data)
+    best = full.texels(threads=threads)
+    return [Step(*entry, texels_psnr(entry[3], best)) for entry in found]
+
+
+def texels_psnr(texels: Texels, best: Texels) -> float:
+    """Return the peak signal-to-noise ratio over all charts, in dB: infinite where all texels are equal."""
+    error = sum(
+        float(np.sum((a.astype(np.float64) - b) ** 2))
+        for a, b in zip(texels.arrays, best.arrays, strict=True)
+    )
+    count = sum(array.size for array in best.arrays)
+    dtype = best.arrays[0].dtype
+    peak = float(np.iinfo(dtype).max) if dtype.kind == "u" else max(float(np.ptp(a)) for a in best.arrays)
+    return float("inf") if error == 0 else 10 * float(np.log10(peak * peak * count / error))
+
+
+def levels_picture(
+    data: bytes,
+    *,
+    options: WriteOptions | None = None,
+    shares: Sequence[float] = SHARES,
+    threads: int | None = None,
+    progress: Progress | None = None,
+) -> PixelArray:
+    """Show the model at rising shares of its coefficients, side by side (the paper's figure 13).
+
+    Parameters
+    ----------
+    data
+        The stream.
+    options
+        How each picture is taken; `size` is that of one of them.
+    shares
+        Shares of significant coefficients.
+
+    Returns
+    -------
+    ndarray
+        uint8 RGB, with share, bytes and PSNR under each picture.
+    """
+    options = options or WriteOptions(size=(400, 320))
+    surface = _surface(data)
+    width, height = options.size
+    gap = 12
+    drawing = Drawing(len(shares) * (width + gap) + gap, height + 2 * gap + 48)
+    steps = refine_steps(data, [Limit(coefficients=share) for share in shares], threads=threads)
+    for index, (share, step) in enumerate(zip(shares, steps, strict=True)):
+        model = TexturedModel(surface, step.texels, options, threads)
+        picture = render(
+            model.mesh.positions,
+            model.mesh.normals,
+            model.uv,
+            model.mesh.all_triangles(),
+            model.atlas.pixels,
+            size=options.size,
+            view=options.view,
+            supersample=options.supersample,
+            threads=threads,
+        )
+        left = gap + index * (width + gap)
+        drawing.paste(left, gap, from_linear(picture, "uint8"))
+        middle, below = left + width // 2, gap + height
+        named = "all coefficients" if share == 1 else f"{100 * share:.3g} % of the coefficients"
+        quality = "exact" if step.psnr == float("inf") else f"{step.psnr:.1f} dB"
+        drawing.text(middle, below + 22, named)
+        drawing.text(middle, below + 44, f"{step.length:,} bytes, {quality}")
+        if progress is not None:
+            progress("levels", index + 1, len(shares))
+    return drawing.pixels()
+
+
+def curve_picture(data: bytes, *, threads: int | None = None) -> tuple[PixelArray, list[Step]]:
+    """Plot the texels' PSNR over the bytes of the stream.
+
+    Returns
+    -------
+    picture : ndarray
+        uint8 RGB.
+    steps : list of Step
+        What is plotted, from the first view on.
+    """
+    first = StreamDecoder()
+    feed_until(first, data, Limit(most_bytes=1))
+    if first.needed:
+        raise InputError(f"stream is cut; needs {first.needed} more bytes")
+    lengths = sorted({int(length) for length in np.geomspace(first.received, len(data), 24)})
+    steps = refine_steps(data, [Limit(most_bytes=length) for length in lengths], threads=threads)
+    return _plot(steps), steps
+
+
+def _plot(steps: list[Step]) -> PixelArray:
+    width, height, left, right, top, bottom = 760, 480, 70, 20, 20, 60
+    drawing = Drawing(width, height)
+    finite = [step.psnr for step in steps if np.isfinite(step.psnr)]
+    low = 5 * np.floor(min(finite) / 5)
+    high = 5 * np.ceil((max(finite) + 1) / 5)
+    first, last = np.log10(steps[0].length), np.log10(steps[-1].length)
+
+    def at(length: float, psnr: float) -> tuple[float, float]:
+        x = left + (np.log10(length) - first) / max(1e-9, last - first) * (width - left - right)
+        return x, top + (high - min(psnr, high)) / (high - low) * (height - top - bottom)
+
+    grey = (0.85, 0.85, 0.85)
+    for psnr in np.arange(low, high + 1, 5):
+        drawing.lines([at(steps[0].length, psnr), at(steps[-1].length, psnr)], color=grey)
+        drawing.text(left - 24, int(at(steps[0].length, psnr)[1]) + 5, f"{psnr:.0f}", size=14)
+    for length in [unit * 10**power for power in range(1, 9) for unit in (1, 2, 5)]:
+        if steps[0].length <= length <= steps[-1].length:
+            drawing.lines([at(length, low), at(length, high)], color=grey)
+            label = f"{length / 1000:g} kB" if length >= 1000 else f"{length}"
+            drawing.text(int(at(length, low)[0]), height - bottom + 20, label, size=14)
+    drawing.lines([at(steps[0].length, low), at(steps[-1].length, low)])
+    drawing.lines([at(steps[0].length, low), at(steps[0].length, high)])
+    drawing.lines([at(step.length, step.psnr) for step in steps], color=(0.1, 0.35, 0.7), width=3)
+    drawing.text(
+        width // 2, height - 12, "bytes of the stream; PSNR of the texels against the whole stream, in dB"
+    )
+    return drawing.pixels()
+
+
+def _surface(data: bytes) -> Surface:
+    decoder = StreamDecoder()
+    decoder.feed(data)
+    if decoder.surface is None or decoder.needed:
+        raise InputError(f"stream is cut; needs {decoder.needed} more bytes")
+    return decoder.surface

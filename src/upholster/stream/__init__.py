@@ -1,0 +1,15 @@
+"""The progressive stream, .uph: a textured surface in one file, any prefix of which shows it."""
+
+from upholster.stream.describe import ChunkRow, Description, Readable, describe
+from upholster.stream.reader import StreamDecoder, read_stream
+from upholster.stream.writer import encode_stream
+
+__all__ = [
+    "ChunkRow",
+    "Description",
+    "Readable",
+    "StreamDecoder",
+    "describe",
+    "encode_stream",
+    "read_stream",
+]

@@ -1,0 +1,101 @@
+"""The arithmetic coder of placements: state, counters and bytes, to write and to read piece by piece."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from upholster.codec._model_kernels import (
+    BYTES_DONE,
+    BYTES_HERE,
+    CODE,
+    HIGH,
+    LOW,
+    SLACK,
+    STATE_SIZE,
+    WEIGHTS,
+)
+from upholster.codec.tables import QUANTA, RECIPROCALS, SQUASH, STRETCH, THRESHOLDS
+from upholster.stream._kernels import LOG, START
+
+__all__ = ["BitReader", "BitWriter", "Bits"]
+
+_TABLES = np.concatenate([STRETCH, SQUASH, RECIPROCALS, QUANTA, THRESHOLDS])
+_HALF = (1 << 19) << 10
+
+
+class Bits:
+    """What the kernels of `upholster.stream._kernels` work on.
+
+    Parameters
+    ----------
+    counters
+        How many counters the model has; each starts at a probability of one half, having seen nothing.
+    inputs
+        How many counters predict a bit; every mixer's weights start at 1.1 over it.
+    """
+
+    def __init__(self, counters: int, inputs: int) -> None:
+        self.state = np.zeros(STATE_SIZE, np.int64)
+        self.state[HIGH] = 0xFFFFFFFF
+        self.data = np.zeros(4096, np.uint8)
+        self._model = np.empty(START + counters, np.int32)
+        self._model[: len(_TABLES)] = _TABLES
+        self._model[WEIGHTS:START] = 72090 // inputs
+        self._model[START:] = _HALF
+        self.log = np.zeros(LOG, np.int64)
+
+    @property
+    def model(self) -> tuple[NDArray[np.int64], NDArray[np.uint8], NDArray[np.int32]]:
+        """State, bytes and model, as kernels take them."""
+        return self.state, self.data, self._model
+
+
+class BitWriter(Bits):
+    """Writes bits; make `room` before each kernel call, `finish` at the end."""
+
+    def room(self, bytes_: int) -> None:
+        """Make sure that so many bytes can be written."""
+        if int(self.state[BYTES_DONE]) + bytes_ > len(self.data):
+            grown = np.zeros(2 * len(self.data) + bytes_, np.uint8)
+            grown[: len(self.data)] = self.data
+            self.data = grown
+
+    def finish(self) -> bytes:
+        """Return all bytes: whatever follows them, the bits written are those read."""
+        done, low, high = (int(self.state[n]) for n in (BYTES_DONE, LOW, HIGH))
+        for count in range(5):
+            unit = 1 << (32 - 8 * count)
+            value = -(-low // unit) * unit
+            if value + unit - 1 <= high:
+                break
+        return self.data[:done].tobytes() + value.to_bytes(5, "big")[1 : 1 + count]
+
+
+class BitReader(Bits):
+    """Holds the bytes that have come; every symbol that they determine can be read, and no other."""
+
+    def __init__(self, counters: int, inputs: int) -> None:
+        super().__init__(counters, inputs)
+        self.state[SLACK] = 0xFFFFFFFF
+        self.state[BYTES_DONE] = 4
+
+    def feed(self, data: bytes) -> None:
+        """Take further bytes."""
+        state, here = self.state, int(self.state[BYTES_HERE])
+        total = here + len(data)
+        if total > len(self.data):
+            grown = np.zeros(max(2 * len(self.data), total), np.uint8)
+            grown[:here] = self.data[:here]
+            self.data = grown
+        self.data[here:total] = np.frombuffer(data, np.uint8)
+        state[BYTES_HERE] = total
+        # Bytes that the code register has taken as missing.
+        done = int(state[BYTES_DONE])
+        for place in range(max(here, done - 4), min(total, done)):
+            shift = 8 * (done - 1 - place)
+            state[CODE] |= int(self.data[place]) << shift
+            state[SLACK] &= ~(255 << shift)
+
+    @property
+    def unread(self) -> int:
+        """How many bytes have come that no symbol has needed."""
+        return max(0, int(self.state[BYTES_HERE]) - int(self.state[BYTES_DONE]))

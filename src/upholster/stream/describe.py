@@ -1,0 +1,163 @@
+"""What a stream holds, and what can be read of it after so many bytes."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from upholster.errors import FormatError
+from upholster.stream.chunks import Chunk
+from upholster.stream.reader import StreamDecoder
+from upholster.types import PixelArray
+
+__all__ = ["ChunkRow", "Description", "Readable", "describe"]
+
+SIZES = (1000, 2000, 4000, 8000, 16000)
+
+_TITLES = {
+    "S": "surface",
+    "L": "layout",
+    "X": "exemplar's header",
+    "D": "exemplar",
+    "Q": "plan of the placements",
+    "P": "sources",
+    "M": "masks",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class ChunkRow:
+    """A chunk.
+
+    Attributes
+    ----------
+    tag, offset
+        Its letter, and where it begins.
+    length, received
+        Bytes, tag, length and CRC included, and how many of them are here.
+    holds
+        What it holds, in words.
+    """
+
+    tag: str
+    offset: int
+    length: int
+    received: int
+    holds: str
+
+
+@dataclass(frozen=True, slots=True)
+class Readable:
+    """What the first `length` bytes show.
+
+    Attributes
+    ----------
+    length
+        Bytes.
+    charts, placements
+        Shares, 0 to 1, of charts that have their placements, and of placements known.
+    coefficients
+        Share of the exemplar's coefficients that are significant.
+    psnr
+        Of the exemplar against the exemplar of all bytes given, in dB; infinite where equal.
+    """
+
+    length: int
+    charts: float
+    placements: float
+    coefficients: float
+    psnr: float
+
+
+@dataclass(frozen=True, slots=True)
+class Description:
+    """What `describe` tells.
+
+    Attributes
+    ----------
+    total, received
+        Length of the whole file, and of what was given of it.
+    complete
+        Whether that is all of it.
+    view
+        Bytes that the first view takes.
+    chunks
+        In the file's order, those that have begun.
+    readable
+        What can be read at 1, 2, 4, 8, 16 kB as far as there are so many bytes, and of all that was given.
+    """
+
+    total: int
+    received: int
+    complete: bool
+    view: int
+    chunks: tuple[ChunkRow, ...]
+    readable: tuple[Readable, ...]
+
+
+def describe(data: bytes) -> Description:
+    """Tell what a stream, or a prefix of one, holds.
+
+    Parameters
+    ----------
+    data
+        The bytes.
+
+    Returns
+    -------
+    Description
+        The table of chunks, and what is readable after so many bytes.
+
+    Raises
+    ------
+    FormatError
+        If the stream is damaged or too short to show anything.
+    """
+    decoder = StreamDecoder()
+    seen, states = 0, []
+    for size in sorted({size for size in SIZES if size < len(data)} | {len(data)}):
+        decoder.feed(data[seen:size])
+        seen = size
+        if decoder.needed == 0:
+            states.append((size, _shares(decoder), decoder.exemplar()))
+    if not states or decoder.total is None:
+        raise FormatError(f"byte {len(data)}: file is cut; needs {decoder.needed} more bytes")
+    full = states[-1][2]
+    readable = tuple(Readable(size, *shares, _psnr(image, full)) for size, shares, image in states)
+    rows = tuple(_row(chunk, decoder) for chunk in decoder.chunks)
+    view = next(row.offset + row.length for row in rows if row.tag == "X")
+    return Description(decoder.total, decoder.received, decoder.complete, view, rows, readable)
+
+
+def _shares(decoder: StreamDecoder) -> tuple[float, float, float]:
+    known, total = decoder.placements_known
+    significant, coefficients = decoder.coefficients_known
+    placements = known / total if total else float(decoder.plan_known)
+    return decoder.charts_known / len(decoder.charts), placements, significant / coefficients
+
+
+def _row(chunk: Chunk, decoder: StreamDecoder) -> ChunkRow:
+    here = min(decoder.received, chunk.end) - chunk.offset
+    return ChunkRow(chunk.tag, chunk.offset, chunk.end - chunk.offset, here, _holds(chunk, decoder))
+
+
+def _holds(chunk: Chunk, decoder: StreamDecoder) -> str:
+    title = _TITLES.get(chunk.tag, "unknown, skipped")
+    if chunk.tag == "S" and decoder.surface is not None:
+        return f"{title}: {decoder.surface.name or 'nets'}, {len(decoder.surface.patches)} patches"
+    if chunk.tag == "L" and decoder.charts:
+        texels = sum(chart.height * chart.width for chart in decoder.charts)
+        return f"{title}: {len(decoder.charts)} charts, {texels:,} texels"
+    if chunk.tag == "X" and decoder.needed == 0:
+        height, width, channels = decoder.exemplar_shape
+        return f"{title}: {width}×{height}, {channels} channels, {decoder.exemplar_dtype}"
+    if chunk.tag == "P":
+        return f"{title}: {decoder.placements_known[0]:,} of {decoder.placements_known[1]:,}"
+    if chunk.tag == "M":
+        return f"{title}: {decoder.masks_known[0]:,} of {decoder.masks_known[1]:,} cells"
+    return title
+
+
+def _psnr(image: PixelArray, full: PixelArray) -> float:
+    error = float(np.mean((image.astype(np.float64) - full) ** 2))
+    peak = float(np.iinfo(full.dtype).max) if full.dtype.kind == "u" else float(np.ptp(full)) or 1.0
+    return float("inf") if error == 0 else 10 * float(np.log10(peak**2 / error))

@@ -1,0 +1,279 @@
+"""Reading a stream, from its first bytes on."""
+
+import numpy as np
+
+from upholster.codec import ImageDecoder, ImageHeader
+from upholster.errors import FormatError, InputError
+from upholster.geometry import Surface
+from upholster.stream.chunks import Chunk, ChunkReader
+from upholster.stream.fields import Fields
+from upholster.stream.layout import parse_layout
+from upholster.stream.mirrored import check_tiles
+from upholster.stream.placements import PlacementDecoder, assemble
+from upholster.stream.surfaces import parse_surface
+from upholster.synthesis import Chart, Quilt, Texels, paint
+from upholster.types import PixelArray
+
+__all__ = ["StreamDecoder", "read_stream"]
+
+# Which chunk may come after which has come; D and small letters may come anywhere behind X.
+_NEEDS = {"S": "", "L": "S", "X": "L", "D": "X", "Q": "X", "P": "Q", "M": "P"}
+_LONGEST_WHOLE = {"S": 2**26, "L": 2**24, "X": 2**12, "Q": 2**23}
+
+
+class StreamDecoder:
+    """Decodes a .uph stream as its bytes arrive; the work is proportional to the new bytes.
+
+    As soon as nothing is `needed`, there is a textured model; every further byte refines it.
+
+    Attributes
+    ----------
+    surface
+        The surface; None before it has come.
+    charts
+        The layout; empty before it has come.
+    """
+
+    def __init__(self) -> None:
+        self.surface: Surface | None = None
+        self.charts: tuple[Chart, ...] = ()
+        self._reader = ChunkReader()
+        self._image: ImageDecoder | None = None
+        self._placements: PlacementDecoder | None = None
+        self._whole = bytearray()
+        self._seen = ""
+        self._failure: str | None = None
+
+    @property
+    def received(self) -> int:
+        """Bytes fed so far."""
+        return self._reader.received
+
+    @property
+    def total(self) -> int | None:
+        """Length of the whole file, as its header says; None before the header has come."""
+        return self._reader.total
+
+    @property
+    def needed(self) -> int:
+        """How many bytes are missing until something can be shown: 0 from then on."""
+        if self._image is not None:
+            return 0
+        # Before the header has come: at least the rest of the shortest one.
+        return max(1, (self._reader.view or 6) - self.received)
+
+    @property
+    def complete(self) -> bool:
+        """Whether the whole file has come, and every chunk's CRC is right."""
+        return self._reader.complete
+
+    @property
+    def chunks(self) -> tuple[Chunk, ...]:
+        """The chunks begun so far."""
+        return tuple(self._reader.chunks)
+
+    @property
+    def placements_known(self) -> tuple[int, int]:
+        """How many placements are known, and how many there are; (0, 0) before the plan has come."""
+        placements = self._placements
+        return (0, 0) if placements is None else (placements.known, placements.total)
+
+    @property
+    def masks_known(self) -> tuple[int, int]:
+        """How many cells of masks are known, and how many there are; (0, 0) before the plan has come."""
+        placements = self._placements
+        return (0, 0) if placements is None else (placements.known_cells, placements.total_cells)
+
+    @property
+    def charts_known(self) -> int:
+        """How many charts have their placements; the others repeat the exemplar."""
+        return 0 if self._placements is None else self._placements.charts_known()
+
+    @property
+    def plan_known(self) -> bool:
+        """Whether it is known how many placements there are."""
+        return self._placements is not None
+
+    @property
+    def exemplar_shape(self) -> tuple[int, int, int]:
+        """(H, W, C) of the exemplar; raises InputError while bytes are still `needed`."""
+        header = self._ready().header
+        return header.height, header.width, header.channels
+
+    @property
+    def exemplar_dtype(self) -> np.dtype[np.generic]:
+        """The exemplar's dtype; raises InputError while bytes are still `needed`."""
+        return self._ready().header.dtype
+
+    @property
+    def coefficients_known(self) -> tuple[int, int]:
+        """How many of the exemplar's coefficients are significant so far, and how many there are."""
+        return (0, 0) if self._image is None else (self._image.significant, self._image.coefficients)
+
+    def feed(self, data: bytes) -> None:
+        """Take further bytes.
+
+        Raises
+        ------
+        FormatError
+            If the stream is damaged: says at which byte. It is of no use from then on.
+        """
+        if self._failure is not None:
+            raise FormatError(self._failure)
+        try:
+            for chunk, part in self._reader.feed(data):
+                self._take(chunk, part)
+        except FormatError as error:
+            self._failure = str(error)
+            raise
+
+    def quilt(self) -> Quilt:
+        """Return the quilt as far as it has come; charts without placements repeat the exemplar, mirrored.
+
+        Raises
+        ------
+        InputError
+            If bytes are still `needed`.
+        """
+        image = self._ready()
+        shape = image.header.height, image.header.width
+        if self._placements is None:
+            return assemble(self.charts, shape, [], 0, np.zeros(0, np.uint8))
+        return self._placements.quilt()
+
+    def exemplar(self) -> PixelArray:
+        """Return the exemplar as far as it has come: (H, W, C), of its own dtype.
+
+        Raises
+        ------
+        InputError
+            If bytes are still `needed`.
+        """
+        return self._ready().image()
+
+    def texels(self, *, threads: int | None = None) -> Texels:
+        """Return the texels as far as they can be painted.
+
+        Raises
+        ------
+        InputError
+            If bytes are still `needed`.
+        """
+        return paint(self.quilt(), self.exemplar(), threads=threads)
+
+    def _ready(self) -> ImageDecoder:
+        if self._image is None:
+            raise InputError(f"stream needs {self.needed} more bytes")
+        return self._image
+
+    def _take(self, chunk: Chunk, part: bytes) -> None:
+        tag = chunk.tag
+        if tag not in _NEEDS:
+            if tag.isupper():
+                raise FormatError(f"byte {chunk.offset}: unknown chunk {tag!r}")
+            return
+        if chunk.received == len(part):  # its first bytes
+            self._check_order(chunk)
+        try:
+            if tag == "D" and self._image is not None:
+                self._image.feed(part)
+            elif tag == "P" and self._placements is not None:
+                self._placements.feed_sources(part)
+            elif tag == "M" and self._placements is not None:
+                self._placements.feed_masks(part)
+            else:
+                self._whole += part
+                if chunk.verified:
+                    whole, self._whole = bytes(self._whole), bytearray()
+                    self._take_whole(tag, whole, chunk.payload_offset)
+        except InputError as error:
+            raise FormatError(f"byte {chunk.payload_offset}: {error}") from None
+        except FormatError as error:
+            text = str(error)
+            raise FormatError(
+                text if text.startswith("byte ") else f"byte {chunk.payload_offset}: {text}"
+            ) from None
+
+    def _check_order(self, chunk: Chunk) -> None:
+        tag = chunk.tag
+        if tag != "D" and tag in self._seen:
+            raise FormatError(f"byte {chunk.offset}: chunk {tag!r} comes twice")
+        if _NEEDS[tag] not in self._seen:
+            raise FormatError(f"byte {chunk.offset}: chunk {tag!r} comes before {_NEEDS[tag]!r}")
+        if chunk.length > _LONGEST_WHOLE.get(tag, chunk.length):
+            raise FormatError(
+                f"byte {chunk.offset}: chunk {tag!r} has {chunk.length} bytes; allowed: {_LONGEST_WHOLE[tag]}"
+            )
+        self._seen += tag
+
+    def _take_whole(self, tag: str, data: bytes, offset: int) -> None:
+        fields = Fields(data, offset)
+        if tag == "S":
+            self.surface = parse_surface(fields)
+        elif tag == "L" and self.surface is not None:
+            self.charts = parse_layout(fields, self.surface)
+        elif tag == "X":
+            header = ImageHeader.parse(data, offset=offset)
+            if header.length != len(data):
+                raise FormatError(
+                    f"byte {offset}: {len(data) - header.length} bytes too many in image header"
+                )
+            if header.channels > 4:
+                raise FormatError(f"byte {offset}: exemplar has {header.channels} channels; allowed: 1 to 4")
+            check_tiles(self.charts, (header.height, header.width))
+            if self._reader.view != offset + len(data) + 4:
+                raise FormatError(
+                    f"byte {offset}: first view ends here; the file says at {self._reader.view}"
+                )
+            self._image = ImageDecoder(header)
+        elif self._image is not None:
+            shape = self._image.header.height, self._image.header.width
+            self._placements = PlacementDecoder(fields, self.charts, shape)
+
+    def check_whole(self) -> None:
+        """Check that nothing is missing and nothing is left over.
+
+        Raises
+        ------
+        FormatError
+            If the stream is cut or has bytes that mean nothing.
+        """
+        if self.total is None or not self.complete:
+            missing = self.needed if self.total is None else self.total - self.received
+            raise FormatError(f"byte {self.received}: file is cut; needs {missing} more bytes")
+        if self._image is None or self._placements is None:
+            raise FormatError(f"byte {self.received}: file ends without exemplar or placements")
+        placements = self._placements
+        if not placements.complete:
+            raise FormatError(f"byte {self.received}: file ends before its placements do")
+        if placements.unread:
+            raise FormatError(f"byte {self.received}: {placements.unread} bytes of placements mean nothing")
+
+
+def read_stream(data: bytes, *, strict: bool = True) -> StreamDecoder:
+    """Read a whole stream, or a prefix of one.
+
+    Parameters
+    ----------
+    data
+        The bytes.
+    strict
+        Whether to refuse a cut file and bytes that mean nothing.
+
+    Returns
+    -------
+    StreamDecoder
+        With everything that the bytes tell.
+
+    Raises
+    ------
+    FormatError
+        If the stream is damaged or, if not strict, too short to show anything: says at which byte.
+    """
+    decoder = StreamDecoder()
+    decoder.feed(data)
+    if strict:
+        decoder.check_whole()
+    elif decoder.needed:
+        raise FormatError(f"byte {len(data)}: file is cut; needs {decoder.needed} more bytes")
+    return decoder

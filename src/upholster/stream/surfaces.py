@@ -1,0 +1,232 @@
+"""The surface chunk: a built-in surface by name, or control nets with shared points stored once."""
+
+import struct
+
+import numpy as np
+
+from upholster.errors import FormatError, InputError
+from upholster.geometry import SURFACES, RationalPatch, Surface, surface_from_spec
+from upholster.geometry.patch import MAX_DEGREE
+from upholster.geometry.surface import MAX_PATCHES
+from upholster.stream.fields import Fields, varint
+from upholster.types import FloatArray
+
+__all__ = ["KINDS", "MAX_POINTS", "pack_surface", "parse_surface"]
+
+KINDS = ("cyclide", "torus", "sphere", "plane", "ellipsoid", "cylinder", "cone", "vase")
+"""Built-in surfaces in the format's order, from number 1 on; 0 is control nets."""
+
+_TILINGS = ("six", "octants")
+MAX_POINTS = 2**20
+MAX_NAME = 200
+MAX_BUILT = 2**14
+"""Patches of a surface that is told by name: more would take long to build from a few bytes."""
+
+_FLOAT64, _WEIGHTS, _SAME_DEGREE = 1, 2, 4
+
+
+def pack_surface(surface: Surface) -> bytes:
+    """Return a surface as bytes.
+
+    A built-in one (`Surface.spec`) is told by name; of any other all control points are kept, as float32
+    where that changes neither which edges meet nor, by more than 1e-6 of its size, any point; else as
+    float64.
+
+    Raises
+    ------
+    InputError
+        For more than 2^20 control points.
+    """
+    named = _pack_named(surface)
+    if named is not None:
+        return named
+    points = sum(patch.net.shape[0] * patch.net.shape[1] for patch in surface.patches)
+    if points > MAX_POINTS:
+        raise InputError(f"surface has {points} control points; allowed: {MAX_POINTS} in a stream")
+    nets = _joined(surface)
+    short = [net.astype(np.float32).astype(np.float64) for net in nets]
+    if all((a == b.net).all() for a, b in zip(short, surface.patches, strict=True)):
+        return _pack_nets(surface, short, np.dtype("<f4"))
+    if _meets_alike(surface, short):
+        return _pack_nets(surface, short, np.dtype("<f4"))
+    return _pack_nets(surface, [patch.net for patch in surface.patches], np.dtype("<f8"))
+
+
+def parse_surface(fields: Fields) -> Surface:
+    """Read a surface back.
+
+    Raises
+    ------
+    FormatError
+        If it is malformed, or a number is outside what is allowed.
+    """
+    kind = fields.byte("kind of surface", len(KINDS))
+    start = fields.offset
+    try:
+        surface = _parse_named(fields, KINDS[kind - 1]) if kind else _parse_nets(fields)
+    except InputError as error:
+        raise FormatError(f"byte {start}: {error}") from None
+    fields.end("surface")
+    return surface
+
+
+def _pack_named(surface: Surface) -> bytes | None:
+    name, _, rest = surface.spec.partition(":")
+    if name not in KINDS or len(surface.patches) > MAX_BUILT:
+        return None
+    built = surface_from_spec(surface.spec)
+    same = (built.name, built.tolerance, len(built.patches)) == (
+        surface.name,
+        surface.tolerance,
+        len(surface.patches),
+    )
+    if not same or any((a.net != b.net).any() for a, b in zip(built.patches, surface.patches, strict=True)):
+        return None
+    given = dict(part.split("=") for part in rest.split(",")) if rest else {}
+    present, values = 0, b""
+    for n, parameter in enumerate(SURFACES[name].parameters):
+        value = parameter.parse(given.get(parameter.name, parameter.written))
+        if value == parameter.default:
+            continue
+        present |= 1 << n
+        if isinstance(value, float):
+            values += struct.pack("<d", value)
+        elif isinstance(value, str):
+            values += bytes([_TILINGS.index(value)])
+        else:
+            values += b"".join(varint(part) for part in (value if isinstance(value, tuple) else (value,)))
+    return bytes([1 + KINDS.index(name)]) + (bytes([present]) + values if present else b"")
+
+
+def _parse_named(fields: Fields, name: str) -> Surface:
+    parameters = SURFACES[name].parameters
+    present = fields.byte("which parameters follow", (1 << len(parameters)) - 1) if fields.left else 0
+    values: dict[str, object] = {}
+    for n, parameter in enumerate(parameters):
+        if not present >> n & 1:
+            continue
+        if isinstance(parameter.default, float):
+            values[parameter.name] = fields.float64(parameter.name)
+        elif isinstance(parameter.default, str):
+            values[parameter.name] = _TILINGS[fields.byte(parameter.name, len(_TILINGS) - 1)]
+        elif isinstance(parameter.default, tuple):
+            values[parameter.name] = tuple(fields.varint(parameter.name, 256, 1) for _ in parameter.default)
+        else:
+            values[parameter.name] = fields.varint(parameter.name, 256, 1)
+    spans = values.get("spans", 1)
+    if isinstance(spans, tuple) and spans[0] * spans[1] > MAX_BUILT:
+        raise fields.error(f"spans make {spans[0] * spans[1]} patches; allowed: {MAX_BUILT}")
+    return SURFACES[name].build(**values)
+
+
+def _joined(surface: Surface) -> list[FloatArray]:
+    """Return the nets with the control points of edges that meet made equal: rounded, they stay so."""
+    nets = [np.array(patch.net) for patch in surface.patches]
+    tolerance = 1e-6 * max(surface.size, 1e-300)
+    # Twice: what meets at a corner is passed on from edge to edge.
+    for _ in range(2):
+        for edge in surface.shared:
+            if not edge.whole:
+                continue
+            here, there = _edge(nets[edge.patch], edge.edge), _edge(nets[edge.other_patch], edge.other_edge)
+            there = there[::-1] if edge.opposed else there
+            if here.shape == there.shape and np.abs(here - there).max() <= tolerance:
+                low = np.minimum(here, there)
+                here[:], there[:] = low, low
+    return nets
+
+
+def _edge(net: FloatArray, edge: int) -> FloatArray:
+    return (net[0], net[:, -1], net[-1], net[:, 0])[edge]
+
+
+def _meets_alike(surface: Surface, nets: list[FloatArray]) -> bool:
+    try:
+        other = Surface([RationalPatch(net) for net in nets], surface.name, surface.tolerance)
+        close = all(
+            np.abs(a.control_points - b.control_points).max() <= 1e-6 * surface.size
+            for a, b in zip(surface.patches, other.patches, strict=True)
+        )
+        return close and other.shared == surface.shared and other.degenerate == surface.degenerate
+    except InputError:
+        return False
+
+
+def _pack_nets(surface: Surface, nets: list[FloatArray], dtype: "np.dtype[np.floating]") -> bytes:
+    name = surface.name.encode()[:MAX_NAME].decode(errors="ignore").encode()
+    weighted = any((net[..., 3] != 1.0).any() for net in nets)
+    same = len({net.shape for net in nets}) == 1
+    flags = _FLOAT64 * (dtype.itemsize == 8) | _WEIGHTS * weighted | _SAME_DEGREE * same
+    out = [
+        bytes([0, flags]),
+        varint(len(name)),
+        name,
+        struct.pack("<d", surface.tolerance),
+        varint(len(nets)),
+    ]
+    out += [bytes([net.shape[0] - 1, net.shape[1] - 1]) for net in (nets[:1] if same else nets)]
+    columns = 4 if weighted else 3
+    places: dict[bytes, int] = {}
+    new, earlier, last = [], [], 0
+    points: list[bytes] = []
+    for net in nets:
+        for point in net.reshape(-1, 4)[:, :columns].astype(dtype):
+            key = (point + dtype.type(0)).tobytes()
+            place = places.setdefault(key, len(places))
+            new.append(place == len(points))
+            if new[-1]:
+                points.append(key)
+            else:
+                earlier.append(varint(_zigzag(place - last)))
+                last = place
+    out.append(np.packbits(np.array(new, bool), bitorder="little").tobytes())
+    return b"".join(out + earlier + points)
+
+
+def _parse_nets(fields: Fields) -> Surface:
+    flags = fields.byte("flags of the nets", 7)
+    name = fields.bytes(fields.varint("length of the name", MAX_NAME), "name").decode(errors="replace")
+    tolerance = fields.float64("tolerance")
+    count = fields.varint("number of patches", MAX_PATCHES, 1)
+    shapes = []
+    for _ in range(1 if flags & _SAME_DEGREE else count):
+        shapes.append((fields.byte("degree", MAX_DEGREE) + 1, fields.byte("degree", MAX_DEGREE) + 1))
+        if min(shapes[-1]) < 2:
+            raise fields.error("degree is 0; allowed: 1 to 32")
+    shapes = shapes * count if flags & _SAME_DEGREE else shapes
+    total = sum(m * n for m, n in shapes)
+    if total > MAX_POINTS:
+        raise fields.error(f"nets have {total} control points; allowed: {MAX_POINTS}")
+    packed = np.frombuffer(fields.bytes(-(-total // 8), "list of new points"), np.uint8)
+    new = np.unpackbits(packed, count=total, bitorder="little").astype(bool)
+    index = np.cumsum(new) - 1
+    last = 0
+    for n in np.flatnonzero(~new).tolist():
+        last += _unzigzag(fields.varint("reference to a point", 2 * MAX_POINTS))
+        if not 0 <= last <= index[n]:
+            raise fields.error(f"reference is to point {last}; allowed: 0 to {index[n]}")
+        index[n] = -1 - last
+    index = np.where(index < 0, -1 - index, index)
+    columns = 4 if flags & _WEIGHTS else 3
+    dtype = np.dtype("<f8" if flags & _FLOAT64 else "<f4")
+    unique = int(new.sum())
+    data = fields.bytes(unique * columns * dtype.itemsize, "control points")
+    points = np.ones((unique, 4))
+    points[:, :columns] = np.frombuffer(data, dtype).reshape(unique, columns)
+    entries = points[index]
+    starts = np.concatenate([[0], np.cumsum([m * n for m, n in shapes])])
+    patches = []
+    for k, shape in enumerate(shapes):
+        try:
+            patches.append(RationalPatch(entries[starts[k] : starts[k + 1]].reshape(*shape, 4)))
+        except InputError as error:
+            raise InputError(f"patch {k}: {error}") from None
+    return Surface(patches, name, tolerance)
+
+
+def _zigzag(value: int) -> int:
+    return 2 * value if value >= 0 else -2 * value - 1
+
+
+def _unzigzag(value: int) -> int:
+    return value >> 1 if value % 2 == 0 else -(value >> 1) - 1

@@ -1,0 +1,85 @@
+"""Small quilts and streams that several tests share."""
+
+from functools import cache
+
+import numpy as np
+
+from upholster.geometry import surface_from_spec
+from upholster.stream import encode_stream
+from upholster.synthesis import Quilt, synthesize
+from upholster.synthesis.quilt import MASK_CUT, PLACEMENT
+
+
+def noise(height=32, width=40, channels=3, dtype=np.uint8, seed=0):
+    """A smooth, irregular image."""
+    rng = np.random.default_rng(seed)
+    rows, columns = np.mgrid[:height, :width][:, :, :, None] / 7.0
+    phase = rng.uniform(0, 6, (4, channels))
+    image = 0.5 + 0.2 * np.sin(rows * 2 + phase[0]) * np.cos(columns + phase[1])
+    image = image + 0.2 * np.sin(rows * columns / 5 + phase[2]) + rng.uniform(-0.08, 0.08, image.shape)
+    image = np.clip(image, 0, 1)
+    return image.astype(np.float32) if dtype == np.float32 else (image * np.iinfo(dtype).max).astype(dtype)
+
+
+@cache
+def covered(spec="cyclide", chart=64, block=16, levels=2, overlap=4, seams=True, seed=3):
+    """A surface, a quilt by method "paper", and its exemplar."""
+    surface, exemplar = surface_from_spec(spec), noise()
+    quilt = synthesize(
+        exemplar, surface, chart=chart, block=block, overlap=overlap, levels=levels, seams=seams, seed=seed
+    )
+    return surface, quilt, exemplar
+
+
+def anything(rng, exemplar_shape, charts, count):
+    """A valid quilt of arbitrary placements: every field used, masks in any order, cells that none uses."""
+    half = min(exemplar_shape) // 4
+    placed = np.zeros(count, PLACEMENT)
+    placed["chart"] = np.sort(rng.integers(0, len(charts), count))
+    placed["height"], placed["width"] = rng.integers(1, 2 * half, (2, count))
+    placed["source_row"] = 16 * rng.integers(half, exemplar_shape[0] - half, count)
+    placed["source_column"] = 16 * rng.integers(half, exemplar_shape[1] - half, count)
+    sizes = np.array([(chart.height, chart.width) for chart in charts])[placed["chart"]]
+    placed["row"] = rng.integers(0, sizes[:, 0])
+    placed["column"] = rng.integers(0, sizes[:, 1])
+    placed["turn"], placed["mask"] = rng.integers(0, 8, count), rng.integers(0, 3, count)
+    placed["sides"], placed["ramp"] = rng.integers(0, 256, count), rng.integers(1, 256, count)
+    placed["cell"], placed["feather"] = rng.integers(1, 9, count), rng.integers(0, 17, count)
+    placed["cells"] = rng.integers(-1, 2, count)
+    offset = 0
+    for n in rng.permutation(np.flatnonzero(placed["mask"] == MASK_CUT)):
+        cell, high, wide = (int(placed[name][n]) for name in ("cell", "height", "width"))
+        placed["cells"][n] = offset
+        offset += -(-high // cell) * -(-wide // cell) + int(rng.integers(0, 8) == 0)
+    return Quilt(tuple(charts), exemplar_shape, placed, rng.integers(0, 2, offset).astype(np.uint8))
+
+
+def changed(quilt):
+    """The same quilt with one ramp wider, so that it is not regular any more."""
+    placed = quilt.placements.copy()
+    placed["ramp"][5] += 1
+    return Quilt(quilt.charts, quilt.exemplar_shape, placed, quilt.cells)
+
+
+@cache
+def stream(name):
+    """Streams of several kinds, by name."""
+    if name == "paper":
+        return encode_stream(*covered())
+    if name == "no seams":
+        return encode_stream(*covered("sphere", seams=False))
+    surface, quilt, exemplar = covered("cylinder")
+    return encode_stream(surface, changed(quilt), exemplar, lossless=True)
+
+
+STREAMS = ("paper", "no seams", "general")
+
+
+def same(a, b):
+    """Whether two quilts are equal in everything."""
+    return (
+        a.charts == b.charts
+        and a.exemplar_shape == b.exemplar_shape
+        and np.array_equal(a.placements, b.placements)
+        and np.array_equal(a.cells, b.cells)
+    )

@@ -1,0 +1,194 @@
+"""Whole streams: written, cut anywhere, read back."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from streams import STREAMS, covered, noise, same, stream
+
+from upholster.errors import FormatError, InputError
+from upholster.stream import StreamDecoder, describe, encode_stream, read_stream
+from upholster.stream.chunks import ChunkReader, header, pack_chunk
+from upholster.synthesis import Chart, Quilt, paint
+from upholster.synthesis.quilt import PLACEMENT
+
+
+def test_everything_comes_back():
+    surface, quilt, exemplar = covered()
+    decoder = read_stream(stream("paper"))
+    assert decoder.complete
+    assert decoder.needed == 0
+    assert decoder.surface.spec == surface.spec
+    assert decoder.charts == quilt.charts
+    assert same(decoder.quilt(), quilt)
+    assert decoder.coefficients_known[1] == exemplar.size
+    assert np.abs(decoder.exemplar().astype(int) - exemplar).max() <= 1
+    for a, b in zip(decoder.texels().arrays, paint(quilt, decoder.exemplar()).arrays, strict=True):
+        assert (a == b).all()
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    st.sampled_from([np.uint8, np.uint16, np.float32]),
+    st.integers(1, 4),
+    st.integers(1, 40),
+    st.integers(1, 40),
+    st.integers(1, 30),
+)
+def test_exemplars_of_every_kind_come_back(dtype, channels, height, width, side):
+    surface = covered("sphere")[0]
+    exemplar = noise(height, width, channels, dtype)
+    charts = tuple(Chart(n, side, side + 1) for n in range(6))
+    quilt = Quilt(charts, exemplar.shape[:2], np.zeros(0, PLACEMENT), np.zeros(0, np.uint8))
+    data = encode_stream(surface, quilt, exemplar, lossless=True)
+    decoder = read_stream(data)
+    if dtype == np.float32:
+        step = (float(exemplar.max()) - float(exemplar.min())) / 65535
+        assert np.abs(decoder.exemplar() - exemplar).max() <= step
+    else:
+        assert (decoder.exemplar() == exemplar).all()
+    assert decoder.exemplar().dtype == dtype
+    assert same(decoder.quilt(), quilt)
+
+
+@pytest.mark.parametrize("name", STREAMS)
+def test_every_prefix_shows_something_and_says_that_it_is_cut(name):
+    data = stream(name)
+    view, start = describe(data).view, describe(data).chunks[0].offset
+    assert view <= 64
+    decoder, texels = StreamDecoder(), -1
+    for n in range(len(data)):
+        assert not decoder.complete
+        assert (decoder.needed == 0) == (n >= view)
+        if start <= n < view:
+            assert decoder.needed == view - n
+        if n >= view and (n < view + 20 or n % 41 == 0):
+            at_once = read_stream(data[:n], strict=False)
+            assert same(at_once.quilt(), decoder.quilt())
+            assert (at_once.exemplar() == decoder.exemplar()).all()
+            if n % 5 == 0:
+                texels = decoder.texels(threads=1).count
+                assert texels == sum(chart.height * chart.width for chart in decoder.charts)
+        decoder.feed(data[n : n + 1])
+    assert decoder.complete
+    assert texels > 0
+
+
+def test_below_the_first_view_it_says_how_many_bytes_are_missing():
+    data = stream("paper")
+    with pytest.raises(FormatError, match="byte 20: file is cut; needs 41 more bytes"):
+        read_stream(data[:20], strict=False)
+    decoder = StreamDecoder()
+    decoder.feed(data[:20])
+    for attempt in (decoder.quilt, decoder.exemplar, decoder.texels):
+        with pytest.raises(InputError, match="stream needs 41 more bytes"):
+            attempt()
+
+
+def test_strict_reading_refuses_every_cut_and_every_addition():
+    data = stream("paper")
+    for n in [*range(80), *range(80, len(data), 37)]:
+        with pytest.raises(FormatError, match=f"^byte {n}: file is cut; needs .* more bytes"):
+            read_stream(data[:n])
+    with pytest.raises(FormatError, match=f"byte {len(data)}: 1 bytes behind the end"):
+        read_stream(data + b"\0")
+
+
+def rebuilt(data, change):
+    """The file with its list of (tag, payload) changed, lengths and CRCs right again."""
+    reader = ChunkReader()
+    chunks = change([(chunk.tag, part) for chunk, part in reader.feed(data)])
+    parts = [pack_chunk(*chunk) for chunk in chunks]
+    until_x = next(n for n, chunk in enumerate(chunks) if chunk[0] == "X") + 1
+    view, total, length = sum(map(len, parts[:until_x])), sum(map(len, parts)), 0
+    while len(found := header(total + length, view + length)) != length:
+        length = len(found)
+    return found + b"".join(parts)
+
+
+def test_unknown_small_letters_are_skipped_and_capitals_refused():
+    data = stream("paper")
+    quilt = read_stream(data).quilt()
+    with_extra = rebuilt(data, lambda chunks: [("a", b"?"), *chunks[:4], ("z", b"" * 9), *chunks[4:]])
+    assert same(read_stream(with_extra).quilt(), quilt)
+    with pytest.raises(FormatError, match="unknown chunk 'Z'"):
+        read_stream(rebuilt(data, lambda chunks: [*chunks[:4], ("Z", b"?"), *chunks[4:]]))
+
+
+def test_chunks_out_of_order_or_missing_are_refused():
+    data = stream("paper")
+    for change, message in [
+        (lambda c: [c[1], c[0], *c[2:]], "chunk 'L' comes before 'S'"),
+        (lambda c: [*c[:3], c[0], *c[3:]], "chunk 'S' comes twice"),
+        (lambda c: c[:5], "file ends before its placements do"),
+        (lambda c: c[:4], "file ends without exemplar or placements"),
+        (lambda c: [*c[:5], (c[5][0], c[5][1] + b"\0\0\0\0\0"), *c[6:]], "mean nothing"),
+        (lambda c: [*c[:2], (c[2][0], c[2][1] + b"\0"), *c[3:]], "1 bytes too many in image header"),
+    ]:
+        with pytest.raises(FormatError, match=message) as error:
+            read_stream(rebuilt(data, change))
+        assert str(error.value).startswith("byte ")
+
+
+def test_a_damaged_byte_is_found_and_the_decoder_stays_refused():
+    data = bytearray(stream("paper"))
+    data[300] ^= 4
+    decoder = StreamDecoder()
+    with pytest.raises(FormatError, match=r"^byte \d+: "):
+        decoder.feed(bytes(data))
+    with pytest.raises(FormatError):
+        decoder.feed(b"")
+
+
+def test_a_budget_is_kept_and_what_does_not_fit_is_refused():
+    surface, quilt, exemplar = covered()
+    for most in (1500, 2000, 3000):
+        data = encode_stream(surface, quilt, exemplar, most_bytes=most)
+        assert most - 32 <= len(data) <= most or len(data) == len(stream("paper"))
+        assert same(read_stream(data).quilt(), quilt)
+    with pytest.raises(InputError, match=r"most_bytes is 100; allowed: \d+ or more"):
+        encode_stream(surface, quilt, exemplar, most_bytes=100)
+    with pytest.raises(InputError, match="exemplar has shape"):
+        encode_stream(surface, quilt, exemplar[1:])
+    with pytest.raises(InputError, match="first_part is -1"):
+        encode_stream(surface, quilt, exemplar, first_part=-1)
+
+
+def test_more_bytes_never_hurt_the_exemplar_much():
+    exemplar = covered()[2].astype(float)
+    data, decoder, errors = stream("paper"), StreamDecoder(), []
+    for n in range(0, len(data), 60):
+        decoder.feed(data[n : n + 60])
+        if not decoder.needed:
+            errors.append(np.mean((decoder.exemplar() - exemplar) ** 2))
+    drops = np.diff(10 * np.log10(1 / np.maximum(errors, 1e-9)))
+    assert drops.min() > -0.1
+    assert errors[-1] < 1 < errors[0]
+
+
+@pytest.mark.parametrize("name", STREAMS)
+def test_description(name):
+    data = stream(name)
+    found = describe(data)
+    assert (found.total, found.received, found.complete) == (len(data), len(data), True)
+    assert [row.tag for row in found.chunks][:4] == ["S", "L", "X", "D"]
+    assert sum(row.length for row in found.chunks) + found.chunks[0].offset == len(data)
+    assert all(row.received == row.length for row in found.chunks)
+    assert [row.length for row in found.readable][:2] == [1000, 2000]
+    last = found.readable[-1]
+    assert (last.charts, last.placements, last.psnr) == (1.0, 1.0, float("inf"))
+    cut = describe(data[:1500])
+    assert not cut.complete
+    assert cut.chunks[-1].received < cut.chunks[-1].length
+    with pytest.raises(FormatError, match="needs 1 more bytes"):
+        describe(data[: found.view - 1])
+
+
+def test_declared_sizes_are_refused_before_anything_is_made():
+    surface, _, exemplar = covered("plane")
+    charts = (Chart(0, 16384, 16384),)
+    tiny = noise(2, 2)
+    quilt = Quilt(charts, (2, 2), np.zeros(0, PLACEMENT), np.zeros(0, np.uint8))
+    with pytest.raises(InputError, match="charts take 67108864 repeats"):
+        encode_stream(surface, quilt, tiny)
+    del exemplar

@@ -1,0 +1,155 @@
+"""Surface and layout chunks: what is written comes back, and stays joined."""
+
+import numpy as np
+import pytest
+
+from upholster.errors import FormatError, InputError
+from upholster.geometry import RationalPatch, Surface, read_nets, ring_cyclide, surface_from_spec
+from upholster.stream.fields import Fields
+from upholster.stream.layout import pack_layout, parse_layout
+from upholster.stream.surfaces import pack_surface, parse_surface
+from upholster.synthesis import Chart
+
+SPECS = (
+    "cyclide",
+    "cyclide:a=7.3,c=1,mu=2.1,spans=6x4",
+    "torus:R=3,r=0.1",
+    "sphere",
+    "sphere:r=2,tiling=octants",
+    "plane:width=3,spans=2x5",
+    "ellipsoid:rz=0.2",
+    "cylinder:spans=7",
+    "cone:r2=0",
+    "vase:height=1.1",
+)
+
+
+def back(surface):
+    return parse_surface(Fields(pack_surface(surface)))
+
+
+@pytest.mark.parametrize("spec", SPECS)
+def test_a_built_in_surface_takes_its_parameters_and_is_rebuilt_exactly(spec):
+    surface = surface_from_spec(spec)
+    assert len(pack_surface(surface)) <= 30
+    again = back(surface)
+    assert (again.name, again.spec, again.tolerance) == (surface.name, surface.spec, surface.tolerance)
+    assert all((a.net == b.net).all() for a, b in zip(surface.patches, again.patches, strict=True))
+
+
+@pytest.mark.parametrize("spec", SPECS)
+def test_nets_stay_joined_and_close(spec):
+    built = surface_from_spec(spec)
+    surface = Surface(built.patches, "mine")
+    again = back(surface)
+    assert again.name == "mine"
+    assert again.shared == surface.shared
+    assert again.degenerate == surface.degenerate
+    for a, b in zip(surface.patches, again.patches, strict=True):
+        np.testing.assert_allclose(a.control_points, b.control_points, atol=1e-6 * surface.size)
+
+
+def test_shared_points_are_stored_once_and_equal_to_the_bit():
+    surface = Surface(ring_cyclide().patches, "mine")
+    data = pack_surface(surface)
+    # 64 points of the 8 × 8 grid, as float32, and little else.
+    assert len(data) < 64 * 16 + 130
+    again = back(surface)
+    for edge in again.shared:
+        here = again.patches[edge.patch].edge(edge.edge)
+        there = again.patches[edge.other_patch].edge(edge.other_edge)
+        assert (here == (there[::-1] if edge.opposed else there)).all()
+
+
+def test_nets_that_float32_would_tear_are_kept_exactly():
+    left = RationalPatch.from_points([[[0, 0, 0], [0.1, 0, 0]], [[0, 0.3, 0], [0.1, 0.3, 0]]])
+    upper, lower = RationalPatch.from_points(
+        [[[0.1, 0, 0], [0.2, 0, 0]], [[0.1, 0.3, 0], [0.2, 0.3, 0]]]
+    ).split(s=0.4)
+    surface = Surface([left, upper, lower], "T-junction")
+    assert not all(edge.whole for edge in surface.shared)
+    again = back(surface)
+    assert again.shared == surface.shared
+
+
+def test_a_changed_surface_is_not_taken_for_the_built_in_one():
+    cyclide = ring_cyclide()
+    moved = [RationalPatch(patch.net * [1, 1, 2, 1]) for patch in cyclide.patches]
+    again = back(Surface(moved, "cyclide", spec=cyclide.spec))
+    np.testing.assert_allclose(again.patches[3].net, moved[3].net, rtol=1e-6, atol=1e-6)
+
+
+def test_different_degrees(tmp_path):
+    path = tmp_path / "nets.json"
+    points = "[[[0,0,0],[1,0,0],[2,0,1]],[[0,1,0],[1,1,0],[2,1,0]]]"
+    path.write_text(
+        f'{{"patches": [{{"points": {points}}}, {{"points": [[[0,1,0],[2,1,0]],[[0,2,0],[2,2,0]]]}}]}}'
+    )
+    surface = read_nets(path)
+    again = back(surface)
+    assert [patch.degree for patch in again.patches] == [patch.degree for patch in surface.patches]
+    assert all((a.net == b.net).all() for a, b in zip(surface.patches, again.patches, strict=True))
+
+
+@pytest.mark.parametrize(
+    ("data", "message"),
+    [
+        (b"\x09", "byte 0: kind of surface is 9; allowed: 0 to 8"),
+        (b"\x01\x01" + b"\0" * 6 + b"\xf8\x7f", "byte 2: a is nan; allowed: finite"),
+        (b"\x01\x01" + b"\0" * 8, "byte 1: a is 0.0"),
+        (b"\x01\x08\x80\x02\x80\x02", "byte 6: spans make 65536 patches"),
+        (b"\x01\0!", "byte 2: 1 bytes too many in surface"),
+        (b"\0\6\0" + b"\0" * 8 + b"\1\1\1\x0f" + b"\0\0\xc0\x7f" * 16, "byte 1: patch 0: weight"),
+        (b"\0\6\0" + b"\0" * 8 + b"\1\1\1\x0f" + b"\0" * 64, "byte 1: patch 0: weight"),
+        (b"\0\4\0" + b"\0" * 8 + b"\1\1\1\x07\x08" + b"\0" * 36, "byte 16: reference is to point"),
+        (b"\0\4\0" + b"\0" * 8 + b"\x80\x80\x04\x20\x20", "byte 16: nets have 71368704 control points"),
+    ],
+)
+def test_malformed_surfaces_are_refused(data, message):
+    with pytest.raises(FormatError) as error:
+        parse_surface(Fields(data))
+    assert str(error.value).startswith(message)
+
+
+LAYOUTS = (
+    [Chart(n, 512, 512) for n in range(16)],
+    [Chart(n, 40 + n, 64) for n in range(16)],
+    [Chart(3, 7, 9), Chart(3, 8, 9)],
+    [Chart(0, 8, 8, 0.0, 0.5, 0.25, 1.0), Chart(0, 8, 8, 0.5)],
+)
+
+
+@pytest.mark.parametrize("charts", LAYOUTS)
+def test_a_layout_comes_back(charts):
+    surface = ring_cyclide()
+    assert parse_layout(Fields(pack_layout(charts, surface)), surface) == tuple(charts)
+
+
+def test_the_paper_s_layout_takes_three_bytes():
+    assert len(pack_layout(LAYOUTS[0], ring_cyclide())) == 3
+
+
+@pytest.mark.parametrize(
+    ("data", "message"),
+    [
+        (b"\x0f\x80\x80\x02", "byte 1: height of a chart is 32768; allowed: 1 to 16384"),
+        (b"\x0f\x80\x80\x01", "byte 4: layout has 4294967296 texels"),
+        (b"\x0e\x00", "byte 1: number of charts is 0"),
+        (b"\x0e\x01\x10\x08", "byte 2: patch of a chart is 16"),
+        (b"\x0f", "byte 1: height of a chart takes 1 bytes; 0 are left"),
+        (b"\x0c\x01\x00\x08" + b"\0" * 32, "byte 36: a chart covers parameters outside"),
+    ],
+)
+def test_malformed_layouts_are_refused(data, message):
+    with pytest.raises(FormatError) as error:
+        parse_layout(Fields(data), ring_cyclide())
+    assert str(error.value).startswith(message)
+
+
+@pytest.mark.parametrize(
+    "charts",
+    [[], [Chart(16, 8, 8)], [Chart(0, 0, 8)], [Chart(0, 8, 8, 0.5, 0.5)], [Chart(0, 16384, 16384)] * 9],
+)
+def test_layouts_that_the_format_does_not_hold_are_refused(charts):
+    with pytest.raises(InputError, match=r"allowed|outside"):
+        pack_layout(charts, ring_cyclide())
