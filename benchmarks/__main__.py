@@ -1,4 +1,4 @@
-"""Run all benchmarks, or those named: ``python -m benchmarks [flagship] [growth] [command] [parts]``."""
+"""Run all benchmarks, or those named: ``python -m benchmarks [flagship] [growth] [stream] …``."""
 
 import sys
 from pathlib import Path
@@ -7,8 +7,9 @@ from benchmarks.command import command
 from benchmarks.flagship import flagship, growth
 from benchmarks.measure import Results
 from benchmarks.parts import parts
+from benchmarks.stream import stream
 
-BENCHMARKS = {"flagship": flagship, "growth": growth, "command": command, "parts": parts}
+BENCHMARKS = {"flagship": flagship, "growth": growth, "command": command, "parts": parts, "stream": stream}
 
 
 def main() -> int:

@@ -49,5 +49,5 @@ class Drawing:
 
     def pixels(self) -> PixelArray:
         """Return the picture: (height, width, 3) uint8."""
-        drawn: PixelArray = self._buffer.get_pixels(FLOAT)
-        return np.rint(np.clip(drawn, 0, 1) * 255).astype(np.uint8)
+        drawn = np.asarray(self._buffer.get_pixels(FLOAT), np.float32)
+        return np.asarray(np.rint(np.clip(drawn, 0, 1) * 255), np.uint8)

@@ -1,0 +1,125 @@
+"""F1 as a stream: what its first bytes show, and how large the same model is as GLB at equal quality."""
+
+import tempfile
+from pathlib import Path
+
+import numpy as np
+
+import upholster
+from benchmarks.measure import EXEMPLAR, Results, median_seconds
+from upholster.export import write_glb
+from upholster.image import encode_image
+from upholster.levels import refine_steps, texels_psnr
+from upholster.outputs import TexturedModel, WriteOptions
+from upholster.stream import StreamDecoder, describe, encode_stream
+from upholster.stream.prefix import Limit, feed_until
+from upholster.synthesis import Texels
+from upholster.types import PixelArray
+
+__all__ = ["stream"]
+
+
+def stream(results: Results) -> None:
+    """Measure F1's stream: bytes of each stage, size against GLB, time to refine."""
+    exemplar = upholster.read_exemplar(EXEMPLAR, resize=128)
+    surface = upholster.ring_cyclide(6, 2, 3)
+    quilt = upholster.synthesize(exemplar, surface, seed=7)
+    texels = upholster.paint(quilt, exemplar)
+    data = encode_stream(surface, quilt, exemplar)
+    first = StreamDecoder()
+    feed_until(first, data, Limit(most_bytes=1))
+    results.add("F1 stream: whole", len(data) / 1000, "kB")
+    results.add("F1 stream: first textured view", first.received, "bytes", aim="at most 1000")
+    decoder, place = StreamDecoder(), 0
+    while decoder.charts_known < len(decoder.charts) or not decoder.charts:
+        decoder.feed(data[place : place + 16])
+        place += 16
+    known, _ = decoder.placements_known
+    results.add("F1 stream: all placements are there", place / 1000, "kB")
+    sizes = {row.tag: row.length for row in describe(data).chunks if row.tag in "PM"}
+    results.add("F1 stream: bytes a source", sizes["P"] / known, "bytes", aim="about 1")
+    edge_blocks = int((quilt.placements["mask"] == 2).sum()) // 2
+    results.add(
+        "F1 stream: bytes a mask", sizes.get("M", 0) / edge_blocks, "bytes", aim="with its source at most 6"
+    )
+    share = refine_steps(data, [Limit(coefficients=0.15)])[0]
+    results.add(
+        "F1 stream: placements and 15 % of the coefficients",
+        share.length / 1000,
+        "kB",
+        aim="within 16",
+        remark=f"{100 * share.charts:.0f} % of the charts, {share.psnr:.1f} dB",
+    )
+    low, high = share.length // 2, len(data)
+    while low < high:
+        middle = (low + high) // 2
+        if _quality(data, middle, texels) >= 40:
+            high = middle
+        else:
+            low = middle + 1
+    results.add("F1 stream: 40 dB against the full texels", high / 1000, "kB", aim="within 24")
+    for quality in (35.0, 40.0):
+        for name in ("webp", "jpeg"):
+            _against_glb(results, name, quality, data, surface, texels)
+    results.add(
+        "F1 stream: refine to 15 % in memory",
+        1000 * median_seconds(lambda: _refine(data), runs=5),
+        "ms",
+        aim="at most 100",
+    )
+
+
+def _refine(data: bytes) -> Texels:
+    decoder = StreamDecoder()
+    feed_until(decoder, data, Limit(coefficients=0.15))
+    return decoder.texels()
+
+
+def _quality(data: bytes, length: int, texels: Texels) -> float:
+    decoder = StreamDecoder()
+    decoder.feed(data[:length])
+    return texels_psnr(decoder.texels(), texels)
+
+
+def _against_glb(
+    results: Results, name: str, wanted: float, data: bytes, surface: upholster.Surface, texels: Texels
+) -> None:
+    # The GLB whose texture has the wanted dB, or its best below that, against the stream's prefix of the same quality.
+    model = TexturedModel(surface, texels, WriteOptions(quads=5000))
+    atlas = model.atlas.pixels
+    low, high = 1, 100
+    while low < high:
+        middle = (low + high) // 2
+        if _atlas_psnr(atlas, name, middle) >= wanted:
+            high = middle
+        else:
+            low = middle + 1
+    reached = min(wanted, _atlas_psnr(atlas, name, high))
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "ring.glb"
+        write_glb(path, model.mesh, model.uv, atlas, texture=name, quality=high)  # type: ignore[arg-type]
+        size = path.stat().st_size
+    short, long = 64, len(data)
+    while short < long:
+        middle = (short + long) // 2
+        if _quality(data, middle, texels) >= reached:
+            long = middle
+        else:
+            short = middle + 1
+    results.add(
+        f"F1 against GLB with {name} texture at {reached:.1f} dB",
+        size / long,
+        "times smaller",
+        aim="at least 40",
+        remark=f"{size / 1000:.0f} kB (quality {high}, 5000 quads) against {long / 1000:.1f} kB",
+    )
+
+
+def _atlas_psnr(atlas: PixelArray, name: str, quality: int) -> float:
+    from upholster.image import read_image
+
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / f"atlas.{'jpg' if name == 'jpeg' else name}"
+        path.write_bytes(encode_image(atlas, name, quality=quality))  # type: ignore[arg-type]
+        error = read_image(path).astype(float) - atlas
+    return float(10 * np.log10(255**2 / max(1e-9, np.mean(error * error))))
