@@ -1,0 +1,247 @@
+"""encode, decode, refine, info and levels as a user meets them."""
+
+import math
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+import upholster
+from upholster.errors import FormatError, InputError
+from upholster.image import read_image, write_image
+from upholster.image.drawing import Drawing
+from upholster.levels import curve_picture, levels_picture, refine_steps
+from upholster.outputs import WriteOptions
+from upholster.pipeline import refine
+from upholster.stream import StreamDecoder, encode_stream
+from upholster.stream.prefix import Limit, feed_until
+
+COMMAND = [sys.executable, "-m", "upholster"]
+
+
+def run(*arguments, cwd):
+    return subprocess.run([*COMMAND, *arguments], cwd=cwd, capture_output=True, text=True, timeout=120)
+
+
+def sample():
+    rows, columns = np.mgrid[:64, :64]
+    wave = np.sin(rows / 3) + np.cos(columns / 5)
+    noise = np.random.default_rng(0).normal(size=(64, 64, 3))
+    return np.clip(128 + 40 * wave[:, :, None] + 12 * noise, 0, 255).astype(np.uint8)
+
+
+@pytest.fixture(scope="module")
+def parts():
+    exemplar, surface = sample(), upholster.torus(3, 1)
+    quilt = upholster.synthesize(exemplar, surface, chart=64, seed=3)
+    return exemplar, surface, quilt, encode_stream(surface, quilt, exemplar)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory, parts):
+    folder = tmp_path_factory.mktemp("streams")
+    write_image(folder / "sample.png", parts[0])
+    (folder / "ring.uph").write_bytes(parts[3])
+    (folder / "cut.uph").write_bytes(parts[3][:1000])
+    (folder / "short.uph").write_bytes(parts[3][:20])
+    (folder / "bad.uph").write_bytes(parts[3][:900] + b"\xff" + parts[3][901:])
+    (folder / "notes.uph").write_text("these are notes")
+    return folder
+
+
+def test_cover_and_refine_agree(folder, tmp_path, parts):
+    done = run(
+        "cover", "sample.png", "--on", "torus:R=3,r=1", "--chart", "64", "--seed", "3",
+        "-o", str(tmp_path / "ring.uph"), "-o", str(tmp_path / "direct.npz"), "--lossless", cwd=folder,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    done = run("refine", str(tmp_path / "ring.uph"), "-o", str(tmp_path / "again.npz"), cwd=folder)
+    assert done.returncode == 0, done.stderr
+    assert "complete" in done.stdout
+    assert "incomplete" not in done.stdout
+    direct, again = np.load(tmp_path / "direct.npz"), np.load(tmp_path / "again.npz")
+    for name in direct.files:
+        np.testing.assert_array_equal(direct[name], again[name])
+
+
+def test_a_cut_file_works_and_says_so(folder, tmp_path):
+    names = ["a.glb", "a.png", "a.obj", "a.uph"]
+    done = run(
+        "refine", "cut.uph", "--size", "64x48", *[f"-o{tmp_path / name}" for name in names], cwd=folder
+    )
+    assert done.returncode == 0, done.stderr
+    assert "1.0 kB" in done.stdout
+    assert "incomplete" in done.stdout
+    assert all((tmp_path / name).stat().st_size for name in names)
+
+
+def test_info_tells_the_chunks(folder):
+    for name, state in (("ring.uph", "complete"), ("cut.uph", "incomplete")):
+        done = run("info", name, cwd=folder)
+        assert done.returncode == 0, done.stderr
+        assert state in done.stdout
+        assert "exemplar" in done.stdout
+        assert "1,000" in done.stdout
+
+
+def test_levels_and_curve_are_pictures(folder, tmp_path):
+    for name, option in (("levels.png", "--size=80x60"), ("curve.jpg", "--curve")):
+        done = run("levels", "ring.uph", "-o", str(tmp_path / name), option, cwd=folder)
+        assert done.returncode == 0, done.stderr
+        assert read_image(tmp_path / name).std() > 5
+
+
+def test_images_through_the_codec(folder, tmp_path):
+    original = read_image(folder / "sample.png")
+    coded, back = tmp_path / "sample.ezw", tmp_path / "back.png"
+    for options, check in (
+        (["--lossless"], lambda image: (image == original).all()),
+        ([], lambda image: np.abs(image.astype(int) - original).max() <= 1),
+        (["--bytes", "1k"], lambda image: coded.stat().st_size == 1000),
+        (["--bpp", "1"], lambda image: coded.stat().st_size == 512),
+        (["--psnr", "30"], lambda image: 30 <= psnr(image, original) < 30.2),
+        (
+            ["--coefficients", "15%", "--wavelet", "haar", "--levels", "3"],
+            lambda image: image.shape == (64, 64, 3),
+        ),
+    ):
+        done = run("encode", "sample.png", "-o", str(coded), *options, cwd=folder)
+        assert done.returncode == 0, done.stderr
+        done = run("decode", str(coded), "-o", str(back), cwd=folder)
+        assert done.returncode == 0, done.stderr
+        assert check(read_image(back)), options
+
+
+def psnr(image, original):
+    return 10 * math.log10(255**2 / np.mean((image.astype(float) - original) ** 2))
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["refine", "none.uph", "-o", "a.glb"],
+        ["refine", "notes.uph", "-o", "a.glb"],
+        ["refine", "short.uph", "-o", "a.glb"],
+        ["refine", "bad.uph", "-o", "a.glb"],
+        ["refine", "ring.uph", "-o", "a.xyz"],
+        ["refine", "ring.uph", "-o", "a.glb", "--bytes", "many"],
+        ["refine", "ring.uph", "-o", "a.glb", "--bytes", "0"],
+        ["refine", "ring.uph", "-o", "a.glb", "--coefficients", "140%"],
+        ["refine", "ring.uph", "-o", "a.glb", "--bytes", "4k", "--bpp", "1"],
+        ["refine", ".", "-o", "a.glb"],
+        ["info", "none.uph"],
+        ["info", "short.uph"],
+        ["levels", "ring.uph", "-o", "a.glb"],
+        ["levels", "short.uph", "-o", "a.png"],
+        ["encode", "sample.png", "-o", "a.png"],
+        ["encode", "none.png", "-o", "a.ezw"],
+        ["encode", "sample.png", "-o", "a.ezw", "--bytes", "10"],
+        ["encode", "sample.png", "-o", "a.ezw", "--wavelet", "db4"],
+        ["encode", "sample.png", "-o", "a.ezw", "--lossless", "--wavelet", "9/7"],
+        ["encode", "sample.png", "-o", "a.ezw", "--levels", "11"],
+        ["encode", "sample.png", "-o", "a.ezw", "--psnr", "-3"],
+        ["encode", "sample.png", "-o", "a.ezw", "--psnr", "nan"],
+        ["decode", "sample.png", "-o", "a.png"],
+        ["decode", "ring.uph", "-o", "a.png"],
+        ["cover", "sample.png", "--on", "torus", "-o", "a.uph", "--bytes", "1"],
+        ["cover", "sample.png", "--on", "torus", "-o", "a.uph", "--wavelet", "db4"],
+        ["cover", "sample.png", "--on", "torus", "-o", "a.uph", "--threshold", "-1"],
+        ["cover", "sample.png", "--on", "torus", "-o", "a.uph", "--lossless", "--wavelet", "9/7"],
+    ],
+)
+def test_bad_input_is_one_line_and_status_2(arguments, folder):
+    before = sorted(folder.iterdir())
+    done = run(*arguments, cwd=folder)
+    assert done.returncode == 2, done.stdout
+    assert len(done.stderr.strip().splitlines()) == 1, done.stderr
+    assert "Traceback" not in done.stderr
+    assert sorted(folder.iterdir()) == before
+
+
+def test_limits_stop_where_they_say(parts):
+    data = parts[3]
+    for limit, reached in (
+        (Limit(most_bytes=1500), lambda d: d.received == 1500),
+        (Limit(bits_per_pixel=2), lambda d: 1024 <= d.received < 1100),
+        (
+            Limit(coefficients=0.07),
+            lambda d: 0.07 <= d.coefficients_known[0] / d.coefficients_known[1] < 0.09,
+        ),
+        (Limit(most_bytes=1), lambda d: d.needed == 0 and d.received < 100),
+        (Limit(), lambda d: d.complete),
+    ):
+        decoder = StreamDecoder()
+        feed_until(decoder, data, limit)
+        assert reached(decoder), limit
+    for wrong in ({"most_bytes": 1, "coefficients": 0.5}, {"most_bytes": 0}, {"bits_per_pixel": math.nan}):
+        with pytest.raises(InputError):
+            Limit(**wrong)
+
+
+def test_every_further_byte_helps(parts):
+    data = parts[3]
+    steps = refine_steps(data, [Limit(coefficients=share) for share in (0.03, 0.05, 0.07, 0.15, 1)])
+    lengths, qualities = [step.length for step in steps], [step.psnr for step in steps]
+    assert lengths == sorted(lengths)
+    # Before its placements have come, a chart repeats the exemplar: quality counts from then on.
+    known = [quality for step, quality in zip(steps, qualities, strict=True) if step.charts == 1]
+    assert len(known) >= 3
+    assert known == sorted(known)
+    assert qualities[-1] == math.inf
+    assert steps[-1].coefficients > 0.15
+
+
+def test_levels_picture_shows_as_many_models_as_levels(parts):
+    options = WriteOptions(size=(60, 40), quads=400)
+    picture = levels_picture(parts[3], options=options)
+    assert picture.shape == (40 + 24 + 48, 5 * 72 + 12, 3)
+    plotted, steps = curve_picture(parts[3])
+    assert plotted.shape[2] == 3
+    assert [step.length for step in steps] == sorted({step.length for step in steps})
+    with pytest.raises(InputError, match="more bytes"):
+        levels_picture(parts[3][:20])
+
+
+def test_thresholding_leaves_out_small_coefficients(parts):
+    exemplar, surface, quilt, _ = parts
+    sizes, errors = [], []
+    for threshold in (0, 10, 40):
+        data = encode_stream(surface, quilt, exemplar, wavelet="haar", levels=3, threshold=threshold)
+        decoder = StreamDecoder()
+        decoder.feed(data)
+        sizes.append(len(data))
+        errors.append(np.abs(decoder.exemplar().astype(int) - exemplar).mean())
+    assert sizes == sorted(sizes, reverse=True)
+    assert errors == sorted(errors)
+    assert errors[0] == 0
+
+
+def test_refine_refuses_damaged_streams(folder, tmp_path):
+    with pytest.raises(FormatError, match="byte"):
+        refine(folder / "bad.uph", [str(tmp_path / "a.glb")])
+    assert not list(tmp_path.iterdir())
+
+
+def test_write_needs_the_quilt_for_a_stream(tmp_path, parts):
+    exemplar, surface, quilt, _ = parts
+    texels = upholster.paint(quilt, exemplar)
+    with pytest.raises(InputError, match="quilt"):
+        upholster.write(tmp_path / "a.uph", surface, texels)
+    upholster.write(tmp_path / "a.uph", surface, texels, quilt=quilt, exemplar=exemplar)
+    decoder = StreamDecoder()
+    decoder.feed((tmp_path / "a.uph").read_bytes())
+    assert decoder.complete
+    np.testing.assert_array_equal(decoder.quilt().placements, quilt.placements)
+
+
+def test_drawing_puts_things_where_they_are_asked():
+    drawing = Drawing(60, 40)
+    drawing.paste(10, 5, np.zeros((4, 3, 3), np.uint8))
+    drawing.lines([(20.0, 30.0), (50.0, 30.0)], color=(1.0, 0.0, 0.0), width=3)
+    pixels = drawing.pixels()
+    assert (pixels[5:9, 10:13] == 0).all()
+    assert (pixels[29:32, 25:45] == (255, 0, 0)).all()
+    assert (pixels[20, 20] == 255).all()
+    drawing.text(30, 20, "M", size=14)
+    assert (drawing.pixels()[10:21, 22:38] < 100).any()
