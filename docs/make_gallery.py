@@ -15,7 +15,7 @@ from typing import Any
 from upholster.errors import InputError, UpholsterError, nearest
 
 try:
-    from gallery_tools import method, results, seams, surfaces
+    from gallery_tools import method, progressive, results, seams, surfaces
     from gallery_tools.captions import HEAD, caption
     from gallery_tools.drawing import save_jpeg
     from gallery_tools.shots import Exemplars
@@ -47,6 +47,8 @@ FIGURES = (
     Figure("seams", "Seams (figures 7, 8 and 9)", seams.seams),
     Figure("mapping", "Mapping (figure 10)", surfaces.mapping),
     Figure("twelve", "Twelve textures (figure 12)", results.twelve),
+    Figure("levels", "Progressive texture (figure 13)", progressive.levels),
+    Figure("curve", "What bytes buy", progressive.curve),
     Figure("stretch", "What a plain mapping does to scale", surfaces.stretch),
 )
 

@@ -46,6 +46,10 @@ def test_the_readmes_few_lines_work(tmp_path):
     texels = upholster.paint(quilt, exemplar)
     upholster.write(tmp_path / "ring.glb", surface, texels)
     assert (tmp_path / "ring.glb").read_bytes()[:4] == b"glTF"
+    decoder = upholster.StreamDecoder()
+    decoder.feed(upholster.encode_stream(surface, quilt, exemplar)[:1000])
+    upholster.write(tmp_path / "coarse.glb", decoder.surface, decoder.texels())
+    assert (tmp_path / "coarse.glb").read_bytes()[:4] == b"glTF"
     assert [entry for entry in seen if entry[1] == entry[2]] == [("blocks", 16, 16), ("seams", 32, 32)]
     with pytest.raises(upholster.InputError):
         upholster.write(tmp_path / "ring.what", surface, texels)

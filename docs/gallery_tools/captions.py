@@ -55,6 +55,16 @@ CAPTIONS = {
         and HH3 is found in the exemplar (f), a minimum cut decides which part of it replaces the seam (g),
         and that is embedded in both patches, feathered (h).
         """,
+    "levels": """\
+        Two streams as they arrive: the model when 3, 5, 7, 15 and 100 % of the exemplar's coefficients are
+        significant, with the bytes received until then, surface and placements included, and the texels' PSNR
+        against the whole stream. `upholster levels ring.uph -o levels.png` makes a row.
+        """,
+    "curve": """\
+        The texels' PSNR against the whole stream, over its bytes. The first view shows the exemplar repeated;
+        then the placements come, chart after chart; what follows refines the exemplar. `upholster levels
+        ring.uph --curve -o curve.png`.
+        """,
     "mapping": """\
         Each patch is a grid of quadrilaterals, here 8 × 8, and each of them takes its texture from a square
         of texture space (the same colour in a and b). Black lines are the patches' borders.

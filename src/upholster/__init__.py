@@ -27,7 +27,8 @@ if TYPE_CHECKING:
     )
     from upholster.image import read_exemplar
     from upholster.outputs import WriteOptions
-    from upholster.pipeline import cover, write
+    from upholster.pipeline import cover, refine, write
+    from upholster.stream import StreamDecoder, encode_stream
     from upholster.synthesis import Quilt, Texels, paint, synthesize
 
 __all__ = [
@@ -35,15 +36,18 @@ __all__ = [
     "InputError",
     "Quilt",
     "RationalPatch",
+    "StreamDecoder",
     "Surface",
     "Texels",
     "UpholsterError",
     "WriteOptions",
     "__version__",
     "cover",
+    "encode_stream",
     "paint",
     "plane",
     "read_exemplar",
+    "refine",
     "revolve",
     "ring_cyclide",
     "sphere",
@@ -66,7 +70,8 @@ _HOMES = {
     ),
     "upholster.image": ("read_exemplar",),
     "upholster.outputs": ("WriteOptions",),
-    "upholster.pipeline": ("cover", "write"),
+    "upholster.pipeline": ("cover", "refine", "write"),
+    "upholster.stream": ("StreamDecoder", "encode_stream"),
     "upholster.synthesis": ("Quilt", "Texels", "paint", "synthesize"),
 }
 _HOME = {name: home for home, names in _HOMES.items() for name in names}
