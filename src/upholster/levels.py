@@ -10,7 +10,6 @@ from upholster.geometry import Surface
 from upholster.image import from_linear
 from upholster.image.drawing import Drawing
 from upholster.outputs import TexturedModel, WriteOptions
-from upholster.render import render
 from upholster.stream import StreamDecoder
 from upholster.stream.prefix import Limit, feed_until
 from upholster.synthesis import Texels
@@ -126,19 +125,8 @@ def levels_picture(
     steps = refine_steps(data, [Limit(coefficients=share) for share in shares], threads=threads)
     for index, (share, step) in enumerate(zip(shares, steps, strict=True)):
         model = TexturedModel(surface, step.texels, options, threads)
-        picture = render(
-            model.mesh.positions,
-            model.mesh.normals,
-            model.uv,
-            model.mesh.all_triangles(),
-            model.atlas.pixels,
-            size=options.size,
-            view=options.view,
-            supersample=options.supersample,
-            threads=threads,
-        )
         left = gap + index * (width + gap)
-        drawing.paste(left, gap, from_linear(picture, "uint8"))
+        drawing.paste(left, gap, from_linear(model.picture(), "uint8"))
         middle, below = left + width // 2, gap + height
         named = "all coefficients" if share == 1 else f"{100 * share:.3g} % of the coefficients"
         quality = "exact" if step.psnr == float("inf") else f"{step.psnr:.1f} dB"

@@ -6,6 +6,9 @@ from functools import cached_property
 from pathlib import Path
 from typing import Literal, get_args
 
+import numpy as np
+from numpy.typing import NDArray
+
 from upholster.errors import InputError
 from upholster.export import TextureFormat, obj_companions, write_glb, write_npz, write_obj
 from upholster.files import Outputs
@@ -150,6 +153,21 @@ class TexturedModel:
         """Texture coordinates of the mesh's vertices in the atlas."""
         return self.atlas.texture_coordinates(self.mesh)
 
+    def picture(self, *, progress: Progress | None = None) -> NDArray[np.float32]:
+        """Return a picture of the model, as the options say: (height, width, 3), linear light."""
+        return render(
+            self.mesh.positions,
+            self.mesh.normals,
+            self.uv,
+            self.mesh.all_triangles(),
+            self.atlas.pixels,
+            size=self.options.size,
+            view=self.options.view,
+            supersample=self.options.supersample,
+            threads=self.threads,
+            progress=progress,
+        )
+
 
 def write_output(
     output: Output, model: TexturedModel, files: Outputs, *, progress: Progress | None = None
@@ -200,18 +218,7 @@ def write_output(
                 stem=output.path.stem,
             )
         case "picture":
-            picture = render(
-                model.mesh.positions,
-                model.mesh.normals,
-                model.uv,
-                model.mesh.all_triangles(),
-                model.atlas.pixels,
-                size=options.size,
-                view=options.view,
-                supersample=options.supersample,
-                threads=model.threads,
-                progress=progress,
-            )
+            picture = model.picture(progress=progress)
             linear = output.path.suffix.lower() == ".exr"
             write_image(
                 places[0], picture if linear else from_linear(picture, "uint8"), quality=options.quality
