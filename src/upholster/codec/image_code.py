@@ -128,8 +128,8 @@ def check_image(
         raise InputError(f"image has shape {image.shape}; allowed: (height, width, 1 to 64 channels)")
     if image.size > MAX_SAMPLES or max(image.shape[:2]) > 65535:
         raise InputError(
-            f"image has {image.size:,} samples ({image.shape[1]}×{image.shape[0]}); "
-            f"allowed: {MAX_SAMPLES:,}, 65535 each way"
+            f"image has {image.size:,} samples ({image.shape[1]}×{image.shape[0]}); allowed: {MAX_SAMPLES:,}, "
+            f"65535 each way; resized to {math.isqrt(MAX_SAMPLES // image.shape[2])} or less it fits"
         )
     if image.dtype not in (np.uint8, np.uint16, np.float32):
         raise InputError(f"image is of {image.dtype}; allowed: uint8, uint16, float32")
