@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import upholster
+from upholster import codec
 from upholster.errors import FormatError, InputError
 from upholster.image import read_image, write_image
 from upholster.image.drawing import Drawing
@@ -111,6 +112,14 @@ def test_images_through_the_codec(folder, tmp_path):
         done = run("decode", str(coded), "-o", str(back), cwd=folder)
         assert done.returncode == 0, done.stderr
         assert check(read_image(back)), options
+
+
+def test_bytes_behind_the_end_are_refused():
+    data = codec.encode(sample(), lossless=True)
+    assert codec.decode(data).complete
+    assert (codec.decode(data).image == sample()).all()
+    with pytest.raises(FormatError, match=f"byte {len(data)}: 3 bytes too many"):
+        codec.decode(data + b"end")
 
 
 def psnr(image, original):

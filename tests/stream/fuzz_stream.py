@@ -5,9 +5,11 @@
 
 import resource
 import sys
+import tempfile
 import time
 from collections import Counter
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -24,13 +26,13 @@ MOST_GROWTH = 256 * 2**20
 MOST_TEXELS = 2**21
 
 
-def taken_apart(data):
+def taken_apart(data: Any) -> Any:
     """Return a file's chunks as (tag, payload)."""
     reader = ChunkReader()
     return [(chunk.tag, part) for chunk, part in reader.feed(data)]
 
 
-def mutated(rng, data):
+def mutated(rng: Any, data: Any) -> Any:
     """Return a damaged copy: bytes, lengths and chunks changed, with right CRCs or wrong ones."""
     if rng.random() < 0.6:
         chunks = taken_apart(data)
@@ -61,7 +63,7 @@ def mutated(rng, data):
     return out[: int(rng.integers(len(out) + 1))] if rng.random() < 0.3 else out
 
 
-def scrambled(rng, data):
+def scrambled(rng: Any, data: Any) -> Any:
     """Return bytes with some changed, dropped or added."""
     out = bytearray(data)
     for _ in range(int(rng.integers(1, 5))):
@@ -76,7 +78,7 @@ def scrambled(rng, data):
     return bytes(out)
 
 
-def try_one(rng, data):
+def try_one(rng: Any, data: Any) -> Any:
     """Decode damaged bytes in pieces; return what came of it."""
     decoder = StreamDecoder()
     try:
@@ -101,27 +103,35 @@ def try_one(rng, data):
     return "decoded"
 
 
-def run(count, seed=0):
+def keep(data: bytes, why: str) -> None:
+    """Write a file that was found among the temporary ones, and say where."""
+    path = Path(tempfile.gettempdir()) / f"fuzz_{why}.uph"
+    path.write_bytes(data)
+    print(f"{why}: {path}")
+
+
+def run(count: Any, seed: Any = 0) -> Any:
     """Try so many damaged streams; return how often what happened, the slowest and the memory grown."""
     rng = np.random.default_rng(seed)
     sources = [stream(name) for name in STREAMS]
     for data in sources:
         read_stream(data).texels(threads=1)
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    seen, slowest = Counter(), 0.0
+    seen: Counter[str] = Counter()
+    slowest = 0.0
     for n in range(count):
         data = mutated(rng, sources[n % len(sources)])
         start = time.perf_counter()
         try:
             seen[try_one(rng, data)] += 1
         except BaseException:
-            Path("fuzz_failure.uph").write_bytes(data)
+            keep(data, "failure")
             raise
         taken = time.perf_counter() - start
         if taken > slowest:
             slowest = taken
             if taken > LONGEST_SECONDS:
-                Path("fuzz_slow.uph").write_bytes(data)
+                keep(data, "slow")
     grown = 1024 * (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)
     return seen, slowest, grown
 

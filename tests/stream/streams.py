@@ -1,6 +1,7 @@
 """Small quilts and streams that several tests share."""
 
 from functools import cache
+from typing import Any
 
 import numpy as np
 
@@ -10,7 +11,7 @@ from upholster.synthesis import Quilt, synthesize
 from upholster.synthesis.quilt import MASK_CUT, PLACEMENT
 
 
-def noise(height=32, width=40, channels=3, dtype=np.uint8, seed=0):
+def noise(height: Any = 32, width: Any = 40, channels: Any = 3, dtype: Any = np.uint8, seed: Any = 0) -> Any:
     """A smooth, irregular image."""
     rng = np.random.default_rng(seed)
     rows, columns = np.mgrid[:height, :width][:, :, :, None] / 7.0
@@ -22,7 +23,15 @@ def noise(height=32, width=40, channels=3, dtype=np.uint8, seed=0):
 
 
 @cache
-def covered(spec="cyclide", chart=64, block=16, levels=2, overlap=4, seams=True, seed=3):
+def covered(
+    spec: Any = "cyclide",
+    chart: Any = 64,
+    block: Any = 16,
+    levels: Any = 2,
+    overlap: Any = 4,
+    seams: Any = True,
+    seed: Any = 3,
+) -> Any:
     """A surface, a quilt by method "paper", and its exemplar."""
     surface, exemplar = surface_from_spec(spec), noise()
     quilt = synthesize(
@@ -31,7 +40,7 @@ def covered(spec="cyclide", chart=64, block=16, levels=2, overlap=4, seams=True,
     return surface, quilt, exemplar
 
 
-def anything(rng, exemplar_shape, charts, count):
+def anything(rng: Any, exemplar_shape: Any, charts: Any, count: Any) -> Any:
     """A valid quilt of arbitrary placements: every field used, masks in any order, cells that none uses."""
     half = min(exemplar_shape) // 4
     placed = np.zeros(count, PLACEMENT)
@@ -54,7 +63,7 @@ def anything(rng, exemplar_shape, charts, count):
     return Quilt(tuple(charts), exemplar_shape, placed, rng.integers(0, 2, offset).astype(np.uint8))
 
 
-def changed(quilt):
+def changed(quilt: Any) -> Any:
     """The same quilt with one ramp wider, so that it is not regular any more."""
     placed = quilt.placements.copy()
     placed["ramp"][5] += 1
@@ -62,7 +71,7 @@ def changed(quilt):
 
 
 @cache
-def stream(name):
+def stream(name: Any) -> Any:
     """Streams of several kinds, by name."""
     if name == "paper":
         return encode_stream(*covered())
@@ -75,7 +84,7 @@ def stream(name):
 STREAMS = ("paper", "no seams", "general")
 
 
-def same(a, b):
+def same(a: Any, b: Any) -> Any:
     """Whether two quilts are equal in everything."""
     return (
         a.charts == b.charts

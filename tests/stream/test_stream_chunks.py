@@ -1,5 +1,7 @@
 """The container: header, chunks, CRCs, every length checked."""
 
+from typing import Any
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -9,28 +11,29 @@ from upholster.stream.chunks import ChunkReader, header, pack_chunk
 from upholster.stream.fields import Fields, varint
 
 
-def framed(*chunks):
+def framed(*chunks: Any) -> Any:
     body = b"".join(chunks)
     return header(len(body) + 6, 6) + body
 
 
 @given(st.integers(0, 2**63 - 1))
-def test_varints_come_back(value):
+def test_varints_come_back(value: Any) -> None:
     data = varint(value)
     assert Fields(data).varint("value", 2**63 - 1) == value
     assert len(data) == max(1, -(-value.bit_length() // 7))
 
 
 @pytest.mark.parametrize("data", [b"", b"\x80", b"\x80\x00", b"\xff" * 9 + b"\1"])
-def test_a_varint_that_is_cut_or_not_the_shortest_is_refused(data):
+def test_a_varint_that_is_cut_or_not_the_shortest_is_refused(data: Any) -> None:
     with pytest.raises(FormatError, match=r"^byte \d+: value"):
         Fields(data).varint("value", 2**63 - 1)
 
 
 @given(st.lists(st.tuples(st.sampled_from("SDz"), st.binary(max_size=20)), max_size=4), st.data())
-def test_chunks_come_back_however_they_are_cut(chunks, data):
+def test_chunks_come_back_however_they_are_cut(chunks: Any, data: Any) -> None:
     file = framed(*(pack_chunk(*chunk) for chunk in chunks)) if chunks else header(6, 6)
-    reader, found, place = ChunkReader(), {}, 0
+    reader, place = ChunkReader(), 0
+    found: dict[int, bytes] = {}
     while place < len(file):
         step = data.draw(st.integers(1, len(file)))
         for chunk, part in reader.feed(file[place : place + step]):
@@ -40,7 +43,7 @@ def test_chunks_come_back_however_they_are_cut(chunks, data):
     assert [(chunk.tag, found[chunk.offset]) for chunk in reader.chunks] == chunks
 
 
-def test_each_fault_names_its_byte():
+def test_each_fault_names_its_byte() -> None:
     good = framed(pack_chunk("S", b"abc"), pack_chunk("L", b"de"))
     for data, message in [
         (b"png", "byte 0: file begins with 706e67"),
@@ -57,7 +60,7 @@ def test_each_fault_names_its_byte():
         assert str(error.value).startswith(message)
 
 
-def test_a_cut_chunk_is_read_unverified():
+def test_a_cut_chunk_is_read_unverified() -> None:
     file = framed(pack_chunk("D", b"abcdef"))
     reader = ChunkReader()
     ((chunk, part),) = reader.feed(file[:-5])

@@ -3,7 +3,7 @@
 from fuzz_stream import LONGEST_SECONDS, MOST_GROWTH, run
 
 
-def test_damaged_streams_are_refused_or_read_quickly_and_in_little_memory():
+def test_damaged_streams_are_refused_or_read_quickly_and_in_little_memory() -> None:
     seen, slowest, grown = run(300, seed=1)
     assert seen["refused"] > 100
     assert seen["decoded"] > 10

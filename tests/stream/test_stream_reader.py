@@ -1,5 +1,7 @@
 """Whole streams: written, cut anywhere, read back."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -13,11 +15,12 @@ from upholster.synthesis import Chart, Quilt, paint
 from upholster.synthesis.quilt import PLACEMENT
 
 
-def test_everything_comes_back():
+def test_everything_comes_back() -> None:
     surface, quilt, exemplar = covered()
     decoder = read_stream(stream("paper"))
     assert decoder.complete
     assert decoder.needed == 0
+    assert decoder.surface is not None
     assert decoder.surface.spec == surface.spec
     assert decoder.charts == quilt.charts
     assert same(decoder.quilt(), quilt)
@@ -35,7 +38,9 @@ def test_everything_comes_back():
     st.integers(1, 40),
     st.integers(1, 30),
 )
-def test_exemplars_of_every_kind_come_back(dtype, channels, height, width, side):
+def test_exemplars_of_every_kind_come_back(
+    dtype: Any, channels: Any, height: Any, width: Any, side: Any
+) -> None:
     surface = covered("sphere")[0]
     exemplar = noise(height, width, channels, dtype)
     charts = tuple(Chart(n, side, side + 1) for n in range(6))
@@ -52,7 +57,7 @@ def test_exemplars_of_every_kind_come_back(dtype, channels, height, width, side)
 
 
 @pytest.mark.parametrize("name", STREAMS)
-def test_every_prefix_shows_something_and_says_that_it_is_cut(name):
+def test_every_prefix_shows_something_and_says_that_it_is_cut(name: Any) -> None:
     data = stream(name)
     view, start = describe(data).view, describe(data).chunks[0].offset
     assert view <= 64
@@ -74,7 +79,7 @@ def test_every_prefix_shows_something_and_says_that_it_is_cut(name):
     assert texels > 0
 
 
-def test_below_the_first_view_it_says_how_many_bytes_are_missing():
+def test_below_the_first_view_it_says_how_many_bytes_are_missing() -> None:
     data = stream("paper")
     with pytest.raises(FormatError, match="byte 20: file is cut; needs 41 more bytes"):
         read_stream(data[:20], strict=False)
@@ -85,7 +90,7 @@ def test_below_the_first_view_it_says_how_many_bytes_are_missing():
             attempt()
 
 
-def test_strict_reading_refuses_every_cut_and_every_addition():
+def test_strict_reading_refuses_every_cut_and_every_addition() -> None:
     data = stream("paper")
     for n in [*range(80), *range(80, len(data), 37)]:
         with pytest.raises(FormatError, match=f"^byte {n}: file is cut; needs .* more bytes"):
@@ -94,7 +99,7 @@ def test_strict_reading_refuses_every_cut_and_every_addition():
         read_stream(data + b"\0")
 
 
-def rebuilt(data, change):
+def rebuilt(data: Any, change: Any) -> Any:
     """The file with its list of (tag, payload) changed, lengths and CRCs right again."""
     reader = ChunkReader()
     chunks = change([(chunk.tag, part) for chunk, part in reader.feed(data)])
@@ -106,7 +111,7 @@ def rebuilt(data, change):
     return found + b"".join(parts)
 
 
-def test_unknown_small_letters_are_skipped_and_capitals_refused():
+def test_unknown_small_letters_are_skipped_and_capitals_refused() -> None:
     data = stream("paper")
     quilt = read_stream(data).quilt()
     with_extra = rebuilt(data, lambda chunks: [("a", b"?"), *chunks[:4], ("z", b"" * 9), *chunks[4:]])
@@ -115,7 +120,7 @@ def test_unknown_small_letters_are_skipped_and_capitals_refused():
         read_stream(rebuilt(data, lambda chunks: [*chunks[:4], ("Z", b"?"), *chunks[4:]]))
 
 
-def test_chunks_out_of_order_or_missing_are_refused():
+def test_chunks_out_of_order_or_missing_are_refused() -> None:
     data = stream("paper")
     for change, message in [
         (lambda c: [c[1], c[0], *c[2:]], "chunk 'L' comes before 'S'"),
@@ -130,7 +135,7 @@ def test_chunks_out_of_order_or_missing_are_refused():
         assert str(error.value).startswith("byte ")
 
 
-def test_a_damaged_byte_is_found_and_the_decoder_stays_refused():
+def test_a_damaged_byte_is_found_and_the_decoder_stays_refused() -> None:
     data = bytearray(stream("paper"))
     data[300] ^= 4
     decoder = StreamDecoder()
@@ -140,7 +145,7 @@ def test_a_damaged_byte_is_found_and_the_decoder_stays_refused():
         decoder.feed(b"")
 
 
-def test_a_budget_is_kept_and_what_does_not_fit_is_refused():
+def test_a_budget_is_kept_and_what_does_not_fit_is_refused() -> None:
     surface, quilt, exemplar = covered()
     for most in (1500, 2000, 3000):
         data = encode_stream(surface, quilt, exemplar, most_bytes=most)
@@ -154,7 +159,7 @@ def test_a_budget_is_kept_and_what_does_not_fit_is_refused():
         encode_stream(surface, quilt, exemplar, first_part=-1)
 
 
-def test_more_bytes_never_hurt_the_exemplar_much():
+def test_more_bytes_never_hurt_the_exemplar_much() -> None:
     exemplar = covered()[2].astype(float)
     data, decoder, errors = stream("paper"), StreamDecoder(), []
     for n in range(0, len(data), 60):
@@ -167,7 +172,7 @@ def test_more_bytes_never_hurt_the_exemplar_much():
 
 
 @pytest.mark.parametrize("name", STREAMS)
-def test_description(name):
+def test_description(name: Any) -> None:
     data = stream(name)
     found = describe(data)
     assert (found.total, found.received, found.complete) == (len(data), len(data), True)
@@ -184,11 +189,17 @@ def test_description(name):
         describe(data[: found.view - 1])
 
 
-def test_declared_sizes_are_refused_before_anything_is_made():
-    surface, _, exemplar = covered("plane")
-    charts = (Chart(0, 16384, 16384),)
-    tiny = noise(2, 2)
-    quilt = Quilt(charts, (2, 2), np.zeros(0, PLACEMENT), np.zeros(0, np.uint8))
+def test_declared_sizes_are_refused_before_anything_is_made() -> None:
+    surface = covered("plane")[0]
+    quilt = Quilt((Chart(0, 16384, 16384),), (2, 2), np.zeros(0, PLACEMENT), np.zeros(0, np.uint8))
     with pytest.raises(InputError, match="charts take 67108864 repeats"):
-        encode_stream(surface, quilt, tiny)
-    del exemplar
+        encode_stream(surface, quilt, noise(2, 2))
+    data = stream("no seams")
+    for tag, payload, message in [
+        ("L", b"\x0f\x80\x80\x01", "byte .*: charts take 1259520 repeats"),
+        ("X", b"\xff\xff\xff\xff\1\0\0\0\0\0\0", "byte .*: the image header's samples"),
+        ("Q", b"\1\2\1\0\0", "byte .*: overlap is 1; allowed: 1 to 0"),
+        ("Q", b"\0" + b"\xff\xff\xff\xff\7" * 6 + b"\0", "byte .*: number of placements is 2147483647"),
+    ]:
+        with pytest.raises(FormatError, match=message):
+            read_stream(rebuilt(data, lambda c, t=tag, p=payload: [(k, p if k == t else v) for k, v in c]))

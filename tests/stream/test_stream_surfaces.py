@@ -1,5 +1,7 @@
 """Surface and layout chunks: what is written comes back, and stays joined."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -24,12 +26,12 @@ SPECS = (
 )
 
 
-def back(surface):
+def back(surface: Any) -> Any:
     return parse_surface(Fields(pack_surface(surface)))
 
 
 @pytest.mark.parametrize("spec", SPECS)
-def test_a_built_in_surface_takes_its_parameters_and_is_rebuilt_exactly(spec):
+def test_a_built_in_surface_takes_its_parameters_and_is_rebuilt_exactly(spec: Any) -> None:
     surface = surface_from_spec(spec)
     assert len(pack_surface(surface)) <= 30
     again = back(surface)
@@ -38,7 +40,7 @@ def test_a_built_in_surface_takes_its_parameters_and_is_rebuilt_exactly(spec):
 
 
 @pytest.mark.parametrize("spec", SPECS)
-def test_nets_stay_joined_and_close(spec):
+def test_nets_stay_joined_and_close(spec: Any) -> None:
     built = surface_from_spec(spec)
     surface = Surface(built.patches, "mine")
     again = back(surface)
@@ -49,7 +51,7 @@ def test_nets_stay_joined_and_close(spec):
         np.testing.assert_allclose(a.control_points, b.control_points, atol=1e-6 * surface.size)
 
 
-def test_shared_points_are_stored_once_and_equal_to_the_bit():
+def test_shared_points_are_stored_once_and_equal_to_the_bit() -> None:
     surface = Surface(ring_cyclide().patches, "mine")
     data = pack_surface(surface)
     # 64 points of the 8 × 8 grid, as float32, and little else.
@@ -61,8 +63,26 @@ def test_shared_points_are_stored_once_and_equal_to_the_bit():
         assert (here == (there[::-1] if edge.opposed else there)).all()
 
 
-def test_nets_that_float32_would_tear_are_kept_exactly():
-    left = RationalPatch.from_points([[[0, 0, 0], [0.1, 0, 0]], [[0, 0.3, 0], [0.1, 0.3, 0]]])
+def test_edges_that_meet_but_for_rounding_are_joined_and_stay_so() -> None:
+    # The shared edge lies where float32 rounds one way on the left patch and the other way on the right.
+    middle = 1 + 2.0**-24
+    left, right = middle - 1e-12, middle + 1e-12
+    surface = Surface(
+        [
+            RationalPatch.from_points(np.array([[[0, 0, 0], [left, 0, 0]], [[0, 1, 0], [left, 1, 0]]])),
+            RationalPatch.from_points(np.array([[[right, 0, 0], [2, 0, 0]], [[right, 1, 0], [2, 1, 0]]])),
+        ],
+        "nearly",
+    )
+    data = pack_surface(surface)
+    assert data[1] & 1 == 0  # float32
+    again = parse_surface(Fields(data))
+    assert again.shared == surface.shared
+    assert (again.patches[0].edge(1) == again.patches[1].edge(3)).all()
+
+
+def test_nets_that_float32_would_tear_are_kept_exactly() -> None:
+    left = RationalPatch.from_points([[[0.0, 0, 0], [0.1, 0, 0]], [[0, 0.3, 0], [0.1, 0.3, 0]]])
     upper, lower = RationalPatch.from_points(
         [[[0.1, 0, 0], [0.2, 0, 0]], [[0.1, 0.3, 0], [0.2, 0.3, 0]]]
     ).split(s=0.4)
@@ -72,14 +92,14 @@ def test_nets_that_float32_would_tear_are_kept_exactly():
     assert again.shared == surface.shared
 
 
-def test_a_changed_surface_is_not_taken_for_the_built_in_one():
+def test_a_changed_surface_is_not_taken_for_the_built_in_one() -> None:
     cyclide = ring_cyclide()
     moved = [RationalPatch(patch.net * [1, 1, 2, 1]) for patch in cyclide.patches]
     again = back(Surface(moved, "cyclide", spec=cyclide.spec))
     np.testing.assert_allclose(again.patches[3].net, moved[3].net, rtol=1e-6, atol=1e-6)
 
 
-def test_different_degrees(tmp_path):
+def test_different_degrees(tmp_path: Any) -> None:
     path = tmp_path / "nets.json"
     points = "[[[0,0,0],[1,0,0],[2,0,1]],[[0,1,0],[1,1,0],[2,1,0]]]"
     path.write_text(
@@ -105,7 +125,7 @@ def test_different_degrees(tmp_path):
         (b"\0\4\0" + b"\0" * 8 + b"\x80\x80\x04\x20\x20", "byte 16: nets have 71368704 control points"),
     ],
 )
-def test_malformed_surfaces_are_refused(data, message):
+def test_malformed_surfaces_are_refused(data: Any, message: Any) -> None:
     with pytest.raises(FormatError) as error:
         parse_surface(Fields(data))
     assert str(error.value).startswith(message)
@@ -120,12 +140,12 @@ LAYOUTS = (
 
 
 @pytest.mark.parametrize("charts", LAYOUTS)
-def test_a_layout_comes_back(charts):
+def test_a_layout_comes_back(charts: Any) -> None:
     surface = ring_cyclide()
     assert parse_layout(Fields(pack_layout(charts, surface)), surface) == tuple(charts)
 
 
-def test_the_paper_s_layout_takes_three_bytes():
+def test_the_paper_s_layout_takes_three_bytes() -> None:
     assert len(pack_layout(LAYOUTS[0], ring_cyclide())) == 3
 
 
@@ -140,7 +160,7 @@ def test_the_paper_s_layout_takes_three_bytes():
         (b"\x0c\x01\x00\x08" + b"\0" * 32, "byte 36: a chart covers parameters outside"),
     ],
 )
-def test_malformed_layouts_are_refused(data, message):
+def test_malformed_layouts_are_refused(data: Any, message: Any) -> None:
     with pytest.raises(FormatError) as error:
         parse_layout(Fields(data), ring_cyclide())
     assert str(error.value).startswith(message)
@@ -150,6 +170,6 @@ def test_malformed_layouts_are_refused(data, message):
     "charts",
     [[], [Chart(16, 8, 8)], [Chart(0, 0, 8)], [Chart(0, 8, 8, 0.5, 0.5)], [Chart(0, 16384, 16384)] * 9],
 )
-def test_layouts_that_the_format_does_not_hold_are_refused(charts):
+def test_layouts_that_the_format_does_not_hold_are_refused(charts: Any) -> None:
     with pytest.raises(InputError, match=r"allowed|outside"):
         pack_layout(charts, ring_cyclide())

@@ -114,6 +114,11 @@ class CoefficientDecoder:
         return int(self._state[BYTES_HERE])
 
     @property
+    def unread(self) -> int:
+        """Bytes behind the end of a complete stream, which mean nothing."""
+        return max(0, self.received - int(self._state[BYTES_DONE])) if self.complete else 0
+
+    @property
     def significant(self) -> int:
         """How many coefficients are known to be significant."""
         return int(self._state[kernels.SIGNIFICANT_COUNT])

@@ -35,7 +35,7 @@ def encode(
     Parameters
     ----------
     image
-        (H, W) or (H, W, C), at most 6 million samples; uint8, uint16, or float32, which is stored as 16
+        (H, W) or (H, W, C), at most 3.2 million samples; uint8, uint16, or float32, which is stored as 16
         bits over its range.
     most_bytes
         Length of the file, at most.
@@ -165,6 +165,8 @@ def decode(data: bytes, *, most_bytes: int | None = None, coefficients: float | 
         step = max(1, min(1024, (len(data) - start) // 64))
         while start + decoder.received < len(data) and decoder.significant < wanted:
             decoder.feed(data[start + decoder.received : start + decoder.received + step])
+    if decoder.unread:
+        raise FormatError(f"byte {len(data) - decoder.unread}: {decoder.unread} bytes too many")
     share = decoder.significant / decoder.coefficients
     return DecodedImage(decoder.image(), header, decoder.complete, share, start + decoder.received)
 

@@ -11,7 +11,7 @@ from upholster.wavelet.lifting import MAX_LEVELS, Wavelet
 
 __all__ = ["MAX_SAMPLES", "ImageHeader"]
 
-MAX_SAMPLES = 6_000_000
+MAX_SAMPLES = 3_200_000
 """Height × width × channels, at most: a decoder allocates less than 256 MiB, however small the file."""
 
 _WAVELETS: tuple[Wavelet, ...] = ("9/7", "5/3", "haar")

@@ -33,7 +33,7 @@ def encode_parts(
     Parameters
     ----------
     image
-        (H, W, C), 1×1 or larger, at most 6 million samples; uint8, uint16, or float32, which is coded as
+        (H, W, C), 1×1 or larger, at most 3.2 million samples; uint8, uint16, or float32, which is coded as
         16-bit integers over its range.
     wavelet
         "9/7" (default), "5/3" (default if lossless) or "haar".
@@ -78,7 +78,7 @@ def encode_parts(
             planes = np.concatenate([to_ycocg(samples[..., :3]), samples[..., 3:]], axis=2)
         else:
             # Centred, so that the approximation's signs carry information.
-            means = np.full(channels, 1 << (8 * min(samples.itemsize, image.dtype.itemsize) - 1))
+            means = np.full(channels, 128 if image.dtype == np.uint8 else 32768)
             planes = samples - means.astype(np.int32)
     coefficients = forward(planes, wavelet=wavelet, levels=levels)
     for fineness in _finenesses(wavelet, coefficients):
@@ -94,6 +94,9 @@ def encode_parts(
                 norm = band_norms(wavelet, band.level)[band.kind] * _unweight(header, band)
                 part = np.where(np.abs(part) * norm < threshold, 0, part)
             values[tree.places(band)] = np.trunc(part).astype(np.int32)
+        if np.abs(values).max() >> (MAX_PLANE + 1):
+            # Only 16-bit samples can do this, and only with more levels than the default.
+            raise InputError(f"levels is {levels}: coefficients of 16-bit samples overflow; allowed: 0 to 6")
         room = None if most_bytes is None else max(0, most_bytes - len(header.pack()))
         plane, payload = encode_coefficients(values, tree, most_bytes=room, most_significant=most_significant)
         header = ImageHeader(**{**header.__dict__, "plane": plane})
@@ -166,6 +169,11 @@ class ImageDecoder:
     def received(self) -> int:
         """Bytes of the stream taken so far."""
         return self._coefficients.received
+
+    @property
+    def unread(self) -> int:
+        """Bytes behind the end of a complete stream, which mean nothing."""
+        return self._coefficients.unread
 
     @property
     def significant(self) -> int:

@@ -185,6 +185,8 @@ def code_sources(
                     _undo(state, kept, a, log)
                     return n
                 node = 2 * node + bit
+            if bits_column == 0:
+                row, node = node - (1 << bits_row), 1
             found = row * grid_columns + node - (1 << bits_column)
             if row >= grid_rows or node - (1 << bits_column) >= grid_columns:
                 return -1 - n

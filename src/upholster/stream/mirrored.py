@@ -12,7 +12,7 @@ from upholster.synthesis.quilt import MASK_NONE, PLACEMENT
 
 __all__ = ["MAX_TILES", "check_tiles", "mirrored_tiling"]
 
-MAX_TILES = 2**20
+MAX_TILES = 2**19
 """Repeats of the exemplar over all charts."""
 
 # Turns that mirror nothing, columns, rows, both.

@@ -4,80 +4,35 @@ A *regular* quilt (`upholster.stream.regular`) needs one number a block; any oth
 Either way a decoder takes bytes as they come and knows at once which placements they determine.
 """
 
-from collections.abc import Iterator, Sequence
 from functools import cached_property
-from itertools import pairwise
 from typing import Any, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from upholster.errors import FormatError, InputError
-from upholster.geometry import SharedEdge
 from upholster.stream import _kernels as kernels
-from upholster.stream.coder import BitReader, BitWriter
-from upholster.stream.fields import Fields, varint
+from upholster.stream.coder import BitReader
+from upholster.stream.fields import Fields
 from upholster.stream.mirrored import mirrored_tiling
-from upholster.stream.regular import Regular, recognise
+from upholster.stream.records import (
+    BATCH,
+    FIELD_NAMES,
+    MAX_CELLS,
+    MAX_PLACEMENTS,
+    REGULAR,
+    beside,
+    cell_counts,
+    general_masks,
+    strip_masks,
+)
+from upholster.stream.regular import Regular
 from upholster.synthesis import Chart, Quilt
 from upholster.synthesis.quilt import MASK_CUT, MASK_NONE, PLACEMENT
 
 Array = TypeVar("Array", bound=NDArray[Any])
 
-__all__ = ["MAX_CELLS", "MAX_PLACEMENTS", "PlacementDecoder", "assemble", "encode_placements"]
-
-MAX_PLACEMENTS = 2**21
-MAX_CELLS = 2**25
-
-_GENERAL, _REGULAR = 0, 1
-_FIELD_NAMES = (
-    *("row", "column", "height", "width", "turn", "mask", "sides", "ramp", "cell", "feather"),
-    *("source_row", "source_column", "cells"),
-)
-_BATCH = 4096
-_RECORDS_A_CALL = 256
-
-
-def encode_placements(quilt: Quilt, shared: Sequence[SharedEdge] = ()) -> tuple[bytes, bytes, bytes]:
-    """Encode a quilt's placements.
-
-    Parameters
-    ----------
-    quilt
-        What to encode; cells 0 or 1.
-    shared
-        Shared edges of the surface, along which blocks may lie on two charts.
-
-    Returns
-    -------
-    plan, sources, masks : bytes
-        What `PlacementDecoder` takes; `masks` is empty where there are none.
-
-    Raises
-    ------
-    InputError
-        For more placements or cells than the format holds, cells other than 0 and 1, or a placement that does
-        not touch its chart.
-    """
-    placed = quilt.placements
-    if len(placed) > MAX_PLACEMENTS or len(quilt.cells) > MAX_CELLS:
-        raise InputError(
-            f"quilt has {len(placed)} placements, {len(quilt.cells)} cells; "
-            f"allowed: {MAX_PLACEMENTS}, {MAX_CELLS} in a stream"
-        )
-    if len(quilt.cells) and quilt.cells.max() > 1:
-        raise InputError(f"a cell of the quilt is {quilt.cells.max()}; allowed: 0 and 1")
-    beside = _beside(placed, quilt.charts)
-    if beside.any():
-        raise InputError(f"placement {int(np.argmax(beside))} does not touch its chart")
-    plan = recognise(quilt, shared)
-    if plan is not None:
-        coded = _encode_regular(quilt, plan)
-        if coded is not None:
-            return bytes([_REGULAR]) + plan.payload(), *coded
-    counts = np.bincount(placed["chart"], minlength=len(quilt.charts))
-    head = bytes([_GENERAL]) + b"".join(varint(int(count)) for count in counts) + varint(len(quilt.cells))
-    return head, _encode_fields(placed), _encode_masks(quilt.cells, _general_masks(placed, len(quilt.cells)))
+__all__ = ["PlacementDecoder", "assemble"]
 
 
 class PlacementDecoder:
@@ -99,7 +54,7 @@ class PlacementDecoder:
     def __init__(self, plan: Fields, charts: tuple[Chart, ...], exemplar_shape: tuple[int, int]) -> None:
         self.charts, self.exemplar_shape = charts, exemplar_shape
         self.regular: Regular | None = None
-        if plan.byte("kind of plan", _REGULAR) == _REGULAR:
+        if plan.byte("kind of plan", REGULAR) == REGULAR:
             regular = Regular.parse(plan, charts, exemplar_shape)
             self.regular, self.total, cells = regular, regular.count, int(regular.mask_starts[-1])
             room = MAX_CELLS // 2  # each is held for both charts
@@ -119,8 +74,8 @@ class PlacementDecoder:
         regular_counters = kernels.SOURCE_COUNTERS, 4
         self._sources = BitReader(*(regular_counters if self.regular else (kernels.FIELD_COUNTERS, 1)))
         self._masks = BitReader(kernels.CELL_COUNTERS, 3) if cells else None
-        self._chosen = np.zeros(_BATCH, np.int32)
-        self._modes = np.zeros(_BATCH, np.uint8)
+        self._chosen = np.zeros(BATCH, np.int32)
+        self._modes = np.zeros(BATCH, np.uint8)
         self._fields = np.zeros((0, kernels.FIELDS + 1), np.int64)
         self._cells = np.zeros(0, np.uint8)
         self._mask_run = 0
@@ -163,7 +118,7 @@ class PlacementDecoder:
         for first, rows, columns, place, end in self._mask_runs[self._mask_run :]:
             while self.known_cells < end:
                 start = self.known_cells
-                stop = min(end, start + _BATCH)
+                stop = min(end, start + BATCH)
                 self._cells = _grown(self._cells, stop)
                 self.known_cells = kernels.code_cells(
                     *self._masks.model, self._cells, start, stop, first, rows, columns, place, False
@@ -175,8 +130,8 @@ class PlacementDecoder:
     @cached_property
     def _mask_runs(self) -> list[tuple[int, int, int, int, int]]:
         if self.regular:
-            return list(_strip_masks(self.regular))
-        return _general_masks(self._general_placements(self.total), self.total_cells)
+            return list(strip_masks(self.regular))
+        return general_masks(self._general_placements(self.total), self.total_cells)
 
     def charts_known(self) -> int:
         """How many charts have all their own blocks known: they arrive one after another."""
@@ -214,7 +169,7 @@ class PlacementDecoder:
         if self.known_cells == self.total_cells:
             return [placed], self._cells[: self.total_cells].copy()
         cut = placed["mask"] == MASK_CUT
-        unknown = cut & (placed["cells"] + _cell_counts(placed) > self.known_cells)
+        unknown = cut & (placed["cells"] + cell_counts(placed) > self.known_cells)
         placed["mask"][unknown], placed["cells"][unknown] = MASK_NONE, -1
         return [placed], self._cells[: self.known_cells].copy()
 
@@ -224,7 +179,7 @@ class PlacementDecoder:
         while self.known < self.total:
             first, across, strip = runs[run].tolist()
             end = int(runs[run + 1, 0])
-            stop = min(end, self.known + _BATCH)
+            stop = min(end, self.known + BATCH)
             self._chosen, self._modes = _grown(self._chosen, stop), _grown(self._modes, stop)
             known = kernels.code_sources(
                 *self._sources.model,
@@ -250,7 +205,7 @@ class PlacementDecoder:
     def _read_fields(self) -> None:
         limits = _limits(self.exemplar_shape)
         while self.known < self.total:
-            stop = min(self.total, self.known + _BATCH)
+            stop = min(self.total, self.known + BATCH)
             self._fields = _grown(self._fields, stop)
             start = self.known
             known = kernels.code_fields(
@@ -260,13 +215,13 @@ class PlacementDecoder:
                 raise FormatError(f"a field of placement {-1 - known} is outside what is allowed")
             self.known = known
             placed = self._general_placements(known, start)
-            beside = _beside(placed, self.charts)
-            if beside.any():
-                raise FormatError(f"placement {start + int(np.argmax(beside))} does not touch its chart")
+            outside = beside(placed, self.charts)
+            if outside.any():
+                raise FormatError(f"placement {start + int(np.argmax(outside))} does not touch its chart")
             wrong = (placed["mask"] == MASK_CUT) & (
                 (placed["cell"] == 0)
                 | (placed["cells"] < 0)
-                | (placed["cells"] + _cell_counts(placed) > self.total_cells)
+                | (placed["cells"] + cell_counts(placed) > self.total_cells)
             )
             if wrong.any():
                 raise FormatError(f"cells of placement {start + int(np.argmax(wrong))} are not there")
@@ -281,7 +236,7 @@ class PlacementDecoder:
     def _general_placements(self, stop: int, start: int = 0) -> NDArray[np.void]:
         placed = np.zeros(stop - start, PLACEMENT)
         placed["chart"] = np.searchsorted(self._ends, np.arange(start, stop), side="right")
-        for n, name in enumerate(_FIELD_NAMES):
+        for n, name in enumerate(FIELD_NAMES):
             placed[name] = self._fields[start:stop, n] * (16 if name.startswith("source") else 1)
         return placed
 
@@ -297,127 +252,6 @@ def assemble(
     repeated = [mirrored_tiling(n, charts[n], exemplar_shape) for n in range(known, len(charts))]
     placed = np.concatenate([np.zeros(0, PLACEMENT), *parts, *repeated])
     return Quilt(charts, exemplar_shape, placed[np.argsort(placed["chart"], kind="stable")], cells)
-
-
-def _encode_regular(quilt: Quilt, plan: Regular) -> tuple[bytes, bytes] | None:
-    """Return sources and masks, or None if the quilt is not what the plan says."""
-    placed, first = quilt.placements, plan.runs[:, 0]
-    if plan.count > len(placed) or 2 * plan.mask_starts[-1] != len(quilt.cells):
-        return None
-    edge_blocks = placed[placed["mask"] == MASK_CUT]
-    by_cells = edge_blocks[np.argsort(edge_blocks["cells"], kind="stable")]
-    own = placed[placed["mask"] != MASK_CUT]
-    strip_blocks = plan.count - int(first[len(plan.charts)])
-    if len(own) != first[len(plan.charts)] or len(by_cells) != 2 * strip_blocks:
-        return None
-    chosen = np.concatenate([plan.chosen(own), plan.chosen(by_cells[::2])])
-    if (chosen < 0).any():
-        return None
-    parts = [plan.chart_blocks(n, chosen[first[n] : first[n + 1]]) for n in range(len(plan.charts))]
-    cells = [np.zeros(0, np.uint8)]
-    for n in range(len(plan.strips)):
-        run = len(plan.charts) + n
-        parts += plan.strip_blocks(n, chosen[first[run] : first[run + 1]])
-        start, stop = plan.mask_starts[n : n + 2].tolist()
-        coded = plan.coded_cells(n, quilt.cells[2 * start : 2 * stop])
-        if (plan.cells_of(n, coded) != quilt.cells[2 * start : 2 * stop]).any():
-            return None
-        cells.append(coded)
-    expected = np.concatenate(parts)
-    expected = expected[np.argsort(expected["chart"], kind="stable")]
-    if (expected != placed).any():
-        return None
-    writer = BitWriter(kernels.SOURCE_COUNTERS, 4)
-    modes = np.zeros(len(chosen), np.uint8)
-    for (start, across, strip), (end, _, _) in zip(
-        plan.runs[:-1].tolist(), plan.runs[1:].tolist(), strict=True
-    ):
-        writer.room(64 * (end - start) + 64)
-        kernels.code_sources(
-            *writer.model,
-            writer.log,
-            chosen,
-            modes,
-            start,
-            end,
-            start,
-            across,
-            strip,
-            max(1, plan.step // plan.tile),
-            *plan.grid,
-            True,
-        )
-    return writer.finish(), _encode_masks(np.concatenate(cells), list(_strip_masks(plan)))
-
-
-def _encode_fields(placed: NDArray[np.void]) -> bytes:
-    fields = np.zeros((len(placed), kernels.FIELDS + 1), np.int64)
-    for n, name in enumerate(_FIELD_NAMES):
-        fields[:, n] = placed[name] >> (4 if name.startswith("source") else 0)
-    limits = np.array([[-(2**62), 2**62]] * kernels.FIELDS, np.int64)
-    writer = BitWriter(kernels.FIELD_COUNTERS, 1)
-    for start in range(0, len(placed), _RECORDS_A_CALL):
-        writer.room(2048 * _RECORDS_A_CALL)
-        stop = min(len(placed), start + _RECORDS_A_CALL)
-        kernels.code_fields(*writer.model, writer.log, fields, limits, start, stop, True)
-    return writer.finish()
-
-
-def _encode_masks(cells: NDArray[np.uint8], runs: list[tuple[int, int, int, int, int]]) -> bytes:
-    if not len(cells):
-        return b""
-    writer = BitWriter(kernels.CELL_COUNTERS, 3)
-    cells = np.array(cells)
-    for first, rows, columns, place, end in runs:
-        for start in range(first, end, _BATCH):
-            writer.room(2 * _BATCH + 64)
-            stop = min(end, start + _BATCH)
-            kernels.code_cells(*writer.model, cells, start, stop, first, rows, columns, place, True)
-    return writer.finish()
-
-
-def _strip_masks(plan: Regular) -> Iterator[tuple[int, int, int, int, int]]:
-    # (first cell, rows, columns, place in the strip, end) of runs of masks: 1 first, 2 last, 3 both, 0
-    # between.
-    area = plan.side**2
-    for n, strip in enumerate(plan.strips):
-        start, count = int(plan.mask_starts[n]), plan.blocks_along(strip)
-        cuts = sorted({0, 1, count - 1, count})
-        for low, high in pairwise(cuts):
-            place = (low == 0) + 2 * (high == count)
-            yield start + low * area, plan.side, plan.side, place, start + high * area
-
-
-def _general_masks(placed: NDArray[np.void], total: int) -> list[tuple[int, int, int, int, int]]:
-    # Masks that follow each other without gaps are coded each in its shape, anything else as one long row.
-    cut = placed[placed["mask"] == MASK_CUT]
-    cut = cut[np.argsort(cut["cells"], kind="stable")]
-    ends = cut["cells"].astype(np.int64) + _cell_counts(cut)
-    if len(cut) and cut["cells"][0] == 0 and (ends[:-1] == cut["cells"][1:]).all() and ends[-1] == total:
-        cell = cut["cell"].astype(np.int64)
-        rows, columns = -(-cut["height"] // cell), -(-cut["width"] // cell)
-        return [
-            (int(first), int(high), int(wide), 0, int(end))
-            for first, high, wide, end in zip(cut["cells"], rows, columns, ends, strict=True)
-        ]
-    return [(0, 1, total, 0, total)] if total else []
-
-
-def _cell_counts(placed: NDArray[np.void]) -> NDArray[np.int64]:
-    cell = np.maximum(placed["cell"], 1).astype(np.int64)
-    return cast(
-        NDArray[np.int64],
-        -(-placed["height"].astype(np.int64) // cell) * -(-placed["width"].astype(np.int64) // cell),
-    )
-
-
-def _beside(placed: NDArray[np.void], charts: Sequence[Chart]) -> NDArray[np.bool_]:
-    sizes = np.array([(chart.height, chart.width) for chart in charts], np.int64)[placed["chart"]]
-    out = np.zeros(len(placed), bool)
-    for axis, (at, extent) in enumerate((("row", "height"), ("column", "width"))):
-        low = placed[at].astype(np.int64) - placed[extent] // 2
-        out |= (low >= sizes[:, axis]) | (low + placed[extent] <= 0)
-    return out
 
 
 def _limits(exemplar_shape: tuple[int, int]) -> NDArray[np.int64]:

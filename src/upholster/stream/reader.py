@@ -243,6 +243,8 @@ class StreamDecoder:
             raise FormatError(f"byte {self.received}: file is cut; needs {missing} more bytes")
         if self._image is None or self._placements is None:
             raise FormatError(f"byte {self.received}: file ends without exemplar or placements")
+        if self._image.unread:
+            raise FormatError(f"byte {self.received}: {self._image.unread} bytes of the exemplar mean nothing")
         placements = self._placements
         if not placements.complete:
             raise FormatError(f"byte {self.received}: file ends before its placements do")

@@ -44,11 +44,11 @@ def pack_surface(surface: Surface) -> bytes:
     if points > MAX_POINTS:
         raise InputError(f"surface has {points} control points; allowed: {MAX_POINTS} in a stream")
     nets = _joined(surface)
-    short = [net.astype(np.float32).astype(np.float64) for net in nets]
-    if all((a == b.net).all() for a, b in zip(short, surface.patches, strict=True)):
-        return _pack_nets(surface, short, np.dtype("<f4"))
-    if _meets_alike(surface, short):
-        return _pack_nets(surface, short, np.dtype("<f4"))
+    points_short = [_points(net).astype(np.float32).astype(np.float64) for net in nets]
+    short = [_net(points) for points in points_short]
+    exact = all((a == b.net).all() for a, b in zip(short, surface.patches, strict=True))
+    if exact or _meets_alike(surface, short):
+        return _pack_nets(surface, points_short, np.dtype("<f4"))
     return _pack_nets(surface, [patch.net for patch in surface.patches], np.dtype("<f8"))
 
 
@@ -136,6 +136,14 @@ def _joined(surface: Surface) -> list[FloatArray]:
     return nets
 
 
+def _points(net: FloatArray) -> FloatArray:
+    return np.concatenate([net[..., :3] / net[..., 3:], net[..., 3:]], axis=-1)
+
+
+def _net(points: FloatArray) -> FloatArray:
+    return np.concatenate([points[..., :3] * points[..., 3:], points[..., 3:]], axis=-1)
+
+
 def _edge(net: FloatArray, edge: int) -> FloatArray:
     return (net[0], net[:, -1], net[-1], net[:, 0])[edge]
 
@@ -213,7 +221,8 @@ def _parse_nets(fields: Fields) -> Surface:
     data = fields.bytes(unique * columns * dtype.itemsize, "control points")
     points = np.ones((unique, 4))
     points[:, :columns] = np.frombuffer(data, dtype).reshape(unique, columns)
-    entries = points[index]
+    # Rounded homogeneous points would tear degenerate edges, whose weights differ.
+    entries = (points if flags & _FLOAT64 else _net(points))[index]
     starts = np.concatenate([[0], np.cumsum([m * n for m, n in shapes])])
     patches = []
     for k, shape in enumerate(shapes):

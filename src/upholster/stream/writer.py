@@ -6,7 +6,7 @@ from upholster.geometry import Surface
 from upholster.stream.chunks import header, pack_chunk
 from upholster.stream.layout import pack_layout
 from upholster.stream.mirrored import check_tiles
-from upholster.stream.placements import encode_placements
+from upholster.stream.placement_encoder import encode_placements
 from upholster.stream.surfaces import pack_surface
 from upholster.synthesis import Quilt
 from upholster.types import PixelArray

@@ -1,0 +1,87 @@
+"""Makes the frozen vectors of `tests/vectors`: streams and what they decode to. Old ones are never made anew.
+
+``python tests/make_vectors.py`` adds the vectors that are missing; to change one, its file must be deleted
+first, which is a change of the format.
+"""
+
+import hashlib
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parent / "stream"))
+
+from streams import changed, covered, noise
+
+from upholster.geometry import Surface, surface_from_spec
+from upholster.stream import StreamDecoder, encode_stream
+from upholster.synthesis import Chart, Quilt
+from upholster.synthesis.quilt import PLACEMENT
+
+FOLDER = Path(__file__).parent / "vectors"
+
+
+def smallest() -> Any:
+    """The worked example of SPEC.md: a plane, one chart of 8 × 8, a grey exemplar of 4 × 4, one placement."""
+    placed = np.zeros(1, PLACEMENT)
+    placed["row"], placed["column"], placed["height"], placed["width"] = 4, 4, 4, 4
+    placed["source_row"], placed["source_column"], placed["cells"] = 32, 32, -1
+    exemplar = (np.arange(16, dtype=np.uint8) * 10).reshape(4, 4, 1)
+    quilt = Quilt((Chart(0, 8, 8),), (4, 4), placed, np.zeros(0, np.uint8))
+    return encode_stream(surface_from_spec("plane"), quilt, exemplar, lossless=True)
+
+
+def vectors() -> Any:
+    """Yield the name and the bytes of each vector."""
+    yield "smallest", smallest()
+    yield "paper", encode_stream(*covered())
+    surface, quilt, exemplar = covered("cylinder")
+    yield "general_lossless", encode_stream(surface, changed(quilt), exemplar, lossless=True)
+    surface, quilt, _ = covered("sphere:r=2")
+    nets = Surface(surface.patches, "nets")
+    yield (
+        "nets_16_bit",
+        encode_stream(nets, quilt, noise(dtype=np.uint16, channels=1), wavelet="haar", levels=3),
+    )
+
+
+def decoded(data: Any) -> Any:
+    """What a stream decodes to, at three lengths: hashes of placements, cells, exemplar and texels."""
+    found = {}
+    decoder = StreamDecoder()
+    decoder.feed(data[: len(data) // 3])
+    for part in (data[len(data) // 3 : 2 * len(data) // 3], data[2 * len(data) // 3 :]):
+        found[str(decoder.received)] = hashes(decoder)
+        decoder.feed(part)
+    found[str(decoder.received)] = hashes(decoder)
+    return found
+
+
+def hashes(decoder: Any) -> Any:
+    if decoder.needed:
+        return {"needed": decoder.needed}
+    quilt = decoder.quilt()
+    columns = [quilt.placements[name].astype("<i4") for name in quilt.placements.dtype.names]
+    return {
+        "placements": _hash(np.stack(columns, axis=1)),
+        "cells": _hash(quilt.cells),
+        "exemplar": _hash(decoder.exemplar()),
+        "texels": _hash(np.concatenate([array.reshape(-1) for array in decoder.texels(threads=1).arrays])),
+    }
+
+
+def _hash(array: Any) -> Any:
+    return hashlib.sha256(np.ascontiguousarray(array).tobytes()).hexdigest()[:16]
+
+
+if __name__ == "__main__":
+    FOLDER.mkdir(exist_ok=True)
+    for name, data in vectors():
+        path = FOLDER / f"{name}.uph"
+        if not path.exists():
+            path.write_bytes(data)
+            path.with_suffix(".json").write_text(json.dumps(decoded(data), indent=1) + "\n")
+            print(f"{path.name}: {len(data)} bytes")

@@ -1,0 +1,41 @@
+"""Frozen streams decode as they always did, at every length that their files name."""
+
+import json
+import re
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parents[1]))
+
+from make_vectors import hashes
+
+from upholster.stream import StreamDecoder, read_stream
+
+VECTORS = sorted((Path(__file__).parents[1] / "vectors").glob("*.uph"))
+
+
+def test_there_are_vectors() -> None:
+    assert len(VECTORS) >= 4
+
+
+@pytest.mark.parametrize("path", VECTORS, ids=lambda path: path.stem)
+def test_a_vector_decodes_as_frozen(path: Any) -> None:
+    data = path.read_bytes()
+    expected = json.loads(path.with_suffix(".json").read_text())
+    read_stream(data)
+    decoder = StreamDecoder()
+    for length, wanted in expected.items():
+        decoder.feed(data[decoder.received : int(length)])
+        assert hashes(decoder) == wanted
+
+
+def test_the_worked_example_of_the_specification_is_a_vector() -> None:
+    text = (Path(__file__).parents[2] / "SPEC.md").read_text(encoding="utf-8")
+    data = (Path(__file__).parents[1] / "vectors" / "smallest.uph").read_bytes().hex(" ")
+    shown = text[text.index("## 11. Example") :]
+    lines = [line.strip() for line in shown.splitlines() if line.startswith("    ")]
+    bytes_of = [re.match(r"(?:[0-9a-f]{2} )*[0-9a-f]{2}(?= {2,}|$)", line) for line in lines]
+    assert " ".join(found[0] for found in bytes_of if found) == data
