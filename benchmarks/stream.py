@@ -84,7 +84,8 @@ def _quality(data: bytes, length: int, texels: Texels) -> float:
 def _against_glb(
     results: Results, name: str, wanted: float, data: bytes, surface: upholster.Surface, texels: Texels
 ) -> None:
-    # The GLB whose texture has the wanted dB, or its best below that, against the stream's prefix of the same quality.
+    # The GLB whose texture has the wanted dB, or its best below that, against the stream's prefix of the same
+    # quality.
     model = TexturedModel(surface, texels, WriteOptions(quads=5000))
     atlas = model.atlas.pixels
     low, high = 1, 100

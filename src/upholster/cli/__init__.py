@@ -14,6 +14,7 @@ import typer
 from upholster._version import __version__
 from upholster.cli.codec import decode, encode
 from upholster.cli.cover import EXAMPLE, cover, surfaces
+from upholster.cli.measure import measure
 from upholster.cli.stream import info, levels, refine
 from upholster.errors import UpholsterError
 
@@ -94,5 +95,6 @@ app.command()(surfaces)
 app.command()(refine)
 app.command()(info)
 app.command()(levels)
+app.command()(measure)
 app.command()(encode)
 app.command()(decode)

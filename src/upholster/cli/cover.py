@@ -53,8 +53,8 @@ def cover(
             "-o",
             "--output",
             metavar="FILE",
-            help="Several at once: .glb .obj (models), .uph (progressive stream), .npz (texels), .png .jpg .webp "
-            ".exr (a picture of the model, or with `atlas:` before the name its texture).",
+            help="Several at once: .glb .obj (models), .uph (progressive stream), .npz (texels), .png .jpg "
+            ".webp .exr (a picture of the model, or with `atlas:` before the name its texture).",
         ),
     ],
     chart: Annotated[

@@ -55,8 +55,8 @@ def refine(
         written = ", ".join(f"{name} ({in_bytes(count)})" for name, count in done.written.items())
         state = "complete" if done.complete else f"of {in_bytes(done.total)}, incomplete"
         print(
-            f"wrote {written}: from {in_bytes(done.used)} {state}; placements of {100 * done.charts:.0f} % of the "
-            f"charts, {100 * done.coefficients:.1f} % of the coefficients"
+            f"wrote {written}: from {in_bytes(done.used)} {state}; placements of {100 * done.charts:.0f} % "
+            f"of the charts, {100 * done.coefficients:.1f} % of the coefficients"
         )
 
 

@@ -244,7 +244,9 @@ class StreamDecoder:
         if self._image is None or self._placements is None:
             raise FormatError(f"byte {self.received}: file ends without exemplar or placements")
         if self._image.unread:
-            raise FormatError(f"byte {self.received}: {self._image.unread} bytes of the exemplar mean nothing")
+            raise FormatError(
+                f"byte {self.received}: {self._image.unread} bytes of the exemplar mean nothing"
+            )
         placements = self._placements
         if not placements.complete:
             raise FormatError(f"byte {self.received}: file ends before its placements do")

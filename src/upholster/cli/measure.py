@@ -1,0 +1,95 @@
+"""``upholster measure``: figures for seams, scale, fidelity and copies."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from upholster.cli.console import in_bytes, progress_bars
+from upholster.errors import InputError
+
+if TYPE_CHECKING:  # NumPy, which it imports, would slow down --help
+    from upholster.measure import Measures
+
+__all__ = ["measure"]
+
+
+def measure(
+    result: Annotated[str, typer.Argument(help="A stream, or a flat image.", metavar="STREAM-OR-IMAGE")],
+    exemplar: Annotated[
+        str | None,
+        typer.Option(
+            metavar="IMAGE", help="What it was made from; a stream holds its own, if it is not given."
+        ),
+    ] = None,
+    json: Annotated[str | None, typer.Option(metavar="FILE", help="Write the figures as JSON.")] = None,
+    threads: Annotated[int | None, typer.Option(help="1 to 256; default: one per core.")] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
+) -> None:
+    """Measure a result: seams, scale, fidelity to the exemplar, verbatim copies."""
+    import json as codec
+
+    from upholster.files import outputs
+    from upholster.image import IMAGE_SUFFIXES
+
+    suffix = Path(result).suffix.lower()
+    if suffix != ".uph" and suffix not in IMAGE_SUFFIXES:
+        allowed = " ".join([".uph", *IMAGE_SUFFIXES])
+        raise InputError(f"result {result!r} has suffix {suffix!r}; allowed: {allowed}")
+    if suffix != ".uph" and exemplar is None:
+        raise InputError(f"--exemplar is missing; image {result!r} is measured against what it was made from")
+    if json is not None and Path(json).suffix.lower() != ".json":
+        raise InputError(f"output {json!r} has suffix {Path(json).suffix!r}; allowed: .json")
+    with progress_bars(quiet), outputs([json] if json is not None else []) as files:
+        if suffix == ".uph":
+            found, state = _stream(result, exemplar, threads)
+        else:
+            found, state = _image(result, exemplar or ""), ""
+        if json is not None:
+            text = codec.dumps({"result": result, "exemplar": exemplar, **found.to_json()}, indent=2)
+            files.path(json).write_text(text + "\n", encoding="utf-8")
+    if not quiet:
+        _show(found, state)
+
+
+def _stream(path: str, exemplar: str | None, threads: int | None) -> "tuple[Measures, str]":
+    from upholster.files import read_bytes
+    from upholster.image import read_exemplar
+    from upholster.measure import measure_cover
+    from upholster.stream import read_stream
+
+    original = None if exemplar is None else read_exemplar(exemplar)
+    decoder = read_stream(read_bytes(path), strict=False)
+    surface, quilt, coded = decoder.surface, decoder.quilt(), decoder.exemplar()
+    if surface is None:  # no stream that can be shown lacks one
+        raise InputError(f"stream {path!r} has no surface")
+    if original is not None and original.shape != coded.shape:
+        shapes = ["×".join(str(side) for side in image.shape) for image in (original, coded)]
+        raise InputError(f"exemplar {exemplar!r} is {shapes[0]}; allowed: the stream's shape, {shapes[1]}")
+    state = ""
+    if not decoder.complete:
+        known = f"{decoder.charts_known} of {len(decoder.charts)} charts have their placements"
+        state = f"{path}: incomplete, {in_bytes(decoder.received)}; {known}"
+    texels = decoder.texels(threads=threads)
+    return measure_cover(surface, quilt, coded if original is None else original, texels=texels), state
+
+
+def _image(path: str, exemplar: str) -> "Measures":
+    from upholster.image import read_exemplar, read_image
+    from upholster.measure import measure_image
+
+    return measure_image(read_image(path), read_exemplar(exemplar))
+
+
+def _show(found: "Measures", state: str) -> None:
+    from rich.box import SIMPLE_HEAD
+    from rich.console import Console
+    from rich.table import Table
+
+    console = Console()
+    if state:
+        console.print(state, highlight=False)
+    table = Table("measure", "figure", "meaning", box=SIMPLE_HEAD)
+    for row in found.rows():
+        table.add_row(*row)
+    console.print(table)

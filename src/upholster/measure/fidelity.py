@@ -1,0 +1,158 @@
+"""Whether a result looks like its exemplar close up: the distributions of small patches."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from upholster.errors import InputError
+from upholster.measure.samples import SEED, chosen_windows, coded
+from upholster.types import PixelArray
+
+__all__ = ["WINDOW", "check_alike", "looked_at", "sliced_wasserstein"]
+
+SIDE = 7
+"""Side of a patch of pixels."""
+
+LEVELS = 4
+DIRECTIONS = 128
+MOST_PATCHES = 2**14
+MOST_TEXELS = 2**21
+WINDOW = 512
+
+Image = NDArray[np.float32]
+
+
+def sliced_wasserstein(results: Sequence[PixelArray], exemplar: PixelArray) -> tuple[float, ...]:
+    """Measure how far apart the distributions of 7×7 patches are, at four scales.
+
+    Both are taken apart into a Laplacian pyramid of four levels (the last is the low-pass rest) of sRGB-coded
+    values from 0 to 1, all channels alike. On each level, all 7×7 patches, or 16,384 drawn at random, are
+    projected on 128 fixed random directions of unit length, and the 1-Wasserstein distances of the
+    projections are averaged. Colours are not normalised, so shifts of brightness count. At most 2 Mtexels of
+    either side are looked at. Levels on which either side has less than 7 pixels are left out.
+
+    Parameters
+    ----------
+    results
+        One or more (h, w, C) arrays: a flat result, or a model's charts.
+    exemplar
+        (H, W, C), of the same number of channels.
+
+    Returns
+    -------
+    tuple of float
+        The distance on each level, finest first, in the samples' unit: 0 is equal, a few thousandths are
+        within the noise of two samples of one texture. Their mean is the usual single figure.
+
+    Raises
+    ------
+    InputError
+        If numbers of channels differ or something is smaller than 7 pixels each way.
+
+    References
+    ----------
+    Rabin, Peyré, Delon, Bernot: Wasserstein barycenter and its application to texture mixing, SSVM 2011, on
+    sliced distances; Karras, Aila, Laine, Lehtinen: Progressive growing of GANs, ICLR 2018, section 5, on
+    7×7 patches of a Laplacian pyramid.
+    """
+    check_alike(results, exemplar)
+    sides = [looked_at(results), looked_at([exemplar])]
+    # Where charts are of several sizes, the largest says how many levels there are.
+    largest = min(max(min(part.shape[:2]) for part in parts) for parts in sides)
+    levels = next(n for n in range(LEVELS, 0, -1) if -(-largest // 2 ** (n - 1)) >= SIDE)
+    ours, theirs = (_levels(parts, levels) for parts in sides)
+    rng = np.random.default_rng(SEED)
+    directions = rng.standard_normal((SIDE * SIDE * exemplar.shape[2], DIRECTIONS), dtype=np.float32)
+    directions /= np.linalg.norm(directions, axis=0)
+    return tuple(
+        _distance(_projected(mine, directions), _projected(other, directions))
+        for mine, other in zip(ours, theirs, strict=True)
+    )
+
+
+def check_alike(results: Sequence[PixelArray], exemplar: PixelArray) -> None:
+    """Raise InputError unless there are results of the exemplar's channels, all at least 7×7 pixels."""
+    if not results:
+        raise InputError("there are no results to measure; allowed: at least one array")
+    for name, array in [("exemplar", exemplar), *((f"result {n}", array) for n, array in enumerate(results))]:
+        if array.ndim != 3 or min(array.shape[:2]) < SIDE:
+            raise InputError(f"{name} has shape {array.shape}; allowed: (h, w, C) from {SIDE}×{SIDE}")
+        if array.shape[2] != exemplar.shape[2]:
+            raise InputError(
+                f"{name} has {array.shape[2]} channels, exemplar {exemplar.shape[2]}; allowed: equal numbers"
+            )
+
+
+def looked_at(arrays: Sequence[PixelArray]) -> list[PixelArray]:
+    """Return views of what fidelity is measured on: 2 Mtexels at most, in windows of at most 512²."""
+    windows = chosen_windows([array.shape for array in arrays], side=WINDOW, most=MOST_TEXELS)
+    return [window.of(arrays[window.index]) for window in windows]
+
+
+def _levels(parts: Sequence[PixelArray], count: int) -> list[list[Image]]:
+    """Return the pyramids of all parts, level by level, without what is smaller than a patch."""
+    levels: list[list[Image]] = [[] for _ in range(count)]
+    for part in parts:
+        for level, image in enumerate(_pyramid(coded(part), count)):
+            if min(image.shape[:2]) >= SIDE:
+                levels[level].append(image)
+    return levels
+
+
+def _pyramid(image: Image, levels: int) -> list[Image]:
+    """Return the Laplacian pyramid (Burt and Adelson 1983), binomial filters of five taps, edges mirrored."""
+    bands = []
+    for _ in range(levels - 1):
+        coarse = _halved(_halved(image, 0), 1)
+        finer = _doubled(_doubled(coarse, 0, image.shape[0]), 1, image.shape[1])
+        bands.append(image - finer)
+        image = coarse
+    return [*bands, image]
+
+
+def _halved(image: Image, axis: int) -> Image:
+    lines = image.swapaxes(0, axis)
+    # np.pad copies slowly along one axis: the two rows on either side are few, so they are put by hand.
+    size = len(lines)
+    order = np.abs(np.arange(-2, size + 2))
+    order = np.where(order >= size, 2 * size - 2 - order, order)
+    padded = lines[order]
+    even = [padded[k : k + size : 2] for k in range(5)]
+    half = (even[0] + even[4] + 4 * (even[1] + even[3]) + 6 * even[2]) * np.float32(1 / 16)
+    return half.swapaxes(0, axis)
+
+
+def _doubled(image: Image, axis: int, size: int) -> Image:
+    lines = image.swapaxes(0, axis)
+    padded = np.concatenate([lines[:1], lines, lines[-1:]])
+    out = np.empty((2 * len(lines), *lines.shape[1:]), np.float32)
+    out[0::2] = (padded[:-2] + 6 * padded[1:-1] + padded[2:]) * np.float32(1 / 8)
+    out[1::2] = (padded[1:-1] + padded[2:]) * np.float32(1 / 2)
+    return out[:size].swapaxes(0, axis)
+
+
+def _projected(images: Sequence[Image], directions: Image) -> Image:
+    """Return patches of some images, or a random part, on each direction: sorted, (D, patches)."""
+    views = [np.lib.stride_tricks.sliding_window_view(image, (SIDE, SIDE), axis=(0, 1)) for image in images]
+    counts = [view.shape[0] * view.shape[1] for view in views]
+    ends = np.cumsum(counts)
+    total = int(ends[-1])
+    wanted = np.arange(total)
+    if total > MOST_PATCHES:
+        wanted = np.sort(np.random.default_rng(SEED).integers(0, total, MOST_PATCHES))
+    cuts = np.searchsorted(wanted, ends)
+    patches, start, before = [], 0, 0
+    for view, cut, end in zip(views, cuts.tolist(), ends.tolist(), strict=True):
+        rows, columns = np.divmod(wanted[start:cut] - before, view.shape[1])
+        patches.append(view[rows, columns].reshape(cut - start, -1))
+        start, before = cut, end
+    return np.sort((np.concatenate(patches) @ directions).T, axis=1)
+
+
+def _distance(one: Image, other: Image) -> float:
+    """Return the mean 1-Wasserstein distance of the rows, sorted samples of one distribution each."""
+    count = max(one.shape[1], other.shape[1])
+    middles = (np.arange(count) + 0.5) / count
+    a, b = (side[:, (middles * side.shape[1]).astype(np.int64)] for side in (one, other))
+    return float(np.abs(a - b).mean(dtype=np.float64))

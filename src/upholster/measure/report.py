@@ -1,0 +1,201 @@
+"""All measures of one result, as figures, rows of a table and JSON."""
+
+import math
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+
+from upholster.errors import InputError
+from upholster.geometry import Surface
+from upholster.image import check_exemplar
+from upholster.measure.copies import Copies, copies
+from upholster.measure.fidelity import sliced_wasserstein
+from upholster.measure.scale import TexelScale, texel_scale
+from upholster.measure.seams import cut_seam_ratio, edge_seam_ratio
+from upholster.measure.structure import Peak, Structure, structure
+from upholster.synthesis import Quilt, Texels, paint
+from upholster.types import PixelArray
+
+__all__ = ["Measures", "Seams", "measure_cover", "measure_image"]
+
+LEAST_SIDE = 32
+
+
+@dataclass(frozen=True, slots=True)
+class Seams:
+    """Seam ratios: 1.0 is invisible, more shows, less is blur; None where there is no such seam.
+
+    Attributes
+    ----------
+    edges
+        Across the charts' edges: `edge_seam_ratio`.
+    cuts
+        Across the borders between blocks: `cut_seam_ratio`.
+    """
+
+    edges: float | None
+    cuts: float | None
+
+
+@dataclass(frozen=True, slots=True)
+class Measures:
+    """The measures of one result.
+
+    Attributes
+    ----------
+    wasserstein
+        Sliced Wasserstein distance from the exemplar per pyramid level, finest first.
+    structure
+        Autocorrelation peaks.
+    seams, scale, copies
+        None for a flat image, which does not tell.
+    """
+
+    wasserstein: tuple[float, ...]
+    structure: Structure
+    seams: Seams | None = None
+    scale: TexelScale | None = None
+    copies: Copies | None = None
+
+    @property
+    def wasserstein_mean(self) -> float:
+        """The mean over the levels: the usual single figure."""
+        return sum(self.wasserstein) / len(self.wasserstein)
+
+    def to_json(self) -> dict[str, Any]:
+        """Return everything as plain dictionaries, lists and numbers; infinite ones become None."""
+        found = asdict(self) | {"wasserstein_mean": self.wasserstein_mean}
+        plain: dict[str, Any] = _plain(found)
+        return plain
+
+    def rows(self) -> list[tuple[str, str, str]]:
+        """Return (measure, figure, what it means) for a table; of the peaks the two highest."""
+        rows = []
+        if self.seams is not None:
+            rows += [
+                ("seam ratio, chart edges", _figure(self.seams.edges), "1: invisible"),
+                ("seam ratio, block borders", _figure(self.seams.cuts), "1: invisible"),
+            ]
+        if self.scale is not None:
+            scale = self.scale
+            rows += [
+                ("texel area, 99 % over 1 %", _figure(scale.spread), "1: even"),
+                ("scale error, mean", f"{scale.error:.3f} octaves", "0: even"),
+                ("scale error, 95 %", f"{scale.error_95:.3f} octaves", "0.07: within 5 %"),
+                ("anisotropy, median", _figure(scale.anisotropy), "1: square texels"),
+                ("anisotropy, 95 %", _figure(scale.anisotropy_95), "1: square texels"),
+            ]
+        levels = " ".join(f"{1000 * value:.2f}" for value in self.wasserstein)
+        rows += [
+            ("sliced Wasserstein, 1e-3", f"{1000 * self.wasserstein_mean:.3f}", "0: the exemplar"),
+            ("  by level", levels, "finest first"),
+            ("exemplar repeats at", _listed(self.structure.exemplar), "rows, columns"),
+            ("result repeats at", _listed(self.structure.result), "rows, columns"),
+            ("structure lost", _figure(self.structure.loss), "0: none"),
+        ]
+        if self.copies is not None:
+            rows += [
+                ("verbatim neighbours", f"{100 * self.copies.ratio:.2f} %", "copy ratio"),
+                ("longest verbatim repeat", f"{self.copies.longest} texels", "side of a square"),
+            ]
+        return rows
+
+
+def measure_cover(
+    surface: Surface,
+    quilt: Quilt,
+    exemplar: PixelArray,
+    *,
+    texels: Texels | None = None,
+    threads: int | None = None,
+) -> Measures:
+    """Measure a covered surface by everything there is.
+
+    Parameters
+    ----------
+    surface
+        What is covered.
+    quilt
+        The result of the synthesis.
+    exemplar
+        (H, W, C) that it was made from: what the result is compared with.
+    texels
+        The quilt painted, if it is at hand or is to be painted with something else, such as a coded exemplar;
+        by default with `exemplar`.
+    threads
+        For painting: 1 to 256; by default one per core.
+
+    Returns
+    -------
+    Measures
+        All of them.
+
+    Raises
+    ------
+    InputError
+        If the exemplar is none, or surface, quilt, texels and exemplar do not belong together.
+    """
+    exemplar = check_exemplar(exemplar)
+    if texels is None:
+        texels = paint(quilt, exemplar, threads=threads)
+    elif texels.charts != quilt.charts:
+        raise InputError("texels have other charts than the quilt; allowed: the quilt's own, painted")
+    return Measures(
+        wasserstein=sliced_wasserstein(texels.arrays, exemplar),
+        structure=structure(texels.arrays, exemplar),
+        seams=Seams(edge_seam_ratio(surface, texels), cut_seam_ratio(quilt, texels)),
+        scale=texel_scale(surface, quilt.charts),
+        copies=copies(quilt),
+    )
+
+
+def measure_image(image: PixelArray, exemplar: PixelArray) -> Measures:
+    """Measure a flat result against its exemplar: only what a picture alone can tell.
+
+    Parameters
+    ----------
+    image
+        (h, w, C), sides of at least 32: the result.
+    exemplar
+        (H, W, C), of the same number of channels.
+
+    Returns
+    -------
+    Measures
+        Sliced Wasserstein distance and structure.
+
+    Raises
+    ------
+    InputError
+        If the image is too small or not finite, one of them is no image, or their channels differ.
+    """
+    exemplar = check_exemplar(exemplar)
+    if image.ndim != 3 or min(image.shape[:2]) < LEAST_SIDE:
+        size = "×".join(str(side) for side in image.shape[1::-1])
+        raise InputError(f"image is {size} pixels; allowed: at least {LEAST_SIDE}×{LEAST_SIDE}")
+    if image.dtype not in ("uint8", "uint16", "float32"):
+        raise InputError(f"image is of {image.dtype}; allowed: uint8, uint16, float32")
+    if image.dtype.kind == "f" and not np.isfinite(image).all():
+        raise InputError("image holds samples that are not finite; allowed: finite numbers")
+    if image.shape[2] != exemplar.shape[2]:
+        raise InputError(
+            f"image has {image.shape[2]} channels, the exemplar {exemplar.shape[2]}; allowed: equal numbers"
+        )
+    return Measures(sliced_wasserstein([image], exemplar), structure([image], exemplar))
+
+
+def _figure(value: float | None) -> str:
+    return "–" if value is None else f"{value:.3f}"
+
+
+def _listed(peaks: tuple[Peak, ...]) -> str:
+    return "  ".join(f"{peak.row},{peak.column}: {peak.height:.2f}" for peak in peaks[:2]) or "–"
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _plain(entry) for key, entry in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_plain(entry) for entry in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -1,0 +1,150 @@
+"""``upholster measure`` as a user meets it, and all measures of one stream."""
+
+import dataclasses
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from measured import grains
+
+import upholster
+from upholster.cli import app
+from upholster.errors import InputError, UpholsterError
+from upholster.image import write_image
+from upholster.measure import measure_cover
+from upholster.stream import encode_stream
+
+COMMAND = [sys.executable, "-m", "upholster", "measure"]
+
+
+def run(*arguments, cwd):
+    return subprocess.run([*COMMAND, *arguments], cwd=cwd, capture_output=True, text=True, timeout=120)
+
+
+@pytest.fixture(scope="module")
+def parts():
+    exemplar, surface = grains(), upholster.torus(3, 1)
+    return exemplar, surface, upholster.synthesize(exemplar, surface, chart=64, seed=3)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory, parts):
+    folder = tmp_path_factory.mktemp("measure")
+    exemplar, surface, quilt = parts
+    data = encode_stream(surface, quilt, exemplar, lossless=True)
+    write_image(folder / "sample.png", exemplar)
+    write_image(folder / "more.png", grains(128, 128, seed=1))
+    write_image(folder / "grey.png", grains(channels=1))
+    write_image(folder / "small.png", grains(31, 40))
+    (folder / "ring.uph").write_bytes(data)
+    (folder / "cut.uph").write_bytes(data[:1000])
+    (folder / "short.uph").write_bytes(data[:20])
+    (folder / "bad.uph").write_bytes(data[:900] + b"\xff" + data[901:])
+    (folder / "notes.png").write_text("these are notes")
+    return folder
+
+
+def test_a_stream_measures_as_what_it_holds(folder, tmp_path, parts):
+    exemplar, surface, quilt = parts
+    done = run("ring.uph", "--json", str(tmp_path / "ring.json"), cwd=folder)
+    assert done.returncode == 0, done.stderr
+    assert all(len(line) <= 80 for line in done.stdout.splitlines())
+    for name in ("chart edges", "block borders", "texel area", "Wasserstein", "repeats", "longest verbatim"):
+        assert name in done.stdout
+    told = json.loads((tmp_path / "ring.json").read_text())
+    found = measure_cover(surface, quilt, exemplar)
+    assert told.pop("result") == "ring.uph"
+    assert told.pop("exemplar") is None
+    assert told == json.loads(json.dumps(found.to_json()))
+    assert found.seams.edges < 1.5
+    assert found.copies.ratio > 1 - 2 / 24
+    assert 1.5 < found.scale.spread < 4
+
+
+def test_the_exemplar_can_be_given(folder, tmp_path):
+    done = run("ring.uph", "--exemplar", "sample.png", "--json", str(tmp_path / "a.json"), "-q", cwd=folder)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout == ""
+    told = json.loads((tmp_path / "a.json").read_text())
+    assert told["exemplar"] == "sample.png"
+    assert told["wasserstein_mean"] == pytest.approx(np.mean(told["wasserstein"]))
+
+
+def test_a_cut_stream_is_measured_and_says_so(folder):
+    done = run("cut.uph", cwd=folder)
+    assert done.returncode == 0, done.stderr
+    assert "incomplete" in done.stdout
+
+
+def test_an_image_measures_what_it_can(folder, tmp_path):
+    done = run("more.png", "--exemplar", "sample.png", "--json", str(tmp_path / "a.json"), cwd=folder)
+    assert done.returncode == 0, done.stderr
+    assert "seam" not in done.stdout
+    told = json.loads((tmp_path / "a.json").read_text())
+    assert told["seams"] is told["scale"] is told["copies"] is None
+    assert len(told["wasserstein"]) == 4
+
+
+@pytest.mark.parametrize(
+    ("arguments", "named"),
+    [
+        (["none.uph"], "none.uph"),
+        (["none.png", "--exemplar", "sample.png"], "none.png"),
+        (["more.png"], "--exemplar"),
+        (["more.png", "--exemplar", "none.png"], "none.png"),
+        (["more.png", "--exemplar", "notes.png"], "notes.png"),
+        (["notes.png", "--exemplar", "sample.png"], "notes.png"),
+        (["small.png", "--exemplar", "sample.png"], "40×31"),
+        (["more.png", "--exemplar", "small.png"], "31"),
+        (["more.png", "--exemplar", "grey.png"], "channels"),
+        (["ring.glb"], ".glb"),
+        (["ring"], "suffix"),
+        (["short.uph"], "more bytes"),
+        (["bad.uph"], "byte"),
+        (["ring.uph", "--exemplar", "grey.png"], "64×64×1"),
+        (["ring.uph", "--exemplar", "more.png"], "128×128×3"),
+        (["ring.uph", "--json", "nowhere/a.json"], "nowhere"),
+        (["ring.uph", "--json", "a.txt"], ".json"),
+        (["ring.uph", "--threads", "0"], "threads"),
+    ],
+)
+def test_bad_input_is_refused(arguments, named, folder, monkeypatch):
+    before = sorted(folder.iterdir())
+    monkeypatch.chdir(folder)
+    with pytest.raises(UpholsterError) as caught:
+        app(["measure", "-q", *arguments], standalone_mode=False)
+    assert named in str(caught.value)
+    assert "\n" not in str(caught.value)
+    assert sorted(folder.iterdir()) == before
+
+
+@pytest.mark.parametrize("arguments", [["none.uph"], ["more.png"], ["bad.uph", "--json", "a.json"], []])
+def test_bad_input_is_one_line_and_status_2(arguments, folder):
+    before = sorted(folder.iterdir())
+    done = run(*arguments, cwd=folder)
+    assert done.returncode == 2, done.stdout
+    assert done.stdout == ""
+    assert len(done.stderr.strip().splitlines()) == 1, done.stderr
+    assert "Traceback" not in done.stderr
+    assert sorted(folder.iterdir()) == before
+
+
+def test_parts_that_do_not_belong_together_are_refused(parts):
+    exemplar, surface, quilt = parts
+    other = upholster.synthesize(exemplar, surface, chart=40, seed=3)
+    with pytest.raises(InputError, match="charts"):
+        measure_cover(surface, quilt, exemplar, texels=upholster.paint(other, exemplar))
+    with pytest.raises(InputError, match="patch"):
+        measure_cover(upholster.plane(), quilt, exemplar)
+    with pytest.raises(InputError, match="shape"):
+        measure_cover(surface, quilt, exemplar[:40])
+
+
+def test_infinite_figures_are_null_in_json(parts):
+    exemplar, surface, quilt = parts
+    found = measure_cover(surface, quilt, exemplar)
+    endless = dataclasses.replace(found, seams=dataclasses.replace(found.seams, edges=float("inf")))
+    assert json.loads(json.dumps(endless.to_json(), allow_nan=False))["seams"]["edges"] is None
+    assert all(len(row) == 3 for row in endless.rows())

@@ -1,0 +1,151 @@
+"""Sliced Wasserstein distance and autocorrelation peaks."""
+
+import numpy as np
+import pytest
+from measured import grains, tiles
+from scipy.ndimage import convolve1d
+from scipy.stats import wasserstein_distance
+
+from upholster.errors import InputError
+from upholster.image import to_linear
+from upholster.measure import measure_image, sliced_wasserstein, structure
+from upholster.measure.fidelity import _distance, _doubled, _halved, _pyramid
+from upholster.measure.samples import coded
+from upholster.measure.structure import _autocorrelation
+
+
+@pytest.mark.parametrize("make", [grains, tiles])
+def test_an_exemplar_is_itself(make):
+    exemplar = make()
+    found = measure_image(exemplar, exemplar)
+    assert found.wasserstein == (0,) * 4
+    assert found.structure.exemplar == found.structure.result
+    assert found.structure.loss in (0, None)
+    assert found.seams is found.scale is found.copies is None
+
+
+@pytest.mark.parametrize("size", [(32, 32), (65, 47), (600, 700), (40, 4000)])
+def test_large_and_odd_exemplars_are_themselves(size):
+    exemplar = grains(*size)
+    assert sum(sliced_wasserstein([exemplar], exemplar)) == 0
+
+
+def test_more_of_the_same_is_near_and_shuffled_pixels_are_far():
+    texture = grains(256, 256)
+    exemplar, more = texture[:96, :96], texture[:, 96:]
+    shuffled = np.random.default_rng(0).permutation(more.reshape(-1, 3)).reshape(more.shape)
+    near, far = sliced_wasserstein([more], exemplar), sliced_wasserstein([shuffled], exemplar)
+    assert far[0] > 10 * near[0]
+    assert sum(far) > 4 * sum(near)
+
+
+def test_a_shift_of_brightness_shows_on_the_last_level_only():
+    grey = np.full((64, 64, 3), 100, np.uint8)
+    found = sliced_wasserstein([grey + np.uint8(51)], grey)
+    assert max(found[:-1]) < 1e-6
+    # A constant shift projects to 0.2 times the sum of a unit vector of 147 normal numbers.
+    assert found[-1] == pytest.approx(0.2 * np.sqrt(2 / np.pi), rel=0.2)
+
+
+def test_several_charts_are_one_sample():
+    texture = grains(96, 192)
+    whole = sliced_wasserstein([texture], texture)
+    halves = sliced_wasserstein([texture[:, :96], texture[:, 96:]], texture)
+    assert sum(whole) == 0
+    assert sum(halves) < 0.01
+
+
+def test_depth_and_coding_do_not_matter():
+    texture, exemplar = grains(seed=1), grains()
+    expected = sliced_wasserstein([texture], exemplar)
+    deep = sliced_wasserstein([texture.astype(np.uint16) * 257], exemplar)
+    linear = sliced_wasserstein([to_linear(texture)], exemplar)
+    np.testing.assert_allclose(deep, expected, rtol=1e-4)
+    np.testing.assert_allclose(linear, expected, rtol=1e-3)
+
+
+def test_distance_against_scipy():
+    rng = np.random.default_rng(0)
+    one, other = rng.normal(size=(3, 400)), rng.normal(0.3, 1.2, size=(3, 1000))
+    expected = np.mean([wasserstein_distance(a, b) for a, b in zip(one, other, strict=True)])
+    assert _distance(np.sort(one), np.sort(other)) == pytest.approx(expected, rel=0.02)
+    same = rng.normal(0.3, 1.2, size=(3, 400))
+    expected = np.mean([wasserstein_distance(a, b) for a, b in zip(one, same, strict=True)])
+    assert _distance(np.sort(one), np.sort(same)) == pytest.approx(expected)
+
+
+@pytest.mark.parametrize("size", [(64, 64), (37, 50), (33, 9)])
+def test_pyramids_add_up_to_the_image(size):
+    image = coded(grains(*size))
+    bands = _pyramid(image, 3)
+    found = bands.pop()
+    while bands:
+        band = bands.pop()
+        found = band + _doubled(_doubled(found, 0, band.shape[0]), 1, band.shape[1])
+    np.testing.assert_allclose(found, image, atol=1e-6)
+    taps = np.array([1, 4, 6, 4, 1]) / 16
+    np.testing.assert_allclose(_halved(image, 0), convolve1d(image, taps, 0, mode="mirror")[::2], atol=1e-6)
+
+
+def test_a_lattice_shows_its_periods():
+    found = structure([tiles(128, 128)], tiles())
+    for peaks in (found.exemplar, found.result):
+        assert {(abs(peak.row) % 8, abs(peak.column) % 16) for peak in peaks} == {(0, 0)}
+        assert peaks[0].height > 0.95
+    assert abs(found.loss) < 0.05
+
+
+def test_another_lattice_loses_structure_and_noise_has_none():
+    other = structure([tiles(128, 128, period=(13, 27))], tiles())
+    assert other.loss > 0.2
+    noise = np.random.default_rng(0).integers(0, 256, (128, 128, 3), np.uint8)
+    assert structure([tiles()], noise).exemplar == ()
+    assert structure([tiles()], noise).loss is None
+    lost = structure([noise], tiles())
+    assert lost.result == ()
+    assert lost.loss > 0.9
+    constant = np.full((64, 64, 3), 5, np.uint8)
+    assert structure([constant], tiles()).loss == pytest.approx(np.mean([p.height for p in lost.exemplar]))
+
+
+def test_autocorrelation_against_a_plain_sum():
+    rng = np.random.default_rng(0)
+    planes = [rng.normal(size=(9, 11)), rng.normal(size=(8, 13))]
+    found = _autocorrelation(planes, (4, 5))
+    values = np.concatenate([plane.ravel() for plane in planes])
+    for row in range(5):
+        for column in range(-5, 6):
+            products = []
+            for plane in planes:
+                x = (plane - values.mean()) / values.std()
+                high, wide = x.shape
+                one = x[row:, max(0, column) : wide + min(0, column)]
+                other = x[: high - row, max(0, -column) : wide - max(0, column)]
+                products.append((one * other).ravel())
+            assert found[row, column + 5] == pytest.approx(np.concatenate(products).mean())
+
+
+@pytest.mark.parametrize(
+    ("image", "exemplar", "named"),
+    [
+        (np.zeros((31, 64, 3), np.uint8), grains(), "64×31"),
+        (np.zeros((64, 64), np.uint8), grains(), "image"),
+        (np.zeros((64, 64, 1), np.uint8), grains(), "channels"),
+        (np.zeros((64, 64, 3)), grains(), "float64"),
+        (grains(), np.zeros((16, 16, 3), np.uint8), "exemplar"),
+        (np.full((64, 64, 3), np.nan, np.float32), grains(), "finite"),
+    ],
+)
+def test_what_cannot_be_measured_is_refused(image, exemplar, named):
+    with pytest.raises(InputError, match=named):
+        measure_image(image, exemplar)
+
+
+def test_arrays_that_do_not_belong_together_are_refused():
+    for measured in (sliced_wasserstein, structure):
+        with pytest.raises(InputError, match="channels"):
+            measured([grains(channels=1)], grains())
+        with pytest.raises(InputError, match="at least one"):
+            measured([], grains())
+        with pytest.raises(InputError, match="result 0"):
+            measured([grains(6, 40)], grains())
