@@ -3,13 +3,23 @@
 import sys
 from pathlib import Path
 
+from benchmarks.codec import codec
 from benchmarks.command import command
+from benchmarks.fidelity import fidelity
 from benchmarks.flagship import flagship, growth
 from benchmarks.measure import Results
 from benchmarks.parts import parts
 from benchmarks.stream import stream
 
-BENCHMARKS = {"flagship": flagship, "growth": growth, "command": command, "parts": parts, "stream": stream}
+BENCHMARKS = {
+    "flagship": flagship,
+    "growth": growth,
+    "command": command,
+    "parts": parts,
+    "codec": codec,
+    "stream": stream,
+    "fidelity": fidelity,
+}
 
 
 def main() -> int:

@@ -1,7 +1,7 @@
 """What a coefficient's bits are predicted from: scores of its neighbourhood, and contexts of its symbols.
 
-All that kernels share lies in three arrays, because every further one costs time at each call: `m` (10, n),
-what is known of each place (rows `PARENT` … `LINE`, see `upholster.codec.tree`), `bands` (bands, 10), the
+All that kernels share lies in three arrays, because every further one costs time at each call: `m` (9, n),
+what is known of each place (rows `PARENT` … `WAITING`, see `upholster.codec.tree`), `bands` (bands, 10), the
 description of the bands, and `a`, the adaptive model with its tables (see `upholster.codec._model_kernels`).
 """
 

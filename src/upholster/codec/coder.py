@@ -31,6 +31,7 @@ from upholster.codec.tree import (
     LOWEST,
     PADDING,
     PARENT,
+    WAITING,
     Tree,
 )
 from upholster.types import FloatArray, frozen_array
@@ -201,7 +202,7 @@ class _Memory:
         self.state = np.zeros(STATE_SIZE, np.int64)
         self.state[HIGH] = 0xFFFFFFFF
         self.state[kernels.PLANE] = plane
-        self.m = np.zeros((10, size), np.int32)
+        self.m = np.zeros((WAITING + 1, size), np.int32)
         self.m[: BAND + 1] = tree.links
         self.m[FLAGS] = tree.flags
         self.a = np.empty(MODEL_SIZE, np.int32)

@@ -6,13 +6,17 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from upholster.codec.tree import tree_size
 from upholster.errors import FormatError
 from upholster.wavelet.lifting import MAX_LEVELS, Wavelet
 
-__all__ = ["MAX_SAMPLES", "ImageHeader"]
+__all__ = ["MAX_PLACES", "MAX_SAMPLES", "ImageHeader"]
 
 MAX_SAMPLES = 3_200_000
 """Height × width × channels, at most: a decoder allocates less than 256 MiB, however small the file."""
+
+MAX_PLACES = 3_300_000
+"""The same with the padding that each band of each channel takes, at most."""
 
 _WAVELETS: tuple[Wavelet, ...] = ("9/7", "5/3", "haar")
 _KLT, _YCOCG = 1, 2
@@ -123,6 +127,8 @@ class ImageHeader:
         ):
             if not least <= value <= most:
                 raise _fault(offset, f"the image header's {name} is {value}; allowed: {least} to {most}")
+        if (places := tree_size(height, width, channels, levels)) > MAX_PLACES:
+            raise _fault(offset, f"the image header asks for {places} places; allowed: {MAX_PLACES}")
         if color and channels < 3:
             raise _fault(offset, f"the image header has a colour transform but {channels} channels")
         if (color == _KLT and wavelet) or (color == _YCOCG and not wavelet):

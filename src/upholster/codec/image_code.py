@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from upholster.codec.coder import MAX_PLANE, CoefficientDecoder, encode_coefficients
 from upholster.codec.color import fit_klt, from_ycocg, to_ycocg, unmix
-from upholster.codec.header import MAX_SAMPLES, ImageHeader
-from upholster.codec.tree import Band, Tree, build_tree
+from upholster.codec.header import MAX_PLACES, MAX_SAMPLES, ImageHeader
+from upholster.codec.tree import Band, Tree, build_tree, tree_size
 from upholster.errors import InputError
 from upholster.types import PixelArray
 from upholster.wavelet.lifting import MAX_LEVELS, WAVELETS, Wavelet, band_norms, forward, inverse
@@ -62,6 +62,11 @@ def encode_parts(
     wavelet = check_image(image, wavelet=wavelet, levels=levels, lossless=lossless)
     height, width, channels = image.shape
     levels = _levels(height, width) if levels is None else levels
+    if (places := tree_size(height, width, channels, levels)) > MAX_PLACES:
+        raise InputError(
+            f"image of {channels} channels is too thin for {levels} levels: "
+            f"{places:,} places with padding; allowed: {MAX_PLACES:,}"
+        )
     samples, low, high = _integers(image)
     matrix: NDArray[np.int16] | None = None
     if wavelet == "9/7":
@@ -131,8 +136,8 @@ def check_image(
         raise InputError(f"image has shape {image.shape}; allowed: (height, width, 1 to 64 channels)")
     if image.size > MAX_SAMPLES or max(image.shape[:2]) > 65535:
         raise InputError(
-            f"image has {image.size:,} samples ({image.shape[1]}×{image.shape[0]}); allowed: {MAX_SAMPLES:,}, "
-            f"65535 each way; resized to {math.isqrt(MAX_SAMPLES // image.shape[2])} or less it fits"
+            f"image has {image.size:,} samples ({image.shape[1]}×{image.shape[0]}); allowed: {MAX_SAMPLES:,}"
+            f", 65535 each way; resized to {math.isqrt(MAX_SAMPLES // image.shape[2])} or less it fits"
         )
     if image.dtype not in (np.uint8, np.uint16, np.float32):
         raise InputError(f"image is of {image.dtype}; allowed: uint8, uint16, float32")
@@ -210,7 +215,9 @@ class ImageDecoder:
             # Reversible transforms want integers: toward zero, which changes nothing once all planes are
             # there.
             nested[_window(band, header.height, header.width)] = part if real else np.trunc(part)
+        del values
         planes = inverse(nested, wavelet=header.wavelet, levels=header.levels)
+        del nested
         if header.matrix is not None:
             planes[..., :3] = unmix(planes[..., :3], header.matrix)
         if header.ycocg:
@@ -218,8 +225,10 @@ class ImageDecoder:
         planes += np.array(header.means, planes.dtype)
         most = 255 if header.dtype == np.uint8 else 65535
         # Half away from zero is the same everywhere; negative sums are clipped anyway.
-        rounded = np.floor(planes + 0.5) if real else planes
-        return np.clip(rounded, 0, most).astype(np.int32)
+        if real:
+            planes += 0.5
+            np.floor(planes, out=planes)
+        return np.clip(planes, 0, most, out=planes).astype(np.int32, copy=False)
 
 
 def _levels(height: int, width: int) -> int:

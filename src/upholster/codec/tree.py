@@ -18,12 +18,13 @@ from numpy.typing import NDArray
 from upholster.types import frozen_array
 from upholster.wavelet import level_shape
 
-__all__ = ["HH", "HL", "LH", "LL", "PADDING", "Band", "Tree", "build_tree"]
+__all__ = ["HH", "HL", "LH", "LL", "PADDING", "Band", "Tree", "build_tree", "tree_size"]
 
 # Rows of the coder's memory: links, magnitude as far as known, flags, highest plane plus one at which a
-# descendant became significant, the queues of the likely pass as linked lists, which queue, and the dominant
-# pass's line.
-PARENT, CHILD, BAND, KNOWN, FLAGS, BELOW, FOLLOWING, PRECEDING, WAITING, LINE = range(10)
+# descendant became significant, the queues of the likely pass as linked lists, and which queue.
+PARENT, CHILD, BAND, KNOWN, FLAGS, BELOW, FOLLOWING, PRECEDING, WAITING = range(9)
+# The dominant pass's line: the queues are empty when it forms, so it takes their place.
+LINE = FOLLOWING
 # Columns of `Tree.table`.
 KIND, LEVEL, CHANNEL, ALONG, ACROSS, COUSIN_A, COUSIN_B, CHILD_STEP, LOWEST, CHANNEL_STEP = range(10)
 
@@ -110,6 +111,11 @@ def _bands(height: int, width: int, channels: int, levels: int) -> tuple[list[Ba
                 bands.append(Band(channel, level, kind, high, wide, place + 2 * stride, stride, place, end))
                 place = end
     return bands, place + 2
+
+
+def tree_size(height: int, width: int, channels: int, levels: int) -> int:
+    """Return how many places a tree takes, padding included: thin images of many channels take many."""
+    return _bands(height, width, channels, levels)[1]
 
 
 @lru_cache(maxsize=8)

@@ -27,7 +27,7 @@ _SCALE97 = np.array([1.149604398860241, 1 / 1.149604398860241])
 
 
 def _step(kind: int, step: int, sign: int, lines: Any, to: int, left: int, right: int, count: int) -> None:
-    """Add ``sign`` times a lifting step's prediction from `count` samples at `left` and at `right` to those at `to`."""
+    """Add ``sign`` times a step's prediction from `count` samples at `left` and `right` to those at `to`."""
     n = np.arange(count)
     around = lines[left + n] + lines[right + n]
     if kind == DAUBECHIES97:
@@ -54,30 +54,30 @@ def _step_overload(
         def real(
             kind: int, step: int, sign: int, lines: Any, to: int, left: int, right: int, count: int
         ) -> None:
-            t, l, r = np.uint64(to), np.uint64(left), np.uint64(right)
+            t, p, q = np.uint64(to), np.uint64(left), np.uint64(right)
             factor = sign * _STEPS97[step]
             for n in range(np.uint64(max(0, count))):
-                lines[t + n] += factor * (lines[l + n] + lines[r + n])
+                lines[t + n] += factor * (lines[p + n] + lines[q + n])
 
         return real
 
     def whole(
         kind: int, step: int, sign: int, lines: Any, to: int, left: int, right: int, count: int
     ) -> None:
-        t, l, r = np.uint64(to), np.uint64(left), np.uint64(right)
-        if kind == 1:
+        t, p, q = np.uint64(to), np.uint64(left), np.uint64(right)
+        if kind == LEGALL53:
             if step == 0:
                 for n in range(np.uint64(max(0, count))):
-                    lines[t + n] -= sign * ((lines[l + n] + lines[r + n]) >> 1)
+                    lines[t + n] -= sign * ((lines[p + n] + lines[q + n]) >> 1)
             else:
                 for n in range(np.uint64(max(0, count))):
-                    lines[t + n] += sign * ((lines[l + n] + lines[r + n] + 2) >> 2)
+                    lines[t + n] += sign * ((lines[p + n] + lines[q + n] + 2) >> 2)
         elif step == 0:
             for n in range(np.uint64(max(0, count))):
-                lines[t + n] -= sign * lines[l + n]
+                lines[t + n] -= sign * lines[p + n]
         else:
             for n in range(np.uint64(max(0, count))):
-                lines[t + n] += sign * (lines[r + n] >> 1)
+                lines[t + n] += sign * (lines[q + n] >> 1)
 
     return whole
 
@@ -112,7 +112,7 @@ def _lift_halves(kind: int, step: int, sign: int, lines: Any, low: int, evens: i
         return
     _step(kind, step, sign, lines, low, high, high, 1)
     _step(kind, step, sign, lines, low + 1, high, high + 1, odds - 1)
-    if evens > odds and kind != 2:
+    if evens > odds and kind != HAAR:
         # Haar leaves a last sample without a partner as it is.
         _step(kind, step, sign, lines, low + odds, high + odds - 1, high + odds - 1, 1)
 
@@ -121,8 +121,8 @@ def _lift_halves(kind: int, step: int, sign: int, lines: Any, low: int, evens: i
 def _lift_row(
     kind: int, step: int, sign: int, lines: Any, i: int, height: int, width: int, count: int
 ) -> None:
-    # One step on row i, which with its neighbours is one of `count` at work: row i is line i modulo their number.
-    if i < 0 or i >= height or (kind == 2 and step == 1 and i + 1 == height):
+    # One step on row i, one of the `count` rows at work: row i is line i modulo count.
+    if i < 0 or i >= height or (kind == HAAR and step == 1 and i + 1 == height):
         return
     above = i - 1 if i > 0 else i + 1
     below = i + 1 if i + 1 < height else i - 1
@@ -131,7 +131,10 @@ def _lift_row(
 
 @kernel
 def lift_forward(kind: int, steps: int, image: Any, low: Any, out: Any) -> None:
-    """Transform `image` (h, w): LL to `low` (⌈h/2⌉, ⌈w/2⌉), HL, LH and HH to the quadrants of `out`'s (h, w)."""
+    """Transform `image` (h, w).
+
+    LL goes to `low` (⌈h/2⌉, ⌈w/2⌉); HL, LH and HH go to the quadrants of the top left (h, w) of `out`.
+    """
     height, width = image.shape
     low_rows, evens = low.shape
     odds = width - evens
@@ -168,7 +171,7 @@ def lift_forward(kind: int, steps: int, image: Any, low: Any, out: Any) -> None:
 
 @kernel
 def lift_inverse(kind: int, steps: int, low: Any, coefficients: Any, image: Any) -> None:
-    """Invert `lift_forward`: LL from `low`, the rest from the quadrants of `coefficients`, to `image` (h, w)."""
+    """Invert `lift_forward`: from LL in `low` and the quadrants of `coefficients` to `image` (h, w)."""
     height, width = image.shape
     low_rows, evens = low.shape
     odds = width - evens
