@@ -1,14 +1,12 @@
-"""How surfaces, quilts and texels show themselves in a notebook."""
+"""How surfaces, quilts and texels show themselves in a notebook; what that takes is loaded when they do."""
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
-from upholster.geometry import Surface, tessellate
-from upholster.image import encode_image, from_linear
-from upholster.render import render
 from upholster.shown import show_with
-from upholster.synthesis import Quilt, Texels
+
+if TYPE_CHECKING:
+    from upholster.geometry import Surface
+    from upholster.synthesis import Quilt, Texels
 
 __all__: list[str] = []
 
@@ -16,7 +14,11 @@ _WIDEST = 1024
 _QUADS = 4000
 
 
-def _surface_picture(surface: Surface) -> bytes:
+def _surface_picture(surface: "Surface") -> bytes:
+    from upholster.geometry import tessellate
+    from upholster.image import encode_image, from_linear
+    from upholster.render import render
+
     mesh = tessellate(surface, quads=max(_QUADS, len(surface.patches)))
     picture = render(
         mesh.positions,
@@ -29,7 +31,11 @@ def _surface_picture(surface: Surface) -> bytes:
     return encode_image(from_linear(picture, "uint8"), "png")
 
 
-def _quilt_picture(quilt: Quilt) -> bytes:
+def _quilt_picture(quilt: "Quilt") -> bytes:
+    import numpy as np
+
+    from upholster.image import encode_image
+
     # Red and green name the place in the exemplar, blue tells painted from bare: blocks and seams show.
     scale = np.array(quilt.exemplar_shape) * 16
     places = [
@@ -39,12 +45,16 @@ def _quilt_picture(quilt: Quilt) -> bytes:
     return encode_image(_sheet([place.astype(np.uint8) for place in places]), "png")
 
 
-def _texels_picture(texels: Texels) -> bytes:
+def _texels_picture(texels: "Texels") -> bytes:
+    from upholster.image import encode_image
+
     return encode_image(_sheet(list(texels.arrays)), "png", bits=8)
 
 
 def _sheet(arrays: list[Any]) -> Any:
     """Lay charts side by side, near square, thinned out to what a screen shows."""
+    import numpy as np
+
     columns = int(np.ceil(np.sqrt(len(arrays))))
     rows = -(-len(arrays) // columns)
     height = max(array.shape[0] for array in arrays)
@@ -59,6 +69,6 @@ def _sheet(arrays: list[Any]) -> Any:
     return sheet
 
 
-show_with(Surface, _surface_picture)
-show_with(Quilt, _quilt_picture)
-show_with(Texels, _texels_picture)
+show_with("Surface", _surface_picture)
+show_with("Quilt", _quilt_picture)
+show_with("Texels", _texels_picture)

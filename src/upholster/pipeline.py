@@ -123,7 +123,7 @@ def cover(
         asked = {"exemplar": str(exemplar), "on": on, "crop": crop, "resize": resize, "threads": threads}
         asked |= _defaults(synthesize) | (synthesis or {}) | asdict(options)
         result = CoverReport(
-            __version__, asked, _counts(surface, quilt, texels), _totalled(seconds), _peak_memory(), written
+            __version__, asked, _counts(surface, quilt, texels), _totalled(seconds), peak_memory(), written
         )
         if report:
             files.path(report).write_text(json.dumps(asdict(result), indent=2) + "\n", encoding="utf-8")
@@ -276,10 +276,14 @@ def _defaults(function: Any) -> dict[str, Any]:
     }
 
 
-def _peak_memory() -> int | None:
+def peak_memory() -> int | None:
+    """Return the most memory that this process has held at once, in bytes; None if the system is silent."""
+    if sys.platform == "linux":
+        # What getrusage tells on Linux may be the parent's peak, from before this program was loaded.
+        with open("/proc/self/status", encoding="ascii") as file:
+            return next((1024 * int(line.split()[1]) for line in file if line.startswith("VmHWM:")), None)
     if sys.platform == "win32":
         return None
     import resource
 
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    return peak if sys.platform == "darwin" else peak * 1024
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss  # in bytes on macOS

@@ -13,13 +13,16 @@ class Shown:
     """Base of what a notebook shows as a picture (Jupyter's display protocol)."""
 
     __slots__ = ()
-    _pictures: ClassVar[dict[type, Callable[[Any], bytes]]] = {}
+    _pictures: ClassVar[dict[str, Callable[[Any], bytes]]] = {}
 
     def _repr_png_(self) -> bytes | None:
-        picture = self._pictures.get(type(self))
+        picture = self._pictures.get(type(self).__name__)
         return None if picture is None else picture(self)
 
 
-def show_with(kind: type, picture: Callable[[Any], bytes]) -> None:
-    """Let objects of class `kind` be shown by `picture`, which returns a PNG file's bytes."""
-    Shown._pictures[kind] = picture
+def show_with(name: str, picture: Callable[[Any], bytes]) -> None:
+    """Let objects of the class called `name` be shown by `picture`, which returns a PNG file's bytes.
+
+    The class is named rather than given, so that nothing has to be loaded before something is shown.
+    """
+    Shown._pictures[name] = picture

@@ -65,7 +65,13 @@ def paint(
         raise InputError(f"image to paint is of {exemplar.dtype}; allowed: uint8, uint16, float32")
     channels = exemplar.shape[2]
     flat = np.ascontiguousarray(exemplar).reshape(exemplar.shape[0], -1)
-    arrays = tuple(np.empty((chart.height, chart.width, channels), exemplar.dtype) for chart in quilt.charts)
+    # In one piece of memory, which goes back to the system in one piece.
+    ends = np.cumsum([0, *(chart.height * chart.width * channels for chart in quilt.charts)])
+    memory = np.empty(ends[-1], exemplar.dtype)
+    arrays = tuple(
+        memory[ends[n] : ends[n + 1]].reshape(chart.height, chart.width, channels)
+        for n, chart in enumerate(quilt.charts)
+    )
     tasks: list[Callable[[], object]] = []
     for index, (chart, array) in enumerate(zip(quilt.charts, arrays, strict=True)):
         rows = max(1, _TASK_TEXELS // chart.width)

@@ -138,27 +138,18 @@ def synthesize_paper(
         for child in np.random.SeedSequence(seed).spawn(len(charts))
     ]
     placed = [_block_placements(n, chart, options) for n, chart in enumerate(charts)]
-    canvases: list[Canvas | None] = [None] * len(charts)
+    canvases = _canvases(charts, candidates) if options.seams else None
 
     def cover(n: int) -> None:
-        canvas = _cover_chart(charts[n], placed[n], firsts[n], candidates, options)
-        if options.seams:
-            canvases[n] = canvas
+        canvas = canvases[n] if canvases is not None else _canvases([charts[n]], candidates)[0]
+        _cover_chart(canvas, charts[n], placed[n], firsts[n], candidates, options)
 
     run_tasks(
         [partial(cover, n) for n in range(len(charts))], threads=threads, progress=progress, stage="blocks"
     )
     cells = np.zeros(0, np.uint8)
-    if options.seams:
-        mended, cells = _mend_seams(
-            surface,
-            charts,
-            [canvas for canvas in canvases if canvas is not None],
-            candidates,
-            options,
-            threads,
-            progress,
-        )
+    if canvases is not None:
+        mended, cells = _mend_seams(surface, charts, canvases, candidates, options, threads, progress)
         placed += mended
     placements = np.concatenate(placed)
     order = np.argsort(placements["chart"], kind="stable")
@@ -184,12 +175,26 @@ def _block_placements(index: int, chart: Chart, options: PaperOptions) -> NDArra
     return placements.reshape(-1)
 
 
-def _cover_chart(
-    chart: Chart, placements: NDArray[np.void], first: int, candidates: Candidates, options: PaperOptions
-) -> Canvas:
+def _canvases(charts: Sequence[Chart], candidates: Candidates) -> list[Canvas]:
+    # Padded to whole tiles. All in one piece of memory, which goes back to the system in one piece.
     tile = candidates.tile
-    rows, columns = -(-chart.height // tile) * tile, -(-chart.width // tile) * tile
-    canvas = np.zeros((rows, columns * candidates.channels), np.uint16)
+    shapes = [
+        (-(-chart.height // tile) * tile, -(-chart.width // tile) * tile * candidates.channels)
+        for chart in charts
+    ]
+    ends = np.cumsum([0, *(rows * samples for rows, samples in shapes)])
+    memory = np.zeros(ends[-1], np.uint16)
+    return [memory[ends[n] : ends[n + 1]].reshape(shape) for n, shape in enumerate(shapes)]
+
+
+def _cover_chart(
+    canvas: Canvas,
+    chart: Chart,
+    placements: NDArray[np.void],
+    first: int,
+    candidates: Candidates,
+    options: PaperOptions,
+) -> None:
     step = options.block - options.overlap
     across = max(1, -(-(chart.width - options.overlap) // step))
     down = len(placements) // across
@@ -205,7 +210,7 @@ def _cover_chart(
             first,
             candidates.working,
             candidates.channels,
-            tile,
+            candidates.tile,
             options.overlap,
             candidates.table,
             candidates.grid[1],
@@ -213,7 +218,6 @@ def _cover_chart(
             TURNS,
             np.zeros(0, np.uint8),
         )
-    return canvas
 
 
 def _mend_seams(
