@@ -2,7 +2,9 @@
 
 import os
 from collections.abc import Callable, Sequence
-from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import suppress
+from queue import Empty, SimpleQueue
 
 from upholster.errors import InputError
 from upholster.types import Progress
@@ -48,14 +50,20 @@ def run_tasks(
                 progress(stage, done, total)
         return
     executor = ThreadPoolExecutor(workers)
+    finished: SimpleQueue[Future[object]] = SimpleQueue()
     try:
-        pending = {executor.submit(task) for task in tasks}
-        while pending:
-            # A short wait keeps Ctrl-C prompt: the main thread runs Python code between two waits.
-            finished, pending = wait(pending, timeout=0.2, return_when=FIRST_COMPLETED)
-            for future in finished:
-                future.result()
+        for task in tasks:
+            executor.submit(task).add_done_callback(finished.put)
+        for done in range(1, total + 1):
+            _next(finished).result()
             if progress is not None:
-                progress(stage, total - len(pending), total)
+                progress(stage, done, total)
     finally:
         executor.shutdown(wait=False, cancel_futures=True)
+
+
+def _next(finished: "SimpleQueue[Future[object]]") -> "Future[object]":
+    while True:
+        # A short wait keeps Ctrl-C prompt: the main thread runs Python code between two waits.
+        with suppress(Empty):
+            return finished.get(timeout=0.2)
