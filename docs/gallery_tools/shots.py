@@ -167,7 +167,7 @@ def take(
         camera=camera, supersample=supersample, depth=depth, **options,
     )  # fmt: skip
     extent = float(np.ptp(mesh.positions, axis=0).max())
-    return Shot(Image.fromarray(from_linear(picture, np.uint8)), camera, depth, 0.006 * extent)
+    return Shot(Image.fromarray(from_linear(picture, np.uint8, dither=True)), camera, depth, 0.006 * extent)
 
 
 def side_by_side(
@@ -196,4 +196,4 @@ def side_by_side(
         row, count = row + rows, count + len(at)
     positions, normals, coordinates, triangles = (np.concatenate(part) for part in zip(*parts, strict=True))
     picture = render(positions, normals, coordinates, triangles, texture, size=size, view=view, supersample=4)
-    return Image.fromarray(from_linear(picture, np.uint8))
+    return Image.fromarray(from_linear(picture, np.uint8, dither=True))

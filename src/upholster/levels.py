@@ -126,7 +126,7 @@ def levels_picture(
     for index, (share, step) in enumerate(zip(shares, steps, strict=True)):
         model = TexturedModel(surface, step.texels, options, threads)
         left = gap + index * (width + gap)
-        drawing.paste(left, gap, from_linear(model.picture(), "uint8"))
+        drawing.paste(left, gap, from_linear(model.picture(), "uint8", dither=True))
         middle, below = left + width // 2, gap + height
         named = "all coefficients" if share == 1 else f"{100 * share:.3g} % of the coefficients"
         quality = "exact" if step.psnr == float("inf") else f"{step.psnr:.1f} dB"

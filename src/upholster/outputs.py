@@ -221,5 +221,7 @@ def write_output(
             picture = model.picture(progress=progress)
             linear = output.path.suffix.lower() == ".exr"
             write_image(
-                places[0], picture if linear else from_linear(picture, "uint8"), quality=options.quality
+                places[0],
+                picture if linear else from_linear(picture, "uint8", dither=True),
+                quality=options.quality,
             )

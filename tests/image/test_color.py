@@ -57,3 +57,17 @@ def test_bytes_round_to_nearest() -> None:
 def test_other_types_are_refused() -> None:
     with pytest.raises(InputError, match=r"int32.*allowed: uint8"):
         from_linear(np.zeros((1, 1, 1), np.float32), np.int32)
+
+
+def test_dithering_keeps_codes_and_shows_what_lies_between() -> None:
+    codes = np.arange(256, dtype=np.uint8).reshape(16, 16, 1)
+    np.testing.assert_array_equal(from_linear(to_linear(codes), "uint8", dither=True), codes)
+    ramp = np.linspace(0.5, 0.52, 64 * 512, dtype=np.float32).reshape(64, 512, 1)
+    exact = from_linear(ramp, "uint16")[..., 0] / 257
+    dithered, plain = (from_linear(ramp, "uint8", dither=way)[..., 0].astype(float) for way in (True, False))
+    assert np.abs(dithered - exact).max() <= 1
+    tiles = (
+        np.abs((image - exact).reshape(8, 8, 64, 8).mean(axis=(1, 3))).mean() for image in (dithered, plain)
+    )
+    smooth, banded = tiles
+    assert smooth < banded / 3

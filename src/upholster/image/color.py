@@ -49,7 +49,7 @@ def to_linear(pixels: PixelArray) -> NDArray[np.float32]:
     return linear
 
 
-def from_linear(linear: PixelArray, dtype: DTypeLike) -> PixelArray:
+def from_linear(linear: PixelArray, dtype: DTypeLike, *, dither: bool = False) -> PixelArray:
     """Return linear light as pixels of `dtype`: the inverse of `to_linear`, exact on its values.
 
     Parameters
@@ -58,6 +58,9 @@ def from_linear(linear: PixelArray, dtype: DTypeLike) -> PixelArray:
         (H, W, C) float, C from 1 to 4. Values outside 0…1 are clipped where `dtype` is an integer.
     dtype
         uint8, uint16 (sRGB-coded, rounded to nearest) or float32 (as it is).
+    dither
+        For uint8: round by an 8×8 pattern instead, so that smooth gradients show no bands. Values that are
+        8-bit codes already stay what they are.
 
     Returns
     -------
@@ -83,7 +86,12 @@ def from_linear(linear: PixelArray, dtype: DTypeLike) -> PixelArray:
     coded: PixelArray
     if wanted == np.uint8:
         # A table of 16 bits is 20 times as fast as the power, and off by less than 0.03 of a step.
-        coded = _byte_codes()[(values * 65535.0 + 0.5).astype(np.uint16)]
+        places = (values * 65535.0 + 0.5).astype(np.uint16)
+        if dither:
+            rows, columns = np.arange(values.shape[0]) % 8, np.arange(values.shape[1]) % 8
+            coded = (_byte_levels()[places] + _pattern()[np.ix_(rows, columns)][:, :, None]).astype(np.uint8)
+        else:
+            coded = _byte_codes()[places]
     else:
         coded = np.asarray(_encode(values) * top + 0.5).astype(wanted)
     alpha = alpha_channel(linear.shape[2])
@@ -99,10 +107,24 @@ def _encode(linear: NDArray[np.float32]) -> NDArray[np.float32]:
 
 
 @cache
+def _byte_levels() -> NDArray[np.float32]:
+    """Return the sRGB code, 0…255 and not rounded, of each of 65536 even steps of linear light."""
+    return np.asarray(_encode(np.linspace(0, 1, 65536, dtype=np.float32)) * 255, np.float32)
+
+
+@cache
 def _byte_codes() -> NDArray[np.uint8]:
-    """Return the sRGB code, 0…255, of each of 65536 even steps of linear light."""
-    linear = np.linspace(0, 1, 65536, dtype=np.float32)
-    return np.asarray(_encode(linear) * 255 + 0.5).astype(np.uint8)
+    """Return the same, rounded."""
+    return np.asarray(_byte_levels() + 0.5).astype(np.uint8)
+
+
+@cache
+def _pattern() -> NDArray[np.float32]:
+    """Return Bayer's 8×8 thresholds, from 0.05 to 0.95: a code and its table's error stay on one side."""
+    pattern = np.zeros((1, 1))
+    for _ in range(3):
+        pattern = np.block([[4 * pattern, 4 * pattern + 2], [4 * pattern + 3, 4 * pattern + 1]])
+    return np.asarray(0.05 + 0.9 * (pattern + 0.5) / 64, np.float32)
 
 
 @cache
