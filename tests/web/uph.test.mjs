@@ -1,0 +1,144 @@
+// What the decoder promises a web page: run with `node --test`, also by test_web_decoder.py.
+import assert from 'node:assert/strict'
+import { readFileSync, readdirSync } from 'node:fs'
+import { test } from 'node:test'
+
+import { EzwDecoder, UphDecoder, UphError } from '../../web/uph.js'
+
+const folder = new URL('../vectors/', import.meta.url)
+const read = (name) => new Uint8Array(readFileSync(new URL(name, folder)))
+const names = readdirSync(folder).filter((name) => name.endsWith('.uph'))
+
+function decoded(data, pieces) {
+  const decoder = new UphDecoder()
+  const changed = new Set()
+  for (const piece of pieces(data)) {
+    const part = decoder.feed(piece)
+    for (const chart of part.charts) changed.add(chart)
+  }
+  return { decoder, changed, all: [decoder.exemplar(), ...decoder.charts.map((_, n) => decoder.texels(n))] }
+}
+
+const atOnce = (data) => [data]
+const byteByByte = (data) => Array.from(data, (_, n) => data.subarray(n, n + 1))
+
+for (const name of names) {
+  test(`${name}: bytes one by one decode as all at once`, () => {
+    const [whole, single] = [atOnce, byteByByte].map((pieces) => decoded(read(name), pieces))
+    assert.deepEqual(single.all, whole.all)
+    assert.ok(single.decoder.complete && whole.decoder.complete)
+    assert.equal(single.decoder.needed, 0)
+    assert.equal(whole.changed.size, whole.decoder.charts.length)
+    assert.deepEqual(single.changed, whole.changed)
+  })
+}
+
+test('what did not change is not reported', () => {
+  const data = read('paper.uph')
+  const decoder = new UphDecoder()
+  decoder.feed(data.subarray(0, 500))
+  let before = decoder.needed ? [] : decoder.charts.map((_, n) => decoder.texels(n))
+  for (let length = 700; length < data.length + 200; length += 200) {
+    const { exemplar, charts } = decoder.feed(data.subarray(decoder.received, length))
+    const after = decoder.charts.map((_, n) => decoder.texels(n))
+    if (before.length && !exemplar) {
+      after.forEach((texels, n) => {
+        if (!charts.includes(n)) assert.deepEqual(texels, before[n])
+      })
+    }
+    before = after
+  }
+})
+
+test('rows can be painted on their own', () => {
+  const { decoder } = decoded(read('paper.uph'), atOnce)
+  const { height, width } = decoder.charts[0]
+  const whole = decoder.texels(0)
+  const middle = decoder.texels(0, 5, height - 7)
+  const row = width * decoder.exemplar().channels
+  assert.deepEqual(middle, whole.slice(5 * row, (height - 7) * row))
+  assert.throws(() => decoder.texels(0, 0, height + 1), RangeError)
+  assert.throws(() => decoder.texels(decoder.charts.length), RangeError)
+})
+
+test('the surface is told', () => {
+  const { decoder } = decoded(read('nets_16_bit.uph'), atOnce)
+  assert.equal(decoder.surface.kind, 'nets')
+  assert.equal(decoder.surface.patches.length, 6)
+  const { m, n, net } = decoder.surface.patches[0]
+  assert.equal(net.length, 4 * (m + 1) * (n + 1))
+  assert.deepEqual(decoded(read('smallest.uph'), atOnce).decoder.surface, {
+    kind: 'plane',
+    params: { width: 1, height: 1, spans: [1, 1] },
+    patchCount: 1,
+  })
+})
+
+test('any changed byte is refused, and says where', () => {
+  const data = read('smallest.uph')
+  for (let n = 0; n < data.length; n++) {
+    const damaged = data.slice()
+    damaged[n] ^= 0x55
+    const decoder = new UphDecoder()
+    try {
+      decoder.feed(damaged)
+      assert.ok(!decoder.complete, `byte ${n} changed unnoticed`)
+    } catch (error) {
+      assert.ok(error instanceof UphError, String(error.stack))
+      assert.match(error.message, /^byte \d+: /)
+      assert.throws(() => decoder.feed(new Uint8Array(0)), UphError)
+    }
+  }
+})
+
+test('damage within whole chunks is an error or a picture, never anything else', () => {
+  let state = 1
+  const random = (below) => (state = (Math.imul(state, 48271) >>> 0) % 2147483647) % below
+  const crc = (bytes) => {
+    let sum = -1
+    for (const byte of bytes) {
+      sum ^= byte
+      for (let k = 0; k < 8; k++) sum = (sum >>> 1) ^ (sum & 1 ? 0xedb88320 : 0)
+    }
+    return ~sum >>> 0
+  }
+  let [refused, shown] = [0, 0]
+  for (const name of names) {
+    const data = read(name)
+    for (let round = 0; round < 40; round++) {
+      const damaged = data.slice()
+      // Walk over the chunks, damage one, and give it the CRC that it then has.
+      let place = 4
+      for (let k = 0; k < 2; k++) while (damaged[place++] > 127);
+      const chunks = []
+      while (place < damaged.length) {
+        let [at, length, shift] = [place + 1, 0, 0]
+        do length += (damaged[at] & 127) << (7 * shift++)
+        while (damaged[at++] > 127)
+        chunks.push([place, at, at + length])
+        place = at + length + 4
+      }
+      const [start, payload, end] = chunks[random(chunks.length)]
+      for (let k = random(3); k >= 0 && end > payload; k--) damaged[payload + random(end - payload)] ^= 1 << random(8)
+      new DataView(damaged.buffer).setUint32(end, crc(damaged.subarray(start, end)), true)
+      const decoder = new UphDecoder()
+      try {
+        decoder.feed(damaged)
+        if (decoder.charts.reduce((sum, { height, width }) => sum + height * width, 0) > 1e6) continue
+        decoder.charts.forEach((_, n) => decoder.texels(n))
+        shown++
+      } catch (error) {
+        assert.ok(error instanceof UphError, String(error.stack))
+        refused++
+      }
+    }
+  }
+  assert.ok(refused > 20 && shown > 20, `${refused} refused, ${shown} shown`)
+})
+
+test('an image that is none is refused', () => {
+  assert.throws(() => new EzwDecoder().feed(new TextEncoder().encode('PNG, surely')), UphError)
+  const decoder = new EzwDecoder()
+  assert.equal(decoder.needed, 13)
+  assert.throws(() => decoder.image(), RangeError)
+})

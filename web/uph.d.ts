@@ -1,0 +1,85 @@
+/** A damaged file: `message` is one line, `offset` the byte at which it was found. */
+export class UphError extends Error {
+  constructor(what: string, offset: number)
+  readonly offset: number
+}
+
+/** An image: `data` holds height × width × channels samples, row by row, channels together. */
+export interface Picture {
+  height: number
+  width: number
+  channels: number
+  data: Samples
+}
+
+export type Samples = Uint8Array | Uint16Array | Float32Array
+
+/** The texels laid over the rectangle [s0, s1] × [t0, t1] of a patch: rows go with s, columns with t. */
+export interface Chart {
+  patch: number
+  height: number
+  width: number
+  s0: number
+  s1: number
+  t0: number
+  t1: number
+}
+
+/** A rational Bézier patch of degree (m, n): `net` holds (m + 1) × (n + 1) points (w·x, w·y, w·z, w). */
+export interface Patch {
+  m: number
+  n: number
+  net: Float64Array
+}
+
+export type Surface =
+  | {
+      kind: 'cyclide' | 'torus' | 'sphere' | 'plane' | 'ellipsoid' | 'cylinder' | 'cone' | 'vase'
+      /** Parameters by their names in SPEC.md, defaults filled in. */
+      params: Record<string, number | [number, number]>
+      patchCount: number
+    }
+  | { kind: 'nets'; name: string; tolerance: number; patches: Patch[]; patchCount: number }
+
+/** What a piece of a stream changed. */
+export interface Changes {
+  /** Whether the surface has come. */
+  surface: boolean
+  /** Whether the exemplar got better, and with it the texels of every chart. */
+  exemplar: boolean
+  /** Charts whose placements changed, rising. */
+  charts: number[]
+}
+
+/** Decodes a `.uph` stream as its bytes come, in pieces of any size. */
+export class UphDecoder {
+  /** Bytes fed so far. */
+  readonly received: number
+  /** Length of the whole file; null before its header has come. */
+  readonly total: number | null
+  /** How many bytes are missing at least until something can be shown: 0 from then on. */
+  readonly needed: number
+  /** Whether the whole file has come and every CRC is right. */
+  readonly complete: boolean
+  readonly surface: Surface | null
+  readonly charts: readonly Chart[]
+  /** How many charts have their placements; the others repeat the exemplar. */
+  readonly chartsKnown: number
+  /** Take further bytes. Throws `UphError` for a damaged stream, from then on always. */
+  feed(bytes: Uint8Array): Changes
+  /** The exemplar as far as it has come. Throws `RangeError` while bytes are needed. */
+  exemplar(): Picture
+  /** Texels of a chart as far as they can be painted, rows [start, stop): as `exemplar().data`. */
+  texels(index: number, start?: number, stop?: number): Samples
+}
+
+/** Decodes an `.ezw` image as its bytes come, in pieces of any size. */
+export class EzwDecoder {
+  readonly received: number
+  readonly needed: number
+  readonly complete: boolean
+  /** Take further bytes; returns whether the image changed. Throws `UphError` for a damaged file. */
+  feed(bytes: Uint8Array): boolean
+  /** The image as far as it has come. Throws `RangeError` while bytes are needed. */
+  image(): Picture
+}
