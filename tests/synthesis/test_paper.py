@@ -197,7 +197,7 @@ def test_follows_the_paper_step_by_step(surface, options, size):
 
 def test_the_papers_figures_count():
     # 16 charts of 512²: (512 - 8)/24 = 21 blocks each way, and 21 edge blocks on each of 32 edges.
-    quilt = synthesize(texture(128, 128), ring_cyclide(), chart=512, seed=1)
+    quilt = synthesize(texture(128, 128), ring_cyclide(), chart=512, seed=1, method="paper")
     cut = quilt.placements["mask"] == MASK_CUT
     assert (~cut).sum() == 16 * 21 * 21 == 7056
     assert cut.sum() == 2 * 32 * 21
@@ -209,7 +209,7 @@ def test_the_papers_figures_count():
 )
 def test_every_texel_is_painted_from_inside_the_exemplar(surface):
     exemplar = texture(61, 45, 1)
-    quilt = synthesize(exemplar, surface, chart=75, seed=2)
+    quilt = synthesize(exemplar, surface, chart=75, seed=2, method="paper")
     for source in quilt.sources():
         assert source.min() >= 0
         assert (source[:, :, 0] <= 16 * 60).all()
@@ -221,14 +221,16 @@ def test_every_texel_is_painted_from_inside_the_exemplar(surface):
 @pytest.mark.parametrize("threads", [2, 3, 8])
 def test_threads_do_not_change_the_quilt(threads):
     exemplar = texture()
-    once = synthesize(exemplar, sphere(), chart=100, seed=3, threads=1)
-    again = synthesize(exemplar, sphere(), chart=100, seed=3, threads=threads)
+    once = synthesize(exemplar, sphere(), chart=100, seed=3, threads=1, method="paper")
+    again = synthesize(exemplar, sphere(), chart=100, seed=3, threads=threads, method="paper")
     np.testing.assert_array_equal(once.placements, again.placements)
     np.testing.assert_array_equal(once.cells, again.cells)
 
 
 def test_seeds_differ():
-    first, second = (synthesize(texture(), two_by_one(), chart=64, seed=seed) for seed in (0, 1))
+    first, second = (
+        synthesize(texture(), two_by_one(), chart=64, seed=seed, method="paper") for seed in (0, 1)
+    )
     assert (first.placements["source_row"] != second.placements["source_row"]).any()
 
 
@@ -256,7 +258,10 @@ def jump_ratio(surface, texels):
 def test_mending_makes_the_seams_vanish(surface):
     exemplar = texture(128, 128)
     before, after = (
-        jump_ratio(surface, paint(synthesize(exemplar, surface, chart=128, seed=4, seams=seams), exemplar))
+        jump_ratio(
+            surface,
+            paint(synthesize(exemplar, surface, chart=128, seed=4, seams=seams, method="paper"), exemplar),
+        )
         for seams in (False, True)
     )
     assert before > 2
@@ -271,7 +276,10 @@ def test_a_patch_that_meets_itself_is_mended():
     surface = Surface([RationalPatch.from_points(net)])
     exemplar = texture(128, 128)
     ratios = [
-        jump_ratio(surface, paint(synthesize(exemplar, surface, chart=128, seed=4, seams=seams), exemplar))
+        jump_ratio(
+            surface,
+            paint(synthesize(exemplar, surface, chart=128, seed=4, seams=seams, method="paper"), exemplar),
+        )
         for seams in (False, True)
     ]
     assert ratios[1] < 1.5 < ratios[0]
@@ -282,7 +290,7 @@ def test_a_patch_that_meets_itself_is_mended():
 def test_depths_and_channels(dtype, channels):
     exemplar = texture(64, 64, channels).astype(dtype)
     exemplar = exemplar * 257 if dtype == np.uint16 else exemplar / np.float32(255)
-    quilt = synthesize(exemplar, two_by_one(), chart=64)
+    quilt = synthesize(exemplar, two_by_one(), chart=64, method="paper")
     texels = paint(quilt, exemplar)
     assert all(array.dtype == dtype and array.shape == (64, 64, channels) for array in texels.arrays)
     assert texels.nbytes == 2 * 64 * 64 * channels * np.dtype(dtype).itemsize
@@ -290,7 +298,7 @@ def test_depths_and_channels(dtype, channels):
 
 def test_another_map_is_painted_by_the_same_quilt():
     exemplar = texture(64, 64)
-    quilt = synthesize(exemplar, two_by_one(), chart=64)
+    quilt = synthesize(exemplar, two_by_one(), chart=64, method="paper")
     rows, columns = np.mgrid[:64, :64]
     places = np.stack([rows, columns], -1).astype(np.uint16)
     for colour, place in zip(paint(quilt, exemplar).arrays, paint(quilt, places).arrays, strict=True):
@@ -301,7 +309,7 @@ def test_another_map_is_painted_by_the_same_quilt():
 @pytest.mark.parametrize("block", [32, 64])
 def test_the_smallest_exemplar_has_one_block(block):
     exemplar = texture(block, block)
-    quilt = synthesize(exemplar, two_by_one(), chart=block, block=block)
+    quilt = synthesize(exemplar, two_by_one(), chart=block, block=block, method="paper")
     assert set(quilt.placements["source_row"].tolist()) == {16 * block // 2}
 
 
@@ -328,7 +336,7 @@ def test_the_smallest_exemplar_has_one_block(block):
 )
 def test_options_that_do_not_fit_are_refused(options):
     with pytest.raises(InputError):
-        synthesize(texture(64, 64), two_by_one(), **options)
+        synthesize(texture(64, 64), two_by_one(), **{"method": "paper"} | options)
 
 
 def test_too_many_texels_are_refused_with_the_memory_they_take():
@@ -338,7 +346,7 @@ def test_too_many_texels_are_refused_with_the_memory_they_take():
 
 def test_an_exemplar_smaller_than_a_block_is_refused():
     with pytest.raises(InputError, match="at least a block"):
-        synthesize(texture(40, 72), two_by_one(), block=64)
+        synthesize(texture(40, 72), two_by_one(), block=64, method="paper")
 
 
 def test_charts_of_different_sizes_are_not_mended(caplog):

@@ -10,6 +10,7 @@ from upholster.geometry.plane import plane
 from upholster.geometry.revolution import cone, cylinder, ellipsoid, revolve, vase
 from upholster.geometry.sphere import sphere
 from upholster.geometry.surface import Surface
+from upholster.geometry.tangents import vertex_tangents
 
 __all__ = [
     "SURFACES",
@@ -34,5 +35,6 @@ __all__ = [
     "tessellate",
     "torus",
     "vase",
+    "vertex_tangents",
     "write_nets",
 ]

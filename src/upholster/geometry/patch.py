@@ -245,6 +245,24 @@ class RationalPatch:
             before, behind = before.swapaxes(0, 1), behind.swapaxes(0, 1)
         return RationalPatch(before), RationalPatch(behind)
 
+    def part(self, s0: float, s1: float, t0: float, t1: float) -> "RationalPatch":
+        """Return the part of the patch over s0 ≤ s ≤ s1, t0 ≤ t ≤ t1, as a patch: the same points, exactly.
+
+        Raises
+        ------
+        InputError
+            If this is no rectangle inside [0, 1]².
+        """
+        if not (0.0 <= s0 < s1 <= 1.0 and 0.0 <= t0 < t1 <= 1.0):
+            raise InputError(f"part from s={s0}, t={t0} to s={s1}, t={t1}; allowed: rising, within 0 to 1")
+        part = self
+        for name, low, high in (("s", s0, s1), ("t", t0, t1)):
+            if high < 1.0:
+                part = part.split(**{name: high})[0]
+            if low > 0.0:
+                part = part.split(**{name: low / high})[1]
+        return part
+
     def elevate(self, m: int, n: int) -> "RationalPatch":
         """Return the same patch with a net of the higher degree (m, n).
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from upholster.jit import inline, kernel
 from upholster.types import PixelArray
 
-__all__ = ["lay_placement", "paint_rows", "trace_owners"]
+__all__ = ["TURNS", "fill_weights", "lay_placement", "paint_rows", "trace_owners"]
 
 FRACTION_BITS = 6
 
@@ -120,9 +120,10 @@ def _ramp_weight(placement: Any, i: int, j: int) -> Any:
 
 
 @inline
-def _fill_weights(
+def fill_weights(
     placement: Any, cells: NDArray[np.uint8], weights: NDArray[np.int32], spare: NDArray[np.int32]
 ) -> None:
+    """Write a placement's weights, 0 to 256; `weights` and `spare` are at least as large as the placement."""
     height, width = placement.height, placement.width
     if placement.mask == 2:
         cell = np.int64(placement.cell)
@@ -189,7 +190,7 @@ def lay_placement(
                 for x in range(line.shape[0]):
                     line[x] = _blend(line[x], _lift(source[x]), weight)
         return
-    _fill_weights(placement, cells, weights, spare)
+    fill_weights(placement, cells, weights, spare)
     turn = turns[placement.turn]
     for row in range(row0, row1):
         line = canvas[row - first_row, column0 * channels : column1 * channels]
@@ -287,7 +288,7 @@ def trace_owners(
     owners[:] = -1
     for n in range(placements.shape[0]):
         placement = placements[n]
-        _fill_weights(placement, cells, weights, spare)
+        fill_weights(placement, cells, weights, spare)
         top, left = placement.row - placement.height // 2, placement.column - placement.width // 2
         for row in range(max(top, 0), min(top + placement.height, owners.shape[0])):
             for column in range(max(left, 0), min(left + placement.width, owners.shape[1])):

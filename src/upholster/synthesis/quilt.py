@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 from upholster.errors import InputError
 from upholster.shown import Shown
 from upholster.synthesis._paint_kernels import TURNS, trace_owners
+from upholster.synthesis.field import Field
+from upholster.synthesis.warp import LARGEST_WARPED, warped_sources
 from upholster.types import IntArray, PixelArray, frozen_array
 
 __all__ = [
@@ -116,18 +118,22 @@ class Quilt(Shown):
         Structured array of `PLACEMENT`, read-only: chart after chart, in painting order on each.
     cells
         uint8, read-only: the cut masks' cells, 1 = new, row by row, one mask after another.
+    fields
+        Each chart's M field, None where texel steps are exemplar-pixel steps; empty: none has one.
 
     Raises
     ------
     InputError
-        If a placement names a chart that is not there or reads outside the exemplar, if charts are out of
-        order, or if a cut mask lacks cells.
+        If a placement names a chart that is not there or reads outside the exemplar (on a chart with a field:
+        has its source there), if charts are out of order, if fields are not one for each chart, or if a cut
+        mask lacks cells.
     """
 
     charts: tuple[Chart, ...]
     exemplar_shape: tuple[int, int]
     placements: NDArray[np.void]
     cells: NDArray[np.uint8]
+    fields: tuple[Field | None, ...] = ()
 
     def __post_init__(self) -> None:
         frozen_array(self.placements)
@@ -161,7 +167,8 @@ class Quilt(Shown):
         -------
         tuple of ndarray
             Per chart, (height, width, 2): row and column in the exemplar in 1/16 pixel, of the placement that
-            gives the texel most of its colour; −1 where nothing is painted.
+            gives the texel most of its colour, clamped to the exemplar's pixel centres as painting does; −1
+            where nothing is painted.
         """
         scratch = np.empty((2, *self.largest_block), np.int32)
         found = []
@@ -169,15 +176,22 @@ class Quilt(Shown):
             placements = self.on_chart(index)
             owners = np.empty((chart.height, chart.width), np.int32)
             trace_owners(placements, self.cells, scratch, owners)
-            found.append(_sources(placements, owners))
+            found.append(_sources(self, index, owners))
         return tuple(found)
 
 
-def _sources(placements: NDArray[np.void], owners: IntArray) -> IntArray:
+def _sources(quilt: Quilt, index: int, owners: IntArray) -> IntArray:
     out = np.full((*owners.shape, 2), -1, np.int32)
     painted = owners >= 0
-    owner = placements[owners[painted]]
+    owner = quilt.on_chart(index)[owners[painted]]
     rows, columns = np.nonzero(painted)
+    field = quilt.fields[index] if quilt.fields else None
+    if field is not None:
+        height, width = quilt.exemplar_shape
+        source_rows, source_columns = warped_sources(field, owner, rows, columns)
+        out[painted, 0] = np.clip(source_rows, 0, 16 * (height - 1))
+        out[painted, 1] = np.clip(source_columns, 0, 16 * (width - 1))
+        return out
     down, right = rows - owner["row"], columns - owner["column"]
     turn = TURNS[owner["turn"]]
     out[painted, 0] = owner["source_row"] + 16 * (turn[:, 0] * down + turn[:, 1] * right)
@@ -187,6 +201,8 @@ def _sources(placements: NDArray[np.void], owners: IntArray) -> IntArray:
 
 def _check(quilt: Quilt) -> None:
     placed = quilt.placements
+    if quilt.fields and len(quilt.fields) != len(quilt.charts):
+        raise InputError(f"quilt has {len(quilt.fields)} fields; allowed: none, or one for each chart")
     if placed.dtype != PLACEMENT or placed.ndim != 1:
         raise InputError(f"placements are of {placed.dtype}; allowed: a flat array of PLACEMENT")
     if not len(placed):
@@ -198,18 +214,9 @@ def _check(quilt: Quilt) -> None:
         raise InputError("a placement's turn, mask or feather is outside 0 to 7, 0 to 2, 0 to 16")
     if min(placed["height"].min(), placed["width"].min()) < 1 or max(quilt.largest_block) > 4096:
         raise InputError("a placement's size is outside 1 to 4096 texels")
-    if ((placed["source_row"] | placed["source_column"]) & 15).any():
-        raise InputError("a placement's source is not on a whole pixel")
-    turn, low_row, low_column = TURNS[placed["turn"]], -(placed["height"] // 2), -(placed["width"] // 2)
-    high_row, high_column = low_row + placed["height"] - 1, low_column + placed["width"] - 1
-    for axis, name, size in ((0, "row", quilt.exemplar_shape[0]), (2, "column", quilt.exemplar_shape[1])):
-        a, b, source = turn[:, axis], turn[:, axis + 1], placed[f"source_{name}"].astype(np.int64) >> 4
-        ends = [source + a * i + b * j for i in (low_row, high_row) for j in (low_column, high_column)]
-        outside = (np.minimum.reduce(ends) < 0) | (np.maximum.reduce(ends) >= size)
-        if outside.any():
-            raise InputError(
-                f"placement {int(np.argmax(outside))} reads outside the exemplar's {size} {name}s"
-            )
+    warped = np.array([field is not None for field in quilt.fields] or [False] * len(quilt.charts))[charts]
+    _check_warped(placed[warped], quilt.exemplar_shape)
+    _check_whole(placed, ~warped, quilt.exemplar_shape)
     cut = placed[placed["mask"] == MASK_CUT]
     if len(cut):
         if cut["cell"].min() < 1:
@@ -221,3 +228,30 @@ def _check(quilt: Quilt) -> None:
     ramp = placed[placed["mask"] == MASK_RAMP]
     if len(ramp) and ramp["ramp"].min() < 1:
         raise InputError("a ramp is 0 texels wide; allowed: 1 to 255")
+
+
+def _check_warped(placed: NDArray[np.void], shape: tuple[int, int]) -> None:
+    # Beyond the exemplar painting reads its rim: only the centre must lie inside.
+    if len(placed) and max(placed["height"].max(), placed["width"].max()) > LARGEST_WARPED:
+        raise InputError(
+            f"a placement on a chart with a field is too large; allowed: {LARGEST_WARPED} texels a side"
+        )
+    for name, size in (("row", shape[0]), ("column", shape[1])):
+        source = placed[f"source_{name}"]
+        if ((source < 0) | (source >> 4 >= size)).any():
+            raise InputError(f"a placement's source lies outside the exemplar's {size} {name}s")
+
+
+def _check_whole(placed: NDArray[np.void], mine: NDArray[np.bool_], shape: tuple[int, int]) -> None:
+    if ((placed["source_row"] | placed["source_column"])[mine] & 15).any():
+        raise InputError("a placement's source is not on a whole pixel")
+    turn, low_row, low_column = TURNS[placed["turn"]], -(placed["height"] // 2), -(placed["width"] // 2)
+    high_row, high_column = low_row + placed["height"] - 1, low_column + placed["width"] - 1
+    for axis, name, size in ((0, "row", shape[0]), (2, "column", shape[1])):
+        a, b, source = turn[:, axis], turn[:, axis + 1], placed[f"source_{name}"].astype(np.int64) >> 4
+        ends = [source + a * i + b * j for i in (low_row, high_row) for j in (low_column, high_column)]
+        outside = mine & ((np.minimum.reduce(ends) < 0) | (np.maximum.reduce(ends) >= size))
+        if outside.any():
+            raise InputError(
+                f"placement {int(np.argmax(outside))} reads outside the exemplar's {size} {name}s"
+            )

@@ -1,0 +1,149 @@
+"""Where a chart's blocks lie: their size in texels, the level they read, and their order."""
+
+from collections.abc import Set
+from dataclasses import dataclass
+
+import numpy as np
+
+from upholster.synthesis._quilt_kernels import COLUMN, LAID, LEFT, ROW, TOP
+from upholster.synthesis.field import Field, matrices_at
+from upholster.synthesis.quilt import Chart
+from upholster.types import FloatArray, IntArray
+
+__all__ = ["Raster"]
+
+_SMALLEST_BLOCK = 16
+_LARGEST_BLOCK = 512
+_SMALLEST_LEVEL = 16
+"""Pixels that a level has at least each way."""
+
+_LARGEST_SHARE = 0.75
+"""Of the exemplar's height and width that a block may read, so that there are several to choose from."""
+
+
+@dataclass(frozen=True, slots=True)
+class Raster:
+    """The blocks of one chart.
+
+    Attributes
+    ----------
+    chart, field
+        The chart.
+    level
+        The pyramid's level whose pixels come nearest to its texels.
+    sample
+        Texels per pixel of that level: of so many texels each way, one is looked at.
+    cell
+        Size of a mask's cells in texels.
+    height, width
+        Of a block, in texels: a multiple of `cell`.
+    overlap_rows, overlap_columns
+        With the block before, in texels.
+    """
+
+    chart: Chart
+    field: Field | None
+    level: int
+    sample: int
+    cell: int
+    height: int
+    width: int
+    overlap_rows: int
+    overlap_columns: int
+
+    @classmethod
+    def of(
+        cls,
+        chart: Chart,
+        field: Field | None,
+        exemplar_shape: tuple[int, int],
+        block: int,
+        overlap: int | None,
+    ) -> "Raster":
+        """Fit blocks of given size in exemplar pixels to a chart.
+
+        Parameters
+        ----------
+        exemplar_shape
+            (height, width) in pixels: a block reads at most three quarters of it.
+        block, overlap
+            In pixels; an overlap of None is three tenths of a block.
+        """
+        sizes, most = _sizes(chart, field)
+        typical = float(np.sqrt(sizes[0] * sizes[1]))
+        last = max(0, int(np.log2(min(exemplar_shape) / _SMALLEST_LEVEL)))
+        level = min(max(0, int(np.floor(np.log2(typical) + 0.5))), last)
+        sample = max(1, int(np.rint(2**level / typical)))
+        cell = 2 * sample
+        share = block / (0.3 * block if overlap is None else overlap)
+        sides, overlaps = [], []
+        wanted = block / sizes
+        wanted *= min(1.0, float((_LARGEST_SHARE * np.array(exemplar_shape) / (most @ wanted)).min()))
+        for texels, pixels in zip(
+            np.clip(wanted, _SMALLEST_BLOCK, _LARGEST_BLOCK), exemplar_shape, strict=True
+        ):
+            side = cell * max(2, int(np.rint(texels / cell)))
+            if field is None:  # it must lie inside the exemplar
+                side = max(cell, min(side, pixels // cell * cell))
+            sides.append(side)
+            # At least one box of features deep.
+            overlaps.append(min(max(4 * sample, cell * int(np.rint(side / share / cell))), side // 2))
+        return cls(chart, field, level, sample, cell, sides[0], sides[1], overlaps[0], overlaps[1])
+
+    @property
+    def cells(self) -> int:
+        """How many cells a block's mask has."""
+        return self.height // self.cell * (self.width // self.cell)
+
+    def need(self, open_sides: Set[int]) -> tuple[int, int, int, int]:
+        """Return which texels to cover: rows from, to, columns from, to.
+
+        Parameters
+        ----------
+        open_sides
+            Edges (0 top, 1 right, 2 bottom, 3 left) at which a neighbour is still to come: there, blocks go
+            on for an overlap beyond the edge.
+        """
+        # A little more than an overlap: masks carried over an edge lose their rims.
+        rows, columns = self.overlap_rows + 6 * self.cell, self.overlap_columns + 6 * self.cell
+        return (
+            -rows * (0 in open_sides),
+            self.chart.height + rows * (2 in open_sides),
+            -columns * (3 in open_sides),
+            self.chart.width + columns * (1 in open_sides),
+        )
+
+    def across(self, need: tuple[int, int, int, int]) -> int:
+        """Return how many blocks lie side by side."""
+        return _count(need[3] - need[2], self.width, self.overlap_columns)
+
+    def blocks(self, need: tuple[int, int, int, int]) -> IntArray:
+        """Return the blocks that cover what is needed, in raster order, as `lay_quilt` takes them."""
+        down, across = _count(need[1] - need[0], self.height, self.overlap_rows), self.across(need)
+        number = np.arange(down * across, dtype=np.int32).reshape(down, across)
+        out = np.zeros((down, across, 7), np.int32)
+        out[..., ROW] = (need[0] + self.height // 2 + np.arange(down) * (self.height - self.overlap_rows))[
+            :, None
+        ]
+        out[..., COLUMN] = need[2] + self.width // 2 + np.arange(across) * (self.width - self.overlap_columns)
+        out[..., LEFT] = out[..., TOP] = -1
+        out[:, 1:, LEFT] = number[:, :-1]
+        out[1:, :, TOP] = number[:-1]
+        out[..., LAID] = 0
+        return out.reshape(-1, 7)
+
+
+def _count(texels: int, block: int, overlap: int) -> int:
+    return max(1, -(-(texels - overlap) // (block - overlap)))
+
+
+def _sizes(chart: Chart, field: Field | None) -> tuple[FloatArray, FloatArray]:
+    # Exemplar pixels per texel: the typical lengths of a step down and of one right; and, as a matrix, the
+    # most rows and columns of the exemplar that either crosses.
+    if field is None:
+        return np.ones(2), np.eye(2)
+    rows = np.linspace(0, chart.height - 1, min(9, chart.height))
+    columns = np.linspace(0, chart.width - 1, min(9, chart.width))
+    matrices = matrices_at(field, *np.meshgrid(rows, columns, indexing="ij"))
+    lengths = np.maximum(1e-3, np.linalg.norm(matrices, axis=-2)).reshape(-1, 2)
+    return np.exp(np.log(lengths).mean(axis=0)), np.abs(matrices).reshape(-1, 2, 2).max(axis=0)
