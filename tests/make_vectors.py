@@ -14,7 +14,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent / "stream"))
 
-from streams import changed, covered, noise
+from streams import changed, covered, noise, stream, woven
 
 from upholster.geometry import Surface, surface_from_spec
 from upholster.stream import StreamDecoder, encode_stream
@@ -46,6 +46,8 @@ def vectors() -> Any:
         "nets_16_bit",
         encode_stream(nets, quilt, noise(dtype=np.uint16, channels=1), wavelet="haar", levels=3),
     )
+    yield "quilt", encode_stream(*woven("torus", sample_size=1.5))
+    yield "fields", stream("bent")
 
 
 def decoded(data: Any) -> Any:

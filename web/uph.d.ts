@@ -47,6 +47,8 @@ export interface Changes {
   surface: boolean
   /** Whether the exemplar got better, and with it the texels of every chart. */
   exemplar: boolean
+  /** Maps that came or got better, by role; 'albedo' is the exemplar. */
+  roles: string[]
   /** Charts whose placements changed, rising. */
   charts: number[]
 }
@@ -67,10 +69,12 @@ export class UphDecoder {
   readonly chartsKnown: number
   /** Take further bytes. Throws `UphError` for a damaged stream, from then on always. */
   feed(bytes: Uint8Array): Changes
-  /** The exemplar as far as it has come. Throws `RangeError` while bytes are needed. */
-  exemplar(): Picture
-  /** Texels of a chart as far as they can be painted, rows [start, stop): as `exemplar().data`. */
-  texels(index: number, start?: number, stop?: number): Samples
+  /** Roles of the maps announced so far: 'albedo', the exemplar's, is the first. */
+  readonly roles: string[]
+  /** A map of the exemplar as far as it has come. Throws `RangeError` while bytes are needed. */
+  exemplar(role?: string): Picture
+  /** Texels of a chart as far as they can be painted, rows [start, stop): as `exemplar(role).data`. */
+  texels(index: number, start?: number, stop?: number, role?: string): Samples
 }
 
 /** Decodes an `.ezw` image as its bytes come, in pieces of any size. */

@@ -26,6 +26,8 @@ const MAX_PLACEMENTS = 2 ** 19
 const MAX_CELLS = 2 ** 25
 const MAX_SAMPLES = 3_200_000
 const MAX_PLACES = 3_300_000
+const MAX_MAP_SAMPLES = 4 * MAX_SAMPLES
+const MOST_MAPS = 16
 
 const clamp = (x, low, high) => Math.min(Math.max(x, low), high)
 const ceilDivide = (a, b) => Math.ceil(a / b)
@@ -165,6 +167,11 @@ class BitReader {
     this.place = 4 // bytes that code has taken, missing ones included
     this.low = this.code = 0
     this.high = this.slack = 0xffffffff
+  }
+
+  /** Bytes that have come and that no bit has needed. */
+  get unread() {
+    return Math.max(0, this.data.length - this.place)
   }
 
   feed(part) {
@@ -802,8 +809,10 @@ function parseNets(fields) {
   return { kind: 'nets', name, tolerance, patches, patchCount: count }
 }
 
+/** Charts, and the scale at which those without placements show the exemplar. */
 function parseLayout(fields, patchCount) {
-  const flags = fields.u8('flags of the layout', 15)
+  const flags = fields.u8('flags of the layout', 63)
+  const scale = flags & 32 ? fields.u8('scale') - 128 : 0
   let patches
   if (flags & 1) patches = indices(patchCount)
   else {
@@ -822,7 +831,16 @@ function parseLayout(fields, patchCount) {
     return { patch, height, width, s0: 0, s1: 1, t0: 0, t1: 1 }
   })
   if (texels > MAX_TEXELS) fields.fail(`layout has ${texels} texels; allowed: ${MAX_TEXELS}`)
-  if (!(flags & 2)) {
+  if (!(flags & 2) && flags & 16) {
+    const unit = 2 ** fields.u8('fineness of the charts', 16)
+    for (const chart of charts) {
+      for (const name of ['s', 't']) {
+        const low = fields.varint('start of a chart', unit - 1)
+        chart[`${name}0`] = low / unit
+        chart[`${name}1`] = (low + 1 + fields.varint('extent of a chart', unit - 1 - low)) / unit
+      }
+    }
+  } else if (!(flags & 2)) {
     for (const chart of charts) {
       for (const name of ['s0', 's1', 't0', 't1']) chart[name] = fields.number(name, 8)
       const { s0, s1, t0, t1 } = chart
@@ -832,13 +850,162 @@ function parseLayout(fields, patchCount) {
     }
   }
   fields.end('layout')
-  return charts
+  return [charts, scale]
+}
+
+// ---------------------------------------------------------------- M fields [3, 5.7]
+
+const OCTAVE = 32
+const ANGLES = 256
+const UNIT = 4096
+const MAX_NODES = 2 ** 21
+const SIZE_LIMIT = 192
+const SHEAR_LIMIT = 56
+const LONGEST_RUN = 20
+const COSINES = indices(ANGLES).map((k) => Math.round(2 ** 14 * Math.cos((2 * Math.PI * k) / ANGLES)))
+const POWERS = indices(OCTAVE).map((k) => Math.round(2 ** 14 * 2 ** (k / OCTAVE)))
+const PLAIN_FIELD = { margin: 0, rows: 1, columns: 1, matrices: Int32Array.of(UNIT, 0, 0, UNIT) }
+
+/** Matrices of nodes (size down, size along, angle, shear). */
+function makeField(nodes, margin, rows, columns) {
+  const matrices = new Int32Array(nodes.length)
+  for (let n = 0; n < nodes.length; n += 4) {
+    const [b, a, angle, shear] = nodes.subarray(n, n + 4)
+    for (const [at, steps, turned] of [
+      [0, b, angle + shear + ANGLES / 4],
+      [1, a, angle],
+    ]) {
+      const octave = Math.floor(steps / OCTAVE)
+      const size = (POWERS[steps - OCTAVE * octave] << (6 + octave)) >> 6
+      matrices[n + at] = Math.floor((size * COSINES[(turned - ANGLES / 4) & 255] + 32768) / 65536)
+      matrices[n + 2 + at] = Math.floor((size * COSINES[turned & 255] + 32768) / 65536)
+    }
+  }
+  return { margin, rows, columns, matrices }
+}
+
+/** M at a texel, written to `out`. */
+function matrixAt({ margin, rows, columns, matrices }, row, column, out) {
+  let [i, j, down, right] = [margin + (row >> 5), margin + (column >> 5), row & 31, column & 31]
+  if (i < 0 || i >= rows - 1) [i, down] = [i < 0 ? 0 : rows - 1, 0]
+  if (j < 0 || j >= columns - 1) [j, right] = [j < 0 ? 0 : columns - 1, 0]
+  const [below, beside] = [Math.min(i + 1, rows - 1), Math.min(j + 1, columns - 1)]
+  const a = 4 * (i * columns + j)
+  const b = 4 * (i * columns + beside)
+  const c = 4 * (below * columns + j)
+  const d = 4 * (below * columns + beside)
+  for (let k = 0; k < 4; k++) {
+    const upper = (matrices[a + k] * (32 - right) + matrices[b + k] * right) * (32 - down)
+    out[k] = (upper + (matrices[c + k] * (32 - right) + matrices[d + k] * right) * down + 512) >> 10
+  }
+  return out
+}
+
+function parseFields(fields, charts) {
+  const alike = fields.u8('kinds of fields', 3)
+  const margin = fields.u8('margin of the fields', 64)
+  const kinds = charts.map(() => (alike === 3 ? fields.u8('kind of a field', 2) : alike))
+  let total = 0
+  const shapes = charts.map(({ height, width }, n) => {
+    if (!kinds[n]) return null
+    const covering = (texels) => 2 * margin + ceilDivide(texels, 32) + 1
+    const shape =
+      kinds[n] === 1
+        ? [margin, covering(height), covering(width)]
+        : [
+            fields.varint('margin of a field', 64),
+            fields.varint('rows of nodes', 1024, 1),
+            fields.varint('columns of nodes', 1024, 1),
+          ]
+    total += shape[1] * shape[2]
+    return shape
+  })
+  if (total > MAX_NODES) fields.fail(`fields have ${total} nodes; allowed: ${MAX_NODES}`)
+  const bits = new BitReader(3000 + 1800 + 1344 + 1, 13, 24030)
+  bits.weights.fill(72090, 12 * MOST_INPUTS)
+  bits.feed(fields.data.subarray(fields.place))
+  const fail = (what) => fields.fail(what)
+  let first = new Int16Array(4)
+  const found = shapes.map((shape) => {
+    if (!shape) return null
+    const nodes = readNodes(bits, shape[1], shape[2], first, fail)
+    first = nodes.slice(0, 4)
+    return makeField(nodes, ...shape)
+  })
+  if (bits.unread) fail(`${bits.unread} bytes too many in the fields`)
+  return found
+}
+
+const folded = (x) => ((x + 128) & 255) - 128
+
+/** Nodes of one chart, each told by how far it lies from where its neighbours lead. */
+function readNodes(bits, rows, columns, first, fail) {
+  const nodes = new Int16Array(4 * rows * columns)
+  const left = new Int16Array(4 * rows * columns)
+  const { input } = bits
+  const next = (count, mixer) => {
+    const bit = bits.bit(count, mixer, 255)
+    if (bit < 0) fail('nodes of a field are missing')
+    return bit
+  }
+  const at = (array, i, j, k) => (i < 0 || j < 0 || j >= columns ? 0 : array[4 * (i * columns + j) + k])
+  for (let i = 0; i < rows; i++) {
+    for (let j = 0; j < columns; j++) {
+      for (let k = 0; k < 4; k++) {
+        let [guess, x, y, z] = [first[k], 0, 0, 0]
+        if (i && j) {
+          const [west, north] = [at(nodes, i, j - 1, k), at(nodes, i - 1, j, k)]
+          guess = west + north - at(nodes, i - 1, j - 1, k)
+          if (j > 1) x = 2 * west - at(nodes, i, j - 2, k) - guess
+          if (i > 1) y = 2 * north - at(nodes, i - 2, j, k) - guess
+          if (j + 1 < columns) z = west + at(nodes, i - 1, j + 1, k) - north - guess
+        } else if (j) {
+          guess = at(nodes, 0, j - 1, k)
+          if (j > 1) x = guess - at(nodes, 0, j - 2, k)
+        } else if (i) {
+          guess = at(nodes, i - 1, 0, k)
+          if (i > 1) y = guess - at(nodes, i - 2, 0, k)
+          if (columns > 1) z = at(nodes, i - 1, 1, k) - guess
+        }
+        if (k === 2) [x, y, z] = [folded(x), folded(y), folded(z)]
+        const [w, n, ne] = [at(left, i, j - 1, k), at(left, i - 1, j, k), at(left, i - 1, j + 1, k)]
+        const before = k ? at(left, i, j, k - 1) : 0
+        const guesses = (clamp(x, -2, 2) + 2) * 25 + (clamp(y, -2, 2) + 2) * 5 + clamp(z, -2, 2) + 2
+        const around = (clamp(w, -2, 2) + 2) * 15 + (clamp(n, -2, 2) + 2) * 3 + clamp(before, -1, 1) + 1
+        const spread = Math.min(15, Math.abs(w) + Math.abs(n) + Math.abs(ne))
+        let [size, sign] = [0, 1]
+        for (let step = 0; step <= LONGEST_RUN; step++) {
+          const near = Math.min(step, 5)
+          input[0] = (k * 125 + guesses) * 6 + near
+          input[1] = 3000 + (k * 75 + around) * 6 + near
+          input[2] = 4800 + (k * 16 + spread) * 21 + step
+          const bit = next(3, 3 * k + Math.min(step, 2))
+          if (step === 1) sign = bit ? -1 : 1
+          else if (bit) size++
+          else break
+        }
+        if (size === LONGEST_RUN) {
+          input[0] = 6144
+          let more = 0
+          for (let b = 0; b < 10; b++) more = 2 * more + next(1, 12)
+          size += more
+        }
+        const place = 4 * (i * columns + j) + k
+        const value = guess + sign * size
+        left[place] = sign * size
+        if (k !== 2 && Math.abs(value) > (k < 2 ? SIZE_LIMIT : SHEAR_LIMIT)) fail("a field's node is out of range")
+        nodes[place] = k === 2 ? value & 255 : value
+      }
+    }
+  }
+  return nodes
 }
 
 // ---------------------------------------------------------------- placements [4, 5.2 to 5.4]
 
 const MASK_RAMP = 1
 const MASK_CUT = 2
+const MOST_BENT = 2048
 // Row per row, row per column, column per row, column per column.
 const TURNS = [
   [1, 0, 0, 1],
@@ -855,10 +1022,18 @@ const NO_CELLS = new Uint8Array(0)
 
 const cellCount = ({ height, width, cell }) => ceilDivide(height, cell) * ceilDivide(width, cell)
 
+/** The M field of a chart without placements, and how many texels so many pixels take at it. */
+const scaleField = (scale) => (scale ? makeField(Int16Array.of(scale, scale, 0, 0), 0, 1, 1) : null)
+const tileOf = (side, unit) => Math.max(1, Math.floor((side * UNIT + (unit >> 1)) / unit))
+
 /** What a chart shows before its placements have come: the exemplar, repeated and mirrored. */
-function mirrored(chart, { height, width }) {
+function mirrored(chart, exemplar, unit) {
   const placed = []
-  const middle = (n, size) => (n & 1 ? size - 1 - (size >> 1) : size >> 1)
+  const [height, width] = [tileOf(exemplar.height, unit), tileOf(exemplar.width, unit)]
+  const middle = (n, size, side) => {
+    const texel = n & 1 ? size - 1 - (size >> 1) : size >> 1
+    return clamp((((2 * texel + 1) * unit) >> 9) - 8, 0, 16 * side - 1)
+  }
   for (let i = 0; i * height < chart.height; i++) {
     for (let j = 0; j * width < chart.width; j++) {
       placed.push({
@@ -866,8 +1041,8 @@ function mirrored(chart, { height, width }) {
         column: j * width + (width >> 1),
         height,
         width,
-        sourceRow: middle(i, height),
-        sourceColumn: middle(j, width),
+        sourceRow: middle(i, height, exemplar.height),
+        sourceColumn: middle(j, width, exemplar.width),
         turn: [0, 5, 7, 2][2 * (i & 1) + (j & 1)],
         mask: 0,
       })
@@ -876,12 +1051,13 @@ function mirrored(chart, { height, width }) {
   return placed
 }
 
-/** What both kinds of plan share: two coded streams, sources and masks, each resumed as its bytes come. */
+/** What all kinds of plan share: two coded streams, sources and masks, each resumed as its bytes come. */
 class Placements {
   constructor() {
     this.cells = NO_CELLS
     this.knownCells = 0
     this.masks = null
+    this.knownCharts = new Set()
     this.changed = new Set()
   }
 
@@ -893,12 +1069,16 @@ class Placements {
   feedMasks(part, fail) {
     if (!this.totalCells || this.known < this.total) fail('masks come where none are due')
     if (!this.masks) {
-      this.masks = new BitReader(CELL_COUNTERS, 2, 24030)
       this.cells = new Uint8Array(this.totalCells)
+      this.masks = this.maskReader()
       this.maskSteps = this.codeMasks()
     }
     this.masks.feed(part)
     this.maskSteps.next()
+  }
+
+  maskReader() {
+    return new BitReader(CELL_COUNTERS, 2, 24030)
   }
 
   get complete() {
@@ -973,7 +1153,6 @@ class RegularPlacements extends Placements {
     this.total = fields.within(this.starts.at(-1), 'number of placements', 0, MAX_PLACEMENTS)
     this.totalCells = fields.within(this.maskStarts.at(-1), 'number of cells', 0, MAX_CELLS / 2)
     this.known = 0
-    this.knownCharts = 0
     this.chosen = new Int32Array(this.total)
     this.modes = new Uint8Array(this.total)
     this.sources = new BitReader(SOURCE_COUNTERS, 20, 18022)
@@ -1080,7 +1259,7 @@ class RegularPlacements extends Placements {
         this.known++
       }
       if (!s) {
-        this.knownCharts++
+        this.knownCharts.add(run)
         this.changed.add(run)
       }
     }
@@ -1098,7 +1277,7 @@ class RegularPlacements extends Placements {
 
   #source(candidate) {
     const { K, tile, half } = this
-    return [Math.floor(candidate / K) * tile + half, (candidate % K) * tile + half]
+    return [16 * (Math.floor(candidate / K) * tile + half), 16 * ((candidate % K) * tile + half)]
   }
 
   /** The placements of a chart that is known, in painting order. */
@@ -1175,13 +1354,34 @@ class RegularPlacements extends Placements {
         ...shared,
         row: top + half,
         column: left + half,
-        sourceRow: sourceRow - half + down[0] * y + down[1] * x,
-        sourceColumn: sourceColumn - half + right[0] * y + right[1] * x,
+        sourceRow: sourceRow + 16 * (down[0] * y + down[1] * x - half),
+        sourceColumn: sourceColumn + 16 * (right[0] * y + right[1] * x - half),
         turn,
         cells: cellsB,
       }
       return [onA, onB]
     })
+  }
+}
+
+function checkPlacement(one, chart, field, exemplar, fail) {
+  const { row, column, height, width, turn, mask, ramp, sourceRow, sourceColumn } = one
+  const [top, left] = [row - (height >> 1), column - (width >> 1)]
+  if (top >= chart.height || top + height <= 0 || left >= chart.width || left + width <= 0) {
+    fail('does not touch its chart')
+  }
+  if (mask === MASK_RAMP && ramp < 1) fail('has a ramp 0 texels wide; allowed: 1 to 255')
+  if (field) {
+    if (Math.max(height, width) > MOST_BENT) fail(`is ${width}×${height}; allowed: ${MOST_BENT} with an M field`)
+    return // its source lies in the exemplar, and reads are clamped
+  }
+  if ((sourceRow | sourceColumn) & 15) fail('has a source that is not on a whole pixel')
+  const [p, q, r, s] = TURNS[turn]
+  for (const y of [top - row, top + height - 1 - row]) {
+    for (const x of [left - column, left + width - 1 - column]) {
+      const [i, j] = [sourceRow / 16 + p * y + q * x, sourceColumn / 16 + r * y + s * x]
+      if (i < 0 || i >= exemplar.height || j < 0 || j >= exemplar.width) fail('reads outside the exemplar')
+    }
   }
 }
 
@@ -1192,11 +1392,40 @@ const FIELD_LONGER = 5
 const FIELD_DIGIT = 39
 const FIELD_COUNTERS = FIELD_DIGIT + 35 * 64
 
-/** A general plan: every placement is told field by field. */
+/** number(f) [5.3]. */
+function* readNumber(bits, f, context) {
+  const { input } = bits
+  const base = f * FIELD_COUNTERS
+  let x
+  input[0] = base + FIELD_ZERO + context
+  while ((x = bits.bit(1, 5 * f, 255)) < 0) yield
+  if (!x) return 0
+  let length = 0
+  while (length < 34) {
+    input[0] = base + FIELD_LONGER + length
+    while ((x = bits.bit(1, 5 * f + 1, 255)) < 0) yield
+    if (!x) break
+    length++
+  }
+  input[0] = base + FIELD_SIGN
+  let negative
+  while ((negative = bits.bit(1, 5 * f + 2, 255)) < 0) yield
+  let number = 1
+  for (let b = 0; b < length; b++) {
+    input[0] = base + FIELD_DIGIT + length * 64 + (b < 6 ? number : 0)
+    while ((x = bits.bit(1, 5 * f + (b < 6 ? 3 : 4), 255)) < 0) yield
+    number = 2 * number + x
+  }
+  return negative ? -number : number
+}
+
+/** A general plan: every placement is told field by field; `unit` of a source is a pixel or 1/16 of it. */
 class GeneralPlacements extends Placements {
-  constructor(fields, charts, exemplar) {
+  constructor(fields, charts, exemplar, bent, unit) {
     super()
     this.charts = charts
+    this.bent = bent
+    this.unit = unit
     this.ends = []
     this.total = 0
     for (let n = 0; n < charts.length; n++) {
@@ -1207,12 +1436,14 @@ class GeneralPlacements extends Placements {
     this.totalCells = fields.varint('number of cells', MAX_CELLS)
     fields.end('plan')
     this.placed = []
-    this.knownCharts = 0
     this.exemplar = exemplar
     this.sources = new BitReader(FIELD_COUNT * FIELD_COUNTERS, FIELD_COUNT * 5, 72090)
     this.sourceSteps = this.#codePlacements((what) => fields.fail(what))
     if (!this.total) this.sourceSteps.next()
-    while (this.ends[this.knownCharts] === 0) this.changed.add(this.knownCharts++)
+    for (let n = 0; this.ends[n] === 0; n++) {
+      this.knownCharts.add(n)
+      this.changed.add(n)
+    }
   }
 
   get known() {
@@ -1221,13 +1452,13 @@ class GeneralPlacements extends Placements {
 
   // Fields [5.3].
   *#codePlacements(fail) {
-    const { charts, sources, placed, ends, exemplar } = this
-    const { input } = sources
+    const { charts, sources, placed, ends, exemplar, unit } = this
+    const most = (size) => (16 / unit) * size - 1
     const whole = [-(2 ** 31), 2 ** 31 - 1]
     const [size, byte] = [[1, 4096], [0, 255]]
     const limits = [
       ...[whole, whole, size, size, [0, 7], [0, 2], byte, byte, byte, [0, 16]],
-      ...[[0, exemplar.height - 1], [0, exemplar.width - 1], whole],
+      ...[[0, most(exemplar.height)], [0, most(exemplar.width)], whole],
     ]
     let before = new Array(FIELD_COUNT).fill(0)
     let cellsEnd = 0
@@ -1238,41 +1469,17 @@ class GeneralPlacements extends Placements {
         let differed = [0, 0]
         for (let f = 0; f < FIELD_COUNT; f++) {
           let guess = before[f]
-          if (n && (f === 10 || f === 11)) guess += values[f - 10] - before[f - 10]
+          if (n && (f === 10 || f === 11)) guess += (16 / unit) * (values[f - 10] - before[f - 10])
           if (f === 12) guess = values[5] === MASK_CUT ? cellsEnd : -1
-          // number(f)
-          const base = f * FIELD_COUNTERS
-          let number = 0
-          let x
-          input[0] = base + FIELD_ZERO + 2 * differed[0] + differed[1]
-          while ((x = sources.bit(1, 5 * f, 255)) < 0) yield
-          if (x) {
-            let length = 0
-            while (length < 34) {
-              input[0] = base + FIELD_LONGER + length
-              while ((x = sources.bit(1, 5 * f + 1, 255)) < 0) yield
-              if (!x) break
-              length++
-            }
-            input[0] = base + FIELD_SIGN
-            let negative
-            while ((negative = sources.bit(1, 5 * f + 2, 255)) < 0) yield
-            number = 1
-            for (let b = 0; b < length; b++) {
-              input[0] = base + FIELD_DIGIT + length * 64 + (b < 6 ? number : 0)
-              while ((x = sources.bit(1, 5 * f + (b < 6 ? 3 : 4), 255)) < 0) yield
-              number = 2 * number + x
-            }
-            if (negative) number = -number
-          }
+          const number = yield* readNumber(sources, f, 2 * differed[0] + differed[1])
           differed = [differed[1], number ? 1 : 0]
           const value = number + guess
           if (value < limits[f][0] || value > limits[f][1]) fail(`a field of placement ${n} is outside what is allowed`)
           values.push(value)
         }
         before = values
-        const [row, column, height, width, turn, mask, sides, ramp, cell, feather, sourceRow, sourceColumn, first] =
-          values
+        const [row, column, height, width, turn, mask, sides, ramp, cell, feather] = values
+        const [sourceRow, sourceColumn, first] = [unit * values[10], unit * values[11], values[12]]
         const one = { row, column, height, width, turn, mask, sides, ramp, cell, feather, sourceRow, sourceColumn }
         if (mask === MASK_CUT) {
           const count = cell ? cellCount(one) : Infinity
@@ -1280,27 +1487,12 @@ class GeneralPlacements extends Placements {
           cellsEnd = first + count
           Object.assign(one, { first, count })
         }
-        this.#check(one, charts[chart], (what) => fail(`placement ${n} ${what}`))
+        checkPlacement(one, charts[chart], this.bent[chart], exemplar, (what) => fail(`placement ${n} ${what}`))
         placed.push(one)
       }
-      if (chart >= this.knownCharts) {
-        this.knownCharts = chart + 1
+      if (!this.knownCharts.has(chart)) {
+        this.knownCharts.add(chart)
         this.changed.add(chart)
-      }
-    }
-  }
-
-  #check({ row, column, height, width, turn, mask, ramp, sourceRow, sourceColumn }, chart, fail) {
-    const [top, left] = [row - (height >> 1), column - (width >> 1)]
-    if (top >= chart.height || top + height <= 0 || left >= chart.width || left + width <= 0) {
-      fail('does not touch its chart')
-    }
-    if (mask === MASK_RAMP && ramp < 1) fail('has a ramp 0 texels wide; allowed: 1 to 255')
-    const [p, q, r, s] = TURNS[turn]
-    for (const y of [top - row, top + height - 1 - row]) {
-      for (const x of [left - column, left + width - 1 - column]) {
-        const [i, j] = [sourceRow + p * y + q * x, sourceColumn + r * y + s * x]
-        if (i < 0 || i >= this.exemplar.height || j < 0 || j >= this.exemplar.width) fail('reads outside the exemplar')
       }
     }
   }
@@ -1331,6 +1523,532 @@ class GeneralPlacements extends Placements {
       const end = one.first + one.count
       if (end > this.knownCells) return { ...one, mask: 0 }
       return { ...one, cells: this.cells.subarray(one.first, end) }
+    })
+  }
+}
+
+// ---------------------------------------------------------------- placements of method "quilt" [4, 5.5, 5.6]
+
+const TOLD = ['rows', 'across', 'firstRow', 'firstColumn', 'height', 'width', 'stepRow', 'stepColumn', 'level', 'cell']
+const BEFORE_ALL = {
+  ...{ rows: 1, across: 1, firstRow: 20, firstColumn: 20, height: 40, width: 40 },
+  ...{ stepRow: 28, stepColumn: 28, level: 0, cell: 2 },
+}
+const FAR = 2 ** 20
+const TOLD_LIMITS = {
+  ...{ rows: [1, FAR], across: [1, FAR], firstRow: [-FAR, FAR], firstColumn: [-FAR, FAR], height: [1, 4096] },
+  ...{ width: [1, 4096], stepRow: [1, FAR], stepColumn: [1, FAR], level: [0, 12], cell: [1, 255] },
+}
+const MAX_RASTER_CELLS = 2 ** 26
+// The numbers of a carried block, in coded order, and their places in number().
+const CARRIED = [
+  ...[['turn', 4], ['row', 0], ['column', 1], ['height', 2]],
+  ...[['width', 3], ['cut', 5], ['sourceRow', 6], ['sourceColumn', 7]],
+]
+const NO_MODE = 7
+const NEAR = 3
+// Where counters begin.
+const R_RUN = 10 * FIELD_COUNTERS
+const R_SKIP = R_RUN + 2
+const R_MASK = R_SKIP + 54
+const R_FLAG = R_MASK + 2
+const R_DELTA = R_FLAG + 6 * (768 + 12 + 64)
+const R_OFF = R_DELTA + 3 * 128
+const R_TREE = R_OFF + 41
+const R_HASHED = R_TREE + 4096
+const R_COUNTERS = R_HASHED + 3 * 65536
+const R_MIXERS = [50, 51, 57, 59, 63, 64]
+// What is known of a cell.
+const [FREE, HELD, NEXT, NEW, UNSEEN] = [0, 1, 2, 3, 4]
+
+/** A plan of rasters: on each chart what others' blocks leave on it, then its own. */
+class RasterPlacements extends Placements {
+  constructor(fields, charts, exemplar, bent) {
+    super()
+    Object.assign(this, { charts, exemplar, bent })
+    this.fail = (what) => fields.fail(what)
+    this.feather = fields.u8('feather', 16)
+    this.order = indices(charts.length)
+    if (fields.u8('whether charts are in another order', 1)) {
+      this.order = charts.map(() => fields.varint('number of a chart', charts.length - 1))
+      if (new Set(this.order).size < charts.length) this.fail('a chart comes twice in the order')
+    }
+    this.plans = this.#parsePlans(fields)
+    fields.end('plan')
+    this.starts = [0]
+    for (const n of this.order) this.starts.push(this.starts.at(-1) + this.plans[n].blocks)
+    this.total = this.starts.at(-1)
+    this.totalCells = 0
+    this.everyCell = 0
+    this.records = []
+    this.sources = new BitReader(R_COUNTERS, 64, 72090)
+    for (const [from, to, inputs] of [[51, 57, 3], [59, 63, 4]]) {
+      this.sources.weights.fill(Math.floor(72090 / inputs), from * MOST_INPUTS, to * MOST_INPUTS)
+    }
+    this.sourceSteps = this.#codeSources()
+    this.sourceSteps.next()
+  }
+
+  get known() {
+    return this.records.length
+  }
+
+  #parsePlans(fields) {
+    let before = BEFORE_ALL
+    let [blocks, positions] = [0, 0]
+    return this.charts.map((chart) => {
+      const changed = fields.varint('which numbers of a raster change', 2 ** TOLD.length - 1)
+      const codes = TOLD.map((_, n) => ((changed >> n) & 1 ? fields.varint('change of a raster', 2 ** 24, 1) : 0))
+      const plan = {}
+      const reach = (length, first, size, step) => Math.max(1, 1 + ceilDivide(length - first + (size >> 1) - size, step))
+      for (let n = TOLD.length - 1; n >= 0; n--) {
+        const name = TOLD[n]
+        let value = before[name]
+        if (name === 'rows') value = reach(chart.height, plan.firstRow, plan.height, plan.stepRow)
+        if (name === 'across') value = reach(chart.width, plan.firstColumn, plan.width, plan.stepColumn)
+        value += codes[n] & 1 ? -(codes[n] + 1) / 2 : codes[n] / 2
+        plan[name] = fields.within(value, `${name} of a raster`, ...TOLD_LIMITS[name], fields.place)
+      }
+      plan.carried = fields.varint('number of carried blocks', MAX_PLACEMENTS)
+      plan.positions = plan.rows * plan.across
+      plan.own = plan.positions - fields.varint('number of positions skipped', plan.positions)
+      plan.blocks = plan.carried + plan.own
+      blocks += plan.blocks
+      positions += plan.positions
+      fields.within(blocks, 'number of blocks', 0, MAX_PLACEMENTS)
+      fields.within(positions, 'number of positions', 0, MAX_PLACEMENTS)
+      before = plan
+      return plan
+    })
+  }
+
+  // Sources [5.5].
+  *#codeSources() {
+    for (const [place, n] of this.order.entries()) {
+      const plan = this.plans[n]
+      const { rows, across, carried, firstRow, firstColumn, stepRow, stepColumn } = plan
+      const field = this.bent[n] ?? PLAIN_FIELD
+      const base = this.starts[place]
+      const wide = across + 2
+      const lookup = new Int32Array((rows + 2) * wide).fill(-1)
+      const { input } = this.sources
+      for (let t = 0; t < carried; t++) {
+        const one = yield* this.#codeCarried(place, plan, field)
+        const i = Math.floor((one.row - firstRow + (stepRow >> 1)) / stepRow) + 1
+        const j = Math.floor((one.column - firstColumn + (stepColumn >> 1)) / stepColumn) + 1
+        lookup[clamp(i, 0, rows + 1) * wide + clamp(j, 0, across + 1)] = base + t
+        this.records.push(one)
+      }
+      const owner = (at) => (lookup[at] < 0 ? 0 : lookup[at] < base + carried ? 1 : 2)
+      let own = 0
+      for (let i = 1; i <= rows; i++) {
+        for (let j = 1; j <= across; j++) {
+          const at = i * wide + j
+          const rim = i === 1 || j === 1 || i === rows || j === across ? 1 : 0
+          const beside = (owner(at - 1) * 3 + owner(at - wide)) * 3 + owner(at)
+          input[0] = R_SKIP + 2 * beside + rim
+          let there
+          while ((there = this.sources.bit(1, R_MIXERS[0], 255)) < 0) yield
+          if (!there) continue
+          if (own === plan.own) this.fail(`chart ${n} has more blocks than its plan says`)
+          let third = lookup[at]
+          for (const step of [1, wide, wide + 1, 1 - wide, -1 - wide]) if (third < 0) third = lookup[at + step]
+          const near = [lookup[at - 1], lookup[at - wide], third, lookup[at - wide - 1], lookup[at - wide + 1]]
+          const one = {
+            ...{ row: firstRow + (i - 1) * stepRow, column: firstColumn + (j - 1) * stepColumn, turn: 0, link: -1 },
+            ...{ height: plan.height, width: plan.width, size: plan.cell },
+          }
+          yield* this.#codeOwn(one, near.map((k) => this.records[k]), plan, field, carried + own > 0)
+          lookup[at] = base + carried + own++
+          this.records.push(one)
+        }
+      }
+      if (own !== plan.own) this.fail(`chart ${n} has other blocks than its plan says`)
+      for (let k = base; k < this.records.length; k++) {
+        const one = this.records[k]
+        this.everyCell += (one.count = cellCount({ ...one, cell: one.size }))
+        one.first = this.totalCells
+        if (one.cut) this.totalCells += one.count
+        checkPlacement(one, this.charts[n], this.bent[n], this.exemplar, (what) => this.fail(`block ${k} ${what}`))
+      }
+      if (this.everyCell > MAX_RASTER_CELLS) this.fail(`blocks have ${this.everyCell} cells; allowed: ${MAX_RASTER_CELLS}`)
+      this.knownCharts.add(n)
+      this.changed.add(n)
+    }
+  }
+
+  /** Turn times M at a block's centre. */
+  #place(one, field) {
+    const m = matrixAt(field, one.row, one.column, [0, 0, 0, 0])
+    const [p, q, r, s] = TURNS[one.turn]
+    one.m = [p * m[0] + q * m[2], p * m[1] + q * m[3], r * m[0] + s * m[2], r * m[1] + s * m[3]]
+  }
+
+  /** Where a placed block would read at a texel. */
+  #goingOn(one, field, row, column) {
+    const here = matrixAt(field, row, column, [0, 0, 0, 0])
+    const there = matrixAt(field, one.row, one.column, [0, 0, 0, 0])
+    const [down, right] = [row - one.row, column - one.column]
+    const y = Math.floor(((there[0] + here[0]) * down + (there[1] + here[1]) * right + 256) / 512)
+    const x = Math.floor(((there[2] + here[2]) * down + (there[3] + here[3]) * right + 256) / 512)
+    const [p, q, r, s] = TURNS[one.turn]
+    return [one.sourceRow + p * y + q * x, one.sourceColumn + r * y + s * x]
+  }
+
+  *#codeLink(place) {
+    const { records, starts, sources } = this
+    const base = starts[place]
+    const n = records.length
+    const before = n > base ? records[n - 1].link : -1
+    const further = n > base + 1 ? records[n - 2].link : -1
+    let chart = 0
+    let onward = -1
+    if (before >= 0) {
+      for (chart = 1; starts[place - chart] > before; ) chart++
+      onward = before + 1
+      if (further >= starts[place - chart] && further < before) onward = 2 * before - further
+      if (onward >= starts[place - chart + 1]) onward = -1
+    }
+    if (onward >= 0) {
+      sources.input[0] = R_RUN + (further >= 0 ? 1 : 0)
+      let bit
+      while ((bit = sources.bit(1, R_MIXERS[0], 255)) < 0) yield
+      if (bit) return onward
+    }
+    const back = chart + (yield* readNumber(sources, 8, before >= 0 ? 1 : 0))
+    if (back === 0) return -1
+    if (back < 0 || back > place) this.fail('a block is carried from a chart that is not there')
+    const first = starts[place - back]
+    const link = (back === chart ? before : first) + (yield* readNumber(sources, 9, back === chart ? 1 : 0))
+    if (link < first || link >= starts[place - back + 1]) this.fail('a block is carried that is not there')
+    return link
+  }
+
+  *#codeCarried(place, plan, field) {
+    const { records, exemplar } = this
+    const link = yield* this.#codeLink(place)
+    const one = { link, mode: NO_MODE, agrees: 0, size: plan.cell }
+    let changed = link >= 0 ? 0 : 2
+    const limits = { turn: [0, 7], cut: [0, 1], height: [1, 4096], width: [1, 4096] }
+    limits.row = limits.column = [-16384 - 4096, 32768]
+    limits.sourceRow = [0, 16 * exemplar.height - 1]
+    limits.sourceColumn = [0, 16 * exemplar.width - 1]
+    const n = records.length
+    const before = n > this.starts[place] ? records[n - 1] : null
+    const further = n > this.starts[place] + 1 ? records[n - 2] : null
+    for (const [name, f] of CARRIED) {
+      const value = yield* readNumber(this.sources, f, changed)
+      changed = (changed & 2) | (value ? 1 : 0)
+      one[name] = value + this.#carriedGuess(name, one, before, further, plan, field)
+      if (!(one[name] >= limits[name][0] && one[name] <= limits[name][1])) this.fail(`${name} of block ${n} is out of range`)
+      if (name === 'column') this.#place(one, field)
+    }
+    return one
+  }
+
+  /** What is likely for a number of a carried block. */
+  #carriedGuess(name, one, before, further, plan, field) {
+    const from = one.link < 0 ? null : this.records[one.link]
+    const size = name === 'height' || name === 'width'
+    if (name === 'cut' && !before) return 1
+    if (size && from) {
+      const [a, b, c, d] = one.m
+      const [y, x] = name === 'height' ? [d, b] : [c, a]
+      const tall = Math.abs(y * from.m[0] - x * from.m[2]) * from.height
+      const wide = Math.abs(y * from.m[1] - x * from.m[3]) * from.width
+      const cells = Math.floor(Math.floor((tall + wide) / Math.max(1, Math.abs(a * d - b * c))) / plan.cell)
+      return Math.min((cells + 2) * plan.cell, 4096)
+    }
+    if (size && !before) return plan[name]
+    if (name.startsWith('source')) {
+      if (from) return from[name]
+      if (!before) return 0
+      return this.#goingOn(before, field, one.row, one.column)[name === 'sourceRow' ? 0 : 1]
+    }
+    if (!before) return 0
+    if (name !== 'row' && name !== 'column') return before[name]
+    if (from && before.link >= 0) {
+      const other = this.records[before.link]
+      const [down, right] = [from.row - other.row, from.column - other.column]
+      const y = Math.floor((from.m[0] * down + from.m[1] * right) / 16)
+      const x = Math.floor((from.m[2] * down + from.m[3] * right) / 16)
+      const [a, b, c, d] = before.m
+      let area = Math.floor((a * d - b * c) / 16)
+      let number = name === 'row' ? d * y - b * x : a * x - c * y
+      if (area < 0) [area, number] = [-area, -number]
+      return before[name] + (area > 0 ? Math.floor((2 * number + area) / (2 * area)) : 0)
+    }
+    return further ? 2 * before[name] - further[name] : before[name]
+  }
+
+  *#codeOwn(one, near, plan, field, later) {
+    const { sources, exemplar } = this
+    const { input } = sources
+    const { level } = plan
+    let bit
+    input[0] = R_MASK + (later ? 1 : 0)
+    while ((bit = sources.bit(1, R_MIXERS[0], 255)) < 0) yield
+    one.cut = bit
+    this.#place(one, field)
+    const [mostY, mostX] = [16 * exemplar.height - 1, 16 * exemplar.width - 1]
+    const extent = (a, b) => Math.floor((Math.abs(a) * plan.height + Math.abs(b) * plan.width) / 512)
+    const [tall, wide] = [extent(one.m[0], one.m[1]), extent(one.m[2], one.m[3])]
+    const unit = 16 << level
+    const pixel = (position) => (position + 8) >> (4 + level)
+    const position = (p) => ((16 * p + 8) << level) - 8
+    const guesses = [null, null, null]
+    for (let g = 0; g < 3; g++) {
+      if (!near[g] || near[g].turn) continue
+      const [y, x] = this.#goingOn(near[g], field, one.row, one.column)
+      if (y < 0 || y > mostY || x < 0 || x > mostX) continue
+      if (g === 2 && guesses.some((guess) => guess && guess.y === y && guess.x === x)) continue
+      const room = Math.min(y - tall, mostY - 15 - y - tall, x - wide, mostX - 15 - x - wide)
+      guesses[g] = { y, x, inside: room >= unit ? 2 : room >= -unit ? 1 : 0 }
+    }
+    let apart = 3
+    if (guesses[0] && guesses[1]) {
+      const distance = Math.max(Math.abs(guesses[0].y - guesses[1].y), Math.abs(guesses[0].x - guesses[1].x))
+      apart = distance === 0 ? 0 : distance <= NEAR * unit ? 1 : 2
+    }
+    const mode = (k) => (near[k] ? near[k].mode : NO_MODE)
+    const around = mode(0) * 8 + mode(1)
+    const upper = mode(3) * 8 + mode(4)
+    one.mode = 0
+    for (let step = 0; step < 6 && !one.mode; step++) {
+      const g = step % 3
+      const guess = guesses[g]
+      if (!guess || (step === 1 && apart === 0)) continue
+      const spot = apart * 3 + guess.inside
+      input[0] = R_FLAG + (step * 64 + around) * 12 + spot
+      input[1] = R_FLAG + 6 * 768 + step * 12 + spot
+      input[2] = R_FLAG + 6 * 780 + step * 64 + upper
+      while ((bit = sources.bit(3, R_MIXERS[1] + step, 255)) < 0) yield
+      if (!bit) continue
+      one.mode = 1 + step
+      ;[one.sourceRow, one.sourceColumn] = [guess.y, guess.x]
+      if (step < 3) continue
+      const off = [0, 0]
+      for (let axis = 0; axis < 2; axis++) {
+        let node = 1
+        while (node < 8) {
+          input[0] = R_DELTA + g * 128 + (axis ? 8 + 8 * off[0] : 0) + node
+          while ((bit = sources.bit(1, R_MIXERS[2] + axis, 255)) < 0) yield
+          node = 2 * node + bit
+        }
+        off[axis] = node - 8
+      }
+      one.sourceRow = position(pixel(guess.y) + off[0] - NEAR)
+      one.sourceColumn = position(pixel(guess.x) + off[1] - NEAR)
+    }
+    if (!one.mode) {
+      const found = [0, 0]
+      input[0] = R_OFF
+      while ((bit = sources.bit(1, R_MIXERS[4], 255)) < 0) yield
+      if (bit) {
+        for (let axis = 0; axis < 2; axis++) {
+          for (let b = 19; b >= 0; b--) {
+            input[0] = R_OFF + 1 + 20 * axis + b
+            while ((bit = sources.bit(1, R_MIXERS[4], 255)) < 0) yield
+            found[axis] = 2 * found[axis] + bit
+          }
+        }
+      } else {
+        const cell = (guess) => (guess ? 1 + (pixel(guess.y) >> 2) * 1024 + (pixel(guess.x) >> 2) : 0)
+        const [left, top] = [cell(guesses[0]), cell(guesses[1])]
+        for (let axis = 0; axis < 2; axis++) {
+          const bits = 32 - Math.clz32(pixel((axis ? mostX : mostY) - 15))
+          let node = 1
+          for (let b = 0; b < bits; b++) {
+            const place = axis ? node + 4096 * (1 + found[0]) : node
+            input[0] = R_TREE + 2048 * axis + (node & 2047)
+            input[1] = R_HASHED + hash(place, left, 0)
+            input[2] = R_HASHED + 65536 + hash(place, top, 7)
+            input[3] = R_HASHED + 131072 + hash(place, left, top + 19)
+            const mixer = R_MIXERS[3] + 2 * axis + (left || top ? 1 : 0)
+            while ((bit = sources.bit(4, mixer, 255)) < 0) yield
+            node = 2 * node + bit
+          }
+          found[axis] = node - 2 ** bits
+        }
+        found[0] = position(found[0])
+        found[1] = position(found[1])
+      }
+      ;[one.sourceRow, one.sourceColumn] = found
+    }
+    if (!(one.sourceRow >= 0 && one.sourceRow <= mostY && one.sourceColumn >= 0 && one.sourceColumn <= mostX)) {
+      this.fail('source of a block lies outside the exemplar')
+    }
+    one.agrees = 0
+    for (let g = 0; g < 2; g++) {
+      const guess = guesses[g]
+      if (!guess) continue
+      if (Math.abs(guess.y - one.sourceRow) <= unit && Math.abs(guess.x - one.sourceColumn) <= unit) one.agrees |= 1 << g
+    }
+  }
+
+  maskReader() {
+    const bits = new BitReader(8192 + 32768 + 8192 + 1, 65, 24030)
+    bits.weights.fill(72090, 64 * MOST_INPUTS)
+    return bits
+  }
+
+  // Masks [5.6].
+  *codeMasks() {
+    const { records, starts } = this
+    for (const [place, n] of this.order.entries()) {
+      const { height, width } = this.charts[n]
+      const covered = new Uint8Array(height * width)
+      for (let k = starts[place]; k < starts[place + 1]; k++) {
+        const one = records[k]
+        const own = k >= starts[place] + this.plans[n].carried
+        const sight = one.cut ? this.#judge(one, own, covered, height, width) : null
+        if (one.cut) {
+          yield* this.#codeMask(one, own, sight)
+          this.knownCells += one.count
+          this.changed.add(n)
+        }
+        this.#cover(one, own || !one.cut, sight, covered, height, width)
+      }
+    }
+  }
+
+  /** What is known of each cell before it is coded, and whether its first texel is covered. */
+  #judge(one, own, covered, tall, wide) {
+    const { height, width, size } = one
+    const [top, left] = [one.row - (height >> 1), one.column - (width >> 1)]
+    const [rows, columns] = [ceilDivide(height, size), ceilDivide(width, size)]
+    const known = new Uint8Array(rows * columns)
+    const under = new Uint8Array(rows * columns).fill(1)
+    const reach = this.feather
+    for (let i = 0, at = 0; i < rows; i++) {
+      const [r0, r1] = [top + i * size, top + Math.min(height, (i + 1) * size)]
+      for (let j = 0; j < columns; j++, at++) {
+        const [c0, c1] = [left + j * size, left + Math.min(width, (j + 1) * size)]
+        if (r1 + reach <= 0 || c1 + reach <= 0 || r0 - reach >= tall || c0 - reach >= wide) {
+          known[at] = UNSEEN
+          continue
+        }
+        if (r0 >= 0 && r0 < tall && c0 >= 0 && c0 < wide) under[at] = covered[r0 * wide + c0]
+        if (!own) continue
+        for (let r = Math.max(r0, 0); r < Math.min(r1, tall); r++) {
+          for (let c = Math.max(c0, 0); c < Math.min(c1, wide); c++) if (!covered[r * wide + c]) known[at] = NEW
+        }
+      }
+    }
+    if (!own) return { known, under, rows, columns }
+    const isCovered = (r, c) => covered[clamp(r, 0, tall - 1) * wide + clamp(c, 0, wide - 1)]
+    for (let i = 0, at = 0; i < rows; i++) {
+      for (let j = 0; j < columns; j++, at++) {
+        if (known[at] !== FREE) continue
+        for (let a = Math.max(i - 1, 0); a < Math.min(i + 2, rows); a++) {
+          for (let b = Math.max(j - 1, 0); b < Math.min(j + 2, columns); b++) {
+            if (known[a * columns + b] === NEW) known[at] = NEXT
+          }
+        }
+        if (known[at] !== FREE) continue
+        const [r, c] = [top + i * size, left + j * size]
+        if (
+          (i === 0 && r > 0 && isCovered(top - 1, c)) ||
+          (i === rows - 1 && top + height < tall && isCovered(top + height, c)) ||
+          (j === 0 && c > 0 && isCovered(r, left - 1)) ||
+          (j === columns - 1 && left + width < wide && isCovered(r, left + width))
+        ) {
+          known[at] = HELD
+        }
+      }
+    }
+    return { known, under, rows, columns }
+  }
+
+  /** Whether a point is outside the block that a carried one comes from (0), where that was old or new, or none (3). */
+  #seenFrom(one, down, right) {
+    if (one.link < 0) return 3
+    const from = this.records[one.link]
+    const [a, b, c, d] = from.m
+    let area = a * d - b * c
+    let y = Math.floor((one.m[0] * down + one.m[1] * right) / 16)
+    let x = Math.floor((one.m[2] * down + one.m[3] * right) / 16)
+    if (area < 0) [area, y, x] = [-area, -y, -x]
+    area = Math.floor(area / 16)
+    if (area === 0) return 3
+    const row = Math.floor((d * y - b * x + area) / (2 * area)) + (from.height >> 1)
+    const column = Math.floor((a * x - c * y + area) / (2 * area)) + (from.width >> 1)
+    if (row < 0 || column < 0 || row >= from.height || column >= from.width) return 0
+    if (!from.cut) return 2
+    const across = ceilDivide(from.width, from.size)
+    return 1 + this.cells[from.first + Math.floor(row / from.size) * across + Math.floor(column / from.size)]
+  }
+
+  *#codeMask(one, own, { known, under, rows, columns }) {
+    const { masks, cells } = this
+    const { input } = masks
+    const { first, size } = one
+    const [top, left] = [one.row - (one.height >> 1), one.column - (one.width >> 1)]
+    let plain = 0
+    if (own) {
+      input[0] = 49152
+      while ((plain = masks.bit(1, 64, 400)) < 0) yield
+    }
+    const told = (at) => known[at] !== UNSEEN && (plain || known[at] < NEXT)
+    for (let at = 0; at < one.count; at++) if (!told(at)) cells[first + at] = 1
+    const kind = own ? 0 : 1
+    for (let i = 0, at = 0; i < rows; i++) {
+      for (let j = 0; j < columns; j++, at++) {
+        if (!told(at)) continue
+        const cell = (di, dj) =>
+          i >= di && j + dj >= 0 && j + dj < columns ? cells[first + at - di * columns + dj] : 0
+        const near = cell(0, -1) + 2 * cell(1, 0) + 4 * cell(1, -1) + 8 * cell(1, 1)
+        const shape = near + 16 * cell(0, -2) + 32 * cell(2, 0) + 64 * cell(1, 2)
+        const east = j + 1 < columns && known[at + 1] >= NEXT ? 1 : 0
+        const south = i + 1 < rows && known[at + columns] >= NEXT ? 2 : 0
+        const aslant = i + 1 < rows && j > 0 && known[at + columns - 1] >= NEXT ? 4 : 0
+        const held = known[at] === HELD || (kind && under[at]) ? 1 : 0
+        let [right, down] = [0, 0]
+        while (right < 7 && j + right + 1 < columns && known[at + right + 1] < NEXT) right++
+        while (down < 7 && i + down + 1 < rows && known[at + (down + 1) * columns] < NEXT) down++
+        const sort = kind
+          ? this.#seenFrom(one, 2 * (top + i * size - one.row) + size - 1, 2 * (left + j * size - one.column) + size - 1)
+          : one.agrees
+        input[0] = ((kind * 128 + shape) * 8 + east + south + aslant) * 4 + sort
+        input[1] = 8192 + ((kind * 1024 + Math.min(i, 31) * 32 + Math.min(j, 31)) * 4 + (near & 3)) * 4 + sort
+        input[2] = 40960 + (((kind * 8 + right) * 8 + down) * 16 + near) * 4 + sort
+        const mixer = (kind * 16 + near) * 2 + held
+        let bit
+        while ((bit = masks.bit(3, mixer, 400)) < 0) yield
+        cells[first + at] = bit
+      }
+    }
+  }
+
+  /** Enter what a block covers: its rectangle, or of a carried one the cells that are new with all round them. */
+  #cover(one, whole, sight, covered, tall, wide) {
+    const { height, width, size, first } = one
+    const [top, left] = [one.row - (height >> 1), one.column - (width >> 1)]
+    const [rows, columns] = [ceilDivide(height, size), ceilDivide(width, size)]
+    const { cells } = this
+    for (let i = 0; i < rows; i++) {
+      const [r0, r1] = [Math.max(top + i * size, 0), Math.min(top + Math.min(height, (i + 1) * size), tall)]
+      for (let j = 0; j < columns; j++) {
+        const [c0, c1] = [Math.max(left + j * size, 0), Math.min(left + Math.min(width, (j + 1) * size), wide)]
+        if (r0 >= r1 || c0 >= c1) continue
+        let good = whole || cells[first + i * columns + j] === 1
+        for (let k = 0; k < 9 && good && !whole; k++) {
+          const [a, b] = [i + Math.floor(k / 3) - 1, j + (k % 3) - 1]
+          const at = a * columns + b
+          good = a >= 0 && b >= 0 && a < rows && b < columns && (cells[first + at] === 1 || sight.under[at] === 1)
+        }
+        if (good) for (let r = r0; r < r1; r++) covered.fill(1, r * wide + c0, r * wide + c1)
+      }
+    }
+  }
+
+  of(chart) {
+    const place = this.order.indexOf(chart)
+    return this.records.slice(this.starts[place], this.starts[place + 1]).map((one) => {
+      const end = one.first + one.count
+      if (!one.cut || end > this.knownCells) return { ...one, mask: 0 }
+      const cells = this.cells.subarray(one.first, end)
+      return { ...one, mask: MASK_CUT, cell: one.size, feather: this.feather, cells }
     })
   }
 }
@@ -1371,12 +2089,98 @@ function weigh({ height, width, mask, sides, ramp, cell, feather, cells }) {
   return weights
 }
 
+/** The next level of a pyramid: half the size, prefiltered by (1, 3, 3, 1)/8. */
+function halve({ height, width, channels, data }) {
+  const real = data instanceof Float32Array
+  const round = real ? Math.fround : (x) => x
+  const filter = (from, rows, columns, down) => {
+    const [high, wide] = down ? [(rows + 1) >> 1, columns] : [rows, (columns + 1) >> 1]
+    const out = new (real ? Float32Array : Int32Array)(high * wide * channels)
+    const [size, step] = down ? [rows, columns * channels] : [columns, channels]
+    for (let i = 0, to = 0; i < high; i++) {
+      for (let j = 0; j < wide; j++) {
+        const [n, base] = down ? [2 * i, j * channels] : [2 * j, i * columns * channels]
+        const [a, b, c, d] = [-1, 0, 1, 2].map((k) => base + clamp(n + k, 0, size - 1) * step)
+        for (let k = 0; k < channels; k++) {
+          out[to++] = round(from[a + k] + from[d + k]) + round(3 * round(from[b + k] + from[c + k]))
+        }
+      }
+    }
+    return out
+  }
+  const [high, wide] = [(height + 1) >> 1, (width + 1) >> 1]
+  const sums = filter(filter(data, height, width, true), high, width, false)
+  const out = new data.constructor(sums.length)
+  for (let n = 0; n < out.length; n++) out[n] = real ? sums[n] / 64 : (sums[n] + 32) >> 6
+  return { height: high, width: wide, channels, data: out }
+}
+
+/** The level of the exemplar's pyramid for a block with this M at its centre; it is built where it is needed. */
+function levelFor(exemplar, m) {
+  const most = 32 - Math.clz32(Math.max(exemplar.height, exemplar.width) - 1)
+  const area = m[0] * m[3] - m[1] * m[2]
+  let k = 0
+  while (k < most && area >= 2 * UNIT * UNIT * 4 ** k) k++
+  exemplar.pyramid ??= [exemplar]
+  while (exemplar.pyramid.length <= k) exemplar.pyramid.push(halve(exemplar.pyramid.at(-1)))
+  return k
+}
+
+/** A function that samples `count` texels of a placement from (row, column) on into `line`, as the canvas holds them. */
+function sampler(one, exemplar, field) {
+  const { channels } = exemplar
+  const real = exemplar.data instanceof Float32Array
+  const [p, q, r, s] = TURNS[one.turn]
+  if (!field) {
+    const { data, width: wide } = exemplar
+    const step = (q * wide + s) * channels
+    return (row, column, count, line) => {
+      const [y, x] = [row - one.row, column - one.column]
+      let from = (((one.sourceRow >> 4) + p * y + q * x) * wide + (one.sourceColumn >> 4) + r * y + s * x) * channels
+      for (let to = 0; to < count * channels; from += step) {
+        for (let k = 0; k < channels; k++) line[to++] = real ? data[from + k] : data[from + k] << 6
+      }
+    }
+  }
+  const centre = matrixAt(field, one.row, one.column, [0, 0, 0, 0])
+  const level = levelFor(exemplar, centre)
+  const { height, width, data } = exemplar.pyramid[level]
+  const here = [0, 0, 0, 0]
+  const stride = width * channels
+  return (row, column, count, line) => {
+    const y = row - one.row
+    for (let n = 0, to = 0; n < count; n++) {
+      matrixAt(field, row, column + n, here)
+      const x = column + n - one.column
+      const v = ((centre[0] + here[0]) * y + (centre[1] + here[1]) * x + 256) >> 9
+      const w = ((centre[2] + here[2]) * y + (centre[3] + here[3]) * x + 256) >> 9
+      const i = clamp(((one.sourceRow + p * v + q * w + 8) >> level) - 8, 0, 16 * (height - 1))
+      const j = clamp(((one.sourceColumn + r * v + s * w + 8) >> level) - 8, 0, 16 * (width - 1))
+      const at = (i >> 4) * stride + (j >> 4) * channels
+      const beside = j >> 4 < width - 1 ? channels : 0
+      const below = i >> 4 < height - 1 ? stride : 0
+      const d = (i & 15) * (j & 15)
+      const [b, c] = [16 * (j & 15) - d, 16 * (i & 15) - d]
+      const a = 256 - b - c - d
+      for (let k = at; k < at + channels; k++, to++) {
+        const [e, f, g, h] = [data[k], data[k + beside], data[k + below], data[k + below + beside]]
+        if (real) {
+          const upper = Math.fround(Math.fround(e * (a / 256)) + Math.fround(f * (b / 256)))
+          line[to] = Math.fround(upper + Math.fround(g * (c / 256))) + Math.fround(h * (d / 256))
+        } else line[to] = (e * a + f * b + g * c + h * d + 2) >> 2
+      }
+    }
+  }
+}
+
 /** Paint rows [start, stop) of a chart. */
-function paint(chart, placed, exemplar, start, stop) {
-  const { channels, data, width: wide } = exemplar
+function paint(chart, placed, exemplar, start, stop, field) {
+  const { channels, data } = exemplar
   const real = data instanceof Float32Array
   const columns = chart.width
-  const canvas = new (real ? Float32Array : Int32Array)((stop - start) * columns * channels)
+  const Canvas = real ? Float32Array : Int32Array
+  const canvas = new Canvas((stop - start) * columns * channels)
+  const line = new Canvas(columns * channels)
   for (const one of placed) {
     const top = one.row - (one.height >> 1)
     const left = one.column - (one.width >> 1)
@@ -1384,22 +2188,18 @@ function paint(chart, placed, exemplar, start, stop) {
     const [column0, column1] = [Math.max(left, 0), Math.min(left + one.width, columns)]
     if (row0 >= row1 || column0 >= column1) continue
     const weights = one.mask ? weigh(one) : null
-    const [p, q, r, s] = TURNS[one.turn]
-    const step = (q * wide + s) * channels
+    const sample = sampler(one, exemplar, field)
     for (let row = row0; row < row1; row++) {
-      const [y, x] = [row - one.row, column0 - one.column]
-      let from = ((one.sourceRow + p * y + q * x) * wide + one.sourceColumn + r * y + s * x) * channels
+      sample(row, column0, column1 - column0, line)
       let to = ((row - start) * columns + column0) * channels
       let at = (row - top) * one.width + column0 - left
-      for (let n = column0; n < column1; n++, from += step, to += channels, at++) {
+      for (let from = 0; from < (column1 - column0) * channels; at++) {
         const w = weights ? weights[at] : 256
-        if (w === 0) continue
-        for (let k = 0; k < channels; k++) {
-          if (real) {
-            const kept = Math.fround(canvas[to + k] * ((256 - w) / 256))
-            canvas[to + k] = kept + Math.fround(data[from + k] * (w / 256))
-          } else if (w === 256) canvas[to + k] = data[from + k] << 6
-          else canvas[to + k] = (canvas[to + k] * (256 - w) + (data[from + k] << 6) * w + 128) >> 8
+        for (let k = 0; k < channels; k++, from++, to++) {
+          if (w === 256) canvas[to] = line[from]
+          else if (w === 0) continue
+          else if (real) canvas[to] = Math.fround(canvas[to] * ((256 - w) / 256)) + Math.fround(line[from] * (w / 256))
+          else canvas[to] = (canvas[to] * (256 - w) + line[from] * w + 128) >> 8
         }
       }
     }
@@ -1413,8 +2213,9 @@ function paint(chart, placed, exemplar, start, stop) {
 // ---------------------------------------------------------------- files [1]
 
 const MAGIC = [117, 112, 104, 0] // "uph", version
-const NEEDS = { S: '', L: 'S', X: 'L', D: 'X', Q: 'X', P: 'Q', M: 'P' }
-const LONGEST = { S: 2 ** 26, L: 2 ** 24, X: 2 ** 12, Q: 2 ** 23 }
+const NEEDS = { S: '', L: 'S', X: 'L', D: 'X', F: 'X', Q: 'X', P: 'Q', M: 'P', R: 'X', E: 'R' }
+const LONGEST = { S: 2 ** 26, L: 2 ** 24, X: 2 ** 12, F: 2 ** 23, Q: 2 ** 23, R: 2 ** 12 }
+const ANY_NUMBER = 'DRE'
 
 /** Decodes a `.uph` stream as its bytes come. */
 export class UphDecoder {
@@ -1426,9 +2227,12 @@ export class UphDecoder {
     /** The surface and its charts; null and empty before they have come. */
     this.surface = null
     this.charts = []
+    this.scale = 0
+    this.fields = []
     this.image = null
     this.placements = null
-    this.picture = null
+    this.maps = new Map() // by role
+    this.pictures = new Map()
     this.view = 0
     this.seen = ''
     this.chunk = null
@@ -1453,7 +2257,7 @@ export class UphDecoder {
 
   /** How many charts have their placements; the others repeat the exemplar. */
   get chartsKnown() {
-    return this.placements ? this.placements.knownCharts : 0
+    return this.placements ? this.placements.knownCharts.size : 0
   }
 
   /**
@@ -1462,7 +2266,7 @@ export class UphDecoder {
    */
   feed(bytes) {
     if (this.failure) throw this.failure
-    this.changed = { surface: false, exemplar: false, charts: [] }
+    this.changed = { surface: false, exemplar: false, roles: [], charts: [] }
     try {
       this.#feed(bytes)
     } catch (error) {
@@ -1472,10 +2276,9 @@ export class UphDecoder {
     const marked = this.placements?.changed
     if (marked) {
       // What lies on a chart shows from when its own blocks are known.
-      this.changed.charts = [...marked].filter((n) => n < this.chartsKnown).sort((a, b) => a - b)
+      this.changed.charts = [...marked].filter((n) => this.placements.knownCharts.has(n)).sort((a, b) => a - b)
       marked.clear()
     }
-    if (this.changed.exemplar) this.picture = null
     return this.changed
   }
 
@@ -1540,6 +2343,7 @@ export class UphDecoder {
       this.chunk = null
     }
     if (part.length || whole) this.#take(chunk, part, whole)
+    chunk.begun = true
     return part.length + (whole ? 4 : 0)
   }
 
@@ -1548,15 +2352,25 @@ export class UphDecoder {
       if (tag < 'a') this.fail(`unknown chunk ${tag}`, offset)
       return
     }
-    if (tag !== 'D' && this.seen.includes(tag)) this.fail(`chunk ${tag} comes twice`, offset)
+    if (tag === 'F' && this.seen.includes('Q')) this.fail('chunk F comes behind Q', offset)
+    if (!ANY_NUMBER.includes(tag) && this.seen.includes(tag)) this.fail(`chunk ${tag} comes twice`, offset)
     if (!this.seen.includes(NEEDS[tag])) this.fail(`chunk ${tag} comes before ${NEEDS[tag]}`, offset)
     if (length > LONGEST[tag]) this.fail(`chunk ${tag} has ${length} bytes; allowed: ${LONGEST[tag]}`, offset)
     this.seen += tag
   }
 
-  #take({ tag, payload }, part, whole) {
+  #take(chunk, part, whole) {
+    const { tag, payload } = chunk
     if (tag === 'D') {
-      if (this.image.feed(part)) this.changed.exemplar = true
+      if (this.image.feed(part)) this.#better('albedo')
+    } else if (tag === 'E') {
+      if (!chunk.begun) {
+        if (!part.length) this.fail('a part of a map is empty', payload)
+        chunk.role = [...this.maps.keys()][part[0]]
+        if (!part[0] || !chunk.role) this.fail(`number of a map is ${part[0]}; allowed: 1 to ${this.maps.size - 1}`, payload)
+        part = part.subarray(1)
+      }
+      if (this.maps.get(chunk.role).feed(part)) this.#better(chunk.role)
     } else if (tag === 'P') this.placements.feedSources(part)
     else if (tag === 'M') this.placements.feedMasks(part, (what) => this.fail(what, payload))
     else if (tag in NEEDS) {
@@ -1568,47 +2382,89 @@ export class UphDecoder {
     }
   }
 
+  #better(role) {
+    if (role === 'albedo') this.changed.exemplar = true
+    if (!this.changed.roles.includes(role)) this.changed.roles.push(role)
+    this.pictures.delete(role)
+  }
+
+  #addMap(fields) {
+    const length = fields.varint('length of a role', 32, 1)
+    const start = fields.take(length, 'role')
+    const role = String.fromCharCode(...fields.data.subarray(start, start + length))
+    if (!/^[a-z0-9_]+$/.test(role) || this.maps.has(role) || this.maps.size >= MOST_MAPS) {
+      fields.fail('a map is not allowed, comes twice or is one too many', 0)
+    }
+    const header = parseImageHeader(fields, 4096, 4)
+    fields.end("a map's header")
+    const first = this.image.header
+    if (header.height !== first.height || header.width !== first.width) fields.fail('a map has another size', 0)
+    let samples = 0
+    for (const { header: { height, width, channels } } of [{ header }, ...this.maps.values()]) {
+      samples += height * width * channels
+    }
+    fields.within(samples, 'number of samples of all maps', 1, MAX_MAP_SAMPLES, 0)
+    this.maps.set(role, new ImageDecoder(header))
+    this.#better(role)
+  }
+
   #takeWhole(tag, fields) {
     if (tag === 'S') {
       this.surface = parseSurface(fields)
       this.changed.surface = true
-    } else if (tag === 'L') this.charts = parseLayout(fields, this.surface.patchCount)
+    } else if (tag === 'L') [this.charts, this.scale] = parseLayout(fields, this.surface.patchCount)
+    else if (tag === 'R') this.#addMap(fields)
+    else if (tag === 'F') this.fields = parseFields(fields, this.charts)
     else if (tag === 'X') {
       const header = parseImageHeader(fields, 4096, 4)
       fields.end('image header')
+      const unit = scaleField(this.scale)?.matrices[0] ?? UNIT
+      const [high, wide] = [tileOf(header.height, unit), tileOf(header.width, unit)]
       let tiles = 0
-      for (const { height, width } of this.charts) {
-        tiles += ceilDivide(height, header.height) * ceilDivide(width, header.width)
-      }
+      for (const { height, width } of this.charts) tiles += ceilDivide(height, high) * ceilDivide(width, wide)
+      fields.within(Math.max(high, wide), 'repeat of the exemplar', 1, this.scale ? MOST_BENT : 4096)
       fields.within(tiles, 'repeats of the exemplar', 1, MAX_TILES)
       if (this.view !== fields.start + fields.data.length + 4) {
         fields.fail(`first view ends here; the file says at ${this.view}`)
       }
       this.image = new ImageDecoder(header)
-      this.changed.exemplar = true
+      this.maps.set('albedo', this.image)
+      this.#better('albedo')
     } else {
-      const regular = fields.u8('kind of plan', 1)
-      this.placements = new (regular ? RegularPlacements : GeneralPlacements)(fields, this.charts, this.image.header)
+      const kind = fields.u8('kind of plan', 3)
+      const Plan = [GeneralPlacements, RegularPlacements, RasterPlacements, GeneralPlacements][kind]
+      if (kind === 1 && this.fields.length) fields.fail('plan is regular where charts have M fields')
+      this.placements = new Plan(fields, this.charts, this.image.header, this.fields, kind === 3 ? 1 : 16)
     }
   }
 
-  /** The exemplar as far as it has come: {height, width, channels, data}. */
-  exemplar() {
-    if (!this.image) throw new RangeError(`stream needs ${this.needed} more bytes`)
-    this.picture ??= this.image.image()
-    return this.picture
+  /** Roles of the maps that have been announced: 'albedo', the exemplar's, is the first. */
+  get roles() {
+    return [...this.maps.keys()]
   }
 
-  /** Texels of a chart as far as they can be painted, rows [start, stop) of it, as the exemplar's `data`. */
-  texels(index, start = 0, stop = this.charts[index]?.height) {
-    const exemplar = this.exemplar()
+  /** A map of the exemplar as far as it has come: {height, width, channels, data}. */
+  exemplar(role = 'albedo') {
+    if (!this.image) throw new RangeError(`stream needs ${this.needed} more bytes`)
+    if (!this.maps.has(role)) throw new RangeError(`map is ${role}; allowed: ${this.roles.join(', ')}`)
+    if (!this.pictures.has(role)) this.pictures.set(role, this.maps.get(role).image())
+    return this.pictures.get(role)
+  }
+
+  /** Texels of a chart as far as they can be painted, rows [start, stop) of it, as the map's `data`. */
+  texels(index, start = 0, stop = this.charts[index]?.height, role = 'albedo') {
+    const exemplar = this.exemplar(role)
     const chart = this.charts[index]
     if (!chart) throw new RangeError(`chart is ${index}; allowed: 0 to ${this.charts.length - 1}`)
     if (!(start >= 0 && start <= stop && stop <= chart.height)) {
       throw new RangeError(`rows are ${start} to ${stop}; allowed: 0 to ${chart.height}`)
     }
-    const placed = index < this.chartsKnown ? this.placements.of(index) : mirrored(chart, exemplar)
-    return paint(chart, placed, exemplar, start, stop)
+    if (this.placements?.knownCharts.has(index)) {
+      return paint(chart, this.placements.of(index), exemplar, start, stop, this.fields[index])
+    }
+    const field = scaleField(this.scale)
+    const placed = mirrored(chart, exemplar, field ? field.matrices[0] : UNIT)
+    return paint(chart, placed, exemplar, start, stop, field)
   }
 }
 

@@ -47,7 +47,7 @@ def mutated(rng: Any, data: Any) -> Any:
             elif kind < 0.95 and len(chunks) > 1:
                 del chunks[n]
             else:
-                chunks[n] = "SLXDQPMabZ"[int(rng.integers(10))], payload
+                chunks[n] = "SLXDFQPMREabZ"[int(rng.integers(13))], payload
         parts = [pack_chunk(*chunk) for chunk in chunks]
         view = 0
         for (tag, _), part in zip(chunks, parts, strict=True):
@@ -91,7 +91,8 @@ def try_one(rng: Any, data: Any) -> Any:
             place += step
         if decoder.needed:
             return "too short"
-        decoder.exemplar()
+        for role in decoder.roles:
+            decoder.exemplar(role)
         if sum(chart.height * chart.width for chart in decoder.charts) > MOST_TEXELS:
             decoder.quilt()
             return "large"

@@ -7,7 +7,8 @@ import numpy as np
 
 from upholster.geometry import surface_from_spec
 from upholster.stream import encode_stream
-from upholster.synthesis import Quilt, synthesize
+from upholster.synthesis import Chart, Quilt, synthesize
+from upholster.synthesis.field import Field, node_count
 from upholster.synthesis.quilt import MASK_CUT, PLACEMENT
 
 
@@ -35,7 +36,15 @@ def covered(
     """A surface, a quilt by method "paper", and its exemplar."""
     surface, exemplar = surface_from_spec(spec), noise()
     quilt = synthesize(
-        exemplar, surface, chart=chart, block=block, overlap=overlap, levels=levels, seams=seams, seed=seed
+        exemplar,
+        surface,
+        chart=chart,
+        block=block,
+        overlap=overlap,
+        levels=levels,
+        seams=seams,
+        seed=seed,
+        method="paper",
     )
     return surface, quilt, exemplar
 
@@ -71,8 +80,52 @@ def changed(quilt: Any) -> Any:
 
 
 @cache
+def woven(spec: Any = "sphere", texels: Any = 30_000, seed: Any = 3, **options: Any) -> Any:
+    """A surface, a quilt by method "quilt", and its exemplar."""
+    surface, exemplar = surface_from_spec(spec), noise(64, 72)
+    quilt = synthesize(exemplar, surface, texels=texels, block=20, seed=seed, **options)
+    return surface, quilt, exemplar
+
+
+def bent(rng: Any, charts: Any) -> Any:
+    """M fields of every kind: none, with and without margin, larger than the chart, of one node."""
+    fields: list[Field | None] = []
+    for n, chart in enumerate(charts):
+        margin = int(rng.integers(0, 3))
+        shape = (1, 1) if n % 4 == 2 else (node_count(chart.height, margin), node_count(chart.width, margin))
+        if n % 4 == 3:
+            shape = shape[0] + 2, shape[1] + 1
+        nodes = np.empty((*shape, 4), np.int16)
+        for k, (low, high) in enumerate(((-80, 80), (-80, 80), (0, 256), (-50, 51))):
+            nodes[..., k] = rng.integers(low, high, shape)
+        fields.append(None if n % 4 == 0 else Field(nodes, margin))
+    return tuple(fields)
+
+
+def anything_bent(rng: Any, exemplar_shape: Any, charts: Any, count: Any) -> Any:
+    """The same as `anything`, on charts with M fields, sources with fractions."""
+    quilt, fields = anything(rng, exemplar_shape, charts, count), bent(rng, charts)
+    placed = quilt.placements.copy()
+    free = np.array([field is not None for field in fields])[placed["chart"]]
+    for name in ("source_row", "source_column"):
+        placed[name][free] += rng.integers(0, 16, int(free.sum()), dtype=np.int32)
+    return Quilt(quilt.charts, exemplar_shape, placed, quilt.cells, fields)
+
+
+@cache
 def stream(name: Any) -> Any:
     """Streams of several kinds, by name."""
+    if name == "quilt":
+        return encode_stream(*woven())
+    if name == "maps":
+        surface, quilt, exemplar = woven("cone", 5_000)
+        shape = exemplar.shape[:2]
+        maps = {"normal": noise(*shape, 3, np.uint16, seed=1), "roughness": noise(*shape, 1, seed=2)}
+        return encode_stream(surface, quilt, exemplar, maps=maps, most_bytes=6000)
+    if name == "bent":
+        charts = [Chart(0, 40, 50), Chart(0, 33, 20), Chart(0, 17, 64), Chart(0, 32, 32), Chart(0, 9, 5)]
+        quilt = anything_bent(np.random.default_rng(8), (32, 40), charts, 40)
+        return encode_stream(surface_from_spec("plane"), quilt, noise())
     if name == "paper":
         return encode_stream(*covered())
     if name == "no seams":
@@ -81,13 +134,25 @@ def stream(name: Any) -> Any:
     return encode_stream(surface, changed(quilt), exemplar, lossless=True)
 
 
-STREAMS = ("paper", "no seams", "general")
+STREAMS = ("paper", "no seams", "general", "quilt", "bent", "maps")
+
+
+def same_fields(a: Any, b: Any) -> Any:
+    """Whether two tuples of M fields are equal; none at all is as good as all None."""
+    if len(a) != len(b):
+        return not any(a) and not any(b)
+    return all(
+        (x is None) == (y is None)
+        and (x is None or (x.margin == y.margin and np.array_equal(x.nodes, y.nodes)))
+        for x, y in zip(a, b, strict=True)
+    )
 
 
 def same(a: Any, b: Any) -> Any:
     """Whether two quilts are equal in everything."""
     return (
-        a.charts == b.charts
+        same_fields(a.fields, b.fields)
+        and a.charts == b.charts
         and a.exemplar_shape == b.exemplar_shape
         and np.array_equal(a.placements, b.placements)
         and np.array_equal(a.cells, b.cells)

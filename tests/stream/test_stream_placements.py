@@ -1,23 +1,32 @@
 """Placements: exact round trips, small, and never a symbol that the bytes do not determine."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from streams import anything, changed, covered, noise, same
+from streams import anything, anything_bent, changed, covered, noise, same, same_fields, woven
 
 from upholster.errors import FormatError, InputError
 from upholster.stream.fields import Fields
 from upholster.stream.placement_encoder import encode_placements
-from upholster.stream.placements import PlacementDecoder
-from upholster.synthesis import Chart, PaperOptions, Quilt, paint, synthesize_paper
+from upholster.stream.placements import open_plan
+from upholster.stream.raster_decoder import RasterDecoder
+from upholster.stream.records import RASTER
+from upholster.synthesis import Chart, PaperOptions, Quilt, paint, synthesize, synthesize_paper
 from upholster.synthesis.quilt import MASK_CUT, PLACEMENT
 
 
 def decoder_of(quilt: Any, plan: Any) -> Any:
-    return PlacementDecoder(Fields(plan), quilt.charts, quilt.exemplar_shape)
+    return open_plan(Fields(plan), quilt.charts, quilt.exemplar_shape, quilt.fields)
+
+
+def same_texels(a: Any, b: Any) -> Any:
+    """Whether two quilts paint the same."""
+    image = noise(*a.exemplar_shape)
+    return all((x == y).all() for x, y in zip(paint(a, image).arrays, paint(b, image).arrays, strict=True))
 
 
 def back(quilt: Any, shared: Any = ()) -> Any:
@@ -86,9 +95,13 @@ def test_charts_of_different_sizes_meet_along_parts() -> None:
 def test_any_valid_quilt_comes_back(seed: Any, count: Any, charts: Any) -> None:
     rng = np.random.default_rng(seed)
     layout = [Chart(0, *rng.integers(1, 90, 2).tolist()) for _ in range(charts)]
-    quilt = anything(rng, (int(rng.integers(8, 70)), int(rng.integers(8, 70))), layout, count)
-    again, _ = back(quilt)
-    assert same(quilt, again)
+    shape = int(rng.integers(8, 70)), int(rng.integers(8, 70))
+    for quilt in (anything(rng, shape, layout, count), anything_bent(rng, shape, layout, count)):
+        again, plan = back(quilt)
+        if plan[0] == RASTER:
+            assert same_texels(quilt, again)
+        else:
+            assert same(quilt, again)
 
 
 def test_a_quilt_that_is_not_quite_regular_comes_back() -> None:
@@ -98,13 +111,66 @@ def test_a_quilt_that_is_not_quite_regular_comes_back() -> None:
     assert same(changed(quilt), again)
 
 
-@pytest.mark.parametrize("regular", [True, False])
-def test_no_symbol_is_taken_that_the_bytes_do_not_determine(regular: Any) -> None:
-    surface, quilt, _ = covered("cylinder")
-    quilt = quilt if regular else changed(quilt)
+@pytest.mark.parametrize("options", [{}, {"sample_size": 0.6}, {"sample_size": 5.0}, {"direction": "0,0,1"}])
+def test_quilts_of_method_quilt_come_back_and_are_told_compactly(options: Any) -> None:
+    surface, quilt, _ = woven(**options)
+    again, plan = back(quilt, surface.shared)
+    assert plan[0] == RASTER
+    assert same_fields(quilt.fields, again.fields)
+    assert same_texels(quilt, again)
+    # What comes back is told by the same bytes again.
+    twice, plan_again = back(again, surface.shared)
+    assert plan_again == plan
+    assert same_texels(quilt, twice)
+
+
+def test_flat_quilts_come_back() -> None:
+    surface, exemplar = covered("plane")[0], noise(64, 64)
+    quilt = synthesize(exemplar, surface, texels=(150, 110), block=20)
+    again, plan = back(quilt)
+    assert plan[0] == RASTER
+    assert same_texels(quilt, again)
+
+
+def test_what_nobody_sees_costs_nothing() -> None:
+    surface, quilt, _ = woven()
+    _, _, masks = encode_placements(quilt, surface.shared)
+    placed, cells = quilt.placements, quilt.cells.copy()
+    reach = 3
+    for one in placed[placed["mask"] == MASK_CUT]:
+        chart = quilt.charts[one["chart"]]
+        high, wide = -(-one["height"] // one["cell"]), -(-one["width"] // one["cell"])
+        top = one["row"] - one["height"] // 2 + one["cell"] * np.arange(high)
+        left = one["column"] - one["width"] // 2 + one["cell"] * np.arange(wide)
+        beyond = (top + one["cell"] + reach <= 0) | (top - reach >= chart.height)
+        aside = (left + one["cell"] + reach <= 0) | (left - reach >= chart.width)
+        part = cells[one["cells"] : one["cells"] + high * wide].reshape(high, wide)
+        part[beyond[:, None] | aside] ^= 1
+    assert (cells != quilt.cells).any()
+    changed = replace(quilt, cells=cells)
+    assert encode_placements(changed, surface.shared)[2] == masks
+
+
+def test_masks_that_show_what_is_not_there_come_back_as_well() -> None:
+    surface, quilt, _ = woven()
+    cells = np.random.default_rng(2).integers(0, 2, len(quilt.cells)).astype(np.uint8)
+    wild = replace(quilt, cells=cells)
+    again, plan = back(wild, surface.shared)
+    assert plan[0] == RASTER
+    assert same_texels(wild, again)
+
+
+def kind_of_quilt(kind: Any) -> Any:
+    surface, quilt, _ = woven() if kind == "quilt" else covered("cylinder")
+    return surface, changed(quilt) if kind == "general" else quilt
+
+
+@pytest.mark.parametrize("kind", ["regular", "general", "quilt"])
+def test_no_symbol_is_taken_that_the_bytes_do_not_determine(kind: Any) -> None:
+    surface, quilt = kind_of_quilt(kind)
     plan, sources, masks = encode_placements(quilt, surface.shared)
     rng = np.random.default_rng(0)
-    for cut in [*range(12), *range(12, len(sources), 29)]:
+    for cut in [*range(12), *range(12, len(sources), 29 if kind != "quilt" else 173)]:
         decoder = decoder_of(quilt, plan)
         decoder.feed_sources(sources[:cut])
         known = decoder.known
@@ -118,7 +184,7 @@ def test_no_symbol_is_taken_that_the_bytes_do_not_determine(regular: Any) -> Non
             assert _known_part(other, known) == _known_part(decoder, known)
     whole = decoder_of(quilt, plan)
     whole.feed_sources(sources)
-    for cut in range(0, len(masks), 13):
+    for cut in range(0, len(masks), 13 if kind != "quilt" else 173):
         decoder = decoder_of(quilt, plan)
         decoder.feed_sources(sources)
         decoder.feed_masks(masks[:cut])
@@ -132,15 +198,16 @@ def test_no_symbol_is_taken_that_the_bytes_do_not_determine(regular: Any) -> Non
 
 
 def _known_part(decoder: Any, known: Any) -> Any:
+    if isinstance(decoder, RasterDecoder):
+        return decoder._records[:known].tolist()
     if decoder.regular:
         return decoder._chosen[:known].tolist()
     return decoder._fields[:known].tolist()
 
 
-@pytest.mark.parametrize("regular", [True, False])
-def test_byte_by_byte_is_all_at_once(regular: Any) -> None:
-    surface, quilt, _ = covered("cylinder")
-    quilt = quilt if regular else changed(quilt)
+@pytest.mark.parametrize("kind", ["regular", "general", "quilt"])
+def test_byte_by_byte_is_all_at_once(kind: Any) -> None:
+    surface, quilt = kind_of_quilt(kind)
     plan, sources, masks = encode_placements(quilt, surface.shared)
     decoder, known = decoder_of(quilt, plan), -1
     for n in range(len(sources)):
@@ -153,7 +220,10 @@ def test_byte_by_byte_is_all_at_once(regular: Any) -> None:
         known = decoder.known
     for n in range(len(masks)):
         decoder.feed_masks(masks[n : n + 1])
-    assert same(decoder.quilt(), quilt)
+    if kind == "quilt":
+        assert same(decoder.quilt(), back(quilt, surface.shared)[0])
+    else:
+        assert same(decoder.quilt(), quilt)
 
 
 def test_what_is_missing_repeats_the_exemplar_mirrored() -> None:
@@ -198,15 +268,21 @@ def test_placements_outside_chart_or_exemplar_are_refused() -> None:
     plan, sources, _ = encode_placements(changed(quilt))
     smaller = tuple(Chart(chart.patch, 20, 20) for chart in quilt.charts)
     with pytest.raises(FormatError, match="does not touch its chart"):
-        PlacementDecoder(Fields(plan), smaller, quilt.exemplar_shape).feed_sources(sources)
+        open_plan(Fields(plan), smaller, quilt.exemplar_shape).feed_sources(sources)
     with pytest.raises(FormatError, match="outside"):
-        PlacementDecoder(Fields(plan), quilt.charts, (20, 20)).feed_sources(sources)
+        open_plan(Fields(plan), quilt.charts, (20, 20)).feed_sources(sources)
 
 
 @pytest.mark.parametrize(
     ("plan", "message"),
     [
-        (b"\2", "byte 0: kind of plan is 2"),
+        (b"\4", "byte 0: kind of plan is 4; allowed: 0 to 3"),
+        (b"\2\x11", "byte 1: feather is 17; allowed: 0 to 16"),
+        (b"\2\2\1\0\0\1\2", "byte 7: a chart comes twice in the order"),
+        (b"\2\2\0\x80\x04\x03", "byte 6: cell of a raster is 0; allowed: 1 to 255"),
+        (b"\2\2\0\0\x80\x80\x20\0", "byte 8: plan has"),
+        (b"\2\2\0\0\0\x0a", "byte 5: number of positions skipped is 10; allowed: 0 to 4"),
+        (b"\3" + b"\x80\x80\x20" * 4 + b"\0", "plan has 2097152 placements"),
         (b"\1\x41\4\2\0", "byte 1: block is 65; allowed: 2 to 32"),
         (b"\1\x10\x08\2\0", "byte 2: overlap is 8; allowed: 1 to 7"),
         (b"\1\x10\4\2\1\3\2\0\0\0", "byte 7: cell is 3"),
@@ -219,6 +295,6 @@ def test_placements_outside_chart_or_exemplar_are_refused() -> None:
 def test_malformed_plans_are_refused(plan: Any, message: Any) -> None:
     charts = tuple(Chart(n, 64, 64) for n in range(4))
     with pytest.raises(FormatError) as error:
-        PlacementDecoder(Fields(plan), charts, (32, 32))
+        open_plan(Fields(plan), charts, (32, 32))
     assert message in str(error.value)
     assert str(error.value).startswith("byte ")

@@ -136,13 +136,16 @@ LAYOUTS = (
     [Chart(n, 40 + n, 64) for n in range(16)],
     [Chart(3, 7, 9), Chart(3, 8, 9)],
     [Chart(0, 8, 8, 0.0, 0.5, 0.25, 1.0), Chart(0, 8, 8, 0.5)],
+    [Chart(0, 8, 8, 0.0, 1 / 3, 0.25, 1.0), Chart(0, 8, 8, 1 / 3)],
 )
 
 
 @pytest.mark.parametrize("charts", LAYOUTS)
 def test_a_layout_comes_back(charts: Any) -> None:
     surface = ring_cyclide()
-    assert parse_layout(Fields(pack_layout(charts, surface)), surface) == tuple(charts)
+    for scale in (0, -128, 5, 127):
+        packed = pack_layout(charts, surface, scale)
+        assert parse_layout(Fields(packed), surface) == (tuple(charts), scale)
 
 
 def test_the_paper_s_layout_takes_three_bytes() -> None:

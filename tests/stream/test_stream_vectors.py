@@ -18,7 +18,7 @@ VECTORS = sorted((Path(__file__).parents[1] / "vectors").glob("*.uph"))
 
 
 def test_there_are_vectors() -> None:
-    assert len(VECTORS) >= 4
+    assert len(VECTORS) >= 6
 
 
 @pytest.mark.parametrize("path", VECTORS, ids=lambda path: path.stem)

@@ -14,7 +14,9 @@ function found(decoder) {
   if (decoder.needed) return { needed: decoder.needed }
   if (decoder instanceof EzwDecoder) return { image: digest([decoder.image().data]) }
   const texels = decoder.charts.map((_, n) => decoder.texels(n))
-  return { exemplar: digest([decoder.exemplar().data]), texels: digest(texels), known: decoder.chartsKnown }
+  const maps = decoder.roles.slice(1).map((role) => [role, digest([decoder.exemplar(role).data])])
+  if (maps.length) texels.push(...decoder.charts.map((_, n) => decoder.texels(n, 0, undefined, decoder.roles.at(-1))))
+  return { exemplar: digest([decoder.exemplar().data]), texels: digest(texels), known: decoder.chartsKnown, maps }
 }
 
 function run({ path, cuts }) {

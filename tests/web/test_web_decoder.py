@@ -16,7 +16,7 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "stream"))
 
-from streams import anything, changed, covered, noise
+from streams import anything, anything_bent, changed, covered, noise, woven
 
 from upholster.codec import decode, encode
 from upholster.geometry import Surface, surface_from_spec
@@ -25,7 +25,7 @@ from upholster.synthesis import Chart
 
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
-MOST_GZIPPED = 20_000
+MOST_GZIPPED = 31_000
 """Bytes of uph.js as it is served, comments and all."""
 VECTORS = sorted((ROOT / "tests" / "vectors").glob("*.uph"))
 
@@ -73,7 +73,10 @@ def _in_python(data: Any, cuts: Any) -> Any:
             found.append({"needed": decoder.needed})
             continue
         texels = decoder.texels(threads=1).arrays
-        shown = {"exemplar": _digest(decoder.exemplar()), "texels": _digest(*texels)}
+        maps = [[role, _digest(decoder.exemplar(role))] for role in decoder.roles[1:]]
+        if maps:
+            texels += decoder.texels(decoder.roles[-1], threads=1).arrays
+        shown = {"exemplar": _digest(decoder.exemplar()), "texels": _digest(*texels), "maps": maps}
         found.append({**shown, "known": decoder.charts_known})
     return found
 
@@ -84,6 +87,16 @@ def _cuts(rng: Any, data: Any, count: int) -> Any:
 
 def _charts() -> Any:
     return [Chart(0, 31, 20), Chart(0, 17, 40, 0.0, 0.5, 0.25, 1.0), Chart(0, 1, 1)]
+
+
+def _maps(exemplar: Any) -> Any:
+    """Maps of other depths and channels, as wide and high as the exemplar."""
+    shape = exemplar.shape[:2]
+    return {
+        "normal": noise(*shape, 3, np.uint16, seed=1),
+        "roughness": noise(*shape, 1, np.uint8, seed=2),
+        "height": noise(*shape, 1, np.float32, seed=3),
+    }
 
 
 def _streams() -> Any:
@@ -112,8 +125,19 @@ def _streams() -> Any:
     for dtype, channels, options in kinds:
         height, width = rng.integers(20, 50, 2)
         exemplar = noise(int(height), int(width), channels, dtype, seed=7)
-        quilt = anything(rng, exemplar.shape[:2], _charts(), int(rng.integers(1, 30)))
-        yield encode_stream(plane, quilt, exemplar, **options)
+        count = int(rng.integers(1, 30))
+        for make in (anything, anything_bent):
+            quilt = make(rng, exemplar.shape[:2], _charts(), count)
+            yield encode_stream(plane, quilt, exemplar, **options)
+    surface, quilt, exemplar = woven("cone", 9_000)
+    yield encode_stream(surface, quilt, exemplar, maps=_maps(exemplar))
+    for spec, texels, made in (
+        ("sphere", 20_000, {"direction": "0,0,1"}),
+        ("cone", 9_000, {"sample_size": 0.5}),
+        ("torus", 30_000, {"sample_size": 4.0}),
+        ("plane", (90, 70), {}),
+    ):
+        yield encode_stream(*woven(spec, texels, **made))
 
 
 def test_streams_cut_anywhere_decode_as_in_python(tmp_path: Any) -> None:

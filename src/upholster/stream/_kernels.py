@@ -1,9 +1,11 @@
 """Coding placements: encoder and decoder are the same loops, over the bit coder of `upholster.codec`.
 
 Each loop returns how far it came. A decoder stops where the bytes at hand do not determine the next symbol,
-and goes on from there when there are more; a record that was begun is taken back first (`_undo`), so that
+and goes on from there when there are more; a record that was begun is taken back first (`undo`), so that
 only whole ones count.
 """
+
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,11 +20,19 @@ __all__ = [
     "HASHED",
     "LOG",
     "MIXERS",
+    "NUMBER_COUNTERS",
     "SOURCE_COUNTERS",
     "START",
+    "UNKNOWN",
+    "begin",
     "code_cells",
     "code_fields",
+    "code_number",
     "code_sources",
+    "hash_of",
+    "logged_bit",
+    "signed",
+    "undo",
 ]
 
 LOG = 4096
@@ -39,13 +49,22 @@ _FLAGS, _TREE = 0, 256
 FIELDS = 13
 """Row, column, height, width, turn, mask, sides, ramp, cell, feather, source row, source column, cells."""
 
-_PER_FIELD = 8 + 40 + 40 * 64
-FIELD_COUNTERS = FIELDS * _PER_FIELD
+NUMBER_COUNTERS = 8 + 40 + 40 * 64
+UNKNOWN = 1 << 40
+"""What `code_number` returns where the bytes at hand do not determine a number."""
+
+FIELD_COUNTERS = FIELDS * NUMBER_COUNTERS
 CELL_COUNTERS = (256 * 256) + 2048 + 8192
 
 
 @inline
-def _logged_bit(
+def signed(value: Any) -> Any:
+    """Return a number from any array in 64 bits, signed: unsigned ones do not mix."""
+    return np.int64(value)
+
+
+@inline
+def logged_bit(
     state: NDArray[np.int64],
     data: NDArray[np.uint8],
     a: NDArray[np.int32],
@@ -67,13 +86,13 @@ def _logged_bit(
 
 
 @inline
-def _begin(state: NDArray[np.int64], kept: NDArray[np.int64], log: NDArray[np.int64]) -> None:
+def begin(state: NDArray[np.int64], kept: NDArray[np.int64], log: NDArray[np.int64]) -> None:
     kept[:] = state
     log[0] = 0
 
 
 @inline
-def _undo(
+def undo(
     state: NDArray[np.int64],
     kept: NDArray[np.int64],
     a: NDArray[np.int32],
@@ -85,7 +104,7 @@ def _undo(
 
 
 @inline
-def _hash(a: int, b: int, c: int) -> int:
+def hash_of(a: int, b: int, c: int) -> int:
     # The upper 16 bits of a sum of products modulo 2^32.
     return ((a * 2654435761 + b * 2246822519 + c * 3266489917) & 0xFFFFFFFF) >> 16
 
@@ -124,7 +143,7 @@ def code_sources(
     hashed = _TREE + 4096
     mixers = 10 * strip
     for n in range(start, stop):
-        _begin(state, kept, log)
+        begin(state, kept, log)
         here = n - first
         left, top, left_mode, top_mode = -1, -1, 3, 3
         left_on, top_on = -1, -1
@@ -145,10 +164,10 @@ def code_sources(
             if guess < 0 or (side == 1 and agree) or found >= 0:
                 continue
             a[CONTEXTS + 0] = START + flags + (side * 16 + around) * 2 + agree
-            a[CONTEXTS + 1] = START + hashed + HASHED + _hash(left, top, 5000 + side)
-            bit = _logged_bit(state, data, a, log, 2, mixers + side, encoding, target == guess)
+            a[CONTEXTS + 1] = START + hashed + HASHED + hash_of(left, top, 5000 + side)
+            bit = logged_bit(state, data, a, log, 2, mixers + side, encoding, target == guess)
             if bit < 0:
-                _undo(state, kept, a, log)
+                undo(state, kept, a, log)
                 return n
             if bit:
                 found, mode = guess, side + 1
@@ -166,10 +185,10 @@ def code_sources(
                     bit = (target // grid_columns) >> (bits_row - 1 - b) & 1
                     place = node
                 a[CONTEXTS + 0] = START + _TREE + (2048 if in_column else 0) + (node & 2047)
-                a[CONTEXTS + 1] = START + hashed + _hash(place, left + 1, strip)
-                a[CONTEXTS + 2] = START + hashed + HASHED + _hash(place, top + 1, 7 + strip)
-                a[CONTEXTS + 3] = START + hashed + 2 * HASHED + _hash(place, left + 1, top + 19)
-                bit = _logged_bit(
+                a[CONTEXTS + 1] = START + hashed + hash_of(place, left + 1, strip)
+                a[CONTEXTS + 2] = START + hashed + HASHED + hash_of(place, top + 1, 7 + strip)
+                a[CONTEXTS + 3] = START + hashed + 2 * HASHED + hash_of(place, left + 1, top + 19)
+                bit = logged_bit(
                     state,
                     data,
                     a,
@@ -182,7 +201,7 @@ def code_sources(
                     bit,
                 )
                 if bit < 0:
-                    _undo(state, kept, a, log)
+                    undo(state, kept, a, log)
                     return n
                 node = 2 * node + bit
             if bits_column == 0:
@@ -239,7 +258,7 @@ def code_cells(
 
 
 @inline
-def _code_number(
+def code_number(
     state: NDArray[np.int64],
     data: NDArray[np.uint8],
     a: NDArray[np.int32],
@@ -250,33 +269,33 @@ def _code_number(
     value: int,
 ) -> int:
     # A signed number within ±2^34 as: is it 0; the bit length of its magnitude, in unary; the sign; the bits
-    # below the first, of which six are modelled. Returns 2^40 where the bytes at hand do not determine it.
-    base = field * _PER_FIELD
+    # below the first, of which six are modelled.
+    base = field * NUMBER_COUNTERS
     mixer = 5 * field
     a[CONTEXTS + 0] = START + base + context
-    bit = _logged_bit(state, data, a, log, 1, mixer, encoding, 1 if value != 0 else 0)
+    bit = logged_bit(state, data, a, log, 1, mixer, encoding, 1 if value != 0 else 0)
     if bit <= 0:
-        return 0 if bit == 0 else 1 << 40
+        return 0 if bit == 0 else UNKNOWN
     magnitude = abs(value)
     length = 0
     while length < 34:
         a[CONTEXTS + 0] = START + base + 8 + length
         more = 1 if magnitude >> (length + 1) else 0
-        bit = _logged_bit(state, data, a, log, 1, mixer + 1, encoding, more)
+        bit = logged_bit(state, data, a, log, 1, mixer + 1, encoding, more)
         if bit < 0:
-            return 1 << 40
+            return UNKNOWN
         if bit == 0:
             break
         length += 1
     a[CONTEXTS + 0] = START + base + 4
-    sign = _logged_bit(state, data, a, log, 1, mixer + 2, encoding, 1 if value < 0 else 0)
+    sign = logged_bit(state, data, a, log, 1, mixer + 2, encoding, 1 if value < 0 else 0)
     if sign < 0:
-        return 1 << 40
+        return UNKNOWN
     node = 1
     result = 1
     for b in range(length):
         a[CONTEXTS + 0] = START + base + 48 + length * 64 + (node if b < 6 else 0)
-        bit = _logged_bit(
+        bit = logged_bit(
             state,
             data,
             a,
@@ -287,7 +306,7 @@ def _code_number(
             (magnitude >> (length - 1 - b)) & 1,
         )
         if bit < 0:
-            return 1 << 40
+            return UNKNOWN
         node = 2 * node + bit
         result = 2 * result + bit
     return -result if sign else result
@@ -301,6 +320,7 @@ def code_fields(
     log: NDArray[np.int64],
     fields: NDArray[np.int64],
     limits: NDArray[np.int64],
+    steps: int,
     start: int,
     stop: int,
     encoding: bool,
@@ -308,27 +328,27 @@ def code_fields(
     """Code placements `fields[start:stop]`, each as its difference from what the one before makes likely.
 
     `fields` (n, 14): the 13 fields, then where the next mask's cells are expected to start. `limits` (13, 2):
-    least and greatest value of each field. Returns the index of the first placement not coded, or
-    -1 - index of one that breaks a limit.
+    least and greatest value of each field; sources count `steps` to a pixel. Returns the index of the first
+    placement not coded, or -1 - index of one that breaks a limit.
     """
     kept = np.empty_like(state)
     record = np.zeros(FIELDS, np.int64)
     for n in range(start, stop):
-        _begin(state, kept, log)
+        begin(state, kept, log)
         changed = 0
         for f in range(FIELDS):
             guess = 0
             if n > 0:
                 guess = fields[n - 1, f]
                 if f == 10 or f == 11:
-                    guess += record[f - 10] - fields[n - 1, f - 10]
+                    guess += steps * (record[f - 10] - fields[n - 1, f - 10])
             if f == 12:
                 guess = -1 if record[5] != 2 else fields[n - 1, 13] if n > 0 else 0
             context = changed
             value = fields[n, f] - guess if encoding else 0
-            value = _code_number(state, data, a, log, f, context, encoding, value)
-            if value == 1 << 40:
-                _undo(state, kept, a, log)
+            value = code_number(state, data, a, log, f, context, encoding, value)
+            if value == UNKNOWN:
+                undo(state, kept, a, log)
                 return n
             changed = (2 * changed + (1 if value != 0 else 0)) & 3
             record[f] = guess + value

@@ -1,5 +1,7 @@
 """The arithmetic coder of placements: state, counters and bytes, to write and to read piece by piece."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -14,7 +16,7 @@ from upholster.codec._model_kernels import (
     WEIGHTS,
 )
 from upholster.codec.tables import QUANTA, RECIPROCALS, SQUASH, STRETCH, THRESHOLDS
-from upholster.stream._kernels import LOG, START
+from upholster.stream._kernels import LOG, MIXERS, START
 
 __all__ = ["BitReader", "BitWriter", "Bits"]
 
@@ -30,16 +32,17 @@ class Bits:
     counters
         How many counters the model has; each starts at a probability of one half, having seen nothing.
     inputs
-        How many counters predict a bit; every mixer's weights start at 1.1 over it.
+        How many counters predict a bit, of each mixer where they differ; its weights start at 1.1 over it.
     """
 
-    def __init__(self, counters: int, inputs: int) -> None:
+    def __init__(self, counters: int, inputs: int | Sequence[int]) -> None:
         self.state = np.zeros(STATE_SIZE, np.int64)
         self.state[HIGH] = 0xFFFFFFFF
         self.data = np.zeros(4096, np.uint8)
         self._model = np.empty(START + counters, np.int32)
         self._model[: len(_TABLES)] = _TABLES
-        self._model[WEIGHTS:START] = 72090 // inputs
+        each = [inputs] * MIXERS if isinstance(inputs, int) else [*inputs, *[1] * (MIXERS - len(inputs))]
+        self._model[WEIGHTS:START] = np.repeat([72090 // count for count in each], 8)
         self._model[START:] = _HALF
         self.log = np.zeros(LOG, np.int64)
 
@@ -73,7 +76,7 @@ class BitWriter(Bits):
 class BitReader(Bits):
     """Holds the bytes that have come; every symbol that they determine can be read, and no other."""
 
-    def __init__(self, counters: int, inputs: int) -> None:
+    def __init__(self, counters: int, inputs: int | Sequence[int]) -> None:
         super().__init__(counters, inputs)
         self.state[SLACK] = 0xFFFFFFFF
         self.state[BYTES_DONE] = 4

@@ -18,9 +18,12 @@ _TITLES = {
     "L": "layout",
     "X": "exemplar's header",
     "D": "exemplar",
+    "F": "M fields",
     "Q": "plan of the placements",
     "P": "sources",
     "M": "masks",
+    "R": "a further map's header",
+    "E": "a further map",
 }
 
 

@@ -1,7 +1,7 @@
-"""The layout chunk: charts, with what is alike told once."""
+"""The layout chunk: charts, with what is alike told once, and the scale of a first view."""
 
 import struct
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from upholster.errors import InputError
 from upholster.geometry import Surface
@@ -13,11 +13,22 @@ __all__ = ["MAX_CHARTS", "pack_layout", "parse_layout"]
 
 MAX_CHARTS = 2**18
 
-_BY_PATCH, _WHOLE, _SAME, _SQUARE = 1, 2, 4, 8
+_BY_PATCH, _WHOLE, _SAME, _SQUARE, _DYADIC, _SCALED = 1, 2, 4, 8, 16, 32
+_FINEST = 16
+_NO_SCALE = 128
 
 
-def pack_layout(charts: Sequence[Chart], surface: Surface) -> bytes:
+def pack_layout(charts: Sequence[Chart], surface: Surface, scale: int = 0) -> bytes:
     """Return the charts as bytes.
+
+    Parameters
+    ----------
+    charts
+        The charts.
+    surface
+        What they lie on.
+    scale
+        Exemplar pixels per texel on a chart that has no placements yet, in 1/32 octave, -128 to 127.
 
     Raises
     ------
@@ -41,25 +52,37 @@ def pack_layout(charts: Sequence[Chart], surface: Surface) -> bytes:
     whole = all((chart.s0, chart.s1, chart.t0, chart.t1) == (0, 1, 0, 1) for chart in charts)
     same = len({(chart.height, chart.width) for chart in charts}) == 1
     square = all(chart.height == chart.width for chart in charts)
-    out = [bytes([_BY_PATCH * by_patch | _WHOLE * whole | _SAME * same | _SQUARE * square])]
+    ends = {end for chart in charts for end in (chart.s0, chart.s1, chart.t0, chart.t1)}
+    fineness = next((n for n in range(_FINEST) if all((end * 2**n).is_integer() for end in ends)), None)
+    dyadic = not whole and fineness is not None
+    flags = _BY_PATCH * by_patch | _WHOLE * whole | _SAME * same | _SQUARE * square
+    out = [bytes([flags | _DYADIC * dyadic | _SCALED * (scale != 0)])]
+    if scale:
+        out.append(bytes([scale + _NO_SCALE]))
     if not by_patch:
         out += [varint(len(charts)), *(varint(chart.patch) for chart in charts)]
     for chart in charts[:1] if same else charts:
         out.append(varint(chart.height) + (b"" if square else varint(chart.width)))
-    if not whole:
+    if dyadic and fineness is not None:
+        out.append(bytes([fineness]))
+        for chart in charts:
+            for low, high in ((chart.s0, chart.s1), (chart.t0, chart.t1)):
+                out += [varint(int(low * 2**fineness)), varint(int((high - low) * 2**fineness) - 1)]
+    elif not whole:
         out += [struct.pack("<4d", chart.s0, chart.s1, chart.t0, chart.t1) for chart in charts]
     return b"".join(out)
 
 
-def parse_layout(fields: Fields, surface: Surface) -> tuple[Chart, ...]:
-    """Read the charts back.
+def parse_layout(fields: Fields, surface: Surface) -> tuple[tuple[Chart, ...], int]:
+    """Read charts and scale back.
 
     Raises
     ------
     FormatError
         If they are malformed or outside what is allowed.
     """
-    flags = fields.byte("flags of the layout", 15)
+    flags = fields.byte("flags of the layout", 63)
+    scale = fields.byte("scale") - _NO_SCALE if flags & _SCALED else 0
     patches = list(range(len(surface.patches)))
     if not flags & _BY_PATCH:
         count = fields.varint("number of charts", MAX_CHARTS, 1)
@@ -77,11 +100,27 @@ def parse_layout(fields: Fields, surface: Surface) -> tuple[Chart, ...]:
     if flags & _WHOLE:
         charts = [Chart(patch, *size) for patch, size in zip(patches, sizes, strict=True)]
     else:
-        charts = []
-        for patch, size in zip(patches, sizes, strict=True):
-            s0, s1, t0, t1 = (fields.float64(name) for name in ("s0", "s1", "t0", "t1"))
-            if not (0 <= s0 < s1 <= 1 and 0 <= t0 < t1 <= 1):
-                raise fields.error("a chart covers parameters outside 0 to 1, or none")
-            charts.append(Chart(patch, *size, s0, s1, t0, t1))
+        read = _dyadic(fields) if flags & _DYADIC else _rectangle
+        charts = [Chart(patch, *size, *read(fields)) for patch, size in zip(patches, sizes, strict=True)]
     fields.end("layout")
-    return tuple(charts)
+    return tuple(charts), scale
+
+
+def _rectangle(fields: Fields) -> tuple[float, float, float, float]:
+    s0, s1, t0, t1 = (fields.float64(name) for name in ("s0", "s1", "t0", "t1"))
+    if not (0 <= s0 < s1 <= 1 and 0 <= t0 < t1 <= 1):
+        raise fields.error("a chart covers parameters outside 0 to 1, or none")
+    return s0, s1, t0, t1
+
+
+def _dyadic(fields: Fields) -> Callable[[Fields], tuple[float, float, float, float]]:
+    unit = 1 << fields.byte("fineness of the charts", _FINEST)
+
+    def read(fields: Fields) -> tuple[float, float, float, float]:
+        ends = []
+        for _ in range(2):
+            low = fields.varint("start of a chart", unit - 1)
+            ends += [low / unit, (low + 1 + fields.varint("extent of a chart", unit - 1 - low)) / unit]
+        return ends[0], ends[1], ends[2], ends[3]
+
+    return read

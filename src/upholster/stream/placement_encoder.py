@@ -1,6 +1,7 @@
 """Placements to bytes: plan, sources and masks (see `upholster.stream.placements`)."""
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,12 +11,16 @@ from upholster.geometry import SharedEdge
 from upholster.stream import _kernels as kernels
 from upholster.stream.coder import BitWriter
 from upholster.stream.fields import varint
+from upholster.stream.raster import recognise_raster
+from upholster.stream.raster_encoder import encode_raster
 from upholster.stream.records import (
     BATCH,
     FIELD_NAMES,
+    FINE,
     GENERAL,
     MAX_CELLS,
     MAX_PLACEMENTS,
+    RASTER,
     REGULAR,
     beside,
     general_masks,
@@ -36,7 +41,7 @@ def encode_placements(quilt: Quilt, shared: Sequence[SharedEdge] = ()) -> tuple[
     Parameters
     ----------
     quilt
-        What to encode; cells 0 or 1.
+        What to encode; cells 0 or 1. Its M fields are told elsewhere, see `upholster.stream.field_code`.
     shared
         Shared edges of the surface, along which blocks may lie on two charts.
 
@@ -52,24 +57,35 @@ def encode_placements(quilt: Quilt, shared: Sequence[SharedEdge] = ()) -> tuple[
         not touch its chart.
     """
     placed = quilt.placements
-    if len(placed) > MAX_PLACEMENTS or len(quilt.cells) > MAX_CELLS:
-        raise InputError(
-            f"quilt has {len(placed)} placements, {len(quilt.cells)} cells; "
-            f"allowed: {MAX_PLACEMENTS}, {MAX_CELLS} in a stream"
-        )
+    if len(placed) > MAX_PLACEMENTS:
+        raise InputError(f"quilt has {len(placed)} placements; allowed: {MAX_PLACEMENTS} in a stream")
     if len(quilt.cells) and quilt.cells.max() > 1:
         raise InputError(f"a cell of the quilt is {quilt.cells.max()}; allowed: 0 and 1")
-    outside = beside(placed, quilt.charts)
-    if outside.any():
-        raise InputError(f"placement {int(np.argmax(outside))} does not touch its chart")
-    plan = recognise(quilt, shared)
+    plan = None if quilt.fields else recognise(quilt, shared)
     if plan is not None:
         coded = _encode_regular(quilt, plan)
         if coded is not None:
             return bytes([REGULAR]) + plan.payload(), *coded
+    outside = beside(placed, quilt.charts)
+    # Blocks are carried to the next chart by their bounding boxes, some of which end right at its edge.
+    seen = replace(quilt, placements=placed[~outside]) if outside.any() else quilt
+    raster = recognise_raster(seen)
+    if raster is not None:
+        raster, sources, masks = encode_raster(seen, raster)
+        return bytes([RASTER]) + raster.payload(quilt.charts), sources, masks
+    if outside.any():
+        raise InputError(f"placement {int(np.argmax(outside))} does not touch its chart")
+    if len(quilt.cells) > MAX_CELLS:
+        raise InputError(f"quilt has {len(quilt.cells)} cells; allowed: {MAX_CELLS} in a stream")
     counts = np.bincount(placed["chart"], minlength=len(quilt.charts))
-    head = bytes([GENERAL]) + b"".join(varint(int(count)) for count in counts) + varint(len(quilt.cells))
-    return head, _encode_fields(placed), _encode_masks(quilt.cells, general_masks(placed, len(quilt.cells)))
+    fine = bool(((placed["source_row"] | placed["source_column"]) & 15).any())
+    kind = bytes([FINE if fine else GENERAL])
+    head = kind + b"".join(varint(int(count)) for count in counts) + varint(len(quilt.cells))
+    return (
+        head,
+        _encode_fields(placed, fine),
+        _encode_masks(quilt.cells, general_masks(placed, len(quilt.cells))),
+    )
 
 
 def _encode_regular(quilt: Quilt, plan: Regular) -> tuple[bytes, bytes] | None:
@@ -123,16 +139,16 @@ def _encode_regular(quilt: Quilt, plan: Regular) -> tuple[bytes, bytes] | None:
     return writer.finish(), _encode_masks(np.concatenate(cells), list(strip_masks(plan)))
 
 
-def _encode_fields(placed: NDArray[np.void]) -> bytes:
+def _encode_fields(placed: NDArray[np.void], fine: bool) -> bytes:
     fields = np.zeros((len(placed), kernels.FIELDS + 1), np.int64)
     for n, name in enumerate(FIELD_NAMES):
-        fields[:, n] = placed[name] >> (4 if name.startswith("source") else 0)
+        fields[:, n] = placed[name] >> (4 if name.startswith("source") and not fine else 0)
     limits = np.array([[-(2**62), 2**62]] * kernels.FIELDS, np.int64)
     writer = BitWriter(kernels.FIELD_COUNTERS, 1)
     for start in range(0, len(placed), _RECORDS_A_CALL):
         writer.room(2048 * _RECORDS_A_CALL)
         stop = min(len(placed), start + _RECORDS_A_CALL)
-        kernels.code_fields(*writer.model, writer.log, fields, limits, start, stop, True)
+        kernels.code_fields(*writer.model, writer.log, fields, limits, 16 if fine else 1, start, stop, True)
     return writer.finish()
 
 

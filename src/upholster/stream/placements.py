@@ -1,11 +1,11 @@
 """Placements to bytes and back: the plan, the sources, the masks, each a chunk of its own.
 
-A *regular* quilt (`upholster.stream.regular`) needs one number a block; any other is told field by field.
-Either way a decoder takes bytes as they come and knows at once which placements they determine.
+A *regular* quilt (`upholster.stream.regular`) needs one number a block; one of method "quilt" has a decoder
+of its own (`upholster.stream.raster_decoder`); any other is told field by field. Whatever the plan, a decoder
+takes bytes as they come and knows at once which placements they determine.
 """
 
 from functools import cached_property
-from typing import Any, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,25 +14,28 @@ from upholster.errors import FormatError, InputError
 from upholster.stream import _kernels as kernels
 from upholster.stream.coder import BitReader
 from upholster.stream.fields import Fields
-from upholster.stream.mirrored import mirrored_tiling
+from upholster.stream.mirrored import assemble
+from upholster.stream.raster_decoder import RasterDecoder
 from upholster.stream.records import (
     BATCH,
     FIELD_NAMES,
+    FINE,
     MAX_CELLS,
     MAX_PLACEMENTS,
+    RASTER,
     REGULAR,
     beside,
     cell_counts,
     general_masks,
+    grown,
     strip_masks,
 )
 from upholster.stream.regular import Regular
 from upholster.synthesis import Chart, Quilt
+from upholster.synthesis.field import Field
 from upholster.synthesis.quilt import MASK_CUT, MASK_NONE, PLACEMENT
 
-Array = TypeVar("Array", bound=NDArray[Any])
-
-__all__ = ["PlacementDecoder", "assemble"]
+__all__ = ["PlacementDecoder", "open_plan"]
 
 
 class PlacementDecoder:
@@ -41,9 +44,13 @@ class PlacementDecoder:
     Parameters
     ----------
     plan
-        The plan's fields.
-    charts, exemplar_shape
+        The plan's fields, behind its kind.
+    charts, exemplar_shape, fields
         As in `Quilt`.
+    scale
+        Scale of charts that are not known yet, see `upholster.stream.mirrored`.
+    kind
+        GENERAL, REGULAR or FINE.
 
     Raises
     ------
@@ -51,10 +58,22 @@ class PlacementDecoder:
         If the plan is malformed.
     """
 
-    def __init__(self, plan: Fields, charts: tuple[Chart, ...], exemplar_shape: tuple[int, int]) -> None:
-        self.charts, self.exemplar_shape = charts, exemplar_shape
+    def __init__(
+        self,
+        plan: Fields,
+        charts: tuple[Chart, ...],
+        exemplar_shape: tuple[int, int],
+        fields: tuple[Field | None, ...] = (),
+        scale: int = 0,
+        *,
+        kind: int,
+    ) -> None:
+        self.charts, self.exemplar_shape, self.fields, self.scale = charts, exemplar_shape, fields, scale
         self.regular: Regular | None = None
-        if plan.byte("kind of plan", REGULAR) == REGULAR:
+        self._unit = 1 if kind == FINE else 16
+        if kind == REGULAR:
+            if fields:
+                raise plan.error("plan is regular where charts have M fields")
             regular = Regular.parse(plan, charts, exemplar_shape)
             self.regular, self.total, cells = regular, regular.count, int(regular.mask_starts[-1])
             room = MAX_CELLS // 2  # each is held for both charts
@@ -119,7 +138,7 @@ class PlacementDecoder:
             while self.known_cells < end:
                 start = self.known_cells
                 stop = min(end, start + BATCH)
-                self._cells = _grown(self._cells, stop)
+                self._cells = grown(self._cells, stop)
                 self.known_cells = kernels.code_cells(
                     *self._masks.model, self._cells, start, stop, first, rows, columns, place, False
                 )
@@ -148,7 +167,9 @@ class PlacementDecoder:
         parts, cells = (
             self._regular_parts(self.regular, charts) if self.regular else self._general_parts(charts)
         )
-        return assemble(self.charts, self.exemplar_shape, parts, charts, cells)
+        return assemble(
+            self.charts, self.exemplar_shape, parts, range(charts), cells, self.fields, self.scale
+        )
 
     def _regular_parts(self, plan: Regular, charts: int) -> tuple[list[NDArray[np.void]], NDArray[np.uint8]]:
         first = plan.runs[:, 0]
@@ -180,7 +201,7 @@ class PlacementDecoder:
             first, across, strip = runs[run].tolist()
             end = int(runs[run + 1, 0])
             stop = min(end, self.known + BATCH)
-            self._chosen, self._modes = _grown(self._chosen, stop), _grown(self._modes, stop)
+            self._chosen, self._modes = grown(self._chosen, stop), grown(self._modes, stop)
             known = kernels.code_sources(
                 *self._sources.model,
                 self._sources.log,
@@ -203,13 +224,20 @@ class PlacementDecoder:
             run += known == end
 
     def _read_fields(self) -> None:
-        limits = _limits(self.exemplar_shape)
+        limits = _limits(self.exemplar_shape, self._unit)
         while self.known < self.total:
             stop = min(self.total, self.known + BATCH)
-            self._fields = _grown(self._fields, stop)
+            self._fields = grown(self._fields, stop)
             start = self.known
             known = kernels.code_fields(
-                *self._sources.model, self._sources.log, self._fields, limits, start, stop, False
+                *self._sources.model,
+                self._sources.log,
+                self._fields,
+                limits,
+                16 // self._unit,
+                start,
+                stop,
+                False,
             )
             if known < 0:
                 raise FormatError(f"a field of placement {-1 - known} is outside what is allowed")
@@ -227,7 +255,7 @@ class PlacementDecoder:
                 raise FormatError(f"cells of placement {start + int(np.argmax(wrong))} are not there")
             placed["mask"][placed["mask"] == MASK_CUT] = MASK_NONE  # whose cells have not come
             try:
-                Quilt(self.charts, self.exemplar_shape, placed, np.zeros(0, np.uint8))
+                Quilt(self.charts, self.exemplar_shape, placed, np.zeros(0, np.uint8), self.fields)
             except InputError as error:
                 raise FormatError(str(error)) from None
             if known < stop:
@@ -237,34 +265,33 @@ class PlacementDecoder:
         placed = np.zeros(stop - start, PLACEMENT)
         placed["chart"] = np.searchsorted(self._ends, np.arange(start, stop), side="right")
         for n, name in enumerate(FIELD_NAMES):
-            placed[name] = self._fields[start:stop, n] * (16 if name.startswith("source") else 1)
+            placed[name] = self._fields[start:stop, n] * (self._unit if name.startswith("source") else 1)
         return placed
 
 
-def assemble(
-    charts: tuple[Chart, ...],
-    exemplar_shape: tuple[int, int],
-    parts: list[NDArray[np.void]],
-    known: int,
-    cells: NDArray[np.uint8],
-) -> Quilt:
-    """Return a quilt of placements in painting order; charts from `known` on repeat the exemplar."""
-    repeated = [mirrored_tiling(n, charts[n], exemplar_shape) for n in range(known, len(charts))]
-    placed = np.concatenate([np.zeros(0, PLACEMENT), *parts, *repeated])
-    return Quilt(charts, exemplar_shape, placed[np.argsort(placed["chart"], kind="stable")], cells)
-
-
-def _limits(exemplar_shape: tuple[int, int]) -> NDArray[np.int64]:
+def _limits(exemplar_shape: tuple[int, int], unit: int) -> NDArray[np.int64]:
     whole, byte = (-(2**31), 2**31 - 1), (0, 255)
     size = (1, 4096)
     height, width = exemplar_shape
-    sources = ((0, height - 1), (0, width - 1))
+    sources = ((0, 16 * height // unit - 1), (0, 16 * width // unit - 1))
     return np.array([whole, whole, size, size, (0, 7), (0, 2), byte, byte, byte, (0, 16), *sources, whole])
 
 
-def _grown(array: Array, length: int) -> Array:
-    if length <= len(array):
-        return array
-    grown = np.zeros((max(length, len(array) + len(array) // 2), *array.shape[1:]), array.dtype)
-    grown[: len(array)] = array
-    return cast(Array, grown)
+def open_plan(
+    plan: Fields,
+    charts: tuple[Chart, ...],
+    exemplar_shape: tuple[int, int],
+    fields: tuple[Field | None, ...] = (),
+    scale: int = 0,
+) -> PlacementDecoder | RasterDecoder:
+    """Return the decoder of a plan, whichever kind it is.
+
+    Raises
+    ------
+    FormatError
+        If the plan is malformed.
+    """
+    kind = plan.byte("kind of plan", FINE)
+    if kind == RASTER:
+        return RasterDecoder(plan, charts, exemplar_shape, fields, scale)
+    return PlacementDecoder(plan, charts, exemplar_shape, fields, scale, kind=kind)

@@ -3,22 +3,28 @@
 import numpy as np
 
 from upholster.codec import ImageDecoder, ImageHeader
-from upholster.errors import FormatError, InputError
+from upholster.errors import FormatError, InputError, nearest
 from upholster.geometry import Surface
 from upholster.stream.chunks import Chunk, ChunkReader
+from upholster.stream.field_code import parse_fields
 from upholster.stream.fields import Fields
 from upholster.stream.layout import parse_layout
-from upholster.stream.mirrored import check_tiles
-from upholster.stream.placements import PlacementDecoder, assemble
+from upholster.stream.maps import FIRST_ROLE, MAX_MAP_SAMPLES, parse_role
+from upholster.stream.mirrored import assemble, check_tiles
+from upholster.stream.placements import PlacementDecoder, open_plan
+from upholster.stream.raster_decoder import RasterDecoder
 from upholster.stream.surfaces import parse_surface
-from upholster.synthesis import Chart, Quilt, Texels, paint
+from upholster.synthesis import Chart, Quilt, Texels
+from upholster.synthesis.field import Field
+from upholster.synthesis.materials import paint_map
 from upholster.types import PixelArray
 
 __all__ = ["StreamDecoder", "read_stream"]
 
 # Which chunk may come after which has come; D and small letters may come anywhere behind X.
-_NEEDS = {"S": "", "L": "S", "X": "L", "D": "X", "Q": "X", "P": "Q", "M": "P"}
-_LONGEST_WHOLE = {"S": 2**26, "L": 2**24, "X": 2**12, "Q": 2**23}
+_NEEDS = {"S": "", "L": "S", "X": "L", "D": "X", "F": "X", "Q": "X", "P": "Q", "M": "P", "R": "X", "E": "R"}
+_LONGEST_WHOLE = {"S": 2**26, "L": 2**24, "X": 2**12, "F": 2**23, "Q": 2**23, "R": 2**12}
+_ANY_NUMBER = "DRE"
 
 
 class StreamDecoder:
@@ -39,7 +45,11 @@ class StreamDecoder:
         self.charts: tuple[Chart, ...] = ()
         self._reader = ChunkReader()
         self._image: ImageDecoder | None = None
-        self._placements: PlacementDecoder | None = None
+        self._placements: PlacementDecoder | RasterDecoder | None = None
+        self._maps: dict[str, ImageDecoder] = {}
+        self._fed: ImageDecoder | None = None  # that the current chunk E is of
+        self._scale = 0
+        self._fields: tuple[Field | None, ...] = ()
         self._whole = bytearray()
         self._seen = ""
         self._failure: str | None = None
@@ -138,28 +148,36 @@ class StreamDecoder:
         image = self._ready()
         shape = image.header.height, image.header.width
         if self._placements is None:
-            return assemble(self.charts, shape, [], 0, np.zeros(0, np.uint8))
+            return assemble(self.charts, shape, [], (), np.zeros(0, np.uint8), scale=self._scale)
         return self._placements.quilt()
 
-    def exemplar(self) -> PixelArray:
-        """Return the exemplar as far as it has come: (H, W, C), of its own dtype.
+    @property
+    def roles(self) -> tuple[str, ...]:
+        """Roles of the maps that have been announced so far: "albedo", the exemplar's, is the first."""
+        return tuple(self._maps)
+
+    def exemplar(self, role: str = FIRST_ROLE) -> PixelArray:
+        """Return a map of the exemplar as far as it has come: (H, W, C), of its own dtype.
 
         Raises
         ------
         InputError
-            If bytes are still `needed`.
+            If bytes are still `needed`, or there is no such map.
         """
-        return self._ready().image()
+        self._ready()
+        if role not in self._maps:
+            raise InputError(f"stream has no map {role!r}; {nearest(role, self._maps)}")
+        return self._maps[role].image()
 
-    def texels(self, *, threads: int | None = None) -> Texels:
-        """Return the texels as far as they can be painted.
+    def texels(self, role: str = FIRST_ROLE, *, threads: int | None = None) -> Texels:
+        """Return the texels of a map as far as they can be painted.
 
         Raises
         ------
         InputError
-            If bytes are still `needed`.
+            If bytes are still `needed`, or there is no such map.
         """
-        return paint(self.quilt(), self.exemplar(), threads=threads)
+        return paint_map(self.quilt(), role, self.exemplar(role), threads=threads)
 
     def _ready(self) -> ImageDecoder:
         if self._image is None:
@@ -177,6 +195,8 @@ class StreamDecoder:
         try:
             if tag == "D" and self._image is not None:
                 self._image.feed(part)
+            elif tag == "E":
+                self._feed_map(chunk, part)
             elif tag == "P" and self._placements is not None:
                 self._placements.feed_sources(part)
             elif tag == "M" and self._placements is not None:
@@ -196,7 +216,7 @@ class StreamDecoder:
 
     def _check_order(self, chunk: Chunk) -> None:
         tag = chunk.tag
-        if tag != "D" and tag in self._seen:
+        if tag not in _ANY_NUMBER and tag in self._seen:
             raise FormatError(f"byte {chunk.offset}: chunk {tag!r} comes twice")
         if _NEEDS[tag] not in self._seen:
             raise FormatError(f"byte {chunk.offset}: chunk {tag!r} comes before {_NEEDS[tag]!r}")
@@ -204,6 +224,8 @@ class StreamDecoder:
             raise FormatError(
                 f"byte {chunk.offset}: chunk {tag!r} has {chunk.length} bytes; allowed: {_LONGEST_WHOLE[tag]}"
             )
+        if tag == "F" and "Q" in self._seen:
+            raise FormatError(f"byte {chunk.offset}: chunk 'F' comes behind 'Q'")
         self._seen += tag
 
     def _take_whole(self, tag: str, data: bytes, offset: int) -> None:
@@ -211,7 +233,7 @@ class StreamDecoder:
         if tag == "S":
             self.surface = parse_surface(fields)
         elif tag == "L" and self.surface is not None:
-            self.charts = parse_layout(fields, self.surface)
+            self.charts, self._scale = parse_layout(fields, self.surface)
         elif tag == "X":
             header = ImageHeader.parse(data, offset=offset)
             if header.length != len(data):
@@ -220,15 +242,50 @@ class StreamDecoder:
                 )
             if header.channels > 4:
                 raise FormatError(f"byte {offset}: exemplar has {header.channels} channels; allowed: 1 to 4")
-            check_tiles(self.charts, (header.height, header.width))
+            check_tiles(self.charts, (header.height, header.width), self._scale)
             if self._reader.view != offset + len(data) + 4:
                 raise FormatError(
                     f"byte {offset}: first view ends here; the file says at {self._reader.view}"
                 )
-            self._image = ImageDecoder(header)
+            self._image = self._maps[FIRST_ROLE] = ImageDecoder(header)
+        elif tag == "F":
+            self._fields = parse_fields(fields, self.charts)
+        elif tag == "R":
+            self._add_map(data, offset)
         elif self._image is not None:
             shape = self._image.header.height, self._image.header.width
-            self._placements = PlacementDecoder(fields, self.charts, shape)
+            self._placements = open_plan(fields, self.charts, shape, self._fields, self._scale)
+
+    def _add_map(self, data: bytes, offset: int) -> None:
+        role, start = parse_role(data, offset, list(self._maps))
+        header = ImageHeader.parse(data[start:], offset=offset + start)
+        if header.length != len(data) - start:
+            raise FormatError(
+                f"byte {offset}: {len(data) - start - header.length} bytes too many in a map's header"
+            )
+        if (header.height, header.width) != self.exemplar_shape[:2] or header.channels > 4:
+            raise FormatError(
+                f"byte {offset}: map {role!r} is {header.width}×{header.height}×{header.channels}; "
+                "allowed: as the exemplar, 1 to 4 channels"
+            )
+        samples = sum(image.coefficients for image in self._maps.values())
+        samples += header.height * header.width * header.channels
+        if samples > MAX_MAP_SAMPLES:
+            raise FormatError(f"byte {offset}: maps have {samples} samples; allowed: {MAX_MAP_SAMPLES}")
+        self._maps[role] = ImageDecoder(header)
+
+    def _feed_map(self, chunk: Chunk, part: bytes) -> None:
+        if chunk.received == len(part):
+            if not part:
+                raise FormatError(f"byte {chunk.payload_offset}: a part of a map is empty")
+            if not 1 <= part[0] < len(self._maps):
+                raise FormatError(
+                    f"byte {chunk.payload_offset}: number of a map is {part[0]}; "
+                    f"allowed: 1 to {len(self._maps) - 1}"
+                )
+            self._fed, part = list(self._maps.values())[part[0]], part[1:]
+        if self._fed is not None:
+            self._fed.feed(part)
 
     def check_whole(self) -> None:
         """Check that nothing is missing and nothing is left over.
@@ -243,10 +300,9 @@ class StreamDecoder:
             raise FormatError(f"byte {self.received}: file is cut; needs {missing} more bytes")
         if self._image is None or self._placements is None:
             raise FormatError(f"byte {self.received}: file ends without exemplar or placements")
-        if self._image.unread:
-            raise FormatError(
-                f"byte {self.received}: {self._image.unread} bytes of the exemplar mean nothing"
-            )
+        for role, image in self._maps.items():
+            if image.unread:
+                raise FormatError(f"byte {self.received}: {image.unread} bytes of map {role!r} mean nothing")
         placements = self._placements
         if not placements.complete:
             raise FormatError(f"byte {self.received}: file ends before its placements do")

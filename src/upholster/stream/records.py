@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 from itertools import pairwise
-from typing import cast
+from typing import Any, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,21 +14,26 @@ from upholster.synthesis.quilt import MASK_CUT
 __all__ = [
     "BATCH",
     "FIELD_NAMES",
+    "FINE",
     "GENERAL",
     "MAX_CELLS",
     "MAX_PLACEMENTS",
+    "RASTER",
     "REGULAR",
     "beside",
     "cell_counts",
     "general_masks",
+    "grown",
     "strip_masks",
 ]
+
+Array = TypeVar("Array", bound=NDArray[Any])
 
 MAX_PLACEMENTS = 2**19
 MAX_CELLS = 2**25
 
-GENERAL, REGULAR = 0, 1
-"""Kinds of plan."""
+GENERAL, REGULAR, RASTER, FINE = 0, 1, 2, 3
+"""Kinds of plan; FINE is general with sources in 1/16 pixel."""
 
 BATCH = 4096
 """Symbols coded in one call."""
@@ -88,3 +93,12 @@ def beside(placed: NDArray[np.void], charts: Sequence[Chart]) -> NDArray[np.bool
         low = placed[at].astype(np.int64) - placed[extent] // 2
         out |= (low >= sizes[:, axis]) | (low + placed[extent] <= 0)
     return out
+
+
+def grown(array: Array, length: int) -> Array:
+    """Return an array of at least so many rows, further ones 0."""
+    if length <= len(array):
+        return array
+    grown = np.zeros((max(length, len(array) + len(array) // 2), *array.shape[1:]), array.dtype)
+    grown[: len(array)] = array
+    return cast(Array, grown)

@@ -1,11 +1,15 @@
 """Writing a stream: what is needed first comes first."""
 
+from collections.abc import Mapping
+
 from upholster.codec import encode_parts
 from upholster.errors import InputError
 from upholster.geometry import Surface
 from upholster.stream.chunks import header, pack_chunk
+from upholster.stream.field_code import pack_fields
 from upholster.stream.layout import pack_layout
-from upholster.stream.mirrored import check_tiles
+from upholster.stream.maps import MAX_MAP_SAMPLES, check_roles, interleaved, pack_role
+from upholster.stream.mirrored import check_tiles, scale_of
 from upholster.stream.placement_encoder import encode_placements
 from upholster.stream.surfaces import pack_surface
 from upholster.synthesis import Quilt
@@ -30,6 +34,7 @@ def encode_stream(
     most_bytes: int | None = None,
     most_significant: int | None = None,
     first_part: int = FIRST_PART,
+    maps: Mapping[str, PixelArray] | None = None,
 ) -> bytes:
     """Encode a textured surface as a .uph stream, any prefix of which is a coarser model.
 
@@ -47,6 +52,10 @@ def encode_stream(
         Largest length of the whole stream: the exemplar gets what the rest leaves.
     first_part
         Bytes of the exemplar that come before the placements.
+    maps
+        Further maps of the same material by role, such as "normal" or "roughness": (H, W, 1 to 4) of the
+        exemplar's height and width, each of its own depth, painted by the same quilt. The exemplar's role is
+        "albedo".
 
     Returns
     -------
@@ -66,8 +75,21 @@ def encode_stream(
         )
     if first_part < 0:
         raise InputError(f"first_part is {first_part}; allowed: 0 or more bytes")
-    check_tiles(quilt.charts, quilt.exemplar_shape)
-    layout = pack_layout(quilt.charts, surface)
+    maps = maps or {}
+    check_roles(list(maps))
+    for role, image in maps.items():
+        if image.ndim != 3 or image.shape[:2] != quilt.exemplar_shape or not 1 <= image.shape[2] <= 4:
+            raise InputError(
+                f"map {role!r} has shape {image.shape}; allowed: as the exemplar, 1 to 4 channels"
+            )
+    samples = exemplar.size + sum(image.size for image in maps.values())
+    if samples > MAX_MAP_SAMPLES:
+        raise InputError(f"maps have {samples} samples; allowed: {MAX_MAP_SAMPLES} in a stream")
+    scale = scale_of(quilt.fields, quilt.charts, quilt.exemplar_shape)
+    check_tiles(quilt.charts, quilt.exemplar_shape, scale)
+    layout = pack_layout(quilt.charts, surface, scale)
+    bent = any(field is not None for field in quilt.fields)
+    fields = [pack_chunk("F", pack_fields(quilt.fields, quilt.charts))] if bent else []
     image_header, payload = encode_parts(
         exemplar,
         wavelet=wavelet,
@@ -76,20 +98,30 @@ def encode_stream(
         threshold=threshold,
         most_significant=most_significant,
     )
+    coded = {
+        role: encode_parts(image, wavelet=wavelet, levels=levels, lossless=lossless, threshold=threshold)
+        for role, image in maps.items()
+    }
+    streams = {role: stream for role, (_, stream) in coded.items()}
     plan, sources, masks = encode_placements(quilt, surface.shared)
     head = [pack_chunk("S", pack_surface(surface)), pack_chunk("L", layout), pack_chunk("X", image_header)]
-    rest = [pack_chunk("Q", plan), pack_chunk("P", sources)] + ([pack_chunk("M", masks)] if masks else [])
+    rest = [*fields, pack_chunk("Q", plan), pack_chunk("P", sources)]
+    rest += [pack_chunk("M", masks)] if masks else []
+    rest += [pack_chunk("R", pack_role(role, header)) for role, (header, _) in coded.items()]
     if most_bytes is not None:
-        # Two chunks of the exemplar, each with at most 9 bytes round its payload, and a header of at most 14.
-        room = most_bytes - 32 - sum(len(chunk) for chunk in head + rest)
+        # Chunks of maps have at most 10 bytes round their payload, and the header at most 14.
+        round_parts = 14 + 10 * (1 + len(interleaved(payload, streams)))
+        room = most_bytes - round_parts - sum(len(chunk) for chunk in head + rest)
         if room < 0:
             raise InputError(
                 f"most_bytes is {most_bytes}; allowed: {most_bytes - room} or more for this quilt"
             )
-        payload = payload[:room]
-    parts = [payload[:first_part], payload[first_part:]]
-    data = [pack_chunk("D", part) if part else b"" for part in parts]
-    return _assembled(head, [data[0], *rest, data[1]])
+        # Every map gets its share.
+        share = min(1.0, room / max(1, len(payload) + sum(map(len, streams.values()))))
+        payload = payload[: int(len(payload) * share)] if streams else payload[:room]
+        streams = {role: stream[: int(len(stream) * share)] for role, stream in streams.items()}
+    start = [pack_chunk("D", payload[:first_part])] if payload[:first_part] else []
+    return _assembled(head, [*start, *rest, *interleaved(payload[first_part:], streams)])
 
 
 def _assembled(head: list[bytes], rest: list[bytes]) -> bytes:

@@ -1,0 +1,106 @@
+"""Several maps of one material in a stream: their names, their headers, and how their bytes take turns."""
+
+from collections.abc import Mapping, Sequence
+
+from upholster.codec.header import MAX_SAMPLES
+from upholster.errors import FormatError, InputError
+from upholster.stream.chunks import pack_chunk
+from upholster.stream.fields import Fields, varint
+
+__all__ = [
+    "FIRST_ROLE",
+    "MAX_MAP_SAMPLES",
+    "MOST_MAPS",
+    "check_roles",
+    "interleaved",
+    "pack_role",
+    "parse_role",
+]
+
+FIRST_ROLE = "albedo"
+"""Role of the map that a stream begins with: the exemplar."""
+
+MOST_MAPS = 16
+"""Maps of a stream, the first one included."""
+
+MAX_MAP_SAMPLES = 4 * MAX_SAMPLES
+"""Samples of all maps together."""
+
+_LONGEST_ROLE = 32
+_TURNS = 12
+_LATE = {"ao": 2.0, "height": 2.0, "opacity": 1.5, "roughness": 1.5, "metallic": 1.5}
+"""How much later than colour and normals a map may come: the eye misses it less."""
+
+
+def check_roles(roles: Sequence[str]) -> None:
+    """Check names of maps behind the first one.
+
+    Raises
+    ------
+    InputError
+        For more than 15, a name twice, or one that is not 1 to 32 small letters, digits and underscores.
+    """
+    if len(roles) >= MOST_MAPS:
+        raise InputError(f"stream has {len(roles) + 1} maps; allowed: {MOST_MAPS}")
+    for n, role in enumerate(roles):
+        if not _sound(role):
+            raise InputError(
+                f"role of a map is {role!r}; allowed: 1 to {_LONGEST_ROLE} of a to z, 0 to 9 and _"
+            )
+        if role == FIRST_ROLE or role in roles[:n]:
+            raise InputError(f"role {role!r} comes twice; allowed: each once, {FIRST_ROLE!r} is the exemplar")
+
+
+def pack_role(role: str, header: bytes) -> bytes:
+    """Return what a map's chunk holds: its role and its image header."""
+    return varint(len(role)) + role.encode("ascii") + header
+
+
+def parse_role(data: bytes, offset: int, before: Sequence[str]) -> tuple[str, int]:
+    """Read a map's role back; return it and where in `data` the image header begins.
+
+    Raises
+    ------
+    FormatError
+        If it is malformed, comes twice, or is one too many.
+    """
+    fields = Fields(data, offset)
+    length = fields.varint("length of a role", _LONGEST_ROLE, 1)
+    role = fields.bytes(length, "role").decode("latin-1")
+    if not _sound(role) or role in before or len(before) >= MOST_MAPS:
+        raise FormatError(f"byte {offset}: map {role!r} is not allowed, comes twice or is one too many")
+    return role, fields.offset - offset
+
+
+def interleaved(first: bytes, others: Mapping[str, bytes]) -> list[bytes]:
+    """Return chunks of all maps' streams, taking turns such that they refine side by side.
+
+    Parameters
+    ----------
+    first
+        The rest of the first map's stream.
+    others
+        The other maps' streams by role, in the order of their numbers.
+    """
+    if not others:
+        return [pack_chunk("D", first)] if first else []
+    chunks = []
+    for turn in range(_TURNS):
+        part = _part(first, turn, 1.0)
+        if part:
+            chunks.append(pack_chunk("D", part))
+        for number, (role, data) in enumerate(others.items(), 1):
+            part = _part(data, turn, _LATE.get(role, 1.0))
+            if part:
+                chunks.append(pack_chunk("E", bytes([number]) + part))
+    return chunks
+
+
+def _part(data: bytes, turn: int, late: float) -> bytes:
+    ends = [round(len(data) * ((turn + k) / _TURNS) ** late) for k in (0, 1)]
+    return data[ends[0] : ends[1]]
+
+
+def _sound(role: str) -> bool:
+    allowed = "abcdefghijklmnopqrstuvwxyz0123456789_"
+    return 1 <= len(role) <= _LONGEST_ROLE and all(letter in allowed for letter in role)
