@@ -1,93 +1,258 @@
-"""Flat results against their exemplars: method "paper" and G'MIC, 128² → 512², by the measures of a picture.
+"""Flat results against their exemplars, 128² → 512²: our methods, G'MIC and resynthesizer.
 
-Run alone with ``python -m benchmarks.fidelity [FOLDER]``: by default on the project's examples, else on all
-images of a folder.
+``python -m benchmarks.fidelity [FOLDER …] [-o OUT] [--seeds N] [--only METHOD …]``, by default on the
+project's examples. Files of other folders are reduced to 256² and cut to their upper left quarter; the
+examples are reduced to 128². A name's first part is its class: regular, near_regular, irregular, stochastic.
+Writes fidelity.json, fidelity.csv and a contact sheet per exemplar to OUT. Portilla–Simoncelli errors and
+resynthesizer need the extra ``fidelity``; what is not installed is left out with a message.
+
+Row "real" is the texture itself, the whole 256² against its quarter, outside the ranking: what two samples of
+one texture differ by. Differences between methods that are smaller than that say little.
 """
 
-import shutil
-import subprocess
+import argparse
+import json
 import sys
-import tempfile
-from collections.abc import Iterable
+import time
+from collections import defaultdict
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from rich.console import Console
+from rich.table import Table
 
 import upholster
+from benchmarks.fidelity_measures import JUDGED, Judgement, judge
+from benchmarks.fidelity_methods import Made, methods
+from benchmarks.fidelity_sheet import Tile, write_sheet
 from benchmarks.measure import EXEMPLAR, Results, median_seconds
-from upholster.image import IMAGE_SUFFIXES, read_image, write_image
-from upholster.measure import Measures, measure_cover, measure_image
+from upholster.image import IMAGE_SUFFIXES
+from upholster.measure import measure_cover
 from upholster.types import PixelArray
 
-__all__ = ["fidelity"]
+__all__ = ["exemplars", "fidelity", "main"]
 
-SEEDS = (1, 2, 3)
+EXAMPLES = EXEMPLAR.parent
+SIDE = 128
+CLASSES = {
+    "brick": "regular",
+    "bricks": "regular",
+    "weave": "regular",
+    "granite": "stochastic",
+    "grass": "stochastic",
+    "gravel": "stochastic",
+    "pebbles": "irregular",
+}
+
+Found = dict[str, dict[str, list[Judgement]]]
+"""Judgements by exemplar, method and seed."""
 
 
-def fidelity(results: Results, folder: Path = EXEMPLAR.parent) -> None:
-    """Measure every exemplar of a folder, by three seeds each; and time the measuring itself, on F1."""
+REAL = "real"
+
+
+@dataclass(frozen=True)
+class Sample:
+    """An exemplar of 128², and 256² of the same texture, if there is more than the exemplar."""
+
+    exemplar: PixelArray
+    more: PixelArray | None = None
+
+
+def exemplars(folders: Sequence[Path]) -> dict[str, Sample]:
+    """Return the exemplars of some folders by name."""
+    found = {}
+    for folder in folders:
+        for path in sorted(folder.iterdir()):
+            if path.suffix.lower() not in IMAGE_SUFFIXES:
+                continue
+            if folder == EXAMPLES:
+                found[path.stem] = Sample(upholster.read_exemplar(path, resize=(SIDE, SIDE)))
+            else:
+                halved = upholster.read_exemplar(path, resize=(2 * SIDE, 2 * SIDE))
+                found[path.stem] = Sample(np.ascontiguousarray(halved[:SIDE, :SIDE]), halved)
+    return found
+
+
+def fidelity(results: Results, folders: Sequence[Path] = (EXAMPLES,)) -> None:
+    """Add mean figures per method; and time the measuring itself, on F1."""
     _time(results)
-    names = sorted(path for path in folder.iterdir() if path.suffix.lower() in IMAGE_SUFFIXES)
-    totals: dict[str, list[float]] = {}
-    for name in names:
-        exemplar = upholster.read_exemplar(name, resize=(128, 128))
-        methods = {"paper": [_paper(exemplar, seed) for seed in SEEDS]}
-        if shutil.which("gmic"):
-            # Its random numbers take no seed: three runs.
-            methods["G'MIC"] = [_gmic(exemplar) for _ in SEEDS]
-        for method, images in methods.items():
-            found = [measure_image(image, exemplar) for image in images]
-            distance = _mean(measures.wasserstein_mean for measures in found)
-            totals.setdefault(method, []).append(distance)
-            results.add(
-                f"fidelity, {name.stem}, {method}: sliced Wasserstein distance",
-                1000 * distance,
-                "1e-3",
-                remark=_structure(found),
+    found = _judge_all(exemplars(folders), range(1, 4), only=(), out=None)
+    for method, summary in _summary(found).items():
+        for name, figure in summary.items():
+            if figure is not None:
+                results.add(f"fidelity, {len(found)} exemplars, {method}: {name}", figure, "")
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run as a program."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.fidelity", description=__doc__)
+    parser.add_argument("folders", nargs="*", type=Path, default=[EXAMPLES], metavar="FOLDER")
+    parser.add_argument("-o", "--out", type=Path)
+    parser.add_argument("--seeds", type=int, default=3)
+    parser.add_argument("--only", nargs="+", default=(), metavar="METHOD")
+    asked = parser.parse_args(arguments)
+    chosen = exemplars([folder.resolve() for folder in asked.folders])
+    if not chosen:
+        parser.error("there is no image in the folders")
+    if asked.out is not None:
+        asked.out.mkdir(parents=True, exist_ok=True)
+    found = _judge_all(chosen, range(1, asked.seeds + 1), only=asked.only, out=asked.out)
+    _show(found)
+    if asked.out is not None:
+        _write(asked.out, found)
+    return 0
+
+
+def _judge_all(
+    chosen: dict[str, Sample], seeds: Iterable[int], *, only: Sequence[str], out: Path | None
+) -> Found:
+    here, missing = methods()
+    for name, reason in missing.items():
+        print(f"{name} is left out: {reason}", file=sys.stderr)
+    found: Found = defaultdict(dict)
+    warm = next(iter(chosen.values())).exemplar
+    for method in ("quilt", "paper"):  # kernels are compiled, or read, at their first call
+        if method in here:
+            here[method](warm, 0)
+    for name, sample in chosen.items():
+        exemplar = sample.exemplar
+        tiles: list[Tile] = [(exemplar, [name, _class(name)])]
+        if sample.more is not None:
+            found[name][REAL] = [judge(Made(sample.more), exemplar, 0.0)]
+            tiles.append((sample.more, _caption(REAL, found[name][REAL])))
+        for method, make in here.items():
+            if only and method not in only:
+                continue
+            made: list[Made] = []
+            judged = []
+            for seed in seeds:
+                start = time.perf_counter()
+                made.append(make(exemplar, seed))
+                judged.append(judge(made[-1], exemplar, time.perf_counter() - start))
+            found[name][method] = judged
+            tiles.append((made[0].image, _caption(method, judged)))
+            print(f"{name}: {'  '.join(tiles[-1][1])}", file=sys.stderr, flush=True)
+        if out is not None:
+            write_sheet(out / f"{name}.png", tiles)
+    return dict(found)
+
+
+def _caption(method: str, judged: Sequence[Judgement]) -> list[str]:
+    ps, swd, structure, copied, cuts, seconds = (
+        _mean(judged, field) for field in ("ps", "swd", "structure", "copy_ratio", "cuts", "seconds")
+    )
+    lines = [f"{method}: PS {_figure(ps)}, SWD {_figure(swd, 1000)}e-3, structure {_figure(structure)}"]
+    lines.append(f"copied {_figure(copied)}, cuts {_figure(cuts)}, {seconds or 0:.2f} s")
+    return [line.replace("–", "none") for line in lines]  # the sheets' font has no dash
+
+
+def _summary(found: Found) -> dict[str, dict[str, float | None]]:
+    """Return each method's means over all exemplars, its rank sum, and how often it is first."""
+    names = list(dict.fromkeys(method for by_method in found.values() for method in by_method))
+    summary: dict[str, dict[str, float | None]] = {}
+    ranks = {exemplar: _rank_sums(by_method) for exemplar, by_method in found.items()}
+    for method in names:
+        judged = [entry for by_method in found.values() for entry in by_method.get(method, [])]
+        row: dict[str, float | None] = {
+            "PS error": _mean(judged, "ps"),
+            "SWD, 1e-3": _scaled(_mean(judged, "swd"), 1000),
+            "structure lost": _mean(judged, "structure"),
+            "copy ratio": _mean(judged, "copy_ratio"),
+            "longest repeat": _mean(judged, "longest"),
+            "cuts, matched": _mean(judged, "cuts"),
+            "seconds": _mean(judged, "seconds"),
+            "rank sum": sum(sums.get(method, 0.0) for sums in ranks.values()),
+            "first": sum(sums.get(method) == min(sums.values()) for sums in ranks.values()),
+        }
+        summary[method] = row
+    return summary
+
+
+def _rank_sums(by_method: dict[str, list[Judgement]]) -> dict[str, float]:
+    """Return the sum of the ranks by every measure that applies; equal figures share their ranks' mean."""
+    ranked = {method: judged for method, judged in by_method.items() if method != REAL}
+    sums = dict.fromkeys(ranked, 0.0)
+    for field in JUDGED:
+        figures = {method: _mean(judged, field) for method, judged in ranked.items()}
+        known = {method: figure for method, figure in figures.items() if figure is not None}
+        for method, figure in known.items():
+            better = sum(other < figure for other in known.values())
+            equal = sum(other == figure for other in known.values())
+            sums[method] += better + (equal + 1) / 2
+    return sums
+
+
+def _show(found: Found) -> None:
+    console = Console(width=150)
+    each = Table("exemplar", "class", "method", "PS error", "SWD, 1e-3", "structure", "cuts", "s", "ranks")
+    for name, by_method in found.items():
+        ranks = _rank_sums(by_method)
+        for method, judged in by_method.items():
+            ps, swd, structure, cuts, seconds = (
+                _mean(judged, field) for field in ("ps", "swd", "structure", "cuts", "seconds")
             )
-    for method, distances in totals.items():
-        results.add(
-            f"fidelity, {len(distances)} exemplars, {method}: mean sliced Wasserstein distance",
-            1000 * _mean(distances),
-            "1e-3",
-        )
+            figures = [_figure(ps), _figure(swd, 1000), _figure(structure), _figure(cuts), _figure(seconds)]
+            each.add_row(name, _class(name), method, *figures, f"{ranks.get(method, 0):g}")
+    console.print(each)
+    summary = _summary(found)
+    headings = list(next(iter(summary.values())))
+    whole = Table(f"{len(found)} exemplars", *headings)
+    for method, row in summary.items():
+        whole.add_row(method, *(_figure(row[heading]) for heading in headings))
+    console.print(whole)
+
+
+def _write(out: Path, found: Found) -> None:
+    plain: dict[str, Any] = {
+        "summary": _summary(found),
+        "exemplars": {
+            name: {method: [entry.to_json() for entry in judged] for method, judged in by_method.items()}
+            for name, by_method in found.items()
+        },
+    }
+    (out / "fidelity.json").write_text(json.dumps(plain, indent=2) + "\n", encoding="utf-8")
+    lines = ["exemplar,class,method,ps,swd,structure,copy_ratio,longest,cuts,seconds"]
+    for name, by_method in found.items():
+        for method, judged in by_method.items():
+            fields = ("ps", "swd", "structure", "copy_ratio", "longest", "cuts", "seconds")
+            values = [_mean(judged, field) for field in fields]
+            figures = ["" if value is None else f"{value:.5g}" for value in values]
+            lines.append(",".join([name, _class(name), method, *figures]))
+    (out / "fidelity.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
+
+
+def _class(name: str) -> str:
+    for known in ("near_regular", "irregular", "regular", "stochastic"):
+        if name.startswith(known):
+            return known
+    return CLASSES.get(name, "")
+
+
+def _mean(judged: Sequence[Judgement], field: str) -> float | None:
+    values = [value for entry in judged if (value := getattr(entry, field)) is not None]
+    return float(np.mean(values)) if values else None
+
+
+def _scaled(value: float | None, factor: float) -> float | None:
+    return None if value is None else factor * value
+
+
+def _figure(value: float | None, factor: float = 1.0) -> str:
+    return "–" if value is None else f"{factor * value:.3f}"
 
 
 def _time(results: Results) -> None:
     exemplar = upholster.read_exemplar(EXEMPLAR, resize=128)
     surface = upholster.ring_cyclide(6, 2, 3)
-    quilt = upholster.synthesize(exemplar, surface, seed=7)
+    quilt = upholster.synthesize(exemplar, surface, method="paper", seed=7)
     texels = upholster.paint(quilt, exemplar)
     seconds = median_seconds(lambda: measure_cover(surface, quilt, exemplar, texels=texels), runs=3)
     results.add("all measures of F1", seconds, "s", aim="at most 5")
 
 
-def _paper(exemplar: PixelArray, seed: int) -> PixelArray:
-    quilt = upholster.synthesize(exemplar, upholster.plane(), chart=512, seed=seed)
-    return upholster.paint(quilt, exemplar).arrays[0]
-
-
-def _gmic(exemplar: PixelArray) -> PixelArray:
-    with tempfile.TemporaryDirectory() as folder:
-        sample, out = f"{folder}/sample.png", f"{folder}/out.png"
-        write_image(sample, exemplar)
-        command = ["gmic", "-v", "-", sample, "syntexturize_matchpatch", "512,512", "-o", out]
-        subprocess.run(command, check=True, capture_output=True)
-        found = read_image(out)
-    # It may write grey as RGB or the reverse.
-    return found if found.shape[2] == exemplar.shape[2] else found[:, :, : exemplar.shape[2]]
-
-
-def _structure(found: list[Measures]) -> str:
-    losses = [measures.structure.loss for measures in found if measures.structure.loss is not None]
-    return f"structure lost {_mean(losses):.3f}" if losses else "no structure to lose"
-
-
-def _mean(values: Iterable[float]) -> float:
-    return float(np.mean(list(values)))
-
-
 if __name__ == "__main__":
-    table = Results()
-    fidelity(table, *(Path(argument) for argument in sys.argv[1:2]))
-    table.show()
+    sys.exit(main())

@@ -13,8 +13,9 @@ import upholster
 from upholster.cli import app
 from upholster.errors import InputError, UpholsterError
 from upholster.image import write_image
-from upholster.measure import measure_cover
+from upholster.measure import mapping, measure_cover
 from upholster.stream import encode_stream
+from upholster.synthesis.directions import parse_direction
 
 COMMAND = [sys.executable, "-m", "upholster", "measure"]
 
@@ -26,7 +27,7 @@ def run(*arguments, cwd):
 @pytest.fixture(scope="module")
 def parts():
     exemplar, surface = grains(), upholster.torus(3, 1)
-    return exemplar, surface, upholster.synthesize(exemplar, surface, chart=64, seed=3)
+    return exemplar, surface, upholster.synthesize(exemplar, surface, chart=64, seed=3, method="paper")
 
 
 @pytest.fixture(scope="module")
@@ -57,6 +58,7 @@ def test_a_stream_measures_as_what_it_holds(folder, tmp_path, parts):
     found = measure_cover(surface, quilt, exemplar)
     assert told.pop("result") == "ring.uph"
     assert told.pop("exemplar") is None
+    assert told.pop("sample_size") is told.pop("direction") is None
     assert told == json.loads(json.dumps(found.to_json()))
     assert found.seams.edges < 1.5
     assert found.copies.ratio > 1 - 2 / 24
@@ -70,6 +72,30 @@ def test_the_exemplar_can_be_given(folder, tmp_path):
     told = json.loads((tmp_path / "a.json").read_text())
     assert told["exemplar"] == "sample.png"
     assert told["wasserstein_mean"] == pytest.approx(np.mean(told["wasserstein"]))
+
+
+def test_size_and_direction_that_were_asked_for(folder, tmp_path, parts):
+    exemplar, surface, quilt = parts
+    asked = ["--sample-size", "2", "--direction", "30", "--json", str(tmp_path / "a.json")]
+    done = run("ring.uph", *asked, cwd=folder)
+    assert done.returncode == 0, done.stderr
+    told = json.loads((tmp_path / "a.json").read_text())
+    expected = mapping(surface, quilt, scale=exemplar.shape[1] / 2, direction=parse_direction("30"))
+    assert told["mapping"] == dataclasses.asdict(expected)
+    assert (told["sample_size"], told["direction"]) == (2, "30")
+    # Method "paper": a texel is a pixel, along the patch's parameters.
+    assert told["mapping"]["angle_95"] == pytest.approx(30, abs=1)
+    for name in ("texture size", "direction within"):
+        assert name in done.stdout
+    assert all(len(line) <= 80 for line in done.stdout.splitlines())
+
+
+def test_wrapped_edges_are_measured_when_asked_for(folder, tmp_path):
+    arguments = ["more.png", "--exemplar", "sample.png", "--tileable", "--json", str(tmp_path / "a.json")]
+    done = run(*arguments, cwd=folder)
+    assert done.returncode == 0, done.stderr
+    assert "wrapped edges" in done.stdout
+    assert json.loads((tmp_path / "a.json").read_text())["wrap"]["ratio"] > 1
 
 
 def test_a_cut_stream_is_measured_and_says_so(folder):
@@ -108,6 +134,12 @@ def test_an_image_measures_what_it_can(folder, tmp_path):
         (["ring.uph", "--json", "nowhere/a.json"], "nowhere"),
         (["ring.uph", "--json", "a.txt"], ".json"),
         (["ring.uph", "--threads", "0"], "threads"),
+        (["ring.uph", "--tileable"], "--tileable"),
+        (["more.png", "--exemplar", "sample.png", "--direction", "u"], "--direction"),
+        (["more.png", "--exemplar", "sample.png", "--sample-size", "1"], "--sample-size"),
+        (["ring.uph", "--sample-size", "0"], "sample size is 0"),
+        (["ring.uph", "--sample-size", "nan"], "sample size is nan"),
+        (["ring.uph", "--direction", "north"], "north"),
     ],
 )
 def test_bad_input_is_refused(arguments, named, folder, monkeypatch):
@@ -133,7 +165,7 @@ def test_bad_input_is_one_line_and_status_2(arguments, folder):
 
 def test_parts_that_do_not_belong_together_are_refused(parts):
     exemplar, surface, quilt = parts
-    other = upholster.synthesize(exemplar, surface, chart=40, seed=3)
+    other = upholster.synthesize(exemplar, surface, chart=40, seed=3, method="paper")
     with pytest.raises(InputError, match="charts"):
         measure_cover(surface, quilt, exemplar, texels=upholster.paint(other, exemplar))
     with pytest.raises(InputError, match="patch"):

@@ -4,23 +4,27 @@ import itertools
 
 import numpy as np
 import pytest
-from measured import quilt_of
+from measured import quilt_of, warped
 
 from upholster.errors import InputError
 from upholster.measure import copies
 from upholster.measure._kernels import largest_square
-from upholster.measure.copies import copy_labels, copy_maps, quilt_windows
 from upholster.measure.samples import Window
+from upholster.measure.trace import Trace, quilt_windows
 from upholster.synthesis.quilt import Chart, Quilt
 
 
-def plain_largest_square(labels):
+def plain_largest_square(painted, below, right):
     best = 0
-    height, width = labels.shape
+    height, width = painted.shape
     for row, column in itertools.product(range(height), range(width)):
         for side in range(1, min(height - row, width - column) + 1):
-            part = labels[row : row + side, column : column + side]
-            if part.min() >= 0 and part.min() == part.max():
+            rows, columns = slice(row, row + side), slice(column, column + side)
+            if (
+                painted[rows, columns].all()
+                and below[row : row + side - 1, columns].all()
+                and right[rows, column : column + side - 1].all()
+            ):
                 best = max(best, side)
     return best
 
@@ -28,11 +32,12 @@ def plain_largest_square(labels):
 @pytest.mark.parametrize("seed", range(6))
 def test_largest_square_against_its_twin(seed):
     rng = np.random.default_rng(seed)
-    small = rng.integers(-1, 2, (6, 7)).astype(np.int32)
-    holed = (rng.random((9, 12)) > 0.1).astype(np.int32)
-    for labels in (small, np.kron(small, np.ones((3, 3), np.int32)), holed, small[:1], small[:, :1]):
-        found = largest_square(np.ascontiguousarray(labels), np.zeros(labels.shape[1], np.int32))
-        assert found == plain_largest_square(labels)
+    for height, width, share in ((6, 7, 0.8), (9, 12, 0.95), (9, 12, 1.0), (1, 7, 0.8), (6, 1, 0.8)):
+        painted = rng.random((height, width)) < share
+        below = (rng.random((height - 1, width)) < share) & painted[:-1] & painted[1:]
+        right = (rng.random((height, width - 1)) < share) & painted[:, :-1] & painted[:, 1:]
+        found = largest_square(painted, below, right, np.zeros(width, np.int32))
+        assert found == plain_largest_square(painted, below, right)
 
 
 def test_one_large_block_is_all_copied():
@@ -62,6 +67,8 @@ def test_blocks_that_continue_one_another_are_one_copy(turn):
 def test_equal_sources_under_other_turns_are_no_continuation():
     # Both would read texel (0, 0) from pixel (16, 34); turn 5 goes through the columns backwards.
     assert copies(quilt_of([(16, 8, 32, 16, 32, 42, 0), (16, 24, 32, 16, 32, 10, 5)])).longest == 16
+    # And these texels of column 16 from pixels of column 50, from where the second goes back.
+    assert copies(quilt_of([(16, 8, 32, 16, 32, 42, 0), (16, 24, 32, 16, 32, 42, 5)])).longest == 16
 
 
 def test_texels_that_nothing_paints_are_no_copies():
@@ -73,15 +80,45 @@ def test_texels_that_nothing_paints_are_no_copies():
 
 def test_windows_see_what_the_whole_chart_does():
     rng = np.random.default_rng(1)
-    quilt = quilt_of(
+    flat = quilt_of(
         [(*rng.integers(0, 40, 2), 12, 12, *rng.integers(12, 50, 2), rng.integers(8)) for _ in range(40)],
         chart=(40, 36),
     )
-    maps = copy_maps(quilt)
-    whole = copy_labels(quilt, quilt_windows(quilt)[0], maps)
-    assert len(np.unique(whole)) > 10
-    for window in (Window(0, 5, 7, 20, 11), Window(0, 0, 30, 40, 6)):
-        np.testing.assert_array_equal(copy_labels(quilt, window, maps), window.of(whole))
+    for quilt in (flat, warped(rng, 0.5, chart=(64, 60))):
+        whole = Trace.of(quilt, quilt_windows(quilt)[0])
+        assert len(np.unique(whole.owners)) > 4
+        for window in (Window(0, 5, 7, 20, 11), Window(0, 0, 20, 40, 16)):
+            part = Trace.of(quilt, window)
+            np.testing.assert_array_equal(part.links(0), window.of(whole.links(0))[: window.height - 1])
+            expected = window.of(whole.links(1))[:, : window.width - 1]
+            np.testing.assert_array_equal(part.links(1)[:, : expected.shape[1]], expected)
+
+
+@pytest.mark.parametrize("scale", [0.5, 1.0, 2.5])
+def test_links_through_a_field_against_the_quilts_own_sources(scale):
+    rng = np.random.default_rng(7)
+    quilt = warped(rng, scale, exemplar=(512, 512))
+    trace = Trace.of(quilt, quilt_windows(quilt)[0])
+    # What each placement would give everywhere, painted alone: exact, from the quilt itself.
+    alone = []
+    for n in range(len(quilt.placements)):
+        placed = quilt.placements[n : n + 1].copy()
+        placed["height"] = placed["width"] = 400
+        alone.append(
+            Quilt(quilt.charts, quilt.exemplar_shape, placed, quilt.cells, quilt.fields).sources()[0]
+        )
+    for axis, (one, other) in enumerate(
+        ((np.s_[:-1], np.s_[1:]), (np.s_[:, :-1], np.s_[:, 1:])),
+    ):
+        first, second = trace.owners[one], trace.owners[other]
+        far = np.zeros(first.shape)
+        for a, b in set(zip(first.ravel().tolist(), second.ravel().tolist(), strict=True)):
+            pair = (first == a) & (second == b)
+            far[pair] = np.abs(alone[a][other] - alone[b][other]).max(axis=2)[pair]
+        np.testing.assert_array_equal(trace.links(axis), far <= 8)
+    found = copies(quilt)
+    assert 1 - 2 / 16 < found.ratio <= 1
+    assert found.longest >= 16
 
 
 def test_a_single_texel_has_no_neighbours():

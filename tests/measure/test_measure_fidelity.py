@@ -149,3 +149,9 @@ def test_arrays_that_do_not_belong_together_are_refused():
             measured([], grains())
         with pytest.raises(InputError, match="result 0"):
             measured([grains(6, 40)], grains())
+
+
+def test_charts_so_small_that_no_patch_of_some_is_drawn():
+    texture = grains(300, 300)
+    small = [texture[r : r + 7, c : c + 7] for r in range(0, 70, 7) for c in range(0, 70, 7)]
+    assert np.isfinite(sliced_wasserstein([texture, *small], texture)).all()

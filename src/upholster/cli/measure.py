@@ -22,6 +22,19 @@ def measure(
             metavar="IMAGE", help="What it was made from; a stream holds its own, if it is not given."
         ),
     ] = None,
+    tileable: Annotated[
+        bool, typer.Option("--tileable", help="The image wraps both ways: measure the seams of its edges.")
+    ] = False,
+    sample_size: Annotated[
+        float | None,
+        typer.Option(
+            help="The exemplar's width in the model's units that was asked for; default: the median."
+        ),
+    ] = None,
+    direction: Annotated[
+        str | None,
+        typer.Option(metavar="DIRECTION", help="The direction that was asked for, as in upholster cover."),
+    ] = None,
     json: Annotated[str | None, typer.Option(metavar="FILE", help="Write the figures as JSON.")] = None,
     threads: Annotated[int | None, typer.Option(help="1 to 256; default: one per core.")] = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
@@ -40,24 +53,36 @@ def measure(
         raise InputError(f"--exemplar is missing; image {result!r} is measured against what it was made from")
     if json is not None and Path(json).suffix.lower() != ".json":
         raise InputError(f"output {json!r} has suffix {Path(json).suffix!r}; allowed: .json")
+    if suffix == ".uph" and tileable:
+        raise InputError("--tileable belongs to a flat image; a stream tells what it holds")
+    if suffix != ".uph" and (sample_size is not None or direction is not None):
+        raise InputError("--sample-size and --direction belong to a stream; an image has no surface")
+    if sample_size is not None and not 1e-9 <= sample_size <= 1e9:
+        raise InputError(f"sample size is {sample_size:g}; allowed: 1e-9 to 1e9 model units")
     with progress_bars(quiet), outputs([json] if json is not None else []) as files:
         if suffix == ".uph":
-            found, state = _stream(result, exemplar, threads)
+            found, state = _stream(result, exemplar, sample_size, direction, threads)
         else:
-            found, state = _image(result, exemplar or ""), ""
+            found, state = _image(result, exemplar or "", tileable), ""
         if json is not None:
-            text = codec.dumps({"result": result, "exemplar": exemplar, **found.to_json()}, indent=2)
+            asked = {"sample_size": sample_size, "direction": direction} if suffix == ".uph" else {}
+            told = {"result": result, "exemplar": exemplar, **asked, **found.to_json()}
+            text = codec.dumps(told, indent=2)
             files.path(json).write_text(text + "\n", encoding="utf-8")
     if not quiet:
         _show(found, state)
 
 
-def _stream(path: str, exemplar: str | None, threads: int | None) -> "tuple[Measures, str]":
+def _stream(
+    path: str, exemplar: str | None, sample_size: float | None, direction: str | None, threads: int | None
+) -> "tuple[Measures, str]":
     from upholster.files import read_bytes
     from upholster.image import read_exemplar
     from upholster.measure import measure_cover
     from upholster.stream import read_stream
+    from upholster.synthesis.directions import parse_direction
 
+    wanted = None if direction is None else parse_direction(direction)
     original = None if exemplar is None else read_exemplar(exemplar)
     decoder = read_stream(read_bytes(path), strict=False)
     surface, quilt, coded = decoder.surface, decoder.quilt(), decoder.exemplar()
@@ -71,14 +96,17 @@ def _stream(path: str, exemplar: str | None, threads: int | None) -> "tuple[Meas
         known = f"{decoder.charts_known} of {len(decoder.charts)} charts have their placements"
         state = f"{path}: incomplete, {in_bytes(decoder.received)}; {known}"
     texels = decoder.texels(threads=threads)
-    return measure_cover(surface, quilt, coded if original is None else original, texels=texels), state
+    compared = coded if original is None else original
+    scale = None if sample_size is None else compared.shape[1] / sample_size
+    found = measure_cover(surface, quilt, compared, texels=texels, scale=scale, direction=wanted)
+    return found, state
 
 
-def _image(path: str, exemplar: str) -> "Measures":
+def _image(path: str, exemplar: str, tileable: bool) -> "Measures":
     from upholster.image import read_exemplar, read_image
     from upholster.measure import measure_image
 
-    return measure_image(read_image(path), read_exemplar(exemplar))
+    return measure_image(read_image(path), read_exemplar(exemplar), tileable=tileable)
 
 
 def _show(found: "Measures", state: str) -> None:

@@ -1,25 +1,34 @@
 """Measures of a synthesis: seams, scale, fidelity to the exemplar, verbatim copies (docs/measures.md)."""
 
 from upholster.measure.copies import Copies, copies
+from upholster.measure.cuts import cut_seam_ratio, matched_cut_ratio
+from upholster.measure.edges import matched_edge_ratio
 from upholster.measure.fidelity import sliced_wasserstein
+from upholster.measure.mapping import Mapping, mapping
 from upholster.measure.report import Measures, Seams, measure_cover, measure_image
 from upholster.measure.scale import TexelScale, texel_scale
-from upholster.measure.seams import cut_seam_ratio, edge_seam_ratio
+from upholster.measure.seams import WrapSeams, edge_seam_ratio, wrap_seams
 from upholster.measure.structure import Peak, Structure, structure
 
 __all__ = [
     "Copies",
+    "Mapping",
     "Measures",
     "Peak",
     "Seams",
     "Structure",
     "TexelScale",
+    "WrapSeams",
     "copies",
     "cut_seam_ratio",
     "edge_seam_ratio",
+    "mapping",
+    "matched_cut_ratio",
+    "matched_edge_ratio",
     "measure_cover",
     "measure_image",
     "sliced_wasserstein",
     "structure",
     "texel_scale",
+    "wrap_seams",
 ]

@@ -1,5 +1,6 @@
 """Whether a result looks like its exemplar close up: the distributions of small patches."""
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -145,7 +146,7 @@ def _projected(images: Sequence[Image], directions: Image) -> Image:
     patches, start, before = [], 0, 0
     for view, cut, end in zip(views, cuts.tolist(), ends.tolist(), strict=True):
         rows, columns = np.divmod(wanted[start:cut] - before, view.shape[1])
-        patches.append(view[rows, columns].reshape(cut - start, -1))
+        patches.append(view[rows, columns].reshape(cut - start, math.prod(view.shape[2:])))
         start, before = cut, end
     return np.sort((np.concatenate(patches) @ directions).T, axis=1)
 

@@ -10,11 +10,15 @@ from upholster.errors import InputError
 from upholster.geometry import Surface
 from upholster.image import check_exemplar
 from upholster.measure.copies import Copies, copies
+from upholster.measure.cuts import cut_seam_ratio, matched_cut_ratio
+from upholster.measure.edges import matched_edge_ratio
 from upholster.measure.fidelity import sliced_wasserstein
+from upholster.measure.mapping import Mapping, mapping
 from upholster.measure.scale import TexelScale, texel_scale
-from upholster.measure.seams import cut_seam_ratio, edge_seam_ratio
+from upholster.measure.seams import WrapSeams, edge_seam_ratio, wrap_seams
 from upholster.measure.structure import Peak, Structure, structure
 from upholster.synthesis import Quilt, Texels, paint
+from upholster.synthesis.directions import Direction
 from upholster.types import PixelArray
 
 __all__ = ["Measures", "Seams", "measure_cover", "measure_image"]
@@ -30,12 +34,18 @@ class Seams:
     ----------
     edges
         Across the charts' edges: `edge_seam_ratio`.
+    edges_matched
+        The same against the exemplar at the same places: `matched_edge_ratio`.
     cuts
         Across the borders between blocks: `cut_seam_ratio`.
+    cuts_matched
+        The same against the exemplar at the same places: `matched_cut_ratio`.
     """
 
     edges: float | None
+    edges_matched: float | None
     cuts: float | None
+    cuts_matched: float | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,8 +58,10 @@ class Measures:
         Sliced Wasserstein distance from the exemplar per pyramid level, finest first.
     structure
         Autocorrelation peaks.
-    seams, scale, copies
+    seams, scale, copies, mapping
         None for a flat image, which does not tell.
+    wrap
+        `wrap_seams`, for a flat image that is meant to be tiled, else None.
     """
 
     wasserstein: tuple[float, ...]
@@ -57,6 +69,8 @@ class Measures:
     seams: Seams | None = None
     scale: TexelScale | None = None
     copies: Copies | None = None
+    mapping: Mapping | None = None
+    wrap: WrapSeams | None = None
 
     @property
     def wasserstein_mean(self) -> float:
@@ -75,16 +89,26 @@ class Measures:
         if self.seams is not None:
             rows += [
                 ("seam ratio, chart edges", _figure(self.seams.edges), "1: invisible"),
+                ("  against the exemplar there", _figure(self.seams.edges_matched), "1: invisible"),
                 ("seam ratio, block borders", _figure(self.seams.cuts), "1: invisible"),
+                ("  against the exemplar there", _figure(self.seams.cuts_matched), "1: invisible"),
             ]
+        if self.wrap is not None:
+            band = f"{self.wrap.low:.3f} to {self.wrap.high:.3f}"
+            rows += [
+                ("seam ratio, wrapped edges", _figure(self.wrap.ratio), "1: invisible"),
+                ("  of any other line", band, "5 % to 95 %"),
+            ]
+        if self.mapping is not None:
+            rows += _mapping_rows(self.mapping)
         if self.scale is not None:
             scale = self.scale
             rows += [
                 ("texel area, 99 % over 1 %", _figure(scale.spread), "1: even"),
-                ("scale error, mean", f"{scale.error:.3f} octaves", "0: even"),
-                ("scale error, 95 %", f"{scale.error_95:.3f} octaves", "0.07: within 5 %"),
-                ("anisotropy, median", _figure(scale.anisotropy), "1: square texels"),
-                ("anisotropy, 95 %", _figure(scale.anisotropy_95), "1: square texels"),
+                ("texel size error, mean", f"{scale.error:.3f} octaves", "0: even"),
+                ("texel size error, 95 %", f"{scale.error_95:.3f} octaves", "0.07: within 5 %"),
+                ("texel anisotropy, median", _figure(scale.anisotropy), "1: square texels"),
+                ("texel anisotropy, 95 %", _figure(scale.anisotropy_95), "1: square texels"),
             ]
         levels = " ".join(f"{1000 * value:.2f}" for value in self.wasserstein)
         rows += [
@@ -108,6 +132,8 @@ def measure_cover(
     exemplar: PixelArray,
     *,
     texels: Texels | None = None,
+    scale: float | None = None,
+    direction: Direction | None = None,
     threads: int | None = None,
 ) -> Measures:
     """Measure a covered surface by everything there is.
@@ -123,6 +149,9 @@ def measure_cover(
     texels
         The quilt painted, if it is at hand or is to be painted with something else, such as a coded exemplar;
         by default with `exemplar`.
+    scale, direction
+        What was asked for, see `mapping`: exemplar pixels per unit of length, and which way the exemplar's
+        rows of pixels were to run.
     threads
         For painting: 1 to 256; by default one per core.
 
@@ -144,13 +173,19 @@ def measure_cover(
     return Measures(
         wasserstein=sliced_wasserstein(texels.arrays, exemplar),
         structure=structure(texels.arrays, exemplar),
-        seams=Seams(edge_seam_ratio(surface, texels), cut_seam_ratio(quilt, texels)),
+        seams=Seams(
+            edge_seam_ratio(surface, texels, fields=quilt.fields),
+            matched_edge_ratio(surface, quilt, texels, exemplar),
+            cut_seam_ratio(quilt, texels),
+            matched_cut_ratio(quilt, texels, exemplar),
+        ),
         scale=texel_scale(surface, quilt.charts),
         copies=copies(quilt),
+        mapping=mapping(surface, quilt, scale=scale, direction=direction),
     )
 
 
-def measure_image(image: PixelArray, exemplar: PixelArray) -> Measures:
+def measure_image(image: PixelArray, exemplar: PixelArray, *, tileable: bool = False) -> Measures:
     """Measure a flat result against its exemplar: only what a picture alone can tell.
 
     Parameters
@@ -159,11 +194,13 @@ def measure_image(image: PixelArray, exemplar: PixelArray) -> Measures:
         (h, w, C), sides of at least 32: the result.
     exemplar
         (H, W, C), of the same number of channels.
+    tileable
+        Whether it is meant to be laid side by side.
 
     Returns
     -------
     Measures
-        Sliced Wasserstein distance and structure.
+        Sliced Wasserstein distance and structure; the wrapped edges' seams of a tileable image.
 
     Raises
     ------
@@ -182,7 +219,26 @@ def measure_image(image: PixelArray, exemplar: PixelArray) -> Measures:
         raise InputError(
             f"image has {image.shape[2]} channels, the exemplar {exemplar.shape[2]}; allowed: equal numbers"
         )
-    return Measures(sliced_wasserstein([image], exemplar), structure([image], exemplar))
+    return Measures(
+        sliced_wasserstein([image], exemplar),
+        structure([image], exemplar),
+        wrap=wrap_seams(image) if tileable else None,
+    )
+
+
+def _mapping_rows(found: Mapping) -> list[tuple[str, str, str]]:
+    rows = [
+        ("texture size within 5 %", f"{100 * found.within:.1f} %", "of the area"),
+        ("texture size error, mean", f"{found.error:.3f} octaves", "0: as asked"),
+        ("texture size error, 95 %", f"{found.error_95:.3f} octaves", "0.07: within 5 %"),
+        ("texture stretch, 95 %", _figure(found.stretch_95), "1: keeps shapes"),
+    ]
+    if found.aligned is not None and found.angle_95 is not None:
+        rows += [
+            ("direction within 5°", f"{100 * found.aligned:.1f} %", "of the area"),
+            ("direction error, 95 %", f"{found.angle_95:.2f}°", "0: as asked"),
+        ]
+    return rows
 
 
 def _figure(value: float | None) -> str:

@@ -8,9 +8,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.image import alpha_channel
-from upholster.types import PixelArray
+from upholster.types import FloatArray, PixelArray
 
-__all__ = ["Window", "chosen_windows", "coded"]
+__all__ = ["Samples", "Window", "bilinear", "chosen_windows", "coded"]
+
+Samples = NDArray[np.float32]
+"""Samples as the eye weighs them, see `coded`."""
 
 SEED = 2006
 """All sampling is drawn from this seed: the same input gives the same figures."""
@@ -31,7 +34,7 @@ class Window:
         return array[self.row : self.row + self.height, self.column : self.column + self.width]
 
 
-def coded(pixels: PixelArray) -> NDArray[np.float32]:
+def coded(pixels: PixelArray) -> Samples:
     """Return samples as the eye weighs them: sRGB-coded, 0 to 1.
 
     Parameters
@@ -50,13 +53,39 @@ def coded(pixels: PixelArray) -> NDArray[np.float32]:
     linear = pixels.astype(np.float32)
     size = np.abs(linear)
     curve = np.float32(1.055) * size ** np.float32(1 / 2.4) - np.float32(0.055)
-    out: NDArray[np.float32] = np.copysign(
-        np.where(size <= 0.0031308, size * np.float32(12.92), curve), linear
-    )
+    out: Samples = np.copysign(np.where(size <= 0.0031308, size * np.float32(12.92), curve), linear)
     alpha = alpha_channel(pixels.shape[-1])
     if alpha is not None:
         out[..., alpha] = linear[..., alpha]
     return out
+
+
+def bilinear(pixels: PixelArray, rows: FloatArray, columns: FloatArray) -> Samples:
+    """Return sRGB-coded samples between pixels, as `coded` does at them.
+
+    Parameters
+    ----------
+    pixels
+        (h, w, C), pixel (r, c) having its centre at exactly (r, c).
+    rows, columns
+        (n,) places; beyond the outermost centres these hold.
+
+    Returns
+    -------
+    ndarray
+        (n, C) float32.
+    """
+    height, width = pixels.shape[:2]
+    r, c = np.clip(rows, 0, height - 1), np.clip(columns, 0, width - 1)
+    top, left = r.astype(np.intp), c.astype(np.intp)
+    down, right = (r - top).astype(np.float32)[:, None], (c - left).astype(np.float32)[:, None]
+    below, beside = np.minimum(top + 1, height - 1), np.minimum(left + 1, width - 1)
+    upper, lower = (_between(coded(pixels[r, left]), coded(pixels[r, beside]), right) for r in (top, below))
+    return _between(upper, lower, down)
+
+
+def _between(one: Samples, other: Samples, share: Samples) -> Samples:
+    return one + (other - one) * share  # exact where both are equal
 
 
 def chosen_windows(shapes: Sequence[tuple[int, ...]], *, side: int, most: int) -> list[Window]:

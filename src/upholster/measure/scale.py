@@ -10,7 +10,7 @@ from upholster.geometry import Surface
 from upholster.synthesis import Chart
 from upholster.types import FloatArray
 
-__all__ = ["TexelScale", "texel_scale"]
+__all__ = ["TexelScale", "quantiles", "texel_scale"]
 
 MOST_SAMPLES = 2**19
 MOST_NODES = 128
@@ -99,22 +99,22 @@ def texel_scale(surface: Surface, charts: Sequence[Chart]) -> TexelScale:
         raise InputError("surface has no area; allowed: patches that are more than points and lines")
     e, f, g, texels, area = e[real], f[real], g[real], texels[real], area[real]
     weights = area * texels
-    low, high = _quantiles(area, weights, (0.01, 0.99))
+    low, high = quantiles(area, weights, (0.01, 0.99))
     sizes, both = 0.5 * np.log2(np.concatenate([e, g])), np.tile(weights, 2)
-    deviation = np.abs(sizes - _quantiles(sizes, both, (0.5,))[0])
+    deviation = np.abs(sizes - quantiles(sizes, both, (0.5,))[0])
     mean, half = (e + g) / 2, np.hypot((e - g) / 2, f)
     stretch = (mean + half) / area  # greatest² / (greatest · least)
-    median, most = _quantiles(stretch, weights, (0.5, 0.95))
+    median, most = quantiles(stretch, weights, (0.5, 0.95))
     return TexelScale(
         spread=high / low,
         error=float(np.average(deviation, weights=both)),
-        error_95=_quantiles(deviation, both, (0.95,))[0],
+        error_95=quantiles(deviation, both, (0.95,))[0],
         anisotropy=median,
         anisotropy_95=most,
     )
 
 
-def _quantiles(values: FloatArray, weights: FloatArray, wanted: Sequence[float]) -> list[float]:
+def quantiles(values: FloatArray, weights: FloatArray, wanted: Sequence[float]) -> list[float]:
     """Return the values below which the wanted shares of the weight lie."""
     order = np.argsort(values, kind="stable")
     below = np.cumsum(weights[order])

@@ -1,7 +1,6 @@
 """Whether seams show: differences across them over differences elsewhere."""
 
-from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -9,33 +8,35 @@ from numpy.typing import NDArray
 
 from upholster.errors import InputError
 from upholster.geometry import Surface
-from upholster.measure.copies import copy_labels, copy_maps, quilt_windows
-from upholster.measure.samples import SEED, coded
-from upholster.synthesis import Chart, Quilt, Texels
-from upholster.types import PixelArray
+from upholster.measure.samples import SEED, bilinear, coded
+from upholster.measure.trace import IDENTITY
+from upholster.synthesis import Texels
+from upholster.synthesis.field import UNIT, Field
+from upholster.synthesis.meetings import Carrier, carriers, meetings
+from upholster.synthesis.warp import matrices_at
+from upholster.types import FloatArray, PixelArray
 
-__all__ = ["cut_seam_ratio", "edge_seam_ratio"]
+__all__ = ["MeanDifference", "WrapSeams", "edge_seam_ratio", "wrap_seams"]
 
-LINES = 16
-MOST_EDGES = 4096
-MOST_PAIRS = 2**18
-BAND = 256
-
-Index = NDArray[np.int64]
+MOST_MEETINGS = 2048
+MOST_PAIRS = 2**17
+PER_TEXEL = 4
+LINE_PAIRS = 4096
 
 
 @dataclass
-class _Mean:
-    """A mean of absolute differences, added up part by part."""
+class MeanDifference:
+    """A mean of absolute differences of sRGB-coded samples, added up part by part."""
 
     total: float = 0.0
     count: int = 0
 
-    def add(self, one: PixelArray, other: PixelArray) -> None:
-        self.total += float(np.abs(coded(one) - coded(other)).sum(dtype=np.float64))
+    def add(self, one: NDArray[np.float32], other: NDArray[np.float32]) -> None:
+        """Add the differences of two arrays of samples."""
+        self.total += float(np.abs(one - other).sum(dtype=np.float64))
         self.count += one.size
 
-    def over(self, other: "_Mean") -> float | None:
+    def over(self, other: "MeanDifference") -> float | None:
         """Return this mean over another: None if there is nothing here, 1 where there is no difference."""
         if not self.count or not other.count:
             return None
@@ -45,13 +46,16 @@ class _Mean:
         return here / there
 
 
-def edge_seam_ratio(surface: Surface, texels: Texels) -> float | None:
-    """Measure whether the edges of charts show.
+def edge_seam_ratio(surface: Surface, texels: Texels, *, fields: Sequence[Field | None] = ()) -> float | None:
+    """Measure whether the edges of charts show: both those of patches, and those between charts of a patch.
 
-    The mean absolute difference between the texels on both sides of shared edges, over the same between
-    neighbouring texels along random lines parallel to those edges inside the charts. Values are sRGB-coded,
-    all channels weigh alike. Each texel at an edge is compared with the nearest one across it, from either
-    side: 1.0 is invisible, more shows, less is blur. At most 4096 edges and some 2^18 pairs are looked at.
+    The mean absolute difference between a point before an edge and one as far beyond it, over the same
+    between points inside the charts, about random lines parallel to the edge. Points lie ½ to 1 texel from
+    the edge (of the coarser side), straight across it in the unfolded tangent planes; inside, the same step
+    of the exemplar apart, so that neither charts of unequal size nor a change of scale or direction count as
+    seams. Texels are interpolated bilinearly on both sides and inside alike. Values are sRGB-coded, all
+    channels weigh alike: 1.0 is invisible, more shows, less is blur. At most 2048 edges, and some 2^17 pairs
+    are looked at.
 
     Parameters
     ----------
@@ -59,157 +63,147 @@ def edge_seam_ratio(surface: Surface, texels: Texels) -> float | None:
         What the charts lie on: says which edges meet.
     texels
         The result.
+    fields
+        Each chart's M field, as in `Quilt.fields`.
 
     Returns
     -------
     float or None
         The ratio, 0 or more; 1.0 where neither shows any difference, infinite where only the edges do; None
-        without shared edges.
+        where no charts meet.
 
     Raises
     ------
     InputError
-        If a chart names a patch that the surface does not have.
+        If a chart names a patch that the surface does not have, or fields are not one for each chart.
 
     References
     ----------
     The quotient of the boundary's gradient and the interior's is the usual blocking measure: Wang, Sheikh,
     Bovik: No-reference perceptual quality assessment of JPEG compressed images, ICIP 2002, eq. 1 and 3.
     """
-    charts = texels.charts
-    on_patch: dict[int, list[int]] = defaultdict(list)
-    for index, chart in enumerate(charts):
-        if not 0 <= chart.patch < len(surface.patches):
-            raise InputError(
-                f"chart {index} lies on patch {chart.patch}; the surface has 0 to {len(surface.patches) - 1}"
-            )
-        on_patch[chart.patch].append(index)
+    if fields and len(fields) != len(texels.charts):
+        raise InputError(f"there are {len(fields)} fields; allowed: none, or one for each chart")
     rng = np.random.default_rng(SEED)
-    edges = rng.permutation(4 * len(charts))[:MOST_EDGES]
-    most = max(64, MOST_PAIRS // len(edges))
-    across, inside = _Mean(), _Mean()
-    for index, edge in zip((edges // 4).tolist(), (edges % 4).tolist(), strict=True):
-        own = texels.arrays[index]
-        extent = own.shape[0] if edge in (0, 2) else own.shape[1]
-        depths = rng.integers(0, max(1, extent - 1), LINES)
-        for along, other, other_edge, there in _facing(surface, charts, on_patch, index, edge):
-            chosen = rng.permutation(len(along))[:most]
-            at = along[chosen]
-            beyond = _line(texels.arrays[other], other_edge, np.zeros(1, np.int64), there[chosen])
-            across.add(_line(own, edge, np.zeros(1, np.int64), at), beyond)
-            if extent > 1:
-                inside.add(_line(own, edge, depths, at), _line(own, edge, depths + 1, at))
+    found = meetings(surface, texels.charts)
+    chosen = [found[n] for n in rng.permutation(len(found))[:MOST_MEETINGS]]
+    if not chosen:
+        return None
+    most = max(64, MOST_PAIRS // len(chosen))
+    across, inside = MeanDifference(), MeanDifference()
+    for carrier in carriers(surface, texels.charts, chosen):
+        index = carrier.meeting.chart
+        field = (fields[index] if fields else None) or IDENTITY
+        _add_meeting(carrier, texels.arrays, field, most, rng, across, inside)
     return across.over(inside)
 
 
-def cut_seam_ratio(quilt: Quilt, texels: Texels) -> float | None:
-    """Measure whether the borders between blocks show inside charts.
+@dataclass(frozen=True, slots=True)
+class WrapSeams:
+    """Whether the wrapped edges of an image show.
 
-    The mean absolute difference between neighbouring texels (right and lower) that do not continue one
-    another in the exemplar, over the same between all neighbouring texels. A blended border counts where the
-    greater weight changes. Values are sRGB-coded, all channels weigh alike: 1.0 is invisible, more shows,
-    less is blur. At most 8 Mtexels are looked at.
+    Attributes
+    ----------
+    ratio
+        Differences across the wrapped edges over those everywhere: 1.0 is invisible, more shows, less is
+        blur.
+    low, high
+        5th and 95th percentile of the same ratio for one row line and one column line anywhere inside: within
+        them the wrapped edges are lines like any other.
+    """
+
+    ratio: float
+    low: float
+    high: float
+
+
+def wrap_seams(image: PixelArray) -> WrapSeams | None:
+    """Measure whether an image repeats without seams, laid side by side and one below the other.
+
+    The mean absolute difference between the first and the last row and column, over the same between
+    neighbouring rows and columns. Values are sRGB-coded, all channels weigh alike. Wrapped edges are but two
+    lines, and lines of a regular texture differ: the percentiles, over 4096 random pairs of lines, tell how
+    much.
 
     Parameters
     ----------
-    quilt
-        Says which placement gives each texel most of its colour.
-    texels
-        The quilt, painted.
+    image
+        (h, w, C): the image.
 
     Returns
     -------
-    float or None
-        The ratio, 0 or more; 1.0 where neither shows any difference, infinite where only the borders do; None
-        without borders.
-
-    Raises
-    ------
-    InputError
-        If the texels do not have the quilt's charts.
+    WrapSeams or None
+        The ratio and its range; None for an image of a single row or column. A ratio is 1.0 where nothing
+        differs anywhere, and infinite where only the wrapped edges do.
 
     References
     ----------
     As for `edge_seam_ratio`.
     """
-    if texels.charts != quilt.charts:
-        raise InputError("texels have other charts than the quilt; allowed: the quilt's own, painted")
-    maps = copy_maps(quilt)
-    cuts, everywhere = _Mean(), _Mean()
-    for window in quilt_windows(quilt):
-        labels = copy_labels(quilt, window, maps)
-        pixels = window.of(texels.arrays[window.index])
-        for start in range(0, window.height, BAND):
-            # One row more than the band: the lower neighbours of its last row.
-            part, label = pixels[start : start + BAND + 1], labels[start : start + BAND + 1]
-            rows = min(BAND, window.height - start)
-            right = (part[:rows, :-1], part[:rows, 1:], label[:rows, :-1], label[:rows, 1:])
-            lower = (part[:-1], part[1:], label[:-1], label[1:])
-            for one, other, label_one, label_other in (right, lower):
-                cut = (label_one != label_other) & (label_one >= 0) & (label_other >= 0)
-                cuts.add(one[cut], other[cut])
-                everywhere.add(one, other)
-    return cuts.over(everywhere)
+    if min(image.shape[:2]) < 2:
+        return None
+    values = coded(image)
+    # Sums over the lines, so that the longer ones count for more.
+    rows, columns = (np.abs(np.diff(values, axis=axis)).sum(axis=(1 - axis, 2)) for axis in (0, 1))
+    whole = float(rows.mean() + columns.mean())
+    wrapped = float(np.abs(values[-1] - values[0]).sum() + np.abs(values[:, -1] - values[:, 0]).sum())
+    if whole == 0:
+        return WrapSeams(1.0 if wrapped == 0 else float("inf"), 1.0, 1.0)
+    rng = np.random.default_rng(SEED)
+    any_lines = rng.choice(rows, LINE_PAIRS) + rng.choice(columns, LINE_PAIRS)
+    low, high = np.percentile(any_lines / whole, (5, 95)).tolist()
+    return WrapSeams(wrapped / whole, low, high)
 
 
-def _facing(
-    surface: Surface, charts: Sequence[Chart], on_patch: dict[int, list[int]], index: int, edge: int
-) -> Iterator[tuple[Index, int, int, Index]]:
-    """Find what lies across an edge of a chart.
-
-    Yields texels along the edge, the chart that faces them, its edge, and the texels along that edge.
-    """
-    chart = charts[index]
-    line, low, high, count = _edge_of(chart, edge)
-    centres = low + (high - low) * (np.arange(count) + 0.5) / count
-    border = 0.0 if edge in (0, 3) else 1.0
-    if line != border:  # inside its patch: the next chart of the same patch
-        yield from _on_edge(charts, on_patch[chart.patch], (edge + 2) % 4, line, centres, np.arange(count))
+def _add_meeting(
+    carrier: Carrier,
+    arrays: Sequence[PixelArray],
+    field: Field,
+    most: int,
+    rng: np.random.Generator,
+    across: MeanDifference,
+    inside: MeanDifference,
+) -> None:
+    """Add the differences across one meeting of two charts, and those on as many lines inside the first."""
+    m = carrier.meeting
+    own, other = arrays[m.chart], arrays[m.other_chart]
+    down = bool(m.edge & 1)  # the edge runs along the rows' axis
+    extent = own.shape[1 if down else 0]
+    inward = 1.0 if m.edge in (0, 3) else -1.0
+    count = min(most, max(8, round(PER_TEXEL * (m.stop - m.start))))
+    along = rng.uniform(m.start, m.stop, count) - 0.5
+    edge = np.full(count, carrier.line)
+    # How far a step across the edge goes on the other chart: points there lie ½ texel inside it at least.
+    *_, matrices = carrier.carry(*((along, edge) if down else (edge, along)))
+    step = np.abs(matrices[:, 0 if m.other_edge in (0, 2) else 1, 1 if down else 0])
+    with np.errstate(divide="ignore"):
+        depth = rng.uniform(0.5, 1.0, count) * np.maximum(1.0, 1.0 / step)
+    sound = np.isfinite(depth) & (2 * np.ceil(depth) <= extent - 1)
+    along, depth, edge = along[sound], depth[sound], edge[sound]
+    if not len(along):
         return
-    for there in surface.neighbours(chart.patch, edge):
-        along = np.flatnonzero((centres >= there.start) & (centres < there.stop))
-        slope = (there.other_stop - there.other_start) / (there.stop - there.start)
-        where = there.other_start + slope * (centres[along] - there.start)
-        line = 0.0 if there.other_edge in (0, 3) else 1.0
-        members = on_patch.get(there.other_patch, [])
-        yield from _on_edge(charts, members, there.other_edge, line, where, along)
+    before, beyond = edge + inward * depth, edge - inward * depth
+    rows, columns, _ = carrier.carry(*((along, beyond) if down else (beyond, along)))
+    across.add(_at(own, along, before, down), bilinear(other, rows, columns))
+    # Inside, the same step in the exemplar, which may run otherwise on the chart, and half of it on either
+    # side of a line between texels, as at the edge.
+    reach = np.ceil(depth)
+    line = np.floor(reach + rng.uniform(0, 1, len(along)) * (extent - 1 - 2 * reach)) + 0.5
+    length = own.shape[0 if down else 1]
+    beside = np.clip(along, np.minimum(reach, length / 2), np.maximum(length - 1 - reach, length / 2))
+    turned = np.linalg.solve(_matrices(field, beside, line, down), _matrices(field, along, edge, down))
+    half = depth[:, None] * turned[:, :, 1 if down else 0]
+    rows, columns = (beside, line) if down else (line, beside)
+    ends = [bilinear(own, rows + sign * half[:, 0], columns + sign * half[:, 1]) for sign in (-1, 1)]
+    inside.add(*ends)
 
 
-def _on_edge(
-    charts: Sequence[Chart],
-    members: list[int],
-    edge: int,
-    line: float,
-    where: NDArray[np.float64],
-    along: Index,
-) -> Iterator[tuple[Index, int, int, Index]]:
-    """Find the charts among `members` whose edge lies on a line of the patch, and their texels at `where`."""
-    for other in members:
-        own_line, low, high, count = _edge_of(charts[other], edge)
-        if own_line != line:
-            continue
-        here = (where >= low) & (where <= high)
-        texel = np.clip(((where[here] - low) / (high - low) * count).astype(np.int64), 0, count - 1)
-        if len(texel):
-            yield along[here], other, edge, texel
+def _at(array: PixelArray, along: FloatArray, across: FloatArray, down: bool) -> NDArray[np.float32]:
+    return bilinear(array, *((along, across) if down else (across, along)))
 
 
-def _edge_of(chart: Chart, edge: int) -> tuple[float, float, float, int]:
-    """Return where an edge of a chart lies: its line, the parameters it spans, its texels."""
-    if edge in (0, 2):
-        return (chart.s0 if edge == 0 else chart.s1), chart.t0, chart.t1, chart.width
-    return (chart.t0 if edge == 3 else chart.t1), chart.s0, chart.s1, chart.height
-
-
-def _line(array: PixelArray, edge: int, depths: Index, along: Index) -> PixelArray:
-    """Return texels (depths, along, C) of a chart, counted from one of its edges inward."""
-    height, width = array.shape[:2]
-    across = depths[:, None]
-    rows, columns = (
-        (across, along),
-        (along, width - 1 - across),
-        (height - 1 - across, along),
-        (along, across),
-    )[edge]
-    found: PixelArray = array[rows, columns]
-    return found
+def _matrices(field: Field, along: FloatArray, across: FloatArray, down: bool) -> FloatArray:
+    """Return M (n, 2, 2) in exemplar pixels per texel."""
+    places = (along, across) if down else (across, along)
+    rows, columns = (np.rint(place).astype(np.int32) for place in places)
+    return matrices_at(field, rows, columns).reshape(-1, 2, 2) / UNIT

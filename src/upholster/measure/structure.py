@@ -7,6 +7,7 @@ import numpy as np
 
 from upholster.measure.fidelity import WINDOW, check_alike, looked_at
 from upholster.measure.samples import coded
+from upholster.synthesis.structure import shifted_products
 from upholster.types import FloatArray, PixelArray
 
 __all__ = ["Peak", "Structure", "structure"]
@@ -119,25 +120,10 @@ def _autocorrelation(planes: Sequence[FloatArray], half: tuple[int, int]) -> Flo
     rows, columns = np.arange(half[0] + 1)[:, None], np.arange(-half[1], half[1] + 1)
     for plane in planes:
         height, width = plane.shape
-        # Zeros beyond the borders keep shifts up to half a window from wrapping round.
-        spectrum = np.fft.rfft2(plane - mean, (_smooth(height + half[0]), _smooth(width + half[1])))
-        power = np.fft.irfft2(np.abs(spectrum) ** 2, (_smooth(height + half[0]), _smooth(width + half[1])))
-        total += power[rows, columns]
+        total += shifted_products(plane - mean, half)
         pairs += np.maximum(height - rows, 0) * np.maximum(width - np.abs(columns), 0)
     correlation: FloatArray = np.where(pairs > 0, total / np.maximum(pairs, 1) / variance, 0)
     return correlation
-
-
-def _smooth(size: int) -> int:
-    """Return the next size whose only factors are 2, 3 and 5: fast to transform."""
-    while True:
-        rest = size
-        for factor in (2, 3, 5):
-            while rest % factor == 0:
-                rest //= factor
-        if rest == 1:
-            return size
-        size += 1
 
 
 def _peaks(correlation: FloatArray) -> tuple[Peak, ...]:

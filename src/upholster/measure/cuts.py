@@ -1,0 +1,150 @@
+"""Whether the borders between blocks show: against everywhere, or against the exemplar at the same places."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from upholster.errors import InputError
+from upholster.measure.samples import SEED, Samples, bilinear, coded
+from upholster.measure.seams import MeanDifference
+from upholster.measure.trace import Trace, quilt_windows
+from upholster.synthesis import Quilt, Texels
+from upholster.synthesis.pyramid import halved, most_levels
+from upholster.synthesis.warp import levels_of, warped_sources
+from upholster.types import FloatArray, PixelArray
+
+__all__ = ["check_painted", "cut_seam_ratio", "matched_cut_ratio", "sampled"]
+
+BAND = 256
+MOST_PAIRS = 2**17
+
+
+def cut_seam_ratio(quilt: Quilt, texels: Texels) -> float | None:
+    """Measure whether the borders between blocks show inside charts.
+
+    The mean absolute difference between neighbouring texels (right and lower) that do not continue one
+    another in the exemplar (`copies` says when they do), over the same between all neighbouring texels. A
+    blended border counts where the greater weight changes. Values are sRGB-coded, all channels weigh alike:
+    1.0 is invisible, more shows, less is blur, or borders that run through quiet places: see
+    `matched_cut_ratio`. At most 8 Mtexels are looked at.
+
+    Parameters
+    ----------
+    quilt
+        Says which placement gives each texel most of its colour.
+    texels
+        The quilt, painted.
+
+    Returns
+    -------
+    float or None
+        The ratio, 0 or more; 1.0 where neither shows any difference, infinite where only the borders do; None
+        without borders.
+
+    Raises
+    ------
+    InputError
+        If the texels do not have the quilt's charts.
+
+    References
+    ----------
+    As for `edge_seam_ratio`.
+    """
+    _check(quilt, texels)
+    cuts, everywhere = MeanDifference(), MeanDifference()
+    for window in quilt_windows(quilt):
+        trace = Trace.of(quilt, window)
+        cut = [np.zeros((window.height - (axis == 0), window.width - (axis == 1)), bool) for axis in (0, 1)]
+        for axis in (0, 1):
+            border = trace.border(axis)
+            cut[axis][border.rows, border.columns] = ~border.continued
+        pixels = window.of(texels.arrays[window.index])
+        for start in range(0, window.height, BAND):
+            stop = min(start + BAND, window.height)
+            # One row more than the band: the lower neighbours of its last row.
+            part = coded(pixels[start : stop + 1])
+            rows = stop - start
+            for one, other, chosen in (
+                (part[:rows, :-1], part[:rows, 1:], cut[1][start:stop]),
+                (part[:-1], part[1:], cut[0][start:stop]),
+            ):
+                cuts.add(one[chosen], other[chosen])
+                everywhere.add(one, other)
+    return cuts.over(everywhere)
+
+
+def matched_cut_ratio(quilt: Quilt, texels: Texels, exemplar: PixelArray) -> float | None:
+    """Measure whether the borders between blocks show, against what the exemplar has at the same places.
+
+    Cuts and matched overlaps run through quiet places, of which regular textures have many: against the
+    average of everywhere, even a visible border may look quiet. Here the mean absolute difference between
+    neighbouring texels p, q across a border is taken over the mean of the two differences that the exemplar
+    itself has there: between p's and q's places as the placement that owns p maps them, and as the one that
+    owns q does. 1.0 is as smooth as the exemplar, more shows, less is blur. Some 2^17 pairs are looked at.
+
+    Parameters
+    ----------
+    quilt, texels
+        As for `cut_seam_ratio`.
+    exemplar
+        (H, W, C) that the texels were painted from.
+
+    Returns
+    -------
+    float or None
+        As for `cut_seam_ratio`.
+
+    Raises
+    ------
+    InputError
+        If the texels do not have the quilt's charts, or the exemplar not its shape.
+    """
+    check_painted(quilt, texels, exemplar)
+    rng = np.random.default_rng(SEED)
+    windows = quilt_windows(quilt)
+    most = max(64, MOST_PAIRS // (2 * max(1, len(windows))))
+    seen, expected = MeanDifference(), MeanDifference()
+    levels = [exemplar]
+    for window in windows:
+        trace = Trace.of(quilt, window)
+        pixels = window.of(texels.arrays[window.index])
+        for axis in (0, 1):
+            border = trace.border(axis)
+            cuts = rng.permutation(np.flatnonzero(~border.continued))[:most]
+            rows, columns = border.rows[cuts], border.columns[cuts]
+            next_rows, next_columns = rows + (axis == 0), columns + (axis == 1)
+            seen.add(coded(pixels[rows, columns]), coded(pixels[next_rows, next_columns]))
+            here = (rows + window.row, columns + window.column)
+            there = (next_rows + window.row, next_columns + window.column)
+            for owner in (border.first[cuts], border.second[cuts]):
+                places = (
+                    np.stack(warped_sources(trace.field, owner, *at), axis=1) / 16 for at in (here, there)
+                )
+                expected.add(*(sampled(trace, owner, place, levels) for place in places))
+    return seen.over(expected)
+
+
+def sampled(trace: Trace, owner: NDArray[np.void], places: FloatArray, levels: list[PixelArray]) -> Samples:
+    """Return what placements (n,) paint of the exemplar's `places` (n, 2), in pixels: (n, C), sRGB-coded.
+
+    `levels` is the pyramid so far, the exemplar first, and grows as needed.
+    """
+    level = levels_of(trace.field, owner, most_levels(*levels[0].shape[:2]))
+    out = np.empty((len(owner), levels[0].shape[2]), np.float32)
+    for k in np.unique(level).tolist():
+        while len(levels) <= k:
+            levels.append(halved(levels[-1]))
+        mine = level == k
+        out[mine] = bilinear(levels[k], *((places[mine].T + 0.5) / 2**k - 0.5))
+    return out
+
+
+def check_painted(quilt: Quilt, texels: Texels, exemplar: PixelArray) -> None:
+    """Raise InputError unless texels and exemplar are of a quilt's charts and shape."""
+    _check(quilt, texels)
+    if exemplar.ndim != 3 or exemplar.shape[:2] != quilt.exemplar_shape:
+        raise InputError(f"exemplar has shape {exemplar.shape}; allowed: the quilt's, {quilt.exemplar_shape}")
+
+
+def _check(quilt: Quilt, texels: Texels) -> None:
+    if texels.charts != quilt.charts:
+        raise InputError("texels have other charts than the quilt; allowed: the quilt's own, painted")

@@ -1,0 +1,219 @@
+"""How large and which way the texture lies on the surface, against what was asked."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from upholster.errors import InputError
+from upholster.geometry import Surface
+from upholster.measure.samples import SEED
+from upholster.measure.scale import quantiles
+from upholster.measure.trace import Trace, quilt_windows
+from upholster.synthesis import Quilt
+from upholster.synthesis._paint_kernels import TURNS
+from upholster.synthesis.directions import Direction
+from upholster.synthesis.field import FIELD_STEP, UNIT, Field
+from upholster.types import FloatArray
+
+__all__ = ["Mapping", "mapping"]
+
+MOST_SAMPLES = 2**18
+
+
+@dataclass(frozen=True, slots=True)
+class Mapping:
+    """How the texture lies on a surface; all figures weigh every part of the surface by its area.
+
+    A size is what the exemplar's unit of length becomes on the surface, over what was asked: 1 is as asked.
+
+    Attributes
+    ----------
+    within
+        Share of the area where the size is within 5 % of the one asked, 0 to 1.
+    error
+        Mean absolute log2 of the size, in octaves.
+    error_95
+        95th percentile of the same: 0.0704 is 5 %.
+    stretch_95
+        95th percentile of the greatest over the least stretch from exemplar to surface: 1 keeps shapes.
+    aligned
+        Share of the area where the direction is within 5° of the one asked; None if none was asked.
+    angle_95
+        95th percentile of the angle between the two, in degrees; None as before.
+    """
+
+    within: float
+    error: float
+    error_95: float
+    stretch_95: float
+    aligned: float | None
+    angle_95: float | None
+
+
+def mapping(
+    surface: Surface,
+    quilt: Quilt,
+    *,
+    scale: float | None = None,
+    direction: Direction | None = None,
+) -> Mapping:
+    """Measure size and direction of the texture on the surface, wherever a placement paints it.
+
+    A texel q of a block with centre c comes from ``source + T·½(M(c) + M(q))·(q - c)``, whose derivative G
+    takes texel steps to exemplar pixels; the surface's derivatives per texel step, J (3×2), take them to
+    space. The size is ``√(|J_r × J_c| / |det G|)`` times the scale; the stretches are the singular values of
+    J·G⁻¹; the direction is J·G⁻¹·(0, 1), where the exemplar's columns go. Evaluated at a quarter million
+    texels on even grids.
+
+    Parameters
+    ----------
+    surface, quilt
+        What was covered, and how.
+    scale
+        Exemplar pixels per unit of length that were asked for; by default the median of what is found.
+    direction
+        The direction asked for. Of vectors in space the part along the surface counts, opposite ones being
+        one; where it is less than a thousandth of them, nothing was asked. By default directions are not
+        measured.
+
+    Returns
+    -------
+    Mapping
+        Shares, octaves and degrees.
+
+    Raises
+    ------
+    InputError
+        If the scale is not positive and finite, a chart names a patch that the surface does not have, or
+        nothing that is painted has any area.
+
+    References
+    ----------
+    Sander, Snyder, Gortler, Hoppe: Texture mapping progressive meshes, SIGGRAPH 2001, section 3: singular
+    values as local stretch.
+    """
+    if scale is not None and not (np.isfinite(scale) and scale > 0):
+        raise InputError(f"scale is {scale}; allowed: a positive number of exemplar pixels per unit")
+    for index, chart in enumerate(quilt.charts):
+        if not 0 <= chart.patch < len(surface.patches):
+            raise InputError(
+                f"chart {index} lies on patch {chart.patch}; the surface has 0 to {len(surface.patches) - 1}"
+            )
+    windows = quilt_windows(quilt)
+    total = sum(window.height * window.width for window in windows)
+    step = max(1, int(np.ceil(np.sqrt(total / MOST_SAMPLES))))
+    rng = np.random.default_rng(SEED)
+    parts = [np.zeros((5, 0))]
+    for window in windows:
+        trace = Trace.of(quilt, window)
+        row, column = rng.integers(0, min(step, window.height)), rng.integers(0, min(step, window.width))
+        owners = trace.owners[row::step, column::step]
+        rows, columns = np.nonzero(owners >= 0)
+        owner = trace.placements[owners[rows, columns]]
+        rows, columns = (window.row + row + step * rows), (window.column + column + step * columns)
+        chart = quilt.charts[window.index]
+        s = chart.s0 + (chart.s1 - chart.s0) * (rows + 0.5) / chart.height
+        t = chart.t0 + (chart.t1 - chart.t0) * (columns + 0.5) / chart.width
+        points, by_s, by_t = surface.patches[chart.patch].derivatives(s, t)
+        steps = np.stack(
+            [by_s * ((chart.s1 - chart.s0) / chart.height), by_t * ((chart.t1 - chart.t0) / chart.width)],
+            axis=2,
+        )
+        centre = np.stack([owner["row"], owner["column"]], axis=1)
+        place = np.stack([rows, columns], axis=1)
+        jacobian = TURNS[owner["turn"]].reshape(-1, 2, 2) @ _derivative(trace.field, centre, place)
+        asked = None if direction is None else _asked(direction, points, by_s, by_t)
+        axial = direction is not None and direction.vectors is not None
+        parts.append(_at_samples(steps, jacobian, asked, axial))
+    size, stretch, area, angle, directed = np.concatenate(parts, axis=1)
+    real = area > 1e-12 * area.max(initial=0)  # a pole has some tiny area by rounding
+    if not real.any():
+        raise InputError("quilt paints nothing that has an area on the surface")
+    size, stretch, area, angle, directed = (a[real] for a in (size, stretch, area, angle, directed))
+    ratio = np.log2(size) + (np.log2(scale) if scale is not None else 0.0)
+    if scale is None:
+        ratio -= quantiles(ratio, area, (0.5,))[0]
+    ratio = np.abs(ratio)
+    known = directed > 0
+    return Mapping(
+        within=float(np.average(ratio <= np.log2(1.05), weights=area)),
+        error=float(np.average(ratio, weights=area)),
+        error_95=quantiles(ratio, area, (0.95,))[0],
+        stretch_95=quantiles(stretch, area, (0.95,))[0],
+        aligned=float(np.average(angle[known] <= 5, weights=area[known])) if known.any() else None,
+        angle_95=quantiles(angle[known], area[known], (0.95,))[0] if known.any() else None,
+    )
+
+
+def _asked(direction: Direction, points: FloatArray, by_s: FloatArray, by_t: FloatArray) -> FloatArray:
+    """Return vectors (n, 3) along the direction, not all in the tangent plane; 0 where there is none."""
+    if direction.vectors is not None:
+        return np.asarray(direction.vectors(points), np.float64)
+    along = by_s if direction.along == "v" else by_t
+    normal = np.cross(by_s, by_t)
+    size = np.linalg.norm(normal, axis=1, keepdims=True)
+    normal = normal / np.where(size > 0, size, 1.0)
+    angle = np.radians(direction.angle)
+    # Clockwise seen from outside.
+    turned: FloatArray = np.cos(angle) * along + np.sin(angle) * np.cross(along, normal)
+    return turned
+
+
+def _derivative(field: Field, centre: NDArray[Any], place: NDArray[Any]) -> FloatArray:
+    """Return the derivative (n, 2, 2) by q, at `place` (n, 2), of ``½(M(centre) + M(q))·(q - centre)``."""
+    here, by_row, by_column = _matrices(field, place)
+    middle = _matrices(field, centre)[0]
+    offset = (place - centre)[:, :, None].astype(np.float64)
+    drift = np.concatenate([by_row @ offset, by_column @ offset], axis=2)
+    out: FloatArray = 0.5 * (middle + here + drift)
+    return out
+
+
+def _matrices(field: Field, place: NDArray[Any]) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return M (n, 2, 2) at texels (n, 2), in pixels per texel, and its derivatives by row and by column."""
+    nodes = field.matrices.reshape(*field.matrices.shape[:2], 2, 2) / UNIT
+    last = np.array(nodes.shape[:2]) - 1
+    at = np.clip(field.margin + place / FIELD_STEP, 0, last)
+    first = np.minimum(at.astype(np.intp), np.maximum(last - 1, 0))
+    inside = (at > 0) & (at < last)
+    then = np.minimum(first + 1, last)
+    down, right = np.moveaxis((at - first)[:, :, None, None], 1, 0)
+    (i, j), (k, m) = first.T, then.T
+    upper = nodes[i, j] * (1 - right) + nodes[i, m] * right
+    lower = nodes[k, j] * (1 - right) + nodes[k, m] * right
+    left = nodes[i, j] * (1 - down) + nodes[k, j] * down
+    beside = nodes[i, m] * (1 - down) + nodes[k, m] * down
+    slopes = [
+        (b - a) / FIELD_STEP * inside[:, axis, None, None]
+        for axis, (a, b) in enumerate(((upper, lower), (left, beside)))
+    ]
+    return upper * (1 - down) + lower * down, slopes[0], slopes[1]
+
+
+def _at_samples(steps: FloatArray, jacobian: FloatArray, asked: FloatArray | None, axial: bool) -> FloatArray:
+    """Return (5, n): size times scale, stretch, area, angle in degrees, and 1 where a direction was asked."""
+    down, right = steps[:, :, 0], steps[:, :, 1]
+    normal = np.cross(down, right)
+    area = np.linalg.norm(normal, axis=1)
+    determinant = jacobian[:, 0, 0] * jacobian[:, 1, 1] - jacobian[:, 0, 1] * jacobian[:, 1, 0]
+    out = np.zeros((5, len(area)))
+    sound = (area > 0) & (determinant != 0)
+    steps, jacobian, normal, area = steps[sound], jacobian[sound], normal[sound], area[sound]
+    spread = steps @ np.linalg.inv(jacobian)  # exemplar pixels to space
+    e, f, g = (np.einsum("ni,ni->n", spread[:, :, a], spread[:, :, b]) for a, b in ((0, 0), (0, 1), (1, 1)))
+    pixel = area / np.abs(determinant[sound])
+    mean, half = (e + g) / 2, np.hypot((e - g) / 2, f)
+    out[0, sound], out[1, sound], out[2, sound] = np.sqrt(pixel), (mean + half) / pixel, area
+    if asked is not None:
+        vectors = asked[sound]
+        normal = normal / area[:, None]
+        lying = vectors - (vectors * normal).sum(axis=1)[:, None] * normal
+        length = np.linalg.norm(lying, axis=1)
+        known = length > 1e-3 * np.linalg.norm(vectors, axis=1)
+        along = spread[:, :, 1]
+        cosine = (lying * along).sum(axis=1) / np.where(known, length * np.sqrt(g), 1.0)
+        angle = np.degrees(np.arccos(np.clip(np.abs(cosine) if axial else cosine, -1.0, 1.0)))
+        out[3, sound], out[4, sound] = np.where(known, angle, 0.0), known
+    return out

@@ -1,0 +1,156 @@
+"""Size and direction of the texture: against what can be written down, and against differences of sources."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+from measured import quilt_of, random_field, warped
+
+from upholster.errors import InputError
+from upholster.geometry import plane, surface_from_spec, torus
+from upholster.measure import mapping
+from upholster.measure.mapping import _derivative
+from upholster.synthesis.directions import default_direction, direction_fields, parse_direction
+from upholster.synthesis.layout import density_layout
+from upholster.synthesis.quilt import PLACEMENT, Chart, Quilt
+
+
+def tiled(charts, fields, block=32, exemplar=(128, 128)):
+    """Square blocks all over the charts, each from the exemplar's middle."""
+    placed = []
+    for index, chart in enumerate(charts):
+        rows, columns = np.mgrid[block // 2 : chart.height + block : block, 0 : chart.width + block : block]
+        part = np.zeros(rows.size, PLACEMENT)
+        part["chart"], part["row"], part["column"] = index, rows.ravel(), columns.ravel()
+        placed.append(part)
+    placements = np.concatenate(placed)
+    placements["height"] = placements["width"] = block
+    placements["source_row"], placements["source_column"] = (8 * side for side in exemplar)
+    return Quilt(tuple(charts), exemplar, placements, np.zeros(0, np.uint8), tuple(fields))
+
+
+def test_a_flat_copy_is_as_asked():
+    quilt = quilt_of([(32, 32, 64, 64, 32, 32, 0)], chart=(64, 64))
+    found = mapping(plane(), quilt, scale=64, direction=parse_direction("u"))
+    assert (found.within, found.aligned) == (1, 1)
+    assert found.error == pytest.approx(0, abs=1e-9)
+    assert found.stretch_95 == pytest.approx(1)
+    assert found.angle_95 == pytest.approx(0, abs=1e-5)
+    twice = mapping(plane(), quilt, scale=128)
+    assert twice.error == pytest.approx(1)
+    assert twice.within == 0
+    assert twice.aligned is twice.angle_95 is None
+    assert mapping(plane(), quilt).error == pytest.approx(0, abs=1e-9)
+
+
+@pytest.mark.parametrize("turn", range(8))
+def test_turns_show_as_directions(turn):
+    quilt = quilt_of([(32, 32, 64, 64, 40, 40, turn)], chart=(64, 64), exemplar=(80, 80))
+    # Where the exemplar's columns go on the chart, in degrees clockwise from its columns.
+    angle = (0, 270, 180, 90, 90, 180, 270, 0)[turn]
+    asked = parse_direction(str(angle))
+    assert mapping(plane(), quilt, direction=asked).angle_95 == pytest.approx(0, abs=1e-5)
+    off = mapping(plane(), quilt, direction=parse_direction(str(angle + 7)))
+    assert off.angle_95 == pytest.approx(7, abs=1e-6)
+    assert off.aligned == 0
+    opposite = mapping(plane(), quilt, direction=parse_direction(str(angle + 180)))
+    assert opposite.angle_95 == pytest.approx(180, abs=1e-5)
+
+
+def test_vectors_are_axes():
+    quilt = quilt_of([(32, 32, 64, 64, 32, 32, 0)], chart=(64, 64))
+    for text in ("1,0,0", "-1,0,0", "1,0,100"):
+        assert mapping(plane(), quilt, direction=parse_direction(text)).angle_95 == pytest.approx(0, abs=1e-5)
+    assert mapping(plane(), quilt, direction=parse_direction("0,1,0")).angle_95 == pytest.approx(90)
+    assert mapping(plane(), quilt, direction=parse_direction("0,0,1")).aligned is None
+
+
+def test_the_derivative_is_that_of_the_sources():
+    rng = np.random.default_rng(2)
+    field = random_field(rng, 200, 200, 0.8)
+    centre = rng.integers(40, 160, (300, 2))
+    place = centre + rng.integers(-30, 31, (300, 2))
+    place = place[(place % 32 != 0).all(axis=1)]  # at a node the slope jumps
+    centre = centre[: len(place)]
+
+    def offset(q):
+        nodes = field.matrices / 4096
+        at = 1 + q / 32
+        i, j = at.astype(int).T
+        x, y = (at - at.astype(int)).T
+        rows = ((nodes[i, j].T * (1 - y) + nodes[i, j + 1].T * y) * (1 - x)).T
+        rows = rows + ((nodes[i + 1, j].T * (1 - y) + nodes[i + 1, j + 1].T * y) * x).T
+        return rows.reshape(-1, 2, 2)
+
+    def source(q):
+        return 0.5 * np.einsum("nij,nj->ni", offset(centre * 1.0) + offset(q), q - centre)
+
+    step = 1e-4
+    expected = np.stack(
+        [(source(place + d * step) - source(place - d * step)) / (2 * step) for d in np.eye(2)], axis=2
+    )
+    np.testing.assert_allclose(_derivative(field, centre, place), expected, atol=1e-6)
+
+
+def test_beyond_the_nodes_the_field_is_constant():
+    field = random_field(np.random.default_rng(0), 64, 64, 1.0)
+    centre, place = np.array([[300, 300]]), np.array([[310, 290]])
+    expected = field.matrices[-1, -1].reshape(2, 2) / 4096
+    np.testing.assert_allclose(_derivative(field, centre, place)[0], expected)
+
+
+@pytest.mark.parametrize("scale", [0.6, 1.5])
+def test_sizes_against_the_quilts_own_sources(scale):
+    quilt = warped(np.random.default_rng(3), scale, chart=(160, 160), block=40, exemplar=(512, 512))
+    found = mapping(plane(), quilt, scale=160 * scale)
+    sources = quilt.sources()[0] / 16
+    # Differences over 8 texels inside blocks: areas of small squares in the exemplar.
+    ratios = []
+    for r in range(8, 160, 40):
+        for c in range(8, 160, 40):
+            part = sources[r - 8 + 10 : r + 20, c - 8 + 10 : c + 20]
+            down, right = part[8:, :-8] - part[:-8, :-8], part[:-8, 8:] - part[:-8, :-8]
+            area = np.abs(down[..., 0] * right[..., 1] - down[..., 1] * right[..., 0]) / 64
+            ratios.append(np.abs(0.5 * np.log2(area / scale**2)).ravel())
+    expected = np.concatenate(ratios).mean()
+    assert found.error == pytest.approx(expected, rel=0.2)
+    assert 0.01 < expected < 0.2
+
+
+@pytest.mark.parametrize("spec", ["torus", "cyclide", "sphere"])
+def test_fields_keep_what_they_promise(spec):
+    surface = surface_from_spec(spec)
+    charts = density_layout(surface, texels=2**20)
+    density = np.sqrt(2**20 / 100)
+    for direction in (default_direction(surface), parse_direction("30")):
+        if spec == "sphere" and direction.along:
+            continue  # its patches do not agree on u
+        quilt = tiled(charts, direction_fields(surface, charts, direction, density))
+        found = mapping(surface, quilt, scale=density, direction=direction)
+        assert found.within > 0.9
+        assert found.aligned > 0.9
+        assert found.stretch_95 < 1.4
+        less = mapping(surface, quilt, scale=1.2 * density, direction=parse_direction("90"))
+        assert less.within < 0.1
+        assert less.aligned < 0.1
+
+
+def test_one_texel_to_a_pixel_stretches_as_texels_do():
+    charts = [Chart(p, 64, 64) for p in range(16)]
+    quilt = tiled(charts, ())
+    found = mapping(torus(3, 1), quilt, direction=parse_direction("v"))
+    assert found.stretch_95 > 2
+    assert found.within < 0.5
+    assert found.angle_95 == pytest.approx(90, abs=1)
+
+
+def test_bad_input_is_refused():
+    quilt = quilt_of([(32, 32, 64, 64, 32, 32, 0)], chart=(64, 64))
+    for scale in (0.0, -1.0, float("nan"), float("inf")):
+        with pytest.raises(InputError, match="scale"):
+            mapping(plane(), quilt, scale=scale)
+    elsewhere = dataclasses.replace(quilt, charts=(Chart(3, 64, 64),))
+    with pytest.raises(InputError, match="patch 3"):
+        mapping(plane(), elsewhere)
+    with pytest.raises(InputError, match="paints nothing"):
+        mapping(plane(), quilt_of([]))
