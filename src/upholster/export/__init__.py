@@ -1,7 +1,16 @@
 """Writing models and images to files."""
 
 from upholster.export.glb import TextureFormat, write_glb
+from upholster.export.maps import map_companion, write_map
 from upholster.export.npz import write_npz
 from upholster.export.obj import obj_companions, write_obj
 
-__all__ = ["TextureFormat", "obj_companions", "write_glb", "write_npz", "write_obj"]
+__all__ = [
+    "TextureFormat",
+    "map_companion",
+    "obj_companions",
+    "write_glb",
+    "write_map",
+    "write_npz",
+    "write_obj",
+]

@@ -1,23 +1,22 @@
-"""glTF 2.0 in one binary file (GLB): mesh, texture and material; opens in browsers, Blender and engines."""
+"""glTF 2.0 in one binary file (GLB): mesh, textures and material; opens in browsers, Blender and engines."""
 
 import json
 import os
 import struct
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from upholster._version import __version__
-from upholster.errors import InputError, nearest
+from upholster.errors import InputError
+from upholster.export.pbr import PbrMaterial, TextureFormat, build_material
 from upholster.geometry import Mesh
-from upholster.image import alpha_channel, encode_image
 from upholster.types import FloatArray, PixelArray
 
 __all__ = ["TextureFormat", "write_glb"]
-
-TextureFormat = Literal["png", "jpeg", "webp"]
 
 _FLOAT, _USHORT, _UINT = 5126, 5123, 5125
 _VERTICES, _INDICES = 34962, 34963
@@ -33,6 +32,9 @@ def write_glb(
     *,
     texture: TextureFormat = "png",
     quality: int = 90,
+    maps: Mapping[str, PixelArray] | None = None,
+    tangents: FloatArray | None = None,
+    normal_scale: float = 1.0,
     name: str = "upholster",
 ) -> None:
     """Write a textured model as GLB.
@@ -52,35 +54,48 @@ def write_glb(
     pixels
         (H, W, C) of the atlas: uint8, uint16 or float32.
     texture
-        How the image is coded: "png" (lossless), "jpeg" (no alpha) or "webp" (small; extension
+        How images are coded: "png" (lossless), "jpeg" (no alpha) or "webp" (small; extension
         EXT_texture_webp).
     quality
-        1 to 100, for jpeg and webp.
+        1 to 100, for jpeg and webp; maps other than colours get at least 90.
+    maps
+        Atlases of a material's other maps by role: normal (H, W, 3), in the frame that
+        `upholster.synthesis.paint_normals` tells; roughness, metallic, ao (H, W, 1), packed in one image;
+        emission. Floats become 16-bit.
+    tangents
+        (V, 3), as `upholster.geometry.vertex_tangents` gives: needed with a normal map.
+    normal_scale
+        How strong the normal map is, 0 to 100: glTF's ``normalTexture.scale``.
     name
         Of mesh, material and image.
 
     Raises
     ------
     InputError
-        If `texture` is unknown, cannot hold the alpha, or is too large; if the file would pass 4 GiB.
+        If `texture` is unknown, cannot hold the alpha, or is too large; if a role is unknown, a map's shape
+        does not fit, or a normal map has no tangents; if the file would pass 4 GiB.
 
     References
     ----------
-    Khronos: glTF 2.0 specification, chapters 3 and 4.
+    Khronos: glTF 2.0 specification, chapters 3 and 4 (3.7.2.1: tangents; 3.9: materials).
     """
-    if texture not in ("png", "jpeg", "webp"):
-        raise InputError(f"texture {texture!r} is unknown; {nearest(str(texture), ('png', 'jpeg', 'webp'))}")
-    mode = _alpha_mode(pixels)
-    if mode == "OPAQUE" and alpha_channel(pixels.shape[2]) is not None:
-        pixels = pixels[:, :, :-1]
-    elif mode != "OPAQUE" and texture == "jpeg":
-        raise InputError("texture 'jpeg' cannot hold the exemplar's alpha; allowed: 'png' or 'webp'")
+    maps = maps or {}
+    if "normal" in maps and (tangents is None or tangents.shape != mesh.positions.shape):
+        raise InputError("a normal map needs tangents, one for each vertex of the mesh")
+    if not 0 <= normal_scale <= 100:
+        raise InputError(f"normal_scale is {normal_scale}; allowed: 0 to 100")
+    material = build_material(
+        pixels, maps, texture=texture, quality=quality, normal_scale=normal_scale, name=name
+    )
     positions = mesh.positions.astype("<f4")
+    vertices = {"POSITION": positions, "NORMAL": mesh.normals.astype("<f4"), "TEXCOORD_0": uv.astype("<f4")}
+    if "normal" in maps and tangents is not None:
+        # The bitangent is (N × T)·w: up in the texture.
+        vertices["TANGENT"] = np.concatenate([tangents, np.ones((len(tangents), 1))], axis=1).astype("<f4")
     indices = mesh.all_triangles().astype("<u2" if len(positions) < 65536 else "<u4")
-    vertices = (positions, mesh.normals.astype("<f4"), uv.astype("<f4"))
-    image = encode_image(pixels, texture, quality=quality)
-    parts = [*(part.tobytes() for part in (*vertices, indices)), image]
-    head = _document(parts, positions, indices, texture, mode, name)
+    images = [image for _, image in material.images]
+    parts = [*(part.tobytes() for part in (*vertices.values(), indices)), *images]
+    head = _document(parts, vertices, indices, material, texture, name)
     text = json.dumps(head, separators=(",", ":"), ensure_ascii=False).encode()
     text += b" " * (-len(text) % 4)
     size = sum(len(part) + -len(part) % 4 for part in parts)
@@ -96,74 +111,64 @@ def write_glb(
             file.write(b"\0" * (-len(part) % 4))
 
 
-def _alpha_mode(pixels: PixelArray) -> str:
-    """Return glTF's alphaMode: the cheapest one that shows the image's alpha."""
-    channel = alpha_channel(pixels.shape[2])
-    if channel is None:
-        return "OPAQUE"
-    alpha = pixels[:, :, channel]
-    top = 1 if alpha.dtype.kind == "f" else np.iinfo(alpha.dtype).max
-    if (alpha >= top).all():
-        return "OPAQUE"
-    # Cut-outs have a few soft texels, where blocks and gutters blend. A mask needs no sorting by depth.
-    soft = np.count_nonzero((alpha > 0.1 * top) & (alpha < 0.9 * top))
-    return "MASK" if soft < alpha.size / 20 else "BLEND"
-
-
 def _document(
     parts: list[bytes],
-    positions: NDArray[Any],
+    vertices: dict[str, NDArray[Any]],
     indices: NDArray[Any],
+    material: PbrMaterial,
     texture: TextureFormat,
-    mode: str,
     name: str,
 ) -> dict[str, Any]:
-    """Return the JSON chunk. Buffer views 0…4: positions, normals, coordinates, indices, image."""
+    """Return the JSON chunk. Buffer views: the vertices' attributes, indices, images."""
+    geometry = len(vertices) + 1
     views: list[dict[str, Any]] = []
     offset = 0
-    for part, target in zip(parts, (_VERTICES, _VERTICES, _VERTICES, _INDICES, None), strict=True):
+    for number, part in enumerate(parts):
         view: dict[str, Any] = {"buffer": 0, "byteOffset": offset, "byteLength": len(part)}
-        views.append(view if target is None else view | {"target": target})
+        if number < geometry:
+            view["target"] = _VERTICES if number < len(vertices) else _INDICES
+        views.append(view)
         offset += len(part) + -len(part) % 4
-    count = len(positions)
-    bounds = {"min": positions.min(axis=0).tolist(), "max": positions.max(axis=0).tolist()}
+    accessors: list[dict[str, Any]] = [
+        {"bufferView": n, "componentType": _FLOAT, "count": len(part), "type": f"VEC{part.shape[1]}"}
+        for n, part in enumerate(vertices.values())
+    ]
+    positions = vertices["POSITION"]
+    accessors[0] |= {"min": positions.min(axis=0).tolist(), "max": positions.max(axis=0).tolist()}
     integer = _USHORT if indices.itemsize == 2 else _UINT
-    material: dict[str, Any] = {
-        "name": name,
-        "pbrMetallicRoughness": {
-            "baseColorTexture": {"index": 0},
-            "metallicFactor": 0,
-            "roughnessFactor": 0.8,
-        },
-        "doubleSided": True,  # open surfaces have a back, too
-    }
-    if mode != "OPAQUE":
-        material["alphaMode"] = mode
+    accessors.append(
+        {"bufferView": len(vertices), "componentType": integer, "count": indices.size, "type": "SCALAR"}
+    )
     webp = texture == "webp"
-    source: dict[str, Any] = {"extensions": {"EXT_texture_webp": {"source": 0}}} if webp else {"source": 0}
     sampler = {
         "magFilter": _LINEAR,
         "minFilter": _LINEAR_MIPMAP_LINEAR,
         "wrapS": _CLAMP_TO_EDGE,
         "wrapT": _CLAMP_TO_EDGE,
     }
-    primitive = {"attributes": {"POSITION": 0, "NORMAL": 1, "TEXCOORD_0": 2}, "indices": 3, "material": 0}
+    textures: list[dict[str, Any]] = [
+        {"sampler": 0, **({"extensions": {"EXT_texture_webp": {"source": n}}} if webp else {"source": n})}
+        for n in range(len(material.images))
+    ]
+    primitive = {
+        "attributes": {attribute: n for n, attribute in enumerate(vertices)},
+        "indices": len(vertices),
+        "material": 0,
+    }
     document: dict[str, Any] = {
         "asset": {"version": "2.0", "generator": f"upholster {__version__}"},
         "scene": 0,
         "scenes": [{"nodes": [0]}],
         "nodes": [{"name": name, "mesh": 0, "rotation": [-_HALF, 0, 0, _HALF]}],
         "meshes": [{"name": name, "primitives": [primitive]}],
-        "materials": [material],
-        "textures": [{"sampler": 0, **source}],
+        "materials": [material.document],
+        "textures": textures,
         "samplers": [sampler],
-        "images": [{"name": name, "bufferView": 4, "mimeType": f"image/{texture}"}],
-        "accessors": [
-            {"bufferView": 0, "componentType": _FLOAT, "count": count, "type": "VEC3", **bounds},
-            {"bufferView": 1, "componentType": _FLOAT, "count": count, "type": "VEC3"},
-            {"bufferView": 2, "componentType": _FLOAT, "count": count, "type": "VEC2"},
-            {"bufferView": 3, "componentType": integer, "count": indices.size, "type": "SCALAR"},
+        "images": [
+            {"name": title, "bufferView": geometry + n, "mimeType": f"image/{texture}"}
+            for n, (title, _) in enumerate(material.images)
         ],
+        "accessors": accessors,
         "bufferViews": views,
         "buffers": [{"byteLength": offset}],
     }

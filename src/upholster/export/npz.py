@@ -1,6 +1,7 @@
 """The texels of every chart as NumPy arrays."""
 
 import os
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -11,12 +12,15 @@ from upholster.synthesis.quilt import Texels
 __all__ = ["write_npz"]
 
 
-def write_npz(path: str | os.PathLike[str], texels: Texels) -> None:
+def write_npz(
+    path: str | os.PathLike[str], texels: Texels, *, maps: Mapping[str, Texels] | None = None
+) -> None:
     """Write texels as an ``.npz`` file, for `numpy.load`.
 
     It holds ``chart_000``, ``chart_001`` … ((height, width, C), of the exemplar's dtype), and of the layout
     ``patch`` ((N,) int32, the patch that each chart covers), ``size`` ((N, 2) int32, height and width in
-    texels) and ``rectangle`` ((N, 4) float64, the parameters s0, s1, t0, t1 that it covers).
+    texels) and ``rectangle`` ((N, 4) float64, the parameters s0, s1, t0, t1 that it covers). Of a
+    material these are the base colour; its other maps are ``normal_000``, ``roughness_000`` … by role.
 
     Parameters
     ----------
@@ -24,6 +28,8 @@ def write_npz(path: str | os.PathLike[str], texels: Texels) -> None:
         The file to write.
     texels
         What painting gave.
+    maps
+        A material's other maps, by role, on the same charts.
     """
     charts = texels.charts
     digits = max(3, len(str(len(charts) - 1)))
@@ -32,7 +38,8 @@ def write_npz(path: str | os.PathLike[str], texels: Texels) -> None:
         "size": np.array([(chart.height, chart.width) for chart in charts], np.int32).reshape(-1, 2),
         "rectangle": np.array([(c.s0, c.s1, c.t0, c.t1) for c in charts], np.float64).reshape(-1, 4),
     }
-    content |= {f"chart_{index:0{digits}d}": array for index, array in enumerate(texels.arrays)}
+    for name, painted in {"chart": texels, **(maps or {})}.items():
+        content |= {f"{name}_{index:0{digits}d}": array for index, array in enumerate(painted.arrays)}
     # An open file, for given a name NumPy would add a suffix to one that has none.
     with Path(path).open("wb") as file:
         np.savez(file, **content)

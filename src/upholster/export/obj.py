@@ -1,7 +1,7 @@
 """Wavefront OBJ with its material and texture: what any modelling program reads."""
 
 import os
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from pathlib import Path
 from typing import TextIO
 
@@ -9,11 +9,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster._version import __version__
+from upholster.export.maps import map_companion
 from upholster.geometry import Mesh
 from upholster.image import alpha_channel, write_image
 from upholster.types import FloatArray, PixelArray
 
 __all__ = ["obj_companions", "write_obj"]
+
+_LINES = {
+    "normal": ("norm",),
+    "roughness": ("Pr 1", "map_Pr"),
+    "metallic": ("Pm 1", "map_Pm"),
+    "emission": ("Ke 1 1 1", "map_Ke"),
+}
+"""How MTL names maps, the last word of each, and the factors that go with them."""
 
 _ROWS = 1 << 15
 """Lines that are formatted at a time."""
@@ -37,6 +46,7 @@ def write_obj(
     pixels: PixelArray,
     *,
     stem: str,
+    maps: Collection[str] = (),
 ) -> None:
     """Write a textured model as OBJ, MTL and an image.
 
@@ -52,6 +62,10 @@ def write_obj(
         As for `upholster.export.write_glb`.
     stem
         The files refer to each other as ``stem.mtl`` and ``stem_texture`` with the suffix of `texture`.
+    maps
+        Roles of a material's other maps. The caller writes them, as `map_companion` of the texture names
+        them; here MTL refers to them, in the common extension for physically based rendering. Height and
+        occlusion, for which it has no word that programs agree on, are named in comments.
 
     Raises
     ------
@@ -61,6 +75,7 @@ def write_obj(
     References
     ----------
     Wavefront Technologies: Object Files (.obj), Appendix B1 of the Advanced Visualizer manual.
+    Exocortex: Extending the Wavefront MTL format for physically based rendering (Pr, Pm, norm), 2012.
     """
     suffix = Path(texture).suffix
     material_name = "_".join(stem.split()) or "material"  # spaces would end it
@@ -77,10 +92,16 @@ def write_obj(
         for corners in _faces(mesh, place_of):
             numbers = np.stack([place_of[corners], corners, corners], axis=2) + 1
             _rows(file, "f" + " %d/%d/%d" * corners.shape[1] + "\n", numbers)
-    looks = ["Kd 1 1 1", "Ks 0 0 0", "illum 1", "Pr 0.8", "Pm 0"]
+    looks = ["Kd 1 1 1", "Ks 0 0 0", "illum 1"]
+    looks += [
+        default for role, default in (("roughness", "Pr 0.8"), ("metallic", "Pm 0")) if role not in maps
+    ]
     lines = [f"newmtl {material_name}", *looks, f"map_Kd {stem}_texture{suffix}"]
     if alpha_channel(pixels.shape[2]) is not None:
         lines.append(f"map_d {stem}_texture{suffix}")
+    for role in maps:
+        *factors, word = _LINES.get(role, (f"# {role}:",))
+        lines += [*factors, f"{word} {map_companion(f'{stem}_texture{suffix}', role).name}"]
     Path(material).write_text("\n".join(lines) + "\n", encoding="utf-8", newline="\n")
 
 

@@ -1,0 +1,51 @@
+"""A material's maps as image files of their own, named by role beside the base colour's."""
+
+import os
+from pathlib import Path
+
+import numpy as np
+
+from upholster.export.pbr import DATA_QUALITY
+from upholster.image import write_image
+from upholster.image.material import COLORS, as_depth
+from upholster.types import PixelArray
+
+__all__ = ["map_companion", "write_map"]
+
+
+def map_companion(path: str | os.PathLike[str], role: str) -> Path:
+    """Return where a map lies whose base colour lies at `path`: ``wall_normal.png`` beside ``wall.png``."""
+    target = Path(path)
+    return target.with_name(f"{target.stem}_{role}{target.suffix}")
+
+
+def write_map(path: str | os.PathLike[str], role: str, pixels: PixelArray, *, quality: int = 90) -> None:
+    """Write a map as an image file, so that plain numbers pass through no colour curve.
+
+    Parameters
+    ----------
+    path
+        As for `upholster.image.write_image`.
+    role
+        Albedo and emission are colours and are written as any image; of the others the stored numbers count.
+    pixels
+        (H, W, C) uint8, uint16 or float32, see `upholster.image.material.Material`. Numbers from float
+        become 16-bit where the format holds integers, all of them float32 in EXR, where 1 stands for the
+        largest integer.
+    quality
+        1 to 100, for JPEG and WebP; maps that hold no colours get at least 90.
+
+    Raises
+    ------
+    InputError
+        As for `upholster.image.write_image`.
+    """
+    if role in COLORS:
+        write_image(path, pixels, quality=quality)
+        return
+    dtype = pixels.dtype
+    if Path(path).suffix.lower() == ".exr":
+        dtype = np.dtype(np.float32)
+    elif dtype.kind == "f":
+        dtype = np.dtype(np.uint16)
+    write_image(path, as_depth(pixels, dtype), quality=max(quality, DATA_QUALITY))

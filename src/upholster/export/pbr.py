@@ -1,0 +1,147 @@
+"""glTF's material: base colour, normals, occlusion–roughness–metallic in one image, emission."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+
+from upholster.errors import InputError, nearest
+from upholster.image import alpha_channel, encode_image
+from upholster.types import PixelArray
+
+__all__ = ["PbrMaterial", "TextureFormat", "build_material"]
+
+TextureFormat = Literal["png", "jpeg", "webp"]
+
+DATA_QUALITY = 90
+"""JPEG and WebP of maps that hold no colours are at least as good: from here on JPEG keeps all its colour."""
+
+_ROLES = ("normal", "roughness", "metallic", "ao", "emission", "height", "opacity")
+_ROUGHNESS = 0.8
+"""Of a material that says nothing about it."""
+
+
+@dataclass
+class PbrMaterial:
+    """A material as glTF has it.
+
+    Attributes
+    ----------
+    document
+        The object that goes into ``materials``.
+    images
+        Names and files, in the order of their texture indices.
+    """
+
+    document: dict[str, Any]
+    images: list[tuple[str, bytes]] = field(default_factory=list)
+
+
+def build_material(
+    pixels: PixelArray,
+    maps: Mapping[str, PixelArray],
+    *,
+    texture: TextureFormat,
+    quality: int,
+    normal_scale: float,
+    name: str,
+) -> PbrMaterial:
+    """Code a material's images, and describe it.
+
+    Parameters
+    ----------
+    pixels
+        (H, W, C) of the base colour; with alpha that is not 1 everywhere, the material is blended, or a mask
+        where nearly all is 0 or 1.
+    maps
+        Other maps by role, (H, W, 1) or (H, W, 3), see `upholster.image.material.Material`; height and
+        opacity, which glTF has no place for, are passed over.
+    texture, quality, normal_scale, name
+        As for `write_glb`.
+
+    Raises
+    ------
+    InputError
+        For an unknown role or format, a shape that does not fit, or alpha in a JPEG.
+    """
+    if texture not in ("png", "jpeg", "webp"):
+        raise InputError(f"texture {texture!r} is unknown; {nearest(str(texture), ('png', 'jpeg', 'webp'))}")
+    for role, part in maps.items():
+        if role not in _ROLES:
+            raise InputError(f"role {role!r} is unknown; {nearest(role, _ROLES)}")
+        channels = (3,) if role == "normal" else (1, 3) if role == "emission" else (1,)
+        if part.ndim != 3 or part.shape[2] not in channels:
+            raise InputError(f"{role} map has shape {part.shape}; allowed: (H, W, {channels[-1]})")
+    mode = _alpha_mode(pixels)
+    if mode == "OPAQUE" and alpha_channel(pixels.shape[2]) is not None:
+        pixels = pixels[:, :, :-1]
+    elif mode != "OPAQUE" and texture == "jpeg":
+        raise InputError("texture 'jpeg' cannot hold the exemplar's alpha; allowed: 'png' or 'webp'")
+    surface: dict[str, Any] = {
+        "baseColorTexture": {"index": 0},
+        "metallicFactor": 1 if "metallic" in maps else 0,
+        "roughnessFactor": 1 if "roughness" in maps else _ROUGHNESS,
+    }
+    document: dict[str, Any] = {
+        "name": name,
+        "pbrMetallicRoughness": surface,
+        "doubleSided": True,  # open surfaces have a back, too
+    }
+    if mode != "OPAQUE":
+        document["alphaMode"] = mode
+    made = PbrMaterial(document, [(name, encode_image(pixels, texture, quality=quality))])
+
+    def add(kind: str, image: PixelArray, least: int) -> dict[str, Any]:
+        made.images.append((f"{name} {kind}", encode_image(image, texture, quality=max(quality, least))))
+        return {"index": len(made.images) - 1}
+
+    if "normal" in maps:
+        scale = {} if normal_scale == 1 else {"scale": normal_scale}
+        document["normalTexture"] = add("normal", _data(maps["normal"]), DATA_QUALITY) | scale
+    if maps.keys() & {"ao", "roughness", "metallic"}:
+        packed = add("occlusion-roughness-metallic", _packed(maps), DATA_QUALITY)
+        if "ao" in maps:
+            document["occlusionTexture"] = packed
+        if maps.keys() & {"roughness", "metallic"}:
+            surface["metallicRoughnessTexture"] = packed
+    if "emission" in maps:
+        document["emissiveTexture"] = add("emission", maps["emission"], 1)
+        document["emissiveFactor"] = [1, 1, 1]
+    return made
+
+
+def _packed(maps: Mapping[str, PixelArray]) -> PixelArray:
+    """Return red: occlusion, green: roughness, blue: metallic; 1 where there is none, so factors decide."""
+    parts = [_data(maps[role]) if role in maps else None for role in ("ao", "roughness", "metallic")]
+    known = [part for part in parts if part is not None]
+    if len({part.shape for part in known}) > 1:
+        raise InputError("ao, roughness and metallic maps differ in size; allowed: one size")
+    wide = any(part.dtype == np.uint16 for part in known)
+    packed = np.full((*known[0].shape[:2], 3), 65535 if wide else 255, np.uint16 if wide else np.uint8)
+    for channel, part in enumerate(parts):
+        if part is not None:
+            packed[:, :, channel] = part[:, :, 0] * np.uint16(257 if wide and part.dtype == np.uint8 else 1)
+    return packed
+
+
+def _data(pixels: PixelArray) -> PixelArray:
+    """Return plain numbers as integers: floats with 16 bits."""
+    if pixels.dtype.kind != "f":
+        return pixels
+    data: PixelArray = np.rint(65535 * np.clip(pixels.astype(np.float64), 0, 1)).astype(np.uint16)
+    return data
+
+
+def _alpha_mode(pixels: PixelArray) -> str:
+    """Return glTF's alphaMode: the cheapest one that shows the image's alpha."""
+    channel = alpha_channel(pixels.shape[2])
+    if channel is None:
+        return "OPAQUE"
+    alpha = pixels[:, :, channel]
+    top = 1 if alpha.dtype.kind == "f" else np.iinfo(alpha.dtype).max
+    if (alpha >= top).all():
+        return "OPAQUE"
+    # Cut-outs have a few soft texels, where blocks and gutters blend. A mask needs no sorting by depth.
+    soft = np.count_nonzero((alpha > 0.1 * top) & (alpha < 0.9 * top))
+    return "MASK" if soft < alpha.size / 20 else "BLEND"

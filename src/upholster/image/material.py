@@ -1,0 +1,158 @@
+"""Materials: several maps of one shape, each at its own depth, that one quilt covers a surface with."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from upholster.errors import InputError, nearest
+from upholster.image.color import alpha_channel, from_linear
+from upholster.image.read import check_exemplar
+from upholster.image.roles import ROLES
+from upholster.types import FloatArray, PixelArray, frozen_array
+
+__all__ = ["COLORS", "MATCH_WEIGHTS", "Material", "as_depth", "to_unit", "top_of"]
+
+MATCH_WEIGHTS: Mapping[str, float] = MappingProxyType(
+    {
+        "normal": 0.5,
+        "height": 0.5,
+        "opacity": 1.0,
+        "emission": 0.5,
+        "roughness": 0.25,
+        "metallic": 0.25,
+        "ao": 0,
+    }
+)
+"""What squared differences of each map count in matching, against 1 for the albedo's.
+
+Normal and height show where a stone ends as well as colour does, and twice; roughness and metallic follow it
+mostly; occlusion says nothing that the height does not.
+"""
+
+COLORS = ("albedo", "emission")
+"""Roles whose integers are sRGB-coded; those of the others are plain numbers."""
+
+
+@dataclass(frozen=True, eq=False)
+class Material:
+    """Several maps as one.
+
+    Attributes
+    ----------
+    maps
+        (H, W, C) arrays by role, in the order of `upholster.image.roles.ROLES`, read-only: uint8, uint16 or
+        float32, each at its own depth. Albedo (1 to 4 channels) and emission (1 or 3) are colours,
+        sRGB-coded where they are integers. The others are plain numbers from 0 to 1 (integers: to the
+        largest): roughness, metallic, ao, height and opacity have 1 channel; normal has 3, x to the right,
+        y upward and z outward from −1 to 1, coded as (v + 1)/2.
+
+    Raises
+    ------
+    InputError
+        If the albedo is missing, a role unknown, an array no image, or a shape another than the albedo's.
+    """
+
+    maps: Mapping[str, PixelArray]
+
+    def __post_init__(self) -> None:
+        for role in self.maps:
+            if role not in ROLES:
+                raise InputError(f"role {role!r} is unknown; {nearest(role, ROLES)}")
+        if "albedo" not in self.maps:
+            raise InputError(f"material has no albedo; it has: {', '.join(self.maps) or 'nothing'}")
+        checked: dict[str, PixelArray] = {}
+        for role in (role for role in ROLES if role in self.maps):
+            try:
+                # A view: the caller's own array stays writable.
+                array = check_exemplar(self.maps[role])[:]
+            except InputError as error:
+                raise InputError(f"{role}: {error}") from None
+            allowed = (1, 2, 3, 4) if role == "albedo" else (3,) if role == "normal" else (1, 3)
+            allowed = allowed if role in ("albedo", "normal", "emission") else (1,)
+            shape = checked["albedo"].shape[:2] if checked else array.shape[:2]
+            if array.shape[2] not in allowed or array.shape[:2] != shape:
+                raise InputError(
+                    f"{role} has shape {array.shape}; allowed: ({shape[0]}, {shape[1]}, C) as the albedo, "
+                    f"with C of {', '.join(map(str, allowed))}"
+                )
+            checked[role] = frozen_array(array)
+        object.__setattr__(self, "maps", MappingProxyType(checked))
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Height and width in pixels, of every map."""
+        height, width = self.maps["albedo"].shape[:2]
+        return height, width
+
+    def color(self) -> PixelArray:
+        """Return the albedo, the opacity map in place of its alpha: what a model is painted with."""
+        albedo, opacity = self.maps["albedo"], self.maps.get("opacity")
+        if opacity is None:
+            return albedo
+        alpha = alpha_channel(albedo.shape[2])
+        plain = albedo if alpha is None else albedo[:, :, :alpha]
+        return np.concatenate([plain, as_depth(opacity, albedo.dtype)], axis=2)
+
+    def matched(self, weights: Mapping[str, float] | None = None) -> PixelArray:
+        """Return one image with all that matching looks at.
+
+        Parameters
+        ----------
+        weights
+            What squared differences of a map's channel count, 0 to 16, where the albedo's count 1; those not
+            named as in `MATCH_WEIGHTS`.
+
+        Returns
+        -------
+        ndarray
+            (H, W, C) uint16: the albedo (sRGB-coded, alpha included), then each other map that counts, its
+            samples scaled by the weight's square root about the middle; of normals x and y. The albedo
+            itself if nothing else counts.
+
+        Raises
+        ------
+        InputError
+            For an unknown role or a weight out of range.
+        """
+        used = {**MATCH_WEIGHTS, **(weights or {})}
+        for role, weight in used.items():
+            if role not in ROLES[1:]:
+                raise InputError(f"weight of {role!r} is of no map; {nearest(role, ROLES[1:])}")
+            if not 0 <= weight <= 16:
+                raise InputError(f"weight of {role} is {weight}; allowed: 0 to 16")
+        others = [role for role in self.maps if role != "albedo" and used[role] > 0]
+        albedo = self.maps["albedo"]
+        if not others:
+            return albedo
+        largest = max(1.0, *(used[role] for role in others))
+        parts = []
+        for role in ("albedo", *others):
+            pixels = self.maps[role][:, :, :2] if role == "normal" else self.maps[role]
+            if pixels.dtype == np.float32 and role in COLORS:
+                pixels = from_linear(pixels, np.uint16)
+            scale = (used.get(role, 1.0) / largest) ** 0.5
+            parts.append(np.rint(65535 * (0.5 + scale * (to_unit(pixels) - 0.5))).astype(np.uint16))
+        return np.concatenate(parts, axis=2)
+
+
+def top_of(dtype: np.dtype[Any]) -> int:
+    """Return what stands for 1 in samples that are plain numbers."""
+    return 1 if dtype.kind == "f" else int(np.iinfo(dtype).max)
+
+
+def to_unit(pixels: PixelArray) -> FloatArray:
+    """Return samples as numbers, 0 to 1."""
+    values: FloatArray = np.clip(pixels / top_of(pixels.dtype), 0.0, 1.0, dtype=np.float64)
+    return values
+
+
+def as_depth(pixels: PixelArray, dtype: np.dtype[Any]) -> PixelArray:
+    """Return plain numbers in another depth."""
+    if pixels.dtype == dtype:
+        return pixels
+    unit = to_unit(pixels)
+    depth: PixelArray = (unit if dtype.kind == "f" else np.rint(unit * top_of(dtype))).astype(dtype)
+    return depth

@@ -1,0 +1,163 @@
+"""Reading materials: which map a file holds, maps of other sizes, of other conventions, packed ones."""
+
+import os
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from upholster.errors import InputError, nearest
+from upholster.image.color import alpha_channel
+from upholster.image.material import COLORS, Material, as_depth, to_unit, top_of
+from upholster.image.read import MAX_SIDE, MIN_SIDE, read_image
+from upholster.image.resize import resize_image
+from upholster.image.roles import ROLES, find_maps, role_of
+from upholster.types import PixelArray
+
+__all__ = ["read_material", "resampled"]
+
+
+def read_material(
+    source: str | os.PathLike[str] | Sequence[str | os.PathLike[str]] | Mapping[str, str | os.PathLike[str]],
+    *,
+    crop: tuple[int, int, int, int] | None = None,
+    resize: int | tuple[int, int] | None = None,
+) -> Material:
+    """Read a material from its maps' files.
+
+    Parameters
+    ----------
+    source
+        A folder, or files, told apart by their names (``brick_albedo.png``, ``brick_nor_gl_1k.png``,
+        ``Bricks102_4K-JPG_Roughness.jpg``; see `upholster.image.roles.role_of`); or files by role.
+    crop
+        (x, y, width, height) in pixels of the albedo: the part to use.
+    resize
+        After cropping: the longer side in pixels, or (width, height).
+
+    Returns
+    -------
+    Material
+        Maps whose sides are a whole multiple or a whole fraction of the albedo's are resampled to it. Normal
+        maps in DirectX' convention have their green turned round; gloss becomes roughness; packed images
+        (occlusion, roughness, metallic) are taken apart, maps of their own going before.
+
+    Raises
+    ------
+    InputError
+        If a file cannot be read, has an unknown role, the role of another one, or a shape that does not fit;
+        if there is no albedo; for a crop or a size outside the limits of `read_exemplar`.
+    """
+    own: dict[str, PixelArray] = {}
+    packed: dict[str, PixelArray] = {}
+    for role, path in _files(source).items():
+        for name, part in _taken_apart(role, read_image(path), path.name):
+            if name in own and role != "arm":
+                raise InputError(f"material has two files of role {name!r}: the other one is {path.name!r}")
+            (packed if role == "arm" else own)[name] = part
+    read = packed | own
+    if "albedo" not in read:
+        raise InputError(f"material has no albedo; it has: {', '.join(read) or 'no maps'}")
+    height, width = read["albedo"].shape[:2]
+    for role, pixels in read.items():
+        if not _fits(pixels.shape[0], pixels.shape[1], height, width):
+            raise InputError(
+                f"{role} is {pixels.shape[1]}x{pixels.shape[0]} pixels; "
+                f"allowed: {width}x{height} as the albedo, or a whole multiple or fraction of both"
+            )
+    maps = {role: resampled(role, pixels, height=height, width=width) for role, pixels in read.items()}
+    if crop is not None:
+        x, y, w, h = crop
+        if x < 0 or y < 0 or w < 1 or h < 1 or x + w > width or y + h > height:
+            raise InputError(f"crop is {x},{y},{w},{h}; allowed: x,y,width,height inside {width}x{height}")
+        maps = {role: pixels[y : y + h, x : x + w] for role, pixels in maps.items()}
+        height, width = h, w
+    if resize is not None:
+        longer = max(height, width)
+        sides = (
+            (max(1, round(width * resize / longer)), max(1, round(height * resize / longer)))
+            if isinstance(resize, int)
+            else resize
+        )
+        if not all(MIN_SIDE <= side <= MAX_SIDE for side in sides):
+            raise InputError(
+                f"resize gives {sides[0]}x{sides[1]} pixels; allowed: {MIN_SIDE} to {MAX_SIDE} each way"
+            )
+        maps = {
+            role: resampled(role, pixels, height=sides[1], width=sides[0]) for role, pixels in maps.items()
+        }
+    return Material(maps)
+
+
+def resampled(role: str, pixels: PixelArray, *, height: int, width: int) -> PixelArray:
+    """Resize a map: colours in linear light, others as the numbers they are, normals to length 1 again."""
+    if pixels.shape[:2] == (height, width):
+        return pixels
+    if role in COLORS:
+        return resize_image(pixels, height=height, width=width)
+    unit = resize_image(to_unit(pixels).astype(np.float32), height=height, width=width)
+    if role == "normal":
+        vectors = 2 * unit - 1
+        length = np.linalg.norm(vectors, axis=2, keepdims=True)
+        unit = vectors / np.maximum(length, 1e-6) / 2 + 0.5
+    return as_depth(unit.astype(np.float32), pixels.dtype)
+
+
+def _files(
+    source: str | os.PathLike[str] | Sequence[str | os.PathLike[str]] | Mapping[str, str | os.PathLike[str]],
+) -> dict[str, Path]:
+    if isinstance(source, Mapping):
+        found: dict[str, Path] = {}
+        for name, path in source.items():
+            role = role_of(name)
+            if role is None:
+                raise InputError(f"role {name!r} is unknown; {nearest(name, ROLES)}")
+            if role in found:
+                raise InputError(f"material has two files of role {role!r}")
+            found[role] = Path(path)
+        return found
+    if not isinstance(source, (str, os.PathLike)):
+        return find_maps(Path(path) for path in source)
+    folder = Path(source)
+    if not folder.is_dir():
+        raise InputError(f"material {os.fspath(source)!r} is no folder")
+    try:
+        return find_maps(file for file in folder.iterdir() if file.is_file())
+    except OSError as error:
+        raise InputError(f"material {os.fspath(source)!r} cannot be read: {error.strerror}") from None
+
+
+def _taken_apart(role: str, pixels: PixelArray, name: str) -> Iterator[tuple[str, PixelArray]]:
+    """Yield the maps that a file holds, as `Material` wants them."""
+    alpha = alpha_channel(pixels.shape[2])
+    plain = pixels if alpha is None else pixels[:, :, :alpha]
+    if role in ("normal", "normal_dx", "arm") and plain.shape[2] != 3:
+        raise InputError(f"{role} {name!r} has {pixels.shape[2]} channels; allowed: RGB")
+    match role:
+        case "albedo":
+            yield role, pixels
+        case "emission" | "normal":
+            yield role, plain
+        case "normal_dx":
+            plain = plain.copy()
+            plain[:, :, 1] = top_of(plain.dtype) - plain[:, :, 1]
+            yield "normal", plain
+        case "arm":
+            for k, part in enumerate(("ao", "roughness", "metallic")):
+                yield part, plain[:, :, k : k + 1]
+        case "gloss":
+            yield "roughness", (top_of(plain.dtype) - _grey(plain)).astype(plain.dtype)
+        case _:
+            yield role, _grey(plain)
+
+
+def _grey(pixels: PixelArray) -> PixelArray:
+    mean = pixels.mean(axis=2, keepdims=True, dtype=np.float64)
+    grey: PixelArray = (mean if pixels.dtype.kind == "f" else np.rint(mean)).astype(pixels.dtype)
+    return grey
+
+
+def _fits(height: int, width: int, to_height: int, to_width: int) -> bool:
+    if height >= to_height:
+        return height % to_height == 0 and width == height // to_height * to_width
+    return to_height % height == 0 and to_width == to_height // height * width
