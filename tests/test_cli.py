@@ -39,8 +39,8 @@ def test_cover_writes_what_it_says(folder, tmp_path):
     outputs = [f"-o{'atlas:' if name == 'tex.webp' else ''}{tmp_path / name}" for name in names]
     report = tmp_path / "report.json"
     done = run(
-        "cover", "brick.png", "--on", "torus:R=3,r=1", "--chart", "64", "--quads", "400", "--size", "80x60",
-        "--seed", "7",
+        "cover", "brick.png", "--on", "torus:R=3,r=1", "--method", "paper", "--chart", "64",
+        "--quads", "400", "--size", "80x60", "--seed", "7",
         *outputs, "--report", str(report), cwd=folder,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
@@ -56,6 +56,7 @@ def test_cover_writes_what_it_says(folder, tmp_path):
     assert told["counts"]["charts"] == 16
     assert told["counts"]["texels"] == 16 * 64 * 64
     assert told["counts"]["edge blocks"] == 32 * 3
+    assert told["settled"] == {}
     assert told["seconds"]["total"] > 0
     assert told["peak_memory_bytes"] is None or told["peak_memory_bytes"] > 10**7
     assert told["written"][str(tmp_path / "ring.glb")] == (tmp_path / "ring.glb").stat().st_size
@@ -74,11 +75,20 @@ BAD = {
     "mu not a number": (["brick.png", "--on", "cyclide:mu=nan", "-o", "a.glb"], "mu"),
     "odd spans": (["brick.png", "--on", "cyclide:spans=5x4", "-o", "a.glb"], "spans"),
     "negative weight": (["brick.png", "--on", "nets.json", "-o", "a.glb"], "weight"),
-    "block and levels": (["brick.png", "--on", "torus", "-o", "a.glb", "--block", "36"], "block"),
+    "block and levels": (
+        ["brick.png", "--on", "torus", "-o", "a.glb", "--method", "paper", "--block", "36"],
+        "block",
+    ),
     "overlap": (["brick.png", "--on", "torus", "-o", "a.glb", "--overlap", "16"], "overlap"),
-    "chart 0": (["brick.png", "--on", "torus", "-o", "a.glb", "--chart", "0"], "chart"),
-    "chart too large": (["brick.png", "--on", "torus", "-o", "a.glb", "--chart", "16385"], "chart"),
-    "too many texels": (["brick.png", "--on", "torus", "-o", "a.glb", "--chart", "16384"], "GiB"),
+    "chart 0": (["brick.png", "--on", "torus", "-o", "a.glb", "--method", "paper", "--chart", "0"], "chart"),
+    "chart too large": (
+        ["brick.png", "--on", "torus", "-o", "a.glb", "--method", "paper", "--chart", "16385"],
+        "chart",
+    ),
+    "too many texels": (
+        ["brick.png", "--on", "torus", "-o", "a.glb", "--method", "paper", "--chart", "16384"],
+        "GiB",
+    ),
     "quads": (["brick.png", "--on", "torus", "-o", "a.glb", "--quads", "-3"], "quads"),
     "size": (["brick.png", "--on", "torus", "-o", "a.png", "--size", "0x3"], "size"),
     "size not numbers": (["brick.png", "--on", "torus", "-o", "a.png", "--size", "big"], "size"),
@@ -117,8 +127,8 @@ def test_ctrl_c_stops_within_a_second_and_leaves_nothing(folder, tmp_path):
         "brick.png",
         "--on",
         "torus",
-        "--chart",
-        "4096",
+        "--texels",
+        "200M",
         "--resize",
         "1024",
         "-o",
@@ -163,8 +173,8 @@ def test_the_same_seed_writes_the_same_file(folder, tmp_path):
     for name in ("one.glb", "two.glb"):
         threads = "1" if name == "one.glb" else "3"
         done = run(
-            "cover", "brick.png", "--on", "sphere", "--chart", "64", "--seed", "3", "--threads", threads,
-            "-o", str(tmp_path / name), cwd=folder,
+            "cover", "brick.png", "--on", "sphere", "--method", "paper", "--chart", "64", "--seed", "3",
+            "--threads", threads, "-o", str(tmp_path / name), cwd=folder,
         )  # fmt: skip
         assert done.returncode == 0, done.stderr
     assert Path(tmp_path / "one.glb").read_bytes() == Path(tmp_path / "two.glb").read_bytes()

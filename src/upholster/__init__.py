@@ -25,15 +25,16 @@ if TYPE_CHECKING:
         surface_from_spec,
         torus,
     )
-    from upholster.image import read_exemplar
+    from upholster.image import Material, read_exemplar, read_material
     from upholster.outputs import WriteOptions
     from upholster.pipeline import cover, refine, write
     from upholster.stream import StreamDecoder, encode_stream
-    from upholster.synthesis import Quilt, Texels, paint, synthesize
+    from upholster.synthesis import Quilt, Texels, paint, paint_material, synthesize
 
 __all__ = [
     "FormatError",
     "InputError",
+    "Material",
     "Quilt",
     "RationalPatch",
     "StreamDecoder",
@@ -45,8 +46,10 @@ __all__ = [
     "cover",
     "encode_stream",
     "paint",
+    "paint_material",
     "plane",
     "read_exemplar",
+    "read_material",
     "refine",
     "revolve",
     "ring_cyclide",
@@ -68,11 +71,11 @@ _HOMES = {
         "surface_from_spec",
         "torus",
     ),
-    "upholster.image": ("read_exemplar",),
+    "upholster.image": ("Material", "read_exemplar", "read_material"),
     "upholster.outputs": ("WriteOptions",),
     "upholster.pipeline": ("cover", "refine", "write"),
     "upholster.stream": ("StreamDecoder", "encode_stream"),
-    "upholster.synthesis": ("Quilt", "Texels", "paint", "synthesize"),
+    "upholster.synthesis": ("Quilt", "Texels", "paint", "paint_material", "synthesize"),
 }
 _HOME = {name: home for home, names in _HOMES.items() for name in names}
 

@@ -1,6 +1,6 @@
 """What can be written, by suffix: textured models, pictures, atlases, texels."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -10,11 +10,20 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.errors import InputError
-from upholster.export import TextureFormat, obj_companions, write_glb, write_npz, write_obj
+from upholster.export import (
+    TextureFormat,
+    map_companion,
+    obj_companions,
+    write_glb,
+    write_map,
+    write_npz,
+    write_obj,
+)
 from upholster.files import Outputs
-from upholster.geometry import Mesh, Surface, tessellate
-from upholster.image import from_linear, write_image
-from upholster.model import Atlas, build_atlas
+from upholster.geometry import Mesh, Surface, tessellate, vertex_tangents
+from upholster.image import Material, from_linear, write_image
+from upholster.image.source import source_parts
+from upholster.model import Atlas, build_atlas, build_normal_atlas, chart_pieces
 from upholster.render import render
 from upholster.stream import encode_stream
 from upholster.synthesis import Quilt, Texels
@@ -22,7 +31,7 @@ from upholster.types import FloatArray, PixelArray, Progress
 
 __all__ = ["Output", "TexturedModel", "WriteOptions", "parse_output", "write_output"]
 
-Kind = Literal["glb", "obj", "npz", "uph", "atlas", "picture"]
+Kind = Literal["glb", "obj", "npz", "uph", "atlas", "flat", "picture"]
 
 _MODEL_SUFFIXES: dict[str, Kind] = {".glb": "glb", ".obj": "obj", ".npz": "npz", ".uph": "uph"}
 _IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg", ".webp", ".exr")
@@ -30,15 +39,31 @@ _IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg", ".webp", ".exr")
 
 @dataclass(frozen=True, slots=True)
 class Output:
-    """One file to write: what it holds and where it goes."""
+    """One thing to write: what it holds and where it goes.
+
+    Attributes
+    ----------
+    kind
+        A model or texels (glb, obj, npz, uph), an image of all charts (atlas), the texels of a single chart
+        (flat), or a picture of the model.
+    path
+        The file; some kinds have others beside it.
+    """
 
     kind: Kind
     path: Path
 
-    @property
-    def files(self) -> tuple[Path, ...]:
-        """Every file that it consists of."""
-        return (self.path, *obj_companions(self.path)) if self.kind == "obj" else (self.path,)
+    def files(self, roles: Iterable[str] = ()) -> tuple[Path, ...]:
+        """Return every file that it consists of.
+
+        Parameters
+        ----------
+        roles
+            Of a material's maps beside the base colour, see `TexturedModel.maps`.
+        """
+        own = (self.path, *obj_companions(self.path)) if self.kind == "obj" else (self.path,)
+        apart = self.kind in ("obj", "atlas", "flat")
+        return (*own, *(map_companion(own[-1], role) for role in roles if apart))
 
 
 @dataclass(frozen=True, slots=True)
@@ -53,6 +78,8 @@ class WriteOptions:
         Format of the texture inside a GLB: png, jpeg or webp.
     quality
         Of JPEG and WebP, 1 to 100.
+    normal_scale
+        How strong a material's normal map is in a GLB, 0 to 100.
     size
         (width, height) of a picture in pixels.
     view
@@ -74,6 +101,7 @@ class WriteOptions:
     quads: int = 20000
     texture: TextureFormat = "png"
     quality: int = 90
+    normal_scale: float = 1.0
     size: tuple[int, int] = (1024, 768)
     view: tuple[float, float] = (30.0, 30.0)
     supersample: int = 2
@@ -88,6 +116,8 @@ class WriteOptions:
             raise InputError(f"texture is {self.texture!r}; allowed: {', '.join(get_args(TextureFormat))}")
         if not 1 <= self.quality <= 100:
             raise InputError(f"quality is {self.quality}; allowed: 1 to 100")
+        if not 0 <= self.normal_scale <= 100:
+            raise InputError(f"normal_scale is {self.normal_scale:g}; allowed: 0 to 100")
         if not 1 <= self.quads <= 10_000_000:
             raise InputError(f"quads is {self.quads}; allowed: 1 to 10,000,000")
         if not all(1 <= side <= 16384 for side in self.size):
@@ -105,8 +135,15 @@ class WriteOptions:
             raise InputError(f"supersample is {self.supersample}; allowed: 1 to 8")
 
 
-def parse_output(text: str) -> Output:
+def parse_output(text: str, *, flat: bool = False) -> Output:
     """Read an output as the command line has it: a path, or ``atlas:`` and a path.
+
+    Parameters
+    ----------
+    text
+        What the user wrote.
+    flat
+        Whether images are a flat texture's texels, and no pictures of a model.
 
     Raises
     ------
@@ -117,7 +154,7 @@ def parse_output(text: str) -> Output:
     path = Path(text.removeprefix("atlas:"))
     suffix = path.suffix.lower()
     if suffix in _IMAGE_SUFFIXES:
-        return Output("atlas" if atlas else "picture", path)
+        return Output("atlas" if atlas else "flat" if flat else "picture", path)
     if suffix in _MODEL_SUFFIXES and not atlas:
         return Output(_MODEL_SUFFIXES[suffix], path)
     allowed = _IMAGE_SUFFIXES if atlas else (*_MODEL_SUFFIXES, *_IMAGE_SUFFIXES)
@@ -129,6 +166,19 @@ class TexturedModel:
     """A surface with its texels; mesh and atlas are made when first needed, and shared by all outputs.
 
     A stream holds the quilt and the exemplar instead of the texels: it can be written where they are known.
+
+    Attributes
+    ----------
+    surface, texels
+        The surface, and the base colour on it.
+    options, threads
+        How it is written.
+    quilt, exemplar
+        What the texels were painted from: an image, or a material.
+    maps
+        A material's other maps by role, on the same charts, as `upholster.paint_material` makes them. A GLB
+        has all but the height; files of their own beside the base colour go with OBJ, atlas and flat texture;
+        pictures show the base colour alone.
     """
 
     surface: Surface
@@ -136,17 +186,29 @@ class TexturedModel:
     options: WriteOptions = field(default_factory=WriteOptions)
     threads: int | None = None
     quilt: Quilt | None = None
-    exemplar: PixelArray | None = None
+    exemplar: PixelArray | Material | None = None
+    maps: Mapping[str, Texels] = field(default_factory=dict)
+
+    @cached_property
+    def pieces(self) -> tuple[Surface, Texels]:
+        """The surface cut so that every chart covers a patch of its own, and the texels on it."""
+        return chart_pieces(self.surface, self.texels)
 
     @cached_property
     def mesh(self) -> Mesh:
         """The surface as quadrilaterals."""
-        return tessellate(self.surface, quads=self.options.quads)
+        return tessellate(self.pieces[0], quads=max(self.options.quads, len(self.pieces[0].patches)))
 
     @cached_property
     def atlas(self) -> Atlas:
         """All charts' texels in one image, with gutters."""
-        return build_atlas(self.surface, self.texels, threads=self.threads)
+        return build_atlas(*self.pieces, threads=self.threads)
+
+    def map_pixels(self, role: str) -> PixelArray:
+        """Return one of `maps` in one image, packed as the atlas is."""
+        surface, texels = self.pieces
+        build = build_normal_atlas if role == "normal" else build_atlas
+        return build(surface, Texels(texels.charts, self.maps[role].arrays), threads=self.threads).pixels
 
     @cached_property
     def uv(self) -> FloatArray:
@@ -172,19 +234,31 @@ class TexturedModel:
 def write_output(
     output: Output, model: TexturedModel, files: Outputs, *, progress: Progress | None = None
 ) -> None:
-    """Write one output to the temporary place that `files` gives it."""
+    """Write one output to the temporary place that `files` gives it.
+
+    Raises
+    ------
+    InputError
+        If it cannot hold the model, or an option is out of its range.
+    """
     options = model.options
-    places: Sequence[Path] = [files.path(file) for file in output.files]
+    places = [files.path(file) for file in output.files(model.maps)]
     match output.kind:
         case "uph":
             if model.quilt is None or model.exemplar is None:
                 raise InputError(
                     f"output {str(output.path)!r} needs a quilt and its exemplar, not texels alone"
                 )
+            parts = source_parts(model.exemplar)
+            if missing := model.maps.keys() - parts.keys():
+                raise InputError(
+                    f"output {str(output.path)!r} needs the material as exemplar: it lacks {min(missing)!r}"
+                )
             stream = encode_stream(
                 model.surface,
                 model.quilt,
-                model.exemplar,
+                parts.pop("albedo"),
+                maps=parts,
                 wavelet=options.wavelet,  # type: ignore[arg-type]  # checked there
                 levels=options.levels,
                 lossless=options.lossless,
@@ -193,9 +267,17 @@ def write_output(
             )
             places[0].write_bytes(stream)
         case "npz":
-            write_npz(places[0], model.texels)
+            write_npz(places[0], model.texels, maps=model.maps)
         case "atlas":
             write_image(places[0], model.atlas.pixels, quality=options.quality)
+            for role, place in zip(model.maps, places[1:], strict=True):
+                write_map(place, role, model.map_pixels(role), quality=options.quality)
+        case "flat":
+            if len(model.texels.arrays) != 1:
+                raise InputError(f"a flat texture has one chart; the texels have {len(model.texels.arrays)}")
+            write_image(places[0], model.texels.arrays[0], quality=options.quality)
+            for role, place in zip(model.maps, places[1:], strict=True):
+                write_map(place, role, model.maps[role].arrays[0], quality=options.quality)
         case "glb":
             write_glb(
                 places[0],
@@ -204,10 +286,14 @@ def write_output(
                 model.atlas.pixels,
                 texture=options.texture,
                 quality=options.quality,
+                # glTF has no place for the height.
+                maps={role: model.map_pixels(role) for role in model.maps if role != "height"},
+                tangents=vertex_tangents(model.pieces[0], model.mesh) if "normal" in model.maps else None,
+                normal_scale=options.normal_scale,
                 name=model.surface.name or "surface",
             )
         case "obj":
-            model_file, material, texture = places
+            model_file, material, texture, *beside = places
             write_obj(
                 model_file,
                 material,
@@ -216,7 +302,10 @@ def write_output(
                 model.uv,
                 model.atlas.pixels,
                 stem=output.path.stem,
+                maps=model.maps,
             )
+            for role, place in zip(model.maps, beside, strict=True):
+                write_map(place, role, model.map_pixels(role))
         case "picture":
             picture = model.picture(progress=progress)
             linear = output.path.suffix.lower() == ".exr"

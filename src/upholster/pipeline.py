@@ -1,28 +1,40 @@
 """The whole flow on one screen: exemplar and surface, layout and synthesis, painting, files.
 
-exemplar, surface ──► synthesize ──► quilt ──► paint ──► texels ──► mesh, atlas ──► GLB, OBJ, PNG, npz
+exemplar, surface ──► plan ──► carry_out ──► quilt ──► paint ──► texels ──► mesh, atlas ──► GLB, OBJ, PNG, npz
 """
 
 import json
 import os
 import sys
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
 from upholster._version import __version__
 from upholster.codec import check_image
-from upholster.errors import FormatError
+from upholster.errors import FormatError, InputError
 from upholster.files import outputs, read_bytes
 from upholster.geometry import Surface, surface_from_spec
-from upholster.image import read_exemplar
+from upholster.image import Material
+from upholster.image.roles import ROLES
+from upholster.image.source import Source, read_source, source_names, source_parts
 from upholster.outputs import TexturedModel, WriteOptions, parse_output, write_output
 from upholster.stream import StreamDecoder
 from upholster.stream.prefix import Limit, feed_until
-from upholster.synthesis import Quilt, Texels, paint, synthesize
+from upholster.synthesis import (
+    Plan,
+    Quilt,
+    Texels,
+    carry_out,
+    matched_image,
+    paint,
+    paint_material,
+    plan,
+)
 from upholster.synthesis.quilt import MASK_CUT
+from upholster.synthesis.quilting import QuiltOptions
 from upholster.types import PixelArray, Progress
 
 __all__ = ["CoverReport", "RefineReport", "cover", "refine", "write"]
@@ -38,8 +50,11 @@ class CoverReport:
         Of upholster.
     parameters
         Everything that was asked for, defaults and seed included.
+    settled
+        What was chosen where nothing was asked for, in words: block, sample's size, direction, maps.
     counts
-        Patches, charts, texels, placements, edge blocks, channels, bits per sample.
+        Patches, shared edges, charts, texels, placements, edge blocks; maps; of the base colour channels and
+        bits per sample.
     seconds
         Time per stage, and "total".
     peak_memory_bytes
@@ -50,6 +65,7 @@ class CoverReport:
 
     version: str
     parameters: dict[str, Any]
+    settled: dict[str, str]
     counts: dict[str, int]
     seconds: dict[str, float]
     peak_memory_bytes: int | None
@@ -57,13 +73,14 @@ class CoverReport:
 
 
 def cover(
-    exemplar: str | os.PathLike[str],
+    exemplar: Source,
     on: str,
     targets: Sequence[str],
     *,
     crop: tuple[int, int, int, int] | None = None,
     resize: str | None = None,
     synthesis: dict[str, Any] | None = None,
+    seed: int = 0,
     options: WriteOptions | None = None,
     report: str | os.PathLike[str] | None = None,
     threads: int | None = None,
@@ -74,13 +91,21 @@ def cover(
     Parameters
     ----------
     exemplar
-        Image file, see `upholster.read_exemplar` (also for `crop` and `resize`).
+        Image file, see `upholster.read_exemplar` (also for `crop` and `resize`). Or a material: a folder with
+        its maps, several files named by role, files by role (see `upholster.read_material`), or the material
+        itself. Its maps are matched together (by method "paper": the base colour alone), and one quilt paints
+        them all.
     on
         Which surface, see `upholster.surface_from_spec`.
     targets
         Files to write, by suffix; ``atlas:`` before an image's path writes the atlas instead of a picture.
+        With texels of width × height images are the flat texture itself. A material's other maps lie beside
+        atlas, flat texture and OBJ, named by role: ``wall_normal.png`` beside ``wall.png``; pictures of the
+        model show the base colour alone.
     synthesis
-        Keyword arguments of `upholster.synthesize`.
+        Keyword arguments of `upholster.synthesize`, but for the next ones.
+    seed
+        As there.
     options
         How models and pictures are written.
     report
@@ -99,31 +124,46 @@ def cover(
         Before any work where possible; nothing is written then.
     """
     options = options or WriteOptions()
-    wanted = [parse_output(target) for target in targets]
+    asked = synthesis or {}
+    wanted = [parse_output(target, flat=isinstance(asked.get("texels"), tuple)) for target in targets]
     seconds: dict[str, float] = {}
+    with _timed("read", seconds):
+        surface = surface_from_spec(on)
+        _ = surface.shared  # edges that are claimed twice are found now, not after the work
+        source = read_source(exemplar, crop=crop, resize=resize)
+    parts = source_parts(source)
+    roles = tuple(parts)[1:]
     with outputs(
-        [file for output in wanted for file in output.files] + ([report] if report else [])
+        [file for output in wanted for file in output.files(roles)] + ([report] if report else [])
     ) as files:
-        with _timed("read", seconds):
-            surface = surface_from_spec(on)
-            _ = surface.shared  # edges that are claimed twice are found now, not after the work
-            pixels = read_exemplar(exemplar, crop=crop, resize=resize)
         if any(output.kind == "uph" for output in wanted):
-            check_image(pixels, wavelet=options.wavelet, levels=options.levels, lossless=options.lossless)
+            for part in parts.values():
+                check_image(part, wavelet=options.wavelet, levels=options.levels, lossless=options.lossless)
+        with _timed("plan", seconds):
+            seen = matched_image(source, asked.get("method", "quilt"))
+            settled = plan(seen, surface, **asked)
         with _timed("synthesize", seconds):
-            quilt = synthesize(pixels, surface, threads=threads, progress=progress, **(synthesis or {}))
+            quilt = carry_out(settled, seen, surface, seed=seed, threads=threads, progress=progress)
         with _timed("paint", seconds):
-            texels = paint(quilt, pixels, threads=threads, progress=progress)
-        model = TexturedModel(surface, texels, options, threads, quilt, pixels)
+            texels, maps = _painted(quilt, source, threads, progress)
+        model = TexturedModel(surface, texels, options, threads, quilt, source, maps)
         written: dict[str, int] = {}
         for output in wanted:
             with _timed(f"write {output.path.name}", seconds):
                 write_output(output, model, files, progress=progress)
-            written |= {str(file): files.path(file).stat().st_size for file in output.files}
-        asked = {"exemplar": str(exemplar), "on": on, "crop": crop, "resize": resize, "threads": threads}
-        asked |= _defaults(synthesize) | (synthesis or {}) | asdict(options)
+            written |= {str(file): files.path(file).stat().st_size for file in output.files(roles)}
+        parameters = {"exemplar": source_names(exemplar), "on": on, "crop": crop, "resize": resize}
+        parameters |= {"threads": threads} | _defaults(plan) | asked | {"seed": seed} | asdict(options)
+        if callable(parameters["direction"]):
+            parameters["direction"] = settled.direction
         result = CoverReport(
-            __version__, asked, _counts(surface, quilt, texels), _totalled(seconds), peak_memory(), written
+            __version__,
+            parameters,
+            _settled(settled, surface, roles),
+            _counts(surface, quilt, texels) | {"maps": 1 + len(maps)},
+            _totalled(seconds),
+            peak_memory(),
+            written,
         )
         if report:
             files.path(report).write_text(json.dumps(asdict(result), indent=2) + "\n", encoding="utf-8")
@@ -170,7 +210,7 @@ def refine(
     stream
         A .uph file, whole or cut.
     targets, options, threads, progress
-        As for `cover`.
+        As for `cover`; a material's maps as far as they have come.
     limit
         How far to read.
 
@@ -181,19 +221,21 @@ def refine(
     """
     options = options or WriteOptions()
     wanted = [parse_output(target) for target in targets]
-    with outputs([file for output in wanted for file in output.files]) as files:
-        data = read_bytes(stream)
-        decoder = StreamDecoder()
-        feed_until(decoder, data, limit or Limit())
-        if decoder.needed or decoder.surface is None:
-            raise FormatError(f"byte {len(data)}: stream is cut; needs {max(1, decoder.needed)} more bytes")
-        quilt, exemplar = decoder.quilt(), decoder.exemplar()
-        texels = paint(quilt, exemplar, threads=threads, progress=progress)
-        model = TexturedModel(decoder.surface, texels, options, threads, quilt, exemplar)
+    data = read_bytes(stream)
+    decoder = StreamDecoder()
+    feed_until(decoder, data, limit or Limit())
+    if decoder.needed or decoder.surface is None:
+        raise FormatError(f"byte {len(data)}: stream is cut; needs {max(1, decoder.needed)} more bytes")
+    exemplar = _exemplar(decoder)
+    roles = tuple(source_parts(exemplar))[1:]
+    with outputs([file for output in wanted for file in output.files(roles)]) as files:
+        quilt = decoder.quilt()
+        texels, maps = _painted(quilt, exemplar, threads, progress)
+        model = TexturedModel(decoder.surface, texels, options, threads, quilt, exemplar, maps)
         written: dict[str, int] = {}
         for output in wanted:
             write_output(output, model, files, progress=progress)
-            written |= {str(file): files.path(file).stat().st_size for file in output.files}
+            written |= {str(file): files.path(file).stat().st_size for file in output.files(roles)}
     known, count = decoder.coefficients_known
     return RefineReport(
         decoder.received,
@@ -208,10 +250,11 @@ def refine(
 def write(
     target: str | os.PathLike[str],
     surface: Surface,
-    texels: Texels,
+    texels: Texels | Mapping[str, Texels],
     *,
     quilt: Quilt | None = None,
-    exemplar: PixelArray | None = None,
+    exemplar: PixelArray | Material | None = None,
+    flat: bool = False,
     options: WriteOptions | None = None,
     threads: int | None = None,
     progress: Progress | None = None,
@@ -225,9 +268,11 @@ def write(
     surface
         The surface.
     texels
-        Its texels, as `upholster.paint` makes them.
+        Its texels, as `upholster.paint` makes them, or a material's by role, of `upholster.paint_material`.
     quilt, exemplar
-        What the texels were painted from: a stream (.uph) holds them instead.
+        What the texels were painted from, of a material the material: a stream (.uph) holds them instead.
+    flat
+        Whether an image is the texels of the only chart, not a picture of the model.
     options
         Mesh, texture format and picture, see `upholster.WriteOptions`.
     threads, progress
@@ -236,12 +281,38 @@ def write(
     Raises
     ------
     InputError
-        For an unknown suffix, a place that cannot be written, or texels of another surface.
+        For an unknown suffix, a place that cannot be written, texels of another surface, or without the role
+        "albedo".
     """
-    output = parse_output(os.fspath(target))
-    model = TexturedModel(surface, texels, options or WriteOptions(), threads, quilt, exemplar)
-    with outputs(output.files) as files:
+    output = parse_output(os.fspath(target), flat=flat)
+    maps = {"albedo": texels} if isinstance(texels, Texels) else dict(texels)
+    if "albedo" not in maps:
+        raise InputError(f"texels have no albedo; they have: {', '.join(maps) or 'nothing'}")
+    base = maps.pop("albedo")
+    model = TexturedModel(surface, base, options or WriteOptions(), threads, quilt, exemplar, maps)
+    with outputs(output.files(maps)) as files:
         write_output(output, model, files, progress=progress)
+
+
+def _painted(
+    quilt: Quilt, exemplar: PixelArray | Material, threads: int | None, progress: Progress | None
+) -> tuple[Texels, dict[str, Texels]]:
+    """Return texels of the base colour, and of a material's other maps by role."""
+    if not isinstance(exemplar, Material):
+        return paint(quilt, exemplar, threads=threads, progress=progress), {}
+    painted = paint_material(quilt, exemplar, threads=threads, progress=progress)
+    return painted.pop("albedo"), painted
+
+
+def _exemplar(decoder: StreamDecoder) -> PixelArray | Material:
+    """Return what a stream was made from; maps of which nothing has come yet are left out."""
+    maps = {"albedo": decoder.exemplar()}
+    for role in decoder.roles[1:]:
+        pixels = decoder.exemplar(role)
+        # The middle of its range everywhere: of a normal map that would be no direction at all.
+        if role in ROLES and (decoder.complete or (pixels != pixels[0, 0]).any()):
+            maps[role] = pixels
+    return Material(maps) if len(maps) > 1 else maps["albedo"]
 
 
 @contextmanager
@@ -255,6 +326,18 @@ def _totalled(seconds: dict[str, float]) -> dict[str, float]:
     return {stage: round(value, 4) for stage, value in [*seconds.items(), ("total", sum(seconds.values()))]}
 
 
+def _settled(plan: Plan, surface: Surface, roles: Sequence[str]) -> dict[str, str]:
+    found: dict[str, str] = {}
+    if isinstance(plan.options, QuiltOptions):
+        found["block"] = f"{plan.options.block} pixels"
+    if plan.scale is not None:
+        found["sample"] = f"{plan.scale.sample_size:.4g} units wide on a model of {surface.size:.4g}"
+        found["direction"] = plan.direction
+    if roles:
+        found["maps"] = ", ".join(("albedo", *roles))
+    return found
+
+
 def _counts(surface: Surface, quilt: Quilt, texels: Texels) -> dict[str, int]:
     sample = texels.arrays[0]
     return {
@@ -264,7 +347,7 @@ def _counts(surface: Surface, quilt: Quilt, texels: Texels) -> dict[str, int]:
         "texels": quilt.texel_count,
         "placements": len(quilt.placements),
         # A mended block lies on two charts.
-        "edge blocks": int((quilt.placements["mask"] == MASK_CUT).sum()) // 2,
+        "edge blocks": 0 if quilt.fields else int((quilt.placements["mask"] == MASK_CUT).sum()) // 2,
         "channels": sample.shape[2],
         "bits": 8 * sample.itemsize,
     }

@@ -52,7 +52,7 @@ def main() -> NoReturn:
         elif hasattr(error, "exit_code"):
             status = error.exit_code
         elif isinstance(error, MemoryError):
-            status = _fail("not enough memory; a smaller --chart, --size or exemplar needs less")
+            status = _fail("not enough memory; a smaller --texels, --size or exemplar needs less")
         else:
             raise
     sys.stdout.flush()

@@ -11,7 +11,7 @@ from upholster.errors import InputError
 if TYPE_CHECKING:  # NumPy, which it imports, would slow down --help
     from upholster.types import Progress
 
-__all__ = ["byte_count", "in_bytes", "numbers", "progress_bars", "share"]
+__all__ = ["byte_count", "in_bytes", "numbers", "progress_bars", "share", "texel_count"]
 
 
 def numbers(name: str, text: str, separator: str, count: int, kind: Callable[[str], Any]) -> Any:
@@ -36,6 +36,21 @@ def byte_count(name: str, text: str | None) -> int | None:
         raise InputError(f"{name} is {text!r}; allowed: a number of bytes such as 4000, 4k, 4Ki or 1.5M")
     unit = {None: 1, "k": 1000, "M": 10**6, "Ki": 1024, "Mi": 1024**2}[found[2]]
     return int(float(found[1]) * unit)
+
+
+def texel_count(text: str | None) -> int | tuple[int, int] | None:
+    """Read a number of texels, ``4M`` or ``500k``, or the width and height of a flat texture, ``512x512``."""
+    if text is None:
+        return None
+    found = re.fullmatch(r"([0-9]{1,5})x([0-9]{1,5})", text.strip().lower())
+    if found is not None:
+        return int(found[1]), int(found[2])
+    found = re.fullmatch(r"([0-9]{1,10}(?:\.[0-9]{1,6})?)(k|m|g)?", text.strip().lower())
+    if found is None:
+        raise InputError(
+            f"texels is {text!r}; allowed: a number such as 500k or 4M, or a size such as 512x512"
+        )
+    return int(float(found[1]) * {None: 1, "k": 1000, "m": 10**6, "g": 10**9}[found[2]])
 
 
 def share(name: str, text: str | None) -> float | None:

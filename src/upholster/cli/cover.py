@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from upholster.cli.console import byte_count, in_bytes, numbers, progress_bars
+from upholster.cli.console import byte_count, in_bytes, numbers, progress_bars, texel_count
 
 __all__ = ["cover", "surfaces"]
 
@@ -37,7 +37,12 @@ def surfaces() -> None:
 
 def cover(
     exemplar: Annotated[
-        str, typer.Argument(help="The sample: PNG, JPEG, WebP, TIFF or EXR.", metavar="EXEMPLAR")
+        list[str],
+        typer.Argument(
+            help="The sample: an image (PNG, JPEG, WebP, TIFF, EXR); or a material's maps, as a folder or as "
+            "files named by role, `brick_albedo.png brick_normal.png` …",
+            metavar="EXEMPLAR",
+        ),
     ],
     on: Annotated[
         str,
@@ -54,29 +59,74 @@ def cover(
             "--output",
             metavar="FILE",
             help="Several at once: .glb .obj (models), .uph (progressive stream), .npz (texels), .png .jpg "
-            ".webp .exr (a picture of the model, or with `atlas:` before the name its texture).",
+            ".webp .exr (a picture of the model; with `atlas:` before the name its texture; with "
+            "`--texels WxH` the flat texture). A material's other maps lie beside textures: `x_normal.png`.",
         ),
     ],
-    chart: Annotated[
-        int, typer.Option(help="Texels along each side of a patch.", rich_help_panel="Synthesis")
-    ] = 512,
-    seed: Annotated[int, typer.Option(help="Same seed, same result.", rich_help_panel="Synthesis")] = 0,
-    method: Annotated[
-        str, typer.Option(help="How texture is synthesised.", rich_help_panel="Synthesis")
-    ] = "paper",
-    block: Annotated[int, typer.Option(help="Side of a block, in texels.", rich_help_panel="Synthesis")] = 32,
-    overlap: Annotated[
-        int, typer.Option(help="Overlap of blocks, in texels.", rich_help_panel="Synthesis")
-    ] = 8,
-    levels: Annotated[
-        int, typer.Option(help="Levels of the Haar transform.", rich_help_panel="Synthesis")
-    ] = 3,
-    seams: Annotated[
+    texels: Annotated[
+        str | None,
+        typer.Option(
+            metavar="N|WxH",
+            help="How many in all, `4M`; or, on a plane, the size of a flat texture, `512x512`.",
+            rich_help_panel="Scale and direction",
+        ),
+    ] = None,
+    density: Annotated[
+        float | None, typer.Option(help="Texels per model unit.", rich_help_panel="Scale and direction")
+    ] = None,
+    sample_size: Annotated[
+        float | None,
+        typer.Option(help="Width of the exemplar in model units.", rich_help_panel="Scale and direction"),
+    ] = None,
+    direction: Annotated[
+        str | None,
+        typer.Option(
+            metavar="u|v|DEG|X,Y,Z|around:AXIS",
+            help="Which way the exemplar's rows run: along the patches, at an angle to that, along a vector, "
+            "or round an axis.",
+            rich_help_panel="Scale and direction",
+        ),
+    ] = None,
+    tileable: Annotated[
         bool,
         typer.Option(
-            "--seams/--no-seams", help="Mend the seams between patches.", rich_help_panel="Synthesis"
+            "--tileable", help="A flat texture wraps both ways.", rich_help_panel="Scale and direction"
         ),
-    ] = True,
+    ] = False,
+    seed: Annotated[int, typer.Option(help="Same seed, same result.", rich_help_panel="Synthesis")] = 0,
+    method: Annotated[
+        str,
+        typer.Option(
+            help="quilt: one texture over the whole surface; paper: the paper's.", rich_help_panel="Synthesis"
+        ),
+    ] = "quilt",
+    block: Annotated[
+        int | None,
+        typer.Option(help="Side of a block, in exemplar pixels.", rich_help_panel="Synthesis"),
+    ] = None,
+    overlap: Annotated[
+        int | None, typer.Option(help="Overlap of blocks, likewise.", rich_help_panel="Synthesis")
+    ] = None,
+    evenness: Annotated[
+        float | None,
+        typer.Option(help="How evenly the exemplar is used, from 0.", rich_help_panel="Synthesis"),
+    ] = None,
+    variety: Annotated[
+        float | None,
+        typer.Option(help="How much repeats within sight are avoided, from 0.", rich_help_panel="Synthesis"),
+    ] = None,
+    chart: Annotated[
+        int | None, typer.Option(help="Texels along each side of a patch.", rich_help_panel="Method paper")
+    ] = None,
+    levels: Annotated[
+        int | None, typer.Option(help="Levels of the Haar transform.", rich_help_panel="Method paper")
+    ] = None,
+    seams: Annotated[
+        bool | None,
+        typer.Option(
+            "--seams/--no-seams", help="Mend the seams between patches.", rich_help_panel="Method paper"
+        ),
+    ] = None,
     crop: Annotated[
         str | None,
         typer.Option(metavar="X,Y,W,H", help="Use this part, in pixels.", rich_help_panel="Exemplar"),
@@ -92,6 +142,9 @@ def cover(
         str, typer.Option(help="Texture inside a GLB: png, jpeg or webp.", rich_help_panel="Output")
     ] = "png",
     quality: Annotated[int, typer.Option(help="Of JPEG and WebP, 1 to 100.", rich_help_panel="Output")] = 90,
+    normal_scale: Annotated[
+        float, typer.Option(help="Strength of a normal map in a GLB.", rich_help_panel="Output")
+    ] = 1.0,
     size: Annotated[
         str, typer.Option(metavar="WxH", help="Of a picture.", rich_help_panel="Output")
     ] = "1024x768",
@@ -117,7 +170,7 @@ def cover(
     threads: Annotated[int | None, typer.Option(help="1 to 256; default: one per core.")] = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
 ) -> None:
-    """Cover a surface with texture from an exemplar, and write models and pictures."""
+    """Cover a surface with texture from an exemplar or a material, and write models and pictures."""
     start = time.perf_counter()
     from upholster.outputs import WriteOptions
     from upholster.pipeline import cover as run
@@ -126,12 +179,13 @@ def cover(
         quads=quads,
         texture=texture,  # type: ignore[arg-type]  # checked by WriteOptions
         quality=quality,
+        normal_scale=normal_scale,
         size=numbers("size", size, "x", 2, int),
         view=numbers("view", view, ",", 2, float),
         supersample=supersample,
         wavelet=wavelet,
         # The paper's own transform has three levels.
-        levels=levels if wavelet == "haar" else None,
+        levels=(3 if levels is None else levels) if wavelet == "haar" else None,
         lossless=lossless,
         threshold=threshold,
         stream_bytes=byte_count("bytes", stream_bytes),
@@ -145,13 +199,21 @@ def cover(
             resize=resize,
             synthesis={
                 "method": method,
-                "chart": chart,
+                "texels": texel_count(texels),
+                "density": density,
+                "sample_size": sample_size,
+                "direction": direction,
+                "tileable": True if tileable else None,
                 "block": block,
                 "overlap": overlap,
-                "levels": levels,
+                "evenness": evenness,
+                "variety": variety,
+                "chart": chart,
+                # With method "quilt" they can only be those of a stream's Haar transform.
+                "levels": None if method == "quilt" and wavelet == "haar" else levels,
                 "seams": seams,
-                "seed": seed,
             },
+            seed=seed,
             options=options,
             report=report,
             threads=threads,
@@ -159,5 +221,7 @@ def cover(
         )
     if not quiet:
         written = ", ".join(f"{name} ({in_bytes(count)})" for name, count in result.written.items())
-        texels = result.counts["texels"]
-        print(f"wrote {written}: {texels:,} texels in {time.perf_counter() - start:.1f} s")
+        count = result.counts["texels"]
+        print(f"wrote {written}: {count:,} texels in {time.perf_counter() - start:.1f} s")
+        if result.settled:
+            print("; ".join(f"{name} {value}" for name, value in result.settled.items()))
