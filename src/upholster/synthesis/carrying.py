@@ -28,14 +28,14 @@ FEATHER = 2
 _WORST_TURN = 25.0
 """In degrees: where directions on two charts differ more than this from quarter turns, nothing is carried."""
 
-_REACH = 6
-"""Texels before the edge: what ends there is carried too, for masks are feathered across the edge."""
+_REACH = 3
+"""Cells before the edge: what ends there is carried too, for masks are feathered across the edge."""
 
-_WINDOW = 48.0
-"""Texels to either side of a corner within which blocks may matter to the chart beyond it."""
+_WINDOW = 24
+"""Cells to either side of a corner within which blocks may matter to the chart beyond it."""
 
-_RIM = 2
-"""Texels inside the edge of a finished neighbour that stay as its blocks left them."""
+_RIM = 1
+"""Cells inside the edge of a finished neighbour that stay as its blocks left them."""
 
 _EDGE_SAMPLES = 5
 _MOST_CELLS = 2**22
@@ -155,11 +155,12 @@ class Carrying:
         for carrier in self.onto[chart]:
             meeting = carrier.meeting
             edge, here = meeting.other_edge, self.charts[chart]
+            rim = _RIM * self.cells[chart]
             length = here.height if edge & 1 else here.width
             start, stop = sorted((meeting.other_start, meeting.other_stop))
             if coverings[meeting.chart] is not None:
                 low = -np.inf if start <= 0 else start
-                found.append((edge, low, np.inf if stop >= length else stop, _RIM))
+                found.append((edge, low, np.inf if stop >= length else stop, rim))
                 continue
             for corner in self._corners(carrier, coverings):
                 at = meeting.other_start if corner.low else meeting.other_stop
@@ -189,7 +190,8 @@ class Carrying:
             ends = (far.other_start, far.start), (far.other_stop, far.stop)
             place = min(ends, key=lambda end: abs(end[0] - corner))
             if abs(place[0] - corner) < 0.5:
-                found.append(_Corner(other, low, (place[1] - _WINDOW, place[1] + _WINDOW)))
+                window = float(_WINDOW * self.cells[far.chart])
+                found.append(_Corner(other, low, (place[1] - window, place[1] + window)))
         return found
 
     def _carried(
@@ -200,7 +202,9 @@ class Carrying:
         ends = (meeting.start, meeting.stop)
         if window is not None:
             ends = (max(ends[0], window[0]), min(ends[1], window[1]))
-        placed, low, high = _overhanging(covering.placements, old, meeting.edge, ends)
+        placed, low, high = _overhanging(
+            covering.placements, old, meeting.edge, ends, _REACH * self.cells[meeting.chart]
+        )
         chosen = np.flatnonzero(placed)
         block = covering.placements[chosen]
         rows, columns = block["row"].astype(np.float64), block["column"].astype(np.float64)
@@ -320,17 +324,17 @@ def _masks(
 
 
 def _overhanging(
-    placed: NDArray[np.void], chart: Chart, edge: int, ends: tuple[float, float]
+    placed: NDArray[np.void], chart: Chart, edge: int, ends: tuple[float, float], reach: int
 ) -> tuple[NDArray[np.bool_], FloatArray, FloatArray]:
     # Which blocks reach as far as the meeting's edge somewhere in its interval, and from where to where along
     # it.
     top, left = placed["row"] - placed["height"] // 2, placed["column"] - placed["width"] // 2
     bottom, right = top + placed["height"], left + placed["width"]
     beyond = (
-        top < _REACH,
-        right > chart.width - _REACH,
-        bottom > chart.height - _REACH,
-        left < _REACH,
+        top < reach,
+        right > chart.width - reach,
+        bottom > chart.height - reach,
+        left < reach,
     )[edge]
     near = (bottom > 0, left < chart.width, top < chart.height, right > 0)[edge]
     low, high = (top, bottom) if edge & 1 else (left, right)

@@ -1,8 +1,10 @@
 """From an exemplar and a surface to a quilt: the one place that settles layout, scale, direction, method."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
+
+import numpy as np
 
 from upholster.errors import InputError, nearest
 from upholster.geometry import Surface
@@ -19,6 +21,9 @@ from upholster.types import PixelArray, Progress
 __all__ = ["METHODS", "Plan", "carry_out", "matched_image", "plan", "synthesize"]
 
 METHODS = ("quilt", "paper")
+
+_BLOCKS = 8
+"""Blocks across a surface, at least, where their size is not asked for: fewer can not follow its curves."""
 
 _ONLY: Mapping[str, tuple[str, ...]] = {
     "quilt": ("texels", "density", "sample_size", "direction", "evenness", "variety", "tileable"),
@@ -147,6 +152,9 @@ def plan(
     )
     if sample_size is None:
         _check_room(scale, options_.block, density)
+    if block is None:
+        across = np.sqrt(scale.texels) / scale.density * scale.scale  # the surface, in exemplar pixels
+        options_ = replace(options_, block=min(options_.block, max(16, 4 * int(across / _BLOCKS / 4))))
     wanted = default_direction(surface) if direction is None else parse_direction(direction)
     charts = density_layout(surface, density=scale.density)
     fields = direction_fields(surface, charts, wanted, scale.scale)
