@@ -1,35 +1,51 @@
-"""Run all benchmarks, or those named: ``python -m benchmarks [flagship] [growth] [stream] …``."""
+"""Run all benchmarks, or those named: ``python -m benchmarks [flagship] [growth] [stream] …``.
+
+``codec``, ``fidelity`` and ``seams`` take a folder of exemplars instead of the project's own, and the last
+two the options of their modules: ``python -m benchmarks fidelity FOLDER -o OUT``.
+"""
 
 import sys
 from pathlib import Path
 
+from benchmarks import fidelity as fidelity_module
+from benchmarks import seams as seams_module
 from benchmarks.codec import codec
 from benchmarks.command import command
-from benchmarks.fidelity import fidelity
 from benchmarks.flagship import flagship, growth
 from benchmarks.measure import Results
 from benchmarks.parts import parts
+from benchmarks.quilt import quilt
 from benchmarks.stream import stream
 
 BENCHMARKS = {
     "flagship": flagship,
     "growth": growth,
+    "quilt": quilt,
     "command": command,
     "parts": parts,
     "codec": codec,
     "stream": stream,
-    "fidelity": fidelity,
+    "fidelity": fidelity_module.fidelity,
+    "seams": seams_module.seams,
 }
+PROGRAMS = {"fidelity": fidelity_module.main, "seams": seams_module.main}
 
 
 def main() -> int:
     """Run, print, write; status 2 for an unknown name."""
     wanted = sys.argv[1:] or list(BENCHMARKS)
+    results = Results()
+    if len(wanted) > 1 and wanted[1] not in BENCHMARKS:
+        if wanted[0] in PROGRAMS:
+            return PROGRAMS[wanted[0]](wanted[1:])
+        if wanted[0] == "codec" and len(wanted) == 2 and Path(wanted[1]).is_dir():
+            codec(results, folder=Path(wanted[1]))
+            results.show()
+            return 0
     unknown = [name for name in wanted if name not in BENCHMARKS]
     if unknown:
         print(f"unknown benchmark {unknown[0]!r}; allowed: {', '.join(BENCHMARKS)}", file=sys.stderr)
         return 2
-    results = Results()
     for name in wanted:
         BENCHMARKS[name](results)
     results.show()

@@ -23,7 +23,7 @@ def stream(results: Results) -> None:
     """Measure F1's stream: bytes of each stage, size against GLB, time to refine."""
     exemplar = upholster.read_exemplar(EXEMPLAR, resize=128)
     surface = upholster.ring_cyclide(6, 2, 3)
-    quilt = upholster.synthesize(exemplar, surface, seed=7)
+    quilt = upholster.synthesize(exemplar, surface, seed=7, method="paper")
     texels = upholster.paint(quilt, exemplar)
     data = encode_stream(surface, quilt, exemplar)
     first = StreamDecoder()
@@ -67,6 +67,53 @@ def stream(results: Results) -> None:
         "ms",
         aim="at most 100",
     )
+    _quilt_stream(results, exemplar, surface)
+
+
+def _quilt_stream(results: Results, exemplar: PixelArray, surface: upholster.Surface) -> None:
+    # The same model by method "quilt": what a placement costs, part by part.
+    quilt = upholster.synthesize(exemplar, surface, seed=7)
+    texels = upholster.paint(quilt, exemplar)
+    data = encode_stream(surface, quilt, exemplar)
+    told = describe(data)
+    results.add("F1 quilt stream: whole", len(data) / 1000, "kB")
+    results.add("F1 quilt stream: first textured view", told.view, "bytes", aim="at most 1000")
+    sizes = {row.tag: row.length for row in told.chunks}
+    count = len(quilt.placements)
+    for tag, name in (("F", "M fields"), ("Q", "plan"), ("P", "sources"), ("M", "masks")):
+        results.add(f"F1 quilt stream: {name}, a placement", sizes.get(tag, 0) / count, "bytes")
+    whole = sum(sizes.get(tag, 0) for tag in "FQPM") / count
+    results.add(
+        "F1 quilt stream: all of a placement",
+        whole,
+        "bytes",
+        aim="at most 5, goal 4",
+        remark=f"{count} placements on {len(quilt.charts)} charts",
+    )
+    results.add(
+        "F1 quilt stream: 40 dB against the full texels",
+        _bytes_for(data, texels, 40) / 1000,
+        "kB",
+        aim="within 50",
+    )
+    results.add(
+        "F1 quilt stream: decode the placements",
+        1000 * median_seconds(lambda: _refine(data), runs=3),
+        "ms",
+        remark="and 15 % of the coefficients, painted",
+    )
+
+
+def _bytes_for(data: bytes, texels: Texels, wanted: float) -> int:
+    # The shortest prefix, to 64 bytes, of that quality.
+    low, high = 64, len(data)
+    while high - low > 64:
+        middle = (low + high) // 2
+        if _quality(data, middle, texels) >= wanted:
+            high = middle
+        else:
+            low = middle
+    return high
 
 
 def _refine(data: bytes) -> Texels:
