@@ -6,7 +6,7 @@ import numpy as np
 
 from upholster.synthesis import Quilt
 from upholster.synthesis._paint_kernels import TURNS
-from upholster.synthesis.carrying import FEATHER, Carrying, Covering, joined
+from upholster.synthesis.carrying import Carrying, Covering, joined
 from upholster.synthesis.field import UNIT, Field, node_count
 from upholster.synthesis.meetings import carriers, meetings
 from upholster.synthesis.mincut import FREE, NEW, OLD, OUTSIDE, minimum_cut
@@ -170,7 +170,7 @@ class PlainChart:
             one["source_row"], one["source_column"] = sources[n]
             one["cells"] = -1
             if mask is not None:
-                one["mask"], one["cell"], one["feather"] = MASK_CUT, raster.cell, FEATHER
+                one["mask"], one["cell"], one["feather"] = MASK_CUT, raster.cell, raster.feather
                 one["cells"] = len(cells) * raster.cells
             cells.append(np.ones(raster.cells, np.uint8) if mask is None else mask.reshape(-1))
             placed.append(one)
@@ -379,7 +379,7 @@ def plain_quilt(exemplar, surface, charts, fields=None, *, options, wrap=False, 
         [c for c in carriers(surface, charts, found) if n == c.meeting.other_chart != c.meeting.chart]
         for n in range(len(charts))
     ]
-    carrying = Carrying(charts, fields, onto, shape, tuple(raster.cell for raster in rasters))
+    carrying = Carrying(charts, fields, onto, shape, tuple(raster.cell for raster in rasters), rasters[0].feather)
     children = np.random.SeedSequence(seed).spawn(len(charts))
     coverings, use, done = [None] * len(charts), sights.unused(), 0
     for members in [[0]] if wrap else rounds(surface, charts, found):

@@ -5,7 +5,7 @@ import pytest
 
 from upholster.geometry import RationalPatch, Surface, plane, sphere, torus
 from upholster.synthesis import Chart, Quilt
-from upholster.synthesis.carrying import FEATHER, Carrying, Covering, joined
+from upholster.synthesis.carrying import Carrying, Covering, joined
 from upholster.synthesis.field import Field
 from upholster.synthesis.meetings import carriers, meetings
 from upholster.synthesis.quilt import MASK_CUT, MASK_NONE, PLACEMENT
@@ -63,7 +63,7 @@ class Layout:
             placed["source_row"][n], placed["source_column"][n] = 16 * source_row, 16 * source_column
         cells = np.zeros(0, np.uint8)
         if mask is not None:
-            placed["mask"], placed["cells"], placed["cell"], placed["feather"] = MASK_CUT, 0, CELL, FEATHER
+            placed["mask"], placed["cells"], placed["cell"], placed["feather"] = MASK_CUT, 0, CELL, 2
             cells = mask.reshape(-1)
         numbers = np.arange(origin, origin + len(placed))
         return Covering(placed, cells, numbers, np.zeros(len(placed), np.int64))

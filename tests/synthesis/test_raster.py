@@ -67,6 +67,13 @@ def test_sizes_fit_together(field):
     assert raster.cells * raster.cell**2 == raster.height * raster.width
 
 
+def test_large_blocks_have_coarse_masks():
+    fine, coarse = (Raster.of(Chart(0, 300, 300), None, (256, 256), block, None) for block in (44, 48))
+    assert (fine.cell, fine.feather) == (2, 2)
+    assert (coarse.cell, coarse.feather) == (4, 3)
+    assert coarse.height % 4 == 0
+
+
 def test_a_texel_is_a_pixel_without_a_field():
     raster = Raster.of(Chart(0, 90, 75), None, (128, 128), 40, 12)
     assert (raster.height, raster.width, raster.overlap_rows, raster.overlap_columns) == (40, 40, 12, 12)

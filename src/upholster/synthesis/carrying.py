@@ -20,18 +20,12 @@ from upholster.synthesis.quilt import MASK_CUT, PLACEMENT, Chart
 from upholster.synthesis.warp import LARGEST_WARPED
 from upholster.types import FloatArray
 
-__all__ = ["FEATHER", "Carrying", "Covering", "joined"]
-
-FEATHER = 2
-"""Smoothing passes of cut masks."""
+__all__ = ["Carrying", "Covering", "joined"]
 
 _WORST_TURN = 25.0
 """In degrees: where directions on two charts differ more than this from quarter turns, nothing is carried."""
 
-_REACH = 3
-"""Cells before the edge: what ends there is carried too, for masks are feathered across the edge."""
-
-_WINDOW = 24
+_WINDOW = 16
 """Cells to either side of a corner within which blocks may matter to the chart beyond it."""
 
 _RIM = 1
@@ -95,6 +89,8 @@ class Carrying:
         (height, width) in pixels.
     cells
         Per chart, the size of masks' cells in texels.
+    feather
+        Smoothing passes of masks.
     """
 
     charts: Sequence[Chart]
@@ -102,6 +98,7 @@ class Carrying:
     onto: Sequence[Sequence[Carrier]]
     exemplar_shape: tuple[int, int]
     cells: Sequence[int]
+    feather: int = 2
 
     def carried_onto(self, chart: int, coverings: Sequence[Covering | None]) -> Covering:
         """Collect what finished charts leave on a chart: neighbours, and those that meet it only in a corner.
@@ -203,7 +200,7 @@ class Carrying:
         if window is not None:
             ends = (max(ends[0], window[0]), min(ends[1], window[1]))
         placed, low, high = _overhanging(
-            covering.placements, old, meeting.edge, ends, _REACH * self.cells[meeting.chart]
+            covering.placements, old, meeting.edge, ends, 2 * self.cells[meeting.chart] + 2
         )
         chosen = np.flatnonzero(placed)
         block = covering.placements[chosen]
@@ -233,7 +230,7 @@ class Carrying:
             most = 16 * (self.exemplar_shape[n] - 1)
             result[name] = np.clip(whole * np.rint(sources[kept, n] / whole), 0, most)
         result["turn"] = turn[kept]
-        result["mask"], result["cell"], result["feather"] = MASK_CUT, cell, FEATHER
+        result["mask"], result["cell"], result["feather"] = MASK_CUT, cell, self.feather
         origins, steps = covering.origins[chosen[kept]], covering.steps[chosen[kept]] + 1
         return Covering(result, masks, origins, steps)
 

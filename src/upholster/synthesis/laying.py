@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from upholster.synthesis import _quilt_kernels as kernels
 from upholster.synthesis._carry_kernels import lay_carried
-from upholster.synthesis.carrying import FEATHER, Covering, joined
+from upholster.synthesis.carrying import Covering, joined
 from upholster.synthesis.field import UNIT
 from upholster.synthesis.quilt import MASK_CUT, MASK_NONE, PLACEMENT, Chart
 from upholster.synthesis.raster import Raster
@@ -119,7 +119,7 @@ def _placements(index: int, raster: Raster, blocks: NDArray[np.int32]) -> NDArra
     cut = blocks[:, kernels.LAID] == 1
     placed["mask"] = np.where(cut, MASK_CUT, MASK_NONE)
     placed["cells"] = np.where(cut, np.arange(len(blocks)) * raster.cells, -1)
-    placed["cell"], placed["feather"] = np.where(cut, raster.cell, 0), np.where(cut, FEATHER, 0)
+    placed["cell"], placed["feather"] = np.where(cut, raster.cell, 0), np.where(cut, raster.feather, 0)
     return placed
 
 

@@ -135,7 +135,9 @@ def synthesize_quilt(
         if carrier.meeting.chart != carrier.meeting.other_chart:
             onto[carrier.meeting.other_chart].append(carrier)
     cells = tuple(raster.cell for raster in rasters)
-    carrying = Carrying(charts, fields, onto, (exemplar.shape[0], exemplar.shape[1]), cells)
+    carrying = Carrying(
+        charts, fields, onto, (exemplar.shape[0], exemplar.shape[1]), cells, rasters[0].feather
+    )
     seeds = [
         int(child.generate_state(1, np.uint64)[0])
         for child in np.random.SeedSequence(seed).spawn(len(charts))

@@ -14,6 +14,9 @@ __all__ = ["Raster"]
 
 _SMALLEST_BLOCK = 16
 _LARGEST_BLOCK = 512
+_COARSE = 48
+"""Blocks of so many pixels have masks of cells twice as large: as many bytes tell as long a cut."""
+
 _SMALLEST_LEVEL = 16
 """Pixels that a level has at least each way."""
 
@@ -35,6 +38,8 @@ class Raster:
         Texels per pixel of that level: of so many texels each way, one is looked at.
     cell
         Size of a mask's cells in texels.
+    feather
+        Smoothing passes of masks.
     height, width
         Of a block, in texels: a multiple of `cell`.
     overlap_rows, overlap_columns
@@ -46,6 +51,7 @@ class Raster:
     level: int
     sample: int
     cell: int
+    feather: int
     height: int
     width: int
     overlap_rows: int
@@ -74,7 +80,8 @@ class Raster:
         last = max(0, int(np.log2(min(exemplar_shape) / _SMALLEST_LEVEL)))
         level = min(max(0, int(np.floor(np.log2(typical) + 0.5))), last)
         sample = max(1, int(np.rint(2**level / typical)))
-        cell = 2 * sample
+        coarse = block >= _COARSE
+        cell, feather = (4 if coarse else 2) * sample, 3 if coarse else 2
         share = block / (0.3 * block if overlap is None else overlap)
         sides, overlaps = [], []
         wanted = block / sizes
@@ -88,7 +95,7 @@ class Raster:
             sides.append(side)
             # At least one box of features deep.
             overlaps.append(min(max(4 * sample, cell * int(np.rint(side / share / cell))), side // 2))
-        return cls(chart, field, level, sample, cell, sides[0], sides[1], overlaps[0], overlaps[1])
+        return cls(chart, field, level, sample, cell, feather, sides[0], sides[1], overlaps[0], overlaps[1])
 
     @property
     def cells(self) -> int:
@@ -105,7 +112,7 @@ class Raster:
             on for an overlap beyond the edge.
         """
         # A little more than an overlap: masks carried over an edge lose their rims.
-        rows, columns = self.overlap_rows + 6 * self.cell, self.overlap_columns + 6 * self.cell
+        rows, columns = self.overlap_rows + 2 * self.cell + 8, self.overlap_columns + 2 * self.cell + 8
         return (
             -rows * (0 in open_sides),
             self.chart.height + rows * (2 in open_sides),
