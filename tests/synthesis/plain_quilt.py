@@ -371,7 +371,8 @@ def plain_quilt(exemplar, surface, charts, fields=None, *, options, wrap=False, 
         fields = tuple(f or Field(np.zeros(n, np.int16)) for f, n in zip(fields, counts, strict=True))
     shape = exemplar.shape[:2]
     rasters = [
-        Raster.of(c, f, shape, options.block, options.overlap) for c, f in zip(charts, fields, strict=True)
+        Raster.of(c, f, shape, options.block, options.overlap, wrap=wrap)
+        for c, f in zip(charts, fields, strict=True)
     ]
     sights = Sights.of(exemplar, max(raster.level for raster in rasters))
     found = () if wrap else meetings(surface, charts)
@@ -379,7 +380,9 @@ def plain_quilt(exemplar, surface, charts, fields=None, *, options, wrap=False, 
         [c for c in carriers(surface, charts, found) if n == c.meeting.other_chart != c.meeting.chart]
         for n in range(len(charts))
     ]
-    carrying = Carrying(charts, fields, onto, shape, tuple(raster.cell for raster in rasters), rasters[0].feather)
+    carrying = Carrying(
+        charts, fields, onto, shape, tuple(raster.cell for raster in rasters), rasters[0].feather
+    )
     children = np.random.SeedSequence(seed).spawn(len(charts))
     coverings, use, done = [None] * len(charts), sights.unused(), 0
     for members in [[0]] if wrap else rounds(surface, charts, found):

@@ -125,7 +125,7 @@ def synthesize_quilt(
         # What is carried from chart to chart may begin between pixels and end beyond the exemplar.
         fields = [field or _identity(chart) for field, chart in zip(fields, charts, strict=True)]
     rasters = [
-        Raster.of(chart, field, exemplar.shape[:2], options.block, options.overlap)
+        Raster.of(chart, field, exemplar.shape[:2], options.block, options.overlap, wrap=wrap)
         for chart, field in zip(charts, fields, strict=True)
     ]
     sights = Sights.of(exemplar, max(raster.level for raster in rasters))

@@ -44,6 +44,8 @@ class Raster:
         Of a block, in texels: a multiple of `cell`.
     overlap_rows, overlap_columns
         With the block before, in texels.
+    wrap
+        Whether the chart's opposite edges meet.
     """
 
     chart: Chart
@@ -56,6 +58,7 @@ class Raster:
     width: int
     overlap_rows: int
     overlap_columns: int
+    wrap: bool = False
 
     @classmethod
     def of(
@@ -65,6 +68,8 @@ class Raster:
         exemplar_shape: tuple[int, int],
         block: int,
         overlap: int | None,
+        *,
+        wrap: bool = False,
     ) -> "Raster":
         """Fit blocks of given size in exemplar pixels to a chart.
 
@@ -74,6 +79,8 @@ class Raster:
             (height, width) in pixels: a block reads at most three quarters of it.
         block, overlap
             In pixels; an overlap of None is three tenths of a block.
+        wrap
+            Whether the chart's opposite edges meet: a block then takes half of it at most.
         """
         sizes, most = _sizes(chart, field)
         typical = float(np.sqrt(sizes[0] * sizes[1]))
@@ -86,16 +93,19 @@ class Raster:
         sides, overlaps = [], []
         wanted = block / sizes
         wanted *= min(1.0, float((_LARGEST_SHARE * np.array(exemplar_shape) / (most @ wanted)).min()))
-        for texels, pixels in zip(
-            np.clip(wanted, _SMALLEST_BLOCK, _LARGEST_BLOCK), exemplar_shape, strict=True
-        ):
+        wanted = np.clip(wanted, _SMALLEST_BLOCK, _LARGEST_BLOCK)
+        if wrap:
+            wanted = np.minimum(wanted, (chart.height // 2, chart.width // 2))
+        for texels, pixels in zip(wanted, exemplar_shape, strict=True):
             side = cell * max(2, int(np.rint(texels / cell)))
             if field is None:  # it must lie inside the exemplar
                 side = max(cell, min(side, pixels // cell * cell))
             sides.append(side)
             # At least one box of features deep.
             overlaps.append(min(max(4 * sample, cell * int(np.rint(side / share / cell))), side // 2))
-        return cls(chart, field, level, sample, cell, feather, sides[0], sides[1], overlaps[0], overlaps[1])
+        return cls(
+            chart, field, level, sample, cell, feather, sides[0], sides[1], overlaps[0], overlaps[1], wrap
+        )
 
     @property
     def cells(self) -> int:
@@ -122,26 +132,29 @@ class Raster:
 
     def across(self, need: tuple[int, int, int, int]) -> int:
         """Return how many blocks lie side by side."""
-        return _count(need[3] - need[2], self.width, self.overlap_columns)
+        return len(self._starts(need[2], need[3], self.width, self.overlap_columns))
 
     def blocks(self, need: tuple[int, int, int, int]) -> IntArray:
         """Return the blocks that cover what is needed, in raster order, as `lay_quilt` takes them."""
-        down, across = _count(need[1] - need[0], self.height, self.overlap_rows), self.across(need)
-        number = np.arange(down * across, dtype=np.int32).reshape(down, across)
-        out = np.zeros((down, across, 7), np.int32)
-        out[..., ROW] = (need[0] + self.height // 2 + np.arange(down) * (self.height - self.overlap_rows))[
-            :, None
-        ]
-        out[..., COLUMN] = need[2] + self.width // 2 + np.arange(across) * (self.width - self.overlap_columns)
+        rows = self._starts(need[0], need[1], self.height, self.overlap_rows) + self.height // 2
+        columns = self._starts(need[2], need[3], self.width, self.overlap_columns) + self.width // 2
+        number = np.arange(len(rows) * len(columns), dtype=np.int32).reshape(len(rows), len(columns))
+        out = np.zeros((*number.shape, 7), np.int32)
+        out[..., ROW], out[..., COLUMN] = rows[:, None], columns
         out[..., LEFT] = out[..., TOP] = -1
         out[:, 1:, LEFT] = number[:, :-1]
         out[1:, :, TOP] = number[:-1]
         out[..., LAID] = 0
         return out.reshape(-1, 7)
 
-
-def _count(texels: int, block: int, overlap: int) -> int:
-    return max(1, -(-(texels - overlap) // (block - overlap)))
+    def _starts(self, start: int, stop: int, block: int, overlap: int) -> IntArray:
+        # Where the blocks along one axis begin: the last one reaches the end, or overlaps the first.
+        step = block - overlap
+        if self.wrap:
+            count = -(-(stop - start) // step)
+            return (start + np.arange(count) * (stop - start) // count).astype(np.int32)
+        count = max(1, -(-(stop - start - overlap) // step))
+        return (start + np.arange(count) * step).astype(np.int32)
 
 
 def _sizes(chart: Chart, field: Field | None) -> tuple[FloatArray, FloatArray]:
