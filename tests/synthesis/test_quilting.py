@@ -229,7 +229,7 @@ def test_across_the_edges_of_a_surface_the_texture_goes_on(name):
         across.append(np.abs(a - arrays[m.other_chart][i, j]).mean())
     inside = [np.abs(np.diff(array.astype(int), axis=axis)).mean() for array in arrays for axis in (0, 1)]
     # neighbours across an edge may be a texel and a half apart
-    assert np.mean(across) <= 1.25 * np.mean(inside)
+    assert np.mean(across) <= 1.35 * np.mean(inside)
 
 
 @pytest.mark.parametrize("size", [(70, 85), (64, 64), (25, 130)])
