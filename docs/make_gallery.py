@@ -15,7 +15,7 @@ from typing import Any
 from upholster.errors import InputError, UpholsterError, nearest
 
 try:
-    from gallery_tools import method, progressive, results, seams, surfaces
+    from gallery_tools import method, progressive, quilts, relight, results, seams, surfaces
     from gallery_tools.captions import HEAD, caption
     from gallery_tools.drawing import save_jpeg
     from gallery_tools.shots import Exemplars
@@ -39,7 +39,14 @@ class Figure:
 
 FIGURES = (
     Figure("hero", "Bricks on a ring", results.hero),
-    Figure("strip", "Three more materials", results.strip),
+    Figure("strip", "Three more samples", results.strip),
+    Figure("beside", "The paper's method and ours", quilts.beside),
+    Figure("everywhere", "One sample, every surface", quilts.everywhere),
+    Figure("sizes", "True scale", quilts.sizes),
+    Figure("directions", "Direction", quilts.directions),
+    Figure("flat", "Flat and tileable", quilts.flat),
+    Figure("material", "A whole material", relight.material),
+    Figure("refining", "A stream of a quilt", progressive.refining),
     Figure("surface", "The surface (figure 1)", surfaces.surface),
     Figure("patches", "Patches and Bézier polygons (figure 2)", surfaces.patches),
     Figure("decomposition", "Decomposition (figure 5)", method.decomposition),

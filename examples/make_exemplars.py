@@ -1,12 +1,14 @@
 """Make the colour exemplars of this folder, always the same: `python examples/make_exemplars.py [folder]`.
 
 Each is an image of 256 × 256 pixels that repeats without a seam, seen straight on and evenly lit: height and
-colour of a material are drawn from noise, and shaded by one light from the upper left. Pure NumPy.
+colour of a material are drawn from noise, and shaded by one light from the upper left. Of the bricks there is
+the material as well, without any light in it: albedo, normal, roughness, ao, height. Pure NumPy.
 """
 
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -71,8 +73,30 @@ def finished(linear: NDArray[np.float64]) -> NDArray[np.uint8]:
     return np.asarray(np.clip(linear, 0, 1) ** (1 / 2.2) * 255 + 0.5).astype(np.uint8)
 
 
-def bricks(rng: np.random.Generator) -> NDArray[np.uint8]:
-    """Return a wall of red bricks in running bond: eight courses, four bricks each."""
+class Wall(NamedTuple):
+    """What a wall is made of.
+
+    Attributes
+    ----------
+    color
+        (256, 256, 3): linear light, evenly lit.
+    height
+        In pixels.
+    brick
+        1 on bricks, 0 on mortar.
+    burnt, pits
+        Where bricks are glazed by the fire, and where they are holed: 0 to 1.
+    """
+
+    color: NDArray[np.float64]
+    height: Field
+    brick: Field
+    burnt: Field
+    pits: Field
+
+
+def wall(rng: np.random.Generator) -> Wall:
+    """Build a wall of red bricks in running bond: eight courses, four bricks each."""
     course, length, joint = SIZE / 8, SIZE / 4, 4.2
     # Edges wander a little, so that no joint is a ruled line.
     rows = ROWS + 0.9 * noise(rng, 1.6, low=4)
@@ -109,7 +133,39 @@ def bricks(rng: np.random.Generator) -> NDArray[np.uint8]:
         rng, 0.4
     )
     surface = mix(mortar, clay * (1 + 0.07 * grain)[:, :, None], brick)
-    return finished(surface * shade(blur(height, 0.7), 0.34)[:, :, None])
+    return Wall(surface, blur(height, 0.7), brick, burnt, pits)
+
+
+def bricks(rng: np.random.Generator) -> NDArray[np.uint8]:
+    """Return a wall of red bricks, lit."""
+    built = wall(rng)
+    return finished(built.color * shade(built.height, 0.34)[:, :, None])
+
+
+def bricks_material(rng: np.random.Generator) -> dict[str, NDArray[np.uint8] | NDArray[np.uint16]]:
+    """Return the maps of the same wall: colours sRGB-coded, all else plain numbers, the height in 16 bits."""
+    built = wall(rng)
+    rough = mix(np.full(1, 0.92), np.full(1, 0.62), built.brick)[:, :, 0]
+    rough = np.clip(rough - 0.32 * built.brick * built.burnt + 0.2 * built.pits, 0, 1)
+    hollow = np.clip(blur(built.height, 4) - built.height, 0, None)
+    # x to the right, y upward, z outward.
+    down = (np.roll(built.height, -1, axis=0) - np.roll(built.height, 1, axis=0)) / 2
+    right = (np.roll(built.height, -1, axis=1) - np.roll(built.height, 1, axis=1)) / 2
+    normal = np.stack([-right, down, np.ones_like(down)], axis=2)
+    normal /= np.linalg.norm(normal, axis=2, keepdims=True)
+    low, high = built.height.min(), built.height.max()
+    return {
+        "albedo": finished(built.color),
+        "normal": eight_bits((normal + 1) / 2),
+        "roughness": eight_bits(rough[:, :, None]),
+        "ao": eight_bits(np.exp(-0.45 * hollow[:, :, None])),
+        "height": (65535 * (built.height[:, :, None] - low) / (high - low) + 0.5).astype(np.uint16),
+    }
+
+
+def eight_bits(numbers: NDArray[np.float64]) -> NDArray[np.uint8]:
+    """Return plain numbers from 0 to 1 as an image."""
+    return np.asarray(255 * numbers + 0.5).astype(np.uint8)
 
 
 def weave(rng: np.random.Generator) -> NDArray[np.uint8]:
@@ -209,10 +265,17 @@ EXEMPLARS: dict[str, Callable[[np.random.Generator], NDArray[np.uint8]]] = {
 
 
 def main(folder: Path) -> None:
-    """Write every exemplar into `folder`."""
-    for number, (name, make) in enumerate(EXEMPLARS.items()):
-        path = folder / f"{name}.png"
-        write_image(path, make(np.random.default_rng([2024, number])))
+    """Write every exemplar into `folder`, and the material into one of its own there."""
+    images: dict[str, NDArray[np.uint8] | NDArray[np.uint16]] = {
+        f"{name}.png": make(np.random.default_rng([2024, number]))
+        for number, (name, make) in enumerate(EXEMPLARS.items())
+    }
+    for role, image in bricks_material(np.random.default_rng([2024, 0])).items():
+        images[f"bricks_material/bricks_{role}.png"] = image
+    for name, image in images.items():
+        path = folder / name
+        path.parent.mkdir(exist_ok=True)
+        write_image(path, image)
         print(f"{path}: {path.stat().st_size} bytes")
 
 

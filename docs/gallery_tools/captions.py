@@ -13,21 +13,61 @@ HEAD = """\
 
 Made by `python docs/make_gallery.py FOLDER_OF_EXEMPLARS`; not to be edited by hand. Figure numbers are
 those of R. N. Shet, H. E. Bez, E. A. Edirisinghe: *Progressive texture synthesis on geometric surfaces
-parametrised by bi-quadratic rational Bézier patches*; the method is the paper's throughout. The photographs
-in the committed pictures are CC0, by Poly Haven, ambientCG and Nobiax; they are not part of the project.
+parametrised by bi-quadratic rational Bézier patches*; figures with a number show method "paper", the paper's,
+the others method "quilt" unless they say otherwise. The photographs in the committed pictures are CC0, by
+Poly Haven, ambientCG and Nobiax; they are not part of the project. `bricks.png`, `weave.png`, `pebbles.png`,
+`granite.png` and `bricks_material` are in `examples`.
 """
 
 CAPTIONS = {
     "hero": """\
         The project's own `bricks.png` on a ring Dupin cyclide. The same picture:
 
-            upholster cover examples/bricks.png --on cyclide:spans=8x4 --chart 192 --block 96 --overlap 32 \\
-                --seed 5 -o ring.png --size 1000x750 --view 150,32 --supersample 4
+            upholster cover examples/bricks.png --on cyclide --texels 4M --sample-size 5 \\
+                --direction around:z --seed 3 --view 150,32 -o ring.png --size 1000x750 --supersample 4
+
+        The ring is five times as thick on one side as on the other, and the bricks are of one size all round;
+        so some courses have to end on the way.
         """,
     "strip": """\
-        `weave.png` on a torus (`--on torus:R=2,r=0.9,spans=12x4 --chart 128`), `pebbles.png` on a vase (`--on
-        vase --chart 192`) and `granite.png` on a sphere (`--on sphere --chart 320`), each with `--block 64
-        --overlap 16 --seed 1`. All three exemplars are in `examples`.
+        `weave.png` on a torus (`--on torus:R=2,r=0.9 --sample-size 1.6`), `pebbles.png` on a vase (`--on vase
+        --sample-size 0.8`) and `granite.png` on a sphere (`--on sphere --sample-size 0.9`), each with
+        `--texels 1M --seed 1`.
+        """,
+    "beside": """\
+        On the left `--method paper --chart 512 --block 64 --overlap 16 --seed 1`: texture is stretched as the
+        patches' parameters are. On the right `--texels 4M --sample-size 5 --seed 5`, the bricks with
+        `--direction around:z`: elements have one size and shape all over.
+        """,
+    "everywhere": """\
+        `pebbles.png` on every built-in surface but the plane, with `--texels 1M --seed 1` and samples of 6,
+        1.4, 0.6, 0.6, 0.7, 0.6, 0.6 and 0.6 units. (e, h) have poles, where an edge is one point.
+        """,
+    "sizes": """\
+        `pebbles.png` on a torus (`--on torus:R=2,r=0.9 --texels 4M --seed 1`). The sample's width is given in
+        the model's units.
+        """,
+    "directions": """\
+        Which way the exemplar's rows run, here bricks' courses: `--direction` u, along the patches' t, here
+        round the tube; v, along s; 30, degrees from u; `0,0,1`, a vector projected on the surface;
+        `around:z`, round an axis. (f) is a function of points in Python. Where lines converge, courses end;
+        where a projected vector vanishes, directions come from near by (d, at the top). `bricks.png` with
+        `--texels 2M --sample-size 6 --seed 1`.
+        """,
+    "flat": """\
+        Exemplars of 128 × 128 (a, d) and `--on plane --texels 512x512 --seed 1` (b, e); (c, f) are two by two
+        copies of what `--texels 256x256 --tileable` makes.
+        """,
+    "material": """\
+        `examples/bricks_material`: albedo, normal, roughness, ambient occlusion and height, by one quilt.
+        Bumps are lit from the lamp's side wherever they lie, across all charts: normals turn with the
+        texture. `upholster cover examples/bricks_material --on torus:R=2,r=0.9 --texels 2M --sample-size 2.5
+        --direction around:z --seed 1 -o torus.glb` is the same as glTF.
+        """,
+    "refining": """\
+        The first picture's quilt as a stream (`-o ring.uph`), as it arrives. The first view shows the
+        exemplar repeated; then come placements, chart after chart, with the exemplar's coarse parts; the rest
+        refines it. Figures are the texels' PSNR against the whole stream.
         """,
     "surface": """\
         The ring Dupin cyclide with a = 6, c = 2, µ = 3, and its trigonometric parameters: θ runs round the
@@ -61,9 +101,9 @@ CAPTIONS = {
         against the whole stream. `upholster levels ring.uph -o levels.png` makes a row.
         """,
     "curve": """\
-        The texels' PSNR against the whole stream, over its bytes. The first view shows the exemplar repeated;
-        then the placements come, chart after chart; what follows refines the exemplar. `upholster levels
-        ring.uph --curve -o curve.png`.
+        The first of these streams: its texels' PSNR against the whole stream, over its bytes. The first view
+        shows the exemplar repeated; then the placements come, chart after chart; what follows refines the
+        exemplar. `upholster levels ring.uph --curve -o curve.png`.
         """,
     "mapping": """\
         Each patch is a grid of quadrilaterals, here 8 × 8, and each of them takes its texture from a square
@@ -79,8 +119,7 @@ CAPTIONS = {
         Every patch carries the same dots. A texel on the thick side is up to {length:.2g} times as long
         (round the ring), up to {width:.2g} times as wide (round the tube), and up to {area:.2g} times as
         large as where it is smallest; (b) shows the square root of its area. The paper does not speak of it,
-        and its method does nothing about it; keeping scale and direction even over the surface is for the
-        next method.
+        and its method does nothing about it; method "quilt" does.
         """,
 }
 

@@ -63,7 +63,15 @@ def matching(exemplars: Exemplars) -> Any:
     flat = plane()
     side, across = 128, 5
     quilt = synthesize(
-        exemplar, flat, chart=side, block=BLOCK, overlap=OVERLAP, levels=LEVELS, seams=False, seed=1
+        exemplar,
+        flat,
+        chart=side,
+        block=BLOCK,
+        overlap=OVERLAP,
+        levels=LEVELS,
+        seams=False,
+        seed=1,
+        method="paper",
     )
 
     def searched(number: int) -> tuple[float, int, PixelArray, FloatArray]:

@@ -5,15 +5,20 @@ from typing import Any
 import numpy as np
 from PIL import Image
 
-from gallery_tools.shots import Exemplars, read
+from gallery_tools.drawing import Panel, compose
+from gallery_tools.shots import OWN, Exemplars, read, take
 from upholster import synthesize
 from upholster.geometry import Surface, ring_cyclide, torus
 from upholster.image import resize_image
-from upholster.levels import curve_picture, levels_picture
-from upholster.outputs import WriteOptions
+from upholster.levels import curve_picture, levels_picture, refine_steps
+from upholster.outputs import TexturedModel, WriteOptions
 from upholster.stream import encode_stream
+from upholster.stream.prefix import Limit
 
-__all__ = ["curve", "levels"]
+__all__ = ["curve", "levels", "refining"]
+
+ARRIVED = (1_000, 5_000, 10_000, 20_000)
+"""Bytes of a stream at which it is shown."""
 
 
 def levels(exemplars: Exemplars) -> Any:
@@ -30,6 +35,20 @@ def levels(exemplars: Exemplars) -> Any:
     return Image.fromarray(np.concatenate(rows))
 
 
+def refining(_exemplars: Exemplars) -> Any:
+    """Draw the stream of the hero's quilt as its first kilobytes arrive."""
+    exemplar, surface = read(OWN / "bricks.png"), ring_cyclide()
+    quilt = synthesize(exemplar, surface, texels=4_000_000, sample_size=5.0, direction="around:z", seed=3)
+    data = encode_stream(surface, quilt, exemplar)
+    lengths = (*ARRIVED, len(data))
+    panels = []
+    for step in refine_steps(data, [Limit(most_bytes=length) for length in lengths]):
+        quality = "all" if step.length == len(data) else f"{step.psnr:.1f} dB"
+        shot = take(TexturedModel(surface, step.texels), size=(300, 250), view=(150.0, 32.0))
+        panels.append(Panel(shot.image, f"{step.length:,} bytes: {quality}"))
+    return compose([panels], gap=12)
+
+
 def curve(exemplars: Exemplars) -> Any:
     """Plot the quality of the cyclide's stream over its bytes."""
     return Image.fromarray(curve_picture(_stream(exemplars, "regular", ring_cyclide()))[0])
@@ -39,4 +58,4 @@ def _stream(exemplars: Exemplars, kind: str, surface: Surface) -> bytes:
     liked = {"regular": ("brick_wall_red",), "stochastic": ("rust",)}
     exemplar = read(exemplars.of_kind(kind, liked[kind])[0])
     exemplar = np.ascontiguousarray(resize_image(exemplar, height=256, width=256)[:128, :128])
-    return encode_stream(surface, synthesize(exemplar, surface, chart=144, seed=1), exemplar)
+    return encode_stream(surface, synthesize(exemplar, surface, chart=144, seed=1, method="paper"), exemplar)

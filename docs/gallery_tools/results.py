@@ -4,13 +4,10 @@ from pathlib import Path
 from typing import Any
 
 from gallery_tools.drawing import Panel, compose
-from gallery_tools.shots import KINDS, Exemplars, cover, kind_of, read, side_by_side, take
+from gallery_tools.shots import KINDS, OWN, Exemplars, cover, kind_of, read, side_by_side, take
 from upholster.geometry import Surface, ring_cyclide, sphere, torus, vase
 
 __all__ = ["hero", "strip", "twelve", "twelve_paths"]
-
-OWN = Path(__file__).resolve().parents[2] / "examples"
-"""The exemplars that the project ships: what README shows can be repeated with them."""
 
 LIKED = {
     "regular": ("gingham", "mosaic", "brick_wall_red"),
@@ -38,7 +35,7 @@ def twelve(exemplars: Exemplars) -> Any:
     for n, path in enumerate(twelve_paths(exemplars)):
         surface, view, chart = surfaces[n // 4]
         exemplar = read(path)
-        model = cover(surface, exemplar, chart=chart, block=32, overlap=8, seed=n + 1)
+        model = cover(surface, exemplar, method="paper", chart=chart, block=32, overlap=8, seed=n + 1)
         kind = (kind_of(path) or "").replace("_", " ")
         rows[n // 4].append(
             Panel(take(model, size=(330, 300), view=view).image, f"({'abcdefghijkl'[n]}) {kind}".strip())
@@ -48,20 +45,19 @@ def twelve(exemplars: Exemplars) -> Any:
 
 def hero(_exemplars: Exemplars) -> Any:
     """Make README's first picture: a cyclide of bricks."""
-    model = cover(
-        ring_cyclide(spans=(8, 4)), read(OWN / "bricks.png"), chart=192, block=96, overlap=32, seed=5
-    )
+    exemplar = read(OWN / "bricks.png")
+    model = cover(ring_cyclide(), exemplar, texels=4_000_000, sample_size=5.0, direction="around:z", seed=3)
     return take(model, size=(1000, 750), view=(150.0, 32.0), supersample=4).image
 
 
 def strip(_exemplars: Exemplars) -> Any:
     """Make README's second picture: three surfaces with three more exemplars, side by side on one floor."""
     models = [
-        cover(surface, read(OWN / name), chart=chart, block=64, overlap=16, seed=1, quads=12_000)
-        for surface, name, chart in (
-            (torus(2.0, 0.9, spans=(12, 4)), "weave.png", 128),
-            (vase(), "pebbles.png", 192),
-            (sphere(), "granite.png", 320),
+        cover(surface, read(OWN / name), texels=1_000_000, sample_size=size, seed=1, quads=12_000)
+        for surface, name, size in (
+            (torus(2.0, 0.9), "weave.png", 1.6),
+            (vase(), "pebbles.png", 0.8),
+            (sphere(), "granite.png", 0.9),
         )
     ]
     places = ((-2.3, 0.44), (0.0, 1.0), (2.05, 0.9))  # x of the middle, scale

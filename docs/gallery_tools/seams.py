@@ -24,8 +24,8 @@ def seams(exemplars: Exemplars) -> Any:
     exemplar = read(exemplars.pick("cobble"))
     ring = ring_cyclide()
     options: dict[str, Any] = {"chart": 192, "block": BLOCK, "overlap": OVERLAP, "levels": LEVELS, "seed": 5}
-    quilt = synthesize(exemplar, ring, **options)
-    bare = synthesize(exemplar, ring, seams=False, **options)
+    quilt = synthesize(exemplar, ring, **options, method="paper")
+    bare = synthesize(exemplar, ring, seams=False, **options, method="paper")
     texels = [paint(one, exemplar) for one in (bare, quilt)]
     corner = ring.patches[6].points(1.0, 1.0)
     close = [

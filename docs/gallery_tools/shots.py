@@ -18,7 +18,10 @@ from upholster.render import Camera, render
 from upholster.synthesis import Chart, Texels, paint, synthesize
 from upholster.types import FloatArray, IntArray, PixelArray
 
-__all__ = ["KINDS", "Exemplars", "Shot", "charted", "cover", "kind_of", "read", "side_by_side", "take"]
+__all__ = ["KINDS", "OWN", "Exemplars", "Shot", "charted", "cover", "kind_of", "read", "side_by_side", "take"]
+
+OWN = Path(__file__).resolve().parents[2] / "examples"
+"""The exemplars that the project ships: what README shows can be repeated with them."""
 
 KINDS = ("regular", "near_regular", "irregular", "stochastic")
 """Classes of texture, as a file's name starts with them."""

@@ -92,7 +92,8 @@ def mapping(exemplars: Exemplars) -> Any:
     """Draw figure 10: quadrilaterals on the model, and the same ones in texture space."""
     count, marked = 8, 6
     ring = ring_cyclide()
-    model = cover(ring, read(exemplars.pick("brick_wall_old")), chart=256, block=64, overlap=16, seed=2)
+    exemplar = read(exemplars.pick("brick_wall_old"))
+    model = cover(ring, exemplar, method="paper", chart=256, block=64, overlap=16, seed=2)
     shot = take(model, size=(760, 576), view=(150.0, 34.0))
     layer = shot.overlay()
     steps = np.linspace(0, 1, count + 1)

@@ -88,7 +88,7 @@ class Raster:
         level = min(max(0, int(np.floor(np.log2(typical) + 0.5))), last)
         sample = max(1, int(np.rint(2**level / typical)))
         coarse = block >= _COARSE
-        cell, feather = (4 if coarse else 2) * sample, 2 if coarse else 1
+        cell, feather = (4 if coarse else 2) * sample, 3 if coarse else 2
         share = block / (0.3 * block if overlap is None else overlap)
         sides, overlaps = [], []
         wanted = block / sizes
