@@ -15,6 +15,7 @@ from upholster._version import __version__
 from upholster.cli.codec import decode, encode
 from upholster.cli.cover import EXAMPLE, cover, surfaces
 from upholster.cli.measure import measure
+from upholster.cli.serve import serve, view
 from upholster.cli.stream import info, levels, refine
 from upholster.errors import UpholsterError
 
@@ -95,6 +96,8 @@ app.command()(surfaces)
 app.command()(refine)
 app.command()(info)
 app.command()(levels)
+app.command()(view)
+app.command()(serve)
 app.command()(measure)
 app.command()(encode)
 app.command()(decode)

@@ -1,0 +1,202 @@
+"""What is served: the given files, and the streams of the given folders. Nothing else can be named.
+
+A name is a key, never a path: what a request asks for is looked up among the names that exist at that moment,
+so no spelling of it can lead anywhere else.
+"""
+
+import os
+import unicodedata
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from io import FileIO
+from pathlib import Path
+
+from upholster.errors import FormatError, InputError
+from upholster.files import MAX_BYTES, read_bytes
+from upholster.stream import read_stream
+
+__all__ = ["SUFFIX", "Catalogue", "Entry", "open_regular"]
+
+SUFFIX = ".uph"
+
+
+@dataclass(frozen=True, slots=True)
+class Entry:
+    """A stream as the start page lists it.
+
+    Attributes
+    ----------
+    name
+        What it is called in addresses: unique, printable, parts joined by slashes.
+    size
+        Bytes.
+    """
+
+    name: str
+    size: int
+
+
+@dataclass(frozen=True, slots=True)
+class _Given:
+    path: str
+    label: str
+    folder: bool
+
+
+class Catalogue:
+    """The streams of files and folders.
+
+    A file is called by its own name, with as many of its folders before it as tell it from the other ones
+    given. A folder holds its ``*.uph`` files, not those of folders inside it; it is looked through whenever
+    something is asked for, so new files appear by themselves. If more than the one folder is given, its label
+    stands before its files' names. Hidden files are left out, and so are links that lead out of the folder.
+
+    Parameters
+    ----------
+    paths
+        Files and folders, at least one.
+
+    Raises
+    ------
+    InputError
+        If one does not exist, cannot be read, or is a file with another suffix.
+    FormatError
+        If a file is damaged, or so short that nothing can be shown; a cut one is a picture too.
+    """
+
+    def __init__(self, paths: Sequence[str]) -> None:
+        if not paths:
+            raise InputError("nothing to serve is given; allowed: .uph files and folders")
+        unique: dict[str, str] = {}
+        for path in paths:
+            if "\0" in path:
+                raise InputError(f"file {path!r} contains a null character")
+            unique.setdefault(os.path.abspath(path), path)
+        folders = {place: _checked(path) for place, path in unique.items()}
+        labels = _labels(list(unique))
+        self._given = [
+            _Given(place, label, folders[place]) for place, label in zip(unique, labels, strict=True)
+        ]
+
+    @property
+    def folders(self) -> int:
+        """How many of the given are folders."""
+        return sum(given.folder for given in self._given)
+
+    def entries(self) -> list[Entry]:
+        """Return the streams that there are now: as given, those of a folder by name."""
+        found = []
+        for name, path in self._places().items():
+            with suppress(OSError):
+                size = os.stat(path).st_size
+                if size <= MAX_BYTES:
+                    found.append(Entry(name, size))
+        return found
+
+    def open(self, name: str) -> FileIO | None:
+        """Open the stream of that name, or return None if there is none now."""
+        path = self._places().get(name)
+        if path is None:
+            return None
+        try:
+            return open_regular(path)
+        except OSError:
+            return None
+
+    def _places(self) -> dict[str, str]:
+        """Return every stream's path by name; for links given as files, what they point to now."""
+        places: dict[str, str] = {}
+        own = {os.path.realpath(given.path) for given in self._given if not given.folder}
+        for given in self._given:
+            if not given.folder:
+                _add(places, given.label, os.path.realpath(given.path))
+                continue
+            prefix = f"{given.label}/" if len(self._given) > 1 else ""
+            for name, path in _streams(os.path.realpath(given.path)):
+                if path not in own:  # given by name too
+                    _add(places, prefix + _printable(name), path)
+        return places
+
+
+def open_regular(path: str) -> FileIO:
+    """Open a regular file of at most 1 GiB for reading, unbuffered; `path` is no link.
+
+    Raises
+    ------
+    OSError
+        If it is anything else by now: a link, a pipe (on which opening would wait), gone.
+    """
+    # Windows knows neither flag.
+    guard = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
+    file = FileIO(path, opener=lambda name, flags: os.open(name, flags | guard))
+    if not os.path.isfile(file.fileno()) or os.fstat(file.fileno()).st_size > MAX_BYTES:
+        file.close()
+        raise OSError(f"{path!r} cannot be served")
+    return file
+
+
+def _checked(path: str) -> bool:
+    """Return whether `path` is a folder; raise if it is neither one that can be read nor a sound stream."""
+    if os.path.isdir(path):
+        try:
+            os.scandir(path).close()
+        except OSError as error:
+            raise InputError(f"folder {path!r} cannot be read: {error.strerror}") from None
+        return True
+    if os.path.exists(path) and Path(path).suffix.lower() != SUFFIX:
+        raise InputError(f"file {path!r} has suffix {Path(path).suffix!r}; allowed: {SUFFIX}, or a folder")
+    data = read_bytes(path)
+    try:
+        read_stream(data, strict=False)
+    except FormatError as error:
+        raise FormatError(f"file {path!r}: {error}") from None
+    return False
+
+
+def _streams(root: str) -> Iterator[tuple[str, str]]:
+    """Yield name and path of the streams right inside a folder, by name; of links the target."""
+    try:
+        with os.scandir(root) as found:
+            files = sorted(found, key=lambda file: (file.name.casefold(), file.name))
+    except OSError:
+        return
+    for file in files:
+        if file.name.startswith(".") or not file.name.lower().endswith(SUFFIX):
+            continue
+        with suppress(OSError):
+            if file.is_symlink():
+                target = Path(os.path.realpath(file.path))
+                if target.is_relative_to(root) and target.suffix.lower() == SUFFIX and target.is_file():
+                    yield file.name, str(target)
+            elif file.is_file(follow_symlinks=False):
+                yield file.name, file.path
+
+
+def _labels(places: list[str]) -> list[str]:
+    """Return for every path its last part, and as many before it as it takes to tell all apart."""
+    parts = [[_printable(part) for part in Path(place).parts[1:]] or ["files"] for place in places]
+    taken = [1] * len(parts)
+    while True:
+        labels = ["/".join(names[-count:]) for names, count in zip(parts, taken, strict=True)]
+        counted = Counter(labels)
+        longer = [n for n, label in enumerate(labels) if counted[label] > 1 and taken[n] < len(parts[n])]
+        if not longer:
+            return labels
+        for n in longer:
+            taken[n] += 1
+
+
+def _printable(name: str) -> str:
+    """Return a name fit for addresses and pages: no control characters, no bytes that are not UTF-8."""
+    return "".join("�" if unicodedata.category(c) in ("Cc", "Cs", "Zl", "Zp") else c for c in name)
+
+
+def _add(places: dict[str, str], name: str, path: str) -> None:
+    """Add a path under its name; under a numbered one, should another have come to the same name."""
+    free, number = name, 1
+    while free in places:
+        number += 1
+        free = f"{name.removesuffix(SUFFIX)}-{number}{SUFFIX}"
+    places[free] = path

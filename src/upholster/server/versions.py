@@ -1,0 +1,97 @@
+"""Which version of a file is sent: its entity tag, and that no other version's bytes get among it."""
+
+import hashlib
+import os
+import threading
+import time
+from collections import OrderedDict
+from dataclasses import dataclass
+from io import FileIO
+
+__all__ = ["Version", "Versions"]
+
+_REMEMBERED = 4096
+_ATTEMPTS = 4
+_SETTLED_SECONDS = 2.0
+
+
+@dataclass(frozen=True, slots=True)
+class Version:
+    """An open file at one moment.
+
+    Attributes
+    ----------
+    file
+        The file, unbuffered; whoever has the version closes it.
+    tag
+        Strong entity tag, quoted: a hash of the content, so that it is the same after a restart and on every
+        machine, and another one whenever a byte differs.
+    size
+        Bytes.
+    modified
+        Seconds since 1970, whole, not in the future.
+    """
+
+    file: FileIO
+    tag: str
+    size: int
+    modified: int
+    _state: tuple[int, int]
+
+    def read(self, start: int, count: int) -> bytes:
+        """Return up to `count` bytes from `start` on: none if the file has been written to since."""
+        self.file.seek(start)
+        piece = self.file.read(count)
+        # Looked at after reading: had the bytes been others, the file would show it now. A file that was
+        # replaced, not written over, stays as it was for whoever has it open.
+        return piece if self.unchanged() else b""
+
+    def unchanged(self) -> bool:
+        """Whether the open file has not been written to since."""
+        return _state(os.fstat(self.file.fileno())) == self._state
+
+
+class Versions:
+    """Finds the versions of files; hashes are remembered for as long as a file looks untouched."""
+
+    def __init__(self) -> None:
+        self._known: OrderedDict[tuple[int, ...], str] = OrderedDict()
+        self._lock = threading.Lock()
+
+    def identify(self, file: FileIO) -> Version | None:
+        """Return the version that an open file has, or None if it is being written all the time.
+
+        Reads the whole file where it has not been seen before; for threads, which may share one `Versions`.
+        """
+        for _ in range(_ATTEMPTS):
+            before = os.fstat(file.fileno())
+            key = (before.st_dev, before.st_ino, before.st_size, before.st_mtime_ns, before.st_ctime_ns)
+            with self._lock:
+                tag = self._known.get(key)
+                if tag is not None:
+                    self._known.move_to_end(key)
+            if tag is None:
+                file.seek(0)
+                digest = hashlib.file_digest(file, lambda: hashlib.blake2b(digest_size=16))
+                tag = f'"{digest.hexdigest()}"'
+                if _state(os.fstat(file.fileno())) != _state(before):
+                    continue
+                self._remember(key, tag, before.st_mtime)
+            modified = int(min(before.st_mtime, time.time()))
+            return Version(file, tag, before.st_size, modified, _state(before))
+        return None
+
+    def _remember(self, key: tuple[int, ...], tag: str, modified: float) -> None:
+        # A file's clock ticks every few milliseconds: one that was written just now may be written again and
+        # look the same.
+        if time.time() - modified < _SETTLED_SECONDS:
+            return
+        with self._lock:
+            self._known[key] = tag
+            while len(self._known) > _REMEMBERED:
+                self._known.popitem(last=False)
+
+
+def _state(status: os.stat_result) -> tuple[int, int]:
+    # Not the time of the last change to the inode: replacing a file touches the old one's.
+    return status.st_size, status.st_mtime_ns

@@ -1,0 +1,58 @@
+"""A server on loopback, in a thread of the test's own process."""
+
+import http.client
+import socket
+import threading
+from contextlib import contextmanager
+from pathlib import Path
+from types import SimpleNamespace
+
+from upholster.server import Catalogue, make_app
+from upholster.server.running import listen, make_server
+
+VECTORS = Path(__file__).parent.parent / "vectors"
+
+
+class Client(SimpleNamespace):
+    """What tests ask of a running server: `port`, and the answers below."""
+
+    def get(self, path, method="GET", **headers):
+        """Return status, headers (names in lower case) and body; the path goes out as it is."""
+        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=300)
+        try:
+            connection.putrequest(method, path, skip_host="host" in headers, skip_accept_encoding=True)
+            for name, value in headers.items():
+                connection.putheader(name.replace("_", "-"), value)
+            connection.endheaders()
+            answer = connection.getresponse()
+            told = {name.lower(): value for name, value in answer.getheaders()}
+            return answer.status, told, answer.read()
+        finally:
+            connection.close()
+
+    def raw(self, text):
+        """Send bytes as they are, and return all that comes back."""
+        with socket.create_connection(("127.0.0.1", self.port), timeout=30) as line:
+            line.sendall(text)
+            parts = []
+            while part := line.recv(1 << 16):
+                parts.append(part)
+        return b"".join(parts)
+
+
+@contextmanager
+def running(*paths, **options):
+    """Serve files and folders; yields a client."""
+    app = make_app(Catalogue([str(path) for path in paths]), **options)
+    ready = threading.Event()
+    server = make_server(app, ready.set)
+    with listen("127.0.0.1", 0) as listener:
+        thread = threading.Thread(target=server.run, kwargs={"sockets": [listener]})
+        thread.start()
+        try:
+            assert ready.wait(20)
+            yield Client(port=listener.getsockname()[1])
+        finally:
+            server.should_exit = True
+            thread.join(20)
+            assert not thread.is_alive()

@@ -1,0 +1,231 @@
+"""upholster serve and view as a user meets them; browsers that are no browsers."""
+
+import http.client
+import os
+import re
+import signal
+import socket
+import subprocess
+import sys
+import time
+import webbrowser
+
+import pytest
+
+from upholster import cli, server
+from upholster.errors import UpholsterError
+from upholster.server import open_in_browser
+
+# Where the cache is empty, kernels are compiled, and the user is told.
+TOLD = "compiling kernels"
+COMMAND = [sys.executable, "-m", "upholster"]
+QUIET = {
+    name: value for name, value in os.environ.items() if name not in ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER")
+}
+
+
+@pytest.fixture(autouse=True)
+def _untold(monkeypatch):
+    monkeypatch.setattr("upholster.jit.on_first_compilation", lambda callback: None)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
+@pytest.mark.parametrize(
+    ("arguments", "printed", "stop"),
+    [
+        (
+            ["serve", ".", "--port", "0", "--host", "0.0.0.0", "--throttle", "1k"],
+            r"serving 2 streams at (http://127\.0\.0\.1:\d+/) \(Ctrl-C stops\)$",
+            signal.SIGTERM,
+        ),
+        (
+            ["view", "quilt.uph"],
+            r"open (http://127\.0\.0\.1:\d+/view/quilt\.uph) in a browser \(Ctrl-C stops\)$",
+            signal.SIGINT,
+        ),
+    ],
+)
+def test_it_prints_its_address_answers_there_and_stops(folder, arguments, printed, stop):
+    process = subprocess.Popen(
+        [*COMMAND, *arguments],
+        cwd=folder,
+        env=QUIET,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    try:
+        line = process.stdout.readline()
+        found = re.match(printed, line)
+        assert found, line
+        host, path = re.match(r"http://([^/]+)(/.*)", found[1]).groups()
+        idle, busy = (http.client.HTTPConnection(host, timeout=20) for _ in range(2))
+        idle.request("GET", path)
+        answer = idle.getresponse()
+        assert answer.status == 200
+        answer.read()
+        busy.request("GET", "/streams/quilt.uph")
+        busy.getresponse()
+        # Whoever is still connected, even in the middle of a stream, does not keep it from stopping.
+        process.send_signal(stop)
+        asked = time.perf_counter()
+        output, errors = process.communicate(timeout=20)
+        assert time.perf_counter() - asked < 4
+        assert (process.returncode, output) == (0, "")
+        assert all(line.startswith(TOLD) for line in errors.splitlines())
+        idle.close()
+        busy.close()
+    finally:
+        process.kill()
+        process.communicate()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "opened", "printed"),
+    [
+        (["quilt.uph"], True, "opened http://127.0.0.1:1/view/quilt.uph in a browser"),
+        (["quilt.uph"], False, "open http://127.0.0.1:1/view/quilt.uph in a browser"),
+        (["quilt.uph", "--no-browser"], None, "open http://127.0.0.1:1/view/quilt.uph in a browser"),
+        (["quilt.uph", "smallest.uph"], True, "opened http://127.0.0.1:1/ in a browser"),
+    ],
+)
+def test_view_opens_the_page(folder, monkeypatch, capsys, arguments, opened, printed):
+    urls = []
+    monkeypatch.chdir(folder)
+    monkeypatch.setattr(server, "serve", lambda _, *, port, listening: listening("http://127.0.0.1:1/"))
+    monkeypatch.setattr(server, "open_in_browser", lambda url: urls.append(url) or opened)
+    cli.app(["view", *arguments], standalone_mode=False)
+    assert capsys.readouterr().out == f"{printed} (Ctrl-C stops)\n"
+    assert urls == ([] if opened is None else [printed.split()[1]])
+
+
+@pytest.mark.parametrize(
+    ("arguments", "named"),
+    [
+        (["serve", "none.uph"], "none.uph"),
+        (["serve", "notes.txt"], ".txt"),
+        (["serve", "bad.uph"], "bad.uph"),
+        (["serve", "quilt.uph", "bad.uph"], "bad.uph"),
+        (["serve", "empty.uph"], "empty.uph"),
+        (["serve", ".", "--throttle", "fast"], "throttle"),
+        (["serve", ".", "--throttle", "10"], "throttle"),
+        (["serve", ".", "--cors", "example.org"], "cors"),
+        (["serve", ".", "--port", "70000"], "port"),
+        (["serve", ".", "--port", "TAKEN"], "taken"),
+        (["serve", ".", "--host", "no.such.host.invalid"], "no.such.host.invalid"),
+        (["serve", ".", "--host", "192.0.2.1"], "192.0.2.1"),
+        (["view", "."], "serve"),
+        (["view", "none.uph"], "none.uph"),
+        (["view", "bad.uph"], "bad.uph"),
+        (["view", "quilt.uph", "--port", "TAKEN"], "taken"),
+    ],
+)
+def test_bad_input_is_refused_before_the_server_starts(folder, monkeypatch, capsys, arguments, named):
+    (folder / "notes.txt").write_text("notes")
+    (folder / "empty.uph").touch()
+    stream = bytearray((folder / "quilt.uph").read_bytes())
+    stream[5000] ^= 0xFF
+    (folder / "bad.uph").write_bytes(stream)
+    monkeypatch.chdir(folder)
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = str(taken.getsockname()[1])
+        arguments = [port if argument == "TAKEN" else argument for argument in arguments]
+        with pytest.raises(UpholsterError) as raised:
+            cli.app(arguments, standalone_mode=False)
+    assert named in str(raised.value)
+    assert "\n" not in str(raised.value)
+    assert capsys.readouterr() == ("", "")
+
+
+@pytest.mark.parametrize("arguments", [["serve"], ["serve", "none.uph"], ["serve", ".", "--port", "many"]])
+def test_bad_input_is_one_line_and_status_2(folder, arguments):
+    done = subprocess.run([*COMMAND, *arguments], cwd=folder, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert len(done.stderr.strip().splitlines()) == 1, done.stderr
+    assert "Traceback" not in done.stderr
+
+
+@pytest.mark.parametrize("missing", ["starlette", "uvicorn"])
+def test_without_the_extra_it_says_what_to_install(folder, missing):
+    code = f"import sys; sys.modules[{missing!r}] = None; import upholster.cli as cli; cli.main()"
+    done = subprocess.run(
+        [sys.executable, "-c", code, "serve", "."], cwd=folder, capture_output=True, text=True, timeout=60
+    )
+    assert done.returncode == 2
+    assert done.stderr.strip() == (
+        "upholster: this needs Starlette and uvicorn; install them with: pip install 'upholster[serve]'"
+    )
+
+
+def test_help_needs_no_server():
+    code = (
+        "import sys, upholster.cli; print([n for n in ('starlette', 'uvicorn', 'numpy') if n in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+class Opened:
+    """A browser that remembers what it was asked to open."""
+
+    def __init__(self, name):
+        self.name, self.urls = name, []
+
+    def open(self, url):
+        self.urls.append(url)
+
+
+@pytest.fixture
+def desk(monkeypatch):
+    monkeypatch.setattr("upholster.server.browser.sys.platform", "linux")
+    for name in ("WAYLAND_DISPLAY", "BROWSER"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv("DISPLAY", ":0")
+    return monkeypatch
+
+
+def test_a_browser_with_a_window_is_asked(desk):
+    browser = Opened("firefox")
+    desk.setattr(webbrowser, "get", lambda: browser)
+    assert open_in_browser("http://127.0.0.1:1/")
+    time.sleep(0.1)
+    assert browser.urls == ["http://127.0.0.1:1/"]
+    desk.delenv("DISPLAY")
+    assert not open_in_browser("http://127.0.0.1:1/")
+
+
+@pytest.mark.parametrize("name", ["lynx", "/usr/bin/w3m", "www-browser", "elinks"])
+def test_a_browser_in_the_terminal_is_not(desk, name):
+    desk.setattr(webbrowser, "get", lambda: webbrowser.GenericBrowser([name, "%s"]))
+    assert not open_in_browser("http://127.0.0.1:1/")
+
+
+def test_no_browser_at_all(desk):
+    def none():
+        raise webbrowser.Error("could not locate runnable browser")
+
+    desk.setattr(webbrowser, "get", none)
+    assert not open_in_browser("http://127.0.0.1:1/")
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs a shell script")
+@pytest.mark.filterwarnings(
+    "ignore::pytest.PytestUnraisableExceptionWarning"
+)  # that a browser goes on running
+def test_the_browser_that_the_user_names_is_not_waited_for(desk, tmp_path):
+    script, got = tmp_path / "browse", tmp_path / "got"
+    script.write_text(f'#!/bin/sh\necho "$1" $$ > {got}.part\nmv {got}.part {got}\nexec sleep 2\n')
+    script.chmod(0o755)
+    desk.delenv("DISPLAY")
+    desk.setenv("BROWSER", str(script))
+    desk.setattr(webbrowser, "get", lambda: webbrowser.GenericBrowser([str(script), "%s"]))
+    start = time.perf_counter()
+    assert open_in_browser("http://127.0.0.1:1/")
+    assert time.perf_counter() - start < 1
+    until = time.monotonic() + 10
+    while not got.exists() and time.monotonic() < until:
+        time.sleep(0.02)
+    url, process = got.read_text().split()
+    assert url == "http://127.0.0.1:1/"
+    assert os.getsid(int(process)) != os.getsid(0)  # Ctrl-C does not reach it

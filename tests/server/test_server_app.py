@@ -1,0 +1,556 @@
+"""What the server answers, on real connections."""
+
+import http.client
+import os
+import re
+import sys
+import threading
+import time
+
+import numpy as np
+import pytest
+from live_server import VECTORS, running
+
+from upholster.errors import InputError
+from upholster.image import read_image
+from upholster.server import check_origin, sending, thumbnails
+from upholster.server.guard import CONTENT_SECURITY_POLICY
+from upholster.server.thumbnails import THUMBNAIL_SIZE
+from upholster.server.versions import Versions
+
+POSIX = pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX file systems")
+
+
+@pytest.fixture(scope="module")
+def shared(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("shared") / "given"
+    folder.mkdir()
+    (folder.parent / "secret.uph").write_bytes(b"secret")
+    (folder / "quilt.uph").write_bytes((VECTORS / "quilt.uph").read_bytes())
+    with running(folder) as client:
+        yield client, folder
+
+
+def test_a_stream_is_its_bytes(shared):
+    client, folder = shared
+    data = (folder / "quilt.uph").read_bytes()
+    status, headers, body = client.get("/streams/quilt.uph", accept_encoding="gzip, br")
+    assert (status, body) == (200, data)
+    assert headers["content-type"] == "model/vnd.upholster"
+    assert headers["content-length"] == str(len(data))
+    assert headers["accept-ranges"] == "bytes"
+    assert headers["cache-control"] == "no-cache, no-transform"
+    assert "content-encoding" not in headers
+    assert re.fullmatch(r'"[0-9a-f]{32}"', headers["etag"])
+    head = client.get("/streams/quilt.uph", "HEAD")
+    assert head[0] == 200
+    assert head[2] == b""
+    assert {**head[1], "date": ""} == {**headers, "date": ""}
+
+
+def test_a_stream_in_parts(shared):
+    client, folder = shared
+    data = (folder / "quilt.uph").read_bytes()
+    tag = client.get("/streams/quilt.uph")[1]["etag"]
+    for text, start, stop in (
+        ("0-99", 0, 100),
+        ("12000-", 12000, len(data)),
+        ("-7", len(data) - 7, len(data)),
+    ):
+        status, headers, body = client.get("/streams/quilt.uph", range=f"bytes={text}", if_range=tag)
+        assert (status, body) == (206, data[start:stop])
+        assert headers["content-range"] == f"bytes {start}-{stop - 1}/{len(data)}"
+        assert headers["etag"] == tag
+    status, headers, body = client.get("/streams/quilt.uph", range=f"bytes={len(data)}-")
+    assert status == 416
+    assert headers["content-range"] == f"bytes */{len(data)}"
+    for text in ("bytes=0-1,4-5", "bytes=5-1", "lines=0-1", "bytes=x"):
+        assert client.get("/streams/quilt.uph", range=text)[::2] == (200, data)
+    assert client.get("/streams/quilt.uph", range="bytes=0-1", if_range='"other"')[::2] == (200, data)
+    assert client.get("/streams/quilt.uph", if_none_match=tag)[::2] == (304, b"")
+    assert client.get("/streams/quilt.uph", if_match='"other"')[0] == 412
+
+
+def test_one_connection_carries_many_answers(shared):
+    client, _ = shared
+    line = http.client.HTTPConnection("127.0.0.1", client.port, timeout=30)
+    for _ in range(3):
+        for path, size in (("/streams/quilt.uph", 12_559), ("/streams/none.uph", 9), ("/view/none", None)):
+            line.request("GET", path)
+            body = line.getresponse().read()
+            assert size in (None, len(body))
+    line.close()
+
+
+def test_the_tag_follows_the_content(shared):
+    client, folder = shared
+    path, other = folder / "changing.uph", folder / "other.uph"
+    data = (folder / "quilt.uph").read_bytes()
+    path.write_bytes(data)
+    first = client.get("/streams/changing.uph")[1]["etag"]
+    other.write_bytes(data)
+    assert client.get("/streams/other.uph")[1]["etag"] == first
+    # Of the same length, at once, and with the time turned back.
+    times = path.stat()
+    path.write_bytes(bytes(len(data)))
+    os.utime(path, ns=(times.st_atime_ns, times.st_mtime_ns))
+    status, headers, body = client.get("/streams/changing.uph", if_none_match=first)
+    assert (status, body) == (200, bytes(len(data)))
+    second = headers["etag"]
+    assert second != first
+    os.utime(path, (10**9, 10**9))
+    assert client.get("/streams/changing.uph")[1]["etag"] == second
+    assert client.get("/streams/changing.uph")[1]["last-modified"] == "Sun, 09 Sep 2001 01:46:40 GMT"
+    path.write_bytes(data)
+    os.utime(path, (10**9, 10**9))
+    assert client.get("/streams/changing.uph")[1]["etag"] == first
+
+
+def test_hashes_are_remembered_while_a_file_looks_untouched(tmp_path):
+    path = tmp_path / "a.uph"
+    path.write_bytes(b"x" * 1000)
+    versions = Versions()
+    with open(path, "rb", buffering=0) as file:
+        versions.identify(file)
+        assert not versions._known  # written just now: may change and look the same
+        os.utime(path, (10**9, 10**9))
+        tag = versions.identify(file).tag
+        assert list(versions._known.values()) == [tag]
+        assert versions.identify(file).tag == tag
+
+
+def opened(client, path):
+    line = http.client.HTTPConnection("127.0.0.1", client.port, timeout=30)
+    line.request("GET", path)
+    return line, line.getresponse()
+
+
+def test_a_file_that_is_replaced_while_it_is_sent_stays_what_it_was(folder):
+    old, new = os.urandom(40_000), os.urandom(40_000)
+    (folder / "big.uph").write_bytes(old)
+    with running(folder, rate=1_600_000) as client:
+        line, answer = opened(client, "/streams/big.uph")
+        start = answer.read(5000)
+        (folder / "new").write_bytes(new)
+        os.replace(folder / "new", folder / "big.uph")
+        assert start + answer.read() == old
+        tag = answer.headers["etag"]
+        line.close()
+        status, headers, body = client.get("/streams/big.uph", range="bytes=39000-", if_range=tag)
+        assert status == 200
+        assert body == new
+        assert headers["etag"] != tag
+
+
+def test_a_file_that_is_written_over_while_it_is_sent_ends_the_answer(folder):
+    old = os.urandom(60_000)
+    (folder / "big.uph").write_bytes(old)
+    with running(folder, rate=1_600_000) as client:
+        line, answer = opened(client, "/streams/big.uph")
+        start = answer.read(5000)
+        with open(folder / "big.uph", "r+b") as file:
+            file.write(bytes(60_000))
+        with pytest.raises(http.client.IncompleteRead) as cut:
+            answer.read()
+        line.close()
+        got = start + cut.value.partial
+        assert 5000 <= len(got) < 60_000
+        assert got == old[: len(got)]
+
+
+@pytest.mark.parametrize("why", ["goes", "stalls"])
+def test_the_file_is_closed_when_the_client(folder, monkeypatch, why):
+    (folder / "big.uph").write_bytes(bytes(16 << 20))
+    sent = []
+    identify = Versions.identify
+    monkeypatch.setattr(Versions, "identify", lambda *given: sent.append(identify(*given)) or sent[-1])
+    monkeypatch.setattr(sending, "_STALLED_SECONDS", 0.3)
+    with running(folder, rate=8000 if why == "goes" else None) as client:
+        line, _ = opened(client, "/streams/big.uph")
+        assert not sent[0].file.closed
+        if why == "goes":
+            line.sock.close()
+            line.close()
+        until = time.monotonic() + 5
+        while not sent[0].file.closed and time.monotonic() < until:
+            time.sleep(0.02)
+        assert sent[0].file.closed
+        line.close()
+
+
+SECRETS = [
+    "/streams/../secret.uph",
+    "/streams/%2e%2e/secret.uph",
+    "/streams/%2e%2e%2fsecret.uph",
+    "/streams/%252e%252e%252fsecret.uph",
+    "/streams/..%5csecret.uph",
+    "/streams/..\\secret.uph",
+    "/streams/quilt.uph/../../secret.uph",
+    "/streams//{folder}/../secret.uph",
+    "/streams/%2f{folder}%2f..%2fsecret.uph",
+    "/streams/file:///{folder}/../secret.uph",
+    "/streams/quilt.uph%00",
+    "/streams/%00",
+    "/streams/..%00/secret.uph",
+    "/streams/..%c0%af..%c0%afsecret.uph",
+    "/streams/secret.uph",
+    "/streams/",
+    "/streams",
+    "/streams/.",
+    "/streams/..",
+    "/streams/%",
+    "/streams/%ff",
+    "/streams/quilt.uph/",
+    "/streams/QUILT.uph%0a",
+    "/view/../secret.uph",
+    "/view/secret.uph",
+    "/thumbnails/../secret.uph.png",
+    "/thumbnails/secret.uph.png",
+    "/thumbnails/quilt.uph",
+    "/assets/../server/app.py",
+    "/assets/..%2fserver%2fapp.py",
+    "/assets/%2e%2e/server/app.py",
+    "/assets/app.py",
+    "/assets/",
+    "/assets",
+    "/secret.uph",
+    "/../secret.uph",
+    "//",
+    "/index.html",
+    "http://127.0.0.1/streams/secret.uph",
+    "/streams/" + "a" * 10_000,
+]
+
+
+@pytest.mark.parametrize("path", SECRETS, ids=range(len(SECRETS)))
+def test_nothing_else_is_found(shared, path):
+    client, folder = shared
+    path = path.replace("{folder}", str(folder).lstrip("/"))
+    status, headers, body = client.get(path)
+    assert status == 404
+    assert b"secret" not in body
+    assert "location" not in headers
+
+
+def test_odd_requests_get_short_answers(shared):
+    client, _ = shared
+    host = b"Host: 127.0.0.1\r\nConnection: close\r\n"
+    for method in (b"POST", b"PUT", b"DELETE", b"TRACE", b"OPTIONS", b"PROPFIND", b"X" * 1000):
+        for path in (b"/", b"/streams/quilt.uph", b"/assets/page.css", b"/thumbnails/quilt.uph.png"):
+            answer = client.raw(method + b" " + path + b" HTTP/1.1\r\n" + host + b"\r\n")
+            assert answer.startswith(b"HTTP/1.1 405 "), method
+    for text in (
+        b"\r\n\r\n\r\nnonsense\r\n\r\n",
+        b"\x16\x03\x01\x02\x00\x01\x00",
+        b"GET / HTTP/1.1\r\n" + host + b"X: " + b"y" * 200_000 + b"\r\n\r\n",
+        b"GET /" + b"a" * 200_000 + b" HTTP/1.1\r\n" + host + b"\r\n",
+        b"GET /\xff HTTP/1.1\r\n" + host + b"\r\n",
+        b"GET / HTTP/1.1\r\n\r\n",
+        b"GET / HTTP/1.1\r\n" + host + b"Transfer-Encoding: nonsense\r\n\r\n",
+    ):
+        try:
+            answer = client.raw(text)
+        except ConnectionError:  # refused before all was sent
+            continue
+        assert re.match(rb"HTTP/1.1 [45]\d\d |$", answer), text[:40]
+        assert b"Traceback" not in answer
+    # A body that nobody asked for does not hurt.
+    answer = client.raw(b"GET / HTTP/1.1\r\n" + host + b"Content-Length: 5\r\n\r\nhello")
+    assert answer.startswith(b"HTTP/1.1 200 ")
+    # Range lines given twice are one bad list.
+    answer = client.raw(
+        b"GET /streams/quilt.uph HTTP/1.1\r\n" + host + b"Range: bytes=0-1\r\nRange: bytes=2-3\r\n\r\n"
+    )
+    assert answer.startswith(b"HTTP/1.1 200 ")
+
+
+def test_every_answer_has_the_headers_that_keep_browsers_careful(shared):
+    client, _ = shared
+    for path in ("/", "/view/quilt.uph", "/view/none", "/streams/quilt.uph", "/assets/page.css", "/none"):
+        for method in ("GET", "POST"):
+            _, headers, _ = client.get(path, method)
+            assert headers["content-security-policy"] == CONTENT_SECURITY_POLICY
+            assert headers["x-content-type-options"] == "nosniff"
+            assert headers["referrer-policy"] == "no-referrer"
+            assert headers["cross-origin-resource-policy"] == "same-origin"
+            assert "server" not in headers
+            assert "access-control-allow-origin" not in headers
+
+
+@pytest.mark.parametrize(
+    "host", ["evil.example", "evil.example:8000", "localhost.evil.example", "", "[", "a@b"]
+)
+def test_a_foreign_host_name_is_refused(shared, host):
+    status, headers, body = shared[0].get("/", host=host)
+    assert status == 421
+    assert b"quilt" not in body
+    assert "content-security-policy" in headers
+
+
+@pytest.mark.parametrize(
+    "host", ["localhost", "LOCALHOST:8000", "a.localhost", "127.0.0.1:1", "[::1]:8000", "10.0.0.1"]
+)
+def test_addresses_and_localhost_are_answered_to(shared, host):
+    assert shared[0].get("/", host=host)[0] == 200
+
+
+def test_any_host_name_where_the_server_is_meant_for_others(folder):
+    with running(folder, local=False) as client:
+        assert client.get("/", host="example.org")[0] == 200
+
+
+def test_pages_name_the_streams_safely(folder, monkeypatch):
+    monkeypatch.setattr(thumbnails, "draw_thumbnail", lambda version: b"")
+    name = "<script>alert('1')</script>&\"x\".uph" if sys.platform != "win32" else "&amp;'x'.uph"
+    stream = (folder / "smallest.uph").read_bytes()
+    name = name.replace("/", "")
+    (folder / name).write_bytes(stream)
+    with running(folder) as client:
+        status, headers, body = client.get("/")
+        page = body.decode()
+        assert status == 200
+        assert headers["content-type"] == "text/html; charset=utf-8"
+        assert page.count("<li>") == 3
+        assert "<script" not in page
+        assert name not in page
+        assert "12.6 kB" in page
+        links = re.findall(r'href="(/view/[^"]+)"', page)
+        pictures = re.findall(r'src="(/thumbnails/[^"]+)"', page)
+        assert len(links) == len(pictures) == 3
+        for link in links:
+            status, _, body = client.get(link)
+            page = body.decode()
+            assert status == 200
+            scripts = re.findall("<script[^>]*>", page)
+            assert scripts == ['<script type="module" src="/assets/upholster-viewer.js">']
+            assert not re.search(r"\sstyle=|<style|\son\w+=", page)
+            source = re.search(r'<upholster-viewer src="(/streams/[^"]+)">', page)[1]
+            assert client.get(source)[0] == 200
+        for picture in pictures:
+            assert client.get(picture, "HEAD")[0] == 200
+        (folder / "later.uph").write_bytes(stream)
+        assert b"later.uph" in client.get("/")[2]
+    assert "No such stream" in client_page(folder, "/view/none.uph")
+
+
+def client_page(folder, path):
+    with running(folder) as client:
+        status, _, body = client.get(path)
+        assert status == 404
+        return body.decode()
+
+
+def test_an_empty_folder_is_a_page_too(tmp_path):
+    with running(tmp_path) as client:
+        assert b"No streams here yet" in client.get("/")[2]
+
+
+def test_assets_are_the_shipped_ones(shared):
+    client, _ = shared
+    status, headers, body = client.get("/assets/page.css")
+    assert (status, headers["content-type"]) == (200, "text/css; charset=utf-8")
+    assert b"prefers-color-scheme: dark" in body
+    assert client.get("/assets/page.css", if_none_match=headers["etag"])[0] == 304
+    for name, kind in (
+        ("upholster-viewer.js", "javascript"),
+        ("uph-worker.js", "javascript"),
+        ("LICENSES.txt", "plain"),
+    ):
+        status, headers, _ = client.get(f"/assets/{name}")
+        assert status in (200, 404)  # 404: not built yet
+        assert status == 404 or kind in headers["content-type"]
+
+
+def test_a_thumbnail_is_a_picture_that_is_remembered(folder, tmp_path, monkeypatch):
+    drawn = []
+    draw = thumbnails.draw_thumbnail
+    monkeypatch.setattr(thumbnails, "draw_thumbnail", lambda version: drawn.append(version) or draw(version))
+    with running(folder) as client:
+        answers = []
+        asking = [
+            threading.Thread(target=lambda: answers.append(client.get("/thumbnails/quilt.uph.png")))
+            for _ in range(5)
+        ]
+        for thread in asking:
+            thread.start()
+        for thread in asking:
+            thread.join()
+        (status, headers, body), *others = answers
+        assert status == 200
+        assert headers["content-type"] == "image/png"
+        assert all(other[2] == body for other in others)
+        assert len(drawn) == 1
+        (tmp_path / "a.png").write_bytes(body)
+        pixels = read_image(tmp_path / "a.png")
+        assert pixels.shape == (*THUMBNAIL_SIZE[::-1], 3)
+        assert pixels.std() > 10
+        assert client.get("/thumbnails/quilt.uph.png", if_none_match=headers["etag"])[::2] == (304, b"")
+        (folder / "quilt.uph").write_bytes((folder / "quilt.uph").read_bytes()[:2000])
+        assert client.get("/thumbnails/quilt.uph.png", if_none_match=headers["etag"])[0] == 200
+        assert len(drawn) == 2
+
+
+def test_what_cannot_be_shown_says_so(folder, tmp_path, monkeypatch):
+    stream = bytearray((folder / "quilt.uph").read_bytes())
+    (folder / "short.uph").write_bytes(stream[:20])
+    (folder / "empty.uph").write_bytes(b"")
+    stream[5000] ^= 0xFF
+    (folder / "bad.uph").write_bytes(stream)
+    (folder / "notes.uph").write_bytes(b"these are notes")
+    with running(folder) as client:
+        pictures = {}
+        for name in ("short", "empty", "bad", "notes"):
+            status, _, pictures[name] = client.get(f"/thumbnails/{name}.uph.png")
+            assert status == 200
+            (tmp_path / "a.png").write_bytes(pictures[name])
+            pixels = read_image(tmp_path / "a.png")
+            assert len(np.unique(pixels[:, :, 1])) > 20, name  # there are words
+            assert (pixels[:20] == pixels[0, 0]).all()
+        assert len(set(pictures.values())) == 4
+
+        def broken(_version):
+            raise ValueError("a mistake of ours")
+
+        monkeypatch.setattr(thumbnails, "_picture", broken)
+        assert client.get("/thumbnails/smallest.uph.png")[0] == 200
+
+
+def test_a_model_of_very_many_texels_is_shown_bare(folder, tmp_path, monkeypatch):
+    monkeypatch.setattr(thumbnails, "_MOST_TEXELS", 1)
+    with running(folder) as client:
+        (tmp_path / "a.png").write_bytes(client.get("/thumbnails/quilt.uph.png")[2])
+    pixels = read_image(tmp_path / "a.png").astype(int)
+    assert pixels.std() > 10
+    assert np.ptp(pixels, axis=2).max() < 30  # clay: nearly grey
+
+
+def test_few_thumbnails_are_kept(folder, monkeypatch):
+    monkeypatch.setattr(thumbnails, "_MOST_REMEMBERED", 2500)
+    monkeypatch.setattr(thumbnails, "draw_thumbnail", lambda version: bytes(1000))
+    made = []
+    create = thumbnails.Thumbnails
+    monkeypatch.setattr("upholster.server.app.Thumbnails", lambda: made.append(create()) or made[0])
+    for n in range(6):
+        (folder / f"{n}.uph").write_bytes(bytes([n]))
+    with running(folder) as client:
+        for n in range(6):
+            assert client.get(f"/thumbnails/{n}.uph.png")[0] == 200
+    assert (len(made[0]._known), made[0]._size) == (2, 2000)
+
+
+def test_what_was_drawn_from_a_file_in_the_making_is_not_remembered(folder, monkeypatch):
+    data = (folder / "quilt.uph").read_bytes()
+    drawn = []
+
+    def draw(_version):
+        drawn.append(1)
+        if len(drawn) == 1:
+            (folder / "quilt.uph").write_bytes(data[:100])
+        return b"%d" % len(drawn)
+
+    monkeypatch.setattr(thumbnails, "draw_thumbnail", draw)
+    with running(folder) as client:
+        assert client.get("/thumbnails/quilt.uph.png")[2] == b"1"
+        (folder / "quilt.uph").write_bytes(data)
+        assert client.get("/thumbnails/quilt.uph.png")[2] == b"2"
+        assert client.get("/thumbnails/quilt.uph.png")[2] == b"2"
+
+
+def test_pages_and_streams_come_while_a_thumbnail_is_made(folder, monkeypatch):
+    go_on = threading.Event()
+    monkeypatch.setattr(thumbnails, "draw_thumbnail", lambda version: go_on.wait(20) and b"")
+    with running(folder) as client:
+        waiting = threading.Thread(target=client.get, args=("/thumbnails/quilt.uph.png",))
+        waiting.start()
+        time.sleep(0.1)
+        start = time.perf_counter()
+        assert client.get("/")[0] == 200
+        assert client.get("/streams/quilt.uph")[0] == 200
+        assert time.perf_counter() - start < 5
+        assert waiting.is_alive()
+        go_on.set()
+        waiting.join()
+
+
+def test_a_mistake_of_ours_is_one_line_here_and_nothing_there(folder, monkeypatch, capsys):
+    def broken(*_):
+        raise RuntimeError("internal\nmatters")
+
+    monkeypatch.setattr("upholster.server.app.start_page", broken)
+    with running(folder) as client:
+        status, headers, body = client.get("/")
+        assert (status, body) == (500, b"Internal Server Error")
+        assert "content-security-policy" in headers
+        assert client.get("/streams/smallest.uph")[0] == 200
+    assert capsys.readouterr().err == "upholster: GET '/' failed: RuntimeError: internal matters\n"
+
+
+def test_streams_are_shared_with_the_origins_that_are_named(folder):
+    origin = "https://shop.example"
+    with running(folder, origins=[origin]) as client:
+        path = "/streams/quilt.uph"
+        _, headers, _ = client.get(path, origin=origin)
+        assert headers["access-control-allow-origin"] == origin
+        assert "ETag" in headers["access-control-expose-headers"]
+        assert headers["vary"] == "Origin"
+        assert headers["cross-origin-resource-policy"] == "cross-origin"
+        assert "access-control-allow-origin" in client.get(path, origin=origin, range="bytes=99999-")[1]
+        for wanted, foreign in (
+            (path, "https://evil.example"),
+            (path, "null"),
+            ("/", origin),
+            ("/view/quilt.uph", origin),
+        ):
+            assert "access-control-allow-origin" not in client.get(wanted, origin=foreign)[1]
+        assert client.get(path)[1]["vary"] == "Origin"
+        asked = {"origin": origin, "access_control_request_method": "GET"}
+        status, headers, body = client.get(
+            path,
+            "OPTIONS",
+            access_control_request_headers="if-range",
+            access_control_request_private_network="true",
+            **asked,
+        )
+        assert (status, body) == (204, b"")
+        assert "If-Range" in headers["access-control-allow-headers"]
+        assert headers["access-control-allow-private-network"] == "true"
+        assert client.get("/", "OPTIONS", **asked)[0] == 405
+        assert client.get(path, "OPTIONS", **{**asked, "origin": "https://evil.example"})[0] == 405
+    with running(folder, origins=["*"]) as client:
+        headers = client.get(path, origin="https://any.example")[1]
+        assert headers["access-control-allow-origin"] == "*"
+        assert "vary" not in headers
+
+
+@pytest.mark.parametrize(
+    ("text", "origin"),
+    [
+        ("*", "*"),
+        ("https://Example.org", "https://example.org"),
+        ("http://localhost:3000", "http://localhost:3000"),
+        ("https://example.org:443", "https://example.org"),
+        ("http://[::1]:80", "http://[::1]"),
+    ],
+)
+def test_origins(text, origin):
+    assert check_origin(text) == origin
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "example.org",
+        "https://",
+        "https://a/",
+        "https://a/b",
+        "https://a?b",
+        "ftp://a",
+        "https://u@a",
+        "https://a:x",
+        "**",
+    ],
+)
+def test_what_is_no_origin(text):
+    with pytest.raises(InputError, match="origin"):
+        check_origin(text)
