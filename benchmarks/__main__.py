@@ -16,6 +16,7 @@ from benchmarks.measure import Results
 from benchmarks.parts import parts
 from benchmarks.quilt import quilt
 from benchmarks.stream import stream
+from benchmarks.web_decoder import web_decoder
 
 BENCHMARKS = {
     "flagship": flagship,
@@ -25,6 +26,7 @@ BENCHMARKS = {
     "parts": parts,
     "codec": codec,
     "stream": stream,
+    "decoder": web_decoder,
     "fidelity": fidelity_module.fidelity,
     "seams": seams_module.seams,
 }

@@ -71,10 +71,35 @@ export class UphDecoder {
   feed(bytes: Uint8Array): Changes
   /** Roles of the maps announced so far: 'albedo', the exemplar's, is the first. */
   readonly roles: string[]
+  /** How many of a map's coefficients are significant so far, of how many, and whether these are all. */
+  coefficients(role?: string): { known: number; count: number; complete: boolean }
   /** A map of the exemplar as far as it has come. Throws `RangeError` while bytes are needed. */
   exemplar(role?: string): Picture
-  /** Texels of a chart as far as they can be painted, rows [start, stop): as `exemplar(role).data`. */
+  /**
+   * Texels of a chart as far as they can be painted, rows [start, stop): as `exemplar(role).data`. Those of 'normal' lie
+   * in the texels' own frame: their vectors are turned with the texture. Where they come from is remembered (up to
+   * 64 MB) until placements change, so that painting again is fast.
+   */
   texels(index: number, start?: number, stop?: number, role?: string): Samples
+  /**
+   * The same for the screen: RGBA of 8 bits, written into `into`, which is made if there is none, and returned. Grey
+   * becomes RGB, alpha is 255 where a map has none; 16 bits are rounded to 8, and floats, which are linear, become
+   * sRGB codes where the map is a colour ('albedo', 'emission'). Throws `RangeError` where it does not fit.
+   */
+  rgba<Into extends Uint8Array | Uint8ClampedArray = Uint8ClampedArray>(
+    index: number,
+    options?: {
+      role?: string
+      /** Rows [start, stop) of the chart; all of them by default. */
+      start?: number
+      stop?: number
+      into?: Into
+      /** Texels from one row of `into` to the next; the chart's width by default. */
+      stride?: number
+      /** Index in `into` of the first sample; 0 by default. */
+      offset?: number
+    },
+  ): Into
 }
 
 /** Decodes an `.ezw` image as its bytes come, in pieces of any size. */

@@ -225,8 +225,6 @@ class BitReader {
 
 // ---------------------------------------------------------------- image header [6]
 
-const BYTES = [1, 2, 4]
-
 function parseImageHeader(fields, mostSide, mostChannels) {
   const start = fields.place
   const height = fields.u16('height of the image', mostSide, 1)
@@ -323,6 +321,14 @@ function layBands({ height, width, channels, levels, wavelet }, check) {
       const columns = sizeAt(width, level)
       const stride = columns + 2
       const area = stride * (rows + 4)
+      const placed = (kind) => {
+        const [p, q] = kind === LH ? [stride, 1] : [1, stride]
+        return {
+          around: Int32Array.of(-p, p, -q, q, -p - q, p - q, q - p, p + q),
+          beyond: Int32Array.of(-2 * p, 2 * p, -2 * q, 2 * q),
+          cousins: Int32Array.from([[], [area, 2 * area], [-area, area], [-2 * area, -area]][kind]),
+        }
+      }
       for (let kind = level === levels ? LL : HL; kind < (level ? 4 : 1); kind++) {
         const shift = wavelet && levels ? level + (kind === LL ? 1 : kind < 3 ? 0 : -1) : 0
         bands.push({
@@ -340,10 +346,9 @@ function layBands({ height, width, channels, levels, wavelet }, check) {
           stride,
           area,
           start: place + 2 * stride,
-          along: kind === LH ? stride : 1,
-          across: kind === LH ? 1 : stride,
-          cousins: [[], [area, 2 * area], [-area, area], [-2 * area, -area]][kind],
           childStep: 0,
+          awake: false,
+          ...placed(kind),
         })
         place += area
       }
@@ -369,6 +374,9 @@ class ImageDecoder {
     this.below = new Uint8Array(size)
     this.lowestKnown = new Uint8Array(size)
     this.waiting = new Uint8Array(size).fill(NOWHERE)
+    this.list = new Int32Array(size)
+    this.children = new Int32Array(4)
+    this.queues = THRESHOLDS.map(() => [])
     this.refined = new Int32Array(4 * 11 * 2 * 2) // kind, level, first or later bit, value
     for (let n = 0; n < this.refined.length; n++) this.refined[n] = n & 1 ? 7 : 9
     this.roots = this.#link()
@@ -419,67 +427,96 @@ class ImageDecoder {
     return roots
   }
 
-  /** The children of i that are there. */
-  #children(i) {
-    const band = this.bands[this.bandOf[i]]
+  /** Put the children of i that are there into `children`; returns how many. */
+  #findChildren(i) {
+    const { kind, area, childStep } = this.bands[this.bandOf[i]]
     const first = this.child[i]
-    if (!first) return []
-    const { area, childStep: s } = band
-    const places = band.kind ? [first, first + 1, first + s, first + s + 1] : [i + area, i + 2 * area, i + 3 * area]
-    return places.filter((place) => !(this.flags[place] & PADDING))
+    let count = 0
+    for (let k = 0; k < 4 && first; k++) {
+      const place = kind ? first + (k >> 1) * childStep + (k & 1) : k < 3 ? i + (k + 1) * area : 0
+      if (!(this.flags[place] & PADDING)) this.children[count++] = place
+    }
+    return count
   }
 
-  // Passes [7.2]. A generator: it waits wherever a bit is not determined yet.
-  *#planes() {
-    const { flags, waiting, order, bands, bandOf, below } = this
-    for (let plane = this.header.plane; plane >= 0; plane--) {
-      this.plane = plane
-      const coded = order.filter((band) => plane >= band.lowest)
-      for (let i = 0; i < flags.length; i++) flags[i] &= ~(NEWLY | VISITED | ZTR)
-      this.queues = THRESHOLDS.map(() => [])
-      for (const { rows, columns, stride, start } of coded) {
-        for (let r = 0; r < rows; r++) {
-          for (let i = start + r * stride, end = i + columns; i < end; i++) {
-            if ((flags[i] & (AWAKE | SIGNIFICANT)) === AWAKE) this.#await(i, 0)
-          }
+  /** Put the coefficients of some bands that have these of the flags in `mask` into `list`; returns how many. */
+  #collect(bands, mask, wanted) {
+    const { flags, list } = this
+    let count = 0
+    for (const { awake, rows, columns, stride, start } of bands) {
+      if (!awake) continue
+      for (let r = 0; r < rows; r++) {
+        for (let i = start + r * stride, end = i + columns; i < end; i++) {
+          if ((flags[i] & mask) === wanted) list[count++] = i
         }
-      }
-      for (this.queue = 0; this.queue < DOMINANT; this.queue++) {
-        const queue = this.queues[this.queue]
-        for (let head = 0; head < queue.length; head++) {
-          const i = queue[head]
-          if (waiting[i] !== this.queue) continue // it moved on
-          while (!this.#significance(i)) yield
-          waiting[i] = NOWHERE
-        }
-      }
-      for (const { rows, columns, stride, start } of coded) {
-        for (let r = 0; r < rows; r++) {
-          for (let i = start + r * stride, end = i + columns; i < end; i++) {
-            if ((flags[i] & (SIGNIFICANT | NEWLY)) === SIGNIFICANT) while (!this.#refine(i)) yield
-          }
-        }
-      }
-      const list = this.roots.slice()
-      for (let head = 0; head < list.length; head++) {
-        const i = list[head]
-        if (!(flags[i] & (SIGNIFICANT | VISITED)) && plane >= bands[bandOf[i]].lowest) {
-          while (!this.#significance(i)) yield
-        }
-        // Approximations have a flag even where all their children lie beyond the image.
-        const children = this.#children(i)
-        if (!children.length && (bands[bandOf[i]].kind || !this.header.levels)) continue
-        if (!(flags[i] & SIGNIFICANT) && !below[i]) {
-          let zerotree
-          while ((zerotree = this.#zerotree(i)) < 0) yield
-          if (zerotree) {
-            flags[i] |= ZTR
-            continue
-          }
-        }
-        list.push(...children)
       }
     }
+    return count
+  }
+
+  // Passes [7.2]. A generator: it waits wherever a bit is not determined yet, and passes go on at `head`.
+  *#planes() {
+    for (this.plane = this.header.plane; this.plane >= 0; this.plane--) {
+      const coded = this.order.filter((band) => this.plane >= band.lowest)
+      this.#forget()
+      for (const queue of this.queues) queue.length = 0
+      this.queue = this.head = 0
+      this.count = this.#collect(coded, AWAKE | SIGNIFICANT, AWAKE)
+      for (let k = 0; k < this.count; k++) this.#await(this.list[k], 0)
+      while (!this.#likelyPass()) yield
+      this.head = 0
+      this.count = this.#collect(coded, SIGNIFICANT | NEWLY, SIGNIFICANT)
+      while (!this.#subordinatePass()) yield
+      this.head = 0
+      this.count = this.roots.length
+      this.list.set(this.roots)
+      while (!this.#dominantPass()) yield
+    }
+  }
+
+  #forget() {
+    const { flags } = this
+    for (let i = 0; i < flags.length; i++) flags[i] &= ~(NEWLY | VISITED | ZTR)
+  }
+
+  #likelyPass() {
+    for (; this.queue < DOMINANT; this.queue++, this.head = 0) {
+      const queue = this.queues[this.queue]
+      for (; this.head < queue.length; this.head++) {
+        const i = queue[this.head]
+        if (this.waiting[i] !== this.queue) continue // it moved on
+        if (!this.#significance(i)) return false
+        this.waiting[i] = NOWHERE
+      }
+    }
+    return true
+  }
+
+  #subordinatePass() {
+    for (; this.head < this.count; this.head++) if (!this.#refine(this.list[this.head])) return false
+    return true
+  }
+
+  #dominantPass() {
+    const { flags, bands, bandOf, below, list, child, children } = this
+    for (; this.head < this.count; this.head++) {
+      const i = list[this.head]
+      const { kind, lowest } = bands[bandOf[i]]
+      if (!(flags[i] & (SIGNIFICANT | VISITED)) && this.plane >= lowest && !this.#significance(i)) return false
+      // Approximations have a flag even where all their children lie beyond the image.
+      if (!(kind ? child[i] : this.header.levels)) continue
+      if (!(flags[i] & SIGNIFICANT) && !below[i]) {
+        const zerotree = this.#zerotree(i)
+        if (zerotree < 0) return false
+        if (zerotree) {
+          flags[i] |= ZTR
+          continue
+        }
+      }
+      const more = this.#findChildren(i)
+      for (let k = 0; k < more; k++) list[this.count++] = children[k]
+    }
+    return true
   }
 
   #quantise(x) {
@@ -489,7 +526,8 @@ class ImageDecoder {
   /** Set `near` and `score`, which most contexts need. */
   #measure(i) {
     const { known } = this
-    const { along: p, across: q, kind, cousins } = this.bands[this.bandOf[i]]
+    const { around, kind, cousins } = this.bands[this.bandOf[i]]
+    const [p, q] = [around[1], around[3]]
     const along = known[i - p] + known[i + p]
     const across = known[i - q] + known[i + q]
     const corners = known[i - p - q] + known[i - p + q] + known[i + p - q] + known[i + p + q]
@@ -529,41 +567,49 @@ class ImageDecoder {
     const { flags } = this
     if (flags[i] & PADDING) return
     flags[i] |= AWAKE
+    this.bands[this.bandOf[i]].awake = true
     if (this.queue === DOMINANT || flags[i] & (SIGNIFICANT | VISITED)) return
     if (this.plane >= this.bands[this.bandOf[i]].lowest) this.#await(i, this.queue)
+  }
+
+  /** Signs at some steps from i, each as 0, 1, 2. */
+  #signs(i, steps, from, to) {
+    let sum = 0
+    for (let k = from; k < to; k++) sum = 3 * sum + SIGMA[this.flags[i + steps[k]] & 3]
+    return sum
   }
 
   /** Decode whether i becomes significant, and its sign; false if bytes are missing. */
   #significance(i) {
     const { flags, known, parent, bits, queue } = this
     const band = this.bands[this.bandOf[i]]
-    const { along: p, across: q, kind, cousins, channel } = band
+    const { around, beyond, kind, cousins, channel } = band
     const { input } = bits
     if (!this.signDue) {
-      flags[i] |= VISITED
       this.#measure(i)
       const up = known[parent[i]]
-      let around = 0
-      for (const step of [-p, p, -q, q, -p - q, p - q, q - p, p + q]) around = 2 * around + (flags[i + step] & 1)
+      let neighbours = 0
+      for (let k = 0; k < 8; k++) neighbours = 2 * neighbours + (flags[i + around[k]] & SIGNIFICANT)
       input[0] = this.#s1(i)
-      input[1] = S2 + ((2 * around + (up > 0 ? 1 : 0)) * 4 + kind) * 2 + (channel > 0 ? 1 : 0)
+      input[1] = S2 + ((2 * neighbours + (up > 0 ? 1 : 0)) * 4 + kind) * 2 + (channel > 0 ? 1 : 0)
       const related = this.#quantise(16 * up) * 16 + this.#quantise(8 * this.cousins)
       input[2] = S3 + (this.#quantise(this.near) * 256 + related) * 4 + kind
       const significant = bits.bit(3, SIGNIFICANCE_MIXER + 4 * queue + kind, 255)
       if (significant < 0) return false
       this.symbols++
-      if (!significant) return true
+      if (!significant) {
+        flags[i] |= VISITED
+        return true
+      }
       this.signDue = true
     }
-    const sign = (place) => SIGMA[flags[place] & 3]
-    const signs = (steps) => steps.reduce((sum, step) => 3 * sum + sign(i + step), 0)
     const last = Math.max(0, kind - 1)
-    input[0] = G1 + signs([-p, p, -q, q]) * 3 + last
-    input[1] = G2 + signs([-p - q, p - q, q - p, p + q]) * 3 + last
-    input[2] = G3 + signs([-2 * p, 2 * p, -2 * q, 2 * q]) * 3 + last
-    input[3] = G4 + (kind ? 9 * sign(parent[i]) + signs(cousins) : 0) * 3 + last
+    input[0] = G1 + this.#signs(i, around, 0, 4) * 3 + last
+    input[1] = G2 + this.#signs(i, around, 4, 8) * 3 + last
+    input[2] = G3 + this.#signs(i, beyond, 0, 4) * 3 + last
+    input[3] = G4 + (kind ? 9 * SIGMA[flags[parent[i]] & 3] + this.#signs(i, cousins, 0, 2) : 0) * 3 + last
     let before = 0
-    for (let k = 1; k <= 3 && k <= channel; k++) before = 3 * before + sign(i - k * this.channelStep)
+    for (let k = 1; k <= 3 && k <= channel; k++) before = 3 * before + SIGMA[flags[i - k * this.channelStep] & 3]
     input[4] = G5 + before * 3 + last
     const negative = bits.bit(5, SIGN_MIXER + kind, 400)
     if (negative < 0) return false
@@ -574,11 +620,13 @@ class ImageDecoder {
     flags[i] |= SIGNIFICANT | NEWLY | (negative ? NEGATIVE : 0)
     this.lowestKnown[i] = this.plane
     for (let up = parent[i]; up && !this.below[up]; up = parent[up]) this.below[up] = this.plane + 1
-    for (const step of [-p, p, -q, q, -p - q, p - q, q - p, p + q]) this.#wake(i + step)
-    for (const child of this.#children(i)) this.#wake(child)
-    for (const step of cousins) this.#wake(i + step)
+    for (let k = 0; k < 8; k++) this.#wake(i + around[k])
+    const children = this.#findChildren(i)
+    for (let k = 0; k < children; k++) this.#wake(this.children[k])
+    for (let k = 0; k < cousins.length; k++) this.#wake(i + cousins[k])
     if (channel + 1 < this.header.channels) this.#wake(i + this.channelStep)
-    for (const step of [-2 * p, 2 * p, -2 * q, 2 * q]) flags[i + step] |= AWAKE
+    for (let k = 0; k < 4; k++) flags[i + beyond[k]] |= AWAKE
+    band.awake = true
     return true
   }
 
@@ -601,12 +649,13 @@ class ImageDecoder {
 
   #zerotree(i) {
     const { flags, below, bits } = this
-    const { along: p, across: q, kind, level, cousins } = this.bands[this.bandOf[i]]
+    const { around, kind, level, cousins } = this.bands[this.bandOf[i]]
     this.#measure(i)
-    let most = Math.max(below[i - p], below[i + p], below[i - q], below[i + q])
-    for (const step of cousins) most = Math.max(most, below[i + step])
+    let most = 0
+    for (let k = 0; k < 4; k++) most = Math.max(most, below[i + around[k]])
+    for (let k = 0; k < cousins.length; k++) most = Math.max(most, below[i + cousins[k]])
     most = clamp(most - this.plane, 0, 7)
-    const before = (flags[i - p] & ZTR ? 1 : 0) + (flags[i - q] & ZTR ? 2 : 0)
+    const before = (flags[i + around[0]] & ZTR ? 1 : 0) + (flags[i + around[2]] & ZTR ? 2 : 0)
     const score = this.#quantise(this.score)
     bits.input[0] = Z1 + (score * 4 + kind) * 11 + level
     bits.input[1] = Z2 + (most * 4 + before) * 4 + kind
@@ -653,76 +702,89 @@ class ImageDecoder {
     const data = new [Uint8Array, Uint16Array, Float32Array][depth](height * width * channels)
     const most = depth ? 65535 : 255
     const step = (high - low) / 65535
-    const pixel = new Float64Array(channels)
-    for (let i = 0, place = 0; i < height * width; i++) {
-      for (let k = 0; k < channels; k++) pixel[k] = planes[k][i]
-      const [c0, c1, c2] = pixel
+    const [first, second, third] = planes
+    for (let i = 0; i < height * width && color; i++) {
+      const [c0, c1, c2] = [first[i], second[i], third[i]]
       if (color === 1) {
-        for (let k = 0; k < 3; k++) pixel[k] = c0 * m[3 * k] + c1 * m[3 * k + 1] + c2 * m[3 * k + 2]
-      } else if (color === 2) {
+        first[i] = c0 * m[0] + c1 * m[1] + c2 * m[2]
+        second[i] = c0 * m[3] + c1 * m[4] + c2 * m[5]
+        third[i] = c0 * m[6] + c1 * m[7] + c2 * m[8]
+      } else {
         const t = c0 - (c2 >> 1)
-        pixel[1] = c2 + t
-        pixel[2] = t - (c1 >> 1)
-        pixel[0] = pixel[2] + c1
-      }
-      for (let k = 0; k < channels; k++) {
-        const value = clamp(Math.floor(pixel[k] + means[k] + (wavelet ? 0 : 0.5)), 0, most)
-        data[place++] = depth === 2 ? value * step + low : value
+        second[i] = c2 + t
+        third[i] = t - (c1 >> 1)
+        first[i] = third[i] + c1
       }
     }
+    planes.forEach((plane, k) => {
+      const [mean, half] = [means[k], wavelet ? 0 : 0.5]
+      for (let i = 0, place = k; i < plane.length; i++, place += channels) {
+        const value = clamp(Math.floor(plane[i] + mean + half), 0, most)
+        data[place] = depth === 2 ? value * step + low : value
+      }
+    })
     return { height, width, channels, data }
   }
 }
 
 // ---------------------------------------------------------------- transforms [7.4]
 
-function scale(x, n) {
-  const odd = 1.149604398860241
-  const even = 1 / odd
-  for (let k = 0; k < n; k++) x[k] *= k & 1 ? odd : even
-}
+const ODD = 1.149604398860241
 
 /** Take `factor` times the sum of its neighbours off every other sample, from `first` on. */
 function lift(x, n, first, factor) {
-  for (let k = first; k < n; k += 2) {
-    x[k] -= factor * (x[k ? k - 1 : 1] + x[k + 1 < n ? k + 1 : n - 2])
-  }
+  const last = n - 1
+  if (!first) x[0] -= factor * (x[1] + x[1])
+  for (let k = 2 - first; k < last; k += 2) x[k] -= factor * (x[k - 1] + x[k + 1])
+  if ((last & 1) === first) x[last] -= factor * (x[last - 1] + x[last - 1])
 }
 
+// Per wavelet: what low-pass and high-pass samples are multiplied with, then how they are mixed.
 const LIFTINGS = [
-  (x, n) => {
-    scale(x, n)
-    lift(x, n, 0, 0.443506852043971)
-    lift(x, n, 1, 0.882911075530934)
-    lift(x, n, 0, -0.052980118572961)
-    lift(x, n, 1, -1.586134342059924)
+  {
+    scales: [1 / ODD, ODD],
+    mix(x, n) {
+      lift(x, n, 0, 0.443506852043971)
+      lift(x, n, 1, 0.882911075530934)
+      lift(x, n, 0, -0.052980118572961)
+      lift(x, n, 1, -1.586134342059924)
+    },
   },
-  (x, n) => {
-    for (let k = 0; k < n; k += 2) x[k] -= (x[k ? k - 1 : 1] + x[k + 1 < n ? k + 1 : n - 2] + 2) >> 2
-    for (let k = 1; k < n; k += 2) x[k] += (x[k - 1] + x[k + 1 < n ? k + 1 : n - 2]) >> 1
+  {
+    scales: [1, 1],
+    mix(x, n) {
+      for (let k = 0; k < n; k += 2) x[k] -= (x[k ? k - 1 : 1] + x[k + 1 < n ? k + 1 : n - 2] + 2) >> 2
+      for (let k = 1; k < n; k += 2) x[k] += (x[k - 1] + x[k + 1 < n ? k + 1 : n - 2]) >> 1
+    },
   },
-  (x, n) => {
-    for (let k = 1; k < n; k += 2) {
-      x[k - 1] -= x[k] >> 1
-      x[k] += x[k - 1]
-    }
+  {
+    scales: [1, 1],
+    mix(x, n) {
+      for (let k = 1; k < n; k += 2) {
+        x[k - 1] -= x[k] >> 1
+        x[k] += x[k - 1]
+      }
+    },
   },
 ]
 
+/** Undo a level of a line of n samples, `step` apart. */
+function undo(plane, start, step, n, line, { scales: [even, odd], mix }) {
+  const low = (n + 1) >> 1
+  for (let k = 0, at = start; k < n; k += 2, at += step) line[k] = plane[at] * even
+  for (let k = 1, at = start + step * low; k < n; k += 2, at += step) line[k] = plane[at] * odd
+  mix(line, n)
+  for (let k = 0, at = start; k < n; k++, at += step) plane[at] = line[k]
+}
+
 /** Undo `levels` levels in place: of each, columns first. */
 function invert(plane, height, width, levels, lifting) {
-  const line = new plane.constructor(Math.max(height, width))
-  const undo = (start, step, n) => {
-    const low = (n + 1) >> 1
-    for (let k = 0; k < n; k++) line[k] = plane[start + step * (k & 1 ? low + (k >> 1) : k >> 1)]
-    lifting(line, n)
-    for (let k = 0; k < n; k++) plane[start + step * k] = line[k]
-  }
+  const line = new plane.constructor(Math.max(height, width) + 1)
   for (let level = levels - 1; level >= 0; level--) {
     const rows = sizeAt(height, level)
     const columns = sizeAt(width, level)
-    if (rows > 1) for (let c = 0; c < columns; c++) undo(c, width, rows)
-    if (columns > 1) for (let r = 0; r < rows; r++) undo(r * width, 1, columns)
+    if (rows > 1) for (let c = 0; c < columns; c++) undo(plane, c, width, rows, line, lifting)
+    if (columns > 1) for (let r = 0; r < rows; r++) undo(plane, r * width, 1, columns, line, lifting)
   }
 }
 
@@ -798,7 +860,10 @@ function parseNets(fields) {
     for (let k = 0; k < columns; k++) net[4 * n + k] = fields.number('control point', bytes)
     const weight = columns === 4 ? net[4 * n + 3] : (net[4 * n + 3] = 1)
     fields.within(weight, 'weight', 1e-30, 1e30)
-    if (bytes === 4) for (let k = 0; k < 3; k++) net[4 * n + k] *= weight
+    for (let k = 0; k < 3; k++) {
+      if (bytes === 4) net[4 * n + k] *= weight
+      fields.within(net[4 * n + k], 'control point, times its weight', -1e30, 1e30)
+    }
   }
   let place = 0
   for (const patch of patches) {
@@ -1081,8 +1146,20 @@ class Placements {
     return new BitReader(CELL_COUNTERS, 2, 24030)
   }
 
-  get complete() {
-    return this.known === this.total && this.knownCells === this.totalCells
+  /** Cells round (i, j) of a mask, as bits: w, n, nw, ne, ww, nn, and the one two to the right above. */
+  around(first, i, j, columns) {
+    const { cells } = this
+    const at = first + i * columns + j
+    const above = at - columns
+    let found = j > 0 ? cells[at - 1] : 0
+    if (j > 1) found += 16 * cells[at - 2]
+    if (i > 1) found += 32 * cells[above - columns]
+    if (i === 0) return found
+    found += 2 * cells[above]
+    if (j > 0) found += 4 * cells[above - 1]
+    if (j + 1 < columns) found += 8 * cells[above + 1]
+    if (j + 2 < columns) found += 64 * cells[above + 2]
+    return found
   }
 
   /** Decode one mask of rows × columns cells [5.4]; `z` is its place in a strip. */
@@ -1093,10 +1170,8 @@ class Placements {
     for (let i = 0; i < rows; i++) {
       const e = i === 0 ? 0 : i === rows - 1 ? 2 : 1
       for (let j = 0; j < columns; j++) {
-        const at = (di, dj) =>
-          i >= di && j + dj >= 0 && j + dj < columns ? cells[start + (i - di) * columns + j + dj] : 0
-        const near = at(0, -1) + 2 * at(1, 0) + 4 * at(1, -1) + 8 * at(1, 1)
-        const around = near + 16 * at(0, -2) + 32 * at(2, 0)
+        const around = this.around(start, i, j, columns) & 63
+        const near = around & 15
         const part = Math.min(15, Math.floor((16 * j) / columns))
         input[0] = ((Math.min(i, 63) * 64 + Math.min(j, 63)) * 4 + z) * 4 + (near & 3)
         input[1] = 65536 + (around * 16 + part) * 2 + (i === 0 ? 1 : 0)
@@ -1512,8 +1587,12 @@ class GeneralPlacements extends Placements {
         this.changed.add(one.chart)
       }
     } else {
-      yield* this.codeMask(1, this.totalCells, 0)
-      for (const { chart } of cut) this.changed.add(chart)
+      const mark = () => cut.forEach(({ chart }) => this.changed.add(chart))
+      for (const missing of this.codeMask(1, this.totalCells, 0)) {
+        mark()
+        yield missing
+      }
+      mark()
     }
   }
 
@@ -1930,7 +2009,7 @@ class RasterPlacements extends Placements {
         }
         if (r0 >= 0 && r0 < tall && c0 >= 0 && c0 < wide) under[at] = covered[r0 * wide + c0]
         if (!own) continue
-        for (let r = Math.max(r0, 0); r < Math.min(r1, tall); r++) {
+        for (let r = Math.max(r0, 0); r < Math.min(r1, tall) && known[at] === FREE; r++) {
           for (let c = Math.max(c0, 0); c < Math.min(c1, wide); c++) if (!covered[r * wide + c]) known[at] = NEW
         }
       }
@@ -1995,10 +2074,8 @@ class RasterPlacements extends Placements {
     for (let i = 0, at = 0; i < rows; i++) {
       for (let j = 0; j < columns; j++, at++) {
         if (!told(at)) continue
-        const cell = (di, dj) =>
-          i >= di && j + dj >= 0 && j + dj < columns ? cells[first + at - di * columns + dj] : 0
-        const near = cell(0, -1) + 2 * cell(1, 0) + 4 * cell(1, -1) + 8 * cell(1, 1)
-        const shape = near + 16 * cell(0, -2) + 32 * cell(2, 0) + 64 * cell(1, 2)
+        const shape = this.around(first, i, j, columns)
+        const near = shape & 15
         const east = j + 1 < columns && known[at + 1] >= NEXT ? 1 : 0
         const south = i + 1 < rows && known[at + columns] >= NEXT ? 2 : 0
         const aslant = i + 1 < rows && j > 0 && known[at + columns - 1] >= NEXT ? 4 : 0
@@ -2026,18 +2103,24 @@ class RasterPlacements extends Placements {
     const [top, left] = [one.row - (height >> 1), one.column - (width >> 1)]
     const [rows, columns] = [ceilDivide(height, size), ceilDivide(width, size)]
     const { cells } = this
+    if (whole) {
+      const [c0, c1] = [Math.max(left, 0), Math.min(left + width, wide)]
+      for (let r = Math.max(top, 0); r < Math.min(top + height, tall); r++) covered.fill(1, r * wide + c0, r * wide + c1)
+      return
+    }
     for (let i = 0; i < rows; i++) {
       const [r0, r1] = [Math.max(top + i * size, 0), Math.min(top + Math.min(height, (i + 1) * size), tall)]
       for (let j = 0; j < columns; j++) {
         const [c0, c1] = [Math.max(left + j * size, 0), Math.min(left + Math.min(width, (j + 1) * size), wide)]
         if (r0 >= r1 || c0 >= c1) continue
-        let good = whole || cells[first + i * columns + j] === 1
-        for (let k = 0; k < 9 && good && !whole; k++) {
+        let good = cells[first + i * columns + j] === 1
+        for (let k = 0; k < 9 && good; k++) {
           const [a, b] = [i + Math.floor(k / 3) - 1, j + (k % 3) - 1]
           const at = a * columns + b
           good = a >= 0 && b >= 0 && a < rows && b < columns && (cells[first + at] === 1 || sight.under[at] === 1)
         }
-        if (good) for (let r = r0; r < r1; r++) covered.fill(1, r * wide + c0, r * wide + c1)
+        if (!good) continue
+        for (let r = r0; r < r1; r++) for (let c = c0; c < c1; c++) covered[r * wide + c] = 1
       }
     }
   }
@@ -2055,158 +2138,605 @@ class RasterPlacements extends Placements {
 
 // ---------------------------------------------------------------- painting [8]
 
-/** Weights of a placement, 0 to 256: height × width. */
-function weigh({ height, width, mask, sides, ramp, cell, feather, cells }) {
-  let weights = new Int32Array(height * width).fill(256)
-  if (mask === MASK_RAMP) {
-    for (let i = 0; i < height; i++) {
-      const down = sides & 1 && i < ramp ? Math.floor(((2 * i + 1) * 128) / ramp) : 256
-      for (let j = 0; j < width; j++) {
-        const factor = sides & 2 && j < ramp ? Math.floor(((2 * j + 1) * 128) / ramp) : 256
-        weights[i * width + j] = (down * factor) >> 8
-      }
+// How a run of texels is painted: opaque with nothing above, opaque below something, or over what is there.
+const FINAL = 1
+const BASE = 2
+const BLEND = 3
+// What lies above a texel: nothing, something that is blended, something opaque.
+const [BARE, VEILED, HIDDEN] = [0, 1, 2]
+const STRIP = 2 ** 18 // texels painted at once, but at least 64 rows
+const MOST_LAYERS = 12 // on average; more are painted one by one
+const KEPT_BYTES = 2 ** 26
+
+/** Arrays that are used again and again, by name: at least so long, what is in them counts for nothing. */
+class Scratch {
+  take(name, Kind, length) {
+    if (!(this[name]?.length >= length)) this[name] = new Kind(length)
+    return this[name]
+  }
+}
+
+/** Weights of a placement, 0 to 256: height × width; null if all are 256. */
+function weigh(one, scratch) {
+  if (!one.mask) return null
+  const weights = scratch.take('weights', Uint16Array, one.height * one.width)
+  if (one.mask === MASK_RAMP) slope(one, weights)
+  else feather(one, weights, scratch.take('feathered', Uint16Array, one.height * one.width))
+  return weights
+}
+
+function slope({ height, width, sides, ramp }, weights) {
+  const factor = (n, side) => (sides & side && n < ramp ? Math.floor(((2 * n + 1) * 128) / ramp) : 256)
+  const factors = indices(width).map((j) => factor(j, 2))
+  for (let i = 0, k = 0; i < height; i++) {
+    const down = factor(i, 1)
+    for (let j = 0; j < width; j++) weights[k++] = (down * factors[j]) >> 8
+  }
+}
+
+function feather({ height, width, cell, feather, cells }, weights, spare) {
+  for (let i = 0, at = 0; i < height; i++) {
+    const start = i * width
+    if (i % cell) {
+      weights.copyWithin(start, start - width, start)
+      continue
     }
-  } else if (mask === MASK_CUT) {
-    const across = ceilDivide(width, cell)
-    for (let i = 0, k = 0; i < height; i++) {
-      const part = Math.floor(i / cell) * across
-      for (let j = 0; j < width; j++) weights[k++] = cells[part + Math.floor(j / cell)] << 8
-    }
-    let spare = new Int32Array(height * width)
-    for (let pass = 0; pass < 2 * feather; pass++) {
-      const down = pass % 2 === 0
-      const step = down ? width : 1
-      for (let i = 0, k = 0; i < height; i++) {
-        for (let j = 0; j < width; j++, k++) {
-          const [at, last] = down ? [i, height - 1] : [j, width - 1]
-          const sum = weights[at > 0 ? k - step : k] + weights[at < last ? k + step : k]
-          spare[k] = (51 * sum + 154 * weights[k] + 128) >> 8
-        }
-      }
-      ;[weights, spare] = [spare, weights]
+    for (let k = start; k < start + width; at++) {
+      for (const end = Math.min(k + cell, start + width); k < end; k++) weights[k] = cells[at] << 8
     }
   }
-  return weights
+  spare.set(weights.subarray(0, height * width))
+  const spans = mixedSpans(height, width, cell, feather, cells)
+  for (let pass = 0; pass < feather; pass++) {
+    for (const [i, start, end] of spans) {
+      const k = i * width
+      smooth(weights, spare, k + start, k + end, i ? -width : 0, i < height - 1 ? width : 0)
+    }
+    for (const [i, start, end] of spans) {
+      const k = i * width
+      const last = width - 1
+      if (start === 0) smooth(spare, weights, k, k + 1, 0, last ? 1 : 0)
+      if (end === width && last) smooth(spare, weights, k + last, k + width, -1, 0)
+      smooth(spare, weights, k + Math.max(start, 1), k + Math.min(end, last), -1, 1)
+    }
+  }
+}
+
+/** One step of feathering for the weights [k, end), whose neighbours lie `before` and `behind`. */
+function smooth(from, to, k, end, before, behind) {
+  for (; k < end; k++) to[k] = (51 * (from[k + before] + from[k + behind]) + 154 * from[k] + 128) >> 8
+}
+
+/** Rows of texels [row, start, end) that feathering may change: those of cells not far from one that differs. */
+function mixedSpans(height, width, cell, feather, cells) {
+  const reach = ceilDivide(feather, cell)
+  const [rows, across] = [ceilDivide(height, cell), ceilDivide(width, cell)]
+  const mixed = new Uint8Array(rows * across)
+  for (let a = 0, at = 0; a < rows; a++) {
+    for (let b = 0; b < across; b++, at++) {
+      const beside = b + 1 < across && cells[at] !== cells[at + 1]
+      const below = a + 1 < rows && cells[at] !== cells[at + across]
+      if (!beside && !below) continue
+      for (let i = Math.max(a - reach, 0); i <= Math.min(a + 1 + reach, rows - 1); i++) {
+        mixed.fill(1, i * across + Math.max(b - reach, 0), i * across + Math.min(b + 2 + reach, across))
+      }
+    }
+  }
+  const spans = []
+  for (let i = 0; i < height; i++) {
+    const line = Math.floor(i / cell) * across
+    for (let b = 0; b < across; b++) {
+      const start = b
+      while (b < across && mixed[line + b]) b++
+      if (b > start) spans.push([i, start * cell, Math.min(b * cell, width)])
+    }
+  }
+  return spans
 }
 
 /** The next level of a pyramid: half the size, prefiltered by (1, 3, 3, 1)/8. */
 function halve({ height, width, channels, data }) {
   const real = data instanceof Float32Array
-  const round = real ? Math.fround : (x) => x
-  const filter = (from, rows, columns, down) => {
-    const [high, wide] = down ? [(rows + 1) >> 1, columns] : [rows, (columns + 1) >> 1]
-    const out = new (real ? Float32Array : Int32Array)(high * wide * channels)
-    const [size, step] = down ? [rows, columns * channels] : [columns, channels]
-    for (let i = 0, to = 0; i < high; i++) {
-      for (let j = 0; j < wide; j++) {
-        const [n, base] = down ? [2 * i, j * channels] : [2 * j, i * columns * channels]
-        const [a, b, c, d] = [-1, 0, 1, 2].map((k) => base + clamp(n + k, 0, size - 1) * step)
-        for (let k = 0; k < channels; k++) {
-          out[to++] = round(from[a + k] + from[d + k]) + round(3 * round(from[b + k] + from[c + k]))
+  // Along an axis of `size`, with `inner` samples a step, `outer` times.
+  const filter = (from, outer, size, inner) => {
+    const half = (size + 1) >> 1
+    const out = new (real ? Float32Array : Int32Array)(outer * half * inner)
+    const step = (n) => clamp(n, 0, size - 1) * inner
+    for (let o = 0, to = 0; o < outer; o++) {
+      for (let n = 0; n < size; n += 2) {
+        const [a, b, c, d] = [step(n - 1), step(n), step(n + 1), step(n + 2)]
+        for (let k = o * size * inner, end = k + inner; k < end; k++, to++) {
+          const [ends, middle] = [from[a + k] + from[d + k], from[b + k] + from[c + k]]
+          out[to] = real ? Math.fround(ends) + Math.fround(3 * Math.fround(middle)) : ends + 3 * middle
         }
       }
     }
     return out
   }
   const [high, wide] = [(height + 1) >> 1, (width + 1) >> 1]
-  const sums = filter(filter(data, height, width, true), high, width, false)
+  const sums = filter(filter(data, 1, height, width * channels), high, width, channels)
   const out = new data.constructor(sums.length)
   for (let n = 0; n < out.length; n++) out[n] = real ? sums[n] / 64 : (sums[n] + 32) >> 6
   return { height: high, width: wide, channels, data: out }
 }
 
-/** The level of the exemplar's pyramid for a block with this M at its centre; it is built where it is needed. */
-function levelFor(exemplar, m) {
-  const most = 32 - Math.clz32(Math.max(exemplar.height, exemplar.width) - 1)
-  const area = m[0] * m[3] - m[1] * m[2]
+const topOf = (data) => (data instanceof Float32Array ? 1 : data instanceof Uint8Array ? 255 : 65535)
+
+/** A normal map as a placement with this turn shows it: its vectors turn as well. */
+function turnPicture(picture, turn) {
+  const [a, b, c, d] = TURNS[turn]
+  const { data, channels } = picture
+  const top = topOf(data)
+  const out = data.slice()
+  for (let n = 0; n < data.length; n += channels) {
+    const [x, y] = [data[n], data[n + 1]]
+    out[n] = d ? (d > 0 ? x : top - x) : b < 0 ? y : top - y
+    out[n + 1] = a ? (a > 0 ? y : top - y) : c < 0 ? x : top - x
+  }
+  return { ...picture, data: out }
+}
+
+/** Turn the vectors of painted normals, texels [first, first + count) of a chart, by the angle of its field. */
+function turnVectors(samples, step, field, width, first, count) {
+  const top = topOf(samples)
+  const middle = 0.5 * top
+  const settle = top === 1 ? (x) => x : (x) => clamp(Math.floor(x + 0.5), 0, top)
+  const m = [0, 0, 0, 0]
+  for (let n = 0, at = 0; n < count; n++, at += step) {
+    matrixAt(field, Math.floor((first + n) / width), (first + n) % width, m)
+    const length = Math.max(Math.sqrt(m[1] * m[1] + m[3] * m[3]), 1)
+    const [sine, cosine] = [m[1] / length, m[3] / length]
+    const [x, y] = [samples[at] - middle, samples[at + 1] - middle]
+    samples[at] = settle(middle + (x * cosine - y * sine))
+    samples[at + 1] = settle(middle + (x * sine + y * cosine))
+  }
+}
+
+/** A map as it is painted from: levels of its pyramid, made where they are needed, with samples for a row more. */
+class Source {
+  constructor(picture, role) {
+    this.picture = picture
+    this.normal = role === 'normal'
+    this.turned = []
+  }
+
+  level(number, turn) {
+    const key = this.normal ? turn : 0
+    const levels = (this.turned[key] ??= [this.#prepare(key ? turnPicture(this.picture, key) : this.picture)])
+    while (levels.length <= number) levels.push(this.#prepare(halve(levels.at(-1))))
+    return levels[number]
+  }
+
+  #prepare(picture) {
+    const { height, width, channels, data } = picture
+    const size = height * width
+    if (!(data instanceof Uint8Array)) {
+      const samples = new data.constructor((size + width + 2) * channels)
+      samples.set(data)
+      return { ...picture, samples }
+    }
+    // Two words a pixel of two samples each: red and blue, green and alpha.
+    const samples = new Int32Array(2 * (size + width + 2))
+    const [green, blue] = channels < 3 ? [0, 0] : [1, 2]
+    for (let n = 0, at = 0; n < size; n++, at += channels) {
+      samples[2 * n] = data[at] | (data[at + blue] << 16)
+      samples[2 * n + 1] = data[at + green] | (channels & 1 ? 0 : data[at + channels - 1] << 16)
+    }
+    return { ...picture, samples }
+  }
+}
+
+/** Where a placement reads its texels from. */
+class Reading {
+  constructor(one, field, exemplar) {
+    this.field = field
+    this.centre = matrixAt(field, one.row, one.column, [0, 0, 0, 0])
+    const [a, b, c, d] = this.centre
+    this.level = levelAt(exemplar, a * d - b * c)
+    this.wide = sizeAt(exemplar.width, this.level)
+    this.mostRow = 16 * (sizeAt(exemplar.height, this.level) - 1)
+    this.turn = TURNS[one.turn]
+    this.one = one
+  }
+
+  /** Write the places of `count` texels from (row, column) on. */
+  trace(row, column, count, places, place) {
+    const { margin, rows, columns, matrices } = this.field
+    const { centre, level, wide, mostRow, one } = this
+    const mostColumn = 16 * (wide - 1)
+    const [c0, c1, c2, c3] = centre
+    const [p, q, r, s] = this.turn
+    const [sourceRow, sourceColumn] = [one.sourceRow + 8, one.sourceColumn + 8]
+    const y = row - one.row
+    const upper = 4 * columns * Math.min(margin + (row >> 5), rows - 1)
+    const lower = 4 * columns * Math.min(margin + (row >> 5) + 1, rows - 1)
+    const low = row & 31
+    const up = 32 - low
+    for (const last = column + count; column < last; ) {
+      // Between two nodes M is linear along the row.
+      const end = Math.min(last, (column | 31) + 1)
+      const j = 4 * Math.min(margin + (column >> 5), columns - 1)
+      const k = 4 * Math.min(margin + (column >> 5) + 1, columns - 1)
+      const left0 = matrices[upper + j] * up + matrices[lower + j] * low
+      const left1 = matrices[upper + j + 1] * up + matrices[lower + j + 1] * low
+      const left2 = matrices[upper + j + 2] * up + matrices[lower + j + 2] * low
+      const left3 = matrices[upper + j + 3] * up + matrices[lower + j + 3] * low
+      const step0 = matrices[upper + k] * up + matrices[lower + k] * low - left0
+      const step1 = matrices[upper + k + 1] * up + matrices[lower + k + 1] * low - left1
+      const step2 = matrices[upper + k + 2] * up + matrices[lower + k + 2] * low - left2
+      const step3 = matrices[upper + k + 3] * up + matrices[lower + k + 3] * low - left3
+      for (; column < end; column++, place++) {
+        const x = column - one.column
+        const along = column & 31
+        const a0 = ((left0 * 32 + step0 * along + 512) >> 10) + c0
+        const a1 = ((left1 * 32 + step1 * along + 512) >> 10) + c1
+        const a2 = ((left2 * 32 + step2 * along + 512) >> 10) + c2
+        const a3 = ((left3 * 32 + step3 * along + 512) >> 10) + c3
+        const v = (Math.imul(a0, y) + Math.imul(a1, x) + 256) >> 9
+        const w = (Math.imul(a2, y) + Math.imul(a3, x) + 256) >> 9
+        const i = clamp(((sourceRow + p * v + q * w) >> level) - 8, 0, mostRow)
+        const h = clamp(((sourceColumn + r * v + s * w) >> level) - 8, 0, mostColumn)
+        places[place] = (((i >> 4) * wide + (h >> 4)) << 8) | ((i & 15) << 4) | (h & 15)
+      }
+    }
+  }
+}
+
+/**
+ * Where the texels of some rows of a chart come from: runs of (kind, level and turn; first texel; texels), of each
+ * texel its place in that level (pixel << 8 | fraction of rows << 4 | fraction of columns), and weights of those
+ * that are blended. Runs are added from the topmost placement down, and painted from the last one up.
+ */
+class Recipe {
+  constructor(runs = new Int32Array(0), places = new Uint32Array(0), weights = new Uint8Array(0)) {
+    Object.assign(this, { runs, places, weights })
+    Object.assign(this, { runCount: runs.length, placeCount: places.length, weightCount: weights.length })
+    Object.assign(this, { chart: null, exemplar: null, start: 0, stop: 0, scratch: null, field: null })
+    Object.assign(this, { texels: 0, above: null })
+  }
+
+  /** Begin anew, for rows [start, stop) of a chart; `scratch` is used while placements are added. */
+  begin(chart, field, exemplar, start, stop, scratch) {
+    Object.assign(this, { chart, exemplar, start, stop, scratch, field: field ?? PLAIN_FIELD })
+    this.texels = (stop - start) * chart.width
+    this.above = scratch.take('above', Uint8Array, this.texels).fill(BARE)
+    this.clear()
+  }
+
+  clear() {
+    this.runCount = this.placeCount = this.weightCount = 0
+  }
+
+  get bytes() {
+    return 4 * this.runCount + 4 * this.placeCount + this.weightCount
+  }
+
+  /** A copy to keep, which takes no more room than it needs. */
+  copy() {
+    const { runs, places, weights, runCount, placeCount, weightCount } = this
+    return new Recipe(runs.slice(0, runCount), places.slice(0, placeCount), weights.slice(0, weightCount))
+  }
+
+  /** Where the rectangle of a placement lies in these rows: its top left and the rows and columns within. */
+  clip({ row, column, height, width }) {
+    const [top, left] = [row - (height >> 1), column - (width >> 1)]
+    return {
+      ...{ top, left, row0: Math.max(top, this.start), row1: Math.min(top + height, this.stop) },
+      ...{ column0: Math.max(left, 0), column1: Math.min(left + width, this.chart.width) },
+    }
+  }
+
+  /** Whether placements cover these rows so often that all of them may be too many to remember. */
+  isDeep(placed) {
+    let area = 0
+    for (const one of placed) {
+      const { row0, row1, column0, column1 } = this.clip(one)
+      area += Math.max(0, row1 - row0) * Math.max(0, column1 - column0)
+    }
+    return area > MOST_LAYERS * this.texels
+  }
+
+  /** Make room for a row more. */
+  #reserve(count) {
+    const grown = (array, length) => {
+      if (length <= array.length) return array
+      const more = new array.constructor(2 * length)
+      more.set(array)
+      return more
+    }
+    this.runs = grown(this.runs, this.runCount + 3 * count)
+    this.places = grown(this.places, this.placeCount + count)
+    this.weights = grown(this.weights, this.weightCount + count)
+  }
+
+  /** Add a placement below all before; with `alone` as if something were above it everywhere. */
+  add(one, alone) {
+    const { chart, above } = this
+    const { top, left, row0, row1, column0, column1 } = this.clip(one)
+    if (row0 >= row1 || column0 >= column1) return
+    const reading = new Reading(one, this.field, this.exemplar)
+    const tag = (reading.level << 5) | (one.turn << 2)
+    const weights = weigh(one, this.scratch)
+    for (let row = row0; row < row1; row++) {
+      this.#reserve(column1 - column0)
+      const { runs } = this
+      const firstRun = this.runCount
+      let { runCount } = this
+      let open = 0
+      const start = (row - this.start) * chart.width
+      let at = (row - top) * one.width + column0 - left
+      for (let texel = start + column0, end = start + column1; texel < end; texel++, at++) {
+        const weight = weights ? weights[at] : 256
+        const cover = alone ? VEILED : above[texel]
+        let kind = 0
+        if (weight > 0 && cover !== HIDDEN) {
+          kind = weight < 256 ? BLEND : cover === BARE ? FINAL : BASE
+          above[texel] = weight < 256 ? VEILED : HIDDEN
+          if (kind === BLEND) this.weights[this.weightCount++] = weight
+        }
+        if (kind !== open) {
+          if (open) runs[runCount - 1] = texel - runs[runCount - 2]
+          open = kind
+          if (open) {
+            runs[runCount] = tag | kind
+            runs[runCount + 1] = texel
+            runCount += 3
+          }
+        }
+      }
+      if (open) runs[runCount - 1] = start + column1 - runs[runCount - 2]
+      this.runCount = runCount
+      for (let run = firstRun; run < runCount; run += 3) {
+        reading.trace(row, runs[run + 1] - start, runs[run + 2], this.places, this.placeCount)
+        this.placeCount += runs[run + 2]
+      }
+    }
+  }
+
+  /** Paint all runs in texels [first, end), bottom up. */
+  paint(source, first, end, canvas) {
+    const { runs, places, weights } = this
+    let place = this.placeCount
+    let weight = this.weightCount
+    let last = -1
+    let level
+    for (let run = this.runCount - 3; run >= 0; run -= 3) {
+      const tag = runs[run]
+      place -= runs[run + 2]
+      if ((tag & 3) === BLEND) weight -= runs[run + 2]
+      if (runs[run + 1] < first || runs[run + 1] >= end) continue
+      if (tag >> 2 !== last) {
+        last = tag >> 2
+        level = source.level(last >> 3, last & 7)
+      }
+      const [to, stop] = [runs[run + 1], runs[run + 1] + runs[run + 2]]
+      canvas.lay(tag & 3, to, stop, level.samples, level.width, places, place, weights, weight)
+    }
+  }
+}
+
+/** The level of the pyramid for a block of which M has this determinant at its centre. */
+function levelAt({ height, width }, area) {
+  const most = 32 - Math.clz32(Math.max(height, width) - 1)
   let k = 0
   while (k < most && area >= 2 * UNIT * UNIT * 4 ** k) k++
-  exemplar.pyramid ??= [exemplar]
-  while (exemplar.pyramid.length <= k) exemplar.pyramid.push(halve(exemplar.pyramid.at(-1)))
   return k
 }
 
-/** A function that samples `count` texels of a placement from (row, column) on into `line`, as the canvas holds them. */
-function sampler(one, exemplar, field) {
-  const { channels } = exemplar
-  const real = exemplar.data instanceof Float32Array
-  const [p, q, r, s] = TURNS[one.turn]
-  if (!field) {
-    const { data, width: wide } = exemplar
-    const step = (q * wide + s) * channels
-    return (row, column, count, line) => {
-      const [y, x] = [row - one.row, column - one.column]
-      let from = (((one.sourceRow >> 4) + p * y + q * x) * wide + (one.sourceColumn >> 4) + r * y + s * x) * channels
-      for (let to = 0; to < count * channels; from += step) {
-        for (let k = 0; k < channels; k++) line[to++] = real ? data[from + k] : data[from + k] << 6
-      }
-    }
+/** Paints strips of charts of one kind of samples; its canvas is used again and again. */
+class Canvas {
+  constructor(Samples, channels) {
+    const bytes = (this.bytes = Samples === Uint8Array)
+    this.channels = channels
+    this.perTexel = bytes ? 1 : channels
+    this.layersPerTexel = bytes ? 2 : channels
+    this.opaque = bytes && channels & 1 ? 255 << 24 : 0
+    this.out = new (bytes ? Uint32Array : Samples)(0)
+    this.layers = new (Samples === Float32Array ? Float32Array : Int32Array)(0)
   }
-  const centre = matrixAt(field, one.row, one.column, [0, 0, 0, 0])
-  const level = levelFor(exemplar, centre)
-  const { height, width, data } = exemplar.pyramid[level]
-  const here = [0, 0, 0, 0]
-  const stride = width * channels
-  return (row, column, count, line) => {
-    const y = row - one.row
-    for (let n = 0, to = 0; n < count; n++) {
-      matrixAt(field, row, column + n, here)
-      const x = column + n - one.column
-      const v = ((centre[0] + here[0]) * y + (centre[1] + here[1]) * x + 256) >> 9
-      const w = ((centre[2] + here[2]) * y + (centre[3] + here[3]) * x + 256) >> 9
-      const i = clamp(((one.sourceRow + p * v + q * w + 8) >> level) - 8, 0, 16 * (height - 1))
-      const j = clamp(((one.sourceColumn + r * v + s * w + 8) >> level) - 8, 0, 16 * (width - 1))
-      const at = (i >> 4) * stride + (j >> 4) * channels
-      const beside = j >> 4 < width - 1 ? channels : 0
-      const below = i >> 4 < height - 1 ? stride : 0
-      const d = (i & 15) * (j & 15)
-      const [b, c] = [16 * (j & 15) - d, 16 * (i & 15) - d]
-      const a = 256 - b - c - d
-      for (let k = at; k < at + channels; k++, to++) {
-        const [e, f, g, h] = [data[k], data[k + beside], data[k + below], data[k + below + beside]]
-        if (real) {
-          const upper = Math.fround(Math.fround(e * (a / 256)) + Math.fround(f * (b / 256)))
-          line[to] = Math.fround(upper + Math.fround(g * (c / 256))) + Math.fround(h * (d / 256))
-        } else line[to] = (e * a + f * b + g * c + h * d + 2) >> 2
-      }
-    }
-  }
-}
 
-/** Paint rows [start, stop) of a chart. */
-function paint(chart, placed, exemplar, start, stop, field) {
-  const { channels, data } = exemplar
-  const real = data instanceof Float32Array
-  const columns = chart.width
-  const Canvas = real ? Float32Array : Int32Array
-  const canvas = new Canvas((stop - start) * columns * channels)
-  const line = new Canvas(columns * channels)
-  for (const one of placed) {
-    const top = one.row - (one.height >> 1)
-    const left = one.column - (one.width >> 1)
-    const [row0, row1] = [Math.max(top, start), Math.min(top + one.height, stop)]
-    const [column0, column1] = [Math.max(left, 0), Math.min(left + one.width, columns)]
-    if (row0 >= row1 || column0 >= column1) continue
-    const weights = one.mask ? weigh(one) : null
-    const sample = sampler(one, exemplar, field)
-    for (let row = row0; row < row1; row++) {
-      sample(row, column0, column1 - column0, line)
-      let to = ((row - start) * columns + column0) * channels
-      let at = (row - top) * one.width + column0 - left
-      for (let from = 0; from < (column1 - column0) * channels; at++) {
-        const w = weights ? weights[at] : 256
-        for (let k = 0; k < channels; k++, from++, to++) {
-          if (w === 256) canvas[to] = line[from]
-          else if (w === 0) continue
-          else if (real) canvas[to] = Math.fround(canvas[to] * ((256 - w) / 256)) + Math.fround(line[from] * (w / 256))
-          else canvas[to] = (canvas[to] * (256 - w) + line[from] * w + 128) >> 8
+  /** Clear texels [first, end) of so many. */
+  clear(count, first, end) {
+    const { out, perTexel, layersPerTexel } = this
+    if (count * perTexel > out.length) {
+      this.out = new out.constructor(count * perTexel)
+      this.layers = new this.layers.constructor(count * layersPerTexel)
+    }
+    this.out.fill(this.opaque, first * perTexel, end * perTexel)
+    this.layers.fill(0, first * layersPerTexel, end * layersPerTexel)
+  }
+
+  /** What lies there: RGBA of 8-bit samples, else as many samples as there are channels. */
+  painted(first, end) {
+    if (this.bytes) return new Uint8Array(this.out.buffer, 4 * first, 4 * (end - first))
+    return this.out.subarray(first * this.perTexel, end * this.perTexel)
+  }
+
+  /** Lay samples at `places` on texels [to, end). */
+  lay(kind, to, end, samples, width, places, place, weights, weight) {
+    if (this.bytes) this.#layBytes(kind, to, end, samples, 2 * width, places, place, weights, weight)
+    else this.#laySamples(kind, to, end, samples, width * this.channels, places, place, weights, weight)
+  }
+
+  // Two samples a word, 16 bits each, which weights of 256 in all fill and 6 fractional bits leave room in.
+  #layBytes(kind, to, end, words, below, places, place, weights, weight) {
+    const { out, layers, opaque } = this
+    for (; to < end; to++, place++) {
+      const at = (places[place] >>> 8) * 2
+      const fraction = places[place] & 255
+      let even, odd
+      if (fraction) {
+        const d = (fraction >> 4) * (fraction & 15)
+        const b = 16 * (fraction & 15) - d
+        const c = (fraction & 240) - d
+        const a = 256 - b - c - d
+        even = Math.imul(words[at], a) + Math.imul(words[at + 2], b)
+        even = (even + Math.imul(words[at + below], c) + Math.imul(words[at + below + 2], d)) | 0
+        odd = Math.imul(words[at + 1], a) + Math.imul(words[at + 3], b)
+        odd = (odd + Math.imul(words[at + below + 1], c) + Math.imul(words[at + below + 3], d)) | 0
+      } else if (kind === FINAL) {
+        out[to] = words[at] | (words[at + 1] << 8) | opaque
+        continue
+      } else {
+        even = words[at] << 8
+        odd = words[at + 1] << 8
+      }
+      if (kind === FINAL) {
+        // Rounding to 6 bits and to none at once.
+        out[to] = (((even + 0x820082) >>> 8) & 0xff00ff) | ((odd + 0x820082) & 0xff00ff00) | opaque
+        continue
+      }
+      even = ((even + 0x20002) >>> 2) & 0x3fff3fff
+      odd = ((odd + 0x20002) >>> 2) & 0x3fff3fff
+      if (kind === BLEND) {
+        const w = weights[weight++]
+        const rest = 256 - w
+        const [e, o] = [layers[2 * to], layers[2 * to + 1]]
+        even =
+          (((e & 0xffff) * rest + (even & 0xffff) * w + 128) >> 8) |
+          ((((e >>> 16) * rest + (even >>> 16) * w + 128) << 8) & 0xffff0000)
+        odd =
+          (((o & 0xffff) * rest + (odd & 0xffff) * w + 128) >> 8) |
+          ((((o >>> 16) * rest + (odd >>> 16) * w + 128) << 8) & 0xffff0000)
+      }
+      out[to] = (((even + 0x200020) >>> 6) & 0xff00ff) | (((odd + 0x200020) << 2) & 0xff00ff00) | opaque
+      layers[2 * to] = even
+      layers[2 * to + 1] = odd
+    }
+  }
+
+  #laySamples(kind, to, end, samples, below, places, place, weights, weight) {
+    const { out, layers, channels } = this
+    const real = out instanceof Float32Array
+    for (; to < end; to++, place++) {
+      const fraction = places[place] & 255
+      const d = (fraction >> 4) * (fraction & 15)
+      const b = 16 * (fraction & 15) - d
+      const c = (fraction & 240) - d
+      const a = 256 - b - c - d
+      const w = kind === BLEND ? weights[weight++] : 256
+      let at = (places[place] >>> 8) * channels
+      for (let n = to * channels, last = n + channels; n < last; n++, at++) {
+        const [e, f, g, h] = [samples[at], samples[at + channels], samples[at + below], samples[at + below + channels]]
+        if (real) {
+          let value = e
+          if (fraction) {
+            value = Math.fround(Math.fround(e * (a / 256)) + Math.fround(f * (b / 256)))
+            value = Math.fround(Math.fround(value + Math.fround(g * (c / 256))) + Math.fround(h * (d / 256)))
+          }
+          if (w < 256) value = Math.fround(layers[n] * ((256 - w) / 256)) + Math.fround(value * (w / 256))
+          layers[n] = out[n] = value
+        } else {
+          let value = (e * a + f * b + g * c + h * d + 2) >> 2
+          if (w < 256) value = (layers[n] * (256 - w) + value * w + 128) >> 8
+          layers[n] = value
+          out[n] = (value + 32) >> 6
         }
       }
     }
   }
-  if (real) return canvas
-  const out = new data.constructor(canvas.length)
-  for (let n = 0; n < out.length; n++) out[n] = (canvas[n] + 32) >> 6
+}
+
+/** Paints charts. What lies where depends on placements alone, and is kept while the exemplar gets better. */
+class Painter {
+  constructor() {
+    this.recipes = new Map() // by chart: those of its strips, and how many bytes they are
+    this.room = KEPT_BYTES
+    this.recipe = new Recipe()
+    this.scratch = new Scratch()
+    this.canvases = {}
+  }
+
+  forget(chart) {
+    this.room += this.recipes.get(chart)?.bytes ?? 0
+    this.recipes.delete(chart)
+  }
+
+  /**
+   * Paint rows [start, stop) of a chart, and call take(painted, first row, rows) for strip after strip; `painted` is
+   * RGBA, a byte each, of 8-bit samples.
+   */
+  paint({ index, chart, field, placed, source, start, stop, take }) {
+    const { data, channels } = source.picture
+    const canvas = (this.canvases[data.constructor.name + channels] ??= new Canvas(data.constructor, channels))
+    if (!this.recipes.has(index)) this.recipes.set(index, { strips: [], bytes: 0 })
+    const kept = this.recipes.get(index)
+    const { width } = chart
+    const most = Math.max(64, Math.floor(STRIP / width))
+    let all
+    for (let strip = Math.floor(start / most); strip * most < stop; strip++) {
+      const top = strip * most
+      const bottom = Math.min(top + most, chart.height)
+      const [row0, row1] = [Math.max(start, top), Math.min(stop, bottom)]
+      const [first, end] = [(row0 - top) * width, (row1 - top) * width]
+      canvas.clear((bottom - top) * width, first, end)
+      const known = kept.strips[strip]
+      const recipe = known ?? this.recipe
+      if (!known) {
+        recipe.begin(chart, field, source.picture, top, bottom, this.scratch)
+        all ??= placed()
+        if (recipe.isDeep(all)) {
+          for (const one of all) {
+            recipe.clear()
+            recipe.add(one, true)
+            recipe.paint(source, first, end, canvas)
+          }
+          recipe.clear()
+        } else {
+          for (let n = all.length - 1; n >= 0; n--) recipe.add(all[n], false)
+          if (recipe.bytes <= this.room) {
+            kept.strips[strip] = recipe.copy()
+            kept.bytes += recipe.bytes
+            this.room -= recipe.bytes
+          }
+        }
+      }
+      recipe.paint(source, first, end, canvas)
+      const painted = canvas.painted(first, end)
+      const count = end - first
+      if (source.normal && field) turnVectors(painted, painted.length / count, field, width, row0 * width, count)
+      take(painted, row0, row1 - row0)
+    }
+  }
+}
+
+/** Write RGBA as so many channels. */
+function narrow(painted, channels, out, to) {
+  for (let from = 0; from < painted.length; from += 4, to += channels) {
+    out[to] = painted[from]
+    if (channels === 3) {
+      out[to + 1] = painted[from + 1]
+      out[to + 2] = painted[from + 2]
+    } else if (channels === 2) out[to + 1] = painted[from + 3]
+  }
+  return to
+}
+
+const SRGB_ROLES = ['albedo', 'emission']
+
+/** The 8-bit sRGB codes of 65536 even steps of linear light. */
+let codes = null
+function srgbCodes() {
+  return (codes ??= Uint8Array.from(indices(65536), (n) => {
+    const x = n / 65535
+    return 255 * (x <= 0.0031308 ? 12.92 * x : 1.055 * x ** (1 / 2.4) - 0.055) + 0.5
+  }))
+}
+
+/** Samples of 16 bits or floats as RGBA of 8 bits. */
+function toRGBA(samples, channels, colored) {
+  const wide = samples instanceof Uint16Array
+  const plain = (x) => (wide ? Math.floor((x + 128) / 257) : 255 * clamp(x, 0, 1) + 0.5)
+  const table = colored && !wide ? srgbCodes() : null
+  const color = table ? (x) => table[Math.fround(65535 * clamp(x, 0, 1)) + 0.5 | 0] : plain
+  const [green, blue] = channels < 3 ? [0, 0] : [1, 2]
+  const out = new Uint8Array((4 * samples.length) / channels)
+  for (let to = 0, at = 0; to < out.length; to += 4, at += channels) {
+    out[to] = color(samples[at])
+    out[to + 1] = color(samples[at + green])
+    out[to + 2] = color(samples[at + blue])
+    out[to + 3] = channels & 1 ? 255 : plain(samples[at + channels - 1])
+  }
   return out
 }
 
@@ -2233,6 +2763,7 @@ export class UphDecoder {
     this.placements = null
     this.maps = new Map() // by role
     this.pictures = new Map()
+    this.painter = new Painter()
     this.view = 0
     this.seen = ''
     this.chunk = null
@@ -2277,6 +2808,7 @@ export class UphDecoder {
     if (marked) {
       // What lies on a chart shows from when its own blocks are known.
       this.changed.charts = [...marked].filter((n) => this.placements.knownCharts.has(n)).sort((a, b) => a - b)
+      for (const n of marked) this.painter.forget(n)
       marked.clear()
     }
     return this.changed
@@ -2328,8 +2860,7 @@ export class UphDecoder {
       const length = fields.varint(`length of chunk ${tag}`, Math.max(0, this.total - offset - 6))
       const payload = offset + fields.place
       if (payload + length + 4 > this.total) this.fail(`chunk ${tag} ends behind the end of the file`, offset)
-      this.#checkOrder(tag, length, offset)
-      this.chunk = { tag, length, payload, left: length, crc: crc32(head.subarray(0, fields.place), 0) }
+      this.chunk = { tag, length, offset, payload, left: length, crc: crc32(head.subarray(0, fields.place), 0) }
       return fields.place
     }
     const { chunk } = this
@@ -2343,11 +2874,10 @@ export class UphDecoder {
       this.chunk = null
     }
     if (part.length || whole) this.#take(chunk, part, whole)
-    chunk.begun = true
     return part.length + (whole ? 4 : 0)
   }
 
-  #checkOrder(tag, length, offset) {
+  #checkOrder({ tag, length, offset }) {
     if (!(tag in NEEDS)) {
       if (tag < 'a') this.fail(`unknown chunk ${tag}`, offset)
       return
@@ -2361,10 +2891,11 @@ export class UphDecoder {
 
   #take(chunk, part, whole) {
     const { tag, payload } = chunk
+    if (part.length === chunk.length - chunk.left) this.#checkOrder(chunk) // its first bytes
     if (tag === 'D') {
       if (this.image.feed(part)) this.#better('albedo')
     } else if (tag === 'E') {
-      if (!chunk.begun) {
+      if (!chunk.role) {
         if (!part.length) this.fail('a part of a map is empty', payload)
         chunk.role = [...this.maps.keys()][part[0]]
         if (!part[0] || !chunk.role) this.fail(`number of a map is ${part[0]}; allowed: 1 to ${this.maps.size - 1}`, payload)
@@ -2443,28 +2974,82 @@ export class UphDecoder {
     return [...this.maps.keys()]
   }
 
+  /** How many of a map's coefficients are significant so far, of how many, and whether these are all. */
+  coefficients(role = 'albedo') {
+    const map = this.maps.get(role)
+    if (!map) return { known: 0, count: 0, complete: false }
+    const { height, width, channels } = map.header
+    return { known: map.significant, count: height * width * channels, complete: map.complete }
+  }
+
   /** A map of the exemplar as far as it has come: {height, width, channels, data}. */
   exemplar(role = 'albedo') {
     if (!this.image) throw new RangeError(`stream needs ${this.needed} more bytes`)
     if (!this.maps.has(role)) throw new RangeError(`map is ${role}; allowed: ${this.roles.join(', ')}`)
-    if (!this.pictures.has(role)) this.pictures.set(role, this.maps.get(role).image())
-    return this.pictures.get(role)
+    if (!this.pictures.has(role)) {
+      const picture = this.maps.get(role).image()
+      this.pictures.set(role, { picture, source: new Source(picture, role) })
+    }
+    return this.pictures.get(role).picture
   }
 
   /** Texels of a chart as far as they can be painted, rows [start, stop) of it, as the map's `data`. */
   texels(index, start = 0, stop = this.charts[index]?.height, role = 'albedo') {
-    const exemplar = this.exemplar(role)
+    const { data, channels } = this.exemplar(role)
+    const { width } = this.#checkRows(index, start, stop)
+    const out = new data.constructor((stop - start) * width * channels)
+    let to = 0
+    this.#paint(index, start, stop, role, (painted) => {
+      if (painted.constructor !== Uint8Array || channels === 4) {
+        out.set(painted, to)
+        to += painted.length
+        return
+      }
+      to = narrow(painted, channels, out, to)
+    })
+    return out
+  }
+
+  /**
+   * The same as 8-bit RGBA for the screen, written from `into[offset]` on with `stride` texels from row to row; returns
+   * `into`. Grey becomes RGB; floats become sRGB where a map is a colour.
+   */
+  rgba(index, { role = 'albedo', start = 0, stop = this.charts[index]?.height, into, stride, offset = 0 } = {}) {
+    const { channels } = this.exemplar(role)
+    const { width } = this.#checkRows(index, start, stop)
+    into ??= new Uint8ClampedArray(4 * (stop - start) * width)
+    const step = 4 * (stride ?? width)
+    if (!(offset >= 0 && step >= 4 * width && offset + (stop - start - 1) * step + 4 * width <= into.length)) {
+      throw new RangeError(`texels do not fit ${into.length} bytes`)
+    }
+    this.#paint(index, start, stop, role, (painted, row, rows) => {
+      let to = offset + (row - start) * step
+      if (painted.constructor !== Uint8Array) painted = toRGBA(painted, channels, SRGB_ROLES.includes(role))
+      for (let i = 0; i < rows; i++, to += step) into.set(painted.subarray(4 * width * i, 4 * width * (i + 1)), to)
+    })
+    return into
+  }
+
+  #checkRows(index, start, stop) {
     const chart = this.charts[index]
     if (!chart) throw new RangeError(`chart is ${index}; allowed: 0 to ${this.charts.length - 1}`)
     if (!(start >= 0 && start <= stop && stop <= chart.height)) {
       throw new RangeError(`rows are ${start} to ${stop}; allowed: 0 to ${chart.height}`)
     }
-    if (this.placements?.knownCharts.has(index)) {
-      return paint(chart, this.placements.of(index), exemplar, start, stop, this.fields[index])
+    return chart
+  }
+
+  #paint(index, start, stop, role, take) {
+    const { picture, source } = this.pictures.get(role)
+    const chart = this.charts[index]
+    if (role === 'normal' && picture.channels !== 3) {
+      throw new RangeError(`normal map has ${picture.channels} channels; allowed: 3`)
     }
-    const field = scaleField(this.scale)
-    const placed = mirrored(chart, exemplar, field ? field.matrices[0] : UNIT)
-    return paint(chart, placed, exemplar, start, stop, field)
+    const known = this.placements?.knownCharts.has(index)
+    const field = known ? this.fields[index] : scaleField(this.scale)
+    const placed = () =>
+      known ? this.placements.of(index) : mirrored(chart, picture, field ? field.matrices[0] : UNIT)
+    this.painter.paint({ index, chart, field, placed, source, start, stop, take })
   }
 }
 

@@ -10,13 +10,26 @@ function digest(arrays) {
   return hash.digest('hex').slice(0, 16)
 }
 
+const MOST_TEXELS = 2 ** 21
+
 function found(decoder) {
   if (decoder.needed) return { needed: decoder.needed }
+  if (decoder.charts?.reduce((sum, { height, width }) => sum + height * width, 0) > MOST_TEXELS) {
+    return { large: true, known: decoder.chartsKnown }
+  }
   if (decoder instanceof EzwDecoder) return { image: digest([decoder.image().data]) }
-  const texels = decoder.charts.map((_, n) => decoder.texels(n))
-  const maps = decoder.roles.slice(1).map((role) => [role, digest([decoder.exemplar(role).data])])
-  if (maps.length) texels.push(...decoder.charts.map((_, n) => decoder.texels(n, 0, undefined, decoder.roles.at(-1))))
-  return { exemplar: digest([decoder.exemplar().data]), texels: digest(texels), known: decoder.chartsKnown, maps }
+  const texels = decoder.charts.flatMap(({ height }, n) => {
+    const middle = Math.ceil(height / 3)
+    return [decoder.texels(n, 0, middle), decoder.texels(n, middle)]
+  })
+  const shown = decoder.charts.map((_, n) => decoder.rgba(n))
+  const maps = decoder.roles.slice(1).map((role) => {
+    const painted = decoder.charts.map((_, n) => decoder.texels(n, 0, undefined, role))
+    const seen = decoder.charts.map((_, n) => decoder.rgba(n, { role }))
+    return [role, digest([decoder.exemplar(role).data]), digest(painted), digest(seen)]
+  })
+  const [exemplar, known] = [digest([decoder.exemplar().data]), decoder.chartsKnown]
+  return { exemplar, texels: digest(texels), shown: digest(shown), known, maps }
 }
 
 function run({ path, cuts }) {
@@ -30,7 +43,7 @@ function run({ path, cuts }) {
     }
   } catch (error) {
     if (!(error instanceof UphError)) throw error
-    results.push({ error: error.offset })
+    results.push({ error: error.offset, what: error.message })
   }
   return results
 }

@@ -61,6 +61,32 @@ test('rows can be painted on their own', () => {
   assert.throws(() => decoder.texels(decoder.charts.length), RangeError)
 })
 
+test('texels for the screen leave room round them', () => {
+  const { decoder } = decoded(read('quilt.uph'), atOnce)
+  const { height, width } = decoder.charts[0]
+  const plain = decoder.rgba(0)
+  assert.ok(plain instanceof Uint8ClampedArray)
+  const into = new Uint8Array(4 * (height + 2) * (width + 2)).fill(7)
+  const [stride, offset] = [width + 2, 4 * (width + 3)]
+  assert.equal(decoder.rgba(0, { into, stride, offset }), into)
+  for (let row = 0; row < height + 2; row++) {
+    const line = into.subarray(4 * row * stride, 4 * (row + 1) * stride)
+    const inside = row > 0 && row <= height
+    const wanted = inside ? plain.subarray(4 * (row - 1) * width, 4 * row * width) : new Uint8Array(4 * width).fill(7)
+    assert.deepEqual([...line.subarray(4, 4 * (width + 1))], [...wanted])
+    assert.deepEqual([...line.subarray(0, 4), ...line.subarray(-4)], new Array(8).fill(7))
+  }
+  const some = decoder.rgba(0, { start: 3, stop: 9 })
+  assert.deepEqual(some, plain.slice(4 * 3 * width, 4 * 9 * width))
+  assert.equal(decoder.rgba(0, { start: 2, stop: 2 }).length, 0)
+  const beyond = { into, stride, offset: offset + 4 * stride + 8 }
+  for (const wrong of [beyond, { stride: width - 1 }, { offset: -1, into }, { stop: height + 1 }]) {
+    assert.throws(() => decoder.rgba(0, wrong), RangeError)
+  }
+  assert.throws(() => decoder.rgba(decoder.charts.length), RangeError)
+  assert.throws(() => decoder.rgba(0, { role: 'normal' }), RangeError)
+})
+
 test('the surface is told', () => {
   const { decoder } = decoded(read('nets_16_bit.uph'), atOnce)
   assert.equal(decoder.surface.kind, 'nets')

@@ -52,7 +52,7 @@ def pack_layout(charts: Sequence[Chart], surface: Surface, scale: int = 0) -> by
     whole = all((chart.s0, chart.s1, chart.t0, chart.t1) == (0, 1, 0, 1) for chart in charts)
     same = len({(chart.height, chart.width) for chart in charts}) == 1
     square = all(chart.height == chart.width for chart in charts)
-    ends = {end for chart in charts for end in (chart.s0, chart.s1, chart.t0, chart.t1)}
+    ends = {float(end) for chart in charts for end in (chart.s0, chart.s1, chart.t0, chart.t1)}
     fineness = next((n for n in range(_FINEST) if all((end * 2**n).is_integer() for end in ends)), None)
     dyadic = not whole and fineness is not None
     flags = _BY_PATCH * by_patch | _WHOLE * whole | _SAME * same | _SQUARE * square

@@ -220,9 +220,10 @@ def _parse_nets(fields: Fields) -> Surface:
     unique = int(new.sum())
     data = fields.bytes(unique * columns * dtype.itemsize, "control points")
     points = np.ones((unique, 4))
-    points[:, :columns] = np.frombuffer(data, dtype).reshape(unique, columns)
-    # Rounded homogeneous points would tear degenerate edges, whose weights differ.
-    entries = (points if flags & _FLOAT64 else _net(points))[index]
+    with np.errstate(all="ignore"):  # what is not finite is refused with its patch
+        points[:, :columns] = np.frombuffer(data, dtype).reshape(unique, columns)
+        # Rounded homogeneous points would tear degenerate edges, whose weights differ.
+        entries = (points if flags & _FLOAT64 else _net(points))[index]
     starts = np.concatenate([[0], np.cumsum([m * n for m, n in shapes])])
     patches = []
     for k, shape in enumerate(shapes):
