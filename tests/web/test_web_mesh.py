@@ -1,0 +1,187 @@
+"""Meshes made in the browser lie on Python's surfaces, with its normals, tangents and neighbours."""
+
+import json
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "stream"))
+
+from streams import anything, noise
+from test_web_decoder import HERE, ROOT, _run
+
+from upholster.geometry import Mesh, RationalPatch, Surface, surface_from_spec, vertex_tangents
+from upholster.model.pieces import chart_pieces
+from upholster.stream import encode_stream
+from upholster.synthesis import Chart, Texels
+from upholster.synthesis.layout import density_layout
+
+SPECS = (
+    "cyclide",
+    "cyclide:a=5,c=1.5,mu=4.2,spans=6x8",
+    "cyclide:a=6,c=2,mu=6",
+    "torus:R=3,r=1.25,spans=10x4",
+    "sphere",
+    "sphere:r=0.37",
+    "sphere:tiling=octants,r=5",
+    "plane:width=3,height=0.7,spans=2x3",
+    "ellipsoid",
+    "ellipsoid:rx=0.4,ry=2,rz=7",
+    "cylinder:r=0.3,h=9,spans=3",
+    "cone",
+    "cone:r1=2,r2=0,h=1,spans=5",
+    "vase",
+    "vase:radius=0.1,height=3,spans=7",
+)
+
+
+def _whole(surface: Any) -> Any:
+    return tuple(Chart(n, 8, 8) for n in range(len(surface.patches)))
+
+
+def _quadrants(surface: Any) -> Any:
+    """Charts of many sizes: each patch whole, or in two or three."""
+    parts = (
+        [(0, 1, 0, 1)],
+        [(0, 0.5, 0, 1), (0.5, 1, 0, 1)],
+        [(0, 1, 0, 0.25), (0, 0.75, 0.25, 1), (0.75, 1, 0.25, 1)],
+    )
+    return tuple(
+        Chart(n, 8, 8, *map(float, part)) for n in range(len(surface.patches)) for part in parts[n * n % 3]
+    )
+
+
+def _rectangle(x: float, y: float, width: float, height: float) -> Any:
+    corners = [[(x, y, 0), (x + width, y, 0)], [(x, y - height, 0), (x + width, y - height, 0)]]
+    return RationalPatch.from_points(corners)
+
+
+def _split() -> Any:
+    """Surfaces whose edges meet in parts: a ring of which some patches are cut, and a sheet with a border."""
+    ring = surface_from_spec("torus").patches
+    cut = [*ring[0].split(s=0.5), *ring[5].split(t=0.3), *ring[6].part(0, 1, 0, 0.5).split(s=0.625)]
+    yield Surface([*ring[1:5], *cut, ring[6].part(0, 1, 0.5, 1), *ring[7:]], "cut", 1e-8)
+    places = ((0, 0, 1, 1), (1, 0.25, 1, 1), (1, -0.75, 1, 1), (-0.5, 0, 0.5, 1))
+    yield Surface([_rectangle(*place) for place in places], "sheet")
+
+
+def _jobs() -> Any:
+    for spec in SPECS:
+        surface = surface_from_spec(spec)
+        yield surface, _whole(surface)
+    for spec in ("vase", "cone", "cone:r2=0", "cyclide", "sphere:tiling=octants"):
+        surface = surface_from_spec(spec)
+        yield surface, density_layout(surface, texels=60_000)
+        yield surface, _quadrants(surface)
+    for surface in _split():
+        yield surface, _whole(surface)
+        yield surface, _quadrants(surface)
+    bent = surface_from_spec("sphere").patches
+    yield (
+        Surface([bent[0].elevate(6, 5), *(patch.transpose().reverse(0) for patch in bent[1:])], "raised"),
+        _whole(surface_from_spec("sphere")),
+    )
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory: Any) -> Any:
+    """What the browser makes of all jobs: (surface, charts, found)."""
+    folder = tmp_path_factory.mktemp("mesh")
+    rng = np.random.default_rng(4)
+    jobs, files = list(_jobs()), []
+    for n, (surface, charts) in enumerate(jobs):
+        path = folder / f"{n}.uph"
+        path.write_bytes(encode_stream(surface, anything(rng, (32, 40), charts, 1), noise()))
+        files.append({"path": str(path), "counts": (2 ** rng.integers(0, 5, 2 * len(charts))).tolist()})
+    (folder / "jobs.json").write_text(json.dumps(files))
+    found = json.loads(_run(HERE / "mesh.mjs", folder / "jobs.json"))
+    return [(*job, files[n]["counts"], found[n]) for n, job in enumerate(jobs)]
+
+
+def _pieces(surface: Any, charts: Any) -> Any:
+    """A patch of its own for every chart."""
+    return chart_pieces(
+        surface, Texels(charts, tuple(np.zeros((c.height, c.width, 1), np.uint8) for c in charts))
+    )[0]
+
+
+def test_control_nets_are_pythons(made: Any) -> None:
+    for surface, _, _, found in made:
+        assert len(found["nets"]) == len(surface.patches)
+        for patch, net in zip(surface.patches, found["nets"], strict=True):
+            assert (net["m"], net["n"]) == patch.degree
+            mine = np.reshape(net["net"], patch.net.shape)
+            np.testing.assert_allclose(mine, patch.net, rtol=1e-12, atol=1e-12 * np.abs(patch.net).max())
+
+
+def test_what_meets_is_what_python_finds(made: Any) -> None:
+    partial = 0
+    for surface, charts, _, found in made:
+        pieces = _pieces(surface, charts)
+        for n in range(len(charts)):
+            for edge in range(4):
+                wanted = pieces.neighbours(n, edge)
+                got = found["neighbours"][n][edge]
+                assert [(m["chart"], m["edge"]) for m in got] == [
+                    (m.other_patch, m.other_edge) for m in wanted
+                ]
+                ends = [[m[name] for name in ("start", "stop", "otherStart", "otherStop")] for m in got]
+                here = [[m.start, m.stop, m.other_start, m.other_stop] for m in wanted]
+                np.testing.assert_allclose(np.reshape(ends, -1), np.reshape(here, -1), atol=1e-7)
+                partial += sum(not m.whole for m in wanted)
+    assert partial > 300
+
+
+def test_vertices_normals_and_tangents_are_pythons(made: Any) -> None:
+    for surface, charts, counts, found in made:
+        pieces = _pieces(surface, charts)
+        for n, mesh in enumerate(found["meshes"]):
+            s, t = np.reshape(mesh["parameters"], (-1, 2)).T
+            patch = pieces.patches[n]
+            positions, normals = patch.frames(s, t)
+            np.testing.assert_allclose(
+                np.reshape(mesh["positions"], (-1, 3)), positions, atol=1e-6 * surface.size
+            )
+            np.testing.assert_allclose(np.reshape(mesh["normals"], (-1, 3)), normals, atol=1e-6)
+            owner, none = np.full(len(s), n, np.int32), np.empty((0, 4), np.int32)
+            python = Mesh(positions, normals, np.stack([s, t], axis=1), owner, none, none[:, :3])
+            tangents = np.reshape(mesh["tangents"], (-1, 4))
+            np.testing.assert_allclose(tangents[:, :3], vertex_tangents(pieces, python), atol=2e-6)
+            # glTF's bitangent is up in the texture: rows run down
+            up = np.cross(normals, tangents[:, :3]) * tangents[:, 3:]
+            assert (np.einsum("ij,ij->i", up, patch.derivatives(s, t)[1]) <= 1e-9 * surface.size).all()
+            rows, columns = np.maximum(counts[2 * n : 2 * n + 2], 2)
+            assert len(np.unique(s)) >= rows + 1
+            assert len(np.unique(t)) >= columns + 1
+
+
+def test_bounds_hold_and_are_close(made: Any) -> None:
+    fine = np.linspace(0, 1, 97)
+    for surface, _, _, found in made[: len(SPECS)]:
+        for patch, bounds in zip(surface.patches, found["bounds"], strict=True):
+            points = patch.points_grid(fine, fine)
+            reach = np.linalg.norm(points - bounds["center"], axis=2).max()
+            assert reach <= bounds["radius"] * (1 + 1e-9) <= 1.5 * reach + 1e-9
+            for name, lines in (("bendS", points), ("bendT", points.swapaxes(0, 1))):
+                for segments in (1, 2, 4, 8, 16, 48):
+                    step = 96 // segments
+                    ends = lines[::step]
+                    error = np.linalg.norm(
+                        (ends[1:] + ends[:-1]) / 2 - lines[step // 2 :: step], axis=2
+                    ).max()
+                    estimate = bounds[name] / (8 * segments**2)
+                    assert error <= 1.5 * estimate + 1e-12 * surface.size
+                assert estimate <= 2 * error + 1e-9 * surface.size
+
+
+def test_it_keeps_its_promises_under_node() -> None:
+    _run("--test", HERE / "mesh.test.mjs")
+
+
+def test_it_runs_under_a_strict_policy() -> None:
+    source = (ROOT / "web" / "uph-mesh.js").read_bytes()
+    for word in (b"eval(", b"new Function", b"WebAssembly", b"import("):
+        assert word not in source

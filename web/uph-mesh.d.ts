@@ -1,0 +1,78 @@
+import type { Chart, Patch, Surface } from './uph.js'
+
+/** An interval of a chart's edge that meets another chart's edge (or another edge of the same chart). */
+export interface Meeting {
+  /** 0 ≤ start < stop ≤ 1, in the edge's own parameter: t on edges 0 and 2, s on edges 1 and 3. */
+  start: number
+  stop: number
+  chart: number
+  edge: number
+  /** Parameters there that meet start and stop, by a linear map; otherStart > otherStop where it runs back. */
+  otherStart: number
+  otherStop: number
+}
+
+export interface Bounds {
+  /** A sphere round the chart. */
+  center: [number, number, number]
+  radius: number
+  /**
+   * Upper estimates of |∂²S/∂s²| and |∂²S/∂t²|, the twist out of the surface included, with s and t from 0 to 1
+   * over the chart: n segments along s have chords no farther than about bendS / (8·n²) from it.
+   */
+  bendS: number
+  bendT: number
+}
+
+/** Triangles, counter-clockwise seen from outside. */
+export interface ChartMesh {
+  positions: Float32Array
+  /** Of length 1; at a point where an edge has collapsed the limit along the chart. */
+  normals: Float32Array
+  /** (x, y, z, w): where t, the texture's columns, grows; cross(normal, tangent)·w is up in the texture; w is 1. */
+  tangents: Float32Array
+  /** (s, t), from 0 to 1 over the chart: row 0 of its texels lies at s = 0, column 0 at t = 0. */
+  parameters: Float32Array
+  indices: Uint16Array | Uint32Array
+  /** The chart's edges as line segments: pairs of points, once round it. */
+  outline: Float32Array
+}
+
+/**
+ * Makes meshes of a surface's charts, of any fineness each. Along a meeting both charts' vertices lie at the breaks of
+ * either, at positions equal to the bit: there are no gaps, and a closed surface's meshes close.
+ */
+export class SurfaceMesher {
+  /** What `UphDecoder` has. Throws `RangeError` for control points or weights outside the format's limits. */
+  constructor(surface: Surface, charts: readonly Chart[])
+  /** The surface's patches, those of a built-in one as well. */
+  readonly patches: readonly Patch[]
+  /** What meets an edge of a chart, along it. Throws `RangeError` if there is no such chart. */
+  neighbours(chart: number, edge: 0 | 1 | 2 | 3): Meeting[]
+  /**
+   * At each of `count` places along an edge, (n + ½)/count: the angle by which the tangents beyond it are turned against
+   * the chart's own, about its normal; 0 at borders. What a normal map's gutter needs.
+   */
+  turns(chart: number, edge: 0 | 1 | 2 | 3, count: number): Float32Array
+  /** Where a chart is and how it bends, sampled. Throws `RangeError` if there is no such chart. */
+  bounds(chart: number): Bounds
+  /**
+   * The mesh of a chart.
+   *
+   * `counts` holds two numbers for every chart of the surface, its segments along s and along t: 1 to 256, powers of
+   * two if what charts have in common shall be few vertices; 1 counts as 2. A mesh changes with the counts of its chart
+   * and of those that meet it. Throws `RangeError` if there is no such chart, or for a count outside its range.
+   */
+  mesh(chart: number, counts: ArrayLike<number>): ChartMesh
+}
+
+/**
+ * Segments along s and t, powers of two from 1 to 256, with which the mesh stays within `errorPixels` of the surface.
+ *
+ * `pixelsPerUnit` tells how large the model's unit is on the screen at the chart's nearest point.
+ */
+export function countsFor(
+  bounds: Pick<Bounds, 'bendS' | 'bendT'>,
+  pixelsPerUnit: number,
+  errorPixels: number,
+): [number, number]
