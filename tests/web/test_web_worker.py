@@ -1,0 +1,40 @@
+"""The page's worker hands over what the decoder paints, gutters that match, and any prefix on demand."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "stream"))
+
+from streams import noise, woven
+from test_web_decoder import HERE, _node
+
+from upholster.stream import encode_stream
+
+
+def _material(spec: str, texels: int) -> bytes:
+    surface, quilt, exemplar = woven(spec, texels)
+    shape = exemplar.shape[:2]
+    maps = {
+        "normal": noise(*shape, 3, np.uint16, seed=1),
+        "roughness": noise(*shape, 1, np.uint8, seed=2),
+        "opacity": noise(*shape, 1, np.uint8, seed=3),
+    }
+    return encode_stream(surface, quilt, exemplar, maps=maps)
+
+
+def test_the_worker_keeps_its_promises(tmp_path: Any) -> None:
+    (tmp_path / "sphere.uph").write_bytes(_material("sphere", 20_000))
+    (tmp_path / "vase.uph").write_bytes(_material("vase", 40_000))
+    done = subprocess.run(
+        [_node(), "--test", str(HERE / "worker.test.mjs")],
+        env={**os.environ, "STREAMS": str(tmp_path)},
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
+    assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-3000:]

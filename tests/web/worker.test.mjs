@@ -1,0 +1,212 @@
+// What the worker hands to the page: run with `node --test`, also by test_web_worker.py, which gives STREAMS, a folder.
+import assert from 'node:assert/strict'
+import { readFileSync, readdirSync } from 'node:fs'
+import { test } from 'node:test'
+import { pathToFileURL } from 'node:url'
+
+import { UphDecoder } from '../../web/uph.js'
+import { edgeLines, putRing } from '../../web/uph-gutter.js'
+import { SurfaceMesher } from '../../web/uph-mesh.js'
+import { Session } from '../../web/uph-worker.js'
+
+const folders = [new URL('../vectors/', import.meta.url)]
+if (process.env.STREAMS) folders.push(pathToFileURL(`${process.env.STREAMS}/`))
+const streams = folders.flatMap((folder) =>
+  readdirSync(folder)
+    .filter((name) => name.endsWith('.uph'))
+    .map((name) => [name, new Uint8Array(readFileSync(new URL(name, folder)))]),
+)
+
+/** A page that shows what it is sent. */
+class Page {
+  textures = new Map()
+  meshes = new Map()
+  errors = []
+  ticket = 0
+
+  constructor({ maxTextureSize = 4096, maxTexels = 2 ** 26 } = {}) {
+    this.session = new Session((message) => setImmediate(() => this.take(message)))
+    this.session.receive({ kind: 'open', maxTextureSize, maxTexels })
+  }
+
+  take({ kind, ...message }) {
+    if (kind === 'surface') this.surface = message
+    else if (kind === 'meshes') for (const piece of message.pieces) this.meshes.set(piece.chart, piece)
+    else if (kind === 'textures') {
+      for (const { chart, target, height, width, ring, data } of message.entries) {
+        const key = `${target} ${chart}`
+        if (ring) putRing(this.textures.get(key), { height, width }, data)
+        else this.textures.set(key, data)
+      }
+      this.session.receive({ kind: 'shown', buffers: [] })
+    } else if (kind === 'state') {
+      this.state = message.state
+      if (message.state.idle && message.state.ticket === this.ticket) this.done?.()
+    } else this.errors.push(message)
+  }
+
+  send(message) {
+    this.session.receive({ ...message, ticket: ++this.ticket })
+    return new Promise((resolve) => (this.done = resolve))
+  }
+}
+
+/** What a decoder has of a chart's colour, without a gutter. */
+function colour(decoder, chart) {
+  const { height, width } = decoder.charts[chart]
+  const paint = (role) => decoder.rgba(chart, { role, into: new Uint8Array(4 * height * width), stride: width })
+  const texels = paint('albedo')
+  if (decoder.coefficients('opacity').known) {
+    const opacity = paint('opacity')
+    for (let n = 3; n < texels.length; n += 4) texels[n] = opacity[n - 1]
+  }
+  return texels
+}
+
+/** Everything that can be seen, in an order of its own. */
+const seen = (page) => [...page.textures].sort(([a], [b]) => (a < b ? -1 : 1))
+
+async function shown(data, options) {
+  const page = new Page(options)
+  await page.send({ kind: 'feed', bytes: data })
+  assert.deepEqual(page.errors, [])
+  return page
+}
+
+for (const [name, data] of streams) {
+  test(`${name}: the texels in their gutters are the decoder's`, async () => {
+    const page = await shown(data)
+    const decoder = new UphDecoder()
+    decoder.feed(data)
+    assert.equal(page.meshes.size, decoder.charts.length)
+    assert.ok(page.state.complete)
+    decoder.charts.forEach(({ height, width }, n) => {
+      const stride = width + 2
+      const texture = page.textures.get(`color ${n}`)
+      assert.equal(texture.length, 4 * stride * (height + 2))
+      const plain = colour(decoder, n)
+      for (let row = 0; row < height; row++) {
+        const at = 4 * ((row + 1) * stride + 1)
+        assert.deepEqual(texture.slice(at, at + 4 * width), plain.slice(4 * row * width, 4 * (row + 1) * width))
+      }
+    })
+  })
+
+  test(`${name}: a gutter holds what lies beyond the edge`, async () => {
+    const page = await shown(data)
+    const { charts } = page.surface
+    const decoder = new UphDecoder()
+    decoder.feed(data)
+    const mesher = new SurfaceMesher(decoder.surface, decoder.charts)
+    let met = 0
+    charts.forEach((size, n) => {
+      const gutters = edgeLines(page.textures.get(`color ${n}`), size)
+      const outside = ringLines(page.textures.get(`color ${n}`), size)
+      for (let edge = 0; edge < 4; edge++) {
+        const beyond = mesher.neighbours(n, edge)
+        if (!beyond.length && !mesher.neighbours(n, edge).length) assert.deepEqual(outside[edge], gutters[edge])
+        for (const there of beyond) {
+          if (there.start > 0 || there.stop < 1 || Math.abs(there.otherStop - there.otherStart) < 1) continue
+          const other = edgeLines(page.textures.get(`color ${there.chart}`), charts[there.chart])[there.edge]
+          if (other.length !== outside[edge].length) continue
+          const expected = there.otherStart < there.otherStop ? other : reversed(other)
+          assert.deepEqual(outside[edge], expected, `chart ${n}, edge ${edge}`)
+          met++
+        }
+      }
+    })
+    if (charts.length > 4 && name !== 'fields.uph') assert.ok(met > 4)
+  })
+
+  test(`${name}: pieces and their pace do not matter`, async () => {
+    const whole = seen(await shown(data))
+    const page = new Page()
+    let at = 0
+    for (let k = 0; at < data.length; k++) {
+      const size = 1 + ((k * 7919) % Math.ceil(data.length / 7))
+      const sent = page.send({ kind: 'feed', bytes: data.slice(at, (at += size)) })
+      if (k % 3) await sent
+    }
+    await new Promise((resolve) => ((page.done = resolve), page.session.receive({ kind: 'none' })))
+    assert.deepEqual(seen(page), whole)
+  })
+
+  test(`${name}: a limit shows what a cut stream shows, and can be lifted`, async () => {
+    const page = await shown(data)
+    const whole = seen(page)
+    const decoder = new UphDecoder()
+    decoder.feed(data)
+    for (const share of [0.9, 0.4, 0.01]) {
+      const bytes = Math.round(share * data.length)
+      await page.send({ kind: 'limit', bytes })
+      const cut = new UphDecoder()
+      cut.feed(data.slice(0, Math.max(bytes, decoder.view)))
+      assert.equal(page.state.bytes, cut.received)
+      const { width } = page.surface.charts[0]
+      const plain = colour(cut, 0)
+      const texture = page.textures.get('color 0')
+      assert.deepEqual(texture.slice(4 * (width + 3), 4 * (2 * width + 3)), plain.slice(0, 4 * width))
+    }
+    await page.send({ kind: 'limit', coefficients: 0.1 })
+    assert.ok(page.state.coefficients >= 0.1 || page.state.complete)
+    await page.send({ kind: 'limit' })
+    assert.deepEqual(seen(page), whole)
+  })
+}
+
+test('a model too large for the graphics card is shown smaller', async () => {
+  const [, data] = streams.find(([name]) => name === 'paper.uph') // charts of 64 × 64
+  const [large, small] = [await shown(data), await shown(data, { maxTextureSize: 40 })]
+  const size = small.surface.charts[0]
+  assert.deepEqual(size, { height: 32, width: 32 })
+  const [from, to] = [large, small].map((page) => page.textures.get('color 3'))
+  for (const [row, column] of [[0, 0], [5, 30], [31, 31]]) {
+    const at = (i, j) => from[4 * ((2 * row + 1 + i) * 66 + 2 * column + 1 + j)]
+    const mean = (at(0, 0) + at(0, 1) + at(1, 0) + at(1, 1)) / 4
+    assert.ok(Math.abs(to[4 * ((row + 1) * 34 + column + 1)] - mean) <= 0.5)
+  }
+})
+
+test('only charts whose counts changed, and those beside them, are tessellated again', async () => {
+  const [, data] = streams.find(([name]) => name === 'paper.uph')
+  const page = await shown(data)
+  const before = new Map(page.meshes)
+  const counts = new Uint16Array(2 * before.size).fill(4)
+  await page.send({ kind: 'counts', counts: counts.slice() })
+  counts[0] = 16
+  page.meshes.clear()
+  await page.send({ kind: 'counts', counts })
+  assert.ok(page.meshes.has(0))
+  assert.ok(page.meshes.size > 1 && page.meshes.size <= 5, `${page.meshes.size}`)
+})
+
+test('a damaged stream is told once, and what was shown stays', async () => {
+  const [, data] = streams.find(([name]) => name === 'quilt.uph')
+  const bad = data.slice()
+  bad[Math.round(bad.length * 0.7)] ^= 16
+  const page = new Page()
+  await page.send({ kind: 'feed', bytes: bad.slice(0, bad.length / 2) })
+  const before = page.textures.size
+  await page.send({ kind: 'feed', bytes: bad.slice(bad.length / 2) })
+  assert.equal(page.errors.length, 1)
+  assert.match(page.errors[0].message, /^byte \d+: |CRC/)
+  assert.ok(page.textures.size >= before && before > 0)
+  await page.send({ kind: 'limit', bytes: 3000 })
+  assert.equal(page.state.bytes, 3000)
+})
+
+function ringLines(data, { height, width }) {
+  const inner = { height: height + 2, width: width + 2 }
+  // As if the gutter were the chart: its own edges, without corners.
+  const framed = new Uint8Array(4 * (width + 4) * (height + 4))
+  for (let row = 0; row < height + 2; row++) {
+    framed.set(data.subarray(4 * row * (width + 2), 4 * (row + 1) * (width + 2)), 4 * ((row + 1) * (width + 4) + 1))
+  }
+  return edgeLines(framed, inner).map((line) => line.slice(4, -4))
+}
+
+function reversed(line) {
+  const out = new Uint8Array(line.length)
+  for (let n = 0; n < line.length; n += 4) out.set(line.subarray(n, n + 4), line.length - 4 - n)
+  return out
+}

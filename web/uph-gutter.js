@@ -1,0 +1,67 @@
+// One texel round a chart, taken from beyond its edges: filtered across an edge, both sides look the same.
+//
+// A chart with its gutter is RGBA, (height + 2) × (width + 2). Edges: 0 top, 1 right, 2 bottom, 3 left.
+
+/** Texels along the four edges of a chart that lies in its gutter. */
+export function edgeLines(data, { height, width }) {
+  const stride = 4 * (width + 2)
+  const row = (n) => data.slice(n * stride + 4, n * stride + 4 + 4 * width)
+  const column = (n) => {
+    const line = new Uint8Array(4 * height)
+    for (let i = 0; i < height; i++) {
+      for (let k = 0; k < 4; k++) line[4 * i + k] = data[(i + 1) * stride + 4 * n + k]
+    }
+    return line
+  }
+  return [row(1), column(width), row(height), column(1)]
+}
+
+/**
+ * The gutter of a chart: top and bottom with corners, right and left without, in one array.
+ *
+ * `lines` are its own edge lines; `beyond(edge)` tells what meets an edge: `meetings`, each {start, stop, otherStart,
+ * otherStop, line}, and, for normals, by which angle to turn each texel, `turns`. Borders repeat the chart.
+ */
+export function makeRing(lines, { height, width }, beyond) {
+  const bands = lines.map((own, edge) => {
+    const count = edge % 2 ? height : width
+    const band = own.slice()
+    const { meetings, turns } = beyond(edge)
+    for (const { start, stop, otherStart, otherStop, line } of meetings) {
+      const slope = (otherStop - otherStart) / (stop - start)
+      const many = line.length / 4
+      for (let n = Math.max(0, Math.ceil(start * count - 0.5)); n < count && (n + 0.5) / count < stop; n++) {
+        const place = otherStart + slope * ((n + 0.5) / count - start)
+        const m = Math.min(many - 1, Math.max(0, Math.floor(place * many)))
+        for (let k = 0; k < 4; k++) band[4 * n + k] = line[4 * m + k]
+        if (turns) turnNormal(band, 4 * n, turns[n])
+      }
+    }
+    return band
+  })
+  const corner = (a, i, b, j) => [0, 1, 2, 3].map((k) => (bands[a][4 * i + k] + bands[b][4 * j + k]) >> 1)
+  const across = (edge, row) => [...corner(edge, 0, 3, row), ...bands[edge], ...corner(edge, width - 1, 1, row)]
+  return Uint8Array.of(...across(0, 0), ...across(2, height - 1), ...bands[1], ...bands[3])
+}
+
+/** Write a gutter round a chart. */
+export function putRing(data, { height, width }, ring) {
+  const stride = 4 * (width + 2)
+  data.set(ring.subarray(0, stride), 0)
+  data.set(ring.subarray(stride, 2 * stride), (height + 1) * stride)
+  for (let i = 0, from = 2 * stride; i < height; i++, from += 4) {
+    const at = (i + 1) * stride
+    for (let k = 0; k < 4; k++) {
+      data[at + stride - 4 + k] = ring[from + k]
+      data[at + k] = ring[from + 4 * height + k]
+    }
+  }
+}
+
+/** Turn the normal at `data[n]` by an angle about the surface's. */
+function turnNormal(data, n, angle) {
+  const [sine, cosine] = [Math.sin(angle), Math.cos(angle)]
+  const [x, y] = [data[n] - 127.5, data[n + 1] - 127.5]
+  data[n] = Math.round(127.5 + x * cosine - y * sine)
+  data[n + 1] = Math.round(127.5 + x * sine + y * cosine)
+}
