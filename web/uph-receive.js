@@ -26,7 +26,7 @@ export async function receive(url, sink, options) {
       if (error instanceof Refusal) throw error
       attempt = sink.received > before ? 1 : attempt + 1
       if (!(sink.received || error.answered) || attempt > TRIES) throw new Error(`${url} can not be loaded: ${error.message}`)
-      seen ??= error.seen
+      seen = before ? (seen ?? error.seen) : error.seen
       sink.dispatchEvent({ type: 'stalled', attempt, message: error.message })
       await pause(Math.min(LONGEST_WAIT, 125 * 2 ** attempt), sink.signal)
     }

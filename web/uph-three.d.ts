@@ -36,6 +36,8 @@ export class UphLoader extends Loader<UphModel> {
   errorPixels: number
   /** Where `uph-worker.js` lies, if not beside this module. */
   setWorkerURL(url: string | URL): this
+  /** Start the worker before there is a stream: it takes longer than the first bytes to arrive. */
+  prepare(): this
   /** Returns the model at once, still empty; `onLoad` comes with the first textured view. */
   load(
     url: string,

@@ -13,6 +13,7 @@ import {
   LineBasicMaterial,
   LineSegments,
   Loader,
+  MirroredRepeatWrapping,
   Mesh,
   MeshStandardMaterial,
   NoColorSpace,
@@ -32,6 +33,8 @@ const ANISOTROPY = 8
 const LOOK_EVERY = 120 // milliseconds between looks at how large the charts are on screen
 const MOST_QUADS = 2 ** 19
 const ROUGHNESS = 0.8 // of a material that says nothing about it, as in the GLB
+
+let spare = null // a worker that waits for a stream
 
 const nextFrame = globalThis.requestAnimationFrame?.bind(globalThis) ?? ((work) => setTimeout(work, 16))
 
@@ -91,7 +94,7 @@ export class UphLoader extends Loader {
       .catch((error) => model.signal.aborted || model.fail(error))
       .finally(() => {
         this.#running.delete(model)
-        end()
+        if (model.signal.aborted) end() // else the worker still has to say what the bytes are
       })
     return model
   }
@@ -111,10 +114,21 @@ export class UphLoader extends Loader {
     return this
   }
 
+  /** Start the worker before there is a stream: it takes longer than the first bytes to arrive. */
+  prepare() {
+    spare ??= { url: this.#workerURL, worker: this.#start() }
+    return this
+  }
+
+  #start() {
+    if (this.#workerURL) return new Worker(this.#workerURL, { type: 'module' })
+    return new Worker(new URL('./uph-worker.js', import.meta.url), { type: 'module' })
+  }
+
   #model() {
-    const worker = this.#workerURL
-      ? new Worker(this.#workerURL, { type: 'module' })
-      : new Worker(new URL('./uph-worker.js', import.meta.url), { type: 'module' })
+    const ready = spare?.url === this.#workerURL
+    const worker = ready ? spare.worker : this.#start()
+    if (ready) spare = null
     const { maxTextureSize, maxTexels, errorPixels } = this
     return new UphModel(worker, { maxTextureSize, maxTexels, errorPixels })
   }
@@ -147,6 +161,7 @@ export class UphModel extends Group {
   #counts = null // segments that the worker was asked for
   #wanted = null
   #looked = 0
+  #preview = null // the exemplar, which charts without placements repeat
   #queue = [] // textures that came and are not shown yet
   #drawing = false
   #ticket = 0
@@ -236,10 +251,11 @@ export class UphModel extends Group {
     this.abort()
     this.#worker.terminate()
     for (const { geometry, material } of [...this.#pieces, this.outlines]) {
-      for (const value of Object.values(material)) if (value?.isTexture) value.dispose()
+      for (const texture of Object.values(material.userData)) texture.dispose()
       geometry.dispose()
       material.dispose()
     }
+    this.#preview?.dispose()
     this.#queue = []
     this.#pieces = []
     this.clear()
@@ -322,7 +338,7 @@ export class UphModel extends Group {
         const entry = this.#queue.shift()
         const old = this.#put(entry)
         if (old) spare.push(old)
-        texels += entry.height * entry.width
+        if (!entry.unknown) texels += entry.height * entry.width
       }
       if (this.#queue.length) {
         if (this.first) this.dispatchEvent({ type: 'refine' })
@@ -342,9 +358,16 @@ export class UphModel extends Group {
   }
 
   /** Take over one texture; returns the memory of the one before. */
-  #put({ chart, target, height, width, ring, data }) {
-    const { material } = this.#pieces[chart]
-    const texture = (material.userData[target] ??= newTexture(target))
+  #put(entry) {
+    const { chart, target, height, width, ring, data } = entry
+    if (entry.preview) return this.#repeat(entry)
+    const { userData } = this.#pieces[chart].material
+    if (entry.unknown) {
+      userData[target]?.dispose()
+      delete userData[target]
+      return null
+    }
+    const texture = (userData[target] ??= newTexture(target))
     const { image } = texture
     texture.needsUpdate = true
     if (ring) {
@@ -355,15 +378,32 @@ export class UphModel extends Group {
     return image.data?.buffer ?? null
   }
 
+  /** The exemplar itself got better: all charts that repeat it share one texture. */
+  #repeat({ height, width, data, repeat }) {
+    this.#preview ??= newTexture('color')
+    this.#preview.image = { data, height, width }
+    this.#preview.wrapS = this.#preview.wrapT = MirroredRepeatWrapping
+    this.#preview.needsUpdate = true
+    this.#pieces.forEach(({ material: { userData } }, n) => {
+      const size = this.#sizes[n]
+      userData.preview ??= this.#preview.clone()
+      userData.preview.needsUpdate = true
+      // From a texture with a gutter to pixels of the exemplar, the chart's first texel on its first pixel.
+      userData.preview.repeat.set((repeat * (size.width + 2)) / width, (repeat * (size.height + 2)) / height)
+      userData.preview.offset.set(-repeat / width, -repeat / height)
+    })
+    return null
+  }
+
   /** Let the materials have the maps that are known. */
   #shape() {
     const { roles, alpha = 'opaque' } = this.#state
     this.roles = roles
     const has = (role) => roles.includes(role)
     for (const { material } of this.#pieces) {
-      const { color, normal, surface, emission, height } = material.userData
+      const { color, preview, normal, surface, emission, height } = material.userData
       const maps = {
-        map: color,
+        map: color ?? preview,
         normalMap: has('normal') ? normal : null,
         aoMap: has('ao') ? surface : null,
         roughnessMap: has('roughness') ? surface : null,

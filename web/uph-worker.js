@@ -8,7 +8,9 @@
 //      Any may have a `ticket`: states tell the last one that was heard.
 // Out: surface {charts, bounds, roles}    sizes of the textures and spheres of the charts, once
 //      meshes {pieces}                    geometry of the charts that changed
-//      textures {entries, state}          charts that changed, and what they show
+//      textures {entries, state}          what changed, and what is shown then. An entry has a target (color, normal …)
+//                                         and is `data` for a chart; the gutter only, `ring`; that a chart is not known,
+//                                         `unknown`; or the exemplar, which such charts repeat, mirrored: `preview`
 //      state {state}                      where decoding stands
 //      error {message, offset}            the stream is damaged
 
@@ -25,7 +27,7 @@ const TARGETS = {
   height: ['height'],
 }
 const SLICE = 25 // milliseconds of work before messages are looked at
-const PAUSE = 300 // milliseconds between paintings while there is more to read
+const PAUSE = 250 // milliseconds between paintings while more is to come
 const PIECE = 2048 // bytes fed at once
 const COEFFICIENT_PARTS = 400 // as Python counts coefficients
 const FIRST_PIXELS = 600 // of the model on screen, before anybody has seen it
@@ -52,6 +54,7 @@ export class Session {
   #turned = false // work is due
   #busy = false
   #spare = []
+  #hurry = false // somebody waits for just this picture
   #painted = -Infinity // when, and how long it took
   #took = 0
 
@@ -88,6 +91,7 @@ export class Session {
 
   #setLimit({ bytes, coefficients }) {
     this.#limit = { bytes, coefficients }
+    this.#hurry = true
     const decoder = this.#decoder
     // What has been read can not be unread; shares are counted at fixed places, as Python does.
     if ((bytes ?? Infinity) < decoder.received || (coefficients ?? 1) < 1) this.#restart()
@@ -128,13 +132,23 @@ export class Session {
     for (;;) {
       const more = this.#feed()
       if (this.#mesher) this.#mesh()
-      const dirty = [...this.#dirty.values()].some((charts) => charts.size)
-      const due = dirty && !this.#waiting && !this.#decoder.needed
-      // While there is more to read, painting takes at most half of the time.
-      if (due && (!more || performance.now() - this.#painted > Math.max(PAUSE, this.#took))) await this.#paint()
-      else if (!more) break
+      const due = this.#isDirty && !this.#waiting
+      // While more is to come, now and then is enough: painting takes at most half of the time.
+      const wait = this.#painted + Math.max(PAUSE, this.#took) - performance.now()
+      const last = !more && (this.#decoder.complete || this.#hurry)
+      if (due && (wait <= 0 || last)) {
+        if (last) this.#hurry = false
+        await this.#paint()
+      } else if (!more) {
+        if (due) setTimeout(() => this.#turn(), wait)
+        break
+      }
       await breath()
     }
+  }
+
+  get #isDirty() {
+    return !this.#decoder.needed && [...this.#dirty.values()].some((charts) => charts.size)
   }
 
   /** Read on for a slice; returns whether there is more. */
@@ -221,7 +235,9 @@ export class Session {
     let until = begun + SLICE
     for (const [target, charts] of jobs) {
       const fresh = new Map()
-      for (const chart of charts) {
+      const known = [...charts].filter((chart) => decoder.knows(chart))
+      entries.push(...this.#await(target, [...charts].filter((chart) => !decoder.knows(chart)), decoder))
+      for (const chart of known) {
         fresh.set(chart, this.#paintChart(decoder, target, chart))
         if (performance.now() > until) {
           await breath()
@@ -231,9 +247,25 @@ export class Session {
       entries.push(...this.#close(target, fresh))
     }
     this.#waiting = true
-    this.#post({ kind: 'textures', entries, state: { ...state, alpha: this.#alphaMode() } }, entries.map((entry) => entry.data.buffer))
+    this.#post({ kind: 'textures', entries, state: { ...state, alpha: this.#alphaMode() } }, entries.flatMap((entry) => entry.data?.buffer ?? []))
     this.#painted = performance.now()
     this.#took = this.#painted - begun
+  }
+
+  /** Charts whose placements have not come: what the page does with them. */
+  #await(target, charts, decoder) {
+    const lines = (this.#lines[target] ??= [])
+    for (const chart of charts) delete lines[chart]
+    const entries = charts.map((chart) => ({ chart, target, unknown: true }))
+    if (target === 'color' && charts.length) {
+      const picture = decoder.exemplarRgba()
+      if (has(decoder, 'opacity')) {
+        const opacity = decoder.exemplarRgba('opacity').data
+        for (let n = 0; n < opacity.length; n += 4) picture.data[n + 3] = opacity[n]
+      }
+      entries.unshift({ target, preview: true, repeat: decoder.repeat * 2 ** this.#shrink, ...picture })
+    }
+    return entries
   }
 
   /** RGBA texels of a chart with room for a gutter of one texel round it. */
@@ -333,7 +365,7 @@ export class Session {
     const decoder = this.#decoder
     return {
       ticket: this.#ticket,
-      idle: idle && !this.#waiting,
+      idle: idle && !this.#waiting && !this.#isDirty,
       bytes: decoder.received,
       total: decoder.total,
       needed: decoder.needed,

@@ -75,6 +75,12 @@ export class UphDecoder {
   coefficients(role?: string): { known: number; count: number; complete: boolean }
   /** A map of the exemplar as far as it has come. Throws `RangeError` while bytes are needed. */
   exemplar(role?: string): Picture
+  /** A map of the exemplar as far as it has come, as RGBA of 8 bits for the screen, see `rgba`. */
+  exemplarRgba(role?: string): { height: number; width: number; data: Uint8Array }
+  /** Whether a chart has its placements; before, it repeats the exemplar, mirrored, from its first texel on. */
+  knows(index: number): boolean
+  /** How many of the exemplar's pixels then go on a texel. */
+  readonly repeat: number
   /**
    * Texels of a chart as far as they can be painted, rows [start, stop): as `exemplar(role).data`. Those of 'normal' lie
    * in the texels' own frame: their vectors are turned with the texture. Where they come from is remembered (up to

@@ -2723,11 +2723,12 @@ function srgbCodes() {
   }))
 }
 
-/** Samples of 16 bits or floats as RGBA of 8 bits. */
+/** Samples as RGBA of 8 bits. */
 function toRGBA(samples, channels, colored) {
+  const real = samples instanceof Float32Array
   const wide = samples instanceof Uint16Array
-  const plain = (x) => (wide ? Math.floor((x + 128) / 257) : 255 * clamp(x, 0, 1) + 0.5)
-  const table = colored && !wide ? srgbCodes() : null
+  const plain = (x) => (real ? 255 * clamp(x, 0, 1) + 0.5 : wide ? Math.floor((x + 128) / 257) : x)
+  const table = colored && real ? srgbCodes() : null
   const color = table ? (x) => table[Math.fround(65535 * clamp(x, 0, 1)) + 0.5 | 0] : plain
   const [green, blue] = channels < 3 ? [0, 0] : [1, 2]
   const out = new Uint8Array((4 * samples.length) / channels)
@@ -2993,6 +2994,21 @@ export class UphDecoder {
     return this.pictures.get(role).picture
   }
 
+  /** A map of the exemplar as 8-bit RGBA for the screen, see `rgba`. */
+  exemplarRgba(role = 'albedo') {
+    const { height, width, channels, data } = this.exemplar(role)
+    return { height, width, data: toRGBA(data, channels, SRGB_ROLES.includes(role)) }
+  }
+
+  /** Whether a chart has its placements; before, it repeats the exemplar, mirrored, `repeat` of its pixels to a texel. */
+  knows(index) {
+    return this.placements?.knownCharts.has(index) ?? false
+  }
+
+  get repeat() {
+    return (scaleField(this.scale)?.matrices[0] ?? UNIT) / UNIT
+  }
+
   /** Texels of a chart as far as they can be painted, rows [start, stop) of it, as the map's `data`. */
   texels(index, start = 0, stop = this.charts[index]?.height, role = 'albedo') {
     const { data, channels } = this.exemplar(role)
@@ -3045,7 +3061,7 @@ export class UphDecoder {
     if (role === 'normal' && picture.channels !== 3) {
       throw new RangeError(`normal map has ${picture.channels} channels; allowed: 3`)
     }
-    const known = this.placements?.knownCharts.has(index)
+    const known = this.knows(index)
     const field = known ? this.fields[index] : scaleField(this.scale)
     const placed = () =>
       known ? this.placements.of(index) : mirrored(chart, picture, field ? field.matrices[0] : UNIT)

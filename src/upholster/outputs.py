@@ -1,4 +1,4 @@
-"""What can be written, by suffix: textured models, pictures, atlases, texels."""
+"""What can be written, by suffix: textured models, streams, pages, pictures, atlases, texels."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
@@ -15,6 +15,7 @@ from upholster.export import (
     map_companion,
     obj_companions,
     write_glb,
+    write_html,
     write_map,
     write_npz,
     write_obj,
@@ -31,9 +32,15 @@ from upholster.types import FloatArray, PixelArray, Progress
 
 __all__ = ["Output", "TexturedModel", "WriteOptions", "parse_output", "write_output"]
 
-Kind = Literal["glb", "obj", "npz", "uph", "atlas", "flat", "picture"]
+Kind = Literal["glb", "obj", "npz", "uph", "html", "atlas", "flat", "picture"]
 
-_MODEL_SUFFIXES: dict[str, Kind] = {".glb": "glb", ".obj": "obj", ".npz": "npz", ".uph": "uph"}
+_MODEL_SUFFIXES: dict[str, Kind] = {
+    ".glb": "glb",
+    ".obj": "obj",
+    ".npz": "npz",
+    ".uph": "uph",
+    ".html": "html",
+}
 _IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg", ".webp", ".exr")
 
 
@@ -44,8 +51,8 @@ class Output:
     Attributes
     ----------
     kind
-        A model or texels (glb, obj, npz, uph), an image of all charts (atlas), the texels of a single chart
-        (flat), or a picture of the model.
+        A model or texels (glb, obj, npz, uph, and html, which is a stream with its viewer), an image of all
+        charts (atlas), the texels of a single chart (flat), or a picture of the model.
     path
         The file; some kinds have others beside it.
     """
@@ -165,7 +172,8 @@ def parse_output(text: str, *, flat: bool = False) -> Output:
 class TexturedModel:
     """A surface with its texels; mesh and atlas are made when first needed, and shared by all outputs.
 
-    A stream holds the quilt and the exemplar instead of the texels: it can be written where they are known.
+    A stream, alone or in a page, holds the quilt and the exemplar instead of the texels: it can be written
+    where they are known.
 
     Attributes
     ----------
@@ -203,6 +211,26 @@ class TexturedModel:
     def atlas(self) -> Atlas:
         """All charts' texels in one image, with gutters."""
         return build_atlas(*self.pieces, threads=self.threads)
+
+    @cached_property
+    def stream(self) -> bytes:
+        """Quilt and exemplar as a stream; `InputError` where they are not known."""
+        if self.quilt is None or self.exemplar is None:
+            raise InputError("a stream needs a quilt and its exemplar, not texels alone")
+        parts = source_parts(self.exemplar)
+        if missing := self.maps.keys() - parts.keys():
+            raise InputError(f"a stream needs the material as exemplar: it lacks {min(missing)!r}")
+        return encode_stream(
+            self.surface,
+            self.quilt,
+            parts.pop("albedo"),
+            maps=parts,
+            wavelet=self.options.wavelet,  # type: ignore[arg-type]  # checked there
+            levels=self.options.levels,
+            lossless=self.options.lossless,
+            threshold=self.options.threshold,
+            most_bytes=self.options.stream_bytes,
+        )
 
     def map_pixels(self, role: str) -> PixelArray:
         """Return one of `maps` in one image, packed as the atlas is."""
@@ -245,27 +273,9 @@ def write_output(
     places = [files.path(file) for file in output.files(model.maps)]
     match output.kind:
         case "uph":
-            if model.quilt is None or model.exemplar is None:
-                raise InputError(
-                    f"output {str(output.path)!r} needs a quilt and its exemplar, not texels alone"
-                )
-            parts = source_parts(model.exemplar)
-            if missing := model.maps.keys() - parts.keys():
-                raise InputError(
-                    f"output {str(output.path)!r} needs the material as exemplar: it lacks {min(missing)!r}"
-                )
-            stream = encode_stream(
-                model.surface,
-                model.quilt,
-                parts.pop("albedo"),
-                maps=parts,
-                wavelet=options.wavelet,  # type: ignore[arg-type]  # checked there
-                levels=options.levels,
-                lossless=options.lossless,
-                threshold=options.threshold,
-                most_bytes=options.stream_bytes,
-            )
-            places[0].write_bytes(stream)
+            places[0].write_bytes(model.stream)
+        case "html":
+            write_html(places[0], model.stream, title=output.path.stem)
         case "npz":
             write_npz(places[0], model.texels, maps=model.maps)
         case "atlas":

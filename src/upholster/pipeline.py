@@ -136,7 +136,7 @@ def cover(
     with outputs(
         [file for output in wanted for file in output.files(roles)] + ([report] if report else [])
     ) as files:
-        if any(output.kind == "uph" for output in wanted):
+        if any(output.kind in ("uph", "html") for output in wanted):
             for part in parts.values():
                 check_image(part, wavelet=options.wavelet, levels=options.levels, lossless=options.lossless)
         with _timed("plan", seconds):
@@ -259,7 +259,7 @@ def write(
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> None:
-    """Write a textured surface to one file: .glb, .obj, .npz, .uph, or a picture (.png, .jpg, .webp, .exr).
+    """Write a textured surface to one file: .glb, .obj, .npz, .uph, .html, or a picture (.png …).
 
     Parameters
     ----------
@@ -270,7 +270,8 @@ def write(
     texels
         Its texels, as `upholster.paint` makes them, or a material's by role, of `upholster.paint_material`.
     quilt, exemplar
-        What the texels were painted from, of a material the material: a stream (.uph) holds them instead.
+        What the texels were painted from, of a material the material: streams (.uph, .html) hold them
+        instead.
     flat
         Whether an image is the texels of the only chart, not a picture of the model.
     options

@@ -58,9 +58,10 @@ def cover(
             "-o",
             "--output",
             metavar="FILE",
-            help="Several at once: .glb .obj (models), .uph (progressive stream), .npz (texels), .png .jpg "
-            ".webp .exr (a picture of the model; with `atlas:` before the name its texture; with "
-            "`--texels WxH` the flat texture). A material's other maps lie beside textures: `x_normal.png`.",
+            help="Several at once: .glb .obj (models), .uph (progressive stream), .html (stream and viewer "
+            "in one file), .npz (texels), .png .jpg .webp .exr (a picture of the model; with `atlas:` before "
+            "the name its texture; with `--texels WxH` the flat texture). A material's other maps lie beside "
+            "textures: `x_normal.png`.",
         ),
     ],
     texels: Annotated[

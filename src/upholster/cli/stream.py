@@ -16,7 +16,10 @@ def refine(
     output: Annotated[
         list[str],
         typer.Option(
-            "-o", "--output", metavar="FILE", help="As for `cover`: .glb .obj .npz .uph, pictures, `atlas:`."
+            "-o",
+            "--output",
+            metavar="FILE",
+            help="As for `cover`: .glb .obj .npz .uph .html, pictures, `atlas:`.",
         ),
     ],
     most_bytes: Annotated[

@@ -1,0 +1,131 @@
+"""One file that shows a stream in any browser: page, viewer, decoder and stream, opened from disk."""
+
+import base64
+import gzip
+import hashlib
+import html
+import os
+from importlib import resources
+from pathlib import Path
+
+import numpy as np
+
+from upholster._version import __version__
+
+__all__ = ["html_page", "printable", "write_html"]
+
+_ALPHABET = np.array([code for code in range(33, 127) if chr(code) not in "&<>"], np.uint8)
+"""Printable ASCII without what HTML gives a meaning: 91 characters, two of which say 13 bits (91² > 2¹³)."""
+
+_STYLE = """
+:root { color-scheme: light dark; font: 1rem/1.5 system-ui, sans-serif }
+html, body { height: 100%; margin: 0 }
+p { max-width: 32em; margin: 0 auto; padding: 3em 1em }
+upholster-viewer { display: block; width: 100%; height: 100% }
+"""
+
+_PAGE = """<!doctype html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta http-equiv="Content-Security-Policy" content="{policy}">
+<meta name="viewport" content="width=device-width, initial-scale=1">
+<meta name="generator" content="upholster {version}">
+<title>{title}</title>
+<style>{style}</style>
+</head>
+<body>
+<noscript><p>This page shows a textured model. It needs JavaScript, which is switched off.</p></noscript>
+<p id="note" hidden></p>
+<!-- upholster, and three.js in it, are under the MIT licence: each packed script begins with its notices. -->
+{parts}
+<script>{script}</script>
+</body>
+</html>
+"""
+
+
+def write_html(path: str | os.PathLike[str], stream: bytes, *, title: str = "upholster") -> None:
+    """Write a stream, the viewer and all that it needs as one HTML file, which needs no network.
+
+    Parameters
+    ----------
+    path
+        The file to write.
+    stream
+        Bytes of a .uph stream, whole or cut, see `upholster.encode_stream`.
+    title
+        Of the page; any text.
+    """
+    shipped = resources.files("upholster") / "web"
+    page = html_page(
+        stream,
+        title=title,
+        viewer=(shipped / "upholster-viewer.js").read_bytes(),
+        worker=(shipped / "uph-worker.js").read_bytes(),
+    )
+    Path(path).write_bytes(page)
+
+
+def html_page(stream: bytes, *, title: str, viewer: bytes, worker: bytes) -> bytes:
+    """Return the page that `write_html` writes: UTF-8, the same bytes for the same input.
+
+    The scripts are gzipped, and unpacked by the browser's own ``DecompressionStream``. A content security
+    policy lets just these scripts run, by their digests, and forbids any connection.
+
+    Parameters
+    ----------
+    stream, title
+        As there.
+    viewer
+        An ES module without imports, UTF-8, that defines the element ``upholster-viewer``: its attribute
+        ``worker`` is the worker's URL, its method ``open`` takes the stream as Uint8Array.
+    worker
+        An ES module without imports: the viewer's Worker.
+    """
+    script = (resources.files("upholster") / "export" / "page.js").read_text(encoding="utf-8")
+    script = "\n" + script.replace("\r\n", "\n")
+    policy = {
+        "default-src": "'none'",
+        "script-src": f"{_digest(script.encode())} {_digest(viewer)}",
+        "worker-src": "data:",
+        "style-src": _digest(_STYLE.encode()),
+        "base-uri": "'none'",
+        "form-action": "'none'",
+    }
+    parts = {
+        "viewer": gzip.compress(viewer, 9, mtime=0),
+        "worker": gzip.compress(worker, 9, mtime=0),
+        "stream": stream,
+    }
+    page = _PAGE.format(
+        policy="; ".join(f"{name} {value}" for name, value in policy.items()),
+        version=__version__,
+        title=html.escape(title),
+        style=_STYLE,
+        parts="\n".join(
+            f'<script type="application/octet-stream" id="{name}" data-bytes="{len(data)}">'
+            f"{printable(data)}</script>"
+            for name, data in parts.items()
+        ),
+        script=script,
+    )
+    return page.encode()
+
+
+def printable(data: bytes) -> str:
+    """Return bytes as printable ASCII that HTML takes literally: 16 characters for 13 bytes.
+
+    Base64 would take 17.3. Bits go in groups of 13, most significant first, the last one filled up with
+    zeros. Group v becomes the characters number v // 91 and v % 91 of those from ``!`` to ``~`` that are none
+    of ``&``, ``<``, ``>``.
+    """
+    bits = np.unpackbits(np.frombuffer(data, np.uint8))
+    groups = np.pad(bits, (0, -len(bits) % 13)).reshape(-1, 13) @ (1 << np.arange(12, -1, -1))
+    text: bytes = _ALPHABET[np.stack(np.divmod(groups, 91), axis=1)].tobytes()
+    return text.decode("ascii")
+
+
+def _digest(script: bytes) -> str:
+    """Return how a content security policy names a script or style."""
+    return f"'sha256-{base64.b64encode(hashlib.sha256(script).digest()).decode()}'"

@@ -1,0 +1,135 @@
+"""The npm package, and the built files that the Python package ships."""
+
+import json
+import os
+import re
+import shutil
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import upholster
+from upholster.export.html import html_page
+
+ROOT = Path(__file__).parents[2]
+WEB = ROOT / "web"
+SHIPPED = ROOT / "src" / "upholster" / "web"
+MOST_BESIDE_A_STREAM = 250_000
+STREAM = 110_000
+"""Bytes of the README's ring, beside which a page must keep that limit: the stream as text counts, too."""
+
+
+@pytest.fixture(scope="module")
+def package() -> Any:
+    return json.loads((WEB / "package.json").read_text(encoding="utf-8"))
+
+
+def _lacking(what: str) -> None:
+    if os.environ.get("CI"):
+        pytest.fail(f"{what}, and CI is set")
+    pytest.skip(what)
+
+
+def _build(folder: Path, *arguments: str) -> Any:
+    """Run a copy's build.mjs as it is run in web/."""
+    node = shutil.which("node")
+    assert node is not None
+    return subprocess.run(
+        [node, str(folder / "build.mjs"), *arguments], cwd=folder, capture_output=True, text=True, timeout=120
+    )
+
+
+@pytest.fixture
+def copy(tmp_path: Path) -> Path:
+    """A copy of web/ and of what is built from it."""
+    if shutil.which("node") is None:
+        _lacking("node is not installed")
+    if not (WEB / "node_modules" / "esbuild").is_dir():
+        _lacking("web/node_modules is missing: run `npm ci` in web/")
+    shutil.copytree(WEB, tmp_path / "web", ignore=shutil.ignore_patterns("node_modules"))
+    (tmp_path / "web" / "node_modules").symlink_to(WEB / "node_modules", target_is_directory=True)
+    shutil.copytree(SHIPPED, tmp_path / "src" / "upholster" / "web")
+    shutil.copy(ROOT / "LICENSE", tmp_path)
+    return tmp_path
+
+
+def test_the_shipped_files_are_what_the_sources_make(copy: Path) -> None:
+    done = _build(copy / "web", "--check")
+    assert done.returncode == 0, done.stderr
+
+
+def test_a_file_that_differs_is_named(copy: Path) -> None:
+    (copy / "web" / "upholster-viewer.js").write_text("self.shown = 1 + 1\n")
+    (copy / "web" / "uph-worker.js").write_text("onmessage = () => postMessage(1 + 1)\n")
+    built = copy / "src" / "upholster" / "web"
+    assert "upholster/web/upholster-viewer.js is not" in _build(copy / "web", "--check").stderr
+    assert _build(copy / "web").returncode == 0
+    assert _build(copy / "web", "--check").returncode == 0
+    with (built / "LICENSES.txt").open("ab") as file:
+        file.write(b" ")
+    done = _build(copy / "web", "--check")
+    assert done.returncode == 1
+    assert done.stderr.count("\n") == 1
+    assert "upholster/web/LICENSES.txt is not" in done.stderr
+    (built / "uph-worker.js").unlink()
+    assert "upholster/web/uph-worker.js is missing" in _build(copy / "web", "--check").stderr
+
+
+def test_the_package_tells_the_version_and_what_there_is(package: Any) -> None:
+    assert package["version"] == upholster.__version__
+    assert package["license"] == "MIT"
+    assert (WEB / "LICENSE").read_text(encoding="utf-8") == (ROOT / "LICENSE").read_text(encoding="utf-8")
+    named = [
+        path
+        for entry in package["exports"].values()
+        for path in (entry.values() if isinstance(entry, dict) else [entry])
+    ]
+    for path in (*named, package["types"], *package["sideEffects"]):
+        assert (WEB / path).is_file(), path
+    packed = {path for pattern in package["files"] for path in WEB.glob(pattern)}
+    assert {WEB / path for path in named} <= packed
+    for source in packed:
+        for found in re.findall(r"""(?:from|import|URL\()\s*'(\.[^']+)'""", source.read_text("utf-8")):
+            assert (source.parent / found).resolve() in packed, f"{source.name} needs {found}"
+
+
+def test_development_is_pinned_and_no_host_is_named(package: Any) -> None:
+    lock = (WEB / "package-lock.json").read_text(encoding="utf-8")
+    packages = json.loads(lock)["packages"]
+    assert packages[""]["version"] == package["version"]
+    for name, version in package["devDependencies"].items():
+        assert re.fullmatch(r"\d+\.\d+\.\d+", version), name
+        assert packages[f"node_modules/{name}"]["version"] == version
+    for text in (lock, (WEB / "package.json").read_text("utf-8"), (WEB / ".npmrc").read_text("utf-8")):
+        assert "//" not in re.sub(r'"integrity": "[^"]*"', "", text)
+
+
+def test_notices_go_with_the_copies() -> None:
+    ours = (ROOT / "LICENSE").read_text(encoding="utf-8").strip()
+    notices = (SHIPPED / "LICENSES.txt").read_text(encoding="utf-8")
+    viewer, worker = (
+        (SHIPPED / name).read_text(encoding="utf-8") for name in ("upholster-viewer.js", "uph-worker.js")
+    )
+    for text in (notices, viewer, worker):
+        assert ours in text
+    for text in (notices, viewer):
+        assert re.search(r"Copyright © 2010-\d{4} three\.js authors\n\nPermission is hereby granted", text)
+
+
+def test_the_scripts_stand_alone() -> None:
+    for name in ("upholster-viewer.js", "uph-worker.js"):
+        code = (SHIPPED / name).read_text(encoding="utf-8").partition("*/")[2]
+        assert not re.search(r"""(?:^|[;}])import\s*[{*"'\w(]|\bfrom\s*["']\.""", code), name
+        assert "eval(" not in code
+        assert "new Function(" not in code
+    assert 'new URL("./uph-worker.js",import.meta.url)' in (SHIPPED / "upholster-viewer.js").read_text(
+        "utf-8"
+    )
+
+
+def test_a_page_is_little_more_than_its_stream() -> None:
+    viewer, worker = ((SHIPPED / name).read_bytes() for name in ("upholster-viewer.js", "uph-worker.js"))
+    page = html_page(bytes(STREAM), title="ring", viewer=viewer, worker=worker)
+    assert len(page) <= STREAM + MOST_BESIDE_A_STREAM

@@ -1,0 +1,159 @@
+/** The panel below the stage: how much of the stream is shown, and the tools. */
+
+import { h, icon } from './dom.js'
+import { amount, percent } from './words.js'
+
+/** Shares of the coefficients that have a button. */
+export const SHARES = [0.03, 0.05, 0.07, 0.15, 1]
+
+/** Steps of the slider: an arrow key moves by 1/200 of its length. */
+const STEPS = 200
+
+/** Where the slider's scale turns from even steps to even ratios, in bytes. */
+const KNEE = 1000
+
+/** Bytes at a place, 0 to 1, of a slider over `total` bytes. */
+export const bytesAt = (place, total) => Math.round(KNEE * ((1 + total / KNEE) ** place - 1))
+
+/** The slider's place, 0 to 1, of an amount of bytes. */
+export const placeOf = (bytes, total) => (total > 0 ? Math.log1p(bytes / KNEE) / Math.log1p(total / KNEE) : 0)
+
+/** Amounts to mark on the slider: 1, 2, 4, 8… kB, or every other of them where there is less room, and all. */
+export function ticks(total, room) {
+  let ratio = 2
+  while (placeOf(KNEE * ratio, total) - placeOf(KNEE, total) < room && KNEE * ratio < total) ratio *= 2
+  const marks = []
+  for (let bytes = KNEE; bytes < total; bytes *= ratio) {
+    const place = placeOf(bytes, total)
+    if (place > room / 2 && place < 1 - 1.5 * room) marks.push({ bytes, place })
+  }
+  return [...marks, { bytes: total, place: 1 }]
+}
+
+const TOOLS = [
+  ['reset', 'Whole model in sight', '0', false],
+  ['light', 'Turn the light', 'L', true],
+  ['wireframe', 'Wireframe', 'W', true],
+  ['borders', 'Borders of the charts', 'B', true],
+  ['split', 'Compare with full quality', 'S', true],
+  ['picture', 'Save a picture', 'P', false],
+]
+
+/** A button with a drawing instead of words. */
+export function iconButton(name, label, key, click, { toggle = false } = {}) {
+  const title = key ? `${label} (${key})` : label
+  const keys = key ? { 'aria-keyshortcuts': key } : {}
+  const pressed = toggle ? { 'aria-pressed': 'false' } : {}
+  const part = `button ${name}`
+  return h('button', { type: 'button', class: 'icon', part, title, 'aria-label': label, ...keys, ...pressed, click }, icon(name))
+}
+
+/**
+ * The controls below the stage.
+ *
+ * `act(name)` is called with a tool's name, `limit(limit)` with {bytes}, {coefficients} or null, as `UphModel.setLimit` takes it.
+ */
+export class Panel {
+  #slider
+  #words = h('output', { part: 'amount' })
+  #share = h('span')
+  #ticks = h('div', { class: 'ticks', 'aria-hidden': 'true' })
+  #shares
+  #tools = {}
+  #total = null
+  #width = 0
+  #sent = null
+
+  constructor({ act, limit }) {
+    this.#slider = h('input', {
+      type: 'range',
+      part: 'slider',
+      min: 0,
+      max: STEPS,
+      value: 0,
+      disabled: true,
+      'aria-label': 'Bytes of the stream shown',
+      input: () => this.#slide(limit),
+    })
+    const share = (value) =>
+      h('button', {
+        type: 'button',
+        part: 'button',
+        'aria-pressed': 'false',
+        'aria-label': `Show ${percent(value)} of the coefficients`,
+        title: `${percent(value)} of the coefficients`,
+        click: () => limit({ coefficients: value }),
+      }, `${Math.round(100 * value)} %`)
+    const live = h('button', {
+      type: 'button',
+      class: 'word',
+      part: 'button',
+      'aria-pressed': 'true',
+      title: 'Show the stream as it arrives',
+      click: () => limit(null),
+    }, 'Live')
+    this.#shares = new Map([[null, live], ...SHARES.map((value) => [value, share(value)])])
+    for (const [name, label, key, toggle] of TOOLS) {
+      this.#tools[name] = iconButton(name, label, key, () => act(name), { toggle })
+    }
+    const group = (label, name, ...children) => h('div', { class: name, part: name, role: 'group', 'aria-label': label }, ...children)
+    this.element = group(
+      'Controls',
+      'panel',
+      h('div', { class: 'data' }, h('p', {}, this.#words, this.#share), this.#slider, this.#ticks),
+      group('Share of the coefficients', 'group', ...this.#shares.values()),
+      group('View', 'tools', ...Object.values(this.#tools)),
+    )
+  }
+
+  /** Say whether a tool is on. */
+  press(name, on) {
+    this.#tools[name].setAttribute('aria-pressed', String(on))
+  }
+
+  /** Say whether a tool can be used. */
+  enable(name, on) {
+    this.#tools[name].setAttribute('aria-disabled', String(!on))
+  }
+
+  /**
+   * Show the state of things.
+   *
+   * @param {{ received: number, total: number | null, limit: object | null, shown: { bytes: number, coefficients: number } }} state
+   *   bytes that came and that there are, what is asked for, and what is on screen
+   */
+  update({ received, total, limit, shown }) {
+    const whole = total ?? received
+    this.#slider.disabled = total === null
+    const width = this.#ticks.clientWidth
+    if (total !== null && (total !== this.#total || width !== this.#width)) {
+      this.#total = total
+      this.#width = width
+      // A label takes about 44 pixels.
+      const marks = ticks(total, 44 / Math.max(width, 100))
+      this.#ticks.replaceChildren(...marks.map(({ bytes, place }) => {
+        const mark = h('span', {}, amount(bytes))
+        mark.style.left = `${100 * place}%`
+        return mark
+      }))
+    }
+    // A limit of bytes is where the thumb was put; another one is where that turned out to be.
+    const bytes = Math.min(limit?.bytes ?? shown.bytes, whole)
+    this.#slider.style.setProperty('--here', placeOf(received, whole).toFixed(4))
+    if (!(this.#sent && limit?.bytes === this.#sent)) this.#slider.value = Math.round(STEPS * placeOf(bytes, whole))
+    const words = total === null ? amount(received) : `${amount(Math.min(bytes, received))} of ${amount(total)}`
+    this.#slider.setAttribute('aria-valuetext', words)
+    this.#words.textContent = words
+    this.#share.textContent = `${percent(shown.coefficients)} coefficients`
+    for (const [value, button] of this.#shares) {
+      const on = value === null ? limit === null : limit?.coefficients === value
+      button.setAttribute('aria-pressed', String(on))
+    }
+  }
+
+  #slide(limit) {
+    const place = Number(this.#slider.value) / STEPS
+    this.#sent = place < 1 ? bytesAt(place, this.#total) : null
+    limit(place < 1 ? { bytes: this.#sent } : null)
+  }
+}
