@@ -232,6 +232,17 @@ def test_refine_refuses_damaged_streams(folder, tmp_path):
     assert not list(tmp_path.iterdir())
 
 
+def test_a_whole_stream_is_written_again_as_it_is(folder, tmp_path):
+    data = (folder / "ring.uph").read_bytes()
+    again, cut = tmp_path / "again.uph", tmp_path / "cut.uph"
+    refine(folder / "ring.uph", [str(again)])
+    assert again.read_bytes() == data
+    refine(folder / "ring.uph", [str(cut)], limit=Limit(most_bytes=len(data) // 2))
+    assert cut.read_bytes() != data[: len(data) // 2]  # whole in itself
+    refine(folder / "ring.uph", [str(cut)], options=WriteOptions(wavelet="haar"))
+    assert cut.read_bytes() != data
+
+
 def test_write_needs_the_quilt_for_a_stream(tmp_path, parts):
     exemplar, surface, quilt, _ = parts
     texels = upholster.paint(quilt, exemplar)

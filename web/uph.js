@@ -790,19 +790,30 @@ function invert(plane, height, width, levels, lifting) {
 
 // ---------------------------------------------------------------- surface and layout [2, 3]
 
-const LENGTH = (fields, name) => fields.number(name, 8)
-const SPAN = (fields, name) => fields.varint(name, 256, 1)
-const SPANS = (fields, name) => [SPAN(fields, name), SPAN(fields, name)]
+const NUMBER = (fields, name) => fields.number(name, 8)
+const asLength = (fields, name, value) => fields.within(value, name, 1e-9, 1e9)
+const LENGTH = (fields, name) => asLength(fields, name, NUMBER(fields, name))
+const LENGTH_OR_0 = (fields, name) => {
+  const value = NUMBER(fields, name)
+  return value && asLength(fields, name, value)
+}
+const SPAN = (fields, name) => fields.varint(name, 256, 3)
+const SPANS = (fields, name) => [fields.varint(name, 256, 1), fields.varint(name, 256, 1)]
+const EVEN_SPANS = (fields, name) => {
+  const spans = SPANS(fields, name)
+  if (spans.some((count) => count < 4 || count % 2)) fields.fail(`${name} is ${spans}; allowed: even numbers from 4 to 256`)
+  return spans
+}
 const TILING = (fields, name) => fields.u8(name, 1)
 // Per kind: parameters with their defaults and how they are read, and the number of patches.
 const BUILT = [
-  ['cyclide', { a: [6, LENGTH], c: [2, LENGTH], mu: [3, LENGTH], spans: [[4, 4], SPANS] }],
-  ['torus', { R: [2, LENGTH], r: [0.7, LENGTH], spans: [[4, 4], SPANS] }],
+  ['cyclide', { a: [6, LENGTH], c: [2, LENGTH_OR_0], mu: [3, NUMBER], spans: [[4, 4], EVEN_SPANS] }],
+  ['torus', { R: [2, LENGTH], r: [0.7, LENGTH], spans: [[4, 4], EVEN_SPANS] }],
   ['sphere', { r: [1, LENGTH], tiling: [0, TILING] }, ({ tiling }) => (tiling ? 8 : 6)],
   ['plane', { width: [1, LENGTH], height: [1, LENGTH], spans: [[1, 1], SPANS] }],
   ['ellipsoid', { rx: [1.5, LENGTH], ry: [1, LENGTH], rz: [0.75, LENGTH] }, () => 8],
   ['cylinder', { r: [1, LENGTH], h: [2, LENGTH], spans: [4, SPAN] }, ({ spans }) => spans],
-  ['cone', { r1: [1, LENGTH], r2: [0.4, LENGTH], h: [1.5, LENGTH], spans: [4, SPAN] }, ({ spans }) => spans],
+  ['cone', { r1: [1, LENGTH], r2: [0.4, LENGTH_OR_0], h: [1.5, LENGTH], spans: [4, SPAN] }, ({ spans }) => spans],
   ['vase', { radius: [0.8, LENGTH], height: [2.4, LENGTH], spans: [4, SPAN] }, ({ spans }) => 10 * spans],
 ]
 
@@ -820,6 +831,9 @@ function parseBuilt(fields, [kind, parameters, count = ({ spans }) => spans[0] *
   entries.forEach(([name, [value, read]], k) => {
     params[name] = (present >> k) & 1 ? read(fields, name) : value
   })
+  const { a, c, mu, R, r } = params
+  if (kind === 'cyclide' && !(c < a && c < mu && mu <= a)) fields.fail('a, c and mu are no ring: allowed: c < mu <= a')
+  if (kind === 'torus' && !(r < R)) fields.fail(`r is ${r}; allowed: less than R, ${R}`)
   const patchCount = fields.within(count(params), 'number of patches', 1, MAX_BUILT)
   return { kind, params, patchCount }
 }

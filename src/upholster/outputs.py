@@ -118,6 +118,12 @@ class WriteOptions:
     threshold: float = 0.0
     stream_bytes: int | None = None
 
+    @property
+    def recodes(self) -> bool:
+        """Whether a stream is wanted in a special form."""
+        form = (self.wavelet, self.levels, self.lossless, self.threshold, self.stream_bytes)
+        return form != (None, None, False, 0.0, None)
+
     def __post_init__(self) -> None:
         if self.texture not in get_args(TextureFormat):
             raise InputError(f"texture is {self.texture!r}; allowed: {', '.join(get_args(TextureFormat))}")
@@ -187,6 +193,8 @@ class TexturedModel:
         A material's other maps by role, on the same charts, as `upholster.paint_material` makes them. A GLB
         has all but the height; files of their own beside the base colour go with OBJ, atlas and flat texture;
         pictures show the base colour alone.
+    read_from
+        The whole stream that all this was read from, if it was: written again as it is.
     """
 
     surface: Surface
@@ -196,6 +204,7 @@ class TexturedModel:
     quilt: Quilt | None = None
     exemplar: PixelArray | Material | None = None
     maps: Mapping[str, Texels] = field(default_factory=dict)
+    read_from: bytes | None = None
 
     @cached_property
     def pieces(self) -> tuple[Surface, Texels]:
@@ -215,6 +224,8 @@ class TexturedModel:
     @cached_property
     def stream(self) -> bytes:
         """Quilt and exemplar as a stream; `InputError` where they are not known."""
+        if self.read_from is not None:
+            return self.read_from
         if self.quilt is None or self.exemplar is None:
             raise InputError("a stream needs a quilt and its exemplar, not texels alone")
         parts = source_parts(self.exemplar)

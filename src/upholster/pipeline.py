@@ -231,7 +231,8 @@ def refine(
     with outputs([file for output in wanted for file in output.files(roles)]) as files:
         quilt = decoder.quilt()
         texels, maps = _painted(quilt, exemplar, threads, progress)
-        model = TexturedModel(decoder.surface, texels, options, threads, quilt, exemplar, maps)
+        same = data if decoder.complete and not options.recodes else None
+        model = TexturedModel(decoder.surface, texels, options, threads, quilt, exemplar, maps, same)
         written: dict[str, int] = {}
         for output in wanted:
             write_output(output, model, files, progress=progress)

@@ -5,6 +5,7 @@ import hashlib
 import json
 import os
 import shutil
+import struct
 import subprocess
 import sys
 from functools import cache
@@ -21,14 +22,16 @@ from streams import STREAMS, anything, anything_bent, changed, covered, noise, s
 
 from upholster.codec import decode, encode
 from upholster.errors import FormatError
-from upholster.geometry import Surface, surface_from_spec
+from upholster.geometry import SURFACES, Surface, surface_from_spec
 from upholster.image.color import from_linear
 from upholster.stream import StreamDecoder, encode_stream
+from upholster.stream.chunks import header, pack_chunk
+from upholster.stream.surfaces import KINDS
 from upholster.synthesis import Chart
 
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
-MOST_GZIPPED = 37_000
+MOST_GZIPPED = 37_500
 """Bytes of uph.js as it is served, comments and all."""
 DAMAGED = int(os.environ.get("UPHOLSTER_DAMAGED", "12"))
 """Damaged streams of each kind that both decoders read."""
@@ -236,6 +239,46 @@ def test_damaged_streams_are_read_or_refused_as_in_python(tmp_path: Any) -> None
         assert _places_aside(found[n]) == _places_aside(wanted), f"damage {n}"
         refused += "error" in wanted[-1]
     assert 0.1 * len(jobs) < refused < 0.9 * len(jobs)
+
+
+def test_surfaces_by_name_are_read_or_refused_as_in_python(tmp_path: Any) -> None:
+    rng = np.random.default_rng(4)
+    jobs = []
+    for n in range(400):
+        kind = int(rng.integers(len(KINDS)))
+        parameters = SURFACES[KINDS[kind]].parameters
+        payload = bytes([1 + kind, (1 << len(parameters)) - 1])
+        for parameter in parameters:
+            if isinstance(parameter.default, float):
+                values = (
+                    -1.0,
+                    0.0,
+                    -0.0,
+                    1e-10,
+                    1e-9,
+                    0.5,
+                    1.0,
+                    1.0,
+                    2.0,
+                    1e9,
+                    2e9,
+                    float("inf"),
+                    float("nan"),
+                )
+                payload += struct.pack("<d", parameter.default if n % 3 else rng.choice(values))
+            elif isinstance(parameter.default, str):
+                payload += bytes([int(rng.integers(3))])
+            else:
+                count = len(parameter.default) if isinstance(parameter.default, tuple) else 1
+                payload += bytes(rng.choice([0, 1, 2, 3, 4, 5, 6, 8, 100], count).astype(np.uint8).tolist())
+        data = header(10_000, 9_000) + pack_chunk("S", payload)
+        jobs.append(("named.uph", data, [12, len(data)]))
+    found, refused = _in_browser(tmp_path, jobs), 0
+    for n, (_, data, cuts) in enumerate(jobs):
+        wanted = _in_python(data, cuts)
+        assert _places_aside(found[n]) == _places_aside(wanted), f"surface {n}: {data[9:]!r}"
+        refused += "error" in wanted[-1]
+    assert 40 < refused < 360
 
 
 def _places_aside(found: Any) -> Any:
