@@ -16,6 +16,7 @@ from benchmarks.measure import Results
 from benchmarks.parts import parts
 from benchmarks.quilt import quilt
 from benchmarks.stream import stream
+from benchmarks.web import web
 from benchmarks.web_decoder import web_decoder
 
 BENCHMARKS = {
@@ -26,6 +27,7 @@ BENCHMARKS = {
     "parts": parts,
     "codec": codec,
     "stream": stream,
+    "web": web,
     "decoder": web_decoder,
     "fidelity": fidelity_module.fidelity,
     "seams": seams_module.seams,

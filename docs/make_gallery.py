@@ -15,7 +15,7 @@ from typing import Any
 from upholster.errors import InputError, UpholsterError, nearest
 
 try:
-    from gallery_tools import method, progressive, quilts, relight, results, seams, surfaces
+    from gallery_tools import method, progressive, quilts, relight, results, seams, surfaces, viewers
     from gallery_tools.captions import HEAD, caption
     from gallery_tools.drawing import save_jpeg
     from gallery_tools.shots import Exemplars
@@ -30,11 +30,15 @@ USAGE = "usage: python docs/make_gallery.py FOLDER_OF_EXEMPLARS [--only NAME]"
 
 @dataclass(frozen=True)
 class Figure:
-    """One picture of the gallery: its file's name without suffix, its heading, and what draws it."""
+    """One picture of the gallery: its file's name without suffix, its heading, and what draws it.
+
+    `lacking` tells what it needs that this machine has not; then it stays as it is.
+    """
 
     name: str
     title: str
     draw: Callable[[Exemplars], Any]
+    lacking: Callable[[], str] = str
 
 
 FIGURES = (
@@ -47,6 +51,9 @@ FIGURES = (
     Figure("flat", "Flat and tileable", quilts.flat),
     Figure("material", "A whole material", relight.material),
     Figure("refining", "A stream of a quilt", progressive.refining),
+    Figure("viewer", "In the browser", viewers.viewer, viewers.lacking),
+    Figure("viewer_arriving", "In the browser, as it arrives", viewers.arriving, viewers.lacking),
+    Figure("viewer_light", "In the browser, a material", viewers.lights, viewers.lacking),
     Figure("surface", "The surface (figure 1)", surfaces.surface),
     Figure("patches", "Patches and Bézier polygons (figure 2)", surfaces.patches),
     Figure("decomposition", "Decomposition (figure 5)", method.decomposition),
@@ -86,6 +93,9 @@ def make(folder: Path, only: str | None) -> None:
     for count, figure in enumerate(wanted, 1):
         start = time.perf_counter()
         print(f"[{count}/{len(wanted)}] {figure.name} ...", end=" ", flush=True)
+        if missing := figure.lacking():
+            print(f"skipped: it needs {missing}", flush=True)
+            continue
         size = save_jpeg(figure.draw(exemplars), GALLERY / f"{figure.name}.jpg")
         print(f"{size / 1000:.0f} kB, {time.perf_counter() - start:.1f} s", flush=True)
     (GALLERY / "README.md").write_text(readme(exemplars), encoding="utf-8")

@@ -35,11 +35,10 @@ def test_ci_runs_the_readmes_test_command():
     assert commands[1] in (ROOT / ".ci" / "run").read_text(encoding="utf-8").splitlines()
 
 
-def test_the_readme_names_files_that_exist():
-    for name in ("README.md", "CONVENTIONS.md", "docs/paper.md", "docs/surfaces.md"):
-        text = (ROOT / name).read_text(encoding="utf-8")
-        for link in re.findall(r"\]\(([^)#:]+)\)", text):
-            assert ((ROOT / name).parent / link).exists(), f"{name} links to {link}"
+def test_papers_link_to_files_that_exist():
+    for page in (*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md"), ROOT / "web" / "README.md"):
+        for link in re.findall(r"\]\(([^)#:]+)(?:#[^)]*)?\)", page.read_text(encoding="utf-8")):
+            assert (page.parent / link).exists(), f"{page} links to {link}"
 
 
 def test_the_changelog_knows_the_version():

@@ -459,7 +459,7 @@ export class UphModel extends Group {
     while (quads() > MOST_QUADS && wanted.some((count) => count > 1)) wanted.forEach((count, n) => (wanted[n] = Math.max(1, count >> 1)))
     if (wanted.every((count, n) => count === this.#counts[n])) return
     this.#counts = wanted
-    this.#worker.postMessage({ kind: 'counts', counts: wanted })
+    this.#worker.postMessage({ kind: 'counts', ticket: ++this.#ticket, counts: wanted })
   }
 
   #settle() {

@@ -69,6 +69,17 @@ CAPTIONS = {
         exemplar repeated; then come placements, chart after chart, with the exemplar's coarse parts; the rest
         refines it. Figures are the texels' PSNR against the whole stream.
         """,
+    "viewer": """\
+        `upholster view ring.uph`, screenshots of Chromium: the first picture's ring (a, c) and
+        `examples/bricks_material` on a torus, on the left of (b) with 3 % of its colour's coefficients.
+        """,
+    "viewer_arriving": """\
+        The first picture's stream, cut: above in the viewer, by three.js and the browser's software
+        rasteriser; below as Python renders the same bytes.
+        """,
+    "viewer_light": """\
+        The viewer's light is turned by dragging with Shift, to judge normal maps: bumps stay bumps.
+        """,
     "surface": """\
         The ring Dupin cyclide with a = 6, c = 2, µ = 3, and its trigonometric parameters: θ runs round the
         ring and starts on the thin side, φ runs round the tube and starts in the hole. Thin lines are 22.5°

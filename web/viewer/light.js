@@ -86,6 +86,7 @@ export function sample() {
   map.generateMipmaps = map.needsUpdate = true
   map.minFilter = LinearMipmapLinearFilter
   map.magFilter = LinearFilter
+  map.anisotropy = 8 // what the card can do is asked at the first such texture, and takes its time
   const geometry = new BufferGeometry()
   for (const [name, size] of [['position', 3], ['normal', 3], ['uv', 2]]) {
     geometry.setAttribute(name, new BufferAttribute(new Float32Array(3 * size), size))

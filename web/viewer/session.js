@@ -90,11 +90,16 @@ export class Session {
     }
   }
 
-  /** Load what has come a second time, to be shown in full; `ready` is called with its first view, and when it refines. */
+  /** Load what has come a second time; `ready` is called with 'first' when it is there in full, and when it refines. */
   compare(ready) {
-    this.other = this.#loader.parse(this.model.bytes())
-    for (const type of ['first', 'refine', 'geometry']) {
-      this.other.addEventListener(type, () => {
+    const other = (this.other = this.#loader.parse(this.model.bytes()))
+    other.settled().then(() => {
+      if (this.other !== other) return
+      this.changes++
+      ready('first')
+    })
+    for (const type of ['refine', 'geometry']) {
+      other.addEventListener(type, () => {
         this.changes++
         ready(type)
       })

@@ -186,7 +186,7 @@ export class Stage {
       await this.drawn()
       await new Promise((resolve) => setTimeout(resolve, AFTERTHOUGHT))
     }
-    if (!this.#visible || document.hidden) this.#draw()
+    this.#draw() // with all its pixels, whether or not anybody sees it
   }
 
   /** Let the graphics card get ready for what will come: its programs take longer to make than the first bytes to arrive. */
