@@ -8,6 +8,7 @@ const REACH = 2
 
 const CELLS = 48
 const MOST_SURFELS = 1600
+const MOST_TRIANGLES = 20_000
 
 /**
  * Surfels are too coarse for what lies just above the floor: they are seen from a little below it, and count a little more. So the
@@ -86,22 +87,35 @@ function skyTexture() {
   return texture
 }
 
-/** Some of a model's triangles that look down, standing for all: middle, and normal as long as the area; six numbers each. */
+/** What of a model looks down, in groups of triangles: middle, and normal as long as the area; six numbers each. */
 function surfelsOf(model, matrix) {
   const pieces = model.children.filter(({ isMesh, geometry }) => isMesh && geometry.index)
   const total = pieces.reduce((sum, { geometry }) => sum + geometry.index.count / 3, 0)
-  const step = Math.max(1, Math.ceil(total / MOST_SURFELS))
+  const step = Math.max(1, Math.ceil(total / MOST_TRIANGLES)) // one of so many stands for all
+  const group = Math.max(1, Math.ceil(total / step / MOST_SURFELS))
   const surfels = []
   const corners = [new Vector3(), new Vector3(), new Vector3()]
-  let n = 0
   for (const { geometry: { index, attributes } } of pieces) {
-    for (let k = 0; k < index.count; k += 3, n++) {
-      if (n % step) continue
+    const middle = new Vector3()
+    const normal = new Vector3()
+    let [area, count] = [0, 0]
+    for (let k = 0; k < index.count; k += 3 * step) {
       corners.forEach((corner, i) => corner.fromBufferAttribute(attributes.position, index.getX(k + i)).applyMatrix4(matrix))
       const [a, b, c] = corners
-      const middle = a.clone().add(b).add(c).divideScalar(3)
-      const normal = b.sub(a).cross(c.sub(a)).multiplyScalar(step / 2)
-      if (normal.z < 0) surfels.push(...middle.toArray(), ...normal.toArray())
+      const center = a.clone().add(b).add(c)
+      const cross = b.sub(a).cross(c.sub(a)).multiplyScalar(step / 2)
+      if (cross.z < 0) {
+        const own = cross.length()
+        middle.addScaledVector(center, own / 3)
+        normal.add(cross)
+        area += own
+      }
+      count++
+      if (count < group && k + 3 * step < index.count) continue
+      if (area) surfels.push(...middle.divideScalar(area).toArray(), ...normal.toArray())
+      middle.set(0, 0, 0)
+      normal.set(0, 0, 0)
+      area = count = 0
     }
   }
   return surfels
