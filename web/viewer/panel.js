@@ -144,7 +144,9 @@ export class Panel {
     const words = total === null ? amount(received) : `${amount(Math.min(bytes, received))} of ${amount(total)}`
     this.#slider.setAttribute('aria-valuetext', words)
     this.#words.textContent = words
-    this.#share.textContent = `${percent(shown.coefficients)} coefficients`
+    // A lossy stream does not send every coefficient: its end is not at 100 %.
+    const all = total !== null && shown.bytes >= total ? 'complete, ' : ''
+    this.#share.textContent = `${all}${percent(shown.coefficients)} coefficients`
     for (const [value, button] of this.#shares) {
       const on = value === null ? limit === null : limit?.coefficients === value
       button.setAttribute('aria-pressed', String(on))
