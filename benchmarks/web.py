@@ -14,7 +14,7 @@ from typing import Any
 
 import upholster
 from benchmarks.measure import EXEMPLAR, Results
-from upholster.export import write_glb
+from upholster.export import write_glb, write_html
 from upholster.outputs import TexturedModel
 from upholster.stream import encode_stream
 
@@ -168,12 +168,15 @@ def _times(results: Results, chromium: Any, address: str, folder: Path) -> None:
     blocked = [max(one["tasks"], default=0) for one in free]
     count = statistics.median(len(one["tasks"]) for one in free)
     results.add(
-        "web: longest task of the page",
-        statistics.median(blocked),
+        f"web: longest task of the page, worst of {RUNS} loads",
+        max(blocked),
         "ms",
         aim="at most 50",
-        remark=f"{count:.0f} above 50 ms a load; WebGL calls may wait for the software rasteriser",
+        remark=f"shorter than 50 ms count as 0; {count:.0f} longer ones in the median load",
     )
+    write_html(folder / "ring.html", (folder / "ring.uph").read_bytes())
+    beside = (folder / "ring.html").stat().st_size / 1000 - kilobytes
+    results.add("web: ring.html beside its stream", beside, "kB", aim="at most 250")
     taken = _measured(chromium, f"{address}/bench/glb.html", "measure('/bench/ring.glb')") / 1000
     kilobytes = (folder / "ring.glb").stat().st_size / 1000
     results.add(
