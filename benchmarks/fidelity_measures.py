@@ -9,7 +9,7 @@ import numpy as np
 from benchmarks.fidelity_methods import Made
 from upholster.measure import copies, matched_cut_ratio, measure_image
 from upholster.measure.samples import coded
-from upholster.synthesis import Texels
+from upholster.quilt import Texels
 from upholster.types import PixelArray
 
 __all__ = ["JUDGED", "Judgement", "judge", "statistics_error"]

@@ -3,7 +3,7 @@
 import upholster
 from benchmarks.flagship import gmic_seconds
 from benchmarks.measure import EXEMPLAR, Results, median_seconds
-from upholster.synthesis import carry_out, plan
+from upholster.methods import execute, prepare
 
 __all__ = ["quilt"]
 
@@ -33,8 +33,8 @@ def quilt(results: Results) -> None:
     _ = ring.shared
     first = 0.0
     for texels in (2**20, 2**22, 2**24, 2**26):
-        settled = plan(exemplar, ring, texels=texels)
-        placements = len(carry_out(settled, exemplar, ring, seed=7).placements)
+        prepared = prepare(exemplar, ring, texels=texels)
+        placements = len(execute(prepared, exemplar, ring, seed=7).placements)
 
         def whole(texels: int = texels) -> None:
             made = upholster.synthesize(exemplar, ring, texels=texels, seed=7)

@@ -23,11 +23,11 @@ import upholster
 from benchmarks.fidelity import EXAMPLES, exemplars
 from benchmarks.fidelity_sheet import Tile, write_sheet
 from benchmarks.measure import Results
+from upholster.charts.directions import parse_direction
 from upholster.geometry import plane, surface_from_spec
 from upholster.measure import measure_cover, wrap_seams
+from upholster.methods.synthesis import execute, prepare
 from upholster.outputs import TexturedModel, WriteOptions
-from upholster.synthesis.directions import parse_direction
-from upholster.synthesis.methods import carry_out, plan
 from upholster.types import PixelArray
 
 __all__ = ["main", "seams"]
@@ -132,12 +132,12 @@ def _covered(
 ) -> tuple[Row, PixelArray | None]:
     surface = surface_from_spec(spec)
     start = time.perf_counter()
-    settled = plan(exemplar, surface, method="quilt", texels=texels)
-    quilt = carry_out(settled, exemplar, surface, seed=seed)
+    prepared = prepare(exemplar, surface, method="quilt", texels=texels)
+    quilt = execute(prepared, exemplar, surface, seed=seed)
     seconds = time.perf_counter() - start
     painted = upholster.paint(quilt, exemplar)
-    scale = None if settled.scale is None else settled.scale.scale
-    direction = parse_direction(settled.direction) if settled.direction else None
+    scale = None if prepared.scale is None else prepared.scale.scale
+    direction = parse_direction(prepared.direction) if prepared.direction else None
     found = measure_cover(surface, quilt, exemplar, texels=painted, scale=scale, direction=direction)
     assert found.seams is not None
     assert found.mapping is not None

@@ -11,9 +11,9 @@ from upholster.export import write_glb
 from upholster.image import encode_image
 from upholster.levels import refine_steps, texels_psnr
 from upholster.outputs import TexturedModel, WriteOptions
+from upholster.quilt import Texels
 from upholster.stream import StreamDecoder, describe, encode_stream
 from upholster.stream.prefix import Limit, feed_until
-from upholster.synthesis import Texels
 from upholster.types import PixelArray
 
 __all__ = ["stream"]
@@ -80,7 +80,7 @@ def _quilt_stream(results: Results, exemplar: PixelArray, surface: upholster.Sur
     results.add("F1 quilt stream: first textured view", told.view, "bytes", aim="at most 1000")
     sizes = {row.tag: row.length for row in told.chunks}
     count = len(quilt.placements)
-    for tag, name in (("F", "M fields"), ("Q", "plan"), ("P", "sources"), ("M", "masks")):
+    for tag, name in (("F", "warp fields"), ("Q", "plan"), ("P", "sources"), ("M", "masks")):
         results.add(f"F1 quilt stream: {name}, a placement", sizes.get(tag, 0) / count, "bytes")
     whole = sum(sizes.get(tag, 0) for tag in "FQPM") / count
     results.add(

@@ -17,9 +17,9 @@ sys.path.insert(0, str(Path(__file__).parent / "stream"))
 from streams import changed, covered, noise, stream, woven
 
 from upholster.geometry import Surface, surface_from_spec
+from upholster.quilt import Chart, Quilt
+from upholster.quilt.model import PLACEMENT
 from upholster.stream import StreamDecoder, encode_stream
-from upholster.synthesis import Chart, Quilt
-from upholster.synthesis.quilt import PLACEMENT
 
 FOLDER = Path(__file__).parent / "vectors"
 

@@ -11,7 +11,7 @@ from upholster.geometry import sphere
 from upholster.image import read_image
 from upholster.model import build_atlas, build_normal_atlas
 from upholster.outputs import TexturedModel, WriteOptions, parse_output
-from upholster.synthesis import Chart, Texels
+from upholster.quilt import Chart, Texels
 
 ROLES = ("normal", "ao")
 

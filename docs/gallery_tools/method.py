@@ -9,7 +9,8 @@ from PIL import Image, ImageDraw
 from gallery_tools.drawing import PAPER, Panel, compose, enlarged, heat, text, text_width
 from gallery_tools.shots import Exemplars, read
 from upholster.geometry import plane
-from upholster.synthesis import Quilt, paint, synthesize
+from upholster.methods import synthesize
+from upholster.quilt import Quilt, paint
 from upholster.types import FloatArray, PixelArray
 from upholster.wavelet import dwt2, subbands
 

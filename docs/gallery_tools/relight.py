@@ -12,8 +12,8 @@ from upholster import paint_material, read_material, synthesize
 from upholster.geometry import Surface, tessellate, torus
 from upholster.image import from_linear, to_linear
 from upholster.model import build_atlas
+from upholster.quilt import Texels
 from upholster.render import Camera, render
-from upholster.synthesis import Texels
 from upholster.types import FloatArray
 
 __all__ = ["material"]

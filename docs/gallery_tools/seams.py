@@ -11,9 +11,10 @@ from gallery_tools.drawing import Panel, compose, enlarged
 from gallery_tools.method import BLOCK, LEVELS, OVERLAP, RED, YELLOW, first_placements
 from gallery_tools.shots import Exemplars, charted, read, take
 from upholster.geometry import ring_cyclide
-from upholster.synthesis import Quilt, paint, synthesize
-from upholster.synthesis.edges import EdgeMap, edge_map
-from upholster.synthesis.quilt import MASK_CUT
+from upholster.methods import synthesize
+from upholster.methods.paper.edges import EdgeMap, edge_map
+from upholster.quilt import Quilt, paint
+from upholster.quilt.model import MASK_CUT
 from upholster.types import PixelArray
 
 __all__ = ["seams"]

@@ -13,9 +13,10 @@ from gallery_tools.overlay import Overlay
 from upholster.errors import InputError
 from upholster.geometry import Surface, tessellate
 from upholster.image import from_linear, read_exemplar, to_linear
+from upholster.methods import synthesize
 from upholster.outputs import TexturedModel, WriteOptions
+from upholster.quilt import Chart, Texels, paint
 from upholster.render import Camera, render
-from upholster.synthesis import Chart, Texels, paint, synthesize
 from upholster.types import FloatArray, IntArray, PixelArray
 
 __all__ = ["KINDS", "OWN", "Exemplars", "Shot", "charted", "cover", "kind_of", "read", "side_by_side", "take"]

@@ -26,10 +26,11 @@ if TYPE_CHECKING:
         torus,
     )
     from upholster.image import Material, read_exemplar, read_material
+    from upholster.methods import synthesize
     from upholster.outputs import WriteOptions
     from upholster.pipeline import cover, refine, write
+    from upholster.quilt import Quilt, Texels, paint, paint_material
     from upholster.stream import StreamDecoder, encode_stream
-    from upholster.synthesis import Quilt, Texels, paint, paint_material, synthesize
 
 __all__ = [
     "FormatError",
@@ -75,7 +76,8 @@ _HOMES = {
     "upholster.outputs": ("WriteOptions",),
     "upholster.pipeline": ("cover", "refine", "write"),
     "upholster.stream": ("StreamDecoder", "encode_stream"),
-    "upholster.synthesis": ("Quilt", "Texels", "paint", "paint_material", "synthesize"),
+    "upholster.quilt": ("Quilt", "Texels", "paint", "paint_material"),
+    "upholster.methods": ("synthesize",),
 }
 _HOME = {name: home for home, names in _HOMES.items() for name in names}
 

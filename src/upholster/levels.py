@@ -10,9 +10,9 @@ from upholster.geometry import Surface
 from upholster.image import from_linear
 from upholster.image.drawing import Drawing
 from upholster.outputs import TexturedModel, WriteOptions
+from upholster.quilt import Texels
 from upholster.stream import StreamDecoder
 from upholster.stream.prefix import Limit, feed_until
-from upholster.synthesis import Texels
 from upholster.types import PixelArray, Progress
 
 __all__ = ["SHARES", "Step", "curve_picture", "levels_picture", "refine_steps", "texels_psnr"]

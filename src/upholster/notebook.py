@@ -6,7 +6,7 @@ from upholster.shown import show_with
 
 if TYPE_CHECKING:
     from upholster.geometry import Surface
-    from upholster.synthesis import Quilt, Texels
+    from upholster.quilt import Quilt, Texels
 
 __all__: list[str] = []
 

@@ -25,9 +25,9 @@ from upholster.geometry import Mesh, Surface, tessellate, vertex_tangents
 from upholster.image import Material, from_linear, write_image
 from upholster.image.source import source_parts
 from upholster.model import Atlas, build_atlas, build_normal_atlas, chart_pieces
+from upholster.quilt import Quilt, Texels
 from upholster.render import render
 from upholster.stream import encode_stream
-from upholster.synthesis import Quilt, Texels
 from upholster.types import FloatArray, PixelArray, Progress
 
 __all__ = ["Output", "TexturedModel", "WriteOptions", "parse_output", "write_output"]

@@ -1,6 +1,6 @@
 """The whole flow on one screen: exemplar and surface, layout and synthesis, painting, files.
 
-exemplar, surface ──► plan ──► carry_out ──► quilt ──► paint ──► texels ──► mesh, atlas ──► GLB, OBJ, PNG, npz
+exemplar, surface ──► prepare ──► execute ──► quilt ──► paint ──► texels ──► mesh, atlas ──► files
 """
 
 import json
@@ -20,21 +20,13 @@ from upholster.geometry import Surface, surface_from_spec
 from upholster.image import Material
 from upholster.image.roles import ROLES
 from upholster.image.source import Source, read_source, source_names, source_parts
+from upholster.methods import Prepared, execute, matched_image, prepare
+from upholster.methods.quilt.method import QuiltOptions
 from upholster.outputs import TexturedModel, WriteOptions, parse_output, write_output
+from upholster.quilt import Quilt, Texels, paint, paint_material
+from upholster.quilt.model import MASK_CUT
 from upholster.stream import StreamDecoder
 from upholster.stream.prefix import Limit, feed_until
-from upholster.synthesis import (
-    Plan,
-    Quilt,
-    Texels,
-    carry_out,
-    matched_image,
-    paint,
-    paint_material,
-    plan,
-)
-from upholster.synthesis.quilt import MASK_CUT
-from upholster.synthesis.quilting import QuiltOptions
 from upholster.types import PixelArray, Progress
 
 __all__ = ["CoverReport", "RefineReport", "cover", "refine", "write"]
@@ -139,11 +131,11 @@ def cover(
         if any(output.kind in ("uph", "html") for output in wanted):
             for part in parts.values():
                 check_image(part, wavelet=options.wavelet, levels=options.levels, lossless=options.lossless)
-        with _timed("plan", seconds):
+        with _timed("prepare", seconds):
             seen = matched_image(source, asked.get("method", "quilt"))
-            settled = plan(seen, surface, **asked)
+            prepared = prepare(seen, surface, **asked)
         with _timed("synthesize", seconds):
-            quilt = carry_out(settled, seen, surface, seed=seed, threads=threads, progress=progress)
+            quilt = execute(prepared, seen, surface, seed=seed, threads=threads, progress=progress)
         with _timed("paint", seconds):
             texels, maps = _painted(quilt, source, threads, progress)
         model = TexturedModel(surface, texels, options, threads, quilt, source, maps)
@@ -153,13 +145,13 @@ def cover(
                 write_output(output, model, files, progress=progress)
             written |= {str(file): files.path(file).stat().st_size for file in output.files(roles)}
         parameters = {"exemplar": source_names(exemplar), "on": on, "crop": crop, "resize": resize}
-        parameters |= {"threads": threads} | _defaults(plan) | asked | {"seed": seed} | asdict(options)
+        parameters |= {"threads": threads} | _defaults(prepare) | asked | {"seed": seed} | asdict(options)
         if callable(parameters["direction"]):
-            parameters["direction"] = settled.direction
+            parameters["direction"] = prepared.direction
         result = CoverReport(
             __version__,
             parameters,
-            _settled(settled, surface, roles),
+            _settled(prepared, surface, roles),
             _counts(surface, quilt, texels) | {"maps": 1 + len(maps)},
             _totalled(seconds),
             peak_memory(),
@@ -328,13 +320,13 @@ def _totalled(seconds: dict[str, float]) -> dict[str, float]:
     return {stage: round(value, 4) for stage, value in [*seconds.items(), ("total", sum(seconds.values()))]}
 
 
-def _settled(plan: Plan, surface: Surface, roles: Sequence[str]) -> dict[str, str]:
+def _settled(prepared: Prepared, surface: Surface, roles: Sequence[str]) -> dict[str, str]:
     found: dict[str, str] = {}
-    if isinstance(plan.options, QuiltOptions):
-        found["block"] = f"{plan.options.block} pixels"
-    if plan.scale is not None:
-        found["sample"] = f"{plan.scale.sample_size:.4g} units wide on a model of {surface.size:.4g}"
-        found["direction"] = plan.direction
+    if isinstance(prepared.options, QuiltOptions):
+        found["block"] = f"{prepared.options.block} pixels"
+    if prepared.scale is not None:
+        found["sample"] = f"{prepared.scale.sample_size:.4g} units wide on a model of {surface.size:.4g}"
+        found["direction"] = prepared.direction
     if roles:
         found["maps"] = ", ".join(("albedo", *roles))
     return found

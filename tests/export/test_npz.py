@@ -6,7 +6,7 @@ import pytest
 from textured import make_model
 
 from upholster.export import write_npz
-from upholster.synthesis.quilt import Chart, Texels
+from upholster.quilt.model import Chart, Texels
 
 
 @pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32])

@@ -8,7 +8,7 @@ import numpy as np
 from upholster.geometry import Mesh, Surface, ring_cyclide, sphere, tessellate
 from upholster.image import to_linear
 from upholster.model import Atlas, build_atlas
-from upholster.synthesis.quilt import Chart, Texels
+from upholster.quilt.model import Chart, Texels
 from upholster.types import FloatArray, PixelArray
 
 

@@ -42,7 +42,7 @@ def read_or_refuse(path: Path) -> Any:
 
 @pytest.mark.parametrize("suffix", ["jpg", "png", "tif", "exr"])
 @pytest.mark.parametrize("turn", range(1, 9))
-def test_orientation_is_obeyed(tmp_path: Path, suffix: str, turn: int) -> None:
+def test_orientation_is_obeyed(tmp_path: Path, suffix: str, orientation: int) -> None:
     """Each stored image is what a camera held so would store; all must come out upright."""
     upright = np.zeros((48, 40, 3), np.uint8)
     upright[:16, :16] = (255, 255, 255)
@@ -58,9 +58,11 @@ def test_orientation_is_obeyed(tmp_path: Path, suffix: str, turn: int) -> None:
         6: np.rot90(upright, 1),
         7: np.rot90(upright, 2).swapaxes(0, 1),
         8: np.rot90(upright, -1),
-    }[turn]
+    }[orientation]
     path = tmp_path / f"x.{suffix}"
-    write_raw(path, stored, "uint8", Orientation=turn, Compression="zip" if suffix != "jpg" else "jpeg:98")
+    write_raw(
+        path, stored, "uint8", Orientation=orientation, Compression="zip" if suffix != "jpg" else "jpeg:98"
+    )
     pixels = read_exemplar(path)
     assert pixels.shape == upright.shape
     if suffix == "exr":

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from upholster.synthesis import Chart, Quilt
-from upholster.synthesis.field import Field, node_count
-from upholster.synthesis.quilt import PLACEMENT
+from upholster.quilt import Chart, Quilt
+from upholster.quilt.model import PLACEMENT
+from upholster.quilt.warp_field import WarpField, node_count
 
 
 def grains(height=64, width=64, channels=3, seed=0):
@@ -28,7 +28,7 @@ def tiles(height=64, width=64, period=(8, 16)):
 def quilt_of(blocks, *, chart=(32, 32), exemplar=(64, 64)):
     """One chart, placements (row, column, height, width, source row, source column, turn)."""
     placed = np.zeros(len(blocks), PLACEMENT)
-    names = ("row", "column", "height", "width", "source_row", "source_column", "turn")
+    names = ("row", "column", "height", "width", "source_row", "source_column", "symmetry")
     for name, values in zip(names, np.array(blocks, np.int64).reshape(-1, 7).T, strict=True):
         placed[name] = 16 * values if name.startswith("source") else values
     return Quilt((Chart(0, *chart),), exemplar, placed, np.zeros(0, np.uint8))
@@ -42,7 +42,7 @@ def random_field(rng, height, width, scale, *, vary=0.1):
     matrices = np.empty((*shape, 2, 2))
     matrices[..., 0, 0], matrices[..., 0, 1] = sizes[0] * np.cos(angle), -sizes[1] * np.sin(angle + 0.05)
     matrices[..., 1, 0], matrices[..., 1, 1] = sizes[0] * np.sin(angle), sizes[1] * np.cos(angle + 0.05)
-    return Field.quantised(matrices)
+    return WarpField.quantised(matrices)
 
 
 def warped(rng, scale, *, chart=(96, 80), block=16, exemplar=(128, 128)):

@@ -10,12 +10,12 @@ import pytest
 from measured import grains
 
 import upholster
+from upholster.charts.directions import parse_direction
 from upholster.cli import app
 from upholster.errors import InputError, UpholsterError
 from upholster.image import write_image
 from upholster.measure import mapping, measure_cover
 from upholster.stream import encode_stream
-from upholster.synthesis.directions import parse_direction
 
 COMMAND = [sys.executable, "-m", "upholster", "measure"]
 

@@ -11,7 +11,7 @@ from upholster.measure import copies
 from upholster.measure._kernels import largest_square
 from upholster.measure.samples import Window
 from upholster.measure.trace import Trace, quilt_windows
-from upholster.synthesis.quilt import Chart, Quilt
+from upholster.quilt.model import Chart, Quilt
 
 
 def plain_largest_square(painted, below, right):
@@ -46,18 +46,18 @@ def test_one_large_block_is_all_copied():
     assert found.longest == 32
 
 
-@pytest.mark.parametrize("turn", range(8))
-def test_blocks_that_continue_one_another_are_one_copy(turn):
-    from upholster.synthesis._paint_kernels import TURNS
+@pytest.mark.parametrize("symmetry", range(8))
+def test_blocks_that_continue_one_another_are_one_copy(symmetry):
+    from upholster.quilt._paint_kernels import SYMMETRIES
 
-    step = TURNS[turn].reshape(2, 2)
+    step = SYMMETRIES[symmetry].reshape(2, 2)
     places = [(8, 8), (8, 24), (24, 8), (24, 24)]
     sources = [np.array([32, 32]) + step @ (np.array(place) - 16) for place in places]
-    blocks = [(*place, 16, 16, *source, turn) for place, source in zip(places, sources, strict=True)]
+    blocks = [(*place, 16, 16, *source, symmetry) for place, source in zip(places, sources, strict=True)]
     assert copies(quilt_of(blocks)).ratio == 1
     assert copies(quilt_of(blocks)).longest == 32
     row, column, height, width, source_row, source_column, _ = blocks[3]
-    blocks[3] = (row, column, height, width, source_row + 1, source_column, turn)
+    blocks[3] = (row, column, height, width, source_row + 1, source_column, symmetry)
     found = copies(quilt_of(blocks))
     # The last block's two inner sides are cuts of 16 pairs each.
     assert found.ratio == pytest.approx(1 - 32 / (2 * 31 * 32))

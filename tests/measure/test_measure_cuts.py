@@ -9,8 +9,9 @@ from measured import grains, quilt_of, tiles, warped
 from upholster.errors import InputError
 from upholster.geometry import plane, surface_from_spec
 from upholster.measure import cut_seam_ratio, matched_cut_ratio, matched_edge_ratio
-from upholster.synthesis import Texels, paint, synthesize
-from upholster.synthesis.quilt import PLACEMENT, Chart, Quilt
+from upholster.methods import synthesize
+from upholster.quilt import Texels, paint
+from upholster.quilt.model import PLACEMENT, Chart, Quilt
 
 
 def test_cuts_against_a_plain_sum():

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 from measured import quilt_of, random_field, warped
 
+from upholster.charts.directions import default_direction, direction_fields, parse_direction
+from upholster.charts.layout import density_layout
 from upholster.errors import InputError
 from upholster.geometry import plane, surface_from_spec, torus
 from upholster.measure import mapping
 from upholster.measure.mapping import _derivative
-from upholster.synthesis.directions import default_direction, direction_fields, parse_direction
-from upholster.synthesis.layout import density_layout
-from upholster.synthesis.quilt import PLACEMENT, Chart, Quilt
+from upholster.quilt.model import PLACEMENT, Chart, Quilt
 
 
 def tiled(charts, fields, block=32, exemplar=(128, 128)):
@@ -43,11 +43,11 @@ def test_a_flat_copy_is_as_asked():
     assert mapping(plane(), quilt).error == pytest.approx(0, abs=1e-9)
 
 
-@pytest.mark.parametrize("turn", range(8))
-def test_turns_show_as_directions(turn):
-    quilt = quilt_of([(32, 32, 64, 64, 40, 40, turn)], chart=(64, 64), exemplar=(80, 80))
+@pytest.mark.parametrize("symmetry", range(8))
+def test_turns_show_as_directions(symmetry):
+    quilt = quilt_of([(32, 32, 64, 64, 40, 40, symmetry)], chart=(64, 64), exemplar=(80, 80))
     # Where the exemplar's columns go on the chart, in degrees clockwise from its columns.
-    angle = (0, 270, 180, 90, 90, 180, 270, 0)[turn]
+    angle = (0, 270, 180, 90, 90, 180, 270, 0)[symmetry]
     asked = parse_direction(str(angle))
     assert mapping(plane(), quilt, direction=asked).angle_95 == pytest.approx(0, abs=1e-5)
     off = mapping(plane(), quilt, direction=parse_direction(str(angle + 7)))

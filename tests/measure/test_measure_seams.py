@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 from measured import grains
 
+from upholster.charts.directions import default_direction, direction_fields
+from upholster.charts.layout import density_layout
 from upholster.errors import InputError
 from upholster.geometry import Surface, plane, surface_from_spec
 from upholster.measure import edge_seam_ratio, wrap_seams
-from upholster.synthesis import Texels, paint, synthesize
-from upholster.synthesis.directions import default_direction, direction_fields
-from upholster.synthesis.layout import density_layout
-from upholster.synthesis.quilt import Chart
+from upholster.methods import synthesize
+from upholster.quilt import Texels, paint
+from upholster.quilt.model import Chart
 
 WAVES = np.random.default_rng(3).normal(size=(3, 24))  # no direction is better than another
 WAVES /= np.linalg.norm(WAVES, axis=0)

@@ -19,7 +19,7 @@ from upholster.geometry import (
     vase,
 )
 from upholster.model import build_atlas
-from upholster.synthesis.quilt import Chart, Texels
+from upholster.quilt.model import Chart, Texels
 
 
 def painted(surface: Surface, sizes: list[tuple[int, int]]) -> Texels:

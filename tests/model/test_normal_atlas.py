@@ -9,7 +9,7 @@ from upholster.errors import InputError
 from upholster.geometry import Surface, cylinder, ring_cyclide, sphere
 from upholster.model import build_atlas
 from upholster.model.normal_atlas import build_normal_atlas
-from upholster.synthesis.quilt import Chart, Texels
+from upholster.quilt.model import Chart, Texels
 
 SIZE = (48, 40)
 

@@ -8,7 +8,7 @@ from render_shapes import Model, checker, joined, sheet, sphere
 from upholster.errors import InputError
 from upholster.render import Camera, render
 from upholster.render._kernels import resolve, shade
-from upholster.render.texture import Pyramid, build_pyramid
+from upholster.render.texture import MipPyramid, build_pyramid
 from upholster.types import frozen_array
 
 SMALL: dict[str, Any] = {"size": (160, 120), "background": (0.9, 0.9, 0.9)}
@@ -142,7 +142,7 @@ def test_levels_finer_than_needed_are_not_missed(monkeypatch: pytest.MonkeyPatch
     image = render(*model, texture, **options)
     built: list[int] = []
 
-    def whole(texture: Any, *, first: int, last: int, threads: int | None) -> Pyramid:
+    def whole(texture: Any, *, first: int, last: int, threads: int | None) -> MipPyramid:
         built.append(first)
         return build_pyramid(texture, last=last, threads=threads)
 

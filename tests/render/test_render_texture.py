@@ -7,10 +7,10 @@ from numpy.typing import NDArray
 from upholster.errors import InputError
 from upholster.image.color import to_linear
 from upholster.render._lookup import filtered, texture_at
-from upholster.render.texture import Pyramid, build_pyramid, checked_texture
+from upholster.render.texture import MipPyramid, build_pyramid, checked_texture
 
 
-def level(pyramid: Pyramid, index: int) -> NDArray[np.float32]:
+def level(pyramid: MipPyramid, index: int) -> NDArray[np.float32]:
     start, height, width = pyramid.levels[index - pyramid.first]
     return pyramid.texels[start : start + height * width].reshape(height, width, 4)
 

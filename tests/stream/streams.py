@@ -6,10 +6,11 @@ from typing import Any
 import numpy as np
 
 from upholster.geometry import surface_from_spec
+from upholster.methods import synthesize
+from upholster.quilt import Chart, Quilt
+from upholster.quilt.model import MASK_CUT, PLACEMENT
+from upholster.quilt.warp_field import WarpField, node_count
 from upholster.stream import encode_stream
-from upholster.synthesis import Chart, Quilt, synthesize
-from upholster.synthesis.field import Field, node_count
-from upholster.synthesis.quilt import MASK_CUT, PLACEMENT
 
 
 def noise(height: Any = 32, width: Any = 40, channels: Any = 3, dtype: Any = np.uint8, seed: Any = 0) -> Any:
@@ -60,7 +61,7 @@ def anything(rng: Any, exemplar_shape: Any, charts: Any, count: Any) -> Any:
     sizes = np.array([(chart.height, chart.width) for chart in charts])[placed["chart"]]
     placed["row"] = rng.integers(0, sizes[:, 0])
     placed["column"] = rng.integers(0, sizes[:, 1])
-    placed["turn"], placed["mask"] = rng.integers(0, 8, count), rng.integers(0, 3, count)
+    placed["symmetry"], placed["mask"] = rng.integers(0, 8, count), rng.integers(0, 3, count)
     placed["sides"], placed["ramp"] = rng.integers(0, 256, count), rng.integers(1, 256, count)
     placed["cell"], placed["feather"] = rng.integers(1, 9, count), rng.integers(0, 17, count)
     placed["cells"] = rng.integers(-1, 2, count)
@@ -88,8 +89,8 @@ def woven(spec: Any = "sphere", texels: Any = 30_000, seed: Any = 3, **options: 
 
 
 def bent(rng: Any, charts: Any) -> Any:
-    """M fields of every kind: none, with and without margin, larger than the chart, of one node."""
-    fields: list[Field | None] = []
+    """warp fields of every kind: none, with and without margin, larger than the chart, of one node."""
+    fields: list[WarpField | None] = []
     for n, chart in enumerate(charts):
         margin = int(rng.integers(0, 3))
         shape = (1, 1) if n % 4 == 2 else (node_count(chart.height, margin), node_count(chart.width, margin))
@@ -98,12 +99,12 @@ def bent(rng: Any, charts: Any) -> Any:
         nodes = np.empty((*shape, 4), np.int16)
         for k, (low, high) in enumerate(((-80, 80), (-80, 80), (0, 256), (-50, 51))):
             nodes[..., k] = rng.integers(low, high, shape)
-        fields.append(None if n % 4 == 0 else Field(nodes, margin))
+        fields.append(None if n % 4 == 0 else WarpField(nodes, margin))
     return tuple(fields)
 
 
 def anything_bent(rng: Any, exemplar_shape: Any, charts: Any, count: Any) -> Any:
-    """The same as `anything`, on charts with M fields, sources with fractions."""
+    """The same as `anything`, on charts with warp fields, sources with fractions."""
     quilt, fields = anything(rng, exemplar_shape, charts, count), bent(rng, charts)
     placed = quilt.placements.copy()
     free = np.array([field is not None for field in fields])[placed["chart"]]
@@ -138,7 +139,7 @@ STREAMS = ("paper", "no seams", "general", "quilt", "bent", "maps")
 
 
 def same_fields(a: Any, b: Any) -> Any:
-    """Whether two tuples of M fields are equal; none at all is as good as all None."""
+    """Whether two tuples of warp fields are equal; none at all is as good as all None."""
     if len(a) != len(b):
         return not any(a) and not any(b)
     return all(

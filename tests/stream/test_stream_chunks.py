@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from upholster.errors import FormatError
+from upholster.stream.byte_reader import ByteReader, varint
 from upholster.stream.chunks import ChunkReader, header, pack_chunk
-from upholster.stream.fields import Fields, varint
 
 
 def framed(*chunks: Any) -> Any:
@@ -19,14 +19,14 @@ def framed(*chunks: Any) -> Any:
 @given(st.integers(0, 2**63 - 1))
 def test_varints_come_back(value: Any) -> None:
     data = varint(value)
-    assert Fields(data).varint("value", 2**63 - 1) == value
+    assert ByteReader(data).varint("value", 2**63 - 1) == value
     assert len(data) == max(1, -(-value.bit_length() // 7))
 
 
 @pytest.mark.parametrize("data", [b"", b"\x80", b"\x80\x00", b"\xff" * 9 + b"\1"])
 def test_a_varint_that_is_cut_or_not_the_shortest_is_refused(data: Any) -> None:
     with pytest.raises(FormatError, match=r"^byte \d+: value"):
-        Fields(data).varint("value", 2**63 - 1)
+        ByteReader(data).varint("value", 2**63 - 1)
 
 
 @given(st.lists(st.tuples(st.sampled_from("SDz"), st.binary(max_size=20)), max_size=4), st.data())

@@ -7,11 +7,11 @@ import plain_decoder
 import pytest
 from streams import anything, covered
 
+from upholster.quilt import Chart
+from upholster.quilt.model import MASK_CUT
 from upholster.stream.placement_encoder import encode_placements
 from upholster.stream.records import FIELD_NAMES, strip_masks
 from upholster.stream.regular import recognise
-from upholster.synthesis import Chart
-from upholster.synthesis.quilt import MASK_CUT
 
 
 @pytest.mark.parametrize("spec", ["cyclide", "sphere", "cylinder"])

@@ -7,9 +7,9 @@ import pytest
 from streams import noise, same_fields, stream, woven
 
 from upholster.errors import FormatError, InputError
+from upholster.quilt import paint
 from upholster.stream import StreamDecoder, encode_stream, read_stream
 from upholster.stream.chunks import ChunkReader, header, pack_chunk
-from upholster.synthesis import paint
 
 
 def maps_like(exemplar: Any) -> Any:

@@ -10,17 +10,19 @@ from hypothesis import strategies as st
 from streams import anything, anything_bent, changed, covered, noise, same, same_fields, woven
 
 from upholster.errors import FormatError, InputError
-from upholster.stream.fields import Fields
+from upholster.methods import synthesize
+from upholster.methods.paper import PaperOptions, synthesize_paper
+from upholster.quilt import Chart, Quilt, paint
+from upholster.quilt.model import MASK_CUT, PLACEMENT
+from upholster.stream.byte_reader import ByteReader
+from upholster.stream.grid_decoder import GridDecoder
 from upholster.stream.placement_encoder import encode_placements
 from upholster.stream.placements import open_plan
-from upholster.stream.raster_decoder import RasterDecoder
-from upholster.stream.records import RASTER
-from upholster.synthesis import Chart, PaperOptions, Quilt, paint, synthesize, synthesize_paper
-from upholster.synthesis.quilt import MASK_CUT, PLACEMENT
+from upholster.stream.records import GRID
 
 
 def decoder_of(quilt: Any, plan: Any) -> Any:
-    return open_plan(Fields(plan), quilt.charts, quilt.exemplar_shape, quilt.fields)
+    return open_plan(ByteReader(plan), quilt.charts, quilt.exemplar_shape, quilt.fields)
 
 
 def same_texels(a: Any, b: Any) -> Any:
@@ -98,7 +100,7 @@ def test_any_valid_quilt_comes_back(seed: Any, count: Any, charts: Any) -> None:
     shape = int(rng.integers(8, 70)), int(rng.integers(8, 70))
     for quilt in (anything(rng, shape, layout, count), anything_bent(rng, shape, layout, count)):
         again, plan = back(quilt)
-        if plan[0] == RASTER:
+        if plan[0] == GRID:
             assert same_texels(quilt, again)
         else:
             assert same(quilt, again)
@@ -115,7 +117,7 @@ def test_a_quilt_that_is_not_quite_regular_comes_back() -> None:
 def test_quilts_of_method_quilt_come_back_and_are_told_compactly(options: Any) -> None:
     surface, quilt, _ = woven(**options)
     again, plan = back(quilt, surface.shared)
-    assert plan[0] == RASTER
+    assert plan[0] == GRID
     assert same_fields(quilt.fields, again.fields)
     assert same_texels(quilt, again)
     # What comes back is told by the same bytes again.
@@ -128,7 +130,7 @@ def test_flat_quilts_come_back() -> None:
     surface, exemplar = covered("plane")[0], noise(64, 64)
     quilt = synthesize(exemplar, surface, texels=(150, 110), block=20)
     again, plan = back(quilt)
-    assert plan[0] == RASTER
+    assert plan[0] == GRID
     assert same_texels(quilt, again)
 
 
@@ -156,7 +158,7 @@ def test_masks_that_show_what_is_not_there_come_back_as_well() -> None:
     cells = np.random.default_rng(2).integers(0, 2, len(quilt.cells)).astype(np.uint8)
     wild = replace(quilt, cells=cells)
     again, plan = back(wild, surface.shared)
-    assert plan[0] == RASTER
+    assert plan[0] == GRID
     assert same_texels(wild, again)
 
 
@@ -198,7 +200,7 @@ def test_no_symbol_is_taken_that_the_bytes_do_not_determine(kind: Any) -> None:
 
 
 def _known_part(decoder: Any, known: Any) -> Any:
-    if isinstance(decoder, RasterDecoder):
+    if isinstance(decoder, GridDecoder):
         return decoder._records[:known].tolist()
     if decoder.regular:
         return decoder._chosen[:known].tolist()
@@ -268,9 +270,9 @@ def test_placements_outside_chart_or_exemplar_are_refused() -> None:
     plan, sources, _ = encode_placements(changed(quilt))
     smaller = tuple(Chart(chart.patch, 20, 20) for chart in quilt.charts)
     with pytest.raises(FormatError, match="does not touch its chart"):
-        open_plan(Fields(plan), smaller, quilt.exemplar_shape).feed_sources(sources)
+        open_plan(ByteReader(plan), smaller, quilt.exemplar_shape).feed_sources(sources)
     with pytest.raises(FormatError, match="outside"):
-        open_plan(Fields(plan), quilt.charts, (20, 20)).feed_sources(sources)
+        open_plan(ByteReader(plan), quilt.charts, (20, 20)).feed_sources(sources)
 
 
 @pytest.mark.parametrize(
@@ -295,6 +297,6 @@ def test_placements_outside_chart_or_exemplar_are_refused() -> None:
 def test_malformed_plans_are_refused(plan: Any, message: Any) -> None:
     charts = tuple(Chart(n, 64, 64) for n in range(4))
     with pytest.raises(FormatError) as error:
-        open_plan(Fields(plan), charts, (32, 32))
+        open_plan(ByteReader(plan), charts, (32, 32))
     assert message in str(error.value)
     assert str(error.value).startswith("byte ")

@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 from streams import STREAMS, covered, noise, same, stream
 
 from upholster.errors import FormatError, InputError
+from upholster.quilt import Chart, Quilt, paint
+from upholster.quilt.model import PLACEMENT
 from upholster.stream import StreamDecoder, describe, encode_stream, read_stream
 from upholster.stream.chunks import ChunkReader, header, pack_chunk
-from upholster.synthesis import Chart, Quilt, paint
-from upholster.synthesis.quilt import PLACEMENT
 
 
 def test_everything_comes_back() -> None:

@@ -7,10 +7,10 @@ import pytest
 
 from upholster.errors import FormatError, InputError
 from upholster.geometry import RationalPatch, Surface, read_nets, ring_cyclide, surface_from_spec
-from upholster.stream.fields import Fields
+from upholster.quilt import Chart
+from upholster.stream.byte_reader import ByteReader
 from upholster.stream.layout import pack_layout, parse_layout
 from upholster.stream.surfaces import pack_surface, parse_surface
-from upholster.synthesis import Chart
 
 SPECS = (
     "cyclide",
@@ -27,7 +27,7 @@ SPECS = (
 
 
 def back(surface: Any) -> Any:
-    return parse_surface(Fields(pack_surface(surface)))
+    return parse_surface(ByteReader(pack_surface(surface)))
 
 
 @pytest.mark.parametrize("spec", SPECS)
@@ -76,7 +76,7 @@ def test_edges_that_meet_but_for_rounding_are_joined_and_stay_so() -> None:
     )
     data = pack_surface(surface)
     assert data[1] & 1 == 0  # float32
-    again = parse_surface(Fields(data))
+    again = parse_surface(ByteReader(data))
     assert again.shared == surface.shared
     assert (again.patches[0].edge(1) == again.patches[1].edge(3)).all()
 
@@ -127,7 +127,7 @@ def test_different_degrees(tmp_path: Any) -> None:
 )
 def test_malformed_surfaces_are_refused(data: Any, message: Any) -> None:
     with pytest.raises(FormatError) as error:
-        parse_surface(Fields(data))
+        parse_surface(ByteReader(data))
     assert str(error.value).startswith(message)
 
 
@@ -145,7 +145,7 @@ def test_a_layout_comes_back(charts: Any) -> None:
     surface = ring_cyclide()
     for scale in (0, -128, 5, 127):
         packed = pack_layout(charts, surface, scale)
-        assert parse_layout(Fields(packed), surface) == (tuple(charts), scale)
+        assert parse_layout(ByteReader(packed), surface) == (tuple(charts), scale)
 
 
 def test_the_paper_s_layout_takes_three_bytes() -> None:
@@ -165,7 +165,7 @@ def test_the_paper_s_layout_takes_three_bytes() -> None:
 )
 def test_malformed_layouts_are_refused(data: Any, message: Any) -> None:
     with pytest.raises(FormatError) as error:
-        parse_layout(Fields(data), ring_cyclide())
+        parse_layout(ByteReader(data), ring_cyclide())
     assert str(error.value).startswith(message)
 
 

@@ -24,10 +24,10 @@ from upholster.codec import decode, encode
 from upholster.errors import FormatError
 from upholster.geometry import SURFACES, Surface, surface_from_spec
 from upholster.image.color import from_linear
+from upholster.quilt import Chart
 from upholster.stream import StreamDecoder, encode_stream
 from upholster.stream.chunks import header, pack_chunk
 from upholster.stream.surfaces import KINDS
-from upholster.synthesis import Chart
 
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]

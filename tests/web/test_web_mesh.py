@@ -13,11 +13,11 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "stream"))
 from streams import anything, noise
 from test_web_decoder import HERE, ROOT, _run
 
+from upholster.charts.layout import density_layout
 from upholster.geometry import Mesh, RationalPatch, Surface, surface_from_spec, vertex_tangents
 from upholster.model.pieces import chart_pieces
+from upholster.quilt import Chart, Texels
 from upholster.stream import encode_stream
-from upholster.synthesis import Chart, Texels
-from upholster.synthesis.layout import density_layout
 
 SPECS = (
     "cyclide",

@@ -76,11 +76,11 @@ def measure(
 def _stream(
     path: str, exemplar: str | None, sample_size: float | None, direction: str | None, threads: int | None
 ) -> "tuple[Measures, str]":
+    from upholster.charts.directions import parse_direction
     from upholster.files import read_bytes
     from upholster.image import read_exemplar
     from upholster.measure import measure_cover
     from upholster.stream import read_stream
-    from upholster.synthesis.directions import parse_direction
 
     wanted = None if direction is None else parse_direction(direction)
     original = None if exemplar is None else read_exemplar(exemplar)

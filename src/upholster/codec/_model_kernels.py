@@ -18,9 +18,9 @@ __all__ = [
     "LOW",
     "MIXERS",
     "QUANTA_AT",
-    "SLACK",
     "STATE_SIZE",
     "THRESHOLDS_AT",
+    "UNKNOWN_BITS",
     "WEIGHTS",
     "code_bit",
 ]
@@ -28,7 +28,7 @@ __all__ = [
 # Places in the coder's state, an int64 array. The interval is [LOW, HIGH], 32 bits each. A decoder's CODE
 # holds the bytes at hand, missing ones as 0; SLACK is what they could add. BYTES_DONE counts bytes written or
 # taken.
-LOW, HIGH, CODE, SLACK, BYTES_DONE, BYTES_HERE = 0, 1, 2, 3, 4, 5
+LOW, HIGH, CODE, UNKNOWN_BITS, BYTES_DONE, BYTES_HERE = 0, 1, 2, 3, 4, 5
 STATE_SIZE = 28
 
 
@@ -69,7 +69,7 @@ def code_bit(
     span = high - low
     middle = low + (span >> 16) * chance + (((span & 0xFFFF) * chance) >> 16)
     if not encoding:
-        if state[CODE] + state[SLACK] <= middle:
+        if state[CODE] + state[UNKNOWN_BITS] <= middle:
             bit = 1
         elif state[CODE] > middle:
             bit = 0
@@ -85,11 +85,11 @@ def code_bit(
             data[done] = high >> 24
         else:
             state[CODE] = (state[CODE] << 8) & 0xFFFFFFFF
-            state[SLACK] = (state[SLACK] << 8) & 0xFFFFFFFF
+            state[UNKNOWN_BITS] = (state[UNKNOWN_BITS] << 8) & 0xFFFFFFFF
             if done < state[BYTES_HERE]:
                 state[CODE] |= data[done]
             else:
-                state[SLACK] |= 255
+                state[UNKNOWN_BITS] |= 255
         state[BYTES_DONE] = done + 1
         low = (low << 8) & 0xFFFFFFFF
         high = ((high << 8) & 0xFFFFFFFF) | 255

@@ -16,8 +16,8 @@ from upholster.codec._model_kernels import (
     COUNTERS,
     HIGH,
     MIXERS,
-    SLACK,
     STATE_SIZE,
+    UNKNOWN_BITS,
     WEIGHTS,
 )
 from upholster.codec.tables import POINTS, QUANTA, RECIPROCALS, SQUASH, STRETCH, THRESHOLDS
@@ -105,7 +105,7 @@ class CoefficientDecoder:
         self._memory = _Memory(tree, plane)
         self._state = self._memory.state
         self._data = np.zeros(256, np.uint8)
-        self._state[SLACK] = 0xFFFFFFFF
+        self._state[UNKNOWN_BITS] = 0xFFFFFFFF
         self._state[BYTES_DONE] = 4
         self.complete = plane < 0
 
@@ -137,7 +137,7 @@ class CoefficientDecoder:
         for place in range(here, min(here + len(data), int(state[BYTES_DONE]))):
             shift = 8 * (int(state[BYTES_DONE]) - 1 - place)
             state[CODE] |= int(self._data[place]) << shift
-            state[SLACK] &= ~(255 << shift)
+            state[UNKNOWN_BITS] &= ~(255 << shift)
         if not self.complete:
             nothing = np.zeros(0, np.int32)
             self.complete = self._memory.code(self._data, nothing, nothing, False, _ENDLESS, _ENDLESS)

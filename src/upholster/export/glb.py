@@ -60,7 +60,7 @@ def write_glb(
         1 to 100, for jpeg and webp; maps other than colours get at least 90.
     maps
         Atlases of a material's other maps by role: normal (H, W, 3), in the frame that
-        `upholster.synthesis.paint_normals` tells; roughness, metallic, ao (H, W, 1), packed in one image;
+        `upholster.quilt.paint_normals` tells; roughness, metallic, ao (H, W, 1), packed in one image;
         emission. Floats become 16-bit.
     tangents
         (V, 3), as `upholster.geometry.vertex_tangents` gives: needed with a normal map.

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from upholster.synthesis.quilt import Texels
+from upholster.quilt.model import Texels
 
 __all__ = ["write_npz"]
 

@@ -18,7 +18,7 @@ __all__ = ["Adjacency", "BorderInterval", "SharedEdge", "find_adjacency"]
 CHECKS = np.linspace(0.0, 1.0, 9)
 """Parameters at which two edges are compared."""
 
-SLACK = 1e-6
+EPS = 1e-6
 """Parts of an edge shorter than this, in its parameter, are neither border nor overlap."""
 
 
@@ -210,7 +210,7 @@ def _border(
         covered = 0.0
         before: SharedEdge | None = None
         for one in sorted(parts[e], key=lambda m: m.start):
-            if before is not None and covered - one.start > SLACK:
+            if before is not None and covered - one.start > EPS:
                 # a loose tolerance lets neighbours overlap by about as much
                 ends = edges.points(np.array([e]), np.array([[one.start, covered]]))[0]
                 if np.linalg.norm(ends[0] - ends[1]) > 4.0 * tolerance:
@@ -220,11 +220,11 @@ def _border(
                         4 * one.other_patch + one.other_edge,
                     ]
                     raise _too_many(claims)
-            if one.start - covered > SLACK:
+            if one.start - covered > EPS:
                 border.append(BorderInterval(e // 4, e % 4, covered, one.start))
             if one.stop > covered:
                 covered, before = one.stop, one
-        if 1.0 - covered > SLACK:
+        if 1.0 - covered > EPS:
             border.append(BorderInterval(e // 4, e % 4, covered, 1.0))
     return border
 

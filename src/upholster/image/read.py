@@ -72,8 +72,8 @@ def read_exemplar(
     name = _checked_file(Path(path))
     target = None if resize is None else _parse_resize(resize)
     with silent():
-        pixels, turn = _decode(name, crop is None and target is None)
-    pixels = _upright(pixels, turn)
+        pixels, orientation = _decode(name, crop is None and target is None)
+    pixels = _upright(pixels, orientation)
     if crop is not None:
         pixels = _cropped(pixels, crop)
     # Before resizing, which would spread a NaN and hide where it came from.
@@ -108,8 +108,8 @@ def read_image(path: str | os.PathLike[str]) -> PixelArray:
     """
     name = _checked_file(Path(path))
     with silent():
-        pixels, turn = _decode(name, False)
-    pixels = _upright(pixels, turn)
+        pixels, orientation = _decode(name, False)
+    pixels = _upright(pixels, orientation)
     if pixels.dtype.kind == "f":
         _check_samples(pixels, repr(name))
     return np.ascontiguousarray(pixels)
@@ -240,13 +240,13 @@ def _unpremultiplied(pixels: PixelArray) -> PixelArray:
     return pixels
 
 
-def _upright(pixels: PixelArray, turn: int) -> PixelArray:
+def _upright(pixels: PixelArray, orientation: int) -> PixelArray:
     """Undo the Exif orientation: 1 to 8, the place of row 0 and column 0 (Exif 2.32, tag 0x0112)."""
-    if turn in (5, 6, 7, 8):
+    if orientation in (5, 6, 7, 8):
         pixels = pixels.swapaxes(0, 1)
-    if turn in (3, 4, 7, 8):
+    if orientation in (3, 4, 7, 8):
         pixels = pixels[::-1]
-    if turn in (2, 3, 6, 7):
+    if orientation in (2, 3, 6, 7):
         pixels = pixels[:, ::-1]
     return pixels
 

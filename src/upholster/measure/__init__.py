@@ -4,7 +4,7 @@ from upholster.measure.copies import Copies, copies
 from upholster.measure.cuts import cut_seam_ratio, matched_cut_ratio
 from upholster.measure.edges import matched_edge_ratio
 from upholster.measure.fidelity import sliced_wasserstein
-from upholster.measure.mapping import Mapping, mapping
+from upholster.measure.mapping import MappingReport, mapping
 from upholster.measure.report import Measures, Seams, measure_cover, measure_image
 from upholster.measure.scale import TexelScale, texel_scale
 from upholster.measure.seams import WrapSeams, edge_seam_ratio, wrap_seams
@@ -12,7 +12,7 @@ from upholster.measure.structure import Peak, Structure, structure
 
 __all__ = [
     "Copies",
-    "Mapping",
+    "MappingReport",
     "Measures",
     "Peak",
     "Seams",

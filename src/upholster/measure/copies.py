@@ -7,7 +7,7 @@ import numpy as np
 from upholster.errors import InputError
 from upholster.measure._kernels import largest_square
 from upholster.measure.trace import Trace, quilt_windows
-from upholster.synthesis import Quilt
+from upholster.quilt import Quilt
 
 __all__ = ["Copies", "copies"]
 
@@ -34,7 +34,7 @@ def copies(quilt: Quilt) -> Copies:
 
     A texel belongs to the placement that gives it most of its colour. Two neighbouring texels are a verbatim
     continuation if one placement paints both, or if the two that do agree, within ½ pixel of the exemplar
-    each way, on where the second texel lies (through the chart's M field, and by the same symmetry of the
+    each way, on where the second texel lies (through the chart's warp field, and by the same symmetry of the
     square). Measured on at most 8 Mtexels, in windows of at most 2048²: no longer repeat is found.
 
     Parameters

@@ -3,16 +3,16 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from upholster.charts.seams import find_seams, transitions
 from upholster.geometry import Surface
 from upholster.measure.cuts import check_painted, sampled
 from upholster.measure.samples import SEED, Samples, Window, coded
 from upholster.measure.seams import MOST_MEETINGS, MOST_PAIRS, MeanDifference
 from upholster.measure.trace import Trace
-from upholster.synthesis import Chart, Quilt, Texels
-from upholster.synthesis._paint_kernels import TURNS
-from upholster.synthesis.field import UNIT
-from upholster.synthesis.meetings import carriers, meetings
-from upholster.synthesis.warp import matrices_at, warped_sources
+from upholster.quilt import Chart, Quilt, Texels
+from upholster.quilt._paint_kernels import SYMMETRIES
+from upholster.quilt.warp import matrices_at, warped_sources
+from upholster.quilt.warp_field import UNIT
 from upholster.types import FloatArray, PixelArray
 
 __all__ = ["matched_edge_ratio"]
@@ -51,14 +51,14 @@ def matched_edge_ratio(surface: Surface, quilt: Quilt, texels: Texels, exemplar:
     """
     check_painted(quilt, texels, exemplar)
     rng = np.random.default_rng(SEED)
-    found = meetings(surface, quilt.charts)
+    found = find_seams(surface, quilt.charts)
     chosen = [found[n] for n in rng.permutation(len(found))[:MOST_MEETINGS]]
     most = max(64, MOST_PAIRS // max(1, len(chosen)))
     seen, expected = MeanDifference(), MeanDifference()
     levels = [exemplar]
     traces: dict[tuple[int, int], Trace] = {}
-    for carrier in carriers(surface, quilt.charts, chosen):
-        m = carrier.meeting
+    for transition in transitions(surface, quilt.charts, chosen):
+        m = transition.seam
         sides = ((m.chart, m.edge), (m.other_chart, m.other_edge))
         for side in sides:
             if side not in traces:
@@ -66,7 +66,7 @@ def matched_edge_ratio(surface: Surface, quilt: Quilt, texels: Texels, exemplar:
         along = np.arange(np.ceil(m.start - 0.5), np.ceil(m.stop - 0.5)).astype(np.intp)
         along = rng.permutation(along)[:most]
         rows, columns = _texels(traces[sides[0]].window, m.edge, along)
-        carried_rows, carried_columns, matrices = carrier.carry(
+        carried_rows, carried_columns, matrices = transition.apply(
             rows.astype(np.float64), columns.astype(np.float64)
         )
         sound = np.isfinite(matrices).all(axis=(1, 2))
@@ -114,6 +114,6 @@ def _looked_up(
     owner = trace.placements[np.maximum(owners, 0)]
     place = np.stack(warped_sources(trace.field, owner, rows, columns), axis=1) / 16
     matrices = matrices_at(trace.field, rows, columns).reshape(-1, 2, 2) / UNIT
-    pixels = TURNS[owner["turn"]].reshape(-1, 2, 2) @ matrices @ step[:, :, None]
+    pixels = SYMMETRIES[owner["symmetry"]].reshape(-1, 2, 2) @ matrices @ step[:, :, None]
     there = place + pixels[:, :, 0]
     return painted, sampled(trace, owner, place, levels), sampled(trace, owner, there, levels)

@@ -6,24 +6,24 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from upholster.charts.directions import Direction
 from upholster.errors import InputError
 from upholster.geometry import Surface
 from upholster.measure.samples import SEED
 from upholster.measure.scale import quantiles
 from upholster.measure.trace import Trace, quilt_windows
-from upholster.synthesis import Quilt
-from upholster.synthesis._paint_kernels import TURNS
-from upholster.synthesis.directions import Direction
-from upholster.synthesis.field import FIELD_STEP, UNIT, Field
+from upholster.quilt import Quilt
+from upholster.quilt._paint_kernels import SYMMETRIES
+from upholster.quilt.warp_field import FIELD_STEP, UNIT, WarpField
 from upholster.types import FloatArray
 
-__all__ = ["Mapping", "mapping"]
+__all__ = ["MappingReport", "mapping"]
 
 MOST_SAMPLES = 2**18
 
 
 @dataclass(frozen=True, slots=True)
-class Mapping:
+class MappingReport:
     """How the texture lies on a surface; all figures weigh every part of the surface by its area.
 
     A size is what the exemplar's unit of length becomes on the surface, over what was asked: 1 is as asked.
@@ -58,7 +58,7 @@ def mapping(
     *,
     scale: float | None = None,
     direction: Direction | None = None,
-) -> Mapping:
+) -> MappingReport:
     """Measure size and direction of the texture on the surface, wherever a placement paints it.
 
     A texel q of a block with centre c comes from ``source + T·½(M(c) + M(q))·(q - c)``, whose derivative G
@@ -123,7 +123,7 @@ def mapping(
         )
         centre = np.stack([owner["row"], owner["column"]], axis=1)
         place = np.stack([rows, columns], axis=1)
-        jacobian = TURNS[owner["turn"]].reshape(-1, 2, 2) @ _derivative(trace.field, centre, place)
+        jacobian = SYMMETRIES[owner["symmetry"]].reshape(-1, 2, 2) @ _derivative(trace.field, centre, place)
         asked = None if direction is None else _asked(direction, points, by_s, by_t)
         axial = direction is not None and direction.vectors is not None
         parts.append(_at_samples(steps, jacobian, asked, axial))
@@ -137,7 +137,7 @@ def mapping(
         ratio -= quantiles(ratio, area, (0.5,))[0]
     ratio = np.abs(ratio)
     known = directed > 0
-    return Mapping(
+    return MappingReport(
         within=float(np.average(ratio <= np.log2(1.05), weights=area)),
         error=float(np.average(ratio, weights=area)),
         error_95=quantiles(ratio, area, (0.95,))[0],
@@ -161,7 +161,7 @@ def _asked(direction: Direction, points: FloatArray, by_s: FloatArray, by_t: Flo
     return turned
 
 
-def _derivative(field: Field, centre: NDArray[Any], place: NDArray[Any]) -> FloatArray:
+def _derivative(field: WarpField, centre: NDArray[Any], place: NDArray[Any]) -> FloatArray:
     """Return the derivative (n, 2, 2) by q, at `place` (n, 2), of ``½(M(centre) + M(q))·(q - centre)``."""
     here, by_row, by_column = _matrices(field, place)
     middle = _matrices(field, centre)[0]
@@ -171,7 +171,7 @@ def _derivative(field: Field, centre: NDArray[Any], place: NDArray[Any]) -> Floa
     return out
 
 
-def _matrices(field: Field, place: NDArray[Any]) -> tuple[FloatArray, FloatArray, FloatArray]:
+def _matrices(field: WarpField, place: NDArray[Any]) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Return M (n, 2, 2) at texels (n, 2), in pixels per texel, and its derivatives by row and by column."""
     nodes = field.matrices.reshape(*field.matrices.shape[:2], 2, 2) / UNIT
     last = np.array(nodes.shape[:2]) - 1

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from upholster.charts.directions import Direction
 from upholster.errors import InputError
 from upholster.geometry import Surface
 from upholster.image import check_exemplar
@@ -13,12 +14,11 @@ from upholster.measure.copies import Copies, copies
 from upholster.measure.cuts import cut_seam_ratio, matched_cut_ratio
 from upholster.measure.edges import matched_edge_ratio
 from upholster.measure.fidelity import sliced_wasserstein
-from upholster.measure.mapping import Mapping, mapping
+from upholster.measure.mapping import MappingReport, mapping
 from upholster.measure.scale import TexelScale, texel_scale
 from upholster.measure.seams import WrapSeams, edge_seam_ratio, wrap_seams
 from upholster.measure.structure import Peak, Structure, structure
-from upholster.synthesis import Quilt, Texels, paint
-from upholster.synthesis.directions import Direction
+from upholster.quilt import Quilt, Texels, paint
 from upholster.types import PixelArray
 
 __all__ = ["Measures", "Seams", "measure_cover", "measure_image"]
@@ -69,7 +69,7 @@ class Measures:
     seams: Seams | None = None
     scale: TexelScale | None = None
     copies: Copies | None = None
-    mapping: Mapping | None = None
+    mapping: MappingReport | None = None
     wrap: WrapSeams | None = None
 
     @property
@@ -226,7 +226,7 @@ def measure_image(image: PixelArray, exemplar: PixelArray, *, tileable: bool = F
     )
 
 
-def _mapping_rows(found: Mapping) -> list[tuple[str, str, str]]:
+def _mapping_rows(found: MappingReport) -> list[tuple[str, str, str]]:
     rows = [
         ("texture size within 5 %", f"{100 * found.within:.1f} %", "of the area"),
         ("texture size error, mean", f"{found.error:.3f} octaves", "0: as asked"),

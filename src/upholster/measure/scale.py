@@ -7,7 +7,7 @@ import numpy as np
 
 from upholster.errors import InputError
 from upholster.geometry import Surface
-from upholster.synthesis import Chart
+from upholster.quilt import Chart
 from upholster.types import FloatArray
 
 __all__ = ["TexelScale", "quantiles", "texel_scale"]

@@ -6,14 +6,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from upholster.charts.seams import Transition, find_seams, transitions
 from upholster.errors import InputError
 from upholster.geometry import Surface
 from upholster.measure.samples import SEED, bilinear, coded
 from upholster.measure.trace import IDENTITY
-from upholster.synthesis import Texels
-from upholster.synthesis.field import UNIT, Field
-from upholster.synthesis.meetings import Carrier, carriers, meetings
-from upholster.synthesis.warp import matrices_at
+from upholster.quilt import Texels
+from upholster.quilt.warp import matrices_at
+from upholster.quilt.warp_field import UNIT, WarpField
 from upholster.types import FloatArray, PixelArray
 
 __all__ = ["MeanDifference", "WrapSeams", "edge_seam_ratio", "wrap_seams"]
@@ -46,7 +46,9 @@ class MeanDifference:
         return here / there
 
 
-def edge_seam_ratio(surface: Surface, texels: Texels, *, fields: Sequence[Field | None] = ()) -> float | None:
+def edge_seam_ratio(
+    surface: Surface, texels: Texels, *, fields: Sequence[WarpField | None] = ()
+) -> float | None:
     """Measure whether the edges of charts show: both those of patches, and those between charts of a patch.
 
     The mean absolute difference between a point before an edge and one as far beyond it, over the same
@@ -64,7 +66,7 @@ def edge_seam_ratio(surface: Surface, texels: Texels, *, fields: Sequence[Field 
     texels
         The result.
     fields
-        Each chart's M field, as in `Quilt.fields`.
+        Each chart's warp field, as in `Quilt.fields`.
 
     Returns
     -------
@@ -85,16 +87,16 @@ def edge_seam_ratio(surface: Surface, texels: Texels, *, fields: Sequence[Field 
     if fields and len(fields) != len(texels.charts):
         raise InputError(f"there are {len(fields)} fields; allowed: none, or one for each chart")
     rng = np.random.default_rng(SEED)
-    found = meetings(surface, texels.charts)
+    found = find_seams(surface, texels.charts)
     chosen = [found[n] for n in rng.permutation(len(found))[:MOST_MEETINGS]]
     if not chosen:
         return None
     most = max(64, MOST_PAIRS // len(chosen))
     across, inside = MeanDifference(), MeanDifference()
-    for carrier in carriers(surface, texels.charts, chosen):
-        index = carrier.meeting.chart
+    for transition in transitions(surface, texels.charts, chosen):
+        index = transition.seam.chart
         field = (fields[index] if fields else None) or IDENTITY
-        _add_meeting(carrier, texels.arrays, field, most, rng, across, inside)
+        _add_seam(transition, texels.arrays, field, most, rng, across, inside)
     return across.over(inside)
 
 
@@ -155,26 +157,26 @@ def wrap_seams(image: PixelArray) -> WrapSeams | None:
     return WrapSeams(wrapped / whole, low, high)
 
 
-def _add_meeting(
-    carrier: Carrier,
+def _add_seam(
+    transition: Transition,
     arrays: Sequence[PixelArray],
-    field: Field,
+    field: WarpField,
     most: int,
     rng: np.random.Generator,
     across: MeanDifference,
     inside: MeanDifference,
 ) -> None:
-    """Add the differences across one meeting of two charts, and those on as many lines inside the first."""
-    m = carrier.meeting
+    """Add the differences across one seam of two charts, and those on as many lines inside the first."""
+    m = transition.seam
     own, other = arrays[m.chart], arrays[m.other_chart]
     down = bool(m.edge & 1)  # the edge runs along the rows' axis
     extent = own.shape[1 if down else 0]
     inward = 1.0 if m.edge in (0, 3) else -1.0
     count = min(most, max(8, round(PER_TEXEL * (m.stop - m.start))))
     along = rng.uniform(m.start, m.stop, count) - 0.5
-    edge = np.full(count, carrier.line)
+    edge = np.full(count, transition.line)
     # How far a step across the edge goes on the other chart: points there lie ½ texel inside it at least.
-    *_, matrices = carrier.carry(*((along, edge) if down else (edge, along)))
+    *_, matrices = transition.apply(*((along, edge) if down else (edge, along)))
     step = np.abs(matrices[:, 0 if m.other_edge in (0, 2) else 1, 1 if down else 0])
     with np.errstate(divide="ignore"):
         depth = rng.uniform(0.5, 1.0, count) * np.maximum(1.0, 1.0 / step)
@@ -183,7 +185,7 @@ def _add_meeting(
     if not len(along):
         return
     before, beyond = edge + inward * depth, edge - inward * depth
-    rows, columns, _ = carrier.carry(*((along, beyond) if down else (beyond, along)))
+    rows, columns, _ = transition.apply(*((along, beyond) if down else (beyond, along)))
     across.add(_at(own, along, before, down), bilinear(other, rows, columns))
     # Inside, the same step in the exemplar, which may run otherwise on the chart, and half of it on either
     # side of a line between texels, as at the edge.
@@ -202,7 +204,7 @@ def _at(array: PixelArray, along: FloatArray, across: FloatArray, down: bool) ->
     return bilinear(array, *((along, across) if down else (across, along)))
 
 
-def _matrices(field: Field, along: FloatArray, across: FloatArray, down: bool) -> FloatArray:
+def _matrices(field: WarpField, along: FloatArray, across: FloatArray, down: bool) -> FloatArray:
     """Return M (n, 2, 2) in exemplar pixels per texel."""
     places = (along, across) if down else (across, along)
     rows, columns = (np.rint(place).astype(np.int32) for place in places)

@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.measure.samples import Window, chosen_windows
-from upholster.synthesis import Quilt
-from upholster.synthesis._paint_kernels import trace_owners
-from upholster.synthesis.field import Field
-from upholster.synthesis.warp import warped_sources
+from upholster.quilt import Quilt
+from upholster.quilt._paint_kernels import trace_owners
+from upholster.quilt.warp import warped_sources
+from upholster.quilt.warp_field import WarpField
 from upholster.types import IntArray
 
 __all__ = ["Border", "Trace", "field_of", "quilt_windows"]
@@ -20,7 +20,7 @@ SIDE = 2048
 NEAR = 8
 """Half a pixel, in 1/16."""
 
-IDENTITY = Field(np.zeros((1, 1, 4), np.int16), margin=0)
+IDENTITY = WarpField(np.zeros((1, 1, 4), np.int16), margin=0)
 """What a chart without a field has: texel steps are pixel steps."""
 
 Flags = NDArray[np.bool_]
@@ -56,7 +56,7 @@ class Trace:
     window
         Which part of which chart.
     field
-        The chart's M field; the identity where it has none.
+        The chart's warp field; the identity where it has none.
     placements
         Those that touch the window, in painting order.
     owners
@@ -64,7 +64,7 @@ class Trace:
     """
 
     window: Window
-    field: Field
+    field: WarpField
     placements: NDArray[np.void]
     owners: IntArray
 
@@ -93,7 +93,7 @@ class Trace:
         rows, columns = np.nonzero((one != other) & (one >= 0) & (other >= 0))
         first, second = self.placements[one[rows, columns]], self.placements[other[rows, columns]]
         at = (rows + self.window.row + (axis == 0), columns + self.window.column + (axis == 1))
-        near = first["turn"] == second["turn"]
+        near = first["symmetry"] == second["symmetry"]
         for mine, its in zip(
             warped_sources(self.field, first, *at), warped_sources(self.field, second, *at), strict=True
         ):
@@ -115,8 +115,8 @@ def quilt_windows(quilt: Quilt) -> list[Window]:
     return chosen_windows(shapes, side=SIDE, most=MOST_TEXELS)
 
 
-def field_of(quilt: Quilt, chart: int) -> Field:
-    """Return the M field of a chart, the identity where it has none."""
+def field_of(quilt: Quilt, chart: int) -> WarpField:
+    """Return the warp field of a chart, the identity where it has none."""
     return (quilt.fields[chart] if quilt.fields else None) or IDENTITY
 
 

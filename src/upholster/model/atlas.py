@@ -17,14 +17,14 @@ from upholster.errors import InputError
 from upholster.geometry import Mesh, Surface
 from upholster.model.gutter import fill_gutters
 from upholster.parallel import run_tasks
-from upholster.synthesis.quilt import Chart, Texels
+from upholster.quilt.model import Chart, Texels
 from upholster.types import FloatArray, PixelArray, frozen_array
 
-__all__ = ["Atlas", "Cell", "build_atlas"]
+__all__ = ["Atlas", "AtlasCell", "build_atlas"]
 
 
 @dataclass(frozen=True, slots=True)
-class Cell:
+class AtlasCell:
     """Where a chart lies in the atlas, in texels.
 
     Attributes
@@ -61,7 +61,7 @@ class Atlas:
     """
 
     pixels: PixelArray
-    cells: tuple[Cell, ...]
+    cells: tuple[AtlasCell, ...]
     gutter: int
 
     def texture_coordinates(self, mesh: Mesh) -> FloatArray:
@@ -93,7 +93,7 @@ def build_atlas(surface: Surface, texels: Texels, *, gutter: int = 16, threads: 
     surface
         Says which edges meet.
     texels
-        One chart per patch, each covering the whole patch.
+        One chart per patch, each placements the whole patch.
     gutter
         Texels between a chart and the border of its cell: 1, 2, 4 … 256.
     threads
@@ -121,7 +121,7 @@ def build_atlas(surface: Surface, texels: Texels, *, gutter: int = 16, threads: 
 
     of_patch = {chart.patch: array for chart, array in zip(charts, texels.arrays, strict=True)}
 
-    def lay(cell: Cell, array: PixelArray) -> None:
+    def lay(cell: AtlasCell, array: PixelArray) -> None:
         inside = pixels[cell.top : cell.top + cell.height, cell.left : cell.left + cell.width]
         origin = (cell.row - cell.top, cell.column - cell.left)
         fill_gutters(inside, *origin, array, surface, cell.chart.patch, of_patch)
@@ -150,7 +150,7 @@ def _listed(charts: Sequence[Chart]) -> str:
     return ", ".join(names if len(names) <= 8 else [*names[:8], "…"]) or "none"
 
 
-def _pack(charts: Sequence[Chart], gutter: int) -> tuple[tuple[Cell, ...], int, int]:
+def _pack(charts: Sequence[Chart], gutter: int) -> tuple[tuple[AtlasCell, ...], int, int]:
     """Arrange the cells in rows, tallest first; return them with the height and width of the whole."""
 
     def padded(size: int) -> int:
@@ -165,9 +165,9 @@ def _pack(charts: Sequence[Chart], gutter: int) -> tuple[tuple[Cell, ...], int, 
     limits |= {widest * max(1, round(ideal / widest) + more) for more in (-1, 0, 1)}
     tries = [_shelves([sizes[index] for index in order], limit) for limit in sorted(limits)]
     places, height, width = min(tries, key=lambda found: (max(found[1:]), found[1] * found[2]))
-    cells: dict[int, Cell] = {}
+    cells: dict[int, AtlasCell] = {}
     for index, (top, left) in zip(order, places, strict=True):
-        cells[index] = Cell(charts[index], top + gutter, left + gutter, top, left, *sizes[index])
+        cells[index] = AtlasCell(charts[index], top + gutter, left + gutter, top, left, *sizes[index])
     return tuple(cells[index] for index in range(len(charts))), height, width
 
 
@@ -192,7 +192,7 @@ def _mean_color(arrays: Sequence[PixelArray], dtype: np.dtype[np.generic]) -> ND
     return np.asarray(mean if dtype.kind == "f" else np.rint(mean)).astype(dtype)
 
 
-def _fill_unused(pixels: PixelArray, cells: Sequence[Cell], color: NDArray[np.generic]) -> None:
+def _fill_unused(pixels: PixelArray, cells: Sequence[AtlasCell], color: NDArray[np.generic]) -> None:
     """Paint what no cell covers: the right ends of the rows, and below cells lower than their row."""
     rows = sorted({cell.top for cell in cells})
     for top, bottom in pairwise([*rows, pixels.shape[0]]):

@@ -6,9 +6,9 @@ import numpy as np
 
 from upholster.errors import InputError
 from upholster.geometry import Surface
-from upholster.model.atlas import Atlas, Cell, build_atlas
+from upholster.model.atlas import Atlas, AtlasCell, build_atlas
 from upholster.model.gutter import _corner
-from upholster.synthesis.quilt import Texels
+from upholster.quilt.model import Texels
 from upholster.types import FloatArray, PixelArray, frozen_array
 
 __all__ = ["build_normal_atlas"]
@@ -19,7 +19,7 @@ def build_normal_atlas(
 ) -> Atlas:
     """Pack the charts of a normal map in one image, as `build_atlas` does for colours.
 
-    A neighbour's vectors lie in its own tangent frame (`upholster.synthesis.paint_normals`). In the gutter
+    A neighbour's vectors lie in its own tangent frame (`upholster.quilt.paint_normals`). In the gutter
     they are turned by the angle between the two frames, at each point of the edge.
 
     Parameters
@@ -43,7 +43,7 @@ def build_normal_atlas(
     return replace(atlas, pixels=frozen_array(pixels))
 
 
-def _turn_gutters(pixels: PixelArray, cell: Cell, surface: Surface) -> None:
+def _turn_gutters(pixels: PixelArray, cell: AtlasCell, surface: Surface) -> None:
     top, left = cell.row - cell.top, cell.column - cell.left
     bottom, right = top + cell.chart.height, left + cell.chart.width
     # Of each edge: the gutter beyond it, (texels along the edge, across it outward, 3).

@@ -3,7 +3,7 @@
 from dataclasses import replace
 
 from upholster.geometry import Surface
-from upholster.synthesis.quilt import Chart, Texels
+from upholster.quilt.model import Chart, Texels
 
 __all__ = ["chart_pieces"]
 

@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 
 from upholster.jit import inline, kernel
 from upholster.render._lookup import filtered
-from upholster.render.texture import Pyramid
+from upholster.render.texture import MipPyramid
 
 __all__ = [
-    "COVER", "DEPTH", "FLOOR", "LIGHT", "NORMAL", "SUMS", "Mesh", "Rays", "Studio",
+    "COVER", "DEPTH", "FLOOR", "LIGHT", "NORMAL", "SUMS", "RayMesh", "Rays", "Studio",
     "resolve", "shade",
 ]  # fmt: skip
 
@@ -43,7 +43,7 @@ LIFT = 1e-3
 REACH, FLOOR_REACH, FAR = 1.0, 2.0, 1e30
 
 
-class Mesh(NamedTuple):
+class RayMesh(NamedTuple):
     """The model: triangles, and what their vertices carry."""
 
     triangles: NDArray[np.int32]  # (N, 3)
@@ -144,8 +144,8 @@ def shade(
     aims: NDArray[np.int32],
     through: Single,
     onward: Single,
-    mesh: Mesh,
-    pyramid: Pyramid,
+    mesh: RayMesh,
+    pyramid: MipPyramid,
     studio: Studio,
     sums: Single,
     rays: Rays,

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.jit import inline
-from upholster.render.texture import Pyramid
+from upholster.render.texture import MipPyramid
 
 __all__ = ["filtered", "texture_at"]
 
@@ -41,7 +41,7 @@ def _texel(texels: Single, start: int, height: int, width: int, x: float, y: flo
 
 
 @inline
-def texture_at(pyramid: Pyramid, u: float, v: float, lod: float) -> Color:
+def texture_at(pyramid: MipPyramid, u: float, v: float, lod: float) -> Color:
     """Return the trilinear look-up of a pyramid at (u, v) and level `lod`: colour times alpha, and alpha."""
     coarsest = pyramid.first + len(pyramid.levels) - 1.0
     level = int(min(max(lod, float(pyramid.first)), coarsest))
@@ -58,7 +58,7 @@ def texture_at(pyramid: Pyramid, u: float, v: float, lod: float) -> Color:
 
 
 @inline
-def filtered(pyramid: Pyramid, u: float, v: float, one: Pair, two: Pair) -> Color:
+def filtered(pyramid: MipPyramid, u: float, v: float, one: Pair, two: Pair) -> Color:
     """Return the texture averaged over the footprint at (u, v) that two steps, in texels, span.
 
     The parallelogram is taken for an ellipse (greatest and least stretch of the steps' matrix), and up to

@@ -11,11 +11,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from upholster.errors import InputError
 from upholster.parallel import run_tasks, thread_count
-from upholster.render._kernels import DEPTH, LIGHT, SUMS, Mesh, Rays, Studio, resolve, shade
+from upholster.render._kernels import DEPTH, LIGHT, SUMS, RayMesh, Rays, Studio, resolve, shade
 from upholster.render.camera import Camera
 from upholster.render.checks import Color, checked_background, checked_model
 from upholster.render.light import MARGIN, TILE, averaged, key_direction, occlusion_pattern
-from upholster.render.texture import MAX_LEVEL, Pyramid, build_pyramid, checked_texture
+from upholster.render.texture import MAX_LEVEL, MipPyramid, build_pyramid, checked_texture
 from upholster.types import PixelArray, Progress
 
 __all__ = ["STUDIO_BACKGROUND", "render"]
@@ -130,7 +130,7 @@ def render(
     lowest, highest = space.min(axis=0), space.max(axis=0)
     middle, extent = lowest + (highest - lowest) / 2, float((highest - lowest).max())
     radius = extent * float(np.sqrt((((space - middle) / extent) ** 2).sum(axis=1).max()))
-    mesh = Mesh(triangles, ((space - middle) / radius).astype(np.float32), normals, uv)
+    mesh = RayMesh(triangles, ((space - middle) / radius).astype(np.float32), normals, uv)
     eye = (camera.eye - middle) / radius
     studio = Studio(
         eye=eye,
@@ -164,8 +164,8 @@ class _Work:
 
     def __init__(
         self,
-        mesh: Mesh,
-        pyramid: Pyramid,
+        mesh: RayMesh,
+        pyramid: MipPyramid,
         studio: Studio,
         camera: Camera,
         background: NDArray[np.float32],
@@ -268,7 +268,7 @@ def _room(count: int) -> Rays:
     )
 
 
-def _finest_level(mesh: Mesh, camera: Camera, studio: Studio, height: int, width: int) -> int:
+def _finest_level(mesh: RayMesh, camera: Camera, studio: Studio, height: int, width: int) -> int:
     """Return the finest mip level that the picture can need: finer ones need not be made."""
     corners = mesh.positions[mesh.triangles].astype(np.float64)
     nearest = float(((corners - studio.eye) @ camera.axes[2]).min())

@@ -13,7 +13,7 @@ from upholster.image.color import to_linear
 from upholster.parallel import run_tasks
 from upholster.types import PixelArray, frozen_array
 
-__all__ = ["Pyramid", "build_pyramid", "checked_texture"]
+__all__ = ["MipPyramid", "build_pyramid", "checked_texture"]
 
 CLAY = (0.62, 0.60, 0.57, 1.0)
 """Linear colour of a model without texture."""
@@ -22,7 +22,7 @@ MAX_LEVEL = 12
 _BAND_TEXELS = 1 << 18
 
 
-class Pyramid(NamedTuple):
+class MipPyramid(NamedTuple):
     """Mip levels of one texture: a tuple, for kernels take it as it is.
 
     Attributes
@@ -64,7 +64,7 @@ def checked_texture(texture: PixelArray) -> PixelArray:
 
 def build_pyramid(
     texture: PixelArray | None, *, first: int = 0, last: int = 4, threads: int | None = None
-) -> Pyramid:
+) -> MipPyramid:
     """Decode a texture to linear light and average it down.
 
     Parameters
@@ -90,7 +90,7 @@ def build_pyramid(
     """
     if texture is None:
         clay = frozen_array(np.array([CLAY], np.float32))
-        return Pyramid(clay, frozen_array(np.array([[0, 1, 1]])), 0, 1, 1, see_through=False)
+        return MipPyramid(clay, frozen_array(np.array([[0, 1, 1]])), 0, 1, 1, see_through=False)
     height, width = texture.shape[:2]
     last = min(last, max(0, math.ceil(math.log2(max(height, width)))))
     first = min(first, last)
@@ -109,7 +109,7 @@ def build_pyramid(
     ]
     run_tasks(tasks, threads=threads)
     levels = np.array([(start, h, w) for start, (h, w) in zip(starts, shapes, strict=False)], np.int64)
-    return Pyramid(
+    return MipPyramid(
         frozen_array(texels), frozen_array(levels), first, height, width, see_through=not opaque.all()
     )
 

@@ -1,4 +1,4 @@
-"""What kernels know of a raster plan's blocks: a record each, and a chart's numbers."""
+"""What kernels know of a grid plan's blocks: a record each, and a chart's numbers."""
 
 __all__ = [
     "ACROSS",
@@ -6,7 +6,6 @@ __all__ = [
     "BASE",
     "BLOCK_HEIGHT",
     "BLOCK_WIDTH",
-    "CARRIED",
     "CELL",
     "COLUMN",
     "COLUMNS",
@@ -30,21 +29,24 @@ __all__ = [
     "SPEC",
     "STEP_COLUMN",
     "STEP_ROW",
-    "TURN",
+    "SYMMETRY",
+    "TRANSFERRED",
     "WIDTH",
 ]
 
 # Columns of a block's record; after what a placement has: how its source was told; which neighbours it goes
-# on from; the block of another chart that was carried here, -1: none; the size of its mask's cells; its turn
+# on from; the block of another chart that was transferred here, -1: none; the size of its mask's cells; its
+# turn
 # times M at its centre.
-ROW, COLUMN, HEIGHT, WIDTH, TURN, CUT, SOURCE_ROW, SOURCE_COLUMN, MODE, AGREES, LINK, SIZE, MATRIX = range(13)
+ROW, COLUMN, HEIGHT, WIDTH, SYMMETRY, CUT, SOURCE_ROW, SOURCE_COLUMN, MODE, AGREES, LINK, SIZE, MATRIX = (
+    range(13)
+)
 COLUMNS = MATRIX + 4
-
-# Places in a chart's numbers: its carried blocks; the size of its own, where their raster begins, its steps,
-# rows and columns; own blocks so far; margin of its field; exemplar and pyramid level; cell; where its
+# Places in a chart's numbers: its transferred blocks; the size of its own, where their grid begins, its
+# steps, rows and columns; own blocks so far; margin of its field; exemplar and pyramid level; cell; where its
 # records begin.
 (
-    CARRIED,
+    TRANSFERRED,
     BLOCK_HEIGHT,
     BLOCK_WIDTH,
     FIRST_ROW,

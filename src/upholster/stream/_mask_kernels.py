@@ -1,4 +1,4 @@
-"""Coding the masks of a raster plan: cell by cell, where a decoder cannot know them (SPEC.md, section 5.6).
+"""Coding the masks of a grid plan: cell by cell, where a decoder cannot know them (SPEC.md, section 5.6).
 
 What is covered already tells most of a mask: nothing can show through a block where nothing lies beneath it,
 and nothing is to be seen of what lies beyond the chart.
@@ -36,7 +36,8 @@ def _seen_from(
     down: int,
     right: int,
 ) -> Any:
-    # Whether a point, in half texels from a carried block's centre, is outside the block that it comes from
+    # Whether a point, in half texels from a transferred block's centre, is outside the block that it comes
+    # from
     # (0), where that was old (1) or new (2); 3: it comes from none.
     link = records[n, LINK]
     if link < 0:
@@ -133,7 +134,7 @@ def _cover(
     known: NDArray[np.uint8],
     under: NDArray[np.uint8],
 ) -> None:
-    # An own block covers its rectangle; a carried one the cells that are new with all round them, or covered.
+    # An own block covers its rectangle; a transferred one each cell that is new with all round it.
     tall, wide = covered.shape
     rows, columns = (height + cell - 1) // cell, (width + cell - 1) // cell
     for i in range(rows):
@@ -165,7 +166,7 @@ def code_masks(
     first: NDArray[np.int64],
     cells: NDArray[np.uint8],
     covered: NDArray[np.uint8],
-    carried: int,
+    transferred: int,
     cell: int,
     feather: int,
     base: int,
@@ -177,7 +178,7 @@ def code_masks(
     """Code the masks of a chart's blocks from `start` on; 0 of its cells are behind, or `place` - 1.
 
     `records` are all blocks, see `_block_records`; those from `base` to `stop` are the chart's, the first
-    `carried` of them carried. `first[n]` is where the cells of block n begin in `cells`, if it has a mask.
+    `transferred` of them transferred. `first[n]` is where the cells of block n begin in `cells`, if any.
     `covered` (rows, columns) tells which texels of the chart the blocks before `start` have covered. Cells
     that nobody can see become 1. Returns `start` and `place` to go on with.
     """
@@ -191,7 +192,7 @@ def code_masks(
         height, width = signed(records[n, HEIGHT]), signed(records[n, WIDTH])
         top, left = records[n, ROW] - height // 2, records[n, COLUMN] - width // 2
         rows, columns = (height + cell - 1) // cell, (width + cell - 1) // cell
-        own = n >= base + carried
+        own = n >= base + transferred
         if not records[n, CUT]:
             _cover(covered, top, left, height, width, cell, True, none, known, under)
             continue
@@ -234,7 +235,7 @@ def code_masks(
             east = 1 if j + 1 < columns and known[at + 1] >= _NEXT else 0
             south = 1 if i + 1 < rows and known[at + columns] >= _NEXT else 0
             aslant = 1 if i + 1 < rows and j > 0 and known[at + columns - 1] >= _NEXT else 0
-            held = 1 if known[at] == _HELD or (kind and under[at]) else 0
+            seeds = 1 if known[at] == _HELD or (kind and under[at]) else 0
             # How far it is to where everything is new.
             right, down = 0, 0
             while right < 7 and j + right + 1 < columns and known[at + right + 1] < _NEXT:
@@ -257,7 +258,7 @@ def code_masks(
             a[CONTEXTS + 2] = (
                 START + _SHAPE + _PLACE + (((kind * 8 + right) * 8 + down) * 16 + near) * 4 + agrees
             )
-            mixer = (kind * 16 + near) * 2 + held
+            mixer = (kind * 16 + near) * 2 + seeds
             bit = code_bit(state, data, a, 3, mixer, _LIMIT, encoding, signed(mask[at]))
             if bit < 0:
                 mask[0] |= plain << 1

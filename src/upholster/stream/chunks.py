@@ -5,7 +5,7 @@ import zlib
 from dataclasses import dataclass
 
 from upholster.errors import FormatError
-from upholster.stream.fields import Fields, varint
+from upholster.stream.byte_reader import ByteReader, varint
 
 __all__ = ["MAGIC", "MAX_FILE", "VERSION", "Chunk", "ChunkReader", "header", "pack_chunk"]
 
@@ -143,7 +143,7 @@ class ChunkReader:
             raise FormatError(f"byte 3: version is {buffer[3]}; allowed: {VERSION}")
         if sum(byte < 128 for byte in buffer[4:]) < 2 and len(buffer) < _LONGEST_HEADER:
             return False
-        fields = Fields(buffer[4:], 4)
+        fields = ByteReader(buffer[4:], 4)
         self.total = fields.varint("length of the file", MAX_FILE, fields.offset)
         self.view = fields.varint("length of the first view", self.total)
         self._take(fields.offset)
@@ -153,7 +153,7 @@ class ChunkReader:
         buffer = bytes(self._buffer[:10])
         if len(buffer) < 2 or (all(byte > 127 for byte in buffer[1:]) and len(buffer) < 10):
             return None
-        fields = Fields(buffer, self._start)
+        fields = ByteReader(buffer, self._start)
         tag = fields.bytes(1, "tag").decode("latin-1")
         if not (tag.isascii() and tag.isalpha()):
             raise FormatError(f"byte {self._start}: tag is {tag!r}; allowed: letters")

@@ -11,8 +11,8 @@ from upholster.codec._model_kernels import (
     CODE,
     HIGH,
     LOW,
-    SLACK,
     STATE_SIZE,
+    UNKNOWN_BITS,
     WEIGHTS,
 )
 from upholster.codec.tables import QUANTA, RECIPROCALS, SQUASH, STRETCH, THRESHOLDS
@@ -78,7 +78,7 @@ class BitReader(Bits):
 
     def __init__(self, counters: int, inputs: int | Sequence[int]) -> None:
         super().__init__(counters, inputs)
-        self.state[SLACK] = 0xFFFFFFFF
+        self.state[UNKNOWN_BITS] = 0xFFFFFFFF
         self.state[BYTES_DONE] = 4
 
     def feed(self, data: bytes) -> None:
@@ -96,7 +96,7 @@ class BitReader(Bits):
         for place in range(max(here, done - 4), min(total, done)):
             shift = 8 * (done - 1 - place)
             state[CODE] |= int(self.data[place]) << shift
-            state[SLACK] &= ~(255 << shift)
+            state[UNKNOWN_BITS] &= ~(255 << shift)
 
     @property
     def unread(self) -> int:

@@ -18,7 +18,7 @@ _TITLES = {
     "L": "layout",
     "X": "exemplar's header",
     "D": "exemplar",
-    "F": "M fields",
+    "F": "warp fields",
     "Q": "plan of the placements",
     "P": "sources",
     "M": "masks",

@@ -5,9 +5,9 @@ from collections.abc import Callable, Sequence
 
 from upholster.errors import InputError
 from upholster.geometry import Surface
-from upholster.stream.fields import Fields, varint
-from upholster.synthesis import Chart
-from upholster.synthesis.layout import MAX_CHART, MAX_TEXELS
+from upholster.quilt import Chart
+from upholster.quilt.model import MAX_CHART, MAX_TEXELS
+from upholster.stream.byte_reader import ByteReader, varint
 
 __all__ = ["MAX_CHARTS", "pack_layout", "parse_layout"]
 
@@ -73,7 +73,7 @@ def pack_layout(charts: Sequence[Chart], surface: Surface, scale: int = 0) -> by
     return b"".join(out)
 
 
-def parse_layout(fields: Fields, surface: Surface) -> tuple[tuple[Chart, ...], int]:
+def parse_layout(fields: ByteReader, surface: Surface) -> tuple[tuple[Chart, ...], int]:
     """Read charts and scale back.
 
     Raises
@@ -106,17 +106,17 @@ def parse_layout(fields: Fields, surface: Surface) -> tuple[tuple[Chart, ...], i
     return tuple(charts), scale
 
 
-def _rectangle(fields: Fields) -> tuple[float, float, float, float]:
+def _rectangle(fields: ByteReader) -> tuple[float, float, float, float]:
     s0, s1, t0, t1 = (fields.float64(name) for name in ("s0", "s1", "t0", "t1"))
     if not (0 <= s0 < s1 <= 1 and 0 <= t0 < t1 <= 1):
         raise fields.error("a chart covers parameters outside 0 to 1, or none")
     return s0, s1, t0, t1
 
 
-def _dyadic(fields: Fields) -> Callable[[Fields], tuple[float, float, float, float]]:
+def _dyadic(fields: ByteReader) -> Callable[[ByteReader], tuple[float, float, float, float]]:
     unit = 1 << fields.byte("fineness of the charts", _FINEST)
 
-    def read(fields: Fields) -> tuple[float, float, float, float]:
+    def read(fields: ByteReader) -> tuple[float, float, float, float]:
         ends = []
         for _ in range(2):
             low = fields.varint("start of a chart", unit - 1)

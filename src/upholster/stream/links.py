@@ -1,4 +1,4 @@
-"""Which blocks were carried over from which charts: found again, so that one can be told by the other."""
+"""Which blocks were transferred over from which charts: found again, so that one can be told by the other."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.stream import _block_records as kernels
-from upholster.stream.raster import Raster
+from upholster.stream.grid import GridPlan
 
 __all__ = ["with_links"]
 
@@ -19,8 +19,8 @@ _SWITCH = 8
 """What it costs, in 1/16 pixel, to go on with another chart than the block before."""
 
 
-def with_links(plan: Raster, records: Sequence[NDArray[np.int32]]) -> tuple[Raster, NDArray[np.int32]]:
-    """Order the charts such that what is carried comes from charts before, and say from which blocks.
+def with_links(plan: GridPlan, records: Sequence[NDArray[np.int32]]) -> tuple[GridPlan, NDArray[np.int32]]:
+    """Order the charts such that what is transferred comes from charts before, and say from which blocks.
 
     Parameters
     ----------
@@ -39,10 +39,10 @@ def with_links(plan: Raster, records: Sequence[NDArray[np.int32]]) -> tuple[Rast
     counts = [len(part) for part in records]
     whole = np.concatenate(records)
     home = np.repeat(np.arange(len(records)), counts)
-    carried = np.concatenate(
-        [np.arange(count) < chart.carried for count, chart in zip(counts, plan.charts, strict=True)]
+    transferred = np.concatenate(
+        [np.arange(count) < chart.transferred for count, chart in zip(counts, plan.charts, strict=True)]
     )
-    pairs = _candidates(whole, home, carried)
+    pairs = _candidates(whole, home, transferred)
     order = _order(pairs, home, len(records))
     plan = replace(plan, order=tuple(order))
     place = np.empty(len(records), np.int64)
@@ -60,7 +60,7 @@ def with_links(plan: Raster, records: Sequence[NDArray[np.int32]]) -> tuple[Rast
     ).max(axis=1, initial=0)
     ends = np.searchsorted(pairs[:, 0], np.arange(len(whole) + 1))
     last = -1
-    for n in np.flatnonzero(carried):
+    for n in np.flatnonzero(transferred):
         low, high = ends[n], ends[n + 1]
         if low == high:
             last = -1
@@ -74,15 +74,15 @@ def with_links(plan: Raster, records: Sequence[NDArray[np.int32]]) -> tuple[Rast
 
 
 def _candidates(
-    whole: NDArray[np.int32], home: NDArray[np.int64], carried: NDArray[np.bool_]
+    whole: NDArray[np.int32], home: NDArray[np.int64], transferred: NDArray[np.bool_]
 ) -> NDArray[np.int64]:
-    # Pairs of a carried block and one on another chart with nearly the same source, sorted.
+    # Pairs of a transferred block and one on another chart with nearly the same source, sorted.
     rows, columns = (
         whole[:, kernels.SOURCE_ROW].astype(np.int64),
         whole[:, kernels.SOURCE_COLUMN].astype(np.int64),
     )
     by_row = np.argsort(rows, kind="stable")
-    chosen = np.flatnonzero(carried)
+    chosen = np.flatnonzero(transferred)
     low = np.searchsorted(rows[by_row], rows[chosen] - _NEAR)
     high = np.searchsorted(rows[by_row], rows[chosen] + _NEAR, side="right")
     found = [np.zeros((0, 2), np.int64)]
@@ -94,7 +94,7 @@ def _candidates(
 
 
 def _order(pairs: NDArray[np.int64], home: NDArray[np.int64], charts: int) -> list[int]:
-    # Again and again the chart with the least carried from charts that have not come.
+    # Again and again the chart with the least transferred from charts that have not come.
     weight = np.zeros((charts, charts), np.int64)
     links = np.unique(np.stack([pairs[:, 0], home[pairs[:, 1]]], axis=1), axis=0)
     np.add.at(weight, (home[links[:, 0]], links[:, 1]), 1)

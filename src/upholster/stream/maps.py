@@ -4,8 +4,8 @@ from collections.abc import Mapping, Sequence
 
 from upholster.codec.header import MAX_SAMPLES
 from upholster.errors import FormatError, InputError
+from upholster.stream.byte_reader import ByteReader, varint
 from upholster.stream.chunks import pack_chunk
-from upholster.stream.fields import Fields, varint
 
 __all__ = [
     "FIRST_ROLE",
@@ -27,7 +27,7 @@ MAX_MAP_SAMPLES = 4 * MAX_SAMPLES
 """Samples of all maps together."""
 
 _LONGEST_ROLE = 32
-_TURNS = 12
+_SYMMETRIES = 12
 _LATE = {"ao": 2.0, "height": 2.0, "opacity": 1.5, "roughness": 1.5, "metallic": 1.5}
 """How much later than colour and normals a map may come: the eye misses it less."""
 
@@ -64,7 +64,7 @@ def parse_role(data: bytes, offset: int, before: Sequence[str]) -> tuple[str, in
     FormatError
         If it is malformed, comes twice, or is one too many.
     """
-    fields = Fields(data, offset)
+    fields = ByteReader(data, offset)
     length = fields.varint("length of a role", _LONGEST_ROLE, 1)
     role = fields.bytes(length, "role").decode("latin-1")
     if not _sound(role) or role in before or len(before) >= MOST_MAPS:
@@ -85,19 +85,19 @@ def interleaved(first: bytes, others: Mapping[str, bytes]) -> list[bytes]:
     if not others:
         return [pack_chunk("D", first)] if first else []
     chunks = []
-    for turn in range(_TURNS):
-        part = _part(first, turn, 1.0)
+    for symmetry in range(_SYMMETRIES):
+        part = _part(first, symmetry, 1.0)
         if part:
             chunks.append(pack_chunk("D", part))
         for number, (role, data) in enumerate(others.items(), 1):
-            part = _part(data, turn, _LATE.get(role, 1.0))
+            part = _part(data, symmetry, _LATE.get(role, 1.0))
             if part:
                 chunks.append(pack_chunk("E", bytes([number]) + part))
     return chunks
 
 
-def _part(data: bytes, turn: int, late: float) -> bytes:
-    ends = [round(len(data) * ((turn + k) / _TURNS) ** late) for k in (0, 1)]
+def _part(data: bytes, symmetry: int, late: float) -> bytes:
+    ends = [round(len(data) * ((symmetry + k) / _SYMMETRIES) ** late) for k in (0, 1)]
     return data[ends[0] : ends[1]]
 
 

@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.errors import InputError
-from upholster.synthesis import Chart, Quilt
-from upholster.synthesis.field import OCTAVE, UNIT, Field
-from upholster.synthesis.quilt import MASK_NONE, PLACEMENT
+from upholster.quilt import Chart, Quilt
+from upholster.quilt.model import MASK_NONE, PLACEMENT
+from upholster.quilt.warp_field import OCTAVE, UNIT, WarpField
 
 __all__ = ["MAX_TILES", "assemble", "check_tiles", "mirrored_tiling", "scale_field", "scale_of"]
 
@@ -19,12 +19,12 @@ MAX_TILES = 2**19
 _LARGEST_TILE, _LARGEST_SCALED = 4096, 2048
 
 # Turns that mirror nothing, columns, rows, both.
-_TURNS = np.array([[0, 5], [7, 2]], np.uint8)
+_SYMMETRIES = np.array([[0, 5], [7, 2]], np.uint8)
 
 
-def scale_field(scale: int) -> Field | None:
-    """Return the M field of so many 1/32 octaves, the same everywhere; None for 0."""
-    return Field(np.array([[[scale, scale, 0, 0]]], np.int16), 0) if scale else None
+def scale_field(scale: int) -> WarpField | None:
+    """Return the warp field of so many 1/32 octaves, the same everywhere; None for 0."""
+    return WarpField(np.array([[[scale, scale, 0, 0]]], np.int16), 0) if scale else None
 
 
 def mirrored_tiling(
@@ -39,7 +39,7 @@ def mirrored_tiling(
     exemplar_shape
         (height, width) in pixels, at most 4096 each.
     scale
-        Exemplar pixels per texel, in 1/32 octave: the chart's M field is `scale_field` of it.
+        Exemplar pixels per texel, in 1/32 octave: the chart's warp field is `scale_field` of it.
 
     Returns
     -------
@@ -54,7 +54,7 @@ def mirrored_tiling(
     placed["height"], placed["width"] = height, width
     i, j = np.arange(rows)[:, None], np.arange(columns)
     placed["row"], placed["column"] = i * height + height // 2, j * width + width // 2
-    placed["turn"] = _TURNS[i % 2, j % 2]
+    placed["symmetry"] = _SYMMETRIES[i % 2, j % 2]
     # A mirrored block's centre is the mirrored texel; texel n lies n + ½ texels below the exemplar's edge.
     for name, n, extent, side in (
         ("source_row", i, height, exemplar_shape[0]),
@@ -71,7 +71,7 @@ def assemble(
     parts: list[NDArray[np.void]],
     known: Collection[int],
     cells: NDArray[np.uint8],
-    fields: tuple[Field | None, ...] = (),
+    fields: tuple[WarpField | None, ...] = (),
     scale: int = 0,
 ) -> Quilt:
     """Return a quilt of placements in painting order; charts not `known` repeat the exemplar at `scale`."""
@@ -106,8 +106,10 @@ def check_tiles(charts: Sequence[Chart], exemplar_shape: tuple[int, int], scale:
         )
 
 
-def scale_of(fields: Sequence[Field | None], charts: Sequence[Chart], exemplar_shape: tuple[int, int]) -> int:
-    """Return the scale for a first view of charts with these M fields: the middle one that fits."""
+def scale_of(
+    fields: Sequence[WarpField | None], charts: Sequence[Chart], exemplar_shape: tuple[int, int]
+) -> int:
+    """Return the scale for a first view of charts with these warp fields: the middle one that fits."""
     sizes = [field.nodes[..., :2].reshape(-1) for field in fields if field is not None]
     if not sizes:
         return 0

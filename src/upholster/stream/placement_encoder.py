@@ -8,27 +8,27 @@ from numpy.typing import NDArray
 
 from upholster.errors import InputError
 from upholster.geometry import SharedEdge
+from upholster.quilt import Quilt
+from upholster.quilt.model import MASK_CUT
 from upholster.stream import _kernels as kernels
+from upholster.stream.byte_reader import varint
 from upholster.stream.coder import BitWriter
-from upholster.stream.fields import varint
-from upholster.stream.raster import recognise_raster
-from upholster.stream.raster_encoder import encode_raster
+from upholster.stream.grid import recognise_grid
+from upholster.stream.grid_encoder import encode_grid
 from upholster.stream.records import (
     BATCH,
     FIELD_NAMES,
     FINE,
     GENERAL,
+    GRID,
     MAX_CELLS,
     MAX_PLACEMENTS,
-    RASTER,
     REGULAR,
     beside,
     general_masks,
     strip_masks,
 )
 from upholster.stream.regular import Regular, recognise
-from upholster.synthesis import Quilt
-from upholster.synthesis.quilt import MASK_CUT
 
 __all__ = ["encode_placements"]
 
@@ -41,7 +41,7 @@ def encode_placements(quilt: Quilt, shared: Sequence[SharedEdge] = ()) -> tuple[
     Parameters
     ----------
     quilt
-        What to encode; cells 0 or 1. Its M fields are told elsewhere, see `upholster.stream.field_code`.
+        What to encode; cells 0 or 1. Its warp fields are told elsewhere, see `upholster.stream.warp_fields`.
     shared
         Shared edges of the surface, along which blocks may lie on two charts.
 
@@ -67,12 +67,12 @@ def encode_placements(quilt: Quilt, shared: Sequence[SharedEdge] = ()) -> tuple[
         if coded is not None:
             return bytes([REGULAR]) + plan.payload(), *coded
     outside = beside(placed, quilt.charts)
-    # Blocks are carried to the next chart by their bounding boxes, some of which end right at its edge.
+    # Blocks are transferred to the next chart by their bounding boxes, some of which end right at its edge.
     seen = replace(quilt, placements=placed[~outside]) if outside.any() else quilt
-    raster = recognise_raster(seen)
-    if raster is not None:
-        raster, sources, masks = encode_raster(seen, raster)
-        return bytes([RASTER]) + raster.payload(quilt.charts), sources, masks
+    grid = recognise_grid(seen)
+    if grid is not None:
+        grid, sources, masks = encode_grid(seen, grid)
+        return bytes([GRID]) + grid.payload(quilt.charts), sources, masks
     if outside.any():
         raise InputError(f"placement {int(np.argmax(outside))} does not touch its chart")
     if len(quilt.cells) > MAX_CELLS:

@@ -1,7 +1,7 @@
 """Placements to bytes and back: the plan, the sources, the masks, each a chunk of its own.
 
 A *regular* quilt (`upholster.stream.regular`) needs one number a block; one of method "quilt" has a decoder
-of its own (`upholster.stream.raster_decoder`); any other is told field by field. Whatever the plan, a decoder
+of its own (`upholster.stream.grid_decoder`); any other is told field by field. Whatever the plan, a decoder
 takes bytes as they come and knows at once which placements they determine.
 """
 
@@ -11,18 +11,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.errors import FormatError, InputError
+from upholster.quilt import Chart, Quilt
+from upholster.quilt.model import MASK_CUT, MASK_NONE, PLACEMENT
+from upholster.quilt.warp_field import WarpField
 from upholster.stream import _kernels as kernels
+from upholster.stream.byte_reader import ByteReader
 from upholster.stream.coder import BitReader
-from upholster.stream.fields import Fields
+from upholster.stream.grid_decoder import GridDecoder
 from upholster.stream.mirrored import assemble
-from upholster.stream.raster_decoder import RasterDecoder
 from upholster.stream.records import (
     BATCH,
     FIELD_NAMES,
     FINE,
+    GRID,
     MAX_CELLS,
     MAX_PLACEMENTS,
-    RASTER,
     REGULAR,
     beside,
     cell_counts,
@@ -31,9 +34,6 @@ from upholster.stream.records import (
     strip_masks,
 )
 from upholster.stream.regular import Regular
-from upholster.synthesis import Chart, Quilt
-from upholster.synthesis.field import Field
-from upholster.synthesis.quilt import MASK_CUT, MASK_NONE, PLACEMENT
 
 __all__ = ["PlacementDecoder", "open_plan"]
 
@@ -60,10 +60,10 @@ class PlacementDecoder:
 
     def __init__(
         self,
-        plan: Fields,
+        plan: ByteReader,
         charts: tuple[Chart, ...],
         exemplar_shape: tuple[int, int],
-        fields: tuple[Field | None, ...] = (),
+        fields: tuple[WarpField | None, ...] = (),
         scale: int = 0,
         *,
         kind: int,
@@ -73,7 +73,7 @@ class PlacementDecoder:
         self._unit = 1 if kind == FINE else 16
         if kind == REGULAR:
             if fields:
-                raise plan.error("plan is regular where charts have M fields")
+                raise plan.error("plan is regular where charts have warp fields")
             regular = Regular.parse(plan, charts, exemplar_shape)
             self.regular, self.total, cells = regular, regular.count, int(regular.mask_starts[-1])
             room = MAX_CELLS // 2  # each is held for both charts
@@ -89,7 +89,7 @@ class PlacementDecoder:
         plan.end("plan")
         self.total_cells = cells
         self.known = self.known_cells = 0
-        """How many sources (of regular plans) or placements, and how many coded cells, are known."""
+        """How many sources (of strip plans) or placements, and how many coded cells, are known."""
         regular_counters = kernels.SOURCE_COUNTERS, 4
         self._sources = BitReader(*(regular_counters if self.regular else (kernels.FIELD_COUNTERS, 1)))
         self._masks = BitReader(kernels.CELL_COUNTERS, 3) if cells else None
@@ -278,12 +278,12 @@ def _limits(exemplar_shape: tuple[int, int], unit: int) -> NDArray[np.int64]:
 
 
 def open_plan(
-    plan: Fields,
+    plan: ByteReader,
     charts: tuple[Chart, ...],
     exemplar_shape: tuple[int, int],
-    fields: tuple[Field | None, ...] = (),
+    fields: tuple[WarpField | None, ...] = (),
     scale: int = 0,
-) -> PlacementDecoder | RasterDecoder:
+) -> PlacementDecoder | GridDecoder:
     """Return the decoder of a plan, whichever kind it is.
 
     Raises
@@ -292,6 +292,6 @@ def open_plan(
         If the plan is malformed.
     """
     kind = plan.byte("kind of plan", FINE)
-    if kind == RASTER:
-        return RasterDecoder(plan, charts, exemplar_shape, fields, scale)
+    if kind == GRID:
+        return GridDecoder(plan, charts, exemplar_shape, fields, scale)
     return PlacementDecoder(plan, charts, exemplar_shape, fields, scale, kind=kind)

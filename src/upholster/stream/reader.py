@@ -5,18 +5,18 @@ import numpy as np
 from upholster.codec import ImageDecoder, ImageHeader
 from upholster.errors import FormatError, InputError, nearest
 from upholster.geometry import Surface
+from upholster.quilt import Chart, Quilt, Texels
+from upholster.quilt.materials import paint_map
+from upholster.quilt.warp_field import WarpField
+from upholster.stream.byte_reader import ByteReader
 from upholster.stream.chunks import Chunk, ChunkReader
-from upholster.stream.field_code import parse_fields
-from upholster.stream.fields import Fields
+from upholster.stream.grid_decoder import GridDecoder
 from upholster.stream.layout import parse_layout
 from upholster.stream.maps import FIRST_ROLE, MAX_MAP_SAMPLES, parse_role
 from upholster.stream.mirrored import assemble, check_tiles
 from upholster.stream.placements import PlacementDecoder, open_plan
-from upholster.stream.raster_decoder import RasterDecoder
 from upholster.stream.surfaces import parse_surface
-from upholster.synthesis import Chart, Quilt, Texels
-from upholster.synthesis.field import Field
-from upholster.synthesis.materials import paint_map
+from upholster.stream.warp_fields import parse_fields
 from upholster.types import PixelArray
 
 __all__ = ["StreamDecoder", "read_stream"]
@@ -45,11 +45,11 @@ class StreamDecoder:
         self.charts: tuple[Chart, ...] = ()
         self._reader = ChunkReader()
         self._image: ImageDecoder | None = None
-        self._placements: PlacementDecoder | RasterDecoder | None = None
+        self._placements: PlacementDecoder | GridDecoder | None = None
         self._maps: dict[str, ImageDecoder] = {}
         self._fed: ImageDecoder | None = None  # that the current chunk E is of
         self._scale = 0
-        self._fields: tuple[Field | None, ...] = ()
+        self._fields: tuple[WarpField | None, ...] = ()
         self._whole = bytearray()
         self._seen = ""
         self._failure: str | None = None
@@ -229,7 +229,7 @@ class StreamDecoder:
         self._seen += tag
 
     def _take_whole(self, tag: str, data: bytes, offset: int) -> None:
-        fields = Fields(data, offset)
+        fields = ByteReader(data, offset)
         if tag == "S":
             self.surface = parse_surface(fields)
         elif tag == "L" and self.surface is not None:

@@ -7,18 +7,18 @@ from typing import Any, TypeVar, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from upholster.quilt import Chart
+from upholster.quilt.model import MASK_CUT
 from upholster.stream.regular import Regular
-from upholster.synthesis import Chart
-from upholster.synthesis.quilt import MASK_CUT
 
 __all__ = [
     "BATCH",
     "FIELD_NAMES",
     "FINE",
     "GENERAL",
+    "GRID",
     "MAX_CELLS",
     "MAX_PLACEMENTS",
-    "RASTER",
     "REGULAR",
     "beside",
     "cell_counts",
@@ -32,20 +32,20 @@ Array = TypeVar("Array", bound=NDArray[Any])
 MAX_PLACEMENTS = 2**19
 MAX_CELLS = 2**25
 
-GENERAL, REGULAR, RASTER, FINE = 0, 1, 2, 3
+GENERAL, REGULAR, GRID, FINE = 0, 1, 2, 3
 """Kinds of plan; FINE is general with sources in 1/16 pixel."""
 
 BATCH = 4096
 """Symbols coded in one call."""
 
 FIELD_NAMES = (
-    *("row", "column", "height", "width", "turn", "mask", "sides", "ramp", "cell", "feather"),
+    *("row", "column", "height", "width", "symmetry", "mask", "sides", "ramp", "cell", "feather"),
     *("source_row", "source_column", "cells"),
 )
 
 
 def strip_masks(plan: Regular) -> Iterator[tuple[int, int, int, int, int]]:
-    """Yield runs of a regular plan's masks: (first cell, rows, columns, place in the strip, end).
+    """Yield runs of a strip plan's masks: (first cell, rows, columns, place in the strip, end).
 
     The place is 1 for the strip's first mask, 2 for the last, 3 for an only one, 0 for those between.
     """

@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.geometry import SharedEdge
-from upholster.stream.fields import Fields, varint
-from upholster.synthesis import Chart, Quilt
-from upholster.synthesis._paint_kernels import TURNS
-from upholster.synthesis.quilt import MASK_CUT, MASK_NONE, MASK_RAMP, PLACEMENT, SIDE_LEFT, SIDE_TOP
+from upholster.quilt import Chart, Quilt
+from upholster.quilt._paint_kernels import SYMMETRIES
+from upholster.quilt.model import MASK_CUT, MASK_NONE, MASK_RAMP, PLACEMENT, SIDE_LEFT, SIDE_TOP
+from upholster.stream.byte_reader import ByteReader, varint
 from upholster.types import IntArray
 
 __all__ = ["Regular", "Strip", "recognise"]
@@ -195,23 +195,23 @@ class Regular:
         far = strip.to_b(top + self.block - 1, left + self.block - 1, a, b)
         on_b["row"] = np.minimum(near[0], far[0]) + half
         on_b["column"] = np.minimum(near[1], far[1]) + half
-        turn, _ = self.turn(strip)
-        on_b["turn"] = turn
+        symmetry, _ = self.symmetry(strip)
+        on_b["symmetry"] = symmetry
         # Exemplar pixel of B's centre: B's steps from the texel that is A's top left one, taken back to A's.
-        steps = TURNS[turn]
+        steps = SYMMETRIES[symmetry]
         rows, columns = on_b["row"] - near[0], on_b["column"] - near[1]
         on_b["source_row"] += 16 * (steps[0] * rows + steps[1] * columns - half)
         on_b["source_column"] += 16 * (steps[2] * rows + steps[3] * columns - half)
         return on_a, on_b
 
-    def turn(self, strip: Strip) -> tuple[int, tuple[NDArray[np.int64], NDArray[np.int64]]]:
+    def symmetry(self, strip: Strip) -> tuple[int, tuple[NDArray[np.int64], NDArray[np.int64]]]:
         """Return the turn on B of a block upright on A, and B's steps for A's steps down and right."""
         a, b = self.charts[strip.a], self.charts[strip.b]
         rows, columns = strip.to_b(np.array([0, 1, 0]), np.array([0, 0, 1]), a, b)
         points = np.stack([rows, columns], axis=1)
         down, right = points[1] - points[0], points[2] - points[0]
-        turn = int(np.flatnonzero((np.concatenate([down, right]) == TURNS).all(axis=1))[0])
-        return turn, (down, right)
+        symmetry = int(np.flatnonzero((np.concatenate([down, right]) == SYMMETRIES).all(axis=1))[0])
+        return symmetry, (down, right)
 
     def cells_of(self, index: int, coded: NDArray[np.uint8]) -> NDArray[np.uint8]:
         """Return the cells of a strip's blocks as `Quilt` holds them, A's and B's in turn, from those coded.
@@ -221,7 +221,7 @@ class Regular:
         strip, side = self.strips[index], self.side
         masks = coded.reshape(-1, side, side)
         on_a = masks if strip.along_rows else masks.swapaxes(1, 2)
-        _, (down, right) = self.turn(strip)
+        _, (down, right) = self.symmetry(strip)
         on_b = on_a if down[0] else on_a.swapaxes(1, 2)
         if (down + right)[0] < 0:
             on_b = on_b[:, ::-1]
@@ -268,7 +268,9 @@ class Regular:
         return (strip.start, strip.length, strip.other) == (0, length, 0)
 
     @classmethod
-    def parse(cls, fields: Fields, charts: tuple[Chart, ...], exemplar_shape: tuple[int, int]) -> "Regular":
+    def parse(
+        cls, fields: ByteReader, charts: tuple[Chart, ...], exemplar_shape: tuple[int, int]
+    ) -> "Regular":
         """Read it back, checking that it fits charts and exemplar."""
         block = fields.varint("block", min(MOST_BLOCK, *exemplar_shape), 2)
         overlap = fields.varint("overlap", (block - 1) // 2, 1)
@@ -313,7 +315,7 @@ def recognise(quilt: Quilt, shared: Sequence[SharedEdge]) -> Regular | None:
         return None
     cut = placed[placed["mask"] == MASK_CUT]
     cell, feather = (int(cut["cell"][0]), int(cut["feather"][0])) if len(cut) else (0, 0)
-    upright = placed[placed["turn"] == 0]
+    upright = placed[placed["symmetry"] == 0]
     corners = np.bitwise_or.reduce(
         (upright["source_row"] // 16 - block // 2) | (upright["source_column"] // 16 - block // 2)
     )

@@ -8,7 +8,7 @@ from upholster.errors import FormatError, InputError
 from upholster.geometry import SURFACES, RationalPatch, Surface, surface_from_spec
 from upholster.geometry.patch import MAX_DEGREE
 from upholster.geometry.surface import MAX_PATCHES
-from upholster.stream.fields import Fields, varint
+from upholster.stream.byte_reader import ByteReader, varint
 from upholster.types import FloatArray
 
 __all__ = ["KINDS", "MAX_POINTS", "pack_surface", "parse_surface"]
@@ -52,7 +52,7 @@ def pack_surface(surface: Surface) -> bytes:
     return _pack_nets(surface, [patch.net for patch in surface.patches], np.dtype("<f8"))
 
 
-def parse_surface(fields: Fields) -> Surface:
+def parse_surface(fields: ByteReader) -> Surface:
     """Read a surface back.
 
     Raises
@@ -98,7 +98,7 @@ def _pack_named(surface: Surface) -> bytes | None:
     return bytes([1 + KINDS.index(name)]) + (bytes([present]) + values if present else b"")
 
 
-def _parse_named(fields: Fields, name: str) -> Surface:
+def _parse_named(fields: ByteReader, name: str) -> Surface:
     parameters = SURFACES[name].parameters
     present = fields.byte("which parameters follow", (1 << len(parameters)) - 1) if fields.left else 0
     values: dict[str, object] = {}
@@ -191,7 +191,7 @@ def _pack_nets(surface: Surface, nets: list[FloatArray], dtype: "np.dtype[np.flo
     return b"".join(out + earlier + points)
 
 
-def _parse_nets(fields: Fields) -> Surface:
+def _parse_nets(fields: ByteReader) -> Surface:
     flags = fields.byte("flags of the nets", 7)
     name = fields.bytes(fields.varint("length of the name", MAX_NAME), "name").decode(errors="replace")
     tolerance = fields.float64("tolerance")

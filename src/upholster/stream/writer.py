@@ -5,14 +5,14 @@ from collections.abc import Mapping
 from upholster.codec import encode_parts
 from upholster.errors import InputError
 from upholster.geometry import Surface
+from upholster.quilt import Quilt
 from upholster.stream.chunks import header, pack_chunk
-from upholster.stream.field_code import pack_fields
 from upholster.stream.layout import pack_layout
 from upholster.stream.maps import MAX_MAP_SAMPLES, check_roles, interleaved, pack_role
 from upholster.stream.mirrored import check_tiles, scale_of
 from upholster.stream.placement_encoder import encode_placements
 from upholster.stream.surfaces import pack_surface
-from upholster.synthesis import Quilt
+from upholster.stream.warp_fields import pack_fields
 from upholster.types import PixelArray
 from upholster.wavelet.lifting import Wavelet
 

@@ -1,0 +1,305 @@
+"""Which way the texture runs, and the warp fields that follow from it.
+
+At a texel, let J = [J_r, J_c] be the surface's derivatives by texel rows and columns, e1 the unit tangent
+along the wanted direction and e2 = e1 × n, clockwise from it seen from outside. Then ``M = ρ·[e2ᵀ; e1ᵀ]·J``
+takes a texel step to an exemplar-pixel step so that the texture lies on the surface undistorted, ρ pixels per
+unit of length.
+"""
+
+import re
+from collections import defaultdict
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from heapq import heappop, heappush
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from upholster.charts.tangents import Frames, aligned, chart_frames, dot, patch_frames, within
+from upholster.errors import InputError
+from upholster.geometry import Surface
+from upholster.quilt.model import Chart
+from upholster.quilt.warp_field import FIELD_STEP, WarpField
+from upholster.types import FloatArray
+
+__all__ = ["Direction", "Vectors", "default_direction", "direction_fields", "parse_direction"]
+
+Vectors = Callable[[FloatArray], ArrayLike]
+"""Points (n, 3) in model units to directions (n, 3) of any length, not zero."""
+
+Nodes = tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]
+"""Indices of nodes on patches: patches, rows, columns."""
+
+NODES = 9
+"""Nodes of the coarse grid over each patch, each way."""
+
+ALLOWED = "u, v, degrees from u, a vector x,y,z, or around:x, y, z or x,y,z"
+
+AGREED = np.cos(np.radians(15))
+"""Cosine of the angle up to which directions on both sides of an edge count as one."""
+
+NUMBER = r"\s*[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?\s*"
+
+
+@dataclass(frozen=True, slots=True)
+class Direction:
+    """A direction on a surface: of the exemplar's rows of pixels, left to right.
+
+    Attributes
+    ----------
+    text
+        As the user writes it: see `parse_direction`.
+    along
+        ``"u"`` or ``"v"``: along a patch's t or s; `angle` counts from there. Empty: along `vectors`.
+    angle
+        Degrees, clockwise seen from outside: from +column towards +row.
+    vectors
+        Points to vectors in space, which are projected on the surface.
+    """
+
+    text: str
+    along: str = ""
+    angle: float = 0.0
+    vectors: Vectors | None = None
+
+
+def parse_direction(text: str | Vectors) -> Direction:
+    """Return the direction that a text, or a function of points, stands for.
+
+    Parameters
+    ----------
+    text
+        ``u`` (along the patches' t: to the right along texel rows), ``v`` (along s), a number (degrees from
+        u, clockwise seen from outside), ``x,y,z`` (a vector in space, projected on the surface),
+        ``around:z`` (or ``x``, ``y``, or an axis ``x,y,z``: round that axis through the origin, with it as a
+        right-handed screw turns); or a function of points (n, 3), in model units, to vectors (n, 3).
+
+    Raises
+    ------
+    InputError
+        If the text is none of these, a number is not finite, or a vector is zero.
+    """
+    if not isinstance(text, str):
+        if not callable(text):
+            raise InputError(f"direction is a {type(text).__name__}; allowed: {ALLOWED}, or a function")
+        return Direction(getattr(text, "__name__", "function"), vectors=text)
+    written = text.strip()
+    if written in ("u", "v"):
+        return Direction(written, along=written)
+    if re.fullmatch(NUMBER, written):
+        angle = float(written)
+        if abs(angle) > 36000:
+            raise InputError(f"direction is {written[:40]} degrees; allowed: -36000 to 36000")
+        return Direction(written, along="u", angle=angle)
+    kind, colon, rest = written.partition(":")
+    if colon and kind.strip() != "around":
+        raise InputError(f"direction is {written[:40]!r}; allowed: {ALLOWED}")
+    name = (rest if colon else kind).strip()
+    if colon and name in ("x", "y", "z"):
+        vector = np.eye(3)["xyz".index(name)]
+    elif re.fullmatch(f"{NUMBER},{NUMBER},{NUMBER}", name):
+        vector = np.array([float(part) for part in name.split(",")])
+    else:
+        raise InputError(f"direction is {written[:40]!r}; allowed: {ALLOWED}")
+    size = np.abs(vector).max()
+    if not (np.isfinite(size) and size > 0):
+        raise InputError(f"direction is {written[:40]!r}; allowed: a finite vector that is not zero")
+    vector = vector / size
+    vector /= np.linalg.norm(vector)
+    if colon:
+        return Direction(written, vectors=lambda points: np.cross(vector, points))
+    return Direction(written, vectors=lambda points: np.broadcast_to(vector, points.shape))
+
+
+def default_direction(surface: Surface) -> Direction:
+    """Return a direction that suits a surface: ``u`` if it goes on across shared edges, else ``around:z``.
+
+    Raises
+    ------
+    InputError
+        If more than two edges claim one interval: names them.
+    """
+    frames = patch_frames(surface.patches, NODES)
+    agreement = _agreement(surface, frames, frames.right, (0.25, 0.5, 0.75))[2]
+    smooth = not agreement.size or np.mean(agreement > AGREED) >= 0.95
+    return parse_direction("u" if smooth else "around:z")
+
+
+def direction_fields(
+    surface: Surface, charts: Sequence[Chart], direction: Direction, scale: float, *, margin: int = 1
+) -> tuple[WarpField | None, ...]:
+    """Return each chart's warp field: the texture lies on the surface at true scale, in the direction.
+
+    Beyond a patch its derivatives go on as they are at its border. Vectors are projected on the tangent
+    plane; what is left is taken for a line: its sign is made one within each chart and across shared edges as
+    far as that is possible, so that nothing turns round where a projection passes through zero. Where there
+    is none (singular points), directions come from near by.
+
+    Parameters
+    ----------
+    surface
+        The surface.
+    charts
+        Its layout.
+    direction
+        Which way the exemplar's rows of pixels run.
+    scale
+        Exemplar pixels per model unit, positive.
+    margin
+        Nodes before texel 0 and beyond the last one, 0 to 64; every `FIELD_STEP` texels.
+
+    Returns
+    -------
+    tuple
+        One `Field` per chart, or None where it is the identity everywhere.
+
+    Raises
+    ------
+    InputError
+        If `scale` or `margin` is out of range, a chart names a patch that is not there, or the direction is
+        zero all over a chart, not finite, or no array of vectors: names the place.
+    """
+    if not (np.isfinite(scale) and scale > 0):
+        raise InputError(f"scale is {scale}; allowed: a finite number above 0, in pixels per model unit")
+    if not 0 <= margin <= 64:
+        raise InputError(f"margin is {margin} nodes; allowed: 0 to 64")
+    lines = None if direction.vectors is None else _lines(surface, direction.vectors)
+    fields = []
+    for index, chart in enumerate(charts):
+        if not 0 <= chart.patch < len(surface.patches):
+            raise InputError(
+                f"chart {index} lies on patch {chart.patch}; the surface has 0 to {len(surface.patches) - 1}"
+            )
+        frames = chart_frames(surface.patches[chart.patch], chart, margin)
+        if lines is not None and direction.vectors is not None:
+            tangents = _tangents(frames, direction.vectors, lines[chart.patch], index, chart, margin)
+            cosine, sine = dot(tangents, frames.right), dot(tangents, frames.across)
+        else:
+            start = np.arctan2(frames.height, frames.shift) if direction.along == "v" else np.zeros(1)
+            angle = start + np.radians(direction.angle)
+            cosine, sine = np.cos(angle), np.sin(angle)
+        matrices = np.empty((*frames.width.shape, 2, 2))
+        matrices[..., 0, 0] = cosine * frames.height - sine * frames.shift
+        matrices[..., 0, 1] = -sine * frames.width
+        matrices[..., 1, 0] = cosine * frames.shift + sine * frames.height
+        matrices[..., 1, 1] = cosine * frames.width
+        field = WarpField.quantised(scale * matrices, margin=margin)
+        fields.append(field if field.nodes.any() else None)
+    return tuple(fields)
+
+
+def _tangents(
+    frames: Frames, vectors: Vectors, lines: FloatArray, index: int, chart: Chart, margin: int
+) -> FloatArray:
+    """Return e1 at a chart's nodes, of the sign that its patch's lines have."""
+    place = f"chart {index} (patch {chart.patch})"
+    tangents, left = within(frames, _called(vectors, frames.points, lambda _: place))
+    strongest = np.unravel_index(left.argmax(), left.shape)
+    if not left[strongest] > 1e-6:
+        raise InputError(
+            f"direction has no part along the surface on {place}, at ({_written(frames.points[strongest])}); "
+            "allowed: one that is tangent somewhere on every chart"
+        )
+    tangents = aligned(tangents, left)
+    at = [
+        low + (high - low) * FIELD_STEP * (node - margin) / count
+        for low, high, node, count in (
+            (chart.s0, chart.s1, strongest[0], chart.height),
+            (chart.t0, chart.t1, strongest[1], chart.width),
+        )
+    ]
+    row, column = np.clip(np.rint((NODES - 1) * np.array(at)), 0, NODES - 1).astype(int)
+    return tangents if tangents[strongest] @ lines[row, column] >= 0 else -tangents
+
+
+def _lines(surface: Surface, vectors: Vectors) -> FloatArray:
+    """Return e1 on a coarse grid over each patch, (patches, nodes, nodes, 3), of one sign where possible.
+
+    Signs spread over the patches from the strongest one, through the edges where the least is lost first.
+    """
+    frames = patch_frames(surface.patches, NODES)
+    tangents, left = within(frames, _called(vectors, frames.points, lambda patch: f"patch {patch}"))
+    tangents = aligned(tangents, left)
+    ends, nodes, agreement = _agreement(surface, frames, tangents, (0.5,))
+    strength = np.minimum(left[nodes[0]], left[nodes[1]]) * np.abs(agreement)
+    beside: dict[int, list[tuple[float, int, float]]] = defaultdict(list)
+    for (a, b), strong, sign in zip(ends.tolist(), strength.tolist(), agreement.tolist(), strict=True):
+        beside[a].append((-strong, b, sign))
+        beside[b].append((-strong, a, sign))
+    signs = np.zeros(len(tangents))
+    for start in np.argsort(-left.max(axis=(1, 2)), kind="stable").tolist():
+        queue = [(0.0, start, 1.0)] if not signs[start] else []
+        while queue:
+            _, patch, sign = heappop(queue)
+            if not signs[patch]:
+                signs[patch] = sign
+                for weight, other, turned in beside[patch]:
+                    heappush(queue, (weight, other, -sign if turned < 0 else sign))
+    return signs[:, None, None, None] * tangents
+
+
+def _agreement(
+    surface: Surface, frames: Frames, tangents: FloatArray, along: Sequence[float]
+) -> tuple[NDArray[np.int64], tuple[Nodes, Nodes], FloatArray]:
+    """Compare tangents on both sides of all shared edges, the surface unfolded along them.
+
+    Returns
+    -------
+    ndarray
+        (N, 2) int64: the patches; each shared interval once for every share of it in `along`.
+    tuple
+        The nodes that stand for its two sides.
+    ndarray
+        (N,) float64: cosines of the angles between their tangents.
+    """
+    found = []
+    for one in surface.shared:
+        for share in along:
+            mine = one.start + share * (one.stop - one.start)
+            theirs = one.other_start + share * (one.other_stop - one.other_start)
+            found.append(
+                (one.patch, one.edge, mine, one.other_patch, one.other_edge, theirs, 1 - 2 * one.opposed)
+            )
+    table = np.array(found, np.float64).reshape(-1, 7)
+    sides, parts = [], []
+    for first, symmetry in ((0, np.ones(len(table))), (3, table[:, 6])):
+        patch, edge = table[:, first].astype(int), table[:, first + 1].astype(int)
+        node = np.rint((NODES - 1) * table[:, first + 2]).astype(int)
+        last = np.full(len(table), NODES - 1)
+        rows, columns = (
+            np.choose(edge, (0 * last, node, last, node)),
+            np.choose(edge, (node, last, node, 0 * last)),
+        )
+        nodes = (patch, rows, columns)
+        # A step along edges 0 and 2 is one by columns, along edges 1 and 3 one by rows; by (right, across).
+        x = np.where(edge % 2 == 0, 1.0, frames.shift[nodes])
+        y = np.where(edge % 2 == 0, 0.0, frames.height[nodes])
+        size = symmetry * np.hypot(x, y)
+        cosine, sine = dot(tangents[nodes], frames.right[nodes]), dot(tangents[nodes], frames.across[nodes])
+        parts.append(((cosine * x + sine * y) / size, (sine * x - cosine * y) / size))
+        sides.append(nodes)
+    (a, b), (c, d) = parts
+    return table[:, [0, 3]].astype(np.int64), (sides[0], sides[1]), a * c + b * d
+
+
+def _called(vectors: Vectors, points: FloatArray, place: Callable[[int], str]) -> FloatArray:
+    """Return the vectors at points (…, 3), checked; `place` tells where the points with a first index are."""
+    flat = points.reshape(-1, 3)
+    try:
+        found = np.asarray(vectors(flat), np.float64)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"direction: the function fails: {error}".splitlines()[0]) from None
+    if found.shape != flat.shape:
+        raise InputError(f"direction: the function returns shape {found.shape}; allowed: {flat.shape}")
+    bad = ~np.isfinite(found).all(axis=1)
+    if bad.any():
+        n = int(bad.argmax())
+        raise InputError(
+            f"direction is not finite on {place(n * len(points) // len(flat))}, at ({_written(flat[n])}); "
+            "allowed: finite vectors"
+        )
+    return found.reshape(points.shape)
+
+
+def _written(point: FloatArray) -> str:
+    return ", ".join(f"{x:.4g}" for x in point)

@@ -1,0 +1,316 @@
+"""The layout: which charts lie on which patches, and how large they are."""
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from upholster.charts.halving import Halving
+from upholster.errors import InputError
+from upholster.geometry import Surface
+from upholster.quilt.model import MAX_CHART, MAX_TEXELS, Chart
+from upholster.types import FloatArray
+
+__all__ = [
+    "DEFAULT_TEXELS",
+    "TextureScale",
+    "density_layout",
+    "texture_scale",
+    "uniform_layout",
+]
+
+DEFAULT_TEXELS = 4_194_304
+"""Texels of a layout whose user asks for nothing."""
+
+FEWEST_TEXELS, MOST_TEXELS = 2**18, 2**26
+"""Between these a layout's texels follow from the sample's size."""
+
+
+def uniform_layout(surface: Surface, *, chart: int = 512) -> tuple[Chart, ...]:
+    """Lay one square chart over every patch, all of the same size, as the paper does.
+
+    Parameters
+    ----------
+    surface
+        The surface to cover.
+    chart
+        Side of each chart in texels, 8 to 16384; at most 2^31 texels in all.
+
+    Raises
+    ------
+    InputError
+        For a size out of range or too many texels; the message says how much memory they would take.
+    """
+    if not 8 <= chart <= MAX_CHART:
+        raise InputError(f"chart is {chart} texels; allowed: 8 to {MAX_CHART}")
+    count = len(surface.patches) * chart * chart
+    if count > MAX_TEXELS:
+        raise InputError(
+            f"chart {chart} on {len(surface.patches)} patches makes {count:,} texels, which would take "
+            f"{3 * count / 2**30:.1f} GiB as 8-bit RGB; allowed: {MAX_TEXELS:,}"
+        )
+    return tuple(Chart(index, chart, chart) for index in range(len(surface.patches)))
+
+
+def density_layout(
+    surface: Surface,
+    *,
+    texels: int | None = None,
+    density: float | None = None,
+    smallest: int = 48,
+    thinnest: int = 16,
+) -> tuple[Chart, ...]:
+    """Lay charts over a surface so that texels have about the same size everywhere.
+
+    A chart's height and width are its typical extents along s and t (area-weighted geometric means of the
+    derivatives' lengths, corrected for their angle) times the density. Where the area element varies much
+    inside patches they are halved, at most four times each, until the 99th over the 1st percentile of texel
+    area is 2, or nothing brings it nearer.
+
+    Parameters
+    ----------
+    surface
+        The surface to cover.
+    texels
+        How many in all, 64 to 2^31: met to within 1 %, from which the density follows.
+    density
+        Texels per model unit; give this or `texels`.
+    smallest
+        Texels: least height and width of a chart, 1 to 4096, where patches and evenness allow it.
+    thinnest
+        Texels: least height and width where a patch is smaller as a whole, or where texels would not be even
+        otherwise: 1 to `smallest`.
+
+    Returns
+    -------
+    tuple of Chart
+        Patch after patch, each patch's row by row.
+
+    Raises
+    ------
+    InputError
+        If not exactly one of `texels` and `density` is given, one is outside its range, the surface has no
+        area or so many patches that `thinnest` takes more than `texels`, or more than 2^31 texels result.
+    """
+    if (texels is None) == (density is None):
+        raise InputError("a layout needs exactly one of texels and density")
+    if not 1 <= smallest <= 4096:
+        raise InputError(f"smallest is {smallest} texels; allowed: 1 to 4096")
+    if not 1 <= thinnest <= smallest:
+        raise InputError(f"thinnest is {thinnest} texels; allowed: 1 to {smallest}")
+    if texels is not None and not 64 <= texels <= MAX_TEXELS:
+        raise InputError(f"texels is {texels:,}; allowed: 64 to {MAX_TEXELS:,}")
+    halving = Halving(surface)
+    area = _checked_area(halving.total_area, surface)
+    if texels is not None:
+        fewest = thinnest * thinnest * len(surface.patches)
+        if fewest > texels:
+            raise InputError(
+                f"texels is {texels:,}; allowed: at least {fewest:,} on {len(surface.patches)} patches, "
+                f"{thinnest} by {thinnest} each"
+            )
+        found = float(np.sqrt(texels / area))
+    else:
+        assert density is not None
+        found = _positive("density", density, "texels per model unit")
+        _check_total(found * found * area)
+    least = halving.even_out(found, smallest, thinnest)
+    while True:
+        if texels is not None:
+            found = _density(halving, texels, least, thinnest)
+        sizes = _sizes(halving, found, least, thinnest)
+        if sizes.max() <= MAX_CHART:
+            break
+        _cut_largest(halving, sizes)
+    _check_total(float(sizes.prod(axis=1, dtype=np.float64).sum()))
+    return tuple(_charts(halving, sizes))
+
+
+@dataclass(frozen=True, slots=True)
+class TextureScale:
+    """How large texels and the sample are on a surface.
+
+    Attributes
+    ----------
+    density
+        Texels per model unit.
+    scale
+        Exemplar pixels per model unit.
+    sample_size
+        Width of the exemplar in model units.
+    texels
+        How many texels the surface takes at this density, about.
+    """
+
+    density: float
+    scale: float
+    sample_size: float
+    texels: int
+
+
+def texture_scale(
+    surface: Surface,
+    exemplar_width: int,
+    *,
+    sample_size: float | None = None,
+    density: float | None = None,
+    texels: int | None = None,
+    block: int = 32,
+    smallest: int = 48,
+) -> TextureScale:
+    """Settle the sizes of texels and sample on a surface from what the user asked for.
+
+    Of a sample size alone, texels as large as exemplar pixels follow, but 2^18 to 2^26 of them; of texels or
+    a density alone, a sample whose pixels are as large as texels; of nothing, 4,194,304 texels. On many
+    patches there are so many more that charts of `smallest` texels suit them, up to 2^26.
+
+    Parameters
+    ----------
+    surface
+        The surface to cover.
+    exemplar_width
+        In pixels.
+    sample_size
+        Width of the exemplar in model units.
+    density, texels
+        Texels per model unit, or how many in all; at most one of the two.
+    block
+        Side of a block in texels: at least one block's worth of exemplar pixels must lie on the surface.
+    smallest
+        As for `density_layout`.
+
+    Raises
+    ------
+    InputError
+        If a number is not finite and positive, `density` and `texels` are both given, the surface has no
+        area, the surface would hold less than one block of the sample or a texel more than 64 pixels of it or
+        less than 1/64, or there would be more than 2^31 texels.
+    """
+    if density is not None and texels is not None:
+        raise InputError("density and texels are both given; allowed: at most one of them")
+    area = _checked_area(_area(surface), surface)
+    scale = None
+    if sample_size is not None:
+        scale = exemplar_width / _positive("sample size", sample_size, "model units")
+        if scale * scale * area < block * block:
+            raise InputError(
+                f"sample size is {sample_size:g} model units, which puts less than one block of {block} "
+                f"pixels on the surface; allowed: at most {exemplar_width * np.sqrt(area) / block:.6g}"
+            )
+    if density is not None:
+        found = _positive("density", density, "texels per model unit")
+    elif texels is not None:
+        if not 64 <= texels <= MAX_TEXELS:
+            raise InputError(f"texels is {texels:,}; allowed: 64 to {MAX_TEXELS:,}")
+        found = float(np.sqrt(texels / area))
+    else:
+        fewest = min(MOST_TEXELS, max(FEWEST_TEXELS, smallest * smallest * len(surface.patches)))
+        wanted = DEFAULT_TEXELS if scale is None else scale * scale * area
+        found = float(np.sqrt(np.clip(wanted, fewest, MOST_TEXELS) / area))
+    total = found * found * area
+    _check_total(total)
+    if scale is None:
+        scale = found
+    elif not found / 64 <= scale <= 64 * found:
+        raise InputError(
+            f"sample size is {sample_size:g} model units, {scale / found:.3g} pixels to a texel; allowed: "
+            f"{exemplar_width / (64 * found):.6g} to {exemplar_width * 64 / found:.6g} at this density"
+        )
+    return TextureScale(found, scale, exemplar_width / scale, texels or round(total))
+
+
+def _positive(name: str, value: float, unit: str) -> float:
+    if not (np.isfinite(value) and value > 0):
+        raise InputError(f"{name} is {value}; allowed: a finite number above 0, in {unit}")
+    return float(value)
+
+
+def _area(surface: Surface) -> float:
+    """Return the surface's area by 8 × 8 Gauss points on each patch."""
+    nodes, weights = np.polynomial.legendre.leggauss(8)
+    u, w = (nodes + 1) / 2, weights / 2
+    total = 0.0
+    for patch in surface.patches:
+        _, by_s, by_t = patch.derivatives_grid(u, u)
+        total += float(w @ np.linalg.norm(np.cross(by_s, by_t), axis=2) @ w)
+    return total
+
+
+def _checked_area(area: float, surface: Surface) -> float:
+    if not area > 1e-18 * surface.size**2:
+        raise InputError("surface has no area; allowed: patches that are more than points and lines")
+    return area
+
+
+def _check_total(texels: float) -> None:
+    if texels > MAX_TEXELS:
+        raise InputError(
+            f"density makes {texels:,.0f} texels, which would take {3 * texels / 2**30:.1f} GiB as 8-bit "
+            f"RGB; allowed: {MAX_TEXELS:,}"
+        )
+
+
+def _sizes(halving: Halving, density: float, smallest: int, thinnest: int) -> NDArray[np.int64]:
+    """Return height and width of all charts in texels, (charts, 2)."""
+    return _rounded(*_extents(halving), density, smallest, thinnest)
+
+
+def _extents(halving: Halving) -> tuple[FloatArray, FloatArray]:
+    """Return typical height and width of all charts and of their patches, (charts, 2), in model units."""
+    parts = [halving.extents(patch) for patch in range(len(halving.cuts))]
+    return np.concatenate(parts), np.repeat(halving.whole, [len(part) for part in parts], axis=0)
+
+
+def _rounded(
+    extents: FloatArray, whole: FloatArray, density: float, smallest: int, thinnest: int
+) -> NDArray[np.int64]:
+    size = np.maximum(extents * density, np.clip(whole * density, thinnest, smallest))
+    # A little above one half: what is exactly between two sizes rounds alike on any machine.
+    return np.floor(size + 0.5 + 1e-9).astype(np.int64)
+
+
+def _density(halving: Halving, texels: int, smallest: int, thinnest: int) -> float:
+    """Return the density at which the charts hold so many texels."""
+    extents, whole = _extents(halving)
+
+    def total(density: float) -> int:
+        return int(_rounded(extents, whole, density, smallest, thinnest).prod(axis=1).sum())
+
+    low, high = 0.0, 1.5 * float(np.sqrt(texels / extents.prod(axis=1).sum()))
+    for _ in range(60):
+        middle = (low + high) / 2
+        low, high = (middle, high) if total(middle) < texels else (low, middle)
+    # Charts that are alike grow at once: what lies just below may be nearer.
+    return low if texels - total(low) < total(high) - texels else high
+
+
+def _cut_largest(halving: Halving, sizes: NDArray[np.int64]) -> None:
+    """Halve where the largest chart is too large."""
+    chart, axis = divmod(int(sizes.argmax()), 2)
+    counts = [len(rows) * len(columns) for rows, columns in halving.cuts]
+    patch = int(np.searchsorted(np.cumsum(counts), chart, side="right"))
+    cuts = halving.cuts[patch]
+    row, column = divmod(chart - sum(counts[:patch]), len(cuts[1]))
+    place = column if axis else row
+    first, last = list(pairwise([*cuts[axis], halving.samples]))[place]
+    if last - first < 2:
+        raise InputError(
+            f"patch {patch} is {int(sizes.max()) * halving.samples:,} texels long; "
+            f"allowed: {MAX_CHART * halving.samples:,}"
+        )
+    halving.cut(halving.fellows((patch, axis, first, last)))
+
+
+def _charts(halving: Halving, sizes: NDArray[np.int64]) -> list[Chart]:
+    n = halving.samples
+    rectangles = [
+        (patch, s0 / n, s1 / n, t0 / n, t1 / n)
+        for patch, (rows, columns) in enumerate(halving.cuts)
+        for s0, s1 in pairwise([*rows, n])
+        for t0, t1 in pairwise([*columns, n])
+    ]
+    return [
+        Chart(patch, height, width, *ends)
+        for (patch, *ends), (height, width) in zip(rectangles, sizes.tolist(), strict=True)
+    ]

@@ -1,0 +1,8 @@
+"""The methods of synthesis: from an exemplar and a layout of charts to a quilt.
+
+`synthesis` settles layout, scale and direction and calls a method; `paper` and `quilt` are the methods.
+"""
+
+from upholster.methods.synthesis import METHODS, Prepared, execute, matched_image, prepare, synthesize
+
+__all__ = ["METHODS", "Prepared", "execute", "matched_image", "prepare", "synthesize"]

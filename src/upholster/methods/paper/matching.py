@@ -1,0 +1,68 @@
+"""What blocks are compared by: LLn and HHn coefficients on their grid (paper, sections 4.2 and 4.3).
+
+Matching works in fixed point: samples become a *working form* of 10 bits, canvases hold it with 6 fractional
+bits, and coefficients are integer sums, so that the same seed gives the same quilt on any machine. A
+coefficient of an 8×8 tile (three levels) is the sum of its 64 samples, signed for HH: the orthonormal one
+times 8.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from upholster.methods.paper._match_kernels import tile_table
+from upholster.methods.working_form import working_form
+from upholster.types import PixelArray
+
+__all__ = ["Candidates"]
+
+
+@dataclass(frozen=True)
+class Candidates:
+    """Every place on the LLn grid where a block lies inside the exemplar.
+
+    Attributes
+    ----------
+    working
+        (H, W · C) uint16: the exemplar in working form, flattened.
+    channels
+        C.
+    tile
+        2^n: side of the tile that one LLn coefficient stands for, in pixels.
+    table
+        (2 · C, rows · columns) int32: LLn, then HHn, of each channel, for every tile of the exemplar.
+    grid
+        (rows, columns) of tiles.
+    block
+        Side of a block in pixels, a multiple of `tile`.
+    """
+
+    working: NDArray[np.uint16]
+    channels: int
+    tile: int
+    table: NDArray[np.int32]
+    grid: tuple[int, int]
+    block: int
+
+    @classmethod
+    def of(cls, exemplar: PixelArray, *, block: int, levels: int) -> "Candidates":
+        """Transform an exemplar of at least block × block pixels; what is beyond full tiles is left out."""
+        height, width, channels = exemplar.shape
+        working = working_form(exemplar).reshape(height, -1)
+        tile = 2**levels
+        grid = height // tile, width // tile
+        table = np.empty((2 * channels, grid[0] * grid[1]), np.int32)
+        tile_table(working, channels, tile, grid[1], table)
+        return cls(working, channels, tile, table, grid, block)
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """How many candidates there are: rows, columns."""
+        tiles = self.block // self.tile
+        return self.grid[0] - tiles + 1, self.grid[1] - tiles + 1
+
+    @property
+    def count(self) -> int:
+        """How many candidates there are."""
+        return self.shape[0] * self.shape[1]

@@ -1,0 +1,10 @@
+"""Method "quilt": one texture over the whole surface, chart after chart, block after block.
+
+`method` has the steps; `match_pyramid` and `features` what blocks are compared by, `structure` the block
+size, `grid` where a chart's blocks lie, `transfer` what finished charts leave on it, `lay` how its own are
+chosen, cut and laid.
+"""
+
+from upholster.methods.quilt.method import QuiltOptions, synthesize_quilt
+
+__all__ = ["QuiltOptions", "synthesize_quilt"]

@@ -1,0 +1,151 @@
+"""Hot loops of transfer blocks from chart to chart: their masks as others see them, their texels there."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from upholster.jit import inline, kernel
+from upholster.quilt._field_kernels import displacement, matrix_at
+from upholster.quilt._paint_kernels import SYMMETRIES
+
+__all__ = ["lay_transferred", "transfer_masks"]
+
+
+@inline
+def _nudge(border: Any, centre: Any, count: Any, cell: int) -> int:
+    # 1 where count + 1 cells round a centre come to lie nearer to a border than count.
+    off = np.empty(2)
+    for more in range(2):
+        start = centre - (count + more) * cell // 2 - 0.5
+        apart = (border - start) / cell
+        off[more] = abs(apart - np.rint(apart))
+    return 1 if off[1] < off[0] else 0
+
+
+@kernel
+def transfer_masks(
+    placements: NDArray[np.int32],
+    cells: NDArray[np.uint8],
+    places: NDArray[np.float64],
+    bounds: tuple[int, int, int, int],
+    cell: int,
+    height: int,
+    width: int,
+    out: NDArray[np.int32],
+    masks: NDArray[np.uint8],
+) -> int:
+    """Tell the masks of some placements of one chart on another; return how many cells were written.
+
+    `placements` (n, 7): row, column, height, width, cell size, whether there is a mask, where its cells
+    start. `places` (n, 6): where the centre falls on the other chart, and the 2×2 matrix of texel steps from
+    the other chart to this one. What lies outside `bounds` (rows from, to, columns from, to) of its own chart
+    is left out. `out` (n, 5): row, column, height and width there, and where the cells start
+    in `masks`; -1 if nothing falls on the chart of height × width texels, or within two cells of it.
+    """
+    count: Any = 0
+    for n in range(placements.shape[0]):
+        h, w, size = placements[n, 2], placements[n, 3], placements[n, 4]
+        across = (w + size - 1) // size
+        # A mask's rim repeats itself when it is feathered, so it must here too.
+        spread = 2 * size
+        a, b, c, d = places[n, 2], places[n, 3], places[n, 4], places[n, 5]
+        determinant = a * d - b * c
+        row, column = np.int64(np.rint(places[n, 0])), np.int64(np.rint(places[n, 1]))
+        # Half the extents of the rectangle's image.
+        tall = 0.5 * (abs(d) * h + abs(b) * w) / abs(determinant)
+        wide = 0.5 * (abs(c) * h + abs(a) * w) / abs(determinant)
+        rows, columns = np.int64(np.ceil(2 * tall / cell)) + 5, np.int64(np.ceil(2 * wide / cell)) + 5
+        # One cell more, if that brings the cells' borders nearer to those they have on their own chart.
+        if abs(a) > 0.5 * abs(b):
+            rows += _nudge(places[n, 0] - (h // 2 + 0.5) / a, row, rows, cell)
+        if abs(d) > 0.5 * abs(c):
+            columns += _nudge(places[n, 1] - (w // 2 + 0.5) / d, column, columns, cell)
+        out[n, 0], out[n, 1], out[n, 2], out[n, 3], out[n, 4] = row, column, rows * cell, columns * cell, -1
+        if rows * cell > 4096 or columns * cell > 4096 or count + rows * columns > masks.shape[0]:
+            continue
+        top, left = row - rows * cell // 2, column - columns * cell // 2
+        seen = False
+        for i in range(rows):
+            y = top + i * cell + 0.5 * (cell - 1) - places[n, 0]
+            for j in range(columns):
+                x = left + j * cell + 0.5 * (cell - 1) - places[n, 1]
+                r = np.int64(np.floor(a * y + b * x + 0.5)) + h // 2
+                s = np.int64(np.floor(c * y + d * x + 0.5)) + w // 2
+                y_there, x_there = r + placements[n, 0] - h // 2, s + placements[n, 1] - w // 2
+                inside = bounds[0] <= y_there < bounds[1] and bounds[2] <= x_there < bounds[3]
+                new = 0
+                if inside and -spread <= r < h + spread and -spread <= s < w + spread:
+                    new = 1
+                    if placements[n, 5]:
+                        r, s = min(max(r, 0), h - 1), min(max(s, 0), w - 1)
+                        new = cells[placements[n, 6] + r // size * across + s // size]
+                masks[count + i * columns + j] = new
+                y_here, x_here = top + i * cell, left + j * cell
+                if new and -3 * cell < y_here < height + 2 * cell and -3 * cell < x_here < width + 2 * cell:
+                    seen = True
+        if seen:
+            out[n, 4] = count
+            count += rows * columns
+    return int(count)
+
+
+@kernel
+def lay_transferred(
+    canvas: NDArray[np.uint8],
+    covered: NDArray[np.uint8],
+    image: NDArray[np.uint8],
+    sizes: tuple[int, int, int, int],
+    matrices: NDArray[np.int32],
+    margin: int,
+    origin: tuple[int, int],
+    cell: int,
+    transferred: NDArray[np.int32],
+    cells: NDArray[np.uint8],
+) -> None:
+    """Lay what other charts' blocks leave on this one: `transferred` (n, 8) in order, `cells` their masks.
+
+    Columns: row, column, height, width, source row and column in 1/16 pixel, turn, where the cells start. A
+    texel counts as covered where the feathered mask is whole: its cell and the eight round it are.
+    """
+    image_height, image_width, channels, level = sizes
+    for n in range(transferred.shape[0]):
+        row, column, height, width = (
+            transferred[n, 0],
+            transferred[n, 1],
+            transferred[n, 2],
+            transferred[n, 3],
+        )
+        top, left = row - height // 2, column - width // 2
+        rows, columns = (height + cell - 1) // cell, (width + cell - 1) // cell
+        mask = cells[transferred[n, 7] : transferred[n, 7] + rows * columns]
+        symmetry = SYMMETRIES[transferred[n, 6]]
+        centre = matrix_at(matrices, margin, row, column)
+        whole = np.zeros(rows * columns, np.uint8)
+        for a in range(1, rows - 1):
+            for b in range(1, columns - 1):
+                good: Any = 1
+                for i in range(a - 1, a + 2):
+                    for j in range(b - 1, b + 2):
+                        good &= mask[i * columns + j]
+                whole[a * columns + b] = good
+        for i in range(height):
+            r = top + i + origin[0]
+            if not 0 <= r < canvas.shape[0]:
+                continue
+            for j in range(width):
+                c = left + j + origin[1]
+                at = i // cell * columns + j // cell
+                if not 0 <= c < covered.shape[1] or mask[at] == 0:
+                    continue
+                down, right = top + i - row, left + j - column
+                here = matrix_at(matrices, margin, top + i, left + j)
+                y, x = displacement(centre, here, down, right)
+                y, x = symmetry[0] * y + symmetry[1] * x, symmetry[2] * y + symmetry[3] * x
+                y = (transferred[n, 4] + y + 8) >> (4 + level)
+                x = (transferred[n, 5] + x + 8) >> (4 + level)
+                y, x = min(max(y, 0), image_height - 1), min(max(x, 0), image_width - 1)
+                for k in range(channels):
+                    canvas[r, c * channels + k] = image[(y * image_width + x) * channels + k]
+                if whole[at]:
+                    covered[r, c] |= 1

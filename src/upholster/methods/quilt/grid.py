@@ -1,0 +1,169 @@
+"""Where a chart's blocks lie: their size in texels, the level they read, and their order."""
+
+from collections.abc import Set
+from dataclasses import dataclass
+
+import numpy as np
+
+from upholster.methods.quilt._lay_kernels import COLUMN, LAID, LEFT, ROW, TOP
+from upholster.quilt.model import Chart
+from upholster.quilt.warp_field import WarpField, matrices_at
+from upholster.types import FloatArray, IntArray
+
+__all__ = ["BlockGrid"]
+
+_SMALLEST_BLOCK = 16
+_LARGEST_BLOCK = 512
+_COARSE = 48
+"""Blocks of so many pixels have masks of cells twice as large: as many bytes tell as long a cut."""
+
+_SMALLEST_LEVEL = 16
+"""Pixels that a level has at least each way."""
+
+_LARGEST_SHARE = 0.75
+"""Of the exemplar's height and width that a block may read, so that there are several to choose from."""
+
+
+@dataclass(frozen=True, slots=True)
+class BlockGrid:
+    """The blocks of one chart.
+
+    Attributes
+    ----------
+    chart, field
+        The chart.
+    level
+        The pyramid's level whose pixels come nearest to its texels.
+    sample
+        Texels per pixel of that level: of so many texels each way, one is looked at.
+    cell
+        Size of a mask's cells in texels.
+    feather
+        Smoothing passes of masks.
+    height, width
+        Of a block, in texels: a multiple of `cell`.
+    overlap_rows, overlap_columns
+        With the block before, in texels.
+    wrap
+        Whether the chart's opposite edges meet.
+    """
+
+    chart: Chart
+    field: WarpField | None
+    level: int
+    sample: int
+    cell: int
+    feather: int
+    height: int
+    width: int
+    overlap_rows: int
+    overlap_columns: int
+    wrap: bool = False
+
+    @classmethod
+    def of(
+        cls,
+        chart: Chart,
+        field: WarpField | None,
+        exemplar_shape: tuple[int, int],
+        block: int,
+        overlap: int | None,
+        *,
+        wrap: bool = False,
+    ) -> "BlockGrid":
+        """Fit blocks of given size in exemplar pixels to a chart.
+
+        Parameters
+        ----------
+        exemplar_shape
+            (height, width) in pixels: a block reads at most three quarters of it.
+        block, overlap
+            In pixels; an overlap of None is three tenths of a block.
+        wrap
+            Whether the chart's opposite edges meet: a block then takes half of it at most.
+        """
+        sizes, most = _sizes(chart, field)
+        typical = float(np.sqrt(sizes[0] * sizes[1]))
+        last = max(0, int(np.log2(min(exemplar_shape) / _SMALLEST_LEVEL)))
+        level = min(max(0, int(np.floor(np.log2(typical) + 0.5))), last)
+        sample = max(1, int(np.rint(2**level / typical)))
+        coarse = block >= _COARSE
+        cell, feather = (4 if coarse else 2) * sample, 3 if coarse else 2
+        share = block / (0.3 * block if overlap is None else overlap)
+        sides, overlaps = [], []
+        wanted = block / sizes
+        wanted *= min(1.0, float((_LARGEST_SHARE * np.array(exemplar_shape) / (most @ wanted)).min()))
+        wanted = np.clip(wanted, _SMALLEST_BLOCK, _LARGEST_BLOCK)
+        if wrap:
+            wanted = np.minimum(wanted, (chart.height // 2, chart.width // 2))
+        for texels, pixels in zip(wanted, exemplar_shape, strict=True):
+            side = cell * max(2, int(np.rint(texels / cell)))
+            if field is None:  # it must lie inside the exemplar
+                side = max(cell, min(side, pixels // cell * cell))
+            sides.append(side)
+            # At least one box of features deep.
+            overlaps.append(min(max(4 * sample, cell * int(np.rint(side / share / cell))), side // 2))
+        return cls(
+            chart, field, level, sample, cell, feather, sides[0], sides[1], overlaps[0], overlaps[1], wrap
+        )
+
+    @property
+    def cells(self) -> int:
+        """How many cells a block's mask has."""
+        return self.height // self.cell * (self.width // self.cell)
+
+    def need(self, open_sides: Set[int]) -> tuple[int, int, int, int]:
+        """Return which texels to cover: rows from, to, columns from, to.
+
+        Parameters
+        ----------
+        open_sides
+            Edges (0 top, 1 right, 2 bottom, 3 left) at which a neighbour is still to come: there, blocks go
+            on for an overlap beyond the edge.
+        """
+        # A little more than an overlap: masks transferred over an edge lose their rims.
+        rows, columns = self.overlap_rows + 2 * self.cell + 8, self.overlap_columns + 2 * self.cell + 8
+        return (
+            -rows * (0 in open_sides),
+            self.chart.height + rows * (2 in open_sides),
+            -columns * (3 in open_sides),
+            self.chart.width + columns * (1 in open_sides),
+        )
+
+    def across(self, need: tuple[int, int, int, int]) -> int:
+        """Return how many blocks lie side by side."""
+        return len(self._starts(need[2], need[3], self.width, self.overlap_columns))
+
+    def blocks(self, need: tuple[int, int, int, int]) -> IntArray:
+        """Return the blocks that cover what is needed, in raster order, as `lay_quilt` takes them."""
+        rows = self._starts(need[0], need[1], self.height, self.overlap_rows) + self.height // 2
+        columns = self._starts(need[2], need[3], self.width, self.overlap_columns) + self.width // 2
+        number = np.arange(len(rows) * len(columns), dtype=np.int32).reshape(len(rows), len(columns))
+        out = np.zeros((*number.shape, 7), np.int32)
+        out[..., ROW], out[..., COLUMN] = rows[:, None], columns
+        out[..., LEFT] = out[..., TOP] = -1
+        out[:, 1:, LEFT] = number[:, :-1]
+        out[1:, :, TOP] = number[:-1]
+        out[..., LAID] = 0
+        return out.reshape(-1, 7)
+
+    def _starts(self, start: int, stop: int, block: int, overlap: int) -> IntArray:
+        # Where the blocks along one axis begin: the last one reaches the end, or overlaps the first.
+        step = block - overlap
+        if self.wrap:
+            count = -(-(stop - start) // step)
+            return (start + np.arange(count) * (stop - start) // count).astype(np.int32)
+        count = max(1, -(-(stop - start - overlap) // step))
+        return (start + np.arange(count) * step).astype(np.int32)
+
+
+def _sizes(chart: Chart, field: WarpField | None) -> tuple[FloatArray, FloatArray]:
+    # Exemplar pixels per texel: the typical lengths of a step down and of one right; and, as a matrix, the
+    # most rows and columns of the exemplar that either crosses.
+    if field is None:
+        return np.ones(2), np.eye(2)
+    rows = np.linspace(0, chart.height - 1, min(9, chart.height))
+    columns = np.linspace(0, chart.width - 1, min(9, chart.width))
+    matrices = matrices_at(field, *np.meshgrid(rows, columns, indexing="ij"))
+    lengths = np.maximum(1e-3, np.linalg.norm(matrices, axis=-2)).reshape(-1, 2)
+    return np.exp(np.log(lengths).mean(axis=0)), np.abs(matrices).reshape(-1, 2, 2).max(axis=0)

@@ -1,0 +1,179 @@
+"""One chart of a quilt: what finished charts leave on it, then its own blocks."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from upholster.methods.quilt import _lay_kernels as kernels
+from upholster.methods.quilt._transfer_kernels import lay_transferred
+from upholster.methods.quilt.grid import BlockGrid
+from upholster.methods.quilt.match_pyramid import MatchPyramid
+from upholster.methods.quilt.transfer import ChartPlacements, joined
+from upholster.quilt.model import MASK_CUT, MASK_NONE, PLACEMENT, Chart
+from upholster.quilt.warp_field import UNIT
+from upholster.types import FloatArray
+
+__all__ = ["lay_chart"]
+
+_BLOCKS_PER_CALL = 256
+_IDENTITY = np.array([[[UNIT, 0, 0, UNIT]]], np.int32)
+_TRANSFERRED = ("row", "column", "height", "width", "source_row", "source_column", "symmetry", "cells")
+
+
+def lay_chart(
+    index: int,
+    grid: BlockGrid,
+    transferred: ChartPlacements,
+    open_sides: set[int],
+    closed: Sequence[tuple[int, float, float, int]],
+    match_pyramid: MatchPyramid,
+    usage: FloatArray,
+    weights: FloatArray,
+    *,
+    shortlist: int,
+    wrap: bool,
+    seed: int,
+    number: int,
+) -> tuple[ChartPlacements, FloatArray]:
+    """Lay a chart's blocks.
+
+    Parameters
+    ----------
+    index, raster
+        The chart and its blocks.
+    transferred, closed
+        What finished charts leave on it, and where it must stay so: see `Carrying`.
+    open_sides
+        Edges at which a neighbour is still to come.
+    sights, use, weights, shortlist
+        As `lay_quilt` takes them.
+    wrap
+        Whether its opposite edges meet.
+    seed
+        Of its own random numbers.
+    number
+        Its first block's origin, see `Covering`.
+
+    Returns
+    -------
+    placements
+        All its placements.
+    use
+        Counts of use, its own blocks included.
+    """
+    chart, field, match_level = grid.chart, grid.field, match_pyramid.levels[grid.level]
+    need = grid.need(open_sides)
+    blocks = grid.blocks(need)
+    # Room for every block that touches the chart, whole.
+    pads = (0, 0) if wrap else (2 * grid.height, 2 * grid.width)
+    rows, columns = chart.height + 2 * pads[0], chart.width + 2 * pads[1]
+    canvas = np.zeros((rows, columns * match_level.channels), np.uint8)
+    covered = np.zeros((rows, columns), np.uint8)
+    matrices, margin = (_IDENTITY, 0) if field is None else (field.matrices, field.margin)
+    if len(transferred.placements):
+        laid = np.stack([transferred.placements[name].astype(np.int32) for name in _TRANSFERRED], axis=1)
+        sizes = match_level.height, match_level.width, match_level.channels, grid.level
+        lay_transferred(
+            canvas,
+            covered,
+            match_level.image,
+            sizes,
+            matrices,
+            margin,
+            pads,
+            grid.cell,
+            laid,
+            transferred.cells,
+        )
+    for side, start, stop, rim in closed:
+        covered[_beyond(chart, side, start, stop, rim, pads)] |= 2
+    p = np.zeros(kernels.PARAMETERS, np.int64)
+    p[kernels.HEIGHT], p[kernels.WIDTH], p[kernels.CHANNELS] = (
+        match_level.height,
+        match_level.width,
+        match_level.channels,
+    )
+    p[kernels.LEVEL], p[kernels.MARGIN], p[kernels.WRAP] = grid.level, margin, wrap
+    p[kernels.ORIGIN_ROW], p[kernels.ORIGIN_COLUMN] = pads
+    p[kernels.BLOCK_HEIGHT], p[kernels.BLOCK_WIDTH] = grid.height, grid.width
+    p[kernels.SAMPLE], p[kernels.CELL], p[kernels.SHORTLIST] = grid.sample, grid.cell, shortlist
+    p[kernels.STEP], p[kernels.USAGE_STEP] = match_level.step, match_pyramid.stride(grid.level)
+    p[kernels.ACROSS] = grid.across(need)
+    p[kernels.NEED_TOP], p[kernels.NEED_BOTTOM], p[kernels.NEED_LEFT], p[kernels.NEED_RIGHT] = need
+    used, state = usage.copy(), np.array([seed], np.uint64)
+    cells = np.empty((len(blocks), grid.cells), np.uint8)
+    for start in range(0, len(blocks), _BLOCKS_PER_CALL):
+        # Few blocks a call: between two calls, Python can be interrupted.
+        p[kernels.FIRST], p[kernels.LAST] = start, min(start + _BLOCKS_PER_CALL, len(blocks))
+        kernels.lay_blocks(
+            canvas,
+            covered,
+            match_level.image,
+            match_level.plane,
+            matrices,
+            p,
+            weights,
+            used,
+            state,
+            blocks,
+            cells,
+        )
+    kept = np.flatnonzero(blocks[:, kernels.LAID])
+    placed = _placements(index, grid, blocks[kept])
+    own = ChartPlacements(placed, cells[kept].reshape(-1), number + kept, np.zeros(len(kept), np.int64))
+    if wrap:
+        own = _wrapped(own, chart)
+    return replace(joined([transferred, own]), bounds=need), used
+
+
+def _placements(index: int, grid: BlockGrid, blocks: NDArray[np.int32]) -> NDArray[np.void]:
+    placed = np.zeros(len(blocks), PLACEMENT)
+    placed["chart"] = index
+    for name, place in (
+        ("row", kernels.ROW),
+        ("column", kernels.COLUMN),
+        ("source_row", kernels.SOURCE_ROW),
+        ("source_column", kernels.SOURCE_COLUMN),
+    ):
+        placed[name] = blocks[:, place]
+    placed["height"], placed["width"] = grid.height, grid.width
+    cut = blocks[:, kernels.LAID] == 1
+    placed["mask"] = np.where(cut, MASK_CUT, MASK_NONE)
+    placed["cells"] = np.where(cut, np.arange(len(blocks)) * grid.cells, -1)
+    placed["cell"], placed["feather"] = np.where(cut, grid.cell, 0), np.where(cut, grid.feather, 0)
+    return placed
+
+
+def _beyond(
+    chart: Chart, side: int, start: float, stop: float, rim: int, pads: tuple[int, int]
+) -> tuple[slice, slice]:
+    # The part of a chart's canvas that lies beyond part of an edge, or at most `rim` texels inside it.
+    pad_rows, pad_columns = pads
+    length, pad = (chart.height, pad_rows) if side & 1 else (chart.width, pad_columns)
+    low, high = (int(np.clip(np.rint(pad + end), 0, length + 2 * pad)) for end in (start, stop))
+    along = slice(low, high)
+    return (
+        (slice(0, pad_rows + rim), along),
+        (along, slice(pad_columns + chart.width - rim, None)),
+        (slice(pad_rows + chart.height - rim, None), along),
+        (along, slice(0, pad_columns + rim)),
+    )[side]
+
+
+def _wrapped(own: ChartPlacements, chart: Chart) -> ChartPlacements:
+    # What reaches beyond an edge comes in again at the opposite one, right after.
+    placed = own.placements
+    parts, order = [placed], [np.arange(float(len(placed)))]
+    top, left = placed["row"] - placed["height"] // 2, placed["column"] - placed["width"] // 2
+    below, beside = top + placed["height"] > chart.height, left + placed["width"] > chart.width
+    for rows, columns, crossing in ((1, 0, below), (0, 1, beside), (1, 1, below & beside)):
+        again = placed[crossing].copy()
+        again["row"] -= rows * chart.height
+        again["column"] -= columns * chart.width
+        parts.append(again)
+        order.append(np.flatnonzero(crossing) + 0.25 * (rows + 2 * columns))
+    sequence = np.argsort(np.concatenate(order), kind="stable")
+    zeros = np.zeros(len(sequence), np.int64)
+    return ChartPlacements(np.concatenate(parts)[sequence], own.cells, zeros, zeros)

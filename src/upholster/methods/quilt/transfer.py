@@ -1,0 +1,409 @@
+"""What the blocks of finished charts leave on a chart: placements of the same sources, seen from it.
+
+A block that reaches beyond its chart's edge is laid on the neighbour as well, first of all, so that the
+neighbour's own blocks go on from it exactly as they do from each other: no chart border is mended, for none
+is made.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from upholster.charts.seams import Transition
+from upholster.methods.quilt._transfer_kernels import transfer_masks
+from upholster.quilt._paint_kernels import SYMMETRIES
+from upholster.quilt.model import MASK_CUT, PLACEMENT, Chart
+from upholster.quilt.warp import LARGEST_WARPED
+from upholster.quilt.warp_field import WarpField, matrices_at
+from upholster.types import FloatArray
+
+__all__ = ["BlockTransfer", "ChartPlacements", "joined"]
+
+_WORST_TURN = 25.0
+"""Degrees: where directions on two charts differ more than this from quarter turns, nothing is laid."""
+
+_WINDOW = 16
+"""Cells to either side of a corner within which blocks may matter to the chart beyond it."""
+
+_RIM = 1
+"""Cells inside the edge of a finished neighbour that stay as its blocks left them."""
+
+_EDGE_SAMPLES = 5
+_MOST_CELLS = 2**22
+
+
+@dataclass(frozen=True, eq=False)
+class ChartPlacements:
+    """A chart's placements, and whose blocks they are.
+
+    Attributes
+    ----------
+    placements
+        `PLACEMENT`, in painting order.
+    cells
+        Their masks' cells.
+    origins
+        (n,) int64: a number for the block that each one comes from, rising in the order of synthesis; a block
+        keeps its number on every chart that it is transferred onto.
+    steps
+        (n,) int64: across how many edges each has been transferred from its own chart.
+    bounds
+        Rows from, to, columns from, to: where they count. Beyond, neighbours are on their own.
+    """
+
+    placements: NDArray[np.void]
+    cells: NDArray[np.uint8]
+    origins: NDArray[np.int64]
+    steps: NDArray[np.int64]
+    bounds: tuple[int, int, int, int] = (-(2**30), 2**30, -(2**30), 2**30)
+
+
+def joined(parts: Sequence[ChartPlacements]) -> ChartPlacements:
+    """Return placements one after another."""
+    starts = np.cumsum([0, *(len(part.cells) for part in parts)])
+    placements = np.concatenate([np.zeros(0, PLACEMENT), *(part.placements for part in parts)])
+    shift = np.repeat(starts[:-1], [len(part.placements) for part in parts])
+    placements["cells"] += np.where(placements["cells"] >= 0, shift, 0).astype(np.int32)
+    return ChartPlacements(
+        placements,
+        np.concatenate([np.zeros(0, np.uint8), *(part.cells for part in parts)]),
+        np.concatenate([np.zeros(0, np.int64), *(part.origins for part in parts)]),
+        np.concatenate([np.zeros(0, np.int64), *(part.steps for part in parts)]),
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class BlockTransfer:
+    """How blocks get from chart to chart.
+
+    Attributes
+    ----------
+    charts, fields
+        The layout.
+    onto
+        Per chart, the transitions from each seam's other chart onto it.
+    exemplar_shape
+        (height, width) in pixels.
+    cells
+        Per chart, the size of masks' cells in texels.
+    feather
+        Smoothing passes of masks.
+    """
+
+    charts: Sequence[Chart]
+    fields: Sequence[WarpField | None]
+    onto: Sequence[Sequence[Transition]]
+    exemplar_shape: tuple[int, int]
+    cells: Sequence[int]
+    feather: int = 2
+
+    def transferred_onto(self, chart: int, finished: Sequence[ChartPlacements | None]) -> ChartPlacements:
+        """Collect what finished charts leave on a chart: neighbours, and those that meet it only in a corner.
+
+        Parameters
+        ----------
+        chart
+            Its index.
+        placements
+            Those of finished charts, None elsewhere.
+
+        Returns
+        -------
+        Covering
+            In the order of synthesis; a block more than once where ways round a corner disagree about it.
+        """
+        parts = []
+        for transition in self.onto[chart]:
+            laid = finished[transition.seam.chart]
+            if laid is not None:
+                parts.append(self._transferred(transition, laid))
+                continue
+            # Round a corner, over the chart between, which is still bare.
+            for corner in self._corners(transition, finished):
+                beyond = finished[corner.transition.seam.chart]
+                assert beyond is not None
+                between = self._transferred(corner.transition, beyond, corner.window)
+                if between is not None:
+                    parts.append(self._transferred(transition, between))
+        found = joined([part for part in parts if part is not None])
+        return _distinct(found)
+
+    def open_sides(self, chart: int, finished: Sequence[ChartPlacements | None]) -> set[int]:
+        """Return the edges of a chart at which a neighbour is still to come."""
+        return {
+            transition.seam.other_edge
+            for transition in self.onto[chart]
+            if finished[transition.seam.chart] is None
+        }
+
+    def closed(
+        self, chart: int, finished: Sequence[ChartPlacements | None]
+    ) -> list[tuple[int, float, float, int]]:
+        """Tell where finished charts lie round a chart.
+
+        Returns
+        -------
+        list of tuple
+            Edge, from and to along it in texels (infinite where it goes on beyond a corner), and how many
+            texels inside the edge must stay as the neighbour's blocks left them.
+        """
+        found = []
+        for transition in self.onto[chart]:
+            seam = transition.seam
+            edge, here = seam.other_edge, self.charts[chart]
+            rim = _RIM * self.cells[chart]
+            length = here.height if edge & 1 else here.width
+            start, stop = sorted((seam.other_start, seam.other_stop))
+            if finished[seam.chart] is not None:
+                low = -np.inf if start <= 0 else start
+                found.append((edge, low, np.inf if stop >= length else stop, rim))
+                continue
+            for corner in self._corners(transition, finished):
+                at = seam.other_start if corner.low else seam.other_stop
+                found.append((edge, -np.inf, at, 0) if at == start else (edge, at, np.inf, 0))
+        return found
+
+    def _corners(self, transition: Transition, finished: Sequence[ChartPlacements | None]) -> list["_Corner"]:
+        # Finished charts round either end of the seam of two charts that are not: seen from the first.
+        seam = transition.seam
+        between = self.charts[seam.chart]
+        length = between.height if seam.edge & 1 else between.width
+        found = []
+        for other in self.onto[seam.chart]:
+            far = other.seam
+            if (
+                finished[far.chart] is None
+                or far.chart == seam.other_chart
+                or (far.other_edge + seam.edge) % 2 == 0
+            ):
+                continue
+            low = far.other_edge in (0, 3)
+            if (seam.start > 0.5) if low else (seam.stop < length - 0.5):
+                continue
+            # Where along the far chart's edge the corner lies.
+            side = between.height if far.other_edge & 1 else between.width
+            corner = 0.0 if seam.edge in (0, 3) else float(side)
+            ends = (far.other_start, far.start), (far.other_stop, far.stop)
+            place = min(ends, key=lambda end: abs(end[0] - corner))
+            if abs(place[0] - corner) < 0.5:
+                window = float(_WINDOW * self.cells[far.chart])
+                found.append(_Corner(other, low, (place[1] - window, place[1] + window)))
+        return found
+
+    def _transferred(
+        self, transition: Transition, laid: ChartPlacements, window: tuple[float, float] | None = None
+    ) -> ChartPlacements | None:
+        seam, chart = transition.seam, transition.seam.other_chart
+        old, here, cell = self.charts[seam.chart], self.charts[chart], self.cells[chart]
+        ends = (seam.start, seam.stop)
+        if window is not None:
+            ends = (max(ends[0], window[0]), min(ends[1], window[1]))
+        placed, low, high = _overhanging(
+            laid.placements, old, seam.edge, ends, 2 * self.cells[seam.chart] + 2
+        )
+        chosen = np.flatnonzero(placed)
+        block = laid.placements[chosen]
+        rows, columns = block["row"].astype(np.float64), block["column"].astype(np.float64)
+        there_row, there_column, forth = transition.apply(rows, columns)
+        sound = np.isfinite(there_row)
+        sound[sound] = np.abs(np.linalg.det(forth[sound])) > 1e-6
+        chosen, block, low, high = chosen[sound], block[sound], low[placed][sound], high[placed][sound]
+        if not len(block):
+            return None
+        back: FloatArray = np.asarray(np.linalg.inv(forth[sound]), np.float64)
+        places = np.column_stack([there_row[sound], there_column[sound], back.reshape(-1, 4)])
+        before, after = self.fields[seam.chart], self.fields[chart]
+        symmetry, fits = _symmetries(block, before, after, places[:, :2], back)
+        chosen, block, places, symmetry = chosen[fits], block[fits], places[fits], symmetry[fits]
+        if not len(block):
+            return None
+        sources = _sources(transition, block, before, after, places, symmetry, low[fits], high[fits])
+        out, masks = _masks(block, laid, places, cell, here)
+        kept = (out[:, 4] >= 0) & (out[:, 2:4].max(axis=1) <= LARGEST_WARPED)
+        result = np.zeros(int(kept.sum()), PLACEMENT)
+        result["chart"] = chart
+        for n, name in enumerate(("row", "column", "height", "width", "cells")):
+            result[name] = out[kept, n]
+        whole = 16 if after is None else 1
+        for n, name in enumerate(("source_row", "source_column")):
+            most = 16 * (self.exemplar_shape[n] - 1)
+            result[name] = np.clip(whole * np.rint(sources[kept, n] / whole), 0, most)
+        result["symmetry"] = symmetry[kept]
+        result["mask"], result["cell"], result["feather"] = MASK_CUT, cell, self.feather
+        origins, steps = laid.origins[chosen[kept]], laid.steps[chosen[kept]] + 1
+        return ChartPlacements(result, masks, origins, steps)
+
+
+def _distinct(found: ChartPlacements) -> ChartPlacements:
+    # One version of each block, in painting order: that which was transferred over the fewest edges, which
+    # lies
+    # most truly. Others that lie in the same place add to its mask; those that lie elsewhere come before it,
+    # and show where it does not.
+    order = np.lexsort((found.steps, found.origins))
+    _, first, which = np.unique(found.origins[order], return_index=True, return_inverse=True)
+    block = found.placements[order]
+    best = block[first[which]]
+    apart = np.zeros(len(order), bool)
+    for name, most in (("row", 1), ("column", 1), ("source_row", 16), ("source_column", 16)):
+        apart |= np.abs(block[name] - best[name]) > most
+    again = ~apart
+    again[first] = False
+    for n in np.flatnonzero(again):
+        _add_mask(found.cells, best[n], block[n])
+    apart[first] = True
+    kept = order[apart]
+    kept = kept[np.lexsort((-found.steps[kept], found.origins[kept]))]
+    return ChartPlacements(found.placements[kept], found.cells, found.origins[kept], found.steps[kept])
+
+
+def _add_mask(cells: NDArray[np.uint8], one: np.void, other: np.void) -> None:
+    # Adds another version of a block's mask, which lies in about the same place, to one.
+    size = int(one["cell"])
+    grids, places = [], []
+    for block in (one, other):
+        rows, columns = -(-int(block["height"]) // size), -(-int(block["width"]) // size)
+        start = int(block["cells"])
+        grids.append(cells[start : start + rows * columns].reshape(rows, columns))
+        places.append((block["row"] - block["height"] // 2, block["column"] - block["width"] // 2))
+    here, there = grids
+    picked = []
+    for axis in range(2):
+        index = np.arange(here.shape[axis])
+        moved = (places[0][axis] - places[1][axis] + size * index + size // 2) // size
+        inside = (moved >= 0) & (moved < there.shape[axis])
+        picked.append((index[inside], moved[inside]))
+    (rows_here, rows_there), (columns_here, columns_there) = picked
+    here[np.ix_(rows_here, columns_here)] |= there[np.ix_(rows_there, columns_there)]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Corner:
+    """A finished chart round a corner.
+
+    Attributes
+    ----------
+    transition
+        From it onto the chart between.
+    low
+        Whether the corner lies at the start of that chart's seam with the chart to cover, or at its stop.
+    window
+        What part of the finished chart's edge is near the corner: from, to, in its texels.
+    """
+
+    transition: Transition
+    low: bool
+    window: tuple[float, float]
+
+
+def _masks(
+    block: NDArray[np.void], laid: ChartPlacements, places: FloatArray, cell: int, here: Chart
+) -> tuple[NDArray[np.int32], NDArray[np.uint8]]:
+    # The masks as the other chart sees them, see `carry_masks`.
+    area = (block["height"] + 8.0 * cell) * (block["width"] + 8.0 * cell)
+    area /= np.abs(places[:, 2] * places[:, 5] - places[:, 3] * places[:, 4])
+    masks = np.empty(min(_MOST_CELLS, int(4 * area.sum() / cell**2) + 64 * len(block)), np.uint8)
+    out = np.empty((len(block), 5), np.int32)
+    columns = [block[name].astype(np.int32) for name in ("row", "column", "height", "width")]
+    columns.append(np.maximum(1, block["cell"]).astype(np.int32))
+    columns += [(block["mask"] == MASK_CUT).astype(np.int32), block["cells"]]
+    count = transfer_masks(
+        np.stack(columns, axis=1),
+        laid.cells,
+        places,
+        laid.bounds,
+        cell,
+        here.height,
+        here.width,
+        out,
+        masks,
+    )
+    return out, masks[:count].copy()
+
+
+def _overhanging(
+    placed: NDArray[np.void], chart: Chart, edge: int, ends: tuple[float, float], reach: int
+) -> tuple[NDArray[np.bool_], FloatArray, FloatArray]:
+    # Which blocks reach as far as the seam's edge somewhere in its interval, and from where to where along
+    # it.
+    top, left = placed["row"] - placed["height"] // 2, placed["column"] - placed["width"] // 2
+    bottom, right = top + placed["height"], left + placed["width"]
+    beyond = (
+        top < reach,
+        right > chart.width - reach,
+        bottom > chart.height - reach,
+        left < reach,
+    )[edge]
+    near = (bottom > 0, left < chart.width, top < chart.height, right > 0)[edge]
+    low, high = (top, bottom) if edge & 1 else (left, right)
+    low, high = np.maximum(low, ends[0]), np.minimum(high, ends[1])
+    return beyond & near & (low < high), low, high
+
+
+def _symmetries(
+    block: NDArray[np.void],
+    old: WarpField | None,
+    new: WarpField | None,
+    places: FloatArray,
+    back: FloatArray,
+) -> tuple[NDArray[np.uint8], NDArray[np.bool_]]:
+    # The turn that a block has on the other chart, and whether it fits that chart's directions.
+    turned = SYMMETRIES[block["symmetry"]].reshape(-1, 2, 2)
+    before = turned @ matrices_at(old, block["row"].astype(np.float64), block["column"].astype(np.float64))
+    here: FloatArray = np.rint(places)
+    wanted = before @ back @ np.linalg.inv(matrices_at(new, here[:, 0], here[:, 1]))
+    wanted /= np.sqrt(np.maximum(1e-12, np.abs(np.linalg.det(wanted))))[:, None, None]
+    likeness = np.einsum("nij,tij->nt", wanted, SYMMETRIES.reshape(-1, 2, 2).astype(np.float64))
+    symmetry = likeness.argmax(axis=1)
+    fits = likeness[np.arange(len(symmetry)), symmetry] > 2 * np.cos(np.radians(_WORST_TURN))
+    return symmetry.astype(np.uint8), fits
+
+
+def _sources(
+    transition: Transition,
+    block: NDArray[np.void],
+    old: WarpField | None,
+    new: WarpField | None,
+    places: FloatArray,
+    symmetry: NDArray[np.uint8],
+    low: FloatArray,
+    high: FloatArray,
+) -> FloatArray:
+    # The sources, in 1/16 pixel, with which either chart shows the same along the edge: means over samples.
+    seam = transition.seam
+    shares = (np.arange(_EDGE_SAMPLES) + 0.5) / _EDGE_SAMPLES
+    along = low[:, None] + (high - low)[:, None] * shares
+    there = seam.other_start + (along - seam.start) * (
+        (seam.other_stop - seam.other_start) / (seam.stop - seam.start)
+    )
+    texels = []
+    for edge, line, place in (
+        (seam.edge, transition.line, along - 0.5),
+        (seam.other_edge, transition.other_line, there - 0.5),
+    ):
+        across = np.full_like(place, line)
+        texels.append((place, across) if edge & 1 else (across, place))
+    read = _displacement(old, block["row"], block["column"], block["symmetry"], *texels[0])
+    seen = _displacement(new, np.rint(places[:, 0]), np.rint(places[:, 1]), symmetry, *texels[1])
+    start = np.stack([block["source_row"], block["source_column"]], axis=1).astype(np.float64)
+    found: FloatArray = start + 16.0 * (read - seen).mean(axis=1)
+    return found
+
+
+def _displacement(
+    field: WarpField | None,
+    row: NDArray[Any],
+    column: NDArray[Any],
+    symmetry: NDArray[np.uint8],
+    rows: FloatArray,
+    columns: FloatArray,
+) -> FloatArray:
+    # How far from its source a block reads at some texels (n, k), in pixels.
+    row, column = row.astype(np.float64), column.astype(np.float64)
+    mean = 0.5 * (matrices_at(field, row, column)[:, None] + matrices_at(field, rows, columns))
+    step = np.stack([rows - row[:, None], columns - column[:, None]], axis=2)
+    turned = SYMMETRIES[symmetry].reshape(-1, 1, 2, 2)
+    found: FloatArray = ((turned @ mean) @ step[..., None])[..., 0]
+    return found

@@ -1,0 +1,12 @@
+"""The quilt, all that a decoder needs: charts, placements, warp fields, and painting.
+
+`model` has the data types; `warp_field` the 2×2 matrices over a chart; `painting`, `normals` and `materials`
+turn a quilt and an exemplar into texels.
+"""
+
+from upholster.quilt.materials import paint_material
+from upholster.quilt.model import Chart, Quilt, Texels
+from upholster.quilt.normals import paint_normals
+from upholster.quilt.painting import paint
+
+__all__ = ["Chart", "Quilt", "Texels", "paint", "paint_material", "paint_normals"]

@@ -1,0 +1,34 @@
+"""Turning the vectors of painted normal maps by the angle of an warp field."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from upholster.jit import kernel
+from upholster.quilt._field_kernels import matrix_at
+from upholster.types import PixelArray
+
+__all__ = ["turn_vectors"]
+
+
+@kernel
+def turn_vectors(samples: PixelArray, matrices: NDArray[np.int32], margin: int, top: float) -> None:
+    """Turn each texel's (x, y) by the angle of M's second column, in place.
+
+    `samples` (height, width, 3) are a chart's; `top` stands for 1 (and 0 for −1); 1 means floats, which are
+    not rounded. No trigonometry: every machine gives the same.
+    """
+    middle = 0.5 * top
+    for i in range(samples.shape[0]):
+        for j in range(samples.shape[1]):
+            m = matrix_at(matrices, margin, i, j)
+            down, right = np.float64(m[1]), np.float64(m[3])
+            # A field's sizes have a least one, but between two nodes half a turn apart M may vanish.
+            length = max(np.sqrt(down * down + right * right), 1.0)
+            sine, cosine = down / length, right / length
+            x, y = samples[i, j, 0] - middle, samples[i, j, 1] - middle
+            u, v = middle + (x * cosine - y * sine), middle + (x * sine + y * cosine)
+            if top != 1.0:
+                u = min(max(np.floor(u + 0.5), 0.0), top)
+                v = min(max(np.floor(v + 0.5), 0.0), top)
+            samples[i, j, 0] = u
+            samples[i, j, 1] = v

@@ -1,0 +1,296 @@
+"""Painting one placement, exactly: the arithmetic every decoder repeats (CONVENTIONS.md, "Painting").
+
+Images are flattened to (rows, columns · channels), so that inner loops run over contiguous samples. Integer
+canvases hold 6 fractional bits; weights run from 0 to 256; float canvases use the same formula without
+rounding.
+"""
+
+from typing import Any
+
+import numpy as np
+from numba import types
+from numba.extending import overload
+from numpy.typing import NDArray
+
+from upholster.jit import inline, kernel
+from upholster.types import PixelArray
+
+__all__ = ["SYMMETRIES", "fill_weights", "lay_placement", "paint_rows", "trace_owners"]
+
+FRACTION_BITS = 6
+
+# A feather pass in 1/256, in 32 bits throughout.
+_SIDE, _MIDDLE, _HALF, _EIGHT = np.int32(51), np.int32(154), np.int32(128), np.int32(8)
+
+# Texel steps on a chart to pixel steps in the exemplar, per turn: (row per row, row per column, column per
+# row, column per column). Turns 0 to 3 are rotations by quarters, 4 to 7 the same after a transposition.
+SYMMETRIES = np.array(
+    [
+        [1, 0, 0, 1],
+        [0, 1, -1, 0],
+        [-1, 0, 0, -1],
+        [0, -1, 1, 0],
+        [0, 1, 1, 0],
+        [1, 0, 0, -1],
+        [0, -1, -1, 0],
+        [-1, 0, 0, 1],
+    ],
+    dtype=np.int64,
+)
+
+
+def _lift(sample: Any) -> Any:
+    """Return a sample as the canvas holds it."""
+    return sample * 64 if isinstance(sample, (int, np.integer)) else sample
+
+
+def _blend(old: Any, new: Any, weight: Any) -> Any:
+    """Return `weight`/256 of `new` over `old`, both as the canvas holds them."""
+    if isinstance(old, (int, np.integer)):
+        return (old * (256 - weight) + new * weight + 128) >> 8
+    return old * ((256 - weight) / 256) + new * (weight / 256)
+
+
+def _settle(value: Any) -> Any:
+    """Return a canvas value as a sample: rounded once, at the end."""
+    return (value + 32) >> FRACTION_BITS if isinstance(value, (int, np.integer)) else value
+
+
+@overload(_lift, strict=False)
+def _lift_overload(sample: Any) -> Any:
+    if isinstance(sample, types.Integer):
+        return lambda sample: np.int32(sample) << np.int32(6)
+    return lambda sample: sample
+
+
+@overload(_blend, strict=False)
+def _blend_overload(old: Any, new: Any, weight: Any) -> Any:
+    if isinstance(old, types.Integer):
+        return lambda old, new, weight: (
+            (
+                np.int32(old) * (np.int32(256) - np.int32(weight))
+                + np.int32(new) * np.int32(weight)
+                + np.int32(128)
+            )
+            >> np.int32(8)
+        )
+    return lambda old, new, weight: (
+        old * (np.float32(256 - weight) * np.float32(1 / 256))
+        + new * (np.float32(weight) * np.float32(1 / 256))
+    )
+
+
+@overload(_settle, strict=False)
+def _settle_overload(value: Any) -> Any:
+    if isinstance(value, types.Integer):
+        return lambda value: (np.int32(value) + np.int32(32)) >> np.int32(6)
+    return lambda value: value
+
+
+@inline
+def _smooth(weights: NDArray[np.int32], spare: NDArray[np.int32], height: int, width: int) -> None:
+    # One feather pass: (.2, .6, .2) down the columns, then along the rows; the rim repeats itself.
+    for i in range(height):
+        above, line, below = weights[max(i - 1, 0)], weights[i], weights[min(i + 1, height - 1)]
+        out = spare[i]
+        for j in range(width):
+            out[j] = (_SIDE * (above[j] + below[j]) + _MIDDLE * line[j] + _HALF) >> _EIGHT
+    for i in range(height):
+        line, out = spare[i], weights[i]
+        last = width - 1
+        out[0] = (_SIDE * (line[0] + line[min(1, last)]) + _MIDDLE * line[0] + _HALF) >> _EIGHT
+        left, middle, right = line[: last - 1], line[1:last], line[2:]
+        inner = out[1:last]
+        for j in range(last - 1):
+            inner[j] = (_SIDE * (left[j] + right[j]) + _MIDDLE * middle[j] + _HALF) >> _EIGHT
+        if last > 0:
+            out[last] = (_SIDE * (line[last - 1] + line[last]) + _MIDDLE * line[last] + _HALF) >> _EIGHT
+
+
+@inline
+def _ramp_weight(placement: Any, i: int, j: int) -> Any:
+    weight: Any = 256
+    if placement.mask == 1:
+        ramp = np.int64(placement.ramp)
+        if placement.sides & 1 and i < ramp:
+            weight = (2 * i + 1) * 128 // ramp
+        if placement.sides & 2 and j < ramp:
+            weight = (weight * ((2 * j + 1) * 128 // ramp)) >> 8
+    return weight
+
+
+@inline
+def fill_weights(
+    placement: Any, cells: NDArray[np.uint8], weights: NDArray[np.int32], spare: NDArray[np.int32]
+) -> None:
+    """Write a placement's weights, 0 to 256; `weights` and `spare` are at least as large as the placement."""
+    height, width = placement.height, placement.width
+    if placement.mask == 2:
+        cell = np.int64(placement.cell)
+        across = (width + cell - 1) // cell
+        for i in range(height):
+            line = weights[i]
+            if i % cell:
+                line[:width] = weights[i - 1, :width]
+                continue
+            part = cells[placement.cells + i // cell * across :]
+            for a in range(across):
+                line[a * cell : min((a + 1) * cell, width)] = np.int32(part[a]) << 8
+        for _ in range(placement.feather):
+            _smooth(weights, spare, height, width)
+    else:
+        for i in range(height):
+            for j in range(width):
+                weights[i, j] = _ramp_weight(placement, i, j)
+
+
+@inline
+def lay_placement(
+    canvas: PixelArray,
+    first_row: int,
+    columns: int,
+    placement: Any,
+    cells: NDArray[np.uint8],
+    exemplar: PixelArray,
+    channels: int,
+    symmetries: NDArray[np.int64],
+    weights: NDArray[np.int32],
+    spare: NDArray[np.int32],
+) -> None:
+    """Paint one placement on the rows of a chart that `canvas` holds, clipped to it.
+
+    `canvas` is (rows, ≥ columns · channels), its row 0 being the chart's `first_row`; `exemplar` is
+    (H, W · channels); `weights` and `spare` are scratch, at least as large as the placement.
+    """
+    top, left = placement.row - placement.height // 2, placement.column - placement.width // 2
+    row0, row1 = max(top, first_row), min(top + placement.height, first_row + canvas.shape[0])
+    column0, column1 = max(left, 0), min(left + placement.width, columns)
+    if row0 >= row1 or column0 >= column1:
+        return
+    source_row, source_column = placement.source_row >> 4, placement.source_column >> 4
+    if placement.symmetry == 0 and placement.mask != 2:
+        ramp: Any = np.int64(placement.ramp) if placement.mask == 1 and placement.sides & 2 else 0
+        inner = min(max(left + ramp, column0), column1)
+        source0 = (source_column + column0 - placement.column) * channels
+        split, size = (inner - column0) * channels, (column1 - column0) * channels
+        for row in range(row0, row1):
+            # Slices count from 0, which lets the compiler use vector instructions.
+            line = canvas[row - first_row, column0 * channels : column1 * channels]
+            source = exemplar[source_row + row - placement.row, source0 : source0 + size]
+            for column in range(column0, inner):
+                weight = _ramp_weight(placement, row - top, column - left)
+                for x in range((column - column0) * channels, (column - column0 + 1) * channels):
+                    line[x] = _blend(line[x], _lift(source[x]), weight)
+            weight = _ramp_weight(placement, row - top, ramp)
+            line, source = line[split:], source[split:]
+            if weight == 256:
+                for x in range(line.shape[0]):
+                    line[x] = _lift(source[x])
+            else:
+                for x in range(line.shape[0]):
+                    line[x] = _blend(line[x], _lift(source[x]), weight)
+        return
+    fill_weights(placement, cells, weights, spare)
+    symmetry = symmetries[placement.symmetry]
+    for row in range(row0, row1):
+        line = canvas[row - first_row, column0 * channels : column1 * channels]
+        part = weights[row - top, column0 - left : column1 - left]
+        down, right = row - placement.row, column0 - placement.column
+        if placement.symmetry == 0:
+            source = exemplar[source_row + down, (source_column + right) * channels :]
+            for n in range(part.shape[0]):
+                weight = part[n]
+                if weight != 0:
+                    for x in range(n * channels, (n + 1) * channels):
+                        line[x] = _blend(line[x], _lift(source[x]), weight)
+            continue
+        source_r = source_row + symmetry[0] * down + symmetry[1] * right
+        source_c = source_column + symmetry[2] * down + symmetry[3] * right
+        for n in range(part.shape[0]):
+            weight = part[n]
+            if weight != 0:
+                source = exemplar[source_r + symmetry[1] * n]
+                x = (source_c + symmetry[3] * n) * channels
+                for k in range(channels):
+                    line[n * channels + k] = _blend(line[n * channels + k], _lift(source[x + k]), weight)
+
+
+@inline
+def _strips(placement: Any, row_start: int, row_stop: int, strip: int) -> tuple[int, int]:
+    top = placement.row - placement.height // 2
+    low, high = max(top, row_start), min(top + placement.height, row_stop)
+    if low >= high:
+        return 0, 0
+    return (low - row_start) // strip, (high - 1 - row_start) // strip + 1
+
+
+@kernel
+def paint_rows(
+    placements: Any,
+    cells: NDArray[np.uint8],
+    exemplar: PixelArray,
+    channels: int,
+    symmetries: NDArray[np.int64],
+    canvas: PixelArray,
+    scratch: NDArray[np.int32],
+    row_start: int,
+    row_stop: int,
+    out: PixelArray,
+) -> None:
+    """Paint rows [row_start, row_stop) of one chart, strip by strip, into `out` (height, width · channels).
+
+    `placements` are the chart's, in order; `canvas` is scratch for one strip, small enough for the cache, in
+    the canvas dtype; `scratch` is (2, h, w) for the largest placement that needs weights.
+    """
+    columns = out.shape[1] // channels
+    strip = canvas.shape[0]
+    strips = (row_stop - row_start + strip - 1) // strip
+    # Which placements touch which strip: counted, then listed in order.
+    ends = np.zeros(strips + 1, np.int64)
+    for n in range(placements.shape[0]):
+        low, high = _strips(placements[n], row_start, row_stop, strip)
+        for s in range(low, high):
+            ends[s + 1] += 1
+    for s in range(strips):
+        ends[s + 1] += ends[s]
+    members = np.empty(ends[strips], np.int32)
+    fill = ends[:strips].copy()
+    for n in range(placements.shape[0]):
+        low, high = _strips(placements[n], row_start, row_stop, strip)
+        for s in range(low, high):
+            members[fill[s]] = n
+            fill[s] += 1
+    for s in range(strips):
+        first = row_start + s * strip
+        rows = min(strip, row_stop - first)
+        part = canvas[:rows]
+        part[:] = 0
+        for m in range(ends[s], ends[s + 1]):
+            placement = placements[members[m]]
+            lay_placement(
+                part, first, columns, placement, cells, exemplar, channels, symmetries, scratch[0], scratch[1]
+            )
+        for i in range(rows):
+            source, line = part[i], out[first + i]
+            for x in range(line.shape[0]):
+                line[x] = _settle(source[x])
+
+
+@kernel
+def trace_owners(
+    placements: Any, cells: NDArray[np.uint8], scratch: NDArray[np.int32], owners: NDArray[np.int32]
+) -> None:
+    """Write to `owners` (height, width) which of a chart's placements gives each texel most of its colour.
+
+    That is the last one that covers the texel with at least half of the weight; -1 where none does.
+    """
+    weights, spare = scratch[0], scratch[1]
+    owners[:] = -1
+    for n in range(placements.shape[0]):
+        placement = placements[n]
+        fill_weights(placement, cells, weights, spare)
+        top, left = placement.row - placement.height // 2, placement.column - placement.width // 2
+        for row in range(max(top, 0), min(top + placement.height, owners.shape[0])):
+            for column in range(max(left, 0), min(left + placement.width, owners.shape[1])):
+                if weights[row - top, column - left] >= 128:
+                    owners[row, column] = n

@@ -1,0 +1,60 @@
+"""Painting whole materials: every map by the same quilt."""
+
+from upholster.image.material import Material
+from upholster.quilt.model import Quilt, Texels
+from upholster.quilt.normals import paint_normals
+from upholster.quilt.painting import paint
+from upholster.types import PixelArray, Progress
+
+__all__ = ["paint_map", "paint_material"]
+
+
+def paint_material(
+    quilt: Quilt, material: Material, *, threads: int | None = None, progress: Progress | None = None
+) -> dict[str, Texels]:
+    """Paint a quilt with all maps of a material.
+
+    Parameters
+    ----------
+    quilt
+        Where each block comes from.
+    material
+        Its maps have the exemplar's height and width.
+    threads, progress
+        As in `upholster.quilt.paint`.
+
+    Returns
+    -------
+    dict
+        Texels by role, each at its map's depth: "albedo", with the opacity as its alpha, then the other maps
+        but opacity. Normals are in the tangent frame of `upholster.quilt.normals.paint_normals`.
+
+    Raises
+    ------
+    InputError
+        If the material has another height or width than the quilt's exemplar.
+    """
+    painted = {"albedo": paint(quilt, material.color(), threads=threads, progress=progress)}
+    for role, pixels in material.maps.items():
+        if role not in ("albedo", "opacity"):
+            painted[role] = paint_map(quilt, role, pixels, threads=threads, progress=progress)
+    return painted
+
+
+def paint_map(
+    quilt: Quilt,
+    role: str,
+    pixels: PixelArray,
+    *,
+    threads: int | None = None,
+    progress: Progress | None = None,
+) -> Texels:
+    """Paint a quilt with one map: normals turn with the texture, all others are as they are.
+
+    Raises
+    ------
+    InputError
+        As `paint` and `paint_normals` do.
+    """
+    work = paint_normals if role == "normal" else paint
+    return work(quilt, pixels, threads=threads, progress=progress)

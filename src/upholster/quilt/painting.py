@@ -1,0 +1,185 @@
+"""Painting: a quilt and an exemplar give texels.
+
+Painting is linear in the exemplar and knows nothing of how the quilt was made: any image of the exemplar's
+height and width can be painted, with any number of channels and at any depth.
+"""
+
+from collections.abc import Callable, Sequence
+from functools import partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from upholster.errors import InputError
+from upholster.parallel import run_tasks
+from upholster.quilt._paint_kernels import SYMMETRIES, paint_rows
+from upholster.quilt._warp_kernels import settle_strip, warp_strip
+from upholster.quilt.model import Quilt, Texels
+from upholster.quilt.pyramid import Pyramid, build_pyramid, most_levels
+from upholster.quilt.warp import levels_of
+from upholster.types import PixelArray, Progress, frozen_array
+
+__all__ = ["CANVAS_DTYPES", "paint", "paint_each"]
+
+CANVAS_DTYPES = {
+    np.dtype(np.uint8): np.uint16,
+    np.dtype(np.uint16): np.int32,
+    np.dtype(np.float32): np.float32,
+}
+"""What the canvas holds for samples of each depth: integers get 6 fractional bits."""
+
+_STRIP_SAMPLES = 96 * 1024
+_STRIP_WORDS = 64 * 1024
+_TASK_TEXELS = 2**21
+
+
+def paint(
+    quilt: Quilt, exemplar: PixelArray, *, threads: int | None = None, progress: Progress | None = None
+) -> Texels:
+    """Paint a quilt with an exemplar, or with any other image of the same shape.
+
+    Placements are painted in order; each covers what is there with weights of 0 to 256, in integers with 6
+    fractional bits that are rounded once at the end (float samples: the same formula, unrounded). On charts
+    with an warp field the image is sampled bilinearly, from a prefiltered pyramid where it is minified. The
+    result does not depend on the number of threads.
+
+    Parameters
+    ----------
+    quilt
+        Where each block comes from.
+    exemplar
+        (H, W, C) with the height and width the quilt was made for; uint8, uint16 or float32.
+    threads, progress
+        As in `upholster.parallel.run_tasks`.
+
+    Returns
+    -------
+    Texels
+        One (height, width, C) array per chart, of the exemplar's dtype.
+
+    Raises
+    ------
+    InputError
+        For another height, width or dtype.
+    """
+    if exemplar.ndim != 3 or exemplar.shape[:2] != quilt.exemplar_shape or exemplar.shape[2] == 0:
+        height, width = quilt.exemplar_shape
+        raise InputError(
+            f"image to paint has shape {exemplar.shape}; the quilt wants ({height}, {width}, channels)"
+        )
+    if exemplar.dtype not in CANVAS_DTYPES:
+        raise InputError(f"image to paint is of {exemplar.dtype}; allowed: uint8, uint16, float32")
+    return paint_each(
+        quilt, (exemplar,), np.zeros(len(quilt.placements), np.int64), threads=threads, progress=progress
+    )
+
+
+def paint_each(
+    quilt: Quilt,
+    images: Sequence[PixelArray],
+    which: NDArray[np.int64],
+    *,
+    threads: int | None = None,
+    progress: Progress | None = None,
+) -> Texels:
+    """Paint each placement with an image of its own, `images[which[n]]`: all of one shape and dtype."""
+    (height, _, channels), dtype = images[0].shape, images[0].dtype
+    flat = np.concatenate(images) if len(images) > 1 else np.ascontiguousarray(images[0])
+    flat = flat.reshape(len(flat), -1)
+    placed = quilt.placements
+    if len(images) > 1:
+        placed = placed.copy()
+        placed["source_row"] += (16 * height * which).astype(np.int32)
+        frozen_array(placed)
+    starts = np.searchsorted(placed["chart"], np.arange(len(quilt.charts) + 1))
+    # In one piece of memory, which goes back to the system in one piece.
+    ends = np.cumsum([0, *(chart.height * chart.width * channels for chart in quilt.charts)])
+    memory = np.empty(ends[-1], dtype)
+    arrays = tuple(
+        memory[ends[n] : ends[n + 1]].reshape(chart.height, chart.width, channels)
+        for n, chart in enumerate(quilt.charts)
+    )
+    chosen = _levels(quilt)
+    deepest = max((int(levels.max(initial=0)) for levels in chosen if levels is not None), default=-1)
+    pyramid = build_pyramid(images, deepest) if deepest >= 0 else None
+    tasks: list[Callable[[], object]] = []
+    for index, (chart, array) in enumerate(zip(quilt.charts, arrays, strict=True)):
+        out, levels, mine = array.reshape(chart.height, -1), chosen[index], slice(*starts[index : index + 2])
+        rows = max(1, _TASK_TEXELS // chart.width)
+        for start in range(0, chart.height, rows):
+            stop = min(start + rows, chart.height)
+            if levels is None or pyramid is None:
+                tasks.append(partial(_paint_part, quilt, placed[mine], flat, out, channels, start, stop))
+            else:
+                places = levels + which[mine] * (deepest + 1)
+                tasks.append(partial(_warp_part, quilt, index, pyramid, places, out, channels, start, stop))
+    run_tasks(tasks, threads=threads, progress=progress, stage="paint")
+    return Texels(quilt.charts, arrays)
+
+
+def _levels(quilt: Quilt) -> list[NDArray[np.int64] | None]:
+    """Choose each placement's level of the pyramid, chart by chart; None for charts without a field."""
+    most = most_levels(*quilt.exemplar_shape)
+    return [
+        None if field is None else levels_of(field, quilt.on_chart(index), most)
+        for index, field in enumerate(quilt.fields or (None,) * len(quilt.charts))
+    ]
+
+
+def _paint_part(
+    quilt: Quilt,
+    placements: NDArray[np.void],
+    exemplar: PixelArray,
+    out: PixelArray,
+    channels: int,
+    start: int,
+    stop: int,
+) -> None:
+    strip = min(stop - start, max(64, _STRIP_SAMPLES // out.shape[1]))
+    canvas = np.empty((strip, out.shape[1]), CANVAS_DTYPES[exemplar.dtype])
+    scratch = np.empty((2, *quilt.largest_block), np.int32)
+    paint_rows(placements, quilt.cells, exemplar, channels, SYMMETRIES, canvas, scratch, start, stop, out)
+
+
+def _warp_part(
+    quilt: Quilt,
+    chart: int,
+    pyramid: Pyramid,
+    levels: NDArray[np.int64],
+    out: PixelArray,
+    channels: int,
+    start: int,
+    stop: int,
+) -> None:
+    field = quilt.fields[chart]
+    assert field is not None
+    width = quilt.charts[chart].width
+    words = width * pyramid.per_pixel
+    canvas = np.empty((min(stop - start, max(64, _STRIP_WORDS // words)), words), pyramid.words.dtype)
+    placements = quilt.on_chart(chart)
+    tops = placements["row"] - placements["height"] // 2
+    bottoms = tops + placements["height"]
+    scratch = np.empty((4, *quilt.largest_block), np.int32)
+    for first in range(start, stop, len(canvas)):
+        part = canvas[: stop - first]
+        last = first + len(part)
+        touching = (tops < last) & (bottoms > first)
+        warp_strip(
+            placements[touching],
+            quilt.cells,
+            field.matrices,
+            field.margin,
+            SYMMETRIES,
+            pyramid.words,
+            pyramid.per_pixel,
+            8 * pyramid.lane.itemsize,
+            pyramid.levels,
+            levels[touching],
+            scratch,
+            first,
+            part,
+        )
+        if pyramid.lane == np.float32:
+            out[first:last] = part
+        else:
+            settle_strip(part.view(pyramid.lane).reshape(len(part), width, -1), channels, out[first:last])

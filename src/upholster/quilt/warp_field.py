@@ -1,0 +1,180 @@
+"""The warp field of a chart: how a texel step becomes an exemplar-pixel step, all over it.
+
+A field is kept as a decoder gets it: quantised nodes, from which everybody derives the same integer matrices.
+Exact meaning: CONVENTIONS.md, "Painting"; the mathematics: `upholster.charts.directions`.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from upholster.errors import InputError
+from upholster.types import FloatArray, IntArray, frozen_array
+
+__all__ = [
+    "ANGLES",
+    "FIELD_STEP",
+    "MOST_OCTAVES",
+    "MOST_SHEAR",
+    "OCTAVE",
+    "UNIT",
+    "WarpField",
+    "matrices_at",
+    "node_count",
+]
+
+FIELD_STEP = 32
+"""Texels between two nodes."""
+
+UNIT = 4096
+"""A matrix entry of 1 exemplar pixel per texel."""
+
+OCTAVE = 32
+"""Quantisation steps of a size per factor of two."""
+
+ANGLES = 256
+"""Quantisation steps of an angle per full turn."""
+
+MOST_OCTAVES = 6
+"""Sizes lie within 2^±6 pixels per texel."""
+
+MOST_SHEAR = 56
+"""Rows and columns stay square up to this many steps of angle: a texel never turns inside out."""
+
+# Rounded far from any tie, so that every machine's cosine gives the same.
+_COSINES = np.rint(2**14 * np.cos(2 * np.pi * np.arange(ANGLES) / ANGLES)).astype(np.int64)
+_POWERS = np.rint(2**14 * 2 ** (np.arange(OCTAVE) / OCTAVE)).astype(np.int64)
+
+
+@dataclass(frozen=True, eq=False)
+class WarpField:
+    """A grid of 2×2 matrices over a chart and the apron round it, bilinear between its nodes.
+
+    Node (i, j) stands at texel (`FIELD_STEP`·(i − margin), `FIELD_STEP`·(j − margin)); beyond the grid the
+    nearest of its border holds. A node's matrix M takes (row, column) steps in texels to (row, column) steps
+    in exemplar pixels. Its columns are told in polar form: a step along texel columns is `a` pixels long at
+    angle φ (0 is to the right, a quarter turn is down); a step along texel rows is `b` pixels long at
+    φ + ¼ turn + shear.
+
+    Attributes
+    ----------
+    nodes
+        (rows, columns, 4) int16, read-only: log2 b and log2 a in steps of 1/32 octave within ±6 octaves, φ in
+        1/256 turn (0 to 255), and the shear in 1/256 turn (±56).
+    margin
+        Nodes before texel 0, and as many beyond the last one: 0 to 64.
+
+    Raises
+    ------
+    InputError
+        For another shape or dtype, or numbers outside these ranges.
+    """
+
+    nodes: NDArray[np.int16]
+    margin: int = 1
+
+    def __post_init__(self) -> None:
+        nodes = self.nodes
+        if nodes.dtype != np.int16 or nodes.ndim != 3 or nodes.shape[2] != 4 or min(nodes.shape) < 1:
+            raise InputError(f"field has nodes of {nodes.dtype} {nodes.shape}; allowed: int16 (n, m, 4)")
+        if not 0 <= self.margin <= 64:
+            raise InputError(f"field has a margin of {self.margin} nodes; allowed: 0 to 64")
+        most = OCTAVE * MOST_OCTAVES
+        if (
+            np.abs(nodes[..., :2]).max() > most
+            or nodes[..., 2].min() < 0
+            or nodes[..., 2].max() >= ANGLES
+            or np.abs(nodes[..., 3]).max() > MOST_SHEAR
+        ):
+            raise InputError(
+                f"a field's node is out of range; allowed: sizes within ±{most}, angles 0 to {ANGLES - 1}, "
+                f"shears within ±{MOST_SHEAR}"
+            )
+        frozen_array(np.ascontiguousarray(nodes))
+
+    @classmethod
+    def quantised(cls, matrices: ArrayLike, *, margin: int = 1) -> "WarpField":
+        """Return the field nearest to given matrices.
+
+        Parameters
+        ----------
+        matrices
+            (rows, columns, 2, 2) float64: M at each node, exemplar pixels per texel; positive determinants.
+        margin
+            Nodes before texel 0.
+
+        Raises
+        ------
+        InputError
+            If one is not finite or its determinant is not positive.
+        """
+        m: FloatArray = np.asarray(matrices, np.float64)
+        if m.ndim != 4 or m.shape[2:] != (2, 2):
+            raise InputError(f"matrices have shape {m.shape}; allowed: (rows, columns, 2, 2)")
+        determinant = np.linalg.det(m) if np.isfinite(m).all() else np.zeros(1)
+        if not (determinant > 0).all():
+            raise InputError("a matrix of the field is not finite, or its determinant is not positive")
+        down, along = m[..., :, 0], m[..., :, 1]
+        sizes = OCTAVE * np.log2(np.maximum(1e-12, [np.hypot(*np.moveaxis(v, -1, 0)) for v in (down, along)]))
+        angle = np.arctan2(along[..., 0], along[..., 1]) / (2 * np.pi)
+        shear = np.arctan2(down[..., 0], down[..., 1]) / (2 * np.pi) - angle - 0.25
+        nodes = np.empty((*m.shape[:2], 4), np.int16)
+        most = OCTAVE * MOST_OCTAVES
+        nodes[..., 0], nodes[..., 1] = np.clip(np.rint(sizes), -most, most)
+        nodes[..., 2] = np.rint(angle * ANGLES).astype(np.int64) % ANGLES
+        nodes[..., 3] = np.clip(np.rint((shear - np.rint(shear)) * ANGLES), -MOST_SHEAR, MOST_SHEAR)
+        return cls(nodes, margin)
+
+    @cached_property
+    def matrices(self) -> IntArray:
+        """(rows, columns, 4) int32: the nodes' matrices, row by row, in 1/4096 pixel per texel.
+
+        An entry is ``(size · cosine + 2^15) >> 16``, with
+        ``size = (⌊2^14 · 2^(k mod 32 / 32)⌉ << 6 + ⌊k / 32⌋) >> 6`` for a size of k steps and the cosine or
+        sine in 1/2^14, rounded.
+        """
+        b, a, angle, shear = np.moveaxis(self.nodes.astype(np.int64), -1, 0)
+        out = np.empty((*self.nodes.shape[:2], 4), np.int32)
+        for at, steps, turned in ((0, b, angle + shear + ANGLES // 4), (1, a, angle)):
+            size = (_POWERS[steps % OCTAVE] << (MOST_OCTAVES + steps // OCTAVE)) >> MOST_OCTAVES
+            cosine, sine = _COSINES[turned % ANGLES], _COSINES[(turned - ANGLES // 4) % ANGLES]
+            out[..., at] = (size * sine + 2**15) >> 16
+            out[..., 2 + at] = (size * cosine + 2**15) >> 16
+        return frozen_array(out)
+
+
+def matrices_at(field: WarpField | None, rows: FloatArray, columns: FloatArray) -> FloatArray:
+    """Return M at places between texels, in exemplar pixels per texel; the identity where there is no field.
+
+    Parameters
+    ----------
+    field
+        The field, or None.
+    rows, columns
+        Of one shape (…), in texels: texel (r, c) has its centre at exactly (r, c).
+
+    Returns
+    -------
+    ndarray
+        (…, 2, 2) float64, bilinear as a decoder's but not rounded; beyond the grid its border holds.
+    """
+    if field is None:
+        return np.broadcast_to(np.eye(2), (*rows.shape, 2, 2))
+    grid = field.matrices
+    parts = []
+    for places, count in ((rows, grid.shape[0]), (columns, grid.shape[1])):
+        place = np.clip(places / FIELD_STEP + field.margin, 0, count - 1)
+        first = np.minimum(place.astype(np.intp), max(count - 2, 0))
+        parts.append((first, np.minimum(first + 1, count - 1), (place - first)[..., None]))
+    (i, below, down), (j, beside, right) = parts
+    mixed = (1 - down) * ((1 - right) * grid[i, j] + right * grid[i, beside])
+    mixed += down * ((1 - right) * grid[below, j] + right * grid[below, beside])
+    found: FloatArray = mixed / UNIT
+    return found.reshape(*rows.shape, 2, 2)
+
+
+def node_count(texels: int, margin: int) -> int:
+    """Return how many nodes a field has over so many texels: those at and round them, and the margins."""
+    return 2 * margin + -(-texels // FIELD_STEP) + 1

@@ -1,0 +1,93 @@
+"""Small binary fields: little-endian numbers and varints, written, and read with every limit checked."""
+
+import math
+import struct
+
+from upholster.errors import FormatError
+
+__all__ = ["ByteReader", "varint"]
+
+MOST_VARINT_BYTES = 9
+
+
+def varint(value: int) -> bytes:
+    """Return a number, 0 to 2^63 − 1, seven bits a byte, lowest first; the top bit says that more follow."""
+    out = bytearray()
+    while value > 127:
+        out.append(value & 127 | 128)
+        value >>= 7
+    out.append(value)
+    return bytes(out)
+
+
+class ByteReader:
+    """Reads fields one after another.
+
+    Parameters
+    ----------
+    data
+        The bytes.
+    offset
+        Where they begin in the file: errors name places in the file.
+    """
+
+    def __init__(self, data: bytes, offset: int = 0) -> None:
+        self._data, self._offset, self._place = data, offset, 0
+
+    @property
+    def offset(self) -> int:
+        """Where the next field begins in the file."""
+        return self._offset + self._place
+
+    @property
+    def left(self) -> int:
+        """How many bytes are left."""
+        return len(self._data) - self._place
+
+    def error(self, message: str) -> FormatError:
+        """Return the error to raise at the next field."""
+        return FormatError(f"byte {self.offset}: {message}")
+
+    def bytes(self, count: int, name: str) -> bytes:
+        """Read so many bytes."""
+        if count > self.left:
+            raise self.error(f"{name} takes {count} bytes; {self.left} are left")
+        self._place += count
+        return self._data[self._place - count : self._place]
+
+    def byte(self, name: str, most: int = 255) -> int:
+        """Read a number of one byte, 0 to `most`."""
+        return self._within(self.bytes(1, name)[0], name, 0, most, 1)
+
+    def varint(self, name: str, most: int, least: int = 0) -> int:
+        """Read a varint from `least` to `most`, in its shortest form."""
+        value, start = 0, self._place
+        for n in range(MOST_VARINT_BYTES):
+            byte = self.bytes(1, name)[0]
+            value |= (byte & 127) << (7 * n)
+            if byte < 128:
+                break
+        else:
+            raise self.error(f"{name} is longer than {MOST_VARINT_BYTES} bytes")
+        if byte == 0 and self._place - start > 1:
+            raise self.error(f"{name} is not in its shortest form")
+        return self._within(value, name, least, most, self._place - start)
+
+    def float64(self, name: str) -> float:
+        """Read a finite float64."""
+        value: float = struct.unpack("<d", self.bytes(8, name))[0]
+        if not math.isfinite(value):
+            self._place -= 8
+            raise self.error(f"{name} is {value}; allowed: finite numbers")
+        return value
+
+    def end(self, name: str) -> None:
+        """Check that nothing is left."""
+        if self.left:
+            raise self.error(f"{self.left} bytes too many in {name}")
+
+    def _within(self, value: int, name: str, least: int, most: int, length: int) -> int:
+        if not least <= value <= most:
+            self._place -= length
+            raise self.error(f"{name} is {value}; allowed: {least} to {most}")
+        return value

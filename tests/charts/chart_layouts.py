@@ -1,0 +1,46 @@
+"""Surfaces, and charts laid over them in several ways."""
+
+import numpy as np
+
+from upholster.geometry import cone, plane, ring_cyclide, sphere, torus
+from upholster.quilt import Chart
+
+SURFACES = {
+    "plane": plane(3, 2, spans=(2, 3)),
+    "torus": torus(),
+    "cyclide": ring_cyclide(),
+    "six": sphere(),
+    "octants": sphere(tiling="octants"),
+    "cone": cone(r2=0.0),
+}
+GRID = 8
+
+
+def whole(surface):
+    """Lay one chart over each patch, of different sizes."""
+    return tuple(Chart(n, 40 + 3 * (n % 5), 36 + 5 * (n % 3)) for n in range(len(surface.patches)))
+
+
+def split(surface, seed=1):
+    """Halve patches at random places, on multiples of 1/8, into charts of different sizes, shuffled."""
+    rng = np.random.default_rng(seed)
+    charts = []
+
+    def add(patch, s0, s1, t0, t1, depth):
+        tall, wide = s1 - s0, t1 - t0
+        if depth and tall > 1 and (wide == 1 or rng.random() < 0.5):
+            at = int(rng.integers(s0 + 1, s1))
+            add(patch, s0, at, t0, t1, depth - 1)
+            add(patch, at, s1, t0, t1, depth - 1)
+        elif depth and wide > 1:
+            at = int(rng.integers(t0 + 1, t1))
+            add(patch, s0, s1, t0, at, depth - 1)
+            add(patch, s0, s1, at, t1, depth - 1)
+        else:
+            size = rng.integers(10, 50, 2).tolist()
+            charts.append(Chart(patch, *size, s0 / GRID, s1 / GRID, t0 / GRID, t1 / GRID))
+
+    for patch in range(len(surface.patches)):
+        add(patch, 0, GRID, 0, GRID, int(rng.integers(0, 4)))
+    rng.shuffle(charts)
+    return tuple(charts)

@@ -1,0 +1,436 @@
+"""Method "quilt" once more, in plain Python and NumPy: slow, by the book, an oracle for its kernels."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from upholster.charts.schedule import schedule
+from upholster.charts.seams import find_seams, transitions
+from upholster.methods.mincut import FREE, NEW, OLD, OUTSIDE, minimum_cut
+from upholster.methods.quilt.grid import BlockGrid
+from upholster.methods.quilt.match_pyramid import MatchPyramid
+from upholster.methods.quilt.transfer import BlockTransfer, ChartPlacements, joined
+from upholster.quilt import Quilt
+from upholster.quilt._paint_kernels import SYMMETRIES
+from upholster.quilt.model import MASK_CUT, PLACEMENT
+from upholster.quilt.warp import matrices_at
+from upholster.quilt.warp_field import UNIT, WarpField, node_count
+
+
+def texture(height=56, width=48, channels=3, seed=0, passes=5):
+    """Return a smooth random texture, uint8: blocks of it differ, and match better or worse."""
+    rng = np.random.default_rng(seed)
+    noise = rng.normal(size=(height, width, channels))
+    for axis in (0, 1):
+        for _ in range(passes):
+            noise = (noise + np.roll(noise, 1, axis)) / 2
+    noise = (noise - noise.min()) / np.ptp(noise)
+    return np.rint(noise * 255).astype(np.uint8)
+
+
+def matrix(field, rows, columns):
+    """Return M at texels in 1/4096, (..., 4) integers; the identity without a field."""
+    if field is None:
+        return np.broadcast_to(np.array([UNIT, 0, 0, UNIT]), (*np.shape(rows), 4))
+    return matrices_at(field, rows, columns).astype(np.int64)
+
+
+def offset(first, here, down, right):
+    """Return where texels fall, seen from a block's centre, in 1/16 pixel (CONVENTIONS.md, "Painting")."""
+    total = first + here
+    return (
+        (total[..., 0] * down + total[..., 1] * right + 256) >> 9,
+        (total[..., 2] * down + total[..., 3] * right + 256) >> 9,
+    )
+
+
+BIG = 2**60
+REFINED = 4
+
+
+class Draws:
+    """SplitMix64, from its authors' text."""
+
+    def __init__(self, seed):
+        self.state = seed
+
+    def below(self, count):
+        self.state = (self.state + 0x9E3779B97F4A7C15) % 2**64
+        z = self.state
+        z = (z ^ (z >> 30)) * 0xBF58476D1CE4E5B9 % 2**64
+        z = (z ^ (z >> 27)) * 0x94D049BB133111EB % 2**64
+        return (z ^ (z >> 31)) % count
+
+
+def box_means(image):
+    """Return the rounded means of the first channel's 4×4 boxes that begin at each pixel, edges repeating."""
+    padded = np.pad(image[..., 0], ((0, 3), (0, 3)), mode="edge")
+    total = sum(padded[i : i + image.shape[0], j : j + image.shape[1]] for i in range(4) for j in range(4))
+    return (total + 8) >> 4
+
+
+def judged(differences, start, limit):
+    """Return the sum of samples' squared differences, or of as many as it takes to pass the limit.
+
+    Every ⌊count / 24⌋-th sample is taken, then those right after them, and so on.
+    """
+    rounds_ = max(1, len(differences) // 24)
+    total = start
+    for first in range(rounds_):
+        total += int((differences[first::rounds_] ** 2).sum())
+        if total > limit:
+            break
+    return total
+
+
+def add_tent(usage_step, stride, centre, reach, by):
+    """Add to each point how much of a block there a block at `centre` covers."""
+    sides = [
+        1.0 - np.abs(np.arange(size) * stride - at) / length
+        for size, at, length in zip(usage_step.shape, centre, reach, strict=True)
+    ]
+    y, x = np.meshgrid(*sides, indexing="ij")
+    usage_step += np.where((y > 0) & (x > 0), by * (x * y), 0.0)
+
+
+class PlainChart:
+    """One chart and its apron while it is covered."""
+
+    def __init__(self, grid, need, match_level, wrap):
+        self.grid, self.need, self.match_level, self.wrap = grid, need, match_level, wrap
+        self.pads = (0, 0) if wrap else (2 * grid.height, 2 * grid.width)
+        shape = [side + 2 * pad for side, pad in zip(self.shape, self.pads, strict=True)]
+        self.image = match_level.image.reshape(
+            match_level.height, match_level.width, match_level.channels
+        ).astype(np.int64)
+        self.means = box_means(self.image)
+        self.canvas = np.zeros((*shape, match_level.channels), np.int64)
+        self.laid, self.fixed = np.zeros(shape, bool), np.zeros(shape, bool)
+
+    @property
+    def shape(self):
+        return self.grid.chart.height, self.grid.chart.width
+
+    def places(self, first, count, axis):
+        """Return where texels lie on the canvas along an axis, -1 beyond it."""
+        at = first + np.arange(count) + self.pads[axis]
+        size = self.laid.shape[axis]
+        return at % size if self.wrap else np.where((at >= 0) & (at < size), at, -1)
+
+    def lay_transferred(self, placements, cells):
+        level, field = self.grid.level, self.grid.field
+        for one in placements:
+            row, column, height, width, cell = (
+                int(one[n]) for n in ("row", "column", "height", "width", "cell")
+            )
+            top, left = row - height // 2, column - width // 2
+            mask = cells[one["cells"] :][: (height // cell) * (width // cell)]
+            mask = mask.reshape(height // cell, width // cell).astype(bool)
+            # Covered for sure where the feathered mask is whole: a cell and the eight round it.
+            ring = np.pad(mask, 1)
+            whole = mask.copy()
+            for a, b in np.ndindex(3, 3):
+                whole &= ring[a : a + mask.shape[0], b : b + mask.shape[1]]
+            rows, columns = np.mgrid[top : top + height, left : left + width]
+            y, x = offset(
+                matrix(field, row, column), matrix(field, rows, columns), rows - row, columns - column
+            )
+            symmetry = SYMMETRIES[one["symmetry"]]
+            y, x = symmetry[0] * y + symmetry[1] * x, symmetry[2] * y + symmetry[3] * x
+            y = ((one["source_row"] + y + 8) >> (4 + level)).clip(0, self.match_level.height - 1)
+            x = ((one["source_column"] + x + 8) >> (4 + level)).clip(0, self.match_level.width - 1)
+            r, c = rows + self.pads[0], columns + self.pads[1]
+            inside = (r >= 0) & (r < self.laid.shape[0]) & (c >= 0) & (c < self.laid.shape[1])
+            shown = inside & np.kron(mask, np.ones((cell, cell), bool))
+            self.canvas[r[shown], c[shown]] = self.image[y[shown], x[shown]]
+            sure = inside & np.kron(whole, np.ones((cell, cell), bool))
+            self.laid[r[sure], c[sure]] = True
+
+    def close(self, closed):
+        """Mark what lies beyond finished charts' edges, and a rim inside them, as theirs."""
+        rows, columns = (np.arange(n) - pad + 0.5 for n, pad in zip(self.laid.shape, self.pads, strict=True))
+        for side, start, stop, rim in closed:
+            along = (columns, rows)[side & 1]
+            ends = [np.rint(end) if np.isfinite(end) else end for end in (start, stop)]
+            mine = (along > ends[0]) & (along < ends[1])
+            across = (rows, self.shape[1] - columns, self.shape[0] - rows, columns)[side] < rim
+            self.fixed |= np.outer(across, mine) if side in (0, 2) else np.outer(mine, across)
+
+    def cover(self, match_pyramid, usage, options, seed):
+        """Choose, cut and lay every block in order; return the placements, cells and use."""
+        draws, usage = Draws(seed), usage.copy()
+        grid, placed, cells, laid_at = self.grid, [], [], []
+        blocks = grid.blocks(self.need)[:, :4].tolist()
+        sources = [None] * len(blocks)
+        for n, (row, column, *_) in enumerate(blocks):
+            found = self.lay(n, blocks, sources, match_pyramid, usage, options, draws)
+            if found is None:
+                continue
+            sources[n], mask = found
+            one = np.zeros((), PLACEMENT)
+            one["row"], one["column"], one["height"], one["width"] = row, column, grid.height, grid.width
+            one["source_row"], one["source_column"] = sources[n]
+            one["cells"] = -1
+            if mask is not None:
+                one["mask"], one["cell"], one["feather"] = MASK_CUT, grid.cell, grid.feather
+                one["cells"] = len(cells) * grid.cells
+            cells.append(np.ones(grid.cells, np.uint8) if mask is None else mask.reshape(-1))
+            placed.append(one)
+            laid_at.append(n)
+        return np.array(placed, PLACEMENT), np.concatenate(cells), np.array(laid_at), usage
+
+    def lay(self, n, blocks, sources, match_pyramid, usage, options, draws):
+        grid, match_level, level = self.grid, self.match_level, self.grid.level
+        bh, bw, sample, shift = grid.height, grid.width, grid.sample, 4 + level
+        row, column, *before = blocks[n]
+        top, left = row - bh // 2, column - bw // 2
+        window = np.ix_(self.places(top, bh, 0), self.places(left, bw, 1))
+        there, now = self.laid[window], self.canvas[window]
+        rows, columns = np.mgrid[top : top + bh, left : left + bw]
+        needed = (rows >= self.need[0]) & (rows < self.need[1])
+        needed &= (columns >= self.need[2]) & (columns < self.need[3])
+        if not (needed & ~there).any():
+            return None
+        centre = matrix(grid.field, row, column)
+        ys, xs = offset(centre, matrix(grid.field, rows, columns), rows - row, columns - column)
+        (first_y, last_y), down = self.range(ys, match_level.height)
+        (first_x, last_x), right = self.range(xs, match_level.width)
+        ends_y, ends_x = (int(down.min()), int(down.max())), (int(right.min()), int(right.max()))
+        reach = max(1, ends_y[1] - ends_y[0]), max(1, ends_x[1] - ends_x[0])
+        stride = match_pyramid.stride(level)
+        mean = sum(usage.ravel().tolist()) / usage.size
+        penalty = np.zeros_like(usage)
+        if mean > 0:
+            penalty = options.evenness * match_pyramid.variance * np.maximum(0.0, usage / mean - 1.0)
+        if options.variety > 0:
+            for m in range(n - 1, max(-1, n - 2 * grid.across(self.need) - 3), -1):
+                near = abs(blocks[m][0] - row) < 2 * bh and abs(blocks[m][1] - column) < 2 * bw
+                if sources[m] is not None and near:
+                    at = [(s + 8) >> shift for s in sources[m]]
+                    half = reach[0] // 2 + 1, reach[1] // 2 + 1
+                    add_tent(penalty, stride, at, half, options.variety * match_pyramid.variance)
+
+        def drawn():
+            y = first_y + draws.below(last_y - first_y + 1)
+            return y, first_x + draws.below(last_x - first_x + 1)
+
+        def extra(y, x):
+            return penalty[
+                np.minimum(y // stride, usage.shape[0] - 1), np.minimum(x // stride, usage.shape[1] - 1)
+            ]
+
+        middle = (8 << level) - 8  # of a level's pixel, in 1/16 pixel
+        if not there.any():
+            y, x = drawn()
+            source = ((16 * y) << level) + middle, ((16 * x) << level) + middle
+            add_tent(usage, stride, (y, x), reach, 1.0)
+            self.put(window, np.ones_like(there), y + down, x + right)
+            return source, None
+
+        # Shortlisted by the means of boxes.
+        boxes = []
+        box = 4 * sample
+        for a in range(0, bh - box + 1, box):
+            for b in range(0, bw - box + 1, box):
+                part = np.s_[a : a + box : sample, b : b + box : sample]
+                if there[part].all():
+                    at = []
+                    for v, (low, high) in ((down, ends_y), (right, ends_x)):
+                        half = box // 2
+                        corner = (v[a + half - 1, b + half - 1] + v[a + half, b + half] - 3) >> 1
+                        at.append(max(min(int(corner), high - 3), low))
+                    boxes.append((*at, (int(now[part][..., 0].sum()) + 8) >> 4))
+        if boxes:
+            y, x = np.mgrid[
+                first_y : last_y + 1 : match_level.step, first_x : last_x + 1 : match_level.step
+            ].reshape(2, -1)
+            cost = extra(y, x) * len(boxes)
+            for dy, dx, value in boxes:
+                cost = cost + (self.means[y + dy, x + dx] - value) ** 2
+            kept = np.argsort(np.float32(cost), kind="stable")[: options.shortlist]
+            found = list(zip(y[kept].tolist(), x[kept].tolist(), strict=True))
+        else:
+            found = [drawn() for _ in range(options.shortlist)]
+
+        # Where the left and the upper neighbour would go on.
+        going = []
+        for m in before:
+            if m >= 0 and sources[m] is not None:
+                other = matrix(grid.field, *blocks[m][:2])
+                step = offset(other, centre, row - blocks[m][0], column - blocks[m][1])
+                on = tuple(int(s + d) for s, d in zip(sources[m], step, strict=True))
+                pixel = (on[0] + 8) >> shift, (on[1] + 8) >> shift
+                if first_y <= pixel[0] <= last_y and first_x <= pixel[1] <= last_x:
+                    going.append((pixel, on))
+                    found.insert(0, pixel)
+
+        # Judged at full resolution, on the black squares of a chessboard.
+        i, j = np.arange(bh)[:, None], np.arange(bw)
+        black = (i % sample == 0) & (j % sample == 0) & ((i // sample + j // sample) % 2 == 0) & there
+        totals, best, limit, begin, near = [], BIG, BIG, 0, match_level.step // 2
+        for refining in (False, True):
+            for y, x in found[begin:]:
+                apart = self.image[y + down[black], x + right[black]] - now[black]
+                totals.append(judged(apart, int(extra(y, x) * int(black.sum())), limit))
+                if totals[-1] < best:
+                    best, limit = totals[-1], int(totals[-1] * options.tolerance)
+            if refining or not near:
+                break
+            # The pixels round the best ones.
+            begin = len(found)
+            for m in sorted(range(begin), key=totals.__getitem__)[:REFINED]:
+                y, x = found[m]
+                for i in range(max(y - near, first_y), min(y + near, last_y) + 1):
+                    for j in range(max(x - near, first_x), min(x + near, last_x) + 1):
+                        if (i, j) != (y, x):
+                            found.append((i, j))
+        good = [place for place, total in zip(found, totals, strict=True) if total <= limit]
+        y, x = good[draws.below(len(good))]
+        source = ((16 * y) << level) + middle, ((16 * x) << level) + middle
+        source = next((on for pixel, on in going if pixel == (y, x)), source)
+
+        mask = self.cut(window, (top, left), needed, y + down, x + right)
+        add_tent(usage, stride, (y, x), reach, 1.0)
+        cell = grid.cell
+        self.put(window, np.kron(mask, np.ones((cell, cell), bool)).astype(bool), y + down, x + right)
+        return source, mask
+
+    def range(self, v, size):
+        """Return from where to where a source may lie, and offsets in whole pixels that stay inside."""
+        level = self.grid.level
+        whole = (v + (8 << level)) >> (4 + level)
+        first, last = -int(whole.min()), size - 1 - int(whole.max())
+        if first > last:
+            first = last = min(max((first + last) // 2, 0), size - 1)
+        return (first, last), np.clip(whole, -first, size - 1 - last)
+
+    def put(self, window, mask, y, x):
+        rows, columns = (np.broadcast_to(at, mask.shape)[mask] for at in window)
+        self.laid[rows, columns] = True
+        self.canvas[rows, columns] = self.image[y[mask], x[mask]]
+
+    def cut(self, window, corner, needed, y, x):
+        grid = self.grid
+        cell, sample, bh, bw = grid.cell, grid.sample, grid.height, grid.width
+        there = self.laid[window]
+
+        def cells_of(array):
+            return (
+                array.reshape(bh // cell, cell, bw // cell, cell)
+                .swapaxes(1, 2)
+                .reshape(bh // cell, bw // cell, -1)
+            )
+
+        apart = ((self.image[y, x] - self.canvas[window]) ** 2).sum(axis=2) * there
+        looked_at = np.zeros_like(there)
+        looked_at[::sample, ::sample] = True
+        errors = cells_of(apart * looked_at).sum(axis=2)
+        bare = ~cells_of(there).all(axis=2)
+        missing = cells_of(needed & ~there).any(axis=2)
+        ring = np.pad(missing, 1)
+        near = np.zeros_like(missing)
+        for a in range(3):
+            for b in range(3):
+                near |= ring[a : a + missing.shape[0], b : b + missing.shape[1]]
+        fixed = cells_of(self.fixed[window]).any(axis=2)
+        outside = bare & (near | ~fixed)
+        seeds = np.full(outside.shape, FREE, np.int8)
+        for side in range(4):
+            # On the rim: held old where the chart goes on beyond it.
+            beyond = self.beside(corner, side)
+            rim = [seeds[0], seeds[:, -1], seeds[-1], seeds[:, 0]][side]
+            rim[beyond] = OLD
+        seeds[fixed] = OLD
+        seeds[near] = NEW
+        seeds[outside] = OUTSIDE
+        if not ((seeds == OLD).any() and (seeds == NEW).any()):
+            return (outside | (seeds == NEW).any()).astype(np.uint8)
+        inner = ~outside
+        right = (errors[:, :-1] + errors[:, 1:] + 1) * (inner[:, :-1] & inner[:, 1:])
+        down = (errors[:-1] + errors[1:] + 1) * (inner[:-1] & inner[1:])
+        return minimum_cut(right, down, seeds)[0] | outside
+
+    def beside(self, corner, side):
+        """Tell for each cell along a side whether something is laid beyond its first texel."""
+        grid = self.grid
+        bh, bw, cell = grid.height, grid.width, grid.cell
+        rows = self.places(corner[0] - 1, bh + 2, 0)
+        columns = self.places(corner[1] - 1, bw + 2, 1)
+        if side in (0, 2):
+            columns = columns[1 : 1 + bw : cell]
+            rows = np.full(len(columns), rows[0 if side == 0 else bh + 1])
+        else:
+            rows = rows[1 : 1 + bh : cell]
+            columns = np.full(len(rows), columns[0 if side == 3 else bw + 1])
+        return (rows >= 0) & (columns >= 0) & self.laid[rows, columns]
+
+
+def plain_quilt(exemplar, surface, charts, fields=None, *, options, wrap=False, seed=0):
+    """Return what `synthesize_quilt` must return, and how much of the exemplar's lattice was used."""
+    fields = tuple(fields or (None,) * len(charts))
+    if len(charts) > 1:
+        counts = [(node_count(c.height, 1), node_count(c.width, 1), 4) for c in charts]
+        fields = tuple(f or WarpField(np.zeros(n, np.int16)) for f, n in zip(fields, counts, strict=True))
+    shape = exemplar.shape[:2]
+    grids = [
+        BlockGrid.of(c, f, shape, options.block, options.overlap, wrap=wrap)
+        for c, f in zip(charts, fields, strict=True)
+    ]
+    match_pyramid = MatchPyramid.of(exemplar, max(grid.level for grid in grids))
+    found = () if wrap else find_seams(surface, charts)
+    onto = [
+        [c for c in transitions(surface, charts, found) if n == c.seam.other_chart != c.seam.chart]
+        for n in range(len(charts))
+    ]
+    transfer = BlockTransfer(
+        charts, fields, onto, shape, tuple(grid.cell for grid in grids), grids[0].feather
+    )
+    children = np.random.SeedSequence(seed).spawn(len(charts))
+    finished, usage, done = [None] * len(charts), match_pyramid.empty_usage(), 0
+    for members in [[0]] if wrap else schedule(surface, charts, found):
+        results = {}
+        for n in members:
+            waiting = {c.seam.other_edge for c in onto[n] if finished[c.seam.chart] is None}
+            need = grids[n].need(waiting)
+            transferred = transfer.transferred_onto(n, finished)
+            chart = PlainChart(grids[n], need, match_pyramid.levels[grids[n].level], wrap)
+            chart.lay_transferred(transferred.placements, transferred.cells)
+            chart.close(transfer.closed(n, finished))
+            state = int(children[n].generate_state(1, np.uint64)[0])
+            placed, cells, laid_at, used = chart.cover(match_pyramid, usage, options, state)
+            placed["chart"] = n
+            numbers = ((done + members.index(n)) << 32) + laid_at
+            own = ChartPlacements(placed, cells, numbers, np.zeros(len(placed), np.int64))
+            results[n] = replace(joined([transferred, own]), bounds=need), used
+        base = usage
+        for n in members:
+            finished[n] = results[n][0]
+            usage = usage + (results[n][1] - base)
+        done += len(members)
+    whole = joined(finished)
+    placements = wrapped(whole.placements, charts[0]) if wrap else whole.placements
+    placements = placements[[touches(one, charts[one["chart"]]) for one in placements]]
+    return Quilt(tuple(charts), shape, placements, whole.cells, fields if any(fields) else ())
+
+
+def touches(one, chart):
+    """Tell whether a placement covers any texel of its chart."""
+    top, left = one["row"] - one["height"] // 2, one["column"] - one["width"] // 2
+    below, beside = top + one["height"], left + one["width"]
+    return top < chart.height and left < chart.width and below > 0 and beside > 0
+
+
+def wrapped(placements, chart):
+    """Repeat what reaches beyond an edge at the opposite one, right after."""
+    out = []
+    for one in placements:
+        out.append(one)
+        below = one["row"] - one["height"] // 2 + one["height"] > chart.height
+        beside = one["column"] - one["width"] // 2 + one["width"] > chart.width
+        for down, right in ((1, 0), (0, 1), (1, 1)):
+            if (below or not down) and (beside or not right):
+                again = one.copy()
+                again["row"] -= down * chart.height
+                again["column"] -= right * chart.width
+                out.append(again)
+    return np.array(out, placements.dtype)

@@ -1,0 +1,360 @@
+"""Method "paper" against a plain twin that follows the text, and what must hold of every quilt it makes."""
+
+import numpy as np
+import pytest
+
+from upholster.charts import uniform_layout
+from upholster.errors import InputError
+from upholster.geometry import RationalPatch, Surface, plane, ring_cyclide, sphere
+from upholster.methods import synthesize
+from upholster.methods.mincut import FREE, NEW, OLD, minimum_cut
+from upholster.methods.paper import PaperOptions, synthesize_paper
+from upholster.methods.paper.edges import color_classes, edge_map
+from upholster.methods.working_form import working_form
+from upholster.quilt import Chart, paint
+from upholster.quilt.model import MASK_CUT
+from upholster.wavelet import dwt2, subbands
+
+
+def texture(height=72, width=64, channels=3, seed=0):
+    """Return a smooth random texture: blocks of it differ, and match better or worse."""
+    rng = np.random.default_rng(seed)
+    noise = rng.normal(size=(height, width, channels))
+    for axis in (0, 1):
+        for _ in range(6):
+            noise = (noise + np.roll(noise, 1, axis)) / 2
+    noise = (noise - noise.min()) / np.ptp(noise)
+    return np.rint(noise * 255).astype(np.uint8)
+
+
+def coefficients(image, levels):
+    """Return LLn and HHn of an image of whole tiles, as matching rounds them."""
+    bands = subbands(dwt2(image, levels=levels), levels=levels)
+    both = np.stack([bands[f"LL{levels}"], bands[f"HH{levels}"]]) * 2**levels
+    return np.floor(np.rint(both) / 64 + 0.5)
+
+
+def plain_synthesis(exemplar, charts, shared, options, seed):
+    """Follow the paper in plain NumPy; return the blocks' sources per chart and the edge blocks' in order."""
+    block, overlap, tile = options.block, options.overlap, 2**options.levels
+    working = working_form(exemplar).astype(np.int64) << 6
+    places = [
+        (r, c)
+        for r in range(0, exemplar.shape[0] - block + 1, tile)
+        for c in range(0, exemplar.shape[1] - block + 1, tile)
+    ]
+    features = np.stack(
+        [coefficients(working[r : r + block, c : c + block], options.levels) for r, c in places]
+    )
+    step, n = block - overlap, block // tile
+    canvases, blocks = [], []
+    for chart, child in zip(charts, np.random.SeedSequence(seed).spawn(len(charts)), strict=True):
+        padded = [-(-size // tile) * tile for size in (chart.height, chart.width)]
+        canvas = np.zeros((*padded, exemplar.shape[2]), np.int64)
+        chosen = []
+        for top in range(0, chart.height - overlap, step):
+            for left in range(0, chart.width - overlap, step):
+                mask = np.zeros((n, n), bool)
+                mask[: overlap // tile] = top > 0
+                mask[:, : overlap // tile] |= left > 0
+                window = np.zeros((block, block, exemplar.shape[2]), np.int64)
+                there = canvas[top : top + block, left : left + block]
+                window[: there.shape[0], : there.shape[1]] = there
+                mask[there.shape[0] // tile :] = False
+                mask[:, there.shape[1] // tile :] = False
+                if top == left == 0:
+                    best = int(np.random.default_rng(child).integers(len(places)))
+                else:
+                    difference = (features - coefficients(window, options.levels)) ** 2
+                    best = int((difference * mask[None, None, :, :, None]).sum(axis=(1, 2, 3, 4)).argmin())
+                chosen.append(places[best])
+                row, column = places[best]
+                new = working[row : row + block, column : column + block]
+                ramp = np.minimum((2 * np.arange(block) + 1) * 128 // overlap, 256)
+                ramp[overlap:] = 256
+                down = ramp if top else np.full(block, 256)
+                right = ramp if left else np.full(block, 256)
+                weight = ((down[:, None] * right) >> 8)[: there.shape[0], : there.shape[1], None]
+                new = new[: there.shape[0], : there.shape[1]]
+                there[:] = (there * (256 - weight) + new * weight + 128) >> 8
+        canvases.append(canvas)
+        blocks.append(chosen)
+    edges = [edge_map(edge, charts[edge.patch], charts[edge.other_patch]) for edge in shared]
+    mended = []
+    for members in color_classes([(edge.chart_a, edge.chart_b) for edge in edges]):
+        for edge in (edges[m] for m in members):
+            mended += plain_edge(edge, canvases, charts, working, features, places, options)
+    return blocks, mended
+
+
+def plain_edge(edge, canvases, charts, working, features, places, options):
+    block, overlap, half, cell = options.block, options.overlap, options.block // 2, 2**options.levels // 2
+    side = block // cell
+    step, found = block - overlap, []
+    starts = [min(k * step, edge.length - block) for k in range(-(-(edge.length - overlap) // step))]
+    chart = charts[edge.chart_a]
+    for n, start in enumerate(starts):
+        top, left = (
+            (edge.start + start, edge.line - half)
+            if edge.along_rows
+            else (edge.line - half, edge.start + start)
+        )
+        rows, columns = (grid.reshape(-1) for grid in np.mgrid[top : top + block, left : left + block])
+        inside = (rows >= 0) & (rows < chart.height) & (columns >= 0) & (columns < chart.width)
+        rows_b, columns_b = edge.to_b(rows, columns)
+        old = np.empty((block * block, working.shape[2]), np.int64)
+        old[inside] = canvases[edge.chart_a][rows[inside], columns[inside]]
+        old[~inside] = canvases[edge.chart_b][rows_b[~inside], columns_b[~inside]]
+        square = old.reshape(block, block, -1)
+        best = int(((features - coefficients(square, options.levels)) ** 2).sum(axis=(1, 2, 3, 4)).argmin())
+        row, column = places[best]
+        new = working[row : row + block, column : column + block]
+        # Squared coefficient differences at levels 1 to n - 1, by the transform itself.
+        bands = subbands(
+            dwt2(((square + 32) >> 6) - (new >> 6), levels=options.levels - 1), levels=options.levels - 1
+        )
+        cost = np.zeros((side, side))
+        for name, band in bands.items():
+            per_cell = band.shape[0] // side
+            cost += (
+                (band**2).sum(axis=2).reshape(side, per_cell, side, per_cell).sum(axis=(1, 3)) if name else 0
+            )
+        cost = np.rint(cost).astype(np.int64)
+        seeds = np.full((side, side), FREE, np.int8)
+        if n == 0:
+            seeds[0] = OLD
+        if n == len(starts) - 1:
+            seeds[-1] = OLD
+        seeds[:, side // 2 - 1 : side // 2 + 1] = NEW
+        if n > 0:
+            seeds[0] = OLD
+        seeds[:, [0, -1]] = OLD
+        seeds = seeds if edge.along_rows else seeds.T
+        cells, _ = minimum_cut(cost[:, 1:] + cost[:, :-1], cost[1:] + cost[:-1], np.ascontiguousarray(seeds))
+        weights = np.kron(cells.astype(np.int64), np.ones((cell, cell), np.int64)) * 256
+        found.append(((row, column), cells))
+        for which, (r, c) in (("a", (rows, columns)), ("b", (rows_b, columns_b))):
+            size = charts[edge.chart_a if which == "a" else edge.chart_b]
+            feathered = feather(
+                weights, edge.map_b[:4].reshape(2, 2) if which == "b" else np.eye(2, dtype=int)
+            )
+            canvas = canvases[edge.chart_a if which == "a" else edge.chart_b]
+            on = (r >= 0) & (r < size.height) & (c >= 0) & (c < size.width)
+            w = feathered.reshape(-1)[on][:, None]
+            canvas[r[on], c[on]] = (
+                canvas[r[on], c[on]] * (256 - w) + new.reshape(block * block, -1)[on] * w + 128
+            ) >> 8
+    return found
+
+
+def feather(weights, matrix):
+    """Feather as the chart sees it: columns first, then rows, of its own frame."""
+    axes = (0, 1) if abs(matrix[0, 0]) == 1 else (1, 0)
+    for _ in range(2):
+        for axis in axes:
+            padded = np.pad(weights, [(1, 1), (0, 0)] if axis == 0 else [(0, 0), (1, 1)], mode="edge")
+            size = weights.shape[axis]
+            before, after = (np.take(padded, np.arange(size) + k, axis) for k in (0, 2))
+            weights = (51 * (before + after) + 154 * weights + 128) >> 8
+    return weights
+
+
+def two_by_one():
+    return plane(2, 1, spans=(1, 2))
+
+
+def turned_pair():
+    first, second = plane(2, 1, spans=(1, 2)).patches
+    return Surface([first, second.transpose().reverse(0)])
+
+
+@pytest.mark.parametrize("surface", [two_by_one(), turned_pair()], ids=["upright", "turned"])
+@pytest.mark.parametrize(
+    ("options", "size"),
+    [
+        (PaperOptions(), 72),
+        (PaperOptions(block=16, overlap=4, levels=2), 50),
+        (PaperOptions(block=24, overlap=8, levels=3), 64),
+    ],
+    ids=["paper", "two levels", "block 24"],
+)
+def test_follows_the_paper_step_by_step(surface, options, size):
+    exemplar = texture()
+    charts = uniform_layout(surface, chart=size)
+    quilt = synthesize_paper(exemplar, surface, charts, options=options, seed=5)
+    blocks, mended = plain_synthesis(exemplar, charts, surface.shared, options, 5)
+    half = options.block // 2
+    for index, plain in enumerate(blocks):
+        ours = quilt.on_chart(index)
+        ours = ours[ours["mask"] != MASK_CUT]
+        assert [
+            (r // 16 - half, c // 16 - half) for r, c in ours[["source_row", "source_column"]].tolist()
+        ] == plain
+    edge = quilt.on_chart(surface.shared[0].patch)
+    edge = edge[edge["mask"] == MASK_CUT]
+    assert len(edge) == len(mended) > 1
+    for ours, (place, cells) in zip(edge, mended, strict=True):
+        assert (ours["source_row"] // 16 - half, ours["source_column"] // 16 - half) == place
+        np.testing.assert_array_equal(quilt.cells[ours["cells"] :][: cells.size], cells.reshape(-1))
+
+
+def test_the_papers_figures_count():
+    # 16 charts of 512²: (512 - 8)/24 = 21 blocks each way, and 21 edge blocks on each of 32 edges.
+    quilt = synthesize(texture(128, 128), ring_cyclide(), chart=512, seed=1, method="paper")
+    cut = quilt.placements["mask"] == MASK_CUT
+    assert (~cut).sum() == 16 * 21 * 21 == 7056
+    assert cut.sum() == 2 * 32 * 21
+    assert quilt.texel_count == 16 * 512 * 512
+
+
+@pytest.mark.parametrize(
+    "surface", [ring_cyclide(), sphere(), turned_pair()], ids=["cyclide", "sphere", "turned"]
+)
+def test_every_texel_is_painted_from_inside_the_exemplar(surface):
+    exemplar = texture(61, 45, 1)
+    quilt = synthesize(exemplar, surface, chart=75, seed=2, method="paper")
+    for source in quilt.sources():
+        assert source.min() >= 0
+        assert (source[:, :, 0] <= 16 * 60).all()
+        assert (source[:, :, 1] <= 16 * 44).all()
+    values = paint(quilt, np.full((61, 45, 2), 200, np.uint8))
+    assert all((array == 200).all() for array in values.arrays)
+
+
+@pytest.mark.parametrize("threads", [2, 3, 8])
+def test_threads_do_not_change_the_quilt(threads):
+    exemplar = texture()
+    once = synthesize(exemplar, sphere(), chart=100, seed=3, threads=1, method="paper")
+    again = synthesize(exemplar, sphere(), chart=100, seed=3, threads=threads, method="paper")
+    np.testing.assert_array_equal(once.placements, again.placements)
+    np.testing.assert_array_equal(once.cells, again.cells)
+
+
+def test_seeds_differ():
+    first, second = (
+        synthesize(texture(), two_by_one(), chart=64, seed=seed, method="paper") for seed in (0, 1)
+    )
+    assert (first.placements["source_row"] != second.placements["source_row"]).any()
+
+
+def jump_ratio(surface, texels):
+    """Return the mean difference across patch edges over that between neighbours inside."""
+    across, inside = [], []
+    for edge in surface.shared:
+        a, b = texels.arrays[edge.patch].astype(float), texels.arrays[edge.other_patch].astype(float)
+        found = edge_map(edge, texels.charts[edge.patch], texels.charts[edge.other_patch])
+        along = np.arange(found.length)
+        last, beyond = (found.line - 1, found.line) if found.line else (0, -1)
+        place = (
+            (lambda line, x=along: (x, np.full_like(x, line)))
+            if found.along_rows
+            else (lambda line, x=along: (np.full_like(x, line), x))
+        )
+        row, column = found.to_b(*place(beyond))
+        across.append(np.abs(a[place(last)] - b[row, column]).mean())
+        other = found.line - 2 if found.line else 1
+        inside.append(np.abs(a[place(last)] - a[place(other)]).mean())
+    return np.mean(across) / np.mean(inside)
+
+
+@pytest.mark.parametrize("surface", [ring_cyclide(), sphere()], ids=["cyclide", "sphere"])
+def test_mending_makes_the_seams_vanish(surface):
+    exemplar = texture(128, 128)
+    before, after = (
+        jump_ratio(
+            surface,
+            paint(synthesize(exemplar, surface, chart=128, seed=4, seams=seams, method="paper"), exemplar),
+        )
+        for seams in (False, True)
+    )
+    assert before > 2
+    assert after < 1.35
+
+
+def test_a_patch_that_meets_itself_is_mended():
+    angle = np.linspace(0, 2 * np.pi, 4)
+    net = np.zeros((2, 4, 3))
+    net[:, :, 0], net[:, :, 1] = np.cos(angle), np.sin(angle)
+    net[1, :, 2] = -1
+    surface = Surface([RationalPatch.from_points(net)])
+    exemplar = texture(128, 128)
+    ratios = [
+        jump_ratio(
+            surface,
+            paint(synthesize(exemplar, surface, chart=128, seed=4, seams=seams, method="paper"), exemplar),
+        )
+        for seams in (False, True)
+    ]
+    assert ratios[1] < 1.5 < ratios[0]
+
+
+@pytest.mark.parametrize("dtype", [np.uint16, np.float32])
+@pytest.mark.parametrize("channels", [1, 2, 4])
+def test_depths_and_channels(dtype, channels):
+    exemplar = texture(64, 64, channels).astype(dtype)
+    exemplar = exemplar * 257 if dtype == np.uint16 else exemplar / np.float32(255)
+    quilt = synthesize(exemplar, two_by_one(), chart=64, method="paper")
+    texels = paint(quilt, exemplar)
+    assert all(array.dtype == dtype and array.shape == (64, 64, channels) for array in texels.arrays)
+    assert texels.nbytes == 2 * 64 * 64 * channels * np.dtype(dtype).itemsize
+
+
+def test_another_map_is_painted_by_the_same_quilt():
+    exemplar = texture(64, 64)
+    quilt = synthesize(exemplar, two_by_one(), chart=64, method="paper")
+    rows, columns = np.mgrid[:64, :64]
+    places = np.stack([rows, columns], -1).astype(np.uint16)
+    for colour, place in zip(paint(quilt, exemplar).arrays, paint(quilt, places).arrays, strict=True):
+        source = exemplar[place[:, :, 0], place[:, :, 1]]
+        assert (np.abs(source.astype(int) - colour) <= 1).mean() > 0.3  # all texels that no ramp blends
+
+
+@pytest.mark.parametrize("block", [32, 64])
+def test_the_smallest_exemplar_has_one_block(block):
+    exemplar = texture(block, block)
+    quilt = synthesize(exemplar, two_by_one(), chart=block, block=block, method="paper")
+    assert set(quilt.placements["source_row"].tolist()) == {16 * block // 2}
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"levels": 0},
+        {"levels": 7},
+        {"block": 33},
+        {"block": 8},
+        {"block": 512},
+        {"overlap": 16},
+        {"overlap": 0},
+        {"overlap": 12},
+        {"seed": -1},
+        {"seed": 2**63},
+        {"chart": 0},
+        {"chart": 24},
+        {"chart": 20000},
+        {"method": "papier"},
+        {"threads": 0},
+        {"block": 64, "levels": 6},
+    ],
+)
+def test_options_that_do_not_fit_are_refused(options):
+    with pytest.raises(InputError):
+        synthesize(texture(64, 64), two_by_one(), **{"method": "paper"} | options)
+
+
+def test_too_many_texels_are_refused_with_the_memory_they_take():
+    with pytest.raises(InputError, match="GiB"):
+        uniform_layout(ring_cyclide(), chart=16384)
+
+
+def test_an_exemplar_smaller_than_a_block_is_refused():
+    with pytest.raises(InputError, match="at least a block"):
+        synthesize(texture(40, 72), two_by_one(), block=64, method="paper")
+
+
+def test_charts_of_different_sizes_are_not_mended(caplog):
+    charts = (Chart(0, 64, 64), Chart(1, 48, 64))
+    with caplog.at_level("INFO", logger="upholster"):
+        quilt = synthesize_paper(texture(), two_by_one(), charts)
+    assert not (quilt.placements["mask"] == MASK_CUT).any()
+    assert "not mended" in caplog.text
