@@ -52,9 +52,9 @@ def test_what_is_not_written_is_left_alone(tmp_path: Path) -> None:
     assert listing(tmp_path) == ["b.png"]
 
 
-def refused(*targets: Any) -> Any:
+def refused(*targets: Any, inputs: Any = ()) -> Any:
     ran = False
-    with pytest.raises(InputError) as caught, outputs(targets):
+    with pytest.raises(InputError) as caught, outputs(targets, inputs=inputs):
         ran = True
     assert not ran  # before the work, not after it
     assert "\n" not in str(caught.value)
@@ -79,6 +79,81 @@ def test_checked_before_the_work(tmp_path: Path) -> None:
 def test_directory_without_permission(tmp_path: Path) -> None:
     tmp_path.chmod(stat.S_IRUSR | stat.S_IXUSR)
     assert "cannot be written: Permission denied" in refused(tmp_path / "x.png")
+
+
+def names(folder: Path) -> dict[str, Any]:
+    """Other names of the file ``in.png`` in a folder."""
+    (folder / "down").mkdir()
+    (folder / "in.png").write_text("input")
+    (folder / "soft.png").symlink_to("in.png")
+    (folder / "hard.png").hardlink_to(folder / "in.png")
+    (folder / "linked").symlink_to(folder)
+    return {
+        "itself": folder / "in.png",
+        "dots": f"{folder}/./down/../in.png",
+        "symbolic link": folder / "soft.png",
+        "hard link": folder / "hard.png",
+        "linked folder": folder / "linked" / "in.png",
+    }
+
+
+def test_no_output_is_an_input_by_any_name(tmp_path: Path) -> None:
+    known = names(tmp_path)
+    before = listing(tmp_path)
+    for output in known.values():
+        for read in known.values():
+            said = refused(tmp_path / "new.png", output, inputs=[tmp_path / "other.png", read])
+            assert f"output {os.fspath(output)!r} is the same file as input {os.fspath(read)!r}" in said
+    assert listing(tmp_path) == before
+    assert (tmp_path / "in.png").read_text() == "input"
+
+
+def test_inputs_of_a_case_blind_file_system(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "in.png").write_text("input")
+    stat = os.stat
+
+    def blind(path: Any, **options: Any) -> os.stat_result:
+        return stat(str(path).replace("IN.PNG", "in.png"), **options)
+
+    monkeypatch.setattr(os, "stat", blind)
+    assert "same file as input" in refused(tmp_path / "IN.PNG", inputs=[tmp_path / "in.png"])
+
+
+def test_targets_known_late_are_checked_too(tmp_path: Path) -> None:
+    (tmp_path / "in.png").write_text("input")
+
+    def write(*late: str) -> None:
+        with outputs([tmp_path / "a.png"], inputs=[tmp_path / "in.png"]) as files:
+            files.path(tmp_path / "a.png").write_text("new")
+            files.add(tmp_path / name for name in late)
+
+    def write_unannounced() -> None:
+        with outputs(inputs=[tmp_path / "in.png"]) as files:
+            files.path(tmp_path / "in.png")
+
+    with pytest.raises(InputError, match="same file as input"):
+        write("b.png", "in.png")
+    with pytest.raises(InputError, match="given twice"):
+        write("b.png", "a.png")
+    with pytest.raises(InputError, match="same file as input"):
+        write_unannounced()
+    assert listing(tmp_path) == ["in.png"]
+
+
+def test_a_new_output_is_no_input_and_missing_inputs_are_passed_over(tmp_path: Path) -> None:
+    (tmp_path / "in.png").write_text("input")
+    inputs = [tmp_path / "in.png", tmp_path / "out.png", "a\0b", tmp_path / "none" / "x.png"]
+    with outputs([tmp_path / "out.png"], inputs=inputs) as files:
+        files.path(tmp_path / "out.png").write_text("new")
+    assert (tmp_path / "out.png").read_text() == "new"
+
+
+def test_two_outputs_are_not_one_file(tmp_path: Path) -> None:
+    known = names(tmp_path)
+    itself, hard = known.pop("itself"), known.pop("hard link")
+    for other in known.values():
+        assert "given twice" in refused(itself, other)
+    assert f"output {str(hard)!r} is the same file as output {str(itself)!r}" in refused(itself, hard)
 
 
 def test_links_stay_links(tmp_path: Path) -> None:

@@ -1,4 +1,4 @@
-"""Several output files written as one: all of them appear, or none does."""
+"""Several output files written as one: all of them appear, or none does; and never over an input."""
 
 import os
 import secrets
@@ -11,6 +11,9 @@ from upholster.errors import InputError
 __all__ = ["Outputs", "outputs", "read_bytes"]
 
 MAX_BYTES = 1 << 30
+
+_Identity = tuple[int, int]
+"""Device and inode: equal for all names of one file."""
 
 
 def read_bytes(path: str | os.PathLike[str]) -> bytes:
@@ -39,18 +42,37 @@ def read_bytes(path: str | os.PathLike[str]) -> bytes:
 class Outputs:
     """The files of one transaction: where to write each until all are there. Made by `outputs`."""
 
-    def __init__(self) -> None:
+    def __init__(self, inputs: Iterable[str | os.PathLike[str]] = ()) -> None:
         self._beside: dict[Path, Path] = {}  # target -> temporary file
+        self._inputs: dict[_Identity, str] = {}
+        self._existing: dict[_Identity, str] = {}  # targets that are files already
+        for file in inputs:
+            if (identity := _identity(file)) is not None:
+                self._inputs.setdefault(identity, os.fspath(file))
 
-    def path(self, target: str | os.PathLike[str]) -> Path:
-        """Return the temporary path at which to write `target`: same directory, same suffix.
-
-        A target that was not announced to `outputs` is checked now, as `outputs` does.
+    def add(self, targets: Iterable[str | os.PathLike[str]]) -> None:
+        """Announce targets that became known only inside the body.
 
         Raises
         ------
         InputError
-            If `target` cannot be written.
+            As `outputs` does.
+        """
+        for target in targets:
+            known = len(self._beside)
+            self.path(target)
+            if len(self._beside) == known:
+                raise InputError(f"output {os.fspath(target)!r} is given twice")
+
+    def path(self, target: str | os.PathLike[str]) -> Path:
+        """Return the temporary path at which to write `target`: same directory, same suffix.
+
+        A target that was not announced is checked now, as `outputs` does.
+
+        Raises
+        ------
+        InputError
+            If `target` cannot be written, or is an input or another target.
         """
         name = os.fspath(target)
         if "\0" in name:
@@ -59,9 +81,24 @@ class Outputs:
         place = Path(os.path.realpath(name))
         if place not in self._beside:
             beside = place.with_name(f".upholster-{secrets.token_hex(4)}{place.suffix}")
+            self._check_apart(name, place)
             _check_writable(name, place, beside)
             self._beside[place] = beside
         return self._beside[place]
+
+    def _check_apart(self, name: str, place: Path) -> None:
+        """Raise if `place` is the file of an input or of another target."""
+        identity = _identity(place)
+        if identity is None:
+            return
+        if identity in self._inputs:
+            raise InputError(
+                f"output {name!r} is the same file as input {self._inputs[identity]!r}; "
+                "allowed: any other file"
+            )
+        if identity in self._existing:
+            raise InputError(f"output {name!r} is the same file as output {self._existing[identity]!r}")
+        self._existing[identity] = name
 
     def _commit(self) -> None:
         for place, beside in self._beside.items():
@@ -84,7 +121,9 @@ class Outputs:
 
 
 @contextmanager
-def outputs(targets: Iterable[str | os.PathLike[str]] = ()) -> Iterator[Outputs]:
+def outputs(
+    targets: Iterable[str | os.PathLike[str]] = (), *, inputs: Iterable[str | os.PathLike[str]] = ()
+) -> Iterator[Outputs]:
     """Write files as one transaction.
 
     That each can be written is checked before the body runs. When the body ends, the temporary files are
@@ -93,8 +132,11 @@ def outputs(targets: Iterable[str | os.PathLike[str]] = ()) -> Iterator[Outputs]
     Parameters
     ----------
     targets
-        The files to write; `Outputs.path` takes further ones. A target that the body has not written is left
+        The files to write; `Outputs.add` takes further ones. A target that the body has not written is left
         as it is.
+    inputs
+        The files that are read, none of which may be written. Those that do not exist are passed over:
+        whoever reads them tells.
 
     Yields
     ------
@@ -104,15 +146,12 @@ def outputs(targets: Iterable[str | os.PathLike[str]] = ()) -> Iterator[Outputs]
     Raises
     ------
     InputError
-        If a target is a directory or no regular file, its directory is missing or not writable, or two
-        targets are one file; if the operating system refuses later (disk full).
+        If a target is a directory or no regular file, its directory is missing or not writable, it is an
+        input, or two targets are one file (symbolic links, hard links and other spellings count as the file
+        that they lead to); if the operating system refuses later (disk full).
     """
-    files = Outputs()
-    for target in targets:
-        known = len(files._beside)
-        files.path(target)
-        if len(files._beside) == known:
-            raise InputError(f"output {os.fspath(target)!r} is given twice")
+    files = Outputs(inputs)
+    files.add(targets)
     try:
         yield files
         files._commit()
@@ -123,6 +162,15 @@ def outputs(targets: Iterable[str | os.PathLike[str]] = ()) -> Iterator[Outputs]
         raise refusal from error
     finally:
         files._discard()
+
+
+def _identity(path: str | os.PathLike[str]) -> _Identity | None:
+    """Return what a file's names have in common; None if there is no such file."""
+    try:
+        found = os.stat(path)
+    except (OSError, ValueError):  # the latter for a null character
+        return None
+    return found.st_dev, found.st_ino
 
 
 def _check_writable(name: str, place: Path, probe: Path) -> None:

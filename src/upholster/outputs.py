@@ -69,8 +69,13 @@ class Output:
             Of a material's maps beside the base colour, see `TexturedModel.maps`.
         """
         own = (self.path, *obj_companions(self.path)) if self.kind == "obj" else (self.path,)
+        return (*own, *self.maps(roles))
+
+    def maps(self, roles: Iterable[str]) -> tuple[Path, ...]:
+        """Return the files of `roles` alone, which lie beside the texture where there is one."""
+        texture = obj_companions(self.path)[-1] if self.kind == "obj" else self.path
         apart = self.kind in ("obj", "atlas", "flat")
-        return (*own, *(map_companion(own[-1], role) for role in roles if apart))
+        return tuple(map_companion(texture, role) for role in roles if apart)
 
 
 @dataclass(frozen=True, slots=True)

@@ -16,10 +16,10 @@ from upholster._version import __version__
 from upholster.codec import check_image
 from upholster.errors import FormatError, InputError
 from upholster.files import outputs, read_bytes
-from upholster.geometry import Surface, surface_from_spec
+from upholster.geometry import Surface, surface_file, surface_from_spec
 from upholster.image import Material
 from upholster.image.roles import ROLES
-from upholster.image.source import Source, read_source, source_names, source_parts
+from upholster.image.source import Source, read_source, source_files, source_names, source_parts
 from upholster.methods import Prepared, execute, matched_image, prepare
 from upholster.methods.quilt.method import QuiltOptions
 from upholster.outputs import TexturedModel, WriteOptions, parse_output, write_output
@@ -90,10 +90,10 @@ def cover(
     on
         Which surface, see `upholster.surface_from_spec`.
     targets
-        Files to write, by suffix; ``atlas:`` before an image's path writes the atlas instead of a picture.
-        With texels of width × height images are the flat texture itself. A material's other maps lie beside
-        atlas, flat texture and OBJ, named by role: ``wall_normal.png`` beside ``wall.png``; pictures of the
-        model show the base colour alone.
+        Files to write, by suffix, none of them one that is read; ``atlas:`` before an image's path writes the
+        atlas instead of a picture. With texels of width × height images are the flat texture itself. A
+        material's other maps lie beside atlas, flat texture and OBJ, named by role: ``wall_normal.png``
+        beside ``wall.png``; pictures of the model show the base colour alone.
     synthesis
         Keyword arguments of `upholster.synthesize`, but for the next ones.
     seed
@@ -119,15 +119,16 @@ def cover(
     asked = synthesis or {}
     wanted = [parse_output(target, flat=isinstance(asked.get("texels"), tuple)) for target in targets]
     seconds: dict[str, float] = {}
-    with _timed("read", seconds):
-        surface = surface_from_spec(on)
-        _ = surface.shared  # edges that are claimed twice are found now, not after the work
-        source = read_source(exemplar, crop=crop, resize=resize)
-    parts = source_parts(source)
-    roles = tuple(parts)[1:]
-    with outputs(
-        [file for output in wanted for file in output.files(roles)] + ([report] if report else [])
-    ) as files:
+    read = [*source_files(exemplar), *([file] if (file := surface_file(on)) else [])]
+    own = [file for output in wanted for file in output.files()]
+    with outputs([*own, *([report] if report else [])], inputs=read) as files:
+        with _timed("read", seconds):
+            surface = surface_from_spec(on)
+            _ = surface.shared  # edges that are claimed twice are found now, not after the work
+            source = read_source(exemplar, crop=crop, resize=resize)
+        parts = source_parts(source)
+        roles = tuple(parts)[1:]
+        files.add(file for output in wanted for file in output.maps(roles))
         if any(output.kind in ("uph", "html") for output in wanted):
             for part in parts.values():
                 check_image(part, wavelet=options.wavelet, levels=options.levels, lossless=options.lossless)
@@ -209,18 +210,19 @@ def refine(
     Raises
     ------
     InputError, FormatError
-        If the file is missing, damaged, or so short that nothing can be shown.
+        If the file is missing, damaged, so short that nothing can be shown, or also a target.
     """
     options = options or WriteOptions()
     wanted = [parse_output(target) for target in targets]
-    data = read_bytes(stream)
-    decoder = StreamDecoder()
-    feed_until(decoder, data, limit or Limit())
-    if decoder.needed or decoder.surface is None:
-        raise FormatError(f"byte {len(data)}: stream is cut; needs {max(1, decoder.needed)} more bytes")
-    exemplar = _exemplar(decoder)
-    roles = tuple(source_parts(exemplar))[1:]
-    with outputs([file for output in wanted for file in output.files(roles)]) as files:
+    with outputs([file for output in wanted for file in output.files()], inputs=[stream]) as files:
+        data = read_bytes(stream)
+        decoder = StreamDecoder()
+        feed_until(decoder, data, limit or Limit())
+        if decoder.needed or decoder.surface is None:
+            raise FormatError(f"byte {len(data)}: stream is cut; needs {max(1, decoder.needed)} more bytes")
+        exemplar = _exemplar(decoder)
+        roles = tuple(source_parts(exemplar))[1:]
+        files.add(file for output in wanted for file in output.maps(roles))
         quilt = decoder.quilt()
         texels, maps = _painted(quilt, exemplar, threads, progress)
         same = data if decoder.complete and not options.recodes else None

@@ -113,7 +113,7 @@ def levels(
     options = WriteOptions(
         size=numbers("size", size, "x", 2, int), view=numbers("view", view, ",", 2, float), supersample=3
     )
-    with progress_bars(quiet) as progress, outputs([output]) as files:
+    with progress_bars(quiet) as progress, outputs([output], inputs=[stream]) as files:
         data = read_bytes(stream)
         if curve:
             picture, _ = curve_picture(data, threads=threads)

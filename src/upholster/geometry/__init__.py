@@ -1,7 +1,13 @@
 """Surfaces made of rational Bézier patches: patches, how their edges meet, builders, files and meshes."""
 
 from upholster.geometry.adjacency import BorderInterval, SharedEdge
-from upholster.geometry.catalog import SURFACES, SurfaceKind, SurfaceParameter, surface_from_spec
+from upholster.geometry.catalog import (
+    SURFACES,
+    SurfaceKind,
+    SurfaceParameter,
+    surface_file,
+    surface_from_spec,
+)
 from upholster.geometry.cyclide import ring_cyclide, torus
 from upholster.geometry.files import read_bpt, read_nets, read_surface, write_nets
 from upholster.geometry.mesh import Mesh, tessellate
@@ -31,6 +37,7 @@ __all__ = [
     "revolve",
     "ring_cyclide",
     "sphere",
+    "surface_file",
     "surface_from_spec",
     "tessellate",
     "torus",

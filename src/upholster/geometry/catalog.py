@@ -12,7 +12,7 @@ from upholster.geometry.revolution import cone, cylinder, ellipsoid, vase
 from upholster.geometry.sphere import sphere
 from upholster.geometry.surface import Surface
 
-__all__ = ["SURFACES", "SurfaceKind", "SurfaceParameter", "surface_from_spec"]
+__all__ = ["SURFACES", "SurfaceKind", "SurfaceParameter", "surface_file", "surface_from_spec"]
 
 LENGTH = "1e-9 to 1e9"
 UNIT = "model units"
@@ -177,6 +177,11 @@ SURFACES: dict[str, SurfaceKind] = {
 """The built-in surfaces, by name."""
 
 
+def surface_file(text: str) -> str | None:
+    """Return the file that a surface's text form names, None for a built-in surface's."""
+    return text if text.lower().endswith(SURFACE_SUFFIXES) else None
+
+
 def surface_from_spec(text: str) -> Surface:
     """Make a surface from its text form.
 
@@ -194,8 +199,8 @@ def surface_from_spec(text: str) -> Surface:
     FormatError
         If the file is damaged.
     """
-    if text.lower().endswith(SURFACE_SUFFIXES):
-        return read_surface(text)
+    if (file := surface_file(text)) is not None:
+        return read_surface(file)
     name, colon, rest = text.partition(":")
     name = name.strip()
     if name not in SURFACES:

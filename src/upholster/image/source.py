@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,7 @@ from upholster.image.read import _parse_resize, read_exemplar
 from upholster.image.write import IMAGE_SUFFIXES
 from upholster.types import PixelArray
 
-__all__ = ["Source", "read_source", "source_names", "source_parts"]
+__all__ = ["Source", "read_source", "source_files", "source_names", "source_parts"]
 
 Source = (
     str
@@ -61,6 +62,24 @@ def read_source(
         return read_material(source, crop=crop, resize=sides)
     except InputError as error:
         raise InputError(f"folder {os.fspath(source)!r}: {error}") from None
+
+
+def source_files(source: Source) -> list[str]:
+    """Return the files that an exemplar is read from, of a folder all images: any may be one of its maps.
+
+    What does not exist is passed over; `read_source` tells.
+    """
+    if isinstance(source, Material):
+        return []
+    if isinstance(source, Mapping):
+        return [os.fspath(file) for file in source.values()]
+    given = [source] if isinstance(source, (str, os.PathLike)) else list(source)
+    files = [os.fspath(file) for file in given]
+    if len(files) != 1 or not os.path.isdir(files[0]):
+        return files
+    with suppress(OSError):
+        return [str(file) for file in Path(files[0]).iterdir() if file.suffix.lower() in IMAGE_SUFFIXES]
+    return []
 
 
 def source_parts(exemplar: PixelArray | Material) -> dict[str, PixelArray]:
