@@ -18,7 +18,7 @@ from streams import changed, covered, noise, stream, woven
 
 from upholster.geometry import Surface, surface_from_spec
 from upholster.quilt import Chart, Quilt
-from upholster.quilt.model import PLACEMENT
+from upholster.quilt.placement import PLACEMENT
 from upholster.stream import StreamDecoder, encode_stream
 
 FOLDER = Path(__file__).parent / "vectors"

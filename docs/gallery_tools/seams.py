@@ -14,7 +14,7 @@ from upholster.geometry import ring_cyclide
 from upholster.methods import synthesize
 from upholster.methods.paper.edges import EdgeMap, edge_map
 from upholster.quilt import Quilt, paint
-from upholster.quilt.model import MASK_CUT
+from upholster.quilt.placement import MASK_CUT
 from upholster.types import PixelArray
 
 __all__ = ["seams"]

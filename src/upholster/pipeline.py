@@ -24,7 +24,7 @@ from upholster.methods import Prepared, execute, matched_image, prepare
 from upholster.methods.quilt.method import QuiltOptions
 from upholster.outputs import TexturedModel, WriteOptions, parse_output, write_output
 from upholster.quilt import Quilt, Texels, paint, paint_material
-from upholster.quilt.model import MASK_CUT
+from upholster.quilt.placement import MASK_CUT
 from upholster.stream import StreamDecoder
 from upholster.stream.prefix import Limit, feed_until
 from upholster.types import PixelArray, Progress

@@ -6,7 +6,8 @@ import pytest
 from textured import make_model
 
 from upholster.export import write_npz
-from upholster.quilt.model import Chart, Texels
+from upholster.quilt.chart import Chart
+from upholster.quilt.model import Texels
 
 
 @pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32])

@@ -8,7 +8,8 @@ import numpy as np
 from upholster.geometry import Mesh, Surface, ring_cyclide, sphere, tessellate
 from upholster.image import to_linear
 from upholster.model import Atlas, build_atlas
-from upholster.quilt.model import Chart, Texels
+from upholster.quilt.chart import Chart
+from upholster.quilt.model import Texels
 from upholster.types import FloatArray, PixelArray
 
 

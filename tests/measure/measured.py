@@ -3,7 +3,7 @@
 import numpy as np
 
 from upholster.quilt import Chart, Quilt
-from upholster.quilt.model import PLACEMENT
+from upholster.quilt.placement import PLACEMENT
 from upholster.quilt.warp_field import WarpField, node_count
 
 

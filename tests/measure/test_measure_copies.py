@@ -11,7 +11,8 @@ from upholster.measure import copies
 from upholster.measure._kernels import largest_square
 from upholster.measure.samples import Window
 from upholster.measure.trace import Trace, quilt_windows
-from upholster.quilt.model import Chart, Quilt
+from upholster.quilt.chart import Chart
+from upholster.quilt.model import Quilt
 
 
 def plain_largest_square(painted, below, right):
@@ -48,7 +49,7 @@ def test_one_large_block_is_all_copied():
 
 @pytest.mark.parametrize("symmetry", range(8))
 def test_blocks_that_continue_one_another_are_one_copy(symmetry):
-    from upholster.quilt._paint_kernels import SYMMETRIES
+    from upholster.quilt.placement import SYMMETRIES
 
     step = SYMMETRIES[symmetry].reshape(2, 2)
     places = [(8, 8), (8, 24), (24, 8), (24, 24)]

@@ -8,7 +8,7 @@ import pytest
 from upholster.errors import InputError
 from upholster.geometry import RationalPatch, Surface, plane, surface_from_spec, torus
 from upholster.measure import texel_scale
-from upholster.quilt.model import Chart
+from upholster.quilt.chart import Chart
 
 
 def test_a_square_plane_is_even():

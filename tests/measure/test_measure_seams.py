@@ -13,7 +13,7 @@ from upholster.geometry import Surface, plane, surface_from_spec
 from upholster.measure import edge_seam_ratio, wrap_seams
 from upholster.methods import synthesize
 from upholster.quilt import Texels, paint
-from upholster.quilt.model import Chart
+from upholster.quilt.chart import Chart
 
 WAVES = np.random.default_rng(3).normal(size=(3, 24))  # no direction is better than another
 WAVES /= np.linalg.norm(WAVES, axis=0)

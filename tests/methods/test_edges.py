@@ -7,7 +7,7 @@ from upholster.charts import uniform_layout
 from upholster.geometry import RationalPatch, Surface, cylinder, plane, ring_cyclide, sphere
 from upholster.methods.paper.edges import color_classes, edge_map
 from upholster.quilt import Chart
-from upholster.quilt._paint_kernels import SYMMETRIES
+from upholster.quilt.placement import SYMMETRIES
 
 
 def mixed_plane():

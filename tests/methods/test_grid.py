@@ -6,7 +6,7 @@ import pytest
 from upholster.methods.quilt._lay_kernels import COLUMN, LEFT, ROW, TOP
 from upholster.methods.quilt.grid import BlockGrid
 from upholster.quilt import Chart
-from upholster.quilt.warp import warped_sources
+from upholster.quilt.displacement import warped_sources
 from upholster.quilt.warp_field import WarpField
 
 

@@ -12,7 +12,7 @@ from upholster.methods.paper import PaperOptions, synthesize_paper
 from upholster.methods.paper.edges import color_classes, edge_map
 from upholster.methods.working_form import working_form
 from upholster.quilt import Chart, paint
-from upholster.quilt.model import MASK_CUT
+from upholster.quilt.placement import MASK_CUT
 from upholster.wavelet import dwt2, subbands
 
 

@@ -9,7 +9,7 @@ from upholster.methods.quilt._transfer_kernels import lay_transferred, transfer_
 from upholster.methods.quilt.grid import BlockGrid
 from upholster.methods.quilt.match_pyramid import MatchPyramid
 from upholster.quilt import Chart
-from upholster.quilt.model import PLACEMENT
+from upholster.quilt.placement import PLACEMENT
 from upholster.quilt.warp_field import UNIT, WarpField
 
 

@@ -11,8 +11,8 @@ from upholster.errors import InputError
 from upholster.geometry import RationalPatch, Surface, cone, plane, ring_cyclide, sphere, torus
 from upholster.methods.quilt.method import QuiltOptions, synthesize_quilt
 from upholster.quilt import Chart, paint
-from upholster.quilt.model import MASK_CUT
-from upholster.quilt.warp import levels_of, warped_sources
+from upholster.quilt.placement import MASK_CUT
+from upholster.quilt.displacement import levels_of, warped_sources
 from upholster.quilt.warp_field import WarpField
 
 EXEMPLAR = texture()

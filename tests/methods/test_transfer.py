@@ -7,7 +7,7 @@ from upholster.charts.seams import find_seams, transitions
 from upholster.geometry import RationalPatch, Surface, plane, sphere, torus
 from upholster.methods.quilt.transfer import BlockTransfer, ChartPlacements, joined
 from upholster.quilt import Chart, Quilt
-from upholster.quilt.model import MASK_CUT, MASK_NONE, PLACEMENT
+from upholster.quilt.placement import MASK_CUT, MASK_NONE, PLACEMENT
 from upholster.quilt.warp_field import WarpField
 
 SHAPE = (200, 180)

@@ -19,7 +19,8 @@ from upholster.geometry import (
     vase,
 )
 from upholster.model import build_atlas
-from upholster.quilt.model import Chart, Texels
+from upholster.quilt.chart import Chart
+from upholster.quilt.model import Texels
 
 
 def painted(surface: Surface, sizes: list[tuple[int, int]]) -> Texels:

@@ -9,7 +9,8 @@ from upholster.errors import InputError
 from upholster.geometry import Surface, cylinder, ring_cyclide, sphere
 from upholster.model import build_atlas
 from upholster.model.normal_atlas import build_normal_atlas
-from upholster.quilt.model import Chart, Texels
+from upholster.quilt.chart import Chart
+from upholster.quilt.model import Texels
 
 SIZE = (48, 40)
 

@@ -3,8 +3,8 @@
 import numpy as np
 
 from upholster.quilt import Chart, Quilt
-from upholster.quilt._paint_kernels import SYMMETRIES
-from upholster.quilt.model import MASK_CUT, MASK_NONE, MASK_RAMP, PLACEMENT, SIDE_LEFT, SIDE_TOP
+from upholster.quilt.placement import SYMMETRIES
+from upholster.quilt.placement import MASK_CUT, MASK_NONE, MASK_RAMP, PLACEMENT, SIDE_LEFT, SIDE_TOP
 
 SHAPE = (40, 44)
 

@@ -6,7 +6,7 @@ import pytest
 from upholster.errors import InputError
 from upholster.geometry import ring_cyclide, sphere
 from upholster.quilt import Chart, Quilt, paint
-from upholster.quilt.model import MASK_RAMP, PLACEMENT
+from upholster.quilt.placement import MASK_RAMP, PLACEMENT
 from upholster.quilt.normals import paint_normals
 from upholster.quilt.warp_field import FIELD_STEP, WarpField, node_count
 

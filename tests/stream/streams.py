@@ -8,7 +8,7 @@ import numpy as np
 from upholster.geometry import surface_from_spec
 from upholster.methods import synthesize
 from upholster.quilt import Chart, Quilt
-from upholster.quilt.model import MASK_CUT, PLACEMENT
+from upholster.quilt.placement import MASK_CUT, PLACEMENT
 from upholster.quilt.warp_field import WarpField, node_count
 from upholster.stream import encode_stream
 

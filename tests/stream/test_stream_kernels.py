@@ -8,7 +8,7 @@ import pytest
 from streams import anything, covered
 
 from upholster.quilt import Chart
-from upholster.quilt.model import MASK_CUT
+from upholster.quilt.placement import MASK_CUT
 from upholster.stream.placement_encoder import encode_placements
 from upholster.stream.records import FIELD_NAMES, strip_masks
 from upholster.stream.regular import recognise

@@ -13,7 +13,7 @@ from upholster.errors import FormatError, InputError
 from upholster.methods import synthesize
 from upholster.methods.paper import PaperOptions, synthesize_paper
 from upholster.quilt import Chart, Quilt, paint
-from upholster.quilt.model import MASK_CUT, PLACEMENT
+from upholster.quilt.placement import MASK_CUT, PLACEMENT
 from upholster.stream.byte_reader import ByteReader
 from upholster.stream.grid_decoder import GridDecoder
 from upholster.stream.placement_encoder import encode_placements

@@ -10,7 +10,7 @@ from streams import STREAMS, covered, noise, same, stream
 
 from upholster.errors import FormatError, InputError
 from upholster.quilt import Chart, Quilt, paint
-from upholster.quilt.model import PLACEMENT
+from upholster.quilt.placement import PLACEMENT
 from upholster.stream import StreamDecoder, describe, encode_stream, read_stream
 from upholster.stream.chunks import ChunkReader, header, pack_chunk
 

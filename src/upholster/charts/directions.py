@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from upholster.charts.tangents import Frames, aligned, chart_frames, dot, patch_frames, within
 from upholster.errors import InputError
 from upholster.geometry import Surface
-from upholster.quilt.model import Chart
+from upholster.quilt.chart import Chart
 from upholster.quilt.warp_field import FIELD_STEP, WarpField
 from upholster.types import FloatArray
 
@@ -127,7 +127,7 @@ def default_direction(surface: Surface) -> Direction:
 
 def direction_fields(
     surface: Surface, charts: Sequence[Chart], direction: Direction, scale: float, *, margin: int = 1
-) -> tuple[WarpField | None, ...]:
+) -> tuple[WarpField, ...]:
     """Return each chart's warp field: the texture lies on the surface at true scale, in the direction.
 
     Beyond a patch its derivatives go on as they are at its border. Vectors are projected on the tangent
@@ -184,7 +184,7 @@ def direction_fields(
         matrices[..., 1, 0] = cosine * frames.shift + sine * frames.height
         matrices[..., 1, 1] = cosine * frames.width
         field = WarpField.quantised(scale * matrices, margin=margin)
-        fields.append(field if field.nodes.any() else None)
+        fields.append(WarpField.identity() if field.is_identity else field)
     return tuple(fields)
 
 

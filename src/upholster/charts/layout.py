@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from upholster.charts.halving import Halving
 from upholster.errors import InputError
 from upholster.geometry import Surface
-from upholster.quilt.model import MAX_CHART, MAX_TEXELS, Chart
+from upholster.quilt.chart import MAX_CHART, MAX_TEXELS, Chart
 from upholster.types import FloatArray
 
 __all__ = [

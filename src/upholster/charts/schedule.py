@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.geometry import Surface
-from upholster.quilt.model import Chart
+from upholster.quilt.chart import Chart
 from upholster.types import FloatArray
 
 if TYPE_CHECKING:

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from upholster.errors import InputError
 from upholster.geometry import Surface
-from upholster.quilt.model import Chart
+from upholster.quilt.chart import Chart
 from upholster.types import FloatArray, frozen_array
 
 __all__ = ["SAMPLES", "ChartSeam", "Transition", "find_seams", "transitions"]

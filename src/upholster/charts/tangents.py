@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.geometry import RationalPatch
-from upholster.quilt.model import Chart
+from upholster.quilt.chart import Chart
 from upholster.quilt.warp_field import FIELD_STEP, node_count
 from upholster.types import FloatArray
 

@@ -8,8 +8,8 @@ from upholster.measure.samples import SEED, Samples, bilinear, coded
 from upholster.measure.seams import MeanDifference
 from upholster.measure.trace import Trace, quilt_windows
 from upholster.quilt import Quilt, Texels
+from upholster.quilt.displacement import levels_of, warped_sources
 from upholster.quilt.pyramid import halved, most_levels
-from upholster.quilt.warp import levels_of, warped_sources
 from upholster.types import FloatArray, PixelArray
 
 __all__ = ["check_painted", "cut_seam_ratio", "matched_cut_ratio", "sampled"]

@@ -10,8 +10,8 @@ from upholster.measure.samples import SEED, Samples, Window, coded
 from upholster.measure.seams import MOST_MEETINGS, MOST_PAIRS, MeanDifference
 from upholster.measure.trace import Trace
 from upholster.quilt import Chart, Quilt, Texels
-from upholster.quilt._paint_kernels import SYMMETRIES
-from upholster.quilt.warp import matrices_at, warped_sources
+from upholster.quilt.displacement import warped_sources
+from upholster.quilt.placement import SYMMETRIES
 from upholster.quilt.warp_field import UNIT
 from upholster.types import FloatArray, PixelArray
 
@@ -113,7 +113,7 @@ def _looked_up(
         return painted, nothing, nothing
     owner = trace.placements[np.maximum(owners, 0)]
     place = np.stack(warped_sources(trace.field, owner, rows, columns), axis=1) / 16
-    matrices = matrices_at(trace.field, rows, columns).reshape(-1, 2, 2) / UNIT
+    matrices = trace.field.integers_at(rows, columns).reshape(-1, 2, 2) / UNIT
     pixels = SYMMETRIES[owner["symmetry"]].reshape(-1, 2, 2) @ matrices @ step[:, :, None]
     there = place + pixels[:, :, 0]
     return painted, sampled(trace, owner, place, levels), sampled(trace, owner, there, levels)

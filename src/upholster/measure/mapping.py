@@ -13,7 +13,7 @@ from upholster.measure.samples import SEED
 from upholster.measure.scale import quantiles
 from upholster.measure.trace import Trace, quilt_windows
 from upholster.quilt import Quilt
-from upholster.quilt._paint_kernels import SYMMETRIES
+from upholster.quilt.placement import SYMMETRIES
 from upholster.quilt.warp_field import FIELD_STEP, UNIT, WarpField
 from upholster.types import FloatArray
 

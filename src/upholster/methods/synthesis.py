@@ -14,7 +14,8 @@ from upholster.image import Material, check_exemplar
 from upholster.methods.paper.method import PaperOptions, synthesize_paper
 from upholster.methods.quilt.method import QuiltOptions, synthesize_quilt
 from upholster.methods.quilt.structure import block_size
-from upholster.quilt.model import MAX_CHART, Chart, Quilt
+from upholster.quilt.chart import MAX_CHART, Chart
+from upholster.quilt.model import Quilt
 from upholster.quilt.warp_field import WarpField
 from upholster.types import PixelArray, Progress
 
@@ -40,7 +41,7 @@ class Prepared:
     method
         "quilt" or "paper".
     charts, fields
-        The layout; fields are empty where texel steps are exemplar-pixel steps everywhere.
+        The layout; fields are empty where the method has no use for them.
     scale
         Sizes of texels and sample on the surface; None where they were not asked for (method "paper", flat
         textures).
@@ -54,7 +55,7 @@ class Prepared:
 
     method: str
     charts: tuple[Chart, ...]
-    fields: tuple[WarpField | None, ...]
+    fields: tuple[WarpField, ...]
     scale: TextureScale | None
     direction: str
     options: QuiltOptions | PaperOptions
@@ -158,7 +159,7 @@ def prepare(
     wanted = default_direction(surface) if direction is None else parse_direction(direction)
     charts = density_layout(surface, density=scale.density)
     fields = direction_fields(surface, charts, wanted, scale.scale)
-    return Prepared(method, charts, fields if any(fields) else (), scale, wanted.text, options_)
+    return Prepared(method, charts, fields, scale, wanted.text, options_)
 
 
 def _flat_plan(

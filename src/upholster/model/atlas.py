@@ -17,7 +17,8 @@ from upholster.errors import InputError
 from upholster.geometry import Mesh, Surface
 from upholster.model.gutter import fill_gutters
 from upholster.parallel import run_tasks
-from upholster.quilt.model import Chart, Texels
+from upholster.quilt.chart import Chart
+from upholster.quilt.model import Texels
 from upholster.types import FloatArray, PixelArray, frozen_array
 
 __all__ = ["Atlas", "AtlasCell", "build_atlas"]

@@ -3,7 +3,8 @@
 from dataclasses import replace
 
 from upholster.geometry import Surface
-from upholster.quilt.model import Chart, Texels
+from upholster.quilt.chart import Chart
+from upholster.quilt.model import Texels
 
 __all__ = ["chart_pieces"]
 

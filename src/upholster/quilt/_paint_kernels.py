@@ -15,28 +15,12 @@ from numpy.typing import NDArray
 from upholster.jit import inline, kernel
 from upholster.types import PixelArray
 
-__all__ = ["SYMMETRIES", "fill_weights", "lay_placement", "paint_rows", "trace_owners"]
+__all__ = ["fill_weights", "lay_placement", "mask_window", "paint_rows", "trace_owners", "window_of"]
 
 FRACTION_BITS = 6
 
 # A feather pass in 1/256, in 32 bits throughout.
 _SIDE, _MIDDLE, _HALF, _EIGHT = np.int32(51), np.int32(154), np.int32(128), np.int32(8)
-
-# Texel steps on a chart to pixel steps in the exemplar, per turn: (row per row, row per column, column per
-# row, column per column). Turns 0 to 3 are rotations by quarters, 4 to 7 the same after a transposition.
-SYMMETRIES = np.array(
-    [
-        [1, 0, 0, 1],
-        [0, 1, -1, 0],
-        [-1, 0, 0, -1],
-        [0, -1, 1, 0],
-        [0, 1, 1, 0],
-        [1, 0, 0, -1],
-        [0, -1, -1, 0],
-        [-1, 0, 0, 1],
-    ],
-    dtype=np.int64,
-)
 
 
 def _lift(sample: Any) -> Any:
@@ -120,28 +104,64 @@ def _ramp_weight(placement: Any, i: int, j: int) -> Any:
 
 
 @inline
+def window_of(
+    low: tuple[Any, Any], size: tuple[Any, Any], cell: Any, reach: Any, tall: Any, wide: Any
+) -> tuple[Any, Any, Any, Any]:
+    """Return the window of a mask on a chart of `tall` × `wide` texels: rows, columns of cells, from, to.
+
+    The block's first texel is `low`, its size `size`; feathering carries `reach` texels far. The same as
+    `upholster.quilt.placement.mask_windows`.
+    """
+    rows, columns = (size[0] + cell - 1) // cell, (size[1] + cell - 1) // cell
+    i0, j0 = max(min((-reach - low[0]) // cell, rows), 0), max(min((-reach - low[1]) // cell, columns), 0)
+    i1 = max(min((tall + reach - low[0] + cell - 1) // cell, rows), i0)
+    j1 = max(min((wide + reach - low[1] + cell - 1) // cell, columns), j0)
+    return i0, i1, j0, j1
+
+
+@inline
+def mask_window(placement: Any, tall: Any, wide: Any) -> tuple[Any, Any, Any, Any]:
+    """Return the window of a placement with a cut mask, see `window_of`."""
+    height, width = np.int64(placement.height), np.int64(placement.width)
+    low = (placement.row - height // 2, placement.column - width // 2)
+    cell, reach = np.int64(placement.mask_cell), np.int64(placement.feather)
+    return window_of(low, (height, width), cell, reach, tall, wide)
+
+
+@inline
 def fill_weights(
-    placement: Any, cells: NDArray[np.uint8], weights: NDArray[np.int32], spare: NDArray[np.int32]
-) -> None:
-    """Write a placement's weights, 0 to 256; `weights` and `spare` are at least as large as the placement."""
-    height, width = placement.height, placement.width
-    if placement.mask == 2:
-        cell = np.int64(placement.cell)
-        across = (width + cell - 1) // cell
-        for i in range(height):
-            line = weights[i]
-            if i % cell:
-                line[:width] = weights[i - 1, :width]
-                continue
-            part = cells[placement.cells + i // cell * across :]
-            for a in range(across):
-                line[a * cell : min((a + 1) * cell, width)] = np.int32(part[a]) << 8
-        for _ in range(placement.feather):
-            _smooth(weights, spare, height, width)
-    else:
+    placement: Any,
+    cells: NDArray[np.uint8],
+    window: tuple[Any, Any, Any, Any],
+    weights: NDArray[np.int32],
+    spare: NDArray[np.int32],
+) -> tuple[Any, Any]:
+    """Write a placement's weights, 0 to 256; return which texel of its rectangle the first of them is for.
+
+    Those of a cut mask are written for its window alone. `weights` and `spare` are at least as large as the
+    placement.
+    """
+    height, width = np.int64(placement.height), np.int64(placement.width)
+    if placement.mask != 2:
         for i in range(height):
             for j in range(width):
                 weights[i, j] = _ramp_weight(placement, i, j)
+        return np.int64(0), np.int64(0)
+    cell = np.int64(placement.mask_cell)
+    i0, i1, j0, j1 = window
+    across = j1 - j0
+    height, width = min(i1 * cell, height) - i0 * cell, min(j1 * cell, width) - j0 * cell
+    for i in range(height):
+        line = weights[i]
+        if i % cell:
+            line[:width] = weights[i - 1, :width]
+            continue
+        part = cells[placement.first_cell + i // cell * across :]
+        for a in range(across):
+            line[a * cell : min((a + 1) * cell, width)] = np.int32(part[a]) << 8
+    for _ in range(placement.feather):
+        _smooth(weights, spare, height, width)
+    return i0 * cell, j0 * cell
 
 
 @inline
@@ -151,6 +171,7 @@ def lay_placement(
     columns: int,
     placement: Any,
     cells: NDArray[np.uint8],
+    window: tuple[Any, Any, Any, Any],
     exemplar: PixelArray,
     channels: int,
     symmetries: NDArray[np.int64],
@@ -158,6 +179,8 @@ def lay_placement(
     spare: NDArray[np.int32],
 ) -> None:
     """Paint one placement on the rows of a chart that `canvas` holds, clipped to it.
+
+    All of its texels lie on whole pixels inside the exemplar.
 
     `canvas` is (rows, ≥ columns · channels), its row 0 being the chart's `first_row`; `exemplar` is
     (H, W · channels); `weights` and `spare` are scratch, at least as large as the placement.
@@ -190,11 +213,11 @@ def lay_placement(
                 for x in range(line.shape[0]):
                     line[x] = _blend(line[x], _lift(source[x]), weight)
         return
-    fill_weights(placement, cells, weights, spare)
+    first_i, first_j = fill_weights(placement, cells, window, weights, spare)
     symmetry = symmetries[placement.symmetry]
     for row in range(row0, row1):
         line = canvas[row - first_row, column0 * channels : column1 * channels]
-        part = weights[row - top, column0 - left : column1 - left]
+        part = weights[row - top - first_i, column0 - left - first_j : column1 - left - first_j]
         down, right = row - placement.row, column0 - placement.column
         if placement.symmetry == 0:
             source = exemplar[source_row + down, (source_column + right) * channels :]
@@ -267,8 +290,19 @@ def paint_rows(
         part[:] = 0
         for m in range(ends[s], ends[s + 1]):
             placement = placements[members[m]]
+            window = mask_window(placement, out.shape[0], columns) if placement.mask == 2 else (0, 0, 0, 0)
             lay_placement(
-                part, first, columns, placement, cells, exemplar, channels, symmetries, scratch[0], scratch[1]
+                part,
+                first,
+                columns,
+                placement,
+                cells,
+                window,
+                exemplar,
+                channels,
+                symmetries,
+                scratch[0],
+                scratch[1],
             )
         for i in range(rows):
             source, line = part[i], out[first + i]
@@ -278,19 +312,33 @@ def paint_rows(
 
 @kernel
 def trace_owners(
-    placements: Any, cells: NDArray[np.uint8], scratch: NDArray[np.int32], owners: NDArray[np.int32]
+    placements: Any,
+    cells: NDArray[np.uint8],
+    sizes: tuple[int, int, int, int],
+    scratch: NDArray[np.int32],
+    owners: NDArray[np.int32],
 ) -> None:
-    """Write to `owners` (height, width) which of a chart's placements gives each texel most of its colour.
+    """Write to `owners` which of a chart's placements gives each texel most of its colour.
 
-    That is the last one that covers the texel with at least half of the weight; -1 where none does.
+    That is the last one that covers the texel with at least half of the weight; -1 where none does. `sizes`:
+    the chart's height and width, and the row and column of the first texel of `owners` (rows, columns).
     """
+    tall, wide, first_row, first_column = sizes
     weights, spare = scratch[0], scratch[1]
     owners[:] = -1
     for n in range(placements.shape[0]):
         placement = placements[n]
-        fill_weights(placement, cells, weights, spare)
+        window = mask_window(placement, tall, wide) if placement.mask == 2 else (0, 0, 0, 0)
         top, left = placement.row - placement.height // 2, placement.column - placement.width // 2
-        for row in range(max(top, 0), min(top + placement.height, owners.shape[0])):
-            for column in range(max(left, 0), min(left + placement.width, owners.shape[1])):
-                if weights[row - top, column - left] >= 128:
-                    owners[row, column] = n
+        row0, row1 = max(top, first_row), min(top + placement.height, first_row + owners.shape[0])
+        column0, column1 = (
+            max(left, first_column),
+            min(left + placement.width, first_column + owners.shape[1]),
+        )
+        if row0 >= row1 or column0 >= column1:
+            continue
+        first_i, first_j = fill_weights(placement, cells, window, weights, spare)
+        for row in range(row0, row1):
+            for column in range(column0, column1):
+                if weights[row - top - first_i, column - left - first_j] >= 128:
+                    owners[row - first_row, column - first_column] = n

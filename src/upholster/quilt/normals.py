@@ -14,9 +14,9 @@ import numpy as np
 from upholster.errors import InputError
 from upholster.parallel import run_tasks
 from upholster.quilt._normal_kernels import turn_vectors
-from upholster.quilt._paint_kernels import SYMMETRIES
 from upholster.quilt.model import Quilt, Texels
 from upholster.quilt.painting import CANVAS_DTYPES, paint_each
+from upholster.quilt.placement import SYMMETRIES
 from upholster.types import PixelArray, Progress
 
 __all__ = ["paint_normals"]
@@ -68,8 +68,8 @@ def paint_normals(
     top = _top(normals.dtype)
     tasks: list[Callable[[], object]] = [
         partial(turn_vectors, array, field.matrices, field.margin, float(top))
-        for array, field in zip(texels.arrays, quilt.fields or (), strict=False)
-        if field is not None
+        for array, field in zip(texels.arrays, quilt.fields, strict=True)
+        if not field.is_identity
     ]
     run_tasks(tasks, threads=threads)
     return texels

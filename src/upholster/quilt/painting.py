@@ -12,11 +12,12 @@ from numpy.typing import NDArray
 
 from upholster.errors import InputError
 from upholster.parallel import run_tasks
-from upholster.quilt._paint_kernels import SYMMETRIES, paint_rows
+from upholster.quilt._paint_kernels import paint_rows
 from upholster.quilt._warp_kernels import settle_strip, warp_strip
+from upholster.quilt.displacement import levels_of
 from upholster.quilt.model import Quilt, Texels
+from upholster.quilt.placement import SYMMETRIES
 from upholster.quilt.pyramid import Pyramid, build_pyramid, most_levels
-from upholster.quilt.warp import levels_of
 from upholster.types import PixelArray, Progress, frozen_array
 
 __all__ = ["CANVAS_DTYPES", "paint", "paint_each"]
@@ -99,7 +100,11 @@ def paint_each(
         memory[ends[n] : ends[n + 1]].reshape(chart.height, chart.width, channels)
         for n, chart in enumerate(quilt.charts)
     )
-    chosen = _levels(quilt)
+    most = most_levels(*quilt.exemplar_shape)
+    chosen = [
+        None if copied else levels_of(field, quilt.on_chart(index), most)
+        for index, (field, copied) in enumerate(zip(quilt.fields, quilt.copied, strict=True))
+    ]
     deepest = max((int(levels.max(initial=0)) for levels in chosen if levels is not None), default=-1)
     pyramid = build_pyramid(images, deepest) if deepest >= 0 else None
     tasks: list[Callable[[], object]] = []
@@ -117,15 +122,6 @@ def paint_each(
     return Texels(quilt.charts, arrays)
 
 
-def _levels(quilt: Quilt) -> list[NDArray[np.int64] | None]:
-    """Choose each placement's level of the pyramid, chart by chart; None for charts without a field."""
-    most = most_levels(*quilt.exemplar_shape)
-    return [
-        None if field is None else levels_of(field, quilt.on_chart(index), most)
-        for index, field in enumerate(quilt.fields or (None,) * len(quilt.charts))
-    ]
-
-
 def _paint_part(
     quilt: Quilt,
     placements: NDArray[np.void],
@@ -138,7 +134,9 @@ def _paint_part(
     strip = min(stop - start, max(64, _STRIP_SAMPLES // out.shape[1]))
     canvas = np.empty((strip, out.shape[1]), CANVAS_DTYPES[exemplar.dtype])
     scratch = np.empty((2, *quilt.largest_block), np.int32)
-    paint_rows(placements, quilt.cells, exemplar, channels, SYMMETRIES, canvas, scratch, start, stop, out)
+    paint_rows(
+        placements, quilt.mask_cells, exemplar, channels, SYMMETRIES, canvas, scratch, start, stop, out
+    )
 
 
 def _warp_part(
@@ -152,8 +150,7 @@ def _warp_part(
     stop: int,
 ) -> None:
     field = quilt.fields[chart]
-    assert field is not None
-    width = quilt.charts[chart].width
+    height, width = quilt.charts[chart].height, quilt.charts[chart].width
     words = width * pyramid.per_pixel
     canvas = np.empty((min(stop - start, max(64, _STRIP_WORDS // words)), words), pyramid.words.dtype)
     placements = quilt.on_chart(chart)
@@ -166,7 +163,7 @@ def _warp_part(
         touching = (tops < last) & (bottoms > first)
         warp_strip(
             placements[touching],
-            quilt.cells,
+            quilt.mask_cells,
             field.matrices,
             field.margin,
             SYMMETRIES,
@@ -177,6 +174,7 @@ def _warp_part(
             levels[touching],
             scratch,
             first,
+            height,
             part,
         )
         if pyramid.lane == np.float32:

@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from upholster.codec._model_kernels import CONTEXTS, code_bit
 from upholster.jit import inline, kernel
-from upholster.stream._kernels import START, signed
+from upholster.stream._bit_kernels import START, signed
 
 __all__ = ["LONGEST", "NODE_COUNTERS", "NODE_INPUTS", "code_nodes"]
 

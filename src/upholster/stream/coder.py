@@ -16,7 +16,7 @@ from upholster.codec._model_kernels import (
     WEIGHTS,
 )
 from upholster.codec.tables import QUANTA, RECIPROCALS, SQUASH, STRETCH, THRESHOLDS
-from upholster.stream._kernels import LOG, MIXERS, START
+from upholster.stream._bit_kernels import LOG, MIXERS, START
 
 __all__ = ["BitReader", "BitWriter", "Bits"]
 
@@ -25,7 +25,7 @@ _HALF = (1 << 19) << 10
 
 
 class Bits:
-    """What the kernels of `upholster.stream._kernels` work on.
+    """What the kernels of `upholster.stream._bit_kernels` work on.
 
     Parameters
     ----------

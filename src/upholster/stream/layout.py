@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from upholster.errors import InputError
 from upholster.geometry import Surface
 from upholster.quilt import Chart
-from upholster.quilt.model import MAX_CHART, MAX_TEXELS
+from upholster.quilt.chart import MAX_CHART, MAX_TEXELS
 from upholster.stream.byte_reader import ByteReader, varint
 
 __all__ = ["MAX_CHARTS", "pack_layout", "parse_layout"]

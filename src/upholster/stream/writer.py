@@ -7,10 +7,10 @@ from upholster.errors import InputError
 from upholster.geometry import Surface
 from upholster.quilt import Quilt
 from upholster.stream.chunks import header, pack_chunk
+from upholster.stream.first_view import check_tiles, scale_of
 from upholster.stream.layout import pack_layout
 from upholster.stream.maps import MAX_MAP_SAMPLES, check_roles, interleaved, pack_role
-from upholster.stream.mirrored import check_tiles, scale_of
-from upholster.stream.placement_encoder import encode_placements
+from upholster.stream.plans import encode_plan
 from upholster.stream.surfaces import pack_surface
 from upholster.stream.warp_fields import pack_fields
 from upholster.types import PixelArray
@@ -88,7 +88,7 @@ def encode_stream(
     scale = scale_of(quilt.fields, quilt.charts, quilt.exemplar_shape)
     check_tiles(quilt.charts, quilt.exemplar_shape, scale)
     layout = pack_layout(quilt.charts, surface, scale)
-    bent = any(field is not None for field in quilt.fields)
+    bent = not all(field.is_identity for field in quilt.fields)
     fields = [pack_chunk("F", pack_fields(quilt.fields, quilt.charts))] if bent else []
     image_header, payload = encode_parts(
         exemplar,
@@ -103,7 +103,7 @@ def encode_stream(
         for role, image in maps.items()
     }
     streams = {role: stream for role, (_, stream) in coded.items()}
-    plan, sources, masks = encode_placements(quilt, surface.shared)
+    plan, sources, masks = encode_plan(quilt)
     head = [pack_chunk("S", pack_surface(surface)), pack_chunk("L", layout), pack_chunk("X", image_header)]
     rest = [*fields, pack_chunk("Q", plan), pack_chunk("P", sources)]
     rest += [pack_chunk("M", masks)] if masks else []

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from upholster.jit import inline, kernel
 from upholster.quilt._field_kernels import displacement, matrix_at
-from upholster.quilt._paint_kernels import SYMMETRIES
+from upholster.quilt.placement import SYMMETRIES
 
 __all__ = ["lay_transferred", "transfer_masks"]
 

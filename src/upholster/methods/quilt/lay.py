@@ -11,15 +11,14 @@ from upholster.methods.quilt._transfer_kernels import lay_transferred
 from upholster.methods.quilt.grid import BlockGrid
 from upholster.methods.quilt.match_pyramid import MatchPyramid
 from upholster.methods.quilt.transfer import ChartPlacements, joined
-from upholster.quilt.model import MASK_CUT, MASK_NONE, PLACEMENT, Chart
-from upholster.quilt.warp_field import UNIT
+from upholster.quilt.chart import Chart
+from upholster.quilt.placement import MASK_CUT, MASK_NONE, PLACEMENT
 from upholster.types import FloatArray
 
 __all__ = ["lay_chart"]
 
 _BLOCKS_PER_CALL = 256
-_IDENTITY = np.array([[[UNIT, 0, 0, UNIT]]], np.int32)
-_TRANSFERRED = ("row", "column", "height", "width", "source_row", "source_column", "symmetry", "cells")
+_TRANSFERRED = ("row", "column", "height", "width", "source_row", "source_column", "symmetry", "first_cell")
 
 
 def lay_chart(
@@ -71,7 +70,7 @@ def lay_chart(
     rows, columns = chart.height + 2 * pads[0], chart.width + 2 * pads[1]
     canvas = np.zeros((rows, columns * match_level.channels), np.uint8)
     covered = np.zeros((rows, columns), np.uint8)
-    matrices, margin = (_IDENTITY, 0) if field is None else (field.matrices, field.margin)
+    matrices, margin = field.matrices, field.margin
     if len(transferred.placements):
         laid = np.stack([transferred.placements[name].astype(np.int32) for name in _TRANSFERRED], axis=1)
         sizes = match_level.height, match_level.width, match_level.channels, grid.level
@@ -83,7 +82,7 @@ def lay_chart(
             matrices,
             margin,
             pads,
-            grid.cell,
+            grid.mask_cell,
             laid,
             transferred.cells,
         )
@@ -98,7 +97,7 @@ def lay_chart(
     p[kernels.LEVEL], p[kernels.MARGIN], p[kernels.WRAP] = grid.level, margin, wrap
     p[kernels.ORIGIN_ROW], p[kernels.ORIGIN_COLUMN] = pads
     p[kernels.BLOCK_HEIGHT], p[kernels.BLOCK_WIDTH] = grid.height, grid.width
-    p[kernels.SAMPLE], p[kernels.CELL], p[kernels.SHORTLIST] = grid.sample, grid.cell, shortlist
+    p[kernels.SAMPLE], p[kernels.CELL], p[kernels.SHORTLIST] = grid.sample, grid.mask_cell, shortlist
     p[kernels.STEP], p[kernels.USAGE_STEP] = match_level.step, match_pyramid.stride(grid.level)
     p[kernels.ACROSS] = grid.across(need)
     p[kernels.NEED_TOP], p[kernels.NEED_BOTTOM], p[kernels.NEED_LEFT], p[kernels.NEED_RIGHT] = need
@@ -122,7 +121,8 @@ def lay_chart(
         )
     kept = np.flatnonzero(blocks[:, kernels.LAID])
     placed = _placements(index, grid, blocks[kept])
-    own = ChartPlacements(placed, cells[kept].reshape(-1), number + kept, np.zeros(len(kept), np.int64))
+    none = np.full((len(kept), 2), -1, np.int64)
+    own = ChartPlacements(placed, cells[kept].reshape(-1), number + kept, np.zeros(len(kept), np.int64), none)
     if wrap:
         own = _wrapped(own, chart)
     return replace(joined([transferred, own]), bounds=need), used
@@ -141,8 +141,8 @@ def _placements(index: int, grid: BlockGrid, blocks: NDArray[np.int32]) -> NDArr
     placed["height"], placed["width"] = grid.height, grid.width
     cut = blocks[:, kernels.LAID] == 1
     placed["mask"] = np.where(cut, MASK_CUT, MASK_NONE)
-    placed["cells"] = np.where(cut, np.arange(len(blocks)) * grid.cells, -1)
-    placed["cell"], placed["feather"] = np.where(cut, grid.cell, 0), np.where(cut, grid.feather, 0)
+    placed["first_cell"] = np.where(cut, np.arange(len(blocks)) * grid.cells, -1)
+    placed["mask_cell"], placed["feather"] = np.where(cut, grid.mask_cell, 0), np.where(cut, grid.feather, 0)
     return placed
 
 
@@ -176,4 +176,5 @@ def _wrapped(own: ChartPlacements, chart: Chart) -> ChartPlacements:
         order.append(np.flatnonzero(crossing) + 0.25 * (rows + 2 * columns))
     sequence = np.argsort(np.concatenate(order), kind="stable")
     zeros = np.zeros(len(sequence), np.int64)
-    return ChartPlacements(np.concatenate(parts)[sequence], own.cells, zeros, zeros)
+    none = np.full((len(sequence), 2), -1, np.int64)
+    return ChartPlacements(np.concatenate(parts)[sequence], own.cells, zeros, zeros, none)

@@ -6,7 +6,7 @@ is made.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 
 from upholster.charts.seams import Transition
 from upholster.methods.quilt._transfer_kernels import transfer_masks
-from upholster.quilt._paint_kernels import SYMMETRIES
-from upholster.quilt.model import MASK_CUT, PLACEMENT, Chart
-from upholster.quilt.warp import LARGEST_WARPED
-from upholster.quilt.warp_field import WarpField, matrices_at
+from upholster.quilt.chart import Chart
+from upholster.quilt.displacement import displacements
+from upholster.quilt.placement import LARGEST_WARPED, MASK_CUT, PLACEMENT, SYMMETRIES
+from upholster.quilt.warp_field import WarpField
 from upholster.types import FloatArray
 
 __all__ = ["BlockTransfer", "ChartPlacements", "joined"]
@@ -50,6 +50,9 @@ class ChartPlacements:
         keeps its number on every chart that it is transferred onto.
     steps
         (n,) int64: across how many edges each has been transferred from its own chart.
+    parents
+        (n, 2) int64: from which block each was transferred, as chart and place among that chart's
+        placements; -1, -1 if it is the chart's own.
     bounds
         Rows from, to, columns from, to: where they count. Beyond, neighbours are on their own.
     """
@@ -58,6 +61,7 @@ class ChartPlacements:
     cells: NDArray[np.uint8]
     origins: NDArray[np.int64]
     steps: NDArray[np.int64]
+    parents: NDArray[np.int64]
     bounds: tuple[int, int, int, int] = (-(2**30), 2**30, -(2**30), 2**30)
 
 
@@ -66,12 +70,13 @@ def joined(parts: Sequence[ChartPlacements]) -> ChartPlacements:
     starts = np.cumsum([0, *(len(part.cells) for part in parts)])
     placements = np.concatenate([np.zeros(0, PLACEMENT), *(part.placements for part in parts)])
     shift = np.repeat(starts[:-1], [len(part.placements) for part in parts])
-    placements["cells"] += np.where(placements["cells"] >= 0, shift, 0).astype(np.int32)
+    placements["first_cell"] += np.where(placements["first_cell"] >= 0, shift, 0).astype(np.int32)
     return ChartPlacements(
         placements,
         np.concatenate([np.zeros(0, np.uint8), *(part.cells for part in parts)]),
         np.concatenate([np.zeros(0, np.int64), *(part.origins for part in parts)]),
         np.concatenate([np.zeros(0, np.int64), *(part.steps for part in parts)]),
+        np.concatenate([np.zeros((0, 2), np.int64), *(part.parents for part in parts)]),
     )
 
 
@@ -87,17 +92,17 @@ class BlockTransfer:
         Per chart, the transitions from each seam's other chart onto it.
     exemplar_shape
         (height, width) in pixels.
-    cells
+    mask_cells
         Per chart, the size of masks' cells in texels.
     feather
         Smoothing passes of masks.
     """
 
     charts: Sequence[Chart]
-    fields: Sequence[WarpField | None]
+    fields: Sequence[WarpField]
     onto: Sequence[Sequence[Transition]]
     exemplar_shape: tuple[int, int]
-    cells: Sequence[int]
+    mask_cells: Sequence[int]
     feather: int = 2
 
     def transferred_onto(self, chart: int, finished: Sequence[ChartPlacements | None]) -> ChartPlacements:
@@ -107,25 +112,26 @@ class BlockTransfer:
         ----------
         chart
             Its index.
-        placements
-            Those of finished charts, None elsewhere.
+        finished
+            The placements of finished charts, None elsewhere.
 
         Returns
         -------
-        Covering
+        ChartPlacements
             In the order of synthesis; a block more than once where ways round a corner disagree about it.
         """
         parts = []
         for transition in self.onto[chart]:
             laid = finished[transition.seam.chart]
             if laid is not None:
-                parts.append(self._transferred(transition, laid))
+                parts.append(self._transferred(transition, _as_parents(transition.seam.chart, laid)))
                 continue
             # Round a corner, over the chart between, which is still bare.
             for corner in self._corners(transition, finished):
                 beyond = finished[corner.transition.seam.chart]
                 assert beyond is not None
-                between = self._transferred(corner.transition, beyond, corner.window)
+                seen = _as_parents(corner.transition.seam.chart, beyond)
+                between = self._transferred(corner.transition, seen, corner.window)
                 if between is not None:
                     parts.append(self._transferred(transition, between))
         found = joined([part for part in parts if part is not None])
@@ -154,7 +160,7 @@ class BlockTransfer:
         for transition in self.onto[chart]:
             seam = transition.seam
             edge, here = seam.other_edge, self.charts[chart]
-            rim = _RIM * self.cells[chart]
+            rim = _RIM * self.mask_cells[chart]
             length = here.height if edge & 1 else here.width
             start, stop = sorted((seam.other_start, seam.other_stop))
             if finished[seam.chart] is not None:
@@ -189,7 +195,7 @@ class BlockTransfer:
             ends = (far.other_start, far.start), (far.other_stop, far.stop)
             place = min(ends, key=lambda end: abs(end[0] - corner))
             if abs(place[0] - corner) < 0.5:
-                window = float(_WINDOW * self.cells[far.chart])
+                window = float(_WINDOW * self.mask_cells[far.chart])
                 found.append(_Corner(other, low, (place[1] - window, place[1] + window)))
         return found
 
@@ -197,12 +203,12 @@ class BlockTransfer:
         self, transition: Transition, laid: ChartPlacements, window: tuple[float, float] | None = None
     ) -> ChartPlacements | None:
         seam, chart = transition.seam, transition.seam.other_chart
-        old, here, cell = self.charts[seam.chart], self.charts[chart], self.cells[chart]
+        old, here, cell = self.charts[seam.chart], self.charts[chart], self.mask_cells[chart]
         ends = (seam.start, seam.stop)
         if window is not None:
             ends = (max(ends[0], window[0]), min(ends[1], window[1]))
         placed, low, high = _overhanging(
-            laid.placements, old, seam.edge, ends, 2 * self.cells[seam.chart] + 2
+            laid.placements, old, seam.edge, ends, 2 * self.mask_cells[seam.chart] + 2
         )
         chosen = np.flatnonzero(placed)
         block = laid.placements[chosen]
@@ -225,23 +231,30 @@ class BlockTransfer:
         kept = (out[:, 4] >= 0) & (out[:, 2:4].max(axis=1) <= LARGEST_WARPED)
         result = np.zeros(int(kept.sum()), PLACEMENT)
         result["chart"] = chart
-        for n, name in enumerate(("row", "column", "height", "width", "cells")):
+        for n, name in enumerate(("row", "column", "height", "width", "first_cell")):
             result[name] = out[kept, n]
-        whole = 16 if after is None else 1
         for n, name in enumerate(("source_row", "source_column")):
             most = 16 * (self.exemplar_shape[n] - 1)
-            result[name] = np.clip(whole * np.rint(sources[kept, n] / whole), 0, most)
+            result[name] = np.clip(np.rint(sources[kept, n]), 0, most)
         result["symmetry"] = symmetry[kept]
-        result["mask"], result["cell"], result["feather"] = MASK_CUT, cell, self.feather
-        origins, steps = laid.origins[chosen[kept]], laid.steps[chosen[kept]] + 1
-        return ChartPlacements(result, masks, origins, steps)
+        result["mask"], result["mask_cell"], result["feather"] = MASK_CUT, cell, self.feather
+        chosen = chosen[kept]
+        return ChartPlacements(
+            result, masks, laid.origins[chosen], laid.steps[chosen] + 1, laid.parents[chosen]
+        )
+
+
+def _as_parents(chart: int, laid: ChartPlacements) -> ChartPlacements:
+    # A finished chart's placements, as those that others are transferred from.
+    count = len(laid.placements)
+    parents = np.stack([np.full(count, chart, np.int64), np.arange(count, dtype=np.int64)], axis=1)
+    return replace(laid, parents=parents)
 
 
 def _distinct(found: ChartPlacements) -> ChartPlacements:
     # One version of each block, in painting order: that which was transferred over the fewest edges, which
-    # lies
-    # most truly. Others that lie in the same place add to its mask; those that lie elsewhere come before it,
-    # and show where it does not.
+    # lies most truly. Others that lie in the same place add to its mask; those that lie elsewhere come before
+    # it, and show where it does not.
     order = np.lexsort((found.steps, found.origins))
     _, first, which = np.unique(found.origins[order], return_index=True, return_inverse=True)
     block = found.placements[order]
@@ -256,16 +269,18 @@ def _distinct(found: ChartPlacements) -> ChartPlacements:
     apart[first] = True
     kept = order[apart]
     kept = kept[np.lexsort((-found.steps[kept], found.origins[kept]))]
-    return ChartPlacements(found.placements[kept], found.cells, found.origins[kept], found.steps[kept])
+    return ChartPlacements(
+        found.placements[kept], found.cells, found.origins[kept], found.steps[kept], found.parents[kept]
+    )
 
 
 def _add_mask(cells: NDArray[np.uint8], one: np.void, other: np.void) -> None:
     # Adds another version of a block's mask, which lies in about the same place, to one.
-    size = int(one["cell"])
+    size = int(one["mask_cell"])
     grids, places = [], []
     for block in (one, other):
         rows, columns = -(-int(block["height"]) // size), -(-int(block["width"]) // size)
-        start = int(block["cells"])
+        start = int(block["first_cell"])
         grids.append(cells[start : start + rows * columns].reshape(rows, columns))
         places.append((block["row"] - block["height"] // 2, block["column"] - block["width"] // 2))
     here, there = grids
@@ -307,8 +322,8 @@ def _masks(
     masks = np.empty(min(_MOST_CELLS, int(4 * area.sum() / cell**2) + 64 * len(block)), np.uint8)
     out = np.empty((len(block), 5), np.int32)
     columns = [block[name].astype(np.int32) for name in ("row", "column", "height", "width")]
-    columns.append(np.maximum(1, block["cell"]).astype(np.int32))
-    columns += [(block["mask"] == MASK_CUT).astype(np.int32), block["cells"]]
+    columns.append(np.maximum(1, block["mask_cell"]).astype(np.int32))
+    columns += [(block["mask"] == MASK_CUT).astype(np.int32), block["first_cell"]]
     count = transfer_masks(
         np.stack(columns, axis=1),
         laid.cells,
@@ -344,16 +359,16 @@ def _overhanging(
 
 def _symmetries(
     block: NDArray[np.void],
-    old: WarpField | None,
-    new: WarpField | None,
+    old: WarpField,
+    new: WarpField,
     places: FloatArray,
     back: FloatArray,
 ) -> tuple[NDArray[np.uint8], NDArray[np.bool_]]:
     # The turn that a block has on the other chart, and whether it fits that chart's directions.
     turned = SYMMETRIES[block["symmetry"]].reshape(-1, 2, 2)
-    before = turned @ matrices_at(old, block["row"].astype(np.float64), block["column"].astype(np.float64))
+    before = turned @ old.at(block["row"].astype(np.float64), block["column"].astype(np.float64))
     here: FloatArray = np.rint(places)
-    wanted = before @ back @ np.linalg.inv(matrices_at(new, here[:, 0], here[:, 1]))
+    wanted = before @ back @ np.linalg.inv(new.at(here[:, 0], here[:, 1]))
     wanted /= np.sqrt(np.maximum(1e-12, np.abs(np.linalg.det(wanted))))[:, None, None]
     likeness = np.einsum("nij,tij->nt", wanted, SYMMETRIES.reshape(-1, 2, 2).astype(np.float64))
     symmetry = likeness.argmax(axis=1)
@@ -364,8 +379,8 @@ def _symmetries(
 def _sources(
     transition: Transition,
     block: NDArray[np.void],
-    old: WarpField | None,
-    new: WarpField | None,
+    old: WarpField,
+    new: WarpField,
     places: FloatArray,
     symmetry: NDArray[np.uint8],
     low: FloatArray,
@@ -385,25 +400,22 @@ def _sources(
     ):
         across = np.full_like(place, line)
         texels.append((place, across) if edge & 1 else (across, place))
-    read = _displacement(old, block["row"], block["column"], block["symmetry"], *texels[0])
-    seen = _displacement(new, np.rint(places[:, 0]), np.rint(places[:, 1]), symmetry, *texels[1])
+    read = _read(old, block["row"], block["column"], block["symmetry"], *texels[0])
+    seen = _read(new, np.rint(places[:, 0]), np.rint(places[:, 1]), symmetry, *texels[1])
     start = np.stack([block["source_row"], block["source_column"]], axis=1).astype(np.float64)
     found: FloatArray = start + 16.0 * (read - seen).mean(axis=1)
     return found
 
 
-def _displacement(
-    field: WarpField | None,
+def _read(
+    field: WarpField,
     row: NDArray[Any],
     column: NDArray[Any],
     symmetry: NDArray[np.uint8],
     rows: FloatArray,
     columns: FloatArray,
 ) -> FloatArray:
-    # How far from its source a block reads at some texels (n, k), in pixels.
+    # How far from their sources blocks read at some texels (n, k), in pixels.
     row, column = row.astype(np.float64), column.astype(np.float64)
-    mean = 0.5 * (matrices_at(field, row, column)[:, None] + matrices_at(field, rows, columns))
-    step = np.stack([rows - row[:, None], columns - column[:, None]], axis=2)
-    turned = SYMMETRIES[symmetry].reshape(-1, 1, 2, 2)
-    found: FloatArray = ((turned @ mean) @ step[..., None])[..., 0]
-    return found
+    steps = displacements(field, field.at(row, column), row, column, rows, columns)
+    return np.asarray((SYMMETRIES[symmetry].reshape(-1, 1, 2, 2) @ steps[..., None])[..., 0], np.float64)

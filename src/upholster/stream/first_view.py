@@ -7,8 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.errors import InputError
-from upholster.quilt import Chart, Quilt
-from upholster.quilt.model import MASK_NONE, PLACEMENT
+from upholster.quilt.chart import Chart
+from upholster.quilt.model import Quilt
+from upholster.quilt.placement import MASK_NONE, PLACEMENT
+from upholster.quilt.plans import PlacementList
 from upholster.quilt.warp_field import OCTAVE, UNIT, WarpField
 
 __all__ = ["MAX_TILES", "assemble", "check_tiles", "mirrored_tiling", "scale_field", "scale_of"]
@@ -18,13 +20,15 @@ MAX_TILES = 2**19
 
 _LARGEST_TILE, _LARGEST_SCALED = 4096, 2048
 
-# Turns that mirror nothing, columns, rows, both.
+# Symmetries that mirror nothing, columns, rows, both.
 _SYMMETRIES = np.array([[0, 5], [7, 2]], np.uint8)
 
 
-def scale_field(scale: int) -> WarpField | None:
-    """Return the warp field of so many 1/32 octaves, the same everywhere; None for 0."""
-    return WarpField(np.array([[[scale, scale, 0, 0]]], np.int16), 0) if scale else None
+def scale_field(scale: int) -> WarpField:
+    """Return the warp field of so many 1/32 octaves, the same everywhere."""
+    if not scale:
+        return WarpField.identity()
+    return WarpField(np.array([[[scale, scale, 0, 0]]], np.int16), 0)
 
 
 def mirrored_tiling(
@@ -50,7 +54,7 @@ def mirrored_tiling(
     height, width = (_tile(side, unit) for side in exemplar_shape)
     rows, columns = -(-chart.height // height), -(-chart.width // width)
     placed = np.zeros((rows, columns), PLACEMENT)
-    placed["chart"], placed["cells"], placed["mask"] = index, -1, MASK_NONE
+    placed["chart"], placed["first_cell"], placed["mask"] = index, -1, MASK_NONE
     placed["height"], placed["width"] = height, width
     i, j = np.arange(rows)[:, None], np.arange(columns)
     placed["row"], placed["column"] = i * height + height // 2, j * width + width // 2
@@ -68,21 +72,22 @@ def mirrored_tiling(
 def assemble(
     charts: tuple[Chart, ...],
     exemplar_shape: tuple[int, int],
-    parts: list[NDArray[np.void]],
+    placed: NDArray[np.void],
+    mask_cells: NDArray[np.uint8],
     known: Collection[int],
-    cells: NDArray[np.uint8],
-    fields: tuple[WarpField | None, ...] = (),
+    fields: tuple[WarpField, ...] = (),
     scale: int = 0,
 ) -> Quilt:
-    """Return a quilt of placements in painting order; charts not `known` repeat the exemplar at `scale`."""
+    """Return a quilt of the placements of `known` charts; all others repeat the exemplar at `scale`."""
     done = set(known)
     rest = [n for n in range(len(charts)) if n not in done]
     repeated = [mirrored_tiling(n, charts[n], exemplar_shape, scale) for n in rest]
-    placed = np.concatenate([np.zeros(0, PLACEMENT), *parts, *repeated])
-    if rest and (fields or scale):
-        given = fields or (None,) * len(charts)
+    placed = np.concatenate([placed, *repeated])
+    if rest:
+        given = fields or (WarpField.identity(),) * len(charts)
         fields = tuple(given[n] if n in done else scale_field(scale) for n in range(len(charts)))
-    return Quilt(charts, exemplar_shape, placed[np.argsort(placed["chart"], kind="stable")], cells, fields)
+    plan = PlacementList(placed[np.argsort(placed["chart"], kind="stable")], mask_cells)
+    return Quilt(charts, exemplar_shape, plan, fields)
 
 
 def check_tiles(charts: Sequence[Chart], exemplar_shape: tuple[int, int], scale: int = 0) -> None:
@@ -106,13 +111,9 @@ def check_tiles(charts: Sequence[Chart], exemplar_shape: tuple[int, int], scale:
         )
 
 
-def scale_of(
-    fields: Sequence[WarpField | None], charts: Sequence[Chart], exemplar_shape: tuple[int, int]
-) -> int:
+def scale_of(fields: Sequence[WarpField], charts: Sequence[Chart], exemplar_shape: tuple[int, int]) -> int:
     """Return the scale for a first view of charts with these warp fields: the middle one that fits."""
-    sizes = [field.nodes[..., :2].reshape(-1) for field in fields if field is not None]
-    if not sizes:
-        return 0
+    sizes = [field.nodes[..., :2].reshape(-1) for field in fields]
     scale = int(np.clip(np.rint(np.median(np.concatenate(sizes))), -OCTAVE * 4, OCTAVE * 4 - 1))
     while scale > 0 and not (
         _tiles(charts, exemplar_shape, scale) <= MAX_TILES and _fits(exemplar_shape, scale)
@@ -129,8 +130,7 @@ def _fits(exemplar_shape: tuple[int, int], scale: int) -> bool:
 
 
 def _unit(scale: int) -> int:
-    field = scale_field(scale)
-    return UNIT if field is None else int(field.matrices[0, 0, 0])
+    return int(scale_field(scale).matrices[0, 0, 0])
 
 
 def _tile(side: int, unit: int) -> int:
