@@ -22,7 +22,8 @@ from upholster.image.roles import ROLES
 from upholster.image.source import Source, read_source, source_names, source_parts
 from upholster.methods import Prepared, execute, matched_image, prepare
 from upholster.methods.quilt.method import QuiltOptions
-from upholster.outputs import TexturedModel, WriteOptions, parse_output, write_output
+from upholster.options import SynthesisOptions, WriteOptions, chosen
+from upholster.outputs import TexturedModel, parse_output, write_output
 from upholster.quilt import Quilt, Texels, paint, paint_material
 from upholster.quilt.model import MASK_CUT
 from upholster.stream import StreamDecoder
@@ -71,7 +72,7 @@ def cover(
     *,
     crop: tuple[int, int, int, int] | None = None,
     resize: str | None = None,
-    synthesis: dict[str, Any] | None = None,
+    synthesis: SynthesisOptions | Mapping[str, Any] | None = None,
     seed: int = 0,
     options: WriteOptions | None = None,
     report: str | os.PathLike[str] | None = None,
@@ -95,7 +96,7 @@ def cover(
         atlas, flat texture and OBJ, named by role: ``wall_normal.png`` beside ``wall.png``; pictures of the
         model show the base colour alone.
     synthesis
-        Keyword arguments of `upholster.synthesize`, but for the next ones.
+        How it is covered: `upholster.SynthesisOptions`, or some of them by name.
     seed
         As there.
     options
@@ -116,8 +117,8 @@ def cover(
         Before any work where possible; nothing is written then.
     """
     options = options or WriteOptions()
-    asked = synthesis or {}
-    wanted = [parse_output(target, flat=isinstance(asked.get("texels"), tuple)) for target in targets]
+    asked = chosen(SynthesisOptions, synthesis)
+    wanted = [parse_output(target, flat=isinstance(asked.texels, tuple)) for target in targets]
     seconds: dict[str, float] = {}
     with _timed("read", seconds):
         surface = surface_from_spec(on)
@@ -130,10 +131,10 @@ def cover(
     ) as files:
         if any(output.kind in ("uph", "html") for output in wanted):
             for part in parts.values():
-                check_image(part, wavelet=options.wavelet, levels=options.levels, lossless=options.lossless)
+                check_image(part, **options.transform)
         with _timed("prepare", seconds):
-            seen = matched_image(source, asked.get("method", "quilt"))
-            prepared = prepare(seen, surface, **asked)
+            seen = matched_image(source, asked.method)
+            prepared = prepare(seen, surface, asked)
         with _timed("synthesize", seconds):
             quilt = execute(prepared, seen, surface, seed=seed, threads=threads, progress=progress)
         with _timed("paint", seconds):
@@ -145,7 +146,7 @@ def cover(
                 write_output(output, model, files, progress=progress)
             written |= {str(file): files.path(file).stat().st_size for file in output.files(roles)}
         parameters = {"exemplar": source_names(exemplar), "on": on, "crop": crop, "resize": resize}
-        parameters |= {"threads": threads} | _defaults(prepare) | asked | {"seed": seed} | asdict(options)
+        parameters |= {"threads": threads} | asdict(asked) | {"seed": seed} | asdict(options)
         if callable(parameters["direction"]):
             parameters["direction"] = prepared.direction
         result = CoverReport(
@@ -344,12 +345,6 @@ def _counts(surface: Surface, quilt: Quilt, texels: Texels) -> dict[str, int]:
         "edge blocks": 0 if quilt.fields else int((quilt.placements["mask"] == MASK_CUT).sum()) // 2,
         "channels": sample.shape[2],
         "bits": 8 * sample.itemsize,
-    }
-
-
-def _defaults(function: Any) -> dict[str, Any]:
-    return {
-        name: value for name, value in function.__kwdefaults__.items() if name not in ("threads", "progress")
     }
 
 

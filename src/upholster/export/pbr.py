@@ -2,17 +2,16 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
 from upholster.errors import InputError, nearest
 from upholster.image import alpha_channel, encode_image
+from upholster.options import TextureFormat
 from upholster.types import PixelArray
 
 __all__ = ["PbrMaterial", "TextureFormat", "build_material"]
-
-TextureFormat = Literal["png", "jpeg", "webp"]
 
 DATA_QUALITY = 90
 """JPEG and WebP of maps that hold no colours are at least as good: from here on JPEG keeps all its colour."""
@@ -77,7 +76,7 @@ def build_material(
     if mode == "OPAQUE" and alpha_channel(pixels.shape[2]) is not None:
         pixels = pixels[:, :, :-1]
     elif mode != "OPAQUE" and texture == "jpeg":
-        raise InputError("texture 'jpeg' cannot hold the exemplar's alpha; allowed: 'png' or 'webp'")
+        raise InputError("texture 'jpeg' cannot hold the sample's alpha; allowed: 'png' or 'webp'")
     surface: dict[str, Any] = {
         "baseColorTexture": {"index": 0},
         "metallicFactor": 1 if "metallic" in maps else 0,
