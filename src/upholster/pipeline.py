@@ -15,7 +15,7 @@ from typing import Any
 from upholster._version import __version__
 from upholster.codec import check_image
 from upholster.errors import FormatError, InputError
-from upholster.files import outputs, read_bytes
+from upholster.files import Outputs, outputs, read_bytes
 from upholster.geometry import Surface, surface_from_spec
 from upholster.image import Material
 from upholster.image.roles import ROLES
@@ -23,7 +23,7 @@ from upholster.image.source import Source, read_source, source_names, source_par
 from upholster.methods import Prepared, execute, matched_image, prepare
 from upholster.methods.quilt.method import QuiltOptions
 from upholster.options import SynthesisOptions, WriteOptions, chosen
-from upholster.outputs import TexturedModel, parse_output, write_output
+from upholster.outputs import Output, TexturedModel, parse_output, write_output
 from upholster.quilt import Quilt, Texels, paint, paint_material
 from upholster.quilt.model import MASK_CUT
 from upholster.stream import StreamDecoder
@@ -129,9 +129,7 @@ def cover(
     with outputs(
         [file for output in wanted for file in output.files(roles)] + ([report] if report else [])
     ) as files:
-        if any(output.kind in ("uph", "html") for output in wanted):
-            for part in parts.values():
-                check_image(part, **options.transform)
+        _check_coded(wanted, parts, options)
         with _timed("prepare", seconds):
             seen = matched_image(source, asked.method)
             prepared = prepare(seen, surface, asked)
@@ -140,11 +138,7 @@ def cover(
         with _timed("paint", seconds):
             texels, maps = _painted(quilt, source, threads, progress)
         model = TexturedModel(surface, texels, options, threads, quilt, source, maps)
-        written: dict[str, int] = {}
-        for output in wanted:
-            with _timed(f"write {output.path.name}", seconds):
-                write_output(output, model, files, progress=progress)
-            written |= {str(file): files.path(file).stat().st_size for file in output.files(roles)}
+        written = _written(wanted, model, files, seconds, progress)
         parameters = {"exemplar": source_names(exemplar), "on": on, "crop": crop, "resize": resize}
         parameters |= {"threads": threads} | asdict(asked) | {"seed": seed} | asdict(options)
         if callable(parameters["direction"]):
@@ -226,10 +220,7 @@ def refine(
         texels, maps = _painted(quilt, exemplar, threads, progress)
         same = data if decoder.complete and not options.recodes else None
         model = TexturedModel(decoder.surface, texels, options, threads, quilt, exemplar, maps, same)
-        written: dict[str, int] = {}
-        for output in wanted:
-            write_output(output, model, files, progress=progress)
-            written |= {str(file): files.path(file).stat().st_size for file in output.files(roles)}
+        written = _written(wanted, model, files, {}, progress)
     known, count = decoder.coefficients_known
     return RefineReport(
         decoder.received,
@@ -287,6 +278,29 @@ def write(
     model = TexturedModel(surface, base, options or WriteOptions(), threads, quilt, exemplar, maps)
     with outputs(output.files(maps)) as files:
         write_output(output, model, files, progress=progress)
+
+
+def _check_coded(wanted: Sequence[Output], parts: Mapping[str, PixelArray], options: WriteOptions) -> None:
+    """Raise InputError where a stream is wanted and can not hold the sample's maps."""
+    if any(output.kind in ("uph", "html") for output in wanted):
+        for part in parts.values():
+            check_image(part, **options.transform)
+
+
+def _written(
+    wanted: Sequence[Output],
+    model: TexturedModel,
+    files: Outputs,
+    seconds: dict[str, float],
+    progress: Progress | None,
+) -> dict[str, int]:
+    """Write all outputs; return the bytes of each file, and add the time of each output to `seconds`."""
+    written: dict[str, int] = {}
+    for output in wanted:
+        with _timed(f"write {output.path.name}", seconds):
+            write_output(output, model, files, progress=progress)
+        written |= {str(file): files.path(file).stat().st_size for file in output.files(model.maps)}
+    return written
 
 
 def _painted(

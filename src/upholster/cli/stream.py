@@ -75,7 +75,7 @@ def info(
         here = "all" if row.received == row.length else f"{row.received:,}"
         chunks.add_row(row.tag, f"{row.offset:,}", f"{row.length:,}", here, row.holds)
     console.print(chunks)
-    readable = Table("bytes", "charts", "placements", "coefficients", "exemplar", box=SIMPLE_HEAD)
+    readable = Table("bytes", "charts", "placements", "coefficients", "sample", box=SIMPLE_HEAD)
     for line in found.readable:
         quality = "as far as known" if line.psnr == float("inf") else f"{line.psnr:.1f} dB"
         parts = (f"{100 * part:.0f} %" for part in (line.charts, line.placements, line.coefficients))
