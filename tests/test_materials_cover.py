@@ -16,7 +16,7 @@ import upholster
 from upholster import cli
 from upholster.errors import InputError
 from upholster.image import read_image, write_image
-from upholster.outputs import WriteOptions
+from upholster.options import WriteOptions
 from upholster.pipeline import cover, refine
 
 SIDE = 64

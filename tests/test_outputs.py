@@ -10,7 +10,8 @@ from upholster.export import write_map
 from upholster.geometry import sphere
 from upholster.image import read_image
 from upholster.model import build_atlas, build_normal_atlas
-from upholster.outputs import TexturedModel, WriteOptions, parse_output
+from upholster.options import WriteOptions
+from upholster.outputs import TexturedModel, parse_output
 from upholster.quilt import Chart, Texels
 
 ROLES = ("normal", "ao")

@@ -13,7 +13,7 @@ from upholster.errors import FormatError, InputError
 from upholster.image import read_image, write_image
 from upholster.image.drawing import Drawing
 from upholster.levels import curve_picture, levels_picture, refine_steps
-from upholster.outputs import WriteOptions
+from upholster.options import WriteOptions
 from upholster.pipeline import refine
 from upholster.stream import StreamDecoder, encode_stream
 from upholster.stream.prefix import Limit, feed_until

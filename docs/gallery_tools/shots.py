@@ -14,7 +14,8 @@ from upholster.errors import InputError
 from upholster.geometry import Surface, tessellate
 from upholster.image import from_linear, read_exemplar, to_linear
 from upholster.methods import synthesize
-from upholster.outputs import TexturedModel, WriteOptions
+from upholster.options import WriteOptions
+from upholster.outputs import TexturedModel
 from upholster.quilt import Chart, Texels, paint
 from upholster.render import Camera, render
 from upholster.types import FloatArray, IntArray, PixelArray

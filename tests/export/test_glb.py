@@ -132,7 +132,7 @@ def test_alpha_mode(tmp_path: Path, channels: int, alpha: Any, mode: Any) -> Non
     assert glb.json["materials"][0].get("alphaMode") == mode
     assert glb.image(tmp_path).shape[2] == channels - (mode is None)
     if mode is not None:
-        with pytest.raises(InputError, match="'jpeg' cannot hold the exemplar's alpha; allowed"):
+        with pytest.raises(InputError, match="'jpeg' cannot hold the sample's alpha; allowed"):
             write_glb(tmp_path / "x.glb", model.mesh, model.uv, model.pixels, texture="jpeg")
 
 

@@ -11,9 +11,9 @@ from upholster.geometry import plane, surface_from_spec
 from upholster.measure import cut_seam_ratio, matched_cut_ratio, matched_edge_ratio
 from upholster.methods import synthesize
 from upholster.quilt import Texels, paint
-from upholster.quilt.placement import PLACEMENT
 from upholster.quilt.chart import Chart
 from upholster.quilt.model import Quilt
+from upholster.quilt.placement import PLACEMENT
 
 
 def test_cuts_against_a_plain_sum():

@@ -12,9 +12,9 @@ from upholster.errors import InputError
 from upholster.geometry import plane, surface_from_spec, torus
 from upholster.measure import mapping
 from upholster.measure.mapping import _derivative
-from upholster.quilt.placement import PLACEMENT
 from upholster.quilt.chart import Chart
 from upholster.quilt.model import Quilt
+from upholster.quilt.placement import PLACEMENT
 
 
 def tiled(charts, fields, block=32, exemplar=(128, 128)):

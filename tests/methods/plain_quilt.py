@@ -11,9 +11,7 @@ from upholster.methods.quilt.grid import BlockGrid
 from upholster.methods.quilt.match_pyramid import MatchPyramid
 from upholster.methods.quilt.transfer import BlockTransfer, ChartPlacements, joined
 from upholster.quilt import Quilt
-from upholster.quilt.placement import SYMMETRIES
-from upholster.quilt.placement import MASK_CUT, PLACEMENT
-
+from upholster.quilt.placement import MASK_CUT, PLACEMENT, SYMMETRIES
 from upholster.quilt.warp_field import UNIT, WarpField, node_count
 
 

@@ -11,8 +11,8 @@ from upholster.errors import InputError
 from upholster.geometry import RationalPatch, Surface, cone, plane, ring_cyclide, sphere, torus
 from upholster.methods.quilt.method import QuiltOptions, synthesize_quilt
 from upholster.quilt import Chart, paint
-from upholster.quilt.placement import MASK_CUT
 from upholster.quilt.displacement import levels_of, warped_sources
+from upholster.quilt.placement import MASK_CUT
 from upholster.quilt.warp_field import WarpField
 
 EXEMPLAR = texture()
@@ -55,21 +55,49 @@ ONE = (Chart(0, 90, 75),)
 SIXTEEN = tuple(Chart(n, 40, 30 + n) for n in range(16))
 TWINS = {
     "plain": (EXEMPLAR, plane(), ONE, None, SMALL, False),
-    "cheap": (EXEMPLAR, plane(), ONE, None, QuiltOptions(20, evenness=0, variety=0, tolerance=1), False),
-    "dear": (EXEMPLAR, plane(), ONE, None, QuiltOptions(20, evenness=1, variety=1, tolerance=1.5), False),
-    "grey, few": (texture(50, 50, 1), plane(), ONE, None, QuiltOptions(24, 12, shortlist=5), False),
-    "all judged": (texture(30, 30), plane(), ONE, None, QuiltOptions(16, shortlist=4000), False),
+    "cheap": (
+        EXEMPLAR,
+        plane(),
+        ONE,
+        None,
+        QuiltOptions(block=20, evenness=0, variety=0, tolerance=1),
+        False,
+    ),
+    "dear": (
+        EXEMPLAR,
+        plane(),
+        ONE,
+        None,
+        QuiltOptions(block=20, evenness=1, variety=1, tolerance=1.5),
+        False,
+    ),
+    "grey, few": (
+        texture(50, 50, 1),
+        plane(),
+        ONE,
+        None,
+        QuiltOptions(block=24, overlap=12, shortlist=5),
+        False,
+    ),
+    "all judged": (texture(30, 30), plane(), ONE, None, QuiltOptions(block=16, shortlist=4000), False),
     "every second pixel": (texture(80, 90), plane(), ONE, None, SMALL, False),
-    "every fourth pixel": (texture(400, 390), plane(), ONE, None, QuiltOptions(30, shortlist=9), False),
+    "every fourth pixel": (texture(400, 390), plane(), ONE, None, QuiltOptions(block=30, shortlist=9), False),
     "small exemplar": (texture(14, 11), plane(), ONE, None, SMALL, False),
     "thin chart": (EXEMPLAR, plane(), (Chart(0, 9, 150),), None, SMALL, False),
     "wrapped": (EXEMPLAR, plane(), (Chart(0, 70, 85),), None, SMALL, True),
     "wrapped, small": (EXEMPLAR, plane(), (Chart(0, 15, 33),), None, SMALL, True),
-    "turned": (EXEMPLAR, plane(), ONE, (turning(1.3, 30),), QuiltOptions(16), False),
-    "bent": (EXEMPLAR, plane(), ONE, (turning(0.8, -10, 0.1),), QuiltOptions(16), False),
-    "minified": (texture(96, 120), plane(), ONE, (turning(2.6, -70, 0.02),), QuiltOptions(40), False),
-    "magnified": (EXEMPLAR, plane(), (Chart(0, 120, 150),), (turning(0.45, 10),), QuiltOptions(16), False),
-    "larger than the exemplar": (EXEMPLAR, plane(), ONE, (turning(6, 20),), QuiltOptions(40), False),
+    "turned": (EXEMPLAR, plane(), ONE, (turning(1.3, 30),), QuiltOptions(block=16), False),
+    "bent": (EXEMPLAR, plane(), ONE, (turning(0.8, -10, 0.1),), QuiltOptions(block=16), False),
+    "minified": (texture(96, 120), plane(), ONE, (turning(2.6, -70, 0.02),), QuiltOptions(block=40), False),
+    "magnified": (
+        EXEMPLAR,
+        plane(),
+        (Chart(0, 120, 150),),
+        (turning(0.45, 10),),
+        QuiltOptions(block=16),
+        False,
+    ),
+    "larger than the exemplar": (EXEMPLAR, plane(), ONE, (turning(6, 20),), QuiltOptions(block=40), False),
     "four charts": (EXEMPLAR, plane(2, 2, spans=(2, 2)), whole(plane(spans=(2, 2)), 60), None, SMALL, False),
     "torus": (EXEMPLAR, torus(), SIXTEEN, [turning(1 + 0.02 * n, 3 * n) for n in range(16)], SMALL, False),
 }
@@ -160,7 +188,7 @@ def tiling(count=4, period=16):
     return np.tile(texture(period, period, passes=2), (count, count, 1))
 
 
-@pytest.mark.parametrize("options", [QuiltOptions(n, evenness=0, variety=0) for n in (20, 24)])
+@pytest.mark.parametrize("options", [QuiltOptions(block=n, evenness=0, variety=0) for n in (20, 24)])
 def test_what_tiles_goes_on_without_error(options):
     exemplar = tiling()
     array = paint(synthesize_quilt(exemplar, plane(), ONE, options=options), exemplar).arrays[0]
@@ -291,7 +319,7 @@ def test_evenness_spreads_use_and_variety_avoids_repeats():
     exemplar = texture(64, 64, passes=4)
 
     def mean(measure, **changes):
-        options = replace(QuiltOptions(20, evenness=0, variety=0), **changes)
+        options = replace(QuiltOptions(block=20, evenness=0, variety=0), **changes)
         charts = (Chart(0, 200, 200),)
         found = [synthesize_quilt(exemplar, plane(), charts, options=options, seed=seed) for seed in range(4)]
         return np.mean([measure(quilt) for quilt in found])
@@ -308,7 +336,7 @@ def test_use_counts_over_all_charts():
     patches = [RationalPatch(p.net + n * np.array([5.0, 0, 0, 0])) for n in range(6) for p in plane().patches]
     surface = Surface(patches)
     exemplar = texture(64, 64, passes=4)
-    options = QuiltOptions(20, variety=0, evenness=3)
+    options = QuiltOptions(block=20, variety=0, evenness=3)
     quilt = synthesize_quilt(exemplar, surface, whole(surface, 60), options=options)
     alone = spread(synthesize_quilt(exemplar, plane(), (Chart(0, 60, 60),), options=options), exemplar)
     assert spread(quilt, exemplar) < 0.7 * alone

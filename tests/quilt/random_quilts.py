@@ -3,8 +3,15 @@
 import numpy as np
 
 from upholster.quilt import Chart, Quilt
-from upholster.quilt.placement import SYMMETRIES
-from upholster.quilt.placement import MASK_CUT, MASK_NONE, MASK_RAMP, PLACEMENT, SIDE_LEFT, SIDE_TOP
+from upholster.quilt.placement import (
+    MASK_CUT,
+    MASK_NONE,
+    MASK_RAMP,
+    PLACEMENT,
+    SIDE_LEFT,
+    SIDE_TOP,
+    SYMMETRIES,
+)
 
 SHAPE = (40, 44)
 

@@ -6,8 +6,8 @@ import pytest
 from upholster.errors import InputError
 from upholster.geometry import ring_cyclide, sphere
 from upholster.quilt import Chart, Quilt, paint
-from upholster.quilt.placement import MASK_RAMP, PLACEMENT
 from upholster.quilt.normals import paint_normals
+from upholster.quilt.placement import MASK_RAMP, PLACEMENT
 from upholster.quilt.warp_field import FIELD_STEP, WarpField, node_count
 
 SIDE = 160

@@ -6,8 +6,7 @@ from random_quilts import SHAPE, exemplar_of, plain_weights, random_quilt
 
 from upholster.errors import InputError
 from upholster.quilt import Chart, Quilt, paint
-from upholster.quilt.placement import SYMMETRIES
-from upholster.quilt.placement import MASK_CUT, MASK_NONE, PLACEMENT
+from upholster.quilt.placement import MASK_CUT, MASK_NONE, PLACEMENT, SYMMETRIES
 
 
 def plain_paint(quilt, exemplar):

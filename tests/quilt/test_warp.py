@@ -8,12 +8,10 @@ from upholster.errors import InputError
 from upholster.jit import kernel
 from upholster.quilt import Quilt, paint
 from upholster.quilt._field_kernels import matrix_at
-from upholster.quilt.placement import SYMMETRIES
-from upholster.quilt.placement import MASK_NONE, PLACEMENT
 from upholster.quilt.chart import Chart
-from upholster.quilt.pyramid import build_pyramid, halved, most_levels
 from upholster.quilt.displacement import levels_of
-from upholster.quilt.placement import LARGEST_WARPED
+from upholster.quilt.placement import LARGEST_WARPED, MASK_NONE, PLACEMENT, SYMMETRIES
+from upholster.quilt.pyramid import build_pyramid, halved, most_levels
 from upholster.quilt.warp_field import WarpField, node_count
 
 IDENTITY = WarpField.quantised(np.broadcast_to(np.eye(2), (2, 2, 2, 2)), margin=0)

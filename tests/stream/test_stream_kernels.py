@@ -6,12 +6,12 @@ import numpy as np
 import plain_decoder
 import pytest
 from streams import anything, covered
-
-from upholster.quilt import Chart
-from upholster.quilt.placement import MASK_CUT
 from upholster.stream.placement_encoder import encode_placements
 from upholster.stream.records import FIELD_NAMES, strip_masks
 from upholster.stream.regular import recognise
+
+from upholster.quilt import Chart
+from upholster.quilt.placement import MASK_CUT
 
 
 @pytest.mark.parametrize("spec", ["cyclide", "sphere", "cylinder"])

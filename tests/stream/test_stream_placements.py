@@ -8,6 +8,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from streams import anything, anything_bent, changed, covered, noise, same, same_fields, woven
+from upholster.stream.grid_decoder import GridDecoder
+from upholster.stream.placement_encoder import encode_placements
+from upholster.stream.placements import open_plan
+from upholster.stream.records import GRID
 
 from upholster.errors import FormatError, InputError
 from upholster.methods import synthesize
@@ -15,10 +19,6 @@ from upholster.methods.paper import PaperOptions, synthesize_paper
 from upholster.quilt import Chart, Quilt, paint
 from upholster.quilt.placement import MASK_CUT, PLACEMENT
 from upholster.stream.byte_reader import ByteReader
-from upholster.stream.grid_decoder import GridDecoder
-from upholster.stream.placement_encoder import encode_placements
-from upholster.stream.placements import open_plan
-from upholster.stream.records import GRID
 
 
 def decoder_of(quilt: Any, plan: Any) -> Any:

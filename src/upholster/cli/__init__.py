@@ -53,7 +53,7 @@ def main() -> NoReturn:
         elif hasattr(error, "exit_code"):
             status = error.exit_code
         elif isinstance(error, MemoryError):
-            status = _fail("not enough memory; a smaller --texels, --size or exemplar needs less")
+            status = _fail("not enough memory; a smaller --texels, --size or sample needs less")
         else:
             raise
     sys.stdout.flush()

@@ -142,7 +142,7 @@ def check_painted(quilt: Quilt, texels: Texels, exemplar: PixelArray) -> None:
     """Raise InputError unless texels and exemplar are of a quilt's charts and shape."""
     _check(quilt, texels)
     if exemplar.ndim != 3 or exemplar.shape[:2] != quilt.exemplar_shape:
-        raise InputError(f"exemplar has shape {exemplar.shape}; allowed: the quilt's, {quilt.exemplar_shape}")
+        raise InputError(f"sample has shape {exemplar.shape}; allowed: the quilt's, {quilt.exemplar_shape}")
 
 
 def _check(quilt: Quilt, texels: Texels) -> None:

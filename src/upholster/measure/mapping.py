@@ -95,7 +95,7 @@ def mapping(
     values as local stretch.
     """
     if scale is not None and not (np.isfinite(scale) and scale > 0):
-        raise InputError(f"scale is {scale}; allowed: a positive number of exemplar pixels per unit")
+        raise InputError(f"scale is {scale}; allowed: a positive number of sample pixels per unit")
     for index, chart in enumerate(quilt.charts):
         if not 0 <= chart.patch < len(surface.patches):
             raise InputError(

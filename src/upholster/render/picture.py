@@ -152,7 +152,7 @@ def render(
         partial(work.paint_band, top, min(top + _BAND_ROWS, height)) for top in range(0, height, _BAND_ROWS)
     ]
     try:
-        run_tasks(tasks, threads=threads, progress=progress, stage="rendering")
+        run_tasks(tasks, threads=threads, progress=progress, stage="render")
     except BaseException:
         work.stopped = True
         raise

@@ -13,7 +13,8 @@ from upholster.errors import UpholsterError
 from upholster.geometry import tessellate
 from upholster.image import encode_image, from_linear
 from upholster.image.drawing import Drawing
-from upholster.outputs import TexturedModel, WriteOptions
+from upholster.options import WriteOptions
+from upholster.outputs import TexturedModel
 from upholster.render import render
 from upholster.server.pages import THUMBNAIL_SIZE
 from upholster.server.versions import Version

@@ -18,6 +18,7 @@ from upholster.geometry import Surface
 from upholster.methods.paper._paper_kernels import lay_blocks, lay_edge_blocks
 from upholster.methods.paper.edges import color_classes, strip_along
 from upholster.methods.paper.matching import Candidates
+from upholster.options import SynthesisOptions
 from upholster.parallel import run_tasks
 from upholster.quilt import Chart, Quilt
 from upholster.quilt.placement import SYMMETRIES
@@ -34,46 +35,21 @@ _BLOCKS_PER_CALL = 256
 Canvas = NDArray[np.uint16]
 
 
-@dataclass(frozen=True, slots=True)
-class PaperOptions:
-    """Parameters of method "paper".
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PaperOptions(SynthesisOptions):
+    """Options of method "paper", all settled.
 
     Attributes
     ----------
     block
-        Side of a block in texels, a multiple of 2^levels, at most 256. The paper's edge blocks are 32; 64 is
-        the other reading of its section 4.3.
+        Side of a block in texels. The paper's edge blocks are 32; 64 is the other reading of its section 4.3.
     overlap
-        Width in texels of the overlap with the block before, a multiple of 2^levels, less than half a block.
-    levels
-        Levels of the Haar transform, n in the paper: 1 to 6.
-    seams
-        Whether to mend the seams between patches (section 4.4).
-
-    Raises
-    ------
-    InputError
-        If they are out of range or do not fit together.
+        Width in texels of the overlap with the block before.
     """
 
+    method: str = "paper"
     block: int = 32
     overlap: int = 8
-    levels: int = 3
-    seams: bool = True
-
-    def __post_init__(self) -> None:
-        if not 1 <= self.levels <= 6:
-            raise InputError(f"levels is {self.levels}; allowed: 1 to 6")
-        tile = 2**self.levels
-        if not 2 * tile <= self.block <= 256 or self.block % tile:
-            raise InputError(
-                f"block is {self.block}; allowed: multiples of 2^levels = {tile} from {2 * tile} to 256"
-            )
-        if not tile <= self.overlap < self.block / 2 or self.overlap % tile:
-            raise InputError(
-                f"overlap is {self.overlap}; allowed: multiples of 2^levels = {tile} "
-                f"from {tile} to less than half a block ({self.block // 2})"
-            )
 
 
 def synthesize_paper(

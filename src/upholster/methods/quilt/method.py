@@ -21,6 +21,7 @@ from upholster.methods.quilt.grid import BlockGrid
 from upholster.methods.quilt.lay import lay_chart
 from upholster.methods.quilt.match_pyramid import MatchPyramid
 from upholster.methods.quilt.transfer import BlockTransfer, ChartPlacements
+from upholster.options import SynthesisOptions
 from upholster.parallel import run_tasks
 from upholster.quilt.chart import Chart
 from upholster.quilt.model import Quilt
@@ -31,52 +32,17 @@ from upholster.types import FloatArray, PixelArray, Progress
 __all__ = ["QuiltOptions", "synthesize_quilt"]
 
 
-@dataclass(frozen=True, slots=True)
-class QuiltOptions:
-    """Parameters of method "quilt".
+@dataclass(frozen=True, slots=True, kw_only=True)
+class QuiltOptions(SynthesisOptions):
+    """Options of method "quilt", all settled.
 
     Attributes
     ----------
     block
-        Side of a block in exemplar pixels, 8 to 512.
-    overlap
-        Width of the overlap with blocks before, in exemplar pixels: at least 4, at most half a block; None:
-        three tenths of a block.
-    evenness
-        How much it costs to use a part of the exemplar more than others: 0 (nothing) to 10, in variances of
-        the exemplar per mean use.
-    variety
-        How much it costs to use a part of the exemplar again within sight of itself, likewise.
-    slack
-        Blocks are chosen at random among those that cost at most this many times the best: 1 to 2.
-    shortlist
-        Candidates that are judged at full resolution: 1 to 4096.
-
-    Raises
-    ------
-    InputError
-        If they are out of range or do not fit together.
+        Side of a block in exemplar pixels.
     """
 
     block: int = 40
-    overlap: int | None = None
-    evenness: float = 0.2
-    variety: float = 0.2
-    tolerance: float = 1.1
-    shortlist: int = 32
-
-    def __post_init__(self) -> None:
-        if not 8 <= self.block <= 512:
-            raise InputError(f"block is {self.block}; allowed: 8 to 512")
-        if self.overlap is not None and not 4 <= self.overlap <= self.block // 2:
-            raise InputError(f"overlap is {self.overlap}; allowed: 4 to half a block ({self.block // 2})")
-        for name, value in (("evenness", self.evenness), ("variety", self.variety)):
-            if not 0 <= value <= 10:
-                raise InputError(f"{name} is {value}; allowed: 0 to 10")
-        if not 1 <= self.tolerance <= 2:
-            raise InputError(f"tolerance is {self.tolerance}; allowed: 1 to 2")
-        if not 1 <= self.shortlist <= 4096:
-            raise InputError(f"shortlist is {self.shortlist}; allowed: 1 to 4096")
 
 
 def synthesize_quilt(
