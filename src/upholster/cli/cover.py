@@ -1,6 +1,7 @@
 """``upholster cover`` and ``upholster surfaces``."""
 
 import time
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -191,7 +192,7 @@ def cover(
         threshold=threshold,
         stream_bytes=byte_count("bytes", stream_bytes),
     )
-    with progress_bars(quiet) as progress:
+    with progress_bars(quiet, _uses(method, exemplar, texels, output)) as progress:
         result = run(
             exemplar,
             on,
@@ -226,3 +227,14 @@ def cover(
         print(f"wrote {written}: {count:,} texels in {time.perf_counter() - start:.1f} s")
         if result.settled:
             print("; ".join(f"{name} {value}" for name, value in result.settled.items()))
+
+
+def _uses(method: str, exemplar: list[str], texels: str | None, outputs: list[str]) -> list[str]:
+    # What kernels these arguments need, as far as they tell; wrong ones are for others to complain about.
+    flat = texels is not None and "x" in texels
+    material = len(exemplar) > 1 or Path(exemplar[0]).is_dir()
+    made = method + (" flat" if flat and method == "quilt" else " material" if material else "")
+    kinds = {
+        ".glb": "model", ".obj": "model", ".npz": "texels", ".uph": "stream", ".html": "stream",
+    }  # fmt: skip
+    return [f"{made} {kinds.get(Path(name).suffix.lower(), 'picture')}" for name in outputs]

@@ -59,7 +59,7 @@ def measure(
         raise InputError("--sample-size and --direction belong to a stream; an image has no surface")
     if sample_size is not None and not 1e-9 <= sample_size <= 1e9:
         raise InputError(f"sample size is {sample_size:g}; allowed: 1e-9 to 1e9 model units")
-    with progress_bars(quiet), outputs([json] if json is not None else []) as files:
+    with progress_bars(quiet, ["measure"]), outputs([json] if json is not None else []) as files:
         if suffix == ".uph":
             found, state = _stream(result, exemplar, sample_size, direction, threads)
         else:
