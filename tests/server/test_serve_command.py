@@ -25,8 +25,8 @@ QUIET = {
 
 
 @pytest.fixture(autouse=True)
-def _untold(monkeypatch):
-    monkeypatch.setattr("upholster.jit.on_first_compilation", lambda callback: None)
+def _no_helpers(monkeypatch):
+    monkeypatch.setattr("upholster.warm.jobs_for", lambda uses: [])
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")

@@ -17,6 +17,7 @@ from upholster.cli.cover import EXAMPLE, cover, surfaces
 from upholster.cli.measure import measure
 from upholster.cli.serve import serve, view
 from upholster.cli.stream import info, levels, refine
+from upholster.cli.warm import warm
 from upholster.errors import UpholsterError
 
 __all__ = ["app", "main"]
@@ -101,3 +102,4 @@ app.command()(serve)
 app.command()(measure)
 app.command()(encode)
 app.command()(decode)
+app.command()(warm)

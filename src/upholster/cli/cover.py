@@ -1,6 +1,7 @@
 """``upholster cover`` and ``upholster surfaces``."""
 
 import time
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -89,7 +90,7 @@ def cover(
     start = time.perf_counter()
     from upholster.pipeline import cover as run
 
-    with progress_bars(quiet) as progress:
+    with progress_bars(quiet, _uses(synthesis, sample, output)) as progress:
         result = run(
             sample,
             on,
@@ -109,3 +110,14 @@ def cover(
         print(f"wrote {written}: {count:,} texels in {time.perf_counter() - start:.1f} s")
         if result.settled:
             print("; ".join(f"{name} {value}" for name, value in result.settled.items()))
+
+
+def _uses(asked: SynthesisOptions, sample: list[str], outputs: list[str]) -> list[str]:
+    # What kernels these arguments need, as far as they tell; wrong ones are for others to complain about.
+    flat = asked.method == "quilt" and isinstance(asked.texels, tuple)
+    material = len(sample) > 1 or Path(sample[0]).is_dir()
+    made = asked.method + (" flat" if flat else " material" if material else "")
+    kinds = {
+        ".glb": "model", ".obj": "model", ".npz": "texels", ".uph": "stream", ".html": "stream",
+    }  # fmt: skip
+    return [f"{made} {kinds.get(Path(name).suffix.lower(), 'picture')}" for name in outputs]

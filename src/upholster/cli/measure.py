@@ -58,7 +58,7 @@ def measure(
     if sample_size is not None and not 1e-9 <= sample_size <= 1e9:
         raise InputError(f"sample size is {sample_size:g}; allowed: 1e-9 to 1e9 model units")
     read = [result] if sample is None else [result, sample]
-    with progress_bars(quiet), outputs([] if json is None else [json], inputs=read) as files:
+    with progress_bars(quiet, ["measure"]), outputs([] if json is None else [json], inputs=read) as files:
         if suffix == ".uph":
             found, state = _stream(result, sample, sample_size, direction, threads)
         else:

@@ -42,7 +42,8 @@ def refine(
     from upholster.stream.prefix import Limit
 
     limit = Limit(byte_count("bytes", most_bytes), bpp, share("coefficients", coefficients))
-    with progress_bars(quiet) as progress:
+    uses = ["refine model", "refine picture", "refine paper", "refine material"]
+    with progress_bars(quiet, uses) as progress:
         done = run(stream, output, limit=limit, options=writing, threads=threads, progress=progress)
     if not quiet:
         written = ", ".join(f"{name} ({in_bytes(count)})" for name, count in done.written.items())
@@ -102,7 +103,7 @@ def levels(
     options = WriteOptions(
         size=numbers("size", size, "x", 2, int), view=numbers("view", view, ",", 2, float), supersample=3
     )
-    with progress_bars(quiet) as progress, outputs([output], inputs=[stream]) as files:
+    with progress_bars(quiet, ["levels"]) as progress, outputs([output], inputs=[stream]) as files:
         data = read_bytes(stream)
         if curve:
             picture, _ = curve_picture(data, threads=threads)
