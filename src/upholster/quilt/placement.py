@@ -19,6 +19,7 @@ __all__ = [
     "MASK_CUT",
     "MASK_NONE",
     "MASK_RAMP",
+    "MATRIX_UNIT",
     "PLACEMENT",
     "SIDE_LEFT",
     "SIDE_TOP",
@@ -31,6 +32,10 @@ __all__ = [
 
 MASK_NONE, MASK_RAMP, MASK_CUT = 0, 1, 2
 SIDE_TOP, SIDE_LEFT = 1, 2
+
+MATRIX_UNIT = 64
+"""A centre matrix differs from the warp field there by multiples of this, in 1/4096 pixel per texel, if it is
+to be told in a stream's grid plan."""
 
 LARGEST_BLOCK = 4096
 """Largest side of a block in texels."""

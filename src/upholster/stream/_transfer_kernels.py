@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from upholster.codec._model_kernels import CONTEXTS
 from upholster.jit import inline
 from upholster.quilt._field_kernels import displacement, matrix_at
-from upholster.quilt.placement import SYMMETRIES
+from upholster.quilt.placement import MATRIX_UNIT, SYMMETRIES
 from upholster.stream._bit_kernels import (
     NUMBER_COUNTERS,
     NUMBER_MIXERS,
@@ -42,7 +42,6 @@ from upholster.stream._block_records import (
 
 __all__ = [
     "FLAG_MIXER",
-    "MATRIX_UNIT",
     "NO_MODE",
     "TRANSFER_COUNTERS",
     "TRANSFER_MIXERS",
@@ -51,9 +50,6 @@ __all__ = [
     "enter_matrix",
     "going_on",
 ]
-
-MATRIX_UNIT = 64
-"""A block's own centre matrix differs from M by multiples of this, in 1/4096 pixel per texel."""
 
 # Kinds of numbers that tell a transferred block: the first eight of its record; where the block lies that it
 # was transferred from, as chart and place; its centre matrix.

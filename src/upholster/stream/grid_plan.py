@@ -10,14 +10,13 @@ from upholster.errors import FormatError, InputError
 from upholster.quilt.chart import Chart
 from upholster.quilt.displacement import centre_matrices
 from upholster.quilt.model import Quilt
-from upholster.quilt.placement import mask_windows
+from upholster.quilt.placement import MATRIX_UNIT, mask_windows
 from upholster.quilt.plans import ChartGrid, GridPlan
 from upholster.quilt.plans.grid import BLOCK
 from upholster.quilt.warp_field import WarpField
 from upholster.stream import _block_records as records_
 from upholster.stream import _grid_kernels as kernels
 from upholster.stream import _mask_kernels as mask_kernels
-from upholster.stream._transfer_kernels import MATRIX_UNIT
 from upholster.stream.byte_reader import ByteReader, varint
 from upholster.stream.coder import BitReader, BitWriter
 from upholster.stream.first_view import assemble

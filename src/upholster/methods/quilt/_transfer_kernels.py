@@ -103,9 +103,10 @@ def lay_transferred(
     transferred: NDArray[np.int32],
     cells: NDArray[np.uint8],
 ) -> None:
-    """Lay what other charts' blocks leave on this one: `transferred` (n, 8) in order, `cells` their masks.
+    """Lay what other charts' blocks leave on this one: `transferred` (n, 12) in order, `cells` their masks.
 
-    Columns: row, column, height, width, source row and column in 1/16 pixel, turn, where the cells start. A
+    Columns: row, column, height, width, source row and column in 1/16 pixel, turn, where the cells
+    start, then the centre matrix. A
     texel counts as covered where the feathered mask is whole: its cell and the eight round it are.
     """
     image_height, image_width, channels, level = sizes
@@ -120,7 +121,7 @@ def lay_transferred(
         rows, columns = (height + cell - 1) // cell, (width + cell - 1) // cell
         mask = cells[transferred[n, 7] : transferred[n, 7] + rows * columns]
         symmetry = SYMMETRIES[transferred[n, 6]]
-        centre = matrix_at(matrices, margin, row, column)
+        centre = (transferred[n, 8], transferred[n, 9], transferred[n, 10], transferred[n, 11])
         whole = np.zeros(rows * columns, np.uint8)
         for a in range(1, rows - 1):
             for b in range(1, columns - 1):

@@ -12,6 +12,7 @@ from upholster.methods.quilt.grid import BlockGrid
 from upholster.methods.quilt.match_pyramid import MatchPyramid
 from upholster.methods.quilt.transfer import ChartPlacements, joined
 from upholster.quilt.chart import Chart
+from upholster.quilt.displacement import centre_matrices
 from upholster.quilt.placement import MASK_CUT, MASK_NONE, PLACEMENT
 from upholster.types import FloatArray
 
@@ -73,6 +74,7 @@ def lay_chart(
     matrices, margin = field.matrices, field.margin
     if len(transferred.placements):
         laid = np.stack([transferred.placements[name].astype(np.int32) for name in _TRANSFERRED], axis=1)
+        laid = np.concatenate([laid, centre_matrices(field, transferred.placements)], axis=1)
         sizes = match_level.height, match_level.width, match_level.channels, grid.level
         lay_transferred(
             canvas,

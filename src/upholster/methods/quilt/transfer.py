@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from upholster.charts.seams import Transition
 from upholster.methods.quilt._transfer_kernels import transfer_masks
 from upholster.quilt.chart import Chart
-from upholster.quilt.displacement import displacements
-from upholster.quilt.placement import LARGEST_WARPED, MASK_CUT, PLACEMENT, SYMMETRIES
-from upholster.quilt.warp_field import WarpField
-from upholster.types import FloatArray
+from upholster.quilt.displacement import centre_matrices, displacements
+from upholster.quilt.placement import LARGEST_WARPED, MASK_CUT, MATRIX_UNIT, PLACEMENT, SYMMETRIES
+from upholster.quilt.warp_field import UNIT, WarpField
+from upholster.types import FloatArray, IntArray
 
 __all__ = ["BlockTransfer", "ChartPlacements", "joined"]
 
@@ -32,6 +32,13 @@ _RIM = 1
 """Cells inside the edge of a finished neighbour that stay as its blocks left them."""
 
 _EDGE_SAMPLES = 5
+
+_WORST_FIT = 0.4
+"""Pixels by which two charts may show a block apart along their seam before it gets a matrix of its own."""
+
+_STIFFNESS = 30.0
+"""How much a fitted matrix is held to what is expected of it: square pixels per (pixel per texel)²."""
+
 _MOST_CELLS = 2**22
 
 
@@ -226,7 +233,9 @@ class BlockTransfer:
         chosen, block, places, symmetry = chosen[fits], block[fits], places[fits], symmetry[fits]
         if not len(block):
             return None
-        sources = _sources(transition, block, before, after, places, symmetry, low[fits], high[fits])
+        sources, matrices, centred = _fitted(
+            transition, block, before, after, places, symmetry, low[fits], high[fits]
+        )
         out, masks = _masks(block, laid, places, cell, here)
         kept = (out[:, 4] >= 0) & (out[:, 2:4].max(axis=1) <= LARGEST_WARPED)
         result = np.zeros(int(kept.sum()), PLACEMENT)
@@ -236,7 +245,8 @@ class BlockTransfer:
         for n, name in enumerate(("source_row", "source_column")):
             most = 16 * (self.exemplar_shape[n] - 1)
             result[name] = np.clip(np.rint(sources[kept, n]), 0, most)
-        result["symmetry"] = symmetry[kept]
+        result["symmetry"], result["centred"] = symmetry[kept], centred[kept]
+        result["matrix"] = np.where(centred[kept, None], matrices[kept], 0)
         result["mask"], result["mask_cell"], result["feather"] = MASK_CUT, cell, self.feather
         chosen = chosen[kept]
         return ChartPlacements(
@@ -366,7 +376,7 @@ def _symmetries(
 ) -> tuple[NDArray[np.uint8], NDArray[np.bool_]]:
     # The turn that a block has on the other chart, and whether it fits that chart's directions.
     turned = SYMMETRIES[block["symmetry"]].reshape(-1, 2, 2)
-    before = turned @ old.at(block["row"].astype(np.float64), block["column"].astype(np.float64))
+    before = turned @ (centre_matrices(old, block).reshape(-1, 2, 2) / float(UNIT))
     here: FloatArray = np.rint(places)
     wanted = before @ back @ np.linalg.inv(new.at(here[:, 0], here[:, 1]))
     wanted /= np.sqrt(np.maximum(1e-12, np.abs(np.linalg.det(wanted))))[:, None, None]
@@ -376,7 +386,7 @@ def _symmetries(
     return symmetry.astype(np.uint8), fits
 
 
-def _sources(
+def _fitted(
     transition: Transition,
     block: NDArray[np.void],
     old: WarpField,
@@ -385,8 +395,40 @@ def _sources(
     symmetry: NDArray[np.uint8],
     low: FloatArray,
     high: FloatArray,
-) -> FloatArray:
-    # The sources, in 1/16 pixel, with which either chart shows the same along the edge: means over samples.
+) -> tuple[FloatArray, IntArray, NDArray[np.bool_]]:
+    # The sources, in 1/16 pixel, and the centre matrices, in 1/4096 pixel per texel, with which both charts
+    # show the same along the seam; and which blocks need such a matrix of their own. Where M at the centre
+    # does as well, it serves: it takes no bytes.
+    here, there = _along_seam(transition, low, high)
+    centres = centre_matrices(old, block).reshape(-1, 2, 2) / float(UNIT)
+    row, column = block["row"].astype(np.float64), block["column"].astype(np.float64)
+    turned, back = SYMMETRIES[block["symmetry"]].reshape(-1, 2, 2), SYMMETRIES[symmetry].reshape(-1, 2, 2)
+    back = back.swapaxes(1, 2)  # the inverse: symmetries are orthogonal
+    start = np.stack([block["source_row"], block["source_column"]], axis=1) / 16.0
+    seen = start[:, None] + _applied(turned, displacements(old, centres, row, column, *here))
+    # From here on in the frame that the block has before its symmetry on the new chart.
+    seen = _applied(back, seen)
+    row, column = np.rint(places[:, 0]), np.rint(places[:, 1])
+    plain = new.integers_at(row.astype(np.int32), column.astype(np.int32)).astype(np.int64)
+    expected = back @ turned @ centres @ places[:, 2:].reshape(-1, 2, 2)
+    fit = _fit(seen, expected, new, row, column, *there).reshape(-1, 4) * UNIT
+    own = plain + MATRIX_UNIT * np.rint((fit - plain) / MATRIX_UNIT).astype(np.int64)
+    found = []
+    for matrices in (plain, own):
+        read = displacements(new, matrices.reshape(-1, 2, 2) / float(UNIT), row, column, *there)
+        source = (seen - read).mean(axis=1)
+        found.append((source, np.abs(seen - read - source[:, None]).max(axis=(1, 2))))
+    (source, error), (own_source, own_error) = found
+    centred = (error > _WORST_FIT) & (own_error < 0.75 * error) & _sound(own, plain)
+    chosen = np.where(centred[:, None], own_source, source)
+    forth = SYMMETRIES[symmetry].reshape(-1, 2, 2)
+    return 16.0 * _applied(forth, chosen[:, None])[:, 0], own.astype(np.int32), centred
+
+
+def _along_seam(
+    transition: Transition, low: FloatArray, high: FloatArray
+) -> tuple[tuple[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]:
+    # Corresponding places along the seam, from `low` to `high` of each block, on either chart: rows, columns.
     seam = transition.seam
     shares = (np.arange(_EDGE_SAMPLES) + 0.5) / _EDGE_SAMPLES
     along = low[:, None] + (high - low)[:, None] * shares
@@ -400,22 +442,37 @@ def _sources(
     ):
         across = np.full_like(place, line)
         texels.append((place, across) if edge & 1 else (across, place))
-    read = _read(old, block["row"], block["column"], block["symmetry"], *texels[0])
-    seen = _read(new, np.rint(places[:, 0]), np.rint(places[:, 1]), symmetry, *texels[1])
-    start = np.stack([block["source_row"], block["source_column"]], axis=1).astype(np.float64)
-    found: FloatArray = start + 16.0 * (read - seen).mean(axis=1)
-    return found
+    return texels[0], texels[1]
 
 
-def _read(
+def _fit(
+    seen: FloatArray,
+    expected: FloatArray,
     field: WarpField,
-    row: NDArray[Any],
-    column: NDArray[Any],
-    symmetry: NDArray[np.uint8],
+    row: FloatArray,
+    column: FloatArray,
     rows: FloatArray,
     columns: FloatArray,
 ) -> FloatArray:
-    # How far from their sources blocks read at some texels (n, k), in pixels.
-    row, column = row.astype(np.float64), column.astype(np.float64)
-    steps = displacements(field, field.at(row, column), row, column, rows, columns)
-    return np.asarray((SYMMETRIES[symmetry].reshape(-1, 1, 2, 2) @ steps[..., None])[..., 0], np.float64)
+    # Least squares over places along the seam: what source and centre matrix C show there what is `seen`
+    # (n, k, 2), with C near to what is `expected` (n, 2, 2): a seam is a line, and tells half of it.
+    step = np.stack([rows - row[:, None], columns - column[:, None]], axis=2)
+    known = displacements(field, expected, row, column, rows, columns)
+    rest = seen - known
+    rest = rest - rest.mean(axis=1, keepdims=True)
+    lever = 0.5 * (step - step.mean(axis=1, keepdims=True))
+    square = np.einsum("nka,nkb->nab", lever, lever) + _STIFFNESS * np.eye(2)
+    change = np.einsum("nka,nkb->nab", rest, lever) @ np.linalg.inv(square)
+    return np.asarray(expected + change, np.float64)
+
+
+def _sound(own: NDArray[np.int64], plain: NDArray[np.int64]) -> NDArray[np.bool_]:
+    # Whether a centre matrix is still near M: a fit to a short piece of a seam may be far off.
+    apart, size = np.abs(own - plain).max(axis=1), np.abs(plain).max(axis=1)
+    keeps_sides = own[:, 0] * own[:, 3] - own[:, 1] * own[:, 2] > 0
+    return np.asarray(keeps_sides & (2 * apart < size))
+
+
+def _applied(matrices: NDArray[Any], vectors: FloatArray) -> FloatArray:
+    # Matrices (n, 2, 2) applied to vectors (n, k, 2).
+    return np.asarray(np.einsum("nab,nkb->nka", matrices, vectors), np.float64)
