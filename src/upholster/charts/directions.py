@@ -11,6 +11,7 @@ from collections import defaultdict
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from heapq import heappop, heappush
+from math import ceil
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -130,7 +131,7 @@ def direction_fields(
 ) -> tuple[WarpField | None, ...]:
     """Return each chart's warp field: the texture lies on the surface at true scale, in the direction.
 
-    Beyond a patch its derivatives go on as they are at its border. Vectors are projected on the tangent
+    Beyond a face its derivatives go on as they are at its border. Vectors are projected on the tangent
     plane; what is left is taken for a line: its sign is made one within each chart and across shared edges as
     far as that is possible, so that nothing turns round where a projection passes through zero. Where there
     is none (singular points), directions come from near by.
@@ -151,12 +152,12 @@ def direction_fields(
     Returns
     -------
     tuple
-        One `Field` per chart, or None where it is the identity everywhere.
+        One `WarpField` per chart, or None where it is the identity everywhere.
 
     Raises
     ------
     InputError
-        If `scale` or `margin` is out of range, a chart names a patch that is not there, or the direction is
+        If `scale` or `margin` is out of range, a chart names a face that is not there, or the direction is
         zero all over a chart, not finite, or no array of vectors: names the place.
     """
     if not (np.isfinite(scale) and scale > 0):
@@ -166,13 +167,13 @@ def direction_fields(
     lines = None if direction.vectors is None else _lines(surface, direction.vectors)
     fields = []
     for index, chart in enumerate(charts):
-        if not 0 <= chart.patch < len(surface.patches):
+        if not 0 <= chart.face < len(surface.faces):
             raise InputError(
-                f"chart {index} lies on patch {chart.patch}; the surface has 0 to {len(surface.patches) - 1}"
+                f"chart {index} lies on face {chart.face}; the surface has 0 to {len(surface.faces) - 1}"
             )
-        frames = chart_frames(surface.patches[chart.patch], chart, margin)
+        frames = chart_frames(surface.faces[chart.face], chart, margin)
         if lines is not None and direction.vectors is not None:
-            tangents = _tangents(frames, direction.vectors, lines[chart.patch], index, chart, margin)
+            tangents = _tangents(surface, frames, direction.vectors, lines, index, chart, margin)
             cosine, sine = dot(tangents, frames.right), dot(tangents, frames.across)
         else:
             start = np.arctan2(frames.height, frames.shift) if direction.along == "v" else np.zeros(1)
@@ -189,10 +190,16 @@ def direction_fields(
 
 
 def _tangents(
-    frames: Frames, vectors: Vectors, lines: FloatArray, index: int, chart: Chart, margin: int
+    surface: Surface,
+    frames: Frames,
+    vectors: Vectors,
+    lines: FloatArray,
+    index: int,
+    chart: Chart,
+    margin: int,
 ) -> FloatArray:
-    """Return e1 at a chart's nodes, of the sign that its patch's lines have."""
-    place = f"chart {index} (patch {chart.patch})"
+    """Return e1 at a chart's nodes, of the sign that the lines have on the patch of its strongest node."""
+    place = f"chart {index} (face {chart.face})"
     tangents, left = within(frames, _called(vectors, frames.points, lambda _: place))
     strongest = np.unravel_index(left.argmax(), left.shape)
     if not left[strongest] > 1e-6:
@@ -201,15 +208,16 @@ def _tangents(
             "allowed: one that is tangent somewhere on every chart"
         )
     tangents = aligned(tangents, left)
-    at = [
-        low + (high - low) * FIELD_STEP * (node - margin) / count
-        for low, high, node, count in (
-            (chart.s0, chart.s1, strongest[0], chart.height),
-            (chart.t0, chart.t1, strongest[1], chart.width),
-        )
-    ]
-    row, column = np.clip(np.rint((NODES - 1) * np.array(at)), 0, NODES - 1).astype(int)
-    return tangents if tangents[strongest] @ lines[row, column] >= 0 else -tangents
+    patches, nodes = [], []
+    for low, high, node, count in (
+        (chart.s0, chart.s1, int(strongest[0]), chart.height),
+        (chart.t0, chart.t1, int(strongest[1]), chart.width),
+    ):
+        at = min(max(low + (high - low) * FIELD_STEP * (node - margin) / count, low), high)
+        patches.append(min(int(at), ceil(high) - 1))
+        nodes.append(round((NODES - 1) * (at - patches[-1])))
+    line = lines[surface.patch_number(chart.face, *patches), *nodes]
+    return tangents if tangents[strongest] @ line >= 0 else -tangents
 
 
 def _lines(surface: Surface, vectors: Vectors) -> FloatArray:

@@ -50,7 +50,11 @@ def uniform_layout(surface: Surface, *, chart: int = 512) -> tuple[Chart, ...]:
             f"chart {chart} on {len(surface.patches)} patches makes {count:,} texels, which would take "
             f"{3 * count / 2**30:.1f} GiB as 8-bit RGB; allowed: {MAX_TEXELS:,}"
         )
-    return tuple(Chart(index, chart, chart) for index in range(len(surface.patches)))
+    charts = []
+    for patch in range(len(surface.patches)):
+        face, row, column = surface.place(patch)
+        charts.append(Chart(face, chart, chart, float(row), row + 1.0, float(column), column + 1.0))
+    return tuple(charts)
 
 
 def density_layout(
@@ -124,7 +128,7 @@ def density_layout(
             break
         _cut_largest(halving, sizes)
     _check_total(float(sizes.prod(axis=1, dtype=np.float64).sum()))
-    return tuple(_charts(halving, sizes))
+    return tuple(_charts(surface, halving, sizes))
 
 
 @dataclass(frozen=True, slots=True)
@@ -302,7 +306,7 @@ def _cut_largest(halving: Halving, sizes: NDArray[np.int64]) -> None:
     halving.cut(halving.fellows((patch, axis, first, last)))
 
 
-def _charts(halving: Halving, sizes: NDArray[np.int64]) -> list[Chart]:
+def _charts(surface: Surface, halving: Halving, sizes: NDArray[np.int64]) -> list[Chart]:
     n = halving.samples
     rectangles = [
         (patch, s0 / n, s1 / n, t0 / n, t1 / n)
@@ -310,7 +314,8 @@ def _charts(halving: Halving, sizes: NDArray[np.int64]) -> list[Chart]:
         for s0, s1 in pairwise([*rows, n])
         for t0, t1 in pairwise([*columns, n])
     ]
-    return [
-        Chart(patch, height, width, *ends)
-        for (patch, *ends), (height, width) in zip(rectangles, sizes.tolist(), strict=True)
-    ]
+    charts = []
+    for (patch, s0, s1, t0, t1), (height, width) in zip(rectangles, sizes.tolist(), strict=True):
+        face, row, column = surface.place(patch)
+        charts.append(Chart(face, height, width, row + s0, row + s1, column + t0, column + t1))
+    return charts

@@ -1,20 +1,25 @@
-"""Surfaces made of rational Bézier patches: patches, how their edges meet, builders, files and meshes."""
+"""Surfaces made of rational Bézier patches: patches, faces, how their edges meet, builders, files."""
 
 from upholster.geometry.adjacency import BorderInterval, SharedEdge
 from upholster.geometry.catalog import SURFACES, SurfaceKind, SurfaceParameter, surface_from_spec
 from upholster.geometry.cyclide import ring_cyclide, torus
+from upholster.geometry.face import Face, grid_face
+from upholster.geometry.face_seams import FaceSeam
 from upholster.geometry.files import read_bpt, read_nets, read_surface, write_nets
 from upholster.geometry.mesh import Mesh, tessellate
 from upholster.geometry.patch import RationalPatch
 from upholster.geometry.plane import plane
 from upholster.geometry.revolution import cone, cylinder, ellipsoid, revolve, vase
 from upholster.geometry.sphere import sphere
-from upholster.geometry.surface import Surface
+from upholster.geometry.surface import BuiltIn, Surface
 from upholster.geometry.tangents import vertex_tangents
 
 __all__ = [
     "SURFACES",
     "BorderInterval",
+    "BuiltIn",
+    "Face",
+    "FaceSeam",
     "Mesh",
     "RationalPatch",
     "SharedEdge",
@@ -24,6 +29,7 @@ __all__ = [
     "cone",
     "cylinder",
     "ellipsoid",
+    "grid_face",
     "plane",
     "read_bpt",
     "read_nets",

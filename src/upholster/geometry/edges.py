@@ -28,18 +28,21 @@ class Edges:
         self.low = np.empty((4 * len(patches), 3))
         self.high = np.empty((4 * len(patches), 3))
         self._nets: dict[int, FloatArray] = {}
+        self._slopes: dict[int, FloatArray] = {}
         nets: dict[int, list[FloatArray]] = defaultdict(list)
+        slopes: dict[int, list[FloatArray]] = defaultdict(list)
         for p, patch in enumerate(patches):
             for k in range(4):
                 net = patch.edge(k)
                 d = len(net) - 1
                 self._degree[4 * p + k], self._row[4 * p + k] = d, len(nets[d])
                 nets[d].append(net)
+                slopes[d].append(_slope(patch.net, k))
         for d, group in nets.items():
             stacked = np.stack(group)
             points = stacked[..., :3] / stacked[..., 3:]
             mine = self._degree == d
-            self._nets[d] = stacked
+            self._nets[d], self._slopes[d] = stacked, np.stack(slopes[d])
             self.low[mine], self.high[mine] = points.min(axis=1), points.max(axis=1)
 
     def __len__(self) -> int:
@@ -59,6 +62,21 @@ class Edges:
         """Return points and derivatives of the edges `index` (N,) at parameters u (N, K): each (N, K, 3)."""
         return self._sum(index, u, derivatives=True)
 
+    def across(self, index: NDArray[np.int64], u: FloatArray) -> FloatArray:
+        """Return the patches' derivatives across the edges `index` (N,) at parameters u (N, K): (N, K, 3).
+
+        Along growing s for edges 0 and 2, along growing t for edges 1 and 3.
+        """
+        out = np.empty((*u.shape, 3))
+        degrees = self._degree[index]
+        for d in np.unique(degrees).tolist():
+            mine = degrees == d
+            rows = self._row[index[mine]]
+            basis = bernstein(d, u[mine])
+            h, g = basis @ self._nets[d][rows], basis @ self._slopes[d][rows]
+            out[mine] = (g[..., :3] - h[..., :3] / h[..., 3:] * g[..., 3:]) / h[..., 3:]
+        return out
+
     def _sum(
         self, index: NDArray[np.int64], u: FloatArray, *, derivatives: bool
     ) -> tuple[FloatArray, FloatArray]:
@@ -75,3 +93,10 @@ class Edges:
                 g = bernstein_derivative(d, u[mine]) @ nets
                 slopes[mine] = (g[..., :3] - value * g[..., 3:]) / h[..., 3:]
         return points, slopes
+
+
+def _slope(net: FloatArray, edge: int) -> FloatArray:
+    """Return the homogeneous derivatives across an edge of a net, at its control points: (d+1, 4)."""
+    grid = net if edge in (0, 2) else net.swapaxes(0, 1)
+    near, far = (grid[-2], grid[-1]) if edge in (1, 2) else (grid[0], grid[1])
+    return (len(grid) - 1) * (far - near)

@@ -34,7 +34,7 @@ def chart_pieces(surface: Surface, texels: Texels) -> tuple[Surface, Texels]:
     # Parts of an edge are found again, though they differ from it in the last bits.
     tolerance = max(surface.tolerance, 1e-9)
     whole = tuple(replace(c, patch=n, s0=0.0, s1=1.0, t0=0.0, t1=1.0) for n, c in enumerate(charts))
-    return Surface(patches, surface.name, tolerance, surface.spec), Texels(whole, texels.arrays)
+    return Surface(patches, surface.name, tolerance), Texels(whole, texels.arrays)
 
 
 def _rectangle(chart: Chart) -> tuple[int, float, float, float, float]:

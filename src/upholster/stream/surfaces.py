@@ -5,7 +5,7 @@ import struct
 import numpy as np
 
 from upholster.errors import FormatError, InputError
-from upholster.geometry import SURFACES, RationalPatch, Surface, surface_from_spec
+from upholster.geometry import SURFACES, RationalPatch, Surface
 from upholster.geometry.patch import MAX_DEGREE
 from upholster.geometry.surface import MAX_PATCHES
 from upholster.stream.byte_reader import ByteReader, varint
@@ -28,7 +28,7 @@ _FLOAT64, _WEIGHTS, _SAME_DEGREE = 1, 2, 4
 def pack_surface(surface: Surface) -> bytes:
     """Return a surface as bytes.
 
-    A built-in one (`Surface.spec`) is told by name; of any other all control points are kept, as float32
+    A built-in one (`Surface.source`) is told by name; of any other all control points are kept, as float32
     where that changes neither which edges meet nor, by more than 1e-6 of its size, any point; else as
     float64.
 
@@ -71,21 +71,13 @@ def parse_surface(fields: ByteReader) -> Surface:
 
 
 def _pack_named(surface: Surface) -> bytes | None:
-    name, _, rest = surface.spec.partition(":")
-    if name not in KINDS or len(surface.patches) > MAX_BUILT:
+    source = surface.source
+    if source is None or source.name not in KINDS or len(surface.patches) > MAX_BUILT:
         return None
-    built = surface_from_spec(surface.spec)
-    same = (built.name, built.tolerance, len(built.patches)) == (
-        surface.name,
-        surface.tolerance,
-        len(surface.patches),
-    )
-    if not same or any((a.net != b.net).any() for a, b in zip(built.patches, surface.patches, strict=True)):
-        return None
-    given = dict(part.split("=") for part in rest.split(",")) if rest else {}
+    name, given = source.name, dict(source.values)
     present, values = 0, b""
     for n, parameter in enumerate(SURFACES[name].parameters):
-        value = parameter.parse(given.get(parameter.name, parameter.written))
+        value = given[parameter.name]
         if value == parameter.default:
             continue
         present |= 1 << n
