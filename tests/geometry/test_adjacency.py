@@ -244,7 +244,7 @@ def test_many_patches_are_quick() -> None:
 def test_bad_surfaces_are_named() -> None:
     with pytest.raises(InputError, match="0 patches"):
         Surface([])
-    with pytest.raises(InputError, match="patch 1 is a str"):
+    with pytest.raises(InputError, match="face 1 is a str"):
         Surface([plane().patches[0], "x"])  # type: ignore[list-item]
     with pytest.raises(InputError, match="tolerance is nan"):
         Surface(plane().patches, tolerance=float("nan"))

@@ -1,7 +1,7 @@
 """Where charts meet, and how texels are transferred from one to the next.
 
-Charts are rectangles of faces, of any size; they meet across shared edges of faces and inside a face, by whole
-sides or parts of sides.
+Charts are rectangles of faces, of any size; they meet across shared edges of faces and inside a face, by
+whole sides or parts of sides.
 """
 
 from bisect import bisect_left
@@ -279,7 +279,7 @@ def _sides(surface: Surface, charts: Sequence[Chart]) -> dict[tuple[int, int, fl
 
 
 def _merged(values: list[float], most: float) -> Iterator[tuple[float, float]]:
-    """Yield each value with its name, the same for values within `EPS`; those at the far end are called so."""
+    """Yield each value with its name, the same for values within `EPS`; at the far end it is the end's."""
     name = 0.0
     for value in sorted(values):
         if value - name > EPS:

@@ -34,8 +34,8 @@ def sphere(r: float = 1.0, *, tiling: Literal["six", "octants"] = "six") -> Surf
         Radius, in the model's units.
     tiling
         ``"six"``: six faces of one bi-quartic patch, one per face of a cube (+x, +y, −x, −y, top, bottom),
-        nowhere degenerate. ``"octants"``: one face of eight bi-quadratic patches, four round the northern half and four round the
-        southern, degenerate at the poles.
+        nowhere degenerate. ``"octants"``: one face of eight bi-quadratic patches, four round the northern
+        half and four round the southern, degenerate at the poles.
 
     Raises
     ------

@@ -10,7 +10,14 @@ from itertools import accumulate
 import numpy as np
 
 from upholster.errors import InputError
-from upholster.geometry.adjacency import Adjacency, BorderInterval, SharedEdge, find_adjacency
+from upholster.geometry.adjacency import (
+    Adjacency,
+    BorderInterval,
+    FaceEdges,
+    SharedEdge,
+    find_adjacency,
+    nearly_meeting,
+)
 from upholster.geometry.face import Face
 from upholster.geometry.face_seams import FaceSeam, join_seams
 from upholster.geometry.patch import RationalPatch
@@ -194,6 +201,19 @@ class Surface(Shown):
         """
         return self._adjacency.degenerate
 
+    @cached_property
+    def nearly_meeting(self) -> tuple[int, float]:
+        """How many edges would meet besides `shared` with a larger tolerance, and the tolerance that does it.
+
+        The tolerance is a power of ten, at most 0.001; with none to join it is the surface's own.
+
+        Raises
+        ------
+        InputError
+            As for `shared`.
+        """
+        return nearly_meeting(self._edges, self._adjacency, self.tolerance, self.size)
+
     def neighbours(self, patch: int, edge: int) -> tuple[SharedEdge, ...]:
         """Return what meets an edge, seen from it (`patch` and `edge` are those asked for), sorted along it.
 
@@ -215,9 +235,14 @@ class Surface(Shown):
         return Surface([face.reverse(1) for face in self.faces], self.name, self.tolerance)
 
     @cached_property
+    def _edges(self) -> FaceEdges:
+        """All edges of all patches."""
+        return FaceEdges.of(self.faces)
+
+    @cached_property
     def _adjacency(self) -> Adjacency:
         """What meets what."""
-        return find_adjacency(self.patches, self.tolerance * self.size)
+        return find_adjacency(self._edges, self.tolerance * self.size)
 
     @cached_property
     def _by_edge(self) -> dict[tuple[int, int], tuple[SharedEdge, ...]]:
