@@ -6,13 +6,12 @@ from upholster.geometry.cyclide import ring_cyclide, torus
 from upholster.geometry.face import Face, grid_face
 from upholster.geometry.face_seams import FaceSeam
 from upholster.geometry.files import read_bpt, read_nets, read_surface, write_nets
-from upholster.geometry.mesh import Mesh, tessellate
+from upholster.geometry.joining import join_patches
 from upholster.geometry.patch import RationalPatch
 from upholster.geometry.plane import plane
 from upholster.geometry.revolution import cone, cylinder, ellipsoid, revolve, vase
 from upholster.geometry.sphere import sphere
 from upholster.geometry.surface import BuiltIn, Surface
-from upholster.geometry.tangents import vertex_tangents
 
 __all__ = [
     "SURFACES",
@@ -20,7 +19,6 @@ __all__ = [
     "BuiltIn",
     "Face",
     "FaceSeam",
-    "Mesh",
     "RationalPatch",
     "SharedEdge",
     "Surface",
@@ -30,6 +28,7 @@ __all__ = [
     "cylinder",
     "ellipsoid",
     "grid_face",
+    "join_patches",
     "plane",
     "read_bpt",
     "read_nets",
@@ -38,9 +37,7 @@ __all__ = [
     "ring_cyclide",
     "sphere",
     "surface_from_spec",
-    "tessellate",
     "torus",
     "vase",
-    "vertex_tangents",
     "write_nets",
 ]
