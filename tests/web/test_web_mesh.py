@@ -156,6 +156,35 @@ def test_vertices_normals_and_tangents_are_pythons(made: Any) -> None:
             assert len(np.unique(t)) >= columns + 1
 
 
+def test_bounds_hold_and_are_close(made: Any) -> None:
+    fine = np.linspace(0, 1, 97)
+    for surface, _, _, found in made[: len(SPECS)]:
+        for patch, bounds in zip(surface.patches, found["bounds"], strict=True):
+            points = patch.points_grid(fine, fine)
+            reach = np.linalg.norm(points - bounds["center"], axis=2).max()
+            assert reach <= bounds["radius"] * (1 + 1e-9) <= 1.5 * reach + 1e-9
+            for name, lines in (("bendS", points), ("bendT", points.swapaxes(0, 1))):
+                for segments in (1, 2, 4, 8, 16, 48):
+                    step = 96 // segments
+                    ends = lines[::step]
+                    error = np.linalg.norm(
+                        (ends[1:] + ends[:-1]) / 2 - lines[step // 2 :: step], axis=2
+                    ).max()
+                    estimate = bounds[name] / (8 * segments**2)
+                    assert error <= 1.5 * estimate + 1e-12 * surface.size
+                assert estimate <= 2 * error + 1e-9 * surface.size
+
+
+def test_it_keeps_its_promises_under_node() -> None:
+    _run("--test", HERE / "mesh.test.mjs")
+
+
+def test_it_runs_under_a_strict_policy() -> None:
+    source = (ROOT / "web" / "uph-mesh.js").read_bytes()
+    for word in (b"eval(", b"new Function", b"WebAssembly", b"import("):
+        assert word not in source
+
+
 def _shares(charts: Any, m: Any) -> tuple[float, ...]:
     """Where a seam lies along its two edges, 0 to 1."""
     own, other = (
