@@ -264,7 +264,9 @@ def _check_total(texels: float) -> None:
 def _extents(halving: Halving) -> tuple[FloatArray, FloatArray]:
     """Return typical height and width of all charts, and of what they were cut from: (charts, 2) each."""
     pieces = halving.pieces
-    return np.array([halving.extents(piece) for piece in pieces]), halving.whole[[p.root for p in pieces]]
+    # What is alike but for rounding is that: sizes are settled right where they jump by a texel.
+    extents = [[float(f"{x:.9g}") for x in halving.extents(piece).tolist()] for piece in pieces]
+    return np.array(extents), halving.whole[[piece.root for piece in pieces]]
 
 
 def _rounded(

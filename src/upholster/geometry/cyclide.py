@@ -9,7 +9,7 @@ from upholster.geometry.circle import unit_circle
 from upholster.geometry.face import grid_face
 from upholster.geometry.limits import LARGEST_LENGTH, check_length, check_spans
 from upholster.geometry.patch import RationalPatch
-from upholster.geometry.surface import BuiltIn, Surface
+from upholster.geometry.surface import Surface
 
 __all__ = ["ring_cyclide", "torus"]
 
@@ -71,8 +71,8 @@ def ring_cyclide(
             y = b * (a * e - mu * x_phi) * y_theta
             z = b * (c * x_theta - mu * d) * z_phi
             patches.append(RationalPatch(np.stack([x, y, z, w], axis=-1)))
-    source = BuiltIn("cyclide", (("a", a), ("c", c), ("mu", float(mu)), ("spans", (rows, columns))))
-    return Surface([grid_face(patches, columns)], "cyclide", source=source)
+    face = grid_face(patches, columns)
+    return Surface.built_in("cyclide", [face], a=a, c=c, mu=float(mu), spans=(rows, columns))
 
 
 def torus(R: float = 2.0, r: float = 0.7, *, spans: tuple[int, int] = (4, 4)) -> Surface:
@@ -99,8 +99,7 @@ def torus(R: float = 2.0, r: float = 0.7, *, spans: tuple[int, int] = (4, 4)) ->
     if not r < R:
         raise InputError(f"r is {r:g}; allowed: {1 / LARGEST_LENGTH:g} <= r < R = {R:g}")
     ring = ring_cyclide(R, 0.0, r, spans=spans)
-    source = BuiltIn("torus", (("R", R), ("r", r), ("spans", (int(spans[0]), int(spans[1])))))
-    return Surface(ring.faces, "torus", source=source)
+    return Surface.built_in("torus", ring.faces, R=R, r=r, spans=(int(spans[0]), int(spans[1])))
 
 
 def _spans(spans: tuple[int, int]) -> tuple[int, int]:

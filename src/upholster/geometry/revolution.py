@@ -11,7 +11,7 @@ from upholster.geometry.circle import circle_arcs, unit_circle
 from upholster.geometry.face import Face, grid_face
 from upholster.geometry.limits import check_length, check_spans
 from upholster.geometry.patch import MAX_DEGREE, RationalPatch
-from upholster.geometry.surface import BuiltIn, Surface
+from upholster.geometry.surface import Surface
 from upholster.types import FloatArray
 
 __all__ = ["cone", "cylinder", "ellipsoid", "half_circle", "revolve", "vase"]
@@ -86,8 +86,7 @@ def ellipsoid(rx: float = 1.5, ry: float = 1.0, rz: float = 0.75) -> Surface:
     scale = [check_length("rx", rx), check_length("ry", ry), check_length("rz", rz), 1.0]
     (ball,) = revolve(half_circle()).faces
     face = Face([[RationalPatch(patch.net * scale) for patch in row] for row in ball.patches])
-    source = BuiltIn("ellipsoid", (("rx", scale[0]), ("ry", scale[1]), ("rz", scale[2])))
-    return Surface([face], "ellipsoid", source=source)
+    return Surface.built_in("ellipsoid", [face], rx=scale[0], ry=scale[1], rz=scale[2])
 
 
 def cylinder(r: float = 1.0, h: float = 2.0, *, spans: int = 4) -> Surface:
@@ -107,8 +106,7 @@ def cylinder(r: float = 1.0, h: float = 2.0, *, spans: int = 4) -> Surface:
     """
     r, h = check_length("r", r), check_length("h", h)
     round_ = revolve([[(r, h / 2, 1), (r, -h / 2, 1)]], spans=spans)
-    source = BuiltIn("cylinder", (("r", r), ("h", h), ("spans", spans)))
-    return Surface(round_.faces, "cylinder", source=source)
+    return Surface.built_in("cylinder", round_.faces, r=r, h=h, spans=spans)
 
 
 def cone(r1: float = 1.0, r2: float = 0.4, h: float = 1.5, *, spans: int = 4) -> Surface:
@@ -132,8 +130,7 @@ def cone(r1: float = 1.0, r2: float = 0.4, h: float = 1.5, *, spans: int = 4) ->
     """
     r1, r2, h = check_length("r1", r1), check_length("r2", r2, zero=True), check_length("h", h)
     round_ = revolve([[(r2, h / 2, 1), (r1, -h / 2, 1)]], spans=spans)
-    source = BuiltIn("cone", (("r1", r1), ("r2", r2), ("h", h), ("spans", spans)))
-    return Surface(round_.faces, "cone", source=source)
+    return Surface.built_in("cone", round_.faces, r1=r1, r2=r2, h=h, spans=spans)
 
 
 VASE_OUTER = (
@@ -179,8 +176,8 @@ def vase(radius: float = 0.8, height: float = 2.4, *, spans: int = 4) -> Surface
     for curve in (*VASE_INNER, *VASE_OUTER, base):
         points = np.asarray(curve, dtype=np.float64)
         profile.append(np.stack([points[:, 0] * radius, (points[:, 1] - 0.5) * height, np.ones(4)], axis=1))
-    source = BuiltIn("vase", (("radius", radius), ("height", height), ("spans", spans)))
-    return Surface(revolve(profile, spans=spans).faces, "vase", source=source)
+    faces = revolve(profile, spans=spans).faces
+    return Surface.built_in("vase", faces, radius=radius, height=height, spans=spans)
 
 
 def _checked(profile: Profile) -> list[FloatArray]:

@@ -9,7 +9,7 @@ from upholster.errors import InputError, nearest
 from upholster.geometry.limits import check_length
 from upholster.geometry.patch import RationalPatch
 from upholster.geometry.revolution import half_circle, revolve
-from upholster.geometry.surface import BuiltIn, Surface
+from upholster.geometry.surface import Surface
 from upholster.types import FloatArray
 
 __all__ = ["sphere"]
@@ -48,9 +48,8 @@ def sphere(r: float = 1.0, *, tiling: Literal["six", "octants"] = "six") -> Surf
     Utah, 1988.
     """
     r = check_length("r", r)
-    source = BuiltIn("sphere", (("r", r), ("tiling", str(tiling))))
     if tiling == "octants":
-        return Surface(revolve(half_circle(r)).faces, "sphere", source=source)
+        return Surface.built_in("sphere", revolve(half_circle(r)).faces, r=r, tiling=tiling)
     if tiling != "six":
         raise InputError(f"tiling is {tiling!r}; {nearest(str(tiling), ('six', 'octants'))}")
     net = _cobb_face()
@@ -60,7 +59,7 @@ def sphere(r: float = 1.0, *, tiling: Literal["six", "octants"] = "six") -> Surf
         face[..., :3] = r * (net[..., :3] @ np.array(frame, dtype=np.float64))
         face[..., 3] = net[..., 3]
         patches.append(RationalPatch(face))
-    return Surface(patches, "sphere", source=source)
+    return Surface.built_in("sphere", patches, r=r, tiling=tiling)
 
 
 def _cobb_face() -> FloatArray:

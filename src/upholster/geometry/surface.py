@@ -61,7 +61,7 @@ class Surface(Shown):
     tolerance
         How far apart edges may lie and still meet, relative to `size`: 0 to 0.01, by default 1e-9.
     source
-        The built-in surface that it is, if it is one: what a stream tells instead of control nets.
+        The built-in surface that it is, if a builder made it: what a stream tells instead of control nets.
 
     Raises
     ------
@@ -72,15 +72,13 @@ class Surface(Shown):
     faces: tuple[Face, ...]
     name: str = ""
     tolerance: float = 1e-9
-    source: BuiltIn | None = field(default=None, kw_only=True)
+    source: BuiltIn | None = field(default=None, init=False)
 
     def __init__(
         self,
         faces: Sequence[Face | RationalPatch],
         name: str = "",
         tolerance: float = 1e-9,
-        *,
-        source: BuiltIn | None = None,
     ) -> None:
         """Check the faces and keep them as a tuple."""
         kept = []
@@ -93,9 +91,22 @@ class Surface(Shown):
             raise InputError(f"a surface has {count} patches; allowed: 1 to {MAX_PATCHES}")
         if not 0.0 <= tolerance <= 0.01:
             raise InputError(f"tolerance is {tolerance}; allowed: 0 to 0.01, relative to the surface's size")
-        for key, value in (("faces", tuple(kept)), ("name", name), ("tolerance", tolerance)):
+        values = {"faces": tuple(kept), "name": name, "tolerance": tolerance, "source": None}
+        for key, value in values.items():
             object.__setattr__(self, key, value)
-        object.__setattr__(self, "source", source)
+
+    @classmethod
+    def built_in(cls, name: str, faces: Sequence[Face | RationalPatch], **values: Value) -> "Surface":
+        """Return a built-in surface: its name, its faces, and all the values that its builder took.
+
+        Raises
+        ------
+        InputError
+            As for the class.
+        """
+        surface = cls(faces, name)
+        object.__setattr__(surface, "source", BuiltIn(name, tuple(values.items())))
+        return surface
 
     @cached_property
     def patches(self) -> tuple[RationalPatch, ...]:
