@@ -45,8 +45,8 @@ class CoverReport:
     settled
         What was chosen where nothing was asked for, in words: block, sample's size, direction, maps.
     counts
-        Faces, patches, shared edges, charts, texels, placements, edge blocks; maps; of the base colour channels and
-        bits per sample.
+        Faces, patches, shared edges, charts, texels, placements, edge blocks; maps; of the base colour
+        channels and bits per sample.
     seconds
         Time per stage, and "total".
     peak_memory_bytes

@@ -5,9 +5,9 @@ import pytest
 
 from upholster.charts import uniform_layout
 from upholster.charts.halving import LONG, Halving
+from upholster.charts.layout import density_layout, texture_scale
 from upholster.charts.schedule import schedule
 from upholster.charts.seams import find_seams
-from upholster.charts.layout import density_layout, texture_scale
 from upholster.errors import InputError
 from upholster.geometry import RationalPatch, Surface, plane, surface_from_spec, torus
 from upholster.measure import texel_scale

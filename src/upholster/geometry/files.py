@@ -94,7 +94,12 @@ def read_nets(path: PathLike) -> Surface:
         return join_patches(pointing_outward(Surface(patches, name, float(tolerance))))
     grids = _grids(where, data["faces"], len(patches))
     faces = [Face([[patches[number] for number in row] for row in grid]) for grid in grids]
-    return pointing_outward(Surface(faces, name, float(tolerance)))
+    surface = pointing_outward(Surface(faces, name, float(tolerance)))
+    try:
+        _ = surface.shared  # patches of a face that do not join are refused here
+    except InputError as error:
+        raise InputError(f"{where}: {error}") from None
+    return surface
 
 
 def write_nets(path: PathLike, surface: Surface) -> None:

@@ -38,7 +38,7 @@ def pack_layout(charts: Sequence[Chart], surface: Surface, scale: int = 0) -> by
     """
     _check(charts, surface)
     by_patch = _lie_by_patch(charts, surface)
-    one_face = not by_patch and all(chart.face == 0 for chart in charts)
+    one_face = all(chart.face == 0 for chart in charts)
     same = len({(chart.height, chart.width) for chart in charts}) == 1
     square = all(chart.height == chart.width for chart in charts)
     ends = {float(end) for chart in charts for end in (chart.s0, chart.s1, chart.t0, chart.t1)}
