@@ -9,7 +9,7 @@ unit of length.
 import re
 from collections import defaultdict
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from heapq import heappop, heappush
 from math import ceil
 
@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from upholster.charts.tangents import Frames, aligned, chart_frames, dot, patch_frames, within
 from upholster.errors import InputError
-from upholster.geometry import Surface
+from upholster.geometry import SharedEdge, Surface
 from upholster.quilt.model import Chart
 from upholster.quilt.warp_field import FIELD_STEP, WarpField
 from upholster.types import FloatArray
@@ -113,17 +113,23 @@ def parse_direction(text: str | Vectors) -> Direction:
 
 
 def default_direction(surface: Surface) -> Direction:
-    """Return a direction that suits a surface: ``u`` if it goes on across shared edges, else ``around:z``.
+    """Return a direction that suits a surface: ``u`` if it goes on from face to face, else ``around:z``.
 
     Raises
     ------
     InputError
         If more than two edges claim one interval: names them.
     """
-    frames = patch_frames(surface.patches, NODES)
-    agreement = _agreement(surface, frames, frames.right, (0.25, 0.5, 0.75))[2]
-    smooth = not agreement.size or np.mean(agreement > AGREED) >= 0.95
-    return parse_direction("u" if smooth else "around:z")
+    outer = surface.outer_shared
+    # Only the patches there, renumbered.
+    members = sorted({patch for seam in outer for patch in (seam.patch, seam.other_patch)})
+    if not members:
+        return parse_direction("u")
+    number = {patch: n for n, patch in enumerate(members)}
+    seams = [replace(m, patch=number[m.patch], other_patch=number[m.other_patch]) for m in outer]
+    frames = patch_frames([surface.patches[patch] for patch in members], NODES)
+    agreement = _agreement(seams, frames, frames.right, (0.25, 0.5, 0.75))[2]
+    return parse_direction("u" if np.mean(agreement > AGREED) >= 0.95 else "around:z")
 
 
 def direction_fields(
@@ -228,7 +234,7 @@ def _lines(surface: Surface, vectors: Vectors) -> FloatArray:
     frames = patch_frames(surface.patches, NODES)
     tangents, left = within(frames, _called(vectors, frames.points, lambda patch: f"patch {patch}"))
     tangents = aligned(tangents, left)
-    ends, nodes, agreement = _agreement(surface, frames, tangents, (0.5,))
+    ends, nodes, agreement = _agreement(surface.shared, frames, tangents, (0.5,))
     strength = np.minimum(left[nodes[0]], left[nodes[1]]) * np.abs(agreement)
     beside: dict[int, list[tuple[float, int, float]]] = defaultdict(list)
     for (a, b), strong, sign in zip(ends.tolist(), strength.tolist(), agreement.tolist(), strict=True):
@@ -247,9 +253,9 @@ def _lines(surface: Surface, vectors: Vectors) -> FloatArray:
 
 
 def _agreement(
-    surface: Surface, frames: Frames, tangents: FloatArray, along: Sequence[float]
+    seams: Sequence[SharedEdge], frames: Frames, tangents: FloatArray, along: Sequence[float]
 ) -> tuple[NDArray[np.int64], tuple[Nodes, Nodes], FloatArray]:
-    """Compare tangents on both sides of all shared edges, the surface unfolded along them.
+    """Compare tangents on both sides of shared edges, the surface unfolded along them.
 
     Returns
     -------
@@ -261,7 +267,7 @@ def _agreement(
         (N,) float64: cosines of the angles between their tangents.
     """
     found = []
-    for one in surface.shared:
+    for one in seams:
         for share in along:
             mine = one.start + share * (one.stop - one.start)
             theirs = one.other_start + share * (one.other_stop - one.other_start)

@@ -241,9 +241,11 @@ def _area(surface: Surface) -> float:
     nodes, weights = np.polynomial.legendre.leggauss(8)
     u, w = (nodes + 1) / 2, weights / 2
     total = 0.0
-    for patch in surface.patches:
-        _, by_s, by_t = patch.derivatives_grid(u, u)
-        total += float(w @ np.linalg.norm(np.cross(by_s, by_t), axis=2) @ w)
+    for face in surface.faces:
+        across = (np.arange(face.columns)[:, None] + u).ravel()
+        for row in range(face.rows):
+            _, by_s, by_t = face.derivatives_grid(row + u, across)
+            total += float(w @ np.linalg.norm(np.cross(by_s, by_t), axis=2) @ np.tile(w, face.columns))
     return total
 
 

@@ -4,7 +4,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from upholster.geometry.adjacency import SharedEdge
-from upholster.geometry.face import Face
 
 __all__ = ["FaceSeam", "join_seams"]
 
@@ -55,16 +54,14 @@ class FaceSeam:
 
 
 def join_seams(
-    faces: Sequence[Face], shared: Sequence[SharedEdge], place: Callable[[int], tuple[int, int, int]]
+    shared: Sequence[SharedEdge], place: Callable[[int], tuple[int, int, int]]
 ) -> tuple[FaceSeam, ...]:
     """Join what edges of patches share along the edges of their faces, as far as one linear map goes.
 
     Parameters
     ----------
-    faces
-        All faces.
     shared
-        As `Surface.shared`; what lies inside a face is left out.
+        As `Surface.outer_shared`: on edges of faces.
     place
         Patch number to (face, row, column).
 
@@ -75,13 +72,9 @@ def join_seams(
     """
     found = []
     for one in shared:
-        here, there = (
-            _rim(faces, place(one.patch), one.edge),
-            _rim(faces, place(one.other_patch), one.other_edge),
-        )
-        if here is None or there is None:
-            continue
-        (face, first), (other, other_first) = here, there
+        (face, *here), (other, *there) = place(one.patch), place(one.other_patch)
+        # Edges 0 and 2 run along columns, 1 and 3 along rows.
+        first, other_first = here[1 - one.edge % 2], there[1 - one.other_edge % 2]
         seam = FaceSeam(
             face,
             one.edge,
@@ -105,14 +98,6 @@ def join_seams(
 
 def _order(seam: FaceSeam) -> tuple[int, int, float]:
     return seam.face, seam.edge, seam.start
-
-
-def _rim(faces: Sequence[Face], place: tuple[int, int, int], edge: int) -> tuple[int, int] | None:
-    """Return the face of a patch's edge, and where it begins on the face's edge; None inside the face."""
-    index, row, column = place
-    face = faces[index]
-    inside = (row > 0, column < face.columns - 1, row < face.rows - 1, column > 0)[edge]
-    return None if inside else (index, row if edge & 1 else column)
 
 
 def _joined(a: FaceSeam, b: FaceSeam) -> FaceSeam | None:

@@ -179,7 +179,7 @@ class Surface(Shown):
 
     @cached_property
     def face_shared(self) -> tuple[FaceSeam, ...]:
-        """What the edges of faces share, each once, sorted: `shared`, joined along them.
+        """What the edges of faces share, each once, sorted: `outer_shared`, joined along them.
 
         A face may meet itself: a closed ring does.
 
@@ -188,7 +188,19 @@ class Surface(Shown):
         InputError
             As for `shared`.
         """
-        return join_seams(self.faces, self.shared, self.place)
+        return join_seams(self.outer_shared, self.place)
+
+    @cached_property
+    def outer_shared(self) -> tuple[SharedEdge, ...]:
+        """What of `shared` lies on the edges of faces, not inside one.
+
+        Raises
+        ------
+        InputError
+            As for `shared`.
+        """
+        rim = self._edges.rim
+        return tuple(one for one in self.shared if rim[4 * one.patch + one.edge])
 
     @property
     def border(self) -> tuple[BorderInterval, ...]:
