@@ -15,15 +15,15 @@ _QUADS = 4000
 
 
 def _surface_picture(surface: "Surface") -> bytes:
-    from upholster.geometry import tessellate
     from upholster.image import encode_image, from_linear
+    from upholster.model import tessellate
     from upholster.render import render
 
-    mesh = tessellate(surface, quads=max(_QUADS, len(surface.patches)))
+    mesh = tessellate(surface, quads=_QUADS)
     picture = render(
         mesh.positions,
         mesh.normals,
-        mesh.parameters,
+        mesh.places,
         mesh.all_triangles(),
         None,
         size=(480, 360),

@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from upholster.charts.seams import ChartSeam, find_seams
 from upholster.errors import InputError
 from upholster.export import (
     map_companion,
@@ -20,10 +21,17 @@ from upholster.export import (
     write_obj,
 )
 from upholster.files import Outputs
-from upholster.geometry import Mesh, Surface, tessellate, vertex_tangents
+from upholster.geometry import Surface
 from upholster.image import Material, from_linear, write_image
 from upholster.image.source import source_parts
-from upholster.model import Atlas, build_atlas, build_normal_atlas, chart_pieces
+from upholster.model import (
+    Atlas,
+    Mesh,
+    build_atlas,
+    build_normal_atlas,
+    tessellate,
+    vertex_tangents,
+)
 from upholster.options import WriteOptions
 from upholster.quilt import Quilt, Texels
 from upholster.render import render
@@ -137,19 +145,19 @@ class TexturedModel:
     read_from: bytes | None = None
 
     @cached_property
-    def pieces(self) -> tuple[Surface, Texels]:
-        """The surface cut so that every chart covers a patch of its own, and the texels on it."""
-        return chart_pieces(self.surface, self.texels)
+    def seams(self) -> tuple[ChartSeam, ...]:
+        """How the charts meet."""
+        return find_seams(self.surface, self.texels.charts)
 
     @cached_property
     def mesh(self) -> Mesh:
         """The surface as quadrilaterals."""
-        return tessellate(self.pieces[0], quads=max(self.options.quads, len(self.pieces[0].patches)))
+        return tessellate(self.surface, self.texels.charts, self.seams, quads=self.options.quads)
 
     @cached_property
     def atlas(self) -> Atlas:
         """All charts' texels in one image, with gutters."""
-        return build_atlas(*self.pieces, threads=self.threads)
+        return build_atlas(self.texels, self.seams, threads=self.threads)
 
     @cached_property
     def stream(self) -> bytes:
@@ -173,14 +181,22 @@ class TexturedModel:
 
     def map_pixels(self, role: str) -> PixelArray:
         """Return one of `maps` in one image, packed as the atlas is."""
-        surface, texels = self.pieces
-        build = build_normal_atlas if role == "normal" else build_atlas
-        return build(surface, Texels(texels.charts, self.maps[role].arrays), threads=self.threads).pixels
+        texels = self.maps[role]
+        if role == "normal":
+            return build_normal_atlas(self.surface, texels, self.seams, threads=self.threads).pixels
+        return build_atlas(texels, self.seams, threads=self.threads).pixels
 
     @cached_property
     def uv(self) -> FloatArray:
         """Texture coordinates of the mesh's vertices in the atlas."""
         return self.atlas.texture_coordinates(self.mesh)
+
+    @cached_property
+    def tangents(self) -> FloatArray | None:
+        """Tangents of the mesh's vertices; None without a normal map, which alone needs them."""
+        if "normal" not in self.maps:
+            return None
+        return vertex_tangents(self.surface, self.texels.charts, self.mesh)
 
     def picture(self, *, progress: Progress | None = None) -> NDArray[np.float32]:
         """Return a picture of the model, as the options say: (height, width, 3), linear light."""
@@ -237,7 +253,7 @@ def write_output(
                 quality=options.quality,
                 # glTF has no place for the height.
                 maps={role: model.map_pixels(role) for role in model.maps if role != "height"},
-                tangents=vertex_tangents(model.pieces[0], model.mesh) if "normal" in model.maps else None,
+                tangents=model.tangents,
                 normal_scale=options.normal_scale,
                 name=model.surface.name or "surface",
             )

@@ -46,14 +46,16 @@ class CoverReport:
     settled
         What was chosen where nothing was asked for, in words: block, sample's size, direction, maps.
     counts
-        Patches, shared edges, charts, texels, placements, edge blocks; maps; of the base colour channels and
-        bits per sample.
+        Faces, patches, shared edges, charts, texels, placements, edge blocks; maps; of the base colour
+        channels and bits per sample.
     seconds
         Time per stage, and "total".
     peak_memory_bytes
         Most memory that the process has held at once; None where the system does not tell.
     written
         Bytes of each file.
+    notes
+        What the user should know, in words: how many edges nearly meet.
     """
 
     version: str
@@ -63,6 +65,7 @@ class CoverReport:
     seconds: dict[str, float]
     peak_memory_bytes: int | None
     written: dict[str, int] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)
 
 
 def cover(
@@ -152,6 +155,7 @@ def cover(
             _totalled(seconds),
             peak_memory(),
             written,
+            _notes(surface),
         )
         if report:
             files.path(report).write_text(json.dumps(asdict(result), indent=2) + "\n", encoding="utf-8")
@@ -356,9 +360,21 @@ def _edge_blocks(quilt: Quilt) -> int:
     return sum(layout.blocks_along(strip) for strip in layout.strips)
 
 
+def _notes(surface: Surface) -> list[str]:
+    """Return what the user should know about the surface."""
+    count, tolerance = surface.nearly_meeting
+    if not count:
+        return []
+    return [
+        f"{count} edges nearly meet, but are farther apart than the tolerance of {surface.tolerance:g} times "
+        f"the surface's size; a tolerance of {tolerance:g} would join them"
+    ]
+
+
 def _counts(surface: Surface, quilt: Quilt, texels: Texels) -> dict[str, int]:
     sample = texels.arrays[0]
     return {
+        "faces": len(surface.faces),
         "patches": len(surface.patches),
         "shared edges": len(surface.shared),
         "charts": len(quilt.charts),

@@ -13,8 +13,8 @@ import pytest
 from textured import make_model
 
 from upholster.export import write_glb
-from upholster.geometry import Surface, ring_cyclide, tessellate
-from upholster.geometry.tangents import vertex_tangents
+from upholster.geometry import Surface, ring_cyclide
+from upholster.model import tessellate, vertex_tangents
 
 FOLDER = Path(__file__).parents[2] / "build" / "node"
 PACKAGE = "gltf-validator@2.0.0-dev.3.10"
@@ -79,7 +79,7 @@ def test_no_errors_and_no_warnings(tmp_path: Path, validate: Any) -> None:
     surface = ring_cyclide()
     mesh = tessellate(Surface([*surface.patches[0].split(s=0.5), *surface.patches[1:]]), quads=70_000)
     files.append(tmp_path / "junctions.glb")
-    write_glb(files[-1], mesh, mesh.parameters, make_model().pixels)
+    write_glb(files[-1], mesh, mesh.places, make_model().pixels)
     for number, (texture, roles) in enumerate(
         [
             ("png", ("normal", "roughness", "metallic", "ao", "emission")),
@@ -90,7 +90,7 @@ def test_no_errors_and_no_warnings(tmp_path: Path, validate: Any) -> None:
         model = make_model("octants")
         files.append(tmp_path / f"material{number}.glb")
         maps = {role: model.pixels[:, :, : 3 if role in ("normal", "emission") else 1] for role in roles}
-        tangents = vertex_tangents(model.surface, model.mesh)
+        tangents = vertex_tangents(model.surface, model.texels.charts, model.mesh)
         write_glb(
             files[-1], model.mesh, model.uv, model.pixels, texture=texture, maps=maps, tangents=tangents
         )

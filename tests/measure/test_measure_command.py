@@ -168,7 +168,7 @@ def test_parts_that_do_not_belong_together_are_refused(parts):
     other = upholster.synthesize(exemplar, surface, chart=40, seed=3, method="paper")
     with pytest.raises(InputError, match="charts"):
         measure_cover(surface, quilt, exemplar, texels=upholster.paint(other, exemplar))
-    with pytest.raises(InputError, match="patch"):
+    with pytest.raises(InputError, match="chart 1 reaches"):
         measure_cover(upholster.plane(), quilt, exemplar)
     with pytest.raises(InputError, match="shape"):
         measure_cover(surface, quilt, exemplar[:40])

@@ -7,7 +7,7 @@ import pytest
 from measured import quilt_of, random_field, warped
 
 from upholster.charts.directions import default_direction, direction_fields, parse_direction
-from upholster.charts.layout import density_layout
+from upholster.charts.layout import density_layout, uniform_layout
 from upholster.errors import InputError
 from upholster.geometry import plane, surface_from_spec, torus
 from upholster.measure import mapping
@@ -138,8 +138,7 @@ def test_fields_keep_what_they_promise(spec):
 
 
 def test_one_texel_to_a_pixel_stretches_as_texels_do():
-    charts = [Chart(p, 64, 64) for p in range(16)]
-    quilt = tiled(charts, ())
+    quilt = tiled(uniform_layout(torus(3, 1), chart=64), ())
     found = mapping(torus(3, 1), quilt, direction=parse_direction("v"))
     assert found.stretch_95 > 2
     assert found.within < 0.5
@@ -152,7 +151,7 @@ def test_bad_input_is_refused():
         with pytest.raises(InputError, match="scale"):
             mapping(plane(), quilt, scale=scale)
     elsewhere = dataclasses.replace(quilt, charts=(Chart(3, 64, 64),))
-    with pytest.raises(InputError, match="patch 3"):
+    with pytest.raises(InputError, match="face 3"):
         mapping(plane(), elsewhere)
     with pytest.raises(InputError, match="paints nothing"):
         mapping(plane(), quilt_of([]))

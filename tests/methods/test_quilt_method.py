@@ -20,7 +20,12 @@ SMALL = QuiltOptions(block=20)
 
 
 def whole(surface, height=48, width=None):
-    return tuple(Chart(n, height, width or height) for n in range(len(surface.patches)))
+    return tuple(on_patch(surface, n, height, width or height) for n in range(len(surface.patches)))
+
+
+def on_patch(surface, patch, height, width):
+    face, row, column = surface.place(patch)
+    return Chart(face, height, width, row, row + 1, column, column + 1)
 
 
 def turning(scale, degrees, bend=0.0):
@@ -52,7 +57,7 @@ def alike(a, b):
 
 
 ONE = (Chart(0, 90, 75),)
-SIXTEEN = tuple(Chart(n, 40, 30 + n) for n in range(16))
+SIXTEEN = tuple(on_patch(torus(), n, 40, 30 + n) for n in range(16))
 TWINS = {
     "plain": (EXEMPLAR, plane(), ONE, None, SMALL, False),
     "cheap": (
@@ -390,7 +395,7 @@ def test_wrong_seeds_and_layouts_are_refused():
             synthesize_quilt(EXEMPLAR, plane(), ONE, seed=seed)
     with pytest.raises(InputError, match="2 charts can not wrap"):
         synthesize_quilt(EXEMPLAR, plane(spans=(1, 2)), whole(plane(spans=(1, 2))), wrap=True)
-    with pytest.raises(InputError, match="chart 0 lies on patch 3"):
+    with pytest.raises(InputError, match="chart 0 lies on face 3"):
         synthesize_quilt(EXEMPLAR, plane(), (Chart(3, 40, 40),))
     with pytest.raises(InputError, match="threads is 0"):
         synthesize_quilt(EXEMPLAR, plane(), ONE, threads=0)

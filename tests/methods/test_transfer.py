@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from upholster.charts import uniform_layout
 from upholster.charts.seams import find_seams, transitions
 from upholster.geometry import RationalPatch, Surface, plane, sphere, torus
 from upholster.methods.quilt.transfer import BlockTransfer, ChartPlacements, joined
@@ -246,7 +247,7 @@ def test_a_part_of_an_edge_is_closed_at_a_junction():
 )
 def test_on_curved_surfaces_texels_on_both_sides_of_an_edge_read_next_to_each_other(surface):
     size = 48
-    charts = tuple(Chart(n, size, size) for n in range(len(surface.patches)))
+    charts = uniform_layout(surface, chart=size)
     found = find_seams(surface, charts)
     onto = [[] for _ in charts]
     for transition in transitions(surface, charts, found):

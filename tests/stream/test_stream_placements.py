@@ -59,7 +59,7 @@ def test_quilts_of_method_paper_come_back_exactly_and_are_told_compactly(spec: A
 @pytest.mark.parametrize("shape", [(48, 16), (16, 48), (16, 16), (17, 300)])
 def test_exemplars_with_few_candidates(shape: Any) -> None:
     surface = covered("cylinder")[0]
-    charts = tuple(Chart(n, 50, 64) for n in range(4))
+    charts = tuple(Chart(0, 50, 64, 0, 1, n, n + 1) for n in range(4))
     options = PaperOptions(block=16, overlap=4, levels=2)
     quilt = synthesize_paper(noise(*shape), surface, charts, options=options)
     again, plan = back(quilt, surface.shared)
@@ -84,7 +84,7 @@ def test_sources_take_less_than_a_byte_and_edge_blocks_less_than_six() -> None:
 
 def test_charts_of_different_sizes_meet_along_parts() -> None:
     surface, quilt, exemplar = covered()
-    charts = tuple(Chart(n, 64, 64 if n % 2 else 48) for n in range(16))
+    charts = tuple(replace(c, width=64 if n % 2 else 48) for n, c in enumerate(quilt.charts))
     options = PaperOptions(block=16, overlap=4, levels=2)
     quilt = synthesize_paper(exemplar, surface, charts, options=options)
     again, plan = back(quilt, surface.shared)
@@ -268,7 +268,7 @@ def test_what_the_format_does_not_hold_is_refused() -> None:
 def test_placements_outside_chart_or_exemplar_are_refused() -> None:
     _, quilt, _ = covered("cylinder")
     plan, sources, _ = encode_placements(changed(quilt))
-    smaller = tuple(Chart(chart.patch, 20, 20) for chart in quilt.charts)
+    smaller = tuple(replace(chart, height=20, width=20) for chart in quilt.charts)
     with pytest.raises(FormatError, match="does not touch its chart"):
         open_plan(ByteReader(plan), smaller, quilt.exemplar_shape).feed_sources(sources)
     with pytest.raises(FormatError, match="outside"):

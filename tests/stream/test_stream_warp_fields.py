@@ -7,12 +7,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from streams import bent, noise, same_fields, woven
+from upholster.stream.mirrored import assemble, check_tiles, scale_of
 
 from upholster.errors import FormatError, InputError
 from upholster.quilt import Chart, paint
 from upholster.quilt.warp_field import WarpField
 from upholster.stream.byte_reader import ByteReader
-from upholster.stream.mirrored import assemble, check_tiles, scale_of
 from upholster.stream.warp_fields import pack_fields, parse_fields
 
 

@@ -110,6 +110,8 @@ def cover(
         print(f"wrote {written}: {count:,} texels in {time.perf_counter() - start:.1f} s")
         if result.settled:
             print("; ".join(f"{name} {value}" for name, value in result.settled.items()))
+        for note in result.notes:
+            print(f"note: {note}")
 
 
 def _uses(asked: SynthesisOptions, sample: list[str], outputs: list[str]) -> list[str]:

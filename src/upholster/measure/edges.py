@@ -23,7 +23,7 @@ Index = NDArray[np.intp]
 def matched_edge_ratio(surface: Surface, quilt: Quilt, texels: Texels, exemplar: PixelArray) -> float | None:
     """Measure whether the edges of charts show, against what the exemplar has at the same places.
 
-    A surface of few patches has few edges, and single lines of a regular texture differ from its mean. Here
+    A surface of few charts has few edges, and single lines of a regular texture differ from its mean. Here
     the mean absolute difference between a texel at an edge and the nearest one beyond it is taken over the
     mean of the two differences that the exemplar has there: over the same step from the first texel's place,
     as the placement that owns it maps it, and back from the second's. 1.0 is as smooth as the exemplar, more
@@ -46,7 +46,7 @@ def matched_edge_ratio(surface: Surface, quilt: Quilt, texels: Texels, exemplar:
     Raises
     ------
     InputError
-        If a chart names a patch that the surface does not have, the texels do not have the quilt's charts, or
+        If a chart names a face that the surface does not have, the texels do not have the quilt's charts, or
         the exemplar not its shape.
     """
     check_painted(quilt, texels, exemplar)

@@ -45,7 +45,7 @@ class MeanDifference:
 
 
 def edge_seam_ratio(surface: Surface, texels: Texels, *, fields: Sequence[WarpField] = ()) -> float | None:
-    """Measure whether the edges of charts show: both those of patches, and those between charts of a patch.
+    """Measure whether the edges of charts show: both those of faces, and those between charts of a face.
 
     The mean absolute difference between a point before an edge and one as far beyond it, over the same
     between points inside the charts, about random lines parallel to the edge. Points lie ½ to 1 texel from
@@ -73,7 +73,7 @@ def edge_seam_ratio(surface: Surface, texels: Texels, *, fields: Sequence[WarpFi
     Raises
     ------
     InputError
-        If a chart names a patch that the surface does not have, or fields are not one for each chart.
+        If a chart names a face that the surface does not have, or fields are not one for each chart.
 
     References
     ----------

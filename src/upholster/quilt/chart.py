@@ -13,12 +13,12 @@ MAX_TEXELS = 2**31
 
 @dataclass(frozen=True, slots=True)
 class Chart:
-    """The texel grid laid over a rectangle of one patch's parameters.
+    """The texel grid laid over a rectangle of one face's parameters, across its patches.
 
     Attributes
     ----------
-    patch
-        Index of the patch in its surface.
+    face
+        Index of the face in its surface.
     height, width
         Size in texels: rows go with s, columns with t.
     s0, s1, t0, t1
@@ -26,7 +26,7 @@ class Chart:
         ``s0 + (s1 - s0)·(r + ½)/height``, ``t0 + (t1 - t0)·(c + ½)/width``.
     """
 
-    patch: int
+    face: int
     height: int
     width: int
     s0: float = 0.0

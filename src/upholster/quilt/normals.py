@@ -28,7 +28,7 @@ def paint_normals(
     """Paint a quilt with a normal map, in the frame that texels have on the surface.
 
     That frame is: T along texel columns, S_t made a unit vector; N the surface's normal; B = N × T, which
-    points up in the texture. It is glTF's with a TANGENT of (T, 1), see `upholster.geometry.vertex_tangents`.
+    points up in the texture. It is glTF's with a TANGENT of (T, 1), see `upholster.model.vertex_tangents`.
 
     Parameters
     ----------

@@ -10,9 +10,9 @@ import anyio.to_thread
 import numpy as np
 
 from upholster.errors import UpholsterError
-from upholster.geometry import tessellate
 from upholster.image import encode_image, from_linear
 from upholster.image.drawing import Drawing
+from upholster.model import tessellate
 from upholster.options import WriteOptions
 from upholster.outputs import TexturedModel
 from upholster.render import render
@@ -96,11 +96,11 @@ def _picture(version: Version) -> bytes:
     height, width, channels = decoder.exemplar_shape
     texels = sum(chart.height * chart.width for chart in decoder.charts)
     if texels > _MOST_TEXELS or height * width * channels > _MOST_SAMPLES:
-        mesh = tessellate(surface, quads=max(_QUADS, len(surface.patches)))
+        mesh = tessellate(surface, quads=_QUADS)
         linear = render(
             mesh.positions,
             mesh.normals,
-            mesh.parameters,
+            mesh.places,
             mesh.all_triangles(),
             None,
             size=THUMBNAIL_SIZE,

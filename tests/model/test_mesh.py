@@ -1,6 +1,7 @@
 """The mesh: watertight, counter-clockwise, exact, of the asked-for size."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -8,19 +9,22 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from upholster.charts.layout import density_layout, uniform_layout
 from upholster.errors import InputError
 from upholster.geometry import (
-    Mesh,
+    Face,
+    RationalPatch,
     Surface,
     cone,
     cylinder,
     plane,
     ring_cyclide,
     sphere,
-    tessellate,
     torus,
     vase,
 )
+from upholster.model import Mesh, face_parameters, tessellate
+from upholster.quilt import Chart
 
 
 def topology(mesh: Mesh) -> tuple[int, int, int]:
@@ -55,14 +59,58 @@ def test_watertight_with_the_right_euler_characteristic(
     build: Callable[[], Surface], euler: int, closed: bool, quads: int
 ) -> None:
     surface = build()
-    mesh = tessellate(surface, quads=quads)
+    mesh = tessellate(surface, uniform_layout(surface, chart=8), quads=quads)
     k = max(1, round((quads / len(surface.patches)) ** 0.5))
     assert len(mesh.quads) == k * k * len(surface.patches)
     assert len(mesh.triangles) == 0
+    for found in (topology(mesh), topology(tessellate(surface, quads=quads))):
+        assert found[0] == euler
+        assert (found[1] == 0) == closed
+        assert found[2] == 0
+
+
+@pytest.mark.parametrize("quads", [100, 20_000])
+@pytest.mark.parametrize(("build", "euler", "closed"), CASES)
+def test_charts_across_patches_and_of_any_size(
+    build: Callable[[], Surface], euler: int, closed: bool, quads: int
+) -> None:
+    surface = build()
+    charts = density_layout(surface, texels=100_000)
+    mesh = tessellate(surface, charts, quads=quads)
     found = topology(mesh)
     assert found[0] == euler
     assert (found[1] == 0) == closed
     assert found[2] == 0
+    if quads > 100:
+        assert 0.85 * quads < len(mesh.quads) + len(mesh.triangles) / 6 < 1.15 * quads
+
+
+@settings(max_examples=15, deadline=None)
+@given(st.data(), st.integers(1, 3000))
+def test_watertight_at_any_rectangles_of_faces(data: st.DataObject, quads: int) -> None:
+    builders: list[tuple[Callable[[], Surface], int]] = [
+        (ring_cyclide, 0), (lambda: sphere(tiling="octants"), 2), (vase, 2),
+    ]  # fmt: skip
+    build, euler = data.draw(st.sampled_from(builders))
+    surface = build()
+    charts = [
+        Chart(n, 8, 8, 0.0, float(face.rows), 0.0, float(face.columns))
+        for n, face in enumerate(surface.faces)
+    ]
+    for _ in range(data.draw(st.integers(1, 12))):
+        k = data.draw(st.integers(0, len(charts) - 1))
+        share = data.draw(st.sampled_from([0.25, 0.5, 0.75, 1 / 3]))
+        one, c = data.draw(st.integers(3, 40)), charts[k]
+        s, t = c.s0 + share * (c.s1 - c.s0), c.t0 + share * (c.t1 - c.t0)
+        charts[k : k + 1] = data.draw(
+            st.sampled_from(
+                [
+                    [Chart(c.face, one, c.width, c.s0, s, c.t0, c.t1), replace(c, s0=s)],
+                    [Chart(c.face, c.height, one, c.s0, c.s1, c.t0, t), replace(c, t0=t)],
+                ]
+            )
+        )
+    assert topology(tessellate(surface, charts, quads=quads)) == (euler, 0, 0)
 
 
 @settings(max_examples=15, deadline=None)
@@ -93,18 +141,42 @@ def test_t_junction_cells_become_fans() -> None:
 @pytest.mark.parametrize("build", [case[0] for case in CASES])
 def test_vertices_are_the_surfaces_own(build: Callable[[], Surface]) -> None:
     surface = build()
-    mesh = tessellate(surface, quads=500)
-    assert mesh.positions.shape == mesh.normals.shape == (len(mesh.patch), 3)
-    assert mesh.parameters.shape == (len(mesh.patch), 2)
-    assert {str(array.dtype) for array in (mesh.quads, mesh.triangles, mesh.patch)} == {"int32"}
-    assert mesh.parameters.min() == 0
-    assert mesh.parameters.max() == 1
+    charts = density_layout(surface, texels=20_000)
+    mesh = tessellate(surface, charts, quads=500)
+    assert mesh.positions.shape == mesh.normals.shape == (len(mesh.chart), 3)
+    assert mesh.places.shape == (len(mesh.chart), 2)
+    assert {str(array.dtype) for array in (mesh.quads, mesh.triangles, mesh.chart)} == {"int32"}
     np.testing.assert_allclose(np.linalg.norm(mesh.normals, axis=1), 1, atol=1e-14)
-    for p, patch in enumerate(surface.patches):
-        mine = mesh.patch == p
-        s, t = mesh.parameters[mine].T
-        np.testing.assert_allclose(mesh.positions[mine], patch.points(s, t), atol=1e-12 * surface.size)
-        np.testing.assert_allclose(mesh.normals[mine], patch.normals(s, t), atol=1e-12)
+    for n, chart in enumerate(charts):
+        mine, face = mesh.chart == n, surface.faces[chart.face]
+        assert mesh.places[mine].min() == 0
+        assert tuple(mesh.places[mine].max(axis=0)) == (chart.height, chart.width)
+        s, t = face_parameters(chart, *mesh.places[mine].T)
+        np.testing.assert_allclose(mesh.positions[mine], face.points(s, t), atol=1e-12 * surface.size)
+        np.testing.assert_allclose(mesh.normals[mine], face.frames(s, t)[1], atol=1e-12)
+
+
+def test_borders_of_patches_are_borders_of_quadrilaterals() -> None:
+    for surface in (vase(), cylinder(), ring_cyclide()):
+        mesh = tessellate(surface, quads=3000)
+        for n, face in enumerate(surface.faces):
+            for axis, count in enumerate((face.rows, face.columns)):
+                assert set(range(count + 1)) <= set(mesh.places[mesh.chart == n, axis].tolist())
+
+
+def test_a_crease_is_kept_where_there_are_too_many_patches() -> None:
+    """A roof of 2 × 60 patches: its ridge stays, borders between flat ones need not."""
+    slope = [
+        [
+            RationalPatch.from_points([[(x, -y0, 1 - y0 * y0), (x + 1, -y0, 1 - y0 * y0)],
+                                       [(x, -y1, 1 - y1 * y1), (x + 1, -y1, 1 - y1 * y1)]])
+            for x in range(60)
+        ]
+        for y0, y1 in ((-1, 0), (0, 1))
+    ]  # fmt: skip
+    mesh = tessellate(Surface([Face(slope)]), [Chart(0, 3, 60, 0.0, 2.0, 0.0, 60.0)], quads=60)
+    assert 1.5 in mesh.places[:, 0]
+    assert len(np.unique(mesh.places[:, 1])) < 60
 
 
 @pytest.mark.parametrize("build", [case[0] for case in CASES])
@@ -117,7 +189,8 @@ def test_triangles_face_outward(build: Callable[[], Surface]) -> None:
 
 
 def test_triangles_at_a_pole_are_not_doubled() -> None:
-    mesh = tessellate(sphere(tiling="octants"), quads=8 * 25)
+    surface = sphere(tiling="octants")
+    mesh = tessellate(surface, uniform_layout(surface, chart=8), quads=8 * 25)
     # each octant's row at the pole gives one triangle a cell, the others two
     assert len(mesh.all_triangles()) == 8 * (5 + 2 * 20)
 
