@@ -235,8 +235,8 @@ export class Session {
     let until = begun + SLICE
     for (const [target, charts] of jobs) {
       const fresh = new Map()
-      const known = [...charts].filter((chart) => decoder.knows(chart))
-      entries.push(...this.#await(target, [...charts].filter((chart) => !decoder.knows(chart)), decoder))
+      const known = [...charts].filter((chart) => decoder.isPlaced(chart))
+      entries.push(...this.#await(target, [...charts].filter((chart) => !decoder.isPlaced(chart)), decoder))
       for (const chart of known) {
         fresh.set(chart, this.#paintChart(decoder, target, chart))
         if (performance.now() > until) {

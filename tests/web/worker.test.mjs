@@ -145,8 +145,8 @@ for (const [name, data] of streams) {
       cut.feed(data.slice(0, Math.max(bytes, decoder.view)))
       assert.equal(page.state.bytes, cut.received)
       const { width } = page.surface.charts[0]
-      assert.equal(page.textures.has('color 0'), cut.knows(0))
-      if (!cut.knows(0)) {
+      assert.equal(page.textures.has('color 0'), cut.isPlaced(0))
+      if (!cut.isPlaced(0)) {
         assert.ok(isMirrored(page.preview, cut))
         continue
       }
