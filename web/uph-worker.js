@@ -215,7 +215,7 @@ export class Session {
     const changed = (n) => counts[2 * n] !== this.#meshed?.[2 * n] || counts[2 * n + 1] !== this.#meshed[2 * n + 1]
     const pieces = []
     for (const chart of this.#sizes.keys()) {
-      const touched = () => [0, 1, 2, 3].some((edge) => this.#mesher.neighbours(chart, edge).some((one) => changed(one.chart)))
+      const touched = () => [0, 1, 2, 3].some((edge) => this.#mesher.seams(chart, edge).some((one) => changed(one.chart)))
       if (changed(chart) || touched()) pieces.push({ chart, ...this.#mesher.mesh(chart, counts) })
     }
     this.#meshed = counts.slice()
@@ -318,7 +318,7 @@ export class Session {
     const touched = new Set()
     for (const chart of fresh.keys()) {
       for (let edge = 0; edge < 4; edge++) {
-        for (const { chart: other } of this.#mesher.neighbours(chart, edge)) {
+        for (const { chart: other } of this.#mesher.seams(chart, edge)) {
           if (!fresh.has(other) && lines[other]) touched.add(other)
         }
       }
@@ -337,7 +337,7 @@ export class Session {
   #ring(target, chart) {
     const lines = this.#lines[target]
     return makeRing(lines[chart], this.#sizes[chart], (edge) => ({
-      meetings: this.#mesher.neighbours(chart, edge).flatMap((there) => {
+      meetings: this.#mesher.seams(chart, edge).flatMap((there) => {
         const line = lines[there.chart]?.[there.edge]
         return line ? [{ ...there, line }] : []
       }),
@@ -350,7 +350,7 @@ export class Session {
     const key = 4 * chart + edge
     if (!this.#turns.has(key)) {
       const { height, width } = this.#sizes[chart]
-      this.#turns.set(key, this.#mesher.turns(chart, edge, edge % 2 ? height : width))
+      this.#turns.set(key, this.#mesher.frameAngles(chart, edge, edge % 2 ? height : width))
     }
     return this.#turns.get(key)
   }

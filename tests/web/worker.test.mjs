@@ -105,8 +105,8 @@ for (const [name, data] of streams) {
       const gutters = edgeLines(page.textures.get(`color ${n}`), size)
       const outside = ringLines(page.textures.get(`color ${n}`), size)
       for (let edge = 0; edge < 4; edge++) {
-        const beyond = mesher.neighbours(n, edge)
-        if (!beyond.length && !mesher.neighbours(n, edge).length) assert.deepEqual(outside[edge], gutters[edge])
+        const beyond = mesher.seams(n, edge)
+        if (!beyond.length && !mesher.seams(n, edge).length) assert.deepEqual(outside[edge], gutters[edge])
         for (const there of beyond) {
           if (there.start > 0 || there.stop < 1 || Math.abs(there.otherStop - there.otherStart) < 1) continue
           const other = edgeLines(page.textures.get(`color ${there.chart}`), charts[there.chart])[there.edge]
