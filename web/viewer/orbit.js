@@ -57,9 +57,9 @@ export class Orbit {
     this.#controls.zoomToCursor = on
   }
 
-  /** Whether movements end at once, instead of running out. */
-  set calm(on) {
-    this.#controls.enableDamping = !on
+  /** Whether movements run out, instead of ending at once. */
+  set damping(on) {
+    this.#controls.enableDamping = on
   }
 
   set autorotate(on) {
