@@ -13,7 +13,7 @@ export class SurfaceMesher {
   #seams
   #rims
 
-  /** Find what meets what. Throws `RangeError` for a surface that cannot be. */
+  /** Find the seams. Throws `RangeError` for a surface that cannot be. */
   constructor(surface, charts) {
     this.patches = surface.patches ?? builtInPatches(surface.kind, surface.params)
     this.#charts = charts

@@ -6,7 +6,7 @@ import { range } from './numbers.js'
 export const UNIT = 4096
 
 const OCTAVE = 32 // steps of a size
-const ANGLES = 256 // steps of a turn
+const ANGLES = 256 // steps of a full circle
 const COSINES = range(ANGLES).map((k) => Math.round(2 ** 14 * Math.cos((2 * Math.PI * k) / ANGLES)))
 const POWERS = range(OCTAVE).map((k) => Math.round(2 ** 14 * 2 ** (k / OCTAVE)))
 

@@ -43,12 +43,12 @@ export class Orbit {
     this.#controls.enabled = on
   }
 
-  /** Whether dragging turns; zooming and panning are always possible. */
-  set turns(on) {
+  /** Whether dragging rotates; zooming and panning are always possible. */
+  set dragRotates(on) {
     this.#controls.enableRotate = on
   }
 
-  get turns() {
+  get dragRotates() {
     return this.#controls.enableRotate
   }
 

@@ -9,7 +9,7 @@ export const SHARES = [0.03, 0.05, 0.07, 0.15, 1]
 /** Steps of the slider: an arrow key moves by 1/200 of its length. */
 const SLIDER_STEPS = 200
 
-/** Where the slider's scale turns from even steps to even ratios, in bytes. */
+/** Where the slider's scale changes from even steps to even ratios, in bytes. */
 const LINEAR_BYTES = 1000
 
 /** Bytes at a place, 0 to 1, of a slider over `total` bytes. */

@@ -161,7 +161,7 @@ export class Stage {
 
   /** Whether dragging turns the light, not the model; with the shift key it does anyway. */
   set dragLight(on) {
-    this.#orbit.turns = !on
+    this.#orbit.dragRotates = !on
     this.canvas.classList.toggle('light', on)
   }
 
@@ -380,7 +380,7 @@ export class Stage {
     }, { signal })
     onDrag(this.#parent, this.canvas, {
       signal,
-      starts: (event) => this.#models.length > 0 && (event.shiftKey || !this.#orbit.turns),
+      starts: (event) => this.#models.length > 0 && (event.shiftKey || !this.#orbit.dragRotates),
       moves: (right, down) => {
         const [across, up] = this.light
         this.light = [across + right / 2, up - down / 2]

@@ -1,4 +1,4 @@
-/** Taking turns with the messages that a worker gets. */
+/** Work in slices, with the worker's messages heard in between. */
 
 /** Milliseconds of work before messages are looked at. */
 export const SLICE = 25

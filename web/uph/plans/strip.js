@@ -1,4 +1,4 @@
-/** A strip [4]: blocks along an edge of chart a that also lie, turned, on the chart b beyond it. */
+/** A strip [4]: blocks along an edge of chart a that also lie, by a symmetry, on the chart b beyond it. */
 
 import { SYMMETRIES } from '../symmetry.js'
 
