@@ -78,7 +78,7 @@ export class UphDecoder {
   /** A map of the exemplar as far as it has come, as RGBA of 8 bits for the screen, see `rgba`. */
   exemplarRgba(role?: string): { height: number; width: number; data: Uint8Array }
   /** Whether a chart has its placements; before, it repeats the exemplar, mirrored, from its first texel on. */
-  knows(index: number): boolean
+  isPlaced(index: number): boolean
   /** How many of the exemplar's pixels then go on a texel. */
   readonly repeat: number
   /**

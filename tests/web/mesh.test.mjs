@@ -150,13 +150,13 @@ for (const [name, [surface, euler, volume]] of Object.entries(SURFACES)) {
     charts.forEach((_, chart) => {
       for (let edge = 0; edge < 4; edge++) {
         let covered = 0
-        for (const one of mesher.neighbours(chart, edge)) {
+        for (const one of mesher.seams(chart, edge)) {
           assert.ok(one.start >= covered && one.stop > one.start && one.stop <= 1)
           covered = one.stop
           const [otherStart, otherStop] = one.otherStart < one.otherStop ? [one.start, one.stop] : [one.stop, one.start]
           const [start, stop] = [one.otherStart, one.otherStop].sort((a, b) => a - b)
           const back = { start, stop, chart, edge, otherStart, otherStop }
-          assert.ok(mesher.neighbours(one.chart, one.edge).some((two) => JSON.stringify(two) === JSON.stringify(back)))
+          assert.ok(mesher.seams(one.chart, one.edge).some((two) => JSON.stringify(two) === JSON.stringify(back)))
           count++
         }
       }
@@ -187,7 +187,7 @@ test("a chart's mesh depends on its own counts and its neighbours' only", () => 
   const charts = whole(SURFACES.torus[0])
   const mesher = new SurfaceMesher(SURFACES.torus[0], charts)
   const counts = anyCounts(charts)
-  const near = new Set([0, 1, 2, 3].flatMap((edge) => mesher.neighbours(0, edge).map(({ chart }) => chart)))
+  const near = new Set([0, 1, 2, 3].flatMap((edge) => mesher.seams(0, edge).map(({ chart }) => chart)))
   assert.equal(near.size, 4)
   const others = counts.map((count, k) => (k < 2 || near.has(k >> 1) ? count : 256 / count))
   assert.deepEqual(mesher.mesh(0, others), mesher.mesh(0, counts))
@@ -241,8 +241,8 @@ test('frames on both sides of an edge are turned against each other by one angle
     let most = 0
     for (const n of charts.keys()) {
       for (let edge = 0; edge < 4; edge++) {
-        for (const there of mesher.neighbours(n, edge)) {
-          const [here, beyond] = [mesher.turns(n, edge, 8), mesher.turns(there.chart, there.edge, 8)]
+        for (const there of mesher.seams(n, edge)) {
+          const [here, beyond] = [mesher.frameAngles(n, edge, 8), mesher.frameAngles(there.chart, there.edge, 8)]
           here.forEach((angle, k) => {
             const back = beyond[there.otherStart < there.otherStop ? k : 7 - k]
             assert.ok(Math.abs(Math.sin(angle + back)) < 1e-3 && Math.cos(angle + back) > 0.99, `${name} ${n} ${edge}`)
@@ -262,7 +262,7 @@ test('frames on both sides of an edge are turned against each other by one angle
   ]
   const surface = { kind: 'nets', name: '', tolerance: 1e-6, patches, patchCount: 2 }
   const mesher = new SurfaceMesher(surface, whole(surface))
-  for (const angle of mesher.turns(0, 1, 5)) assert.ok(Math.abs(angle - Math.PI / 2) < 1e-6, `${angle}`)
+  for (const angle of mesher.frameAngles(0, 1, 5)) assert.ok(Math.abs(angle - Math.PI / 2) < 1e-6, `${angle}`)
 })
 
 test('what cannot be is refused in one line', () => {
@@ -374,9 +374,9 @@ test('more than two edges in one place are border', () => {
   surface.patchCount++
   const charts = whole(surface)
   const mesher = new SurfaceMesher(surface, charts)
-  assert.deepEqual(mesher.neighbours(0, 1), [])
-  assert.deepEqual(mesher.neighbours(1, 3), [])
-  assert.deepEqual(mesher.neighbours(6, 3), [])
-  assert.equal(mesher.neighbours(0, 2).length, 1)
+  assert.deepEqual(mesher.seams(0, 1), [])
+  assert.deepEqual(mesher.seams(1, 3), [])
+  assert.deepEqual(mesher.seams(6, 3), [])
+  assert.equal(mesher.seams(0, 2).length, 1)
   assert.ok(meshes(mesher, charts, anyCounts(charts)).every(({ indices }) => indices.length > 0))
 })

@@ -120,7 +120,7 @@ def test_a_cut_stream_shows_what_there_is_and_says_so(bad: Any, site: Any, strea
 def test_a_damaged_stream_keeps_the_picture_and_says_where(bad: Any, site: Any, streams: Any) -> None:
     said = _failed(bad, f"{site}/view/damaged.uph")
     assert "damaged.uph is damaged after" in said
-    assert "What you see is the last good picture." in said
+    assert "The picture shows what was loaded before." in said
     shown = bad.settle()
     assert 1000 < shown["bytes"] <= (streams / "damaged.uph").stat().st_size
     assert shown["charts"] == 1
@@ -132,7 +132,7 @@ def test_a_damaged_stream_keeps_the_picture_and_says_where(bad: Any, site: Any, 
     ("name", "says"),
     [
         ("words.uph", "words.uph is no .uph stream."),
-        ("short.uph", "That is too little to show anything."),
+        ("short.uph", "That is too little for a picture."),
     ],
 )
 def test_what_can_not_be_shown_is_told(bad: Any, site: Any, name: str, says: str) -> None:

@@ -275,7 +275,7 @@ def test_a_file_opens_from_disk(tab: Any, streams: Any, tmp_path: Any) -> None:
     command = [sys.executable, "-m", "upholster", "refine", str(streams / "ring.uph")]
     subprocess.run([*command, "-o", str(page), "-o", str(stream)], check=True, capture_output=True)
     data = stream.read_bytes()
-    assert page.stat().st_size < len(data) + 250_000
+    assert page.stat().st_size < len(data) + 256_000
     asked: list[str] = []
     tab.page.on("request", lambda request: asked.append(request.url.partition(":")[0]))
     tab.open(page.as_uri()).complete()

@@ -1,11 +1,11 @@
-/** What surrounds the stage: panel, cards, notes, and the region that tells those who can not see. */
+/** What surrounds the stage: panel, cards, notes, and the status for screen readers. */
 
 import { helpCard, LightCard, Loading, Note, NumbersCard } from './cards.js'
 import { h } from './dom.js'
 import { iconButton, Panel } from './panel.js'
-import { amount, percent } from './words.js'
+import { amount, percent } from './text.js'
 
-const NOTHING = {
+const NO_STATE = {
   received: 0,
   total: null,
   limit: null,
@@ -17,7 +17,7 @@ const NOTHING = {
   complete: null,
 }
 
-export class Face {
+export class ViewerUI {
   /** Fills the stage; gets the canvas. */
   stage = h('div', { class: 'stage', part: 'stage' })
   #panel
@@ -34,17 +34,17 @@ export class Face {
 
   /**
    * @param {ShadowRoot} root gets it all
-   * @param {object} hands what is called: `act(name)` for a tool, `limit(limit)`, `light(direction)`, `measure()`, `again()`, and
+   * @param {object} callbacks `act(name)` for a tool, `limit(limit)`, `light(direction)`, `measure()`, `retry()`, and
    *   `key(event)`
    */
-  constructor(root, { act, limit, light, measure, again, key }) {
+  constructor(root, { act, limit, light, measure, retry, key }) {
     this.root = root
     const close = () => this.show(null)
     const button = (name, label, letter) => iconButton(name, label, letter, () => act(name), { toggle: true })
     this.#panel = new Panel({ act, limit })
     this.#light = new LightCard(close, light)
     this.#numbers = new NumbersCard(close, measure)
-    this.#note = new Note(again)
+    this.#note = new Note(retry)
     this.#cards = { light: this.#light.element, numbers: this.#numbers.element, help: helpCard(close) }
     this.#buttons = {
       numbers: button('numbers', 'Numbers', 'I'),
@@ -60,10 +60,10 @@ export class Face {
     root.append(h('div', { class: 'viewer', keydown: key }, stack, this.#panel.element, this.#status))
   }
 
-  /** Leave the stage bare. */
-  set bare(on) {
-    this.#corner.hidden = this.#panel.element.hidden = on
-    if (on) this.show(null)
+  /** Whether panel and buttons are there. */
+  set controls(on) {
+    this.#corner.hidden = this.#panel.element.hidden = !on
+    if (!on) this.show(null)
   }
 
   /** Where the light comes from, as `Stage.light`. */
@@ -96,22 +96,22 @@ export class Face {
   /** Called with the card that was opened, or null. */
   oncard = () => {}
 
-  /** Say whether something is on. */
+  /** Show whether something is on. */
   press(name, on) {
     if (this.#buttons[name]) this.#buttons[name].setAttribute('aria-pressed', String(on))
     else this.#panel.press(name, on)
   }
 
-  /** Say to those who can not see it. */
+  /** Say something to screen readers. */
   say(text) {
     this.#status.textContent = text
   }
 
-  /** There is nothing to look at, and there will not be. */
+  /** Show that there is no picture, and will be none. */
   fail(title, advice) {
     this.#note.show({ title, advice, middle: true })
     this.say(`${title} ${advice}`)
-    this.bare = true
+    this.controls = false
   }
 
   /**
@@ -119,10 +119,10 @@ export class Face {
    *
    * @param {import('./session.js').Session | null} session
    * @param {import('./stage.js').Stage} stage
-   * @param {boolean} lost whether the graphics card is
+   * @param {boolean} contextLost whether the graphics card has lost its memory
    */
-  update(session, stage, lost) {
-    const state = session?.state ?? NOTHING
+  update(session, stage, contextLost) {
+    const state = session?.state ?? NO_STATE
     const loading = Boolean(session?.loading)
     const shown = Boolean(session?.model.first)
     this.#panel.update(state)
@@ -131,8 +131,8 @@ export class Face {
     this.#panel.press('split', Boolean(session?.other))
     if (this.card === 'numbers') this.#numbers.update(state)
     this.#loading.update(state, { loading, shown })
-    if (lost) this.#note.show({ title: 'The graphics card is lost.', advice: 'The picture comes back with it.' })
-    else if (session?.problem) this.#note.show({ ...session.problem, middle: !shown, again: true })
+    if (contextLost) this.#note.show({ title: 'The graphics card was reset.', advice: 'The picture comes back when it is ready.' })
+    else if (session?.problem) this.#note.show({ ...session.problem, middle: !shown, retry: true })
     else if (session?.stalled) this.#note.show({ title: 'Connection lost, trying again…' })
     else this.#note.hide()
     this.#label(session?.name ?? 'No model', state, { loading, shown }, stage)
@@ -141,8 +141,8 @@ export class Face {
   /** Name the canvas, and the halves of it. */
   #label(name, { received, total, shown: { coefficients } }, { loading, shown }, { canvas, split, stacked }) {
     const of = total === null ? '' : ` of ${amount(total)}`
-    const detail = `${percent(coefficients)} of the coefficients shown, ${amount(received)}${of} here`
-    const label = `${name}: ${shown ? detail : loading ? 'loading' : 'nothing to see'}. Arrow keys turn it, plus and minus zoom.`
+    const detail = `${percent(coefficients)} of the coefficients shown, ${amount(received)}${of} loaded`
+    const label = `${name}: ${shown ? detail : loading ? 'loading' : 'no picture'}. Arrow keys turn it, plus and minus zoom.`
     if (canvas.ariaLabel !== label) canvas.ariaLabel = label
     this.#halves.hidden = !split
     this.#halves.classList.toggle('stacked', stacked)

@@ -1,4 +1,4 @@
-/** What the viewer says: quantities, states and errors, in words. */
+/** Texts of the viewer: quantities, states and errors. */
 
 const plain = new Intl.NumberFormat('en')
 
@@ -25,12 +25,12 @@ export function duration(milliseconds) {
   return `${(milliseconds / 1000).toFixed(milliseconds < 9950 ? 1 : 0)} s`
 }
 
-const KEPT = 'What you see is the last good picture.'
+const KEPT = 'The picture shows what was loaded before.'
 
 /** What answers of a server mean, by status. */
 const ANSWERS = {
-  401: ['may not be read.', 'The server asks for permission.'],
-  403: ['may not be read.', 'The server refuses it.'],
+  401: ['can not be read.', 'The server asks for a login.'],
+  403: ['can not be read.', 'The server refuses access.'],
   404: ['was not found.', 'Check the address.'],
   410: ['is no longer there.', 'Check the address.'],
 }
@@ -48,12 +48,12 @@ export function explain(error, { shown, received, total, name }) {
   const say = (title, advice) => ({ title, advice: shown ? KEPT : advice, detail })
   if (detail.startsWith('the stream is cut')) {
     const title = `${name} ends after ${amount(received)}${total === null ? '' : ` of ${amount(total)}`}.`
-    const advice = shown ? 'What you see is all it holds; the rest is missing.' : 'That is too little to show anything.'
+    const advice = shown ? 'The picture shows all that it holds; the rest is missing.' : 'That is too little for a picture.'
     return { title, advice, detail: '' }
   }
   if (Number.isInteger(error.offset)) {
     if (!shown && error.offset < 8) return say(`${name} is no .uph stream.`, 'Check the address, or the server that answers.')
-    return say(`${name} is damaged after ${amount(error.offset)}.`, 'Nothing could be shown. Make or fetch the file again.')
+    return say(`${name} is damaged after ${amount(error.offset)}.`, 'Nothing can be shown. Write or download the file again.')
   }
   const status = Number(/the server says (\d+)/.exec(detail)?.[1] ?? 0)
   if (status) {
@@ -65,5 +65,5 @@ export function explain(error, { shown, received, total, name }) {
     if (shown) return say('The connection was lost.', '')
     return say(`${name} could not be fetched.`, 'You may be offline, or its server does not let this page read it (CORS).')
   }
-  return say('Something went wrong.', 'Nothing could be shown.')
+  return say('Something went wrong.', 'Nothing can be shown.')
 }
