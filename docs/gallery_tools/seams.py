@@ -1,4 +1,4 @@
-"""Figures of the seams: patch edges before and after mending, and how an edge block is mended."""
+"""Figures of the seams: patch edges before and after the repair, and how an edge block is chosen and cut."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -21,7 +21,7 @@ __all__ = ["seams"]
 
 
 def seams(exemplars: Exemplars) -> Any:
-    """Draw figures 7, 8 and 9: a patch edge before and after mending, and how an edge block is mended."""
+    """Draw figures 7, 8 and 9: a patch edge before and after the repair, and how an edge block is made."""
     exemplar = read(exemplars.pick("cobble"))
     ring = ring_cyclide()
     options: dict[str, Any] = {"chart": 192, "block": BLOCK, "overlap": OVERLAP, "levels": LEVELS, "seed": 5}
@@ -42,7 +42,7 @@ def seams(exemplars: Exemplars) -> Any:
         [
             [
                 Panel(close[0], "(a) a corner of four patches, each covered on its own"),
-                Panel(close[1], "(b) the same after mending"),
+                Panel(close[1], "(b) the same, repaired"),
             ],
             [Panel(flat[0], "(c) texels along an edge, before"), Panel(flat[1], "(d) after")],
             [Panel(image, title) for image, title in _edge_block(quilt, exemplar, found)],
