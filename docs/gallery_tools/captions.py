@@ -124,8 +124,8 @@ CAPTIONS = {
     "twelve": """\
         Twelve textures on the sphere (eight octants, degenerate at the poles), the torus and the cyclide, one
         column per class of texture. Exemplars are 256 × 256, blocks 32 × 32, and seams are repaired. What is
-        still visible comes from the method: texture shrinks at the sphere's poles and stretches on the wide sides
-        (e, i), and large regular elements do not always continue from patch to patch (b).
+        still visible comes from the method: texture shrinks at the sphere's poles and stretches on the wide
+        sides (e, i), and large regular elements do not always continue from patch to patch (b).
         """,
     "stretch": """\
         Every patch has the same dots. A texel on the thick side is up to {length:.2g} times as long
