@@ -36,7 +36,7 @@ def _quilt_picture(quilt: "Quilt") -> bytes:
 
     from upholster.image import encode_image
 
-    # Red and green name the place in the exemplar, blue tells painted from bare: blocks and seams show.
+    # Red and green name the place in the exemplar, blue tells painted from unpainted.
     scale = np.array(quilt.exemplar_shape) * 16
     places = [
         np.concatenate([np.clip(source * 255 / scale, 0, 255), (source[:, :, :1] >= 0) * 128], axis=2)

@@ -170,7 +170,7 @@ class SynthesisOptions:
         default=0.2,
         metadata=_about(
             _SYNTHESIS,
-            "How much it costs to use a part of the sample again within sight of itself, 0 to 10.",
+            "How much it costs to use a part of the sample again near where it was used, 0 to 10.",
             only="quilt",
         ),
     )

@@ -380,7 +380,7 @@ def _counts(surface: Surface, quilt: Quilt, texels: Texels) -> dict[str, int]:
         "charts": len(quilt.charts),
         "texels": quilt.texel_count,
         "placements": len(quilt.placements),
-        # A mended block lies on two charts.
+        # An edge block lies on two charts.
         "edge blocks": _edge_blocks(quilt),
         "channels": sample.shape[2],
         "bits": 8 * sample.itemsize,

@@ -2,8 +2,8 @@
 
 A table (``kernels.json``, written by ``python -m benchmarks.kernel_table``) holds every kernel with the
 types that commands call it with, the seconds it takes, the kernels that it is made of, and which commands
-need it. Whoever begins a command starts `compiling` for it: helpers compile what is not on disk yet while the
-command goes on, until it needs a kernel: then it waits for it and loads it.
+need it. A command starts `compiling` when it begins: helpers compile what is not on disk yet, while the
+command runs. When it needs a kernel, it waits for it and loads it.
 """
 
 import importlib
@@ -187,7 +187,7 @@ class Compiler:
                     self._told += job.seconds
                     self._measured += seconds
                     self._changed.notify_all()
-        except (OSError, ValueError):  # it died: whoever needs its kernel compiles it
+        except (OSError, ValueError):  # it died: its kernel is compiled where it is needed
             pass
         with self._changed:
             self._alive = max(0, self._alive - 1)
@@ -253,7 +253,7 @@ def work() -> None:
     def listen() -> None:
         for line in sys.stdin:
             lines.put(line)
-        os._exit(0)  # even in the middle of a kernel: nobody wants it any more
+        os._exit(0)  # even in the middle of a kernel: it is not needed any more
 
     threading.Thread(target=listen, daemon=True).start()
     while True:

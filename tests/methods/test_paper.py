@@ -352,9 +352,9 @@ def test_an_exemplar_smaller_than_a_block_is_refused():
         synthesize(texture(40, 72), two_by_one(), block=64, method="paper")
 
 
-def test_charts_of_different_sizes_are_not_mended(caplog):
+def test_charts_of_different_sizes_are_not_repaired(caplog):
     charts = (Chart(0, 64, 64), Chart(1, 48, 64))
     with caplog.at_level("INFO", logger="upholster"):
         quilt = synthesize_paper(texture(), two_by_one(), charts)
     assert not (quilt.placements["mask"] == MASK_CUT).any()
-    assert "not mended" in caplog.text
+    assert "not repaired" in caplog.text

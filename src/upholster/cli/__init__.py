@@ -59,7 +59,7 @@ def main() -> NoReturn:
             raise
     sys.stdout.flush()
     sys.stderr.flush()
-    # Kernels may still be running on other threads after Ctrl-C or an error: nobody waits for them.
+    # Kernels may still be running on other threads after Ctrl-C or an error: they are not waited for.
     os._exit(status)
 
 

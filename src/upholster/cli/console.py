@@ -122,7 +122,7 @@ def bars(quiet: bool, compiler: "Compiler | None") -> "Iterator[Progress | None]
 
 
 def _tell(compiler: "Compiler", shown: "Bars") -> None:
-    # One line where nobody watches, one that follows on a terminal.
+    # One line in a log, a progress bar on a terminal.
     text = "compiling kernels for this machine, once: about {:.0f} s"
     if not shown.console.is_terminal:
         shown.console.print(text.format(compiler.seconds_left()), style="dim")

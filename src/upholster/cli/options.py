@@ -54,7 +54,7 @@ def spelled_out(*, without: Collection[str] = ()) -> Callable[[Callable[..., Non
         def run(context: typer.Context, **values: Any) -> None:
             for name, (kind, entries) in kinds.items():
                 texts = {entry.name: values.pop(entry.name) for entry in entries}
-                # What was not written is not given: nobody chose a default of the other method.
+                # What was not written is not given: a default of the other method was not chosen.
                 given = {
                     key: _AS_TEXT[key][0](value) if key in _AS_TEXT else value
                     for key, value in texts.items()

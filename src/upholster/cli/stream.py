@@ -57,7 +57,7 @@ def refine(
 def info(
     stream: Annotated[str, typer.Argument(help="A stream, or the start of one.", metavar="FILE.uph")],
 ) -> None:
-    """Tell what a stream holds: chunks, placements, and what can be seen after so many bytes."""
+    """Show what a stream contains: chunks, placements, and what can be shown after so many bytes."""
     from rich.box import SIMPLE_HEAD
     from rich.console import Console
     from rich.table import Table

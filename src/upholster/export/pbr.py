@@ -18,7 +18,7 @@ DATA_QUALITY = 90
 
 _ROLES = ("normal", "roughness", "metallic", "ao", "emission", "height", "opacity")
 _ROUGHNESS = 0.8
-"""Of a material that says nothing about it."""
+"""Of a material without such a map."""
 
 
 @dataclass
@@ -55,7 +55,7 @@ def build_material(
         where nearly all is 0 or 1.
     maps
         Other maps by role, (H, W, 1) or (H, W, 3), see `upholster.image.material.Material`; height and
-        opacity, which glTF has no place for, are passed over.
+        opacity, which glTF has no place for, are left out.
     texture, quality, normal_scale, name
         As for `write_glb`.
 

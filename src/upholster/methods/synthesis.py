@@ -205,7 +205,7 @@ def synthesize(
 
 
 def _check_room(scale: TextureScale, block: int, density: float | None) -> None:
-    # Of a sample size `texture_scale` has seen to it.
+    # `texture_scale` has checked a sample size.
     share = (scale.scale / scale.density) ** 2 * scale.texels / block**2
     if share < 1:
         asked, least = (

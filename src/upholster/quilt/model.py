@@ -1,7 +1,7 @@
 """The result of a synthesis: charts, a plan of placements, and the texels that painting them gives.
 
-A *quilt* says where each block of texture comes from; it holds no colour. `upholster.quilt.painting` turns a
-quilt and an exemplar into *texels*. The exact meaning of a placement: SPEC.md, "Painting".
+A *quilt* says where each block of texture comes from; it contains no colours. `upholster.quilt.painting`
+turns a quilt and an exemplar into *texels*. The exact meaning of a placement: SPEC.md, section 8.
 """
 
 from dataclasses import dataclass

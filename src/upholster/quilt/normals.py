@@ -1,9 +1,8 @@
 """Painting normal maps: their vectors turn with the texture.
 
-A normal map tells (x to the right, y upward, z outward) in the exemplar. On the surface that frame lies as
-the texture does, turned against the texels' own, so painting turns the vectors back: by the placement's
-symmetry,
-and by the angle of the warp field at the texel.
+A normal map has vectors (x to the right, y upward, z outward) in the exemplar. On the surface the texture is
+rotated against the texels' own frame, so painting rotates the vectors back: by the placement's symmetry, and
+by the angle of the warp field at the texel.
 """
 
 from collections.abc import Callable

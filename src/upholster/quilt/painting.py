@@ -41,7 +41,7 @@ def paint(
 
     Placements are painted in order; each covers what is there with weights of 0 to 256, in integers with 6
     fractional bits that are rounded once at the end (float samples: the same formula, unrounded). On charts
-    with an warp field the image is sampled bilinearly, from a prefiltered pyramid where it is minified. The
+    with a warp field the image is sampled bilinearly, from a prefiltered pyramid where it is minified. The
     result does not depend on the number of threads.
 
     Parameters

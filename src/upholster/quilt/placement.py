@@ -1,7 +1,7 @@
-"""The placement: one block of texture on one chart, as painting takes it (SPEC.md, "Painting").
+"""The placement: one block of texture on one chart, as painting takes it (SPEC.md, section 8).
 
 A cut mask is stored as its *window*: the cells of the block that a chart can show, row by row. A cell shows
-if one of its texels lies at most `feather` texels beyond the chart, for so far feathering carries it.
+if one of its texels lies at most `feather` texels beyond the chart: feathering moves it that far.
 """
 
 from collections.abc import Sequence

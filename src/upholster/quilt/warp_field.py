@@ -1,7 +1,7 @@
 """The warp field of a chart: how a texel step becomes an exemplar-pixel step, all over it.
 
 A field is kept as a decoder gets it: quantised nodes, from which everybody derives the same integer matrices.
-Exact meaning: CONVENTIONS.md, "Painting"; the mathematics: `upholster.charts.directions`.
+Exact meaning: SPEC.md, sections 3 and 8; the mathematics: `upholster.charts.directions`.
 """
 
 from dataclasses import dataclass

@@ -40,14 +40,14 @@ class Thumbnails:
         self._turn = asyncio.Lock()
 
     async def get(self, version: Version, *, gone: Callable[[], Awaitable[bool]]) -> bytes | None:
-        """Return a PNG file's bytes; None if whoever asked has gone before it was their turn.
+        """Return a PNG file's bytes; None if the client has gone before its turn.
 
         Parameters
         ----------
         version
             The stream.
         gone
-            Tells whether nobody waits for the answer any more.
+            Tells whether no client waits for the answer any more.
         """
         async with self._turn:
             if version.tag in self._known:

@@ -1,4 +1,4 @@
-"""What a chart shows before its placements have come: the exemplar at its scale, repeated and mirrored."""
+"""What a chart shows before its placements have arrived: the exemplar at its scale, repeated and mirrored."""
 
 import math
 from collections.abc import Collection, Sequence

@@ -86,7 +86,7 @@ def check_decoded(
     fields: tuple[WarpField, ...],
     exemplar_shape: tuple[int, int],
 ) -> None:
-    """Check placements whose masks have not come.
+    """Check placements whose masks have not arrived.
 
     Raises
     ------

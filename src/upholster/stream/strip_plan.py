@@ -138,7 +138,7 @@ class StripDecoder:
         self.scale = scale
         self.layout = _parse_layout(plan, charts, exemplar_shape)
         self.total, self.total_cells = self.layout.count, int(self.layout.mask_starts[-1])
-        # Each cell is held for both charts.
+        # Each cell is stored for both charts.
         if self.total > MAX_PLACEMENTS or self.total_cells > MAX_CELLS // 2:
             raise plan.error(
                 f"plan has {self.total} placements, {self.total_cells} cells; "

@@ -1,7 +1,7 @@
 """Method "paper": the paper's synthesis, step by step (its sections 4.1 to 4.4; our readings: docs/paper.md).
 
-Each chart is covered on its own, block by block in raster order; then *edge blocks* mend every shared edge.
-What is chosen goes into placements. The charts' texels exist here only in working form, as canvases to match
+Each chart is covered on its own, block by block in raster order; then *edge blocks* repair every shared edge.
+What is chosen goes into a plan. The charts' texels exist here only in working form, as canvases to match
 against.
 """
 
@@ -69,7 +69,7 @@ def synthesize_paper(
     exemplar
         (H, W, C) uint8, uint16 or float32, at least one block each way.
     surface
-        The surface: its shared edges are mended.
+        The surface: its shared edges are repaired.
     charts
         One chart per patch, in order, each at least a block each way.
     options
@@ -133,7 +133,7 @@ def _layout(
     strips = [strip for strip in found if strip is not None]
     if len(strips) < len(found):
         logger.info(
-            "%d of %d shared edges meet at different texel sizes and are not mended",
+            "%d of %d shared edges meet at different texel sizes and are not repaired",
             len(found) - len(strips),
             len(found),
         )
@@ -210,7 +210,7 @@ def _mend_seams(
         if progress is not None:
             progress("seams", done + count, len(strips))
 
-    # Edges of one class have no chart in common: they can be mended side by side, in any order.
+    # Edges of one class have no chart in common: they can be repaired side by side, in any order.
     for members in classes:
         tasks: list[Callable[[], object]] = [
             partial(_mend_edge, layout, n, strips[n], masks[n], canvases, candidates) for n in members

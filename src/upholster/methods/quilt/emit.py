@@ -1,4 +1,4 @@
-"""What was laid, as a plan: charts in the order they were laid in, blocks with links, masks as windows."""
+"""The result as a plan: charts in the order in which they were laid, blocks with links, masks as windows."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -36,7 +36,7 @@ def emit_plan(
     Returns
     -------
     GridPlan
-        Without blocks that do not touch their chart: they were there for its neighbours to see.
+        Without blocks that do not touch their chart: they served to be transferred to its neighbours.
     """
     kept = [np.flatnonzero(touches(part.placements, charts)) for part in laid]
     indices = _coded_indices(laid, kept, order)

@@ -121,8 +121,8 @@ class BlockGrid:
         Parameters
         ----------
         open_sides
-            Edges (0 top, 1 right, 2 bottom, 3 left) at which a neighbour is still to come: there, blocks go
-            on for an overlap beyond the edge.
+            Edges (0 top, 1 right, 2 bottom, 3 left) at which a neighbour is not laid yet: there, blocks
+            continue for an overlap beyond the edge.
         """
         # A little more than an overlap: masks transferred over an edge lose their rims.
         rows, columns = (

@@ -1,4 +1,4 @@
-"""One chart of a quilt: what finished charts leave on it, then its own blocks."""
+"""One chart of a quilt: the blocks transferred from finished charts, then its own blocks."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -41,27 +41,29 @@ def lay_chart(
 
     Parameters
     ----------
-    index, raster
-        The chart and its blocks.
+    index, grid
+        The chart, and where its blocks lie.
     transferred, closed
-        What finished charts leave on it, and where it must stay so: see `Carrying`.
+        The blocks transferred from finished charts, and where these must stay as they are: see
+        `BlockTransfer.transferred_onto` and `BlockTransfer.closed`.
     open_sides
-        Edges at which a neighbour is still to come.
-    sights, use, weights, shortlist
-        As `lay_quilt` takes them.
+        Edges at which a neighbour is not laid yet.
+    match_pyramid, usage, weights, shortlist
+        What blocks are compared by; how much of the exemplar has been used; evenness, variety and tolerance;
+        how many candidates are judged at full resolution.
     wrap
         Whether its opposite edges meet.
     seed
         Of its own random numbers.
     number
-        Its first block's origin, see `Covering`.
+        Its first block's origin, see `ChartPlacements`.
 
     Returns
     -------
     placements
         All its placements.
-    use
-        Counts of use, its own blocks included.
+    usage
+        How much of the exemplar has been used, its own blocks included.
     """
     chart, field, match_level = grid.chart, grid.field, match_pyramid.levels[grid.level]
     need = grid.need(open_sides)

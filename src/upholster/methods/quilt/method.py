@@ -1,9 +1,9 @@
 """Method "quilt": one texture over the whole surface, chart after chart, block after block.
 
-Charts are laid in colour classes: those of one class do not touch. A chart begins with what its finished
-neighbours' blocks leave on it (`upholster.methods.quilt.transfer`); then its own blocks go on from there in
-raster order, each the best match of what it overlaps, cut along the least difference (`lay_quilt`). Where a
-neighbour is still to come, blocks reach beyond the edge, for the neighbour to go on from.
+Charts are laid in colour classes: those of one class do not touch. A chart first gets the blocks that reach
+it from its finished neighbours (`upholster.methods.quilt.transfer`). Then come its own blocks in raster
+order, each a good match of what it overlaps, cut along the least difference (`upholster.methods.quilt.lay`).
+Where a neighbour is not laid yet, blocks reach beyond the edge and are transferred to it later.
 """
 
 from collections.abc import Sequence
@@ -144,7 +144,7 @@ def _run(
     wrap: bool,
     seed: int,
 ) -> _Run:
-    # What is transferred from chart to chart may begin between pixels and end beyond the exemplar.
+    # A block that is transferred may begin between pixels and end beyond the exemplar.
     copied = len(charts) == 1 and fields[0].is_identity
     shape = exemplar.shape[0], exemplar.shape[1]
     grids = [
@@ -177,7 +177,7 @@ def _lay_class(
     progress: Progress | None,
 ) -> FloatArray:
     # Lays the charts of one colour class side by side, enters them among the finished ones, and returns the
-    # usage with theirs: every one of them counted on from the same state.
+    # usage with theirs: each of them counted from the same state.
     results: list[tuple[ChartPlacements, FloatArray] | None] = [None] * len(members)
 
     def lay(k: int) -> None:

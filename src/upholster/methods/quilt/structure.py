@@ -1,4 +1,4 @@
-"""How large an exemplar's structure is, seen by its autocorrelation: what a block must hold."""
+"""How large an exemplar's structure is, by its autocorrelation: what a block must contain."""
 
 import numpy as np
 from numpy.typing import NDArray

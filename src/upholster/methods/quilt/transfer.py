@@ -1,8 +1,7 @@
-"""What the blocks of finished charts leave on a chart: placements of the same sources, seen from it.
+"""Transferring blocks from finished charts to a chart: one more placement there, of the same source.
 
-A block that reaches beyond its chart's edge is laid on the neighbour as well, first of all, so that the
-neighbour's own blocks go on from it exactly as they do from each other: no chart border is mended, for none
-is made.
+A block that reaches beyond its chart's edge is laid on the neighbour as well, before the neighbour's own
+blocks. These overlap it and match it exactly as they do each other, so charts have no seams to repair.
 """
 
 from collections.abc import Sequence
@@ -23,7 +22,7 @@ from upholster.types import FloatArray, IntArray
 __all__ = ["BlockTransfer", "ChartPlacements", "joined"]
 
 _WORST_TURN = 25.0
-"""Degrees: where directions on two charts differ more than this from quarter turns, nothing is laid."""
+"""Degrees: nothing is transferred where directions on two charts differ more from quarter turns."""
 
 _WINDOW = 16
 """Cells to either side of a corner within which blocks may matter to the chart beyond it."""
@@ -61,7 +60,7 @@ class ChartPlacements:
         (n, 2) int64: from which block each was transferred, as chart and place among that chart's
         placements; -1, -1 if it is the chart's own.
     bounds
-        Rows from, to, columns from, to: where they count. Beyond, neighbours are on their own.
+        Rows from, to, columns from, to: where they count. Beyond, they are not transferred.
     """
 
     placements: NDArray[np.void]
@@ -113,7 +112,7 @@ class BlockTransfer:
     feather: int = 2
 
     def transferred_onto(self, chart: int, finished: Sequence[ChartPlacements | None]) -> ChartPlacements:
-        """Collect what finished charts leave on a chart: neighbours, and those that meet it only in a corner.
+        """Collect the blocks that reach a chart from finished ones: neighbours, and those across a corner.
 
         Parameters
         ----------
@@ -133,7 +132,7 @@ class BlockTransfer:
             if laid is not None:
                 parts.append(self._transferred(transition, _as_parents(transition.seam.chart, laid)))
                 continue
-            # Round a corner, over the chart between, which is still bare.
+            # Across a corner, over the chart in between, which is not laid yet.
             for corner in self._corners(transition, finished):
                 beyond = finished[corner.transition.seam.chart]
                 assert beyond is not None
@@ -145,7 +144,7 @@ class BlockTransfer:
         return _distinct(found)
 
     def open_sides(self, chart: int, finished: Sequence[ChartPlacements | None]) -> set[int]:
-        """Return the edges of a chart at which a neighbour is still to come."""
+        """Return the edges of a chart at which a neighbour is not laid yet."""
         return {
             transition.seam.other_edge
             for transition in self.onto[chart]
@@ -180,7 +179,7 @@ class BlockTransfer:
         return found
 
     def _corners(self, transition: Transition, finished: Sequence[ChartPlacements | None]) -> list["_Corner"]:
-        # Finished charts round either end of the seam of two charts that are not: seen from the first.
+        # Finished charts at either end of the seam of two charts that are not finished.
         seam = transition.seam
         between = self.charts[seam.chart]
         length = between.height if seam.edge & 1 else between.width
@@ -306,7 +305,7 @@ def _add_mask(cells: NDArray[np.uint8], one: np.void, other: np.void) -> None:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Corner:
-    """A finished chart round a corner.
+    """A finished chart across a corner.
 
     Attributes
     ----------
@@ -326,7 +325,7 @@ class _Corner:
 def _masks(
     block: NDArray[np.void], laid: ChartPlacements, places: FloatArray, cell: int, here: Chart
 ) -> tuple[NDArray[np.int32], NDArray[np.uint8]]:
-    # The masks as the other chart sees them, see `carry_masks`.
+    # The masks on the other chart, see `transfer_masks`.
     area = (block["height"] + 8.0 * cell) * (block["width"] + 8.0 * cell)
     area /= np.abs(places[:, 2] * places[:, 5] - places[:, 3] * places[:, 4])
     masks = np.empty(min(_MOST_CELLS, int(4 * area.sum() / cell**2) + 64 * len(block)), np.uint8)

@@ -222,7 +222,7 @@ class StripLayout:
     def strip_masks(
         self, index: int, coded: NDArray[np.uint8]
     ) -> tuple[NDArray[np.uint8], NDArray[np.uint8]]:
-        """Return the masks of a strip's blocks as A and as B sees them, (blocks, side, side).
+        """Return the masks of a strip's blocks on A and on B, (blocks, side, side).
 
         Those given run along the strip: their rows are cells along the edge, their columns cells across it.
         """
