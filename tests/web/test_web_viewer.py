@@ -20,6 +20,8 @@ LEAST_LIKENESS = 0.96
 
 SHARES = (3, 5, 7, 15, 100)
 
+pytestmark = pytest.mark.browser
+
 
 @pytest.fixture(scope="module")
 def page(chromium: Any, site: Any) -> Any:
