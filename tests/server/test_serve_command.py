@@ -205,6 +205,7 @@ def test_the_browser_that_the_user_names_is_not_waited_for(desk, tmp_path):
     desk.delenv("DISPLAY")
     desk.setenv("BROWSER", str(script))
     desk.setattr(webbrowser, "get", lambda: webbrowser.GenericBrowser([str(script), "%s"]))
+    before = set(threading.enumerate())
     assert open_in_browser("http://127.0.0.1:1/")
     assert not closed.exists()
     until = time.monotonic() + 10
@@ -213,4 +214,6 @@ def test_the_browser_that_the_user_names_is_not_waited_for(desk, tmp_path):
     url, process = got.read_text().split()
     assert url == "http://127.0.0.1:1/"
     assert os.getsid(int(process)) != os.getsid(0)  # Ctrl-C does not reach it
+    for thread in set(threading.enumerate()) - before:
+        thread.join()
     os.killpg(int(process), signal.SIGKILL)
