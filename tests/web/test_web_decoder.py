@@ -33,8 +33,6 @@ HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
 MOST_GZIPPED = 49_000
 """Bytes of the decoder's modules together, comments and all."""
-DAMAGED = int(os.environ.get("UPHOLSTER_DAMAGED", "12"))
-"""Damaged streams of each kind that both decoders read."""
 VECTORS = sorted((ROOT / "tests" / "vectors").glob("*.uph"))
 
 
@@ -182,11 +180,12 @@ def _streams() -> Any:
         yield encode_stream(*woven(spec, texels, **made))
 
 
-def test_streams_cut_anywhere_decode_as_in_python(tmp_path: Any) -> None:
+@pytest.mark.parametrize("count", [3, pytest.param(25, marks=pytest.mark.slow)])
+def test_streams_cut_anywhere_decode_as_in_python(tmp_path: Any, count: int) -> None:
     rng = np.random.default_rng(1)
     files = [("vector.uph", path.read_bytes()) for path in VECTORS]
     files += [("stream.uph", data) for data in _streams()]
-    jobs = [(name, data, _cuts(rng, data, 9)) for name, data in files]
+    jobs = [(name, data, _cuts(rng, data, count)) for name, data in files]
     found = _in_browser(tmp_path, jobs)
     for n, (_, data, cuts) in enumerate(jobs):
         assert found[n] == _in_python(data, cuts), f"stream {n}"
@@ -224,11 +223,12 @@ def _header_length(data: Any) -> Any:
     return 13 + 2 * data[8] + 18 * (kind >> 2 & 3 == 1) + 8 * (kind >> 4 == 2)
 
 
-def test_damaged_streams_are_read_or_refused_as_in_python(tmp_path: Any) -> None:
+@pytest.mark.parametrize("count", [6, pytest.param(150, marks=pytest.mark.slow)])
+def test_damaged_streams_are_read_or_refused_as_in_python(tmp_path: Any, count: int) -> None:
     rng = np.random.default_rng(3)
     jobs = []
     for data in (*(stream(name) for name in STREAMS), *(path.read_bytes() for path in VECTORS)):
-        for _ in range(DAMAGED):
+        for _ in range(count):
             damaged = mutated(rng, data)
             if damaged:
                 jobs.append(("damaged.uph", damaged, _cuts(rng, damaged, 2) if len(damaged) > 1 else [1]))

@@ -13,16 +13,13 @@ STREAM = "/streams/ring.uph"
 REFUSED = "Failed to load resource"
 """What Chromium writes to the console of a request that fails, whatever a page does about it."""
 
-LONG_TASKS = """
-globalThis.tasks = []
+SEEN = """
 globalThis.seen = []
 const note = ({ detail }) => seen.push(detail.bytes)
 for (const type of ['first', 'refine']) addEventListener(type, note, { capture: true })
-new PerformanceObserver((list) => list.getEntries().forEach(({ duration }) => tasks.push(duration)))
-  .observe({ type: 'longtask', buffered: true })
 """
-LONGEST_TASK = 400
-"""Milliseconds, on a busy machine whose processor is also its graphics card."""
+
+pytestmark = pytest.mark.browser
 
 
 class Line:
@@ -205,13 +202,11 @@ def test_a_server_that_is_gone_for_good(bad: Any, streams: Any) -> None:
     _only(bad, REFUSED)
 
 
-def test_the_page_stays_alive_while_a_slow_line_brings_the_stream(chromium: Any, streams: Any) -> None:
+def test_a_slow_line_brings_ever_more_of_the_stream(chromium: Any, streams: Any) -> None:
     with browser.serving(_app(streams, rate=256_000)) as address, browser.tab(chromium) as tab:
-        tab.page.add_init_script(LONG_TASKS)
+        tab.page.add_init_script(SEEN)
         tab.open(f"{address}/view/ring.uph").complete()
-        tasks, seen = tab.page.evaluate("[tasks, seen]")
-    assert max(tasks, default=0) < LONGEST_TASK
-    # It is shown as it comes, and ever more of it.
+        seen = tab.page.evaluate("seen")
     assert len(seen) >= 3
     assert seen[0] < 8_000
     assert seen == sorted(seen)

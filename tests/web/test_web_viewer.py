@@ -1,13 +1,12 @@
 """The viewer in Chromium, served by `upholster serve` under its strict policy: what it shows and does."""
 
-import subprocess
-import sys
 from typing import Any
 
 import browser
 import numpy as np
 import pytest
 from browser import likeness, pixels, rendered
+from command_line import run_cli
 from scipy.ndimage import gaussian_filter
 
 from upholster.stream import StreamDecoder, describe
@@ -19,6 +18,8 @@ LEAST_LIKENESS = 0.96
 """Tolerances of `likeness`; measured: 0.992, 0.011 and 0.987."""
 
 SHARES = (3, 5, 7, 15, 100)
+
+pytestmark = pytest.mark.browser
 
 
 @pytest.fixture(scope="module")
@@ -272,8 +273,7 @@ def test_what_is_removed_is_freed(tab: Any, site: Any) -> None:
 
 def test_a_file_opens_from_disk(tab: Any, streams: Any, tmp_path: Any) -> None:
     page, stream = tmp_path / "ring & ring.html", tmp_path / "ring.uph"
-    command = [sys.executable, "-m", "upholster", "refine", str(streams / "ring.uph")]
-    subprocess.run([*command, "-o", str(page), "-o", str(stream)], check=True, capture_output=True)
+    assert run_cli("refine", streams / "ring.uph", "-o", page, "-o", stream).returncode == 0
     data = stream.read_bytes()
     assert page.stat().st_size < len(data) + 256_000
     asked: list[str] = []
