@@ -26,7 +26,8 @@ from upholster.options import SynthesisOptions, WriteOptions, chosen
 from upholster.outputs import Output, TexturedModel, parse_output, write_output
 from upholster.quilt import Quilt, Texels, paint, paint_material
 from upholster.quilt.plans import StripPlan
-from upholster.stream import StreamDecoder
+from upholster.quilt.warp_field import WarpField
+from upholster.stream import StreamDecoder, check_layout
 from upholster.stream.prefix import Limit, feed_until
 from upholster.types import PixelArray, Progress
 
@@ -137,6 +138,9 @@ def cover(
         with _timed("prepare", seconds):
             seen = matched_image(source, asked.method)
             prepared = prepare(seen, surface, asked)
+            if _has_stream(wanted):
+                fields = prepared.fields or (WarpField.identity(),) * len(prepared.charts)
+                check_layout(surface, prepared.charts, fields, (seen.shape[0], seen.shape[1]))
         with _timed("synthesize", seconds):
             quilt = execute(prepared, seen, surface, seed=seed, threads=threads, progress=progress)
         with _timed("paint", seconds):
@@ -288,9 +292,13 @@ def write(
 
 def _check_coded(wanted: Sequence[Output], parts: Mapping[str, PixelArray], options: WriteOptions) -> None:
     """Raise InputError where a stream is wanted and can not hold the sample's maps."""
-    if any(output.kind in ("uph", "html") for output in wanted):
+    if _has_stream(wanted):
         for part in parts.values():
             check_image(part, **options.transform)
+
+
+def _has_stream(wanted: Sequence[Output]) -> bool:
+    return any(output.kind in ("uph", "html") for output in wanted)
 
 
 def _written(

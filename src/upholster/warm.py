@@ -84,10 +84,11 @@ def missing(jobs: Sequence[Job]) -> list[Job]:
 
     found = []
     for job in jobs:
-        dispatcher = job.dispatcher()
-        cache = getattr(dispatcher, "_cache", None)
-        if isinstance(cache, KernelCache) and not cache.has(job.types(), dispatcher.targetctx):
-            found.append(job)
+        with suppress(ImportError, AttributeError):  # a table of another version: compiled when first called
+            dispatcher = job.dispatcher()
+            cache = getattr(dispatcher, "_cache", None)
+            if isinstance(cache, KernelCache) and not cache.has(job.types(), dispatcher.targetctx):
+                found.append(job)
     return found
 
 
