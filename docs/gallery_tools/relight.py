@@ -66,9 +66,8 @@ def _lit(
 ) -> Any:
     """Return a chart's texels in linear light: Lambert's law and a Blinn highlight under one distant lamp."""
     chart = maps["albedo"].charts[number]
-    s, t = face_parameters(
-        chart, np.arange(chart.height, dtype=np.float64) + 0.5, np.arange(chart.width, dtype=np.float64) + 0.5
-    )
+    rows, columns = (np.arange(side, dtype=np.float64) + 0.5 for side in (chart.height, chart.width))
+    s, t = face_parameters(chart, rows, columns)
     points, down, tangent = surface.faces[chart.face].derivatives_grid(s, t)
     outward = _unit(np.cross(down, tangent))
     tangent = _unit(tangent)
