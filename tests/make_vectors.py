@@ -28,7 +28,7 @@ def smallest() -> Any:
     """The worked example of SPEC.md: a plane, one chart of 8 × 8, a grey exemplar of 4 × 4, one placement."""
     placed = np.zeros(1, PLACEMENT)
     placed["row"], placed["column"], placed["height"], placed["width"] = 4, 4, 4, 4
-    placed["source_row"], placed["source_column"], placed["cells"] = 32, 32, -1
+    placed["source_row"], placed["source_column"], placed["first_cell"] = 32, 32, -1
     exemplar = (np.arange(16, dtype=np.uint8) * 10).reshape(4, 4, 1)
     quilt = Quilt((Chart(0, 8, 8),), (4, 4), placed, np.zeros(0, np.uint8))
     return encode_stream(surface_from_spec("plane"), quilt, exemplar, lossless=True)
@@ -69,7 +69,7 @@ def hashes(decoder: Any) -> Any:
     columns = [quilt.placements[name].astype("<i4") for name in quilt.placements.dtype.names]
     return {
         "placements": _hash(np.stack(columns, axis=1)),
-        "cells": _hash(quilt.cells),
+        "cells": _hash(quilt.mask_cells),
         "exemplar": _hash(decoder.exemplar()),
         "texels": _hash(np.concatenate([array.reshape(-1) for array in decoder.texels(threads=1).arrays])),
     }

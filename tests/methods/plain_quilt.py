@@ -122,7 +122,7 @@ class PlainChart:
                 int(one[n]) for n in ("row", "column", "height", "width", "cell")
             )
             top, left = row - height // 2, column - width // 2
-            mask = cells[one["cells"] :][: (height // cell) * (width // cell)]
+            mask = cells[one["first_cell"] :][: (height // cell) * (width // cell)]
             mask = mask.reshape(height // cell, width // cell).astype(bool)
             # Covered for sure where the feathered mask is whole: a cell and the eight round it.
             ring = np.pad(mask, 1)
@@ -168,10 +168,10 @@ class PlainChart:
             one = np.zeros((), PLACEMENT)
             one["row"], one["column"], one["height"], one["width"] = row, column, grid.height, grid.width
             one["source_row"], one["source_column"] = sources[n]
-            one["cells"] = -1
+            one["first_cell"] = -1
             if mask is not None:
-                one["mask"], one["cell"], one["feather"] = MASK_CUT, grid.cell, grid.feather
-                one["cells"] = len(cells) * grid.cells
+                one["mask"], one["mask_cell"], one["feather"] = MASK_CUT, grid.mask_cell, grid.feather
+                one["first_cell"] = len(cells) * grid.cells
             cells.append(np.ones(grid.cells, np.uint8) if mask is None else mask.reshape(-1))
             placed.append(one)
             laid_at.append(n)
@@ -289,7 +289,7 @@ class PlainChart:
 
         mask = self.cut(window, (top, left), needed, y + down, x + right)
         add_tent(usage, stride, (y, x), reach, 1.0)
-        cell = grid.cell
+        cell = grid.mask_cell
         self.put(window, np.kron(mask, np.ones((cell, cell), bool)).astype(bool), y + down, x + right)
         return source, mask
 
@@ -309,7 +309,7 @@ class PlainChart:
 
     def cut(self, window, corner, needed, y, x):
         grid = self.grid
-        cell, sample, bh, bw = grid.cell, grid.sample, grid.height, grid.width
+        cell, sample, bh, bw = grid.mask_cell, grid.sample, grid.height, grid.width
         there = self.laid[window]
 
         def cells_of(array):
@@ -351,7 +351,7 @@ class PlainChart:
     def beside(self, corner, side):
         """Tell for each cell along a side whether something is laid beyond its first texel."""
         grid = self.grid
-        bh, bw, cell = grid.height, grid.width, grid.cell
+        bh, bw, cell = grid.height, grid.width, grid.mask_cell
         rows = self.places(corner[0] - 1, bh + 2, 0)
         columns = self.places(corner[1] - 1, bw + 2, 1)
         if side in (0, 2):
@@ -381,7 +381,7 @@ def plain_quilt(exemplar, surface, charts, fields=None, *, options, wrap=False, 
         for n in range(len(charts))
     ]
     transfer = BlockTransfer(
-        charts, fields, onto, shape, tuple(grid.cell for grid in grids), grids[0].feather
+        charts, fields, onto, shape, tuple(grid.mask_cell for grid in grids), grids[0].feather
     )
     children = np.random.SeedSequence(seed).spawn(len(charts))
     finished, usage, done = [None] * len(charts), match_pyramid.empty_usage(), 0
@@ -408,7 +408,7 @@ def plain_quilt(exemplar, surface, charts, fields=None, *, options, wrap=False, 
     whole = joined(finished)
     placements = wrapped(whole.placements, charts[0]) if wrap else whole.placements
     placements = placements[[touches(one, charts[one["chart"]]) for one in placements]]
-    return Quilt(tuple(charts), shape, placements, whole.cells, fields if any(fields) else ())
+    return Quilt(tuple(charts), shape, placements, whole.mask_cells, fields if any(fields) else ())
 
 
 def touches(one, chart):

@@ -122,7 +122,7 @@ def test_carried_blocks_are_laid_and_count_where_they_are_whole(scale, size):
     exemplar = texture(70, 90)
     grid = BlockGrid.of(Chart(0, *size), field, (70, 90), 20, None)
     match_pyramid = MatchPyramid.of(exemplar, grid.level)
-    match_level, cell, count = match_pyramid.levels[grid.level], grid.cell, 25
+    match_level, cell, count = match_pyramid.levels[grid.level], grid.mask_cell, 25
     placed = np.zeros(count, PLACEMENT)
     placed["row"], placed["column"] = rng.integers(-15, 70, count), rng.integers(-15, 60, count)
     placed["height"], placed["width"] = (cell * rng.integers(4, 12, count) for _ in range(2))
@@ -130,9 +130,9 @@ def test_carried_blocks_are_laid_and_count_where_they_are_whole(scale, size):
         rng.integers(0, 16 * 70, count),
         rng.integers(0, 16 * 90, count),
     )
-    placed["symmetry"], placed["cell"] = rng.integers(0, 8, count), cell
+    placed["symmetry"], placed["mask_cell"] = rng.integers(0, 8, count), cell
     areas = placed["height"] // cell * (placed["width"] // cell)
-    placed["cells"] = np.concatenate([[0], np.cumsum(areas)[:-1]])
+    placed["first_cell"] = np.concatenate([[0], np.cumsum(areas)[:-1]])
     cells = (rng.random(areas.sum()) < 0.9).astype(np.uint8)
 
     plain = PlainChart(grid, grid.need({0, 1}), match_level, False)

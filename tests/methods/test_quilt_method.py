@@ -36,9 +36,9 @@ def masks(quilt):
     placed = quilt.placements
     out = []
     for one in placed[placed["mask"] == MASK_CUT]:
-        cell = int(one["cell"])
+        cell = int(one["mask_cell"])
         count = -(-int(one["height"]) // cell) * -(-int(one["width"]) // cell)
-        out.append(quilt.cells[one["cells"] :][:count].tolist())
+        out.append(quilt.mask_cells[one["first_cell"] :][:count].tolist())
     return out
 
 
@@ -177,7 +177,7 @@ def test_the_seed_alone_decides(wrap):
         for seed, threads in ((3, 1), (3, 2), (3, 3), (3, None), (4, 1))
     ]
     assert all(alike(runs[0], other) for other in runs[1:4])
-    assert all((runs[0].cells == other.cells).all() for other in runs[1:4])
+    assert all((runs[0].mask_cells == other.mask_cells).all() for other in runs[1:4])
     assert not alike(runs[0], runs[4])
     first = runs[0].placements[["source_row", "source_column"]]
     assert (first != runs[4].placements[["source_row", "source_column"]][: len(first)]).mean() > 0.5

@@ -63,12 +63,12 @@ def anything(rng: Any, exemplar_shape: Any, charts: Any, count: Any) -> Any:
     placed["column"] = rng.integers(0, sizes[:, 1])
     placed["symmetry"], placed["mask"] = rng.integers(0, 8, count), rng.integers(0, 3, count)
     placed["sides"], placed["ramp"] = rng.integers(0, 256, count), rng.integers(1, 256, count)
-    placed["cell"], placed["feather"] = rng.integers(1, 9, count), rng.integers(0, 17, count)
-    placed["cells"] = rng.integers(-1, 2, count)
+    placed["mask_cell"], placed["feather"] = rng.integers(1, 9, count), rng.integers(0, 17, count)
+    placed["first_cell"] = rng.integers(-1, 2, count)
     offset = 0
     for n in rng.permutation(np.flatnonzero(placed["mask"] == MASK_CUT)):
         cell, high, wide = (int(placed[name][n]) for name in ("cell", "height", "width"))
-        placed["cells"][n] = offset
+        placed["first_cell"][n] = offset
         offset += -(-high // cell) * -(-wide // cell) + int(rng.integers(0, 8) == 0)
     return Quilt(tuple(charts), exemplar_shape, placed, rng.integers(0, 2, offset).astype(np.uint8))
 
@@ -77,7 +77,7 @@ def changed(quilt: Any) -> Any:
     """The same quilt with one ramp wider, so that it is not regular any more."""
     placed = quilt.placements.copy()
     placed["ramp"][5] += 1
-    return Quilt(quilt.charts, quilt.exemplar_shape, placed, quilt.cells)
+    return Quilt(quilt.charts, quilt.exemplar_shape, placed, quilt.mask_cells)
 
 
 @cache
@@ -110,7 +110,7 @@ def anything_bent(rng: Any, exemplar_shape: Any, charts: Any, count: Any) -> Any
     free = np.array([field is not None for field in fields])[placed["chart"]]
     for name in ("source_row", "source_column"):
         placed[name][free] += rng.integers(0, 16, int(free.sum()), dtype=np.int32)
-    return Quilt(quilt.charts, exemplar_shape, placed, quilt.cells, fields)
+    return Quilt(quilt.charts, exemplar_shape, placed, quilt.mask_cells, fields)
 
 
 @cache
@@ -156,5 +156,5 @@ def same(a: Any, b: Any) -> Any:
         and a.charts == b.charts
         and a.exemplar_shape == b.exemplar_shape
         and np.array_equal(a.placements, b.placements)
-        and np.array_equal(a.cells, b.cells)
+        and np.array_equal(a.mask_cells, b.mask_cells)
     )

@@ -28,13 +28,13 @@ def test_regular_quilts(spec: Any) -> None:
     chosen = plain_decoder.sources(sources, runs, max(1, plan.step // plan.tile), plan.grid)
     own = quilt.placements[quilt.placements["mask"] != MASK_CUT]
     cut = quilt.placements[quilt.placements["mask"] == MASK_CUT]
-    cut = cut[np.argsort(cut["cells"])][::2]
+    cut = cut[np.argsort(cut["first_cell"])][::2]
     assert chosen == [*plan.chosen(own).tolist(), *plan.chosen(cut).tolist()]
     shapes = []
     for first, rows, columns, place, end in strip_masks(plan):
         shapes += [(rows, columns, place)] * ((end - first) // (rows * columns))
     expected = [
-        plan.coded_cells(n, quilt.cells[2 * start : 2 * stop])
+        plan.coded_cells(n, quilt.mask_cells[2 * start : 2 * stop])
         for n, (start, stop) in enumerate(zip(plan.mask_starts, plan.mask_starts[1:], strict=False))
     ]
     assert plain_decoder.masks(masks, shapes) == np.concatenate(expected).tolist()

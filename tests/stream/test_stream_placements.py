@@ -137,25 +137,25 @@ def test_flat_quilts_come_back() -> None:
 def test_what_nobody_sees_costs_nothing() -> None:
     surface, quilt, _ = woven()
     _, _, masks = encode_placements(quilt, surface.shared)
-    placed, cells = quilt.placements, quilt.cells.copy()
+    placed, cells = quilt.placements, quilt.mask_cells.copy()
     reach = 3
     for one in placed[placed["mask"] == MASK_CUT]:
         chart = quilt.charts[one["chart"]]
-        high, wide = -(-one["height"] // one["cell"]), -(-one["width"] // one["cell"])
-        top = one["row"] - one["height"] // 2 + one["cell"] * np.arange(high)
-        left = one["column"] - one["width"] // 2 + one["cell"] * np.arange(wide)
-        beyond = (top + one["cell"] + reach <= 0) | (top - reach >= chart.height)
-        aside = (left + one["cell"] + reach <= 0) | (left - reach >= chart.width)
-        part = cells[one["cells"] : one["cells"] + high * wide].reshape(high, wide)
+        high, wide = -(-one["height"] // one["mask_cell"]), -(-one["width"] // one["mask_cell"])
+        top = one["row"] - one["height"] // 2 + one["mask_cell"] * np.arange(high)
+        left = one["column"] - one["width"] // 2 + one["mask_cell"] * np.arange(wide)
+        beyond = (top + one["mask_cell"] + reach <= 0) | (top - reach >= chart.height)
+        aside = (left + one["mask_cell"] + reach <= 0) | (left - reach >= chart.width)
+        part = cells[one["first_cell"] : one["first_cell"] + high * wide].reshape(high, wide)
         part[beyond[:, None] | aside] ^= 1
-    assert (cells != quilt.cells).any()
+    assert (cells != quilt.mask_cells).any()
     changed = replace(quilt, cells=cells)
     assert encode_placements(changed, surface.shared)[2] == masks
 
 
 def test_masks_that_show_what_is_not_there_come_back_as_well() -> None:
     surface, quilt, _ = woven()
-    cells = np.random.default_rng(2).integers(0, 2, len(quilt.cells)).astype(np.uint8)
+    cells = np.random.default_rng(2).integers(0, 2, len(quilt.mask_cells)).astype(np.uint8)
     wild = replace(quilt, cells=cells)
     again, plan = back(wild, surface.shared)
     assert plan[0] == GRID
@@ -258,11 +258,11 @@ def test_charts_arrive_one_after_another() -> None:
 def test_what_the_format_does_not_hold_is_refused() -> None:
     _, quilt, _ = covered("cylinder")
     with pytest.raises(InputError, match="a cell of the quilt is 2"):
-        encode_placements(Quilt(quilt.charts, quilt.exemplar_shape, quilt.placements, quilt.cells * 2))
+        encode_placements(Quilt(quilt.charts, quilt.exemplar_shape, quilt.placements, quilt.mask_cells * 2))
     placed = quilt.placements.copy()
     placed["row"][7] = 10_000
     with pytest.raises(InputError, match="placement 7 does not touch its chart"):
-        encode_placements(Quilt(quilt.charts, quilt.exemplar_shape, placed, quilt.cells))
+        encode_placements(Quilt(quilt.charts, quilt.exemplar_shape, placed, quilt.mask_cells))
 
 
 def test_placements_outside_chart_or_exemplar_are_refused() -> None:
