@@ -71,8 +71,8 @@ def test_sizes_fit_together(field):
 
 def test_large_blocks_have_coarse_masks():
     fine, coarse = (BlockGrid.of(Chart(0, 300, 300), IDENTITY, (256, 256), block, None) for block in (44, 48))
-    assert (fine.cell, fine.feather) == (2, 2)
-    assert (coarse.cell, coarse.feather) == (4, 3)
+    assert (fine.mask_cell, fine.feather) == (2, 2)
+    assert (coarse.mask_cell, coarse.feather) == (4, 3)
     assert coarse.height % 4 == 0
 
 

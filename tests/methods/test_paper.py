@@ -210,12 +210,13 @@ def test_follows_the_paper_step_by_step(surface, options, size):
         assert (ours["source_row"] // 16 - half, ours["source_column"] // 16 - half) == place
         chart = charts[ours["chart"]]
         top, left = ours["row"] - half, ours["column"] - half
-        size = ours["mask_cell"]
-        reach = [-ours["feather"], chart.height + ours["feather"], chart.width + ours["feather"]]
-        # Whole cells of which the chart can show a texel.
-        down = [i for i in range(len(cells)) if top + (i + 1) * size > reach[0] and top + i * size < reach[1]]
-        right = [j for j in range(len(cells)) if left + (j + 1) * size > reach[0] and left + j * size < reach[2]]
-        window = cells[np.ix_(down, right)].reshape(-1)
+        # The cells of which the chart can show a texel.
+        size, reach = int(ours["mask_cell"]), int(ours["feather"])
+        shown = [
+            [k for k in range(len(cells)) if low + (k + 1) * size > -reach and low + k * size < length + reach]
+            for low, length in ((top, chart.height), (left, chart.width))
+        ]
+        window = cells[np.ix_(*shown)].reshape(-1)
         np.testing.assert_array_equal(quilt.mask_cells[ours["first_cell"] :][: window.size], window)
     # The plan holds the sources and the whole masks.
     own = sum(len(plain) for plain in blocks)

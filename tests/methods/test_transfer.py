@@ -36,7 +36,7 @@ def placements_of(placed, cells, numbers):
     return ChartPlacements(placed, cells, numbers, np.zeros(count, np.int64), np.full((count, 2), -1))
 
 
-def shown(charts, laid, fields=()):
+def quilt_of(charts, laid, fields=()):
     """Return the quilt of placements whose masks are whole."""
     placed = laid.placements.copy()
     parts = windows_of(laid, np.arange(len(placed)), charts)
@@ -72,7 +72,7 @@ class Layout:
 
     def painted(self, chart, laid):
         """Return a chart's sources, in pixels, where placements paint it, and where it does."""
-        quilt = shown(self.charts, laid, self.fields)
+        quilt = quilt_of(self.charts, laid, self.fields)
         found = quilt.sources()[chart]
         return found / 16, found[..., 0] >= 0
 
@@ -154,7 +154,7 @@ def test_a_rotated_direction_turns_the_block():
     fields = (IDENTITY, quarter, IDENTITY, IDENTITY)
     transfer = BlockTransfer(layout.charts, fields, onto, SHAPE, (CELL,) * 4)
     found = transfer.transferred_onto(1, [layout.laid(0, (30, 55, 90, 70)), None, None, None])
-    quilt = shown(layout.charts, found, fields)
+    quilt = quilt_of(layout.charts, found, fields)
     sources = quilt.sources()[1]
     shown = sources[..., 0] >= 0
     assert shown.any()
@@ -259,7 +259,7 @@ def test_a_part_of_an_edge_is_closed_at_a_junction():
     one = placements_of(placed, empty.cells, np.zeros(1, np.int64))
     for other, top in ((1, 0), (2, 40)):
         found = transfer.transferred_onto(other, [one, None, None])
-        quilt = shown(charts, found)
+        quilt = quilt_of(charts, found)
         sources = quilt.sources()[other] / 16
         shown = sources[..., 0] >= 0
         rows, columns = np.nonzero(shown)
@@ -293,7 +293,7 @@ def test_on_curved_surfaces_texels_on_both_sides_of_an_edge_read_next_to_each_ot
         if not len(over.placements):
             continue
         here = np.array((90, 70)) + np.stack(edge_texel(m.edge, place, size)) - at
-        quilt = shown(charts, over)
+        quilt = quilt_of(charts, over)
         texel = edge_texel(m.other_edge, 0.5 * (m.other_start + m.other_stop), size)
         there = quilt.sources()[m.other_chart][texel] / 16
         gaps.append(np.abs(there - here).max())
@@ -321,7 +321,7 @@ def test_joined_keeps_masks_with_their_placements():
     assert whole.placements["mask"].tolist() == [MASK_CUT, MASK_NONE, MASK_CUT]
     for n, mask in ((0, masks[0]), (2, masks[1])):
         start = whole.placements["first_cell"][n]
-        assert (whole.mask_cells[start : start + mask.size] == mask.reshape(-1)).all()
+        assert (whole.cells[start : start + mask.size] == mask.reshape(-1)).all()
     assert whole.placements["first_cell"][1] == -1
     assert (parts[2].placements == before).all()
     assert len(joined([]).placements) == len(joined([]).cells) == 0
