@@ -1,8 +1,9 @@
 """Method "quilt" once more, in plain Python and NumPy: slow, by the book, an oracle for its kernels.
 
-It shares no code with what it checks: search, cut, laying, features, pyramid, sizes of blocks, matrices, random
-numbers, and the plan that comes of them. What other charts leave on a chart it takes from `BlockTransfer`, which
-`test_transfer` and `test_quilt_kernels` check, and the order of charts from `upholster.charts`.
+It shares no code with what it checks: search, cut, laying, features, pyramid, sizes of blocks, matrices,
+random numbers, and the plan that comes of them. What other charts leave on a chart it takes from
+`BlockTransfer`, which `test_transfer` and `test_quilt_kernels` check, and the order of charts from
+`upholster.charts`.
 """
 
 from dataclasses import dataclass, replace
@@ -98,8 +99,8 @@ def offset(first, here, down, right):
 def main_colours(image):
     """Return the principal components that hold 99 % of the variance, at most four, and the variance.
 
-    Samples in 10 bits; the directions rounded to 1/1024; the first component's inner 99.8 % span 0 to 255, the
-    others go by the same scale, from the mean colour on.
+    Samples in 10 bits; the directions rounded to 1/1024; the first component's inner 99.8 % span 0 to 255,
+    the others go by the same scale, from the mean colour on.
     """
     if image.dtype == np.uint8:
         samples = image.astype(np.int64) * 4
@@ -202,12 +203,14 @@ class PlainGrid:
         wanted = block / steps
         # A block reads three quarters of the exemplar at most, wherever it lies.
         spans = np.abs(found).max(axis=0) @ wanted
-        wanted = np.clip(wanted * min(1.0, *(0.75 * side / span for side, span in zip(shape, spans))), 16, 512)
+        wanted = np.clip(
+            wanted * min(1.0, *(0.75 * side / span for side, span in zip(shape, spans, strict=True))), 16, 512
+        )
         if wrap:
             wanted = np.minimum(wanted, (chart.height // 2, chart.width // 2))
         share = block / (0.3 * block if overlap is None else overlap)
         sides, overlaps = [], []
-        for texels, pixels in zip(wanted, shape):
+        for texels, pixels in zip(wanted, shape, strict=True):
             side = cell * max(2, int(np.rint(texels / cell)))
             if copied:
                 side = max(cell, min(side, pixels // cell * cell))
@@ -219,7 +222,12 @@ class PlainGrid:
         """Return rows from, to, columns from, to: beyond edges whose neighbour waits, a little more."""
         rows, columns = (n + 2 * self.mask_cell + 8 for n in self.overlaps)
         top, right, bottom, left = (edge in waiting for edge in range(4))
-        return -rows * top, self.chart.height + rows * bottom, -columns * left, self.chart.width + columns * right
+        return (
+            -rows * top,
+            self.chart.height + rows * bottom,
+            -columns * left,
+            self.chart.width + columns * right,
+        )
 
     def centres(self, need):
         """Return the rows and the columns in which blocks have their centres."""

@@ -21,7 +21,10 @@ def rotation(scale, degrees=0.0):
 
 
 IDENTITY = WarpField.identity()
-FIELDS = [IDENTITY, *(field_of(rotation(*args)) for args in [(0.3, 0), (0.8, 20), (1.4, 45), (3, -80), (9, 10)])]
+FIELDS = [
+    IDENTITY,
+    *(field_of(rotation(*args)) for args in [(0.3, 0), (0.8, 20), (1.4, 45), (3, -80), (9, 10)]),
+]
 
 
 @pytest.mark.parametrize("field", FIELDS)

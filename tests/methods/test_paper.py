@@ -148,9 +148,7 @@ def plain_edge(edge, canvases, charts, working, features, places, options):
         found.append(((row, column), cells))
         for which, (r, c) in (("a", (rows, columns)), ("b", (rows_b, columns_b))):
             size = charts[edge.chart_a if which == "a" else edge.chart_b]
-            feathered = feather(
-                weights, edge.linear if which == "b" else np.eye(2, dtype=int)
-            )
+            feathered = feather(weights, edge.linear if which == "b" else np.eye(2, dtype=int))
             canvas = canvases[edge.chart_a if which == "a" else edge.chart_b]
             on = (r >= 0) & (r < size.height) & (c >= 0) & (c < size.width)
             w = feathered.reshape(-1)[on][:, None]
@@ -213,7 +211,11 @@ def test_follows_the_paper_step_by_step(surface, options, size):
         # The cells of which the chart can show a texel.
         size, reach = int(ours["mask_cell"]), int(ours["feather"])
         shown = [
-            [k for k in range(len(cells)) if low + (k + 1) * size > -reach and low + k * size < length + reach]
+            [
+                k
+                for k in range(len(cells))
+                if low + (k + 1) * size > -reach and low + k * size < length + reach
+            ]
             for low, length in ((top, chart.height), (left, chart.width))
         ]
         window = cells[np.ix_(*shown)].reshape(-1)

@@ -138,7 +138,10 @@ def test_it_equals_its_twin(name):
         own = found.plan.blocks[start + grid.transferred : stop]
         assert (own["link"] == -1).all()
         assert (found.plan.blocks["link"][start : start + grid.transferred] >= 0).all()
-        i, j = (own["row"] - grid.first_row) / grid.step_row, (own["column"] - grid.first_column) / grid.step_column
+        i, j = (
+            (own["row"] - grid.first_row) / grid.step_row,
+            (own["column"] - grid.first_column) / grid.step_column,
+        )
         assert set(zip(i.tolist(), j.tolist(), strict=True)) <= set(np.ndindex(grid.rows, grid.across))
 
 

@@ -85,7 +85,12 @@ class Layout:
             placed["source_row"][n], placed["source_column"][n] = 16 * source_row, 16 * source_column
         cells = np.zeros(0, np.uint8)
         if mask is not None:
-            placed["mask"], placed["first_cell"], placed["mask_cell"], placed["feather"] = MASK_CUT, 0, CELL, 2
+            placed["mask"], placed["first_cell"], placed["mask_cell"], placed["feather"] = (
+                MASK_CUT,
+                0,
+                CELL,
+                2,
+            )
             cells = mask.reshape(-1)
         numbers = np.arange(origin, origin + len(placed))
         return placements_of(placed, cells, numbers)

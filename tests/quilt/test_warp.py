@@ -73,7 +73,9 @@ def test_blocks_may_have_centre_matrices_of_their_own(dtype):
     # Without them the quilt is another one.
     placed = quilt.placements.copy()
     placed["centred"] = 0
-    assert any((a != b).any() for a, b in zip(painted, paint(changed(quilt, placed), exemplar).arrays, strict=True))
+    assert any(
+        (a != b).any() for a, b in zip(painted, paint(changed(quilt, placed), exemplar).arrays, strict=True)
+    )
 
 
 def test_a_centre_matrix_that_the_field_has_there_changes_nothing():
