@@ -15,6 +15,7 @@ from upholster.measure.mapping import _derivative
 from upholster.quilt.chart import Chart
 from upholster.quilt.model import Quilt
 from upholster.quilt.placement import PLACEMENT
+from upholster.quilt.plans import PlacementList
 
 
 def tiled(charts, fields, block=32, exemplar=(128, 128)):
@@ -28,7 +29,7 @@ def tiled(charts, fields, block=32, exemplar=(128, 128)):
     placements = np.concatenate(placed)
     placements["height"] = placements["width"] = block
     placements["source_row"], placements["source_column"] = (8 * side for side in exemplar)
-    return Quilt(tuple(charts), exemplar, placements, np.zeros(0, np.uint8), tuple(fields))
+    return Quilt(tuple(charts), exemplar, PlacementList(placements, np.zeros(0, np.uint8)), tuple(fields))
 
 
 def test_a_flat_copy_is_as_asked():

@@ -12,7 +12,8 @@ from upholster.geometry import RationalPatch, Surface, cone, plane, ring_cyclide
 from upholster.methods.quilt.method import QuiltOptions, synthesize_quilt
 from upholster.quilt import Chart, paint
 from upholster.quilt.displacement import levels_of, warped_sources
-from upholster.quilt.placement import MASK_CUT
+from upholster.quilt.placement import MASK_CUT, PLACEMENT, mask_sizes
+from upholster.quilt.plans import GridPlan, PlacementList
 from upholster.quilt.warp_field import WarpField
 
 EXEMPLAR = texture()
@@ -36,23 +37,25 @@ def turning(scale, degrees, bend=0.0):
     return WarpField.quantised(scale * 2 ** (0.5 * bend * (i + j))[..., None, None] * symmetry)
 
 
-def masks(quilt):
+def windows(quilt):
     """Return the cells of each placement's mask."""
     placed = quilt.placements
-    out = []
-    for one in placed[placed["mask"] == MASK_CUT]:
-        cell = int(one["cell"])
-        count = -(-int(one["height"]) // cell) * -(-int(one["width"]) // cell)
-        out.append(quilt.cells[one["cells"] :][:count].tolist())
-    return out
+    sizes = mask_sizes(placed, quilt.charts)
+    return [
+        quilt.mask_cells[first:][:size].tolist()
+        for first, size, mask in zip(placed["first_cell"], sizes, placed["mask"], strict=True)
+        if mask == MASK_CUT
+    ]
+
+
+NAMES = [name for name in PLACEMENT.names if name != "first_cell"]
 
 
 def alike(a, b):
-    names = [name for name in a.placements.dtype.names if name != "cells"]
     return (
         len(a.placements) == len(b.placements)
-        and all((a.placements[name] == b.placements[name]).all() for name in names)
-        and masks(a) == masks(b)
+        and all((a.placements[name] == b.placements[name]).all() for name in NAMES)
+        and windows(a) == windows(b)
     )
 
 
@@ -114,7 +117,37 @@ def test_it_equals_its_twin(name):
     found = synthesize_quilt(exemplar, surface, charts, fields, options=options, wrap=wrap, seed=5)
     wanted = plain_quilt(exemplar, surface, charts, fields, options=options, wrap=wrap, seed=5)
     assert len(found.placements) > 4
-    assert alike(found, wanted)
+    assert len(found.placements) == len(wanted.placements)
+    for name in NAMES:
+        np.testing.assert_array_equal(found.placements[name], wanted.placements[name], name)
+    cut = found.placements[found.placements["mask"] == MASK_CUT]
+    for one, cells, mask in zip(cut, windows(found), wanted.masks, strict=True):
+        chart, cell, reach = charts[one["chart"]], int(one["mask_cell"]), int(one["feather"])
+        top, left = one["row"] - one["height"] // 2, one["column"] - one["width"] // 2
+        shown = [
+            [k for k in range(count) if low + (k + 1) * cell > -reach and low + k * cell < length + reach]
+            for low, count, length in ((top, mask.shape[0], chart.height), (left, mask.shape[1], chart.width))
+        ]
+        assert cells == mask[np.ix_(*shown)].reshape(-1).tolist()
+    if wrap:
+        assert isinstance(found.plan, PlacementList)
+        return
+    # The plan tells what was laid when, and what came from where.
+    assert isinstance(found.plan, GridPlan)
+    assert found.plan.order == wanted.order
+    assert found.plan.blocks["link"].tolist() == wanted.links
+    assert len(charts) == 1 or max(wanted.links) > 0
+    for place, n in enumerate(found.plan.order):
+        grid, (start, stop) = found.plan.grids[n], found.plan.starts[place : place + 2]
+        assert grid.blocks == stop - start
+        own = found.plan.blocks[start + grid.transferred : stop]
+        assert (own["link"] == -1).all()
+        assert (found.plan.blocks["link"][start : start + grid.transferred] >= 0).all()
+        i, j = (
+            (own["row"] - grid.first_row) / grid.step_row,
+            (own["column"] - grid.first_column) / grid.step_column,
+        )
+        assert set(zip(i.tolist(), j.tolist(), strict=True)) <= set(np.ndindex(grid.rows, grid.across))
 
 
 SURFACES = {
@@ -182,7 +215,7 @@ def test_the_seed_alone_decides(wrap):
         for seed, threads in ((3, 1), (3, 2), (3, 3), (3, None), (4, 1))
     ]
     assert all(alike(runs[0], other) for other in runs[1:4])
-    assert all((runs[0].cells == other.cells).all() for other in runs[1:4])
+    assert all((runs[0].mask_cells == other.mask_cells).all() for other in runs[1:4])
     assert not alike(runs[0], runs[4])
     first = runs[0].placements[["source_row", "source_column"]]
     assert (first != runs[4].placements[["source_row", "source_column"]][: len(first)]).mean() > 0.5

@@ -44,10 +44,12 @@ def encode_grid(quilt: Quilt, plan: GridPlan) -> tuple[bytes, bytes, bytes]:
     Raises
     ------
     InputError
-        If a number is beyond the format's limits, or a centre matrix differs from its warp field by other
-        than multiples of 1/64 pixel per texel.
+        If a number is beyond the format's limits, a block or its link does not fit the plan, or a centre
+        matrix differs from its warp field by other than multiples of 1/64 pixel per texel.
     """
     head = bytes([GRID]) + _grid_bytes(plan, quilt.charts)
+    for place in range(len(plan.order)):
+        _check_blocks(plan, place)
     records = _records(quilt, plan)
     sources = BitWriter(kernels.BLOCK_COUNTERS, kernels.BLOCK_INPUTS)
     masks = BitWriter(mask_kernels.MASK_COUNTERS, mask_kernels.MASK_INPUTS)
@@ -75,6 +77,30 @@ def encode_grid(quilt: Quilt, plan: GridPlan) -> tuple[bytes, bytes, bytes]:
             True,
         )
     return head, sources.finish(), masks.finish() if len(cells) else b""
+
+
+def _check_blocks(plan: GridPlan, place: int) -> None:
+    # That a chart's blocks are such as the format tells: its own follow from the grid, but for their sources.
+    grid, (start, stop) = plan.grids[plan.order[place]], plan.starts[place : place + 2].tolist()
+    first = start + grid.transferred
+    links, own = plan.blocks["link"][start:first], plan.blocks[first:stop]
+    wrong = np.flatnonzero((links < -1) | (links >= start))
+    if len(wrong):
+        raise InputError(
+            f"block {start + wrong[0]} has its link at {links[wrong[0]]}; "
+            f"allowed: -1, or a block of a chart laid before, below {start}"
+        )
+    row, column = own["row"] - grid.first_row, own["column"] - grid.first_column
+    i, j = row // grid.step_row, column // grid.step_column
+    outside = (row % grid.step_row > 0) | (column % grid.step_column > 0) | (i < 0) | (j < 0)
+    outside |= (i >= grid.rows) | (j >= grid.across) | (np.diff(i * grid.across + j, prepend=-1) <= 0)
+    outside |= (own["height"] != grid.height) | (own["width"] != grid.width)
+    wrong = np.flatnonzero(outside | (own["symmetry"] > 0) | (own["centred"] > 0) | (own["link"] != -1))
+    if len(wrong):
+        raise InputError(
+            f"block {first + wrong[0]} is none of its chart's grid; allowed there: its positions in raster "
+            "order, its size, symmetry 0, no centre matrix, no link"
+        )
 
 
 def _records(quilt: Quilt, plan: GridPlan) -> NDArray[np.int32]:
