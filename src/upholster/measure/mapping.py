@@ -111,7 +111,7 @@ def mapping(
         owner = trace.placements[owners[rows, columns]]
         rows, columns = (window.row + row + step * rows), (window.column + column + step * columns)
         chart = quilt.charts[window.index]
-        s, t = face_parameters(chart, rows.astype(np.float64) + 0.5, columns.astype(np.float64) + 0.5)
+        s, t = face_parameters(chart, rows + 0.5, columns + 0.5)
         points, by_s, by_t = surface.faces[chart.face].derivatives(s, t)
         steps = np.stack(
             [by_s * ((chart.s1 - chart.s0) / chart.height), by_t * ((chart.t1 - chart.t0) / chart.width)],

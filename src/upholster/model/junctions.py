@@ -111,6 +111,14 @@ def _unite(m: ChartSeam, grids: Sequence[ChartGrid], found: Junctions) -> NDArra
         (m.chart, m.edge, m.start, m.stop),
         (m.other_chart, m.other_edge, m.other_start, m.other_stop),
     )
+    one, other = (grids[chart].breaks(edge) for chart, edge, *_ in sides)
+    if len(one) == len(other) and (m.start, m.stop) == (0.0, one[-1]):
+        # Most seams are whole sides with equal numbers of vertices.
+        theirs = m.other_start + (m.other_stop - m.other_start) / one[-1] * one
+        opposed = m.other_start > m.other_stop
+        if np.abs(theirs - (other[::-1] if opposed else other)).max() <= EPS * other[-1]:
+            ring = grids[m.other_chart].ring(m.other_edge)
+            return np.stack([grids[m.chart].ring(m.edge), ring[::-1] if opposed else ring], axis=1)
     # 0 … 1 along the seam
     breaks, near = [np.array([0.0, 1.0])], 0.0
     for chart, edge, start, stop in sides:

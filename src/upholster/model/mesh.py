@@ -1,21 +1,26 @@
 """A watertight mesh of quadrilaterals over a surface."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from upholster.charts.seams import ChartSeam, find_seams
 from upholster.errors import InputError
-from upholster.geometry import Surface
-from upholster.model.grids import ChartGrid, chart_grids
+from upholster.geometry import Face, Surface
+from upholster.model.grids import EPS, ChartGrid, chart_grids
 from upholster.model.junctions import Junctions, cell_fans, find_junctions, weld
 from upholster.quilt.chart import Chart
 from upholster.types import FloatArray, IntArray, frozen_array
 
-__all__ = ["MAX_QUADS", "Mesh", "face_parameters", "tessellate"]
+__all__ = ["MAX_QUADS", "Mesh", "face_parameters", "own_patches", "tessellate"]
 
 MAX_QUADS = 10_000_000
+
+Numbers = NDArray[np.floating[Any]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -135,16 +140,29 @@ def tessellate(
     )
 
 
-def face_parameters(chart: Chart, rows: FloatArray, columns: FloatArray) -> tuple[FloatArray, FloatArray]:
+def face_parameters(chart: Chart, rows: Numbers, columns: Numbers) -> tuple[FloatArray, FloatArray]:
     """Return the face's parameters (s, t) at places on a chart, in texels: exact at its borders."""
     u, v = rows / chart.height, columns / chart.width
     return chart.s0 * (1.0 - u) + chart.s1 * u, chart.t0 * (1.0 - v) + chart.t1 * v
 
 
+def own_patches(surface: Surface, chart: Chart) -> tuple[Face, Chart]:
+    """Return the patches that a chart lies on, as a face, and the chart as it lies there.
+
+    Its borders then are what these patches make them: at a crease, the face itself may take those beyond it.
+    """
+    face = surface.faces[chart.face]
+    top, left = int(chart.s0 + EPS), int(chart.t0 + EPS)
+    rows, columns = slice(top, math.ceil(chart.s1 - EPS)), slice(left, math.ceil(chart.t1 - EPS))
+    part = Face([row[columns] for row in face.patches[rows]])
+    s0, s1, t0, t1 = chart.s0 - top, chart.s1 - top, chart.t0 - left, chart.t1 - left
+    return part, Chart(0, chart.height, chart.width, s0, s1, t0, t1)
+
+
 def _grid_vertices(surface: Surface, chart: Chart, grid: ChartGrid) -> tuple[FloatArray, ...]:
     """Return positions, normals and places of a chart's uniform grid, row by row."""
-    s, t = face_parameters(chart, grid.rows, grid.columns)
-    positions, normals = surface.faces[chart.face].frames_grid(s, t)
+    face, chart = own_patches(surface, chart)
+    positions, normals = face.frames_grid(*face_parameters(chart, grid.rows, grid.columns))
     places = np.stack(np.meshgrid(grid.rows, grid.columns, indexing="ij"), axis=-1)
     return positions.reshape(-1, 3), normals.reshape(-1, 3), places.reshape(-1, 2)
 
@@ -163,7 +181,6 @@ def _extra_vertices(surface: Surface, charts: Sequence[Chart], found: Junctions)
     positions, normals = np.empty((len(owner), 3)), np.empty((len(owner), 3))
     order = np.argsort(owner, kind="stable")
     for mine in np.split(order, np.flatnonzero(np.diff(owner[order])) + 1):
-        chart = charts[owner[mine[0]]]
-        s, t = face_parameters(chart, *places[mine].T)
-        positions[mine], normals[mine] = surface.faces[chart.face].frames(s, t)
+        face, chart = own_patches(surface, charts[owner[mine[0]]])
+        positions[mine], normals[mine] = face.frames(*face_parameters(chart, *places[mine].T))
     return positions, normals, places

@@ -10,9 +10,14 @@ from upholster.errors import InputError
 from upholster.geometry import Surface
 from upholster.model.atlas import Atlas, AtlasCell, build_atlas, by_chart
 from upholster.model.gutter import beyond, mixed_corner
+<<<<<<< HEAD
 from upholster.model.mesh import face_parameters
 from upholster.quilt.chart import Chart
 from upholster.quilt.model import Texels
+=======
+from upholster.model.mesh import face_parameters, own_patches
+from upholster.quilt.model import Chart, Texels
+>>>>>>> faces
 from upholster.types import FloatArray, PixelArray, frozen_array
 
 __all__ = ["build_normal_atlas"]
@@ -101,7 +106,8 @@ def _frame(surface: Surface, chart: Chart, edge: int, at: FloatArray) -> tuple[F
     fixed = np.full_like(at, (0.0, chart.width, chart.height, 0.0)[edge])
     at = np.clip(at, 0.0, chart.height if edge & 1 else chart.width)
     rows, columns = (at, fixed) if edge & 1 else (fixed, at)
-    _, by_s, by_t = surface.faces[chart.face].derivatives(*face_parameters(chart, rows, columns))
+    face, chart = own_patches(surface, chart)
+    _, by_s, by_t = face.derivatives(*face_parameters(chart, rows, columns))
     up = np.cross(np.cross(by_s, by_t), by_t)
     tangent, bitangent = (
         v / np.maximum(np.linalg.norm(v, axis=-1, keepdims=True), 1e-300) for v in (by_t, up)

@@ -5,8 +5,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from upholster.geometry import Surface
+<<<<<<< HEAD
 from upholster.model.mesh import Mesh, face_parameters
 from upholster.quilt.chart import Chart
+=======
+from upholster.model.mesh import Mesh, face_parameters, own_patches
+from upholster.quilt.model import Chart
+>>>>>>> faces
 from upholster.types import FloatArray
 
 __all__ = ["vertex_tangents"]
@@ -37,8 +42,7 @@ def vertex_tangents(surface: Surface, charts: Sequence[Chart], mesh: Mesh) -> Fl
     tangents = np.empty_like(mesh.positions)
     order = np.argsort(mesh.chart, kind="stable")
     for mine in np.split(order, np.flatnonzero(np.diff(mesh.chart[order])) + 1):
-        chart = charts[mesh.chart[mine[0]]]
-        face = surface.faces[chart.face]
+        face, chart = own_patches(surface, charts[mesh.chart[mine[0]]])
         places = mesh.places[mine]
         along = face.derivatives(*face_parameters(chart, *places.T))[2]
         length = np.linalg.norm(along, axis=1)
