@@ -203,7 +203,7 @@ def test_where_derivatives_jump_a_field_goes_on_by_its_own_formula():
     assert face.breaks == ((), (1,))
     charts = (Chart(0, 128, 64), Chart(0, 128, 192, t0=1, t1=2))
     fields = direction_fields(Surface([face]), charts, parse_direction("u"), 64.0)
-    assert fields == (None, None)
+    assert all(field.is_identity for field in fields)
 
 
 @pytest.mark.parametrize(

@@ -334,9 +334,8 @@ class PlainChart:
             for a, b in np.ndindex(3, 3):
                 whole &= ring[a : a + mask.shape[0], b : b + mask.shape[1]]
             rows, columns = np.mgrid[top : top + height, left : left + width]
-            y, x = offset(
-                matrix(field, row, column), matrix(field, rows, columns), rows - row, columns - column
-            )
+            centre = one["matrix"].astype(np.int64) if one["centred"] else matrix(field, row, column)
+            y, x = offset(centre, matrix(field, rows, columns), rows - row, columns - column)
             symmetry = SYMMETRIES[one["symmetry"]]
             y, x = symmetry[0] * y + symmetry[1] * x, symmetry[2] * y + symmetry[3] * x
             y = ((one["source_row"] + y + 8) >> (4 + level)).clip(0, self.image.shape[0] - 1)

@@ -9,6 +9,7 @@ from upholster.methods.quilt._transfer_kernels import lay_transferred, transfer_
 from upholster.methods.quilt.grid import BlockGrid
 from upholster.methods.quilt.match_pyramid import MatchPyramid
 from upholster.quilt import Chart
+from upholster.quilt.displacement import centre_matrices
 from upholster.quilt.placement import PLACEMENT
 from upholster.quilt.warp_field import WarpField
 
@@ -131,6 +132,9 @@ def test_transferred_blocks_are_laid_and_count_where_they_are_whole(scale, size)
         rng.integers(0, 16 * 90, count),
     )
     placed["symmetry"], placed["mask_cell"] = rng.integers(0, 8, count), cell
+    placed["centred"] = rng.random(count) < 0.3
+    own = field.integers_at(placed["row"], placed["column"]) + 64 * rng.integers(-9, 10, (count, 4))
+    placed["matrix"] = np.where(placed["centred"][:, None] > 0, own, 0)
     areas = placed["height"] // cell * (placed["width"] // cell)
     placed["first_cell"] = np.concatenate([[0], np.cumsum(areas)[:-1]])
     cells = (rng.random(areas.sum()) < 0.9).astype(np.uint8)
@@ -142,6 +146,7 @@ def test_transferred_blocks_are_laid_and_count_where_they_are_whole(scale, size)
     covered = np.zeros(plain.laid.shape, np.uint8)
     names = ("row", "column", "height", "width", "source_row", "source_column", "symmetry", "first_cell")
     laid = np.stack([placed[name].astype(np.int32) for name in names], axis=1)
+    laid = np.concatenate([laid, centre_matrices(field, placed)], axis=1)
     lay_transferred(
         canvas,
         covered,

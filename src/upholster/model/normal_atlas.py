@@ -10,14 +10,9 @@ from upholster.errors import InputError
 from upholster.geometry import Surface
 from upholster.model.atlas import Atlas, AtlasCell, build_atlas, by_chart
 from upholster.model.gutter import beyond, mixed_corner
-<<<<<<< HEAD
-from upholster.model.mesh import face_parameters
+from upholster.model.mesh import face_parameters, own_patches
 from upholster.quilt.chart import Chart
 from upholster.quilt.model import Texels
-=======
-from upholster.model.mesh import face_parameters, own_patches
-from upholster.quilt.model import Chart, Texels
->>>>>>> faces
 from upholster.types import FloatArray, PixelArray, frozen_array
 
 __all__ = ["build_normal_atlas"]

@@ -5,13 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from upholster.geometry import Surface
-<<<<<<< HEAD
-from upholster.model.mesh import Mesh, face_parameters
-from upholster.quilt.chart import Chart
-=======
 from upholster.model.mesh import Mesh, face_parameters, own_patches
-from upholster.quilt.model import Chart
->>>>>>> faces
+from upholster.quilt.chart import Chart
 from upholster.types import FloatArray
 
 __all__ = ["vertex_tangents"]
