@@ -40,6 +40,7 @@ export class Canvas {
   // Two samples a word, 16 bits each, which weights of 256 in all fill and 6 fractional bits leave room in.
   #layBytes(kind, to, end, words, below, places, place, weights, weight) {
     const { out, layers, opaque } = this
+    const [isFinal, isBlend] = [kind === FINAL, kind === BLEND]
     for (; to < end; to++, place++) {
       const at = (places[place] >>> 8) * 2
       const fraction = places[place] & 255
@@ -53,21 +54,21 @@ export class Canvas {
         even = (even + Math.imul(words[at + below], c) + Math.imul(words[at + below + 2], d)) | 0
         odd = Math.imul(words[at + 1], a) + Math.imul(words[at + 3], b)
         odd = (odd + Math.imul(words[at + below + 1], c) + Math.imul(words[at + below + 3], d)) | 0
-      } else if (kind === FINAL) {
+      } else if (isFinal) {
         out[to] = words[at] | (words[at + 1] << 8) | opaque
         continue
       } else {
         even = words[at] << 8
         odd = words[at + 1] << 8
       }
-      if (kind === FINAL) {
+      if (isFinal) {
         // Rounding to 6 bits and to none at once.
         out[to] = (((even + 0x820082) >>> 8) & 0xff00ff) | ((odd + 0x820082) & 0xff00ff00) | opaque
         continue
       }
       even = ((even + 0x20002) >>> 2) & 0x3fff3fff
       odd = ((odd + 0x20002) >>> 2) & 0x3fff3fff
-      if (kind === BLEND) {
+      if (isBlend) {
         const w = weights[weight++]
         const rest = 256 - w
         const [e, o] = [layers[2 * to], layers[2 * to + 1]]
@@ -87,13 +88,14 @@ export class Canvas {
   #laySamples(kind, to, end, samples, below, places, place, weights, weight) {
     const { out, layers, channels } = this
     const isFloat = out instanceof Float32Array
+    const isBlend = kind === BLEND
     for (; to < end; to++, place++) {
       const fraction = places[place] & 255
       const d = (fraction >> 4) * (fraction & 15)
       const b = 16 * (fraction & 15) - d
       const c = (fraction & 240) - d
       const a = 256 - b - c - d
-      const w = kind === BLEND ? weights[weight++] : 256
+      const w = isBlend ? weights[weight++] : 256
       let at = (places[place] >>> 8) * channels
       for (let n = to * channels, last = n + channels; n < last; n++, at++) {
         const [e, f, g, h] = [samples[at], samples[at + channels], samples[at + below], samples[at + below + channels]]
