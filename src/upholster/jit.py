@@ -13,7 +13,7 @@ from numba.core.dispatcher import Dispatcher
 
 from upholster.kernel_cache import KernelCache
 
-__all__ = ["inline", "kernel", "spliced"]
+__all__ = ["inline", "kernel", "shared", "spliced"]
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -23,17 +23,25 @@ _RULES: dict[str, Any] = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapp
 
 def kernel(function: Function) -> Function:
     """Compile `function` with Numba at its first call and keep the machine code on disk."""
-    compiled = numba.njit(**_RULES)(function)
-    if isinstance(compiled, Dispatcher):  # with NUMBA_DISABLE_JIT it is the function itself
-        KernelCache.attach(compiled)
-    return cast(Function, compiled)
+    return cast(Function, _with_cache(numba.njit(**_RULES)(function)))
+
+
+def shared(function: Function) -> Function:
+    """Like `kernel`, for what only other kernels call: kept on disk, so that each of them loads it."""
+    return cast(Function, _with_cache(numba.njit(**_RULES, no_cpython_wrapper=True)(function)))
 
 
 def inline(function: Function) -> Function:
-    """Like `kernel`, for small functions that only other kernels call: compiled into each of them."""
-    return cast(Function, numba.njit(**_RULES)(function))
+    """Like `shared`, for small functions: compiled together with each kernel that calls them."""
+    return cast(Function, numba.njit(**_RULES, no_cpython_wrapper=True)(function))
 
 
 def spliced(function: Function) -> Function:
     """Like `inline`, but copied into its caller: for what is called at one place with many arrays."""
     return cast(Function, numba.njit(**_RULES, inline="always")(function))
+
+
+def _with_cache(compiled: Any) -> Any:
+    if isinstance(compiled, Dispatcher):  # with NUMBA_DISABLE_JIT it is the function itself
+        KernelCache.attach(compiled)
+    return compiled
