@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from upholster.codec._model_kernels import CONTEXTS, code_bit
 from upholster.jit import inline, kernel
-from upholster.stream._bit_kernels import START, signed
+from upholster.stream._bit_kernels import START, BitCoder, signed
 
 __all__ = ["LONGEST", "NODE_COUNTERS", "NODE_INPUTS", "code_nodes"]
 
@@ -29,9 +29,7 @@ def _clip(value: int, most: int) -> int:
 
 @kernel
 def code_nodes(
-    state: NDArray[np.int64],
-    data: NDArray[np.uint8],
-    a: NDArray[np.int32],
+    coder: BitCoder,
     nodes: NDArray[np.int16],
     first: NDArray[np.int16],
     limits: NDArray[np.int64],
@@ -42,6 +40,7 @@ def code_nodes(
     `limits` are the greatest sizes and shear, either way. Returns 1; 0 if the bytes at hand do not determine
     all nodes, -1 if one breaks a limit.
     """
+    a = coder.a
     rows, columns = nodes.shape[:2]
     left = np.zeros((rows, columns, 4), np.int16)  # what the guesses left over
     for i in range(rows):
@@ -94,7 +93,9 @@ def code_nodes(
                     a[CONTEXTS + 1] = START + _GUESSES + (k * 75 + around) * _STEPS + near
                     a[CONTEXTS + 2] = START + _GUESSES + _BEFORE + (k * 16 + spread) * (LONGEST + 1) + step
                     asked = negative if step == 1 else (1 if magnitude > max(0, step - 1) else 0)
-                    bit = code_bit(state, data, a, 3, 3 * k + min(step, 2), 255, encoding, asked)
+                    bit = code_bit(
+                        coder.state, coder.data, coder.a, 3, 3 * k + min(step, 2), 255, encoding, asked
+                    )
                     if bit < 0:
                         return 0
                     if step == 1:
@@ -108,7 +109,16 @@ def code_nodes(
                     a[CONTEXTS + 0] = START + _PLAIN
                     more = 0
                     for b in range(_PLAIN_BITS - 1, -1, -1):
-                        bit = code_bit(state, data, a, 1, 12, 255, encoding, ((magnitude - found) >> b) & 1)
+                        bit = code_bit(
+                            coder.state,
+                            coder.data,
+                            coder.a,
+                            1,
+                            12,
+                            255,
+                            encoding,
+                            ((magnitude - found) >> b) & 1,
+                        )
                         if bit < 0:
                             return 0
                         more = 2 * more + bit

@@ -42,8 +42,8 @@ REFINED = 4
 class ChartCanvas(NamedTuple):
     """A chart and what is round it, every block whole.
 
-    `canvas` (rows, columns · channels) holds what is laid; `covered` (rows, columns) has bit 0 where something
-    is, and bit 1 where it must not change, for finished charts go on there.
+    `canvas` (rows, columns · channels) holds what is laid; `covered` (rows, columns) has bit 0 where
+    something is, and bit 1 where it must not change, for finished charts go on there.
     """
 
     canvas: NDArray[np.uint8]

@@ -1,4 +1,4 @@
-"""Choosing a block's source: candidates by boxes' means, judged by texels, refined, and one of the best drawn.
+"""Choosing a block's source: candidates by boxes' means, judged by texels, refined; one of the best is drawn.
 
 Candidates are every `step`-th pixel at which the block reads inside the exemplar. Those that differ least in
 boxes' means are judged by the texels themselves (every other one, as on a chessboard), with the neighbours'
@@ -31,10 +31,11 @@ from upholster.methods.quilt._block_numbers import (
 )
 from upholster.methods.quilt._search_kernels import draw, search
 from upholster.quilt._field_kernels import displacement, matrix_at
+from upholster.types import int64
 
 __all__ = ["choose_source"]
 
-_BIG = np.int64(2**60)
+_BIG = int64(2**60)
 
 
 @inline
@@ -64,24 +65,24 @@ def _penalise(
         near_rows = abs(blocks[m, ROW] - blocks[n, ROW]) < 2 * numbers.block_height
         near_columns = abs(blocks[m, COLUMN] - blocks[n, COLUMN]) < 2 * numbers.block_width
         if blocks[m, LAID] and near_rows and near_columns:
-            y = pixel_at(np.int64(blocks[m, SOURCE_ROW]), numbers.level)
-            x = pixel_at(np.int64(blocks[m, SOURCE_COLUMN]), numbers.level)
+            y = pixel_at(int64(blocks[m, SOURCE_ROW]), numbers.level)
+            x = pixel_at(int64(blocks[m, SOURCE_COLUMN]), numbers.level)
             splat_tent(penalties, numbers.usage_step, y, x, tall // 2 + 1, wide // 2 + 1, weights.variety)
 
 
 @inline
-def _list_features(numbers: LayNumbers, span: Span, texels: BlockTexels, choice: ChoiceScratch) -> int:
+def _list_features(numbers: LayNumbers, span: Span, texels: BlockTexels, choice: ChoiceScratch) -> Any:
     # Lists the means of boxes that are laid entirely; returns how many there are.
     sample, channels, ys, xs = numbers.sample, numbers.channels, texels.ys, texels.xs
     box = 4 * sample
-    count = np.int64(0)
+    count = int64(0)
     for a in range(0, numbers.block_height - box + 1, box):
         for b in range(0, numbers.block_width - box + 1, box):
-            total, whole = np.int64(0), True
+            total, whole = int64(0), True
             for i in range(a, a + box, sample):
                 for j in range(b, b + box, sample):
                     whole = whole and texels.marks[i, j] & 1 != 0
-                    total += np.int64(texels.old[i, j * channels])
+                    total += int64(texels.old[i, j * channels])
             if whole:
                 # The box's middle falls midway between two texels', 1½ pixels from the first of four.
                 i, j = a + box // 2, b + box // 2
@@ -94,10 +95,10 @@ def _list_features(numbers: LayNumbers, span: Span, texels: BlockTexels, choice:
 
 
 @inline
-def _list_samples(numbers: LayNumbers, texels: BlockTexels, choice: ChoiceScratch) -> int:
+def _list_samples(numbers: LayNumbers, texels: BlockTexels, choice: ChoiceScratch) -> Any:
     # Lists every other laid texel, as on a chessboard; returns how many there are.
     sample, channels, width = numbers.sample, numbers.channels, numbers.width
-    count = np.int64(0)
+    count = int64(0)
     for i in range(0, numbers.block_height, sample):
         for j in range((i // sample & 1) * sample, numbers.block_width, 2 * sample):
             if texels.marks[i, j] & 1:
@@ -116,17 +117,17 @@ def _list_continued(
     n: int,
     span: Span,
     choice: ChoiceScratch,
-) -> int:
+) -> Any:
     # Enters what continues the left and the upper neighbour before candidate 2; returns the first candidate.
     block, margin, level, continued = blocks[n], numbers.margin, numbers.level, choice.continued
-    row, column = np.int64(block[ROW]), np.int64(block[COLUMN])
+    row, column = int64(block[ROW]), int64(block[COLUMN])
     centre = matrix_at(matrices, margin, row, column)
-    start = np.int64(2)
+    start = int64(2)
     for side in range(2):
         m = block[LEFT + side]
         continued[side, 0] = -1
         if m >= 0 and blocks[m, LAID]:
-            its_row, its_column = np.int64(blocks[m, ROW]), np.int64(blocks[m, COLUMN])
+            its_row, its_column = int64(blocks[m, ROW]), int64(blocks[m, COLUMN])
             other = matrix_at(matrices, margin, its_row, its_column)
             down, right = displacement(other, centre, row - its_row, column - its_column)
             source_row, source_column = down + blocks[m, SOURCE_ROW], right + blocks[m, SOURCE_COLUMN]
@@ -155,12 +156,12 @@ def _judge(
     penalties, offsets, values, channels = choice.penalties, choice.offsets, choice.values, numbers.channels
     last_row, last_column = penalties.shape[0] - 1, penalties.shape[1] - 1
     chunks = max(1, samples // 24)
-    limit = _BIG if least == _BIG else np.int64(least * tolerance)
+    limit = _BIG if least == _BIG else int64(least * tolerance)
     for m in range(part[0], part[1]):
         place = choice.kept[m]
         i = min(place // numbers.width // numbers.usage_step, last_row)
         j = min(place % numbers.width // numbers.usage_step, last_column)
-        total = np.int64(penalties[i, j] * samples)
+        total = int64(penalties[i, j] * samples)
         for chunk in range(chunks):
             for t in range(chunk, samples, chunks):
                 at = (place + offsets[t]) * channels
@@ -172,7 +173,7 @@ def _judge(
         choice.judged[m] = total
         if total < least:
             least = total
-            limit = np.int64(least * tolerance)
+            limit = int64(least * tolerance)
     return least
 
 
@@ -181,9 +182,9 @@ def _list_refined(numbers: LayNumbers, span: Span, choice: ChoiceScratch, start:
     # Appends the pixels round the best of candidates `start` to `stop`: cheapest first, the first of equals.
     kept, judged, reach = choice.kept, choice.judged, numbers.step // 2
     end = stop
-    cost, place = np.int64(-1), np.int64(-1)
+    cost, place = int64(-1), int64(-1)
     for _ in range(REFINED):
-        best = np.int64(-1)
+        best = int64(-1)
         for m in range(start, stop):
             later = judged[m] > cost or (judged[m] == cost and m > place)
             if later and (best < 0 or judged[m] < judged[best]):
@@ -201,9 +202,9 @@ def _list_refined(numbers: LayNumbers, span: Span, choice: ChoiceScratch, start:
 
 
 @inline
-def _draw_good(state: NDArray[np.uint64], choice: ChoiceScratch, start: int, stop: int, limit: Any) -> int:
+def _draw_good(state: NDArray[np.uint64], choice: ChoiceScratch, start: int, stop: int, limit: Any) -> Any:
     # One of the candidates that cost at most `limit`.
-    good = np.int64(0)
+    good = int64(0)
     for m in range(start, stop):
         good += choice.judged[m] <= limit
     pick = draw(state, good)
@@ -246,7 +247,7 @@ def choose_source(
         end = _list_refined(numbers, span, choice, start, stop)
         least = _judge(match.image, numbers, choice, samples, (stop, end), least, weights.tolerance)
         stop = end
-    chosen = _draw_good(state, choice, start, stop, np.int64(least * weights.tolerance))
+    chosen = _draw_good(state, choice, start, stop, int64(least * weights.tolerance))
     block = blocks[n]
     block[SOURCE_ROW] = position_of(chosen // numbers.width, numbers.level)
     block[SOURCE_COLUMN] = position_of(chosen % numbers.width, numbers.level)

@@ -1,7 +1,7 @@
 """The hot loop of method "quilt": the blocks of one chart, chosen, cut and laid in raster order.
 
-A block's steps have a function each: `_look` what is there, `_fall` where its texels read, `choose_source`
-(see `upholster.methods.quilt._choice_kernels`), `cut_block` (`upholster.methods.quilt._seed_kernels`), `_lay`.
+A block's steps have a function each: `_look`, what is there; `_fall`, where its texels read; `choose_source`
+(see `_choice_kernels`); `cut_block` (see `_seed_kernels`); `_lay`.
 """
 
 import numpy as np
@@ -30,6 +30,7 @@ from upholster.methods.quilt._choice_kernels import choose_source
 from upholster.methods.quilt._search_kernels import draw
 from upholster.methods.quilt._seed_kernels import cut_block
 from upholster.quilt._field_kernels import displacement_row, matrix_at
+from upholster.types import int64
 
 __all__ = ["lay_blocks"]
 
@@ -54,7 +55,7 @@ def _look(
         texels.rows[i] = _place(top - 1 + i, numbers.origin_row, rows, numbers.wrap)
     for j in range(numbers.block_width + 2):
         texels.columns[j] = _place(left - 1 + j, numbers.origin_column, columns, numbers.wrap)
-    laid, bare = np.int64(0), np.int64(0)
+    laid, bare = int64(0), int64(0)
     for i in range(numbers.block_height):
         r = texels.rows[i + 1]
         needed = numbers.need_top <= top + i < numbers.need_bottom
@@ -92,20 +93,20 @@ def _fall(
     height, width = numbers.block_height, numbers.block_width
     centre = matrix_at(matrices, numbers.margin, row, column)
     down, right = -(height // 2), -(width // 2)
-    low_y, high_y, low_x, high_x = np.int64(0), np.int64(0), np.int64(0), np.int64(0)
+    low_y, high_y, low_x, high_x = int64(0), int64(0), int64(0), int64(0)
     for i in range(height):
         displacement_row(
             matrices, numbers.margin, centre, down + i, row + down + i, column + right, right, ys[i], xs[i]
         )
         for j in range(width):
-            y, x = np.int64(ys[i, j]), np.int64(xs[i, j])
+            y, x = int64(ys[i, j]), int64(xs[i, j])
             low_y, high_y, low_x, high_x = min(low_y, y), max(high_y, y), min(low_x, x), max(high_x, x)
     first_y, last_y, low_y, high_y = _span(low_y, high_y, numbers.height, level)
     first_x, last_x, low_x, high_x = _span(low_x, high_x, numbers.width, level)
     for i in range(height):
         for j in range(width):
-            ys[i, j] = min(max(whole_pixels(np.int64(ys[i, j]), level), low_y), high_y)
-            xs[i, j] = min(max(whole_pixels(np.int64(xs[i, j]), level), low_x), high_x)
+            ys[i, j] = min(max(whole_pixels(int64(ys[i, j]), level), low_y), high_y)
+            xs[i, j] = min(max(whole_pixels(int64(xs[i, j]), level), low_x), high_x)
     return Span(first_y, last_y, first_x, last_x, low_y, high_y, low_x, high_x)
 
 
@@ -157,7 +158,7 @@ def lay_blocks(
     texels = scratch.texels
     for n in range(part[0], part[1]):
         block, mask = blocks[n], cells[n]
-        row, column = np.int64(block[ROW]), np.int64(block[COLUMN])
+        row, column = int64(block[ROW]), int64(block[COLUMN])
         top, left = row - numbers.block_height // 2, column - numbers.block_width // 2
         laid, bare = _look(chart, numbers, top, left, texels)
         block[LAID] = 0
@@ -179,8 +180,8 @@ def lay_blocks(
             choose_source(
                 match, matrices, numbers, weights, usage, state, blocks, n, span, texels, scratch.choice
             )
-        source_y = pixel_at(np.int64(block[SOURCE_ROW]), numbers.level)
-        source_x = pixel_at(np.int64(block[SOURCE_COLUMN]), numbers.level)
+        source_y = pixel_at(int64(block[SOURCE_ROW]), numbers.level)
+        source_x = pixel_at(int64(block[SOURCE_COLUMN]), numbers.level)
         base = source_y * numbers.width + source_x
         if laid:
             cut_block(chart.covered, match.image, numbers, top, left, base, texels, scratch.cut, mask)

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from upholster.jit import inline, kernel, shared
 from upholster.methods.quilt._block_numbers import ChoiceScratch, LayNumbers, Span
+from upholster.types import int64
 
 __all__ = ["draw", "mean_boxes", "search"]
 
@@ -49,7 +50,7 @@ def draw(state: NDArray[np.uint64], count: Any) -> Any:
     z = state[0]
     z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
     z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-    return np.int64((z ^ (z >> np.uint64(31))) % np.uint64(count))
+    return int64((z ^ (z >> np.uint64(31))) % np.uint64(count))
 
 
 @inline
@@ -138,7 +139,7 @@ def _add_features(
 @shared
 def search(
     plane: NDArray[np.float32], numbers: LayNumbers, span: Span, count: int, choice: ChoiceScratch
-) -> int:
+) -> Any:
     """Find the candidates with the least sum of squared differences of boxes, and of penalties; how many.
 
     `plane` is `mean_boxes`'. Candidates are every `step`-th pixel of a span; the first `count` features are
@@ -154,7 +155,7 @@ def search(
         features[f, 0] = (y % step * step + x % step) * area + y // step * columns + x // step
     size = (span.last_x - span.first_x) // step + 1
     part, kept = choice.costs[:size], choice.kept[2:]
-    found = np.int64(0)
+    found = int64(0)
     for k in range((span.last_y - span.first_y) // step + 1):
         y = span.first_y + k * step
         line = penalties[min(y // numbers.usage_step, penalties.shape[0] - 1)]
