@@ -17,11 +17,11 @@ from upholster.types import int64
 __all__ = [
     "HASHED",
     "LOG",
+    "MISSING",
     "MIXERS",
     "NUMBER_COUNTERS",
     "NUMBER_MIXERS",
     "START",
-    "UNKNOWN",
     "BitCoder",
     "begin",
     "code_number",
@@ -44,8 +44,8 @@ START = WEIGHTS + 8 * MIXERS
 HASHED = 1 << 16
 
 NUMBER_COUNTERS = 8 + 40 + 40 * 64
-UNKNOWN = 1 << 40
-"""What `code_number` returns where the bytes at hand do not determine a number."""
+MISSING = -(1 << 40)
+"""In place of a number: the bytes at hand do not determine it."""
 
 
 class BitCoder(NamedTuple):
@@ -127,7 +127,7 @@ def code_number(
     a[CONTEXTS + 0] = START + base + context
     bit = logged_bit(coder, 1, mixer, encoding, 1 if value != 0 else 0)
     if bit <= 0:
-        return 0 if bit == 0 else UNKNOWN
+        return 0 if bit == 0 else MISSING
     magnitude = abs(value)
     length = int64(0)
     while length < 34:
@@ -135,14 +135,14 @@ def code_number(
         more = 1 if magnitude >> (length + 1) else 0
         bit = logged_bit(coder, 1, mixer + 1, encoding, more)
         if bit < 0:
-            return UNKNOWN
+            return MISSING
         if bit == 0:
             break
         length += 1
     a[CONTEXTS + 0] = START + base + 4
     sign = logged_bit(coder, 1, mixer + 2, encoding, 1 if value < 0 else 0)
     if sign < 0:
-        return UNKNOWN
+        return MISSING
     node, result = int64(1), int64(1)
     for b in range(length):
         a[CONTEXTS + 0] = START + base + 48 + length * 64 + (node if b < 6 else 0)
@@ -154,7 +154,7 @@ def code_number(
             (magnitude >> (length - 1 - b)) & 1,
         )
         if bit < 0:
-            return UNKNOWN
+            return MISSING
         node = 2 * node + bit
         result = 2 * result + bit
     return -result if sign else result

@@ -11,7 +11,17 @@ from numpy.typing import NDArray
 
 from upholster.codec._model_kernels import CONTEXTS
 from upholster.jit import inline, kernel
-from upholster.stream._bit_kernels import HASHED, START, BitCoder, begin, hash_of, logged_bit, signed, undo
+from upholster.stream._bit_kernels import (
+    HASHED,
+    MISSING,
+    START,
+    BitCoder,
+    begin,
+    hash_of,
+    logged_bit,
+    signed,
+    undo,
+)
 from upholster.stream._block_records import (
     AGREES,
     CENTRE,
@@ -43,8 +53,6 @@ __all__ = ["BLOCK_COUNTERS", "BLOCK_INPUTS", "code_blocks"]
 
 _GUESSES = 3
 _NEAR = 3
-_MISSING = -(1 << 40)
-"""In place of a number: the bytes at hand do not determine it."""
 
 # Counters, after those of the transferred blocks.
 _SKIP = TRANSFER_COUNTERS
@@ -176,7 +184,7 @@ def _code_offset(
     off_x: int,
     encoding: bool,
 ) -> tuple[int, int]:
-    # How far a source lies from suggestion g, in pixels: three bits each; _MISSING where bytes are.
+    # How far a source lies from suggestion g, in pixels: three bits each; MISSING where bytes are.
     a = coder.a
     down, found = 0, signed(0)
     for axis in range(2):
@@ -186,7 +194,7 @@ def _code_offset(
             a[CONTEXTS + 0] = START + _DELTA + g * 128 + (8 + 8 * down if axis else 0) + node
             bit = logged_bit(coder, 1, _DELTA_MIXER + axis, encoding, (target >> b) & 1)
             if bit < 0:
-                return _MISSING, 0
+                return MISSING, 0
             node = 2 * node + bit
         if axis:
             found = node - 8 - _NEAR
@@ -205,7 +213,7 @@ def _code_suggested(
     level: int,
     encoding: bool,
 ) -> tuple[int, int, int]:
-    # Mode and source of a block whose neighbours suggest it; mode 0 if none does, _MISSING where bytes are.
+    # Mode and source of a block whose neighbours suggest it; mode 0 if none does, MISSING where bytes are.
     a = coder.a
     around = _mode_of(records, near[0]) * 8 + _mode_of(records, near[1])
     upper = _mode_of(records, near[3]) * 8 + _mode_of(records, near[4])
@@ -228,11 +236,11 @@ def _code_suggested(
         a[CONTEXTS + 2] = START + _FLAG + 2 * _GUESSES * 780 + step * 64 + upper
         bit = logged_bit(coder, 3, _GUESS_MIXER + step, encoding, 1 if asked else 0)
         if bit < 0:
-            return _MISSING, y, x
+            return MISSING, y, x
         if bit and loose:
             down, right = _code_offset(coder, g, off_y, off_x, encoding)
-            if down == _MISSING:
-                return _MISSING, y, x
+            if down == MISSING:
+                return MISSING, y, x
             return 1 + step, _position(pixel_y + down, level), _position(pixel_x + right, level)
         if bit:
             return 1 + step, y, x
@@ -247,7 +255,7 @@ def _code_plain(
     numbers: ChartNumbers,
     encoding: bool,
 ) -> tuple[int, int]:
-    # A source that no neighbour suggests; _MISSING where bytes are.
+    # A source that no neighbour suggests; MISSING where bytes are.
     a = coder.a
     level = numbers.level
     whole_y, whole_x = _pixel(target[0], level), _pixel(target[1], level)
@@ -255,7 +263,7 @@ def _code_plain(
     a[CONTEXTS + 0] = START + _OFF
     bit = logged_bit(coder, 1, _PLAIN_MIXER, encoding, 1 if off else 0)
     if bit < 0:
-        return _MISSING, 0
+        return MISSING, 0
     if bit:
         row, column = signed(0), signed(0)
         for axis in range(2):
@@ -265,7 +273,7 @@ def _code_plain(
                 bit = (target[1] if axis else target[0]) >> b & 1
                 bit = logged_bit(coder, 1, _PLAIN_MIXER, encoding, bit)
                 if bit < 0:
-                    return _MISSING, 0
+                    return MISSING, 0
                 value = 2 * value + bit
             if axis:
                 column = value
@@ -281,7 +289,7 @@ def _code_plain(
     )
     row, column = _code_tree(coder, sizes, left, top, encoding, whole_y, whole_x)
     if row < 0:
-        return _MISSING, 0
+        return MISSING, 0
     return _position(row, level), _position(column, level)
 
 
@@ -310,7 +318,7 @@ def _code_own(
     mode, y, x = _code_suggested(coder, records, near, suggested, target, numbers.level, encoding)
     if mode == 0:
         y, x = _code_plain(coder, suggested, target, numbers, encoding)
-    if mode == _MISSING or y == _MISSING:
+    if mode == MISSING or y == MISSING:
         return 0
     if not (0 <= y < 16 * numbers.exemplar_height and 0 <= x < 16 * numbers.exemplar_width):
         return -1

@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from upholster.codec._model_kernels import CONTEXTS, code_bit
 from upholster.jit import inline, kernel
 from upholster.quilt._paint_kernels import window_of
-from upholster.stream._bit_kernels import NUMBER_COUNTERS, START, UNKNOWN, BitCoder, begin, code_number, undo
+from upholster.stream._bit_kernels import MISSING, NUMBER_COUNTERS, START, BitCoder, begin, code_number, undo
 from upholster.types import int64
 
 __all__ = ["CELL_COUNTERS", "FIELDS", "FIELD_COUNTERS", "PLAIN_FIELDS", "code_cells", "code_fields"]
@@ -120,7 +120,7 @@ def code_fields(
                 guess = following if record[_MASK] == 2 else -1
             value = fields[n, f] - guess if encoding else 0
             value = code_number(coder, f, changed, encoding, value)
-            if value == UNKNOWN:
+            if value == MISSING:
                 undo(coder, kept)
                 return n
             changed = (2 * changed + (1 if value != 0 else 0)) & 3

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from upholster.codec._model_kernels import CONTEXTS
 from upholster.jit import inline, kernel
-from upholster.stream._bit_kernels import HASHED, START, BitCoder, begin, hash_of, logged_bit, undo
+from upholster.stream._bit_kernels import HASHED, MISSING, START, BitCoder, begin, hash_of, logged_bit, undo
 from upholster.types import int64
 
 __all__ = ["SOURCE_COUNTERS", "CandidateGrid", "Run", "code_sources"]
@@ -15,8 +15,6 @@ __all__ = ["SOURCE_COUNTERS", "CandidateGrid", "Run", "code_sources"]
 SOURCE_COUNTERS = 256 + 4096 + 3 * HASHED
 _TREE = 256
 _HASHES = _TREE + 4096
-_MISSING = -(1 << 40)
-"""In place of a number: the bytes at hand do not determine it."""
 
 
 class CandidateGrid(NamedTuple):
@@ -67,7 +65,7 @@ def _code_continued(
     coder: BitCoder, beside: Beside, strip: int, encoding: bool, target: int
 ) -> tuple[int, int]:
     # Whether a block continues a neighbour's source: which candidate that is, and its mode; -1, 0 if it does
-    # not, _MISSING where bytes are.
+    # not, MISSING where bytes are.
     a = coder.a
     agree = 1 if beside.left_on == beside.top_on else 0
     for side in range(2):
@@ -79,7 +77,7 @@ def _code_continued(
         same = 1 if target == guess else 0
         bit = logged_bit(coder, 2, 10 * strip + side, encoding, same)
         if bit < 0:
-            return _MISSING, 0
+            return MISSING, 0
         if bit:
             return guess, side + 1
     return -1, 0
@@ -109,7 +107,7 @@ def _code_number(
         a[CONTEXTS + 3] = START + _HASHES + 2 * HASHED + hash_of(place, beside.left + 1, beside.top + 19)
         bit = logged_bit(coder, 4, mixer, encoding, (target >> b) & 1)
         if bit < 0:
-            return _MISSING
+            return MISSING
         node = 2 * node + bit
     return node - (1 << length)
 
@@ -139,12 +137,12 @@ def code_sources(
             row, column = target // grid.columns, target % grid.columns
             row = _code_number(coder, beside, run.strip, 0, 0, grid.rows, encoding, row)
             found = row
-            if row != _MISSING:
+            if row != MISSING:
                 column = _code_number(coder, beside, run.strip, 1, row, grid.columns, encoding, column)
-                found = column if column == _MISSING else row * grid.columns + column
-            if found != _MISSING and (row >= grid.rows or column >= grid.columns):
+                found = column if column == MISSING else row * grid.columns + column
+            if found != MISSING and (row >= grid.rows or column >= grid.columns):
                 return -1 - n
-        if found == _MISSING:
+        if found == MISSING:
             undo(coder, kept)
             return n
         chosen[n], modes[n] = found, mode

@@ -13,10 +13,10 @@ from upholster.jit import inline
 from upholster.quilt._field_kernels import displacement, matrix_at
 from upholster.quilt.placement import SYMMETRIES
 from upholster.stream._bit_kernels import (
+    MISSING,
     NUMBER_COUNTERS,
     NUMBER_MIXERS,
     START,
-    UNKNOWN,
     BitCoder,
     code_number,
     logged_bit,
@@ -219,7 +219,7 @@ def _code_link(
         while starts[order - back] > target:
             back += 1
     value = code_number(coder, _CHART, 1 if before >= 0 else 0, encoding, back - chart)
-    if value == UNKNOWN:
+    if value == MISSING:
         return 0
     back = value + chart
     if back == 0:
@@ -230,7 +230,7 @@ def _code_link(
     first = starts[order - back]
     guess = before if back == chart else first
     value = code_number(coder, _INDEX, 1 if back == chart else 0, encoding, target - guess)
-    if value == UNKNOWN:
+    if value == MISSING:
         return 0
     value += guess
     if value < first or value >= starts[order - back + 1]:
@@ -262,7 +262,7 @@ def _code_centre(
         if bit:
             change = (signed(one[CENTRE + k]) - m[k]) // MATRIX_UNIT if encoding else signed(0)
             value = code_number(coder, _OWN_MATRIX, min(k, 1), encoding, change)
-            if value == UNKNOWN:
+            if value == MISSING:
                 return 0
         entry = m[k] + MATRIX_UNIT * value
         if bit and abs(entry) > _MOST_MATRIX:
@@ -289,7 +289,7 @@ def _code_number_of(
     guess = _transferred_guess(records, matrices, numbers, n, f)
     value = records[n, f] - guess if encoding else signed(0)
     value = code_number(coder, f, changed, encoding, value)
-    if value == UNKNOWN:
+    if value == MISSING:
         return 0
     result = 3 if value != 0 else 2
     value += guess
