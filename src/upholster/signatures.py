@@ -1,7 +1,7 @@
 """Types of kernels' arguments as JSON and back, so that a kernel can be compiled without calling it.
 
 ``"int64"`` is a number, ``["array", item, dimensions, layout, mutable]`` an array,
-``["record", fields, bytes, aligned]`` an item of a structured one (fields as name, type, offset),
+``["record", fields, bytes, aligned]`` an item of a structured one (fields as name, type, shape, offset),
 ``["tuple", items]`` a tuple and ``["named", "module:Class", items]`` a NamedTuple.
 """
 
@@ -20,7 +20,8 @@ def type_as_json(kind: Any) -> Any:
     if isinstance(kind, types.Array):
         return ["array", type_as_json(kind.dtype), kind.ndim, kind.layout, kind.mutable]
     if isinstance(kind, types.Record):
-        fields = [[name, as_dtype(kind.typeof(name)).str, kind.offset(name)] for name in kind.fields]
+        items = {name: as_dtype(kind.typeof(name)) for name in kind.fields}
+        fields = [[name, of.base.str, list(of.shape), kind.offset(name)] for name, of in items.items()]
         return ["record", fields, kind.size, kind.aligned]
     if isinstance(kind, types.BaseNamedTuple):
         of = kind.instance_class
@@ -42,7 +43,8 @@ def read_type(written: Any) -> Any:
         return types.Array(read_type(item), dimensions, layout, readonly=not mutable)
     if form == "record":
         fields, size, aligned = rest
-        names, formats, offsets = zip(*fields, strict=True)
+        names, bases, shapes, offsets = zip(*fields, strict=True)
+        formats = [(item, tuple(shape)) for item, shape in zip(bases, shapes, strict=True)]
         record: Any = {"names": names, "formats": formats, "offsets": offsets, "itemsize": size}
         return from_dtype(np.dtype(record, align=aligned))
     if form == "named":

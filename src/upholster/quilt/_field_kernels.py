@@ -5,12 +5,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.jit import inline
+from upholster.jit import inline, kernel, shared
 
-__all__ = ["displacement", "displacement_row", "displacements", "matrix_at"]
+__all__ = ["displacement", "displacement_row", "matrix_at"]
 
 
-@inline
+@kernel
 def matrix_at(
     matrices: NDArray[np.int32], margin: Any, row: Any, column: Any
 ) -> tuple[np.int32, np.int32, np.int32, np.int32]:
@@ -57,7 +57,7 @@ def displacement(
     return (a * down + b * right + 256) >> 9, (c * down + d * right + 256) >> 9
 
 
-@inline
+@shared
 def displacement_row(
     matrices: NDArray[np.int32],
     margin: Any,
@@ -108,23 +108,3 @@ def displacement_row(
             some_ys[n] = np.int32(a0 * y + a1 * x + half) >> nine
             some_xs[n] = np.int32(a2 * y + a3 * x + half) >> nine
         start = stop
-
-
-@inline
-def displacements(
-    matrices: NDArray[np.int32],
-    margin: Any,
-    row: Any,
-    column: Any,
-    top: Any,
-    left: Any,
-    ys: NDArray[np.int32],
-    xs: NDArray[np.int32],
-) -> None:
-    """Fill `ys` and `xs` (height, width) with the `displacement` of every texel of a block.
-
-    The block's first texel is (top, left), its centre (row, column), where its centre matrix is M.
-    """
-    centre = matrix_at(matrices, margin, row, column)
-    for i in range(ys.shape[0]):
-        displacement_row(matrices, margin, centre, top + i - row, top + i, left, left - column, ys[i], xs[i])

@@ -5,7 +5,7 @@ Integer samples lie side by side in words of 64 bits, as lanes of 16 or 32 bits 
 the same lanes. No lane ever overflows: a weighted sum is at most sample · 256.
 """
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import types
@@ -13,11 +13,23 @@ from numba.extending import overload
 from numpy.typing import NDArray
 
 from upholster.jit import inline, kernel
-from upholster.quilt._field_kernels import displacement_row, matrix_at
+from upholster.quilt._field_kernels import displacement_row
 from upholster.quilt._paint_kernels import fill_weights, mask_window
-from upholster.types import PixelArray
+from upholster.types import PixelArray, int64
 
-__all__ = ["settle_strip", "warp_strip"]
+__all__ = ["PyramidWords", "settle_strip", "warp_strip"]
+
+
+class PyramidWords(NamedTuple):
+    """A pyramid's samples, `per_pixel` words a pixel, in lanes of `bits` bits (of no meaning for floats).
+
+    `levels` (n, 5) tells of each level its first word, words per row, last row, last column and number.
+    """
+
+    words: PixelArray
+    per_pixel: int
+    bits: int
+    levels: NDArray[np.int64]
 
 
 def _mix(
@@ -139,28 +151,43 @@ def _trace_row(
 
 
 @inline
-def _centre(
-    placement: Any, matrices: NDArray[np.int32], margin: int
-) -> tuple[np.int32, np.int32, np.int32, np.int32]:
-    """Return a placement's centre matrix: its own, or M at its centre."""
-    if placement.centred:
-        m = placement.matrix
-        return np.int32(m[0]), np.int32(m[1]), np.int32(m[2]), np.int32(m[3])
-    return matrix_at(matrices, margin, placement.row, placement.column)
+def _paint_row(
+    line: PixelArray,
+    pyramid: PyramidWords,
+    level: NDArray[np.int64],
+    rows: NDArray[np.int32],
+    columns: NDArray[np.int32],
+    weights: NDArray[np.int32],
+) -> None:
+    # Paints a row of texels that lie at (rows, columns) of a level, in 1/16 pixel.
+    words, per_pixel, bits = pyramid.words, pyramid.per_pixel, pyramid.bits
+    base, stride = level[0], level[1]
+    for n in range(rows.shape[0]):
+        weight = weights[n]
+        if weight == 0:
+            continue
+        r, c = int64(rows[n]), int64(columns[n])
+        y, x = r & 15, c & 15
+        both = x * y
+        shares = (256 - 16 * (x + y) + both, 16 * x - both, 16 * y - both, both)
+        at = base + (r >> 4) * stride + (c >> 4) * per_pixel
+        for k in range(per_pixel):
+            new = _mix(words, np.uintp(at + k), np.uintp(per_pixel), np.uintp(stride), shares, bits)
+            if weight != 256:
+                new = _lay(line[n * per_pixel + k], new, weight, bits)
+            line[n * per_pixel + k] = new
 
 
 @kernel
 def warp_strip(
     placements: Any,
+    centres: NDArray[np.int32],
+    chosen: NDArray[np.int64],
     cells: NDArray[np.uint8],
     matrices: NDArray[np.int32],
     margin: int,
     symmetries: NDArray[np.int64],
-    words: PixelArray,
-    per_pixel: int,
-    bits: int,
-    levels: NDArray[np.int64],
-    chosen: NDArray[np.int64],
+    pyramid: PyramidWords,
     scratch: NDArray[np.int32],
     first_row: int,
     tall: int,
@@ -168,57 +195,34 @@ def warp_strip(
 ) -> None:
     """Paint placements on some rows of a chart of `tall` rows, from `first_row` on.
 
-    `words` are a pyramid's, `per_pixel` of them a pixel, in lanes of `bits` bits (of no meaning for floats),
-    and `levels` (n, 5) tells of each level its first word, words per row, last row, last column and number;
-    `chosen` is the place there of each placement's. `scratch` is (4, h, w) for the largest placement, and
-    `canvas` is (rows, columns · per_pixel).
+    `centres` (n, 4) are their centre matrices and `chosen` their levels, by place in the pyramid. `matrices`
+    and `margin` are the warp field's. `scratch` is (4, h, w) for the largest placement, and `canvas` is
+    (rows, columns · words a pixel).
     """
-    weights, spare = scratch[0], scratch[1]
+    weights, spare, per_pixel = scratch[0], scratch[1], pyramid.per_pixel
     width = canvas.shape[1] // per_pixel
-    canvas[:] = 0
+    for row in range(canvas.shape[0]):
+        line = canvas[row]
+        for x in range(line.shape[0]):
+            line[x] = 0
     for m in range(placements.shape[0]):
         placement = placements[m]
         top, left = placement.row - placement.height // 2, placement.column - placement.width // 2
         row0, row1 = max(top, first_row), min(top + placement.height, first_row + canvas.shape[0])
-        column0, column1 = max(left, 0), min(left + placement.width, width)
+        column0, column1 = max(left, int64(0)), min(left + placement.width, width)
         if row0 >= row1 or column0 >= column1:
             continue
         window = mask_window(placement, tall, width) if placement.mask == 2 else (0, 0, 0, 0)
         first_i, first_j = fill_weights(placement, cells, window, weights, spare)
-        centre = _centre(placement, matrices, margin)
-        symmetry, level = symmetries[placement.symmetry], levels[chosen[m]]
-        base, stride = level[0], level[1]
-        size = column1 - column0
-        rows, columns = scratch[2, 0, :size], scratch[3, 0, :size]
+        m0, m1, m2, m3 = centres[m, 0], centres[m, 1], centres[m, 2], centres[m, 3]
+        centre = int64(m0), int64(m1), int64(m2), int64(m3)
+        symmetry, level = symmetries[placement.symmetry], pyramid.levels[chosen[m]]
+        rows, columns = scratch[2, 0, : column1 - column0], scratch[3, 0, : column1 - column0]
         for row in range(row0, row1):
-            _trace_row(
-                matrices,
-                margin,
-                row,
-                column0,
-                centre,
-                placement,
-                symmetry,
-                level,
-                rows,
-                columns,
-            )
+            _trace_row(matrices, margin, row, column0, centre, placement, symmetry, level, rows, columns)
             part = weights[row - top - first_i, column0 - left - first_j : column1 - left - first_j]
             line = canvas[row - first_row, column0 * per_pixel : column1 * per_pixel]
-            for n in range(size):
-                weight = part[n]
-                if weight == 0:
-                    continue
-                r, c = np.int64(rows[n]), np.int64(columns[n])
-                y, x = r & 15, c & 15
-                both = x * y
-                shares = (256 - 16 * (x + y) + both, 16 * x - both, 16 * y - both, both)
-                at = base + (r >> 4) * stride + (c >> 4) * per_pixel
-                for k in range(per_pixel):
-                    new = _mix(words, np.uintp(at + k), np.uintp(per_pixel), np.uintp(stride), shares, bits)
-                    if weight != 256:
-                        new = _lay(line[n * per_pixel + k], new, weight, bits)
-                    line[n * per_pixel + k] = new
+            _paint_row(line, pyramid, level, rows, columns, part)
 
 
 @kernel

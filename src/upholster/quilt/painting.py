@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from upholster.errors import InputError
 from upholster.parallel import run_tasks
-from upholster.quilt._paint_kernels import paint_rows
-from upholster.quilt._warp_kernels import settle_strip, warp_strip
-from upholster.quilt.displacement import levels_of
+from upholster.quilt._paint_kernels import paint_strip
+from upholster.quilt._warp_kernels import PyramidWords, settle_strip, warp_strip
+from upholster.quilt.displacement import centre_matrices, levels_of
 from upholster.quilt.model import Quilt, Texels
 from upholster.quilt.placement import SYMMETRIES
 from upholster.quilt.pyramid import Pyramid, build_pyramid, most_levels
@@ -131,12 +131,30 @@ def _paint_part(
     start: int,
     stop: int,
 ) -> None:
-    strip = min(stop - start, max(64, _STRIP_SAMPLES // out.shape[1]))
-    canvas = np.empty((strip, out.shape[1]), CANVAS_DTYPES[exemplar.dtype])
+    rows = min(stop - start, max(64, _STRIP_SAMPLES // out.shape[1]))
+    canvas = np.empty((rows, out.shape[1]), CANVAS_DTYPES[exemplar.dtype])
     scratch = np.empty((2, *quilt.largest_block), np.int32)
-    paint_rows(
-        placements, quilt.mask_cells, exemplar, channels, SYMMETRIES, canvas, scratch, start, stop, out
-    )
+    for first in range(start, stop, len(canvas)):
+        last = min(first + len(canvas), stop)
+        paint_strip(
+            placements[_touching(placements, first, last)],
+            quilt.mask_cells,
+            exemplar,
+            channels,
+            SYMMETRIES,
+            scratch,
+            first,
+            len(out),
+            canvas[: last - first],
+            out[first:last],
+        )
+
+
+def _touching(placements: NDArray[np.void], first: int, last: int) -> NDArray[np.bool_]:
+    # Which placements touch rows [first, last) of their chart.
+    tops = placements["row"] - placements["height"] // 2
+    touching: NDArray[np.bool_] = (tops < last) & (tops + placements["height"] > first)
+    return touching
 
 
 def _warp_part(
@@ -151,27 +169,25 @@ def _warp_part(
 ) -> None:
     field = quilt.fields[chart]
     height, width = quilt.charts[chart].height, quilt.charts[chart].width
-    words = width * pyramid.per_pixel
-    canvas = np.empty((min(stop - start, max(64, _STRIP_WORDS // words)), words), pyramid.words.dtype)
+    across = width * pyramid.per_pixel
+    canvas = np.empty((min(stop - start, max(64, _STRIP_WORDS // across)), across), pyramid.words.dtype)
+    words = PyramidWords(pyramid.words, pyramid.per_pixel, 8 * pyramid.lane.itemsize, pyramid.levels)
     placements = quilt.on_chart(chart)
-    tops = placements["row"] - placements["height"] // 2
-    bottoms = tops + placements["height"]
+    centres = centre_matrices(field, placements)
     scratch = np.empty((4, *quilt.largest_block), np.int32)
     for first in range(start, stop, len(canvas)):
         part = canvas[: stop - first]
         last = first + len(part)
-        touching = (tops < last) & (bottoms > first)
+        touching = _touching(placements, first, last)
         warp_strip(
             placements[touching],
+            centres[touching],
+            levels[touching],
             quilt.mask_cells,
             field.matrices,
             field.margin,
             SYMMETRIES,
-            pyramid.words,
-            pyramid.per_pixel,
-            8 * pyramid.lane.itemsize,
-            pyramid.levels,
-            levels[touching],
+            words,
             scratch,
             first,
             height,

@@ -11,7 +11,17 @@ from numpy.typing import NDArray
 
 from upholster.codec._model_kernels import CONTEXTS
 from upholster.jit import inline, kernel
-from upholster.stream._bit_kernels import HASHED, START, begin, hash_of, logged_bit, signed, undo
+from upholster.stream._bit_kernels import (
+    HASHED,
+    MISSING,
+    START,
+    BitCoder,
+    begin,
+    hash_of,
+    logged_bit,
+    signed,
+    undo,
+)
 from upholster.stream._block_records import (
     AGREES,
     CENTRE,
@@ -43,8 +53,6 @@ __all__ = ["BLOCK_COUNTERS", "BLOCK_INPUTS", "code_blocks"]
 
 _GUESSES = 3
 _NEAR = 3
-_MISSING = -(1 << 40)
-"""In place of a number: the bytes at hand do not determine it."""
 
 # Counters, after those of the transferred blocks.
 _SKIP = TRANSFER_COUNTERS
@@ -86,10 +94,7 @@ def _position(pixel: int, level: int) -> int:
 
 @inline
 def _code_tree(
-    state: NDArray[np.int64],
-    data: NDArray[np.uint8],
-    a: NDArray[np.int32],
-    log: NDArray[np.int64],
+    coder: BitCoder,
     sizes: tuple[int, int],
     left: int,
     top: int,
@@ -98,6 +103,7 @@ def _code_tree(
     target_column: int,
 ) -> tuple[int, int]:
     # A pixel, row then column, highest bits first, in the neighbours' context; -1 where bytes are missing.
+    a = coder.a
     row, column = 0, 0
     for axis in range(2):
         bits = 0
@@ -112,7 +118,7 @@ def _code_tree(
             a[CONTEXTS + 2] = START + _HASHES + HASHED + hash_of(place, top, 7)
             a[CONTEXTS + 3] = START + _HASHES + 2 * HASHED + hash_of(place, left, top + 19)
             mixer = _TREE_MIXER + 2 * axis + (1 if left > 0 or top > 0 else 0)
-            bit = logged_bit(state, data, a, log, 4, mixer, encoding, (target >> b) & 1)
+            bit = logged_bit(coder, 4, mixer, encoding, (target >> b) & 1)
             if bit < 0:
                 return -1, -1
             node = 2 * node + bit
@@ -172,25 +178,23 @@ def _suggest(
 
 @inline
 def _code_offset(
-    state: NDArray[np.int64],
-    data: NDArray[np.uint8],
-    a: NDArray[np.int32],
-    log: NDArray[np.int64],
+    coder: BitCoder,
     g: int,
     off_y: int,
     off_x: int,
     encoding: bool,
 ) -> tuple[int, int]:
-    # How far a source lies from suggestion g, in pixels: three bits each; _MISSING where bytes are.
+    # How far a source lies from suggestion g, in pixels: three bits each; MISSING where bytes are.
+    a = coder.a
     down, found = 0, signed(0)
     for axis in range(2):
         node = 1
         target = (off_x if axis else off_y) + _NEAR
         for b in range(2, -1, -1):
             a[CONTEXTS + 0] = START + _DELTA + g * 128 + (8 + 8 * down if axis else 0) + node
-            bit = logged_bit(state, data, a, log, 1, _DELTA_MIXER + axis, encoding, (target >> b) & 1)
+            bit = logged_bit(coder, 1, _DELTA_MIXER + axis, encoding, (target >> b) & 1)
             if bit < 0:
-                return _MISSING, 0
+                return MISSING, 0
             node = 2 * node + bit
         if axis:
             found = node - 8 - _NEAR
@@ -201,10 +205,7 @@ def _code_offset(
 
 @inline
 def _code_suggested(
-    state: NDArray[np.int64],
-    data: NDArray[np.uint8],
-    a: NDArray[np.int32],
-    log: NDArray[np.int64],
+    coder: BitCoder,
     records: NDArray[np.int32],
     near: NDArray[np.int64],
     suggested: Suggestions,
@@ -212,7 +213,8 @@ def _code_suggested(
     level: int,
     encoding: bool,
 ) -> tuple[int, int, int]:
-    # Mode and source of a block whose neighbours suggest it; mode 0 if none does, _MISSING where bytes are.
+    # Mode and source of a block whose neighbours suggest it; mode 0 if none does, MISSING where bytes are.
+    a = coder.a
     around = _mode_of(records, near[0]) * 8 + _mode_of(records, near[1])
     upper = _mode_of(records, near[3]) * 8 + _mode_of(records, near[4])
     for step in range(2 * _GUESSES):
@@ -232,13 +234,13 @@ def _code_suggested(
         a[CONTEXTS + 0] = START + _FLAG + (step * 64 + around) * 12 + place
         a[CONTEXTS + 1] = START + _FLAG + 2 * _GUESSES * 768 + step * 12 + place
         a[CONTEXTS + 2] = START + _FLAG + 2 * _GUESSES * 780 + step * 64 + upper
-        bit = logged_bit(state, data, a, log, 3, _GUESS_MIXER + step, encoding, 1 if asked else 0)
+        bit = logged_bit(coder, 3, _GUESS_MIXER + step, encoding, 1 if asked else 0)
         if bit < 0:
-            return _MISSING, y, x
+            return MISSING, y, x
         if bit and loose:
-            down, right = _code_offset(state, data, a, log, g, off_y, off_x, encoding)
-            if down == _MISSING:
-                return _MISSING, y, x
+            down, right = _code_offset(coder, g, off_y, off_x, encoding)
+            if down == MISSING:
+                return MISSING, y, x
             return 1 + step, _position(pixel_y + down, level), _position(pixel_x + right, level)
         if bit:
             return 1 + step, y, x
@@ -247,23 +249,21 @@ def _code_suggested(
 
 @inline
 def _code_plain(
-    state: NDArray[np.int64],
-    data: NDArray[np.uint8],
-    a: NDArray[np.int32],
-    log: NDArray[np.int64],
+    coder: BitCoder,
     suggested: Suggestions,
     target: tuple[int, int],
     numbers: ChartNumbers,
     encoding: bool,
 ) -> tuple[int, int]:
-    # A source that no neighbour suggests; _MISSING where bytes are.
+    # A source that no neighbour suggests; MISSING where bytes are.
+    a = coder.a
     level = numbers.level
     whole_y, whole_x = _pixel(target[0], level), _pixel(target[1], level)
     off = _position(whole_y, level) != target[0] or _position(whole_x, level) != target[1]
     a[CONTEXTS + 0] = START + _OFF
-    bit = logged_bit(state, data, a, log, 1, _PLAIN_MIXER, encoding, 1 if off else 0)
+    bit = logged_bit(coder, 1, _PLAIN_MIXER, encoding, 1 if off else 0)
     if bit < 0:
-        return _MISSING, 0
+        return MISSING, 0
     if bit:
         row, column = signed(0), signed(0)
         for axis in range(2):
@@ -271,9 +271,9 @@ def _code_plain(
             for b in range(19, -1, -1):
                 a[CONTEXTS + 0] = START + _OFF + 1 + 20 * axis + b
                 bit = (target[1] if axis else target[0]) >> b & 1
-                bit = logged_bit(state, data, a, log, 1, _PLAIN_MIXER, encoding, bit)
+                bit = logged_bit(coder, 1, _PLAIN_MIXER, encoding, bit)
                 if bit < 0:
-                    return _MISSING, 0
+                    return MISSING, 0
                 value = 2 * value + bit
             if axis:
                 column = value
@@ -287,18 +287,15 @@ def _code_plain(
         _pixel(16 * (numbers.exemplar_height - 1), level) + 1,
         _pixel(16 * (numbers.exemplar_width - 1), level) + 1,
     )
-    row, column = _code_tree(state, data, a, log, sizes, left, top, encoding, whole_y, whole_x)
+    row, column = _code_tree(coder, sizes, left, top, encoding, whole_y, whole_x)
     if row < 0:
-        return _MISSING, 0
+        return MISSING, 0
     return _position(row, level), _position(column, level)
 
 
 @inline
 def _code_own(
-    state: NDArray[np.int64],
-    data: NDArray[np.uint8],
-    a: NDArray[np.int32],
-    log: NDArray[np.int64],
+    coder: BitCoder,
     records: NDArray[np.int32],
     near: NDArray[np.int64],
     matrices: NDArray[np.int32],
@@ -308,8 +305,9 @@ def _code_own(
 ) -> int:
     # `near`: records beside (left, top, another, upper left, upper right), -1 where there is none. Returns 1,
     # 0 where bytes are missing, -1 where the source is out of range.
+    a = coder.a
     a[CONTEXTS + 0] = START + _MASK + (1 if n > numbers.base else 0)
-    cut = logged_bit(state, data, a, log, 1, FLAG_MIXER, encoding, signed(records[n, CUT]))
+    cut = logged_bit(coder, 1, FLAG_MIXER, encoding, signed(records[n, CUT]))
     if cut < 0:
         return 0
     records[n, CUT], records[n, LINK], records[n, SYMMETRY] = cut, -1, 0
@@ -317,12 +315,10 @@ def _code_own(
     enter_matrix(records, n)
     target = (signed(records[n, SOURCE_ROW]), signed(records[n, SOURCE_COLUMN]))
     suggested = _suggest(records, near, matrices, numbers, n)
-    mode, y, x = _code_suggested(
-        state, data, a, log, records, near, suggested, target, numbers.level, encoding
-    )
+    mode, y, x = _code_suggested(coder, records, near, suggested, target, numbers.level, encoding)
     if mode == 0:
-        y, x = _code_plain(state, data, a, log, suggested, target, numbers, encoding)
-    if mode == _MISSING or y == _MISSING:
+        y, x = _code_plain(coder, suggested, target, numbers, encoding)
+    if mode == MISSING or y == MISSING:
         return 0
     if not (0 <= y < 16 * numbers.exemplar_height and 0 <= x < 16 * numbers.exemplar_width):
         return -1
@@ -362,10 +358,7 @@ def _neighbours(lookup: NDArray[np.int32], i: int, j: int, near: NDArray[np.int6
 
 @kernel
 def code_blocks(
-    state: NDArray[np.int64],
-    data: NDArray[np.uint8],
-    a: NDArray[np.int32],
-    log: NDArray[np.int64],
+    coder: BitCoder,
     records: NDArray[np.int32],
     starts: NDArray[np.int64],
     order: int,
@@ -385,16 +378,15 @@ def code_blocks(
     position so far, with a ring round the grid; -1 at first. Returns the first not coded, or -1 - index of
     one that is out of range, and `own` to go on with.
     """
-    kept = np.empty_like(state)
+    a = coder.a
+    kept = np.empty_like(coder.state)
     near = np.empty(5, np.int64)
     across, first_own = numbers.across, numbers.base + numbers.transferred
     for t in range(part[0], part[1]):
-        begin(state, kept, log)
+        begin(coder, kept)
         if t < numbers.transferred:
             n = numbers.base + t
-            done = code_transferred(
-                state, data, a, log, records, starts, order, matrices, numbers, n, encoding
-            )
+            done = code_transferred(coder, records, starts, order, matrices, numbers, n, encoding)
             if done > 0:
                 _enter(lookup, records, numbers, n)
         else:
@@ -405,7 +397,7 @@ def code_blocks(
             beside = _owner(lookup[i, j - 1], first_own) * 3 + _owner(lookup[i - 1, j], first_own)
             beside = beside * 3 + _owner(lookup[i, j], first_own)
             a[CONTEXTS + 0] = START + _SKIP + 2 * beside + (1 if rim else 0)
-            bit = logged_bit(state, data, a, log, 1, FLAG_MIXER, encoding, signed(there[place]))
+            bit = logged_bit(coder, 1, FLAG_MIXER, encoding, signed(there[place]))
             if bit == 0:
                 there[place] = 0
                 continue
@@ -418,12 +410,12 @@ def code_blocks(
                 records[n, COLUMN] = numbers.first_column + (j - 1) * numbers.step_column
                 records[n, HEIGHT], records[n, WIDTH] = numbers.height, numbers.width
                 _neighbours(lookup, i, j, near)
-                done = _code_own(state, data, a, log, records, near, matrices, numbers, n, encoding)
+                done = _code_own(coder, records, near, matrices, numbers, n, encoding)
             if done > 0:
                 lookup[i, j] = n
                 own += 1
         if done == 0:
-            undo(state, kept, a, log)
+            undo(coder, kept)
             return t, own
         if done < 0:
             return -1 - t, own

@@ -6,7 +6,8 @@ from numpy.typing import NDArray
 from upholster.codec._model_kernels import CONTEXTS, code_bit
 from upholster.jit import inline, kernel
 from upholster.quilt._paint_kernels import window_of
-from upholster.stream._bit_kernels import NUMBER_COUNTERS, START, UNKNOWN, begin, code_number, undo
+from upholster.stream._bit_kernels import MISSING, NUMBER_COUNTERS, START, BitCoder, begin, code_number, undo
+from upholster.types import int64
 
 __all__ = ["CELL_COUNTERS", "FIELDS", "FIELD_COUNTERS", "PLAIN_FIELDS", "code_cells", "code_fields"]
 
@@ -25,9 +26,7 @@ CELL_COUNTERS = (256 * 256) + 2048 + 8192
 
 @kernel
 def code_cells(
-    state: NDArray[np.int64],
-    data: NDArray[np.uint8],
-    a: NDArray[np.int32],
+    coder: BitCoder,
     cells: NDArray[np.uint8],
     start: int,
     stop: int,
@@ -42,6 +41,7 @@ def code_cells(
     `place` says where in its strip the mask is: 0 inside, 1 first, 2 last, 3 both. Returns the first cell not
     coded.
     """
+    a = coder.a
     area = rows * columns
     for n in range(start, stop):
         at = (n - first) % area
@@ -60,7 +60,9 @@ def code_cells(
         a[CONTEXTS + 2] = (
             START + 65536 + 2048 + (near * 64 + min(j, 63)) * 4 + (0 if i == 0 else 2 if i == rows - 1 else 1)
         )
-        bit = code_bit(state, data, a, 3, 1 if i == 0 else 0, 400, encoding, cells[n])
+        bit = code_bit(
+            coder.state, coder.data, coder.a, 3, 1 if i == 0 else 0, 400, encoding, int64(cells[n])
+        )
         if bit < 0:
             return n
         cells[n] = bit
@@ -81,10 +83,7 @@ def _following(record: NDArray[np.int64], before: int, tall: int, wide: int) -> 
 
 @kernel
 def code_fields(
-    state: NDArray[np.int64],
-    data: NDArray[np.uint8],
-    a: NDArray[np.int32],
-    log: NDArray[np.int64],
+    coder: BitCoder,
     fields: NDArray[np.int64],
     sizes: NDArray[np.int64],
     limits: NDArray[np.int64],
@@ -100,14 +99,15 @@ def code_fields(
     each field. `fine`: sources count 16 to a pixel, and there may be centre matrices. Returns the index of
     the first placement not coded, or -1 - index of one that breaks a limit.
     """
-    kept = np.empty_like(state)
+    kept = np.empty_like(coder.state)
     record = np.zeros(FIELDS, np.int64)
     count, steps = (FIELDS, 16) if fine else (PLAIN_FIELDS, 1)
     for n in range(start, stop):
-        begin(state, kept, log)
+        begin(coder, kept)
         changed = 0
         following = fields[n - 1, FIELDS] if n > 0 else 0
-        record[_CENTRED:] = 0
+        for f in range(_CENTRED, FIELDS):
+            record[f] = 0
         for f in range(count):
             if f > _CENTRED and record[_CENTRED] == 0:
                 break
@@ -119,14 +119,15 @@ def code_fields(
             if f == _FIRST:
                 guess = following if record[_MASK] == 2 else -1
             value = fields[n, f] - guess if encoding else 0
-            value = code_number(state, data, a, log, f, changed, encoding, value)
-            if value == UNKNOWN:
-                undo(state, kept, a, log)
+            value = code_number(coder, f, changed, encoding, value)
+            if value == MISSING:
+                undo(coder, kept)
                 return n
             changed = (2 * changed + (1 if value != 0 else 0)) & 3
             record[f] = guess + value
             if record[f] < limits[f, 0] or record[f] > limits[f, 1]:
                 return -1 - n
-        fields[n, :FIELDS] = record
+        for f in range(FIELDS):
+            fields[n, f] = record[f]
         fields[n, FIELDS] = _following(record, following, sizes[n, 0], sizes[n, 1])
     return stop

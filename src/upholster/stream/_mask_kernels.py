@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from upholster.codec._model_kernels import CONTEXTS, code_bit
 from upholster.jit import inline, kernel
-from upholster.stream._bit_kernels import START, signed
+from upholster.stream._bit_kernels import START, BitCoder, signed
 from upholster.stream._block_records import AGREES, COLUMN, CUT, HEIGHT, LINK, MATRIX, ROW, SIZE, WIDTH
 
 __all__ = ["MASK_COUNTERS", "MASK_INPUTS", "Frame", "code_masks"]
@@ -169,6 +169,13 @@ def _judge(covered: NDArray[np.uint8], f: Frame, known: NDArray[np.uint8], under
 
 
 @inline
+def _mark(covered: NDArray[np.uint8], r0: int, r1: int, c0: int, c1: int) -> None:
+    for r in range(r0, r1):
+        for c in range(c0, c1):
+            covered[r, c] = 1
+
+
+@inline
 def _cover(
     covered: NDArray[np.uint8], f: Frame, mask: NDArray[np.uint8], under: NDArray[np.uint8], whole: bool
 ) -> None:
@@ -178,7 +185,7 @@ def _cover(
     if whole or f.own:
         r0, r1 = max(f.top, 0), min(f.top + f.height, tall)
         c0, c1 = max(f.left, 0), min(f.left + f.width, wide)
-        covered[r0:r1, c0:c1] = 1
+        _mark(covered, r0, r1, c0, c1)
         return
     for i in range(f.i0, f.i1):
         r0, r1 = max(f.top + i * f.cell, 0), min(f.top + min(f.height, (i + 1) * f.cell), tall)
@@ -193,7 +200,7 @@ def _cover(
                     if at == -2 or (at >= 0 and mask[at] == 0 and under[at] == 0):
                         good = False
             if good:
-                covered[r0:r1, c0:c1] = 1
+                _mark(covered, r0, r1, c0, c1)
 
 
 @inline
@@ -233,28 +240,25 @@ def _contexts(
 
 @inline
 def _code_odd(
-    state: NDArray[np.int64],
-    data: NDArray[np.uint8],
-    a: NDArray[np.int32],
+    coder: BitCoder,
     known: NDArray[np.uint8],
     mask: NDArray[np.uint8],
     encoding: bool,
 ) -> int:
     # Whether an own block's mask is none of those whose cells over nothing, and next to these, are new.
+    a = coder.a
     odd = 0
     if encoding:
         for at in range(mask.shape[0]):
             if known[at] >= _NEXT and mask[at] == 0:
                 odd = 1
     a[CONTEXTS + 0] = START + _ODD
-    return code_bit(state, data, a, 1, _ODD_MIXER, _LIMIT, encoding, odd)
+    return code_bit(coder.state, coder.data, coder.a, 1, _ODD_MIXER, _LIMIT, encoding, odd)
 
 
 @kernel
 def code_masks(
-    state: NDArray[np.int64],
-    data: NDArray[np.uint8],
-    a: NDArray[np.int32],
+    coder: BitCoder,
     records: NDArray[np.int32],
     windows: NDArray[np.int32],
     first: NDArray[np.int64],
@@ -274,6 +278,7 @@ def code_masks(
     block n begins in `cells`, if it has a mask. `covered` (rows, columns) tells which texels of the chart the
     blocks before `start` have covered. Returns `start` and `place` to go on with.
     """
+    a = coder.a
     most = 1
     for n in range(start, stop):
         most = max(most, (windows[n, 1] - windows[n, 0]) * (windows[n, 3] - windows[n, 2]))
@@ -288,7 +293,7 @@ def code_masks(
         _judge(covered, f, known, under)
         odd = 0
         if f.own and place == 0:
-            odd = _code_odd(state, data, a, known, mask, encoding)
+            odd = _code_odd(coder, known, mask, encoding)
             if odd < 0:
                 return n, 0
         elif f.own:  # kept there when bytes ran out
@@ -307,7 +312,7 @@ def code_masks(
                 right = 2 * (f.left + j * cell - records[n, COLUMN]) + cell - 1
                 sort = _seen_from(records, windows, first, cells, n, down, right)
             mixer = _contexts(a, f, mask, known, under, i, j, sort)
-            bit = code_bit(state, data, a, 3, mixer, _LIMIT, encoding, signed(mask[at]))
+            bit = code_bit(coder.state, coder.data, coder.a, 3, mixer, _LIMIT, encoding, signed(mask[at]))
             if bit < 0:
                 mask[0] |= odd << 1
                 return n, at + 1

@@ -13,10 +13,11 @@ from upholster.jit import inline
 from upholster.quilt._field_kernels import displacement, matrix_at
 from upholster.quilt.placement import MATRIX_UNIT, SYMMETRIES
 from upholster.stream._bit_kernels import (
+    MISSING,
     NUMBER_COUNTERS,
     NUMBER_MIXERS,
     START,
-    UNKNOWN,
+    BitCoder,
     code_number,
     logged_bit,
     signed,
@@ -175,10 +176,7 @@ def _transferred_guess(
 
 @inline
 def _code_link(
-    state: NDArray[np.int64],
-    data: NDArray[np.uint8],
-    a: NDArray[np.int32],
-    log: NDArray[np.int64],
+    coder: BitCoder,
     records: NDArray[np.int32],
     starts: NDArray[np.int64],
     order: int,
@@ -187,6 +185,7 @@ def _code_link(
 ) -> int:
     # Which block of a chart before was transferred here: 1, 0 where bytes are missing, -1 if there is none
     # such.
+    a = coder.a
     base, target = starts[order], signed(records[n, LINK])
     before = signed(records[n - 1, LINK]) if n > base else -1
     further = signed(records[n - 2, LINK]) if n > base + 1 else -1
@@ -204,7 +203,7 @@ def _code_link(
             onward = -1
     if onward >= 0:
         a[CONTEXTS + 0] = START + _RUN + (1 if further >= 0 else 0)
-        bit = logged_bit(state, data, a, log, 1, FLAG_MIXER, encoding, 1 if target == onward else 0)
+        bit = logged_bit(coder, 1, FLAG_MIXER, encoding, 1 if target == onward else 0)
         if bit < 0:
             return 0
         if bit:
@@ -215,8 +214,8 @@ def _code_link(
         back = 1
         while starts[order - back] > target:
             back += 1
-    value = code_number(state, data, a, log, _CHART, 1 if before >= 0 else 0, encoding, back - chart)
-    if value == UNKNOWN:
+    value = code_number(coder, _CHART, 1 if before >= 0 else 0, encoding, back - chart)
+    if value == MISSING:
         return 0
     back = value + chart
     if back == 0:
@@ -226,8 +225,8 @@ def _code_link(
         return -1
     first = starts[order - back]
     guess = before if back == chart else first
-    value = code_number(state, data, a, log, _INDEX, 1 if back == chart else 0, encoding, target - guess)
-    if value == UNKNOWN:
+    value = code_number(coder, _INDEX, 1 if back == chart else 0, encoding, target - guess)
+    if value == MISSING:
         return 0
     value += guess
     if value < first or value >= starts[order - back + 1]:
@@ -238,10 +237,7 @@ def _code_link(
 
 @inline
 def _code_centre(
-    state: NDArray[np.int64],
-    data: NDArray[np.uint8],
-    a: NDArray[np.int32],
-    log: NDArray[np.int64],
+    coder: BitCoder,
     records: NDArray[np.int32],
     matrices: NDArray[np.int32],
     numbers: ChartNumbers,
@@ -250,9 +246,10 @@ def _code_centre(
 ) -> int:
     # Whether a block has a centre matrix of its own, and by how much it differs from M: 1, 0 where bytes are
     # missing, -1 where it is out of range.
+    a = coder.a
     one = records[n]
     a[CONTEXTS + 0] = START + _CENTRED
-    bit = logged_bit(state, data, a, log, 1, FLAG_MIXER, encoding, signed(one[CENTRED]))
+    bit = logged_bit(coder, 1, FLAG_MIXER, encoding, signed(one[CENTRED]))
     if bit < 0:
         return 0
     m = matrix_at(matrices, numbers.margin, signed(one[ROW]), signed(one[COLUMN]))
@@ -260,8 +257,8 @@ def _code_centre(
         value = signed(0)
         if bit:
             change = (signed(one[CENTRE + k]) - m[k]) // MATRIX_UNIT if encoding else signed(0)
-            value = code_number(state, data, a, log, _OWN_MATRIX, min(k, 1), encoding, change)
-            if value == UNKNOWN:
+            value = code_number(coder, _OWN_MATRIX, min(k, 1), encoding, change)
+            if value == MISSING:
                 return 0
         entry = m[k] + MATRIX_UNIT * value
         if bit and abs(entry) > _MOST_MATRIX:
@@ -274,10 +271,7 @@ def _code_centre(
 
 @inline
 def _code_number_of(
-    state: NDArray[np.int64],
-    data: NDArray[np.uint8],
-    a: NDArray[np.int32],
-    log: NDArray[np.int64],
+    coder: BitCoder,
     records: NDArray[np.int32],
     matrices: NDArray[np.int32],
     numbers: ChartNumbers,
@@ -290,8 +284,8 @@ def _code_number_of(
     # out of range.
     guess = _transferred_guess(records, matrices, numbers, n, f)
     value = records[n, f] - guess if encoding else signed(0)
-    value = code_number(state, data, a, log, f, changed, encoding, value)
-    if value == UNKNOWN:
+    value = code_number(coder, f, changed, encoding, value)
+    if value == MISSING:
         return 0
     result = 3 if value != 0 else 2
     value += guess
@@ -316,10 +310,7 @@ def _code_number_of(
 
 @inline
 def _code_numbers(
-    state: NDArray[np.int64],
-    data: NDArray[np.uint8],
-    a: NDArray[np.int32],
-    log: NDArray[np.int64],
+    coder: BitCoder,
     records: NDArray[np.int32],
     matrices: NDArray[np.int32],
     numbers: ChartNumbers,
@@ -329,15 +320,15 @@ def _code_numbers(
     # Returns 1, 0 where bytes are missing, -1 where a number is out of range.
     changed = 0 if records[n, LINK] >= 0 else 2
     for f in _BEFORE:
-        done = _code_number_of(state, data, a, log, records, matrices, numbers, n, f, changed, encoding)
+        done = _code_number_of(coder, records, matrices, numbers, n, f, changed, encoding)
         if done <= 0:
             return done
         changed = (changed & 2) | (done & 1)
-    done = _code_centre(state, data, a, log, records, matrices, numbers, n, encoding)
+    done = _code_centre(coder, records, matrices, numbers, n, encoding)
     if done <= 0:
         return done
     for f in _BEHIND:
-        done = _code_number_of(state, data, a, log, records, matrices, numbers, n, f, changed, encoding)
+        done = _code_number_of(coder, records, matrices, numbers, n, f, changed, encoding)
         if done <= 0:
             return done
         changed = (changed & 2) | (done & 1)
@@ -347,10 +338,7 @@ def _code_numbers(
 
 @inline
 def code_transferred(
-    state: NDArray[np.int64],
-    data: NDArray[np.uint8],
-    a: NDArray[np.int32],
-    log: NDArray[np.int64],
+    coder: BitCoder,
     records: NDArray[np.int32],
     starts: NDArray[np.int64],
     order: int,
@@ -360,7 +348,7 @@ def code_transferred(
     encoding: bool,
 ) -> int:
     """Code a transferred block: 1, 0 where bytes are missing, -1 where a number is out of range."""
-    done = _code_link(state, data, a, log, records, starts, order, n, encoding)
+    done = _code_link(coder, records, starts, order, n, encoding)
     if done > 0:
-        done = _code_numbers(state, data, a, log, records, matrices, numbers, n, encoding)
+        done = _code_numbers(coder, records, matrices, numbers, n, encoding)
     return done

@@ -63,7 +63,7 @@ def encode_grid(quilt: Quilt, plan: GridPlan) -> tuple[bytes, bytes, bytes]:
         masks.room(2 * int(np.prod(np.diff(windows[start:stop])[:, ::2], axis=1).sum()) + 64)
         covered = np.zeros((chart.height, chart.width), np.uint8)
         mask_kernels.code_masks(
-            *masks.model,
+            masks.coder,
             records,
             windows,
             first,
@@ -174,14 +174,13 @@ def _code_sources(
     end = grid.transferred + grid.positions
     writer.room(_BYTES_A_BLOCK * end + 64)
     kernels.code_blocks(
-        *writer.model,
-        writer.log,
+        writer.coder,
         records,
         plan.starts,
         place,
         there,
         np.full((grid.rows + 2, grid.across + 2), -1, np.int32),
-        np.array(field.matrices),
+        field.matrices,
         _numbers(grid, quilt.charts[n], field, quilt.exemplar_shape, plan.feather, start),
         (0, end),
         0,
@@ -391,7 +390,7 @@ class GridDecoder:
             return
         n = self.plan.order[self._done]
         grid, base, field = self.plan.grids[n], int(self.plan.starts[self._done]), self.warp_fields[n]
-        self._matrices = np.array(field.matrices)
+        self._matrices = field.matrices
         self._numbers = _numbers(grid, self.charts[n], field, self.exemplar_shape, self.plan.feather, base)
         self._records = grown(self._records, base + grid.blocks)
         self._there = np.zeros(grid.positions, np.uint8)
@@ -404,8 +403,7 @@ class GridDecoder:
             end = grid.transferred + grid.positions
             stop = min(end, self._symbols + BATCH)
             done, self._own = kernels.code_blocks(
-                *self._sources.model,
-                self._sources.log,
+                self._sources.coder,
                 self._records,
                 self.plan.starts,
                 self._done,
@@ -454,7 +452,7 @@ class GridDecoder:
         if self._mask_start == base and self._mask_place == 0:
             self._covered = np.zeros((self.charts[n].height, self.charts[n].width), np.uint8)
         self._mask_start, self._mask_place = mask_kernels.code_masks(
-            *self._masks.model,
+            self._masks.coder,
             self._records,
             self._windows,
             self._first,

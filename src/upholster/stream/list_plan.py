@@ -54,7 +54,7 @@ def encode_list(quilt: Quilt) -> tuple[bytes, bytes, bytes]:
     for start in range(0, len(placed), _RECORDS_A_CALL):
         writer.room(2048 * _RECORDS_A_CALL)
         stop = min(len(placed), start + _RECORDS_A_CALL)
-        kernels.code_fields(*writer.model, writer.log, fields, sizes, limits, fine, start, stop, True)
+        kernels.code_fields(writer.coder, fields, sizes, limits, fine, start, stop, True)
     cells = len(quilt.mask_cells)
     masks = encode_cells(quilt.mask_cells, _mask_runs(placed, quilt.charts, cells))
     return head + varint(cells), writer.finish(), masks
@@ -70,7 +70,7 @@ def encode_cells(cells: NDArray[np.uint8], runs: list[MaskRun]) -> bytes:
         for start in range(first, end, BATCH):
             writer.room(2 * BATCH + 64)
             stop = min(end, start + BATCH)
-            kernels.code_cells(*writer.model, cells, start, stop, first, rows, columns, place, True)
+            kernels.code_cells(writer.coder, cells, start, stop, first, rows, columns, place, True)
     return writer.finish()
 
 
@@ -82,7 +82,7 @@ def decode_cells(
         while known < end:
             stop = min(end, known + BATCH)
             cells = grown(cells, stop)
-            known = kernels.code_cells(*reader.model, cells, known, stop, first, rows, columns, place, False)
+            known = kernels.code_cells(reader.coder, cells, known, stop, first, rows, columns, place, False)
             if known < stop:
                 return cells, known
     return cells, known
@@ -157,8 +157,7 @@ class ListDecoder:
             self._fields = grown(self._fields, stop)
             sizes = _chart_sizes(self.charts, self._chart_of(0, stop))
             known = kernels.code_fields(
-                *self._sources.model,
-                self._sources.log,
+                self._sources.coder,
                 self._fields,
                 sizes,
                 limits,

@@ -33,17 +33,12 @@ def encode_strips(plan: StripPlan) -> tuple[bytes, bytes, bytes]:
     for (start, across, strip), (end, _, _) in pairwise(layout.runs.tolist()):
         writer.room(64 * (end - start) + 64)
         kernels.code_sources(
-            *writer.model,
-            writer.log,
+            writer.coder,
             chosen,
             modes,
-            start,
-            end,
-            start,
-            across,
-            strip,
-            max(1, layout.step // layout.tile),
-            *layout.candidates,
+            (start, end),
+            kernels.Run(start, across, strip),
+            kernels.CandidateGrid(*layout.candidates, max(1, layout.step // layout.tile)),
             True,
         )
     masks = encode_cells(plan.masks, _mask_runs(layout))
@@ -180,17 +175,12 @@ class StripDecoder:
             stop = min(end, self.known + BATCH)
             self._chosen, self._modes = grown(self._chosen, stop), grown(self._modes, stop)
             known = kernels.code_sources(
-                *self._sources.model,
-                self._sources.log,
+                self._sources.coder,
                 self._chosen,
                 self._modes,
-                self.known,
-                stop,
-                first,
-                across,
-                strip,
-                max(1, self.layout.step // self.layout.tile),
-                *self.layout.candidates,
+                (self.known, stop),
+                kernels.Run(first, across, strip),
+                kernels.CandidateGrid(*self.layout.candidates, max(1, self.layout.step // self.layout.tile)),
                 False,
             )
             if known < 0:

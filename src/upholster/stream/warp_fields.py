@@ -55,7 +55,7 @@ def pack_fields(fields: Sequence[WarpField], charts: Sequence[Chart]) -> bytes:
         if not field.is_identity:
             writer.room(16 * field.nodes.size + 64)
             nodes = np.array(field.nodes)
-            kernels.code_nodes(*writer.model, nodes, first, _LIMITS, True)
+            kernels.code_nodes(writer.coder, nodes, first, _LIMITS, True)
             first = nodes[0, 0].copy()
     told = bytes([alike, margin]) + (bytes(kinds) if alike == 3 else b"")
     return told + bytes(head) + writer.finish()
@@ -100,7 +100,7 @@ def parse_fields(fields: ByteReader, charts: Sequence[Chart]) -> tuple[WarpField
             found.append(WarpField.identity())
             continue
         nodes: NDArray[np.int16] = np.zeros((*shape[1:], 4), np.int16)
-        done = kernels.code_nodes(*reader.model, nodes, first, _LIMITS, False)
+        done = kernels.code_nodes(reader.coder, nodes, first, _LIMITS, False)
         if done <= 0:
             raise FormatError(
                 f"byte {coded}: "

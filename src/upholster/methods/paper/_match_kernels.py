@@ -99,7 +99,7 @@ def add_tile(
     return count
 
 
-@inline
+@kernel
 def best_candidate(
     table: NDArray[np.int32], numbers: CandidateNumbers, features: Features, count: int
 ) -> int:
@@ -117,7 +117,8 @@ def best_candidate(
     for start in range(0, total, step):
         size = min(step, total - start)
         part = costs[:size]
-        part[:] = 0
+        for n in range(size):
+            part[n] = 0
         f = 0
         while f + 4 <= count:  # four features a pass: a quarter of the loads and stores of the sums
             a, b = table[bands[f], start + offsets[f] :], table[bands[f + 1], start + offsets[f + 1] :]

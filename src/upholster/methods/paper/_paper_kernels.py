@@ -165,7 +165,9 @@ def _cut_block(
                     step = now - np.int64(source[x + source_column * channels])
                     total += step * step
             difference[a, b] = total
-    residual[:] = 0
+    for m in range(side * side):
+        for direction in range(4):
+            residual[direction, m] = 0
     for a in range(side):
         for b in range(side):
             m = a * side + b
@@ -199,6 +201,25 @@ def _mask_on_b(
             out[i * side + j] = mask[a * side + b]
 
 
+@inline
+def _paint_block(
+    canvas: NDArray[np.uint16],
+    size: tuple[int, int],
+    placement: Any,
+    mask: NDArray[np.uint8],
+    working: NDArray[np.uint16],
+    channels: int,
+    symmetries: NDArray[np.int64],
+    scratch: CutScratch,
+) -> None:
+    # Paints an edge block on one of its charts, with its whole mask.
+    placement.first_cell = 0
+    side = scratch.difference.shape[0]
+    window = (0, side, 0, side)
+    weights, spare = scratch.weights, scratch.spare
+    lay_placement(canvas, 0, size[1], placement, mask, window, working, channels, symmetries, weights, spare)
+
+
 @kernel
 def lay_edge_blocks(
     canvases: tuple[NDArray[np.uint16], NDArray[np.uint16]],
@@ -220,7 +241,6 @@ def lay_edge_blocks(
     3). `blocks`: the placements on A, where they are upright, and on B, complete but for their sources;
     `masks` (blocks, side, side) receives the cut masks as A sees them.
     """
-    canvas_a, canvas_b = canvases
     on_each_a, on_each_b = blocks
     channels, tile = numbers.channels, numbers.tile
     block = on_each_a[0].height
@@ -236,11 +256,10 @@ def lay_edge_blocks(
         np.empty((block, block), np.int32),
     )
     mask_b = np.empty(side * side, np.uint8)
-    window = (0, side, 0, side)
     for n in range(members[0], members[1]):
         on_a, on_b = on_each_a[n], on_each_b[n]
         top, left = on_a.row - half, on_a.column - half
-        _gather(canvas_a, canvas_b, sizes[0], map_b, top, left, channels, old)
+        _gather(canvases[0], canvases[1], sizes[0], map_b, top, left, channels, old)
         count = 0
         for a in range(tiles):
             for b in range(tiles):
@@ -262,21 +281,5 @@ def lay_edge_blocks(
         down, right = on_b.row - map_b[4], on_b.column - map_b[5]
         on_b.source_row = 16 * (source_row + symmetry[0] * down + symmetry[1] * right - top)
         on_b.source_column = 16 * (source_column + symmetry[2] * down + symmetry[3] * right - left)
-        for canvas, size, placement, mask in (
-            (canvas_a, sizes[0], on_a, mask_a),
-            (canvas_b, sizes[1], on_b, mask_b),
-        ):
-            placement.first_cell = 0
-            lay_placement(
-                canvas,
-                0,
-                size[1],
-                placement,
-                mask,
-                window,
-                working,
-                channels,
-                symmetries,
-                scratch.weights,
-                scratch.spare,
-            )
+        _paint_block(canvases[0], sizes[0], on_a, mask_a, working, channels, symmetries, scratch)
+        _paint_block(canvases[1], sizes[1], on_b, mask_b, working, channels, symmetries, scratch)

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from upholster.jit import inline, kernel
 from upholster.quilt._field_kernels import displacement, matrix_at
 from upholster.quilt.placement import SYMMETRIES
+from upholster.types import int64
 
 __all__ = ["lay_transferred", "transfer_masks"]
 
@@ -51,11 +52,11 @@ def transfer_masks(
         spread = 2 * size
         a, b, c, d = places[n, 2], places[n, 3], places[n, 4], places[n, 5]
         determinant = a * d - b * c
-        row, column = np.int64(np.rint(places[n, 0])), np.int64(np.rint(places[n, 1]))
+        row, column = int64(np.rint(places[n, 0])), int64(np.rint(places[n, 1]))
         # Half the extents of the rectangle's image.
         tall = 0.5 * (abs(d) * h + abs(b) * w) / abs(determinant)
         wide = 0.5 * (abs(c) * h + abs(a) * w) / abs(determinant)
-        rows, columns = np.int64(np.ceil(2 * tall / cell)) + 5, np.int64(np.ceil(2 * wide / cell)) + 5
+        rows, columns = int64(np.ceil(2 * tall / cell)) + 5, int64(np.ceil(2 * wide / cell)) + 5
         # One cell more, if that brings the cells' borders nearer to those they have on their own chart.
         if abs(a) > 0.5 * abs(b):
             rows += _nudge(places[n, 0] - (h // 2 + 0.5) / a, row, rows, cell)
@@ -70,8 +71,8 @@ def transfer_masks(
             y = top + i * cell + 0.5 * (cell - 1) - places[n, 0]
             for j in range(columns):
                 x = left + j * cell + 0.5 * (cell - 1) - places[n, 1]
-                r = np.int64(np.floor(a * y + b * x + 0.5)) + h // 2
-                s = np.int64(np.floor(c * y + d * x + 0.5)) + w // 2
+                r = int64(np.floor(a * y + b * x + 0.5)) + h // 2
+                s = int64(np.floor(c * y + d * x + 0.5)) + w // 2
                 y_there, x_there = r + placements[n, 0] - h // 2, s + placements[n, 1] - w // 2
                 inside = bounds[0] <= y_there < bounds[1] and bounds[2] <= x_there < bounds[3]
                 new = 0
@@ -111,12 +112,8 @@ def lay_transferred(
     """
     image_height, image_width, channels, level = sizes
     for n in range(transferred.shape[0]):
-        row, column, height, width = (
-            transferred[n, 0],
-            transferred[n, 1],
-            transferred[n, 2],
-            transferred[n, 3],
-        )
+        row, column = int64(transferred[n, 0]), int64(transferred[n, 1])
+        height, width = int64(transferred[n, 2]), int64(transferred[n, 3])
         top, left = row - height // 2, column - width // 2
         rows, columns = (height + cell - 1) // cell, (width + cell - 1) // cell
         mask = cells[transferred[n, 7] : transferred[n, 7] + rows * columns]

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from upholster.methods.quilt._lay_kernels import COLUMN, LAID, LEFT, ROW, TOP
+from upholster.methods.quilt._block_numbers import COLUMN, LAID, LEFT, ROW, TOP
 from upholster.quilt.chart import Chart
 from upholster.quilt.warp_field import WarpField
 from upholster.types import FloatArray, IntArray

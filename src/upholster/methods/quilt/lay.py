@@ -6,7 +6,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.methods.quilt import _lay_kernels as kernels
+from upholster.methods.quilt import _block_numbers as kernels
+from upholster.methods.quilt._block_numbers import ChartCanvas, LayNumbers, LayScratch, LayWeights, MatchImage
+from upholster.methods.quilt._lay_kernels import lay_blocks
 from upholster.methods.quilt._transfer_kernels import lay_transferred
 from upholster.methods.quilt.grid import BlockGrid
 from upholster.methods.quilt.match_pyramid import MatchPyramid
@@ -92,36 +94,46 @@ def lay_chart(
         )
     for side, start, stop, rim in closed:
         covered[_beyond(chart, side, start, stop, rim, pads)] |= 2
-    p = np.zeros(kernels.PARAMETERS, np.int64)
-    p[kernels.HEIGHT], p[kernels.WIDTH], p[kernels.CHANNELS] = (
-        match_level.height,
-        match_level.width,
-        match_level.channels,
+    top, bottom, left, right = need
+    numbers = LayNumbers(
+        height=match_level.height,
+        width=match_level.width,
+        channels=match_level.channels,
+        level=grid.level,
+        step=match_level.step,
+        shortlist=shortlist,
+        usage_step=match_pyramid.stride(grid.level),
+        margin=margin,
+        origin_row=pads[0],
+        origin_column=pads[1],
+        wrap=int(wrap),
+        block_height=grid.height,
+        block_width=grid.width,
+        mask_cell=grid.mask_cell,
+        across=grid.across(need),
+        sample=grid.sample,
+        need_top=top,
+        need_bottom=bottom,
+        need_left=left,
+        need_right=right,
     )
-    p[kernels.LEVEL], p[kernels.MARGIN], p[kernels.WRAP] = grid.level, margin, wrap
-    p[kernels.ORIGIN_ROW], p[kernels.ORIGIN_COLUMN] = pads
-    p[kernels.BLOCK_HEIGHT], p[kernels.BLOCK_WIDTH] = grid.height, grid.width
-    p[kernels.SAMPLE], p[kernels.CELL], p[kernels.SHORTLIST] = grid.sample, grid.mask_cell, shortlist
-    p[kernels.STEP], p[kernels.USAGE_STEP] = match_level.step, match_pyramid.stride(grid.level)
-    p[kernels.ACROSS] = grid.across(need)
-    p[kernels.NEED_TOP], p[kernels.NEED_BOTTOM], p[kernels.NEED_LEFT], p[kernels.NEED_RIGHT] = need
     used, state = usage.copy(), np.array([seed], np.uint64)
     cells = np.empty((len(blocks), grid.cells), np.uint8)
+    scratch = LayScratch.of(numbers, used)
     for start in range(0, len(blocks), _BLOCKS_PER_CALL):
         # Few blocks a call: between two calls, Python can be interrupted.
-        p[kernels.FIRST], p[kernels.LAST] = start, min(start + _BLOCKS_PER_CALL, len(blocks))
-        kernels.lay_blocks(
-            canvas,
-            covered,
-            match_level.image,
-            match_level.plane,
+        lay_blocks(
+            ChartCanvas(canvas, covered),
+            MatchImage(match_level.image, match_level.plane),
             matrices,
-            p,
-            weights,
+            numbers,
+            LayWeights(*weights.tolist()),
             used,
             state,
             blocks,
+            (start, min(start + _BLOCKS_PER_CALL, len(blocks))),
             cells,
+            scratch,
         )
     kept = np.flatnonzero(blocks[:, kernels.LAID])
     placed = _placements(index, grid, blocks[kept])
