@@ -12,9 +12,8 @@ from gallery_tools.method import BLOCK, LEVELS, OVERLAP, RED, YELLOW, first_plac
 from gallery_tools.shots import Exemplars, charted, read, take
 from upholster.geometry import ring_cyclide
 from upholster.methods import synthesize
-from upholster.methods.paper.edges import EdgeMap, edge_map
 from upholster.quilt import Quilt, paint
-from upholster.quilt.placement import MASK_CUT
+from upholster.quilt.plans import Strip, StripLayout, StripPlan
 from upholster.types import PixelArray
 
 __all__ = ["seams"]
@@ -33,11 +32,11 @@ def seams(exemplars: Exemplars) -> Any:
         take(charted(ring, one.arrays), size=(640, 440), view=(205.0, 48.0), zoom=3.2, target=corner).image
         for one in texels
     ]
-    edge = next(edge for edge in ring.shared if (edge.patch, edge.other_patch) == (6, 10))
-    found = edge_map(edge, quilt.charts[edge.patch], quilt.charts[edge.other_patch])
-    if found is None:
-        raise AssertionError("charts of one size meet texel by texel")
-    flat = [_marked_line(_across(found, one.arrays, (112, 160)), 4) for one in texels]
+    if not isinstance(quilt.plan, StripPlan):
+        raise AssertionError("method paper emits strips")
+    layout = quilt.plan.layout
+    index = next(n for n, strip in enumerate(layout.strips) if (strip.a, strip.b) == (6, 10))
+    flat = [_marked_line(_across(layout, layout.strips[index], one.arrays, (112, 160)), 4) for one in texels]
     return compose(
         [
             [
@@ -45,30 +44,38 @@ def seams(exemplars: Exemplars) -> Any:
                 Panel(close[1], "(b) the same after mending"),
             ],
             [Panel(flat[0], "(c) texels along an edge, before"), Panel(flat[1], "(d) after")],
-            [Panel(image, title) for image, title in _edge_block(quilt, exemplar, found)],
+            [Panel(image, title) for image, title in _edge_block(quilt, quilt.plan, exemplar, index)],
         ]
     )
 
 
-def _across(edge: EdgeMap, arrays: Sequence[PixelArray], size: tuple[int, int]) -> PixelArray:
+def _across(
+    layout: StripLayout, strip: Strip, arrays: Sequence[PixelArray], size: tuple[int, int]
+) -> PixelArray:
     """Return the texels round the middle of an edge in the frame of its chart A, which runs along rows."""
     height, width = size
-    first = edge.line - height // 2, (arrays[edge.chart_a].shape[1] - width) // 2
-    return _window(edge, arrays, first, size)
+    line = layout.charts[strip.a].height if strip.edge_a == 2 else 0
+    first = line - height // 2, (arrays[strip.a].shape[1] - width) // 2
+    return _window(layout, strip, arrays, first, size)
 
 
 def _window(
-    edge: EdgeMap, arrays: Sequence[PixelArray], first: tuple[int, int], size: tuple[int, int]
+    layout: StripLayout,
+    strip: Strip,
+    arrays: Sequence[PixelArray],
+    first: tuple[int, int],
+    size: tuple[int, int],
 ) -> PixelArray:
     """Return a rectangle of texels of A's grid, those beyond the edge taken from B."""
-    a, b = arrays[edge.chart_a], arrays[edge.chart_b]
+    a, b = arrays[strip.a], arrays[strip.b]
     rows, columns = np.meshgrid(
         *(np.arange(n) + at for at, n in zip(first, size, strict=True)), indexing="ij"
     )
     inside = (rows >= 0) & (rows < a.shape[0]) & (columns >= 0) & (columns < a.shape[1])
     window = np.empty((*size, a.shape[2]), a.dtype)
     window[inside] = a[rows[inside], columns[inside]]
-    beyond = edge.to_b(rows[~inside].astype(np.int32), columns[~inside].astype(np.int32))
+    charts = layout.charts[strip.a], layout.charts[strip.b]
+    beyond = strip.to_b(rows[~inside].astype(np.int32), columns[~inside].astype(np.int32), *charts)
     window[~inside] = b[beyond]
     return window
 
@@ -83,18 +90,22 @@ def _marked_line(pixels: PixelArray, factor: int) -> Any:
     return picture
 
 
-def _edge_block(quilt: Quilt, exemplar: PixelArray, edge: EdgeMap) -> list[tuple[Any, str]]:
+def _edge_block(quilt: Quilt, plan: StripPlan, exemplar: PixelArray, index: int) -> list[tuple[Any, str]]:
     """Show the edge block in the middle of an edge: as found, its best match, the cut, the result."""
-    a, b = (quilt.on_chart(n) for n in (edge.chart_a, edge.chart_b))
-    mine = [n for n, one in enumerate(a) if one["mask"] == MASK_CUT and _is_on(one, edge)]
+    layout, strip = plan.layout, plan.layout.strips[index]
+    start, stop = layout.mask_starts[index : index + 2].tolist()
+    masks, _ = layout.strip_masks(index, plan.masks[start:stop])
+    first_a, first_b = (_first_of(layout, index, chart) for chart in (strip.a, strip.b))
+    blocks = quilt.on_chart(strip.a)[first_a : first_a + len(masks)]
     half = BLOCK // 2
 
     def seen(number: int, more: int) -> PixelArray:
         """Return the block's place before (0) and after (1) it is painted."""
-        block = a[number]
-        counts = {edge.chart_a: number + more, edge.chart_b: _twin(block, b) + more}
+        block = blocks[number]
+        counts = {strip.a: first_a + number + more, strip.b: first_b + number + more}
         first = int(block["row"]) - half, int(block["column"]) - half
-        return _window(edge, paint(first_placements(quilt, counts), exemplar).arrays, first, (BLOCK, BLOCK))
+        arrays = paint(first_placements(quilt, counts), exemplar).arrays
+        return _window(layout, strip, arrays, first, (BLOCK, BLOCK))
 
     def step(number: int) -> float:
         """Return how much the texels at both sides of the edge differ before."""
@@ -103,15 +114,15 @@ def _edge_block(quilt: Quilt, exemplar: PixelArray, edge: EdgeMap) -> list[tuple
 
     def corners(number: int) -> int:
         """Return how often the cut turns."""
-        turns = np.diff(np.diff(_cells(quilt, a[number]).astype(int), axis=0), axis=1)
+        turns = np.diff(np.diff(masks[number].astype(int), axis=0), axis=1)
         return int(np.count_nonzero(turns))
 
-    worst = sorted(mine, key=step, reverse=True)[: max(1, len(mine) // 2)]
+    worst = sorted(range(len(masks)), key=step, reverse=True)[: max(1, len(masks) // 2)]
     number = max(worst, key=corners)
-    block, found, embedded = a[number], seen(number, 0), seen(number, 1)
+    block, found, embedded = blocks[number], seen(number, 0), seen(number, 1)
     row, column = int(block["source_row"]) // 16 - half, int(block["source_column"]) // 16 - half
     match = exemplar[row : row + BLOCK, column : column + BLOCK]
-    cells = _cells(quilt, block)
+    cells = masks[number]
     side = len(cells)
     factor = 9
     large = BLOCK * factor
@@ -123,21 +134,13 @@ def _edge_block(quilt: Quilt, exemplar: PixelArray, edge: EdgeMap) -> list[tuple
     return list(zip(images, titles, strict=True))
 
 
-def _cells(quilt: Quilt, block: Any) -> NDArray[np.uint8]:
-    """Return a placement's cut mask, 1 = new."""
-    side, start = int(block["height"]) // int(block["cell"]), int(block["cells"])
-    return quilt.cells[start : start + side * side].reshape(side, side)
-
-
-def _twin(block: Any, others: NDArray[np.void]) -> int:
-    """Return the number of the same edge block on the other chart: its cells follow right behind."""
-    count = (int(block["height"]) // int(block["cell"])) ** 2
-    return int(np.flatnonzero((others["mask"] == MASK_CUT) & (others["cells"] == block["cells"] + count))[0])
-
-
-def _is_on(placement: Any, edge: EdgeMap) -> bool:
-    across, along = ("column", "row") if edge.along_rows else ("row", "column")
-    return bool(placement[across] == edge.line and edge.start <= placement[along] <= edge.start + edge.length)
+def _first_of(layout: StripLayout, index: int, chart: int) -> int:
+    """Return how many placements come before those of a strip on one of its charts."""
+    rows, across = layout.block_grid(chart)
+    before = layout.strips[:index]
+    return rows * across + sum(
+        layout.blocks_along(strip) for strip in before for end in (strip.a, strip.b) if end == chart
+    )
 
 
 def _cut_line(image: Any, cells: NDArray[np.uint8], size: int) -> None:
