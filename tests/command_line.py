@@ -34,8 +34,8 @@ def run_cli(*arguments: object, cwd: Path | None = None) -> Done:
                 during.enter_context(chdir(cwd))
             during.enter_context(patch.object(sys, "argv", ["upholster", *map(str, arguments)]))
             during.enter_context(patch.object(os, "_exit", _leave))
-            # Compiling is told once a process, and here to whichever test comes first.
-            during.enter_context(patch("upholster.jit.on_first_compilation", lambda callback: None))
+            # Kernels are compiled before the tests begin (conftest.py), not by helpers of each command.
+            during.enter_context(patch("upholster.warm.jobs_for", lambda *_: []))
             during.enter_context(redirect_stdout(out))
             during.enter_context(redirect_stderr(err))
             cli.main()

@@ -1,5 +1,8 @@
 """Settings for all tests."""
 
+import os
+
+import pytest
 from hypothesis import settings
 
 # The first example of a test may compile kernels: how long it takes says nothing. The same examples each time
@@ -7,3 +10,15 @@ from hypothesis import settings
 settings.register_profile("same", deadline=None, derandomize=True)
 settings.register_profile("random", deadline=None)
 settings.load_profile("same")
+
+
+def pytest_sessionstart(session: pytest.Session) -> None:
+    """Compile all kernels once, side by side, before several workers would each compile them."""
+    several = getattr(session.config.option, "numprocesses", None)
+    if not several or hasattr(session.config, "workerinput") or os.environ.get("NUMBA_DISABLE_JIT"):
+        return
+    from upholster.warm import compiling
+
+    with compiling() as compiler:
+        if compiler is not None:
+            compiler.wait()

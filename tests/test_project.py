@@ -11,16 +11,6 @@ ROOT = Path(__file__).parent.parent
 SOURCES = ROOT / "src"
 MOST_LINES = 100
 """Of a function, its signature included and its docstring not: about forty are usual."""
-TOO_LONG = {
-    "upholster/cli/cover.py: cover",
-    "upholster/codec/_coder_kernels.py: code_planes",
-    "upholster/render/_kernels.py: shade",
-    "upholster/stream/_mask_kernels.py: code_masks",
-    "upholster/stream/_raster_kernels.py: _code_own",
-    "upholster/synthesis/_paper_kernels.py: lay_edge_blocks",
-    "upholster/synthesis/_quilt_kernels.py: lay_quilt",
-}
-"""Functions that are to be cut up: none may be added."""
 
 
 def _functions() -> Iterator[tuple[str, int]]:
@@ -42,7 +32,7 @@ def _lines(node: ast.stmt) -> int:
 def test_every_function_can_be_read() -> None:
     functions = list(_functions())
     assert len(functions) > 500
-    assert {name for name, lines in functions if lines > MOST_LINES} == TOO_LONG
+    assert not [name for name, lines in functions if lines > MOST_LINES]
 
 
 def test_ci_runs_the_readmes_test_command() -> None:
@@ -65,7 +55,7 @@ def test_the_changelog_knows_the_version() -> None:
 
 def test_kernels_live_in_modules_of_their_own() -> None:
     for path in SOURCES.rglob("*.py"):
-        if "kernels" not in path.name and path.name != "jit.py":
+        if "kernels" not in path.name and path.name not in ("jit.py", "kernel_cache.py"):
             text = path.read_text(encoding="utf-8")
             assert "@kernel" not in text, path
             assert "import numba" not in text, path

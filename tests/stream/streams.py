@@ -10,7 +10,8 @@ from upholster.geometry import surface_from_spec
 from upholster.methods import synthesize
 from upholster.quilt import Chart, Quilt
 from upholster.quilt.placement import MASK_CUT, PLACEMENT, mask_sizes
-from upholster.quilt.plans import GridPlan, PlacementList, StripPlan
+from upholster.quilt.plans import ChartGrid, GridPlan, PlacementList, StripPlan
+from upholster.quilt.plans.grid import BLOCK
 from upholster.quilt.warp_field import WarpField, node_count
 from upholster.stream import encode_stream
 
@@ -142,6 +143,59 @@ def anything_bent(rng: Any, exemplar_shape: Any, charts: Any, count: Any) -> Any
     return Quilt(quilt.charts, exemplar_shape, PlacementList(placed, quilt.mask_cells), fields)
 
 
+def any_grids(rng: Any, exemplar_shape: Any, charts: Any) -> Any:
+    """A valid quilt of a grid plan that nobody laid, on charts with warp fields: all that it can hold."""
+    fields, order = bent(rng, charts), tuple(rng.permutation(len(charts)).tolist())
+    feather, count = int(rng.integers(0, 5)), 0
+    grids: list[Any] = [None] * len(charts)
+    parts = []
+    for n in order:
+        chart, field = charts[n], fields[n]
+        size = rng.integers(4, 40, 2)
+        steps = np.maximum(1, size - rng.integers(0, 8, 2))
+        first = rng.integers(1 - size // 2, size)
+        room = np.array((chart.height, chart.width)) - (first - size // 2)
+        shape = np.minimum(rng.integers(1, 5, 2), np.maximum(1, -(-room // steps)))
+        # Positions that touch the chart, some left out.
+        rows, columns = np.divmod(np.arange(shape.prod()), shape[1])
+        own = np.zeros(shape.prod(), BLOCK)
+        own["row"], own["column"] = first[0] + rows * steps[0], first[1] + columns * steps[1]
+        own["height"], own["width"], own["link"] = *size, -1
+        own = own[(rng.random(len(own)) < 0.8) & _touching(own, chart)]
+        other = np.zeros(int(rng.integers(0, 6)), BLOCK)
+        other["height"], other["width"] = rng.integers(1, 60, (2, len(other)))
+        other["row"] = rng.integers(0, chart.height, len(other))
+        other["column"] = rng.integers(0, chart.width, len(other))
+        other["symmetry"] = rng.integers(0, 8, len(other))
+        other["link"] = rng.integers(-1, max(count, 1), len(other)) if count else -1
+        other["centred"] = rng.integers(0, 2, len(other))
+        matrices = field.integers_at(other["row"], other["column"]) + 64 * rng.integers(
+            -40, 41, (len(other), 4)
+        )
+        other["matrix"] = np.where(other["centred"][:, None] > 0, matrices, 0)
+        parts += [other, own]
+        count += len(other) + len(own)
+        numbers = [*shape.tolist(), *first.tolist(), *size.tolist(), *steps.tolist()]
+        level, cell = int(rng.integers(0, 3)), int(rng.integers(1, 9))
+        grids[n] = ChartGrid(*numbers, level, cell, len(other), len(own))
+    blocks = np.concatenate(parts)
+    for name, pixels in zip(("source_row", "source_column"), exemplar_shape, strict=True):
+        blocks[name] = rng.integers(0, 16 * pixels, len(blocks))
+        whole = rng.random(len(blocks)) < 0.5
+        blocks[name][whole] &= ~15
+    blocks["cut"] = rng.random(len(blocks)) < 0.8
+    plan = GridPlan(tuple(grids), order, feather, blocks, np.zeros(0, np.uint8))
+    total = int(mask_sizes(plan.in_order(), charts).sum())
+    cells = (rng.random(total) < rng.choice([0.1, 0.5, 0.97])).astype(np.uint8)
+    return Quilt(tuple(charts), exemplar_shape, replace(plan, mask_cells=cells), fields)
+
+
+def _touching(blocks: Any, chart: Any) -> Any:
+    top, left = blocks["row"] - blocks["height"] // 2, blocks["column"] - blocks["width"] // 2
+    inside = (top < chart.height) & (left < chart.width)
+    return inside & (top + blocks["height"] > 0) & (left + blocks["width"] > 0)
+
+
 @cache
 def stream(name: Any) -> Any:
     """Streams of several kinds, by name."""
@@ -156,6 +210,10 @@ def stream(name: Any) -> Any:
         charts = [Chart(0, 40, 50), Chart(0, 33, 20), Chart(0, 17, 64), Chart(0, 32, 32), Chart(0, 9, 5)]
         quilt = anything_bent(np.random.default_rng(8), (32, 40), charts, 40)
         return encode_stream(surface_from_spec("plane"), quilt, noise())
+    if name == "any grids":
+        charts = [Chart(0, 40, 50), Chart(0, 33, 20), Chart(0, 17, 64), Chart(0, 32, 32), Chart(0, 9, 5)]
+        quilt = any_grids(np.random.default_rng(1), (32, 40), charts)
+        return encode_stream(surface_from_spec("plane"), quilt, noise())
     if name == "leaning":
         return encode_stream(*leaning(spec="cone", texels=8_000))
     if name == "paper":
@@ -166,7 +224,7 @@ def stream(name: Any) -> Any:
     return encode_stream(surface, changed(quilt), exemplar, lossless=True)
 
 
-STREAMS = ("paper", "no seams", "list", "quilt", "bent", "maps", "leaning")
+STREAMS = ("paper", "no seams", "list", "quilt", "bent", "maps", "leaning", "any grids")
 """Strips with and without edges, lists with and without fields, grids, several maps, centre matrices."""
 
 

@@ -9,7 +9,7 @@ import plain_field
 import plain_plan
 import pytest
 from plain_coder import PlainBytes
-from streams import anything, anything_bent, bent, changed, covered, with_matrices, woven
+from streams import any_grids, anything, anything_bent, bent, changed, covered, with_matrices, woven
 
 from upholster.quilt import Chart
 from upholster.quilt.placement import MASK_CUT, PLACEMENT, mask_sizes
@@ -114,6 +114,17 @@ def test_grids(name: Any) -> None:
     assert_same_placements(quilt, found)
     assert links == quilt.plan.blocks["link"].tolist()
     assert [one["first_cell"] for one in found] == quilt.placements["first_cell"].tolist()
+    assert cells == quilt.mask_cells.tolist()
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_grids_that_nobody_laid(seed: Any) -> None:
+    rng = np.random.default_rng(seed)
+    charts = [Chart(0, *rng.integers(1, 90, 2).tolist()) for _ in range(4)]
+    quilt = any_grids(rng, (40, 36), charts)
+    found, cells, links = plain(quilt)
+    assert_same_placements(quilt, found)
+    assert links == quilt.plan.blocks["link"].tolist()
     assert cells == quilt.mask_cells.tolist()
 
 

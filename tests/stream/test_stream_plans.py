@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from streams import (
+    any_grids,
     anything,
     anything_bent,
     changed,
@@ -119,6 +120,17 @@ def test_any_valid_quilt_comes_back(seed: Any, count: Any, charts: Any) -> None:
         again, kind = back(quilt)
         assert kind in kinds
         assert same(quilt, again)
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.integers(1, 5))
+def test_any_grid_plan_comes_back(seed: Any, charts: Any) -> None:
+    rng = np.random.default_rng(seed)
+    layout = [Chart(0, *rng.integers(1, 120, 2).tolist()) for _ in range(charts)]
+    quilt = any_grids(rng, tuple(rng.integers(4, 90, 2).tolist()), layout)
+    again, kind = back(quilt)
+    assert kind == GRID
+    assert same(quilt, again)
 
 
 def test_a_strip_plan_told_as_a_list_comes_back() -> None:
