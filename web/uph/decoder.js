@@ -219,7 +219,7 @@ export class UphDecoder {
 
   // ---------------------------------------------------------------- painting
 
-  /** Whether a chart has its placements; before, it repeats the exemplar, mirrored, `repeat` of its pixels to a texel. */
+  /** Whether a chart has its placements; before, it repeats the exemplar, `repeat` of its pixels to a texel. */
   isPlaced(index) {
     return this.#plan?.knownCharts.has(index) ?? false
   }

@@ -67,8 +67,8 @@ function putColumn(matrices, at, steps, angle) {
 }
 
 /**
- * Pixel steps, in 1/16, from the source of a block with centre matrix `center` to a texel with matrix `there`, so many texels
- * down and to the right of its centre: half the sum of both matrices times the texel steps.
+ * Pixel steps, in 1/16, from the source of a block with centre matrix `center` to a texel with matrix `there`, so many
+ * texels down and to the right of its centre: half the sum of both matrices times the texel steps.
  */
 export function displacement(center, there, down, right) {
   return [

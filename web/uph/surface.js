@@ -5,6 +5,7 @@ import { fromZigzag, range } from './numbers.js'
 export const MAX_PATCHES = 65536
 const MAX_POINTS = 2 ** 20
 const MAX_BUILT_IN = 2 ** 14
+const MAX_TOLERANCE = 0.01
 
 // How parameters are read.
 const number = (reader, name) => reader.float(name, 8)
@@ -25,19 +26,21 @@ const evenSpans = (reader, name) => {
 }
 const tiling = (reader, name) => reader.u8(name, 1)
 
+// Rows and columns of faces.
+const oneOfSpans = ({ spans }) => [spans]
+const oneRow = ({ spans }) => [[1, spans]]
+
 // Per kind: parameters with their defaults and how they are read, and rows and columns of its faces.
 const BUILT_IN = [
   ['cyclide', { a: [6, length], c: [2, lengthOrZero], mu: [3, number], spans: [[4, 4], evenSpans] }],
   ['torus', { R: [2, length], r: [0.7, length], spans: [[4, 4], evenSpans] }],
-  ['sphere', { r: [1, length], tiling: [0, tiling] }, (params) => (params.tiling ? [[2, 4]] : range(6).map(() => [1, 1]))],
+  ['sphere', { r: [1, length], tiling: [0, tiling] }, ({ tiling }) => (tiling ? [[2, 4]] : range(6).map(() => [1, 1]))],
   ['plane', { width: [1, length], height: [1, length], spans: [[1, 1], spans] }],
   ['ellipsoid', { rx: [1.5, length], ry: [1, length], rz: [0.75, length] }, () => [[2, 4]]],
-  ['cylinder', { r: [1, length], h: [2, length], spans: [4, span] }, (params) => [[1, params.spans]]],
-  ['cone', { r1: [1, length], r2: [0.4, lengthOrZero], h: [1.5, length], spans: [4, span] }, (params) => [[1, params.spans]]],
-  ['vase', { radius: [0.8, length], height: [2.4, length], spans: [4, span] }, (params) => [[10, params.spans]]],
+  ['cylinder', { r: [1, length], h: [2, length], spans: [4, span] }, oneRow],
+  ['cone', { r1: [1, length], r2: [0.4, lengthOrZero], h: [1.5, length], spans: [4, span] }, oneRow],
+  ['vase', { radius: [0.8, length], height: [2.4, length], spans: [4, span] }, ({ spans }) => [[10, spans]]],
 ]
-
-const oneOfSpans = (params) => [params.spans]
 
 export function parseSurface(reader) {
   const kind = reader.u8('kind of surface', BUILT_IN.length)
@@ -82,7 +85,7 @@ function parseNets(reader) {
   const flags = reader.u8('flags of the nets', 15)
   const nameLength = reader.varint('length of the name', 200)
   const name = new TextDecoder().decode(reader.data.slice(reader.take(nameLength, 'name'), reader.place))
-  const tolerance = reader.within(reader.float('tolerance', 8), 'tolerance', 0, 0.01)
+  const tolerance = reader.within(reader.float('tolerance', 8), 'tolerance', 0, MAX_TOLERANCE)
   const { faces, patchCount } = layFaces(parseGrids(reader, Boolean(flags & GRIDS)))
   const patches = parseDegrees(reader, patchCount, Boolean(flags & ALIKE))
   const total = patches.reduce((sum, { m, n }) => sum + (m + 1) * (n + 1), 0)

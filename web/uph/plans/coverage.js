@@ -13,9 +13,9 @@ export const UNSEEN = 4 // of the block, but not of its window
 const RING = 2 // cells round a window
 
 /**
- * A block's window with a ring of cells round it, row by row: `cells`, 1 where they are new, `classes`, what is known of
- * them, and `under`, whether their first texel is covered. Cells of the block beyond its window are UNSEEN and new, those
- * beyond the block are OPEN and old. Places go from `first` on, `stride` a row.
+ * A block's window with a ring of cells round it, row by row: `cells`, 1 where they are new, `classes`, what is known
+ * of them, and `under`, whether their first texel is covered. Cells of the block beyond its window are UNSEEN and new,
+ * those beyond the block are OPEN and old. The window's begin at `first`, rows are `stride` apart.
  */
 export class MaskFrame {
   constructor(block) {

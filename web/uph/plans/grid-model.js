@@ -13,7 +13,7 @@ export const LINK_NUMBER = 9
 export const MATRIX_NUMBER = 10
 const NUMBERS = 11
 
-/** Where counters begin: of runs of links, of own centre matrices, of positions without block, of blocks with a mask … */
+/** Where counters begin: of runs of links, of centre matrices, of positions without block, of blocks with a mask … */
 export const RUN = NUMBERS * INTEGER_COUNTERS
 export const CENTRED = RUN + 2
 export const SKIP = CENTRED + 1

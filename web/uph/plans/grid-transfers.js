@@ -19,7 +19,7 @@ const FAR = [-16384 - 4096, 32768]
 const SIZE = [1, 4096]
 const MATRIX_UNIT = 64 // of what is added to the field's matrix
 
-/** Decodes transferred blocks: the block of another chart that each comes from, and by how much it differs from a guess. */
+/** Decodes transferred blocks: the block of another chart that each comes from, and how it differs from a guess. */
 export class TransferDecoder {
   constructor(plan) {
     const { exemplar } = plan

@@ -198,7 +198,7 @@ class BlockTable {
     this.at[this.#place(i, j)] = number
   }
 
-  /** By what lies at a position, to its left and above (0 nothing, 1 a transferred block, 2 an own one), and the rim. */
+  /** By what lies at a position, to its left and above (0 nothing, 1 a transferred block, 2 an own one) and the rim. */
   skipContext(i, j) {
     const place = this.#place(i, j)
     const owner = (at) => (this.at[at] < 0 ? 0 : this.at[at] < this.firstOwn ? 1 : 2)
