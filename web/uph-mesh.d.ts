@@ -1,6 +1,6 @@
 import type { Chart, Patch, Surface } from './uph.js'
 
-/** A seam as an edge of a chart sees it: an interval that lies along another chart's edge (or one of the same chart). */
+/** A seam as an edge of a chart sees it: an interval that lies along another chart's edge (or of its own). */
 export interface ChartSeam {
   /** 0 ≤ start < stop ≤ 1, in the edge's own parameter: t on edges 0 and 2, s on edges 1 and 3. */
   start: number
