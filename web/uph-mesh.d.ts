@@ -1,6 +1,6 @@
 import type { Chart, Patch, Surface } from './uph.js'
 
-/** A seam as an edge of a chart sees it: an interval that lies along another chart's edge (or one of the same chart). */
+/** A seam as an edge of a chart sees it: an interval that lies along another chart's edge (or of its own). */
 export interface ChartSeam {
   /** 0 ≤ start < stop ≤ 1, in the edge's own parameter: t on edges 0 and 2, s on edges 1 and 3. */
   start: number
@@ -24,7 +24,7 @@ export interface Bounds {
   bendT: number
 }
 
-/** Triangles, counter-clockwise seen from outside. */
+/** Triangles, counter-clockwise seen from outside. Where a chart lies across a crease the normals are those behind it. */
 export interface ChartMesh {
   positions: Float32Array
   /** Of length 1; at a point where an edge has collapsed the limit along the chart. */
@@ -60,8 +60,9 @@ export class SurfaceMesher {
    * The mesh of a chart.
    *
    * `counts` holds two numbers for every chart of the surface, its segments along s and along t: 1 to 256, powers of
-   * two if vertices along seams shall be few; 1 counts as 2. A mesh changes with the counts of its chart
-   * and of those beside it. Throws `RangeError` if there is no such chart, or for a count outside its range.
+   * two if vertices along seams shall be few. A chart gets at least 2, or 4 where it may close to a ring.
+   * Borders of patches inside a chart are lines of the mesh where derivatives jump. A mesh changes with the counts of
+   * its chart and of those beside it. Throws `RangeError` if there is no such chart, or for a count outside its range.
    */
   mesh(chart: number, counts: ArrayLike<number>): ChartMesh
 }

@@ -2,6 +2,7 @@
 
 import json
 import sys
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,7 @@ from test_web_decoder import HERE, ROOT, _run
 
 from upholster.charts.layout import density_layout, uniform_layout
 from upholster.charts.seams import find_seams
-from upholster.geometry import RationalPatch, Surface, surface_from_spec
+from upholster.geometry import Face, RationalPatch, Surface, surface_from_spec
 from upholster.model import Mesh, face_parameters, vertex_tangents
 from upholster.quilt import Chart
 from upholster.stream import encode_stream
@@ -58,6 +59,37 @@ def _quadrants(surface: Any) -> Any:
     )
 
 
+def _wide(surface: Any) -> Any:
+    """A chart on each face; one that closes to a ring meets itself."""
+    return tuple(
+        Chart(n, 8 * face.rows, 6 * face.columns, 0, face.rows, 0, face.columns)
+        for n, face in enumerate(surface.faces)
+    )
+
+
+def _across(surface: Any) -> Any:
+    """Charts that begin and end inside patches, next to ones that do not begin there."""
+    charts = []
+    for n, face in enumerate(surface.faces):
+        s, t = face.rows / 2 + 0.25, face.columns / 2 - 0.125
+        charts += [
+            Chart(n, 11, 9, 0, s, 0, t),
+            Chart(n, 9, 11, s, face.rows, 0, t),
+            Chart(n, 30, 20, 0, face.rows, t, face.columns),
+        ]
+    return tuple(charts)
+
+
+def _roof() -> Any:
+    """A face with creases between its rows, whose last patch is longer than the others."""
+    profile = [(0, 0), (1, 1), (2, 0), (5, 0)]
+    rows = [
+        [RationalPatch.from_points([[(y, -x, z) for y in (k, k + 1)] for x, z in ends]) for k in range(2)]
+        for ends in pairwise(profile)
+    ]
+    return Surface([Face(rows)], "roof")
+
+
 def _rectangle(x: float, y: float, width: float, height: float) -> Any:
     corners = [[(x, y, 0), (x + width, y, 0)], [(x, y - height, 0), (x + width, y - height, 0)]]
     return RationalPatch.from_points(corners)
@@ -83,6 +115,12 @@ def _jobs() -> Any:
     for surface in _split():
         yield surface, _whole(surface)
         yield surface, _quadrants(surface)
+    for spec in (*SPECS[:5], "plane:spans=3x4", "ellipsoid", "cylinder:spans=3", "cone:r2=0", "vase"):
+        surface = surface_from_spec(spec)
+        yield surface, _wide(surface)
+        yield surface, _across(surface)
+    yield _roof(), _wide(_roof())
+    yield _roof(), _across(_roof())
     bent = surface_from_spec("sphere").patches
     yield (
         Surface([bent[0].elevate(6, 5), *(patch.transpose().reverse(0) for patch in bent[1:])], "raised"),
@@ -154,13 +192,23 @@ def test_vertices_normals_and_tangents_are_pythons(made: Any) -> None:
             rows, columns = np.maximum(counts[2 * n : 2 * n + 2], 2)
             assert len(np.unique(s)) >= rows + 1
             assert len(np.unique(t)) >= columns + 1
+            for values, low, high, lines in (
+                (s, chart.s0, chart.s1, face.breaks[0]),
+                (t, chart.t0, chart.t1, face.breaks[1]),
+            ):
+                for line in lines:
+                    assert not low < line < high or np.abs(values - line).min() < 1e-6
 
 
 def test_bounds_hold_and_are_close(made: Any) -> None:
     fine = np.linspace(0, 1, 97)
-    for surface, _, _, found in made[: len(SPECS)]:
-        for patch, bounds in zip(surface.patches, found["bounds"], strict=True):
-            points = patch.points_grid(fine, fine)
+    for surface, charts, _, found in made:
+        for chart, bounds in zip(charts, found["bounds"], strict=True):
+            face = surface.faces[chart.face]
+            if any(face.breaks):
+                continue
+            s, t = face_parameters(chart, fine * chart.height, fine * chart.width)
+            points = face.points_grid(s, t)
             reach = np.linalg.norm(points - bounds["center"], axis=2).max()
             assert reach <= bounds["radius"] * (1 + 1e-9) <= 1.5 * reach + 1e-9
             for name, lines in (("bendS", points), ("bendT", points.swapaxes(0, 1))):

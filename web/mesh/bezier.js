@@ -81,29 +81,6 @@ function evaluateRow(row, n, T, c, out, at) {
   out[at + 8] = (zt - z * wt) * scale
 }
 
-/** The patch over a part of the parameters, cut out by de Casteljau's algorithm. */
-export function subPatch(patch, { s0, s1, t0, t1 }) {
-  if (!s0 && !t0 && s1 === 1 && t1 === 1) return patch
-  const { m, n } = patch
-  const net = patch.net.slice()
-  for (const [d, step, low, high] of [
-    [m, 4 * (n + 1), s0, s1],
-    [n, 4, t0, t1],
-  ]) {
-    const u = low / high
-    for (let k = 0; k < net.length; k++) {
-      if (Math.floor(k / step) % (d + 1)) continue
-      for (let e = 1; e <= d; e++) {
-        for (let i = d; i >= e; i--) net[k + i * step] = (1 - high) * net[k + (i - 1) * step] + high * net[k + i * step]
-      }
-      for (let e = 1; e <= d; e++) {
-        for (let i = 0; i <= d - e; i++) net[k + i * step] = (1 - u) * net[k + i * step] + u * net[k + (i + 1) * step]
-      }
-    }
-  }
-  return { m, n, net }
-}
-
 /** Length of the vector at v[at …]. */
 export function norm(v, at) {
   return Math.sqrt(v[at] * v[at] + v[at + 1] * v[at + 1] + v[at + 2] * v[at + 2])

@@ -1,9 +1,12 @@
 /** Seams between edges of charts, and which corners of charts lie in one place. */
 
-import { EPS, findEdgeSeams } from './edge-seams.js'
 import { range } from './bezier.js'
+import { EPS } from './chart-part.js'
+import { findEdgeSeams } from './edge-seams.js'
+import { edgesInside, joinSeams, orderedSeam } from './face-edges.js'
 
 const DEFAULT_TOLERANCE = 1e-9
+const LINES = 2 ** 30 // parameters that agree to this part of 1 are one line
 
 // Corners (0, 0), (0, 1), (1, 1), (1, 0) are 0 to 3: where edges begin and end.
 const BEGIN = [0, 1, 3, 0]
@@ -14,13 +17,23 @@ export function cornerOf(side, u) {
   return u === 0 ? (side & -4) + BEGIN[side & 3] : u === 1 ? (side & -4) + END[side & 3] : -1
 }
 
-/** A seam as an edge of a chart sees it, and which corners lie where it begins and ends: of either chart, or −1. */
-export function orientSeam({ a, b, a0, a1, b0, b1 }, side) {
+/**
+ * A seam as its edge a sees it, and as its edge b does: {seam, isOther, start, stop, other, otherStart, otherStop}, and
+ * `from` and `to`, which corners lie where it begins and ends: of either chart, or −1.
+ */
+function viewsOf(seam) {
+  const { a, b, a0, a1, b0, b1 } = seam
   const low = [cornerOf(a, a0), cornerOf(b, b0)]
   const high = [cornerOf(a, a1), cornerOf(b, b1)]
-  if (a === side) return { start: a0, stop: a1, other: b, otherStart: b0, otherStop: b1, from: low, to: high }
-  if (b0 < b1) return { start: b0, stop: b1, other: a, otherStart: a0, otherStop: a1, from: low, to: high }
-  return { start: b1, stop: b0, other: a, otherStart: a1, otherStop: a0, from: high, to: low }
+  const one = { start: a0, stop: a1, other: b, otherStart: b0, otherStop: b1, from: low, to: high }
+  const two =
+    b0 < b1
+      ? { start: b0, stop: b1, other: a, otherStart: a0, otherStop: a1, from: low, to: high }
+      : { start: b1, stop: b0, other: a, otherStart: a1, otherStop: a0, from: high, to: low }
+  return [
+    { seam, isOther: false, ...one },
+    { seam, isOther: true, ...two },
+  ]
 }
 
 /** Edges of charts along a line, {side, low, high}: sorted, and without those that overlap the one before. */
@@ -75,24 +88,32 @@ function cutSeam(ones, others, { a0, a1, b0, b1 }, add) {
 export class ChartSeams {
   #roots // per corner, 4·chart + corner, the corner that gives its position
 
-  /** Throws `RangeError` for patches that cannot be. */
-  constructor(patches, charts, tolerance = DEFAULT_TOLERANCE) {
-    const [edgeSeams, isPoint] = findEdgeSeams(patches, tolerance)
+  /** `parts` are the charts' parts of faces. Throws `RangeError` for patches that cannot be. */
+  constructor(patches, faces, charts, parts, tolerance = DEFAULT_TOLERANCE) {
+    const [edgeSeams, isPoint] = findEdgeSeams(patches, edgesInside(faces, patches.length), tolerance)
+    /** Views of seams. */
     this.sides = range(4 * charts.length, () => [])
     /** Whether an edge of a chart is a point. */
     this.isPoint = new Uint8Array(4 * charts.length)
+    /** Whether a chart meets itself. */
+    this.meetsItself = new Uint8Array(charts.length)
     this.#roots = Int32Array.from(range(4 * charts.length, (k) => k))
-    const { borders, lines } = this.#collectSpans(charts, isPoint)
-    const add = (a, b, [a0, a1], [b0, b1]) => {
-      const seam = { a, b, a0, a1, b0, b1 }
-      this.sides[a].push(seam)
-      this.sides[b].push(seam)
+    this.#markPoints(parts, isPoint)
+    const { borders, lines } = collectSpans(faces, charts)
+    const add = (a, b, u, v) => {
+      const seam = orderedSeam(a, b, u, v)
+      const [one, other] = viewsOf(seam)
+      this.sides[seam.a].push(one)
+      this.sides[seam.b].push(other)
+      if (a >> 2 === b >> 2) this.meetsItself[a >> 2] = 1
     }
     const sorted = borders.map(withoutOverlaps)
-    for (const seam of edgeSeams) cutSeam(sorted[seam.a], sorted[seam.b], seam, add)
-    const straight = { a0: 0, a1: 1, b0: 0, b1: 1 }
-    for (const [before, behind] of lines) cutSeam(withoutOverlaps(before), withoutOverlaps(behind), straight, add)
-    this.sides.forEach((seams, side) => this.#joinCorners(seams, side))
+    for (const seam of joinSeams(edgeSeams, faces)) cutSeam(sorted[seam.a], sorted[seam.b], seam, add)
+    for (const { before, behind, length } of lines) {
+      const straight = { a0: 0, a1: length, b0: 0, b1: length }
+      cutSeam(withoutOverlaps(before), withoutOverlaps(behind), straight, add)
+    }
+    for (const views of this.sides) this.#joinCorners(views)
     for (let k = 0; k < this.#roots.length; k++) this.#roots[k] = this.#root(k)
   }
 
@@ -101,37 +122,24 @@ export class ChartSeams {
     return this.#roots[corner]
   }
 
-  /** What of charts' edges lies along each edge of a patch, and on either side of each line across one. */
-  #collectSpans(charts, isPoint) {
-    const borders = range(isPoint.length, () => [])
-    const lines = new Map()
-    charts.forEach(({ patch, s0, s1, t0, t1 }, n) => {
-      for (let k = 0; k < 4; k++) {
-        const at = [s0, t1, s1, t0][k]
-        const isBehind = k === 0 || k === 3 // the chart lies behind this line
-        const side = 4 * n + k
-        const span = { side, low: k & 1 ? s0 : t0, high: k & 1 ? s1 : t1 }
-        if (at === (isBehind ? 0 : 1)) {
-          borders[4 * patch + k].push(span)
-          if (!isPoint[4 * patch + k]) continue
-          this.isPoint[side] = 1
-          this.#join(cornerOf(side, 0), cornerOf(side, 1))
-        } else {
-          const key = `${patch} ${k & 1} ${Math.round(at * 2 ** 30)}`
-          if (!lines.has(key)) lines.set(key, [[], []])
-          lines.get(key)[isBehind ? 1 : 0].push(span)
-        }
+  /** Find the charts' edges that lie along collapsed edges of patches only. */
+  #markPoints(parts, isPoint) {
+    parts.forEach((part, n) => {
+      for (let edge = 0; edge < 4; edge++) {
+        const along = part.patchesAlong(edge)
+        if (!along.length || !along.every((patch) => isPoint[4 * patch + edge])) continue
+        const side = 4 * n + edge
+        this.isPoint[side] = 1
+        this.#join(cornerOf(side, 0), cornerOf(side, 1))
       }
     })
-    return { borders, lines: lines.values() }
   }
 
   /** Sort the seams of an edge along it, and join the corners that lie at their ends. */
-  #joinCorners(seams, side) {
-    seams.sort((p, q) => orientSeam(p, side).start - orientSeam(q, side).start)
+  #joinCorners(views) {
+    views.sort((p, q) => p.start - q.start)
     let before = null
-    for (const seam of seams) {
-      const { start, stop, from, to } = orientSeam(seam, side)
+    for (const { start, stop, from, to } of views) {
       for (const corners of [from, to]) if (Math.min(...corners) >= 0) this.#join(...corners)
       // Two that touch this edge at one point touch each other there.
       const touching = Math.max(...from)
@@ -151,4 +159,25 @@ export class ChartSeams {
     const [p, q] = [this.#root(k), this.#root(l)]
     this.#roots[Math.max(p, q)] = Math.min(p, q)
   }
+}
+
+/** What of charts' edges lies along each edge of a face, and on either side of each line across one. */
+function collectSpans(faces, charts) {
+  const borders = range(4 * faces.length, () => [])
+  const lines = new Map()
+  charts.forEach(({ face, s0, s1, t0, t1 }, n) => {
+    const { rows, columns } = faces[face]
+    for (let k = 0; k < 4; k++) {
+      const isBehind = k === 0 || k === 3 // the chart lies behind this line
+      const at = Math.round([s0, t1, s1, t0][k] * LINES)
+      const span = { side: 4 * n + k, low: k & 1 ? s0 : t0, high: k & 1 ? s1 : t1 }
+      if (at === [0, columns, rows, 0][k] * LINES) borders[4 * face + k].push(span)
+      else {
+        const key = `${face} ${k & 1} ${at}`
+        if (!lines.has(key)) lines.set(key, { before: [], behind: [], length: k & 1 ? rows : columns })
+        lines.get(key)[isBehind ? 'behind' : 'before'].push(span)
+      }
+    }
+  })
+  return { borders, lines: lines.values() }
 }

@@ -4,20 +4,23 @@
  */
 
 import { basisTable, distance, range } from './bezier.js'
+import { EPS } from './chart-part.js'
 import { PatchEdges } from './patch-edges.js'
-
-/** Parameters of an edge closer than this are one. */
-export const EPS = 1e-6
 
 const ALONE = -1
 const CROWDED = -2
 
-/** Returns all seams, and whether each edge is a point. Throws `RangeError` for patches that cannot be. */
-export function findEdgeSeams(patches, tolerance) {
+/**
+ * Returns all seams of edges that do not lie inside a face, `inside`, and whether each edge is a point.
+ *
+ * Throws `RangeError` for patches that cannot be.
+ */
+export function findEdgeSeams(patches, inside, tolerance) {
   const edges = new PatchEdges(patches, tolerance)
-  const { seams, partner } = findWholeSeams(edges)
+  const live = range(edges.count, (e) => e).filter((e) => !edges.isPoint[e] && !inside[e])
+  const { seams, partner } = findWholeSeams(edges, live)
   edges.steps = 0
-  const lone = range(edges.count, (e) => e).filter((e) => !edges.isPoint[e] && partner[e] === ALONE)
+  const lone = live.filter((e) => partner[e] === ALONE)
   return [[...seams, ...findPartialSeams(edges, lone)], edges.isPoint]
 }
 
@@ -55,16 +58,15 @@ class PointGrid {
   }
 }
 
-/** Seams of edges that coincide from end to end, and of each edge its partner, `ALONE` or `CROWDED`. */
-function findWholeSeams(edges) {
-  const { count, isPoint, tolerance } = edges
+/** Seams of live edges that coincide from end to end, and of each edge its partner, `ALONE` or `CROWDED`. */
+function findWholeSeams(edges, live) {
+  const { count, tolerance } = edges
   const partner = new Int32Array(count).fill(ALONE)
   const seams = []
   // Edges that coincide have their middles in one place.
   const middles = range(count, () => null)
   const grid = new PointGrid(count, 8 * tolerance + edges.size * 1e-5 || 1)
-  for (let e = 0; e < count; e++) {
-    if (isPoint[e]) continue
+  for (const e of live) {
     const curve = edges.curve(e)
     middles[e] = edges.point(curve, basisTable(curve.d, 8, 0), 4)
     const found = findCoincident(edges, e, middles, grid)

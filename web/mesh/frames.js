@@ -1,4 +1,4 @@
-/** Normals and tangents of a patch, also where its derivatives vanish. */
+/** Normals and tangents, also where derivatives vanish. */
 
 import { basis, evaluate, norm, range } from './bezier.js'
 
@@ -7,8 +7,15 @@ export const INACCURATE = 1e-5
 const LOST = 1e-10 // below this one it holds nothing but rounding
 const INWARD = 1 / 1024 // where a tangent is looked for if there is none
 
-/** The order of magnitude of the largest derivatives by s and by t. */
-export function slopeBounds({ m, n, net }) {
+const BOUNDS = new WeakMap() // by patch
+
+/** The order of magnitude of a patch's largest derivatives by s and by t. */
+export function slopeBounds(patch) {
+  if (!BOUNDS.has(patch)) BOUNDS.set(patch, measureSlopes(patch))
+  return BOUNDS.get(patch)
+}
+
+function measureSlopes({ m, n, net }) {
   const most = [0, 0]
   for (const [axis, step] of [4 * (n + 1), 4].entries()) {
     for (let k = 0; k + step < net.length; k += 4) {
@@ -57,12 +64,12 @@ function limitNormal(patch, s, t, v, at, bounds, to) {
   to.set([0, 0, 1])
 }
 
-/** The unit tangent by t, at right angles to the normal. */
-function tangentAt(patch, s, t, v, at, bounds, [nx, ny, nz]) {
-  let [x, y, z] = [v[at + 6], v[at + 7], v[at + 8]]
-  if (norm(v, at + 6) <= INACCURATE * bounds[1]) {
-    const [a, b] = [s, t].map((u) => u + (u <= 0.5 ? INWARD : -INWARD))
-    ;[x, y, z] = evaluate(patch, basis(patch.m, [a]), basis(patch.n, [b])).subarray(6)
+/** The unit tangent by t, at right angles to the normal, at shares u and v of a chart's part of a face. */
+function tangentAt(part, u, v, slope, least, [nx, ny, nz]) {
+  let [x, y, z] = slope
+  if (norm(slope, 0) <= least) {
+    const [a, b] = [u, v].map((share) => share + (share <= 0.5 ? INWARD : -INWARD))
+    ;[x, y, z] = part.evaluate([a], [b]).subarray(6)
   }
   const along = x * nx + y * ny + z * nz
   x -= along * nx
@@ -77,23 +84,27 @@ function tangentAt(patch, s, t, v, at, bounds, [nx, ny, nz]) {
   return [x / size, y / size, z / size]
 }
 
-/** Write vertices at all pairs of the parameters of two bases into a mesh, from vertex `first` on. */
-export function writeFrames(patch, S, T, mesh, first) {
-  const v = evaluate(patch, S, T)
-  const bounds = slopeBounds(patch)
+/** Write vertices at all pairs of shares of a chart's part of a face into a mesh, from vertex `first` on. */
+export function writeFrames(part, us, vs, mesh, first) {
   const normal = new Float64Array(3)
-  for (let at = 0, k = first; at < v.length; at += 9, k++) {
-    const s = S.us[Math.floor((k - first) / T.us.length)]
-    const t = T.us[(k - first) % T.us.length]
-    if (!unitNormal(v, at, bounds, INACCURATE, normal, 0)) limitNormal(patch, s, t, v, at, bounds, normal)
-    const tangent = tangentAt(patch, s, t, v, at, bounds, normal)
-    for (let c = 0; c < 3; c++) {
-      mesh.positions[3 * k + c] = v[at + c]
-      mesh.normals[3 * k + c] = normal[c]
-      mesh.tangents[4 * k + c] = tangent[c]
+  for (const { patch, S, T } of part.blocks(us, vs)) {
+    const values = evaluate(patch, basis(patch.m, S.places), basis(patch.n, T.places))
+    const bounds = slopeBounds(patch)
+    for (let at = 0, n = 0; at < values.length; at += 9, n++) {
+      const [i, j] = [Math.floor(n / T.places.length), n % T.places.length]
+      if (!unitNormal(values, at, bounds, INACCURATE, normal, 0)) {
+        limitNormal(patch, S.places[i], T.places[j], values, at, bounds, normal)
+      }
+      const [row, column] = [S.start + i, T.start + j]
+      const slope = values.subarray(at + 6, at + 9)
+      const tangent = tangentAt(part, us[row], vs[column], slope, INACCURATE * bounds[1], normal)
+      const k = first + row * vs.length + column
+      mesh.positions.set(values.subarray(at, at + 3), 3 * k)
+      mesh.normals.set(normal, 3 * k)
+      mesh.tangents.set(tangent, 4 * k)
+      mesh.tangents[4 * k + 3] = 1 // normal × tangent is up in the texture
+      mesh.parameters[2 * k] = us[row]
+      mesh.parameters[2 * k + 1] = vs[column]
     }
-    mesh.tangents[4 * k + 3] = 1 // normal × tangent is up in the texture
-    mesh.parameters[2 * k] = s
-    mesh.parameters[2 * k + 1] = t
   }
 }

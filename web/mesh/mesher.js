@@ -1,38 +1,38 @@
 /** Meshes of charts: a grid inside, and a ring of vertices round it. */
 
-import { basis, basisTable, distance, range, subPatch } from './bezier.js'
+import { distance, range } from './bezier.js'
 import { boundsOf } from './bounds.js'
 import { builtInPatches } from './built-in.js'
-import { ChartSeams, orientSeam } from './chart-seams.js'
+import { ChartPart } from './chart-part.js'
+import { ChartSeams } from './chart-seams.js'
 import { writeFrames } from './frames.js'
 import { RimMaker } from './rim.js'
 
 /** Makes meshes of a surface's charts; see `uph-mesh.d.ts`. */
 export class SurfaceMesher {
-  #charts
+  #parts // of faces, one per chart
   #seams
   #rims
 
   /** Find the seams. Throws `RangeError` for a surface that cannot be. */
   constructor(surface, charts) {
     this.patches = surface.patches ?? builtInPatches(surface.kind, surface.params)
-    this.#charts = charts
-    this.#seams = new ChartSeams(this.patches, charts, surface.tolerance)
-    this.#rims = new RimMaker(this.patches, charts, this.#seams)
+    this.#parts = charts.map((chart) => new ChartPart(this.patches, surface.faces[chart.face], chart))
+    this.#seams = new ChartSeams(this.patches, surface.faces, charts, this.#parts, surface.tolerance)
+    this.#rims = new RimMaker(this.#parts, this.#seams)
   }
 
   /** The seams along an edge of a chart; the maps between both sides are linear. */
   seams(chart, edge) {
     const side = 4 * this.#checked(chart) + edge
-    return (this.#seams.sides[side] ?? []).map((seam) => {
-      const { start, stop, other, otherStart, otherStop } = orientSeam(seam, side)
+    return (this.#seams.sides[side] ?? []).map(({ start, stop, other, otherStart, otherStop }) => {
       return { start, stop, chart: other >> 2, edge: other & 3, otherStart, otherStop }
     })
   }
 
   /** A sphere round a chart, and about how much it bends along s and along t. */
   bounds(chart) {
-    return boundsOf(this.#patch(this.#checked(chart)))
+    return boundsOf(this.#parts[this.#checked(chart)])
   }
 
   /** At each of `count` texels along an edge: the angle by which the tangents beyond it are turned against the chart's. */
@@ -58,37 +58,31 @@ export class SurfaceMesher {
 
   /** The mesh of a chart; `counts` are the segments along s and along t of every chart. */
   mesh(chart, counts) {
-    const patch = this.#patch(this.#checked(chart))
-    const rows = this.#rims.segments(4 * chart + 1, counts)
-    const columns = this.#rims.segments(4 * chart, counts)
-    return meshOf(patch, rows, columns, range(4, (k) => this.#rims.rim(4 * chart + k, counts)))
+    const part = this.#parts[this.#checked(chart)]
+    const rows = this.#rims.breaks(4 * chart + 1, counts)
+    const columns = this.#rims.breaks(4 * chart, counts)
+    return meshOf(part, rows, columns, range(4, (k) => this.#rims.rim(4 * chart + k, counts)))
   }
 
   #checked(chart) {
-    if (!this.#charts[chart]) throw new RangeError(`chart is ${chart}; allowed: 0 to ${this.#charts.length - 1}`)
+    if (!this.#parts[chart]) throw new RangeError(`chart is ${chart}; allowed: 0 to ${this.#parts.length - 1}`)
     return chart
-  }
-
-  /** The patch over what a chart covers. */
-  #patch(chart) {
-    return subPatch(this.patches[this.#charts[chart].patch], this.#charts[chart])
   }
 
   /** Normals and tangents at parameters of a chart's edge. */
   #framesAlong(chart, edge, us) {
-    const patch = this.#patch(chart)
     const names = { positions: 3, normals: 3, tangents: 4, parameters: 2 }
     const found = Object.fromEntries(Object.entries(names).map(([name, k]) => [name, new Float32Array(k * us.length)]))
     const at = [edge === 1 || edge === 2 ? 1 : 0]
     const [S, T] = edge & 1 ? [us, at] : [at, us]
-    writeFrames(patch, basis(patch.m, S), basis(patch.n, T), found, 0)
+    writeFrames(this.#parts[chart], S, T, found, 0)
     return found
   }
 }
 
-/** The mesh of a patch: rows × columns segments, and a rim for each of the edges. */
-function meshOf(patch, rows, columns, rims) {
-  const inner = (rows - 1) * (columns - 1)
+/** The mesh of a chart's part of a face: a grid with lines at `rows` and `columns`, and a rim for each of the edges. */
+function meshOf(part, rows, columns, rims) {
+  const inner = (rows.length - 2) * (columns.length - 2)
   const round = rims.reduce((sum, { us }) => sum + us.length - 1, 0)
   const size = inner + round
   const mesh = {
@@ -99,18 +93,17 @@ function meshOf(patch, rows, columns, rims) {
     indices: new (size > 65535 ? Uint32Array : Uint16Array)(6 * (inner - 1) + 3 * round),
     outline: new Float32Array(6 * round),
   }
-  writeFrames(patch, basisTable(patch.m, rows, 1), basisTable(patch.n, columns, 1), mesh, 0)
+  writeFrames(part, rows.slice(1, -1), columns.slice(1, -1), mesh, 0)
   // Round the chart from corner to corner, what lies inside to the right.
   let start = inner
   rims.forEach(({ us, points }, k) => {
     const places = us.slice(0, -1)
-    const [S, T] = [basis(patch.m, k & 1 ? places : [k / 2]), basis(patch.n, k & 1 ? [k === 1 ? 1 : 0] : places)]
-    writeFrames(patch, S, T, mesh, start)
+    writeFrames(part, k & 1 ? places : [k / 2], k & 1 ? [k === 1 ? 1 : 0] : places, mesh, start)
     mesh.positions.set(points.slice(0, -3), 3 * start)
     start += places.length
   })
   const triangles = new TriangleWriter(mesh)
-  writeGridTriangles(triangles, rows, columns)
+  writeGridTriangles(triangles, rows.length - 2, columns.length - 2)
   writeRimTriangles(triangles, rows, columns, rims, inner, round)
   mesh.indices = mesh.indices.slice(0, triangles.count)
   for (let k = 0; k < 2 * round; k++) {
@@ -140,10 +133,9 @@ class TriangleWriter {
   }
 }
 
-function writeGridTriangles(triangles, rows, columns) {
-  const wide = columns - 1
-  for (let i = 0; i < rows - 2; i++) {
-    for (let j = 0, a = i * wide; j < columns - 2; j++, a++) {
+function writeGridTriangles(triangles, tall, wide) {
+  for (let i = 0; i < tall - 1; i++) {
+    for (let j = 0, a = i * wide; j < wide - 1; j++, a++) {
       triangles.add(a, a + wide, a + wide + 1)
       triangles.add(a, a + wide + 1, a + 1)
     }
@@ -152,18 +144,20 @@ function writeGridTriangles(triangles, rows, columns) {
 
 /** Triangles between each edge and the first line of the grid: always to what lies less far ahead. */
 function writeRimTriangles(triangles, rows, columns, rims, inner, round) {
-  const wide = columns - 1
+  const wide = columns.length - 2
   let start = 0
   rims.forEach(({ us }, k) => {
-    const segments = k & 1 ? rows : columns
+    const breaks = k & 1 ? rows : columns
+    const last = breaks.length - 2
     const [first, step] = [[0, 1], [wide - 1, wide], [inner - 1, -1], [inner - wide, -wide]][k]
     const outer = (i) => inner + ((start + i) % round)
     const ahead = (u) => (k > 1 ? 1 - u : u)
-    for (let i = 0, j = 1; i < us.length - 1 || j < segments - 1; ) {
+    const line = (j) => ahead(breaks[k > 1 ? last + 1 - j : j])
+    for (let i = 0, j = 1; i < us.length - 1 || j < last; ) {
       const a = outer(i)
       const b = first + step * (j - 1)
       const takesOuter =
-        i < us.length - 1 && (j === segments - 1 || ahead(us[i]) + ahead(us[i + 1]) <= (2 * j + 1) / segments)
+        i < us.length - 1 && (j === last || ahead(us[i]) + ahead(us[i + 1]) <= line(j) + line(j + 1))
       triangles.addIfAny(a, b, takesOuter ? outer(++i) : first + step * j++)
     }
     start += us.length - 1

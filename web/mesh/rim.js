@@ -1,44 +1,54 @@
 /** Vertices along the edges of charts: those of both sides of a seam, at positions that one side gives to both. */
 
-import { basis, evaluate, range } from './bezier.js'
+import { range } from './bezier.js'
 import { MAX_SEGMENTS } from './bounds.js'
-import { cornerOf, orientSeam } from './chart-seams.js'
-import { EPS } from './edge-seams.js'
+import { EPS } from './chart-part.js'
+import { cornerOf } from './chart-seams.js'
+
+const RING = 4 // segments of a chart that may close to a ring, so that it stays hollow
 
 export class RimMaker {
-  #patches
-  #charts
+  #parts
   #seams
 
-  constructor(patches, charts, seams) {
-    this.#patches = patches
-    this.#charts = charts
+  constructor(parts, seams) {
+    this.#parts = parts
     this.#seams = seams
   }
 
-  /** Segments along an edge, 4·chart + edge: at least two, so that the grid has an inside. */
-  segments(side, counts) {
-    const count = counts[2 * (side >> 2) + (side & 1 ? 0 : 1)]
+  /**
+   * Where segments along an edge, 4·chart + edge, begin and end, 0 to 1: evenly, and at borders of patches where
+   * derivatives jump. At least two, so that the grid has an inside; four where the chart may close to a ring.
+   */
+  breaks(side, counts) {
+    const chart = side >> 2
+    const axis = side & 1 ? 0 : 1
+    const count = counts[2 * chart + axis]
     if (!(count >= 1 && count <= MAX_SEGMENTS)) {
-      throw new RangeError(`count of chart ${side >> 2} is ${count}; allowed: 1 to ${MAX_SEGMENTS}`)
+      throw new RangeError(`count of chart ${chart} is ${count}; allowed: 1 to ${MAX_SEGMENTS}`)
     }
-    return Math.max(2, Math.floor(count))
+    const { first, last } = this.#parts[chart].axes[axis]
+    const mayClose = last - first > 1 || this.#seams.meetsItself[chart]
+    const segments = Math.max(mayClose ? RING : 2, Math.floor(count))
+    const even = range(segments + 1, (k) => k / segments)
+    const isNew = (u) => Math.abs(u * segments - Math.round(u * segments)) > EPS * segments
+    const jumps = this.#parts[chart].jumps[axis].filter(isNew)
+    return jumps.length ? [...even, ...jumps].sort((p, q) => p - q) : even
   }
 
   /** Vertices along an edge, in the order in which they go round the chart: their parameters `us`, and `points`. */
   rim(side, counts) {
-    const count = this.segments(side, counts)
+    const breaks = this.breaks(side, counts)
     const line = new RimLine(this.#corner(cornerOf(side, 0)))
     const addOwn = (stop) => {
       const first = line.end
-      const own = range(count, (k) => k / count).filter((u) => u > first + EPS && u < stop - EPS)
+      const own = breaks.filter((u) => u > first + EPS && u < stop - EPS)
       const v = this.#pointsAlong(side, own)
       own.forEach((u, k) => line.add(u, v, 9 * k))
     }
-    for (const seam of this.#seams.sides[side]) {
-      const { start, stop } = orientSeam(seam, side)
-      addOwn(start)
-      this.#addSeam(line, seam, side, counts, start, stop)
+    for (const view of this.#seams.sides[side]) {
+      addOwn(view.start)
+      this.#addSeam(line, view, counts)
     }
     addOwn(1)
     line.add(1, this.#corner(cornerOf(side, 1)), 0)
@@ -48,11 +58,12 @@ export class RimMaker {
     return { us: us.reverse(), points: range(us.length, () => points.splice(-3)).flat() }
   }
 
-  /** Add the vertices of a seam from `start` to `stop` of an edge. */
-  #addSeam(line, seam, side, counts, start, stop) {
-    const places = this.#breaks(seam, counts)
-    const v = this.#pointsOnSeam(seam, places, side)
-    const reversed = side !== seam.a && seam.b0 > seam.b1
+  /** Add the vertices of a seam that an edge sees. */
+  #addSeam(line, view, counts) {
+    const { seam, isOther, start, stop } = view
+    const places = this.#seamBreaks(seam, counts)
+    const reversed = isOther && seam.b0 > seam.b1
+    const v = this.#pointsOnSeam(view, places, reversed)
     for (let k = 0; k < places.length; k++) {
       const n = reversed ? places.length - 1 - k : k
       const x = reversed ? 1 - places[n] : places[n]
@@ -61,27 +72,21 @@ export class RimMaker {
   }
 
   /** Breaks of both sides, 0 to 1 along the seam. */
-  #breaks({ a, b, a0, a1, b0, b1 }, counts) {
+  #seamBreaks({ a, b, a0, a1, b0, b1 }, counts) {
     const breaks = []
     for (const [side, first, last] of [
       [a, a0, a1],
       [b, b0, b1],
     ]) {
-      const segments = this.segments(side, counts)
-      const [low, high] = [first, last].sort((p, q) => p - q)
-      for (let k = Math.ceil(low * segments); k <= high * segments; k++) {
-        breaks.push((k / segments - first) / (last - first))
-      }
+      for (const u of this.breaks(side, counts)) breaks.push((u - first) / (last - first))
     }
     breaks.sort((p, q) => p - q)
     return [0, ...breaks.filter((x, k) => x > EPS && x < 1 - EPS && !(k && x - breaks[k - 1] < EPS)), 1]
   }
 
   /** Points of a seam as its side a has them, corners where they belong. */
-  #pointsOnSeam(seam, places, side) {
-    const { a, a0, a1, b0, b1 } = seam
-    const { from, to } = orientSeam(seam, side)
-    const reversed = side !== a && b0 > b1
+  #pointsOnSeam({ seam, from, to }, places, reversed) {
+    const { a, a0, a1 } = seam
     const v = this.#pointsAlong(a, places.map((x) => a0 + (a1 - a0) * x))
     ;[from, to].forEach((corners, k) => {
       const corner = Math.max(...corners)
@@ -92,11 +97,9 @@ export class RimMaker {
 
   /** Points of a chart's edge at parameters of it, nine numbers each of which three are the point. */
   #pointsAlong(side, us) {
-    const { patch, s0, s1, t0, t1 } = this.#charts[side >> 2]
-    const { m, n } = this.#patches[patch]
-    const at = [[s0, t1, s1, t0][side & 3]]
-    if (side & 1) return evaluate(this.#patches[patch], basis(m, us.map((u) => s0 + (s1 - s0) * u)), basis(n, at))
-    return evaluate(this.#patches[patch], basis(m, at), basis(n, us.map((u) => t0 + (t1 - t0) * u)))
+    const part = this.#parts[side >> 2]
+    const at = [[0, 1, 1, 0][side & 3]]
+    return side & 1 ? part.evaluate(us, at) : part.evaluate(at, us)
   }
 
   /** The point of a corner, 4·chart + corner. */

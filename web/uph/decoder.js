@@ -117,17 +117,14 @@ export class UphDecoder {
       this.surface = parseSurface(reader)
       this.#changed.surface = true
     } else if (tag === 'L') {
-      const [charts, scale] = parseLayout(reader, this.surface.patchCount)
+      const [charts, scale] = parseLayout(reader, this.surface)
       this.charts = charts
       this.#scaleField = scaleField(scale)
       this.#fields = charts.map(() => IDENTITY_FIELD)
     } else if (tag === 'X') this.#takeExemplarHeader(reader)
     else if (tag === 'R') this.#takeMapHeader(reader)
     else if (tag === 'F') this.#fields = parseFields(reader, this.charts)
-    else {
-      const hasFields = this.#file.seen.includes('F')
-      this.#plan = parsePlan(reader, this.charts, this.#fields, this.#maps.get('albedo').header, hasFields)
-    }
+    else this.#plan = parsePlan(reader, this.charts, this.#fields, this.#maps.get('albedo').header)
   }
 
   // ---------------------------------------------------------------- maps
@@ -222,7 +219,7 @@ export class UphDecoder {
 
   // ---------------------------------------------------------------- painting
 
-  /** Whether a chart has its placements; before, it repeats the exemplar, mirrored, `repeat` of its pixels to a texel. */
+  /** Whether a chart has its placements; before, it repeats the exemplar, `repeat` of its pixels to a texel. */
   isPlaced(index) {
     return this.#plan?.knownCharts.has(index) ?? false
   }

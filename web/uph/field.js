@@ -17,7 +17,7 @@ export class WarpField {
     this.rows = rows
     this.columns = columns
     this.matrices = matrices
-    this.isIdentity = isIdentity // of a chart that has no field
+    this.isIdentity = isIdentity // a texel is a pixel, everywhere
   }
 
   /** The field of nodes (size down, size along, angle, shear). */
@@ -28,7 +28,7 @@ export class WarpField {
       putColumn(matrices, n, b, angle + shear + ANGLES / 4)
       putColumn(matrices, n + 1, a, angle)
     }
-    return new WarpField(margin, rows, columns, matrices)
+    return new WarpField(margin, rows, columns, matrices, nodes.every((number) => number === 0))
   }
 
   /** The matrix at a texel, written to `out`. */
@@ -67,8 +67,8 @@ function putColumn(matrices, at, steps, angle) {
 }
 
 /**
- * Pixel steps, in 1/16, from the source of a block with matrix `center` to a texel with matrix `there`, so many texels
- * down and to the right of its centre: half the sum of both matrices times the texel steps.
+ * Pixel steps, in 1/16, from the source of a block with centre matrix `center` to a texel with matrix `there`, so many
+ * texels down and to the right of its centre: half the sum of both matrices times the texel steps.
  */
 export function displacement(center, there, down, right) {
   return [

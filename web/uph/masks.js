@@ -12,8 +12,8 @@ export function maskBits() {
   return new BitDecoder(COUNTERS, 2, 24030)
 }
 
-/** Cells round (i, j) of a mask that begins at `first`, as bits: w, n, nw, ne, ww, nn, and two right above, ee. */
-export function cellsAround(cells, first, i, j, columns) {
+/** Cells round (i, j) of a mask that begins at `first`, as bits: w, n, nw, ne, ww, nn. */
+function cellsAround(cells, first, i, j, columns) {
   const at = first + i * columns + j
   const above = at - columns
   let found = j > 0 ? cells[at - 1] : 0
@@ -23,7 +23,6 @@ export function cellsAround(cells, first, i, j, columns) {
   found += 2 * cells[above]
   if (j > 0) found += 4 * cells[above - 1]
   if (j + 1 < columns) found += 8 * cells[above + 1]
-  if (j + 2 < columns) found += 64 * cells[above + 2]
   return found
 }
 
@@ -31,14 +30,14 @@ export function cellsAround(cells, first, i, j, columns) {
  * Decode rows × columns cells of a plan's next mask, from `plan.knownCells` on; waits where bytes are missing.
  * `strip` tells the mask's place in a strip: 1 at its start, plus 2 at its end.
  */
-export function* decodeMask(plan, rows, columns, strip) {
+export function* decodeMask(plan, { rows, columns }, strip) {
   const { masks, cells } = plan
   const { input } = masks
   const start = plan.knownCells
   for (let i = 0; i < rows; i++) {
     const edge = i === 0 ? 0 : i === rows - 1 ? 2 : 1
     for (let j = 0; j < columns; j++) {
-      const around = cellsAround(cells, start, i, j, columns) & 63
+      const around = cellsAround(cells, start, i, j, columns)
       const near = around & 15
       const part = Math.min(15, Math.floor((16 * j) / columns))
       input[0] = ((Math.min(i, 63) * 64 + Math.min(j, 63)) * 4 + strip) * 4 + (near & 3)

@@ -1,10 +1,11 @@
 /** The surface [2]: a built-in one by its parameters, or control nets. */
 
-import { fromZigzag } from './numbers.js'
+import { fromZigzag, range } from './numbers.js'
 
 export const MAX_PATCHES = 65536
 const MAX_POINTS = 2 ** 20
 const MAX_BUILT_IN = 2 ** 14
+const MAX_TOLERANCE = 0.01
 
 // How parameters are read.
 const number = (reader, name) => reader.float(name, 8)
@@ -25,19 +26,21 @@ const evenSpans = (reader, name) => {
 }
 const tiling = (reader, name) => reader.u8(name, 1)
 
-// Per kind: parameters with their defaults and how they are read, and the number of patches.
+// Rows and columns of faces.
+const oneOfSpans = ({ spans }) => [spans]
+const oneRow = ({ spans }) => [[1, spans]]
+
+// Per kind: parameters with their defaults and how they are read, and rows and columns of its faces.
 const BUILT_IN = [
   ['cyclide', { a: [6, length], c: [2, lengthOrZero], mu: [3, number], spans: [[4, 4], evenSpans] }],
   ['torus', { R: [2, length], r: [0.7, length], spans: [[4, 4], evenSpans] }],
-  ['sphere', { r: [1, length], tiling: [0, tiling] }, (params) => (params.tiling ? 8 : 6)],
+  ['sphere', { r: [1, length], tiling: [0, tiling] }, ({ tiling }) => (tiling ? [[2, 4]] : range(6).map(() => [1, 1]))],
   ['plane', { width: [1, length], height: [1, length], spans: [[1, 1], spans] }],
-  ['ellipsoid', { rx: [1.5, length], ry: [1, length], rz: [0.75, length] }, () => 8],
-  ['cylinder', { r: [1, length], h: [2, length], spans: [4, span] }, (params) => params.spans],
-  ['cone', { r1: [1, length], r2: [0.4, lengthOrZero], h: [1.5, length], spans: [4, span] }, (params) => params.spans],
-  ['vase', { radius: [0.8, length], height: [2.4, length], spans: [4, span] }, (params) => 10 * params.spans],
+  ['ellipsoid', { rx: [1.5, length], ry: [1, length], rz: [0.75, length] }, () => [[2, 4]]],
+  ['cylinder', { r: [1, length], h: [2, length], spans: [4, span] }, oneRow],
+  ['cone', { r1: [1, length], r2: [0.4, lengthOrZero], h: [1.5, length], spans: [4, span] }, oneRow],
+  ['vase', { radius: [0.8, length], height: [2.4, length], spans: [4, span] }, ({ spans }) => [[10, spans]]],
 ]
-
-const productOfSpans = (params) => params.spans[0] * params.spans[1]
 
 export function parseSurface(reader) {
   const kind = reader.u8('kind of surface', BUILT_IN.length)
@@ -46,7 +49,7 @@ export function parseSurface(reader) {
   return surface
 }
 
-function parseBuiltIn(reader, [kind, parameters, countPatches = productOfSpans]) {
+function parseBuiltIn(reader, [kind, parameters, gridsOf = oneOfSpans]) {
   const entries = Object.entries(parameters)
   const present = reader.left ? reader.u8('which parameters follow', 2 ** entries.length - 1) : 0
   const params = {}
@@ -56,21 +59,34 @@ function parseBuiltIn(reader, [kind, parameters, countPatches = productOfSpans])
   const { a, c, mu, R, r } = params
   if (kind === 'cyclide' && !(c < a && c < mu && mu <= a)) reader.fail('a, c and mu are no ring: allowed: c < mu <= a')
   if (kind === 'torus' && !(r < R)) reader.fail(`r is ${r}; allowed: less than R, ${R}`)
-  const patchCount = reader.within(countPatches(params), 'number of patches', 1, MAX_BUILT_IN)
-  return { kind, params, patchCount }
+  const { faces, patchCount } = layFaces(gridsOf(params))
+  reader.within(patchCount, 'number of patches', 1, MAX_BUILT_IN)
+  return { kind, params, faces, patchCount }
+}
+
+/** Faces of so many [rows, columns] of patches, which are numbered face after face, in each row by row. */
+function layFaces(grids) {
+  let patchCount = 0
+  const faces = grids.map(([rows, columns]) => {
+    const face = { rows, columns, firstPatch: patchCount }
+    patchCount += rows * columns
+    return face
+  })
+  return { faces, patchCount }
 }
 
 // Flags of control nets.
 const DOUBLE = 1
 const WEIGHTED = 2
 const ALIKE = 4
+const GRIDS = 8
 
 function parseNets(reader) {
-  const flags = reader.u8('flags of the nets', 7)
+  const flags = reader.u8('flags of the nets', 15)
   const nameLength = reader.varint('length of the name', 200)
   const name = new TextDecoder().decode(reader.data.slice(reader.take(nameLength, 'name'), reader.place))
-  const tolerance = reader.float('tolerance', 8)
-  const patchCount = reader.varint('number of patches', MAX_PATCHES, 1)
+  const tolerance = reader.within(reader.float('tolerance', 8), 'tolerance', 0, MAX_TOLERANCE)
+  const { faces, patchCount } = layFaces(parseGrids(reader, Boolean(flags & GRIDS)))
   const patches = parseDegrees(reader, patchCount, Boolean(flags & ALIKE))
   const total = patches.reduce((sum, { m, n }) => sum + (m + 1) * (n + 1), 0)
   const { index, count } = parseReferences(reader, total)
@@ -83,7 +99,20 @@ function parseNets(reader) {
       patch.net.set(points.subarray(4 * index[place], 4 * index[place] + 4), 4 * k)
     }
   }
-  return { kind: 'nets', name, tolerance, patches, patchCount }
+  return { kind: 'nets', name, tolerance, faces, patches, patchCount }
+}
+
+/** Rows and columns of patches of each face; one of each where they are not told. */
+function parseGrids(reader, told) {
+  const count = reader.varint('number of faces', MAX_PATCHES, 1)
+  let left = MAX_PATCHES - count
+  return range(count).map(() => {
+    if (!told) return [1, 1]
+    const rows = reader.varint('rows of a face', left + 1, 1)
+    const columns = reader.varint('columns of a face', Math.floor((left + 1) / rows), 1)
+    left -= rows * columns - 1
+    return [rows, columns]
+  })
 }
 
 /** Degrees (m, n) of each patch. */

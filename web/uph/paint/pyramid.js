@@ -4,7 +4,7 @@ import { UNIT } from '../field.js'
 import { clamp } from '../numbers.js'
 import { symmetricNormals } from './normals.js'
 
-/** The level at which a block reads of which the field has this determinant at its centre. */
+/** The level at which a block reads of which the centre matrix has this determinant. */
 export function pyramidLevel({ height, width }, determinant) {
   const most = 32 - Math.clz32(Math.max(height, width) - 1)
   let k = 0

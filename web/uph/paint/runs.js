@@ -89,7 +89,8 @@ export class PaintRuns {
       this.#reserve(column1 - column0)
       const { runs, runCount: firstRun } = this
       const start = (row - this.start) * this.chart.width
-      this.#addRow(tag, clip, start, weights, (row - clip.top) * placement.width + column0 - clip.left, alone)
+      const at = weights && (row - clip.top - weights.top) * weights.width + column0 - clip.left - weights.left
+      this.#addRow(tag, clip, start, weights?.values, at, alone)
       for (let run = firstRun; run < this.runCount; run += 3) {
         tracer.trace(row, runs[run + 1] - start, runs[run + 2], this.places, this.placeCount)
         this.placeCount += runs[run + 2]

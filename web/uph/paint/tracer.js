@@ -11,7 +11,7 @@ export class SourceTracer {
   constructor(placement, field, exemplar) {
     this.placement = placement
     this.field = field
-    this.center = centerMatrix(placement, field, [0, 0, 0, 0])
+    this.center = centerMatrix(placement, field)
     const [a, b, c, d] = this.center
     this.level = pyramidLevel(exemplar, a * d - b * c)
     this.wide = sizeAt(exemplar.width, this.level)

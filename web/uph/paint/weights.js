@@ -1,7 +1,7 @@
 /** Weights of a placement's texels [8]: 0 to 256, from its mask. */
 
 import { ceilDivide, range } from '../numbers.js'
-import { MASK_NONE, MASK_RAMP, maskShape } from '../plans/placement.js'
+import { MASK_NONE, MASK_RAMP } from '../plans/placement.js'
 
 const SIDE_TOP = 1
 const SIDE_LEFT = 2
@@ -14,14 +14,22 @@ export class Scratch {
   }
 }
 
-/** Weights of a placement, height × width of them; null if all are 256. */
+/**
+ * Weights of a placement, null if all are 256: `values`, `width` of them a row, for texels of its rectangle from (top,
+ * left) on, all of those that lie on its chart.
+ */
 export function placementWeights(placement, scratch) {
   const { height, width, mask } = placement
   if (mask === MASK_NONE) return null
-  const weights = scratch.take('weights', Uint16Array, height * width)
-  if (mask === MASK_RAMP) fillRamp(placement, weights)
-  else fillCut(placement, weights, scratch.take('feathered', Uint16Array, height * width))
-  return weights
+  if (mask === MASK_RAMP) {
+    const values = scratch.take('weights', Uint16Array, height * width)
+    fillRamp(placement, values)
+    return { values, width, top: 0, left: 0 }
+  }
+  const part = windowPart(placement)
+  const values = scratch.take('weights', Uint16Array, part.height * part.width)
+  fillCut(part, values, scratch.take('feathered', Uint16Array, part.height * part.width))
+  return { values, width: part.width, top: part.top, left: part.left }
 }
 
 function fillRamp({ height, width, sides, ramp }, weights) {
@@ -33,12 +41,22 @@ function fillRamp({ height, width, sides, ramp }, weights) {
   }
 }
 
+/** The part of a placement that its mask's window covers, in texels; what its ends do to others is never seen. */
+function windowPart({ height, width, maskCell, feather, cells, window }) {
+  const [top, left] = [window.top * maskCell, window.left * maskCell]
+  return {
+    ...{ top, left, maskCell, feather, cells, rows: window.rows, columns: window.columns },
+    height: Math.min(height, top + window.rows * maskCell) - top,
+    width: Math.min(width, left + window.columns * maskCell) - left,
+  }
+}
+
 /** A mask's cells as weights, feathered. */
-function fillCut(placement, weights, spare) {
-  const { height, width, feather } = placement
-  fillCells(placement, weights)
+function fillCut(part, weights, spare) {
+  const { height, width, feather } = part
+  fillCells(part, weights)
   spare.set(weights.subarray(0, height * width))
-  const spans = mixedSpans(placement)
+  const spans = mixedSpans(part)
   for (let pass = 0; pass < feather; pass++) {
     for (const [i, start, end] of spans) {
       const k = i * width
@@ -73,16 +91,15 @@ function smooth(from, to, k, end, before, behind) {
 }
 
 /** Rows of texels [row, start, end) that feathering may change: those of cells not far from one that differs. */
-function mixedSpans(placement) {
-  const { height, width, maskCell } = placement
-  const [, across] = maskShape(placement)
-  const mixed = mixedCells(placement)
+function mixedSpans(part) {
+  const { height, width, maskCell, columns } = part
+  const mixed = mixedCells(part)
   const spans = []
   for (let i = 0; i < height; i++) {
-    const line = Math.floor(i / maskCell) * across
-    for (let b = 0; b < across; b++) {
+    const line = Math.floor(i / maskCell) * columns
+    for (let b = 0; b < columns; b++) {
       const start = b
-      while (b < across && mixed[line + b]) b++
+      while (b < columns && mixed[line + b]) b++
       if (b > start) spans.push([i, start * maskCell, Math.min(b * maskCell, width)])
     }
   }
@@ -90,18 +107,16 @@ function mixedSpans(placement) {
 }
 
 /** Which cells lie as far from one that differs from its neighbour as feathering reaches. */
-function mixedCells(placement) {
-  const { maskCell, feather, cells } = placement
+function mixedCells({ maskCell, feather, cells, rows, columns }) {
   const reach = ceilDivide(feather, maskCell)
-  const [rows, across] = maskShape(placement)
-  const mixed = new Uint8Array(rows * across)
+  const mixed = new Uint8Array(rows * columns)
   for (let a = 0, at = 0; a < rows; a++) {
-    for (let b = 0; b < across; b++, at++) {
-      const besideDiffers = b + 1 < across && cells[at] !== cells[at + 1]
-      const belowDiffers = a + 1 < rows && cells[at] !== cells[at + across]
+    for (let b = 0; b < columns; b++, at++) {
+      const besideDiffers = b + 1 < columns && cells[at] !== cells[at + 1]
+      const belowDiffers = a + 1 < rows && cells[at] !== cells[at + columns]
       if (!besideDiffers && !belowDiffers) continue
       for (let i = Math.max(a - reach, 0); i <= Math.min(a + 1 + reach, rows - 1); i++) {
-        mixed.fill(1, i * across + Math.max(b - reach, 0), i * across + Math.min(b + 2 + reach, across))
+        mixed.fill(1, i * columns + Math.max(b - reach, 0), i * columns + Math.min(b + 2 + reach, columns))
       }
     }
   }

@@ -5,16 +5,18 @@ import { INTEGER_COUNTERS, INTEGER_MIXERS } from './integers.js'
 
 /** Numbers of a transferred block, in coded order, each with its f of number(f). */
 export const TRANSFERRED_NUMBERS = [
-  ...[['symmetry', 4], ['row', 0], ['column', 1], ['height', 2]],
-  ...[['width', 3], ['cut', 5], ['sourceRow', 6], ['sourceColumn', 7]],
+  ...[['symmetry', 4], ['row', 0], ['column', 1]],
+  ...[['height', 2], ['width', 3], ['cut', 5], ['sourceRow', 6], ['sourceColumn', 7]],
 ]
 export const CHART_NUMBER = 8
 export const LINK_NUMBER = 9
-const NUMBERS = 10
+export const MATRIX_NUMBER = 10
+const NUMBERS = 11
 
-/** Where counters begin: of runs of links, of positions without block, of blocks with a mask … */
+/** Where counters begin: of runs of links, of centre matrices, of positions without block, of blocks with a mask … */
 export const RUN = NUMBERS * INTEGER_COUNTERS
-export const SKIP = RUN + 2
+export const CENTRED = RUN + 2
+export const SKIP = CENTRED + 1
 export const CUT = SKIP + 54
 /** … of flags that say where a source continues a neighbour's: by modes and guesses, guesses, modes above … */
 export const FLAG = CUT + 2

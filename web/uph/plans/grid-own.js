@@ -18,7 +18,7 @@ import {
   TREE,
   TREE_MIXER,
 } from './grid-model.js'
-import { blockMatrix, sourceAt } from './placement.js'
+import { centerMatrix, sourceAt } from './placement.js'
 
 const NEAR = 3 // the largest small offset, in pixels of the level
 const POSITION_BITS = 20
@@ -51,7 +51,7 @@ export class OwnBlockDecoder {
     let bit
     while ((bit = sources.bit(1, ONE_MIXER, LIMIT)) < 0) yield
     block.cut = bit
-    block.matrix = blockMatrix(block, field)
+    block.center = block.matrix = centerMatrix(block, field)
     const guesses = this.#guesses(block, near, field, 16 << grid.level)
     block.mode = yield* this.#decodeMode(near, guesses, 16 << grid.level)
     const source = block.mode
@@ -69,7 +69,7 @@ export class OwnBlockDecoder {
   #guesses(block, near, field, unit) {
     const [mostY, mostX] = this.most
     const extent = (a, b) => Math.floor((Math.abs(a) * block.height + Math.abs(b) * block.width) / 512)
-    const [a, b, c, d] = block.matrix
+    const [a, b, c, d] = block.center
     const [tall, wide] = [extent(a, b), extent(c, d)]
     const guesses = [null, null, null]
     for (const g of [LEFT, TOP, HERE]) {

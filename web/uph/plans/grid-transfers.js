@@ -1,13 +1,25 @@
 /** Blocks of a grid plan that lie on a chart because a block of another chart reaches over the seam [5.5]. */
 
-import { CHART_NUMBER, LIMIT, LINK_NUMBER, NO_MODE, ONE_MIXER, RUN, TRANSFERRED_NUMBERS } from './grid-model.js'
+import {
+  CENTRED,
+  CHART_NUMBER,
+  LIMIT,
+  LINK_NUMBER,
+  MATRIX_NUMBER,
+  NO_MODE,
+  ONE_MIXER,
+  RUN,
+  TRANSFERRED_NUMBERS,
+} from './grid-model.js'
 import { decodeInteger } from './integers.js'
-import { blockMatrix, sourceAt } from './placement.js'
+import { MAX_MATRIX, centerMatrix, sourceAt } from './placement.js'
+import { symmetryTimes } from '../symmetry.js'
 
 const FAR = [-16384 - 4096, 32768]
 const SIZE = [1, 4096]
+const MATRIX_UNIT = 64 // of what is added to the field's matrix
 
-/** Decodes transferred blocks: the block of another chart that each comes from, and by how much it differs from a guess. */
+/** Decodes transferred blocks: the block of another chart that each comes from, and how it differs from a guess. */
 export class TransferDecoder {
   constructor(plan) {
     const { exemplar } = plan
@@ -40,9 +52,24 @@ export class TransferDecoder {
       block[name] = difference + guess.of(name)
       const [least, most] = this.limits[name]
       if (!(block[name] >= least && block[name] <= most)) fail(`${name} of block ${n} is out of range`)
-      if (name === 'column') block.matrix = blockMatrix(block, fields[chart])
+      if (name === 'column') yield* this.#decodeCenter(block, fields[chart])
     }
     return block
+  }
+
+  /** A block's centre matrix, and what its symmetry makes of it. */
+  *#decodeCenter(block, field) {
+    const { sources, fail } = this.plan
+    sources.input[0] = CENTRED
+    let bit
+    while ((bit = sources.bit(1, ONE_MIXER, LIMIT)) < 0) yield
+    block.centred = bit
+    block.center = centerMatrix(block, field)
+    for (let k = 0; bit && k < 4; k++) {
+      block.center[k] += MATRIX_UNIT * (yield* decodeInteger(sources, MATRIX_NUMBER, k ? 1 : 0))
+      if (Math.abs(block.center[k]) > MAX_MATRIX) fail("a block's centre matrix is out of range")
+    }
+    block.matrix = symmetryTimes(block.symmetry, block.center)
   }
 
   /** The number of the block that the next one comes from; −1 where it is told without. */

@@ -1,11 +1,11 @@
-/** Grid plans (method "quilt") [4, 5.5]: on each chart what others' blocks leave on it, then its own, on a grid. */
+/** Grid plans (method "quilt") [4, 5.5]: on each chart the blocks transferred to it, then its own, on a grid. */
 
 import { ceilDivide, clamp, fromZigzag, range } from '../numbers.js'
 import { decodeGridMasks, gridMaskBits } from './grid-masks.js'
 import { LIMIT, ONE_MIXER, SKIP, gridBits } from './grid-model.js'
 import { OwnBlockDecoder } from './grid-own.js'
 import { TransferDecoder } from './grid-transfers.js'
-import { MASK_CUT, MASK_NONE, MAX_PLACEMENTS, checkPlacement, maskCellCount } from './placement.js'
+import { MASK_CUT, MASK_NONE, MAX_MASK_CELLS, MAX_PLACEMENTS, checkPlacement, maskWindow } from './placement.js'
 import { Plan } from './plan.js'
 
 const FAR = 2 ** 20
@@ -24,7 +24,6 @@ const GRID_NUMBERS = {
 }
 const NAMES = Object.keys(GRID_NUMBERS)
 const FIRST_GUESS = Object.fromEntries(NAMES.map((name) => [name, GRID_NUMBERS[name][0]]))
-const MAX_GRID_CELLS = 2 ** 26
 
 /** Positions along an axis that reach the chart's end. */
 function countPositions(length, first, size, step) {
@@ -44,7 +43,6 @@ export class GridPlan extends Plan {
     for (const n of this.order) this.starts.push(this.starts.at(-1) + this.grids[n].blocks)
     this.total = this.starts.at(-1)
     this.totalCells = 0
-    this.everyCell = 0 // cells of blocks without a mask as well
     this.blocks = []
     this.sources = gridBits()
     this.transfers = new TransferDecoder(this)
@@ -137,21 +135,20 @@ export class GridPlan extends Plan {
     if (own !== grid.own) this.fail(`chart ${chart} has other blocks than its plan says`)
   }
 
-  /** Number the cells of a chart's blocks, and check these. */
+  /** Check a chart's blocks, and number the cells of their windows. */
   #checkBlocks(place, chart) {
-    for (let n = this.starts[place]; n < this.blocks.length; n++) {
-      const block = this.blocks[n]
-      block.cellCount = maskCellCount(block)
+    const { blocks, charts, fields, fail } = this
+    for (let n = this.starts[place]; n < blocks.length; n++) {
+      const block = blocks[n]
+      checkPlacement(block, charts[chart], fields[chart], (what) => fail(`block ${n} ${what}`))
+      if (!block.cut) continue
+      block.feather = this.feather
+      block.window = maskWindow(block, charts[chart])
       block.firstCell = this.totalCells
-      this.everyCell += block.cellCount
-      if (block.cut) this.totalCells += block.cellCount
-      checkPlacement(block, this.charts[chart], this.fields[chart], this.exemplar, (what) => {
-        this.fail(`block ${n} ${what}`)
-      })
+      block.cellCount = block.window.rows * block.window.columns
+      this.totalCells += block.cellCount
     }
-    if (this.everyCell > MAX_GRID_CELLS) {
-      this.fail(`blocks have ${this.everyCell} cells; allowed: ${MAX_GRID_CELLS}`)
-    }
+    if (this.totalCells > MAX_MASK_CELLS) fail(`masks have ${this.totalCells} cells; allowed: ${MAX_MASK_CELLS}`)
   }
 
   // ---------------------------------------------------------------- masks and placements
@@ -170,7 +167,7 @@ export class GridPlan extends Plan {
     return this.blocks.slice(this.starts[place], this.starts[place + 1]).map((block) => {
       const end = block.firstCell + block.cellCount
       if (!block.cut || end > this.knownCells) return { ...block, mask: MASK_NONE }
-      return { ...block, mask: MASK_CUT, feather: this.feather, cells: this.cells.subarray(block.firstCell, end) }
+      return { ...block, mask: MASK_CUT, cells: this.cells.subarray(block.firstCell, end) }
     })
   }
 }
@@ -201,7 +198,7 @@ class BlockTable {
     this.at[this.#place(i, j)] = number
   }
 
-  /** By what lies at a position, to its left and above (0 nothing, 1 a transferred block, 2 an own one), and the rim. */
+  /** By what lies at a position, to its left and above (0 nothing, 1 a transferred block, 2 an own one) and the rim. */
   skipContext(i, j) {
     const place = this.#place(i, j)
     const owner = (at) => (this.at[at] < 0 ? 0 : this.at[at] < this.firstOwn ? 1 : 2)

@@ -7,29 +7,32 @@ import {
   MASK_CUT,
   MASK_NONE,
   MAX_MASK_CELLS,
+  MAX_MATRIX,
   MAX_PLACEMENTS,
   checkPlacement,
-  maskCellCount,
-  maskShape,
+  maskWindow,
 } from './placement.js'
 import { Plan } from './plan.js'
 
-// The numbers of a placement, in coded order.
+// The numbers of a placement, in coded order; then its source, and so on.
 const NAMES = ['row', 'column', 'height', 'width', 'symmetry', 'mask', 'sides', 'ramp', 'maskCell', 'feather']
 const SOURCE_ROW = 10
 const SOURCE_COLUMN = 11
 const FIRST_CELL = 12
-const COUNT = 13
+const PLAIN_COUNT = 13
+const CENTRED = 13 // in a fine list: whether a placement has a centre matrix, whose numbers follow
+const COUNT = 18
 const MASK = NAMES.indexOf('mask')
 const ANY = [-(2 ** 31), 2 ** 31 - 1]
 const LIMITS = [ANY, ANY, [1, 4096], [1, 4096], [0, 7], [0, 2], [0, 255], [0, 255], [0, 255], [0, 16]]
+const ENTRY = [-MAX_MATRIX, MAX_MATRIX]
 
-/** A list of placements for every chart; the unit of their sources, in 1/16 pixel, is 1 or 16. */
+/** A list of placements for every chart; in a fine one sources are in 1/16 pixel, and there are centre matrices. */
 export class ListPlan extends Plan {
-  constructor(reader, charts, fields, exemplar, unit) {
+  constructor(reader, charts, fields, exemplar, isFine) {
     super(charts, exemplar)
     this.fields = fields
-    this.unit = unit
+    this.isFine = isFine
     this.ends = [] // per chart: how many placements there are up to its last one
     this.total = 0
     for (let n = 0; n < charts.length; n++) {
@@ -62,40 +65,42 @@ export class ListPlan extends Plan {
   }
 
   #limits() {
-    const most = (size) => (16 / this.unit) * size - 1
-    return [...LIMITS, [0, most(this.exemplar.height)], [0, most(this.exemplar.width)], ANY]
+    const source = (size) => [0, (this.isFine ? 16 : 1) * size - 1]
+    const { height, width } = this.exemplar
+    return [...LIMITS, source(height), source(width), ANY, [0, 1], ENTRY, ENTRY, ENTRY, ENTRY]
   }
 
   *#decodeSources(fail) {
-    const { charts, list, ends, fields, exemplar } = this
+    const { charts, list, ends, fields } = this
     let before = new Array(COUNT).fill(0)
     let cellsEnd = 0
     for (let chart = 0; chart < charts.length; chart++) {
       while (list.length < ends[chart]) {
         const n = list.length
         before = yield* this.#decodeNumbers(before, cellsEnd, fail)
-        const placement = this.#placement(before)
+        const placement = this.#placement(before, charts[chart])
+        checkPlacement(placement, charts[chart], fields[chart], (what) => fail(`placement ${n} ${what}`))
         if (placement.mask === MASK_CUT) {
           cellsEnd = placement.firstCell + placement.cellCount
           if (placement.firstCell < 0 || cellsEnd > this.totalCells) fail(`cells of placement ${n} are not there`)
         }
-        checkPlacement(placement, charts[chart], fields[chart], exemplar, (what) => fail(`placement ${n} ${what}`))
         list.push(placement)
       }
       if (!this.knownCharts.has(chart)) this.markKnown(chart)
     }
   }
 
-  /** The numbers of the next placement, each told by how it differs from a guess. */
+  /** The numbers of the next placement, each told by how it differs from a guess; 0 for those that it lacks. */
   *#decodeNumbers(before, cellsEnd, fail) {
-    const { list, limits, sources, unit } = this
-    const values = []
+    const { list, limits, sources, isFine } = this
+    const values = new Array(COUNT).fill(0)
     let differed = [0, 0] // of the last two numbers, whether they differed from their guess
-    for (let f = 0; f < COUNT; f++) {
+    for (let f = 0; f < (isFine ? COUNT : PLAIN_COUNT); f++) {
+      if (f > CENTRED && !values[CENTRED]) break
       let guess = before[f]
       if (f === SOURCE_ROW || f === SOURCE_COLUMN) {
         const axis = f - SOURCE_ROW
-        if (list.length) guess += (16 / unit) * (values[axis] - before[axis])
+        if (list.length) guess += (isFine ? 16 : 1) * (values[axis] - before[axis])
       } else if (f === FIRST_CELL) guess = values[MASK] === MASK_CUT ? cellsEnd : -1
       const difference = yield* decodeInteger(sources, f, 2 * differed[0] + differed[1])
       differed = [differed[1], difference ? 1 : 0]
@@ -103,18 +108,22 @@ export class ListPlan extends Plan {
       if (value < limits[f][0] || value > limits[f][1]) {
         fail(`a number of placement ${list.length} is outside what is allowed`)
       }
-      values.push(value)
+      values[f] = value
     }
     return values
   }
 
-  #placement(values) {
+  #placement(values, chart) {
     const placement = Object.fromEntries(NAMES.map((name, k) => [name, values[k]]))
-    placement.sourceRow = this.unit * values[SOURCE_ROW]
-    placement.sourceColumn = this.unit * values[SOURCE_COLUMN]
+    const unit = this.isFine ? 1 : 16
+    placement.sourceRow = unit * values[SOURCE_ROW]
+    placement.sourceColumn = unit * values[SOURCE_COLUMN]
+    placement.centred = values[CENTRED]
+    placement.center = values[CENTRED] ? values.slice(CENTRED + 1) : null
     if (placement.mask === MASK_CUT) {
       placement.firstCell = values[FIRST_CELL]
-      placement.cellCount = placement.maskCell ? maskCellCount(placement) : Infinity
+      placement.window = maskWindow(placement, chart)
+      placement.cellCount = placement.maskCell ? placement.window.rows * placement.window.columns : Infinity
     }
     return placement
   }
@@ -133,21 +142,21 @@ export class ListPlan extends Plan {
     cut.sort((a, b) => a.placement.firstCell - b.placement.firstCell)
     if (this.#followEachOther(cut)) {
       for (const { placement, chart } of cut) {
-        yield* decodeMask(this, ...maskShape(placement), 0)
+        yield* decodeMask(this, placement.window, 0)
         this.changed.add(chart)
       }
       return
     }
-    // Masks that overlap or leave cells out: all cells are one row.
+    // Windows that overlap or leave cells out: all cells are one row.
     const markChanged = () => cut.forEach(({ chart }) => this.changed.add(chart))
-    for (const missing of decodeMask(this, 1, this.totalCells, 0)) {
+    for (const missing of decodeMask(this, { rows: 1, columns: this.totalCells }, 0)) {
       markChanged()
       yield missing
     }
     markChanged()
   }
 
-  /** Whether masks lie one behind the other, from the first cell to the last. */
+  /** Whether windows lie one behind the other, from the first cell to the last. */
   #followEachOther(cut) {
     let end = 0
     for (const { placement } of cut) {

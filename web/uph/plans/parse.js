@@ -4,16 +4,17 @@ import { GridPlan } from './grid.js'
 import { ListPlan } from './list.js'
 import { StripPlan } from './strips.js'
 
-const LIST = 0
 const STRIPS = 1
 const GRID = 2
 const FINE_LIST = 3
 
-/** The plan that a payload holds; `hasFields` if the file has warp fields. */
-export function parsePlan(reader, charts, fields, exemplar, hasFields) {
+/** The plan that a payload holds. */
+export function parsePlan(reader, charts, fields, exemplar) {
   const kind = reader.u8('kind of plan', FINE_LIST)
-  if (kind === STRIPS && hasFields) reader.fail('plan has strips where charts have warp fields')
-  if (kind === STRIPS) return new StripPlan(reader, charts, exemplar)
+  if (kind === STRIPS) {
+    if (fields.some((field) => !field.isIdentity)) reader.fail('plan has strips where charts have warp fields')
+    return new StripPlan(reader, charts, exemplar)
+  }
   if (kind === GRID) return new GridPlan(reader, charts, fields, exemplar)
-  return new ListPlan(reader, charts, fields, exemplar, kind === LIST ? 16 : 1)
+  return new ListPlan(reader, charts, fields, exemplar, kind === FINE_LIST)
 }

@@ -4,7 +4,7 @@ import { BitDecoder, hash } from '../bits.js'
 import { decodeMask, maskBits } from '../masks.js'
 import { ceilDivide, clamp, range } from '../numbers.js'
 import { MAX_PATCHES } from '../surface.js'
-import { MASK_CUT, MASK_NONE, MASK_RAMP, MAX_MASK_CELLS, MAX_PLACEMENTS } from './placement.js'
+import { MASK_CUT, MASK_NONE, MASK_RAMP, MAX_MASK_CELLS, MAX_PLACEMENTS, maskWindow } from './placement.js'
 import { Plan } from './plan.js'
 import { Strip, edgeLength } from './strip.js'
 
@@ -186,7 +186,7 @@ export class StripPlan extends Plan {
     for (const { a, b, length } of this.strips) {
       const count = this.#blocksAlong(length)
       for (let n = 0; n < count; n++) {
-        yield* decodeMask(this, this.side, this.side, (n === 0 ? 1 : 0) + (n === count - 1 ? 2 : 0))
+        yield* decodeMask(this, { rows: this.side, columns: this.side }, (n === 0 ? 1 : 0) + (n === count - 1 ? 2 : 0))
         this.changed.add(a).add(b)
       }
     }
@@ -209,10 +209,22 @@ export class StripPlan extends Plan {
     for (const n of this.stripsOf.get(chart) ?? []) {
       const strip = this.strips[n]
       const blocks = this.#stripBlocks(n)
-      if (strip.a === chart) placements.push(...blocks.map((one) => strip.onA(one)))
-      if (strip.b === chart) placements.push(...blocks.map((one) => strip.onB(one)))
+      if (strip.a === chart) placements.push(...blocks.map((one) => this.#clipped(strip.onA(one), chart)))
+      if (strip.b === chart) placements.push(...blocks.map((one) => this.#clipped(strip.onB(one), chart)))
     }
     return placements
+  }
+
+  /** A placement whose cells are those of its window alone. */
+  #clipped(placement, chart) {
+    const window = maskWindow(placement, this.charts[chart])
+    const { top, left, rows, columns } = window
+    const cells = new Uint8Array(rows * columns)
+    for (let i = 0; i < rows; i++) {
+      const start = (top + i) * this.side + left
+      cells.set(placement.cells.subarray(start, start + columns), i * columns)
+    }
+    return { ...placement, cells, window }
   }
 
   /** Where a block of a candidate has its centre. */
