@@ -15,7 +15,7 @@ from numba.core.types.misc import unliteral
 
 from upholster.kernel_cache import KernelCache
 
-__all__ = ["inline", "kernel", "shared", "spliced"]
+__all__ = ["allocating_kernel", "inline", "kernel", "shared", "spliced"]
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 
@@ -24,18 +24,27 @@ _RULES: dict[str, Any] = {"nogil": True, "error_model": "numpy", "no_cfunc_wrapp
 
 
 def kernel(function: Function) -> Function:
-    """Compile `function` with Numba at its first call and keep the machine code on disk."""
+    """Compile `function` with Numba at its first call and keep the machine code on disk; it makes no arrays.
+
+    Whoever calls a kernel holds its arrays, so nothing counts references to them: that takes time in every
+    function called, and a third of compiling.
+    """
+    return cast(Function, _cached(_compiled(function, _nrt=False)))
+
+
+def allocating_kernel(function: Function) -> Function:
+    """Like `kernel`, for those that make arrays; what they call makes none."""
     return cast(Function, _cached(_compiled(function)))
 
 
 def shared(function: Function) -> Function:
     """Like `kernel`, for what only other kernels call: kept on disk, so that each of them loads it."""
-    return cast(Function, _cached(_compiled(function, no_cpython_wrapper=True)))
+    return cast(Function, _cached(_compiled(function, _nrt=False, no_cpython_wrapper=True)))
 
 
 def inline(function: Function) -> Function:
     """Like `shared`, for small functions: compiled together with each kernel that calls them."""
-    return cast(Function, _compiled(function, no_cpython_wrapper=True))
+    return cast(Function, _compiled(function, _nrt=False, no_cpython_wrapper=True))
 
 
 def spliced(function: Function) -> Function:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.codec._model_kernels import CONTEXTS
-from upholster.jit import inline, kernel
+from upholster.jit import allocating_kernel, inline
 from upholster.stream._bit_kernels import (
     HASHED,
     MISSING,
@@ -133,14 +133,13 @@ class Suggestions(NamedTuple):
     """What a block's neighbours suggest as its source: left, top, and a third.
 
     `ys`, `xs` are sources in 1/16 pixel, `valid` whether there is such a neighbour and source, `inside` how
-    far inside the exemplar a block there reads. `apart`: how far left and top disagree, 0 to 3.
+    far inside the exemplar a block there reads.
     """
 
     ys: NDArray[np.int64]
     xs: NDArray[np.int64]
     valid: NDArray[np.int64]
     inside: NDArray[np.int64]
-    apart: int
 
 
 @inline
@@ -150,15 +149,17 @@ def _suggest(
     matrices: NDArray[np.int32],
     numbers: ChartNumbers,
     n: int,
-) -> Suggestions:
+    suggested: Suggestions,
+) -> int:
+    # Fills in what a block's neighbours suggest; returns how far left and top disagree, 0 to 3.
     one, unit = records[n], signed(16) << numbers.level
     most_y, most_x = 16 * numbers.exemplar_height - 1, 16 * numbers.exemplar_width - 1
     a, b = abs(signed(one[CENTRE])), abs(signed(one[CENTRE + 1]))
     c, d = abs(signed(one[CENTRE + 2])), abs(signed(one[CENTRE + 3]))
     tall, wide = (a * numbers.height + b * numbers.width) >> 9, (c * numbers.height + d * numbers.width) >> 9
-    ys, xs = np.zeros(_GUESSES, np.int64), np.zeros(_GUESSES, np.int64)
-    valid, inside = np.zeros(_GUESSES, np.int64), np.zeros(_GUESSES, np.int64)
+    ys, xs, valid, inside = suggested.ys, suggested.xs, suggested.valid, suggested.inside
     for g in range(_GUESSES):
+        ys[g], xs[g], valid[g], inside[g] = 0, 0, 0, 0
         if near[g] < 0 or records[near[g], SYMMETRY] != 0:
             continue
         y, x = going_on(records, near[g], matrices, numbers.margin, signed(one[ROW]), signed(one[COLUMN]))
@@ -173,7 +174,7 @@ def _suggest(
     if valid[0] and valid[1]:
         distance = max(abs(ys[0] - ys[1]), abs(xs[0] - xs[1]))
         apart = 0 if distance == 0 else 1 if distance <= _NEAR * unit else 2
-    return Suggestions(ys, xs, valid, inside, apart)
+    return apart
 
 
 @inline
@@ -209,6 +210,7 @@ def _code_suggested(
     records: NDArray[np.int32],
     near: NDArray[np.int64],
     suggested: Suggestions,
+    apart: int,
     target: tuple[int, int],
     level: int,
     encoding: bool,
@@ -219,7 +221,7 @@ def _code_suggested(
     upper = _mode_of(records, near[3]) * 8 + _mode_of(records, near[4])
     for step in range(2 * _GUESSES):
         g, loose = step % _GUESSES, step // _GUESSES
-        if not suggested.valid[g] or (step == 1 and suggested.apart == 0):
+        if not suggested.valid[g] or (step == 1 and apart == 0):
             continue
         y, x = suggested.ys[g], suggested.xs[g]
         pixel_y, pixel_x = _pixel(y, level), _pixel(x, level)
@@ -230,7 +232,7 @@ def _code_suggested(
             asked = asked and _position(pixel_x + off_x, level) == target[1]
         else:
             asked = target[0] == y and target[1] == x
-        place = suggested.apart * 3 + suggested.inside[g]
+        place = apart * 3 + suggested.inside[g]
         a[CONTEXTS + 0] = START + _FLAG + (step * 64 + around) * 12 + place
         a[CONTEXTS + 1] = START + _FLAG + 2 * _GUESSES * 768 + step * 12 + place
         a[CONTEXTS + 2] = START + _FLAG + 2 * _GUESSES * 780 + step * 64 + upper
@@ -298,6 +300,7 @@ def _code_own(
     coder: BitCoder,
     records: NDArray[np.int32],
     near: NDArray[np.int64],
+    suggested: Suggestions,
     matrices: NDArray[np.int32],
     numbers: ChartNumbers,
     n: int,
@@ -314,8 +317,8 @@ def _code_own(
     enter_centre(records, matrices, numbers.margin, n)
     enter_matrix(records, n)
     target = (signed(records[n, SOURCE_ROW]), signed(records[n, SOURCE_COLUMN]))
-    suggested = _suggest(records, near, matrices, numbers, n)
-    mode, y, x = _code_suggested(coder, records, near, suggested, target, numbers.level, encoding)
+    apart = _suggest(records, near, matrices, numbers, n, suggested)
+    mode, y, x = _code_suggested(coder, records, near, suggested, apart, target, numbers.level, encoding)
     if mode == 0:
         y, x = _code_plain(coder, suggested, target, numbers, encoding)
     if mode == MISSING or y == MISSING:
@@ -356,7 +359,7 @@ def _neighbours(lookup: NDArray[np.int32], i: int, j: int, near: NDArray[np.int6
             near[2] = lookup[i + down, j + right]
 
 
-@kernel
+@allocating_kernel
 def code_blocks(
     coder: BitCoder,
     records: NDArray[np.int32],
@@ -381,6 +384,12 @@ def code_blocks(
     a = coder.a
     kept = np.empty_like(coder.state)
     near = np.empty(5, np.int64)
+    suggested = Suggestions(
+        np.empty(_GUESSES, np.int64),
+        np.empty(_GUESSES, np.int64),
+        np.empty(_GUESSES, np.int64),
+        np.empty(_GUESSES, np.int64),
+    )
     across, first_own = numbers.across, numbers.base + numbers.transferred
     for t in range(part[0], part[1]):
         begin(coder, kept)
@@ -410,7 +419,7 @@ def code_blocks(
                 records[n, COLUMN] = numbers.first_column + (j - 1) * numbers.step_column
                 records[n, HEIGHT], records[n, WIDTH] = numbers.height, numbers.width
                 _neighbours(lookup, i, j, near)
-                done = _code_own(coder, records, near, matrices, numbers, n, encoding)
+                done = _code_own(coder, records, near, suggested, matrices, numbers, n, encoding)
             if done > 0:
                 lookup[i, j] = n
                 own += 1

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.codec._model_kernels import CONTEXTS, code_bit
-from upholster.jit import inline, kernel
+from upholster.jit import allocating_kernel, inline, kernel
 from upholster.quilt._paint_kernels import window_of
 from upholster.stream._bit_kernels import MISSING, NUMBER_COUNTERS, START, BitCoder, begin, code_number, undo
 from upholster.types import int64
@@ -81,7 +81,7 @@ def _following(record: NDArray[np.int64], before: int, tall: int, wide: int) -> 
     return int(record[_FIRST] + (i1 - i0) * (j1 - j0))
 
 
-@kernel
+@allocating_kernel
 def code_fields(
     coder: BitCoder,
     fields: NDArray[np.int64],

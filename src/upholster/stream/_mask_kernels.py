@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.codec._model_kernels import CONTEXTS, code_bit
-from upholster.jit import inline, kernel
+from upholster.jit import allocating_kernel, inline
 from upholster.stream._bit_kernels import START, BitCoder, signed
 from upholster.stream._block_records import AGREES, COLUMN, CUT, HEIGHT, LINK, MATRIX, ROW, SIZE, WIDTH
 
@@ -256,7 +256,7 @@ def _code_odd(
     return code_bit(coder.state, coder.data, coder.a, 1, _ODD_MIXER, _LIMIT, encoding, odd)
 
 
-@kernel
+@allocating_kernel
 def code_masks(
     coder: BitCoder,
     records: NDArray[np.int32],

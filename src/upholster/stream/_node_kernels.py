@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.codec._model_kernels import CONTEXTS, code_bit
-from upholster.jit import inline, kernel
+from upholster.jit import allocating_kernel, inline
 from upholster.stream._bit_kernels import MISSING, START, BitCoder
 from upholster.types import int64
 
@@ -136,7 +136,7 @@ def _code_residual(
     return -found if sign else found
 
 
-@kernel
+@allocating_kernel
 def code_nodes(
     coder: BitCoder,
     nodes: NDArray[np.int16],

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.codec._model_kernels import CONTEXTS
-from upholster.jit import inline, kernel
+from upholster.jit import allocating_kernel, inline
 from upholster.stream._bit_kernels import HASHED, MISSING, START, BitCoder, begin, hash_of, logged_bit, undo
 from upholster.types import int64
 
@@ -112,7 +112,7 @@ def _code_number(
     return node - (1 << length)
 
 
-@kernel
+@allocating_kernel
 def code_sources(
     coder: BitCoder,
     chosen: NDArray[np.int32],

@@ -14,7 +14,7 @@ import numpy as np
 from numba import types
 from numba.extending import overload
 
-from upholster.jit import inline, kernel
+from upholster.jit import allocating_kernel, inline
 
 __all__ = ["DAUBECHIES97", "HAAR", "LEGALL53", "lift_forward", "lift_inverse"]
 
@@ -144,7 +144,7 @@ def _put(row: Any, lines: Any, at: int) -> None:
         lines[begin + n] = row[n]
 
 
-@kernel
+@allocating_kernel
 def lift_forward(kind: int, steps: int, image: Any, low: Any, out: Any) -> None:
     """Transform `image` (h, w).
 
@@ -184,7 +184,7 @@ def lift_forward(kind: int, steps: int, image: Any, low: Any, out: Any) -> None:
                 _take(lines, at, out[low_rows + i // 2, :width])
 
 
-@kernel
+@allocating_kernel
 def lift_inverse(kind: int, steps: int, low: Any, coefficients: Any, image: Any) -> None:
     """Invert `lift_forward`: from LL in `low` and the quadrants of `coefficients` to `image` (h, w)."""
     height, width = image.shape

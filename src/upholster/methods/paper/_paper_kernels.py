@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.jit import inline, kernel
+from upholster.jit import allocating_kernel, inline, spliced
 from upholster.methods._cut_kernels import cut_grid
 from upholster.methods.paper._match_kernels import (
     FRACTION_BITS,
@@ -30,7 +30,7 @@ class CutScratch(NamedTuple):
     spare: NDArray[np.int32]
 
 
-@inline
+@spliced
 def _features(numbers: CandidateNumbers, tiles: int) -> Features:
     most = 2 * numbers.channels * tiles * tiles
     return Features(
@@ -38,7 +38,7 @@ def _features(numbers: CandidateNumbers, tiles: int) -> Features:
     )
 
 
-@kernel
+@allocating_kernel
 def lay_blocks(
     canvas: NDArray[np.uint16],
     placements: Any,
@@ -220,7 +220,7 @@ def _paint_block(
     lay_placement(canvas, 0, size[1], placement, mask, window, working, channels, symmetries, weights, spare)
 
 
-@kernel
+@allocating_kernel
 def lay_edge_blocks(
     canvases: tuple[NDArray[np.uint16], NDArray[np.uint16]],
     sizes: tuple[tuple[int, int], tuple[int, int]],

@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.jit import inline, kernel, shared
+from upholster.jit import allocating_kernel, inline, shared
 from upholster.methods.quilt._block_numbers import ChoiceScratch, LayNumbers, Span
 from upholster.types import int64
 
 __all__ = ["draw", "mean_boxes", "search"]
 
 
-@kernel
+@allocating_kernel
 def mean_boxes(
     image: NDArray[np.uint8], height: int, width: int, channels: int, step: int
 ) -> NDArray[np.float32]:

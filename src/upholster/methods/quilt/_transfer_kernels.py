@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.jit import inline, kernel
+from upholster.jit import allocating_kernel, inline, kernel
 from upholster.quilt._field_kernels import displacement, matrix_at
 from upholster.quilt.placement import SYMMETRIES
 from upholster.types import int64
@@ -14,14 +14,16 @@ __all__ = ["lay_transferred", "transfer_masks"]
 
 
 @inline
+def _off(border: Any, centre: Any, count: Any, cell: int) -> Any:
+    # How far a border lies from the nearest one of `count` cells round a centre.
+    apart = (border - (centre - count * cell // 2 - 0.5)) / cell
+    return abs(apart - np.rint(apart))
+
+
+@inline
 def _nudge(border: Any, centre: Any, count: Any, cell: int) -> int:
     # 1 where count + 1 cells round a centre come to lie nearer to a border than count.
-    off = np.empty(2)
-    for more in range(2):
-        start = centre - (count + more) * cell // 2 - 0.5
-        apart = (border - start) / cell
-        off[more] = abs(apart - np.rint(apart))
-    return 1 if off[1] < off[0] else 0
+    return 1 if _off(border, centre, count + 1, cell) < _off(border, centre, count, cell) else 0
 
 
 @kernel
@@ -91,7 +93,7 @@ def transfer_masks(
     return int(count)
 
 
-@kernel
+@allocating_kernel
 def lay_transferred(
     canvas: NDArray[np.uint8],
     covered: NDArray[np.uint8],
