@@ -73,8 +73,9 @@ def jobs_for(uses: Iterable[str] | None = None) -> list[Job]:
     if uses is None:
         return jobs
     wanted = {n for use in uses for n in table["uses"].get(use, ())}
-    for n in sorted(wanted, reverse=True):  # what a kernel is made of comes before it
-        wanted.update(table["kernels"][n]["needs"])
+    for n in reversed(range(len(jobs))):  # what a kernel is made of comes before it
+        if n in wanted:
+            wanted.update(table["kernels"][n]["needs"])
     return [jobs[n] for n in sorted(wanted)]
 
 
