@@ -108,13 +108,14 @@ def test_the_slider_by_keyboard(ring: Any) -> None:
     total = len(browser.ring())
     assert ring.settle()["bytes"] == total
     ring.page.keyboard.press("Home")
-    assert ring.settle()["bytes"] == describe(browser.ring()).view
+    view = describe(browser.ring()).view
+    assert ring.settle()["bytes"] == view
     seen = []
     for _ in range(3):
         ring.page.keyboard.press("PageUp")
         ring.page.keyboard.press("PageUp")
         seen.append(ring.settle()["bytes"])
-    assert 1000 < seen[0] < seen[1] < seen[2] < total
+    assert view < seen[0] < seen[1] < seen[2] < total
     before = slider.get_attribute("aria-valuetext")
     ring.page.keyboard.press("ArrowLeft")
     assert ring.settle()["bytes"] < seen[2]
@@ -171,6 +172,7 @@ def test_every_control_is_reached_by_tab_and_has_a_name(ring: Any) -> None:
 
 
 def test_wireframe_borders_and_light_change_the_picture(ring: Any) -> None:
+    ring.settle_shape()
     plain = _press(ring)
     for key in "wb":
         assert _changed(_press(ring, key), plain) > 0.01, key
@@ -200,7 +202,7 @@ def test_side_by_side_with_the_full_quality(ring: Any) -> None:
         else (picture[:, : width // 2], picture[:, width - width // 2 :])
     )
     # The same model at the same place, but sharper.
-    assert _changed(*halves) > 0.02
+    assert _changed(*halves) > 0.01
     smooth = [gaussian_filter(half[:, :, :3].astype(float), (8, 8, 0)) for half in halves]
     assert np.abs(smooth[0] - smooth[1]).mean() < 0.35 * np.abs(smooth[0] - smooth[1][::-1]).mean()
     rough = [np.abs(np.diff(half[:, :, :3].astype(int), axis=1)).mean() for half in halves]
