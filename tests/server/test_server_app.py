@@ -75,7 +75,7 @@ def test_one_connection_carries_many_answers(shared):
     client, _ = shared
     line = http.client.HTTPConnection("127.0.0.1", client.port, timeout=30)
     for _ in range(3):
-        for path, size in (("/streams/quilt.uph", 12_559), ("/streams/none.uph", 9), ("/view/none", None)):
+        for path, size in (("/streams/quilt.uph", 12_698), ("/streams/none.uph", 9), ("/view/none", None)):
             line.request("GET", path)
             body = line.getresponse().read()
             assert size in (None, len(body))
@@ -313,7 +313,7 @@ def test_pages_name_the_streams_safely(folder, monkeypatch):
         assert page.count("<li>") == 3
         assert "<script" not in page
         assert name not in page
-        assert "12.6 kB" in page
+        assert "12.7 kB" in page
         links = re.findall(r'href="(/view/[^"]+)"', page)
         pictures = re.findall(r'src="(/thumbnails/[^"]+)"', page)
         assert len(links) == len(pictures) == 3
