@@ -11,6 +11,7 @@ from benchmarks import fidelity as fidelity_module
 from benchmarks import seams as seams_module
 from benchmarks.codec import codec
 from benchmarks.command import command
+from benchmarks.compile import compile_time
 from benchmarks.flagship import flagship, growth
 from benchmarks.measure import Results
 from benchmarks.parts import parts
@@ -24,6 +25,7 @@ BENCHMARKS = {
     "growth": growth,
     "quilt": quilt,
     "command": command,
+    "compile": compile_time,
     "parts": parts,
     "codec": codec,
     "stream": stream,

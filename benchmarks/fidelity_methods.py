@@ -14,7 +14,7 @@ import numpy as np
 import upholster
 from upholster.geometry import plane
 from upholster.image import read_image, write_image
-from upholster.methods import METHODS
+from upholster.options import METHODS
 from upholster.quilt import Quilt
 from upholster.types import PixelArray
 

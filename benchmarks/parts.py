@@ -6,7 +6,7 @@ from geomdl import NURBS
 
 import upholster
 from benchmarks.measure import Results, median_seconds
-from upholster.geometry import tessellate
+from upholster.model import tessellate
 from upholster.wavelet import dwt2, idwt2
 
 __all__ = ["parts"]

@@ -4,6 +4,7 @@ import upholster
 from benchmarks.flagship import gmic_seconds
 from benchmarks.measure import EXEMPLAR, Results, median_seconds
 from upholster.methods import execute, prepare
+from upholster.options import SynthesisOptions
 
 __all__ = ["quilt"]
 
@@ -33,7 +34,7 @@ def quilt(results: Results) -> None:
     _ = ring.shared
     first = 0.0
     for texels in (2**20, 2**22, 2**24, 2**26):
-        prepared = prepare(exemplar, ring, texels=texels)
+        prepared = prepare(exemplar, ring, SynthesisOptions(texels=texels))
         placements = len(execute(prepared, exemplar, ring, seed=7).placements)
 
         def whole(texels: int = texels) -> None:

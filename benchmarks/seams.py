@@ -27,7 +27,8 @@ from upholster.charts.directions import parse_direction
 from upholster.geometry import plane, surface_from_spec
 from upholster.measure import measure_cover, wrap_seams
 from upholster.methods.synthesis import execute, prepare
-from upholster.outputs import TexturedModel, WriteOptions
+from upholster.options import SynthesisOptions, WriteOptions
+from upholster.outputs import TexturedModel
 from upholster.types import PixelArray
 
 __all__ = ["main", "seams"]
@@ -132,7 +133,7 @@ def _covered(
 ) -> tuple[Row, PixelArray | None]:
     surface = surface_from_spec(spec)
     start = time.perf_counter()
-    prepared = prepare(exemplar, surface, method="quilt", texels=texels)
+    prepared = prepare(exemplar, surface, SynthesisOptions(texels=texels))
     quilt = execute(prepared, exemplar, surface, seed=seed)
     seconds = time.perf_counter() - start
     painted = upholster.paint(quilt, exemplar)

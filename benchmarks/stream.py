@@ -10,7 +10,8 @@ from benchmarks.measure import EXEMPLAR, Results, median_seconds
 from upholster.export import write_glb
 from upholster.image import encode_image
 from upholster.levels import refine_steps, texels_psnr
-from upholster.outputs import TexturedModel, WriteOptions
+from upholster.options import WriteOptions
+from upholster.outputs import TexturedModel
 from upholster.quilt import Texels
 from upholster.stream import StreamDecoder, describe, encode_stream
 from upholster.stream.prefix import Limit, feed_until

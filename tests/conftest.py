@@ -1,7 +1,24 @@
 """Settings for all tests."""
 
+import os
+
+import pytest
 from hypothesis import settings
 
-# The first example of a test may compile kernels: how long it takes says nothing.
-settings.register_profile("upholster", deadline=None)
-settings.load_profile("upholster")
+# The first example of a test may compile kernels: how long it takes says nothing. The same examples each time
+# make the test command's answer depend on the code alone; `--hypothesis-profile random` looks further.
+settings.register_profile("same", deadline=None, derandomize=True)
+settings.register_profile("random", deadline=None)
+settings.load_profile("same")
+
+
+def pytest_sessionstart(session: pytest.Session) -> None:
+    """Compile all kernels once, side by side, before several workers would each compile them."""
+    several = getattr(session.config.option, "numprocesses", None)
+    if not several or hasattr(session.config, "workerinput") or os.environ.get("NUMBA_DISABLE_JIT"):
+        return
+    from upholster.warm import compiling
+
+    with compiling() as compiler:
+        if compiler is not None:
+            compiler.wait()

@@ -14,11 +14,12 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent / "stream"))
 
-from streams import changed, covered, noise, stream, woven
+from streams import changed, covered, leaning, noise, stream, woven
 
 from upholster.geometry import Surface, surface_from_spec
 from upholster.quilt import Chart, Quilt
-from upholster.quilt.model import PLACEMENT
+from upholster.quilt.placement import PLACEMENT
+from upholster.quilt.plans import PlacementList
 from upholster.stream import StreamDecoder, encode_stream
 
 FOLDER = Path(__file__).parent / "vectors"
@@ -28,9 +29,9 @@ def smallest() -> Any:
     """The worked example of SPEC.md: a plane, one chart of 8 × 8, a grey exemplar of 4 × 4, one placement."""
     placed = np.zeros(1, PLACEMENT)
     placed["row"], placed["column"], placed["height"], placed["width"] = 4, 4, 4, 4
-    placed["source_row"], placed["source_column"], placed["cells"] = 32, 32, -1
+    placed["source_row"], placed["source_column"], placed["first_cell"] = 32, 32, -1
     exemplar = (np.arange(16, dtype=np.uint8) * 10).reshape(4, 4, 1)
-    quilt = Quilt((Chart(0, 8, 8),), (4, 4), placed, np.zeros(0, np.uint8))
+    quilt = Quilt((Chart(0, 8, 8),), (4, 4), PlacementList(placed, np.zeros(0, np.uint8)))
     return encode_stream(surface_from_spec("plane"), quilt, exemplar, lossless=True)
 
 
@@ -39,7 +40,7 @@ def vectors() -> Any:
     yield "smallest", smallest()
     yield "paper", encode_stream(*covered())
     surface, quilt, exemplar = covered("cylinder")
-    yield "general_lossless", encode_stream(surface, changed(quilt), exemplar, lossless=True)
+    yield "list_lossless", encode_stream(surface, changed(quilt), exemplar, lossless=True)
     surface, quilt, _ = covered("sphere:r=2")
     nets = Surface(surface.patches, "nets")
     yield (
@@ -48,6 +49,7 @@ def vectors() -> Any:
     )
     yield "quilt", encode_stream(*woven("torus", sample_size=1.5))
     yield "fields", stream("bent")
+    yield "centre_matrices", encode_stream(*leaning(spec="cone", texels=5_000))
 
 
 def decoded(data: Any) -> Any:
@@ -66,10 +68,11 @@ def hashes(decoder: Any) -> Any:
     if decoder.needed:
         return {"needed": decoder.needed}
     quilt = decoder.quilt()
-    columns = [quilt.placements[name].astype("<i4") for name in quilt.placements.dtype.names]
+    placed = quilt.placements
+    columns = [placed[name].astype("<i4").reshape(len(placed), -1) for name in placed.dtype.names]
     return {
-        "placements": _hash(np.stack(columns, axis=1)),
-        "cells": _hash(quilt.cells),
+        "placements": _hash(np.concatenate(columns, axis=1)),
+        "cells": _hash(quilt.mask_cells),
         "exemplar": _hash(decoder.exemplar()),
         "texels": _hash(np.concatenate([array.reshape(-1) for array in decoder.texels(threads=1).arrays])),
     }

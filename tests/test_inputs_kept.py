@@ -104,8 +104,8 @@ REFUSED = [
     ("encode x.png -o picture.ezw", "picture.ezw", "x.png"),
     ("decode x.ezw -o code.png", "code.png", "x.ezw"),
     ("measure r.uph --json told.json", "told.json", "r.uph"),
-    ("measure r.uph --exemplar x.png --json sample.json", "sample.json", "x.png"),
-    ("measure hard.png --exemplar wall_albedo.png --json sample.json", "sample.json", "hard.png"),
+    ("measure r.uph --sample x.png --json sample.json", "sample.json", "x.png"),
+    ("measure hard.png --sample wall_albedo.png --json sample.json", "sample.json", "hard.png"),
 ]  # fmt: skip
 
 

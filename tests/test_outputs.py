@@ -5,12 +5,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from upholster.charts.seams import find_seams
 from upholster.errors import InputError
 from upholster.export import write_map
 from upholster.geometry import sphere
 from upholster.image import read_image
 from upholster.model import build_atlas, build_normal_atlas
-from upholster.outputs import TexturedModel, WriteOptions, parse_output
+from upholster.options import WriteOptions
+from upholster.outputs import TexturedModel, parse_output
 from upholster.quilt import Chart, Texels
 
 ROLES = ("normal", "ao")
@@ -38,8 +40,10 @@ def test_a_normal_maps_gutters_are_turned() -> None:
     texels = Texels(tuple(Chart(n, 32, 32) for n in range(6)), tuple(normals))
     maps = {"normal": texels, "emission": texels}
     model = TexturedModel(surface, texels, maps=maps)
-    np.testing.assert_array_equal(model.map_pixels("normal"), build_normal_atlas(surface, texels).pixels)
-    np.testing.assert_array_equal(model.map_pixels("emission"), build_atlas(surface, texels).pixels)
+    seams = find_seams(surface, texels.charts)
+    turned = build_normal_atlas(surface, texels, seams)
+    np.testing.assert_array_equal(model.map_pixels("normal"), turned.pixels)
+    np.testing.assert_array_equal(model.map_pixels("emission"), build_atlas(texels, seams).pixels)
     assert (model.map_pixels("normal") != model.map_pixels("emission")).any()
 
 

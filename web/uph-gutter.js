@@ -19,24 +19,14 @@ export function edgeLines(data, { height, width }) {
 /**
  * The gutter of a chart: top and bottom with corners, right and left without, in one array.
  *
- * `lines` are its own edge lines; `beyond(edge)` tells what meets an edge: `meetings`, each {start, stop, otherStart,
- * otherStop, line}, and, for normals, by which angle to turn each texel, `turns`. Borders repeat the chart.
+ * `lines` are its own edge lines; `beyond(edge)` tells what lies beyond an edge: `seams`, each {start, stop, otherStart,
+ * otherStop, line}, and, for normals, by which angle to turn each texel, `angles`. Borders repeat the chart.
  */
-export function makeRing(lines, { height, width }, beyond) {
+export function makeGutter(lines, { height, width }, beyond) {
   const bands = lines.map((own, edge) => {
-    const count = edge % 2 ? height : width
     const band = own.slice()
-    const { meetings, turns } = beyond(edge)
-    for (const { start, stop, otherStart, otherStop, line } of meetings) {
-      const slope = (otherStop - otherStart) / (stop - start)
-      const many = line.length / 4
-      for (let n = Math.max(0, Math.ceil(start * count - 0.5)); n < count && (n + 0.5) / count < stop; n++) {
-        const place = otherStart + slope * ((n + 0.5) / count - start)
-        const m = Math.min(many - 1, Math.max(0, Math.floor(place * many)))
-        for (let k = 0; k < 4; k++) band[4 * n + k] = line[4 * m + k]
-        if (turns) turnNormal(band, 4 * n, turns[n])
-      }
-    }
+    const { seams, angles } = beyond(edge)
+    for (const seam of seams) copyAcross(seam, band, edge % 2 ? height : width, angles)
     return band
   })
   const corner = (a, i, b, j) => [0, 1, 2, 3].map((k) => (bands[a][4 * i + k] + bands[b][4 * j + k]) >> 1)
@@ -44,16 +34,28 @@ export function makeRing(lines, { height, width }, beyond) {
   return Uint8Array.of(...across(0, 0), ...across(2, height - 1), ...bands[1], ...bands[3])
 }
 
+/** Copy texels from beyond a seam into a band of `count` texels. */
+function copyAcross({ start, stop, otherStart, otherStop, line }, band, count, angles) {
+  const slope = (otherStop - otherStart) / (stop - start)
+  const otherCount = line.length / 4
+  for (let n = Math.max(0, Math.ceil(start * count - 0.5)); n < count && (n + 0.5) / count < stop; n++) {
+    const place = otherStart + slope * ((n + 0.5) / count - start)
+    const m = Math.min(otherCount - 1, Math.max(0, Math.floor(place * otherCount)))
+    for (let k = 0; k < 4; k++) band[4 * n + k] = line[4 * m + k]
+    if (angles) turnNormal(band, 4 * n, angles[n])
+  }
+}
+
 /** Write a gutter round a chart. */
-export function putRing(data, { height, width }, ring) {
+export function putGutter(data, { height, width }, gutter) {
   const stride = 4 * (width + 2)
-  data.set(ring.subarray(0, stride), 0)
-  data.set(ring.subarray(stride, 2 * stride), (height + 1) * stride)
+  data.set(gutter.subarray(0, stride), 0)
+  data.set(gutter.subarray(stride, 2 * stride), (height + 1) * stride)
   for (let i = 0, from = 2 * stride; i < height; i++, from += 4) {
     const at = (i + 1) * stride
     for (let k = 0; k < 4; k++) {
-      data[at + stride - 4 + k] = ring[from + k]
-      data[at + k] = ring[from + 4 * height + k]
+      data[at + stride - 4 + k] = gutter[from + k]
+      data[at + k] = gutter[from + 4 * height + k]
     }
   }
 }

@@ -1,13 +1,13 @@
 import type { Chart, Patch, Surface } from './uph.js'
 
-/** An interval of a chart's edge that meets another chart's edge (or another edge of the same chart). */
-export interface Meeting {
+/** A seam as an edge of a chart sees it: an interval that lies along another chart's edge (or of its own). */
+export interface ChartSeam {
   /** 0 ≤ start < stop ≤ 1, in the edge's own parameter: t on edges 0 and 2, s on edges 1 and 3. */
   start: number
   stop: number
   chart: number
   edge: number
-  /** Parameters there that meet start and stop, by a linear map; otherStart > otherStop where it runs back. */
+  /** Parameters there of start and stop, linear in between; otherStart > otherStop where it runs back. */
   otherStart: number
   otherStop: number
 }
@@ -24,7 +24,7 @@ export interface Bounds {
   bendT: number
 }
 
-/** Triangles, counter-clockwise seen from outside. */
+/** Triangles, counter-clockwise seen from outside. Where a chart lies across a crease the normals are those behind it. */
 export interface ChartMesh {
   positions: Float32Array
   /** Of length 1; at a point where an edge has collapsed the limit along the chart. */
@@ -39,7 +39,7 @@ export interface ChartMesh {
 }
 
 /**
- * Makes meshes of a surface's charts, of any fineness each. Along a meeting both charts' vertices lie at the breaks of
+ * Makes meshes of a surface's charts, of any fineness each. Along a seam both charts' vertices lie at the breaks of
  * either, at positions equal to the bit: there are no gaps, and a closed surface's meshes close.
  */
 export class SurfaceMesher {
@@ -47,21 +47,22 @@ export class SurfaceMesher {
   constructor(surface: Surface, charts: readonly Chart[])
   /** The surface's patches, those of a built-in one as well. */
   readonly patches: readonly Patch[]
-  /** What meets an edge of a chart, along it. Throws `RangeError` if there is no such chart. */
-  neighbours(chart: number, edge: 0 | 1 | 2 | 3): Meeting[]
+  /** The seams of an edge of a chart, along it. Throws `RangeError` if there is no such chart. */
+  seams(chart: number, edge: 0 | 1 | 2 | 3): ChartSeam[]
   /**
    * At each of `count` places along an edge, (n + ½)/count: the angle by which the tangents beyond it are turned against
    * the chart's own, about its normal; 0 at borders. What a normal map's gutter needs.
    */
-  turns(chart: number, edge: 0 | 1 | 2 | 3, count: number): Float32Array
+  frameAngles(chart: number, edge: 0 | 1 | 2 | 3, count: number): Float32Array
   /** Where a chart is and how it bends, sampled. Throws `RangeError` if there is no such chart. */
   bounds(chart: number): Bounds
   /**
    * The mesh of a chart.
    *
    * `counts` holds two numbers for every chart of the surface, its segments along s and along t: 1 to 256, powers of
-   * two if what charts have in common shall be few vertices; 1 counts as 2. A mesh changes with the counts of its chart
-   * and of those that meet it. Throws `RangeError` if there is no such chart, or for a count outside its range.
+   * two if vertices along seams shall be few. A chart gets at least 2, or 4 where it may close to a ring.
+   * Borders of patches inside a chart are lines of the mesh where derivatives jump. A mesh changes with the counts of
+   * its chart and of those beside it. Throws `RangeError` if there is no such chart, or for a count outside its range.
    */
   mesh(chart: number, counts: ArrayLike<number>): ChartMesh
 }

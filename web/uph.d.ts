@@ -14,9 +14,9 @@ export interface Picture {
 
 export type Samples = Uint8Array | Uint16Array | Float32Array
 
-/** The texels laid over the rectangle [s0, s1] × [t0, t1] of a patch: rows go with s, columns with t. */
+/** The texels laid over a rectangle of a face, across its patches: rows go with s, from s0 to s1, columns with t. */
 export interface Chart {
-  patch: number
+  face: number
   height: number
   width: number
   s0: number
@@ -32,14 +32,22 @@ export interface Patch {
   net: Float64Array
 }
 
+/** A grid of patches, numbered row by row from `firstPatch` on: s runs from 0 to its rows, t from 0 to its columns. */
+export interface Face {
+  rows: number
+  columns: number
+  firstPatch: number
+}
+
 export type Surface =
   | {
       kind: 'cyclide' | 'torus' | 'sphere' | 'plane' | 'ellipsoid' | 'cylinder' | 'cone' | 'vase'
       /** Parameters by their names in SPEC.md, defaults filled in. */
       params: Record<string, number | [number, number]>
+      faces: Face[]
       patchCount: number
     }
-  | { kind: 'nets'; name: string; tolerance: number; patches: Patch[]; patchCount: number }
+  | { kind: 'nets'; name: string; tolerance: number; faces: Face[]; patches: Patch[]; patchCount: number }
 
 /** What a piece of a stream changed. */
 export interface Changes {
@@ -78,7 +86,7 @@ export class UphDecoder {
   /** A map of the exemplar as far as it has come, as RGBA of 8 bits for the screen, see `rgba`. */
   exemplarRgba(role?: string): { height: number; width: number; data: Uint8Array }
   /** Whether a chart has its placements; before, it repeats the exemplar, mirrored, from its first texel on. */
-  knows(index: number): boolean
+  isPlaced(index: number): boolean
   /** How many of the exemplar's pixels then go on a texel. */
   readonly repeat: number
   /**

@@ -1,24 +1,24 @@
 /**
- * `<upholster-viewer src="ring.uph">`: shows a `.uph` stream while it comes, to be turned, lit and judged.
+ * `<upholster-viewer src="ring.uph">`: shows a `.uph` stream while it comes, which a person can turn and light.
  *
  * Attributes: src, worker, view, background, controls, autorotate; see `upholster-viewer.d.ts`. Needs three.js, WebGL2, and
  * nothing that a strict content security policy forbids.
  */
 
 import { h } from './viewer/dom.js'
-import { Face } from './viewer/face.js'
 import { parseView } from './viewer/frame.js'
 import { Session, prepare } from './viewer/session.js'
 import { Stage } from './viewer/stage.js'
 import { style } from './viewer/style.js'
-import { amount } from './viewer/words.js'
+import { amount } from './viewer/text.js'
+import { ViewerUI } from './viewer/ui.js'
 
-const VIEW = [30, 30]
-const TURN = 7.5
-const ZOOM = 1.15
+const START_VIEW = [30, 30]
+const TURN_DEGREES = 7.5
+const ZOOM_FACTOR = 1.15
 
 /** What the full quality is compared with where nothing else was chosen. */
-const COMPARED = { coefficients: 0.07 }
+const COMPARED_LIMIT = { coefficients: 0.07 }
 
 const KEYS = {
   ArrowLeft: 'left',
@@ -40,42 +40,42 @@ const KEYS = {
   Escape: 'close',
 }
 
-/** What a stage without controls can do. */
-const BARE = ['left', 'right', 'up', 'down', 'nearer', 'farther', 'reset']
+/** Actions that need no controls. */
+const STAGE_ACTIONS = ['left', 'right', 'up', 'down', 'nearer', 'farther', 'reset']
 
-const DARK = matchMedia('(prefers-color-scheme: dark)')
-const CALM = matchMedia('(prefers-reduced-motion: reduce)')
+const DARK_SCHEME = matchMedia('(prefers-color-scheme: dark)')
+const REDUCED_MOTION = matchMedia('(prefers-reduced-motion: reduce)')
 
 /** The element; importing this module defines it. */
 export class UpholsterViewer extends HTMLElement {
   static observedAttributes = ['src', 'view', 'background', 'controls', 'autorotate']
 
-  #face
+  #ui
   #source = null
   #view = null
   #session = null
   #stage = null
   #listening = null
   #refreshing = 0
-  #lost = false
-  #drawn = { wireframe: false, borders: false }
+  #contextLost = false
+  #options = { wireframe: false, borders: false }
 
   constructor() {
     super()
     const root = this.attachShadow({ mode: 'open' })
     root.adoptedStyleSheets = [style()]
-    this.#face = new Face(root, {
+    this.#ui = new ViewerUI(root, {
       act: (name) => this.#act(name),
       limit: (limit) => this.#setLimit(limit),
       light: (direction) => {
         this.#stage.light = direction
-        this.#face.light = this.#stage.light
+        this.#ui.light = this.#stage.light
       },
       measure: () => this.#stage.measure(),
-      again: () => this.open(this.#source),
+      retry: () => this.open(this.#source),
       key: (event) => this.#key(event),
     })
-    this.#face.oncard = (name) => {
+    this.#ui.oncard = (name) => {
       if (this.#stage) this.#stage.dragLight = name === 'light'
       this.#refresh()
     }
@@ -132,40 +132,40 @@ export class UpholsterViewer extends HTMLElement {
   set fullscreen(on) {
     if (on === this.fullscreen) return
     const done = on ? this.requestFullscreen() : document.exitFullscreen()
-    done.catch(() => this.#face.say('Full screen is not allowed here.'))
+    done.catch(() => this.#ui.say('Full screen is not allowed here.'))
   }
 
-  // ---------------------------------------------------------------- the element's life
+  // ---------------------------------------------------------------- life cycle
 
   connectedCallback() {
     if (this.#stage) return
     this.#source ??= this.getAttribute('src')
     try {
-      this.#stage = new Stage(this.#face.stage, this.view)
+      this.#stage = new Stage(this.#ui.stage, this.view)
     } catch {
-      this.#face.fail('This browser can not show 3D pictures.', 'It has no WebGL2, or it is switched off.')
+      this.#ui.fail('This browser can not show 3D models.', 'It has no WebGL2, or WebGL2 is switched off.')
       return
     }
     this.#listening = new AbortController()
     const { signal } = this.#listening
-    DARK.addEventListener('change', () => this.#dress(), { signal })
-    CALM.addEventListener('change', () => this.#dress(), { signal })
-    document.addEventListener('fullscreenchange', () => this.#face.press('fullscreen', this.fullscreen), { signal })
+    DARK_SCHEME.addEventListener('change', () => this.#applySettings(), { signal })
+    REDUCED_MOTION.addEventListener('change', () => this.#applySettings(), { signal })
+    document.addEventListener('fullscreenchange', () => this.#ui.press('fullscreen', this.fullscreen), { signal })
     const { canvas } = this.#stage
     canvas.tabIndex = 0
     const described = { part: 'canvas', role: 'application', 'aria-roledescription': '3D model' }
     for (const [name, value] of Object.entries(described)) canvas.setAttribute(name, value)
-    this.#stage.onlight = () => (this.#face.light = this.#stage.light)
-    this.#stage.onlost = () => this.#lose(true)
-    this.#stage.onrestored = () => this.#lose(false)
-    this.#face.light = this.#stage.light
-    this.#dress()
+    this.#stage.onlight = () => (this.#ui.light = this.#stage.light)
+    this.#stage.onlost = () => this.#setContextLost(true)
+    this.#stage.onrestored = () => this.#setContextLost(false)
+    this.#ui.light = this.#stage.light
+    this.#applySettings()
     this.#rotate()
     this.#refresh()
     if (this.#source !== null) this.#begin()
     else prepare(this.getAttribute('worker'))
-    // The request goes out first.
-    requestAnimationFrame(() => this.#stage?.warm())
+    // After the request has gone out.
+    requestAnimationFrame(() => this.#stage?.precompile())
   }
 
   disconnectedCallback() {
@@ -176,7 +176,7 @@ export class UpholsterViewer extends HTMLElement {
       this.#listening.abort()
       this.#stage.dispose()
       this.#stage = null
-      this.#lost = false
+      this.#contextLost = false
     })
   }
 
@@ -185,31 +185,31 @@ export class UpholsterViewer extends HTMLElement {
     if (name === 'src' && after !== null) this.open(after)
     else if (name === 'view') this.view = this.#startView
     else if (name === 'autorotate') this.#rotate()
-    else this.#dress()
+    else this.#applySettings()
   }
 
   get #startView() {
-    return parseView(this.getAttribute('view') ?? '') ?? VIEW
+    return parseView(this.getAttribute('view') ?? '') ?? START_VIEW
   }
 
-  get #bare() {
-    return this.getAttribute('controls') === 'none'
+  get #hasControls() {
+    return this.getAttribute('controls') !== 'none'
   }
 
   /** Let attributes and the system's settings have their effect. */
-  #dress() {
-    this.#face.bare = this.#bare
-    this.#stage.setBackground(this.getAttribute('background'), DARK.matches)
-    this.#stage.calm = CALM.matches
-    if (CALM.matches) this.#rotate()
+  #applySettings() {
+    this.#ui.controls = this.#hasControls
+    this.#stage.setBackground(this.getAttribute('background'), DARK_SCHEME.matches)
+    this.#stage.reducedMotion = REDUCED_MOTION.matches
+    if (REDUCED_MOTION.matches) this.#rotate()
   }
 
   #rotate() {
-    this.#stage.autorotate = this.hasAttribute('autorotate') && !CALM.matches
+    this.#stage.autorotate = this.hasAttribute('autorotate') && !REDUCED_MOTION.matches
   }
 
-  #lose(lost) {
-    this.#lost = lost
+  #setContextLost(lost) {
+    this.#contextLost = lost
     this.#refresh()
   }
 
@@ -235,55 +235,55 @@ export class UpholsterViewer extends HTMLElement {
     const session = this.#session
     const stage = this.#stage
     if (type === 'first') {
-      session.draw(this.#drawn)
+      session.draw(this.#options)
       stage.show(session.model)
     } else if (type === 'refine' || type === 'geometry') stage.refresh({ shape: type === 'geometry' })
     this.#refresh()
     if (type === 'first' || type === 'refine' || type === 'complete') this.#report(session, type)
     if (type !== 'error') return
-    this.#face.say(`${session.problem.title} ${session.problem.advice}`)
-    this.#tell('error', { message: session.problem.title, error: event.error })
+    this.#ui.say(`${session.problem.title} ${session.problem.advice}`)
+    this.#emit('error', { message: session.problem.title, error: event.error })
   }
 
-  /** Tell of what is on screen, when it is. */
+  /** Report what is on screen once it is. */
   async #report(session, type) {
     await this.#stage.drawn()
     if (session !== this.#session) return
     const { time } = session
     if (type === 'first') {
       session.firstTime = time
-      this.#face.say('First view. It gets sharper while the rest comes.')
+      this.#ui.say('First view. It gets sharper while the rest is loading.')
     } else if (type === 'complete') {
       session.completeTime = time
-      this.#face.say(`All of it is here: ${amount(session.model.received)}.`)
+      this.#ui.say(`The whole stream is loaded: ${amount(session.model.received)}.`)
     }
     this.#refresh()
-    this.#tell(type, { ...session.model.shown, milliseconds: time })
+    this.#emit(type, { ...session.model.shown, milliseconds: time })
   }
 
-  #tell(type, detail) {
+  #emit(type, detail) {
     this.dispatchEvent(new CustomEvent(type, { detail }))
   }
 
-  /** Bring what is told up to date, at most once a frame. */
+  /** Update panel, cards and notes, at most once a frame. */
   #refresh() {
     this.#refreshing ||= requestAnimationFrame(() => {
       this.#refreshing = 0
-      if (this.#stage) this.#face.update(this.#session, this.#stage, this.#lost)
+      if (this.#stage) this.#ui.update(this.#session, this.#stage, this.#contextLost)
     })
   }
 
-  // ---------------------------------------------------------------- what the person does
+  // ---------------------------------------------------------------- actions
 
   #act(name) {
     const stage = this.#stage
     if (!stage) return
-    if (name === 'left' || name === 'right') stage.turn(name === 'left' ? TURN : -TURN, 0)
-    else if (name === 'up' || name === 'down') stage.turn(0, name === 'up' ? TURN : -TURN)
-    else if (name === 'nearer' || name === 'farther') stage.zoom(name === 'nearer' ? ZOOM : 1 / ZOOM)
+    if (name === 'left' || name === 'right') stage.turn(name === 'left' ? TURN_DEGREES : -TURN_DEGREES, 0)
+    else if (name === 'up' || name === 'down') stage.turn(0, name === 'up' ? TURN_DEGREES : -TURN_DEGREES)
+    else if (name === 'nearer' || name === 'farther') stage.zoom(name === 'nearer' ? ZOOM_FACTOR : 1 / ZOOM_FACTOR)
     else if (name === 'reset') stage.reset()
-    else if (name === 'light' || name === 'numbers' || name === 'help') this.#face.show(this.#face.card === name ? null : name)
-    else if (name === 'close') this.#face.show(null)
+    else if (name === 'light' || name === 'numbers' || name === 'help') this.#ui.show(this.#ui.card === name ? null : name)
+    else if (name === 'close') this.#ui.show(null)
     else if (name === 'split') this.#compare()
     else if (name === 'picture') this.#save()
     else if (name === 'fullscreen') this.fullscreen = !this.fullscreen
@@ -294,9 +294,9 @@ export class UpholsterViewer extends HTMLElement {
     if (event.ctrlKey || event.metaKey || event.altKey || event.defaultPrevented) return
     if (event.target.matches('input') && /^(Arrow|Home|End|Page)/.test(event.key)) return
     const name = KEYS[event.key.length === 1 ? event.key.toLowerCase() : event.key]
-    if (!name || (this.#bare && !BARE.includes(name))) return
+    if (!name || (!this.#hasControls && !STAGE_ACTIONS.includes(name))) return
     // Escape is the page's where no card is open.
-    if (name === 'close' && !this.#face.card) return
+    if (name === 'close' && !this.#ui.card) return
     event.preventDefault()
     this.#act(name)
   }
@@ -307,9 +307,9 @@ export class UpholsterViewer extends HTMLElement {
   }
 
   #toggle(name) {
-    this.#drawn[name] = !this.#drawn[name]
-    this.#face.press(name, this.#drawn[name])
-    this.#session?.draw(this.#drawn)
+    this.#options[name] = !this.#options[name]
+    this.#ui.press(name, this.#options[name])
+    this.#session?.draw(this.#options)
     this.#stage.refresh()
   }
 
@@ -317,18 +317,18 @@ export class UpholsterViewer extends HTMLElement {
     const session = this.#session
     const stage = this.#stage
     if (!session || session.loading || !session.model.first) {
-      this.#face.say('Comparing needs the whole stream; it is still coming.')
+      this.#ui.say('Comparing needs the whole stream, which is still loading.')
       return
     }
     if (session.other) {
       stage.show(session.model)
       session.uncompare()
     } else {
-      if (!session.limit) session.setLimit(COMPARED)
+      if (!session.limit) session.setLimit(COMPARED_LIMIT)
       session.compare((type) => {
         if (session !== this.#session || !session.other) return
         if (type === 'first') {
-          session.draw(this.#drawn)
+          session.draw(this.#options)
           stage.show(session.model, session.other)
         } else stage.refresh()
         this.#refresh()
@@ -343,7 +343,7 @@ export class UpholsterViewer extends HTMLElement {
     const url = URL.createObjectURL(await this.picture())
     h('a', { href: url, download: `${name === 'This' ? 'model' : name}.png` }).click()
     setTimeout(() => URL.revokeObjectURL(url), 10_000)
-    this.#face.say('Picture saved.')
+    this.#ui.say('Picture saved.')
   }
 }
 

@@ -26,8 +26,8 @@ CAPTIONS = {
             upholster cover examples/bricks.png --on cyclide --texels 4M --sample-size 5 \\
                 --direction around:z --seed 3 --view 150,32 -o ring.png --size 1000x750 --supersample 4
 
-        The ring is five times as thick on one side as on the other, and the bricks are of one size all round;
-        so some courses have to end on the way.
+        The ring is five times as thick on one side as on the other, and all bricks are of one size. So some
+        rows of bricks end where the ring gets thinner.
         """,
     "strip": """\
         `weave.png` on a torus (`--on torus:R=2,r=0.9 --sample-size 1.6`), `pebbles.png` on a vase (`--on vase
@@ -37,7 +37,7 @@ CAPTIONS = {
     "beside": """\
         On the left `--method paper --chart 512 --block 64 --overlap 16 --seed 1`: texture is stretched as the
         patches' parameters are. On the right `--texels 4M --sample-size 5 --seed 5`, the bricks with
-        `--direction around:z`: elements have one size and shape all over.
+        `--direction around:z`: elements have one size and shape everywhere.
         """,
     "everywhere": """\
         `pebbles.png` on every built-in surface but the plane, with `--texels 1M --seed 1` and samples of 6,
@@ -48,10 +48,10 @@ CAPTIONS = {
         the model's units.
         """,
     "directions": """\
-        Which way the exemplar's rows run, here bricks' courses: `--direction` u, along the patches' t, here
-        round the tube; v, along s; 30, degrees from u; `0,0,1`, a vector projected on the surface;
-        `around:z`, round an axis. (f) is a function of points in Python. Where lines converge, courses end;
-        where a projected vector vanishes, directions come from near by (d, at the top). `bricks.png` with
+        Which way the exemplar's rows run, here rows of bricks: `--direction` u, along the patches' t, here
+        around the tube; v, along s; 30, degrees from u; `0,0,1`, a vector projected on the surface;
+        `around:z`, around an axis. (f) is a function of points in Python. Where lines converge, rows end;
+        where a projected vector vanishes, directions come from nearby (d, at the top). `bricks.png` with
         `--texels 2M --sample-size 6 --seed 1`.
         """,
     "flat": """\
@@ -60,8 +60,8 @@ CAPTIONS = {
         """,
     "material": """\
         `examples/bricks_material`: albedo, normal, roughness, ambient occlusion and height, by one quilt.
-        Bumps are lit from the lamp's side wherever they lie, across all charts: normals turn with the
-        texture. `upholster cover examples/bricks_material --on torus:R=2,r=0.9 --texels 2M --sample-size 2.5
+        Bumps are lit from the lamp's side on all charts, for normals turn with the texture.
+        `upholster cover examples/bricks_material --on torus:R=2,r=0.9 --texels 2M --sample-size 2.5
         --direction around:z --seed 1 -o torus.glb` is the same as glTF.
         """,
     "refining": """\
@@ -78,7 +78,8 @@ CAPTIONS = {
         rasteriser; below as Python renders the same bytes.
         """,
     "viewer_light": """\
-        The viewer's light is turned by dragging with Shift, to judge normal maps: bumps stay bumps.
+        Dragging with Shift turns the viewer's light, to judge normal maps: raised parts look raised from all
+        sides.
         """,
     "surface": """\
         The ring Dupin cyclide with a = 6, c = 2, µ = 3, and its trigonometric parameters: θ runs round the
@@ -102,7 +103,7 @@ CAPTIONS = {
         """,
     "seams": """\
         Patches are covered one by one, so texture breaks off at their edges (a, c; red arrows point at the
-        edge). Edge blocks that straddle the edge mend it (b, d). For each of them (e) the best match by LL3
+        edge). Edge blocks across the edge repair it (b, d). For each of them (e) the best match by LL3
         and HH3 is found in the exemplar (f), a minimum cut decides which part of it replaces the seam (g),
         and that is embedded in both patches, feathered (h).
         """,
@@ -122,15 +123,15 @@ CAPTIONS = {
         """,
     "twelve": """\
         Twelve textures on the sphere (eight octants, degenerate at the poles), the torus and the cyclide, one
-        column per class of texture. Exemplars are 256 × 256, blocks 32 × 32, and seams are mended. What is
-        left to see is the method's own: texture shrinks at the sphere's poles and stretches on the wide sides
-        (e, i), and large regular elements do not always continue from patch to patch (b).
+        column per class of texture. Exemplars are 256 × 256, blocks 32 × 32, and seams are repaired. What is
+        still visible comes from the method: texture shrinks at the sphere's poles and stretches on the wide
+        sides (e, i), and large regular elements do not always continue from patch to patch (b).
         """,
     "stretch": """\
-        Every patch carries the same dots. A texel on the thick side is up to {length:.2g} times as long
+        Every patch has the same dots. A texel on the thick side is up to {length:.2g} times as long
         (round the ring), up to {width:.2g} times as wide (round the tube), and up to {area:.2g} times as
-        large as where it is smallest; (b) shows the square root of its area. The paper does not speak of it,
-        and its method does nothing about it; method "quilt" does.
+        large as where it is smallest; (b) shows the square root of its area. The paper does not mention this,
+        and its method does not correct it; method "quilt" does.
         """,
 }
 

@@ -11,6 +11,7 @@ from gallery_tools.shots import Exemplars, read
 from upholster.geometry import plane
 from upholster.methods import synthesize
 from upholster.quilt import Quilt, paint
+from upholster.quilt.plans import PlacementList
 from upholster.types import FloatArray, PixelArray
 from upholster.wavelet import dwt2, subbands
 
@@ -198,4 +199,4 @@ def _features(
 def first_placements(quilt: Quilt, counts: dict[int, int]) -> Quilt:
     """Return the quilt with only the first placements on some charts, as `counts` says."""
     parts = [quilt.on_chart(n)[: counts.get(n)] for n in range(len(quilt.charts))]
-    return replace(quilt, placements=np.concatenate(parts))
+    return replace(quilt, plan=PlacementList(np.concatenate(parts), quilt.mask_cells))

@@ -11,7 +11,8 @@ from upholster import synthesize
 from upholster.geometry import Surface, ring_cyclide, torus
 from upholster.image import resize_image
 from upholster.levels import curve_picture, levels_picture, refine_steps
-from upholster.outputs import TexturedModel, WriteOptions
+from upholster.options import WriteOptions
+from upholster.outputs import TexturedModel
 from upholster.stream import encode_stream
 from upholster.stream.prefix import Limit
 

@@ -9,9 +9,10 @@ from PIL import Image
 from gallery_tools.drawing import Panel, compose
 from gallery_tools.shots import OWN, Exemplars
 from upholster import paint_material, read_material, synthesize
-from upholster.geometry import Surface, tessellate, torus
+from upholster.charts.seams import find_seams
+from upholster.geometry import Surface, torus
 from upholster.image import from_linear, to_linear
-from upholster.model import build_atlas
+from upholster.model import build_atlas, face_parameters, tessellate
 from upholster.quilt import Texels
 from upholster.render import Camera, render
 from upholster.types import FloatArray
@@ -43,8 +44,9 @@ def material(_exemplars: Exemplars) -> Any:
 
 def _shown(surface: Surface, texels: Texels, camera: Camera) -> FloatArray:
     """Take a picture of texels in linear light as they are: what the studio's lights do is divided out."""
-    mesh = tessellate(surface)
-    atlas = build_atlas(surface, texels)
+    seams = find_seams(surface, texels.charts)
+    mesh = tessellate(surface, texels.charts, seams)
+    atlas = build_atlas(texels, seams)
     uv, grey = atlas.texture_coordinates(mesh), np.full((1, 1, 3), 0.4, np.float32)
     # Half as bright, so that no highlight is compressed.
     colored, plain = (
@@ -64,9 +66,9 @@ def _lit(
 ) -> Any:
     """Return a chart's texels in linear light: Lambert's law and a Blinn highlight under one distant lamp."""
     chart = maps["albedo"].charts[number]
-    s = chart.s0 + (chart.s1 - chart.s0) * (np.arange(chart.height) + 0.5) / chart.height
-    t = chart.t0 + (chart.t1 - chart.t0) * (np.arange(chart.width) + 0.5) / chart.width
-    points, down, tangent = surface.patches[chart.patch].derivatives_grid(s, t)
+    rows, columns = (np.arange(side, dtype=np.float64) + 0.5 for side in (chart.height, chart.width))
+    s, t = face_parameters(chart, rows, columns)
+    points, down, tangent = surface.faces[chart.face].derivatives_grid(s, t)
     outward = _unit(np.cross(down, tangent))
     tangent = _unit(tangent)
     plain = {role: maps[role].arrays[number] / 255.0 for role in ("normal", "roughness", "ao")}

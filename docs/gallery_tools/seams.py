@@ -1,6 +1,5 @@
-"""Figures of the seams: patch edges before and after mending, and how an edge block is mended."""
+"""Figures of the seams: patch edges before and after the repair, and how an edge block is chosen and cut."""
 
-from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -12,16 +11,15 @@ from gallery_tools.method import BLOCK, LEVELS, OVERLAP, RED, YELLOW, first_plac
 from gallery_tools.shots import Exemplars, charted, read, take
 from upholster.geometry import ring_cyclide
 from upholster.methods import synthesize
-from upholster.methods.paper.edges import EdgeMap, edge_map
-from upholster.quilt import Quilt, paint
-from upholster.quilt.model import MASK_CUT
+from upholster.quilt import Quilt, Texels, paint
+from upholster.quilt.plans import Strip, StripPlan
 from upholster.types import PixelArray
 
 __all__ = ["seams"]
 
 
 def seams(exemplars: Exemplars) -> Any:
-    """Draw figures 7, 8 and 9: a patch edge before and after mending, and how an edge block is mended."""
+    """Draw figures 7, 8 and 9: a patch edge before and after the repair, and how an edge block is made."""
     exemplar = read(exemplars.pick("cobble"))
     ring = ring_cyclide()
     options: dict[str, Any] = {"chart": 192, "block": BLOCK, "overlap": OVERLAP, "levels": LEVELS, "seed": 5}
@@ -33,43 +31,43 @@ def seams(exemplars: Exemplars) -> Any:
         take(charted(ring, one.arrays), size=(640, 440), view=(205.0, 48.0), zoom=3.2, target=corner).image
         for one in texels
     ]
-    edge = next(edge for edge in ring.shared if (edge.patch, edge.other_patch) == (6, 10))
-    found = edge_map(edge, quilt.charts[edge.patch], quilt.charts[edge.other_patch])
-    if found is None:
-        raise AssertionError("charts of one size meet texel by texel")
-    flat = [_marked_line(_across(found, one.arrays, (112, 160)), 4) for one in texels]
+    plan = quilt.plan
+    if not isinstance(plan, StripPlan):
+        raise AssertionError("method paper's quilts have strips")
+    index = next(n for n, strip in enumerate(plan.layout.strips) if (strip.a, strip.b) == (6, 10))
+    strip = plan.layout.strips[index]
+    flat = [_marked_line(_across(strip, one, (112, 160)), 4) for one in texels]
     return compose(
         [
             [
                 Panel(close[0], "(a) a corner of four patches, each covered on its own"),
-                Panel(close[1], "(b) the same after mending"),
+                Panel(close[1], "(b) the same, repaired"),
             ],
             [Panel(flat[0], "(c) texels along an edge, before"), Panel(flat[1], "(d) after")],
-            [Panel(image, title) for image, title in _edge_block(quilt, exemplar, found)],
+            [Panel(image, title) for image, title in _edge_block(quilt, plan, index, exemplar)],
         ]
     )
 
 
-def _across(edge: EdgeMap, arrays: Sequence[PixelArray], size: tuple[int, int]) -> PixelArray:
+def _across(strip: Strip, texels: Texels, size: tuple[int, int]) -> PixelArray:
     """Return the texels round the middle of an edge in the frame of its chart A, which runs along rows."""
     height, width = size
-    first = edge.line - height // 2, (arrays[edge.chart_a].shape[1] - width) // 2
-    return _window(edge, arrays, first, size)
+    chart = texels.charts[strip.a]
+    line = (0, chart.width, chart.height, 0)[strip.edge_a]
+    return _window(strip, texels, (line - height // 2, (chart.width - width) // 2), size)
 
 
-def _window(
-    edge: EdgeMap, arrays: Sequence[PixelArray], first: tuple[int, int], size: tuple[int, int]
-) -> PixelArray:
+def _window(strip: Strip, texels: Texels, first: tuple[int, int], size: tuple[int, int]) -> PixelArray:
     """Return a rectangle of texels of A's grid, those beyond the edge taken from B."""
-    a, b = arrays[edge.chart_a], arrays[edge.chart_b]
+    a, b = texels.arrays[strip.a], texels.arrays[strip.b]
     rows, columns = np.meshgrid(
-        *(np.arange(n) + at for at, n in zip(first, size, strict=True)), indexing="ij"
+        *(np.arange(n, dtype=np.int32) + at for at, n in zip(first, size, strict=True)), indexing="ij"
     )
     inside = (rows >= 0) & (rows < a.shape[0]) & (columns >= 0) & (columns < a.shape[1])
     window = np.empty((*size, a.shape[2]), a.dtype)
     window[inside] = a[rows[inside], columns[inside]]
-    beyond = edge.to_b(rows[~inside].astype(np.int32), columns[~inside].astype(np.int32))
-    window[~inside] = b[beyond]
+    charts = texels.charts[strip.a], texels.charts[strip.b]
+    window[~inside] = b[strip.to_b(rows[~inside], columns[~inside], *charts)]
     return window
 
 
@@ -83,35 +81,37 @@ def _marked_line(pixels: PixelArray, factor: int) -> Any:
     return picture
 
 
-def _edge_block(quilt: Quilt, exemplar: PixelArray, edge: EdgeMap) -> list[tuple[Any, str]]:
+def _edge_block(quilt: Quilt, plan: StripPlan, index: int, exemplar: PixelArray) -> list[tuple[Any, str]]:
     """Show the edge block in the middle of an edge: as found, its best match, the cut, the result."""
-    a, b = (quilt.on_chart(n) for n in (edge.chart_a, edge.chart_b))
-    mine = [n for n, one in enumerate(a) if one["mask"] == MASK_CUT and _is_on(one, edge)]
+    strip, starts = plan.layout.strips[index], plan.layout.mask_starts
+    masks, _ = plan.layout.strip_masks(index, plan.masks[starts[index] : starts[index + 1]])
+    blocks = plan.layout.strip_blocks(index, np.zeros(len(masks), np.int32))
+    a = quilt.on_chart(strip.a)
+    numbers = [_numbers(quilt, placed) for placed in blocks]
     half = BLOCK // 2
 
-    def seen(number: int, more: int) -> PixelArray:
+    def seen(k: int, more: int) -> PixelArray:
         """Return the block's place before (0) and after (1) it is painted."""
-        block = a[number]
-        counts = {edge.chart_a: number + more, edge.chart_b: _twin(block, b) + more}
+        block = blocks[0][k]
+        counts = {strip.a: numbers[0][k] + more, strip.b: numbers[1][k] + more}
         first = int(block["row"]) - half, int(block["column"]) - half
-        return _window(edge, paint(first_placements(quilt, counts), exemplar).arrays, first, (BLOCK, BLOCK))
+        return _window(strip, paint(first_placements(quilt, counts), exemplar), first, (BLOCK, BLOCK))
 
-    def step(number: int) -> float:
+    def step(k: int) -> float:
         """Return how much the texels at both sides of the edge differ before."""
-        rows = seen(number, 0)[half - 1 : half + 1].astype(np.float64)
+        rows = seen(k, 0)[half - 1 : half + 1].astype(np.float64)
         return float(np.abs(rows[1] - rows[0]).mean())
 
-    def corners(number: int) -> int:
+    def corners(k: int) -> int:
         """Return how often the cut turns."""
-        turns = np.diff(np.diff(_cells(quilt, a[number]).astype(int), axis=0), axis=1)
-        return int(np.count_nonzero(turns))
+        return int(np.count_nonzero(np.diff(np.diff(masks[k].astype(int), axis=0), axis=1)))
 
-    worst = sorted(mine, key=step, reverse=True)[: max(1, len(mine) // 2)]
-    number = max(worst, key=corners)
-    block, found, embedded = a[number], seen(number, 0), seen(number, 1)
+    worst = sorted(range(len(masks)), key=step, reverse=True)[: max(1, len(masks) // 2)]
+    chosen = max(worst, key=corners)
+    block, found, embedded = a[numbers[0][chosen]], seen(chosen, 0), seen(chosen, 1)
     row, column = int(block["source_row"]) // 16 - half, int(block["source_column"]) // 16 - half
     match = exemplar[row : row + BLOCK, column : column + BLOCK]
-    cells = _cells(quilt, block)
+    cells = masks[chosen]
     side = len(cells)
     factor = 9
     large = BLOCK * factor
@@ -123,21 +123,14 @@ def _edge_block(quilt: Quilt, exemplar: PixelArray, edge: EdgeMap) -> list[tuple
     return list(zip(images, titles, strict=True))
 
 
-def _cells(quilt: Quilt, block: Any) -> NDArray[np.uint8]:
-    """Return a placement's cut mask, 1 = new."""
-    side, start = int(block["height"]) // int(block["cell"]), int(block["cells"])
-    return quilt.cells[start : start + side * side].reshape(side, side)
-
-
-def _twin(block: Any, others: NDArray[np.void]) -> int:
-    """Return the number of the same edge block on the other chart: its cells follow right behind."""
-    count = (int(block["height"]) // int(block["cell"])) ** 2
-    return int(np.flatnonzero((others["mask"] == MASK_CUT) & (others["cells"] == block["cells"] + count))[0])
-
-
-def _is_on(placement: Any, edge: EdgeMap) -> bool:
-    across, along = ("column", "row") if edge.along_rows else ("row", "column")
-    return bool(placement[across] == edge.line and edge.start <= placement[along] <= edge.start + edge.length)
+def _numbers(quilt: Quilt, blocks: NDArray[np.void]) -> list[int]:
+    """Return which of its chart's placements each block of a strip is."""
+    others = quilt.on_chart(int(blocks["chart"][0]))
+    cut = others["mask"] == blocks["mask"][0]
+    return [
+        int(np.flatnonzero(cut & (others["row"] == one["row"]) & (others["column"] == one["column"]))[-1])
+        for one in blocks
+    ]
 
 
 def _cut_line(image: Any, cells: NDArray[np.uint8], size: int) -> None:

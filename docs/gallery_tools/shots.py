@@ -11,10 +11,12 @@ from PIL import Image
 
 from gallery_tools.overlay import Overlay
 from upholster.errors import InputError
-from upholster.geometry import Surface, tessellate
+from upholster.geometry import Surface
 from upholster.image import from_linear, read_exemplar, to_linear
 from upholster.methods import synthesize
-from upholster.outputs import TexturedModel, WriteOptions
+from upholster.model import tessellate
+from upholster.options import WriteOptions
+from upholster.outputs import TexturedModel
 from upholster.quilt import Chart, Texels, paint
 from upholster.render import Camera, render
 from upholster.types import FloatArray, IntArray, PixelArray
@@ -161,7 +163,7 @@ def take(
         mesh, uv, pixels = subject.mesh, subject.uv, subject.atlas.pixels
     else:
         mesh = tessellate(subject)
-        uv, pixels = mesh.parameters, None
+        uv, pixels = mesh.places, None
     points = mesh.positions if around is None else np.concatenate([mesh.positions, np.asarray(around)])
     aim = {name: options.pop(name) for name in ("zoom", "target") if name in options}
     camera = Camera.fit(points, size=size, view=view, **aim)

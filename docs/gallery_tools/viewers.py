@@ -84,7 +84,8 @@ def lights(_exemplars: Exemplars) -> Any:
 def arriving(_exemplars: Exemplars) -> Any:
     """Show a stream at five counts of bytes: in the browser, and below as Python renders it."""
     from upholster.image import from_linear
-    from upholster.outputs import TexturedModel, WriteOptions
+    from upholster.options import WriteOptions
+    from upholster.outputs import TexturedModel
     from upholster.stream import StreamDecoder
 
     size = (300, 250)

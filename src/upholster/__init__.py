@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     )
     from upholster.image import Material, read_exemplar, read_material
     from upholster.methods import synthesize
-    from upholster.outputs import WriteOptions
+    from upholster.options import SynthesisOptions, WriteOptions
     from upholster.pipeline import cover, refine, write
     from upholster.quilt import Quilt, Texels, paint, paint_material
     from upholster.stream import StreamDecoder, encode_stream
@@ -40,6 +40,7 @@ __all__ = [
     "RationalPatch",
     "StreamDecoder",
     "Surface",
+    "SynthesisOptions",
     "Texels",
     "UpholsterError",
     "WriteOptions",
@@ -73,7 +74,7 @@ _HOMES = {
         "torus",
     ),
     "upholster.image": ("Material", "read_exemplar", "read_material"),
-    "upholster.outputs": ("WriteOptions",),
+    "upholster.options": ("SynthesisOptions", "WriteOptions"),
     "upholster.pipeline": ("cover", "refine", "write"),
     "upholster.stream": ("StreamDecoder", "encode_stream"),
     "upholster.quilt": ("Quilt", "Texels", "paint", "paint_material"),

@@ -135,8 +135,8 @@ def outputs(
         The files to write; `Outputs.add` takes further ones. A target that the body has not written is left
         as it is.
     inputs
-        The files that are read, none of which may be written. Those that do not exist are passed over:
-        whoever reads them tells.
+        The files that are read, none of which may be written. Those that do not exist are left out:
+        reading them will tell.
 
     Yields
     ------

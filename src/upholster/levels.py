@@ -9,7 +9,8 @@ from upholster.errors import InputError
 from upholster.geometry import Surface
 from upholster.image import from_linear
 from upholster.image.drawing import Drawing
-from upholster.outputs import TexturedModel, WriteOptions
+from upholster.options import WriteOptions
+from upholster.outputs import TexturedModel
 from upholster.quilt import Texels
 from upholster.stream import StreamDecoder
 from upholster.stream.prefix import Limit, feed_until

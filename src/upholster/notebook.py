@@ -15,15 +15,15 @@ _QUADS = 4000
 
 
 def _surface_picture(surface: "Surface") -> bytes:
-    from upholster.geometry import tessellate
     from upholster.image import encode_image, from_linear
+    from upholster.model import tessellate
     from upholster.render import render
 
-    mesh = tessellate(surface, quads=max(_QUADS, len(surface.patches)))
+    mesh = tessellate(surface, quads=_QUADS)
     picture = render(
         mesh.positions,
         mesh.normals,
-        mesh.parameters,
+        mesh.places,
         mesh.all_triangles(),
         None,
         size=(480, 360),
@@ -36,7 +36,7 @@ def _quilt_picture(quilt: "Quilt") -> bytes:
 
     from upholster.image import encode_image
 
-    # Red and green name the place in the exemplar, blue tells painted from bare: blocks and seams show.
+    # Red and green name the place in the exemplar, blue tells painted from unpainted.
     scale = np.array(quilt.exemplar_shape) * 16
     places = [
         np.concatenate([np.clip(source * 255 / scale, 0, 255), (source[:, :, :1] >= 0) * 128], axis=2)

@@ -4,14 +4,14 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Literal, get_args
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from upholster.charts.seams import ChartSeam, find_seams
 from upholster.errors import InputError
 from upholster.export import (
-    TextureFormat,
     map_companion,
     obj_companions,
     write_glb,
@@ -21,16 +21,24 @@ from upholster.export import (
     write_obj,
 )
 from upholster.files import Outputs
-from upholster.geometry import Mesh, Surface, tessellate, vertex_tangents
+from upholster.geometry import Surface
 from upholster.image import Material, from_linear, write_image
 from upholster.image.source import source_parts
-from upholster.model import Atlas, build_atlas, build_normal_atlas, chart_pieces
+from upholster.model import (
+    Atlas,
+    Mesh,
+    build_atlas,
+    build_normal_atlas,
+    tessellate,
+    vertex_tangents,
+)
+from upholster.options import WriteOptions
 from upholster.quilt import Quilt, Texels
 from upholster.render import render
 from upholster.stream import encode_stream
 from upholster.types import FloatArray, PixelArray, Progress
 
-__all__ = ["Output", "TexturedModel", "WriteOptions", "parse_output", "write_output"]
+__all__ = ["Output", "TexturedModel", "parse_output", "write_output"]
 
 Kind = Literal["glb", "obj", "npz", "uph", "html", "atlas", "flat", "picture"]
 
@@ -76,81 +84,6 @@ class Output:
         texture = obj_companions(self.path)[-1] if self.kind == "obj" else self.path
         apart = self.kind in ("obj", "atlas", "flat")
         return tuple(map_companion(texture, role) for role in roles if apart)
-
-
-@dataclass(frozen=True, slots=True)
-class WriteOptions:
-    """How models and pictures are written.
-
-    Attributes
-    ----------
-    quads
-        Quadrilaterals of the whole surface's mesh, 1 to 10,000,000.
-    texture
-        Format of the texture inside a GLB: png, jpeg or webp.
-    quality
-        Of JPEG and WebP, 1 to 100.
-    normal_scale
-        How strong a material's normal map is in a GLB, 0 to 100.
-    size
-        (width, height) of a picture in pixels.
-    view
-        (azimuth, elevation) in degrees.
-    supersample
-        Rays per pixel each way, 1 to 8.
-    wavelet
-        How a stream codes the exemplar: "9/7", "5/3" or "haar".
-    levels
-        Levels of that transform, 0 to 10; None: by the exemplar's size.
-    lossless
-        Whether a stream gives the exemplar back exactly.
-    threshold
-        A stream leaves out coefficients of the exemplar that are smaller (the paper's equation 7).
-    stream_bytes
-        Length of a stream, at most.
-    """
-
-    quads: int = 20000
-    texture: TextureFormat = "png"
-    quality: int = 90
-    normal_scale: float = 1.0
-    size: tuple[int, int] = (1024, 768)
-    view: tuple[float, float] = (30.0, 30.0)
-    supersample: int = 2
-    wavelet: str | None = None
-    levels: int | None = None
-    lossless: bool = False
-    threshold: float = 0.0
-    stream_bytes: int | None = None
-
-    @property
-    def recodes(self) -> bool:
-        """Whether a stream is wanted in a special form."""
-        form = (self.wavelet, self.levels, self.lossless, self.threshold, self.stream_bytes)
-        return form != (None, None, False, 0.0, None)
-
-    def __post_init__(self) -> None:
-        if self.texture not in get_args(TextureFormat):
-            raise InputError(f"texture is {self.texture!r}; allowed: {', '.join(get_args(TextureFormat))}")
-        if not 1 <= self.quality <= 100:
-            raise InputError(f"quality is {self.quality}; allowed: 1 to 100")
-        if not 0 <= self.normal_scale <= 100:
-            raise InputError(f"normal_scale is {self.normal_scale:g}; allowed: 0 to 100")
-        if not 1 <= self.quads <= 10_000_000:
-            raise InputError(f"quads is {self.quads}; allowed: 1 to 10,000,000")
-        if not all(1 <= side <= 16384 for side in self.size):
-            raise InputError(f"size is {self.size[0]}x{self.size[1]}; allowed: 1 to 16384 each way")
-        if not (-3600 <= self.view[0] <= 3600 and -90 <= self.view[1] <= 90):
-            raise InputError(
-                f"view is {self.view[0]:g},{self.view[1]:g}; "
-                "allowed: azimuth -3600 to 3600, elevation -90 to 90"
-            )
-        if not 0 <= self.threshold < 1e9:
-            raise InputError(f"threshold is {self.threshold:g}; allowed: 0 or more")
-        if self.stream_bytes is not None and not 256 <= self.stream_bytes < 2**31:
-            raise InputError(f"bytes is {self.stream_bytes}; allowed: at least 256")
-        if not 1 <= self.supersample <= 8:
-            raise InputError(f"supersample is {self.supersample}; allowed: 1 to 8")
 
 
 def parse_output(text: str, *, flat: bool = False) -> Output:
@@ -212,19 +145,19 @@ class TexturedModel:
     read_from: bytes | None = None
 
     @cached_property
-    def pieces(self) -> tuple[Surface, Texels]:
-        """The surface cut so that every chart covers a patch of its own, and the texels on it."""
-        return chart_pieces(self.surface, self.texels)
+    def seams(self) -> tuple[ChartSeam, ...]:
+        """How the charts meet."""
+        return find_seams(self.surface, self.texels.charts)
 
     @cached_property
     def mesh(self) -> Mesh:
         """The surface as quadrilaterals."""
-        return tessellate(self.pieces[0], quads=max(self.options.quads, len(self.pieces[0].patches)))
+        return tessellate(self.surface, self.texels.charts, self.seams, quads=self.options.quads)
 
     @cached_property
     def atlas(self) -> Atlas:
         """All charts' texels in one image, with gutters."""
-        return build_atlas(*self.pieces, threads=self.threads)
+        return build_atlas(self.texels, self.seams, threads=self.threads)
 
     @cached_property
     def stream(self) -> bytes:
@@ -232,32 +165,38 @@ class TexturedModel:
         if self.read_from is not None:
             return self.read_from
         if self.quilt is None or self.exemplar is None:
-            raise InputError("a stream needs a quilt and its exemplar, not texels alone")
+            raise InputError("a stream needs a quilt and its sample, not texels alone")
         parts = source_parts(self.exemplar)
         if missing := self.maps.keys() - parts.keys():
-            raise InputError(f"a stream needs the material as exemplar: it lacks {min(missing)!r}")
+            raise InputError(f"a stream needs the material as sample: it lacks {min(missing)!r}")
         return encode_stream(
             self.surface,
             self.quilt,
             parts.pop("albedo"),
             maps=parts,
-            wavelet=self.options.wavelet,  # type: ignore[arg-type]  # checked there
-            levels=self.options.levels,
-            lossless=self.options.lossless,
+            **self.options.transform,
             threshold=self.options.threshold,
             most_bytes=self.options.stream_bytes,
         )
 
     def map_pixels(self, role: str) -> PixelArray:
         """Return one of `maps` in one image, packed as the atlas is."""
-        surface, texels = self.pieces
-        build = build_normal_atlas if role == "normal" else build_atlas
-        return build(surface, Texels(texels.charts, self.maps[role].arrays), threads=self.threads).pixels
+        texels = self.maps[role]
+        if role == "normal":
+            return build_normal_atlas(self.surface, texels, self.seams, threads=self.threads).pixels
+        return build_atlas(texels, self.seams, threads=self.threads).pixels
 
     @cached_property
     def uv(self) -> FloatArray:
         """Texture coordinates of the mesh's vertices in the atlas."""
         return self.atlas.texture_coordinates(self.mesh)
+
+    @cached_property
+    def tangents(self) -> FloatArray | None:
+        """Tangents of the mesh's vertices; None without a normal map, which alone needs them."""
+        if "normal" not in self.maps:
+            return None
+        return vertex_tangents(self.surface, self.texels.charts, self.mesh)
 
     def picture(self, *, progress: Progress | None = None) -> NDArray[np.float32]:
         """Return a picture of the model, as the options say: (height, width, 3), linear light."""
@@ -314,7 +253,7 @@ def write_output(
                 quality=options.quality,
                 # glTF has no place for the height.
                 maps={role: model.map_pixels(role) for role in model.maps if role != "height"},
-                tangents=vertex_tangents(model.pieces[0], model.mesh) if "normal" in model.maps else None,
+                tangents=model.tangents,
                 normal_scale=options.normal_scale,
                 name=model.surface.name or "surface",
             )

@@ -15,17 +15,19 @@ from typing import Any
 from upholster._version import __version__
 from upholster.codec import check_image
 from upholster.errors import FormatError, InputError
-from upholster.files import outputs, read_bytes
+from upholster.files import Outputs, outputs, read_bytes
 from upholster.geometry import Surface, surface_file, surface_from_spec
 from upholster.image import Material
 from upholster.image.roles import ROLES
 from upholster.image.source import Source, read_source, source_files, source_names, source_parts
 from upholster.methods import Prepared, execute, matched_image, prepare
 from upholster.methods.quilt.method import QuiltOptions
-from upholster.outputs import TexturedModel, WriteOptions, parse_output, write_output
+from upholster.options import SynthesisOptions, WriteOptions, chosen
+from upholster.outputs import Output, TexturedModel, parse_output, write_output
 from upholster.quilt import Quilt, Texels, paint, paint_material
-from upholster.quilt.model import MASK_CUT
-from upholster.stream import StreamDecoder
+from upholster.quilt.plans import StripPlan
+from upholster.quilt.warp_field import WarpField
+from upholster.stream import StreamDecoder, check_layout
 from upholster.stream.prefix import Limit, feed_until
 from upholster.types import PixelArray, Progress
 
@@ -45,14 +47,16 @@ class CoverReport:
     settled
         What was chosen where nothing was asked for, in words: block, sample's size, direction, maps.
     counts
-        Patches, shared edges, charts, texels, placements, edge blocks; maps; of the base colour channels and
-        bits per sample.
+        Faces, patches, shared edges, charts, texels, placements, edge blocks; maps; of the base colour
+        channels and bits per sample.
     seconds
         Time per stage, and "total".
     peak_memory_bytes
         Most memory that the process has held at once; None where the system does not tell.
     written
         Bytes of each file.
+    notes
+        What the user should know, in words: how many edges nearly meet.
     """
 
     version: str
@@ -62,6 +66,7 @@ class CoverReport:
     seconds: dict[str, float]
     peak_memory_bytes: int | None
     written: dict[str, int] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)
 
 
 def cover(
@@ -71,7 +76,7 @@ def cover(
     *,
     crop: tuple[int, int, int, int] | None = None,
     resize: str | None = None,
-    synthesis: dict[str, Any] | None = None,
+    synthesis: SynthesisOptions | Mapping[str, Any] | None = None,
     seed: int = 0,
     options: WriteOptions | None = None,
     report: str | os.PathLike[str] | None = None,
@@ -95,7 +100,7 @@ def cover(
         material's other maps lie beside atlas, flat texture and OBJ, named by role: ``wall_normal.png``
         beside ``wall.png``; pictures of the model show the base colour alone.
     synthesis
-        Keyword arguments of `upholster.synthesize`, but for the next ones.
+        How it is covered: `upholster.SynthesisOptions`, or some of them by name.
     seed
         As there.
     options
@@ -116,8 +121,8 @@ def cover(
         Before any work where possible; nothing is written then.
     """
     options = options or WriteOptions()
-    asked = synthesis or {}
-    wanted = [parse_output(target, flat=isinstance(asked.get("texels"), tuple)) for target in targets]
+    asked = chosen(SynthesisOptions, synthesis)
+    wanted = [parse_output(target, flat=isinstance(asked.texels, tuple)) for target in targets]
     seconds: dict[str, float] = {}
     read = [*source_files(exemplar), *([file] if (file := surface_file(on)) else [])]
     own = [file for output in wanted for file in output.files()]
@@ -129,24 +134,21 @@ def cover(
         parts = source_parts(source)
         roles = tuple(parts)[1:]
         files.add(file for output in wanted for file in output.maps(roles))
-        if any(output.kind in ("uph", "html") for output in wanted):
-            for part in parts.values():
-                check_image(part, wavelet=options.wavelet, levels=options.levels, lossless=options.lossless)
+        _check_coded(wanted, parts, options)
         with _timed("prepare", seconds):
-            seen = matched_image(source, asked.get("method", "quilt"))
-            prepared = prepare(seen, surface, **asked)
+            seen = matched_image(source, asked.method)
+            prepared = prepare(seen, surface, asked)
+            if _has_stream(wanted):
+                fields = prepared.fields or (WarpField.identity(),) * len(prepared.charts)
+                check_layout(surface, prepared.charts, fields, (seen.shape[0], seen.shape[1]))
         with _timed("synthesize", seconds):
             quilt = execute(prepared, seen, surface, seed=seed, threads=threads, progress=progress)
         with _timed("paint", seconds):
             texels, maps = _painted(quilt, source, threads, progress)
         model = TexturedModel(surface, texels, options, threads, quilt, source, maps)
-        written: dict[str, int] = {}
-        for output in wanted:
-            with _timed(f"write {output.path.name}", seconds):
-                write_output(output, model, files, progress=progress)
-            written |= {str(file): files.path(file).stat().st_size for file in output.files(roles)}
+        written = _written(wanted, model, files, seconds, progress)
         parameters = {"exemplar": source_names(exemplar), "on": on, "crop": crop, "resize": resize}
-        parameters |= {"threads": threads} | _defaults(prepare) | asked | {"seed": seed} | asdict(options)
+        parameters |= {"threads": threads} | asdict(asked) | {"seed": seed} | asdict(options)
         if callable(parameters["direction"]):
             parameters["direction"] = prepared.direction
         result = CoverReport(
@@ -157,6 +159,7 @@ def cover(
             _totalled(seconds),
             peak_memory(),
             written,
+            _notes(surface),
         )
         if report:
             files.path(report).write_text(json.dumps(asdict(result), indent=2) + "\n", encoding="utf-8")
@@ -227,10 +230,7 @@ def refine(
         texels, maps = _painted(quilt, exemplar, threads, progress)
         same = data if decoder.complete and not options.recodes else None
         model = TexturedModel(decoder.surface, texels, options, threads, quilt, exemplar, maps, same)
-        written: dict[str, int] = {}
-        for output in wanted:
-            write_output(output, model, files, progress=progress)
-            written |= {str(file): files.path(file).stat().st_size for file in output.files(roles)}
+        written = _written(wanted, model, files, {}, progress)
     known, count = decoder.coefficients_known
     return RefineReport(
         decoder.received,
@@ -290,6 +290,33 @@ def write(
         write_output(output, model, files, progress=progress)
 
 
+def _check_coded(wanted: Sequence[Output], parts: Mapping[str, PixelArray], options: WriteOptions) -> None:
+    """Raise InputError where a stream is wanted and can not hold the sample's maps."""
+    if _has_stream(wanted):
+        for part in parts.values():
+            check_image(part, **options.transform)
+
+
+def _has_stream(wanted: Sequence[Output]) -> bool:
+    return any(output.kind in ("uph", "html") for output in wanted)
+
+
+def _written(
+    wanted: Sequence[Output],
+    model: TexturedModel,
+    files: Outputs,
+    seconds: dict[str, float],
+    progress: Progress | None,
+) -> dict[str, int]:
+    """Write all outputs; return the bytes of each file, and add the time of each output to `seconds`."""
+    written: dict[str, int] = {}
+    for output in wanted:
+        with _timed(f"write {output.path.name}", seconds):
+            write_output(output, model, files, progress=progress)
+        written |= {str(file): files.path(file).stat().st_size for file in output.files(model.maps)}
+    return written
+
+
 def _painted(
     quilt: Quilt, exemplar: PixelArray | Material, threads: int | None, progress: Progress | None
 ) -> tuple[Texels, dict[str, Texels]]:
@@ -334,24 +361,37 @@ def _settled(prepared: Prepared, surface: Surface, roles: Sequence[str]) -> dict
     return found
 
 
+def _edge_blocks(quilt: Quilt) -> int:
+    if not isinstance(quilt.plan, StripPlan):
+        return 0
+    layout = quilt.plan.layout
+    return sum(layout.blocks_along(strip) for strip in layout.strips)
+
+
+def _notes(surface: Surface) -> list[str]:
+    """Return what the user should know about the surface."""
+    count, tolerance = surface.nearly_meeting
+    if not count:
+        return []
+    return [
+        f"{count} edges nearly meet, but are farther apart than the tolerance of {surface.tolerance:g} times "
+        f"the surface's size; a tolerance of {tolerance:g} would join them"
+    ]
+
+
 def _counts(surface: Surface, quilt: Quilt, texels: Texels) -> dict[str, int]:
     sample = texels.arrays[0]
     return {
+        "faces": len(surface.faces),
         "patches": len(surface.patches),
         "shared edges": len(surface.shared),
         "charts": len(quilt.charts),
         "texels": quilt.texel_count,
         "placements": len(quilt.placements),
-        # A mended block lies on two charts.
-        "edge blocks": 0 if quilt.fields else int((quilt.placements["mask"] == MASK_CUT).sum()) // 2,
+        # An edge block lies on two charts.
+        "edge blocks": _edge_blocks(quilt),
         "channels": sample.shape[2],
         "bits": 8 * sample.itemsize,
-    }
-
-
-def _defaults(function: Any) -> dict[str, Any]:
-    return {
-        name: value for name, value in function.__kwdefaults__.items() if name not in ("threads", "progress")
     }
 
 

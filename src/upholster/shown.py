@@ -1,4 +1,4 @@
-"""Pictures of objects in notebooks: who can show themselves, and how, without a class knowing its renderer.
+"""Pictures of objects in notebooks: a base class whose objects show themselves without knowing the renderer.
 
 A class derives from `Shown`; a higher layer (`upholster.notebook`) says with `show_with` how it is pictured.
 """

@@ -24,7 +24,7 @@ def derivatives(surface, chart, rows, columns):
     """Return the points at texel coordinates and the two derivatives per texel, (n, 3) each."""
     ds, dt = (chart.s1 - chart.s0) / chart.height, (chart.t1 - chart.t0) / chart.width
     s, t = chart.s0 + ds * (rows + 0.5), chart.t0 + dt * (columns + 0.5)
-    point, by_s, by_t = surface.patches[chart.patch].derivatives(s, t)
+    point, by_s, by_t = surface.faces[chart.face].derivatives(s, t)
     return point, by_s * ds, by_t * dt
 
 
@@ -63,10 +63,12 @@ def test_meetings_cover_each_edge_once(layout):
         for edge in range(4):
             size = (chart.width, chart.height)[edge & 1]
             parts = [(m.start, m.stop) for m in found if (m.chart, m.edge) == (n, edge)]
-            corner = (chart.s0, chart.t1, chart.s1, chart.t0)[edge]
-            rim = corner == (0.0, 1.0, 1.0, 0.0)[edge]
-            outer = {b.edge for b in surface.border if b.patch == chart.patch}
-            if rim and (edge in outer or (chart.patch, edge) in surface.degenerate):
+            line = (chart.s0, chart.t1, chart.s1, chart.t0)[edge]
+            face = surface.faces[chart.face]
+            joined = {
+                e for m in surface.face_shared for e in ((m.face, m.edge), (m.other_face, m.other_edge))
+            }
+            if line == face.line(edge) and (chart.face, edge) not in joined:
                 assert parts == []
                 continue
             ends = np.array(parts).reshape(-1)
@@ -158,7 +160,7 @@ def test_a_crease_unfolds(lean):
 
 def test_beyond_an_intervals_end_its_last_matrix_holds():
     surface = plane(2, 1, spans=(1, 2))
-    charts = (Chart(0, 10, 10), Chart(1, 20, 20))
+    charts = (Chart(0, 10, 10), Chart(0, 20, 20, t0=1, t1=2))
     (transition, _) = transitions(surface, charts, find_seams(surface, charts))
     rows, columns, matrices = transition.apply(np.array([-3.0, 12.0]), np.array([9.0, 14.0]))
     np.testing.assert_allclose(rows, [-5.5, 24.5])
@@ -234,7 +236,7 @@ def test_where_a_chart_is_degenerate_nothing_is_carried():
 @pytest.mark.parametrize(
     ("chart", "says"),
     [
-        (Chart(1, 8, 8), "chart 0 lies on patch 1; allowed: 0 to 0"),
+        (Chart(1, 8, 8), "chart 0 lies on face 1; allowed: 0 to 0"),
         (Chart(0, 0, 8), "chart 0 has 0 x 8 texels"),
         (Chart(0, 8, 8, s0=0.5, s1=0.5), "chart 0 reaches from 0.5 to 0.5"),
         (Chart(0, 8, 8, t1=float("nan")), "chart 0 reaches from 0 to nan"),

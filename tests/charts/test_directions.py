@@ -7,9 +7,9 @@ from upholster.charts.directions import default_direction, direction_fields, par
 from upholster.charts.layout import density_layout, texture_scale
 from upholster.charts.tangents import aligned, from_nearest
 from upholster.errors import InputError
-from upholster.geometry import RationalPatch, Surface, plane, sphere, surface_from_spec, torus
+from upholster.geometry import Face, RationalPatch, Surface, plane, sphere, surface_from_spec, torus
 from upholster.quilt import Chart
-from upholster.quilt.warp_field import FIELD_STEP, node_count
+from upholster.quilt.warp_field import FIELD_STEP, WarpField, node_count
 
 QUANTUM = 2 * math.pi / 256
 
@@ -27,7 +27,7 @@ def at_nodes(surface, chart, field):
     def points(r, c):
         s = chart.s0 + (chart.s1 - chart.s0) * (r + 0.5) / chart.height
         t = chart.t0 + (chart.t1 - chart.t0) * (c + 0.5) / chart.width
-        return surface.patches[chart.patch].points(s, t)
+        return surface.faces[chart.face].points(s, t)
 
     h = 1e-3
     down = (points(rows + h, columns) - points(rows - h, columns)) / (2 * h)
@@ -59,8 +59,8 @@ def runs_along(down, right, m):
 def test_the_plane_at_one_to_one_is_the_identity():
     surface = plane(2.0, 1.0)
     charts = density_layout(surface, density=300)
-    assert direction_fields(surface, charts, parse_direction("u"), 300.0) == (None,)
-    assert direction_fields(surface, charts, parse_direction("1,0,0"), 300.0) == (None,)
+    assert direction_fields(surface, charts, parse_direction("u"), 300.0) == (WarpField.identity(),)
+    assert direction_fields(surface, charts, parse_direction("1,0,0"), 300.0) == (WarpField.identity(),)
     (quarter,) = direction_fields(surface, charts, parse_direction("90"), 300.0)
     assert np.array_equal(quarter.matrices[2, 2], [0, -4096, 4096, 0])
     (down,) = direction_fields(surface, charts, parse_direction("v"), 300.0)
@@ -178,7 +178,7 @@ def test_a_direction_that_turns_far_keeps_its_sign():
 
 def test_margins_go_on_from_the_border():
     surface = torus()
-    charts = (Chart(3, 100, 150), Chart(3, 64, 96, 0.25, 0.5, 0.0, 1.0))
+    charts = (Chart(0, 100, 150, 0, 1, 3, 4), Chart(0, 64, 96, 0.25, 0.5, 3, 4))
     for direction in ("u", "0,0,1", "around:z"):
         one, three = (
             direction_fields(surface, charts, parse_direction(direction), 80.0, margin=k) for k in (1, 3)
@@ -186,12 +186,24 @@ def test_margins_go_on_from_the_border():
         for chart, small, large in zip(charts, one, three, strict=True):
             assert large.nodes.shape[:2] == (node_count(chart.height, 3), node_count(chart.width, 3))
             assert np.array_equal(small.nodes, large.nodes[2:-2, 2:-2])
-    # Beyond its edge a patch goes on by its own formula.
-    (field,) = direction_fields(surface, (Chart(0, 128, 128),), parse_direction("u"), 80.0, margin=1)
-    _, _, by_t = surface.patches[0].derivatives_grid([0.5], [(160 + 0.5) / 128])
-    size = 80.0 * np.linalg.norm(by_t[0, 0]) / 128
-    assert field.matrices[3, -1, 3] / 4096 == pytest.approx(size, rel=0.02)
-    assert field.matrices[3, -1, 3] != field.matrices[3, -2, 3]
+    # Beyond its edge a chart goes on as its face does; beyond the face, as its last patch's own formula.
+    for column, patch, beyond in ((0, 1, 0), (3, 3, 1)):
+        chart = Chart(0, 128, 128, 0, 1, column, column + 1)
+        (field,) = direction_fields(surface, (chart,), parse_direction("u"), 80.0, margin=1)
+        _, _, by_t = surface.patches[patch].derivatives_grid([0.5], [beyond + (32 + 0.5) / 128])
+        size = 80.0 * np.linalg.norm(by_t[0, 0]) / 128
+        assert field.matrices[3, -1, 3] / 4096 == pytest.approx(size, rel=0.02)
+        assert field.matrices[3, -1, 3] != field.matrices[3, -2, 3]
+
+
+def test_where_derivatives_jump_a_field_goes_on_by_its_own_formula():
+    # The right half's parameter runs three times as fast.
+    grid = np.array([[[x, -y, 0.0] for x in (0, 1, 4)] for y in (0, 2)])
+    face = Face([[RationalPatch.from_points(grid[:, :2]), RationalPatch.from_points(grid[:, 1:])]])
+    assert face.breaks == ((), (1,))
+    charts = (Chart(0, 128, 64), Chart(0, 128, 192, t0=1, t1=2))
+    fields = direction_fields(Surface([face]), charts, parse_direction("u"), 64.0)
+    assert all(field.is_identity for field in fields)
 
 
 @pytest.mark.parametrize(
@@ -263,7 +275,7 @@ def test_wrong_directions_are_refused(text):
     ("function", "message"),
     [
         (lambda p: np.where(p[:, :1] > 1.9, np.nan, p), r"not finite on (chart|patch) \d+.*, at \("),
-        (lambda p: p * 0, r"no part along the surface on chart 0 \(patch 0\), at \("),
+        (lambda p: p * 0, r"no part along the surface on chart 0 \(face 0\), at \("),
         (lambda p: p[:1], "returns shape"),
         (lambda p: "round", "the function fails"),
     ],
@@ -285,9 +297,9 @@ def test_wrong_numbers_are_refused():
             direction_fields(surface, charts, u, scale)
     with pytest.raises(InputError, match="margin is 65"):
         direction_fields(surface, charts, u, 64.0, margin=65)
-    with pytest.raises(InputError, match="patch 7"):
+    with pytest.raises(InputError, match="face 7"):
         direction_fields(surface, (Chart(7, 64, 64),), u, 64.0)
-    with pytest.raises(InputError, match=r"no part along the surface on chart 0 \(patch 0\)"):
+    with pytest.raises(InputError, match=r"no part along the surface on chart 0 \(face 0\)"):
         direction_fields(surface, charts, parse_direction("0,0,1"), 64.0)
 
 
@@ -295,7 +307,7 @@ def test_a_patch_without_area_gives_some_field():
     point = RationalPatch.from_points(np.zeros((2, 2, 3)))
     surface = Surface([*sphere().patches, point])
     fields = direction_fields(surface, (Chart(6, 64, 64),), parse_direction("u"), 64.0)
-    assert fields[0] is not None
+    assert not fields[0].is_identity
     assert (np.linalg.det(fields[0].matrices.reshape(-1, 2, 2).astype(float)) > 0).all()
 
 

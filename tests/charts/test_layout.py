@@ -1,13 +1,13 @@
 import math
-from collections import defaultdict
-from itertools import pairwise
 
 import numpy as np
 import pytest
 
 from upholster.charts import uniform_layout
-from upholster.charts.halving import MOST_HALVINGS, Halving
+from upholster.charts.halving import LONG, Halving
 from upholster.charts.layout import density_layout, texture_scale
+from upholster.charts.schedule import schedule
+from upholster.charts.seams import find_seams
 from upholster.errors import InputError
 from upholster.geometry import RationalPatch, Surface, plane, surface_from_spec, torus
 from upholster.measure import texel_scale
@@ -26,31 +26,65 @@ def test_texels_are_even(spec, texels):
     charts = density_layout(surface, texels=texels)
     assert texel_scale(surface, charts).spread <= 2.1
     assert total(charts) == pytest.approx(texels, rel=0.01)
-    assert len(charts) <= 4 * len(surface.patches)
+    found = find_seams(surface, charts)
+    assert all(seam.chart != seam.other_chart for seam in found)
+    # Two threads are busy most of the time.
+    size = [chart.height * chart.width for chart in charts]
+    classes = [[size[n] for n in members] for members in schedule(surface, charts, found)]
+    assert sum(max(max(one), sum(one) / 2) for one in classes) <= 0.76 * sum(size)
 
 
-@pytest.mark.parametrize("spec", [*EVEN, "sphere:tiling=octants", "cone:r2=0"])
-def test_charts_tile_every_patch(spec):
+@pytest.mark.parametrize(
+    ("spec", "most"),
+    [("cyclide", 62), ("torus", 16), ("sphere", 6), ("ellipsoid", 32), ("cylinder", 16), ("vase", 96)],
+)
+def test_charts_are_no_more_than_needed(spec, most):
+    assert len(density_layout(surface_from_spec(spec), texels=4_194_304)) <= most
+
+
+@pytest.mark.parametrize(
+    ("coarse", "fine"),
+    [("torus", "torus:spans=64x64"), ("vase", "vase:spans=256"), ("plane", "plane:spans=9x9")],
+)
+def test_patches_do_not_matter(coarse, fine):
+    few, many = (density_layout(surface_from_spec(spec), texels=10**6) for spec in (coarse, fine))
+    assert abs(len(few) - len(many)) <= 0.1 * len(few)
+
+
+@pytest.mark.parametrize("spec", [*EVEN, "sphere:tiling=octants", "cone:r2=0", "torus:spans=12x6"])
+def test_charts_tile_every_face(spec):
     surface = surface_from_spec(spec)
-    rectangles = defaultdict(list)
     charts = density_layout(surface, texels=2_000_000)
-    for chart in charts:
-        rectangles[chart.patch].append((chart.s0, chart.s1, chart.t0, chart.t1))
-        assert min(chart.height, chart.width) >= 16
-    assert [chart.patch for chart in charts] == sorted(chart.patch for chart in charts)
-    assert set(rectangles) == set(range(len(surface.patches)))
-    for mine in rectangles.values():
-        assert len(mine) <= 2**MOST_HALVINGS
-        rows, columns = sorted({r[:2] for r in mine}), sorted({r[2:] for r in mine})
-        assert mine == [(*r, *c) for r in rows for c in columns]
-        for spans in (rows, columns):
-            assert (spans[0][0], spans[-1][1]) == (0, 1)
-            assert all(a[1] == b[0] for a, b in pairwise(spans))
+    assert min(min(chart.height, chart.width) for chart in charts) >= 16
+    assert [(c.face, c.s0, c.t0) for c in charts] == sorted((c.face, c.s0, c.t0) for c in charts)
+    for n, face in enumerate(surface.faces):
+        covered = np.zeros((face.rows * 32, face.columns * 32), int)
+        for c in charts:
+            if c.face == n:
+                ends = [32 * end for end in (c.s0, c.s1, c.t0, c.t1)]
+                assert ends == np.rint(ends).tolist()
+                top, bottom, left, right = map(int, ends)
+                covered[top:bottom, left:right] += 1
+        assert (covered == 1).all()
+
+
+def test_no_chart_goes_on_where_derivatives_jump():
+    vase = surface_from_spec("vase")
+    lines = vase.faces[0].breaks[0]
+    assert len(lines) == 9
+    for chart in density_layout(vase, texels=2_000_000):
+        assert not any(chart.s0 < line < chart.s1 for line in lines)
+
+
+def test_what_is_large_is_cut_for_the_threads_sake():
+    square = plane(2.0, 2.0)
+    assert len(density_layout(square, density=2 * LONG - 1)) == 1
+    assert len(density_layout(square, density=2 * LONG)) == 16
 
 
 def test_sizes_are_extents_times_density():
-    (chart,) = density_layout(plane(2.0, 0.5), density=512)
-    assert (chart.height, chart.width) == (256, 1024)
+    (chart,) = density_layout(plane(2.0, 0.5), density=500)
+    assert (chart.height, chart.width) == (250, 1000)
     surface = surface_from_spec("cylinder:r=1,h=2")
     for chart in density_layout(surface, density=200):
         assert (chart.height, chart.width) == (400, pytest.approx(200 * math.pi / 2, rel=0.01))
@@ -60,56 +94,39 @@ def test_sizes_are_extents_times_density():
     assert chart.height * chart.width == pytest.approx(300**2, rel=0.01)
 
 
-def test_neighbours_are_cut_alike_where_they_are_alike():
-    surface = surface_from_spec("cone")
-    charts = density_layout(surface, texels=1_000_000)
+def test_what_is_alike_is_cut_alike():
+    charts = density_layout(surface_from_spec("cone"), texels=1_000_000)
     assert len({(c.height, c.width, c.s0, c.s1) for c in charts}) == len(charts) // 4
 
 
-def test_a_cut_goes_on_across_opposed_edges():
-    surface = surface_from_spec("sphere")
-    halving = Halving(surface)
-    n = halving.samples
-    fellows = halving.fellows((0, 0, 0, n))
-    assert len(fellows) == len({patch for patch, *_ in fellows}) == 4
-    halving.cut(fellows)
-    quarter = halving.fellows((0, 0, 0, n // 2))
-    assert len(quarter) == 4
-    # What is cut on both sides of a shared edge is one line in space.
-    ends = set()
-    for patch, axis, first, last in quarter:
-        middle = (first + last) / 2 / n
-        for end in (0.0, 1.0):
-            s, t = (middle, end) if axis == 0 else (end, middle)
-            ends.add(tuple(np.round(surface.patches[patch].points(s, t), 9) + 0.0))
-    assert len(ends) == 4
+def test_moments_tell_what_samples_do():
+    samples = Halving(torus())._samples[0]
+    piece = Halving(torus()).pieces[0].halves(0, 37)[1].halves(1, 50)[0]
+    window = np.s_[piece.top : piece.bottom, piece.left : piece.right]
+    area, logs = samples.area[window], samples.logs[:, *window]
+    means = np.average(logs.reshape(3, -1), axis=1, weights=area.ravel())
+    np.testing.assert_allclose(samples.means(piece), means)
+    uneven = (area * (logs[2] - means[2]) ** 4).sum()
+    assert samples.unevenness(piece) == pytest.approx(uneven, rel=1e-6)
 
 
-def test_a_cut_is_mirrored_where_edges_run_against_each_other():
-    left, right = plane(spans=(1, 2)).patches
-    halving = Halving(Surface([left, right.reverse(0).reverse(1)]))
-    n = halving.samples
-    halving.cut(halving.fellows((0, 0, 0, n)))
-    assert halving.cuts == [([0, n // 2], [0])] * 2
-    assert halving.fellows((0, 0, 0, n // 2)) == {(0, 0, 0, n // 2), (1, 0, n // 2, n)}
-    assert halving.fellows((0, 1, 0, n)) == {(0, 1, 0, n)}
-
-
-def test_small_patches_keep_their_size_and_small_charts_are_avoided():
-    surface = surface_from_spec("cyclide:spans=28x28")
-    charts = density_layout(surface, texels=4_194_304)
-    assert len(charts) == 784
-    assert 16 <= min(min(c.height, c.width) for c in charts) < 48
-    grown = density_layout(surface, texels=4_194_304, thinnest=48)
-    assert min(min(c.height, c.width) for c in grown) == 48
-    assert total(grown) == pytest.approx(4_194_304, rel=0.01)
+def test_small_charts_are_avoided():
+    lone = [plane().patches[0]] + [
+        RationalPatch(p.net + np.array([2.0, 0, 0, 0])) for p in plane(0.02, 0.02).patches
+    ]
+    charts = density_layout(Surface(lone), texels=1_000_000)
+    assert (charts[-1].height, charts[-1].width) == (20, 20)
+    grown = density_layout(Surface(lone), texels=1_000_000, thinnest=48)
+    assert (grown[-1].height, grown[-1].width) == (48, 48)
 
 
 def test_charts_too_long_are_halved():
     charts = density_layout(plane(100.0, 1.0), density=400)
-    assert [(c.height, c.width) for c in charts] == [(400, 10000)] * 4
+    assert {(c.height, c.width) for c in charts} == {(400, 2500)}
+    charts = density_layout(plane(1e5, 1.0), density=4)
+    assert max(c.width for c in charts) <= 16384
     with pytest.raises(InputError, match="texels long"):
-        density_layout(plane(1e5, 1.0), density=64)
+        density_layout(plane(1e6, 0.01), density=64)
 
 
 def test_same_result_whatever_the_unit():
@@ -124,7 +141,7 @@ def test_same_result_whatever_the_unit():
         ({"texels": 10**6, "density": 5.0}, "exactly one"),
         ({"texels": 63}, "texels is 63"),
         ({"texels": 2**31 + 1}, "allowed: 64 to"),
-        ({"texels": 2000}, "at least 4,096 on 16 patches"),
+        ({"texels": 200}, "at least 256 on 1 faces"),
         ({"density": math.nan}, "density is nan"),
         ({"density": 0.0}, "density is 0"),
         ({"density": 1e6}, "GiB"),
@@ -164,7 +181,8 @@ def test_texture_scale_follows_the_wishes():
     assert (fine.texels, fine.scale, coarse.texels, coarse.scale) == (2**26, 25600, 2**18, 25.6)
     both = texture_scale(square, 256, sample_size=0.5, density=100)
     assert (both.density, both.scale, both.texels) == (100, 512, 40000)
-    patchy = texture_scale(plane(spans=(64, 64)), 256)
+    assert texture_scale(plane(spans=(64, 64)), 256).texels == 4_194_304
+    patchy = texture_scale(Surface(plane(spans=(64, 64)).patches), 256)
     assert patchy.texels == 48 * 48 * 64 * 64
 
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from chart_layouts import GRID, SURFACES, split, whole
+from chart_layouts import GRID, SURFACES, on_patch, split, whole
 
 from upholster.charts.schedule import THIN, _cells, schedule
 from upholster.charts.seams import find_seams
@@ -21,7 +21,7 @@ def touching(surface, charts):
         s, t = (
             np.arange(round(GRID * a), round(GRID * b) + 1) / GRID for a, b in ((c.s0, c.s1), (c.t0, c.t1))
         )
-        points.append(surface.patches[c.patch].points_grid(s, t).reshape(-1, 3))
+        points.append(surface.faces[c.face].points_grid(s, t).reshape(-1, 3))
         owners += [n] * len(points[-1])
     cloud, owner = np.concatenate(points), np.array(owners)
     pairs = set()
@@ -53,7 +53,7 @@ def test_no_two_charts_of_a_round_touch(name, seed):
 
 def test_a_grid_grows_from_its_corner():
     surface = plane(4, 4, spans=(4, 4))
-    charts = tuple(Chart(n, 64, 64) for n in range(16))
+    charts = tuple(on_patch(surface, n, 64, 64) for n in range(16))
     sorted_out = ordered(surface, charts)
     assert sorted_out[0] == [0]
     assert len(sorted_out) <= 10
@@ -73,10 +73,10 @@ def test_thin_charts_come_first_and_keep_their_two_sides_apart():
     surface = plane(5, 1, spans=(1, 5))
     thin = THIN - 1
     # from chart 0 on: the thin one next to it first
-    charts = tuple(Chart(n, 64, thin if n == 3 else 64) for n in range(5))
+    charts = tuple(on_patch(surface, n, 64, thin if n == 3 else 64) for n in range(5))
     assert ordered(surface, charts) == [[0], [1], [2], [3], [4]]
     surface = plane(3, 3, spans=(3, 3))
-    charts = tuple(Chart(n, thin if n // 3 == 1 else 64, 64) for n in range(9))
+    charts = tuple(on_patch(surface, n, thin if n // 3 == 1 else 64, 64) for n in range(9))
     sorted_out = ordered(surface, charts)
     number = {n: k for k, members in enumerate(sorted_out) for n in members}
     assert all(number[3 + n] < number[6 + n] for n in range(3))
@@ -84,7 +84,7 @@ def test_thin_charts_come_first_and_keep_their_two_sides_apart():
     # thin ones wait for nobody but those that they touch
     assert sorted_out[1] == [3]
     # the same with rows just tall enough grows evenly
-    even = tuple(Chart(n, THIN if n // 3 == 1 else 64, 64) for n in range(9))
+    even = tuple(on_patch(surface, n, THIN if n // 3 == 1 else 64, 64) for n in range(9))
     assert ordered(surface, even)[1] == [1]
 
 
@@ -93,7 +93,7 @@ def test_nobody_is_covered_from_both_sides_of_a_thin_chart_at_once(surface):
     rng = np.random.default_rng(4)
     for _ in range(5):
         sizes = rng.choice([24, 64], len(surface.patches))
-        charts = tuple(Chart(n, int(size), 64) for n, size in enumerate(sizes))
+        charts = tuple(on_patch(surface, n, int(size), 64) for n, size in enumerate(sizes))
         found = find_seams(surface, charts)
         for members in schedule(surface, charts, found):
             for n, size in enumerate(sizes):

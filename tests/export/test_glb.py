@@ -10,8 +10,9 @@ from textured import make_model
 from upholster._version import __version__
 from upholster.errors import InputError
 from upholster.export import TextureFormat, write_glb
-from upholster.geometry import plane, tessellate
+from upholster.geometry import plane
 from upholster.image import from_linear, read_exemplar
+from upholster.model import tessellate
 
 
 class Glb:
@@ -93,7 +94,7 @@ def test_faces_look_outward(tmp_path: Path) -> None:
 @pytest.mark.parametrize(("quads", "component"), [(400, 5123), (80_000, 5125)])
 def test_indices_are_as_wide_as_needed(tmp_path: Path, quads: int, component: int) -> None:
     model = make_model()
-    mesh = tessellate(model.surface, quads=quads)
+    mesh = tessellate(model.surface, model.texels.charts, quads=quads)
     write_glb(tmp_path / "x.glb", mesh, model.atlas.texture_coordinates(mesh), model.pixels)
     glb = Glb(tmp_path / "x.glb")
     assert glb.json["accessors"][3]["componentType"] == component
@@ -132,7 +133,7 @@ def test_alpha_mode(tmp_path: Path, channels: int, alpha: Any, mode: Any) -> Non
     assert glb.json["materials"][0].get("alphaMode") == mode
     assert glb.image(tmp_path).shape[2] == channels - (mode is None)
     if mode is not None:
-        with pytest.raises(InputError, match="'jpeg' cannot hold the exemplar's alpha; allowed"):
+        with pytest.raises(InputError, match="'jpeg' cannot hold the sample's alpha; allowed"):
             write_glb(tmp_path / "x.glb", model.mesh, model.uv, model.pixels, texture="jpeg")
 
 
@@ -142,7 +143,5 @@ def test_what_does_not_fit(tmp_path: Path) -> None:
         write_glb(tmp_path / "x.glb", model.mesh, model.uv, model.pixels, texture="gif")  # type: ignore[arg-type]
     mesh = tessellate(plane(), quads=1)
     with pytest.raises(InputError, match="allowed in webp: up to 16383"):
-        write_glb(
-            tmp_path / "x.glb", mesh, mesh.parameters, np.zeros((1, 20000, 3), np.uint8), texture="webp"
-        )
+        write_glb(tmp_path / "x.glb", mesh, mesh.places, np.zeros((1, 20000, 3), np.uint8), texture="webp")
     assert list(tmp_path.iterdir()) == []

@@ -10,8 +10,8 @@ from textured import Model, make_model
 
 from upholster.errors import InputError
 from upholster.export import write_glb
-from upholster.geometry.tangents import vertex_tangents
 from upholster.image import read_image
+from upholster.model import face_parameters, vertex_tangents
 
 
 def maps_of(model: Model, *roles: str, dtype: Any = np.uint8) -> dict[str, Any]:
@@ -25,7 +25,7 @@ def maps_of(model: Model, *roles: str, dtype: Any = np.uint8) -> dict[str, Any]:
 
 
 def write(path: Path, model: Model, maps: Any, **options: Any) -> Glb:
-    tangents = vertex_tangents(model.surface, model.mesh)
+    tangents = vertex_tangents(model.surface, model.texels.charts, model.mesh)
     write_glb(path, model.mesh, model.uv, model.pixels, maps=maps, tangents=tangents, **options)
     return Glb(path)
 
@@ -70,9 +70,10 @@ def test_tangents_are_with_the_normal_map_only(tmp_path: Path) -> None:
     np.testing.assert_allclose(np.linalg.norm(tangents[:, :3], axis=1), 1, atol=1e-6)
     # (N × T)·w points up in the texture: against v along the surface.
     bitangent = np.cross(model.mesh.normals, tangents[:, :3])
-    for k, patch in enumerate(model.surface.patches):
-        mine = model.mesh.patch == k
-        _, by_s, _ = patch.derivatives(*model.mesh.parameters[mine].T)
+    for n, chart in enumerate(model.texels.charts):
+        mine = model.mesh.chart == n
+        s, t = face_parameters(chart, *model.mesh.places[mine].T)
+        _, by_s, _ = model.surface.faces[chart.face].derivatives(s, t)
         assert (np.einsum("ij,ij->i", bitangent[mine], by_s) < 0).all()
     plain = write(tmp_path / "y.glb", model, maps_of(model, "roughness"))
     assert "TANGENT" not in plain.json["meshes"][0]["primitives"][0]["attributes"]

@@ -175,6 +175,7 @@ def opened(browser: Any, path: Path, *, before: str = "", **settings: Any) -> tu
     return tab, found
 
 
+@pytest.mark.browser
 @LINE_ENDS
 def test_a_page_opens_from_disk(browser: Any, tmp_path: Path, line_end: bytes) -> None:
     path = tmp_path / "a ring.html"
@@ -190,6 +191,7 @@ def test_a_page_opens_from_disk(browser: Any, tmp_path: Path, line_end: bytes) -
     assert [line for line in found if not line.startswith("data:text/javascript,")] == []
 
 
+@pytest.mark.browser
 @pytest.mark.parametrize(
     ("before", "settings", "said"),
     [
@@ -208,6 +210,7 @@ def test_what_a_browser_lacks_is_said(
     assert found == []
 
 
+@pytest.mark.browser
 @pytest.mark.parametrize(
     ("name", "put", "said"),
     [("stream", b"", "is cut"), ("worker", b"", "is cut"), ("viewer", b"~" * 40, "cannot be shown: ")],
@@ -222,6 +225,7 @@ def test_a_damaged_page_says_so(browser: Any, tmp_path: Path, name: str, put: by
     assert tab.query_selector("upholster-viewer") is None
 
 
+@pytest.mark.browser
 def test_the_shipped_viewer_opens_from_disk(browser: Any, tmp_path: Path, woven: Any) -> None:
     exemplar, surface, quilt = woven
     texels = upholster.paint(quilt, exemplar)

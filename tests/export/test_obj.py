@@ -6,8 +6,9 @@ import pytest
 from textured import Model, make_model
 
 from upholster.export import obj_companions, write_obj
-from upholster.geometry import Surface, ring_cyclide, tessellate
+from upholster.geometry import Surface, ring_cyclide
 from upholster.image import read_exemplar
+from upholster.model import tessellate
 
 
 def read_obj(path: Path) -> Any:
@@ -62,7 +63,7 @@ def test_t_junctions(tmp_path: Path) -> None:
     surface = ring_cyclide()
     model = make_model()
     model.mesh = tessellate(Surface([*surface.patches[0].split(s=0.5), *surface.patches[1:]]), quads=400)
-    model.uv = model.mesh.parameters
+    model.uv = model.mesh.places
     rows, _ = written(tmp_path, model)
     assert {len(face) for face in rows["f"]} == {3, 4}
     assert len(rows["f"]) == len(model.mesh.quads) + len(model.mesh.triangles)

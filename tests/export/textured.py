@@ -5,10 +5,12 @@ from typing import Any
 
 import numpy as np
 
-from upholster.geometry import Mesh, Surface, ring_cyclide, sphere, tessellate
+from upholster.charts.layout import uniform_layout
+from upholster.charts.seams import find_seams
+from upholster.geometry import Surface, ring_cyclide, sphere
 from upholster.image import to_linear
-from upholster.model import Atlas, build_atlas
-from upholster.quilt.model import Chart, Texels
+from upholster.model import Atlas, Mesh, build_atlas, tessellate
+from upholster.quilt.model import Texels
 from upholster.types import FloatArray, PixelArray
 
 
@@ -41,8 +43,9 @@ def make_model(
         image = image * np.uint16(257)
     elif dtype == np.float32:
         image = to_linear(image)
-    count = len(surface.patches)
-    texels = Texels(tuple(Chart(k, size, size) for k in range(count)), (image,) * count)
-    atlas = build_atlas(surface, texels)
-    mesh = tessellate(surface, quads=400)
+    charts = uniform_layout(surface, chart=size)
+    seams = find_seams(surface, charts)
+    texels = Texels(charts, (image,) * len(charts))
+    atlas = build_atlas(texels, seams)
+    mesh = tessellate(surface, charts, seams, quads=400)
     return Model(surface, mesh, texels, atlas, atlas.texture_coordinates(mesh))

@@ -2,7 +2,6 @@
 
 import itertools
 import re
-import time
 from collections.abc import Callable
 from typing import Any
 
@@ -27,6 +26,7 @@ from upholster.geometry import (
     vase,
 )
 from upholster.geometry.bernstein import bernstein
+from upholster.geometry.edges import Edges
 from upholster.types import FloatArray
 
 U = np.linspace(0.0, 1.0, 17)
@@ -232,19 +232,26 @@ def test_tolerance_is_relative_to_the_size() -> None:
             assert len(Surface([left, moved], tolerance=1e-5).shared) == 1
 
 
-def test_many_patches_are_quick() -> None:
+def test_many_patches_are_compared_with_few(monkeypatch: pytest.MonkeyPatch) -> None:
+    compared: list[int] = []
+    points = Edges.points
+
+    def counted(self: Edges, edges: Any, parameters: Any) -> Any:
+        compared.append(np.size(parameters))
+        return points(self, edges, parameters)
+
+    monkeypatch.setattr(Edges, "points", counted)
     surface = plane(1, 1, spans=(100, 100))
-    start = time.perf_counter()
     assert len(surface.shared) == 19_800
     assert len(surface.border) == 400
-    # about 0.5 s; quadratic search would take minutes
-    assert time.perf_counter() - start < 20
+    # 40,000 edges; a search of each among all would look at thousands of times as many points
+    assert 40_000 <= sum(compared) <= 40 * 40_000
 
 
 def test_bad_surfaces_are_named() -> None:
     with pytest.raises(InputError, match="0 patches"):
         Surface([])
-    with pytest.raises(InputError, match="patch 1 is a str"):
+    with pytest.raises(InputError, match="face 1 is a str"):
         Surface([plane().patches[0], "x"])  # type: ignore[list-item]
     with pytest.raises(InputError, match="tolerance is nan"):
         Surface(plane().patches, tolerance=float("nan"))
@@ -260,3 +267,51 @@ def test_size_is_the_diagonal_of_the_control_points() -> None:
     assert len(point.degenerate) == 4
     assert point.shared == ()
     assert point.border == ()
+
+
+def height_field(n: int, noise: float, tolerance: float) -> Surface:
+    """n × n cubic patches of a smooth height field over [0, n]², every point moved a little."""
+    rng = np.random.default_rng(n)
+    steps = np.linspace(0.0, 1.0, 4)
+    patches = []
+    for i, j in itertools.product(range(n), range(n)):
+        x, y = np.meshgrid(i + steps, j + steps, indexing="ij")
+        points = np.stack([x, y, 0.3 * np.sin(x) * np.cos(y)], axis=-1)
+        patches.append(RationalPatch.from_points(points + noise * rng.standard_normal(points.shape)))
+    return Surface(patches, tolerance=tolerance)
+
+
+@pytest.mark.parametrize(
+    ("n", "noise", "tolerance"),
+    [(3, 1e-6, 1e-3), (3, 1e-6, 1e-5), (3, 1e-6, 1e-2), (10, 1e-6, 1e-5), (10, 0.0, 1e-9), (3, 1e-3, 1e-3)],
+)
+def test_a_tolerance_heals_noise_and_makes_no_edges_of_its_own(
+    n: int, noise: float, tolerance: float
+) -> None:
+    surface = height_field(n, noise, tolerance)
+    assert len(surface.shared) == 2 * n * (n - 1)
+    assert all(one.whole for one in surface.shared)
+    assert len(surface.border) == 4 * n
+    assert surface.nearly_meeting == (0, tolerance)
+
+
+def test_edges_that_nearly_meet_are_counted() -> None:
+    surface = height_field(10, 1e-6, 1e-9)
+    count, tolerance = surface.nearly_meeting
+    assert len(surface.shared) + count == 180
+    healed = Surface(surface.patches, tolerance=tolerance)
+    assert len(healed.shared) == 180
+    assert tolerance == 1e-6
+    for closed in (torus(), plane(), cylinder()):
+        assert closed.nearly_meeting == (0, 1e-9)
+
+
+def test_a_sliver_thinner_than_the_tolerance_joins_its_two_neighbours() -> None:
+    # three strips side by side, the middle one far thinner than the tolerance
+    ends = [0.0, 1.0, 1.0 + 1e-6, 2.0]
+    strips = [
+        RationalPatch.from_points([[(a, 1, 0), (b, 1, 0)], [(a, 0, 0), (b, 0, 0)]])
+        for a, b in itertools.pairwise(ends)
+    ]
+    shared = Surface(strips, tolerance=1e-4).shared
+    assert [(m.patch, m.edge, m.other_patch, m.other_edge) for m in shared] == [(0, 1, 1, 3), (1, 1, 2, 3)]

@@ -52,6 +52,8 @@ def test_bytes_round_to_nearest() -> None:
     exact = np.where(linear <= 0.0031308, linear * 12.92, 1.055 * linear.astype(float) ** (1 / 2.4) - 0.055)
     assert np.abs(from_linear(linear, np.uint8) - exact * 255).max() < 0.53
     assert np.abs(from_linear(linear, np.uint16) - exact * 65535).max() < 0.53
+    # Of all 65536 steps this one comes nearest to a half: 213.4999…
+    assert from_linear(np.array([[[43837 / 65535]]], np.float32), np.uint8) == 213
 
 
 def test_other_types_are_refused() -> None:

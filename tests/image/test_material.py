@@ -135,7 +135,7 @@ def test_multiples_and_fractions_are_resampled_as_the_data_they_are(tmp_path: Pa
             {"x_albedo": image(0), "x_normal": image(1, 1)},
             "normal 'x_normal.png' has 1 channels; allowed: RGB",
         ),
-        ({"x_albedo": image(0, size=(16, 16))}, "albedo: exemplar is 16x16 pixels; allowed: 32x32 or more"),
+        ({"x_albedo": image(0, size=(16, 16))}, "albedo: sample is 16x16 pixels; allowed: 32x32 or more"),
     ],
 )
 def test_what_is_no_material_is_refused(tmp_path: Path, files: Any, said: str) -> None:
@@ -191,7 +191,7 @@ def test_matching_sees_all_maps_by_their_weights() -> None:
         ({"albedo": image(0), "shine": image(1)}, "role 'shine' is unknown"),
         ({"albedo": image(0), "height": image(1)}, r"height has shape \(48, 64, 3\)"),
         ({"albedo": image(0), "height": image(1, 1, (48, 48))}, r"allowed: \(48, 64, C\) as the albedo"),
-        ({"albedo": image(0).astype(np.int32)}, "albedo: exemplar has dtype int32"),
+        ({"albedo": image(0).astype(np.int32)}, "albedo: sample has dtype int32"),
     ],
 )
 def test_maps_that_do_not_fit_are_refused(maps: Any, said: str) -> None:

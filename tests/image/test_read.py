@@ -41,7 +41,7 @@ def read_or_refuse(path: Path) -> Any:
 
 
 @pytest.mark.parametrize("suffix", ["jpg", "png", "tif", "exr"])
-@pytest.mark.parametrize("turn", range(1, 9))
+@pytest.mark.parametrize("orientation", range(1, 9))
 def test_orientation_is_obeyed(tmp_path: Path, suffix: str, orientation: int) -> None:
     """Each stored image is what a camera held so would store; all must come out upright."""
     upright = np.zeros((48, 40, 3), np.uint8)
@@ -337,7 +337,7 @@ def test_arrays_are_brought_to_shape() -> None:
     ],
 )
 def test_arrays_that_do_not_fit(array: Any) -> None:
-    with pytest.raises(InputError, match=r"exemplar.*allowed") as caught:
+    with pytest.raises(InputError, match=r"sample.*allowed") as caught:
         check_exemplar(array)
     assert "\n" not in str(caught.value)
 

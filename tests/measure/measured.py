@@ -3,7 +3,8 @@
 import numpy as np
 
 from upholster.quilt import Chart, Quilt
-from upholster.quilt.model import PLACEMENT
+from upholster.quilt.placement import PLACEMENT
+from upholster.quilt.plans import PlacementList
 from upholster.quilt.warp_field import WarpField, node_count
 
 
@@ -31,7 +32,7 @@ def quilt_of(blocks, *, chart=(32, 32), exemplar=(64, 64)):
     names = ("row", "column", "height", "width", "source_row", "source_column", "symmetry")
     for name, values in zip(names, np.array(blocks, np.int64).reshape(-1, 7).T, strict=True):
         placed[name] = 16 * values if name.startswith("source") else values
-    return Quilt((Chart(0, *chart),), exemplar, placed, np.zeros(0, np.uint8))
+    return Quilt((Chart(0, *chart),), exemplar, PlacementList(placed, np.zeros(0, np.uint8)))
 
 
 def random_field(rng, height, width, scale, *, vary=0.1):
@@ -57,4 +58,4 @@ def warped(rng, scale, *, chart=(96, 80), block=16, exemplar=(128, 128)):
         placed["row"][n], placed["column"][n] = place
         source = np.clip(np.rint(16 * (centre + step)), 0, 16 * np.array(exemplar) - 16)
         placed["source_row"][n], placed["source_column"][n] = source
-    return Quilt((Chart(0, *chart),), exemplar, placed, np.zeros(0, np.uint8), (field,))
+    return Quilt((Chart(0, *chart),), exemplar, PlacementList(placed, np.zeros(0, np.uint8)), (field,))

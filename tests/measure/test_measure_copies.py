@@ -11,7 +11,9 @@ from upholster.measure import copies
 from upholster.measure._kernels import largest_square
 from upholster.measure.samples import Window
 from upholster.measure.trace import Trace, quilt_windows
-from upholster.quilt.model import Chart, Quilt
+from upholster.quilt.chart import Chart
+from upholster.quilt.model import Quilt
+from upholster.quilt.plans import PlacementList
 
 
 def plain_largest_square(painted, below, right):
@@ -48,7 +50,7 @@ def test_one_large_block_is_all_copied():
 
 @pytest.mark.parametrize("symmetry", range(8))
 def test_blocks_that_continue_one_another_are_one_copy(symmetry):
-    from upholster.quilt._paint_kernels import SYMMETRIES
+    from upholster.quilt.placement import SYMMETRIES
 
     step = SYMMETRIES[symmetry].reshape(2, 2)
     places = [(8, 8), (8, 24), (24, 8), (24, 24)]
@@ -104,9 +106,8 @@ def test_links_through_a_field_against_the_quilts_own_sources(scale):
     for n in range(len(quilt.placements)):
         placed = quilt.placements[n : n + 1].copy()
         placed["height"] = placed["width"] = 400
-        alone.append(
-            Quilt(quilt.charts, quilt.exemplar_shape, placed, quilt.cells, quilt.fields).sources()[0]
-        )
+        plan = PlacementList(placed, quilt.mask_cells)
+        alone.append(Quilt(quilt.charts, quilt.exemplar_shape, plan, quilt.fields).sources()[0])
     for axis, (one, other) in enumerate(
         ((np.s_[:-1], np.s_[1:]), (np.s_[:, :-1], np.s_[:, 1:])),
     ):
@@ -123,4 +124,4 @@ def test_links_through_a_field_against_the_quilts_own_sources(scale):
 
 def test_a_single_texel_has_no_neighbours():
     with pytest.raises(InputError, match="neighbouring"):
-        copies(Quilt((Chart(0, 1, 1),), (32, 32), quilt_of([]).placements, np.zeros(0, np.uint8)))
+        copies(Quilt((Chart(0, 1, 1),), (32, 32), quilt_of([]).plan))

@@ -11,7 +11,10 @@ from upholster.geometry import plane, surface_from_spec
 from upholster.measure import cut_seam_ratio, matched_cut_ratio, matched_edge_ratio
 from upholster.methods import synthesize
 from upholster.quilt import Texels, paint
-from upholster.quilt.model import PLACEMENT, Chart, Quilt
+from upholster.quilt.chart import Chart
+from upholster.quilt.model import Quilt
+from upholster.quilt.placement import PLACEMENT
+from upholster.quilt.plans import PlacementList
 
 
 def test_cuts_against_a_plain_sum():
@@ -87,7 +90,7 @@ def test_borders_of_warped_blocks_are_matched_through_the_field():
         smooth = matched_cut_ratio(quilt, texels, exemplar)
         placed = quilt.placements.copy()
         placed["source_row"] = rng.integers(0, 512 * 16, len(placed))
-        broken = dataclasses.replace(quilt, placements=placed)
+        broken = dataclasses.replace(quilt, plan=PlacementList(placed, quilt.mask_cells))
         rough = matched_cut_ratio(broken, paint(broken, exemplar), exemplar)
         # Neighbours nearly continue one another: what counts are shifts of more than ½ pixel.
         assert smooth < 0.8 * rough
@@ -103,13 +106,13 @@ def test_edges_of_one_copy_are_as_smooth_as_the_exemplar():
     placed["chart"] = 0, 1
     placed["row"], placed["column"], placed["height"], placed["width"] = 16, 10, 32, 20
     placed["source_row"], placed["source_column"] = 16 * 30, (16 * 20, 16 * 40)
-    whole = Quilt(charts, (64, 64), placed, np.zeros(0, np.uint8))
+    whole = Quilt(charts, (64, 64), PlacementList(placed, np.zeros(0, np.uint8)))
     exemplar = grains()
     found = matched_edge_ratio(plane(), whole, paint(whole, exemplar), exemplar)
     assert found == pytest.approx(1, abs=1e-6)
     shifted = placed.copy()
     shifted["source_row"][1] += 16 * 9
-    broken = dataclasses.replace(whole, placements=shifted)
+    broken = dataclasses.replace(whole, plan=PlacementList(shifted, whole.mask_cells))
     texels = paint(broken, exemplar)
     colors = exemplar / 255
     # Chart 0's last column comes from pixel column 29, chart 1's first from 30.
@@ -120,7 +123,7 @@ def test_edges_of_one_copy_are_as_smooth_as_the_exemplar():
     assert matched_edge_ratio(plane(), broken, texels, exemplar) == pytest.approx(expected, rel=1e-5)
     with pytest.raises(InputError, match="charts"):
         matched_edge_ratio(plane(), whole, Texels((Chart(0, 8, 8),), texels.arrays[:1]), exemplar)
-    one = Quilt(charts[:1], (64, 64), placed[:1].copy(), np.zeros(0, np.uint8))
+    one = Quilt(charts[:1], (64, 64), PlacementList(placed[:1].copy(), np.zeros(0, np.uint8)))
     assert matched_edge_ratio(plane(), one, paint(one, exemplar), exemplar) is None
 
 
@@ -133,5 +136,5 @@ def test_covered_surfaces_have_no_edges_that_show(spec):
     placed = quilt.placements.copy()
     centre = 16 * 32
     placed["source_row"] = np.where(placed["chart"] % 2 == 0, placed["source_row"], centre)
-    broken = dataclasses.replace(quilt, placements=placed)
+    broken = dataclasses.replace(quilt, plan=PlacementList(placed, quilt.mask_cells))
     assert matched_edge_ratio(surface, broken, paint(broken, exemplar), exemplar) > found + 0.3

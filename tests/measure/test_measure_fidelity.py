@@ -132,7 +132,7 @@ def test_autocorrelation_against_a_plain_sum():
         (np.zeros((64, 64), np.uint8), grains(), "image"),
         (np.zeros((64, 64, 1), np.uint8), grains(), "channels"),
         (np.zeros((64, 64, 3)), grains(), "float64"),
-        (grains(), np.zeros((16, 16, 3), np.uint8), "exemplar"),
+        (grains(), np.zeros((16, 16, 3), np.uint8), "sample"),
         (np.full((64, 64, 3), np.nan, np.float32), grains(), "finite"),
     ],
 )

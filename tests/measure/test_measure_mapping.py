@@ -7,12 +7,15 @@ import pytest
 from measured import quilt_of, random_field, warped
 
 from upholster.charts.directions import default_direction, direction_fields, parse_direction
-from upholster.charts.layout import density_layout
+from upholster.charts.layout import density_layout, uniform_layout
 from upholster.errors import InputError
 from upholster.geometry import plane, surface_from_spec, torus
 from upholster.measure import mapping
 from upholster.measure.mapping import _derivative
-from upholster.quilt.model import PLACEMENT, Chart, Quilt
+from upholster.quilt.chart import Chart
+from upholster.quilt.model import Quilt
+from upholster.quilt.placement import PLACEMENT
+from upholster.quilt.plans import PlacementList
 
 
 def tiled(charts, fields, block=32, exemplar=(128, 128)):
@@ -26,7 +29,7 @@ def tiled(charts, fields, block=32, exemplar=(128, 128)):
     placements = np.concatenate(placed)
     placements["height"] = placements["width"] = block
     placements["source_row"], placements["source_column"] = (8 * side for side in exemplar)
-    return Quilt(tuple(charts), exemplar, placements, np.zeros(0, np.uint8), tuple(fields))
+    return Quilt(tuple(charts), exemplar, PlacementList(placements, np.zeros(0, np.uint8)), tuple(fields))
 
 
 def test_a_flat_copy_is_as_asked():
@@ -136,8 +139,7 @@ def test_fields_keep_what_they_promise(spec):
 
 
 def test_one_texel_to_a_pixel_stretches_as_texels_do():
-    charts = [Chart(p, 64, 64) for p in range(16)]
-    quilt = tiled(charts, ())
+    quilt = tiled(uniform_layout(torus(3, 1), chart=64), ())
     found = mapping(torus(3, 1), quilt, direction=parse_direction("v"))
     assert found.stretch_95 > 2
     assert found.within < 0.5
@@ -150,7 +152,7 @@ def test_bad_input_is_refused():
         with pytest.raises(InputError, match="scale"):
             mapping(plane(), quilt, scale=scale)
     elsewhere = dataclasses.replace(quilt, charts=(Chart(3, 64, 64),))
-    with pytest.raises(InputError, match="patch 3"):
+    with pytest.raises(InputError, match="face 3"):
         mapping(plane(), elsewhere)
     with pytest.raises(InputError, match="paints nothing"):
         mapping(plane(), quilt_of([]))

@@ -5,10 +5,11 @@ import math
 import numpy as np
 import pytest
 
+from upholster.charts.layout import uniform_layout
 from upholster.errors import InputError
 from upholster.geometry import RationalPatch, Surface, plane, surface_from_spec, torus
 from upholster.measure import texel_scale
-from upholster.quilt.model import Chart
+from upholster.quilt.chart import Chart
 
 
 def test_a_square_plane_is_even():
@@ -62,7 +63,7 @@ def test_the_torus_as_written_down():
     order = np.argsort(area)
     below = np.cumsum(area[order]) / area.sum()
     low, high = area[order][np.searchsorted(below, [0.01, 0.99])]
-    found = texel_scale(torus(major, minor), [Chart(p, 100, 100) for p in range(16)])
+    found = texel_scale(torus(major, minor), uniform_layout(torus(), chart=100))
     assert found.spread == pytest.approx(high / low, rel=0.01)
     stretch = np.maximum(across / tube, tube / across).ravel()
     order = np.argsort(stretch)
@@ -75,7 +76,7 @@ def test_the_torus_as_written_down():
 
 
 def test_it_does_not_depend_on_unit_or_place():
-    charts = [Chart(p, 50, 50) for p in range(16)]
+    charts = uniform_layout(torus(), chart=50)
     one, large = (texel_scale(torus(3 * k, k), charts) for k in (1, 1000))
     assert one.spread == pytest.approx(large.spread)
     assert one.error == pytest.approx(large.error)
@@ -84,7 +85,7 @@ def test_it_does_not_depend_on_unit_or_place():
 @pytest.mark.parametrize("spec", ["sphere:tiling=octants", "cone", "vase", "cyclide"])
 def test_poles_do_no_harm(spec):
     surface = surface_from_spec(spec)
-    found = texel_scale(surface, [Chart(p, 64, 64) for p in range(len(surface.patches))])
+    found = texel_scale(surface, uniform_layout(surface, chart=64))
     assert 1 <= found.spread < 100
     assert 1 <= found.anisotropy <= found.anisotropy_95 < math.inf
     assert 0 <= found.error <= found.error_95 < math.inf
@@ -93,8 +94,10 @@ def test_poles_do_no_harm(spec):
 def test_what_cannot_be_measured_is_refused():
     with pytest.raises(InputError, match="no charts"):
         texel_scale(plane(), [])
-    with pytest.raises(InputError, match="patch 1"):
+    with pytest.raises(InputError, match="face 1"):
         texel_scale(plane(), [Chart(1, 64, 64)])
+    with pytest.raises(InputError, match=r"chart 0 reaches to s = 1, t = 2; allowed on face 0: up to 1, 1"):
+        texel_scale(plane(), [Chart(0, 64, 64, t1=2.0)])
     line = RationalPatch.from_points(np.array([[[0, 0, 0], [1, 0, 0]], [[0, 0, 0], [1, 0, 0]]], float))
     with pytest.raises(InputError, match="area"):
         texel_scale(Surface([line]), [Chart(0, 64, 64)])

@@ -1,19 +1,20 @@
 """Seam ratios: invisible where there is no seam, above 1 where there is one."""
 
 import dataclasses
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from measured import grains
 
 from upholster.charts.directions import default_direction, direction_fields
-from upholster.charts.layout import density_layout
+from upholster.charts.layout import density_layout, uniform_layout
 from upholster.errors import InputError
-from upholster.geometry import Surface, plane, surface_from_spec
+from upholster.geometry import plane, surface_from_spec
 from upholster.measure import edge_seam_ratio, wrap_seams
 from upholster.methods import synthesize
 from upholster.quilt import Texels, paint
-from upholster.quilt.model import Chart
+from upholster.quilt.chart import Chart
 
 WAVES = np.random.default_rng(3).normal(size=(3, 24))  # no direction is better than another
 WAVES /= np.linalg.norm(WAVES, axis=0)
@@ -25,7 +26,7 @@ def in_space(surface, charts, place=None):
     for chart in charts:
         s = chart.s0 + (chart.s1 - chart.s0) * (np.arange(chart.height) + 0.5) / chart.height
         t = chart.t0 + (chart.t1 - chart.t0) * (np.arange(chart.width) + 0.5) / chart.width
-        points = surface.patches[chart.patch].points_grid(s, t)
+        points = surface.faces[chart.face].points_grid(s, t)
         values = np.sin(50 * points @ WAVES / surface.size) + 2 if place is None else place(points)
         arrays.append(values.astype(np.float32))
     return Texels(tuple(charts), tuple(arrays))
@@ -34,7 +35,7 @@ def in_space(surface, charts, place=None):
 @pytest.mark.parametrize("spec", ["cyclide", "torus", "sphere", "sphere:tiling=octants", "cylinder", "vase"])
 def test_what_is_continuous_on_the_surface_has_no_seams(spec):
     surface = surface_from_spec(spec)
-    texels = in_space(surface, [Chart(p, 64, 64) for p in range(len(surface.patches))])
+    texels = in_space(surface, uniform_layout(surface, chart=64))
     whole = edge_seam_ratio(surface, texels)
     assert 0.85 < whole < 1.15  # texels are not equally large at edges and inside
     for other in (texels.arrays[0][::-1], texels.arrays[0][:, ::-1], texels.arrays[0].swapaxes(0, 1)):
@@ -90,11 +91,14 @@ def test_charts_of_several_sizes_and_several_on_a_patch():
     surface = surface_from_spec("torus")
     rng = np.random.default_rng(0)
     charts = []
-    for patch in range(len(surface.patches)):
-        if patch % 3:
-            charts.append(Chart(patch, *rng.integers(50, 70, 2).tolist()))
+    for n, chart in enumerate(uniform_layout(surface, chart=8)):
+        height, width = rng.integers(50, 70, 2).tolist()
+        middle = (chart.t0 + chart.t1) / 2
+        if n % 3:
+            charts.append(replace(chart, height=height, width=width))
         else:
-            charts += [Chart(patch, 60, 32, t1=0.5), Chart(patch, 64, 30, t0=0.5)]
+            charts.append(replace(chart, height=60, width=32, t1=middle))
+            charts.append(replace(chart, height=64, width=30, t0=middle))
     texels = in_space(surface, charts)
     found = edge_seam_ratio(surface, texels)
     assert 0.85 < found < 1.1
@@ -115,7 +119,7 @@ def test_halves_of_one_patch_meet():
 
 def test_noise_has_no_seams_and_steps_have_nothing_else():
     surface = surface_from_spec("torus")
-    charts = tuple(Chart(p, 48, 48) for p in range(16))
+    charts = uniform_layout(surface, chart=48)
     rng = np.random.default_rng(0)
     noise = tuple(rng.integers(0, 256, (48, 48, 3), np.uint8) for _ in charts)
     assert edge_seam_ratio(surface, Texels(charts, noise)) == pytest.approx(1, abs=0.03)
@@ -130,9 +134,9 @@ def test_a_surface_without_shared_edges_has_no_ratio():
 
 
 def test_charts_of_another_surface_are_refused():
-    texels = in_space(surface_from_spec("torus"), [Chart(5, 32, 32)])
-    with pytest.raises(InputError, match="patch 5"):
-        edge_seam_ratio(Surface(plane().patches), texels)
+    texels = Texels((Chart(5, 32, 32),), (np.zeros((32, 32, 3), np.float32),))
+    with pytest.raises(InputError, match="face 5"):
+        edge_seam_ratio(plane(), texels)
 
 
 @pytest.mark.parametrize("dtype", [np.uint8, np.float32])

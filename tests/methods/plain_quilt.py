@@ -1,20 +1,29 @@
-"""Method "quilt" once more, in plain Python and NumPy: slow, by the book, an oracle for its kernels."""
+"""Method "quilt" once more, in plain Python and NumPy: slow, by the book, an oracle for its kernels.
 
-from dataclasses import replace
+It shares no code with what it checks: search, cut, laying, features, pyramid, sizes of blocks, matrices,
+random numbers, and the plan that comes of them. What other charts leave on a chart it takes from
+`BlockTransfer`, which `test_transfer` and `test_quilt_kernels` check, and the order of charts from
+`upholster.charts`.
+"""
+
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
+from plain_cut import FREE, NEW, OLD, OUTSIDE, plain_cut
 
 from upholster.charts.schedule import schedule
 from upholster.charts.seams import find_seams, transitions
-from upholster.methods.mincut import FREE, NEW, OLD, OUTSIDE, minimum_cut
-from upholster.methods.quilt.grid import BlockGrid
-from upholster.methods.quilt.match_pyramid import MatchPyramid
 from upholster.methods.quilt.transfer import BlockTransfer, ChartPlacements, joined
-from upholster.quilt import Quilt
-from upholster.quilt._paint_kernels import SYMMETRIES
-from upholster.quilt.model import MASK_CUT, PLACEMENT
-from upholster.quilt.warp import matrices_at
-from upholster.quilt.warp_field import UNIT, WarpField, node_count
+from upholster.quilt.placement import MASK_CUT, PLACEMENT
+from upholster.quilt.warp_field import WarpField
+
+# Row per row, row per column, column per row, column per column: rotations by quarters, then the same of the
+# transposed square.
+SYMMETRIES = (
+    *((1, 0, 0, 1), (0, 1, -1, 0), (-1, 0, 0, -1), (0, -1, 1, 0)),
+    *((0, 1, 1, 0), (1, 0, 0, -1), (0, -1, -1, 0), (-1, 0, 0, 1)),
+)
 
 
 def texture(height=56, width=48, channels=3, seed=0, passes=5):
@@ -28,20 +37,216 @@ def texture(height=56, width=48, channels=3, seed=0, passes=5):
     return np.rint(noise * 255).astype(np.uint8)
 
 
+def node_matrices(field):
+    """Return the nodes' matrices in 1/4096, (rows, columns, 4) integers (SPEC.md, section 3)."""
+    nodes = field.nodes.astype(np.int64)
+    angles = np.rint(2**14 * np.cos(2 * np.pi * np.arange(256) / 256)).astype(np.int64)
+    powers = np.rint(2**14 * 2 ** (np.arange(32) / 32)).astype(np.int64)
+
+    def size(steps):
+        return powers[steps % 32] << (6 + steps // 32) >> 6
+
+    def cosine(angle):
+        return angles[angle % 256]
+
+    b, a, phi, shear = (nodes[..., k] for k in range(4))
+    entries = [
+        size(b) * cosine(phi + shear),
+        size(a) * cosine(phi - 64),
+        size(b) * cosine(phi + shear + 64),
+        size(a) * cosine(phi),
+    ]
+    return (np.stack(entries, axis=-1) + 2**15) >> 16
+
+
 def matrix(field, rows, columns):
-    """Return M at texels in 1/4096, (..., 4) integers; the identity without a field."""
-    if field is None:
-        return np.broadcast_to(np.array([UNIT, 0, 0, UNIT]), (*np.shape(rows), 4))
-    return matrices_at(field, rows, columns).astype(np.int64)
+    """Return M at texels in 1/4096, (..., 4) integers."""
+    m = node_matrices(field)
+    rows, columns = np.broadcast_arrays(np.asarray(rows), np.asarray(columns))
+    ends = []
+    for at, count in ((rows, m.shape[0]), (columns, m.shape[1])):
+        place, share = field.margin + at // 32, at % 32
+        share = np.where((place < 0) | (place >= count - 1), 0, share)
+        place = np.clip(place, 0, count - 1)
+        ends.append((place, np.minimum(place + 1, count - 1), share[..., None]))
+    (i, below, f), (j, beside, g) = ends
+    upper = m[i, j] * (32 - g) + m[i, beside] * g
+    lower = m[below, j] * (32 - g) + m[below, beside] * g
+    return (upper * (32 - f) + lower * f + 512) >> 10
+
+
+def matrix_between(field, row, column):
+    """Return M between texels, 2 × 2 in pixels per texel: bilinear between the nodes."""
+    m = node_matrices(field).reshape(*field.nodes.shape[:2], 2, 2)
+    y = min(max(row / 32 + field.margin, 0), m.shape[0] - 1)
+    x = min(max(column / 32 + field.margin, 0), m.shape[1] - 1)
+    i, j = min(int(y), max(m.shape[0] - 2, 0)), min(int(x), max(m.shape[1] - 2, 0))
+    below, beside = min(i + 1, m.shape[0] - 1), min(j + 1, m.shape[1] - 1)
+    y, x = y - i, x - j
+    upper, lower = (m[k, j] * (1 - x) + m[k, beside] * x for k in (i, below))
+    return (upper * (1 - y) + lower * y) / 4096
 
 
 def offset(first, here, down, right):
-    """Return where texels fall, seen from a block's centre, in 1/16 pixel (CONVENTIONS.md, "Painting")."""
+    """Return where texels fall, seen from a block's centre, in 1/16 pixel (SPEC.md, section 8)."""
     total = first + here
     return (
         (total[..., 0] * down + total[..., 1] * right + 256) >> 9,
         (total[..., 2] * down + total[..., 3] * right + 256) >> 9,
     )
+
+
+def main_colours(image):
+    """Return the principal components that hold 99 % of the variance, at most four, and the variance.
+
+    Samples in 10 bits; the directions rounded to 1/1024; the first component's inner 99.8 % span 0 to 255,
+    the others go by the same scale, from the mean colour on.
+    """
+    if image.dtype == np.uint8:
+        samples = image.astype(np.int64) * 4
+    elif image.dtype == np.uint16:
+        samples = image.astype(np.int64) // 64
+    else:
+        span = float(np.ptp(image))
+        share = (image.astype(np.float64) - image.min()) / span if span else 0.0 * image
+        samples = np.rint(share * 1023).astype(np.int64)
+    samples = samples.reshape(-1, image.shape[2])
+    samples = samples - np.rint(samples.mean(axis=0)).astype(np.int64)
+    values, vectors = np.linalg.eigh((samples.T @ samples).astype(np.float64))
+    kept = []
+    for k in sorted(range(len(values)), key=lambda k: -values[k])[:4]:
+        vector = vectors[:, k]
+        kept.append(vector if vector[np.abs(vector).argmax()] > 0 else -vector)
+        if sum(sorted(values, reverse=True)[: len(kept)]) >= 0.99 * max(1e-9, values.sum()):
+            break
+    parts = samples @ np.rint(1024 * np.stack(kept, axis=1)).astype(np.int64)
+    ranked, rim = sorted(parts[:, 0].tolist()), len(parts) // 1000
+    low, high = ranked[rim], ranked[-1 - rim]
+    parts[:, 0] -= (low + high) // 2
+    span = max(1, high - low)
+    form = ((2 * 255 * parts + 256 * span) // (2 * span)).clip(0, 255)
+    mean = form.mean(axis=0)
+    return form.reshape(*image.shape[:2], -1), float(((form - mean) ** 2).mean(axis=0).sum())
+
+
+def half_size(image):
+    """Return an image (of integers) filtered by (1, 3, 3, 1)/8 both ways, at every other pixel."""
+    for axis in (0, 1):
+        size = image.shape[axis]
+        padded = np.pad(image, [(1, 2) if k == axis else (0, 0) for k in range(3)], mode="edge")
+        taps = [np.take(padded, 2 * np.arange((size + 1) // 2) + k, axis) for k in range(4)]
+        image = taps[0] + taps[3] + 3 * (taps[1] + taps[2])
+    return (image + 32) >> 6
+
+
+@dataclass(frozen=True)
+class PlainLevel:
+    """A level of the exemplar: its main colours (rows, columns, channels), and its candidates' distance."""
+
+    image: Any
+    step: int
+
+
+@dataclass(frozen=True)
+class PlainSample:
+    """The exemplar as blocks are compared by it."""
+
+    levels: Any
+    variance: float
+    usage_step: int
+
+    @classmethod
+    def of(cls, exemplar, last):
+        image, variance = main_colours(exemplar)
+        usage_step = max(4, 2**last)
+        while max(image.shape[:2]) > 64 * usage_step:
+            usage_step *= 2
+        levels = []
+        for _ in range(last + 1):
+            area = image.shape[0] * image.shape[1]
+            levels.append(PlainLevel(image, 1 if area <= 64**2 else 2 if area <= 384**2 else 4))
+            image = half_size(image)
+        return cls(levels, variance, usage_step)
+
+    def unused(self):
+        return np.zeros([-(-side // self.usage_step) for side in self.levels[0].image.shape[:2]])
+
+
+@dataclass(frozen=True)
+class PlainGrid:
+    """The sizes of a chart's blocks: see `upholster.methods.quilt.grid`."""
+
+    chart: Any
+    field: Any
+    level: int
+    sample: int
+    mask_cell: int
+    feather: int
+    height: int
+    width: int
+    overlaps: Any
+    wrap: bool
+
+    @classmethod
+    def of(cls, chart, field, shape, block, overlap, copied, wrap):
+        # How many pixels a step down and one to the right take, at 9 × 9 places at most.
+        rows = np.linspace(0, chart.height - 1, min(9, chart.height))
+        columns = np.linspace(0, chart.width - 1, min(9, chart.width))
+        found = np.array([matrix_between(field, row, column) for row in rows for column in columns])
+        steps = np.maximum(1e-3, np.sqrt((found**2).sum(axis=1)))
+        steps = np.exp(np.log(steps).mean(axis=0))
+        typical = float(np.sqrt(steps[0] * steps[1]))
+        last = max(0, int(np.log2(min(shape) / 16)))
+        level = min(max(0, int(np.floor(np.log2(typical) + 0.5))), last)
+        sample = max(1, int(np.rint(2**level / typical)))
+        cell, feather = (4 * sample, 3) if block >= 48 else (2 * sample, 2)
+        wanted = block / steps
+        # A block reads three quarters of the exemplar at most, wherever it lies.
+        spans = np.abs(found).max(axis=0) @ wanted
+        wanted = np.clip(
+            wanted * min(1.0, *(0.75 * side / span for side, span in zip(shape, spans, strict=True))), 16, 512
+        )
+        if wrap:
+            wanted = np.minimum(wanted, (chart.height // 2, chart.width // 2))
+        share = block / (0.3 * block if overlap is None else overlap)
+        sides, overlaps = [], []
+        for texels, pixels in zip(wanted, shape, strict=True):
+            side = cell * max(2, int(np.rint(texels / cell)))
+            if copied:
+                side = max(cell, min(side, pixels // cell * cell))
+            sides.append(side)
+            overlaps.append(min(max(4 * sample, cell * int(np.rint(side / share / cell))), side // 2))
+        return cls(chart, field, level, sample, cell, feather, *sides, tuple(overlaps), wrap)
+
+    def need(self, waiting):
+        """Return rows from, to, columns from, to: beyond edges whose neighbour waits, a little more."""
+        rows, columns = (n + 2 * self.mask_cell + 8 for n in self.overlaps)
+        top, right, bottom, left = (edge in waiting for edge in range(4))
+        return (
+            -rows * top,
+            self.chart.height + rows * bottom,
+            -columns * left,
+            self.chart.width + columns * right,
+        )
+
+    def centres(self, need):
+        """Return the rows and the columns in which blocks have their centres."""
+        out = []
+        for axis, block in ((0, self.height), (1, self.width)):
+            start, stop = need[2 * axis : 2 * axis + 2]
+            step = block - self.overlaps[axis]
+            if self.wrap:
+                count = -(-(stop - start) // step)
+                first = [start + n * (stop - start) // count for n in range(count)]
+            else:
+                count = max(1, -(-(stop - start - self.overlaps[axis]) // step))
+                first = [start + n * step for n in range(count)]
+            out.append([at + block // 2 for at in first])
+        return out
+
+    @property
+    def cells(self):
+        return self.height // self.mask_cell * (self.width // self.mask_cell)
 
 
 BIG = 2**60
@@ -96,15 +301,12 @@ def add_tent(usage_step, stride, centre, reach, by):
 class PlainChart:
     """One chart and its apron while it is covered."""
 
-    def __init__(self, grid, need, match_level, wrap):
-        self.grid, self.need, self.match_level, self.wrap = grid, need, match_level, wrap
+    def __init__(self, grid, need, level, wrap):
+        self.grid, self.need, self.image, self.step, self.wrap = grid, need, level.image, level.step, wrap
         self.pads = (0, 0) if wrap else (2 * grid.height, 2 * grid.width)
         shape = [side + 2 * pad for side, pad in zip(self.shape, self.pads, strict=True)]
-        self.image = match_level.image.reshape(
-            match_level.height, match_level.width, match_level.channels
-        ).astype(np.int64)
         self.means = box_means(self.image)
-        self.canvas = np.zeros((*shape, match_level.channels), np.int64)
+        self.canvas = np.zeros((*shape, self.image.shape[2]), np.int64)
         self.laid, self.fixed = np.zeros(shape, bool), np.zeros(shape, bool)
 
     @property
@@ -121,10 +323,10 @@ class PlainChart:
         level, field = self.grid.level, self.grid.field
         for one in placements:
             row, column, height, width, cell = (
-                int(one[n]) for n in ("row", "column", "height", "width", "cell")
+                int(one[n]) for n in ("row", "column", "height", "width", "mask_cell")
             )
             top, left = row - height // 2, column - width // 2
-            mask = cells[one["cells"] :][: (height // cell) * (width // cell)]
+            mask = cells[one["first_cell"] :][: (height // cell) * (width // cell)]
             mask = mask.reshape(height // cell, width // cell).astype(bool)
             # Covered for sure where the feathered mask is whole: a cell and the eight round it.
             ring = np.pad(mask, 1)
@@ -132,13 +334,12 @@ class PlainChart:
             for a, b in np.ndindex(3, 3):
                 whole &= ring[a : a + mask.shape[0], b : b + mask.shape[1]]
             rows, columns = np.mgrid[top : top + height, left : left + width]
-            y, x = offset(
-                matrix(field, row, column), matrix(field, rows, columns), rows - row, columns - column
-            )
+            centre = one["matrix"].astype(np.int64) if one["centred"] else matrix(field, row, column)
+            y, x = offset(centre, matrix(field, rows, columns), rows - row, columns - column)
             symmetry = SYMMETRIES[one["symmetry"]]
             y, x = symmetry[0] * y + symmetry[1] * x, symmetry[2] * y + symmetry[3] * x
-            y = ((one["source_row"] + y + 8) >> (4 + level)).clip(0, self.match_level.height - 1)
-            x = ((one["source_column"] + x + 8) >> (4 + level)).clip(0, self.match_level.width - 1)
+            y = ((one["source_row"] + y + 8) >> (4 + level)).clip(0, self.image.shape[0] - 1)
+            x = ((one["source_column"] + x + 8) >> (4 + level)).clip(0, self.image.shape[1] - 1)
             r, c = rows + self.pads[0], columns + self.pads[1]
             inside = (r >= 0) & (r < self.laid.shape[0]) & (c >= 0) & (c < self.laid.shape[1])
             shown = inside & np.kron(mask, np.ones((cell, cell), bool))
@@ -156,31 +357,38 @@ class PlainChart:
             across = (rows, self.shape[1] - columns, self.shape[0] - rows, columns)[side] < rim
             self.fixed |= np.outer(across, mine) if side in (0, 2) else np.outer(mine, across)
 
-    def cover(self, match_pyramid, usage, options, seed):
+    def cover(self, whole, usage, options, seed):
         """Choose, cut and lay every block in order; return the placements, cells and use."""
         draws, usage = Draws(seed), usage.copy()
         grid, placed, cells, laid_at = self.grid, [], [], []
-        blocks = grid.blocks(self.need)[:, :4].tolist()
+        rows, columns = grid.centres(self.need)
+        self.across = len(columns)
+        blocks = [  # row, column, the block to the left, the one above
+            (row, column, n - 1 if j else -1, n - len(columns) if i else -1)
+            for n, (i, row, j, column) in enumerate(
+                (i, row, j, column) for i, row in enumerate(rows) for j, column in enumerate(columns)
+            )
+        ]
         sources = [None] * len(blocks)
         for n, (row, column, *_) in enumerate(blocks):
-            found = self.lay(n, blocks, sources, match_pyramid, usage, options, draws)
+            found = self.lay(n, blocks, sources, whole, usage, options, draws)
             if found is None:
                 continue
             sources[n], mask = found
             one = np.zeros((), PLACEMENT)
             one["row"], one["column"], one["height"], one["width"] = row, column, grid.height, grid.width
             one["source_row"], one["source_column"] = sources[n]
-            one["cells"] = -1
+            one["first_cell"] = -1
             if mask is not None:
-                one["mask"], one["cell"], one["feather"] = MASK_CUT, grid.cell, grid.feather
-                one["cells"] = len(cells) * grid.cells
+                one["mask"], one["mask_cell"], one["feather"] = MASK_CUT, grid.mask_cell, grid.feather
+                one["first_cell"] = len(cells) * grid.cells
             cells.append(np.ones(grid.cells, np.uint8) if mask is None else mask.reshape(-1))
             placed.append(one)
             laid_at.append(n)
         return np.array(placed, PLACEMENT), np.concatenate(cells), np.array(laid_at), usage
 
-    def lay(self, n, blocks, sources, match_pyramid, usage, options, draws):
-        grid, match_level, level = self.grid, self.match_level, self.grid.level
+    def lay(self, n, blocks, sources, whole, usage, options, draws):
+        grid, level = self.grid, self.grid.level
         bh, bw, sample, shift = grid.height, grid.width, grid.sample, 4 + level
         row, column, *before = blocks[n]
         top, left = row - bh // 2, column - bw // 2
@@ -193,22 +401,22 @@ class PlainChart:
             return None
         centre = matrix(grid.field, row, column)
         ys, xs = offset(centre, matrix(grid.field, rows, columns), rows - row, columns - column)
-        (first_y, last_y), down = self.range(ys, match_level.height)
-        (first_x, last_x), right = self.range(xs, match_level.width)
+        (first_y, last_y), down = self.range(ys, self.image.shape[0])
+        (first_x, last_x), right = self.range(xs, self.image.shape[1])
         ends_y, ends_x = (int(down.min()), int(down.max())), (int(right.min()), int(right.max()))
         reach = max(1, ends_y[1] - ends_y[0]), max(1, ends_x[1] - ends_x[0])
-        stride = match_pyramid.stride(level)
+        stride = whole.usage_step >> level
         mean = sum(usage.ravel().tolist()) / usage.size
         penalty = np.zeros_like(usage)
         if mean > 0:
-            penalty = options.evenness * match_pyramid.variance * np.maximum(0.0, usage / mean - 1.0)
+            penalty = options.evenness * whole.variance * np.maximum(0.0, usage / mean - 1.0)
         if options.variety > 0:
-            for m in range(n - 1, max(-1, n - 2 * grid.across(self.need) - 3), -1):
+            for m in range(n - 1, max(-1, n - 2 * self.across - 3), -1):
                 near = abs(blocks[m][0] - row) < 2 * bh and abs(blocks[m][1] - column) < 2 * bw
                 if sources[m] is not None and near:
                     at = [(s + 8) >> shift for s in sources[m]]
                     half = reach[0] // 2 + 1, reach[1] // 2 + 1
-                    add_tent(penalty, stride, at, half, options.variety * match_pyramid.variance)
+                    add_tent(penalty, stride, at, half, options.variety * whole.variance)
 
         def drawn():
             y = first_y + draws.below(last_y - first_y + 1)
@@ -241,9 +449,7 @@ class PlainChart:
                         at.append(max(min(int(corner), high - 3), low))
                     boxes.append((*at, (int(now[part][..., 0].sum()) + 8) >> 4))
         if boxes:
-            y, x = np.mgrid[
-                first_y : last_y + 1 : match_level.step, first_x : last_x + 1 : match_level.step
-            ].reshape(2, -1)
+            y, x = np.mgrid[first_y : last_y + 1 : self.step, first_x : last_x + 1 : self.step].reshape(2, -1)
             cost = extra(y, x) * len(boxes)
             for dy, dx, value in boxes:
                 cost = cost + (self.means[y + dy, x + dx] - value) ** 2
@@ -267,7 +473,7 @@ class PlainChart:
         # Judged at full resolution, on the black squares of a chessboard.
         i, j = np.arange(bh)[:, None], np.arange(bw)
         black = (i % sample == 0) & (j % sample == 0) & ((i // sample + j // sample) % 2 == 0) & there
-        totals, best, limit, begin, near = [], BIG, BIG, 0, match_level.step // 2
+        totals, best, limit, begin, near = [], BIG, BIG, 0, self.step // 2
         for refining in (False, True):
             for y, x in found[begin:]:
                 apart = self.image[y + down[black], x + right[black]] - now[black]
@@ -291,7 +497,7 @@ class PlainChart:
 
         mask = self.cut(window, (top, left), needed, y + down, x + right)
         add_tent(usage, stride, (y, x), reach, 1.0)
-        cell = grid.cell
+        cell = grid.mask_cell
         self.put(window, np.kron(mask, np.ones((cell, cell), bool)).astype(bool), y + down, x + right)
         return source, mask
 
@@ -311,7 +517,7 @@ class PlainChart:
 
     def cut(self, window, corner, needed, y, x):
         grid = self.grid
-        cell, sample, bh, bw = grid.cell, grid.sample, grid.height, grid.width
+        cell, sample, bh, bw = grid.mask_cell, grid.sample, grid.height, grid.width
         there = self.laid[window]
 
         def cells_of(array):
@@ -348,12 +554,12 @@ class PlainChart:
         inner = ~outside
         right = (errors[:, :-1] + errors[:, 1:] + 1) * (inner[:, :-1] & inner[:, 1:])
         down = (errors[:-1] + errors[1:] + 1) * (inner[:-1] & inner[1:])
-        return minimum_cut(right, down, seeds)[0] | outside
+        return plain_cut(right, down, seeds)[0] | outside
 
     def beside(self, corner, side):
         """Tell for each cell along a side whether something is laid beyond its first texel."""
         grid = self.grid
-        bh, bw, cell = grid.height, grid.width, grid.cell
+        bh, bw, cell = grid.height, grid.width, grid.mask_cell
         rows = self.places(corner[0] - 1, bh + 2, 0)
         columns = self.places(corner[1] - 1, bw + 2, 1)
         if side in (0, 2):
@@ -365,52 +571,97 @@ class PlainChart:
         return (rows >= 0) & (columns >= 0) & self.laid[rows, columns]
 
 
+@dataclass(frozen=True)
+class PlainResult:
+    """What `synthesize_quilt` must return.
+
+    Attributes
+    ----------
+    placements
+        Chart after chart.
+    masks
+        Whole masks of the cut ones, (rows, columns) each.
+    order
+        Charts as they were laid.
+    links
+        Per chart in that order, the block that each one was transferred from, counted over all of them; −1.
+    """
+
+    placements: Any
+    masks: Any
+    order: Any
+    links: Any
+
+
 def plain_quilt(exemplar, surface, charts, fields=None, *, options, wrap=False, seed=0):
-    """Return what `synthesize_quilt` must return, and how much of the exemplar's lattice was used."""
-    fields = tuple(fields or (None,) * len(charts))
-    if len(charts) > 1:
-        counts = [(node_count(c.height, 1), node_count(c.width, 1), 4) for c in charts]
-        fields = tuple(f or WarpField(np.zeros(n, np.int16)) for f, n in zip(fields, counts, strict=True))
+    """Return what `synthesize_quilt` must return."""
+    fields = tuple(fields or (WarpField.identity(),) * len(charts))
     shape = exemplar.shape[:2]
+    copied = len(charts) == 1 and not fields[0].nodes.any()
     grids = [
-        BlockGrid.of(c, f, shape, options.block, options.overlap, wrap=wrap)
+        PlainGrid.of(c, f, shape, options.block, options.overlap, copied, wrap)
         for c, f in zip(charts, fields, strict=True)
     ]
-    match_pyramid = MatchPyramid.of(exemplar, max(grid.level for grid in grids))
+    whole = PlainSample.of(exemplar, max(grid.level for grid in grids))
     found = () if wrap else find_seams(surface, charts)
     onto = [
         [c for c in transitions(surface, charts, found) if n == c.seam.other_chart != c.seam.chart]
         for n in range(len(charts))
     ]
-    transfer = BlockTransfer(
-        charts, fields, onto, shape, tuple(grid.cell for grid in grids), grids[0].feather
-    )
+    sizes = tuple(grid.mask_cell for grid in grids)
+    transfer = BlockTransfer(charts, fields, onto, shape, sizes, grids[0].feather)
     children = np.random.SeedSequence(seed).spawn(len(charts))
-    finished, usage, done = [None] * len(charts), match_pyramid.empty_usage(), 0
+    finished, usage, order = [None] * len(charts), whole.unused(), []
     for members in [[0]] if wrap else schedule(surface, charts, found):
         results = {}
         for n in members:
             waiting = {c.seam.other_edge for c in onto[n] if finished[c.seam.chart] is None}
             need = grids[n].need(waiting)
             transferred = transfer.transferred_onto(n, finished)
-            chart = PlainChart(grids[n], need, match_pyramid.levels[grids[n].level], wrap)
+            chart = PlainChart(grids[n], need, whole.levels[grids[n].level], wrap)
             chart.lay_transferred(transferred.placements, transferred.cells)
             chart.close(transfer.closed(n, finished))
             state = int(children[n].generate_state(1, np.uint64)[0])
-            placed, cells, laid_at, used = chart.cover(match_pyramid, usage, options, state)
+            placed, cells, laid_at, used = chart.cover(whole, usage, options, state)
             placed["chart"] = n
-            numbers = ((done + members.index(n)) << 32) + laid_at
-            own = ChartPlacements(placed, cells, numbers, np.zeros(len(placed), np.int64))
+            numbers = ((len(order) + members.index(n)) << 32) + laid_at
+            count = len(placed)
+            own = ChartPlacements(placed, cells, numbers, np.zeros(count, np.int64), np.full((count, 2), -1))
             results[n] = replace(joined([transferred, own]), bounds=need), used
         base = usage
         for n in members:
             finished[n] = results[n][0]
             usage = usage + (results[n][1] - base)
-        done += len(members)
-    whole = joined(finished)
-    placements = wrapped(whole.placements, charts[0]) if wrap else whole.placements
-    placements = placements[[touches(one, charts[one["chart"]]) for one in placements]]
-    return Quilt(tuple(charts), shape, placements, whole.cells, fields if any(fields) else ())
+        order += members
+    return result_of(finished, charts, order, wrap)
+
+
+def result_of(finished, charts, order, wrap):
+    """Return what is left of all placements: those that touch their chart, and what they come from."""
+    number, count = {}, 0
+    for n in order:
+        for place, one in enumerate(finished[n].placements):
+            if touches(one, charts[n]):
+                number[n, place] = count
+                count += 1
+    links = []
+    for n in order:
+        for place in range(len(finished[n].placements)):
+            if (n, place) in number:
+                parent = tuple(finished[n].parents[place].tolist())
+                while parent[0] >= 0 and parent not in number:
+                    parent = tuple(finished[parent[0]].parents[parent[1]].tolist())
+                links.append(number.get(parent, -1))
+    placements, masks = [], []
+    for chart, part in zip(charts, finished, strict=True):
+        for one in wrapped(part.placements, chart) if wrap else part.placements:
+            if touches(one, chart):
+                placements.append(one)
+                if one["mask"] == MASK_CUT:
+                    cell = int(one["mask_cell"])
+                    sides = -(-int(one["height"]) // cell), -(-int(one["width"]) // cell)
+                    masks.append(part.cells[one["first_cell"] :][: sides[0] * sides[1]].reshape(sides))
+    return PlainResult(np.array(placements, PLACEMENT), masks, tuple(order), links)
 
 
 def touches(one, chart):

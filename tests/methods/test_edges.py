@@ -5,9 +5,10 @@ import pytest
 
 from upholster.charts import uniform_layout
 from upholster.geometry import RationalPatch, Surface, cylinder, plane, ring_cyclide, sphere
-from upholster.methods.paper.edges import color_classes, edge_map
+from upholster.methods.paper.edges import color_classes, strip_along
 from upholster.quilt import Chart
-from upholster.quilt._paint_kernels import SYMMETRIES
+from upholster.quilt.placement import SYMMETRIES
+from upholster.quilt.plans import StripLayout
 
 
 def mixed_plane():
@@ -37,12 +38,12 @@ def test_a_texel_beyond_the_edge_lies_next_to_the_last_one(name):
     points = [patch.points_grid(centres, centres) for patch in surface.patches]
     assert surface.shared
     for edge in surface.shared:
-        found = edge_map(edge, charts[edge.patch], charts[edge.other_patch])
+        found = strip_along(edge, charts, 16)
         assert found is not None
-        assert (found.start, found.length) == (0, size)
+        assert (found.start, found.length, found.other) == (0, size, 0)
+        a, b = charts[edge.patch], charts[edge.other_patch]
         along = np.arange(size)
-        inside = found.line - (1 if found.line else 0)
-        beyond = found.line if found.line else -1
+        inside, beyond = ((0, -1), (size - 1, size), (size - 1, size), (0, -1))[found.edge_a]
 
         def place(line, along=along, found=found):
             across = np.full(size, line)
@@ -50,7 +51,7 @@ def test_a_texel_beyond_the_edge_lies_next_to_the_last_one(name):
 
         row, column = place(inside)
         near = points[edge.patch][row, column]
-        row_b, column_b = found.to_b(*place(beyond))
+        row_b, column_b = found.to_b(*place(beyond), a, b)
         far = points[edge.other_patch][row_b, column_b]
         other = edge.other_edge
         assert (row_b == {0: 0, 2: size - 1}.get(other, row_b)).all()
@@ -62,16 +63,23 @@ def test_a_texel_beyond_the_edge_lies_next_to_the_last_one(name):
         assert np.linalg.norm(near - far, axis=1).max() < surface.size / size * 4
 
 
+def layout_of(charts, *strips):
+    return StripLayout(tuple(charts), (64, 64), 16, 4, 4, 2, 2, strips)
+
+
 @pytest.mark.parametrize("name", SURFACES)
-def test_the_turn_undoes_the_maps_linear_part(name):
+def test_the_symmetry_undoes_the_maps_linear_part(name):
     surface = SURFACES[name]
     charts = uniform_layout(surface, chart=32)
     symmetries = set()
     for edge in surface.shared:
-        found = edge_map(edge, charts[edge.patch], charts[edge.other_patch])
-        matrix = found.map_b[:4].reshape(2, 2)
-        np.testing.assert_array_equal(SYMMETRIES[found.turn_b].reshape(2, 2) @ matrix, np.eye(2))
-        symmetries.add(found.turn_b)
+        strip = strip_along(edge, charts, 16)
+        layout = layout_of(charts, strip)
+        linear = layout.map_to_b(strip)[:4].reshape(2, 2)
+        symmetry, (down, right) = layout.symmetry(strip)
+        np.testing.assert_array_equal(SYMMETRIES[symmetry].reshape(2, 2) @ linear, np.eye(2))
+        np.testing.assert_array_equal(np.stack([down, right], axis=1), linear)
+        symmetries.add(symmetry)
     if name in ("cyclide", "cylinder"):
         assert symmetries == {0}
     if name == "six":
@@ -90,13 +98,14 @@ def test_a_partial_edge_maps_to_its_part_or_not_at_all():
     charts = (Chart(0, 64, 64), Chart(1, 32, 64), Chart(2, 32, 64))
     spans = set()
     for edge in partial:
-        found = edge_map(edge, charts[edge.patch], charts[edge.other_patch])
-        spans.add((found.start, found.length))
-        assert edge_map(edge, Chart(0, 64, 64), Chart(edge.other_patch, 64, 64)) is None
+        found = strip_along(edge, charts, 16)
+        spans.add((found.start, found.length) if found.a == 0 else (found.other, found.length))
+        assert strip_along(edge, [Chart(n, 64, 64) for n in range(3)], 16) is None
+        assert strip_along(edge, charts, 33) is None  # no block fits
     assert spans == {(0, 32), (32, 32)}
 
 
-def test_rounds_take_every_edge_once_and_no_chart_twice():
+def test_classes_take_every_edge_once_and_no_chart_twice():
     pairs = [(edge.patch, edge.other_patch) for edge in SURFACES["cyclide"].shared] + [(3, 3)]
     schedule = color_classes(pairs)
     assert sorted(n for members in schedule for n in members) == list(range(len(pairs)))
@@ -112,6 +121,7 @@ def test_a_patch_may_meet_itself():
     net[1, :, 2] = -1
     surface = Surface([RationalPatch.from_points(net)])
     (edge,) = surface.shared
-    found = edge_map(edge, Chart(0, 40, 40), Chart(0, 40, 40))
-    assert {found.chart_a, found.chart_b} == {0}
-    assert found.turn_b == 0
+    charts = (Chart(0, 40, 40),)
+    strip = strip_along(edge, charts, 16)
+    assert (strip.a, strip.b) == (0, 0)
+    assert layout_of(charts, strip).symmetry(strip)[0] == 0

@@ -3,10 +3,11 @@
 import numpy as np
 import pytest
 
-from upholster.methods.quilt._lay_kernels import COLUMN, LEFT, ROW, TOP
+from upholster.methods.quilt._block_numbers import COLUMN, LEFT, ROW, TOP
 from upholster.methods.quilt.grid import BlockGrid
 from upholster.quilt import Chart
-from upholster.quilt.warp import warped_sources
+from upholster.quilt.displacement import warped_sources
+from upholster.quilt.placement import PLACEMENT
 from upholster.quilt.warp_field import WarpField
 
 
@@ -19,7 +20,11 @@ def rotation(scale, degrees=0.0):
     return scale * np.array([[c, s], [-s, c]])
 
 
-FIELDS = [None, *(field_of(rotation(*args)) for args in [(0.3, 0), (0.8, 20), (1.4, 45), (3, -80), (9, 10)])]
+IDENTITY = WarpField.identity()
+FIELDS = [
+    IDENTITY,
+    *(field_of(rotation(*args)) for args in [(0.3, 0), (0.8, 20), (1.4, 45), (3, -80), (9, 10)]),
+]
 
 
 @pytest.mark.parametrize("field", FIELDS)
@@ -56,30 +61,30 @@ def test_blocks_cover_what_is_needed(field, open_sides):
 @pytest.mark.parametrize("field", FIELDS)
 def test_sizes_fit_together(field):
     grid = BlockGrid.of(Chart(0, 90, 75), field, (128, 100), 40, None)
-    assert grid.cell == 2 * grid.sample
+    assert grid.mask_cell == 2 * grid.sample
     for side, overlap in (
         (grid.height, grid.overlap_rows),
         (grid.width, grid.overlap_columns),
     ):
-        assert side % grid.cell == 0
+        assert side % grid.mask_cell == 0
         assert side >= 16
         assert 4 * grid.sample <= overlap <= side // 2
-    assert grid.cells * grid.cell**2 == grid.height * grid.width
+    assert grid.cells * grid.mask_cell**2 == grid.height * grid.width
 
 
 def test_large_blocks_have_coarse_masks():
-    fine, coarse = (BlockGrid.of(Chart(0, 300, 300), None, (256, 256), block, None) for block in (44, 48))
-    assert (fine.cell, fine.feather) == (2, 2)
-    assert (coarse.cell, coarse.feather) == (4, 3)
+    fine, coarse = (BlockGrid.of(Chart(0, 300, 300), IDENTITY, (256, 256), block, None) for block in (44, 48))
+    assert (fine.mask_cell, fine.feather) == (2, 2)
+    assert (coarse.mask_cell, coarse.feather) == (4, 3)
     assert coarse.height % 4 == 0
 
 
 def test_a_texel_is_a_pixel_without_a_field():
-    grid = BlockGrid.of(Chart(0, 90, 75), None, (128, 128), 40, 12)
+    grid = BlockGrid.of(Chart(0, 90, 75), IDENTITY, (128, 128), 40, 12)
     assert (grid.height, grid.width, grid.overlap_rows, grid.overlap_columns) == (40, 40, 12, 12)
-    assert (grid.level, grid.sample, grid.cell) == (0, 1, 2)
-    assert BlockGrid.of(Chart(0, 90, 75), None, (128, 128), 40, None).overlap_rows == 12
-    assert BlockGrid.of(Chart(0, 90, 75), None, (128, 128), 30, None).overlap_rows == 8
+    assert (grid.level, grid.sample, grid.mask_cell) == (0, 1, 2)
+    assert BlockGrid.of(Chart(0, 90, 75), IDENTITY, (128, 128), 40, None).overlap_rows == 12
+    assert BlockGrid.of(Chart(0, 90, 75), IDENTITY, (128, 128), 30, None).overlap_rows == 8
 
 
 @pytest.mark.parametrize(
@@ -100,8 +105,8 @@ def test_blocks_have_their_size_in_pixels(scale, level, sample):
     grid = BlockGrid.of(Chart(0, 300, 300), field_of(rotation(scale, 5)), (256, 256), 40, 12)
     assert (grid.level, grid.sample) == (level, sample)
     wanted = max(16, 40 / scale)
-    assert abs(grid.height - wanted) <= grid.cell
-    assert abs(grid.overlap_rows - 0.3 * wanted) <= grid.cell + 4 * grid.sample * (scale > 2)
+    assert abs(grid.height - wanted) <= grid.mask_cell
+    assert abs(grid.overlap_rows - 0.3 * wanted) <= grid.mask_cell + 4 * grid.sample * (scale > 2)
 
 
 def test_uneven_texels_make_oblong_blocks():
@@ -120,10 +125,7 @@ def test_a_block_reads_no_more_than_three_quarters_of_the_exemplar(degrees):
     field = field_of(rotation(1.0, degrees))
     grid = BlockGrid.of(Chart(0, 300, 300), field, (96, 128), 300, None)
     at = np.mgrid[: grid.height, : grid.width].reshape(2, -1)
-    owner = np.zeros(
-        at.shape[1],
-        [(n, np.int32) for n in ("row", "column", "source_row", "source_column")] + [("symmetry", np.uint8)],
-    )
+    owner = np.zeros(at.shape[1], PLACEMENT)
     owner["row"], owner["column"] = grid.height // 2, grid.width // 2
     for read, size in zip(warped_sources(field, owner, *at), (96, 128), strict=True):
         assert np.ptp(read) / 16 <= 0.75 * size + 4
@@ -131,8 +133,8 @@ def test_a_block_reads_no_more_than_three_quarters_of_the_exemplar(degrees):
 
 
 @pytest.mark.parametrize("size", [4, 5, 11, 14, 20, 22])
-def test_without_a_field_a_block_fits_in_the_exemplar(size):
-    grid = BlockGrid.of(Chart(0, 90, 75), None, (size, 64), 40, None)
+def test_copied_blocks_fit_in_the_exemplar(size):
+    grid = BlockGrid.of(Chart(0, 90, 75), IDENTITY, (size, 64), 40, None, copied=True)
     assert grid.height <= size
     assert grid.width >= 16
     assert grid.overlap_rows <= grid.height // 2

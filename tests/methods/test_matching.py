@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from upholster.methods.paper._match_kernels import best_candidate
+from upholster.methods.paper._match_kernels import CandidateNumbers, Features, best_candidate
 from upholster.methods.paper.matching import Candidates
 from upholster.methods.working_form import working_form
 from upholster.wavelet import dwt2, idwt2, subbands
@@ -45,6 +45,7 @@ def test_the_search_equals_a_plain_one(count):
     places = rng.integers(0, tiles, (count, 2))
     offsets = (places[:, 0] * grid[1] + places[:, 1]).astype(np.int32)
     shape = grid[0] - tiles + 1, grid[1] - tiles + 1
+    numbers = CandidateNumbers(3, 8, grid[1], *shape)
     for _ in range(20):
         values = rng.integers(0, 20, count).astype(np.int32)
         costs = {}
@@ -56,14 +57,15 @@ def test_the_search_equals_a_plain_one(count):
                 )
         plain = min(costs, key=lambda start: (costs[start], start))
         for chunk in (7, 2048):
-            scratch = np.empty(chunk, np.int64)
-            assert best_candidate(table, grid[1], *shape, bands, offsets, values, count, scratch) == plain
+            features = Features(bands, offsets, values, np.empty(chunk, np.int64))
+            assert best_candidate(table, numbers, features, count) == plain
 
 
 def test_among_equals_the_first_is_taken():
     table = np.zeros((2, 36), np.int32)
     zeros = np.zeros(3, np.int32)
-    assert best_candidate(table, 6, 3, 3, zeros, zeros, zeros, 3, np.empty(4, np.int64)) == 0
+    features = Features(zeros, zeros, zeros, np.empty(4, np.int64))
+    assert best_candidate(table, CandidateNumbers(1, 8, 6, 3, 3), features, 3) == 0
 
 
 def test_working_form_keeps_order_and_range():

@@ -2,17 +2,17 @@
 
 import numpy as np
 import pytest
+from plain_cut import FREE, NEW, OLD, plain_cut
 
 from upholster.charts import uniform_layout
 from upholster.errors import InputError
 from upholster.geometry import RationalPatch, Surface, plane, ring_cyclide, sphere
 from upholster.methods import synthesize
-from upholster.methods.mincut import FREE, NEW, OLD, minimum_cut
 from upholster.methods.paper import PaperOptions, synthesize_paper
-from upholster.methods.paper.edges import color_classes, edge_map
+from upholster.methods.paper.edges import color_classes, strip_along
 from upholster.methods.working_form import working_form
 from upholster.quilt import Chart, paint
-from upholster.quilt.model import MASK_CUT
+from upholster.quilt.placement import MASK_CUT
 from upholster.wavelet import dwt2, subbands
 
 
@@ -79,12 +79,25 @@ def plain_synthesis(exemplar, charts, shared, options, seed):
                 there[:] = (there * (256 - weight) + new * weight + 128) >> 8
         canvases.append(canvas)
         blocks.append(chosen)
-    edges = [edge_map(edge, charts[edge.patch], charts[edge.other_patch]) for edge in shared]
+    edges = [PlainEdge(strip_along(edge, charts, block), charts) for edge in shared]
     mended = []
     for members in color_classes([(edge.chart_a, edge.chart_b) for edge in edges]):
         for edge in (edges[m] for m in members):
             mended += plain_edge(edge, canvases, charts, working, features, places, options)
     return blocks, mended
+
+
+class PlainEdge:
+    """A strip as the paper's text has it: a line on chart A, and where beyond it chart B lies."""
+
+    def __init__(self, strip, charts):
+        a, b = charts[strip.a], charts[strip.b]
+        self.chart_a, self.chart_b, self.along_rows = strip.a, strip.b, strip.edge_a in (1, 3)
+        self.start, self.length = strip.start, strip.length
+        self.line = (0, a.width, a.height, 0)[strip.edge_a]
+        self.to_b = lambda row, column: strip.to_b(row, column, a, b)
+        ends = np.stack(self.to_b(np.array([0, 1, 0]), np.array([0, 0, 1])))
+        self.linear = np.stack([ends[:, 1] - ends[:, 0], ends[:, 2] - ends[:, 0]], axis=1)
 
 
 def plain_edge(edge, canvases, charts, working, features, places, options):
@@ -130,14 +143,12 @@ def plain_edge(edge, canvases, charts, working, features, places, options):
             seeds[0] = OLD
         seeds[:, [0, -1]] = OLD
         seeds = seeds if edge.along_rows else seeds.T
-        cells, _ = minimum_cut(cost[:, 1:] + cost[:, :-1], cost[1:] + cost[:-1], np.ascontiguousarray(seeds))
+        cells, _ = plain_cut(cost[:, 1:] + cost[:, :-1], cost[1:] + cost[:-1], seeds)
         weights = np.kron(cells.astype(np.int64), np.ones((cell, cell), np.int64)) * 256
         found.append(((row, column), cells))
         for which, (r, c) in (("a", (rows, columns)), ("b", (rows_b, columns_b))):
             size = charts[edge.chart_a if which == "a" else edge.chart_b]
-            feathered = feather(
-                weights, edge.map_b[:4].reshape(2, 2) if which == "b" else np.eye(2, dtype=int)
-            )
+            feathered = feather(weights, edge.linear if which == "b" else np.eye(2, dtype=int))
             canvas = canvases[edge.chart_a if which == "a" else edge.chart_b]
             on = (r >= 0) & (r < size.height) & (c >= 0) & (c < size.width)
             w = feathered.reshape(-1)[on][:, None]
@@ -195,7 +206,25 @@ def test_follows_the_paper_step_by_step(surface, options, size):
     assert len(edge) == len(mended) > 1
     for ours, (place, cells) in zip(edge, mended, strict=True):
         assert (ours["source_row"] // 16 - half, ours["source_column"] // 16 - half) == place
-        np.testing.assert_array_equal(quilt.cells[ours["cells"] :][: cells.size], cells.reshape(-1))
+        chart = charts[ours["chart"]]
+        top, left = ours["row"] - half, ours["column"] - half
+        # The cells of which the chart can show a texel.
+        size, reach = int(ours["mask_cell"]), int(ours["feather"])
+        shown = [
+            [
+                k
+                for k in range(len(cells))
+                if low + (k + 1) * size > -reach and low + k * size < length + reach
+            ]
+            for low, length in ((top, chart.height), (left, chart.width))
+        ]
+        window = cells[np.ix_(*shown)].reshape(-1)
+        np.testing.assert_array_equal(quilt.mask_cells[ours["first_cell"] :][: window.size], window)
+    # The plan holds the sources and the whole masks.
+    own = sum(len(plain) for plain in blocks)
+    assert len(quilt.plan.chosen) == own + len(mended)
+    whole = [cells if quilt.plan.layout.strips[0].along_rows else cells.T for _, cells in mended]
+    np.testing.assert_array_equal(quilt.plan.masks, np.concatenate([cells.reshape(-1) for cells in whole]))
 
 
 def test_the_papers_figures_count():
@@ -227,7 +256,7 @@ def test_threads_do_not_change_the_quilt(threads):
     once = synthesize(exemplar, sphere(), chart=100, seed=3, threads=1, method="paper")
     again = synthesize(exemplar, sphere(), chart=100, seed=3, threads=threads, method="paper")
     np.testing.assert_array_equal(once.placements, again.placements)
-    np.testing.assert_array_equal(once.cells, again.cells)
+    np.testing.assert_array_equal(once.mask_cells, again.mask_cells)
 
 
 def test_seeds_differ():
@@ -242,7 +271,7 @@ def jump_ratio(surface, texels):
     across, inside = [], []
     for edge in surface.shared:
         a, b = texels.arrays[edge.patch].astype(float), texels.arrays[edge.other_patch].astype(float)
-        found = edge_map(edge, texels.charts[edge.patch], texels.charts[edge.other_patch])
+        found = PlainEdge(strip_along(edge, texels.charts, 16), texels.charts)
         along = np.arange(found.length)
         last, beyond = (found.line - 1, found.line) if found.line else (0, -1)
         place = (
@@ -352,9 +381,9 @@ def test_an_exemplar_smaller_than_a_block_is_refused():
         synthesize(texture(40, 72), two_by_one(), block=64, method="paper")
 
 
-def test_charts_of_different_sizes_are_not_mended(caplog):
+def test_charts_of_different_sizes_are_not_repaired(caplog):
     charts = (Chart(0, 64, 64), Chart(1, 48, 64))
     with caplog.at_level("INFO", logger="upholster"):
         quilt = synthesize_paper(texture(), two_by_one(), charts)
     assert not (quilt.placements["mask"] == MASK_CUT).any()
-    assert "not mended" in caplog.text
+    assert "not repaired" in caplog.text

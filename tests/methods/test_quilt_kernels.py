@@ -2,15 +2,16 @@
 
 import numpy as np
 import pytest
-from plain_quilt import PlainChart, box_means, texture
+from plain_quilt import PlainChart, PlainLevel, box_means, texture
 
 from upholster.methods.quilt._search_kernels import mean_boxes
 from upholster.methods.quilt._transfer_kernels import lay_transferred, transfer_masks
 from upholster.methods.quilt.grid import BlockGrid
 from upholster.methods.quilt.match_pyramid import MatchPyramid
 from upholster.quilt import Chart
-from upholster.quilt.model import PLACEMENT
-from upholster.quilt.warp_field import UNIT, WarpField
+from upholster.quilt.displacement import centre_matrices
+from upholster.quilt.placement import PLACEMENT
+from upholster.quilt.warp_field import WarpField
 
 
 @pytest.mark.parametrize("step", [1, 2, 4])
@@ -70,7 +71,7 @@ def plain_masks(placements, cells, places, bounds, cell, size):
 
 
 @pytest.mark.parametrize("cell", [2, 4, 6])
-def test_masks_are_carried_as_their_middles_fall(cell):
+def test_masks_are_transferred_as_their_middles_fall(cell):
     rng = np.random.default_rng(cell)
     count, size, bounds = 60, (70, 50), (-8, 90, -6, 75)
     placements = np.empty((count, 7), np.int32)
@@ -110,9 +111,9 @@ def test_masks_are_carried_as_their_middles_fall(cell):
 @pytest.mark.parametrize(
     ("scale", "size"), [(None, (60, 50)), (0.4, (80, 70)), (1.2, (60, 50)), (2.3, (50, 40))]
 )
-def test_carried_blocks_are_laid_and_count_where_they_are_whole(scale, size):
+def test_transferred_blocks_are_laid_and_count_where_they_are_whole(scale, size):
     rng = np.random.default_rng(7)
-    field = None
+    field = WarpField.identity()
     if scale:
         angle = rng.uniform(0, 1, (5, 5)) + 0.4
         symmetry = np.stack([np.cos(angle), np.sin(angle), -np.sin(angle), np.cos(angle)], -1).reshape(
@@ -122,7 +123,7 @@ def test_carried_blocks_are_laid_and_count_where_they_are_whole(scale, size):
     exemplar = texture(70, 90)
     grid = BlockGrid.of(Chart(0, *size), field, (70, 90), 20, None)
     match_pyramid = MatchPyramid.of(exemplar, grid.level)
-    match_level, cell, count = match_pyramid.levels[grid.level], grid.cell, 25
+    match_level, cell, count = match_pyramid.levels[grid.level], grid.mask_cell, 25
     placed = np.zeros(count, PLACEMENT)
     placed["row"], placed["column"] = rng.integers(-15, 70, count), rng.integers(-15, 60, count)
     placed["height"], placed["width"] = (cell * rng.integers(4, 12, count) for _ in range(2))
@@ -130,25 +131,29 @@ def test_carried_blocks_are_laid_and_count_where_they_are_whole(scale, size):
         rng.integers(0, 16 * 70, count),
         rng.integers(0, 16 * 90, count),
     )
-    placed["symmetry"], placed["cell"] = rng.integers(0, 8, count), cell
+    placed["symmetry"], placed["mask_cell"] = rng.integers(0, 8, count), cell
+    placed["centred"] = rng.random(count) < 0.3
+    own = field.integers_at(placed["row"], placed["column"]) + 64 * rng.integers(-9, 10, (count, 4))
+    placed["matrix"] = np.where(placed["centred"][:, None] > 0, own, 0)
     areas = placed["height"] // cell * (placed["width"] // cell)
-    placed["cells"] = np.concatenate([[0], np.cumsum(areas)[:-1]])
+    placed["first_cell"] = np.concatenate([[0], np.cumsum(areas)[:-1]])
     cells = (rng.random(areas.sum()) < 0.9).astype(np.uint8)
 
-    plain = PlainChart(grid, grid.need({0, 1}), match_level, False)
+    image = match_level.image.reshape(match_level.height, match_level.width, match_level.channels)
+    plain = PlainChart(grid, grid.need({0, 1}), PlainLevel(image.astype(np.int64), match_level.step), False)
     plain.lay_transferred(placed, cells)
     canvas = np.zeros((plain.canvas.shape[0], plain.canvas.shape[1] * match_level.channels), np.uint8)
     covered = np.zeros(plain.laid.shape, np.uint8)
-    names = ("row", "column", "height", "width", "source_row", "source_column", "symmetry", "cells")
+    names = ("row", "column", "height", "width", "source_row", "source_column", "symmetry", "first_cell")
     laid = np.stack([placed[name].astype(np.int32) for name in names], axis=1)
-    matrices = np.array([[[UNIT, 0, 0, UNIT]]], np.int32) if field is None else field.matrices
+    laid = np.concatenate([laid, centre_matrices(field, placed)], axis=1)
     lay_transferred(
         canvas,
         covered,
         match_level.image,
         (match_level.height, match_level.width, match_level.channels, grid.level),
-        matrices,
-        0 if field is None else field.margin,
+        field.matrices,
+        field.margin,
         plain.pads,
         cell,
         laid,

@@ -11,8 +11,9 @@ from upholster.errors import InputError
 from upholster.geometry import RationalPatch, Surface, cone, plane, ring_cyclide, sphere, torus
 from upholster.methods.quilt.method import QuiltOptions, synthesize_quilt
 from upholster.quilt import Chart, paint
-from upholster.quilt.model import MASK_CUT
-from upholster.quilt.warp import levels_of, warped_sources
+from upholster.quilt.displacement import levels_of, warped_sources
+from upholster.quilt.placement import MASK_CUT, PLACEMENT, mask_sizes
+from upholster.quilt.plans import GridPlan, PlacementList
 from upholster.quilt.warp_field import WarpField
 
 EXEMPLAR = texture()
@@ -20,7 +21,12 @@ SMALL = QuiltOptions(block=20)
 
 
 def whole(surface, height=48, width=None):
-    return tuple(Chart(n, height, width or height) for n in range(len(surface.patches)))
+    return tuple(on_patch(surface, n, height, width or height) for n in range(len(surface.patches)))
+
+
+def on_patch(surface, patch, height, width):
+    face, row, column = surface.place(patch)
+    return Chart(face, height, width, row, row + 1, column, column + 1)
 
 
 def turning(scale, degrees, bend=0.0):
@@ -31,45 +37,75 @@ def turning(scale, degrees, bend=0.0):
     return WarpField.quantised(scale * 2 ** (0.5 * bend * (i + j))[..., None, None] * symmetry)
 
 
-def masks(quilt):
+def windows(quilt):
     """Return the cells of each placement's mask."""
     placed = quilt.placements
-    out = []
-    for one in placed[placed["mask"] == MASK_CUT]:
-        cell = int(one["cell"])
-        count = -(-int(one["height"]) // cell) * -(-int(one["width"]) // cell)
-        out.append(quilt.cells[one["cells"] :][:count].tolist())
-    return out
+    sizes = mask_sizes(placed, quilt.charts)
+    return [
+        quilt.mask_cells[first:][:size].tolist()
+        for first, size, mask in zip(placed["first_cell"], sizes, placed["mask"], strict=True)
+        if mask == MASK_CUT
+    ]
+
+
+NAMES = [name for name in PLACEMENT.names if name != "first_cell"]
 
 
 def alike(a, b):
-    names = [name for name in a.placements.dtype.names if name != "cells"]
     return (
         len(a.placements) == len(b.placements)
-        and all((a.placements[name] == b.placements[name]).all() for name in names)
-        and masks(a) == masks(b)
+        and all((a.placements[name] == b.placements[name]).all() for name in NAMES)
+        and windows(a) == windows(b)
     )
 
 
 ONE = (Chart(0, 90, 75),)
-SIXTEEN = tuple(Chart(n, 40, 30 + n) for n in range(16))
+SIXTEEN = tuple(on_patch(torus(), n, 40, 30 + n) for n in range(16))
 TWINS = {
     "plain": (EXEMPLAR, plane(), ONE, None, SMALL, False),
-    "cheap": (EXEMPLAR, plane(), ONE, None, QuiltOptions(20, evenness=0, variety=0, tolerance=1), False),
-    "dear": (EXEMPLAR, plane(), ONE, None, QuiltOptions(20, evenness=1, variety=1, tolerance=1.5), False),
-    "grey, few": (texture(50, 50, 1), plane(), ONE, None, QuiltOptions(24, 12, shortlist=5), False),
-    "all judged": (texture(30, 30), plane(), ONE, None, QuiltOptions(16, shortlist=4000), False),
+    "cheap": (
+        EXEMPLAR,
+        plane(),
+        ONE,
+        None,
+        QuiltOptions(block=20, evenness=0, variety=0, tolerance=1),
+        False,
+    ),
+    "dear": (
+        EXEMPLAR,
+        plane(),
+        ONE,
+        None,
+        QuiltOptions(block=20, evenness=1, variety=1, tolerance=1.5),
+        False,
+    ),
+    "grey, few": (
+        texture(50, 50, 1),
+        plane(),
+        ONE,
+        None,
+        QuiltOptions(block=24, overlap=12, shortlist=5),
+        False,
+    ),
+    "all judged": (texture(30, 30), plane(), ONE, None, QuiltOptions(block=16, shortlist=4000), False),
     "every second pixel": (texture(80, 90), plane(), ONE, None, SMALL, False),
-    "every fourth pixel": (texture(400, 390), plane(), ONE, None, QuiltOptions(30, shortlist=9), False),
+    "every fourth pixel": (texture(400, 390), plane(), ONE, None, QuiltOptions(block=30, shortlist=9), False),
     "small exemplar": (texture(14, 11), plane(), ONE, None, SMALL, False),
     "thin chart": (EXEMPLAR, plane(), (Chart(0, 9, 150),), None, SMALL, False),
     "wrapped": (EXEMPLAR, plane(), (Chart(0, 70, 85),), None, SMALL, True),
     "wrapped, small": (EXEMPLAR, plane(), (Chart(0, 15, 33),), None, SMALL, True),
-    "turned": (EXEMPLAR, plane(), ONE, (turning(1.3, 30),), QuiltOptions(16), False),
-    "bent": (EXEMPLAR, plane(), ONE, (turning(0.8, -10, 0.1),), QuiltOptions(16), False),
-    "minified": (texture(96, 120), plane(), ONE, (turning(2.6, -70, 0.02),), QuiltOptions(40), False),
-    "magnified": (EXEMPLAR, plane(), (Chart(0, 120, 150),), (turning(0.45, 10),), QuiltOptions(16), False),
-    "larger than the exemplar": (EXEMPLAR, plane(), ONE, (turning(6, 20),), QuiltOptions(40), False),
+    "turned": (EXEMPLAR, plane(), ONE, (turning(1.3, 30),), QuiltOptions(block=16), False),
+    "bent": (EXEMPLAR, plane(), ONE, (turning(0.8, -10, 0.1),), QuiltOptions(block=16), False),
+    "minified": (texture(96, 120), plane(), ONE, (turning(2.6, -70, 0.02),), QuiltOptions(block=40), False),
+    "magnified": (
+        EXEMPLAR,
+        plane(),
+        (Chart(0, 120, 150),),
+        (turning(0.45, 10),),
+        QuiltOptions(block=16),
+        False,
+    ),
+    "larger than the exemplar": (EXEMPLAR, plane(), ONE, (turning(6, 20),), QuiltOptions(block=40), False),
     "four charts": (EXEMPLAR, plane(2, 2, spans=(2, 2)), whole(plane(spans=(2, 2)), 60), None, SMALL, False),
     "torus": (EXEMPLAR, torus(), SIXTEEN, [turning(1 + 0.02 * n, 3 * n) for n in range(16)], SMALL, False),
 }
@@ -81,7 +117,37 @@ def test_it_equals_its_twin(name):
     found = synthesize_quilt(exemplar, surface, charts, fields, options=options, wrap=wrap, seed=5)
     wanted = plain_quilt(exemplar, surface, charts, fields, options=options, wrap=wrap, seed=5)
     assert len(found.placements) > 4
-    assert alike(found, wanted)
+    assert len(found.placements) == len(wanted.placements)
+    for name in NAMES:
+        np.testing.assert_array_equal(found.placements[name], wanted.placements[name], name)
+    cut = found.placements[found.placements["mask"] == MASK_CUT]
+    for one, cells, mask in zip(cut, windows(found), wanted.masks, strict=True):
+        chart, cell, reach = charts[one["chart"]], int(one["mask_cell"]), int(one["feather"])
+        top, left = one["row"] - one["height"] // 2, one["column"] - one["width"] // 2
+        shown = [
+            [k for k in range(count) if low + (k + 1) * cell > -reach and low + k * cell < length + reach]
+            for low, count, length in ((top, mask.shape[0], chart.height), (left, mask.shape[1], chart.width))
+        ]
+        assert cells == mask[np.ix_(*shown)].reshape(-1).tolist()
+    if wrap:
+        assert isinstance(found.plan, PlacementList)
+        return
+    # The plan tells what was laid when, and what came from where.
+    assert isinstance(found.plan, GridPlan)
+    assert found.plan.order == wanted.order
+    assert found.plan.blocks["link"].tolist() == wanted.links
+    assert len(charts) == 1 or max(wanted.links) > 0
+    for place, n in enumerate(found.plan.order):
+        grid, (start, stop) = found.plan.grids[n], found.plan.starts[place : place + 2]
+        assert grid.blocks == stop - start
+        own = found.plan.blocks[start + grid.transferred : stop]
+        assert (own["link"] == -1).all()
+        assert (found.plan.blocks["link"][start : start + grid.transferred] >= 0).all()
+        i, j = (
+            (own["row"] - grid.first_row) / grid.step_row,
+            (own["column"] - grid.first_column) / grid.step_column,
+        )
+        assert set(zip(i.tolist(), j.tolist(), strict=True)) <= set(np.ndindex(grid.rows, grid.across))
 
 
 SURFACES = {
@@ -149,7 +215,7 @@ def test_the_seed_alone_decides(wrap):
         for seed, threads in ((3, 1), (3, 2), (3, 3), (3, None), (4, 1))
     ]
     assert all(alike(runs[0], other) for other in runs[1:4])
-    assert all((runs[0].cells == other.cells).all() for other in runs[1:4])
+    assert all((runs[0].mask_cells == other.mask_cells).all() for other in runs[1:4])
     assert not alike(runs[0], runs[4])
     first = runs[0].placements[["source_row", "source_column"]]
     assert (first != runs[4].placements[["source_row", "source_column"]][: len(first)]).mean() > 0.5
@@ -160,7 +226,7 @@ def tiling(count=4, period=16):
     return np.tile(texture(period, period, passes=2), (count, count, 1))
 
 
-@pytest.mark.parametrize("options", [QuiltOptions(n, evenness=0, variety=0) for n in (20, 24)])
+@pytest.mark.parametrize("options", [QuiltOptions(block=n, evenness=0, variety=0) for n in (20, 24)])
 def test_what_tiles_goes_on_without_error(options):
     exemplar = tiling()
     array = paint(synthesize_quilt(exemplar, plane(), ONE, options=options), exemplar).arrays[0]
@@ -291,7 +357,7 @@ def test_evenness_spreads_use_and_variety_avoids_repeats():
     exemplar = texture(64, 64, passes=4)
 
     def mean(measure, **changes):
-        options = replace(QuiltOptions(20, evenness=0, variety=0), **changes)
+        options = replace(QuiltOptions(block=20, evenness=0, variety=0), **changes)
         charts = (Chart(0, 200, 200),)
         found = [synthesize_quilt(exemplar, plane(), charts, options=options, seed=seed) for seed in range(4)]
         return np.mean([measure(quilt) for quilt in found])
@@ -308,7 +374,7 @@ def test_use_counts_over_all_charts():
     patches = [RationalPatch(p.net + n * np.array([5.0, 0, 0, 0])) for n in range(6) for p in plane().patches]
     surface = Surface(patches)
     exemplar = texture(64, 64, passes=4)
-    options = QuiltOptions(20, variety=0, evenness=3)
+    options = QuiltOptions(block=20, variety=0, evenness=3)
     quilt = synthesize_quilt(exemplar, surface, whole(surface, 60), options=options)
     alone = spread(synthesize_quilt(exemplar, plane(), (Chart(0, 60, 60),), options=options), exemplar)
     assert spread(quilt, exemplar) < 0.7 * alone
@@ -362,7 +428,7 @@ def test_wrong_seeds_and_layouts_are_refused():
             synthesize_quilt(EXEMPLAR, plane(), ONE, seed=seed)
     with pytest.raises(InputError, match="2 charts can not wrap"):
         synthesize_quilt(EXEMPLAR, plane(spans=(1, 2)), whole(plane(spans=(1, 2))), wrap=True)
-    with pytest.raises(InputError, match="chart 0 lies on patch 3"):
+    with pytest.raises(InputError, match="chart 0 lies on face 3"):
         synthesize_quilt(EXEMPLAR, plane(), (Chart(3, 40, 40),))
     with pytest.raises(InputError, match="threads is 0"):
         synthesize_quilt(EXEMPLAR, plane(), ONE, threads=0)

@@ -1,17 +1,23 @@
 """A block goes on beyond its chart's edge as if there were none, whichever way the neighbour lies."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from upholster.charts import uniform_layout
 from upholster.charts.seams import find_seams, transitions
 from upholster.geometry import RationalPatch, Surface, plane, sphere, torus
+from upholster.methods.quilt.emit import windows_of
 from upholster.methods.quilt.transfer import BlockTransfer, ChartPlacements, joined
 from upholster.quilt import Chart, Quilt
-from upholster.quilt.model import MASK_CUT, MASK_NONE, PLACEMENT
+from upholster.quilt.placement import MASK_CUT, MASK_NONE, PLACEMENT
+from upholster.quilt.plans import PlacementList
 from upholster.quilt.warp_field import WarpField
 
 SHAPE = (200, 180)
 CELL = 2
+IDENTITY = WarpField.identity()
 
 
 def constant(matrix):
@@ -25,6 +31,23 @@ def turned(patch, symmetries):
     return patch
 
 
+def placements_of(placed, cells, numbers):
+    """Return a chart's own placements, transferred from nowhere."""
+    count = len(placed)
+    return ChartPlacements(placed, cells, numbers, np.zeros(count, np.int64), np.full((count, 2), -1))
+
+
+def quilt_of(charts, laid, fields=()):
+    """Return the quilt of placements whose masks are whole."""
+    placed = laid.placements.copy()
+    parts = windows_of(laid, np.arange(len(placed)), charts)
+    cut = placed["mask"] == MASK_CUT
+    sizes = np.array([len(part) for part in parts], np.int64)
+    placed["first_cell"][cut] = np.cumsum(sizes) - sizes
+    cells = np.concatenate([np.zeros(0, np.uint8), *parts])
+    return Quilt(charts, SHAPE, PlacementList(placed, cells), fields)
+
+
 class Layout:
     """Four patches of a plane, 2 by 2, each turned and sampled in its own way; one unit is 60 pixels."""
 
@@ -32,7 +55,7 @@ class Layout:
         whole = surface or plane(2, 2, spans=(2, 2))
         self.surface = Surface([turned(p, n) for p, n in zip(whole.patches, symmetries, strict=True)])
         self.charts = tuple(Chart(n, round(60 * d), round(60 * d)) for n, d in enumerate(density))
-        self.fields = tuple(None if d == 1 else constant(np.eye(2) / d) for d in density)
+        self.fields = tuple(IDENTITY if d == 1 else constant(np.eye(2) / d) for d in density)
         found = find_seams(self.surface, self.charts)
         onto = [[] for _ in self.charts]
         for transition in transitions(self.surface, self.charts, found):
@@ -49,24 +72,29 @@ class Layout:
         return np.round(found, 6)
 
     def painted(self, chart, laid):
-        """Return a chart's sources, in pixels, where a placements paints it, and where it does."""
-        quilt = Quilt(self.charts, SHAPE, laid.placements, laid.cells, self.fields)
+        """Return a chart's sources, in pixels, where placements paint it, and where it does."""
+        quilt = quilt_of(self.charts, laid, self.fields)
         found = quilt.sources()[chart]
         return found / 16, found[..., 0] >= 0
 
     def laid(self, chart, *blocks, mask=None, size=(32, 28), origin=7):
         placed = np.zeros(len(blocks), PLACEMENT)
-        placed["chart"], placed["cells"] = chart, -1
+        placed["chart"], placed["first_cell"] = chart, -1
         placed["height"], placed["width"] = size
         for n, (row, column, source_row, source_column) in enumerate(blocks):
             placed["row"][n], placed["column"][n] = row, column
             placed["source_row"][n], placed["source_column"][n] = 16 * source_row, 16 * source_column
         cells = np.zeros(0, np.uint8)
         if mask is not None:
-            placed["mask"], placed["cells"], placed["cell"], placed["feather"] = MASK_CUT, 0, CELL, 2
+            placed["mask"], placed["first_cell"], placed["mask_cell"], placed["feather"] = (
+                MASK_CUT,
+                0,
+                CELL,
+                2,
+            )
             cells = mask.reshape(-1)
         numbers = np.arange(origin, origin + len(placed))
-        return ChartPlacements(placed, cells, numbers, np.zeros(len(placed), np.int64))
+        return placements_of(placed, cells, numbers)
 
     def transferred(self, chart, **finished):
         given = [finished.get(f"on{n}") for n in range(len(self.charts))]
@@ -103,7 +131,7 @@ def test_beyond_the_edge_the_block_goes_on(symmetries, density):
 
 
 @pytest.mark.parametrize("symmetries", SYMMETRIES)
-def test_masks_are_carried_too(symmetries):
+def test_masks_are_transferred_too(symmetries):
     rng = np.random.default_rng(5)
     layout = Layout(symmetries)
     # a mask of large squares: inside them, and outside, neighbours agree
@@ -129,10 +157,10 @@ def test_a_rotated_direction_turns_the_block():
     layout = Layout()
     quarter = constant([[0, 1], [-1, 0]])
     onto = layout.transfer.onto
-    fields = (None, quarter, None, None)
+    fields = (IDENTITY, quarter, IDENTITY, IDENTITY)
     transfer = BlockTransfer(layout.charts, fields, onto, SHAPE, (CELL,) * 4)
     found = transfer.transferred_onto(1, [layout.laid(0, (30, 55, 90, 70)), None, None, None])
-    quilt = Quilt(layout.charts, SHAPE, found.placements, found.cells, fields)
+    quilt = quilt_of(layout.charts, found, fields)
     sources = quilt.sources()[1]
     shown = sources[..., 0] >= 0
     assert shown.any()
@@ -142,12 +170,12 @@ def test_a_rotated_direction_turns_the_block():
 
 
 @pytest.mark.parametrize(("degrees", "count"), [(0, 1), (20, 1), (32, 0), (45, 0), (58, 0), (70, 1), (90, 1)])
-def test_where_directions_differ_too_much_nothing_is_carried(degrees, count):
+def test_where_directions_differ_too_much_nothing_is_transferred(degrees, count):
     layout = Layout()
     angle = np.radians(degrees)
     field = constant([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
     transfer = BlockTransfer(
-        layout.charts, (None, field, None, None), layout.transfer.onto, SHAPE, (CELL,) * 4
+        layout.charts, (IDENTITY, field, IDENTITY, IDENTITY), layout.transfer.onto, SHAPE, (CELL,) * 4
     )
     found = transfer.transferred_onto(1, [layout.laid(0, (30, 55, 90, 70)), None, None, None])
     assert len(found.placements) == count
@@ -165,8 +193,13 @@ def test_ways_that_agree_give_a_block_once():
     again = layout.transferred(3, on0=laid, on1=over, on2=under)
     assert again.origins.tolist() == [7]
     assert again.steps.tolist() == [2]
+    # each knows the block that it was transferred from: chart, and place there
+    assert over.parents.tolist() == [[0, 0], [0, 1]]
+    assert again.parents.tolist() in ([[1, 0]], [[2, 0]])
     # and chart 0's own on chart 3 if only that is finished, over either of the bare ones
-    assert layout.transferred(3, on0=laid).origins.tolist() == [7]
+    bare = layout.transferred(3, on0=laid)
+    assert bare.origins.tolist() == [7]
+    assert bare.parents.tolist() == [[0, 0]]
     # order is that of synthesis, whoever they come from
     late, early = (
         layout.laid(0, (30, 55, 90, 70), origin=30),
@@ -183,10 +216,10 @@ def test_what_ends_before_the_edge_stays_at_home():
         assert len(found.placements) == count, column
 
 
-def test_beyond_its_bounds_a_covering_does_not_count():
+def test_beyond_their_bounds_placements_do_not_count():
     layout = Layout()
     laid = layout.laid(0, (30, 55, 90, 70))
-    bounded = ChartPlacements(laid.placements, laid.cells, laid.origins, laid.steps, (0, 60, 0, 64))
+    bounded = replace(laid, bounds=(0, 60, 0, 64))
     shown = layout.painted(1, layout.transferred(1, on0=bounded))[1]
     assert shown[20:40, :2].all()
     assert not shown[:, 6:].any()
@@ -222,17 +255,17 @@ def test_a_part_of_an_edge_is_closed_at_a_junction():
     onto = [[] for _ in charts]
     for transition in transitions(surface, charts, find_seams(surface, charts)):
         onto[transition.seam.other_chart].append(transition)
-    transfer = BlockTransfer(charts, (None,) * 3, onto, SHAPE, (CELL,) * 3)
+    transfer = BlockTransfer(charts, (IDENTITY,) * 3, onto, SHAPE, (CELL,) * 3)
     empty = joined([])
     assert {c[:3] for c in transfer.closed(0, [None, empty, None])} == {(1, -np.inf, 40.0)}
     assert {c[:3] for c in transfer.closed(0, [None, None, empty])} == {(1, 40.0, np.inf)}
     placed = np.zeros(1, PLACEMENT)
     placed["row"], placed["column"], placed["height"], placed["width"] = 40, 38, 32, 28
-    placed["source_row"], placed["source_column"], placed["cells"] = 16 * 90, 16 * 70, -1
-    one = ChartPlacements(placed, empty.cells, np.zeros(1, np.int64), np.zeros(1, np.int64))
+    placed["source_row"], placed["source_column"], placed["first_cell"] = 16 * 90, 16 * 70, -1
+    one = placements_of(placed, empty.cells, np.zeros(1, np.int64))
     for other, top in ((1, 0), (2, 40)):
         found = transfer.transferred_onto(other, [one, None, None])
-        quilt = Quilt(charts, SHAPE, found.placements, found.cells)
+        quilt = quilt_of(charts, found)
         sources = quilt.sources()[other] / 16
         shown = sources[..., 0] >= 0
         rows, columns = np.nonzero(shown)
@@ -246,27 +279,27 @@ def test_a_part_of_an_edge_is_closed_at_a_junction():
 )
 def test_on_curved_surfaces_texels_on_both_sides_of_an_edge_read_next_to_each_other(surface):
     size = 48
-    charts = tuple(Chart(n, size, size) for n in range(len(surface.patches)))
+    charts = uniform_layout(surface, chart=size)
     found = find_seams(surface, charts)
     onto = [[] for _ in charts]
     for transition in transitions(surface, charts, found):
         onto[transition.seam.other_chart].append(transition)
-    transfer = BlockTransfer(charts, (None,) * len(charts), onto, SHAPE, (CELL,) * len(charts))
+    transfer = BlockTransfer(charts, (IDENTITY,) * len(charts), onto, SHAPE, (CELL,) * len(charts))
     gaps = []
     for m in found:
         place = 0.5 * (m.start + m.stop)
         at = ((4, place), (place, size - 4), (size - 4, place), (place, 4))[m.edge]
         placed = np.zeros(1, PLACEMENT)
-        placed["chart"], placed["height"], placed["width"], placed["cells"] = m.chart, 24, 24, -1
+        placed["chart"], placed["height"], placed["width"], placed["first_cell"] = m.chart, 24, 24, -1
         placed["row"], placed["column"] = np.int32(at[0]), np.int32(at[1])
         placed["source_row"], placed["source_column"] = 16 * 90, 16 * 70
-        own = ChartPlacements(placed, np.zeros(0, np.uint8), np.zeros(1, np.int64), np.zeros(1, np.int64))
+        own = placements_of(placed, np.zeros(0, np.uint8), np.zeros(1, np.int64))
         finished = [own if n == m.chart else None for n in range(len(charts))]
         over = transfer.transferred_onto(m.other_chart, finished)
         if not len(over.placements):
             continue
         here = np.array((90, 70)) + np.stack(edge_texel(m.edge, place, size)) - at
-        quilt = Quilt(charts, SHAPE, over.placements, over.cells)
+        quilt = quilt_of(charts, over)
         texel = edge_texel(m.other_edge, 0.5 * (m.other_start + m.other_stop), size)
         there = quilt.sources()[m.other_chart][texel] / 16
         gaps.append(np.abs(there - here).max())
@@ -293,8 +326,8 @@ def test_joined_keeps_masks_with_their_placements():
     whole = joined(parts)
     assert whole.placements["mask"].tolist() == [MASK_CUT, MASK_NONE, MASK_CUT]
     for n, mask in ((0, masks[0]), (2, masks[1])):
-        start = whole.placements["cells"][n]
+        start = whole.placements["first_cell"][n]
         assert (whole.cells[start : start + mask.size] == mask.reshape(-1)).all()
-    assert whole.placements["cells"][1] == -1
+    assert whole.placements["first_cell"][1] == -1
     assert (parts[2].placements == before).all()
     assert len(joined([]).placements) == len(joined([]).cells) == 0

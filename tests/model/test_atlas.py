@@ -1,11 +1,14 @@
-import dataclasses
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from patch_charts import patch_charts
 
+from upholster.charts.layout import density_layout
+from upholster.charts.seams import find_seams
 from upholster.errors import InputError
 from upholster.geometry import (
     RationalPatch,
@@ -14,31 +17,33 @@ from upholster.geometry import (
     plane,
     ring_cyclide,
     sphere,
-    tessellate,
     torus,
     vase,
 )
-from upholster.model import build_atlas
-from upholster.quilt.model import Chart, Texels
+from upholster.model import Atlas, build_atlas, face_parameters, tessellate
+from upholster.quilt.chart import Chart
+from upholster.quilt.model import Texels
 
 
-def painted(surface: Surface, sizes: list[tuple[int, int]]) -> Texels:
+def painted(surface: Surface, charts: Sequence[Chart]) -> Texels:
     """Charts that show a smooth function of the place in space, float32."""
     arrays = []
-    for patch, (height, width) in zip(surface.patches, sizes, strict=True):
-        place = patch.points_grid((np.arange(height) + 0.5) / height, (np.arange(width) + 0.5) / width)
-        place = place / surface.size * 4
+    for chart in charts:
+        s, t = face_parameters(chart, np.arange(chart.height) + 0.5, np.arange(chart.width) + 0.5)
+        place = surface.faces[chart.face].points_grid(s, t) / surface.size * 4
         arrays.append((np.sin(place) + np.cos(1.3 * place[:, :, ::-1])).astype(np.float32))
-    charts = tuple(Chart(index, *size) for index, size in enumerate(sizes))
-    return Texels(charts, tuple(arrays))
+    return Texels(tuple(charts), tuple(arrays))
+
+
+def packed(surface: Surface, texels: Texels, **options: Any) -> Atlas:
+    return build_atlas(texels, find_seams(surface, texels.charts), **options)
 
 
 def noisy(surface: Surface, height: int, width: int, channels: int = 3) -> Texels:
     rng = np.random.default_rng(4)
-    count = len(surface.patches)
-    charts = tuple(Chart(index, height, width) for index in range(count))
+    charts = patch_charts(surface, [(height, width)] * len(surface.patches))
     shape = (height, width, channels)
-    return Texels(charts, tuple(rng.integers(0, 256, shape, dtype=np.uint8) for _ in range(count)))
+    return Texels(charts, tuple(rng.integers(0, 256, shape, dtype=np.uint8) for _ in charts))
 
 
 def turned(surface: Surface) -> Surface:
@@ -81,27 +86,30 @@ def steps(image: Any, *, axis: int) -> Any:
 def test_gutters_continue_the_picture(name: str) -> None:
     """A smooth picture of space stays smooth across every edge: no step is much larger than inside charts."""
     surface = CLOSED[name]
-    texels = painted(surface, [(64, 64)] * len(surface.patches))
+    texels = painted(surface, patch_charts(surface, [(64, 64)] * len(surface.patches)))
     inside = max(steps(array, axis=axis) for array in texels.arrays for axis in (0, 1))
-    atlas = build_atlas(surface, texels, gutter=4)
-    for cell in atlas.cells:
-        chart = cell.chart
+    atlas = packed(surface, texels, gutter=4)
+    for n, cell in enumerate(atlas.cells):
         rows, columns = slice(cell.row, cell.row + 64), slice(cell.column, cell.column + 64)
-        np.testing.assert_array_equal(atlas.pixels[rows, columns], texels.arrays[chart.patch])
+        np.testing.assert_array_equal(atlas.pixels[rows, columns], texels.arrays[n])
         # With four texels beyond each edge, corners left out; a degenerate edge repeats: no steps there.
         tall = atlas.pixels[cell.row - 4 : cell.row + 68, columns]
         wide = atlas.pixels[rows, cell.column - 4 : cell.column + 68]
-        assert max(steps(tall, axis=0), steps(tall, axis=1)) <= 2.1 * inside, chart.patch
-        assert max(steps(wide, axis=0), steps(wide, axis=1)) <= 2.1 * inside, chart.patch
+        assert max(steps(tall, axis=0), steps(tall, axis=1)) <= 2.1 * inside, n
+        assert max(steps(wide, axis=0), steps(wide, axis=1)) <= 2.1 * inside, n
 
 
-def test_gutters_continue_between_charts_of_different_size() -> None:
-    surface = CLOSED["cyclide turned"]
-    rng = np.random.default_rng(2)
-    sizes = [(int(rng.integers(40, 90)), int(rng.integers(40, 90))) for _ in surface.patches]
-    texels = painted(surface, sizes)
+@pytest.mark.parametrize("name", ["cyclide turned", "cyclide", "sphere of six", "octants"])
+def test_gutters_continue_between_charts_of_different_size(name: str) -> None:
+    surface = CLOSED[name]
+    if name == "cyclide turned":
+        rng = np.random.default_rng(2)
+        charts = patch_charts(surface, rng.integers(40, 90, (16, 2)).tolist())
+    else:
+        charts = density_layout(surface, texels=60_000)
+    texels = painted(surface, charts)
     inside = max(steps(array, axis=axis) for array in texels.arrays for axis in (0, 1))
-    for cell in (atlas := build_atlas(surface, texels, gutter=8)).cells:
+    for cell in (atlas := packed(surface, texels, gutter=8)).cells:
         chart = cell.chart
         band = atlas.pixels[
             cell.row - 2 : cell.row + chart.height + 2, cell.column : cell.column + chart.width
@@ -130,19 +138,20 @@ def bilinear(pixels: Any, uv: Any) -> Any:
 def test_both_sides_of_an_edge_look_the_same(name: str) -> None:
     """Vertices at one place, on different patches, get the same colour, though the texels are noise."""
     surface = CLOSED[name]
-    atlas = build_atlas(surface, noisy(surface, 32, 32))
-    mesh = tessellate(surface, quads=300 * len(surface.patches))
+    atlas = packed(surface, noisy(surface, 32, 32))
+    charts = [cell.chart for cell in atlas.cells]
+    mesh = tessellate(surface, charts, quads=300 * len(charts))
     colors = bilinear(atlas.pixels, atlas.texture_coordinates(mesh))
-    rim = ((mesh.parameters == 0) | (mesh.parameters == 1)).sum(axis=1) == 1  # on an edge, in no corner
-    for patch, edge in surface.degenerate:  # at a pole everything meets
-        end = mesh.parameters[:, edge % 2] == (0 if edge in (0, 3) else 1)
-        rim &= ~((mesh.patch == patch) & end)
+    rim = ((mesh.places == 0) | (mesh.places == 32)).sum(axis=1) == 1  # on an edge, in no corner
+    for patch, edge in surface.degenerate:  # at a pole everything meets; charts are patches
+        end = mesh.places[:, edge % 2] == (0 if edge in (0, 3) else 32)
+        rim &= ~((mesh.chart == patch) & end)
     _, place = np.unique(mesh.positions, axis=0, return_inverse=True)
     order = np.argsort(place.ravel(), kind="stable")
     order = order[rim[order]]
     same = place.ravel()[order][1:] == place.ravel()[order][:-1]
     one, other = order[1:][same], order[:-1][same]
-    crossing = mesh.patch[one] != mesh.patch[other]
+    crossing = mesh.chart[one] != mesh.chart[other]
     assert crossing.sum() > 60
     np.testing.assert_allclose(colors[one[crossing]], colors[other[crossing]], atol=1e-6)
 
@@ -152,11 +161,10 @@ def test_both_sides_of_an_edge_look_the_same(name: str) -> None:
 def test_borders_repeat_the_edge(surface: Surface, dtype: Any) -> None:
     texels = noisy(surface, 20, 28)
     texels = Texels(texels.charts, tuple(array.astype(dtype) for array in texels.arrays))
-    atlas = build_atlas(surface, texels, gutter=4)
+    atlas = packed(surface, texels, gutter=4)
     assert atlas.pixels.dtype == dtype
     checked = 0
-    for cell in atlas.cells:
-        array = texels.arrays[cell.chart.patch]
+    for n, (cell, array) in enumerate(zip(atlas.cells, texels.arrays, strict=True)):
         bottom, right = cell.row + 20, cell.column + 28
         beyond = {
             0: (atlas.pixels[cell.top : cell.row, cell.column : right], array[:1]),
@@ -165,7 +173,7 @@ def test_borders_repeat_the_edge(surface: Surface, dtype: Any) -> None:
             3: (atlas.pixels[cell.row : bottom, cell.left : cell.column], array[:, :1]),
         }
         for edge, (gutter, expected) in beyond.items():
-            if not surface.neighbours(cell.chart.patch, edge):
+            if not surface.neighbours(n, edge):
                 np.testing.assert_array_equal(gutter, np.broadcast_to(expected, gutter.shape))
                 checked += 1
     assert checked
@@ -174,7 +182,7 @@ def test_borders_repeat_the_edge(surface: Surface, dtype: Any) -> None:
 def test_corners_blend_what_meets_there() -> None:
     surface = ring_cyclide()
     texels = noisy(surface, 32, 32, 1)
-    for cell in (atlas := build_atlas(surface, texels, gutter=8)).cells:
+    for cell in (atlas := packed(surface, texels, gutter=8)).cells:
         for row in (cell.row - 1, cell.row + 32):
             for column in (cell.column - 1, cell.column + 32):
                 beside = atlas.pixels[row, column + (1 if column < cell.column else -1), 0]
@@ -188,10 +196,10 @@ def test_one_color_everywhere(threads: int) -> None:
     """No gutter, corner or unused texel brings in anything else."""
     surface = split(ring_cyclide(), 1)
     rng = np.random.default_rng(1)
-    charts = tuple(Chart(i, *(int(n) for n in rng.integers(8, 70, 2))) for i in range(17))
+    charts = patch_charts(surface, rng.integers(8, 70, (17, 2)).tolist())
     color = np.array([10, 200, 77, 255], np.uint8)
     arrays = tuple(np.broadcast_to(color, (chart.height, chart.width, 4)) for chart in charts)
-    atlas = build_atlas(surface, Texels(charts, arrays), threads=threads)
+    atlas = packed(surface, Texels(charts, arrays), threads=threads)
     assert (atlas.pixels == color).all()
     assert not atlas.pixels.flags.writeable
 
@@ -205,7 +213,7 @@ def test_cells_do_not_overlap_and_lie_on_the_mip_grid(sizes: Any, gutter: int) -
     patch = plane().patches[0]
     apart = [type(patch)(patch.net + 3.0 * np.array([k, 0, 0, 0])) for k in range(len(sizes))]
     charts = tuple(Chart(k, *size) for k, size in enumerate(sizes))
-    atlas = build_atlas(
+    atlas = packed(
         Surface(apart),
         Texels(charts, tuple(np.zeros((*size, 1), np.uint8) for size in sizes)),
         gutter=gutter,
@@ -227,26 +235,23 @@ def test_cells_do_not_overlap_and_lie_on_the_mip_grid(sizes: Any, gutter: int) -
 
 
 def test_sixteen_charts_make_a_square() -> None:
-    atlas = build_atlas(ring_cyclide(), noisy(ring_cyclide(), 64, 64))
+    atlas = packed(ring_cyclide(), noisy(ring_cyclide(), 64, 64))
     assert atlas.pixels.shape == (4 * 96, 4 * 96, 3)
 
 
 def test_texture_coordinates() -> None:
     surface = torus()
     rng = np.random.default_rng(7)
-    charts = tuple(Chart(k, *(int(n) for n in rng.integers(20, 60, 2))) for k in reversed(range(16)))
-    atlas = build_atlas(
-        surface, Texels(charts, tuple(np.zeros((c.height, c.width, 3), np.uint8) for c in charts))
-    )
-    mesh = tessellate(surface, quads=16 * 25)
+    charts = patch_charts(surface, rng.integers(20, 60, (16, 2)).tolist())[::-1]
+    atlas = packed(surface, Texels(charts, tuple(np.zeros((c.height, c.width, 3), np.uint8) for c in charts)))
+    mesh = tessellate(surface, charts, quads=16 * 25)
     uv = atlas.texture_coordinates(mesh)
     assert uv.shape == (len(mesh.positions), 2)
     height, width = atlas.pixels.shape[:2]
-    for cell in atlas.cells:
-        mine = mesh.patch == cell.chart.patch
-        s, t = mesh.parameters[mine].T
-        np.testing.assert_allclose(uv[mine, 0] * width, cell.column + t * cell.chart.width)
-        np.testing.assert_allclose(uv[mine, 1] * height, cell.row + s * cell.chart.height)
+    for n, cell in enumerate(atlas.cells):
+        mine = mesh.chart == n
+        np.testing.assert_allclose(uv[mine, 0] * width, cell.column + mesh.places[mine, 1])
+        np.testing.assert_allclose(uv[mine, 1] * height, cell.row + mesh.places[mine, 0])
 
 
 def test_what_does_not_fit() -> None:
@@ -254,11 +259,8 @@ def test_what_does_not_fit() -> None:
     texels = noisy(surface, 32, 32)
     for gutter in (0, 3, -16, 512):
         with pytest.raises(InputError, match=r"gutter is .*; allowed: a power of two"):
-            build_atlas(surface, texels, gutter=gutter)
-    with pytest.raises(InputError, match="charts cover patches 0; allowed: one for each of 16"):
-        build_atlas(torus(), texels)
-    part = dataclasses.replace(texels.charts[0], s1=0.5)
-    with pytest.raises(InputError, match="chart 0 covers part of its patch"):
-        build_atlas(surface, Texels((part,), texels.arrays))
-    with pytest.raises(InputError, match="patch 1 of the mesh has no chart"):
-        build_atlas(surface, texels).texture_coordinates(tessellate(torus(), quads=16))
+            packed(surface, texels, gutter=gutter)
+    with pytest.raises(InputError, match="there are no charts"):
+        build_atlas(Texels((), ()), ())
+    with pytest.raises(InputError, match="mesh has chart 5; the atlas has 0 to 0"):
+        packed(surface, texels).texture_coordinates(tessellate(sphere(), quads=16))

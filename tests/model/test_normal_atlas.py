@@ -4,44 +4,52 @@ from typing import Any
 
 import numpy as np
 import pytest
+from patch_charts import patch_charts
 
+from upholster.charts.layout import density_layout
+from upholster.charts.seams import find_seams
 from upholster.errors import InputError
 from upholster.geometry import Surface, cylinder, ring_cyclide, sphere
-from upholster.model import build_atlas
-from upholster.model.normal_atlas import build_normal_atlas
-from upholster.quilt.model import Chart, Texels
+from upholster.model import build_atlas, build_normal_atlas, face_parameters
+from upholster.quilt.chart import Chart
+from upholster.quilt.model import Texels
 
 SIZE = (48, 40)
 
 
-def in_frames(surface: Surface, dtype: Any) -> Texels:
+def in_frames(surface: Surface, charts: tuple[Chart, ...], dtype: Any) -> Texels:
     """Charts that show one vector of space, each texel in its own frame."""
     vector = np.array([0.5, 0.3, 0.4])
     arrays = []
-    for patch in surface.patches:
-        s, t = ((np.arange(n) + 0.5) / n for n in SIZE)
-        _, by_s, by_t = patch.derivatives_grid(s, t)
+    for chart in charts:
+        s, t = face_parameters(chart, np.arange(chart.height) + 0.5, np.arange(chart.width) + 0.5)
+        _, by_s, by_t = surface.faces[chart.face].derivatives_grid(s, t)
         normal = np.cross(by_s, by_t)
         axes = [by_t, np.cross(normal, by_t), normal]
         unit = [axis / np.linalg.norm(axis, axis=-1, keepdims=True) for axis in axes]
         samples = np.stack([axis @ vector for axis in unit], axis=-1) / 2 + 0.5
         arrays.append((samples if dtype == np.float32 else np.rint(samples * 65535)).astype(dtype))
-    return Texels(tuple(Chart(k, *SIZE) for k in range(len(arrays))), tuple(arrays))
+    return Texels(charts, tuple(arrays))
 
 
 @pytest.mark.parametrize("dtype", [np.uint16, np.float32])
 @pytest.mark.parametrize(
     "surface", [sphere(), ring_cyclide(), cylinder()], ids=["sphere", "cyclide", "cylinder"]
 )
-def test_a_vector_goes_on_beyond_every_edge(surface: Surface, dtype: Any) -> None:
-    texels = in_frames(surface, dtype)
+@pytest.mark.parametrize("across", [False, True], ids=["patches", "across patches"])
+def test_a_vector_goes_on_beyond_every_edge(surface: Surface, dtype: Any, across: bool) -> None:
+    sizes = [SIZE] * len(surface.patches)
+    charts = density_layout(surface, texels=30_000) if across else patch_charts(surface, sizes)
+    texels = in_frames(surface, charts, dtype)
+    seams = find_seams(surface, charts)
     top = 1 if dtype == np.float32 else 65535
     worst = []
-    for atlas in (build_normal_atlas(surface, texels), build_atlas(surface, texels)):
+    for atlas in (build_normal_atlas(surface, texels, seams), build_atlas(texels, seams)):
         steps = []
         for cell, array in zip(atlas.cells, texels.arrays, strict=True):
             part = atlas.pixels[
-                cell.row - 1 : cell.row + SIZE[0] + 1, cell.column - 1 : cell.column + SIZE[1] + 1
+                cell.row - 1 : cell.row + array.shape[0] + 1,
+                cell.column - 1 : cell.column + array.shape[1] + 1,
             ]
             np.testing.assert_array_equal(part[1:-1, 1:-1], array)
             outer = [part[0, 1:-1], part[-1, 1:-1], part[1:-1, 0], part[1:-1, -1]]
@@ -57,6 +65,8 @@ def test_a_vector_goes_on_beyond_every_edge(surface: Surface, dtype: Any) -> Non
 
 def test_only_three_channels_are_normals() -> None:
     surface = sphere()
-    texels = in_frames(surface, np.float32)
+    texels = in_frames(surface, patch_charts(surface, [SIZE] * 6), np.float32)
     with pytest.raises(InputError, match="2 channels; allowed: 3"):
-        build_normal_atlas(surface, Texels(texels.charts, tuple(array[:, :, :2] for array in texels.arrays)))
+        build_normal_atlas(
+            surface, Texels(texels.charts, tuple(array[:, :, :2] for array in texels.arrays)), ()
+        )

@@ -4,13 +4,12 @@ import numpy as np
 import pytest
 from random_quilts import SHAPE, exemplar_of, random_quilt
 
+from upholster.charts.seams import find_seams
 from upholster.errors import InputError
 from upholster.export import write_glb
-from upholster.geometry import sphere, tessellate
-from upholster.geometry.tangents import vertex_tangents
+from upholster.geometry import sphere
 from upholster.image.material import Material
-from upholster.model import build_atlas
-from upholster.model.normal_atlas import build_normal_atlas
+from upholster.model import build_atlas, build_normal_atlas, tessellate, vertex_tangents
 from upholster.quilt import paint
 from upholster.quilt.materials import paint_material
 from upholster.quilt.normals import paint_normals
@@ -45,17 +44,19 @@ def test_every_map_is_painted_by_the_same_quilt():
 def test_a_material_goes_into_a_glb(tmp_path):
     surface = sphere()
     painted = paint_material(random_quilt(1, charts=((40, 40),) * 6), Material(MAPS))
+    charts = painted["albedo"].charts
+    seams = find_seams(surface, charts)
     atlases = {
-        role: (build_normal_atlas if role == "normal" else build_atlas)(surface, texels)
+        role: build_normal_atlas(surface, texels, seams) if role == "normal" else build_atlas(texels, seams)
         for role, texels in painted.items()
     }
-    mesh = tessellate(surface, quads=600)
+    mesh = tessellate(surface, charts, seams, quads=600)
     write_glb(
         tmp_path / "x.glb",
         mesh,
         atlases["albedo"].texture_coordinates(mesh),
         atlases["albedo"].pixels,
         maps={role: atlas.pixels for role, atlas in atlases.items() if role != "albedo"},
-        tangents=vertex_tangents(surface, mesh),
+        tangents=vertex_tangents(surface, charts, mesh),
     )
     assert (tmp_path / "x.glb").stat().st_size > 10_000

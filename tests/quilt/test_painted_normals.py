@@ -6,8 +6,9 @@ import pytest
 from upholster.errors import InputError
 from upholster.geometry import ring_cyclide, sphere
 from upholster.quilt import Chart, Quilt, paint
-from upholster.quilt.model import MASK_RAMP, PLACEMENT
 from upholster.quilt.normals import paint_normals
+from upholster.quilt.placement import MASK_RAMP, PLACEMENT
+from upholster.quilt.plans import PlacementList
 from upholster.quilt.warp_field import FIELD_STEP, WarpField, node_count
 
 SIDE = 160
@@ -40,7 +41,8 @@ def one_block(side, symmetry, field=None):
     placed["height"] = placed["width"] = side
     placed["source_row"] = placed["source_column"] = 16 * (SIDE // 2)
     placed["symmetry"] = symmetry
-    return Quilt((Chart(0, side, side),), (SIDE, SIDE), placed, np.zeros(0, np.uint8), (field,))
+    plan = PlacementList(placed, np.zeros(0, np.uint8))
+    return Quilt((Chart(0, side, side),), (SIDE, SIDE), plan, (field,) if field else ())
 
 
 @pytest.mark.parametrize("symmetry", range(8))
@@ -84,11 +86,10 @@ def test_blocks_of_several_turns_blend_vectors_already_turned():
     placed["mask"][1], placed["sides"][1], placed["ramp"][1] = MASK_RAMP, 3, 20
     r, c = np.mgrid[:SIDE, :SIDE] - 80.0
     slopes = 0.02 * r + 0.01 * c, 0.01 * r  # of a relief that half a turn does not change
-    for field in (None, WarpField(np.zeros((1, 1, 4), np.int16), 0)):
-        quilt = Quilt((Chart(0, 41, 41),), (SIDE, SIDE), placed, np.zeros(0, np.uint8), (field,))
-        once = one_block(41, 0)
-        a, b = (paint_normals(q, normals_of(*slopes)).arrays[0] for q in (quilt, once))
-        np.testing.assert_allclose(a, b, atol=1e-6)
+    quilt = Quilt((Chart(0, 41, 41),), (SIDE, SIDE), PlacementList(placed, np.zeros(0, np.uint8)))
+    once = one_block(41, 0)
+    a, b = (paint_normals(q, normals_of(*slopes)).arrays[0] for q in (quilt, once))
+    np.testing.assert_allclose(a, b, atol=1e-6)
 
 
 def frames(patch, rows, columns, shape):
@@ -120,7 +121,7 @@ def covered_surface(surface, shape, rho):
                 block["height"] = block["width"] = 16
                 block["source_row"], block["source_column"] = 16 * rng.integers(40, SIDE - 40, 2)
                 placed.append(block)
-    return Quilt(charts, (SIDE, SIDE), np.array(placed), np.zeros(0, np.uint8), tuple(fields))
+    return Quilt(charts, (SIDE, SIDE), PlacementList(np.array(placed), np.zeros(0, np.uint8)), tuple(fields))
 
 
 @pytest.mark.parametrize(

@@ -2,22 +2,22 @@
 
 import numpy as np
 import pytest
-from random_quilts import SHAPE, exemplar_of, plain_weights, random_quilt
+from random_quilts import SHAPE, changed, exemplar_of, random_quilt, weights_of
 
 from upholster.errors import InputError
 from upholster.quilt import Chart, Quilt, paint
-from upholster.quilt._paint_kernels import SYMMETRIES
-from upholster.quilt.model import MASK_CUT, MASK_NONE, PLACEMENT
+from upholster.quilt.placement import MASK_CUT, MASK_NONE, PLACEMENT, SYMMETRIES
+from upholster.quilt.plans import PlacementList
 
 
 def plain_paint(quilt, exemplar):
-    """Paint by the formula: the oracle of the kernel."""
+    """Paint by the formula: the oracle of the kernel that copies."""
     whole = exemplar.dtype != np.float32
     arrays = []
     for index, chart in enumerate(quilt.charts):
         canvas = np.zeros((chart.height, chart.width, exemplar.shape[2]), np.int64 if whole else np.float32)
         for placement in quilt.on_chart(index):
-            weights = plain_weights(placement, quilt.cells)
+            weights = weights_of(quilt, placement)
             a, b, c, d = SYMMETRIES[placement["symmetry"]]
             for i in range(placement["height"]):
                 for j in range(placement["width"]):
@@ -44,6 +44,7 @@ def plain_paint(quilt, exemplar):
 @pytest.mark.parametrize("seed", [0, 1])
 def test_equals_the_plain_twin(dtype, seed):
     quilt, exemplar = random_quilt(seed), exemplar_of(dtype)
+    assert quilt.copied == (True, True)
     for ours, plain in zip(paint(quilt, exemplar).arrays, plain_paint(quilt, exemplar), strict=True):
         assert ours.dtype == dtype
         np.testing.assert_array_equal(ours, plain)
@@ -89,7 +90,7 @@ def test_sources_say_where_a_texel_comes_from():
     places = np.stack([rows, columns], -1).astype(np.float32)
     hard = quilt.placements.copy()
     hard["mask"], hard["feather"] = MASK_NONE, 0
-    hard = Quilt(quilt.charts, SHAPE, hard, quilt.cells)
+    hard = changed(quilt, hard)
     for source, texels in zip(hard.sources(), paint(hard, places).arrays, strict=True):
         painted = source[:, :, 0] >= 0
         assert painted.any()
@@ -105,7 +106,8 @@ def test_turns_are_the_symmetries_of_the_square(symmetry):
     placements["height"] = placements["width"] = 9
     placements["source_row"] = placements["source_column"] = 16 * 20
     placements["symmetry"] = symmetry
-    painted = paint(Quilt((Chart(0, 9, 9),), SHAPE, placements, np.zeros(0, np.uint8)), exemplar).arrays[0]
+    quilt = Quilt((Chart(0, 9, 9),), SHAPE, PlacementList(placements, np.zeros(0, np.uint8)))
+    painted = paint(quilt, exemplar).arrays[0]
     piece = exemplar[16:25, 16:25]
     turned = np.rot90(piece, symmetry % 4)
     if symmetry >= 4:
@@ -127,14 +129,13 @@ def test_the_eight_turns_differ():
     [
         ("source_row", 16 * 4000),
         ("source_column", -16),
-        ("source_row", 7),
         ("chart", 9),
         ("symmetry", 8),
         ("mask", 3),
         ("height", 0),
         ("width", 5000),
-        ("cells", 10**6),
-        ("cell", 0),
+        ("first_cell", 10**6),
+        ("mask_cell", 0),
         ("feather", 17),
     ],
 )
@@ -144,7 +145,7 @@ def test_a_bad_placement_is_refused(field, value):
     index = np.flatnonzero(placements["mask"] == MASK_CUT)[-1]
     placements[field][index] = value
     with pytest.raises(InputError):
-        Quilt(quilt.charts, SHAPE, placements, quilt.cells)
+        changed(quilt, placements)
 
 
 @pytest.mark.parametrize(

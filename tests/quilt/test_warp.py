@@ -2,18 +2,21 @@
 
 import numpy as np
 import pytest
-from random_quilts import SHAPE, exemplar_of, plain_weights, random_quilt
+from plain_painting import plain_halved, plain_matrix, plain_paint
+from random_quilts import SHAPE, changed, exemplar_of, random_quilt
 
 from upholster.errors import InputError
 from upholster.jit import kernel
 from upholster.quilt import Quilt, paint
 from upholster.quilt._field_kernels import matrix_at
-from upholster.quilt._paint_kernels import SYMMETRIES
-from upholster.quilt.model import MASK_NONE, PLACEMENT, Chart
+from upholster.quilt.chart import Chart
+from upholster.quilt.displacement import centre_matrices, levels_of, warped_sources
+from upholster.quilt.placement import LARGEST_WARPED, MASK_CUT, MASK_NONE, PLACEMENT
+from upholster.quilt.plans import PlacementList
 from upholster.quilt.pyramid import build_pyramid, halved, most_levels
-from upholster.quilt.warp import LARGEST_WARPED, levels_of, matrices_at
 from upholster.quilt.warp_field import WarpField, node_count
 
+# Several nodes, none of which does anything.
 IDENTITY = WarpField.quantised(np.broadcast_to(np.eye(2), (2, 2, 2, 2)), margin=0)
 
 
@@ -27,101 +30,24 @@ def random_field(rng, chart, *, octaves=2.5, margin=1):
     return WarpField(nodes, margin)
 
 
-def warped_quilt(seed, *, charts=((70, 90), (33, 41), (20, 130)), octaves=2.5, holes=True):
-    """Return a random quilt with a field on every chart but the last one."""
+def warped_quilt(seed, *, charts=((70, 90), (33, 41), (20, 130)), octaves=2.5, centred=0.0, **options):
+    """Return a random quilt with a field on every chart but the last one, which is copied pixel by pixel.
+
+    `centred`: the share of blocks that have a centre matrix of their own, on charts of all kinds.
+    """
     rng = np.random.default_rng(seed)
-    quilt = random_quilt(seed, charts=charts)
+    quilt = random_quilt(seed, charts=charts, **options)
     fields = [random_field(rng, chart, octaves=octaves, margin=k) for k, chart in enumerate(charts)]
-    if holes:
-        fields[-1] = None
+    fields[-1] = WarpField.identity()
     placed = quilt.placements.copy()
-    free = np.array([fields[chart] is not None for chart in placed["chart"]])
+    own = rng.random(len(placed)) < centred
+    placed["centred"] = own
+    placed["matrix"][own] = rng.integers(-(2**14), 2**14, (own.sum(), 4))
+    placed["matrix"][own & (rng.random(len(placed)) < 0.1)] = 2**18
+    free = own | (placed["chart"] < len(charts) - 1)
     placed["source_row"][free] = rng.integers(0, 16 * SHAPE[0], free.sum())
     placed["source_column"][free] = rng.integers(0, 16 * SHAPE[1], free.sum())
-    return Quilt(quilt.charts, SHAPE, placed, quilt.cells, tuple(fields))
-
-
-def plain_matrix(field, row, column):
-    nodes = field.matrices.astype(object)
-    i, j, down, right = field.margin + row // 32, field.margin + column // 32, row % 32, column % 32
-    rows, columns = nodes.shape[:2]
-
-    def node(a, b):
-        return nodes[min(max(a, 0), rows - 1), min(max(b, 0), columns - 1)]
-
-    total = (node(i, j) * (32 - right) + node(i, j + 1) * right) * (32 - down)
-    total = total + (node(i + 1, j) * (32 - right) + node(i + 1, j + 1) * right) * down
-    return [(int(value) + 512) // 1024 for value in total]
-
-
-def plain_halved(image):
-    """Halve by the formula, axis after axis, with the edges padded."""
-    whole = image.dtype != np.float32
-    part = image.astype(np.int64 if whole else np.float32)
-    for axis in (0, 1):
-        part = np.moveaxis(part, axis, 0)
-        size = (len(part) + 1) // 2
-        padded = np.concatenate([part[:1], part, part[-1:], part[-1:]])
-        taps = [padded[k : k + 2 * size : 2] for k in range(4)]
-        part = np.moveaxis((taps[0] + taps[3]) + 3 * (taps[1] + taps[2]), 0, axis)
-    return ((part + 32) // 64).astype(image.dtype) if whole else (part / 64).astype(np.float32)
-
-
-def plain_sample(image, row, column):
-    """Sample bilinearly at 1/16 pixel, clamped to the image: with 6 fractional bits for integers."""
-    row = min(max(row, 0), 16 * (image.shape[0] - 1))
-    column = min(max(column, 0), 16 * (image.shape[1] - 1))
-    i, j, y, x = row // 16, column // 16, row % 16, column % 16
-
-    def pixel(a, b):
-        # A neighbour beyond the rim has no weight.
-        value = image[min(a, image.shape[0] - 1), min(b, image.shape[1] - 1)]
-        return value if image.dtype == np.float32 else value.astype(np.int64)
-
-    taps = [
-        (pixel(i, j), (16 - y) * (16 - x)),
-        (pixel(i, j + 1), (16 - y) * x),
-        (pixel(i + 1, j), y * (16 - x)),
-        (pixel(i + 1, j + 1), y * x),
-    ]
-    if image.dtype == np.float32:
-        (a, p), (b, q), (c, r), (d, s) = [(value, np.float32(w / 256)) for value, w in taps]
-        return ((a * p + b * q) + c * r) + d * s
-    return (sum(value * w for value, w in taps) + 2) // 4
-
-
-def plain_paint(quilt, exemplar, index):
-    """Paint chart `index` by the formula, with Python's own integers: the oracle of the kernel."""
-    whole = exemplar.dtype != np.float32
-    levels = [exemplar]
-    while max(levels[-1].shape[:2]) > 1:
-        levels.append(plain_halved(levels[-1]))
-    chart, field = quilt.charts[index], quilt.fields[index]
-    canvas = np.zeros((chart.height, chart.width, exemplar.shape[2]), np.int64 if whole else np.float32)
-    for placement in quilt.on_chart(index):
-        weights = plain_weights(placement, quilt.cells)
-        (a, b), (c, d) = SYMMETRIES[placement["symmetry"]].reshape(2, 2).tolist()
-        row0, column0 = int(placement["row"]), int(placement["column"])
-        centre = plain_matrix(field, row0, column0)
-        determinant = centre[0] * centre[3] - centre[1] * centre[2]
-        level = sum(determinant >= 2 * 4**m * 4096**2 for m in range(len(levels) - 1))
-        top, left = row0 - int(placement["height"]) // 2, column0 - int(placement["width"]) // 2
-        for row in range(max(top, 0), min(top + int(placement["height"]), chart.height)):
-            for column in range(max(left, 0), min(left + int(placement["width"]), chart.width)):
-                i, j, y, x = row - top, column - left, row - row0, column - column0
-                if weights[i, j] == 0:
-                    continue
-                m = [p + q for p, q in zip(centre, plain_matrix(field, row, column), strict=True)]
-                v, w = (m[0] * y + m[1] * x + 256) // 512, (m[2] * y + m[3] * x + 256) // 512
-                at_row = (int(placement["source_row"]) + a * v + b * w + 8) // 2**level - 8
-                at_column = (int(placement["source_column"]) + c * v + d * w + 8) // 2**level - 8
-                new, old = plain_sample(levels[level], at_row, at_column), canvas[row, column]
-                if whole:
-                    canvas[row, column] = (old * (256 - weights[i, j]) + new * weights[i, j] + 128) >> 8
-                else:
-                    part = np.float32(weights[i, j] / 256)
-                    canvas[row, column] = old * (1 - part) + new * part
-    return ((canvas + 32) >> 6).astype(exemplar.dtype) if whole else canvas
+    return changed(quilt, placed, tuple(fields))
 
 
 @pytest.mark.parametrize(
@@ -130,17 +56,94 @@ def plain_paint(quilt, exemplar, index):
 )
 def test_equals_the_plain_twin(dtype, channels):
     quilt, exemplar = warped_quilt(channels), exemplar_of(dtype, channels)
+    assert quilt.copied == (False, False, True)
     painted = paint(quilt, exemplar).arrays
-    for index in (0, 1):
+    for index in range(3):
         assert painted[index].dtype == dtype
         np.testing.assert_array_equal(painted[index], plain_paint(quilt, exemplar, index))
+
+
+@pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32])
+def test_blocks_may_have_centre_matrices_of_their_own(dtype):
+    quilt, exemplar = warped_quilt(11, centred=0.5), exemplar_of(dtype)
+    assert quilt.copied == (False, False, False)
+    painted = paint(quilt, exemplar).arrays
+    for index in range(3):
+        np.testing.assert_array_equal(painted[index], plain_paint(quilt, exemplar, index))
+    # Without them the quilt is another one.
+    placed = quilt.placements.copy()
+    placed["centred"] = 0
+    assert any(
+        (a != b).any() for a, b in zip(painted, paint(changed(quilt, placed), exemplar).arrays, strict=True)
+    )
+
+
+def test_a_centre_matrix_that_the_field_has_there_changes_nothing():
+    quilt, exemplar = warped_quilt(12), exemplar_of(np.uint8)
+    placed = quilt.placements.copy()
+    placed["centred"] = 1
+    for n, field in enumerate(quilt.fields):
+        mine = placed["chart"] == n
+        placed["matrix"][mine] = centre_matrices(field, quilt.on_chart(n))
+    told = changed(quilt, placed)
+    assert told.copied == (False, False, False)
+    for a, b in zip(paint(quilt, exemplar).arrays, paint(told, exemplar).arrays, strict=True):
+        np.testing.assert_array_equal(a, b)
+    for a, b in zip(quilt.sources(), told.sources(), strict=True):
+        np.testing.assert_array_equal(a, b)
+
+
+@pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32])
+def test_without_a_field_blocks_may_begin_between_pixels_and_read_beyond_the_exemplar(dtype):
+    rng = np.random.default_rng(13)
+    quilt, exemplar = random_quilt(13), exemplar_of(dtype)
+    placed = quilt.placements.copy()
+    for name, size in zip(("source_row", "source_column"), SHAPE, strict=True):
+        placed[name] = rng.integers(0, 16 * size, len(placed))
+    fine = changed(quilt, placed)
+    assert fine.copied == (False, False)
+    placed = quilt.placements.copy()
+    placed["source_row"][-1], placed["height"][-1] = 0, 20
+    beyond = changed(quilt, placed)
+    assert beyond.copied == (True, False)
+    for made in (fine, beyond):
+        for index, array in enumerate(paint(made, exemplar).arrays):
+            np.testing.assert_array_equal(array, plain_paint(made, exemplar, index))
+
+
+def test_what_no_window_holds_is_never_seen():
+    rng = np.random.default_rng(14)
+    exemplar = exemplar_of(np.uint8)
+    hidden = 0
+    for seed in range(3):
+        charts = tuple((int(a), int(b)) for a, b in rng.integers(3, 40, (3, 2)))
+        quilt = warped_quilt(seed, charts=charts, centred=0.2, count=40)
+        for index, array in enumerate(paint(quilt, exemplar).arrays):
+            for outside in (0, 1):
+                np.testing.assert_array_equal(array, plain_paint(quilt, exemplar, index, outside))
+        cut = quilt.placements[quilt.placements["mask"] == MASK_CUT]
+        cell = np.maximum(1, cut["mask_cell"]).astype(int)
+        whole = (-(-cut["height"] // cell) * -(-cut["width"] // cell)).sum()
+        hidden += whole - len(quilt.mask_cells)
+    assert hidden > 500
+
+
+def test_sources_are_those_that_painting_reads():
+    quilt = hard(warped_quilt(15, centred=0.5))
+    for n, (field, found) in enumerate(zip(quilt.fields, quilt.sources(), strict=True)):
+        placed = quilt.on_chart(n)
+        owners = quilt.owners(n, 0, 0, *found.shape[:2])
+        rows, columns = np.nonzero(owners >= 0)
+        wanted = warped_sources(field, placed[owners[rows, columns]], rows, columns)
+        for axis, (at, size) in enumerate(zip(wanted, SHAPE, strict=True)):
+            np.testing.assert_array_equal(found[rows, columns, axis], at.clip(0, 16 * (size - 1)))
 
 
 def test_a_chart_without_a_field_is_painted_as_ever():
     quilt, exemplar = warped_quilt(1), exemplar_of(np.uint8)
     placed = quilt.on_chart(2).copy()
     placed["chart"] = 0
-    alone = Quilt(quilt.charts[2:], SHAPE, placed, quilt.cells)
+    alone = Quilt(quilt.charts[2:], SHAPE, PlacementList(placed, quilt.mask_cells))
     np.testing.assert_array_equal(paint(quilt, exemplar).arrays[2], paint(alone, exemplar).arrays[0])
 
 
@@ -148,7 +151,8 @@ def test_a_chart_without_a_field_is_painted_as_ever():
 @pytest.mark.parametrize("seed", [0, 1])
 def test_the_identity_on_whole_pixels_is_no_field_at_all(dtype, seed):
     quilt, exemplar = random_quilt(seed), exemplar_of(dtype)
-    same = Quilt(quilt.charts, SHAPE, quilt.placements, quilt.cells, (IDENTITY, IDENTITY))
+    same = changed(quilt, quilt.placements, (IDENTITY, IDENTITY))
+    assert same.copied == (True, True)
     for a, b in zip(paint(quilt, exemplar).arrays, paint(same, exemplar).arrays, strict=True):
         np.testing.assert_array_equal(a, b)
     for a, b in zip(quilt.sources(), same.sources(), strict=True):
@@ -185,7 +189,7 @@ def hard(quilt):
     """Return the same quilt without masks."""
     placed = quilt.placements.copy()
     placed["mask"], placed["feather"] = MASK_NONE, 0
-    return Quilt(quilt.charts, SHAPE, placed, quilt.cells, quilt.fields)
+    return changed(quilt, placed)
 
 
 def test_sources_say_where_a_texel_comes_from():
@@ -200,7 +204,7 @@ def test_sources_say_where_a_texel_comes_from():
 
 def test_sources_beyond_the_exemplar_lie_on_its_rim():
     quilt = hard(warped_quilt(8, octaves=6))
-    for source in quilt.sources():
+    for source in quilt.sources()[:2]:
         painted = source[:, :, 0] >= 0
         assert source[painted].min() == 0
         assert (source[painted].max(axis=0) <= 16 * (np.array(SHAPE) - 1)).all()
@@ -219,7 +223,7 @@ def test_matrices_are_those_of_the_kernels(margin):
     rows, columns = rng.integers(-200, 300, (2, 500))
     out = np.empty((500, 4), np.int32)
     kernel_matrices(field.matrices, margin, rows, columns, out)
-    np.testing.assert_array_equal(matrices_at(field, rows, columns), out)
+    np.testing.assert_array_equal(field.integers_at(rows, columns), out)
     for n in range(40):
         assert plain_matrix(field, int(rows[n]), int(columns[n])) == out[n].tolist()
 
@@ -265,7 +269,7 @@ def test_large_blocks_stay_within_32_bits():
     placed = np.zeros(1, PLACEMENT)
     placed["height"] = placed["width"] = LARGEST_WARPED
     placed["row"], placed["column"] = LARGEST_WARPED // 2 - 8, 24 - LARGEST_WARPED // 2
-    quilt = Quilt((Chart(0, 16, 16),), SHAPE, placed, np.zeros(0, np.uint8), (field,))
+    quilt = Quilt((Chart(0, 16, 16),), SHAPE, PlacementList(placed, np.zeros(0, np.uint8)), (field,))
     exemplar = exemplar_of(np.uint8)
     np.testing.assert_array_equal(paint(quilt, exemplar).arrays[0], plain_paint(quilt, exemplar, 0))
 
@@ -283,10 +287,23 @@ def test_a_bad_placement_on_a_field_is_refused(name, value, said):
     placed = quilt.placements.copy()
     placed[name][0] = value
     with pytest.raises(InputError, match=said):
-        Quilt(quilt.charts, SHAPE, placed, quilt.cells, quilt.fields)
-    whole = quilt.placements.copy()
-    whole["source_row"] |= 1
-    with pytest.raises(InputError, match="whole pixel"):
-        Quilt(quilt.charts, SHAPE, whole, quilt.cells, quilt.fields)
+        changed(quilt, placed)
     with pytest.raises(InputError, match="one for each chart"):
-        Quilt(quilt.charts, SHAPE, quilt.placements, quilt.cells, quilt.fields[:1])
+        changed(quilt, quilt.placements, quilt.fields[:1])
+
+
+def test_a_bad_centre_matrix_is_refused():
+    quilt = warped_quilt(9)
+    placed = quilt.placements.copy()
+    placed["matrix"][0, 2] = 2**18 + 1
+    changed(quilt, placed.copy())  # nobody reads it
+    placed["centred"][0] = 1
+    with pytest.raises(InputError, match="a centre matrix is outside ±262144"):
+        changed(quilt, placed)
+    placed = quilt.on_chart(2).copy()
+    placed["chart"], placed["mask"], placed["width"] = 0, MASK_NONE, LARGEST_WARPED + 1
+    plain = (quilt.charts[2:], SHAPE)
+    Quilt(*plain, PlacementList(placed.copy(), quilt.mask_cells))
+    placed["centred"][0] = 1
+    with pytest.raises(InputError, match="2048 texels"):
+        Quilt(*plain, PlacementList(placed, quilt.mask_cells))

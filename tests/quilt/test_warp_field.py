@@ -11,7 +11,6 @@ from upholster.quilt.warp_field import (
     OCTAVE,
     UNIT,
     WarpField,
-    matrices_at,
     node_count,
 )
 
@@ -108,26 +107,29 @@ def test_between_texels_it_is_bilinear_too(shape, margin):
 
     # at texels it is what decoders round
     rows, columns = np.mgrid[-90:260:13, -90:260:11]
-    found = matrices_at(field, rows.astype(float), columns.astype(float))
+    found = field.at(rows.astype(float), columns.astype(float))
     assert found.shape == (*rows.shape, 2, 2)
     for i, j in np.ndindex(rows.shape):
         exact = np.reshape(at(m, margin, int(rows[i, j]), int(columns[i, j])), (2, 2)) / UNIT
         assert np.abs(found[i, j] - exact).max() <= 0.5 / UNIT + 1e-12
     # and between them it goes evenly from one to the next
     row, column = np.array([40.0, 40.25, 41.0]), np.array([7.5, 7.5, 7.5])
-    one, between, other = matrices_at(field, row, column)
+    one, between, other = field.at(row, column)
     np.testing.assert_allclose(between, 0.75 * one + 0.25 * other, atol=1e-9)
-    one, between, other = matrices_at(field, column, row)
+    one, between, other = field.at(column, row)
     np.testing.assert_allclose(between, 0.75 * one + 0.25 * other, atol=1e-9)
 
 
-def test_no_field_is_the_identity_everywhere():
+def test_the_identity_is_the_same_everywhere():
     places = np.linspace(-50, 90, 6).reshape(2, 3)
-    assert (matrices_at(None, places, places) == np.eye(2)).all()
-    assert matrices_at(None, places, places).shape == (2, 3, 2, 2)
-    field = WarpField.quantised(np.tile(np.eye(2), (3, 4, 1, 1)))
-    assert (matrices_at(field, places, places) == np.eye(2)).all()
-    assert matrices_at(field, np.zeros(0), np.zeros(0)).shape == (0, 2, 2)
+    several = WarpField.quantised(np.tile(np.eye(2), (3, 4, 1, 1)))
+    for field in (WarpField.identity(), several):
+        assert field.is_identity
+        assert (field.at(places, places) == np.eye(2)).all()
+        assert field.at(places, places).shape == (2, 3, 2, 2)
+        assert field.at(np.zeros(0), np.zeros(0)).shape == (0, 2, 2)
+        assert (field.integers_at([[3], [900]], [5, -80]) == [UNIT, 0, 0, UNIT]).all()
+    assert not WarpField(nodes(np.random.default_rng(6))).is_identity
 
 
 def test_nodes_reach_round_all_texels():

@@ -290,6 +290,7 @@ def test_progress_counts_to_the_end() -> None:
     seen: list[tuple[str, int, int]] = []
     render(*sphere(), None, size=(20, 300), threads=1, progress=lambda *step: seen.append(step))
     assert [done for _, done, _ in seen] == list(range(1, seen[-1][2] + 1))
+    assert {stage for stage, _, _ in seen} == {"render"}
 
 
 def test_an_interrupt_ends_the_picture() -> None:

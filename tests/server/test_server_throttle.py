@@ -1,9 +1,9 @@
-"""Streams at the pace of a line; everything else as fast as it goes."""
+"""Streams at the pace of a line; everything else as fast as it goes. The clock is the test's own."""
 
 import http.client
 import os
 import threading
-import time
+from types import SimpleNamespace
 
 import anyio
 import pytest
@@ -19,69 +19,113 @@ def test_pieces_are_small_where_the_line_is_slow(rate, piece):
     assert Pace(rate).piece == piece
 
 
-def test_no_byte_comes_sooner_than_the_line_would_bring_it_and_the_rate_is_kept():
+class Clock:
+    """Time that passes where somebody sleeps, each time `late` seconds longer than asked for."""
+
+    def __init__(self, monkeypatch, late=0.0):
+        self.now, self.late = 1000.0, late
+        monkeypatch.setattr("upholster.server.throttle.time", SimpleNamespace(monotonic=lambda: self.now))
+        monkeypatch.setattr("upholster.server.throttle.anyio", SimpleNamespace(sleep=self.sleep))
+
+    async def sleep(self, seconds):
+        assert seconds >= 0
+        if seconds:
+            self.now += seconds + self.late
+
+
+def test_no_byte_comes_sooner_than_the_line_would_bring_it_and_the_rate_is_kept(monkeypatch):
+    clock = Clock(monkeypatch, late=0.004)
+
     async def run():
-        pace = Pace(800_000)
-        start = time.monotonic()
-        late = []
+        start, pace, late = clock.now, Pace(800_000), []
         for count in range(2000, 40_001, 2000):
             await pace.wait(2000)
-            late.append(time.monotonic() - start - count / 100_000)
+            late.append(clock.now - start - count / 100_000)
         return late
 
     late = anyio.run(run)
-    assert min(late) >= 0
-    assert sorted(late)[len(late) // 2] < 0.1
+    assert min(late) > -1e-9
+    # Sleeping too long is made up for: it does not add up.
+    assert max(late) < 0.004 + 1e-9
 
 
-def test_lost_time_is_not_made_up_for():
+def test_lost_time_is_not_made_up_for(monkeypatch):
+    clock = Clock(monkeypatch)
+
     async def run():
         pace = Pace(800_000)
-        await anyio.sleep(0.5)
-        start = time.monotonic()
+        clock.now += 0.5
+        start = clock.now
         await pace.wait(20_000)
-        return time.monotonic() - start
+        return clock.now - start
 
-    assert 0.09 < anyio.run(run) < 1
+    assert anyio.run(run) == pytest.approx(20_000 / 100_000 - 0.1)
 
 
-def test_every_connection_has_the_rate_and_scripts_are_free(folder, monkeypatch):
+@pytest.fixture
+def paces(monkeypatch):
+    """Every pace that the server keeps: its rate, and the pieces that waited for it. Nobody really waits."""
+    kept = []
+
+    class Counted(Pace):
+        def __init__(self, rate):
+            super().__init__(rate)
+            self.rate, self.counts = rate, []
+            kept.append(self)
+
+        async def wait(self, count):
+            self.counts.append(count)
+
+    monkeypatch.setattr("upholster.server.sending.Pace", Counted)
+    return kept
+
+
+def test_every_connection_has_the_rate_and_scripts_are_free(folder, monkeypatch, paces):
     (folder / "big.uph").write_bytes(os.urandom(32_000))
     (folder / "big.js").write_bytes(bytes(128_000))
     monkeypatch.setattr("upholster.server.app._ASSETS", {"big.js": (folder, "text/javascript")})
     with running(folder, rate=512_000) as client:
+        assert len(client.get("/assets/big.js")[2]) == 128_000
+        assert client.get("/streams/big.uph", "HEAD")[0] == 200
+        assert [pace for pace in paces if pace.rate is not None and pace.counts] == []
+        paces.clear()
         taken = []
 
         def fetch(**headers):
-            start = time.perf_counter()
             status, _, body = client.get("/streams/big.uph", **headers)
-            taken.append((status, len(body), time.perf_counter() - start))
+            taken.append((status, len(body)))
 
         threads = [threading.Thread(target=fetch) for _ in range(3)]
         threads.append(threading.Thread(target=fetch, kwargs={"range": "bytes=16000-"}))
         for thread in threads:
             thread.start()
-        start = time.perf_counter()
-        assert len(client.get("/assets/big.js")[2]) == 128_000
-        assert client.get("/streams/big.uph", "HEAD")[0] == 200
-        assert time.perf_counter() - start < 1.5
         for thread in threads:
             thread.join()
-    for status, count, seconds in taken:
-        assert count == (16_000 if status == 206 else 32_000)
-        assert 0.98 * count / 64_000 <= seconds < count / 64_000 + 1
+    assert sorted(taken) == [(200, 32_000)] * 3 + [(206, 16_000)]
+    assert [pace.rate for pace in paces] == [512_000] * 4
+    assert sorted(sum(pace.counts) for pace in paces) == [16_000] + [32_000] * 3
+    assert all(max(pace.counts) <= 1280 for pace in paces)
 
 
-def test_bytes_arrive_evenly(folder):
-    (folder / "big.uph").write_bytes(os.urandom(16_000))
+def test_bytes_arrive_as_they_are_let_go(folder, monkeypatch):
+    turns = threading.Semaphore(0)
+
+    async def wait(self, count):
+        await anyio.to_thread.run_sync(turns.acquire)
+
+    monkeypatch.setattr(Pace, "wait", wait)
+    data = os.urandom(16_000)
+    (folder / "big.uph").write_bytes(data)
     with running(folder, rate=256_000) as client:
         line = http.client.HTTPConnection("127.0.0.1", client.port, timeout=30)
-        start = time.perf_counter()
         line.request("GET", "/streams/big.uph")
-        answer = line.getresponse()
-        came = 0
-        while part := answer.read1(1 << 16):
-            came += len(part)
-            assert came <= 32_000 * (time.perf_counter() - start) + 640
-        assert came == 16_000
+        answer, came = None, b""
+        for count in range(640, 16_001, 640):
+            turns.release()
+            answer = answer or line.getresponse()
+            while len(came) < count:
+                came += answer.read1(1 << 16)
+            # Nothing more comes before its turn.
+            assert len(came) == count
+        assert came == data
         line.close()

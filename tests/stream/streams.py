@@ -1,5 +1,6 @@
 """Small quilts and streams that several tests share."""
 
+from dataclasses import replace
 from functools import cache
 from typing import Any
 
@@ -8,7 +9,9 @@ import numpy as np
 from upholster.geometry import surface_from_spec
 from upholster.methods import synthesize
 from upholster.quilt import Chart, Quilt
-from upholster.quilt.model import MASK_CUT, PLACEMENT
+from upholster.quilt.placement import MASK_CUT, PLACEMENT, mask_sizes
+from upholster.quilt.plans import ChartGrid, GridPlan, PlacementList, StripPlan
+from upholster.quilt.plans.grid import BLOCK
 from upholster.quilt.warp_field import WarpField, node_count
 from upholster.stream import encode_stream
 
@@ -63,21 +66,24 @@ def anything(rng: Any, exemplar_shape: Any, charts: Any, count: Any) -> Any:
     placed["column"] = rng.integers(0, sizes[:, 1])
     placed["symmetry"], placed["mask"] = rng.integers(0, 8, count), rng.integers(0, 3, count)
     placed["sides"], placed["ramp"] = rng.integers(0, 256, count), rng.integers(1, 256, count)
-    placed["cell"], placed["feather"] = rng.integers(1, 9, count), rng.integers(0, 17, count)
-    placed["cells"] = rng.integers(-1, 2, count)
-    offset = 0
-    for n in rng.permutation(np.flatnonzero(placed["mask"] == MASK_CUT)):
-        cell, high, wide = (int(placed[name][n]) for name in ("cell", "height", "width"))
-        placed["cells"][n] = offset
-        offset += -(-high // cell) * -(-wide // cell) + int(rng.integers(0, 8) == 0)
-    return Quilt(tuple(charts), exemplar_shape, placed, rng.integers(0, 2, offset).astype(np.uint8))
+    placed["mask_cell"], placed["feather"] = rng.integers(1, 9, count), rng.integers(0, 17, count)
+    placed["first_cell"] = rng.integers(-1, 2, count)
+    offset, in_turn = 0, rng.integers(0, 2)
+    seen = mask_sizes(placed, charts)
+    cut = np.flatnonzero(placed["mask"] == MASK_CUT)
+    for n in cut if in_turn else rng.permutation(cut):
+        placed["first_cell"][n] = offset
+        offset += int(seen[n]) + (0 if in_turn else int(rng.integers(0, 8) == 0))
+    cells = rng.integers(0, 2, offset).astype(np.uint8)
+    return Quilt(tuple(charts), exemplar_shape, PlacementList(placed, cells))
 
 
 def changed(quilt: Any) -> Any:
-    """The same quilt with one ramp wider, so that it is not regular any more."""
+    """The same quilt with one ramp wider, so that it is a list."""
     placed = quilt.placements.copy()
     placed["ramp"][5] += 1
-    return Quilt(quilt.charts, quilt.exemplar_shape, placed, quilt.cells)
+    plan = PlacementList(placed, quilt.mask_cells)
+    return Quilt(quilt.charts, quilt.exemplar_shape, plan, quilt.fields)
 
 
 @cache
@@ -88,9 +94,30 @@ def woven(spec: Any = "sphere", texels: Any = 30_000, seed: Any = 3, **options: 
     return surface, quilt, exemplar
 
 
+@cache
+def leaning(seed: Any = 0, **options: Any) -> Any:
+    """The same as `woven`; half of the transferred blocks have centre matrices."""
+    surface, quilt, exemplar = woven(**options)
+    return surface, with_matrices(quilt, seed), exemplar
+
+
+def with_matrices(quilt: Any, seed: Any = 0) -> Any:
+    """A quilt of a grid plan with centre matrices of their own for half of its transferred blocks."""
+    rng = np.random.default_rng(seed)
+    plan, blocks = quilt.plan, quilt.plan.blocks.copy()
+    for place, n in enumerate(plan.order):
+        start = int(plan.starts[place])
+        part = blocks[start : start + plan.grids[n].transferred]
+        part["centred"] = rng.integers(0, 2, len(part))
+        change = 64 * rng.integers(-9, 10, (len(part), 4)) * (rng.random((len(part), 1)) < 0.8)
+        matrices = quilt.fields[n].integers_at(part["row"], part["column"]) + change
+        part["matrix"] = np.where(part["centred"][:, None] > 0, matrices, 0)
+    return Quilt(quilt.charts, quilt.exemplar_shape, replace(plan, blocks=blocks), quilt.fields)
+
+
 def bent(rng: Any, charts: Any) -> Any:
-    """warp fields of every kind: none, with and without margin, larger than the chart, of one node."""
-    fields: list[WarpField | None] = []
+    """Warp fields of every kind: identity, with and without margin, larger than the chart, of one node."""
+    fields: list[WarpField] = []
     for n, chart in enumerate(charts):
         margin = int(rng.integers(0, 3))
         shape = (1, 1) if n % 4 == 2 else (node_count(chart.height, margin), node_count(chart.width, margin))
@@ -99,18 +126,74 @@ def bent(rng: Any, charts: Any) -> Any:
         nodes = np.empty((*shape, 4), np.int16)
         for k, (low, high) in enumerate(((-80, 80), (-80, 80), (0, 256), (-50, 51))):
             nodes[..., k] = rng.integers(low, high, shape)
-        fields.append(None if n % 4 == 0 else WarpField(nodes, margin))
+        fields.append(WarpField.identity() if n % 4 == 0 else WarpField(nodes, margin))
     return tuple(fields)
 
 
 def anything_bent(rng: Any, exemplar_shape: Any, charts: Any, count: Any) -> Any:
-    """The same as `anything`, on charts with warp fields, sources with fractions."""
+    """The same as `anything`, on charts with warp fields, sources with fractions, and centre matrices."""
     quilt, fields = anything(rng, exemplar_shape, charts, count), bent(rng, charts)
     placed = quilt.placements.copy()
-    free = np.array([field is not None for field in fields])[placed["chart"]]
     for name in ("source_row", "source_column"):
-        placed[name][free] += rng.integers(0, 16, int(free.sum()), dtype=np.int32)
-    return Quilt(quilt.charts, exemplar_shape, placed, quilt.cells, fields)
+        placed[name] += rng.integers(0, 16, count, dtype=np.int32)
+    placed["centred"] = rng.integers(0, 3, count) == 0
+    most = rng.choice([1, 100, 2**13, 2**18], (count, 1))
+    matrices = (rng.integers(-most, most + 1, (count, 4))).astype(np.int32)
+    placed["matrix"] = np.where(placed["centred"][:, None] > 0, matrices, 0)
+    return Quilt(quilt.charts, exemplar_shape, PlacementList(placed, quilt.mask_cells), fields)
+
+
+def any_grids(rng: Any, exemplar_shape: Any, charts: Any) -> Any:
+    """A valid quilt of a grid plan that nobody laid, on charts with warp fields: all that it can hold."""
+    fields, order = bent(rng, charts), tuple(rng.permutation(len(charts)).tolist())
+    feather, count = int(rng.integers(0, 5)), 0
+    grids: list[Any] = [None] * len(charts)
+    parts = []
+    for n in order:
+        chart, field = charts[n], fields[n]
+        size = rng.integers(4, 40, 2)
+        steps = np.maximum(1, size - rng.integers(0, 8, 2))
+        first = rng.integers(1 - size // 2, size)
+        room = np.array((chart.height, chart.width)) - (first - size // 2)
+        shape = np.minimum(rng.integers(1, 5, 2), np.maximum(1, -(-room // steps)))
+        # Positions that touch the chart, some left out.
+        rows, columns = np.divmod(np.arange(shape.prod()), shape[1])
+        own = np.zeros(shape.prod(), BLOCK)
+        own["row"], own["column"] = first[0] + rows * steps[0], first[1] + columns * steps[1]
+        own["height"], own["width"], own["link"] = *size, -1
+        own = own[(rng.random(len(own)) < 0.8) & _touching(own, chart)]
+        other = np.zeros(int(rng.integers(0, 6)), BLOCK)
+        other["height"], other["width"] = rng.integers(1, 60, (2, len(other)))
+        other["row"] = rng.integers(0, chart.height, len(other))
+        other["column"] = rng.integers(0, chart.width, len(other))
+        other["symmetry"] = rng.integers(0, 8, len(other))
+        other["link"] = rng.integers(-1, max(count, 1), len(other)) if count else -1
+        other["centred"] = rng.integers(0, 2, len(other))
+        matrices = field.integers_at(other["row"], other["column"]) + 64 * rng.integers(
+            -40, 41, (len(other), 4)
+        )
+        other["matrix"] = np.where(other["centred"][:, None] > 0, matrices, 0)
+        parts += [other, own]
+        count += len(other) + len(own)
+        numbers = [*shape.tolist(), *first.tolist(), *size.tolist(), *steps.tolist()]
+        level, cell = int(rng.integers(0, 3)), int(rng.integers(1, 9))
+        grids[n] = ChartGrid(*numbers, level, cell, len(other), len(own))
+    blocks = np.concatenate(parts)
+    for name, pixels in zip(("source_row", "source_column"), exemplar_shape, strict=True):
+        blocks[name] = rng.integers(0, 16 * pixels, len(blocks))
+        whole = rng.random(len(blocks)) < 0.5
+        blocks[name][whole] &= ~15
+    blocks["cut"] = rng.random(len(blocks)) < 0.8
+    plan = GridPlan(tuple(grids), order, feather, blocks, np.zeros(0, np.uint8))
+    total = int(mask_sizes(plan.in_order(), charts).sum())
+    cells = (rng.random(total) < rng.choice([0.1, 0.5, 0.97])).astype(np.uint8)
+    return Quilt(tuple(charts), exemplar_shape, replace(plan, mask_cells=cells), fields)
+
+
+def _touching(blocks: Any, chart: Any) -> Any:
+    top, left = blocks["row"] - blocks["height"] // 2, blocks["column"] - blocks["width"] // 2
+    inside = (top < chart.height) & (left < chart.width)
+    return inside & (top + blocks["height"] > 0) & (left + blocks["width"] > 0)
 
 
 @cache
@@ -127,6 +210,12 @@ def stream(name: Any) -> Any:
         charts = [Chart(0, 40, 50), Chart(0, 33, 20), Chart(0, 17, 64), Chart(0, 32, 32), Chart(0, 9, 5)]
         quilt = anything_bent(np.random.default_rng(8), (32, 40), charts, 40)
         return encode_stream(surface_from_spec("plane"), quilt, noise())
+    if name == "any grids":
+        charts = [Chart(0, 40, 50), Chart(0, 33, 20), Chart(0, 17, 64), Chart(0, 32, 32), Chart(0, 9, 5)]
+        quilt = any_grids(np.random.default_rng(1), (32, 40), charts)
+        return encode_stream(surface_from_spec("plane"), quilt, noise())
+    if name == "leaning":
+        return encode_stream(*leaning(spec="cone", texels=8_000))
     if name == "paper":
         return encode_stream(*covered())
     if name == "no seams":
@@ -135,18 +224,30 @@ def stream(name: Any) -> Any:
     return encode_stream(surface, changed(quilt), exemplar, lossless=True)
 
 
-STREAMS = ("paper", "no seams", "general", "quilt", "bent", "maps")
+STREAMS = ("paper", "no seams", "list", "quilt", "bent", "maps", "leaning", "any grids")
+"""Strips with and without edges, lists with and without fields, grids, several maps, centre matrices."""
 
 
 def same_fields(a: Any, b: Any) -> Any:
-    """Whether two tuples of warp fields are equal; none at all is as good as all None."""
-    if len(a) != len(b):
-        return not any(a) and not any(b)
-    return all(
-        (x is None) == (y is None)
-        and (x is None or (x.margin == y.margin and np.array_equal(x.nodes, y.nodes)))
-        for x, y in zip(a, b, strict=True)
+    """Whether two tuples of warp fields are equal."""
+    return len(a) == len(b) and all(
+        x.margin == y.margin and np.array_equal(x.nodes, y.nodes) for x, y in zip(a, b, strict=True)
     )
+
+
+def same_plan(a: Any, b: Any) -> Any:
+    """Whether two plans are of one kind and equal in everything."""
+    if type(a) is not type(b):
+        return False
+    match a:
+        case StripPlan():
+            return a.layout == b.layout and (a.chosen == b.chosen).all() and (a.masks == b.masks).all()
+        case GridPlan():
+            numbers = (a.grids, a.order, a.feather) == (b.grids, b.order, b.feather)
+            return (
+                numbers and np.array_equal(a.blocks, b.blocks) and np.array_equal(a.mask_cells, b.mask_cells)
+            )
+    return np.array_equal(a.placed, b.placed) and np.array_equal(a.mask_cells, b.mask_cells)
 
 
 def same(a: Any, b: Any) -> Any:
@@ -156,5 +257,6 @@ def same(a: Any, b: Any) -> Any:
         and a.charts == b.charts
         and a.exemplar_shape == b.exemplar_shape
         and np.array_equal(a.placements, b.placements)
-        and np.array_equal(a.cells, b.cells)
+        and np.array_equal(a.mask_cells, b.mask_cells)
+        and same_plan(a.plan, b.plan)
     )

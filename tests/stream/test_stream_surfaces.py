@@ -1,12 +1,13 @@
 """Surface and layout chunks: what is written comes back, and stays joined."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
 from upholster.errors import FormatError, InputError
-from upholster.geometry import RationalPatch, Surface, read_nets, ring_cyclide, surface_from_spec
+from upholster.geometry import RationalPatch, Surface, read_nets, ring_cyclide, sphere, surface_from_spec
 from upholster.quilt import Chart
 from upholster.stream.byte_reader import ByteReader
 from upholster.stream.layout import pack_layout, parse_layout
@@ -35,7 +36,7 @@ def test_a_built_in_surface_takes_its_parameters_and_is_rebuilt_exactly(spec: An
     surface = surface_from_spec(spec)
     assert len(pack_surface(surface)) <= 30
     again = back(surface)
-    assert (again.name, again.spec, again.tolerance) == (surface.name, surface.spec, surface.tolerance)
+    assert (again.name, again.source, again.tolerance) == (surface.name, surface.source, surface.tolerance)
     assert all((a.net == b.net).all() for a, b in zip(surface.patches, again.patches, strict=True))
 
 
@@ -95,8 +96,11 @@ def test_nets_that_float32_would_tear_are_kept_exactly() -> None:
 def test_a_changed_surface_is_not_taken_for_the_built_in_one() -> None:
     cyclide = ring_cyclide()
     moved = [RationalPatch(patch.net * [1, 1, 2, 1]) for patch in cyclide.patches]
-    again = back(Surface(moved, "cyclide", spec=cyclide.spec))
+    again = back(replace(cyclide, faces=moved))
     np.testing.assert_allclose(again.patches[3].net, moved[3].net, rtol=1e-6, atol=1e-6)
+    for changed in (cyclide.turned(), replace(cyclide, tolerance=1e-6), replace(cyclide, name="mine")):
+        assert changed.source is None
+        assert back(changed).tolerance == changed.tolerance
 
 
 def test_different_degrees(tmp_path: Any) -> None:
@@ -131,11 +135,15 @@ def test_malformed_surfaces_are_refused(data: Any, message: Any) -> None:
     assert str(error.value).startswith(message)
 
 
+def by_patch(height: Any, width: int) -> Any:
+    return [Chart(0, height(n), width, n // 4, n // 4 + 1, n % 4, n % 4 + 1) for n in range(16)]
+
+
 LAYOUTS = (
-    [Chart(n, 512, 512) for n in range(16)],
-    [Chart(n, 40 + n, 64) for n in range(16)],
-    [Chart(3, 7, 9), Chart(3, 8, 9)],
-    [Chart(0, 8, 8, 0.0, 0.5, 0.25, 1.0), Chart(0, 8, 8, 0.5)],
+    by_patch(lambda _: 512, 512),
+    by_patch(lambda n: 40 + n, 64),
+    [Chart(0, 7, 9), Chart(0, 8, 9, 1, 4, 0, 4)],
+    [Chart(0, 8, 8, 0.0, 0.5, 0.25, 4.0), Chart(0, 8, 8, 0.5, 3.75)],
     [Chart(0, 8, 8, 0.0, 1 / 3, 0.25, 1.0), Chart(0, 8, 8, 1 / 3)],
 )
 
@@ -148,6 +156,20 @@ def test_a_layout_comes_back(charts: Any) -> None:
         assert parse_layout(ByteReader(packed), surface) == (tuple(charts), scale)
 
 
+def test_a_layout_of_several_faces_comes_back() -> None:
+    surface = Surface([*ring_cyclide().faces, *sphere().faces])
+    charts = (Chart(0, 9, 8, 1.5, 4, 0, 2), Chart(3, 8, 8, 0.25), Chart(6, 8, 8))
+    assert parse_layout(ByteReader(pack_layout(charts, surface)), surface) == (charts, 0)
+
+
+def test_faces_of_nets_come_back() -> None:
+    surface = Surface([*ring_cyclide().faces, *sphere().faces], "two")
+    again = back(surface)
+    assert [(f.rows, f.columns) for f in again.faces] == [(4, 4)] + 6 * [(1, 1)]
+    assert again.shared == surface.shared
+    assert again.face_shared == surface.face_shared
+
+
 def test_the_paper_s_layout_takes_three_bytes() -> None:
     assert len(pack_layout(LAYOUTS[0], ring_cyclide())) == 3
 
@@ -158,7 +180,7 @@ def test_the_paper_s_layout_takes_three_bytes() -> None:
         (b"\x0f\x80\x80\x02", "byte 1: height of a chart is 32768; allowed: 1 to 16384"),
         (b"\x0f\x80\x80\x01", "byte 4: layout has 4294967296 texels"),
         (b"\x0e\x00", "byte 1: number of charts is 0"),
-        (b"\x0e\x01\x10\x08", "byte 2: patch of a chart is 16"),
+        (b"\x0c\x01\x10\x08", "byte 2: face of a chart is 16; allowed: 0 to 0"),
         (b"\x0f", "byte 1: height of a chart takes 1 bytes; 0 are left"),
         (b"\x0c\x01\x00\x08" + b"\0" * 32, "byte 36: a chart covers parameters outside"),
     ],
@@ -171,7 +193,14 @@ def test_malformed_layouts_are_refused(data: Any, message: Any) -> None:
 
 @pytest.mark.parametrize(
     "charts",
-    [[], [Chart(16, 8, 8)], [Chart(0, 0, 8)], [Chart(0, 8, 8, 0.5, 0.5)], [Chart(0, 16384, 16384)] * 9],
+    [
+        [],
+        [Chart(1, 8, 8)],
+        [Chart(0, 8, 8, 0, 5)],
+        [Chart(0, 0, 8)],
+        [Chart(0, 8, 8, 0.5, 0.5)],
+        [Chart(0, 16384, 16384)] * 9,
+    ],
 )
 def test_layouts_that_the_format_does_not_hold_are_refused(charts: Any) -> None:
     with pytest.raises(InputError, match=r"allowed|outside"):

@@ -10,9 +10,10 @@ from streams import bent, noise, same_fields, woven
 
 from upholster.errors import FormatError, InputError
 from upholster.quilt import Chart, paint
+from upholster.quilt.placement import PLACEMENT
 from upholster.quilt.warp_field import WarpField
 from upholster.stream.byte_reader import ByteReader
-from upholster.stream.mirrored import assemble, check_tiles, scale_of
+from upholster.stream.first_view import assemble, check_tiles, scale_of
 from upholster.stream.warp_fields import pack_fields, parse_fields
 
 
@@ -49,7 +50,7 @@ def test_smooth_fields_take_less_than_half_a_byte_a_node() -> None:
 
 def test_fields_take_little_of_a_quilt() -> None:
     _, quilt, _ = woven("torus", 200_000)
-    nodes = sum(field.nodes[..., 0].size for field in quilt.fields if field is not None)
+    nodes = sum(field.nodes[..., 0].size for field in quilt.fields)
     assert len(pack_fields(quilt.fields, quilt.charts)) < 0.8 * nodes
 
 
@@ -83,7 +84,8 @@ def test_every_cut_of_the_nodes_is_refused() -> None:
 def test_a_first_view_shows_the_exemplar_at_its_scale() -> None:
     # At half a pixel per texel, mirrored repeats are twice as large and show the same.
     exemplar, chart = noise(16, 20), Chart(0, 70, 90)
-    half = paint(assemble((chart,), (16, 20), [], (), np.zeros(0, np.uint8), scale=-32), exemplar).arrays[0]
+    nothing = np.zeros(0, PLACEMENT), np.zeros(0, np.uint8)
+    half = paint(assemble((chart,), (16, 20), *nothing, (), scale=-32), exemplar).arrays[0]
     double = np.concatenate([exemplar, exemplar[::-1]] * 2, axis=0)
     double = np.concatenate([double, double[:, ::-1]] * 2, axis=1).astype(int)
     # Texels 2i + ½ and 2i + 3/2 lie a quarter pixel on either side of a pixel's centre.
@@ -94,8 +96,10 @@ def test_a_first_view_shows_the_exemplar_at_its_scale() -> None:
 
 def test_the_scale_is_the_usual_one_that_fits() -> None:
     field = WarpField(np.full((3, 3, 4), [20, 24, 7, 0], np.int16))
-    assert scale_of((field, None), [Chart(0, 9, 9)] * 2, (64, 64)) == 22
-    assert scale_of((), [Chart(0, 9, 9)], (64, 64)) == 0
+    assert scale_of((field,), [Chart(0, 9, 9)], (64, 64)) == 22
+    assert scale_of((WarpField.identity(),), [Chart(0, 9, 9)], (64, 64)) == 0
+    even = WarpField(np.full((3, 3, 4), [20, 20, 7, 0], np.int16))
+    assert scale_of((even, WarpField.identity()), [Chart(0, 9, 9)] * 2, (64, 64)) == 20
     wide = WarpField(np.full((3, 3, 4), [-96, -96, 0, 0], np.int16))
     fits = scale_of((wide,), [Chart(0, 9, 9)], (1024, 1024))
     assert -34 <= fits <= -32
@@ -106,7 +110,7 @@ def test_the_scale_is_the_usual_one_that_fits() -> None:
 
 def test_fields_beyond_the_format_are_refused() -> None:
     with pytest.raises(InputError, match="field 0 has 1025×1 nodes"):
-        pack_fields((WarpField(np.zeros((1025, 1, 4), np.int16)),), [Chart(0, 9, 9)])
-    many = (WarpField(np.zeros((1024, 1024, 4), np.int16)),) * 3
+        pack_fields((WarpField(np.ones((1025, 1, 4), np.int16)),), [Chart(0, 9, 9)])
+    many = (WarpField(np.ones((1024, 1024, 4), np.int16)),) * 3
     with pytest.raises(InputError, match="fields have 3145728 nodes"):
         pack_fields(many, [Chart(0, 9, 9)] * 3)

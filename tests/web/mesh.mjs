@@ -8,14 +8,14 @@ function run({ path, counts }) {
   const decoder = new UphDecoder()
   decoder.feed(new Uint8Array(readFileSync(path)))
   const mesher = new SurfaceMesher(decoder.surface, decoder.charts)
-  const neighbours = decoder.charts.map((_, n) => [0, 1, 2, 3].map((edge) => mesher.neighbours(n, edge)))
+  const seams = decoder.charts.map((_, n) => [0, 1, 2, 3].map((edge) => mesher.seams(n, edge)))
   const meshes = decoder.charts.map((_, n) =>
     Object.fromEntries(Object.entries(mesher.mesh(n, counts)).map(([name, values]) => [name, [...values]])),
   )
   return {
     nets: mesher.patches.map(({ m, n, net }) => ({ m, n, net: [...net] })),
     bounds: decoder.charts.map((_, n) => mesher.bounds(n)),
-    neighbours,
+    seams,
     meshes,
   }
 }

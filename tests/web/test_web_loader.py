@@ -16,6 +16,8 @@ from starlette.staticfiles import StaticFiles
 
 from upholster.stream import StreamDecoder
 
+pytestmark = pytest.mark.browser
+
 WEB = ROOT / "web"
 MOST_AT_BORDERS = 1.3
 """How much colours may bend at borders, over elsewhere. Measured: 0.93 and 0.96 from near, 1.17 from far,

@@ -1,7 +1,8 @@
-"""Meshes made in the browser lie on Python's surfaces, with its normals, tangents and neighbours."""
+"""Meshes made in the browser lie on Python's surfaces, with its normals, tangents and seams."""
 
 import json
 import sys
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -13,10 +14,11 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "stream"))
 from streams import anything, noise
 from test_web_decoder import HERE, ROOT, _run
 
-from upholster.charts.layout import density_layout
-from upholster.geometry import Mesh, RationalPatch, Surface, surface_from_spec, vertex_tangents
-from upholster.model.pieces import chart_pieces
-from upholster.quilt import Chart, Texels
+from upholster.charts.layout import density_layout, uniform_layout
+from upholster.charts.seams import find_seams
+from upholster.geometry import Face, RationalPatch, Surface, surface_from_spec
+from upholster.model import Mesh, face_parameters, vertex_tangents
+from upholster.quilt import Chart
 from upholster.stream import encode_stream
 
 SPECS = (
@@ -39,7 +41,7 @@ SPECS = (
 
 
 def _whole(surface: Any) -> Any:
-    return tuple(Chart(n, 8, 8) for n in range(len(surface.patches)))
+    return uniform_layout(surface, chart=8)
 
 
 def _quadrants(surface: Any) -> Any:
@@ -49,9 +51,43 @@ def _quadrants(surface: Any) -> Any:
         [(0, 0.5, 0, 1), (0.5, 1, 0, 1)],
         [(0, 1, 0, 0.25), (0, 0.75, 0.25, 1), (0.75, 1, 0.25, 1)],
     )
+    places = [surface.place(n) for n in range(len(surface.patches))]
     return tuple(
-        Chart(n, 8, 8, *map(float, part)) for n in range(len(surface.patches)) for part in parts[n * n % 3]
+        Chart(face, 8, 8, row + s0, row + s1, column + t0, column + t1)
+        for n, (face, row, column) in enumerate(places)
+        for s0, s1, t0, t1 in parts[n * n % 3]
     )
+
+
+def _wide(surface: Any) -> Any:
+    """A chart on each face; one that closes to a ring meets itself."""
+    return tuple(
+        Chart(n, 8 * face.rows, 6 * face.columns, 0, face.rows, 0, face.columns)
+        for n, face in enumerate(surface.faces)
+    )
+
+
+def _across(surface: Any) -> Any:
+    """Charts that begin and end inside patches, next to ones that do not begin there."""
+    charts = []
+    for n, face in enumerate(surface.faces):
+        s, t = face.rows / 2 + 0.25, face.columns / 2 - 0.125
+        charts += [
+            Chart(n, 11, 9, 0, s, 0, t),
+            Chart(n, 9, 11, s, face.rows, 0, t),
+            Chart(n, 30, 20, 0, face.rows, t, face.columns),
+        ]
+    return tuple(charts)
+
+
+def _roof() -> Any:
+    """A face with creases between its rows, whose last patch is longer than the others."""
+    profile = [(0, 0), (1, 1), (2, 0), (5, 0)]
+    rows = [
+        [RationalPatch.from_points([[(y, -x, z) for y in (k, k + 1)] for x, z in ends]) for k in range(2)]
+        for ends in pairwise(profile)
+    ]
+    return Surface([Face(rows)], "roof")
 
 
 def _rectangle(x: float, y: float, width: float, height: float) -> Any:
@@ -79,6 +115,12 @@ def _jobs() -> Any:
     for surface in _split():
         yield surface, _whole(surface)
         yield surface, _quadrants(surface)
+    for spec in (*SPECS[:5], "plane:spans=3x4", "ellipsoid", "cylinder:spans=3", "cone:r2=0", "vase"):
+        surface = surface_from_spec(spec)
+        yield surface, _wide(surface)
+        yield surface, _across(surface)
+    yield _roof(), _wide(_roof())
+    yield _roof(), _across(_roof())
     bent = surface_from_spec("sphere").patches
     yield (
         Surface([bent[0].elevate(6, 5), *(patch.transpose().reverse(0) for patch in bent[1:])], "raised"),
@@ -101,13 +143,6 @@ def made(tmp_path_factory: Any) -> Any:
     return [(*job, files[n]["counts"], found[n]) for n, job in enumerate(jobs)]
 
 
-def _pieces(surface: Any, charts: Any) -> Any:
-    """A patch of its own for every chart."""
-    return chart_pieces(
-        surface, Texels(charts, tuple(np.zeros((c.height, c.width, 1), np.uint8) for c in charts))
-    )[0]
-
-
 def test_control_nets_are_pythons(made: Any) -> None:
     for surface, _, _, found in made:
         assert len(found["nets"]) == len(surface.patches)
@@ -117,52 +152,63 @@ def test_control_nets_are_pythons(made: Any) -> None:
             np.testing.assert_allclose(mine, patch.net, rtol=1e-12, atol=1e-12 * np.abs(patch.net).max())
 
 
-def test_what_meets_is_what_python_finds(made: Any) -> None:
+def test_seams_are_pythons(made: Any) -> None:
     partial = 0
     for surface, charts, _, found in made:
-        pieces = _pieces(surface, charts)
+        seams = find_seams(surface, charts)
         for n in range(len(charts)):
             for edge in range(4):
-                wanted = pieces.neighbours(n, edge)
-                got = found["neighbours"][n][edge]
+                wanted = [m for m in seams if (m.chart, m.edge) == (n, edge)]
+                got = found["seams"][n][edge]
                 assert [(m["chart"], m["edge"]) for m in got] == [
-                    (m.other_patch, m.other_edge) for m in wanted
+                    (m.other_chart, m.other_edge) for m in wanted
                 ]
                 ends = [[m[name] for name in ("start", "stop", "otherStart", "otherStop")] for m in got]
-                here = [[m.start, m.stop, m.other_start, m.other_stop] for m in wanted]
+                here = [_shares(charts, m) for m in wanted]
                 np.testing.assert_allclose(np.reshape(ends, -1), np.reshape(here, -1), atol=1e-7)
-                partial += sum(not m.whole for m in wanted)
+                partial += sum({*shares} != {0, 1} for shares in here)
     assert partial > 300
 
 
 def test_vertices_normals_and_tangents_are_pythons(made: Any) -> None:
     for surface, charts, counts, found in made:
-        pieces = _pieces(surface, charts)
         for n, mesh in enumerate(found["meshes"]):
-            s, t = np.reshape(mesh["parameters"], (-1, 2)).T
-            patch = pieces.patches[n]
-            positions, normals = patch.frames(s, t)
+            chart, face = charts[n], surface.faces[charts[n].face]
+            places = np.reshape(mesh["parameters"], (-1, 2)) * (chart.height, chart.width)
+            s, t = face_parameters(chart, *places.T)
+            positions, normals = face.frames(s, t)
             np.testing.assert_allclose(
                 np.reshape(mesh["positions"], (-1, 3)), positions, atol=1e-6 * surface.size
             )
             np.testing.assert_allclose(np.reshape(mesh["normals"], (-1, 3)), normals, atol=1e-6)
             owner, none = np.full(len(s), n, np.int32), np.empty((0, 4), np.int32)
-            python = Mesh(positions, normals, np.stack([s, t], axis=1), owner, none, none[:, :3])
+            python = Mesh(positions, normals, places, owner, none, none[:, :3])
             tangents = np.reshape(mesh["tangents"], (-1, 4))
-            np.testing.assert_allclose(tangents[:, :3], vertex_tangents(pieces, python), atol=2e-6)
+            wanted = vertex_tangents(surface, charts, python)
+            np.testing.assert_allclose(tangents[:, :3], wanted, atol=2e-6)
             # glTF's bitangent is up in the texture: rows run down
             up = np.cross(normals, tangents[:, :3]) * tangents[:, 3:]
-            assert (np.einsum("ij,ij->i", up, patch.derivatives(s, t)[1]) <= 1e-9 * surface.size).all()
+            assert (np.einsum("ij,ij->i", up, face.derivatives(s, t)[1]) <= 1e-9 * surface.size).all()
             rows, columns = np.maximum(counts[2 * n : 2 * n + 2], 2)
             assert len(np.unique(s)) >= rows + 1
             assert len(np.unique(t)) >= columns + 1
+            for values, low, high, lines in (
+                (s, chart.s0, chart.s1, face.breaks[0]),
+                (t, chart.t0, chart.t1, face.breaks[1]),
+            ):
+                for line in lines:
+                    assert not low < line < high or np.abs(values - line).min() < 1e-6
 
 
 def test_bounds_hold_and_are_close(made: Any) -> None:
     fine = np.linspace(0, 1, 97)
-    for surface, _, _, found in made[: len(SPECS)]:
-        for patch, bounds in zip(surface.patches, found["bounds"], strict=True):
-            points = patch.points_grid(fine, fine)
+    for surface, charts, _, found in made:
+        for chart, bounds in zip(charts, found["bounds"], strict=True):
+            face = surface.faces[chart.face]
+            if any(face.breaks):
+                continue
+            s, t = face_parameters(chart, fine * chart.height, fine * chart.width)
+            points = face.points_grid(s, t)
             reach = np.linalg.norm(points - bounds["center"], axis=2).max()
             assert reach <= bounds["radius"] * (1 + 1e-9) <= 1.5 * reach + 1e-9
             for name, lines in (("bendS", points), ("bendT", points.swapaxes(0, 1))):
@@ -182,6 +228,17 @@ def test_it_keeps_its_promises_under_node() -> None:
 
 
 def test_it_runs_under_a_strict_policy() -> None:
-    source = (ROOT / "web" / "uph-mesh.js").read_bytes()
-    for word in (b"eval(", b"new Function", b"WebAssembly", b"import("):
-        assert word not in source
+    web = ROOT / "web"
+    for path in (web / "uph-mesh.js", *(web / "mesh").rglob("*.js")):
+        source = path.read_bytes()
+        for word in (b"eval(", b"new Function", b"WebAssembly", b"import("):
+            assert word not in source
+
+
+def _shares(charts: Any, m: Any) -> tuple[float, ...]:
+    """Where a seam lies along its two edges, 0 to 1."""
+    own, other = (
+        charts[n].height if edge & 1 else charts[n].width
+        for n, edge in ((m.chart, m.edge), (m.other_chart, m.other_edge))
+    )
+    return m.start / own, m.stop / own, m.other_start / other, m.other_stop / other

@@ -91,11 +91,13 @@ test('the surface is told', () => {
   const { decoder } = decoded(read('nets_16_bit.uph'), atOnce)
   assert.equal(decoder.surface.kind, 'nets')
   assert.equal(decoder.surface.patches.length, 6)
+  assert.deepEqual(decoder.surface.faces[5], { rows: 1, columns: 1, firstPatch: 5 })
   const { m, n, net } = decoder.surface.patches[0]
   assert.equal(net.length, 4 * (m + 1) * (n + 1))
   assert.deepEqual(decoded(read('smallest.uph'), atOnce).decoder.surface, {
     kind: 'plane',
     params: { width: 1, height: 1, spans: [1, 1] },
+    faces: [{ rows: 1, columns: 1, firstPatch: 0 }],
     patchCount: 1,
   })
 })

@@ -5,9 +5,9 @@ import { test } from 'node:test'
 import { pathToFileURL } from 'node:url'
 
 import { UphDecoder } from '../../web/uph.js'
-import { edgeLines, putRing } from '../../web/uph-gutter.js'
+import { edgeLines, putGutter } from '../../web/uph-gutter.js'
 import { SurfaceMesher } from '../../web/uph-mesh.js'
-import { Session } from '../../web/uph-worker.js'
+import { Session } from '../../web/worker/session.js'
 
 const folders = [new URL('../vectors/', import.meta.url)]
 if (process.env.STREAMS) folders.push(pathToFileURL(`${process.env.STREAMS}/`))
@@ -33,11 +33,11 @@ class Page {
     if (kind === 'surface') this.surface = message
     else if (kind === 'meshes') for (const piece of message.pieces) this.meshes.set(piece.chart, piece)
     else if (kind === 'textures') {
-      for (const { chart, target, height, width, ring, unknown, preview, repeat, data } of message.entries) {
+      for (const { chart, target, height, width, gutter, unplaced, preview, repeat, data } of message.entries) {
         const key = `${target} ${chart}`
         if (preview) this.preview = { height, width, data, repeat }
-        else if (unknown) this.textures.delete(key)
-        else if (ring) putRing(this.textures.get(key), { height, width }, data)
+        else if (unplaced) this.textures.delete(key)
+        else if (gutter) putGutter(this.textures.get(key), { height, width }, data)
         else this.textures.set(key, data)
       }
       this.session.receive({ kind: 'shown', buffers: [] })
@@ -103,10 +103,10 @@ for (const [name, data] of streams) {
     let met = 0
     charts.forEach((size, n) => {
       const gutters = edgeLines(page.textures.get(`color ${n}`), size)
-      const outside = ringLines(page.textures.get(`color ${n}`), size)
+      const outside = gutterLines(page.textures.get(`color ${n}`), size)
       for (let edge = 0; edge < 4; edge++) {
-        const beyond = mesher.neighbours(n, edge)
-        if (!beyond.length && !mesher.neighbours(n, edge).length) assert.deepEqual(outside[edge], gutters[edge])
+        const beyond = mesher.seams(n, edge)
+        if (!beyond.length && !mesher.seams(n, edge).length) assert.deepEqual(outside[edge], gutters[edge])
         for (const there of beyond) {
           if (there.start > 0 || there.stop < 1 || Math.abs(there.otherStop - there.otherStart) < 1) continue
           const other = edgeLines(page.textures.get(`color ${there.chart}`), charts[there.chart])[there.edge]
@@ -145,8 +145,8 @@ for (const [name, data] of streams) {
       cut.feed(data.slice(0, Math.max(bytes, decoder.view)))
       assert.equal(page.state.bytes, cut.received)
       const { width } = page.surface.charts[0]
-      assert.equal(page.textures.has('color 0'), cut.knows(0))
-      if (!cut.knows(0)) {
+      assert.equal(page.textures.has('color 0'), cut.isPlaced(0))
+      if (!cut.isPlaced(0)) {
         assert.ok(isMirrored(page.preview, cut))
         continue
       }
@@ -224,7 +224,7 @@ function isMirrored({ height, width, data, repeat }, decoder) {
   return most / count < (repeat === 1 ? 1e-9 : 12)
 }
 
-function ringLines(data, { height, width }) {
+function gutterLines(data, { height, width }) {
   const inner = { height: height + 2, width: width + 2 }
   // As if the gutter were the chart: its own edges, without corners.
   const framed = new Uint8Array(4 * (width + 4) * (height + 4))

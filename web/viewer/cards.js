@@ -2,13 +2,13 @@
 
 import { h } from './dom.js'
 import { iconButton } from './panel.js'
-import { amount, count, duration, percent } from './words.js'
+import { amount, count, duration, percent } from './text.js'
 
 const KEYS = [
   [['← ↑ → ↓'], 'turn'],
   [['+', '−'], 'nearer, farther'],
-  [['0'], 'whole model in sight; also a double click'],
-  [['L'], 'dragging turns the light; also with Shift'],
+  [['0'], 'show the whole model; also a double click'],
+  [['L'], 'drag to move the light; also drag with Shift'],
   [['W'], 'wireframe'],
   [['B'], 'borders of the charts'],
   [['S'], 'compare with full quality'],
@@ -29,7 +29,7 @@ export function helpCard(close) {
   return card('help', 'Keys', close, h('dl', {}, ...rows))
 }
 
-/** Two sliders for where the light comes from. `change([across, up])` is called with degrees, null for the usual light. */
+/** Two sliders for where the light comes from. `change([across, up])` is called with degrees, null for the light at the start. */
 export class LightCard {
   #inputs
   #outputs
@@ -40,16 +40,16 @@ export class LightCard {
     this.#inputs = [slider('Light from the side, in degrees', 180), slider('Light from above, in degrees', 90)]
     this.#outputs = [h('output'), h('output')]
     const labels = ['Side', 'Height'].map((text, n) => h('label', {}, text, this.#outputs[n], this.#inputs[n]))
-    const usual = h('button', { type: 'button', part: 'button', click: () => change(null) }, 'As at first')
-    this.element = card('light narrow', 'Light', close, ...labels, usual)
+    const reset = h('button', { type: 'button', part: 'button', click: () => change(null) }, 'Reset')
+    this.element = card('light narrow', 'Light', close, ...labels, reset)
   }
 
   set direction(direction) {
     direction.forEach((degrees, n) => {
-      const words = `${Math.round(degrees)}°`
+      const text = `${Math.round(degrees)}°`
       this.#inputs[n].value = Math.round(degrees)
-      this.#inputs[n].setAttribute('aria-valuetext', words)
-      this.#outputs[n].textContent = words
+      this.#inputs[n].setAttribute('aria-valuetext', text)
+      this.#outputs[n].textContent = text
     })
   }
 
@@ -66,7 +66,7 @@ export class NumbersCard {
 
   constructor(close, measure) {
     this.#measure = measure
-    this.#frame = h('button', { type: 'button', part: 'button', click: () => this.#time() }, 'Time a frame')
+    this.#frame = h('button', { type: 'button', part: 'button', click: () => this.#measureFrame() }, 'Measure')
     const rows = ['Shown', 'Coefficients', 'Charts placed', 'Texels', 'Triangles', 'Maps', 'First view', 'Complete', 'Frame']
     const list = rows.flatMap((name) => [h('dt', {}, name), (this.#values[name] = h('dd', {}, '–'))])
     this.element = card('numbers narrow', 'Numbers', close, h('dl', {}, ...list), this.#frame)
@@ -75,7 +75,7 @@ export class NumbersCard {
   /** @param state as for `Panel.update`, and texels, triangles, roles, and the times of first view and end in milliseconds */
   update({ total, shown, texels, triangles, roles, first, complete }) {
     const of = total === null ? '' : ` of ${amount(total)}`
-    const words = {
+    const values = {
       Shown: `${amount(shown.bytes)}${of}`,
       Coefficients: percent(shown.coefficients),
       'Charts placed': percent(shown.charts),
@@ -85,35 +85,35 @@ export class NumbersCard {
       'First view': first === null ? '–' : duration(first),
       Complete: complete === null ? '–' : duration(complete),
     }
-    for (const [name, text] of Object.entries(words)) this.#values[name].textContent = text
+    for (const [name, text] of Object.entries(values)) this.#values[name].textContent = text
   }
 
-  async #time() {
+  async #measureFrame() {
     this.#values.Frame.textContent = '…'
     const time = await this.#measure()
     this.#values.Frame.textContent = Number.isNaN(time) ? '–' : time < 10 ? `${time.toFixed(1)} ms` : duration(time)
   }
 }
 
-/** One note at a time: what went wrong, or what the viewer waits for. */
+/** One note at a time: an error, or what the viewer waits for. */
 export class Note {
   #title = h('p', { class: 'title' })
   #advice = h('p')
   #detail = h('p', { class: 'detail' })
-  #again
+  #retry
 
-  constructor(again) {
-    this.#again = h('button', { type: 'button', class: 'main', part: 'button', click: again }, 'Try again')
-    this.element = h('div', { class: 'note', part: 'note', hidden: true }, this.#title, this.#advice, this.#detail, this.#again)
+  constructor(retry) {
+    this.#retry = h('button', { type: 'button', class: 'main', part: 'button', click: retry }, 'Try again')
+    this.element = h('div', { class: 'note', part: 'note', hidden: true }, this.#title, this.#advice, this.#detail, this.#retry)
   }
 
-  /** `middle` where there is no picture; `again` offers to try again. */
-  show({ title, advice = '', detail = '', middle = false, again = false }) {
+  /** `middle` where there is no picture; `retry` offers to try again. */
+  show({ title, advice = '', detail = '', middle = false, retry = false }) {
     for (const [line, text] of [[this.#title, title], [this.#advice, advice], [this.#detail, detail]]) {
       line.textContent = text
       line.hidden = !text
     }
-    this.#again.hidden = !again
+    this.#retry.hidden = !retry
     this.element.classList.toggle('middle', middle)
     this.element.hidden = false
   }
@@ -125,10 +125,10 @@ export class Note {
 
 /** Before the first view a quiet bar in the middle, then a line on the upper edge until all is here. */
 export class Loading {
-  #words = h('span')
+  #amount = h('span')
 
   constructor() {
-    this.bar = h('div', { class: 'loading', part: 'loading', hidden: true }, h('div', {}, h('i')), this.#words)
+    this.bar = h('div', { class: 'loading', part: 'loading', hidden: true }, h('div', {}, h('i')), this.#amount)
     this.line = h('div', { class: 'line', part: 'progress', hidden: true }, h('i'))
   }
 
@@ -137,6 +137,6 @@ export class Loading {
     this.line.hidden = !loading || !shown
     const share = total ? received / total : 0
     for (const element of [this.bar, this.line]) element.style.setProperty('--share', share.toFixed(4))
-    this.#words.textContent = received ? `${amount(received)}${total ? ` of ${amount(total)}` : ''}` : 'Loading…'
+    this.#amount.textContent = received ? `${amount(received)}${total ? ` of ${amount(total)}` : ''}` : 'Loading…'
   }
 }

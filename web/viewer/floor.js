@@ -6,9 +6,9 @@ import { DataTexture, LinearFilter, Mesh, PlaneGeometry, RedFormat, ShadowMateri
 const SIDE = 8
 const REACH = 2
 
-const CELLS = 48
-const MOST_SURFELS = 1600
-const MOST_TRIANGLES = 20_000
+const SKY_CELLS = 48 // along a side of the texture
+const MAX_SURFELS = 1600
+const MAX_TRIANGLES = 20_000
 
 /**
  * Surfels are too coarse for what lies just above the floor: they are seen from a little below it, and count a little more. So the
@@ -17,7 +17,7 @@ const MOST_TRIANGLES = 20_000
 const [BELOW, GAIN] = [0.05, 1.15]
 
 /** Rows of cells between pauses, so that the page stays awake. */
-const ROWS = 8
+const ROWS_AT_ONCE = 8
 
 /** A horizontal plane, seen from above only; `key` and `sky` are how much light either gives it. */
 export class Floor extends Mesh {
@@ -50,15 +50,15 @@ export class Floor extends Mesh {
   /** Lie below a model, and find how much of the sky every place sees past it; `matrix` leads from the model to the world. */
   async shade(model, matrix) {
     this.#shaded = model
-    const data = new Uint8Array(CELLS * CELLS)
+    const data = new Uint8Array(SKY_CELLS * SKY_CELLS)
     const surfels = surfelsOf(model, matrix)
-    for (let row = 0; row < CELLS; row++) {
-      if (row % ROWS === 0) await new Promise((resolve) => setTimeout(resolve))
+    for (let row = 0; row < SKY_CELLS; row++) {
+      if (row % ROWS_AT_ONCE === 0) await new Promise((resolve) => setTimeout(resolve))
       if (this.#shaded !== model) return
-      for (let column = 0; column < CELLS; column++) {
-        const x = REACH * ((2 * column + 1) / CELLS - 1)
-        const y = REACH * ((2 * row + 1) / CELLS - 1)
-        data[CELLS * row + column] = Math.round(255 * Math.max(1 - hidden(surfels, x, y, this.position.z), 0))
+      for (let column = 0; column < SKY_CELLS; column++) {
+        const x = REACH * ((2 * column + 1) / SKY_CELLS - 1)
+        const y = REACH * ((2 * row + 1) / SKY_CELLS - 1)
+        data[SKY_CELLS * row + column] = Math.round(255 * Math.max(1 - occlusion(surfels, x, y, this.position.z), 0))
       }
     }
     this.#uniforms.sky.value.image.data.set(data)
@@ -81,7 +81,7 @@ export class Floor extends Mesh {
 }
 
 function skyTexture() {
-  const texture = new DataTexture(new Uint8Array(CELLS * CELLS).fill(255), CELLS, CELLS, RedFormat)
+  const texture = new DataTexture(new Uint8Array(SKY_CELLS * SKY_CELLS).fill(255), SKY_CELLS, SKY_CELLS, RedFormat)
   texture.magFilter = texture.minFilter = LinearFilter
   texture.needsUpdate = true
   return texture
@@ -91,8 +91,8 @@ function skyTexture() {
 function surfelsOf(model, matrix) {
   const pieces = model.children.filter(({ isMesh, geometry }) => isMesh && geometry.index)
   const total = pieces.reduce((sum, { geometry }) => sum + geometry.index.count / 3, 0)
-  const step = Math.max(1, Math.ceil(total / MOST_TRIANGLES)) // one of so many stands for all
-  const group = Math.max(1, Math.ceil(total / step / MOST_SURFELS))
+  const step = Math.max(1, Math.ceil(total / MAX_TRIANGLES)) // one of so many stands for all
+  const group = Math.max(1, Math.ceil(total / step / MAX_SURFELS))
   const surfels = []
   const corners = [new Vector3(), new Vector3(), new Vector3()]
   for (const { geometry: { index, attributes } } of pieces) {
@@ -122,7 +122,7 @@ function surfelsOf(model, matrix) {
 }
 
 /** The share of the sky's light that surfels keep from a place on the floor: their form factors, as of discs. */
-function hidden(surfels, x, y, z) {
+function occlusion(surfels, x, y, z) {
   let sum = 0
   for (let i = 0; i < surfels.length; i += 6) {
     const [dx, dy, dz] = [surfels[i] - x, surfels[i + 1] - y, surfels[i + 2] - z + BELOW]

@@ -79,8 +79,8 @@ function cssColor(css) {
   return alpha === 255 ? new Color().setRGB(red / 255, green / 255, blue / 255, SRGBColorSpace) : null
 }
 
-/** A point with the material that a model has at first. */
-export function sample() {
+/** A point with the material that a model has before its maps are known. */
+export function placeholderMesh() {
   const map = new DataTexture(new Uint8Array(4), 1, 1)
   map.colorSpace = SRGBColorSpace
   map.generateMipmaps = map.needsUpdate = true
@@ -164,8 +164,8 @@ export class Studio extends Group {
     this.#sky.intensity = 0
   }
 
-  /** Forget what the graphics card has lost; `surround` makes it anew. */
-  lose(scene) {
+  /** Drop what the graphics card has lost; `surround` makes it again. */
+  handleContextLoss(scene) {
     this.#environment = null
     scene.environment = null
     this.#sky.intensity = Math.PI

@@ -43,12 +43,12 @@ export class Orbit {
     this.#controls.enabled = on
   }
 
-  /** Whether dragging turns; zooming and panning are always possible. */
-  set turns(on) {
+  /** Whether dragging rotates; zooming and panning are always possible. */
+  set dragRotates(on) {
     this.#controls.enableRotate = on
   }
 
-  get turns() {
+  get dragRotates() {
     return this.#controls.enableRotate
   }
 
@@ -57,9 +57,9 @@ export class Orbit {
     this.#controls.zoomToCursor = on
   }
 
-  /** Whether movements end at once, instead of running out. */
-  set calm(on) {
-    this.#controls.enableDamping = !on
+  /** Whether movements run out, instead of ending at once. */
+  set damping(on) {
+    this.#controls.enableDamping = on
   }
 
   set autorotate(on) {

@@ -1,29 +1,29 @@
 /** The panel below the stage: how much of the stream is shown, and the tools. */
 
 import { h, icon } from './dom.js'
-import { amount, percent } from './words.js'
+import { amount, percent } from './text.js'
 
 /** Shares of the coefficients that have a button. */
 export const SHARES = [0.03, 0.05, 0.07, 0.15, 1]
 
 /** Steps of the slider: an arrow key moves by 1/200 of its length. */
-const STEPS = 200
+const SLIDER_STEPS = 200
 
-/** Where the slider's scale turns from even steps to even ratios, in bytes. */
-const KNEE = 1000
+/** Where the slider's scale changes from even steps to even ratios, in bytes. */
+const LINEAR_BYTES = 1000
 
 /** Bytes at a place, 0 to 1, of a slider over `total` bytes. */
-export const bytesAt = (place, total) => Math.round(KNEE * ((1 + total / KNEE) ** place - 1))
+export const bytesAt = (place, total) => Math.round(LINEAR_BYTES * ((1 + total / LINEAR_BYTES) ** place - 1))
 
 /** The slider's place, 0 to 1, of an amount of bytes. */
-export const placeOf = (bytes, total) => (total > 0 ? Math.log1p(bytes / KNEE) / Math.log1p(total / KNEE) : 0)
+export const placeOf = (bytes, total) => (total > 0 ? Math.log1p(bytes / LINEAR_BYTES) / Math.log1p(total / LINEAR_BYTES) : 0)
 
 /** Amounts to mark on the slider: 1, 2, 4, 8… kB, or every other of them where there is less room, and all. */
 export function ticks(total, room) {
   let ratio = 2
-  while (placeOf(KNEE * ratio, total) - placeOf(KNEE, total) < room && KNEE * ratio < total) ratio *= 2
+  while (placeOf(LINEAR_BYTES * ratio, total) - placeOf(LINEAR_BYTES, total) < room && LINEAR_BYTES * ratio < total) ratio *= 2
   const marks = []
-  for (let bytes = KNEE; bytes < total; bytes *= ratio) {
+  for (let bytes = LINEAR_BYTES; bytes < total; bytes *= ratio) {
     const place = placeOf(bytes, total)
     if (place > room / 2 && place < 1 - 1.5 * room) marks.push({ bytes, place })
   }
@@ -31,8 +31,8 @@ export function ticks(total, room) {
 }
 
 const TOOLS = [
-  ['reset', 'Whole model in sight', '0', false],
-  ['light', 'Turn the light', 'L', true],
+  ['reset', 'Show the whole model', '0', false],
+  ['light', 'Move the light', 'L', true],
   ['wireframe', 'Wireframe', 'W', true],
   ['borders', 'Borders of the charts', 'B', true],
   ['split', 'Compare with full quality', 'S', true],
@@ -55,7 +55,7 @@ export function iconButton(name, label, key, click, { toggle = false } = {}) {
  */
 export class Panel {
   #slider
-  #words = h('output', { part: 'amount' })
+  #amount = h('output', { part: 'amount' })
   #share = h('span')
   #ticks = h('div', { class: 'ticks', 'aria-hidden': 'true' })
   #shares
@@ -69,7 +69,7 @@ export class Panel {
       type: 'range',
       part: 'slider',
       min: 0,
-      max: STEPS,
+      max: SLIDER_STEPS,
       value: 0,
       disabled: true,
       'aria-label': 'Bytes of the stream shown',
@@ -100,7 +100,7 @@ export class Panel {
     this.element = group(
       'Controls',
       'panel',
-      h('div', { class: 'data' }, h('p', {}, this.#words, this.#share), this.#slider, this.#ticks),
+      h('div', { class: 'data' }, h('p', {}, this.#amount, this.#share), this.#slider, this.#ticks),
       group('Share of the coefficients', 'group', ...this.#shares.values()),
       group('View', 'tools', ...Object.values(this.#tools)),
     )
@@ -140,10 +140,10 @@ export class Panel {
     // A limit of bytes is where the thumb was put; another one is where that turned out to be.
     const bytes = Math.min(limit?.bytes ?? shown.bytes, whole)
     this.#slider.style.setProperty('--here', placeOf(received, whole).toFixed(4))
-    if (!(this.#sent && limit?.bytes === this.#sent)) this.#slider.value = Math.round(STEPS * placeOf(bytes, whole))
-    const words = total === null ? amount(received) : `${amount(Math.min(bytes, received))} of ${amount(total)}`
-    this.#slider.setAttribute('aria-valuetext', words)
-    this.#words.textContent = words
+    if (!(this.#sent && limit?.bytes === this.#sent)) this.#slider.value = Math.round(SLIDER_STEPS * placeOf(bytes, whole))
+    const text = total === null ? amount(received) : `${amount(Math.min(bytes, received))} of ${amount(total)}`
+    this.#slider.setAttribute('aria-valuetext', text)
+    this.#amount.textContent = text
     // A lossy stream does not send every coefficient: its end is not at 100 %.
     const all = total !== null && shown.bytes >= total ? 'complete, ' : ''
     this.#share.textContent = `${all}${percent(shown.coefficients)} coefficients`
@@ -154,7 +154,7 @@ export class Panel {
   }
 
   #slide(limit) {
-    const place = Number(this.#slider.value) / STEPS
+    const place = Number(this.#slider.value) / SLIDER_STEPS
     this.#sent = place < 1 ? bytesAt(place, this.#total) : null
     limit(place < 1 ? { bytes: this.#sent } : null)
   }

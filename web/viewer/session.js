@@ -1,7 +1,7 @@
-/** One stream that was opened: its model, the full quality beside it, the times, and what went wrong. */
+/** One stream that was opened: its model, the full quality to compare with, times, and errors. */
 
 import { UphLoader } from '../uph-three.js'
-import { explain } from './words.js'
+import { explain } from './text.js'
 
 const EVENTS = ['progress', 'first', 'refine', 'geometry', 'complete', 'stalled', 'resumed']
 
@@ -17,14 +17,14 @@ export class Session {
   other = null
   /** As `UphModel.setLimit` takes it. */
   limit = null
-  /** What went wrong, in words (see `explain`); null while nothing has. */
+  /** The error, as `explain` puts it; null while there is none. */
   problem = null
   /** Whether the connection is lost at the moment. */
   stalled = false
   /** Milliseconds from the request to the first view and to the end, once they are on screen. */
   firstTime = null
   completeTime = null
-  /** Counts what made a new frame necessary. */
+  /** How many changes made a new frame necessary. */
   changes = 0
   #loader = new UphLoader()
   #start = performance.now()
@@ -32,19 +32,19 @@ export class Session {
   /**
    * @param {string | Uint8Array | ArrayBuffer} source an address, or the stream itself
    * @param {string | null} worker address of uph-worker.js; null for the loader's default
-   * @param {(type: string, event: object) => void} tell called with the model's events, 'error' with its `problem` set
+   * @param {(type: string, event: object) => void} notify called with the model's events, 'error' with its `problem` set
    */
-  constructor(source, worker, tell) {
+  constructor(source, worker, notify) {
     if (worker) this.#loader.setWorkerURL(worker)
-    const far = typeof source === 'string'
-    this.name = far ? decodeURIComponent(source.split(/[?#]/)[0].split('/').at(-1)) || source : 'This'
+    const isAddress = typeof source === 'string'
+    this.name = isAddress ? decodeURIComponent(source.split(/[?#]/)[0].split('/').at(-1)) || source : 'This'
     this.failed = new Promise((resolve) => (this.fail = resolve))
-    this.model = far ? this.#loader.load(source, undefined, undefined, () => {}) : this.#loader.parse(source)
+    this.model = isAddress ? this.#loader.load(source, undefined, undefined, () => {}) : this.#loader.parse(source)
     for (const type of EVENTS) {
       this.model.addEventListener(type, (event) => {
         if (type === 'first' || type === 'refine' || type === 'geometry') this.changes++
         if (type === 'stalled' || type === 'progress' || type === 'resumed') this.stalled = type === 'stalled'
-        tell(type, event)
+        notify(type, event)
       })
     }
     this.model.addEventListener('error', (event) => {
@@ -53,7 +53,7 @@ export class Session {
       this.stalled = false
       this.problem = explain(event.error, { shown, received, total, name: this.name })
       this.fail()
-      tell('error', event)
+      notify('error', event)
     })
   }
 

@@ -3,15 +3,15 @@
 import { Group, Matrix4, Scene, WebGLRenderer } from 'three'
 import { onDrag } from './drag.js'
 import { verticesOf } from './frame.js'
-import { backdrop, KEY_DIRECTION, sample, Studio } from './light.js'
+import { backdrop, KEY_DIRECTION, placeholderMesh, Studio } from './light.js'
 import { Orbit } from './orbit.js'
-import { Pace } from './pace.js'
+import { AdaptiveQuality } from './quality.js'
 
 const MAX_PIXEL_RATIO = 2
 
-/** Milliseconds after which a still picture is drawn once more: models look at their size on screen every 120 only. */
-const AFTERTHOUGHT = 150
-const LONG_AFTERTHOUGHT = 1500 // while textures are still getting better
+/** Milliseconds after which a still picture is drawn in full: models measure their size on screen every 120 only. */
+const SHARPEN_AFTER = 150
+const SHARPEN_WHILE_LOADING = 1500 // textures are still getting better
 
 /**
  * The world's unit is the model's radius, its origin the model's middle: the same tolerances do for any model.
@@ -30,12 +30,12 @@ export class Stage {
   #world = new Group()
   #models = [] // one or two
   #size = [1, 1]
-  #pace
-  #fence = null // passed when the last frame is drawn
+  #quality
+  #frameFence = null // passed when the last frame is drawn
   #ratio = 0
   #frame = 0
   #timer = 0
-  #last = 0
+  #lastTime = 0
   #visible = true
   #waiting = [] // to be told when a frame is drawn
   #background
@@ -55,7 +55,7 @@ export class Stage {
     if (!context) throw new Error('there is no WebGL2')
     this.#renderer = new WebGLRenderer({ canvas: this.canvas, context, alpha: true })
     this.#renderer.shadowMap.enabled = true
-    this.#pace = new Pace(context)
+    this.#quality = new AdaptiveQuality(context)
     this.#orbit = new Orbit(this.canvas, view)
     this.#orbit.onchange = () => this.invalidate()
     this.#world.matrixAutoUpdate = false
@@ -143,8 +143,8 @@ export class Stage {
     this.#orbit.autorotate = on
   }
 
-  set calm(on) {
-    this.#orbit.calm = on
+  set reducedMotion(on) {
+    this.#orbit.damping = !on
   }
 
   /** Where the key light stands, in degrees to the right and up, in the camera's axes; null puts it where it was at first. */
@@ -161,7 +161,7 @@ export class Stage {
 
   /** Whether dragging turns the light, not the model; with the shift key it does anyway. */
   set dragLight(on) {
-    this.#orbit.turns = !on
+    this.#orbit.dragRotates = !on
     this.canvas.classList.toggle('light', on)
   }
 
@@ -180,21 +180,21 @@ export class Stage {
     return new Promise((resolve) => this.#waiting.push(resolve))
   }
 
-  /** Draw until the models have looked at their size on screen. */
+  /** Draw until the models have measured their size on screen. */
   async settle() {
     for (let n = 0; n < 2; n++) {
       await this.drawn()
-      await new Promise((resolve) => setTimeout(resolve, AFTERTHOUGHT))
+      await new Promise((resolve) => setTimeout(resolve, SHARPEN_AFTER))
     }
     this.#draw() // with all its pixels, whether or not anybody sees it
   }
 
-  /** Let the graphics card get ready for what will come: its programs take longer to make than the first bytes to arrive. */
-  warm() {
-    const mesh = sample()
+  /** Have the graphics card compile its programs: that takes longer than the first bytes to arrive. */
+  precompile() {
+    const mesh = placeholderMesh()
     this.#scene.add(mesh)
     if (!this.#models.length) this.#studio.floor = -1
-    this.#draw(this.#pace.quality, true)
+    this.#draw(this.#quality.quality, true)
     if (!this.#models.length) this.#studio.floor = null
     mesh.visible = false
   }
@@ -245,26 +245,26 @@ export class Stage {
   #tick(time) {
     this.#frame = 0
     // Another size has to wait for the frame before, and would make the page wait with it.
-    if (this.#ratioFor(this.#pace.quality) !== this.#ratio && this.#busy) {
+    if (this.#ratioFor(this.#quality.quality) !== this.#ratio && this.#busy) {
       this.invalidate()
       return
     }
-    const seconds = this.#last ? Math.min((time - this.#last) / 1000, 0.1) : 1 / 60
+    const seconds = this.#lastTime ? Math.min((time - this.#lastTime) / 1000, 0.1) : 1 / 60
     const waiting = this.#waiting.splice(0)
     // What still moves asks for the next frame.
     this.#orbit.update(seconds)
-    if (this.#frame && this.#last) this.#pace.note(time - this.#last)
-    this.#last = this.#frame ? time : 0
-    this.#draw(this.#pace.quality)
+    if (this.#frame && this.#lastTime) this.#quality.addFrame(time - this.#lastTime)
+    this.#lastTime = this.#frame ? time : 0
+    this.#draw(this.#quality.quality)
     for (const resolve of waiting) resolve()
     clearTimeout(this.#timer)
-    if (!this.#frame) this.#timer = setTimeout(() => this.#sharpen(), this.#loading ? LONG_AFTERTHOUGHT : AFTERTHOUGHT)
+    if (!this.#frame) this.#timer = setTimeout(() => this.#sharpen(), this.#loading ? SHARPEN_WHILE_LOADING : SHARPEN_AFTER)
   }
 
   /** Draw in full once things rest. */
   #sharpen() {
     if (this.#frame || !this.#visible || document.hidden || this.#ratioFor(1) === this.#ratio) return
-    if (this.#busy) this.#timer = setTimeout(() => this.#sharpen(), AFTERTHOUGHT / 10)
+    if (this.#busy) this.#timer = setTimeout(() => this.#sharpen(), SHARPEN_AFTER / 10)
     else this.#draw()
   }
 
@@ -276,11 +276,11 @@ export class Stage {
   /** Whether the graphics card is still at the last frame. */
   get #busy() {
     const context = this.#renderer.getContext()
-    if (this.#fence && context.getSyncParameter(this.#fence, context.SYNC_STATUS) !== context.UNSIGNALED) {
-      context.deleteSync(this.#fence)
-      this.#fence = null
+    if (this.#frameFence && context.getSyncParameter(this.#frameFence, context.SYNC_STATUS) !== context.UNSIGNALED) {
+      context.deleteSync(this.#frameFence)
+      this.#frameFence = null
     }
-    return this.#fence !== null
+    return this.#frameFence !== null
   }
 
   #ratioFor(quality) {
@@ -309,8 +309,8 @@ export class Stage {
     }
     for (const model of this.#models) model.visible = true
     const context = renderer.getContext()
-    if (this.#fence) context.deleteSync(this.#fence)
-    this.#fence = context.fenceSync(context.SYNC_GPU_COMMANDS_COMPLETE, 0)
+    if (this.#frameFence) context.deleteSync(this.#frameFence)
+    this.#frameFence = context.fenceSync(context.SYNC_GPU_COMMANDS_COMPLETE, 0)
   }
 
   /** Left and lower edge, width, height of the first or second half, in CSS pixels. */
@@ -363,24 +363,24 @@ export class Stage {
   #listen() {
     const { signal } = this.#listening
     const sizes = new ResizeObserver(() => this.#resize())
-    const sights = new IntersectionObserver((entries) => {
+    const visibility = new IntersectionObserver((entries) => {
       this.#visible = entries.at(-1).isIntersecting
       if (this.#visible) this.invalidate()
       else for (const resolve of this.#waiting.splice(0)) resolve()
     })
     sizes.observe(this.#parent)
-    sights.observe(this.#parent)
-    this.#observers = [sizes, sights]
+    visibility.observe(this.#parent)
+    this.#observers = [sizes, visibility]
     this.canvas.addEventListener('dblclick', () => this.reset(), { signal })
     this.canvas.addEventListener('webglcontextlost', () => this.onlost(), { signal })
     this.canvas.addEventListener('webglcontextrestored', () => {
-      this.#studio.lose(this.#scene)
+      this.#studio.handleContextLoss(this.#scene)
       this.refresh()
       this.onrestored()
     }, { signal })
     onDrag(this.#parent, this.canvas, {
       signal,
-      starts: (event) => this.#models.length > 0 && (event.shiftKey || !this.#orbit.turns),
+      starts: (event) => this.#models.length > 0 && (event.shiftKey || !this.#orbit.dragRotates),
       moves: (right, down) => {
         const [across, up] = this.light
         this.light = [across + right / 2, up - down / 2]
@@ -394,6 +394,6 @@ export class Stage {
     this.#ratio = 0
     this.#orbit.aspect = this.#aspect
     // Sizing clears the canvas: draw in the same frame, or it flashes. While a model is awaited there is time for it.
-    if (this.#visible) this.#draw(this.#pace.quality, true)
+    if (this.#visible) this.#draw(this.#quality.quality, true)
   }
 }

@@ -9,16 +9,17 @@ unit of length.
 import re
 from collections import defaultdict
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from heapq import heappop, heappush
+from math import ceil
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from upholster.charts.tangents import Frames, aligned, chart_frames, dot, patch_frames, within
 from upholster.errors import InputError
-from upholster.geometry import Surface
-from upholster.quilt.model import Chart
+from upholster.geometry import SharedEdge, Surface
+from upholster.quilt.chart import Chart
 from upholster.quilt.warp_field import FIELD_STEP, WarpField
 from upholster.types import FloatArray
 
@@ -112,25 +113,31 @@ def parse_direction(text: str | Vectors) -> Direction:
 
 
 def default_direction(surface: Surface) -> Direction:
-    """Return a direction that suits a surface: ``u`` if it goes on across shared edges, else ``around:z``.
+    """Return a direction that suits a surface: ``u`` if it goes on from face to face, else ``around:z``.
 
     Raises
     ------
     InputError
         If more than two edges claim one interval: names them.
     """
-    frames = patch_frames(surface.patches, NODES)
-    agreement = _agreement(surface, frames, frames.right, (0.25, 0.5, 0.75))[2]
-    smooth = not agreement.size or np.mean(agreement > AGREED) >= 0.95
-    return parse_direction("u" if smooth else "around:z")
+    outer = surface.outer_shared
+    # Only the patches there, renumbered.
+    members = sorted({patch for seam in outer for patch in (seam.patch, seam.other_patch)})
+    if not members:
+        return parse_direction("u")
+    number = {patch: n for n, patch in enumerate(members)}
+    seams = [replace(m, patch=number[m.patch], other_patch=number[m.other_patch]) for m in outer]
+    frames = patch_frames([surface.patches[patch] for patch in members], NODES)
+    agreement = _agreement(seams, frames, frames.right, (0.25, 0.5, 0.75))[2]
+    return parse_direction("u" if np.mean(agreement > AGREED) >= 0.95 else "around:z")
 
 
 def direction_fields(
     surface: Surface, charts: Sequence[Chart], direction: Direction, scale: float, *, margin: int = 1
-) -> tuple[WarpField | None, ...]:
+) -> tuple[WarpField, ...]:
     """Return each chart's warp field: the texture lies on the surface at true scale, in the direction.
 
-    Beyond a patch its derivatives go on as they are at its border. Vectors are projected on the tangent
+    Beyond a face its derivatives go on as they are at its border. Vectors are projected on the tangent
     plane; what is left is taken for a line: its sign is made one within each chart and across shared edges as
     far as that is possible, so that nothing turns round where a projection passes through zero. Where there
     is none (singular points), directions come from near by.
@@ -151,12 +158,12 @@ def direction_fields(
     Returns
     -------
     tuple
-        One `Field` per chart, or None where it is the identity everywhere.
+        One `WarpField` per chart, or None where it is the identity everywhere.
 
     Raises
     ------
     InputError
-        If `scale` or `margin` is out of range, a chart names a patch that is not there, or the direction is
+        If `scale` or `margin` is out of range, a chart names a face that is not there, or the direction is
         zero all over a chart, not finite, or no array of vectors: names the place.
     """
     if not (np.isfinite(scale) and scale > 0):
@@ -166,13 +173,13 @@ def direction_fields(
     lines = None if direction.vectors is None else _lines(surface, direction.vectors)
     fields = []
     for index, chart in enumerate(charts):
-        if not 0 <= chart.patch < len(surface.patches):
+        if not 0 <= chart.face < len(surface.faces):
             raise InputError(
-                f"chart {index} lies on patch {chart.patch}; the surface has 0 to {len(surface.patches) - 1}"
+                f"chart {index} lies on face {chart.face}; the surface has 0 to {len(surface.faces) - 1}"
             )
-        frames = chart_frames(surface.patches[chart.patch], chart, margin)
+        frames = chart_frames(surface.faces[chart.face], chart, margin)
         if lines is not None and direction.vectors is not None:
-            tangents = _tangents(frames, direction.vectors, lines[chart.patch], index, chart, margin)
+            tangents = _tangents(surface, frames, direction.vectors, lines, index, chart, margin)
             cosine, sine = dot(tangents, frames.right), dot(tangents, frames.across)
         else:
             start = np.arctan2(frames.height, frames.shift) if direction.along == "v" else np.zeros(1)
@@ -184,15 +191,21 @@ def direction_fields(
         matrices[..., 1, 0] = cosine * frames.shift + sine * frames.height
         matrices[..., 1, 1] = cosine * frames.width
         field = WarpField.quantised(scale * matrices, margin=margin)
-        fields.append(field if field.nodes.any() else None)
+        fields.append(WarpField.identity() if field.is_identity else field)
     return tuple(fields)
 
 
 def _tangents(
-    frames: Frames, vectors: Vectors, lines: FloatArray, index: int, chart: Chart, margin: int
+    surface: Surface,
+    frames: Frames,
+    vectors: Vectors,
+    lines: FloatArray,
+    index: int,
+    chart: Chart,
+    margin: int,
 ) -> FloatArray:
-    """Return e1 at a chart's nodes, of the sign that its patch's lines have."""
-    place = f"chart {index} (patch {chart.patch})"
+    """Return e1 at a chart's nodes, of the sign that the lines have on the patch of its strongest node."""
+    place = f"chart {index} (face {chart.face})"
     tangents, left = within(frames, _called(vectors, frames.points, lambda _: place))
     strongest = np.unravel_index(left.argmax(), left.shape)
     if not left[strongest] > 1e-6:
@@ -201,15 +214,16 @@ def _tangents(
             "allowed: one that is tangent somewhere on every chart"
         )
     tangents = aligned(tangents, left)
-    at = [
-        low + (high - low) * FIELD_STEP * (node - margin) / count
-        for low, high, node, count in (
-            (chart.s0, chart.s1, strongest[0], chart.height),
-            (chart.t0, chart.t1, strongest[1], chart.width),
-        )
-    ]
-    row, column = np.clip(np.rint((NODES - 1) * np.array(at)), 0, NODES - 1).astype(int)
-    return tangents if tangents[strongest] @ lines[row, column] >= 0 else -tangents
+    patches, nodes = [], []
+    for low, high, node, count in (
+        (chart.s0, chart.s1, int(strongest[0]), chart.height),
+        (chart.t0, chart.t1, int(strongest[1]), chart.width),
+    ):
+        at = min(max(low + (high - low) * FIELD_STEP * (node - margin) / count, low), high)
+        patches.append(min(int(at), ceil(high) - 1))
+        nodes.append(round((NODES - 1) * (at - patches[-1])))
+    line = lines[surface.patch_number(chart.face, *patches), *nodes]
+    return tangents if tangents[strongest] @ line >= 0 else -tangents
 
 
 def _lines(surface: Surface, vectors: Vectors) -> FloatArray:
@@ -220,7 +234,7 @@ def _lines(surface: Surface, vectors: Vectors) -> FloatArray:
     frames = patch_frames(surface.patches, NODES)
     tangents, left = within(frames, _called(vectors, frames.points, lambda patch: f"patch {patch}"))
     tangents = aligned(tangents, left)
-    ends, nodes, agreement = _agreement(surface, frames, tangents, (0.5,))
+    ends, nodes, agreement = _agreement(surface.shared, frames, tangents, (0.5,))
     strength = np.minimum(left[nodes[0]], left[nodes[1]]) * np.abs(agreement)
     beside: dict[int, list[tuple[float, int, float]]] = defaultdict(list)
     for (a, b), strong, sign in zip(ends.tolist(), strength.tolist(), agreement.tolist(), strict=True):
@@ -239,9 +253,9 @@ def _lines(surface: Surface, vectors: Vectors) -> FloatArray:
 
 
 def _agreement(
-    surface: Surface, frames: Frames, tangents: FloatArray, along: Sequence[float]
+    seams: Sequence[SharedEdge], frames: Frames, tangents: FloatArray, along: Sequence[float]
 ) -> tuple[NDArray[np.int64], tuple[Nodes, Nodes], FloatArray]:
-    """Compare tangents on both sides of all shared edges, the surface unfolded along them.
+    """Compare tangents on both sides of shared edges, the surface unfolded along them.
 
     Returns
     -------
@@ -253,7 +267,7 @@ def _agreement(
         (N,) float64: cosines of the angles between their tangents.
     """
     found = []
-    for one in surface.shared:
+    for one in seams:
         for share in along:
             mine = one.start + share * (one.stop - one.start)
             theirs = one.other_start + share * (one.other_stop - one.other_start)

@@ -1,84 +1,231 @@
-"""Where patches are cut into charts, so that texels come out about equally large all over each chart."""
+"""Where faces are cut into charts: where derivatives jump, where texels would be uneven, or charts large.
 
-from collections import defaultdict
-from collections.abc import Callable, Iterable, Iterator
-from itertools import pairwise
+Each piece is cut on its own: halved along one of its parameters, at the border of two patches next to its
+middle or, within a patch, at a half, a quarter, … of it.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import pairwise, product
+from math import ceil, floor
 
 import numpy as np
 
-from upholster.geometry import Surface
+from upholster.geometry import Face, FaceSeam, Surface
 from upholster.types import FloatArray
 
-__all__ = ["MOST_HALVINGS", "Halving", "Interval"]
+__all__ = ["Halving", "Piece"]
 
-MOST_HALVINGS = 4
-"""A patch's smallest chart is what is left of it after so many halvings, both ways together."""
-
-WANTED = np.log(2.0)
+WANTED = np.log(2.03)
 """No more cuts once texel area's 99th over its 1st percentile is below the exponential of this."""
-
-ALONE = 0.75
-"""How much cutting a patch alone counts, against going on through its neighbours: T-junctions cost."""
 
 AT_ONCE = 0.7
 """Cuts that are nearly as good as the best one are made with it."""
 
-BINS = 256
+SHORT = 0.7
+"""A cut for evenness may leave a half this much smaller than a chart should be: it gets more texels."""
+
+ROUND = 4
+"""Charts round a closed face: the opposite ones do not touch and can be laid at once."""
+
+ROOMY = 64
+"""Texels: charts round a closed face are not made narrower than this for that."""
+
+LARGE, ENOUGH = 6, 16
+"""What holds more than a sixth of the surface keeps a thread alone: it is cut into sixteenths."""
+
+LONG = 256
+"""Texels: least height and width of what is cut because it is large."""
+
+EPS = 1e-6
+"""In face parameters: intervals shorter than this are none."""
+
+BINS = 1024
 """Of a histogram of log texel area over its chart's typical one, from −4 to 4."""
 
-Interval = tuple[int, int, int, int]
-"""(patch, axis, first, last): samples first to last of a patch along s (axis 0) or t (axis 1)."""
+MOST_SAMPLES, FINEST = 512, 32
+"""Samples along a face, and within a patch: each way."""
+
+DOWN, RIGHT, AREA = 0, 1, 2
+"""Logarithms kept: of |S_s|, of |S_t|, and of the area element."""
 
 
-class Halving:
-    """The cuts of all patches, and what they are decided by: the area element, sampled evenly.
+@dataclass(frozen=True, slots=True)
+class Piece:
+    """A rectangle of a face, in samples: top to bottom along s, left to right along t.
 
-    A patch is cut along whole parameter lines, into a grid of charts. A cut goes on through the
-    patches that it meets across whole shared edges where that does about as much good there, so that charts
-    meet along whole sides.
+    `root` numbers the rectangle between lines where derivatives jump that it was cut from.
+    """
+
+    face: int
+    root: int
+    top: int
+    bottom: int
+    left: int
+    right: int
+
+    def ends(self, axis: int) -> tuple[int, int]:
+        """Return where it begins and ends along s (axis 0) or t (axis 1)."""
+        return (self.left, self.right) if axis else (self.top, self.bottom)
+
+    def halves(self, axis: int, at: int) -> tuple["Piece", "Piece"]:
+        """Return what is before and behind a cut."""
+        if axis:
+            return (
+                Piece(self.face, self.root, self.top, self.bottom, self.left, at),
+                Piece(self.face, self.root, self.top, self.bottom, at, self.right),
+            )
+        return (
+            Piece(self.face, self.root, self.top, at, self.left, self.right),
+            Piece(self.face, self.root, at, self.bottom, self.left, self.right),
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class _Cut:
+    """A piece, its two halves, and how much more even texels are for it."""
+
+    piece: Piece
+    halves: tuple[Piece, Piece]
+    gain: float
+
+    def order(self) -> tuple[float, int, int, int, int]:
+        """Return what sorts cuts, best first; what differs by rounding only must not decide anything."""
+        one = self.halves[1]
+        return -float(f"{self.gain:.6g}"), one.face, one.top, one.left, one.right
+
+
+class FaceSamples:
+    """The area element of a face, sampled evenly, with sums that tell any rectangle's moments at once.
 
     Attributes
     ----------
-    samples
-        Per patch and direction: 32 on few patches, 8 on very many.
-    cuts
-        Per patch, for s and t: where its intervals begin, in samples; the first at 0.
-    whole
-        (patches, 2) float64: typical height and width of each patch, in model units.
+    steps
+        Samples per patch along s and along t, powers of two.
+    area
+        (rows·steps, columns·steps): area of each sample, in squared model units.
+    logs
+        (3, …): `DOWN`, `RIGHT`, `AREA`; lengths per patch parameter.
+    """
+
+    def __init__(self, face: Face, size: float) -> None:
+        self.steps = tuple(
+            min(FINEST, 1 << max(1, int(np.log2(MOST_SAMPLES / count))))
+            for count in (face.rows, face.columns)
+        )
+        s, t = (
+            (np.arange(count * step) + 0.5) / step
+            for count, step in zip((face.rows, face.columns), self.steps, strict=True)
+        )
+        _, by_s, by_t = face.derivatives_grid(s, t)
+        down, right = (np.einsum("ijk,ijk->ij", v, v) for v in (by_s, by_t))
+        both = np.einsum("ijk,ijk->ij", by_s, by_t)
+        element = np.sqrt(np.maximum(down * right - both * both, 0))
+        self.area = element / (self.steps[0] * self.steps[1])
+        # A pole's derivative vanishes, and so does its weight: any finite logarithm does.
+        least = 1e-60 * size**2
+        self.logs = np.stack(
+            [0.5 * np.log(np.maximum(x, least)) for x in (down, right)] + [np.log(np.maximum(element, least))]
+        )
+        self._middle = float(np.average(self.logs[AREA], weights=self.area + 1e-300))
+        x = self.logs[AREA] - self._middle
+        terms = np.stack([np.ones_like(x), self.logs[DOWN], self.logs[RIGHT], x, x**2, x**3, x**4])
+        self._sums = np.zeros((len(terms), x.shape[0] + 1, x.shape[1] + 1))
+        weighted = np.maximum(self.area, 1e-300) * terms
+        self._sums[:, 1:, 1:] = weighted.cumsum(axis=1).cumsum(axis=2)
+
+    def moments(self, piece: Piece) -> FloatArray:
+        """Return a piece's area, and the sums over it of area times `DOWN`, `RIGHT`, and powers of `AREA`."""
+        sums = self._sums
+        found: FloatArray = (
+            sums[:, piece.bottom, piece.right]
+            - sums[:, piece.top, piece.right]
+            - sums[:, piece.bottom, piece.left]
+            + sums[:, piece.top, piece.left]
+        )
+        return found
+
+    def means(self, piece: Piece) -> FloatArray:
+        """Return the area-weighted means (3,) of the logarithms."""
+        area, down, right, element = self.moments(piece)[:4]
+        return np.array([down / area, right / area, element / area + self._middle])
+
+    def unevenness(self, piece: Piece) -> float:
+        """Return the area-weighted sum of the fourth power of log area element less its mean."""
+        area, _, _, *sums = self.moments(piece)
+        first, second, third, fourth = (one / area for one in sums)
+        central = fourth - 4 * first * third + 6 * first**2 * second - 3 * first**4
+        return float(area * max(central, 0.0))
+
+
+class Halving:
+    """The pieces of all faces: charts-to-be.
+
+    Parameters
+    ----------
+    surface
+        What is cut, to begin with only where derivatives jump.
+
+    Attributes
+    ----------
+    pieces
+        Face after face; of each face by top and left.
     """
 
     def __init__(self, surface: Surface) -> None:
-        patches = surface.patches
-        self.samples = n = 32 if len(patches) <= 1024 else 16 if len(patches) <= 8192 else 8
-        # Per patch: the area element, log |S_s|, log |S_t|, log of the area element.
-        self.area = np.empty((len(patches), n, n))
-        self.logs = np.empty((len(patches), 3, n, n))
-        middle = (np.arange(n) + 0.5) / n
-        for index, patch in enumerate(patches):
-            _, by_s, by_t = patch.derivatives_grid(middle, middle)
-            down, right = (np.einsum("ijk,ijk->ij", v, v) for v in (by_s, by_t))
-            both = np.einsum("ijk,ijk->ij", by_s, by_t)
-            self.area[index] = np.sqrt(np.maximum(down * right - both * both, 0))
-            self.logs[index, 0], self.logs[index, 1] = down, right
-        # A pole's derivative vanishes, and so does its weight: any finite logarithm does.
-        least = 1e-60 * surface.size**2
-        self.logs[:, :2] = 0.5 * np.log(np.maximum(self.logs[:, :2], least))
-        self.logs[:, 2] = np.log(np.maximum(self.area, least))
-        self.cuts: list[tuple[list[int], list[int]]] = [([0], [0]) for _ in patches]
-        self.whole = np.concatenate([self.extents(patch) for patch in range(len(patches))])
-        self._links = _links(surface)
+        self._surface = surface
+        self._samples = [FaceSamples(face, surface.size) for face in surface.faces]
+        roots: list[Piece] = []
+        for index, (face, samples) in enumerate(zip(surface.faces, self._samples, strict=True)):
+            lines = [
+                [step * line for line in (0, *breaks, count)]
+                for step, breaks, count in zip(
+                    samples.steps, face.breaks, (face.rows, face.columns), strict=True
+                )
+            ]
+            for (top, bottom), (left, right) in product(pairwise(lines[0]), pairwise(lines[1])):
+                roots.append(Piece(index, len(roots), top, bottom, left, right))
+        self._roots = roots
+        self._pieces = set(roots)
+        self.whole = np.array([self.extents(root) for root in roots])
 
     @property
+    def pieces(self) -> list[Piece]:
+        """All pieces, sorted."""
+        return sorted(self._pieces, key=lambda one: (one.face, one.top, one.left))
+
+    @cached_property
     def total_area(self) -> float:
         """The surface's area, in squared model units."""
-        return float(self.area.sum()) / self.samples**2
+        return float(sum(samples.area.sum() for samples in self._samples))
+
+    def extents(self, piece: Piece) -> FloatArray:
+        """Return the typical height and width (2,) of a piece, in model units.
+
+        They are area-weighted geometric means of the derivatives' lengths, corrected for the angle between
+        them, so that their product is the typical area.
+        """
+        samples = self._samples[piece.face]
+        down, right, element = samples.means(piece)
+        sine = 0.5 * (element - down - right)
+        spans = [np.subtract(*piece.ends(axis)[::-1]) / samples.steps[axis] for axis in (0, 1)]
+        found: FloatArray = np.exp([down + sine, right + sine]) * spans
+        return found
+
+    def parameters(self, piece: Piece) -> tuple[float, float, float, float]:
+        """Return s0, s1, t0, t1 of a piece."""
+        (s0, s1), (t0, t1) = (
+            [end / self._samples[piece.face].steps[axis] for end in piece.ends(axis)] for axis in (0, 1)
+        )
+        return s0, s1, t0, t1
 
     def even_out(self, density: float, smallest: int, thinnest: int) -> int:
-        """Cut patches until texels are about equally large, as far as charts may not become too small.
+        """Cut until texels are about equally large, as far as charts may not become too small.
 
-        Greedy: the cuts that take most of the area-weighted fourth power of log texel area over the wanted
-        one, per chart that they add; then cuts that turned out needless are taken back. If charts of
-        `smallest` texels do not reach it, smaller ones are tried.
+        Greedy: the cuts that take most of the area-weighted fourth power of log texel area over the chart's
+        typical one; then cuts that turned out needless are taken back. If charts of `smallest` texels do not
+        reach it, smaller ones are tried.
 
         Parameters
         ----------
@@ -92,173 +239,182 @@ class Halving:
         int
             The least height and width that it took: `thinnest` to `smallest`.
         """
-        tried = []
+        self._part_closed()
+        begin, tried = frozenset(self._pieces), []
         for least in sorted({smallest, (smallest + thinnest) // 2, thinnest}, reverse=True):
-            self.cuts = [([0], [0]) for _ in self.cuts]
-            tried.append((self._greedy(density, least, thinnest), least, self.cuts))
-            if tried[-1][0] <= WANTED:
+            self._pieces = set(begin)
+            spread = self._greedy(np.clip(self.whole * density, thinnest, least) / density)
+            tried.append((spread, least, self._pieces))
+            if spread <= WANTED:
                 return least
         # Many more charts are not worth a little evenness.
-        costs = [
-            round(spread + 0.5 * np.log(sum(len(r) * len(c) for r, c in cuts)), 6)
-            for spread, _, cuts in tried
-        ]
-        _, least, self.cuts = tried[int(np.argmin(costs))]
+        costs = [round(spread + 0.5 * np.log(len(pieces)), 6) for spread, _, pieces in tried]
+        _, least, self._pieces = tried[int(np.argmin(costs))]
         return least
 
-    def _greedy(self, density: float, smallest: int, thinnest: int) -> float:
-        """Cut, and return the logarithm of the spread that is reached."""
-        self._least = np.log(self.samples / density * np.clip(self.whole * density, thinnest, smallest))
-        made: list[frozenset[Interval]] = []
-        histogram = self._histogram(range(len(self.cuts)))
-        gains: dict[Interval, float] = {}
-        changed = set(range(len(self.cuts)))
+    def keep_busy(self, density: float) -> None:
+        """Cut further where charts would leave a thread idle: charts that touch are never laid at once.
+
+        Parameters
+        ----------
+        density
+            Texels per model unit.
+        """
+        for seam in self._closed_faces():
+            face = self._surface.faces[seam.face]
+            axis = seam.edge % 2
+            most = (face.columns if axis else face.rows) * self._samples[seam.face].steps[axis] // ROUND
+            for piece in self.pieces:
+                first, last = piece.ends(axis)
+                if piece.face == seam.face and last - first > most:
+                    cuts = self._cuts(piece, axis, ROOMY / density)
+                    if cuts:
+                        self._make(cuts[0])
+        # A little above: what is one sixth or sixteenth but for rounding is that.
+        large, enough = 1.01 * self.total_area / LARGE, 1.01 * self.total_area / ENOUGH
+        for piece in self.pieces:
+            if self._samples[piece.face].moments(piece)[0] > large:
+                parts = self._parts(piece, enough, LONG / density)
+                if parts:
+                    self._pieces.remove(piece)
+                    self._pieces.update(parts)
+
+    def _parts(self, piece: Piece, most: float, least: float) -> list[Piece]:
+        """Return a piece cut into such of at most an area; nothing if one were shorter than `least`."""
+        if self._samples[piece.face].moments(piece)[0] <= most:
+            return [piece]
+        cuts = self._cuts(piece, int(np.argmax(self.extents(piece))), least)
+        parts = [self._parts(half, most, least) for cut in cuts[:1] for half in cut.halves]
+        return [one for part in parts for one in part] if all(parts) else []
+
+    def _closed_faces(self) -> list[FaceSeam]:
+        """Return the seams along which opposite edges of one face meet."""
+        return [
+            seam
+            for seam in self._surface.face_shared
+            if seam.face == seam.other_face and (seam.edge - seam.other_edge) % 4 == 2
+        ]
+
+    def cut_longest(self, most: float) -> bool:
+        """Cut each piece longer than `most` model units, once; return whether all of them could be."""
+        for piece in self.pieces:
+            extents = self.extents(piece)
+            if extents.max() > most:
+                cuts = self._cuts(piece, int(np.argmax(extents)), 0.0)
+                if not cuts:
+                    return False
+                self._make(cuts[0])
+        return True
+
+    def _part_closed(self) -> None:
+        """Cut what meets itself: a closed ring is not one chart."""
+        for seam in self._surface.face_shared:
+            if seam.face != seam.other_face:
+                continue
+            # Edges 0 and 2 run along t: where one is folded, it is cut there; a ring is cut between the two.
+            axis = seam.edge % 2 if seam.edge != seam.other_edge else 1 - seam.edge % 2
+            waiting = self.pieces
+            while waiting:
+                piece = waiting.pop()
+                cuts = self._cuts(piece, axis, 0.0) if self._meets_itself(piece, seam) else []
+                if cuts:
+                    self._make(cuts[0])
+                    waiting += cuts[0].halves
+
+    def _meets_itself(self, piece: Piece, seam: FaceSeam) -> bool:
+        """Return whether both sides of a face's seam with itself lie on one piece."""
+        if piece.face != seam.face:
+            return False
+        s0, s1, t0, t1 = self.parameters(piece)
+        lines, sides = (s0, t1, s1, t0), ((t0, t1), (s0, s1))
+        face = self._surface.faces[piece.face]
+        if any(lines[edge] != face.line(edge) for edge in (seam.edge, seam.other_edge)):
+            return False
+        low, high = sides[seam.edge % 2]
+        low, high = max(low, seam.start), min(high, seam.stop)
+        slope = (seam.other_stop - seam.other_start) / (seam.stop - seam.start)
+        ends = sorted(seam.other_start + slope * (u - seam.start) for u in (low, high))
+        other_low, other_high = sides[seam.other_edge % 2]
+        return high > low and min(ends[1], other_high) - max(ends[0], other_low) > EPS
+
+    def _greedy(self, least: FloatArray) -> float:
+        """Cut, and return the logarithm of the spread that is reached.
+
+        `least` holds the least height and width of a chart for each root, (roots, 2), in model units.
+        """
+        made: list[_Cut] = []
+        histogram = self._histogram(self.pieces, least)
+        best = {piece: self._best(piece, least[piece.root]) for piece in self.pieces}
         while _spread(histogram) > WANTED:
-            gains |= {one: self._gain(one) for patch in sorted(changed) for one in self._intervals(patch)}
-            best = self._best(gains)
-            if not best:
+            cuts = sorted((cut for cut in best.values() if cut is not None), key=_Cut.order)
+            if not cuts:
                 break
-            changed = set()
-            for cut in best:
-                touched = {patch for patch, *_ in cut}
-                if touched.isdisjoint(changed):
-                    histogram += self._changed(cut, self.cut, touched)
-                    made.append(cut)
-                    changed |= touched
-                    for interval in cut:
-                        del gains[interval]
+            for cut in cuts:
+                if cut.gain < AT_ONCE * cuts[0].gain:
+                    break
+                self._make(cut)
+                made.append(cut)
+                histogram += self._histogram(cut.halves, least) - self._histogram([cut.piece], least)
+                del best[cut.piece]
+                best |= {half: self._best(half, least[half.root]) for half in cut.halves}
         limit = max(WANTED, _spread(histogram) + 0.01)
         for cut in reversed(made):
-            # Only a cut that no later one goes through can be taken back.
-            if all(self._whole_again(interval) for interval in cut):
-                touched = {patch for patch, *_ in cut}
-                histogram += self._changed(cut, self.join, touched)
-                if _spread(histogram) > limit:
-                    histogram += self._changed(cut, self.cut, touched)
+            if self._pieces.issuperset(cut.halves):
+                without = histogram + self._histogram([cut.piece], least) - self._histogram(cut.halves, least)
+                if _spread(without) <= limit:
+                    histogram = without
+                    self._pieces.difference_update(cut.halves)
+                    self._pieces.add(cut.piece)
         return _spread(histogram)
 
-    def fellows(self, interval: Interval) -> frozenset[Interval]:
-        """Return the interval and those that a cut through it would go on to, across whole shared edges."""
-        found, queue = {interval}, [interval]
-        while queue:
-            patch, axis, first, last = queue.pop()
-            for other, across, opposed in self._links.get((patch, axis), ()):
-                ends = (self.samples - last, self.samples - first) if opposed else (first, last)
-                fellow = (other, across, *ends)
-                if fellow not in found and fellow in self._intervals(other):
-                    found.add(fellow)
-                    queue.append(fellow)
-        return frozenset(found)
+    def _best(self, piece: Piece, least: FloatArray) -> _Cut | None:
+        """Return the cut that makes a piece most even, None if none helps."""
+        cuts = []
+        for axis, shortest in enumerate((SHORT * least).tolist()):
+            for cut in self._cuts(piece, axis, shortest):
+                # What is alike on both sides of its middle gains from cutting the halves only.
+                further = [
+                    max((one.gain for one in self._cuts(half, axis, shortest)), default=0.0)
+                    for half in cut.halves
+                ]
+                cuts.append(replace(cut, gain=max(cut.gain, (cut.gain + sum(further)) / 3)))
+        found = min(cuts, key=_Cut.order, default=None)
+        return found if found is not None and found.gain > 1e-9 * self.total_area else None
 
-    def cut(self, intervals: Iterable[Interval]) -> None:
-        """Halve intervals."""
-        for patch, axis, first, last in intervals:
-            cuts = self.cuts[patch][axis]
-            cuts.append((first + last) // 2)
-            cuts.sort()
-
-    def join(self, intervals: Iterable[Interval]) -> None:
-        """Take halvings back."""
-        for patch, axis, first, last in intervals:
-            self.cuts[patch][axis].remove((first + last) // 2)
-
-    def extents(self, patch: int) -> FloatArray:
-        """Return the typical height and width of each of a patch's charts, in model units.
-
-        They are area-weighted geometric means of the derivatives' lengths, corrected for the angle between
-        them, so that their product is the typical area.
-
-        Returns
-        -------
-        ndarray
-            (charts, 2) float64, row by row.
-        """
-        down, right, element = _means(self.area[patch], self.logs[patch], *self.cuts[patch])
-        sine = 0.5 * (element - down - right)
-        spans = [np.diff([*c, self.samples]) / self.samples for c in self.cuts[patch]]
-        sizes = np.exp(down + sine) * spans[0][:, None], np.exp(right + sine) * spans[1]
-        return np.stack(sizes, axis=-1).reshape(-1, 2)
-
-    def _intervals(self, patch: int) -> Iterator[Interval]:
-        for axis in (0, 1):
-            for first, last in pairwise([*self.cuts[patch][axis], self.samples]):
-                yield patch, axis, first, last
-
-    def _gain(self, interval: Interval) -> float:
-        """Return how much better halving an interval makes its own patch; −∞ where it must not be halved."""
-        patch, axis, first, last = interval
-        n, size = self.samples, last - first
-        across = self.cuts[patch][1 - axis]
-        finest = size * min(b - a for a, b in pairwise([*across, n])) // 2
-        if size < 2 or finest << MOST_HALVINGS < n * n:
-            return -np.inf
-        # Charts about as small as may be are not worth a try, and there may be very many of them.
-        if np.log(self.whole[patch, axis] * size) < self._least[patch, axis] + 0.4:
-            return -np.inf
-        area, logs, least = self.area[patch], self.logs[patch], self._least[patch]
-        if axis:
-            area, logs, least = area.T, logs[[1, 0, 2]].transpose(0, 2, 1), least[::-1]
-        area, logs = area[first:last], logs[:, first:last]
-        before = _deviation(area, logs, [0], across, least) ** 2
-        after = _deviation(area, logs, [0, size // 2], across, least) ** 2
-        return float((area * (before * before - after * after)).sum())
-
-    def _best(self, gains: dict[Interval, float]) -> list[frozenset[Interval]]:
-        """Return what to cut next, best first: intervals with their fellows or alone."""
+    def _cuts(self, piece: Piece, axis: int, least: float) -> list[_Cut]:
+        """Return the cuts across an axis, at most two: none whose halves are shorter than `least`."""
+        first, last = piece.ends(axis)
+        step = self._samples[piece.face].steps[axis]
+        # Within a patch its middle; across several the borders nearest to the middle.
+        unit = step if last - first > step else (last - first) // 2
+        if unit == 0:
+            return []
+        middle = (first + last) / (2 * unit)
         found = []
-        seen: set[Interval] = set()
-        for interval in sorted(one for one, gain in gains.items() if gain > 0):
-            choices = [(ALONE, frozenset([interval]))]
-            if interval not in seen:
-                together = self.fellows(interval)
-                seen |= together
-                choices.append((1.0, together))
-            for weight, chosen in choices:
-                charts = sum(len(self.cuts[patch][1 - axis]) for patch, axis, *_ in chosen)
-                gain = weight * sum(gains[one] for one in sorted(chosen)) / charts
-                # Patches that are mirror images differ by rounding only, which must not decide anything.
-                found.append((float(f"{max(gain, 0):.6g}"), chosen))
-        found.sort(key=lambda one: -one[0])
-        least = max(1e-9 * float(self.area.sum()), AT_ONCE * found[0][0]) if found else 0
-        return [chosen for gain, chosen in found if gain > least]
+        for at in sorted({unit * floor(middle), unit * ceil(middle)}):
+            halves = piece.halves(axis, at)
+            if min(float(self.extents(half)[axis]) for half in halves) >= least:
+                samples = self._samples[piece.face]
+                gain = samples.unevenness(piece) - sum(map(samples.unevenness, halves))
+                found.append(_Cut(piece, halves, gain))
+        return found
 
-    def _whole_again(self, interval: Interval) -> bool:
-        patch, axis, first, last = interval
-        return [c for c in self.cuts[patch][axis] if first < c < last] == [(first + last) // 2]
+    def _make(self, cut: _Cut) -> None:
+        self._pieces.remove(cut.piece)
+        self._pieces.update(cut.halves)
 
-    def _histogram(self, patches: Iterable[int]) -> FloatArray:
-        """Return how much area has which log texel area."""
+    def _histogram(self, pieces: Iterable[Piece], least: FloatArray) -> FloatArray:
+        """Return how much area has which log texel area over the wanted one."""
         total = np.zeros(BINS)
-        for patch in patches:
-            rows, columns = self.cuts[patch]
-            x = _deviation(self.area[patch], self.logs[patch], rows, columns, self._least[patch])
+        for piece in pieces:
+            samples = self._samples[piece.face]
+            # Too small a chart gets more texels than asked for: what is cut too often grows uneven again.
+            short = np.log(np.maximum(1.0, least[piece.root] / self.extents(piece))).sum()
+            window = np.s_[piece.top : piece.bottom, piece.left : piece.right]
+            x = samples.logs[AREA][window] - (samples.means(piece)[AREA] + short)
             place = np.clip((x + 4) * (BINS / 8), 0, BINS - 1).astype(np.intp)
-            total += np.bincount(place.ravel(), self.area[patch].ravel(), BINS)
+            total += np.bincount(place.ravel(), samples.area[window].ravel(), BINS)
         return total
-
-    def _changed(
-        self,
-        intervals: frozenset[Interval],
-        how: Callable[[Iterable[Interval]], None],
-        patches: set[int],
-    ) -> FloatArray:
-        """Cut or join, and return how that changes the histogram."""
-        order = sorted(patches)
-        before = self._histogram(order)
-        how(intervals)
-        return self._histogram(order) - before
-
-
-def _links(surface: Surface) -> dict[tuple[int, int], list[tuple[int, int, bool]]]:
-    """Tell, per patch and axis, where its cuts go on: (patch, axis, whether it runs the other way)."""
-    links: dict[tuple[int, int], list[tuple[int, int, bool]]] = defaultdict(list)
-    for seam in surface.shared:
-        if seam.whole:
-            for one in (seam, seam.flipped()):
-                # Edges 0 and 2 run along t, edges 1 and 3 along s.
-                mine, theirs = 1 - one.edge % 2, 1 - one.other_edge % 2
-                links[one.patch, mine].append((one.other_patch, theirs, one.opposed))
-    return links
 
 
 def _spread(histogram: FloatArray) -> float:
@@ -266,31 +422,3 @@ def _spread(histogram: FloatArray) -> float:
     below = np.concatenate([[0.0], np.cumsum(np.maximum(histogram, 0))])
     low, high = np.interp([0.01 * below[-1], 0.99 * below[-1]], below, np.arange(BINS + 1))
     return float(high - low) * (8 / BINS)
-
-
-def _sums(values: FloatArray, rows: list[int], columns: list[int]) -> FloatArray:
-    return np.add.reduceat(np.add.reduceat(values, rows, axis=-2), columns, axis=-1)
-
-
-def _means(area: FloatArray, logs: FloatArray, rows: list[int], columns: list[int]) -> FloatArray:
-    weights = np.maximum(area, 1e-300)
-    return _sums(weights * logs, rows, columns) / _sums(weights, rows, columns)
-
-
-def _deviation(
-    area: FloatArray, logs: FloatArray, rows: list[int], columns: list[int], least: FloatArray
-) -> FloatArray:
-    """Return log texel area at all samples, over that of the texels asked for.
-
-    `least` is the logarithm of a chart's least height and width: model units × samples of the patch.
-    """
-    down, right, element = _means(area, logs, rows, columns)
-    sine = 0.5 * (element - down - right)
-    spans = [np.diff([*c, n]) for c, n in zip((rows, columns), area.shape, strict=True)]
-    # Too small a chart gets more texels than asked for: what is cut too often grows uneven again.
-    short = np.maximum(0, least[0] - down - sine - np.log(spans[0])[:, None])
-    narrow = np.maximum(0, least[1] - right - sine - np.log(spans[1]))
-    typical = element + short + narrow
-    places = [np.repeat(np.arange(len(span)), span) for span in spans]
-    found: FloatArray = logs[2] - typical[places[0][:, None], places[1]]
-    return found

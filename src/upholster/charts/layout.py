@@ -1,7 +1,6 @@
-"""The layout: which charts lie on which patches, and how large they are."""
+"""The layout: which charts lie on which faces, and how large they are."""
 
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,7 +8,7 @@ from numpy.typing import NDArray
 from upholster.charts.halving import Halving
 from upholster.errors import InputError
 from upholster.geometry import Surface
-from upholster.quilt.model import MAX_CHART, MAX_TEXELS, Chart
+from upholster.quilt.chart import MAX_CHART, MAX_TEXELS, Chart
 from upholster.types import FloatArray
 
 __all__ = [
@@ -50,7 +49,11 @@ def uniform_layout(surface: Surface, *, chart: int = 512) -> tuple[Chart, ...]:
             f"chart {chart} on {len(surface.patches)} patches makes {count:,} texels, which would take "
             f"{3 * count / 2**30:.1f} GiB as 8-bit RGB; allowed: {MAX_TEXELS:,}"
         )
-    return tuple(Chart(index, chart, chart) for index in range(len(surface.patches)))
+    charts = []
+    for patch in range(len(surface.patches)):
+        face, row, column = surface.place(patch)
+        charts.append(Chart(face, chart, chart, float(row), row + 1.0, float(column), column + 1.0))
+    return tuple(charts)
 
 
 def density_layout(
@@ -64,9 +67,10 @@ def density_layout(
     """Lay charts over a surface so that texels have about the same size everywhere.
 
     A chart's height and width are its typical extents along s and t (area-weighted geometric means of the
-    derivatives' lengths, corrected for their angle) times the density. Where the area element varies much
-    inside patches they are halved, at most four times each, until the 99th over the 1st percentile of texel
-    area is 2, or nothing brings it nearer.
+    derivatives' lengths, corrected for their angle) times the density. Charts lie across patches. Faces are
+    cut where derivatives jump, so that no chart meets itself, and where the area element varies much, until
+    the 99th over the 1st percentile of texel area is 2 or nothing brings it nearer; large charts also until
+    there are enough to work on several at once.
 
     Parameters
     ----------
@@ -77,21 +81,21 @@ def density_layout(
     density
         Texels per model unit; give this or `texels`.
     smallest
-        Texels: least height and width of a chart, 1 to 4096, where patches and evenness allow it.
+        Texels: least height and width of a chart, 1 to 4096, where faces and evenness allow it.
     thinnest
-        Texels: least height and width where a patch is smaller as a whole, or where texels would not be even
+        Texels: least height and width where a face is smaller as a whole, or where texels would not be even
         otherwise: 1 to `smallest`.
 
     Returns
     -------
     tuple of Chart
-        Patch after patch, each patch's row by row.
+        Face after face, each face's by their first rows, then columns.
 
     Raises
     ------
     InputError
         If not exactly one of `texels` and `density` is given, one is outside its range, the surface has no
-        area or so many patches that `thinnest` takes more than `texels`, or more than 2^31 texels result.
+        area or so many faces that `thinnest` takes more than `texels`, or more than 2^31 texels result.
     """
     if (texels is None) == (density is None):
         raise InputError("a layout needs exactly one of texels and density")
@@ -104,10 +108,10 @@ def density_layout(
     halving = Halving(surface)
     area = _checked_area(halving.total_area, surface)
     if texels is not None:
-        fewest = thinnest * thinnest * len(surface.patches)
+        fewest = thinnest * thinnest * len(surface.faces)
         if fewest > texels:
             raise InputError(
-                f"texels is {texels:,}; allowed: at least {fewest:,} on {len(surface.patches)} patches, "
+                f"texels is {texels:,}; allowed: at least {fewest:,} on {len(surface.faces)} faces, "
                 f"{thinnest} by {thinnest} each"
             )
         found = float(np.sqrt(texels / area))
@@ -116,15 +120,21 @@ def density_layout(
         found = _positive("density", density, "texels per model unit")
         _check_total(found * found * area)
     least = halving.even_out(found, smallest, thinnest)
+    halving.keep_busy(found)
     while True:
+        extents, whole = _extents(halving)
         if texels is not None:
-            found = _density(halving, texels, least, thinnest)
-        sizes = _sizes(halving, found, least, thinnest)
+            found = _density(extents, whole, texels, least, thinnest)
+        sizes = _rounded(extents, whole, found, least, thinnest)
         if sizes.max() <= MAX_CHART:
             break
-        _cut_largest(halving, sizes)
+        if not halving.cut_longest(MAX_CHART / found):
+            raise InputError(f"a chart would be {int(sizes.max()):,} texels long; allowed: {MAX_CHART:,}")
     _check_total(float(sizes.prod(axis=1, dtype=np.float64).sum()))
-    return tuple(_charts(halving, sizes))
+    return tuple(
+        Chart(piece.face, height, width, *halving.parameters(piece))
+        for piece, (height, width) in zip(halving.pieces, sizes.tolist(), strict=True)
+    )
 
 
 @dataclass(frozen=True, slots=True)
@@ -163,7 +173,7 @@ def texture_scale(
 
     Of a sample size alone, texels as large as exemplar pixels follow, but 2^18 to 2^26 of them; of texels or
     a density alone, a sample whose pixels are as large as texels; of nothing, 4,194,304 texels. On many
-    patches there are so many more that charts of `smallest` texels suit them, up to 2^26.
+    faces there are so many more that charts of `smallest` texels suit them, up to 2^26.
 
     Parameters
     ----------
@@ -205,7 +215,7 @@ def texture_scale(
             raise InputError(f"texels is {texels:,}; allowed: 64 to {MAX_TEXELS:,}")
         found = float(np.sqrt(texels / area))
     else:
-        fewest = min(MOST_TEXELS, max(FEWEST_TEXELS, smallest * smallest * len(surface.patches)))
+        fewest = min(MOST_TEXELS, max(FEWEST_TEXELS, smallest * smallest * len(surface.faces)))
         wanted = DEFAULT_TEXELS if scale is None else scale * scale * area
         found = float(np.sqrt(np.clip(wanted, fewest, MOST_TEXELS) / area))
     total = found * found * area
@@ -231,9 +241,11 @@ def _area(surface: Surface) -> float:
     nodes, weights = np.polynomial.legendre.leggauss(8)
     u, w = (nodes + 1) / 2, weights / 2
     total = 0.0
-    for patch in surface.patches:
-        _, by_s, by_t = patch.derivatives_grid(u, u)
-        total += float(w @ np.linalg.norm(np.cross(by_s, by_t), axis=2) @ w)
+    for face in surface.faces:
+        across = (np.arange(face.columns)[:, None] + u).ravel()
+        for row in range(face.rows):
+            _, by_s, by_t = face.derivatives_grid(row + u, across)
+            total += float(w @ np.linalg.norm(np.cross(by_s, by_t), axis=2) @ np.tile(w, face.columns))
     return total
 
 
@@ -251,28 +263,25 @@ def _check_total(texels: float) -> None:
         )
 
 
-def _sizes(halving: Halving, density: float, smallest: int, thinnest: int) -> NDArray[np.int64]:
-    """Return height and width of all charts in texels, (charts, 2)."""
-    return _rounded(*_extents(halving), density, smallest, thinnest)
-
-
 def _extents(halving: Halving) -> tuple[FloatArray, FloatArray]:
-    """Return typical height and width of all charts and of their patches, (charts, 2), in model units."""
-    parts = [halving.extents(patch) for patch in range(len(halving.cuts))]
-    return np.concatenate(parts), np.repeat(halving.whole, [len(part) for part in parts], axis=0)
+    """Return typical height and width of all charts, and of what they were cut from: (charts, 2) each."""
+    pieces = halving.pieces
+    # What is alike but for rounding is that: sizes are settled right where they jump by a texel.
+    extents = [[float(f"{x:.9g}") for x in halving.extents(piece).tolist()] for piece in pieces]
+    return np.array(extents), halving.whole[[piece.root for piece in pieces]]
 
 
 def _rounded(
     extents: FloatArray, whole: FloatArray, density: float, smallest: int, thinnest: int
 ) -> NDArray[np.int64]:
+    """Return height and width of all charts in texels, (charts, 2)."""
     size = np.maximum(extents * density, np.clip(whole * density, thinnest, smallest))
     # A little above one half: what is exactly between two sizes rounds alike on any machine.
     return np.floor(size + 0.5 + 1e-9).astype(np.int64)
 
 
-def _density(halving: Halving, texels: int, smallest: int, thinnest: int) -> float:
+def _density(extents: FloatArray, whole: FloatArray, texels: int, smallest: int, thinnest: int) -> float:
     """Return the density at which the charts hold so many texels."""
-    extents, whole = _extents(halving)
 
     def total(density: float) -> int:
         return int(_rounded(extents, whole, density, smallest, thinnest).prod(axis=1).sum())
@@ -283,34 +292,3 @@ def _density(halving: Halving, texels: int, smallest: int, thinnest: int) -> flo
         low, high = (middle, high) if total(middle) < texels else (low, middle)
     # Charts that are alike grow at once: what lies just below may be nearer.
     return low if texels - total(low) < total(high) - texels else high
-
-
-def _cut_largest(halving: Halving, sizes: NDArray[np.int64]) -> None:
-    """Halve where the largest chart is too large."""
-    chart, axis = divmod(int(sizes.argmax()), 2)
-    counts = [len(rows) * len(columns) for rows, columns in halving.cuts]
-    patch = int(np.searchsorted(np.cumsum(counts), chart, side="right"))
-    cuts = halving.cuts[patch]
-    row, column = divmod(chart - sum(counts[:patch]), len(cuts[1]))
-    place = column if axis else row
-    first, last = list(pairwise([*cuts[axis], halving.samples]))[place]
-    if last - first < 2:
-        raise InputError(
-            f"patch {patch} is {int(sizes.max()) * halving.samples:,} texels long; "
-            f"allowed: {MAX_CHART * halving.samples:,}"
-        )
-    halving.cut(halving.fellows((patch, axis, first, last)))
-
-
-def _charts(halving: Halving, sizes: NDArray[np.int64]) -> list[Chart]:
-    n = halving.samples
-    rectangles = [
-        (patch, s0 / n, s1 / n, t0 / n, t1 / n)
-        for patch, (rows, columns) in enumerate(halving.cuts)
-        for s0, s1 in pairwise([*rows, n])
-        for t0, t1 in pairwise([*columns, n])
-    ]
-    return [
-        Chart(patch, height, width, *ends)
-        for (patch, *ends), (height, width) in zip(rectangles, sizes.tolist(), strict=True)
-    ]

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.geometry import Surface
-from upholster.quilt.model import Chart
+from upholster.quilt.chart import Chart
 from upholster.types import FloatArray
 
 if TYPE_CHECKING:
@@ -97,7 +97,7 @@ def _points(
     surface: Surface, charts: Sequence[Chart], places: Sequence[tuple[int, int, float]]
 ) -> FloatArray:
     """Return the points, (n, 3), at places of charts' edges: chart, edge, texels along it."""
-    of_patch: dict[int, list[int]] = defaultdict(list)
+    of_face: dict[int, list[int]] = defaultdict(list)
     parameters = np.empty((len(places), 2))
     for n, (index, edge, along) in enumerate(places):
         c = charts[index]
@@ -105,11 +105,10 @@ def _points(
             parameters[n] = c.s0 + (c.s1 - c.s0) * along / c.height, c.t1 if edge == 1 else c.t0
         else:
             parameters[n] = c.s1 if edge == 2 else c.s0, c.t0 + (c.t1 - c.t0) * along / c.width
-        of_patch[c.patch].append(n)
-    parameters = np.clip(parameters, 0.0, 1.0)
+        of_face[c.face].append(n)
     out = np.empty((len(places), 3))
-    for patch, mine in of_patch.items():
-        out[mine] = surface.patches[patch].points(*parameters[mine].T)
+    for face, mine in of_face.items():
+        out[mine] = surface.faces[face].points(*parameters[mine].T)
     return out
 
 

@@ -1,7 +1,7 @@
 """Where charts meet, and how texels are transferred from one to the next.
 
-Charts are rectangles of patches, of any size, one or several to a patch; they meet across shared edges of
-patches and inside a patch, by whole sides or parts of sides.
+Charts are rectangles of faces, of any size; they meet across shared edges of faces and inside a face, by
+whole sides or parts of sides.
 """
 
 from bisect import bisect_left
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from upholster.errors import InputError
 from upholster.geometry import Surface
-from upholster.quilt.model import Chart
+from upholster.quilt.chart import Chart
 from upholster.types import FloatArray, frozen_array
 
 __all__ = ["SAMPLES", "ChartSeam", "Transition", "find_seams", "transitions"]
@@ -23,7 +23,7 @@ SAMPLES = 9
 """Places along a seam at which a transition holds a matrix."""
 
 EPS = 1e-6
-"""In patch parameters: lines closer than this are one, and intervals shorter than this are none."""
+"""In face parameters: lines closer than this are one, and intervals shorter than this are none."""
 
 INSET = 1e-3
 """The outermost samples are taken this share of the interval inside, where a pole has its limit."""
@@ -35,7 +35,7 @@ _OUTWARD: FloatArray = np.array([(-1.0, 0.0), (0.0, 1.0), (1.0, 0.0), (0.0, -1.0
 IndexArray = NDArray[np.intp]
 
 Part = tuple[float, float, int]
-"""A chart's part of a line: from, to (in the patch's parameter along it), and the chart's index."""
+"""A chart's part of a line: from, to (in the face's parameter along it), and the chart's index."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -143,22 +143,22 @@ def find_seams(surface: Surface, charts: Sequence[Chart]) -> tuple[ChartSeam, ..
     surface
         The surface.
     charts
-        Rectangles of its patches that do not overlap.
+        Rectangles of its faces that do not overlap.
 
     Returns
     -------
-    tuple of Meeting
+    tuple of ChartSeam
         Each seam twice, seen from either side; sorted by chart, edge and start. Borders and degenerate
         edges have none.
 
     Raises
     ------
     InputError
-        If a chart names no patch, has no texels or is no rectangle within its patch; and as for
+        If a chart names no face, has no texels or is no rectangle within its face; and as for
         `Surface.shared`.
     """
     _check(surface, charts)
-    sides = _sides(charts)
+    sides = _sides(surface, charts)
     found: list[ChartSeam] = []
 
     def meet(a: int, b: int, mine: list[Part], others: list[Part], ends: tuple[float, ...]) -> None:
@@ -168,15 +168,18 @@ def find_seams(surface: Surface, charts: Sequence[Chart]) -> tuple[ChartSeam, ..
             seam = ChartSeam(one, a, start, stop, other, b, other_start, other_stop)
             found.extend((seam, seam.flipped()))
 
-    for (patch, edge, line), mine in sides.items():
-        if edge in (1, 2) and line < 1.0:  # each line inside a patch once, from its upper or left charts
-            others = sides.get((patch, (edge + 2) % 4, line), [])
-            meet(edge, (edge + 2) % 4, mine, others, (0.0, 1.0, 0.0, 1.0))
-    lines = (0.0, 1.0, 1.0, 0.0)
-    for shared in surface.shared:
+    for (index, edge, line), mine in sides.items():
+        face = surface.faces[index]
+        most, long = (face.columns, face.rows) if edge & 1 else (face.rows, face.columns)
+        if edge in (1, 2) and line < most:  # each line inside a face once, from its upper or left charts
+            others = sides.get((index, (edge + 2) % 4, line), [])
+            meet(edge, (edge + 2) % 4, mine, others, (0.0, long, 0.0, long))
+    for shared in surface.face_shared:
         a, b = shared.edge, shared.other_edge
-        mine = sides.get((shared.patch, a, lines[a]), [])
-        others = sides.get((shared.other_patch, b, lines[b]), [])
+        mine, others = (
+            sides.get((index, edge, surface.faces[index].line(edge)), [])
+            for index, edge in ((shared.face, a), (shared.other_face, b))
+        )
         meet(a, b, mine, others, (shared.start, shared.stop, shared.other_start, shared.other_stop))
     return tuple(sorted(found, key=lambda m: (m.chart, m.edge, m.start)))
 
@@ -239,44 +242,48 @@ def transitions(
 
 
 def _check(surface: Surface, charts: Sequence[Chart]) -> None:
-    last = len(surface.patches) - 1
+    last = len(surface.faces) - 1
     for n, c in enumerate(charts):
-        if not 0 <= c.patch <= last:
-            raise InputError(f"chart {n} lies on patch {c.patch}; allowed: 0 to {last}")
+        if not 0 <= c.face <= last:
+            raise InputError(f"chart {n} lies on face {c.face}; allowed: 0 to {last}")
+        face = surface.faces[c.face]
         if c.height < 1 or c.width < 1:
             raise InputError(f"chart {n} has {c.height} x {c.width} texels; allowed: 1 or more each way")
-        for low, high in ((c.s0, c.s1), (c.t0, c.t1)):
-            if not (low >= 0.0 and high <= 1.0 and high - low > 2 * EPS):
+        for low, high, most in ((c.s0, c.s1, face.rows), (c.t0, c.t1, face.columns)):
+            if not (low >= 0.0 and high <= most and high - low > 2 * EPS):
                 raise InputError(
-                    f"chart {n} reaches from {low:.17g} to {high:.17g}; allowed: rising, 0 to 1, "
+                    f"chart {n} reaches from {low:.17g} to {high:.17g}; allowed: rising, 0 to {most}, "
                     f"more than {2 * EPS:g} apart"
                 )
 
 
-def _sides(charts: Sequence[Chart]) -> dict[tuple[int, int, float], list[Part]]:
-    """Return the charts' sides by patch, edge and the parameter of their line, sorted along it."""
-    lines: dict[tuple[int, int], list[float]] = defaultdict(lambda: [0.0, 1.0])
+def _sides(surface: Surface, charts: Sequence[Chart]) -> dict[tuple[int, int, float], list[Part]]:
+    """Return the charts' sides by face, edge and the parameter of their line, sorted along it."""
+    lines: dict[tuple[int, int], list[float]] = defaultdict(list)
     for c in charts:
-        lines[c.patch, 0] += (c.s0, c.s1)
-        lines[c.patch, 1] += (c.t0, c.t1)
-    names = {key: dict(_merged(values)) for key, values in lines.items()}
+        lines[c.face, 0] += (c.s0, c.s1)
+        lines[c.face, 1] += (c.t0, c.t1)
+    names = {}
+    for (index, axis), values in lines.items():
+        face = surface.faces[index]
+        names[index, axis] = dict(_merged(values, float(face.columns if axis else face.rows)))
     sides: dict[tuple[int, int, float], list[Part]] = defaultdict(list)
     for n, c in enumerate(charts):
         for edge, (line, low, high) in enumerate(
             ((c.s0, c.t0, c.t1), (c.t1, c.s0, c.s1), (c.s1, c.t0, c.t1), (c.t0, c.s0, c.s1))
         ):
-            sides[c.patch, edge, names[c.patch, edge & 1][line]].append((low, high, n))
+            sides[c.face, edge, names[c.face, edge & 1][line]].append((low, high, n))
     for parts in sides.values():
         parts.sort()
     return dict(sides)
 
 
-def _merged(values: list[float]) -> Iterator[tuple[float, float]]:
-    """Yield each value with its name, the same for values within `SLACK`; those at 1 are called 1."""
+def _merged(values: list[float], most: float) -> Iterator[tuple[float, float]]:
+    """Yield each value with its name, the same for values within `EPS`; at the far end it is the end's."""
     name = 0.0
     for value in sorted(values):
         if value - name > EPS:
-            name = 1.0 if value >= 1.0 - EPS else value
+            name = most if value >= most - EPS else value
         yield value, name
 
 
@@ -311,7 +318,7 @@ def _line(chart: Chart, edge: int) -> float:
 
 
 def _texels(chart: Chart, edge: int, ends: tuple[float, ...]) -> tuple[float, float]:
-    """Turn parameters of a patch along a chart's edge into texels along it."""
+    """Turn parameters of a face along a chart's edge into texels along it."""
     low, high, size = (chart.s0, chart.s1, chart.height) if edge & 1 else (chart.t0, chart.t1, chart.width)
     first, last = ((u - low) / (high - low) * size for u in ends)
     return first, last
@@ -331,19 +338,22 @@ def _frames(
     along: FloatArray,
 ) -> FloatArray:
     """Return points and derivatives per texel down and right, (N, K, 3, 3), at texels (N, K) along edges."""
-    numbers = np.array([(c.patch, c.height, c.width, c.s0, c.s1, c.t0, c.t1) for c in charts]).reshape(-1, 7)
-    patch, height, width, s0, s1, t0, t1 = numbers[chart].T[:, :, None]
+    numbers = np.array([(c.height, c.width, c.s0, c.s1, c.t0, c.t1) for c in charts]).reshape(-1, 6)
+    height, width, s0, s1, t0, t1 = numbers[chart].T[:, :, None]
     down = (edge & 1)[:, None] == 1
     across = ((edge == 1) | (edge == 2))[:, None].astype(np.float64)
-    s = np.clip(s0 + (s1 - s0) * np.where(down, along / height, across), 0.0, 1.0)
-    t = np.clip(t0 + (t1 - t0) * np.where(down, across, along / width), 0.0, 1.0)
+    s = s0 + (s1 - s0) * np.where(down, along / height, across)
+    t = t0 + (t1 - t0) * np.where(down, across, along / width)
     out = np.empty((*along.shape, 3, 3))
-    owner = patch[:, 0].astype(np.intp)
-    order = np.argsort(owner, kind="stable")
-    for mine in np.split(order, np.flatnonzero(np.diff(owner[order])) + 1):
+    order = np.argsort(chart, kind="stable")
+    for mine in np.split(order, np.flatnonzero(np.diff(chart[order])) + 1):
         if len(mine):
-            parts = surface.patches[owner[mine[0]]].derivatives(s[mine], t[mine])
-            out[mine] = np.stack(parts, axis=2)
+            # Where derivatives jump, those on the chart's side count.
+            one = charts[chart[mine[0]]]
+            face, row, column = surface.faces[one.face].smooth_part(one.s0, one.s1, one.t0, one.t1)
+            at_s = np.clip(s[mine] - row, 0.0, face.rows)
+            at_t = np.clip(t[mine] - column, 0.0, face.columns)
+            out[mine] = np.stack(face.derivatives(at_s, at_t), axis=2)
     out[:, :, 1] *= ((s1 - s0) / height)[..., None]
     out[:, :, 2] *= ((t1 - t0) / width)[..., None]
     return out

@@ -7,8 +7,8 @@ from heapq import heappop, heappush
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.geometry import RationalPatch
-from upholster.quilt.model import Chart
+from upholster.geometry import Face, RationalPatch
+from upholster.quilt.chart import Chart
 from upholster.quilt.warp_field import FIELD_STEP, node_count
 from upholster.types import FloatArray
 
@@ -42,25 +42,32 @@ class Frames:
     height: FloatArray
 
 
-def chart_frames(patch: RationalPatch, chart: Chart, margin: int) -> Frames:
+def chart_frames(face: Face, chart: Chart, margin: int) -> Frames:
     """Return the frames at the nodes of a chart's warp field; steps are texels.
 
-    Beyond its edges a patch goes on as its own formula has it, so that the field is smooth across them; where
-    that leads astray (round a pole, or to a pole of the formula), and in the outer half of its outermost
-    texels (where an edge may be a point), the derivatives are those at the nearest parameters inside, and
-    points lie on the tangent.
+    Beyond a chart's edges its face goes on. Beyond the face's own edges, and beyond a line across which
+    derivatives jump, the patches there go on as their own formulas have it, so that the field is smooth;
+    where that leads astray (round a pole, or to a pole of the formula), and in the outer half of the
+    outermost texels (where an edge may be a point), the derivatives are those at the nearest parameters
+    inside, and points lie on the tangent.
     """
-    ends = ((chart.s0, chart.s1, chart.height), (chart.t0, chart.t1, chart.width))
-    steps = [(high - low) / count for low, high, count in ends]
+    part, row, column = face.smooth_part(chart.s0, chart.s1, chart.t0, chart.t1)
+    ends = (
+        (chart.s0 - row, chart.s1 - row, chart.height, part.rows),
+        (chart.t0 - column, chart.t1 - column, chart.width, part.columns),
+    )
+    steps = [(high - low) / count for low, high, count, _ in ends]
     at = [
         low + step * (FIELD_STEP * (np.arange(node_count(count, margin)) - margin) + 0.5)
-        for (low, _, count), step in zip(ends, steps, strict=True)
+        for (low, _, count, _), step in zip(ends, steps, strict=True)
     ]
-    inside = [np.clip(x, step / 2, 1 - step / 2) for x, step in zip(at, steps, strict=True)]
-    points, by_s, by_t = patch.derivatives_grid(*inside)
+    inside = [
+        np.clip(x, step / 2, most - step / 2) for x, step, (*_, most) in zip(at, steps, ends, strict=True)
+    ]
+    points, by_s, by_t = part.derivatives_grid(*inside)
     beyond = by_s * (at[0] - inside[0])[:, None, None] + by_t * (at[1] - inside[1])[:, None]
     with np.errstate(all="ignore"):
-        further = patch.derivatives_grid(*at)
+        further = part.derivatives_grid(*at)
         sound = np.isfinite(further).all(axis=(0, -1)) & _alike(by_s, further[1]) & _alike(by_t, further[2])
     found = [
         np.where(sound[..., None], out, near)

@@ -17,6 +17,7 @@ from upholster.cli.cover import EXAMPLE, cover, surfaces
 from upholster.cli.measure import measure
 from upholster.cli.serve import serve, view
 from upholster.cli.stream import info, levels, refine
+from upholster.cli.warm import warm
 from upholster.errors import UpholsterError
 
 __all__ = ["app", "main"]
@@ -53,12 +54,12 @@ def main() -> NoReturn:
         elif hasattr(error, "exit_code"):
             status = error.exit_code
         elif isinstance(error, MemoryError):
-            status = _fail("not enough memory; a smaller --texels, --size or exemplar needs less")
+            status = _fail("not enough memory; a smaller --texels, --size or sample needs less")
         else:
             raise
     sys.stdout.flush()
     sys.stderr.flush()
-    # Kernels may still be running on other threads after Ctrl-C or an error: nobody waits for them.
+    # Kernels may still be running on other threads after Ctrl-C or an error: they are not waited for.
     os._exit(status)
 
 
@@ -101,3 +102,4 @@ app.command()(serve)
 app.command()(measure)
 app.command()(encode)
 app.command()(decode)
+app.command()(warm)

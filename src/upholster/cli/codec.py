@@ -35,7 +35,10 @@ def encode(
 
     if Path(output).suffix.lower() != ".ezw":
         raise InputError(f"output {output!r} has suffix {Path(output).suffix!r}; allowed: .ezw")
-    with progress_bars(quiet), outputs([output], inputs=[image]) as files:
+    with (
+        progress_bars(quiet, ["encode lossless" if lossless else "encode"]),
+        outputs([output], inputs=[image]) as files,
+    ):
         pixels = read_image(image)
         data = codec.encode(
             pixels,
@@ -74,7 +77,7 @@ def decode(
     from upholster.files import outputs, read_bytes
     from upholster.image import write_image
 
-    with progress_bars(quiet), outputs([output], inputs=[file]) as files:
+    with progress_bars(quiet, ["decode"]), outputs([output], inputs=[file]) as files:
         found = codec.decode(
             read_bytes(file),
             most_bytes=byte_count("bytes", most_bytes),

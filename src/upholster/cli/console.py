@@ -2,16 +2,21 @@
 
 import math
 import re
-from collections.abc import Callable, Iterator
+import threading
+import time
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from upholster.errors import InputError
 
 if TYPE_CHECKING:  # NumPy, which it imports, would slow down --help
-    from upholster.types import Progress
+    from rich.progress import Progress as Bars
 
-__all__ = ["byte_count", "in_bytes", "numbers", "progress_bars", "share", "texel_count"]
+    from upholster.types import Progress
+    from upholster.warm import Compiler
+
+__all__ = ["bars", "byte_count", "in_bytes", "numbers", "progress_bars", "share", "texel_count"]
 
 
 def numbers(name: str, text: str, separator: str, count: int, kind: Callable[[str], Any]) -> Any:
@@ -80,28 +85,55 @@ def in_bytes(count: int) -> str:
 
 
 @contextmanager
-def progress_bars(quiet: bool) -> "Iterator[Progress | None]":
-    """Show one bar per stage on stderr, and say once when kernels have to be compiled."""
+def progress_bars(quiet: bool, uses: Iterable[str] = ()) -> "Iterator[Progress | None]":
+    """Show one bar per stage on stderr; compile meanwhile the kernels that some uses need, and say so.
+
+    `uses` are those of the table of kernels, see `upholster.warm`.
+    """
+    from upholster.warm import compiling
+
+    with compiling(uses) as compiler, bars(quiet, compiler) as report:
+        yield report
+
+
+@contextmanager
+def bars(quiet: bool, compiler: "Compiler | None") -> "Iterator[Progress | None]":
+    """Show one bar per stage on stderr, and how far a compiler is; nothing at all if `quiet`."""
+    if quiet:
+        yield None
+        return
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn
     from rich.progress import Progress as Bars
 
-    from upholster.jit import on_first_compilation
-
-    if quiet:
-        yield None
-        return
     console = Console(stderr=True)
-    on_first_compilation(
-        lambda: console.print("compiling kernels for this machine, once: 10 to 20 seconds", style="dim")
-    )
     columns = (TextColumn("{task.description:>7}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    with Bars(*columns, console=console, disable=not console.is_terminal, transient=True) as bars:
+    with Bars(*columns, console=console, disable=not console.is_terminal, transient=True) as shown:
+        if compiler is not None:
+            _tell(compiler, shown)
         tasks: dict[str, Any] = {}
 
         def report(stage: str, done: int, total: int) -> None:
             if stage not in tasks:
-                tasks[stage] = bars.add_task(stage, total=total)
-            bars.update(tasks[stage], completed=done, total=total)
+                tasks[stage] = shown.add_task(stage, total=total)
+            shown.update(tasks[stage], completed=done, total=total)
 
         yield report
+
+
+def _tell(compiler: "Compiler", shown: "Bars") -> None:
+    # One line in a log, a progress bar on a terminal.
+    text = "compiling kernels for this machine, once: about {:.0f} s"
+    if not shown.console.is_terminal:
+        shown.console.print(text.format(compiler.seconds_left()), style="dim")
+        return
+    task = shown.add_task(text.format(compiler.seconds_left()), total=compiler.total)
+
+    def follow() -> None:
+        while compiler.running:
+            left = (text + " left").format(compiler.seconds_left())
+            shown.update(task, completed=compiler.done, description=left)
+            time.sleep(0.2)
+        shown.remove_task(task)
+
+    threading.Thread(target=follow, daemon=True).start()

@@ -1,11 +1,14 @@
 """``upholster cover`` and ``upholster surfaces``."""
 
 import time
+from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from upholster.cli.console import byte_count, in_bytes, numbers, progress_bars, texel_count
+from upholster.cli.console import in_bytes, numbers, progress_bars
+from upholster.cli.options import spelled_out
+from upholster.options import SynthesisOptions, WriteOptions
 
 __all__ = ["cover", "surfaces"]
 
@@ -35,13 +38,14 @@ def surfaces() -> None:
     Console().print(table)
 
 
+@spelled_out()
 def cover(
-    exemplar: Annotated[
+    sample: Annotated[
         list[str],
         typer.Argument(
             help="The sample: an image (PNG, JPEG, WebP, TIFF, EXR); or a material's maps, as a folder or as "
             "files named by role, `brick_albedo.png brick_normal.png` …",
-            metavar="EXEMPLAR",
+            metavar="SAMPLE",
         ),
     ],
     on: Annotated[
@@ -64,158 +68,38 @@ def cover(
             "textures: `x_normal.png`.",
         ),
     ],
-    texels: Annotated[
-        str | None,
-        typer.Option(
-            metavar="N|WxH",
-            help="How many in all, `4M`; or, on a plane, the size of a flat texture, `512x512`.",
-            rich_help_panel="Scale and direction",
-        ),
-    ] = None,
-    density: Annotated[
-        float | None, typer.Option(help="Texels per model unit.", rich_help_panel="Scale and direction")
-    ] = None,
-    sample_size: Annotated[
-        float | None,
-        typer.Option(help="Width of the exemplar in model units.", rich_help_panel="Scale and direction"),
-    ] = None,
-    direction: Annotated[
-        str | None,
-        typer.Option(
-            metavar="u|v|DEG|X,Y,Z|around:AXIS",
-            help="Which way the exemplar's rows run: along the patches, at an angle to that, along a vector, "
-            "or round an axis.",
-            rich_help_panel="Scale and direction",
-        ),
-    ] = None,
-    tileable: Annotated[
-        bool,
-        typer.Option(
-            "--tileable", help="A flat texture wraps both ways.", rich_help_panel="Scale and direction"
-        ),
-    ] = False,
+    *,
+    synthesis: SynthesisOptions,
     seed: Annotated[int, typer.Option(help="Same seed, same result.", rich_help_panel="Synthesis")] = 0,
-    method: Annotated[
-        str,
-        typer.Option(
-            help="quilt: one texture over the whole surface; paper: the paper's.", rich_help_panel="Synthesis"
-        ),
-    ] = "quilt",
-    block: Annotated[
-        int | None,
-        typer.Option(help="Side of a block, in exemplar pixels.", rich_help_panel="Synthesis"),
-    ] = None,
-    overlap: Annotated[
-        int | None, typer.Option(help="Overlap of blocks, likewise.", rich_help_panel="Synthesis")
-    ] = None,
-    evenness: Annotated[
-        float | None,
-        typer.Option(help="How evenly the exemplar is used, from 0.", rich_help_panel="Synthesis"),
-    ] = None,
-    variety: Annotated[
-        float | None,
-        typer.Option(help="How much repeats within sight are avoided, from 0.", rich_help_panel="Synthesis"),
-    ] = None,
-    chart: Annotated[
-        int | None, typer.Option(help="Texels along each side of a patch.", rich_help_panel="Method paper")
-    ] = None,
-    levels: Annotated[
-        int | None, typer.Option(help="Levels of the Haar transform.", rich_help_panel="Method paper")
-    ] = None,
-    seams: Annotated[
-        bool | None,
-        typer.Option(
-            "--seams/--no-seams", help="Mend the seams between patches.", rich_help_panel="Method paper"
-        ),
-    ] = None,
     crop: Annotated[
         str | None,
-        typer.Option(metavar="X,Y,W,H", help="Use this part, in pixels.", rich_help_panel="Exemplar"),
+        typer.Option(metavar="X,Y,W,H", help="Use this part, in pixels.", rich_help_panel="Sample"),
     ] = None,
     resize: Annotated[
         str | None,
-        typer.Option(
-            metavar="N|WxH", help="Resize to this longer side, or size.", rich_help_panel="Exemplar"
-        ),
+        typer.Option(metavar="N|WxH", help="Resize to this longer side, or size.", rich_help_panel="Sample"),
     ] = None,
-    quads: Annotated[int, typer.Option(help="Quadrilaterals of the mesh.", rich_help_panel="Output")] = 20000,
-    texture: Annotated[
-        str, typer.Option(help="Texture inside a GLB: png, jpeg or webp.", rich_help_panel="Output")
-    ] = "png",
-    quality: Annotated[int, typer.Option(help="Of JPEG and WebP, 1 to 100.", rich_help_panel="Output")] = 90,
-    normal_scale: Annotated[
-        float, typer.Option(help="Strength of a normal map in a GLB.", rich_help_panel="Output")
-    ] = 1.0,
-    size: Annotated[
-        str, typer.Option(metavar="WxH", help="Of a picture.", rich_help_panel="Output")
-    ] = "1024x768",
-    view: Annotated[
-        str, typer.Option(metavar="AZ,EL", help="Azimuth and elevation in degrees.", rich_help_panel="Output")
-    ] = "30,30",
-    supersample: Annotated[int, typer.Option(help="Rays per pixel each way.", rich_help_panel="Output")] = 2,
-    wavelet: Annotated[
-        str | None, typer.Option(help="9/7 (default), 5/3 or haar.", rich_help_panel="Stream")
-    ] = None,
-    lossless: Annotated[
-        bool, typer.Option("--lossless", help="Keep the exemplar exactly.", rich_help_panel="Stream")
-    ] = False,
-    threshold: Annotated[
-        float, typer.Option(help="Leave out smaller coefficients (equation 7).", rich_help_panel="Stream")
-    ] = 0.0,
-    stream_bytes: Annotated[
-        str | None, typer.Option("--bytes", metavar="N", help="Length at most: 8k.", rich_help_panel="Stream")
-    ] = None,
+    writing: WriteOptions,
     report: Annotated[
         str | None, typer.Option(metavar="FILE", help="Write parameters, counts and times as JSON.")
     ] = None,
     threads: Annotated[int | None, typer.Option(help="1 to 256; default: one per core.")] = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
 ) -> None:
-    """Cover a surface with texture from an exemplar or a material, and write models and pictures."""
+    """Cover a surface with texture from a sample or a material, and write models and pictures."""
     start = time.perf_counter()
-    from upholster.outputs import WriteOptions
     from upholster.pipeline import cover as run
 
-    options = WriteOptions(
-        quads=quads,
-        texture=texture,  # type: ignore[arg-type]  # checked by WriteOptions
-        quality=quality,
-        normal_scale=normal_scale,
-        size=numbers("size", size, "x", 2, int),
-        view=numbers("view", view, ",", 2, float),
-        supersample=supersample,
-        wavelet=wavelet,
-        # The paper's own transform has three levels.
-        levels=(3 if levels is None else levels) if wavelet == "haar" else None,
-        lossless=lossless,
-        threshold=threshold,
-        stream_bytes=byte_count("bytes", stream_bytes),
-    )
-    with progress_bars(quiet) as progress:
+    with progress_bars(quiet, _uses(synthesis, sample, output)) as progress:
         result = run(
-            exemplar,
+            sample,
             on,
             output,
             crop=None if crop is None else numbers("crop", crop, ",", 4, int),
             resize=resize,
-            synthesis={
-                "method": method,
-                "texels": texel_count(texels),
-                "density": density,
-                "sample_size": sample_size,
-                "direction": direction,
-                "tileable": True if tileable else None,
-                "block": block,
-                "overlap": overlap,
-                "evenness": evenness,
-                "variety": variety,
-                "chart": chart,
-                # With method "quilt" they can only be those of a stream's Haar transform.
-                "levels": None if method == "quilt" and wavelet == "haar" else levels,
-                "seams": seams,
-            },
+            synthesis=synthesis,
             seed=seed,
-            options=options,
+            options=writing,
             report=report,
             threads=threads,
             progress=progress,
@@ -226,3 +110,16 @@ def cover(
         print(f"wrote {written}: {count:,} texels in {time.perf_counter() - start:.1f} s")
         if result.settled:
             print("; ".join(f"{name} {value}" for name, value in result.settled.items()))
+        for note in result.notes:
+            print(f"note: {note}")
+
+
+def _uses(asked: SynthesisOptions, sample: list[str], outputs: list[str]) -> list[str]:
+    # What kernels these arguments need, as far as they tell; wrong ones are for others to complain about.
+    flat = asked.method == "quilt" and isinstance(asked.texels, tuple)
+    material = len(sample) > 1 or Path(sample[0]).is_dir()
+    made = asked.method + (" flat" if flat else " material" if material else "")
+    kinds = {
+        ".glb": "model", ".obj": "model", ".npz": "texels", ".uph": "stream", ".html": "stream",
+    }  # fmt: skip
+    return [f"{made} {kinds.get(Path(name).suffix.lower(), 'picture')}" for name in outputs]

@@ -16,7 +16,7 @@ __all__ = ["measure"]
 
 def measure(
     result: Annotated[str, typer.Argument(help="A stream, or a flat image.", metavar="STREAM-OR-IMAGE")],
-    exemplar: Annotated[
+    sample: Annotated[
         str | None,
         typer.Option(
             metavar="IMAGE", help="What it was made from; a stream holds its own, if it is not given."
@@ -27,9 +27,7 @@ def measure(
     ] = False,
     sample_size: Annotated[
         float | None,
-        typer.Option(
-            help="The exemplar's width in the model's units that was asked for; default: the median."
-        ),
+        typer.Option(help="The sample's width in the model's units that was asked for; default: the median."),
     ] = None,
     direction: Annotated[
         str | None,
@@ -39,7 +37,7 @@ def measure(
     threads: Annotated[int | None, typer.Option(help="1 to 256; default: one per core.")] = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
 ) -> None:
-    """Measure a result: seams, scale, fidelity to the exemplar, verbatim copies."""
+    """Measure a result: seams, scale, fidelity to the sample, verbatim copies."""
     import json as codec
 
     from upholster.files import outputs
@@ -49,8 +47,8 @@ def measure(
     if suffix != ".uph" and suffix not in IMAGE_SUFFIXES:
         allowed = " ".join([".uph", *IMAGE_SUFFIXES])
         raise InputError(f"result {result!r} has suffix {suffix!r}; allowed: {allowed}")
-    if suffix != ".uph" and exemplar is None:
-        raise InputError(f"--exemplar is missing; image {result!r} is measured against what it was made from")
+    if suffix != ".uph" and sample is None:
+        raise InputError(f"--sample is missing; image {result!r} is measured against what it was made from")
     if json is not None and Path(json).suffix.lower() != ".json":
         raise InputError(f"output {json!r} has suffix {Path(json).suffix!r}; allowed: .json")
     if suffix == ".uph" and tileable:
@@ -59,15 +57,15 @@ def measure(
         raise InputError("--sample-size and --direction belong to a stream; an image has no surface")
     if sample_size is not None and not 1e-9 <= sample_size <= 1e9:
         raise InputError(f"sample size is {sample_size:g}; allowed: 1e-9 to 1e9 model units")
-    read = [result] if exemplar is None else [result, exemplar]
-    with progress_bars(quiet), outputs([] if json is None else [json], inputs=read) as files:
+    read = [result] if sample is None else [result, sample]
+    with progress_bars(quiet, ["measure"]), outputs([] if json is None else [json], inputs=read) as files:
         if suffix == ".uph":
-            found, state = _stream(result, exemplar, sample_size, direction, threads)
+            found, state = _stream(result, sample, sample_size, direction, threads)
         else:
-            found, state = _image(result, exemplar or "", tileable), ""
+            found, state = _image(result, sample or "", tileable), ""
         if json is not None:
             asked = {"sample_size": sample_size, "direction": direction} if suffix == ".uph" else {}
-            told = {"result": result, "exemplar": exemplar, **asked, **found.to_json()}
+            told = {"result": result, "sample": sample, **asked, **found.to_json()}
             text = codec.dumps(told, indent=2)
             files.path(json).write_text(text + "\n", encoding="utf-8")
     if not quiet:
@@ -75,7 +73,7 @@ def measure(
 
 
 def _stream(
-    path: str, exemplar: str | None, sample_size: float | None, direction: str | None, threads: int | None
+    path: str, sample: str | None, sample_size: float | None, direction: str | None, threads: int | None
 ) -> "tuple[Measures, str]":
     from upholster.charts.directions import parse_direction
     from upholster.files import read_bytes
@@ -84,14 +82,14 @@ def _stream(
     from upholster.stream import read_stream
 
     wanted = None if direction is None else parse_direction(direction)
-    original = None if exemplar is None else read_exemplar(exemplar)
+    original = None if sample is None else read_exemplar(sample)
     decoder = read_stream(read_bytes(path), strict=False)
     surface, quilt, coded = decoder.surface, decoder.quilt(), decoder.exemplar()
     if surface is None:  # no stream that can be shown lacks one
         raise InputError(f"stream {path!r} has no surface")
     if original is not None and original.shape != coded.shape:
         shapes = ["×".join(str(side) for side in image.shape) for image in (original, coded)]
-        raise InputError(f"exemplar {exemplar!r} is {shapes[0]}; allowed: the stream's shape, {shapes[1]}")
+        raise InputError(f"sample {sample!r} is {shapes[0]}; allowed: the stream's shape, {shapes[1]}")
     state = ""
     if not decoder.complete:
         known = f"{decoder.charts_known} of {len(decoder.charts)} charts have their placements"
@@ -103,11 +101,11 @@ def _stream(
     return found, state
 
 
-def _image(path: str, exemplar: str, tileable: bool) -> "Measures":
+def _image(path: str, sample: str, tileable: bool) -> "Measures":
     from upholster.image import read_exemplar, read_image
     from upholster.measure import measure_image
 
-    return measure_image(read_image(path), read_exemplar(exemplar), tileable=tileable)
+    return measure_image(read_image(path), read_exemplar(sample), tileable=tileable)
 
 
 def _show(found: "Measures", state: str) -> None:

@@ -2,6 +2,8 @@
 
 import re
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from types import ModuleType
 from typing import Annotated
 
@@ -35,7 +37,6 @@ def serve(
     """Serve streams and a page to look at them, until Ctrl-C."""
     rate = _rate(throttle)
     server = _server()
-    _tell_compilation()
     origins = [server.check_origin(origin) for origin in cors or []]
     catalogue = server.Catalogue(paths)
 
@@ -44,7 +45,8 @@ def serve(
         told = "1 stream" if found == 1 else f"{found:,} streams"
         print(f"serving {told} at {url} (Ctrl-C stops)", flush=True)
 
-    server.serve(catalogue, host=host, port=port, rate=rate, origins=origins, listening=listening)
+    with _compiling():
+        server.serve(catalogue, host=host, port=port, rate=rate, origins=origins, listening=listening)
 
 
 def view(
@@ -56,7 +58,6 @@ def view(
 ) -> None:
     """Show streams in the browser, until Ctrl-C."""
     server = _server()
-    _tell_compilation()
     catalogue = server.Catalogue(paths)
     if catalogue.folders:
         raise InputError("view shows .uph files; a folder's are served by: upholster serve FOLDER")
@@ -67,7 +68,8 @@ def view(
         opened = browser and server.open_in_browser(page)
         print(f"{'opened' if opened else 'open'} {page} in a browser (Ctrl-C stops)", flush=True)
 
-    server.serve(catalogue, port=port, listening=listening)
+    with _compiling():
+        server.serve(catalogue, port=port, listening=listening)
 
 
 def _server() -> ModuleType:
@@ -82,11 +84,20 @@ def _server() -> ModuleType:
     return upholster.server
 
 
-def _tell_compilation() -> None:
-    from upholster.jit import on_first_compilation
+@contextmanager
+def _compiling() -> Iterator[None]:
+    # The kernels of pictures of streams, while the server already answers.
+    from upholster.warm import compiling
 
-    text = "compiling kernels for this machine, once: pictures of streams come in less than a minute"
-    on_first_compilation(lambda: print(text, file=sys.stderr, flush=True))
+    with compiling(["refine picture", "refine paper"]) as compiler:
+        if compiler is not None:
+            print(
+                "compiling kernels for this machine, once: pictures of streams come in about "
+                f"{compiler.seconds_left():.0f} s",
+                file=sys.stderr,
+                flush=True,
+            )
+        yield
 
 
 def _rate(text: str | None) -> int | None:

@@ -6,11 +6,14 @@ from typing import Annotated
 import typer
 
 from upholster.cli.console import byte_count, in_bytes, numbers, progress_bars, share
+from upholster.cli.options import spelled_out
 from upholster.errors import InputError
+from upholster.options import WriteOptions
 
 __all__ = ["info", "levels", "refine"]
 
 
+@spelled_out(without=["Stream"])
 def refine(
     stream: Annotated[str, typer.Argument(help="A stream, or the start of one.", metavar="FILE.uph")],
     output: Annotated[
@@ -22,38 +25,26 @@ def refine(
             help="As for `cover`: .glb .obj .npz .uph .html, pictures, `atlas:`.",
         ),
     ],
+    *,
     most_bytes: Annotated[
         str | None, typer.Option("--bytes", metavar="N", help="Use only the first N bytes: 8000, 8k, 8Ki.")
     ] = None,
-    bpp: Annotated[float | None, typer.Option(help="The same, in bits per pixel of the exemplar.")] = None,
+    bpp: Annotated[float | None, typer.Option(help="The same, in bits per pixel of the sample.")] = None,
     coefficients: Annotated[
         str | None, typer.Option(metavar="7%", help="Stop at this share of significant coefficients.")
     ] = None,
-    quads: Annotated[int, typer.Option(help="Quadrilaterals of the mesh.")] = 20000,
-    texture: Annotated[str, typer.Option(help="Texture inside a GLB: png, jpeg or webp.")] = "png",
-    quality: Annotated[int, typer.Option(help="Of JPEG and WebP, 1 to 100.")] = 90,
-    size: Annotated[str, typer.Option(metavar="WxH", help="Of a picture.")] = "1024x768",
-    view: Annotated[str, typer.Option(metavar="AZ,EL", help="Azimuth and elevation in degrees.")] = "30,30",
-    supersample: Annotated[int, typer.Option(help="Rays per pixel each way.")] = 2,
+    writing: WriteOptions,
     threads: Annotated[int | None, typer.Option(help="1 to 256; default: one per core.")] = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
 ) -> None:
     """Write models and pictures from a stream, however much of it there is."""
-    from upholster.outputs import WriteOptions
     from upholster.pipeline import refine as run
     from upholster.stream.prefix import Limit
 
-    options = WriteOptions(
-        quads=quads,
-        texture=texture,  # type: ignore[arg-type]  # checked by WriteOptions
-        quality=quality,
-        size=numbers("size", size, "x", 2, int),
-        view=numbers("view", view, ",", 2, float),
-        supersample=supersample,
-    )
     limit = Limit(byte_count("bytes", most_bytes), bpp, share("coefficients", coefficients))
-    with progress_bars(quiet) as progress:
-        done = run(stream, output, limit=limit, options=options, threads=threads, progress=progress)
+    uses = ["refine model", "refine picture", "refine paper", "refine material"]
+    with progress_bars(quiet, uses) as progress:
+        done = run(stream, output, limit=limit, options=writing, threads=threads, progress=progress)
     if not quiet:
         written = ", ".join(f"{name} ({in_bytes(count)})" for name, count in done.written.items())
         state = "complete" if done.complete else f"of {in_bytes(done.total)}, incomplete"
@@ -66,7 +57,7 @@ def refine(
 def info(
     stream: Annotated[str, typer.Argument(help="A stream, or the start of one.", metavar="FILE.uph")],
 ) -> None:
-    """Tell what a stream holds: chunks, placements, and what can be seen after so many bytes."""
+    """Show what a stream contains: chunks, placements, and what can be shown after so many bytes."""
     from rich.box import SIMPLE_HEAD
     from rich.console import Console
     from rich.table import Table
@@ -85,7 +76,7 @@ def info(
         here = "all" if row.received == row.length else f"{row.received:,}"
         chunks.add_row(row.tag, f"{row.offset:,}", f"{row.length:,}", here, row.holds)
     console.print(chunks)
-    readable = Table("bytes", "charts", "placements", "coefficients", "exemplar", box=SIMPLE_HEAD)
+    readable = Table("bytes", "charts", "placements", "coefficients", "sample", box=SIMPLE_HEAD)
     for line in found.readable:
         quality = "as far as known" if line.psnr == float("inf") else f"{line.psnr:.1f} dB"
         parts = (f"{100 * part:.0f} %" for part in (line.charts, line.placements, line.coefficients))
@@ -106,14 +97,13 @@ def levels(
     from upholster.files import outputs, read_bytes
     from upholster.image import write_image
     from upholster.levels import curve_picture, levels_picture
-    from upholster.outputs import WriteOptions
 
     if Path(output).suffix.lower() not in (".png", ".jpg", ".jpeg", ".webp"):
         raise InputError(f"output {output!r} has suffix {Path(output).suffix!r}; allowed: .png, .jpg, .webp")
     options = WriteOptions(
         size=numbers("size", size, "x", 2, int), view=numbers("view", view, ",", 2, float), supersample=3
     )
-    with progress_bars(quiet) as progress, outputs([output], inputs=[stream]) as files:
+    with progress_bars(quiet, ["levels"]) as progress, outputs([output], inputs=[stream]) as files:
         data = read_bytes(stream)
         if curve:
             picture, _ = curve_picture(data, threads=threads)

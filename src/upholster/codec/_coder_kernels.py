@@ -7,6 +7,8 @@ zerotree root (ZTR: no descendant becomes significant in this plane) or an isola
 at hand do not determine the next bit, the loop returns and can go on from there when there are more.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -44,6 +46,7 @@ from upholster.codec.tree import (
     WAITING,
 )
 from upholster.jit import inline, kernel, spliced
+from upholster.types import int64
 
 __all__ = [
     "DOMINANT",
@@ -58,12 +61,22 @@ __all__ = [
     "SIGNIFICANT_COUNT",
     "STARTED",
     "SUBORDINATE",
+    "Coder",
     "code_planes",
 ]
 
 Ints = NDArray[np.int32]
 Longs = NDArray[np.int64]
 Bytes = NDArray[np.uint8]
+
+
+class Coder(NamedTuple):
+    """The coder's state, the bytes, and the adaptive model (see `upholster.codec._model_kernels`)."""
+
+    state: Longs
+    data: Bytes
+    a: Ints
+
 
 # Places in the state after those of the arithmetic coder.
 PLANE, PHASE, QUEUE, PLACE, STEP, SEGMENT, HEAD, TAIL, CURRENT, SIGNIFICANT_COUNT = range(6, 16)
@@ -109,7 +122,8 @@ def _remove(i: int, state: Longs, m: Ints) -> None:
 @spliced
 def _start_plane(state: Longs, segments: Ints, m: Ints, bands: Ints, a: Ints) -> None:
     plane = state[PLANE]
-    state[ENDS : ENDS + 2 * QUEUES] = -1
+    for n in range(ENDS, ENDS + 2 * QUEUES):
+        state[n] = -1
     for s in range(segments.shape[0]):
         for i in range(segments[s, 0], segments[s, 1]):
             flag = m[FLAGS, i]
@@ -199,144 +213,175 @@ def _next_in_queue(state: Longs, m: Ints) -> int:
     return i
 
 
+@inline
+def _start_refining(state: Longs, segments: Ints) -> None:
+    state[PHASE], state[SEGMENT], state[PLACE] = SUBORDINATE, 0, segments[0, 0]
+
+
+@inline
+def _start_trees(state: Longs, m: Ints, roots: Ints) -> None:
+    # The line starts with all roots; children join it behind those that are no zerotree roots.
+    state[PHASE], state[STEP] = DOMINANT, _NEXT
+    state[HEAD], state[TAIL] = 0, roots.shape[0]
+    for n in range(roots.shape[0]):
+        m[LINE, n] = roots[n]
+
+
+@inline
+def _refine(i: int, coder: Coder, values: Ints, m: Ints, bands: Ints, encoding: bool) -> bool:
+    # Codes the next bit of a coefficient that was significant before; returns whether it could.
+    state, a = coder.state, coder.a
+    plane, band = state[PLANE], m[BAND, i]
+    if m[FLAGS, i] & (SIGNIFICANT | NEWLY | PADDING) != SIGNIFICANT or plane < bands[band, LOWEST]:
+        return True
+    so_far = m[KNOWN, i] >> (plane + 1)
+    age = 0 if so_far == 1 else 1 if so_far < 4 else 2
+    refinement_contexts(i, age, plane, m, bands, a)
+    bit = (abs(values[i]) >> plane) & 1 if encoding else 0
+    bit = code_bit(state, coder.data, a, 2, _MIX_REFINE + age, 400, encoding, bit)
+    if bit < 0:
+        return False
+    m[KNOWN, i] |= bit << plane
+    group = (bands[band, KIND] * LEVELS + bands[band, LEVEL]) * 2 + min(age, 1)
+    a[REFINED + 2 * group + bit] += 1
+    return True
+
+
+@inline
+def _refine_plane(
+    coder: Coder, values: Ints, m: Ints, bands: Ints, segments: Ints, encoding: bool, most_bytes: int
+) -> bool:
+    # The subordinate pass; returns whether it is done.
+    state = coder.state
+    while state[SEGMENT] < segments.shape[0]:
+        while state[PLACE] < segments[state[SEGMENT], 1]:
+            if not _refine(state[PLACE], coder, values, m, bands, encoding):
+                return False
+            state[PLACE] += 1
+        if encoding and state[BYTES_DONE] >= most_bytes:
+            return False
+        state[SEGMENT] += 1
+        if state[SEGMENT] < segments.shape[0]:
+            state[PLACE] = segments[state[SEGMENT], 0]
+    return True
+
+
+@inline
+def _next_coefficient(state: Longs, m: Ints, bands: Ints) -> bool:
+    # Takes the next one of the likely or the dominant pass; returns whether there is one.
+    if state[PHASE] == LIKELY:
+        i = int64(_next_in_queue(state, m))
+        state[STEP] = _SIGNIFICANCE
+    else:
+        i = int64(-1)
+        if state[HEAD] < state[TAIL]:
+            i = int64(m[LINE, state[HEAD]])
+            state[HEAD] += 1
+            coded = m[FLAGS, i] & (SIGNIFICANT | VISITED) or state[PLANE] < bands[m[BAND, i], LOWEST]
+            state[STEP] = _TREE if coded else _SIGNIFICANCE
+    state[CURRENT] = i
+    if i < 0:
+        state[STEP] = _NEXT
+    return i >= 0
+
+
+@inline
+def _code_significance(coder: Coder, values: Ints, m: Ints, bands: Ints, encoding: bool) -> bool:
+    # Whether the current coefficient becomes significant in this plane.
+    state, a = coder.state, coder.a
+    i, plane = state[CURRENT], state[PLANE]
+    significance_contexts(i, plane, m, bands, a)
+    queue = state[QUEUE] if state[PHASE] == LIKELY else QUEUES
+    bit = (abs(values[i]) >> plane) & 1 if encoding else 0
+    mixer = _MIX_SIGNIFICANCE + queue * 4 + bands[m[BAND, i], KIND]
+    bit = code_bit(state, coder.data, a, 3, mixer, 255, encoding, bit)
+    if bit < 0:
+        return False
+    m[FLAGS, i] |= VISITED
+    state[STEP] = _SIGN if bit else _TREE
+    return True
+
+
+@inline
+def _code_sign(coder: Coder, values: Ints, m: Ints, bands: Ints, encoding: bool) -> bool:
+    state, a = coder.state, coder.a
+    i = state[CURRENT]
+    sign_contexts(i, m, bands, a)
+    bit = 1 if encoding and values[i] < 0 else 0
+    mixer = _MIX_SIGN + bands[m[BAND, i], KIND]
+    bit = code_bit(state, coder.data, a, 5, mixer, 400, encoding, bit)
+    if bit < 0:
+        return False
+    _become_significant(i, bit, state, m, bands, a)
+    state[STEP] = _TREE
+    return True
+
+
+@inline
+def _code_tree(coder: Coder, deepest: Ints, m: Ints, bands: Ints, encoding: bool) -> bool:
+    # Whether the current coefficient is a zerotree root; if not, its children join the line.
+    state, a = coder.state, coder.a
+    i, plane = state[CURRENT], state[PLANE]
+    bit = int64(0)
+    if m[FLAGS, i] & SIGNIFICANT == 0 and m[BELOW, i] == 0:
+        tree_contexts(i, plane, m, bands, a)
+        bit = int64(1 if encoding and deepest[i] >> plane == 0 else 0)
+        mixer = _MIX_TREE + bands[m[BAND, i], KIND]
+        bit = code_bit(state, coder.data, a, 3, mixer, 255, encoding, bit)
+        if bit < 0:
+            return False
+    if bit:
+        m[FLAGS, i] |= ROOT
+        return True
+    for n in range(4):
+        child = _child(i, n, m, bands)
+        if child > 0 and m[FLAGS, child] & PADDING == 0:
+            m[LINE, state[TAIL]] = child
+            state[TAIL] += 1
+    return True
+
+
 @kernel
 def code_planes(
-    state: Longs,
-    data: Bytes,
+    coder: Coder,
     values: Ints,
     deepest: Ints,
     m: Ints,
     bands: Ints,
     segments: Ints,
     roots: Ints,
-    a: Ints,
     encoding: bool,
     most_bytes: int,
     most_significant: int,
 ) -> bool:
-    """Code plane after plane, from wherever `state` is; return whether all planes are done.
+    """Code plane after plane, from wherever the state is; return whether all planes are done.
 
     When encoding, `values` are the coefficients and `deepest` the largest magnitude among each one's
     descendants; it stops after `most_bytes` bytes, or when `most_significant` coefficients are significant.
     """
+    state = coder.state
     while state[PLANE] >= 0:
-        plane = state[PLANE]
         if state[PHASE] == STARTED:
-            _start_plane(state, segments, m, bands, a)
+            _start_plane(state, segments, m, bands, coder.a)
             state[PHASE], state[QUEUE], state[STEP] = LIKELY, 0, _NEXT
         if state[PHASE] == SUBORDINATE:
-            while state[SEGMENT] < segments.shape[0]:
-                while state[PLACE] < segments[state[SEGMENT], 1]:
-                    i = state[PLACE]
-                    band = m[BAND, i]
-                    if (
-                        m[FLAGS, i] & (SIGNIFICANT | NEWLY | PADDING) == SIGNIFICANT
-                        and plane >= bands[band, LOWEST]
-                    ):
-                        so_far = m[KNOWN, i] >> (plane + 1)
-                        age = 0 if so_far == 1 else 1 if so_far < 4 else 2
-                        refinement_contexts(i, age, plane, m, bands, a)
-                        bit = (abs(values[i]) >> plane) & 1 if encoding else 0
-                        bit = code_bit(
-                            state,
-                            data,
-                            a,
-                            2,
-                            _MIX_REFINE + age,
-                            400,
-                            encoding,
-                            bit,
-                        )
-                        if bit < 0:
-                            return False
-                        m[KNOWN, i] |= bit << plane
-                        group = (bands[band, KIND] * LEVELS + bands[band, LEVEL]) * 2 + min(age, 1)
-                        a[REFINED + 2 * group + bit] += 1
-                    state[PLACE] += 1
-                if encoding and state[BYTES_DONE] >= most_bytes:
-                    return False
-                state[SEGMENT] += 1
-                if state[SEGMENT] < segments.shape[0]:
-                    state[PLACE] = segments[state[SEGMENT], 0]
-            state[PHASE], state[STEP] = DOMINANT, _NEXT
-            state[HEAD], state[TAIL] = 0, roots.shape[0]
-            m[LINE, : roots.shape[0]] = roots
-        while True:
-            if state[STEP] == _NEXT:
-                if state[PHASE] == LIKELY:
-                    i = _next_in_queue(state, m)
-                    if i < 0:
-                        break
-                    state[STEP] = _SIGNIFICANCE
-                else:
-                    if state[HEAD] == state[TAIL]:
-                        break
-                    i = m[LINE, state[HEAD]]
-                    state[HEAD] += 1
-                    coded = m[FLAGS, i] & (SIGNIFICANT | VISITED) or plane < bands[m[BAND, i], LOWEST]
-                    state[STEP] = _TREE if coded else _SIGNIFICANCE
-                state[CURRENT] = i
-                if encoding and (
-                    state[BYTES_DONE] >= most_bytes or state[SIGNIFICANT_COUNT] >= most_significant
-                ):
-                    return False
-            i = state[CURRENT]
-            kind = bands[m[BAND, i], KIND]
-            if state[STEP] == _SIGNIFICANCE:
-                significance_contexts(i, plane, m, bands, a)
-                queue = state[QUEUE] if state[PHASE] == LIKELY else QUEUES
-                bit = (abs(values[i]) >> plane) & 1 if encoding else 0
-                mixer = _MIX_SIGNIFICANCE + queue * 4 + kind
-                bit = code_bit(state, data, a, 3, mixer, 255, encoding, bit)
-                if bit < 0:
-                    return False
-                m[FLAGS, i] |= VISITED
-                state[STEP] = _SIGN if bit else _TREE
-            if state[STEP] == _SIGN:
-                sign_contexts(i, m, bands, a)
-                bit = 1 if encoding and values[i] < 0 else 0
-                bit = code_bit(
-                    state,
-                    data,
-                    a,
-                    5,
-                    _MIX_SIGN + kind,
-                    400,
-                    encoding,
-                    bit,
-                )
-                if bit < 0:
-                    return False
-                _become_significant(i, bit, state, m, bands, a)
-                state[STEP] = _TREE
-            if state[PHASE] == DOMINANT and m[CHILD, i] > 0:
-                bit = 0
-                if m[FLAGS, i] & SIGNIFICANT == 0 and m[BELOW, i] == 0:
-                    tree_contexts(i, plane, m, bands, a)
-                    bit = 1 if encoding and deepest[i] >> plane == 0 else 0
-                    bit = code_bit(
-                        state,
-                        data,
-                        a,
-                        3,
-                        _MIX_TREE + kind,
-                        255,
-                        encoding,
-                        bit,
-                    )
-                    if bit < 0:
-                        return False
-                if bit:
-                    m[FLAGS, i] |= ROOT
-                else:
-                    for n in range(4):
-                        child = _child(i, n, m, bands)
-                        if child > 0 and m[FLAGS, child] & PADDING == 0:
-                            m[LINE, state[TAIL]] = child
-                            state[TAIL] += 1
+            if not _refine_plane(coder, values, m, bands, segments, encoding, most_bytes):
+                return False
+            _start_trees(state, m, roots)
+        while state[STEP] != _NEXT or _next_coefficient(state, m, bands):
+            full = state[BYTES_DONE] >= most_bytes or state[SIGNIFICANT_COUNT] >= most_significant
+            if encoding and full:
+                return False
+            if state[STEP] == _SIGNIFICANCE and not _code_significance(coder, values, m, bands, encoding):
+                return False
+            if state[STEP] == _SIGN and not _code_sign(coder, values, m, bands, encoding):
+                return False
+            trees = state[PHASE] == DOMINANT and m[CHILD, state[CURRENT]] > 0
+            if trees and not _code_tree(coder, deepest, m, bands, encoding):
+                return False
             state[STEP] = _NEXT
         if state[PHASE] == LIKELY:
-            state[PHASE], state[SEGMENT], state[PLACE] = SUBORDINATE, 0, segments[0, 0]
+            _start_refining(state, segments)
         else:
             state[PHASE] = STARTED
             state[PLANE] -= 1

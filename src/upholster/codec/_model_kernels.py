@@ -6,7 +6,7 @@ Everything is integer arithmetic within 53 bits, so that a decoder in any langua
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.jit import inline
+from upholster.jit import kernel
 
 __all__ = [
     "BYTES_DONE",
@@ -41,7 +41,7 @@ MIXERS = 39
 COUNTERS = WEIGHTS + 8 * MIXERS
 
 
-@inline
+@kernel
 def code_bit(
     state: NDArray[np.int64],
     data: NDArray[np.uint8],

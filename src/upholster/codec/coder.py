@@ -224,15 +224,13 @@ class _Memory:
     ) -> bool:
         """Code planes from where the state is, see `code_planes`; return whether all are done."""
         return kernels.code_planes(
-            self.state,
-            data,
+            kernels.Coder(self.state, data, self.a),
             values,
             deepest,
             self.m,
             self.tree.table,
             self.tree.segments,
             self.tree.roots,
-            self.a,
             encoding,
             most_bytes,
             most_significant,

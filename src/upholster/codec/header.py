@@ -113,7 +113,8 @@ class ImageHeader:
             )
         height, width, channels, kind, levels, plane, fineness = _FIXED.unpack_from(data)
         wavelet, color, depth = kind & 3, kind >> 2 & 3, kind >> 4
-        for name, value, least, most in (
+        _check_ranges(
+            offset,
             ("height", height, 1, 65535),
             ("width", width, 1, 65535),
             ("channels", channels, 1, 64),
@@ -124,15 +125,10 @@ class ImageHeader:
             ("first plane", plane, 0, 24),
             ("fineness", fineness, 0, 7),
             ("samples", height * width * channels, 1, MAX_SAMPLES),
-        ):
-            if not least <= value <= most:
-                raise _fault(offset, f"the image header's {name} is {value}; allowed: {least} to {most}")
+        )
         if (places := tree_size(height, width, channels, levels)) > MAX_PLACES:
             raise _fault(offset, f"the image header asks for {places} places; allowed: {MAX_PLACES}")
-        if color and channels < 3:
-            raise _fault(offset, f"the image header has a colour transform but {channels} channels")
-        if (color == _KLT and wavelet) or (color == _YCOCG and not wavelet):
-            raise _fault(offset, "the image header's colour transform does not go with its wavelet")
+        _check_color(offset, color, wavelet, channels)
         size = _FIXED.size + 2 * channels + (18 if color == _KLT else 0) + (8 if depth == 2 else 0)
         if len(data) < size:
             raise _fault(offset, f"the image header is cut; needs {size - len(data)} more bytes")
@@ -163,6 +159,20 @@ class ImageHeader:
             low,
             high,
         )
+
+
+def _check_ranges(offset: int, *fields: tuple[str, int, int, int]) -> None:
+    """Raise FormatError unless each value, given by (name, value, least, most), is in its range."""
+    for name, value, least, most in fields:
+        if not least <= value <= most:
+            raise _fault(offset, f"the image header's {name} is {value}; allowed: {least} to {most}")
+
+
+def _check_color(offset: int, color: int, wavelet: int, channels: int) -> None:
+    if color and channels < 3:
+        raise _fault(offset, f"the image header has a colour transform but {channels} channels")
+    if (color == _KLT and wavelet) or (color == _YCOCG and not wavelet):
+        raise _fault(offset, "the image header's colour transform does not go with its wavelet")
 
 
 def _fault(offset: int, what: str) -> FormatError:

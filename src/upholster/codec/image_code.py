@@ -1,6 +1,7 @@
 """Whole images through the codec: samples to header and stream, and back from any prefix of it."""
 
 import math
+from dataclasses import replace
 from functools import lru_cache
 from typing import Any, cast
 
@@ -68,23 +69,7 @@ def encode_parts(
             f"{places:,} places with padding; allowed: {MAX_PLACES:,}"
         )
     samples, low, high = _integers(image)
-    matrix: NDArray[np.int16] | None = None
-    if wavelet == "9/7":
-        means = np.rint(samples.mean(axis=(0, 1)))
-        planes: NDArray[Any] = samples - means
-        if channels >= 3:
-            matrix = fit_klt(planes[..., :3])
-            planes[..., :3] = np.linalg.solve(matrix / 16384.0, planes[..., :3].reshape(-1, 3).T).T.reshape(
-                height, width, 3
-            )
-    else:
-        planes, means = samples, np.zeros(channels)
-        if channels >= 3:
-            planes = np.concatenate([to_ycocg(samples[..., :3]), samples[..., 3:]], axis=2)
-        else:
-            # Centred, so that the approximation's signs carry information.
-            means = np.full(channels, 128 if image.dtype == np.uint8 else 32768)
-            planes = samples - means.astype(np.int32)
+    planes, means, matrix = _planes(samples, wavelet, 128 if image.dtype == np.uint8 else 32768)
     coefficients = forward(planes, wavelet=wavelet, levels=levels)
     for fineness in _finenesses(wavelet, coefficients):
         header = ImageHeader(
@@ -92,25 +77,55 @@ def encode_parts(
             wavelet != "9/7" and channels >= 3, tuple(int(mean) for mean in means), low, high,
         )  # fmt: skip
         tree = _tree(header)
-        values = np.zeros(tree.size, np.int32)
-        for band in tree.bands:
-            part = coefficients[_window(band, height, width)] / _unweight(header, band)
-            if threshold > 0:
-                norm = band_norms(wavelet, band.level)[band.kind] * _unweight(header, band)
-                part = np.where(np.abs(part) * norm < threshold, 0, part)
-            values[tree.places(band)] = np.trunc(part).astype(np.int32)
+        values = _quantized(coefficients, header, tree, threshold)
         if np.abs(values).max() >> (MAX_PLANE + 1):
             # Only 16-bit samples can do this, and only with more levels than the default.
             raise InputError(f"levels is {levels}: coefficients of 16-bit samples overflow; allowed: 0 to 6")
         room = None if most_bytes is None else max(0, most_bytes - len(header.pack()))
         plane, payload = encode_coefficients(values, tree, most_bytes=room, most_significant=most_significant)
-        header = ImageHeader(**{**header.__dict__, "plane": plane})
+        header = replace(header, plane=plane)
         if wavelet != "9/7" or room is not None or most_significant is not None or threshold > 0:
             break
         if _within_one(header, payload, samples):
             payload = payload[: _enough(header, payload, samples)]
             break
     return header.pack(), payload
+
+
+def _planes(
+    samples: NDArray[np.int32], wavelet: Wavelet, middle: int
+) -> tuple[NDArray[Any], NDArray[Any], NDArray[np.int16] | None]:
+    """Return the planes to transform, what was taken off each, and the colour matrix if there is one."""
+    channels = samples.shape[2]
+    if wavelet == "9/7":
+        means = np.rint(samples.mean(axis=(0, 1)))
+        planes: NDArray[Any] = samples - means
+        if channels < 3:
+            return planes, means, None
+        matrix = fit_klt(planes[..., :3])
+        colors = planes[..., :3].reshape(-1, 3).T
+        planes[..., :3] = np.linalg.solve(matrix / 16384.0, colors).T.reshape(*samples.shape[:2], 3)
+        return planes, means, matrix
+    if channels >= 3:
+        planes = np.concatenate([to_ycocg(samples[..., :3]), samples[..., 3:]], axis=2)
+        return planes, np.zeros(channels), None
+    # Centred, so that the approximation's signs carry information.
+    means = np.full(channels, middle)
+    return samples - means.astype(np.int32), means, None
+
+
+def _quantized(
+    coefficients: NDArray[Any], header: ImageHeader, tree: Tree, threshold: float
+) -> NDArray[np.int32]:
+    """Return coefficients as the tree's integers; those below the threshold, in samples, are 0."""
+    values = np.zeros(tree.size, np.int32)
+    for band in tree.bands:
+        part = coefficients[_window(band, header.height, header.width)] / _unweight(header, band)
+        if threshold > 0:
+            norm = band_norms(header.wavelet, band.level)[band.kind] * _unweight(header, band)
+            part = np.where(np.abs(part) * norm < threshold, 0, part)
+        values[tree.places(band)] = np.trunc(part).astype(np.int32)
+    return values
 
 
 def _within_one(header: ImageHeader, payload: bytes, samples: NDArray[np.int32]) -> bool:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from upholster._version import __version__
 from upholster.errors import InputError
 from upholster.export.pbr import PbrMaterial, TextureFormat, build_material
-from upholster.geometry import Mesh
+from upholster.model import Mesh
 from upholster.types import FloatArray, PixelArray
 
 __all__ = ["TextureFormat", "write_glb"]
@@ -63,7 +63,7 @@ def write_glb(
         `upholster.quilt.paint_normals` tells; roughness, metallic, ao (H, W, 1), packed in one image;
         emission. Floats become 16-bit.
     tangents
-        (V, 3), as `upholster.geometry.vertex_tangents` gives: needed with a normal map.
+        (V, 3), as `upholster.model.vertex_tangents` gives: needed with a normal map.
     normal_scale
         How strong the normal map is, 0 to 100: glTF's ``normalTexture.scale``.
     name

@@ -18,7 +18,7 @@ def write_npz(
     """Write texels as an ``.npz`` file, for `numpy.load`.
 
     It holds ``chart_000``, ``chart_001`` … ((height, width, C), of the exemplar's dtype), and of the layout
-    ``patch`` ((N,) int32, the patch that each chart covers), ``size`` ((N, 2) int32, height and width in
+    ``face`` ((N,) int32, the face that each chart lies on), ``size`` ((N, 2) int32, height and width in
     texels) and ``rectangle`` ((N, 4) float64, the parameters s0, s1, t0, t1 that it covers). Of a
     material these are the base colour; its other maps are ``normal_000``, ``roughness_000`` … by role.
 
@@ -34,7 +34,7 @@ def write_npz(
     charts = texels.charts
     digits = max(3, len(str(len(charts) - 1)))
     content: dict[str, Any] = {
-        "patch": np.array([chart.patch for chart in charts], np.int32),
+        "face": np.array([chart.face for chart in charts], np.int32),
         "size": np.array([(chart.height, chart.width) for chart in charts], np.int32).reshape(-1, 2),
         "rectangle": np.array([(c.s0, c.s1, c.t0, c.t1) for c in charts], np.float64).reshape(-1, 4),
     }

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 
 from upholster._version import __version__
 from upholster.export.maps import map_companion
-from upholster.geometry import Mesh
 from upholster.image import alpha_channel, write_image
+from upholster.model import Mesh
 from upholster.types import FloatArray, PixelArray
 
 __all__ = ["obj_companions", "write_obj"]

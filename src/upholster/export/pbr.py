@@ -2,24 +2,23 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Any, get_args
 
 import numpy as np
 
 from upholster.errors import InputError, nearest
 from upholster.image import alpha_channel, encode_image
+from upholster.options import TextureFormat
 from upholster.types import PixelArray
 
 __all__ = ["PbrMaterial", "TextureFormat", "build_material"]
-
-TextureFormat = Literal["png", "jpeg", "webp"]
 
 DATA_QUALITY = 90
 """JPEG and WebP of maps that hold no colours are at least as good: from here on JPEG keeps all its colour."""
 
 _ROLES = ("normal", "roughness", "metallic", "ao", "emission", "height", "opacity")
 _ROUGHNESS = 0.8
-"""Of a material that says nothing about it."""
+"""Of a material without such a map."""
 
 
 @dataclass
@@ -56,7 +55,7 @@ def build_material(
         where nearly all is 0 or 1.
     maps
         Other maps by role, (H, W, 1) or (H, W, 3), see `upholster.image.material.Material`; height and
-        opacity, which glTF has no place for, are passed over.
+        opacity, which glTF has no place for, are left out.
     texture, quality, normal_scale, name
         As for `write_glb`.
 
@@ -65,19 +64,15 @@ def build_material(
     InputError
         For an unknown role or format, a shape that does not fit, or alpha in a JPEG.
     """
-    if texture not in ("png", "jpeg", "webp"):
-        raise InputError(f"texture {texture!r} is unknown; {nearest(str(texture), ('png', 'jpeg', 'webp'))}")
+    if texture not in get_args(TextureFormat):
+        raise InputError(f"texture {texture!r} is unknown; {nearest(str(texture), get_args(TextureFormat))}")
     for role, part in maps.items():
-        if role not in _ROLES:
-            raise InputError(f"role {role!r} is unknown; {nearest(role, _ROLES)}")
-        channels = (3,) if role == "normal" else (1, 3) if role == "emission" else (1,)
-        if part.ndim != 3 or part.shape[2] not in channels:
-            raise InputError(f"{role} map has shape {part.shape}; allowed: (H, W, {channels[-1]})")
+        _check_map(role, part)
     mode = _alpha_mode(pixels)
     if mode == "OPAQUE" and alpha_channel(pixels.shape[2]) is not None:
         pixels = pixels[:, :, :-1]
     elif mode != "OPAQUE" and texture == "jpeg":
-        raise InputError("texture 'jpeg' cannot hold the exemplar's alpha; allowed: 'png' or 'webp'")
+        raise InputError("texture 'jpeg' cannot hold the sample's alpha; allowed: 'png' or 'webp'")
     surface: dict[str, Any] = {
         "baseColorTexture": {"index": 0},
         "metallicFactor": 1 if "metallic" in maps else 0,
@@ -109,6 +104,14 @@ def build_material(
         document["emissiveTexture"] = add("emission", maps["emission"], 1)
         document["emissiveFactor"] = [1, 1, 1]
     return made
+
+
+def _check_map(role: str, part: PixelArray) -> None:
+    if role not in _ROLES:
+        raise InputError(f"role {role!r} is unknown; {nearest(role, _ROLES)}")
+    channels = (3,) if role == "normal" else (1, 3) if role == "emission" else (1,)
+    if part.ndim != 3 or part.shape[2] not in channels:
+        raise InputError(f"{role} map has shape {part.shape}; allowed: (H, W, {channels[-1]})")
 
 
 def _packed(maps: Mapping[str, PixelArray]) -> PixelArray:

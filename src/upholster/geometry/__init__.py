@@ -1,4 +1,4 @@
-"""Surfaces made of rational Bézier patches: patches, how their edges meet, builders, files and meshes."""
+"""Surfaces made of rational Bézier patches: patches, faces, how their edges meet, builders, files."""
 
 from upholster.geometry.adjacency import BorderInterval, SharedEdge
 from upholster.geometry.catalog import (
@@ -9,19 +9,22 @@ from upholster.geometry.catalog import (
     surface_from_spec,
 )
 from upholster.geometry.cyclide import ring_cyclide, torus
+from upholster.geometry.face import Face, grid_face
+from upholster.geometry.face_seams import FaceSeam
 from upholster.geometry.files import read_bpt, read_nets, read_surface, write_nets
-from upholster.geometry.mesh import Mesh, tessellate
+from upholster.geometry.joining import join_patches
 from upholster.geometry.patch import RationalPatch
 from upholster.geometry.plane import plane
 from upholster.geometry.revolution import cone, cylinder, ellipsoid, revolve, vase
 from upholster.geometry.sphere import sphere
-from upholster.geometry.surface import Surface
-from upholster.geometry.tangents import vertex_tangents
+from upholster.geometry.surface import BuiltIn, Surface
 
 __all__ = [
     "SURFACES",
     "BorderInterval",
-    "Mesh",
+    "BuiltIn",
+    "Face",
+    "FaceSeam",
     "RationalPatch",
     "SharedEdge",
     "Surface",
@@ -30,6 +33,8 @@ __all__ = [
     "cone",
     "cylinder",
     "ellipsoid",
+    "grid_face",
+    "join_patches",
     "plane",
     "read_bpt",
     "read_nets",
@@ -39,9 +44,7 @@ __all__ = [
     "sphere",
     "surface_file",
     "surface_from_spec",
-    "tessellate",
     "torus",
     "vase",
-    "vertex_tangents",
     "write_nets",
 ]

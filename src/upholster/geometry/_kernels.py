@@ -2,13 +2,13 @@
 
 import numpy as np
 
-from upholster.jit import inline, kernel
+from upholster.jit import allocating_kernel, inline
 from upholster.types import FloatArray
 
 TILE = 256  # columns done at a time: the sums stay in the first-level cache
 
 
-@kernel
+@allocating_kernel
 def grid_points(net: FloatArray, bs: FloatArray, bt: FloatArray, points: FloatArray) -> None:
     """Evaluate the points of a patch on a grid.
 
@@ -65,7 +65,7 @@ def _basis(t: float, values: FloatArray, slopes: FloatArray) -> None:
     values[0] *= rest
 
 
-@kernel
+@allocating_kernel
 def evaluate(net: FloatArray, s: FloatArray, t: FloatArray, grid: bool, out: FloatArray) -> None:
     """Evaluate points and first derivatives of one patch, by the quotient rule.
 

@@ -1,22 +1,29 @@
-"""Which edges of a surface's patches meet: whole edges, then parts of edges, found by position."""
+"""Which edges of a surface's patches meet: as their face has it, else found by position."""
 
 from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
 
 from upholster.errors import InputError
 from upholster.geometry.edges import Edges
+from upholster.geometry.face import Face
 from upholster.geometry.overlaps import overlapping_parts
-from upholster.geometry.patch import RationalPatch
 from upholster.types import FloatArray
 
-__all__ = ["Adjacency", "BorderInterval", "SharedEdge", "find_adjacency"]
+__all__ = ["Adjacency", "BorderInterval", "FaceEdges", "SharedEdge", "find_adjacency", "nearly_meeting"]
 
 CHECKS = np.linspace(0.0, 1.0, 9)
 """Parameters at which two edges are compared."""
+
+LOOSEST = -3
+"""Power of ten, relative to the surface's size, up to which edges nearly meet."""
+
+LOOSE_GRID = 1e-6
+"""Gaps up to this part of the size are forgiven inside a face, whatever the tolerance."""
 
 EPS = 1e-6
 """Parts of an edge shorter than this, in its parameter, are neither border nor overlap."""
@@ -99,78 +106,206 @@ class Adjacency:
     degenerate: frozenset[tuple[int, int]]
 
 
-def find_adjacency(patches: Sequence[RationalPatch], tolerance: float) -> Adjacency:
-    """Find which edges meet.
+@dataclass(frozen=True, slots=True, eq=False)
+class FaceEdges:
+    """All edges of the faces' patches, and how the patches of one face hang together.
 
-    Two edges, or parts of them, meet if their points at corresponding parameters, the map linear, are nowhere
-    farther apart than the tolerance. An edge whose control points are all that close is a point: degenerate,
-    without neighbours.
+    Attributes
+    ----------
+    edges
+        Every patch's edges: number 4·patch + edge.
+    inner
+        (N, 2): pairs of edges that are one line inside a face, run alike.
+    rim
+        Whether an edge lies on its face's edge.
+    """
+
+    edges: Edges
+    inner: NDArray[np.int64]
+    rim: NDArray[np.bool_]
+
+    @classmethod
+    def of(cls, faces: Sequence[Face]) -> "FaceEdges":
+        """Return the edges of all faces, numbered patch after patch."""
+        edges = Edges([patch for face in faces for row in face.patches for patch in row])
+        pairs, first = [np.zeros((0, 2), np.int64)], 0
+        for face in faces:
+            number = first + np.arange(face.rows * face.columns).reshape(face.rows, face.columns)
+            first += number.size
+            pairs.append(4 * np.stack([number[:, :-1], number[:, 1:]], axis=-1).reshape(-1, 2) + (1, 3))
+            pairs.append(4 * np.stack([number[:-1], number[1:]], axis=-1).reshape(-1, 2) + (2, 0))
+        inner = np.concatenate(pairs)
+        rim = np.ones(len(edges), dtype=np.bool_)
+        rim[inner] = False
+        return cls(edges, inner, rim)
+
+
+def find_adjacency(parts: FaceEdges, tolerance: float) -> Adjacency:
+    """Find which edges of patches meet.
+
+    Inside a face the grid tells. Elsewhere two edges, or parts of them, meet if their points at corresponding
+    parameters, the map linear, are nowhere farther apart than the tolerance: whole edges first, whose ends
+    meet in the same two junctions, then parts. An edge whose control points are all that close is a point:
+    degenerate, without neighbours.
 
     Parameters
     ----------
-    patches
-        The patches.
+    parts
+        All edges.
     tolerance
         In the model's units.
 
     Raises
     ------
     InputError
-        If more than two edges claim one interval: names them.
+        If more than two edges claim one interval: names them; or patches of one face do not join.
     """
-    edges = Edges(patches)
-    degenerate = edges.degenerate(tolerance)
-    live = np.flatnonzero(~degenerate)
-    shared = _whole_edges(edges, live, tolerance)
-    met = np.zeros(len(edges), dtype=np.bool_)
-    for one in shared:
-        met[4 * one.patch + one.edge] = met[4 * one.other_patch + one.other_edge] = True
-    lone = ~met & ~degenerate
-    if lone.any():
-        for a, b, ends in overlapping_parts(edges, live, lone, tolerance):
-            meeting = SharedEdge(a // 4, a % 4, ends[0], ends[1], b // 4, b % 4, ends[2], ends[3])
-            flipped = meeting.flipped()
-            shared.append(min(meeting, flipped, key=lambda m: (m.patch, m.edge, m.start)))
-    shared.sort(key=lambda m: (m.patch, m.edge, m.start))
-    border = _border(edges, live, shared, tolerance)
+    degenerate = parts.edges.degenerate(tolerance)
+    shared = _inside_faces(parts, degenerate, tolerance)
+    live = np.flatnonzero(~degenerate & parts.rim)
+    shared += _meetings(parts.edges, live, tolerance)
+    shared.sort(key=_order)
+    border = _border(parts.edges, live, shared, tolerance)
     points = frozenset((int(e) // 4, int(e) % 4) for e in np.flatnonzero(degenerate))
     return Adjacency(tuple(shared), tuple(border), points)
 
 
+def nearly_meeting(parts: FaceEdges, found: Adjacency, tolerance: float, size: float) -> tuple[int, float]:
+    """Return how many more edges would meet with a larger tolerance, and with which one.
+
+    Tried are the powers of ten above the tolerance, up to a thousandth of the size: the smallest of those
+    that join most.
+
+    Parameters
+    ----------
+    parts
+        All edges.
+    found
+        What `find_adjacency` found.
+    tolerance
+        That it used, relative to the size.
+    size
+        Of the surface, in the model's units.
+
+    Returns
+    -------
+    int
+        Edges, counted once for both sides: 0 if no tolerance joins more.
+    float
+        Relative to the size; the one given if it is 0.
+    """
+    met = {(one.patch, one.edge) for seam in found.shared for one in (seam, seam.flipped())}
+    lone = [(one.patch, one.edge) for one in found.border if (one.patch, one.edge) not in met]
+    best = (0, tolerance)
+    if not lone:
+        return best
+    edges = parts.edges
+    live = np.array([4 * patch + edge for patch, edge in lone], np.int64)
+    for power in range(-12, LOOSEST + 1):
+        if 10.0**power <= tolerance:
+            continue
+        try:
+            joined = _meetings(edges, live[~edges.degenerate(10.0**power * size)[live]], 10.0**power * size)
+        except InputError:
+            break
+        if len(joined) > best[0]:
+            best = (len(joined), 10.0**power)
+    return best
+
+
+def _inside_faces(parts: FaceEdges, degenerate: NDArray[np.bool_], tolerance: float) -> list[SharedEdge]:
+    """Return the meetings that grids tell; raise where patches do not join."""
+    inner = parts.inner
+    if not len(inner):
+        return []
+    u = np.broadcast_to(CHECKS, (len(inner), len(CHECKS)))
+    gaps = np.linalg.norm(parts.edges.points(inner[:, 0], u) - parts.edges.points(inner[:, 1], u), axis=2)
+    torn = gaps.max(axis=1) > max(tolerance, LOOSE_GRID * _extent(parts.edges))
+    if torn.any():
+        a, b = inner[int(torn.argmax())].tolist()
+        raise InputError(
+            f"patches {a // 4} and {b // 4} lie side by side in a face, but do not join (edges {a % 4} and "
+            f"{b % 4}); allowed: gaps up to the tolerance"
+        )
+    whole = inner[~degenerate[inner].any(axis=1)]
+    return [SharedEdge(a // 4, a % 4, 0.0, 1.0, b // 4, b % 4, 0.0, 1.0) for a, b in whole.tolist()]
+
+
+def _extent(edges: Edges) -> float:
+    return float(np.linalg.norm(edges.high.max(axis=0) - edges.low.min(axis=0)))
+
+
+def _order(seam: SharedEdge) -> tuple[int, int, float]:
+    return seam.patch, seam.edge, seam.start
+
+
+def _meetings(edges: Edges, live: NDArray[np.int64], tolerance: float) -> list[SharedEdge]:
+    """Return which of the edges `live` meet, by position: whole ones, then parts of those left alone."""
+    shared = _whole_edges(edges, live, tolerance)
+    lone = np.zeros(len(edges), dtype=np.bool_)
+    lone[live] = True
+    for one in shared:
+        lone[[4 * one.patch + one.edge, 4 * one.other_patch + one.other_edge]] = False
+    if lone.any():
+        for a, b, ends in overlapping_parts(edges, live, lone, tolerance):
+            meeting = SharedEdge(a // 4, a % 4, ends[0], ends[1], b // 4, b % 4, ends[2], ends[3])
+            shared.append(min(meeting, meeting.flipped(), key=_order))
+    return shared
+
+
 def _whole_edges(edges: Edges, live: NDArray[np.int64], tolerance: float) -> list[SharedEdge]:
-    """Pair up the edges that coincide over their whole length."""
+    """Pair up the edges that coincide over their whole length: their ends are in the same two junctions."""
     if len(live) == 0:
         return []
     samples = edges.points(live, np.broadcast_to(CHECKS, (len(live), len(CHECKS))))
-    ids = _position_ids(samples.reshape(-1, 3), tolerance).reshape(len(live), -1)
-    # the same key for both directions: sums over mirrored places
-    folded = np.sort(np.stack([ids, ids[:, ::-1]]), axis=0)
-    weights = np.random.default_rng(0).integers(1, 2**62, size=(2, len(CHECKS)), dtype=np.int64)
-    keys = (folded[0] * weights[0] + folded[1] * weights[1]).sum(axis=1)
-    order = np.argsort(keys, kind="stable")
-    starts = np.flatnonzero(np.diff(keys[order], prepend=keys[order[0]] - 1))
-    sizes = np.diff(starts, append=len(order))
-
-    firsts = order[starts[sizes == 2]]
-    seconds = order[starts[sizes == 2] + 1]
-    straight, opposed = _gaps(samples[firsts], samples[seconds])
-    near = np.minimum(straight, opposed) <= tolerance
+    # Middles tell apart what runs between the same junctions: meridians between two poles.
+    places = samples[:, [0, len(CHECKS) // 2, -1]]
+    first, middle, last = _junctions(places.reshape(-1, 3), tolerance).reshape(-1, 3).T
+    keys = np.stack([np.minimum(first, last), np.maximum(first, last), middle], axis=1)
+    number = np.unique(keys, axis=0, return_inverse=True)[1].reshape(-1)
+    order = np.argsort(number, kind="stable")
+    groups = np.split(order, np.flatnonzero(np.diff(number[order])) + 1)
+    pairs = [group for group in groups if len(group) == 2]
     shared = []
-    for a, b, turned in zip(
-        live[firsts[near]].tolist(),
-        live[seconds[near]].tolist(),
-        (opposed < straight)[near].tolist(),
-        strict=True,
-    ):
-        ends = (1.0, 0.0) if turned else (0.0, 1.0)
-        shared.append(SharedEdge(a // 4, a % 4, 0.0, 1.0, b // 4, b % 4, *ends))
+    if pairs:
+        a, b = np.array(pairs).T
+        straight, opposed = _gaps(samples[a], samples[b])
+        near = np.minimum(straight, opposed) <= tolerance
+        for one, other, turned in zip(
+            live[a[near]].tolist(), live[b[near]].tolist(), (opposed < straight)[near].tolist(), strict=True
+        ):
+            shared.append(_whole(one, other, turned))
+    for group in groups:
+        if len(group) > 2:
+            shared += _crowd(live[group], samples[group], tolerance)
+    return shared
 
-    # three and more in one place: an error, unless only their keys agree; the second search sees to those
-    for first, size in zip(starts[sizes > 2].tolist(), sizes[sizes > 2].tolist(), strict=True):
-        group = order[first : first + size]
-        same = np.minimum(*_gaps(samples[group], samples[group[:1]])) <= tolerance
-        if same.sum() > 2:
-            raise _too_many(live[group[same]][:3].tolist())
+
+def _whole(a: int, b: int, turned: bool) -> SharedEdge:
+    return SharedEdge(a // 4, a % 4, 0.0, 1.0, b // 4, b % 4, *((1.0, 0.0) if turned else (0.0, 1.0)))
+
+
+def _crowd(index: NDArray[np.int64], samples: FloatArray, tolerance: float) -> list[SharedEdge]:
+    """Pair up edges between the same junctions, nearest ones first; raise where a third one is as near."""
+    count = len(index)
+    a, b = np.triu_indices(count, 1)
+    straight, opposed = _gaps(samples[a], samples[b])
+    gaps = np.minimum(straight, opposed)
+    rounding = 1e-12 * float(np.abs(samples).max())
+    partner: dict[int, tuple[int, float]] = {}
+    shared = []
+    for n in np.argsort(gaps, kind="stable").tolist():
+        if gaps[n] > tolerance:
+            break
+        one, other = int(a[n]), int(b[n])
+        claimed = [(mine, partner[mine]) for mine in (one, other) if mine in partner]
+        if not claimed:
+            partner[one], partner[other] = (other, float(gaps[n])), (one, float(gaps[n]))
+            shared.append(_whole(int(index[one]), int(index[other]), bool(opposed[n] < straight[n])))
+        for mine, (before, gap) in claimed:
+            # Two that all but coincide are a pair, whatever else the tolerance reaches.
+            if gaps[n] <= 10.0 * gap + rounding:
+                raise _too_many(index[[mine, before, other if mine == one else one]].tolist())
     return shared
 
 
@@ -181,20 +316,28 @@ def _gaps(a: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatArray]:
     return straight, opposed
 
 
-def _position_ids(points: FloatArray, tolerance: float) -> NDArray[np.int64]:
-    """Give points (N, 3) numbers, the same to those within the tolerance of each other.
+def _junctions(points: FloatArray, tolerance: float) -> NDArray[np.int64]:
+    """Merge points (N, 3) within the tolerance of each other: equal numbers for those of one junction.
 
-    Distant points may share a number (where coordinates chain up), so equal numbers are a hint, not a proof.
+    What lies up to a few tolerances apart may be merged too, so that edges have to be compared afterwards.
     """
-    key = np.zeros(len(points), dtype=np.int64)
-    for axis in range(3):
-        order = np.argsort(points[:, axis], kind="stable")
-        steps = np.diff(points[order, axis], prepend=points[order[0], axis]) > tolerance
-        rank = np.empty(len(points), dtype=np.int64)
-        rank[order] = np.cumsum(steps)
-        # renumbering after each axis keeps the product below (number of points)², far inside 64 bits
-        _, key = np.unique(key * len(points) + rank, return_inverse=True)
-    return key
+    cell = 2.0 * max(tolerance, 1e-300)
+    scaled = (points - points.min(axis=0)) / max(cell, 1e-15 * float(np.ptp(points, axis=0).max()))
+    primes = np.array([73_856_093, 19_349_663_000_003, 83_492_791_000_000_027], dtype=np.int64)
+    groups = []
+    # Eight grids, shifted by half a cell each way: two points so near are in one cell of one of them.
+    for shift in product((0.0, 0.5), repeat=3):
+        cells = np.floor(scaled + shift).astype(np.int64)
+        groups.append(np.unique((cells * primes).sum(axis=1), return_inverse=True)[1].reshape(-1))
+    number = np.arange(len(points), dtype=np.int64)
+    while True:
+        before = number
+        for group in groups:
+            least = np.full(group.max() + 1, len(points), dtype=np.int64)
+            np.minimum.at(least, group, number)
+            number = least[group]
+        if (number == before).all():
+            return number
 
 
 def _border(

@@ -6,9 +6,9 @@ import numpy as np
 
 from upholster.errors import InputError
 from upholster.geometry.circle import unit_circle
+from upholster.geometry.face import grid_face
 from upholster.geometry.limits import LARGEST_LENGTH, check_length, check_spans
 from upholster.geometry.patch import RationalPatch
-from upholster.geometry.spec import spec_text
 from upholster.geometry.surface import Surface
 
 __all__ = ["ring_cyclide", "torus"]
@@ -71,8 +71,8 @@ def ring_cyclide(
             y = b * (a * e - mu * x_phi) * y_theta
             z = b * (c * x_theta - mu * d) * z_phi
             patches.append(RationalPatch(np.stack([x, y, z, w], axis=-1)))
-    spec = spec_text("cyclide", a=a, c=c, mu=float(mu), spans=(rows, columns))
-    return Surface(patches, "cyclide", spec=spec)
+    face = grid_face(patches, columns)
+    return Surface.built_in("cyclide", [face], a=a, c=c, mu=float(mu), spans=(rows, columns))
 
 
 def torus(R: float = 2.0, r: float = 0.7, *, spans: tuple[int, int] = (4, 4)) -> Surface:
@@ -99,7 +99,7 @@ def torus(R: float = 2.0, r: float = 0.7, *, spans: tuple[int, int] = (4, 4)) ->
     if not r < R:
         raise InputError(f"r is {r:g}; allowed: {1 / LARGEST_LENGTH:g} <= r < R = {R:g}")
     ring = ring_cyclide(R, 0.0, r, spans=spans)
-    return Surface(ring.patches, "torus", spec=spec_text("torus", R=R, r=r, spans=(spans[0], spans[1])))
+    return Surface.built_in("torus", ring.faces, R=R, r=r, spans=(int(spans[0]), int(spans[1])))
 
 
 def _spans(spans: tuple[int, int]) -> tuple[int, int]:

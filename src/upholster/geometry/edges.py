@@ -23,24 +23,29 @@ class Edges:
     """
 
     def __init__(self, patches: Sequence[RationalPatch]) -> None:
-        self._degree = np.empty(4 * len(patches), dtype=np.int64)
-        self._row = np.empty(4 * len(patches), dtype=np.int64)
-        self.low = np.empty((4 * len(patches), 3))
-        self.high = np.empty((4 * len(patches), 3))
-        self._nets: dict[int, FloatArray] = {}
+        count = 4 * len(patches)
+        self._degree = np.empty(count, dtype=np.int64)
+        self._row = np.empty(count, dtype=np.int64)
+        self.low, self.high = np.empty((count, 3)), np.empty((count, 3))
         nets: dict[int, list[FloatArray]] = defaultdict(list)
-        for p, patch in enumerate(patches):
+        slopes: dict[int, list[FloatArray]] = defaultdict(list)
+        alike: dict[tuple[int, ...], list[int]] = defaultdict(list)
+        for number, patch in enumerate(patches):
+            alike[patch.net.shape].append(number)
+        for members in alike.values():
+            stacked = np.stack([patches[number].net for number in members])
             for k in range(4):
-                net = patch.edge(k)
-                d = len(net) - 1
-                self._degree[4 * p + k], self._row[4 * p + k] = d, len(nets[d])
-                nets[d].append(net)
-        for d, group in nets.items():
-            stacked = np.stack(group)
-            points = stacked[..., :3] / stacked[..., 3:]
-            mine = self._degree == d
-            self._nets[d] = stacked
-            self.low[mine], self.high[mine] = points.min(axis=1), points.max(axis=1)
+                edge, slope = _edge(stacked, k)
+                d = edge.shape[1] - 1
+                index = 4 * np.array(members) + k
+                self._degree[index] = d
+                self._row[index] = sum(map(len, nets[d])) + np.arange(len(members))
+                points = edge[..., :3] / edge[..., 3:]
+                self.low[index], self.high[index] = points.min(axis=1), points.max(axis=1)
+                nets[d].append(edge)
+                slopes[d].append(slope)
+        self._nets = {d: np.concatenate(parts) for d, parts in nets.items()}
+        self._slopes = {d: np.concatenate(parts) for d, parts in slopes.items()}
 
     def __len__(self) -> int:
         """Return the number of edges."""
@@ -59,6 +64,21 @@ class Edges:
         """Return points and derivatives of the edges `index` (N,) at parameters u (N, K): each (N, K, 3)."""
         return self._sum(index, u, derivatives=True)
 
+    def across(self, index: NDArray[np.int64], u: FloatArray) -> FloatArray:
+        """Return the patches' derivatives across the edges `index` (N,) at parameters u (N, K): (N, K, 3).
+
+        Along growing s for edges 0 and 2, along growing t for edges 1 and 3.
+        """
+        out = np.empty((*u.shape, 3))
+        degrees = self._degree[index]
+        for d in np.unique(degrees).tolist():
+            mine = degrees == d
+            rows = self._row[index[mine]]
+            basis = bernstein(d, u[mine])
+            h, g = basis @ self._nets[d][rows], basis @ self._slopes[d][rows]
+            out[mine] = (g[..., :3] - h[..., :3] / h[..., 3:] * g[..., 3:]) / h[..., 3:]
+        return out
+
     def _sum(
         self, index: NDArray[np.int64], u: FloatArray, *, derivatives: bool
     ) -> tuple[FloatArray, FloatArray]:
@@ -75,3 +95,12 @@ class Edges:
                 g = bernstein_derivative(d, u[mine]) @ nets
                 slopes[mine] = (g[..., :3] - value * g[..., 3:]) / h[..., 3:]
         return points, slopes
+
+
+def _edge(nets: FloatArray, edge: int) -> tuple[FloatArray, FloatArray]:
+    """Return an edge of nets (P, m+1, n+1, 4), and the homogeneous derivatives across it: (P, d+1, 4)."""
+    grid = nets if edge in (0, 2) else nets.swapaxes(1, 2)
+    first, second, degree = grid[:, 0], grid[:, 1], grid.shape[1] - 1
+    if edge in (1, 2):
+        return grid[:, -1], degree * (grid[:, -1] - grid[:, -2])
+    return first, degree * (second - first)

@@ -10,6 +10,8 @@ from typing import Any
 import numpy as np
 
 from upholster.errors import FormatError, InputError, nearest
+from upholster.geometry.face import Face
+from upholster.geometry.joining import join_patches
 from upholster.geometry.orientation import pointing_outward
 from upholster.geometry.patch import MAX_DEGREE, RationalPatch
 from upholster.geometry.surface import MAX_PATCHES, Surface
@@ -42,7 +44,8 @@ def read_surface(path: PathLike) -> Surface:
 def read_nets(path: PathLike) -> Surface:
     """Read control nets with weights, of any degree, from a JSON file.
 
-    Normals are turned outward if the signed volume is negative.
+    Normals are turned outward if the signed volume is negative. Patches are faces as the file says; if it
+    does not, those that go on smoothly into each other are joined (`join_patches`).
 
     Raises
     ------
@@ -60,7 +63,7 @@ def read_nets(path: PathLike) -> Surface:
         ) from None
     except (RecursionError, ValueError):
         raise FormatError(f"{where}: no JSON of control nets: nested too deep or a number too long") from None
-    _keys(where, "the file", data, {"patches"}, {"name", "tolerance"})
+    _keys(where, "the file", data, {"patches"}, {"faces", "name", "tolerance"})
     name = data.get("name", Path(path).stem)
     if not isinstance(name, str) or len(name) > 200:
         raise FormatError(f"{where}: name is {_short(name)}; allowed: text of up to 200 characters")
@@ -87,11 +90,20 @@ def read_nets(path: PathLike) -> Surface:
                     f"allowed: {points.shape[0]} x {points.shape[1]}, one per point"
                 )
         patches.append(_patch(f"{where}: patch {k}", points, weights))
-    return pointing_outward(Surface(patches, name, float(tolerance)))
+    if "faces" not in data:
+        return join_patches(pointing_outward(Surface(patches, name, float(tolerance))))
+    grids = _grids(where, data["faces"], len(patches))
+    faces = [Face([[patches[number] for number in row] for row in grid]) for grid in grids]
+    surface = pointing_outward(Surface(faces, name, float(tolerance)))
+    try:
+        _ = surface.shared  # patches of a face that do not join are refused here
+    except InputError as error:
+        raise InputError(f"{where}: {error}") from None
+    return surface
 
 
 def write_nets(path: PathLike, surface: Surface) -> None:
-    """Write control nets as JSON; `read_nets` gives the same points, but for rounding, and weights.
+    """Write control nets as JSON; `read_nets` gives the same faces, points, but for rounding, and weights.
 
     Raises
     ------
@@ -105,7 +117,11 @@ def write_nets(path: PathLike, surface: Surface) -> None:
             net["weights"] = patch.weights.tolist()
         patches.append(net)
     lines = ",\n  ".join(json.dumps(net) for net in patches)
-    head = json.dumps({"name": surface.name, "tolerance": surface.tolerance})[1:-1]
+    grids = [
+        [[first + row * face.columns + column for column in range(face.columns)] for row in range(face.rows)]
+        for first, face in zip(surface.first_patches, surface.faces, strict=True)
+    ]
+    head = json.dumps({"name": surface.name, "tolerance": surface.tolerance, "faces": grids})[1:-1]
     try:
         Path(path).write_text(f'{{{head}, "patches": [\n  {lines}\n]}}\n', encoding="utf-8")
     except OSError as error:
@@ -115,7 +131,8 @@ def write_nets(path: PathLike, surface: Surface) -> None:
 def read_bpt(path: PathLike) -> Surface:
     """Read the classic list of polynomial patches, with point indices or with the points in place.
 
-    Normals are turned outward if the signed volume is negative.
+    Normals are turned outward if the signed volume is negative, and patches that go on smoothly into each
+    other are joined into faces (`join_patches`).
 
     Raises
     ------
@@ -130,9 +147,8 @@ def read_bpt(path: PathLike) -> Surface:
     lines.end()
     patches = [_patch(f"{path}: patch {k}", net, None) for k, net in enumerate(nets)]
     name = Path(path).name
-    return pointing_outward(
-        Surface(patches, name[: name.lower().rindex(".bpt")] if ".bpt" in name.lower() else name)
-    )
+    name = name[: name.lower().rindex(".bpt")] if ".bpt" in name.lower() else name
+    return join_patches(pointing_outward(Surface(patches, name)))
 
 
 def _indexed_nets(lines: "_Lines", count: int) -> list[FloatArray]:
@@ -269,6 +285,30 @@ def _rows(where: str, what: str, rows: object, width: int) -> FloatArray:
             flat.extend(numbers)
     shape = (len(rows), len(first), width) if width > 1 else (len(rows), len(first))
     return np.array(flat, dtype=np.float64).reshape(shape)
+
+
+def _grids(where: str, faces: object, count: int) -> list[list[list[int]]]:
+    """Return the patch numbers of faces, rows of columns, checked: each of the patches once."""
+    if not isinstance(faces, list) or not faces:
+        raise FormatError(f"{where}: faces is {_short(faces)}; allowed: a list of grids of patch numbers")
+    seen: set[int] = set()
+    for k, grid in enumerate(faces):
+        rows = grid if isinstance(grid, list) else []
+        width = len(rows[0]) if rows and isinstance(rows[0], list) else 0
+        if not width or any(not isinstance(row, list) or len(row) != width for row in rows):
+            raise FormatError(
+                f"{where}: face {k} is {_short(grid)}; allowed: rows of patch numbers, equally long"
+            )
+        for number in (number for row in rows for number in row):
+            if type(number) is not int or not 0 <= number < count or number in seen:
+                raise FormatError(
+                    f"{where}: face {k}: patch {_short(number)}; allowed: 0 to {count - 1}, each once"
+                )
+            seen.add(number)
+    if len(seen) < count:
+        missing = next(number for number in range(count) if number not in seen)
+        raise FormatError(f"{where}: patch {missing} is in no face; allowed: each patch once")
+    return faces
 
 
 def _is_number(value: object) -> bool:

@@ -31,6 +31,9 @@ def overlapping_parts(
 ) -> Iterator[Part]:
     """Find the pairs of edges, one of them lone, that coincide over a part, the map linear.
 
+    A part must be several tolerances long, and two edges of one patch with a common corner have none: edges
+    that only share an end are no seam.
+
     The ends of the common part are ends of one edge or the other; so the ends of each are projected onto the
     other, and every pair of hits proposes a part, which is then compared at several points.
 
@@ -51,6 +54,8 @@ def overlapping_parts(
         If more than ten million pairs would have to be compared.
     """
     pairs = _near_pairs(edges, live, lone, tolerance)
+    beside = (pairs[:, 0] // 4 == pairs[:, 1] // 4) & ((pairs[:, 0] + pairs[:, 1]) % 2 == 1)
+    pairs = pairs[~beside]
     for first in range(0, len(pairs), CHUNK):
         yield from _compare(edges, pairs[first : first + CHUNK], tolerance)
 
@@ -136,7 +141,10 @@ def _compare(edges: Edges, pairs: NDArray[np.int64], tolerance: float) -> Iterat
                 continue
             a = edges.points(pairs[better, 0], _between(a0[better], a1[better]))
             b = edges.points(pairs[better, 1], _between(b0[better], b1[better]))
-            better = better[np.linalg.norm(a - b, axis=2).max(axis=1) <= tolerance]
+            near = np.linalg.norm(a - b, axis=2).max(axis=1) <= tolerance
+            whole = np.maximum(length, np.abs(b1 - b0))[better] >= 1.0 - SHORTEST
+            long = np.linalg.norm(np.diff(a, axis=1), axis=2).sum(axis=1)
+            better = better[near & (long > np.where(whole, 2.0, 8.0) * tolerance)]
             parts[better] = np.stack([a0, a1, b0, b1], axis=1)[better]
             lengths[better] = length[better]
     for k in np.flatnonzero(lengths > 0.0).tolist():

@@ -15,7 +15,7 @@ from upholster.geometry.normals import unit_normals
 from upholster.parallel import run_tasks, thread_count
 from upholster.types import FloatArray, frozen_array
 
-__all__ = ["MAX_DEGREE", "RationalPatch"]
+__all__ = ["MAX_DEGREE", "RationalPatch", "parameter_list", "parameter_pairs"]
 
 MAX_DEGREE = 32
 
@@ -131,7 +131,7 @@ class RationalPatch:
         InputError
             If s or t is not a list of finite numbers.
         """
-        s, t = _parameters("s", s, 1), _parameters("t", t, 1)
+        s, t = parameter_list("s", s), parameter_list("t", t)
         out = np.empty((len(s), len(t), 3))
         # writeable as all the kernels' arrays: one compiled version serves all callers
         net = np.array(self.net)
@@ -148,7 +148,7 @@ class RationalPatch:
         InputError
             If s or t is not a list of finite numbers.
         """
-        values = self._grid(_parameters("s", s, 1), _parameters("t", t, 1))
+        values = self._grid(parameter_list("s", s), parameter_list("t", t))
         return values[:, :, 0], values[:, :, 1], values[:, :, 2]
 
     def normals_grid(self, s: ArrayLike, t: ArrayLike) -> FloatArray:
@@ -171,7 +171,7 @@ class RationalPatch:
         InputError
             If s or t is not a list of finite numbers.
         """
-        s, t = _parameters("s", s, 1), _parameters("t", t, 1)
+        s, t = parameter_list("s", s), parameter_list("t", t)
         values = self._grid(s, t)
         flat = values.reshape(-1, 3, 3)
         normals = unit_normals(flat, np.repeat(s, len(t)), np.tile(t, len(s)), self.net, self._scattered)
@@ -195,7 +195,7 @@ class RationalPatch:
         InputError
             If s and t are not finite numbers of one shape.
         """
-        s, t = _pairs(s, t)
+        s, t = parameter_pairs(s, t)
         values = self._scattered(s.ravel(), t.ravel()).reshape(*s.shape, 3, 3)
         return values[..., 0, :], values[..., 1, :], values[..., 2, :]
 
@@ -219,7 +219,7 @@ class RationalPatch:
         InputError
             If s and t are not finite numbers of one shape.
         """
-        s, t = _pairs(s, t)
+        s, t = parameter_pairs(s, t)
         shape, s, t = s.shape, s.ravel(), t.ravel()
         values = self._scattered(s, t)
         normals = unit_normals(values, s, t, self.net, self._scattered)
@@ -332,6 +332,17 @@ def _in_parts(length: int, points: int, work: Callable[[int, int], None]) -> Non
     run_tasks([partial(work, a, b) for a, b in pairwise(cuts)])
 
 
+def parameter_list(name: str, values: ArrayLike) -> FloatArray:
+    """Return a list of parameters as a fresh float64 array (n,).
+
+    Raises
+    ------
+    InputError
+        If it is no list of finite numbers: says its name.
+    """
+    return _parameters(name, values, 1)
+
+
 def _parameters(name: str, values: ArrayLike, ndim: int | None = None) -> FloatArray:
     """Return `values` as a fresh contiguous float64 array, checked to be finite numbers."""
     try:
@@ -347,8 +358,14 @@ def _parameters(name: str, values: ArrayLike, ndim: int | None = None) -> FloatA
     return array
 
 
-def _pairs(s: ArrayLike, t: ArrayLike) -> tuple[FloatArray, FloatArray]:
-    """Return s and t as checked arrays of one shape."""
+def parameter_pairs(s: ArrayLike, t: ArrayLike) -> tuple[FloatArray, FloatArray]:
+    """Return s and t as fresh float64 arrays of one shape.
+
+    Raises
+    ------
+    InputError
+        If they are not finite numbers of one shape.
+    """
     s, t = _parameters("s", s), _parameters("t", t)
     if s.shape != t.shape:
         raise InputError(f"s has shape {s.shape} and t {t.shape}; allowed: equal shapes")

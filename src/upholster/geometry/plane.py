@@ -3,9 +3,9 @@
 import numpy as np
 
 from upholster.errors import InputError
+from upholster.geometry.face import grid_face
 from upholster.geometry.limits import check_length, check_spans
 from upholster.geometry.patch import RationalPatch
-from upholster.geometry.spec import spec_text
 from upholster.geometry.surface import Surface
 
 __all__ = ["plane"]
@@ -37,5 +37,5 @@ def plane(width: float = 1.0, height: float = 1.0, *, spans: tuple[int, int] = (
     patches = [
         RationalPatch.from_points(grid[i : i + 2, j : j + 2]) for i in range(rows) for j in range(columns)
     ]
-    spec = spec_text("plane", width=width, height=height, spans=(rows, columns))
-    return Surface(patches, "plane", spec=spec)
+    face = grid_face(patches, columns)
+    return Surface.built_in("plane", [face], width=width, height=height, spans=(rows, columns))

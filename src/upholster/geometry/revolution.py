@@ -8,9 +8,9 @@ from numpy.typing import ArrayLike
 from upholster.errors import InputError
 from upholster.geometry.bernstein import elevate_axis
 from upholster.geometry.circle import circle_arcs, unit_circle
+from upholster.geometry.face import Face, grid_face
 from upholster.geometry.limits import check_length, check_spans
 from upholster.geometry.patch import MAX_DEGREE, RationalPatch
-from upholster.geometry.spec import spec_text
 from upholster.geometry.surface import Surface
 from upholster.types import FloatArray
 
@@ -37,7 +37,7 @@ def revolve(profile: Profile, *, spans: int = 4) -> Surface:
     Returns
     -------
     Surface
-        ``len(profile)·spans`` patches: all columns of the first curve, then of the second, …
+        One face of ``len(profile)`` rows and `spans` columns.
 
     Raises
     ------
@@ -59,7 +59,7 @@ def revolve(profile: Profile, *, spans: int = 4) -> Surface:
             x, y, w = arc.T
             net = np.stack([radius * x, radius * y, height * w, weight * w], axis=-1)
             patches.append(RationalPatch(net))
-    return Surface(patches, "revolution")
+    return Surface([grid_face(patches, spans)], "revolution")
 
 
 def half_circle(r: float = 1.0) -> list[FloatArray]:
@@ -84,8 +84,9 @@ def ellipsoid(rx: float = 1.5, ry: float = 1.0, rz: float = 0.75) -> Surface:
         If a half axis is outside its range.
     """
     scale = [check_length("rx", rx), check_length("ry", ry), check_length("rz", rz), 1.0]
-    patches = [RationalPatch(p.net * scale) for p in revolve(half_circle()).patches]
-    return Surface(patches, "ellipsoid", spec=spec_text("ellipsoid", rx=scale[0], ry=scale[1], rz=scale[2]))
+    (ball,) = revolve(half_circle()).faces
+    face = Face([[RationalPatch(patch.net * scale) for patch in row] for row in ball.patches])
+    return Surface.built_in("ellipsoid", [face], rx=scale[0], ry=scale[1], rz=scale[2])
 
 
 def cylinder(r: float = 1.0, h: float = 2.0, *, spans: int = 4) -> Surface:
@@ -105,7 +106,7 @@ def cylinder(r: float = 1.0, h: float = 2.0, *, spans: int = 4) -> Surface:
     """
     r, h = check_length("r", r), check_length("h", h)
     round_ = revolve([[(r, h / 2, 1), (r, -h / 2, 1)]], spans=spans)
-    return Surface(round_.patches, "cylinder", spec=spec_text("cylinder", r=r, h=h, spans=spans))
+    return Surface.built_in("cylinder", round_.faces, r=r, h=h, spans=spans)
 
 
 def cone(r1: float = 1.0, r2: float = 0.4, h: float = 1.5, *, spans: int = 4) -> Surface:
@@ -129,7 +130,7 @@ def cone(r1: float = 1.0, r2: float = 0.4, h: float = 1.5, *, spans: int = 4) ->
     """
     r1, r2, h = check_length("r1", r1), check_length("r2", r2, zero=True), check_length("h", h)
     round_ = revolve([[(r2, h / 2, 1), (r1, -h / 2, 1)]], spans=spans)
-    return Surface(round_.patches, "cone", spec=spec_text("cone", r1=r1, r2=r2, h=h, spans=spans))
+    return Surface.built_in("cone", round_.faces, r1=r1, r2=r2, h=h, spans=spans)
 
 
 VASE_OUTER = (
@@ -175,8 +176,8 @@ def vase(radius: float = 0.8, height: float = 2.4, *, spans: int = 4) -> Surface
     for curve in (*VASE_INNER, *VASE_OUTER, base):
         points = np.asarray(curve, dtype=np.float64)
         profile.append(np.stack([points[:, 0] * radius, (points[:, 1] - 0.5) * height, np.ones(4)], axis=1))
-    spec = spec_text("vase", radius=radius, height=height, spans=spans)
-    return Surface(revolve(profile, spans=spans).patches, "vase", spec=spec)
+    faces = revolve(profile, spans=spans).faces
+    return Surface.built_in("vase", faces, radius=radius, height=height, spans=spans)
 
 
 def _checked(profile: Profile) -> list[FloatArray]:

@@ -9,7 +9,6 @@ from upholster.errors import InputError, nearest
 from upholster.geometry.limits import check_length
 from upholster.geometry.patch import RationalPatch
 from upholster.geometry.revolution import half_circle, revolve
-from upholster.geometry.spec import spec_text
 from upholster.geometry.surface import Surface
 from upholster.types import FloatArray
 
@@ -34,9 +33,9 @@ def sphere(r: float = 1.0, *, tiling: Literal["six", "octants"] = "six") -> Surf
     r
         Radius, in the model's units.
     tiling
-        ``"six"``: six bi-quartic patches, one per face of a cube (+x, +y, −x, −y, top, bottom), nowhere
-        degenerate. ``"octants"``: eight bi-quadratic patches, four round the northern half and four round the
-        southern, degenerate at the poles.
+        ``"six"``: six faces of one bi-quartic patch, one per face of a cube (+x, +y, −x, −y, top, bottom),
+        nowhere degenerate. ``"octants"``: one face of eight bi-quadratic patches, four round the northern
+        half and four round the southern, degenerate at the poles.
 
     Raises
     ------
@@ -49,9 +48,8 @@ def sphere(r: float = 1.0, *, tiling: Literal["six", "octants"] = "six") -> Surf
     Utah, 1988.
     """
     r = check_length("r", r)
-    spec = spec_text("sphere", r=r, tiling=tiling)
     if tiling == "octants":
-        return Surface(revolve(half_circle(r)).patches, "sphere", spec=spec)
+        return Surface.built_in("sphere", revolve(half_circle(r)).faces, r=r, tiling=tiling)
     if tiling != "six":
         raise InputError(f"tiling is {tiling!r}; {nearest(str(tiling), ('six', 'octants'))}")
     net = _cobb_face()
@@ -61,7 +59,7 @@ def sphere(r: float = 1.0, *, tiling: Literal["six", "octants"] = "six") -> Surf
         face[..., :3] = r * (net[..., :3] @ np.array(frame, dtype=np.float64))
         face[..., 3] = net[..., 3]
         patches.append(RationalPatch(face))
-    return Surface(patches, "sphere", spec=spec)
+    return Surface.built_in("sphere", patches, r=r, tiling=tiling)
 
 
 def _cobb_face() -> FloatArray:

@@ -1,62 +1,159 @@
-"""`Surface`: patches and how their edges meet."""
+"""`Surface`: faces and how their edges meet."""
 
+from bisect import bisect_right
 from collections import defaultdict
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import accumulate
 
 import numpy as np
 
 from upholster.errors import InputError
-from upholster.geometry.adjacency import Adjacency, BorderInterval, SharedEdge, find_adjacency
+from upholster.geometry.adjacency import (
+    Adjacency,
+    BorderInterval,
+    FaceEdges,
+    SharedEdge,
+    find_adjacency,
+    nearly_meeting,
+)
+from upholster.geometry.face import Face
+from upholster.geometry.face_seams import FaceSeam, join_seams
 from upholster.geometry.patch import RationalPatch
 from upholster.shown import Shown
 from upholster.types import FloatArray
 
-__all__ = ["MAX_PATCHES", "Surface"]
+__all__ = ["MAX_PATCHES", "BuiltIn", "Surface"]
 
 MAX_PATCHES = 65_536
 
+Value = float | int | str | tuple[int, int]
 
-@dataclass(frozen=True, eq=False)
-class Surface(Shown):
-    """Patches and how their edges meet; what meets is found when first asked for, and kept.
+
+@dataclass(frozen=True, slots=True)
+class BuiltIn:
+    """What a built-in surface was made from.
 
     Attributes
     ----------
-    patches
-        1 to 65,536 patches; normals should all point outward.
+    name
+        The builder, as in `upholster.geometry.SURFACES`.
+    values
+        All its parameters as (name, value), in the builder's order.
+    """
+
+    name: str
+    values: tuple[tuple[str, Value], ...]
+
+
+@dataclass(frozen=True, eq=False, init=False)
+class Surface(Shown):
+    """Faces and how their edges meet; what meets is found when first asked for, and kept.
+
+    Attributes
+    ----------
+    faces
+        Grids of patches, 1 to 65,536 patches in all; a single patch stands for a face of one. Normals should
+        all point outward.
     name
         What to call it in reports and files.
     tolerance
         How far apart edges may lie and still meet, relative to `size`: 0 to 0.01, by default 1e-9.
-    spec
-        The text that builds it again (`surface_from_spec`), if a builder of the catalog made it.
+    source
+        The built-in surface that it is, if a builder made it: what a stream tells instead of control nets.
 
     Raises
     ------
     InputError
-        If there are no patches or too many, one is no patch, or the tolerance is outside its range.
+        If there are no patches or too many, something is no face, or the tolerance is outside its range.
     """
 
-    patches: Sequence[RationalPatch]
+    faces: tuple[Face, ...]
     name: str = ""
     tolerance: float = 1e-9
-    spec: str = ""
+    source: BuiltIn | None = field(default=None, init=False)
 
-    def __post_init__(self) -> None:
-        """Check the patches and keep them as a tuple."""
-        patches = tuple(self.patches)
-        if not 1 <= len(patches) <= MAX_PATCHES:
-            raise InputError(f"a surface has {len(patches)} patches; allowed: 1 to {MAX_PATCHES}")
-        for k, patch in enumerate(patches):
-            if not isinstance(patch, RationalPatch):
-                raise InputError(f"patch {k} is a {type(patch).__name__}; allowed: RationalPatch")
-        if not 0.0 <= self.tolerance <= 0.01:
-            raise InputError(
-                f"tolerance is {self.tolerance}; allowed: 0 to 0.01, relative to the surface's size"
-            )
-        object.__setattr__(self, "patches", patches)
+    def __init__(
+        self,
+        faces: Sequence[Face | RationalPatch],
+        name: str = "",
+        tolerance: float = 1e-9,
+    ) -> None:
+        """Check the faces and keep them as a tuple."""
+        kept = []
+        for k, face in enumerate(faces):
+            if not isinstance(face, Face | RationalPatch):
+                raise InputError(f"face {k} is a {type(face).__name__}; allowed: Face or RationalPatch")
+            kept.append(face if isinstance(face, Face) else Face(((face,),)))
+        count = sum(face.rows * face.columns for face in kept)
+        if not 1 <= count <= MAX_PATCHES:
+            raise InputError(f"a surface has {count} patches; allowed: 1 to {MAX_PATCHES}")
+        if not 0.0 <= tolerance <= 0.01:
+            raise InputError(f"tolerance is {tolerance}; allowed: 0 to 0.01, relative to the surface's size")
+        values = {"faces": tuple(kept), "name": name, "tolerance": tolerance, "source": None}
+        for key, value in values.items():
+            object.__setattr__(self, key, value)
+
+    @classmethod
+    def built_in(cls, name: str, faces: Sequence[Face | RationalPatch], **values: Value) -> "Surface":
+        """Return a built-in surface: its name, its faces, and all the values that its builder took.
+
+        Raises
+        ------
+        InputError
+            As for the class.
+        """
+        surface = cls(faces, name)
+        object.__setattr__(surface, "source", BuiltIn(name, tuple(values.items())))
+        return surface
+
+    @cached_property
+    def patches(self) -> tuple[RationalPatch, ...]:
+        """All patches: face after face, each face's row by row."""
+        return tuple(patch for face in self.faces for row in face.patches for patch in row)
+
+    @cached_property
+    def first_patches(self) -> tuple[int, ...]:
+        """Number of each face's first patch."""
+        sizes = [face.rows * face.columns for face in self.faces]
+        return tuple(accumulate(sizes[:-1], initial=0))
+
+    def place(self, patch: int) -> tuple[int, int, int]:
+        """Return (face, row, column) of a patch, told by its number.
+
+        Raises
+        ------
+        InputError
+            If there is no such patch.
+        """
+        if not 0 <= patch < len(self.patches):
+            raise InputError(f"patch {patch}; allowed: 0 to {len(self.patches) - 1}")
+        face = bisect_right(self.first_patches, patch) - 1
+        return face, *divmod(patch - self.first_patches[face], self.faces[face].columns)
+
+    def whole_patch(self, face: int, s0: float, s1: float, t0: float, t1: float) -> int | None:
+        """Return the number of the patch that a rectangle of a face's parameters is, None if it is none."""
+        row, column = int(s0), int(t0)
+        if (s0, s1, t0, t1) != (row, row + 1, column, column + 1):
+            return None
+        return self.patch_number(face, row, column)
+
+    def patch_number(self, face: int, row: int, column: int) -> int:
+        """Return the number of a patch, the other way round than `place`.
+
+        Raises
+        ------
+        InputError
+            If there is no such patch.
+        """
+        if not (
+            0 <= face < len(self.faces)
+            and 0 <= row < self.faces[face].rows
+            and 0 <= column < self.faces[face].columns
+        ):
+            raise InputError(f"face {face} has no patch [{row}, {column}]")
+        return self.first_patches[face] + row * self.faces[face].columns + column
 
     @cached_property
     def box(self) -> FloatArray:
@@ -80,6 +177,31 @@ class Surface(Shown):
         """
         return self._adjacency.shared
 
+    @cached_property
+    def face_shared(self) -> tuple[FaceSeam, ...]:
+        """What the edges of faces share, each once, sorted: `outer_shared`, joined along them.
+
+        A face may meet itself: a closed ring does.
+
+        Raises
+        ------
+        InputError
+            As for `shared`.
+        """
+        return join_seams(self.outer_shared, self.place)
+
+    @cached_property
+    def outer_shared(self) -> tuple[SharedEdge, ...]:
+        """What of `shared` lies on the edges of faces, not inside one.
+
+        Raises
+        ------
+        InputError
+            As for `shared`.
+        """
+        rim = self._edges.rim
+        return tuple(one for one in self.shared if rim[4 * one.patch + one.edge])
+
     @property
     def border(self) -> tuple[BorderInterval, ...]:
         """Intervals of edges that nothing meets, sorted; empty on a closed surface.
@@ -102,6 +224,19 @@ class Surface(Shown):
         """
         return self._adjacency.degenerate
 
+    @cached_property
+    def nearly_meeting(self) -> tuple[int, float]:
+        """How many edges would meet besides `shared` with a larger tolerance, and the tolerance that does it.
+
+        The tolerance is a power of ten, at most 0.001; with none to join it is the surface's own.
+
+        Raises
+        ------
+        InputError
+            As for `shared`.
+        """
+        return nearly_meeting(self._edges, self._adjacency, self.tolerance, self.size)
+
     def neighbours(self, patch: int, edge: int) -> tuple[SharedEdge, ...]:
         """Return what meets an edge, seen from it (`patch` and `edge` are those asked for), sorted along it.
 
@@ -120,12 +255,17 @@ class Surface(Shown):
 
     def turned(self) -> "Surface":
         """Return the surface with all its normals turned round: its columns run the other way."""
-        return Surface([patch.reverse(1) for patch in self.patches], self.name, self.tolerance)
+        return Surface([face.reverse(1) for face in self.faces], self.name, self.tolerance)
+
+    @cached_property
+    def _edges(self) -> FaceEdges:
+        """All edges of all patches."""
+        return FaceEdges.of(self.faces)
 
     @cached_property
     def _adjacency(self) -> Adjacency:
         """What meets what."""
-        return find_adjacency(self.patches, self.tolerance * self.size)
+        return find_adjacency(self._edges, self.tolerance * self.size)
 
     @cached_property
     def _by_edge(self) -> dict[tuple[int, int], tuple[SharedEdge, ...]]:

@@ -5,7 +5,7 @@ channel 2 of 2 and channel 4 of 4.
 """
 
 from functools import cache
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import DTypeLike, NDArray
@@ -14,6 +14,8 @@ from upholster.errors import InputError
 from upholster.types import PixelArray
 
 __all__ = ["alpha_channel", "from_linear", "to_linear"]
+
+Float = TypeVar("Float", np.float32, np.float64)
 
 
 def alpha_channel(channels: int) -> int | None:
@@ -100,9 +102,8 @@ def from_linear(linear: PixelArray, dtype: DTypeLike, *, dither: bool = False) -
     return coded
 
 
-def _encode(linear: NDArray[np.float32]) -> NDArray[np.float32]:
-    power = np.float32(1.055) * linear ** np.float32(1 / 2.4) - np.float32(0.055)
-    coded: NDArray[np.float32] = np.where(linear <= 0.0031308, linear * np.float32(12.92), power)
+def _encode(linear: NDArray[Float]) -> NDArray[Float]:
+    coded: NDArray[Float] = np.where(linear <= 0.0031308, linear * 12.92, 1.055 * linear ** (1 / 2.4) - 0.055)
     return coded
 
 
@@ -114,8 +115,8 @@ def _byte_levels() -> NDArray[np.float32]:
 
 @cache
 def _byte_codes() -> NDArray[np.uint8]:
-    """Return the same, rounded."""
-    return np.asarray(_byte_levels() + 0.5).astype(np.uint8)
+    """Return the same, rounded. In double precision: one of them is too near to a half for single."""
+    return np.asarray(_encode(np.arange(65536) / 65535) * 255 + 0.5).astype(np.uint8)
 
 
 @cache

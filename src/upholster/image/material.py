@@ -29,7 +29,7 @@ MATCH_WEIGHTS: Mapping[str, float] = MappingProxyType(
 """What squared differences of each map count in matching, against 1 for the albedo's.
 
 Normal and height show where a stone ends as well as colour does, and twice; roughness and metallic follow it
-mostly; occlusion says nothing that the height does not.
+mostly; occlusion adds nothing to the height.
 """
 
 COLORS = ("albedo", "emission")

@@ -42,7 +42,7 @@ def silent() -> Iterator[None]:
 def scratch_file(size: int) -> Iterator[str]:
     """Yield the name of a file for OpenImageIO to write, where the disk is never full.
 
-    libjpeg ends the process when it cannot write, and libpng says nothing; so images are written here, and
+    libjpeg ends the process when it cannot write, and libpng reports nothing; so images are written here, and
     their bytes by Python, whose errors can be caught. In memory where the system offers that.
 
     Parameters

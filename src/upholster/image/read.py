@@ -135,17 +135,17 @@ def check_exemplar(array: object) -> PixelArray:
         If shape, size, dtype or samples are outside that.
     """
     if not isinstance(array, np.ndarray):
-        raise InputError(f"exemplar is a {type(array).__name__}; allowed: a NumPy array or a path")
+        raise InputError(f"sample is a {type(array).__name__}; allowed: a NumPy array or a path")
     array = array.astype(array.dtype.newbyteorder("="), copy=False)
     if array.dtype not in (np.uint8, np.uint16, np.float16, np.float32, np.float64):
-        raise InputError(f"exemplar has dtype {array.dtype}; allowed: uint8, uint16, float16, 32, 64")
+        raise InputError(f"sample has dtype {array.dtype}; allowed: uint8, uint16, float16, 32, 64")
     if array.ndim == 2:
         array = array[:, :, None]
     if array.ndim != 3 or not 1 <= array.shape[2] <= 4:
-        raise InputError(f"exemplar has shape {array.shape}; allowed: (H, W) or (H, W, C) with C from 1 to 4")
-    _check_size(array.shape[1], array.shape[0], "exemplar")
+        raise InputError(f"sample has shape {array.shape}; allowed: (H, W) or (H, W, C) with C from 1 to 4")
+    _check_size(array.shape[1], array.shape[0], "sample")
     if array.dtype.kind == "f":
-        _check_samples(array, "exemplar")  # as given: a double beyond float32 must not become infinite first
+        _check_samples(array, "sample")  # as given: a double beyond float32 must not become infinite first
         array = array.astype(np.float32, copy=False)
     return np.ascontiguousarray(array)
 

@@ -61,8 +61,8 @@ def role_of(name: str) -> str | None:
 def find_maps(files: Iterable[Path]) -> dict[str, Path]:
     """Tell a material's files apart by their names.
 
-    Files that are no images are passed over. One whose name all the others start with is the albedo if there
-    is no other, else a preview, passed over too. Of a normal map in both conventions the OpenGL one is taken.
+    Files that are no images are skipped. One whose name all the others start with is the albedo if there
+    is no other, else a preview, and skipped too. Of a normal map in both conventions the OpenGL one is taken.
 
     Returns
     -------

@@ -50,7 +50,7 @@ def read_source(
         if len(source) == 1:
             return read_source(source[0], crop=crop, resize=resize)
         for file in source:
-            # In a folder such files are passed over; who names one means it.
+            # In a folder such files are skipped; one that is named is wanted.
             if Path(file).suffix.lower() not in IMAGE_SUFFIXES:
                 raise InputError(f"map {os.fspath(file)!r} is no image; allowed: {', '.join(IMAGE_SUFFIXES)}")
     sides = None if resize is None else _parse_resize(resize)
@@ -67,7 +67,7 @@ def read_source(
 def source_files(source: Source) -> list[str]:
     """Return the files that an exemplar is read from, of a folder all images: any may be one of its maps.
 
-    What does not exist is passed over; `read_source` tells.
+    What does not exist is left out; `read_source` reports it.
     """
     if isinstance(source, Material):
         return []

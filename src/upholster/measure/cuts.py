@@ -8,8 +8,8 @@ from upholster.measure.samples import SEED, Samples, bilinear, coded
 from upholster.measure.seams import MeanDifference
 from upholster.measure.trace import Trace, quilt_windows
 from upholster.quilt import Quilt, Texels
+from upholster.quilt.displacement import levels_of, warped_sources
 from upholster.quilt.pyramid import halved, most_levels
-from upholster.quilt.warp import levels_of, warped_sources
 from upholster.types import FloatArray, PixelArray
 
 __all__ = ["check_painted", "cut_seam_ratio", "matched_cut_ratio", "sampled"]
@@ -142,7 +142,7 @@ def check_painted(quilt: Quilt, texels: Texels, exemplar: PixelArray) -> None:
     """Raise InputError unless texels and exemplar are of a quilt's charts and shape."""
     _check(quilt, texels)
     if exemplar.ndim != 3 or exemplar.shape[:2] != quilt.exemplar_shape:
-        raise InputError(f"exemplar has shape {exemplar.shape}; allowed: the quilt's, {quilt.exemplar_shape}")
+        raise InputError(f"sample has shape {exemplar.shape}; allowed: the quilt's, {quilt.exemplar_shape}")
 
 
 def _check(quilt: Quilt, texels: Texels) -> None:

@@ -10,8 +10,8 @@ from upholster.measure.samples import SEED, Samples, Window, coded
 from upholster.measure.seams import MOST_MEETINGS, MOST_PAIRS, MeanDifference
 from upholster.measure.trace import Trace
 from upholster.quilt import Chart, Quilt, Texels
-from upholster.quilt._paint_kernels import SYMMETRIES
-from upholster.quilt.warp import matrices_at, warped_sources
+from upholster.quilt.displacement import warped_sources
+from upholster.quilt.placement import SYMMETRIES
 from upholster.quilt.warp_field import UNIT
 from upholster.types import FloatArray, PixelArray
 
@@ -23,7 +23,7 @@ Index = NDArray[np.intp]
 def matched_edge_ratio(surface: Surface, quilt: Quilt, texels: Texels, exemplar: PixelArray) -> float | None:
     """Measure whether the edges of charts show, against what the exemplar has at the same places.
 
-    A surface of few patches has few edges, and single lines of a regular texture differ from its mean. Here
+    A surface of few charts has few edges, and single lines of a regular texture differ from its mean. Here
     the mean absolute difference between a texel at an edge and the nearest one beyond it is taken over the
     mean of the two differences that the exemplar has there: over the same step from the first texel's place,
     as the placement that owns it maps it, and back from the second's. 1.0 is as smooth as the exemplar, more
@@ -46,7 +46,7 @@ def matched_edge_ratio(surface: Surface, quilt: Quilt, texels: Texels, exemplar:
     Raises
     ------
     InputError
-        If a chart names a patch that the surface does not have, the texels do not have the quilt's charts, or
+        If a chart names a face that the surface does not have, the texels do not have the quilt's charts, or
         the exemplar not its shape.
     """
     check_painted(quilt, texels, exemplar)
@@ -113,7 +113,7 @@ def _looked_up(
         return painted, nothing, nothing
     owner = trace.placements[np.maximum(owners, 0)]
     place = np.stack(warped_sources(trace.field, owner, rows, columns), axis=1) / 16
-    matrices = matrices_at(trace.field, rows, columns).reshape(-1, 2, 2) / UNIT
+    matrices = trace.field.integers_at(rows, columns).reshape(-1, 2, 2) / UNIT
     pixels = SYMMETRIES[owner["symmetry"]].reshape(-1, 2, 2) @ matrices @ step[:, :, None]
     there = place + pixels[:, :, 0]
     return painted, sampled(trace, owner, place, levels), sampled(trace, owner, there, levels)

@@ -76,12 +76,12 @@ def check_alike(results: Sequence[PixelArray], exemplar: PixelArray) -> None:
     """Raise InputError unless there are results of the exemplar's channels, all at least 7×7 pixels."""
     if not results:
         raise InputError("there are no results to measure; allowed: at least one array")
-    for name, array in [("exemplar", exemplar), *((f"result {n}", array) for n, array in enumerate(results))]:
+    for name, array in [("sample", exemplar), *((f"result {n}", array) for n, array in enumerate(results))]:
         if array.ndim != 3 or min(array.shape[:2]) < SIDE:
             raise InputError(f"{name} has shape {array.shape}; allowed: (h, w, C) from {SIDE}×{SIDE}")
         if array.shape[2] != exemplar.shape[2]:
             raise InputError(
-                f"{name} has {array.shape[2]} channels, exemplar {exemplar.shape[2]}; allowed: equal numbers"
+                f"{name} has {array.shape[2]} channels, the sample {exemplar.shape[2]}; allowed: as many"
             )
 
 

@@ -10,10 +10,11 @@ from upholster.charts.directions import Direction
 from upholster.errors import InputError
 from upholster.geometry import Surface
 from upholster.measure.samples import SEED
-from upholster.measure.scale import quantiles
+from upholster.measure.scale import check_faces, quantiles
 from upholster.measure.trace import Trace, quilt_windows
+from upholster.model import face_parameters
 from upholster.quilt import Quilt
-from upholster.quilt._paint_kernels import SYMMETRIES
+from upholster.quilt.placement import SYMMETRIES
 from upholster.quilt.warp_field import FIELD_STEP, UNIT, WarpField
 from upholster.types import FloatArray
 
@@ -80,13 +81,13 @@ def mapping(
 
     Returns
     -------
-    Mapping
+    MappingReport
         Shares, octaves and degrees.
 
     Raises
     ------
     InputError
-        If the scale is not positive and finite, a chart names a patch that the surface does not have, or
+        If the scale is not positive and finite, a chart names a face that the surface does not have, or
         nothing that is painted has any area.
 
     References
@@ -95,12 +96,8 @@ def mapping(
     values as local stretch.
     """
     if scale is not None and not (np.isfinite(scale) and scale > 0):
-        raise InputError(f"scale is {scale}; allowed: a positive number of exemplar pixels per unit")
-    for index, chart in enumerate(quilt.charts):
-        if not 0 <= chart.patch < len(surface.patches):
-            raise InputError(
-                f"chart {index} lies on patch {chart.patch}; the surface has 0 to {len(surface.patches) - 1}"
-            )
+        raise InputError(f"scale is {scale}; allowed: a positive number of sample pixels per unit")
+    check_faces(surface, quilt.charts)
     windows = quilt_windows(quilt)
     total = sum(window.height * window.width for window in windows)
     step = max(1, int(np.ceil(np.sqrt(total / MOST_SAMPLES))))
@@ -114,9 +111,8 @@ def mapping(
         owner = trace.placements[owners[rows, columns]]
         rows, columns = (window.row + row + step * rows), (window.column + column + step * columns)
         chart = quilt.charts[window.index]
-        s = chart.s0 + (chart.s1 - chart.s0) * (rows + 0.5) / chart.height
-        t = chart.t0 + (chart.t1 - chart.t0) * (columns + 0.5) / chart.width
-        points, by_s, by_t = surface.patches[chart.patch].derivatives(s, t)
+        s, t = face_parameters(chart, rows + 0.5, columns + 0.5)
+        points, by_s, by_t = surface.faces[chart.face].derivatives(s, t)
         steps = np.stack(
             [by_s * ((chart.s1 - chart.s0) / chart.height), by_t * ((chart.t1 - chart.t0) / chart.width)],
             axis=2,

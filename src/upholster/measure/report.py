@@ -89,9 +89,9 @@ class Measures:
         if self.seams is not None:
             rows += [
                 ("seam ratio, chart edges", _figure(self.seams.edges), "1: invisible"),
-                ("  against the exemplar there", _figure(self.seams.edges_matched), "1: invisible"),
+                ("  against the sample there", _figure(self.seams.edges_matched), "1: invisible"),
                 ("seam ratio, block borders", _figure(self.seams.cuts), "1: invisible"),
-                ("  against the exemplar there", _figure(self.seams.cuts_matched), "1: invisible"),
+                ("  against the sample there", _figure(self.seams.cuts_matched), "1: invisible"),
             ]
         if self.wrap is not None:
             band = f"{self.wrap.low:.3f} to {self.wrap.high:.3f}"
@@ -112,9 +112,9 @@ class Measures:
             ]
         levels = " ".join(f"{1000 * value:.2f}" for value in self.wasserstein)
         rows += [
-            ("sliced Wasserstein, 1e-3", f"{1000 * self.wasserstein_mean:.3f}", "0: the exemplar"),
+            ("sliced Wasserstein, 1e-3", f"{1000 * self.wasserstein_mean:.3f}", "0: the sample"),
             ("  by level", levels, "finest first"),
-            ("exemplar repeats at", _listed(self.structure.exemplar), "rows, columns"),
+            ("sample repeats at", _listed(self.structure.exemplar), "rows, columns"),
             ("result repeats at", _listed(self.structure.result), "rows, columns"),
             ("structure lost", _figure(self.structure.loss), "0: none"),
         ]
@@ -217,7 +217,7 @@ def measure_image(image: PixelArray, exemplar: PixelArray, *, tileable: bool = F
         raise InputError("image holds samples that are not finite; allowed: finite numbers")
     if image.shape[2] != exemplar.shape[2]:
         raise InputError(
-            f"image has {image.shape[2]} channels, the exemplar {exemplar.shape[2]}; allowed: equal numbers"
+            f"image has {image.shape[2]} channels, the sample {exemplar.shape[2]}; allowed: equal numbers"
         )
     return Measures(
         sliced_wasserstein([image], exemplar),

@@ -7,10 +7,11 @@ import numpy as np
 
 from upholster.errors import InputError
 from upholster.geometry import Surface
+from upholster.model import face_parameters
 from upholster.quilt import Chart
 from upholster.types import FloatArray
 
-__all__ = ["TexelScale", "quantiles", "texel_scale"]
+__all__ = ["TexelScale", "check_faces", "quantiles", "texel_scale"]
 
 MOST_SAMPLES = 2**19
 MOST_NODES = 128
@@ -65,7 +66,7 @@ def texel_scale(surface: Surface, charts: Sequence[Chart]) -> TexelScale:
     Raises
     ------
     InputError
-        If there is no chart, one names a patch that the surface does not have, or nothing has any area.
+        If there is no chart, one names a face that the surface does not have, or nothing has any area.
 
     References
     ----------
@@ -78,14 +79,10 @@ def texel_scale(surface: Surface, charts: Sequence[Chart]) -> TexelScale:
     middle = (np.arange(nodes) + 0.5) / nodes
     # Per point: squares and product of J_r and J_c, and how many texels it stands for.
     parts = []
-    for index, chart in enumerate(charts):
-        if not 0 <= chart.patch < len(surface.patches):
-            raise InputError(
-                f"chart {index} lies on patch {chart.patch}; the surface has 0 to {len(surface.patches) - 1}"
-            )
-        s = chart.s0 + (chart.s1 - chart.s0) * middle
-        t = chart.t0 + (chart.t1 - chart.t0) * middle
-        _, by_s, by_t = surface.patches[chart.patch].derivatives_grid(s, t)
+    check_faces(surface, charts)
+    for chart in charts:
+        s, t = face_parameters(chart, middle * chart.height, middle * chart.width)
+        _, by_s, by_t = surface.faces[chart.face].derivatives_grid(s, t)
         down = by_s.reshape(-1, 3) * ((chart.s1 - chart.s0) / chart.height)
         right = by_t.reshape(-1, 3) * ((chart.t1 - chart.t0) / chart.width)
         texels = np.full(len(down), chart.height * chart.width / len(down))
@@ -112,6 +109,21 @@ def texel_scale(surface: Surface, charts: Sequence[Chart]) -> TexelScale:
         anisotropy=median,
         anisotropy_95=most,
     )
+
+
+def check_faces(surface: Surface, charts: Sequence[Chart]) -> None:
+    """Raise InputError if a chart names a face that the surface does not have, or reaches beyond it."""
+    for index, chart in enumerate(charts):
+        if not 0 <= chart.face < len(surface.faces):
+            raise InputError(
+                f"chart {index} lies on face {chart.face}; the surface has 0 to {len(surface.faces) - 1}"
+            )
+        face = surface.faces[chart.face]
+        if chart.s1 > face.rows or chart.t1 > face.columns:
+            raise InputError(
+                f"chart {index} reaches to s = {chart.s1:g}, t = {chart.t1:g}; "
+                f"allowed on face {chart.face}: up to {face.rows}, {face.columns}"
+            )
 
 
 def quantiles(values: FloatArray, weights: FloatArray, wanted: Sequence[float]) -> list[float]:

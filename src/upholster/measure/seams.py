@@ -10,9 +10,7 @@ from upholster.charts.seams import Transition, find_seams, transitions
 from upholster.errors import InputError
 from upholster.geometry import Surface
 from upholster.measure.samples import SEED, bilinear, coded
-from upholster.measure.trace import IDENTITY
 from upholster.quilt import Texels
-from upholster.quilt.warp import matrices_at
 from upholster.quilt.warp_field import UNIT, WarpField
 from upholster.types import FloatArray, PixelArray
 
@@ -46,10 +44,8 @@ class MeanDifference:
         return here / there
 
 
-def edge_seam_ratio(
-    surface: Surface, texels: Texels, *, fields: Sequence[WarpField | None] = ()
-) -> float | None:
-    """Measure whether the edges of charts show: both those of patches, and those between charts of a patch.
+def edge_seam_ratio(surface: Surface, texels: Texels, *, fields: Sequence[WarpField] = ()) -> float | None:
+    """Measure whether the edges of charts show: both those of faces, and those between charts of a face.
 
     The mean absolute difference between a point before an edge and one as far beyond it, over the same
     between points inside the charts, about random lines parallel to the edge. Points lie ½ to 1 texel from
@@ -77,7 +73,7 @@ def edge_seam_ratio(
     Raises
     ------
     InputError
-        If a chart names a patch that the surface does not have, or fields are not one for each chart.
+        If a chart names a face that the surface does not have, or fields are not one for each chart.
 
     References
     ----------
@@ -95,7 +91,7 @@ def edge_seam_ratio(
     across, inside = MeanDifference(), MeanDifference()
     for transition in transitions(surface, texels.charts, chosen):
         index = transition.seam.chart
-        field = (fields[index] if fields else None) or IDENTITY
+        field = fields[index] if fields else WarpField.identity()
         _add_seam(transition, texels.arrays, field, most, rng, across, inside)
     return across.over(inside)
 
@@ -208,4 +204,4 @@ def _matrices(field: WarpField, along: FloatArray, across: FloatArray, down: boo
     """Return M (n, 2, 2) in exemplar pixels per texel."""
     places = (along, across) if down else (across, along)
     rows, columns = (np.rint(place).astype(np.int32) for place in places)
-    return matrices_at(field, rows, columns).reshape(-1, 2, 2) / UNIT
+    return field.integers_at(rows, columns).reshape(-1, 2, 2) / np.float64(UNIT)

@@ -7,14 +7,13 @@ import numpy as np
 
 from upholster.measure.fidelity import WINDOW, check_alike, looked_at
 from upholster.measure.samples import coded
-from upholster.methods.quilt.structure import shifted_products
+from upholster.methods.quilt.structure import RADIUS, correlation_peaks, shifted_products
 from upholster.types import FloatArray, PixelArray
 
 __all__ = ["Peak", "Structure", "structure"]
 
 MOST_PEAKS = 4
 LEAST_HEIGHT = 0.05
-RADIUS = 3
 
 
 @dataclass(frozen=True, slots=True)
@@ -127,20 +126,10 @@ def _autocorrelation(planes: Sequence[FloatArray], half: tuple[int, int]) -> Flo
 
 
 def _peaks(correlation: FloatArray) -> tuple[Peak, ...]:
-    height, width = correlation.shape
-    middle = width // 2
-    # Rows above the centre mirror those below it.
-    whole = np.concatenate([correlation[:0:-1, ::-1], correlation])
-    padded = np.pad(whole, RADIUS, constant_values=np.inf)  # no peak at the border: it may rise beyond
-    size = 2 * RADIUS + 1
-    highest = np.lib.stride_tricks.sliding_window_view(padded, (size, size)).max(axis=(2, 3))[height - 1 :]
-    peak = (correlation == highest) & (correlation >= LEAST_HEIGHT)
-    peak[0, : middle + 1] = False  # the centre, and the mirror image of the rest of its row
-    rows, columns = np.nonzero(peak)
-    order = np.argsort(-correlation[rows, columns], kind="stable")[:MOST_PEAKS]
-    return tuple(
-        Peak(int(rows[n]), int(columns[n]) - middle, float(correlation[rows[n], columns[n]])) for n in order
-    )
+    rows, columns = correlation_peaks(correlation, LEAST_HEIGHT)
+    heights = correlation[rows, correlation.shape[1] // 2 + columns]
+    order = np.argsort(-heights, kind="stable")[:MOST_PEAKS]
+    return tuple(Peak(int(rows[n]), int(columns[n]), float(heights[n])) for n in order)
 
 
 def _highest_near(correlation: FloatArray, peak: Peak) -> float:

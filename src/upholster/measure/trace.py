@@ -7,21 +7,17 @@ from numpy.typing import NDArray
 
 from upholster.measure.samples import Window, chosen_windows
 from upholster.quilt import Quilt
-from upholster.quilt._paint_kernels import trace_owners
-from upholster.quilt.warp import warped_sources
+from upholster.quilt.displacement import warped_sources
 from upholster.quilt.warp_field import WarpField
 from upholster.types import IntArray
 
-__all__ = ["Border", "Trace", "field_of", "quilt_windows"]
+__all__ = ["Border", "Trace", "quilt_windows"]
 
 MOST_TEXELS = 2**23
 SIDE = 2048
 
 NEAR = 8
 """Half a pixel, in 1/16."""
-
-IDENTITY = WarpField(np.zeros((1, 1, 4), np.int16), margin=0)
-"""What a chart without a field has: texel steps are pixel steps."""
 
 Flags = NDArray[np.bool_]
 
@@ -56,9 +52,9 @@ class Trace:
     window
         Which part of which chart.
     field
-        The chart's warp field; the identity where it has none.
+        The chart's warp field.
     placements
-        Those that touch the window, in painting order.
+        The chart's, in painting order.
     owners
         (height, width) int32: index into `placements`, −1 where none gives at least half of the colour.
     """
@@ -72,20 +68,8 @@ class Trace:
     def of(cls, quilt: Quilt, window: Window) -> "Trace":
         """Trace a window of a quilt (`Window.index` is the chart)."""
         placements = quilt.on_chart(window.index)
-        top = placements["row"] - placements["height"] // 2 - window.row
-        left = placements["column"] - placements["width"] // 2 - window.column
-        touching = (top < window.height) & (top + placements["height"] > 0)
-        touching &= (left < window.width) & (left + placements["width"] > 0)
-        mine: NDArray[np.void] = placements[touching]
-        local = mine.copy()
-        local["row"] -= window.row
-        local["column"] -= window.column
-        owners = np.empty((window.height, window.width), np.int32)
-        scratch = np.empty((2, *quilt.largest_block), np.int32)
-        # Read-only, as in `Quilt.sources`: one compiled version of the kernel serves both.
-        local.setflags(write=False)
-        trace_owners(local, quilt.cells, scratch, owners)
-        return cls(window, field_of(quilt, window.index), mine, owners)
+        owners = quilt.owners(window.index, window.row, window.column, window.height, window.width)
+        return cls(window, quilt.fields[window.index], placements, owners)
 
     def border(self, axis: int) -> Border:
         """Return the pairs of texels that two placements paint: lower neighbours (0) or right ones (1)."""
@@ -113,11 +97,6 @@ def quilt_windows(quilt: Quilt) -> list[Window]:
     """Choose the parts of a quilt's charts that are measured (`Window.index` is the chart)."""
     shapes = [(chart.height, chart.width) for chart in quilt.charts]
     return chosen_windows(shapes, side=SIDE, most=MOST_TEXELS)
-
-
-def field_of(quilt: Quilt, chart: int) -> WarpField:
-    """Return the warp field of a chart, the identity where it has none."""
-    return (quilt.fields[chart] if quilt.fields else None) or IDENTITY
 
 
 def _pair(array: IntArray, axis: int) -> tuple[IntArray, IntArray]:

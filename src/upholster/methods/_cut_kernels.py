@@ -3,9 +3,84 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.jit import kernel
+from upholster.jit import inline, kernel
 
-__all__ = ["cut_grid"]
+__all__ = ["FREE", "NEW", "OLD", "OUTSIDE", "cut_grid"]
+
+# What is known of a cell before the cut: nothing, that it stays old or becomes new, or that it is no part of
+# the grid.
+FREE, OLD, NEW, OUTSIDE = 0, 1, 2, 3
+
+
+@inline
+def _step_to(direction: int, width: int) -> int:
+    # From a cell to the one to the right, below, left or above.
+    step = 1 if direction & 1 == 0 else width
+    return step if direction < 2 else -step
+
+
+@inline
+def _rank(
+    residual: NDArray[np.int64], seeds: NDArray[np.int8], width: int, work: NDArray[np.int32]
+) -> tuple[int, bool]:
+    # Breadth first from all new cells at once: how far each cell is from them. Cells held old take flow and
+    # pass none on. Returns how many new cells lead the queue, and whether an old one was reached.
+    level, pointer, queue = work[0], work[1], work[2]
+    head, tail = 0, 0
+    for n in range(seeds.shape[0]):
+        level[n], pointer[n] = -1, 0
+        if seeds[n] == NEW:
+            level[n] = 0
+            queue[tail] = n
+            tail += 1
+    sources, reached = tail, False
+    while head < tail:
+        n = queue[head]
+        head += 1
+        for d in range(4):
+            if residual[d, n] > 0:
+                m = n + _step_to(d, width)
+                if level[m] < 0 and seeds[m] != OUTSIDE:
+                    level[m] = level[n] + 1
+                    if seeds[m] == OLD:
+                        reached = True
+                    else:
+                        queue[tail] = m
+                        tail += 1
+    return sources, reached
+
+
+@inline
+def _advance(
+    residual: NDArray[np.int64], seeds: NDArray[np.int8], width: int, work: NDArray[np.int32], n: int
+) -> int:
+    # The next cell with a higher level that takes flow from cell n; -1 if there is none any more.
+    level, pointer = work[0], work[1]
+    while pointer[n] < 4:
+        d = pointer[n]
+        if residual[d, n] > 0:
+            m = n + _step_to(d, width)
+            if level[m] == level[n] + 1 and seeds[m] != OUTSIDE:
+                return m
+        pointer[n] += 1
+    return -1
+
+
+@inline
+def _augment(residual: NDArray[np.int64], width: int, work: NDArray[np.int32], depth: int) -> tuple[int, int]:
+    # Pushes along the trail what its narrowest step takes; returns how much, and that step's place.
+    pointer, trail = work[1], work[3]
+    least = residual[pointer[trail[0]], trail[0]]
+    for k in range(1, depth):
+        least = min(least, residual[pointer[trail[k]], trail[k]])
+    first = depth
+    for k in range(depth - 1, -1, -1):
+        d, n = pointer[trail[k]], trail[k]
+        residual[d, n] -= least
+        residual[(d + 2) & 3, n + _step_to(d, width)] += least
+        if residual[d, n] == 0:
+            first = k
+    return least, first
 
 
 @kernel
@@ -16,82 +91,39 @@ def cut_grid(
     work: NDArray[np.int32],
     cells: NDArray[np.uint8],
 ) -> int:
-    """Push the maximum flow from cells held new (2) to cells held old (1); return it, mark the new side.
+    """Push the maximum flow from cells held new to cells held old; return it, mark the new side.
 
     The new side is 1 in `cells`. `residual` (4, n) holds the capacities to the right, below, left and above,
-    and is used up; capacities across the grid's rim must be 0. `held` (n,) also knows free (0) and outside
-    (3) cells. `work` (4, n) is scratch.
+    and is used up; capacities across the grid's rim must be 0. `seeds` (n,) are `FREE`, `OLD`, `NEW` or
+    `OUTSIDE`. `work` (4, n) is scratch: each cell's level, its next direction, the queue, and the trail, the
+    cells of a path along rising levels.
     """
-    count = seeds.shape[0]
-    steps = (1, width, -1, -width)
     level, pointer, queue, trail = work[0], work[1], work[2], work[3]
     flow = 0
     while True:
-        # Breadth first from all new cells at once; cells held old take flow and pass none on.
-        head, tail = 0, 0
-        for n in range(count):
-            level[n] = -1
-            pointer[n] = 0
-            if seeds[n] == 2:
-                level[n] = 0
-                queue[tail] = n
-                tail += 1
-        sources = tail
-        reached = False
-        while head < tail:
-            n = queue[head]
-            head += 1
-            for d in range(4):
-                if residual[d, n] > 0:
-                    m = n + steps[d]
-                    if level[m] < 0 and seeds[m] != 3:
-                        level[m] = level[n] + 1
-                        if seeds[m] == 1:
-                            reached = True
-                        else:
-                            queue[tail] = m
-                            tail += 1
+        sources, reached = _rank(residual, seeds, width, work)
         if not reached:
             break
-        # Depth first along rising levels; `trail` holds the nodes of the path, `pointer` each one's next
-        # direction.
         for s in range(sources):
             n = queue[s]
             depth = 0
             while True:
-                if seeds[n] == 1:
-                    least = residual[pointer[trail[0]], trail[0]]
-                    for k in range(1, depth):
-                        least = min(least, residual[pointer[trail[k]], trail[k]])
+                if seeds[n] == OLD:
+                    least, depth = _augment(residual, width, work, depth)
                     flow += least
-                    first = depth
-                    for k in range(depth - 1, -1, -1):
-                        d, a = pointer[trail[k]], trail[k]
-                        residual[d, a] -= least
-                        residual[(d + 2) & 3, a + steps[d]] += least
-                        if residual[d, a] == 0:
-                            first = k
-                    depth = first
                     n = trail[depth]
                     continue
-                found = False
-                while pointer[n] < 4:
-                    d = pointer[n]
-                    if residual[d, n] > 0:
-                        m = n + steps[d]
-                        if level[m] == level[n] + 1 and seeds[m] != 3:
-                            trail[depth] = n
-                            depth += 1
-                            n = m
-                            found = True
-                            break
-                    pointer[n] += 1
-                if not found:
-                    if depth == 0:
-                        break
+                m = _advance(residual, seeds, width, work, n)
+                if m >= 0:
+                    trail[depth] = n
+                    depth += 1
+                    n = m
+                elif depth == 0:
+                    break
+                else:
                     depth -= 1
                     n = trail[depth]
                     pointer[n] += 1
-    for n in range(count):
-        cells[n] = 1 if level[n] >= 0 and seeds[n] != 1 else 0
+    for n in range(seeds.shape[0]):
+        cells[n] = 1 if level[n] >= 0 and seeds[n] != OLD else 0
     return flow

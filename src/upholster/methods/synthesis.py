@@ -1,34 +1,28 @@
 """From an exemplar and a surface to a quilt: the one place that settles layout, scale, direction, method."""
 
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from upholster.charts.directions import Vectors, default_direction, direction_fields, parse_direction
+from upholster.charts.directions import default_direction, direction_fields, parse_direction
 from upholster.charts.layout import TextureScale, density_layout, texture_scale, uniform_layout
-from upholster.errors import InputError, nearest
+from upholster.errors import InputError
 from upholster.geometry import Surface
 from upholster.image import Material, check_exemplar
 from upholster.methods.paper.method import PaperOptions, synthesize_paper
 from upholster.methods.quilt.method import QuiltOptions, synthesize_quilt
 from upholster.methods.quilt.structure import block_size
-from upholster.quilt.model import MAX_CHART, Chart, Quilt
+from upholster.options import SynthesisOptions, chosen, settled
+from upholster.quilt.chart import MAX_CHART, Chart
+from upholster.quilt.model import Quilt
 from upholster.quilt.warp_field import WarpField
 from upholster.types import PixelArray, Progress
 
-__all__ = ["METHODS", "Prepared", "execute", "matched_image", "prepare", "synthesize"]
-
-METHODS = ("quilt", "paper")
+__all__ = ["Prepared", "execute", "matched_image", "prepare", "synthesize"]
 
 _BLOCKS = 8
 """Blocks across a surface, at least, where their size is not asked for: fewer can not follow its curves."""
-
-_ONLY: Mapping[str, tuple[str, ...]] = {
-    "quilt": ("texels", "density", "sample_size", "direction", "evenness", "variety", "tileable"),
-    "paper": ("chart", "levels", "seams"),
-}
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,28 +31,22 @@ class Prepared:
 
     Attributes
     ----------
-    method
-        "quilt" or "paper".
     charts, fields
-        The layout; fields are empty where texel steps are exemplar-pixel steps everywhere.
+        The layout; fields are empty where the method has no use for them.
     scale
         Sizes of texels and sample on the surface; None where they were not asked for (method "paper", flat
         textures).
     direction
         In words; empty where there is none.
     options
-        Parameters of the method.
-    wrap
-        Whether the one chart tiles.
+        Of the method, all settled.
     """
 
-    method: str
     charts: tuple[Chart, ...]
-    fields: tuple[WarpField | None, ...]
+    fields: tuple[WarpField, ...]
     scale: TextureScale | None
     direction: str
     options: QuiltOptions | PaperOptions
-    wrap: bool = False
 
 
 def matched_image(exemplar: PixelArray | Material, method: str = "quilt") -> PixelArray:
@@ -79,102 +67,52 @@ def matched_image(exemplar: PixelArray | Material, method: str = "quilt") -> Pix
     return check_exemplar(exemplar)
 
 
-def prepare(
-    exemplar: PixelArray,
-    surface: Surface,
-    *,
-    method: str = "quilt",
-    texels: int | tuple[int, int] | None = None,
-    density: float | None = None,
-    sample_size: float | None = None,
-    direction: str | Vectors | None = None,
-    tileable: bool | None = None,
-    block: int | None = None,
-    overlap: int | None = None,
-    evenness: float | None = None,
-    variety: float | None = None,
-    chart: int | None = None,
-    levels: int | None = None,
-    seams: bool | None = None,
-) -> Prepared:
+def prepare(exemplar: PixelArray, surface: Surface, options: SynthesisOptions) -> Prepared:
     """Settle what `synthesize` will do; parameters as there.
 
     Raises
     ------
     InputError
-        If something is out of range, does not fit together, or belongs to another method.
+        If something is out of range on this surface, or with this exemplar.
     """
-    if method not in METHODS:
-        raise InputError(f"unknown method {method!r}; {nearest(method, METHODS)}")
-    given: dict[str, Any] = {
-        "texels": texels,
-        "density": density,
-        "sample_size": sample_size,
-        "direction": direction,
-        "tileable": tileable,
-        "evenness": evenness,
-        "variety": variety,
-        "chart": chart,
-        "levels": levels,
-        "seams": seams,
-    }
-    for owner, names in _ONLY.items():
-        for name in names:
-            if owner != method and given[name] is not None:
-                raise InputError(
-                    f"{name} belongs to method {owner!r}; allowed with {method!r}: {_listed(method)}"
-                )
-    if method == "paper":
-        asked: dict[str, Any] = {"block": block, "overlap": overlap, "levels": levels, "seams": seams}
-        options = PaperOptions(**{name: value for name, value in asked.items() if value is not None})
-        return Prepared(
-            method, uniform_layout(surface, chart=512 if chart is None else chart), (), None, "", options
-        )
+    if options.method == "paper":
+        charts = uniform_layout(surface, chart=options.chart)
+        return Prepared(charts, (), None, "", settled(options, PaperOptions))
     most = min(512, 3 * min(exemplar.shape[:2]) // 4)  # beyond that there is nothing to choose from
-    if block is not None and not 8 <= block <= most:
-        raise InputError(f"block is {block}; allowed: 8 to {most} in an exemplar of {_size(exemplar)}")
-    asked = {"overlap": overlap, "evenness": evenness, "variety": variety}
-    options_ = QuiltOptions(
-        block=block_size(exemplar) if block is None else block,
-        **{name: value for name, value in asked.items() if value is not None},
-    )
-    if isinstance(texels, tuple):
-        return _flat_plan(surface, texels, given, options_, bool(tileable))
-    if tileable:
-        raise InputError("tileable needs texels as width x height, on a surface of one patch")
+    if options.block is not None and not 8 <= options.block <= most:
+        raise InputError(f"block is {options.block}; allowed: 8 to {most} in a sample of {_size(exemplar)}")
+    block = block_size(exemplar) if options.block is None else options.block
+    if isinstance(options.texels, tuple):
+        chart = _flat_chart(surface, *options.texels)
+        return Prepared((chart,), (), None, "", settled(options, QuiltOptions, block=block))
     scale = texture_scale(
         surface,
         exemplar.shape[1],
-        sample_size=sample_size,
-        density=density,
-        texels=texels,
-        block=options_.block,
+        sample_size=options.sample_size,
+        density=options.density,
+        texels=options.texels,
+        block=block,
     )
-    if sample_size is None:
-        _check_room(scale, options_.block, density)
-    if block is None:
+    if options.sample_size is None:
+        _check_room(scale, block, options.density)
+    if options.block is None:
         across = np.sqrt(scale.texels) / scale.density * scale.scale  # the surface, in exemplar pixels
-        options_ = replace(options_, block=min(options_.block, max(16, 4 * int(across / _BLOCKS / 4))))
-    wanted = default_direction(surface) if direction is None else parse_direction(direction)
+        block = min(block, max(16, 4 * int(across / _BLOCKS / 4)))
+    wanted = default_direction(surface) if options.direction is None else parse_direction(options.direction)
     charts = density_layout(surface, density=scale.density)
     fields = direction_fields(surface, charts, wanted, scale.scale)
-    return Prepared(method, charts, fields if any(fields) else (), scale, wanted.text, options_)
+    own = settled(options, QuiltOptions, block=block)
+    return Prepared(charts, fields, scale, wanted.text, own)
 
 
-def _flat_plan(
-    surface: Surface, texels: tuple[int, int], given: Mapping[str, Any], options: QuiltOptions, wrap: bool
-) -> Prepared:
-    width, height = texels
+def _flat_chart(surface: Surface, width: int, height: int) -> Chart:
     if len(surface.patches) != 1:
         raise InputError(
             f"texels is {width}x{height} on {len(surface.patches)} patches; allowed there: a number"
         )
-    for name in ("density", "sample_size", "direction"):
-        if given[name] is not None:
-            raise InputError(f"{name} is given with texels {width}x{height}; allowed: one of them")
     if not (8 <= width <= MAX_CHART and 8 <= height <= MAX_CHART):
         raise InputError(f"texels is {width}x{height}; allowed: 8 to {MAX_CHART} each way")
-    return Prepared("quilt", (Chart(0, height, width),), (), None, "", options, wrap)
+    return Chart(0, height, width)
 
 
 def execute(
@@ -186,7 +124,7 @@ def execute(
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> Quilt:
-    """Synthesise as planned; the exemplar may have any number of channels here.
+    """Synthesise as prepared; the exemplar may have any number of channels here.
 
     Raises
     ------
@@ -209,7 +147,7 @@ def execute(
         prepared.charts,
         prepared.fields,
         options=prepared.options,
-        wrap=prepared.wrap,
+        wrap=prepared.options.tileable,
         seed=seed,
         threads=threads,
         progress=progress,
@@ -220,22 +158,11 @@ def synthesize(
     exemplar: PixelArray | Material,
     surface: Surface,
     *,
-    method: str = "quilt",
-    texels: int | tuple[int, int] | None = None,
-    density: float | None = None,
-    sample_size: float | None = None,
-    direction: str | Vectors | None = None,
-    tileable: bool | None = None,
-    block: int | None = None,
-    overlap: int | None = None,
-    evenness: float | None = None,
-    variety: float | None = None,
-    chart: int | None = None,
-    levels: int | None = None,
-    seams: bool | None = None,
+    options: SynthesisOptions | None = None,
     seed: int = 0,
     threads: int | None = None,
     progress: Progress | None = None,
+    **choices: Any,
 ) -> Quilt:
     """Synthesise texture over a surface.
 
@@ -246,34 +173,20 @@ def synthesize(
         material: its maps are matched together, by method "paper" its base colour alone.
     surface
         The surface to cover.
-    method
-        "quilt": one texture at true scale over the whole surface; "paper": the paper's, patch by patch
-        (`upholster.methods.paper.method`).
-    texels
-        How many in all, 64 to 2^31; by default four million, or what `density` or `sample_size` ask for. On
-        one patch also (width, height): a flat texture, one texel an exemplar pixel.
-    density
-        Texels per model unit, instead.
-    sample_size
-        Width of the exemplar in model units; by default an exemplar pixel is as large as a texel.
-    direction
-        Which way the exemplar's rows run: see `upholster.charts.directions.parse_direction`. By default
-        along the patches, or round the z axis where these do not agree.
-    tileable
-        Whether a flat texture wraps both ways.
-    block, overlap
-        Side of a block and width of the overlap, in exemplar pixels; by default from the exemplar's own
-        structure. Method "paper": 32 and 8, in texels.
-    evenness, variety
-        See `upholster.methods.quilt.method.QuiltOptions`.
-    chart, levels, seams
-        Method "paper": side of each patch's chart in texels (512), and see `PaperOptions`.
+    options
+        Method, scale, direction and what else can be chosen; see `upholster.SynthesisOptions`.
     seed
         0 to 2^63 − 1. The same seed gives the same quilt, whatever the number of threads and on any machine.
     threads
         1 to 256; by default one per core.
     progress
         Called as ``progress(stage, done, total)``, with stages "blocks" and, for method "paper", "seams".
+    choices
+        Single options, by the names that they have in `upholster.SynthesisOptions`: they come before
+        `options`, and None is as if not given. Of the most use: `method`, "quilt" (one texture at true scale
+        over the whole surface) or "paper" (the paper's, patch by patch); `texels`, a number, or (width,
+        height) of a flat texture; `sample_size`, the exemplar's width in model units; `direction`, in words
+        or as a function, see `upholster.charts.directions.parse_direction`.
 
     Returns
     -------
@@ -283,31 +196,16 @@ def synthesize(
     Raises
     ------
     InputError
-        If something is out of range or does not fit together, before any work is done.
+        If something is unknown, out of range or does not fit together, before any work is done.
     """
-    checked = matched_image(exemplar, method)
-    settled = prepare(
-        checked,
-        surface,
-        method=method,
-        texels=texels,
-        density=density,
-        sample_size=sample_size,
-        direction=direction,
-        tileable=tileable,
-        block=block,
-        overlap=overlap,
-        evenness=evenness,
-        variety=variety,
-        chart=chart,
-        levels=levels,
-        seams=seams,
-    )
-    return execute(settled, checked, surface, seed=seed, threads=threads, progress=progress)
+    wanted = chosen(SynthesisOptions, options, **choices)
+    checked = matched_image(exemplar, wanted.method)
+    prepared = prepare(checked, surface, wanted)
+    return execute(prepared, checked, surface, seed=seed, threads=threads, progress=progress)
 
 
 def _check_room(scale: TextureScale, block: int, density: float | None) -> None:
-    # Of a sample size `texture_scale` has seen to it.
+    # `texture_scale` has checked a sample size.
     share = (scale.scale / scale.density) ** 2 * scale.texels / block**2
     if share < 1:
         asked, least = (
@@ -323,7 +221,3 @@ def _check_room(scale: TextureScale, block: int, density: float | None) -> None:
 
 def _size(image: PixelArray) -> str:
     return f"{image.shape[1]}x{image.shape[0]} pixels"
-
-
-def _listed(method: str) -> str:
-    return ", ".join((*_ONLY[method], "block", "overlap"))

@@ -11,7 +11,7 @@ WORKING_MAX = 1023
 
 
 def working_form(exemplar: PixelArray) -> NDArray[np.uint16]:
-    """Return the exemplar as matching sees it: (H, W, C) uint16 from 0 to 1023.
+    """Return what matching compares of the exemplar: (H, W, C) uint16 from 0 to 1023.
 
     8-bit samples times 4, 16-bit samples divided by 64; float samples from their smallest to their largest.
     """

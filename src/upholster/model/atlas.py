@@ -5,6 +5,7 @@ filtering at an edge sees the same colours from both sides. Sizes and positions 
 gutter, a power of two: down to mip level log2(gutter) no texel mixes two cells.
 """
 
+from collections import defaultdict
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -13,14 +14,16 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from upholster.charts.seams import ChartSeam
 from upholster.errors import InputError
-from upholster.geometry import Mesh, Surface
 from upholster.model.gutter import fill_gutters
+from upholster.model.mesh import Mesh
 from upholster.parallel import run_tasks
-from upholster.quilt.model import Chart, Texels
+from upholster.quilt.chart import Chart
+from upholster.quilt.model import Texels
 from upholster.types import FloatArray, PixelArray, frozen_array
 
-__all__ = ["Atlas", "AtlasCell", "build_atlas"]
+__all__ = ["Atlas", "AtlasCell", "build_atlas", "by_chart"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,30 +73,26 @@ class Atlas:
         Raises
         ------
         InputError
-            If a patch of the mesh has no chart here.
+            If a chart of the mesh is not here.
         """
-        cell_of = np.full(int(mesh.patch.max(initial=0)) + 1, -1)
-        for index, cell in enumerate(self.cells):
-            if cell.chart.patch < len(cell_of):
-                cell_of[cell.chart.patch] = index
-        found = cell_of[mesh.patch]
-        if (found < 0).any():
-            raise InputError(f"patch {mesh.patch[found < 0][0]} of the mesh has no chart in the atlas")
+        if (last := int(mesh.chart.max(initial=0))) >= len(self.cells):
+            raise InputError(f"mesh has chart {last}; the atlas has 0 to {len(self.cells) - 1}")
         origin = np.array([(cell.row, cell.column) for cell in self.cells], np.float64)
-        size = np.array([(cell.chart.height, cell.chart.width) for cell in self.cells], np.float64)
-        rows_columns = origin[found] + mesh.parameters * size[found]
+        rows_columns = origin[mesh.chart] + mesh.places
         return np.ascontiguousarray((rows_columns / self.pixels.shape[:2])[:, ::-1])
 
 
-def build_atlas(surface: Surface, texels: Texels, *, gutter: int = 16, threads: int | None = None) -> Atlas:
+def build_atlas(
+    texels: Texels, seams: Sequence[ChartSeam], *, gutter: int = 16, threads: int | None = None
+) -> Atlas:
     """Pack all charts in one image, and fill their gutters from the neighbours across the edges.
 
     Parameters
     ----------
-    surface
-        Says which edges meet.
     texels
-        One chart per patch, each placements the whole patch.
+        The charts' texels.
+    seams
+        How the charts meet, from either side: see `upholster.charts.seams.find_seams`.
     gutter
         Texels between a chart and the border of its cell: 1, 2, 4 … 256.
     threads
@@ -107,47 +106,39 @@ def build_atlas(surface: Surface, texels: Texels, *, gutter: int = 16, threads: 
     Raises
     ------
     InputError
-        If `gutter` is no such power of two, or the charts are not one per patch of `surface`.
+        If `gutter` is no such power of two, or there are no charts.
     """
     if gutter not in (1, 2, 4, 8, 16, 32, 64, 128, 256):
         raise InputError(f"gutter is {gutter}; allowed: a power of two from 1 to 256")
     charts = texels.charts
-    _check_charts(charts, len(surface.patches))
+    if not charts:
+        raise InputError("there are no charts; allowed: at least one")
     cells, height, width = _pack(charts, gutter)
-    len(surface.shared)  # found once, here, and not by every thread
     first = texels.arrays[0]
     pixels = np.empty((height, width, first.shape[2]), first.dtype)
     _fill_unused(pixels, cells, _mean_color(texels.arrays, first.dtype))
+    of_chart = by_chart(seams)
 
-    of_patch = {chart.patch: array for chart, array in zip(charts, texels.arrays, strict=True)}
-
-    def lay(cell: AtlasCell, array: PixelArray) -> None:
+    def lay(index: int) -> None:
+        cell = cells[index]
         inside = pixels[cell.top : cell.top + cell.height, cell.left : cell.left + cell.width]
-        origin = (cell.row - cell.top, cell.column - cell.left)
-        fill_gutters(inside, *origin, array, surface, cell.chart.patch, of_patch)
+        fill_gutters(
+            inside, cell.row - cell.top, cell.column - cell.left, index, of_chart[index], texels.arrays
+        )
 
-    tasks: list[Callable[[], object]] = [
-        partial(lay, cell, array) for cell, array in zip(cells, texels.arrays, strict=True)
-    ]
+    tasks: list[Callable[[], object]] = [partial(lay, index) for index in range(len(cells))]
     # Small charts are laid by Python more than by memory: threads would wait for each other.
     large = texels.count >= len(charts) << 20
     run_tasks(tasks, threads=threads if large else 1)
     return Atlas(frozen_array(pixels), cells, gutter)
 
 
-def _check_charts(charts: Sequence[Chart], patches: int) -> None:
-    if sorted(chart.patch for chart in charts) != list(range(patches)):
-        raise InputError(
-            f"charts cover patches {_listed(charts)}; allowed: one for each of {patches} patches"
-        )
-    for index, chart in enumerate(charts):
-        if (chart.s0, chart.s1, chart.t0, chart.t1) != (0, 1, 0, 1):
-            raise InputError(f"chart {index} covers part of its patch; allowed: the whole patch")
-
-
-def _listed(charts: Sequence[Chart]) -> str:
-    names = [str(chart.patch) for chart in charts]
-    return ", ".join(names if len(names) <= 8 else [*names[:8], "…"]) or "none"
+def by_chart(seams: Sequence[ChartSeam]) -> dict[int, list[ChartSeam]]:
+    """Return the seams of each chart that has any; none for others."""
+    found: dict[int, list[ChartSeam]] = defaultdict(list)
+    for seam in seams:
+        found[seam.chart].append(seam)
+    return found
 
 
 def _pack(charts: Sequence[Chart], gutter: int) -> tuple[tuple[AtlasCell, ...], int, int]:

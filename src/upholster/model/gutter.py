@@ -1,30 +1,29 @@
 """Filling the gutters of one chart from its neighbours across the edges."""
 
-from collections.abc import Mapping
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.geometry import Surface
-from upholster.types import PixelArray
+from upholster.charts.seams import ChartSeam
+from upholster.types import FloatArray, PixelArray
 
-__all__ = ["fill_gutters"]
+__all__ = ["beyond", "fill_gutters", "mixed_corner"]
 
 
 def fill_gutters(
     cell: PixelArray,
     row: int,
     column: int,
-    texels: PixelArray,
-    surface: Surface,
-    patch: int,
-    arrays: Mapping[int, PixelArray],
+    chart: int,
+    seams: Sequence[ChartSeam],
+    arrays: Sequence[PixelArray],
 ) -> None:
     """Write a chart and its gutters into its cell of the atlas.
 
-    Across a shared edge the gutter continues with the neighbour's texels, nearest ones where the sizes
-    differ. At a border and at a degenerate edge the outermost texel is repeated. In a corner the two gutters
-    that meet are continued and blended.
+    Across a seam the gutter continues with the neighbour's texels, nearest ones where the sizes differ. At a
+    border and at a degenerate edge the outermost texel is repeated. In a corner the two gutters that meet are
+    continued and blended.
 
     Parameters
     ----------
@@ -32,54 +31,57 @@ def fill_gutters(
         (cell height, cell width, C): written.
     row, column
         Where the chart's first texel lies in the cell.
-    texels
-        (h, w, C): the chart's own.
-    surface, patch
-        Which patch the chart covers, of which surface.
+    chart
+        Which of the charts it is.
+    seams
+        The chart's own.
     arrays
-        Texels of every patch's chart.
+        Texels of all charts.
     """
+    texels = arrays[chart]
     height, width = texels.shape[:2]
     cell[row : row + height, column : column + width] = texels
     depths = (row, cell.shape[1] - column - width, cell.shape[0] - row - height, column)
-    bands = [_band(edge, depths[edge], texels, surface, patch, arrays) for edge in range(4)]
+    bands = [
+        _band(edge, depths[edge], texels, [m for m in seams if m.edge == edge], arrays) for edge in range(4)
+    ]
     bottom, right = row + height, column + width
     cell[:row, column:right] = bands[0][:, ::-1].swapaxes(0, 1)
     cell[row:bottom, right:] = bands[1]
     cell[bottom:, column:right] = bands[2].swapaxes(0, 1)
     cell[row:bottom, :column] = bands[3][:, ::-1]
-    cell[:row, :column] = _corner(bands[0][0], bands[3][0])[::-1, ::-1]
-    cell[:row, right:] = _corner(bands[0][-1], bands[1][0])[::-1]
-    cell[bottom:, :column] = _corner(bands[2][0], bands[3][-1])[:, ::-1]
-    cell[bottom:, right:] = _corner(bands[2][-1], bands[1][-1])
+    cell[:row, :column] = mixed_corner(bands[0][0], bands[3][0])[::-1, ::-1]
+    cell[:row, right:] = mixed_corner(bands[0][-1], bands[1][0])[::-1]
+    cell[bottom:, :column] = mixed_corner(bands[2][0], bands[3][-1])[:, ::-1]
+    cell[bottom:, right:] = mixed_corner(bands[2][-1], bands[1][-1])
+
+
+def beyond(seam: ChartSeam, count: int) -> tuple[slice, FloatArray]:
+    """Return which of `count` texels along an edge a seam holds, and where on the other edge they meet it."""
+    first, last = np.searchsorted(np.arange(count) + 0.5, (seam.start, seam.stop)).tolist()
+    slope = (seam.other_stop - seam.other_start) / (seam.stop - seam.start)
+    return slice(first, last), seam.other_start + slope * (np.arange(first, last) + 0.5 - seam.start)
 
 
 def _band(
-    edge: int,
-    depth: int,
-    texels: PixelArray,
-    surface: Surface,
-    patch: int,
-    arrays: Mapping[int, PixelArray],
+    edge: int, depth: int, texels: PixelArray, seams: Sequence[ChartSeam], arrays: Sequence[PixelArray]
 ) -> PixelArray:
     """Return what lies beyond an edge: (texels along the edge, depth, C), outward."""
     own = _inward(texels, edge)
     count = own.shape[0]
-    centres = (np.arange(count) + 0.5) / count
     band = np.repeat(own[:, :1], depth, axis=1)
-    for there in surface.neighbours(patch, edge):
-        first, last = np.searchsorted(centres, (there.start, there.stop))
-        other = _inward(arrays[there.other_patch], there.other_edge)
-        slope = (there.other_stop - there.other_start) / (there.stop - there.start)
+    for seam in seams:
+        mine, where = beyond(seam, count)
+        other = _inward(arrays[seam.other_chart], seam.other_edge)
+        opposed = seam.other_start > seam.other_stop
         # Texels are about square, so the ratio of sizes along the edge holds across it too.
-        ratio = abs(slope) * other.shape[0] / count
-        if ratio == 1 and last - first == other.shape[0] and depth <= other.shape[1]:
-            band[first:last] = other[:, :depth] if slope > 0 else other[::-1, :depth]
+        ratio = abs(seam.other_stop - seam.other_start) / (seam.stop - seam.start)
+        if ratio == 1 and mine.stop - mine.start == other.shape[0] and depth <= other.shape[1]:
+            band[mine] = other[::-1, :depth] if opposed else other[:, :depth]
             continue
-        where = (there.other_start + slope * (centres[first:last] - there.start)) * other.shape[0]
         along = np.clip(where.astype(np.int64), 0, other.shape[0] - 1)
         across = np.minimum(((np.arange(depth) + 0.5) * ratio).astype(np.int64), other.shape[1] - 1)
-        band[first:last] = other[along[:, None], across]
+        band[mine] = other[along[:, None], across]
     return band
 
 
@@ -96,7 +98,7 @@ def _inward(texels: PixelArray, edge: int) -> PixelArray:
             return texels
 
 
-def _corner(vertical: PixelArray, horizontal: PixelArray) -> PixelArray:
+def mixed_corner(vertical: PixelArray, horizontal: PixelArray) -> PixelArray:
     """Continue two gutters into the corner between them: (rows outward, columns outward, C).
 
     `vertical` (rows, C) is the column of one gutter that adjoins the corner, `horizontal` (columns, C) the

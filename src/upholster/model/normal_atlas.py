@@ -1,13 +1,17 @@
 """The atlas of a normal map: what gutters take over from a neighbour is told in the chart's own frame."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
 
+from upholster.charts.seams import ChartSeam
 from upholster.errors import InputError
 from upholster.geometry import Surface
-from upholster.model.atlas import Atlas, AtlasCell, build_atlas
-from upholster.model.gutter import _corner
+from upholster.model.atlas import Atlas, AtlasCell, build_atlas, by_chart
+from upholster.model.gutter import beyond, mixed_corner
+from upholster.model.mesh import face_parameters, own_patches
+from upholster.quilt.chart import Chart
 from upholster.quilt.model import Texels
 from upholster.types import FloatArray, PixelArray, frozen_array
 
@@ -15,7 +19,12 @@ __all__ = ["build_normal_atlas"]
 
 
 def build_normal_atlas(
-    surface: Surface, texels: Texels, *, gutter: int = 16, threads: int | None = None
+    surface: Surface,
+    texels: Texels,
+    seams: Sequence[ChartSeam],
+    *,
+    gutter: int = 16,
+    threads: int | None = None,
 ) -> Atlas:
     """Pack the charts of a normal map in one image, as `build_atlas` does for colours.
 
@@ -24,7 +33,9 @@ def build_normal_atlas(
 
     Parameters
     ----------
-    surface, texels, gutter, threads
+    surface
+        What the charts lie on.
+    texels, seams, gutter, threads
         As for `build_atlas`; texels of 3 channels.
 
     Raises
@@ -32,18 +43,22 @@ def build_normal_atlas(
     InputError
         As for `build_atlas`; for another number of channels.
     """
-    if texels.arrays[0].shape[2] != 3:
+    if texels.arrays and texels.arrays[0].shape[2] != 3:
         raise InputError(f"normal map has {texels.arrays[0].shape[2]} channels; allowed: 3")
-    atlas = build_atlas(surface, texels, gutter=gutter, threads=threads)
+    atlas = build_atlas(texels, seams, gutter=gutter, threads=threads)
     pixels = atlas.pixels.copy()
-    for cell in atlas.cells:
+    of_chart = by_chart(seams)
+    for index, cell in enumerate(atlas.cells):
         _turn_gutters(
-            pixels[cell.top : cell.top + cell.height, cell.left : cell.left + cell.width], cell, surface
+            pixels[cell.top : cell.top + cell.height, cell.left : cell.left + cell.width],
+            cell,
+            [_angles(surface, texels.charts, index, edge, of_chart[index]) for edge in range(4)],
         )
     return replace(atlas, pixels=frozen_array(pixels))
 
 
-def _turn_gutters(pixels: PixelArray, cell: AtlasCell, surface: Surface) -> None:
+def _turn_gutters(pixels: PixelArray, cell: AtlasCell, angles: Sequence[FloatArray]) -> None:
+    """Turn the vectors in a cell's gutters by angles per edge and texel along it."""
     top, left = cell.row - cell.top, cell.column - cell.left
     bottom, right = top + cell.chart.height, left + cell.chart.width
     # Of each edge: the gutter beyond it, (texels along the edge, across it outward, 3).
@@ -53,38 +68,41 @@ def _turn_gutters(pixels: PixelArray, cell: AtlasCell, surface: Surface) -> None
         pixels[bottom:, left:right].swapaxes(0, 1),
         pixels[top:bottom, :left][:, ::-1],
     )
-    for edge, band in enumerate(bands):
-        angles = _angles(surface, cell.chart.patch, edge, band.shape[0])
-        turned = np.flatnonzero(angles)
-        band[turned] = _turned(band[turned], angles[turned, None])
-    pixels[:top, :left] = _corner(bands[0][0], bands[3][0])[::-1, ::-1]
-    pixels[:top, right:] = _corner(bands[0][-1], bands[1][0])[::-1]
-    pixels[bottom:, :left] = _corner(bands[2][0], bands[3][-1])[:, ::-1]
-    pixels[bottom:, right:] = _corner(bands[2][-1], bands[1][-1])
+    for band, angle in zip(bands, angles, strict=True):
+        turned = np.flatnonzero(angle)
+        band[turned] = _turned(band[turned], angle[turned, None])
+    pixels[:top, :left] = mixed_corner(bands[0][0], bands[3][0])[::-1, ::-1]
+    pixels[:top, right:] = mixed_corner(bands[0][-1], bands[1][0])[::-1]
+    pixels[bottom:, :left] = mixed_corner(bands[2][0], bands[3][-1])[:, ::-1]
+    pixels[bottom:, right:] = mixed_corner(bands[2][-1], bands[1][-1])
 
 
-def _angles(surface: Surface, patch: int, edge: int, count: int) -> FloatArray:
+def _angles(
+    surface: Surface, charts: Sequence[Chart], index: int, edge: int, seams: Sequence[ChartSeam]
+) -> FloatArray:
     """Return at each texel along an edge the angle of the neighbour's frame in the own one: 0 at borders."""
+    count = charts[index].height if edge & 1 else charts[index].width
     angles = np.zeros(count)
-    centres = (np.arange(count) + 0.5) / count
-    for there in surface.neighbours(patch, edge):
-        first, last = np.searchsorted(centres, (there.start, there.stop))
-        if first == last:
+    for seam in seams:
+        if seam.edge != edge:
             continue
-        own = centres[first:last]
-        slope = (there.other_stop - there.other_start) / (there.stop - there.start)
-        other = np.clip(there.other_start + slope * (own - there.start), 0.0, 1.0)
-        along, up = _frame(surface, patch, edge, own)
-        beyond, _ = _frame(surface, there.other_patch, there.other_edge, other)
-        angles[first:last] = np.arctan2((beyond * up).sum(-1), (beyond * along).sum(-1))
+        mine, where = beyond(seam, count)
+        if not len(where):
+            continue
+        own = np.arange(mine.start, mine.stop, dtype=np.float64) + 0.5
+        along, up = _frame(surface, charts[index], edge, own)
+        other, _ = _frame(surface, charts[seam.other_chart], seam.other_edge, where)
+        angles[mine] = np.arctan2((other * up).sum(-1), (other * along).sum(-1))
     return angles
 
 
-def _frame(surface: Surface, patch: int, edge: int, at: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return T and B, unit vectors, along an edge."""
-    fixed = np.full_like(at, float(edge in (1, 2)))
-    s, t = (fixed, at) if edge in (0, 2) else (at, fixed)
-    _, by_s, by_t = surface.patches[patch].derivatives(s, t)
+def _frame(surface: Surface, chart: Chart, edge: int, at: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return T and B, unit vectors, at places along a chart's edge, in texels."""
+    fixed = np.full_like(at, (0.0, chart.width, chart.height, 0.0)[edge])
+    at = np.clip(at, 0.0, chart.height if edge & 1 else chart.width)
+    rows, columns = (at, fixed) if edge & 1 else (fixed, at)
+    face, chart = own_patches(surface, chart)
+    _, by_s, by_t = face.derivatives(*face_parameters(chart, rows, columns))
     up = np.cross(np.cross(by_s, by_t), by_t)
     tangent, bitangent = (
         v / np.maximum(np.linalg.norm(v, axis=-1, keepdims=True), 1e-300) for v in (by_t, up)

@@ -4,8 +4,9 @@
 turn a quilt and an exemplar into texels.
 """
 
+from upholster.quilt.chart import Chart
 from upholster.quilt.materials import paint_material
-from upholster.quilt.model import Chart, Quilt, Texels
+from upholster.quilt.model import Quilt, Texels
 from upholster.quilt.normals import paint_normals
 from upholster.quilt.painting import paint
 

@@ -5,12 +5,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.jit import inline
+from upholster.jit import inline, kernel, shared
 
-__all__ = ["displacement", "displacements", "matrix_at"]
+__all__ = ["displacement", "displacement_row", "matrix_at"]
 
 
-@inline
+@kernel
 def matrix_at(
     matrices: NDArray[np.int32], margin: Any, row: Any, column: Any
 ) -> tuple[np.int32, np.int32, np.int32, np.int32]:
@@ -57,64 +57,54 @@ def displacement(
     return (a * down + b * right + 256) >> 9, (c * down + d * right + 256) >> 9
 
 
-@inline
-def displacements(
+@shared
+def displacement_row(
     matrices: NDArray[np.int32],
     margin: Any,
+    centre: tuple[np.int32, np.int32, np.int32, np.int32],
+    down: Any,
     row: Any,
     column: Any,
-    top: Any,
-    left: Any,
+    right: Any,
     ys: NDArray[np.int32],
     xs: NDArray[np.int32],
 ) -> None:
-    """Fill `ys` and `xs` (height, width) with the `displacement` of every texel of a block.
+    """Fill `ys` and `xs` with the `displacement` of the texels of a row, from (row, column) on.
 
-    The block's first texel is (top, left), its centre (row, column). Between two nodes M is linear along a
-    row, so that sums take the place of products.
+    The first of them lies `down` rows and `right` columns from its block's centre, whose matrix is `centre`.
+    All in 32 bits, which blocks of at most 2048 texels a side cannot leave. Between two nodes M is linear
+    along a row, so that its numerator needs one multiplication.
     """
-    rows, columns = matrices.shape[0], matrices.shape[1]
-    first = matrix_at(matrices, margin, row, column)
-    ten, half = np.int64(10), np.int64(512)
-    for i in range(ys.shape[0]):
-        line_y, line_x = ys[i], xs[i]
-        r, dr = top + i, np.int64(top + i - row)
-        n, down = margin + (r >> 5), np.int64(r & 31)
-        if n < 0:
-            n, down = 0, np.int64(0)
-        elif n >= rows - 1:
-            n, down = rows - 1, np.int64(0)
-        upper, lower = matrices[n], matrices[min(n + 1, rows - 1)]
-        up = np.int64(32) - down
-        j = 0
-        while j < line_y.shape[0]:
-            c = left + j
-            m, right = margin + (c >> 5), np.int64(c & 31)
-            stop = min(line_y.shape[0], j + 32 - (c & 31))
-            if m < 0:
-                m, right = 0, np.int64(0)
-            elif m >= columns - 1:
-                m, right = columns - 1, np.int64(0)
-            beside = m if c >> 5 < -margin else min(m + 1, columns - 1)
-            a0, a1 = upper[m, 0] * up + lower[m, 0] * down, upper[m, 1] * up + lower[m, 1] * down
-            a2, a3 = upper[m, 2] * up + lower[m, 2] * down, upper[m, 3] * up + lower[m, 3] * down
-            s0 = upper[beside, 0] * up + lower[beside, 0] * down - a0
-            s1 = upper[beside, 1] * up + lower[beside, 1] * down - a1
-            s2 = upper[beside, 2] * up + lower[beside, 2] * down - a2
-            s3 = upper[beside, 3] * up + lower[beside, 3] * down - a3
-            a0, a1 = 32 * a0 + s0 * right + half, 32 * a1 + s1 * right + half
-            a2, a3 = 32 * a2 + s2 * right + half, 32 * a3 + s3 * right + half
-            part_y, part_x = line_y[j:stop], line_x[j:stop]
-            dc = np.int64(c - column)
-            for k in range(part_y.shape[0]):
-                part_y[k] = (
-                    (first[0] + ((a0 + s0 * k) >> ten)) * dr
-                    + (first[1] + ((a1 + s1 * k) >> ten)) * (dc + k)
-                    + 256
-                ) >> 9
-                part_x[k] = (
-                    (first[2] + ((a2 + s2 * k) >> ten)) * dr
-                    + (first[3] + ((a3 + s3 * k) >> ten)) * (dc + k)
-                    + 256
-                ) >> 9
-            j = stop
+    last_i, last_j = matrices.shape[0] - 1, matrices.shape[1] - 1
+    i, y = margin + (row >> 5), np.int32(down)
+    up, low = np.int32(32 - (row & 31)), np.int32(row & 31)
+    if i < 0:
+        i, up, low = 0, np.int32(32), np.int32(0)
+    # Beyond the last node it holds.
+    above, below = matrices[min(i, last_i)], matrices[min(i + 1, last_i)]
+    half, nine, ten = np.int32(256), np.int32(9), np.int32(10)
+    start = 0
+    while start < ys.shape[0]:
+        first = column + start
+        stop = min(ys.shape[0], start + 32 - (first & 31))
+        j = margin + (first >> 5)
+        j0, j1, along0 = min(max(j, 0), last_j), min(max(j + 1, 0), last_j), first & 31
+        left0, right0 = above[j0, 0] * up + below[j0, 0] * low, above[j1, 0] * up + below[j1, 0] * low
+        left1, right1 = above[j0, 1] * up + below[j0, 1] * low, above[j1, 1] * up + below[j1, 1] * low
+        left2, right2 = above[j0, 2] * up + below[j0, 2] * low, above[j1, 2] * up + below[j1, 2] * low
+        left3, right3 = above[j0, 3] * up + below[j0, 3] * low, above[j1, 3] * up + below[j1, 3] * low
+        m0, d0 = np.int32(left0 * 32 + 512), np.int32(right0 - left0)
+        m1, d1 = np.int32(left1 * 32 + 512), np.int32(right1 - left1)
+        m2, d2 = np.int32(left2 * 32 + 512), np.int32(right2 - left2)
+        m3, d3 = np.int32(left3 * 32 + 512), np.int32(right3 - left3)
+        some_ys, some_xs = ys[start:stop], xs[start:stop]
+        x0 = np.int32(right + start)
+        for n in range(stop - start):
+            along, x = np.int32(along0 + n), np.int32(x0 + n)
+            a0 = np.int32((np.int32(m0 + d0 * along) >> ten) + centre[0])
+            a1 = np.int32((np.int32(m1 + d1 * along) >> ten) + centre[1])
+            a2 = np.int32((np.int32(m2 + d2 * along) >> ten) + centre[2])
+            a3 = np.int32((np.int32(m3 + d3 * along) >> ten) + centre[3])
+            some_ys[n] = np.int32(a0 * y + a1 * x + half) >> nine
+            some_xs[n] = np.int32(a2 * y + a3 * x + half) >> nine
+        start = stop

@@ -5,38 +5,31 @@ canvases hold 6 fractional bits; weights run from 0 to 256; float canvases use t
 rounding.
 """
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import types
 from numba.extending import overload
 from numpy.typing import NDArray
 
-from upholster.jit import inline, kernel
-from upholster.types import PixelArray
+from upholster.jit import inline, kernel, shared
+from upholster.types import PixelArray, int64
 
-__all__ = ["SYMMETRIES", "fill_weights", "lay_placement", "paint_rows", "trace_owners"]
+__all__ = ["fill_weights", "lay_placement", "mask_window", "paint_strip", "trace_owners", "window_of"]
 
 FRACTION_BITS = 6
 
 # A feather pass in 1/256, in 32 bits throughout.
 _SIDE, _MIDDLE, _HALF, _EIGHT = np.int32(51), np.int32(154), np.int32(128), np.int32(8)
 
-# Texel steps on a chart to pixel steps in the exemplar, per turn: (row per row, row per column, column per
-# row, column per column). Turns 0 to 3 are rotations by quarters, 4 to 7 the same after a transposition.
-SYMMETRIES = np.array(
-    [
-        [1, 0, 0, 1],
-        [0, 1, -1, 0],
-        [-1, 0, 0, -1],
-        [0, -1, 1, 0],
-        [0, 1, 1, 0],
-        [1, 0, 0, -1],
-        [0, -1, -1, 0],
-        [-1, 0, 0, 1],
-    ],
-    dtype=np.int64,
-)
+
+class Part(NamedTuple):
+    """The rows and columns of a chart, from, to, on which a placement is painted."""
+
+    row0: int
+    row1: int
+    column0: int
+    column1: int
 
 
 def _lift(sample: Any) -> Any:
@@ -111,7 +104,7 @@ def _smooth(weights: NDArray[np.int32], spare: NDArray[np.int32], height: int, w
 def _ramp_weight(placement: Any, i: int, j: int) -> Any:
     weight: Any = 256
     if placement.mask == 1:
-        ramp = np.int64(placement.ramp)
+        ramp = int64(placement.ramp)
         if placement.sides & 1 and i < ramp:
             weight = (2 * i + 1) * 128 // ramp
         if placement.sides & 2 and j < ramp:
@@ -120,37 +113,130 @@ def _ramp_weight(placement: Any, i: int, j: int) -> Any:
 
 
 @inline
-def fill_weights(
-    placement: Any, cells: NDArray[np.uint8], weights: NDArray[np.int32], spare: NDArray[np.int32]
-) -> None:
-    """Write a placement's weights, 0 to 256; `weights` and `spare` are at least as large as the placement."""
-    height, width = placement.height, placement.width
-    if placement.mask == 2:
-        cell = np.int64(placement.cell)
-        across = (width + cell - 1) // cell
-        for i in range(height):
-            line = weights[i]
-            if i % cell:
-                line[:width] = weights[i - 1, :width]
-                continue
-            part = cells[placement.cells + i // cell * across :]
-            for a in range(across):
-                line[a * cell : min((a + 1) * cell, width)] = np.int32(part[a]) << 8
-        for _ in range(placement.feather):
-            _smooth(weights, spare, height, width)
-    else:
-        for i in range(height):
-            for j in range(width):
-                weights[i, j] = _ramp_weight(placement, i, j)
+def window_of(
+    low: tuple[Any, Any], size: tuple[Any, Any], cell: Any, reach: Any, tall: Any, wide: Any
+) -> tuple[Any, Any, Any, Any]:
+    """Return the window of a mask on a chart of `tall` × `wide` texels: rows, columns of cells, from, to.
+
+    The block's first texel is `low`, its size `size`; feathering carries `reach` texels far. The same as
+    `upholster.quilt.placement.mask_windows`.
+    """
+    rows, columns = (size[0] + cell - 1) // cell, (size[1] + cell - 1) // cell
+    i0, j0 = max(min((-reach - low[0]) // cell, rows), 0), max(min((-reach - low[1]) // cell, columns), 0)
+    i1 = max(min((tall + reach - low[0] + cell - 1) // cell, rows), i0)
+    j1 = max(min((wide + reach - low[1] + cell - 1) // cell, columns), j0)
+    return i0, i1, j0, j1
 
 
 @inline
+def mask_window(placement: Any, tall: Any, wide: Any) -> tuple[Any, Any, Any, Any]:
+    """Return the window of a placement with a cut mask, see `window_of`."""
+    height, width = int64(placement.height), int64(placement.width)
+    low = (placement.row - height // 2, placement.column - width // 2)
+    cell, reach = int64(placement.mask_cell), int64(placement.feather)
+    return window_of(low, (height, width), cell, reach, tall, wide)
+
+
+@shared
+def fill_weights(
+    placement: Any,
+    cells: NDArray[np.uint8],
+    window: tuple[Any, Any, Any, Any],
+    weights: NDArray[np.int32],
+    spare: NDArray[np.int32],
+) -> tuple[Any, Any]:
+    """Write a placement's weights, 0 to 256; return which texel of its rectangle the first of them is for.
+
+    Those of a cut mask are written for its window alone. `weights` and `spare` are at least as large as the
+    placement.
+    """
+    height, width = int64(placement.height), int64(placement.width)
+    if placement.mask != 2:
+        for i in range(height):
+            for j in range(width):
+                weights[i, j] = _ramp_weight(placement, i, j)
+        return int64(0), int64(0)
+    cell = int64(placement.mask_cell)
+    i0, i1, j0, j1 = window
+    across = j1 - j0
+    height, width = min(i1 * cell, height) - i0 * cell, min(j1 * cell, width) - j0 * cell
+    for i in range(height):
+        line = weights[i]
+        if i % cell:
+            above = weights[i - 1]
+            for j in range(width):
+                line[j] = above[j]
+            continue
+        first = placement.first_cell + i // cell * across
+        for a in range(across):
+            weight = np.int32(cells[first + a]) << 8
+            for j in range(a * cell, min((a + 1) * cell, width)):
+                line[j] = weight
+    for _ in range(placement.feather):
+        _smooth(weights, spare, height, width)
+    return i0 * cell, j0 * cell
+
+
+@inline
+def _copy_rows(
+    canvas: PixelArray, first_row: int, part: Part, placement: Any, exemplar: PixelArray, channels: int
+) -> None:
+    # Paints an upright placement that is whole, or ramped at its top and left.
+    top, left = placement.row - placement.height // 2, placement.column - placement.width // 2
+    ramp = int64(placement.ramp) if placement.mask == 1 and placement.sides & 2 else int64(0)
+    inner = min(max(left + ramp, part.column0), part.column1)
+    source_row, source_column = placement.source_row >> 4, placement.source_column >> 4
+    source0 = (source_column + part.column0 - placement.column) * channels
+    split, size = (inner - part.column0) * channels, (part.column1 - part.column0) * channels
+    for row in range(part.row0, part.row1):
+        # Slices count from 0, which lets the compiler use vector instructions.
+        line = canvas[row - first_row, part.column0 * channels : part.column1 * channels]
+        source = exemplar[source_row + row - placement.row, source0 : source0 + size]
+        for column in range(part.column0, inner):
+            weight = _ramp_weight(placement, row - top, column - left)
+            for x in range((column - part.column0) * channels, (column - part.column0 + 1) * channels):
+                line[x] = _blend(line[x], _lift(source[x]), weight)
+        weight = _ramp_weight(placement, row - top, ramp)
+        line, source = line[split:], source[split:]
+        if weight == 256:
+            for x in range(line.shape[0]):
+                line[x] = _lift(source[x])
+        else:
+            for x in range(line.shape[0]):
+                line[x] = _blend(line[x], _lift(source[x]), weight)
+
+
+@inline
+def _blend_row(
+    line: PixelArray, exemplar: PixelArray, source_row: int, source_column: int, step: Any, weights: Any
+) -> None:
+    # Paints a row of any other placement: its first texel reads a pixel, each next one `step` further.
+    channels = line.shape[0] // weights.shape[0]
+    if step[0] == 0 and step[1] == 1:
+        source = exemplar[source_row, source_column * channels :]
+        for n in range(weights.shape[0]):
+            weight = weights[n]
+            if weight != 0:
+                for x in range(n * channels, (n + 1) * channels):
+                    line[x] = _blend(line[x], _lift(source[x]), weight)
+        return
+    for n in range(weights.shape[0]):
+        weight = weights[n]
+        if weight != 0:
+            source = exemplar[source_row + step[0] * n]
+            x = (source_column + step[1] * n) * channels
+            for k in range(channels):
+                line[n * channels + k] = _blend(line[n * channels + k], _lift(source[x + k]), weight)
+
+
+@shared
 def lay_placement(
     canvas: PixelArray,
     first_row: int,
     columns: int,
     placement: Any,
     cells: NDArray[np.uint8],
+    window: tuple[Any, Any, Any, Any],
     exemplar: PixelArray,
     channels: int,
     symmetries: NDArray[np.int64],
@@ -159,138 +245,115 @@ def lay_placement(
 ) -> None:
     """Paint one placement on the rows of a chart that `canvas` holds, clipped to it.
 
+    All of its texels lie on whole pixels inside the exemplar.
+
     `canvas` is (rows, ≥ columns · channels), its row 0 being the chart's `first_row`; `exemplar` is
     (H, W · channels); `weights` and `spare` are scratch, at least as large as the placement.
     """
     top, left = placement.row - placement.height // 2, placement.column - placement.width // 2
-    row0, row1 = max(top, first_row), min(top + placement.height, first_row + canvas.shape[0])
-    column0, column1 = max(left, 0), min(left + placement.width, columns)
-    if row0 >= row1 or column0 >= column1:
+    part = Part(
+        max(top, first_row),
+        min(top + placement.height, first_row + canvas.shape[0]),
+        max(left, int64(0)),
+        min(left + placement.width, columns),
+    )
+    if part.row0 >= part.row1 or part.column0 >= part.column1:
         return
-    source_row, source_column = placement.source_row >> 4, placement.source_column >> 4
     if placement.symmetry == 0 and placement.mask != 2:
-        ramp: Any = np.int64(placement.ramp) if placement.mask == 1 and placement.sides & 2 else 0
-        inner = min(max(left + ramp, column0), column1)
-        source0 = (source_column + column0 - placement.column) * channels
-        split, size = (inner - column0) * channels, (column1 - column0) * channels
-        for row in range(row0, row1):
-            # Slices count from 0, which lets the compiler use vector instructions.
-            line = canvas[row - first_row, column0 * channels : column1 * channels]
-            source = exemplar[source_row + row - placement.row, source0 : source0 + size]
-            for column in range(column0, inner):
-                weight = _ramp_weight(placement, row - top, column - left)
-                for x in range((column - column0) * channels, (column - column0 + 1) * channels):
-                    line[x] = _blend(line[x], _lift(source[x]), weight)
-            weight = _ramp_weight(placement, row - top, ramp)
-            line, source = line[split:], source[split:]
-            if weight == 256:
-                for x in range(line.shape[0]):
-                    line[x] = _lift(source[x])
-            else:
-                for x in range(line.shape[0]):
-                    line[x] = _blend(line[x], _lift(source[x]), weight)
+        _copy_rows(canvas, first_row, part, placement, exemplar, channels)
         return
-    fill_weights(placement, cells, weights, spare)
+    first_i, first_j = fill_weights(placement, cells, window, weights, spare)
     symmetry = symmetries[placement.symmetry]
-    for row in range(row0, row1):
-        line = canvas[row - first_row, column0 * channels : column1 * channels]
-        part = weights[row - top, column0 - left : column1 - left]
-        down, right = row - placement.row, column0 - placement.column
-        if placement.symmetry == 0:
-            source = exemplar[source_row + down, (source_column + right) * channels :]
-            for n in range(part.shape[0]):
-                weight = part[n]
-                if weight != 0:
-                    for x in range(n * channels, (n + 1) * channels):
-                        line[x] = _blend(line[x], _lift(source[x]), weight)
-            continue
-        source_r = source_row + symmetry[0] * down + symmetry[1] * right
-        source_c = source_column + symmetry[2] * down + symmetry[3] * right
-        for n in range(part.shape[0]):
-            weight = part[n]
-            if weight != 0:
-                source = exemplar[source_r + symmetry[1] * n]
-                x = (source_c + symmetry[3] * n) * channels
-                for k in range(channels):
-                    line[n * channels + k] = _blend(line[n * channels + k], _lift(source[x + k]), weight)
-
-
-@inline
-def _strips(placement: Any, row_start: int, row_stop: int, strip: int) -> tuple[int, int]:
-    top = placement.row - placement.height // 2
-    low, high = max(top, row_start), min(top + placement.height, row_stop)
-    if low >= high:
-        return 0, 0
-    return (low - row_start) // strip, (high - 1 - row_start) // strip + 1
+    source_row, source_column = placement.source_row >> 4, placement.source_column >> 4
+    right = part.column0 - placement.column
+    for row in range(part.row0, part.row1):
+        down = row - placement.row
+        _blend_row(
+            canvas[row - first_row, part.column0 * channels : part.column1 * channels],
+            exemplar,
+            source_row + symmetry[0] * down + symmetry[1] * right,
+            source_column + symmetry[2] * down + symmetry[3] * right,
+            (symmetry[1], symmetry[3]),
+            weights[row - top - first_i, part.column0 - left - first_j : part.column1 - left - first_j],
+        )
 
 
 @kernel
-def paint_rows(
+def paint_strip(
     placements: Any,
     cells: NDArray[np.uint8],
     exemplar: PixelArray,
     channels: int,
     symmetries: NDArray[np.int64],
-    canvas: PixelArray,
     scratch: NDArray[np.int32],
-    row_start: int,
-    row_stop: int,
+    first_row: int,
+    tall: int,
+    canvas: PixelArray,
     out: PixelArray,
 ) -> None:
-    """Paint rows [row_start, row_stop) of one chart, strip by strip, into `out` (height, width · channels).
+    """Paint placements on some rows of a chart of `tall` rows, from `first_row` on, into `out`.
 
-    `placements` are the chart's, in order; `canvas` is scratch for one strip, small enough for the cache, in
-    the canvas dtype; `scratch` is (2, h, w) for the largest placement that needs weights.
+    `canvas` is scratch of the same shape (rows, columns · channels), in the canvas dtype; `scratch` is
+    (2, h, w) for the largest placement that needs weights.
     """
     columns = out.shape[1] // channels
-    strip = canvas.shape[0]
-    strips = (row_stop - row_start + strip - 1) // strip
-    # Which placements touch which strip: counted, then listed in order.
-    ends = np.zeros(strips + 1, np.int64)
+    for i in range(canvas.shape[0]):
+        line = canvas[i]
+        for x in range(line.shape[0]):
+            line[x] = 0
     for n in range(placements.shape[0]):
-        low, high = _strips(placements[n], row_start, row_stop, strip)
-        for s in range(low, high):
-            ends[s + 1] += 1
-    for s in range(strips):
-        ends[s + 1] += ends[s]
-    members = np.empty(ends[strips], np.int32)
-    fill = ends[:strips].copy()
-    for n in range(placements.shape[0]):
-        low, high = _strips(placements[n], row_start, row_stop, strip)
-        for s in range(low, high):
-            members[fill[s]] = n
-            fill[s] += 1
-    for s in range(strips):
-        first = row_start + s * strip
-        rows = min(strip, row_stop - first)
-        part = canvas[:rows]
-        part[:] = 0
-        for m in range(ends[s], ends[s + 1]):
-            placement = placements[members[m]]
-            lay_placement(
-                part, first, columns, placement, cells, exemplar, channels, symmetries, scratch[0], scratch[1]
-            )
-        for i in range(rows):
-            source, line = part[i], out[first + i]
-            for x in range(line.shape[0]):
-                line[x] = _settle(source[x])
+        placement = placements[n]
+        window = mask_window(placement, tall, columns) if placement.mask == 2 else (0, 0, 0, 0)
+        lay_placement(
+            canvas,
+            first_row,
+            columns,
+            placement,
+            cells,
+            window,
+            exemplar,
+            channels,
+            symmetries,
+            scratch[0],
+            scratch[1],
+        )
+    for i in range(canvas.shape[0]):
+        source, line = canvas[i], out[i]
+        for x in range(line.shape[0]):
+            line[x] = _settle(source[x])
 
 
 @kernel
 def trace_owners(
-    placements: Any, cells: NDArray[np.uint8], scratch: NDArray[np.int32], owners: NDArray[np.int32]
+    placements: Any,
+    cells: NDArray[np.uint8],
+    sizes: tuple[int, int, int, int],
+    scratch: NDArray[np.int32],
+    owners: NDArray[np.int32],
 ) -> None:
-    """Write to `owners` (height, width) which of a chart's placements gives each texel most of its colour.
+    """Write to `owners` which of a chart's placements gives each texel most of its colour.
 
-    That is the last one that covers the texel with at least half of the weight; -1 where none does.
+    That is the last one that covers the texel with at least half of the weight; -1 where none does. `sizes`:
+    the chart's height and width, and the row and column of the first texel of `owners` (rows, columns).
     """
+    tall, wide, first_row, first_column = sizes
     weights, spare = scratch[0], scratch[1]
-    owners[:] = -1
+    for row in range(owners.shape[0]):
+        for column in range(owners.shape[1]):
+            owners[row, column] = -1
     for n in range(placements.shape[0]):
         placement = placements[n]
-        fill_weights(placement, cells, weights, spare)
+        window = mask_window(placement, tall, wide) if placement.mask == 2 else (0, 0, 0, 0)
         top, left = placement.row - placement.height // 2, placement.column - placement.width // 2
-        for row in range(max(top, 0), min(top + placement.height, owners.shape[0])):
-            for column in range(max(left, 0), min(left + placement.width, owners.shape[1])):
-                if weights[row - top, column - left] >= 128:
-                    owners[row, column] = n
+        row0, row1 = max(top, first_row), min(top + placement.height, first_row + owners.shape[0])
+        column0, column1 = (
+            max(left, first_column),
+            min(left + placement.width, first_column + owners.shape[1]),
+        )
+        if row0 >= row1 or column0 >= column1:
+            continue
+        first_i, first_j = fill_weights(placement, cells, window, weights, spare)
+        for row in range(row0, row1):
+            for column in range(column0, column1):
+                if weights[row - top - first_i, column - left - first_j] >= 128:
+                    owners[row - first_row, column - first_column] = n

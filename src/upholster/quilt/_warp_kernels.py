@@ -5,7 +5,7 @@ Integer samples lie side by side in words of 64 bits, as lanes of 16 or 32 bits 
 the same lanes. No lane ever overflows: a weighted sum is at most sample · 256.
 """
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import types
@@ -13,11 +13,23 @@ from numba.extending import overload
 from numpy.typing import NDArray
 
 from upholster.jit import inline, kernel
-from upholster.quilt._field_kernels import matrix_at
-from upholster.quilt._paint_kernels import fill_weights
-from upholster.types import PixelArray
+from upholster.quilt._field_kernels import displacement_row
+from upholster.quilt._paint_kernels import fill_weights, mask_window
+from upholster.types import PixelArray, int64
 
-__all__ = ["settle_strip", "warp_strip"]
+__all__ = ["PyramidWords", "settle_strip", "warp_strip"]
+
+
+class PyramidWords(NamedTuple):
+    """A pyramid's samples, `per_pixel` words a pixel, in lanes of `bits` bits (of no meaning for floats).
+
+    `levels` (n, 5) tells of each level its first word, words per row, last row, last column and number.
+    """
+
+    words: PixelArray
+    per_pixel: int
+    bits: int
+    levels: NDArray[np.int64]
 
 
 def _mix(
@@ -108,126 +120,109 @@ def _trace_row(
     rows: NDArray[np.int32],
     columns: NDArray[np.int32],
 ) -> None:
-    """Write where the texels of a row from `column` on lie in a level of the pyramid, in 1/16 pixel.
-
-    All in 32 bits, which blocks of at most 2048 texels a side cannot leave. Between two nodes M is linear
-    along the row, so that its numerator needs one multiplication.
-    """
-    last_i, last_j = matrices.shape[0] - 1, matrices.shape[1] - 1
-    i = margin + (row >> 5)
-    up, low = np.int32(32 - (row & 31)), np.int32(row & 31)
-    # Beyond the last node it holds.
-    above, below = matrices[min(i, last_i)], matrices[min(i + 1, last_i)]
-    y = np.int32(row - placement.row)
-    t0, t1, t2, t3 = (
+    """Write where the texels of a row from `column` on lie in a level of the pyramid, in 1/16 pixel."""
+    displacement_row(
+        matrices,
+        margin,
+        centre,
+        row - placement.row,
+        row,
+        column,
+        column - placement.column,
+        rows,
+        columns,
+    )
+    s0, s1, s2, s3 = (
         np.int32(symmetry[0]),
         np.int32(symmetry[1]),
         np.int32(symmetry[2]),
         np.int32(symmetry[3]),
     )
-    k, half, nine, ten = np.int32(level[4]), np.int32(256), np.int32(9), np.int32(10)
+    k, eight = np.int32(level[4]), np.int32(8)
     source_row, source_column = np.int32(placement.source_row + 8), np.int32(placement.source_column + 8)
     most_row, most_column = np.int32(16 * level[2]), np.int32(16 * level[3])
-    start = 0
-    while start < rows.shape[0]:
-        first = column + start
-        stop = min(rows.shape[0], start + 32 - (first & 31))
-        j = margin + (first >> 5)
-        beside, j, right = min(j + 1, last_j), min(j, last_j), first & 31
-        left0, right0 = above[j, 0] * up + below[j, 0] * low, above[beside, 0] * up + below[beside, 0] * low
-        left1, right1 = above[j, 1] * up + below[j, 1] * low, above[beside, 1] * up + below[beside, 1] * low
-        left2, right2 = above[j, 2] * up + below[j, 2] * low, above[beside, 2] * up + below[beside, 2] * low
-        left3, right3 = above[j, 3] * up + below[j, 3] * low, above[beside, 3] * up + below[beside, 3] * low
-        m0, d0 = np.int32(left0 * 32 + 512), np.int32(right0 - left0)
-        m1, d1 = np.int32(left1 * 32 + 512), np.int32(right1 - left1)
-        m2, d2 = np.int32(left2 * 32 + 512), np.int32(right2 - left2)
-        m3, d3 = np.int32(left3 * 32 + 512), np.int32(right3 - left3)
-        some_rows, some_columns = rows[start:stop], columns[start:stop]
-        x0 = np.int32(first - placement.column)
-        for n in range(stop - start):
-            along, x = np.int32(right + n), np.int32(x0 + n)
-            a0 = np.int32((np.int32(m0 + d0 * along) >> ten) + centre[0])
-            a1 = np.int32((np.int32(m1 + d1 * along) >> ten) + centre[1])
-            a2 = np.int32((np.int32(m2 + d2 * along) >> ten) + centre[2])
-            a3 = np.int32((np.int32(m3 + d3 * along) >> ten) + centre[3])
-            v = np.int32(np.int32(a0 * y + a1 * x + half) >> nine)
-            w = np.int32(np.int32(a2 * y + a3 * x + half) >> nine)
-            r = np.int32((np.int32(source_row + t0 * v + t1 * w) >> k) - 8)
-            c = np.int32((np.int32(source_column + t2 * v + t3 * w) >> k) - 8)
-            # Beyond the image lies its rim.
-            some_rows[n] = min(max(r, np.int32(0)), most_row)
-            some_columns[n] = min(max(c, np.int32(0)), most_column)
-        start = stop
+    for n in range(rows.shape[0]):
+        y, x = rows[n], columns[n]
+        r = np.int32((np.int32(source_row + s0 * y + s1 * x) >> k) - eight)
+        c = np.int32((np.int32(source_column + s2 * y + s3 * x) >> k) - eight)
+        # Beyond the image lies its rim.
+        rows[n] = min(max(r, np.int32(0)), most_row)
+        columns[n] = min(max(c, np.int32(0)), most_column)
+
+
+@inline
+def _paint_row(
+    line: PixelArray,
+    pyramid: PyramidWords,
+    level: NDArray[np.int64],
+    rows: NDArray[np.int32],
+    columns: NDArray[np.int32],
+    weights: NDArray[np.int32],
+) -> None:
+    # Paints a row of texels that lie at (rows, columns) of a level, in 1/16 pixel.
+    words, per_pixel, bits = pyramid.words, pyramid.per_pixel, pyramid.bits
+    base, stride = level[0], level[1]
+    for n in range(rows.shape[0]):
+        weight = weights[n]
+        if weight == 0:
+            continue
+        r, c = int64(rows[n]), int64(columns[n])
+        y, x = r & 15, c & 15
+        both = x * y
+        shares = (256 - 16 * (x + y) + both, 16 * x - both, 16 * y - both, both)
+        at = base + (r >> 4) * stride + (c >> 4) * per_pixel
+        for k in range(per_pixel):
+            new = _mix(words, np.uintp(at + k), np.uintp(per_pixel), np.uintp(stride), shares, bits)
+            if weight != 256:
+                new = _lay(line[n * per_pixel + k], new, weight, bits)
+            line[n * per_pixel + k] = new
 
 
 @kernel
 def warp_strip(
     placements: Any,
+    centres: NDArray[np.int32],
+    chosen: NDArray[np.int64],
     cells: NDArray[np.uint8],
     matrices: NDArray[np.int32],
     margin: int,
     symmetries: NDArray[np.int64],
-    words: PixelArray,
-    per_pixel: int,
-    bits: int,
-    levels: NDArray[np.int64],
-    chosen: NDArray[np.int64],
+    pyramid: PyramidWords,
     scratch: NDArray[np.int32],
     first_row: int,
+    tall: int,
     canvas: PixelArray,
 ) -> None:
-    """Paint placements on some rows of a chart with a field, `first_row` on.
+    """Paint placements on some rows of a chart of `tall` rows, from `first_row` on.
 
-    `words` are a pyramid's, `per_pixel` of them a pixel, in lanes of `bits` bits (of no meaning for floats),
-    and `levels` (n, 5) tells of each level its first word, words per row, last row, last column and number;
-    `chosen` is the place there of each placement's. `scratch` is (4, h, w) for the largest placement, and
-    `canvas` is (rows, columns · per_pixel).
+    `centres` (n, 4) are their centre matrices and `chosen` their levels, by place in the pyramid. `matrices`
+    and `margin` are the warp field's. `scratch` is (4, h, w) for the largest placement, and `canvas` is
+    (rows, columns · words a pixel).
     """
-    weights, spare = scratch[0], scratch[1]
+    weights, spare, per_pixel = scratch[0], scratch[1], pyramid.per_pixel
     width = canvas.shape[1] // per_pixel
-    canvas[:] = 0
+    for row in range(canvas.shape[0]):
+        line = canvas[row]
+        for x in range(line.shape[0]):
+            line[x] = 0
     for m in range(placements.shape[0]):
         placement = placements[m]
         top, left = placement.row - placement.height // 2, placement.column - placement.width // 2
         row0, row1 = max(top, first_row), min(top + placement.height, first_row + canvas.shape[0])
-        column0, column1 = max(left, 0), min(left + placement.width, width)
+        column0, column1 = max(left, int64(0)), min(left + placement.width, width)
         if row0 >= row1 or column0 >= column1:
             continue
-        fill_weights(placement, cells, weights, spare)
-        centre = matrix_at(matrices, margin, placement.row, placement.column)
-        symmetry, level = symmetries[placement.symmetry], levels[chosen[m]]
-        base, stride = level[0], level[1]
-        size = column1 - column0
-        rows, columns = scratch[2, 0, :size], scratch[3, 0, :size]
+        window = mask_window(placement, tall, width) if placement.mask == 2 else (0, 0, 0, 0)
+        first_i, first_j = fill_weights(placement, cells, window, weights, spare)
+        m0, m1, m2, m3 = centres[m, 0], centres[m, 1], centres[m, 2], centres[m, 3]
+        centre = int64(m0), int64(m1), int64(m2), int64(m3)
+        symmetry, level = symmetries[placement.symmetry], pyramid.levels[chosen[m]]
+        rows, columns = scratch[2, 0, : column1 - column0], scratch[3, 0, : column1 - column0]
         for row in range(row0, row1):
-            _trace_row(
-                matrices,
-                margin,
-                row,
-                column0,
-                centre,
-                placement,
-                symmetry,
-                level,
-                rows,
-                columns,
-            )
-            part = weights[row - top, column0 - left : column1 - left]
+            _trace_row(matrices, margin, row, column0, centre, placement, symmetry, level, rows, columns)
+            part = weights[row - top - first_i, column0 - left - first_j : column1 - left - first_j]
             line = canvas[row - first_row, column0 * per_pixel : column1 * per_pixel]
-            for n in range(size):
-                weight = part[n]
-                if weight == 0:
-                    continue
-                r, c = np.int64(rows[n]), np.int64(columns[n])
-                y, x = r & 15, c & 15
-                both = x * y
-                shares = (256 - 16 * (x + y) + both, 16 * x - both, 16 * y - both, both)
-                at = base + (r >> 4) * stride + (c >> 4) * per_pixel
-                for k in range(per_pixel):
-                    new = _mix(words, np.uintp(at + k), np.uintp(per_pixel), np.uintp(stride), shares, bits)
-                    if weight != 256:
-                        new = _lay(line[n * per_pixel + k], new, weight, bits)
-                    line[n * per_pixel + k] = new
+            _paint_row(line, pyramid, level, rows, columns, part)
 
 
 @kernel

@@ -1,9 +1,8 @@
 """Painting normal maps: their vectors turn with the texture.
 
-A normal map tells (x to the right, y upward, z outward) in the exemplar. On the surface that frame lies as
-the texture does, turned against the texels' own, so painting turns the vectors back: by the placement's
-symmetry,
-and by the angle of the warp field at the texel.
+A normal map has vectors (x to the right, y upward, z outward) in the exemplar. On the surface the texture is
+rotated against the texels' own frame, so painting rotates the vectors back: by the placement's symmetry, and
+by the angle of the warp field at the texel.
 """
 
 from collections.abc import Callable
@@ -14,9 +13,9 @@ import numpy as np
 from upholster.errors import InputError
 from upholster.parallel import run_tasks
 from upholster.quilt._normal_kernels import turn_vectors
-from upholster.quilt._paint_kernels import SYMMETRIES
 from upholster.quilt.model import Quilt, Texels
 from upholster.quilt.painting import CANVAS_DTYPES, paint_each
+from upholster.quilt.placement import SYMMETRIES
 from upholster.types import PixelArray, Progress
 
 __all__ = ["paint_normals"]
@@ -28,7 +27,7 @@ def paint_normals(
     """Paint a quilt with a normal map, in the frame that texels have on the surface.
 
     That frame is: T along texel columns, S_t made a unit vector; N the surface's normal; B = N × T, which
-    points up in the texture. It is glTF's with a TANGENT of (T, 1), see `upholster.geometry.vertex_tangents`.
+    points up in the texture. It is glTF's with a TANGENT of (T, 1), see `upholster.model.vertex_tangents`.
 
     Parameters
     ----------
@@ -68,8 +67,8 @@ def paint_normals(
     top = _top(normals.dtype)
     tasks: list[Callable[[], object]] = [
         partial(turn_vectors, array, field.matrices, field.margin, float(top))
-        for array, field in zip(texels.arrays, quilt.fields or (), strict=False)
-        if field is not None
+        for array, field in zip(texels.arrays, quilt.fields, strict=True)
+        if not field.is_identity
     ]
     run_tasks(tasks, threads=threads)
     return texels

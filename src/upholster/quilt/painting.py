@@ -12,11 +12,12 @@ from numpy.typing import NDArray
 
 from upholster.errors import InputError
 from upholster.parallel import run_tasks
-from upholster.quilt._paint_kernels import SYMMETRIES, paint_rows
-from upholster.quilt._warp_kernels import settle_strip, warp_strip
+from upholster.quilt._paint_kernels import paint_strip
+from upholster.quilt._warp_kernels import PyramidWords, settle_strip, warp_strip
+from upholster.quilt.displacement import centre_matrices, levels_of
 from upholster.quilt.model import Quilt, Texels
+from upholster.quilt.placement import SYMMETRIES
 from upholster.quilt.pyramid import Pyramid, build_pyramid, most_levels
-from upholster.quilt.warp import levels_of
 from upholster.types import PixelArray, Progress, frozen_array
 
 __all__ = ["CANVAS_DTYPES", "paint", "paint_each"]
@@ -40,7 +41,7 @@ def paint(
 
     Placements are painted in order; each covers what is there with weights of 0 to 256, in integers with 6
     fractional bits that are rounded once at the end (float samples: the same formula, unrounded). On charts
-    with an warp field the image is sampled bilinearly, from a prefiltered pyramid where it is minified. The
+    with a warp field the image is sampled bilinearly, from a prefiltered pyramid where it is minified. The
     result does not depend on the number of threads.
 
     Parameters
@@ -99,7 +100,11 @@ def paint_each(
         memory[ends[n] : ends[n + 1]].reshape(chart.height, chart.width, channels)
         for n, chart in enumerate(quilt.charts)
     )
-    chosen = _levels(quilt)
+    most = most_levels(*quilt.exemplar_shape)
+    chosen = [
+        None if copied else levels_of(field, quilt.on_chart(index), most)
+        for index, (field, copied) in enumerate(zip(quilt.fields, quilt.copied, strict=True))
+    ]
     deepest = max((int(levels.max(initial=0)) for levels in chosen if levels is not None), default=-1)
     pyramid = build_pyramid(images, deepest) if deepest >= 0 else None
     tasks: list[Callable[[], object]] = []
@@ -117,15 +122,6 @@ def paint_each(
     return Texels(quilt.charts, arrays)
 
 
-def _levels(quilt: Quilt) -> list[NDArray[np.int64] | None]:
-    """Choose each placement's level of the pyramid, chart by chart; None for charts without a field."""
-    most = most_levels(*quilt.exemplar_shape)
-    return [
-        None if field is None else levels_of(field, quilt.on_chart(index), most)
-        for index, field in enumerate(quilt.fields or (None,) * len(quilt.charts))
-    ]
-
-
 def _paint_part(
     quilt: Quilt,
     placements: NDArray[np.void],
@@ -135,10 +131,30 @@ def _paint_part(
     start: int,
     stop: int,
 ) -> None:
-    strip = min(stop - start, max(64, _STRIP_SAMPLES // out.shape[1]))
-    canvas = np.empty((strip, out.shape[1]), CANVAS_DTYPES[exemplar.dtype])
+    rows = min(stop - start, max(64, _STRIP_SAMPLES // out.shape[1]))
+    canvas = np.empty((rows, out.shape[1]), CANVAS_DTYPES[exemplar.dtype])
     scratch = np.empty((2, *quilt.largest_block), np.int32)
-    paint_rows(placements, quilt.cells, exemplar, channels, SYMMETRIES, canvas, scratch, start, stop, out)
+    for first in range(start, stop, len(canvas)):
+        last = min(first + len(canvas), stop)
+        paint_strip(
+            placements[_touching(placements, first, last)],
+            quilt.mask_cells,
+            exemplar,
+            channels,
+            SYMMETRIES,
+            scratch,
+            first,
+            len(out),
+            canvas[: last - first],
+            out[first:last],
+        )
+
+
+def _touching(placements: NDArray[np.void], first: int, last: int) -> NDArray[np.bool_]:
+    # Which placements touch rows [first, last) of their chart.
+    tops = placements["row"] - placements["height"] // 2
+    touching: NDArray[np.bool_] = (tops < last) & (tops + placements["height"] > first)
+    return touching
 
 
 def _warp_part(
@@ -152,31 +168,29 @@ def _warp_part(
     stop: int,
 ) -> None:
     field = quilt.fields[chart]
-    assert field is not None
-    width = quilt.charts[chart].width
-    words = width * pyramid.per_pixel
-    canvas = np.empty((min(stop - start, max(64, _STRIP_WORDS // words)), words), pyramid.words.dtype)
+    height, width = quilt.charts[chart].height, quilt.charts[chart].width
+    across = width * pyramid.per_pixel
+    canvas = np.empty((min(stop - start, max(64, _STRIP_WORDS // across)), across), pyramid.words.dtype)
+    words = PyramidWords(pyramid.words, pyramid.per_pixel, 8 * pyramid.lane.itemsize, pyramid.levels)
     placements = quilt.on_chart(chart)
-    tops = placements["row"] - placements["height"] // 2
-    bottoms = tops + placements["height"]
+    centres = centre_matrices(field, placements)
     scratch = np.empty((4, *quilt.largest_block), np.int32)
     for first in range(start, stop, len(canvas)):
         part = canvas[: stop - first]
         last = first + len(part)
-        touching = (tops < last) & (bottoms > first)
+        touching = _touching(placements, first, last)
         warp_strip(
             placements[touching],
-            quilt.cells,
+            centres[touching],
+            levels[touching],
+            quilt.mask_cells,
             field.matrices,
             field.margin,
             SYMMETRIES,
-            pyramid.words,
-            pyramid.per_pixel,
-            8 * pyramid.lane.itemsize,
-            pyramid.levels,
-            levels[touching],
+            words,
             scratch,
             first,
+            height,
             part,
         )
         if pyramid.lane == np.float32:

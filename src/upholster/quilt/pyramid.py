@@ -1,4 +1,4 @@
-"""Prefiltered pyramids: what painting samples where the exemplar is minified (CONVENTIONS.md, "Painting")."""
+"""Prefiltered pyramids: what painting samples where the exemplar is minified (SPEC.md, section 8)."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

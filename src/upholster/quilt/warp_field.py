@@ -1,7 +1,7 @@
 """The warp field of a chart: how a texel step becomes an exemplar-pixel step, all over it.
 
 A field is kept as a decoder gets it: quantised nodes, from which everybody derives the same integer matrices.
-Exact meaning: CONVENTIONS.md, "Painting"; the mathematics: `upholster.charts.directions`.
+Exact meaning: SPEC.md, sections 3 and 8; the mathematics: `upholster.charts.directions`.
 """
 
 from dataclasses import dataclass
@@ -21,7 +21,6 @@ __all__ = [
     "OCTAVE",
     "UNIT",
     "WarpField",
-    "matrices_at",
     "node_count",
 ]
 
@@ -144,37 +143,76 @@ class WarpField:
             out[..., 2 + at] = (size * cosine + 2**15) >> 16
         return frozen_array(out)
 
+    @classmethod
+    def identity(cls) -> "WarpField":
+        """Return the field of a chart on which texel steps are exemplar-pixel steps: one node."""
+        return _IDENTITY
 
-def matrices_at(field: WarpField | None, rows: FloatArray, columns: FloatArray) -> FloatArray:
-    """Return M at places between texels, in exemplar pixels per texel; the identity where there is no field.
+    @cached_property
+    def is_identity(self) -> bool:
+        """Whether M is the identity everywhere."""
+        return not self.nodes.any()
 
-    Parameters
-    ----------
-    field
-        The field, or None.
-    rows, columns
-        Of one shape (…), in texels: texel (r, c) has its centre at exactly (r, c).
+    def at(self, rows: FloatArray, columns: FloatArray) -> FloatArray:
+        """Return M at places between texels, in exemplar pixels per texel.
 
-    Returns
-    -------
-    ndarray
-        (…, 2, 2) float64, bilinear as a decoder's but not rounded; beyond the grid its border holds.
-    """
-    if field is None:
-        return np.broadcast_to(np.eye(2), (*rows.shape, 2, 2))
-    grid = field.matrices
-    parts = []
-    for places, count in ((rows, grid.shape[0]), (columns, grid.shape[1])):
-        place = np.clip(places / FIELD_STEP + field.margin, 0, count - 1)
-        first = np.minimum(place.astype(np.intp), max(count - 2, 0))
-        parts.append((first, np.minimum(first + 1, count - 1), (place - first)[..., None]))
-    (i, below, down), (j, beside, right) = parts
-    mixed = (1 - down) * ((1 - right) * grid[i, j] + right * grid[i, beside])
-    mixed += down * ((1 - right) * grid[below, j] + right * grid[below, beside])
-    found: FloatArray = mixed / UNIT
-    return found.reshape(*rows.shape, 2, 2)
+        Parameters
+        ----------
+        rows, columns
+            Of one shape (…), in texels: texel (r, c) has its centre at exactly (r, c).
+
+        Returns
+        -------
+        ndarray
+            (…, 2, 2) float64, bilinear as a decoder's but not rounded; beyond the grid its border holds.
+        """
+        grid = self.matrices
+        parts = []
+        for places, count in ((rows, grid.shape[0]), (columns, grid.shape[1])):
+            place = np.clip(places / FIELD_STEP + self.margin, 0, count - 1)
+            first = np.minimum(place.astype(np.intp), max(count - 2, 0))
+            parts.append((first, np.minimum(first + 1, count - 1), (place - first)[..., None]))
+        (i, below, down), (j, beside, right) = parts
+        mixed = (1 - down) * ((1 - right) * grid[i, j] + right * grid[i, beside])
+        mixed += down * ((1 - right) * grid[below, j] + right * grid[below, beside])
+        found: FloatArray = mixed / UNIT
+        return found.reshape(*rows.shape, 2, 2)
+
+    def integers_at(self, rows: ArrayLike, columns: ArrayLike) -> IntArray:
+        """Return M at texels as every decoder has it: bilinear between the nodes round each, rounded once.
+
+        Parameters
+        ----------
+        rows, columns
+            Integers that broadcast together; beyond the grid its border holds.
+
+        Returns
+        -------
+        ndarray
+            (..., 4) int32, row by row, in 1/4096 pixel per texel.
+        """
+        nodes = self.matrices
+        i, down = _nodes(rows, self.margin, nodes.shape[0])
+        j, right = _nodes(columns, self.margin, nodes.shape[1])
+        below, beside = np.minimum(i + 1, nodes.shape[0] - 1), np.minimum(j + 1, nodes.shape[1] - 1)
+        down, right = down[..., None], right[..., None]
+        left, up = FIELD_STEP - right, FIELD_STEP - down
+        total: IntArray = (nodes[i, j] * left + nodes[i, beside] * right) * up
+        total = total + (nodes[below, j] * left + nodes[below, beside] * right) * down
+        matrices: IntArray = (total + 512) >> 10
+        return matrices
+
+
+def _nodes(texels: ArrayLike, margin: int, count: int) -> tuple[IntArray, IntArray]:
+    at = np.asarray(texels, np.int32)
+    node = margin + at // FIELD_STEP
+    inside = (node >= 0) & (node < count - 1)
+    return np.clip(node, 0, count - 1), np.where(inside, at % FIELD_STEP, 0).astype(np.int32)
 
 
 def node_count(texels: int, margin: int) -> int:
     """Return how many nodes a field has over so many texels: those at and round them, and the margins."""
     return 2 * margin + -(-texels // FIELD_STEP) + 1
+
+
+_IDENTITY = WarpField(np.zeros((1, 1, 4), np.int16), 0)

@@ -11,12 +11,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.jit import inline, kernel
-from upholster.render._lookup import filtered
+from upholster.jit import inline, kernel, spliced
+from upholster.render._lookup import Pair, filtered
 from upholster.render.texture import MipPyramid
 
 __all__ = [
-    "COVER", "DEPTH", "FLOOR", "LIGHT", "NORMAL", "SUMS", "RayMesh", "Rays", "Studio",
+    "COVER", "DEPTH", "FLOOR", "LIGHT", "NORMAL", "SUMS", "EyeRays", "RayMesh", "Rays", "Studio",
     "resolve", "shade",
 ]  # fmt: skip
 
@@ -63,6 +63,19 @@ class Studio(NamedTuple):
     spread: float  # distance between two samples at depth 1
     pattern: Single  # see `light.occlusion_pattern`, as (n, 6); with no rows, nothing is occluded
     samples: int  # per pixel
+
+
+class EyeRays(NamedTuple):
+    """Rays from the eye, and what they met."""
+
+    hit: NDArray[np.int32]  # (n,) the triangle met, -1 if none
+    u: Single  # (n,) share of its second corner
+    v: Single  # (n,) share of its third corner
+    directions: Single  # (n, 3): 1 long along forward
+    pixels: NDArray[np.int64]  # (n,) each ray's row of the sums
+    aims: NDArray[np.int32]  # (n,) and of the pattern
+    through: Single  # (n,) the share of light that what lies before lets through; updated
+    onward: Single  # (n, 3) where to go on behind what was met; filled
 
 
 class Rays(NamedTuple):
@@ -120,7 +133,7 @@ def _turned(local: Vector, n: Vector) -> Vector:
     return _along(_along(_scaled(tangent, local[0]), local[1], other), local[2], n)
 
 
-@inline
+@spliced
 def _ask(
     rays: Rays, count: int, origin: Vector, direction: Vector, reach: float, slot: int, weight: float
 ) -> int:
@@ -134,42 +147,140 @@ def _ask(
     return count + 1
 
 
+Corner = tuple[float, Vector, Vector]
+"""A corner's share of a place in a triangle, where it lies, and its normal."""
+
+
+class Met(NamedTuple):
+    """Where a ray meets a triangle, numbered as its corners are."""
+
+    corners: tuple[Corner, Corner, Corner]
+    place: Vector
+    normal: Vector  # of the smooth surface, unit, toward the eye
+    flat: Vector  # of the triangle, unit, on the same side
+    rises: tuple[Vector, Vector]  # the second and third corner's share grow along these, per unit of length
+    side: float  # 1, or -1 where the triangle is seen from behind
+
+
+class Light(NamedTuple):
+    """How light falls on a place."""
+
+    ambient: float  # of the surface's colour, from sky and camera
+    key: float  # from 0 to 1: how far the surface faces the key light
+    sheen: float  # white, reflected from the sky
+    glint: float  # white, reflected from the key light
+
+
+@spliced
+def _floor_light(
+    d: Vector, eye: Vector, floor: float, to_key: Vector, to_sky: Vector, weight: float,
+    total: Single, slot: int, rays: Rays, count: int,
+) -> int:  # fmt: skip
+    """Add what a ray that misses the model finds on the floor, and ask for both lights there."""
+    p = _along(eye, (floor - eye[2]) / d[2], d)
+    total[FLOOR] += weight
+    if _misses_model(p, to_key):
+        total[FLOOR_KEY] += weight
+    else:
+        count = _ask(rays, count, p, to_key, FAR, slot + FLOOR_KEY, weight)
+    if _misses_model(p, to_sky):
+        total[FLOOR_SKY] += weight
+    else:
+        count = _ask(rays, count, p, to_sky, FLOOR_REACH, slot + FLOOR_SKY, weight)
+    return count
+
+
+@spliced
+def _met(
+    p0: Vector, p1: Vector, p2: Vector, n0: Vector, n1: Vector, n2: Vector, w1: float, w2: float, d: Vector
+) -> Met:
+    """Return place, normals and sides where a ray along d meets a triangle; w1 and w2 are its shares."""
+    w0 = 1.0 - w1 - w2
+    p = _along(_along(_scaled(p0, w0), w1, p1), w2, p2)
+    n = _along(_along(_scaled(n0, w0), w1, n1), w2, n2)
+    edge1, edge2 = _along(p1, -1.0, p0), _along(p2, -1.0, p0)
+    flat = _cross(edge1, edge2)
+    area = max(math.sqrt(_dot(flat, flat)), 1e-30)
+    flat = _scaled(flat, 1.0 / area)
+    rises = (_scaled(_cross(edge2, flat), 1.0 / area), _scaled(_cross(flat, edge1), 1.0 / area))
+    length = math.sqrt(_dot(n, n))
+    n = _scaled(n, 1.0 / length) if length > 1e-6 else flat
+    if _dot(flat, n) < 0.0:
+        flat = _scaled(flat, -1.0)
+    side = 1.0
+    if _dot(flat, d) > 0.0:
+        side = -1.0
+        n, flat = _scaled(n, -1.0), _scaled(flat, -1.0)
+    return Met(((w0, p0, n0), (w1, p1, n1), (w2, p2, n2)), p, n, flat, rises, side)
+
+
+@spliced
+def _footprint(
+    met: Met, right: Vector, up: Vector, d: Vector, distance: float, step: float, one: Pair, two: Pair
+) -> tuple[Pair, Pair]:
+    """Return how far the next samples to the right and above lie on the texture, in its texels.
+
+    `one` and `two` say how far the triangle's second and third corner lie from the first there; `step` is the
+    distance between samples at this depth.
+    """
+    # Where their rays meet the triangle's plane, seen flat at most 1 : 50.
+    slope = min(_dot(met.flat, d), -0.02 * distance)
+    across = _scaled(_along(right, -_dot(met.flat, right) / slope, d), step)
+    above = _scaled(_along(up, -_dot(met.flat, up) / slope, d), step)
+    a, b = _dot(across, met.rises[0]), _dot(across, met.rises[1])
+    c, e = _dot(above, met.rises[0]), _dot(above, met.rises[1])
+    return (
+        (a * one[0] + b * two[0], a * one[1] + b * two[1]),
+        (c * one[0] + e * two[0], c * one[1] + e * two[1]),
+    )
+
+
+@spliced
+def _light(n: Vector, toward_eye: Vector, key: Vector) -> Light:
+    """Return how light falls on a place with the unit normal n."""
+    facing = max(_dot(n, toward_eye), 0.0)
+    from_key = max(_dot(n, key), 0.0)
+    ambient = SKY_BELOW + (SKY_ABOVE - SKY_BELOW) * (0.5 + 0.5 * n[2]) + FILL_LIGHT * facing
+    half = _along(key, 1.0, toward_eye)
+    half = _scaled(half, 1.0 / max(math.sqrt(_dot(half, half)), 1e-6))
+    # Schlick's Fresnel term for both reflections, of the sky and of the key light.
+    sheen = SHEEN * (0.04 + 0.96 * (1.0 - facing) ** 5) * (0.5 + 0.5 * n[2])
+    glint = 0.0
+    if from_key > 0.0:
+        fresnel = 0.04 + 0.96 * (1.0 - max(_dot(half, key), 0.0)) ** 5
+        glint = GLOSS * fresnel * max(_dot(n, half), 0.0) ** GLOSS_POWER
+    return Light(ambient, from_key, sheen, glint)
+
+
+@spliced
+def _above_smooth(met: Met) -> Vector:
+    """Return where occlusion rays start: above the smooth surface that the flat triangles stand for.
+
+    Else they would shade one another.
+    """
+    origin = _along(met.place, LIFT, met.flat)
+    for k in range(3):
+        share, corner, normal = met.corners[k]
+        below = met.side * _dot(_along(met.place, -1.0, corner), normal)
+        if below < 0.0:
+            origin = _along(origin, -share * below * met.side, normal)
+    return origin
+
+
 @kernel
-def shade(
-    hit: NDArray[np.int32],
-    hit_u: Single,
-    hit_v: Single,
-    directions: Single,
-    pixels: NDArray[np.int64],
-    aims: NDArray[np.int32],
-    through: Single,
-    onward: Single,
-    mesh: RayMesh,
-    pyramid: MipPyramid,
-    studio: Studio,
-    sums: Single,
-    rays: Rays,
-) -> int:
+def shade(seen: EyeRays, mesh: RayMesh, pyramid: MipPyramid, studio: Studio, sums: Single, rays: Rays) -> int:
     """Add the light along each ray to its pixel's sums, and list the occlusion rays that this asks for.
 
     Parameters
     ----------
-    hit, hit_u, hit_v
-        (n,): the triangle met, -1 if none, and the weights of its second and third corner.
-    directions
-        (n, 3): from the eye, 1 long along forward.
-    pixels, aims
-        (n,): each ray's row of `sums` and of the pattern.
-    through
-        (n,): the share of light that what lies before lets through; updated.
-    onward
-        (n, 3): filled with where to go on behind what was met.
+    seen
+        What rays from the eye met; light that goes on behind it is told in `through` and `onward`.
     mesh, pyramid, studio
         What is seen and how.
     sums
         (pixels, SUMS): updated.
     rays
-        Room for 2·n: filled.
+        Room for two a ray: filled.
 
     Returns
     -------
@@ -186,114 +297,65 @@ def shade(
     key = (studio.key[0], studio.key[1], studio.key[2])
     occlusion = len(studio.pattern) > 0
     count = 0
-    for i in range(len(hit)):
-        total = sums[pixels[i]]
-        slot = pixels[i] * SUMS
-        weight = np.float64(through[i])
-        through[i] = 0.0
-        d = _row(directions, i)
+    for i in range(len(seen.hit)):
+        total = sums[seen.pixels[i]]
+        slot = seen.pixels[i] * SUMS
+        weight = np.float64(seen.through[i])
+        seen.through[i] = 0.0
+        d = _row(seen.directions, i)
         if occlusion:
-            aim = studio.pattern[aims[i]]
+            aim = studio.pattern[seen.aims[i]]
             to_key = (np.float64(aim[0]), np.float64(aim[1]), np.float64(aim[2]))
             to_sky = (np.float64(aim[3]), np.float64(aim[4]), np.float64(aim[5]))
 
-        if hit[i] < 0:
+        if seen.hit[i] < 0:
             if occlusion and d[2] < 0.0 and studio.floor < eye[2]:
-                p = _along(eye, (studio.floor - eye[2]) / d[2], d)
-                total[FLOOR] += weight
-                if _misses_model(p, to_key):
-                    total[FLOOR_KEY] += weight
-                else:
-                    count = _ask(rays, count, p, to_key, FAR, slot + FLOOR_KEY, weight)
-                if _misses_model(p, to_sky):
-                    total[FLOOR_SKY] += weight
-                else:
-                    count = _ask(rays, count, p, to_sky, FLOOR_REACH, slot + FLOOR_SKY, weight)
+                count = _floor_light(d, eye, studio.floor, to_key, to_sky, weight, total, slot, rays, count)
             continue
 
-        i0, i1, i2 = mesh.triangles[hit[i]]
-        w1, w2 = np.float64(hit_u[i]), np.float64(hit_v[i])
-        w0 = 1.0 - w1 - w2
+        i0, i1, i2 = mesh.triangles[seen.hit[i]]
+        w1, w2 = np.float64(seen.u[i]), np.float64(seen.v[i])
         p0, p1, p2 = _row(mesh.positions, i0), _row(mesh.positions, i1), _row(mesh.positions, i2)
         n0, n1, n2 = _row(mesh.normals, i0), _row(mesh.normals, i1), _row(mesh.normals, i2)
-        p = _along(_along(_scaled(p0, w0), w1, p1), w2, p2)
-        n = _along(_along(_scaled(n0, w0), w1, n1), w2, n2)
-        edge1, edge2 = _along(p1, -1.0, p0), _along(p2, -1.0, p0)
-        flat = _cross(edge1, edge2)
-        area = max(math.sqrt(_dot(flat, flat)), 1e-30)
-        flat = _scaled(flat, 1.0 / area)
-        # One corner's share grows along these, per unit of length.
-        rise1, rise2 = _scaled(_cross(edge2, flat), 1.0 / area), _scaled(_cross(flat, edge1), 1.0 / area)
-        length = math.sqrt(_dot(n, n))
-        n = _scaled(n, 1.0 / length) if length > 1e-6 else flat
-        if _dot(flat, n) < 0.0:
-            flat = _scaled(flat, -1.0)
-        slope = _dot(flat, d)
-        side = 1.0
-        if slope > 0.0:  # seen from behind
-            side = -1.0
-            n, flat = _scaled(n, -1.0), _scaled(flat, -1.0)
-
+        met = _met(p0, p1, p2, n0, n1, n2, w1, w2, d)
         distance = math.sqrt(_dot(d, d))
         toward_eye = _scaled(d, -1.0 / distance)
-        depth = _dot(_along(p, -1.0, eye), d) / (distance * distance)
+        depth = _dot(_along(met.place, -1.0, eye), d) / (distance * distance)
         u0, v0 = np.float64(mesh.uv[i0, 0]), np.float64(mesh.uv[i0, 1])
         ua, va = mesh.uv[i1, 0] - u0, mesh.uv[i1, 1] - v0
         ub, vb = mesh.uv[i2, 0] - u0, mesh.uv[i2, 1] - v0
-        # Where the next samples to the right and above meet the triangle's plane, seen flat at most 1 : 50.
-        slope = min(slope, -0.02 * distance) if side > 0.0 else min(-slope, -0.02 * distance)
-        step = depth * studio.spread
-        across = _scaled(_along(right, -_dot(flat, right) / slope, d), step)
-        above = _scaled(_along(up, -_dot(flat, up) / slope, d), step)
-        s1, s2 = _dot(across, rise1), _dot(across, rise2)
-        one = ((s1 * ua + s2 * ub) * pyramid.width, (s1 * va + s2 * vb) * pyramid.height)
-        s1, s2 = _dot(above, rise1), _dot(above, rise2)
-        two = ((s1 * ua + s2 * ub) * pyramid.width, (s1 * va + s2 * vb) * pyramid.height)
-        red, green, blue, alpha = filtered(pyramid, u0 + w1 * ua + w2 * ub, v0 + w1 * va + w2 * vb, one, two)
+        one, two = _footprint(met, right, up, d, distance, depth * studio.spread, (ua, va), (ub, vb))
+        one = (one[0] * pyramid.width, one[1] * pyramid.height)
+        two = (two[0] * pyramid.width, two[1] * pyramid.height)
+        color = filtered(pyramid, u0 + w1 * ua + w2 * ub, v0 + w1 * va + w2 * vb, one, two)
 
-        through[i] = weight * (1.0 - alpha)
-        beyond = _along(p, -LIFT, toward_eye)
-        onward[i, 0], onward[i, 1], onward[i, 2] = beyond
-        cover = weight * alpha
+        seen.through[i] = weight * (1.0 - color[3])
+        seen.onward[i, 0], seen.onward[i, 1], seen.onward[i, 2] = _along(met.place, -LIFT, toward_eye)
+        cover = weight * color[3]
         if cover <= 0.0:
             continue
-        facing = max(_dot(n, toward_eye), 0.0)
-        from_key = max(_dot(n, key), 0.0)
-        ambient = SKY_BELOW + (SKY_ABOVE - SKY_BELOW) * (0.5 + 0.5 * n[2]) + FILL_LIGHT * facing
-        half = _along(key, 1.0, toward_eye)
-        half = _scaled(half, 1.0 / max(math.sqrt(_dot(half, half)), 1e-6))
-        # Schlick's Fresnel term for both reflections, of the sky and of the key light.
-        sheen = SHEEN * (0.04 + 0.96 * (1.0 - facing) ** 5) * (0.5 + 0.5 * n[2])
-        glint = 0.0
-        if from_key > 0.0:
-            fresnel = 0.04 + 0.96 * (1.0 - max(_dot(half, key), 0.0)) ** 5
-            glint = GLOSS * fresnel * max(_dot(n, half), 0.0) ** GLOSS_POWER
-        light = (weight * red, weight * green, weight * blue)
+        light = _light(met.normal, toward_eye, key)
         for k in range(3):
-            total[AMBIENT + k] += light[k] * ambient + cover * sheen
-            total[KEY + k] += light[k] * KEY_LIGHT * from_key + cover * glint
-            total[NORMAL + k] += cover * n[k]
+            share = weight * color[k]
+            total[AMBIENT + k] += share * light.ambient + cover * light.sheen
+            total[KEY + k] += share * KEY_LIGHT * light.key + cover * light.glint
+            total[NORMAL + k] += cover * met.normal[k]
         fresh = total[COVER] == 0.0
         total[COVER] += cover
-        if alpha >= 0.5:
+        if color[3] >= 0.5:
             total[DEPTH] = min(total[DEPTH], depth)
         if not occlusion:
             continue
-        # Start above the smooth surface that the flat triangles stand for, or they would shade one another.
-        origin = _along(p, LIFT, flat)
-        for w, corner, normal in ((w0, p0, n0), (w1, p1, n1), (w2, p2, n2)):
-            below = side * _dot(_along(p, -1.0, corner), normal)
-            if below < 0.0:
-                origin = _along(origin, -w * below * side, normal)
+        origin = _above_smooth(met)
         # Samples take turns: half of them are plenty for either light once averaged. The first of a pixel
         # asks for both, so that no pixel is left without an answer of its own.
         both = fresh or studio.samples == 1
-        if from_key > 0.0 and (both or aims[i] % 2 == 0):
+        if light.key > 0.0 and (both or seen.aims[i] % 2 == 0):
             total[KEY_ASKED] += cover
             count = _ask(rays, count, origin, to_key, FAR, slot + KEY_ARRIVED, cover)
-        if both or aims[i] % 2 == 1:
+        if both or seen.aims[i] % 2 == 1:
             total[SKY_ASKED] += cover
-            count = _ask(rays, count, origin, _turned(to_sky, n), REACH, slot + SKY_ARRIVED, cover)
+            count = _ask(rays, count, origin, _turned(to_sky, met.normal), REACH, slot + SKY_ARRIVED, cover)
     return count
 
 

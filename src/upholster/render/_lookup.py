@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from upholster.jit import inline
 from upholster.render.texture import MipPyramid
 
-__all__ = ["filtered", "texture_at"]
+__all__ = ["Color", "Pair", "filtered", "texture_at"]
 
 Color = tuple[float, float, float, float]
 Pair = tuple[float, float]

@@ -6,9 +6,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from upholster.errors import InputError
+from upholster.render.texture import MAX_LEVEL
 from upholster.types import FloatArray
 
-__all__ = ["Color", "checked_background", "checked_model"]
+__all__ = ["Color", "check_numbers", "checked_background", "checked_model"]
 
 Color = tuple[float, float, float]
 
@@ -55,6 +56,18 @@ def _checked_vertices(name: str, values: ArrayLike, columns: int, count: int | N
     if not np.isfinite(array).all():
         raise InputError(f"{name} holds values that are not finite; allowed: finite numbers")
     return array
+
+
+def check_numbers(
+    supersample: int, max_level: int, depth: NDArray[np.float32] | None, shape: tuple[int, int]
+) -> None:
+    """Raise `InputError` unless these are as `render` has them; the picture has this (height, width)."""
+    if not isinstance(supersample, (int, np.integer)) or not 1 <= supersample <= 8:
+        raise InputError(f"supersample is {supersample}; allowed: 1 to 8")
+    if not isinstance(max_level, (int, np.integer)) or not 0 <= max_level <= MAX_LEVEL:
+        raise InputError(f"max_level is {max_level}; allowed: 0 to {MAX_LEVEL}")
+    if depth is not None and (depth.shape != shape or depth.dtype != np.float32):
+        raise InputError(f"depth is {depth.dtype} of shape {depth.shape}; allowed: float32 of shape {shape}")
 
 
 def checked_background(background: Color | tuple[Color, Color] | None, height: int) -> NDArray[np.float32]:

@@ -9,14 +9,13 @@ from embreex.mesh_construction import TriangleMesh
 from embreex.rtcore_scene import EmbreeScene
 from numpy.typing import ArrayLike, NDArray
 
-from upholster.errors import InputError
 from upholster.parallel import run_tasks, thread_count
-from upholster.render._kernels import DEPTH, LIGHT, SUMS, RayMesh, Rays, Studio, resolve, shade
+from upholster.render._kernels import DEPTH, LIGHT, SUMS, EyeRays, RayMesh, Rays, Studio, resolve, shade
 from upholster.render.camera import Camera
-from upholster.render.checks import Color, checked_background, checked_model
+from upholster.render.checks import Color, check_numbers, checked_background, checked_model
 from upholster.render.light import MARGIN, TILE, averaged, key_direction, occlusion_pattern
-from upholster.render.texture import MAX_LEVEL, MipPyramid, build_pyramid, checked_texture
-from upholster.types import PixelArray, Progress
+from upholster.render.texture import MipPyramid, build_pyramid, checked_texture
+from upholster.types import FloatArray, IntArray, PixelArray, Progress
 
 __all__ = ["STUDIO_BACKGROUND", "render"]
 
@@ -114,33 +113,12 @@ def render(
         texture = checked_texture(texture)
     if camera is None:
         camera = Camera.fit(space, size=size, view=view, zoom=zoom, target=target)
-    if not isinstance(supersample, (int, np.integer)) or not 1 <= supersample <= 8:
-        raise InputError(f"supersample is {supersample}; allowed: 1 to 8")
-    if not isinstance(max_level, (int, np.integer)) or not 0 <= max_level <= MAX_LEVEL:
-        raise InputError(f"max_level is {max_level}; allowed: 0 to {MAX_LEVEL}")
-    thread_count(threads)
     width, height = camera.size
+    check_numbers(supersample, max_level, depth, (height, width))
+    thread_count(threads)
     rows = checked_background(background, height)
-    if depth is not None and (depth.shape != (height, width) or depth.dtype != np.float32):
-        raise InputError(
-            f"depth is {depth.dtype} of shape {depth.shape}; allowed: float32 of shape {(height, width)}"
-        )
-
-    # Everything from here on is in radii about the model's middle: single precision does for any model.
-    lowest, highest = space.min(axis=0), space.max(axis=0)
-    middle, extent = lowest + (highest - lowest) / 2, float((highest - lowest).max())
-    radius = extent * float(np.sqrt((((space - middle) / extent) ** 2).sum(axis=1).max()))
-    mesh = RayMesh(triangles, ((space - middle) / radius).astype(np.float32), normals, uv)
-    eye = (camera.eye - middle) / radius
-    studio = Studio(
-        eye=eye,
-        right=camera.axes[0].copy(),
-        up=camera.axes[1].copy(),
-        key=key_direction(camera.axes),
-        floor=float(mesh.positions[:, 2].min()) if floor and shadows else -math.inf,
-        spread=1 / (camera.focal * supersample),
-        pattern=occlusion_pattern(camera.axes, supersample)[: None if shadows else 0],
-        samples=supersample**2,
+    mesh, studio, radius = _scene(
+        space, normals, uv, triangles, camera, supersample, floor=floor and shadows, shadows=shadows
     )
     finest = 0
     if texture is not None:
@@ -148,15 +126,40 @@ def render(
     pyramid = build_pyramid(texture, first=min(finest, max_level), last=max_level, threads=threads)
     image = np.empty((height, width, 4 if background is None else 3), np.float32)
     work = _Work(mesh, pyramid, studio, camera, rows, image, depth, radius)
-    tasks: list[Callable[[], object]] = [
-        partial(work.paint_band, top, min(top + _BAND_ROWS, height)) for top in range(0, height, _BAND_ROWS)
-    ]
-    try:
-        run_tasks(tasks, threads=threads, progress=progress, stage="rendering")
-    except BaseException:
-        work.stopped = True
-        raise
+    work.paint(threads, progress)
     return image
+
+
+def _scene(
+    positions: FloatArray,
+    normals: NDArray[np.float32],
+    uv: NDArray[np.float32],
+    triangles: IntArray,
+    camera: Camera,
+    supersample: int,
+    *,
+    floor: bool,
+    shadows: bool,
+) -> tuple[RayMesh, Studio, float]:
+    """Return model, camera and lights in radii about the model's middle, and the radius.
+
+    There single precision does for any model.
+    """
+    lowest, highest = positions.min(axis=0), positions.max(axis=0)
+    middle, extent = lowest + (highest - lowest) / 2, float((highest - lowest).max())
+    radius = extent * float(np.sqrt((((positions - middle) / extent) ** 2).sum(axis=1).max()))
+    mesh = RayMesh(triangles, ((positions - middle) / radius).astype(np.float32), normals, uv)
+    studio = Studio(
+        eye=(camera.eye - middle) / radius,
+        right=camera.axes[0].copy(),
+        up=camera.axes[1].copy(),
+        key=key_direction(camera.axes),
+        floor=float(mesh.positions[:, 2].min()) if floor else -math.inf,
+        spread=1 / (camera.focal * supersample),
+        pattern=occlusion_pattern(camera.axes, supersample)[: None if shadows else 0],
+        samples=supersample**2,
+    )
+    return mesh, studio, radius
 
 
 class _Work:
@@ -183,6 +186,19 @@ class _Work:
         self.geometry = TriangleMesh(self.scene, mesh.positions, mesh.triangles)
         # The first query builds the tree, which only one thread may do.
         self.scene.run(np.zeros((1, 3), np.float32), np.ones((1, 3), np.float32), query="OCCLUDED")
+
+    def paint(self, threads: int | None, progress: Progress | None) -> None:
+        """Fill the picture, band by band."""
+        height = len(self.image)
+        tasks: list[Callable[[], object]] = [
+            partial(self.paint_band, top, min(top + _BAND_ROWS, height))
+            for top in range(0, height, _BAND_ROWS)
+        ]
+        try:
+            run_tasks(tasks, threads=threads, progress=progress, stage="render")
+        except BaseException:
+            self.stopped = True
+            raise
 
     def paint_band(self, top: int, bottom: int) -> None:
         """Fill rows `top` to `bottom` of the picture."""
@@ -226,10 +242,8 @@ class _Work:
             hits = self.scene.run(origins, directions, query="INTERSECT", output=1)
             onward = np.empty(directions.shape, np.float32)
             rays = _room(2 * len(directions) if self.occlusion else 0)
-            asked = shade(
-                hits["primID"], hits["u"], hits["v"], directions, pixels, aims, through, onward,
-                self.mesh, self.pyramid, self.studio, flat_sums, rays,
-            )  # fmt: skip
+            seen = EyeRays(hits["primID"], hits["u"], hits["v"], directions, pixels, aims, through, onward)
+            asked = shade(seen, self.mesh, self.pyramid, self.studio, flat_sums, rays)
             if asked:
                 met = self.scene.run(
                     rays.origins[:asked], rays.directions[:asked], query="OCCLUDED", dists=rays.reach[:asked]

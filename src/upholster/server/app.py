@@ -138,7 +138,7 @@ def _missing() -> Response:
 
 
 async def _failed(request: Request, error: Exception) -> Response:
-    """Tell whoever runs the server what went wrong, in one line, and the client only that something did."""
+    """Print for the operator what went wrong, in one line, and tell the client only that something did."""
     words = " ".join(f"{type(error).__name__}: {error}".split())
     print(f"upholster: {request.method} {request.url.path!r} failed: {words}", file=sys.stderr)
     return PlainTextResponse("Internal Server Error", 500)

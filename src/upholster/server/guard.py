@@ -1,4 +1,4 @@
-"""Around every answer: who may ask, headers that keep browsers careful, and sharing with other origins."""
+"""What is added to every answer: checks of host and origin, security headers, sharing with other origins."""
 
 import ipaddress
 from collections.abc import Collection

@@ -12,7 +12,7 @@ __all__ = ["missing_page", "start_page", "stream_url", "view_url", "viewer_page"
 THUMBNAIL_SIZE = (400, 300)
 """(width, height) in pixels of the pictures on the start page."""
 
-# Four patches of a quilt, in colours that show on light and dark tabs.
+# Four blocks of a quilt, in colours that show on light and dark tabs.
 _ICON = quote(
     "<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 8 8'><path fill='#b5542d' d='M0 0h4v4h4v4H4V4H0z'/>"
     "<path fill='#e0a96d' d='M4 0h4v4H4zM0 4h4v4H0z'/></svg>"

@@ -42,7 +42,7 @@ def answer(method: str, headers: Mapping[str, str], *, tag: str, modified: int, 
     -------
     Answer
         200, 206, 304, 412 or 416. Several ranges, bad ones and those on a condition that does not hold are
-        answered with the whole file, as the RFC allows: whoever asks has to be ready for it.
+        answered with the whole file, as the RFC allows: clients have to be ready for it.
 
     References
     ----------

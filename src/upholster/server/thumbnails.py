@@ -10,10 +10,11 @@ import anyio.to_thread
 import numpy as np
 
 from upholster.errors import UpholsterError
-from upholster.geometry import tessellate
 from upholster.image import encode_image, from_linear
 from upholster.image.drawing import Drawing
-from upholster.outputs import TexturedModel, WriteOptions
+from upholster.model import tessellate
+from upholster.options import WriteOptions
+from upholster.outputs import TexturedModel
 from upholster.render import render
 from upholster.server.pages import THUMBNAIL_SIZE
 from upholster.server.versions import Version
@@ -39,14 +40,14 @@ class Thumbnails:
         self._turn = asyncio.Lock()
 
     async def get(self, version: Version, *, gone: Callable[[], Awaitable[bool]]) -> bytes | None:
-        """Return a PNG file's bytes; None if whoever asked has gone before it was their turn.
+        """Return a PNG file's bytes; None if the client has gone before its turn.
 
         Parameters
         ----------
         version
             The stream.
         gone
-            Tells whether nobody waits for the answer any more.
+            Tells whether no client waits for the answer any more.
         """
         async with self._turn:
             if version.tag in self._known:
@@ -95,11 +96,11 @@ def _picture(version: Version) -> bytes:
     height, width, channels = decoder.exemplar_shape
     texels = sum(chart.height * chart.width for chart in decoder.charts)
     if texels > _MOST_TEXELS or height * width * channels > _MOST_SAMPLES:
-        mesh = tessellate(surface, quads=max(_QUADS, len(surface.patches)))
+        mesh = tessellate(surface, quads=_QUADS)
         linear = render(
             mesh.positions,
             mesh.normals,
-            mesh.parameters,
+            mesh.places,
             mesh.all_triangles(),
             None,
             size=THUMBNAIL_SIZE,

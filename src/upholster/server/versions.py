@@ -22,7 +22,7 @@ class Version:
     Attributes
     ----------
     file
-        The file, unbuffered; whoever has the version closes it.
+        The file, unbuffered; the owner of the version closes it.
     tag
         Strong entity tag, quoted: a hash of the content, so that it is the same after a restart and on every
         machine, and another one whenever a byte differs.
@@ -43,7 +43,7 @@ class Version:
         self.file.seek(start)
         piece = self.file.read(count)
         # Looked at after reading: had the bytes been others, the file would show it now. A file that was
-        # replaced, not written over, stays as it was for whoever has it open.
+        # replaced, not written over, stays as it was for those who have it open.
         return piece if self.unchanged() else b""
 
     def unchanged(self) -> bool:

@@ -2,13 +2,14 @@
 
 from upholster.stream.describe import ChunkRow, Description, Readable, describe
 from upholster.stream.reader import StreamDecoder, read_stream
-from upholster.stream.writer import encode_stream
+from upholster.stream.writer import check_layout, encode_stream
 
 __all__ = [
     "ChunkRow",
     "Description",
     "Readable",
     "StreamDecoder",
+    "check_layout",
     "describe",
     "encode_stream",
     "read_stream",

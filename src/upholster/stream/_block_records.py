@@ -1,66 +1,60 @@
 """What kernels know of a grid plan's blocks: a record each, and a chart's numbers."""
 
+from typing import NamedTuple
+
 __all__ = [
-    "ACROSS",
     "AGREES",
-    "BASE",
-    "BLOCK_HEIGHT",
-    "BLOCK_WIDTH",
-    "CELL",
+    "CENTRE",
+    "CENTRED",
     "COLUMN",
     "COLUMNS",
     "CUT",
-    "EXEMPLAR_HEIGHT",
-    "EXEMPLAR_WIDTH",
-    "FIRST_COLUMN",
-    "FIRST_ROW",
     "HEIGHT",
-    "LEVEL",
     "LINK",
-    "MARGIN",
     "MATRIX",
     "MODE",
-    "OWN",
     "ROW",
-    "ROWS",
     "SIZE",
     "SOURCE_COLUMN",
     "SOURCE_ROW",
-    "SPEC",
-    "STEP_COLUMN",
-    "STEP_ROW",
     "SYMMETRY",
-    "TRANSFERRED",
     "WIDTH",
+    "ChartNumbers",
 ]
 
-# Columns of a block's record; after what a placement has: how its source was told; which neighbours it goes
-# on from; the block of another chart that was transferred here, -1: none; the size of its mask's cells; its
-# turn
-# times M at its centre.
-ROW, COLUMN, HEIGHT, WIDTH, SYMMETRY, CUT, SOURCE_ROW, SOURCE_COLUMN, MODE, AGREES, LINK, SIZE, MATRIX = (
-    range(13)
-)
+# Columns of a block's record: what a placement has; how its source was told; which neighbours it goes on
+# from;
+# the block that it was transferred from, -1: none known; the size of its mask's cells; whether it has a
+# centre
+# matrix of its own; its centre matrix; its symmetry times that.
+ROW, COLUMN, HEIGHT, WIDTH, SYMMETRY, CUT, SOURCE_ROW, SOURCE_COLUMN = range(8)
+MODE, AGREES, LINK, SIZE, CENTRED, CENTRE = range(8, 14)
+MATRIX = CENTRE + 4
 COLUMNS = MATRIX + 4
-# Places in a chart's numbers: its transferred blocks; the size of its own, where their grid begins, its
-# steps, rows and columns; own blocks so far; margin of its field; exemplar and pyramid level; cell; where its
-# records begin.
-(
-    TRANSFERRED,
-    BLOCK_HEIGHT,
-    BLOCK_WIDTH,
-    FIRST_ROW,
-    FIRST_COLUMN,
-    STEP_ROW,
-    STEP_COLUMN,
-    ROWS,
-    ACROSS,
-    OWN,
-    MARGIN,
-    EXEMPLAR_HEIGHT,
-    EXEMPLAR_WIDTH,
-    LEVEL,
-    CELL,
-    BASE,
-) = range(16)
-SPEC = 16
+
+
+class ChartNumbers(NamedTuple):
+    """A chart's grid, and what else coding its blocks needs.
+
+    `base` is where its records begin, `margin` that of its warp field; `tall` and `wide` are its size in
+    texels, `exemplar_height` and `exemplar_width` the exemplar's in pixels.
+    """
+
+    transferred: int
+    height: int
+    width: int
+    first_row: int
+    first_column: int
+    step_row: int
+    step_column: int
+    rows: int
+    across: int
+    level: int
+    mask_cell: int
+    feather: int
+    base: int
+    margin: int
+    tall: int
+    wide: int
+    exemplar_height: int
+    exemplar_width: int

@@ -10,20 +10,26 @@ from numpy.typing import NDArray
 
 from upholster.codec._model_kernels import CONTEXTS
 from upholster.jit import inline
-from upholster.quilt._field_kernels import matrix_at
-from upholster.quilt._paint_kernels import SYMMETRIES
+from upholster.quilt._field_kernels import displacement, matrix_at
+from upholster.quilt.placement import MATRIX_UNIT, SYMMETRIES
+from upholster.stream._bit_kernels import (
+    MISSING,
+    NUMBER_COUNTERS,
+    NUMBER_MIXERS,
+    START,
+    BitCoder,
+    code_number,
+    logged_bit,
+    signed,
+)
 from upholster.stream._block_records import (
     AGREES,
-    BASE,
-    BLOCK_HEIGHT,
-    CELL,
+    CENTRE,
+    CENTRED,
     COLUMN,
     CUT,
-    EXEMPLAR_HEIGHT,
-    EXEMPLAR_WIDTH,
     HEIGHT,
     LINK,
-    MARGIN,
     MATRIX,
     MODE,
     ROW,
@@ -32,8 +38,8 @@ from upholster.stream._block_records import (
     SOURCE_ROW,
     SYMMETRY,
     WIDTH,
+    ChartNumbers,
 )
-from upholster.stream._kernels import NUMBER_COUNTERS, START, UNKNOWN, code_number, logged_bit, signed
 
 __all__ = [
     "FLAG_MIXER",
@@ -41,21 +47,25 @@ __all__ = [
     "TRANSFER_COUNTERS",
     "TRANSFER_MIXERS",
     "code_transferred",
+    "enter_centre",
     "enter_matrix",
     "going_on",
 ]
 
-# What is told of a transferred block: the eight numbers of a placement, then the link.
-_CHART, _INDEX = 8, 9
-_FIELDS = 10
-_ORDER = (SYMMETRY, ROW, COLUMN, HEIGHT, WIDTH, CUT, SOURCE_ROW, SOURCE_COLUMN)
+# Kinds of numbers that tell a transferred block: the first eight of its record; where the block lies that it
+# was transferred from, as chart and place; its centre matrix.
+_CHART, _INDEX, _OWN_MATRIX = 8, 9, 10
+_KINDS = 11
+_BEFORE, _BEHIND = (SYMMETRY, ROW, COLUMN), (HEIGHT, WIDTH, CUT, SOURCE_ROW, SOURCE_COLUMN)
+_MOST_MATRIX = 2**18
 
 NO_MODE = 7
 """Mode of a block whose source was not told by its neighbours."""
 
-_RUN = _FIELDS * NUMBER_COUNTERS
-TRANSFER_COUNTERS = _RUN + 2
-TRANSFER_MIXERS = 5 * _FIELDS
+_RUN = _KINDS * NUMBER_COUNTERS
+_CENTRED = _RUN + 2
+TRANSFER_COUNTERS = _CENTRED + 1
+TRANSFER_MIXERS = NUMBER_MIXERS * _KINDS
 FLAG_MIXER = TRANSFER_MIXERS
 """Mixer of flags of one context."""
 
@@ -69,12 +79,14 @@ def going_on(
     row: int,
     column: int,
 ) -> tuple[int, int]:
-    # Where a placed block would read at a texel, in 1/16 pixel: what painting does there.
+    """Return where a placed block would read at a texel, in 1/16 pixel: what painting does there."""
     one = records[neighbour]
-    here, there = matrix_at(matrices, margin, row, column), matrix_at(matrices, margin, one[ROW], one[COLUMN])
-    down, right = row - signed(one[ROW]), column - signed(one[COLUMN])
-    y = ((signed(there[0]) + here[0]) * down + (signed(there[1]) + here[1]) * right + 256) >> 9
-    x = ((signed(there[2]) + here[2]) * down + (signed(there[3]) + here[3]) * right + 256) >> 9
+    y, x = displacement(
+        one[CENTRE : CENTRE + 4],
+        matrix_at(matrices, margin, row, column),
+        row - signed(one[ROW]),
+        column - signed(one[COLUMN]),
+    )
     symmetry = SYMMETRIES[one[SYMMETRY]]
     return one[SOURCE_ROW] + symmetry[0] * y + symmetry[1] * x, one[SOURCE_COLUMN] + symmetry[
         2
@@ -88,38 +100,47 @@ def _share(number: int, by: int) -> int:
 
 
 @inline
-def enter_matrix(records: NDArray[np.int32], matrices: NDArray[np.int32], margin: int, n: int) -> None:
-    # Enter a block's turn times M at its centre.
+def enter_centre(records: NDArray[np.int32], matrices: NDArray[np.int32], margin: int, n: int) -> None:
+    """Enter M at a block's centre as its centre matrix."""
     one = records[n]
     m = matrix_at(matrices, margin, signed(one[ROW]), signed(one[COLUMN]))
-    symmetry = SYMMETRIES[one[SYMMETRY]]
-    one[MATRIX] = symmetry[0] * m[0] + symmetry[1] * m[2]
-    one[MATRIX + 1] = symmetry[0] * m[1] + symmetry[1] * m[3]
-    one[MATRIX + 2] = symmetry[2] * m[0] + symmetry[3] * m[2]
-    one[MATRIX + 3] = symmetry[2] * m[1] + symmetry[3] * m[3]
+    one[CENTRED] = 0
+    one[CENTRE], one[CENTRE + 1], one[CENTRE + 2], one[CENTRE + 3] = m
+
+
+@inline
+def enter_matrix(records: NDArray[np.int32], n: int) -> None:
+    """Enter a block's symmetry times its centre matrix."""
+    one = records[n]
+    s = SYMMETRIES[one[SYMMETRY]]
+    a, b, c, d = one[CENTRE], one[CENTRE + 1], one[CENTRE + 2], one[CENTRE + 3]
+    one[MATRIX] = s[0] * a + s[1] * c
+    one[MATRIX + 1] = s[0] * b + s[1] * d
+    one[MATRIX + 2] = s[2] * a + s[3] * c
+    one[MATRIX + 3] = s[2] * b + s[3] * d
 
 
 @inline
 def _transferred_guess(
     records: NDArray[np.int32],
     matrices: NDArray[np.int32],
-    p: NDArray[np.int64],
+    numbers: ChartNumbers,
     n: int,
     f: int,
 ) -> Any:
-    # What is likely for number f of a transferred block, the ones before it in `_ORDER` known.
-    first, link = n == p[BASE], signed(records[n, LINK])
+    # What is likely for number f of a transferred block, the ones before it known.
+    first, link = n == numbers.base, signed(records[n, LINK])
     guess = signed(0) if first else signed(records[n - 1, f])
     if f == CUT and first:
         guess = signed(1)
     elif HEIGHT <= f <= WIDTH and link < 0 and first:
-        guess = p[BLOCK_HEIGHT + f - HEIGHT]
+        guess = signed(numbers.height if f == HEIGHT else numbers.width)
     elif f >= SOURCE_ROW:
         if link >= 0:
             guess = signed(records[link, f])
         elif not first:
             y, x = going_on(
-                records, n - 1, matrices, p[MARGIN], signed(records[n, ROW]), signed(records[n, COLUMN])
+                records, n - 1, matrices, numbers.margin, signed(records[n, ROW]), signed(records[n, COLUMN])
             )
             guess = y if f == SOURCE_ROW else x
     elif f <= COLUMN:
@@ -137,7 +158,7 @@ def _transferred_guess(
                 area, number = -area, -number
             if area > 0:
                 guess += _share(number, area)
-        elif n - p[BASE] > 1:
+        elif n - numbers.base > 1:
             guess += guess - records[n - 2, f]
     elif link >= 0 and HEIGHT <= f <= WIDTH:
         # The rectangle round the other chart's block, seen through both M.
@@ -147,16 +168,15 @@ def _transferred_guess(
         y, x = (d, b) if f == HEIGHT else (c, a)
         tall = abs(y * one[MATRIX] - x * one[MATRIX + 2]) * one[HEIGHT]
         wide = abs(y * one[MATRIX + 1] - x * one[MATRIX + 3]) * one[WIDTH]
-        guess = min(((tall + wide) // max(1, abs(a * d - b * c)) // p[CELL] + 2) * p[CELL], 4096)
+        guess = min(
+            ((tall + wide) // max(1, abs(a * d - b * c)) // numbers.mask_cell + 2) * numbers.mask_cell, 4096
+        )
     return guess
 
 
 @inline
 def _code_link(
-    state: NDArray[np.int64],
-    data: NDArray[np.uint8],
-    a: NDArray[np.int32],
-    log: NDArray[np.int64],
+    coder: BitCoder,
     records: NDArray[np.int32],
     starts: NDArray[np.int64],
     order: int,
@@ -165,6 +185,7 @@ def _code_link(
 ) -> int:
     # Which block of a chart before was transferred here: 1, 0 where bytes are missing, -1 if there is none
     # such.
+    a = coder.a
     base, target = starts[order], signed(records[n, LINK])
     before = signed(records[n - 1, LINK]) if n > base else -1
     further = signed(records[n - 2, LINK]) if n > base + 1 else -1
@@ -182,7 +203,7 @@ def _code_link(
             onward = -1
     if onward >= 0:
         a[CONTEXTS + 0] = START + _RUN + (1 if further >= 0 else 0)
-        bit = logged_bit(state, data, a, log, 1, FLAG_MIXER, encoding, 1 if target == onward else 0)
+        bit = logged_bit(coder, 1, FLAG_MIXER, encoding, 1 if target == onward else 0)
         if bit < 0:
             return 0
         if bit:
@@ -193,8 +214,8 @@ def _code_link(
         back = 1
         while starts[order - back] > target:
             back += 1
-    value = code_number(state, data, a, log, _CHART, 1 if before >= 0 else 0, encoding, back - chart)
-    if value == UNKNOWN:
+    value = code_number(coder, _CHART, 1 if before >= 0 else 0, encoding, back - chart)
+    if value == MISSING:
         return 0
     back = value + chart
     if back == 0:
@@ -204,8 +225,8 @@ def _code_link(
         return -1
     first = starts[order - back]
     guess = before if back == chart else first
-    value = code_number(state, data, a, log, _INDEX, 1 if back == chart else 0, encoding, target - guess)
-    if value == UNKNOWN:
+    value = code_number(coder, _INDEX, 1 if back == chart else 0, encoding, target - guess)
+    if value == MISSING:
         return 0
     value += guess
     if value < first or value >= starts[order - back + 1]:
@@ -215,65 +236,119 @@ def _code_link(
 
 
 @inline
-def _code_numbers(
-    state: NDArray[np.int64],
-    data: NDArray[np.uint8],
-    a: NDArray[np.int32],
-    log: NDArray[np.int64],
+def _code_centre(
+    coder: BitCoder,
     records: NDArray[np.int32],
     matrices: NDArray[np.int32],
-    p: NDArray[np.int64],
+    numbers: ChartNumbers,
+    n: int,
+    encoding: bool,
+) -> int:
+    # Whether a block has a centre matrix of its own, and by how much it differs from M: 1, 0 where bytes are
+    # missing, -1 where it is out of range.
+    a = coder.a
+    one = records[n]
+    a[CONTEXTS + 0] = START + _CENTRED
+    bit = logged_bit(coder, 1, FLAG_MIXER, encoding, signed(one[CENTRED]))
+    if bit < 0:
+        return 0
+    m = matrix_at(matrices, numbers.margin, signed(one[ROW]), signed(one[COLUMN]))
+    for k in range(4):
+        value = signed(0)
+        if bit:
+            change = (signed(one[CENTRE + k]) - m[k]) // MATRIX_UNIT if encoding else signed(0)
+            value = code_number(coder, _OWN_MATRIX, min(k, 1), encoding, change)
+            if value == MISSING:
+                return 0
+        entry = m[k] + MATRIX_UNIT * value
+        if bit and abs(entry) > _MOST_MATRIX:
+            return -1
+        one[CENTRE + k] = entry
+    one[CENTRED] = bit
+    enter_matrix(records, n)
+    return 1
+
+
+@inline
+def _code_number_of(
+    coder: BitCoder,
+    records: NDArray[np.int32],
+    matrices: NDArray[np.int32],
+    numbers: ChartNumbers,
+    n: int,
+    f: int,
+    changed: int,
+    encoding: bool,
+) -> int:
+    # Number f of a block: 2 where it was as guessed, 3 where not, 0 where bytes are missing, -1 where it is
+    # out of range.
+    guess = _transferred_guess(records, matrices, numbers, n, f)
+    value = records[n, f] - guess if encoding else signed(0)
+    value = code_number(coder, f, changed, encoding, value)
+    if value == MISSING:
+        return 0
+    result = 3 if value != 0 else 2
+    value += guess
+    least, most = 0, 4096
+    if f < HEIGHT:
+        least, most = -(2**14) - 4096, 2**15
+    elif f < SYMMETRY:
+        least = 1
+    elif f == SYMMETRY:
+        most = 7
+    elif f == CUT:
+        most = 1
+    elif f == SOURCE_ROW:
+        most = 16 * numbers.exemplar_height - 1
+    else:
+        most = 16 * numbers.exemplar_width - 1
+    if value < least or value > most:
+        return -1
+    records[n, f] = value
+    return result
+
+
+@inline
+def _code_numbers(
+    coder: BitCoder,
+    records: NDArray[np.int32],
+    matrices: NDArray[np.int32],
+    numbers: ChartNumbers,
     n: int,
     encoding: bool,
 ) -> int:
     # Returns 1, 0 where bytes are missing, -1 where a number is out of range.
     changed = 0 if records[n, LINK] >= 0 else 2
-    for f in _ORDER:
-        guess = _transferred_guess(records, matrices, p, n, f)
-        value = records[n, f] - guess if encoding else signed(0)
-        value = code_number(state, data, a, log, f, changed, encoding, value)
-        if value == UNKNOWN:
-            return 0
-        changed = (changed & 2) | (1 if value != 0 else 0)
-        value += guess
-        least, most = 0, 4096
-        if f < HEIGHT:
-            least, most = -(2**14) - 4096, 2**15
-        elif f < SYMMETRY:
-            least = 1
-        elif f == SYMMETRY:
-            most = 7
-        elif f == CUT:
-            most = 1
-        elif f == SOURCE_ROW:
-            most = 16 * p[EXEMPLAR_HEIGHT] - 1
-        else:
-            most = 16 * p[EXEMPLAR_WIDTH] - 1
-        if value < least or value > most:
-            return -1
-        records[n, f] = value
-        if f == COLUMN:
-            enter_matrix(records, matrices, p[MARGIN], n)
-    records[n, MODE], records[n, AGREES], records[n, SIZE] = NO_MODE, 0, p[CELL]
+    for f in _BEFORE:
+        done = _code_number_of(coder, records, matrices, numbers, n, f, changed, encoding)
+        if done <= 0:
+            return done
+        changed = (changed & 2) | (done & 1)
+    done = _code_centre(coder, records, matrices, numbers, n, encoding)
+    if done <= 0:
+        return done
+    for f in _BEHIND:
+        done = _code_number_of(coder, records, matrices, numbers, n, f, changed, encoding)
+        if done <= 0:
+            return done
+        changed = (changed & 2) | (done & 1)
+    records[n, MODE], records[n, AGREES], records[n, SIZE] = NO_MODE, 0, numbers.mask_cell
     return 1
 
 
 @inline
 def code_transferred(
-    state: NDArray[np.int64],
-    data: NDArray[np.uint8],
-    a: NDArray[np.int32],
-    log: NDArray[np.int64],
+    coder: BitCoder,
     records: NDArray[np.int32],
     starts: NDArray[np.int64],
     order: int,
     matrices: NDArray[np.int32],
-    p: NDArray[np.int64],
+    numbers: ChartNumbers,
     n: int,
     encoding: bool,
 ) -> int:
     """Code a transferred block: 1, 0 where bytes are missing, -1 where a number is out of range."""
-    done = _code_link(state, data, a, log, records, starts, order, n, encoding)
+    done = _code_link(coder, records, starts, order, n, encoding)
     if done > 0:
-        done = _code_numbers(state, data, a, log, records, matrices, p, n, encoding)
+        done = _code_numbers(coder, records, matrices, numbers, n, encoding)
     return done

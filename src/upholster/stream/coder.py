@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
 from upholster.codec._model_kernels import (
     BYTES_DONE,
@@ -16,7 +15,7 @@ from upholster.codec._model_kernels import (
     WEIGHTS,
 )
 from upholster.codec.tables import QUANTA, RECIPROCALS, SQUASH, STRETCH, THRESHOLDS
-from upholster.stream._kernels import LOG, MIXERS, START
+from upholster.stream._bit_kernels import LOG, MIXERS, START, BitCoder
 
 __all__ = ["BitReader", "BitWriter", "Bits"]
 
@@ -25,7 +24,7 @@ _HALF = (1 << 19) << 10
 
 
 class Bits:
-    """What the kernels of `upholster.stream._kernels` work on.
+    """What the kernels of `upholster.stream._bit_kernels` work on.
 
     Parameters
     ----------
@@ -47,9 +46,9 @@ class Bits:
         self.log = np.zeros(LOG, np.int64)
 
     @property
-    def model(self) -> tuple[NDArray[np.int64], NDArray[np.uint8], NDArray[np.int32]]:
-        """State, bytes and model, as kernels take them."""
-        return self.state, self.data, self._model
+    def coder(self) -> BitCoder:
+        """State, bytes, model and log, as kernels take them."""
+        return BitCoder(self.state, self.data, self._model, self.log)
 
 
 class BitWriter(Bits):

@@ -1,4 +1,4 @@
-"""Several maps of one material in a stream: their names, their headers, and how their bytes take turns."""
+"""Several maps of one material in a stream: names, headers, and how their bytes are interleaved."""
 
 from collections.abc import Mapping, Sequence
 

@@ -7,14 +7,15 @@ from upholster.errors import FormatError, InputError, nearest
 from upholster.geometry import Surface
 from upholster.quilt import Chart, Quilt, Texels
 from upholster.quilt.materials import paint_map
+from upholster.quilt.placement import PLACEMENT
 from upholster.quilt.warp_field import WarpField
 from upholster.stream.byte_reader import ByteReader
 from upholster.stream.chunks import Chunk, ChunkReader
-from upholster.stream.grid_decoder import GridDecoder
+from upholster.stream.first_view import assemble, check_tiles
 from upholster.stream.layout import parse_layout
 from upholster.stream.maps import FIRST_ROLE, MAX_MAP_SAMPLES, parse_role
-from upholster.stream.mirrored import assemble, check_tiles
-from upholster.stream.placements import PlacementDecoder, open_plan
+from upholster.stream.plan_common import PlanDecoder
+from upholster.stream.plans import open_plan
 from upholster.stream.surfaces import parse_surface
 from upholster.stream.warp_fields import parse_fields
 from upholster.types import PixelArray
@@ -45,11 +46,11 @@ class StreamDecoder:
         self.charts: tuple[Chart, ...] = ()
         self._reader = ChunkReader()
         self._image: ImageDecoder | None = None
-        self._placements: PlacementDecoder | GridDecoder | None = None
+        self._placements: PlanDecoder | None = None
         self._maps: dict[str, ImageDecoder] = {}
         self._fed: ImageDecoder | None = None  # that the current chunk E is of
         self._scale = 0
-        self._fields: tuple[WarpField | None, ...] = ()
+        self._fields: tuple[WarpField, ...] = ()
         self._whole = bytearray()
         self._seen = ""
         self._failure: str | None = None
@@ -148,7 +149,9 @@ class StreamDecoder:
         image = self._ready()
         shape = image.header.height, image.header.width
         if self._placements is None:
-            return assemble(self.charts, shape, [], (), np.zeros(0, np.uint8), scale=self._scale)
+            return assemble(
+                self.charts, shape, np.zeros(0, PLACEMENT), np.zeros(0, np.uint8), (), scale=self._scale
+            )
         return self._placements.quilt()
 
     @property

@@ -1,11 +1,12 @@
 """The surface chunk: a built-in surface by name, or control nets with shared points stored once."""
 
 import struct
+from collections.abc import Sequence
 
 import numpy as np
 
 from upholster.errors import FormatError, InputError
-from upholster.geometry import SURFACES, RationalPatch, Surface, surface_from_spec
+from upholster.geometry import SURFACES, Face, RationalPatch, Surface, grid_face
 from upholster.geometry.patch import MAX_DEGREE
 from upholster.geometry.surface import MAX_PATCHES
 from upholster.stream.byte_reader import ByteReader, varint
@@ -22,13 +23,13 @@ MAX_NAME = 200
 MAX_BUILT = 2**14
 """Patches of a surface that is told by name: more would take long to build from a few bytes."""
 
-_FLOAT64, _WEIGHTS, _SAME_DEGREE = 1, 2, 4
+_FLOAT64, _WEIGHTS, _SAME_DEGREE, _GRIDS = 1, 2, 4, 8
 
 
 def pack_surface(surface: Surface) -> bytes:
     """Return a surface as bytes.
 
-    A built-in one (`Surface.spec`) is told by name; of any other all control points are kept, as float32
+    A built-in one (`Surface.source`) is told by name; of any other all control points are kept, as float32
     where that changes neither which edges meet nor, by more than 1e-6 of its size, any point; else as
     float64.
 
@@ -71,21 +72,13 @@ def parse_surface(fields: ByteReader) -> Surface:
 
 
 def _pack_named(surface: Surface) -> bytes | None:
-    name, _, rest = surface.spec.partition(":")
-    if name not in KINDS or len(surface.patches) > MAX_BUILT:
+    source = surface.source
+    if source is None or source.name not in KINDS or len(surface.patches) > MAX_BUILT:
         return None
-    built = surface_from_spec(surface.spec)
-    same = (built.name, built.tolerance, len(built.patches)) == (
-        surface.name,
-        surface.tolerance,
-        len(surface.patches),
-    )
-    if not same or any((a.net != b.net).any() for a, b in zip(built.patches, surface.patches, strict=True)):
-        return None
-    given = dict(part.split("=") for part in rest.split(",")) if rest else {}
+    name, given = source.name, dict(source.values)
     present, values = 0, b""
     for n, parameter in enumerate(SURFACES[name].parameters):
-        value = parameter.parse(given.get(parameter.name, parameter.written))
+        value = given[parameter.name]
         if value == parameter.default:
             continue
         present |= 1 << n
@@ -150,7 +143,9 @@ def _edge(net: FloatArray, edge: int) -> FloatArray:
 
 def _meets_alike(surface: Surface, nets: list[FloatArray]) -> bool:
     try:
-        other = Surface([RationalPatch(net) for net in nets], surface.name, surface.tolerance)
+        grids = [(face.rows, face.columns) for face in surface.faces]
+        faces = _faces([RationalPatch(net) for net in nets], grids)
+        other = Surface(faces, surface.name, surface.tolerance)
         close = all(
             np.abs(a.control_points - b.control_points).max() <= 1e-6 * surface.size
             for a, b in zip(surface.patches, other.patches, strict=True)
@@ -160,18 +155,30 @@ def _meets_alike(surface: Surface, nets: list[FloatArray]) -> bool:
         return False
 
 
+def _faces(patches: Sequence[RationalPatch], grids: Sequence[tuple[int, int]]) -> list[Face]:
+    """Return patches as faces of so many rows and columns."""
+    faces, first = [], 0
+    for rows, columns in grids:
+        faces.append(grid_face(patches[first : first + rows * columns], columns))
+        first += rows * columns
+    return faces
+
+
 def _pack_nets(surface: Surface, nets: list[FloatArray], dtype: "np.dtype[np.floating]") -> bytes:
     name = surface.name.encode()[:MAX_NAME].decode(errors="ignore").encode()
     weighted = any((net[..., 3] != 1.0).any() for net in nets)
     same = len({net.shape for net in nets}) == 1
-    flags = _FLOAT64 * (dtype.itemsize == 8) | _WEIGHTS * weighted | _SAME_DEGREE * same
+    grids = len(surface.faces) < len(nets)
+    flags = _FLOAT64 * (dtype.itemsize == 8) | _WEIGHTS * weighted | _SAME_DEGREE * same | _GRIDS * grids
     out = [
         bytes([0, flags]),
         varint(len(name)),
         name,
         struct.pack("<d", surface.tolerance),
-        varint(len(nets)),
+        varint(len(surface.faces)),
     ]
+    if grids:
+        out += [varint(count) for face in surface.faces for count in (face.rows, face.columns)]
     out += [bytes([net.shape[0] - 1, net.shape[1] - 1]) for net in (nets[:1] if same else nets)]
     columns = 4 if weighted else 3
     places: dict[bytes, int] = {}
@@ -192,10 +199,11 @@ def _pack_nets(surface: Surface, nets: list[FloatArray], dtype: "np.dtype[np.flo
 
 
 def _parse_nets(fields: ByteReader) -> Surface:
-    flags = fields.byte("flags of the nets", 7)
+    flags = fields.byte("flags of the nets", 15)
     name = fields.bytes(fields.varint("length of the name", MAX_NAME), "name").decode(errors="replace")
     tolerance = fields.float64("tolerance")
-    count = fields.varint("number of patches", MAX_PATCHES, 1)
+    grids = _parse_grids(fields, bool(flags & _GRIDS))
+    count = sum(rows * columns for rows, columns in grids)
     shapes = []
     for _ in range(1 if flags & _SAME_DEGREE else count):
         shapes.append((fields.byte("degree", MAX_DEGREE) + 1, fields.byte("degree", MAX_DEGREE) + 1))
@@ -231,7 +239,21 @@ def _parse_nets(fields: ByteReader) -> Surface:
             patches.append(RationalPatch(entries[starts[k] : starts[k + 1]].reshape(*shape, 4)))
         except InputError as error:
             raise InputError(f"patch {k}: {error}") from None
-    return Surface(patches, name, tolerance)
+    return Surface(_faces(patches, grids), name, tolerance)
+
+
+def _parse_grids(fields: ByteReader, told: bool) -> list[tuple[int, int]]:
+    """Return rows and columns of patches of all faces."""
+    count = fields.varint("number of faces", MAX_PATCHES, 1)
+    if not told:
+        return [(1, 1)] * count
+    grids, left = [], MAX_PATCHES - count
+    for _ in range(count):
+        rows = fields.varint("rows of a face", left + 1, 1)
+        columns = fields.varint("columns of a face", (left + 1) // rows, 1)
+        left -= rows * columns - 1
+        grids.append((rows, columns))
+    return grids
 
 
 def _zigzag(value: int) -> int:

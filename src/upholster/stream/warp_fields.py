@@ -22,7 +22,7 @@ _LIMITS = np.array([OCTAVE * MOST_OCTAVES, OCTAVE * MOST_OCTAVES, 0, MOST_SHEAR]
 _PLAIN, _COVERING, _SHAPED = 0, 1, 2
 
 
-def pack_fields(fields: Sequence[WarpField | None], charts: Sequence[Chart]) -> bytes:
+def pack_fields(fields: Sequence[WarpField], charts: Sequence[Chart]) -> bytes:
     """Return the charts' warp fields as bytes.
 
     Raises
@@ -31,10 +31,10 @@ def pack_fields(fields: Sequence[WarpField | None], charts: Sequence[Chart]) -> 
         For more than 2^21 nodes, or more than 1024 each way on a chart.
     """
     kinds, head = [], bytearray()
-    margin = next((field.margin for field in fields if field is not None), 0)
+    margin = next((field.margin for field in fields if not field.is_identity), 0)
     total = 0
     for n, (field, chart) in enumerate(zip(fields, charts, strict=True)):
-        if field is None:
+        if field.is_identity:
             kinds.append(_PLAIN)
             continue
         rows, columns = field.nodes.shape[:2]
@@ -52,16 +52,16 @@ def pack_fields(fields: Sequence[WarpField | None], charts: Sequence[Chart]) -> 
     writer = BitWriter(kernels.NODE_COUNTERS, kernels.NODE_INPUTS)
     first = np.zeros(4, np.int16)
     for field in fields:
-        if field is not None:
+        if not field.is_identity:
             writer.room(16 * field.nodes.size + 64)
             nodes = np.array(field.nodes)
-            kernels.code_nodes(*writer.model, nodes, first, _LIMITS, True)
+            kernels.code_nodes(writer.coder, nodes, first, _LIMITS, True)
             first = nodes[0, 0].copy()
     told = bytes([alike, margin]) + (bytes(kinds) if alike == 3 else b"")
     return told + bytes(head) + writer.finish()
 
 
-def parse_fields(fields: ByteReader, charts: Sequence[Chart]) -> tuple[WarpField | None, ...]:
+def parse_fields(fields: ByteReader, charts: Sequence[Chart]) -> tuple[WarpField, ...]:
     """Read the charts' warp fields back.
 
     Raises
@@ -94,13 +94,13 @@ def parse_fields(fields: ByteReader, charts: Sequence[Chart]) -> tuple[WarpField
     reader = BitReader(kernels.NODE_COUNTERS, kernels.NODE_INPUTS)
     reader.feed(fields.bytes(fields.left, "nodes"))
     first = np.zeros(4, np.int16)
-    found: list[WarpField | None] = []
+    found: list[WarpField] = []
     for shape in shapes:
         if shape is None:
-            found.append(None)
+            found.append(WarpField.identity())
             continue
         nodes: NDArray[np.int16] = np.zeros((*shape[1:], 4), np.int16)
-        done = kernels.code_nodes(*reader.model, nodes, first, _LIMITS, False)
+        done = kernels.code_nodes(reader.coder, nodes, first, _LIMITS, False)
         if done <= 0:
             raise FormatError(
                 f"byte {coded}: "

@@ -1,22 +1,23 @@
 """Writing a stream: what is needed first comes first."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from upholster.codec import encode_parts
 from upholster.errors import InputError
 from upholster.geometry import Surface
-from upholster.quilt import Quilt
+from upholster.quilt import Chart, Quilt
+from upholster.quilt.warp_field import WarpField
 from upholster.stream.chunks import header, pack_chunk
+from upholster.stream.first_view import check_tiles, scale_of
 from upholster.stream.layout import pack_layout
 from upholster.stream.maps import MAX_MAP_SAMPLES, check_roles, interleaved, pack_role
-from upholster.stream.mirrored import check_tiles, scale_of
-from upholster.stream.placement_encoder import encode_placements
+from upholster.stream.plans import encode_plan
 from upholster.stream.surfaces import pack_surface
 from upholster.stream.warp_fields import pack_fields
 from upholster.types import PixelArray
 from upholster.wavelet.lifting import Wavelet
 
-__all__ = ["FIRST_PART", "encode_stream"]
+__all__ = ["FIRST_PART", "check_layout", "encode_stream"]
 
 FIRST_PART = 600
 """Bytes of the exemplar that come before the placements."""
@@ -68,27 +69,12 @@ def encode_stream(
         If something does not fit together or is beyond the format's limits (SPEC.md, "Limits"), or
         `most_bytes` does not hold what comes before the exemplar.
     """
-    if exemplar.ndim != 3 or exemplar.shape[:2] != quilt.exemplar_shape:
-        height, width = quilt.exemplar_shape
-        raise InputError(
-            f"exemplar has shape {exemplar.shape}; the quilt wants ({height}, {width}, channels)"
-        )
     if first_part < 0:
         raise InputError(f"first_part is {first_part}; allowed: 0 or more bytes")
     maps = maps or {}
-    check_roles(list(maps))
-    for role, image in maps.items():
-        if image.ndim != 3 or image.shape[:2] != quilt.exemplar_shape or not 1 <= image.shape[2] <= 4:
-            raise InputError(
-                f"map {role!r} has shape {image.shape}; allowed: as the exemplar, 1 to 4 channels"
-            )
-    samples = exemplar.size + sum(image.size for image in maps.values())
-    if samples > MAX_MAP_SAMPLES:
-        raise InputError(f"maps have {samples} samples; allowed: {MAX_MAP_SAMPLES} in a stream")
-    scale = scale_of(quilt.fields, quilt.charts, quilt.exemplar_shape)
-    check_tiles(quilt.charts, quilt.exemplar_shape, scale)
-    layout = pack_layout(quilt.charts, surface, scale)
-    bent = any(field is not None for field in quilt.fields)
+    _check_maps(quilt, exemplar, maps)
+    layout = check_layout(surface, quilt.charts, quilt.fields, quilt.exemplar_shape)
+    bent = not all(field.is_identity for field in quilt.fields)
     fields = [pack_chunk("F", pack_fields(quilt.fields, quilt.charts))] if bent else []
     image_header, payload = encode_parts(
         exemplar,
@@ -103,7 +89,7 @@ def encode_stream(
         for role, image in maps.items()
     }
     streams = {role: stream for role, (_, stream) in coded.items()}
-    plan, sources, masks = encode_placements(quilt, surface.shared)
+    plan, sources, masks = encode_plan(quilt)
     head = [pack_chunk("S", pack_surface(surface)), pack_chunk("L", layout), pack_chunk("X", image_header)]
     rest = [*fields, pack_chunk("Q", plan), pack_chunk("P", sources)]
     rest += [pack_chunk("M", masks)] if masks else []
@@ -122,6 +108,45 @@ def encode_stream(
         streams = {role: stream[: int(len(stream) * share)] for role, stream in streams.items()}
     start = [pack_chunk("D", payload[:first_part])] if payload[:first_part] else []
     return _assembled(head, [*start, *rest, *interleaved(payload[first_part:], streams)])
+
+
+def check_layout(
+    surface: Surface, charts: Sequence[Chart], fields: Sequence[WarpField], exemplar_shape: tuple[int, int]
+) -> bytes:
+    """Check that a stream can hold a layout, before anything is made for it; return its chunk's payload.
+
+    Parameters
+    ----------
+    surface, charts, fields
+        What the layout chunk tells, with the scale of the first view.
+    exemplar_shape
+        (height, width) in pixels.
+
+    Raises
+    ------
+    InputError
+        If it is beyond the format's limits (SPEC.md, "Limits").
+    """
+    scale = scale_of(fields, charts, exemplar_shape)
+    check_tiles(charts, exemplar_shape, scale)
+    return pack_layout(charts, surface, scale)
+
+
+def _check_maps(quilt: Quilt, exemplar: PixelArray, maps: Mapping[str, PixelArray]) -> None:
+    if exemplar.ndim != 3 or exemplar.shape[:2] != quilt.exemplar_shape:
+        height, width = quilt.exemplar_shape
+        raise InputError(
+            f"exemplar has shape {exemplar.shape}; the quilt wants ({height}, {width}, channels)"
+        )
+    check_roles(list(maps))
+    for role, image in maps.items():
+        if image.ndim != 3 or image.shape[:2] != quilt.exemplar_shape or not 1 <= image.shape[2] <= 4:
+            raise InputError(
+                f"map {role!r} has shape {image.shape}; allowed: as the exemplar, 1 to 4 channels"
+            )
+    samples = exemplar.size + sum(image.size for image in maps.values())
+    if samples > MAX_MAP_SAMPLES:
+        raise InputError(f"maps have {samples} samples; allowed: {MAX_MAP_SAMPLES} in a stream")
 
 
 def _assembled(head: list[bytes], rest: list[bytes]) -> bytes:

@@ -14,7 +14,7 @@ import numpy as np
 from numba import types
 from numba.extending import overload
 
-from upholster.jit import inline, kernel
+from upholster.jit import allocating_kernel, inline
 
 __all__ = ["DAUBECHIES97", "HAAR", "LEGALL53", "lift_forward", "lift_inverse"]
 
@@ -129,7 +129,22 @@ def _lift_row(
     _step(kind, step, sign, lines, i % count * width, above % count * width, below % count * width, width)
 
 
-@kernel
+@inline
+def _take(lines: Any, at: int, row: Any) -> None:
+    # Slices are copied in loops: Numba's own way compiles for a second, for the sake of an error's words.
+    begin = np.uint64(at)
+    for n in range(np.uint64(row.shape[0])):
+        row[n] = lines[begin + n]
+
+
+@inline
+def _put(row: Any, lines: Any, at: int) -> None:
+    begin = np.uint64(at)
+    for n in range(np.uint64(row.shape[0])):
+        lines[begin + n] = row[n]
+
+
+@allocating_kernel
 def lift_forward(kind: int, steps: int, image: Any, low: Any, out: Any) -> None:
     """Transform `image` (h, w).
 
@@ -163,13 +178,13 @@ def lift_forward(kind: int, steps: int, image: Any, low: Any, out: Any) -> None:
             if down > 0:
                 _scale(kind, i % 2, True, lines, at, width)
             if i % 2 == 0:
-                low[i // 2] = lines[at : at + evens]
-                out[i // 2, evens:width] = lines[at + evens : at + width]
+                _take(lines, at, low[i // 2])
+                _take(lines, at + evens, out[i // 2, evens:width])
             else:
-                out[low_rows + i // 2, :width] = lines[at : at + width]
+                _take(lines, at, out[low_rows + i // 2, :width])
 
 
-@kernel
+@allocating_kernel
 def lift_inverse(kind: int, steps: int, low: Any, coefficients: Any, image: Any) -> None:
     """Invert `lift_forward`: from LL in `low` and the quadrants of `coefficients` to `image` (h, w)."""
     height, width = image.shape
@@ -182,10 +197,10 @@ def lift_inverse(kind: int, steps: int, low: Any, coefficients: Any, image: Any)
         for i in range(t - 1, min(t + 1, height)):
             at = i % count * width
             if i % 2 == 0:
-                lines[at : at + evens] = low[i // 2]
-                lines[at + evens : at + width] = coefficients[i // 2, evens:width]
+                _put(low[i // 2], lines, at)
+                _put(coefficients[i // 2, evens:width], lines, at + evens)
             else:
-                lines[at : at + width] = coefficients[low_rows + i // 2, :width]
+                _put(coefficients[low_rows + i // 2, :width], lines, at)
             if down > 0:
                 _scale(kind, i % 2, False, lines, at, width)
         for back in range(down):

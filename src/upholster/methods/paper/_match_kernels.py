@@ -1,13 +1,35 @@
 """Coefficients of tiles, and the search for the block that matches them best."""
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from upholster.jit import inline, kernel
 
-__all__ = ["best_candidate", "tile_coefficients", "tile_table"]
+__all__ = ["CandidateNumbers", "Features", "add_tile", "best_candidate", "tile_coefficients", "tile_table"]
+
+FRACTION_BITS = 6
+"""Fractional bits of canvases, and so of their coefficients."""
+
+
+class CandidateNumbers(NamedTuple):
+    """The exemplar's candidates: its channels, the tile's side, tiles in a row, rows and columns of them."""
+
+    channels: int
+    tile: int
+    grid_columns: int
+    rows: int
+    columns: int
+
+
+class Features(NamedTuple):
+    """Scratch: a feature compares `values[f]` with `table[bands[f], candidate + offsets[f]]`."""
+
+    bands: NDArray[np.int32]
+    offsets: NDArray[np.int32]
+    values: NDArray[np.int32]
+    costs: NDArray[np.int64]
 
 
 @inline
@@ -48,31 +70,55 @@ def tile_table(
 
 
 @inline
-def best_candidate(
-    table: NDArray[np.int32],
-    grid_columns: int,
-    candidate_rows: int,
-    candidate_columns: int,
-    bands: NDArray[np.int32],
-    offsets: NDArray[np.int32],
-    values: NDArray[np.int32],
+def _rounded(value: int) -> np.int32:
+    return np.int32((value + (1 << (FRACTION_BITS - 1))) >> FRACTION_BITS)
+
+
+@inline
+def add_tile(
+    features: Features,
     count: int,
-    costs: NDArray[np.int64],
+    numbers: CandidateNumbers,
+    canvas: NDArray[np.uint16],
+    row: int,
+    column: int,
+    offset: int,
+) -> int:
+    """Add the LLn and HHn of the canvas's tile at (row, column) as features; return how many there are.
+
+    `offset` says how far the tile that they are compared with lies from a candidate's first one.
+    """
+    for k in range(numbers.channels):
+        low, high = tile_coefficients(
+            canvas, row, column * numbers.channels + k, numbers.channels, numbers.tile
+        )
+        features.bands[count], features.bands[count + 1] = k, numbers.channels + k
+        features.offsets[count] = features.offsets[count + 1] = offset
+        features.values[count], features.values[count + 1] = _rounded(low), _rounded(high)
+        count += 2
+    return count
+
+
+@kernel
+def best_candidate(
+    table: NDArray[np.int32], numbers: CandidateNumbers, features: Features, count: int
 ) -> int:
     """Return the candidate with the least sum of squared differences; the lowest index among equals.
 
-    Feature f < `count` compares `values[f]` with `table[bands[f], candidate + offsets[f]]`, where a candidate
-    is its first tile's index in the exemplar's grid. Candidates are taken in one run over the grid, the few
-    that would wrap round its right side included but not chosen: long runs are what vector units like.
-    `costs` is scratch.
+    The first `count` features are compared. A candidate is its first tile's index in the exemplar's grid.
+    Candidates are taken in one run over the grid, the few that would wrap round its right side included but
+    not chosen: long runs are what vector units like.
     """
+    bands, offsets, values, costs = features.bands, features.offsets, features.values, features.costs
+    grid_columns, candidate_rows, candidate_columns = numbers.grid_columns, numbers.rows, numbers.columns
     best, least = 0, np.int64(2**62)
     total = (candidate_rows - 1) * grid_columns + candidate_columns
     step = costs.shape[0]
     for start in range(0, total, step):
         size = min(step, total - start)
         part = costs[:size]
-        part[:] = 0
+        for n in range(size):
+            part[n] = 0
         f = 0
         while f + 4 <= count:  # four features a pass: a quarter of the loads and stores of the sums
             a, b = table[bands[f], start + offsets[f] :], table[bands[f + 1], start + offsets[f + 1] :]

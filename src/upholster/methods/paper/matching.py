@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.methods.paper._match_kernels import tile_table
+from upholster.methods.paper._match_kernels import CandidateNumbers, tile_table
 from upholster.methods.working_form import working_form
 from upholster.types import PixelArray
 
@@ -55,6 +55,11 @@ class Candidates:
         table = np.empty((2 * channels, grid[0] * grid[1]), np.int32)
         tile_table(working, channels, tile, grid[1], table)
         return cls(working, channels, tile, table, grid, block)
+
+    @property
+    def numbers(self) -> CandidateNumbers:
+        """What kernels know of the candidates."""
+        return CandidateNumbers(self.channels, self.tile, self.grid[1], *self.shape)
 
     @property
     def shape(self) -> tuple[int, int]:

@@ -1,7 +1,7 @@
 """Method "paper": the paper's synthesis, step by step (its sections 4.1 to 4.4; our readings: docs/paper.md).
 
-Each chart is covered on its own, block by block in raster order; then *edge blocks* mend every shared edge.
-What is chosen goes into placements. The charts' texels exist here only in working form, as canvases to match
+Each chart is covered on its own, block by block in raster order; then *edge blocks* repair every shared edge.
+What is chosen goes into a plan. The charts' texels exist here only in working form, as canvases to match
 against.
 """
 
@@ -14,22 +14,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.errors import InputError
-from upholster.geometry import SharedEdge, Surface
+from upholster.geometry import Surface
 from upholster.methods.paper._paper_kernels import lay_blocks, lay_edge_blocks
-from upholster.methods.paper.edges import EdgeMap, color_classes, edge_map
+from upholster.methods.paper.edges import color_classes, strip_along
 from upholster.methods.paper.matching import Candidates
+from upholster.options import SynthesisOptions
 from upholster.parallel import run_tasks
-from upholster.quilt._paint_kernels import SYMMETRIES
-from upholster.quilt.model import (
-    MASK_CUT,
-    MASK_NONE,
-    MASK_RAMP,
-    PLACEMENT,
-    SIDE_LEFT,
-    SIDE_TOP,
-    Chart,
-    Quilt,
-)
+from upholster.quilt import Chart, Quilt
+from upholster.quilt.placement import SYMMETRIES
+from upholster.quilt.plans import StripLayout, StripPlan
 from upholster.types import PixelArray, Progress
 
 __all__ = ["PaperOptions", "synthesize_paper"]
@@ -42,46 +35,21 @@ _BLOCKS_PER_CALL = 256
 Canvas = NDArray[np.uint16]
 
 
-@dataclass(frozen=True, slots=True)
-class PaperOptions:
-    """Parameters of method "paper".
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PaperOptions(SynthesisOptions):
+    """Options of method "paper", all settled.
 
     Attributes
     ----------
     block
-        Side of a block in texels, a multiple of 2^levels, at most 256. The paper's edge blocks are 32; 64 is
-        the other reading of its section 4.3.
+        Side of a block in texels. The paper's edge blocks are 32; 64 is the other reading of its section 4.3.
     overlap
-        Width in texels of the overlap with the block before, a multiple of 2^levels, less than half a block.
-    levels
-        Levels of the Haar transform, n in the paper: 1 to 6.
-    seams
-        Whether to mend the seams between patches (section 4.4).
-
-    Raises
-    ------
-    InputError
-        If they are out of range or do not fit together.
+        Width in texels of the overlap with the block before.
     """
 
+    method: str = "paper"
     block: int = 32
     overlap: int = 8
-    levels: int = 3
-    seams: bool = True
-
-    def __post_init__(self) -> None:
-        if not 1 <= self.levels <= 6:
-            raise InputError(f"levels is {self.levels}; allowed: 1 to 6")
-        tile = 2**self.levels
-        if not 2 * tile <= self.block <= 256 or self.block % tile:
-            raise InputError(
-                f"block is {self.block}; allowed: multiples of 2^levels = {tile} from {2 * tile} to 256"
-            )
-        if not tile <= self.overlap < self.block / 2 or self.overlap % tile:
-            raise InputError(
-                f"overlap is {self.overlap}; allowed: multiples of 2^levels = {tile} "
-                f"from {tile} to less than half a block ({self.block // 2})"
-            )
 
 
 def synthesize_paper(
@@ -101,7 +69,7 @@ def synthesize_paper(
     exemplar
         (H, W, C) uint8, uint16 or float32, at least one block each way.
     surface
-        The surface: its shared edges are mended.
+        The surface: its shared edges are repaired.
     charts
         One chart per patch, in order, each at least a block each way.
     options
@@ -137,42 +105,53 @@ def synthesize_paper(
         int(np.random.default_rng(child).integers(candidates.count))
         for child in np.random.SeedSequence(seed).spawn(len(charts))
     ]
-    placed = [_block_placements(n, chart, options) for n, chart in enumerate(charts)]
+    layout, classes = _layout(surface, charts, exemplar.shape[:2], options)
+    blocks = [layout.chart_blocks(n, np.zeros(layout.block_grid(n), np.int32)) for n in range(len(charts))]
     canvases = _canvases(charts, candidates) if options.seams else None
 
     def cover(n: int) -> None:
         canvas = canvases[n] if canvases is not None else _canvases([charts[n]], candidates)[0]
-        _cover_chart(canvas, charts[n], placed[n], firsts[n], candidates, options)
+        _cover_chart(canvas, layout, n, blocks[n], firsts[n], candidates)
 
     run_tasks(
         [partial(cover, n) for n in range(len(charts))], threads=threads, progress=progress, stage="blocks"
     )
-    cells = np.zeros(0, np.uint8)
+    masks: list[NDArray[np.uint8]] = []
     if canvases is not None:
-        mended, cells = _mend_seams(surface, charts, canvases, candidates, options, threads, progress)
-        placed += mended
-    placements = np.concatenate(placed)
-    order = np.argsort(placements["chart"], kind="stable")
-    return Quilt(tuple(charts), (exemplar.shape[0], exemplar.shape[1]), placements[order], cells)
+        strips, masks = _mend_seams(layout, classes, canvases, candidates, threads, progress)
+        blocks += strips
+    chosen = np.concatenate([layout.chosen(placed) for placed in blocks])
+    plan = StripPlan(layout, chosen, np.concatenate([np.zeros(0, np.uint8), *masks]))
+    return Quilt(tuple(charts), layout.exemplar_shape, plan)
 
 
-def _block_placements(index: int, chart: Chart, options: PaperOptions) -> NDArray[np.void]:
-    # Blocks in raster order, each a step of block - overlap after the one before; the last ones reach beyond
-    # the chart.
-    step = options.block - options.overlap
-    rows, columns = (max(1, -(-(size - options.overlap) // step)) for size in (chart.height, chart.width))
-    placements = np.zeros((rows, columns), PLACEMENT)
-    placements["chart"] = index
-    placements["row"] = (np.arange(rows) * step + options.block // 2)[:, None]
-    placements["column"] = np.arange(columns) * step + options.block // 2
-    placements["height"] = placements["width"] = options.block
-    placements["cells"] = -1
-    placements["mask"] = MASK_RAMP
-    placements["mask"][0, 0] = MASK_NONE
-    placements["ramp"] = options.overlap
-    placements["sides"][1:] |= SIDE_TOP
-    placements["sides"][:, 1:] |= SIDE_LEFT
-    return placements.reshape(-1)
+def _layout(
+    surface: Surface, charts: Sequence[Chart], shape: tuple[int, ...], options: PaperOptions
+) -> tuple[StripLayout, list[list[int]]]:
+    # Where blocks and strips lie, and the strips, as numbers, in classes that have no chart in common.
+    found = [strip_along(edge, charts, options.block) for edge in surface.shared if options.seams]
+    strips = [strip for strip in found if strip is not None]
+    if len(strips) < len(found):
+        logger.info(
+            "%d of %d shared edges meet at different texel sizes and are not repaired",
+            len(found) - len(strips),
+            len(found),
+        )
+    classes = color_classes([(strip.a, strip.b) for strip in strips])
+    ordered = tuple(strips[n] for members in classes for n in members)
+    ends = np.cumsum([0, *map(len, classes)]).tolist()
+    cell, feather = (2**options.levels // 2, FEATHER_PASSES) if strips else (0, 0)
+    layout = StripLayout(
+        tuple(charts),
+        (shape[0], shape[1]),
+        options.block,
+        options.overlap,
+        2**options.levels,
+        cell,
+        feather,
+        ordered,
+    )
+    return layout, [list(range(*ends[n : n + 2])) for n in range(len(classes))]
 
 
 def _canvases(charts: Sequence[Chart], candidates: Candidates) -> list[Canvas]:
@@ -189,15 +168,13 @@ def _canvases(charts: Sequence[Chart], candidates: Candidates) -> list[Canvas]:
 
 def _cover_chart(
     canvas: Canvas,
-    chart: Chart,
+    layout: StripLayout,
+    index: int,
     placements: NDArray[np.void],
     first: int,
     candidates: Candidates,
-    options: PaperOptions,
 ) -> None:
-    step = options.block - options.overlap
-    across = max(1, -(-(chart.width - options.overlap) // step))
-    down = len(placements) // across
+    down, across = layout.block_grid(index)
     # Few blocks a call: between two calls, Python can be interrupted.
     chunk = max(1, _BLOCKS_PER_CALL // across)
     for start in range(0, down, chunk):
@@ -205,121 +182,69 @@ def _cover_chart(
             canvas,
             placements,
             across,
-            start,
-            min(start + chunk, down),
+            (start, min(start + chunk, down)),
             first,
+            layout.overlap,
+            candidates.numbers,
             candidates.working,
-            candidates.channels,
-            candidates.tile,
-            options.overlap,
             candidates.table,
-            candidates.grid[1],
-            *candidates.shape,
             SYMMETRIES,
-            np.zeros(0, np.uint8),
         )
 
 
 def _mend_seams(
-    surface: Surface,
-    charts: Sequence[Chart],
+    layout: StripLayout,
+    classes: Sequence[Sequence[int]],
     canvases: Sequence[Canvas],
     candidates: Candidates,
-    options: PaperOptions,
     threads: int | None,
     progress: Progress | None,
-) -> tuple[list[NDArray[np.void]], NDArray[np.uint8]]:
-    maps = [_mendable(edge, charts, options.block) for edge in surface.shared]
-    edges = [found for found in maps if found is not None]
-    if len(edges) < len(maps):
-        logger.info(
-            "%d of %d shared edges meet at different texel sizes and are not mended",
-            len(maps) - len(edges),
-            len(maps),
-        )
-    side = 2 * options.block // candidates.tile
-    strips = [_edge_placements(edge, options, side * side) for edge in edges]
-    masks = [np.zeros(2 * len(strip[0]) * side * side, np.uint8) for strip in strips]
+) -> tuple[list[NDArray[np.void]], list[NDArray[np.uint8]]]:
+    # The strips' blocks on their charts A, and their masks, rows along the edge.
+    counts = [layout.blocks_along(strip) for strip in layout.strips]
+    strips = [layout.strip_blocks(n, np.zeros(count, np.int32)) for n, count in enumerate(counts)]
+    masks = [np.zeros((count, layout.side, layout.side), np.uint8) for count in counts]
     done = 0
 
     def report(_stage: str, count: int, _total: int) -> None:
         if progress is not None:
-            progress("seams", done + count, len(edges))
+            progress("seams", done + count, len(strips))
 
-    # Edges of one round have no chart in common: they can be mended side by side, in any order.
-    schedule = color_classes([(edge.chart_a, edge.chart_b) for edge in edges])
-    for members in schedule:
+    # Edges of one class have no chart in common: they can be repaired side by side, in any order.
+    for members in classes:
         tasks: list[Callable[[], object]] = [
-            partial(_mend_edge, edges[n], strips[n], masks[n], charts, canvases, candidates) for n in members
+            partial(_mend_edge, layout, n, strips[n], masks[n], canvases, candidates) for n in members
         ]
         run_tasks(tasks, threads=threads, progress=report)
         done += len(members)
-    mended, offset = [], 0
-    ordered = [n for members in schedule for n in members]
-    for n in ordered:
-        for strip in strips[n]:
-            strip["cells"] += offset
-            mended.append(strip)
-        offset += len(masks[n])
-    return mended, np.concatenate([np.zeros(0, np.uint8), *(masks[n] for n in ordered)])
-
-
-def _mendable(edge: SharedEdge, charts: Sequence[Chart], block: int) -> EdgeMap | None:
-    found = edge_map(edge, charts[edge.patch], charts[edge.other_patch])
-    return found if found is not None and found.length >= block else None
-
-
-def _edge_placements(
-    edge: EdgeMap, options: PaperOptions, cells: int
-) -> tuple[NDArray[np.void], NDArray[np.void]]:
-    # Edge blocks from the start of the edge, a step apart; the last one is moved back to end with it.
-    block, half, step = options.block, options.block // 2, options.block - options.overlap
-    count = -(-(edge.length - options.overlap) // step)
-    along = edge.start + np.minimum(np.arange(count) * step, edge.length - block) + half
-    on_a = np.zeros(count, PLACEMENT)
-    on_a["chart"] = edge.chart_a
-    on_a["row"], on_a["column"] = (along, edge.line) if edge.along_rows else (edge.line, along)
-    on_a["cells"] = np.arange(count) * 2 * cells
-    on_a["height"] = on_a["width"] = block
-    on_a["mask"], on_a["cell"], on_a["feather"] = MASK_CUT, 2**options.levels // 2, FEATHER_PASSES
-    on_b = on_a.copy()
-    on_b["chart"] = edge.chart_b
-    on_b["symmetry"] = edge.turn_b
-    on_b["cells"] += cells
-    # The rectangle's far corners, seen from B: its top left one is where the centre is counted from.
-    near = edge.to_b(on_a["row"] - half, on_a["column"] - half)
-    far = edge.to_b(on_a["row"] + half - 1, on_a["column"] + half - 1)
-    on_b["row"] = np.minimum(near[0], far[0]) + half
-    on_b["column"] = np.minimum(near[1], far[1]) + half
-    return on_a, on_b
+    turned = [
+        grids if strip.along_rows else grids.swapaxes(1, 2)
+        for strip, grids in zip(layout.strips, masks, strict=True)
+    ]
+    return [on_a for on_a, _ in strips], [grids.reshape(-1) for grids in turned]
 
 
 def _mend_edge(
-    edge: EdgeMap,
-    strips: tuple[NDArray[np.void], NDArray[np.void]],
-    cells: NDArray[np.uint8],
-    charts: Sequence[Chart],
+    layout: StripLayout,
+    index: int,
+    blocks: tuple[NDArray[np.void], NDArray[np.void]],
+    masks: NDArray[np.uint8],
     canvases: Sequence[Canvas],
     candidates: Candidates,
 ) -> None:
-    a, b = edge.chart_a, edge.chart_b
-    for start in range(0, len(strips[0]), _BLOCKS_PER_CALL):
+    strip = layout.strips[index]
+    a, b = layout.charts[strip.a], layout.charts[strip.b]
+    for start in range(0, len(masks), _BLOCKS_PER_CALL):
         lay_edge_blocks(
-            canvases[a],
-            canvases[b],
-            (charts[a].height, charts[a].width),
-            (charts[b].height, charts[b].width),
-            edge.map_b,
-            edge.along_rows,
-            *strips,
-            cells,
-            start,
-            min(start + _BLOCKS_PER_CALL, len(strips[0])),
+            (canvases[strip.a], canvases[strip.b]),
+            ((a.height, a.width), (b.height, b.width)),
+            layout.map_to_b(strip),
+            strip.along_rows,
+            blocks,
+            masks,
+            (start, min(start + _BLOCKS_PER_CALL, len(masks))),
+            candidates.numbers,
             candidates.working,
-            candidates.channels,
-            candidates.tile,
             candidates.table,
-            candidates.grid[1],
-            *candidates.shape,
             SYMMETRIES,
         )

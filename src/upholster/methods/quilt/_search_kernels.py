@@ -8,12 +8,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.jit import inline, kernel
+from upholster.jit import allocating_kernel, inline, shared
+from upholster.methods.quilt._block_numbers import ChoiceScratch, LayNumbers, Span
+from upholster.types import int64
 
-__all__ = ["draw", "judge", "mean_boxes", "search", "sort_kept"]
+__all__ = ["draw", "mean_boxes", "search"]
 
 
-@kernel
+@allocating_kernel
 def mean_boxes(
     image: NDArray[np.uint8], height: int, width: int, channels: int, step: int
 ) -> NDArray[np.float32]:
@@ -48,7 +50,7 @@ def draw(state: NDArray[np.uint64], count: Any) -> Any:
     z = state[0]
     z = (z ^ (z >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
     z = (z ^ (z >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-    return np.int64((z ^ (z >> np.uint64(31))) % np.uint64(count))
+    return int64((z ^ (z >> np.uint64(31))) % np.uint64(count))
 
 
 @inline
@@ -89,8 +91,8 @@ def _keep(
 
 
 @inline
-def sort_kept(heap: NDArray[np.float32], kept: NDArray[np.int64], size: int) -> None:
-    """Sort what `search` kept by cost, then by place: the cheapest first."""
+def _sort_kept(heap: NDArray[np.float32], kept: NDArray[np.int64], size: int) -> None:
+    # Sorts what was kept by cost, then by place: the cheapest first.
     for n in range(1, size):
         value, place = heap[n], kept[n]
         m = n
@@ -101,97 +103,67 @@ def sort_kept(heap: NDArray[np.float32], kept: NDArray[np.int64], size: int) -> 
 
 
 @inline
-def search(
-    plane: NDArray[np.float32],
-    width: int,
-    step: int,
-    bounds: tuple[int, int, int, int],
+def _add_features(
+    flat: NDArray[np.float32],
+    base: int,
     features: NDArray[np.int64],
-    values: NDArray[np.float32],
+    means: NDArray[np.float32],
     count: int,
-    penalties: NDArray[np.float64],
-    stride: int,
-    most: int,
-    costs: NDArray[np.float32],
-    heap: NDArray[np.float32],
-    kept: NDArray[np.int64],
-) -> int:
+    part: NDArray[np.float32],
+) -> None:
+    # Adds each feature's squared difference to the costs of a row of candidates. Eight features a pass: an
+    # eighth of the loads and stores of the sums.
+    f = 0
+    while f + 8 <= count:
+        pa, pb = flat[base + features[f, 0] :], flat[base + features[f + 1, 0] :]
+        pc, pd = flat[base + features[f + 2, 0] :], flat[base + features[f + 3, 0] :]
+        pe, pf = flat[base + features[f + 4, 0] :], flat[base + features[f + 5, 0] :]
+        pg, ph = flat[base + features[f + 6, 0] :], flat[base + features[f + 7, 0] :]
+        va, vb, vc, vd = means[f], means[f + 1], means[f + 2], means[f + 3]
+        ve, vf, vg, vh = means[f + 4], means[f + 5], means[f + 6], means[f + 7]
+        for x in range(part.shape[0]):
+            da, db, dc, dd = pa[x] - va, pb[x] - vb, pc[x] - vc, pd[x] - vd
+            de, df, dg, dh = pe[x] - ve, pf[x] - vf, pg[x] - vg, ph[x] - vh
+            part[x] += ((da * da + db * db) + (dc * dc + dd * dd)) + (
+                (de * de + df * df) + (dg * dg + dh * dh)
+            )
+        f += 8
+    while f < count:
+        pa, va = flat[base + features[f, 0] :], means[f]
+        for x in range(part.shape[0]):
+            da = pa[x] - va
+            part[x] += da * da
+        f += 1
+
+
+@shared
+def search(
+    plane: NDArray[np.float32], numbers: LayNumbers, span: Span, count: int, choice: ChoiceScratch
+) -> Any:
     """Find the candidates with the least sum of squared differences of boxes, and of penalties; how many.
 
-    Candidates are every `step`-th pixel of rows and columns `bounds` (first and last row, first and last
-    column). Feature f < `count` compares ``values[f]`` with the box ``features[2f]`` rows down and
-    ``features[2f + 1]`` columns right of the candidate. `penalties` holds one number for each `stride`-th
-    pixel, which counts once for each feature. `kept` gets the candidates as row · width + column; `costs` and
-    `heap` are scratch.
+    `plane` is `mean_boxes`'. Candidates are every `step`-th pixel of a span; the first `count` features are
+    compared, for each of which a candidate's penalty counts once. They go to `kept`, from 2 on.
     """
-    first_y, last_y, first_x, last_x = bounds
-    columns = (width + step - 1) // step
+    step, features, penalties = numbers.step, choice.features, choice.penalties
+    columns = (numbers.width + step - 1) // step
     area = plane.size // (step * step)
     flat = plane.reshape(-1)
-    # Where each feature's box lies for the first candidate.
+    # In a feature's first number, where its box lies for the first candidate.
     for f in range(count):
-        y, x = first_y + features[2 * f], first_x + features[2 * f + 1]
-        features[f] = (y % step * step + x % step) * area + y // step * columns + x // step
-    size = (last_x - first_x) // step + 1
-    part = costs[:size]
-    found = 0
-    for k in range((last_y - first_y) // step + 1):
-        y = first_y + k * step
-        line = penalties[min(y // stride, penalties.shape[0] - 1)]
-        for x in range(size):
-            part[x] = line[min((first_x + x * step) // stride, penalties.shape[1] - 1)] * count
-        base = k * columns
-        f = 0
-        while f + 8 <= count:  # eight features a pass: an eighth of the loads and stores of the sums
-            pa, pb = flat[base + features[f] :], flat[base + features[f + 1] :]
-            pc, pd = flat[base + features[f + 2] :], flat[base + features[f + 3] :]
-            pe, pf = flat[base + features[f + 4] :], flat[base + features[f + 5] :]
-            pg, ph = flat[base + features[f + 6] :], flat[base + features[f + 7] :]
-            va, vb, vc, vd = values[f], values[f + 1], values[f + 2], values[f + 3]
-            ve, vf, vg, vh = values[f + 4], values[f + 5], values[f + 6], values[f + 7]
-            for x in range(size):
-                da, db, dc, dd = pa[x] - va, pb[x] - vb, pc[x] - vc, pd[x] - vd
-                de, df, dg, dh = pe[x] - ve, pf[x] - vf, pg[x] - vg, ph[x] - vh
-                part[x] += ((da * da + db * db) + (dc * dc + dd * dd)) + (
-                    (de * de + df * df) + (dg * dg + dh * dh)
-                )
-            f += 8
-        while f < count:
-            pa = flat[base + features[f] :]
-            va = values[f]
-            for x in range(size):
-                da = pa[x] - va
-                part[x] += da * da
-            f += 1
-        found = _keep(part, y * width + first_x, step, most, heap, kept, found)
-    sort_kept(heap, kept, found)
+        y, x = span.first_y + features[f, 0], span.first_x + features[f, 1]
+        features[f, 0] = (y % step * step + x % step) * area + y // step * columns + x // step
+    size = (span.last_x - span.first_x) // step + 1
+    part, kept = choice.costs[:size], choice.kept[2:]
+    found = int64(0)
+    for k in range((span.last_y - span.first_y) // step + 1):
+        y = span.first_y + k * step
+        line = penalties[min(y // numbers.usage_step, penalties.shape[0] - 1)]
+        for n in range(size):
+            x = min((span.first_x + n * step) // numbers.usage_step, penalties.shape[1] - 1)
+            part[n] = line[x] * count
+        _add_features(flat, k * columns, features, choice.means, count, part)
+        first = y * numbers.width + span.first_x
+        found = _keep(part, first, step, numbers.shortlist, choice.heap, kept, found)
+    _sort_kept(choice.heap, kept, found)
     return found
-
-
-@inline
-def judge(
-    image: NDArray[np.uint8],
-    channels: int,
-    place: Any,
-    offsets: NDArray[np.int32],
-    values: NDArray[np.int32],
-    count: int,
-    start: Any,
-    limit: Any,
-) -> Any:
-    """Return `start` and the squared differences of all samples; more than `limit` if it is more.
-
-    Sample t < `count` compares ``values[t · channels …]`` with the pixel ``offsets[t]`` after `place`.
-    Samples are taken far from each other first, and no more of them once the limit is passed.
-    """
-    total: Any = start
-    chunks = max(1, count // 24)
-    for chunk in range(chunks):
-        for t in range(chunk, count, chunks):
-            at = (place + offsets[t]) * channels
-            for k in range(channels):
-                d = np.int32(image[at + k]) - values[t * channels + k]
-                total += d * d
-        if total > limit:
-            break
-    return total

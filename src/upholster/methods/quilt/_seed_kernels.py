@@ -3,94 +3,153 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.jit import spliced
-from upholster.methods._cut_kernels import cut_grid
+from upholster.jit import inline, shared
+from upholster.methods._cut_kernels import FREE, NEW, OLD, OUTSIDE, cut_grid
+from upholster.methods.quilt._block_numbers import BlockTexels, CutScratch, LayNumbers
 
-__all__ = ["OUTSIDE", "cut", "seed_labels"]
+__all__ = ["cut_block"]
 
-FREE, OLD, NEW, OUTSIDE = 0, 1, 2, 3
+# What a cell's texels are, in bits: something laid, something a finished chart's, something bare.
+_LAID, _CLOSED, _BARE = 1, 2, 4
 
 
-@spliced
-def seed_labels(
-    missing: NDArray[np.int32],
-    marks: NDArray[np.int32],
-    covered: NDArray[np.uint8],
-    around_rows: NDArray[np.int64],
-    around_columns: NDArray[np.int64],
-    cell: int,
-    cell_columns: int,
-    seeds: NDArray[np.int8],
+@inline
+def _compare(
+    image: NDArray[np.uint8],
+    numbers: LayNumbers,
+    top: int,
+    left: int,
+    base: int,
+    texels: BlockTexels,
+    scratch: CutScratch,
+) -> None:
+    # Fills `errors`, squared differences between the source at pixel `base` and what is laid, summed over
+    # each cell; `marks`, what a cell's texels are; and `missing`, 1 where one is bare and needed.
+    cell, channels, sample = numbers.mask_cell, numbers.channels, numbers.sample
+    across = numbers.block_width // cell
+    for at in range(scratch.errors.shape[0]):
+        scratch.errors[at], scratch.missing[at], scratch.marks[at] = 0, 0, 0
+    for i in range(numbers.block_height):
+        compared = i % sample == 0
+        needed = numbers.need_top <= top + i < numbers.need_bottom
+        for j in range(numbers.block_width):
+            at = i // cell * across + j // cell
+            mark = texels.marks[i, j]
+            scratch.marks[at] |= mark
+            if mark & _LAID == 0:
+                scratch.marks[at] |= _BARE
+                if needed and numbers.need_left <= left + j < numbers.need_right:
+                    scratch.missing[at] = 1
+            elif compared and j % sample == 0:
+                place = (base + texels.ys[i, j] * numbers.width + texels.xs[i, j]) * channels
+                for k in range(channels):
+                    d = np.int32(image[place + k]) - np.int32(texels.old[i, j * channels + k])
+                    scratch.errors[at] += d * d
+
+
+@inline
+def _touches_missing(missing: NDArray[np.int32], rows: int, columns: int, a: int, b: int) -> bool:
+    # Whether something is missing in one of the cells round a cell.
+    found = 0
+    for i in range(max(a - 1, 0), min(a + 2, rows)):
+        for j in range(max(b - 1, 0), min(b + 2, columns)):
+            found |= missing[i * columns + j]
+    return found != 0
+
+
+@inline
+def _goes_on(
+    covered: NDArray[np.uint8], texels: BlockTexels, cell: int, rows: int, columns: int, a: int, b: int
+) -> bool:
+    # Whether a cell on the block's rim has something laid right beyond that rim.
+    r, c = texels.rows[a * cell + 1], texels.columns[b * cell + 1]
+    above, below = texels.rows[0], texels.rows[texels.rows.shape[0] - 1]
+    left, right = texels.columns[0], texels.columns[texels.columns.shape[0] - 1]
+    found = 0
+    if a == 0 and above >= 0:
+        found |= covered[above, c]
+    if b == 0 and left >= 0:
+        found |= covered[r, left]
+    if a == rows - 1 and below >= 0:
+        found |= covered[below, c]
+    if b == columns - 1 and right >= 0:
+        found |= covered[r, right]
+    return found & 1 != 0
+
+
+@inline
+def _label_seeds(
+    covered: NDArray[np.uint8], texels: BlockTexels, cell: int, columns: int, scratch: CutScratch
 ) -> int:
-    """Tell which cells stay old and which become new, whatever it costs; bit 0: some old, bit 1: some new.
-
-    New is what is bare and `missing` (then out of the grid), and what is round it, so that feathering never
-    meets bare texels. Old is what a finished chart shows, and the block's rim where its chart goes on.
-
-    `marks` tells what a cell's texels are: bit 0 something laid, 1 a finished chart's, 2 something bare.
-    `around_rows`, `around_columns` are the canvas's rows and columns of the block and one more each way.
-    """
-    cell_rows = seeds.shape[0] // cell_columns
+    # Tells which cells stay old and which become new, whatever it costs; bit 0: some old, bit 1: some new.
+    # New is what is bare and missing (then out of the grid), and what is round it, so that feathering never
+    # meets bare texels. Old is what a finished chart shows, and the block's rim where its chart goes on.
+    marks, missing, seeds = scratch.marks, scratch.missing, scratch.seeds
+    rows = seeds.shape[0] // columns
     kinds = 0
-    for a in range(cell_rows):
-        for b in range(cell_columns):
-            at = a * cell_columns + b
+    for a in range(rows):
+        for b in range(columns):
+            at = a * columns + b
             kind = FREE
             if missing[at]:
                 kind = OUTSIDE
-            elif marks[at] & 4:
+            elif marks[at] & _BARE:
                 # Bare, but where nobody needs it: a finished chart's, or beyond reach. What is needed beside
                 # it must not be feathered against it.
-                kind = OLD if marks[at] & 2 else OUTSIDE
-                for i in range(max(a - 1, 0), min(a + 2, cell_rows)):
-                    for j in range(max(b - 1, 0), min(b + 2, cell_columns)):
-                        if missing[i * cell_columns + j]:
-                            kind = OUTSIDE
-            else:
-                for i in range(max(a - 1, 0), min(a + 2, cell_rows)):
-                    for j in range(max(b - 1, 0), min(b + 2, cell_columns)):
-                        if missing[i * cell_columns + j]:
-                            kind = NEW
-                if kind == FREE and marks[at] & 2:
-                    kind = OLD
-                if kind == FREE and (a == 0 or b == 0 or a == cell_rows - 1 or b == cell_columns - 1):
-                    r, c = around_rows[a * cell + 1], around_columns[b * cell + 1]
-                    above, below = around_rows[0], around_rows[around_rows.shape[0] - 1]
-                    left, right = around_columns[0], around_columns[around_columns.shape[0] - 1]
-                    if (
-                        (a == 0 and above >= 0 and covered[above, c] & 1)
-                        or (b == 0 and left >= 0 and covered[r, left] & 1)
-                        or (a == cell_rows - 1 and below >= 0 and covered[below, c] & 1)
-                        or (b == cell_columns - 1 and right >= 0 and covered[r, right] & 1)
-                    ):
-                        kind = OLD
+                beside = _touches_missing(missing, rows, columns, a, b)
+                kind = OLD if marks[at] & _CLOSED and not beside else OUTSIDE
+            elif _touches_missing(missing, rows, columns, a, b):
+                kind = NEW
+            elif marks[at] & _CLOSED or _goes_on(covered, texels, cell, rows, columns, a, b):
+                kind = OLD
             seeds[at] = kind
             kinds |= (kind == OLD) | (kind == NEW) << 1
     return kinds
 
 
-@spliced
-def cut(
-    errors: NDArray[np.int64],
-    seeds: NDArray[np.int8],
-    cell_columns: int,
-    residual: NDArray[np.int64],
-    work: NDArray[np.int32],
-    mask: NDArray[np.uint8],
-) -> None:
-    """Find the minimum cut between cells held old and new; a step costs 1 at least, to keep it short.
-
-    `errors` are squared differences summed over each cell; `residual`, `work` are scratch; `mask`: 1 = new.
-    """
-    residual[:] = 0
+@inline
+def _cut(columns: int, scratch: CutScratch, mask: NDArray[np.uint8]) -> None:
+    # The minimum cut between cells held old and new; a step costs 1 at least, to keep it short.
+    errors, seeds, residual = scratch.errors, scratch.seeds, scratch.residual
+    for at in range(seeds.shape[0]):
+        for side in range(4):
+            residual[side, at] = 0
     for at in range(seeds.shape[0]):
         if seeds[at] != OUTSIDE:
-            if (at + 1) % cell_columns and seeds[at + 1] != OUTSIDE:
-                residual[0, at] = residual[2, at + 1] = errors[at] + errors[at + 1] + 1
-            below = at + cell_columns
+            if (at + 1) % columns and seeds[at + 1] != OUTSIDE:
+                cost = errors[at] + errors[at + 1] + 1
+                residual[0, at], residual[2, at + 1] = cost, cost
+            below = at + columns
             if below < seeds.shape[0] and seeds[below] != OUTSIDE:
-                residual[1, at] = residual[3, below] = errors[at] + errors[below] + 1
-    cut_grid(residual, seeds, cell_columns, work, mask)
-    for at in range(seeds.shape[0]):
-        if seeds[at] == OUTSIDE:
+                cost = errors[at] + errors[below] + 1
+                residual[1, at], residual[3, below] = cost, cost
+    cut_grid(residual, seeds, columns, scratch.work, mask)
+
+
+@shared
+def cut_block(
+    covered: NDArray[np.uint8],
+    image: NDArray[np.uint8],
+    numbers: LayNumbers,
+    top: int,
+    left: int,
+    base: int,
+    texels: BlockTexels,
+    scratch: CutScratch,
+    mask: NDArray[np.uint8],
+) -> None:
+    """Cut a block against what is laid; `mask` receives which of its cells are new.
+
+    `top`, `left` are its first texel, `base` the pixel that its centre reads; the rest as in `lay_blocks`.
+    """
+    columns = numbers.block_width // numbers.mask_cell
+    _compare(image, numbers, top, left, base, texels, scratch)
+    kinds = _label_seeds(covered, texels, numbers.mask_cell, columns, scratch)
+    both = kinds == 3
+    if both:
+        _cut(columns, scratch, mask)
+    for at in range(mask.shape[0]):
+        if scratch.seeds[at] == OUTSIDE:
             mask[at] = 1
+        elif not both:  # all new, or nothing but what is bare
+            mask[at] = 1 if kinds == 2 else 0

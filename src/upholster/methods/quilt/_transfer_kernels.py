@@ -5,22 +5,25 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.jit import inline, kernel
+from upholster.jit import allocating_kernel, inline, kernel
 from upholster.quilt._field_kernels import displacement, matrix_at
-from upholster.quilt._paint_kernels import SYMMETRIES
+from upholster.quilt.placement import SYMMETRIES
+from upholster.types import int64
 
 __all__ = ["lay_transferred", "transfer_masks"]
 
 
 @inline
+def _off(border: Any, centre: Any, count: Any, cell: int) -> Any:
+    # How far a border lies from the nearest one of `count` cells round a centre.
+    apart = (border - (centre - count * cell // 2 - 0.5)) / cell
+    return abs(apart - np.rint(apart))
+
+
+@inline
 def _nudge(border: Any, centre: Any, count: Any, cell: int) -> int:
     # 1 where count + 1 cells round a centre come to lie nearer to a border than count.
-    off = np.empty(2)
-    for more in range(2):
-        start = centre - (count + more) * cell // 2 - 0.5
-        apart = (border - start) / cell
-        off[more] = abs(apart - np.rint(apart))
-    return 1 if off[1] < off[0] else 0
+    return 1 if _off(border, centre, count + 1, cell) < _off(border, centre, count, cell) else 0
 
 
 @kernel
@@ -51,11 +54,11 @@ def transfer_masks(
         spread = 2 * size
         a, b, c, d = places[n, 2], places[n, 3], places[n, 4], places[n, 5]
         determinant = a * d - b * c
-        row, column = np.int64(np.rint(places[n, 0])), np.int64(np.rint(places[n, 1]))
+        row, column = int64(np.rint(places[n, 0])), int64(np.rint(places[n, 1]))
         # Half the extents of the rectangle's image.
         tall = 0.5 * (abs(d) * h + abs(b) * w) / abs(determinant)
         wide = 0.5 * (abs(c) * h + abs(a) * w) / abs(determinant)
-        rows, columns = np.int64(np.ceil(2 * tall / cell)) + 5, np.int64(np.ceil(2 * wide / cell)) + 5
+        rows, columns = int64(np.ceil(2 * tall / cell)) + 5, int64(np.ceil(2 * wide / cell)) + 5
         # One cell more, if that brings the cells' borders nearer to those they have on their own chart.
         if abs(a) > 0.5 * abs(b):
             rows += _nudge(places[n, 0] - (h // 2 + 0.5) / a, row, rows, cell)
@@ -70,8 +73,8 @@ def transfer_masks(
             y = top + i * cell + 0.5 * (cell - 1) - places[n, 0]
             for j in range(columns):
                 x = left + j * cell + 0.5 * (cell - 1) - places[n, 1]
-                r = np.int64(np.floor(a * y + b * x + 0.5)) + h // 2
-                s = np.int64(np.floor(c * y + d * x + 0.5)) + w // 2
+                r = int64(np.floor(a * y + b * x + 0.5)) + h // 2
+                s = int64(np.floor(c * y + d * x + 0.5)) + w // 2
                 y_there, x_there = r + placements[n, 0] - h // 2, s + placements[n, 1] - w // 2
                 inside = bounds[0] <= y_there < bounds[1] and bounds[2] <= x_there < bounds[3]
                 new = 0
@@ -90,7 +93,7 @@ def transfer_masks(
     return int(count)
 
 
-@kernel
+@allocating_kernel
 def lay_transferred(
     canvas: NDArray[np.uint8],
     covered: NDArray[np.uint8],
@@ -103,24 +106,21 @@ def lay_transferred(
     transferred: NDArray[np.int32],
     cells: NDArray[np.uint8],
 ) -> None:
-    """Lay what other charts' blocks leave on this one: `transferred` (n, 8) in order, `cells` their masks.
+    """Lay what other charts' blocks leave on this one: `transferred` (n, 12) in order, `cells` their masks.
 
-    Columns: row, column, height, width, source row and column in 1/16 pixel, turn, where the cells start. A
+    Columns: row, column, height, width, source row and column in 1/16 pixel, turn, where the cells
+    start, then the centre matrix. A
     texel counts as covered where the feathered mask is whole: its cell and the eight round it are.
     """
     image_height, image_width, channels, level = sizes
     for n in range(transferred.shape[0]):
-        row, column, height, width = (
-            transferred[n, 0],
-            transferred[n, 1],
-            transferred[n, 2],
-            transferred[n, 3],
-        )
+        row, column = int64(transferred[n, 0]), int64(transferred[n, 1])
+        height, width = int64(transferred[n, 2]), int64(transferred[n, 3])
         top, left = row - height // 2, column - width // 2
         rows, columns = (height + cell - 1) // cell, (width + cell - 1) // cell
         mask = cells[transferred[n, 7] : transferred[n, 7] + rows * columns]
         symmetry = SYMMETRIES[transferred[n, 6]]
-        centre = matrix_at(matrices, margin, row, column)
+        centre = (transferred[n, 8], transferred[n, 9], transferred[n, 10], transferred[n, 11])
         whole = np.zeros(rows * columns, np.uint8)
         for a in range(1, rows - 1):
             for b in range(1, columns - 1):

@@ -10,7 +10,7 @@ __all__ = ["pca_features"]
 
 
 def pca_features(image: PixelArray, *, most: int = 4) -> tuple[NDArray[np.uint8], float]:
-    """Return an image as the search sees it: its main colours, in whole numbers of 0 to 255.
+    """Return what the search compares of an image: its main colours, in whole numbers of 0 to 255.
 
     The samples' principal components, in order of their variance, as many as hold 99 % of it. All are scaled
     alike, so that distances stay what they were; the first spans 0 to 255. The directions are rounded, so

@@ -5,9 +5,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from upholster.methods.quilt._lay_kernels import COLUMN, LAID, LEFT, ROW, TOP
-from upholster.quilt.model import Chart
-from upholster.quilt.warp_field import WarpField, matrices_at
+from upholster.methods.quilt._block_numbers import COLUMN, LAID, LEFT, ROW, TOP
+from upholster.quilt.chart import Chart
+from upholster.quilt.warp_field import WarpField
 from upholster.types import FloatArray, IntArray
 
 __all__ = ["BlockGrid"]
@@ -36,12 +36,12 @@ class BlockGrid:
         The pyramid's level whose pixels come nearest to its texels.
     sample
         Texels per pixel of that level: of so many texels each way, one is looked at.
-    cell
+    mask_cell
         Size of a mask's cells in texels.
     feather
         Smoothing passes of masks.
     height, width
-        Of a block, in texels: a multiple of `cell`.
+        Of a block, in texels: a multiple of `mask_cell`.
     overlap_rows, overlap_columns
         With the block before, in texels.
     wrap
@@ -49,10 +49,10 @@ class BlockGrid:
     """
 
     chart: Chart
-    field: WarpField | None
+    field: WarpField
     level: int
     sample: int
-    cell: int
+    mask_cell: int
     feather: int
     height: int
     width: int
@@ -64,11 +64,12 @@ class BlockGrid:
     def of(
         cls,
         chart: Chart,
-        field: WarpField | None,
+        field: WarpField,
         exemplar_shape: tuple[int, int],
         block: int,
         overlap: int | None,
         *,
+        copied: bool = False,
         wrap: bool = False,
     ) -> "BlockGrid":
         """Fit blocks of given size in exemplar pixels to a chart.
@@ -79,6 +80,8 @@ class BlockGrid:
             (height, width) in pixels: a block reads at most three quarters of it.
         block, overlap
             In pixels; an overlap of None is three tenths of a block.
+        copied
+            Whether blocks must lie inside the exemplar, for their texels are copies of whole pixels.
         wrap
             Whether the chart's opposite edges meet: a block then takes half of it at most.
         """
@@ -98,7 +101,7 @@ class BlockGrid:
             wanted = np.minimum(wanted, (chart.height // 2, chart.width // 2))
         for texels, pixels in zip(wanted, exemplar_shape, strict=True):
             side = cell * max(2, int(np.rint(texels / cell)))
-            if field is None:  # it must lie inside the exemplar
+            if copied:  # it must lie inside the exemplar
                 side = max(cell, min(side, pixels // cell * cell))
             sides.append(side)
             # At least one box of features deep.
@@ -110,7 +113,7 @@ class BlockGrid:
     @property
     def cells(self) -> int:
         """How many cells a block's mask has."""
-        return self.height // self.cell * (self.width // self.cell)
+        return self.height // self.mask_cell * (self.width // self.mask_cell)
 
     def need(self, open_sides: Set[int]) -> tuple[int, int, int, int]:
         """Return which texels to cover: rows from, to, columns from, to.
@@ -118,11 +121,14 @@ class BlockGrid:
         Parameters
         ----------
         open_sides
-            Edges (0 top, 1 right, 2 bottom, 3 left) at which a neighbour is still to come: there, blocks go
-            on for an overlap beyond the edge.
+            Edges (0 top, 1 right, 2 bottom, 3 left) at which a neighbour is not laid yet: there, blocks
+            continue for an overlap beyond the edge.
         """
         # A little more than an overlap: masks transferred over an edge lose their rims.
-        rows, columns = self.overlap_rows + 2 * self.cell + 8, self.overlap_columns + 2 * self.cell + 8
+        rows, columns = (
+            self.overlap_rows + 2 * self.mask_cell + 8,
+            self.overlap_columns + 2 * self.mask_cell + 8,
+        )
         return (
             -rows * (0 in open_sides),
             self.chart.height + rows * (2 in open_sides),
@@ -157,13 +163,11 @@ class BlockGrid:
         return (start + np.arange(count) * step).astype(np.int32)
 
 
-def _sizes(chart: Chart, field: WarpField | None) -> tuple[FloatArray, FloatArray]:
+def _sizes(chart: Chart, field: WarpField) -> tuple[FloatArray, FloatArray]:
     # Exemplar pixels per texel: the typical lengths of a step down and of one right; and, as a matrix, the
     # most rows and columns of the exemplar that either crosses.
-    if field is None:
-        return np.ones(2), np.eye(2)
     rows = np.linspace(0, chart.height - 1, min(9, chart.height))
     columns = np.linspace(0, chart.width - 1, min(9, chart.width))
-    matrices = matrices_at(field, *np.meshgrid(rows, columns, indexing="ij"))
+    matrices = field.at(*np.meshgrid(rows, columns, indexing="ij"))
     lengths = np.maximum(1e-3, np.linalg.norm(matrices, axis=-2)).reshape(-1, 2)
     return np.exp(np.log(lengths).mean(axis=0)), np.abs(matrices).reshape(-1, 2, 2).max(axis=0)

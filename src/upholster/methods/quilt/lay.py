@@ -1,4 +1,4 @@
-"""One chart of a quilt: what finished charts leave on it, then its own blocks."""
+"""One chart of a quilt: the blocks transferred from finished charts, then its own blocks."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -6,20 +6,22 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.methods.quilt import _lay_kernels as kernels
+from upholster.methods.quilt import _block_numbers as kernels
+from upholster.methods.quilt._block_numbers import ChartCanvas, LayNumbers, LayScratch, LayWeights, MatchImage
+from upholster.methods.quilt._lay_kernels import lay_blocks
 from upholster.methods.quilt._transfer_kernels import lay_transferred
 from upholster.methods.quilt.grid import BlockGrid
 from upholster.methods.quilt.match_pyramid import MatchPyramid
 from upholster.methods.quilt.transfer import ChartPlacements, joined
-from upholster.quilt.model import MASK_CUT, MASK_NONE, PLACEMENT, Chart
-from upholster.quilt.warp_field import UNIT
+from upholster.quilt.chart import Chart
+from upholster.quilt.displacement import centre_matrices
+from upholster.quilt.placement import MASK_CUT, MASK_NONE, PLACEMENT
 from upholster.types import FloatArray
 
 __all__ = ["lay_chart"]
 
 _BLOCKS_PER_CALL = 256
-_IDENTITY = np.array([[[UNIT, 0, 0, UNIT]]], np.int32)
-_TRANSFERRED = ("row", "column", "height", "width", "source_row", "source_column", "symmetry", "cells")
+_TRANSFERRED = ("row", "column", "height", "width", "source_row", "source_column", "symmetry", "first_cell")
 
 
 def lay_chart(
@@ -41,27 +43,29 @@ def lay_chart(
 
     Parameters
     ----------
-    index, raster
-        The chart and its blocks.
+    index, grid
+        The chart, and where its blocks lie.
     transferred, closed
-        What finished charts leave on it, and where it must stay so: see `Carrying`.
+        The blocks transferred from finished charts, and where these must stay as they are: see
+        `BlockTransfer.transferred_onto` and `BlockTransfer.closed`.
     open_sides
-        Edges at which a neighbour is still to come.
-    sights, use, weights, shortlist
-        As `lay_quilt` takes them.
+        Edges at which a neighbour is not laid yet.
+    match_pyramid, usage, weights, shortlist
+        What blocks are compared by; how much of the exemplar has been used; evenness, variety and tolerance;
+        how many candidates are judged at full resolution.
     wrap
         Whether its opposite edges meet.
     seed
         Of its own random numbers.
     number
-        Its first block's origin, see `Covering`.
+        Its first block's origin, see `ChartPlacements`.
 
     Returns
     -------
     placements
         All its placements.
-    use
-        Counts of use, its own blocks included.
+    usage
+        How much of the exemplar has been used, its own blocks included.
     """
     chart, field, match_level = grid.chart, grid.field, match_pyramid.levels[grid.level]
     need = grid.need(open_sides)
@@ -71,9 +75,10 @@ def lay_chart(
     rows, columns = chart.height + 2 * pads[0], chart.width + 2 * pads[1]
     canvas = np.zeros((rows, columns * match_level.channels), np.uint8)
     covered = np.zeros((rows, columns), np.uint8)
-    matrices, margin = (_IDENTITY, 0) if field is None else (field.matrices, field.margin)
+    matrices, margin = field.matrices, field.margin
     if len(transferred.placements):
         laid = np.stack([transferred.placements[name].astype(np.int32) for name in _TRANSFERRED], axis=1)
+        laid = np.concatenate([laid, centre_matrices(field, transferred.placements)], axis=1)
         sizes = match_level.height, match_level.width, match_level.channels, grid.level
         lay_transferred(
             canvas,
@@ -83,46 +88,57 @@ def lay_chart(
             matrices,
             margin,
             pads,
-            grid.cell,
+            grid.mask_cell,
             laid,
             transferred.cells,
         )
     for side, start, stop, rim in closed:
         covered[_beyond(chart, side, start, stop, rim, pads)] |= 2
-    p = np.zeros(kernels.PARAMETERS, np.int64)
-    p[kernels.HEIGHT], p[kernels.WIDTH], p[kernels.CHANNELS] = (
-        match_level.height,
-        match_level.width,
-        match_level.channels,
+    top, bottom, left, right = need
+    numbers = LayNumbers(
+        height=match_level.height,
+        width=match_level.width,
+        channels=match_level.channels,
+        level=grid.level,
+        step=match_level.step,
+        shortlist=shortlist,
+        usage_step=match_pyramid.stride(grid.level),
+        margin=margin,
+        origin_row=pads[0],
+        origin_column=pads[1],
+        wrap=int(wrap),
+        block_height=grid.height,
+        block_width=grid.width,
+        mask_cell=grid.mask_cell,
+        across=grid.across(need),
+        sample=grid.sample,
+        need_top=top,
+        need_bottom=bottom,
+        need_left=left,
+        need_right=right,
     )
-    p[kernels.LEVEL], p[kernels.MARGIN], p[kernels.WRAP] = grid.level, margin, wrap
-    p[kernels.ORIGIN_ROW], p[kernels.ORIGIN_COLUMN] = pads
-    p[kernels.BLOCK_HEIGHT], p[kernels.BLOCK_WIDTH] = grid.height, grid.width
-    p[kernels.SAMPLE], p[kernels.CELL], p[kernels.SHORTLIST] = grid.sample, grid.cell, shortlist
-    p[kernels.STEP], p[kernels.USAGE_STEP] = match_level.step, match_pyramid.stride(grid.level)
-    p[kernels.ACROSS] = grid.across(need)
-    p[kernels.NEED_TOP], p[kernels.NEED_BOTTOM], p[kernels.NEED_LEFT], p[kernels.NEED_RIGHT] = need
     used, state = usage.copy(), np.array([seed], np.uint64)
     cells = np.empty((len(blocks), grid.cells), np.uint8)
+    scratch = LayScratch.of(numbers, used)
     for start in range(0, len(blocks), _BLOCKS_PER_CALL):
         # Few blocks a call: between two calls, Python can be interrupted.
-        p[kernels.FIRST], p[kernels.LAST] = start, min(start + _BLOCKS_PER_CALL, len(blocks))
-        kernels.lay_blocks(
-            canvas,
-            covered,
-            match_level.image,
-            match_level.plane,
+        lay_blocks(
+            ChartCanvas(canvas, covered),
+            MatchImage(match_level.image, match_level.plane),
             matrices,
-            p,
-            weights,
+            numbers,
+            LayWeights(*weights.tolist()),
             used,
             state,
             blocks,
+            (start, min(start + _BLOCKS_PER_CALL, len(blocks))),
             cells,
+            scratch,
         )
     kept = np.flatnonzero(blocks[:, kernels.LAID])
     placed = _placements(index, grid, blocks[kept])
-    own = ChartPlacements(placed, cells[kept].reshape(-1), number + kept, np.zeros(len(kept), np.int64))
+    none = np.full((len(kept), 2), -1, np.int64)
+    own = ChartPlacements(placed, cells[kept].reshape(-1), number + kept, np.zeros(len(kept), np.int64), none)
     if wrap:
         own = _wrapped(own, chart)
     return replace(joined([transferred, own]), bounds=need), used
@@ -141,8 +157,8 @@ def _placements(index: int, grid: BlockGrid, blocks: NDArray[np.int32]) -> NDArr
     placed["height"], placed["width"] = grid.height, grid.width
     cut = blocks[:, kernels.LAID] == 1
     placed["mask"] = np.where(cut, MASK_CUT, MASK_NONE)
-    placed["cells"] = np.where(cut, np.arange(len(blocks)) * grid.cells, -1)
-    placed["cell"], placed["feather"] = np.where(cut, grid.cell, 0), np.where(cut, grid.feather, 0)
+    placed["first_cell"] = np.where(cut, np.arange(len(blocks)) * grid.cells, -1)
+    placed["mask_cell"], placed["feather"] = np.where(cut, grid.mask_cell, 0), np.where(cut, grid.feather, 0)
     return placed
 
 
@@ -176,4 +192,5 @@ def _wrapped(own: ChartPlacements, chart: Chart) -> ChartPlacements:
         order.append(np.flatnonzero(crossing) + 0.25 * (rows + 2 * columns))
     sequence = np.argsort(np.concatenate(order), kind="stable")
     zeros = np.zeros(len(sequence), np.int64)
-    return ChartPlacements(np.concatenate(parts)[sequence], own.cells, zeros, zeros)
+    none = np.full((len(sequence), 2), -1, np.int64)
+    return ChartPlacements(np.concatenate(parts)[sequence], own.cells, zeros, zeros, none)

@@ -1,4 +1,4 @@
-"""An exemplar as method "quilt" looks at it: the matching form and its boxes' means, level by level."""
+"""What method "quilt" compares blocks by: the exemplar's features and their boxes' means, level by level."""
 
 from dataclasses import dataclass
 
@@ -27,16 +27,16 @@ class MatchLevel:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class MatchPyramid:
-    """All levels that are looked at.
+    """All levels that blocks are compared on.
 
     Attributes
     ----------
     levels
         From the finest on.
     variance
-        Of the finest level's pixels, see `matching_form`.
-    lattice
-        Pixels of the finest level between two points at which use is counted.
+        Of the finest level's pixels, see `pca_features`.
+    usage_step
+        Pixels of the finest level between two points of the usage grid, on which usage is counted.
     """
 
     levels: tuple[MatchLevel, ...]
@@ -45,7 +45,7 @@ class MatchPyramid:
 
     @classmethod
     def of(cls, exemplar: PixelArray, last: int = 0) -> "MatchPyramid":
-        """Look at an exemplar (H, W, C), down to level `last`."""
+        """Make the levels of an exemplar (H, W, C), from 0 to `last`."""
         form, variance = pca_features(exemplar)
         image = form
         levels = []
@@ -63,11 +63,11 @@ class MatchPyramid:
         return cls(tuple(levels), variance, usage_step)
 
     def stride(self, level: int) -> int:
-        """Return how far the lattice's points lie apart in pixels of a level."""
+        """Return the distance of the usage grid's points in pixels of a level."""
         return self.usage_step >> level
 
     def empty_usage(self) -> NDArray[np.float64]:
-        """Return a lattice of zeros: nothing has been used yet."""
+        """Return a usage grid of zeros: nothing has been used yet."""
         first = self.levels[0]
         return np.zeros((-(-first.height // self.usage_step), -(-first.width // self.usage_step)))
 

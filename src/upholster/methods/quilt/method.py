@@ -1,9 +1,9 @@
 """Method "quilt": one texture over the whole surface, chart after chart, block after block.
 
-Charts are covered in rounds: those of one round do not touch. A chart begins with what its finished
-neighbours' blocks leave on it (`upholster.methods.quilt.transfer`); then its own blocks go on from there in
-raster order, each the best match of what it overlaps, cut along the least difference (`lay_quilt`). Where a
-neighbour is still to come, blocks reach beyond the edge, for the neighbour to go on from.
+Charts are laid in colour classes: those of one class do not touch. A chart first gets the blocks that reach
+it from its finished neighbours (`upholster.methods.quilt.transfer`). Then come its own blocks in raster
+order, each a good match of what it overlaps, cut along the least difference (`upholster.methods.quilt.lay`).
+Where a neighbour is not laid yet, blocks reach beyond the edge and are transferred to it later.
 """
 
 from collections.abc import Sequence
@@ -11,77 +11,45 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from upholster.charts.schedule import schedule
-from upholster.charts.seams import Transition, find_seams, transitions
+from upholster.charts.seams import ChartSeam, Transition, find_seams, transitions
 from upholster.errors import InputError
 from upholster.geometry import Surface
+from upholster.methods.quilt.emit import emit_list, emit_plan
 from upholster.methods.quilt.grid import BlockGrid
 from upholster.methods.quilt.lay import lay_chart
 from upholster.methods.quilt.match_pyramid import MatchPyramid
-from upholster.methods.quilt.transfer import BlockTransfer, ChartPlacements, joined
+from upholster.methods.quilt.transfer import BlockTransfer, ChartPlacements
+from upholster.options import SynthesisOptions
 from upholster.parallel import run_tasks
-from upholster.quilt.model import Chart, Quilt
-from upholster.quilt.warp_field import WarpField, node_count
+from upholster.quilt.chart import Chart
+from upholster.quilt.model import Quilt
+from upholster.quilt.plans import Plan
+from upholster.quilt.warp_field import WarpField
 from upholster.types import FloatArray, PixelArray, Progress
 
 __all__ = ["QuiltOptions", "synthesize_quilt"]
 
 
-@dataclass(frozen=True, slots=True)
-class QuiltOptions:
-    """Parameters of method "quilt".
+@dataclass(frozen=True, slots=True, kw_only=True)
+class QuiltOptions(SynthesisOptions):
+    """Options of method "quilt", all settled.
 
     Attributes
     ----------
     block
-        Side of a block in exemplar pixels, 8 to 512.
-    overlap
-        Width of the overlap with blocks before, in exemplar pixels: at least 4, at most half a block; None:
-        three tenths of a block.
-    evenness
-        How much it costs to use a part of the exemplar more than others: 0 (nothing) to 10, in variances of
-        the exemplar per mean use.
-    variety
-        How much it costs to use a part of the exemplar again within sight of itself, likewise.
-    slack
-        Blocks are chosen at random among those that cost at most this many times the best: 1 to 2.
-    shortlist
-        Candidates that are judged at full resolution: 1 to 4096.
-
-    Raises
-    ------
-    InputError
-        If they are out of range or do not fit together.
+        Side of a block in exemplar pixels.
     """
 
     block: int = 40
-    overlap: int | None = None
-    evenness: float = 0.2
-    variety: float = 0.2
-    tolerance: float = 1.1
-    shortlist: int = 32
-
-    def __post_init__(self) -> None:
-        if not 8 <= self.block <= 512:
-            raise InputError(f"block is {self.block}; allowed: 8 to 512")
-        if self.overlap is not None and not 4 <= self.overlap <= self.block // 2:
-            raise InputError(f"overlap is {self.overlap}; allowed: 4 to half a block ({self.block // 2})")
-        for name, value in (("evenness", self.evenness), ("variety", self.variety)):
-            if not 0 <= value <= 10:
-                raise InputError(f"{name} is {value}; allowed: 0 to 10")
-        if not 1 <= self.tolerance <= 2:
-            raise InputError(f"tolerance is {self.tolerance}; allowed: 1 to 2")
-        if not 1 <= self.shortlist <= 4096:
-            raise InputError(f"shortlist is {self.shortlist}; allowed: 1 to 4096")
 
 
 def synthesize_quilt(
     exemplar: PixelArray,
     surface: Surface,
     charts: Sequence[Chart],
-    fields: Sequence[WarpField | None] | None = None,
+    fields: Sequence[WarpField] | None = None,
     *,
     options: QuiltOptions | None = None,
     wrap: bool = False,
@@ -119,93 +87,124 @@ def synthesize_quilt(
         raise InputError(f"seed is {seed}; allowed: 0 to 2^63 - 1")
     if wrap and len(charts) != 1:
         raise InputError(f"{len(charts)} charts can not wrap; allowed: 1")
-    if not fields:
-        fields = (None,) * len(charts)
-    if len(charts) > 1:
-        # What is transferred from chart to chart may begin between pixels and end beyond the exemplar.
-        fields = [field or _identity(chart) for field, chart in zip(fields, charts, strict=True)]
+    fields = tuple(fields) if fields else (WarpField.identity(),) * len(charts)
+    seams = () if wrap else find_seams(surface, charts)
+    classes = [[0]] if wrap else schedule(surface, charts, seams)
+    run = _run(exemplar, surface, charts, fields, seams, options, wrap, seed)
+    finished: list[ChartPlacements | None] = [None] * len(charts)
+    usage = run.match_pyramid.empty_usage()
+    done = 0
+    for members in classes:
+        usage = _lay_class(run, members, finished, usage, done, threads, progress)
+        done += len(members)
+    laid = [part for part in finished if part is not None]
+    order = [n for members in classes for n in members]
+    plan: Plan = emit_list(charts, laid[0]) if wrap else emit_plan(charts, run.grids, laid, order)
+    return Quilt(tuple(charts), (exemplar.shape[0], exemplar.shape[1]), plan, fields)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Run:
+    """What stays the same while charts are laid.
+
+    Attributes
+    ----------
+    grids
+        Where each chart's own blocks lie.
+    transfer
+        How blocks get from chart to chart.
+    match_pyramid
+        The exemplar as blocks are compared by it.
+    weights
+        Evenness and variety, each times the exemplar's variance, and the tolerance of the choice.
+    seeds
+        Of each chart's random numbers.
+    shortlist
+        Candidates that are judged at full resolution.
+    wrap
+        Whether the one chart's opposite edges meet.
+    """
+
+    grids: list[BlockGrid]
+    transfer: BlockTransfer
+    match_pyramid: MatchPyramid
+    weights: FloatArray
+    seeds: list[int]
+    shortlist: int
+    wrap: bool
+
+
+def _run(
+    exemplar: PixelArray,
+    surface: Surface,
+    charts: Sequence[Chart],
+    fields: tuple[WarpField, ...],
+    seams: Sequence[ChartSeam],
+    options: QuiltOptions,
+    wrap: bool,
+    seed: int,
+) -> _Run:
+    # A block that is transferred may begin between pixels and end beyond the exemplar.
+    copied = len(charts) == 1 and fields[0].is_identity
+    shape = exemplar.shape[0], exemplar.shape[1]
     grids = [
-        BlockGrid.of(chart, field, exemplar.shape[:2], options.block, options.overlap, wrap=wrap)
+        BlockGrid.of(chart, field, shape, options.block, options.overlap, copied=copied, wrap=wrap)
         for chart, field in zip(charts, fields, strict=True)
     ]
     match_pyramid = MatchPyramid.of(exemplar, max(grid.level for grid in grids))
-    found = () if wrap else find_seams(surface, charts)
     onto: list[list[Transition]] = [[] for _ in charts]
-    for transition in transitions(surface, charts, found):
+    for transition in transitions(surface, charts, seams):
         if transition.seam.chart != transition.seam.other_chart:
             onto[transition.seam.other_chart].append(transition)
-    cells = tuple(grid.cell for grid in grids)
-    transfer = BlockTransfer(
-        charts, fields, onto, (exemplar.shape[0], exemplar.shape[1]), cells, grids[0].feather
-    )
+    cells = [grid.mask_cell for grid in grids]
+    transfer = BlockTransfer(charts, fields, onto, shape, cells, grids[0].feather)
+    variance = match_pyramid.variance
+    weights = np.array([options.evenness * variance, options.variety * variance, options.tolerance])
     seeds = [
         int(child.generate_state(1, np.uint64)[0])
         for child in np.random.SeedSequence(seed).spawn(len(charts))
     ]
-    weights = np.array(
-        [
-            options.evenness * match_pyramid.variance,
-            options.variety * match_pyramid.variance,
-            options.tolerance,
-        ]
-    )
-    finished: list[ChartPlacements | None] = [None] * len(charts)
-    usage = match_pyramid.empty_usage()
-    done = 0
+    return _Run(grids, transfer, match_pyramid, weights, seeds, options.shortlist, wrap)
+
+
+def _lay_class(
+    run: _Run,
+    members: list[int],
+    finished: list[ChartPlacements | None],
+    usage: FloatArray,
+    done: int,
+    threads: int | None,
+    progress: Progress | None,
+) -> FloatArray:
+    # Lays the charts of one colour class side by side, enters them among the finished ones, and returns the
+    # usage with theirs: each of them counted from the same state.
+    results: list[tuple[ChartPlacements, FloatArray] | None] = [None] * len(members)
+
+    def lay(k: int) -> None:
+        n = members[k]
+        results[k] = lay_chart(
+            n,
+            run.grids[n],
+            run.transfer.transferred_onto(n, finished),
+            run.transfer.open_sides(n, finished),
+            run.transfer.closed(n, finished),
+            run.match_pyramid,
+            usage,
+            run.weights,
+            shortlist=run.shortlist,
+            wrap=run.wrap,
+            seed=run.seeds[n],
+            number=(done + k) << 32,
+        )
 
     def report(_stage: str, count: int, _total: int) -> None:
         if progress is not None:
-            progress("blocks", done + count, len(charts))
+            progress("blocks", done + count, len(finished))
 
-    for members in schedule(surface, charts, found) if not wrap else [[0]]:
-        results: list[tuple[ChartPlacements, FloatArray] | None] = [None] * len(members)
-
-        def cover(
-            k: int,
-            members: list[int] = members,
-            results: list[tuple[ChartPlacements, FloatArray] | None] = results,
-            done: int = done,
-            usage: FloatArray = usage,
-        ) -> None:
-            n = members[k]
-            results[k] = lay_chart(
-                n,
-                grids[n],
-                transfer.transferred_onto(n, finished),
-                transfer.open_sides(n, finished),
-                transfer.closed(n, finished),
-                match_pyramid,
-                usage,
-                weights,
-                shortlist=options.shortlist,
-                wrap=wrap,
-                seed=seeds[n],
-                number=(done + k) << 32,
-            )
-
-        run_tasks([partial(cover, k) for k in range(len(members))], threads=threads, progress=report)
-        # Every chart of a round counted on from the same state.
-        before = usage
-        for n, result in zip(members, results, strict=True):
-            assert result is not None
-            finished[n] = result[0]
-            usage = usage + (result[1] - before)
-        done += len(members)
-    whole = joined([laid for laid in finished if laid is not None])
-    placed = whole.placements[_touching(whole.placements, charts)]
-    shape = exemplar.shape[0], exemplar.shape[1]
-    return Quilt(tuple(charts), shape, placed, whole.cells, tuple(fields) if any(fields) else ())
-
-
-def _touching(placed: NDArray[np.void], charts: Sequence[Chart]) -> NDArray[np.bool_]:
-    # What was transferred as far as a chart's surroundings, for its neighbours to see, need not be painted.
-    sizes = np.array([(chart.height, chart.width) for chart in charts])[placed["chart"]]
-    top, left = placed["row"] - placed["height"] // 2, placed["column"] - placed["width"] // 2
-    inside = (top < sizes[:, 0]) & (left < sizes[:, 1])
-    found: NDArray[np.bool_] = inside & (top + placed["height"] > 0) & (left + placed["width"] > 0)
-    return found
-
-
-def _identity(chart: Chart) -> WarpField:
-    shape = node_count(chart.height, 1), node_count(chart.width, 1), 4
-    return WarpField(np.zeros(shape, np.int16))
+    run_tasks([partial(lay, k) for k in range(len(members))], threads=threads, progress=report)
+    total = usage
+    for n, result in zip(members, results, strict=True):
+        assert result is not None
+        finished[n] = result[0]
+        total = total + (result[1] - usage)
+    return total

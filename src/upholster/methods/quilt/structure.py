@@ -1,4 +1,4 @@
-"""How large an exemplar's structure is, seen by its autocorrelation: what a block must hold."""
+"""How large an exemplar's structure is, by its autocorrelation: what a block must contain."""
 
 import numpy as np
 from numpy.typing import NDArray
@@ -7,7 +7,7 @@ from upholster.methods.quilt.features import pca_features
 from upholster.methods.working_form import working_form
 from upholster.types import FloatArray, IntArray, PixelArray
 
-__all__ = ["block_size", "shifted_products"]
+__all__ = ["RADIUS", "block_size", "correlation_peaks", "shifted_products"]
 
 _LOOKED_AT = 256
 """Pixels of the shorter side that are looked at: larger exemplars are reduced first."""
@@ -37,7 +37,7 @@ _REPEATING = 0.3
 _AS_HIGH = 0.75
 """How high a peak is, at least, that spans the lattice, as a share of the highest."""
 
-_RADIUS = 3
+RADIUS = 3
 """A peak is the highest value so many pixels round it."""
 
 
@@ -108,6 +108,39 @@ def shifted_products(plane: NDArray[np.int64] | FloatArray, reach: tuple[int, in
     return found
 
 
+def correlation_peaks(correlation: FloatArray, least: float) -> tuple[IntArray, IntArray]:
+    """Return where an autocorrelation is at least `least` and nowhere higher within `RADIUS` each way.
+
+    Parameters
+    ----------
+    correlation
+        (rows + 1, 2 · columns + 1), at shifts as `shifted_products` has them; larger than `RADIUS` each way.
+    least
+        Least height.
+
+    Returns
+    -------
+    rows, columns
+        (n,) the shifts, row by row: rows > 0, or rows = 0 and columns > 0. Of those so near the farthest
+        shifts that it may rise beyond, none.
+    """
+    height, middle = len(correlation), correlation.shape[1] // 2
+    # Rows above the centre mirror those below it.
+    whole = np.concatenate([correlation[:0:-1, ::-1], correlation])
+    size = 2 * RADIUS + 1
+    highest = whole[: -size + 1]
+    for k in range(1, size):
+        highest = np.maximum(highest, whole[k : len(whole) - size + 1 + k])
+    around = highest[:, : -size + 1]
+    for k in range(1, size):
+        around = np.maximum(around, highest[:, k : highest.shape[1] - size + 1 + k])
+    inner = whole[RADIUS:-RADIUS, RADIUS:-RADIUS]
+    rows, columns = np.nonzero((inner == around) & (inner >= least))
+    rows, columns = rows - (height - 1 - RADIUS), columns - (middle - RADIUS)
+    half = (rows > 0) | ((rows == 0) & (columns > 0))
+    return rows[half], columns[half]
+
+
 def _smooth(size: int) -> int:
     """Return the next size whose only factors are 2, 3 and 5: fast to transform."""
     while True:
@@ -155,23 +188,10 @@ def _element(products: FloatArray, pairs: IntArray, spread: float) -> float:
 
 def _cell(correlation: FloatArray) -> int:
     # Side of the square that holds a cell of the lattice at which the texture repeats; 0: it does not.
-    reach = len(correlation) - 1
-    whole = np.concatenate([correlation[:0:-1, ::-1], correlation])
-    size = 2 * _RADIUS + 1
-    highest = whole[: -size + 1]
-    for k in range(1, size):
-        highest = np.maximum(highest, whole[k : len(whole) - size + 1 + k])
-    around = highest[:, : -size + 1]
-    for k in range(1, size):
-        around = np.maximum(around, highest[:, k : highest.shape[1] - size + 1 + k])
-    inner = whole[_RADIUS:-_RADIUS, _RADIUS:-_RADIUS]
-    rows, columns = np.nonzero((inner == around) & (inner >= _REPEATING))
-    rows, columns = rows - (reach - _RADIUS), columns - (reach - _RADIUS)
-    half = (rows > 0) | ((rows == 0) & (columns > 0))
-    rows, columns = rows[half], columns[half]
+    rows, columns = correlation_peaks(correlation, _REPEATING)
     if not len(rows):
         return 0
-    heights = correlation[rows, reach + columns]
+    heights = correlation[rows, len(correlation) - 1 + columns]
     high = heights >= _AS_HIGH * heights.max()
     rows, columns = rows[high], columns[high]
     lengths = rows**2 + columns**2

@@ -1,12 +1,11 @@
-"""What the blocks of finished charts leave on a chart: placements of the same sources, seen from it.
+"""Transferring blocks from finished charts to a chart: one more placement there, of the same source.
 
-A block that reaches beyond its chart's edge is laid on the neighbour as well, first of all, so that the
-neighbour's own blocks go on from it exactly as they do from each other: no chart border is mended, for none
-is made.
+A block that reaches beyond its chart's edge is laid on the neighbour as well, before the neighbour's own
+blocks. These overlap it and match it exactly as they do each other, so charts have no seams to repair.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -14,16 +13,16 @@ from numpy.typing import NDArray
 
 from upholster.charts.seams import Transition
 from upholster.methods.quilt._transfer_kernels import transfer_masks
-from upholster.quilt._paint_kernels import SYMMETRIES
-from upholster.quilt.model import MASK_CUT, PLACEMENT, Chart
-from upholster.quilt.warp import LARGEST_WARPED
-from upholster.quilt.warp_field import WarpField, matrices_at
-from upholster.types import FloatArray
+from upholster.quilt.chart import Chart
+from upholster.quilt.displacement import centre_matrices, displacements
+from upholster.quilt.placement import LARGEST_WARPED, MASK_CUT, MATRIX_UNIT, PLACEMENT, SYMMETRIES
+from upholster.quilt.warp_field import UNIT, WarpField
+from upholster.types import FloatArray, IntArray
 
 __all__ = ["BlockTransfer", "ChartPlacements", "joined"]
 
 _WORST_TURN = 25.0
-"""Degrees: where directions on two charts differ more than this from quarter turns, nothing is laid."""
+"""Degrees: nothing is transferred where directions on two charts differ more from quarter turns."""
 
 _WINDOW = 16
 """Cells to either side of a corner within which blocks may matter to the chart beyond it."""
@@ -32,6 +31,13 @@ _RIM = 1
 """Cells inside the edge of a finished neighbour that stay as its blocks left them."""
 
 _EDGE_SAMPLES = 5
+
+_WORST_FIT = 0.4
+"""Pixels by which two charts may show a block apart along their seam before it gets a matrix of its own."""
+
+_STIFFNESS = 30.0
+"""How much a fitted matrix is held to what is expected of it: square pixels per (pixel per texel)²."""
+
 _MOST_CELLS = 2**22
 
 
@@ -50,14 +56,18 @@ class ChartPlacements:
         keeps its number on every chart that it is transferred onto.
     steps
         (n,) int64: across how many edges each has been transferred from its own chart.
+    parents
+        (n, 2) int64: from which block each was transferred, as chart and place among that chart's
+        placements; -1, -1 if it is the chart's own.
     bounds
-        Rows from, to, columns from, to: where they count. Beyond, neighbours are on their own.
+        Rows from, to, columns from, to: where they count. Beyond, they are not transferred.
     """
 
     placements: NDArray[np.void]
     cells: NDArray[np.uint8]
     origins: NDArray[np.int64]
     steps: NDArray[np.int64]
+    parents: NDArray[np.int64]
     bounds: tuple[int, int, int, int] = (-(2**30), 2**30, -(2**30), 2**30)
 
 
@@ -66,12 +76,13 @@ def joined(parts: Sequence[ChartPlacements]) -> ChartPlacements:
     starts = np.cumsum([0, *(len(part.cells) for part in parts)])
     placements = np.concatenate([np.zeros(0, PLACEMENT), *(part.placements for part in parts)])
     shift = np.repeat(starts[:-1], [len(part.placements) for part in parts])
-    placements["cells"] += np.where(placements["cells"] >= 0, shift, 0).astype(np.int32)
+    placements["first_cell"] += np.where(placements["first_cell"] >= 0, shift, 0).astype(np.int32)
     return ChartPlacements(
         placements,
         np.concatenate([np.zeros(0, np.uint8), *(part.cells for part in parts)]),
         np.concatenate([np.zeros(0, np.int64), *(part.origins for part in parts)]),
         np.concatenate([np.zeros(0, np.int64), *(part.steps for part in parts)]),
+        np.concatenate([np.zeros((0, 2), np.int64), *(part.parents for part in parts)]),
     )
 
 
@@ -87,52 +98,53 @@ class BlockTransfer:
         Per chart, the transitions from each seam's other chart onto it.
     exemplar_shape
         (height, width) in pixels.
-    cells
+    mask_cells
         Per chart, the size of masks' cells in texels.
     feather
         Smoothing passes of masks.
     """
 
     charts: Sequence[Chart]
-    fields: Sequence[WarpField | None]
+    fields: Sequence[WarpField]
     onto: Sequence[Sequence[Transition]]
     exemplar_shape: tuple[int, int]
-    cells: Sequence[int]
+    mask_cells: Sequence[int]
     feather: int = 2
 
     def transferred_onto(self, chart: int, finished: Sequence[ChartPlacements | None]) -> ChartPlacements:
-        """Collect what finished charts leave on a chart: neighbours, and those that meet it only in a corner.
+        """Collect the blocks that reach a chart from finished ones: neighbours, and those across a corner.
 
         Parameters
         ----------
         chart
             Its index.
-        placements
-            Those of finished charts, None elsewhere.
+        finished
+            The placements of finished charts, None elsewhere.
 
         Returns
         -------
-        Covering
+        ChartPlacements
             In the order of synthesis; a block more than once where ways round a corner disagree about it.
         """
         parts = []
         for transition in self.onto[chart]:
             laid = finished[transition.seam.chart]
             if laid is not None:
-                parts.append(self._transferred(transition, laid))
+                parts.append(self._transferred(transition, _as_parents(transition.seam.chart, laid)))
                 continue
-            # Round a corner, over the chart between, which is still bare.
+            # Across a corner, over the chart in between, which is not laid yet.
             for corner in self._corners(transition, finished):
                 beyond = finished[corner.transition.seam.chart]
                 assert beyond is not None
-                between = self._transferred(corner.transition, beyond, corner.window)
+                seen = _as_parents(corner.transition.seam.chart, beyond)
+                between = self._transferred(corner.transition, seen, corner.window)
                 if between is not None:
                     parts.append(self._transferred(transition, between))
         found = joined([part for part in parts if part is not None])
         return _distinct(found)
 
     def open_sides(self, chart: int, finished: Sequence[ChartPlacements | None]) -> set[int]:
-        """Return the edges of a chart at which a neighbour is still to come."""
+        """Return the edges of a chart at which a neighbour is not laid yet."""
         return {
             transition.seam.other_edge
             for transition in self.onto[chart]
@@ -154,7 +166,7 @@ class BlockTransfer:
         for transition in self.onto[chart]:
             seam = transition.seam
             edge, here = seam.other_edge, self.charts[chart]
-            rim = _RIM * self.cells[chart]
+            rim = _RIM * self.mask_cells[chart]
             length = here.height if edge & 1 else here.width
             start, stop = sorted((seam.other_start, seam.other_stop))
             if finished[seam.chart] is not None:
@@ -167,7 +179,7 @@ class BlockTransfer:
         return found
 
     def _corners(self, transition: Transition, finished: Sequence[ChartPlacements | None]) -> list["_Corner"]:
-        # Finished charts round either end of the seam of two charts that are not: seen from the first.
+        # Finished charts at either end of the seam of two charts that are not finished.
         seam = transition.seam
         between = self.charts[seam.chart]
         length = between.height if seam.edge & 1 else between.width
@@ -189,7 +201,7 @@ class BlockTransfer:
             ends = (far.other_start, far.start), (far.other_stop, far.stop)
             place = min(ends, key=lambda end: abs(end[0] - corner))
             if abs(place[0] - corner) < 0.5:
-                window = float(_WINDOW * self.cells[far.chart])
+                window = float(_WINDOW * self.mask_cells[far.chart])
                 found.append(_Corner(other, low, (place[1] - window, place[1] + window)))
         return found
 
@@ -197,12 +209,12 @@ class BlockTransfer:
         self, transition: Transition, laid: ChartPlacements, window: tuple[float, float] | None = None
     ) -> ChartPlacements | None:
         seam, chart = transition.seam, transition.seam.other_chart
-        old, here, cell = self.charts[seam.chart], self.charts[chart], self.cells[chart]
+        old, here, cell = self.charts[seam.chart], self.charts[chart], self.mask_cells[chart]
         ends = (seam.start, seam.stop)
         if window is not None:
             ends = (max(ends[0], window[0]), min(ends[1], window[1]))
         placed, low, high = _overhanging(
-            laid.placements, old, seam.edge, ends, 2 * self.cells[seam.chart] + 2
+            laid.placements, old, seam.edge, ends, 2 * self.mask_cells[seam.chart] + 2
         )
         chosen = np.flatnonzero(placed)
         block = laid.placements[chosen]
@@ -220,28 +232,38 @@ class BlockTransfer:
         chosen, block, places, symmetry = chosen[fits], block[fits], places[fits], symmetry[fits]
         if not len(block):
             return None
-        sources = _sources(transition, block, before, after, places, symmetry, low[fits], high[fits])
+        sources, matrices, centred = _fitted(
+            transition, block, before, after, places, symmetry, low[fits], high[fits]
+        )
         out, masks = _masks(block, laid, places, cell, here)
         kept = (out[:, 4] >= 0) & (out[:, 2:4].max(axis=1) <= LARGEST_WARPED)
         result = np.zeros(int(kept.sum()), PLACEMENT)
         result["chart"] = chart
-        for n, name in enumerate(("row", "column", "height", "width", "cells")):
+        for n, name in enumerate(("row", "column", "height", "width", "first_cell")):
             result[name] = out[kept, n]
-        whole = 16 if after is None else 1
         for n, name in enumerate(("source_row", "source_column")):
             most = 16 * (self.exemplar_shape[n] - 1)
-            result[name] = np.clip(whole * np.rint(sources[kept, n] / whole), 0, most)
-        result["symmetry"] = symmetry[kept]
-        result["mask"], result["cell"], result["feather"] = MASK_CUT, cell, self.feather
-        origins, steps = laid.origins[chosen[kept]], laid.steps[chosen[kept]] + 1
-        return ChartPlacements(result, masks, origins, steps)
+            result[name] = np.clip(np.rint(sources[kept, n]), 0, most)
+        result["symmetry"], result["centred"] = symmetry[kept], centred[kept]
+        result["matrix"] = np.where(centred[kept, None], matrices[kept], 0)
+        result["mask"], result["mask_cell"], result["feather"] = MASK_CUT, cell, self.feather
+        chosen = chosen[kept]
+        return ChartPlacements(
+            result, masks, laid.origins[chosen], laid.steps[chosen] + 1, laid.parents[chosen]
+        )
+
+
+def _as_parents(chart: int, laid: ChartPlacements) -> ChartPlacements:
+    # A finished chart's placements, as those that others are transferred from.
+    count = len(laid.placements)
+    parents = np.stack([np.full(count, chart, np.int64), np.arange(count, dtype=np.int64)], axis=1)
+    return replace(laid, parents=parents)
 
 
 def _distinct(found: ChartPlacements) -> ChartPlacements:
     # One version of each block, in painting order: that which was transferred over the fewest edges, which
-    # lies
-    # most truly. Others that lie in the same place add to its mask; those that lie elsewhere come before it,
-    # and show where it does not.
+    # lies most truly. Others that lie in the same place add to its mask; those that lie elsewhere come before
+    # it, and show where it does not.
     order = np.lexsort((found.steps, found.origins))
     _, first, which = np.unique(found.origins[order], return_index=True, return_inverse=True)
     block = found.placements[order]
@@ -256,16 +278,18 @@ def _distinct(found: ChartPlacements) -> ChartPlacements:
     apart[first] = True
     kept = order[apart]
     kept = kept[np.lexsort((-found.steps[kept], found.origins[kept]))]
-    return ChartPlacements(found.placements[kept], found.cells, found.origins[kept], found.steps[kept])
+    return ChartPlacements(
+        found.placements[kept], found.cells, found.origins[kept], found.steps[kept], found.parents[kept]
+    )
 
 
 def _add_mask(cells: NDArray[np.uint8], one: np.void, other: np.void) -> None:
     # Adds another version of a block's mask, which lies in about the same place, to one.
-    size = int(one["cell"])
+    size = int(one["mask_cell"])
     grids, places = [], []
     for block in (one, other):
         rows, columns = -(-int(block["height"]) // size), -(-int(block["width"]) // size)
-        start = int(block["cells"])
+        start = int(block["first_cell"])
         grids.append(cells[start : start + rows * columns].reshape(rows, columns))
         places.append((block["row"] - block["height"] // 2, block["column"] - block["width"] // 2))
     here, there = grids
@@ -281,7 +305,7 @@ def _add_mask(cells: NDArray[np.uint8], one: np.void, other: np.void) -> None:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Corner:
-    """A finished chart round a corner.
+    """A finished chart across a corner.
 
     Attributes
     ----------
@@ -301,14 +325,14 @@ class _Corner:
 def _masks(
     block: NDArray[np.void], laid: ChartPlacements, places: FloatArray, cell: int, here: Chart
 ) -> tuple[NDArray[np.int32], NDArray[np.uint8]]:
-    # The masks as the other chart sees them, see `carry_masks`.
+    # The masks on the other chart, see `transfer_masks`.
     area = (block["height"] + 8.0 * cell) * (block["width"] + 8.0 * cell)
     area /= np.abs(places[:, 2] * places[:, 5] - places[:, 3] * places[:, 4])
     masks = np.empty(min(_MOST_CELLS, int(4 * area.sum() / cell**2) + 64 * len(block)), np.uint8)
     out = np.empty((len(block), 5), np.int32)
     columns = [block[name].astype(np.int32) for name in ("row", "column", "height", "width")]
-    columns.append(np.maximum(1, block["cell"]).astype(np.int32))
-    columns += [(block["mask"] == MASK_CUT).astype(np.int32), block["cells"]]
+    columns.append(np.maximum(1, block["mask_cell"]).astype(np.int32))
+    columns += [(block["mask"] == MASK_CUT).astype(np.int32), block["first_cell"]]
     count = transfer_masks(
         np.stack(columns, axis=1),
         laid.cells,
@@ -344,16 +368,16 @@ def _overhanging(
 
 def _symmetries(
     block: NDArray[np.void],
-    old: WarpField | None,
-    new: WarpField | None,
+    old: WarpField,
+    new: WarpField,
     places: FloatArray,
     back: FloatArray,
 ) -> tuple[NDArray[np.uint8], NDArray[np.bool_]]:
     # The turn that a block has on the other chart, and whether it fits that chart's directions.
     turned = SYMMETRIES[block["symmetry"]].reshape(-1, 2, 2)
-    before = turned @ matrices_at(old, block["row"].astype(np.float64), block["column"].astype(np.float64))
+    before = turned @ (centre_matrices(old, block).reshape(-1, 2, 2) / float(UNIT))
     here: FloatArray = np.rint(places)
-    wanted = before @ back @ np.linalg.inv(matrices_at(new, here[:, 0], here[:, 1]))
+    wanted = before @ back @ np.linalg.inv(new.at(here[:, 0], here[:, 1]))
     wanted /= np.sqrt(np.maximum(1e-12, np.abs(np.linalg.det(wanted))))[:, None, None]
     likeness = np.einsum("nij,tij->nt", wanted, SYMMETRIES.reshape(-1, 2, 2).astype(np.float64))
     symmetry = likeness.argmax(axis=1)
@@ -361,17 +385,49 @@ def _symmetries(
     return symmetry.astype(np.uint8), fits
 
 
-def _sources(
+def _fitted(
     transition: Transition,
     block: NDArray[np.void],
-    old: WarpField | None,
-    new: WarpField | None,
+    old: WarpField,
+    new: WarpField,
     places: FloatArray,
     symmetry: NDArray[np.uint8],
     low: FloatArray,
     high: FloatArray,
-) -> FloatArray:
-    # The sources, in 1/16 pixel, with which either chart shows the same along the edge: means over samples.
+) -> tuple[FloatArray, IntArray, NDArray[np.bool_]]:
+    # The sources, in 1/16 pixel, and the centre matrices, in 1/4096 pixel per texel, with which both charts
+    # show the same along the seam; and which blocks need such a matrix of their own. Where M at the centre
+    # does as well, it serves: it takes no bytes.
+    here, there = _along_seam(transition, low, high)
+    centres = centre_matrices(old, block).reshape(-1, 2, 2) / float(UNIT)
+    row, column = block["row"].astype(np.float64), block["column"].astype(np.float64)
+    turned, back = SYMMETRIES[block["symmetry"]].reshape(-1, 2, 2), SYMMETRIES[symmetry].reshape(-1, 2, 2)
+    back = back.swapaxes(1, 2)  # the inverse: symmetries are orthogonal
+    start = np.stack([block["source_row"], block["source_column"]], axis=1) / 16.0
+    seen = start[:, None] + _applied(turned, displacements(old, centres, row, column, *here))
+    # From here on in the frame that the block has before its symmetry on the new chart.
+    seen = _applied(back, seen)
+    row, column = np.rint(places[:, 0]), np.rint(places[:, 1])
+    plain = new.integers_at(row.astype(np.int32), column.astype(np.int32)).astype(np.int64)
+    expected = back @ turned @ centres @ places[:, 2:].reshape(-1, 2, 2)
+    fit = _fit(seen, expected, new, row, column, *there).reshape(-1, 4) * UNIT
+    own = plain + MATRIX_UNIT * np.rint((fit - plain) / MATRIX_UNIT).astype(np.int64)
+    found = []
+    for matrices in (plain, own):
+        read = displacements(new, matrices.reshape(-1, 2, 2) / float(UNIT), row, column, *there)
+        source = (seen - read).mean(axis=1)
+        found.append((source, np.abs(seen - read - source[:, None]).max(axis=(1, 2))))
+    (source, error), (own_source, own_error) = found
+    centred = (error > _WORST_FIT) & (own_error < 0.75 * error) & _sound(own, plain)
+    chosen = np.where(centred[:, None], own_source, source)
+    forth = SYMMETRIES[symmetry].reshape(-1, 2, 2)
+    return 16.0 * _applied(forth, chosen[:, None])[:, 0], own.astype(np.int32), centred
+
+
+def _along_seam(
+    transition: Transition, low: FloatArray, high: FloatArray
+) -> tuple[tuple[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]:
+    # Corresponding places along the seam, from `low` to `high` of each block, on either chart: rows, columns.
     seam = transition.seam
     shares = (np.arange(_EDGE_SAMPLES) + 0.5) / _EDGE_SAMPLES
     along = low[:, None] + (high - low)[:, None] * shares
@@ -385,25 +441,37 @@ def _sources(
     ):
         across = np.full_like(place, line)
         texels.append((place, across) if edge & 1 else (across, place))
-    read = _displacement(old, block["row"], block["column"], block["symmetry"], *texels[0])
-    seen = _displacement(new, np.rint(places[:, 0]), np.rint(places[:, 1]), symmetry, *texels[1])
-    start = np.stack([block["source_row"], block["source_column"]], axis=1).astype(np.float64)
-    found: FloatArray = start + 16.0 * (read - seen).mean(axis=1)
-    return found
+    return texels[0], texels[1]
 
 
-def _displacement(
-    field: WarpField | None,
-    row: NDArray[Any],
-    column: NDArray[Any],
-    symmetry: NDArray[np.uint8],
+def _fit(
+    seen: FloatArray,
+    expected: FloatArray,
+    field: WarpField,
+    row: FloatArray,
+    column: FloatArray,
     rows: FloatArray,
     columns: FloatArray,
 ) -> FloatArray:
-    # How far from its source a block reads at some texels (n, k), in pixels.
-    row, column = row.astype(np.float64), column.astype(np.float64)
-    mean = 0.5 * (matrices_at(field, row, column)[:, None] + matrices_at(field, rows, columns))
+    # Least squares over places along the seam: what source and centre matrix C show there what is `seen`
+    # (n, k, 2), with C near to what is `expected` (n, 2, 2): a seam is a line, and tells half of it.
     step = np.stack([rows - row[:, None], columns - column[:, None]], axis=2)
-    turned = SYMMETRIES[symmetry].reshape(-1, 1, 2, 2)
-    found: FloatArray = ((turned @ mean) @ step[..., None])[..., 0]
-    return found
+    known = displacements(field, expected, row, column, rows, columns)
+    rest = seen - known
+    rest = rest - rest.mean(axis=1, keepdims=True)
+    lever = 0.5 * (step - step.mean(axis=1, keepdims=True))
+    square = np.einsum("nka,nkb->nab", lever, lever) + _STIFFNESS * np.eye(2)
+    change = np.einsum("nka,nkb->nab", rest, lever) @ np.linalg.inv(square)
+    return np.asarray(expected + change, np.float64)
+
+
+def _sound(own: NDArray[np.int64], plain: NDArray[np.int64]) -> NDArray[np.bool_]:
+    # Whether a centre matrix is still near M: a fit to a short piece of a seam may be far off.
+    apart, size = np.abs(own - plain).max(axis=1), np.abs(plain).max(axis=1)
+    keeps_sides = own[:, 0] * own[:, 3] - own[:, 1] * own[:, 2] > 0
+    return np.asarray(keeps_sides & (2 * apart < size))
+
+
+def _applied(matrices: NDArray[Any], vectors: FloatArray) -> FloatArray:
+    # Matrices (n, 2, 2) applied to vectors (n, k, 2).
+    return np.asarray(np.einsum("nab,nkb->nka", matrices, vectors), np.float64)

@@ -1,0 +1,91 @@
+"""Options of a command, made of the fields of an options dataclass; names, defaults and help are there."""
+
+import functools
+import inspect
+from collections.abc import Callable, Collection
+from dataclasses import Field, fields, is_dataclass
+from typing import Annotated, Any
+
+import typer
+
+from upholster.cli.console import byte_count, numbers, texel_count
+from upholster.options import chosen
+
+__all__ = ["spelled_out"]
+
+_Read = Callable[[str], Any]
+_Write = Callable[[Any], str]
+
+_AS_TEXT: dict[str, tuple[_Read, _Write]] = {
+    "texels": (texel_count, str),
+    "direction": (str, str),
+    "texture": (str, str),
+    "size": (lambda text: numbers("size", text, "x", 2, int), lambda size: f"{size[0]}x{size[1]}"),
+    "view": (lambda text: numbers("view", text, ",", 2, float), lambda view: f"{view[0]:g},{view[1]:g}"),
+    "stream_bytes": (lambda text: byte_count("bytes", text), str),
+}
+"""How values are read and written that are no plain number, word or switch on the command line."""
+
+
+def spelled_out(*, without: Collection[str] = ()) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """Make a command take the fields of its options dataclasses as options, each where the dataclass stands.
+
+    The command itself is called with the dataclasses, made of what was written on the command line.
+
+    Parameters
+    ----------
+    without
+        Panels whose options this command does not have.
+    """
+
+    def spell_out(command: Callable[..., None]) -> Callable[..., None]:
+        own: list[inspect.Parameter] = [_parameter("context", typer.Context)]
+        kinds: dict[str, tuple[Any, list[Field[Any]]]] = {}
+        for parameter in inspect.signature(command).parameters.values():
+            kind = parameter.annotation
+            if is_dataclass(kind):
+                entries = [entry for entry in fields(kind) if entry.metadata["panel"] not in without]
+                kinds[parameter.name] = kind, entries
+                own += [_option(entry) for entry in entries]
+            else:
+                own.append(parameter.replace(kind=inspect.Parameter.KEYWORD_ONLY))
+
+        @functools.wraps(command)
+        def run(context: typer.Context, **values: Any) -> None:
+            for name, (kind, entries) in kinds.items():
+                texts = {entry.name: values.pop(entry.name) for entry in entries}
+                # What was not written is not given: a default of the other method was not chosen.
+                given = {
+                    key: _AS_TEXT[key][0](value) if key in _AS_TEXT else value
+                    for key, value in texts.items()
+                    if _is_written(context, key)
+                }
+                values[name] = chosen(kind, **given)
+            command(**values)
+
+        run.__signature__ = inspect.Signature(own)  # type: ignore[attr-defined]
+        run.__annotations__ = {parameter.name: parameter.annotation for parameter in own}
+        return run
+
+    return spell_out
+
+
+def _option(entry: "Field[Any]") -> inspect.Parameter:
+    about = entry.metadata
+    name = about["flag"] or "--" + entry.name.replace("_", "-")
+    # A switch that is on has a name to turn it off.
+    names = f"{name}/--no-{name[2:]}" if entry.default is True else name
+    kind, default = entry.type, entry.default
+    if entry.name in _AS_TEXT:
+        kind, default = (str | None, None) if default is None else (str, _AS_TEXT[entry.name][1](default))
+    option = typer.Option(names, help=about["help"], metavar=about["metavar"], rich_help_panel=about["panel"])
+    return _parameter(entry.name, Annotated[kind, option], default)
+
+
+def _parameter(name: str, annotation: Any, default: Any = inspect.Parameter.empty) -> inspect.Parameter:
+    return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, annotation=annotation, default=default)
+
+
+def _is_written(context: typer.Context, name: str) -> bool:
+    source = context.get_parameter_source(name)
+    return source is not None and source.name != "DEFAULT"

@@ -1,0 +1,257 @@
+"""Choosing a block's source: candidates by boxes' means, judged by texels, refined; one of the best is drawn.
+
+Candidates are every `step`-th pixel at which the block reads inside the exemplar. Those that differ least in
+boxes' means are judged by the texels themselves (every other one, as on a chessboard), with the neighbours'
+continuations and then the pixels round the best ones.
+"""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from upholster.jit import inline, shared
+from upholster.methods.quilt._block_numbers import (
+    COLUMN,
+    LAID,
+    LEFT,
+    REFINED,
+    ROW,
+    SOURCE_COLUMN,
+    SOURCE_ROW,
+    BlockTexels,
+    ChoiceScratch,
+    LayNumbers,
+    LayWeights,
+    MatchImage,
+    Span,
+    pixel_at,
+    position_of,
+    splat_tent,
+)
+from upholster.methods.quilt._search_kernels import draw, search
+from upholster.quilt._field_kernels import displacement, matrix_at
+from upholster.types import int64
+
+__all__ = ["choose_source"]
+
+_BIG = int64(2**60)
+
+
+@inline
+def _penalise(
+    usage: NDArray[np.float64],
+    numbers: LayNumbers,
+    weights: LayWeights,
+    blocks: NDArray[np.int32],
+    n: int,
+    span: Span,
+    penalties: NDArray[np.float64],
+) -> None:
+    # What is used more than the rest, or by blocks near by, costs more.
+    mean = 0.0
+    for i in range(usage.shape[0]):
+        for j in range(usage.shape[1]):
+            mean += usage[i, j]
+    mean /= usage.size
+    for i in range(usage.shape[0]):
+        for j in range(usage.shape[1]):
+            more = max(0.0, usage[i, j] / mean - 1.0) if mean > 0.0 else 0.0
+            penalties[i, j] = weights.evenness * more
+    if weights.variety <= 0.0:
+        return
+    tall, wide = max(1, span.high_y - span.low_y), max(1, span.high_x - span.low_x)
+    for m in range(n - 1, max(-1, n - 2 * numbers.across - 3), -1):
+        near_rows = abs(blocks[m, ROW] - blocks[n, ROW]) < 2 * numbers.block_height
+        near_columns = abs(blocks[m, COLUMN] - blocks[n, COLUMN]) < 2 * numbers.block_width
+        if blocks[m, LAID] and near_rows and near_columns:
+            y = pixel_at(int64(blocks[m, SOURCE_ROW]), numbers.level)
+            x = pixel_at(int64(blocks[m, SOURCE_COLUMN]), numbers.level)
+            splat_tent(penalties, numbers.usage_step, y, x, tall // 2 + 1, wide // 2 + 1, weights.variety)
+
+
+@inline
+def _list_features(numbers: LayNumbers, span: Span, texels: BlockTexels, choice: ChoiceScratch) -> Any:
+    # Lists the means of boxes that are laid entirely; returns how many there are.
+    sample, channels, ys, xs = numbers.sample, numbers.channels, texels.ys, texels.xs
+    box = 4 * sample
+    count = int64(0)
+    for a in range(0, numbers.block_height - box + 1, box):
+        for b in range(0, numbers.block_width - box + 1, box):
+            total, whole = int64(0), True
+            for i in range(a, a + box, sample):
+                for j in range(b, b + box, sample):
+                    whole = whole and texels.marks[i, j] & 1 != 0
+                    total += int64(texels.old[i, j * channels])
+            if whole:
+                # The box's middle falls midway between two texels', 1½ pixels from the first of four.
+                i, j = a + box // 2, b + box // 2
+                y, x = (ys[i - 1, j - 1] + ys[i, j] - 3) >> 1, (xs[i - 1, j - 1] + xs[i, j] - 3) >> 1
+                choice.features[count, 0] = max(min(y, span.high_y - 3), span.low_y)
+                choice.features[count, 1] = max(min(x, span.high_x - 3), span.low_x)
+                choice.means[count] = (total + 8) >> 4
+                count += 1
+    return count
+
+
+@inline
+def _list_samples(numbers: LayNumbers, texels: BlockTexels, choice: ChoiceScratch) -> Any:
+    # Lists every other laid texel, as on a chessboard; returns how many there are.
+    sample, channels, width = numbers.sample, numbers.channels, numbers.width
+    count = int64(0)
+    for i in range(0, numbers.block_height, sample):
+        for j in range((i // sample & 1) * sample, numbers.block_width, 2 * sample):
+            if texels.marks[i, j] & 1:
+                choice.offsets[count] = texels.ys[i, j] * width + texels.xs[i, j]
+                for k in range(channels):
+                    choice.values[count * channels + k] = texels.old[i, j * channels + k]
+                count += 1
+    return count
+
+
+@inline
+def _list_continued(
+    matrices: NDArray[np.int32],
+    numbers: LayNumbers,
+    blocks: NDArray[np.int32],
+    n: int,
+    span: Span,
+    choice: ChoiceScratch,
+) -> Any:
+    # Enters what continues the left and the upper neighbour before candidate 2; returns the first candidate.
+    block, margin, level, continued = blocks[n], numbers.margin, numbers.level, choice.continued
+    row, column = int64(block[ROW]), int64(block[COLUMN])
+    centre = matrix_at(matrices, margin, row, column)
+    start = int64(2)
+    for side in range(2):
+        m = block[LEFT + side]
+        continued[side, 0] = -1
+        if m >= 0 and blocks[m, LAID]:
+            its_row, its_column = int64(blocks[m, ROW]), int64(blocks[m, COLUMN])
+            other = matrix_at(matrices, margin, its_row, its_column)
+            down, right = displacement(other, centre, row - its_row, column - its_column)
+            source_row, source_column = down + blocks[m, SOURCE_ROW], right + blocks[m, SOURCE_COLUMN]
+            y, x = pixel_at(source_row, level), pixel_at(source_column, level)
+            if span.first_y <= y <= span.last_y and span.first_x <= x <= span.last_x:
+                start -= 1
+                choice.kept[start] = y * numbers.width + x
+                continued[side, 0] = choice.kept[start]
+                continued[side, 1], continued[side, 2] = source_row, source_column
+    return start
+
+
+@inline
+def _judge(
+    image: NDArray[np.uint8],
+    numbers: LayNumbers,
+    choice: ChoiceScratch,
+    samples: int,
+    part: tuple[int, int],
+    least: int,
+    tolerance: float,
+) -> int:
+    # Judges candidates from, to: their squared differences in all samples, and a penalty for each of them. A
+    # candidate that the best so far, `least`, leaves no chance is not summed to its end: samples are taken
+    # far from each other first. Returns the best one's cost.
+    penalties, offsets, values, channels = choice.penalties, choice.offsets, choice.values, numbers.channels
+    last_row, last_column = penalties.shape[0] - 1, penalties.shape[1] - 1
+    chunks = max(1, samples // 24)
+    limit = _BIG if least == _BIG else int64(least * tolerance)
+    for m in range(part[0], part[1]):
+        place = choice.kept[m]
+        i = min(place // numbers.width // numbers.usage_step, last_row)
+        j = min(place % numbers.width // numbers.usage_step, last_column)
+        total = int64(penalties[i, j] * samples)
+        for chunk in range(chunks):
+            for t in range(chunk, samples, chunks):
+                at = (place + offsets[t]) * channels
+                for k in range(channels):
+                    d = np.int32(image[at + k]) - values[t * channels + k]
+                    total += d * d
+            if total > limit:
+                break
+        choice.judged[m] = total
+        if total < least:
+            least = total
+            limit = int64(least * tolerance)
+    return least
+
+
+@inline
+def _list_refined(numbers: LayNumbers, span: Span, choice: ChoiceScratch, start: int, stop: int) -> int:
+    # Appends the pixels round the best of candidates `start` to `stop`: cheapest first, the first of equals.
+    kept, judged, reach = choice.kept, choice.judged, numbers.step // 2
+    end = stop
+    cost, place = int64(-1), int64(-1)
+    for _ in range(REFINED):
+        best = int64(-1)
+        for m in range(start, stop):
+            later = judged[m] > cost or (judged[m] == cost and m > place)
+            if later and (best < 0 or judged[m] < judged[best]):
+                best = m
+        if best < 0:
+            break
+        cost, place = judged[best], best
+        y, x = kept[best] // numbers.width, kept[best] % numbers.width
+        for i in range(max(y - reach, span.first_y), min(y + reach, span.last_y) + 1):
+            for j in range(max(x - reach, span.first_x), min(x + reach, span.last_x) + 1):
+                if i != y or j != x:
+                    kept[end] = i * numbers.width + j
+                    end += 1
+    return end
+
+
+@inline
+def _draw_good(state: NDArray[np.uint64], choice: ChoiceScratch, start: int, stop: int, limit: Any) -> Any:
+    # One of the candidates that cost at most `limit`.
+    good = int64(0)
+    for m in range(start, stop):
+        good += choice.judged[m] <= limit
+    pick = draw(state, good)
+    for m in range(start, stop):
+        if choice.judged[m] <= limit:
+            if pick == 0:
+                return choice.kept[m]
+            pick -= 1
+    return choice.kept[start]
+
+
+@shared
+def choose_source(
+    match: MatchImage,
+    matrices: NDArray[np.int32],
+    numbers: LayNumbers,
+    weights: LayWeights,
+    usage: NDArray[np.float64],
+    state: NDArray[np.uint64],
+    blocks: NDArray[np.int32],
+    n: int,
+    span: Span,
+    texels: BlockTexels,
+    choice: ChoiceScratch,
+) -> None:
+    """Choose the source of block n, and write it to its record; arguments as in `lay_blocks`."""
+    _penalise(usage, numbers, weights, blocks, n, span, choice.penalties)
+    count = _list_features(numbers, span, texels, choice)
+    samples = _list_samples(numbers, texels, choice)
+    if count:
+        stop = 2 + search(match.plane, numbers, span, count, choice)
+    else:  # too little is there to search by
+        stop = 2 + numbers.shortlist
+        for m in range(2, stop):
+            y = span.first_y + draw(state, span.last_y - span.first_y + 1)
+            choice.kept[m] = y * numbers.width + span.first_x + draw(state, span.last_x - span.first_x + 1)
+    start = _list_continued(matrices, numbers, blocks, n, span, choice)
+    least = _judge(match.image, numbers, choice, samples, (start, stop), _BIG, weights.tolerance)
+    if numbers.step > 1:
+        end = _list_refined(numbers, span, choice, start, stop)
+        least = _judge(match.image, numbers, choice, samples, (stop, end), least, weights.tolerance)
+        stop = end
+    chosen = _draw_good(state, choice, start, stop, int64(least * weights.tolerance))
+    block = blocks[n]
+    block[SOURCE_ROW] = position_of(chosen // numbers.width, numbers.level)
+    block[SOURCE_COLUMN] = position_of(chosen % numbers.width, numbers.level)
+    for side in range(1, -1, -1):
+        if choice.continued[side, 0] == chosen:
+            block[SOURCE_ROW] = choice.continued[side, 1]
+            block[SOURCE_COLUMN] = choice.continued[side, 2]

@@ -1,0 +1,352 @@
+"""What can be asked for: each option's name, default, meaning and range, once for library and command line.
+
+Nothing heavy is imported here: ``upholster --help`` is made of these fields.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import Field, dataclass, field, fields, replace
+from typing import Any, Literal, TypeVar, get_args
+
+from upholster.errors import InputError, nearest
+
+__all__ = ["METHODS", "SynthesisOptions", "TextureFormat", "WriteOptions", "chosen", "settled"]
+
+METHODS = ("quilt", "paper")
+
+TextureFormat = Literal["png", "jpeg", "webp"]
+
+_SCALE, _SYNTHESIS, _PAPER, _OUTPUT, _STREAM = (
+    "Scale and direction",
+    "Synthesis",
+    "Method paper",
+    "Output",
+    "Stream",
+)
+
+Kind = TypeVar("Kind", "SynthesisOptions", "WriteOptions")
+Settled = TypeVar("Settled", bound="SynthesisOptions")
+
+
+def _about(
+    panel: str,
+    text: str,
+    *,
+    metavar: str | None = None,
+    only: str | None = None,
+    flag: str | None = None,
+) -> dict[str, str | None]:
+    """Return what a field knows of itself: panel and help text, and the one method that it is for."""
+    return {"panel": panel, "help": text, "metavar": metavar, "only": only, "flag": flag}
+
+
+def _documented(kind: type[Any]) -> type[Any]:
+    """Add the fields' help to a class's docstring, as its attributes."""
+    attributes = [f"{entry.name}\n    {entry.metadata['help']}" for entry in fields(kind)]
+    kind.__doc__ = "\n".join([kind.__doc__ or "", "Attributes", "----------", *attributes])
+    return kind
+
+
+def chosen(kind: type[Kind], base: Kind | Mapping[str, Any] | None = None, **choices: Any) -> Kind:
+    """Return options of a kind: `base` with what is chosen beside it; None chooses nothing.
+
+    Raises
+    ------
+    InputError
+        For an unknown name, or what the options refuse; also where a choice belongs to another method, even
+        if it is that option's default.
+    """
+    if base is None or isinstance(base, Mapping):
+        choices = dict(base or {}) | choices
+        base = kind()
+    known = {entry.name: entry for entry in fields(kind)}
+    for name in choices:
+        if name not in known:
+            raise InputError(f"unknown option {name!r}; {nearest(name, known)}")
+    given = {name: value for name, value in choices.items() if value is not None}
+    found = replace(base, **given)
+    if isinstance(found, SynthesisOptions):
+        _check_owner(found.method, [known[name] for name in given])
+    return found
+
+
+def settled(options: "SynthesisOptions", kind: type[Settled], **found: Any) -> Settled:
+    """Return options as a method has them: what was left open is as found, or the method's default."""
+    given = {entry.name: getattr(options, entry.name) for entry in fields(options)} | found
+    return kind(**{name: value for name, value in given.items() if value is not None})
+
+
+def _check_owner(method: str, asked: "list[Field[Any]]") -> None:
+    for entry in asked:
+        owner = entry.metadata["only"]
+        if owner not in (None, method):
+            allowed = (
+                other.name
+                for other in fields(SynthesisOptions)
+                if other.metadata["only"] in (None, method) and other.name != "method"
+            )
+            raise InputError(
+                f"{entry.name} belongs to method {owner!r}; allowed with {method!r}: {', '.join(allowed)}"
+            )
+
+
+@_documented
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SynthesisOptions:
+    """How a surface is covered. Options of one method are refused by the other.
+
+    Raises
+    ------
+    InputError
+        If one is out of range, belongs to the other method, or does not fit together with another.
+    """
+
+    texels: int | tuple[int, int] | None = field(
+        default=None,
+        metadata=_about(
+            _SCALE,
+            "How many in all, 64 to 2^31: `4M`. Or, on a surface of one patch, width and height of a flat "
+            "texture with a texel for a pixel of the sample: `512x512`. Default: 4M, or what density or "
+            "sample size ask for.",
+            metavar="N|WxH",
+            only="quilt",
+        ),
+    )
+    density: float | None = field(
+        default=None, metadata=_about(_SCALE, "Texels per model unit, instead.", only="quilt")
+    )
+    sample_size: float | None = field(
+        default=None,
+        metadata=_about(
+            _SCALE,
+            "Width of the sample in model units. Default: a pixel of the sample is as large as a texel.",
+            only="quilt",
+        ),
+    )
+    # A string, for the type needs NumPy: `upholster.charts.directions.Vectors`.
+    direction: "str | Callable[[Any], Any] | None" = field(
+        default=None,
+        metadata=_about(
+            _SCALE,
+            "Which way the sample's rows run: along the patches, at an angle to that, along a vector, or "
+            "round an axis. Default: along the patches, or round the z axis where these do not agree.",
+            metavar="u|v|DEG|X,Y,Z|around:AXIS",
+            only="quilt",
+        ),
+    )
+    tileable: bool = field(
+        default=False, metadata=_about(_SCALE, "A flat texture wraps both ways.", only="quilt")
+    )
+    method: str = field(
+        default="quilt",
+        metadata=_about(
+            _SYNTHESIS, "quilt: one texture over the whole surface; paper: the paper's, patch by patch."
+        ),
+    )
+    block: int | None = field(
+        default=None,
+        metadata=_about(
+            _SYNTHESIS,
+            "Side of a block in pixels of the sample, 8 to 512. Default: from the sample's own structure. "
+            "With method paper in texels, a multiple of 2^levels up to 256; default 32.",
+        ),
+    )
+    overlap: int | None = field(
+        default=None,
+        metadata=_about(
+            _SYNTHESIS,
+            "Width of the overlap of blocks, likewise: 4 to half a block, default three tenths. With method "
+            "paper a multiple of 2^levels, less than half a block; default 8.",
+        ),
+    )
+    evenness: float = field(
+        default=0.2,
+        metadata=_about(
+            _SYNTHESIS,
+            "How much it costs to use a part of the sample more than others, 0 to 10.",
+            only="quilt",
+        ),
+    )
+    variety: float = field(
+        default=0.2,
+        metadata=_about(
+            _SYNTHESIS,
+            "How much it costs to use a part of the sample again near where it was used, 0 to 10.",
+            only="quilt",
+        ),
+    )
+    tolerance: float = field(
+        default=1.1,
+        metadata=_about(
+            _SYNTHESIS,
+            "Blocks are drawn from those that cost at most this many times the best, 1 to 2.",
+            only="quilt",
+        ),
+    )
+    shortlist: int = field(
+        default=32,
+        metadata=_about(
+            _SYNTHESIS,
+            "How many candidates for a block are compared at full resolution, 1 to 4096.",
+            only="quilt",
+        ),
+    )
+    chart: int = field(
+        default=512, metadata=_about(_PAPER, "Texels along each side of a patch, 8 to 16384.", only="paper")
+    )
+    levels: int = field(
+        default=3, metadata=_about(_PAPER, "Levels of the Haar transform, 1 to 6.", only="paper")
+    )
+    seams: bool = field(
+        default=True, metadata=_about(_PAPER, "Repair the seams between patches.", only="paper")
+    )
+
+    def __post_init__(self) -> None:
+        if self.method not in METHODS:
+            raise InputError(f"unknown method {self.method!r}; {nearest(self.method, METHODS)}")
+        _check_owner(
+            self.method,
+            [entry for entry in fields(SynthesisOptions) if getattr(self, entry.name) != entry.default],
+        )
+        if self.method == "paper":
+            self._check_paper()
+        else:
+            self._check_quilt()
+            self._check_scale()
+
+    def _check_quilt(self) -> None:
+        if self.block is not None and not 8 <= self.block <= 512:
+            raise InputError(f"block is {self.block}; allowed: 8 to 512")
+        if self.overlap is not None and self.block is not None and not 4 <= self.overlap <= self.block // 2:
+            raise InputError(f"overlap is {self.overlap}; allowed: 4 to half a block ({self.block // 2})")
+        for name, value, least, most in (
+            ("evenness", self.evenness, 0, 10),
+            ("variety", self.variety, 0, 10),
+            ("tolerance", self.tolerance, 1, 2),
+            ("shortlist", self.shortlist, 1, 4096),
+        ):
+            if not least <= value <= most:
+                raise InputError(f"{name} is {value}; allowed: {least} to {most}")
+
+    def _check_paper(self) -> None:
+        if not 1 <= self.levels <= 6:
+            raise InputError(f"levels is {self.levels}; allowed: 1 to 6")
+        tile = 2**self.levels
+        if self.block is None:
+            return
+        if not 2 * tile <= self.block <= 256 or self.block % tile:
+            raise InputError(
+                f"block is {self.block}; allowed: multiples of 2^levels = {tile} from {2 * tile} to 256"
+            )
+        if self.overlap is not None and (not tile <= self.overlap < self.block / 2 or self.overlap % tile):
+            raise InputError(
+                f"overlap is {self.overlap}; allowed: multiples of 2^levels = {tile} "
+                f"from {tile} to less than half a block ({self.block // 2})"
+            )
+
+    def _check_scale(self) -> None:
+        if not isinstance(self.texels, tuple):
+            if self.tileable:
+                raise InputError("tileable needs texels as width x height, on a surface of one patch")
+            if self.texels is not None and self.density is not None:
+                raise InputError("density and texels are both given; allowed: at most one of them")
+            return
+        for name in ("density", "sample_size", "direction"):
+            if getattr(self, name) is not None:
+                width, height = self.texels
+                raise InputError(f"{name} is given with texels {width}x{height}; allowed: one of them")
+
+
+@_documented
+@dataclass(frozen=True, slots=True)
+class WriteOptions:
+    """How models, pictures and streams are written.
+
+    Raises
+    ------
+    InputError
+        If one is out of range.
+    """
+
+    quads: int = field(
+        default=20000,
+        metadata=_about(_OUTPUT, "Quadrilaterals of the whole surface's mesh, 1 to 10,000,000."),
+    )
+    texture: TextureFormat = field(
+        default="png", metadata=_about(_OUTPUT, "Format of the texture in a GLB: png, jpeg or webp.")
+    )
+    quality: int = field(default=90, metadata=_about(_OUTPUT, "Of JPEG and WebP, 1 to 100."))
+    normal_scale: float = field(
+        default=1.0, metadata=_about(_OUTPUT, "Strength of a material's normal map in a GLB, 0 to 100.")
+    )
+    size: tuple[int, int] = field(
+        default=(1024, 768),
+        metadata=_about(_OUTPUT, "Width and height of a picture in pixels.", metavar="WxH"),
+    )
+    view: tuple[float, float] = field(
+        default=(30.0, 30.0),
+        metadata=_about(_OUTPUT, "Azimuth and elevation of a picture in degrees.", metavar="AZ,EL"),
+    )
+    supersample: int = field(default=2, metadata=_about(_OUTPUT, "Rays per pixel each way, 1 to 8."))
+    wavelet: str | None = field(
+        default=None,
+        metadata=_about(
+            _STREAM, "How the sample is coded: 9/7, 5/3 or haar. Default: 9/7, or 5/3 with lossless."
+        ),
+    )
+    wavelet_levels: int | None = field(
+        default=None,
+        metadata=_about(
+            _STREAM,
+            "Levels of that transform, 0 to 10. Default: three with haar, as in the paper, or else by the "
+            "sample's size.",
+        ),
+    )
+    lossless: bool = field(default=False, metadata=_about(_STREAM, "Keep the sample exactly."))
+    threshold: float = field(
+        default=0.0,
+        metadata=_about(
+            _STREAM, "Leave out coefficients of the sample that are smaller (the paper's equation 7)."
+        ),
+    )
+    stream_bytes: int | None = field(
+        default=None,
+        metadata=_about(_STREAM, "Length at most: `8k`; 256 or more.", metavar="N", flag="--bytes"),
+    )
+
+    @property
+    def recodes(self) -> bool:
+        """Whether a stream is wanted in a special form."""
+        return any(
+            getattr(self, entry.name) != entry.default
+            for entry in fields(self)
+            if entry.metadata["panel"] == _STREAM
+        )
+
+    @property
+    def transform(self) -> dict[str, Any]:
+        """How a stream transforms the sample: arguments of `upholster.encode_stream`."""
+        levels = 3 if self.wavelet == "haar" and self.wavelet_levels is None else self.wavelet_levels
+        return {"wavelet": self.wavelet, "levels": levels, "lossless": self.lossless}
+
+    def __post_init__(self) -> None:
+        if self.texture not in get_args(TextureFormat):
+            raise InputError(f"texture is {self.texture!r}; allowed: {', '.join(get_args(TextureFormat))}")
+        if not 1 <= self.quality <= 100:
+            raise InputError(f"quality is {self.quality}; allowed: 1 to 100")
+        if not 0 <= self.normal_scale <= 100:
+            raise InputError(f"normal_scale is {self.normal_scale:g}; allowed: 0 to 100")
+        if not 1 <= self.quads <= 10_000_000:
+            raise InputError(f"quads is {self.quads}; allowed: 1 to 10,000,000")
+        if not all(1 <= side <= 16384 for side in self.size):
+            raise InputError(f"size is {self.size[0]}x{self.size[1]}; allowed: 1 to 16384 each way")
+        if not (-3600 <= self.view[0] <= 3600 and -90 <= self.view[1] <= 90):
+            raise InputError(
+                f"view is {self.view[0]:g},{self.view[1]:g}; "
+                "allowed: azimuth -3600 to 3600, elevation -90 to 90"
+            )
+        if not 0 <= self.threshold < 1e9:
+            raise InputError(f"threshold is {self.threshold:g}; allowed: 0 or more")
+        if self.stream_bytes is not None and not 256 <= self.stream_bytes < 2**31:
+            raise InputError(f"bytes is {self.stream_bytes}; allowed: at least 256")
+        if not 1 <= self.supersample <= 8:
+            raise InputError(f"supersample is {self.supersample}; allowed: 1 to 8")

@@ -1,0 +1,35 @@
+"""A chart: the texel grid laid over a part of a surface."""
+
+from dataclasses import dataclass
+
+__all__ = ["MAX_CHART", "MAX_TEXELS", "Chart"]
+
+MAX_CHART = 16384
+"""Texels of a chart, each way."""
+
+MAX_TEXELS = 2**31
+"""Texels of a layout."""
+
+
+@dataclass(frozen=True, slots=True)
+class Chart:
+    """The texel grid laid over a rectangle of one face's parameters, across its patches.
+
+    Attributes
+    ----------
+    face
+        Index of the face in its surface.
+    height, width
+        Size in texels: rows go with s, columns with t.
+    s0, s1, t0, t1
+        The rectangle of parameters that the chart covers; texel (r, c) lies at
+        ``s0 + (s1 - s0)·(r + ½)/height``, ``t0 + (t1 - t0)·(c + ½)/width``.
+    """
+
+    face: int
+    height: int
+    width: int
+    s0: float = 0.0
+    s1: float = 1.0
+    t0: float = 0.0
+    t1: float = 1.0

@@ -1,0 +1,27 @@
+"""Plans: how a quilt's placements are arranged, as synthesis knows it and as the stream writes it.
+
+`listing` is a plain list of placements, made by hand or cut short; `strips` is method "paper"'s plan (blocks
+on every chart, strips of edge blocks along shared edges); `grid` is method "quilt"'s (transferred blocks,
+then blocks on an even grid). Placements derive from a plan; nothing finds a plan out of placements.
+"""
+
+from collections.abc import Sequence
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from upholster.quilt.chart import Chart
+from upholster.quilt.plans.grid import ChartGrid, GridPlan
+from upholster.quilt.plans.listing import PlacementList
+from upholster.quilt.plans.strips import Strip, StripLayout, StripPlan
+
+__all__ = ["ChartGrid", "GridPlan", "PlacementList", "Plan", "Strip", "StripLayout", "StripPlan"]
+
+
+class Plan(Protocol):
+    """What every plan can do."""
+
+    def placements(self, charts: Sequence[Chart]) -> tuple[NDArray[np.void], NDArray[np.uint8]]:
+        """Return the placements, chart after chart in painting order, and the cells of their masks."""
+        ...

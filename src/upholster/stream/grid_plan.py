@@ -1,0 +1,480 @@
+"""A grid plan in a stream: where the grids lie, then blocks and masks in the context of their neighbours."""
+
+from collections.abc import Sequence
+from dataclasses import fields, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from upholster.errors import FormatError, InputError
+from upholster.quilt.chart import Chart
+from upholster.quilt.displacement import centre_matrices
+from upholster.quilt.model import Quilt
+from upholster.quilt.placement import MATRIX_UNIT, mask_windows
+from upholster.quilt.plans import ChartGrid, GridPlan
+from upholster.quilt.plans.grid import BLOCK
+from upholster.quilt.warp_field import WarpField
+from upholster.stream import _block_records as records_
+from upholster.stream import _grid_kernels as kernels
+from upholster.stream import _mask_kernels as mask_kernels
+from upholster.stream.byte_reader import ByteReader, varint
+from upholster.stream.coder import BitReader, BitWriter
+from upholster.stream.first_view import assemble
+from upholster.stream.plan_common import BATCH, GRID, MAX_CELLS, MAX_PLACEMENTS, check_decoded, grown
+
+__all__ = ["GridDecoder", "encode_grid"]
+
+_MOST_CELL, _MOST_FEATHER, _MOST_BLOCK, _MOST_LEVEL = 255, 16, 4096, 12
+_MOST_POSITIONS = 2**19
+_FAR = 2**20
+_BYTES_A_BLOCK = 512
+
+_RECORD_NAMES = ("row", "column", "height", "width", "symmetry", "cut", "source_row", "source_column")
+_TOLD = [field.name for field in fields(ChartGrid)][:10]
+_LEAST = dict.fromkeys(("rows", "across", "height", "width", "step_row", "step_column", "mask_cell"), 1) | {
+    "level": 0
+}
+_MOST = {"height": _MOST_BLOCK, "width": _MOST_BLOCK, "level": _MOST_LEVEL, "mask_cell": _MOST_CELL}
+_BEFORE_ALL = ChartGrid(1, 1, 20, 20, 40, 40, 28, 28, 0, 2, 0, 0)
+
+
+def encode_grid(quilt: Quilt, plan: GridPlan) -> tuple[bytes, bytes, bytes]:
+    """Encode a grid plan; return plan, sources and masks.
+
+    Raises
+    ------
+    InputError
+        If a number is beyond the format's limits, a block or its link does not fit the plan, or a centre
+        matrix differs from its warp field by other than multiples of 1/64 pixel per texel.
+    """
+    head = bytes([GRID]) + _grid_bytes(plan, quilt.charts)
+    for place in range(len(plan.order)):
+        _check_blocks(plan, place)
+    records = _records(quilt, plan)
+    sources = BitWriter(kernels.BLOCK_COUNTERS, kernels.BLOCK_INPUTS)
+    masks = BitWriter(mask_kernels.MASK_COUNTERS, mask_kernels.MASK_INPUTS)
+    windows, first = _mask_places(plan, quilt.charts)
+    cells = np.array(plan.mask_cells)
+    for place in range(len(plan.order)):
+        _code_sources(sources, quilt, plan, place, records)
+    for place, n in enumerate(plan.order):
+        start, stop = plan.starts[place : place + 2].tolist()
+        chart, grid = quilt.charts[n], plan.grids[n]
+        masks.room(2 * int(np.prod(np.diff(windows[start:stop])[:, ::2], axis=1).sum()) + 64)
+        covered = np.zeros((chart.height, chart.width), np.uint8)
+        mask_kernels.code_masks(
+            masks.coder,
+            records,
+            windows,
+            first,
+            cells,
+            covered,
+            grid.mask_cell,
+            start + grid.transferred,
+            start,
+            stop,
+            0,
+            True,
+        )
+    return head, sources.finish(), masks.finish() if len(cells) else b""
+
+
+def _check_blocks(plan: GridPlan, place: int) -> None:
+    # That a chart's blocks are such as the format tells: its own follow from the grid, but for their sources.
+    grid, (start, stop) = plan.grids[plan.order[place]], plan.starts[place : place + 2].tolist()
+    first = start + grid.transferred
+    links, own = plan.blocks["link"][start:first], plan.blocks[first:stop]
+    wrong = np.flatnonzero((links < -1) | (links >= start))
+    if len(wrong):
+        raise InputError(
+            f"block {start + wrong[0]} has its link at {links[wrong[0]]}; "
+            f"allowed: -1, or a block of a chart laid before, below {start}"
+        )
+    row, column = own["row"] - grid.first_row, own["column"] - grid.first_column
+    i, j = row // grid.step_row, column // grid.step_column
+    outside = (row % grid.step_row > 0) | (column % grid.step_column > 0) | (i < 0) | (j < 0)
+    outside |= (i >= grid.rows) | (j >= grid.across) | (np.diff(i * grid.across + j, prepend=-1) <= 0)
+    outside |= (own["height"] != grid.height) | (own["width"] != grid.width)
+    wrong = np.flatnonzero(outside | (own["symmetry"] > 0) | (own["centred"] > 0) | (own["link"] != -1))
+    if len(wrong):
+        raise InputError(
+            f"block {first + wrong[0]} is none of its chart's grid; allowed there: its positions in raster "
+            "order, its size, symmetry 0, no centre matrix, no link"
+        )
+
+
+def _records(quilt: Quilt, plan: GridPlan) -> NDArray[np.int32]:
+    # The blocks as the kernels take them.
+    blocks = plan.blocks
+    records = np.zeros((len(blocks), records_.COLUMNS), np.int32)
+    for n, name in enumerate(_RECORD_NAMES):
+        records[:, n] = blocks[name]
+    records[:, records_.LINK], records[:, records_.CENTRED] = blocks["link"], blocks["centred"]
+    placed = plan.in_order()
+    for place, n in enumerate(plan.order):
+        part = slice(*plan.starts[place : place + 2].tolist())
+        centres = centre_matrices(quilt.fields[n], placed[part])
+        records[part, records_.CENTRE : records_.CENTRE + 4] = centres
+        change = centres - quilt.fields[n].integers_at(placed["row"][part], placed["column"][part])
+        if (change % MATRIX_UNIT).any():
+            raise InputError(
+                f"a centre matrix on chart {n} differs from its warp field by other than multiples of "
+                f"{MATRIX_UNIT} in 1/4096 pixel per texel; allowed: such multiples in a stream"
+            )
+    return records
+
+
+def _mask_places(plan: GridPlan, charts: Sequence[Chart]) -> tuple[NDArray[np.int32], NDArray[np.int64]]:
+    # Each block's window, and where it begins among the cells.
+    windows = mask_windows(plan.in_order(), charts)
+    sizes = (windows[:, 1] - windows[:, 0]) * (windows[:, 3] - windows[:, 2])
+    sizes = np.where(plan.blocks["cut"] == 1, sizes, 0)
+    return windows.astype(np.int32), np.cumsum(sizes) - sizes
+
+
+def _numbers(
+    grid: ChartGrid,
+    chart: Chart,
+    field: WarpField,
+    exemplar_shape: tuple[int, int],
+    feather: int,
+    base: int,
+) -> records_.ChartNumbers:
+    return records_.ChartNumbers(
+        grid.transferred,
+        grid.height,
+        grid.width,
+        grid.first_row,
+        grid.first_column,
+        grid.step_row,
+        grid.step_column,
+        grid.rows,
+        grid.across,
+        grid.level,
+        grid.mask_cell,
+        feather,
+        base,
+        field.margin,
+        chart.height,
+        chart.width,
+        *exemplar_shape,
+    )
+
+
+def _code_sources(
+    writer: BitWriter, quilt: Quilt, plan: GridPlan, place: int, records: NDArray[np.int32]
+) -> None:
+    n = plan.order[place]
+    grid, field = plan.grids[n], quilt.fields[n]
+    start, stop = plan.starts[place : place + 2].tolist()
+    own = records[start + grid.transferred : stop]
+    there = np.zeros(grid.positions, np.uint8)
+    rows = (own[:, records_.ROW] - grid.first_row) // grid.step_row
+    there[rows * grid.across + (own[:, records_.COLUMN] - grid.first_column) // grid.step_column] = 1
+    end = grid.transferred + grid.positions
+    writer.room(_BYTES_A_BLOCK * end + 64)
+    kernels.code_blocks(
+        writer.coder,
+        records,
+        plan.starts,
+        place,
+        there,
+        np.full((grid.rows + 2, grid.across + 2), -1, np.int32),
+        field.matrices,
+        _numbers(grid, quilt.charts[n], field, quilt.exemplar_shape, plan.feather, start),
+        (0, end),
+        0,
+        True,
+    )
+
+
+def _grid_bytes(plan: GridPlan, charts: Sequence[Chart]) -> bytes:
+    # Charts are told elsewhere.
+    rising = plan.order == tuple(range(len(plan.order)))
+    out = bytearray([plan.feather, not rising])
+    out += b"" if rising else b"".join(varint(n) for n in plan.order)
+    before = _BEFORE_ALL
+    for chart, grid in zip(charts, plan.grids, strict=True):
+        values = {name: getattr(grid, name) for name in _TOLD}
+        for name, value in values.items():
+            least, most = _LEAST.get(name, -_FAR), _MOST.get(name, _FAR)
+            if not least <= value <= most:
+                raise InputError(f"{name} of a grid is {value}; allowed: {least} to {most} in a stream")
+        changes = [values[name] - _guess(name, before, values, chart) for name in _TOLD]
+        out += varint(sum(1 << n for n, change in enumerate(changes) if change))
+        out += b"".join(varint(2 * change if change > 0 else -2 * change - 1) for change in changes if change)
+        out += varint(grid.transferred) + varint(grid.positions - grid.own)
+        before = grid
+    if (positions := sum(grid.positions for grid in plan.grids)) > _MOST_POSITIONS:
+        raise InputError(f"grids have {positions} positions; allowed: {_MOST_POSITIONS} in a stream")
+    return bytes(out)
+
+
+def _guess(name: str, before: ChartGrid, values: dict[str, int], chart: Chart) -> int:
+    # As on the chart before; as many positions as it takes to reach the chart's end.
+    if name == "rows":
+        beyond = chart.height - (values["first_row"] - values["height"] // 2) - values["height"]
+        return max(1, 1 - (-beyond // values["step_row"]))
+    if name == "across":
+        beyond = chart.width - (values["first_column"] - values["width"] // 2) - values["width"]
+        return max(1, 1 - (-beyond // values["step_column"]))
+    return int(getattr(before, name))
+
+
+def _parse(reader: ByteReader, charts: Sequence[Chart]) -> GridPlan:
+    # The plan without its blocks.
+    feather = reader.byte("feather", _MOST_FEATHER)
+    order = tuple(range(len(charts)))
+    if reader.byte("whether charts are in another order", 1):
+        order = tuple(reader.varint("number of a chart", len(charts) - 1) for _ in charts)
+        if len(set(order)) < len(charts):
+            raise reader.error("a chart comes twice in the order")
+    before, grids, blocks, positions = _BEFORE_ALL, [], 0, 0
+    for chart in charts:
+        grid = _parse_grid(reader, chart, before)
+        blocks, positions = blocks + grid.blocks, positions + grid.positions
+        if blocks > MAX_PLACEMENTS or positions > _MOST_POSITIONS:
+            raise reader.error(
+                f"plan has {blocks} blocks, {positions} positions; "
+                f"allowed: {MAX_PLACEMENTS}, {_MOST_POSITIONS}"
+            )
+        grids.append(grid)
+        before = grid
+    reader.end("plan")
+    return GridPlan(tuple(grids), order, feather, np.zeros(0, BLOCK), np.zeros(0, np.uint8))
+
+
+def _parse_grid(reader: ByteReader, chart: Chart, before: ChartGrid) -> ChartGrid:
+    changed = reader.varint("which numbers of a grid change", 2 ** len(_TOLD) - 1)
+    codes = {
+        name: reader.varint("change of a grid", 2**24, 1) if changed >> n & 1 else 0
+        for n, name in enumerate(_TOLD)
+    }
+    values: dict[str, int] = {}
+    # Rows and columns are guessed from the numbers behind them.
+    for name in reversed(_TOLD):
+        code = codes[name]
+        values[name] = _guess(name, before, values, chart) + (-(code + 1) // 2 if code & 1 else code // 2)
+        least, most = _LEAST.get(name, -_FAR), _MOST.get(name, _FAR)
+        if not least <= values[name] <= most:
+            raise reader.error(f"{name} of a grid is {values[name]}; allowed: {least} to {most}")
+    positions = values["rows"] * values["across"]
+    return ChartGrid(
+        **values,
+        transferred=reader.varint("number of transferred blocks", MAX_PLACEMENTS),
+        own=positions - reader.varint("number of positions skipped", positions),
+    )
+
+
+class GridDecoder:
+    """Decodes a grid plan as its bytes arrive, see `upholster.stream.plan_common.PlanDecoder`.
+
+    Parameters
+    ----------
+    plan
+        The plan's bytes behind its kind.
+    charts, exemplar_shape, fields
+        As in `Quilt`.
+    scale
+        Scale of charts that are not known yet, see `upholster.stream.first_view`.
+
+    Raises
+    ------
+    FormatError
+        If the plan is malformed.
+    """
+
+    def __init__(
+        self,
+        plan: ByteReader,
+        charts: tuple[Chart, ...],
+        exemplar_shape: tuple[int, int],
+        fields: tuple[WarpField, ...],
+        scale: int,
+    ) -> None:
+        self.charts, self.exemplar_shape, self.warp_fields, self.scale = charts, exemplar_shape, fields, scale
+        self.plan = _parse(plan, charts)
+        self.total = int(self.plan.starts[-1])
+        self.known = self.known_cells = self.total_cells = 0
+        self._sources = BitReader(kernels.BLOCK_COUNTERS, kernels.BLOCK_INPUTS)
+        self._masks = BitReader(mask_kernels.MASK_COUNTERS, mask_kernels.MASK_INPUTS)
+        self._records = np.zeros((0, records_.COLUMNS), np.int32)
+        self._windows = np.zeros((0, 4), np.int32)
+        self._first = np.zeros(0, np.int64)
+        self._cells = np.zeros(0, np.uint8)
+        self._done = 0  # charts whose sources are known
+        self._mask_chart = self._mask_start = self._mask_place = 0
+        self._covered = np.zeros((0, 0), np.uint8)
+        self._begin_chart()
+        self._read_sources()
+
+    @property
+    def complete(self) -> bool:
+        """Whether every block and every cell is known."""
+        return self._done == len(self.charts) and self.known_cells == self.total_cells
+
+    @property
+    def unread(self) -> int:
+        """Bytes that came and that no symbol needed."""
+        return self._sources.unread + self._masks.unread
+
+    def feed_sources(self, data: bytes) -> None:
+        """Take further bytes of the sources.
+
+        Raises
+        ------
+        FormatError
+            If a block lies outside its chart or the exemplar.
+        """
+        self._sources.feed(data)
+        self._read_sources()
+
+    def feed_masks(self, data: bytes) -> None:
+        """Take further bytes of the masks; all sources must be known.
+
+        Raises
+        ------
+        FormatError
+            If there are no masks, or sources are missing.
+        """
+        if self._done < len(self.charts) or not self.total_cells:
+            raise FormatError("masks come where none are due")
+        self._masks.feed(data)
+        if not len(self._cells):
+            self._cells = np.zeros(self.total_cells, np.uint8)
+        while self._mask_chart < len(self.charts):
+            if not self._read_masks(self.plan.order[self._mask_chart]):
+                self.known_cells = int(self._first[self._mask_start])
+                return
+            self._mask_chart, self._mask_place = self._mask_chart + 1, 0
+        self.known_cells = self.total_cells
+
+    def charts_known(self) -> int:
+        """Return how many charts have all their sources known: they arrive one after another."""
+        return self._done
+
+    def quilt(self) -> Quilt:
+        """Return the quilt as far as it is known.
+
+        Charts that are not known yet repeat the exemplar, mirrored at its borders; blocks whose masks are not
+        known are painted whole.
+        """
+        known = int(self.plan.starts[self._done])
+        sizes = np.prod(self._windows[:known, 1::2] - self._windows[:known, ::2], axis=1)
+        masked = self._first[:known] + sizes <= self.known_cells
+        blocks = _blocks(self._records[:known], masked)
+        cells = self._cells[: self.known_cells].copy()
+        if self._done == len(self.charts):
+            plan = replace(self.plan, blocks=blocks, mask_cells=cells[: self._cells_of(known)])
+            return Quilt(self.charts, self.exemplar_shape, plan, self.warp_fields)
+        done = self.plan.order[: self._done]
+        placed, cells = self._partial(blocks, cells)
+        return assemble(self.charts, self.exemplar_shape, placed, cells, done, self.warp_fields, self.scale)
+
+    def _partial(
+        self, blocks: NDArray[np.void], cells: NDArray[np.uint8]
+    ) -> tuple[NDArray[np.void], NDArray[np.uint8]]:
+        # Placements of the charts that are known.
+        done = self.plan.order[: self._done]
+        empty = [replace(grid, transferred=0, own=0) for grid in self.plan.grids]
+        grids = [self.plan.grids[n] if n in done else grid for n, grid in enumerate(empty)]
+        part = GridPlan(tuple(grids), self.plan.order, self.plan.feather, blocks, cells)
+        return part.placements(self.charts)
+
+    def _cells_of(self, known: int) -> int:
+        # Cells of the masks that are known whole.
+        return int(self._first[self._mask_start]) if self._mask_start < known else self.known_cells
+
+    def _begin_chart(self) -> None:
+        if self._done == len(self.charts):
+            return
+        n = self.plan.order[self._done]
+        grid, base, field = self.plan.grids[n], int(self.plan.starts[self._done]), self.warp_fields[n]
+        self._matrices = field.matrices
+        self._numbers = _numbers(grid, self.charts[n], field, self.exemplar_shape, self.plan.feather, base)
+        self._records = grown(self._records, base + grid.blocks)
+        self._there = np.zeros(grid.positions, np.uint8)
+        self._lookup = np.full((grid.rows + 2, grid.across + 2), -1, np.int32)
+        self._symbols = self._own = 0
+
+    def _read_sources(self) -> None:
+        while self._done < len(self.charts):
+            grid = self.plan.grids[self.plan.order[self._done]]
+            end = grid.transferred + grid.positions
+            stop = min(end, self._symbols + BATCH)
+            done, self._own = kernels.code_blocks(
+                self._sources.coder,
+                self._records,
+                self.plan.starts,
+                self._done,
+                self._there,
+                self._lookup,
+                self._matrices,
+                self._numbers,
+                (self._symbols, stop),
+                self._own,
+                False,
+            )
+            if done < 0:
+                raise FormatError(f"block {-1 - done} of a chart is outside what is allowed")
+            self._symbols = done
+            self.known = int(self.plan.starts[self._done]) + min(done, grid.transferred) + self._own
+            if done < stop:
+                return
+            if done == end:
+                self._end_chart(grid)
+
+    def _end_chart(self, grid: ChartGrid) -> None:
+        n = self.plan.order[self._done]
+        if self._own != grid.own:
+            raise FormatError(f"chart {n} has other blocks than its plan says")
+        start, stop = self.plan.starts[self._done : self._done + 2].tolist()
+        blocks = _blocks(self._records[start:stop], np.ones(stop - start, bool))
+        alone = GridPlan((grid,), (0,), self.plan.feather, blocks, np.zeros(0, np.uint8))
+        placed = alone.in_order()
+        check_decoded(placed, (self.charts[n],), (self.warp_fields[n],), self.exemplar_shape)
+        windows = mask_windows(placed, (self.charts[n],))
+        sizes = np.where(
+            blocks["cut"] == 1, (windows[:, 1] - windows[:, 0]) * (windows[:, 3] - windows[:, 2]), 0
+        )
+        first = self.total_cells + np.cumsum(sizes) - sizes
+        self._windows = np.concatenate([self._windows, windows.astype(np.int32)])
+        self._first = np.concatenate([self._first, first])
+        self.total_cells += int(sizes.sum())
+        if self.total_cells > MAX_CELLS:
+            raise FormatError(f"masks have {self.total_cells} cells; allowed: {MAX_CELLS}")
+        self._done += 1
+        self._begin_chart()
+
+    def _read_masks(self, n: int) -> bool:
+        # Whether all masks of chart n are known.
+        base, stop = self.plan.starts[self._mask_chart : self._mask_chart + 2].tolist()
+        if self._mask_start == base and self._mask_place == 0:
+            self._covered = np.zeros((self.charts[n].height, self.charts[n].width), np.uint8)
+        self._mask_start, self._mask_place = mask_kernels.code_masks(
+            self._masks.coder,
+            self._records,
+            self._windows,
+            self._first,
+            self._cells,
+            self._covered,
+            self.plan.grids[n].mask_cell,
+            base + self.plan.grids[n].transferred,
+            self._mask_start,
+            stop,
+            self._mask_place,
+            False,
+        )
+        return bool(self._mask_start == stop)
+
+
+def _blocks(records: NDArray[np.int32], masked: NDArray[np.bool_]) -> NDArray[np.void]:
+    # Records as blocks; those whose masks are not known have none.
+    blocks = np.zeros(len(records), BLOCK)
+    for n, name in enumerate(_RECORD_NAMES):
+        blocks[name] = records[:, n]
+    blocks["link"], blocks["centred"] = records[:, records_.LINK], records[:, records_.CENTRED]
+    centred = records[:, records_.CENTRED, None] > 0
+    blocks["matrix"] = np.where(centred, records[:, records_.CENTRE : records_.CENTRE + 4], 0)
+    blocks["cut"] &= masked
+    return blocks

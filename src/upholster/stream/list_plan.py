@@ -1,0 +1,271 @@
+"""A plain list of placements in a stream: every placement field by field."""
+
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from upholster.errors import FormatError
+from upholster.quilt.chart import Chart
+from upholster.quilt.model import Quilt
+from upholster.quilt.placement import MASK_CUT, MASK_NONE, PLACEMENT, mask_sizes, mask_windows
+from upholster.quilt.warp_field import WarpField
+from upholster.stream import _list_kernels as kernels
+from upholster.stream.byte_reader import ByteReader, varint
+from upholster.stream.coder import BitReader, BitWriter
+from upholster.stream.first_view import assemble
+from upholster.stream.plan_common import (
+    BATCH,
+    FINE_LIST,
+    LIST,
+    MAX_CELLS,
+    MAX_PLACEMENTS,
+    check_decoded,
+    grown,
+)
+
+__all__ = ["ListDecoder", "decode_cells", "encode_cells", "encode_list"]
+
+_RECORDS_A_CALL = 256
+_MATRIX = 14
+
+FIELD_NAMES = (
+    *("row", "column", "height", "width", "symmetry", "mask", "sides", "ramp", "mask_cell", "feather"),
+    *("source_row", "source_column", "first_cell", "centred"),
+)
+
+MaskRun = tuple[int, int, int, int, int]
+"""Masks of one shape in a row: first cell, rows, columns, place in a strip (0 outside of any), end."""
+
+
+def encode_list(quilt: Quilt) -> tuple[bytes, bytes, bytes]:
+    """Encode a quilt field by field; return plan, sources and masks."""
+    placed = quilt.placements
+    counts = np.bincount(placed["chart"], minlength=len(quilt.charts))
+    fine = bool(((placed["source_row"] | placed["source_column"]) & 15).any() or placed["centred"].any())
+    head = bytes([FINE_LIST if fine else LIST]) + b"".join(varint(int(count)) for count in counts)
+    fields = np.zeros((len(placed), kernels.FIELDS + 1), np.int64)
+    for n, name in enumerate(FIELD_NAMES):
+        fields[:, n] = placed[name] >> (4 if name.startswith("source") and not fine else 0)
+    fields[:, _MATRIX : _MATRIX + 4] = np.where(placed["centred"][:, None] > 0, placed["matrix"], 0)
+    limits = np.array([[-(2**62), 2**62]] * kernels.FIELDS, np.int64)
+    sizes = _chart_sizes(quilt.charts, placed["chart"])
+    writer = BitWriter(kernels.FIELD_COUNTERS, 1)
+    for start in range(0, len(placed), _RECORDS_A_CALL):
+        writer.room(2048 * _RECORDS_A_CALL)
+        stop = min(len(placed), start + _RECORDS_A_CALL)
+        kernels.code_fields(writer.coder, fields, sizes, limits, fine, start, stop, True)
+    cells = len(quilt.mask_cells)
+    masks = encode_cells(quilt.mask_cells, _mask_runs(placed, quilt.charts, cells))
+    return head + varint(cells), writer.finish(), masks
+
+
+def encode_cells(cells: NDArray[np.uint8], runs: list[MaskRun]) -> bytes:
+    """Encode cells of masks, in runs of masks of one shape."""
+    if not len(cells):
+        return b""
+    writer = BitWriter(kernels.CELL_COUNTERS, 3)
+    cells = np.array(cells)
+    for first, rows, columns, place, end in runs:
+        for start in range(first, end, BATCH):
+            writer.room(2 * BATCH + 64)
+            stop = min(end, start + BATCH)
+            kernels.code_cells(writer.coder, cells, start, stop, first, rows, columns, place, True)
+    return writer.finish()
+
+
+def decode_cells(
+    reader: BitReader, cells: NDArray[np.uint8], known: int, runs: list[MaskRun]
+) -> tuple[NDArray[np.uint8], int]:
+    """Decode further cells of masks; return all so far, in an array that may be longer, and their number."""
+    for first, rows, columns, place, end in runs:
+        while known < end:
+            stop = min(end, known + BATCH)
+            cells = grown(cells, stop)
+            known = kernels.code_cells(reader.coder, cells, known, stop, first, rows, columns, place, False)
+            if known < stop:
+                return cells, known
+    return cells, known
+
+
+class ListDecoder:
+    """Decodes a list of placements as their bytes arrive, see `upholster.stream.plan_common.PlanDecoder`.
+
+    Parameters
+    ----------
+    plan
+        The plan's bytes behind its kind.
+    charts, exemplar_shape, fields
+        As in `Quilt`.
+    scale
+        Scale of charts that are not known yet, see `upholster.stream.first_view`.
+    fine
+        Whether sources are in 1/16 pixel and there may be centre matrices.
+
+    Raises
+    ------
+    FormatError
+        If the plan is malformed.
+    """
+
+    def __init__(
+        self,
+        plan: ByteReader,
+        charts: tuple[Chart, ...],
+        exemplar_shape: tuple[int, int],
+        fields: tuple[WarpField, ...],
+        scale: int,
+        *,
+        fine: bool,
+    ) -> None:
+        self.charts, self.exemplar_shape, self.warp_fields, self.scale = charts, exemplar_shape, fields, scale
+        self._fine = fine
+        counts = [plan.varint("number of placements", MAX_PLACEMENTS) for _ in charts]
+        self._ends = np.cumsum(counts, dtype=np.int64)
+        self.total, self.total_cells = int(self._ends[-1]), plan.varint("number of cells", MAX_CELLS)
+        if self.total > MAX_PLACEMENTS:
+            raise plan.error(f"plan has {self.total} placements; allowed: {MAX_PLACEMENTS}")
+        plan.end("plan")
+        self.known = self.known_cells = 0
+        self._sources = BitReader(kernels.FIELD_COUNTERS, 1)
+        self._masks = BitReader(kernels.CELL_COUNTERS, 3) if self.total_cells else None
+        self._fields = np.zeros((0, kernels.FIELDS + 1), np.int64)
+        self._cells = np.zeros(0, np.uint8)
+
+    @property
+    def complete(self) -> bool:
+        """Whether every placement and every cell is known."""
+        return self.known == self.total and self.known_cells == self.total_cells
+
+    @property
+    def unread(self) -> int:
+        """Bytes that came and that no symbol needed."""
+        return self._sources.unread + (self._masks.unread if self._masks else 0)
+
+    def feed_sources(self, data: bytes) -> None:
+        """Take further bytes of the sources.
+
+        Raises
+        ------
+        FormatError
+            If a placement lies outside its chart or the exemplar.
+        """
+        self._sources.feed(data)
+        limits = _limits(self.exemplar_shape, 1 if self._fine else 16)
+        while self.known < self.total:
+            start, stop = self.known, min(self.total, self.known + BATCH)
+            self._fields = grown(self._fields, stop)
+            sizes = _chart_sizes(self.charts, self._chart_of(0, stop))
+            known = kernels.code_fields(
+                self._sources.coder,
+                self._fields,
+                sizes,
+                limits,
+                self._fine,
+                start,
+                stop,
+                False,
+            )
+            if known < 0:
+                raise FormatError(f"a field of placement {-1 - known} is outside what is allowed")
+            self.known = known
+            self._check(start, known)
+            if known < stop:
+                return
+
+    def feed_masks(self, data: bytes) -> None:
+        """Take further bytes of the masks; all sources must be known.
+
+        Raises
+        ------
+        FormatError
+            If there are no masks, or sources are missing.
+        """
+        if self._masks is None or self.known < self.total:
+            raise FormatError("masks come where none are due")
+        self._masks.feed(data)
+        self._cells, self.known_cells = decode_cells(
+            self._masks, self._cells, self.known_cells, self._mask_runs
+        )
+
+    @cached_property
+    def _mask_runs(self) -> list[MaskRun]:
+        return _mask_runs(self._placements(0, self.total), self.charts, self.total_cells)
+
+    def charts_known(self) -> int:
+        """Return how many charts have all their placements known: they arrive one after another."""
+        return int(np.searchsorted(self._ends, self.known, side="right"))
+
+    def quilt(self) -> Quilt:
+        """Return the quilt as far as it is known.
+
+        Charts that are not known yet repeat the exemplar, mirrored at its borders; placements whose masks are
+        not known are painted whole.
+        """
+        charts = self.charts_known()
+        placed = self._placements(0, int(self._ends[charts - 1]) if charts else 0)
+        cut = placed["mask"] == MASK_CUT
+        unknown = cut & (placed["first_cell"] + mask_sizes(placed, self.charts) > self.known_cells)
+        placed["mask"][unknown], placed["first_cell"][unknown] = MASK_NONE, -1
+        return assemble(
+            self.charts,
+            self.exemplar_shape,
+            placed,
+            self._cells[: self.known_cells].copy(),
+            range(charts),
+            self.warp_fields,
+            self.scale,
+        )
+
+    def _check(self, start: int, stop: int) -> None:
+        placed = self._placements(start, stop)
+        check_decoded(placed, self.charts, self.warp_fields, self.exemplar_shape)
+        ends = placed["first_cell"].astype(np.int64) + mask_sizes(placed, self.charts)
+        wrong = (placed["mask"] == MASK_CUT) & (
+            (placed["mask_cell"] == 0) | (placed["first_cell"] < 0) | (ends > self.total_cells)
+        )
+        if wrong.any():
+            raise FormatError(f"cells of placement {start + int(np.argmax(wrong))} are not there")
+
+    def _chart_of(self, start: int, stop: int) -> NDArray[np.int64]:
+        return np.searchsorted(self._ends, np.arange(start, stop), side="right").astype(np.int64)
+
+    def _placements(self, start: int, stop: int) -> NDArray[np.void]:
+        placed = np.zeros(stop - start, PLACEMENT)
+        placed["chart"] = self._chart_of(start, stop)
+        for n, name in enumerate(FIELD_NAMES):
+            unit = 16 if name.startswith("source") and not self._fine else 1
+            placed[name] = self._fields[start:stop, n] * unit
+        placed["matrix"] = self._fields[start:stop, _MATRIX : _MATRIX + 4]
+        return placed
+
+
+def _chart_sizes(charts: tuple[Chart, ...], named: NDArray[np.signedinteger]) -> NDArray[np.int64]:
+    sizes = np.array([(chart.height, chart.width) for chart in charts], np.int64)
+    return np.asarray(sizes[named])
+
+
+def _mask_runs(placed: NDArray[np.void], charts: tuple[Chart, ...], total: int) -> list[MaskRun]:
+    # Masks that follow each other without gaps are coded each in its window's shape, anything else as one
+    # long row.
+    cut = placed[placed["mask"] == MASK_CUT]
+    cut = cut[np.argsort(cut["first_cell"], kind="stable")]
+    starts = cut["first_cell"].astype(np.int64)
+    ends = starts + mask_sizes(cut, charts)
+    if len(cut) and starts[0] == 0 and (ends[:-1] == starts[1:]).all() and ends[-1] == total:
+        windows = mask_windows(cut, charts)
+        rows, columns = windows[:, 1] - windows[:, 0], windows[:, 3] - windows[:, 2]
+        return [
+            (int(first), int(high), int(wide), 0, int(end))
+            for first, high, wide, end in zip(starts, rows, columns, ends, strict=True)
+        ]
+    return [(0, 1, total, 0, total)] if total else []
+
+
+def _limits(exemplar_shape: tuple[int, int], unit: int) -> NDArray[np.int64]:
+    whole, byte = (-(2**31), 2**31 - 1), (0, 255)
+    size, entry = (1, 4096), (-(2**18), 2**18)
+    height, width = exemplar_shape
+    sources = ((0, 16 * height // unit - 1), (0, 16 * width // unit - 1))
+    told = (whole, whole, size, size, (0, 7), (0, 2), byte, byte, byte, (0, 16), *sources, whole, (0, 1))
+    return np.array([*told, *[entry] * 4], np.int64)

@@ -1,0 +1,93 @@
+"""Plans to bytes and back: the plan, the sources, the masks, each a chunk of its own.
+
+Each kind of plan has a module: `list_plan`, `strip_plan`, `grid_plan`. Whatever the plan, a decoder takes
+bytes as they come and knows at once which placements they determine.
+"""
+
+from upholster.errors import InputError
+from upholster.quilt.chart import Chart
+from upholster.quilt.model import Quilt
+from upholster.quilt.placement import touches
+from upholster.quilt.plans import GridPlan, PlacementList, StripPlan
+from upholster.quilt.warp_field import WarpField
+from upholster.stream.byte_reader import ByteReader
+from upholster.stream.grid_plan import GridDecoder, encode_grid
+from upholster.stream.list_plan import ListDecoder, encode_list
+from upholster.stream.plan_common import FINE_LIST, GRID, MAX_CELLS, MAX_PLACEMENTS, STRIPS, PlanDecoder
+from upholster.stream.strip_plan import StripDecoder, encode_strips
+
+__all__ = ["encode_plan", "open_plan"]
+
+
+def encode_plan(quilt: Quilt) -> tuple[bytes, bytes, bytes]:
+    """Encode a quilt's plan.
+
+    Parameters
+    ----------
+    quilt
+        What to encode; cells 0 or 1. Its warp fields are told elsewhere, see `upholster.stream.warp_fields`.
+
+    Returns
+    -------
+    plan, sources, masks : bytes
+        What `open_plan` and its decoder take; `masks` is empty where there are none.
+
+    Raises
+    ------
+    InputError
+        For more placements or cells than the format holds, cells other than 0 and 1, a placement that does
+        not touch its chart, or a plan that the format has no place for.
+    """
+    placed, cells = quilt.placements, quilt.mask_cells
+    if len(placed) > MAX_PLACEMENTS:
+        raise InputError(f"quilt has {len(placed)} placements; allowed: {MAX_PLACEMENTS} in a stream")
+    if len(cells) > MAX_CELLS:
+        raise InputError(f"quilt has {len(cells)} cells of masks; allowed: {MAX_CELLS} in a stream")
+    if len(cells) and cells.max() > 1:
+        raise InputError(f"a cell of the quilt is {cells.max()}; allowed: 0 and 1")
+    outside = ~touches(placed, quilt.charts)
+    if outside.any():
+        raise InputError(f"placement {int(outside.argmax())} does not touch its chart")
+    match quilt.plan:
+        case StripPlan() as plan:
+            return encode_strips(plan)
+        case GridPlan() as plan:
+            return encode_grid(quilt, plan)
+        case PlacementList():
+            return encode_list(quilt)
+        case other:
+            raise InputError(f"plan is a {type(other).__name__}; allowed: StripPlan, GridPlan, PlacementList")
+
+
+def open_plan(
+    plan: ByteReader,
+    charts: tuple[Chart, ...],
+    exemplar_shape: tuple[int, int],
+    fields: tuple[WarpField, ...] = (),
+    scale: int = 0,
+) -> PlanDecoder:
+    """Return the decoder of a plan, whichever kind it is.
+
+    Parameters
+    ----------
+    plan
+        The plan's bytes.
+    charts, exemplar_shape, fields
+        As in `Quilt`.
+    scale
+        Scale of charts that are not known yet, see `upholster.stream.first_view`.
+
+    Raises
+    ------
+    FormatError
+        If the plan is malformed.
+    """
+    kind = plan.byte("kind of plan", FINE_LIST)
+    fields = fields or (WarpField.identity(),) * len(charts)
+    if kind == GRID:
+        return GridDecoder(plan, charts, exemplar_shape, fields, scale)
+    if kind == STRIPS:
+        if not all(field.is_identity for field in fields):
+            raise plan.error("plan has strips where charts have warp fields")
+        return StripDecoder(plan, charts, exemplar_shape, scale)
+    return ListDecoder(plan, charts, exemplar_shape, fields, scale, fine=kind == FINE_LIST)

@@ -1,0 +1,266 @@
+"""Compiling kernels ahead of time, several side by side in processes of their own.
+
+A table (``kernels.json``, written by ``python -m benchmarks.kernel_table``) holds every kernel with the
+types that commands call it with, the seconds it takes, the kernels that it is made of, and which commands
+need it. A command starts `compiling` when it begins: helpers compile what is not on disk yet, while the
+command runs. When it needs a kernel, it waits for it and loads it.
+"""
+
+import importlib
+import json
+import os
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from upholster.parallel import thread_count
+
+__all__ = ["Compiler", "Job", "compiling", "jobs_for", "missing", "work"]
+
+TABLE = Path(__file__).with_name("kernels.json")
+
+# Seconds until a helper is ready, and how much of the table's word counts beside what is measured.
+_START, _TRUST = 1.5, 4.0
+
+
+@dataclass(eq=False, slots=True)
+class Job:
+    """A kernel to be compiled for one list of types.
+
+    Attributes
+    ----------
+    kernel
+        Its name below the package, ``codec._coder_kernels.code_planes``.
+    arguments
+        The types as JSON, see `upholster.signatures`.
+    seconds
+        What it took where the table was made.
+    needs
+        Jobs of kernels that it is made of.
+    """
+
+    kernel: str
+    arguments: list[Any]
+    seconds: float
+    needs: "list[Job]" = field(default_factory=list)
+    started: float = 0.0
+    done: bool = False
+
+    def dispatcher(self) -> Any:
+        """Return the kernel."""
+        module, _, name = self.kernel.rpartition(".")
+        return getattr(importlib.import_module(f"upholster.{module}"), name)
+
+    def types(self) -> tuple[Any, ...]:
+        """Return the types of its arguments."""
+        from upholster.signatures import read_type
+
+        return tuple(read_type(written) for written in self.arguments)
+
+
+def jobs_for(uses: Iterable[str] | None = None) -> list[Job]:
+    """Return what some uses need, each after what it is made of; by default all that the table has."""
+    table = json.loads(TABLE.read_text(encoding="utf-8"))
+    jobs = [Job(row["kernel"], row["arguments"], row["seconds"]) for row in table["kernels"]]
+    for job, row in zip(jobs, table["kernels"], strict=True):
+        job.needs = [jobs[n] for n in row["needs"]]
+    if uses is None:
+        return jobs
+    wanted = {n for use in uses for n in table["uses"].get(use, ())}
+    for n in reversed(range(len(jobs))):  # what a kernel is made of comes before it
+        if n in wanted:
+            wanted.update(table["kernels"][n]["needs"])
+    return [jobs[n] for n in sorted(wanted)]
+
+
+def missing(jobs: Sequence[Job]) -> list[Job]:
+    """Return those whose code is not on disk, but could be."""
+    from upholster.kernel_cache import KernelCache
+
+    found = []
+    for job in jobs:
+        with suppress(ImportError, AttributeError):  # a table of another version: compiled when first called
+            dispatcher = job.dispatcher()
+            cache = getattr(dispatcher, "_cache", None)
+            if isinstance(cache, KernelCache) and not cache.has(job.types(), dispatcher.targetctx):
+                found.append(job)
+    return found
+
+
+class Compiler:
+    """Helpers that compile kernels; each has a thread here that hands out work and waits for the answer."""
+
+    def __init__(self, jobs: Sequence[Job], processes: int) -> None:
+        self._jobs = list(jobs)
+        here = set(self._jobs)
+        for job in self._jobs:
+            job.needs = [other for other in job.needs if other in here]
+        self._queue = sorted(self._jobs, key=self._urgency, reverse=True)
+        self._changed = threading.Condition()
+        self._told = self._measured = 0.0
+        self._begun = time.monotonic()
+        self._helpers: list[subprocess.Popen[str]] = []
+        for _ in range(min(processes, len(jobs))):
+            with suppress(OSError):  # no room for another process: the kernels are compiled where needed
+                self._helpers.append(_helper())
+        self._alive = len(self._helpers)
+        for helper in self._helpers:
+            threading.Thread(target=self._serve, args=(helper,), daemon=True).start()
+
+    @property
+    def total(self) -> int:
+        """How many kernels there are to compile."""
+        return len(self._jobs)
+
+    @property
+    def done(self) -> int:
+        """How many of them are compiled."""
+        return sum(job.done for job in self._jobs)
+
+    @property
+    def running(self) -> bool:
+        """Whether there is more to come."""
+        return self._alive > 0 and self.done < self.total
+
+    def seconds_left(self) -> float:
+        """Return how long the rest will take, by the table and by how long the kernels so far took."""
+        with self._changed:
+            now = time.monotonic()
+            pace = (self._measured + _TRUST) / (self._told + _TRUST)
+            free = [max(0.0, self._begun + _START - now)] * max(1, self._alive)
+            left = [
+                max(pace * job.seconds - (now - job.started), 0.3)
+                for job in self._jobs
+                if job.started and not job.done
+            ]
+            left += [pace * job.seconds for job in self._queue]
+            for seconds in left:
+                n = free.index(min(free))
+                free[n] += seconds
+            return max(free)
+
+    def wait(self, kernel: str | None = None) -> None:
+        """Return when a kernel, or all of them, is compiled, or will not be."""
+        with self._changed:
+            wanted = [job for job in self._jobs if kernel in (None, job.kernel)]
+            self._hasten(wanted)
+            while self._alive and not all(job.done for job in wanted):
+                self._changed.wait(0.2)  # short, so that Ctrl-C is heard
+
+    def close(self) -> None:
+        """End all helpers, finished or not."""
+        with self._changed:
+            self._queue.clear()
+            self._alive = 0
+            self._changed.notify_all()
+        for helper in self._helpers:
+            helper.kill()
+            helper.wait()
+
+    def _hasten(self, wanted: list[Job]) -> None:
+        # What somebody waits for comes first, after what it is made of.
+        needed = set(wanted)
+        for job in reversed(self._jobs):
+            if job in needed:
+                needed.update(job.needs)
+        self._queue.sort(key=lambda job: job not in needed)
+
+    def _urgency(self, job: Job) -> float:
+        # Seconds from its start to the end of what waits for it.
+        after = [self._urgency(other) for other in self._jobs if job in other.needs]
+        return job.seconds + max(after, default=0.0)
+
+    def _serve(self, helper: "subprocess.Popen[str]") -> None:
+        assert helper.stdin is not None
+        assert helper.stdout is not None
+        try:
+            while (job := self._next()) is not None:
+                helper.stdin.write(json.dumps([job.kernel, job.arguments]) + "\n")
+                helper.stdin.flush()
+                seconds = float(helper.stdout.readline())
+                with self._changed:
+                    job.done = True
+                    self._told += job.seconds
+                    self._measured += seconds
+                    self._changed.notify_all()
+        except (OSError, ValueError):  # it died: its kernel is compiled where it is needed
+            pass
+        with self._changed:
+            self._alive = max(0, self._alive - 1)
+            self._changed.notify_all()
+
+    def _next(self) -> Job | None:
+        with self._changed:
+            while self._queue:
+                for job in self._queue:
+                    if all(other.done for other in job.needs):
+                        self._queue.remove(job)
+                        job.started = time.monotonic()
+                        return job
+                self._changed.wait(0.5)
+                if not any(job.started and not job.done for job in self._jobs):
+                    return None  # what the rest is made of will not come
+            return None
+
+
+@contextmanager
+def compiling(uses: Iterable[str] | None = None, threads: int | None = None) -> Iterator[Compiler | None]:
+    """Compile what some uses need and is not on disk, in the background; None if all of it is there."""
+    from upholster.kernel_cache import KernelCache
+
+    jobs = missing(jobs_for(uses))
+    if not jobs:
+        yield None
+        return
+    compiler = Compiler(jobs, thread_count(threads))
+    KernelCache.waiting = compiler.wait
+    try:
+        yield compiler
+    finally:
+        KernelCache.waiting = None
+        compiler.close()
+
+
+def _helper() -> "subprocess.Popen[str]":
+    # The package may lie anywhere on this process's path; the working directory is none of its business.
+    path = os.pathsep.join([str(Path(__file__).parent.parent), *filter(None, sys.path)])
+    return subprocess.Popen(
+        [sys.executable, "-P", "-c", "from upholster.warm import work; work()"],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        text=True,
+        env={**os.environ, "PYTHONPATH": path},
+    )
+
+
+def work() -> None:
+    """Compile what standard input names, one kernel a line, and answer with the seconds; end when it ends."""
+    import gc
+    import signal
+    from queue import SimpleQueue
+
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the command, which ends this process
+    # Compiling makes millions of objects that stay: looking through them again and again takes a fifth of
+    # the time.
+    gc.disable()
+    lines: SimpleQueue[str] = SimpleQueue()
+
+    def listen() -> None:
+        for line in sys.stdin:
+            lines.put(line)
+        os._exit(0)  # even in the middle of a kernel: it is not needed any more
+
+    threading.Thread(target=listen, daemon=True).start()
+    while True:
+        kernel, arguments = json.loads(lines.get())
+        start = time.perf_counter()
+        job = Job(kernel, arguments, 0.0)
+        job.dispatcher().compile(job.types())
+        print(time.perf_counter() - start, flush=True)

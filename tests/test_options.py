@@ -1,0 +1,179 @@
+"""Options: each told once, checked in one place, and spelled out by the commands."""
+
+import inspect
+import subprocess
+import sys
+from dataclasses import fields, replace
+from typing import get_args
+
+import numpy as np
+import pytest
+
+import upholster
+from upholster.cli.cover import cover
+from upholster.cli.stream import refine
+from upholster.errors import InputError
+from upholster.geometry import plane, sphere
+from upholster.methods import prepare
+from upholster.methods.paper import PaperOptions
+from upholster.methods.quilt import QuiltOptions
+from upholster.options import SynthesisOptions, WriteOptions, chosen, settled
+
+KINDS = (SynthesisOptions, WriteOptions)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_every_field_is_told_and_stands_in_the_docstring(kind):
+    for entry in fields(kind):
+        assert entry.metadata["help"].endswith("."), entry.name
+        assert f"\n{entry.name}\n    {entry.metadata['help']}" in kind.__doc__
+
+
+def options_of(command):
+    parameters = inspect.signature(command).parameters
+    return {name: get_args(p.annotation)[1] for name, p in parameters.items() if get_args(p.annotation)}
+
+
+@pytest.mark.parametrize(("command", "panels"), [(cover, None), (refine, {"Output"})])
+def test_commands_spell_out_the_fields(command, panels):
+    options = options_of(command)
+    for kind in KINDS if panels is None else (WriteOptions,):
+        for entry in fields(kind):
+            if panels is not None and entry.metadata["panel"] not in panels:
+                assert entry.name not in options
+                continue
+            option = options[entry.name]
+            assert option.help == entry.metadata["help"]
+            assert option.rich_help_panel == entry.metadata["panel"]
+    for name, option in options.items():
+        assert option.help, name
+    names = [text for option in options.values() for text in option.param_decls or ()]
+    assert len(names) == len(set(names))
+
+
+def test_defaults_of_commands_are_those_of_the_fields():
+    parameters = inspect.signature(cover).parameters
+    texts = {"size": "1024x768", "view": "30,30"}
+    for kind in KINDS:
+        for entry in fields(kind):
+            assert parameters[entry.name].default == texts.get(entry.name, entry.default)
+
+
+def run(command, monkeypatch, target, *arguments):
+    """Run a command with its work replaced; return the options that the work is given."""
+    from upholster.cli import app
+
+    class StoppedError(Exception):
+        pass
+
+    given = {}
+
+    def work(*_, **keywords):
+        given.update(keywords)
+        raise StoppedError
+
+    monkeypatch.setattr(target, work)
+    with pytest.raises(StoppedError):
+        app([command, *arguments], standalone_mode=False)
+    return given
+
+
+def test_what_is_written_arrives_as_options(monkeypatch):
+    given = run(
+        "cover", monkeypatch, "upholster.pipeline.cover", "a.png", "--on", "plane", "-o", "b.png",
+        "--texels", "512x400", "--tileable", "--evenness", "1", "--shortlist", "8", "--size", "20x30",
+        "--view", "10,-5.5", "--wavelet", "haar", "--lossless", "--bytes", "8k", "--texture", "webp",
+    )  # fmt: skip
+    assert given["synthesis"] == SynthesisOptions(texels=(512, 400), tileable=True, evenness=1.0, shortlist=8)
+    assert given["options"] == WriteOptions(
+        texture="webp", size=(20, 30), view=(10.0, -5.5), wavelet="haar", lossless=True, stream_bytes=8000
+    )
+    assert given["options"].transform["levels"] == 3
+    paper = run(
+        "cover", monkeypatch, "upholster.pipeline.cover", "a.png", "--on", "plane", "-o", "b.png",
+        "--method", "paper", "--no-seams", "--chart", "64",
+    )  # fmt: skip
+    assert paper["synthesis"] == SynthesisOptions(method="paper", seams=False, chart=64)
+    assert paper["options"] == WriteOptions()
+    given = run(
+        "refine", monkeypatch, "upholster.pipeline.refine", "a.uph", "-o", "b.glb", "--normal-scale", "2",
+        "--bytes", "1000",
+    )  # fmt: skip
+    assert given["options"] == WriteOptions(normal_scale=2.0)
+
+
+def test_a_default_that_is_written_is_refused_by_the_other_method(monkeypatch):
+    from upholster.cli import app
+
+    with pytest.raises(InputError, match="levels belongs to method 'paper'"):
+        app(["cover", "a.png", "--on", "plane", "-o", "b.png", "--levels", "3"], standalone_mode=False)
+
+
+@pytest.mark.parametrize(
+    ("choices", "told"),
+    [
+        ({"methd": "paper"}, r"unknown option 'methd'; did you mean 'method'\?"),
+        ({"method": "papr"}, r"unknown method 'papr'; did you mean 'paper'\?"),
+        ({"chart": 512}, "chart belongs to method 'paper'; allowed with 'quilt': texels, density"),
+        ({"chart": 64}, "chart belongs to method 'paper'"),
+        (
+            {"method": "paper", "variety": 0.2},
+            "variety belongs to method 'quilt'; allowed with 'paper': block",
+        ),
+        ({"method": "paper", "shortlist": 9}, "shortlist belongs to method 'quilt'"),
+        ({"evenness": 11}, "evenness is 11; allowed: 0 to 10"),
+        ({"variety": float("nan")}, "variety is nan; allowed: 0 to 10"),
+        ({"tolerance": 0.9}, "tolerance is 0.9; allowed: 1 to 2"),
+        ({"shortlist": 0}, "shortlist is 0; allowed: 1 to 4096"),
+        ({"block": 7}, "block is 7; allowed: 8 to 512"),
+        ({"block": 20, "overlap": 11}, "overlap is 11; allowed: 4 to half a block"),
+        ({"method": "paper", "levels": 7}, "levels is 7; allowed: 1 to 6"),
+        ({"method": "paper", "block": 20}, "block is 20; allowed: multiples of 2"),
+        ({"method": "paper", "block": 32, "overlap": 4}, "overlap is 4; allowed: multiples of 2"),
+        ({"tileable": True}, "tileable needs texels"),
+        ({"texels": 1000, "density": 2.0}, "density and texels are both given"),
+        ({"texels": (64, 64), "direction": "u"}, "direction is given with texels 64x64"),
+    ],
+)
+def test_bad_choices_are_refused_in_one_line(choices, told):
+    with pytest.raises(InputError, match=told) as raised:
+        chosen(SynthesisOptions, **choices)
+    assert "\n" not in str(raised.value)
+
+
+def test_choices_come_before_options_and_none_chooses_nothing():
+    base = SynthesisOptions(evenness=1.0, block=24)
+    assert chosen(SynthesisOptions, base, variety=0.5, block=None) == replace(base, variety=0.5)
+    assert chosen(SynthesisOptions, {"evenness": 1.0}, block=24) == base
+    assert chosen(SynthesisOptions) == SynthesisOptions()
+    assert chosen(WriteOptions, quads=7) == WriteOptions(quads=7)
+
+
+def test_methods_get_all_options_settled():
+    options = SynthesisOptions(method="paper", levels=2, seams=False)
+    own = settled(options, PaperOptions)
+    assert (own.block, own.overlap, own.levels, own.seams) == (32, 8, 2, False)
+    with pytest.raises(InputError, match="block is 32; allowed: multiples of 2"):
+        settled(SynthesisOptions(method="paper", levels=5), PaperOptions)
+    exemplar = np.random.default_rng(1).integers(0, 256, (64, 64, 3), dtype=np.uint8)
+    prepared = prepare(exemplar, plane(), SynthesisOptions(texels=(64, 48), tileable=True, tolerance=1.5))
+    assert isinstance(prepared.options, QuiltOptions)
+    assert prepared.options.tileable
+    assert prepared.options.tolerance == 1.5
+    assert 8 <= prepared.options.block <= 48
+
+
+def test_synthesize_takes_options_and_choices_alike():
+    exemplar = np.random.default_rng(1).integers(0, 256, (48, 48, 3), dtype=np.uint8)
+    options = SynthesisOptions(method="paper", chart=40)
+    one = upholster.synthesize(exemplar, sphere(), options=options, seed=2)
+    two = upholster.synthesize(exemplar, sphere(), method="paper", chart=40, seed=2)
+    assert (one.placements == two.placements).all()
+    with pytest.raises(InputError, match=r"unknown option 'texel'; did you mean 'texels'\?"):
+        upholster.synthesize(exemplar, sphere(), texel=4)
+
+
+def test_options_are_known_without_numpy():
+    code = "import sys, upholster.options; print('numpy' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "False"

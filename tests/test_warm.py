@@ -1,0 +1,173 @@
+"""Kernels compiled ahead of time: their table, their files, and the processes that compile them."""
+
+import json
+import os
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numba
+import pytest
+from benchmarks.kernel_table import USES
+
+from upholster.kernel_cache import KernelCache, _imported
+from upholster.signatures import read_type, type_as_json
+from upholster.warm import TABLE, jobs_for
+
+ROOT = Path(__file__).parent.parent
+
+
+def test_every_type_in_the_table_is_read_as_it_was_written():
+    for row in json.loads(TABLE.read_text())["kernels"]:
+        for written in row["arguments"]:
+            assert type_as_json(read_type(written)) == written
+
+
+def test_a_kernel_comes_after_what_it_is_made_of():
+    jobs = jobs_for()
+    assert all(jobs.index(other) < n for n, job in enumerate(jobs) for other in job.needs)
+    assert all(set(job.needs) <= set(some) for some in [jobs_for(["quilt model"])] for job in some)
+
+
+def test_sources_are_followed_through_packages_and_modules():
+    found = _imported(ROOT / "src/upholster/warm.py") | _imported(ROOT / "src/upholster/cli/__init__.py")
+    names = {str(path.relative_to(ROOT / "src/upholster")) for path in found}
+    assert {"parallel.py", "signatures.py", "kernel_cache.py", "cli/codec.py", "errors.py"} <= names
+
+
+def _kernel(tmp_path, monkeypatch):
+    monkeypatch.setattr("numba.core.config.CACHE_DIR", str(tmp_path))
+
+    def half(x):
+        return x / 2
+
+    compiled = numba.njit(half)
+    KernelCache.attach(compiled)
+    return compiled
+
+
+def test_each_signature_has_a_file_of_its_own_whoever_writes_it(tmp_path, monkeypatch):
+    for kind in (numba.int64, numba.float64):  # two processes that know nothing of each other
+        _kernel(tmp_path, monkeypatch).compile((kind,))
+    assert len(list(tmp_path.rglob("*.kernel"))) == 2
+    third = _kernel(tmp_path, monkeypatch)
+    third.compile((numba.float64,))
+    assert sum(third.stats.cache_hits.values()) == 1
+    assert third(3.0) == 1.5
+
+
+def test_code_of_other_sources_is_replaced(tmp_path, monkeypatch):
+    _kernel(tmp_path, monkeypatch).compile((numba.int64,))
+    monkeypatch.setattr("upholster.kernel_cache._stamp", lambda *_: "changed")
+    again = _kernel(tmp_path, monkeypatch)
+    again.compile((numba.int64,))
+    assert sum(again.stats.cache_misses.values()) == 1
+    assert [path.name.split(".")[-3] for path in tmp_path.rglob("*.kernel")] == ["changed"]
+
+
+def test_kernels_work_where_no_folder_can_be_written(tmp_path, monkeypatch):
+    monkeypatch.setattr("numba.core.caching.CacheImpl._locator_classes", [])
+    compiled = _kernel(tmp_path, monkeypatch)
+    assert compiled(3.0) == 1.5
+    assert not isinstance(compiled._cache, KernelCache)
+
+
+def _run(code, tmp_path):
+    return subprocess.run(
+        [sys.executable, "-c", code],
+        env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)},
+        capture_output=True,
+        text=True,
+        timeout=300,
+    )
+
+
+PICK = """
+from upholster.warm import *
+jobs = sorted(jobs_for(), key=lambda job: job.seconds)
+jobs = [job for job in jobs if not job.needs][:2]
+assert len(missing(jobs)) == 2
+"""
+
+
+def test_helpers_compile_what_the_command_then_loads(tmp_path):
+    code = (
+        PICK
+        + """
+import upholster.warm
+from numba.core import event
+upholster.warm.jobs_for = lambda uses: jobs
+with event.install_recorder("numba:compile") as compiled, compiling(["any"], 2) as compiler:
+    assert compiler.total == 2 and compiler.seconds_left() > 0
+    jobs[1].dispatcher().compile(jobs[1].types())  # waits
+    compiler.wait()
+    assert compiler.done == 2 and not compiler.running and compiler.seconds_left() >= 0
+assert not compiled.buffer
+assert not missing(jobs)
+"""
+    )
+    done = _run(code, tmp_path)
+    assert done.returncode == 0, done.stderr
+
+
+def test_a_helper_that_dies_costs_time_and_no_more(tmp_path):
+    code = (
+        PICK
+        + """
+import upholster.warm
+upholster.warm.jobs_for = lambda uses: jobs
+with compiling(["any"], 2) as compiler:
+    for helper in compiler._helpers:
+        helper.kill()
+    jobs[1].dispatcher().compile(jobs[1].types())
+    compiler.wait()
+    assert not compiler.running
+"""
+    )
+    done = _run(code, tmp_path)
+    assert done.returncode == 0, done.stderr
+
+
+def test_helpers_end_with_the_command_even_if_it_is_killed(tmp_path):
+    code = (
+        PICK
+        + """
+import os, signal, sys
+compiler = Compiler(jobs_for(), 2)
+print(*[helper.pid for helper in compiler._helpers], flush=True)
+os.kill(os.getpid(), signal.SIGKILL)
+"""
+    )
+    done = _run(code, tmp_path)
+    for pid in done.stdout.split():
+        _wait_for_end(int(pid))
+
+
+def _wait_for_end(pid):
+    for _ in range(600):
+        state = Path(f"/proc/{pid}/stat")
+        if not state.exists() or state.read_text().split()[2] == "Z":
+            return
+        time.sleep(0.1)
+    pytest.fail(f"helper {pid} lives on")
+
+
+@pytest.mark.slow
+def test_after_warm_no_command_compiles_anything(tmp_path):
+    subprocess.run([sys.executable, "-m", "upholster", "warm", "--quiet"], check=True, cwd=tmp_path)
+    compiled = {}
+    for use, arguments in USES.items():
+        trace = tmp_path / "trace.jsonl"
+        subprocess.run(
+            [sys.executable, "-m", "benchmarks.compile_trace", str(trace), *arguments.split()],
+            check=True,
+            cwd=tmp_path,
+            env={**os.environ, "PYTHONPATH": os.pathsep.join([str(ROOT), *filter(None, sys.path)])},
+            capture_output=True,
+        )
+        compiled[use] = {json.loads(line)["function"] for line in trace.read_text().splitlines()}
+        trace.unlink()
+    assert not {use: found for use, found in compiled.items() if found}, (
+        "run python -m benchmarks.kernel_table"
+    )

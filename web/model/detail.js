@@ -1,0 +1,70 @@
+/** How finely charts have to be tessellated for where they are seen. */
+
+import { Vector3, Vector2 } from 'three'
+import { countsFor } from '../uph-mesh.js'
+
+const MEASURE_EVERY = 120 // milliseconds between looks at how large charts are on screen
+const MAX_QUADS = 2 ** 19
+
+const SIZE = new Vector2()
+const PLACE = new Vector3()
+const EYE = new Vector3()
+
+/** Pixels that the unit of length of a sphere's world takes at its nearest point. */
+function pixelsPerUnit({ center, radius }, matrixWorld, renderer, camera) {
+  const height = renderer.getDrawingBufferSize(SIZE).y
+  if (camera.isOrthographicCamera) return (height * camera.zoom) / (camera.top - camera.bottom)
+  const place = PLACE.set(...center).applyMatrix4(matrixWorld)
+  const scale = matrixWorld.getMaxScaleOnAxis()
+  const distance = place.distanceTo(EYE.setFromMatrixPosition(camera.matrixWorld)) - scale * radius
+  return height / 2 / Math.tan((Math.PI / 360) * (camera.fov ?? 50)) / Math.max(distance, camera.near)
+}
+
+/** Gathers the segments that charts need in a frame, and asks for them together, not at every frame. */
+export class DetailControl {
+  /** Segments of charts, along s and along t, that were asked for; null before there are any. */
+  counts = null
+  #bounds
+  #errorPixels
+  #request
+  #wanted = null
+  #askedAt = 0
+
+  /** request(counts) is called when charts want other segments. */
+  constructor(bounds, errorPixels, request) {
+    this.#bounds = bounds
+    this.#errorPixels = errorPixels
+    this.#request = request
+  }
+
+  /** A chart is about to be drawn. */
+  measure(chart, matrixWorld, renderer, camera) {
+    if (!this.counts) return
+    if (!this.#wanted) {
+      if (performance.now() - this.#askedAt < MEASURE_EVERY) return
+      this.#wanted = this.counts.slice()
+      setTimeout(() => this.#ask(), 0)
+    }
+    const scale = matrixWorld.getMaxScaleOnAxis()
+    const perUnit = scale * pixelsPerUnit(this.#bounds[chart], matrixWorld, renderer, camera)
+    const counts = countsFor(this.#bounds[chart], perUnit, this.#errorPixels)
+    for (let k = 0; k < 2; k++) {
+      const now = this.counts[2 * chart + k]
+      // Coarser only where it pays, so that turning to and fro changes nothing.
+      if (counts[k] > now || counts[k] < now / 2) this.#wanted[2 * chart + k] = counts[k]
+    }
+  }
+
+  #ask() {
+    const wanted = this.#wanted
+    this.#wanted = null
+    this.#askedAt = performance.now()
+    const quads = () => wanted.reduce((sum, count, n) => (n % 2 ? sum + count * wanted[n - 1] : sum), 0)
+    while (quads() > MAX_QUADS && wanted.some((count) => count > 1)) {
+      wanted.forEach((count, n) => (wanted[n] = Math.max(1, count >> 1)))
+    }
+    if (wanted.every((count, n) => count === this.counts[n])) return
+    this.counts = wanted
+    this.#request(wanted)
+  }
+}

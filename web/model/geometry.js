@@ -1,0 +1,43 @@
+/** Geometry of charts, from what the worker tessellates. */
+
+import { Box3, BufferAttribute, BufferGeometry, Sphere, Vector3 } from 'three'
+
+/** A sphere round all of `bounds`, put into `sphere`. */
+export function enclose(bounds, sphere) {
+  const spheres = bounds.map(({ center, radius }) => new Sphere(new Vector3(...center), radius))
+  const box = new Box3()
+  for (const one of spheres) box.union(one.getBoundingBox(new Box3()))
+  box.getCenter(sphere.center)
+  sphere.radius = Math.max(...spheres.map(({ center, radius }) => center.distanceTo(sphere.center) + radius))
+}
+
+/** The geometry of a chart so large, in a texture with a gutter; its `userData` has the outline and the quads. */
+export function chartGeometry(piece, { height, width }, { center, radius }) {
+  const { positions, normals, tangents, parameters, indices, outline } = piece
+  const uv = new Float32Array(parameters.length)
+  for (let n = 0; n < uv.length; n += 2) {
+    uv[n] = (1 + parameters[n + 1] * width) / (width + 2)
+    uv[n + 1] = (1 + parameters[n] * height) / (height + 2)
+  }
+  const geometry = new BufferGeometry()
+  geometry.setAttribute('position', new BufferAttribute(positions, 3))
+  geometry.setAttribute('normal', new BufferAttribute(normals, 3))
+  geometry.setAttribute('tangent', new BufferAttribute(tangents, 4))
+  geometry.setAttribute('uv', new BufferAttribute(uv, 2))
+  geometry.setIndex(new BufferAttribute(indices, 1))
+  geometry.boundingSphere = new Sphere(new Vector3(...center), radius)
+  geometry.userData = { outline, quads: indices.length / 6 }
+  return geometry
+}
+
+/** The outlines of all charts as line segments. */
+export function outlineGeometry(geometries) {
+  const outlines = geometries.map(({ userData }) => userData.outline ?? [])
+  const lines = new Float32Array(outlines.reduce((sum, outline) => sum + outline.length, 0))
+  let at = 0
+  for (const outline of outlines) {
+    lines.set(outline, at)
+    at += outline.length
+  }
+  return new BufferGeometry().setAttribute('position', new BufferAttribute(lines, 3))
+}

@@ -1,0 +1,98 @@
+/** The model and the arithmetic decoder of all coded bits [5.1]. */
+
+import { GrowingBytes } from './bytes.js'
+import { clamp, range } from './numbers.js'
+
+const STRETCH = Int32Array.from(range(4096), (p) => {
+  const q = (p + 0.5) / 4096
+  return clamp(Math.round(256 * Math.log(q / (1 - q))), -2047, 2047)
+})
+const SQUASH = Int32Array.from(range(4096), (x) =>
+  clamp(Math.round(65536 / (1 + Math.exp(-(x - 2048) / 256))), 16, 65520),
+)
+const RECIPROCALS = Int32Array.from(range(1024), (n) => Math.round(16384 / (n + 1.6)))
+
+/** The most counters that one bit is predicted from. */
+export const MAX_INPUTS = 5
+
+/** Decodes bits. A caller puts counters into `input`, then asks for the bit that they and a mixer predict. */
+export class BitDecoder {
+  /** So many counters and mixers; the mixers' weights in 1/65536 at first. */
+  constructor(counters, mixers, weight) {
+    this.p = new Int32Array(counters).fill(1 << 19)
+    this.n = new Uint16Array(counters)
+    // Sums of weights times logits may exceed 32 bits.
+    this.weights = new Float64Array(MAX_INPUTS * mixers).fill(weight)
+    this.input = new Int32Array(MAX_INPUTS)
+    this.logits = new Int32Array(MAX_INPUTS)
+    this.data = new GrowingBytes()
+    this.place = 4 // bytes that code has taken, missing ones included
+    this.low = this.code = 0
+    this.high = this.unknownBits = 0xffffffff // unknownBits: where bytes of code are missing
+  }
+
+  /** Let mixers [first, end) start with another weight. */
+  setWeights(first, end, weight) {
+    this.weights.fill(weight, first * MAX_INPUTS, end * MAX_INPUTS)
+  }
+
+  /** How many bytes have come that no bit has needed. */
+  get unread() {
+    return Math.max(0, this.data.length - this.place)
+  }
+
+  /** Take further bytes. */
+  feed(part) {
+    this.data.push(part)
+    this.code = this.unknownBits = 0
+    for (let k = this.place - 4; k < this.place; k++) this.shift(k)
+  }
+
+  /** Shift the byte at a place into the code. */
+  shift(place) {
+    const there = place < this.data.length
+    this.code = ((this.code << 8) | (there ? this.data.bytes[place] : 0)) >>> 0
+    this.unknownBits = ((this.unknownBits << 8) | (there ? 0 : 255)) >>> 0
+  }
+
+  /** The next bit, or −1 if the bytes that have come do not determine it; then nothing has changed. */
+  bit(count, mixer, limit) {
+    const { p, n, weights, input, logits } = this
+    const base = mixer * MAX_INPUTS
+    let sum = 0
+    for (let k = 0; k < count; k++) {
+      logits[k] = STRETCH[p[input[k]] >> 8]
+      sum += weights[base + k] * logits[k]
+    }
+    const chance = SQUASH[2048 + clamp(Math.floor(sum / 65536), -2047, 2047)]
+    const span = this.high - this.low
+    const middle = this.low + (span >>> 16) * chance + (((span & 65535) * chance) >>> 16)
+    let bit
+    if (this.code + this.unknownBits <= middle) {
+      this.high = middle
+      bit = 1
+    } else if (this.code > middle) {
+      this.low = middle + 1
+      bit = 0
+    } else return -1
+    while ((this.low ^ this.high) >>> 24 === 0) {
+      this.low = (this.low << 8) >>> 0
+      this.high = ((this.high << 8) | 255) >>> 0
+      this.shift(this.place++)
+    }
+    const error = (bit << 16) - chance
+    const target = bit ? 0xfffff : 0
+    for (let k = 0; k < count; k++) {
+      const c = input[k]
+      weights[base + k] += (logits[k] * error + 8192) >> 14
+      p[c] += (((target - p[c]) >> 4) * RECIPROCALS[n[c]]) >> 10
+      if (n[c] < limit) n[c]++
+    }
+    return bit
+  }
+}
+
+/** A context of 16 bits from three numbers [5.2]. */
+export function hash(x, y, z) {
+  return (Math.imul(x, 2654435761) + Math.imul(y, 2246822519) + Math.imul(z, 3266489917)) >>> 16
+}

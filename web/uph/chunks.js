@@ -1,0 +1,115 @@
+/** The container [1]: a header, then chunks, each with its CRC, read as bytes come. */
+
+import { ByteReader, GrowingBytes, UphError, crc32 } from './bytes.js'
+
+const MAGIC = [117, 112, 104, 0] // "uph", version
+const MAX_FILE = 2 ** 30
+const CRC_BYTES = 4
+
+// What each chunk comes after, how long it may be, and which may come more than once.
+const NEEDS = { S: '', L: 'S', X: 'L', D: 'X', F: 'X', Q: 'X', P: 'Q', M: 'P', R: 'X', E: 'R' }
+const LONGEST = { S: 2 ** 26, L: 2 ** 24, X: 2 ** 12, F: 2 ** 23, Q: 2 ** 23, R: 2 ** 12 }
+const ANY_NUMBER = 'DRE'
+
+const fail = (what, offset) => {
+  throw new UphError(what, offset)
+}
+
+/** Reads a file; take(chunk, part, whole) gets the known chunks' payloads part by part, `whole` with the last one. */
+export class ChunkReader {
+  constructor(take) {
+    this.take = take
+    this.received = 0
+    this.total = null // length of the file; null before its header has come
+    this.view = 0 // where the first view is complete
+    this.start = 0 // how many bytes are used
+    this.chunk = null
+    this.seen = ''
+    this.buffer = new GrowingBytes() // bytes not used yet
+  }
+
+  get complete() {
+    return this.total !== null && this.start === this.total
+  }
+
+  feed(bytes) {
+    this.received += bytes.length
+    if (this.total !== null) this.#checkLength()
+    this.buffer.push(bytes)
+    if (this.total === null && !this.#readHeader()) return
+    this.#checkLength()
+    let used = 0
+    while (this.start + used < this.total) {
+      const rest = this.buffer.bytes.subarray(used, this.buffer.length)
+      const took = this.#readChunk(rest, this.start + used)
+      used += took
+      if (!took) break
+    }
+    this.buffer.drop(used)
+    this.start += used
+  }
+
+  #checkLength() {
+    if (this.received > this.total) fail(`${this.received - this.total} bytes behind the end of the file`, this.total)
+  }
+
+  #readHeader() {
+    const head = this.buffer.bytes.subarray(0, Math.min(this.buffer.length, 14))
+    head.subarray(0, 4).forEach((byte, n) => {
+      if (byte !== MAGIC[n]) fail(n < 3 ? 'this is no .uph stream' : `version is ${byte}; allowed: 0`, n)
+    })
+    if (head.subarray(4).filter((byte) => byte < 128).length < 2 && head.length < 14) return false
+    const reader = new ByteReader(head.subarray(4), 4)
+    this.total = reader.varint('length of the file', MAX_FILE, 6)
+    this.view = reader.varint('length of the first view', this.total)
+    this.start = 4 + reader.place
+    this.buffer.drop(this.start)
+    return true
+  }
+
+  /** Use some of the bytes at `offset`; returns how many. */
+  #readChunk(rest, offset) {
+    if (!this.chunk) return this.#readChunkHeader(rest, offset)
+    const { chunk } = this
+    const part = rest.subarray(0, chunk.left)
+    const whole = part.length === chunk.left && rest.length >= part.length + CRC_BYTES
+    const isFirst = chunk.left === chunk.length
+    chunk.crc = crc32(part, chunk.crc)
+    chunk.left -= part.length
+    if (whole) {
+      const stored = new DataView(rest.buffer, rest.byteOffset + part.length, CRC_BYTES).getUint32(0, true)
+      if (stored !== chunk.crc) fail(`chunk ${chunk.tag} does not have the CRC it says`, offset + part.length)
+      this.chunk = null
+    }
+    if (part.length || whole) {
+      if (isFirst) this.#checkOrder(chunk)
+      if (chunk.tag in NEEDS) this.take(chunk, part, whole)
+    }
+    return part.length + (whole ? CRC_BYTES : 0)
+  }
+
+  #readChunkHeader(rest, offset) {
+    const head = rest.subarray(0, 10)
+    if (head.length < 10 && !head.subarray(1).some((byte) => byte < 128)) return 0
+    const reader = new ByteReader(head, offset)
+    const tag = String.fromCharCode(reader.u8('tag'))
+    if (!/[A-Za-z]/.test(tag)) fail(`tag is byte ${tag.charCodeAt(0)}; allowed: letters`, offset)
+    const length = reader.varint(`length of chunk ${tag}`, Math.max(0, this.total - offset - 6))
+    const payload = offset + reader.place
+    if (payload + length + CRC_BYTES > this.total) fail(`chunk ${tag} ends behind the end of the file`, offset)
+    this.chunk = { tag, length, offset, payload, left: length, crc: crc32(head.subarray(0, reader.place), 0) }
+    return reader.place
+  }
+
+  #checkOrder({ tag, length, offset }) {
+    if (!(tag in NEEDS)) {
+      if (tag < 'a') fail(`unknown chunk ${tag}`, offset)
+      return
+    }
+    if (tag === 'F' && this.seen.includes('Q')) fail('chunk F comes behind Q', offset)
+    if (!ANY_NUMBER.includes(tag) && this.seen.includes(tag)) fail(`chunk ${tag} comes twice`, offset)
+    if (!this.seen.includes(NEEDS[tag])) fail(`chunk ${tag} comes before ${NEEDS[tag]}`, offset)
+    if (length > LONGEST[tag]) fail(`chunk ${tag} has ${length} bytes; allowed: ${LONGEST[tag]}`, offset)
+    this.seen += tag
+  }
+}

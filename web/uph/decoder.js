@@ -1,0 +1,290 @@
+/** The decoder of `.uph` streams: what chunks bring, and what can be painted of it. */
+
+import { ByteReader, GrowingBytes, UphError } from './bytes.js'
+import { ChunkReader } from './chunks.js'
+import { parseFields } from './field-nodes.js'
+import { IDENTITY_FIELD, UNIT, scaleField } from './field.js'
+import { ImageDecoder } from './image/decoder.js'
+import { MAX_MAP_SAMPLES, parseImageHeader } from './image/header.js'
+import { parseLayout } from './layout.js'
+import { ceilDivide } from './numbers.js'
+import { Painter } from './paint/painter.js'
+import { MapPyramid } from './paint/pyramid.js'
+import { rgbaToChannels, toRgba } from './paint/rgba.js'
+import { parsePlan } from './plans/parse.js'
+import { MAX_WARPED_SIDE } from './plans/placement.js'
+import { previewPlacements, repeatSize } from './plans/preview.js'
+import { parseSurface } from './surface.js'
+
+const MAX_MAPS = 16
+const MAX_REPEATS = 2 ** 19
+const MAX_BLOCK_SIDE = 4096
+
+/** Decodes a `.uph` stream as its bytes come. */
+export class UphDecoder {
+  #file = new ChunkReader((chunk, part, whole) => this.#take(chunk, part, whole))
+  #payload = new GrowingBytes() // of a chunk that is read when it is whole
+  #scaleField = IDENTITY_FIELD // of charts without placements
+  #fields = [] // per chart
+  #plan = null
+  #maps = new Map() // ImageDecoders, by role
+  #pyramids = new Map() // of the maps as far as they have come, by role
+  #painter = new Painter()
+  #changed = null
+  #failure = null
+
+  constructor() {
+    /** The surface and its charts; null and empty before they have come. */
+    this.surface = null
+    this.charts = []
+  }
+
+  // ---------------------------------------------------------------- reading
+
+  /** Bytes fed so far. */
+  get received() {
+    return this.#file.received
+  }
+
+  /** Length of the whole file; null before its header has come. */
+  get total() {
+    return this.#file.total
+  }
+
+  /** Length of the first view; 0 before the header has come. */
+  get view() {
+    return this.#file.view
+  }
+
+  /** How many bytes are missing until something can be shown: 0 from then on. */
+  get needed() {
+    return this.#maps.size ? 0 : Math.max(1, (this.view || 6) - this.received)
+  }
+
+  /** Whether the whole file has come and every chunk's CRC is right. */
+  get complete() {
+    return this.#file.complete
+  }
+
+  /** How many charts have their placements; the others repeat the exemplar. */
+  get chartsKnown() {
+    return this.#plan ? this.#plan.knownCharts.size : 0
+  }
+
+  /**
+   * Take further bytes. Returns what changed: whether the surface has come, whether the exemplar got better (and
+   * with it every chart), and which charts got other placements.
+   */
+  feed(bytes) {
+    if (this.#failure) throw this.#failure
+    this.#changed = { surface: false, exemplar: false, roles: [], charts: [] }
+    try {
+      this.#file.feed(bytes)
+    } catch (error) {
+      this.#failure = error
+      throw error
+    }
+    const changed = this.#plan?.changed
+    if (changed) {
+      // What lies on a chart shows from when its own blocks are known.
+      this.#changed.charts = [...changed].filter((n) => this.isPlaced(n)).sort((a, b) => a - b)
+      for (const n of changed) this.#painter.forget(n)
+      changed.clear()
+    }
+    return this.#changed
+  }
+
+  /** Take a part of a chunk's payload. */
+  #take(chunk, part, whole) {
+    const { tag, payload } = chunk
+    if (tag === 'D') this.#feedMap('albedo', part)
+    else if (tag === 'E') this.#feedFurtherMap(chunk, part)
+    else if (tag === 'P') this.#plan.feedSources(part)
+    else if (tag === 'M') {
+      this.#plan.feedMasks(part, (what) => {
+        throw new UphError(what, payload)
+      })
+    } else {
+      this.#payload.push(part)
+      if (!whole) return
+      this.#takeWhole(tag, new ByteReader(this.#payload.bytes.subarray(0, this.#payload.length), payload))
+      this.#payload = new GrowingBytes()
+    }
+  }
+
+  #takeWhole(tag, reader) {
+    if (tag === 'S') {
+      this.surface = parseSurface(reader)
+      this.#changed.surface = true
+    } else if (tag === 'L') {
+      const [charts, scale] = parseLayout(reader, this.surface)
+      this.charts = charts
+      this.#scaleField = scaleField(scale)
+      this.#fields = charts.map(() => IDENTITY_FIELD)
+    } else if (tag === 'X') this.#takeExemplarHeader(reader)
+    else if (tag === 'R') this.#takeMapHeader(reader)
+    else if (tag === 'F') this.#fields = parseFields(reader, this.charts)
+    else this.#plan = parsePlan(reader, this.charts, this.#fields, this.#maps.get('albedo').header)
+  }
+
+  // ---------------------------------------------------------------- maps
+
+  #takeExemplarHeader(reader) {
+    const header = parseImageHeader(reader, 4096, 4)
+    reader.end('image header')
+    const unit = this.#scaleField.matrices[0]
+    const [tall, wide] = [repeatSize(header.height, unit), repeatSize(header.width, unit)]
+    let repeats = 0
+    for (const { height, width } of this.charts) repeats += ceilDivide(height, tall) * ceilDivide(width, wide)
+    const most = this.#scaleField.isIdentity ? MAX_BLOCK_SIDE : MAX_WARPED_SIDE
+    reader.within(Math.max(tall, wide), 'repeat of the exemplar', 1, most)
+    reader.within(repeats, 'repeats of the exemplar', 1, MAX_REPEATS)
+    if (this.view !== reader.start + reader.data.length + 4) {
+      reader.fail(`first view ends here; the file says at ${this.view}`)
+    }
+    this.#addMap('albedo', header)
+  }
+
+  #takeMapHeader(reader) {
+    const length = reader.varint('length of a role', 32, 1)
+    const start = reader.take(length, 'role')
+    const role = String.fromCharCode(...reader.data.subarray(start, start + length))
+    if (!/^[a-z0-9_]+$/.test(role) || this.#maps.has(role) || this.#maps.size >= MAX_MAPS) {
+      reader.fail('a map is not allowed, comes twice or is one too many', 0)
+    }
+    const header = parseImageHeader(reader, 4096, 4)
+    reader.end("a map's header")
+    const first = this.#maps.get('albedo').header
+    if (header.height !== first.height || header.width !== first.width) reader.fail('a map has another size', 0)
+    let samples = header.height * header.width * header.channels
+    for (const { header: one } of this.#maps.values()) samples += one.height * one.width * one.channels
+    reader.within(samples, 'number of samples of all maps', 1, MAX_MAP_SAMPLES, 0)
+    this.#addMap(role, header)
+  }
+
+  #addMap(role, header) {
+    this.#maps.set(role, new ImageDecoder(header))
+    this.#noteBetter(role)
+  }
+
+  #feedMap(role, part) {
+    if (this.#maps.get(role).feed(part)) this.#noteBetter(role)
+  }
+
+  /** Take a part of a map of which the first byte of the payload tells the number. */
+  #feedFurtherMap(chunk, part) {
+    if (!chunk.role) {
+      if (!part.length) throw new UphError('a part of a map is empty', chunk.payload)
+      chunk.role = this.roles[part[0]]
+      if (!part[0] || !chunk.role) {
+        throw new UphError(`number of a map is ${part[0]}; allowed: 1 to ${this.#maps.size - 1}`, chunk.payload)
+      }
+      part = part.subarray(1)
+    }
+    this.#feedMap(chunk.role, part)
+  }
+
+  #noteBetter(role) {
+    if (role === 'albedo') this.#changed.exemplar = true
+    if (!this.#changed.roles.includes(role)) this.#changed.roles.push(role)
+    this.#pyramids.delete(role)
+  }
+
+  /** Roles of the maps that have been announced: 'albedo', the exemplar's, is the first. */
+  get roles() {
+    return [...this.#maps.keys()]
+  }
+
+  /** How many of a map's coefficients are significant so far, of how many, and whether these are all. */
+  coefficients(role = 'albedo') {
+    const map = this.#maps.get(role)
+    if (!map) return { known: 0, count: 0, complete: false }
+    const { height, width, channels } = map.header
+    return { known: map.significant, count: height * width * channels, complete: map.complete }
+  }
+
+  /** A map of the exemplar as far as it has come: {height, width, channels, data}. */
+  exemplar(role = 'albedo') {
+    if (this.needed) throw new RangeError(`stream needs ${this.needed} more bytes`)
+    if (!this.#maps.has(role)) throw new RangeError(`map is ${role}; allowed: ${this.roles.join(', ')}`)
+    if (!this.#pyramids.has(role)) this.#pyramids.set(role, new MapPyramid(this.#maps.get(role).image(), role))
+    return this.#pyramids.get(role).picture
+  }
+
+  /** A map of the exemplar as 8-bit RGBA for the screen, see `rgba`. */
+  exemplarRgba(role = 'albedo') {
+    const { height, width, channels, data } = this.exemplar(role)
+    return { height, width, data: toRgba(data, channels, role) }
+  }
+
+  // ---------------------------------------------------------------- painting
+
+  /** Whether a chart has its placements; before, it repeats the exemplar, `repeat` of its pixels to a texel. */
+  isPlaced(index) {
+    return this.#plan?.knownCharts.has(index) ?? false
+  }
+
+  get repeat() {
+    return this.#scaleField.matrices[0] / UNIT
+  }
+
+  /** Texels of a chart as far as they can be painted, rows [start, stop) of it, as the map's `data`. */
+  texels(index, start = 0, stop = this.charts[index]?.height, role = 'albedo') {
+    const { data, channels } = this.exemplar(role)
+    const { width } = this.#checkRows(index, start, stop)
+    const out = new data.constructor((stop - start) * width * channels)
+    let to = 0
+    this.#paint(index, start, stop, role, (painted) => {
+      if (painted.constructor !== Uint8Array || channels === 4) {
+        out.set(painted, to)
+        to += painted.length
+        return
+      }
+      to = rgbaToChannels(painted, channels, out, to)
+    })
+    return out
+  }
+
+  /**
+   * The same as 8-bit RGBA for the screen, written from `into[offset]` on with `stride` texels from row to row; returns
+   * `into`. Grey becomes RGB; floats become sRGB where a map is a colour.
+   */
+  rgba(index, { role = 'albedo', start = 0, stop = this.charts[index]?.height, into, stride, offset = 0 } = {}) {
+    const { channels } = this.exemplar(role)
+    const { width } = this.#checkRows(index, start, stop)
+    into ??= new Uint8ClampedArray(4 * (stop - start) * width)
+    const step = 4 * (stride ?? width)
+    if (!(offset >= 0 && step >= 4 * width && offset + (stop - start - 1) * step + 4 * width <= into.length)) {
+      throw new RangeError(`texels do not fit ${into.length} bytes`)
+    }
+    this.#paint(index, start, stop, role, (painted, row, rows) => {
+      let to = offset + (row - start) * step
+      if (painted.constructor !== Uint8Array) painted = toRgba(painted, channels, role)
+      for (let i = 0; i < rows; i++, to += step) into.set(painted.subarray(4 * width * i, 4 * width * (i + 1)), to)
+    })
+    return into
+  }
+
+  #checkRows(index, start, stop) {
+    const chart = this.charts[index]
+    if (!chart) throw new RangeError(`chart is ${index}; allowed: 0 to ${this.charts.length - 1}`)
+    if (!(start >= 0 && start <= stop && stop <= chart.height)) {
+      throw new RangeError(`rows are ${start} to ${stop}; allowed: 0 to ${chart.height}`)
+    }
+    return chart
+  }
+
+  #paint(index, start, stop, role, take) {
+    const pyramid = this.#pyramids.get(role)
+    const { picture } = pyramid
+    const chart = this.charts[index]
+    if (role === 'normal' && picture.channels !== 3) {
+      throw new RangeError(`normal map has ${picture.channels} channels; allowed: 3`)
+    }
+    const placed = this.isPlaced(index)
+    const field = placed ? this.#fields[index] : this.#scaleField
+    const placements = () =>
+      placed ? this.#plan.placements(index) : previewPlacements(chart, picture, field.matrices[0])
+    this.#painter.paint({ index, chart, field, placements, pyramid, start, stop, take })
+  }
+}

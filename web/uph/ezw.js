@@ -1,0 +1,72 @@
+/** The decoder of `.ezw` images [6]. */
+
+import { ByteReader, GrowingBytes, UphError } from './bytes.js'
+import { ImageDecoder } from './image/decoder.js'
+import { parseImageHeader } from './image/header.js'
+
+const MAGIC = [69, 90, 87, 48] // "EZW0"
+const FIXED_BYTES = 13 // of the header with the magic, before the means
+
+/** Decodes an `.ezw` image as its bytes come. */
+export class EzwDecoder {
+  #head = new GrowingBytes()
+  #image = null
+  #failure = null
+
+  constructor() {
+    /** Bytes fed so far. */
+    this.received = 0
+  }
+
+  /** How many bytes are missing at least until there is an image: 0 from then on. */
+  get needed() {
+    if (this.#image) return 0
+    const { bytes, length } = this.#head
+    if (length < FIXED_BYTES) return FIXED_BYTES - length
+    const [channels, kind] = [bytes[8], bytes[9]]
+    return FIXED_BYTES + 2 * channels + (((kind >> 2) & 3) === 1 ? 18 : 0) + (kind >> 4 === 2 ? 8 : 0) - length
+  }
+
+  /** Whether the image is as good as it gets. */
+  get complete() {
+    return this.#image?.complete ?? false
+  }
+
+  /** Take further bytes; returns whether the image changed. */
+  feed(bytes) {
+    if (this.#failure) throw this.#failure
+    this.received += bytes.length
+    try {
+      if (this.#image) return this.#image.feed(bytes)
+      const used = this.#readHead(bytes)
+      if (this.needed) return false
+      const reader = new ByteReader(this.#head.bytes.subarray(MAGIC.length, this.#head.length), MAGIC.length)
+      this.#image = new ImageDecoder(parseImageHeader(reader, 65535, 64))
+      this.#image.feed(bytes.subarray(used))
+      return true
+    } catch (error) {
+      this.#failure = error
+      throw error
+    }
+  }
+
+  /** Use bytes for the header; returns how many. */
+  #readHead(bytes) {
+    let used = 0
+    while (this.needed && used < bytes.length) {
+      const part = bytes.subarray(used, used + this.needed)
+      this.#head.push(part)
+      used += part.length
+      MAGIC.slice(0, this.#head.length).forEach((byte, n) => {
+        if (this.#head.bytes[n] !== byte) throw new UphError('this is no .ezw image', n)
+      })
+    }
+    return used
+  }
+
+  /** The image as far as it has come: {height, width, channels, data}. */
+  image() {
+    if (!this.#image) throw new RangeError(`image needs ${this.needed} more bytes`)
+    return this.#image.image()
+  }
+}

@@ -1,0 +1,128 @@
+/** Masks of grid plans [5.6]: what is covered already says which cells have to be told. */
+
+import { BitDecoder } from '../bits.js'
+import { BESIDE_COVERED, Coverage, MaskFrame, NEAR_BARE } from './coverage.js'
+import { topLeft } from './placement.js'
+
+// Where counters by shape, by place and by distances begin, and the one that says that a mask is irregular.
+const BY_PLACE = 8192
+const BY_DISTANCE = BY_PLACE + 32768
+const IRREGULAR = BY_DISTANCE + 8192
+const IRREGULAR_MIXER = 64
+const LIMIT = 400
+
+// What a transferred block's cell shows of the block that it comes from: beyond it, old, new; or nothing is known.
+const BEYOND_LINKED = 0
+const OLD_THERE = 1
+const NEW_THERE = 2
+const NOT_LINKED = 3
+
+/** A decoder of the bits of such masks. */
+export function gridMaskBits() {
+  const bits = new BitDecoder(IRREGULAR + 1, IRREGULAR_MIXER + 1, 24030)
+  bits.setWeights(IRREGULAR_MIXER, IRREGULAR_MIXER + 1, 72090)
+  return bits
+}
+
+/** Decode the masks of all blocks of a plan, chart after chart; waits where bytes are missing. */
+export function* decodeGridMasks(plan) {
+  const { blocks, starts, grids, charts, changed } = plan
+  for (const [place, chart] of plan.order.entries()) {
+    const coverage = new Coverage(charts[chart])
+    const firstOwn = starts[place] + grids[chart].transferred
+    for (let n = starts[place]; n < starts[place + 1]; n++) {
+      const block = blocks[n]
+      const isOwn = n >= firstOwn
+      if (!block.cut) {
+        coverage.addRectangle(block)
+        continue
+      }
+      const frame = new MaskFrame(block)
+      coverage.classify(frame, isOwn)
+      yield* decodeMask(plan, frame, isOwn)
+      frame.copyCells(plan.cells, block.firstCell)
+      plan.knownCells += block.cellCount
+      changed.add(chart)
+      if (isOwn) coverage.addRectangle(block)
+      else coverage.addNewCells(frame)
+    }
+  }
+}
+
+function* decodeMask(plan, frame, isOwn) {
+  const { masks } = plan
+  const { input } = masks
+  const { block, cells, classes, under, stride } = frame
+  const { top, left, rows, columns } = block.window
+  let irregular = 0
+  if (isOwn) {
+    input[0] = IRREGULAR
+    while ((irregular = masks.bit(1, IRREGULAR_MIXER, LIMIT)) < 0) yield
+  }
+  const isTold = (at) => irregular || classes[at] < NEAR_BARE
+  frame.forEach((at) => {
+    if (!isTold(at)) cells[at] = 1
+  })
+  const kind = isOwn ? 0 : 1
+  for (let i = top; i < top + rows; i++) {
+    for (let j = left, at = frame.first + (i - top) * stride; j < left + columns; j++, at++) {
+      if (!isTold(at)) continue
+      const north = at - stride
+      const near = cells[at - 1] + 2 * cells[north] + 4 * cells[north - 1] + 8 * cells[north + 1]
+      const around = near + 16 * cells[at - 2] + 32 * cells[north - stride] + 64 * cells[north + 2]
+      const shown = isOwn ? block.agrees : shownOfLinked(plan, block, i, j)
+      input[0] = ((kind * 128 + around) * 8 + newBehind(classes, at, stride)) * 4 + shown
+      input[1] = BY_PLACE + ((kind * 1024 + Math.min(i, 31) * 32 + Math.min(j, 31)) * 4 + (near & 3)) * 4 + shown
+      const distances = openCells(classes, at, 1, frame.columns - 1 - j) * 8
+      const below = openCells(classes, at, stride, frame.rows - 1 - i)
+      input[2] = BY_DISTANCE + ((kind * 64 + distances + below) * 16 + near) * 4 + shown
+      const seeded = classes[at] === BESIDE_COVERED || (kind && under[at]) ? 1 : 0
+      let bit
+      while ((bit = masks.bit(3, (kind * 16 + near) * 2 + seeded, LIMIT)) < 0) yield
+      cells[at] = bit
+    }
+  }
+}
+
+/** Whether the cells to the right, below, and below to the left are new, as bits. */
+function newBehind(classes, at, stride) {
+  const below = at + stride
+  const isNew = (near) => (classes[near] >= NEAR_BARE ? 1 : 0)
+  return isNew(at + 1) + 2 * isNew(below) + 4 * isNew(below - 1)
+}
+
+/** How many cells, `step` places apart, come before the first new one, of so many before the rim; at most 7. */
+function openCells(classes, at, step, most) {
+  let count = 0
+  while (count < Math.min(most, 7) && classes[at + (count + 1) * step] < NEAR_BARE) count++
+  return count
+}
+
+/** What the block that a transferred one comes from shows at the middle of cell (i, j). */
+function shownOfLinked({ blocks, cells }, block, i, j) {
+  if (block.link < 0) return NOT_LINKED
+  const linked = blocks[block.link]
+  const { maskCell, matrix } = block
+  const [top, left] = topLeft(block)
+  const down = 2 * (top + i * maskCell - block.row) + maskCell - 1
+  const right = 2 * (left + j * maskCell - block.column) + maskCell - 1
+  const [a, b, c, d] = linked.matrix
+  let area = a * d - b * c
+  let y = Math.floor((matrix[0] * down + matrix[1] * right) / 16)
+  let x = Math.floor((matrix[2] * down + matrix[3] * right) / 16)
+  if (area < 0) [area, y, x] = [-area, -y, -x]
+  area = Math.floor(area / 16)
+  if (area === 0) return NOT_LINKED
+  const row = Math.floor((d * y - b * x + area) / (2 * area)) + (linked.height >> 1)
+  const column = Math.floor((a * x - c * y + area) / (2 * area)) + (linked.width >> 1)
+  if (row < 0 || column < 0 || row >= linked.height || column >= linked.width) return BEYOND_LINKED
+  return !linked.cut || cellAt(linked, cells, row, column) ? NEW_THERE : OLD_THERE
+}
+
+/** The cell of a block at one of its texels; those beyond its window are new. */
+function cellAt({ maskCell, window, firstCell }, cells, row, column) {
+  const i = Math.floor(row / maskCell) - window.top
+  const j = Math.floor(column / maskCell) - window.left
+  if (i < 0 || j < 0 || i >= window.rows || j >= window.columns) return 1
+  return cells[firstCell + i * window.columns + j]
+}

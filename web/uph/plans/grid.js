@@ -1,0 +1,217 @@
+/** Grid plans (method "quilt") [4, 5.5]: on each chart the blocks transferred to it, then its own, on a grid. */
+
+import { ceilDivide, clamp, fromZigzag, range } from '../numbers.js'
+import { decodeGridMasks, gridMaskBits } from './grid-masks.js'
+import { LIMIT, ONE_MIXER, SKIP, gridBits } from './grid-model.js'
+import { OwnBlockDecoder } from './grid-own.js'
+import { TransferDecoder } from './grid-transfers.js'
+import { MASK_CUT, MASK_NONE, MAX_MASK_CELLS, MAX_PLACEMENTS, checkPlacement, maskWindow } from './placement.js'
+import { Plan } from './plan.js'
+
+const FAR = 2 ** 20
+// Numbers of a block grid: what the first chart's are guessed to be, and what is allowed.
+const GRID_NUMBERS = {
+  rows: [1, 1, FAR],
+  columns: [1, 1, FAR],
+  firstRow: [20, -FAR, FAR],
+  firstColumn: [20, -FAR, FAR],
+  height: [40, 1, 4096],
+  width: [40, 1, 4096],
+  stepRow: [28, 1, FAR],
+  stepColumn: [28, 1, FAR],
+  level: [0, 0, 12],
+  maskCell: [2, 1, 255],
+}
+const NAMES = Object.keys(GRID_NUMBERS)
+const FIRST_GUESS = Object.fromEntries(NAMES.map((name) => [name, GRID_NUMBERS[name][0]]))
+
+/** Positions along an axis that reach the chart's end. */
+function countPositions(length, first, size, step) {
+  return Math.max(1, 1 + ceilDivide(length - first + (size >> 1) - size, step))
+}
+
+export class GridPlan extends Plan {
+  constructor(reader, charts, fields, exemplar) {
+    super(charts, exemplar)
+    this.fields = fields
+    this.fail = (what) => reader.fail(what)
+    this.feather = reader.u8('feather', 16)
+    this.order = this.#parseOrder(reader) // in which charts are coded
+    this.grids = this.#parseGrids(reader) // per chart
+    reader.end('plan')
+    this.starts = [0] // per chart in coded order: its first block
+    for (const n of this.order) this.starts.push(this.starts.at(-1) + this.grids[n].blocks)
+    this.total = this.starts.at(-1)
+    this.totalCells = 0
+    this.blocks = []
+    this.sources = gridBits()
+    this.transfers = new TransferDecoder(this)
+    this.own = new OwnBlockDecoder(this)
+    this.sourceSteps = this.#decodeSources()
+    this.sourceSteps.next()
+  }
+
+  get known() {
+    return this.blocks.length
+  }
+
+  #parseOrder(reader) {
+    const { charts } = this
+    if (!reader.u8('whether charts are in another order', 1)) return range(charts.length)
+    const order = charts.map(() => reader.varint('number of a chart', charts.length - 1))
+    if (new Set(order).size < charts.length) this.fail('a chart comes twice in the order')
+    return order
+  }
+
+  #parseGrids(reader) {
+    let before = FIRST_GUESS
+    let [blocks, positions] = [0, 0]
+    return this.charts.map((chart) => {
+      const grid = this.#parseGrid(reader, chart, before)
+      blocks += grid.blocks
+      positions += grid.positions
+      reader.within(blocks, 'number of blocks', 0, MAX_PLACEMENTS)
+      reader.within(positions, 'number of positions', 0, MAX_PLACEMENTS)
+      before = grid
+      return grid
+    })
+  }
+
+  #parseGrid(reader, chart, before) {
+    const changed = reader.varint('which numbers of a grid change', 2 ** NAMES.length - 1)
+    const codes = NAMES.map((_, n) => ((changed >> n) & 1 ? reader.varint('change of a grid', 2 ** 24, 1) : 0))
+    const grid = {}
+    // From the last one on: how many rows and columns there are is guessed from the others.
+    for (let n = NAMES.length - 1; n >= 0; n--) {
+      const name = NAMES[n]
+      let guess = before[name]
+      if (name === 'rows') guess = countPositions(chart.height, grid.firstRow, grid.height, grid.stepRow)
+      if (name === 'columns') guess = countPositions(chart.width, grid.firstColumn, grid.width, grid.stepColumn)
+      const [, least, most] = GRID_NUMBERS[name]
+      grid[name] = reader.within(guess + fromZigzag(codes[n]), `${name} of a grid`, least, most, reader.place)
+    }
+    grid.transferred = reader.varint('number of transferred blocks', MAX_PLACEMENTS)
+    grid.positions = grid.rows * grid.columns
+    grid.own = grid.positions - reader.varint('number of positions skipped', grid.positions)
+    grid.blocks = grid.transferred + grid.own
+    return grid
+  }
+
+  // ---------------------------------------------------------------- sources
+
+  *#decodeSources() {
+    for (const [place, chart] of this.order.entries()) {
+      const grid = this.grids[chart]
+      const table = new BlockTable(grid)
+      for (let t = 0; t < grid.transferred; t++) {
+        const block = yield* this.transfers.decode(place, chart)
+        table.enterTransferred(block, this.blocks.length)
+        this.blocks.push(block)
+      }
+      yield* this.#decodeOwnBlocks(chart, table)
+      this.#checkBlocks(place, chart)
+      this.markKnown(chart)
+    }
+  }
+
+  *#decodeOwnBlocks(chart, table) {
+    const { blocks, sources } = this
+    const grid = this.grids[chart]
+    let own = 0
+    for (let i = 0; i < grid.rows; i++) {
+      for (let j = 0; j < grid.columns; j++) {
+        sources.input[0] = SKIP + table.skipContext(i, j)
+        let there
+        while ((there = sources.bit(1, ONE_MIXER, LIMIT)) < 0) yield
+        if (!there) continue
+        if (own === grid.own) this.fail(`chart ${chart} has more blocks than its plan says`)
+        const near = table.neighbours(i, j).map((n) => blocks[n])
+        const block = yield* this.own.decode(chart, i, j, near, grid.transferred + own > 0)
+        table.enterOwn(i, j, blocks.length)
+        blocks.push(block)
+        own++
+      }
+    }
+    if (own !== grid.own) this.fail(`chart ${chart} has other blocks than its plan says`)
+  }
+
+  /** Check a chart's blocks, and number the cells of their windows. */
+  #checkBlocks(place, chart) {
+    const { blocks, charts, fields, fail } = this
+    for (let n = this.starts[place]; n < blocks.length; n++) {
+      const block = blocks[n]
+      checkPlacement(block, charts[chart], fields[chart], (what) => fail(`block ${n} ${what}`))
+      if (!block.cut) continue
+      block.feather = this.feather
+      block.window = maskWindow(block, charts[chart])
+      block.firstCell = this.totalCells
+      block.cellCount = block.window.rows * block.window.columns
+      this.totalCells += block.cellCount
+    }
+    if (this.totalCells > MAX_MASK_CELLS) fail(`masks have ${this.totalCells} cells; allowed: ${MAX_MASK_CELLS}`)
+  }
+
+  // ---------------------------------------------------------------- masks and placements
+
+  maskBits() {
+    return gridMaskBits()
+  }
+
+  decodeMasks() {
+    return decodeGridMasks(this)
+  }
+
+  /** The placements of a chart whose sources have come, in painting order; a mask that has not come is left out. */
+  placements(chart) {
+    const place = this.order.indexOf(chart)
+    return this.blocks.slice(this.starts[place], this.starts[place + 1]).map((block) => {
+      const end = block.firstCell + block.cellCount
+      if (!block.cut || end > this.knownCells) return { ...block, mask: MASK_NONE }
+      return { ...block, mask: MASK_CUT, cells: this.cells.subarray(block.firstCell, end) }
+    })
+  }
+}
+
+/** Which block lies at each position of a chart's grid, with a ring of positions round it. */
+class BlockTable {
+  constructor(grid) {
+    this.grid = grid
+    this.stride = grid.columns + 2
+    this.at = new Int32Array((grid.rows + 2) * this.stride).fill(-1)
+    this.firstOwn = Infinity
+  }
+
+  #place(i, j) {
+    return (i + 1) * this.stride + j + 1
+  }
+
+  /** Enter a block at the position nearest to it, or on the ring. */
+  enterTransferred({ row, column }, number) {
+    const { rows, columns, firstRow, firstColumn, stepRow, stepColumn } = this.grid
+    const i = Math.floor((row - firstRow + (stepRow >> 1)) / stepRow)
+    const j = Math.floor((column - firstColumn + (stepColumn >> 1)) / stepColumn)
+    this.at[this.#place(clamp(i, -1, rows), clamp(j, -1, columns))] = number
+  }
+
+  enterOwn(i, j, number) {
+    this.firstOwn = Math.min(this.firstOwn, number)
+    this.at[this.#place(i, j)] = number
+  }
+
+  /** By what lies at a position, to its left and above (0 nothing, 1 a transferred block, 2 an own one) and the rim. */
+  skipContext(i, j) {
+    const place = this.#place(i, j)
+    const owner = (at) => (this.at[at] < 0 ? 0 : this.at[at] < this.firstOwn ? 1 : 2)
+    const rim = i === 0 || j === 0 || i === this.grid.rows - 1 || j === this.grid.columns - 1 ? 1 : 0
+    return 2 * ((owner(place - 1) * 3 + owner(place - this.stride)) * 3 + owner(place)) + rim
+  }
+
+  /** Blocks to the left, above, here or beyond, above to the left and to the right; −1 for none. */
+  neighbours(i, j) {
+    const { at, stride } = this
+    const place = this.#place(i, j)
+    let here = at[place]
+    for (const step of [1, stride, stride + 1, 1 - stride, -1 - stride]) if (here < 0) here = at[place + step]
+    return [at[place - 1], at[place - stride], here, at[place - stride - 1], at[place - stride + 1]]
+  }
+}

@@ -1,0 +1,20 @@
+/** Chunk Q [4]: the plan of the placements. */
+
+import { GridPlan } from './grid.js'
+import { ListPlan } from './list.js'
+import { StripPlan } from './strips.js'
+
+const STRIPS = 1
+const GRID = 2
+const FINE_LIST = 3
+
+/** The plan that a payload holds. */
+export function parsePlan(reader, charts, fields, exemplar) {
+  const kind = reader.u8('kind of plan', FINE_LIST)
+  if (kind === STRIPS) {
+    if (fields.some((field) => !field.isIdentity)) reader.fail('plan has strips where charts have warp fields')
+    return new StripPlan(reader, charts, exemplar)
+  }
+  if (kind === GRID) return new GridPlan(reader, charts, fields, exemplar)
+  return new ListPlan(reader, charts, fields, exemplar, kind === FINE_LIST)
+}

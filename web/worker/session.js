@@ -1,0 +1,245 @@
+/** One stream in the worker: what messages ask for, decoded, painted and tessellated in slices. */
+
+import { SurfaceMesher, countsFor } from '../uph-mesh.js'
+import { UphDecoder } from '../uph.js'
+import { TARGETS, hasMap, knownShare } from './maps.js'
+import { SLICE, yieldToMessages } from './schedule.js'
+import { ChartTextures } from './textures.js'
+
+const PAUSE = 250 // milliseconds between paintings while more is to come
+const PIECE = 2048 // bytes fed at once
+const COEFFICIENT_PARTS = 400 // as Python counts coefficients
+const FIRST_PIXELS = 600 // of the model on screen, before anybody has seen it
+const MAX_SHRINK = 4
+const MESH_ARRAYS = ['positions', 'normals', 'tangents', 'parameters', 'indices', 'outline']
+
+/** One stream. `post(message, transfer)` sends to the page; messages are listed in `uph-worker.js`. */
+export class Session {
+  #post
+  #bytes = new Uint8Array(1 << 16)
+  #length = 0
+  #decoder = new UphDecoder()
+  #mesher = null
+  #textures = null
+  #chartCount = 0
+  #limit = {}
+  #ticket = 0
+  #failed = false
+  #counts = null
+  #meshedCounts = null // the counts that the page has
+  #isWaiting = false // the page has not shown yet what it got
+  #isScheduled = false // work is due
+  #isBusy = false
+  #isUrgent = false // somebody waits for just this picture
+  #paintedAt = -Infinity
+  #paintTime = 0
+
+  constructor(post) {
+    this.#post = post
+    this.#schedule()
+  }
+
+  receive(message) {
+    const { kind, ticket = this.#ticket } = message
+    this.#ticket = ticket
+    if (kind === 'open') {
+      this.maxTextureSize = message.maxTextureSize
+      this.maxTexels = message.maxTexels
+    } else if (kind === 'feed') this.#append(message.bytes)
+    else if (kind === 'limit') this.#setLimit(message)
+    else if (kind === 'counts') this.#counts = message.counts
+    else if (kind === 'shown') {
+      this.#isWaiting = false
+      this.#textures?.recycle(message.buffers)
+    }
+    this.#schedule()
+  }
+
+  #append(bytes) {
+    if (this.#length + bytes.length > this.#bytes.length) {
+      const larger = new Uint8Array(Math.max(2 * this.#bytes.length, this.#length + bytes.length))
+      larger.set(this.#bytes.subarray(0, this.#length))
+      this.#bytes = larger
+    }
+    this.#bytes.set(bytes, this.#length)
+    this.#length += bytes.length
+  }
+
+  #setLimit({ bytes, coefficients }) {
+    this.#limit = { bytes, coefficients }
+    this.#isUrgent = true
+    const decoder = this.#decoder
+    // What has been read can not be unread; shares are counted at fixed places, as Python does.
+    if ((bytes ?? Infinity) < decoder.received || (coefficients ?? 1) < 1) this.#restart()
+  }
+
+  #restart() {
+    this.#decoder = new UphDecoder()
+    this.#failed = false
+    this.#textures?.clearDirty() // the new decoder tells of every map again
+  }
+
+  // ---------------------------------------------------------------- work
+
+  /** Do what is due, in slices, so that messages are heard in between. */
+  #schedule() {
+    if (this.#isScheduled) return
+    this.#isScheduled = true
+    yieldToMessages().then(async () => {
+      this.#isScheduled = false
+      if (this.#isBusy) return
+      this.#isBusy = true
+      try {
+        await this.#work()
+      } catch (error) {
+        this.#fail(error) // a fault of ours, or of the machine: memory, say
+        this.#textures?.clearDirty()
+      }
+      this.#isBusy = false
+      this.#post({ kind: 'state', state: this.#state(true) })
+    })
+  }
+
+  async #work() {
+    for (;;) {
+      const more = this.#feed()
+      if (this.#mesher) this.#mesh()
+      const isDue = this.#isDirty && !this.#isWaiting
+      // While more is to come, now and then is enough: painting takes at most half of the time.
+      const wait = this.#paintedAt + Math.max(PAUSE, this.#paintTime) - performance.now()
+      const isLast = !more && (this.#decoder.complete || this.#isUrgent)
+      if (isDue && (wait <= 0 || isLast)) {
+        if (isLast) this.#isUrgent = false
+        await this.#paint()
+      } else if (!more) {
+        if (isDue) setTimeout(() => this.#schedule(), wait)
+        break
+      }
+      await yieldToMessages()
+    }
+  }
+
+  get #isDirty() {
+    return !this.#decoder.needed && Boolean(this.#textures?.isDirty)
+  }
+
+  /** Read on for a slice; returns whether there is more. */
+  #feed() {
+    const until = performance.now() + SLICE
+    const decoder = this.#decoder
+    const { bytes = Infinity, coefficients = 1 } = this.#limit
+    // A limit below the first view is overrun.
+    const end = () => Math.min(this.#length, decoder.needed ? Math.max(bytes, decoder.received + decoder.needed) : bytes)
+    const isCounted = coefficients < 1
+    const part = isCounted ? Math.max(16, Math.floor((decoder.total ?? this.#length) / COEFFICIENT_PARTS)) : PIECE
+    const isLeft = () =>
+      !this.#failed &&
+      decoder.received < end() &&
+      (decoder.needed > 0 || !isCounted || knownShare(decoder) < coefficients)
+    while (isLeft()) {
+      const { received, needed } = decoder
+      const size = Math.min(needed || part, end() - received)
+      try {
+        this.#noteChanges(decoder.feed(this.#bytes.subarray(received, received + size)))
+      } catch (error) {
+        this.#fail(error)
+      }
+      if (performance.now() > until) break
+    }
+    return isLeft()
+  }
+
+  #fail(error) {
+    this.#failed = true
+    this.#post({ kind: 'error', message: error.message, offset: error.offset })
+  }
+
+  #noteChanges({ roles, charts }) {
+    const decoder = this.#decoder
+    if (decoder.needed) return
+    if (!this.#mesher) this.#begin()
+    for (const [target, parts] of Object.entries(TARGETS)) {
+      const known = parts.filter((role) => hasMap(decoder, role))
+      if (known.some((role) => roles.includes(role))) this.#textures.markDirty(target)
+      else if (charts.length && known.length) this.#textures.markDirty(target, charts)
+    }
+  }
+
+  /** Surface and charts are known: tell the page. */
+  #begin() {
+    const { surface, charts } = this.#decoder
+    const shrink = this.#shrinkFor(charts)
+    const shrunk = (size) => Math.max(1, size >> shrink)
+    const sizes = charts.map(({ height, width }) => ({ height: shrunk(height), width: shrunk(width) }))
+    this.#chartCount = charts.length
+    this.#mesher = new SurfaceMesher(surface, charts)
+    this.#textures = new ChartTextures(this.#mesher, sizes, shrink)
+    const bounds = charts.map((_, n) => this.#mesher.bounds(n))
+    const radius = enclosingRadius(bounds)
+    this.#counts = new Uint16Array(bounds.flatMap((one) => countsFor(one, FIRST_PIXELS / 2 / radius, 0.5)))
+    this.#post({ kind: 'surface', charts: sizes, bounds })
+  }
+
+  /** How often sizes are halved so that the page can show the charts. */
+  #shrinkFor(charts) {
+    const texels = charts.reduce((sum, { height, width }) => sum + height * width, 0)
+    const side = charts.reduce((most, { height, width }) => Math.max(most, height, width), 0)
+    let shrink = 0
+    while (side >> shrink > this.maxTextureSize - 2 || texels > this.maxTexels * 4 ** shrink) shrink++
+    if (shrink > MAX_SHRINK) throw new Error(`model has ${texels} texels; allowed here: ${this.maxTexels * 4 ** MAX_SHRINK}`)
+    return shrink
+  }
+
+  #mesh() {
+    const counts = this.#counts
+    const before = this.#meshedCounts
+    const changed = (n) => counts[2 * n] !== before?.[2 * n] || counts[2 * n + 1] !== before[2 * n + 1]
+    const besideChanged = (chart) =>
+      [0, 1, 2, 3].some((edge) => this.#mesher.seams(chart, edge).some((seam) => changed(seam.chart)))
+    const pieces = []
+    for (let chart = 0; chart < this.#chartCount; chart++) {
+      if (changed(chart) || besideChanged(chart)) pieces.push({ chart, ...this.#mesher.mesh(chart, counts) })
+    }
+    this.#meshedCounts = counts.slice()
+    if (!pieces.length) return
+    const buffers = pieces.flatMap((piece) => MESH_ARRAYS.map((name) => piece[name].buffer))
+    this.#post({ kind: 'meshes', pieces, counts: this.#meshedCounts }, buffers)
+  }
+
+  /** Paint all that changed, and hand it over. */
+  async #paint() {
+    const begun = performance.now()
+    const state = this.#state(false)
+    const entries = await this.#textures.paint(this.#decoder)
+    const alpha = this.#textures.alphaMode
+    this.#isWaiting = true
+    this.#post(
+      { kind: 'textures', entries, state: { ...state, alpha } },
+      entries.flatMap((entry) => entry.data?.buffer ?? []),
+    )
+    this.#paintedAt = performance.now()
+    this.#paintTime = this.#paintedAt - begun
+  }
+
+  #state(isIdle) {
+    const decoder = this.#decoder
+    return {
+      ticket: this.#ticket,
+      idle: isIdle && !this.#isWaiting && !this.#isDirty,
+      bytes: decoder.received,
+      total: decoder.total,
+      needed: decoder.needed,
+      complete: decoder.complete,
+      roles: decoder.roles.filter((role) => hasMap(decoder, role)),
+      coefficients: knownShare(decoder),
+      charts: decoder.charts.length ? decoder.chartsKnown / decoder.charts.length : 0,
+    }
+  }
+}
+
+/** Radius of a sphere round all charts' spheres. */
+function enclosingRadius(bounds) {
+  const low = [0, 1, 2].map((k) => Math.min(...bounds.map(({ center, radius }) => center[k] - radius)))
+  const high = [0, 1, 2].map((k) => Math.max(...bounds.map(({ center, radius }) => center[k] + radius)))
+  return Math.hypot(...low.map((x, k) => high[k] - x)) / 2 || 1
+}
