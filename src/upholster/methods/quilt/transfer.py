@@ -233,7 +233,7 @@ class BlockTransfer:
         if not len(block):
             return None
         sources, matrices, centred = _fitted(
-            transition, block, before, after, places, symmetry, low[fits], high[fits]
+            transition, block, before, after, places, symmetry, low[fits], high[fits], here
         )
         out, masks = _masks(block, laid, places, cell, here)
         kept = (out[:, 4] >= 0) & (out[:, 2:4].max(axis=1) <= LARGEST_WARPED)
@@ -394,6 +394,7 @@ def _fitted(
     symmetry: NDArray[np.uint8],
     low: FloatArray,
     high: FloatArray,
+    chart: Chart,
 ) -> tuple[FloatArray, IntArray, NDArray[np.bool_]]:
     # The sources, in 1/16 pixel, and the centre matrices, in 1/4096 pixel per texel, with which both charts
     # show the same along the seam; and which blocks need such a matrix of their own. Where M at the centre
@@ -419,6 +420,8 @@ def _fitted(
         found.append((source, np.abs(seen - read - source[:, None]).max(axis=(1, 2))))
     (source, error), (own_source, own_error) = found
     centred = (error > _WORST_FIT) & (own_error < 0.75 * error) & _sound(own, plain)
+    # A block that reaches across a thin chart meets another seam there, of which this fit knows nothing.
+    centred &= _ends_within(chart, transition.seam.other_edge, block, places)
     chosen = np.where(centred[:, None], own_source, source)
     forth = SYMMETRIES[symmetry].reshape(-1, 2, 2)
     return 16.0 * _applied(forth, chosen[:, None])[:, 0], own.astype(np.int32), centred
@@ -463,6 +466,15 @@ def _fit(
     square = np.einsum("nka,nkb->nab", lever, lever) + _STIFFNESS * np.eye(2)
     change = np.einsum("nka,nkb->nab", rest, lever) @ np.linalg.inv(square)
     return np.asarray(expected + change, np.float64)
+
+
+def _ends_within(chart: Chart, edge: int, block: NDArray[np.void], places: FloatArray) -> NDArray[np.bool_]:
+    # Whether blocks are no longer across an edge than the chart is deep there.
+    a, b, c, d = np.abs(places[:, 2:]).T
+    determinant = np.abs(places[:, 2] * places[:, 5] - places[:, 3] * places[:, 4])
+    if edge in (0, 2):
+        return np.asarray(d * block["height"] + b * block["width"] <= determinant * chart.height)
+    return np.asarray(c * block["height"] + a * block["width"] <= determinant * chart.width)
 
 
 def _sound(own: NDArray[np.int64], plain: NDArray[np.int64]) -> NDArray[np.bool_]:
