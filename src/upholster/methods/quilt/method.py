@@ -2,7 +2,7 @@
 
 Charts are laid in colour classes: those of one class do not touch. A chart begins with what its finished
 neighbours' blocks leave on it (`upholster.methods.quilt.transfer`); then its own blocks go on from there in
-raster order, each the best match of what it overlaps, cut along the least difference (`lay_quilt`). Where a
+raster order, each the best match of what it overlaps, cut along the least difference (`lay_blocks`). Where a
 neighbour is still to come, blocks reach beyond the edge, for the neighbour to go on from.
 """
 
