@@ -130,7 +130,7 @@ def test_ctrl_c_stops_it_and_leaves_nothing(folder, tmp_path):
     target.write_text("an older file")
     arguments = ["brick.png", "--on", "torus:spans=8x8", "--texels", "200M", "-o", str(target)]
     ours, terminal = os.openpty()
-    process = subprocess.Popen([*COMMAND, "cover", *arguments], cwd=folder, stderr=terminal)
+    process = subprocess.Popen([*COMMAND, "cover", *arguments], cwd=folder, stderr=terminal, preexec_fn=_hear)
     os.close(terminal)
     hanging = threading.Timer(PATIENCE, process.kill)
     hanging.start()
@@ -150,6 +150,11 @@ def test_ctrl_c_stops_it_and_leaves_nothing(folder, tmp_path):
     assert said.decode().rstrip().endswith("upholster: stopped, nothing written")
     assert os.listdir(tmp_path) == ["big.npz"]
     assert target.read_text() == "an older file"
+
+
+def _hear():
+    # A shell starts what it runs in the background with Ctrl-C ignored, and a child inherits that.
+    signal.signal(signal.SIGINT, signal.SIG_DFL)
 
 
 def _read(terminal):

@@ -1,8 +1,10 @@
-"""How hot loops are compiled: one decorator, so that every kernel obeys the same rules.
+"""How hot loops are compiled: by decorators, so that every kernel obeys the same rules.
 
 Kernels release the interpreter lock (threads run them side by side, see `upholster.parallel`), are cached on
 disk (see `upholster.kernel_cache`), never use fast-math, and get no automatic parallelism: the same call
 gives the same bits on any machine.
+
+Python calls kernels only. What is `shared` or `inline` has no entry for Python: its function is `py_func`.
 """
 
 from collections.abc import Callable

@@ -110,8 +110,11 @@ class Compiler:
             with suppress(OSError):  # no room for another process: the kernels are compiled where needed
                 self._helpers.append(_helper())
         self._alive = len(self._helpers)
-        for helper in self._helpers:
-            threading.Thread(target=self._serve, args=(helper,), daemon=True).start()
+        self._threads = [
+            threading.Thread(target=self._serve, args=(helper,), daemon=True) for helper in self._helpers
+        ]
+        for thread in self._threads:
+            thread.start()
 
     @property
     def total(self) -> int:
@@ -161,7 +164,8 @@ class Compiler:
             self._changed.notify_all()
         for helper in self._helpers:
             helper.kill()
-            helper.wait()
+        for thread in self._threads:
+            thread.join()
 
     def _hasten(self, wanted: list[Job]) -> None:
         # What somebody waits for comes first, after what it is made of.
@@ -177,9 +181,10 @@ class Compiler:
         return job.seconds + max(after, default=0.0)
 
     def _serve(self, helper: "subprocess.Popen[str]") -> None:
-        assert helper.stdin is not None
-        assert helper.stdout is not None
-        try:
+        # It died when there is an error: its kernel is compiled where it is needed.
+        with suppress(OSError, ValueError), helper:
+            assert helper.stdin is not None
+            assert helper.stdout is not None
             while (job := self._next()) is not None:
                 helper.stdin.write(json.dumps([job.kernel, job.arguments]) + "\n")
                 helper.stdin.flush()
@@ -189,8 +194,6 @@ class Compiler:
                     self._told += job.seconds
                     self._measured += seconds
                     self._changed.notify_all()
-        except (OSError, ValueError):  # it died: its kernel is compiled where it is needed
-            pass
         with self._changed:
             self._alive = max(0, self._alive - 1)
             self._changed.notify_all()

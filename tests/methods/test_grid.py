@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from upholster.methods.quilt._block_numbers import COLUMN, LEFT, ROW, TOP
+from upholster.methods.quilt._block_kernels import COLUMN, LEFT, ROW, TOP
 from upholster.methods.quilt.grid import BlockGrid
 from upholster.quilt import Chart
 from upholster.quilt.displacement import warped_sources

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.jit import inline, shared
-from upholster.methods.quilt._block_numbers import (
+from upholster.methods.quilt._block_kernels import (
     COLUMN,
     LAID,
     LEFT,

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.jit import inline, kernel
-from upholster.methods.quilt._block_numbers import (
+from upholster.methods.quilt._block_kernels import (
     COLUMN,
     LAID,
     ROW,
@@ -149,7 +149,7 @@ def lay_blocks(
     """Choose, cut and lay some blocks of a chart, from, to, in order.
 
     `matrices` are the warp field's. `usage` (n, m) counts how much each part of the exemplar is used, every
-    `usage_step` pixels. `state` is that of the random numbers. `blocks` are records, see `_block_numbers`.
+    `usage_step` pixels. `state` is that of the random numbers. `blocks` are records, see `_block_kernels`.
     `cells` (blocks, cells of a block) receives their masks, 1 = new.
 
     A block that covers nothing new of what is needed is left out. One on nothing is drawn from all that fit;

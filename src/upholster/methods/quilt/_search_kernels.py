@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.jit import allocating_kernel, inline, shared
-from upholster.methods.quilt._block_numbers import ChoiceScratch, LayNumbers, Span
+from upholster.methods.quilt._block_kernels import ChoiceScratch, LayNumbers, Span
 from upholster.types import int64
 
 __all__ = ["draw", "mean_boxes", "search"]

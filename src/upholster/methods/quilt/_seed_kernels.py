@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from upholster.jit import inline, shared
 from upholster.methods._cut_kernels import FREE, NEW, OLD, OUTSIDE, cut_grid
-from upholster.methods.quilt._block_numbers import BlockTexels, CutScratch, LayNumbers
+from upholster.methods.quilt._block_kernels import BlockTexels, CutScratch, LayNumbers
 
 __all__ = ["cut_block"]
 

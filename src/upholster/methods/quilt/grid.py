@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from upholster.methods.quilt._block_numbers import COLUMN, LAID, LEFT, ROW, TOP
+from upholster.methods.quilt._block_kernels import COLUMN, LAID, LEFT, ROW, TOP
 from upholster.quilt.chart import Chart
 from upholster.quilt.warp_field import WarpField
 from upholster.types import FloatArray, IntArray
@@ -141,7 +141,7 @@ class BlockGrid:
         return len(self._starts(need[2], need[3], self.width, self.overlap_columns))
 
     def blocks(self, need: tuple[int, int, int, int]) -> IntArray:
-        """Return the blocks that cover what is needed, in raster order, as `lay_quilt` takes them."""
+        """Return the blocks that cover what is needed, in raster order, as `lay_blocks` takes them."""
         rows = self._starts(need[0], need[1], self.height, self.overlap_rows) + self.height // 2
         columns = self._starts(need[2], need[3], self.width, self.overlap_columns) + self.width // 2
         number = np.arange(len(rows) * len(columns), dtype=np.int32).reshape(len(rows), len(columns))

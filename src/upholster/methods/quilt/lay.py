@@ -6,8 +6,18 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.methods.quilt import _block_numbers as kernels
-from upholster.methods.quilt._block_numbers import ChartCanvas, LayNumbers, LayScratch, LayWeights, MatchImage
+from upholster.methods.quilt._block_kernels import (
+    COLUMN,
+    LAID,
+    ROW,
+    SOURCE_COLUMN,
+    SOURCE_ROW,
+    ChartCanvas,
+    LayNumbers,
+    LayScratch,
+    LayWeights,
+    MatchImage,
+)
 from upholster.methods.quilt._lay_kernels import lay_blocks
 from upholster.methods.quilt._transfer_kernels import lay_transferred
 from upholster.methods.quilt.grid import BlockGrid
@@ -135,7 +145,7 @@ def lay_chart(
             cells,
             scratch,
         )
-    kept = np.flatnonzero(blocks[:, kernels.LAID])
+    kept = np.flatnonzero(blocks[:, LAID])
     placed = _placements(index, grid, blocks[kept])
     none = np.full((len(kept), 2), -1, np.int64)
     own = ChartPlacements(placed, cells[kept].reshape(-1), number + kept, np.zeros(len(kept), np.int64), none)
@@ -148,14 +158,14 @@ def _placements(index: int, grid: BlockGrid, blocks: NDArray[np.int32]) -> NDArr
     placed = np.zeros(len(blocks), PLACEMENT)
     placed["chart"] = index
     for name, place in (
-        ("row", kernels.ROW),
-        ("column", kernels.COLUMN),
-        ("source_row", kernels.SOURCE_ROW),
-        ("source_column", kernels.SOURCE_COLUMN),
+        ("row", ROW),
+        ("column", COLUMN),
+        ("source_row", SOURCE_ROW),
+        ("source_column", SOURCE_COLUMN),
     ):
         placed[name] = blocks[:, place]
     placed["height"], placed["width"] = grid.height, grid.width
-    cut = blocks[:, kernels.LAID] == 1
+    cut = blocks[:, LAID] == 1
     placed["mask"] = np.where(cut, MASK_CUT, MASK_NONE)
     placed["first_cell"] = np.where(cut, np.arange(len(blocks)) * grid.cells, -1)
     placed["mask_cell"], placed["feather"] = np.where(cut, grid.mask_cell, 0), np.where(cut, grid.feather, 0)
