@@ -125,7 +125,7 @@ def _tell(compiler: "Compiler", shown: "Bars") -> None:
     # One line in a log, a progress bar on a terminal.
     text = "compiling kernels for this machine, once: about {:.0f} s"
     if not shown.console.is_terminal:
-        shown.console.print(text.format(compiler.seconds_left()), style="dim")
+        threading.Thread(target=_log, args=(text, compiler, shown), daemon=True).start()
         return
     task = shown.add_task(text.format(compiler.seconds_left()), total=compiler.total)
 
@@ -137,3 +137,10 @@ def _tell(compiler: "Compiler", shown: "Bars") -> None:
         shown.remove_task(task)
 
     threading.Thread(target=follow, daemon=True).start()
+
+
+def _log(text: str, compiler: "Compiler", shown: "Bars") -> None:
+    # Bad options and files are found by then: their message stands alone.
+    time.sleep(1)
+    if compiler.running:
+        shown.console.print(text.format(compiler.seconds_left()), style="dim")
