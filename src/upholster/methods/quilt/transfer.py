@@ -24,6 +24,9 @@ __all__ = ["BlockTransfer", "ChartPlacements", "joined"]
 _WORST_TURN = 25.0
 """Degrees: nothing is transferred where directions on two charts differ more from quarter turns."""
 
+_LEAST_AREA = 1e-6
+"""Determinant from which on a map between charts, or a field's matrix, has a usable inverse."""
+
 _WINDOW = 16
 """Cells to either side of a corner within which blocks may matter to the chart beyond it."""
 
@@ -221,7 +224,7 @@ class BlockTransfer:
         rows, columns = block["row"].astype(np.float64), block["column"].astype(np.float64)
         there_row, there_column, forth = transition.apply(rows, columns)
         sound = np.isfinite(there_row)
-        sound[sound] = np.abs(np.linalg.det(forth[sound])) > 1e-6
+        sound[sound] = np.abs(np.linalg.det(forth[sound])) > _LEAST_AREA
         chosen, block, low, high = chosen[sound], block[sound], low[placed][sound], high[placed][sound]
         if not len(block):
             return None
@@ -377,12 +380,15 @@ def _symmetries(
     turned = SYMMETRIES[block["symmetry"]].reshape(-1, 2, 2)
     before = turned @ (centre_matrices(old, block).reshape(-1, 2, 2) / float(UNIT))
     here: FloatArray = np.rint(places)
-    wanted = before @ back @ np.linalg.inv(new.at(here[:, 0], here[:, 1]))
+    there = new.at(here[:, 0], here[:, 1])
+    # Between two matrices that point apart, as beside a pole, the field may have no inverse: nothing fits.
+    sound = np.abs(np.linalg.det(there)) > _LEAST_AREA
+    wanted = before @ back @ np.linalg.inv(np.where(sound[:, None, None], there, np.eye(2)))
     wanted /= np.sqrt(np.maximum(1e-12, np.abs(np.linalg.det(wanted))))[:, None, None]
     likeness = np.einsum("nij,tij->nt", wanted, SYMMETRIES.reshape(-1, 2, 2).astype(np.float64))
     symmetry = likeness.argmax(axis=1)
     fits = likeness[np.arange(len(symmetry)), symmetry] > 2 * np.cos(np.radians(_WORST_TURN))
-    return symmetry.astype(np.uint8), fits
+    return symmetry.astype(np.uint8), fits & sound
 
 
 def _fitted(
