@@ -188,7 +188,7 @@ class PlainGrid:
     wrap: bool
 
     @classmethod
-    def of(cls, chart, field, shape, block, overlap, copied, wrap):
+    def of(cls, chart, field, shape, block, overlap, copied, wrap, around):
         # How many pixels a step down and one to the right take, at 9 × 9 places at most.
         rows = np.linspace(0, chart.height - 1, min(9, chart.height))
         columns = np.linspace(0, chart.width - 1, min(9, chart.width))
@@ -206,6 +206,10 @@ class PlainGrid:
         wanted = np.clip(
             wanted * min(1.0, *(0.75 * side / span for side, span in zip(shape, spans, strict=True))), 16, 512
         )
+        # Where the chart meets itself, a block fits in between.
+        for axis, size in ((0, chart.height), (1, chart.width)):
+            if around & {axis, axis + 2}:
+                wanted[axis] = min(wanted[axis], max(16, size))
         if wrap:
             wanted = np.minimum(wanted, (chart.height // 2, chart.width // 2))
         share = block / (0.3 * block if overlap is None else overlap)
@@ -357,21 +361,43 @@ class PlainChart:
             across = (rows, self.shape[1] - columns, self.shape[0] - rows, columns)[side] < rim
             self.fixed |= np.outer(across, mine) if side in (0, 2) else np.outer(mine, across)
 
-    def cover(self, whole, usage, options, seed):
-        """Choose, cut and lay every block in order; return the placements, cells and use."""
-        draws, usage = Draws(seed), usage.copy()
-        grid, placed, cells, laid_at = self.grid, [], [], []
-        rows, columns = grid.centres(self.need)
+    def begin(self, opened, usage, seed):
+        """Settle the blocks and their order; return what is laid at a time: blocks from, to, edges closed."""
+        self.draws, self.usage = Draws(seed), usage.copy()
+        rows, columns = self.grid.centres(self.need)
         self.across = len(columns)
-        blocks = [  # row, column, the block to the left, the one above
-            (row, column, n - 1 if j else -1, n - len(columns) if i else -1)
-            for n, (i, row, j, column) in enumerate(
-                (i, row, j, column) for i, row in enumerate(rows) for j, column in enumerate(columns)
-            )
+        parts = {}
+        for i, row in enumerate(rows):
+            late_row = 0 in opened and self.late(i, row, self.grid.height, self.shape[0], self.need[0])
+            for j, column in enumerate(columns):
+                late = 3 in opened and self.late(j, column, self.grid.width, self.shape[1], self.need[2])
+                parts.setdefault((late_row, late), []).append((i, j))
+        order = [place for part in sorted(parts) for place in parts[part]]
+        number = {place: n for n, place in enumerate(order)}
+        self.blocks = [  # row, column, the block to the left, the one above
+            (rows[i], columns[j], number.get((i, j - 1), -1), number.get((i - 1, j), -1)) for i, j in order
         ]
-        sources = [None] * len(blocks)
-        for n, (row, column, *_) in enumerate(blocks):
-            found = self.lay(n, blocks, sources, whole, usage, options, draws)
+        self.sources = [None] * len(self.blocks)
+        out, start = [], 0
+        for late_row, late in sorted(parts):
+            stop = start + len(parts[late_row, late])
+            out.append((start, stop, {edge for edge, yes in ((2, late_row), (1, late)) if yes}))
+            start = stop
+        return out
+
+    @staticmethod
+    def late(n, centre, size, length, need):
+        """Tell whether a row or column of blocks is laid after what begins at the opposite edge."""
+        first = centre - size // 2
+        return n > 0 and (first + size > length + need or 2 * first + size >= length)
+
+    def cover(self, whole, options, start, stop):
+        """Choose, cut and lay blocks in order; return the placements, their cells and their numbers."""
+        grid, placed, cells, laid_at = self.grid, [], [], []
+        blocks, sources = self.blocks, self.sources
+        for n in range(start, stop):
+            row, column, *_ = blocks[n]
+            found = self.lay(n, blocks, sources, whole, self.usage, options, self.draws)
             if found is None:
                 continue
             sources[n], mask = found
@@ -385,7 +411,8 @@ class PlainChart:
             cells.append(np.ones(grid.cells, np.uint8) if mask is None else mask.reshape(-1))
             placed.append(one)
             laid_at.append(n)
-        return np.array(placed, PLACEMENT), np.concatenate(cells), np.array(laid_at), usage
+        none = np.zeros(0, np.uint8)
+        return np.array(placed, PLACEMENT), np.concatenate([none, *cells]), np.array(laid_at, np.int64)
 
     def lay(self, n, blocks, sources, whole, usage, options, draws):
         grid, level = self.grid, self.grid.level
@@ -582,7 +609,7 @@ class PlainResult:
     masks
         Whole masks of the cut ones, (rows, columns) each.
     order
-        Charts as they were laid.
+        Charts as they were laid, and how many blocks at a time.
     links
         Per chart in that order, the block that each one was transferred from, counted over all of them; −1.
     """
@@ -597,37 +624,48 @@ def plain_quilt(exemplar, surface, charts, fields=None, *, options, wrap=False, 
     """Return what `synthesize_quilt` must return."""
     fields = tuple(fields or (WarpField.identity(),) * len(charts))
     shape = exemplar.shape[:2]
-    copied = len(charts) == 1 and not fields[0].nodes.any()
+    found = () if wrap else find_seams(surface, charts)
+    copied = len(charts) == 1 and not fields[0].nodes.any() and not found
+    itself = [{m.edge for m in found if m.chart == m.other_chart == n} for n in range(len(charts))]
     grids = [
-        PlainGrid.of(c, f, shape, options.block, options.overlap, copied, wrap)
-        for c, f in zip(charts, fields, strict=True)
+        PlainGrid.of(c, f, shape, options.block, options.overlap, copied, wrap, around)
+        for c, f, around in zip(charts, fields, itself, strict=True)
     ]
     whole = PlainSample.of(exemplar, max(grid.level for grid in grids))
-    found = () if wrap else find_seams(surface, charts)
-    onto = [
-        [c for c in transitions(surface, charts, found) if n == c.seam.other_chart != c.seam.chart]
-        for n in range(len(charts))
-    ]
+    onto, around = [[] for _ in charts], [[] for _ in charts]
+    for c in transitions(surface, charts, found):
+        (around if c.seam.chart == c.seam.other_chart else onto)[c.seam.other_chart].append(c)
     sizes = tuple(grid.mask_cell for grid in grids)
-    transfer = BlockTransfer(charts, fields, onto, shape, sizes, grids[0].feather)
+    transfer = BlockTransfer(charts, fields, onto, around, shape, sizes, grids[0].feather)
     children = np.random.SeedSequence(seed).spawn(len(charts))
     finished, usage, order = [None] * len(charts), whole.unused(), []
     for members in [[0]] if wrap else schedule(surface, charts, found):
         results = {}
         for n in members:
             waiting = {c.seam.other_edge for c in onto[n] if finished[c.seam.chart] is None}
-            need = grids[n].need(waiting)
+            # Of two edges that meet, blocks reach beyond the first, if one fits in between.
+            opened = {0} & itself[n] if grids[n].height <= charts[n].height else set()
+            opened |= {3} & itself[n] if grids[n].width <= charts[n].width else set()
+            need = grids[n].need(waiting | opened)
             transferred = transfer.transferred_onto(n, finished)
             chart = PlainChart(grids[n], need, whole.levels[grids[n].level], wrap)
             chart.lay_transferred(transferred.placements, transferred.cells)
             chart.close(transfer.closed(n, finished))
             state = int(children[n].generate_state(1, np.uint64)[0])
-            placed, cells, laid_at, used = chart.cover(whole, usage, options, state)
-            placed["chart"] = n
-            numbers = ((len(order) + members.index(n)) << 32) + laid_at
-            count = len(placed)
-            own = ChartPlacements(placed, cells, numbers, np.zeros(count, np.int64), np.full((count, 2), -1))
-            results[n] = replace(joined([transferred, own]), bounds=need), used
+            laid, ends = transferred, []
+            for start, stop, closed in chart.begin(opened, usage, state):
+                if closed:
+                    again = transfer.transferred_around(n, replace(laid, bounds=need))
+                    chart.lay_transferred(again.placements, again.cells)
+                    chart.close([side for side in transfer.closed_around(n) if side[0] in closed])
+                    laid = joined([laid, again])
+                placed, cells, laid_at = chart.cover(whole, options, start, stop)
+                placed["chart"] = n
+                numbers = ((len(order) + members.index(n)) << 32) + laid_at
+                steps, parents = np.zeros(len(placed), np.int64), np.full((len(placed), 2), -1)
+                laid = joined([laid, ChartPlacements(placed, cells, numbers, steps, parents)])
+                ends.append(len(laid.placements))
+            results[n] = replace(laid, bounds=need, ends=tuple(ends)), chart.usage
         base = usage
         for n in members:
             finished[n] = results[n][0]
@@ -644,8 +682,10 @@ def result_of(finished, charts, order, wrap):
             if touches(one, charts[n]):
                 number[n, place] = count
                 count += 1
-    links = []
+    links, parts = [], []
     for n in order:
+        for start, end in zip((0, *finished[n].ends), finished[n].ends, strict=False):
+            parts.append((n, sum((n, place) in number for place in range(start, end))))
         for place in range(len(finished[n].placements)):
             if (n, place) in number:
                 parent = tuple(finished[n].parents[place].tolist())
@@ -661,7 +701,7 @@ def result_of(finished, charts, order, wrap):
                     cell = int(one["mask_cell"])
                     sides = -(-int(one["height"]) // cell), -(-int(one["width"]) // cell)
                     masks.append(part.cells[one["first_cell"] :][: sides[0] * sides[1]].reshape(sides))
-    return PlainResult(np.array(placements, PLACEMENT), masks, tuple(order), links)
+    return PlainResult(np.array(placements, PLACEMENT), masks, parts, links)
 
 
 def touches(one, chart):

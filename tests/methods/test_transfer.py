@@ -60,7 +60,7 @@ class Layout:
         onto = [[] for _ in self.charts]
         for transition in transitions(self.surface, self.charts, found):
             onto[transition.seam.other_chart].append(transition)
-        self.transfer = BlockTransfer(self.charts, self.fields, onto, SHAPE, cells)
+        self.transfer = BlockTransfer(self.charts, self.fields, onto, [[]] * 4, SHAPE, cells)
 
     def pixels(self, chart):
         """Return where a chart's texels lie on the plane: (height, width, 2), rows and columns of pixels."""
@@ -158,7 +158,7 @@ def test_a_rotated_direction_turns_the_block():
     quarter = constant([[0, 1], [-1, 0]])
     onto = layout.transfer.onto
     fields = (IDENTITY, quarter, IDENTITY, IDENTITY)
-    transfer = BlockTransfer(layout.charts, fields, onto, SHAPE, (CELL,) * 4)
+    transfer = BlockTransfer(layout.charts, fields, onto, [[]] * 4, SHAPE, (CELL,) * 4)
     found = transfer.transferred_onto(1, [layout.laid(0, (30, 55, 90, 70)), None, None, None])
     quilt = quilt_of(layout.charts, found, fields)
     sources = quilt.sources()[1]
@@ -175,10 +175,34 @@ def test_where_directions_differ_too_much_nothing_is_transferred(degrees, count)
     angle = np.radians(degrees)
     field = constant([[np.cos(angle), np.sin(angle)], [-np.sin(angle), np.cos(angle)]])
     transfer = BlockTransfer(
-        layout.charts, (IDENTITY, field, IDENTITY, IDENTITY), layout.transfer.onto, SHAPE, (CELL,) * 4
+        layout.charts,
+        (IDENTITY, field, IDENTITY, IDENTITY),
+        layout.transfer.onto,
+        [[]] * 4,
+        SHAPE,
+        (CELL,) * 4,
     )
     found = transfer.transferred_onto(1, [layout.laid(0, (30, 55, 90, 70)), None, None, None])
     assert len(found.placements) == count
+
+
+def test_where_a_field_has_no_inverse_nothing_is_transferred():
+    # Beside a pole neighbouring nodes may point apart: midway between such two, M is no map at all.
+    matrices = np.tile(np.eye(2), (6, 6, 1, 1))
+    matrices[:, 2:] *= -1
+    field, layout = WarpField.quantised(matrices), Layout()
+    assert not field.at(np.array([30.0]), np.array([16.0])).any()
+    transfer = BlockTransfer(
+        layout.charts,
+        (IDENTITY, field, IDENTITY, IDENTITY),
+        layout.transfer.onto,
+        [[]] * 4,
+        SHAPE,
+        (CELL,) * 4,
+    )
+    for column, count in ((60 + 16, 0), (60 + 2, 1)):
+        laid = layout.laid(0, (30, column, 90, 70), size=(32, 60))
+        assert len(transfer.transferred_onto(1, [laid, None, None, None]).placements) == count
 
 
 def test_ways_that_agree_give_a_block_once():
@@ -255,7 +279,7 @@ def test_a_part_of_an_edge_is_closed_at_a_junction():
     onto = [[] for _ in charts]
     for transition in transitions(surface, charts, find_seams(surface, charts)):
         onto[transition.seam.other_chart].append(transition)
-    transfer = BlockTransfer(charts, (IDENTITY,) * 3, onto, SHAPE, (CELL,) * 3)
+    transfer = BlockTransfer(charts, (IDENTITY,) * 3, onto, [[]] * 4, SHAPE, (CELL,) * 3)
     empty = joined([])
     assert {c[:3] for c in transfer.closed(0, [None, empty, None])} == {(1, -np.inf, 40.0)}
     assert {c[:3] for c in transfer.closed(0, [None, None, empty])} == {(1, 40.0, np.inf)}
@@ -284,7 +308,7 @@ def test_on_curved_surfaces_texels_on_both_sides_of_an_edge_read_next_to_each_ot
     onto = [[] for _ in charts]
     for transition in transitions(surface, charts, found):
         onto[transition.seam.other_chart].append(transition)
-    transfer = BlockTransfer(charts, (IDENTITY,) * len(charts), onto, SHAPE, (CELL,) * len(charts))
+    transfer = BlockTransfer(charts, (IDENTITY,) * len(charts), onto, [[]] * 4, SHAPE, (CELL,) * len(charts))
     gaps = []
     for m in found:
         place = 0.5 * (m.start + m.stop)

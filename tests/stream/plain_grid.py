@@ -16,23 +16,23 @@ GRID_NAMES = (
 def decode(reader: Any, sources: Any, masks: Any, charts: Any, exemplar: Any, fields: Any) -> Any:
     """Return placements and cells, as `plain_plan.decode`."""
     feather, order = reader.byte(), list(range(len(charts)))
-    if reader.byte():
-        order = [reader.varint() for _ in charts]
+    if more := reader.varint():
+        order = [reader.varint() for _ in range(len(charts) + more - 1)]
     before: Any = dict(zip(GRID_NAMES, (1, 1, 20, 20, 40, 40, 28, 28, 0, 2), strict=True))
     grids = []
-    for chart in charts:
-        grid = _grid(reader, before, chart)
+    for n in order:
+        grid = _grid(reader, before, charts[n])
         before = {name: getattr(grid, name) for name in GRID_NAMES}
         grids.append(grid)
     reader.end()
     coder = PlainCoder(sources, None, 255)
     blocks: list[Any] = []
     starts: list[int] = []
-    for n in order:
+    for n, grid in zip(order, grids, strict=True):
         starts.append(len(blocks))
-        _chart_blocks(coder, blocks, starts, grids[n], charts[n], exemplar, fields[n])
+        _chart_blocks(coder, blocks, starts, grid, charts[n], exemplar, fields[n])
         for block in blocks[starts[-1] :]:
-            block.chart, block.feather, block.mask_cell = n, feather, grids[n].mask_cell
+            block.chart, block.feather, block.mask_cell = n, feather, grid.mask_cell
     cells = _masks(masks, blocks, starts, order, charts)
     placed = [_placement(block) for n in range(len(charts)) for block in blocks if block.chart == n]
     return placed, cells, [block.link for block in blocks]
@@ -341,8 +341,9 @@ def _masks(data: Any, blocks: Any, starts: Any, order: Any, charts: Any) -> Any:
     coder = PlainCoder(data, 24030, 400)
     coder.weights[64] = [72090]
     cells: list[int] = []
+    all_covered: Any = defaultdict(set)
     for place, n in enumerate(order):
-        covered: set[tuple[int, int]] = set()
+        covered = all_covered[n]
         end = starts[place + 1] if place + 1 < len(starts) else len(blocks)
         for block in blocks[starts[place] : end]:
             mask = block.mask = Mask(block, charts[n])

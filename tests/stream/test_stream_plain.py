@@ -96,9 +96,9 @@ def scattered(quilt: Any) -> Any:
         blocks[name][some] = rng.integers(0, 16 * size, some.sum())
         pixels = rng.random(len(blocks)) < 0.3
         blocks[name][pixels] = blocks[name][pixels] // 16 * 16
-    for place, _ in enumerate(quilt.plan.order):
+    for place, grid in enumerate(quilt.plan.grids):
         start = int(quilt.plan.starts[place])
-        part = blocks[start : start + quilt.plan.grids[quilt.plan.order[place]].transferred]
+        part = blocks[start : start + grid.transferred]
         some = rng.random(len(part)) < 0.4
         part["link"][some] = rng.integers(-1, max(1, start), some.sum())
         part["symmetry"] = np.where(

@@ -171,7 +171,7 @@ def test_transferred_blocks_may_have_centre_matrices(options: Any) -> None:
     first = int(np.flatnonzero(plain.plan.blocks["link"] >= 0)[0])
     few = plain.plan.blocks.copy()
     few["centred"][first] = 1
-    chart = plain.plan.order[int(np.searchsorted(plain.plan.starts, first, side="right")) - 1]
+    chart = plain.plan.grids[int(np.searchsorted(plain.plan.starts, first, side="right")) - 1].chart
     few["matrix"][first] = plain.fields[chart].integers_at(few["row"][first], few["column"][first]) + 32
     with pytest.raises(InputError, match="other than multiples of 64"):
         encode_plan(replace(plain, plan=replace(plain.plan, blocks=few)))
@@ -183,7 +183,7 @@ def test_own_blocks_that_a_grid_does_not_tell_are_refused(name: Any) -> None:
     plan, blocks = quilt.plan, quilt.plan.blocks.copy()
     n = int(np.flatnonzero(blocks["link"] < 0)[3])
     if name == "matrix":
-        here = quilt.fields[plan.order[0]].integers_at(blocks["row"][n], blocks["column"][n])
+        here = quilt.fields[plan.grids[0].chart].integers_at(blocks["row"][n], blocks["column"][n])
         blocks["centred"][n], blocks["matrix"][n] = 1, here
     elif name == "order":
         blocks[[n - 1, n]] = blocks[[n, n - 1]]
@@ -191,7 +191,7 @@ def test_own_blocks_that_a_grid_does_not_tell_are_refused(name: Any) -> None:
         blocks[name][n] += 1
     # Enough cells for any windows.
     cells = np.ones(2 * len(plan.mask_cells), np.uint8)
-    with pytest.raises(InputError, match=f"block {n} is none of its chart's grid"):
+    with pytest.raises(InputError, match=f"block {n} is none of its grid"):
         encode_plan(replace(quilt, plan=replace(plan, blocks=blocks, mask_cells=cells)))
 
 
@@ -407,7 +407,8 @@ def test_placements_outside_chart_or_exemplar_are_refused() -> None:
     [
         (b"\4", "byte 0: kind of plan is 4; allowed: 0 to 3"),
         (b"\2\x11", "byte 1: feather is 17; allowed: 0 to 16"),
-        (b"\2\2\1\0\0\1\2", "byte 7: a chart comes twice in the order"),
+        (b"\2\2\1\0\1\0\2", "byte 6: a chart's grids do not follow each other"),
+        (b"\2\2\1\0\0\0\0", "byte 7: a chart has no grid"),
         (b"\2\2\0\x80\x04\x03", "byte 6: mask_cell of a grid is 0; allowed: 1 to 255"),
         (b"\2\2\0\0\x80\x80\x20\0", "byte 8: plan has"),
         (b"\2\2\0\0\0\x0a", "byte 5: number of positions skipped is 10; allowed: 0 to 4"),

@@ -220,7 +220,7 @@ class Halving:
         )
         return s0, s1, t0, t1
 
-    def even_out(self, density: float, smallest: int, thinnest: int) -> int:
+    def even_out(self, density: float, smallest: int, thinnest: int, ring: float) -> int:
         """Cut until texels are about equally large, as far as charts may not become too small.
 
         Greedy: the cuts that take most of the area-weighted fourth power of log texel area over the chart's
@@ -231,15 +231,16 @@ class Halving:
         ----------
         density
             Texels per model unit.
-        smallest, thinnest
-            Least height and width of a chart in texels, as for `density_layout`.
+        smallest, thinnest, ring
+            Least height and width of a chart in texels, and least way round of one that meets itself, as for
+            `density_layout`.
 
         Returns
         -------
         int
             The least height and width that it took: `thinnest` to `smallest`.
         """
-        self._part_closed()
+        self._part_closed(ring / density)
         begin, tried = frozenset(self._pieces), []
         for least in sorted({smallest, (smallest + thinnest) // 2, thinnest}, reverse=True):
             self._pieces = set(begin)
@@ -264,12 +265,15 @@ class Halving:
             face = self._surface.faces[seam.face]
             axis = seam.edge % 2
             most = (face.columns if axis else face.rows) * self._samples[seam.face].steps[axis] // ROUND
-            for piece in self.pieces:
+            waiting = self.pieces
+            while waiting:
+                piece = waiting.pop()
                 first, last = piece.ends(axis)
                 if piece.face == seam.face and last - first > most:
                     cuts = self._cuts(piece, axis, ROOMY / density)
                     if cuts:
                         self._make(cuts[0])
+                        waiting += cuts[0].halves
         # A little above: what is one sixth or sixteenth but for rounding is that.
         large, enough = 1.01 * self.total_area / LARGE, 1.01 * self.total_area / ENOUGH
         for piece in self.pieces:
@@ -306,8 +310,11 @@ class Halving:
                 self._make(cuts[0])
         return True
 
-    def _part_closed(self) -> None:
-        """Cut what meets itself: a closed ring is not one chart."""
+    def _part_closed(self, shortest: float) -> None:
+        """Cut what meets itself, but for rings that are at least `shortest` model units round.
+
+        A chart may meet itself along two opposite edges; blocks must fit in between.
+        """
         for seam in self._surface.face_shared:
             if seam.face != seam.other_face:
                 continue
@@ -316,7 +323,12 @@ class Halving:
             waiting = self.pieces
             while waiting:
                 piece = waiting.pop()
-                cuts = self._cuts(piece, axis, 0.0) if self._meets_itself(piece, seam) else []
+                if not self._meets_itself(piece, seam):
+                    continue
+                ring = (seam.edge - seam.other_edge) % 4 == 2
+                if ring and self.extents(piece)[axis] >= shortest:
+                    continue
+                cuts = self._cuts(piece, axis, 0.0)
                 if cuts:
                     self._make(cuts[0])
                     waiting += cuts[0].halves

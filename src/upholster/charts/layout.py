@@ -13,6 +13,7 @@ from upholster.types import FloatArray
 
 __all__ = [
     "DEFAULT_TEXELS",
+    "RING",
     "TextureScale",
     "density_layout",
     "texture_scale",
@@ -21,6 +22,9 @@ __all__ = [
 
 DEFAULT_TEXELS = 4_194_304
 """Texels of a layout whose user asks for nothing."""
+
+RING = 48
+"""Texels: a chart that meets itself is at least so long round."""
 
 FEWEST_TEXELS, MOST_TEXELS = 2**18, 2**26
 """Between these a layout's texels follow from the sample's size."""
@@ -63,14 +67,15 @@ def density_layout(
     density: float | None = None,
     smallest: int = 48,
     thinnest: int = 16,
+    ring: float = RING,
 ) -> tuple[Chart, ...]:
     """Lay charts over a surface so that texels have about the same size everywhere.
 
     A chart's height and width are its typical extents along s and t (area-weighted geometric means of the
     derivatives' lengths, corrected for their angle) times the density. Charts lie across patches. Faces are
-    cut where derivatives jump, so that no chart meets itself, and where the area element varies much, until
-    the 99th over the 1st percentile of texel area is 2 or nothing brings it nearer; large charts also until
-    there are enough to work on several at once.
+    cut where derivatives jump and where the area element varies much, until the 99th over the 1st percentile
+    of texel area is 2 or nothing brings it nearer; large charts also until there are enough to work on
+    several at once. A chart may meet itself along two opposite edges.
 
     Parameters
     ----------
@@ -85,6 +90,8 @@ def density_layout(
     thinnest
         Texels: least height and width where a face is smaller as a whole, or where texels would not be even
         otherwise: 1 to `smallest`.
+    ring
+        Texels: a chart that meets itself is at least so long round.
 
     Returns
     -------
@@ -119,7 +126,7 @@ def density_layout(
         assert density is not None
         found = _positive("density", density, "texels per model unit")
         _check_total(found * found * area)
-    least = halving.even_out(found, smallest, thinnest)
+    least = halving.even_out(found, smallest, thinnest, ring)
     halving.keep_busy(found)
     while True:
         extents, whole = _extents(halving)

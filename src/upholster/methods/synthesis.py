@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from upholster.charts.directions import default_direction, direction_fields, parse_direction
-from upholster.charts.layout import TextureScale, density_layout, texture_scale, uniform_layout
+from upholster.charts.layout import RING, TextureScale, density_layout, texture_scale, uniform_layout
 from upholster.errors import InputError
 from upholster.geometry import Surface
 from upholster.image import Material, check_exemplar
@@ -20,6 +20,9 @@ from upholster.quilt.warp_field import WarpField
 from upholster.types import PixelArray, Progress
 
 __all__ = ["Prepared", "execute", "matched_image", "prepare", "synthesize"]
+
+_ROUND = 1.25
+"""A chart that meets itself is so many blocks round, at least."""
 
 _BLOCKS = 8
 """Blocks across a surface, at least, where their size is not asked for: fewer can not follow its curves."""
@@ -99,7 +102,8 @@ def prepare(exemplar: PixelArray, surface: Surface, options: SynthesisOptions) -
         across = np.sqrt(scale.texels) / scale.density * scale.scale  # the surface, in exemplar pixels
         block = min(block, max(16, 4 * int(across / _BLOCKS / 4)))
     wanted = default_direction(surface) if options.direction is None else parse_direction(options.direction)
-    charts = density_layout(surface, density=scale.density)
+    texels = block * scale.density / scale.scale  # of a block
+    charts = density_layout(surface, density=scale.density, ring=max(RING, _ROUND * texels))
     fields = direction_fields(surface, charts, wanted, scale.scale)
     own = settled(options, QuiltOptions, block=block)
     return Prepared(charts, fields, scale, wanted.text, own)

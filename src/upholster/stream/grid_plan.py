@@ -30,12 +30,12 @@ _FAR = 2**20
 _BYTES_A_BLOCK = 512
 
 _RECORD_NAMES = ("row", "column", "height", "width", "symmetry", "cut", "source_row", "source_column")
-_TOLD = [field.name for field in fields(ChartGrid)][:10]
+_TOLD = [field.name for field in fields(ChartGrid)][1:11]
 _LEAST = dict.fromkeys(("rows", "across", "height", "width", "step_row", "step_column", "mask_cell"), 1) | {
     "level": 0
 }
 _MOST = {"height": _MOST_BLOCK, "width": _MOST_BLOCK, "level": _MOST_LEVEL, "mask_cell": _MOST_CELL}
-_BEFORE_ALL = ChartGrid(1, 1, 20, 20, 40, 40, 28, 28, 0, 2, 0, 0)
+_BEFORE_ALL = ChartGrid(0, 1, 1, 20, 20, 40, 40, 28, 28, 0, 2, 0, 0)
 
 
 def encode_grid(quilt: Quilt, plan: GridPlan) -> tuple[bytes, bytes, bytes]:
@@ -48,20 +48,20 @@ def encode_grid(quilt: Quilt, plan: GridPlan) -> tuple[bytes, bytes, bytes]:
         matrix differs from its warp field by other than multiples of 1/64 pixel per texel.
     """
     head = bytes([GRID]) + _grid_bytes(plan, quilt.charts)
-    for place in range(len(plan.order)):
+    for place in range(len(plan.grids)):
         _check_blocks(plan, place)
     records = _records(quilt, plan)
     sources = BitWriter(kernels.BLOCK_COUNTERS, kernels.BLOCK_INPUTS)
     masks = BitWriter(mask_kernels.MASK_COUNTERS, mask_kernels.MASK_INPUTS)
     windows, first = _mask_places(plan, quilt.charts)
     cells = np.array(plan.mask_cells)
-    for place in range(len(plan.order)):
+    for place in range(len(plan.grids)):
         _code_sources(sources, quilt, plan, place, records)
-    for place, n in enumerate(plan.order):
+    covered = np.zeros((0, 0), np.uint8)
+    for place, grid in enumerate(plan.grids):
         start, stop = plan.starts[place : place + 2].tolist()
-        chart, grid = quilt.charts[n], plan.grids[n]
         masks.room(2 * int(np.prod(np.diff(windows[start:stop])[:, ::2], axis=1).sum()) + 64)
-        covered = np.zeros((chart.height, chart.width), np.uint8)
+        covered = _covered(plan, place, quilt.charts, covered)
         mask_kernels.code_masks(
             masks.coder,
             records,
@@ -80,15 +80,15 @@ def encode_grid(quilt: Quilt, plan: GridPlan) -> tuple[bytes, bytes, bytes]:
 
 
 def _check_blocks(plan: GridPlan, place: int) -> None:
-    # That a chart's blocks are such as the format tells: its own follow from the grid, but for their sources.
-    grid, (start, stop) = plan.grids[plan.order[place]], plan.starts[place : place + 2].tolist()
+    # That a grid's blocks are such as the format tells: its own follow from it, but for their sources.
+    grid, (start, stop) = plan.grids[place], plan.starts[place : place + 2].tolist()
     first = start + grid.transferred
     links, own = plan.blocks["link"][start:first], plan.blocks[first:stop]
     wrong = np.flatnonzero((links < -1) | (links >= start))
     if len(wrong):
         raise InputError(
             f"block {start + wrong[0]} has its link at {links[wrong[0]]}; "
-            f"allowed: -1, or a block of a chart laid before, below {start}"
+            f"allowed: -1, or a block of a grid before, below {start}"
         )
     row, column = own["row"] - grid.first_row, own["column"] - grid.first_column
     i, j = row // grid.step_row, column // grid.step_column
@@ -98,7 +98,7 @@ def _check_blocks(plan: GridPlan, place: int) -> None:
     wrong = np.flatnonzero(outside | (own["symmetry"] > 0) | (own["centred"] > 0) | (own["link"] != -1))
     if len(wrong):
         raise InputError(
-            f"block {first + wrong[0]} is none of its chart's grid; allowed there: its positions in raster "
+            f"block {first + wrong[0]} is none of its grid; allowed there: its positions in raster "
             "order, its size, symmetry 0, no centre matrix, no link"
         )
 
@@ -111,8 +111,8 @@ def _records(quilt: Quilt, plan: GridPlan) -> NDArray[np.int32]:
         records[:, n] = blocks[name]
     records[:, records_.LINK], records[:, records_.CENTRED] = blocks["link"], blocks["centred"]
     placed = plan.in_order()
-    for place, n in enumerate(plan.order):
-        part = slice(*plan.starts[place : place + 2].tolist())
+    for place, grid in enumerate(plan.grids):
+        n, part = grid.chart, slice(*plan.starts[place : place + 2].tolist())
         centres = centre_matrices(quilt.fields[n], placed[part])
         records[part, records_.CENTRE : records_.CENTRE + 4] = centres
         change = centres - quilt.fields[n].integers_at(placed["row"][part], placed["column"][part])
@@ -130,6 +130,16 @@ def _mask_places(plan: GridPlan, charts: Sequence[Chart]) -> tuple[NDArray[np.in
     sizes = (windows[:, 1] - windows[:, 0]) * (windows[:, 3] - windows[:, 2])
     sizes = np.where(plan.blocks["cut"] == 1, sizes, 0)
     return windows.astype(np.int32), np.cumsum(sizes) - sizes
+
+
+def _covered(
+    plan: GridPlan, place: int, charts: Sequence[Chart], before: NDArray[np.uint8]
+) -> NDArray[np.uint8]:
+    # Which texels of a grid's chart are covered when its masks begin: what its grids before covered.
+    n = plan.grids[place].chart
+    if place > 0 and plan.grids[place - 1].chart == n:
+        return before
+    return np.zeros((charts[n].height, charts[n].width), np.uint8)
 
 
 def _numbers(
@@ -164,8 +174,8 @@ def _numbers(
 def _code_sources(
     writer: BitWriter, quilt: Quilt, plan: GridPlan, place: int, records: NDArray[np.int32]
 ) -> None:
-    n = plan.order[place]
-    grid, field = plan.grids[n], quilt.fields[n]
+    grid = plan.grids[place]
+    chart, field = quilt.charts[grid.chart], quilt.fields[grid.chart]
     start, stop = plan.starts[place : place + 2].tolist()
     own = records[start + grid.transferred : stop]
     there = np.zeros(grid.positions, np.uint8)
@@ -181,7 +191,7 @@ def _code_sources(
         there,
         np.full((grid.rows + 2, grid.across + 2), -1, np.int32),
         field.matrices,
-        _numbers(grid, quilt.charts[n], field, quilt.exemplar_shape, plan.feather, start),
+        _numbers(grid, chart, field, quilt.exemplar_shape, plan.feather, start),
         (0, end),
         0,
         True,
@@ -190,11 +200,14 @@ def _code_sources(
 
 def _grid_bytes(plan: GridPlan, charts: Sequence[Chart]) -> bytes:
     # Charts are told elsewhere.
-    rising = plan.order == tuple(range(len(plan.order)))
-    out = bytearray([plan.feather, not rising])
-    out += b"" if rising else b"".join(varint(n) for n in plan.order)
+    order = [grid.chart for grid in plan.grids]
+    _check_order(order, len(charts))
+    rising = order == list(range(len(charts)))
+    out = bytearray([plan.feather]) + varint(0 if rising else 1 + len(order) - len(charts))
+    out += b"" if rising else b"".join(varint(n) for n in order)
     before = _BEFORE_ALL
-    for chart, grid in zip(charts, plan.grids, strict=True):
+    for grid in plan.grids:
+        chart = charts[grid.chart]
         values = {name: getattr(grid, name) for name in _TOLD}
         for name, value in values.items():
             least, most = _LEAST.get(name, -_FAR), _MOST.get(name, _FAR)
@@ -210,8 +223,18 @@ def _grid_bytes(plan: GridPlan, charts: Sequence[Chart]) -> bytes:
     return bytes(out)
 
 
+def _check_order(order: list[int], charts: int) -> None:
+    # That every chart has grids, and that they follow each other.
+    first = [n for place, n in enumerate(order) if place == 0 or order[place - 1] != n]
+    if sorted(first) != list(range(charts)):
+        raise InputError(
+            f"{len(order)} grids lie on charts {first[:20]} in this order; allowed: every chart from 0 to "
+            f"{charts - 1}, grids of one chart right after each other"
+        )
+
+
 def _guess(name: str, before: ChartGrid, values: dict[str, int], chart: Chart) -> int:
-    # As on the chart before; as many positions as it takes to reach the chart's end.
+    # As of the grid before; as many positions as it takes to reach the chart's end.
     if name == "rows":
         beyond = chart.height - (values["first_row"] - values["height"] // 2) - values["height"]
         return max(1, 1 - (-beyond // values["step_row"]))
@@ -224,14 +247,9 @@ def _guess(name: str, before: ChartGrid, values: dict[str, int], chart: Chart) -
 def _parse(reader: ByteReader, charts: Sequence[Chart]) -> GridPlan:
     # The plan without its blocks.
     feather = reader.byte("feather", _MOST_FEATHER)
-    order = tuple(range(len(charts)))
-    if reader.byte("whether charts are in another order", 1):
-        order = tuple(reader.varint("number of a chart", len(charts) - 1) for _ in charts)
-        if len(set(order)) < len(charts):
-            raise reader.error("a chart comes twice in the order")
     before, grids, blocks, positions = _BEFORE_ALL, [], 0, 0
-    for chart in charts:
-        grid = _parse_grid(reader, chart, before)
+    for n in _parse_order(reader, len(charts)):
+        grid = _parse_grid(reader, n, charts[n], before)
         blocks, positions = blocks + grid.blocks, positions + grid.positions
         if blocks > MAX_PLACEMENTS or positions > _MOST_POSITIONS:
             raise reader.error(
@@ -241,10 +259,26 @@ def _parse(reader: ByteReader, charts: Sequence[Chart]) -> GridPlan:
         grids.append(grid)
         before = grid
     reader.end("plan")
-    return GridPlan(tuple(grids), order, feather, np.zeros(0, BLOCK), np.zeros(0, np.uint8))
+    return GridPlan(tuple(grids), feather, np.zeros(0, BLOCK), np.zeros(0, np.uint8))
 
 
-def _parse_grid(reader: ByteReader, chart: Chart, before: ChartGrid) -> ChartGrid:
+def _parse_order(reader: ByteReader, charts: int) -> list[int]:
+    # The chart of each grid.
+    more = reader.varint("how many grids there are", _MOST_POSITIONS)
+    if not more:
+        return list(range(charts))
+    order, seen = [0] * (charts + more - 1), set[int]()
+    for place in range(len(order)):
+        order[place] = reader.varint("number of a chart", charts - 1)
+        if (place == 0 or order[place] != order[place - 1]) and order[place] in seen:
+            raise reader.error("a chart's grids do not follow each other")
+        seen.add(order[place])
+    if len(seen) < charts:
+        raise reader.error("a chart has no grid")
+    return order
+
+
+def _parse_grid(reader: ByteReader, n: int, chart: Chart, before: ChartGrid) -> ChartGrid:
     changed = reader.varint("which numbers of a grid change", 2 ** len(_TOLD) - 1)
     codes = {
         name: reader.varint("change of a grid", 2**24, 1) if changed >> n & 1 else 0
@@ -260,6 +294,7 @@ def _parse_grid(reader: ByteReader, chart: Chart, before: ChartGrid) -> ChartGri
             raise reader.error(f"{name} of a grid is {values[name]}; allowed: {least} to {most}")
     positions = values["rows"] * values["across"]
     return ChartGrid(
+        chart=n,
         **values,
         transferred=reader.varint("number of transferred blocks", MAX_PLACEMENTS),
         own=positions - reader.varint("number of positions skipped", positions),
@@ -302,16 +337,16 @@ class GridDecoder:
         self._windows = np.zeros((0, 4), np.int32)
         self._first = np.zeros(0, np.int64)
         self._cells = np.zeros(0, np.uint8)
-        self._done = 0  # charts whose sources are known
-        self._mask_chart = self._mask_start = self._mask_place = 0
+        self._done = 0  # grids whose sources are known
+        self._mask_grid = self._mask_start = self._mask_place = 0
         self._covered = np.zeros((0, 0), np.uint8)
-        self._begin_chart()
+        self._begin_grid()
         self._read_sources()
 
     @property
     def complete(self) -> bool:
         """Whether every block and every cell is known."""
-        return self._done == len(self.charts) and self.known_cells == self.total_cells
+        return self._done == len(self.plan.grids) and self.known_cells == self.total_cells
 
     @property
     def unread(self) -> int:
@@ -337,21 +372,27 @@ class GridDecoder:
         FormatError
             If there are no masks, or sources are missing.
         """
-        if self._done < len(self.charts) or not self.total_cells:
+        if self._done < len(self.plan.grids) or not self.total_cells:
             raise FormatError("masks come where none are due")
         self._masks.feed(data)
         if not len(self._cells):
             self._cells = np.zeros(self.total_cells, np.uint8)
-        while self._mask_chart < len(self.charts):
-            if not self._read_masks(self.plan.order[self._mask_chart]):
+        while self._mask_grid < len(self.plan.grids):
+            if not self._read_masks(self._mask_grid):
                 self.known_cells = int(self._first[self._mask_start])
                 return
-            self._mask_chart, self._mask_place = self._mask_chart + 1, 0
+            self._mask_grid, self._mask_place = self._mask_grid + 1, 0
         self.known_cells = self.total_cells
 
     def charts_known(self) -> int:
         """Return how many charts have all their sources known: they arrive one after another."""
-        return self._done
+        return len(self._charts_done())
+
+    def _charts_done(self) -> list[int]:
+        # Charts all of whose grids are known.
+        grids = self.plan.grids
+        waiting = {grid.chart for grid in grids[self._done :]}
+        return [n for n in dict.fromkeys(grid.chart for grid in grids[: self._done]) if n not in waiting]
 
     def quilt(self) -> Quilt:
         """Return the quilt as far as it is known.
@@ -364,32 +405,30 @@ class GridDecoder:
         masked = self._first[:known] + sizes <= self.known_cells
         blocks = _blocks(self._records[:known], masked)
         cells = self._cells[: self.known_cells].copy()
-        if self._done == len(self.charts):
+        if self._done == len(self.plan.grids):
             plan = replace(self.plan, blocks=blocks, mask_cells=cells[: self._cells_of(known)])
             return Quilt(self.charts, self.exemplar_shape, plan, self.warp_fields)
-        done = self.plan.order[: self._done]
         placed, cells = self._partial(blocks, cells)
+        done = tuple(self._charts_done())
         return assemble(self.charts, self.exemplar_shape, placed, cells, done, self.warp_fields, self.scale)
 
     def _partial(
         self, blocks: NDArray[np.void], cells: NDArray[np.uint8]
     ) -> tuple[NDArray[np.void], NDArray[np.uint8]]:
         # Placements of the charts that are known.
-        done = self.plan.order[: self._done]
-        empty = [replace(grid, transferred=0, own=0) for grid in self.plan.grids]
-        grids = [self.plan.grids[n] if n in done else grid for n, grid in enumerate(empty)]
-        part = GridPlan(tuple(grids), self.plan.order, self.plan.feather, blocks, cells)
-        return part.placements(self.charts)
+        part = GridPlan(self.plan.grids[: self._done], self.plan.feather, blocks, cells)
+        placed, cells = part.placements(self.charts)
+        return placed[np.isin(placed["chart"], self._charts_done())], cells
 
     def _cells_of(self, known: int) -> int:
         # Cells of the masks that are known whole.
         return int(self._first[self._mask_start]) if self._mask_start < known else self.known_cells
 
-    def _begin_chart(self) -> None:
-        if self._done == len(self.charts):
+    def _begin_grid(self) -> None:
+        if self._done == len(self.plan.grids):
             return
-        n = self.plan.order[self._done]
-        grid, base, field = self.plan.grids[n], int(self.plan.starts[self._done]), self.warp_fields[n]
+        grid, base = self.plan.grids[self._done], int(self.plan.starts[self._done])
+        n, field = grid.chart, self.warp_fields[grid.chart]
         self._matrices = field.matrices
         self._numbers = _numbers(grid, self.charts[n], field, self.exemplar_shape, self.plan.feather, base)
         self._records = grown(self._records, base + grid.blocks)
@@ -398,8 +437,8 @@ class GridDecoder:
         self._symbols = self._own = 0
 
     def _read_sources(self) -> None:
-        while self._done < len(self.charts):
-            grid = self.plan.grids[self.plan.order[self._done]]
+        while self._done < len(self.plan.grids):
+            grid = self.plan.grids[self._done]
             end = grid.transferred + grid.positions
             stop = min(end, self._symbols + BATCH)
             done, self._own = kernels.code_blocks(
@@ -422,15 +461,15 @@ class GridDecoder:
             if done < stop:
                 return
             if done == end:
-                self._end_chart(grid)
+                self._end_grid(grid)
 
-    def _end_chart(self, grid: ChartGrid) -> None:
-        n = self.plan.order[self._done]
+    def _end_grid(self, grid: ChartGrid) -> None:
+        n = grid.chart
         if self._own != grid.own:
             raise FormatError(f"chart {n} has other blocks than its plan says")
         start, stop = self.plan.starts[self._done : self._done + 2].tolist()
         blocks = _blocks(self._records[start:stop], np.ones(stop - start, bool))
-        alone = GridPlan((grid,), (0,), self.plan.feather, blocks, np.zeros(0, np.uint8))
+        alone = GridPlan((replace(grid, chart=0),), self.plan.feather, blocks, np.zeros(0, np.uint8))
         placed = alone.in_order()
         check_decoded(placed, (self.charts[n],), (self.warp_fields[n],), self.exemplar_shape)
         windows = mask_windows(placed, (self.charts[n],))
@@ -444,13 +483,13 @@ class GridDecoder:
         if self.total_cells > MAX_CELLS:
             raise FormatError(f"masks have {self.total_cells} cells; allowed: {MAX_CELLS}")
         self._done += 1
-        self._begin_chart()
+        self._begin_grid()
 
-    def _read_masks(self, n: int) -> bool:
-        # Whether all masks of chart n are known.
-        base, stop = self.plan.starts[self._mask_chart : self._mask_chart + 2].tolist()
+    def _read_masks(self, place: int) -> bool:
+        # Whether all masks of a grid are known.
+        grid, (base, stop) = self.plan.grids[place], self.plan.starts[place : place + 2].tolist()
         if self._mask_start == base and self._mask_place == 0:
-            self._covered = np.zeros((self.charts[n].height, self.charts[n].width), np.uint8)
+            self._covered = _covered(self.plan, place, self.charts, self._covered)
         self._mask_start, self._mask_place = mask_kernels.code_masks(
             self._masks.coder,
             self._records,
@@ -458,8 +497,8 @@ class GridDecoder:
             self._first,
             self._cells,
             self._covered,
-            self.plan.grids[n].mask_cell,
-            base + self.plan.grids[n].transferred,
+            grid.mask_cell,
+            base + grid.transferred,
             self._mask_start,
             stop,
             self._mask_place,

@@ -24,12 +24,13 @@ export function gridMaskBits() {
   return bits
 }
 
-/** Decode the masks of all blocks of a plan, chart after chart; waits where bytes are missing. */
+/** Decode the masks of all blocks of a plan, grid after grid; waits where bytes are missing. */
 export function* decodeGridMasks(plan) {
-  const { blocks, starts, grids, charts, changed } = plan
-  for (const [place, chart] of plan.order.entries()) {
-    const coverage = new Coverage(charts[chart])
-    const firstOwn = starts[place] + grids[chart].transferred
+  const { blocks, starts, charts, changed } = plan
+  let coverage
+  for (const [place, { chart, transferred }] of plan.grids.entries()) {
+    if (plan.grids[place - 1]?.chart !== chart) coverage = new Coverage(charts[chart])
+    const firstOwn = starts[place] + transferred
     for (let n = starts[place]; n < starts[place + 1]; n++) {
       const block = blocks[n]
       const isOwn = n >= firstOwn

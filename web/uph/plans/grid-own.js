@@ -39,11 +39,11 @@ export class OwnBlockDecoder {
     this.most = [16 * exemplar.height - 1, 16 * exemplar.width - 1] // the last position
   }
 
-  /** The block at (i, j) of a chart's grid; `later` if it is not the first on the chart. */
-  *decode(chart, i, j, near, later) {
+  /** The block at (i, j) of a grid; `later` if it is not the first there. */
+  *decode(grid, i, j, near, later) {
     const { sources, most } = this
-    const { fields, grids, fail } = this.plan
-    const [grid, field] = [grids[chart], fields[chart]]
+    const { fields, fail } = this.plan
+    const field = fields[grid.chart]
     const [row, column] = [grid.firstRow + i * grid.stepRow, grid.firstColumn + j * grid.stepColumn]
     const { height, width, maskCell } = grid
     const block = { row, column, height, width, symmetry: 0, maskCell, link: -1 }

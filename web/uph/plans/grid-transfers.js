@@ -30,19 +30,21 @@ export class TransferDecoder {
     }
   }
 
-  /** The next block of a chart, at a place in coded order. */
-  *decode(place, chart) {
+  /** The next block of a grid, at a place in coded order. */
+  *decode(place) {
     const { blocks, starts, grids, fields, sources, fail } = this.plan
+    const grid = grids[place]
+    const field = fields[grid.chart]
     const link = yield* this.#decodeLink(place)
-    const block = { link, mode: NO_MODE, agrees: 0, maskCell: grids[chart].maskCell }
+    const block = { link, mode: NO_MODE, agrees: 0, maskCell: grid.maskCell }
     const n = blocks.length
     const guess = new TransferGuess(block, {
       linked: link < 0 ? null : blocks[link],
       before: n > starts[place] ? blocks[n - 1] : null,
       further: n > starts[place] + 1 ? blocks[n - 2] : null,
       linkedBefore: n > starts[place] && blocks[n - 1].link >= 0 ? blocks[blocks[n - 1].link] : null,
-      grid: grids[chart],
-      field: fields[chart],
+      grid,
+      field,
     })
     const unlinked = link >= 0 ? 0 : 2
     let differed = 0
@@ -52,7 +54,7 @@ export class TransferDecoder {
       block[name] = difference + guess.of(name)
       const [least, most] = this.limits[name]
       if (!(block[name] >= least && block[name] <= most)) fail(`${name} of block ${n} is out of range`)
-      if (name === 'column') yield* this.#decodeCenter(block, fields[chart])
+      if (name === 'column') yield* this.#decodeCenter(block, field)
     }
     return block
   }

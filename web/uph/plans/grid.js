@@ -36,11 +36,10 @@ export class GridPlan extends Plan {
     this.fields = fields
     this.fail = (what) => reader.fail(what)
     this.feather = reader.u8('feather', 16)
-    this.order = this.#parseOrder(reader) // in which charts are coded
-    this.grids = this.#parseGrids(reader) // per chart
+    this.grids = this.#parseGrids(reader) // in coded order; those of one chart follow each other
     reader.end('plan')
-    this.starts = [0] // per chart in coded order: its first block
-    for (const n of this.order) this.starts.push(this.starts.at(-1) + this.grids[n].blocks)
+    this.starts = [0] // per grid: its first block
+    for (const { blocks } of this.grids) this.starts.push(this.starts.at(-1) + blocks)
     this.total = this.starts.at(-1)
     this.totalCells = 0
     this.blocks = []
@@ -55,19 +54,28 @@ export class GridPlan extends Plan {
     return this.blocks.length
   }
 
+  /** The chart of each grid. */
   #parseOrder(reader) {
-    const { charts } = this
-    if (!reader.u8('whether charts are in another order', 1)) return range(charts.length)
-    const order = charts.map(() => reader.varint('number of a chart', charts.length - 1))
-    if (new Set(order).size < charts.length) this.fail('a chart comes twice in the order')
+    const { length } = this.charts
+    const more = reader.varint('how many grids there are', MAX_PLACEMENTS)
+    if (!more) return range(length)
+    const [order, seen] = [[], new Set()]
+    while (order.length < length + more - 1) {
+      const chart = reader.varint('number of a chart', length - 1)
+      if (chart !== order.at(-1) && seen.has(chart)) this.fail("a chart's grids do not follow each other")
+      seen.add(chart)
+      order.push(chart)
+    }
+    if (seen.size < length) this.fail('a chart has no grid')
     return order
   }
 
   #parseGrids(reader) {
     let before = FIRST_GUESS
     let [blocks, positions] = [0, 0]
-    return this.charts.map((chart) => {
-      const grid = this.#parseGrid(reader, chart, before)
+    return this.#parseOrder(reader).map((chart) => {
+      const grid = this.#parseGrid(reader, this.charts[chart], before)
+      grid.chart = chart
       blocks += grid.blocks
       positions += grid.positions
       reader.within(blocks, 'number of blocks', 0, MAX_PLACEMENTS)
@@ -100,23 +108,21 @@ export class GridPlan extends Plan {
   // ---------------------------------------------------------------- sources
 
   *#decodeSources() {
-    for (const [place, chart] of this.order.entries()) {
-      const grid = this.grids[chart]
+    for (const [place, grid] of this.grids.entries()) {
       const table = new BlockTable(grid)
       for (let t = 0; t < grid.transferred; t++) {
-        const block = yield* this.transfers.decode(place, chart)
+        const block = yield* this.transfers.decode(place)
         table.enterTransferred(block, this.blocks.length)
         this.blocks.push(block)
       }
-      yield* this.#decodeOwnBlocks(chart, table)
-      this.#checkBlocks(place, chart)
-      this.markKnown(chart)
+      yield* this.#decodeOwnBlocks(grid, table)
+      this.#checkBlocks(place, grid.chart)
+      if (this.grids[place + 1]?.chart !== grid.chart) this.markKnown(grid.chart)
     }
   }
 
-  *#decodeOwnBlocks(chart, table) {
+  *#decodeOwnBlocks(grid, table) {
     const { blocks, sources } = this
-    const grid = this.grids[chart]
     let own = 0
     for (let i = 0; i < grid.rows; i++) {
       for (let j = 0; j < grid.columns; j++) {
@@ -124,15 +130,15 @@ export class GridPlan extends Plan {
         let there
         while ((there = sources.bit(1, ONE_MIXER, LIMIT)) < 0) yield
         if (!there) continue
-        if (own === grid.own) this.fail(`chart ${chart} has more blocks than its plan says`)
+        if (own === grid.own) this.fail(`chart ${grid.chart} has more blocks than its plan says`)
         const near = table.neighbours(i, j).map((n) => blocks[n])
-        const block = yield* this.own.decode(chart, i, j, near, grid.transferred + own > 0)
+        const block = yield* this.own.decode(grid, i, j, near, grid.transferred + own > 0)
         table.enterOwn(i, j, blocks.length)
         blocks.push(block)
         own++
       }
     }
-    if (own !== grid.own) this.fail(`chart ${chart} has other blocks than its plan says`)
+    if (own !== grid.own) this.fail(`chart ${grid.chart} has other blocks than its plan says`)
   }
 
   /** Check a chart's blocks, and number the cells of their windows. */
@@ -163,11 +169,12 @@ export class GridPlan extends Plan {
 
   /** The placements of a chart whose sources have come, in painting order; a mask that has not come is left out. */
   placements(chart) {
-    const place = this.order.indexOf(chart)
-    return this.blocks.slice(this.starts[place], this.starts[place + 1]).map((block) => {
-      const end = block.firstCell + block.cellCount
-      if (!block.cut || end > this.knownCells) return { ...block, mask: MASK_NONE }
-      return { ...block, mask: MASK_CUT, cells: this.cells.subarray(block.firstCell, end) }
+    const isHere = (grid) => grid.chart === chart
+    const [first, end] = [this.grids.findIndex(isHere), this.grids.findLastIndex(isHere) + 1]
+    return this.blocks.slice(this.starts[first], this.starts[end]).map((block) => {
+      const lastCell = block.firstCell + block.cellCount
+      if (!block.cut || lastCell > this.knownCells) return { ...block, mask: MASK_NONE }
+      return { ...block, mask: MASK_CUT, cells: this.cells.subarray(block.firstCell, lastCell) }
     })
   }
 }

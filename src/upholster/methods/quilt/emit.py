@@ -41,16 +41,14 @@ def emit_plan(
     kept = [np.flatnonzero(touches(part.placements, charts)) for part in laid]
     indices = _coded_indices(laid, kept, order)
     chart_grids: list[ChartGrid] = []
-    for n, grid in enumerate(grids):
-        before = chart_grids[-1] if chart_grids else None
-        chart_grids.append(_chart_grid(grid, laid[n], kept[n], before))
     blocks, cells = [np.zeros(0, BLOCK)], [np.zeros(0, np.uint8)]
     for n in order:
+        for part in np.split(kept[n], np.searchsorted(kept[n], laid[n].ends[:-1])):
+            before = chart_grids[-1] if chart_grids else None
+            chart_grids.append(_chart_grid(n, grids[n], laid[n], part, before))
         blocks.append(_blocks(laid[n], kept[n], _links(laid, indices, n, kept[n])))
         cells += windows_of(laid[n], kept[n], charts)
-    return GridPlan(
-        tuple(chart_grids), tuple(order), grids[0].feather, np.concatenate(blocks), np.concatenate(cells)
-    )
+    return GridPlan(tuple(chart_grids), grids[0].feather, np.concatenate(blocks), np.concatenate(cells))
 
 
 def emit_list(charts: Sequence[Chart], laid: ChartPlacements) -> PlacementList:
@@ -125,22 +123,24 @@ def _blocks(laid: ChartPlacements, kept: NDArray[np.intp], links: NDArray[np.int
 
 
 def _chart_grid(
-    grid: BlockGrid, laid: ChartPlacements, kept: NDArray[np.intp], before: ChartGrid | None
+    chart: int, grid: BlockGrid, laid: ChartPlacements, kept: NDArray[np.intp], before: ChartGrid | None
 ) -> ChartGrid:
-    # No more positions than those between the chart's own blocks.
+    # No more positions than those between the chart's own blocks that were laid at this time.
     own = laid.placements[kept[laid.parents[kept, 0] < 0]]
     transferred = len(kept) - len(own)
     steps = grid.height - grid.overlap_rows, grid.width - grid.overlap_columns
     if not len(own):
         if before is not None:
-            # Its numbers mean nothing: as on the chart before, they take no bytes.
-            return replace(before, rows=1, across=1, mask_cell=grid.mask_cell, transferred=transferred, own=0)
+            # Its numbers mean nothing: those of the grid before take no bytes.
+            changed = {"rows": 1, "across": 1, "mask_cell": grid.mask_cell, "transferred": transferred}
+            return replace(before, chart=chart, own=0, **changed)
         first = grid.height // 2, grid.width // 2
         return ChartGrid(
-            1, 1, *first, grid.height, grid.width, *steps, grid.level, grid.mask_cell, transferred, 0
+            chart, 1, 1, *first, grid.height, grid.width, *steps, grid.level, grid.mask_cell, transferred, 0
         )
     low_row, low_column = int(own["row"].min()), int(own["column"].min())
     return ChartGrid(
+        chart,
         (int(own["row"].max()) - low_row) // steps[0] + 1,
         (int(own["column"].max()) - low_column) // steps[1] + 1,
         low_row,

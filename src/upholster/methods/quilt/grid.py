@@ -4,13 +4,14 @@ from collections.abc import Set
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from upholster.methods.quilt._block_kernels import COLUMN, LAID, LEFT, ROW, TOP
 from upholster.quilt.chart import Chart
 from upholster.quilt.warp_field import WarpField
 from upholster.types import FloatArray, IntArray
 
-__all__ = ["BlockGrid"]
+__all__ = ["BlockGrid", "GridPart"]
 
 _SMALLEST_BLOCK = 16
 _LARGEST_BLOCK = 512
@@ -22,6 +23,22 @@ _SMALLEST_LEVEL = 16
 
 _LARGEST_SHARE = 0.75
 """Of the exemplar's height and width that a block may read, so that there are several to choose from."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class GridPart:
+    """Blocks that are laid at a time.
+
+    Attributes
+    ----------
+    blocks
+        Their places in the grid's raster.
+    closed
+        Edges at which the chart meets blocks of itself that are laid already.
+    """
+
+    blocks: NDArray[np.intp]
+    closed: set[int]
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,6 +88,7 @@ class BlockGrid:
         *,
         copied: bool = False,
         wrap: bool = False,
+        most: tuple[float, float] = (_LARGEST_BLOCK, _LARGEST_BLOCK),
     ) -> "BlockGrid":
         """Fit blocks of given size in exemplar pixels to a chart.
 
@@ -83,9 +101,11 @@ class BlockGrid:
         copied
             Whether blocks must lie inside the exemplar, for their texels are copies of whole pixels.
         wrap
-            Whether the chart's opposite edges meet: a block then takes half of it at most.
+            Whether the chart's opposite edges meet as a tile's do: a block then takes half of it at most.
+        most
+            Largest height and width in texels.
         """
-        sizes, most = _sizes(chart, field)
+        sizes, crossed = _sizes(chart, field)
         typical = float(np.sqrt(sizes[0] * sizes[1]))
         last = max(0, int(np.log2(min(exemplar_shape) / _SMALLEST_LEVEL)))
         level = min(max(0, int(np.floor(np.log2(typical) + 0.5))), last)
@@ -95,8 +115,8 @@ class BlockGrid:
         share = block / (0.3 * block if overlap is None else overlap)
         sides, overlaps = [], []
         wanted = block / sizes
-        wanted *= min(1.0, float((_LARGEST_SHARE * np.array(exemplar_shape) / (most @ wanted)).min()))
-        wanted = np.clip(wanted, _SMALLEST_BLOCK, _LARGEST_BLOCK)
+        wanted *= min(1.0, float((_LARGEST_SHARE * np.array(exemplar_shape) / (crossed @ wanted)).min()))
+        wanted = np.clip(wanted, _SMALLEST_BLOCK, np.maximum(_SMALLEST_BLOCK, most))
         if wrap:
             wanted = np.minimum(wanted, (chart.height // 2, chart.width // 2))
         for texels, pixels in zip(wanted, exemplar_shape, strict=True):
@@ -135,6 +155,48 @@ class BlockGrid:
             -columns * (3 in open_sides),
             self.chart.width + columns * (1 in open_sides),
         )
+
+    def opened(self, around: Set[int]) -> set[int]:
+        """Return the edges that stay open at first of those along which the chart meets itself.
+
+        Parameters
+        ----------
+        around
+            The edges: of two opposite ones the first stays open, if a block fits between them.
+        """
+        out = set()
+        if around & {0, 2} and self.height <= self.chart.height:
+            out.add(0)
+        if around & {1, 3} and self.width <= self.chart.width:
+            out.add(3)
+        return out
+
+    def parts(self, need: tuple[int, int, int, int], opened: Set[int]) -> list["GridPart"]:
+        """Tell which blocks are laid at a time: all of them, or halves between opposite edges that meet.
+
+        The first half ends before what its blocks show once more at the other edge.
+
+        Parameters
+        ----------
+        need
+            As for `blocks`.
+        opened
+            The edges that stay open at first, see `opened`.
+        """
+        rows = self._starts(need[0], need[1], self.height, self.overlap_rows)
+        columns = self._starts(need[2], need[3], self.width, self.overlap_columns)
+        late_rows = self._late(rows, self.height, self.chart.height, need[0]) & (0 in opened)
+        late_columns = self._late(columns, self.width, self.chart.width, need[2]) & (3 in opened)
+        part = (2 * late_rows[:, None] + late_columns).reshape(-1)
+        closed = (set[int](), {1}, {2}, {1, 2})
+        found = [GridPart(np.flatnonzero(part == n), closed[n]) for n in range(4)]
+        return [one for one in found if len(one.blocks)]
+
+    def _late(self, starts: IntArray, size: int, length: int, need: int) -> NDArray[np.bool_]:
+        # Which rows or columns of blocks belong to the second half; `need` texels before 0 come once more.
+        late = np.asarray((starts + size > length + need) | (2 * starts + size >= length))
+        late[0] = False
+        return late
 
     def across(self, need: tuple[int, int, int, int]) -> int:
         """Return how many blocks lie side by side."""

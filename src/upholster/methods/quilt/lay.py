@@ -1,7 +1,7 @@
 """One chart of a quilt: the blocks transferred from finished charts, then its own blocks."""
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -9,9 +9,11 @@ from numpy.typing import NDArray
 from upholster.methods.quilt._block_kernels import (
     COLUMN,
     LAID,
+    LEFT,
     ROW,
     SOURCE_COLUMN,
     SOURCE_ROW,
+    TOP,
     ChartCanvas,
     LayNumbers,
     LayScratch,
@@ -21,12 +23,12 @@ from upholster.methods.quilt._block_kernels import (
 from upholster.methods.quilt._lay_kernels import lay_blocks
 from upholster.methods.quilt._transfer_kernels import lay_transferred
 from upholster.methods.quilt.grid import BlockGrid
-from upholster.methods.quilt.match_pyramid import MatchPyramid
-from upholster.methods.quilt.transfer import ChartPlacements, joined
+from upholster.methods.quilt.match_pyramid import MatchLevel, MatchPyramid
+from upholster.methods.quilt.transfer import BlockTransfer, ChartPlacements, joined
 from upholster.quilt.chart import Chart
 from upholster.quilt.displacement import centre_matrices
 from upholster.quilt.placement import MASK_CUT, MASK_NONE, PLACEMENT
-from upholster.types import FloatArray
+from upholster.types import FloatArray, IntArray
 
 __all__ = ["lay_chart"]
 
@@ -37,9 +39,8 @@ _TRANSFERRED = ("row", "column", "height", "width", "source_row", "source_column
 def lay_chart(
     index: int,
     grid: BlockGrid,
-    transferred: ChartPlacements,
-    open_sides: set[int],
-    closed: Sequence[tuple[int, float, float, int]],
+    transfer: BlockTransfer,
+    finished: Sequence[ChartPlacements | None],
     match_pyramid: MatchPyramid,
     usage: FloatArray,
     weights: FloatArray,
@@ -51,20 +52,20 @@ def lay_chart(
 ) -> tuple[ChartPlacements, FloatArray]:
     """Lay a chart's blocks.
 
+    A chart that meets itself is laid in parts: blocks of the first half, these once more beyond the edge that
+    they reach over, then those of the other half, which match both.
+
     Parameters
     ----------
     index, grid
         The chart, and where its blocks lie.
-    transferred, closed
-        The blocks transferred from finished charts, and where these must stay as they are: see
-        `BlockTransfer.transferred_onto` and `BlockTransfer.closed`.
-    open_sides
-        Edges at which a neighbour is not laid yet.
+    transfer, finished
+        How blocks get from chart to chart, and the placements of finished charts, None elsewhere.
     match_pyramid, usage, weights, shortlist
         What blocks are compared by; how much of the exemplar has been used; evenness, variety and tolerance;
         how many candidates are judged at full resolution.
     wrap
-        Whether its opposite edges meet.
+        Whether its opposite edges meet as a tile's do.
     seed
         Of its own random numbers.
     number
@@ -77,43 +78,153 @@ def lay_chart(
     usage
         How much of the exemplar has been used, its own blocks included.
     """
-    chart, field, match_level = grid.chart, grid.field, match_pyramid.levels[grid.level]
-    need = grid.need(open_sides)
-    blocks = grid.blocks(need)
-    # Room for every block that touches the chart, whole.
-    pads = (0, 0) if wrap else (2 * grid.height, 2 * grid.width)
-    rows, columns = chart.height + 2 * pads[0], chart.width + 2 * pads[1]
-    canvas = np.zeros((rows, columns * match_level.channels), np.uint8)
-    covered = np.zeros((rows, columns), np.uint8)
-    matrices, margin = field.matrices, field.margin
-    if len(transferred.placements):
+    around = transfer.closed_around(index)
+    opened = grid.opened({edge for edge, *_ in around})
+    need = grid.need(transfer.open_sides(index, finished) | opened)
+    parts = grid.parts(need, opened)
+    blocks = _in_order(grid.blocks(need), np.concatenate([part.blocks for part in parts]))
+    layer = _ChartLayer.of(index, grid, need, blocks, match_pyramid, usage, shortlist, wrap, seed)
+    laid = [transfer.transferred_onto(index, finished)]
+    layer.lay_transferred(laid[0])
+    layer.close(transfer.closed(index, finished))
+    start, ends = 0, []
+    for part in parts:
+        if part.closed:
+            again = transfer.transferred_around(index, replace(joined(laid), bounds=need))
+            layer.lay_transferred(again)
+            layer.close([side for side in around if side[0] in part.closed])
+            laid.append(again)
+        stop = start + len(part.blocks)
+        laid.append(layer.lay_own(LayWeights(*weights.tolist()), start, stop, number))
+        ends.append(sum(len(one.placements) for one in laid))
+        start = stop
+    return replace(joined(laid), bounds=need, ends=tuple(ends)), layer.usage
+
+
+def _in_order(blocks: IntArray, order: NDArray[np.intp]) -> IntArray:
+    # Blocks in another order than their raster's, with their neighbours' new places.
+    place = np.empty(len(order) + 1, np.int32)
+    place[order], place[-1] = np.arange(len(order), dtype=np.int32), -1
+    out = blocks[order]
+    for column in (LEFT, TOP):
+        out[:, column] = place[out[:, column]]
+    return out
+
+
+@dataclass(eq=False)
+class _ChartLayer:
+    """A chart while it is laid: its canvas, with room round it for every block that touches the chart.
+
+    `usage` counts how much of the exemplar has been used, and `state` is that of the random numbers; the rest
+    is what the kernels take.
+    """
+
+    index: int
+    grid: BlockGrid
+    match_level: MatchLevel
+    canvas: ChartCanvas
+    pads: tuple[int, int]
+    numbers: LayNumbers
+    blocks: IntArray
+    cells: NDArray[np.uint8]
+    usage: FloatArray
+    state: NDArray[np.uint64]
+    scratch: LayScratch
+
+    @classmethod
+    def of(
+        cls,
+        index: int,
+        grid: BlockGrid,
+        need: tuple[int, int, int, int],
+        blocks: IntArray,
+        match_pyramid: MatchPyramid,
+        usage: FloatArray,
+        shortlist: int,
+        wrap: bool,
+        seed: int,
+    ) -> "_ChartLayer":
+        """Begin a chart."""
+        match_level = match_pyramid.levels[grid.level]
+        pads = (0, 0) if wrap else (2 * grid.height, 2 * grid.width)
+        rows, columns = grid.chart.height + 2 * pads[0], grid.chart.width + 2 * pads[1]
+        canvas = ChartCanvas(
+            np.zeros((rows, columns * match_level.channels), np.uint8), np.zeros((rows, columns), np.uint8)
+        )
+        numbers = _numbers(grid, need, match_level, match_pyramid.stride(grid.level), pads, shortlist, wrap)
+        used, state = usage.copy(), np.array([seed], np.uint64)
+        cells = np.empty((len(blocks), grid.cells), np.uint8)
+        scratch = LayScratch.of(numbers, used)
+        return cls(index, grid, match_level, canvas, pads, numbers, blocks, cells, used, state, scratch)
+
+    def lay_transferred(self, transferred: ChartPlacements) -> None:
+        """Lay blocks that were transferred to the chart."""
+        if not len(transferred.placements):
+            return
+        field, level = self.grid.field, self.match_level
         laid = np.stack([transferred.placements[name].astype(np.int32) for name in _TRANSFERRED], axis=1)
-        laid = np.concatenate([laid, centre_matrices(field, transferred.placements)], axis=1)
-        sizes = match_level.height, match_level.width, match_level.channels, grid.level
         lay_transferred(
-            canvas,
-            covered,
-            match_level.image,
-            sizes,
-            matrices,
-            margin,
-            pads,
-            grid.mask_cell,
-            laid,
+            *self.canvas,
+            level.image,
+            (level.height, level.width, level.channels, self.grid.level),
+            field.matrices,
+            field.margin,
+            self.pads,
+            self.grid.mask_cell,
+            np.concatenate([laid, centre_matrices(field, transferred.placements)], axis=1),
             transferred.cells,
         )
-    for side, start, stop, rim in closed:
-        covered[_beyond(chart, side, start, stop, rim, pads)] |= 2
+
+    def close(self, closed: Sequence[tuple[int, float, float, int]]) -> None:
+        """Let nothing change any more along some parts of edges, see `BlockTransfer.closed`."""
+        for side, start, stop, rim in closed:
+            self.canvas.covered[_beyond(self.grid.chart, side, start, stop, rim, self.pads)] |= 2
+
+    def lay_own(self, weights: LayWeights, start: int, stop: int, number: int) -> ChartPlacements:
+        """Lay the chart's own blocks from `start` to before `stop`; `number` is the first one's origin."""
+        level = self.match_level
+        for first in range(start, stop, _BLOCKS_PER_CALL):
+            # Few blocks a call: between two calls, Python can be interrupted.
+            lay_blocks(
+                self.canvas,
+                MatchImage(level.image, level.plane),
+                self.grid.field.matrices,
+                self.numbers,
+                weights,
+                self.usage,
+                self.state,
+                self.blocks,
+                (first, min(first + _BLOCKS_PER_CALL, stop)),
+                self.cells,
+                self.scratch,
+            )
+        kept = start + np.flatnonzero(self.blocks[start:stop, LAID])
+        placed = _placements(self.index, self.grid, self.blocks[kept])
+        none = np.full((len(kept), 2), -1, np.int64)
+        zeros = np.zeros(len(kept), np.int64)
+        own = ChartPlacements(placed, self.cells[kept].reshape(-1), number + kept, zeros, none)
+        return _wrapped(own, self.grid.chart) if self.numbers.wrap else own
+
+
+def _numbers(
+    grid: BlockGrid,
+    need: tuple[int, int, int, int],
+    match_level: MatchLevel,
+    usage_step: int,
+    pads: tuple[int, int],
+    shortlist: int,
+    wrap: bool,
+) -> LayNumbers:
     top, bottom, left, right = need
-    numbers = LayNumbers(
+    return LayNumbers(
         height=match_level.height,
         width=match_level.width,
         channels=match_level.channels,
         level=grid.level,
         step=match_level.step,
         shortlist=shortlist,
-        usage_step=match_pyramid.stride(grid.level),
-        margin=margin,
+        usage_step=usage_step,
+        margin=grid.field.margin,
         origin_row=pads[0],
         origin_column=pads[1],
         wrap=int(wrap),
@@ -127,31 +238,6 @@ def lay_chart(
         need_left=left,
         need_right=right,
     )
-    used, state = usage.copy(), np.array([seed], np.uint64)
-    cells = np.empty((len(blocks), grid.cells), np.uint8)
-    scratch = LayScratch.of(numbers, used)
-    for start in range(0, len(blocks), _BLOCKS_PER_CALL):
-        # Few blocks a call: between two calls, Python can be interrupted.
-        lay_blocks(
-            ChartCanvas(canvas, covered),
-            MatchImage(match_level.image, match_level.plane),
-            matrices,
-            numbers,
-            LayWeights(*weights.tolist()),
-            used,
-            state,
-            blocks,
-            (start, min(start + _BLOCKS_PER_CALL, len(blocks))),
-            cells,
-            scratch,
-        )
-    kept = np.flatnonzero(blocks[:, LAID])
-    placed = _placements(index, grid, blocks[kept])
-    none = np.full((len(kept), 2), -1, np.int64)
-    own = ChartPlacements(placed, cells[kept].reshape(-1), number + kept, np.zeros(len(kept), np.int64), none)
-    if wrap:
-        own = _wrapped(own, chart)
-    return replace(joined([transferred, own]), bounds=need), used
 
 
 def _placements(index: int, grid: BlockGrid, blocks: NDArray[np.int32]) -> NDArray[np.void]:

@@ -145,19 +145,23 @@ def _run(
     seed: int,
 ) -> _Run:
     # A block that is transferred may begin between pixels and end beyond the exemplar.
-    copied = len(charts) == 1 and fields[0].is_identity
+    copied = len(charts) == 1 and fields[0].is_identity and not seams
     shape = exemplar.shape[0], exemplar.shape[1]
     grids = [
-        BlockGrid.of(chart, field, shape, options.block, options.overlap, copied=copied, wrap=wrap)
-        for chart, field in zip(charts, fields, strict=True)
+        BlockGrid.of(chart, field, shape, options.block, options.overlap, copied=copied, wrap=wrap, most=most)
+        for chart, field, most in zip(charts, fields, _largest_blocks(charts, seams), strict=True)
     ]
     match_pyramid = MatchPyramid.of(exemplar, max(grid.level for grid in grids))
     onto: list[list[Transition]] = [[] for _ in charts]
+    around: list[list[Transition]] = [[] for _ in charts]
     for transition in transitions(surface, charts, seams):
-        if transition.seam.chart != transition.seam.other_chart:
-            onto[transition.seam.other_chart].append(transition)
+        seam = transition.seam
+        if seam.chart != seam.other_chart:
+            onto[seam.other_chart].append(transition)
+        elif abs(seam.edge - seam.other_edge) == 2:
+            around[seam.chart].append(transition)
     cells = [grid.mask_cell for grid in grids]
-    transfer = BlockTransfer(charts, fields, onto, shape, cells, grids[0].feather)
+    transfer = BlockTransfer(charts, fields, onto, around, shape, cells, grids[0].feather)
     variance = match_pyramid.variance
     weights = np.array([options.evenness * variance, options.variety * variance, options.tolerance])
     seeds = [
@@ -165,6 +169,16 @@ def _run(
         for child in np.random.SeedSequence(seed).spawn(len(charts))
     ]
     return _Run(grids, transfer, match_pyramid, weights, seeds, options.shortlist, wrap)
+
+
+def _largest_blocks(charts: Sequence[Chart], seams: Sequence[ChartSeam]) -> list[tuple[float, float]]:
+    # The largest height and width of a block: where a chart meets itself, one fits in between.
+    most = [[np.inf, np.inf] for _ in charts]
+    for seam in seams:
+        if seam.chart == seam.other_chart:
+            chart = charts[seam.chart]
+            most[seam.chart][seam.edge & 1] = chart.width if seam.edge & 1 else chart.height
+    return [(min(512.0, tall), min(512.0, wide)) for tall, wide in most]
 
 
 def _lay_class(
@@ -185,9 +199,8 @@ def _lay_class(
         results[k] = lay_chart(
             n,
             run.grids[n],
-            run.transfer.transferred_onto(n, finished),
-            run.transfer.open_sides(n, finished),
-            run.transfer.closed(n, finished),
+            run.transfer,
+            finished,
             run.match_pyramid,
             usage,
             run.weights,

@@ -33,6 +33,9 @@ _WINDOW = 16
 _RIM = 1
 """Cells inside the edge of a finished neighbour that stay as its blocks left them."""
 
+_SAME_PLACE = 8
+"""Texels: a block that comes back to within so many of where it lies is not laid again."""
+
 _EDGE_SAMPLES = 5
 
 _WORST_FIT = 0.4
@@ -64,6 +67,8 @@ class ChartPlacements:
         placements; -1, -1 if it is the chart's own.
     bounds
         Rows from, to, columns from, to: where they count. Beyond, they are not transferred.
+    ends
+        Where each part that was laid at a time ends: a chart that meets itself is laid in several.
     """
 
     placements: NDArray[np.void]
@@ -72,6 +77,7 @@ class ChartPlacements:
     steps: NDArray[np.int64]
     parents: NDArray[np.int64]
     bounds: tuple[int, int, int, int] = (-(2**30), 2**30, -(2**30), 2**30)
+    ends: tuple[int, ...] = ()
 
 
 def joined(parts: Sequence[ChartPlacements]) -> ChartPlacements:
@@ -99,6 +105,8 @@ class BlockTransfer:
         The layout.
     onto
         Per chart, the transitions from each seam's other chart onto it.
+    around
+        Per chart, those from one of its edges onto the opposite one, where it meets itself.
     exemplar_shape
         (height, width) in pixels.
     mask_cells
@@ -110,6 +118,7 @@ class BlockTransfer:
     charts: Sequence[Chart]
     fields: Sequence[WarpField]
     onto: Sequence[Sequence[Transition]]
+    around: Sequence[Sequence[Transition]]
     exemplar_shape: tuple[int, int]
     mask_cells: Sequence[int]
     feather: int = 2
@@ -145,6 +154,36 @@ class BlockTransfer:
                     parts.append(self._transferred(transition, between))
         found = joined([part for part in parts if part is not None])
         return _distinct(found)
+
+    def transferred_around(self, chart: int, laid: ChartPlacements) -> ChartPlacements:
+        """Collect the blocks of a chart that reach it once more, over an edge where it meets itself.
+
+        Parameters
+        ----------
+        chart
+            Its index.
+        laid
+            What is laid on it so far.
+
+        Returns
+        -------
+        ChartPlacements
+            In the order of synthesis, without those that lie there already.
+        """
+        seen = _as_parents(chart, laid)
+        parts = [self._transferred(transition, seen) for transition in self.around[chart]]
+        found = _distinct(joined([part for part in parts if part is not None]))
+        new = ~_already_there(found, laid)
+        return ChartPlacements(
+            found.placements[new], found.cells, found.origins[new], found.steps[new], found.parents[new]
+        )
+
+    def closed_around(self, chart: int) -> list[tuple[int, float, float, int]]:
+        """Tell where a chart meets itself, as `closed` does."""
+        rim = _RIM * self.mask_cells[chart]
+        seams = [transition.seam for transition in self.around[chart]]
+        ends = [(min(m.other_start, m.other_stop), max(m.other_start, m.other_stop)) for m in seams]
+        return [(m.other_edge, *end, rim) for m, end in zip(seams, ends, strict=True)]
 
     def open_sides(self, chart: int, finished: Sequence[ChartPlacements | None]) -> set[int]:
         """Return the edges of a chart at which a neighbour is not laid yet."""
@@ -261,6 +300,16 @@ def _as_parents(chart: int, laid: ChartPlacements) -> ChartPlacements:
     count = len(laid.placements)
     parents = np.stack([np.full(count, chart, np.int64), np.arange(count, dtype=np.int64)], axis=1)
     return replace(laid, parents=parents)
+
+
+def _already_there(found: ChartPlacements, laid: ChartPlacements) -> NDArray[np.bool_]:
+    # Which blocks lie on their chart already, in about the same place: a way round leads back.
+    out = np.zeros(len(found.origins), bool)
+    for n, origin in enumerate(found.origins.tolist()):
+        one, same = found.placements[n], laid.placements[laid.origins == origin]
+        rows, columns = np.abs(same["row"] - one["row"]), np.abs(same["column"] - one["column"])
+        out[n] = bool(((rows < _SAME_PLACE) & (columns < _SAME_PLACE)).any())
+    return out
 
 
 def _distinct(found: ChartPlacements) -> ChartPlacements:

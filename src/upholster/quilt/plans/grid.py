@@ -33,10 +33,12 @@ _SHARED_FIELDS = ("row", "column", "height", "width", "symmetry", "source_row", 
 
 @dataclass(frozen=True, slots=True)
 class ChartGrid:
-    """Where a chart's blocks lie.
+    """Where blocks lie that were laid on a chart at a time: a chart that meets itself has several grids.
 
     Attributes
     ----------
+    chart
+        Its number.
     rows, across
         Positions of its grid.
     first_row, first_column
@@ -50,9 +52,11 @@ class ChartGrid:
     mask_cell
         Size of the masks' cells in texels.
     transferred, own
-        How many blocks come from other charts, and how many lie on the grid: some positions may have none.
+        How many blocks were transferred to the chart first, and how many lie on the grid: some positions may
+        have none.
     """
 
+    chart: int
     rows: int
     across: int
     first_row: int
@@ -84,29 +88,26 @@ class GridPlan:
     Attributes
     ----------
     grids
-        Where each chart's blocks lie.
-    order
-        The charts' numbers in the order in which they were laid: what is transferred comes from charts
-        before.
+        Where blocks lie, in the order in which they were laid: what is transferred comes from grids before.
+        Every chart has one or several, one right after the other.
     feather
         Smoothing passes of all cut masks.
     blocks
-        Of `BLOCK`: chart after chart in that order, on each the transferred ones in painting order, then its
-        own in raster order. A link is the index of an earlier block.
+        Of `BLOCK`: grid after grid, of each the transferred ones in painting order, then its own in raster
+        order. A link is the index of a block of a grid before.
     mask_cells
         uint8, 1 = new: the windows of the cut masks, in the blocks' order.
     """
 
     grids: tuple[ChartGrid, ...]
-    order: tuple[int, ...]
     feather: int
     blocks: NDArray[np.void]
     mask_cells: NDArray[np.uint8]
 
     @cached_property
     def starts(self) -> NDArray[np.int64]:
-        """Where each chart's blocks begin, in the charts' order, and their number: (charts + 1,)."""
-        counts = [self.grids[n].blocks for n in self.order]
+        """Where each grid's blocks begin, and their number: (grids + 1,)."""
+        counts = [grid.blocks for grid in self.grids]
         return np.concatenate([[0], np.cumsum(counts, dtype=np.int64)])
 
     def placements(self, charts: Sequence[Chart]) -> tuple[NDArray[np.void], NDArray[np.uint8]]:
@@ -121,12 +122,12 @@ class GridPlan:
         blocks = self.blocks
         placed = np.zeros(len(blocks), PLACEMENT)
         counts = np.diff(self.starts)
-        placed["chart"] = np.repeat(np.array(self.order, np.int32), counts)
+        placed["chart"] = np.repeat(np.array([grid.chart for grid in self.grids], np.int32), counts)
         for name in _SHARED_FIELDS:
             placed[name] = blocks[name]
         placed["centred"], placed["matrix"] = blocks["centred"], blocks["matrix"]
         cut = blocks["cut"] == 1
-        cells = np.array([self.grids[n].mask_cell for n in self.order], np.int64)
+        cells = np.array([grid.mask_cell for grid in self.grids], np.int64)
         placed["mask"] = np.where(cut, MASK_CUT, MASK_NONE)
         placed["mask_cell"] = np.where(cut, np.repeat(cells, counts), 0)
         placed["feather"] = np.where(cut, self.feather, 0)
