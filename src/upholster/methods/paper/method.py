@@ -238,7 +238,7 @@ def _mend_edge(
         lay_edge_blocks(
             (canvases[strip.a], canvases[strip.b]),
             ((a.height, a.width), (b.height, b.width)),
-            layout.map_to_b(strip),
+            layout.maps[index],
             strip.along_rows,
             blocks,
             masks,

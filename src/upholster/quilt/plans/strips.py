@@ -8,6 +8,7 @@ a block needs its source alone, and a strip's block one mask for both charts.
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,6 +25,8 @@ from upholster.quilt.placement import (
     mask_windows,
 )
 from upholster.types import IntArray
+
+_Texels = TypeVar("_Texels", int, IntArray)
 
 __all__ = ["Strip", "StripLayout", "StripPlan", "edge_length"]
 
@@ -60,7 +63,7 @@ class Strip:
         """Whether it runs along A's rows axis."""
         return self.edge_a in (1, 3)
 
-    def to_b(self, row: IntArray, column: IntArray, a: Chart, b: Chart) -> tuple[IntArray, IntArray]:
+    def to_b(self, row: _Texels, column: _Texels, a: Chart, b: Chart) -> tuple[_Texels, _Texels]:
         """Return row and column in B's grid of texels of A's grid, beyond or before the edge."""
         along = row if self.along_rows else column
         depth = (-1 - row, column - a.width, row - a.height, -1 - column)[self.edge_a]
@@ -176,48 +179,66 @@ class StripLayout:
 
         They begin at the strip's start, a step apart; the last one is moved back to end with it.
         """
-        strip, half = self.strips[index], self.block // 2
-        a, b = self.charts[strip.a], self.charts[strip.b]
-        along = np.arange(len(chosen)) * self.step
-        along = strip.start + np.minimum(along, strip.length - self.block) + half
-        line = (0, a.width, a.height, 0)[strip.edge_a]
-        on_a = np.zeros(len(chosen), PLACEMENT)
-        on_a["chart"] = strip.a
-        on_a["row"], on_a["column"] = (along, line) if strip.along_rows else (line, along)
-        on_a["height"] = on_a["width"] = self.block
-        on_a["mask"], on_a["mask_cell"], on_a["feather"] = MASK_CUT, self.mask_cell, self.feather
-        self._set_sources(on_a, chosen)
-        on_b = on_a.copy()
-        on_b["chart"] = strip.b
-        top, left = on_a["row"] - half, on_a["column"] - half
-        near = strip.to_b(top, left, a, b)
-        far = strip.to_b(top + self.block - 1, left + self.block - 1, a, b)
-        on_b["row"] = np.minimum(near[0], far[0]) + half
-        on_b["column"] = np.minimum(near[1], far[1]) + half
-        symmetry, _ = self.symmetry(strip)
-        on_b["symmetry"] = symmetry
-        # Exemplar pixel of B's centre: B's steps from the texel that is A's top left one, taken back to A's.
-        steps = SYMMETRIES[symmetry]
-        rows, columns = on_b["row"] - near[0], on_b["column"] - near[1]
-        on_b["source_row"] += 16 * (steps[0] * rows + steps[1] * columns - half)
-        on_b["source_column"] += 16 * (steps[2] * rows + steps[3] * columns - half)
+        start = int(self.runs[len(self.charts) + index, 0] - self.runs[len(self.charts), 0])
+        on_a, on_b = self._shown(self._strip_blocks[:, start : start + len(chosen)], chosen)
         return on_a, on_b
 
-    def symmetry(self, strip: Strip) -> tuple[int, tuple[NDArray[np.int64], NDArray[np.int64]]]:
-        """Return the symmetry on B of a block upright on A, and B's steps for A's steps down and right."""
-        a, b = self.charts[strip.a], self.charts[strip.b]
-        rows, columns = strip.to_b(np.array([0, 1, 0]), np.array([0, 0, 1]), a, b)
-        points = np.stack([rows, columns], axis=1)
-        down, right = points[1] - points[0], points[2] - points[0]
-        symmetry = int(np.flatnonzero((np.concatenate([down, right]) == SYMMETRIES).all(axis=1))[0])
-        return symmetry, (down, right)
+    @cached_property
+    def maps(self) -> NDArray[np.int64]:
+        """Per strip (6,): texel (r, c) of A's grid is (m0·r + m1·c + m4, m2·r + m3·c + m5) of B's."""
+        out = np.empty((len(self.strips), 6), np.int64)
+        for n, strip in enumerate(self.strips):
+            a, b = self.charts[strip.a], self.charts[strip.b]
+            (r0, c0), (r1, c1), (r2, c2) = (strip.to_b(*at, a, b) for at in ((0, 0), (1, 0), (0, 1)))
+            out[n] = r1 - r0, r2 - r0, c1 - c0, c2 - c0, r0, c0
+        return out
 
-    def map_to_b(self, strip: Strip) -> NDArray[np.int64]:
-        """Return (6,) int64: texel (r, c) of A's grid is (m0·r + m1·c + m4, m2·r + m3·c + m5) of B's."""
-        a, b = self.charts[strip.a], self.charts[strip.b]
-        rows, columns = strip.to_b(np.array([0, 1, 0]), np.array([0, 0, 1]), a, b)
-        (r0, r1, r2), (c0, c1, c2) = rows.tolist(), columns.tolist()
-        return np.array([r1 - r0, r2 - r0, c1 - c0, c2 - c0, r0, c0], np.int64)
+    @cached_property
+    def symmetries(self) -> NDArray[np.int64]:
+        """The symmetry on B of a block upright on A, per strip."""
+        steps = self.maps[:, None, [0, 2, 1, 3]]
+        return np.asarray((steps == SYMMETRIES).all(axis=2).argmax(axis=1), np.int64)
+
+    @cached_property
+    def _strip_blocks(self) -> NDArray[np.void]:
+        # All strips' blocks on A and on B, (2, blocks), as if each showed the first candidate.
+        half, strips = self.block // 2, self.strips
+        counts = np.diff(self.runs[len(self.charts) :, 0])
+        strip = np.repeat(np.arange(len(strips)), counts)
+        on_a = np.zeros(len(strip), PLACEMENT)
+        numbers = np.array(
+            [(one.a, one.b, one.along_rows, one.start, one.length, self._line(one)) for one in strips],
+            np.int64,
+        ).reshape(-1, 6)
+        a, b, along_rows, first, length, line = numbers[strip].T
+        along = np.arange(len(strip)) - np.repeat(np.cumsum(counts) - counts, counts)
+        along = first + np.minimum(along * self.step, length - self.block) + half
+        on_a["chart"] = a
+        on_a["row"], on_a["column"] = np.where(along_rows, (along, line), (line, along))
+        on_a["height"] = on_a["width"] = self.block
+        on_a["mask"], on_a["mask_cell"], on_a["feather"] = MASK_CUT, self.mask_cell, self.feather
+        on_a["source_row"] = on_a["source_column"] = 16 * half
+        on_b = on_a.copy()
+        on_b["chart"] = b
+        m0, m1, m2, m3, m4, m5 = self.maps[strip].T
+        top, left = on_a["row"] - half, on_a["column"] - half
+        near_row, near_column = m0 * top + m1 * left + m4, m2 * top + m3 * left + m5
+        # The block's last texel is as many steps down and right; on B it is one of four corners.
+        last = self.block - 1
+        on_b["row"] = near_row + np.minimum(0, (m0 + m1) * last) + half
+        on_b["column"] = near_column + np.minimum(0, (m2 + m3) * last) + half
+        on_b["symmetry"] = self.symmetries[strip]
+        # Exemplar pixel of B's centre: B's steps from the texel that is A's top left one, taken back to A's.
+        s0, s1, s2, s3 = SYMMETRIES[on_b["symmetry"]].T
+        rows, columns = on_b["row"] - near_row, on_b["column"] - near_column
+        on_b["source_row"] = 16 * (s0 * rows + s1 * columns)
+        on_b["source_column"] = 16 * (s2 * rows + s3 * columns)
+        return np.stack([on_a, on_b])
+
+    def _line(self, strip: Strip) -> int:
+        # The row or column of A at which the strip's blocks have their centres.
+        a = self.charts[strip.a]
+        return (0, a.width, a.height, 0)[strip.edge_a]
 
     def strip_masks(
         self, index: int, coded: NDArray[np.uint8]
@@ -229,11 +250,11 @@ class StripLayout:
         strip, side = self.strips[index], self.side
         masks = coded.reshape(-1, side, side)
         on_a = masks if strip.along_rows else masks.swapaxes(1, 2)
-        _, (down, right) = self.symmetry(strip)
-        on_b = on_a if down[0] else on_a.swapaxes(1, 2)
-        if (down + right)[0] < 0:
+        m0, m1, m2, m3 = self.maps[index, :4].tolist()
+        on_b = on_a if m0 else on_a.swapaxes(1, 2)
+        if m0 + m1 < 0:
             on_b = on_b[:, ::-1]
-        if (down + right)[1] < 0:
+        if m2 + m3 < 0:
             on_b = on_b[:, :, ::-1]
         return on_a, on_b
 
@@ -253,26 +274,41 @@ class StripLayout:
         first = self.runs[:, 0]
         charts = len(self.charts) if known is None else known
         parts = [self.chart_blocks(n, chosen[first[n] : first[n + 1]]) for n in range(charts)]
-        cells, count = [np.zeros(0, np.uint8)], 0
-        for n, start in enumerate(self.mask_starts[:-1].tolist()):
-            run, area = len(self.charts) + n, self.side**2
-            there = min(self.blocks_along(self.strips[n]), (len(masks) - start) // area)
-            if there <= 0:
-                break
-            blocks = self.strip_blocks(n, chosen[first[run] : first[run] + there])
-            for placed, grids in zip(
-                blocks, self.strip_masks(n, masks[start : start + there * area]), strict=True
-            ):
-                # Along the edge blocks lie inside the chart, so all windows of a strip are alike.
-                i0, i1, j0, j1 = mask_windows(placed[:1], self.charts)[0]
-                seen = grids[:, i0:i1, j0:j1].reshape(there, -1)
-                placed["first_cell"] = count + np.arange(there) * seen.shape[1]
+        along, cells = self._known_strips(chosen[first[len(self.charts)] :], masks)
+        placements = np.concatenate([np.zeros(0, PLACEMENT), *parts, along])
+        order = np.argsort(placements["chart"], kind="stable")
+        return placements[order], cells
+
+    def _known_strips(
+        self, chosen: IntArray, masks: NDArray[np.uint8]
+    ) -> tuple[NDArray[np.void], NDArray[np.uint8]]:
+        # The strips' blocks whose masks are known, each strip's on A, then on B, and their windows' cells.
+        area = self.side**2
+        there = min(len(chosen), len(masks) // area) if area else 0
+        placed = self._shown(self._strip_blocks[:, :there], chosen[:there])
+        cells, order, count = [np.zeros(0, np.uint8)], [np.zeros((2, 0), np.intp)], 0
+        starts = self.runs[len(self.charts) :, 0] - self.runs[len(self.charts), 0]
+        begins = starts[:-1][starts[:-1] < there].tolist()
+        # Along the edge blocks lie inside the chart, so all windows of a strip are alike.
+        windows = mask_windows(placed[:, begins].reshape(-1), self.charts).reshape(2, -1, 4).tolist()
+        for n, start in enumerate(begins):
+            stop = min(there, int(starts[n + 1]))
+            for side, grids in enumerate(self.strip_masks(n, masks[start * area : stop * area])):
+                i0, i1, j0, j1 = windows[side][n]
+                seen = grids[:, i0:i1, j0:j1].reshape(stop - start, -1)
+                placed["first_cell"][side, start:stop] = count + np.arange(stop - start) * seen.shape[1]
                 count += seen.size
                 cells.append(seen.reshape(-1))
-            parts += blocks
-        placements = np.concatenate([np.zeros(0, PLACEMENT), *parts])
-        order = np.argsort(placements["chart"], kind="stable")
-        return placements[order], np.concatenate(cells)
+            order.append(np.arange(start, stop) + np.array([[0], [there]]))
+        flat = np.concatenate([one.reshape(-1) for one in order])
+        return placed.reshape(-1)[flat], np.concatenate(cells)
+
+    def _shown(self, blocks: NDArray[np.void], chosen: IntArray) -> NDArray[np.void]:
+        # Blocks that show the first candidate, as such that show the chosen ones.
+        out, columns = blocks.copy(), self.candidates[1]
+        out["source_row"] += 16 * self.tile * (chosen // columns)
+        out["source_column"] += 16 * self.tile * (chosen % columns)
+        return out
 
     def _set_sources(self, placed: NDArray[np.void], chosen: IntArray) -> None:
         columns = self.candidates[1]
