@@ -4,10 +4,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from plain_fit import plain_fit
 
 from upholster.charts import uniform_layout
+from upholster.charts.directions import default_direction, direction_fields
+from upholster.charts.layout import density_layout
 from upholster.charts.seams import find_seams, transitions
-from upholster.geometry import RationalPatch, Surface, plane, sphere, torus
+from upholster.geometry import RationalPatch, Surface, plane, sphere, surface_from_spec, torus
 from upholster.methods.quilt.emit import windows_of
 from upholster.methods.quilt.transfer import BlockTransfer, ChartPlacements, joined
 from upholster.quilt import Chart, Quilt
@@ -355,3 +358,46 @@ def test_joined_keeps_masks_with_their_placements():
     assert whole.placements["first_cell"][1] == -1
     assert (parts[2].placements == before).all()
     assert len(joined([]).placements) == len(joined([]).cells) == 0
+
+
+@pytest.mark.parametrize("spec", ["vase", "cyclide", "sphere"])
+def test_fits_along_a_seam_equal_their_twin(spec):
+    surface, rng = surface_from_spec(spec), np.random.default_rng(4)
+    charts = density_layout(surface, texels=30_000)
+    scale = float(np.sqrt(30_000) / surface.size)
+    fields = direction_fields(surface, charts, default_direction(surface), scale)
+    transfer = BlockTransfer(
+        charts, fields, [[]] * len(charts), [[]] * len(charts), SHAPE, (CELL,) * len(charts)
+    )
+    all_found, centred, left_out = 0, 0, 0
+    for transition in transitions(surface, charts, find_seams(surface, charts)):
+        seam = transition.seam
+        old, new, count = fields[seam.chart], fields[seam.other_chart], 4
+        block = np.zeros(count, PLACEMENT)
+        across = np.rint(transition.line + rng.integers(-12, 12, count))
+        along = np.rint(rng.uniform(seam.start, seam.stop, count))
+        block["row"], block["column"] = (along, across) if seam.edge & 1 else (across, along)
+        block["height"], block["width"] = rng.integers(10, 60, (2, count))
+        block["source_row"], block["source_column"] = rng.integers(0, 16 * 180, (2, count))
+        block["symmetry"], block["centred"] = rng.integers(0, 8, count), rng.integers(0, 2, count)
+        near = old.integers_at(block["row"], block["column"]) + 64 * rng.integers(-2, 3, (count, 4))
+        block["matrix"] = np.where(block["centred"][:, None] > 0, near, 0)
+        ends = np.sort(rng.uniform(seam.start, seam.stop, (count, 2)), axis=1)
+        places, fitted = transfer._fitted(transition, block, ends)
+        wanted = plain_fit(transition, block, ends, old, new, charts[seam.other_chart])
+        for place, numbers, one in zip(places, fitted.tolist(), wanted, strict=True):
+            symmetry, *source, own = numbers[:4]
+            all_found += 1
+            if one is None:
+                left_out += 1
+                assert symmetry == -1
+                continue
+            np.testing.assert_allclose(place, one[0], rtol=1e-9, atol=1e-9)
+            assert symmetry == one[1]
+            np.testing.assert_allclose(source, one[2], atol=0.5 + 1e-6)
+            assert own == (one[3] is not None)
+            if own:
+                centred += 1
+                assert numbers[4:] == one[3].tolist()
+    assert centred > 10
+    assert left_out < 0.5 * all_found

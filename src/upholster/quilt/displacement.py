@@ -4,17 +4,15 @@ C is the block's centre matrix: its own, or the warp field's at its centre c (SP
 are those that every decoder computes, by one formula (`upholster.quilt._field_kernels.displacement`).
 """
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from upholster.quilt._field_kernels import displacement as integer_displacement
 from upholster.quilt.placement import SYMMETRIES
 from upholster.quilt.warp_field import UNIT, WarpField
-from upholster.types import FloatArray, IntArray
+from upholster.types import IntArray
 
-__all__ = ["centre_matrices", "displacements", "levels_of", "warped_sources"]
+__all__ = ["centre_matrices", "levels_of", "warped_sources"]
 
 
 def centre_matrices(field: WarpField, placements: NDArray[np.void]) -> IntArray:
@@ -66,35 +64,3 @@ def warped_sources(
         (owner["source_row"] + symmetry[:, 0] * y + symmetry[:, 1] * x).astype(np.int32),
         (owner["source_column"] + symmetry[:, 2] * y + symmetry[:, 3] * x).astype(np.int32),
     )
-
-
-def displacements(
-    field: WarpField,
-    centres: FloatArray,
-    row: NDArray[Any],
-    column: NDArray[Any],
-    rows: FloatArray,
-    columns: FloatArray,
-) -> FloatArray:
-    """Return how far from their sources blocks read at places between texels, before their symmetry.
-
-    Parameters
-    ----------
-    field
-        The chart's warp field.
-    centres
-        (n, 2, 2): the blocks' centre matrices, in exemplar pixels per texel.
-    row, column
-        (n,): the blocks' centres.
-    rows, columns
-        (n, k): places on the chart.
-
-    Returns
-    -------
-    ndarray
-        (n, k, 2) float64, in pixels: rows and columns.
-    """
-    mean = 0.5 * (centres[:, None] + field.at(rows, columns))
-    step = np.stack([rows - row[:, None], columns - column[:, None]], axis=2)
-    found: FloatArray = (mean @ step[..., None])[..., 0]
-    return found

@@ -6,26 +6,30 @@ blocks. These overlap it and match it exactly as they do each other, so charts h
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from upholster.charts.seams import Transition
+from upholster.methods.quilt._fit_kernels import (
+    CENTRED,
+    FITTED,
+    MATRIX,
+    PLACES,
+    SOURCE_COLUMN,
+    SOURCE_ROW,
+    SYMMETRY,
+    FieldNodes,
+    SeamNumbers,
+    fit_blocks,
+)
 from upholster.methods.quilt._transfer_kernels import transfer_masks
 from upholster.quilt.chart import Chart
-from upholster.quilt.displacement import centre_matrices, displacements
-from upholster.quilt.placement import LARGEST_WARPED, MASK_CUT, MATRIX_UNIT, PLACEMENT, SYMMETRIES
-from upholster.quilt.warp_field import UNIT, WarpField
-from upholster.types import FloatArray, IntArray
+from upholster.quilt.placement import LARGEST_WARPED, MASK_CUT, PLACEMENT, SYMMETRIES
+from upholster.quilt.warp_field import WarpField
+from upholster.types import FloatArray
 
 __all__ = ["BlockTransfer", "ChartPlacements", "joined"]
-
-_WORST_TURN = 25.0
-"""Degrees: nothing is transferred where directions on two charts differ more from quarter turns."""
-
-_LEAST_AREA = 1e-6
-"""Determinant from which on a map between charts, or a field's matrix, has a usable inverse."""
 
 _WINDOW = 16
 """Cells to either side of a corner within which blocks may matter to the chart beyond it."""
@@ -35,14 +39,6 @@ _RIM = 1
 
 _SAME_PLACE = 8
 """Texels: a block that comes back to within so many of where it lies is not laid again."""
-
-_EDGE_SAMPLES = 5
-
-_WORST_FIT = 0.4
-"""Pixels by which two charts may show a block apart along their seam before it gets a matrix of its own."""
-
-_STIFFNESS = 30.0
-"""How much a fitted matrix is held to what is expected of it: square pixels per (pixel per texel)²."""
 
 _MOST_CELLS = 2**22
 
@@ -259,40 +255,55 @@ class BlockTransfer:
             laid.placements, old, seam.edge, ends, 2 * self.mask_cells[seam.chart] + 2
         )
         chosen = np.flatnonzero(placed)
+        if not len(chosen):
+            return None
         block = laid.placements[chosen]
-        rows, columns = block["row"].astype(np.float64), block["column"].astype(np.float64)
-        there_row, there_column, forth = transition.apply(rows, columns)
-        sound = np.isfinite(there_row)
-        sound[sound] = np.abs(np.linalg.det(forth[sound])) > _LEAST_AREA
-        chosen, block, low, high = chosen[sound], block[sound], low[placed][sound], high[placed][sound]
-        if not len(block):
+        places, fitted = self._fitted(transition, block, np.stack([low[placed], high[placed]], axis=1))
+        fits = fitted[:, SYMMETRY] >= 0
+        if not fits.any():
             return None
-        back: FloatArray = np.asarray(np.linalg.inv(forth[sound]), np.float64)
-        places = np.column_stack([there_row[sound], there_column[sound], back.reshape(-1, 4)])
-        before, after = self.fields[seam.chart], self.fields[chart]
-        symmetry, fits = _symmetries(block, before, after, places[:, :2], back)
-        chosen, block, places, symmetry = chosen[fits], block[fits], places[fits], symmetry[fits]
-        if not len(block):
-            return None
-        sources, matrices, centred = _fitted(
-            transition, block, before, after, places, symmetry, low[fits], high[fits], here
-        )
+        chosen, block, places, fitted = chosen[fits], block[fits], places[fits], fitted[fits]
         out, masks = _masks(block, laid, places, cell, here)
         kept = (out[:, 4] >= 0) & (out[:, 2:4].max(axis=1) <= LARGEST_WARPED)
-        result = np.zeros(int(kept.sum()), PLACEMENT)
+        chosen, out, fitted = chosen[kept], out[kept], fitted[kept]
+        result = np.zeros(len(chosen), PLACEMENT)
         result["chart"] = chart
         for n, name in enumerate(("row", "column", "height", "width", "first_cell")):
-            result[name] = out[kept, n]
-        for n, name in enumerate(("source_row", "source_column")):
-            most = 16 * (self.exemplar_shape[n] - 1)
-            result[name] = np.clip(np.rint(sources[kept, n]), 0, most)
-        result["symmetry"], result["centred"] = symmetry[kept], centred[kept]
-        result["matrix"] = np.where(centred[kept, None], matrices[kept], 0)
+            result[name] = out[:, n]
+        height, width = self.exemplar_shape
+        result["source_row"] = np.clip(fitted[:, SOURCE_ROW], 0, 16 * (height - 1))
+        result["source_column"] = np.clip(fitted[:, SOURCE_COLUMN], 0, 16 * (width - 1))
+        result["symmetry"], result["centred"] = fitted[:, SYMMETRY], fitted[:, CENTRED]
+        result["matrix"] = np.where(fitted[:, CENTRED, None] > 0, fitted[:, MATRIX:], 0)
         result["mask"], result["mask_cell"], result["feather"] = MASK_CUT, cell, self.feather
-        chosen = chosen[kept]
         return ChartPlacements(
             result, masks, laid.origins[chosen], laid.steps[chosen] + 1, laid.parents[chosen]
         )
+
+    def _fitted(
+        self, transition: Transition, block: NDArray[np.void], ends: FloatArray
+    ) -> tuple[FloatArray, NDArray[np.int64]]:
+        # How blocks are shown across a seam, see `fit_blocks`.
+        seam = transition.seam
+        old, new = self.fields[seam.chart], self.fields[seam.other_chart]
+        here = self.charts[seam.other_chart]
+        places, fitted = np.empty((len(block), PLACES)), np.empty((len(block), FITTED), np.int64)
+        fit_blocks(
+            block,
+            ends,
+            SeamNumbers(
+                *(seam.edge, seam.other_edge, seam.start, seam.stop, seam.other_start, seam.other_stop),
+                *(transition.line, transition.other_line),
+            ),
+            transition.matrices,
+            FieldNodes(old.matrices, old.margin),
+            FieldNodes(new.matrices, new.margin),
+            (here.height, here.width),
+            SYMMETRIES,
+            places,
+            fitted,
+        )
+        return places, fitted
 
 
 def _as_parents(chart: int, laid: ChartPlacements) -> ChartPlacements:
@@ -416,129 +427,3 @@ def _overhanging(
     low, high = (top, bottom) if edge & 1 else (left, right)
     low, high = np.maximum(low, ends[0]), np.minimum(high, ends[1])
     return beyond & near & (low < high), low, high
-
-
-def _symmetries(
-    block: NDArray[np.void],
-    old: WarpField,
-    new: WarpField,
-    places: FloatArray,
-    back: FloatArray,
-) -> tuple[NDArray[np.uint8], NDArray[np.bool_]]:
-    # The turn that a block has on the other chart, and whether it fits that chart's directions.
-    turned = SYMMETRIES[block["symmetry"]].reshape(-1, 2, 2)
-    before = turned @ (centre_matrices(old, block).reshape(-1, 2, 2) / float(UNIT))
-    here: FloatArray = np.rint(places)
-    there = new.at(here[:, 0], here[:, 1])
-    # Between two matrices that point apart, as beside a pole, the field may have no inverse: nothing fits.
-    sound = np.abs(np.linalg.det(there)) > _LEAST_AREA
-    wanted = before @ back @ np.linalg.inv(np.where(sound[:, None, None], there, np.eye(2)))
-    wanted /= np.sqrt(np.maximum(1e-12, np.abs(np.linalg.det(wanted))))[:, None, None]
-    likeness = np.einsum("nij,tij->nt", wanted, SYMMETRIES.reshape(-1, 2, 2).astype(np.float64))
-    symmetry = likeness.argmax(axis=1)
-    fits = likeness[np.arange(len(symmetry)), symmetry] > 2 * np.cos(np.radians(_WORST_TURN))
-    return symmetry.astype(np.uint8), fits & sound
-
-
-def _fitted(
-    transition: Transition,
-    block: NDArray[np.void],
-    old: WarpField,
-    new: WarpField,
-    places: FloatArray,
-    symmetry: NDArray[np.uint8],
-    low: FloatArray,
-    high: FloatArray,
-    chart: Chart,
-) -> tuple[FloatArray, IntArray, NDArray[np.bool_]]:
-    # The sources, in 1/16 pixel, and the centre matrices, in 1/4096 pixel per texel, with which both charts
-    # show the same along the seam; and which blocks need such a matrix of their own. Where M at the centre
-    # does as well, it serves: it takes no bytes.
-    here, there = _along_seam(transition, low, high)
-    centres = centre_matrices(old, block).reshape(-1, 2, 2) / float(UNIT)
-    row, column = block["row"].astype(np.float64), block["column"].astype(np.float64)
-    turned, back = SYMMETRIES[block["symmetry"]].reshape(-1, 2, 2), SYMMETRIES[symmetry].reshape(-1, 2, 2)
-    back = back.swapaxes(1, 2)  # the inverse: symmetries are orthogonal
-    start = np.stack([block["source_row"], block["source_column"]], axis=1) / 16.0
-    seen = start[:, None] + _applied(turned, displacements(old, centres, row, column, *here))
-    # From here on in the frame that the block has before its symmetry on the new chart.
-    seen = _applied(back, seen)
-    row, column = np.rint(places[:, 0]), np.rint(places[:, 1])
-    plain = new.integers_at(row.astype(np.int32), column.astype(np.int32)).astype(np.int64)
-    expected = back @ turned @ centres @ places[:, 2:].reshape(-1, 2, 2)
-    fit = _fit(seen, expected, new, row, column, *there).reshape(-1, 4) * UNIT
-    own = plain + MATRIX_UNIT * np.rint((fit - plain) / MATRIX_UNIT).astype(np.int64)
-    found = []
-    for matrices in (plain, own):
-        read = displacements(new, matrices.reshape(-1, 2, 2) / float(UNIT), row, column, *there)
-        source = (seen - read).mean(axis=1)
-        found.append((source, np.abs(seen - read - source[:, None]).max(axis=(1, 2))))
-    (source, error), (own_source, own_error) = found
-    centred = (error > _WORST_FIT) & (own_error < 0.75 * error) & _sound(own, plain)
-    # A block that reaches across a thin chart meets another seam there, of which this fit knows nothing.
-    centred &= _ends_within(chart, transition.seam.other_edge, block, places)
-    chosen = np.where(centred[:, None], own_source, source)
-    forth = SYMMETRIES[symmetry].reshape(-1, 2, 2)
-    return 16.0 * _applied(forth, chosen[:, None])[:, 0], own.astype(np.int32), centred
-
-
-def _along_seam(
-    transition: Transition, low: FloatArray, high: FloatArray
-) -> tuple[tuple[FloatArray, FloatArray], tuple[FloatArray, FloatArray]]:
-    # Corresponding places along the seam, from `low` to `high` of each block, on either chart: rows, columns.
-    seam = transition.seam
-    shares = (np.arange(_EDGE_SAMPLES) + 0.5) / _EDGE_SAMPLES
-    along = low[:, None] + (high - low)[:, None] * shares
-    there = seam.other_start + (along - seam.start) * (
-        (seam.other_stop - seam.other_start) / (seam.stop - seam.start)
-    )
-    texels = []
-    for edge, line, place in (
-        (seam.edge, transition.line, along - 0.5),
-        (seam.other_edge, transition.other_line, there - 0.5),
-    ):
-        across = np.full_like(place, line)
-        texels.append((place, across) if edge & 1 else (across, place))
-    return texels[0], texels[1]
-
-
-def _fit(
-    seen: FloatArray,
-    expected: FloatArray,
-    field: WarpField,
-    row: FloatArray,
-    column: FloatArray,
-    rows: FloatArray,
-    columns: FloatArray,
-) -> FloatArray:
-    # Least squares over places along the seam: what source and centre matrix C show there what is `seen`
-    # (n, k, 2), with C near to what is `expected` (n, 2, 2): a seam is a line, and tells half of it.
-    step = np.stack([rows - row[:, None], columns - column[:, None]], axis=2)
-    known = displacements(field, expected, row, column, rows, columns)
-    rest = seen - known
-    rest = rest - rest.mean(axis=1, keepdims=True)
-    lever = 0.5 * (step - step.mean(axis=1, keepdims=True))
-    square = np.einsum("nka,nkb->nab", lever, lever) + _STIFFNESS * np.eye(2)
-    change = np.einsum("nka,nkb->nab", rest, lever) @ np.linalg.inv(square)
-    return np.asarray(expected + change, np.float64)
-
-
-def _ends_within(chart: Chart, edge: int, block: NDArray[np.void], places: FloatArray) -> NDArray[np.bool_]:
-    # Whether blocks are no longer across an edge than the chart is deep there.
-    a, b, c, d = np.abs(places[:, 2:]).T
-    determinant = np.abs(places[:, 2] * places[:, 5] - places[:, 3] * places[:, 4])
-    if edge in (0, 2):
-        return np.asarray(d * block["height"] + b * block["width"] <= determinant * chart.height)
-    return np.asarray(c * block["height"] + a * block["width"] <= determinant * chart.width)
-
-
-def _sound(own: NDArray[np.int64], plain: NDArray[np.int64]) -> NDArray[np.bool_]:
-    # Whether a centre matrix is still near M: a fit to a short piece of a seam may be far off.
-    apart, size = np.abs(own - plain).max(axis=1), np.abs(plain).max(axis=1)
-    keeps_sides = own[:, 0] * own[:, 3] - own[:, 1] * own[:, 2] > 0
-    return np.asarray(keeps_sides & (2 * apart < size))
-
-
-def _applied(matrices: NDArray[Any], vectors: FloatArray) -> FloatArray:
-    # Matrices (n, 2, 2) applied to vectors (n, k, 2).
-    return np.asarray(np.einsum("nab,nkb->nka", matrices, vectors), np.float64)
