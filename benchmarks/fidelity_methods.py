@@ -50,7 +50,7 @@ def methods() -> tuple[dict[str, Method], dict[str, str]]:
     else:
         missing["G'MIC"] = "the program gmic is not installed"
     try:
-        import resynthesizer  # noqa: F401
+        import resynthesizer  # noqa: F401  # only to see whether it is installed
 
         here["resynthesizer"] = _resynthesizer
     except ImportError:

@@ -109,7 +109,7 @@ def _record(path: Path, arguments: list[str]) -> None:
         recorder.asked(cache, kinds)
         return load(cache, kinds, target)
 
-    KernelCache.load_overload = asked  # type: ignore[assignment, method-assign]
+    KernelCache.load_overload = asked  # type: ignore[assignment, method-assign]  # heard
     from upholster.cli import main as command
 
     sys.argv = ["upholster", *arguments]

@@ -5,6 +5,7 @@ from benchmarks.flagship import gmic_seconds
 from benchmarks.measure import EXEMPLAR, Results, median_seconds
 from upholster.methods import execute, prepare
 from upholster.options import SynthesisOptions
+from upholster.types import PixelArray
 
 __all__ = ["quilt"]
 
@@ -14,9 +15,9 @@ def quilt(results: Results) -> None:
     exemplar = upholster.read_exemplar(EXEMPLAR, resize=128)
     plane = upholster.plane()
 
-    def flat(image: object = exemplar) -> None:
-        made = upholster.synthesize(image, plane, texels=(512, 512), seed=7)  # type: ignore[arg-type]
-        upholster.paint(made, image)  # type: ignore[arg-type]
+    def flat(image: PixelArray = exemplar) -> None:
+        made = upholster.synthesize(image, plane, texels=(512, 512), seed=7)
+        upholster.paint(made, image)
 
     small = median_seconds(flat, runs=15)
     results.add("quilt: flat, 128² to 512²", 1000 * small, "ms", aim="at most 50")

@@ -10,7 +10,7 @@ from benchmarks.measure import EXEMPLAR, Results, median_seconds
 from upholster.export import write_glb
 from upholster.image import encode_image
 from upholster.levels import refine_steps, texels_psnr
-from upholster.options import WriteOptions
+from upholster.options import TextureFormat, WriteOptions
 from upholster.outputs import TexturedModel
 from upholster.quilt import Texels
 from upholster.stream import StreamDecoder, describe, encode_stream
@@ -130,7 +130,12 @@ def _quality(data: bytes, length: int, texels: Texels) -> float:
 
 
 def _against_glb(
-    results: Results, name: str, wanted: float, data: bytes, surface: upholster.Surface, texels: Texels
+    results: Results,
+    name: TextureFormat,
+    wanted: float,
+    data: bytes,
+    surface: upholster.Surface,
+    texels: Texels,
 ) -> None:
     # The GLB whose texture has the wanted dB, or its best below that, against the stream's prefix of the same
     # quality.
@@ -146,7 +151,7 @@ def _against_glb(
     reached = min(wanted, _atlas_psnr(atlas, name, high))
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "ring.glb"
-        write_glb(path, model.mesh, model.uv, atlas, texture=name, quality=high)  # type: ignore[arg-type]
+        write_glb(path, model.mesh, model.uv, atlas, texture=name, quality=high)
         size = path.stat().st_size
     short, long = 64, len(data)
     while short < long:
@@ -164,11 +169,11 @@ def _against_glb(
     )
 
 
-def _atlas_psnr(atlas: PixelArray, name: str, quality: int) -> float:
+def _atlas_psnr(atlas: PixelArray, name: TextureFormat, quality: int) -> float:
     from upholster.image import read_image
 
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / f"atlas.{'jpg' if name == 'jpeg' else name}"
-        path.write_bytes(encode_image(atlas, name, quality=quality))  # type: ignore[arg-type]
+        path.write_bytes(encode_image(atlas, name, quality=quality))
         error = read_image(path).astype(float) - atlas
     return float(10 * np.log10(255**2 / max(1e-9, np.mean(error * error))))

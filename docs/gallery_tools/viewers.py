@@ -41,7 +41,7 @@ def lacking() -> str:
     if _browser() is None:
         return "Chromium"
     try:
-        import playwright.sync_api  # noqa: F401
+        import playwright.sync_api  # noqa: F401  # only to see whether it is installed
     except ModuleNotFoundError:
         return "Playwright"
     return ""

@@ -63,7 +63,7 @@ def spelled_out(*, without: Collection[str] = ()) -> Callable[[Callable[..., Non
                 values[name] = chosen(kind, **given)
             command(**values)
 
-        run.__signature__ = inspect.Signature(own)  # type: ignore[attr-defined]
+        run.__signature__ = inspect.Signature(own)  # type: ignore[attr-defined]  # inspect reads it from any function
         run.__annotations__ = {parameter.name: parameter.annotation for parameter in own}
         return run
 
