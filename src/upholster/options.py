@@ -105,8 +105,8 @@ class SynthesisOptions:
         metadata=_about(
             _SCALE,
             "How many in all, 64 to 2^31: `4M`. Or, on a surface of one patch, width and height of a flat "
-            "texture with a texel for a pixel of the sample: `512x512`. Default: 4M, or what density or "
-            "sample size ask for.",
+            "texture with a texel for a pixel of the sample: `512x512`. Default: a texel for a pixel of the "
+            "sample, but 1M to 8M in all.",
             metavar="N|WxH",
             only="quilt",
         ),
@@ -118,7 +118,7 @@ class SynthesisOptions:
         default=None,
         metadata=_about(
             _SCALE,
-            "Width of the sample in model units. Default: a pixel of the sample is as large as a texel.",
+            "Width of the sample in model units. Default: a sixth of the model's diagonal.",
             only="quilt",
         ),
     )
@@ -127,9 +127,10 @@ class SynthesisOptions:
         default=None,
         metadata=_about(
             _SCALE,
-            "Which way the sample's rows run: along the patches, at an angle to that, along a vector, or "
-            "round an axis. Default: along the patches, or round the z axis where these do not agree.",
-            metavar="u|v|DEG|X,Y,Z|around:AXIS",
+            "Which way the sample's rows run: level (along lines of equal z), along the patches, at an angle "
+            "to that, along a vector, or round an axis. Default: along the patches, the longer way round a "
+            "ring; level where patches do not agree.",
+            metavar="level|u|v|DEG|X,Y,Z|around:AXIS",
             only="quilt",
         ),
     )

@@ -7,7 +7,7 @@ import json
 import os
 import sys
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, field
 from typing import Any
@@ -34,6 +34,13 @@ from upholster.types import PixelArray, Progress
 __all__ = ["CoverReport", "RefineReport", "cover", "refine", "write"]
 
 
+_SOFT = 0.6
+"""Pixels of the sample to a texel below which a texture looks soft."""
+
+_MANY_TEXELS = 2**25
+"""From here on the size of what will be written is told before the work begins."""
+
+
 @dataclass(frozen=True, slots=True)
 class CoverReport:
     """What `cover` did; `--report` writes it as JSON.
@@ -56,7 +63,8 @@ class CoverReport:
     written
         Bytes of each file.
     notes
-        What the user should know, in words: how many edges nearly meet.
+        What the user should know, in words: how many edges nearly meet, that the texture will be soft, or
+        that there will be very many texels.
     """
 
     version: str
@@ -82,6 +90,7 @@ def cover(
     report: str | os.PathLike[str] | None = None,
     threads: int | None = None,
     progress: Progress | None = None,
+    tell: Callable[[str], None] | None = None,
 ) -> CoverReport:
     """Cover a surface with an exemplar and write the results: what the command ``upholster cover`` does.
 
@@ -109,6 +118,8 @@ def cover(
         Where to write the report as JSON.
     threads, progress
         As in `upholster.synthesize`; stages "blocks", "seams", "paint" and "render".
+    tell
+        Called with each note of the report before the work begins.
 
     Returns
     -------
@@ -141,6 +152,10 @@ def cover(
             if _has_stream(wanted):
                 fields = prepared.fields or (WarpField.identity(),) * len(prepared.charts)
                 check_layout(surface, prepared.charts, fields, (seen.shape[0], seen.shape[1]))
+        notes = _notes(surface, prepared, seen, len(parts))
+        if tell is not None:
+            for note in notes:
+                tell(note)
         with _timed("synthesize", seconds):
             quilt = execute(prepared, seen, surface, seed=seed, threads=threads, progress=progress)
         with _timed("paint", seconds):
@@ -154,12 +169,12 @@ def cover(
         result = CoverReport(
             __version__,
             parameters,
-            _settled(prepared, surface, roles),
+            _settled(prepared, surface, asked, roles),
             _counts(surface, quilt, texels) | {"maps": 1 + len(maps)},
             _totalled(seconds),
             peak_memory(),
             written,
-            _notes(surface),
+            notes,
         )
         if report:
             files.path(report).write_text(json.dumps(asdict(result), indent=2) + "\n", encoding="utf-8")
@@ -349,12 +364,17 @@ def _totalled(seconds: dict[str, float]) -> dict[str, float]:
     return {stage: round(value, 4) for stage, value in [*seconds.items(), ("total", sum(seconds.values()))]}
 
 
-def _settled(prepared: Prepared, surface: Surface, roles: Sequence[str]) -> dict[str, str]:
+def _settled(
+    prepared: Prepared, surface: Surface, asked: SynthesisOptions, roles: Sequence[str]
+) -> dict[str, str]:
     found: dict[str, str] = {}
     if isinstance(prepared.options, QuiltOptions):
         found["block"] = f"{prepared.options.block} pixels"
     if prepared.scale is not None:
-        found["sample"] = f"{prepared.scale.sample_size:.4g} units wide on a model of {surface.size:.4g}"
+        size = prepared.scale.sample_size
+        found["sample"] = f"{size:.4g} units wide on a model of {surface.size:.4g}"
+        if asked.sample_size is None:
+            found["sample"] += f" (--sample-size {2 * size:.3g} makes it twice as large)"
         found["direction"] = prepared.direction
     if roles:
         found["maps"] = ", ".join(("albedo", *roles))
@@ -368,15 +388,29 @@ def _edge_blocks(quilt: Quilt) -> int:
     return sum(layout.blocks_along(strip) for strip in layout.strips)
 
 
-def _notes(surface: Surface) -> list[str]:
-    """Return what the user should know about the surface."""
+def _notes(surface: Surface, prepared: Prepared, sample: PixelArray, maps: int) -> list[str]:
+    """Return what the user should know before the work begins."""
+    found = []
     count, tolerance = surface.nearly_meeting
-    if not count:
-        return []
-    return [
-        f"{count} edges nearly meet, but are farther apart than the tolerance of {surface.tolerance:g} times "
-        f"the surface's size; a tolerance of {tolerance:g} would join them"
-    ]
+    if count:
+        found.append(
+            f"{count} edges nearly meet, but are farther apart than the tolerance of {surface.tolerance:g} "
+            f"times the surface's size; a tolerance of {tolerance:g} would join them"
+        )
+    if prepared.scale is not None and prepared.scale.scale < _SOFT * prepared.scale.density:
+        pixels = prepared.scale.scale / prepared.scale.density
+        found.append(
+            f"the sample has {pixels:.2g} pixels to a texel, so the texture will be soft: a larger sample, a "
+            "smaller --sample-size or fewer texels make it sharp"
+        )
+    texels = sum(chart.height * chart.width for chart in prepared.charts)
+    if texels > _MANY_TEXELS:
+        size = texels * sample.itemsize * 3 * maps
+        found.append(
+            f"{texels:,} texels: {size / 1e9:.1f} GB of texels in memory, and images of about half of that; "
+            "fewer by --texels or --density"
+        )
+    return found
 
 
 def _counts(surface: Surface, quilt: Quilt, texels: Texels) -> dict[str, int]:

@@ -5,6 +5,7 @@ import pytest
 
 from upholster.charts.directions import default_direction, direction_fields, parse_direction
 from upholster.charts.layout import density_layout, texture_scale
+from upholster.charts.seams import find_seams, transitions
 from upholster.charts.tangents import aligned, from_nearest
 from upholster.errors import InputError
 from upholster.geometry import Face, RationalPatch, Surface, plane, sphere, surface_from_spec, torus
@@ -209,12 +210,13 @@ def test_where_derivatives_jump_a_field_goes_on_by_its_own_formula():
 @pytest.mark.parametrize(
     ("spec", "text"),
     [
-        ("cyclide", "u"),
-        ("torus", "u"),
+        ("cyclide", "v"),
+        ("torus", "v"),
+        ("torus:R=2,r=1.9", "v"),
         ("vase", "u"),
         ("cone", "u"),
         ("plane:spans=2x2", "u"),
-        ("sphere", "around:z"),
+        ("sphere", "level"),
     ],
 )
 def test_the_default_suits_the_surface(spec, text):
@@ -230,7 +232,7 @@ def test_creases_are_unfolded():
     turned = RationalPatch.from_points(
         np.array([[standing[1][0], standing[0][0]], [standing[1][1], standing[0][1]]])
     )
-    assert default_direction(Surface([patches[0], turned])).text == "around:z"
+    assert default_direction(Surface([patches[0], turned])).text == "level"
 
 
 @pytest.mark.parametrize(
@@ -331,3 +333,57 @@ def test_signs_follow_the_strongest_node():
     for k in range(3):
         node = np.unravel_index(strength[k].argmax(), (6, 8))
         assert np.array_equal(found[k], signs[k][node] * smooth)
+
+
+def box():
+    """A unit box of six patches, rows of the walls downward."""
+    corners = (
+        *(((0, 0, 1), (1, 0, 0), (0, 0, -1)), ((1, 0, 1), (0, 1, 0), (0, 0, -1))),
+        *(((1, 1, 1), (-1, 0, 0), (0, 0, -1)), ((0, 1, 1), (0, -1, 0), (0, 0, -1))),
+        *(((0, 1, 1), (1, 0, 0), (0, -1, 0)), ((0, 0, 0), (1, 0, 0), (0, 1, 0))),
+    )
+    nets = [np.array([[o, o + r], [o + d, o + r + d]]) for o, r, d in np.array(corners, float)]
+    return Surface([RationalPatch.from_points(net) for net in nets])
+
+
+def turn(field):
+    """The angle of a field's rows of pixels to rows of texels at the chart's middle, in degrees."""
+    matrix = field.at(np.array([30.0]), np.array([30.0]))[0]
+    return math.degrees(math.atan2(-matrix[0, 1], matrix[1, 1]))
+
+
+@pytest.mark.parametrize("text", ["level", "0,0,1", "around:z"])
+def test_a_chart_without_direction_takes_it_from_beside(text):
+    surface = box()
+    charts = tuple(Chart(n, 64, 64) for n in range(6))
+    fields = direction_fields(surface, charts, parse_direction(text), 64.0)
+    if text == "0,0,1":
+        # Upward on the walls; over the edge it goes on straight.
+        assert [abs(turn(field)) for field in fields[:4]] == pytest.approx([90] * 4, abs=1.5)
+    elif text == "level":
+        assert [turn(field) for field in fields[:4]] == pytest.approx([0] * 4, abs=1.5)
+    if text != "around:z":
+        # At the edges that the lids share with the wall before them, what lies beyond is what M makes of it.
+        for lid in (4, 5):
+            goes_on = []
+            for transition in transitions(surface, charts, find_seams(surface, charts)):
+                seam = transition.seam
+                if seam.other_chart == lid and seam.chart < 4:
+                    here = fields[seam.chart].at(np.array([30.0]), np.array([30.0]))[0]
+                    there = fields[lid].at(np.array([30.0]), np.array([30.0]))[0] @ transition.matrices[4]
+                    goes_on.append(np.abs(here - there).max() < 0.05)
+            assert any(goes_on)
+
+
+def test_level_is_round_the_axis_on_a_sphere_and_along_rows_where_all_is_flat():
+    surface = sphere()
+    charts = density_layout(surface, texels=60_000)
+    level, around = (
+        direction_fields(surface, charts, parse_direction(text), 50.0) for text in ("level", "around:z")
+    )
+    for chart, one, other in zip(charts, level, around, strict=True):
+        inside = np.meshgrid(np.arange(4.0, chart.height, 16), np.arange(4.0, chart.width, 16), indexing="ij")
+        a, b = one.at(*inside), other.at(*inside)
+        assert np.quantile(np.minimum(np.abs(a - b), np.abs(a + b)).max(axis=(-2, -1)), 0.9) < 0.1
+    (flat,) = direction_fields(plane(), (Chart(0, 64, 64),), parse_direction("level"), 64.0)
+    assert flat.is_identity

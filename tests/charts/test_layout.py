@@ -174,19 +174,26 @@ def test_uniform_layout_stays():
 
 def test_texture_scale_follows_the_wishes():
     square = plane(2.0, 2.0)
-    free = texture_scale(square, 256)
-    assert (free.density, free.scale, free.sample_size, free.texels) == (1024, 1024, 0.25, 4_194_304)
+    sixth = pytest.approx(square.size / 6)
+    for pixels in (64, 256, 1024, 4000):
+        for wishes in ({}, {"density": 400}, {"texels": 80_000}, {"texels": 16_000_000}):
+            assert texture_scale(square, pixels, **wishes).sample_size == sixth
+    # A texel for a pixel, but a million to eight.
+    totals = [texture_scale(square, pixels).texels for pixels in (64, 512, 4000)]
+    assert totals == [2**20, pytest.approx((512 * 2 / (square.size / 6)) ** 2, rel=1e-6), 2**23]
     dense = texture_scale(square, 256, density=100)
-    assert (dense.scale, dense.sample_size, dense.texels) == (100, 2.56, 40000)
+    assert (dense.density, dense.texels) == (100, 40000)
     many = texture_scale(square, 256, texels=40000)
-    assert (many.density, many.scale, many.texels) == (pytest.approx(100), many.density, 40000)
+    assert (many.density, many.texels) == (pytest.approx(100), 40000)
     sized = texture_scale(square, 256, sample_size=0.5)
     assert (sized.density, sized.scale, sized.texels) == (512, 512, 2**20)
-    fine, coarse = (texture_scale(square, 256, sample_size=size) for size in (0.01, 10))
-    assert (fine.texels, fine.scale, coarse.texels, coarse.scale) == (2**26, 25600, 2**18, 25.6)
+    fine, coarse = (texture_scale(square, 256, sample_size=size) for size in (0.05, 10))
+    assert (fine.texels, fine.scale, coarse.texels, coarse.scale) == (2**23, 5120, 2**20, 25.6)
     both = texture_scale(square, 256, sample_size=0.5, density=100)
     assert (both.density, both.scale, both.texels) == (100, 512, 40000)
-    assert texture_scale(plane(spans=(64, 64)), 256).texels == 4_194_304
+    # On a strip so thin that a sixth of its length is much more than its width, the area tells.
+    assert texture_scale(plane(100.0, 0.01), 256).sample_size == pytest.approx(0.5)
+    assert texture_scale(plane(spans=(64, 64)), 128).texels == 2**20
     patchy = texture_scale(Surface(plane(spans=(64, 64)).patches), 256)
     assert patchy.texels == 48 * 48 * 64 * 64
 
@@ -197,7 +204,9 @@ def test_texture_scale_follows_the_wishes():
         ({"sample_size": -1.0}, "sample size is -1"),
         ({"sample_size": math.inf}, "sample size is inf"),
         ({"sample_size": 8.5}, "less than one block of 32 pixels.*at most 8$"),
-        ({"sample_size": 1e-5}, "pixels to a texel"),
+        ({"sample_size": 1e-5}, "sample size is 1e-05 .*pixels of the sample to a texel; allowed: 0.0"),
+        ({"texels": 100}, "texels is 100, .* pixels of the sample to a texel; allowed: "),
+        ({"density": 0.1}, "density is 0.1 .* pixels of the sample to a texel; allowed: "),
         ({"density": 100.0, "texels": 10**6}, "both given"),
         ({"density": math.nan}, "density is nan"),
         ({"density": 1e6}, "GiB"),

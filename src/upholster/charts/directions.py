@@ -16,6 +16,7 @@ from math import ceil
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from upholster.charts.seams import SAMPLES, ChartSeam, find_seams, transitions
 from upholster.charts.tangents import Frames, aligned, chart_frames, dot, patch_frames, within
 from upholster.errors import InputError
 from upholster.geometry import SharedEdge, Surface
@@ -23,7 +24,7 @@ from upholster.quilt.chart import Chart
 from upholster.quilt.warp_field import FIELD_STEP, WarpField
 from upholster.types import FloatArray
 
-__all__ = ["Direction", "Vectors", "default_direction", "direction_fields", "parse_direction"]
+__all__ = ["LEAST_SLOPE", "Direction", "Vectors", "default_direction", "direction_fields", "parse_direction"]
 
 Vectors = Callable[[FloatArray], ArrayLike]
 """Points (n, 3) in model units to directions (n, 3) of any length, not zero."""
@@ -34,7 +35,10 @@ Nodes = tuple[NDArray[np.int64], NDArray[np.int64], NDArray[np.int64]]
 NODES = 9
 """Nodes of the coarse grid over each patch, each way."""
 
-ALLOWED = "u, v, degrees from u, a vector x,y,z, or around:x, y, z or x,y,z"
+ALLOWED = "level, u, v, degrees from u, a vector x,y,z, or around:x, y, z or x,y,z"
+
+LEAST_SLOPE = 0.05
+"""Sine of the steepest slope below which a chart has no level direction of its own: it lies flat."""
 
 AGREED = np.cos(np.radians(15))
 """Cosine of the angle up to which directions on both sides of an edge count as one."""
@@ -51,7 +55,8 @@ class Direction:
     text
         As the user writes it: see `parse_direction`.
     along
-        ``"u"`` or ``"v"``: along a patch's t or s; `angle` counts from there. Empty: along `vectors`.
+        ``"u"`` or ``"v"``: along a patch's t or s; `angle` counts from there. ``"level"``: to the right along
+        lines of equal height. Empty: along `vectors`.
     angle
         Degrees, clockwise seen from outside: from +column towards +row.
     vectors
@@ -70,7 +75,8 @@ def parse_direction(text: str | Vectors) -> Direction:
     Parameters
     ----------
     text
-        ``u`` (along the patches' t: to the right along texel rows), ``v`` (along s), a number (degrees from
+        ``level`` (to the right, seen from outside, along lines of equal z), ``u`` (along the patches' t: to
+        the right along texel rows), ``v`` (along s), a number (degrees from
         u, clockwise seen from outside), ``x,y,z`` (a vector in space, projected on the surface),
         ``around:z`` (or ``x``, ``y``, or an axis ``x,y,z``: round that axis through the origin, with it as a
         right-handed screw turns); or a function of points (n, 3), in model units, to vectors (n, 3).
@@ -85,7 +91,7 @@ def parse_direction(text: str | Vectors) -> Direction:
             raise InputError(f"direction is a {type(text).__name__}; allowed: {ALLOWED}, or a function")
         return Direction(getattr(text, "__name__", "function"), vectors=text)
     written = text.strip()
-    if written in ("u", "v"):
+    if written in ("level", "u", "v"):
         return Direction(written, along=written)
     if re.fullmatch(NUMBER, written):
         angle = float(written)
@@ -113,7 +119,9 @@ def parse_direction(text: str | Vectors) -> Direction:
 
 
 def default_direction(surface: Surface) -> Direction:
-    """Return a direction that suits a surface: ``u`` if it goes on from face to face, else ``around:z``.
+    """Return a direction that suits a surface: ``u`` if it goes on from face to face, else ``level``.
+
+    On a ring that is closed both ways, rows run the longer way round: ``u`` or ``v``.
 
     Raises
     ------
@@ -125,11 +133,25 @@ def default_direction(surface: Surface) -> Direction:
     members = sorted({patch for seam in outer for patch in (seam.patch, seam.other_patch)})
     if not members:
         return parse_direction("u")
+    if _is_longer_down(surface):
+        return parse_direction("v")
     number = {patch: n for n, patch in enumerate(members)}
     seams = [replace(m, patch=number[m.patch], other_patch=number[m.other_patch]) for m in outer]
     frames = patch_frames([surface.patches[patch] for patch in members], NODES)
     agreement = _agreement(seams, frames, frames.right, (0.25, 0.5, 0.75))[2]
-    return parse_direction("u" if np.mean(agreement > AGREED) >= 0.95 else "around:z")
+    return parse_direction("u" if np.mean(agreement > AGREED) >= 0.95 else "level")
+
+
+def _is_longer_down(surface: Surface) -> bool:
+    """Whether the surface is one face that is closed both ways, and is longer along s than along t."""
+    closed = {seam.edge & 1 for seam in surface.face_shared if (seam.edge - seam.other_edge) % 4 == 2}
+    if len(surface.faces) != 1 or closed != {0, 1}:
+        return False
+    face = surface.faces[0]
+    down, right = (np.arange(NODES * count) / NODES for count in (face.rows, face.columns))
+    _, by_s, by_t = face.derivatives_grid(down, right)
+    lengths = [np.linalg.norm(by, axis=2).mean() for by in (by_s, by_t)]
+    return bool(lengths[0] * face.rows > 1.01 * lengths[1] * face.columns)
 
 
 def direction_fields(
@@ -140,7 +162,8 @@ def direction_fields(
     Beyond a face its derivatives go on as they are at its border. Vectors are projected on the tangent
     plane; what is left is taken for a line: its sign is made one within each chart and across shared edges as
     far as that is possible, so that nothing turns round where a projection passes through zero. Where there
-    is none (singular points), directions come from near by.
+    is none (singular points), directions come from near by; on a whole chart without any, as on the lid of a
+    box whose direction is up, from the chart with which it shares most.
 
     Parameters
     ----------
@@ -164,35 +187,112 @@ def direction_fields(
     ------
     InputError
         If `scale` or `margin` is out of range, a chart names a face that is not there, or the direction is
-        zero all over a chart, not finite, or no array of vectors: names the place.
+        zero all over the surface, not finite, or no array of vectors: names the place.
     """
     if not (np.isfinite(scale) and scale > 0):
         raise InputError(f"scale is {scale}; allowed: a finite number above 0, in pixels per model unit")
     if not 0 <= margin <= 64:
         raise InputError(f"margin is {margin} nodes; allowed: 0 to 64")
     lines = None if direction.vectors is None else _lines(surface, direction.vectors)
-    fields = []
+    fields: list[WarpField | None] = []
     for index, chart in enumerate(charts):
         if not 0 <= chart.face < len(surface.faces):
             raise InputError(
                 f"chart {index} lies on face {chart.face}; the surface has 0 to {len(surface.faces) - 1}"
             )
         frames = chart_frames(surface.faces[chart.face], chart, margin)
-        if lines is not None and direction.vectors is not None:
-            tangents = _tangents(surface, frames, direction.vectors, lines, index, chart, margin)
+        if direction.along in ("", "level"):
+            if lines is not None and direction.vectors is not None:
+                tangents = _tangents(surface, frames, direction.vectors, lines, index, chart, margin)
+            else:
+                tangents = _level(frames)
+            if tangents is None:
+                fields.append(None)
+                continue
             cosine, sine = dot(tangents, frames.right), dot(tangents, frames.across)
         else:
             start = np.arctan2(frames.height, frames.shift) if direction.along == "v" else np.zeros(1)
             angle = start + np.radians(direction.angle)
             cosine, sine = np.cos(angle), np.sin(angle)
-        matrices = np.empty((*frames.width.shape, 2, 2))
-        matrices[..., 0, 0] = cosine * frames.height - sine * frames.shift
-        matrices[..., 0, 1] = -sine * frames.width
-        matrices[..., 1, 0] = cosine * frames.shift + sine * frames.height
-        matrices[..., 1, 1] = cosine * frames.width
-        field = WarpField.quantised(scale * matrices, margin=margin)
-        fields.append(WarpField.identity() if field.is_identity else field)
-    return tuple(fields)
+        fields.append(_field(frames, cosine, sine, scale, margin))
+    return _filled(surface, charts, fields, scale, margin, needed=direction.along != "level")
+
+
+def _level(frames: Frames) -> FloatArray | None:
+    """Return e1 along lines of equal height at a chart's nodes; None if it lies flat."""
+    vectors = np.cross((0.0, 0.0, 1.0), np.cross(frames.across, frames.right))
+    if not np.sqrt(dot(vectors, vectors)).max() > LEAST_SLOPE:
+        return None
+    return within(frames, vectors)[0]
+
+
+def _field(frames: Frames, cosine: FloatArray, sine: FloatArray, scale: float, margin: int) -> WarpField:
+    """Return the field of directions that lie at angles clockwise from texel rows."""
+    matrices = np.empty((*frames.width.shape, 2, 2))
+    matrices[..., 0, 0] = cosine * frames.height - sine * frames.shift
+    matrices[..., 0, 1] = -sine * frames.width
+    matrices[..., 1, 0] = cosine * frames.shift + sine * frames.height
+    matrices[..., 1, 1] = cosine * frames.width
+    field = WarpField.quantised(scale * matrices, margin=margin)
+    return WarpField.identity() if field.is_identity else field
+
+
+def _filled(
+    surface: Surface,
+    charts: Sequence[Chart],
+    fields: list[WarpField | None],
+    scale: float,
+    margin: int,
+    *,
+    needed: bool,
+) -> tuple[WarpField, ...]:
+    """Give charts without direction that of the chart with which they share most, chart after chart.
+
+    Across the seam the texture goes on; from there it keeps its angle to the chart's rows of texels. Where
+    nothing goes on it lies along these, unless a direction is `needed`.
+    """
+    missing = {n for n, field in enumerate(fields) if field is None}
+    across = [m for m in find_seams(surface, charts) if m.other_chart in missing] if missing else []
+    while missing:
+        best = max(
+            (m for m in across if m.other_chart in missing and m.chart not in missing),
+            key=lambda m: (float(f"{m.stop - m.start:.9g}"), -m.other_chart, -m.chart, -m.edge),
+            default=None,
+        )
+        n = min(missing) if best is None else best.other_chart
+        if best is None and needed:
+            place = charts[n]
+            middle = surface.faces[place.face].points(
+                np.array([(place.s0 + place.s1) / 2]), np.array([(place.t0 + place.t1) / 2])
+            )
+            raise InputError(
+                f"direction has no part along the surface on chart {n} (face {place.face}), at "
+                f"({_written(middle[0])}), nor on any that it hangs together with; allowed: one that is "
+                "tangent somewhere on each piece of the surface"
+            )
+        missing.remove(n)
+        angle = 0.0 if best is None else _angle_beyond(surface, charts, best, fields[best.chart])
+        frames = chart_frames(surface.faces[charts[n].face], charts[n], margin)
+        fields[n] = _field(frames, np.full(1, np.cos(angle)), np.full(1, np.sin(angle)), scale, margin)
+    return tuple(field for field in fields if field is not None)
+
+
+def _angle_beyond(
+    surface: Surface, charts: Sequence[Chart], seam: ChartSeam, field: WarpField | None
+) -> float:
+    """Return the mean angle, clockwise from texel rows, at which a chart's texture goes on beyond a seam."""
+    assert field is not None
+    (transition,) = transitions(surface, charts, [seam])
+    along = np.linspace(seam.start, seam.stop, SAMPLES) - 0.5
+    line = np.full(SAMPLES, transition.line)
+    rows, columns = (along, line) if seam.edge & 1 else (line, along)
+    with np.errstate(invalid="ignore"):
+        there = field.at(rows, columns) @ np.linalg.inv(transition.matrices)
+    angles = np.arctan2(-there[:, 0, 1], there[:, 1, 1])
+    angles = angles[np.isfinite(angles)]
+    if not len(angles):
+        return 0.0
+    return float(np.arctan2(np.sin(angles).mean(), np.cos(angles).mean()))
 
 
 def _tangents(
@@ -203,16 +303,16 @@ def _tangents(
     index: int,
     chart: Chart,
     margin: int,
-) -> FloatArray:
-    """Return e1 at a chart's nodes, of the sign that the lines have on the patch of its strongest node."""
+) -> FloatArray | None:
+    """Return e1 at a chart's nodes, of the sign that the lines have on the patch of its strongest node.
+
+    None where nothing is left of the vectors on the whole chart.
+    """
     place = f"chart {index} (face {chart.face})"
     tangents, left = within(frames, _called(vectors, frames.points, lambda _: place))
     strongest = np.unravel_index(left.argmax(), left.shape)
     if not left[strongest] > 1e-6:
-        raise InputError(
-            f"direction has no part along the surface on {place}, at ({_written(frames.points[strongest])}); "
-            "allowed: one that is tangent somewhere on every chart"
-        )
+        return None
     tangents = aligned(tangents, left)
     patches, nodes = [], []
     for low, high, node, count in (

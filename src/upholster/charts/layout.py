@@ -12,7 +12,6 @@ from upholster.quilt.chart import MAX_CHART, MAX_TEXELS, Chart
 from upholster.types import FloatArray
 
 __all__ = [
-    "DEFAULT_TEXELS",
     "RING",
     "TextureScale",
     "density_layout",
@@ -20,14 +19,20 @@ __all__ = [
     "uniform_layout",
 ]
 
-DEFAULT_TEXELS = 4_194_304
-"""Texels of a layout whose user asks for nothing."""
+SHARE = 6
+"""By default so many samples, side by side, are as wide as the model's diagonal."""
 
 RING = 48
 """Texels: a chart that meets itself is at least so long round."""
 
-FEWEST_TEXELS, MOST_TEXELS = 2**18, 2**26
-"""Between these a layout's texels follow from the sample's size."""
+FEWEST_TEXELS, MOST_TEXELS = 2**20, 2**23
+"""Between these a layout's texels follow from the sample's pixels."""
+
+MOST_FACES_TEXELS = 2**26
+"""What many small faces may ask for at most."""
+
+PER_TEXEL = 64
+"""Pixels of the sample to a texel, or texels to a pixel, at most: each way."""
 
 
 def uniform_layout(surface: Surface, *, chart: int = 512) -> tuple[Chart, ...]:
@@ -178,9 +183,10 @@ def texture_scale(
 ) -> TextureScale:
     """Settle the sizes of texels and sample on a surface from what the user asked for.
 
-    Of a sample size alone, texels as large as exemplar pixels follow, but 2^18 to 2^26 of them; of texels or
-    a density alone, a sample whose pixels are as large as texels; of nothing, 4,194,304 texels. On many
-    faces there are so many more that charts of `smallest` texels suit them, up to 2^26.
+    Without a sample size the sample is a sixth of the model's diagonal wide, whatever its pixels (half the
+    root of the area on a surface that is so thin that this is less). Without texels or density a texel is as
+    large as a pixel of the sample, but there are 2^20 to 2^23; on many faces so many more that charts of
+    `smallest` texels suit them, up to 2^26.
 
     Parameters
     ----------
@@ -207,14 +213,16 @@ def texture_scale(
     if density is not None and texels is not None:
         raise InputError("density and texels are both given; allowed: at most one of them")
     area = _checked_area(_area(surface), surface)
-    scale = None
-    if sample_size is not None:
-        scale = exemplar_width / _positive("sample size", sample_size, "model units")
-        if scale * scale * area < block * block:
-            raise InputError(
-                f"sample size is {sample_size:g} model units, which puts less than one block of {block} "
-                f"pixels on the surface; allowed: at most {exemplar_width * np.sqrt(area) / block:.6g}"
-            )
+    if sample_size is None:
+        width = min(surface.size / SHARE, float(np.sqrt(area)) / 2)
+    else:
+        width = _positive("sample size", sample_size, "model units")
+    scale = exemplar_width / width
+    if scale * scale * area < block * block:
+        raise InputError(
+            f"sample size is {width:g} model units, which puts less than one block of {block} "
+            f"pixels on the surface; allowed: at most {exemplar_width * np.sqrt(area) / block:.6g}"
+        )
     if density is not None:
         found = _positive("density", density, "texels per model unit")
     elif texels is not None:
@@ -222,19 +230,39 @@ def texture_scale(
             raise InputError(f"texels is {texels:,}; allowed: 64 to {MAX_TEXELS:,}")
         found = float(np.sqrt(texels / area))
     else:
-        fewest = min(MOST_TEXELS, max(FEWEST_TEXELS, smallest * smallest * len(surface.faces)))
-        wanted = DEFAULT_TEXELS if scale is None else scale * scale * area
-        found = float(np.sqrt(np.clip(wanted, fewest, MOST_TEXELS) / area))
+        fewest = min(MOST_FACES_TEXELS, max(FEWEST_TEXELS, smallest * smallest * len(surface.faces)))
+        wanted = np.clip(scale * scale * area, fewest, max(fewest, MOST_TEXELS))
+        found = float(np.sqrt(wanted / area))
     total = found * found * area
     _check_total(total)
-    if scale is None:
-        scale = found
-    elif not found / 64 <= scale <= 64 * found:
-        raise InputError(
-            f"sample size is {sample_size:g} model units, {scale / found:.3g} pixels to a texel; allowed: "
-            f"{exemplar_width / (64 * found):.6g} to {exemplar_width * 64 / found:.6g} at this density"
-        )
-    return TextureScale(found, scale, exemplar_width / scale, texels or round(total))
+    _check_ratio(scale, found, total, exemplar_width, sample_size, density)
+    return TextureScale(found, scale, width, texels or round(total))
+
+
+def _check_ratio(
+    scale: float,
+    found: float,
+    total: float,
+    exemplar_width: int,
+    sample_size: float | None,
+    density: float | None,
+) -> None:
+    """Raise InputError where a texel is far larger or smaller than a pixel of the sample."""
+    if found / PER_TEXEL <= scale <= found * PER_TEXEL:
+        return
+    if sample_size is not None:
+        asked = f"sample size is {sample_size:g} model units"
+        low, high = (exemplar_width / found * share for share in (1 / PER_TEXEL, PER_TEXEL))
+    elif density is not None:
+        asked = f"density is {density:g} texels per model unit"
+        low, high = scale / PER_TEXEL, scale * PER_TEXEL
+    else:
+        asked = f"texels is {total:,.0f}"
+        low, high = (total * (scale / found) ** 2 * share**2 for share in (1 / PER_TEXEL, PER_TEXEL))
+    raise InputError(
+        f"{asked}, {scale / found:.3g} pixels of the sample to a texel; allowed: {low:.6g} to {high:.6g} for "
+        f"this sample of {exemplar_width} pixels; --resize makes it smaller"
+    )
 
 
 def _positive(name: str, value: float, unit: str) -> float:

@@ -1,5 +1,6 @@
 """``upholster cover`` and ``upholster surfaces``."""
 
+import sys
 import time
 from pathlib import Path
 from typing import Annotated
@@ -103,6 +104,7 @@ def cover(
             report=report,
             threads=threads,
             progress=progress,
+            tell=None if quiet else lambda note: print(f"note: {note}", file=sys.stderr),
         )
     if not quiet:
         written = ", ".join(f"{name} ({in_bytes(count)})" for name, count in result.written.items())
@@ -110,8 +112,6 @@ def cover(
         print(f"wrote {written}: {count:,} texels in {time.perf_counter() - start:.1f} s")
         if result.settled:
             print("; ".join(f"{name} {value}" for name, value in result.settled.items()))
-        for note in result.notes:
-            print(f"note: {note}")
 
 
 def _uses(asked: SynthesisOptions, sample: list[str], outputs: list[str]) -> list[str]:

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.charts.directions import Direction
+from upholster.charts.directions import LEAST_SLOPE, Direction
 from upholster.errors import InputError
 from upholster.geometry import Surface
 from upholster.measure.samples import SEED
@@ -151,6 +151,9 @@ def _asked(direction: Direction, points: FloatArray, by_s: FloatArray, by_t: Flo
     normal = np.cross(by_s, by_t)
     size = np.linalg.norm(normal, axis=1, keepdims=True)
     normal = normal / np.where(size > 0, size, 1.0)
+    if direction.along == "level":
+        level = np.cross((0.0, 0.0, 1.0), normal)
+        return np.where(np.linalg.norm(level, axis=1, keepdims=True) > LEAST_SLOPE, level, 0.0)
     angle = np.radians(direction.angle)
     # Clockwise seen from outside.
     turned: FloatArray = np.cos(angle) * along + np.sin(angle) * np.cross(along, normal)

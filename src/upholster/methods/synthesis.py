@@ -96,8 +96,6 @@ def prepare(exemplar: PixelArray, surface: Surface, options: SynthesisOptions) -
         texels=options.texels,
         block=block,
     )
-    if options.sample_size is None:
-        _check_room(scale, block, options.density)
     if options.block is None:
         across = np.sqrt(scale.texels) / scale.density * scale.scale  # the surface, in exemplar pixels
         block = min(block, max(16, 4 * int(across / _BLOCKS / 4)))
@@ -206,21 +204,6 @@ def synthesize(
     checked = matched_image(exemplar, wanted.method)
     prepared = prepare(checked, surface, wanted)
     return execute(prepared, checked, surface, seed=seed, threads=threads, progress=progress)
-
-
-def _check_room(scale: TextureScale, block: int, density: float | None) -> None:
-    # `texture_scale` has checked a sample size.
-    share = (scale.scale / scale.density) ** 2 * scale.texels / block**2
-    if share < 1:
-        asked, least = (
-            (f"texels is {scale.texels:,}", f"{block**2:,}")
-            if density is None
-            else (f"density is {density:g} texels per model unit", f"{density / share**0.5:.6g}")
-        )
-        raise InputError(
-            f"{asked}, which puts less than one block of {block} pixels on the surface; "
-            f"allowed: at least {least}"
-        )
 
 
 def _size(image: PixelArray) -> str:
