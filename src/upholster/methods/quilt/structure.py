@@ -15,7 +15,7 @@ _LOOKED_AT = 256
 _LONGEST = 512
 """Pixels of the longer side that are looked at."""
 
-_LEAST, _MOST = 24, 192
+_LEAST, _MOST = 24, 512
 """Sides of a block in pixels, whatever the structure."""
 
 _SHARE, _PERIODIC_SHARE = 5 / 16, 7 / 16
@@ -57,7 +57,7 @@ def block_size(exemplar: PixelArray) -> int:
     Returns
     -------
     int
-        A multiple of 4: 24 to 192, but at most about 5/16 of the shorter side, or 7/16 where the texture
+        A multiple of 4: 24 to 512, but at most about 5/16 of the shorter side, or 7/16 where the texture
         repeats, and never less than 8.
 
     References
