@@ -21,6 +21,7 @@ from upholster.image import Material
 from upholster.image.roles import ROLES
 from upholster.image.source import Source, read_source, source_files, source_names, source_parts
 from upholster.methods import Prepared, execute, matched_image, prepare
+from upholster.methods.paper.method import PaperOptions
 from upholster.methods.quilt.method import QuiltOptions
 from upholster.options import SynthesisOptions, WriteOptions, chosen
 from upholster.outputs import Output, TexturedModel, parse_output, write_output
@@ -45,7 +46,8 @@ class CoverReport:
     parameters
         Everything that was asked for, defaults and seed included.
     settled
-        What was chosen where nothing was asked for, in words: block, sample's size, direction, maps.
+        What was chosen where nothing was asked for, in words: block, sample's size, direction, maps; with
+        method "paper" patches, texels, block, overlap, edge block.
     counts
         Faces, patches, shared edges, charts, texels, placements, edge blocks; maps; of the base colour
         channels and bits per sample.
@@ -93,7 +95,8 @@ def cover(
         itself. Its maps are matched together (by method "paper": the base colour alone), and one quilt paints
         them all.
     on
-        Which surface, see `upholster.surface_from_spec`.
+        Which surface, see `upholster.surface_from_spec`. With method "paper" a sphere is of octants, unless
+        it says otherwise.
     targets
         Files to write, by suffix, none of them one that is read; ``atlas:`` before an image's path writes the
         atlas instead of a picture. With texels of width × height images are the flat texture itself. A
@@ -128,7 +131,7 @@ def cover(
     own = [file for output in wanted for file in output.files()]
     with outputs([*own, *([report] if report else [])], inputs=read) as files:
         with _timed("read", seconds):
-            surface = surface_from_spec(on)
+            surface = surface_from_spec(on, biquadratic=asked.method == "paper")
             _ = surface.shared  # edges that are claimed twice are found now, not after the work
             source = read_source(exemplar, crop=crop, resize=resize)
         parts = source_parts(source)
@@ -353,11 +356,27 @@ def _settled(prepared: Prepared, surface: Surface, roles: Sequence[str]) -> dict
     found: dict[str, str] = {}
     if isinstance(prepared.options, QuiltOptions):
         found["block"] = f"{prepared.options.block} pixels"
+    if isinstance(prepared.options, PaperOptions):
+        found |= _settled_by_paper(prepared.options, surface)
     if prepared.scale is not None:
         found["sample"] = f"{prepared.scale.sample_size:.4g} units wide on a model of {surface.size:.4g}"
         found["direction"] = prepared.direction
     if roles:
         found["maps"] = ", ".join(("albedo", *roles))
+    return found
+
+
+def _settled_by_paper(options: PaperOptions, surface: Surface) -> dict[str, str]:
+    degrees = sorted({patch.degree for patch in surface.patches})
+    named = " and ".join(f"({m}, {n})" for m, n in degrees)
+    found = {
+        "patches": f"{len(surface.patches)} of degree {named}",
+        "texels": f"{options.chart}x{options.chart} on each",
+        "block": f"{options.block} texels",
+        "overlap": f"{options.overlap} texels",
+    }
+    if options.seams:
+        found["edge block"] = f"{options.edge_block or options.block} texels"
     return found
 
 
