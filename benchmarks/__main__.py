@@ -1,12 +1,13 @@
 """Run all benchmarks, or those named: ``python -m benchmarks [flagship] [growth] [stream] …``.
 
-``codec``, ``fidelity`` and ``seams`` take a folder of exemplars instead of the project's own, and the last
-two the options of their modules: ``python -m benchmarks fidelity FOLDER -o OUT``.
+``codec``, ``claims``, ``fidelity`` and ``seams`` take a folder of exemplars instead of the project's own, and
+the last three the options of their modules: ``python -m benchmarks fidelity FOLDER -o OUT``.
 """
 
 import sys
 from pathlib import Path
 
+from benchmarks import claims as claims_module
 from benchmarks import fidelity as fidelity_module
 from benchmarks import seams as seams_module
 from benchmarks.codec import codec
@@ -17,7 +18,7 @@ from benchmarks.measure import Results
 from benchmarks.parts import parts
 from benchmarks.quilt import quilt
 from benchmarks.stream import stream
-from benchmarks.web import web
+from benchmarks.web import frames, web
 from benchmarks.web_decoder import web_decoder
 
 BENCHMARKS = {
@@ -30,11 +31,13 @@ BENCHMARKS = {
     "codec": codec,
     "stream": stream,
     "web": web,
+    "frames": frames,
     "decoder": web_decoder,
+    "claims": claims_module.claims,
     "fidelity": fidelity_module.fidelity,
     "seams": seams_module.seams,
 }
-PROGRAMS = {"fidelity": fidelity_module.main, "seams": seams_module.main}
+PROGRAMS = {"claims": claims_module.main, "fidelity": fidelity_module.main, "seams": seams_module.main}
 
 
 def main() -> int:

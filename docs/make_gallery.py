@@ -3,6 +3,9 @@
 Writes docs/gallery/*.jpg and docs/gallery/README.md. The folder holds images of any names; those that start
 with a class of texture (regular_, near_regular_, irregular_, stochastic_) are used for that class. Needs
 Pillow, which the extra "gallery" brings.
+
+``python docs/make_gallery.py paper OUT`` draws every figure of the paper from the project's own exemplars
+alone, as OUT/figure_01.jpg and so on; one picture may be several figures: OUT/figure_07_08_09.jpg.
 """
 
 import sys
@@ -15,30 +18,44 @@ from typing import Any
 from upholster.errors import InputError, UpholsterError, nearest
 
 try:
-    from gallery_tools import method, progressive, quilts, relight, results, seams, surfaces, viewers
+    from gallery_tools import (
+        diagrams,
+        method,
+        progressive,
+        quilts,
+        relight,
+        results,
+        seams,
+        surfaces,
+        viewers,
+    )
     from gallery_tools.captions import HEAD, caption
     from gallery_tools.drawing import save_jpeg
-    from gallery_tools.shots import Exemplars
+    from gallery_tools.shots import OWN, Exemplars
 except ModuleNotFoundError as error:
     if error.name != "PIL":
         raise
     sys.exit("make_gallery: Pillow is not installed; install the extra: pip install 'upholster[gallery]'")
 
 GALLERY = Path(__file__).resolve().parent / "gallery"
-USAGE = "usage: python docs/make_gallery.py FOLDER_OF_EXEMPLARS [--only NAME]"
+USAGE = "usage: python docs/make_gallery.py FOLDER_OF_EXEMPLARS [--only NAME], or: paper OUT"
+LAST_FIGURE = 13
+"""Of the paper."""
 
 
 @dataclass(frozen=True)
 class Figure:
     """One picture of the gallery: its file's name without suffix, its heading, and what draws it.
 
-    `lacking` tells what it needs that this machine has not; then it stays as it is.
+    `lacking` tells what it needs that this machine has not; then it stays as it is. `numbers` are those of
+    the paper's figures that it shows.
     """
 
     name: str
     title: str
     draw: Callable[[Exemplars], Any]
     lacking: Callable[[], str] = str
+    numbers: tuple[int, ...] = ()
 
 
 FIGURES = (
@@ -54,14 +71,16 @@ FIGURES = (
     Figure("viewer", "In the browser", viewers.viewer, viewers.lacking),
     Figure("viewer_arriving", "In the browser, as it arrives", viewers.arriving, viewers.lacking),
     Figure("viewer_light", "In the browser, a material", viewers.lights, viewers.lacking),
-    Figure("surface", "The surface (figure 1)", surfaces.surface),
-    Figure("patches", "Patches and Bézier polygons (figure 2)", surfaces.patches),
-    Figure("decomposition", "Decomposition (figure 5)", method.decomposition),
-    Figure("matching", "Matching (figure 6)", method.matching),
-    Figure("seams", "Seams (figures 7, 8 and 9)", seams.seams),
-    Figure("mapping", "Mapping (figure 10)", surfaces.mapping),
-    Figure("twelve", "Twelve textures (figure 12)", results.twelve),
-    Figure("levels", "Progressive texture (figure 13)", progressive.levels),
+    Figure("surface", "The surface (figure 1)", surfaces.surface, numbers=(1,)),
+    Figure("patches", "Patches and Bézier polygons (figure 2)", surfaces.patches, numbers=(2,)),
+    Figure("overview", "All steps (figure 3)", diagrams.overview, numbers=(3,)),
+    Figure("on_one_patch", "The steps on one patch (figure 4)", diagrams.on_one_patch, numbers=(4,)),
+    Figure("decomposition", "Decomposition (figure 5)", method.decomposition, numbers=(5,)),
+    Figure("matching", "Matching (figure 6)", method.matching, numbers=(6,)),
+    Figure("seams", "Seams (figures 7, 8 and 9)", seams.seams, numbers=(7, 8, 9)),
+    Figure("mapping", "Mapping (figure 10)", surfaces.mapping, numbers=(10,)),
+    Figure("twelve", "Twelve textures (figure 12)", results.twelve, numbers=(12,)),
+    Figure("levels", "Progressive texture (figure 13)", progressive.levels, numbers=(13,)),
     Figure("curve", "What bytes buy", progressive.curve),
     Figure("stretch", "What a plain mapping does to scale", surfaces.stretch),
 )
@@ -105,12 +124,37 @@ def make(folder: Path, only: str | None) -> None:
     print(f"docs/gallery: {total / 1e6:.1f} MB of pictures, {time.perf_counter() - begin:.0f} s")
 
 
+def make_paper(out: Path) -> None:
+    """Draw every figure of the paper from the exemplars that the project ships.
+
+    Raises
+    ------
+    InputError
+        If there is a file in the folder's place.
+    """
+    if out.exists() and not out.is_dir():
+        raise InputError(f"{str(out)!r} is a file; allowed: a folder, or a new name")
+    out.mkdir(parents=True, exist_ok=True)
+    exemplars = Exemplars.of(OWN)
+    for figure in FIGURES:
+        if figure.numbers:
+            name = "_".join(["figure", *(f"{number:02}" for number in figure.numbers)])
+            start = time.perf_counter()
+            size = save_jpeg(figure.draw(exemplars), out / f"{name}.jpg")
+            print(f"{name}.jpg: {figure.title}, {size / 1000:.0f} kB, {time.perf_counter() - start:.1f} s")
+    drawn = {number for figure in FIGURES for number in figure.numbers}
+    if missing := sorted({*range(1, LAST_FIGURE + 1)} - drawn):
+        print(f"not drawn: figure {', '.join(map(str, missing))}")
+
+
 def main(arguments: list[str]) -> int:
     """Run the command; return its exit status."""
     try:
         match arguments:
             case ["-h"] | ["--help"]:
                 print(f"{USAGE}\nNAME is one of: {', '.join(figure.name for figure in FIGURES)}")
+            case ["paper", out] if not out.startswith("-"):
+                make_paper(Path(out))
             case [folder, "--only", name] | ["--only", name, folder]:
                 make(Path(folder), name)
             case [folder] if not folder.startswith("-"):

@@ -44,11 +44,12 @@ def test_cover_writes_what_it_says(folder, tmp_path):
     report = tmp_path / "report.json"
     done = run_cli(
         "cover", "brick.png", "--on", "torus:R=3,r=1", "--method", "paper", "--chart", "64",
-        "--quads", "400", "--size", "80x60", "--seed", "7",
+        "--edge-block", "24", "--quads", "400", "--size", "80x60", "--seed", "7",
         *outputs, "--report", str(report), cwd=folder,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
-    last = done.stdout.strip().splitlines()[-1]
+    last, settled = done.stdout.strip().splitlines()
+    assert settled.endswith("block 32 texels; overlap 8 texels; edge block 24 texels")
     for name in names:
         assert (tmp_path / name).stat().st_size > 0
         assert name in last
@@ -59,8 +60,14 @@ def test_cover_writes_what_it_says(folder, tmp_path):
     assert told["parameters"]["on"] == "torus:R=3,r=1"
     assert told["counts"]["charts"] == 16
     assert told["counts"]["texels"] == 16 * 64 * 64
-    assert told["counts"]["edge blocks"] == 32 * 3
-    assert told["settled"] == {}
+    assert told["counts"]["edge blocks"] == 32 * 4
+    assert told["settled"] == {
+        "patches": "16 of degree (2, 2)",
+        "texels": "64x64 on each",
+        "block": "32 texels",
+        "overlap": "8 texels",
+        "edge block": "24 texels",
+    }
     assert told["seconds"]["total"] > 0
     assert told["peak_memory_bytes"] is None or told["peak_memory_bytes"] > 10**7
     assert told["written"][str(tmp_path / "ring.glb")] == (tmp_path / "ring.glb").stat().st_size

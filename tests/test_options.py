@@ -130,6 +130,10 @@ def test_a_default_that_is_written_is_refused_by_the_other_method(monkeypatch):
         ({"method": "paper", "levels": 7}, "levels is 7; allowed: 1 to 6"),
         ({"method": "paper", "block": 20}, "block is 20; allowed: multiples of 2"),
         ({"method": "paper", "block": 32, "overlap": 4}, "overlap is 4; allowed: multiples of 2"),
+        ({"edge_block": 32}, "edge_block belongs to method 'paper'"),
+        ({"method": "paper", "edge_block": 20}, "edge_block is 20; allowed: multiples of 2"),
+        ({"method": "paper", "edge_block": 264}, "edge_block is 264; .* from 16 to 256"),
+        ({"method": "paper", "edge_block": 32, "seams": False}, "edge_block is 32 without seams"),
         ({"tileable": True}, "tileable needs texels"),
         ({"texels": 1000, "density": 2.0}, "density and texels are both given"),
         ({"texels": (64, 64), "direction": "u"}, "direction is given with texels 64x64"),
@@ -155,6 +159,8 @@ def test_methods_get_all_options_settled():
     assert (own.block, own.overlap, own.levels, own.seams) == (32, 8, 2, False)
     with pytest.raises(InputError, match="block is 32; allowed: multiples of 2"):
         settled(SynthesisOptions(method="paper", levels=5), PaperOptions)
+    with pytest.raises(InputError, match=r"edge_block is 16; allowed: more than two overlaps \(16\)"):
+        settled(SynthesisOptions(method="paper", edge_block=16), PaperOptions)
     exemplar = np.random.default_rng(1).integers(0, 256, (64, 64, 3), dtype=np.uint8)
     prepared = prepare(exemplar, plane(), SynthesisOptions(texels=(64, 48), tileable=True, tolerance=1.5))
     assert isinstance(prepared.options, QuiltOptions)

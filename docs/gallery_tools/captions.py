@@ -11,12 +11,13 @@ __all__ = ["CAPTIONS", "HEAD", "caption"]
 HEAD = """\
 # Gallery
 
-Made by `python docs/make_gallery.py FOLDER_OF_EXEMPLARS`; not to be edited by hand. Figure numbers are
-those of R. N. Shet, H. E. Bez, E. A. Edirisinghe: *Progressive texture synthesis on geometric surfaces
-parametrised by bi-quadratic rational Bézier patches*; figures with a number show method "paper", the paper's,
-the others method "quilt" unless they say otherwise. The photographs in the committed pictures are CC0, by
-Poly Haven, ambientCG and Nobiax; they are not part of the project. `bricks.png`, `weave.png`, `pebbles.png`,
-`granite.png` and `bricks_material` are in `examples`.
+Made by `python docs/make_gallery.py FOLDER_OF_EXEMPLARS`; not to be edited by hand. The paper's figures
+from the project's own exemplars: `python docs/make_gallery.py paper OUT`. Figure numbers are those of R.
+N. Shet, H. E. Bez, E. A. Edirisinghe: *Progressive texture synthesis on geometric surfaces parametrised
+by bi-quadratic rational Bézier patches*; figures with a number show method "paper", the paper's, the
+others method "quilt" unless they say otherwise. The photographs in the committed pictures are CC0, by
+Poly Haven, ambientCG and Nobiax; they are not part of the project. `bricks.png`, `weave.png`,
+`pebbles.png`, `granite.png` and `bricks_material` are in `examples`.
 """
 
 CAPTIONS = {
@@ -90,6 +91,16 @@ CAPTIONS = {
         (a) The four bi-quadratic rational patches with θ and φ between 0° and 180°, seen from below, with
         their control points; what lies behind the surface is pale. All weights are positive, so each patch
         lies in the convex hull of its points. (b) Sixteen such patches are the whole surface, exactly.
+        """,
+    "overview": """\
+        What each part makes of one exemplar; numbers are the paper's sections. The paper has the coefficients
+        chosen inside the synthesis; here blocks are chosen once, with all coefficients, and painted with any
+        of them.
+        """,
+    "on_one_patch": """\
+        Above, the first block of a patch: any place on the grid of LL3, the same in every sub-band. Below,
+        the block after a row and a block: its overlap is compared with every place of the exemplar, and the
+        best one is laid.
         """,
     "decomposition": """\
         An exemplar and its three-level Haar transform: HL holds vertical details, LH horizontal ones, HH

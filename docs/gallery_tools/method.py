@@ -15,7 +15,20 @@ from upholster.quilt.plans import PlacementList
 from upholster.types import FloatArray, PixelArray
 from upholster.wavelet import dwt2, subbands
 
-__all__ = ["BLOCK", "LEVELS", "OVERLAP", "RED", "YELLOW", "decomposition", "first_placements", "matching"]
+__all__ = [
+    "BLOCK",
+    "LEVELS",
+    "OVERLAP",
+    "RED",
+    "TILE",
+    "YELLOW",
+    "bands_picture",
+    "candidate_costs",
+    "decomposition",
+    "first_placements",
+    "matching",
+    "overlap_tiles",
+]
 
 RED, YELLOW, CYAN = (230, 30, 40), (255, 205, 0), (0, 190, 220)
 BLOCK, OVERLAP, LEVELS, TILE = 32, 8, 3, 8
@@ -24,7 +37,17 @@ BLOCK, OVERLAP, LEVELS, TILE = 32, 8, 3, 8
 def decomposition(exemplars: Exemplars) -> Any:
     """Draw figure 5: an exemplar and its three-level Haar transform."""
     exemplar = read(exemplars.pick("cobble"))
-    factor = 2
+    return compose(
+        [[
+            Panel(enlarged(exemplar, 2), "(a) exemplar, 256 x 256"),
+            Panel(bands_picture(exemplar, 2, named=True),
+                  "(b) three-level Haar transform; details three times as strong"),
+        ]]
+    )  # fmt: skip
+
+
+def bands_picture(exemplar: PixelArray, factor: int, *, named: bool = False) -> Any:
+    """Show an exemplar's three-level Haar transform, its pixels as squares of `factor`."""
     coefficients = dwt2(exemplar, levels=LEVELS)
     shown = np.empty(exemplar.shape, np.uint8)
     corners: dict[str, tuple[int, int, int]] = {}
@@ -42,14 +65,10 @@ def decomposition(exemplars: Exemplars) -> Any:
     for name, (x, y, side) in corners.items():
         box = (x * factor, y * factor, (x + side) * factor - 1, (y + side) * factor - 1)
         draw.rectangle(box, outline=PAPER, width=1)
-        size = min(26, max(14, side * factor // 6))
-        plate(draw, (box[0] + 4, box[1] + 4), name, size)
-    return compose(
-        [[
-            Panel(enlarged(exemplar, factor), "(a) exemplar, 256 x 256"),
-            Panel(picture, "(b) three-level Haar transform; details three times as strong"),
-        ]]
-    )  # fmt: skip
+        if named:
+            size = min(26, max(14, side * factor // 6))
+            plate(draw, (box[0] + 4, box[1] + 4), name, size)
+    return picture
 
 
 def plate(draw: Any, place: tuple[float, float], words: str, size: int) -> None:
@@ -79,7 +98,7 @@ def matching(exemplars: Exemplars) -> Any:
     def searched(number: int) -> tuple[float, int, PixelArray, FloatArray]:
         before = paint(first_placements(quilt, {0: number}), exemplar).arrays[0]
         top, left = (step * n for n in divmod(number, across))
-        costs = _costs(before[top : top + BLOCK, left : left + BLOCK], exemplar)
+        costs = candidate_costs(before[top : top + BLOCK, left : left + BLOCK], exemplar)
         return float(costs.min()), number, before, costs
 
     step = BLOCK - OVERLAP
@@ -131,7 +150,7 @@ def _grid(image: Any, corner: tuple[int, int], factor: int) -> None:
     """Tint the overlap's tiles of a block, and draw their borders."""
     shade = Image.new("RGBA", image.size)
     draw = ImageDraw.Draw(shade)
-    for a, b in _overlap_tiles():
+    for a, b in overlap_tiles():
         x, y = corner[0] + b * TILE, corner[1] + a * TILE
         draw.rectangle(_box(x, y, TILE, factor), fill=(*CYAN, 70), outline=(*CYAN, 255), width=2)
     image.paste(shade, (0, 0), shade)
@@ -141,19 +160,20 @@ def _box(x: int, y: int, size: int, factor: int) -> tuple[int, int, int, int]:
     return x * factor, y * factor, (x + size) * factor - 1, (y + size) * factor - 1
 
 
-def _overlap_tiles() -> list[tuple[int, int]]:
+def overlap_tiles() -> list[tuple[int, int]]:
+    """Return row and column of the tiles that a block's left and upper overlap covers."""
     tiles, band = BLOCK // TILE, OVERLAP // TILE
     return [(a, b) for a in range(tiles) for b in range(tiles) if a < band or b < band]
 
 
-def _costs(block: PixelArray, exemplar: PixelArray) -> FloatArray:
+def candidate_costs(block: PixelArray, exemplar: PixelArray) -> FloatArray:
     """Return the sum of squared differences of the overlap's LL3 and HH3 at each candidate: (13, 13)."""
     wanted, offered = (subbands(dwt2(image, levels=LEVELS), levels=LEVELS) for image in (block, exemplar))
     grid, tiles = exemplar.shape[0] // TILE, BLOCK // TILE
     count = grid - tiles + 1
     costs = np.zeros((count, count))
     for name in (f"LL{LEVELS}", f"HH{LEVELS}"):
-        for a, b in _overlap_tiles():
+        for a, b in overlap_tiles():
             difference = offered[name][a : a + count, b : b + count] - wanted[name][a, b]
             costs += (difference**2).sum(axis=2)
     return costs
@@ -177,7 +197,7 @@ def _features(
         bands = subbands(dwt2(block, levels=LEVELS), levels=LEVELS)
         for name in (f"LL{LEVELS}", f"HH{LEVELS}"):
             tone = bands[name] / TILE if name[:2] == "LL" else 128 + 6 * bands[name] / TILE
-            for a, b in _overlap_tiles():
+            for a, b in overlap_tiles():
                 color = tuple(int(c) for c in np.clip(np.rint(tone[a, b]), 0, 255))
                 box = (x + b * cell, 30 + a * cell, x + (b + 1) * cell - 2, 30 + (a + 1) * cell - 2)
                 draw.rectangle(box, fill=color)

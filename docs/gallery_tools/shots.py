@@ -29,6 +29,17 @@ OWN = Path(__file__).resolve().parents[2] / "examples"
 KINDS = ("regular", "near_regular", "irregular", "stochastic")
 """Classes of texture, as a file's name starts with them."""
 
+_OWN_KINDS = {
+    "weave": "regular",
+    "brick": "regular",
+    "bricks": "near_regular",
+    "pebbles": "irregular",
+    "gravel": "irregular",
+    "granite": "stochastic",
+    "grass": "stochastic",
+}
+"""Of the project's own exemplars."""
+
 SUFFIXES = (".png", ".jpg", ".jpeg", ".webp", ".tif", ".tiff", ".exr")
 SIDE = 256
 
@@ -82,9 +93,9 @@ class Exemplars:
 
 
 def kind_of(path: Path) -> str | None:
-    """Return the class that an image's name starts with, if any."""
+    """Return the class that an image's name starts with, or that the project's own one has, if any."""
     found = [kind for kind in KINDS if path.stem.startswith(kind)]
-    return found[0] if found else None
+    return found[0] if found else _OWN_KINDS.get(path.stem)
 
 
 def read(path: Path, side: int = SIDE) -> PixelArray:
@@ -107,7 +118,11 @@ def cover(surface: Surface, exemplar: PixelArray, *, quads: int = 20_000, **opti
 
 def charted(surface: Surface, arrays: Sequence[PixelArray], *, quads: int = 20_000) -> TexturedModel:
     """Put given texels, one (H, W, C) array per patch, on a surface."""
-    charts = tuple(Chart(n, *array.shape[:2]) for n, array in enumerate(arrays))
+    places = [surface.place(n) for n in range(len(arrays))]
+    charts = tuple(
+        Chart(face, array.shape[0], array.shape[1], row, row + 1, column, column + 1)
+        for (face, row, column), array in zip(places, arrays, strict=True)
+    )
     return TexturedModel(surface, Texels(charts, tuple(arrays)), WriteOptions(quads=quads))
 
 

@@ -194,6 +194,15 @@ class SynthesisOptions:
     chart: int = field(
         default=512, metadata=_about(_PAPER, "Texels along each side of a patch, 8 to 16384.", only="paper")
     )
+    edge_block: int | None = field(
+        default=None,
+        metadata=_about(
+            _PAPER,
+            "Side of the blocks along the seams between patches, in texels: a multiple of 2^levels up to "
+            "256, more than two overlaps. Default: that of a block.",
+            only="paper",
+        ),
+    )
     levels: int = field(
         default=3, metadata=_about(_PAPER, "Levels of the Haar transform, 1 to 6.", only="paper")
     )
@@ -232,16 +241,23 @@ class SynthesisOptions:
         if not 1 <= self.levels <= 6:
             raise InputError(f"levels is {self.levels}; allowed: 1 to 6")
         tile = 2**self.levels
+        if self.edge_block is not None and not self.seams:
+            raise InputError(f"edge_block is {self.edge_block} without seams; allowed: one of them")
+        for name, side in (("block", self.block), ("edge_block", self.edge_block)):
+            if side is not None and (not 2 * tile <= side <= 256 or side % tile):
+                raise InputError(
+                    f"{name} is {side}; allowed: multiples of 2^levels = {tile} from {2 * tile} to 256"
+                )
         if self.block is None:
             return
-        if not 2 * tile <= self.block <= 256 or self.block % tile:
-            raise InputError(
-                f"block is {self.block}; allowed: multiples of 2^levels = {tile} from {2 * tile} to 256"
-            )
         if self.overlap is not None and (not tile <= self.overlap < self.block / 2 or self.overlap % tile):
             raise InputError(
                 f"overlap is {self.overlap}; allowed: multiples of 2^levels = {tile} "
                 f"from {tile} to less than half a block ({self.block // 2})"
+            )
+        if self.edge_block is not None and self.overlap is not None and self.edge_block <= 2 * self.overlap:
+            raise InputError(
+                f"edge_block is {self.edge_block}; allowed: more than two overlaps ({2 * self.overlap})"
             )
 
     def _check_scale(self) -> None:

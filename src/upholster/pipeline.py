@@ -16,18 +16,19 @@ from upholster._version import __version__
 from upholster.codec import check_image
 from upholster.errors import FormatError, InputError
 from upholster.files import Outputs, outputs, read_bytes
-from upholster.geometry import Surface, surface_file, surface_from_spec
+from upholster.geometry import Surface, check_same_edges, surface_file, surface_from_spec
 from upholster.image import Material
 from upholster.image.roles import ROLES
 from upholster.image.source import Source, read_source, source_files, source_names, source_parts
 from upholster.methods import Prepared, execute, matched_image, prepare
+from upholster.methods.paper.method import PaperOptions
 from upholster.methods.quilt.method import QuiltOptions
 from upholster.options import SynthesisOptions, WriteOptions, chosen
 from upholster.outputs import Output, TexturedModel, parse_output, write_output
 from upholster.quilt import Quilt, Texels, paint, paint_material
 from upholster.quilt.plans import StripPlan
 from upholster.quilt.warp_field import WarpField
-from upholster.stream import StreamDecoder, check_layout
+from upholster.stream import StreamDecoder, check_layout, on_surface
 from upholster.stream.prefix import Limit, feed_until
 from upholster.types import PixelArray, Progress
 
@@ -52,7 +53,8 @@ class CoverReport:
     parameters
         Everything that was asked for, defaults and seed included.
     settled
-        What was chosen where nothing was asked for, in words: block, sample's size, direction, maps.
+        What was chosen where nothing was asked for, in words: block, sample's size, direction, maps; with
+        method "paper" patches, texels, block, overlap, edge block.
     counts
         Faces, patches, shared edges, charts, texels, placements, edge blocks; maps; of the base colour
         channels and bits per sample.
@@ -102,7 +104,8 @@ def cover(
         itself. Its maps are matched together (by method "paper": the base colour alone), and one quilt paints
         them all.
     on
-        Which surface, see `upholster.surface_from_spec`.
+        Which surface, see `upholster.surface_from_spec`. With method "paper" a sphere is of octants, unless
+        it says otherwise.
     targets
         Files to write, by suffix, none of them one that is read; ``atlas:`` before an image's path writes the
         atlas instead of a picture. With texels of width × height images are the flat texture itself. A
@@ -139,7 +142,7 @@ def cover(
     own = [file for output in wanted for file in output.files()]
     with outputs([*own, *([report] if report else [])], inputs=read) as files:
         with _timed("read", seconds):
-            surface = surface_from_spec(on)
+            surface = surface_from_spec(on, biquadratic=asked.method == "paper")
             _ = surface.shared  # edges that are claimed twice are found now, not after the work
             source = read_source(exemplar, crop=crop, resize=resize)
         parts = source_parts(source)
@@ -210,6 +213,7 @@ def refine(
     targets: Sequence[str],
     *,
     limit: Limit | None = None,
+    on: str | Surface | None = None,
     options: WriteOptions | None = None,
     threads: int | None = None,
     progress: Progress | None = None,
@@ -224,27 +228,35 @@ def refine(
         As for `cover`; a material's maps as far as they have come.
     limit
         How far to read.
+    on
+        Another surface for the same texels, or its text form (see `upholster.surface_from_spec`): it must
+        have the stream's faces, and their edges must meet in the same way. By default the stream's own.
 
     Raises
     ------
     InputError, FormatError
-        If the file is missing, damaged, so short that nothing can be shown, or also a target.
+        If the file is missing, damaged, so short that nothing can be shown, or also a target; or if the other
+        surface does not fit: names the first edge that does not.
     """
     options = options or WriteOptions()
     wanted = [parse_output(target) for target in targets]
-    with outputs([file for output in wanted for file in output.files()], inputs=[stream]) as files:
+    other = [file for file in [isinstance(on, str) and surface_file(on)] if file]
+    with outputs([file for output in wanted for file in output.files()], inputs=[stream, *other]) as files:
         data = read_bytes(stream)
         decoder = StreamDecoder()
         feed_until(decoder, data, limit or Limit())
         if decoder.needed or decoder.surface is None:
             raise FormatError(f"byte {len(data)}: stream is cut; needs {max(1, decoder.needed)} more bytes")
+        surface = decoder.surface if on is None else _other_surface(on, decoder.surface)
         exemplar = _exemplar(decoder)
         roles = tuple(source_parts(exemplar))[1:]
         files.add(file for output in wanted for file in output.maps(roles))
         quilt = decoder.quilt()
         texels, maps = _painted(quilt, exemplar, threads, progress)
         same = data if decoder.complete and not options.recodes else None
-        model = TexturedModel(decoder.surface, texels, options, threads, quilt, exemplar, maps, same)
+        if same is not None and on is not None:
+            same = on_surface(same, surface)
+        model = TexturedModel(surface, texels, options, threads, quilt, exemplar, maps, same)
         written = _written(wanted, model, files, {}, progress)
     known, count = decoder.coefficients_known
     return RefineReport(
@@ -255,6 +267,20 @@ def refine(
         known / count,
         written,
     )
+
+
+def _other_surface(on: str | Surface, before: Surface) -> Surface:
+    """Return the surface that takes the place of a stream's own; `InputError` where it does not fit."""
+    if isinstance(on, Surface):
+        name, surface = on.name or "surface", on
+    else:
+        quadratic = all(max(patch.degree) <= 2 for patch in before.patches)
+        name, surface = on, surface_from_spec(on, biquadratic=quadratic)
+    try:
+        check_same_edges(surface, before)
+    except InputError as error:
+        raise InputError(f"{name} does not fit the stream: {error}") from None
+    return surface
 
 
 def write(
@@ -370,6 +396,8 @@ def _settled(
     found: dict[str, str] = {}
     if isinstance(prepared.options, QuiltOptions):
         found["block"] = f"{prepared.options.block} pixels"
+    if isinstance(prepared.options, PaperOptions):
+        found |= _settled_by_paper(prepared.options, surface)
     if prepared.scale is not None:
         size = prepared.scale.sample_size
         found["sample"] = f"{size:.4g} units wide on a model of {surface.size:.4g}"
@@ -378,6 +406,20 @@ def _settled(
         found["direction"] = prepared.direction
     if roles:
         found["maps"] = ", ".join(("albedo", *roles))
+    return found
+
+
+def _settled_by_paper(options: PaperOptions, surface: Surface) -> dict[str, str]:
+    degrees = sorted({patch.degree for patch in surface.patches})
+    named = " and ".join(f"({m}, {n})" for m, n in degrees)
+    found = {
+        "patches": f"{len(surface.patches)} of degree {named}",
+        "texels": f"{options.chart}x{options.chart} on each",
+        "block": f"{options.block} texels",
+        "overlap": f"{options.overlap} texels",
+    }
+    if options.seams:
+        found["edge block"] = f"{options.edge_block or options.block} texels"
     return found
 
 

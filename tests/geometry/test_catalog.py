@@ -34,6 +34,17 @@ def test_parameters_reach_the_builder() -> None:
     assert len(surface_from_spec("vase:spans=6").patches) == 60
 
 
+def test_bi_quadratic_patches_are_taken_where_the_choice_is_open() -> None:
+    for name, kind in SURFACES.items():
+        if name == "vase":  # its profile is cubic
+            continue
+        patches = surface_from_spec(name, biquadratic=True).patches
+        assert all(max(patch.degree) <= 2 for patch in patches), name
+        assert len(patches) == (8 if name == "sphere" else kind.patches)
+    assert len(surface_from_spec("sphere:r=2", biquadratic=True).patches) == 8
+    assert len(surface_from_spec("sphere:tiling=six", biquadratic=True).patches) == 6
+
+
 def test_files_by_name(tmp_path: Path) -> None:
     path = tmp_path / "my: net, a=b.json"
     write_nets(path, plane())

@@ -64,7 +64,7 @@ def test_a_texel_beyond_the_edge_lies_next_to_the_last_one(name):
 
 
 def layout_of(charts, *strips):
-    return StripLayout(tuple(charts), (64, 64), 16, 4, 4, 2, 2, strips)
+    return StripLayout(tuple(charts), (64, 64), 16, 16, 4, 4, 2, 2, strips)
 
 
 @pytest.mark.parametrize("name", SURFACES)

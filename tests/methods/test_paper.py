@@ -34,18 +34,23 @@ def coefficients(image, levels):
     return np.floor(np.rint(both) / 64 + 0.5)
 
 
-def plain_synthesis(exemplar, charts, shared, options, seed):
-    """Follow the paper in plain NumPy; return the blocks' sources per chart and the edge blocks' in order."""
-    block, overlap, tile = options.block, options.overlap, 2**options.levels
-    working = working_form(exemplar).astype(np.int64) << 6
+def plain_candidates(exemplar, working, block, levels):
+    """Return where blocks lie inside the exemplar on the grid of LLn, and the coefficients of each."""
+    tile = 2**levels
     places = [
         (r, c)
         for r in range(0, exemplar.shape[0] - block + 1, tile)
         for c in range(0, exemplar.shape[1] - block + 1, tile)
     ]
-    features = np.stack(
-        [coefficients(working[r : r + block, c : c + block], options.levels) for r, c in places]
-    )
+    found = [coefficients(working[r : r + block, c : c + block], levels) for r, c in places]
+    return places, np.stack(found)
+
+
+def plain_synthesis(exemplar, charts, shared, options, seed):
+    """Follow the paper in plain NumPy; return the blocks' sources per chart and the edge blocks' in order."""
+    block, overlap, tile = options.block, options.overlap, 2**options.levels
+    working = working_form(exemplar).astype(np.int64) << 6
+    places, features = plain_candidates(exemplar, working, block, options.levels)
     step, n = block - overlap, block // tile
     canvases, blocks = [], []
     for chart, child in zip(charts, np.random.SeedSequence(seed).spawn(len(charts)), strict=True):
@@ -79,7 +84,9 @@ def plain_synthesis(exemplar, charts, shared, options, seed):
                 there[:] = (there * (256 - weight) + new * weight + 128) >> 8
         canvases.append(canvas)
         blocks.append(chosen)
-    edges = [PlainEdge(strip_along(edge, charts, block), charts) for edge in shared]
+    edge_block = options.edge_block or block
+    places, features = plain_candidates(exemplar, working, edge_block, options.levels)
+    edges = [PlainEdge(strip_along(edge, charts, edge_block), charts) for edge in shared]
     mended = []
     for members in color_classes([(edge.chart_a, edge.chart_b) for edge in edges]):
         for edge in (edges[m] for m in members):
@@ -101,7 +108,8 @@ class PlainEdge:
 
 
 def plain_edge(edge, canvases, charts, working, features, places, options):
-    block, overlap, half, cell = options.block, options.overlap, options.block // 2, 2**options.levels // 2
+    block = options.edge_block or options.block
+    overlap, half, cell = options.overlap, block // 2, 2**options.levels // 2
     side = block // cell
     step, found = block - overlap, []
     starts = [min(k * step, edge.length - block) for k in range(-(-(edge.length - overlap) // step))]
@@ -186,8 +194,10 @@ def turned_pair():
         (PaperOptions(), 72),
         (PaperOptions(block=16, overlap=4, levels=2), 50),
         (PaperOptions(block=24, overlap=8, levels=3), 64),
+        (PaperOptions(block=40, edge_block=24), 72),
+        (PaperOptions(block=16, overlap=4, levels=2, edge_block=24), 50),
     ],
-    ids=["paper", "two levels", "block 24"],
+    ids=["paper", "two levels", "block 24", "smaller edge blocks", "larger edge blocks"],
 )
 def test_follows_the_paper_step_by_step(surface, options, size):
     exemplar = texture()
@@ -201,6 +211,7 @@ def test_follows_the_paper_step_by_step(surface, options, size):
         assert [
             (r // 16 - half, c // 16 - half) for r, c in ours[["source_row", "source_column"]].tolist()
         ] == plain
+    half = (options.edge_block or options.block) // 2
     edge = quilt.on_chart(surface.shared[0].patch)
     edge = edge[edge["mask"] == MASK_CUT]
     assert len(edge) == len(mended) > 1

@@ -110,9 +110,10 @@ def coded_masks(data: Any, shapes: Any) -> Any:
 
 def _strips(reader: Any, sources: Any, masks: Any, charts: Any, exemplar: Any) -> Any:
     block, overlap, tile = reader.varint(), reader.varint(), 2 ** reader.byte()
-    strips, cell, feather = [], 0, 0
+    strips, cell, feather, edge = [], 0, 0, block
     count = reader.varint()
     if count:
+        edge = reader.varint()
         cell, feather = reader.byte(), reader.byte()
     for _ in range(count):
         head, a, b = reader.byte(), reader.varint(), reader.varint()
@@ -122,19 +123,21 @@ def _strips(reader: Any, sources: Any, masks: Any, charts: Any, exemplar: Any) -
             start, length, other = reader.varint(), reader.varint(), reader.varint()
         strips.append((edge_a, edge_b, opposed, a, b, start, length, other))
     reader.end()
-    step, half, side = block - overlap, block // 2, block // cell if cell else 0
+    step, half, side = block - overlap, block // 2, edge // cell if cell else 0
 
-    def n(x: Any) -> Any:
-        return max(1, -(-(x - overlap) // step))
+    def n(x: Any, size: Any = block) -> Any:
+        return max(1, -(-(x - overlap) // (size - overlap)))
 
-    rows, columns = ((size - block) // tile + 1 for size in exemplar)
+    grids = [[(length - size) // tile + 1 for length in exemplar] for size in (block, edge)]
     runs = [(n(height) * n(width), n(width), 0) for height, width in charts]
-    runs += [(n(s[6]), 1 if s[0] in (1, 3) else n(s[6]), 1) for s in strips]
-    chosen = iter(strip_sources(sources, runs, max(1, step // tile), (rows, columns)))
+    runs += [(n(s[6], edge), 1 if s[0] in (1, 3) else n(s[6], edge), 1) for s in strips]
+    jumps = [max(1, (size - overlap) // tile) for size in (block, edge)]
+    chosen = iter(strip_sources(sources, runs, jumps, grids))
 
-    def source() -> Any:
-        i, j = divmod(next(chosen), columns)
-        return 16 * (i * tile + half), 16 * (j * tile + half)
+    def source(strip: Any = 0) -> Any:
+        i, j = divmod(next(chosen), grids[strip][1])
+        middle = (half, edge // 2)[strip]
+        return 16 * (i * tile + middle), 16 * (j * tile + middle)
 
     on_chart: list[list[Any]] = [[] for _ in charts]
     for chart, (height, width) in enumerate(charts):
@@ -146,21 +149,21 @@ def _strips(reader: Any, sources: Any, masks: Any, charts: Any, exemplar: Any) -
                 )
     shapes = []
     for s in strips:
-        shapes += [(side, side, (k == 0) + 2 * (k == n(s[6]) - 1)) for k in range(n(s[6]))]
+        shapes += [(side, side, (k == 0) + 2 * (k == n(s[6], edge) - 1)) for k in range(n(s[6], edge))]
     coded = coded_masks(masks, shapes) if shapes else []
     for s in strips:
         pairs = []
-        for k in range(n(s[6])):
-            along = s[5] + min(k * step, s[6] - block) + half
+        for k in range(n(s[6], edge)):
+            along = s[5] + min(k * (edge - overlap), s[6] - edge) + edge // 2
             line = (0, charts[s[3]][1], charts[s[3]][0], 0)[s[0]]
             centre = (along, line) if s[0] in (1, 3) else (line, along)
             mask = [coded[i * side : (i + 1) * side] for i in range(side)]
             coded = coded[side * side :]
             if s[0] in (0, 2):
                 mask = [list(row) for row in zip(*mask, strict=True)]
-            one = _block(s[3], centre, block, source())
+            one = _block(s[3], centre, edge, source(1))
             one |= {"mask": 2, "mask_cell": cell, "feather": feather}
-            pairs.append((one | {"cells": mask}, _seen_from_b(one, mask, s, charts, block, cell)))
+            pairs.append((one | {"cells": mask}, _seen_from_b(one, mask, s, charts, edge, cell)))
         on_chart[s[3]] += [a for a, _ in pairs]
         on_chart[s[4]] += [b for _, b in pairs]
     placed, cells = [one for part in on_chart for one in part], []
@@ -226,12 +229,12 @@ def _seen_from_b(one: Any, mask: Any, strip: Any, charts: Any, block: Any, cell:
     raise AssertionError("no symmetry fits")
 
 
-def strip_sources(data: Any, runs: Any, jump: Any, grid: Any) -> Any:
+def strip_sources(data: Any, runs: Any, jumps: Any, grids: Any) -> Any:
     """Section 5.2: candidates of runs (blocks, blocks across, 1 for strips)."""
     coder = PlainCoder(data, 18022, 255)
-    rows, columns = grid
     out = []
     for count, across, strip in runs:
+        jump, (rows, columns) = jumps[strip], grids[strip]
         found: list[int] = []
         modes: list[int] = []
         for n in range(count):

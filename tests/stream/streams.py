@@ -36,6 +36,7 @@ def covered(
     overlap: Any = 4,
     seams: Any = True,
     seed: Any = 3,
+    edge_block: Any = None,
 ) -> Any:
     """A surface, a quilt by method "paper", and its exemplar."""
     surface, exemplar = surface_from_spec(spec), noise()
@@ -48,6 +49,7 @@ def covered(
         levels=levels,
         seams=seams,
         seed=seed,
+        edge_block=edge_block,
         method="paper",
     )
     return surface, quilt, exemplar
@@ -219,14 +221,17 @@ def stream(name: Any) -> Any:
         return encode_stream(*leaning(spec="cone", texels=8_000))
     if name == "paper":
         return encode_stream(*covered())
+    if name == "edge blocks":
+        return encode_stream(*covered("sphere", block=24, edge_block=12))
     if name == "no seams":
         return encode_stream(*covered("sphere", seams=False))
     surface, quilt, exemplar = covered("cylinder")
     return encode_stream(surface, changed(quilt), exemplar, lossless=True)
 
 
-STREAMS = ("paper", "no seams", "list", "quilt", "bent", "maps", "leaning", "any grids")
-"""Strips with and without edges, lists with and without fields, grids, several maps, centre matrices."""
+STREAMS = ("paper", "edge blocks", "no seams", "list", "quilt", "bent", "maps", "leaning", "any grids")
+"""Strips with edges, with edge blocks of a size of their own, and without edges; lists with and without
+fields, grids, several maps, centre matrices."""
 
 
 def same_fields(a: Any, b: Any) -> Any:

@@ -67,6 +67,17 @@ def test_quilts_of_method_paper_come_back_exactly_and_are_told_compactly(spec: A
     assert same(quilt, again)
 
 
+@pytest.mark.parametrize(("block", "edge_block"), [(24, 16), (16, 24), (28, 12)])
+def test_edge_blocks_of_their_own_size_come_back_exactly(block: Any, edge_block: Any) -> None:
+    _, quilt, _ = covered("sphere", 52, block, edge_block=edge_block)
+    edges = quilt.placements["mask"] == MASK_CUT
+    assert (quilt.placements["height"] == np.where(edges, edge_block, block)).all()
+    again, kind = back(quilt)
+    assert kind == STRIPS
+    assert isinstance(again.plan, StripPlan)
+    assert same(quilt, again)
+
+
 @pytest.mark.parametrize("shape", [(48, 16), (16, 48), (16, 16), (17, 300)])
 def test_exemplars_with_few_candidates(shape: Any) -> None:
     surface = covered("cylinder")[0]
@@ -415,9 +426,10 @@ def test_placements_outside_chart_or_exemplar_are_refused() -> None:
         (b"\3" + b"\x80\x80\x20" * 4 + b"\0", "plan has 2097152 placements"),
         (b"\1\x41\4\2\0", "byte 1: block is 65; allowed: 2 to 32"),
         (b"\1\x10\x08\2\0", "byte 2: overlap is 8; allowed: 1 to 7"),
-        (b"\1\x10\4\2\1\3\2\0\0\0", "byte 7: cell is 3"),
-        (b"\1\x10\4\2\1\2\2\0\0\x09", "byte 9: chart is 9"),
-        (b"\1\x10\4\2\1\2\2\x20\0\1\0\x41\0", "byte 11: length of a strip is 65"),
+        (b"\1\x10\4\2\1\x08\2\2\0\0\0", "byte 5: edge block is 8; allowed: 9 to 32"),
+        (b"\1\x10\4\2\1\x10\3\2\0\0\0", "byte 8: cell is 3"),
+        (b"\1\x10\4\2\1\x10\2\2\0\0\x09", "byte 10: chart is 9"),
+        (b"\1\x10\4\2\1\x10\2\2\x20\0\1\0\x41\0", "byte 12: length of a strip is 65"),
         (b"\1\x10\4\2\0!", "byte 5: 1 bytes too many in plan"),
         (b"\0" + b"\x80\x80\x20" * 4 + b"\0", "plan has 2097152 placements"),
     ],

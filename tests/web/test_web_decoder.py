@@ -170,6 +170,7 @@ def _streams() -> Any:
     for spec in ("cylinder", "sphere:tiling=octants", "torus:spans=6x4", "cone:r1=2", "plane:spans=2x3"):
         surface, quilt, exemplar = covered(spec, chart=40)
         yield encode_stream(surface, quilt, exemplar)
+    yield encode_stream(*covered("torus:spans=6x4", chart=40, block=16, edge_block=24))
     surface, quilt, _ = covered("vase", chart=32, overlap=6, levels=1)
     yield encode_stream(surface, quilt, noise(dtype=np.uint16, channels=1, seed=1))
     surface, quilt, _ = covered("ellipsoid", chart=33, block=12, overlap=2, levels=1, seams=False)

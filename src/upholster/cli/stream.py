@@ -26,6 +26,13 @@ def refine(
         ),
     ],
     *,
+    on: Annotated[
+        str | None,
+        typer.Option(
+            metavar="SURFACE",
+            help="Another surface for the same texels, as for `cover`; its patches must meet alike.",
+        ),
+    ] = None,
     most_bytes: Annotated[
         str | None, typer.Option("--bytes", metavar="N", help="Use only the first N bytes: 8000, 8k, 8Ki.")
     ] = None,
@@ -44,7 +51,7 @@ def refine(
     limit = Limit(byte_count("bytes", most_bytes), bpp, share("coefficients", coefficients))
     uses = ["refine model", "refine picture", "refine paper", "refine material"]
     with progress_bars(quiet, uses) as progress:
-        done = run(stream, output, limit=limit, options=writing, threads=threads, progress=progress)
+        done = run(stream, output, limit=limit, on=on, options=writing, threads=threads, progress=progress)
     if not quiet:
         written = ", ".join(f"{name} ({in_bytes(count)})" for name, count in done.written.items())
         state = "complete" if done.complete else f"of {in_bytes(done.total)}, incomplete"

@@ -13,6 +13,7 @@ from upholster.geometry.face import Face, grid_face
 from upholster.geometry.face_seams import FaceSeam
 from upholster.geometry.files import read_bpt, read_nets, read_surface, write_nets
 from upholster.geometry.joining import join_patches
+from upholster.geometry.matching_edges import check_same_edges
 from upholster.geometry.patch import RationalPatch
 from upholster.geometry.plane import plane
 from upholster.geometry.revolution import cone, cylinder, ellipsoid, revolve, vase
@@ -30,6 +31,7 @@ __all__ = [
     "Surface",
     "SurfaceKind",
     "SurfaceParameter",
+    "check_same_edges",
     "cone",
     "cylinder",
     "ellipsoid",

@@ -1,8 +1,8 @@
 """The built-in surfaces by name, and the text form of a surface: ``torus:R=2,r=0.7`` or a file's name."""
 
 import re
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 
 from upholster.errors import InputError, nearest
 from upholster.geometry.cyclide import ring_cyclide, torus
@@ -66,13 +66,28 @@ class SurfaceParameter:
 
 @dataclass(frozen=True, slots=True)
 class SurfaceKind:
-    """A built-in surface: its name, one line about it, parameters, patches at the defaults, builder."""
+    """A built-in surface.
+
+    Attributes
+    ----------
+    name, description
+        Its name, and one line about it.
+    parameters
+        All of them.
+    patches
+        How many it has at the defaults.
+    build
+        The builder.
+    biquadratic
+        Other defaults, by which its patches are bi-quadratic at most; empty where there are none.
+    """
 
     name: str
     description: str
     parameters: tuple[SurfaceParameter, ...]
     patches: int
     build: Callable[..., Surface]
+    biquadratic: Mapping[str, str] = field(default_factory=dict)
 
 
 def _length(name: str, default: float, meaning: str, allowed: str = LENGTH) -> SurfaceParameter:
@@ -116,11 +131,16 @@ SURFACES: dict[str, SurfaceKind] = {
             (
                 _length("r", 1.0, "radius"),
                 SurfaceParameter(
-                    "tiling", "six", "six, octants", "", "six bi-quartic or eight bi-quadratic patches"
+                    "tiling",
+                    "six",
+                    "six, octants",
+                    "",
+                    "six bi-quartic or eight bi-quadratic patches; octants by default with method paper",
                 ),
             ),
             6,
             sphere,
+            {"tiling": "octants"},
         ),
         SurfaceKind(
             "plane",
@@ -182,7 +202,7 @@ def surface_file(text: str) -> str | None:
     return text if text.lower().endswith(SURFACE_SUFFIXES) else None
 
 
-def surface_from_spec(text: str) -> Surface:
+def surface_from_spec(text: str, *, biquadratic: bool = False) -> Surface:
     """Make a surface from its text form.
 
     Parameters
@@ -191,6 +211,9 @@ def surface_from_spec(text: str) -> Surface:
         ``name`` or ``name:parameter=value,parameter=value`` of a built-in surface (`SURFACES`), such as
         ``cyclide:a=6,c=2,mu=3,spans=4x4``; or the name of a file that ends in ``.json``, ``.bpt`` or
         ``.bpt.txt``.
+    biquadratic
+        Whether to take bi-quadratic patches, as the paper does, where the text leaves the choice open: the
+        sphere is then of eight octants, not of six bi-quartic patches.
 
     Raises
     ------
@@ -211,6 +234,7 @@ def surface_from_spec(text: str) -> Surface:
     kind = SURFACES[name]
     known = {parameter.name: parameter for parameter in kind.parameters}
     values: dict[str, str] = {}
+    defaults = dict(kind.biquadratic) if biquadratic else {}
     for part in rest.split(",") if colon else []:
         key, equals, value = part.partition("=")
         key = key.strip()
@@ -222,6 +246,6 @@ def surface_from_spec(text: str) -> Surface:
             raise InputError(f"{name}: {key} is given twice; allowed: once")
         values[key] = value.strip()
     try:
-        return kind.build(**{key: known[key].parse(value) for key, value in values.items()})
+        return kind.build(**{key: known[key].parse(value) for key, value in (defaults | values).items()})
     except InputError as error:
         raise InputError(f"{name}: {error}") from None

@@ -2,6 +2,7 @@
 
 from upholster.stream.describe import ChunkRow, Description, Readable, describe
 from upholster.stream.reader import StreamDecoder, read_stream
+from upholster.stream.surface_swap import on_surface
 from upholster.stream.writer import check_layout, encode_stream
 
 __all__ = [
@@ -12,5 +13,6 @@ __all__ = [
     "check_layout",
     "describe",
     "encode_stream",
+    "on_surface",
     "read_stream",
 ]

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from upholster.errors import FormatError
 from upholster.stream.byte_reader import ByteReader, varint
 
-__all__ = ["MAGIC", "MAX_FILE", "VERSION", "Chunk", "ChunkReader", "header", "pack_chunk"]
+__all__ = ["MAGIC", "MAX_FILE", "VERSION", "Chunk", "ChunkReader", "assembled", "header", "pack_chunk"]
 
 MAGIC = b"uph"
 VERSION = 0
@@ -25,6 +25,16 @@ def pack_chunk(tag: str, payload: bytes) -> bytes:
     """Return a chunk; its CRC-32 is over everything before it."""
     body = tag.encode("ascii") + varint(len(payload)) + payload
     return body + _CRC.pack(zlib.crc32(body))
+
+
+def assembled(head: list[bytes], rest: list[bytes]) -> bytes:
+    """Return a file of chunks: those that a first view takes, and the rest."""
+    # The header tells lengths that include its own.
+    view, total = sum(map(len, head)), sum(map(len, head + rest))
+    length = 0
+    while len(found := header(total + length, view + length)) != length:
+        length = len(found)
+    return b"".join([found, *head, *rest])
 
 
 @dataclass(slots=True)

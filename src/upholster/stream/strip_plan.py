@@ -38,11 +38,16 @@ def encode_strips(plan: StripPlan) -> tuple[bytes, bytes, bytes]:
             modes,
             (start, end),
             kernels.Run(start, across, strip),
-            kernels.CandidateGrid(*layout.candidates, max(1, layout.step // layout.tile)),
+            _candidates(layout, strip),
             True,
         )
     masks = encode_cells(plan.masks, _mask_runs(layout))
     return bytes([STRIPS]) + _layout_bytes(layout), writer.finish(), masks
+
+
+def _candidates(layout: StripLayout, strip: int) -> kernels.CandidateGrid:
+    block = layout.edge_block if strip else layout.block
+    return kernels.CandidateGrid(*layout.candidates(block), max(1, (block - layout.overlap) // layout.tile))
 
 
 def _layout_bytes(layout: StripLayout) -> bytes:
@@ -50,7 +55,7 @@ def _layout_bytes(layout: StripLayout) -> bytes:
     out = [varint(layout.block), varint(layout.overlap), bytes([layout.tile.bit_length() - 1])]
     out += [varint(len(layout.strips))]
     if layout.strips:
-        out += [bytes([layout.mask_cell, layout.feather])]
+        out += [varint(layout.edge_block), bytes([layout.mask_cell, layout.feather])]
     for strip in layout.strips:
         partial = not _is_whole(layout, strip)
         head = strip.edge_a | strip.edge_b << 2 | _OPPOSED * strip.opposed | _PARTIAL * partial
@@ -69,15 +74,19 @@ def _parse_layout(
     reader: ByteReader, charts: tuple[Chart, ...], exemplar_shape: tuple[int, int]
 ) -> StripLayout:
     # Read back, checked that it fits charts and exemplar.
-    block = reader.varint("block", min(MOST_BLOCK, *exemplar_shape), 2)
+    most = min(MOST_BLOCK, *exemplar_shape)
+    block = edge_block = reader.varint("block", most, 2)
     overlap = reader.varint("overlap", (block - 1) // 2, 1)
     tile = 1 << reader.byte("levels", 6)
     cell = feather = 0
     count = reader.varint("number of strips", MOST_STRIPS)
     if count:
+        edge_block = reader.varint("edge block", most, 2 * overlap + 1)
         cell, feather = reader.byte("cell"), reader.byte("feather", MOST_FEATHER)
-        if cell == 0 or block % cell or block % 2:
-            raise reader.error(f"cell is {cell}; allowed: divisors of the block, {block}, which is even")
+        if cell == 0 or edge_block % cell or edge_block % 2:
+            raise reader.error(
+                f"cell is {cell}; allowed: divisors of the edge block, {edge_block}, which is even"
+            )
     strips = []
     for _ in range(count):
         head = reader.byte("strip", 63)
@@ -90,12 +99,13 @@ def _parse_layout(
             start = reader.varint("start of a strip", long_a)
             length = reader.varint("length of a strip", long_a - start)
             other = reader.varint("start of a strip on its other chart", long_b)
-        if length < block or other + length > long_b:
+        if length < edge_block or other + length > long_b:
             raise reader.error(
-                f"strip of {length} texels at {other}; allowed: a block, {block}, to what fits {long_b}"
+                f"strip of {length} texels at {other}; "
+                f"allowed: an edge block, {edge_block}, to what fits {long_b}"
             )
         strips.append(Strip(a, b, edge_a, edge_b, bool(head & _OPPOSED), start, length, other))
-    return StripLayout(charts, exemplar_shape, block, overlap, tile, cell, feather, tuple(strips))
+    return StripLayout(charts, exemplar_shape, block, edge_block, overlap, tile, cell, feather, tuple(strips))
 
 
 def _mask_runs(layout: StripLayout) -> list[MaskRun]:
@@ -180,7 +190,7 @@ class StripDecoder:
                 self._modes,
                 (self.known, stop),
                 kernels.Run(first, across, strip),
-                kernels.CandidateGrid(*self.layout.candidates, max(1, self.layout.step // self.layout.tile)),
+                _candidates(self.layout, strip),
                 False,
             )
             if known < 0:

@@ -7,7 +7,7 @@ from upholster.errors import InputError
 from upholster.geometry import Surface
 from upholster.quilt import Chart, Quilt
 from upholster.quilt.warp_field import WarpField
-from upholster.stream.chunks import header, pack_chunk
+from upholster.stream.chunks import assembled, pack_chunk
 from upholster.stream.first_view import check_tiles, scale_of
 from upholster.stream.layout import pack_layout
 from upholster.stream.maps import MAX_MAP_SAMPLES, check_roles, interleaved, pack_role
@@ -107,7 +107,7 @@ def encode_stream(
         payload = payload[: int(len(payload) * share)] if streams else payload[:room]
         streams = {role: stream[: int(len(stream) * share)] for role, stream in streams.items()}
     start = [pack_chunk("D", payload[:first_part])] if payload[:first_part] else []
-    return _assembled(head, [*start, *rest, *interleaved(payload[first_part:], streams)])
+    return assembled(head, [*start, *rest, *interleaved(payload[first_part:], streams)])
 
 
 def check_layout(
@@ -147,12 +147,3 @@ def _check_maps(quilt: Quilt, exemplar: PixelArray, maps: Mapping[str, PixelArra
     samples = exemplar.size + sum(image.size for image in maps.values())
     if samples > MAX_MAP_SAMPLES:
         raise InputError(f"maps have {samples} samples; allowed: {MAX_MAP_SAMPLES} in a stream")
-
-
-def _assembled(head: list[bytes], rest: list[bytes]) -> bytes:
-    # The header tells lengths that include its own.
-    view, total = sum(map(len, head)), sum(map(len, head + rest))
-    length = 0
-    while len(found := header(total + length, view + length)) != length:
-        length = len(found)
-    return b"".join([found, *head, *rest])

@@ -18,18 +18,35 @@ const MIXERS = 20
 const LIMIT = 255
 const NO_MODE = 3
 
+/** Blocks of a size: their distance, and their candidates, rows × columns of them, every `tile` pixels. */
+class Blocks {
+  constructor(block, overlap, tile, { height, width }) {
+    Object.assign(this, { block, overlap, tile, step: block - overlap, half: block >> 1 })
+    this.rows = Math.floor((height - block) / tile) + 1
+    this.columns = Math.floor((width - block) / tile) + 1
+    this.jump = Math.max(1, Math.floor(this.step / tile))
+  }
+
+  along(length) {
+    return Math.max(1, ceilDivide(length - this.overlap, this.step))
+  }
+
+  /** Where a block of a candidate has its centre. */
+  source(candidate) {
+    const { columns, tile, half } = this
+    return [16 * (Math.floor(candidate / columns) * tile + half), 16 * ((candidate % columns) * tile + half)]
+  }
+}
+
 export class StripPlan extends Plan {
   constructor(reader, charts, exemplar) {
     super(charts, exemplar)
-    this.block = reader.varint('block', Math.min(256, exemplar.height, exemplar.width), 2)
-    this.overlap = reader.varint('overlap', (this.block - 1) >> 1, 1)
-    this.step = this.block - this.overlap
-    this.half = this.block >> 1
-    // Candidates: rows × columns of them, every `tile` pixels.
-    this.tile = 2 ** reader.u8('levels', 6)
-    this.rows = Math.floor((exemplar.height - this.block) / this.tile) + 1
-    this.columns = Math.floor((exemplar.width - this.block) / this.tile) + 1
-    this.strips = this.#parseStrips(reader)
+    const most = Math.min(256, exemplar.height, exemplar.width)
+    const block = reader.varint('block', most, 2)
+    const overlap = reader.varint('overlap', (block - 1) >> 1, 1)
+    const tile = 2 ** reader.u8('levels', 6)
+    this.blocks = new Blocks(block, overlap, tile, exemplar)
+    this.strips = this.#parseStrips(reader, most, exemplar)
     reader.end('plan')
     this.#countBlocks(reader)
     this.known = 0
@@ -39,21 +56,23 @@ export class StripPlan extends Plan {
     this.sourceSteps = this.#decodeSources((what) => reader.fail(what))
   }
 
-  #parseStrips(reader) {
-    const { charts, block } = this
+  #parseStrips(reader, most, exemplar) {
+    const { overlap, tile } = this.blocks
     const count = reader.varint('number of strips', 4 * MAX_PATCHES)
     this.maskCell = 0
     this.side = 0 // cells along a side of a mask
     if (count) {
+      const block = reader.varint('edge block', most, 2 * overlap + 1)
+      this.edgeBlocks = new Blocks(block, overlap, tile, exemplar)
       this.maskCell = reader.u8('cell')
       this.feather = reader.u8('feather', 16)
       if (!this.maskCell || block % this.maskCell || block % 2) {
-        reader.fail(`cell is ${this.maskCell}; allowed: divisors of the block, ${block}, which is even`)
+        reader.fail(`cell is ${this.maskCell}; allowed: divisors of the edge block, ${block}, which is even`)
       }
       this.side = block / this.maskCell
     }
     if (3 * count > reader.left) reader.fail(`${count} strips take more bytes than are left`)
-    return range(count).map(() => this.#parseStrip(reader, charts, block))
+    return range(count).map(() => this.#parseStrip(reader, this.charts, this.edgeBlocks.block))
   }
 
   #parseStrip(reader, charts, block) {
@@ -69,7 +88,7 @@ export class StripPlan extends Plan {
       otherStart = reader.varint('start of a strip on its other chart', lengthB)
     }
     if (length < block || otherStart + length > lengthB) {
-      reader.fail(`strip of ${length} texels at ${otherStart}; allowed: a block, ${block}, to what fits ${lengthB}`)
+      reader.fail(`strip of ${length} texels at ${otherStart}; allowed: an edge block, ${block}, to what fits ${lengthB}`)
     }
     return new Strip({ a, b, edgeA, edgeB, opposed, start, length, otherStart }, charts)
   }
@@ -79,11 +98,11 @@ export class StripPlan extends Plan {
     this.starts = [0]
     this.maskStarts = [0]
     for (const { height, width } of this.charts) {
-      this.starts.push(this.starts.at(-1) + this.#blocksAlong(height) * this.#blocksAlong(width))
+      this.starts.push(this.starts.at(-1) + this.blocks.along(height) * this.blocks.along(width))
     }
     this.stripsOf = new Map()
     this.strips.forEach((strip, n) => {
-      const count = this.#blocksAlong(strip.length)
+      const count = this.edgeBlocks.along(strip.length)
       this.starts.push(this.starts.at(-1) + count)
       this.maskStarts.push(this.maskStarts.at(-1) + count * this.side ** 2)
       for (const chart of new Set([strip.a, strip.b])) {
@@ -95,10 +114,6 @@ export class StripPlan extends Plan {
     this.totalCells = reader.within(this.maskStarts.at(-1), 'number of cells', 0, MAX_MASK_CELLS / 2)
   }
 
-  #blocksAlong(length) {
-    return Math.max(1, ceilDivide(length - this.overlap, this.step))
-  }
-
   // ---------------------------------------------------------------- sources
 
   *#decodeSources(fail) {
@@ -106,13 +121,14 @@ export class StripPlan extends Plan {
     for (let run = 0; run + 1 < starts.length; run++) {
       const isStrip = run < charts.length ? 0 : 1
       const count = starts[run + 1] - starts[run]
-      let across = isStrip ? 1 : this.#blocksAlong(charts[run].width)
+      const kind = isStrip ? this.edgeBlocks : this.blocks
+      let across = isStrip ? 1 : kind.along(charts[run].width)
       if (isStrip && !strips[run - charts.length].isUpright) across = count
       for (let n = 0; n < count; n++) {
         const block = starts[run] + n
-        const near = this.#neighbours(block, n % across ? block - 1 : -1, n >= across ? block - across : -1)
+        const near = this.#neighbours(block, n % across ? block - 1 : -1, n >= across ? block - across : -1, kind)
         let candidate = yield* this.#decodeFollowing(block, near, isStrip)
-        if (candidate < 0) candidate = yield* this.#decodeCandidate(block, near, isStrip, fail)
+        if (candidate < 0) candidate = yield* this.#decodeCandidate(block, near, isStrip, kind, fail)
         this.chosen[block] = candidate
         this.known++
       }
@@ -121,9 +137,8 @@ export class StripPlan extends Plan {
   }
 
   /** Candidates and modes of the blocks to the left and above, and the candidates that would continue them. */
-  #neighbours(block, leftBlock, topBlock) {
-    const { chosen, modes, rows, columns } = this
-    const jump = Math.max(1, Math.floor(this.step / this.tile))
+  #neighbours(block, leftBlock, topBlock, { jump, rows, columns }) {
+    const { chosen, modes } = this
     const [left, top] = [leftBlock < 0 ? -1 : chosen[leftBlock], topBlock < 0 ? -1 : chosen[topBlock]]
     const leftMode = leftBlock < 0 ? NO_MODE : modes[leftBlock]
     const topMode = topBlock < 0 ? NO_MODE : modes[topBlock]
@@ -152,8 +167,8 @@ export class StripPlan extends Plan {
   }
 
   /** A candidate's row, then its column, bit by bit. */
-  *#decodeCandidate(block, { left, top, onward, downward }, isStrip, fail) {
-    const { sources, rows, columns } = this
+  *#decodeCandidate(block, { left, top, onward, downward }, isStrip, { rows, columns }, fail) {
+    const { sources } = this
     const { input } = sources
     const guessed = ((isStrip * 2 + (onward >= 0 ? 1 : 0)) * 2 + (downward >= 0 ? 1 : 0)) * 2
     const place = [0, 0]
@@ -184,7 +199,7 @@ export class StripPlan extends Plan {
 
   *decodeMasks() {
     for (const { a, b, length } of this.strips) {
-      const count = this.#blocksAlong(length)
+      const count = this.edgeBlocks.along(length)
       for (let n = 0; n < count; n++) {
         yield* decodeMask(this, { rows: this.side, columns: this.side }, (n === 0 ? 1 : 0) + (n === count - 1 ? 2 : 0))
         this.changed.add(a).add(b)
@@ -196,13 +211,14 @@ export class StripPlan extends Plan {
 
   /** The placements of a chart whose sources have come, in painting order; edge blocks come with their masks. */
   placements(chart) {
-    const { block, overlap, step, half, chosen, starts } = this
+    const { chosen, starts } = this
+    const { block, overlap, step, half } = this.blocks
     const placements = []
-    const across = this.#blocksAlong(this.charts[chart].width)
+    const across = this.blocks.along(this.charts[chart].width)
     const shared = { height: block, width: block, symmetry: 0, ramp: overlap }
     for (let n = 0; n < starts[chart + 1] - starts[chart]; n++) {
       const [r, c] = [Math.floor(n / across), n % across]
-      const [sourceRow, sourceColumn] = this.#source(chosen[starts[chart] + n])
+      const [sourceRow, sourceColumn] = this.blocks.source(chosen[starts[chart] + n])
       const [row, column, mask] = [r * step + half, c * step + half, n ? MASK_RAMP : MASK_NONE]
       placements.push({ ...shared, row, column, mask, sides: (r ? 1 : 0) + (c ? 2 : 0), sourceRow, sourceColumn })
     }
@@ -227,24 +243,19 @@ export class StripPlan extends Plan {
     return { ...placement, cells, window }
   }
 
-  /** Where a block of a candidate has its centre. */
-  #source(candidate) {
-    const { columns, tile, half } = this
-    return [16 * (Math.floor(candidate / columns) * tile + half), 16 * ((candidate % columns) * tile + half)]
-  }
-
   /** The blocks of a strip whose cells are known. */
   #stripBlocks(index) {
-    const { block, side, step } = this
+    const { side, edgeBlocks } = this
+    const { block, step, half } = edgeBlocks
     const { start, length } = this.strips[index]
     const area = side * side
     const first = this.starts[this.charts.length + index]
     const known = Math.floor((this.knownCells - this.maskStarts[index]) / area)
-    return range(clamp(known, 0, this.#blocksAlong(length))).map((n) => {
-      const [sourceRow, sourceColumn] = this.#source(this.chosen[first + n])
+    return range(clamp(known, 0, edgeBlocks.along(length))).map((n) => {
+      const [sourceRow, sourceColumn] = edgeBlocks.source(this.chosen[first + n])
       return {
         ...{ height: block, width: block, mask: MASK_CUT, maskCell: this.maskCell, feather: this.feather },
-        along: start + Math.min(n * step, length - block) + this.half,
+        along: start + Math.min(n * step, length - block) + half,
         sourceRow,
         sourceColumn,
         cells: this.cells.subarray(this.maskStarts[index] + n * area, this.maskStarts[index] + (n + 1) * area),

@@ -21,7 +21,7 @@ def strip_along(edge: SharedEdge, charts: Sequence[Chart], block: int) -> Strip 
     charts
         Chart n covers the whole of patch n.
     block
-        Side of a block in texels.
+        Side of an edge block in texels.
     """
     long_a = edge_length(charts[edge.patch], edge.edge)
     long_b = edge_length(charts[edge.other_patch], edge.other_edge)

@@ -7,7 +7,7 @@ against.
 
 import logging
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -43,6 +43,8 @@ class PaperOptions(SynthesisOptions):
     ----------
     block
         Side of a block in texels. The paper's edge blocks are 32; 64 is the other reading of its section 4.3.
+    edge_block
+        Side of an edge block in texels; None is that of a block.
     overlap
         Width in texels of the overlap with the block before.
     """
@@ -67,11 +69,11 @@ def synthesize_paper(
     Parameters
     ----------
     exemplar
-        (H, W, C) uint8, uint16 or float32, at least one block each way.
+        (H, W, C) uint8, uint16 or float32, at least one block and one edge block each way.
     surface
         The surface: its shared edges are repaired.
     charts
-        One chart per patch, in order, each at least a block each way.
+        One chart per patch, in order, each at least a block and an edge block each way.
     options
         Parameters of the method.
     seed
@@ -82,7 +84,7 @@ def synthesize_paper(
     Raises
     ------
     InputError
-        If the exemplar or a chart is smaller than a block.
+        If the exemplar or a chart is smaller than a block or an edge block.
 
     References
     ----------
@@ -90,14 +92,7 @@ def synthesize_paper(
     rational Bézier patches, sections 4.1 to 4.4.
     """
     options = options or PaperOptions()
-    for name, (height, width) in [
-        ("exemplar", exemplar.shape[:2]),
-        *((f"chart {n}", (chart.height, chart.width)) for n, chart in enumerate(charts)),
-    ]:
-        if min(height, width) < options.block:
-            raise InputError(
-                f"{name} is {width}×{height}; allowed: at least a block ({options.block}) each way"
-            )
+    _check_room(exemplar, charts, options)
     if not 0 <= seed < 2**63:
         raise InputError(f"seed is {seed}; allowed: 0 to 2^63 - 1")
     candidates = Candidates.of(exemplar, block=options.block, levels=options.levels)
@@ -118,18 +113,33 @@ def synthesize_paper(
     )
     masks: list[NDArray[np.uint8]] = []
     if canvases is not None:
-        strips, masks = _mend_seams(layout, classes, canvases, candidates, threads, progress)
+        at_edges = replace(candidates, block=layout.edge_block)
+        strips, masks = _mend_seams(layout, classes, canvases, at_edges, threads, progress)
         blocks += strips
     chosen = np.concatenate([layout.chosen(placed) for placed in blocks])
     plan = StripPlan(layout, chosen, np.concatenate([np.zeros(0, np.uint8), *masks]))
     return Quilt(tuple(charts), layout.exemplar_shape, plan)
 
 
+def _check_room(exemplar: PixelArray, charts: Sequence[Chart], options: PaperOptions) -> None:
+    # Raises InputError where a block or an edge block is larger than the exemplar or a chart.
+    name, most = "a block", options.block
+    if options.seams and options.edge_block is not None and options.edge_block > most:
+        name, most = "an edge block", options.edge_block
+    for what, (height, width) in [
+        ("exemplar", exemplar.shape[:2]),
+        *((f"chart {n}", (chart.height, chart.width)) for n, chart in enumerate(charts)),
+    ]:
+        if min(height, width) < most:
+            raise InputError(f"{what} is {width}×{height}; allowed: at least {name} ({most}) each way")
+
+
 def _layout(
     surface: Surface, charts: Sequence[Chart], shape: tuple[int, ...], options: PaperOptions
 ) -> tuple[StripLayout, list[list[int]]]:
     # Where blocks and strips lie, and the strips, as numbers, in classes that have no chart in common.
-    found = [strip_along(edge, charts, options.block) for edge in surface.shared if options.seams]
+    edge_block = options.block if options.edge_block is None else options.edge_block
+    found = [strip_along(edge, charts, edge_block) for edge in surface.shared if options.seams]
     strips = [strip for strip in found if strip is not None]
     if len(strips) < len(found):
         logger.info(
@@ -145,6 +155,7 @@ def _layout(
         tuple(charts),
         (shape[0], shape[1]),
         options.block,
+        edge_block,
         options.overlap,
         2**options.levels,
         cell,

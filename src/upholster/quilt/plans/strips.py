@@ -85,8 +85,9 @@ class StripLayout:
     ----------
     charts, exemplar_shape
         As in `Quilt`.
-    block, overlap, tile
-        Side of a block and width of the overlap, in texels; sources lie `tile` pixels apart.
+    block, edge_block, overlap, tile
+        Sides of a chart's and of a strip's blocks and width of the overlap, in texels; sources lie `tile`
+        pixels apart.
     mask_cell, feather
         Of the cut masks along strips.
     strips
@@ -96,38 +97,34 @@ class StripLayout:
     charts: tuple[Chart, ...]
     exemplar_shape: tuple[int, int]
     block: int
+    edge_block: int
     overlap: int
     tile: int
     mask_cell: int
     feather: int
     strips: tuple[Strip, ...]
 
-    @property
-    def step(self) -> int:
-        """Distance of blocks, in texels."""
-        return self.block - self.overlap
-
-    @property
-    def candidates(self) -> tuple[int, int]:
-        """Rows and columns of candidates in the exemplar."""
+    def candidates(self, block: int) -> tuple[int, int]:
+        """Rows and columns of candidates in the exemplar for blocks of a size."""
         height, width = self.exemplar_shape
-        return (height - self.block) // self.tile + 1, (width - self.block) // self.tile + 1
+        return (height - block) // self.tile + 1, (width - block) // self.tile + 1
 
     @property
     def side(self) -> int:
         """Cells along each side of a mask; 0 where there are none."""
-        return self.block // self.mask_cell if self.mask_cell else 0
+        return self.edge_block // self.mask_cell if self.mask_cell else 0
 
     def block_grid(self, chart: int) -> tuple[int, int]:
         """Rows and columns of blocks on a chart."""
-        return self._count(self.charts[chart].height), self._count(self.charts[chart].width)
+        height, width = self.charts[chart].height, self.charts[chart].width
+        return self._count(height, self.block), self._count(width, self.block)
 
     def blocks_along(self, strip: Strip) -> int:
         """Blocks of a strip."""
-        return self._count(strip.length)
+        return self._count(strip.length, self.edge_block)
 
-    def _count(self, length: int) -> int:
-        return max(1, -(-(length - self.overlap) // self.step))
+    def _count(self, length: int, block: int) -> int:
+        return max(1, -(-(length - self.overlap) // (block - self.overlap)))
 
     @cached_property
     def runs(self) -> NDArray[np.int64]:
@@ -159,10 +156,11 @@ class StripLayout:
     def chart_blocks(self, chart: int, chosen: IntArray) -> NDArray[np.void]:
         """Return a chart's blocks: in raster order, a step apart; the last reach beyond the chart."""
         rows, columns = self.block_grid(chart)
+        step = self.block - self.overlap
         placed = np.zeros((rows, columns), PLACEMENT)
         placed["chart"] = chart
-        placed["row"] = (np.arange(rows) * self.step + self.block // 2)[:, None]
-        placed["column"] = np.arange(columns) * self.step + self.block // 2
+        placed["row"] = (np.arange(rows) * step + self.block // 2)[:, None]
+        placed["column"] = np.arange(columns) * step + self.block // 2
         placed["height"] = placed["width"] = self.block
         placed["first_cell"] = -1
         placed["mask"] = MASK_RAMP
@@ -202,7 +200,7 @@ class StripLayout:
     @cached_property
     def _strip_blocks(self) -> NDArray[np.void]:
         # All strips' blocks on A and on B, (2, blocks), as if each showed the first candidate.
-        half, strips = self.block // 2, self.strips
+        block, half, strips = self.edge_block, self.edge_block // 2, self.strips
         counts = np.diff(self.runs[len(self.charts) :, 0])
         strip = np.repeat(np.arange(len(strips)), counts)
         on_a = np.zeros(len(strip), PLACEMENT)
@@ -212,10 +210,10 @@ class StripLayout:
         ).reshape(-1, 6)
         a, b, along_rows, first, length, line = numbers[strip].T
         along = np.arange(len(strip)) - np.repeat(np.cumsum(counts) - counts, counts)
-        along = first + np.minimum(along * self.step, length - self.block) + half
+        along = first + np.minimum(along * (block - self.overlap), length - block) + half
         on_a["chart"] = a
         on_a["row"], on_a["column"] = np.where(along_rows, (along, line), (line, along))
-        on_a["height"] = on_a["width"] = self.block
+        on_a["height"] = on_a["width"] = block
         on_a["mask"], on_a["mask_cell"], on_a["feather"] = MASK_CUT, self.mask_cell, self.feather
         on_a["source_row"] = on_a["source_column"] = 16 * half
         on_b = on_a.copy()
@@ -224,7 +222,7 @@ class StripLayout:
         top, left = on_a["row"] - half, on_a["column"] - half
         near_row, near_column = m0 * top + m1 * left + m4, m2 * top + m3 * left + m5
         # The block's last texel is as many steps down and right; on B it is one of four corners.
-        last = self.block - 1
+        last = block - 1
         on_b["row"] = near_row + np.minimum(0, (m0 + m1) * last) + half
         on_b["column"] = near_column + np.minimum(0, (m2 + m3) * last) + half
         on_b["symmetry"] = self.symmetries[strip]
@@ -304,22 +302,23 @@ class StripLayout:
         return placed.reshape(-1)[flat], np.concatenate(cells)
 
     def _shown(self, blocks: NDArray[np.void], chosen: IntArray) -> NDArray[np.void]:
-        # Blocks that show the first candidate, as such that show the chosen ones.
-        out, columns = blocks.copy(), self.candidates[1]
+        # A strip's blocks that show the first candidate, as such that show the chosen ones.
+        out, columns = blocks.copy(), self.candidates(self.edge_block)[1]
         out["source_row"] += 16 * self.tile * (chosen // columns)
         out["source_column"] += 16 * self.tile * (chosen % columns)
         return out
 
     def _set_sources(self, placed: NDArray[np.void], chosen: IntArray) -> None:
-        columns = self.candidates[1]
+        columns = self.candidates(self.block)[1]
         placed["source_row"] = 16 * (chosen // columns * self.tile + self.block // 2)
         placed["source_column"] = 16 * (chosen % columns * self.tile + self.block // 2)
 
     def chosen(self, placed: NDArray[np.void]) -> IntArray:
         """Return the candidates that upright blocks have as sources."""
-        row = placed["source_row"] // 16 - self.block // 2
-        column = placed["source_column"] // 16 - self.block // 2
-        return np.asarray(row // self.tile * self.candidates[1] + column // self.tile, np.int32)
+        half, columns = placed["height"] // 2, self.candidates(int(placed["height"][0]))[1]
+        row = placed["source_row"] // 16 - half
+        column = placed["source_column"] // 16 - half
+        return np.asarray(row // self.tile * columns + column // self.tile, np.int32)
 
 
 @dataclass(frozen=True, eq=False)

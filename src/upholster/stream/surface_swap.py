@@ -1,0 +1,37 @@
+"""The same stream on another surface."""
+
+from upholster.errors import FormatError
+from upholster.geometry import Surface
+from upholster.stream.chunks import ChunkReader, assembled, pack_chunk
+from upholster.stream.surfaces import pack_surface
+
+__all__ = ["on_surface"]
+
+
+def on_surface(data: bytes, surface: Surface) -> bytes:
+    """Return a whole stream with another surface in it; everything else stays as it is, to the byte.
+
+    Parameters
+    ----------
+    data
+        The stream.
+    surface
+        A surface with the same faces, see `upholster.geometry.check_same_edges`.
+
+    Raises
+    ------
+    FormatError
+        If the stream is damaged or not whole.
+    """
+    reader = ChunkReader()
+    reader.feed(data)
+    if not reader.complete or reader.view is None:
+        raise FormatError(f"byte {len(data)}: stream is cut; allowed: a whole one")
+    head: list[bytes] = []
+    rest: list[bytes] = []
+    for chunk in reader.chunks:
+        bytes_now = data[chunk.offset : chunk.end]
+        if chunk.tag == "S":
+            bytes_now = pack_chunk("S", pack_surface(surface))
+        (head if chunk.end <= reader.view else rest).append(bytes_now)
+    return assembled(head, rest)
