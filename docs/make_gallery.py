@@ -15,7 +15,17 @@ from typing import Any
 from upholster.errors import InputError, UpholsterError, nearest
 
 try:
-    from gallery_tools import method, progressive, quilts, relight, results, seams, surfaces, viewers
+    from gallery_tools import (
+        baseline,
+        method,
+        progressive,
+        quilts,
+        relight,
+        results,
+        seams,
+        surfaces,
+        viewers,
+    )
     from gallery_tools.captions import HEAD, caption
     from gallery_tools.drawing import save_jpeg
     from gallery_tools.shots import Exemplars
@@ -60,6 +70,7 @@ FIGURES = (
     Figure("matching", "Matching (figure 6)", method.matching),
     Figure("seams", "Seams (figures 7, 8 and 9)", seams.seams),
     Figure("mapping", "Mapping (figure 10)", surfaces.mapping),
+    Figure("baseline", "The paper's baseline (figure 11)", baseline.baseline),
     Figure("twelve", "Twelve textures (figure 12)", results.twelve),
     Figure("levels", "Progressive texture (figure 13)", progressive.levels),
     Figure("curve", "What bytes buy", progressive.curve),

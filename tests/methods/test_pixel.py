@@ -79,10 +79,12 @@ def test_follows_the_plain_twin(surface, shape, size, levels, search):
 
 
 @pytest.mark.parametrize(
-    "surface", [ring_cyclide(), sphere(), sphere(tiling="octants")], ids=["cyclide", "sphere", "octants"]
+    ("surface", "edges"),
+    [(ring_cyclide(), 64), (sphere(), 24), (sphere(tiling="octants"), 24)],
+    ids=["cyclide", "sphere", "octants"],
 )
 @pytest.mark.parametrize("level", [0, 2])
-def test_frames_show_what_lies_beside_a_chart(surface, level):
+def test_frames_show_what_lies_beside_a_chart(surface, edges, level):
     layout = SurfaceLevel.of(surface, uniform_layout(surface, chart=64), level)
     size = 64 // 2**level
     points = np.full((layout.count, 3), np.nan)
@@ -94,6 +96,8 @@ def test_frames_show_what_lies_beside_a_chart(surface, level):
             layout.on_chart(points[:, axis], n)[:] = found[..., axis]
     for axis in range(3):
         layout.refresh(points[:, axis])
+    assert len(np.unique(layout.frame)) == len(layout.frame) == 2 * size * edges
+    assert np.isfinite(points[layout.frame]).all()
     for n in range(len(layout.charts)):
         first = layout.firsts[n] - layout.strides[n] * 2 - 2
         framed = points[first : first + (size + 4) * (size + 4)].reshape(size + 4, size + 4, 3)
