@@ -11,6 +11,7 @@ from PIL import Image, ImageDraw
 from gallery_tools.drawing import PAPER, Panel, compose, text
 from gallery_tools.shots import OWN, Exemplars, read, take
 from upholster import paint, synthesize
+from upholster.charts.layout import texture_scale
 from upholster.geometry import Surface, plane, ring_cyclide, sphere
 from upholster.measure import sliced_wasserstein
 from upholster.measure.edges import matched_edge_ratio
@@ -57,15 +58,19 @@ def _covered(
 ) -> tuple[TexturedModel, float, float]:
     """Return a covered surface, the seconds that synthesis and painting took, and its seam ratio."""
     quilts = options["method"] == "quilt"
-    size: dict[str, Any] = {"texels": len(surface.patches) * CHART**2} if quilts else {"chart": CHART}
+    size: dict[str, Any] = {"chart": CHART}
+    if quilts:  # as many texels, each as large as a pixel of the sample
+        texels = len(surface.patches) * CHART**2
+        density = texture_scale(surface, exemplar.shape[1], texels=texels).density
+        size = {"texels": texels, "sample_size": exemplar.shape[1] / density}
     small: dict[str, Any] = {"texels": 100_000} if quilts else {"chart": 32}
     paint(synthesize(exemplar, surface, **options, **small), exemplar)  # kernels are compiled, or read
     start = time.perf_counter()
     quilt = synthesize(exemplar, surface, **options, **size, seed=1)
-    texels = paint(quilt, exemplar)
+    painted = paint(quilt, exemplar)
     seconds = time.perf_counter() - start
-    ratio = matched_edge_ratio(surface, quilt, texels, exemplar)
-    return TexturedModel(surface, texels, WriteOptions()), seconds, ratio or 0.0
+    ratio = matched_edge_ratio(surface, quilt, painted, exemplar)
+    return TexturedModel(surface, painted, WriteOptions()), seconds, ratio or 0.0
 
 
 def _fidelity(exemplar: PixelArray, options: dict[str, Any]) -> list[str]:
