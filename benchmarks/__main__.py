@@ -16,6 +16,7 @@ from benchmarks.compile import compile_time
 from benchmarks.flagship import flagship, growth
 from benchmarks.measure import Results
 from benchmarks.parts import parts
+from benchmarks.pixel import pixel
 from benchmarks.quilt import quilt
 from benchmarks.stream import stream
 from benchmarks.web import frames, web
@@ -25,6 +26,7 @@ BENCHMARKS = {
     "flagship": flagship,
     "growth": growth,
     "quilt": quilt,
+    "pixel": pixel,
     "command": command,
     "compile": compile_time,
     "parts": parts,

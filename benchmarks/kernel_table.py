@@ -35,6 +35,8 @@ USES = {
         ("quilt flat", BRICKS, FLAT, ""),
         ("paper", BRICKS, "--on cyclide", "--method paper --chart 128"),
         ("paper material", MATERIAL, "--on cyclide", "--method paper --chart 128"),
+        ("pixel", BRICKS, "--on cyclide", "--method pixel --chart 32"),
+        ("pixel material", MATERIAL, "--on cyclide", "--method pixel --chart 32"),
     )
     for kind, name in (
         ("model", "m.glb"),
@@ -42,6 +44,7 @@ USES = {
         ("stream", f"{method.replace(' ', '-')}.uph"),
         ("picture", "p.png"),
     )
+    if (method.split()[0], kind) != ("pixel", "stream")  # it has none
 } | {
     "refine model": "refine quilt.uph -o m.glb",
     "refine picture": "refine quilt.uph -o p.png",

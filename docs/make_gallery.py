@@ -19,6 +19,7 @@ from upholster.errors import InputError, UpholsterError, nearest
 
 try:
     from gallery_tools import (
+        baseline,
         diagrams,
         method,
         progressive,
@@ -79,6 +80,7 @@ FIGURES = (
     Figure("matching", "Matching (figure 6)", method.matching, numbers=(6,)),
     Figure("seams", "Seams (figures 7, 8 and 9)", seams.seams, numbers=(7, 8, 9)),
     Figure("mapping", "Mapping (figure 10)", surfaces.mapping, numbers=(10,)),
+    Figure("baseline", "The paper's baseline (figure 11)", baseline.baseline, numbers=(11,)),
     Figure("twelve", "Twelve textures (figure 12)", results.twelve, numbers=(12,)),
     Figure("levels", "Progressive texture (figure 13)", progressive.levels, numbers=(13,)),
     Figure("curve", "What bytes buy", progressive.curve),

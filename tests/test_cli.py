@@ -100,6 +100,27 @@ BAD = {
         ["brick.png", "--on", "torus", "-o", "a.glb", "--method", "paper", "--chart", "16384"],
         "GiB",
     ),
+    "stream of pixels": (
+        ["brick.png", "--on", "torus", "-o", "a.png", "-o", "a.uph", "--method", "pixel", "--chart", "64"],
+        "method 'pixel' has no stream: 65,536 texels with a source of",
+    ),
+    "page of pixels": (["brick.png", "--on", "torus", "-o", "a.html", "--method", "pixel"], "no stream"),
+    "sample too small for pixels": (
+        ["brick.png", "--on", "torus", "-o", "a.png", "--method", "pixel", "--levels", "5"],
+        "allowed with 5 levels: 160",
+    ),
+    "sample too large for pixels": (
+        ["brick.png", "--on", "torus", "-o", "a.png", "--method", "pixel", "--resize", "600"],
+        "up to 512",
+    ),
+    "search of another method": (
+        ["brick.png", "--on", "torus", "-o", "a.png", "--method", "paper", "--search", "full"],
+        "search belongs to method 'pixel'",
+    ),
+    "unknown search": (
+        ["brick.png", "--on", "torus", "-o", "a.png", "--method", "pixel", "--search", "fast"],
+        "search 'fast'",
+    ),
     "quads": (["brick.png", "--on", "torus", "-o", "a.glb", "--quads", "-3"], "quads"),
     "size": (["brick.png", "--on", "torus", "-o", "a.png", "--size", "0x3"], "size"),
     "size not numbers": (["brick.png", "--on", "torus", "-o", "a.png", "--size", "big"], "size"),
@@ -114,6 +135,22 @@ BAD = {
     "no output": (["brick.png", "--on", "torus"], "output"),
     "unknown option": (["brick.png", "--on", "torus", "-o", "a.glb", "--sede", "1"], "--sede"),
 }
+
+
+def test_a_material_is_covered_pixel_by_pixel(tmp_path):
+    report = tmp_path / "report.json"
+    material = Path(__file__).parent.parent / "examples" / "bricks_material"
+    done = run_cli(
+        "cover", material, "--on", "sphere", "--method", "pixel", "--chart", "32", "--resize", "64",
+        "-o", tmp_path / "a.glb", "-o", tmp_path / "a.obj", "-o", tmp_path / "a.npz", "--report", report,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    assert "search coherent" in done.stdout
+    told = json.loads(report.read_text())
+    assert told["counts"]["texels"] == 6 * 32 * 32
+    assert told["counts"]["maps"] == 5
+    assert told["parameters"]["search"] == "coherent"
+    assert (tmp_path / "a_texture_normal.png").exists()
 
 
 @pytest.mark.parametrize("name", BAD)

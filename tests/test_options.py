@@ -105,7 +105,7 @@ def test_what_is_written_arrives_as_options(monkeypatch):
 def test_a_default_that_is_written_is_refused_by_the_other_method(monkeypatch):
     from upholster.cli import app
 
-    with pytest.raises(InputError, match="levels belongs to method 'paper'"):
+    with pytest.raises(InputError, match="levels belongs to method 'paper' and 'pixel'"):
         app(["cover", "a.png", "--on", "plane", "-o", "b.png", "--levels", "3"], standalone_mode=False)
 
 
@@ -114,8 +114,21 @@ def test_a_default_that_is_written_is_refused_by_the_other_method(monkeypatch):
     [
         ({"methd": "paper"}, r"unknown option 'methd'; did you mean 'method'\?"),
         ({"method": "papr"}, r"unknown method 'papr'; did you mean 'paper'\?"),
-        ({"chart": 512}, "chart belongs to method 'paper'; allowed with 'quilt': texels, density"),
-        ({"chart": 64}, "chart belongs to method 'paper'"),
+        (
+            {"chart": 512},
+            "chart belongs to method 'paper' and 'pixel'; allowed with 'quilt': texels, density",
+        ),
+        ({"chart": 64}, "chart belongs to method 'paper' and 'pixel'"),
+        ({"search": "full"}, "search belongs to method 'pixel'; allowed with 'quilt': texels"),
+        ({"method": "paper", "search": "coherent"}, "search belongs to method 'pixel'"),
+        ({"method": "pixel", "search": "ful"}, r"unknown search 'ful'; did you mean 'full'\?"),
+        (
+            {"method": "pixel", "block": 32},
+            "block belongs to method 'quilt' and 'paper'; allowed with 'pixel': chart, levels, search",
+        ),
+        ({"method": "pixel", "seams": False}, "seams belongs to method 'paper'"),
+        ({"method": "pixel", "texels": 5000}, "texels belongs to method 'quilt'"),
+        ({"method": "pixel", "levels": 0}, "levels is 0; allowed: 1 to 6"),
         (
             {"method": "paper", "variety": 0.2},
             "variety belongs to method 'quilt'; allowed with 'paper': block",

@@ -132,6 +132,16 @@ CAPTIONS = {
         Each patch is a grid of quadrilaterals, here 8 × 8, and each of them takes its texture from a square
         of texture space (the same colour in a and b). Black lines are the patches' borders.
         """,
+    "baseline": """\
+        The same samples by method "pixel", with both ways of search, by "paper" and by "quilt": cyclide and
+        sphere (eight octants), charts of 192 x 192 texels, for "quilt" as many texels in all, and `--seed 1`.
+        Seconds are of one run on two cores that others used as well, up to twice what they are on a quiet
+        machine (`python -m benchmarks pixel` measures). "Seam" is the seam ratio across the edges of patches
+        or charts against what the sample has there, 1: invisible. PS is the Portilla-Simoncelli error, SWD
+        the sliced Wasserstein distance in 1/1000, both of what the method makes of the sample on a flat
+        512 x 512; less is better. `python docs/make_gallery.py examples --only baseline`; PS needs
+        the extra `fidelity`.
+        """,
     "twelve": """\
         Twelve textures on the sphere (eight octants, degenerate at the poles), the torus and the cyclide, one
         column per class of texture. Exemplars are 256 × 256, blocks 32 × 32, and seams are repaired. What is

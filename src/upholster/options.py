@@ -11,14 +11,16 @@ from upholster.errors import InputError, nearest
 
 __all__ = ["METHODS", "SynthesisOptions", "TextureFormat", "WriteOptions", "chosen", "settled"]
 
-METHODS = ("quilt", "paper")
+METHODS = ("quilt", "paper", "pixel")
+SEARCHES = ("coherent", "full")
 
 TextureFormat = Literal["png", "jpeg", "webp"]
 
-_SCALE, _SYNTHESIS, _PAPER, _OUTPUT, _STREAM = (
+_SCALE, _SYNTHESIS, _PAPER, _PIXEL, _OUTPUT, _STREAM = (
     "Scale and direction",
     "Synthesis",
     "Method paper",
+    "Method pixel",
     "Output",
     "Stream",
 )
@@ -32,10 +34,11 @@ def _about(
     text: str,
     *,
     metavar: str | None = None,
-    only: str | None = None,
+    only: str | tuple[str, ...] = METHODS,
     flag: str | None = None,
-) -> dict[str, str | None]:
-    """Return what a field knows of itself: panel and help text, and the one method that it is for."""
+) -> dict[str, Any]:
+    """Return what a field knows of itself: panel and help text, and the methods that it is for."""
+    only = (only,) if isinstance(only, str) else only
     return {"panel": panel, "help": text, "metavar": metavar, "only": only, "flag": flag}
 
 
@@ -77,27 +80,28 @@ def settled(options: "SynthesisOptions", kind: type[Settled], **found: Any) -> S
 
 def _check_owner(method: str, asked: "list[Field[Any]]") -> None:
     for entry in asked:
-        owner = entry.metadata["only"]
-        if owner not in (None, method):
+        owners = entry.metadata["only"]
+        if method not in owners:
             allowed = (
                 other.name
                 for other in fields(SynthesisOptions)
-                if other.metadata["only"] in (None, method) and other.name != "method"
+                if method in other.metadata["only"] and other.name != "method"
             )
+            named = " and ".join(map(repr, owners))
             raise InputError(
-                f"{entry.name} belongs to method {owner!r}; allowed with {method!r}: {', '.join(allowed)}"
+                f"{entry.name} belongs to method {named}; allowed with {method!r}: {', '.join(allowed)}"
             )
 
 
 @_documented
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SynthesisOptions:
-    """How a surface is covered. Options of one method are refused by the other.
+    """How a surface is covered. Options of one method are refused by the others.
 
     Raises
     ------
     InputError
-        If one is out of range, belongs to the other method, or does not fit together with another.
+        If one is out of range, belongs to another method, or does not fit together with another.
     """
 
     texels: int | tuple[int, int] | None = field(
@@ -140,7 +144,9 @@ class SynthesisOptions:
     method: str = field(
         default="quilt",
         metadata=_about(
-            _SYNTHESIS, "quilt: one texture over the whole surface; paper: the paper's, patch by patch."
+            _SYNTHESIS,
+            "quilt: one texture over the whole surface; paper: the paper's, patch by patch; pixel: what the "
+            "paper compares itself with, texel by texel.",
         ),
     )
     block: int | None = field(
@@ -149,6 +155,7 @@ class SynthesisOptions:
             _SYNTHESIS,
             "Side of a block in pixels of the sample, 8 to 512. Default: from the sample's own structure. "
             "With method paper in texels, a multiple of 2^levels up to 256; default 32.",
+            only=("quilt", "paper"),
         ),
     )
     overlap: int | None = field(
@@ -157,6 +164,7 @@ class SynthesisOptions:
             _SYNTHESIS,
             "Width of the overlap of blocks, likewise: 4 to half a block, default three tenths. With method "
             "paper a multiple of 2^levels, less than half a block; default 8.",
+            only=("quilt", "paper"),
         ),
     )
     evenness: float = field(
@@ -192,7 +200,12 @@ class SynthesisOptions:
         ),
     )
     chart: int = field(
-        default=512, metadata=_about(_PAPER, "Texels along each side of a patch, 8 to 16384.", only="paper")
+        default=512,
+        metadata=_about(
+            _PAPER,
+            "Texels along each side of a patch, 8 to 16384; also with method pixel.",
+            only=("paper", "pixel"),
+        ),
     )
     edge_block: int | None = field(
         default=None,
@@ -204,10 +217,24 @@ class SynthesisOptions:
         ),
     )
     levels: int = field(
-        default=3, metadata=_about(_PAPER, "Levels of the Haar transform, 1 to 6.", only="paper")
+        default=3,
+        metadata=_about(
+            _PAPER, "Levels of the Haar transform, 1 to 6; also with method pixel.", only=("paper", "pixel")
+        ),
     )
     seams: bool = field(
         default=True, metadata=_about(_PAPER, "Repair the seams between patches.", only="paper")
+    )
+
+    search: str = field(
+        default="coherent",
+        metadata=_about(
+            _PIXEL,
+            "full: compare each texel with the whole sample, which takes minutes; coherent: with what "
+            "continues its neighbours, and what looks like that.",
+            metavar="coherent|full",
+            only="pixel",
+        ),
     )
 
     def __post_init__(self) -> None:
@@ -217,9 +244,13 @@ class SynthesisOptions:
             self.method,
             [entry for entry in fields(SynthesisOptions) if getattr(self, entry.name) != entry.default],
         )
+        if not 1 <= self.levels <= 6:
+            raise InputError(f"levels is {self.levels}; allowed: 1 to 6")
+        if self.search not in SEARCHES:
+            raise InputError(f"unknown search {self.search!r}; {nearest(self.search, SEARCHES)}")
         if self.method == "paper":
             self._check_paper()
-        else:
+        elif self.method == "quilt":
             self._check_quilt()
             self._check_scale()
 
@@ -238,8 +269,6 @@ class SynthesisOptions:
                 raise InputError(f"{name} is {value}; allowed: {least} to {most}")
 
     def _check_paper(self) -> None:
-        if not 1 <= self.levels <= 6:
-            raise InputError(f"levels is {self.levels}; allowed: 1 to 6")
         tile = 2**self.levels
         if self.edge_block is not None and not self.seams:
             raise InputError(f"edge_block is {self.edge_block} without seams; allowed: one of them")

@@ -22,6 +22,7 @@ from upholster.image.roles import ROLES
 from upholster.image.source import Source, read_source, source_files, source_names, source_parts
 from upholster.methods import Prepared, execute, matched_image, prepare
 from upholster.methods.paper.method import PaperOptions
+from upholster.methods.pixel.method import PixelOptions
 from upholster.methods.quilt.method import QuiltOptions
 from upholster.options import SynthesisOptions, WriteOptions, chosen
 from upholster.outputs import Output, TexturedModel, parse_output, write_output
@@ -29,6 +30,7 @@ from upholster.quilt import Quilt, Texels, paint, paint_material
 from upholster.quilt.plans import StripPlan
 from upholster.quilt.warp_field import WarpField
 from upholster.stream import StreamDecoder, check_layout, on_surface
+from upholster.stream.plans import refuse_source_map
 from upholster.stream.prefix import Limit, feed_until
 from upholster.types import PixelArray, Progress
 
@@ -101,8 +103,8 @@ def cover(
     exemplar
         Image file, see `upholster.read_exemplar` (also for `crop` and `resize`). Or a material: a folder with
         its maps, several files named by role, files by role (see `upholster.read_material`), or the material
-        itself. Its maps are matched together (by method "paper": the base colour alone), and one quilt paints
-        them all.
+        itself. Its maps are matched together (by methods "paper" and "pixel": the base colour alone), and one
+        quilt paints them all.
     on
         Which surface, see `upholster.surface_from_spec`. With method "paper" a sphere is of octants, unless
         it says otherwise.
@@ -120,7 +122,7 @@ def cover(
     report
         Where to write the report as JSON.
     threads, progress
-        As in `upholster.synthesize`; stages "blocks", "seams", "paint" and "render".
+        As in `upholster.synthesize`; stages "blocks", "seams" or "texels", then "paint" and "render".
     tell
         Called with each note of the report before the work begins.
 
@@ -153,6 +155,10 @@ def cover(
             seen = matched_image(source, asked.method)
             prepared = prepare(seen, surface, asked)
             if _has_stream(wanted):
+                if asked.method == "pixel":
+                    refuse_source_map(
+                        sum(chart.height * chart.width for chart in prepared.charts), seen.shape[:2]
+                    )
                 fields = prepared.fields or (WarpField.identity(),) * len(prepared.charts)
                 check_layout(surface, prepared.charts, fields, (seen.shape[0], seen.shape[1]))
         notes = _notes(surface, prepared, seen, len(parts))
@@ -398,6 +404,8 @@ def _settled(
         found["block"] = f"{prepared.options.block} pixels"
     if isinstance(prepared.options, PaperOptions):
         found |= _settled_by_paper(prepared.options, surface)
+    if isinstance(prepared.options, PixelOptions):
+        found["search"] = prepared.options.search
     if prepared.scale is not None:
         size = prepared.scale.sample_size
         found["sample"] = f"{size:.4g} units wide on a model of {surface.size:.4g}"

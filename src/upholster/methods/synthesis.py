@@ -11,6 +11,7 @@ from upholster.errors import InputError
 from upholster.geometry import Surface
 from upholster.image import Material, check_exemplar
 from upholster.methods.paper.method import PaperOptions, synthesize_paper
+from upholster.methods.pixel.method import PixelOptions, check_sample, synthesize_pixel
 from upholster.methods.quilt.method import QuiltOptions, synthesize_quilt
 from upholster.methods.quilt.structure import block_size
 from upholster.options import SynthesisOptions, chosen, settled
@@ -37,8 +38,8 @@ class Prepared:
     charts, fields
         The layout; fields are empty where the method has no use for them.
     scale
-        Sizes of texels and sample on the surface; None where they were not asked for (method "paper", flat
-        textures).
+        Sizes of texels and sample on the surface; None where they were not asked for (methods "paper" and
+        "pixel", flat textures).
     direction
         In words; empty where there is none.
     options
@@ -49,11 +50,11 @@ class Prepared:
     fields: tuple[WarpField, ...]
     scale: TextureScale | None
     direction: str
-    options: QuiltOptions | PaperOptions
+    options: QuiltOptions | PaperOptions | PixelOptions
 
 
 def matched_image(exemplar: PixelArray | Material, method: str = "quilt") -> PixelArray:
-    """Return what a method looks at: of a material all maps that count; the base colour alone for "paper".
+    """Return what a method looks at: of a material all maps that count for "quilt", or the base colour alone.
 
     Returns
     -------
@@ -66,7 +67,7 @@ def matched_image(exemplar: PixelArray | Material, method: str = "quilt") -> Pix
         If `exemplar` is an array that is no exemplar.
     """
     if isinstance(exemplar, Material):
-        return exemplar.color() if method == "paper" else exemplar.matched()
+        return exemplar.matched() if method == "quilt" else exemplar.color()
     return check_exemplar(exemplar)
 
 
@@ -81,6 +82,10 @@ def prepare(exemplar: PixelArray, surface: Surface, options: SynthesisOptions) -
     if options.method == "paper":
         charts = uniform_layout(surface, chart=options.chart)
         return Prepared(charts, (), None, "", settled(options, PaperOptions))
+    if options.method == "pixel":
+        check_sample(exemplar.shape[:2], options.levels)
+        charts = uniform_layout(surface, chart=options.chart)
+        return Prepared(charts, (), None, "", settled(options, PixelOptions))
     most = min(512, 3 * min(exemplar.shape[:2]) // 4)  # beyond that there is nothing to choose from
     if options.block is not None and not 8 <= options.block <= most:
         raise InputError(f"block is {options.block}; allowed: 8 to {most} in a sample of {_size(exemplar)}")
@@ -143,6 +148,16 @@ def execute(
             threads=threads,
             progress=progress,
         )
+    if isinstance(prepared.options, PixelOptions):
+        return synthesize_pixel(
+            exemplar,
+            surface,
+            prepared.charts,
+            options=prepared.options,
+            seed=seed,
+            threads=threads,
+            progress=progress,
+        )
     return synthesize_quilt(
         exemplar,
         surface,
@@ -172,7 +187,7 @@ def synthesize(
     ----------
     exemplar
         (H, W) or (H, W, C) with 1 to 4 channels, 32×32 to 4096×4096; uint8, uint16 or float. Or a
-        material: its maps are matched together, by method "paper" its base colour alone.
+        material: its maps are matched together, by methods "paper" and "pixel" its base colour alone.
     surface
         The surface to cover.
     options
@@ -182,13 +197,14 @@ def synthesize(
     threads
         1 to 256; by default one per core.
     progress
-        Called as ``progress(stage, done, total)``, with stages "blocks" and, for method "paper", "seams".
+        Called as ``progress(stage, done, total)``, with stages "blocks" and, for method "paper", "seams"; for
+        method "pixel" "texels".
     choices
         Single options, by the names that they have in `upholster.SynthesisOptions`: they come before
         `options`, and None is as if not given. Of the most use: `method`, "quilt" (one texture at true scale
-        over the whole surface) or "paper" (the paper's, patch by patch); `texels`, a number, or (width,
-        height) of a flat texture; `sample_size`, the exemplar's width in model units; `direction`, in words
-        or as a function, see `upholster.charts.directions.parse_direction`.
+        over the whole surface), "paper" (the paper's, patch by patch) or "pixel" (texel by texel); `texels`,
+        a number, or (width, height) of a flat texture; `sample_size`, the exemplar's width in model units;
+        `direction`, in words or as a function, see `upholster.charts.directions.parse_direction`.
 
     Returns
     -------

@@ -4,11 +4,13 @@ Each kind of plan has a module: `list_plan`, `strip_plan`, `grid_plan`. Whatever
 bytes as they come and knows at once which placements they determine.
 """
 
+from typing import NoReturn
+
 from upholster.errors import InputError
 from upholster.quilt.chart import Chart
 from upholster.quilt.model import Quilt
 from upholster.quilt.placement import touches
-from upholster.quilt.plans import GridPlan, PlacementList, StripPlan
+from upholster.quilt.plans import GridPlan, PlacementList, SourceMap, StripPlan
 from upholster.quilt.warp_field import WarpField
 from upholster.stream.byte_reader import ByteReader
 from upholster.stream.grid_plan import GridDecoder, encode_grid
@@ -16,7 +18,7 @@ from upholster.stream.list_plan import ListDecoder, encode_list
 from upholster.stream.plan_common import FINE_LIST, GRID, MAX_CELLS, MAX_PLACEMENTS, STRIPS, PlanDecoder
 from upholster.stream.strip_plan import StripDecoder, encode_strips
 
-__all__ = ["encode_plan", "open_plan"]
+__all__ = ["encode_plan", "open_plan", "refuse_source_map"]
 
 
 def encode_plan(quilt: Quilt) -> tuple[bytes, bytes, bytes]:
@@ -36,8 +38,10 @@ def encode_plan(quilt: Quilt) -> tuple[bytes, bytes, bytes]:
     ------
     InputError
         For more placements or cells than the format holds, cells other than 0 and 1, a placement that does
-        not touch its chart, or a plan that the format has no place for.
+        not touch its chart, or a plan that the format has no place for, such as a source map.
     """
+    if isinstance(quilt.plan, SourceMap):
+        refuse_source_map(quilt.texel_count, quilt.exemplar_shape)
     placed, cells = quilt.placements, quilt.mask_cells
     if len(placed) > MAX_PLACEMENTS:
         raise InputError(f"quilt has {len(placed)} placements; allowed: {MAX_PLACEMENTS} in a stream")
@@ -57,6 +61,15 @@ def encode_plan(quilt: Quilt) -> tuple[bytes, bytes, bytes]:
             return encode_list(quilt)
         case other:
             raise InputError(f"plan is a {type(other).__name__}; allowed: StripPlan, GridPlan, PlacementList")
+
+
+def refuse_source_map(texels: int, shape: tuple[int, ...]) -> NoReturn:
+    """Raise InputError: a stream would hold a source for each of so many texels, in a sample of `shape`."""
+    bits = (shape[0] * shape[1] - 1).bit_length()
+    raise InputError(
+        f"method 'pixel' has no stream: {texels:,} texels with a source of {bits} bits each would take "
+        f"{texels * bits / 8e6:.1f} MB; allowed with it: models, texels and pictures"
+    )
 
 
 def open_plan(

@@ -2,7 +2,8 @@
 
 `listing` is a plain list of placements, made by hand or cut short; `strips` is method "paper"'s plan (blocks
 on every chart, strips of edge blocks along shared edges); `grid` is method "quilt"'s (transferred blocks,
-then blocks on an even grid). Placements derive from a plan; nothing finds a plan out of placements.
+then blocks on an even grid); `source_map` is method "pixel"'s (a source for each texel).
+Placements derive from a plan; nothing finds a plan out of placements.
 """
 
 from collections.abc import Sequence
@@ -14,9 +15,10 @@ from numpy.typing import NDArray
 from upholster.quilt.chart import Chart
 from upholster.quilt.plans.grid import ChartGrid, GridPlan
 from upholster.quilt.plans.listing import PlacementList
+from upholster.quilt.plans.source_map import SourceMap
 from upholster.quilt.plans.strips import Strip, StripLayout, StripPlan
 
-__all__ = ["ChartGrid", "GridPlan", "PlacementList", "Plan", "Strip", "StripLayout", "StripPlan"]
+__all__ = ["ChartGrid", "GridPlan", "PlacementList", "Plan", "SourceMap", "Strip", "StripLayout", "StripPlan"]
 
 
 class Plan(Protocol):

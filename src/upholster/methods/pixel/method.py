@@ -1,0 +1,246 @@
+"""Method "pixel": multi-resolution neighbourhood matching, texel by texel (our readings: docs/paper.md).
+
+A pyramid of levels is covered from coarse to fine. On the coarsest one, texels are chosen one after another
+by those of their neighbours that are there already. On each next one they begin as the children of the level
+above, and are chosen again by all their neighbours there and above. What is chosen is the pixel of the
+exemplar that a texel shows.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from upholster.charts.schedule import schedule
+from upholster.errors import InputError
+from upholster.geometry import Surface
+from upholster.methods.pixel._pixel_kernels import REACH, PixelLevel, Texels, choose_pixels
+from upholster.methods.pixel.exemplar_levels import NOTHING, doubled, exemplar_levels, scratch
+from upholster.methods.pixel.surface_levels import SurfaceLevel
+from upholster.options import SynthesisOptions
+from upholster.parallel import run_tasks
+from upholster.quilt import Chart, Quilt
+from upholster.quilt.plans import SourceMap
+from upholster.types import IntArray, PixelArray, Progress
+
+__all__ = ["PixelOptions", "check_sample", "synthesize_pixel"]
+
+LARGEST_SAMPLE = 512
+"""Pixels each way: every one of them is a candidate."""
+
+SIMILAR = 3
+"""How many pixels that look alike are tried with each one that continues a neighbour (search "coherent")."""
+
+PASSES = {"coherent": 2, "full": 1}
+"""How often all texels of a level are chosen."""
+
+APART = REACH + 1
+"""Texels so far apart, each way, are in none of each other's neighbourhoods."""
+
+_PAIRS_PER_CALL = 2**22
+_COHERENT = 64
+"""Candidates that coherent search looks at costs as much as so many of full search: for sizes of tasks."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PixelOptions(SynthesisOptions):
+    """Options of method "pixel", all settled."""
+
+    method: str = "pixel"
+
+
+def synthesize_pixel(
+    exemplar: PixelArray,
+    surface: Surface,
+    charts: Sequence[Chart],
+    *,
+    options: PixelOptions | None = None,
+    seed: int = 0,
+    threads: int | None = None,
+    progress: Progress | None = None,
+) -> Quilt:
+    """Cover a surface texel by texel.
+
+    Parameters
+    ----------
+    exemplar
+        (H, W, C) uint8, uint16 or float32, C at most 4: 5·2^levels to 512 pixels each way. What is beyond
+        whole tiles of 2^levels pixels is not used.
+    surface
+        The surface: neighbourhoods go on across its shared edges.
+    charts
+        The layout.
+    options
+        Parameters of the method.
+    seed
+        Chooses the first texel of each chart that begins on its own; the same seed gives the same quilt
+        whatever the number of threads.
+    threads, progress
+        As in `upholster.parallel.run_tasks`; stage "texels".
+
+    Raises
+    ------
+    InputError
+        If the exemplar is too small or too large, or the seed out of range.
+
+    References
+    ----------
+    Wei, Levoy: Fast texture synthesis using tree-structured vector quantization, SIGGRAPH 2000, and Texture
+    synthesis over arbitrary manifold surfaces, SIGGRAPH 2001; Ashikhmin: Synthesizing natural textures, I3D
+    2001, on pixels that continue a neighbour's source; Tong et al., SIGGRAPH 2002, on k-coherence; Lefebvre,
+    Hoppe: Parallel controllable texture synthesis, SIGGRAPH 2005, on texels in interleaved classes.
+    """
+    options = options or PixelOptions()
+    check_sample(exemplar.shape[:2], options.levels)
+    if not 0 <= seed < 2**63:
+        raise InputError(f"seed is {seed}; allowed: 0 to 2^63 - 1")
+    full = options.search == "full"
+    pyramid = exemplar_levels(
+        exemplar, levels=options.levels, similar=0 if full else SIMILAR, threads=threads
+    )
+    layouts = [SurfaceLevel.of(surface, charts, n) for n in range(options.levels + 1)]
+    tasks = _Tasks(threads, progress, _total(layouts, PASSES[options.search]))
+    sources, above = _first_texels(layouts[-1], surface, pyramid[-1], seed, tasks), NOTHING
+    for n in range(options.levels, -1, -1):
+        coarser = None if n == options.levels else layouts[n + 1]
+        if coarser is not None:
+            coarser.refresh(sources)
+            above = doubled(sources, pyramid[n + 1].width)
+            sources = _children(above, layouts[n], coarser, pyramid[n].width)
+        passes = 1 if coarser is None else PASSES[options.search]
+        for _ in range(passes):
+            _choose_again(sources, above, layouts[n], coarser, pyramid[n], full or coarser is None, tasks)
+    return Quilt(tuple(charts), exemplar.shape[:2], _source_map(sources, layouts[0], pyramid[0].width))
+
+
+def check_sample(shape: tuple[int, ...], levels: int) -> None:
+    """Raise InputError unless a sample (height, width) has candidates at all levels, and not too many."""
+    least = (2 * REACH + 1) << levels
+    if min(shape) < least:
+        raise InputError(
+            f"sample is {shape[1]}x{shape[0]} pixels; allowed with {levels} levels: {least} or more each way"
+        )
+    if max(shape) > LARGEST_SAMPLE:
+        raise InputError(
+            f"sample is {shape[1]}x{shape[0]} pixels; allowed: up to {LARGEST_SAMPLE} each way, for method "
+            "'pixel' searches all of them"
+        )
+
+
+class _Tasks:
+    """Runs tasks, and tells how many texels of all have been chosen."""
+
+    def __init__(self, threads: int | None, progress: Progress | None, total: int) -> None:
+        self._threads, self._progress, self._total, self._done = threads, progress, total, 0
+
+    def run(self, tasks: Sequence[Callable[[], object]], texels: int) -> None:
+        """Run tasks that choose so many texels, all in all."""
+
+        def report(_stage: str, count: int, all_: int) -> None:
+            if self._progress is not None:
+                self._progress("texels", self._done + texels * count // all_, self._total)
+
+        run_tasks(tasks, threads=self._threads, progress=report)
+        self._done += texels
+
+
+def _total(layouts: Sequence[SurfaceLevel], passes: int) -> int:
+    # At the coarsest level, all texels are chosen one after another, and then once again.
+    return sum((2 if layout is layouts[-1] else passes) * layout.texels for layout in layouts)
+
+
+def _first_texels(
+    layout: SurfaceLevel, surface: Surface, level: PixelLevel, seed: int, tasks: _Tasks
+) -> IntArray:
+    # Chooses the coarsest level's texels in raster order, chart after chart; those of charts that do not
+    # touch side by side.
+    sources = np.full(layout.count, -1, np.int32)
+    inside = np.flatnonzero(level.inside)
+    lone = [
+        int(inside[np.random.default_rng(child).integers(len(inside))])
+        for child in np.random.SeedSequence(seed).spawn(len(layout.charts))
+    ]
+    for members in schedule(surface, layout.charts, layout.seams):
+        layout.refresh(sources)
+        tasks.run(
+            [partial(_scan, sources, layout, n, level, lone[n]) for n in members],
+            sum(layout.charts[n].height * layout.charts[n].width for n in members),
+        )
+    return sources
+
+
+def _scan(sources: IntArray, layout: SurfaceLevel, index: int, level: PixelLevel, lone: int) -> None:
+    chart, known = layout.charts[index], scratch(level)
+    rows = _rows_per_call(chart.width, level, True)
+    for row in range(0, chart.height, rows):  # between two calls, Python can be interrupted
+        part = Texels(
+            layout.firsts[index], layout.strides[index], 0, 0, row, min(row + rows, chart.height), 0,
+            chart.width, 1, lone,
+        )  # fmt: skip
+        choose_pixels(sources, NOTHING, part, level, known, True)
+
+
+def _rows_per_call(texels: int, level: PixelLevel, full: bool) -> int:
+    candidates = int(level.inside.sum()) if full else _COHERENT
+    return max(1, _PAIRS_PER_CALL // (candidates * max(1, texels)))
+
+
+def _children(above: IntArray, layout: SurfaceLevel, coarser: SurfaceLevel, width: int) -> IntArray:
+    # Where texels of a finer level begin: at the four pixels below their parent's.
+    sources = np.full(layout.count, -1, np.int32)
+    for n, chart in enumerate(layout.charts):
+        parents = coarser.on_chart(above, n).repeat(2, axis=0).repeat(2, axis=1)
+        rows, columns = np.arange(chart.height)[:, None] % 2, np.arange(chart.width) % 2
+        layout.on_chart(sources, n)[:] = parents[: chart.height, : chart.width] + width * rows + columns
+    return sources
+
+
+def _choose_again(
+    sources: IntArray,
+    above: IntArray,
+    layout: SurfaceLevel,
+    coarser: SurfaceLevel | None,
+    level: PixelLevel,
+    full: bool,
+    tasks: _Tasks,
+) -> None:
+    # Texels of one class are in none of each other's neighbourhoods, and the frames stay as they are: they
+    # can be chosen side by side, in any order.
+    for first_row, first_column in np.ndindex(APART, APART):
+        layout.refresh(sources)
+        parts: list[Callable[[], object]] = []
+        count = 0
+        for n, chart in enumerate(layout.charts):
+            parent = (0, 0) if coarser is None else (coarser.firsts[n], coarser.strides[n])
+            across = len(range(first_column, chart.width, APART))
+            rows = APART * _rows_per_call(across, level, full)
+            for row in range(first_row, chart.height, rows):
+                end = min(row + rows, chart.height)
+                count += across * len(range(row, end, APART))
+                chosen = Texels(
+                    layout.firsts[n],
+                    layout.strides[n],
+                    *parent,
+                    row,
+                    end,
+                    first_column,
+                    chart.width,
+                    APART,
+                    -1,
+                )
+                parts.append(partial(_choose, sources, above, chosen, level, full))
+        tasks.run(parts, count)
+
+
+def _choose(sources: IntArray, above: IntArray, texels: Texels, level: PixelLevel, full: bool) -> None:
+    choose_pixels(sources, above, texels, level, scratch(level), full)
+
+
+def _source_map(sources: IntArray, layout: SurfaceLevel, width: int) -> SourceMap:
+    return SourceMap(
+        tuple(
+            np.stack(np.divmod(layout.on_chart(sources, n), width), axis=2).astype(np.int16)
+            for n in range(len(layout.charts))
+        )
+    )
