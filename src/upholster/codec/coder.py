@@ -95,7 +95,7 @@ class CoefficientDecoder:
     plane
         The first plane, as the encoder returned it.
     exact
-        Whether a value whose every plane is known is that integer (reversible transforms), or lies in the
+        Whether a value whose every plane is known is that integer (lossless profiles), or lies in the
         unit interval above it.
     """
 
@@ -123,6 +123,11 @@ class CoefficientDecoder:
     def significant(self) -> int:
         """How many coefficients are known to be significant."""
         return int(self._state[kernels.SIGNIFICANT_COUNT])
+
+    @property
+    def plane(self) -> int:
+        """The plane that is being decoded; -1 when all are."""
+        return int(self._state[kernels.PLANE])
 
     def feed(self, data: bytes) -> None:
         """Take further bytes and decode every symbol that they determine."""
@@ -154,7 +159,7 @@ class CoefficientDecoder:
         "Reconstruction").
         """
         flags, known = self._memory.m[FLAGS], self._memory.m[KNOWN]
-        plane = int(self._state[kernels.PLANE])
+        plane = self.plane
         significant = np.flatnonzero(flags & (kernels.SIGNIFICANT | PADDING) == kernels.SIGNIFICANT)
         refined = self._refined(significant, plane)
         lowest = np.where(refined, plane, plane + 1)

@@ -117,6 +117,11 @@ class StreamDecoder:
         return self._ready().header.dtype
 
     @property
+    def wavelet(self) -> str:
+        """How the exemplar is coded; raises InputError while bytes are still `needed`."""
+        return self._ready().header.wavelet
+
+    @property
     def coefficients_known(self) -> tuple[int, int]:
         """How many of the exemplar's coefficients are significant so far, and how many there are."""
         return (0, 0) if self._image is None else (self._image.significant, self._image.coefficients)

@@ -14,7 +14,7 @@ from upholster.errors import InputError
 from upholster.types import FloatArray
 from upholster.wavelet._kernels import haar_forward, haar_inverse
 
-__all__ = ["dwt2", "idwt2", "level_shape", "subbands"]
+__all__ = ["dwt2", "idwt2", "level_shape", "merge_pairs", "split_pairs", "subbands"]
 
 
 def dwt2(image: NDArray[Any], *, levels: int = 3) -> FloatArray:
@@ -70,6 +70,37 @@ def idwt2(coefficients: NDArray[Any], *, levels: int = 3) -> FloatArray:
         haar_inverse(low, samples, image)
         low = image
     return low.reshape(np.shape(coefficients))
+
+
+def split_pairs(plane: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Transform one channel by one level, a last row or column without a partner taken twice.
+
+    Parameters
+    ----------
+    plane
+        (h, w).
+
+    Returns
+    -------
+    low, parts : ndarray
+        LL, (⌈h/2⌉, ⌈w/2⌉); and HL, LH, HH in their quadrants of (2·⌈h/2⌉, 2·⌈w/2⌉).
+    """
+    height, width = plane.shape
+    pairs = np.pad(plane, ((0, height % 2), (0, width % 2)), mode="edge")
+    rows, columns = level_shape(plane.shape, 1)
+    low, parts = np.empty((rows, columns, 1)), np.zeros((2 * rows, 2 * columns, 1))
+    haar_forward(pairs[:, :, None], low, parts)
+    return low[:, :, 0], parts[:, :, 0]
+
+
+def merge_pairs(low: FloatArray, nested: FloatArray) -> FloatArray:
+    """Invert `split_pairs`: from LL, and HL, LH, HH in their places of (h, w), to (h, w)."""
+    height, width = nested.shape
+    parts = np.zeros((2 * low.shape[0], 2 * low.shape[1], 1))
+    parts[:height, :width, 0] = nested
+    pairs = np.empty_like(parts)
+    haar_inverse(np.ascontiguousarray(low[:, :, None]), parts, pairs)
+    return pairs[:height, :width, 0]
 
 
 def level_shape(shape: tuple[int, ...], level: int) -> tuple[int, int]:
