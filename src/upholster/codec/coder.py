@@ -152,11 +152,17 @@ class CoefficientDecoder:
         known, flags = self._memory.m[KNOWN], self._memory.m[FLAGS]
         return np.where(flags & kernels.NEGATIVE, -known, known)
 
-    def values(self) -> FloatArray:
+    def values(self, expected: NDArray[np.int32] | None = None) -> FloatArray:
         """Return the best guess: values within their intervals, (tree.size,), multiples of 1/64.
 
         Where in its interval a value is put follows from the refinement bits so far (SPEC.md,
         "Reconstruction").
+
+        Parameters
+        ----------
+        expected
+            (tree.size,) what values are where nothing that is known speaks against it; 0: nothing is
+            expected.
         """
         flags, known = self._memory.m[FLAGS], self._memory.m[KNOWN]
         plane = self.plane
@@ -171,6 +177,14 @@ class CoefficientDecoder:
         exact = self.exact & (lowest <= self.tree.table[band, LOWEST])
         magnitude = (known << 6) + np.where(exact, 0, point << lowest)
         out = np.zeros(self.tree.size)
+        if expected is not None:
+            # What is not significant lies below the plane; well below what is expected it may as well be 0.
+            below = 2 ** (plane + 1) - 1
+            out[:] = np.where(expected >> (plane + 3), 0, np.minimum(expected, below))
+            likely = expected[significant].astype(np.int64)
+            agrees = (likely > 0) & (flags[significant] & kernels.NEGATIVE == 0)
+            agrees &= likely >> lowest == known >> lowest
+            magnitude = np.where(agrees, likely << 6, magnitude)
         out[significant] = np.where(flags[significant] & kernels.NEGATIVE, -magnitude, magnitude) / 64
         return out
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from upholster.codec.coder import MAX_PLANE, CoefficientDecoder, encode_coefficients
 from upholster.codec.color import fit_klt, from_ycocg, to_ycocg, unmix
 from upholster.codec.header import MAX_PLACES, MAX_SAMPLES, ImageHeader
-from upholster.codec.thresholds import expected_plane, from_coded, share_thresholds, to_coded
+from upholster.codec.thresholds import from_coded, share_thresholds, to_coded
 from upholster.codec.tree import LL, Band, Tree, build_tree, tree_size
 from upholster.errors import InputError
 from upholster.types import PixelArray
@@ -126,9 +126,11 @@ def _quantized(
     if header.wavelet == "haar":
         coefficients = np.trunc(coefficients * 2**header.fineness)
         thresholds = share_thresholds(np.abs(coefficients))
-        if expected_plane(int(np.abs(coefficients).max()), thresholds) > MAX_PLANE:
+        coded = to_coded(coefficients, thresholds)
+        if np.abs(coded).max() >> (MAX_PLANE + 1):
             thresholds = ()  # of 16 bits and more than three levels: planes are powers of two alone
-        coefficients = to_coded(coefficients, thresholds)
+            coded = to_coded(coefficients, thresholds)
+        coefficients = coded
     for band in tree.bands:
         part = coefficients[_window(band, header.height, header.width)]
         if header.wavelet != "haar":
@@ -254,16 +256,21 @@ class ImageDecoder:
     def _haar_integers(self) -> NDArray[np.int32]:
         header = self.header
         nested = np.zeros((header.height, header.width, header.channels))
-        values = from_coded(self._coefficients.values(), header.thresholds)
+        values = from_coded(self._coefficients.values(self._means()), header.thresholds)
         for band in self._tree.bands:
             part = values[self._tree.places(band)]
-            if band.kind == LL:
-                # Until its plane is done, an approximation that is not significant may well be the mean.
-                mean = header.means[band.channel] << (header.levels + header.fineness)
-                if self._coefficients.plane >= expected_plane(mean, header.thresholds):
-                    part = np.where(part == 0, mean, part)
             nested[_window(band, header.height, header.width)] = part / 2**header.fineness
         return self._rounded(inverse(nested, wavelet="haar", levels=header.levels))
+
+    def _means(self) -> NDArray[np.int32]:
+        # An approximation is expected to be the mean.
+        header, expected = self.header, np.zeros(self._tree.size, np.int32)
+        means = np.array(header.means) << (header.levels + header.fineness)
+        coded = to_coded(np.where(means >> (MAX_PLANE + 1), 0, means), header.thresholds)
+        for band in self._tree.bands:
+            if band.kind == LL:
+                expected[self._tree.places(band)] = coded[band.channel]
+        return expected
 
     def _rounded(self, planes: NDArray[Any]) -> NDArray[np.int32]:
         # Half away from zero is the same everywhere; negative sums are clipped anyway.

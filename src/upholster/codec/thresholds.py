@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from upholster.types import FloatArray, IntArray
 
-__all__ = ["SHARES", "expected_plane", "from_coded", "share_thresholds", "to_coded"]
+__all__ = ["SHARES", "from_coded", "share_thresholds", "to_coded"]
 
 SHARES = (0.03, 0.05, 0.07, 0.15)
 """Shares of the coefficients at which a pass ends: those of the paper's figure 13."""
@@ -51,11 +51,6 @@ def from_coded(coded: FloatArray, thresholds: Sequence[int]) -> FloatArray:
     first = np.ldexp(1.0, plane)
     found = starts[plane] + np.floor((magnitudes - first) * np.ldexp(1.0, bits[plane] - plane))
     return np.where(magnitudes > 0, np.copysign(found, coded), 0.0)
-
-
-def expected_plane(magnitude: int, thresholds: Sequence[int]) -> int:
-    """Return the plane at which a magnitude becomes significant; -1 for 0."""
-    return int(np.searchsorted(_passes(thresholds)[0], magnitude, side="right")) - 1
 
 
 def _passes(thresholds: Sequence[int]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

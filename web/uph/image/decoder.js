@@ -52,14 +52,21 @@ function passesOf({ thresholds }) {
   return starts.map((start, plane) => ({ start, shift: plane - 32 + Math.clz32(starts[plane + 1] - start - 1) }))
 }
 
+/** A mean as it would be coded; 0 for one that can not be. */
+function codedMean(mean, passes) {
+  if (mean >= 2 ** 24) return 0
+  const top = passes.findLastIndex(({ start }) => start <= mean)
+  return top < 0 ? 0 : 2 ** top + (mean - passes[top].start) * 2 ** passes[top].shift
+}
+
 /** One channel's coefficients, low-pass ones first along each axis. */
 function reconstruct({ header, bands, flags, known, lowestKnown, refined, plane }, channel) {
   const { height, width, wavelet, levels, fineness, means } = header
   const out = new (wavelet === 1 ? Int32Array : Float64Array)(height * width)
   const passes = wavelet === 2 && passesOf(header)
-  // Until its plane is done, an approximation that is not significant may well be the mean.
-  const mean = passes ? means[channel] * 2 ** (levels + fineness) : 0
-  const rest = passes && plane >= passes.findLastIndex(({ start }) => start <= mean) ? means[channel] : 0
+  // An approximation is near the mean, as far as what is known allows it.
+  const mean = passes ? codedMean(means[channel] * 2 ** (levels + fineness), passes) : 0
+  const rest = mean >> (plane + 3) ? 0 : Math.min(mean, 2 ** (plane + 1) - 1)
   for (const band of bands) {
     if (band.channel !== channel) continue
     const points = [0, 2].map((later) => {
@@ -69,14 +76,12 @@ function reconstruct({ header, bands, flags, known, lowestKnown, refined, plane 
     for (let r = 0; r < band.rows; r++) {
       let place = (band.top + r) * width + band.left
       for (let i = band.start + r * band.stride, end = i + band.columns; i < end; i++, place++) {
-        if (!known[i]) {
-          if (!band.kind) out[place] = rest
-          continue
-        }
+        if (!known[i] && (band.kind || !rest)) continue
         const u = lowestKnown[i]
-        let value = known[i]
-        if (u > band.lowest || !wavelet) value += (points[value >> (u + 1) ? 1 : 0] * 2 ** u) / 64
+        let value = known[i] || rest
+        if (known[i] && (u > band.lowest || !wavelet)) value += (points[value >> (u + 1) ? 1 : 0] * 2 ** u) / 64
         if (passes) {
+          if (mean && known[i] && !band.kind && !(flags[i] & NEGATIVE) && mean >> u === known[i] >> u) value = mean
           const top = 31 - Math.clz32(value)
           value = passes[top].start + Math.floor((value - 2 ** top) / 2 ** passes[top].shift)
         }
