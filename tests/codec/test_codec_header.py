@@ -98,15 +98,19 @@ def test_sizes_beyond_the_limit_are_refused_before_anything_is_allocated():
         tracemalloc.stop()
 
 
+@pytest.mark.parametrize("haar", [False, True])
 @pytest.mark.parametrize(
     "shape", [(1788, 1789, 1, 6), (65535, 48, 1, 0), (1032, 1032, 3, 6), (65535, 1, 16, 0), (1, 65535, 3, 10)]
 )
-def test_the_largest_images_that_a_small_file_may_declare_take_less_than_256_mib(shape):
+def test_the_largest_images_that_a_small_file_may_declare_take_less_than_256_mib(shape, haar):
     height, width, channels, levels = shape
-    kind = 1 << 2 if channels >= 3 else 0
-    header = ImageHeader.parse(fixed(height, width, channels, kind, levels) + bytes(2 * channels + 18))
+    kind = 2 if haar else 1 << 2 if channels >= 3 else 0
+    means = struct.pack(f"<{channels}H", *[100] * channels)
+    header = ImageHeader.parse(fixed(height, width, channels, kind, levels) + means + bytes(18))
     build_tree.cache_clear()
-    ImageDecoder(ImageHeader.parse(fixed() + bytes(2))).feed(bytes(50))  # compiles
+    small = ImageDecoder(ImageHeader.parse(fixed(kind=kind & 2) + bytes(20)))
+    small.feed(bytes(50))  # compiles
+    small.image()
     tracemalloc.start()
     try:
         decoder = ImageDecoder(header)

@@ -258,6 +258,27 @@ def test_vectors_decode_as_frozen(tmp_path: Any) -> None:
             assert [one[key] for key in keys] == [other[key] for key in keys]
 
 
+@pytest.mark.parametrize("wavelet", ["9/7", "haar"])
+def test_a_limit_in_coefficients_shows_what_python_shows(tmp_path: Any, wavelet: str) -> None:
+    surface, quilt, exemplar = covered("torus", chart=48)
+    data = encode_stream(surface, quilt, exemplar, wavelet=wavelet)
+    jobs, wanted = [], []
+    for n, share in enumerate((0.01, 0.07, 0.3)):
+        path = tmp_path / f"{n}.uph"
+        path.write_bytes(data)
+        decoder = StreamDecoder()
+        decoder.limit_coefficients(share)
+        decoder.feed(data)
+        assert decoder.placements_complete
+        known, count = decoder.coefficients_known
+        assert share * count <= known < share * count + 8
+        jobs.append({"path": str(path), "cuts": [len(data)], "share": share})
+        wanted.append((_digest(decoder.exemplar()), _digest(*decoder.texels().arrays)))
+    (tmp_path / "jobs.json").write_text(json.dumps(jobs))
+    found = json.loads(_run(HERE / "decode.mjs", tmp_path / "jobs.json"))
+    assert [(one["exemplar"], one["texels"]) for (one,) in found] == wanted
+
+
 def test_images_cut_anywhere_decode_as_in_python(tmp_path: Any) -> None:
     rng = np.random.default_rng(2)
     jobs = []

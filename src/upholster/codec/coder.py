@@ -179,8 +179,8 @@ class CoefficientDecoder:
         out = np.zeros(self.tree.size)
         if expected is not None:
             # What is not significant lies below the plane; well below what is expected it may as well be 0.
-            below = 2 ** (plane + 1) - 1
-            out[:] = np.where(expected >> (plane + 3), 0, np.minimum(expected, below))
+            np.minimum(expected, 2 ** (plane + 1) - 1, out=out)
+            out[expected >= 2 ** (plane + 3)] = 0
             likely = expected[significant].astype(np.int64)
             agrees = (likely > 0) & (flags[significant] & kernels.NEGATIVE == 0)
             agrees &= likely >> lowest == known >> lowest

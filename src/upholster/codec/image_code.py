@@ -255,12 +255,15 @@ class ImageDecoder:
 
     def _haar_integers(self) -> NDArray[np.int32]:
         header = self.header
+        values = self._coefficients.values(self._means())
+        values = from_coded(values, header.thresholds) / 2**header.fineness
         nested = np.zeros((header.height, header.width, header.channels))
-        values = from_coded(self._coefficients.values(self._means()), header.thresholds)
         for band in self._tree.bands:
-            part = values[self._tree.places(band)]
-            nested[_window(band, header.height, header.width)] = part / 2**header.fineness
-        return self._rounded(inverse(nested, wavelet="haar", levels=header.levels))
+            nested[_window(band, header.height, header.width)] = values[self._tree.places(band)]
+        del values
+        planes = inverse(nested, wavelet="haar", levels=header.levels)
+        del nested
+        return self._rounded(planes)
 
     def _means(self) -> NDArray[np.int32]:
         # An approximation is expected to be the mean.

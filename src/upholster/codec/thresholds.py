@@ -23,6 +23,8 @@ SHARES = (0.03, 0.05, 0.07, 0.15)
 """Shares of the coefficients at which a pass ends: those of the paper's figure 13."""
 
 _POWERS = 25
+_AT_ONCE = 2**16
+"""Numbers that are turned back at once: a decoder's memory is limited."""
 
 
 def share_thresholds(magnitudes: NDArray[Any]) -> tuple[int, ...]:
@@ -46,11 +48,16 @@ def to_coded(values: NDArray[Any], thresholds: Sequence[int]) -> IntArray:
 def from_coded(coded: FloatArray, thresholds: Sequence[int]) -> FloatArray:
     """Invert `to_coded`; of numbers between those that it makes, the next magnitude below."""
     starts, bits = _passes(thresholds)
-    magnitudes = np.abs(coded)
-    plane = np.maximum(np.frexp(magnitudes)[1] - 1, 0)
-    first = np.ldexp(1.0, plane)
-    found = starts[plane] + np.floor((magnitudes - first) * np.ldexp(1.0, bits[plane] - plane))
-    return np.where(magnitudes > 0, np.copysign(found, coded), 0.0)
+    found = np.zeros(coded.size)
+    flat = coded.reshape(-1)
+    for begin in range(0, coded.size, _AT_ONCE):
+        part = flat[begin : begin + _AT_ONCE]
+        magnitudes = np.abs(part)
+        plane = np.maximum(np.frexp(magnitudes)[1] - 1, 0)
+        above = np.floor((magnitudes - np.ldexp(1.0, plane)) * np.ldexp(1.0, bits[plane] - plane))
+        whole = np.copysign(starts[plane] + above, part)
+        found[begin : begin + _AT_ONCE] = np.where(magnitudes > 0, whole, 0.0)
+    return found.reshape(coded.shape)
 
 
 def _passes(thresholds: Sequence[int]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:

@@ -72,35 +72,34 @@ def idwt2(coefficients: NDArray[Any], *, levels: int = 3) -> FloatArray:
     return low.reshape(np.shape(coefficients))
 
 
-def split_pairs(plane: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Transform one channel by one level, a last row or column without a partner taken twice.
+def split_pairs(image: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Transform an image by one level, a last row or column without a partner taken twice.
 
     Parameters
     ----------
-    plane
-        (h, w).
+    image
+        (h, w, c).
 
     Returns
     -------
     low, parts : ndarray
-        LL, (⌈h/2⌉, ⌈w/2⌉); and HL, LH, HH in their quadrants of (2·⌈h/2⌉, 2·⌈w/2⌉).
+        LL, (⌈h/2⌉, ⌈w/2⌉, c); and HL, LH, HH in their quadrants of (2·⌈h/2⌉, 2·⌈w/2⌉, c).
     """
-    height, width = plane.shape
-    pairs = np.pad(plane, ((0, height % 2), (0, width % 2)), mode="edge")
-    rows, columns = level_shape(plane.shape, 1)
-    low, parts = np.empty((rows, columns, 1)), np.zeros((2 * rows, 2 * columns, 1))
-    haar_forward(pairs[:, :, None], low, parts)
-    return low[:, :, 0], parts[:, :, 0]
+    height, width, channels = image.shape
+    pairs = np.pad(image, ((0, height % 2), (0, width % 2), (0, 0)), mode="edge")
+    low, parts = np.empty((*level_shape(image.shape, 1), channels)), np.zeros(pairs.shape)
+    haar_forward(pairs, low, parts)
+    return low, parts
 
 
 def merge_pairs(low: FloatArray, nested: FloatArray) -> FloatArray:
-    """Invert `split_pairs`: from LL, and HL, LH, HH in their places of (h, w), to (h, w)."""
-    height, width = nested.shape
-    parts = np.zeros((2 * low.shape[0], 2 * low.shape[1], 1))
-    parts[:height, :width, 0] = nested
-    pairs = np.empty_like(parts)
-    haar_inverse(np.ascontiguousarray(low[:, :, None]), parts, pairs)
-    return pairs[:height, :width, 0]
+    """Invert `split_pairs`: from LL, and HL, LH, HH in their places of (h, w, c), to (h, w, c)."""
+    height, width, channels = nested.shape
+    parts = np.zeros((2 * low.shape[0], 2 * low.shape[1], channels))
+    parts[:height, :width] = nested
+    pairs = np.empty(parts.shape)
+    haar_inverse(np.ascontiguousarray(low), parts, pairs)
+    return pairs[:height, :width]
 
 
 def level_shape(shape: tuple[int, ...], level: int) -> tuple[int, int]:

@@ -23,12 +23,11 @@ Wavelet = Literal["9/7", "5/3", "haar"]
 
 MAX_LEVELS = 10
 
-WAVELETS: dict[str, tuple[int, int, type]] = {
-    "9/7": (DAUBECHIES97, 4, np.float64),
-    "5/3": (LEGALL53, 2, np.int32),
-    "haar": (-1, 0, np.float64),
-}
-"""Kind, number of lifting steps and dtype of each wavelet; Haar is not lifted."""
+WAVELETS: dict[str, type] = {"9/7": np.float64, "5/3": np.int32, "haar": np.float64}
+"""The dtype that each wavelet computes in."""
+
+_LIFTED = {"9/7": (DAUBECHIES97, 4), "5/3": (LEGALL53, 2)}
+"""Kind and number of steps of those that are lifted."""
 
 # L2 norms of the synthesis functions of LL, HL (as LH) and HH at levels 1, 2 …; later levels are as the last.
 _NORMS: dict[str, tuple[tuple[float, float, float], ...]] = {
@@ -71,9 +70,10 @@ def forward(image: NDArray[Any], *, wavelet: Wavelet, levels: int) -> NDArray[An
     Daubechies, Sweldens: Factoring wavelet transforms into lifting steps, 1998. Calderbank et al.: Wavelet
     transforms that map integers to integers, 1998.
     """
-    planes, kind, steps = _planes(image, wavelet, levels)
+    _check(image, wavelet, levels)
     if wavelet == "haar":
-        return _joined(_haar_forward(planes, levels), image)
+        return _haar_forward(image, levels)
+    planes, kind, steps = _planes(image, wavelet)
     out = np.empty_like(planes)
     for low, nested in zip(planes, out, strict=True):
         for level in range(1, levels + 1):
@@ -91,9 +91,10 @@ def inverse(coefficients: NDArray[Any], *, wavelet: Wavelet, levels: int) -> NDA
     InputError
         As `forward`.
     """
-    planes, kind, steps = _planes(coefficients, wavelet, levels)
+    _check(coefficients, wavelet, levels)
     if wavelet == "haar":
-        return _joined(_haar_inverse(planes, levels), coefficients)
+        return _haar_inverse(coefficients, levels)
+    planes, kind, steps = _planes(coefficients, wavelet)
     shape = planes.shape[1:]
     height, width = level_shape(shape, levels)
     out = np.empty_like(planes)
@@ -125,32 +126,28 @@ def band_norms(wavelet: Wavelet, level: int) -> tuple[float, float, float, float
     return low, mixed, mixed, high
 
 
-def _haar_forward(planes: FloatArray, levels: int) -> FloatArray:
-    out = np.empty_like(planes)
-    for plane, nested in zip(planes, out, strict=True):
-        low = plane
-        for _ in range(levels):
-            height, width = low.shape
-            low, parts = split_pairs(low)
-            nested[:height, :width] = parts[:height, :width]
-        nested[: low.shape[0], : low.shape[1]] = low
-    return out
+def _haar_forward(image: NDArray[Any], levels: int) -> FloatArray:
+    low = np.array(image, np.float64).reshape(*image.shape[:2], -1)
+    nested = np.empty(low.shape)
+    for _ in range(levels):
+        height, width = low.shape[:2]
+        low, parts = split_pairs(low)
+        nested[:height, :width] = parts[:height, :width]
+    nested[: low.shape[0], : low.shape[1]] = low
+    return nested.reshape(image.shape)
 
 
-def _haar_inverse(planes: FloatArray, levels: int) -> FloatArray:
-    out = np.empty_like(planes)
-    for nested, image in zip(planes, out, strict=True):
-        height, width = level_shape(nested.shape, levels)
-        low = nested[:height, :width]
-        for level in range(levels - 1, -1, -1):
-            height, width = level_shape(nested.shape, level)
-            low = merge_pairs(low, nested[:height, :width])
-        image[...] = low
-    return out
+def _haar_inverse(coefficients: NDArray[Any], levels: int) -> FloatArray:
+    nested = np.asarray(coefficients, np.float64).reshape(*coefficients.shape[:2], -1)
+    height, width = level_shape(nested.shape, levels)
+    low = nested[:height, :width]
+    for level in range(levels - 1, -1, -1):
+        height, width = level_shape(nested.shape, level)
+        low = merge_pairs(low, nested[:height, :width])
+    return low.reshape(coefficients.shape)
 
 
-def _planes(array: NDArray[Any], wavelet: Wavelet, levels: int) -> tuple[NDArray[Any], int, int]:
-    # Checked, (channels, height, width), of the wavelet's dtype; with the wavelet's kind and number of steps.
+def _check(array: NDArray[Any], wavelet: Wavelet, levels: int) -> None:
     shape = np.shape(array)
     if wavelet not in WAVELETS:
         raise InputError(f"unknown wavelet {wavelet!r}; allowed: {', '.join(WAVELETS)}")
@@ -158,11 +155,15 @@ def _planes(array: NDArray[Any], wavelet: Wavelet, levels: int) -> tuple[NDArray
         raise InputError(f"levels is {levels}; allowed: 0 to {MAX_LEVELS}")
     if len(shape) not in (2, 3) or 0 in shape:
         raise InputError(f"image has shape {shape}; allowed: (height, width) or (height, width, channels)")
-    kind, steps, dtype = WAVELETS[wavelet]
-    if dtype is np.int32 and not np.issubdtype(np.asarray(array).dtype, np.integer):
+    if WAVELETS[wavelet] is np.int32 and not np.issubdtype(np.asarray(array).dtype, np.integer):
         raise InputError(f"image is of {np.asarray(array).dtype}; wavelet {wavelet} is for integers")
-    stacked = np.reshape(array, (*shape[:2], -1)).transpose(2, 0, 1)
-    return np.ascontiguousarray(stacked, dtype=dtype), kind, steps
+
+
+def _planes(array: NDArray[Any], wavelet: Wavelet) -> tuple[NDArray[Any], int, int]:
+    # (channels, height, width), of the wavelet's dtype; with the wavelet's kind and number of steps.
+    kind, steps = _LIFTED[wavelet]
+    stacked = np.reshape(array, (*np.shape(array)[:2], -1)).transpose(2, 0, 1)
+    return np.ascontiguousarray(stacked, dtype=WAVELETS[wavelet]), kind, steps
 
 
 def _joined(planes: NDArray[Any], like: NDArray[Any]) -> NDArray[Any]:
