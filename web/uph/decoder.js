@@ -19,7 +19,7 @@ import { parseSurface } from './surface.js'
 const MAX_MAPS = 16
 const MAX_REPEATS = 2 ** 19
 const MAX_BLOCK_SIDE = 4096
-const CAUTION = 64 // coefficients that a byte never tells of
+const CAUTION = 64 // coefficients that a byte hardly ever tells of
 
 /** Decodes a `.uph` stream as its bytes come. */
 export class UphDecoder {

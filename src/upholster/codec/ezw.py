@@ -164,7 +164,7 @@ def decode(data: bytes, *, most_bytes: int | None = None, coefficients: float | 
         wanted = coefficients * decoder.coefficients
         while start + decoder.received < len(data) and decoder.significant < wanted:
             place = start + decoder.received
-            # Near the end byte by byte: none tells of 64 coefficients.
+            # Near the end byte by byte: hardly any tells of 64 coefficients.
             decoder.feed(data[place : place + max(1, int(wanted - decoder.significant) // 64)])
     if decoder.unread:
         raise FormatError(f"byte {len(data) - decoder.unread}: {decoder.unread} bytes too many")

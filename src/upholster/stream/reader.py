@@ -28,7 +28,7 @@ _LONGEST_WHOLE = {"S": 2**26, "L": 2**24, "X": 2**12, "F": 2**23, "Q": 2**23, "R
 _ANY_NUMBER = "DRE"
 
 _CAUTION = 64
-"""Coefficients that a byte never tells of: near a limit in coefficients bytes are taken one by one."""
+"""Coefficients that a byte hardly ever tells of: near a limit in coefficients bytes are taken one by one."""
 
 
 class StreamDecoder:
