@@ -1,7 +1,7 @@
 """Run all benchmarks, or those named: ``python -m benchmarks [flagship] [growth] [stream] …``.
 
-``codec``, ``claims``, ``fidelity`` and ``seams`` take a folder of exemplars instead of the project's own, and
-the last three the options of their modules: ``python -m benchmarks fidelity FOLDER -o OUT``.
+``codec``, ``profiles``, ``claims``, ``fidelity`` and ``seams`` take a folder of exemplars instead of the
+project's own, the last three the options of their modules: ``python -m benchmarks fidelity FOLDER -o OUT``.
 """
 
 import sys
@@ -17,6 +17,7 @@ from benchmarks.flagship import flagship, growth
 from benchmarks.measure import Results
 from benchmarks.parts import parts
 from benchmarks.pixel import pixel
+from benchmarks.profiles import profiles
 from benchmarks.quilt import quilt
 from benchmarks.stream import stream
 from benchmarks.web import frames, web
@@ -31,6 +32,7 @@ BENCHMARKS = {
     "compile": compile_time,
     "parts": parts,
     "codec": codec,
+    "profiles": profiles,
     "stream": stream,
     "web": web,
     "frames": frames,
@@ -39,6 +41,7 @@ BENCHMARKS = {
     "fidelity": fidelity_module.fidelity,
     "seams": seams_module.seams,
 }
+WITH_FOLDER = {"codec": codec, "profiles": profiles}
 PROGRAMS = {"claims": claims_module.main, "fidelity": fidelity_module.main, "seams": seams_module.main}
 
 
@@ -49,8 +52,8 @@ def main() -> int:
     if len(wanted) > 1 and wanted[1] not in BENCHMARKS:
         if wanted[0] in PROGRAMS:
             return PROGRAMS[wanted[0]](wanted[1:])
-        if wanted[0] == "codec" and len(wanted) == 2 and Path(wanted[1]).is_dir():
-            codec(results, folder=Path(wanted[1]))
+        if wanted[0] in WITH_FOLDER and len(wanted) == 2 and Path(wanted[1]).is_dir():
+            WITH_FOLDER[wanted[0]](results, folder=Path(wanted[1]))
             results.show()
             return 0
     unknown = [name for name in wanted if name not in BENCHMARKS]

@@ -240,7 +240,7 @@ def _speed(results: Results, texture: Pixels) -> None:
 
 
 def _lifting_speed(results: Results, image: Pixels, wavelet: Wavelet, theirs: str) -> None:
-    ours_in, theirs_in = image.astype(np.float64 if wavelet == "9/7" else np.int32), image.astype(np.float64)
+    ours_in, theirs_in = image.astype(np.int32 if wavelet == "5/3" else np.float64), image.astype(np.float64)
     coefficients = forward(ours_in, wavelet=wavelet, levels=6)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # PyWavelets warns that six levels reach beyond the border

@@ -88,7 +88,7 @@ def test_what_is_written_arrives_as_options(monkeypatch):
     assert given["options"] == WriteOptions(
         texture="webp", size=(20, 30), view=(10.0, -5.5), wavelet="haar", lossless=True, stream_bytes=8000
     )
-    assert given["options"].transform["levels"] == 3
+    assert given["options"].stream_choices == ["wavelet", "lossless", "bytes"]
     paper = run(
         "cover", monkeypatch, "upholster.pipeline.cover", "a.png", "--on", "plane", "-o", "b.png",
         "--method", "paper", "--no-seams", "--chart", "64",

@@ -11,7 +11,7 @@ from upholster import codec
 from upholster.errors import FormatError, InputError
 from upholster.image import read_image, write_image
 from upholster.image.drawing import Drawing
-from upholster.levels import curve_picture, levels_picture, refine_steps
+from upholster.levels import curve_picture, levels_picture, refine_steps, share_text
 from upholster.options import WriteOptions
 from upholster.pipeline import refine
 from upholster.stream import StreamDecoder, encode_stream
@@ -148,7 +148,12 @@ def psnr(image, original):
         ["decode", "ring.uph", "-o", "a.png"],
         ["cover", "sample.png", "--on", "torus", "-o", "a.uph", "--bytes", "1"],
         ["cover", "sample.png", "--on", "torus", "-o", "a.uph", "--wavelet", "db4"],
-        ["cover", "sample.png", "--on", "torus", "-o", "a.uph", "--threshold", "-1"],
+        ["cover", "sample.png", "--on", "torus", "-o", "a.uph", "--threshold", "1"],
+        ["cover", "sample.png", "--on", "torus", "-o", "a.png", "--coefficients", "7%"],
+        ["cover", "sample.png", "--on", "torus", "-o", "a.uph", "--method", "paper", "--threshold=-1"],
+        ["cover", "sample.png", "--on", "torus", "-o", "a.uph", "--method", "paper", "--coefficients", "0"],
+        ["cover", "sample.png", "--on", "torus", "-o", "a.png", "-o", "a.glb", "--wavelet", "haar"],
+        ["cover", "sample.png", "--on", "torus", "-o", "a.png", "--bytes", "8k"],
         ["cover", "sample.png", "--on", "torus", "-o", "a.uph", "--lossless", "--wavelet", "9/7"],
     ],
 )
@@ -183,12 +188,44 @@ def test_every_further_byte_helps(parts):
     steps = refine_steps(data, [Limit(coefficients=share) for share in (0.03, 0.05, 0.07, 0.15, 1)])
     lengths, qualities = [step.length for step in steps], [step.psnr for step in steps]
     assert lengths == sorted(lengths)
-    # Before its placements have come, a chart repeats the exemplar: quality counts from then on.
-    known = [quality for step, quality in zip(steps, qualities, strict=True) if step.charts == 1]
-    assert len(known) >= 3
-    assert known == sorted(known)
+    # A limit in coefficients waits for all placements.
+    assert [step.charts for step in steps] == [1.0] * len(steps)
+    assert qualities == sorted(qualities)
     assert qualities[-1] == math.inf
+    assert [step.complete for step in steps] == [False, False, False, False, True]
+    for step, share in zip(steps, (0.03, 0.05, 0.07, 0.15), strict=False):
+        assert share <= step.coefficients < share + 8 / parts[0].size
     assert steps[-1].coefficients > 0.15
+
+
+@pytest.mark.parametrize("wavelet", ["9/7", "haar"])
+def test_a_limit_in_coefficients_comes_with_all_placements_and_no_more_of_the_sample(parts, wavelet):
+    exemplar, surface, quilt, _ = parts
+    for first_part in (0, 600, 5000):
+        data = encode_stream(surface, quilt, exemplar, wavelet=wavelet, first_part=first_part)
+        one = StreamDecoder()
+        for share in (0.01, 0.03, 0.4):
+            feed_until(one, data, Limit(coefficients=share))
+            assert one.placements_complete
+            assert not one.complete
+            known, count = one.coefficients_known
+            assert share * count <= known < share * count + 8
+            # Rising limits with one decoder are as good as one limit at once.
+            other = StreamDecoder()
+            feed_until(other, data, Limit(coefficients=share))
+            np.testing.assert_array_equal(one.exemplar(), other.exemplar())
+            np.testing.assert_array_equal(one.quilt().placements, quilt.placements)
+        one.limit_coefficients(None)
+        one.feed(data[one.received :])
+        assert one.complete
+        whole = StreamDecoder()
+        whole.feed(data)
+        np.testing.assert_array_equal(one.exemplar(), whole.exemplar())
+
+
+def test_shares_are_never_rounded_up_to_all():
+    told = {0.03: "3 %", 0.0701: "7 %", 0.1502: "15 %", 0.684: "68 %", 0.9999: "99.9 %", 1.0: "100 %"}
+    assert {share: share_text(share) for share in told} == told
 
 
 def test_levels_picture_shows_as_many_models_as_levels(parts):
@@ -200,20 +237,6 @@ def test_levels_picture_shows_as_many_models_as_levels(parts):
     assert [step.length for step in steps] == sorted({step.length for step in steps})
     with pytest.raises(InputError, match="more bytes"):
         levels_picture(parts[3][:20])
-
-
-def test_thresholding_leaves_out_small_coefficients(parts):
-    exemplar, surface, quilt, _ = parts
-    sizes, errors = [], []
-    for threshold in (0, 10, 40):
-        data = encode_stream(surface, quilt, exemplar, wavelet="haar", levels=3, threshold=threshold)
-        decoder = StreamDecoder()
-        decoder.feed(data)
-        sizes.append(len(data))
-        errors.append(np.abs(decoder.exemplar().astype(int) - exemplar).mean())
-    assert sizes == sorted(sizes, reverse=True)
-    assert errors == sorted(errors)
-    assert errors[0] == 0
 
 
 def test_refine_refuses_damaged_streams(folder, tmp_path):

@@ -75,6 +75,10 @@ export class UphDecoder {
   readonly charts: readonly Chart[]
   /** How many charts have their placements; the others repeat the exemplar. */
   readonly chartsKnown: number
+  /** Whether every placement and every mask has come. */
+  readonly placed: boolean
+  /** Share of the exemplar's coefficients, 0 to 1, at which its decoding ends, whatever else comes; 1 at first. */
+  mostCoefficients: number
   /** Take further bytes. Throws `UphError` for a damaged stream, from then on always. */
   feed(bytes: Uint8Array): Changes
   /** Roles of the maps announced so far: 'albedo', the exemplar's, is the first. */

@@ -119,9 +119,12 @@ CAPTIONS = {
         and that is embedded in both patches, feathered (h).
         """,
     "levels": """\
-        Two streams as they arrive: the model when 3, 5, 7, 15 and 100 % of the exemplar's coefficients are
-        significant, with the bytes received until then, surface and placements included, and the texels' PSNR
-        against the whole stream. `upholster levels ring.uph -o levels.png` makes a row.
+        Two streams of method paper, in the paper's profile, as they arrive: the model of the largest 3, 5, 7
+        and 15 % of the sample's Haar coefficients, and the complete stream, which has all but those that are
+        zero. With each stand the bytes received until then, surface and placements included, and the texels'
+        PSNR against the whole stream. `upholster levels ring.uph -o levels.png` makes a row. Samples: the
+        project's bricks and granite at 128 × 128; `python docs/make_gallery.py FOLDER --only levels` with any
+        folder of images.
         """,
     "curve": """\
         The first of these streams: its texels' PSNR against the whole stream, over its bytes. The first view

@@ -22,15 +22,15 @@ ARRIVED = (1_000, 5_000, 10_000, 20_000)
 """Bytes of a stream at which it is shown."""
 
 
-def levels(exemplars: Exemplars) -> Any:
-    """Draw figure 13: two streams, each at 3, 5, 7, 15 and 100 % of the coefficients."""
+def levels(_exemplars: Exemplars) -> Any:
+    """Draw figure 13: two streams of the paper's profile, at 3, 5, 7, 15 % of the coefficients and whole."""
     rows = [
         levels_picture(
-            _stream(exemplars, kind, surface), options=WriteOptions(size=(300, 250), view=view, supersample=3)
+            _stream(name, surface), options=WriteOptions(size=(300, 250), view=view, supersample=3)
         )
-        for kind, surface, view in (
-            ("regular", ring_cyclide(), (150.0, 36.0)),
-            ("stochastic", torus(2.0, 0.9), (30.0, 40.0)),
+        for name, surface, view in (
+            ("bricks", ring_cyclide(), (150.0, 36.0)),
+            ("granite", torus(2.0, 0.9), (30.0, 40.0)),
         )
     ]
     return Image.fromarray(np.concatenate(rows))
@@ -50,13 +50,13 @@ def refining(_exemplars: Exemplars) -> Any:
     return compose([panels], gap=12)
 
 
-def curve(exemplars: Exemplars) -> Any:
+def curve(_exemplars: Exemplars) -> Any:
     """Plot the quality of the cyclide's stream over its bytes."""
-    return Image.fromarray(curve_picture(_stream(exemplars, "regular", ring_cyclide()))[0])
+    return Image.fromarray(curve_picture(_stream("bricks", ring_cyclide()))[0])
 
 
-def _stream(exemplars: Exemplars, kind: str, surface: Surface) -> bytes:
-    liked = {"regular": ("brick_wall_red",), "stochastic": ("rust",)}
-    exemplar = read(exemplars.of_kind(kind, liked[kind])[0])
-    exemplar = np.ascontiguousarray(resize_image(exemplar, height=256, width=256)[:128, :128])
-    return encode_stream(surface, synthesize(exemplar, surface, chart=144, seed=1, method="paper"), exemplar)
+def _stream(name: str, surface: Surface) -> bytes:
+    # Samples of the project, at the paper's size.
+    exemplar = resize_image(read(OWN / f"{name}.png"), height=128, width=128)
+    quilt = synthesize(exemplar, surface, chart=144, seed=1, method="paper")
+    return encode_stream(surface, quilt, exemplar, wavelet="haar")

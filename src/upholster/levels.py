@@ -16,7 +16,7 @@ from upholster.stream import StreamDecoder
 from upholster.stream.prefix import Limit, feed_until
 from upholster.types import PixelArray, Progress
 
-__all__ = ["SHARES", "Step", "curve_picture", "levels_picture", "refine_steps", "texels_psnr"]
+__all__ = ["SHARES", "Step", "curve_picture", "levels_picture", "refine_steps", "share_text", "texels_psnr"]
 
 SHARES = (0.03, 0.05, 0.07, 0.15, 1.0)
 """The paper's quality levels: shares of the coefficients."""
@@ -30,6 +30,8 @@ class Step:
     ----------
     length
         Bytes.
+    complete
+        Whether that is the whole stream.
     coefficients
         Share of significant coefficients.
     charts
@@ -41,6 +43,7 @@ class Step:
     """
 
     length: int
+    complete: bool
     coefficients: float
     charts: float
     texels: Texels
@@ -68,18 +71,19 @@ def refine_steps(data: bytes, wanted: Sequence[Limit], *, threads: int | None = 
         If the stream is damaged, or so short that nothing can be shown.
     """
     decoder = StreamDecoder()
-    found: list[tuple[int, float, float, Texels]] = []
+    found: list[tuple[int, bool, float, float, Texels]] = []
     for limit in wanted:
         feed_until(decoder, data, limit)
         if decoder.needed:
             raise InputError(f"stream is cut; needs {decoder.needed} more bytes")
         known, count = decoder.coefficients_known
         charts = decoder.charts_known / len(decoder.charts)
-        found.append((decoder.received, known / count, charts, decoder.texels(threads=threads)))
+        texels = decoder.texels(threads=threads)
+        found.append((decoder.received, decoder.complete, known / count, charts, texels))
     full = StreamDecoder()
     full.feed(data)
     best = full.texels(threads=threads)
-    return [Step(*entry, texels_psnr(entry[3], best)) for entry in found]
+    return [Step(*entry, texels_psnr(entry[4], best)) for entry in found]
 
 
 def texels_psnr(texels: Texels, best: Texels) -> float:
@@ -116,7 +120,7 @@ def levels_picture(
     Returns
     -------
     ndarray
-        uint8 RGB, with share, bytes and PSNR under each picture.
+        uint8 RGB, with share, bytes and PSNR against the whole stream under each picture.
     """
     options = options or WriteOptions(size=(400, 320))
     surface = _surface(data)
@@ -124,18 +128,24 @@ def levels_picture(
     gap = 12
     drawing = Drawing(len(shares) * (width + gap) + gap, height + 2 * gap + 48)
     steps = refine_steps(data, [Limit(coefficients=share) for share in shares], threads=threads)
-    for index, (share, step) in enumerate(zip(shares, steps, strict=True)):
+    for index, step in enumerate(steps):
         model = TexturedModel(surface, step.texels, options, threads)
         left = gap + index * (width + gap)
         drawing.paste(left, gap, from_linear(model.picture(), "uint8", dither=True))
         middle, below = left + width // 2, gap + height
-        named = "all coefficients" if share == 1 else f"{100 * share:.3g} % of the coefficients"
-        quality = "exact" if step.psnr == float("inf") else f"{step.psnr:.1f} dB"
-        drawing.text(middle, below + 22, named)
-        drawing.text(middle, below + 44, f"{step.length:,} bytes, {quality}")
+        state = "complete, " if step.complete else ""
+        drawing.text(middle, below + 22, f"{state}{share_text(step.coefficients)} of the coefficients")
+        quality = "" if step.psnr == float("inf") else f", {step.psnr:.1f} dB"
+        drawing.text(middle, below + 44, f"{step.length:,} bytes{quality}")
         if progress is not None:
             progress("levels", index + 1, len(shares))
     return drawing.pixels()
+
+
+def share_text(share: float) -> str:
+    """Return a share in per cent, two digits; what is not all is never rounded up to all."""
+    percent = 100 * share
+    return f"{percent:.2g} %" if percent < 99.5 else f"{min(percent, 100 if percent >= 100 else 99.9):.3g} %"
 
 
 def curve_picture(data: bytes, *, threads: int | None = None) -> tuple[PixelArray, list[Step]]:

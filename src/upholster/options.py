@@ -222,6 +222,22 @@ class SynthesisOptions:
             _PAPER, "Levels of the Haar transform, 1 to 6; also with method pixel.", only=("paper", "pixel")
         ),
     )
+    threshold: float | None = field(
+        default=None,
+        metadata=_about(
+            _PAPER,
+            "Haar coefficients of the sample of a smaller magnitude count as zero, in what is matched and in "
+            "what is painted (the paper's equation 7): 0 or more, in the sample's own units.",
+            only="paper",
+        ),
+    )
+    coefficients: float | None = field(
+        default=None,
+        metadata=_about(
+            _PAPER, "The same by share: all but the largest `7%` of them count as zero.", metavar="7%",
+            only="paper",
+        ),
+    )  # fmt: skip
     seams: bool = field(
         default=True, metadata=_about(_PAPER, "Repair the seams between patches.", only="paper")
     )
@@ -269,6 +285,12 @@ class SynthesisOptions:
                 raise InputError(f"{name} is {value}; allowed: {least} to {most}")
 
     def _check_paper(self) -> None:
+        if self.threshold is not None and not 0 <= self.threshold < 1e9:
+            raise InputError(f"threshold is {self.threshold:g}; allowed: 0 or more (a magnitude)")
+        if self.coefficients is not None and not 0 < self.coefficients <= 1:
+            raise InputError(f"coefficients is {self.coefficients:g}; allowed: above 0, at most 1")
+        if self.threshold is not None and self.coefficients is not None:
+            raise InputError("threshold and coefficients are both given; allowed: one of them")
         tile = 2**self.levels
         if self.edge_block is not None and not self.seams:
             raise InputError(f"edge_block is {self.edge_block} without seams; allowed: one of them")
@@ -336,7 +358,9 @@ class WriteOptions:
     wavelet: str | None = field(
         default=None,
         metadata=_about(
-            _STREAM, "How the sample is coded: 9/7, 5/3 or haar. Default: 9/7, or 5/3 with lossless."
+            _STREAM,
+            "How the sample is coded: 9/7, 5/3 or haar (the paper's: the largest coefficients first). "
+            "Default: haar with method paper; else 9/7, or 5/3 with lossless.",
         ),
     )
     wavelet_levels: int | None = field(
@@ -348,31 +372,24 @@ class WriteOptions:
         ),
     )
     lossless: bool = field(default=False, metadata=_about(_STREAM, "Keep the sample exactly."))
-    threshold: float = field(
-        default=0.0,
-        metadata=_about(
-            _STREAM, "Leave out coefficients of the sample that are smaller (the paper's equation 7)."
-        ),
-    )
     stream_bytes: int | None = field(
         default=None,
         metadata=_about(_STREAM, "Length at most: `8k`; 256 or more.", metavar="N", flag="--bytes"),
     )
 
     @property
-    def recodes(self) -> bool:
-        """Whether a stream is wanted in a special form."""
-        return any(
-            getattr(self, entry.name) != entry.default
+    def stream_choices(self) -> list[str]:
+        """What was chosen that only streams have a use for."""
+        return [
+            (entry.metadata["flag"] or entry.name).removeprefix("--")
             for entry in fields(self)
-            if entry.metadata["panel"] == _STREAM
-        )
+            if entry.metadata["panel"] == _STREAM and getattr(self, entry.name) != entry.default
+        ]
 
     @property
     def transform(self) -> dict[str, Any]:
         """How a stream transforms the sample: arguments of `upholster.encode_stream`."""
-        levels = 3 if self.wavelet == "haar" and self.wavelet_levels is None else self.wavelet_levels
-        return {"wavelet": self.wavelet, "levels": levels, "lossless": self.lossless}
+        return {"wavelet": self.wavelet, "levels": self.wavelet_levels, "lossless": self.lossless}
 
     def __post_init__(self) -> None:
         if self.texture not in get_args(TextureFormat):
@@ -390,8 +407,6 @@ class WriteOptions:
                 f"view is {self.view[0]:g},{self.view[1]:g}; "
                 "allowed: azimuth -3600 to 3600, elevation -90 to 90"
             )
-        if not 0 <= self.threshold < 1e9:
-            raise InputError(f"threshold is {self.threshold:g}; allowed: 0 or more")
         if self.stream_bytes is not None and not 256 <= self.stream_bytes < 2**31:
             raise InputError(f"bytes is {self.stream_bytes}; allowed: at least 256")
         if not 1 <= self.supersample <= 8:

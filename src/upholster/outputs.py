@@ -175,7 +175,6 @@ class TexturedModel:
             parts.pop("albedo"),
             maps=parts,
             **self.options.transform,
-            threshold=self.options.threshold,
             most_bytes=self.options.stream_bytes,
         )
 

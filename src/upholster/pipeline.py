@@ -9,7 +9,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 from upholster._version import __version__
@@ -20,7 +20,7 @@ from upholster.geometry import Surface, check_same_edges, surface_file, surface_
 from upholster.image import Material
 from upholster.image.roles import ROLES
 from upholster.image.source import Source, read_source, source_files, source_names, source_parts
-from upholster.methods import Prepared, execute, matched_image, prepare
+from upholster.methods import Prepared, execute, kept_sample, matched_image, prepare
 from upholster.methods.paper.method import PaperOptions
 from upholster.methods.pixel.method import PixelOptions
 from upholster.methods.quilt.method import QuiltOptions
@@ -141,6 +141,9 @@ def cover(
     wanted = [parse_output(target, flat=isinstance(asked.texels, tuple)) for target in targets]
     seconds: dict[str, float] = {}
     read = [*source_files(exemplar), *([file] if (file := surface_file(on)) else [])]
+    _check_used(wanted, options)
+    if asked.method == "paper" and options.wavelet is None:
+        options = replace(options, wavelet="haar")
     own = [file for output in wanted for file in output.files()]
     with outputs([*own, *([report] if report else [])], inputs=read) as files:
         with _timed("read", seconds):
@@ -152,6 +155,7 @@ def cover(
         files.add(file for output in wanted for file in output.maps(roles))
         _check_coded(wanted, parts, options)
         with _timed("prepare", seconds):
+            source = kept_sample(source, asked)
             seen = matched_image(source, asked.method)
             prepared = prepare(seen, surface, asked)
             if _has_stream(wanted):
@@ -247,6 +251,7 @@ def refine(
     options = options or WriteOptions()
     wanted = [parse_output(target) for target in targets]
     other = [file for file in [isinstance(on, str) and surface_file(on)] if file]
+    _check_used(wanted, options)
     with outputs([file for output in wanted for file in output.files()], inputs=[stream, *other]) as files:
         data = read_bytes(stream)
         decoder = StreamDecoder()
@@ -259,9 +264,11 @@ def refine(
         files.add(file for output in wanted for file in output.maps(roles))
         quilt = decoder.quilt()
         texels, maps = _painted(quilt, exemplar, threads, progress)
-        same = data if decoder.complete and not options.recodes else None
+        same = data if decoder.complete and not options.stream_choices else None
         if same is not None and on is not None:
             same = on_surface(same, surface)
+        if decoder.wavelet == "haar" and options.wavelet is None:
+            options = replace(options, wavelet="haar")
         model = TexturedModel(surface, texels, options, threads, quilt, exemplar, maps, same)
         written = _written(wanted, model, files, {}, progress)
     known, count = decoder.coefficients_known
@@ -328,13 +335,24 @@ def write(
         "albedo".
     """
     output = parse_output(os.fspath(target), flat=flat)
+    options = options or WriteOptions()
+    _check_used([output], options)
     maps = {"albedo": texels} if isinstance(texels, Texels) else dict(texels)
     if "albedo" not in maps:
         raise InputError(f"texels have no albedo; they have: {', '.join(maps) or 'nothing'}")
     base = maps.pop("albedo")
-    model = TexturedModel(surface, base, options or WriteOptions(), threads, quilt, exemplar, maps)
+    model = TexturedModel(surface, base, options, threads, quilt, exemplar, maps)
     with outputs(output.files(maps)) as files:
         write_output(output, model, files, progress=progress)
+
+
+def _check_used(wanted: Sequence[Output], options: WriteOptions) -> None:
+    """Raise InputError where options are chosen for streams, and none is written."""
+    if options.stream_choices and not _has_stream(wanted):
+        names = ", ".join(str(output.path) for output in wanted)
+        raise InputError(
+            f"{options.stream_choices[0]} is for streams, and {names} is none; allowed: with .uph or .html"
+        )
 
 
 def _check_coded(wanted: Sequence[Output], parts: Mapping[str, PixelArray], options: WriteOptions) -> None:

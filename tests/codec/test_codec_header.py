@@ -58,6 +58,7 @@ def test_every_cut_header_says_how_many_bytes_are_missing():
         ({"fineness": 8}, "fineness is 8"),
         ({"kind": 1 << 2}, "colour transform but 1 channels"),
         ({"kind": 1 << 2 | 1, "channels": 3}, "does not go with its wavelet"),
+        ({"kind": 2 << 2 | 2, "channels": 3}, "does not go with its wavelet"),
         ({"kind": 2 << 2, "channels": 3}, "does not go with its wavelet"),
         ({"height": 65535, "width": 65535}, "samples is"),
         ({"height": 2000, "width": 2000}, f"samples is 4000000; allowed: 1 to {MAX_SAMPLES}"),
@@ -69,6 +70,14 @@ def test_values_outside_their_limits_are_format_errors_with_their_offset(change,
         ImageHeader.parse(fixed(**change) + bytes(400), offset=12)
     assert str(error.value).startswith("byte 12: ")
     assert "\n" not in str(error.value)
+
+
+def test_thresholds_lie_below_the_largest_magnitude():
+    data = fixed(kind=2) + bytes(2) + struct.pack("<4I", 3, 9, 2**24, 0)
+    with pytest.raises(FormatError, match=r"^byte 5: the image header's threshold is 16777216"):
+        ImageHeader.parse(data, offset=5)
+    header = ImageHeader.parse(fixed(kind=2) + bytes(2) + struct.pack("<4I", 3, 9, 0, 0))
+    assert header.thresholds == (3, 9)
 
 
 @pytest.mark.parametrize("values", [(np.nan, 1), (0, np.inf), (2, 1), (-np.inf, 0)])
@@ -89,15 +98,19 @@ def test_sizes_beyond_the_limit_are_refused_before_anything_is_allocated():
         tracemalloc.stop()
 
 
+@pytest.mark.parametrize("haar", [False, True])
 @pytest.mark.parametrize(
     "shape", [(1788, 1789, 1, 6), (65535, 48, 1, 0), (1032, 1032, 3, 6), (65535, 1, 16, 0), (1, 65535, 3, 10)]
 )
-def test_the_largest_images_that_a_small_file_may_declare_take_less_than_256_mib(shape):
+def test_the_largest_images_that_a_small_file_may_declare_take_less_than_256_mib(shape, haar):
     height, width, channels, levels = shape
-    kind = 1 << 2 if channels >= 3 else 0
-    header = ImageHeader.parse(fixed(height, width, channels, kind, levels) + bytes(2 * channels + 18))
+    kind = 2 if haar else 1 << 2 if channels >= 3 else 0
+    means = struct.pack(f"<{channels}H", *[100] * channels)
+    header = ImageHeader.parse(fixed(height, width, channels, kind, levels) + means + bytes(18))
     build_tree.cache_clear()
-    ImageDecoder(ImageHeader.parse(fixed() + bytes(2))).feed(bytes(50))  # compiles
+    small = ImageDecoder(ImageHeader.parse(fixed(kind=kind & 2) + bytes(20)))
+    small.feed(bytes(50))  # compiles
+    small.image()
     tracemalloc.start()
     try:
         decoder = ImageDecoder(header)

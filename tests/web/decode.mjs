@@ -32,9 +32,10 @@ function found(decoder) {
   return { exemplar, texels: digest(texels), shown: digest(shown), known, maps }
 }
 
-function run({ path, cuts }) {
+function run({ path, cuts, share }) {
   const data = new Uint8Array(readFileSync(path))
   const decoder = path.endsWith('.ezw') ? new EzwDecoder() : new UphDecoder()
+  if (share) decoder.mostCoefficients = share
   const results = []
   try {
     for (const cut of cuts) {

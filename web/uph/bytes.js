@@ -52,6 +52,11 @@ export class ByteReader {
     return this.within(this.view.getUint16(place, true), name, least, most, place)
   }
 
+  u32(name, most = 2 ** 32 - 1, least = 0) {
+    const place = this.take(4, name)
+    return this.within(this.view.getUint32(place, true), name, least, most, place)
+  }
+
   i16(name) {
     return this.view.getInt16(this.take(2, name), true)
   }

@@ -19,6 +19,7 @@ import { parseSurface } from './surface.js'
 const MAX_MAPS = 16
 const MAX_REPEATS = 2 ** 19
 const MAX_BLOCK_SIDE = 4096
+const CAUTION = 64 // coefficients that a byte hardly ever tells of
 
 /** Decodes a `.uph` stream as its bytes come. */
 export class UphDecoder {
@@ -37,6 +38,8 @@ export class UphDecoder {
     /** The surface and its charts; null and empty before they have come. */
     this.surface = null
     this.charts = []
+    /** Share of the exemplar's coefficients at which its decoding ends, whatever else comes. */
+    this.mostCoefficients = 1
   }
 
   // ---------------------------------------------------------------- reading
@@ -71,6 +74,11 @@ export class UphDecoder {
     return this.#plan ? this.#plan.knownCharts.size : 0
   }
 
+  /** Whether every placement and every mask has come. */
+  get placed() {
+    return this.#plan?.complete ?? false
+  }
+
   /**
    * Take further bytes. Returns what changed: whether the surface has come, whether the exemplar got better (and
    * with it every chart), and which charts got other placements.
@@ -97,7 +105,7 @@ export class UphDecoder {
   /** Take a part of a chunk's payload. */
   #take(chunk, part, whole) {
     const { tag, payload } = chunk
-    if (tag === 'D') this.#feedMap('albedo', part)
+    if (tag === 'D') this.#feedExemplar(part)
     else if (tag === 'E') this.#feedFurtherMap(chunk, part)
     else if (tag === 'P') this.#plan.feedSources(part)
     else if (tag === 'M') {
@@ -165,6 +173,17 @@ export class UphDecoder {
   #addMap(role, header) {
     this.#maps.set(role, new ImageDecoder(header))
     this.#noteBetter(role)
+  }
+
+  #feedExemplar(part) {
+    for (let place = 0; place < part.length; ) {
+      const { known, count } = this.coefficients()
+      const missing = this.mostCoefficients < 1 ? this.mostCoefficients * count - known : Infinity
+      if (missing <= 0) break
+      const start = place
+      place += Math.max(1, Math.min(part.length, Math.floor(missing / CAUTION)))
+      this.#feedMap('albedo', part.subarray(start, place))
+    }
   }
 
   #feedMap(role, part) {

@@ -24,7 +24,7 @@ export class EzwDecoder {
     const { bytes, length } = this.#head
     if (length < FIXED_BYTES) return FIXED_BYTES - length
     const [channels, kind] = [bytes[8], bytes[9]]
-    return FIXED_BYTES + 2 * channels + (((kind >> 2) & 3) === 1 ? 18 : 0) + (kind >> 4 === 2 ? 8 : 0) - length
+    return FIXED_BYTES + 2 * channels + (((kind >> 2) & 3) === 1 ? 18 : 0) + ((kind & 3) === 2 ? 16 : 0) + (kind >> 4 === 2 ? 8 : 0) - length
   }
 
   /** Whether the image is as good as it gets. */

@@ -80,10 +80,10 @@ export class Panel {
         type: 'button',
         part: 'button',
         'aria-pressed': 'false',
-        'aria-label': `Show ${percent(value)} of the coefficients`,
-        title: `${percent(value)} of the coefficients`,
+        'aria-label': value < 1 ? `Show ${percent(value)} of the coefficients` : 'Show all that the stream has',
+        title: value < 1 ? `${percent(value)} of the coefficients` : 'The whole stream',
         click: () => limit({ coefficients: value }),
-      }, `${Math.round(100 * value)} %`)
+      }, value < 1 ? `${Math.round(100 * value)} %` : 'All')
     const live = h('button', {
       type: 'button',
       class: 'word',

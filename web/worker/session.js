@@ -66,15 +66,17 @@ export class Session {
   }
 
   #setLimit({ bytes, coefficients }) {
+    const wasCounted = this.#limit.coefficients < 1
     this.#limit = { bytes, coefficients }
     this.#isUrgent = true
     const decoder = this.#decoder
-    // What has been read can not be unread; shares are counted at fixed places, as Python does.
-    if ((bytes ?? Infinity) < decoder.received || (coefficients ?? 1) < 1) this.#restart()
+    // What has been read can not be unread, nor what has been left out be read.
+    if ((bytes ?? Infinity) < decoder.received || coefficients < 1 || wasCounted) this.#restart()
   }
 
   #restart() {
     this.#decoder = new UphDecoder()
+    this.#decoder.mostCoefficients = this.#limit.coefficients ?? 1
     this.#failed = false
     this.#textures?.clearDirty() // the new decoder tells of every map again
   }
@@ -135,7 +137,7 @@ export class Session {
     const isLeft = () =>
       !this.#failed &&
       decoder.received < end() &&
-      (decoder.needed > 0 || !isCounted || knownShare(decoder) < coefficients)
+      (decoder.needed > 0 || !isCounted || !decoder.placed || knownShare(decoder) < coefficients)
     while (isLeft()) {
       const { received, needed } = decoder
       const size = Math.min(needed || part, end() - received)

@@ -23,7 +23,9 @@ def encode(
         str | None,
         typer.Option(metavar="15%", help="Stop at this share of significant coefficients."),
     ] = None,
-    wavelet: Annotated[str | None, typer.Option(help="9/7, 5/3 or haar.")] = None,
+    wavelet: Annotated[
+        str | None, typer.Option(help="9/7, 5/3 or haar (the paper's: the largest coefficients first).")
+    ] = None,
     levels: Annotated[int | None, typer.Option(help="0 to 10.")] = None,
     lossless: Annotated[bool, typer.Option(help="Every sample comes back exactly.")] = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
@@ -76,6 +78,7 @@ def decode(
     from upholster import codec
     from upholster.files import outputs, read_bytes
     from upholster.image import write_image
+    from upholster.levels import share_text
 
     with progress_bars(quiet, ["decode"]), outputs([output], inputs=[file]) as files:
         found = codec.decode(
@@ -88,7 +91,7 @@ def decode(
         state = "complete" if found.complete else "incomplete"
         print(
             f"wrote {output}: from {in_bytes(found.used)}, {state}, "
-            f"{100 * found.significant:.1f} % of the coefficients significant"
+            f"{share_text(found.significant)} of the coefficients"
         )
 
 

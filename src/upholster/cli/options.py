@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
-from upholster.cli.console import byte_count, numbers, texel_count
+from upholster.cli.console import byte_count, numbers, share, texel_count
 from upholster.options import chosen
 
 __all__ = ["spelled_out"]
@@ -20,6 +20,7 @@ _AS_TEXT: dict[str, tuple[_Read, _Write]] = {
     "texels": (texel_count, str),
     "direction": (str, str),
     "texture": (str, str),
+    "coefficients": (lambda text: share("coefficients", text), str),
     "size": (lambda text: numbers("size", text, "x", 2, int), lambda size: f"{size[0]}x{size[1]}"),
     "view": (lambda text: numbers("view", text, ",", 2, float), lambda view: f"{view[0]:g},{view[1]:g}"),
     "stream_bytes": (lambda text: byte_count("bytes", text), str),

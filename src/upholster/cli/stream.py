@@ -38,13 +38,15 @@ def refine(
     ] = None,
     bpp: Annotated[float | None, typer.Option(help="The same, in bits per pixel of the sample.")] = None,
     coefficients: Annotated[
-        str | None, typer.Option(metavar="7%", help="Stop at this share of significant coefficients.")
+        str | None,
+        typer.Option(metavar="7%", help="Take this share of the sample's coefficients, with all placements."),
     ] = None,
     writing: WriteOptions,
     threads: Annotated[int | None, typer.Option(help="1 to 256; default: one per core.")] = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
 ) -> None:
     """Write models and pictures from a stream, however much of it there is."""
+    from upholster.levels import share_text
     from upholster.pipeline import refine as run
     from upholster.stream.prefix import Limit
 
@@ -57,7 +59,7 @@ def refine(
         state = "complete" if done.complete else f"of {in_bytes(done.total)}, incomplete"
         print(
             f"wrote {written}: from {in_bytes(done.used)} {state}; placements of {100 * done.charts:.0f} % "
-            f"of the charts, {100 * done.coefficients:.1f} % of the coefficients"
+            f"of the charts, {share_text(done.coefficients)} of the coefficients"
         )
 
 
@@ -70,6 +72,7 @@ def info(
     from rich.table import Table
 
     from upholster.files import read_bytes
+    from upholster.levels import share_text
     from upholster.stream import describe
 
     found = describe(read_bytes(stream))
@@ -86,7 +89,7 @@ def info(
     readable = Table("bytes", "charts", "placements", "coefficients", "sample", box=SIMPLE_HEAD)
     for line in found.readable:
         quality = "as far as known" if line.psnr == float("inf") else f"{line.psnr:.1f} dB"
-        parts = (f"{100 * part:.0f} %" for part in (line.charts, line.placements, line.coefficients))
+        parts = map(share_text, (line.charts, line.placements, line.coefficients))
         readable.add_row(f"{line.length:,}", *parts, quality)
     console.print(readable)
 
@@ -100,7 +103,7 @@ def levels(
     threads: Annotated[int | None, typer.Option(help="1 to 256; default: one per core.")] = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
 ) -> None:
-    """Show a stream at 3, 5, 7, 15 and 100 % of its coefficients (the paper's figure 13)."""
+    """Show a stream at 3, 5, 7 and 15 % of its coefficients and complete (the paper's figure 13)."""
     from upholster.files import outputs, read_bytes
     from upholster.image import write_image
     from upholster.levels import curve_picture, levels_picture

@@ -95,7 +95,7 @@ class CoefficientDecoder:
     plane
         The first plane, as the encoder returned it.
     exact
-        Whether a value whose every plane is known is that integer (reversible transforms), or lies in the
+        Whether a value whose every plane is known is that integer (lossless profiles), or lies in the
         unit interval above it.
     """
 
@@ -124,6 +124,11 @@ class CoefficientDecoder:
         """How many coefficients are known to be significant."""
         return int(self._state[kernels.SIGNIFICANT_COUNT])
 
+    @property
+    def plane(self) -> int:
+        """The plane that is being decoded; -1 when all are."""
+        return int(self._state[kernels.PLANE])
+
     def feed(self, data: bytes) -> None:
         """Take further bytes and decode every symbol that they determine."""
         state, here = self._state, self.received
@@ -147,14 +152,20 @@ class CoefficientDecoder:
         known, flags = self._memory.m[KNOWN], self._memory.m[FLAGS]
         return np.where(flags & kernels.NEGATIVE, -known, known)
 
-    def values(self) -> FloatArray:
+    def values(self, expected: NDArray[np.int32] | None = None) -> FloatArray:
         """Return the best guess: values within their intervals, (tree.size,), multiples of 1/64.
 
         Where in its interval a value is put follows from the refinement bits so far (SPEC.md,
         "Reconstruction").
+
+        Parameters
+        ----------
+        expected
+            (tree.size,) what values are where nothing that is known speaks against it; 0: nothing is
+            expected.
         """
         flags, known = self._memory.m[FLAGS], self._memory.m[KNOWN]
-        plane = int(self._state[kernels.PLANE])
+        plane = self.plane
         significant = np.flatnonzero(flags & (kernels.SIGNIFICANT | PADDING) == kernels.SIGNIFICANT)
         refined = self._refined(significant, plane)
         lowest = np.where(refined, plane, plane + 1)
@@ -166,6 +177,14 @@ class CoefficientDecoder:
         exact = self.exact & (lowest <= self.tree.table[band, LOWEST])
         magnitude = (known << 6) + np.where(exact, 0, point << lowest)
         out = np.zeros(self.tree.size)
+        if expected is not None:
+            # What is not significant lies below the plane; well below what is expected it may as well be 0.
+            np.minimum(expected, 2 ** (plane + 1) - 1, out=out)
+            out[expected >= 2 ** (plane + 3)] = 0
+            likely = expected[significant].astype(np.int64)
+            agrees = (likely > 0) & (flags[significant] & kernels.NEGATIVE == 0)
+            agrees &= likely >> lowest == known >> lowest
+            magnitude = np.where(agrees, likely << 6, magnitude)
         out[significant] = np.where(flags[significant] & kernels.NEGATIVE, -magnitude, magnitude) / 64
         return out
 

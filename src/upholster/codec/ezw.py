@@ -162,9 +162,10 @@ def decode(data: bytes, *, most_bytes: int | None = None, coefficients: float | 
         decoder.feed(data[start:])
     else:
         wanted = coefficients * decoder.coefficients
-        step = max(1, min(1024, (len(data) - start) // 64))
         while start + decoder.received < len(data) and decoder.significant < wanted:
-            decoder.feed(data[start + decoder.received : start + decoder.received + step])
+            place = start + decoder.received
+            # Near the end byte by byte: hardly any tells of 64 coefficients.
+            decoder.feed(data[place : place + max(1, int(wanted - decoder.significant) // 64)])
     if decoder.unread:
         raise FormatError(f"byte {len(data) - decoder.unread}: {decoder.unread} bytes too many")
     share = decoder.significant / decoder.coefficients

@@ -10,13 +10,16 @@ from upholster.codec.tree import tree_size
 from upholster.errors import FormatError
 from upholster.wavelet.lifting import MAX_LEVELS, Wavelet
 
-__all__ = ["MAX_PLACES", "MAX_SAMPLES", "ImageHeader"]
+__all__ = ["MAX_PLACES", "MAX_SAMPLES", "MOST_THRESHOLDS", "ImageHeader"]
 
 MAX_SAMPLES = 3_200_000
 """Height × width × channels, at most: a decoder allocates less than 256 MiB, however small the file."""
 
 MAX_PLACES = 3_300_000
 """The same with the padding that each band of each channel takes, at most."""
+
+MOST_THRESHOLDS = 4
+"""Thresholds of passes that a header of "haar" has room for."""
 
 _WAVELETS: tuple[Wavelet, ...] = ("9/7", "5/3", "haar")
 _KLT, _YCOCG = 1, 2
@@ -35,17 +38,19 @@ class ImageHeader:
     dtype
         uint8, uint16, or float32, which is coded as 16-bit integers between `low` and `high`.
     wavelet, levels
-        The transform: "9/7" (ordinary), "5/3" or "haar" (reversible).
+        The transform: "9/7" (ordinary), "5/3" (lossless) or "haar" (the paper's, lossless too).
     plane
         The first plane coded, -1 to 23.
     fineness
-        "9/7": coefficients are multiples of 2^-fineness, 0 to 7.
+        "9/7", "haar": coefficients are coded as multiples of 2^-fineness, 0 to 7.
     matrix
         KLT of the first three channels, (3, 3) int16 in 1/16384, or None.
     ycocg
         Whether the first three channels are coded as YCoCg-R.
     means
-        What was taken off each channel, integers.
+        What was taken off each channel, integers; for "haar" what each is expected to be, and nothing was.
+    thresholds
+        "haar": magnitudes in 2^-fineness at which a pass ends, besides the powers of two; up to four.
     low, high
         Range of float samples.
     """
@@ -63,6 +68,7 @@ class ImageHeader:
     means: tuple[int, ...] = field(default_factory=tuple)
     low: float = 0.0
     high: float = 1.0
+    thresholds: tuple[int, ...] = ()
 
     @property
     def length(self) -> int:
@@ -87,6 +93,10 @@ class ImageHeader:
         ]
         if self.matrix is not None:
             parts.append(self.matrix.astype("<i2").tobytes())
+        if self.wavelet == "haar":
+            parts.append(
+                struct.pack("<4I", *self.thresholds, *[0] * (MOST_THRESHOLDS - len(self.thresholds)))
+            )
         if self.dtype == np.float32:
             parts.append(struct.pack("<ff", self.low, self.high))
         return b"".join(parts)
@@ -130,6 +140,8 @@ class ImageHeader:
             raise _fault(offset, f"the image header asks for {places} places; allowed: {MAX_PLACES}")
         _check_color(offset, color, wavelet, channels)
         size = _FIXED.size + 2 * channels + (18 if color == _KLT else 0) + (8 if depth == 2 else 0)
+        haar = _WAVELETS[wavelet] == "haar"
+        size += 4 * MOST_THRESHOLDS if haar else 0
         if len(data) < size:
             raise _fault(offset, f"the image header is cut; needs {size - len(data)} more bytes")
         place = _FIXED.size
@@ -139,6 +151,11 @@ class ImageHeader:
         if color == _KLT:
             matrix = np.frombuffer(data, "<i2", 9, place).astype(np.int16).reshape(3, 3)
             place += 18
+        thresholds: tuple[int, ...] = ()
+        if haar:
+            thresholds = struct.unpack_from("<4I", data, place)
+            place += 4 * MOST_THRESHOLDS
+            _check_ranges(offset, *(("threshold", value, 0, 2**24 - 1) for value in thresholds))
         low, high = struct.unpack_from("<ff", data, place) if depth == 2 else (0.0, 1.0)
         if not (np.isfinite(low) and np.isfinite(high) and low <= high):
             raise _fault(
@@ -158,6 +175,7 @@ class ImageHeader:
             means,
             low,
             high,
+            tuple(value for value in thresholds if value > 0),
         )
 
 
@@ -171,7 +189,7 @@ def _check_ranges(offset: int, *fields: tuple[str, int, int, int]) -> None:
 def _check_color(offset: int, color: int, wavelet: int, channels: int) -> None:
     if color and channels < 3:
         raise _fault(offset, f"the image header has a colour transform but {channels} channels")
-    if (color == _KLT and wavelet) or (color == _YCOCG and not wavelet):
+    if color and (_WAVELETS[wavelet], color) not in (("9/7", _KLT), ("5/3", _YCOCG)):
         raise _fault(offset, "the image header's colour transform does not go with its wavelet")
 
 

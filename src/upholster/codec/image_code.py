@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from upholster.codec.coder import MAX_PLANE, CoefficientDecoder, encode_coefficients
 from upholster.codec.color import fit_klt, from_ycocg, to_ycocg, unmix
 from upholster.codec.header import MAX_PLACES, MAX_SAMPLES, ImageHeader
-from upholster.codec.tree import Band, Tree, build_tree, tree_size
+from upholster.codec.thresholds import from_coded, share_thresholds, to_coded
+from upholster.codec.tree import LL, Band, Tree, build_tree, tree_size
 from upholster.errors import InputError
 from upholster.types import PixelArray
 from upholster.wavelet.lifting import MAX_LEVELS, WAVELETS, Wavelet, band_norms, forward, inverse
@@ -27,7 +28,6 @@ def encode_parts(
     lossless: bool = False,
     most_bytes: int | None = None,
     most_significant: int | None = None,
-    threshold: float = 0.0,
 ) -> tuple[bytes, bytes]:
     """Encode an image.
 
@@ -37,9 +37,11 @@ def encode_parts(
         (H, W, C), 1×1 or larger, at most 3.2 million samples; uint8, uint16, or float32, which is coded as
         16-bit integers over its range.
     wavelet
-        "9/7" (default), "5/3" (default if lossless) or "haar".
+        "9/7" (default), "5/3" (default if lossless) or "haar" (the paper's profile: every channel on its own,
+        the largest coefficients first).
     levels
-        0 to 10; by default as many as leave the approximation about 4 samples wide, at most 6.
+        0 to 10; by default three for "haar", or else as many as leave the approximation about 4 samples wide,
+        at most 6.
     lossless
         Whether the whole stream must give every sample back exactly: asks for "5/3" or "haar".
     most_bytes
@@ -47,8 +49,6 @@ def encode_parts(
         exact.
     most_significant
         Stop when so many coefficients have become significant.
-    threshold
-        Leave out coefficients that are smaller, in samples, as an orthonormal transform has them.
 
     Returns
     -------
@@ -62,7 +62,7 @@ def encode_parts(
     """
     wavelet = check_image(image, wavelet=wavelet, levels=levels, lossless=lossless)
     height, width, channels = image.shape
-    levels = _levels(height, width) if levels is None else levels
+    levels = _levels(wavelet, height, width) if levels is None else levels
     if (places := tree_size(height, width, channels, levels)) > MAX_PLACES:
         raise InputError(
             f"image of {channels} channels is too thin for {levels} levels: "
@@ -74,17 +74,17 @@ def encode_parts(
     for fineness in _finenesses(wavelet, coefficients):
         header = ImageHeader(
             height, width, channels, image.dtype, wavelet, levels, -1, fineness, matrix,
-            wavelet != "9/7" and channels >= 3, tuple(int(mean) for mean in means), low, high,
+            wavelet == "5/3" and channels >= 3, tuple(int(mean) for mean in means), low, high,
         )  # fmt: skip
         tree = _tree(header)
-        values = _quantized(coefficients, header, tree, threshold)
+        values, thresholds = _quantized(coefficients, header, tree)
         if np.abs(values).max() >> (MAX_PLANE + 1):
             # Only 16-bit samples can do this, and only with more levels than the default.
             raise InputError(f"levels is {levels}: coefficients of 16-bit samples overflow; allowed: 0 to 6")
         room = None if most_bytes is None else max(0, most_bytes - len(header.pack()))
         plane, payload = encode_coefficients(values, tree, most_bytes=room, most_significant=most_significant)
-        header = replace(header, plane=plane)
-        if wavelet != "9/7" or room is not None or most_significant is not None or threshold > 0:
+        header = replace(header, plane=plane, thresholds=thresholds)
+        if wavelet != "9/7" or room is not None or most_significant is not None:
             break
         if _within_one(header, payload, samples):
             payload = payload[: _enough(header, payload, samples)]
@@ -97,6 +97,9 @@ def _planes(
 ) -> tuple[NDArray[Any], NDArray[Any], NDArray[np.int16] | None]:
     """Return the planes to transform, what was taken off each, and the colour matrix if there is one."""
     channels = samples.shape[2]
+    if wavelet == "haar":
+        # Equations 1 to 4 of the paper transform the sample as it is; its mean only fills the first view.
+        return samples, np.rint(samples.mean(axis=(0, 1))), None
     if wavelet == "9/7":
         means = np.rint(samples.mean(axis=(0, 1)))
         planes: NDArray[Any] = samples - means
@@ -115,17 +118,25 @@ def _planes(
 
 
 def _quantized(
-    coefficients: NDArray[Any], header: ImageHeader, tree: Tree, threshold: float
-) -> NDArray[np.int32]:
-    """Return coefficients as the tree's integers; those below the threshold, in samples, are 0."""
+    coefficients: NDArray[Any], header: ImageHeader, tree: Tree
+) -> tuple[NDArray[np.int32], tuple[int, ...]]:
+    """Return coefficients as the tree's integers, and "haar"'s thresholds."""
     values = np.zeros(tree.size, np.int32)
+    thresholds: tuple[int, ...] = ()
+    if header.wavelet == "haar":
+        coefficients = np.trunc(coefficients * 2**header.fineness)
+        thresholds = share_thresholds(np.abs(coefficients))
+        coded = to_coded(coefficients, thresholds)
+        if np.abs(coded).max() >> (MAX_PLANE + 1):
+            thresholds = ()  # of 16 bits and more than three levels: planes are powers of two alone
+            coded = to_coded(coefficients, thresholds)
+        coefficients = coded
     for band in tree.bands:
-        part = coefficients[_window(band, header.height, header.width)] / _unweight(header, band)
-        if threshold > 0:
-            norm = band_norms(header.wavelet, band.level)[band.kind] * _unweight(header, band)
-            part = np.where(np.abs(part) * norm < threshold, 0, part)
-        values[tree.places(band)] = np.trunc(part).astype(np.int32)
-    return values
+        part = coefficients[_window(band, header.height, header.width)]
+        if header.wavelet != "haar":
+            part = np.trunc(part / _unweight(header, band))
+        values[tree.places(band)] = part.astype(np.int32)
+    return values, thresholds
 
 
 def _within_one(header: ImageHeader, payload: bytes, samples: NDArray[np.int32]) -> bool:
@@ -222,6 +233,8 @@ class ImageDecoder:
         """Return the samples as the integers that are coded, (H, W, C)."""
         header = self.header
         shape = (header.height, header.width, header.channels)
+        if header.wavelet == "haar":
+            return self._haar_integers()
         real = header.wavelet == "9/7"
         nested = np.zeros(shape, np.float64 if real else np.int32)
         values = self._coefficients.values()
@@ -238,15 +251,42 @@ class ImageDecoder:
         if header.ycocg:
             planes[..., :3] = from_ycocg(planes[..., :3])
         planes += np.array(header.means, planes.dtype)
-        most = 255 if header.dtype == np.uint8 else 65535
+        return self._rounded(planes)
+
+    def _haar_integers(self) -> NDArray[np.int32]:
+        header = self.header
+        values = self._coefficients.values(self._means())
+        values = from_coded(values, header.thresholds) / 2**header.fineness
+        nested = np.zeros((header.height, header.width, header.channels))
+        for band in self._tree.bands:
+            nested[_window(band, header.height, header.width)] = values[self._tree.places(band)]
+        del values
+        planes = inverse(nested, wavelet="haar", levels=header.levels)
+        del nested
+        return self._rounded(planes)
+
+    def _means(self) -> NDArray[np.int32]:
+        # An approximation is expected to be the mean.
+        header, expected = self.header, np.zeros(self._tree.size, np.int32)
+        means = np.array(header.means) << (header.levels + header.fineness)
+        coded = to_coded(np.where(means >> (MAX_PLANE + 1), 0, means), header.thresholds)
+        for band in self._tree.bands:
+            if band.kind == LL:
+                expected[self._tree.places(band)] = coded[band.channel]
+        return expected
+
+    def _rounded(self, planes: NDArray[Any]) -> NDArray[np.int32]:
         # Half away from zero is the same everywhere; negative sums are clipped anyway.
-        if real:
+        if planes.dtype == np.float64:
             planes += 0.5
             np.floor(planes, out=planes)
+        most = 255 if self.header.dtype == np.uint8 else 65535
         return np.clip(planes, 0, most, out=planes).astype(np.int32, copy=False)
 
 
-def _levels(height: int, width: int) -> int:
+def _levels(wavelet: Wavelet, height: int, width: int) -> int:
+    if wavelet == "haar":
+        return 3  # as in the paper
     return max(0, min(6, math.ceil(math.log2(max(1, min(height, width)))) - 2))
 
 
@@ -262,8 +302,11 @@ def _integers(image: PixelArray) -> tuple[NDArray[np.int32], float, float]:
 
 def _finenesses(wavelet: Wavelet, coefficients: NDArray[Any]) -> list[int]:
     # A half is fine enough for most images; finer ones follow until every sample is within 1.
-    if wavelet != "9/7":
+    if wavelet == "5/3":
         return [0]
+    if wavelet == "haar":
+        # Twice a coefficient of level 1 is whole, and what the others lose changes no sample once rounded.
+        return [1]
     largest = float(np.abs(coefficients).max()) * 1.1
     room = MAX_PLANE - math.ceil(math.log2(max(1.0, largest)))
     return [fineness for fineness in range(1, 8) if fineness <= room] or [max(0, room)]
@@ -271,7 +314,7 @@ def _finenesses(wavelet: Wavelet, coefficients: NDArray[Any]) -> list[int]:
 
 def _tree(header: ImageHeader) -> Tree:
     lowest = None
-    if header.exact:
+    if header.wavelet == "5/3":
         lowest = tuple(
             tuple(_shift(header.wavelet, level, kind, header.levels) for kind in range(4))
             for level in range(header.levels + 1)
@@ -281,14 +324,14 @@ def _tree(header: ImageHeader) -> Tree:
 
 @lru_cache
 def _shift(wavelet: Wavelet, level: int, kind: int, levels: int) -> int:
-    # Norms of reversible transforms are powers of 2, the smallest of them 1/2 (HH1).
+    # Norms of the reversible transform are powers of 2, the smallest of them 1/2 (HH1).
     norm = band_norms(wavelet, level)[kind]
     return round(math.log2(norm)) + (1 if levels > 0 else 0)
 
 
 def _unweight(header: ImageHeader, band: Band) -> float:
     """Return what a coded value is multiplied with to give a coefficient: a multiple of 1/2^20 for "9/7"."""
-    if header.exact:
+    if header.wavelet == "5/3":
         return 1.0 / 2 ** _shift(header.wavelet, band.level, band.kind, header.levels)
     norm = band_norms(header.wavelet, band.level)[band.kind]
     return round(2**20 / norm) / 2.0 ** (20 + header.fineness)

@@ -3,6 +3,6 @@
 `synthesis` settles layout, scale and direction and calls a method: `paper`, `pixel` or `quilt`.
 """
 
-from upholster.methods.synthesis import Prepared, execute, matched_image, prepare, synthesize
+from upholster.methods.synthesis import Prepared, execute, kept_sample, matched_image, prepare, synthesize
 
-__all__ = ["Prepared", "execute", "matched_image", "prepare", "synthesize"]
+__all__ = ["Prepared", "execute", "kept_sample", "matched_image", "prepare", "synthesize"]

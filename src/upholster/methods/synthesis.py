@@ -10,6 +10,7 @@ from upholster.charts.layout import RING, TextureScale, density_layout, texture_
 from upholster.errors import InputError
 from upholster.geometry import Surface
 from upholster.image import Material, check_exemplar
+from upholster.methods.paper.coefficients import keep_coefficients
 from upholster.methods.paper.method import PaperOptions, synthesize_paper
 from upholster.methods.pixel.method import PixelOptions, check_sample, synthesize_pixel
 from upholster.methods.quilt.method import QuiltOptions, synthesize_quilt
@@ -20,7 +21,7 @@ from upholster.quilt.model import Quilt
 from upholster.quilt.warp_field import WarpField
 from upholster.types import PixelArray, Progress
 
-__all__ = ["Prepared", "execute", "matched_image", "prepare", "synthesize"]
+__all__ = ["Prepared", "execute", "kept_sample", "matched_image", "prepare", "synthesize"]
 
 _ROUND = 1.25
 """A chart that meets itself is so many blocks round, at least."""
@@ -51,6 +52,29 @@ class Prepared:
     scale: TextureScale | None
     direction: str
     options: QuiltOptions | PaperOptions | PixelOptions
+
+
+def kept_sample(exemplar: PixelArray | Material, options: SynthesisOptions) -> PixelArray | Material:
+    """Return a sample as it is matched and painted: without small coefficients where the options say so.
+
+    Each map of a material is treated on its own.
+
+    Raises
+    ------
+    InputError
+        If `exemplar` is an array that is no exemplar.
+    """
+    if options.threshold is None and options.coefficients is None:
+        return exemplar
+
+    def kept(image: PixelArray) -> PixelArray:
+        return keep_coefficients(
+            image, levels=options.levels, threshold=options.threshold, coefficients=options.coefficients
+        )
+
+    if isinstance(exemplar, Material):
+        return Material({role: kept(image) for role, image in exemplar.maps.items()})
+    return kept(check_exemplar(exemplar))
 
 
 def matched_image(exemplar: PixelArray | Material, method: str = "quilt") -> PixelArray:
@@ -209,7 +233,8 @@ def synthesize(
     Returns
     -------
     Quilt
-        Charts and placements; `upholster.paint` makes texels of it.
+        Charts and placements; `upholster.paint` makes texels of it. With `threshold` or `coefficients` it is
+        chosen by what `upholster.methods.kept_sample` returns, which is then what to paint.
 
     Raises
     ------
@@ -217,7 +242,7 @@ def synthesize(
         If something is unknown, out of range or does not fit together, before any work is done.
     """
     wanted = chosen(SynthesisOptions, options, **choices)
-    checked = matched_image(exemplar, wanted.method)
+    checked = matched_image(kept_sample(exemplar, wanted), wanted.method)
     prepared = prepare(checked, surface, wanted)
     return execute(prepared, checked, surface, seed=seed, threads=threads, progress=progress)
 

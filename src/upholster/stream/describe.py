@@ -152,7 +152,7 @@ def _holds(chunk: Chunk, decoder: StreamDecoder) -> str:
         return f"{title}: {len(decoder.charts)} charts, {texels:,} texels"
     if chunk.tag == "X" and decoder.needed == 0:
         height, width, channels = decoder.exemplar_shape
-        return f"{title}: {width}×{height}, {channels} channels, {decoder.exemplar_dtype}"
+        return f"{title}: {width}×{height}, {channels} channels, {decoder.exemplar_dtype}, {decoder.wavelet}"
     if chunk.tag == "P":
         return f"{title}: {decoder.placements_known[0]:,} of {decoder.placements_known[1]:,}"
     if chunk.tag == "M":

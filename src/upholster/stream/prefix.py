@@ -21,7 +21,8 @@ class Limit:
     bits_per_pixel
         The same, in bits per pixel of the exemplar, above 0.
     coefficients
-        Share of the exemplar's coefficients that are significant, above 0, at most 1.
+        Share of the exemplar's coefficients that are significant, above 0, at most 1. All placements and
+        masks come with it: the stream is read until they are there, and of the exemplar no more than that.
 
     Raises
     ------
@@ -52,20 +53,24 @@ class Limit:
         if self.bits_per_pixel is not None:
             height, width, _ = decoder.exemplar_shape
             return 8 * decoder.received >= self.bits_per_pixel * height * width
+        if self.coefficients is None or self.coefficients == 1:
+            return False
         known, count = decoder.coefficients_known
-        return self.coefficients is not None and self.coefficients < 1 and known >= self.coefficients * count
+        return known >= self.coefficients * count and decoder.placements_complete
 
 
 def feed_until(decoder: StreamDecoder, data: bytes, limit: Limit) -> None:
     """Feed a decoder with the bytes of `data` that follow those it has, until a limit is reached.
 
-    Coefficients are counted after parts of 1/400 of the stream. A limit below the first view is overrun.
+    A limit in coefficients is met to the byte of the exemplar; the bytes that are read for it, in parts of
+    1/400 of the stream. A limit below the first view is overrun.
 
     Raises
     ------
     FormatError
         If the stream is damaged.
     """
+    decoder.limit_coefficients(None if limit.coefficients == 1 else limit.coefficients)
     part = max(16, len(data) // _PARTS)
     while decoder.received < len(data) and (decoder.needed or not limit.reached(decoder)):
         taken = decoder.received

@@ -27,6 +27,9 @@ _NEEDS = {"S": "", "L": "S", "X": "L", "D": "X", "F": "X", "Q": "X", "P": "Q", "
 _LONGEST_WHOLE = {"S": 2**26, "L": 2**24, "X": 2**12, "F": 2**23, "Q": 2**23, "R": 2**12}
 _ANY_NUMBER = "DRE"
 
+_CAUTION = 64
+"""Coefficients that a byte hardly ever tells of: near a limit in coefficients bytes are taken one by one."""
+
 
 class StreamDecoder:
     """Decodes a .uph stream as its bytes arrive; the work is proportional to the new bytes.
@@ -49,6 +52,8 @@ class StreamDecoder:
         self._placements: PlanDecoder | None = None
         self._maps: dict[str, ImageDecoder] = {}
         self._fed: ImageDecoder | None = None  # that the current chunk E is of
+        self._share: float | None = None
+        self._held = bytearray()  # of the exemplar, beyond that share
         self._scale = 0
         self._fields: tuple[WarpField, ...] = ()
         self._whole = bytearray()
@@ -75,8 +80,8 @@ class StreamDecoder:
 
     @property
     def complete(self) -> bool:
-        """Whether the whole file has come, and every chunk's CRC is right."""
-        return self._reader.complete
+        """Whether the whole file has come, every chunk's CRC is right, and no byte is held back."""
+        return self._reader.complete and not self._held
 
     @property
     def chunks(self) -> tuple[Chunk, ...]:
@@ -101,6 +106,11 @@ class StreamDecoder:
         return 0 if self._placements is None else self._placements.charts_known()
 
     @property
+    def placements_complete(self) -> bool:
+        """Whether every placement and every mask is known."""
+        return self._placements is not None and self._placements.complete
+
+    @property
     def plan_known(self) -> bool:
         """Whether it is known how many placements there are."""
         return self._placements is not None
@@ -115,6 +125,11 @@ class StreamDecoder:
     def exemplar_dtype(self) -> np.dtype[np.generic]:
         """The exemplar's dtype; raises InputError while bytes are still `needed`."""
         return self._ready().header.dtype
+
+    @property
+    def wavelet(self) -> str:
+        """How the exemplar is coded; raises InputError while bytes are still `needed`."""
+        return self._ready().header.wavelet
 
     @property
     def coefficients_known(self) -> tuple[int, int]:
@@ -137,6 +152,20 @@ class StreamDecoder:
         except FormatError as error:
             self._failure = str(error)
             raise
+
+    def limit_coefficients(self, share: float | None) -> None:
+        """Decode the exemplar only until a share of its coefficients is significant.
+
+        Its further bytes are held back, while everything else goes on as it comes; so a picture of few
+        coefficients has its placements all the same.
+
+        Parameters
+        ----------
+        share
+            0 to 1; None (as at first) decodes all that has come.
+        """
+        self._share = share
+        self._feed_exemplar(b"")
 
     def quilt(self) -> Quilt:
         """Return the quilt as far as it has come; charts without placements repeat the exemplar, mirrored.
@@ -196,8 +225,8 @@ class StreamDecoder:
         if chunk.received == len(part):  # its first bytes
             self._check_order(chunk)
         try:
-            if tag == "D" and self._image is not None:
-                self._image.feed(part)
+            if tag == "D":
+                self._feed_exemplar(part)
             elif tag == "E":
                 self._feed_map(chunk, part)
             elif tag == "P" and self._placements is not None:
@@ -216,6 +245,22 @@ class StreamDecoder:
             raise FormatError(
                 text if text.startswith("byte ") else f"byte {chunk.payload_offset}: {text}"
             ) from None
+
+    def _feed_exemplar(self, part: bytes) -> None:
+        image, self._held = self._image, self._held + part
+        if image is None:
+            return
+        place = 0
+        while place < len(self._held):
+            size = len(self._held) - place
+            if self._share is not None:
+                missing = self._share * image.coefficients - image.significant
+                if missing <= 0:
+                    break
+                size = max(1, int(missing) // _CAUTION)
+            image.feed(bytes(self._held[place : place + size]))
+            place += size
+        del self._held[:place]
 
     def _check_order(self, chunk: Chunk) -> None:
         tag = chunk.tag

@@ -31,7 +31,6 @@ def encode_stream(
     wavelet: Wavelet | None = None,
     levels: int | None = None,
     lossless: bool = False,
-    threshold: float = 0.0,
     most_bytes: int | None = None,
     most_significant: int | None = None,
     first_part: int = FIRST_PART,
@@ -47,7 +46,7 @@ def encode_stream(
         Its quilt: every placement and mask is kept exactly.
     exemplar
         (H, W, C) uint8, uint16 or float32, of the quilt's shape.
-    wavelet, levels, lossless, threshold, most_significant
+    wavelet, levels, lossless, most_significant
         How the exemplar is coded, see `upholster.codec.encode_parts`.
     most_bytes
         Largest length of the whole stream: the exemplar gets what the rest leaves.
@@ -81,11 +80,10 @@ def encode_stream(
         wavelet=wavelet,
         levels=levels,
         lossless=lossless,
-        threshold=threshold,
         most_significant=most_significant,
     )
     coded = {
-        role: encode_parts(image, wavelet=wavelet, levels=levels, lossless=lossless, threshold=threshold)
+        role: encode_parts(image, wavelet=wavelet, levels=levels, lossless=lossless)
         for role, image in maps.items()
     }
     streams = {role: stream for role, (_, stream) in coded.items()}

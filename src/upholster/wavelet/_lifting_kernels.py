@@ -16,9 +16,9 @@ from numba.extending import overload
 
 from upholster.jit import allocating_kernel, inline
 
-__all__ = ["DAUBECHIES97", "HAAR", "LEGALL53", "lift_forward", "lift_inverse"]
+__all__ = ["DAUBECHIES97", "LEGALL53", "lift_forward", "lift_inverse"]
 
-DAUBECHIES97, LEGALL53, HAAR = 0, 1, 2
+DAUBECHIES97, LEGALL53 = 0, 1
 
 # CDF 9/7, factored by Daubechies and Sweldens (1998); the scale makes the low-pass half's gain the square
 # root of 2.
@@ -32,10 +32,8 @@ def _step(kind: int, step: int, sign: int, lines: Any, to: int, left: int, right
     around = lines[left + n] + lines[right + n]
     if kind == DAUBECHIES97:
         lines[to + n] += (sign * _STEPS97[step]) * around
-    elif kind == LEGALL53:
-        lines[to + n] += -sign * (around >> 1) if step == 0 else sign * ((around + 2) >> 2)
     else:
-        lines[to + n] += -sign * lines[left + n] if step == 0 else sign * (lines[right + n] >> 1)
+        lines[to + n] += -sign * (around >> 1) if step == 0 else sign * ((around + 2) >> 2)
 
 
 def _scale(kind: int, half: int, forward: bool, lines: Any, at: int, count: int) -> None:
@@ -65,19 +63,12 @@ def _step_overload(
         kind: int, step: int, sign: int, lines: Any, to: int, left: int, right: int, count: int
     ) -> None:
         t, p, q = np.uint64(to), np.uint64(left), np.uint64(right)
-        if kind == LEGALL53:
-            if step == 0:
-                for n in range(np.uint64(max(0, count))):
-                    lines[t + n] -= sign * ((lines[p + n] + lines[q + n]) >> 1)
-            else:
-                for n in range(np.uint64(max(0, count))):
-                    lines[t + n] += sign * ((lines[p + n] + lines[q + n] + 2) >> 2)
-        elif step == 0:
+        if step == 0:
             for n in range(np.uint64(max(0, count))):
-                lines[t + n] -= sign * lines[p + n]
+                lines[t + n] -= sign * ((lines[p + n] + lines[q + n]) >> 1)
         else:
             for n in range(np.uint64(max(0, count))):
-                lines[t + n] += sign * (lines[q + n] >> 1)
+                lines[t + n] += sign * ((lines[p + n] + lines[q + n] + 2) >> 2)
 
     return whole
 
@@ -112,8 +103,7 @@ def _lift_halves(kind: int, step: int, sign: int, lines: Any, low: int, evens: i
         return
     _step(kind, step, sign, lines, low, high, high, 1)
     _step(kind, step, sign, lines, low + 1, high, high + 1, odds - 1)
-    if evens > odds and kind != HAAR:
-        # Haar leaves a last sample without a partner as it is.
+    if evens > odds:
         _step(kind, step, sign, lines, low + odds, high + odds - 1, high + odds - 1, 1)
 
 
@@ -122,7 +112,7 @@ def _lift_row(
     kind: int, step: int, sign: int, lines: Any, i: int, height: int, width: int, count: int
 ) -> None:
     # One step on row i, one of the `count` rows at work: row i is line i modulo count.
-    if i < 0 or i >= height or (kind == HAAR and step == 1 and i + 1 == height):
+    if i < 0 or i >= height:
         return
     above = i - 1 if i > 0 else i + 1
     below = i + 1 if i + 1 < height else i - 1

@@ -14,7 +14,7 @@ from upholster.errors import InputError
 from upholster.types import FloatArray
 from upholster.wavelet._kernels import haar_forward, haar_inverse
 
-__all__ = ["dwt2", "idwt2", "level_shape", "subbands"]
+__all__ = ["dwt2", "idwt2", "level_shape", "merge_pairs", "split_pairs", "subbands"]
 
 
 def dwt2(image: NDArray[Any], *, levels: int = 3) -> FloatArray:
@@ -70,6 +70,36 @@ def idwt2(coefficients: NDArray[Any], *, levels: int = 3) -> FloatArray:
         haar_inverse(low, samples, image)
         low = image
     return low.reshape(np.shape(coefficients))
+
+
+def split_pairs(image: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Transform an image by one level, a last row or column without a partner taken twice.
+
+    Parameters
+    ----------
+    image
+        (h, w, c).
+
+    Returns
+    -------
+    low, parts : ndarray
+        LL, (⌈h/2⌉, ⌈w/2⌉, c); and HL, LH, HH in their quadrants of (2·⌈h/2⌉, 2·⌈w/2⌉, c).
+    """
+    height, width, channels = image.shape
+    pairs = np.pad(image, ((0, height % 2), (0, width % 2), (0, 0)), mode="edge")
+    low, parts = np.empty((*level_shape(image.shape, 1), channels)), np.zeros(pairs.shape)
+    haar_forward(pairs, low, parts)
+    return low, parts
+
+
+def merge_pairs(low: FloatArray, nested: FloatArray) -> FloatArray:
+    """Invert `split_pairs`: from LL, and HL, LH, HH in their places of (h, w, c), to (h, w, c)."""
+    height, width, channels = nested.shape
+    parts = np.zeros((2 * low.shape[0], 2 * low.shape[1], channels))
+    parts[:height, :width] = nested
+    pairs = np.empty(parts.shape)
+    haar_inverse(np.ascontiguousarray(low), parts, pairs)
+    return pairs[:height, :width]
 
 
 def level_shape(shape: tuple[int, ...], level: int) -> tuple[int, int]:

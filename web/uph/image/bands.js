@@ -49,6 +49,7 @@ function neighbourSteps(kind, stride, area) {
 
 /** Lowest plane of a band that holds bits, and what turns its coded values into coefficients. */
 function scaleOf(wavelet, levels, level, kind) {
+  if (wavelet === 2) return { lowest: 0, scale: 2 ** (20 - level) }
   if (!wavelet) {
     const norm = NORMS[Math.min(level, 7)][kind === LL ? 0 : kind < 3 ? 1 : 2]
     return { lowest: 0, scale: Math.round(2 ** 20 / norm) }

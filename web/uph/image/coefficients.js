@@ -62,6 +62,7 @@ export class CoefficientDecoder {
     this.symbols = 0
     this.significant = 0
     this.signPending = false
+    this.plane = header.plane
     this.steps = this.#passes()
   }
 

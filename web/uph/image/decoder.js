@@ -46,10 +46,27 @@ export class ImageDecoder {
   }
 }
 
+/** The passes of Haar [7.1]: per plane the threshold, and the power of two that a step above it takes. */
+function passesOf({ thresholds }) {
+  const starts = [...new Set([...range(25).map((k) => 2 ** k), ...thresholds])].filter(Boolean).sort((a, b) => a - b)
+  return starts.map((start, plane) => ({ start, shift: plane - 32 + Math.clz32(starts[plane + 1] - start - 1) }))
+}
+
+/** A mean as it would be coded; 0 for one that can not be. */
+function codedMean(mean, passes) {
+  if (mean >= 2 ** 24) return 0
+  const top = passes.findLastIndex(({ start }) => start <= mean)
+  return top < 0 ? 0 : 2 ** top + (mean - passes[top].start) * 2 ** passes[top].shift
+}
+
 /** One channel's coefficients, low-pass ones first along each axis. */
-function reconstruct({ header, bands, flags, known, lowestKnown, refined }, channel) {
-  const { height, width, wavelet, fineness } = header
-  const out = new (wavelet ? Int32Array : Float64Array)(height * width)
+function reconstruct({ header, bands, flags, known, lowestKnown, refined, plane }, channel) {
+  const { height, width, wavelet, levels, fineness, means } = header
+  const out = new (wavelet === 1 ? Int32Array : Float64Array)(height * width)
+  const passes = wavelet === 2 && passesOf(header)
+  // An approximation is near the mean, as far as what is known allows it.
+  const mean = passes ? codedMean(means[channel] * 2 ** (levels + fineness), passes) : 0
+  const rest = mean >> (plane + 3) ? 0 : Math.min(mean, 2 ** (plane + 1) - 1)
   for (const band of bands) {
     if (band.channel !== channel) continue
     const points = [0, 2].map((later) => {
@@ -59,12 +76,17 @@ function reconstruct({ header, bands, flags, known, lowestKnown, refined }, chan
     for (let r = 0; r < band.rows; r++) {
       let place = (band.top + r) * width + band.left
       for (let i = band.start + r * band.stride, end = i + band.columns; i < end; i++, place++) {
-        if (!known[i]) continue
+        if (!known[i] && (band.kind || !rest)) continue
         const u = lowestKnown[i]
-        let value = known[i]
-        if (!wavelet || u > band.lowest) value += (points[value >> (u + 1) ? 1 : 0] * 2 ** u) / 64
+        let value = known[i] || rest
+        if (known[i] && (u > band.lowest || !wavelet)) value += (points[value >> (u + 1) ? 1 : 0] * 2 ** u) / 64
+        if (passes) {
+          if (mean && known[i] && !band.kind && !(flags[i] & NEGATIVE) && mean >> u === known[i] >> u) value = mean
+          const top = 31 - Math.clz32(value)
+          value = passes[top].start + Math.floor((value - 2 ** top) / 2 ** passes[top].shift)
+        }
         value = flags[i] & NEGATIVE ? -value * band.scale : value * band.scale
-        out[place] = wavelet ? Math.trunc(value) : value / 2 ** (20 + fineness)
+        out[place] = wavelet === 1 ? Math.trunc(value) : value / 2 ** (20 + fineness)
       }
     }
   }
@@ -95,9 +117,9 @@ function samplesOf(planes, { height, width, channels, wavelet, depth, means, low
   const data = new [Uint8Array, Uint16Array, Float32Array][depth](height * width * channels)
   const most = depth ? 65535 : 255
   const step = (high - low) / 65535
-  const half = wavelet ? 0 : 0.5
+  const half = wavelet === 1 ? 0 : 0.5
   planes.forEach((plane, k) => {
-    const mean = means[k]
+    const mean = wavelet === 2 ? 0 : means[k]
     for (let i = 0, place = k; i < plane.length; i++, place += channels) {
       const value = clamp(Math.floor(plane[i] + mean + half), 0, most)
       data[place] = depth === 2 ? value * step + low : value

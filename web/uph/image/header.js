@@ -26,6 +26,7 @@ export function parseImageHeader(reader, maxSide, maxChannels) {
   }
   const means = range(channels).map(() => reader.u16('mean'))
   const matrix = color === 1 ? range(9).map(() => reader.i16('matrix') / 16384) : null
+  const thresholds = wavelet === 2 ? range(4).map(() => reader.u32('threshold', 2 ** 24 - 1)) : []
   let low = 0
   let high = 1
   if (depth === 2) {
@@ -33,7 +34,7 @@ export function parseImageHeader(reader, maxSide, maxChannels) {
     high = reader.float('high', 4)
     if (low > high) reader.fail(`range is ${low} to ${high}; allowed: rising`)
   }
-  const header = { height, width, channels, wavelet, color, depth, levels, plane, fineness, means, matrix, low, high }
+  const header = { height, width, channels, wavelet, color, depth, levels, plane, fineness, means, matrix, thresholds, low, high }
   reader.within(paddedPlaces(header), 'places with padding', 1, MAX_PLACES, start)
   return header
 }

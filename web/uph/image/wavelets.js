@@ -37,8 +37,9 @@ const WAVELETS = [
     scales: [1, 1],
     mix(x, n) {
       for (let k = 1; k < n; k += 2) {
-        x[k - 1] -= x[k] >> 1
-        x[k] += x[k - 1]
+        const odd = x[k - 1] - x[k]
+        x[k - 1] += x[k]
+        x[k] = odd
       }
     },
   },

@@ -21,6 +21,11 @@ export class Plan {
     this.changed = new Set()
   }
 
+  /** Whether every placement and every mask has come. */
+  get complete() {
+    return this.known === this.total && this.knownCells === this.totalCells
+  }
+
   feedSources(part) {
     this.sources.feed(part)
     this.sourceSteps.next()

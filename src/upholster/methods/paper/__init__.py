@@ -1,8 +1,10 @@
 """Method "paper": blocks on every patch by the paper's rule, then edge blocks along the shared edges.
 
-`method` has the steps, `matching` the coefficients that blocks are compared by, `edges` the shared edges.
+`method` has the steps, `matching` the coefficients that blocks are compared by, `edges` the shared edges,
+`coefficients` the threshold of equation 7.
 """
 
+from upholster.methods.paper.coefficients import keep_coefficients
 from upholster.methods.paper.method import PaperOptions, synthesize_paper
 
-__all__ = ["PaperOptions", "synthesize_paper"]
+__all__ = ["PaperOptions", "keep_coefficients", "synthesize_paper"]

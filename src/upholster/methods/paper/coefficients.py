@@ -1,0 +1,62 @@
+"""Equation 7 of the paper: a sample of which only large Haar coefficients are left."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from upholster.types import FloatArray, PixelArray
+from upholster.wavelet import dwt2, idwt2
+
+__all__ = ["keep_coefficients"]
+
+
+def keep_coefficients(
+    exemplar: PixelArray,
+    *,
+    levels: int = 3,
+    threshold: float | None = None,
+    coefficients: float | None = None,
+) -> PixelArray:
+    """Set small Haar coefficients of an exemplar to zero.
+
+    Parameters
+    ----------
+    exemplar
+        (H, W, C), any dtype; each channel is transformed on its own, its mean included.
+    levels
+        Of the transform, 1 to 6.
+    threshold
+        Coefficients of a smaller magnitude become zero: in units of the samples (0 to 255 for 8 bits), of the
+        orthonormal transform.
+    coefficients
+        Instead: the share that stays, above 0, at most 1; the largest ones over all channels, and those as
+        large as the smallest of them.
+
+    Returns
+    -------
+    ndarray
+        Of the exemplar's shape and dtype; integers are rounded, within their range. The exemplar itself
+        where neither is given.
+
+    References
+    ----------
+    Shet, Bez, Edirisinghe: Progressive texture synthesis on geometric surfaces, equation 7.
+    """
+    if threshold is None and coefficients is None:
+        return exemplar
+    found = dwt2(exemplar, levels=levels)
+    magnitudes = np.abs(found)
+    if coefficients is not None:
+        threshold = _least(magnitudes, coefficients)
+    kept = idwt2(np.where(magnitudes < threshold, 0.0, found), levels=levels)
+    if exemplar.dtype.kind != "u":
+        return kept.astype(exemplar.dtype)
+    return np.clip(np.floor(kept + 0.5), 0, np.iinfo(exemplar.dtype).max).astype(exemplar.dtype)
+
+
+def _least(magnitudes: FloatArray, share: float) -> Any:
+    count = max(1, round(share * magnitudes.size))
+    place = magnitudes.size - count
+    ordered: NDArray[np.float64] = np.partition(magnitudes, place, axis=None)
+    return ordered[place]
