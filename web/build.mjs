@@ -37,8 +37,10 @@ async function bundle(source, texts) {
   })
   // Of what esbuild leaves, terser takes 4 % (gzipped): a page with its stream has to stay small.
   const { code } = await minify(outputFiles[0].text, { module: true, ecma: 2020, compress: { passes: 3 } })
-  // The graphics card's programs need no indentation.
-  const plain = code.replace(/\\n(\\t)+/g, '\\n')
+  // The graphics card's programs and the style sheet need no indentation, empty lines, or comments.
+  const plain = code
+    .replace(/ \/\/ [^\\"`]*(?=\\n)/g, '')
+    .replace(/\\n(?:\\n|\\t| )+/g, '\\n')
   return `/*!\n${texts.join('\n\n').replaceAll('*/', '* /')}\n*/\n${plain}\n`
 }
 
