@@ -1,6 +1,7 @@
 """The public names: few, documented, and enough for the README's few lines."""
 
 import inspect
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -76,3 +77,187 @@ def test_a_surface_of_ones_own():
         upholster.synthesize(exemplar, surface, chart=40, method="paper"), exemplar[:, :, None]
     )
     assert texels.arrays[0].shape == (40, 40, 1)
+
+
+SMALL = {"method": "paper", "chart": 32, "block": 24}
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """A small model with all that belongs to it, and a folder with its files."""
+    folder = tmp_path_factory.mktemp("made")
+    exemplar = np.random.default_rng(1).integers(0, 256, (48, 48, 3), dtype=np.uint8)
+    write_image(folder / "x.png", exemplar)
+    surface = upholster.sphere()
+    quilt = upholster.synthesize(exemplar, surface, **SMALL)
+    stream = upholster.encode_stream(surface, quilt, exemplar)
+    (folder / "x.uph").write_bytes(stream)
+    return folder, exemplar, surface, quilt, upholster.paint(quilt, exemplar), stream
+
+
+def test_paths_and_text_stand_for_what_they_name(made):
+    folder, exemplar, surface, quilt, texels, stream = made
+    same = upholster.synthesize(str(folder / "x.png"), "sphere", **SMALL)
+    assert (same.placements == quilt.placements).all()
+    for path in (folder / "x.png", str(folder / "x.png")):
+        painted = upholster.paint(same, path)
+        assert all((a == b).all() for a, b in zip(painted.arrays, texels.arrays, strict=True))
+    assert upholster.encode_stream("sphere", quilt, folder / "x.png") == stream
+    (folder / "nets.json").write_text('{"patches": [{"points": [[[0,0,0],[1,0,0]],[[0,-1,0],[1,-1,0]]]}]}')
+    on_file = upholster.synthesize(folder / "x.png", folder / "nets.json", **SMALL)
+    assert len(on_file.charts) == 1
+    upholster.write(folder / "own.uph", "sphere", painted)  # it knows what it was painted from
+    assert (folder / "own.uph").read_bytes() == stream
+    report = upholster.cover(exemplar, surface, folder / "y.npz", synthesis=SMALL)
+    assert list(report.written) == [str(folder / "y.npz")]
+
+
+@pytest.mark.parametrize("direction", [(0, 0, 1), [0, 0, 1], np.array([0.0, 0, 1]), "0,0,1"])
+def test_a_vector_is_a_direction(direction):
+    exemplar = np.random.default_rng(1).integers(0, 256, (48, 48), dtype=np.uint8)
+    options = upholster.SynthesisOptions(direction=direction)
+    assert options == upholster.SynthesisOptions(direction="0,0,1")
+    cylinder = upholster.surface_from_spec("cylinder")
+    quilt = upholster.synthesize(exemplar, cylinder, texels=5000, sample_size=1.5, block=16, options=options)
+    assert quilt.texel_count > 4000
+    assert upholster.SynthesisOptions(direction=45).direction == "45"
+
+
+def test_no_seed_is_a_fresh_one_that_is_told(made):
+    folder, exemplar, surface, _, _, _ = made
+    one, other = (upholster.synthesize(exemplar, surface, seed=None, **SMALL) for _ in range(2))
+    assert one.seed != other.seed
+    again = upholster.synthesize(exemplar, surface, seed=one.seed, **SMALL)
+    assert (again.placements == one.placements).all()
+    report = upholster.cover(folder / "x.png", "sphere", [folder / "z.npz"], synthesis=SMALL, seed=None)
+    told = report.to_json()["parameters"]["seed"]
+    assert report.model.quilt.seed == told >= 0
+
+
+@pytest.mark.parametrize("other", ["torus", "sphere:r=2", "sphere:tiling=octants", "plane"])
+def test_what_belongs_to_another_surface_is_refused(made, tmp_path, other):
+    _, exemplar, _, quilt, texels, _ = made
+    with pytest.raises(upholster.InputError, match=r"sphere:r=1\.0"):
+        upholster.encode_stream(other, quilt, exemplar)
+    for name in ("x.glb", "x.npz", "x.uph"):
+        with pytest.raises(upholster.InputError, match=r"sphere:r=1\.0"):
+            upholster.write(tmp_path / name, other, texels)
+    own = upholster.Texels(texels.charts, texels.arrays)  # made by hand: only the charts tell
+    if other != "sphere:r=2":
+        with pytest.raises(upholster.InputError, match="do not fit"):
+            upholster.write(tmp_path / "x.glb", other, own)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_decoded_model_fits_its_surface(made, tmp_path):
+    _, _, surface, _, _, stream = made
+    decoder = upholster.StreamDecoder()
+    decoder.feed(stream[: len(stream) // 2])
+    upholster.write(tmp_path / "x.npz", surface, decoder.texels())
+    with pytest.raises(upholster.InputError, match="other"):
+        upholster.write(tmp_path / "x.npz", "torus", decoder.texels())
+
+
+def test_floats_from_0_to_255_are_refused_and_highlights_are_not():
+    rng = np.random.default_rng(1)
+    photo = rng.integers(0, 256, (48, 48, 3))
+    dark = np.where(rng.random((48, 48, 3)) < 0.9, 0, photo)
+    smooth = photo * 0.93
+    for wrong in (photo, dark, smooth):
+        for dtype in (np.float32, np.float64):
+            with pytest.raises(upholster.InputError, match="white at 1"):
+                upholster.synthesize(wrong.astype(dtype), "sphere", **SMALL)
+    light = photo / 255.0
+    light[10:20, 10:20] = 900.0
+    for right in (light, np.zeros((48, 48, 3)), (photo > 99).astype(float)):
+        assert upholster.synthesize(right, "sphere", **SMALL).texel_count == 6 * 32 * 32
+
+
+def test_every_object_says_what_it_is_on_a_line(made, tmp_path):
+    _, exemplar, surface, quilt, texels, stream = made
+    decoder = upholster.StreamDecoder()
+    decoder.feed(stream)
+    material = upholster.Material({"albedo": exemplar})
+    report = upholster.cover(exemplar, surface, tmp_path / "x.uph", synthesis=SMALL)
+    refined = upholster.refine(tmp_path / "x.uph", tmp_path / "y.npz")
+    axis = ",".join(["0.12345678901234567"] * 3)
+    long = upholster.SynthesisOptions(direction=f"around:{axis}", density=3, block=99)
+    things = [
+        surface,
+        surface.patches[0],
+        quilt,
+        texels,
+        decoder,
+        upholster.StreamDecoder(),
+        material,
+        report,
+    ]
+    for thing in (
+        *things,
+        refined,
+        report.model,
+        long,
+        upholster.WriteOptions(quads=9),
+        upholster.SynthesisOptions(),
+    ):
+        text = repr(thing)
+        assert text.startswith(f"{type(thing).__name__}(")
+        assert text.endswith(")")
+        assert len(text) <= 100
+        assert len(text.splitlines()) == 1
+    assert repr(upholster.SynthesisOptions(density=3)) == "SynthesisOptions(density=3.0)"
+
+
+ODD = [
+    None, 5, -1, 1.5, float("nan"), "x", "", b"x", [], [1, 2], {}, {"a": 1}, object(), np.zeros(3),
+    np.array("x"), np.zeros((4, 4, 4)), Path("none.png"), Path(), "nul\0", True, (1, 2, 3), 2j, range(3),
+    np.array([["a"] * 40] * 40),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "synthesize", "paint", "paint_material", "write", "encode_stream", "read_exemplar", "read_material",
+        "surface_from_spec", "cover", "refine", "ring_cyclide", "torus", "sphere", "plane", "revolve",
+        "Material", "RationalPatch", "Surface", "SynthesisOptions", "WriteOptions", "Texels", "Quilt",
+    ],
+)  # fmt: skip
+def test_whatever_is_wrong_is_told_in_one_line(made, tmp_path, monkeypatch, name):
+    monkeypatch.chdir(tmp_path)  # some of what is odd is a good name of a file
+    folder, exemplar, surface, quilt, texels, _ = made
+    target = tmp_path / "a.npz"
+    given = {
+        "synthesize": (exemplar, surface), "paint": (quilt, exemplar), "write": (target, surface, texels),
+        "paint_material": (quilt, upholster.Material({"albedo": exemplar})),
+        "encode_stream": (surface, quilt, exemplar), "read_exemplar": (folder / "x.png",),
+        "read_material": ({"albedo": folder / "x.png"},), "surface_from_spec": ("torus",),
+        "cover": (folder / "x.png", "sphere", [target]), "refine": (folder / "x.uph", [target]),
+        "ring_cyclide": (6, 2, 3), "torus": (2, 0.5), "sphere": (1,), "plane": (1, 1),
+        "revolve": ([[[1, 0, 1], [1, 1, 1]]],), "Material": ({"albedo": exemplar},),
+        "RationalPatch": (surface.patches[0].net,), "Surface": (surface.patches,),
+        "Texels": (texels.charts, texels.arrays), "Quilt": (quilt.charts, quilt.exemplar_shape, quilt.plan),
+    }.get(name, ())  # fmt: skip
+    call = getattr(upholster, name)
+    own = {"synthesize": SMALL, "cover": {"synthesis": SMALL}}.get(name, {})
+    named = [p.name for p in inspect.signature(call).parameters.values() if p.kind is p.KEYWORD_ONLY]
+    if name in ("SynthesisOptions", "WriteOptions"):
+        named = [p.name for p in inspect.signature(call).parameters.values()]
+    refused = 0
+    for odd in ODD:
+        calls = [((*given[:k], odd, *given[k + 1 :]), own) for k in range(len(given))]
+        calls += [(given, own | {keyword: odd}) for keyword in named]
+        told = [_told(call, *each) for each in calls]
+        assert all(text is None or 8 < len(text) < 700 for text in told)
+        assert all(text is None or len(text.splitlines()) == 1 for text in told)
+        refused += len([text for text in told if text is not None])
+    assert refused >= len(ODD) // 2
+
+
+def _told(call, arguments, keywords):
+    """What a call says that is refused; whatever else goes wrong fails the test."""
+    try:
+        call(*arguments, **keywords)
+    except (upholster.InputError, upholster.FormatError) as error:
+        return str(error)
+    return None

@@ -2,12 +2,21 @@
 
 import difflib
 from collections.abc import Iterable
+from numbers import Integral
 
-__all__ = ["FormatError", "InputError", "UpholsterError", "nearest"]
+__all__ = ["FormatError", "InputError", "UpholsterError", "check_whole", "nearest"]
+
+
+_LONGEST = 600
+"""Characters of an error: a wrong value may be long."""
 
 
 class UpholsterError(Exception):
-    """Base of every error that upholster raises on purpose."""
+    """Base of every error that upholster raises on purpose: its text is one line, whatever it names."""
+
+    def __str__(self) -> str:
+        text = " ".join(line.strip() for line in super().__str__().splitlines())
+        return text if len(text) <= _LONGEST else text[: _LONGEST // 2] + " … " + text[-_LONGEST // 2 :]
 
 
 class InputError(UpholsterError):
@@ -16,6 +25,22 @@ class InputError(UpholsterError):
 
 class FormatError(UpholsterError):
     """A file of a known format is damaged or breaks the format's rules."""
+
+
+def check_whole(name: str, value: object, least: int, most: int | None = None) -> int:
+    """Return a whole number as Python's own.
+
+    Raises
+    ------
+    InputError
+        If it is none, below `least` or above `most`.
+    """
+    if isinstance(value, Integral):
+        number = int(value)
+        if least <= number and (most is None or number <= most):
+            return number
+    allowed = f"{least} or more" if most is None else f"{least} to {most}"
+    raise InputError(f"{name} is {value!r}; allowed: {allowed}")
 
 
 def nearest(name: str, known: Iterable[str]) -> str:

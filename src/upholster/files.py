@@ -8,12 +8,33 @@ from pathlib import Path
 
 from upholster.errors import InputError
 
-__all__ = ["Outputs", "outputs", "read_bytes"]
+__all__ = ["Outputs", "outputs", "path_text", "read_bytes"]
 
 MAX_BYTES = 1 << 30
 
 _Identity = tuple[int, int]
 """Device and inode: equal for all names of one file."""
+
+
+def path_text(path: object, what: str = "file") -> str:
+    """Return a path as text.
+
+    Parameters
+    ----------
+    path
+        Text, or a `pathlib.Path` or whatever else stands for one.
+    what
+        What to call it in the message.
+
+    Raises
+    ------
+    InputError
+        If it is none of these.
+    """
+    name = os.fspath(path) if isinstance(path, (str, os.PathLike)) else path
+    if not isinstance(name, str):
+        raise InputError(f"{what} is a {type(path).__name__}; allowed: a path, as text or pathlib.Path")
+    return name
 
 
 def read_bytes(path: str | os.PathLike[str]) -> bytes:
@@ -24,7 +45,7 @@ def read_bytes(path: str | os.PathLike[str]) -> bytes:
     InputError
         If it is missing, no regular file, unreadable, or larger than 1 GiB.
     """
-    name = os.fspath(path)
+    name = path_text(path)
     try:
         if "\0" in name:
             raise InputError(f"file {name!r} contains a null character")
@@ -74,7 +95,7 @@ class Outputs:
         InputError
             If `target` cannot be written, or is an input or another target.
         """
-        name = os.fspath(target)
+        name = path_text(target, "output")
         if "\0" in name:
             raise InputError(f"output {name!r} contains a null character")
         # Through a symbolic link: the link stays, what it points to is written.

@@ -3,11 +3,13 @@
 Nothing heavy is imported here: ``upholster --help`` is made of these fields.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import Field, dataclass, field, fields, replace
-from typing import Any, Literal, TypeVar, get_args
+from numbers import Integral, Real
+from typing import Any, Literal, TypeVar, get_args, get_origin
 
 from upholster.errors import InputError, nearest
+from upholster.shown import on_a_line
 
 __all__ = ["METHODS", "SynthesisOptions", "TextureFormat", "WriteOptions", "chosen", "settled"]
 
@@ -61,10 +63,12 @@ def chosen(kind: type[Kind], base: Kind | Mapping[str, Any] | None = None, **cho
     if base is None or isinstance(base, Mapping):
         choices = dict(base or {}) | choices
         base = kind()
+    if not isinstance(base, kind):
+        raise InputError(f"options are a {type(base).__name__}; allowed: {kind.__name__}, or options by name")
     known = {entry.name: entry for entry in fields(kind)}
     for name in choices:
         if name not in known:
-            raise InputError(f"unknown option {name!r}; {nearest(name, known)}")
+            raise InputError(f"unknown option {name!r}; {nearest(str(name), known)}")
     given = {name: value for name, value in choices.items() if value is not None}
     found = replace(base, **given)
     if isinstance(found, SynthesisOptions):
@@ -72,10 +76,85 @@ def chosen(kind: type[Kind], base: Kind | Mapping[str, Any] | None = None, **cho
     return found
 
 
+def _chosen(options: "SynthesisOptions | WriteOptions") -> dict[str, Any]:
+    """Return by name what differs from the defaults."""
+    values = {entry.name: (getattr(options, entry.name), entry.default) for entry in fields(options)}
+    return {name: value for name, (value, default) in values.items() if value != default}
+
+
 def settled(options: "SynthesisOptions", kind: type[Settled], **found: Any) -> Settled:
     """Return options as a method has them: what was left open is as found, or the method's default."""
     given = {entry.name: getattr(options, entry.name) for entry in fields(options)} | found
     return kind(**{name: value for name, value in given.items() if value is not None})
+
+
+_WORDS: dict[Any, str] = {
+    int: "a whole number",
+    float: "a number",
+    bool: "True or False",
+    str: "a text",
+    tuple[int, int]: "two whole numbers",
+    tuple[float, float]: "two numbers",
+}
+"""The types that an option can have, as texts for people."""
+
+
+def _settle_types(options: "SynthesisOptions | WriteOptions") -> None:
+    """Bring each option to its type: NumPy's numbers to Python's, lists to tuples; refuse others."""
+    for entry in fields(options):
+        if isinstance(entry.type, str):  # the direction, which has many forms
+            continue
+        kinds = get_args(entry.type) if type(None) in get_args(entry.type) else (entry.type,)
+        kinds = tuple(str if get_origin(kind) is Literal else kind for kind in kinds)
+        value = getattr(options, entry.name)
+        try:
+            settled_value = next(found for kind in kinds for found in _as_kind(kind, value))
+        except StopIteration:
+            allowed = " or ".join(_WORDS[kind] for kind in kinds if kind in _WORDS)
+            raise InputError(f"{entry.name} is {on_a_line(value)}; allowed: {allowed}") from None
+        object.__setattr__(options, entry.name, settled_value)
+
+
+def _as_kind(kind: Any, value: Any) -> list[Any]:
+    """Return `value` as a type has it, in a list that is empty where that can not be."""
+    if kind is type(None):
+        return [None] if value is None else []
+    if isinstance(value, bool) or type(value).__name__ in ("bool_", "bool"):
+        return [bool(value)] if kind is bool else []
+    if kind is int:
+        # 4e6 is a whole number as well.
+        whole = isinstance(value, Integral) or (isinstance(value, Real) and float(value).is_integer())
+        return [int(value)] if whole else []
+    if kind is float:
+        return [float(value)] if isinstance(value, Real) else []
+    if kind is str:
+        return [value] if isinstance(value, str) else []
+    if get_origin(kind) is tuple and not isinstance(value, (str, bytes)):
+        parts = _members(value)
+        if parts is not None and len(parts) == len(get_args(kind)):
+            found = [_as_kind(part, one) for part, one in zip(get_args(kind), parts, strict=True)]
+            return [tuple(one[0] for one in found)] if all(found) else []
+    return []
+
+
+def _members(value: Any) -> list[Any] | None:
+    """Return what a list, tuple or flat array holds, None if `value` is none of them."""
+    if isinstance(value, Sequence) or getattr(value, "ndim", None) == 1:
+        return list(value)
+    return None
+
+
+def _direction_text(direction: Any) -> Any:
+    """Return a direction as text, where it is a number of degrees or three numbers; others as they are."""
+    if isinstance(direction, str) or direction is None or callable(direction):
+        return direction
+    parts = [direction] if isinstance(direction, Real) else _members(direction) or []
+    if len(parts) not in (1, 3) or not all(isinstance(part, Real) for part in parts):
+        raise InputError(
+            f"direction is {on_a_line(direction)}; allowed: u, v, degrees, a vector as (x, y, z) or 'x,y,z', "
+            "'around:z', or a function"
+        )
+    return ",".join(repr(float(part)).removesuffix(".0") for part in parts)
 
 
 def _check_owner(method: str, asked: "list[Field[Any]]") -> None:
@@ -127,7 +206,7 @@ class SynthesisOptions:
         ),
     )
     # A string, for the type needs NumPy: `upholster.charts.directions.Vectors`.
-    direction: "str | Callable[[Any], Any] | None" = field(
+    direction: "str | float | Sequence[float] | Callable[[Any], Any] | None" = field(
         default=None,
         metadata=_about(
             _SCALE,
@@ -253,7 +332,12 @@ class SynthesisOptions:
         ),
     )
 
+    def __repr__(self) -> str:
+        return on_a_line(self, _chosen(self))
+
     def __post_init__(self) -> None:
+        _settle_types(self)
+        object.__setattr__(self, "direction", _direction_text(self.direction))
         if self.method not in METHODS:
             raise InputError(f"unknown method {self.method!r}; {nearest(self.method, METHODS)}")
         _check_owner(
@@ -282,7 +366,7 @@ class SynthesisOptions:
             ("shortlist", self.shortlist, 1, 4096),
         ):
             if not least <= value <= most:
-                raise InputError(f"{name} is {value}; allowed: {least} to {most}")
+                raise InputError(f"{name} is {value:g}; allowed: {least} to {most}")
 
     def _check_paper(self) -> None:
         if self.threshold is not None and not 0 <= self.threshold < 1e9:
@@ -391,7 +475,11 @@ class WriteOptions:
         """How a stream transforms the sample: arguments of `upholster.encode_stream`."""
         return {"wavelet": self.wavelet, "levels": self.wavelet_levels, "lossless": self.lossless}
 
+    def __repr__(self) -> str:
+        return on_a_line(self, _chosen(self))
+
     def __post_init__(self) -> None:
+        _settle_types(self)
         if self.texture not in get_args(TextureFormat):
             raise InputError(f"texture is {self.texture!r}; allowed: {', '.join(get_args(TextureFormat))}")
         if not 1 <= self.quality <= 100:

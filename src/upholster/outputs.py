@@ -1,5 +1,6 @@
 """What can be written, by suffix: textured models, streams, pages, pictures, atlases, texels."""
 
+import os
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -20,7 +21,7 @@ from upholster.export import (
     write_npz,
     write_obj,
 )
-from upholster.files import Outputs
+from upholster.files import Outputs, path_text
 from upholster.geometry import Surface
 from upholster.image import Material, from_linear, write_image
 from upholster.image.source import source_parts
@@ -35,10 +36,11 @@ from upholster.model import (
 from upholster.options import WriteOptions
 from upholster.quilt import Quilt, Texels
 from upholster.render import render
+from upholster.shown import Shown, on_a_line
 from upholster.stream import encode_stream
 from upholster.types import FloatArray, PixelArray, Progress
 
-__all__ = ["Output", "TexturedModel", "parse_output", "write_output"]
+__all__ = ["Output", "TexturedModel", "parse_output", "textured_model", "write_output"]
 
 Kind = Literal["glb", "obj", "npz", "uph", "html", "atlas", "flat", "picture"]
 
@@ -86,12 +88,12 @@ class Output:
         return tuple(map_companion(texture, role) for role in roles if apart)
 
 
-def parse_output(text: str, *, flat: bool = False) -> Output:
+def parse_output(target: str | os.PathLike[str], *, flat: bool = False) -> Output:
     """Read an output as the command line has it: a path, or ``atlas:`` and a path.
 
     Parameters
     ----------
-    text
+    target
         What the user wrote.
     flat
         Whether images are a flat texture's texels, and no pictures of a model.
@@ -101,6 +103,7 @@ def parse_output(text: str, *, flat: bool = False) -> Output:
     InputError
         For an unknown suffix.
     """
+    text = path_text(target, "output")
     atlas = text.startswith("atlas:")
     path = Path(text.removeprefix("atlas:"))
     suffix = path.suffix.lower()
@@ -113,7 +116,7 @@ def parse_output(text: str, *, flat: bool = False) -> Output:
 
 
 @dataclass(frozen=True)
-class TexturedModel:
+class TexturedModel(Shown):
     """A surface with its texels; mesh and atlas are made when first needed, and shared by all outputs.
 
     A stream, alone or in a page, holds the quilt and the exemplar instead of the texels: it can be written
@@ -143,6 +146,11 @@ class TexturedModel:
     exemplar: PixelArray | Material | None = None
     maps: Mapping[str, Texels] = field(default_factory=dict)
     read_from: bytes | None = None
+
+    def __repr__(self) -> str:
+        return on_a_line(
+            self, {"surface": self.surface, "texels": self.texels.count, "maps": list(self.maps)}
+        )
 
     @cached_property
     def seams(self) -> tuple[ChartSeam, ...]:
@@ -211,6 +219,65 @@ class TexturedModel:
             threads=self.threads,
             progress=progress,
         )
+
+
+def textured_model(
+    texels: Texels | Mapping[str, Texels],
+    *,
+    surface: Surface | None = None,
+    quilt: Quilt | None = None,
+    exemplar: PixelArray | Material | None = None,
+    options: WriteOptions | None = None,
+    threads: int | None = None,
+) -> TexturedModel:
+    """Put a model together from its texels and what they know of surface, quilt and exemplar.
+
+    Parameters
+    ----------
+    texels
+        As `upholster.paint` makes them, or a material's by role, of `upholster.paint_material`.
+    surface, quilt, exemplar
+        By default what the texels know.
+    options, threads
+        How it is written.
+
+    Raises
+    ------
+    InputError
+        If something is missing, or belongs to another surface.
+    """
+    maps = {"albedo": texels} if isinstance(texels, Texels) else texels
+    if not isinstance(maps, Mapping) or not all(isinstance(each, Texels) for each in maps.values()):
+        raise InputError(f"texels are {on_a_line(texels)}; allowed: Texels, of `upholster.paint`, or by role")
+    if "albedo" not in maps:
+        raise InputError(f"texels have no albedo; they have: {', '.join(map(str, maps)) or 'nothing'}")
+    base, others = maps["albedo"], {role: each for role, each in maps.items() if role != "albedo"}
+    surface = base.surface if surface is None else surface
+    if surface is None:
+        raise InputError("texels were not painted by `upholster.paint`: their surface is not known")
+    base.check_surface(surface)
+    for role, each in others.items():
+        if each.charts != base.charts:
+            raise InputError(f"{role} lies on other charts than albedo; allowed: texels of one quilt")
+    if quilt is None:
+        quilt = base.quilt
+    elif not isinstance(quilt, Quilt):
+        raise InputError(f"quilt is a {type(quilt).__name__}; allowed: a Quilt, of `upholster.synthesize`")
+    elif quilt.charts != base.charts:
+        raise InputError(
+            "quilt has other charts than the texels; allowed: the quilt that they were painted by"
+        )
+    if exemplar is None:
+        exemplar = _painted_from(maps)
+    return TexturedModel(surface, base, options or WriteOptions(), threads, quilt, exemplar, others)
+
+
+def _painted_from(maps: Mapping[str, Texels]) -> PixelArray | Material | None:
+    """Return the exemplar that texels know of, of several maps the material."""
+    known = {role: texels.exemplar for role, texels in maps.items() if texels.exemplar is not None}
+    if len(known) < len(maps):
+        return None
+    return known["albedo"] if len(known) == 1 else Material(known)
 
 
 def write_output(

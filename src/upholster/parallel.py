@@ -6,10 +6,10 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
 from queue import Empty, SimpleQueue
 
-from upholster.errors import InputError
+from upholster.errors import InputError, check_whole
 from upholster.types import Progress
 
-__all__ = ["run_tasks", "thread_count"]
+__all__ = ["check_running", "run_tasks", "thread_count"]
 
 
 def thread_count(threads: int | None) -> int:
@@ -18,9 +18,16 @@ def thread_count(threads: int | None) -> int:
         return max(
             1, len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
         )
-    if not 1 <= threads <= 256:
-        raise InputError(f"threads is {threads}; allowed: 1 to 256")
-    return threads
+    return check_whole("threads", threads, 1, 256)
+
+
+def check_running(threads: int | None, progress: Progress | None) -> None:
+    """Raise InputError before work begins unless it can run on so many threads and tell its progress so."""
+    thread_count(threads)
+    if progress is not None and not callable(progress):
+        raise InputError(
+            f"progress is a {type(progress).__name__}; allowed: a function of stage, done and total"
+        )
 
 
 def run_tasks(

@@ -9,26 +9,29 @@ import sys
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, dataclass, field, fields, replace
+from pathlib import Path
 from typing import Any
 
 from upholster._version import __version__
 from upholster.codec import check_image
 from upholster.errors import FormatError, InputError
-from upholster.files import Outputs, outputs, read_bytes
-from upholster.geometry import Surface, check_same_edges, surface_file, surface_from_spec
+from upholster.files import Outputs, outputs, path_text, read_bytes
+from upholster.geometry import Surface, SurfaceLike, as_surface, check_same_edges, surface_file
 from upholster.image import Material
 from upholster.image.roles import ROLES
-from upholster.image.source import Source, read_source, source_files, source_names, source_parts
-from upholster.methods import Prepared, execute, kept_sample, matched_image, prepare
+from upholster.image.source import Source, as_exemplar, read_source, source_files, source_names, source_parts
+from upholster.methods import Prepared, execute, kept_sample, matched_image, prepare, settled_seed
 from upholster.methods.paper.method import PaperOptions
 from upholster.methods.pixel.method import PixelOptions
 from upholster.methods.quilt.method import QuiltOptions
 from upholster.options import SynthesisOptions, WriteOptions, chosen
-from upholster.outputs import Output, TexturedModel, parse_output, write_output
+from upholster.outputs import Output, TexturedModel, parse_output, textured_model, write_output
+from upholster.parallel import check_running
 from upholster.quilt import Quilt, Texels, paint, paint_material
 from upholster.quilt.plans import StripPlan
 from upholster.quilt.warp_field import WarpField
+from upholster.shown import Shown, on_a_line
 from upholster.stream import StreamDecoder, check_layout, on_surface
 from upholster.stream.plans import refuse_source_map
 from upholster.stream.prefix import Limit, feed_until
@@ -45,8 +48,8 @@ _MANY_TEXELS = 2**25
 
 
 @dataclass(frozen=True, slots=True)
-class CoverReport:
-    """What `cover` did; `--report` writes it as JSON.
+class CoverReport(Shown):
+    """What `cover` did; `--report` writes it as JSON. A notebook shows it as a picture of the model.
 
     Attributes
     ----------
@@ -69,6 +72,8 @@ class CoverReport:
     notes
         What the user should know, in words: how many edges nearly meet, that the texture will be soft, or
         that there will be very many texels.
+    model
+        The textured model itself; not in the JSON.
     """
 
     version: str
@@ -79,17 +84,25 @@ class CoverReport:
     peak_memory_bytes: int | None
     written: dict[str, int] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
+    model: TexturedModel | None = None
+
+    def __repr__(self) -> str:
+        return on_a_line(self, {"texels": self.counts["texels"], "written": list(self.written)})
+
+    def to_json(self) -> dict[str, Any]:
+        """Return all but the model, as JSON can hold it."""
+        return {entry.name: getattr(self, entry.name) for entry in fields(self) if entry.name != "model"}
 
 
 def cover(
     exemplar: Source,
-    on: str,
-    targets: Sequence[str],
+    on: SurfaceLike,
+    targets: Sequence[str | os.PathLike[str]] | str | os.PathLike[str],
     *,
     crop: tuple[int, int, int, int] | None = None,
     resize: str | None = None,
     synthesis: SynthesisOptions | Mapping[str, Any] | None = None,
-    seed: int = 0,
+    seed: int | None = 0,
     options: WriteOptions | None = None,
     report: str | os.PathLike[str] | None = None,
     threads: int | None = None,
@@ -106,21 +119,22 @@ def cover(
         itself. Its maps are matched together (by methods "paper" and "pixel": the base colour alone), and one
         quilt paints them all.
     on
-        Which surface, see `upholster.surface_from_spec`. With method "paper" a sphere is of octants, unless
-        it says otherwise.
+        Which surface: a text, see `upholster.surface_from_spec`, a file's path, or a `Surface`. With method
+        "paper" a sphere is of octants, unless it says otherwise.
     targets
-        Files to write, by suffix, none of them one that is read; ``atlas:`` before an image's path writes the
+        Files to write, one or several, by suffix, none of them one that is read; ``atlas:``
+        before an image's path writes the
         atlas instead of a picture. With texels of width × height images are the flat texture itself. A
         material's other maps lie beside atlas, flat texture and OBJ, named by role: ``wall_normal.png``
         beside ``wall.png``; pictures of the model show the base colour alone.
     synthesis
         How it is covered: `upholster.SynthesisOptions`, or some of them by name.
     seed
-        As there.
+        As there; None: a random one, which the report tells.
     options
         How models and pictures are written.
     report
-        Where to write the report as JSON.
+        Where to write the report as JSON: a file that ends in ``.json``.
     threads, progress
         As in `upholster.synthesize`; stages "blocks", "seams" or "texels", then "paint" and "render".
     tell
@@ -136,9 +150,12 @@ def cover(
     InputError, FormatError
         Before any work where possible; nothing is written then.
     """
-    options = options or WriteOptions()
+    options, seed = chosen(WriteOptions, options), settled_seed(seed)
     asked = chosen(SynthesisOptions, synthesis)
-    wanted = [parse_output(target, flat=isinstance(asked.texels, tuple)) for target in targets]
+    check_running(threads, progress)
+    wanted = [parse_output(target, flat=isinstance(asked.texels, tuple)) for target in _listed(targets)]
+    if report is not None and not path_text(report, "report").lower().endswith(".json"):
+        raise InputError(f"report {os.fspath(report)!r} has suffix {Path(report).suffix!r}; allowed: .json")
     seconds: dict[str, float] = {}
     read = [*source_files(exemplar), *([file] if (file := surface_file(on)) else [])]
     _check_used(wanted, options)
@@ -147,7 +164,7 @@ def cover(
     own = [file for output in wanted for file in output.files()]
     with outputs([*own, *([report] if report else [])], inputs=read) as files:
         with _timed("read", seconds):
-            surface = surface_from_spec(on, biquadratic=asked.method == "paper")
+            surface = as_surface(on, biquadratic=asked.method == "paper")
             _ = surface.shared  # edges that are claimed twice are found now, not after the work
             source = read_source(exemplar, crop=crop, resize=resize)
         parts = source_parts(source)
@@ -175,7 +192,12 @@ def cover(
             texels, maps = _painted(quilt, source, threads, progress)
         model = TexturedModel(surface, texels, options, threads, quilt, source, maps)
         written = _written(wanted, model, files, seconds, progress)
-        parameters = {"exemplar": source_names(exemplar), "on": on, "crop": crop, "resize": resize}
+        parameters = {
+            "exemplar": source_names(exemplar),
+            "on": _surface_name(on),
+            "crop": crop,
+            "resize": resize,
+        }
         parameters |= {"threads": threads} | asdict(asked) | {"seed": seed} | asdict(options)
         if callable(parameters["direction"]):
             parameters["direction"] = prepared.direction
@@ -188,15 +210,31 @@ def cover(
             peak_memory(),
             written,
             notes,
+            model,
         )
         if report:
-            files.path(report).write_text(json.dumps(asdict(result), indent=2) + "\n", encoding="utf-8")
+            files.path(report).write_text(json.dumps(result.to_json(), indent=2) + "\n", encoding="utf-8")
     return result
 
 
+def _listed(
+    targets: Sequence[str | os.PathLike[str]] | str | os.PathLike[str],
+) -> list[str | os.PathLike[str]]:
+    """Return targets as a list: one of them may stand alone."""
+    if isinstance(targets, (str, os.PathLike)):
+        return [targets]
+    if not isinstance(targets, Sequence) or not targets:
+        raise InputError(f"targets are {on_a_line(targets)}; allowed: one file or several")
+    return list(targets)
+
+
+def _surface_name(on: SurfaceLike) -> str:
+    return repr(on) if isinstance(on, Surface) else os.fspath(on)
+
+
 @dataclass(frozen=True, slots=True)
-class RefineReport:
-    """What `refine` did.
+class RefineReport(Shown):
+    """What `refine` did. A notebook shows it as a picture of the model.
 
     Attributes
     ----------
@@ -208,6 +246,8 @@ class RefineReport:
         Shares, 0 to 1, of charts whose placements are known and of significant coefficients.
     written
         Bytes of each file.
+    model
+        The textured model itself.
     """
 
     used: int
@@ -216,14 +256,19 @@ class RefineReport:
     charts: float
     coefficients: float
     written: dict[str, int]
+    model: TexturedModel | None = None
+
+    def __repr__(self) -> str:
+        parts = {"used": self.used, "total": self.total, "written": list(self.written)}
+        return on_a_line(self, parts)
 
 
 def refine(
     stream: str | os.PathLike[str],
-    targets: Sequence[str],
+    targets: Sequence[str | os.PathLike[str]] | str | os.PathLike[str],
     *,
     limit: Limit | None = None,
-    on: str | Surface | None = None,
+    on: SurfaceLike | None = None,
     options: WriteOptions | None = None,
     threads: int | None = None,
     progress: Progress | None = None,
@@ -248,9 +293,13 @@ def refine(
         If the file is missing, damaged, so short that nothing can be shown, or also a target; or if the other
         surface does not fit: names the first edge that does not.
     """
-    options = options or WriteOptions()
-    wanted = [parse_output(target) for target in targets]
-    other = [file for file in [isinstance(on, str) and surface_file(on)] if file]
+    options = chosen(WriteOptions, options)
+    check_running(threads, progress)
+    stream = path_text(stream, "stream")
+    if not isinstance(limit, Limit | None):
+        raise InputError(f"limit is a {type(limit).__name__}; allowed: a Limit")
+    wanted = [parse_output(target) for target in _listed(targets)]
+    other = [file for file in [on is not None and surface_file(on)] if file]
     _check_used(wanted, options)
     with outputs([file for output in wanted for file in output.files()], inputs=[stream, *other]) as files:
         data = read_bytes(stream)
@@ -262,7 +311,7 @@ def refine(
         exemplar = _exemplar(decoder)
         roles = tuple(source_parts(exemplar))[1:]
         files.add(file for output in wanted for file in output.maps(roles))
-        quilt = decoder.quilt()
+        quilt = decoder.quilt().on(surface)
         texels, maps = _painted(quilt, exemplar, threads, progress)
         same = data if decoder.complete and not options.stream_choices else None
         if same is not None and on is not None:
@@ -279,16 +328,17 @@ def refine(
         decoder.charts_known / len(decoder.charts),
         known / count,
         written,
+        model,
     )
 
 
-def _other_surface(on: str | Surface, before: Surface) -> Surface:
+def _other_surface(on: SurfaceLike, before: Surface) -> Surface:
     """Return the surface that takes the place of a stream's own; `InputError` where it does not fit."""
     if isinstance(on, Surface):
         name, surface = on.name or "surface", on
     else:
         quadratic = all(max(patch.degree) <= 2 for patch in before.patches)
-        name, surface = on, surface_from_spec(on, biquadratic=quadratic)
+        name, surface = os.fspath(on), as_surface(on, biquadratic=quadratic)
     try:
         check_same_edges(surface, before)
     except InputError as error:
@@ -298,11 +348,11 @@ def _other_surface(on: str | Surface, before: Surface) -> Surface:
 
 def write(
     target: str | os.PathLike[str],
-    surface: Surface,
+    surface: SurfaceLike,
     texels: Texels | Mapping[str, Texels],
     *,
     quilt: Quilt | None = None,
-    exemplar: PixelArray | Material | None = None,
+    exemplar: PixelArray | Material | Source | None = None,
     flat: bool = False,
     options: WriteOptions | None = None,
     threads: int | None = None,
@@ -315,12 +365,12 @@ def write(
     target
         The file; ``atlas:`` before an image's path writes the atlas instead of a picture.
     surface
-        The surface.
+        The surface; or its text form, or the path of its file.
     texels
         Its texels, as `upholster.paint` makes them, or a material's by role, of `upholster.paint_material`.
     quilt, exemplar
         What the texels were painted from, of a material the material: streams (.uph, .html) hold them
-        instead.
+        instead. By default what the texels know themselves.
     flat
         Whether an image is the texels of the only chart, not a picture of the model.
     options
@@ -334,15 +384,20 @@ def write(
         For an unknown suffix, a place that cannot be written, texels of another surface, or without the role
         "albedo".
     """
-    output = parse_output(os.fspath(target), flat=flat)
-    options = options or WriteOptions()
+    output = parse_output(target, flat=flat)
+    check_running(threads, progress)
+    options = chosen(WriteOptions, options)
     _check_used([output], options)
-    maps = {"albedo": texels} if isinstance(texels, Texels) else dict(texels)
-    if "albedo" not in maps:
-        raise InputError(f"texels have no albedo; they have: {', '.join(maps) or 'nothing'}")
-    base = maps.pop("albedo")
-    model = TexturedModel(surface, base, options, threads, quilt, exemplar, maps)
-    with outputs(output.files(maps)) as files:
+    found = None if exemplar is None else as_exemplar(exemplar)
+    model = textured_model(
+        texels,
+        surface=as_surface(surface),
+        quilt=quilt,
+        exemplar=found,
+        options=options,
+        threads=threads,
+    )
+    with outputs(output.files(model.maps)) as files:
         write_output(output, model, files, progress=progress)
 
 

@@ -1,28 +1,83 @@
-"""Pictures of objects in notebooks: a base class whose objects show themselves without knowing the renderer.
+"""How objects show themselves: on a line, as a picture in a notebook, in the viewer.
 
-A class derives from `Shown`; a higher layer (`upholster.notebook`) says with `show_with` how it is pictured.
+A class derives from `Shown`; a higher layer (`upholster.notebook`) says with `show_with` how it is pictured,
+so that no class has to know the renderer.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any, ClassVar
 
-__all__ = ["Shown", "show_with"]
+from upholster.errors import InputError
+
+__all__ = ["LINE", "Shown", "on_a_line", "show_with"]
+
+LINE = 100
+"""Characters that a line of text has at most."""
 
 
 class Shown:
     """Base of what a notebook shows as a picture (Jupyter's display protocol)."""
 
     __slots__ = ()
-    _pictures: ClassVar[dict[str, Callable[[Any], bytes]]] = {}
+    _pictures: ClassVar[dict[str, Callable[[Any], bytes | None]]] = {}
+    _viewers: ClassVar[dict[str, Callable[..., Any]]] = {}
 
     def _repr_png_(self) -> bytes | None:
         picture = self._pictures.get(type(self).__name__)
         return None if picture is None else picture(self)
 
+    def view(self, *, height: int = 480) -> Any:
+        """Return the viewer of this model, to be turned and zoomed in the notebook.
 
-def show_with(name: str, picture: Callable[[Any], bytes]) -> None:
+        Parameters
+        ----------
+        height
+            Of the viewer in pixels, 100 to 10,000.
+
+        Returns
+        -------
+        Viewer
+            What a notebook shows; see `upholster.view`.
+
+        Raises
+        ------
+        InputError
+            If there is nothing to view: texels that know no quilt, a stream of which too little has come.
+        """
+        viewer = self._viewers.get(type(self).__name__)
+        if viewer is None:
+            raise InputError(
+                f"a {type(self).__name__} has no model to view; allowed: texels, streams, reports"
+            )
+        return viewer(self, height=height)
+
+
+def show_with(
+    name: str, picture: Callable[[Any], bytes | None], viewer: Callable[..., Any] | None = None
+) -> None:
     """Let objects of the class called `name` be shown by `picture`, which returns a PNG file's bytes.
 
-    The class is named rather than given, so that nothing has to be loaded before something is shown.
+    The class is named rather than given, so that nothing has to be loaded before something is shown. `viewer`
+    returns what `Shown.view` does.
     """
     Shown._pictures[name] = picture
+    if viewer is not None:
+        Shown._viewers[name] = viewer
+
+
+def on_a_line(value: object, parts: Mapping[str, object] | None = None) -> str:
+    """Return what an object is in at most `LINE` characters.
+
+    Parameters
+    ----------
+    value
+        The object.
+    parts
+        What to say of it, by name: ``Chart(width=4)``. By default its own ``repr``.
+    """
+    if parts is None:
+        text = repr(value)
+    else:
+        text = f"{type(value).__name__}({', '.join(f'{name}={part!r}' for name, part in parts.items())})"
+    text = " ".join(text.split())
+    return text if len(text) <= LINE else text[: LINE - 2] + "…" + text[-1]

@@ -151,7 +151,7 @@ def test_places_and_roles_that_do_not_exist_are_refused(tmp_path: Path) -> None:
         ({"albedo": tmp_path / "x.png", "color": tmp_path / "x.png"}, {}, "two files of role 'albedo'"),
         ({"albedo": tmp_path / "y.png"}, {}, "does not exist"),
         ({"albedo": tmp_path / "x.png"}, {"crop": (0, 0, 99, 9)}, "crop is 0,0,99,9; allowed"),
-        ({"albedo": tmp_path / "x.png"}, {"resize": 8}, "resize gives 8x6 pixels; allowed: 32 to 4096"),
+        ({"albedo": tmp_path / "x.png"}, {"resize": 8}, "resize is 8; allowed: 32 to 4096"),
     ):
         with pytest.raises(InputError, match=said):
             read_material(source, **options)

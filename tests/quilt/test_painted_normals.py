@@ -156,7 +156,8 @@ def test_light_from_one_side_looks_the_same_on_every_chart(surface, rho):
 
 
 @pytest.mark.parametrize(
-    "image", [np.zeros((SIDE, SIDE, 4), np.uint8), np.zeros((9, 9, 3), np.uint8), np.zeros((SIDE, SIDE, 3))]
+    "image",
+    [np.zeros((SIDE, SIDE, 4), np.uint8), np.zeros((9, 9, 3), np.uint8), np.zeros((SIDE, SIDE, 3), int)],
 )
 def test_what_is_no_normal_map_is_refused(image):
     with pytest.raises(InputError, match="normal map"):

@@ -152,8 +152,8 @@ def test_a_bad_placement_is_refused(field, value):
     "image",
     [
         np.zeros((40, 43, 3), np.uint8),
-        np.zeros((40, 44), np.uint8),
-        np.zeros((40, 44, 3)),
+        np.zeros((40, 45), np.uint8),
+        np.zeros((40, 44, 3), np.int32),
         np.zeros((40, 44, 0), np.uint8),
     ],
 )

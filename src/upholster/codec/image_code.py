@@ -13,7 +13,7 @@ from upholster.codec.color import fit_klt, from_ycocg, to_ycocg, unmix
 from upholster.codec.header import MAX_PLACES, MAX_SAMPLES, ImageHeader
 from upholster.codec.thresholds import from_coded, share_thresholds, to_coded
 from upholster.codec.tree import LL, Band, Tree, build_tree, tree_size
-from upholster.errors import InputError
+from upholster.errors import InputError, check_whole
 from upholster.types import PixelArray
 from upholster.wavelet.lifting import MAX_LEVELS, WAVELETS, Wavelet, band_norms, forward, inverse
 
@@ -167,13 +167,13 @@ def check_image(
         )
     if image.dtype not in (np.uint8, np.uint16, np.float32):
         raise InputError(f"image is of {image.dtype}; allowed: uint8, uint16, float32")
-    chosen = wavelet or ("5/3" if lossless else "9/7")
-    if chosen not in WAVELETS:
+    chosen = ("5/3" if lossless else "9/7") if wavelet is None else wavelet
+    if not isinstance(chosen, str) or chosen not in WAVELETS:
         raise InputError(f"unknown wavelet {chosen!r}; allowed: {', '.join(WAVELETS)}")
     if lossless and chosen == "9/7":
         raise InputError("wavelet is 9/7 with lossless; allowed: 5/3, haar")
-    if levels is not None and not 0 <= levels <= MAX_LEVELS:
-        raise InputError(f"levels is {levels}; allowed: 0 to {MAX_LEVELS}")
+    if levels is not None:
+        check_whole("levels", levels, 0, MAX_LEVELS)
     return cast(Wavelet, chosen)
 
 

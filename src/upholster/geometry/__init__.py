@@ -4,7 +4,9 @@ from upholster.geometry.adjacency import BorderInterval, SharedEdge
 from upholster.geometry.catalog import (
     SURFACES,
     SurfaceKind,
+    SurfaceLike,
     SurfaceParameter,
+    as_surface,
     surface_file,
     surface_from_spec,
 )
@@ -30,7 +32,9 @@ __all__ = [
     "SharedEdge",
     "Surface",
     "SurfaceKind",
+    "SurfaceLike",
     "SurfaceParameter",
+    "as_surface",
     "check_same_edges",
     "cone",
     "cylinder",

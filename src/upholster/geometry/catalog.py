@@ -1,5 +1,6 @@
 """The built-in surfaces by name, and the text form of a surface: ``torus:R=2,r=0.7`` or a file's name."""
 
+import os
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -12,7 +13,15 @@ from upholster.geometry.revolution import cone, cylinder, ellipsoid, vase
 from upholster.geometry.sphere import sphere
 from upholster.geometry.surface import Surface
 
-__all__ = ["SURFACES", "SurfaceKind", "SurfaceParameter", "surface_file", "surface_from_spec"]
+__all__ = [
+    "SURFACES",
+    "SurfaceKind",
+    "SurfaceLike",
+    "SurfaceParameter",
+    "as_surface",
+    "surface_file",
+    "surface_from_spec",
+]
 
 LENGTH = "1e-9 to 1e9"
 UNIT = "model units"
@@ -197,12 +206,37 @@ SURFACES: dict[str, SurfaceKind] = {
 """The built-in surfaces, by name."""
 
 
-def surface_file(text: str) -> str | None:
-    """Return the file that a surface's text form names, None for a built-in surface's."""
+SurfaceLike = Surface | str | os.PathLike[str]
+"""A surface, its text form, or the file that it is in."""
+
+
+def as_surface(surface: SurfaceLike, *, biquadratic: bool = False) -> Surface:
+    """Return the surface that is meant.
+
+    Parameters
+    ----------
+    surface
+        A surface; its text form, see `surface_from_spec`; or the path of a surface's file.
+    biquadratic
+        As there.
+
+    Raises
+    ------
+    InputError, FormatError
+        If it is none of these, or as `surface_from_spec`.
+    """
+    return surface if isinstance(surface, Surface) else surface_from_spec(surface, biquadratic=biquadratic)
+
+
+def surface_file(surface: SurfaceLike) -> str | None:
+    """Return the file that a surface is to be read from, None where that is none."""
+    if isinstance(surface, os.PathLike):
+        return os.fspath(surface)
+    text = surface if isinstance(surface, str) else ""
     return text if text.lower().endswith(SURFACE_SUFFIXES) else None
 
 
-def surface_from_spec(text: str, *, biquadratic: bool = False) -> Surface:
+def surface_from_spec(text: str | os.PathLike[str], *, biquadratic: bool = False) -> Surface:
     """Make a surface from its text form.
 
     Parameters
@@ -210,7 +244,7 @@ def surface_from_spec(text: str, *, biquadratic: bool = False) -> Surface:
     text
         ``name`` or ``name:parameter=value,parameter=value`` of a built-in surface (`SURFACES`), such as
         ``cyclide:a=6,c=2,mu=3,spans=4x4``; or the name of a file that ends in ``.json``, ``.bpt`` or
-        ``.bpt.txt``.
+        ``.bpt.txt``, as text or as a path.
     biquadratic
         Whether to take bi-quadratic patches, as the paper does, where the text leaves the choice open: the
         sphere is then of eight octants, not of six bi-quartic patches.
@@ -222,8 +256,14 @@ def surface_from_spec(text: str, *, biquadratic: bool = False) -> Surface:
     FormatError
         If the file is damaged.
     """
+    if not isinstance(text, (str, os.PathLike)):
+        raise InputError(
+            f"surface is a {type(text).__name__}; allowed: a Surface, a text such as 'torus:R=2,r=0.7', "
+            "or a surface's file"
+        )
     if (file := surface_file(text)) is not None:
         return read_surface(file)
+    text = os.fspath(text)
     name, colon, rest = text.partition(":")
     name = name.strip()
     if name not in SURFACES:

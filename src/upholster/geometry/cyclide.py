@@ -1,6 +1,7 @@
 """The ring Dupin cyclide and the torus, exactly, as bi-quadratic rational patches."""
 
 import math
+from numbers import Real
 
 import numpy as np
 
@@ -52,8 +53,8 @@ def ring_cyclide(
     c = check_length("c", c, zero=True)
     if not c < a:
         raise InputError(f"c is {c:g}; allowed: 0 <= c < a = {a:g}")
-    if not (isinstance(mu, int | float) and c < mu <= a):
-        raise InputError(f"mu is {mu}; allowed: c = {c:g} < mu <= a = {a:g}")
+    if not (isinstance(mu, Real) and c < mu <= a):
+        raise InputError(f"mu is {mu!r}; allowed: c = {c:g} < mu <= a = {a:g}")
     rows, columns = _spans(spans)
     b = math.sqrt((a - c) * (a + c))
     # half angles; odd ones are the middle control points

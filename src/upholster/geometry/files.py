@@ -38,7 +38,10 @@ def read_surface(path: PathLike) -> Surface:
     for suffix, read in _READERS.items():
         if name.endswith(suffix):
             return read(path)
-    raise InputError(f"{path}: unknown suffix for a surface; allowed: {', '.join(SURFACE_SUFFIXES)}")
+    raise InputError(
+        f"surface {str(path)!r} has an unknown suffix; allowed: files of {', '.join(SURFACE_SUFFIXES)}, or a "
+        "built-in surface, see `upholster surfaces`"
+    )
 
 
 def read_nets(path: PathLike) -> Surface:

@@ -86,6 +86,9 @@ class RationalPatch:
             )
         object.__setattr__(self, "net", frozen_array(net))
 
+    def __repr__(self) -> str:
+        return f"RationalPatch(degree={self.degree})"
+
     @classmethod
     def from_points(cls, points: ArrayLike, weights: ArrayLike | None = None) -> "RationalPatch":
         """Make a patch from points (m+1, n+1, 3), in the model's units, and weights (m+1, n+1), or all 1.

@@ -182,6 +182,8 @@ def vase(radius: float = 0.8, height: float = 2.4, *, spans: int = 4) -> Surface
 
 def _checked(profile: Profile) -> list[FloatArray]:
     """Return the profile's curves as arrays (k, 3), checked."""
+    if not isinstance(profile, Sequence) and not getattr(profile, "ndim", 0):
+        raise InputError(f"profile is a {type(profile).__name__}; allowed: a list of curves, arrays (k, 3)")
     curves: list[FloatArray] = []
     for k, given in enumerate(profile):
         try:

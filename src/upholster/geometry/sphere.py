@@ -48,10 +48,10 @@ def sphere(r: float = 1.0, *, tiling: Literal["six", "octants"] = "six") -> Surf
     Utah, 1988.
     """
     r = check_length("r", r)
+    if not isinstance(tiling, str) or tiling not in ("six", "octants"):
+        raise InputError(f"tiling is {tiling!r}; {nearest(str(tiling), ('six', 'octants'))}")
     if tiling == "octants":
         return Surface.built_in("sphere", revolve(half_circle(r)).faces, r=r, tiling=tiling)
-    if tiling != "six":
-        raise InputError(f"tiling is {tiling!r}; {nearest(str(tiling), ('six', 'octants'))}")
     net = _cobb_face()
     patches = []
     for frame in FACES:

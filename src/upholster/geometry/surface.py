@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import accumulate
+from numbers import Real
 
 import numpy as np
 
@@ -21,7 +22,7 @@ from upholster.geometry.adjacency import (
 from upholster.geometry.face import Face
 from upholster.geometry.face_seams import FaceSeam, join_seams
 from upholster.geometry.patch import RationalPatch
-from upholster.shown import Shown
+from upholster.shown import Shown, on_a_line
 from upholster.types import FloatArray
 
 __all__ = ["MAX_PATCHES", "BuiltIn", "Surface"]
@@ -81,6 +82,10 @@ class Surface(Shown):
         tolerance: float = 1e-9,
     ) -> None:
         """Check the faces and keep them as a tuple."""
+        if not isinstance(faces, Sequence):
+            raise InputError(f"faces are a {type(faces).__name__}; allowed: a list of Face or RationalPatch")
+        if not isinstance(name, str):
+            raise InputError(f"name is a {type(name).__name__}; allowed: a text")
         kept = []
         for k, face in enumerate(faces):
             if not isinstance(face, Face | RationalPatch):
@@ -89,11 +94,37 @@ class Surface(Shown):
         count = sum(face.rows * face.columns for face in kept)
         if not 1 <= count <= MAX_PATCHES:
             raise InputError(f"a surface has {count} patches; allowed: 1 to {MAX_PATCHES}")
-        if not 0.0 <= tolerance <= 0.01:
-            raise InputError(f"tolerance is {tolerance}; allowed: 0 to 0.01, relative to the surface's size")
+        if not (isinstance(tolerance, Real) and 0.0 <= tolerance <= 0.01):
+            raise InputError(
+                f"tolerance is {tolerance!r}; allowed: 0 to 0.01, relative to the surface's size"
+            )
         values = {"faces": tuple(kept), "name": name, "tolerance": tolerance, "source": None}
         for key, value in values.items():
             object.__setattr__(self, key, value)
+
+    def __repr__(self) -> str:
+        count = len(self.patches)
+        if self.source is not None:
+            written = (
+                f"{name}={'x'.join(map(str, value)) if isinstance(value, tuple) else value}"
+                for name, value in self.source.values
+            )
+            return on_a_line(self, {"spec": f"{self.source.name}:{','.join(written)}", "patches": count})
+        return on_a_line(self, {"name": self.name, "faces": len(self.faces), "patches": count})
+
+    def is_like(self, other: "Surface") -> bool:
+        """Whether another surface has the same faces, point by point within 1e-6 of its size."""
+        if self is other:
+            return True
+        if len(self.faces) != len(other.faces) or len(self.patches) != len(other.patches):
+            return False
+        room = 1e-6 * self.size
+        return all(
+            a.net.shape == b.net.shape
+            and bool(np.allclose(a.control_points, b.control_points, rtol=0, atol=room))
+            and bool(np.allclose(a.weights * b.weights[0, 0], b.weights * a.weights[0, 0], rtol=1e-6))
+            for a, b in zip(self.patches, other.patches, strict=True)
+        )
 
     @classmethod
     def built_in(cls, name: str, faces: Sequence[Face | RationalPatch], **values: Value) -> "Surface":

@@ -11,6 +11,7 @@ from upholster.errors import InputError, nearest
 from upholster.image.color import alpha_channel, from_linear
 from upholster.image.read import check_exemplar
 from upholster.image.roles import ROLES
+from upholster.shown import on_a_line
 from upholster.types import FloatArray, PixelArray, frozen_array
 
 __all__ = ["COLORS", "MATCH_WEIGHTS", "Material", "as_depth", "to_unit", "top_of"]
@@ -58,9 +59,11 @@ class Material:
     maps: Mapping[str, PixelArray]
 
     def __post_init__(self) -> None:
+        if not isinstance(self.maps, Mapping):
+            raise InputError(f"maps are a {type(self.maps).__name__}; allowed: arrays by role")
         for role in self.maps:
             if role not in ROLES:
-                raise InputError(f"role {role!r} is unknown; {nearest(role, ROLES)}")
+                raise InputError(f"role {role!r} is unknown; {nearest(str(role), ROLES)}")
         if "albedo" not in self.maps:
             raise InputError(f"material has no albedo; it has: {', '.join(self.maps) or 'nothing'}")
         checked: dict[str, PixelArray] = {}
@@ -80,6 +83,10 @@ class Material:
                 )
             checked[role] = frozen_array(array)
         object.__setattr__(self, "maps", MappingProxyType(checked))
+
+    def __repr__(self) -> str:
+        height, width = self.shape
+        return on_a_line(self, {"width": width, "height": height, "maps": list(self.maps)})
 
     @property
     def shape(self) -> tuple[int, int]:

@@ -7,9 +7,10 @@ from pathlib import Path
 import numpy as np
 
 from upholster.errors import InputError, nearest
+from upholster.files import path_text
 from upholster.image.color import alpha_channel
 from upholster.image.material import COLORS, Material, as_depth, to_unit, top_of
-from upholster.image.read import MAX_SIDE, MIN_SIDE, read_image
+from upholster.image.read import MAX_SIDE, MIN_SIDE, _parse_resize, _whole_numbers, read_image
 from upholster.image.resize import resize_image
 from upholster.image.roles import ROLES, find_maps, role_of
 from upholster.types import PixelArray
@@ -21,7 +22,7 @@ def read_material(
     source: str | os.PathLike[str] | Sequence[str | os.PathLike[str]] | Mapping[str, str | os.PathLike[str]],
     *,
     crop: tuple[int, int, int, int] | None = None,
-    resize: int | tuple[int, int] | None = None,
+    resize: int | str | tuple[int, int] | None = None,
 ) -> Material:
     """Read a material from its maps' files.
 
@@ -48,6 +49,9 @@ def read_material(
         If a file cannot be read, has an unknown role, the role of another one, or a shape that does not fit;
         if there is no albedo; for a crop or a size outside the limits of `read_exemplar`.
     """
+    if crop is not None and not _whole_numbers(crop, 4):
+        raise InputError(f"crop is {crop!r}; allowed: four whole numbers x, y, width, height")
+    resize = None if resize is None else _parse_resize(resize)
     own: dict[str, PixelArray] = {}
     packed: dict[str, PixelArray] = {}
     for role, path in _files(source).items():
@@ -109,16 +113,16 @@ def _files(
     if isinstance(source, Mapping):
         found: dict[str, Path] = {}
         for name, path in source.items():
-            role = role_of(name)
+            role = role_of(name) if isinstance(name, str) else None
             if role is None:
-                raise InputError(f"role {name!r} is unknown; {nearest(name, ROLES)}")
+                raise InputError(f"role {name!r} is unknown; {nearest(str(name), ROLES)}")
             if role in found:
                 raise InputError(f"material has two files of role {role!r}")
-            found[role] = Path(path)
+            found[role] = Path(path_text(path, role))
         return found
-    if not isinstance(source, (str, os.PathLike)):
-        return find_maps(Path(path) for path in source)
-    folder = Path(source)
+    if isinstance(source, Sequence) and not isinstance(source, (str, bytes)):
+        return find_maps(Path(path_text(path, "map")) for path in source)
+    folder = Path(path_text(source, "material"))
     if not folder.is_dir():
         raise InputError(f"material {os.fspath(source)!r} is no folder")
     try:

@@ -13,12 +13,13 @@ import numpy as np
 from OpenImageIO import ImageInput, ImageSpec, geterror
 
 from upholster.errors import InputError
+from upholster.files import path_text
 from upholster.image.color import alpha_channel
 from upholster.image.native import silent
 from upholster.image.resize import resize_image
 from upholster.types import PixelArray
 
-__all__ = ["MAX_SIDE", "MIN_SIDE", "check_exemplar", "read_exemplar", "read_image"]
+__all__ = ["MAX_SIDE", "MIN_SIDE", "check_exemplar", "check_white", "read_exemplar", "read_image"]
 
 MIN_SIDE, MAX_SIDE = 32, 4096
 """Sides of an exemplar in pixels."""
@@ -66,10 +67,11 @@ def read_exemplar(
     ------
     InputError
         If the file is missing, not a file, unreadable, empty, no image, truncated or damaged; if its samples
-        are signed or 32-bit integers, or NaN, infinite or beyond 65504; if its channels are none of grey,
+        are signed or 32-bit integers, or NaN, infinite or beyond 65504, or floats of
+        a range like 0 to 255 (`check_white`); if its channels are none of grey,
         grey and alpha, RGB, RGB and alpha; if the crop leaves the image; if the size is outside the limits.
     """
-    name = _checked_file(Path(path))
+    name = _checked_file(Path(path_text(path, "image")))
     target = None if resize is None else _parse_resize(resize)
     with silent():
         pixels, orientation = _decode(name, crop is None and target is None)
@@ -90,6 +92,7 @@ def read_exemplar(
             )
         pixels = resize_image(pixels, height=target[1], width=target[0])
     _check_size(pixels.shape[1], pixels.shape[0], repr(name))
+    check_white(pixels, repr(name))
     return np.ascontiguousarray(pixels)
 
 
@@ -106,7 +109,7 @@ def read_image(path: str | os.PathLike[str]) -> PixelArray:
     InputError
         As `read_exemplar`; or if the image takes more than 1 GiB.
     """
-    name = _checked_file(Path(path))
+    name = _checked_file(Path(path_text(path, "image")))
     with silent():
         pixels, orientation = _decode(name, False)
     pixels = _upright(pixels, orientation)
@@ -132,11 +135,12 @@ def check_exemplar(array: object) -> PixelArray:
     Raises
     ------
     InputError
-        If shape, size, dtype or samples are outside that.
+        If shape, size, dtype or samples are outside that, or floats have a range like 0 to 255, see
+        `check_white`.
     """
     if not isinstance(array, np.ndarray):
         raise InputError(f"sample is a {type(array).__name__}; allowed: a NumPy array or a path")
-    array = array.astype(array.dtype.newbyteorder("="), copy=False)
+    array = np.asarray(array).astype(array.dtype.newbyteorder("="), copy=False)
     if array.dtype not in (np.uint8, np.uint16, np.float16, np.float32, np.float64):
         raise InputError(f"sample has dtype {array.dtype}; allowed: uint8, uint16, float16, 32, 64")
     if array.ndim == 2:
@@ -147,6 +151,7 @@ def check_exemplar(array: object) -> PixelArray:
     if array.dtype.kind == "f":
         _check_samples(array, "sample")  # as given: a double beyond float32 must not become infinite first
         array = array.astype(np.float32, copy=False)
+        check_white(array, "sample")
     return np.ascontiguousarray(array)
 
 
@@ -305,6 +310,24 @@ def _check_samples(pixels: PixelArray, name: str) -> None:
         raise InputError(
             f"{name} has the sample {value} at row {row}, column {column}, channel {channel}; "
             f"allowed: finite, up to {MAX_SAMPLE:.0f}"
+        )
+
+
+def check_white(pixels: PixelArray, name: str) -> None:
+    """Raise if floats are not light with white at 1, but numbers of another range, such as 0 to 255.
+
+    Highlights and lamps may lie beyond 1, as far as they like. What gives the other range away: more than
+    half of the samples lie beyond 1, or all of them are whole numbers. Alpha does not count.
+    """
+    if pixels.dtype.kind != "f":
+        return
+    alpha = alpha_channel(pixels.shape[2])
+    colors = pixels if alpha is None else pixels[:, :, :alpha]
+    most = float(colors.max())
+    if most > 1 and (np.median(colors) > 1 or bool((colors == np.rint(colors)).all())):
+        raise InputError(
+            f"{name} has floats up to {most:g}, most beyond 1 or all whole numbers; allowed: linear light, "
+            "white at 1 (highlights may lie beyond); as integers, uint8 or uint16, 255 or 65535 is white"
         )
 
 

@@ -1,28 +1,32 @@
 """What a user names as the exemplar: an image, or a material in one of several forms."""
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
+
+import numpy as np
 
 from upholster.errors import InputError
 from upholster.image.material import Material
 from upholster.image.material_files import read_material
-from upholster.image.read import _parse_resize, read_exemplar
+from upholster.image.read import _parse_resize, check_exemplar, read_exemplar
 from upholster.image.write import IMAGE_SUFFIXES
+from upholster.shown import on_a_line
 from upholster.types import PixelArray
 
-__all__ = ["Source", "read_source", "source_files", "source_names", "source_parts"]
+__all__ = ["Source", "as_exemplar", "read_source", "source_files", "source_names", "source_parts"]
 
 Source = (
-    str
+    PixelArray
+    | str
     | os.PathLike[str]
     | Sequence[str | os.PathLike[str]]
     | Mapping[str, str | os.PathLike[str]]
     | Material
 )
-"""An image's file; or a material, its folder, its files, or its files by role."""
+"""An image or its file; or a material, its folder, its files, or its files by role."""
 
 
 def read_source(
@@ -42,10 +46,15 @@ def read_source(
     InputError
         As `read_exemplar` and `read_material`; if one of several files is no image.
     """
-    if isinstance(source, Material):
+    if isinstance(source, (Material, np.ndarray)):
         if crop is not None or resize is not None:
-            raise InputError("crop and resize are for files; a material is used as it is")
-        return source
+            raise InputError("crop and resize are for files; what was read already is used as it is")
+        return source if isinstance(source, Material) else check_exemplar(source)
+    if not _names(source):
+        raise InputError(
+            f"sample is a {type(source).__name__}; allowed: an image's path, a material's folder, a list of "
+            "files or files by role, an array, a Material"
+        )
     if isinstance(source, Sequence) and not isinstance(source, str):
         if len(source) == 1:
             return read_source(source[0], crop=crop, resize=resize)
@@ -64,12 +73,42 @@ def read_source(
         raise InputError(f"folder {os.fspath(source)!r}: {error}") from None
 
 
+def as_exemplar(exemplar: object) -> PixelArray | Material:
+    """Return an exemplar, given as such or as what it is read from.
+
+    Parameters
+    ----------
+    exemplar
+        A material, an array that `upholster.image.check_exemplar` takes, or an image's or material's files.
+
+    Raises
+    ------
+    InputError
+        If it is none of these, or cannot be read.
+    """
+    if isinstance(exemplar, Material):
+        return exemplar
+    if _names(exemplar):
+        return read_source(cast(Source, exemplar))
+    return check_exemplar(exemplar)
+
+
+def _names(source: object) -> bool:
+    """Whether that is a path, or paths alone."""
+    if isinstance(source, (str, os.PathLike)):
+        return True
+    named: object = source.values() if isinstance(source, Mapping) else source
+    if not isinstance(named, Collection) or isinstance(named, np.ndarray):
+        return False
+    return len(named) > 0 and all(isinstance(path, (str, os.PathLike)) for path in named)
+
+
 def source_files(source: Source) -> list[str]:
     """Return the files that an exemplar is read from, of a folder all images: any may be one of its maps.
 
     What does not exist is left out; `read_source` reports it.
     """
-    if isinstance(source, Material):
+    if isinstance(source, (Material, np.ndarray)) or not _names(source):
         return []
     if isinstance(source, Mapping):
         return [os.fspath(file) for file in source.values()]
@@ -92,8 +131,8 @@ def source_parts(exemplar: PixelArray | Material) -> dict[str, PixelArray]:
 
 def source_names(source: Source) -> Any:
     """Return an exemplar's files as JSON can hold them."""
-    if isinstance(source, Material):
-        return f"a material: {', '.join(source.maps)}"
+    if isinstance(source, (Material, np.ndarray)):
+        return on_a_line(source) if isinstance(source, Material) else f"an array of shape {source.shape}"
     if isinstance(source, Mapping):
         return {role: os.fspath(file) for role, file in source.items()}
     return os.fspath(source) if isinstance(source, (str, os.PathLike)) else [os.fspath(f) for f in source]

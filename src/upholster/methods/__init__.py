@@ -3,6 +3,14 @@
 `synthesis` settles layout, scale and direction and calls a method: `paper`, `pixel` or `quilt`.
 """
 
-from upholster.methods.synthesis import Prepared, execute, kept_sample, matched_image, prepare, synthesize
+from upholster.methods.synthesis import (
+    Prepared,
+    execute,
+    kept_sample,
+    matched_image,
+    prepare,
+    settled_seed,
+    synthesize,
+)
 
-__all__ = ["Prepared", "execute", "kept_sample", "matched_image", "prepare", "synthesize"]
+__all__ = ["Prepared", "execute", "kept_sample", "matched_image", "prepare", "settled_seed", "synthesize"]

@@ -1,27 +1,31 @@
 """From an exemplar and a surface to a quilt: the one place that settles layout, scale, direction, method."""
 
+import secrets
 from dataclasses import dataclass
-from typing import Any
+from numbers import Integral
+from typing import Any, cast
 
 import numpy as np
 
-from upholster.charts.directions import default_direction, direction_fields, parse_direction
+from upholster.charts.directions import Vectors, default_direction, direction_fields, parse_direction
 from upholster.charts.layout import RING, TextureScale, density_layout, texture_scale, uniform_layout
 from upholster.errors import InputError
-from upholster.geometry import Surface
+from upholster.geometry import Surface, SurfaceLike, as_surface
 from upholster.image import Material, check_exemplar
+from upholster.image.source import Source, as_exemplar
 from upholster.methods.paper.coefficients import keep_coefficients
 from upholster.methods.paper.method import PaperOptions, synthesize_paper
 from upholster.methods.pixel.method import PixelOptions, check_sample, synthesize_pixel
 from upholster.methods.quilt.method import QuiltOptions, synthesize_quilt
 from upholster.methods.quilt.structure import block_size
 from upholster.options import SynthesisOptions, chosen, settled
+from upholster.parallel import check_running
 from upholster.quilt.chart import MAX_CHART, Chart
 from upholster.quilt.model import Quilt
 from upholster.quilt.warp_field import WarpField
 from upholster.types import PixelArray, Progress
 
-__all__ = ["Prepared", "execute", "kept_sample", "matched_image", "prepare", "synthesize"]
+__all__ = ["Prepared", "execute", "kept_sample", "matched_image", "prepare", "settled_seed", "synthesize"]
 
 _ROUND = 1.25
 """A chart that meets itself is so many blocks round, at least."""
@@ -77,6 +81,21 @@ def kept_sample(exemplar: PixelArray | Material, options: SynthesisOptions) -> P
     return kept(check_exemplar(exemplar))
 
 
+def settled_seed(seed: int | None) -> int:
+    """Return a seed as a number; for None a fresh one, drawn by the system.
+
+    Raises
+    ------
+    InputError
+        If it is neither None nor 0 to 2^63 − 1.
+    """
+    if seed is None:
+        return secrets.randbits(32)
+    if not (isinstance(seed, Integral) and 0 <= seed < 2**63):
+        raise InputError(f"seed is {seed!r}; allowed: 0 to 2^63 - 1, or None for a random one")
+    return int(seed)
+
+
 def matched_image(exemplar: PixelArray | Material, method: str = "quilt") -> PixelArray:
     """Return what a method looks at: of a material all maps that count for "quilt", or the base colour alone.
 
@@ -128,7 +147,11 @@ def prepare(exemplar: PixelArray, surface: Surface, options: SynthesisOptions) -
     if options.block is None:
         across = np.sqrt(scale.texels) / scale.density * scale.scale  # the surface, in exemplar pixels
         block = min(block, max(16, 4 * int(across / _BLOCKS / 4)))
-    wanted = default_direction(surface) if options.direction is None else parse_direction(options.direction)
+    wanted = (
+        default_direction(surface)
+        if options.direction is None
+        else parse_direction(cast(str | Vectors, options.direction))
+    )
     texels = block * scale.density / scale.scale  # of a block
     charts = density_layout(surface, density=scale.density, ring=max(RING, _ROUND * texels))
     fields = direction_fields(surface, charts, wanted, scale.scale)
@@ -163,7 +186,7 @@ def execute(
         If the seed or the number of threads is out of range, or the exemplar too small.
     """
     if isinstance(prepared.options, PaperOptions):
-        return synthesize_paper(
+        quilt = synthesize_paper(
             exemplar,
             surface,
             prepared.charts,
@@ -172,8 +195,9 @@ def execute(
             threads=threads,
             progress=progress,
         )
+        return quilt.on(surface, seed=seed)
     if isinstance(prepared.options, PixelOptions):
-        return synthesize_pixel(
+        quilt = synthesize_pixel(
             exemplar,
             surface,
             prepared.charts,
@@ -182,7 +206,8 @@ def execute(
             threads=threads,
             progress=progress,
         )
-    return synthesize_quilt(
+        return quilt.on(surface, seed=seed)
+    quilt = synthesize_quilt(
         exemplar,
         surface,
         prepared.charts,
@@ -193,14 +218,15 @@ def execute(
         threads=threads,
         progress=progress,
     )
+    return quilt.on(surface, seed=seed)
 
 
 def synthesize(
-    exemplar: PixelArray | Material,
-    surface: Surface,
+    exemplar: PixelArray | Material | Source,
+    surface: SurfaceLike,
     *,
     options: SynthesisOptions | None = None,
-    seed: int = 0,
+    seed: int | None = 0,
     threads: int | None = None,
     progress: Progress | None = None,
     **choices: Any,
@@ -211,13 +237,15 @@ def synthesize(
     ----------
     exemplar
         (H, W) or (H, W, C) with 1 to 4 channels, 32×32 to 4096×4096; uint8, uint16 or float. Or a
-        material: its maps are matched together, by methods "paper" and "pixel" its base colour alone.
+        material: its maps are matched together, by methods "paper" and "pixel" its base colour alone. Or the
+        path of an image, or of a material's folder.
     surface
-        The surface to cover.
+        The surface to cover; or its text form, ``"torus:R=2,r=0.7"``, or the path of its file.
     options
         Method, scale, direction and what else can be chosen; see `upholster.SynthesisOptions`.
     seed
         0 to 2^63 − 1. The same seed gives the same quilt, whatever the number of threads and on any machine.
+        None: a random one, which `Quilt.seed` tells.
     threads
         1 to 256; by default one per core.
     progress
@@ -228,7 +256,8 @@ def synthesize(
         `options`, and None is as if not given. Of the most use: `method`, "quilt" (one texture at true scale
         over the whole surface), "paper" (the paper's, patch by patch) or "pixel" (texel by texel); `texels`,
         a number, or (width, height) of a flat texture; `sample_size`, the exemplar's width in model units;
-        `direction`, in words or as a function, see `upholster.charts.directions.parse_direction`.
+        `direction`, in words, as degrees, as a vector (x, y, z) or as a function, see
+        `upholster.charts.directions.parse_direction`.
 
     Returns
     -------
@@ -242,7 +271,9 @@ def synthesize(
         If something is unknown, out of range or does not fit together, before any work is done.
     """
     wanted = chosen(SynthesisOptions, options, **choices)
-    checked = matched_image(kept_sample(exemplar, wanted), wanted.method)
+    check_running(threads, progress)
+    seed, surface = settled_seed(seed), as_surface(surface)
+    checked = matched_image(kept_sample(as_exemplar(exemplar), wanted), wanted.method)
     prepared = prepare(checked, surface, wanted)
     return execute(prepared, checked, surface, seed=seed, threads=threads, progress=progress)
 

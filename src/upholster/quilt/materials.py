@@ -1,6 +1,7 @@
 """Painting whole materials: every map by the same quilt."""
 
 from upholster.image.material import Material
+from upholster.image.source import Source, as_exemplar
 from upholster.quilt.model import Quilt, Texels
 from upholster.quilt.normals import paint_normals
 from upholster.quilt.painting import paint
@@ -10,7 +11,7 @@ __all__ = ["paint_map", "paint_material"]
 
 
 def paint_material(
-    quilt: Quilt, material: Material, *, threads: int | None = None, progress: Progress | None = None
+    quilt: Quilt, material: Material | Source, *, threads: int | None = None, progress: Progress | None = None
 ) -> dict[str, Texels]:
     """Paint a quilt with all maps of a material.
 
@@ -19,7 +20,7 @@ def paint_material(
     quilt
         Where each block comes from.
     material
-        Its maps have the exemplar's height and width.
+        Its maps have the exemplar's height and width. Or its folder, or its files by role.
     threads, progress
         As in `upholster.quilt.paint`.
 
@@ -32,8 +33,11 @@ def paint_material(
     Raises
     ------
     InputError
-        If the material has another height or width than the quilt's exemplar.
+        If it is no material, or has another height or width than the quilt's exemplar.
     """
+    if not isinstance(material, Material):
+        found = as_exemplar(material)
+        material = found if isinstance(found, Material) else Material({"albedo": found})
     painted = {"albedo": paint(quilt, material.color(), threads=threads, progress=progress)}
     for role, pixels in material.maps.items():
         if role not in ("albedo", "opacity"):

@@ -4,6 +4,7 @@ A *quilt* says where each block of texture comes from; it contains no colours. `
 turns a quilt and an exemplar into *texels*. The exact meaning of a placement: SPEC.md, section 8.
 """
 
+from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -11,13 +12,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.errors import InputError
+from upholster.geometry import Surface
 from upholster.quilt._paint_kernels import trace_owners
 from upholster.quilt.chart import Chart
 from upholster.quilt.displacement import warped_sources
 from upholster.quilt.placement import SYMMETRIES, check_placements
 from upholster.quilt.plans import Plan
 from upholster.quilt.warp_field import WarpField
-from upholster.shown import Shown
+from upholster.shown import Shown, on_a_line
 from upholster.types import IntArray, PixelArray, frozen_array
 
 __all__ = ["Quilt", "Texels"]
@@ -33,10 +35,44 @@ class Texels(Shown):
         The layout.
     arrays
         One (height, width, channels) array per chart, of the exemplar's dtype.
+    quilt, exemplar
+        What they were painted from; None where they were made otherwise.
+
+    Raises
+    ------
+    InputError
+        If the arrays are not one for each chart, of its height and width.
     """
 
     charts: tuple[Chart, ...]
     arrays: tuple[PixelArray, ...]
+    quilt: "Quilt | None" = None
+    exemplar: PixelArray | None = None
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.arrays, tuple) or not _are_charts(self.charts):
+            raise InputError("charts and arrays of texels must be tuples, one array for each chart")
+        shapes = [getattr(array, "shape", ()) for array in self.arrays]
+        expected = [(chart.height, chart.width) for chart in self.charts]
+        if [shape[:2] for shape in shapes] != expected or any(len(shape) != 3 for shape in shapes):
+            raise InputError(
+                f"texels have {len(shapes)} arrays for {len(expected)} charts, or others than the charts' "
+                "shapes; allowed: one of (height, width, channels) for each chart"
+            )
+
+    def __repr__(self) -> str:
+        first = self.arrays[0] if self.arrays else np.zeros((0, 0, 0), np.uint8)
+        parts = {"charts": len(self.charts), "texels": self.count, "channels": first.shape[2]}
+        return on_a_line(self, {**parts, "dtype": str(first.dtype)})
+
+    @property
+    def surface(self) -> Surface | None:
+        """The surface that they were made for; None where that is not known."""
+        return None if self.quilt is None else self.quilt.surface
+
+    def check_surface(self, surface: Surface) -> None:
+        """Raise InputError if they belong to another surface."""
+        _check_surface("texels", self.charts, self.surface, surface)
 
     @property
     def count(self) -> int:
@@ -65,6 +101,10 @@ class Quilt(Shown):
         hand are a `PlacementList`.
     fields
         Each chart's warp field; empty: the identity on all of them.
+    surface
+        The surface that it was made for; None where that is not known.
+    seed
+        That it was made with, if a synthesis made it.
 
     Raises
     ------
@@ -76,8 +116,34 @@ class Quilt(Shown):
     exemplar_shape: tuple[int, int]
     plan: Plan
     fields: tuple[WarpField, ...] = ()
+    surface: Surface | None = None
+    seed: int | None = None
+
+    def __repr__(self) -> str:
+        height, width = self.exemplar_shape
+        parts = {"charts": len(self.charts), "texels": self.texel_count, "placements": len(self.placements)}
+        return on_a_line(self, {**parts, "sample": f"{width}x{height}", "seed": self.seed})
+
+    def on(self, surface: Surface | None, *, seed: int | None = None) -> "Quilt":
+        """Return the same quilt, which knows its surface and the seed that it was made with."""
+        known = copy(self)  # nothing is checked or computed again
+        object.__setattr__(known, "surface", surface)
+        object.__setattr__(known, "seed", seed)
+        return known
+
+    def check_surface(self, surface: Surface) -> None:
+        """Raise InputError if it was made for another surface."""
+        _check_surface("quilt", self.charts, self.surface, surface)
 
     def __post_init__(self) -> None:
+        if not _are_charts(self.charts) or not isinstance(self.fields, tuple):
+            raise InputError("charts and fields of a quilt must be tuples, of Chart and of WarpField")
+        if not (isinstance(self.exemplar_shape, tuple) and len(self.exemplar_shape) == 2):
+            raise InputError(f"exemplar_shape is {self.exemplar_shape!r}; allowed: (height, width)")
+        if not callable(getattr(self.plan, "placements", None)):
+            raise InputError(
+                f"plan is a {type(self.plan).__name__}; allowed: a plan of `upholster.quilt.plans`"
+            )
         if not self.fields:
             object.__setattr__(self, "fields", (WarpField.identity(),) * len(self.charts))
         if len(self.fields) != len(self.charts):
@@ -171,6 +237,25 @@ class Quilt(Shown):
         for axis, (source, size) in enumerate(zip(found, self.exemplar_shape, strict=True)):
             out[painted, axis] = np.clip(source, 0, 16 * (size - 1))
         return out
+
+
+def _are_charts(charts: object) -> bool:
+    return isinstance(charts, tuple) and all(isinstance(chart, Chart) for chart in charts)
+
+
+def _check_surface(what: str, charts: tuple[Chart, ...], own: Surface | None, surface: Surface) -> None:
+    """Raise unless charts, made for the surface `own` if that is known, can lie on `surface`."""
+    if own is not None:
+        if not own.is_like(surface):
+            raise InputError(f"{what} belong to {own!r}; allowed: no other surface, but given is {surface!r}")
+        return
+    faces = surface.faces
+    if {chart.face for chart in charts} != set(range(len(faces))) or any(
+        chart.s1 > faces[chart.face].rows or chart.t1 > faces[chart.face].columns for chart in charts
+    ):
+        raise InputError(
+            f"{what} have charts on {len({chart.face for chart in charts})} faces that do not fit {surface!r}"
+        )
 
 
 def _on_pixels(placed: NDArray[np.void], shape: tuple[int, int]) -> bool:

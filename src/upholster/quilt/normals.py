@@ -6,6 +6,7 @@ by the angle of the warp field at the texel.
 """
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -14,7 +15,7 @@ from upholster.errors import InputError
 from upholster.parallel import run_tasks
 from upholster.quilt._normal_kernels import turn_vectors
 from upholster.quilt.model import Quilt, Texels
-from upholster.quilt.painting import CANVAS_DTYPES, paint_each
+from upholster.quilt.painting import CANVAS_DTYPES, check_painted, paint_each
 from upholster.quilt.placement import SYMMETRIES
 from upholster.types import PixelArray, Progress
 
@@ -55,6 +56,7 @@ def paint_normals(
     (e2, e1), scaled: so its second column is T in those axes, at angle φ. A vector (x, y) then has the
     components (x·cos φ − y·sin φ, x·sin φ + y·cos φ) along T and B, whatever the shear.
     """
+    normals = check_painted(quilt, normals)
     if normals.ndim != 3 or normals.shape != (*quilt.exemplar_shape, 3):
         height, width = quilt.exemplar_shape
         raise InputError(f"normal map has shape {normals.shape}; the quilt wants ({height}, {width}, 3)")
@@ -71,7 +73,7 @@ def paint_normals(
         if not field.is_identity
     ]
     run_tasks(tasks, threads=threads)
-    return texels
+    return replace(texels, exemplar=normals)
 
 
 def _turned(normals: PixelArray, symmetry: int) -> PixelArray:

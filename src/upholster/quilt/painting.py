@@ -4,14 +4,18 @@ Painting is linear in the exemplar and knows nothing of how the quilt was made: 
 height and width can be painted, with any number of channels and at any depth.
 """
 
+import os
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
 from upholster.errors import InputError
-from upholster.parallel import run_tasks
+from upholster.image import Material
+from upholster.image.source import as_exemplar
+from upholster.parallel import check_running, run_tasks
 from upholster.quilt._paint_kernels import paint_strip
 from upholster.quilt._warp_kernels import PyramidWords, settle_strip, warp_strip
 from upholster.quilt.displacement import centre_matrices, levels_of
@@ -20,7 +24,7 @@ from upholster.quilt.placement import SYMMETRIES
 from upholster.quilt.pyramid import Pyramid, build_pyramid, most_levels
 from upholster.types import PixelArray, Progress, frozen_array
 
-__all__ = ["CANVAS_DTYPES", "paint", "paint_each"]
+__all__ = ["CANVAS_DTYPES", "check_painted", "paint", "paint_each"]
 
 CANVAS_DTYPES = {
     np.dtype(np.uint8): np.uint16,
@@ -49,7 +53,8 @@ def paint(
     quilt
         Where each block comes from.
     exemplar
-        (H, W, C) with the height and width the quilt was made for; uint8, uint16 or float32.
+        (H, W) or (H, W, C) with the height and width the quilt was made for; uint8, uint16 or float. Or
+        the path of such an image.
     threads, progress
         As in `upholster.parallel.run_tasks`.
 
@@ -63,16 +68,38 @@ def paint(
     InputError
         For another height, width or dtype.
     """
+    exemplar = check_painted(quilt, exemplar)
+    check_running(threads, progress)
     if exemplar.ndim != 3 or exemplar.shape[:2] != quilt.exemplar_shape or exemplar.shape[2] == 0:
         height, width = quilt.exemplar_shape
         raise InputError(
             f"image to paint has shape {exemplar.shape}; the quilt wants ({height}, {width}, channels)"
         )
     if exemplar.dtype not in CANVAS_DTYPES:
-        raise InputError(f"image to paint is of {exemplar.dtype}; allowed: uint8, uint16, float32")
-    return paint_each(
-        quilt, (exemplar,), np.zeros(len(quilt.placements), np.int64), threads=threads, progress=progress
-    )
+        raise InputError(f"image to paint is of {exemplar.dtype}; allowed: uint8, uint16, float16, 32, 64")
+    which = np.zeros(len(quilt.placements), np.int64)
+    texels = paint_each(quilt, (exemplar,), which, threads=threads, progress=progress)
+    return replace(texels, exemplar=exemplar)
+
+
+def check_painted(quilt: object, image: object) -> PixelArray:
+    """Return the array that a quilt is to be painted with, read from its file where one is named.
+
+    Raises
+    ------
+    InputError
+        If it is no quilt, or the image is none.
+    """
+    if not isinstance(quilt, Quilt):
+        raise InputError(f"quilt is a {type(quilt).__name__}; allowed: a Quilt, of `upholster.synthesize`")
+    if isinstance(image, (str, os.PathLike)):
+        image = as_exemplar(image)
+    if isinstance(image, Material):
+        raise InputError("image to paint is a material; allowed: an array, or `upholster.paint_material`")
+    if not isinstance(image, np.ndarray):
+        raise InputError(f"image to paint is a {type(image).__name__}; allowed: a NumPy array or a path")
+    image = np.asarray(image)[:, :, None] if image.ndim == 2 else np.asarray(image)
+    return image.astype(np.float32) if image.dtype in (np.float16, np.float64) else image
 
 
 def paint_each(
@@ -119,7 +146,7 @@ def paint_each(
                 places = levels + which[mine] * (deepest + 1)
                 tasks.append(partial(_warp_part, quilt, index, pyramid, places, out, channels, start, stop))
     run_tasks(tasks, threads=threads, progress=progress, stage="paint")
-    return Texels(quilt.charts, arrays)
+    return Texels(quilt.charts, arrays, quilt)
 
 
 def _paint_part(

@@ -9,6 +9,7 @@ from upholster.quilt import Chart, Quilt, Texels
 from upholster.quilt.materials import paint_map
 from upholster.quilt.placement import PLACEMENT
 from upholster.quilt.warp_field import WarpField
+from upholster.shown import Shown, on_a_line
 from upholster.stream.byte_reader import ByteReader
 from upholster.stream.chunks import Chunk, ChunkReader
 from upholster.stream.first_view import assemble, check_tiles
@@ -31,7 +32,7 @@ _CAUTION = 64
 """Coefficients that a byte hardly ever tells of: near a limit in coefficients bytes are taken one by one."""
 
 
-class StreamDecoder:
+class StreamDecoder(Shown):
     """Decodes a .uph stream as its bytes arrive; the work is proportional to the new bytes.
 
     As soon as nothing is `needed`, there is a textured model; every further byte refines it.
@@ -59,6 +60,12 @@ class StreamDecoder:
         self._whole = bytearray()
         self._seen = ""
         self._failure: str | None = None
+
+    def __repr__(self) -> str:
+        parts: dict[str, object] = {"received": self.received, "total": self.total}
+        if self.needed:
+            return on_a_line(self, {**parts, "needed": self.needed})
+        return on_a_line(self, {**parts, "charts": len(self.charts), "complete": self.complete})
 
     @property
     def received(self) -> int:
@@ -144,6 +151,8 @@ class StreamDecoder:
         FormatError
             If the stream is damaged: says at which byte. It is of no use from then on.
         """
+        if not isinstance(data, (bytes, bytearray, memoryview)):
+            raise InputError(f"data is a {type(data).__name__}; allowed: bytes")
         if self._failure is not None:
             raise FormatError(self._failure)
         try:
@@ -178,10 +187,12 @@ class StreamDecoder:
         image = self._ready()
         shape = image.header.height, image.header.width
         if self._placements is None:
-            return assemble(
+            quilt = assemble(
                 self.charts, shape, np.zeros(0, PLACEMENT), np.zeros(0, np.uint8), (), scale=self._scale
             )
-        return self._placements.quilt()
+        else:
+            quilt = self._placements.quilt()
+        return quilt.on(self.surface)
 
     @property
     def roles(self) -> tuple[str, ...]:

@@ -1,11 +1,13 @@
 """Writing a stream: what is needed first comes first."""
 
+import os
 from collections.abc import Mapping, Sequence
 
 from upholster.codec import encode_parts
-from upholster.errors import InputError
-from upholster.geometry import Surface
+from upholster.errors import InputError, check_whole
+from upholster.geometry import Surface, SurfaceLike, as_surface
 from upholster.quilt import Chart, Quilt
+from upholster.quilt.painting import check_painted
 from upholster.quilt.warp_field import WarpField
 from upholster.stream.chunks import assembled, pack_chunk
 from upholster.stream.first_view import check_tiles, scale_of
@@ -24,9 +26,9 @@ FIRST_PART = 600
 
 
 def encode_stream(
-    surface: Surface,
+    surface: SurfaceLike,
     quilt: Quilt,
-    exemplar: PixelArray,
+    exemplar: PixelArray | str | os.PathLike[str],
     *,
     wavelet: Wavelet | None = None,
     levels: int | None = None,
@@ -41,11 +43,11 @@ def encode_stream(
     Parameters
     ----------
     surface
-        The surface; built-in ones take a few bytes.
+        The surface; built-in ones take a few bytes. Or its text form, or the path of its file.
     quilt
         Its quilt: every placement and mask is kept exactly.
     exemplar
-        (H, W, C) uint8, uint16 or float32, of the quilt's shape.
+        (H, W) or (H, W, C) uint8, uint16 or float, of the quilt's shape; or the path of such an image.
     wavelet, levels, lossless, most_significant
         How the exemplar is coded, see `upholster.codec.encode_parts`.
     most_bytes
@@ -65,12 +67,22 @@ def encode_stream(
     Raises
     ------
     InputError
-        If something does not fit together or is beyond the format's limits (SPEC.md, "Limits"), or
+        If something does not fit together, such as a quilt of another surface, or is beyond the format's
+        limits (SPEC.md, "Limits"), or
         `most_bytes` does not hold what comes before the exemplar.
     """
-    if first_part < 0:
-        raise InputError(f"first_part is {first_part}; allowed: 0 or more bytes")
-    maps = maps or {}
+    if not isinstance(lossless, bool):
+        raise InputError(f"lossless is {lossless!r}; allowed: True or False")
+    check_whole("first_part", first_part, 0)
+    for name, count in (("most_bytes", most_bytes), ("most_significant", most_significant)):
+        if count is not None:
+            check_whole(name, count, 1)
+    surface, exemplar = as_surface(surface), check_painted(quilt, exemplar)
+    quilt.check_surface(surface)
+    maps = {} if maps is None else maps
+    if not isinstance(maps, Mapping):
+        raise InputError(f"maps are a {type(maps).__name__}; allowed: arrays by role")
+    maps = {role: check_painted(quilt, image) for role, image in maps.items()}
     _check_maps(quilt, exemplar, maps)
     layout = check_layout(surface, quilt.charts, quilt.fields, quilt.exemplar_shape)
     bent = not all(field.is_identity for field in quilt.fields)
