@@ -7,12 +7,14 @@ import signal
 import subprocess
 import sys
 import threading
+import time
 from pathlib import Path
 
 import numpy as np
 import pytest
 from command_line import assert_one_line, run_cli
 
+from upholster.cli.console import bars
 from upholster.image import write_image
 
 COMMAND = [sys.executable, "-m", "upholster"]
@@ -240,3 +242,64 @@ def test_the_same_seed_writes_the_same_file(folder, tmp_path):
         )  # fmt: skip
         assert done.returncode == 0, done.stderr
     assert Path(tmp_path / "one.glb").read_bytes() == Path(tmp_path / "two.glb").read_bytes()
+
+
+def test_without_arguments_it_is_the_help():
+    bare, asked = run_cli(), run_cli("--help")
+    assert bare.returncode == asked.returncode == 0
+    assert bare.stdout == asked.stdout
+    assert "cover" in bare.stdout
+    assert bare.stderr == ""
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="needs a device that is full")
+@pytest.mark.parametrize("command", [["surfaces"], ["--help"], ["--version"]])
+def test_a_full_standard_output_is_one_line(command):
+    with open("/dev/full", "w") as full:
+        done = subprocess.run(
+            [*COMMAND, *command], stdout=full, stderr=subprocess.PIPE, text=True, timeout=PATIENCE
+        )
+    assert done.returncode == 1
+    assert done.stderr == "upholster: standard output cannot be written: No space left on device\n"
+
+
+def test_a_reader_who_has_enough_is_no_error():
+    process = subprocess.Popen(
+        [*COMMAND, "surfaces"], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+    process.stdout.close()
+    assert process.stderr.read() == ""
+    assert process.wait(PATIENCE) == 1
+    process.stderr.close()
+
+
+def test_a_log_hears_of_progress_every_few_seconds(folder, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr("upholster.cli.console.EVERY", 0.01)
+    with bars(False, None) as report:
+        report("blocks", 3, 40)
+        time.sleep(1.3)
+    told = capsys.readouterr().err.splitlines()
+    assert len(told) > 3
+    assert all(re.fullmatch(r"blocks 3 of 40, \d s", line) for line in told)
+    with bars(True, None) as report:
+        assert report is None
+
+
+@pytest.mark.parametrize("name", ["r.png", "r", "r.json.gz"])
+def test_a_report_is_json(folder, tmp_path, name):
+    done = run_cli(
+        "cover",
+        "brick.png",
+        "--on",
+        "torus",
+        f"-o{tmp_path / 'a.glb'}",
+        f"--report={tmp_path / name}",
+        cwd=folder,
+    )
+    assert_one_line(done, "allowed: .json")
+    assert os.listdir(tmp_path) == []
+
+
+@pytest.mark.parametrize("name", ["chair.xyz", "some/chair.step", "./chair"])
+def test_a_surface_of_an_unknown_suffix_says_which_are_known(folder, name):
+    assert_one_line(run_cli("cover", "brick.png", "--on", name, "-oa.glb", cwd=folder), ".json, .bpt")

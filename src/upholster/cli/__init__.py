@@ -3,9 +3,11 @@
 Heavy imports wait until a command needs them: ``upholster --help`` answers at once.
 """
 
+import errno
 import os
 import signal
 import sys
+from contextlib import suppress
 from types import FrameType
 from typing import Annotated, NoReturn
 
@@ -22,9 +24,11 @@ from upholster.errors import UpholsterError
 
 __all__ = ["app", "main"]
 
+_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
+"""What writing to standard output can fail with: no room, or no device any more."""
+
 app = typer.Typer(
     name="upholster",
-    no_args_is_help=True,
     add_completion=False,
     rich_markup_mode="markdown",
     pretty_exceptions_enable=False,
@@ -36,14 +40,23 @@ def main() -> NoReturn:
     """Run the command line; bad input is one line on stderr and exit status 2, Ctrl-C is 130."""
     signal.signal(signal.SIGTERM, _interrupt)
     try:
-        # Typer returns an exit code where it would have ended the process: 130 for Ctrl-C.
-        status = app(standalone_mode=False) or 0
+        # Without any argument the help. Typer returns an exit code where it would have ended the process: 130
+        # for Ctrl-C.
+        status = app(sys.argv[1:] or ["--help"], standalone_mode=False) or 0
+        sys.stdout.flush()
         if status == 130:
             _stop()
     except UpholsterError as error:
         status = _fail(str(error))
     except KeyboardInterrupt:
         status = _stop()
+    except BrokenPipeError:
+        # Who reads has enough: `upholster info ring.uph | head -1`.
+        status = 1
+    except OSError as error:
+        if error.filename is not None or error.errno not in _FULL:
+            raise
+        status = _fail(f"standard output cannot be written: {error.strerror}", status=1)
     except Exception as error:
         # Typer's usage errors and aborts: click's classes may be vendored, so they are known by what they
         # offer.
@@ -57,8 +70,8 @@ def main() -> NoReturn:
             status = _fail("not enough memory; a smaller --texels, --size or sample needs less")
         else:
             raise
-    sys.stdout.flush()
-    sys.stderr.flush()
+    with suppress(OSError):
+        sys.stderr.flush()
     # Kernels may still be running on other threads after Ctrl-C or an error: they are not waited for.
     os._exit(status)
 
@@ -67,14 +80,14 @@ def _interrupt(_signal: int, _frame: FrameType | None) -> NoReturn:
     raise KeyboardInterrupt
 
 
-def _fail(message: str) -> int:
-    print("upholster: " + " ".join(message.split()), file=sys.stderr)
-    return 2
+def _fail(message: str, *, status: int = 2) -> int:
+    with suppress(OSError):  # nobody hears it, but the status tells
+        print("upholster: " + " ".join(message.split()), file=sys.stderr)
+    return status
 
 
 def _stop() -> int:
-    print("upholster: stopped, nothing written", file=sys.stderr)
-    return 130
+    return _fail("stopped, nothing written", status=130)
 
 
 def _version(wanted: bool) -> None:

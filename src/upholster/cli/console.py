@@ -5,18 +5,24 @@ import re
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Any
 
 from upholster.errors import InputError
 
 if TYPE_CHECKING:  # NumPy, which it imports, would slow down --help
+    from rich.console import Console
     from rich.progress import Progress as Bars
 
     from upholster.types import Progress
     from upholster.warm import Compiler
 
-__all__ = ["bars", "byte_count", "in_bytes", "numbers", "progress_bars", "share", "texel_count"]
+__all__ = ["EVERY", "bars", "byte_count", "in_bytes", "numbers", "progress_bars", "share", "texel_count"]
+
+EVERY = 10.0
+"""Seconds between two lines of progress where it is no terminal that reads."""
+
+_COMPILING = "compiling kernels for this machine, once: about {:.0f} s"
 
 
 def numbers(name: str, text: str, separator: str, count: int, kind: Callable[[str], Any]) -> Any:
@@ -98,7 +104,7 @@ def progress_bars(quiet: bool, uses: Iterable[str] = ()) -> "Iterator[Progress |
 
 @contextmanager
 def bars(quiet: bool, compiler: "Compiler | None") -> "Iterator[Progress | None]":
-    """Show one bar per stage on stderr, and how far a compiler is; nothing at all if `quiet`."""
+    """Show one bar per stage on stderr, and how far a compiler is; lines in a log; nothing if `quiet`."""
     if quiet:
         yield None
         return
@@ -107,8 +113,12 @@ def bars(quiet: bool, compiler: "Compiler | None") -> "Iterator[Progress | None]
     from rich.progress import Progress as Bars
 
     console = Console(stderr=True)
+    if not console.is_terminal:
+        with _lines(console, compiler) as tell:
+            yield tell
+        return
     columns = (TextColumn("{task.description:>7}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    with Bars(*columns, console=console, disable=not console.is_terminal, transient=True) as shown:
+    with Bars(*columns, console=console, transient=True) as shown:
         if compiler is not None:
             _tell(compiler, shown)
         tasks: dict[str, Any] = {}
@@ -121,12 +131,35 @@ def bars(quiet: bool, compiler: "Compiler | None") -> "Iterator[Progress | None]
         yield report
 
 
+@contextmanager
+def _lines(console: "Console", compiler: "Compiler | None") -> "Iterator[Progress]":
+    """Tell in lines, as for a log: that kernels are compiled, and every few seconds how far the work is."""
+    stage, start, ended = "reading", time.perf_counter(), threading.Event()
+
+    def say(text: str) -> None:
+        with suppress(OSError):  # a log that is full is no reason to stop
+            console.print(text, style="dim", highlight=False, soft_wrap=True)
+
+    def tell() -> None:
+        # Bad options and files are found after a second: their message stands alone.
+        if not ended.wait(1) and compiler is not None and compiler.running:
+            say(_COMPILING.format(compiler.seconds_left()))
+        while not ended.wait(EVERY):
+            say(f"{stage}, {time.perf_counter() - start:.0f} s")
+
+    def report(name: str, done: int, total: int) -> None:
+        nonlocal stage
+        stage = f"{name} {done} of {total}"
+
+    threading.Thread(target=tell, daemon=True).start()
+    try:
+        yield report
+    finally:
+        ended.set()
+
+
 def _tell(compiler: "Compiler", shown: "Bars") -> None:
-    # One line in a log, a progress bar on a terminal.
-    text = "compiling kernels for this machine, once: about {:.0f} s"
-    if not shown.console.is_terminal:
-        threading.Thread(target=_log, args=(text, compiler, shown), daemon=True).start()
-        return
+    text = _COMPILING
     task = shown.add_task(text.format(compiler.seconds_left()), total=compiler.total)
 
     def follow() -> None:
@@ -137,10 +170,3 @@ def _tell(compiler: "Compiler", shown: "Bars") -> None:
         shown.remove_task(task)
 
     threading.Thread(target=follow, daemon=True).start()
-
-
-def _log(text: str, compiler: "Compiler", shown: "Bars") -> None:
-    # Bad options and files are found by then: their message stands alone.
-    time.sleep(1)
-    if compiler.running:
-        shown.console.print(text.format(compiler.seconds_left()), style="dim")
