@@ -303,3 +303,32 @@ def test_a_report_is_json(folder, tmp_path, name):
 @pytest.mark.parametrize("name", ["chair.xyz", "some/chair.step", "./chair"])
 def test_a_surface_of_an_unknown_suffix_says_which_are_known(folder, name):
     assert_one_line(run_cli("cover", "brick.png", "--on", name, "-oa.glb", cwd=folder), ".json, .bpt")
+
+
+WRONG = {
+    "twice": (["cover", "brick.png", "--on", "torus", "--on=sphere", "-oa.glb"], "--on is given 2 times"),
+    "no whole number": (
+        ["cover", "brick.png", "--on", "torus", "-oa.glb", "--seed", "1.5"],
+        "--seed is '1.5'",
+    ),
+    "no number": (["cover", "brick.png", "--on", "torus", "-oa.glb", "--density=x"], "--density is 'x'"),
+    "standard input": (["cover", "-", "--on", "torus", "-oa.glb"], "standard input is not read"),
+    "no name": (["cover", "", "--on", "torus", "-oa.glb"], "''"),
+    "no stream": (["refine", "brick.png", "-oa.glb"], "brick.png"),
+    "no image code": (["decode", "brick.png", "-oa.png"], "brick.png"),
+    "nothing in it": (["info", "empty.png"], "empty.png"),
+    "no command": (["help"], "allowed: cover, surfaces"),
+    "no arguments": (["cover"], "SAMPLE"),
+}
+
+
+@pytest.mark.parametrize("case", WRONG)
+def test_what_a_command_can_not_take_is_named(folder, case):
+    arguments, named = WRONG[case]
+    assert_one_line(run_cli(*arguments, cwd=folder), named)
+
+
+def test_an_option_that_may_be_given_twice_may(folder, tmp_path):
+    two = [f"-o{tmp_path / name}" for name in ("a.npz", "b.npz")]
+    options = ["--method", "paper", "--chart", "32", "-q", "-q"]
+    assert run_cli("cover", "brick.png", "--on", "sphere", *two, *options, cwd=folder).returncode == 0

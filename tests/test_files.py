@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from upholster.errors import InputError
-from upholster.files import outputs
+from upholster.files import outputs, read_bytes
 
 
 def listing(folder: Path) -> Any:
@@ -175,3 +175,15 @@ def test_errors_of_the_system_name_the_target(tmp_path: Path) -> None:
     with pytest.raises(FileNotFoundError), outputs([tmp_path / "x.png"]):
         (tmp_path / "other").read_text()
     assert not beside.exists()
+
+
+def test_a_message_names_the_target_not_the_temporary_file(tmp_path):
+    with pytest.raises(InputError) as raised, outputs([tmp_path / "a.png"]) as files:
+        raise InputError(f"{str(files.path(tmp_path / 'a.png'))!r} cannot be written: disk full")
+    assert str(raised.value) == f"{str(tmp_path / 'a.png')!r} cannot be written: disk full"
+
+
+@pytest.mark.parametrize("name", ["", "-", 5, None, b"x"])
+def test_what_is_no_files_name_is_refused(name):
+    with pytest.raises(InputError, match="allowed"):
+        read_bytes(name)

@@ -83,7 +83,6 @@ REFUSED = [
     # arguments, output, input
     (f"{MAPS} plane --texels 512x512 --tileable -o wall.png", "wall_normal.png", "wall_normal.png"),
     (f"{MAPS} sphere -o atlas:wall.png", "wall_normal.png", "wall_normal.png"),
-    (f"{MAPS} sphere -o new.glb --report wall_roughness.png", "wall_roughness.png", "wall_roughness.png"),
     ("cover x.png --on plane --texels 64x64 -o x.png", "x.png", "x.png"),
     ("cover x.png --on sphere -o again/x.png", "again/x.png", "x.png"),
     ("cover x.png --on sphere -o soft.png", "soft.png", "x.png"),

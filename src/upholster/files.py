@@ -34,6 +34,8 @@ def path_text(path: object, what: str = "file") -> str:
     name = os.fspath(path) if isinstance(path, (str, os.PathLike)) else path
     if not isinstance(name, str):
         raise InputError(f"{what} is a {type(path).__name__}; allowed: a path, as text or pathlib.Path")
+    if name in ("", "-"):
+        raise InputError(f"{what} is {name!r}; allowed: a file's name (standard input is not read)")
     return name
 
 
@@ -95,7 +97,7 @@ class Outputs:
         InputError
             If `target` cannot be written, or is an input or another target.
         """
-        name = path_text(target, "output")
+        name = os.fspath(target)
         if "\0" in name:
             raise InputError(f"output {name!r} contains a null character")
         # Through a symbolic link: the link stays, what it points to is written.
@@ -130,6 +132,12 @@ class Outputs:
         for beside in self._beside.values():
             with suppress(OSError):
                 beside.unlink()
+
+    def _by_target(self, text: str) -> str:
+        """Return a message with the targets' names in place of the temporary files'."""
+        for place, beside in self._beside.items():
+            text = text.replace(os.fspath(beside), os.fspath(place))
+        return text
 
     def _refusal(self, error: OSError) -> InputError | None:
         """Return what to say of an operating system's error, None if it is not about the outputs."""
@@ -181,6 +189,8 @@ def outputs(
         if refusal is None:
             raise
         raise refusal from error
+    except InputError as error:
+        raise InputError(files._by_target(str(error))) from error
     finally:
         files._discard()
 

@@ -21,7 +21,7 @@ from upholster.export import (
     write_npz,
     write_obj,
 )
-from upholster.files import Outputs, path_text
+from upholster.files import Outputs
 from upholster.geometry import Surface
 from upholster.image import Material, from_linear, write_image
 from upholster.image.source import source_parts
@@ -103,7 +103,9 @@ def parse_output(target: str | os.PathLike[str], *, flat: bool = False) -> Outpu
     InputError
         For an unknown suffix.
     """
-    text = path_text(target, "output")
+    if not isinstance(target, (str, os.PathLike)):
+        raise InputError(f"output is a {type(target).__name__}; allowed: a path, as text or pathlib.Path")
+    text = os.fspath(target)
     atlas = text.startswith("atlas:")
     path = Path(text.removeprefix("atlas:"))
     suffix = path.suffix.lower()

@@ -15,6 +15,7 @@ import typer
 
 from upholster._version import __version__
 from upholster.cli.codec import decode, encode
+from upholster.cli.command import Command
 from upholster.cli.cover import EXAMPLE, cover, surfaces
 from upholster.cli.measure import measure
 from upholster.cli.serve import serve, view
@@ -61,7 +62,10 @@ def main() -> NoReturn:
         # Typer's usage errors and aborts: click's classes may be vendored, so they are known by what they
         # offer.
         if hasattr(error, "format_message"):
-            status = _fail(error.format_message())
+            told = error.format_message()
+            if told.startswith("No such command"):
+                told = f"{told.rstrip('.')}; allowed: {', '.join(_COMMANDS)}"
+            status = _fail(told)
         elif type(error).__name__ == "Abort":
             status = _stop()
         elif hasattr(error, "exit_code"):
@@ -105,14 +109,9 @@ def _root(
     """Cover curved surfaces with texture from a small sample image."""
 
 
-app.command(epilog=EXAMPLE)(cover)
-app.command()(surfaces)
-app.command()(refine)
-app.command()(info)
-app.command()(levels)
-app.command()(view)
-app.command()(serve)
-app.command()(measure)
-app.command()(encode)
-app.command()(decode)
-app.command()(warm)
+_COMMANDS = {
+    function.__name__: function
+    for function in (cover, surfaces, refine, info, levels, view, serve, measure, encode, decode, warm)
+}
+for function in _COMMANDS.values():
+    app.command(cls=Command, epilog=EXAMPLE if function is cover else None)(function)

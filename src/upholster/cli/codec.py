@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from upholster.cli.console import byte_count, in_bytes, progress_bars, share
+from upholster.cli.console import byte_count, in_bytes, naming, progress_bars, share
 from upholster.errors import InputError
 
 __all__ = ["decode", "encode"]
@@ -80,7 +80,7 @@ def decode(
     from upholster.image import write_image
     from upholster.levels import share_text
 
-    with progress_bars(quiet, ["decode"]), outputs([output], inputs=[file]) as files:
+    with naming(file), progress_bars(quiet, ["decode"]), outputs([output], inputs=[file]) as files:
         found = codec.decode(
             read_bytes(file),
             most_bytes=byte_count("bytes", most_bytes),

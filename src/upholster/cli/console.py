@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Any
 
-from upholster.errors import InputError
+from upholster.errors import FormatError, InputError
 
 if TYPE_CHECKING:  # NumPy, which it imports, would slow down --help
     from rich.console import Console
@@ -17,7 +17,17 @@ if TYPE_CHECKING:  # NumPy, which it imports, would slow down --help
     from upholster.types import Progress
     from upholster.warm import Compiler
 
-__all__ = ["EVERY", "bars", "byte_count", "in_bytes", "numbers", "progress_bars", "share", "texel_count"]
+__all__ = [
+    "EVERY",
+    "bars",
+    "byte_count",
+    "in_bytes",
+    "naming",
+    "numbers",
+    "progress_bars",
+    "share",
+    "texel_count",
+]
 
 EVERY = 10.0
 """Seconds between two lines of progress where it is no terminal that reads."""
@@ -88,6 +98,15 @@ def in_bytes(count: int) -> str:
         if power and number < 100
         else (f"{number:.0f} {('bytes', 'kB', 'MB', 'GB')[power]}")
     )
+
+
+@contextmanager
+def naming(file: str) -> Iterator[None]:
+    """Say of which file it is that a format is broken."""
+    try:
+        yield
+    except FormatError as error:
+        raise FormatError(f"{file}: {error}") from None
 
 
 @contextmanager

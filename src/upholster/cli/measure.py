@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from upholster.cli.console import in_bytes, progress_bars
+from upholster.cli.console import in_bytes, naming, progress_bars
 from upholster.errors import InputError
 
 if TYPE_CHECKING:  # NumPy, which it imports, would slow down --help
@@ -83,7 +83,8 @@ def _stream(
 
     wanted = None if direction is None else parse_direction(direction)
     original = None if sample is None else read_exemplar(sample)
-    decoder = read_stream(read_bytes(path), strict=False)
+    with naming(path):
+        decoder = read_stream(read_bytes(path), strict=False)
     surface, quilt, coded = decoder.surface, decoder.quilt(), decoder.exemplar()
     if surface is None:  # no stream that can be shown lacks one
         raise InputError(f"stream {path!r} has no surface")

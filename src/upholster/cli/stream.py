@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from upholster.cli.console import byte_count, in_bytes, numbers, progress_bars, share
+from upholster.cli.console import byte_count, in_bytes, naming, numbers, progress_bars, share
 from upholster.cli.options import spelled_out
 from upholster.errors import InputError
 from upholster.options import WriteOptions
@@ -52,7 +52,7 @@ def refine(
 
     limit = Limit(byte_count("bytes", most_bytes), bpp, share("coefficients", coefficients))
     uses = ["refine model", "refine picture", "refine paper", "refine material"]
-    with progress_bars(quiet, uses) as progress:
+    with naming(stream), progress_bars(quiet, uses) as progress:
         done = run(stream, output, limit=limit, on=on, options=writing, threads=threads, progress=progress)
     if not quiet:
         written = ", ".join(f"{name} ({in_bytes(count)})" for name, count in done.written.items())
@@ -75,7 +75,8 @@ def info(
     from upholster.levels import share_text
     from upholster.stream import describe
 
-    found = describe(read_bytes(stream))
+    with naming(stream):
+        found = describe(read_bytes(stream))
     console = Console()
     state = "complete" if found.complete else f"incomplete, {in_bytes(found.total)} in all"
     console.print(
@@ -113,7 +114,11 @@ def levels(
     options = WriteOptions(
         size=numbers("size", size, "x", 2, int), view=numbers("view", view, ",", 2, float), supersample=3
     )
-    with progress_bars(quiet, ["levels"]) as progress, outputs([output], inputs=[stream]) as files:
+    with (
+        naming(stream),
+        progress_bars(quiet, ["levels"]) as progress,
+        outputs([output], inputs=[stream]) as files,
+    ):
         data = read_bytes(stream)
         if curve:
             picture, _ = curve_picture(data, threads=threads)

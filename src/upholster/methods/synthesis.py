@@ -92,7 +92,7 @@ def settled_seed(seed: int | None) -> int:
     if seed is None:
         return secrets.randbits(32)
     if not (isinstance(seed, Integral) and 0 <= seed < 2**63):
-        raise InputError(f"seed is {seed!r}; allowed: 0 to 2^63 - 1, or None for a random one")
+        raise InputError(f"seed is {seed!r}; allowed: 0 to 2^63 - 1")
     return int(seed)
 
 
