@@ -1,6 +1,8 @@
 """The public names: few, documented, and enough for the README's few lines."""
 
+import html
 import inspect
+import re
 from pathlib import Path
 
 import numpy as np
@@ -9,9 +11,24 @@ import pytest
 import upholster
 from upholster.image import write_image
 
+SMALL = {"method": "paper", "chart": 32, "block": 24}
+
+
+@pytest.fixture(scope="module")
+def made(tmp_path_factory):
+    """A small model with all that belongs to it, and a folder with its files."""
+    folder = tmp_path_factory.mktemp("made")
+    exemplar = np.random.default_rng(1).integers(0, 256, (48, 48, 3), dtype=np.uint8)
+    write_image(folder / "x.png", exemplar)
+    surface = upholster.sphere()
+    quilt = upholster.synthesize(exemplar, surface, **SMALL)
+    stream = upholster.encode_stream(surface, quilt, exemplar)
+    (folder / "x.uph").write_bytes(stream)
+    return folder, exemplar, surface, quilt, upholster.paint(quilt, exemplar), stream
+
 
 def test_public_names_exist_and_say_what_they_do():
-    assert len(upholster.__all__) <= 27
+    assert len(upholster.__all__) <= 28
     for name in upholster.__all__:
         value = getattr(upholster, name)
         assert name in dir(upholster)
@@ -57,14 +74,74 @@ def test_the_readmes_few_lines_work(tmp_path):
         upholster.write(tmp_path / "ring.what", surface, texels)
 
 
-def test_notebooks_show_pictures():
-    exemplar = np.random.default_rng(1).integers(0, 65536, (48, 48, 2), dtype=np.uint16)
-    surface = upholster.sphere()
-    quilt = upholster.synthesize(exemplar, surface, chart=64, method="paper")
-    pictures = [thing._repr_png_() for thing in (surface, quilt, upholster.paint(quilt, exemplar))]
-    for picture in pictures:
+def test_notebooks_show_pictures(made):
+    _, _, surface, quilt, texels, stream = made
+    decoder = upholster.StreamDecoder()
+    assert decoder._repr_png_() is None
+    decoder.feed(stream[:300])
+    coarse = decoder._repr_png_()
+    decoder.feed(stream[300:])
+    sheet = upholster.Texels(texels.charts, texels.arrays)._repr_png_()
+    pictures = [thing._repr_png_() for thing in (surface, quilt, texels)]
+    for picture in (*pictures, coarse, sheet):
         assert picture.startswith(b"\x89PNG")
-    assert len(set(pictures)) == 3
+        assert len(picture) < 600_000
+    assert len({*pictures, coarse, sheet}) == 5
+    assert upholster.view(stream).stream == texels.view().stream == stream
+
+
+def test_the_viewer_is_one_frame_without_anything_beside_it(made, tmp_path):
+    _, exemplar, surface, _, texels, stream = made
+    report = upholster.cover(exemplar, surface, tmp_path / "x.uph", synthesis=SMALL)
+    assert report._repr_png_() == texels._repr_png_()
+    refined = upholster.refine(tmp_path / "x.uph", tmp_path / "y.npz")
+    decoder = upholster.StreamDecoder()
+    decoder.feed(stream)
+    for model in (report, refined, tmp_path / "x.uph", str(tmp_path / "x.uph"), {"albedo": texels}, decoder):
+        viewer = upholster.view(model)
+        again = upholster.StreamDecoder()
+        again.feed(viewer.stream)
+        assert (again.quilt().placements == texels.quilt.placements).all()
+    shown = report.view(height=300)._repr_html_()
+    assert shown.startswith("<iframe ")
+    assert shown.count("<") == 2  # the frame and its end
+    assert "300px" in shown
+    assert len(shown) < 500_000
+    page = html.unescape(re.search('srcdoc="([^"]*)"', shown)[1])
+    assert page.startswith("<!doctype html>")
+    assert "src=" not in re.sub(r"<script[^>]*>[^<]*</script>", "", page)
+
+
+def test_a_view_of_a_long_stream_is_bounded(made, monkeypatch):
+    stream = made[-1]
+    monkeypatch.setattr("upholster.notebook.MOST_BYTES", 2000)
+    viewer = upholster.view(stream)
+    assert viewer.stream == stream[:2000]
+    assert f"2,000 of {len(stream):,} bytes" in repr(viewer)
+
+
+def test_what_has_no_model_is_not_viewed(made):
+    _, exemplar, surface, quilt, texels, stream = made
+    alone = upholster.Texels(texels.charts, texels.arrays)
+    for wrong in (
+        surface,
+        quilt,
+        exemplar,
+        5,
+        None,
+        "none.uph",
+        b"x" * 99,
+        stream[:20],
+        upholster.StreamDecoder(),
+        alone,
+    ):
+        with pytest.raises((upholster.InputError, upholster.FormatError)):
+            upholster.view(wrong)
+    for shown in (surface, quilt, alone):
+        with pytest.raises(upholster.InputError):
+            shown.view()
+    with pytest.raises(upholster.InputError, match="height is 5; allowed: 100 to 10000"):
+        upholster.view(stream, height=5)
 
 
 def test_a_surface_of_ones_own():
@@ -77,22 +154,6 @@ def test_a_surface_of_ones_own():
         upholster.synthesize(exemplar, surface, chart=40, method="paper"), exemplar[:, :, None]
     )
     assert texels.arrays[0].shape == (40, 40, 1)
-
-
-SMALL = {"method": "paper", "chart": 32, "block": 24}
-
-
-@pytest.fixture(scope="module")
-def made(tmp_path_factory):
-    """A small model with all that belongs to it, and a folder with its files."""
-    folder = tmp_path_factory.mktemp("made")
-    exemplar = np.random.default_rng(1).integers(0, 256, (48, 48, 3), dtype=np.uint8)
-    write_image(folder / "x.png", exemplar)
-    surface = upholster.sphere()
-    quilt = upholster.synthesize(exemplar, surface, **SMALL)
-    stream = upholster.encode_stream(surface, quilt, exemplar)
-    (folder / "x.uph").write_bytes(stream)
-    return folder, exemplar, surface, quilt, upholster.paint(quilt, exemplar), stream
 
 
 def test_paths_and_text_stand_for_what_they_name(made):
@@ -220,7 +281,7 @@ ODD = [
     [
         "synthesize", "paint", "paint_material", "write", "encode_stream", "read_exemplar", "read_material",
         "surface_from_spec", "cover", "refine", "ring_cyclide", "torus", "sphere", "plane", "revolve",
-        "Material", "RationalPatch", "Surface", "SynthesisOptions", "WriteOptions", "Texels", "Quilt",
+        "view", "Material", "RationalPatch", "Surface", "SynthesisOptions", "WriteOptions", "Texels", "Quilt",
     ],
 )  # fmt: skip
 def test_whatever_is_wrong_is_told_in_one_line(made, tmp_path, monkeypatch, name):
@@ -236,7 +297,8 @@ def test_whatever_is_wrong_is_told_in_one_line(made, tmp_path, monkeypatch, name
         "ring_cyclide": (6, 2, 3), "torus": (2, 0.5), "sphere": (1,), "plane": (1, 1),
         "revolve": ([[[1, 0, 1], [1, 1, 1]]],), "Material": ({"albedo": exemplar},),
         "RationalPatch": (surface.patches[0].net,), "Surface": (surface.patches,),
-        "Texels": (texels.charts, texels.arrays), "Quilt": (quilt.charts, quilt.exemplar_shape, quilt.plan),
+        "Texels": (texels.charts, texels.arrays), "view": (made[-1],),
+        "Quilt": (quilt.charts, quilt.exemplar_shape, quilt.plan),
     }.get(name, ())  # fmt: skip
     call = getattr(upholster, name)
     own = {"synthesize": SMALL, "cover": {"synthesis": SMALL}}.get(name, {})

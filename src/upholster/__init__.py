@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     )
     from upholster.image import Material, read_exemplar, read_material
     from upholster.methods import synthesize
+    from upholster.notebook import view
     from upholster.options import SynthesisOptions, WriteOptions
     from upholster.pipeline import cover, refine, write
     from upholster.quilt import Quilt, Texels, paint, paint_material
@@ -59,6 +60,7 @@ __all__ = [
     "surface_from_spec",
     "synthesize",
     "torus",
+    "view",
     "write",
 ]
 
@@ -79,6 +81,7 @@ _HOMES = {
     "upholster.stream": ("StreamDecoder", "encode_stream"),
     "upholster.quilt": ("Quilt", "Texels", "paint", "paint_material"),
     "upholster.methods": ("synthesize",),
+    "upholster.notebook": ("view",),
 }
 _HOME = {name: home for home, names in _HOMES.items() for name in names}
 

@@ -1,17 +1,130 @@
-"""How surfaces, quilts and texels show themselves in a notebook; what that takes is loaded when they do."""
+"""How objects show themselves in a notebook: as a picture, and in the viewer.
 
+What that takes is loaded when something is shown.
+"""
+
+import html
+import os
+from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+from upholster.errors import InputError, check_whole
+from upholster.files import path_text, read_bytes
 from upholster.shown import show_with
 
 if TYPE_CHECKING:
     from upholster.geometry import Surface
+    from upholster.outputs import TexturedModel
+    from upholster.pipeline import CoverReport, RefineReport
     from upholster.quilt import Quilt, Texels
+    from upholster.stream import StreamDecoder
 
-__all__: list[str] = []
+__all__ = ["MOST_BYTES", "Viewer", "view"]
+
+MOST_BYTES = 4_000_000
+"""Bytes of a stream that a notebook keeps at most: any first part of one is a model."""
 
 _WIDEST = 1024
 _QUADS = 4000
+_SIZE = (480, 360)
+
+_FRAME = """<iframe title="{title}" sandbox="allow-scripts" srcdoc="{page}"
+style="width: 100%; height: {height}px; border: 0"></iframe>"""
+
+
+class Viewer:
+    """The viewer of a stream, which a notebook shows in a frame: it needs no files beside it and no network.
+
+    The frame may run scripts and nothing else; its page lets only its own ones run.
+
+    Attributes
+    ----------
+    stream
+        The bytes of the stream that it shows, `MOST_BYTES` at most.
+    total
+        Bytes of the whole stream.
+    height
+        Of the frame in pixels; it is as wide as the notebook.
+    """
+
+    def __init__(self, stream: bytes, *, height: int = 480) -> None:
+        self.height = check_whole("height", height, 100, 10_000)
+        self.total = len(stream)
+        self.stream = stream[:MOST_BYTES]
+
+    def __repr__(self) -> str:
+        cut = f" of {self.total:,}" if self.total > len(self.stream) else ""
+        return f"<viewer of {len(self.stream):,}{cut} bytes; a notebook shows it>"
+
+    def _repr_html_(self) -> str:
+        from upholster.export import viewer_page
+
+        page = viewer_page(self.stream, title="upholster").decode()
+        return _FRAME.format(title="textured model", page=html.escape(page), height=self.height)
+
+
+def view(model: Any, *, height: int = 480) -> Viewer:
+    """Return the viewer of a model, to be turned and zoomed in a notebook.
+
+    Parameters
+    ----------
+    model
+        A stream: its bytes, the path of its file, or a `StreamDecoder`; texels, of `upholster.paint` or
+        `upholster.paint_material`; or what `upholster.cover` and `upholster.refine` return.
+    height
+        Of the viewer in pixels, 100 to 10,000.
+
+    Returns
+    -------
+    Viewer
+        What a notebook shows: one frame, which takes 0.3 MB of the notebook and the stream, of which it keeps
+        4 MB at most.
+
+    Raises
+    ------
+    InputError, FormatError
+        If it is none of these, not enough of a stream, or texels that do not know what they were painted
+        from.
+    """
+    return Viewer(_stream_of(model), height=height)
+
+
+def _stream_of(model: Any) -> bytes:
+    """Return a model's stream."""
+    from upholster.outputs import TexturedModel, textured_model
+    from upholster.pipeline import CoverReport, RefineReport, decoded_model
+    from upholster.quilt import Texels
+    from upholster.stream import StreamDecoder
+
+    if isinstance(model, (str, os.PathLike)):
+        model = read_bytes(path_text(model, "stream"))
+    if isinstance(model, (bytes, bytearray, memoryview)):
+        return _checked(bytes(model))
+    if isinstance(model, (CoverReport, RefineReport)):
+        model = model.model
+    elif isinstance(model, StreamDecoder):
+        model = decoded_model(model)
+    elif isinstance(model, (Texels, Mapping)):
+        model = textured_model(model)
+    if not isinstance(model, TexturedModel):
+        raise InputError(
+            f"model is a {type(model).__name__}; allowed: a stream (bytes, its path, StreamDecoder), texels, "
+            "a report of `upholster.cover`"
+        )
+    return model.stream
+
+
+def _checked(stream: bytes) -> bytes:
+    """Return a stream's bytes, if something can be shown of them."""
+    from upholster.stream import StreamDecoder
+    from upholster.stream.prefix import Limit, feed_until
+
+    decoder = StreamDecoder()
+    feed_until(decoder, stream, Limit(most_bytes=1))
+    if decoder.needed:
+        raise InputError(f"stream is cut; needs {decoder.needed} more bytes")
+    return stream
 
 
 def _surface_picture(surface: "Surface") -> bytes:
@@ -26,9 +139,29 @@ def _surface_picture(surface: "Surface") -> bytes:
         mesh.places,
         mesh.all_triangles(),
         None,
-        size=(480, 360),
+        size=_SIZE,
     )
     return encode_image(from_linear(picture, "uint8"), "png")
+
+
+def _model_picture(model: "TexturedModel | None") -> bytes | None:
+    from upholster.image import encode_image, from_linear
+    from upholster.options import WriteOptions
+
+    if model is None:
+        return None
+    picture = replace(model, options=WriteOptions(size=_SIZE, quads=_QUADS)).picture()
+    return encode_image(from_linear(picture, "uint8"), "png")
+
+
+def _report_picture(report: "CoverReport | RefineReport") -> bytes | None:
+    return _model_picture(report.model)
+
+
+def _stream_picture(decoder: "StreamDecoder") -> bytes | None:
+    from upholster.pipeline import decoded_model
+
+    return None if decoder.needed else _model_picture(decoded_model(decoder))
 
 
 def _quilt_picture(quilt: "Quilt") -> bytes:
@@ -45,9 +178,12 @@ def _quilt_picture(quilt: "Quilt") -> bytes:
     return encode_image(_sheet([place.astype(np.uint8) for place in places]), "png")
 
 
-def _texels_picture(texels: "Texels") -> bytes:
+def _texels_picture(texels: "Texels") -> bytes | None:
     from upholster.image import encode_image
+    from upholster.outputs import textured_model
 
+    if texels.surface is not None:
+        return _model_picture(textured_model(texels))
     return encode_image(_sheet(list(texels.arrays)), "png", bits=8)
 
 
@@ -69,6 +205,14 @@ def _sheet(arrays: list[Any]) -> Any:
     return sheet
 
 
+_SHOWN: dict[str, Callable[[Any], bytes | None]] = {
+    "Texels": _texels_picture,
+    "TexturedModel": _model_picture,
+    "CoverReport": _report_picture,
+    "RefineReport": _report_picture,
+    "StreamDecoder": _stream_picture,
+}
 show_with("Surface", _surface_picture)
 show_with("Quilt", _quilt_picture)
-show_with("Texels", _texels_picture)
+for _name, _picture in _SHOWN.items():
+    show_with(_name, _picture, view)

@@ -37,7 +37,7 @@ from upholster.stream.plans import refuse_source_map
 from upholster.stream.prefix import Limit, feed_until
 from upholster.types import PixelArray, Progress
 
-__all__ = ["CoverReport", "RefineReport", "cover", "refine", "write"]
+__all__ = ["CoverReport", "RefineReport", "cover", "decoded_model", "refine", "write"]
 
 
 _SOFT = 0.6
@@ -311,13 +311,12 @@ def refine(
         exemplar = _exemplar(decoder)
         roles = tuple(source_parts(exemplar))[1:]
         files.add(file for output in wanted for file in output.maps(roles))
-        quilt = decoder.quilt().on(surface)
-        texels, maps = _painted(quilt, exemplar, threads, progress)
         same = data if decoder.complete and not options.stream_choices else None
         if same is not None and on is not None:
             same = on_surface(same, surface)
-        if decoder.wavelet == "haar" and options.wavelet is None:
-            options = replace(options, wavelet="haar")
+        quilt = decoder.quilt().on(surface)
+        texels, maps = _painted(quilt, exemplar, threads, progress)
+        options = _as_coded(decoder, options)
         model = TexturedModel(surface, texels, options, threads, quilt, exemplar, maps, same)
         written = _written(wanted, model, files, {}, progress)
     known, count = decoder.coefficients_known
@@ -344,6 +343,35 @@ def _other_surface(on: SurfaceLike, before: Surface) -> Surface:
     except InputError as error:
         raise InputError(f"{name} does not fit the stream: {error}") from None
     return surface
+
+
+def decoded_model(decoder: StreamDecoder, *, threads: int | None = None) -> TexturedModel:
+    """Return the model that a stream shows, as far as it has come.
+
+    Parameters
+    ----------
+    decoder
+        Which has enough of a stream to show something.
+    threads
+        As for `refine`.
+
+    Raises
+    ------
+    InputError
+        If bytes are still needed.
+    """
+    quilt, exemplar = decoder.quilt(), _exemplar(decoder)
+    texels, maps = _painted(quilt, exemplar, threads, None)
+    assert quilt.surface is not None  # it comes before all that a quilt needs
+    options = _as_coded(decoder, WriteOptions())
+    return TexturedModel(quilt.surface, texels, options, threads, quilt, exemplar, maps)
+
+
+def _as_coded(decoder: StreamDecoder, options: WriteOptions) -> WriteOptions:
+    """Return options by which a stream keeps the profile that it was read in, unless another is asked for."""
+    return (
+        replace(options, wavelet="haar") if decoder.wavelet == "haar" and options.wavelet is None else options
+    )
 
 
 def write(

@@ -136,8 +136,9 @@ def test_a_cut_stream_is_written_as_to_a_stream_file(tmp_path: Path, woven: Any)
 
 def test_texels_alone_make_no_page(tmp_path: Path, woven: Any) -> None:
     exemplar, surface, quilt = woven
+    painted = upholster.paint(quilt, exemplar)
     with pytest.raises(InputError, match="quilt"):
-        upholster.write(tmp_path / "a.html", surface, upholster.paint(quilt, exemplar))
+        upholster.write(tmp_path / "a.html", surface, upholster.Texels(painted.charts, painted.arrays))
     assert not list(tmp_path.iterdir())
 
 

@@ -1,7 +1,7 @@
 """Writing models and images to files."""
 
 from upholster.export.glb import TextureFormat, write_glb
-from upholster.export.html import write_html
+from upholster.export.html import viewer_page, write_html
 from upholster.export.maps import map_companion, write_map
 from upholster.export.npz import write_npz
 from upholster.export.obj import obj_companions, write_obj
@@ -10,6 +10,7 @@ __all__ = [
     "TextureFormat",
     "map_companion",
     "obj_companions",
+    "viewer_page",
     "write_glb",
     "write_html",
     "write_map",

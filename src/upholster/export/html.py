@@ -12,7 +12,7 @@ import numpy as np
 
 from upholster._version import __version__
 
-__all__ = ["html_page", "printable", "write_html"]
+__all__ = ["html_page", "printable", "viewer_page", "write_html"]
 
 _ALPHABET = np.array([code for code in range(33, 127) if chr(code) not in "&<>"], np.uint8)
 """Printable ASCII without what HTML gives a meaning: 91 characters, two of which say 13 bits (91² > 2¹³)."""
@@ -57,18 +57,22 @@ def write_html(path: str | os.PathLike[str], stream: bytes, *, title: str = "uph
     title
         Of the page; any text.
     """
+    Path(path).write_bytes(viewer_page(stream, title=title))
+
+
+def viewer_page(stream: bytes, *, title: str = "upholster") -> bytes:
+    """Return the page that `write_html` writes: UTF-8, with the viewer that comes with upholster."""
     shipped = resources.files("upholster") / "web"
-    page = html_page(
+    return html_page(
         stream,
         title=title,
         viewer=(shipped / "upholster-viewer.js").read_bytes(),
         worker=(shipped / "uph-worker.js").read_bytes(),
     )
-    Path(path).write_bytes(page)
 
 
 def html_page(stream: bytes, *, title: str, viewer: bytes, worker: bytes) -> bytes:
-    """Return the page that `write_html` writes: UTF-8, the same bytes for the same input.
+    """Return a page of a stream and any viewer: UTF-8, the same bytes for the same input.
 
     The scripts are gzipped, and unpacked by the browser's own ``DecompressionStream``. A content security
     policy lets just these scripts run, by their digests, and forbids any connection.

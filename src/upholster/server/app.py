@@ -13,7 +13,7 @@ from starlette.responses import HTMLResponse, PlainTextResponse, Response
 from starlette.routing import Route
 from starlette.types import ASGIApp
 
-import upholster
+from upholster._version import __version__
 from upholster.server.catalogue import Catalogue, open_regular
 from upholster.server.guard import Guard
 from upholster.server.pages import missing_page, start_page, viewer_page
@@ -27,7 +27,7 @@ STREAM_TYPE = "model/vnd.upholster"
 """Media type of a stream. There are hosts that compress ``application/octet-stream`` on the way, which ranges
 do not survive; a type that they do not know they leave alone."""
 
-_PACKAGE = Path(upholster.__file__).parent
+_PACKAGE = Path(__file__).parent.parent
 _ASSETS = {
     "page.css": (_PACKAGE / "server", "text/css; charset=utf-8"),
     "upholster-viewer.js": (_PACKAGE / "web", "text/javascript; charset=utf-8"),
@@ -98,7 +98,7 @@ class _Site:
         if not isinstance(found, Version):
             return found
         with found.file:
-            tag = f'"{upholster.__version__}-{found.tag[1:]}'
+            tag = f'"{__version__}-{found.tag[1:]}'
             if (known := unchanged_response(request, tag)) is not None:
                 return known
             picture = await self._thumbnails.get(found, gone=request.is_disconnected)
