@@ -228,6 +228,10 @@ def test_floats_from_0_to_255_are_refused_and_highlights_are_not():
         for dtype in (np.float32, np.float64):
             with pytest.raises(upholster.InputError, match="white at 1"):
                 upholster.synthesize(wrong.astype(dtype), "sphere", **SMALL)
+    albedo = photo.astype(np.uint8)
+    upholster.Material({"albedo": albedo, "emission": 9 * smooth.astype(np.float32)})  # a lamp may be bright
+    with pytest.raises(upholster.InputError, match=r"roughness: .*white at 1"):
+        upholster.Material({"albedo": albedo, "roughness": smooth[:, :, :1]})
     light = photo / 255.0
     light[10:20, 10:20] = 900.0
     for right in (light, np.zeros((48, 48, 3)), (photo > 99).astype(float)):

@@ -337,7 +337,7 @@ def _other_surface(on: SurfaceLike, before: Surface) -> Surface:
         name, surface = on.name or "surface", on
     else:
         quadratic = all(max(patch.degree) <= 2 for patch in before.patches)
-        name, surface = os.fspath(on), as_surface(on, biquadratic=quadratic)
+        name, surface = str(on), as_surface(on, biquadratic=quadratic)
     try:
         check_same_edges(surface, before)
     except InputError as error:

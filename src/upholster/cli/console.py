@@ -153,7 +153,7 @@ def bars(quiet: bool, compiler: "Compiler | None") -> "Iterator[Progress | None]
 @contextmanager
 def _lines(console: "Console", compiler: "Compiler | None") -> "Iterator[Progress]":
     """Tell in lines, as for a log: that kernels are compiled, and every few seconds how far the work is."""
-    stage, start, ended = "reading", time.perf_counter(), threading.Event()
+    stage, start, ended = "working", time.perf_counter(), threading.Event()
 
     def say(text: str) -> None:
         with suppress(OSError):  # a log that is full is no reason to stop

@@ -261,6 +261,8 @@ def surface_from_spec(text: str | os.PathLike[str], *, biquadratic: bool = False
             f"surface is a {type(text).__name__}; allowed: a Surface, a text such as 'torus:R=2,r=0.7', "
             "or a surface's file"
         )
+    if not isinstance(biquadratic, bool):
+        raise InputError(f"biquadratic is {biquadratic!r}; allowed: True or False")
     if (file := surface_file(text)) is not None:
         return read_surface(file)
     text = os.fspath(text)

@@ -70,7 +70,7 @@ class Material:
         for role in (role for role in ROLES if role in self.maps):
             try:
                 # A view: the caller's own array stays writable.
-                array = check_exemplar(self.maps[role])[:]
+                array = check_exemplar(self.maps[role], lamp=role == "emission")[:]
             except InputError as error:
                 raise InputError(f"{role}: {error}") from None
             allowed = (1, 2, 3, 4) if role == "albedo" else (3,) if role == "normal" else (1, 3)

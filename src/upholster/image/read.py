@@ -118,7 +118,7 @@ def read_image(path: str | os.PathLike[str]) -> PixelArray:
     return np.ascontiguousarray(pixels)
 
 
-def check_exemplar(array: object) -> PixelArray:
+def check_exemplar(array: object, *, lamp: bool = False) -> PixelArray:
     """Check an exemplar given as an array, and bring it to the shape and dtype that the rest works with.
 
     Parameters
@@ -126,6 +126,8 @@ def check_exemplar(array: object) -> PixelArray:
     array
         (H, W) or (H, W, C), C from 1 to 4, sides from 32 to 4096; uint8, uint16 (sRGB-coded) or float16,
         float32, float64 (linear, finite, magnitudes up to 65504).
+    lamp
+        Whether it is light that is given off, which may lie beyond 1 everywhere.
 
     Returns
     -------
@@ -151,7 +153,8 @@ def check_exemplar(array: object) -> PixelArray:
     if array.dtype.kind == "f":
         _check_samples(array, "sample")  # as given: a double beyond float32 must not become infinite first
         array = array.astype(np.float32, copy=False)
-        check_white(array, "sample")
+        if not lamp:
+            check_white(array, "sample")
     return np.ascontiguousarray(array)
 
 
