@@ -151,8 +151,8 @@ def _direction_text(direction: Any) -> Any:
     parts = [direction] if isinstance(direction, Real) else _members(direction) or []
     if len(parts) not in (1, 3) or not all(isinstance(part, Real) for part in parts):
         raise InputError(
-            f"direction is {on_a_line(direction)}; allowed: u, v, degrees, a vector as (x, y, z) or 'x,y,z', "
-            "'around:z', or a function"
+            f"direction is {on_a_line(direction)}; allowed: level, u, v, degrees, a vector as (x, y, z) or "
+            "'x,y,z', 'around:z', or a function"
         )
     return ",".join(repr(float(part)).removesuffix(".0") for part in parts)
 
