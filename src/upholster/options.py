@@ -11,14 +11,23 @@ from typing import Any, Literal, TypeVar, get_args, get_origin
 from upholster.errors import InputError, nearest
 from upholster.shown import on_a_line
 
-__all__ = ["METHODS", "SynthesisOptions", "TextureFormat", "WriteOptions", "chosen", "settled"]
+__all__ = [
+    "METHODS",
+    "SampleOptions",
+    "SynthesisOptions",
+    "TextureFormat",
+    "WriteOptions",
+    "chosen",
+    "settled",
+]
 
 METHODS = ("quilt", "paper", "pixel")
 SEARCHES = ("coherent", "full")
 
 TextureFormat = Literal["png", "jpeg", "webp"]
 
-_SCALE, _SYNTHESIS, _PAPER, _PIXEL, _OUTPUT, _STREAM = (
+_SAMPLE, _SCALE, _SYNTHESIS, _PAPER, _PIXEL, _OUTPUT, _STREAM = (
+    "Sample",
     "Scale and direction",
     "Synthesis",
     "Method paper",
@@ -27,7 +36,7 @@ _SCALE, _SYNTHESIS, _PAPER, _PIXEL, _OUTPUT, _STREAM = (
     "Stream",
 )
 
-Kind = TypeVar("Kind", "SynthesisOptions", "WriteOptions")
+Kind = TypeVar("Kind", "SampleOptions", "SynthesisOptions", "WriteOptions")
 Settled = TypeVar("Settled", bound="SynthesisOptions")
 
 
@@ -170,6 +179,40 @@ def _check_owner(method: str, asked: "list[Field[Any]]") -> None:
             raise InputError(
                 f"{entry.name} belongs to method {named}; allowed with {method!r}: {', '.join(allowed)}"
             )
+
+
+@_documented
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SampleOptions:
+    """What is made of a photo before it is a sample, in this order; of a material all maps alike.
+
+    What they allow depends on the photo, and is checked when it is read.
+    """
+
+    rectify: (
+        tuple[tuple[float, float], tuple[float, float], tuple[float, float], tuple[float, float]] | None
+    ) = field(
+        default=None,
+        metadata=_about(
+            _SAMPLE,
+            "Four corners of a rectangle on the wall, in pixels of the photo: top left, top right, bottom "
+            "right, bottom left. The rectangle, seen from the front, is used.",
+            metavar="X,Y X,Y X,Y X,Y",
+        ),
+    )
+    crop: tuple[int, int, int, int] | None = field(
+        default=None, metadata=_about(_SAMPLE, "Use this part, in pixels.", metavar="X,Y,W,H")
+    )
+    resize: int | str | tuple[int, int] | None = field(
+        default=None, metadata=_about(_SAMPLE, "Resize to this longer side, or size.", metavar="N|WxH")
+    )
+    even_light: bool = field(
+        default=False,
+        metadata=_about(
+            _SAMPLE,
+            "Take vignette and slow shading out of the colours: what changes over half the sample or more.",
+        ),
+    )
 
 
 @_documented

@@ -19,13 +19,14 @@ from upholster.errors import FormatError, InputError
 from upholster.files import Outputs, outputs, path_text, read_bytes
 from upholster.geometry import Surface, SurfaceLike, as_surface, check_same_edges, surface_file
 from upholster.image import Material
+from upholster.image.rectify import Corners
 from upholster.image.roles import ROLES
 from upholster.image.source import Source, as_exemplar, read_source, source_files, source_names, source_parts
 from upholster.methods import Prepared, execute, kept_sample, matched_image, prepare, settled_seed
 from upholster.methods.paper.method import PaperOptions
 from upholster.methods.pixel.method import PixelOptions
 from upholster.methods.quilt.method import QuiltOptions
-from upholster.options import SynthesisOptions, WriteOptions, chosen
+from upholster.options import SampleOptions, SynthesisOptions, WriteOptions, chosen
 from upholster.outputs import Output, TexturedModel, parse_output, textured_model, write_output
 from upholster.parallel import check_running
 from upholster.quilt import Quilt, Texels, paint, paint_material
@@ -99,8 +100,10 @@ def cover(
     on: SurfaceLike,
     targets: Sequence[str | os.PathLike[str]] | str | os.PathLike[str],
     *,
+    rectify: Corners | None = None,
     crop: tuple[int, int, int, int] | None = None,
-    resize: str | None = None,
+    resize: int | str | tuple[int, int] | None = None,
+    even_light: bool = False,
     synthesis: SynthesisOptions | Mapping[str, Any] | None = None,
     seed: int | None = 0,
     options: WriteOptions | None = None,
@@ -114,7 +117,7 @@ def cover(
     Parameters
     ----------
     exemplar
-        Image file, see `upholster.read_exemplar` (also for `crop` and `resize`). Or a material: a folder with
+        Image file, see `upholster.read_exemplar`. Or a material: a folder with
         its maps, several files named by role, files by role (see `upholster.read_material`), or the material
         itself. Its maps are matched together (by methods "paper" and "pixel": the base colour alone), and one
         quilt paints them all.
@@ -127,6 +130,8 @@ def cover(
         atlas instead of a picture. With texels of width × height images are the flat texture itself. A
         material's other maps lie beside atlas, flat texture and OBJ, named by role: ``wall_normal.png``
         beside ``wall.png``; pictures of the model show the base colour alone.
+    rectify, crop, resize, even_light
+        How the exemplar is prepared, see `upholster.read_exemplar`.
     synthesis
         How it is covered: `upholster.SynthesisOptions`, or some of them by name.
     seed
@@ -156,6 +161,8 @@ def cover(
     wanted = [parse_output(target, flat=isinstance(asked.texels, tuple)) for target in _listed(targets)]
     if report is not None and not path_text(report, "report").lower().endswith(".json"):
         raise InputError(f"report {os.fspath(report)!r} has suffix {Path(report).suffix!r}; allowed: .json")
+    preparing = SampleOptions(rectify=rectify, crop=crop, resize=resize, even_light=even_light)
+    notes: list[str] = []
     seconds: dict[str, float] = {}
     read = [*source_files(exemplar), *([file] if (file := surface_file(on)) else [])]
     _check_used(wanted, options)
@@ -166,7 +173,7 @@ def cover(
         with _timed("read", seconds):
             surface = as_surface(on, biquadratic=asked.method == "paper")
             _ = surface.shared  # edges that are claimed twice are found now, not after the work
-            source = read_source(exemplar, crop=crop, resize=resize)
+            source = read_source(exemplar, preparing, notes=notes)
         parts = source_parts(source)
         roles = tuple(parts)[1:]
         files.add(file for output in wanted for file in output.maps(roles))
@@ -182,7 +189,7 @@ def cover(
                     )
                 fields = prepared.fields or (WarpField.identity(),) * len(prepared.charts)
                 check_layout(surface, prepared.charts, fields, (seen.shape[0], seen.shape[1]))
-        notes = _notes(surface, prepared, seen, len(parts))
+        notes += _notes(surface, prepared, seen, len(parts))
         if tell is not None:
             for note in notes:
                 tell(note)
@@ -192,13 +199,8 @@ def cover(
             texels, maps = _painted(quilt, source, threads, progress)
         model = TexturedModel(surface, texels, options, threads, quilt, source, maps)
         written = _written(wanted, model, files, seconds, progress)
-        parameters = {
-            "exemplar": source_names(exemplar),
-            "on": _surface_name(on),
-            "crop": crop,
-            "resize": resize,
-        }
-        parameters |= {"threads": threads} | asdict(asked) | {"seed": seed} | asdict(options)
+        parameters = {"exemplar": source_names(exemplar), "on": _surface_name(on), "threads": threads}
+        parameters |= asdict(preparing) | asdict(asked) | {"seed": seed} | asdict(options)
         if callable(parameters["direction"]):
             parameters["direction"] = prepared.direction
         result = CoverReport(

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from OpenImageIO import ImageOutput, ImageSpec
+from OpenImageIO import ImageOutput, ImageSpec, TypeDesc
 
 CMYK_RED = base64.b85decode(
     "|JeWT01iQ9Z(?NtWB>pF0095n07C!}3k(hn3J?wr4iXU%6BsBO7#0>7F(V}%C^|DeJUKHsH$X^SPC!IgMK?H5ZBbWWVrOV)K233Xa"
@@ -18,6 +18,22 @@ CMYK_RED = base64.b85decode(
 )
 """A JPEG file, 32 × 32 pixels of pure red as CMYK, inverted as Adobe's programs write it (made by Pillow)."""
 
+FOUR_COLORS_HEIC = base64.b85decode(
+    "0000SW^{RQXk}?*00000ZE0pPXk}?*ZE0a<00054ZDn*}000000000XXk=`10000000000aA{+7000000000000000000004sdC7"
+    "Z2$lO00062000naWMOmw00000KmafR001~?Y;R)$0000)KmY;&0RR9100001(EtGe00000009R80ssL3000000003100000000O8"
+    "001~?X>Mi!000000ssI26=`l}WdZ;I0RRC20BCk&F#rGn02OI&W@Q2Z00002003ulX=DHZ007u&aB^?}006dWaAR)(004Gqc4I>U"
+    "18@KU000000000U@BsY%`1k+-4+9_o0RR|40Sp2E{{wIU00RJ!0009300RIXx&lBU0096hLID8-Z~y=U0FVFx0{{R603M(qfd!W8"
+    "<fgf}5D+jR00093AOHXZ03jj(0RRR>0l{;?i2wiq6lrsCWdHyG00000KmY&$KmY&$6lrsCWdHyG00000KmY&$FaQ7m5O8UDX#fBK"
+    "00RgJ2mk;88fkECVE_OC000000ssL5fdT*m0t18q000_ka%E-!00000000hTX>Df!0ssL30RR924{c;&bN~PW11JHn1~~ASz3sQ>"
+    "<A4A5^B#xs(5RoYscF@D6D#k;b$|Z*Oe7*o`SXzQ2?`*XDCR_(o5f9!-aFj=y3{~OTGTfI;-?VwKwe{CV=Yb&LgVv%-<LnwM|kWM"
+    "YM>AQXF-*?!N)v5v_b#EMPtCWlAld>|3dZN*?n66uaX)0_PASaRla9x_H-h_FwU;<ozuA0WXjXhstW>e`?ZyW;2QgPCcLhwX`by8"
+    ")TQ4UJ7GixX&P{l{I~$H=CO+)bZ#~74ICdoRy?Ht(?2NxF6HzKtId)!QJFS(#P+@Y<DS-dW0a0bs_;kO``P)xx%);f{=e@)Gw#n;"
+    "L@u#f`V_;@"
+)
+"""A HEIC file, 64 × 48 pixels: red and green over blue and yellow (made by libheif's heif-enc)."""
+
+FOUR_COLORS = ((200, 60, 40), (60, 160, 70), (50, 80, 190), (220, 200, 120))
+
 
 def write_raw(path: Path, pixels: Any, samples: str, names: tuple[str, ...] = (), **attributes: Any) -> None:
     """Write through OpenImageIO as it comes; ``__`` in attribute names stands for a colon."""
@@ -27,7 +43,10 @@ def write_raw(path: Path, pixels: Any, samples: str, names: tuple[str, ...] = ()
         spec.alpha_channel = names.index("A") if "A" in names else -1
         spec.z_channel = names.index("Z") if "Z" in names else -1
     for name, value in attributes.items():
-        spec.attribute(name.replace("__", ":"), value)
+        if isinstance(value, bytes):
+            spec.attribute(name, TypeDesc(f"uint8[{len(value)}]"), np.frombuffer(value, np.uint8))
+        else:
+            spec.attribute(name.replace("__", ":"), value)
     file = ImageOutput.create(str(path))
     assert file is not None
     assert file.open(str(path), spec), file.geterror()

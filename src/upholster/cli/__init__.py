@@ -18,6 +18,7 @@ from upholster.cli.codec import decode, encode
 from upholster.cli.command import Command
 from upholster.cli.cover import EXAMPLE, cover, surfaces
 from upholster.cli.measure import measure
+from upholster.cli.prepare import prepare
 from upholster.cli.serve import serve, view
 from upholster.cli.stream import info, levels, refine
 from upholster.cli.warm import warm
@@ -111,7 +112,9 @@ def _root(
 
 _COMMANDS = {
     function.__name__: function
-    for function in (cover, surfaces, refine, info, levels, view, serve, measure, encode, decode, warm)
+    for function in (
+        cover, prepare, surfaces, refine, info, levels, view, serve, measure, encode, decode, warm,
+    )
 }
 for function in _COMMANDS.values():
     app.command(cls=Command, epilog=EXAMPLE if function is cover else None)(function)

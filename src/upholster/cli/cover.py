@@ -2,14 +2,15 @@
 
 import sys
 import time
+from dataclasses import asdict
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
-from upholster.cli.console import in_bytes, numbers, progress_bars
+from upholster.cli.console import in_bytes, progress_bars
 from upholster.cli.options import spelled_out
-from upholster.options import SynthesisOptions, WriteOptions
+from upholster.options import SampleOptions, SynthesisOptions, WriteOptions
 
 __all__ = ["cover", "surfaces"]
 
@@ -44,8 +45,8 @@ def cover(
     sample: Annotated[
         list[str],
         typer.Argument(
-            help="The sample: an image (PNG, JPEG, WebP, TIFF, EXR); or a material's maps, as a folder or as "
-            "files named by role, `brick_albedo.png brick_normal.png` …",
+            help="The sample: an image (PNG, JPEG, WebP, TIFF, EXR, HEIC, AVIF); or a material's maps, as a "
+            "folder or as files named by role, `brick_albedo.png brick_normal.png` …",
             metavar="SAMPLE",
         ),
     ],
@@ -72,14 +73,7 @@ def cover(
     *,
     synthesis: SynthesisOptions,
     seed: Annotated[int, typer.Option(help="Same seed, same result.", rich_help_panel="Synthesis")] = 0,
-    crop: Annotated[
-        str | None,
-        typer.Option(metavar="X,Y,W,H", help="Use this part, in pixels.", rich_help_panel="Sample"),
-    ] = None,
-    resize: Annotated[
-        str | None,
-        typer.Option(metavar="N|WxH", help="Resize to this longer side, or size.", rich_help_panel="Sample"),
-    ] = None,
+    preparing: SampleOptions,
     writing: WriteOptions,
     report: Annotated[
         str | None, typer.Option(metavar="FILE", help="Write parameters, counts and times as JSON.")
@@ -91,13 +85,12 @@ def cover(
     start = time.perf_counter()
     from upholster.pipeline import cover as run
 
-    with progress_bars(quiet, _uses(synthesis, sample, output)) as progress:
+    with progress_bars(quiet, _uses(synthesis, preparing, sample, output)) as progress:
         result = run(
             sample,
             on,
             output,
-            crop=None if crop is None else numbers("crop", crop, ",", 4, int),
-            resize=resize,
+            **asdict(preparing),
             synthesis=synthesis,
             seed=seed,
             options=writing,
@@ -114,7 +107,9 @@ def cover(
             print("; ".join(f"{name} {value}" for name, value in result.settled.items()))
 
 
-def _uses(asked: SynthesisOptions, sample: list[str], outputs: list[str]) -> list[str]:
+def _uses(
+    asked: SynthesisOptions, preparing: SampleOptions, sample: list[str], outputs: list[str]
+) -> list[str]:
     # What kernels these arguments need, as far as they tell; wrong ones are for others to complain about.
     flat = asked.method == "quilt" and isinstance(asked.texels, tuple)
     material = len(sample) > 1 or Path(sample[0]).is_dir()
@@ -122,4 +117,5 @@ def _uses(asked: SynthesisOptions, sample: list[str], outputs: list[str]) -> lis
     kinds = {
         ".glb": "model", ".obj": "model", ".npz": "texels", ".uph": "stream", ".html": "stream",
     }  # fmt: skip
-    return [f"{made} {kinds.get(Path(name).suffix.lower(), 'picture')}" for name in outputs]
+    uses = [f"{made} {kinds.get(Path(name).suffix.lower(), 'picture')}" for name in outputs]
+    return ["prepare", *uses] if preparing.rectify else uses

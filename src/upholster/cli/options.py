@@ -13,10 +13,13 @@ from upholster.options import chosen
 
 __all__ = ["spelled_out"]
 
-_Read = Callable[[str], Any]
+_Read = Callable[[Any], Any]
 _Write = Callable[[Any], str]
 
 _AS_TEXT: dict[str, tuple[_Read, _Write]] = {
+    "rectify": (lambda texts: tuple(numbers("rectify", text, ",", 2, float) for text in texts), str),
+    "crop": (lambda text: numbers("crop", text, ",", 4, int), str),
+    "resize": (str, str),
     "texels": (texel_count, str),
     "direction": (str, str),
     "texture": (str, str),
@@ -26,6 +29,9 @@ _AS_TEXT: dict[str, tuple[_Read, _Write]] = {
     "stream_bytes": (lambda text: byte_count("bytes", text), str),
 }
 """How values are read and written that are no plain number, word or switch on the command line."""
+
+_WORDS: dict[str, Any] = {"rectify": tuple[str, str, str, str] | None}
+"""Options of several words."""
 
 
 def spelled_out(*, without: Collection[str] = ()) -> Callable[[Callable[..., None]], Callable[..., None]]:
@@ -79,6 +85,7 @@ def _option(entry: "Field[Any]") -> inspect.Parameter:
     kind, default = entry.type, entry.default
     if entry.name in _AS_TEXT:
         kind, default = (str | None, None) if default is None else (str, _AS_TEXT[entry.name][1](default))
+        kind = _WORDS.get(entry.name, kind)
     option = typer.Option(names, help=about["help"], metavar=about["metavar"], rich_help_panel=about["panel"])
     return _parameter(entry.name, Annotated[kind, option], default)
 

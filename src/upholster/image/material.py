@@ -3,16 +3,16 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Any
 
 import numpy as np
 
 from upholster.errors import InputError, nearest
 from upholster.image.color import alpha_channel, from_linear
+from upholster.image.numbers import COLORS, as_depth, to_unit, top_of
 from upholster.image.read import check_exemplar
 from upholster.image.roles import ROLES
 from upholster.shown import on_a_line
-from upholster.types import FloatArray, PixelArray, frozen_array
+from upholster.types import PixelArray, frozen_array
 
 __all__ = ["COLORS", "MATCH_WEIGHTS", "Material", "as_depth", "to_unit", "top_of"]
 
@@ -32,9 +32,6 @@ MATCH_WEIGHTS: Mapping[str, float] = MappingProxyType(
 Normal and height show where a stone ends as well as colour does, and twice; roughness and metallic follow it
 mostly; occlusion adds nothing to the height.
 """
-
-COLORS = ("albedo", "emission")
-"""Roles whose integers are sRGB-coded; those of the others are plain numbers."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,23 +140,3 @@ class Material:
             scale = (used.get(role, 1.0) / largest) ** 0.5
             parts.append(np.rint(65535 * (0.5 + scale * (to_unit(pixels) - 0.5))).astype(np.uint16))
         return np.concatenate(parts, axis=2)
-
-
-def top_of(dtype: np.dtype[Any]) -> int:
-    """Return what stands for 1 in samples that are plain numbers."""
-    return 1 if dtype.kind == "f" else int(np.iinfo(dtype).max)
-
-
-def to_unit(pixels: PixelArray) -> FloatArray:
-    """Return samples as numbers, 0 to 1."""
-    values: FloatArray = np.clip(pixels / top_of(pixels.dtype), 0.0, 1.0, dtype=np.float64)
-    return values
-
-
-def as_depth(pixels: PixelArray, dtype: np.dtype[Any]) -> PixelArray:
-    """Return plain numbers in another depth."""
-    if pixels.dtype == dtype:
-        return pixels
-    unit = to_unit(pixels)
-    depth: PixelArray = (unit if dtype.kind == "f" else np.rint(unit * top_of(dtype))).astype(dtype)
-    return depth

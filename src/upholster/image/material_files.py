@@ -9,20 +9,26 @@ import numpy as np
 from upholster.errors import InputError, nearest
 from upholster.files import path_text
 from upholster.image.color import alpha_channel
-from upholster.image.material import COLORS, Material, as_depth, to_unit, top_of
-from upholster.image.read import MAX_SIDE, MIN_SIDE, _parse_resize, _whole_numbers, read_image
-from upholster.image.resize import resize_image
+from upholster.image.material import COLORS, Material, top_of
+from upholster.image.preparing import check_crop, check_resize, cut_out, finished, resampled
+from upholster.image.profiles import Notes
+from upholster.image.read import read_image
+from upholster.image.rectify import Corners
 from upholster.image.roles import ROLES, find_maps, role_of
+from upholster.options import SampleOptions
 from upholster.types import PixelArray
 
-__all__ = ["read_material", "resampled"]
+__all__ = ["read_material"]
 
 
 def read_material(
     source: str | os.PathLike[str] | Sequence[str | os.PathLike[str]] | Mapping[str, str | os.PathLike[str]],
     *,
+    rectify: Corners | None = None,
     crop: tuple[int, int, int, int] | None = None,
     resize: int | str | tuple[int, int] | None = None,
+    even_light: bool = False,
+    notes: Notes | None = None,
 ) -> Material:
     """Read a material from its maps' files.
 
@@ -31,10 +37,9 @@ def read_material(
     source
         A folder, or files, told apart by their names (``brick_albedo.png``, ``brick_nor_gl_1k.png``,
         ``Bricks102_4K-JPG_Roughness.jpg``; see `upholster.image.roles.role_of`); or files by role.
-    crop
-        (x, y, width, height) in pixels of the albedo: the part to use.
-    resize
-        After cropping: the longer side in pixels, or (width, height).
+    rectify, crop, resize, even_light, notes
+        As for `upholster.read_exemplar`, in pixels of the albedo, for all maps alike; even light for the
+        albedo alone. Normals turn and stretch with a rectified map.
 
     Returns
     -------
@@ -49,13 +54,12 @@ def read_material(
         If a file cannot be read, has an unknown role, the role of another one, or a shape that does not fit;
         if there is no albedo; for a crop or a size outside the limits of `read_exemplar`.
     """
-    if crop is not None and not _whole_numbers(crop, 4):
-        raise InputError(f"crop is {crop!r}; allowed: four whole numbers x, y, width, height")
-    resize = None if resize is None else _parse_resize(resize)
+    check_crop(crop)
+    check_resize(resize)
     own: dict[str, PixelArray] = {}
     packed: dict[str, PixelArray] = {}
     for role, path in _files(source).items():
-        for name, part in _taken_apart(role, read_image(path), path.name):
+        for name, part in _taken_apart(role, read_image(path, colors=role in COLORS, notes=notes), path.name):
             if name in own and role != "arm":
                 raise InputError(f"material has two files of role {name!r}: the other one is {path.name!r}")
             (packed if role == "arm" else own)[name] = part
@@ -70,41 +74,8 @@ def read_material(
                 f"allowed: {width}x{height} as the albedo, or a whole multiple or fraction of both"
             )
     maps = {role: resampled(role, pixels, height=height, width=width) for role, pixels in read.items()}
-    if crop is not None:
-        x, y, w, h = crop
-        if x < 0 or y < 0 or w < 1 or h < 1 or x + w > width or y + h > height:
-            raise InputError(f"crop is {x},{y},{w},{h}; allowed: x,y,width,height inside {width}x{height}")
-        maps = {role: pixels[y : y + h, x : x + w] for role, pixels in maps.items()}
-        height, width = h, w
-    if resize is not None:
-        longer = max(height, width)
-        sides = (
-            (max(1, round(width * resize / longer)), max(1, round(height * resize / longer)))
-            if isinstance(resize, int)
-            else resize
-        )
-        if not all(MIN_SIDE <= side <= MAX_SIDE for side in sides):
-            raise InputError(
-                f"resize gives {sides[0]}x{sides[1]} pixels; allowed: {MIN_SIDE} to {MAX_SIDE} each way"
-            )
-        maps = {
-            role: resampled(role, pixels, height=sides[1], width=sides[0]) for role, pixels in maps.items()
-        }
-    return Material(maps)
-
-
-def resampled(role: str, pixels: PixelArray, *, height: int, width: int) -> PixelArray:
-    """Resize a map: colours in linear light, others as the numbers they are, normals to length 1 again."""
-    if pixels.shape[:2] == (height, width):
-        return pixels
-    if role in COLORS:
-        return resize_image(pixels, height=height, width=width)
-    unit = resize_image(to_unit(pixels).astype(np.float32), height=height, width=width)
-    if role == "normal":
-        vectors = 2 * unit - 1
-        length = np.linalg.norm(vectors, axis=2, keepdims=True)
-        unit = vectors / np.maximum(length, 1e-6) / 2 + 0.5
-    return as_depth(unit.astype(np.float32), pixels.dtype)
+    options = SampleOptions(rectify=rectify, crop=crop, resize=resize, even_light=even_light)
+    return Material(finished(cut_out(maps, options), options))
 
 
 def _files(

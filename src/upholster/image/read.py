@@ -1,7 +1,8 @@
 """Reading exemplars: a photo straight from a phone works, anything damaged is refused.
 
-Through OpenImageIO, which decodes palettes, 1…4-bit samples and CMYK by itself. Depth, alpha, orientation and
-damage are looked after here.
+Through OpenImageIO, which decodes palettes, 1…4-bit samples and plain CMYK by itself. Depth, alpha,
+orientation and damage are looked after here, profiles in `upholster.image.profiles`, HEIC and AVIF in
+`upholster.image.heif`.
 """
 
 import os
@@ -15,14 +16,15 @@ from OpenImageIO import ImageInput, ImageSpec, geterror
 from upholster.errors import InputError
 from upholster.files import path_text
 from upholster.image.color import alpha_channel
+from upholster.image.heif import heif_kind, read_heif
 from upholster.image.native import silent
-from upholster.image.resize import resize_image
+from upholster.image.preparing import MAX_SIDE, MIN_SIDE, check_resize, cut_out, finished
+from upholster.image.profiles import PHOTOS, Notes, ink_samples, is_cmyk, tell, to_srgb
+from upholster.image.rectify import Corners
+from upholster.options import SampleOptions
 from upholster.types import PixelArray
 
-__all__ = ["MAX_SIDE", "MIN_SIDE", "check_exemplar", "check_white", "read_exemplar", "read_image"]
-
-MIN_SIDE, MAX_SIDE = 32, 4096
-"""Sides of an exemplar in pixels."""
+__all__ = ["check_exemplar", "check_white", "read_exemplar", "read_image"]
 
 MAX_BYTES = 1 << 30
 """Size, uncompressed, of an image that is to be cropped or reduced: 200 megapixels of 8-bit RGB fit."""
@@ -31,7 +33,7 @@ MAX_SAMPLE = 65504.0
 """Largest magnitude of a float sample (that of a half float): squared differences stay far below overflow."""
 
 _FORMATS = ("png", "jpeg", "webp", "tiff", "openexr")
-_ALLOWED = "allowed: PNG, JPEG, WebP, TIFF, OpenEXR"
+_ALLOWED = "allowed: PNG, JPEG, WebP, TIFF, OpenEXR, HEIC, AVIF"
 _MAGIC = re.compile(rb"\x89PNG\r\n\x1a\n|\xff\xd8\xff|RIFF....WEBP|II[*+]\0|MM\0[*+]|v/1\x01", re.DOTALL)
 _KEPT = {"uint8": "uint8", "uint16": "uint16", "half": "float32", "float": "float32", "double": "float32"}
 
@@ -39,23 +41,36 @@ _KEPT = {"uint8": "uint8", "uint16": "uint16", "half": "float32", "float": "floa
 def read_exemplar(
     path: str | os.PathLike[str],
     *,
+    rectify: Corners | None = None,
     crop: tuple[int, int, int, int] | None = None,
     resize: int | str | tuple[int, int] | None = None,
+    even_light: bool = False,
+    notes: Notes | None = None,
 ) -> PixelArray:
-    """Read an exemplar from a PNG, JPEG, WebP, TIFF or OpenEXR file.
+    """Read an exemplar from a PNG, JPEG, WebP, TIFF or OpenEXR file, or from HEIC or AVIF.
 
-    The orientation tag is obeyed, palettes and CMYK become grey or RGB, alpha is unpremultiplied where the
-    file has it premultiplied. Of a file with several images the first one is read.
+    The orientation tag is obeyed, palettes and CMYK become grey or RGB, colour profiles are converted to
+    sRGB, alpha is unpremultiplied where the file has it premultiplied. Of a file with several images the
+    first one is read.
 
     Parameters
     ----------
     path
         The file. Its content, not its suffix, says what format it is.
+    rectify
+        Four corners of a rectangle, (x, y) in pixels of the upright image, (0, 0) its top left corner: top
+        left, top right, bottom right, bottom left. The rectangle becomes the image, see
+        `upholster.image.rectify.Rectification`.
     crop
-        (x, y, width, height) in pixels of the upright image: the part to use.
+        (x, y, width, height) in pixels of the upright, rectified image: the part to use.
     resize
         After cropping: the longer side in pixels, as ``256`` or ``"256"``, or both sides, as ``(256, 128)``
         or ``"256x128"`` (width first). In linear light, weighted with alpha, without aliasing.
+    even_light
+        Whether vignette and slow shading are taken out, see `upholster.image.even_light.even_light`.
+    notes
+        A list that gets what the user should know, in words: a colour profile that could not be applied.
+        Without it that is a warning.
 
     Returns
     -------
@@ -67,37 +82,38 @@ def read_exemplar(
     ------
     InputError
         If the file is missing, not a file, unreadable, empty, no image, truncated or damaged; if its samples
-        are signed or 32-bit integers, or NaN, infinite or beyond 65504, or floats of
-        a range like 0 to 255 (`check_white`); if its channels are none of grey,
-        grey and alpha, RGB, RGB and alpha; if the crop leaves the image; if the size is outside the limits.
+        are signed or 32-bit integers, or NaN, infinite or beyond 65504, or floats of a range like 0 to 255
+        (`check_white`); if its channels are none of grey, grey and alpha, RGB, RGB and alpha; if corners or
+        crop leave the image; if the size is outside the limits; if its format needs a library that is
+        missing.
     """
+    options = SampleOptions(rectify=rectify, crop=crop, resize=resize, even_light=even_light)
     name = _checked_file(Path(path_text(path, "image")))
-    target = None if resize is None else _parse_resize(resize)
+    check_resize(resize)
+    whole = rectify is None and crop is None and resize is None
     with silent():
-        pixels, orientation = _decode(name, crop is None and target is None)
-    pixels = _upright(pixels, orientation)
-    if crop is not None:
-        pixels = _cropped(pixels, crop)
-    # Before resizing, which would spread a NaN and hide where it came from.
-    if pixels.dtype.kind == "f":
+        pixels = _upright(name, whole, True, notes)
+    if rectify is not None:  # which would spread a NaN and hide where it came from; so would resizing
         _check_samples(pixels, repr(name))
-    if target is not None:
-        height, width = pixels.shape[:2]
-        if isinstance(target, int):
-            longer = max(height, width)
-            target = (max(1, round(width * target / longer)), max(1, round(height * target / longer)))
-        if not all(MIN_SIDE <= side <= MAX_SIDE for side in target):
-            raise InputError(
-                f"resize gives {target[0]}x{target[1]} pixels; allowed: {MIN_SIDE} to {MAX_SIDE} each way"
-            )
-        pixels = resize_image(pixels, height=target[1], width=target[0])
+    maps = cut_out({"albedo": pixels}, options)
+    _check_samples(maps["albedo"], repr(name))
+    pixels = finished(maps, options)["albedo"]
     _check_size(pixels.shape[1], pixels.shape[0], repr(name))
     check_white(pixels, repr(name))
     return np.ascontiguousarray(pixels)
 
 
-def read_image(path: str | os.PathLike[str]) -> PixelArray:
+def read_image(
+    path: str | os.PathLike[str], *, colors: bool = True, notes: Notes | None = None
+) -> PixelArray:
     """Read an image of any size, as `read_exemplar` does.
+
+    Parameters
+    ----------
+    path, notes
+        As there.
+    colors
+        Whether samples are colours; if they are plain numbers, a colour profile says nothing of them.
 
     Returns
     -------
@@ -111,10 +127,8 @@ def read_image(path: str | os.PathLike[str]) -> PixelArray:
     """
     name = _checked_file(Path(path_text(path, "image")))
     with silent():
-        pixels, orientation = _decode(name, False)
-    pixels = _upright(pixels, orientation)
-    if pixels.dtype.kind == "f":
-        _check_samples(pixels, repr(name))
+        pixels = _upright(name, False, colors, notes)
+    _check_samples(pixels, repr(name))
     return np.ascontiguousarray(pixels)
 
 
@@ -172,23 +186,37 @@ def _checked_file(path: Path) -> str:
         if status.st_size == 0:
             raise InputError(f"{name!r} is empty; allowed: an image file")
         with path.open("rb") as file:
-            head = file.read(16)
+            head = file.read(32)
     except FileNotFoundError:
         raise InputError(f"{name!r} does not exist") from None
     except OSError as error:
         raise InputError(f"{name!r} cannot be read: {error.strerror}") from None
-    if not _MAGIC.match(head):
+    if not (_MAGIC.match(head) or heif_kind(head)):
         raise InputError(f"{name!r} is no image that can be read; {_ALLOWED}")
     return name
 
 
-def _decode(name: str, whole: bool) -> tuple[PixelArray, int]:
-    """Return pixels, unpremultiplied, and the orientation tag; `whole`: they will not be cut or reduced."""
+def _upright(name: str, whole: bool, colors: bool, notes: Notes | None) -> PixelArray:
+    """Return a file's pixels, upright and in sRGB; `whole`: they will not be cut or reduced."""
+    with open(name, "rb") as file:
+        heif = heif_kind(file.read(32))
+    if heif is None:
+        pixels, orientation, profile = _decode(name, whole, colors, notes)
+        pixels = _turned(pixels, orientation)
+    else:
+        pixels, profile = read_heif(name, heif, most_bytes=MAX_BYTES, notes=notes)
+        if whole:
+            _check_size(pixels.shape[1], pixels.shape[0], repr(name))
+    return to_srgb(name, pixels, profile, notes) if profile and colors else pixels
+
+
+def _decode(
+    name: str, whole: bool, colors: bool, notes: Notes | None
+) -> tuple[PixelArray, int, bytes | None]:
+    """Return pixels, unpremultiplied, the orientation tag, and the colour profile that they are in."""
     wish = ImageSpec()
     wish.attribute("oiio:UnassociatedAlpha", 1)
-    file = ImageInput.open(name, wish)
-    if file is None:
-        raise InputError(f"{name!r} cannot be decoded: {_one_line(geterror())}")
+    file = _opened(name, wish)
     try:
         spec = file.spec()
         if file.format_name() not in _FORMATS:
@@ -205,21 +233,69 @@ def _decode(name: str, whole: bool) -> tuple[PixelArray, int]:
             kind = "deep" if spec.deep else "volume" if spec.depth > 1 else str(spec.format)
             raise InputError(f"{name!r} has {kind} samples; allowed: unsigned 8- or 16-bit integers, floats")
         _check_channels(name, spec, file.format_name())
-        pixels = file.read_image(0, 0, 0, spec.nchannels, spec.format)
-        words = file.geterror()
-        # A JPEG file cut short gives pixels, grey below the cut, and an error: not an exemplar.
-        if pixels is None or words:
-            raise InputError(f"{name!r} is truncated or damaged: {_one_line(words)}")
+        pixels = _read_whole(name, file, spec)
     finally:
         file.close()
         geterror()  # whatever is left would turn up at the next call
+    orientation = spec.get_int_attribute("Orientation", 1)
+    data = spec.getattribute("ICCProfile")
+    profile = None if data is None else np.asarray(data, np.uint8).tobytes()
+    if colors and _has_inks(spec, profile):
+        assert profile is not None
+        inks = _inks(name, file.format_name(), notes)
+        # What could not be converted is still four channels; then OpenImageIO's plain formula must do.
+        found = None if inks is None else to_srgb(name, inks, profile, notes)
+        return (pixels if found is None or found.shape[2] == 4 else found), orientation, None
     with np.errstate(over="ignore"):  # a double beyond float32 becomes infinite, and is refused as such
-        pixels = pixels.reshape(spec.height, spec.width, spec.nchannels).astype(dtype, copy=False)
+        pixels = pixels.astype(dtype, copy=False)
     # PNG and WebP hold straight alpha, OpenEXR premultiplied; TIFF says which.
     straight = file.format_name() in ("png", "webp") or spec.get_int_attribute("oiio:UnassociatedAlpha") == 1
     if spec.alpha_channel >= 0 and not straight:
         pixels = _unpremultiplied(pixels)
-    return pixels, spec.get_int_attribute("Orientation", 1)
+    return pixels, orientation, profile
+
+
+def _opened(name: str, wish: ImageSpec) -> ImageInput:
+    file = ImageInput.open(name, wish)
+    if file is None:
+        raise InputError(f"{name!r} cannot be decoded: {_one_line(geterror())}")
+    return file
+
+
+def _read_whole(name: str, file: ImageInput, spec: ImageSpec) -> PixelArray:
+    pixels = file.read_image(0, 0, 0, spec.nchannels, spec.format)
+    words = file.geterror()
+    # A JPEG file cut short gives pixels, grey below the cut, and an error: not an exemplar.
+    if pixels is None or words:
+        raise InputError(f"{name!r} is truncated or damaged: {_one_line(words)}")
+    whole: PixelArray = pixels.reshape(spec.height, spec.width, spec.nchannels)
+    return whole
+
+
+def _has_inks(spec: ImageSpec, profile: bytes | None) -> bool:
+    """Tell whether RGB was made of cyan, magenta, yellow and black, which a profile says more of."""
+    return profile is not None and is_cmyk(profile) and spec.nchannels == 3
+
+
+def _inks(name: str, kind: str, notes: Notes | None) -> PixelArray | None:
+    """Return a CMYK file's own samples, None (and a note) where no library gives them."""
+    if kind == "jpeg":
+        inks = ink_samples(name)
+        if inks is None:
+            tell(notes, f"{name!r}: the CMYK profile was not applied, which needs: {PHOTOS}")
+        return inks
+    wish = ImageSpec()
+    wish.attribute("oiio:RawColor", 1)
+    file = _opened(name, wish)
+    try:
+        inks = _read_whole(name, file, file.spec())
+    finally:
+        file.close()
+        geterror()
+    if inks.shape[2] != 4:
+        tell(notes, f"{name!r}: the colour profile was not applied: it is for CMYK")
+        return None
+    return inks
 
 
 def _check_channels(name: str, spec: ImageSpec, kind: str) -> None:
@@ -248,7 +324,7 @@ def _unpremultiplied(pixels: PixelArray) -> PixelArray:
     return pixels
 
 
-def _upright(pixels: PixelArray, orientation: int) -> PixelArray:
+def _turned(pixels: PixelArray, orientation: int) -> PixelArray:
     """Undo the Exif orientation: 1 to 8, the place of row 0 and column 0 (Exif 2.32, tag 0x0112)."""
     if orientation in (5, 6, 7, 8):
         pixels = pixels.swapaxes(0, 1)
@@ -257,42 +333,6 @@ def _upright(pixels: PixelArray, orientation: int) -> PixelArray:
     if orientation in (2, 3, 6, 7):
         pixels = pixels[:, ::-1]
     return pixels
-
-
-def _cropped(pixels: PixelArray, crop: tuple[int, int, int, int]) -> PixelArray:
-    if not _whole_numbers(crop, 4):
-        raise InputError(f"crop is {crop!r}; allowed: four whole numbers x, y, width, height")
-    x, y, width, height = (int(number) for number in crop)
-    rows, columns = pixels.shape[:2]
-    if x < 0 or y < 0 or width < 1 or height < 1 or x + width > columns or y + height > rows:
-        raise InputError(
-            f"crop is {x},{y},{width},{height}; allowed: x,y,width,height inside {columns}x{rows}"
-        )
-    return pixels[y : y + height, x : x + width]
-
-
-def _parse_resize(resize: int | str | tuple[int, int]) -> int | tuple[int, int]:
-    """Return the longer side, or (width, height)."""
-    if isinstance(resize, str):
-        match = re.fullmatch(r"(\d{1,6})(?:[x×](\d{1,6}))?", resize.strip())
-        if match is None:
-            raise InputError(f"resize is {resize!r}; allowed: 256 (longer side) or 256x128 (width x height)")
-        resize = int(match[1]) if match[2] is None else (int(match[1]), int(match[2]))
-    sides = (resize,) if isinstance(resize, (int, np.integer)) else resize
-    if not (_whole_numbers(sides, 1) or _whole_numbers(sides, 2)):
-        raise InputError(f"resize is {resize!r}; allowed: one or two whole numbers")
-    for side in sides:
-        if not MIN_SIDE <= side <= MAX_SIDE:
-            raise InputError(f"resize is {side}; allowed: {MIN_SIDE} to {MAX_SIDE}")
-    return (int(sides[0]), int(sides[1])) if len(sides) == 2 else int(sides[0])
-
-
-def _whole_numbers(values: object, count: int) -> bool:
-    return (
-        isinstance(values, (tuple, list))
-        and len(values) == count
-        and all(isinstance(value, (int, np.integer)) for value in values)
-    )
 
 
 def _check_size(width: int, height: int, name: str) -> None:
@@ -305,6 +345,8 @@ def _check_size(width: int, height: int, name: str) -> None:
 
 
 def _check_samples(pixels: PixelArray, name: str) -> None:
+    if pixels.dtype.kind != "f":
+        return
     low, high = pixels.min(), pixels.max()
     if not (low >= -MAX_SAMPLE and high <= MAX_SAMPLE):  # false for NaN as well
         bad = np.argwhere(~(np.abs(pixels) <= MAX_SAMPLE))[0]

@@ -1,12 +1,14 @@
 """Resizing in linear light, weighted with alpha, without aliasing."""
 
+from collections.abc import Callable
+
 import numpy as np
 from numpy.typing import NDArray
 
 from upholster.image.color import alpha_channel, from_linear, to_linear
 from upholster.types import PixelArray
 
-__all__ = ["resize_image"]
+__all__ = ["premultiplied", "resampled_rows", "resize_image"]
 
 _BAND = 1 << 22
 """Samples that are held in linear light at a time: a 200-megapixel photo is reduced in little memory."""
@@ -33,30 +35,68 @@ def resize_image(pixels: PixelArray, *, height: int, width: int) -> PixelArray:
     """
     if pixels.shape[:2] == (height, width):
         return pixels
-    rows, row_weights = _taps(pixels.shape[0], height)
-    columns, column_weights = _taps(pixels.shape[1], width)
-    alpha = alpha_channel(pixels.shape[2])
-    low, high = int(rows.min(initial=0)), 0
-    tall = np.empty((height, *pixels.shape[1:]), np.float32)
-    start = 0
-    while start < height:
-        # As many output rows as their source rows fit a band; always at least one.
-        low = int(rows[start].min())
-        room = max(1, _BAND // (pixels.shape[1] * pixels.shape[2]))
-        stop = start + max(1, int(np.searchsorted(rows[start:, -1], low + room)))
-        high = int(rows[start:stop].max()) + 1
-        band = to_linear(pixels[low:high])
-        if alpha is not None:
-            band = np.concatenate([band[:, :, :alpha] * band[:, :, alpha:], band[:, :, alpha:]], axis=2)
-        tall[start:stop] = _blend(band, rows[start:stop] - low, row_weights[start:stop])
-        start = stop
-    small = _blend(np.ascontiguousarray(tall.swapaxes(0, 1)), columns, column_weights).swapaxes(0, 1)
-    if alpha is not None:
-        weight = small[:, :, alpha:]
-        small[:, :, :alpha] /= np.where(weight > 1e-6, weight, 1.0)
+    small = resampled_rows(
+        lambda low, high: premultiplied(pixels[low:high]), pixels.shape, height=height, width=width
+    )
     if pixels.dtype == np.float32 and pixels.min() >= 0:
         np.maximum(small, 0.0, out=small)  # the filter's negative lobes must not make negative light
     return np.ascontiguousarray(from_linear(small, pixels.dtype))
+
+
+def resampled_rows(
+    rows: Callable[[int, int], NDArray[np.float32]], shape: tuple[int, ...], *, height: int, width: int
+) -> NDArray[np.float32]:
+    """Resize an image whose rows are made as they are needed.
+
+    Parameters
+    ----------
+    rows
+        ``rows(low, high)`` returns rows low … high − 1, (high − low, W, C) float32: linear light, colours
+        multiplied with alpha where C is 2 or 4.
+    shape
+        (H, W, C) of the image.
+    height, width
+        The new size in pixels.
+
+    Returns
+    -------
+    ndarray
+        (height, width, C) float32: linear light, colours not premultiplied.
+    """
+    if shape[:2] == (height, width):
+        return _straight(rows(0, height))
+    indices, row_weights = _taps(shape[0], height)
+    columns, column_weights = _taps(shape[1], width)
+    tall = np.empty((height, shape[1], shape[2]), np.float32)
+    start = 0
+    while start < height:
+        # As many output rows as their source rows fit a band; always at least one.
+        low = int(indices[start].min())
+        room = max(1, _BAND // (shape[1] * shape[2]))
+        stop = start + max(1, int(np.searchsorted(indices[start:, -1], low + room)))
+        band = rows(low, int(indices[start:stop].max()) + 1)
+        tall[start:stop] = _blend(band, indices[start:stop] - low, row_weights[start:stop])
+        start = stop
+    return _straight(
+        _blend(np.ascontiguousarray(tall.swapaxes(0, 1)), columns, column_weights).swapaxes(0, 1)
+    )
+
+
+def premultiplied(pixels: PixelArray) -> NDArray[np.float32]:
+    """Return an image in linear light, its colours multiplied with alpha."""
+    linear = to_linear(pixels)
+    alpha = alpha_channel(pixels.shape[2])
+    if alpha is None:
+        return linear
+    return np.concatenate([linear[:, :, :alpha] * linear[:, :, alpha:], linear[:, :, alpha:]], axis=2)
+
+
+def _straight(linear: NDArray[np.float32]) -> NDArray[np.float32]:
+    alpha = alpha_channel(linear.shape[2])
+    if alpha is not None:
+        weight = linear[:, :, alpha:]
+        linear[:, :, :alpha] /= np.where(weight > 1e-6, weight, 1.0)
+    return linear
 
 
 def _taps(old: int, new: int) -> tuple[NDArray[np.int64], NDArray[np.float32]]:

@@ -3,6 +3,7 @@
 import os
 from collections.abc import Collection, Mapping, Sequence
 from contextlib import suppress
+from dataclasses import fields
 from pathlib import Path
 from typing import Any, cast
 
@@ -11,8 +12,10 @@ import numpy as np
 from upholster.errors import InputError
 from upholster.image.material import Material
 from upholster.image.material_files import read_material
-from upholster.image.read import _parse_resize, check_exemplar, read_exemplar
+from upholster.image.profiles import Notes
+from upholster.image.read import check_exemplar, read_exemplar
 from upholster.image.write import IMAGE_SUFFIXES
+from upholster.options import SampleOptions
 from upholster.shown import on_a_line
 from upholster.types import PixelArray
 
@@ -30,7 +33,7 @@ Source = (
 
 
 def read_source(
-    source: Source, *, crop: tuple[int, int, int, int] | None = None, resize: str | None = None
+    source: Source, options: SampleOptions | None = None, *, notes: Notes | None = None
 ) -> PixelArray | Material:
     """Read an exemplar.
 
@@ -38,17 +41,21 @@ def read_source(
     ----------
     source
         One file is an image, whatever its name says; all else is a material, see `read_material`.
-    crop, resize
-        As for `read_exemplar`; not for a material that has been read already.
+    options
+        How it is prepared; not for a material that has been read already.
+    notes
+        As for `read_exemplar`.
 
     Raises
     ------
     InputError
         As `read_exemplar` and `read_material`; if one of several files is no image.
     """
+    options = options or SampleOptions()
     if isinstance(source, (Material, np.ndarray)):
-        if crop is not None or resize is not None:
-            raise InputError("crop and resize are for files; what was read already is used as it is")
+        if options != SampleOptions():
+            names = ", ".join(entry.name for entry in fields(options) if getattr(options, entry.name))
+            raise InputError(f"{names} is for files; what was read already is used as it is")
         return source if isinstance(source, Material) else check_exemplar(source)
     if not _names(source):
         raise InputError(
@@ -57,18 +64,18 @@ def read_source(
         )
     if isinstance(source, Sequence) and not isinstance(source, str):
         if len(source) == 1:
-            return read_source(source[0], crop=crop, resize=resize)
+            return read_source(source[0], options, notes=notes)
         for file in source:
             # In a folder such files are skipped; one that is named is wanted.
             if Path(file).suffix.lower() not in IMAGE_SUFFIXES:
                 raise InputError(f"map {os.fspath(file)!r} is no image; allowed: {', '.join(IMAGE_SUFFIXES)}")
-    sides = None if resize is None else _parse_resize(resize)
+    asked = {entry.name: getattr(options, entry.name) for entry in fields(options)}
     if not isinstance(source, (str, os.PathLike)):
-        return read_material(source, crop=crop, resize=sides)
+        return read_material(source, **asked, notes=notes)
     if not os.path.isdir(source):
-        return read_exemplar(source, crop=crop, resize=resize)
+        return read_exemplar(source, **asked, notes=notes)
     try:
-        return read_material(source, crop=crop, resize=sides)
+        return read_material(source, **asked, notes=notes)
     except InputError as error:
         raise InputError(f"folder {os.fspath(source)!r}: {error}") from None
 

@@ -1,0 +1,36 @@
+"""``upholster prepare``: from a photo to a sample."""
+
+from typing import Annotated
+
+import typer
+
+from upholster.cli.console import in_bytes, progress_bars
+from upholster.cli.options import spelled_out
+from upholster.options import SampleOptions
+
+__all__ = ["prepare"]
+
+
+@spelled_out()
+def prepare(
+    photo: Annotated[str, typer.Argument(help="PNG, JPEG, WebP, TIFF, EXR, HEIC or AVIF.", metavar="PHOTO")],
+    output: Annotated[
+        str, typer.Option("-o", "--output", metavar="IMAGE", help="The sample: PNG, JPEG, WebP, TIFF, EXR.")
+    ],
+    *,
+    preparing: SampleOptions,
+    picture: Annotated[
+        str | None, typer.Option(metavar="IMAGE", help="Photo and sample side by side, to look at.")
+    ] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
+) -> None:
+    """Make a sample of a photo: rectified, cropped, resized, evenly lit, in sRGB."""
+    from upholster.photos import prepare_sample
+
+    with progress_bars(quiet, ["prepare"] if preparing.rectify else []):
+        report = prepare_sample(photo, output, preparing, picture=picture)
+    if not quiet:
+        written = ", ".join(f"{name} ({in_bytes(count)})" for name, count in report.written.items())
+        print(f"wrote {written}: {report.width}x{report.height} pixels of {report.bits} bits")
+        for note in report.notes:
+            print(f"note: {note}")

@@ -1,0 +1,120 @@
+"""HEIC and AVIF files, through libraries that are installed on demand: pi-heif (LGPL) and Pillow."""
+
+import warnings
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+
+from upholster.errors import InputError
+from upholster.image.profiles import PHOTOS, Notes, tell
+from upholster.types import PixelArray
+
+__all__ = ["heif_kind", "read_heif"]
+
+HeifKind = Literal["HEIC", "AVIF"]
+
+_BRANDS: dict[bytes, HeifKind] = {
+    b"avif": "AVIF",
+    b"avis": "AVIF",
+    **dict.fromkeys((b"heic", b"heix", b"hevc", b"hevx", b"heim", b"heis", b"mif1", b"msf1"), "HEIC"),
+}
+
+
+def heif_kind(head: bytes) -> HeifKind | None:
+    """Return which of the two a file is that begins with `head` (16 bytes or more), None for neither."""
+    if head[4:8] != b"ftyp":
+        return None
+    kind = _BRANDS.get(head[8:12])
+    # "mif1" says only that there is an image; the compatible brands tell its coding.
+    return "AVIF" if kind and b"avif" in head[12:] else kind
+
+
+def read_heif(
+    name: str, kind: HeifKind, *, most_bytes: int, notes: Notes | None
+) -> tuple[PixelArray, bytes | None]:
+    """Read a HEIC or AVIF file.
+
+    Parameters
+    ----------
+    name
+        The file.
+    kind
+        Which of the two.
+    most_bytes
+        Size, uncompressed, up to which an image is decoded.
+    notes
+        See `upholster.image.profiles.to_srgb`.
+
+    Returns
+    -------
+    ndarray
+        (H, W, C), upright: uint8; of HEIC with more than 8 bits uint16, over its whole range.
+    bytes or None
+        The colour profile.
+
+    Raises
+    ------
+    InputError
+        If the library is missing (the message says what to install), or the file is damaged or too large.
+    """
+    try:
+        pixels, profile = (_heic if kind == "HEIC" else _avif)(name, most_bytes, notes)
+    except ImportError:
+        raise InputError(f"{name!r} is {_article(kind)} file, which needs: {PHOTOS}") from None
+    except InputError:
+        raise
+    except Exception as error:  # of each library's own kinds
+        words = (str(error).splitlines() or ["no reason given"])[0]
+        raise InputError(f"{name!r} is truncated or damaged: {words}") from None
+    return (pixels if pixels.ndim == 3 else pixels[:, :, None]), profile
+
+
+def _heic(name: str, most_bytes: int, _notes: Notes | None) -> tuple[PixelArray, bytes | None]:
+    import pi_heif
+
+    # Its decoder turns the image upright by itself, and scales 10 and 12 bits to 16.
+    image = pi_heif.open_heif(name, convert_hdr_to_8bit=False, hdr_to_16bit=True)
+    width, height = image.size
+    _check_bytes(
+        name, width, height, len(image.mode.split(";")[0]) * (2 if ";16" in image.mode else 1), most_bytes
+    )
+    pixels = np.array(image)
+    return pixels, image.info.get("icc_profile")
+
+
+def _avif(name: str, most_bytes: int, notes: Notes | None) -> tuple[PixelArray, bytes | None]:
+    from PIL import Image, ImageOps, features
+
+    if not features.check("avif"):
+        raise ImportError("Pillow without AVIF")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of its own limits, and of metadata
+        with Image.open(name) as image:
+            width, height = image.size
+            _check_bytes(name, width, height, len(image.getbands()), most_bytes)
+            image.load()
+            pixels = np.array(ImageOps.exif_transpose(image))
+    if _is_deep(Path(name)):
+        tell(notes, f"{name!r}: AVIF of more than 8 bits is read at 8 bits")
+    return pixels, image.info.get("icc_profile")
+
+
+def _is_deep(path: Path) -> bool:
+    """Tell whether an AVIF file says that it has more than 8 bits: AV1 in ISOBMFF 1.3, section 2.3.3."""
+    with path.open("rb") as file:
+        head = file.read(1 << 16)
+    place = head.find(b"av1C")
+    return place >= 0 and len(head) > place + 6 and bool(head[place + 6] & 0x40)
+
+
+def _check_bytes(name: str, width: int, height: int, size: int, most: int) -> None:
+    if width * height * size > most:
+        raise InputError(
+            f"{name!r} is {width}x{height} pixels, {width * height * size >> 20} MiB; "
+            f"allowed: {most >> 20} MiB uncompressed, before cropping"
+        )
+
+
+def _article(kind: HeifKind) -> str:
+    return "a HEIC" if kind == "HEIC" else "an AVIF"

@@ -1,0 +1,32 @@
+"""Samples as numbers: which maps hold colours, and what stands for 1 in those that hold none."""
+
+from typing import Any
+
+import numpy as np
+
+from upholster.types import FloatArray, PixelArray
+
+__all__ = ["COLORS", "as_depth", "to_unit", "top_of"]
+
+COLORS = ("albedo", "emission")
+"""Roles whose integers are sRGB-coded; those of the others are plain numbers."""
+
+
+def top_of(dtype: np.dtype[Any]) -> int:
+    """Return what stands for 1 in samples that are plain numbers."""
+    return 1 if dtype.kind == "f" else int(np.iinfo(dtype).max)
+
+
+def to_unit(pixels: PixelArray) -> FloatArray:
+    """Return samples as numbers, 0 to 1."""
+    values: FloatArray = np.clip(pixels / top_of(pixels.dtype), 0.0, 1.0, dtype=np.float64)
+    return values
+
+
+def as_depth(pixels: PixelArray, dtype: np.dtype[Any]) -> PixelArray:
+    """Return plain numbers in another depth."""
+    if pixels.dtype == dtype:
+        return pixels
+    unit = to_unit(pixels)
+    depth: PixelArray = (unit if dtype.kind == "f" else np.rint(unit * top_of(dtype))).astype(dtype)
+    return depth

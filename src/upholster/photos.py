@@ -1,0 +1,118 @@
+"""From a photo to a sample, as files: what the command ``upholster prepare`` does."""
+
+import os
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from upholster.errors import InputError
+from upholster.files import outputs
+from upholster.image import IMAGE_SUFFIXES, from_linear, read_exemplar, read_image, resize_image, to_linear
+from upholster.image.drawing import Drawing
+from upholster.image.write import write_image
+from upholster.options import SampleOptions
+from upholster.types import PixelArray
+
+__all__ = ["PreparedReport", "prepare_sample"]
+
+_PICTURE_HEIGHT, _GAP = 512, 16
+_WIDEST = 1024
+_LINE = (1.0, 0.1, 0.6)
+
+
+@dataclass(frozen=True, slots=True)
+class PreparedReport:
+    """What `prepare_sample` did.
+
+    Attributes
+    ----------
+    width, height, bits
+        Of the sample: pixels, and bits per channel.
+    written
+        Bytes of each file.
+    notes
+        What the user should know, in words.
+    """
+
+    width: int
+    height: int
+    bits: int
+    written: dict[str, int] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)
+
+
+def prepare_sample(
+    photo: str | os.PathLike[str],
+    target: str | os.PathLike[str],
+    options: SampleOptions,
+    *,
+    picture: str | os.PathLike[str] | None = None,
+) -> PreparedReport:
+    """Make a sample of a photo and write it, sRGB-coded, at the photo's depth if the format holds it.
+
+    Parameters
+    ----------
+    photo
+        The file, see `upholster.read_exemplar`.
+    target
+        The image to write; its suffix says which format.
+    options
+        How the photo is prepared.
+    picture
+        Where to write a picture of photo and sample side by side, the part that was used outlined.
+
+    Raises
+    ------
+    InputError
+        As `upholster.read_exemplar`; for a file that cannot be written, or is the photo. Nothing is written
+        then.
+    """
+    targets = [target] if picture is None else [target, picture]
+    for file in targets:
+        if Path(file).suffix.lower() not in IMAGE_SUFFIXES:
+            raise InputError(f"output {os.fspath(file)!r} is no image; allowed: {', '.join(IMAGE_SUFFIXES)}")
+    notes: list[str] = []
+    with outputs(targets, inputs=[photo]) as files:
+        asked = {name: getattr(options, name) for name in ("rectify", "crop", "resize", "even_light")}
+        sample = read_exemplar(photo, **asked, notes=notes)
+        write_image(files.path(target), sample, quality=95)
+        if picture is not None:
+            write_image(files.path(picture), _side_by_side(read_image(photo, notes=[]), sample, options))
+        written = {os.fspath(file): files.path(file).stat().st_size for file in targets}
+    height, width = sample.shape[:2]
+    return PreparedReport(width, height, 8 * sample.itemsize, written, notes)
+
+
+def _side_by_side(photo: PixelArray, sample: PixelArray, options: SampleOptions) -> PixelArray:
+    height, width = photo.shape[:2]
+    left, right = _shown(photo), _shown(sample)
+    drawing = Drawing(left.shape[1] + _GAP + right.shape[1], _PICTURE_HEIGHT)
+    drawing.paste(0, 0, left)
+    drawing.paste(left.shape[1] + _GAP, 0, right)
+    outline: list[tuple[float, float]] = []
+    if options.rectify is not None:
+        outline = [(float(x), float(y)) for x, y in options.rectify]
+    elif options.crop is not None:
+        x, y, w, h = options.crop
+        outline = [(x, y), (x + w, y), (x + w, y + h), (x, y + h)]
+    if outline:
+        scale = np.array([left.shape[1] / width, left.shape[0] / height])
+        edge = np.array([left.shape[1], left.shape[0]]) - 2
+        points = [tuple(np.clip(np.array(point) * scale, 1, edge).tolist()) for point in outline]
+        drawing.lines([*points, points[0]], color=_LINE, width=3)
+    return drawing.pixels()
+
+
+def _shown(pixels: PixelArray) -> PixelArray:
+    """Return a picture of one height, 8-bit RGB, over white."""
+    height, width = pixels.shape[:2]
+    wide = min(_WIDEST, max(1, round(width * _PICTURE_HEIGHT / height)))
+    tall = max(1, min(_PICTURE_HEIGHT, round(height * wide / width)))
+    linear = to_linear(resize_image(pixels, height=tall, width=wide))
+    if linear.shape[2] in (2, 4):
+        linear = linear[:, :, :-1] * linear[:, :, -1:] + 1 - linear[:, :, -1:]
+    colors: PixelArray = from_linear(
+        np.repeat(linear, 3, axis=2) if linear.shape[2] == 1 else linear, np.uint8
+    )
+    return colors
