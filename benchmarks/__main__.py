@@ -1,7 +1,8 @@
 """Run all benchmarks, or those named: ``python -m benchmarks [flagship] [growth] [stream] …``.
 
-``codec``, ``profiles``, ``claims``, ``fidelity`` and ``seams`` take a folder of exemplars instead of the
-project's own, the last three the options of their modules: ``python -m benchmarks fidelity FOLDER -o OUT``.
+``codec``, ``profiles``, ``claims``, ``fidelity``, ``seams`` and ``photos`` take a folder of exemplars
+instead of the project's own, the last four the options of their modules:
+``python -m benchmarks fidelity FOLDER -o OUT``.
 """
 
 import sys
@@ -9,6 +10,7 @@ from pathlib import Path
 
 from benchmarks import claims as claims_module
 from benchmarks import fidelity as fidelity_module
+from benchmarks import photos as photos_module
 from benchmarks import seams as seams_module
 from benchmarks.codec import codec
 from benchmarks.command import command
@@ -40,9 +42,15 @@ BENCHMARKS = {
     "claims": claims_module.claims,
     "fidelity": fidelity_module.fidelity,
     "seams": seams_module.seams,
+    "photos": photos_module.photos,
 }
 WITH_FOLDER = {"codec": codec, "profiles": profiles}
-PROGRAMS = {"claims": claims_module.main, "fidelity": fidelity_module.main, "seams": seams_module.main}
+PROGRAMS = {
+    "claims": claims_module.main,
+    "fidelity": fidelity_module.main,
+    "seams": seams_module.main,
+    "photos": photos_module.main,
+}
 
 
 def main() -> int:
