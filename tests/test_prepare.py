@@ -78,12 +78,12 @@ def test_what_is_wrong_is_said_in_one_line(tmp_path: Path, case: str) -> None:
 
 
 def test_a_note_is_printed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """What a reader has to tell comes out of both commands."""
+    """What a reader has to tell comes out of all commands."""
     from PIL import Image
 
     photo = Image.fromarray(np.full((64, 64, 3), 90, np.uint8))
     photo.save(tmp_path / "x.tif", icc_profile=b"no profile")
-    for command in (["prepare", "x.tif", "-o", "s.png"], [
+    for command in (["prepare", "x.tif", "-o", "s.png"], ["encode", "x.tif", "-o", "x.ezw"], [
         "cover", "x.tif", "--on", "plane", "--texels", "64x64", "-o", "t.png",
     ]):  # fmt: skip
         done = run_cli(*command, cwd=tmp_path)

@@ -113,7 +113,18 @@ def _root(
 _COMMANDS = {
     function.__name__: function
     for function in (
-        cover, prepare, surfaces, refine, info, levels, view, serve, measure, encode, decode, warm,
+        cover,
+        prepare,
+        surfaces,
+        refine,
+        info,
+        levels,
+        view,
+        serve,
+        measure,
+        encode,
+        decode,
+        warm,
     )
 }
 for function in _COMMANDS.values():

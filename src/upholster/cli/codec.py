@@ -5,14 +5,14 @@ from typing import Annotated
 
 import typer
 
-from upholster.cli.console import byte_count, in_bytes, naming, progress_bars, share
+from upholster.cli.console import byte_count, in_bytes, naming, noted, progress_bars, share
 from upholster.errors import InputError
 
 __all__ = ["decode", "encode"]
 
 
 def encode(
-    image: Annotated[str, typer.Argument(help="PNG, JPEG, WebP, TIFF or EXR.", metavar="IMAGE")],
+    image: Annotated[str, typer.Argument(help="PNG, JPEG, WebP, TIFF, EXR, HEIC or AVIF.", metavar="IMAGE")],
     output: Annotated[str, typer.Option("-o", "--output", metavar="FILE.ezw", help="The file to write.")],
     most_bytes: Annotated[
         str | None, typer.Option("--bytes", metavar="N", help="Length at most: 4000, 4k, 4Ki.")
@@ -41,7 +41,8 @@ def encode(
         progress_bars(quiet, ["encode lossless" if lossless else "encode"]),
         outputs([output], inputs=[image]) as files,
     ):
-        pixels = read_image(image)
+        with noted() as notes:
+            pixels = read_image(image, notes=notes)
         data = codec.encode(
             pixels,
             most_bytes=byte_count("bytes", most_bytes),

@@ -2,6 +2,7 @@
 
 import math
 import re
+import sys
 import threading
 import time
 from collections.abc import Callable, Iterable, Iterator
@@ -23,6 +24,7 @@ __all__ = [
     "byte_count",
     "in_bytes",
     "naming",
+    "noted",
     "numbers",
     "progress_bars",
     "share",
@@ -46,6 +48,15 @@ def numbers(name: str, text: str, separator: str, count: int, kind: Callable[[st
         form = separator.join(["N"] * count)
         raise InputError(f"{name} is {text!r}; allowed: {count} numbers as {form}")
     return found
+
+
+@contextmanager
+def noted() -> Iterator[list[str]]:
+    """Yield a list for what readers of images have to tell, and print it on stderr when they are done."""
+    notes: list[str] = []
+    yield notes
+    for note in notes:
+        print(f"note: {note}", file=sys.stderr)
 
 
 def byte_count(name: str, text: str | None) -> int | None:

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from upholster.cli.console import in_bytes, naming, progress_bars
+from upholster.cli.console import in_bytes, naming, noted, progress_bars
 from upholster.errors import InputError
 
 if TYPE_CHECKING:  # NumPy, which it imports, would slow down --help
@@ -82,7 +82,8 @@ def _stream(
     from upholster.stream import read_stream
 
     wanted = None if direction is None else parse_direction(direction)
-    original = None if sample is None else read_exemplar(sample)
+    with noted() as notes:
+        original = None if sample is None else read_exemplar(sample, notes=notes)
     with naming(path):
         decoder = read_stream(read_bytes(path), strict=False)
     surface, quilt, coded = decoder.surface, decoder.quilt(), decoder.exemplar()
@@ -106,7 +107,9 @@ def _image(path: str, sample: str, tileable: bool) -> "Measures":
     from upholster.image import read_exemplar, read_image
     from upholster.measure import measure_image
 
-    return measure_image(read_image(path), read_exemplar(sample), tileable=tileable)
+    with noted() as notes:
+        image, original = read_image(path, notes=notes), read_exemplar(sample, notes=notes)
+    return measure_image(image, original, tileable=tileable)
 
 
 def _show(found: "Measures", state: str) -> None:

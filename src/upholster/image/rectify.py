@@ -56,7 +56,8 @@ class Rectification:
     ------
     InputError
         If a corner is not finite or outside the photo, if the corners are no convex quadrilateral or run
-        counterclockwise, or if they are seen at so steep an angle that pixels differ six times in size.
+        counterclockwise, or if they are seen so steeply that six pixels at the near end make one of the
+        result.
 
     References
     ----------
