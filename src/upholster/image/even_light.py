@@ -98,17 +98,43 @@ def light_field(pixels: PixelArray) -> FloatArray | None:
     pairs = [(i, j) for i in range(_HIGHEST + 1) for j in range(_HIGHEST + 1) if i + j <= _HIGHEST]
     pairs.sort(key=sum)
     design = np.stack([np.outer(basis[0][:, i], basis[1][:, j])[seen] for i, j in pairs], axis=1)
-    root = np.sqrt(weights[seen])
+    values, weights = roots[seen] / np.average(roots[seen], weights=weights[seen]), weights[seen]
+    counts = [sum(1 for pair in pairs if sum(pair) <= top) for top in (_DEGREE, *_NOISE_DEGREES)]
+    found = _fitted(values, weights, design, counts)
+    if not found.any():
+        return None
+    coefficients = np.zeros((_DEGREE + 1, _DEGREE + 1))
+    for pair, value in zip(pairs, found, strict=False):
+        coefficients[pair] = value
+    # Mean light stays: the sum of the sample over the field is that of the sample.
+    light, field = values**2 * weights, _clipped(design[:, : len(found)] @ found)
+    scale = np.sqrt(light.sum() / (light / field**2).sum())
+    result: FloatArray = coefficients / scale
+    return result
+
+
+def _fitted(values: FloatArray, weights: FloatArray, design: FloatArray, counts: list[int]) -> FloatArray:
+    """Return coefficients of the polynomials that stand out, zeros if none does.
+
+    Parameters
+    ----------
+    values, weights
+        (n,) of the cells; the mean is 1.
+    design
+        (n, k): the polynomials' values there, by degree.
+    counts
+        How many of them are light's, and how many those have that tell the texture's share.
+    """
+    low, *bands = counts
+    root = np.sqrt(weights)
     # Orthogonal one after the other, by degree: what is left of a polynomial is what those before it lack.
     ortho = np.linalg.qr(design * root[:, None]).Q
-    low, *bands = (sum(1 for pair in pairs if sum(pair) <= top) for top in (_DEGREE, *_NOISE_DEGREES))
     total = np.zeros(low)
-    values = roots[seen] / (np.sum(roots[seen] * weights[seen]) / weights[seen].sum())
     field = np.ones_like(values)
     for _ in range(_ROUNDS):
         found = ortho.T @ ((values / field) * root)
         powers = [np.mean(found[low:stop] ** 2) for stop in bands]
-        noise = _LEAST * max(*powers, _SMALLEST**2 * weights[seen].sum())
+        noise = _LEAST * max(*powers, _SMALLEST**2 * weights.sum())
         kept = found[:low] * np.maximum(0.0, 1.0 - noise / np.maximum(found[:low] ** 2, 1e-30))
         kept[0] = 0.0
         if not kept.any():
@@ -116,17 +142,12 @@ def light_field(pixels: PixelArray) -> FloatArray | None:
         # The light found so far times what is left over it, as polynomials again.
         product = field * (1.0 + (ortho[:, :low] @ kept) / root)
         total = np.linalg.lstsq(design[:, :low] * root[:, None], product * root, rcond=None)[0]
-        field = np.clip(design[:, :low] @ total, _RANGE**-0.5, _RANGE**0.5)
-    if not total.any():
-        return None
-    coefficients = np.zeros((_DEGREE + 1, _DEGREE + 1))
-    for pair, value in zip(pairs, total, strict=False):
-        coefficients[pair] = value
-    # Mean light stays: the sum of the sample over the field is that of the sample.
-    light = values**2 * weights[seen]
-    scale = np.sqrt(light.sum() / (light / field**2).sum())
-    result: FloatArray = coefficients / scale
-    return result
+        field = _clipped(design[:, :low] @ total)
+    return total
+
+
+def _clipped(field: FloatArray) -> FloatArray:
+    return np.clip(field, _RANGE**-0.5, _RANGE**0.5)
 
 
 def _cell_means(pixels: PixelArray) -> tuple[FloatArray, FloatArray]:
