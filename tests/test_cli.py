@@ -317,7 +317,7 @@ WRONG = {
     "no stream": (["refine", "brick.png", "-oa.glb"], "brick.png"),
     "no image code": (["decode", "brick.png", "-oa.png"], "brick.png"),
     "nothing in it": (["info", "empty.png"], "empty.png"),
-    "no command": (["help"], "allowed: cover, surfaces"),
+    "no command": (["help"], "allowed: cover, prepare, surfaces"),
     "no arguments": (["cover"], "SAMPLE"),
 }
 
