@@ -70,8 +70,8 @@ class CoverReport(Shown):
     written
         Bytes of each file.
     notes
-        What the user should know, in words: how many edges nearly meet, that the texture will be soft, or
-        that there will be very many texels.
+        What the user should know, in words: how a material's maps were read, how many edges nearly
+        meet, that the texture will be soft, or that there will be very many texels.
     model
         The textured model itself; not in the JSON.
     """
@@ -99,6 +99,8 @@ def cover(
     on: SurfaceLike,
     targets: Sequence[str | os.PathLike[str]] | str | os.PathLike[str],
     *,
+    maps: Mapping[str, str | os.PathLike[str]] | None = None,
+    normal: str | None = None,
     crop: tuple[int, int, int, int] | None = None,
     resize: str | None = None,
     synthesis: SynthesisOptions | Mapping[str, Any] | None = None,
@@ -114,10 +116,10 @@ def cover(
     Parameters
     ----------
     exemplar
-        Image file, see `upholster.read_exemplar` (also for `crop` and `resize`). Or a material: a folder with
-        its maps, several files named by role, files by role (see `upholster.read_material`), or the material
-        itself. Its maps are matched together (by methods "paper" and "pixel": the base colour alone), and one
-        quilt paints them all.
+        Image file, see `upholster.read_exemplar` (also for `crop` and `resize`). Or a material: a folder or
+        zip file with its maps, several files named by role, files by role (see `upholster.read_material`,
+        also for `maps` and `normal`), or the material itself. Its maps are matched together (by methods
+        "paper" and "pixel": the base colour alone), and one quilt paints them all.
     on
         Which surface: a text, see `upholster.surface_from_spec`, a file's path, or a `Surface`. With method
         "paper" a sphere is of octants, unless it says otherwise.
@@ -157,7 +159,7 @@ def cover(
     if report is not None and not path_text(report, "report").lower().endswith(".json"):
         raise InputError(f"report {os.fspath(report)!r} has suffix {Path(report).suffix!r}; allowed: .json")
     seconds: dict[str, float] = {}
-    read = [*source_files(exemplar), *([file] if (file := surface_file(on)) else [])]
+    read = [*source_files(exemplar, maps), *([file] if (file := surface_file(on)) else [])]
     _check_used(wanted, options)
     if asked.method == "paper" and options.wavelet is None:
         options = replace(options, wavelet="haar")
@@ -166,7 +168,8 @@ def cover(
         with _timed("read", seconds):
             surface = as_surface(on, biquadratic=asked.method == "paper")
             _ = surface.shared  # edges that are claimed twice are found now, not after the work
-            source = read_source(exemplar, crop=crop, resize=resize)
+            source = read_source(exemplar, maps=maps, normal=normal, crop=crop, resize=resize)
+        read_notes = source.notes if isinstance(source, Material) else ()
         parts = source_parts(source)
         roles = tuple(parts)[1:]
         files.add(file for output in wanted for file in output.maps(roles))
@@ -182,15 +185,15 @@ def cover(
                     )
                 fields = prepared.fields or (WarpField.identity(),) * len(prepared.charts)
                 check_layout(surface, prepared.charts, fields, (seen.shape[0], seen.shape[1]))
-        notes = _notes(surface, prepared, seen, len(parts))
+        notes = [*read_notes, *_notes(surface, prepared, seen, len(parts))]
         if tell is not None:
             for note in notes:
                 tell(note)
         with _timed("synthesize", seconds):
             quilt = execute(prepared, seen, surface, seed=seed, threads=threads, progress=progress)
         with _timed("paint", seconds):
-            texels, maps = _painted(quilt, source, threads, progress)
-        model = TexturedModel(surface, texels, options, threads, quilt, source, maps)
+            texels, others = _painted(quilt, source, threads, progress)
+        model = TexturedModel(surface, texels, options, threads, quilt, source, others)
         written = _written(wanted, model, files, seconds, progress)
         parameters = {
             "exemplar": source_names(exemplar),
@@ -198,6 +201,7 @@ def cover(
             "crop": crop,
             "resize": resize,
         }
+        parameters |= {"maps": source_names(maps or {}), "normal": normal}
         parameters |= {"threads": threads} | asdict(asked) | {"seed": seed} | asdict(options)
         if callable(parameters["direction"]):
             parameters["direction"] = prepared.direction
@@ -205,7 +209,7 @@ def cover(
             __version__,
             parameters,
             _settled(prepared, surface, asked, roles),
-            _counts(surface, quilt, texels) | {"maps": 1 + len(maps)},
+            _counts(surface, quilt, texels) | {"maps": 1 + len(others)},
             _totalled(seconds),
             peak_memory(),
             written,

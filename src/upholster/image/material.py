@@ -49,6 +49,8 @@ class Material:
         sRGB-coded where they are integers. The others are plain numbers from 0 to 1 (integers: to the
         largest): roughness, metallic, ao, height and opacity have 1 channel; normal has 3, x to the right,
         y upward and z outward from −1 to 1, coded as (v + 1)/2.
+    notes
+        What the user should know of how it was read, in words.
 
     Raises
     ------
@@ -57,6 +59,7 @@ class Material:
     """
 
     maps: Mapping[str, PixelArray]
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if not isinstance(self.maps, Mapping):
