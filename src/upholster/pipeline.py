@@ -37,8 +37,16 @@ from upholster.stream.plans import refuse_source_map
 from upholster.stream.prefix import Limit, feed_until
 from upholster.types import PixelArray, Progress
 
-__all__ = ["CoverReport", "RefineReport", "cover", "decoded_model", "refine", "write"]
-
+__all__ = [
+    "CoverReport",
+    "RefineReport",
+    "cover",
+    "decoded_model",
+    "painted",
+    "received_exemplar",
+    "refine",
+    "write",
+]
 
 _SOFT = 0.6
 """Pixels of the sample to a texel below which a texture looks soft."""
@@ -128,7 +136,7 @@ def cover(
         before an image's path writes the
         atlas instead of a picture. With texels of width × height images are the flat texture itself. A
         material's other maps lie beside atlas, flat texture and OBJ, named by role: ``wall_normal.png``
-        beside ``wall.png``; pictures of the model show the base colour alone.
+        beside ``wall.png``; pictures of the model show all of them but the height.
     synthesis
         How it is covered: `upholster.SynthesisOptions`, or some of them by name.
     seed
@@ -192,7 +200,7 @@ def cover(
         with _timed("synthesize", seconds):
             quilt = execute(prepared, seen, surface, seed=seed, threads=threads, progress=progress)
         with _timed("paint", seconds):
-            texels, others = _painted(quilt, source, threads, progress)
+            texels, others = painted(quilt, source, threads, progress)
         model = TexturedModel(surface, texels, options, threads, quilt, source, others)
         written = _written(wanted, model, files, seconds, progress)
         parameters = {
@@ -312,14 +320,14 @@ def refine(
         if decoder.needed or decoder.surface is None:
             raise FormatError(f"byte {len(data)}: stream is cut; needs {max(1, decoder.needed)} more bytes")
         surface = decoder.surface if on is None else _other_surface(on, decoder.surface)
-        exemplar = _exemplar(decoder)
+        exemplar = received_exemplar(decoder)
         roles = tuple(source_parts(exemplar))[1:]
         files.add(file for output in wanted for file in output.maps(roles))
         same = data if decoder.complete and not options.stream_choices else None
         if same is not None and on is not None:
             same = on_surface(same, surface)
         quilt = decoder.quilt().on(surface)
-        texels, maps = _painted(quilt, exemplar, threads, progress)
+        texels, maps = painted(quilt, exemplar, threads, progress)
         options = _as_coded(decoder, options)
         model = TexturedModel(surface, texels, options, threads, quilt, exemplar, maps, same)
         written = _written(wanted, model, files, {}, progress)
@@ -364,8 +372,8 @@ def decoded_model(decoder: StreamDecoder, *, threads: int | None = None) -> Text
     InputError
         If bytes are still needed.
     """
-    quilt, exemplar = decoder.quilt(), _exemplar(decoder)
-    texels, maps = _painted(quilt, exemplar, threads, None)
+    quilt, exemplar = decoder.quilt(), received_exemplar(decoder)
+    texels, maps = painted(quilt, exemplar, threads, None)
     assert quilt.surface is not None  # it comes before all that a quilt needs
     options = _as_coded(decoder, WriteOptions())
     return TexturedModel(quilt.surface, texels, options, threads, quilt, exemplar, maps)
@@ -469,17 +477,20 @@ def _written(
     return written
 
 
-def _painted(
-    quilt: Quilt, exemplar: PixelArray | Material, threads: int | None, progress: Progress | None
+def painted(
+    quilt: Quilt,
+    exemplar: PixelArray | Material,
+    threads: int | None = None,
+    progress: Progress | None = None,
 ) -> tuple[Texels, dict[str, Texels]]:
     """Return texels of the base colour, and of a material's other maps by role."""
     if not isinstance(exemplar, Material):
         return paint(quilt, exemplar, threads=threads, progress=progress), {}
-    painted = paint_material(quilt, exemplar, threads=threads, progress=progress)
-    return painted.pop("albedo"), painted
+    maps = paint_material(quilt, exemplar, threads=threads, progress=progress)
+    return maps.pop("albedo"), maps
 
 
-def _exemplar(decoder: StreamDecoder) -> PixelArray | Material:
+def received_exemplar(decoder: StreamDecoder) -> PixelArray | Material:
     """Return what a stream was made from; maps of which nothing has come yet are left out."""
     maps = {"albedo": decoder.exemplar()}
     for role in decoder.roles[1:]:

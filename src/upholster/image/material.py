@@ -14,7 +14,7 @@ from upholster.image.roles import ROLES
 from upholster.shown import on_a_line
 from upholster.types import FloatArray, PixelArray, frozen_array
 
-__all__ = ["COLORS", "MATCH_WEIGHTS", "Material", "as_depth", "to_unit", "top_of"]
+__all__ = ["COLORS", "DEFAULT_ROUGHNESS", "MATCH_WEIGHTS", "Material", "as_depth", "to_unit", "top_of"]
 
 MATCH_WEIGHTS: Mapping[str, float] = MappingProxyType(
     {
@@ -35,6 +35,9 @@ mostly; occlusion adds nothing to the height.
 
 COLORS = ("albedo", "emission")
 """Roles whose integers are sRGB-coded; those of the others are plain numbers."""
+
+DEFAULT_ROUGHNESS = 0.8
+"""Of a material without such a map."""
 
 
 @dataclass(frozen=True, eq=False)

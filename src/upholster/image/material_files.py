@@ -161,7 +161,9 @@ def _by_role(given: FilesByRole, files: Sequence[MapFile]) -> dict[str, MapFile]
     for name, path in given.items():
         role = role_of(name) if isinstance(name, str) else None
         if role is None or role == LEFT_OUT:
-            raise InputError(f"role {name!r} is unknown; {nearest(str(name), ROLES)}, or packed: orm, arm, rma …")
+            raise InputError(
+                f"role {name!r} is unknown; {nearest(str(name), ROLES)}, or packed: orm, arm, rma …"
+            )
         if role in found:
             raise InputError(f"material has two files of role {role!r}")
         shown = path_text(path, role)

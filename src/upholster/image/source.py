@@ -58,7 +58,9 @@ def read_source(
     """
     if isinstance(source, (Material, np.ndarray)):
         if crop is not None or resize is not None or maps or normal:
-            raise InputError("map, normal, crop and resize are for files; what was read already is used as it is")
+            raise InputError(
+                "map, normal, crop and resize are for files; what was read already is used as it is"
+            )
         return source if isinstance(source, Material) else check_exemplar(source)
     if not _names(source):
         raise InputError(
