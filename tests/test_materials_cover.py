@@ -122,7 +122,7 @@ def test_maps_can_be_named_and_normals_turned(command: Any, folder: Path, tmp_pa
     options = ["--map", f"orm={folder / 'plain.png'}", "--normal", "dx", "--texels", "64x64"]
     done = command("wall", *options, "--on", "plane", "-o", tmp_path / "m.png", "-o", tmp_path / "m.npz")
     assert done.returncode == 0, done.stderr
-    assert "note: 'plain.png' holds ao, roughness, metallic in its channels" in done.stdout
+    assert "note: 'plain.png' holds ao, roughness, metallic in its channels" in done.stderr
     base, metallic, ao = (read_image(tmp_path / f"m{role}.png") for role in ("", "_metallic", "_ao"))
     np.testing.assert_array_equal(metallic[..., 0], base[..., 2])
     np.testing.assert_array_equal(ao[..., 0], base[..., 0])
