@@ -167,6 +167,8 @@ def cover(
     if report is not None and not path_text(report, "report").lower().endswith(".json"):
         raise InputError(f"report {os.fspath(report)!r} has suffix {Path(report).suffix!r}; allowed: .json")
     seconds: dict[str, float] = {}
+    if maps is not None and not isinstance(maps, Mapping):
+        raise InputError(f"maps is a {type(maps).__name__}; allowed: files by role")
     read = [*source_files(exemplar, maps), *([file] if (file := surface_file(on)) else [])]
     _check_used(wanted, options)
     if asked.method == "paper" and options.wavelet is None:

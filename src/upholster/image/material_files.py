@@ -69,8 +69,10 @@ def read_material(
     if crop is not None and not _whole_numbers(crop, 4):
         raise InputError(f"crop is {crop!r}; allowed: four whole numbers x, y, width, height")
     resize = None if resize is None else _parse_resize(resize)
-    if normal not in (None, "gl", "dx"):
+    if normal is not None and not (isinstance(normal, str) and normal in ("gl", "dx")):
         raise InputError(f"normal is {normal!r}; allowed: gl (green upward) or dx (green downward)")
+    if maps is not None and not isinstance(maps, Mapping):
+        raise InputError(f"maps is a {type(maps).__name__}; allowed: files by role")
     named, found, notes = _files(source, maps or {})
     read = _parts(found, normal, notes) | _parts(named, normal, notes)
     unsaid = normal is None and "normal" in named | found

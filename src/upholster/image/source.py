@@ -57,10 +57,8 @@ def read_source(
         is no material.
     """
     if isinstance(source, (Material, np.ndarray)):
-        if crop is not None or resize is not None or maps or normal:
-            raise InputError(
-                "map, normal, crop and resize are for files; what was read already is used as it is"
-            )
+        if crop is not None or resize is not None or maps or normal is not None:
+            raise InputError("map, normal, crop and resize are for files; what was read is used as it is")
         return source if isinstance(source, Material) else check_exemplar(source)
     if not _names(source):
         raise InputError(
@@ -80,7 +78,7 @@ def read_source(
     if not (os.path.isdir(source) or is_zip(source)):
         if maps:
             return read_material({"albedo": source}, maps=maps, normal=normal, crop=crop, resize=sides)
-        if normal:
+        if normal is not None:
             raise InputError(f"normal is {normal!r}, but {os.fspath(source)!r} is no material; see --map")
         return read_exemplar(source, crop=crop, resize=resize)
     try:
@@ -127,7 +125,8 @@ def source_files(source: Source, maps: FilesByRole | None = None) -> list[str]:
     """
     if isinstance(source, (Material, np.ndarray)) or not _names(source):
         return []
-    more = [os.fspath(file) for file in (maps or {}).values()]
+    given_maps = maps.values() if isinstance(maps, Mapping) else ()
+    more = [os.fspath(file) for file in given_maps if isinstance(file, (str, os.PathLike))]
     if isinstance(source, Mapping):
         return [*(os.fspath(file) for file in source.values()), *more]
     given = [source] if isinstance(source, (str, os.PathLike)) else list(source)
