@@ -49,7 +49,7 @@ USES = {
     "refine model": "refine quilt.uph -o m.glb",
     "refine picture": "refine quilt.uph -o p.png",
     "refine paper": "refine paper.uph -o m.glb -o p.png",
-    "refine material": "refine quilt-material.uph -o m.glb",
+    "refine material": "refine quilt-material.uph -o m.glb -o p.png",
     "levels": "levels quilt.uph -o levels.png",
     "info": "info quilt.uph",
     "measure": "measure quilt.uph",

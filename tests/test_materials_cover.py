@@ -118,6 +118,24 @@ def test_every_map_is_in_every_output(command: Any, tmp_path: Path) -> None:
         np.testing.assert_array_equal(read_image(tmp_path / f"m_texture{role}.png"), pixels)
 
 
+def test_maps_can_be_named_and_normals_turned(command: Any, folder: Path, tmp_path: Path) -> None:
+    options = ["--map", f"orm={folder / 'plain.png'}", "--normal", "dx", "--texels", "64x64"]
+    done = command("wall", *options, "--on", "plane", "-o", tmp_path / "m.png", "-o", tmp_path / "m.npz")
+    assert done.returncode == 0, done.stderr
+    assert "note: 'plain.png' holds ao, roughness, metallic in its channels" in done.stderr
+    base, metallic, ao = (read_image(tmp_path / f"m{role}.png") for role in ("", "_metallic", "_ao"))
+    np.testing.assert_array_equal(metallic[..., 0], base[..., 2])
+    np.testing.assert_array_equal(ao[..., 0], base[..., 0])
+    own = command(
+        "wall", *options[:2], "--normal", "gl", *options[4:], "--on", "plane", "-o", tmp_path / "g.png"
+    )
+    assert own.returncode == 0, own.stderr
+    turned, kept = (read_image(tmp_path / f"{name}_normal.png") for name in "mg")
+    assert np.abs(255 - turned[..., 1].astype(int) - kept[..., 1]).max() <= 1
+    # No file that is read is written.
+    assert_one_line(command("wall", "--map", "ao=a.png", "--on", "sphere", "-o", "a.png"), "a.png")
+
+
 def test_a_flat_material_tiles_and_keeps_its_convention(command: Any, tmp_path: Path) -> None:
     done = command(
         "wall/wall_albedo.png", "wall/wall_normal.png", "wall/wall_roughness.png", "wall/wall_height.png",
@@ -326,6 +344,12 @@ BAD = {
     "maps of different shapes": ([*WALL, "wall_ao.png", "--on", "sphere"], "ao is 40x48"),
     "unknown role": ([*WALL, "wall_shine.png", "--on", "sphere"], "role of 'wall_shine.png'"),
     "two of one role": ([*WALL, "bare/bare_normal.png", "--on", "sphere"], "two files of role 'normal'"),
+    "map without a file": (["plain.png", "--map", "ao", "--on", "sphere"], "allowed: role=file"),
+    "map twice": (["wall", "--map", "ao=a", "--map", "ao=b", "--on", "sphere"], "'ao' is given twice"),
+    "map of no role": (["wall", "--map", "shine=plain.png", "--on", "sphere"], "role 'shine' is unknown"),
+    "normal of no way": (["wall", "--normal", "up", "--on", "sphere"], "normal is 'up'; allowed: gl"),
+    "normal of an image": (["plain.png", "--normal", "dx", "--on", "sphere"], "is no material"),
+    "zip file missing": (["none.zip", "--on", "sphere"], "'none.zip' does not exist"),
     "no albedo": (["bare", "--on", "sphere"], "folder 'bare': material has no albedo"),
     "no map": ([*WALL, "notes.txt", "--on", "sphere"], "notes.txt"),
     "map missing": ([*WALL, "wall_height.png", "--on", "sphere"], "wall_height.png"),

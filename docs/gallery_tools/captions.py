@@ -61,9 +61,9 @@ CAPTIONS = {
         """,
     "material": """\
         `examples/bricks_material`: albedo, normal, roughness, ambient occlusion and height, by one quilt.
-        Bumps are lit from the lamp's side on all charts, for normals turn with the texture.
+        Bumps are lit from the same side on all charts, for normals turn with the texture. (b) is
         `upholster cover examples/bricks_material --on torus:R=2,r=0.9 --texels 2M --sample-size 2.5
-        --direction around:z --seed 1 -o torus.glb` is the same as glTF.
+        --direction around:z --seed 1 --view 30,38 -o torus.png`; `-o torus.glb` is the same as glTF.
         """,
     "refining": """\
         The first picture's quilt as a stream (`-o ring.uph`), as it arrives. The first view shows the

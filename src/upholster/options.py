@@ -471,7 +471,8 @@ class WriteOptions:
     )
     quality: int = field(default=90, metadata=_about(_OUTPUT, "Of JPEG and WebP, 1 to 100."))
     normal_scale: float = field(
-        default=1.0, metadata=_about(_OUTPUT, "Strength of a material's normal map in a GLB, 0 to 100.")
+        default=1.0,
+        metadata=_about(_OUTPUT, "Strength of a material's normal map in a GLB or picture, 0 to 100."),
     )
     size: tuple[int, int] = field(
         default=(1024, 768),

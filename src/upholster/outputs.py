@@ -36,6 +36,7 @@ from upholster.model import (
 from upholster.options import WriteOptions
 from upholster.quilt import Quilt, Texels
 from upholster.render import render
+from upholster.render.maps import SHOWN
 from upholster.shown import Shown, on_a_line
 from upholster.stream import encode_stream
 from upholster.types import FloatArray, PixelArray, Progress
@@ -133,9 +134,9 @@ class TexturedModel(Shown):
     quilt, exemplar
         What the texels were painted from: an image, or a material.
     maps
-        A material's other maps by role, on the same charts, as `upholster.paint_material` makes them. A GLB
-        has all but the height; files of their own beside the base colour go with OBJ, atlas and flat texture;
-        pictures show the base colour alone.
+        A material's other maps by role, on the same charts, as `upholster.paint_material` makes them. GLB and
+        pictures show all but the height; files of their own beside the base colour go with OBJ, atlas and
+        flat texture.
     read_from
         The whole stream that all this was read from, if it was: written again as it is.
     """
@@ -215,6 +216,9 @@ class TexturedModel(Shown):
             self.uv,
             self.mesh.all_triangles(),
             self.atlas.pixels,
+            maps={role: self.map_pixels(role) for role in self.maps if role in SHOWN},
+            tangents=self.tangents,
+            normal_scale=self.options.normal_scale,
             size=self.options.size,
             view=self.options.view,
             supersample=self.options.supersample,

@@ -38,8 +38,16 @@ from upholster.stream.plans import refuse_source_map
 from upholster.stream.prefix import Limit, feed_until
 from upholster.types import PixelArray, Progress
 
-__all__ = ["CoverReport", "RefineReport", "cover", "decoded_model", "refine", "write"]
-
+__all__ = [
+    "CoverReport",
+    "RefineReport",
+    "cover",
+    "decoded_model",
+    "painted",
+    "received_exemplar",
+    "refine",
+    "write",
+]
 
 _SOFT = 0.6
 """Pixels of the sample to a texel below which a texture looks soft."""
@@ -71,8 +79,8 @@ class CoverReport(Shown):
     written
         Bytes of each file.
     notes
-        What the user should know, in words: how many edges nearly meet, that the texture will be soft, or
-        that there will be very many texels.
+        What the user should know, in words: how a material's maps were read, how many edges nearly
+        meet, that the texture will be soft, or that there will be very many texels.
     model
         The textured model itself; not in the JSON.
     """
@@ -100,6 +108,8 @@ def cover(
     on: SurfaceLike,
     targets: Sequence[str | os.PathLike[str]] | str | os.PathLike[str],
     *,
+    maps: Mapping[str, str | os.PathLike[str]] | None = None,
+    normal: str | None = None,
     rectify: Corners | None = None,
     crop: tuple[int, int, int, int] | None = None,
     resize: int | str | tuple[int, int] | None = None,
@@ -117,10 +127,10 @@ def cover(
     Parameters
     ----------
     exemplar
-        Image file, see `upholster.read_exemplar`. Or a material: a folder with
-        its maps, several files named by role, files by role (see `upholster.read_material`), or the material
-        itself. Its maps are matched together (by methods "paper" and "pixel": the base colour alone), and one
-        quilt paints them all.
+        Image file, see `upholster.read_exemplar`. Or a material: a folder or zip file with its maps, several
+        files named by role, files by role (see `upholster.read_material`, also for `maps` and `normal`), or
+        the material itself. Its maps are matched together (by methods "paper" and "pixel": the base colour
+        alone), and one quilt paints them all.
     on
         Which surface: a text, see `upholster.surface_from_spec`, a file's path, or a `Surface`. With method
         "paper" a sphere is of octants, unless it says otherwise.
@@ -129,7 +139,7 @@ def cover(
         before an image's path writes the
         atlas instead of a picture. With texels of width × height images are the flat texture itself. A
         material's other maps lie beside atlas, flat texture and OBJ, named by role: ``wall_normal.png``
-        beside ``wall.png``; pictures of the model show the base colour alone.
+        beside ``wall.png``; pictures of the model show all of them but the height.
     rectify, crop, resize, even_light
         How the exemplar is prepared, see `upholster.read_exemplar`.
     synthesis
@@ -164,7 +174,9 @@ def cover(
     preparing = SampleOptions(rectify=rectify, crop=crop, resize=resize, even_light=even_light)
     notes: list[str] = []
     seconds: dict[str, float] = {}
-    read = [*source_files(exemplar), *([file] if (file := surface_file(on)) else [])]
+    if maps is not None and not isinstance(maps, Mapping):
+        raise InputError(f"maps is a {type(maps).__name__}; allowed: files by role")
+    read = [*source_files(exemplar, maps), *([file] if (file := surface_file(on)) else [])]
     _check_used(wanted, options)
     if asked.method == "paper" and options.wavelet is None:
         options = replace(options, wavelet="haar")
@@ -173,7 +185,8 @@ def cover(
         with _timed("read", seconds):
             surface = as_surface(on, biquadratic=asked.method == "paper")
             _ = surface.shared  # edges that are claimed twice are found now, not after the work
-            source = read_source(exemplar, preparing, notes=notes)
+            source = read_source(exemplar, preparing, maps=maps, normal=normal, notes=notes)
+        notes += source.notes if isinstance(source, Material) else ()
         parts = source_parts(source)
         roles = tuple(parts)[1:]
         files.add(file for output in wanted for file in output.maps(roles))
@@ -196,10 +209,11 @@ def cover(
         with _timed("synthesize", seconds):
             quilt = execute(prepared, seen, surface, seed=seed, threads=threads, progress=progress)
         with _timed("paint", seconds):
-            texels, maps = _painted(quilt, source, threads, progress)
-        model = TexturedModel(surface, texels, options, threads, quilt, source, maps)
+            texels, others = painted(quilt, source, threads, progress)
+        model = TexturedModel(surface, texels, options, threads, quilt, source, others)
         written = _written(wanted, model, files, seconds, progress)
         parameters = {"exemplar": source_names(exemplar), "on": _surface_name(on), "threads": threads}
+        parameters |= {"maps": source_names(maps or {}), "normal": normal}
         parameters |= asdict(preparing) | asdict(asked) | {"seed": seed} | asdict(options)
         if callable(parameters["direction"]):
             parameters["direction"] = prepared.direction
@@ -207,7 +221,7 @@ def cover(
             __version__,
             parameters,
             _settled(prepared, surface, asked, roles),
-            _counts(surface, quilt, texels) | {"maps": 1 + len(maps)},
+            _counts(surface, quilt, texels) | {"maps": 1 + len(others)},
             _totalled(seconds),
             peak_memory(),
             written,
@@ -310,14 +324,14 @@ def refine(
         if decoder.needed or decoder.surface is None:
             raise FormatError(f"byte {len(data)}: stream is cut; needs {max(1, decoder.needed)} more bytes")
         surface = decoder.surface if on is None else _other_surface(on, decoder.surface)
-        exemplar = _exemplar(decoder)
+        exemplar = received_exemplar(decoder)
         roles = tuple(source_parts(exemplar))[1:]
         files.add(file for output in wanted for file in output.maps(roles))
         same = data if decoder.complete and not options.stream_choices else None
         if same is not None and on is not None:
             same = on_surface(same, surface)
         quilt = decoder.quilt().on(surface)
-        texels, maps = _painted(quilt, exemplar, threads, progress)
+        texels, maps = painted(quilt, exemplar, threads, progress)
         options = _as_coded(decoder, options)
         model = TexturedModel(surface, texels, options, threads, quilt, exemplar, maps, same)
         written = _written(wanted, model, files, {}, progress)
@@ -362,8 +376,8 @@ def decoded_model(decoder: StreamDecoder, *, threads: int | None = None) -> Text
     InputError
         If bytes are still needed.
     """
-    quilt, exemplar = decoder.quilt(), _exemplar(decoder)
-    texels, maps = _painted(quilt, exemplar, threads, None)
+    quilt, exemplar = decoder.quilt(), received_exemplar(decoder)
+    texels, maps = painted(quilt, exemplar, threads, None)
     assert quilt.surface is not None  # it comes before all that a quilt needs
     options = _as_coded(decoder, WriteOptions())
     return TexturedModel(quilt.surface, texels, options, threads, quilt, exemplar, maps)
@@ -467,17 +481,20 @@ def _written(
     return written
 
 
-def _painted(
-    quilt: Quilt, exemplar: PixelArray | Material, threads: int | None, progress: Progress | None
+def painted(
+    quilt: Quilt,
+    exemplar: PixelArray | Material,
+    threads: int | None = None,
+    progress: Progress | None = None,
 ) -> tuple[Texels, dict[str, Texels]]:
     """Return texels of the base colour, and of a material's other maps by role."""
     if not isinstance(exemplar, Material):
         return paint(quilt, exemplar, threads=threads, progress=progress), {}
-    painted = paint_material(quilt, exemplar, threads=threads, progress=progress)
-    return painted.pop("albedo"), painted
+    maps = paint_material(quilt, exemplar, threads=threads, progress=progress)
+    return maps.pop("albedo"), maps
 
 
-def _exemplar(decoder: StreamDecoder) -> PixelArray | Material:
+def received_exemplar(decoder: StreamDecoder) -> PixelArray | Material:
     """Return what a stream was made from; maps of which nothing has come yet are left out."""
     maps = {"albedo": decoder.exemplar()}
     for role in decoder.roles[1:]:

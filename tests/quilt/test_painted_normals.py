@@ -5,8 +5,8 @@ import pytest
 
 from upholster.errors import InputError
 from upholster.geometry import ring_cyclide, sphere
-from upholster.quilt import Chart, Quilt, paint
-from upholster.quilt.normals import paint_normals
+from upholster.quilt import Chart, Quilt, Texels, paint
+from upholster.quilt.normals import paint_normals, unit_normals
 from upholster.quilt.placement import MASK_RAMP, PLACEMENT
 from upholster.quilt.plans import PlacementList
 from upholster.quilt.warp_field import FIELD_STEP, WarpField, node_count
@@ -162,3 +162,32 @@ def test_light_from_one_side_looks_the_same_on_every_chart(surface, rho):
 def test_what_is_no_normal_map_is_refused(image):
     with pytest.raises(InputError, match="normal map"):
         paint_normals(one_block(40, 0), image)
+
+
+@pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32])
+def test_blended_normals_become_unit_vectors(dtype):
+    rng = np.random.default_rng(5)
+    _, *slopes = bumps(64)
+    unit = normals_of(*slopes, dtype)
+    other = unit[::-1, ::-1]
+    top = 1 if dtype == np.float32 else np.iinfo(dtype).max
+    blended = unit.astype(np.float64) + rng.random((64, 64, 1)) * (other.astype(np.float64) - unit)
+    blended = (blended if top == 1 else np.rint(blended)).astype(dtype)
+    blended[:8] = unit[:8]
+    blended[8, 8] = top / 2  # no direction at all
+    texels = Texels((Chart(0, 64, 64),), (blended,))
+    before = blended.copy()
+    found = unit_normals(texels).arrays[0]
+    np.testing.assert_array_equal(blended, before)
+    assert found.dtype == dtype
+    np.testing.assert_array_equal(found[:8], unit[:8])  # to the bit
+    lengths = np.linalg.norm(decoded(found), axis=2)
+    assert np.abs(lengths - 1).max() < 0.0079
+    assert np.abs(np.linalg.norm(decoded(before), axis=2) - 1).max() > 0.1
+    # The plain way: the same directions.
+    vectors = decoded(before).astype(np.float64)
+    length = np.linalg.norm(vectors, axis=2, keepdims=True)
+    expected = np.where(length < 1 / 128, (0, 0, 1), vectors / np.maximum(length, 1e-9))
+    changed = np.abs(length[..., 0] - 1) > 1 / 128
+    assert changed.any()
+    assert np.abs(decoded(found) - expected)[changed].max() < 1.01 / (top if top > 1 else 1e6)

@@ -10,6 +10,7 @@ import typer
 
 from upholster.cli.console import in_bytes, progress_bars
 from upholster.cli.options import spelled_out
+from upholster.errors import InputError
 from upholster.options import SampleOptions, SynthesisOptions, WriteOptions
 
 __all__ = ["cover", "surfaces"]
@@ -46,7 +47,7 @@ def cover(
         list[str],
         typer.Argument(
             help="The sample: an image (PNG, JPEG, WebP, TIFF, EXR, HEIC, AVIF); or a material's maps, as a "
-            "folder or as files named by role, `brick_albedo.png brick_normal.png` …",
+            "folder, a zip file or files named by role, `brick_albedo.png brick_normal.png` …",
             metavar="SAMPLE",
         ),
     ],
@@ -74,6 +75,24 @@ def cover(
     synthesis: SynthesisOptions,
     seed: Annotated[int, typer.Option(help="Same seed, same result.", rich_help_panel="Synthesis")] = 0,
     preparing: SampleOptions,
+    map_: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--map",
+            metavar="ROLE=FILE",
+            help="A map of the material whose name does not tell it: `roughness=x.png`, `orm=y.jpg` …",
+            rich_help_panel="Sample",
+        ),
+    ] = None,
+    normal: Annotated[
+        str | None,
+        typer.Option(
+            metavar="gl|dx",
+            help="The normal map's green points upward (OpenGL) or downward (DirectX). Default: by its name "
+            "or the height map.",
+            rich_help_panel="Sample",
+        ),
+    ] = None,
     writing: WriteOptions,
     report: Annotated[
         str | None, typer.Option(metavar="FILE", help="Write parameters, counts and times as JSON.")
@@ -85,11 +104,14 @@ def cover(
     start = time.perf_counter()
     from upholster.pipeline import cover as run
 
-    with progress_bars(quiet, _uses(synthesis, preparing, sample, output)) as progress:
+    maps = _maps(map_ or [])
+    with progress_bars(quiet, _uses(synthesis, preparing, [*sample, *maps.values()], output)) as progress:
         result = run(
             sample,
             on,
             output,
+            maps=maps,
+            normal=normal,
             **asdict(preparing),
             synthesis=synthesis,
             seed=seed,
@@ -107,12 +129,25 @@ def cover(
             print("; ".join(f"{name} {value}" for name, value in result.settled.items()))
 
 
+def _maps(written: list[str]) -> dict[str, str]:
+    """Read ``role=file``, several times."""
+    found: dict[str, str] = {}
+    for text in written:
+        role, equals, file = text.partition("=")
+        if not (role and equals and file):
+            raise InputError(f"map is {text!r}; allowed: role=file, as roughness=rough.png")
+        if role in found:
+            raise InputError(f"map {role!r} is given twice: {found[role]!r} and {file!r}")
+        found[role] = file
+    return found
+
+
 def _uses(
     asked: SynthesisOptions, preparing: SampleOptions, sample: list[str], outputs: list[str]
 ) -> list[str]:
     # What kernels these arguments need, as far as they tell; wrong ones are for others to complain about.
     flat = asked.method == "quilt" and isinstance(asked.texels, tuple)
-    material = len(sample) > 1 or Path(sample[0]).is_dir()
+    material = len(sample) > 1 or Path(sample[0]).is_dir() or Path(sample[0]).suffix.lower() == ".zip"
     made = asked.method + (" flat" if flat else " material" if material else "")
     kinds = {
         ".glb": "model", ".obj": "model", ".npz": "texels", ".uph": "stream", ".html": "stream",

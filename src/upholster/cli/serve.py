@@ -89,7 +89,7 @@ def _compiling() -> Iterator[None]:
     # The kernels of pictures of streams, while the server already answers.
     from upholster.warm import compiling
 
-    with compiling(["refine picture", "refine paper"]) as compiler:
+    with compiling(["refine picture", "refine paper", "refine material"]) as compiler:
         if compiler is not None:
             print(
                 "compiling kernels for this machine, once: pictures of streams come in about "

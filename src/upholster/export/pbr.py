@@ -8,6 +8,7 @@ import numpy as np
 
 from upholster.errors import InputError, nearest
 from upholster.image import alpha_channel, encode_image
+from upholster.image.material import DEFAULT_ROUGHNESS
 from upholster.options import TextureFormat
 from upholster.types import PixelArray
 
@@ -17,8 +18,6 @@ DATA_QUALITY = 90
 """JPEG and WebP of maps that hold no colours are at least as good: from here on JPEG keeps all its colour."""
 
 _ROLES = ("normal", "roughness", "metallic", "ao", "emission", "height", "opacity")
-_ROUGHNESS = 0.8
-"""Of a material without such a map."""
 
 
 @dataclass
@@ -76,7 +75,7 @@ def build_material(
     surface: dict[str, Any] = {
         "baseColorTexture": {"index": 0},
         "metallicFactor": 1 if "metallic" in maps else 0,
-        "roughnessFactor": 1 if "roughness" in maps else _ROUGHNESS,
+        "roughnessFactor": 1 if "roughness" in maps else DEFAULT_ROUGHNESS,
     }
     document: dict[str, Any] = {
         "name": name,

@@ -14,7 +14,7 @@ from upholster.image.roles import ROLES
 from upholster.shown import on_a_line
 from upholster.types import PixelArray, frozen_array
 
-__all__ = ["COLORS", "MATCH_WEIGHTS", "Material", "as_depth", "to_unit", "top_of"]
+__all__ = ["COLORS", "DEFAULT_ROUGHNESS", "MATCH_WEIGHTS", "Material", "as_depth", "to_unit", "top_of"]
 
 MATCH_WEIGHTS: Mapping[str, float] = MappingProxyType(
     {
@@ -33,6 +33,9 @@ Normal and height show where a stone ends as well as colour does, and twice; rou
 mostly; occlusion adds nothing to the height.
 """
 
+DEFAULT_ROUGHNESS = 0.8
+"""Of a material without such a map."""
+
 
 @dataclass(frozen=True, eq=False)
 class Material:
@@ -46,6 +49,8 @@ class Material:
         sRGB-coded where they are integers. The others are plain numbers from 0 to 1 (integers: to the
         largest): roughness, metallic, ao, height and opacity have 1 channel; normal has 3, x to the right,
         y upward and z outward from −1 to 1, coded as (v + 1)/2.
+    notes
+        What the user should know of how it was read, in words.
 
     Raises
     ------
@@ -54,6 +59,7 @@ class Material:
     """
 
     maps: Mapping[str, PixelArray]
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if not isinstance(self.maps, Mapping):

@@ -10,20 +10,29 @@ from upholster.errors import InputError, nearest
 from upholster.files import path_text
 from upholster.image.color import alpha_channel
 from upholster.image.material import COLORS, Material, top_of
+from upholster.image.normal_convention import points_down
+from upholster.image.numbers import to_unit
+from upholster.image.packages import MapFile, folder_images, is_zip, map_file, zip_images
 from upholster.image.preparing import check_crop, check_resize, cut_out, finished, resampled
 from upholster.image.profiles import Notes
-from upholster.image.read import read_image
 from upholster.image.rectify import Corners
-from upholster.image.roles import ROLES, find_maps, role_of
+from upholster.image.roles import LEFT_OUT, ROLES, family_of, find_maps, packed_parts, role_of
 from upholster.options import SampleOptions
 from upholster.types import PixelArray
 
-__all__ = ["read_material"]
+__all__ = ["FilesByRole", "read_material"]
+
+FilesByRole = Mapping[str, str | os.PathLike[str]]
+
+_COLORED = 8 / 255
+"""A map of single numbers whose channels differ by more than this on average is perhaps a packed one."""
 
 
 def read_material(
-    source: str | os.PathLike[str] | Sequence[str | os.PathLike[str]] | Mapping[str, str | os.PathLike[str]],
+    source: str | os.PathLike[str] | Sequence[str | os.PathLike[str]] | FilesByRole,
     *,
+    maps: FilesByRole | None = None,
+    normal: str | None = None,
     rectify: Corners | None = None,
     crop: tuple[int, int, int, int] | None = None,
     resize: int | str | tuple[int, int] | None = None,
@@ -35,8 +44,15 @@ def read_material(
     Parameters
     ----------
     source
-        A folder, or files, told apart by their names (``brick_albedo.png``, ``brick_nor_gl_1k.png``,
-        ``Bricks102_4K-JPG_Roughness.jpg``; see `upholster.image.roles.role_of`); or files by role.
+        A folder, a zip file as libraries deliver it (never unpacked to disk), or files, told apart by their
+        names (``brick_albedo.png``, ``brick_nor_gl_1k.png``, ``T_Brick_ORM.png``; see
+        `upholster.image.roles.role_of`); or files by role.
+    maps
+        Further files by role, used whatever their names say and instead of what is found for that role. Of a
+        folder or a zip file also names of files in it. A role may be a packed order, as ``orm``.
+    normal
+        "gl" or "dx": the normal map's green points upward or downward. By default its name says so, or else
+        the height map shows it, or else it is upward.
     rectify, crop, resize, even_light, notes
         As for `upholster.read_exemplar`, in pixels of the albedo, for all maps alike; even light for the
         albedo alone. Normals turn and stretch with a rectified map.
@@ -46,24 +62,25 @@ def read_material(
     Material
         Maps whose sides are a whole multiple or a whole fraction of the albedo's are resampled to it. Normal
         maps in DirectX' convention have their green turned round; gloss becomes roughness; packed images
-        (occlusion, roughness, metallic) are taken apart, maps of their own going before.
+        are taken apart, maps of their own going before. `Material.notes` tell what was left out.
 
     Raises
     ------
     InputError
         If a file cannot be read, has an unknown role, the role of another one, or a shape that does not fit;
-        if there is no albedo; for a crop or a size outside the limits of `read_exemplar`.
+        if there is no albedo; for a crop or a size outside the limits of `read_exemplar`; for a zip file
+        outside the limits of `upholster.image.packages.zip_images`.
     """
     check_crop(crop)
     check_resize(resize)
-    own: dict[str, PixelArray] = {}
-    packed: dict[str, PixelArray] = {}
-    for role, path in _files(source).items():
-        for name, part in _taken_apart(role, read_image(path, colors=role in COLORS, notes=notes), path.name):
-            if name in own and role != "arm":
-                raise InputError(f"material has two files of role {name!r}: the other one is {path.name!r}")
-            (packed if role == "arm" else own)[name] = part
-    read = packed | own
+    if normal is not None and not (isinstance(normal, str) and normal in ("gl", "dx")):
+        raise InputError(f"normal is {normal!r}; allowed: gl (green upward) or dx (green downward)")
+    if maps is not None and not isinstance(maps, Mapping):
+        raise InputError(f"maps is a {type(maps).__name__}; allowed: files by role")
+    profiles = [] if notes is None else notes
+    named, found, told = _files(source, maps or {})
+    read = _parts(found, normal, told, profiles) | _parts(named, normal, told, profiles)
+    unsaid = normal is None and "normal" in named | found
     if "albedo" not in read:
         raise InputError(f"material has no albedo; it has: {', '.join(read) or 'no maps'}")
     height, width = read["albedo"].shape[:2]
@@ -73,57 +90,110 @@ def read_material(
                 f"{role} is {pixels.shape[1]}x{pixels.shape[0]} pixels; "
                 f"allowed: {width}x{height} as the albedo, or a whole multiple or fraction of both"
             )
-    maps = {role: resampled(role, pixels, height=height, width=width) for role, pixels in read.items()}
+    read = {role: resampled(role, pixels, height=height, width=width) for role, pixels in read.items()}
+    if unsaid and "height" in read and points_down(read["normal"], read["height"]):
+        read["normal"] = _green_turned(read["normal"])
+        told.append("the normal map's green points down (DirectX), as the height map shows; else --normal gl")
     options = SampleOptions(rectify=rectify, crop=crop, resize=resize, even_light=even_light)
-    return Material(finished(cut_out(maps, options), options))
+    return Material(finished(cut_out(read, options), options), tuple(told))
 
 
 def _files(
-    source: str | os.PathLike[str] | Sequence[str | os.PathLike[str]] | Mapping[str, str | os.PathLike[str]],
-) -> dict[str, Path]:
+    source: str | os.PathLike[str] | Sequence[str | os.PathLike[str]] | FilesByRole, maps: FilesByRole
+) -> tuple[dict[str, MapFile], dict[str, MapFile], list[str]]:
+    """Return the files that were given by role, those found by name, and notes."""
     if isinstance(source, Mapping):
-        found: dict[str, Path] = {}
-        for name, path in source.items():
-            role = role_of(name) if isinstance(name, str) else None
-            if role is None:
-                raise InputError(f"role {name!r} is unknown; {nearest(str(name), ROLES)}")
-            if role in found:
-                raise InputError(f"material has two files of role {role!r}")
-            found[role] = Path(path_text(path, role))
-        return found
+        return _by_role({**source, **maps}, []), {}, []
     if isinstance(source, Sequence) and not isinstance(source, (str, bytes)):
-        return find_maps(Path(path_text(path, "map")) for path in source)
-    folder = Path(path_text(source, "material"))
-    if not folder.is_dir():
-        raise InputError(f"material {os.fspath(source)!r} is no folder")
-    try:
-        return find_maps(file for file in folder.iterdir() if file.is_file())
-    except OSError as error:
-        raise InputError(f"material {os.fspath(source)!r} cannot be read: {error.strerror}") from None
+        files = [map_file(Path(path_text(path, "map"))) for path in source]
+    else:
+        place = Path(path_text(source, "material"))
+        files = zip_images(place) if is_zip(place) else folder_images(place)
+    named = _by_role(maps, files)
+    chosen = {file.place for file in named.values()}
+    taken = {family_of(role) for role in named}
+    rest = [file for file in files if file.place not in chosen]
+    return named, *find_maps(rest, taken=taken)
 
 
-def _taken_apart(role: str, pixels: PixelArray, name: str) -> Iterator[tuple[str, PixelArray]]:
+def _by_role(given: FilesByRole, files: Sequence[MapFile]) -> dict[str, MapFile]:
+    """Return files by role; `files` can be named without their folder."""
+    found: dict[str, MapFile] = {}
+    beside = {file.name: file for file in files}
+    for name, path in given.items():
+        role = role_of(name) if isinstance(name, str) else None
+        if role is None or role == LEFT_OUT:
+            raise InputError(
+                f"role {name!r} is unknown; {nearest(str(name), ROLES)}, or packed: orm, arm, rma …"
+            )
+        if role in found:
+            raise InputError(f"material has two files of role {role!r}")
+        shown = path_text(path, role)
+        found[role] = beside[shown] if shown in beside and not Path(path).exists() else map_file(Path(path))
+    return found
+
+
+def _parts(
+    files: Mapping[str, MapFile], normal: str | None, notes: list[str], profiles: Notes
+) -> dict[str, PixelArray]:
+    """Return the maps that files hold, those of their own before packed ones, and add to the notes."""
+    own: dict[str, PixelArray] = {}
+    packed: dict[str, PixelArray] = {}
+    for role, file in files.items():
+        into = packed if packed_parts(role) else own
+        for name, part in _taken_apart(role, file, normal, notes, profiles):
+            if name in into:
+                raise InputError(f"material has two files of role {name!r}: the other one is {file.name!r}")
+            into[name] = part
+    return packed | own
+
+
+def _taken_apart(
+    role: str, file: MapFile, normal: str | None, notes: list[str], profiles: Notes
+) -> Iterator[tuple[str, PixelArray]]:
     """Yield the maps that a file holds, as `Material` wants them."""
+    pixels = file.read(colors=role in COLORS, notes=profiles)
     alpha = alpha_channel(pixels.shape[2])
     plain = pixels if alpha is None else pixels[:, :, :alpha]
-    if role in ("normal", "normal_dx", "arm") and plain.shape[2] != 3:
-        raise InputError(f"{role} {name!r} has {pixels.shape[2]} channels; allowed: RGB")
+    parts = packed_parts(role)
+    if family_of(role) == "normal" and plain.shape[2] != 3:
+        raise InputError(f"normal {file.name!r} has {pixels.shape[2]} channels; allowed: RGB")
+    if pixels.shape[2] < len(parts) or (parts and plain.shape[2] != 3):
+        allowed = "RGB" if len(parts) == 3 else "RGB and alpha"
+        raise InputError(f"packed {file.name!r} has {pixels.shape[2]} channels; allowed: {allowed}")
+    if parts:
+        notes.append(f"{file.name!r} holds {', '.join(part or 'nothing' for part in parts)} in its channels")
+    for k, part in enumerate(parts):
+        if part:
+            yield family_of(part), _single(part, pixels[:, :, k : k + 1])
     match role:
+        case _ if parts:
+            pass
         case "albedo":
             yield role, pixels
-        case "emission" | "normal":
+        case "emission":
             yield role, plain
-        case "normal_dx":
-            plain = plain.copy()
-            plain[:, :, 1] = top_of(plain.dtype) - plain[:, :, 1]
-            yield "normal", plain
-        case "arm":
-            for k, part in enumerate(("ao", "roughness", "metallic")):
-                yield part, plain[:, :, k : k + 1]
-        case "gloss":
-            yield "roughness", (top_of(plain.dtype) - _grey(plain)).astype(plain.dtype)
+        case "normal" | "normal_gl" | "normal_dx":
+            down = normal == "dx" or (normal is None and role == "normal_dx")
+            yield "normal", _green_turned(plain) if down else plain
         case _:
-            yield role, _grey(plain)
+            if plain.shape[2] == 3 and float(np.ptp(to_unit(plain), axis=2).mean()) > _COLORED:
+                notes.append(
+                    f"{file.name!r} is coloured, and read as {family_of(role)} alone; a packed one is said "
+                    f"by its order of channels: --map orm={file.name}"
+                )
+            yield family_of(role), _single(role, _grey(plain))
+
+
+def _single(role: str, values: PixelArray) -> PixelArray:
+    """Return a map of single numbers, gloss as roughness."""
+    return (top_of(values.dtype) - values).astype(values.dtype) if role == "gloss" else values
+
+
+def _green_turned(normal: PixelArray) -> PixelArray:
+    turned = normal.copy()
+    turned[:, :, 1] = top_of(turned.dtype) - turned[:, :, 1]
+    return turned
 
 
 def _grey(pixels: PixelArray) -> PixelArray:

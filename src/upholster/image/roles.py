@@ -1,36 +1,64 @@
 """Which map of a material a file holds, by its name: the common variants of texture libraries."""
 
 import re
-from collections.abc import Iterable
-from pathlib import Path
+from collections.abc import Collection, Iterable
+from typing import Protocol, TypeVar
 
 from upholster.errors import InputError, nearest
-from upholster.image.write import IMAGE_SUFFIXES
 
-__all__ = ["ROLES", "find_maps", "role_of"]
+__all__ = ["LEFT_OUT", "ROLES", "family_of", "find_maps", "packed_parts", "role_of"]
 
 ROLES = ("albedo", "normal", "roughness", "metallic", "ao", "height", "opacity", "emission")
 """What a material's map may be."""
 
+LEFT_OUT = "left out"
+"""What `role_of` says of maps that nothing here uses."""
+
 _NAMES = {
-    "albedo": "albedo basecolor basecolour diffuse diff color colour col",
-    "normal": "normal nor nrm norm normalmap normalgl normalopengl norgl",
+    "albedo": "albedo basecolor basecolour diffuse diff color colour col bc",
+    "normal": "normal nor nrm norm normalmap",
+    "normal_gl": "normalgl normalopengl norgl",
     "normal_dx": "normaldx normaldirectx nordx",
     "roughness": "roughness rough",
-    "gloss": "gloss glossiness",
+    "gloss": "gloss glossiness smoothness",
     "metallic": "metallic metalness metal",
     "ao": "ao ambientocclusion occlusion occ",
     "height": "height heightmap displacement disp",
     "opacity": "opacity alpha",
     "emission": "emission emissive emit",
-    "arm": "arm orm",
+    "+roughness+metallic": "metallicroughness",
+    "metallic+++gloss": "metallicsmoothness metallicgloss",
+    "metallic+ao++gloss": "maskmap",
+    LEFT_OUT: "cavity specular spec specularlevel curvature bump mask id idmap fuzz sheen translucency "
+    "translucent transmission scattering subsurface sss thickness anisotropy anisotropylevel "
+    "anisotropyrotation clearcoat bentnormal ior preview thumb thumbnail brush",
 }
-"""Spellings, without case and separators; the names that are no roles are forms of some that are."""
+"""Spellings, without case and separators; the names that are no roles are told in `role_of`."""
 
 _ROLE_BY_NAME = {name: role for role, names in _NAMES.items() for name in names.split()}
 
-_DETAIL = re.compile(r"\d{1,2}k|\d{3,5}|\d{1,2}bit|png|jpg|jpeg|exr|tif|tiff|webp")
-"""What libraries put behind the role: resolution, depth, format."""
+_LETTERS = {"d": "albedo", "n": "normal", "r": "roughness", "m": "metallic", "h": "height", "e": "emission"}
+_LETTERS |= {"s": LEFT_OUT}
+"""Unreal's: behind a name, as in ``T_Wall_D``."""
+
+_PACKED_LETTERS = {"ao": "ao", "a": "ao", "o": "ao", "r": "roughness", "m": "metallic"}
+_PACKED_LETTERS |= {"h": "height", "d": "height"}
+_PACKED_WORD = "ambientocclusion|occlusion|occ|ao|roughness|rough|metallic|metalness|metal"
+
+_DETAIL = re.compile(r"\d{1,2}k|\d{3,5}|\d{1,2}bit|lod\d|png|jpg|jpeg|exr|tif|tiff|webp")
+"""What libraries put behind the role: resolution, depth, level of detail, format."""
+
+
+class Named(Protocol):
+    """A file by its name, without folders."""
+
+    @property
+    def name(self) -> str:
+        """As ``brick_diff_1k.png``."""
+        ...
+
+
+File = TypeVar("File", bound=Named)
 
 
 def role_of(name: str) -> str | None:
@@ -39,58 +67,118 @@ def role_of(name: str) -> str | None:
     Parameters
     ----------
     name
-        As ``brick_wall_nor_gl_1k.png`` or ``Bricks102_4K-JPG_AmbientOcclusion.jpg``: the last words count.
+        Without suffix, as ``brick_wall_nor_gl_1k`` or ``Bricks102_4K-JPG_AmbientOcclusion``: the last words
+        count.
 
     Returns
     -------
     str or None
-        One of `ROLES`; "normal_dx" (green downward), "gloss" (1 − roughness), or "arm" (occlusion, roughness
-        and metallic in one image).
+        One of `ROLES`; "normal_gl" or "normal_dx" where the name tells the convention (green upward or
+        downward); "gloss" (1 − roughness); of several maps in one image what its channels hold, joined by
+        "+", as in "ao+roughness+metallic" (a channel without a name holds nothing of use); or `LEFT_OUT`.
     """
     words = re.sub(r"([a-z])(?=[A-Z])|(\d)(?=[A-Z][a-z])", r"\1\2 ", name)
     tokens = [word for word in re.split(r"[^a-z0-9]+", words.lower()) if word]
     while len(tokens) > 1 and _DETAIL.fullmatch(tokens[-1]):
         tokens.pop()
+    if not tokens:
+        return None
+    packed = _packed_words("".join(tokens)) or _packed_letters(tokens[-1])
+    if packed:
+        return packed
     for count in (3, 2, 1):
         role = _ROLE_BY_NAME.get("".join(tokens[-count:]))
         if role is not None and count <= len(tokens):
             return role
-    return None
+    if len(tokens) == 1:
+        return None
+    role = _LETTERS.get(tokens[-1])
+    # Unreal's textures are named T_Wall_N, and their green points down.
+    return "normal_dx" if role == "normal" and tokens[0] == "t" else role
 
 
-def find_maps(files: Iterable[Path]) -> dict[str, Path]:
+def packed_parts(role: str) -> tuple[str, ...]:
+    """Return what each channel of a packed image holds, "" where nothing of use; () for other roles."""
+    return tuple(role.split("+")) if "+" in role else ()
+
+
+def family_of(role: str) -> str:
+    """Return which of `ROLES` a file ends up as; a packed image is its own family."""
+    return {"normal_gl": "normal", "normal_dx": "normal", "gloss": "roughness"}.get(role, role)
+
+
+def find_maps(files: Iterable[File], *, taken: Collection[str] = ()) -> tuple[dict[str, File], list[str]]:
     """Tell a material's files apart by their names.
 
-    Files that are no images are skipped. One whose name all the others start with is the albedo if there
-    is no other, else a preview, and skipped too. Of a normal map in both conventions the OpenGL one is taken.
+    One whose name all the others start with is the albedo if there is no other, else a preview, and left out.
+    Of a normal map in both conventions the OpenGL one is taken, and roughness before gloss.
+
+    Parameters
+    ----------
+    files
+        The images.
+    taken
+        Families (see `family_of`) that need no file.
 
     Returns
     -------
     dict
         Files by role, as `role_of` has it.
+    list
+        Notes: what was left out, in words.
 
     Raises
     ------
     InputError
         If a name tells no role, or two files have one.
     """
-    images = sorted(file for file in files if file.suffix.lower() in IMAGE_SUFFIXES)
-    found: dict[str, Path] = {}
-    unknown = []
-    for file in images:
-        role = role_of(file.stem)
+    found: dict[str, File] = {}
+    unknown: list[File] = []
+    notes = []
+    for file in sorted(files, key=lambda file: file.name):
+        role = role_of(_stem(file))
         if role is None:
             unknown.append(file)
+        elif role == LEFT_OUT:
+            notes.append(f"left out {file.name!r}: no map of that kind is used")
         elif role in found:
             raise InputError(
-                f"material has two files of role {role!r}: {found[role].name!r} and {file.name!r}"
+                f"material has two files of role {role!r}: {found[role].name!r} and {file.name!r}; "
+                f"choose one with --map {role}=FILE"
             )
-        else:
+        elif family_of(role) not in taken:
             found[role] = file
     for file in unknown:
-        if not found or not all(other.stem.startswith(file.stem) for other in found.values()):
-            raise InputError(f"role of {file.name!r} is unknown; {nearest(file.stem, ROLES)}")
-        found.setdefault("albedo", file)
-    if "normal" in found:
-        found.pop("normal_dx", None)
-    return found
+        if not found or not all(_stem(other).startswith(_stem(file)) for other in found.values()):
+            raise InputError(
+                f"role of {file.name!r} is unknown; {nearest(_stem(file), ROLES)}; or --map ROLE=FILE"
+            )
+        if "albedo" not in taken:
+            found.setdefault("albedo", file)
+    for better, role in (("normal_gl", "normal"), ("normal_gl", "normal_dx"), ("normal", "normal_dx")):
+        if better in found:
+            found.pop(role, None)
+    if "roughness" in found and "gloss" in found:
+        notes.append(f"left out {found.pop('gloss').name!r}: there is a roughness map")
+    return found, notes
+
+
+def _packed_words(joined: str) -> str | None:
+    """Return the order of channels that the last three words name, as in ``ao_rough_metal``."""
+    match = re.search(rf"(?:{_PACKED_WORD}){{3,}}$", joined)
+    parts = [_ROLE_BY_NAME[word] for word in re.findall(_PACKED_WORD, match[0])[-3:]] if match else []
+    return "+".join(parts) if len(set(parts)) == 3 else None
+
+
+def _packed_letters(word: str) -> str | None:
+    """Return the order of channels that letters name, as in ORM, ARM, MRAO, ORMH; ORD has no metal."""
+    if not re.fullmatch(r"(?:ao|[aormhd]){3,4}|ordp", word):
+        return None
+    parts = [_PACKED_LETTERS[code] for code in re.findall("ao|[aormhd]", word)]
+    if len(set(parts)) != len(parts) or not {"ao", "roughness"} < set(parts):
+        return None
+    return "+".join(parts) if "metallic" in parts or word in ("ord", "ordp") else None
+
+
+def _stem(file: Named) -> str:
+    return file.name.rpartition(".")[0]

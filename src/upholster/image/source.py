@@ -11,7 +11,8 @@ import numpy as np
 
 from upholster.errors import InputError
 from upholster.image.material import Material
-from upholster.image.material_files import read_material
+from upholster.image.material_files import FilesByRole, read_material
+from upholster.image.packages import is_zip
 from upholster.image.profiles import Notes
 from upholster.image.read import check_exemplar, read_exemplar
 from upholster.image.write import IMAGE_SUFFIXES
@@ -29,32 +30,42 @@ Source = (
     | Mapping[str, str | os.PathLike[str]]
     | Material
 )
-"""An image or its file; or a material, its folder, its files, or its files by role."""
+"""An image or its file; or a material, its folder or zip file, its files, or its files by role."""
 
 
 def read_source(
-    source: Source, options: SampleOptions | None = None, *, notes: Notes | None = None
+    source: Source,
+    options: SampleOptions | None = None,
+    *,
+    maps: FilesByRole | None = None,
+    normal: str | None = None,
+    notes: Notes | None = None,
 ) -> PixelArray | Material:
     """Read an exemplar.
 
     Parameters
     ----------
     source
-        One file is an image, whatever its name says; all else is a material, see `read_material`.
+        One image is a sample by itself, whatever its name says, or with `maps` the albedo; all else is a
+        material, see `read_material`.
     options
         How it is prepared; not for a material that has been read already.
+    maps, normal
+        As for `read_material`.
     notes
         As for `read_exemplar`.
 
     Raises
     ------
     InputError
-        As `read_exemplar` and `read_material`; if one of several files is no image.
+        As `read_exemplar` and `read_material`; if one of several files is no image; for `normal` where there
+        is no material.
     """
     options = options or SampleOptions()
     if isinstance(source, (Material, np.ndarray)):
-        if options != SampleOptions():
-            names = ", ".join(entry.name for entry in fields(options) if getattr(options, entry.name))
+        told = {entry.name: getattr(options, entry.name) for entry in fields(options)}
+        told |= {"map": maps, "normal": normal}
+        if names := ", ".join(name for name, value in told.items() if value):
             raise InputError(f"{names} is for files; what was read already is used as it is")
         return source if isinstance(source, Material) else check_exemplar(source)
     if not _names(source):
@@ -64,20 +75,25 @@ def read_source(
         )
     if isinstance(source, Sequence) and not isinstance(source, str):
         if len(source) == 1:
-            return read_source(source[0], options, notes=notes)
+            return read_source(source[0], options, maps=maps, normal=normal, notes=notes)
         for file in source:
             # In a folder such files are skipped; one that is named is wanted.
             if Path(file).suffix.lower() not in IMAGE_SUFFIXES:
                 raise InputError(f"map {os.fspath(file)!r} is no image; allowed: {', '.join(IMAGE_SUFFIXES)}")
     asked = {entry.name: getattr(options, entry.name) for entry in fields(options)}
     if not isinstance(source, (str, os.PathLike)):
-        return read_material(source, **asked, notes=notes)
-    if not os.path.isdir(source):
+        return read_material(source, **asked, maps=maps, normal=normal, notes=notes)
+    if not (os.path.isdir(source) or is_zip(source)):
+        if maps:
+            return read_material({"albedo": source}, **asked, maps=maps, normal=normal, notes=notes)
+        if normal is not None:
+            raise InputError(f"normal is {normal!r}, but {os.fspath(source)!r} is no material; see --map")
         return read_exemplar(source, **asked, notes=notes)
     try:
-        return read_material(source, **asked, notes=notes)
+        return read_material(source, **asked, maps=maps, normal=normal, notes=notes)
     except InputError as error:
-        raise InputError(f"folder {os.fspath(source)!r}: {error}") from None
+        kind = "zip file" if is_zip(source) else "folder"
+        raise InputError(f"{kind} {os.fspath(source)!r}: {error}") from None
 
 
 def as_exemplar(exemplar: object) -> PixelArray | Material:
@@ -110,22 +126,24 @@ def _names(source: object) -> bool:
     return len(named) > 0 and all(isinstance(path, (str, os.PathLike)) for path in named)
 
 
-def source_files(source: Source) -> list[str]:
+def source_files(source: Source, maps: FilesByRole | None = None) -> list[str]:
     """Return the files that an exemplar is read from, of a folder all images: any may be one of its maps.
 
     What does not exist is left out; `read_source` reports it.
     """
     if isinstance(source, (Material, np.ndarray)) or not _names(source):
         return []
+    given_maps = maps.values() if isinstance(maps, Mapping) else ()
+    more = [os.fspath(file) for file in given_maps if isinstance(file, (str, os.PathLike))]
     if isinstance(source, Mapping):
-        return [os.fspath(file) for file in source.values()]
+        return [*(os.fspath(file) for file in source.values()), *more]
     given = [source] if isinstance(source, (str, os.PathLike)) else list(source)
     files = [os.fspath(file) for file in given]
-    if len(files) != 1 or not os.path.isdir(files[0]):
-        return files
-    with suppress(OSError):
-        return [str(file) for file in Path(files[0]).iterdir() if file.suffix.lower() in IMAGE_SUFFIXES]
-    return []
+    if len(files) == 1 and os.path.isdir(files[0]):
+        folder, files = Path(files[0]), []
+        with suppress(OSError):
+            files = [str(file) for file in folder.iterdir() if file.suffix.lower() in IMAGE_SUFFIXES]
+    return files + more
 
 
 def source_parts(exemplar: PixelArray | Material) -> dict[str, PixelArray]:

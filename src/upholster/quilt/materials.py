@@ -3,7 +3,7 @@
 from upholster.image.material import Material
 from upholster.image.source import Source, as_exemplar
 from upholster.quilt.model import Quilt, Texels
-from upholster.quilt.normals import paint_normals
+from upholster.quilt.normals import paint_normals, unit_normals
 from upholster.quilt.painting import paint
 from upholster.types import PixelArray, Progress
 
@@ -28,7 +28,8 @@ def paint_material(
     -------
     dict
         Texels by role, each at its map's depth: "albedo", with the opacity as its alpha, then the other maps
-        but opacity. Normals are in the tangent frame of `upholster.quilt.normals.paint_normals`.
+        but opacity. Normals are in the tangent frame of `upholster.quilt.normals.paint_normals`, and of
+        length 1 where blocks are blended, too.
 
     Raises
     ------
@@ -42,6 +43,8 @@ def paint_material(
     for role, pixels in material.maps.items():
         if role not in ("albedo", "opacity"):
             painted[role] = paint_map(quilt, role, pixels, threads=threads, progress=progress)
+    if "normal" in painted:
+        painted["normal"] = unit_normals(painted["normal"], threads=threads)
     return painted
 
 
@@ -53,7 +56,7 @@ def paint_map(
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> Texels:
-    """Paint a quilt with one map: normals turn with the texture, all others are as they are.
+    """Paint a quilt with one map, as decoders do: normals turn with the texture, all others are as they are.
 
     Raises
     ------

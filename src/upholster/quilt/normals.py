@@ -13,13 +13,16 @@ import numpy as np
 
 from upholster.errors import InputError
 from upholster.parallel import run_tasks
-from upholster.quilt._normal_kernels import turn_vectors
+from upholster.quilt._normal_kernels import lengthen_vectors, turn_vectors
 from upholster.quilt.model import Quilt, Texels
 from upholster.quilt.painting import CANVAS_DTYPES, check_painted, paint_each
 from upholster.quilt.placement import SYMMETRIES
 from upholster.types import PixelArray, Progress
 
-__all__ = ["paint_normals"]
+__all__ = ["paint_normals", "unit_normals"]
+
+_SLACK = 1 / 128
+"""Lengths this close to 1 are left: rounding to 8 bits changes them by up to 0.0068."""
 
 
 def paint_normals(
@@ -74,6 +77,32 @@ def paint_normals(
     ]
     run_tasks(tasks, threads=threads)
     return replace(texels, exemplar=normals)
+
+
+def unit_normals(texels: Texels, *, threads: int | None = None) -> Texels:
+    """Give painted normals length 1 again, which they lose where blocks are blended.
+
+    Painting itself, as every decoder of a stream does it, stops before that: graphics cards do the same to
+    each normal that they look up.
+
+    Parameters
+    ----------
+    texels
+        As `paint_normals` returns them.
+    threads
+        As in `upholster.quilt.paint`.
+
+    Returns
+    -------
+    Texels
+        Others; vectors of length 1, but for rounding, stay as they are to the bit.
+    """
+    arrays = tuple(array.copy() for array in texels.arrays)
+    tasks: list[Callable[[], object]] = [
+        partial(lengthen_vectors, array, float(_top(array.dtype)), _SLACK) for array in arrays
+    ]
+    run_tasks(tasks, threads=threads)
+    return Texels(texels.charts, arrays)
 
 
 def _turned(normals: PixelArray, symmetry: int) -> PixelArray:

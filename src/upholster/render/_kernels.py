@@ -13,6 +13,8 @@ from numpy.typing import NDArray
 
 from upholster.jit import inline, kernel, spliced
 from upholster.render._lookup import Pair, filtered
+from upholster.render._material_kernels import SurfaceMaps, material_light
+from upholster.render.environment import FILL_LIGHT, KEY_LIGHT, SKY_ABOVE, SKY_BELOW
 from upholster.render.texture import MipPyramid
 
 __all__ = [
@@ -25,18 +27,20 @@ Vector = tuple[float, float, float]
 
 # What the numbers of a pixel's sums are. Occlusion is counted in weights: asked for, and of that arrived.
 AMBIENT, KEY = 0, 3  # light from sky and camera, and from the key light, times colour: three numbers each
-COVER, NORMAL, DEPTH = 6, 7, 10  # alpha; three numbers; least depth
-LIGHT = 11  # from here on: what `light.averaged` averages, first of the model, then of the floor
-KEY_ASKED, KEY_ARRIVED, SKY_ASKED, SKY_ARRIVED = 11, 12, 13, 14
-FLOOR, FLOOR_KEY, FLOOR_SKY = 15, 16, 17  # on the floor both lights are always asked for
-SUMS = 18
+GLOW = 6  # light of its own: three numbers
+COVER, NORMAL, DEPTH = 9, 10, 13  # alpha; three numbers; least depth
+LIGHT = 14  # from here on: what `light.averaged` averages, first of the model, then of the floor
+KEY_ASKED, KEY_ARRIVED, SKY_ASKED, SKY_ARRIVED = 14, 15, 16, 17
+FLOOR, FLOOR_KEY, FLOOR_SKY = 18, 19, 20  # on the floor both lights are always asked for
+SUMS = 21
 
-# Light arriving per light, for a white surface that faces it.
-SKY_ABOVE, SKY_BELOW, FILL_LIGHT, KEY_LIGHT = 0.50, 0.28, 0.10, 0.50
+# What a surface without a material mirrors of sky and key light.
 SHEEN, GLOSS, GLOSS_POWER = 0.16, 0.9, 32
 AO_STRENGTH = 0.8
 # Light above the knee is compressed toward 1, all channels alike, so that hue stays.
 KNEE = 0.9
+# Mirrored lamps lose their hue above this, instead of ending in flat discs of it.
+PALE, PALE_RANGE = 1.5, 4.0
 # Where a ray leaves a surface, it starts this far off.
 LIFT = 1e-3
 # How far away something has to be not to take sky light, on the model and on the floor.
@@ -63,6 +67,7 @@ class Studio(NamedTuple):
     spread: float  # distance between two samples at depth 1
     pattern: Single  # see `light.occlusion_pattern`, as (n, 6); with no rows, nothing is occluded
     samples: int  # per pixel
+    pales: bool  # whether light far above 1 turns white: with materials, which mirror lamps
 
 
 class EyeRays(NamedTuple):
@@ -268,14 +273,22 @@ def _above_smooth(met: Met) -> Vector:
 
 
 @kernel
-def shade(seen: EyeRays, mesh: RayMesh, pyramid: MipPyramid, studio: Studio, sums: Single, rays: Rays) -> int:
+def shade(
+    seen: EyeRays,
+    mesh: RayMesh,
+    pyramid: MipPyramid,
+    maps: SurfaceMaps,
+    studio: Studio,
+    sums: Single,
+    rays: Rays,
+) -> int:
     """Add the light along each ray to its pixel's sums, and list the occlusion rays that this asks for.
 
     Parameters
     ----------
     seen
         What rays from the eye met; light that goes on behind it is told in `through` and `onward`.
-    mesh, pyramid, studio
+    mesh, pyramid, maps, studio
         What is seen and how.
     sums
         (pixels, SUMS): updated.
@@ -327,7 +340,8 @@ def shade(seen: EyeRays, mesh: RayMesh, pyramid: MipPyramid, studio: Studio, sum
         one, two = _footprint(met, right, up, d, distance, depth * studio.spread, (ua, va), (ub, vb))
         one = (one[0] * pyramid.width, one[1] * pyramid.height)
         two = (two[0] * pyramid.width, two[1] * pyramid.height)
-        color = filtered(pyramid, u0 + w1 * ua + w2 * ub, v0 + w1 * va + w2 * vb, one, two)
+        place = (u0 + w1 * ua + w2 * ub, v0 + w1 * va + w2 * vb)
+        color = filtered(pyramid, place[0], place[1], one, two)
 
         seen.through[i] = weight * (1.0 - color[3])
         seen.onward[i, 0], seen.onward[i, 1], seen.onward[i, 2] = _along(met.place, -LIFT, toward_eye)
@@ -335,10 +349,24 @@ def shade(seen: EyeRays, mesh: RayMesh, pyramid: MipPyramid, studio: Studio, sum
         if cover <= 0.0:
             continue
         light = _light(met.normal, toward_eye, key)
+        if maps.used:
+            tangent = (0.0, 0.0, 0.0)
+            if len(maps.tangents) > 0:
+                t0, t1, t2 = _row(maps.tangents, i0), _row(maps.tangents, i1), _row(maps.tangents, i2)
+                tangent = _along(_along(_scaled(t0, 1.0 - w1 - w2), w1, t1), w2, t2)
+            shine = material_light(
+                maps, place, one, two, color, met.normal, tangent, met.side, toward_eye, key
+            )
+            for k in range(3):
+                total[AMBIENT + k] += weight * shine.ambient[k]
+                total[KEY + k] += weight * shine.key[k]
+                total[GLOW + k] += weight * shine.glow[k]
+        else:
+            for k in range(3):
+                share = weight * color[k]
+                total[AMBIENT + k] += share * light.ambient + cover * light.sheen
+                total[KEY + k] += share * KEY_LIGHT * light.key + cover * light.glint
         for k in range(3):
-            share = weight * color[k]
-            total[AMBIENT + k] += share * light.ambient + cover * light.sheen
-            total[KEY + k] += share * KEY_LIGHT * light.key + cover * light.glint
             total[NORMAL + k] += cover * met.normal[k]
         fresh = total[COVER] == 0.0
         total[COVER] += cover
@@ -403,13 +431,16 @@ def resolve(
             shadow = total[FLOOR] * share * (1.0 - on_floor / (floor_key + floor_sky))
             brightest = 0.0
             for k in range(3):
-                image[y, x, k] = (total[AMBIENT + k] * sky + total[KEY + k] * key) * share
+                image[y, x, k] = (total[AMBIENT + k] * sky + total[KEY + k] * key + total[GLOW + k]) * share
                 brightest = max(brightest, image[y, x, k])
             if brightest > KNEE * cover and cover > 0.0:
                 over = (brightest / cover - KNEE) / (1.0 - KNEE)
                 fitted = cover * (1.0 - (1.0 - KNEE) * math.exp(-over))
+                pale = 0.0
+                if studio.pales:
+                    pale = 1.0 - math.exp(-max(brightest / cover - PALE, 0.0) / PALE_RANGE)
                 for k in range(3):
-                    image[y, x, k] *= fitted / brightest
+                    image[y, x, k] = fitted * (pale + (1.0 - pale) * image[y, x, k] / brightest)
             rest = max(1.0 - cover - shadow, 0.0)
             if len(background) > 0:
                 for k in range(3):

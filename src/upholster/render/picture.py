@@ -1,7 +1,7 @@
 """Pictures of a textured model: ray casting with Embree, band by band, on any machine, without a display."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 
 import numpy as np
@@ -11,9 +11,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from upholster.parallel import run_tasks, thread_count
 from upholster.render._kernels import DEPTH, LIGHT, SUMS, EyeRays, RayMesh, Rays, Studio, resolve, shade
+from upholster.render._material_kernels import SurfaceMaps
 from upholster.render.camera import Camera
 from upholster.render.checks import Color, check_numbers, checked_background, checked_model
 from upholster.render.light import MARGIN, TILE, averaged, key_direction, occlusion_pattern
+from upholster.render.maps import build_maps, checked_maps
 from upholster.render.texture import MipPyramid, build_pyramid, checked_texture
 from upholster.types import FloatArray, IntArray, PixelArray, Progress
 
@@ -35,6 +37,9 @@ def render(
     triangles: ArrayLike,
     texture: PixelArray | None,
     *,
+    maps: Mapping[str, PixelArray] | None = None,
+    tangents: ArrayLike | None = None,
+    normal_scale: float = 1.0,
     size: tuple[int, int] = (1024, 768),
     view: tuple[float, float] = (30.0, 30.0),
     zoom: float = 1.0,
@@ -65,6 +70,14 @@ def render(
         (H, W, C) uint8 or uint16, sRGB-coded, or float32, linear: grey, grey and alpha, RGB, or RGB and
         alpha. None shows the bare shape. What lies behind shows through where alpha is below 1, up to 16
         layers; for occlusion the surface counts as solid.
+    maps
+        A material's other maps by role, each of the texture's height and width and as
+        `upholster.image.Material` has it: normal, roughness, metallic, ao and emission are shown, under the
+        light of `upholster.render.environment`. Others, or none, leave the picture as it is.
+    tangents
+        (V, 3): with a normal map where its x points, of any length; y points along normal × tangent.
+    normal_scale
+        What x and y of normals are multiplied with.
     size
         (width, height) in pixels, 1 to 16384 each.
     view, zoom, target
@@ -101,7 +114,8 @@ def render(
     Notes
     -----
     What faces the key light comes out in about the texture's own colour, most of what is seen at 0.7 to 1 of
-    it; light above 0.9 is compressed toward 1 at constant hue. Samples lie on a rotated grid inside each
+    it; light above 0.9 is compressed toward 1 at constant hue; lamps that a material mirrors turn white.
+    Samples lie on a rotated grid inside each
     pixel and are averaged with equal weights.
 
     References
@@ -116,16 +130,29 @@ def render(
     width, height = camera.size
     check_numbers(supersample, max_level, depth, (height, width))
     thread_count(threads)
+    shown, along = checked_maps(maps, texture, tangents, len(space))
     rows = checked_background(background, height)
     mesh, studio, radius = _scene(
-        space, normals, uv, triangles, camera, supersample, floor=floor and shadows, shadows=shadows
+        space,
+        normals,
+        uv,
+        triangles,
+        camera,
+        supersample,
+        floor=floor and shadows,
+        shadows=shadows,
+        pales=bool(shown),
     )
     finest = 0
     if texture is not None:
         finest = _finest_level(mesh, camera, studio, *texture.shape[:2])
-    pyramid = build_pyramid(texture, first=min(finest, max_level), last=max_level, threads=threads)
+    first = min(finest, max_level)
+    pyramid = build_pyramid(texture, first=first, last=max_level, threads=threads)
+    others = build_maps(
+        shown, along, camera.axes, normal_scale=normal_scale, first=first, last=max_level, threads=threads
+    )
     image = np.empty((height, width, 4 if background is None else 3), np.float32)
-    work = _Work(mesh, pyramid, studio, camera, rows, image, depth, radius)
+    work = _Work(mesh, pyramid, others, studio, camera, rows, image, depth, radius)
     work.paint(threads, progress)
     return image
 
@@ -140,6 +167,7 @@ def _scene(
     *,
     floor: bool,
     shadows: bool,
+    pales: bool,
 ) -> tuple[RayMesh, Studio, float]:
     """Return model, camera and lights in radii about the model's middle, and the radius.
 
@@ -158,6 +186,7 @@ def _scene(
         spread=1 / (camera.focal * supersample),
         pattern=occlusion_pattern(camera.axes, supersample)[: None if shadows else 0],
         samples=supersample**2,
+        pales=pales,
     )
     return mesh, studio, radius
 
@@ -169,6 +198,7 @@ class _Work:
         self,
         mesh: RayMesh,
         pyramid: MipPyramid,
+        maps: SurfaceMaps,
         studio: Studio,
         camera: Camera,
         background: NDArray[np.float32],
@@ -176,7 +206,7 @@ class _Work:
         depth: NDArray[np.float32] | None,
         radius: float,
     ) -> None:
-        self.mesh, self.pyramid, self.studio, self.camera = mesh, pyramid, studio, camera
+        self.mesh, self.pyramid, self.maps, self.studio, self.camera = mesh, pyramid, maps, studio, camera
         self.background, self.image, self.depth, self.radius = background, image, depth, radius
         self.supersample = math.isqrt(studio.samples)
         self.occlusion = len(studio.pattern) > 0
@@ -243,7 +273,7 @@ class _Work:
             onward = np.empty(directions.shape, np.float32)
             rays = _room(2 * len(directions) if self.occlusion else 0)
             seen = EyeRays(hits["primID"], hits["u"], hits["v"], directions, pixels, aims, through, onward)
-            asked = shade(seen, self.mesh, self.pyramid, self.studio, flat_sums, rays)
+            asked = shade(seen, self.mesh, self.pyramid, self.maps, self.studio, flat_sums, rays)
             if asked:
                 met = self.scene.run(
                     rays.origins[:asked], rays.directions[:asked], query="OCCLUDED", dists=rays.reach[:asked]

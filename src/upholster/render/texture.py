@@ -13,7 +13,7 @@ from upholster.image.color import to_linear
 from upholster.parallel import run_tasks
 from upholster.types import PixelArray, frozen_array
 
-__all__ = ["MipPyramid", "build_pyramid", "checked_texture"]
+__all__ = ["MipPyramid", "averaged_down", "build_pyramid", "checked_texture"]
 
 CLAY = (0.62, 0.60, 0.57, 1.0)
 """Linear colour of a model without texture."""
@@ -91,7 +91,31 @@ def build_pyramid(
     if texture is None:
         clay = frozen_array(np.array([CLAY], np.float32))
         return MipPyramid(clay, frozen_array(np.array([[0, 1, 1]])), 0, 1, 1, see_through=False)
-    height, width = texture.shape[:2]
+    return averaged_down(
+        partial(_color_rows, texture), *texture.shape[:2], first=first, last=last, threads=threads
+    )
+
+
+def averaged_down(
+    rows: Callable[[int, int], NDArray[np.float32]],
+    height: int,
+    width: int,
+    *,
+    first: int,
+    last: int,
+    threads: int | None,
+) -> MipPyramid:
+    """Average an image of four numbers a texel down, the last of which is its alpha if it has one.
+
+    Parameters
+    ----------
+    rows
+        Returns rows `start` to `stop` of the image: (stop - start, width, 4).
+    height, width
+        Of the image.
+    first, last, threads
+        As for `build_pyramid`.
+    """
     last = min(last, max(0, math.ceil(math.log2(max(height, width)))))
     first = min(first, last)
     shapes = [(-(-height // 2**level), -(-width // 2**level)) for level in range(first, last + 1)]
@@ -104,7 +128,7 @@ def build_pyramid(
     bands = range(0, height, step)
     opaque = np.ones(len(bands), np.bool_)
     tasks: list[Callable[[], object]] = [
-        partial(_build_band, texture, row, min(row + step, height), first, views, opaque[i : i + 1])
+        partial(_build_band, rows, row, min(row + step, height), first, views, opaque[i : i + 1])
         for i, row in enumerate(bands)
     ]
     run_tasks(tasks, threads=threads)
@@ -114,29 +138,34 @@ def build_pyramid(
     )
 
 
+def _color_rows(texture: PixelArray, row: int, stop: int) -> NDArray[np.float32]:
+    """Return rows of a texture: linear colour times alpha, and alpha."""
+    source = texture[row:stop]
+    if source.dtype == np.float32 and not np.isfinite(source).all():
+        raise InputError(f"texture holds values that are not finite in rows {row} to {stop - 1}")
+    linear = to_linear(source)
+    block = np.empty((*linear.shape[:2], 4), np.float32)
+    if linear.shape[2] in (2, 4):
+        alpha = np.clip(linear[..., -1:], 0.0, 1.0)
+        np.multiply(linear[..., :-1], alpha, out=block[..., :3])
+        block[..., 3:] = alpha
+    else:
+        block[..., :3] = linear
+        block[..., 3] = 1.0
+    return block
+
+
 def _build_band(
-    texture: PixelArray,
+    rows: Callable[[int, int], NDArray[np.float32]],
     row: int,
     stop: int,
     first: int,
     views: list[NDArray[np.float32]],
     opaque: NDArray[np.bool_],
 ) -> None:
-    """Fill rows `row` to `stop` of the texture into every level's view."""
-    source = texture[row:stop]
-    if source.dtype == np.float32 and not np.isfinite(source).all():
-        raise InputError(f"texture holds values that are not finite in rows {row} to {stop - 1}")
-    linear = to_linear(source)
-    channels = linear.shape[2]
-    block = np.empty((*linear.shape[:2], 4), np.float32)
-    if channels in (2, 4):
-        alpha = np.clip(linear[..., -1:], 0.0, 1.0)
-        opaque[0] = bool((alpha == 1.0).all())
-        np.multiply(linear[..., :-1], alpha, out=block[..., :3])
-        block[..., 3:] = alpha
-    else:
-        block[..., :3] = linear
-        block[..., 3] = 1.0
+    """Fill rows `row` to `stop` of the image into every level's view."""
+    block = rows(row, stop)
+    opaque[0] = bool((block[..., 3] == 1.0).all())
     for level in range(first + len(views)):
         if level > 0:
             block = _halved(block)

@@ -15,6 +15,7 @@ from upholster.image.drawing import Drawing
 from upholster.model import tessellate
 from upholster.options import WriteOptions
 from upholster.outputs import TexturedModel
+from upholster.pipeline import painted, received_exemplar
 from upholster.render import render
 from upholster.server.pages import THUMBNAIL_SIZE
 from upholster.server.versions import Version
@@ -108,7 +109,8 @@ def _picture(version: Version) -> bytes:
         )
     else:
         options = WriteOptions(quads=_QUADS, size=THUMBNAIL_SIZE)
-        linear = TexturedModel(surface, decoder.texels(threads=1), options, threads=1).picture()
+        base, maps = painted(decoder.quilt(), received_exemplar(decoder), threads=1)
+        linear = TexturedModel(surface, base, options, threads=1, maps=maps).picture()
     return encode_image(from_linear(linear, "uint8"), "png")
 
 

@@ -1,0 +1,151 @@
+"""Where a material's files lie: in a folder, or in a zip file, which is read without unpacking it to disk."""
+
+import os
+import stat
+import zipfile
+import zlib
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path, PurePosixPath
+
+from upholster.errors import InputError
+from upholster.image.native import scratch_file
+from upholster.image.profiles import Notes
+from upholster.image.read import read_image
+from upholster.image.roles import LEFT_OUT, role_of
+from upholster.image.write import IMAGE_SUFFIXES
+from upholster.types import PixelArray
+
+__all__ = ["MapFile", "folder_images", "is_zip", "map_file", "zip_images"]
+
+MOST_ENTRIES = 1000
+MOST_BYTES = 1 << 28
+"""Of one image in a zip file, before it is decoded."""
+
+
+@dataclass(frozen=True, slots=True)
+class MapFile:
+    """A file that may be a map.
+
+    Attributes
+    ----------
+    name
+        Without folders: its words tell the role.
+    place
+        Which file it is: its path, in a zip file the path there.
+    read
+        Reads its pixels, see `upholster.image.read.read_image`.
+    """
+
+    name: str
+    place: str
+    read: Callable[..., PixelArray]
+
+
+def is_zip(path: str | os.PathLike[str]) -> bool:
+    """Return whether a path names a zip file; it need not exist."""
+    return Path(path).suffix.lower() == ".zip"
+
+
+def map_file(path: Path) -> MapFile:
+    """Return a file of its own."""
+    return MapFile(path.name, str(path), partial(read_image, path))
+
+
+def folder_images(folder: Path) -> list[MapFile]:
+    """Return the images of a folder, not those of folders in it."""
+    if not folder.is_dir():
+        raise InputError(f"material {str(folder)!r} is no folder and no zip file")
+    try:
+        return [map_file(file) for file in folder.iterdir() if file.is_file() and _is_image(file.name)]
+    except OSError as error:
+        raise InputError(f"material {str(folder)!r} cannot be read: {error.strerror}") from None
+
+
+def zip_images(path: Path) -> list[MapFile]:
+    """Return the images of a zip file: those of its outermost folder in which a name tells a role.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, damaged or no zip file; if it has more than 1000 entries, an entry of an odd
+        path (absolute, with "..", a backslash or a link), or an image that is encrypted or takes more than
+        256 MiB.
+    """
+    folders: dict[PurePosixPath, list[MapFile]] = {}
+    for entry in _entries(path):
+        place = PurePosixPath(entry.filename)
+        hidden = any(part.startswith((".", "__MACOSX")) for part in place.parts)
+        if hidden or entry.is_dir() or not _is_image(place.name):
+            continue
+        file = MapFile(place.name, entry.filename, partial(_read_entry, path, entry))
+        folders.setdefault(place.parent, []).append(file)
+    for folder in sorted(folders, key=lambda folder: (len(folder.parts), folder)):
+        if any(role_of(PurePosixPath(file.name).stem) not in (None, LEFT_OUT) for file in folders[folder]):
+            return folders[folder]
+    return [file for files in folders.values() for file in files]
+
+
+def _is_image(name: str) -> bool:
+    return PurePosixPath(name).suffix.lower() in IMAGE_SUFFIXES
+
+
+def _entries(path: Path) -> list[zipfile.ZipInfo]:
+    """Return a zip file's entries, all of them checked."""
+    name = str(path)
+    try:
+        _check_count(path)
+        with zipfile.ZipFile(path) as package:
+            entries = package.infolist()
+    except FileNotFoundError:
+        raise InputError(f"{name!r} does not exist") from None
+    except OSError as error:
+        raise InputError(f"{name!r} cannot be read: {error.strerror}") from None
+    except (zipfile.BadZipFile, ValueError, NotImplementedError) as error:
+        raise InputError(f"{name!r} is no zip file that can be read: {error}") from None
+    for entry in entries:
+        place = PurePosixPath(entry.orig_filename)
+        mode = entry.external_attr >> 16
+        odd = place.is_absolute() or ".." in place.parts or any(c in entry.orig_filename for c in "\\:\0")
+        if odd or stat.S_ISLNK(mode):
+            raise InputError(f"{name!r} has an entry {entry.orig_filename!r}; allowed: plain relative paths")
+    return entries
+
+
+def _check_count(path: Path) -> None:
+    """Refuse a directory that is too long before it is read; it ends with a record that tells its length."""
+    with path.open("rb") as file:
+        end = file.seek(0, 2)
+        file.seek(max(0, end - 65557))
+        tail = file.read()
+    at = tail.rfind(b"PK\5\6")
+    count = int.from_bytes(tail[at + 10 : at + 12], "little") if at >= 0 else 0
+    length = int.from_bytes(tail[at + 12 : at + 16], "little") if at >= 0 else 0
+    if count > MOST_ENTRIES or length > MOST_ENTRIES << 10:
+        raise InputError(f"{str(path)!r} has {count} entries or more; allowed: {MOST_ENTRIES}")
+
+
+def _read_entry(
+    path: Path, entry: zipfile.ZipInfo, *, colors: bool = True, notes: Notes | None = None
+) -> PixelArray:
+    """Decode one image; OpenImageIO reads files only, so its bytes lie in one in memory meanwhile."""
+    shown = f"{path}/{entry.filename}"
+    if entry.file_size > MOST_BYTES:
+        raise InputError(
+            f"{shown!r} takes {entry.file_size >> 20} MiB; allowed: {MOST_BYTES >> 20} MiB unpacked"
+        )
+    if entry.flag_bits & 1:
+        raise InputError(f"{shown!r} is encrypted; allowed: plain entries")
+    try:
+        # No more than the size that was told: what is longer is damaged.
+        with zipfile.ZipFile(path) as package, package.open(entry) as stream:
+            data = stream.read(entry.file_size + 1)
+    except (zipfile.BadZipFile, zlib.error, NotImplementedError, EOFError, OSError) as error:
+        raise InputError(f"{shown!r} cannot be unpacked: {error}") from None
+    with scratch_file(len(data)) as name:
+        Path(name).write_bytes(data)
+        try:
+            return read_image(name, colors=colors, notes=notes)
+        except InputError as error:
+            raise InputError(str(error).replace(repr(name), repr(shown))) from None
