@@ -10,6 +10,7 @@ from pathlib import Path
 
 from benchmarks import claims as claims_module
 from benchmarks import fidelity as fidelity_module
+from benchmarks import first_hours as first_hours_module
 from benchmarks import photos as photos_module
 from benchmarks import seams as seams_module
 from benchmarks.codec import codec
@@ -43,6 +44,7 @@ BENCHMARKS = {
     "fidelity": fidelity_module.fidelity,
     "seams": seams_module.seams,
     "photos": photos_module.photos,
+    "first_hours": first_hours_module.first_hours,
 }
 WITH_FOLDER = {"codec": codec, "profiles": profiles}
 PROGRAMS = {
@@ -50,6 +52,7 @@ PROGRAMS = {
     "fidelity": fidelity_module.main,
     "seams": seams_module.main,
     "photos": photos_module.main,
+    "first_hours": first_hours_module.main,
 }
 
 

@@ -34,7 +34,7 @@ from upholster.options import SampleOptions
 from upholster.photos import prepare_sample
 from upholster.types import FloatArray, PixelArray
 
-__all__ = ["main", "photos"]
+__all__ = ["main", "photos", "take_photo"]
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 CELLS = 16
@@ -161,6 +161,20 @@ def _shoot(name: str, original: PixelArray, n: int, width: int) -> tuple[Shot, l
     )
     small = [_within(image, side) for image in (samples[True, False], samples[True, True], original)]
     return shot, list(zip([shown, *small], captions, strict=True))
+
+
+def take_photo(
+    original: PixelArray, angles: tuple[float, float, float], width: int, rng: np.random.Generator
+) -> PixelArray:
+    """Return a lit photo, four to three, of a wall of an exemplar: 8-bit RGB.
+
+    `angles` are pan, tilt and roll of the camera in degrees; `width` is in pixels.
+    """
+    height = width * 3 // 4
+    corners = _seen(original.shape[1] / original.shape[0], angles, width, height)
+    light = _light(width, height, rng)
+    photo: PixelArray = from_linear(_wall(original, corners, width, height) * light, np.uint8)
+    return photo
 
 
 def _within(image: PixelArray, side: int) -> PixelArray:

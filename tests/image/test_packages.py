@@ -13,6 +13,7 @@ from upholster.image import encode_image, write_image
 from upholster.image.material_files import read_material
 from upholster.image.normal_convention import points_down
 from upholster.image.source import read_source, source_files
+from upholster.options import SampleOptions
 
 SIZE = (40, 48)
 
@@ -96,7 +97,7 @@ def test_a_zip_file_works_as_a_folder_does(tmp_path: Path) -> None:
         np.testing.assert_array_equal(in_zip.maps[role], pixels)
     assert in_zip.notes == in_folder.notes
     assert source_files(path) == [str(path)]
-    small = read_source(str(path), crop=(0, 0, 40, 36))
+    small = read_source(str(path), SampleOptions(crop=(0, 0, 40, 36)))
     assert not isinstance(small, np.ndarray)
     assert small.shape == (36, 40)
 

@@ -81,7 +81,7 @@ def finished(maps: Mapping[str, PixelArray], options: SampleOptions) -> Maps:
         result = {
             role: resampled(role, pixels, height=target[1], width=target[0]) for role, pixels in maps.items()
         }
-    if options.even_light:
+    if _flag("even light", options.even_light):
         result["albedo"] = even_light(result["albedo"])
     return result
 
@@ -142,6 +142,12 @@ def _whole_numbers(values: object, count: int) -> bool:
         and len(values) == count
         and all(isinstance(value, (int, np.integer)) for value in values)
     )
+
+
+def _flag(name: str, value: object) -> bool:
+    if not isinstance(value, (bool, np.bool_)):
+        raise InputError(f"{name} is a {type(value).__name__}; allowed: True or False")
+    return bool(value)
 
 
 def _rectified(role: str, pixels: PixelArray, rectification: Rectification) -> PixelArray:
