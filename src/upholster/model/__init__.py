@@ -1,17 +1,21 @@
 """The textured model: mesh, tangents, atlas and texture coordinates."""
 
-from upholster.model.atlas import Atlas, AtlasCell, build_atlas
+from upholster.model.atlas import Atlas, build_atlas
 from upholster.model.mesh import Mesh, face_parameters, tessellate
 from upholster.model.normal_atlas import build_normal_atlas
+from upholster.model.packing import AtlasCell, AtlasLayout, AtlasPage, pack_charts
 from upholster.model.tangents import vertex_tangents
 
 __all__ = [
     "Atlas",
     "AtlasCell",
+    "AtlasLayout",
+    "AtlasPage",
     "Mesh",
     "build_atlas",
     "build_normal_atlas",
     "face_parameters",
+    "pack_charts",
     "tessellate",
     "vertex_tangents",
 ]

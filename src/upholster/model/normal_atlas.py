@@ -8,9 +8,10 @@ import numpy as np
 from upholster.charts.seams import ChartSeam
 from upholster.errors import InputError
 from upholster.geometry import Surface
-from upholster.model.atlas import Atlas, AtlasCell, build_atlas, by_chart
+from upholster.model.atlas import Atlas, build_atlas, by_chart
 from upholster.model.gutter import beyond, mixed_corner
 from upholster.model.mesh import face_parameters, own_patches
+from upholster.model.packing import AtlasCell
 from upholster.quilt.chart import Chart
 from upholster.quilt.model import Texels
 from upholster.types import FloatArray, PixelArray, frozen_array
@@ -24,6 +25,8 @@ def build_normal_atlas(
     seams: Sequence[ChartSeam],
     *,
     gutter: int = 16,
+    size: int | None = None,
+    limit: int | None = None,
     threads: int | None = None,
 ) -> Atlas:
     """Pack the charts of a normal map in one image, as `build_atlas` does for colours.
@@ -35,7 +38,7 @@ def build_normal_atlas(
     ----------
     surface
         What the charts lie on.
-    texels, seams, gutter, threads
+    texels, seams, gutter, size, limit, threads
         As for `build_atlas`; texels of 3 channels.
 
     Raises
@@ -45,7 +48,7 @@ def build_normal_atlas(
     """
     if texels.arrays and texels.arrays[0].shape[2] != 3:
         raise InputError(f"normal map has {texels.arrays[0].shape[2]} channels; allowed: 3")
-    atlas = build_atlas(texels, seams, gutter=gutter, threads=threads)
+    atlas = build_atlas(texels, seams, gutter=gutter, size=size, limit=limit, threads=threads)
     pixels = atlas.pixels.copy()
     of_chart = by_chart(seams)
     for index, cell in enumerate(atlas.cells):

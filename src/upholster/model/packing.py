@@ -1,0 +1,201 @@
+"""Where each chart lies in the atlas: charts with gutters, in rows, on one page or several."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import accumulate
+
+from upholster.errors import InputError
+from upholster.quilt.chart import Chart
+
+__all__ = ["MAX_GUTTER", "MAX_PAGES", "PAGE_LIMIT", "AtlasCell", "AtlasLayout", "AtlasPage", "pack_charts"]
+
+PAGE_LIMIT = 8192
+"""Most texels of a page each way: what any graphics card and any image format takes."""
+
+MAX_PAGES = 1000
+MAX_GUTTER = 256
+
+_Size = tuple[int, int]
+
+
+@dataclass(frozen=True, slots=True)
+class AtlasCell:
+    """Where a chart lies in the atlas, in texels.
+
+    Attributes
+    ----------
+    chart
+        The chart.
+    row, column
+        Of its first texel: the gutters lie outside.
+    top, left, height, width
+        The cell, gutters included.
+    page
+        Which page the cell lies on. Rows count from the top of the first page.
+    """
+
+    chart: Chart
+    row: int
+    column: int
+    top: int
+    left: int
+    height: int
+    width: int
+    page: int
+
+
+@dataclass(frozen=True, slots=True)
+class AtlasPage:
+    """A part of the atlas that is a texture of its own: `height` rows from row `top` on, `width` columns."""
+
+    top: int
+    height: int
+    width: int
+
+
+@dataclass(frozen=True, slots=True)
+class AtlasLayout:
+    """Cells of all charts, in the charts' order, and the pages that they lie on, one below the other."""
+
+    cells: tuple[AtlasCell, ...]
+    pages: tuple[AtlasPage, ...]
+
+
+def pack_charts(
+    charts: Sequence[Chart], *, gutter: int = 16, size: int | None = None, limit: int | None = None
+) -> AtlasLayout:
+    """Arrange charts and their gutters in rows, tallest first, on as few pages as that takes.
+
+    Parameters
+    ----------
+    charts
+        The charts; they are neither turned nor rescaled.
+    gutter
+        Least number of texels between a chart and the border of its cell: 0 to 256. Sizes and positions of
+        cells are multiples of the largest power of two in it.
+    size
+        Height and width of every page; by default pages are as large as what lies on them.
+    limit
+        Without `size`: the most texels of a page each way; by default 8192. What fits one page lies on one,
+        about as wide as high. A chart that is larger has a page of its own, as large as it needs.
+
+    Raises
+    ------
+    InputError
+        If `gutter` is out of range, there are no charts, a chart is larger than `size`, or there would be
+        more than 1000 pages.
+    """
+    if not 0 <= gutter <= MAX_GUTTER:
+        raise InputError(f"gutter is {gutter}; allowed: 0 to {MAX_GUTTER}")
+    if not charts:
+        raise InputError("there are no charts; allowed: at least one")
+    step = 1 << max(0, gutter.bit_length() - 1)
+
+    def padded(side: int) -> int:
+        return -(-(side + 2 * gutter) // step) * step
+
+    sizes = [(padded(chart.height), padded(chart.width)) for chart in charts]
+    order = sorted(range(len(sizes)), key=lambda index: (-sizes[index][0], -sizes[index][1], index))
+    tallest_first = [sizes[index] for index in order]
+    if size is None:
+        limit = PAGE_LIMIT if limit is None else limit
+        places, shapes = _on_one_page(tallest_first)
+        if max(shapes[0]) > limit:
+            places, shapes = _on_pages(tallest_first, limit)
+    else:
+        _check_fit(charts, gutter, size, max(map(max, sizes)))
+        places, shapes = _on_pages(tallest_first, size)
+        shapes = [(size, size)] * len(shapes)
+    if len(shapes) > MAX_PAGES:
+        raise InputError(
+            f"the atlas would have {len(shapes)} pages; allowed: {MAX_PAGES}: larger pages, or fewer texels"
+        )
+    tops = list(accumulate((height for height, _ in shapes), initial=0))
+    cells: dict[int, AtlasCell] = {}
+    for index, (page, top, left) in zip(order, places, strict=True):
+        top += tops[page]
+        row, column = top + gutter, left + gutter
+        cells[index] = AtlasCell(charts[index], row, column, top, left, *sizes[index], page)
+    return AtlasLayout(
+        tuple(cells[index] for index in range(len(charts))),
+        tuple(AtlasPage(top, *shape) for top, shape in zip(tops, shapes, strict=False)),
+    )
+
+
+def _check_fit(charts: Sequence[Chart], gutter: int, size: int, largest: int) -> None:
+    """Raise InputError where a cell is larger than a page, and say how many texels would fit."""
+    if largest <= size:
+        return
+    chart = max(charts, key=lambda chart: max(chart.height, chart.width))
+    texels = sum(chart.height * chart.width for chart in charts)
+    # Two texels less, for sides are rounded up; and no digits that pretend to more.
+    share = (size - 2 * gutter - 2) / max(chart.height, chart.width)
+    fitting = _rounded_down(int(texels * share**2))
+    raise InputError(
+        f"atlas_size is {size}, which holds charts of {size - 2 * gutter} with the padding, and one has "
+        f"{chart.width} x {chart.height} texels; allowed: a larger atlas_size, or about {fitting:,} texels "
+        f"in all (now {texels:,}), or a density {share:.2g} times the present one"
+    )
+
+
+def _rounded_down(number: int) -> int:
+    """Return a number with its first two digits, followed by zeros."""
+    zeros = max(0, len(str(number)) - 2)
+    return int(str(number)[:2]) * int("1" + "0" * zeros)
+
+
+def _on_one_page(sizes: Sequence[_Size]) -> tuple[list[tuple[int, int, int]], list[_Size]]:
+    """Return (page, top, left) of each rectangle on one page, and that page's size."""
+    widest = max(width for _, width in sizes)
+    ideal = sum(height * width for height, width in sizes) ** 0.5
+    # Whole multiples of the widest cell suit charts of one size, the others those of many.
+    limits = {max(widest, int(ideal * factor)) for factor in (1, 1.1, 1.25)}
+    limits |= {widest * max(1, round(ideal / widest) + more) for more in (-1, 0, 1)}
+    tries = [_shelves(sizes, limit) for limit in sorted(limits)]
+    places, height, width = min(tries, key=lambda found: (max(found[1:]), found[1] * found[2]))
+    return [(0, top, left) for top, left in places], [(height, width)]
+
+
+def _shelves(sizes: Sequence[_Size], limit: int) -> tuple[list[tuple[int, int]], int, int]:
+    """Lay rectangles in rows no wider than `limit`; return their corners and the height and width used."""
+    places = []
+    top = left = shelf = used = 0
+    for height, width in sizes:
+        if left and left + width > limit:
+            top, left, shelf = top + shelf, 0, 0
+        places.append((top, left))
+        left += width
+        shelf = max(shelf, height)
+        used = max(used, left)
+    return places, top + shelf, used
+
+
+def _on_pages(sizes: Sequence[_Size], limit: int) -> tuple[list[tuple[int, int, int]], list[_Size]]:
+    """Return (page, top, left) of rectangles, tallest first, and the size used of each page.
+
+    Each goes into the first row that has room, a new row on the first page that has room (hybrid first fit:
+    F. R. K. Chung, M. R. Garey, D. S. Johnson: On packing two-dimensional bins, 1982).
+    """
+    places: list[tuple[int, int, int]] = []
+    rows: list[list[int]] = []  # page, top, first free column
+    used: list[_Size] = []
+    open_pages: list[int] = []
+    for height, width in sizes:
+        if max(height, width) > limit:
+            places.append((len(used), 0, 0))
+            used.append((height, width))
+            continue
+        row = next((row for row in rows if row[2] + width <= limit), None)
+        if row is None:
+            page = next((page for page in open_pages if used[page][0] + height <= limit), len(used))
+            if page == len(used):
+                used.append((0, 0))
+                open_pages.append(page)
+            row = [page, used[page][0], 0]
+            rows.append(row)
+            used[page] = (used[page][0] + height, used[page][1])
+        page, top, left = row
+        places.append((page, top, left))
+        row[2] += width
+        used[page] = (used[page][0], max(used[page][1], row[2]))
+    return places, used
