@@ -145,3 +145,17 @@ def test_what_does_not_fit(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="allowed in webp: up to 16383"):
         write_glb(tmp_path / "x.glb", mesh, mesh.places, np.zeros((1, 20000, 3), np.uint8), texture="webp")
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        ({"page": np.array([0, 2])}, "vertices lie on page 2; there are images of 2"),
+        ({"maps": {"ao": np.zeros((8, 8, 1), np.uint8)}}, "ao map has 1 pages; allowed: 2"),
+    ],
+)
+def test_pages_that_do_not_fit_are_refused(tmp_path: Path, change: Any, said: str) -> None:
+    model = make_model()
+    with pytest.raises(InputError, match=said):
+        write_glb(tmp_path / "x.glb", model.mesh, model.uv, [model.pixels, model.pixels], **change)
+    assert list(tmp_path.iterdir()) == []

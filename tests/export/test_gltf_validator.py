@@ -12,9 +12,10 @@ import numpy as np
 import pytest
 from textured import make_model
 
+from upholster.charts.seams import find_seams
 from upholster.export import write_glb
 from upholster.geometry import Surface, ring_cyclide
-from upholster.model import tessellate, vertex_tangents
+from upholster.model import build_atlas, tessellate, vertex_tangents
 
 PACKAGE = Path(__file__).parents[2] / "web" / "node_modules" / "gltf-validator"
 SCRIPT = """
@@ -77,6 +78,25 @@ def test_no_errors_and_no_warnings(tmp_path: Path, validate: Any) -> None:
         tangents = vertex_tangents(model.surface, model.texels.charts, model.mesh)
         write_glb(
             files[-1], model.mesh, model.uv, model.pixels, texture=texture, maps=maps, tangents=tangents
+        )
+    for kind, texture in (("cyclide", "png"), ("octants", "webp")):
+        model = make_model(kind, size=64, channels=4, alpha="mask")
+        seams = find_seams(model.surface, model.texels.charts)
+        atlas = build_atlas(model.texels, seams, limit=200)
+        assert len(atlas.pages) > 1
+        page, uv = atlas.page_coordinates(model.mesh)
+        maps = {"normal": [image[:, :, :3] for image in atlas.images()]}
+        tangents = vertex_tangents(model.surface, model.texels.charts, model.mesh)
+        files.append(tmp_path / f"pages_{kind}.glb")
+        write_glb(
+            files[-1],
+            model.mesh,
+            uv,
+            atlas.images(),
+            texture=texture,
+            maps=maps,
+            tangents=tangents,
+            page=page,
         )
     for file, issues in zip(files, validate(files), strict=True):
         assert (issues["numErrors"], issues["numWarnings"]) == (0, 0), (file.name, issues["messages"][:3])

@@ -5,11 +5,15 @@ from upholster.export.html import viewer_page, write_html
 from upholster.export.maps import map_companion, write_map
 from upholster.export.npz import write_npz
 from upholster.export.obj import obj_companions, write_obj
+from upholster.export.pages import UDIM, page_files, udim_tile
 
 __all__ = [
+    "UDIM",
     "TextureFormat",
     "map_companion",
     "obj_companions",
+    "page_files",
+    "udim_tile",
     "viewer_page",
     "write_glb",
     "write_html",

@@ -3,7 +3,7 @@
 import json
 import os
 import struct
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -12,9 +12,10 @@ from numpy.typing import NDArray
 
 from upholster._version import __version__
 from upholster.errors import InputError
-from upholster.export.pbr import PbrMaterial, TextureFormat, build_material
+from upholster.export.pages import PageImages, check_pages, images_of, polygons_by_page
+from upholster.export.pbr import PbrMaterial, TextureFormat, alpha_mode, build_material
 from upholster.model import Mesh
-from upholster.types import FloatArray, PixelArray
+from upholster.types import FloatArray, IntArray
 
 __all__ = ["TextureFormat", "write_glb"]
 
@@ -28,11 +29,12 @@ def write_glb(
     path: str | os.PathLike[str],
     mesh: Mesh,
     uv: FloatArray,
-    pixels: PixelArray,
+    pixels: PageImages,
     *,
     texture: TextureFormat = "png",
     quality: int = 90,
-    maps: Mapping[str, PixelArray] | None = None,
+    maps: Mapping[str, PageImages] | None = None,
+    page: IntArray | None = None,
     tangents: FloatArray | None = None,
     normal_scale: float = 1.0,
     name: str = "upholster",
@@ -41,7 +43,9 @@ def write_glb(
 
     glTF's y axis is up: a root node turns our z axis there. Colours lie in the material's base colour,
     sRGB-coded. A 16-bit atlas becomes a 16-bit PNG, or 8-bit JPEG or WebP; a float atlas 8-bit, clipped to
-    0…1. Alpha that is not 1 everywhere makes the material blended, or a mask where nearly all is 0 or 1.
+    0…1. Alpha that is not 1 everywhere makes the material blended, or a mask where nearly all is 0 or 1. An
+    atlas of several pages becomes a material for each, and one mesh with a primitive for each; they share
+    their vertices.
 
     Parameters
     ----------
@@ -50,9 +54,9 @@ def write_glb(
     mesh
         Positions in the model's unit, taken as metres; normals of length 1.
     uv
-        (V, 2) in 0…1, v downward: `upholster.model.Atlas.texture_coordinates`.
+        (V, 2) in 0…1, v downward: on each vertex's page, see `upholster.model.Atlas.page_coordinates`.
     pixels
-        (H, W, C) of the atlas: uint8, uint16 or float32.
+        (H, W, C) of the atlas: uint8, uint16 or float32. Or a list, with the image of each page.
     texture
         How images are coded: "png" (lossless), "jpeg" (no alpha) or "webp" (small; extension
         EXT_texture_webp).
@@ -61,7 +65,9 @@ def write_glb(
     maps
         Atlases of a material's other maps by role: normal (H, W, 3), in the frame that
         `upholster.quilt.paint_normals` tells; roughness, metallic, ao (H, W, 1), packed in one image;
-        emission. Floats become 16-bit.
+        emission. Floats become 16-bit. Each a list where `pixels` is one.
+    page
+        (V,) the page that each vertex lies on, one for all vertices of a polygon; by default the first.
     tangents
         (V, 3), as `upholster.model.vertex_tangents` gives: needed with a normal map.
     normal_scale
@@ -73,7 +79,8 @@ def write_glb(
     ------
     InputError
         If `texture` is unknown, cannot hold the alpha, or is too large; if a role is unknown, a map's shape
-        does not fit, or a normal map has no tangents; if the file would pass 4 GiB.
+        does not fit, or a normal map has no tangents; if there are not as many images as pages; if the file
+        would pass 4 GiB.
 
     References
     ----------
@@ -84,18 +91,33 @@ def write_glb(
         raise InputError("a normal map needs tangents, one for each vertex of the mesh")
     if not 0 <= normal_scale <= 100:
         raise InputError(f"normal_scale is {normal_scale}; allowed: 0 to 100")
-    material = build_material(
-        pixels, maps, texture=texture, quality=quality, normal_scale=normal_scale, name=name
-    )
+    pages = images_of(pixels)
+    check_pages(len(pages), page, maps)
+    mode = alpha_mode(pages)
+    materials: list[PbrMaterial] = []
+    for number, image in enumerate(pages):
+        materials.append(
+            build_material(
+                image,
+                {role: images_of(part)[number] for role, part in maps.items()},
+                texture=texture,
+                quality=quality,
+                normal_scale=normal_scale,
+                name=name if len(pages) == 1 else f"{name} {number + 1}",
+                mode=mode,
+                first=sum(len(material.images) for material in materials),
+            )
+        )
     positions = mesh.positions.astype("<f4")
     vertices = {"POSITION": positions, "NORMAL": mesh.normals.astype("<f4"), "TEXCOORD_0": uv.astype("<f4")}
     if "normal" in maps and tangents is not None:
         # The bitangent is (N × T)·w: up in the texture.
         vertices["TANGENT"] = np.concatenate([tangents, np.ones((len(tangents), 1))], axis=1).astype("<f4")
-    indices = mesh.all_triangles().astype("<u2" if len(positions) < 65536 else "<u4")
-    images = [image for _, image in material.images]
-    parts = [*(part.tobytes() for part in (*vertices.values(), indices)), *images]
-    head = _document(parts, vertices, indices, material, texture, name)
+    integer = "<u2" if len(positions) < 65536 else "<u4"
+    indices = [part.astype(integer) for part in polygons_by_page(mesh.all_triangles(), page, len(pages))]
+    images = [image for material in materials for _, image in material.images]
+    parts = [*(part.tobytes() for part in (*vertices.values(), *indices)), *images]
+    head = _document(parts, vertices, indices, materials, texture, name)
     text = json.dumps(head, separators=(",", ":"), ensure_ascii=False).encode()
     text += b" " * (-len(text) % 4)
     size = sum(len(part) + -len(part) % 4 for part in parts)
@@ -114,13 +136,14 @@ def write_glb(
 def _document(
     parts: list[bytes],
     vertices: dict[str, NDArray[Any]],
-    indices: NDArray[Any],
-    material: PbrMaterial,
+    indices: Sequence[NDArray[Any]],
+    materials: Sequence[PbrMaterial],
     texture: TextureFormat,
     name: str,
 ) -> dict[str, Any]:
-    """Return the JSON chunk. Buffer views: the vertices' attributes, indices, images."""
-    geometry = len(vertices) + 1
+    """Return the JSON chunk. Buffer views: the vertices' attributes, indices of each page, images."""
+    geometry = len(vertices) + len(indices)
+    titles = [title for material in materials for title, _ in material.images]
     views: list[dict[str, Any]] = []
     offset = 0
     for number, part in enumerate(parts):
@@ -135,10 +158,15 @@ def _document(
     ]
     positions = vertices["POSITION"]
     accessors[0] |= {"min": positions.min(axis=0).tolist(), "max": positions.max(axis=0).tolist()}
-    integer = _USHORT if indices.itemsize == 2 else _UINT
-    accessors.append(
-        {"bufferView": len(vertices), "componentType": integer, "count": indices.size, "type": "SCALAR"}
-    )
+    accessors += [
+        {
+            "bufferView": len(vertices) + n,
+            "componentType": _USHORT if part.itemsize == 2 else _UINT,
+            "count": part.size,
+            "type": "SCALAR",
+        }
+        for n, part in enumerate(indices)
+    ]
     webp = texture == "webp"
     sampler = {
         "magFilter": _LINEAR,
@@ -148,25 +176,28 @@ def _document(
     }
     textures: list[dict[str, Any]] = [
         {"sampler": 0, **({"extensions": {"EXT_texture_webp": {"source": n}}} if webp else {"source": n})}
-        for n in range(len(material.images))
+        for n in range(len(titles))
     ]
-    primitive = {
-        "attributes": {attribute: n for n, attribute in enumerate(vertices)},
-        "indices": len(vertices),
-        "material": 0,
-    }
+    primitives = [
+        {
+            "attributes": {attribute: n for n, attribute in enumerate(vertices)},
+            "indices": len(vertices) + number,
+            "material": number,
+        }
+        for number in range(len(materials))
+    ]
     document: dict[str, Any] = {
         "asset": {"version": "2.0", "generator": f"upholster {__version__}"},
         "scene": 0,
         "scenes": [{"nodes": [0]}],
         "nodes": [{"name": name, "mesh": 0, "rotation": [-_HALF, 0, 0, _HALF]}],
-        "meshes": [{"name": name, "primitives": [primitive]}],
-        "materials": [material.document],
+        "meshes": [{"name": name, "primitives": primitives}],
+        "materials": [material.document for material in materials],
         "textures": textures,
         "samplers": [sampler],
         "images": [
             {"name": title, "bufferView": geometry + n, "mimeType": f"image/{texture}"}
-            for n, (title, _) in enumerate(material.images)
+            for n, title in enumerate(titles)
         ],
         "accessors": accessors,
         "bufferViews": views,

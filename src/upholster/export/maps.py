@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
+from upholster.export.pages import UDIM
 from upholster.export.pbr import DATA_QUALITY
 from upholster.image import write_image
 from upholster.image.material import COLORS, as_depth
@@ -14,8 +15,15 @@ __all__ = ["map_companion", "write_map"]
 
 
 def map_companion(path: str | os.PathLike[str], role: str) -> Path:
-    """Return where a map lies whose base colour lies at `path`: ``wall_normal.png`` beside ``wall.png``."""
+    """Return where a map lies whose base colour lies at `path`: ``wall_normal.png`` beside ``wall.png``.
+
+    Beside ``wall.<UDIM>.png`` it is ``wall_normal.<UDIM>.png``.
+    """
     target = Path(path)
+    before, tile, after = target.name.partition(UDIM)
+    if tile:
+        stem = before.rstrip("._-")
+        return target.with_name(f"{stem}_{role}{before[len(stem) :]}{tile}{after}")
     return target.with_name(f"{target.stem}_{role}{target.suffix}")
 
 

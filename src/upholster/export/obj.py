@@ -1,7 +1,7 @@
 """Wavefront OBJ with its material and texture: what any modelling program reads."""
 
 import os
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
 from pathlib import Path
 from typing import TextIO
 
@@ -10,9 +10,10 @@ from numpy.typing import NDArray
 
 from upholster._version import __version__
 from upholster.export.maps import map_companion
+from upholster.export.pages import PageImages, check_pages, images_of, page_files, polygons_by_page
 from upholster.image import alpha_channel, write_image
 from upholster.model import Mesh
-from upholster.types import FloatArray, PixelArray
+from upholster.types import FloatArray, IntArray
 
 __all__ = ["obj_companions", "write_obj"]
 
@@ -40,15 +41,16 @@ def obj_companions(path: str | os.PathLike[str]) -> tuple[Path, Path]:
 def write_obj(
     path: str | os.PathLike[str],
     material: str | os.PathLike[str],
-    texture: str | os.PathLike[str],
+    texture: str | os.PathLike[str] | Sequence[str | os.PathLike[str]],
     mesh: Mesh,
     uv: FloatArray,
-    pixels: PixelArray,
+    pixels: PageImages,
     *,
     stem: str,
     maps: Collection[str] = (),
+    page: IntArray | None = None,
 ) -> None:
-    """Write a textured model as OBJ, MTL and an image.
+    """Write a textured model as OBJ, MTL and an image, or an image and a material for each page of its atlas.
 
     The y axis is up, as importers expect: (x, y, z) is written as (x, z, -y). Quadrilaterals stay
     quadrilaterals, but where an edge is a point they become triangles. Vertices at one place are one ``v``,
@@ -57,11 +59,12 @@ def write_obj(
     Parameters
     ----------
     path, material, texture
-        The three files to write, which may be temporary ones.
-    mesh, uv, pixels
-        As for `upholster.export.write_glb`.
+        The three files to write, which may be temporary ones; a texture for each page.
+    mesh, uv, pixels, page
+        As for `upholster.export.write_glb`; whole numbers may have been added to `uv`, as UDIM does.
     stem
-        The files refer to each other as ``stem.mtl`` and ``stem_texture`` with the suffix of `texture`.
+        The files refer to each other as ``stem.mtl`` and ``stem_texture`` with the suffix of `texture`; of
+        several pages as ``stem_texture_1`` …
     maps
         Roles of a material's other maps. The caller writes them, as `map_companion` of the texture names
         them; here MTL refers to them, in the common extension for physically based rendering. Height and
@@ -70,16 +73,22 @@ def write_obj(
     Raises
     ------
     InputError
-        If the texture's format is unknown or cannot hold the image.
+        If the texture's format is unknown or cannot hold the image, or the textures are not as many as pages.
 
     References
     ----------
     Wavefront Technologies: Object Files (.obj), Appendix B1 of the Advanced Visualizer manual.
     Exocortex: Extending the Wavefront MTL format for physically based rendering (Pr, Pm, norm), 2012.
     """
-    suffix = Path(texture).suffix
+    textures = [texture] if isinstance(texture, (str, os.PathLike)) else texture
+    images = images_of(pixels)
+    check_pages(len(textures), page, {"base colour": images})
     material_name = "_".join(stem.split()) or "material"  # spaces would end it
-    write_image(texture, pixels, bits=16 if pixels.dtype == np.uint16 else 8)
+    names = [material_name]
+    if len(images) > 1:
+        names = [f"{material_name}_{number + 1}" for number in range(len(images))]
+    for file_name, image in zip(textures, images, strict=True):
+        write_image(file_name, image, bits=16 if image.dtype == np.uint16 else 8)
     turned = np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])  # applied from the right
     places, place_of = np.unique(mesh.positions @ turned + 0.0, axis=0, return_inverse=True)
     place_of = place_of.reshape(-1)  # + 0.0 made -0.0 equal to 0.0
@@ -88,24 +97,41 @@ def write_obj(
         _rows(file, "v %.9g %.9g %.9g\n", places)
         _rows(file, "vt %.7f %.7f\n", np.column_stack([uv[:, 0], 1.0 - uv[:, 1]]))
         _rows(file, "vn %.6f %.6f %.6f\n", mesh.normals @ turned + 0.0)
-        file.write(f"usemtl {material_name}\n")
-        for corners in _faces(mesh, place_of):
-            numbers = np.stack([place_of[corners], corners, corners], axis=2) + 1
-            _rows(file, "f" + " %d/%d/%d" * corners.shape[1] + "\n", numbers)
+        kinds = [polygons_by_page(faces, page, len(images)) for faces in _faces(mesh, place_of)]
+        for name, parts in zip(names, zip(*kinds, strict=True), strict=True):
+            file.write(f"usemtl {name}\n")
+            for corners in parts:
+                numbers = np.stack([place_of[corners], corners, corners], axis=2) + 1
+                _rows(file, "f" + " %d/%d/%d" * corners.shape[1] + "\n", numbers)
+    texture_name = f"{stem}_texture{Path(textures[0]).suffix}"
+    alpha = alpha_channel(images[0].shape[2]) is not None
+    lines = [
+        line
+        for number, name in enumerate(names)
+        for line in _material(name, texture_name, number, len(names), maps, alpha=alpha)
+    ]
+    Path(material).write_text("\n".join(lines) + "\n", encoding="utf-8", newline="\n")
+
+
+def _material(
+    name: str, texture: str, number: int, pages: int, maps: Collection[str], *, alpha: bool
+) -> list[str]:
+    """Return what MTL says of the material of one page."""
+    own = page_files(texture, pages)[number].name
     looks = ["Kd 1 1 1", "Ks 0 0 0", "illum 1"]
     looks += [
         default for role, default in (("roughness", "Pr 0.8"), ("metallic", "Pm 0")) if role not in maps
     ]
-    lines = [f"newmtl {material_name}", *looks, f"map_Kd {stem}_texture{suffix}"]
-    if alpha_channel(pixels.shape[2]) is not None:
-        lines.append(f"map_d {stem}_texture{suffix}")
+    lines = [f"newmtl {name}", *looks, f"map_Kd {own}"]
+    if alpha:
+        lines.append(f"map_d {own}")
     for role in maps:
         *factors, word = _LINES.get(role, (f"# {role}:",))
-        lines += [*factors, f"{word} {map_companion(f'{stem}_texture{suffix}', role).name}"]
-    Path(material).write_text("\n".join(lines) + "\n", encoding="utf-8", newline="\n")
+        lines += [*factors, f"{word} {page_files(map_companion(texture, role), pages)[number].name}"]
+    return lines
 
 
-def _faces(mesh: Mesh, place_of: NDArray[np.integer]) -> Iterator[NDArray[np.integer]]:
+def _faces(mesh: Mesh, place_of: NDArray[np.integer]) -> Iterator[IntArray]:
     """Yield arrays of faces, (N, 4) and (N, 3): no face has two corners at one place."""
     corners = place_of[mesh.quads]
     doubled = corners == np.roll(corners, -1, axis=1)  # corner k lies where k + 1 does

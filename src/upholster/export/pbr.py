@@ -1,6 +1,6 @@
 """glTF's material: base colour, normals, occlusion–roughness–metallic in one image, emission."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, get_args
 
@@ -12,7 +12,7 @@ from upholster.image.material import DEFAULT_ROUGHNESS
 from upholster.options import TextureFormat
 from upholster.types import PixelArray
 
-__all__ = ["PbrMaterial", "TextureFormat", "build_material"]
+__all__ = ["PbrMaterial", "TextureFormat", "alpha_mode", "build_material"]
 
 DATA_QUALITY = 90
 """JPEG and WebP of maps that hold no colours are at least as good: from here on JPEG keeps all its colour."""
@@ -44,19 +44,24 @@ def build_material(
     quality: int,
     normal_scale: float,
     name: str,
+    mode: str,
+    first: int = 0,
 ) -> PbrMaterial:
     """Code a material's images, and describe it.
 
     Parameters
     ----------
     pixels
-        (H, W, C) of the base colour; with alpha that is not 1 everywhere, the material is blended, or a mask
-        where nearly all is 0 or 1.
+        (H, W, C) of the base colour.
     maps
         Other maps by role, (H, W, 1) or (H, W, 3), see `upholster.image.material.Material`; height and
         opacity, which glTF has no place for, are left out.
     texture, quality, normal_scale, name
         As for `write_glb`.
+    mode
+        What alpha does: see `alpha_mode`.
+    first
+        Index of the first of the material's textures in the file.
 
     Raises
     ------
@@ -67,13 +72,12 @@ def build_material(
         raise InputError(f"texture {texture!r} is unknown; {nearest(str(texture), get_args(TextureFormat))}")
     for role, part in maps.items():
         _check_map(role, part)
-    mode = _alpha_mode(pixels)
     if mode == "OPAQUE" and alpha_channel(pixels.shape[2]) is not None:
         pixels = pixels[:, :, :-1]
     elif mode != "OPAQUE" and texture == "jpeg":
         raise InputError("texture 'jpeg' cannot hold the sample's alpha; allowed: 'png' or 'webp'")
     surface: dict[str, Any] = {
-        "baseColorTexture": {"index": 0},
+        "baseColorTexture": {"index": first},
         "metallicFactor": 1 if "metallic" in maps else 0,
         "roughnessFactor": 1 if "roughness" in maps else DEFAULT_ROUGHNESS,
     }
@@ -88,7 +92,7 @@ def build_material(
 
     def add(kind: str, image: PixelArray, least: int) -> dict[str, Any]:
         made.images.append((f"{name} {kind}", encode_image(image, texture, quality=max(quality, least))))
-        return {"index": len(made.images) - 1}
+        return {"index": first + len(made.images) - 1}
 
     if "normal" in maps:
         scale = {} if normal_scale == 1 else {"scale": normal_scale}
@@ -135,15 +139,18 @@ def _data(pixels: PixelArray) -> PixelArray:
     return data
 
 
-def _alpha_mode(pixels: PixelArray) -> str:
-    """Return glTF's alphaMode: the cheapest one that shows the image's alpha."""
-    channel = alpha_channel(pixels.shape[2])
+def alpha_mode(pages: Sequence[PixelArray]) -> str:
+    """Return glTF's alphaMode, the cheapest one that shows the images' alpha: one for all pages of an atlas.
+
+    Alpha that is not 1 everywhere is blended, or a mask where nearly all is 0 or 1.
+    """
+    channel = alpha_channel(pages[0].shape[2])
     if channel is None:
         return "OPAQUE"
-    alpha = pixels[:, :, channel]
-    top = 1 if alpha.dtype.kind == "f" else np.iinfo(alpha.dtype).max
-    if (alpha >= top).all():
+    alphas = [page[:, :, channel] for page in pages]
+    top = 1 if alphas[0].dtype.kind == "f" else np.iinfo(alphas[0].dtype).max
+    if all((alpha >= top).all() for alpha in alphas):
         return "OPAQUE"
     # Cut-outs have a few soft texels, where blocks and gutters blend. A mask needs no sorting by depth.
-    soft = np.count_nonzero((alpha > 0.1 * top) & (alpha < 0.9 * top))
-    return "MASK" if soft < alpha.size / 20 else "BLEND"
+    soft = sum(np.count_nonzero((alpha > 0.1 * top) & (alpha < 0.9 * top)) for alpha in alphas)
+    return "MASK" if soft < sum(alpha.size for alpha in alphas) / 20 else "BLEND"

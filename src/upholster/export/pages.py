@@ -1,0 +1,65 @@
+"""Pages of an atlas in files: their names, and which polygons lie on which."""
+
+import os
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from upholster.errors import InputError
+from upholster.types import IntArray, PixelArray
+
+__all__ = ["UDIM", "PageImages", "check_pages", "images_of", "page_files", "polygons_by_page", "udim_tile"]
+
+UDIM = "<UDIM>"
+"""What stands in a file's name for the number of a tile."""
+
+PageImages = PixelArray | Sequence[PixelArray]
+"""The image of an atlas, or one for each of its pages."""
+
+_TILES_IN_ROW = 10
+
+
+def images_of(images: PageImages) -> Sequence[PixelArray]:
+    """Return the images of an atlas's pages, also where there is but one."""
+    return [images] if isinstance(images, np.ndarray) else images
+
+
+def page_files(path: str | os.PathLike[str], pages: int) -> tuple[Path, ...]:
+    """Return the files of an atlas that is to lie at `path`.
+
+    One page lies there; of several, those of ``wall.png`` are ``wall_1.png``, ``wall_2.png`` … In a name with
+    ``<UDIM>`` the tiles' numbers take its place: 1001, 1002 …
+    """
+    target = Path(path)
+    if UDIM in target.name:
+        names = [target.name.replace(UDIM, str(1001 + page)) for page in range(pages)]
+    elif pages == 1:
+        names = [target.name]
+    else:
+        names = [f"{target.stem}_{page + 1}{target.suffix}" for page in range(pages)]
+    return tuple(target.with_name(name) for name in names)
+
+
+def udim_tile(page: NDArray[np.integer]) -> NDArray[np.integer]:
+    """Return column and row (upward) of pages among the tiles of UDIM, (..., 2): ten tiles to a row."""
+    return np.stack([page % _TILES_IN_ROW, page // _TILES_IN_ROW], axis=-1)
+
+
+def check_pages(count: int, page: IntArray | None, maps: Mapping[str, PageImages]) -> None:
+    """Raise InputError unless there are `count` images of every map, and one for each vertex's page."""
+    last = 0 if page is None else int(page.max(initial=0))
+    if not last < count:
+        raise InputError(f"vertices lie on page {last}; there are images of {count}")
+    for role, images in maps.items():
+        if len(images_of(images)) != count:
+            raise InputError(f"{role} map has {len(images_of(images))} pages; allowed: {count}")
+
+
+def polygons_by_page(polygons: IntArray, page: IntArray | None, count: int) -> list[IntArray]:
+    """Return the polygons of each page: those of the page that their first corners lie on."""
+    if page is None or count == 1:
+        return [polygons]
+    on = page[polygons[:, 0]]
+    return [polygons[on == number] for number in range(count)]
