@@ -7,7 +7,7 @@ import pytest
 
 from upholster.charts.seams import find_seams
 from upholster.errors import InputError
-from upholster.export import write_map
+from upholster.export import udim_tile, write_map
 from upholster.geometry import sphere
 from upholster.image import read_image
 from upholster.model import build_atlas, build_normal_atlas
@@ -34,6 +34,49 @@ def test_maps_lie_beside_images_by_role() -> None:
     assert parse_output("atlas:x.exr", flat=True).kind == "atlas"
 
 
+def test_pages_are_numbered() -> None:
+    def files(text: str, flat: bool = False) -> list[str]:
+        return [path.name for path in parse_output(text, flat=flat).files(("ao",), 2)]
+
+    assert files("atlas:a/wall.png") == ["wall_1.png", "wall_2.png", "wall_ao_1.png", "wall_ao_2.png"]
+    assert files("ring.obj") == [
+        "ring.obj", "ring.mtl", "ring_texture_1.png", "ring_texture_2.png",
+        "ring_texture_ao_1.png", "ring_texture_ao_2.png",
+    ]  # fmt: skip
+    assert files("wall.png", flat=True) == ["wall.png", "wall_ao.png"]
+    assert files("x.glb") == ["x.glb"]
+    tiles = ["wall.1001.png", "wall.1002.png", "wall_ao.1001.png", "wall_ao.1002.png"]
+    assert (
+        files("wall.<UDIM>.png") == files("atlas:wall.<UDIM>.png") == files("wall.<UDIM>.png", True) == tiles
+    )
+    assert parse_output("w_<UDIM>.png").files(("ao",)) == (Path("w_1001.png"), Path("w_ao_1001.png"))
+    output = parse_output("wall.<UDIM>.png")
+    assert output.kind == "atlas"
+    assert output.later_files(("ao",), 2) == tuple(map(Path, tiles[1:]))
+    assert [udim_tile(np.array(page)).tolist() for page in (0, 9, 10, 23)] == [[0, 0], [9, 0], [0, 1], [3, 2]]
+
+
+@pytest.mark.parametrize("text", ["x.<UDIM>.glb", "<UDIM>/x.png", "a<UDIM>b<UDIM>.png", "atlas:x.<UDIM>.obj"])
+def test_tiles_are_images(text: str) -> None:
+    with pytest.raises(InputError, match=r"has <UDIM>; allowed: once, in the name of an image \(\.png"):
+        parse_output(text)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "said"),
+    [
+        ("padding", -1, "padding is -1; allowed: 0 to 64"),
+        ("padding", 65, "padding is 65; allowed: 0 to 64"),
+        ("atlas_size", 128, "atlas_size is 128; allowed: a power of two from 256 to 8192"),
+        ("atlas_size", 1000, "atlas_size is 1000; allowed: a power of two"),
+        ("atlas_size", 16384, "atlas_size is 16384; allowed: a power of two"),
+    ],
+)
+def test_packing_is_checked(name: str, value: int, said: str) -> None:
+    with pytest.raises(InputError, match=said):
+        WriteOptions(**{name: value})
+
+
 def test_a_normal_maps_gutters_are_turned() -> None:
     surface = sphere()
     normals = np.random.default_rng(0).integers(0, 256, (6, 32, 32, 3), dtype=np.uint8)
@@ -42,9 +85,9 @@ def test_a_normal_maps_gutters_are_turned() -> None:
     model = TexturedModel(surface, texels, maps=maps)
     seams = find_seams(surface, texels.charts)
     turned = build_normal_atlas(surface, texels, seams)
-    np.testing.assert_array_equal(model.map_pixels("normal"), turned.pixels)
-    np.testing.assert_array_equal(model.map_pixels("emission"), build_atlas(texels, seams).pixels)
-    assert (model.map_pixels("normal") != model.map_pixels("emission")).any()
+    np.testing.assert_array_equal(model.map_atlas("normal").pixels, turned.pixels)
+    np.testing.assert_array_equal(model.map_atlas("emission").pixels, build_atlas(texels, seams).pixels)
+    assert (model.map_atlas("normal").pixels != model.map_atlas("emission").pixels).any()
 
 
 @pytest.mark.parametrize("suffix", [".png", ".webp", ".exr", ".jpg"])

@@ -474,6 +474,21 @@ class WriteOptions:
         default=1.0,
         metadata=_about(_OUTPUT, "Strength of a material's normal map in a GLB or picture, 0 to 100."),
     )
+    padding: int = field(
+        default=16,
+        metadata=_about(
+            _OUTPUT, "Texels around each chart in an atlas, continued from its neighbours, 0 to 64."
+        ),
+    )
+    atlas_size: int | None = field(
+        default=None,
+        metadata=_about(
+            _OUTPUT,
+            "Height and width of every page of an atlas in texels: 256, 512 ... 8192. Default: pages as "
+            "large as what is on them, 8192x8192 at most unless a single chart is larger.",
+            metavar="N",
+        ),
+    )
     size: tuple[int, int] = field(
         default=(1024, 768),
         metadata=_about(_OUTPUT, "Width and height of a picture in pixels.", metavar="WxH"),
@@ -530,6 +545,10 @@ class WriteOptions:
             raise InputError(f"quality is {self.quality}; allowed: 1 to 100")
         if not 0 <= self.normal_scale <= 100:
             raise InputError(f"normal_scale is {self.normal_scale:g}; allowed: 0 to 100")
+        if not 0 <= self.padding <= 64:
+            raise InputError(f"padding is {self.padding}; allowed: 0 to 64")
+        if self.atlas_size not in (None, *(2**power for power in range(8, 14))):
+            raise InputError(f"atlas_size is {self.atlas_size}; allowed: a power of two from 256 to 8192")
         if not 1 <= self.quads <= 10_000_000:
             raise InputError(f"quads is {self.quads}; allowed: 1 to 10,000,000")
         if not all(1 <= side <= 16384 for side in self.size):

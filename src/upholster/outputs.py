@@ -1,11 +1,11 @@
 """What can be written, by suffix: textured models, streams, pages, pictures, atlases, texels."""
 
 import os
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,8 +13,11 @@ from numpy.typing import NDArray
 from upholster.charts.seams import ChartSeam, find_seams
 from upholster.errors import InputError
 from upholster.export import (
+    UDIM,
     map_companion,
     obj_companions,
+    page_files,
+    udim_tile,
     write_glb,
     write_html,
     write_map,
@@ -30,18 +33,19 @@ from upholster.model import (
     Mesh,
     build_atlas,
     build_normal_atlas,
+    pack_charts,
     tessellate,
     vertex_tangents,
 )
 from upholster.options import WriteOptions
-from upholster.quilt import Quilt, Texels
+from upholster.quilt import Chart, Quilt, Texels
 from upholster.render import render
 from upholster.render.maps import SHOWN
 from upholster.shown import Shown, on_a_line
 from upholster.stream import encode_stream
 from upholster.types import FloatArray, PixelArray, Progress
 
-__all__ = ["Output", "TexturedModel", "parse_output", "textured_model", "write_output"]
+__all__ = ["Output", "TexturedModel", "atlas_pages", "parse_output", "textured_model", "write_output"]
 
 Kind = Literal["glb", "obj", "npz", "uph", "html", "atlas", "flat", "picture"]
 
@@ -71,26 +75,63 @@ class Output:
     kind: Kind
     path: Path
 
-    def files(self, roles: Iterable[str] = ()) -> tuple[Path, ...]:
-        """Return every file that it consists of.
+    @property
+    def has_atlas(self) -> bool:
+        """Whether it holds an atlas, which may have several pages."""
+        return self.kind in ("glb", "obj", "atlas")
+
+    @property
+    def in_tiles(self) -> bool:
+        """Whether its pages are tiles of UDIM."""
+        return UDIM in self.path.name
+
+    def files(self, roles: Iterable[str] = (), pages: int = 1) -> tuple[Path, ...]:
+        """Return every file that it consists of: textures after the model, the base colour's first.
 
         Parameters
         ----------
         roles
             Of a material's maps beside the base colour, see `TexturedModel.maps`.
+        pages
+            Of the atlas, see `atlas_pages`.
         """
-        own = (self.path, *obj_companions(self.path)) if self.kind == "obj" else (self.path,)
-        return (*own, *self.maps(roles))
+        own: list[Path] = []
+        match self.kind:
+            case "atlas":
+                texture = self.path
+            case "flat":
+                texture, pages = self.path, 1
+            case "obj":
+                material, texture = obj_companions(self.path)
+                own = [self.path, material]
+            case _:
+                return (self.path,)
+        textures = [texture, *(map_companion(texture, role) for role in roles)]
+        return (*own, *(file for path in textures for file in page_files(path, pages)))
 
-    def maps(self, roles: Iterable[str]) -> tuple[Path, ...]:
-        """Return the files of `roles` alone, which lie beside the texture where there is one."""
-        texture = obj_companions(self.path)[-1] if self.kind == "obj" else self.path
-        apart = self.kind in ("obj", "atlas", "flat")
-        return tuple(map_companion(texture, role) for role in roles if apart)
+    def later_files(self, roles: Iterable[str], pages: int) -> tuple[Path, ...]:
+        """Return those files that are known only once the roles and the number of pages are."""
+        first = self.files()
+        return tuple(file for file in self.files(roles, pages) if file not in first)
+
+
+def atlas_pages(outputs: Iterable[Output], charts: Sequence[Chart], options: WriteOptions) -> int:
+    """Return how many pages the atlas of these charts has; 1 where no output holds it.
+
+    Raises
+    ------
+    InputError
+        If the charts do not fit the atlas that the options ask for.
+    """
+    if not any(output.has_atlas for output in outputs):
+        return 1
+    return len(pack_charts(charts, gutter=options.padding, size=options.atlas_size).pages)
 
 
 def parse_output(target: str | os.PathLike[str], *, flat: bool = False) -> Output:
     """Read an output as the command line has it: a path, or ``atlas:`` and a path.
+
+    An image with ``<UDIM>`` in its name is an atlas, too: in tiles, each a file with its number there.
 
     Parameters
     ----------
@@ -102,7 +143,7 @@ def parse_output(target: str | os.PathLike[str], *, flat: bool = False) -> Outpu
     Raises
     ------
     InputError
-        For an unknown suffix.
+        For an unknown suffix, or ``<UDIM>`` where there can be no tiles.
     """
     if not isinstance(target, (str, os.PathLike)):
         raise InputError(f"output is a {type(target).__name__}; allowed: a path, as text or pathlib.Path")
@@ -110,6 +151,13 @@ def parse_output(target: str | os.PathLike[str], *, flat: bool = False) -> Outpu
     atlas = text.startswith("atlas:")
     path = Path(text.removeprefix("atlas:"))
     suffix = path.suffix.lower()
+    if UDIM in text:
+        if suffix not in _IMAGE_SUFFIXES or text.count(UDIM) != 1 or UDIM not in path.name:
+            raise InputError(
+                f"output {text!r} has {UDIM}; allowed: once, in the name of an image "
+                f"({', '.join(_IMAGE_SUFFIXES)})"
+            )
+        atlas = True
     if suffix in _IMAGE_SUFFIXES:
         return Output("atlas" if atlas else "flat" if flat else "picture", path)
     if suffix in _MODEL_SUFFIXES and not atlas:
@@ -139,6 +187,8 @@ class TexturedModel(Shown):
         flat texture.
     read_from
         The whole stream that all this was read from, if it was: written again as it is.
+    in_tiles
+        Whether the texture coordinates of an OBJ are those of UDIM: each page's lie in a square of their own.
     """
 
     surface: Surface
@@ -149,6 +199,7 @@ class TexturedModel(Shown):
     exemplar: PixelArray | Material | None = None
     maps: Mapping[str, Texels] = field(default_factory=dict)
     read_from: bytes | None = None
+    in_tiles: bool = False
 
     def __repr__(self) -> str:
         return on_a_line(
@@ -167,8 +218,12 @@ class TexturedModel(Shown):
 
     @cached_property
     def atlas(self) -> Atlas:
-        """All charts' texels in one image, with gutters."""
-        return build_atlas(self.texels, self.seams, threads=self.threads)
+        """All charts' texels in one image, with gutters, on as many pages as it takes."""
+        return build_atlas(self.texels, self.seams, **self._packing)
+
+    @property
+    def _packing(self) -> dict[str, Any]:
+        return {"gutter": self.options.padding, "size": self.options.atlas_size, "threads": self.threads}
 
     @cached_property
     def stream(self) -> bytes:
@@ -189,16 +244,16 @@ class TexturedModel(Shown):
             most_bytes=self.options.stream_bytes,
         )
 
-    def map_pixels(self, role: str) -> PixelArray:
-        """Return one of `maps` in one image, packed as the atlas is."""
+    def map_atlas(self, role: str) -> Atlas:
+        """Return the atlas of one of `maps`, packed as that of the base colour."""
         texels = self.maps[role]
         if role == "normal":
-            return build_normal_atlas(self.surface, texels, self.seams, threads=self.threads).pixels
-        return build_atlas(texels, self.seams, threads=self.threads).pixels
+            return build_normal_atlas(self.surface, texels, self.seams, **self._packing)
+        return build_atlas(texels, self.seams, **self._packing)
 
     @cached_property
     def uv(self) -> FloatArray:
-        """Texture coordinates of the mesh's vertices in the atlas."""
+        """Texture coordinates of the mesh's vertices in the whole atlas."""
         return self.atlas.texture_coordinates(self.mesh)
 
     @cached_property
@@ -210,13 +265,17 @@ class TexturedModel(Shown):
 
     def picture(self, *, progress: Progress | None = None) -> NDArray[np.float32]:
         """Return a picture of the model, as the options say: (height, width, 3), linear light."""
+        options = replace(self.options, padding=16, atlas_size=None)
+        if options != self.options:
+            # The renderer's mip levels need gutters of 16 texels, and no free room between the charts.
+            return replace(self, options=options).picture(progress=progress)
         return render(
             self.mesh.positions,
             self.mesh.normals,
             self.uv,
             self.mesh.all_triangles(),
             self.atlas.pixels,
-            maps={role: self.map_pixels(role) for role in self.maps if role in SHOWN},
+            maps={role: self.map_atlas(role).pixels for role in self.maps if role in SHOWN},
             tangents=self.tangents,
             normal_scale=self.options.normal_scale,
             size=self.options.size,
@@ -297,7 +356,8 @@ def write_output(
         If it cannot hold the model, or an option is out of its range.
     """
     options = model.options
-    places = [files.path(file) for file in output.files(model.maps)]
+    pages = len(model.atlas.pages) if output.has_atlas else 1
+    places = [files.path(file) for file in output.files(model.maps, pages)]
     match output.kind:
         case "uph":
             places[0].write_bytes(model.stream)
@@ -306,9 +366,9 @@ def write_output(
         case "npz":
             write_npz(places[0], model.texels, maps=model.maps)
         case "atlas":
-            write_image(places[0], model.atlas.pixels, quality=options.quality)
-            for role, place in zip(model.maps, places[1:], strict=True):
-                write_map(place, role, model.map_pixels(role), quality=options.quality)
+            for place, image in zip(places[:pages], model.atlas.images(), strict=True):
+                write_image(place, image, quality=options.quality)
+            _write_maps(places[pages:], model, options.quality)
         case "flat":
             if len(model.texels.arrays) != 1:
                 raise InputError(f"a flat texture has one chart; the texels have {len(model.texels.arrays)}")
@@ -316,33 +376,37 @@ def write_output(
             for role, place in zip(model.maps, places[1:], strict=True):
                 write_map(place, role, model.maps[role].arrays[0], quality=options.quality)
         case "glb":
+            page, uv = model.atlas.page_coordinates(model.mesh)
             write_glb(
                 places[0],
                 model.mesh,
-                model.uv,
-                model.atlas.pixels,
+                uv,
+                model.atlas.images(),
                 texture=options.texture,
                 quality=options.quality,
                 # glTF has no place for the height.
-                maps={role: model.map_pixels(role) for role in model.maps if role != "height"},
+                maps={role: model.map_atlas(role).images() for role in model.maps if role != "height"},
+                page=page,
                 tangents=model.tangents,
                 normal_scale=options.normal_scale,
                 name=model.surface.name or "surface",
             )
         case "obj":
-            model_file, material, texture, *beside = places
+            page, uv = model.atlas.page_coordinates(model.mesh)
+            if model.in_tiles:
+                uv = uv + udim_tile(page) * (1, -1)  # v is downward here, and upward in OBJ
             write_obj(
-                model_file,
-                material,
-                texture,
+                places[0],
+                places[1],
+                places[2 : 2 + pages],
                 model.mesh,
-                model.uv,
-                model.atlas.pixels,
+                uv,
+                model.atlas.images(),
                 stem=output.path.stem,
                 maps=model.maps,
+                page=page,
             )
-            for role, place in zip(model.maps, beside, strict=True):
-                write_map(place, role, model.map_pixels(role))
+            _write_maps(places[2 + pages :], model)
         case "picture":
             picture = model.picture(progress=progress)
             linear = output.path.suffix.lower() == ".exr"
@@ -351,3 +415,11 @@ def write_output(
                 picture if linear else from_linear(picture, "uint8", dither=True),
                 quality=options.quality,
             )
+
+
+def _write_maps(places: Sequence[Path], model: TexturedModel, quality: int = 90) -> None:
+    """Write every page of the atlases of a material's other maps, one map after the other."""
+    remaining = iter(places)
+    for role in model.maps:
+        for image in model.map_atlas(role).images():
+            write_map(next(remaining), role, image, quality=quality)

@@ -27,7 +27,14 @@ from upholster.methods.paper.method import PaperOptions
 from upholster.methods.pixel.method import PixelOptions
 from upholster.methods.quilt.method import QuiltOptions
 from upholster.options import SampleOptions, SynthesisOptions, WriteOptions, chosen
-from upholster.outputs import Output, TexturedModel, parse_output, textured_model, write_output
+from upholster.outputs import (
+    Output,
+    TexturedModel,
+    atlas_pages,
+    parse_output,
+    textured_model,
+    write_output,
+)
 from upholster.parallel import check_running
 from upholster.quilt import Quilt, Texels, paint, paint_material
 from upholster.quilt.plans import StripPlan
@@ -139,7 +146,9 @@ def cover(
         before an image's path writes the
         atlas instead of a picture. With texels of width × height images are the flat texture itself. A
         material's other maps lie beside atlas, flat texture and OBJ, named by role: ``wall_normal.png``
-        beside ``wall.png``; pictures of the model show all of them but the height.
+        beside ``wall.png``; pictures of the model show all of them but the height. An atlas above 8192² has
+        several pages: in a GLB each is a material, images are ``wall_1.png``, ``wall_2.png`` … An image with
+        ``<UDIM>`` in its name is an atlas in UDIM tiles; texture coordinates of an OBJ then fit them.
     rectify, crop, resize, even_light
         How the exemplar is prepared, see `upholster.read_exemplar`.
     synthesis
@@ -189,7 +198,7 @@ def cover(
         notes += source.notes if isinstance(source, Material) else ()
         parts = source_parts(source)
         roles = tuple(parts)[1:]
-        files.add(file for output in wanted for file in output.maps(roles))
+        files.add(file for output in wanted for file in output.later_files(roles, 1))
         _check_coded(wanted, parts, options)
         with _timed("prepare", seconds):
             source = kept_sample(source, asked)
@@ -202,6 +211,7 @@ def cover(
                     )
                 fields = prepared.fields or (WarpField.identity(),) * len(prepared.charts)
                 check_layout(surface, prepared.charts, fields, (seen.shape[0], seen.shape[1]))
+            _add_pages(files, wanted, roles, atlas_pages(wanted, prepared.charts, options))
         notes += _notes(surface, prepared, seen, len(parts))
         if tell is not None:
             for note in notes:
@@ -210,7 +220,8 @@ def cover(
             quilt = execute(prepared, seen, surface, seed=seed, threads=threads, progress=progress)
         with _timed("paint", seconds):
             texels, others = painted(quilt, source, threads, progress)
-        model = TexturedModel(surface, texels, options, threads, quilt, source, others)
+        tiles = any(output.in_tiles for output in wanted)
+        model = TexturedModel(surface, texels, options, threads, quilt, source, others, in_tiles=tiles)
         written = _written(wanted, model, files, seconds, progress)
         parameters = {"exemplar": source_names(exemplar), "on": _surface_name(on), "threads": threads}
         parameters |= {"maps": source_names(maps or {}), "normal": normal}
@@ -326,14 +337,16 @@ def refine(
         surface = decoder.surface if on is None else _other_surface(on, decoder.surface)
         exemplar = received_exemplar(decoder)
         roles = tuple(source_parts(exemplar))[1:]
-        files.add(file for output in wanted for file in output.maps(roles))
+        files.add(file for output in wanted for file in output.later_files(roles, 1))
+        _add_pages(files, wanted, roles, atlas_pages(wanted, decoder.charts, options))
         same = data if decoder.complete and not options.stream_choices else None
         if same is not None and on is not None:
             same = on_surface(same, surface)
         quilt = decoder.quilt().on(surface)
         texels, maps = painted(quilt, exemplar, threads, progress)
         options = _as_coded(decoder, options)
-        model = TexturedModel(surface, texels, options, threads, quilt, exemplar, maps, same)
+        tiles = any(output.in_tiles for output in wanted)
+        model = TexturedModel(surface, texels, options, threads, quilt, exemplar, maps, same, tiles)
         written = _written(wanted, model, files, {}, progress)
     known, count = decoder.coefficients_known
     return RefineReport(
@@ -441,7 +454,8 @@ def write(
         options=options,
         threads=threads,
     )
-    with outputs(output.files(model.maps)) as files:
+    pages = atlas_pages([output], model.texels.charts, options)
+    with outputs(output.files(model.maps, pages)) as files:
         write_output(output, model, files, progress=progress)
 
 
@@ -452,6 +466,13 @@ def _check_used(wanted: Sequence[Output], options: WriteOptions) -> None:
         raise InputError(
             f"{options.stream_choices[0]} is for streams, and {names} is none; allowed: with .uph or .html"
         )
+
+
+def _add_pages(files: Outputs, wanted: Sequence[Output], roles: Sequence[str], pages: int) -> None:
+    """Announce the files of an atlas's further pages, which are known once the charts are."""
+    for output in wanted:
+        known = (*output.files(), *output.later_files(roles, 1))
+        files.add(file for file in output.later_files(roles, pages) if file not in known)
 
 
 def _check_coded(wanted: Sequence[Output], parts: Mapping[str, PixelArray], options: WriteOptions) -> None:
@@ -477,7 +498,9 @@ def _written(
     for output in wanted:
         with _timed(f"write {output.path.name}", seconds):
             write_output(output, model, files, progress=progress)
-        written |= {str(file): files.path(file).stat().st_size for file in output.files(model.maps)}
+        pages = len(model.atlas.pages) if output.has_atlas else 1
+        own = output.files(model.maps, pages)
+        written |= {str(file): files.path(file).stat().st_size for file in own}
     return written
 
 
