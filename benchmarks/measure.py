@@ -7,13 +7,26 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 from rich.console import Console
 from rich.table import Table
 
-__all__ = ["EXEMPLAR", "Results", "median_seconds"]
+from upholster.charts.layout import texture_scale
+from upholster.geometry import Surface
+from upholster.types import PixelArray
+
+__all__ = ["EXEMPLAR", "Results", "median_seconds", "one_pixel_a_texel"]
 
 EXEMPLAR = Path(__file__).parent.parent / "examples" / "bricks.png"
+
+
+def one_pixel_a_texel(surface: Surface, exemplar: PixelArray, texels: int) -> dict[str, Any]:
+    """Return options with which texels are as large as pixels of the sample, along the patches' rows."""
+    width = exemplar.shape[1]
+    size = width / texture_scale(surface, width, texels=texels).density
+    direction = "u" if len(surface.faces) == 1 else "around:z"
+    return {"texels": texels, "sample_size": size, "direction": direction}
 
 
 def median_seconds(function: Callable[[], object], *, runs: int = 7) -> float:

@@ -2,7 +2,7 @@
 
 import upholster
 from benchmarks.flagship import gmic_seconds
-from benchmarks.measure import EXEMPLAR, Results, median_seconds
+from benchmarks.measure import EXEMPLAR, Results, median_seconds, one_pixel_a_texel
 from upholster.methods import execute, prepare
 from upholster.options import SynthesisOptions
 from upholster.types import PixelArray
@@ -35,11 +35,12 @@ def quilt(results: Results) -> None:
     _ = ring.shared
     first = 0.0
     for texels in (2**20, 2**22, 2**24, 2**26):
-        prepared = prepare(exemplar, ring, SynthesisOptions(texels=texels))
+        options = SynthesisOptions(**one_pixel_a_texel(ring, exemplar, texels))
+        prepared = prepare(exemplar, ring, options)
         placements = len(execute(prepared, exemplar, ring, seed=7).placements)
 
-        def whole(texels: int = texels) -> None:
-            made = upholster.synthesize(exemplar, ring, texels=texels, seed=7)
+        def whole(options: SynthesisOptions = options) -> None:
+            made = upholster.synthesize(exemplar, ring, options=options, seed=7)
             upholster.paint(made, exemplar)
 
         seconds = median_seconds(whole, runs=5 if texels <= 2**22 else 2)

@@ -22,7 +22,7 @@ from rich.table import Table
 import upholster
 from benchmarks.fidelity import EXAMPLES, exemplars
 from benchmarks.fidelity_sheet import Tile, write_sheet
-from benchmarks.measure import Results
+from benchmarks.measure import Results, one_pixel_a_texel
 from upholster.charts.directions import parse_direction
 from upholster.geometry import plane, surface_from_spec
 from upholster.measure import measure_cover, wrap_seams
@@ -133,7 +133,7 @@ def _covered(
 ) -> tuple[Row, PixelArray | None]:
     surface = surface_from_spec(spec)
     start = time.perf_counter()
-    prepared = prepare(exemplar, surface, SynthesisOptions(texels=texels))
+    prepared = prepare(exemplar, surface, SynthesisOptions(**one_pixel_a_texel(surface, exemplar, texels)))
     quilt = execute(prepared, exemplar, surface, seed=seed)
     seconds = time.perf_counter() - start
     painted = upholster.paint(quilt, exemplar)

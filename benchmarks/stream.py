@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 import upholster
-from benchmarks.measure import EXEMPLAR, Results, median_seconds
+from benchmarks.measure import EXEMPLAR, Results, median_seconds, one_pixel_a_texel
 from upholster.export import write_glb
 from upholster.image import encode_image
 from upholster.levels import refine_steps, texels_psnr
@@ -88,7 +88,7 @@ def _paper_profile(results: Results, data: bytes, texels: Texels) -> None:
 
 def _quilt_stream(results: Results, exemplar: PixelArray, surface: upholster.Surface) -> None:
     # The same model by method "quilt": what a placement costs, part by part.
-    quilt = upholster.synthesize(exemplar, surface, seed=7)
+    quilt = upholster.synthesize(exemplar, surface, seed=7, **one_pixel_a_texel(surface, exemplar, 2**22))
     texels = upholster.paint(quilt, exemplar)
     data = encode_stream(surface, quilt, exemplar)
     told = describe(data)

@@ -11,7 +11,7 @@ from shutil import which
 from typing import Any
 
 import upholster
-from benchmarks.measure import EXEMPLAR, Results
+from benchmarks.measure import EXEMPLAR, Results, one_pixel_a_texel
 from upholster.codec import encode
 from upholster.stream import encode_stream
 
@@ -34,8 +34,8 @@ def web_decoder(results: Results) -> None:
         path.write_bytes(encode(exemplar))
         _image(results, path)
         for method in ("paper", "quilt"):
-            texels = 2**22 if method == "quilt" else None
-            quilt = upholster.synthesize(exemplar, surface, seed=7, method=method, texels=texels)
+            options = one_pixel_a_texel(surface, exemplar, 2**22) if method == "quilt" else {}
+            quilt = upholster.synthesize(exemplar, surface, seed=7, method=method, **options)
             path = Path(folder) / f"{method}.uph"
             path.write_bytes(encode_stream(surface, quilt, exemplar))
             _paint(results, path, f"uph.js: F1, {method}", quilt.texel_count)

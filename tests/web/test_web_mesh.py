@@ -223,6 +223,7 @@ def test_bounds_hold_and_are_close(made: Any) -> None:
                 assert estimate <= 2 * error + 1e-9 * surface.size
 
 
+@pytest.mark.slow
 def test_it_keeps_its_promises_under_node() -> None:
     _run("--test", HERE / "mesh.test.mjs")
 

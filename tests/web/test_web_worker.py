@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "stream"))
 
@@ -27,6 +28,7 @@ def _material(spec: str, texels: int) -> bytes:
     return encode_stream(surface, quilt, exemplar, maps=maps)
 
 
+@pytest.mark.slow
 def test_the_worker_keeps_its_promises(tmp_path: Any) -> None:
     (tmp_path / "sphere.uph").write_bytes(_material("sphere", 20_000))
     (tmp_path / "vase.uph").write_bytes(_material("vase", 40_000))
