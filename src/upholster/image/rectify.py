@@ -3,6 +3,8 @@
 Between the photo and the rectangle lies a projective map, which four corners determine.
 """
 
+from functools import partial
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -204,5 +206,5 @@ def _projected(
         band[top:bottom, left:right] = tile
 
     places = [(top, left) for top in range(0, high - low, _TILE) for left in range(0, width, _TILE)]
-    run_tasks([lambda place=place: fill(*place) for place in places])  # type: ignore[misc]
+    run_tasks([partial(fill, *place) for place in places])
     return band

@@ -185,39 +185,17 @@ def execute(
     InputError
         If the seed or the number of threads is out of range, or the exemplar too small.
     """
-    if isinstance(prepared.options, PaperOptions):
-        quilt = synthesize_paper(
-            exemplar,
-            surface,
-            prepared.charts,
-            options=prepared.options,
-            seed=seed,
-            threads=threads,
-            progress=progress,
+    run: dict[str, Any] = {"seed": seed, "threads": threads, "progress": progress}
+    charts, options = prepared.charts, prepared.options
+    if isinstance(options, PaperOptions):
+        quilt = synthesize_paper(exemplar, surface, charts, options=options, **run)
+    elif isinstance(options, PixelOptions):
+        quilt = synthesize_pixel(exemplar, surface, charts, options=options, **run)
+    else:
+        wrap = options.tileable
+        quilt = synthesize_quilt(
+            exemplar, surface, charts, prepared.fields, options=options, wrap=wrap, **run
         )
-        return quilt.on(surface, seed=seed)
-    if isinstance(prepared.options, PixelOptions):
-        quilt = synthesize_pixel(
-            exemplar,
-            surface,
-            prepared.charts,
-            options=prepared.options,
-            seed=seed,
-            threads=threads,
-            progress=progress,
-        )
-        return quilt.on(surface, seed=seed)
-    quilt = synthesize_quilt(
-        exemplar,
-        surface,
-        prepared.charts,
-        prepared.fields,
-        options=prepared.options,
-        wrap=prepared.options.tileable,
-        seed=seed,
-        threads=threads,
-        progress=progress,
-    )
     return quilt.on(surface, seed=seed)
 
 
