@@ -1,4 +1,4 @@
-"""Surfaces made of rational Bézier patches: patches, faces, how their edges meet, builders, files."""
+"""Surfaces: rational Bézier patches, faces, how their edges meet, builders, files; and triangle meshes."""
 
 from upholster.geometry.adjacency import BorderInterval, SharedEdge
 from upholster.geometry.catalog import (
@@ -21,6 +21,7 @@ from upholster.geometry.plane import plane
 from upholster.geometry.revolution import cone, cylinder, ellipsoid, revolve, vase
 from upholster.geometry.sphere import sphere
 from upholster.geometry.surface import BuiltIn, Surface
+from upholster.geometry.triangle_mesh import MeshSurface, TriangleMesh, welded
 
 __all__ = [
     "SURFACES",
@@ -28,12 +29,14 @@ __all__ = [
     "BuiltIn",
     "Face",
     "FaceSeam",
+    "MeshSurface",
     "RationalPatch",
     "SharedEdge",
     "Surface",
     "SurfaceKind",
     "SurfaceLike",
     "SurfaceParameter",
+    "TriangleMesh",
     "as_surface",
     "check_same_edges",
     "cone",
@@ -52,5 +55,6 @@ __all__ = [
     "surface_from_spec",
     "torus",
     "vase",
+    "welded",
     "write_nets",
 ]

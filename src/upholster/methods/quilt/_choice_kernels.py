@@ -33,22 +33,14 @@ from upholster.methods.quilt._search_kernels import draw, search
 from upholster.quilt._field_kernels import displacement, matrix_at
 from upholster.types import int64
 
-__all__ = ["choose_source"]
+__all__ = ["choose_source", "list_continued", "penalise", "penalise_used"]
 
 _BIG = int64(2**60)
 
 
 @inline
-def _penalise(
-    usage: NDArray[np.float64],
-    numbers: LayNumbers,
-    weights: LayWeights,
-    blocks: NDArray[np.int32],
-    n: int,
-    span: Span,
-    penalties: NDArray[np.float64],
-) -> None:
-    # What is used more than the rest, or by blocks near by, costs more.
+def penalise_used(usage: NDArray[np.float64], evenness: float, penalties: NDArray[np.float64]) -> None:
+    """Write what each place costs: what is used more than the rest costs more."""
     mean = 0.0
     for i in range(usage.shape[0]):
         for j in range(usage.shape[1]):
@@ -57,7 +49,21 @@ def _penalise(
     for i in range(usage.shape[0]):
         for j in range(usage.shape[1]):
             more = max(0.0, usage[i, j] / mean - 1.0) if mean > 0.0 else 0.0
-            penalties[i, j] = weights.evenness * more
+            penalties[i, j] = evenness * more
+
+
+@inline
+def penalise(
+    usage: NDArray[np.float64],
+    numbers: LayNumbers,
+    weights: LayWeights,
+    blocks: NDArray[np.int32],
+    n: int,
+    span: Span,
+    penalties: NDArray[np.float64],
+) -> None:
+    """Write what each place costs block n: what is used more than the rest, or by blocks near by."""
+    penalise_used(usage, weights.evenness, penalties)
     if weights.variety <= 0.0:
         return
     tall, wide = max(1, span.high_y - span.low_y), max(1, span.high_x - span.low_x)
@@ -110,7 +116,7 @@ def _list_samples(numbers: LayNumbers, texels: BlockTexels, choice: ChoiceScratc
 
 
 @inline
-def _list_continued(
+def list_continued(
     matrices: NDArray[np.int32],
     numbers: LayNumbers,
     blocks: NDArray[np.int32],
@@ -118,7 +124,7 @@ def _list_continued(
     span: Span,
     choice: ChoiceScratch,
 ) -> Any:
-    # Enters what continues the left and the upper neighbour before candidate 2; returns the first candidate.
+    """Enter what continues the left and upper neighbours before candidate 2; return the first candidate."""
     block, margin, level, continued = blocks[n], numbers.margin, numbers.level, choice.continued
     row, column = int64(block[ROW]), int64(block[COLUMN])
     centre = matrix_at(matrices, margin, row, column)
@@ -219,19 +225,19 @@ def _draw_good(state: NDArray[np.uint64], choice: ChoiceScratch, start: int, sto
 @shared
 def choose_source(
     match: MatchImage,
-    matrices: NDArray[np.int32],
     numbers: LayNumbers,
     weights: LayWeights,
-    usage: NDArray[np.float64],
     state: NDArray[np.uint64],
-    blocks: NDArray[np.int32],
-    n: int,
     span: Span,
     texels: BlockTexels,
     choice: ChoiceScratch,
-) -> None:
-    """Choose the source of block n, and write it to its record; arguments as in `lay_blocks`."""
-    _penalise(usage, numbers, weights, blocks, n, span, choice.penalties)
+    start: int,
+) -> tuple[Any, Any]:
+    """Choose a block's source; return its row and column in 1/16 pixel.
+
+    `choice` holds the places' penalties and, from candidate `start` to before 2, what continues neighbours;
+    the rest as in `lay_blocks`.
+    """
     count = _list_features(numbers, span, texels, choice)
     samples = _list_samples(numbers, texels, choice)
     if count:
@@ -241,17 +247,15 @@ def choose_source(
         for m in range(2, stop):
             y = span.first_y + draw(state, span.last_y - span.first_y + 1)
             choice.kept[m] = y * numbers.width + span.first_x + draw(state, span.last_x - span.first_x + 1)
-    start = _list_continued(matrices, numbers, blocks, n, span, choice)
     least = _judge(match.image, numbers, choice, samples, (start, stop), _BIG, weights.tolerance)
     if numbers.step > 1:
         end = _list_refined(numbers, span, choice, start, stop)
         least = _judge(match.image, numbers, choice, samples, (stop, end), least, weights.tolerance)
         stop = end
     chosen = _draw_good(state, choice, start, stop, int64(least * weights.tolerance))
-    block = blocks[n]
-    block[SOURCE_ROW] = position_of(chosen // numbers.width, numbers.level)
-    block[SOURCE_COLUMN] = position_of(chosen % numbers.width, numbers.level)
+    row = int64(position_of(chosen // numbers.width, numbers.level))
+    column = int64(position_of(chosen % numbers.width, numbers.level))
     for side in range(1, -1, -1):
         if choice.continued[side, 0] == chosen:
-            block[SOURCE_ROW] = choice.continued[side, 1]
-            block[SOURCE_COLUMN] = choice.continued[side, 2]
+            row, column = choice.continued[side, 1], choice.continued[side, 2]
+    return row, column

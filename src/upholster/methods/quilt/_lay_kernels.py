@@ -26,7 +26,7 @@ from upholster.methods.quilt._block_kernels import (
     splat_tent,
     whole_pixels,
 )
-from upholster.methods.quilt._choice_kernels import choose_source
+from upholster.methods.quilt._choice_kernels import choose_source, list_continued, penalise
 from upholster.methods.quilt._search_kernels import draw
 from upholster.methods.quilt._seed_kernels import cut_block
 from upholster.quilt._field_kernels import displacement_row, matrix_at
@@ -177,8 +177,11 @@ def lay_blocks(
                 mask[at] = 1
         else:
             block[LAID] = 1
-            choose_source(
-                match, matrices, numbers, weights, usage, state, blocks, n, span, texels, scratch.choice
+            choice = scratch.choice
+            penalise(usage, numbers, weights, blocks, n, span, choice.penalties)
+            start = list_continued(matrices, numbers, blocks, n, span, choice)
+            block[SOURCE_ROW], block[SOURCE_COLUMN] = choose_source(
+                match, numbers, weights, state, span, texels, choice, start
             )
         source_y = pixel_at(int64(block[SOURCE_ROW]), numbers.level)
         source_x = pixel_at(int64(block[SOURCE_COLUMN]), numbers.level)

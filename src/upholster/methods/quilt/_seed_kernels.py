@@ -9,8 +9,9 @@ from upholster.methods.quilt._block_kernels import BlockTexels, CutScratch, LayN
 
 __all__ = ["cut_block"]
 
-# What a cell's texels are, in bits: something laid, something a finished chart's, something bare.
-_LAID, _CLOSED, _BARE = 1, 2, 4
+# What texels are, in bits: laid; not to change, for a finished chart shows them or there is no surface;
+# beside the surface. Of a cell: some of its texels are so, or bare.
+_LAID, _CLOSED, _BESIDE, _BARE = 1, 2, 4, 8
 
 
 @inline
@@ -38,7 +39,8 @@ def _compare(
             scratch.marks[at] |= mark
             if mark & _LAID == 0:
                 scratch.marks[at] |= _BARE
-                if needed and numbers.need_left <= left + j < numbers.need_right:
+                inside = needed and mark & _BESIDE == 0
+                if inside and numbers.need_left <= left + j < numbers.need_right:
                     scratch.missing[at] = 1
             elif compared and j % sample == 0:
                 place = (base + texels.ys[i, j] * numbers.width + texels.xs[i, j]) * channels

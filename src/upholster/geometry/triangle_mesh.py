@@ -1,0 +1,287 @@
+"""Triangle meshes: `TriangleMesh` as people's files have them, `MeshSurface` cut into islands for charts.
+
+An *island* is to a mesh what a face is to a surface of patches: a piece of it laid out flat. Its parameters
+(s, t) are lengths in model units, as true as the layout can make them: s runs down, t to the right, seen from
+outside. Charts lie on rectangles of an island's parameters as they lie on a face's.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from upholster.errors import InputError
+from upholster.shown import Shown, on_a_line
+from upholster.types import FloatArray, IntArray, frozen_array
+
+__all__ = ["MAX_TRIANGLES", "MeshSurface", "TriangleMesh", "welded"]
+
+MAX_TRIANGLES = 4_000_000
+
+_LARGEST = 1e18
+"""Largest coordinate: its square still is a number of single precision's range."""
+
+
+@dataclass(frozen=True, eq=False)
+class TriangleMesh(Shown):
+    """Triangles in space. Two that use the same vertex meet there; make vertices so with `welded`.
+
+    Attributes
+    ----------
+    positions
+        (V, 3) float64, read-only, in model units.
+    triangles
+        (T, 3) int32, read-only: vertices, counter-clockwise seen from outside.
+    part
+        (T,) int32, read-only: which of `parts` a triangle belongs to; by default all to the first.
+    parts
+        Names of the parts, as users choose them.
+    uv
+        Texture coordinates that its file has, (T, 3, 2) float64 of each triangle's corners, u to the right
+        and v downward; None where it has none.
+    normals
+        Normals that its file has, (T, 3, 3) float64, of each triangle's corners; None where it has none.
+    name
+        What to call it in reports and files.
+    metres
+        Length of a model unit in metres; None where the file does not tell.
+
+    Raises
+    ------
+    InputError
+        For no triangles or too many, other shapes, vertices or parts that are not there, or positions that
+        are not finite numbers within ±1e18.
+    """
+
+    positions: FloatArray
+    triangles: IntArray
+    part: IntArray = field(default_factory=lambda: np.zeros(0, np.int32))
+    parts: tuple[str, ...] = ("mesh",)
+    uv: FloatArray | None = None
+    normals: FloatArray | None = None
+    name: str = ""
+    metres: float | None = None
+
+    def __post_init__(self) -> None:
+        """Check the arrays and make them read-only."""
+        count = _count(self.triangles)
+        arrays: dict[str, NDArray[Any] | None] = {
+            "positions": np.ascontiguousarray(self.positions, np.float64),
+            "triangles": np.ascontiguousarray(self.triangles, np.int32),
+            "part": np.ascontiguousarray(self.part if len(self.part) else np.zeros(count), np.int32),
+            "uv": None if self.uv is None else np.ascontiguousarray(self.uv, np.float64),
+            "normals": None if self.normals is None else np.ascontiguousarray(self.normals, np.float64),
+        }
+        for name, array in arrays.items():
+            object.__setattr__(self, name, None if array is None else frozen_array(array))
+        _check_arrays(self, count)
+
+    def __repr__(self) -> str:
+        parts = {"name": self.name, "triangles": len(self.triangles), "parts": len(self.parts)}
+        return on_a_line(self, parts)
+
+    @cached_property
+    def box(self) -> FloatArray:
+        """Least and greatest coordinates of the triangles' corners, (2, 3)."""
+        used = self.positions[np.unique(self.triangles)]
+        return frozen_array(np.stack([used.min(axis=0), used.max(axis=0)]))
+
+    @cached_property
+    def size(self) -> float:
+        """Diagonal of `box`, in model units."""
+        return float(np.linalg.norm(self.box[1] - self.box[0]))
+
+    @cached_property
+    def corners(self) -> FloatArray:
+        """Positions of the triangles' corners, (T, 3, 3)."""
+        return frozen_array(self.positions[self.triangles])
+
+    @cached_property
+    def areas(self) -> FloatArray:
+        """Areas of the triangles, (T,), in square model units."""
+        return frozen_array(0.5 * np.linalg.norm(self._crossed, axis=1))
+
+    @cached_property
+    def flat_normals(self) -> FloatArray:
+        """Unit normals of the triangles, (T, 3), outward; zero where a triangle has no area."""
+        length = np.linalg.norm(self._crossed, axis=1, keepdims=True)
+        return frozen_array(
+            np.divide(self._crossed, length, out=np.zeros((len(length), 3)), where=length > 0)
+        )
+
+    @cached_property
+    def _crossed(self) -> FloatArray:
+        a, b, c = self.corners.transpose(1, 0, 2)
+        return np.cross(b - a, c - a)
+
+    @cached_property
+    def neighbours(self) -> IntArray:
+        """What lies across each triangle's edges, (T, 3) int32: triangle · 3 + its edge, or −1.
+
+        Edge k runs from corner k to corner (k + 1) mod 3. Across is the one triangle that has the same edge
+        the other way round. At borders, and where more triangles share an edge, or two run along it the same
+        way, there is none.
+        """
+        return frozen_array(_neighbours(self.triangles, len(self.positions)))
+
+    def of_parts(self, chosen: Sequence[int]) -> NDArray[np.bool_]:
+        """Return which triangles belong to some of the parts, (T,)."""
+        return np.isin(self.part, np.asarray(chosen, np.int32))
+
+
+@dataclass(frozen=True, eq=False)
+class MeshSurface(Shown):
+    """A mesh cut into islands: what charts of a mesh lie on.
+
+    Attributes
+    ----------
+    mesh
+        The triangles.
+    island
+        (T,) int32, read-only: the island that each triangle lies on, 0 to their number less 1; −1 for those
+        that are left plain.
+    parameters
+        (T, 3, 2) float64, read-only: (s, t) of each triangle's corners on its island, in model units. Two
+        triangles of an island that share an edge with the same parameters at both its ends go on from each
+        other there; any other shared edge is a seam. Triangles turn the same way as in space:
+        ``(s1 − s0)·(t2 − t0) − (t1 − t0)·(s2 − s0) > 0`` but for those without area.
+
+    Raises
+    ------
+    InputError
+        For other shapes, numbers that are not finite, or islands without triangles.
+    """
+
+    mesh: TriangleMesh
+    island: IntArray
+    parameters: FloatArray
+
+    def __post_init__(self) -> None:
+        """Check the arrays and make them read-only."""
+        count = len(self.mesh.triangles)
+        island = np.ascontiguousarray(self.island, np.int32)
+        parameters = np.ascontiguousarray(self.parameters, np.float64)
+        if island.shape != (count,) or parameters.shape != (count, 3, 2):
+            raise InputError(
+                f"islands have shape {island.shape}, parameters {parameters.shape}; allowed: ({count},) and "
+                f"({count}, 3, 2)"
+            )
+        used = np.unique(island[island >= 0])
+        if not len(used) or used[-1] != len(used) - 1 or island.min() < -1:
+            raise InputError("islands are not numbered 0, 1, 2 …; allowed: each with a triangle, -1 for none")
+        if not np.isfinite(parameters[island >= 0]).all():
+            raise InputError("a parameter is not finite; allowed: finite numbers")
+        object.__setattr__(self, "island", frozen_array(island))
+        object.__setattr__(self, "parameters", frozen_array(parameters))
+
+    def __repr__(self) -> str:
+        parts = {"name": self.name, "triangles": len(self.island), "islands": self.islands}
+        return on_a_line(self, parts)
+
+    @property
+    def name(self) -> str:
+        """What to call it in reports and files."""
+        return self.mesh.name
+
+    @property
+    def size(self) -> float:
+        """Diagonal of the mesh's box, in model units."""
+        return self.mesh.size
+
+    @cached_property
+    def islands(self) -> int:
+        """How many islands it has."""
+        return int(self.island.max()) + 1
+
+    @cached_property
+    def boxes(self) -> FloatArray:
+        """Least and greatest (s, t) of each island, (islands, 2, 2)."""
+        out = np.empty((self.islands, 2, 2))
+        out[:, 0], out[:, 1] = np.inf, -np.inf
+        laid = self.island >= 0
+        owner = np.repeat(self.island[laid], 3)
+        np.minimum.at(out[:, 0], owner, self.parameters[laid].reshape(-1, 2))
+        np.maximum.at(out[:, 1], owner, self.parameters[laid].reshape(-1, 2))
+        return frozen_array(out)
+
+    @cached_property
+    def is_seam(self) -> NDArray[np.bool_]:
+        """Which edges of triangles are seams, (T, 3): something meets there, with other parameters."""
+        across = self.mesh.neighbours
+        other, edge = across // 3, across % 3
+        here, there = self.parameters, self.parameters[other]
+        first, last = here, np.roll(here, -1, axis=1)
+        rows = np.arange(len(other))[:, None].repeat(3, axis=1)
+        met_last = there[rows, np.arange(3), edge]
+        met_first = there[rows, np.arange(3), (edge + 1) % 3]
+        same = (first == met_first).all(axis=2) & (last == met_last).all(axis=2)
+        same &= self.island[other] == self.island[:, None]
+        return frozen_array((across >= 0) & ~same & (self.island[:, None] >= 0) & (self.island[other] >= 0))
+
+
+def welded(positions: ArrayLike) -> tuple[FloatArray, IntArray]:
+    """Make one vertex of all that lie at exactly the same place.
+
+    Parameters
+    ----------
+    positions
+        (V, 3).
+
+    Returns
+    -------
+    positions
+        (W, 3) float64, in the order in which they first occur.
+    vertex
+        (V,) int32: which of them each one became.
+    """
+    points = np.ascontiguousarray(positions, np.float64) + 0.0  # −0 is 0
+    _, first, inverse = np.unique(
+        points.view(np.dtype((np.void, 24))).reshape(-1), return_index=True, return_inverse=True
+    )
+    order = np.argsort(first, kind="stable")
+    rank = np.empty(len(order), np.int32)
+    rank[order] = np.arange(len(order), dtype=np.int32)
+    return points[first[order]], rank[inverse.reshape(-1)]
+
+
+def _count(triangles: object) -> int:
+    shape = np.asarray(triangles).shape
+    if len(shape) != 2 or shape[1] != 3 or not 1 <= shape[0] <= MAX_TRIANGLES:
+        raise InputError(f"triangles have shape {shape}; allowed: (n, 3), n from 1 to {MAX_TRIANGLES}")
+    return int(shape[0])
+
+
+def _check_arrays(mesh: TriangleMesh, count: int) -> None:
+    if mesh.positions.ndim != 2 or mesh.positions.shape[1] != 3:
+        raise InputError(f"positions have shape {mesh.positions.shape}; allowed: (n, 3)")
+    if not (np.abs(mesh.positions) <= _LARGEST).all():
+        raise InputError("a position is not finite, or beyond ±1e18; allowed: finite numbers within")
+    low, high = int(mesh.triangles.min()), int(mesh.triangles.max())
+    if low < 0 or high >= len(mesh.positions):
+        raise InputError(f"triangles name vertices {low} to {high}; allowed: 0 to {len(mesh.positions) - 1}")
+    if mesh.part.shape != (count,) or mesh.part.min() < 0 or mesh.part.max() >= len(mesh.parts):
+        raise InputError(f"part has shape {mesh.part.shape}; allowed: ({count},), 0 to {len(mesh.parts) - 1}")
+    for name, array, shape in (("uv", mesh.uv, (count, 3, 2)), ("normals", mesh.normals, (count, 3, 3))):
+        if array is not None and (array.shape != shape or not np.isfinite(array).all()):
+            raise InputError(f"{name} have shape {array.shape}; allowed: {shape}, finite numbers")
+
+
+def _neighbours(triangles: IntArray, vertices: int) -> IntArray:
+    first = triangles.astype(np.int64)
+    last = np.roll(first, -1, axis=1)
+    low, high = np.minimum(first, last).ravel(), np.maximum(first, last).ravel()
+    keys = low * vertices + high
+    order = np.argsort(keys, kind="stable")
+    ranked = keys[order]
+    starts = np.flatnonzero(np.concatenate([[True], ranked[1:] != ranked[:-1]]))
+    counts = np.diff(np.concatenate([starts, [len(ranked)]]))
+    a, b = order[starts[counts == 2]], order[starts[counts == 2] + 1]
+    rising = (first < last).ravel()
+    proper = (rising[a] != rising[b]) & (a // 3 != b // 3) & (low[a] != high[a])
+    a, b = a[proper], b[proper]
+    out = np.full(3 * len(triangles), -1, np.int32)
+    out[a], out[b] = b, a
+    return out.reshape(-1, 3)
