@@ -25,7 +25,7 @@ from upholster.export import (
     write_obj,
 )
 from upholster.files import Outputs
-from upholster.geometry import Surface
+from upholster.geometry import AnySurface, MeshSurface
 from upholster.image import Material, from_linear, write_image
 from upholster.image.source import source_parts
 from upholster.model import (
@@ -33,6 +33,8 @@ from upholster.model import (
     Mesh,
     build_atlas,
     build_normal_atlas,
+    charted_mesh,
+    charted_tangents,
     pack_charts,
     tessellate,
     vertex_tangents,
@@ -191,7 +193,7 @@ class TexturedModel(Shown):
         Whether the texture coordinates of an OBJ are those of UDIM: each page's lie in a square of their own.
     """
 
-    surface: Surface
+    surface: AnySurface
     texels: Texels
     options: WriteOptions = field(default_factory=WriteOptions)
     threads: int | None = None
@@ -208,12 +210,16 @@ class TexturedModel(Shown):
 
     @cached_property
     def seams(self) -> tuple[ChartSeam, ...]:
-        """How the charts meet."""
+        """How the charts meet along their edges."""
+        if isinstance(self.surface, MeshSurface):
+            return ()  # charts of a mesh reach beyond it by what gutters need
         return find_seams(self.surface, self.texels.charts)
 
     @cached_property
     def mesh(self) -> Mesh:
-        """The surface as quadrilaterals."""
+        """The surface as polygons: quadrilaterals, or a mesh's own triangles."""
+        if isinstance(self.surface, MeshSurface):
+            return charted_mesh(self.surface, self.texels.charts)
         return tessellate(self.surface, self.texels.charts, self.seams, quads=self.options.quads)
 
     @cached_property
@@ -230,6 +236,8 @@ class TexturedModel(Shown):
         """Quilt and exemplar as a stream; `InputError` where they are not known."""
         if self.read_from is not None:
             return self.read_from
+        if isinstance(self.surface, MeshSurface):
+            raise InputError("a mesh has no stream yet; allowed for a mesh: .glb, .obj, .npz and pictures")
         if self.quilt is None or self.exemplar is None:
             raise InputError("a stream needs a quilt and its sample, not texels alone")
         parts = source_parts(self.exemplar)
@@ -247,7 +255,7 @@ class TexturedModel(Shown):
     def map_atlas(self, role: str) -> Atlas:
         """Return the atlas of one of `maps`, packed as that of the base colour."""
         texels = self.maps[role]
-        if role == "normal":
+        if role == "normal" and not isinstance(self.surface, MeshSurface):
             return build_normal_atlas(self.surface, texels, self.seams, **self._packing)
         return build_atlas(texels, self.seams, **self._packing)
 
@@ -261,6 +269,8 @@ class TexturedModel(Shown):
         """Tangents of the mesh's vertices; None without a normal map, which alone needs them."""
         if "normal" not in self.maps:
             return None
+        if isinstance(self.surface, MeshSurface):
+            return charted_tangents(self.mesh)
         return vertex_tangents(self.surface, self.texels.charts, self.mesh)
 
     def picture(self, *, progress: Progress | None = None) -> NDArray[np.float32]:
@@ -289,7 +299,7 @@ class TexturedModel(Shown):
 def textured_model(
     texels: Texels | Mapping[str, Texels],
     *,
-    surface: Surface | None = None,
+    surface: AnySurface | None = None,
     quilt: Quilt | None = None,
     exemplar: PixelArray | Material | None = None,
     options: WriteOptions | None = None,

@@ -10,6 +10,7 @@ from upholster.geometry.catalog import (
     surface_file,
     surface_from_spec,
 )
+from upholster.geometry.corner_normals import corner_normals
 from upholster.geometry.cyclide import ring_cyclide, torus
 from upholster.geometry.face import Face, grid_face
 from upholster.geometry.face_seams import FaceSeam
@@ -23,8 +24,12 @@ from upholster.geometry.sphere import sphere
 from upholster.geometry.surface import BuiltIn, Surface
 from upholster.geometry.triangle_mesh import MeshSurface, TriangleMesh, welded
 
+AnySurface = Surface | MeshSurface
+"""What charts can lie on: faces of patches, or a mesh's islands."""
+
 __all__ = [
     "SURFACES",
+    "AnySurface",
     "BorderInterval",
     "BuiltIn",
     "Face",
@@ -40,6 +45,7 @@ __all__ = [
     "as_surface",
     "check_same_edges",
     "cone",
+    "corner_normals",
     "cylinder",
     "ellipsoid",
     "grid_face",

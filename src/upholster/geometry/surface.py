@@ -112,10 +112,12 @@ class Surface(Shown):
             return on_a_line(self, {"spec": f"{self.source.name}:{','.join(written)}", "patches": count})
         return on_a_line(self, {"name": self.name, "faces": len(self.faces), "patches": count})
 
-    def is_like(self, other: "Surface") -> bool:
+    def is_like(self, other: object) -> bool:
         """Whether another surface has the same faces, point by point within 1e-6 of its size."""
         if self is other:
             return True
+        if not isinstance(other, Surface):
+            return False
         if len(self.faces) != len(other.faces) or len(self.patches) != len(other.patches):
             return False
         room = 1e-6 * self.size

@@ -191,6 +191,17 @@ class MeshSurface(Shown):
         """Diagonal of the mesh's box, in model units."""
         return self.mesh.size
 
+    def is_like(self, other: object) -> bool:
+        """Whether another surface is the same mesh, cut into the same islands."""
+        if self is other:
+            return True
+        return (
+            isinstance(other, MeshSurface)
+            and len(self.island) == len(other.island)
+            and bool((self.island == other.island).all())
+            and bool(np.abs(self.mesh.corners - other.mesh.corners).max() <= 1e-6 * self.size)
+        )
+
     @cached_property
     def islands(self) -> int:
         """How many islands it has."""

@@ -1,6 +1,7 @@
 """The textured model: mesh, tangents, atlas and texture coordinates."""
 
 from upholster.model.atlas import Atlas, build_atlas
+from upholster.model.charted_mesh import charted_mesh, charted_tangents
 from upholster.model.mesh import Mesh, face_parameters, tessellate
 from upholster.model.normal_atlas import build_normal_atlas
 from upholster.model.packing import AtlasCell, AtlasLayout, AtlasPage, pack_charts
@@ -14,6 +15,8 @@ __all__ = [
     "Mesh",
     "build_atlas",
     "build_normal_atlas",
+    "charted_mesh",
+    "charted_tangents",
     "face_parameters",
     "pack_charts",
     "tessellate",

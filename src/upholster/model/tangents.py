@@ -9,7 +9,7 @@ from upholster.model.mesh import Mesh, face_parameters, own_patches
 from upholster.quilt.chart import Chart
 from upholster.types import FloatArray
 
-__all__ = ["vertex_tangents"]
+__all__ = ["unit_across", "vertex_tangents"]
 
 _FLAT = 1e-5
 """A derivative this much shorter than the chart's longest has no direction."""
@@ -47,10 +47,10 @@ def vertex_tangents(surface: Surface, charts: Sequence[Chart], mesh: Mesh) -> Fl
             inward = np.where(places[bad] <= 0.5 * size, _INWARD, -_INWARD) * size
             along[bad] = face.derivatives(*face_parameters(chart, *(places[bad] + inward).T))[2]
         tangents[mine] = along
-    return _unit_across(tangents, mesh.normals)
+    return unit_across(tangents, mesh.normals)
 
 
-def _unit_across(tangents: FloatArray, normals: FloatArray) -> FloatArray:
+def unit_across(tangents: FloatArray, normals: FloatArray) -> FloatArray:
     """Return vectors (V, 3) turned across unit normals, with length 1."""
     tangents = tangents - np.einsum("ij,ij->i", tangents, normals)[:, None] * normals
     length = np.linalg.norm(tangents, axis=1)

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.errors import InputError
-from upholster.geometry import Surface
+from upholster.geometry import AnySurface, MeshSurface
 from upholster.quilt._paint_kernels import trace_owners
 from upholster.quilt.chart import Chart
 from upholster.quilt.displacement import warped_sources
@@ -66,11 +66,11 @@ class Texels(Shown):
         return on_a_line(self, {**parts, "dtype": str(first.dtype)})
 
     @property
-    def surface(self) -> Surface | None:
+    def surface(self) -> AnySurface | None:
         """The surface that they were made for; None where that is not known."""
         return None if self.quilt is None else self.quilt.surface
 
-    def check_surface(self, surface: Surface) -> None:
+    def check_surface(self, surface: AnySurface) -> None:
         """Raise InputError if they belong to another surface."""
         _check_surface("texels", self.charts, self.surface, surface)
 
@@ -116,7 +116,7 @@ class Quilt(Shown):
     exemplar_shape: tuple[int, int]
     plan: Plan
     fields: tuple[WarpField, ...] = ()
-    surface: Surface | None = None
+    surface: AnySurface | None = None
     seed: int | None = None
 
     def __repr__(self) -> str:
@@ -124,14 +124,14 @@ class Quilt(Shown):
         parts = {"charts": len(self.charts), "texels": self.texel_count, "placements": len(self.placements)}
         return on_a_line(self, {**parts, "sample": f"{width}x{height}", "seed": self.seed})
 
-    def on(self, surface: Surface | None, *, seed: int | None = None) -> "Quilt":
+    def on(self, surface: AnySurface | None, *, seed: int | None = None) -> "Quilt":
         """Return the same quilt, which knows its surface and the seed that it was made with."""
         known = copy(self)  # nothing is checked or computed again
         object.__setattr__(known, "surface", surface)
         object.__setattr__(known, "seed", seed)
         return known
 
-    def check_surface(self, surface: Surface) -> None:
+    def check_surface(self, surface: AnySurface) -> None:
         """Raise InputError if it was made for another surface."""
         _check_surface("quilt", self.charts, self.surface, surface)
 
@@ -243,11 +243,15 @@ def _are_charts(charts: object) -> bool:
     return isinstance(charts, tuple) and all(isinstance(chart, Chart) for chart in charts)
 
 
-def _check_surface(what: str, charts: tuple[Chart, ...], own: Surface | None, surface: Surface) -> None:
+def _check_surface(what: str, charts: tuple[Chart, ...], own: AnySurface | None, surface: AnySurface) -> None:
     """Raise unless charts, made for the surface `own` if that is known, can lie on `surface`."""
     if own is not None:
         if not own.is_like(surface):
             raise InputError(f"{what} belong to {own!r}; allowed: no other surface, but given is {surface!r}")
+        return
+    if isinstance(surface, MeshSurface):
+        if {chart.face for chart in charts} != set(range(surface.islands)):
+            raise InputError(f"{what} have charts on other islands than {surface!r}")
         return
     faces = surface.faces
     if {chart.face for chart in charts} != set(range(len(faces))) or any(

@@ -1,0 +1,159 @@
+"""Charts over a mesh's islands, one each, and their warp fields."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from upholster.charts._mesh_kernels import splat_matrices
+from upholster.errors import InputError
+from upholster.geometry import MeshSurface
+from upholster.quilt.chart import MAX_CHART, Chart
+from upholster.quilt.warp_field import FIELD_STEP, WarpField, node_count
+from upholster.types import FloatArray
+
+__all__ = ["GUTTER", "chart_places", "mesh_charts", "mesh_fields", "triangle_frames"]
+
+GUTTER = 8
+"""Texels that a chart reaches beyond its island each way."""
+
+_SPACING = 8.0
+"""Texels between two samples of a triangle's matrix."""
+
+
+def mesh_charts(surface: MeshSurface, density: float) -> tuple[Chart, ...]:
+    """Lay a chart over each island.
+
+    Parameters
+    ----------
+    surface
+        The islands.
+    density
+        Texels per model unit.
+
+    Raises
+    ------
+    InputError
+        If a chart would be too large: says how many texels it may have.
+    """
+    charts = []
+    for number, (low, high) in enumerate(surface.boxes.tolist()):
+        sides = [max(1, int(np.ceil((b - a) * density))) + 2 * GUTTER for a, b in zip(low, high, strict=True)]
+        if max(sides) > MAX_CHART:
+            raise InputError(
+                f"island {number} would have {sides[1]} x {sides[0]} texels; allowed: {MAX_CHART} each way: "
+                "ask for fewer texels"
+            )
+        starts = [0.5 * (a + b) - 0.5 * side / density for a, b, side in zip(low, high, sides, strict=True)]
+        s1, t1 = (start + side / density for start, side in zip(starts, sides, strict=True))
+        charts.append(Chart(number, sides[0], sides[1], starts[0], s1, starts[1], t1))
+    return tuple(charts)
+
+
+def chart_places(surface: MeshSurface, charts: Sequence[Chart]) -> FloatArray:
+    """Return (T, 3, 2), row and column of each triangle's corners on its island's chart, in texels.
+
+    Texel (r, c) has its centre at (r + ½, c + ½); 0 where a triangle is left plain.
+    """
+    numbers = np.array([(c.s0, c.t0, c.height / (c.s1 - c.s0), c.width / (c.t1 - c.t0)) for c in charts])
+    own = numbers[surface.island][:, None]
+    places: FloatArray = (surface.parameters - own[..., :2]) * own[..., 2:]
+    places[surface.island < 0] = 0.0
+    return places
+
+
+def triangle_frames(surface: MeshSurface, vectors: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the direction field's axes in each triangle's plane, (T, 3) each: along the rows, and down.
+
+    `vectors` (V, 3) is the field at the mesh's vertices; where it has no part in the plane, a triangle takes
+    its first edge.
+    """
+    mesh = surface.mesh
+    normals = mesh.flat_normals
+    along = vectors[mesh.triangles].mean(axis=1)
+    along = along - (along * normals).sum(axis=1, keepdims=True) * normals
+    length = np.linalg.norm(along, axis=1)
+    edge = mesh.corners[:, 1] - mesh.corners[:, 0]
+    weak = length < 1e-6
+    along[weak] = edge[weak]
+    length[weak] = np.linalg.norm(edge[weak], axis=1)
+    along /= np.maximum(length, 1e-300)[:, None]
+    return along, np.cross(along, normals)
+
+
+def mesh_fields(
+    surface: MeshSurface, charts: Sequence[Chart], along: FloatArray, down: FloatArray, scale: float
+) -> tuple[WarpField, ...]:
+    """Return each chart's warp field: what its triangles have, smoothed to the nodes, and beyond as near by.
+
+    Parameters
+    ----------
+    surface, charts
+        The layout.
+    along, down
+        (T, 3) the field's axes, see `triangle_frames`.
+    scale
+        Exemplar pixels per model unit.
+    """
+    places = chart_places(surface, charts) - 0.5
+    matrices = _matrices(surface, charts, along, down, scale)
+    counts = [(node_count(chart.height, 1), node_count(chart.width, 1)) for chart in charts]
+    firsts = np.cumsum([0, *(rows * columns for rows, columns in counts)])
+    shapes = np.array([(first, *count) for first, count in zip(firsts, counts, strict=False)], np.int64)
+    sums = np.zeros((firsts[-1], 5))
+    splat_matrices(places, surface.island, matrices, _SPACING, float(FIELD_STEP), shapes, sums)
+    fields = []
+    for (first, rows, columns), chart in zip(shapes.tolist(), charts, strict=True):
+        own = sums[first : first + rows * columns].reshape(rows, columns, 5)
+        size = scale * (chart.s1 - chart.s0) / chart.height
+        fields.append(WarpField.quantised(_filled(own, size), margin=1))
+    return tuple(fields)
+
+
+def _matrices(
+    surface: MeshSurface, charts: Sequence[Chart], along: FloatArray, down: FloatArray, scale: float
+) -> FloatArray:
+    # M of each triangle, (T, 4): from its edges on the chart and in space.
+    corners, flat = surface.mesh.corners, chart_places(surface, charts)
+    edges, texels = corners[:, 1:] - corners[:, :1], flat[:, 1:] - flat[:, :1]
+    determinant = texels[:, 0, 0] * texels[:, 1, 1] - texels[:, 0, 1] * texels[:, 1, 0]
+    sound = determinant > 0
+    inverse = (
+        np.stack([texels[:, 1, 1], -texels[:, 1, 0], -texels[:, 0, 1], texels[:, 0, 0]], axis=1)
+        / np.where(sound, determinant, 1.0)[:, None]
+    )
+    # Two edges in the field's axes, as columns, times the inverse of theirs on the chart.
+    shown = np.stack([(edges * axis[:, None]).sum(axis=2) for axis in (down, along)], axis=1)
+    out: FloatArray = scale * np.einsum("tae,teb->tab", shown, inverse.reshape(-1, 2, 2)).reshape(-1, 4)
+    out[~sound] = 0.0
+    return out
+
+
+def _filled(sums: FloatArray, size: float) -> FloatArray:
+    # Matrices of all nodes (rows, columns, 2, 2): means; where they cancel, or nothing is near, their
+    # neighbours' means, round after round.
+    weight = sums[..., 4]
+    known = weight > 0
+    mean = sums[..., :4] / np.where(known, weight, 1.0)[..., None]
+    determinant = mean[..., 0] * mean[..., 3] - mean[..., 1] * mean[..., 2]
+    known &= determinant > 0.1 * size * size
+    mean[~known] = 0.0
+    if not known.any():
+        mean[..., 0] = mean[..., 3] = size
+        known[:] = True
+    while not known.all():
+        total, count = _around(mean), _around(known[..., None].astype(np.float64))
+        new = ~known & (count[..., 0] > 0)
+        mean[new] = total[new] / count[new]
+        determinant = mean[..., 0] * mean[..., 3] - mean[..., 1] * mean[..., 2]
+        flat = new & (determinant <= 0.1 * size * size)
+        mean[flat] = (size, 0.0, 0.0, size)
+        known |= new
+    return mean.reshape(*known.shape, 2, 2)
+
+
+def _around(array: FloatArray) -> FloatArray:
+    padded = np.pad(array, ((1, 1), (1, 1), (0, 0)))
+    rows, columns = array.shape[:2]
+    shifts = [(i, j) for i in range(3) for j in range(3) if (i, j) != (1, 1)]
+    total: FloatArray = sum((padded[i : i + rows, j : j + columns] for i, j in shifts), np.zeros_like(array))
+    return total

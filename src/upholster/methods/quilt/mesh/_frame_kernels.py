@@ -1,0 +1,280 @@
+"""Laying a block on charts of any shape: in its *frame*, a square of pixels about its centre.
+
+What is laid under a block is drawn into its frame through the block map; there a source is chosen and cut as
+on a flat chart; then the block's new texels are written to the canvases of all charts that it reaches.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from upholster.jit import inline, kernel
+from upholster.methods.quilt._block_kernels import (
+    LayNumbers,
+    LayScratch,
+    LayWeights,
+    MatchImage,
+    Span,
+    pixel_at,
+    position_of,
+    splat_tent,
+)
+from upholster.methods.quilt._choice_kernels import choose_source, penalise_used
+from upholster.methods.quilt._search_kernels import draw
+from upholster.methods.quilt._seed_kernels import cut_block
+from upholster.methods.quilt.mesh._unfold_kernels import MeshArrays
+from upholster.types import FloatArray, IntArray, int64
+
+__all__ = ["Canvases", "lay_frames", "mark_needed"]
+
+_NONE = 6
+"""Marks of a frame's pixel beside the surface: not to change, nothing there."""
+
+_CLOSE = 0.75
+"""Texels: a texel so near to a triangle belongs to it."""
+
+
+class Canvases(NamedTuple):
+    """The working charts, one after another: texel (r, c) of chart k at ``firsts[k] + r·widths[k] + c``.
+
+    `pixels` (texels, channels) is what is laid, `covered` 1 where something is, `needed` 1 where a texel's
+    centre lies on the mesh. `heights` and `widths` are the charts'.
+    """
+
+    pixels: NDArray[np.uint8]
+    covered: NDArray[np.uint8]
+    needed: NDArray[np.uint8]
+    firsts: NDArray[np.int64]
+    heights: NDArray[np.int64]
+    widths: NDArray[np.int64]
+
+
+@inline
+def _clamped(b: float, c: float) -> tuple[float, float]:
+    # The barycentric coordinates of a place near a triangle, brought into it.
+    b, c = max(b, 0.0), max(c, 0.0)
+    total = b + c
+    return (b / total, c / total) if total > 1.0 else (b, c)
+
+
+@inline
+def _bounds(a: float, b: float, c: float, beyond: float, size: int) -> tuple[int, int]:
+    # Which whole numbers lie between three numbers, and at most `beyond` outside them: from, to.
+    low = int64(np.ceil(min(a, b, c) - beyond))
+    return max(low, 0), min(int64(np.floor(max(a, b, c) + beyond)) + 1, size)
+
+
+@kernel
+def mark_needed(mesh: MeshArrays, canvases: Canvases) -> None:
+    """Mark in `needed` the texels whose centres lie in a triangle."""
+    for t in range(mesh.triangles.shape[0]):
+        k = mesh.chart[t]
+        if k < 0:
+            continue
+        p = mesh.places[t]
+        y1, x1, y2, x2 = p[1, 0] - p[0, 0], p[1, 1] - p[0, 1], p[2, 0] - p[0, 0], p[2, 1] - p[0, 1]
+        area = y1 * x2 - x1 * y2
+        if area == 0.0:
+            continue
+        top, bottom = _bounds(p[0, 0], p[1, 0], p[2, 0], 0.0, canvases.heights[k])
+        left, right = _bounds(p[0, 1], p[1, 1], p[2, 1], 0.0, canvases.widths[k])
+        for r in range(top, bottom):
+            for c in range(left, right):
+                y, x = r - p[0, 0], c - p[0, 1]
+                b, d = (y * x2 - x * y2) / area, (y1 * x - x1 * y) / area
+                if b >= 0.0 and d >= 0.0 and b + d <= 1.0:
+                    canvases.needed[canvases.firsts[k] + r * canvases.widths[k] + c] = 1
+
+
+@inline
+def _look(
+    mesh: MeshArrays,
+    canvases: Canvases,
+    triangles: IntArray,
+    maps: Any,
+    sheets: IntArray,
+    first: int,
+    stop: int,
+    channels: int,
+    covered: NDArray[np.uint8],
+    scratch: LayScratch,
+) -> tuple[int, int]:
+    # Draws into the frame what is laid under a block; returns how many of its pixels are laid, and how many
+    # are on the mesh and bare. `covered` is the frame with a rim of one pixel.
+    texels = scratch.texels
+    size = covered.shape[0] - 2
+    half = size // 2 + 1  # of the pixel that reads at the source, on the frame with its rim
+    for i in range(size + 2):
+        for j in range(size + 2):
+            covered[i, j] = _NONE
+    for n in range(first, stop):
+        if sheets[n] < 0:
+            continue
+        u, t = maps[n], triangles[n]
+        p, k = mesh.places[t], int64(mesh.chart[t])
+        y1, x1, y2, x2 = u[1, 0] - u[0, 0], u[1, 1] - u[0, 1], u[2, 0] - u[0, 0], u[2, 1] - u[0, 1]
+        area = y1 * x2 - x1 * y2
+        if abs(area) < 1e-9:
+            continue
+        top, bottom = _bounds(u[0, 0] + half, u[1, 0] + half, u[2, 0] + half, 0.0, size + 2)
+        left, right = _bounds(u[0, 1] + half, u[1, 1] + half, u[2, 1] + half, 0.0, size + 2)
+        for i in range(top, bottom):
+            for j in range(left, right):
+                y, x = i - half - u[0, 0], j - half - u[0, 1]
+                b, d = (y * x2 - x * y2) / area, (y1 * x - x1 * y) / area
+                if b < -1e-9 or d < -1e-9 or b + d > 1.0 + 1e-9:
+                    continue
+                row = p[0, 0] + b * (p[1, 0] - p[0, 0]) + d * (p[2, 0] - p[0, 0])
+                column = p[0, 1] + b * (p[1, 1] - p[0, 1]) + d * (p[2, 1] - p[0, 1])
+                r = min(max(int64(np.floor(row + 0.5)), 0), canvases.heights[k] - 1)
+                c = min(max(int64(np.floor(column + 0.5)), 0), canvases.widths[k] - 1)
+                at = canvases.firsts[k] + r * canvases.widths[k] + c
+                covered[i, j] = canvases.covered[at]
+                if canvases.covered[at] and 0 < i <= size and 0 < j <= size:
+                    for m in range(channels):
+                        texels.old[i - 1, (j - 1) * channels + m] = canvases.pixels[at, m]
+    laid, bare = int64(0), int64(0)
+    for i in range(size):
+        for j in range(size):
+            mark = covered[i + 1, j + 1]
+            texels.marks[i, j] = mark
+            laid += mark == 1
+            bare += mark == 0
+    return laid, bare
+
+
+@inline
+def _write(
+    mesh: MeshArrays,
+    canvases: Canvases,
+    image: NDArray[np.uint8],
+    numbers: LayNumbers,
+    source: tuple[int, int],
+    mask: NDArray[np.uint8],
+    triangles: IntArray,
+    maps: Any,
+    sheets: IntArray,
+    first: int,
+    stop: int,
+) -> None:
+    # Writes a block's new texels to the canvases of the charts that it reaches.
+    size, cell, channels = numbers.block_height, numbers.mask_cell, numbers.channels
+    half, across = size // 2, size // cell
+    for n in range(first, stop):
+        if sheets[n] < 0:
+            continue
+        u, t = maps[n], triangles[n]
+        p, k = mesh.places[t], int64(mesh.chart[t])
+        y1, x1, y2, x2 = p[1, 0] - p[0, 0], p[1, 1] - p[0, 1], p[2, 0] - p[0, 0], p[2, 1] - p[0, 1]
+        area = y1 * x2 - x1 * y2
+        if area <= 1e-12:
+            continue
+        top, bottom = _bounds(p[0, 0], p[1, 0], p[2, 0], _CLOSE, canvases.heights[k])
+        left, right = _bounds(p[0, 1], p[1, 1], p[2, 1], _CLOSE, canvases.widths[k])
+        for r in range(top, bottom):
+            for c in range(left, right):
+                y, x = r - p[0, 0], c - p[0, 1]
+                b0, d0 = (y * x2 - x * y2) / area, (y1 * x - x1 * y) / area
+                b, d = _clamped(b0, d0)
+                if b != b0 or d != d0:
+                    away_y, away_x = y - b * y1 - d * y2, x - b * x1 - d * x2
+                    if away_y * away_y + away_x * away_x > _CLOSE * _CLOSE:
+                        continue
+                down = int64(np.floor(u[0, 0] + b * (u[1, 0] - u[0, 0]) + d * (u[2, 0] - u[0, 0]) + 0.5))
+                along = int64(np.floor(u[0, 1] + b * (u[1, 1] - u[0, 1]) + d * (u[2, 1] - u[0, 1]) + 0.5))
+                i, j = down + half, along + half
+                if i < 0 or j < 0 or i >= size or j >= size:
+                    continue
+                at = canvases.firsts[k] + r * canvases.widths[k] + c
+                if mask[i // cell * across + j // cell] == 0:
+                    continue
+                place = min(max(source[0] + down, 0), numbers.height - 1) * numbers.width
+                place = (place + min(max(source[1] + along, 0), numbers.width - 1)) * channels
+                canvases.covered[at] = 1
+                for m in range(channels):
+                    canvases.pixels[at, m] = image[place + m]
+
+
+@inline
+def _penalise_near(
+    numbers: LayNumbers,
+    weight: float,
+    near: FloatArray,
+    blocks: IntArray,
+    n: int,
+    reach: float,
+    penalties: NDArray[np.float64],
+) -> None:
+    # What blocks near by have used costs more; `near` (blocks, 3) are their centres.
+    size = numbers.block_height
+    for m in range(n):
+        x, y, z = near[m, 0] - near[n, 0], near[m, 1] - near[n, 1], near[m, 2] - near[n, 2]
+        if blocks[m, 2] and x * x + y * y + z * z < reach * reach:
+            row, column = (
+                pixel_at(int64(blocks[m, 0]), numbers.level),
+                pixel_at(int64(blocks[m, 1]), numbers.level),
+            )
+            splat_tent(penalties, numbers.usage_step, row, column, size // 2 + 1, size // 2 + 1, weight)
+
+
+@kernel
+def lay_frames(
+    mesh: MeshArrays,
+    canvases: Canvases,
+    match: MatchImage,
+    numbers: LayNumbers,
+    weights: LayWeights,
+    span: Span,
+    usage: NDArray[np.float64],
+    state: NDArray[np.uint64],
+    near: FloatArray,
+    reach: float,
+    order: NDArray[np.int64],
+    part: tuple[int, int],
+    footprint: tuple[NDArray[np.int64], IntArray, NDArray[np.float32], IntArray],
+    blocks: IntArray,
+    masks: NDArray[np.uint8],
+    covered: NDArray[np.uint8],
+    scratch: LayScratch,
+) -> None:
+    """Choose, cut and lay some blocks, from, to, one after another.
+
+    `footprint` is what `unfold_blocks` found: firsts, triangles, maps and sheets; `order` (blocks,) tells
+    which of its blocks each one is. `near` (all blocks, 3) are centres in space, and `reach` how far blocks
+    are near. `blocks` (all blocks, 3) receive the source's row and column in 1/16 pixel, and 1 if the block
+    was laid, 2 if on nothing, 0 if it was not needed; `masks` (all blocks, cells) which cells are new.
+    `covered` (size + 2, size + 2) is scratch; `scratch.texels` has `rows`, `columns`, `ys`, `xs` of a frame.
+    """
+    firsts, triangles, maps, sheets = footprint
+    texels = scratch.texels
+    for n in range(part[0], part[1]):
+        block, mask = blocks[n], masks[n]
+        first, stop = firsts[order[n]], firsts[order[n] + 1]
+        block[2] = 0
+        laid, bare = _look(
+            mesh, canvases, triangles, maps, sheets, first, stop, numbers.channels, covered, scratch
+        )
+        if bare == 0:
+            continue
+        if laid == 0:
+            block[2] = 2
+            y = span.first_y + draw(state, span.last_y - span.first_y + 1)
+            x = span.first_x + draw(state, span.last_x - span.first_x + 1)
+            block[0], block[1] = position_of(y, numbers.level), position_of(x, numbers.level)
+            for at in range(mask.shape[0]):
+                mask[at] = 1
+        else:
+            block[2] = 1
+            choice = scratch.choice
+            penalise_used(usage, weights.evenness, choice.penalties)
+            if weights.variety > 0.0:
+                _penalise_near(numbers, weights.variety, near, blocks, n, reach, choice.penalties)
+            choice.continued[0, 0], choice.continued[1, 0] = -1, -1
+            block[0], block[1] = choose_source(match, numbers, weights, state, span, texels, choice, int64(2))
+        y, x = pixel_at(int64(block[0]), numbers.level), pixel_at(int64(block[1]), numbers.level)
+        if laid:
+            base = y * numbers.width + x
+            cut_block(covered, match.image, numbers, int64(0), int64(0), base, texels, scratch.cut, mask)
+        _write(mesh, canvases, match.image, numbers, (y, x), mask, triangles, maps, sheets, first, stop)
+        splat_tent(usage, numbers.usage_step, y, x, numbers.block_height, numbers.block_width, 1.0)

@@ -1,0 +1,353 @@
+"""How each sheet of a block reads the exemplar: a centre, a source and a centre matrix, fitted along seams.
+
+Texel q of a sheet's chart reads at ``s + ½(C + M(q))(q − c)``, M the chart's warp field. The sheet with the
+block's centre has M there for C. On any other, C and s are fitted to what settled sheets show along their
+common seams, C held near ``C_A·T⁻¹``, the centre matrix beyond the seam, through its transition.
+All in working texels and frame pixels.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from upholster.jit import inline, kernel
+from upholster.methods.quilt.mesh._unfold_kernels import MeshArrays
+from upholster.types import FloatArray, IntArray, int64
+
+__all__ = ["FIT", "MOST_SHEETS", "FieldArrays", "SheetScratch", "field_at", "fit_sheets"]
+
+MOST_SHEETS = 24
+"""Of one block: those beyond are left out."""
+
+FIT = 10
+"""Numbers of a fitted sheet: 1 if it is settled, its chart, c (2), s (2), C (4)."""
+
+_HELD = 30.0
+"""How strongly C is held near its first guess: as so many texels of seam, a texel off, would."""
+
+_MOST_EDGES = 2048
+
+
+class FieldArrays(NamedTuple):
+    """All charts' warp fields: nodes (n, 4) float64 in frame pixels per working texel, one after another.
+
+    `shapes` (charts, 3) tell each one's first node, rows and columns; nodes lie `step` working texels apart,
+    the second one of each row and column at `origin`.
+    """
+
+    nodes: FloatArray
+    shapes: NDArray[np.int64]
+    step: float
+    origin: float
+
+
+class SheetScratch(NamedTuple):
+    """Scratch: `local` by triangles, −1 between calls; the seams' edges between a block's sheets."""
+
+    local: IntArray
+    edges: IntArray
+    shares: FloatArray
+    sums: FloatArray
+
+    @classmethod
+    def of(cls, triangles: int) -> "SheetScratch":
+        """Return scratch for a mesh."""
+        return cls(
+            np.full(triangles, -1, np.int32),
+            np.empty((_MOST_EDGES, 4), np.int32),
+            np.empty((MOST_SHEETS, MOST_SHEETS)),
+            np.empty(32),
+        )
+
+
+@inline
+def field_at(field: FieldArrays, chart: int, row: float, column: float) -> tuple[float, float, float, float]:
+    """Return M at a place of a chart: bilinear between nodes, the outermost ones beyond."""
+    first, rows, columns = field.shapes[chart, 0], field.shapes[chart, 1], field.shapes[chart, 2]
+    y = min(max((row - field.origin) / field.step + 1.0, 0.0), rows - 1.0)
+    x = min(max((column - field.origin) / field.step + 1.0, 0.0), columns - 1.0)
+    i, j = min(int64(y), max(rows - 2, 0)), min(int64(x), max(columns - 2, 0))
+    down, right = y - i, x - j
+    a = first + i * columns + j
+    b = a + (1 if columns > 1 else 0)
+    c = a + (columns if rows > 1 else 0)
+    d = c + b - a
+    n = field.nodes
+    wa, wb = (1.0 - down) * (1.0 - right), (1.0 - down) * right
+    wc, wd = down * (1.0 - right), down * right
+    return (
+        wa * n[a, 0] + wb * n[b, 0] + wc * n[c, 0] + wd * n[d, 0],
+        wa * n[a, 1] + wb * n[b, 1] + wc * n[c, 1] + wd * n[d, 1],
+        wa * n[a, 2] + wb * n[b, 2] + wc * n[c, 2] + wd * n[d, 2],
+        wa * n[a, 3] + wb * n[b, 3] + wc * n[c, 3] + wd * n[d, 3],
+    )
+
+
+@inline
+def shown_at(field: FieldArrays, fit: FloatArray, row: float, column: float) -> tuple[float, float]:
+    """Return where a place of a fitted sheet's chart reads, in frame pixels from the block's source."""
+    m = field_at(field, int64(fit[1]), row, column)
+    y, x = row - fit[2], column - fit[3]
+    return (
+        fit[4] + 0.5 * ((fit[6] + m[0]) * y + (fit[7] + m[1]) * x),
+        fit[5] + 0.5 * ((fit[8] + m[2]) * y + (fit[9] + m[3]) * x),
+    )
+
+
+@inline
+def _list_edges(
+    mesh: MeshArrays,
+    triangles: IntArray,
+    sheets: IntArray,
+    first: int,
+    stop: int,
+    scratch: SheetScratch,
+) -> Any:
+    # Lists the edges along which two sheets of a block meet, from either side: two places in the block, and
+    # the edge of either triangle.
+    count = int64(0)
+    for n in range(first, stop):
+        scratch.local[triangles[n]] = n - first
+    for n in range(first, stop):
+        t = triangles[n]
+        for k in range(3):
+            if mesh.seam[t, k] < 0:
+                continue
+            across = mesh.neighbours[t, k]
+            other = scratch.local[across // 3]
+            if other >= 0 and sheets[first + other] != sheets[n] and count < scratch.edges.shape[0]:
+                scratch.edges[count, 0], scratch.edges[count, 1] = n - first, k
+                scratch.edges[count, 2], scratch.edges[count, 3] = other, across % 3
+                count += 1
+    for n in range(first, stop):
+        scratch.local[triangles[n]] = -1
+    return count
+
+
+@inline
+def _edge_length(mesh: MeshArrays, t: int, k: int) -> float:
+    last = (k + 1) % 3
+    y = mesh.places[t, last, 0] - mesh.places[t, k, 0]
+    x = mesh.places[t, last, 1] - mesh.places[t, k, 1]
+    return float(np.sqrt(y * y + x * x))
+
+
+@inline
+def _samples(length: float) -> Any:
+    # So many places of an edge are looked at.
+    return min(max(int64(length / 2.0) + 1, 1), 16)
+
+
+@inline
+def _place_on(mesh: MeshArrays, t: int, k: int, share: float) -> tuple[float, float]:
+    last = (k + 1) % 3
+    return (
+        mesh.places[t, k, 0] + share * (mesh.places[t, last, 0] - mesh.places[t, k, 0]),
+        mesh.places[t, k, 1] + share * (mesh.places[t, last, 1] - mesh.places[t, k, 1]),
+    )
+
+
+@inline
+def _is_inside(maps: Any, n: int, k: int, share: float, half: float) -> tuple[bool, float]:
+    # Whether a place of an edge lies in the block's square, and its squared distance from the centre.
+    last = (k + 1) % 3
+    y = maps[n, k, 0] + share * (maps[n, last, 0] - maps[n, k, 0])
+    x = maps[n, k, 1] + share * (maps[n, last, 1] - maps[n, k, 1])
+    return abs(y) < half and abs(x) < half, y * y + x * x
+
+
+@inline
+def _choose_next(
+    mesh: MeshArrays,
+    triangles: IntArray,
+    sheets: IntArray,
+    maps: Any,
+    first: int,
+    edges: int,
+    pieces: int,
+    half: float,
+    fits: FloatArray,
+    scratch: SheetScratch,
+) -> tuple[int, int]:
+    # The sheet that shares most seam with settled ones, and the settled one with which it shares most.
+    lengths = scratch.shares
+    for a in range(pieces):
+        for b in range(pieces):
+            lengths[a, b] = 0.0
+    for e in range(edges):
+        a, b = sheets[first + scratch.edges[e, 0]], sheets[first + scratch.edges[e, 2]]
+        if a >= pieces or b >= pieces or fits[a, 0] == 0.0 or fits[b, 0] != 0.0:
+            continue
+        n, k = first + scratch.edges[e, 0], scratch.edges[e, 1]
+        length = _edge_length(mesh, triangles[n], k)
+        count = _samples(length)
+        for m in range(count):
+            inside, _ = _is_inside(maps, n, k, (m + 0.5) / count, half)
+            if inside:
+                lengths[a, b] += length / count
+    best, most, source, longest = int64(-1), 0.0, int64(-1), 0.0
+    for b in range(pieces):
+        total = 0.0
+        for a in range(pieces):
+            total += lengths[a, b]
+        if total > most:
+            best, most = b, total
+    if best >= 0:
+        for a in range(pieces):
+            if lengths[a, best] > longest:
+                source, longest = a, lengths[a, best]
+    return best, source
+
+
+@inline
+def _guess(
+    mesh: MeshArrays,
+    triangles: IntArray,
+    sheets: IntArray,
+    maps: Any,
+    first: int,
+    edges: int,
+    half: float,
+    source: int,
+    wanted: int,
+    fits: FloatArray,
+    scratch: SheetScratch,
+) -> None:
+    # The centre of a sheet, extrapolated over the seam, and its first guess of C.
+    fit, old = fits[wanted], fits[source]
+    t00, t01, t10, t11, row, column, total = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for e in range(edges):
+        n, k, m, l = scratch.edges[e, 0], scratch.edges[e, 1], scratch.edges[e, 2], scratch.edges[e, 3]  # noqa: E741
+        if sheets[first + n] != source or sheets[first + m] != wanted:
+            continue
+        t, other = triangles[first + n], triangles[first + m]
+        cross = mesh.crossing[mesh.seam[t, k]]
+        length = _edge_length(mesh, t, k)
+        count = _samples(length)
+        for step in range(count):
+            share = (step + 0.5) / count
+            inside, apart = _is_inside(maps, first + n, k, share, half)
+            if not inside:
+                continue
+            weight = length / count / (apart + 9.0)
+            a, b = _place_on(mesh, t, k, share), _place_on(mesh, other, l, 1.0 - share)
+            t00, t01 = t00 + weight * cross[0, 0], t01 + weight * cross[0, 1]
+            t10, t11 = t10 + weight * cross[1, 0], t11 + weight * cross[1, 1]
+            down, right = old[2] - a[0], old[3] - a[1]
+            row += weight * (b[0] + cross[0, 0] * down + cross[0, 1] * right)
+            column += weight * (b[1] + cross[1, 0] * down + cross[1, 1] * right)
+            total += weight
+            fit[1] = mesh.chart[other]
+    t00, t01, t10, t11 = t00 / total, t01 / total, t10 / total, t11 / total
+    determinant = t00 * t11 - t01 * t10
+    fit[2], fit[3] = row / total, column / total
+    fit[6] = (old[6] * t11 - old[7] * t10) / determinant
+    fit[7] = (old[7] * t00 - old[6] * t01) / determinant
+    fit[8] = (old[8] * t11 - old[9] * t10) / determinant
+    fit[9] = (old[9] * t00 - old[8] * t01) / determinant
+
+
+@inline
+def _fit(
+    mesh: MeshArrays,
+    field: FieldArrays,
+    triangles: IntArray,
+    sheets: IntArray,
+    maps: Any,
+    first: int,
+    edges: int,
+    half: float,
+    wanted: int,
+    fits: FloatArray,
+    scratch: SheetScratch,
+) -> bool:
+    # Least squares of s and of C's change, both rows at once: a system of three unknowns, with two right
+    # sides. `sums`: the matrix's upper triangle (6), then the right sides (3 and 3).
+    fit, sums = fits[wanted], scratch.sums
+    for n in range(12):
+        sums[n] = 0.0
+    sums[0], sums[3], sums[5] = 1e-6, _HELD, _HELD
+    fit[4], fit[5] = 0.0, 0.0
+    for e in range(edges):
+        n, k, m, l = scratch.edges[e, 0], scratch.edges[e, 1], scratch.edges[e, 2], scratch.edges[e, 3]  # noqa: E741
+        settled = sheets[first + n]
+        if sheets[first + m] != wanted or settled >= fits.shape[0] or fits[settled, 0] == 0.0:
+            continue
+        t, other = triangles[first + n], triangles[first + m]
+        length = _edge_length(mesh, t, k)
+        count = _samples(length)
+        for step in range(count):
+            share = (step + 0.5) / count
+            inside, _ = _is_inside(maps, first + n, k, share, half)
+            if not inside:
+                continue
+            a, b = _place_on(mesh, t, k, share), _place_on(mesh, other, l, 1.0 - share)
+            known, mine = shown_at(field, fits[settled], a[0], a[1]), shown_at(field, fit, b[0], b[1])
+            weight, y, x = length / count, 0.5 * (b[0] - fit[2]), 0.5 * (b[1] - fit[3])
+            down, right = weight * (known[0] - mine[0]), weight * (known[1] - mine[1])
+            sums[0], sums[1], sums[2] = sums[0] + weight, sums[1] + weight * y, sums[2] + weight * x
+            sums[3], sums[4] = sums[3] + weight * y * y, sums[4] + weight * y * x
+            sums[5] += weight * x * x
+            sums[6], sums[7], sums[8] = sums[6] + down, sums[7] + down * y, sums[8] + down * x
+            sums[9], sums[10], sums[11] = sums[9] + right, sums[10] + right * y, sums[11] + right * x
+    a00, a01, a02, a11, a12, a22 = sums[0], sums[1], sums[2], sums[3], sums[4], sums[5]
+    c00, c01, c02 = a11 * a22 - a12 * a12, a02 * a12 - a01 * a22, a01 * a12 - a02 * a11
+    c11, c12, c22 = a00 * a22 - a02 * a02, a01 * a02 - a00 * a12, a00 * a11 - a01 * a01
+    determinant = a00 * c00 + a01 * c01 + a02 * c02
+    if not determinant > 0.0:
+        return False
+    for axis in range(2):
+        p, q, r = sums[6 + 3 * axis], sums[7 + 3 * axis], sums[8 + 3 * axis]
+        fit[4 + axis] = (c00 * p + c01 * q + c02 * r) / determinant
+        fit[6 + 2 * axis] += (c01 * p + c11 * q + c12 * r) / determinant
+        fit[7 + 2 * axis] += (c02 * p + c12 * q + c22 * r) / determinant
+    fit[0] = 1.0
+    return True
+
+
+@kernel
+def fit_sheets(
+    mesh: MeshArrays,
+    field: FieldArrays,
+    roots: FloatArray,
+    part: tuple[int, int],
+    half: float,
+    firsts: NDArray[np.int64],
+    triangles: IntArray,
+    maps: NDArray[np.float32],
+    sheets: IntArray,
+    counts: IntArray,
+    scratch: SheetScratch,
+    fits: FloatArray,
+) -> None:
+    """Fit the sheets of some blocks, from, to: `fits` (blocks, `MOST_SHEETS`, `FIT`).
+
+    `roots` (blocks, 5) are the chart and the place of each block's centre there, and where it reads less the
+    block's source; the rest as `unfold_blocks` left it. `sheets` becomes −1 where a sheet is not settled.
+    """
+    for n in range(part[0], part[1]):
+        first, stop = firsts[n], firsts[n + 1]
+        pieces = min(int64(counts[n]), MOST_SHEETS)
+        fit = fits[n]
+        for m in range(MOST_SHEETS):
+            fit[m, 0] = 0.0
+        chart = int64(roots[n, 0])
+        centre = field_at(field, chart, roots[n, 1], roots[n, 2])
+        fit[0, 0], fit[0, 1], fit[0, 2], fit[0, 3] = 1.0, roots[n, 0], roots[n, 1], roots[n, 2]
+        fit[0, 4], fit[0, 5] = roots[n, 3], roots[n, 4]
+        fit[0, 6], fit[0, 7], fit[0, 8], fit[0, 9] = centre[0], centre[1], centre[2], centre[3]
+        if pieces > 1:
+            edges = _list_edges(mesh, triangles, sheets, first, stop, scratch)
+            while True:
+                wanted, source = _choose_next(
+                    mesh, triangles, sheets, maps, first, edges, pieces, half, fit, scratch
+                )
+                if wanted < 0:
+                    break
+                _guess(mesh, triangles, sheets, maps, first, edges, half, source, wanted, fit, scratch)
+                if not _fit(mesh, field, triangles, sheets, maps, first, edges, half, wanted, fit, scratch):
+                    break
+        for m in range(first, stop):
+            if sheets[m] >= pieces or fit[sheets[m], 0] == 0.0:
+                sheets[m] = -1

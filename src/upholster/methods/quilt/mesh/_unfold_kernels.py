@@ -1,0 +1,434 @@
+"""Unfolding a mesh round a block's centre: which triangles the block reaches, and where they lie in it.
+
+The centre's triangle lies in its plane; vertices follow in the order of their distance, each placed by a
+triangle whose other two corners are settled, with true lengths: exponential map by unfolding. The block map
+takes the direction field along: ``u = ρ/2·(I + R(−δ))·ℓ`` for an unfolded place ℓ, δ the field's turn there.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from upholster.jit import inline, kernel
+from upholster.types import FloatArray, IntArray, int64
+
+__all__ = ["MeshArrays", "UnfoldScratch", "unfold_blocks"]
+
+_REACH = 1.45
+"""Half a block's diagonal and a little, in halves of its side."""
+
+_TORN = 2.5
+"""A triangle that unfolding makes so much larger or smaller, in area or squared lengths, is torn."""
+
+_TRIM = 0.5
+"""A triangle stays in a block if the block map's derivative differs less from a rotation-free one there."""
+
+
+class MeshArrays(NamedTuple):
+    """A mesh as kernels take it; V vertices, T triangles.
+
+    `positions` (V, 3), `triangles` (T, 3), `neighbours` (T, 3) as in `TriangleMesh`; `first` (V + 1,) and
+    `around` list the triangles round each vertex. `vectors` (V, 3) is the direction field; `normals`,
+    `along` and `down` (T, 3) are each triangle's normal and the field's two axes in its plane. `places`
+    (T, 3, 2) are row and column of each corner on its chart in working texels, centres at whole numbers;
+    `chart` (T,) is that chart, −1 for none. `seam` (T, 3) numbers the seams' edges, −1 elsewhere, and
+    `crossing` (seams, 2, 2) takes texel steps over each.
+    """
+
+    positions: FloatArray
+    triangles: IntArray
+    neighbours: IntArray
+    first: NDArray[np.int64]
+    around: IntArray
+    vectors: FloatArray
+    normals: FloatArray
+    along: FloatArray
+    down: FloatArray
+    places: FloatArray
+    chart: IntArray
+    seam: IntArray
+    crossing: FloatArray
+
+
+class UnfoldScratch(NamedTuple):
+    """Scratch of one thread: by vertices `state`, `flat` (x, y, how many agreed), `turned`, `u`; lists.
+
+    `state` and `local` (by triangles) are all 0 and −1 between calls.
+    """
+
+    state: NDArray[np.uint8]
+    flat: FloatArray
+    turned: FloatArray
+    u: FloatArray
+    touched: IntArray
+    keys: FloatArray
+    heap: IntArray
+    local: IntArray
+    near: IntArray
+    queue: IntArray
+    spot: FloatArray
+
+    @classmethod
+    def of(cls, vertices: int, triangles: int) -> "UnfoldScratch":
+        """Return scratch for a mesh."""
+        return cls(
+            np.zeros(vertices, np.uint8),
+            np.empty((vertices, 3)),
+            np.empty((vertices, 2)),
+            np.empty((vertices, 2)),
+            np.empty(vertices, np.int32),
+            np.empty(8 * vertices + 64),
+            np.empty(8 * vertices + 64, np.int32),
+            np.full(triangles, -1, np.int32),
+            np.empty(triangles, np.int32),
+            np.empty(triangles, np.int32),
+            np.empty((2, 3)),
+        )
+
+
+@inline
+def _push(keys: FloatArray, heap: IntArray, size: int, key: float, vertex: int) -> int:
+    at = size
+    while at > 0:
+        above = (at - 1) >> 1
+        if keys[above] < key or (keys[above] == key and heap[above] <= vertex):
+            break
+        keys[at], heap[at] = keys[above], heap[above]
+        at = above
+    keys[at], heap[at] = key, vertex
+    return size + 1
+
+
+@inline
+def _pop(keys: FloatArray, heap: IntArray, size: int) -> int:
+    # Removes the least; what is left has one entry less.
+    size -= 1
+    key, vertex = keys[size], heap[size]
+    at = 0
+    while True:
+        child = 2 * at + 1
+        if child >= size:
+            break
+        right = child + 1
+        if right < size and (
+            keys[right] < keys[child] or (keys[right] == keys[child] and heap[right] < heap[child])
+        ):
+            child = right
+        if key < keys[child] or (key == keys[child] and vertex <= heap[child]):
+            break
+        keys[at], heap[at] = keys[child], heap[child]
+        at = child
+    keys[at], heap[at] = key, vertex
+    return size
+
+
+@inline
+def _edge(mesh: MeshArrays, i: int, j: int) -> tuple[float, float, float]:
+    p = mesh.positions
+    return p[j, 0] - p[i, 0], p[j, 1] - p[i, 1], p[j, 2] - p[i, 2]
+
+
+@inline
+def _dot(a: tuple[float, float, float], b: tuple[float, float, float]) -> float:
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+@inline
+def _doubled_area(a: tuple[float, float, float], b: tuple[float, float, float]) -> float:
+    x, y, z = a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]
+    return float(np.sqrt(x * x + y * y + z * z))
+
+
+@inline
+def _place_third(mesh: MeshArrays, flat: FloatArray, i: int, j: int, w: int) -> tuple[bool, float, float]:
+    # Where triangle (i, j, w) puts w, to the left of its flat edge from i to j, with lengths as in space: an
+    # edge that unfolding shortened would else shorten all that follows.
+    edge, side = _edge(mesh, i, j), _edge(mesh, i, w)
+    squared = _dot(edge, edge)
+    dx, dy = flat[j, 0] - flat[i, 0], flat[j, 1] - flat[i, 1]
+    if squared <= 0.0 or dx * dx + dy * dy <= 1e-18 * squared:
+        return False, 0.0, 0.0
+    length = np.sqrt((dx * dx + dy * dy) / squared)
+    share, height = _dot(side, edge) / squared - 0.5, _doubled_area(edge, side) / squared
+    dx, dy = dx / length, dy / length
+    x = 0.5 * (flat[i, 0] + flat[j, 0]) + share * dx - height * dy
+    return True, x, 0.5 * (flat[i, 1] + flat[j, 1]) + share * dy + height * dx
+
+
+@inline
+def _settle_neighbours(
+    mesh: MeshArrays, scratch: UnfoldScratch, best: int, touched: int, size: int
+) -> tuple[int, int]:
+    # Places third corners of the triangles round a vertex that was just settled.
+    state, flat = scratch.state, scratch.flat
+    for n in range(mesh.first[best], mesh.first[best + 1]):
+        t = mesh.around[n]
+        for k in range(3):
+            i, j, w = mesh.triangles[t, k], mesh.triangles[t, (k + 1) % 3], mesh.triangles[t, (k + 2) % 3]
+            if state[i] != 2 or state[j] != 2 or state[w] == 2 or (i != best and j != best):
+                continue
+            sound, x, y = _place_third(mesh, flat, i, j, w)
+            if not sound:
+                continue
+            edge = _edge(mesh, i, j)
+            apart = (flat[w, 0] - x) ** 2 + (flat[w, 1] - y) ** 2
+            if state[w] == 0:
+                state[w] = 1
+                flat[w, 0], flat[w, 1], flat[w, 2] = x, y, 1.0
+                scratch.touched[touched] = w
+                touched += 1
+            elif apart < 0.25 * _dot(edge, edge):
+                m = flat[w, 2]  # they agree: their mean
+                flat[w, 0], flat[w, 1] = (m * flat[w, 0] + x) / (m + 1.0), (m * flat[w, 1] + y) / (m + 1.0)
+                flat[w, 2] = m + 1.0
+            elif x * x + y * y < flat[w, 0] ** 2 + flat[w, 1] ** 2:
+                flat[w, 0], flat[w, 1], flat[w, 2] = x, y, 1.0
+            else:
+                continue
+            if size < scratch.heap.shape[0]:
+                size = _push(scratch.keys, scratch.heap, size, flat[w, 0] ** 2 + flat[w, 1] ** 2, w)
+    return touched, size
+
+
+@inline
+def _unfold(
+    mesh: MeshArrays, scratch: UnfoldScratch, centre: int, point: Any, axis: Any, reach: float
+) -> Any:
+    # Flattens the vertices up to `reach` round a point of a triangle, x along `axis`; returns how many.
+    state, flat, keys, heap = scratch.state, scratch.flat, scratch.keys, scratch.heap
+    normal = mesh.normals[centre]
+    up0 = normal[1] * axis[2] - normal[2] * axis[1]
+    up1 = normal[2] * axis[0] - normal[0] * axis[2]
+    up2 = normal[0] * axis[1] - normal[1] * axis[0]
+    touched, size = int64(0), int64(0)
+    for k in range(3):
+        v = mesh.triangles[centre, k]
+        a, b, c = (
+            mesh.positions[v, 0] - point[0],
+            mesh.positions[v, 1] - point[1],
+            mesh.positions[v, 2] - point[2],
+        )
+        flat[v, 0], flat[v, 1] = a * axis[0] + b * axis[1] + c * axis[2], a * up0 + b * up1 + c * up2
+        flat[v, 2], state[v] = 1.0, 1
+        scratch.touched[touched] = v
+        touched += 1
+        size = _push(keys, heap, size, flat[v, 0] ** 2 + flat[v, 1] ** 2, v)
+    own = int64(3)  # of the centre's corners not yet settled: they may lie beyond the reach
+    while size > 0:
+        key, best = keys[0], heap[0]
+        size = _pop(keys, heap, size)
+        if state[best] == 2 or key != flat[best, 0] ** 2 + flat[best, 1] ** 2:
+            continue  # settled, or moved since
+        if key > reach * reach and own == 0:
+            break
+        state[best] = 2
+        for k in range(3):
+            own -= mesh.triangles[centre, k] == best
+        touched, size = _settle_neighbours(mesh, scratch, best, touched, size)
+    return touched
+
+
+@inline
+def _is_whole(mesh: MeshArrays, flat: FloatArray, a: int, b: int, c: int) -> Any:
+    # Whether unfolding kept a triangle about as it is.
+    e, g, h = _edge(mesh, a, b), _edge(mesh, a, c), _edge(mesh, b, c)
+    ex, ey = flat[b, 0] - flat[a, 0], flat[b, 1] - flat[a, 1]
+    gx, gy = flat[c, 0] - flat[a, 0], flat[c, 1] - flat[a, 1]
+    area, there = _doubled_area(e, g), ex * gy - ey * gx
+    if there < area / _TORN or there > area * _TORN:
+        return False
+    ee, gg, hh = _dot(e, e), _dot(g, g), _dot(h, h)
+    fe, fg, fh = ex * ex + ey * ey, gx * gx + gy * gy, (gx - ex) ** 2 + (gy - ey) ** 2
+    low = ee <= _TORN * fe and gg <= _TORN * fg and hh <= _TORN * fh
+    return low and fe <= _TORN * ee and fg <= _TORN * gg and fh <= _TORN * hh
+
+
+@inline
+def _add_turns(mesh: MeshArrays, scratch: UnfoldScratch, t: int) -> None:
+    # Adds to its corners how the direction field there lies in a flat triangle, weighted by area.
+    flat = scratch.flat
+    a, b, c = mesh.triangles[t, 0], mesh.triangles[t, 1], mesh.triangles[t, 2]
+    e, g = _edge(mesh, a, b), _edge(mesh, a, c)
+    ex, ey = flat[b, 0] - flat[a, 0], flat[b, 1] - flat[a, 1]
+    gx, gy = flat[c, 0] - flat[a, 0], flat[c, 1] - flat[a, 1]
+    ee, gg, eg = _dot(e, e), _dot(g, g), _dot(e, g)
+    determinant = ee * gg - eg * eg
+    if determinant <= 0.0:
+        return
+    weight = 1.0 / np.sqrt(determinant)
+    for k in range(3):
+        v = mesh.triangles[t, k]
+        d = (mesh.vectors[v, 0], mesh.vectors[v, 1], mesh.vectors[v, 2])
+        de, dg = _dot(d, e), _dot(d, g)
+        p, q = (gg * de - eg * dg) * weight, (ee * dg - eg * de) * weight
+        scratch.turned[v, 0] += p * ex + q * gx
+        scratch.turned[v, 1] += p * ey + q * gy
+
+
+@inline
+def _map_vertices(scratch: UnfoldScratch, touched: int, scale: float) -> None:
+    # The block map at flat vertices: rows down, columns to the right, in frame pixels.
+    for n in range(touched):
+        v = scratch.touched[n]
+        x, y = scratch.flat[v, 0], scratch.flat[v, 1]
+        c, s = scratch.turned[v, 0], scratch.turned[v, 1]
+        length = np.sqrt(c * c + s * s)
+        c, s = (c / length, s / length) if length > 1e-12 else (1.0, 0.0)
+        scratch.u[v, 0] = -0.5 * scale * (y + c * y - s * x)
+        scratch.u[v, 1] = 0.5 * scale * (x + c * x + s * y)
+
+
+@inline
+def _is_true(mesh: MeshArrays, scratch: UnfoldScratch, t: int, scale: float) -> Any:
+    # Whether the block map shows a triangle about as it lies in the field.
+    a, b, c = mesh.triangles[t, 0], mesh.triangles[t, 1], mesh.triangles[t, 2]
+    e, g, u = _edge(mesh, a, b), _edge(mesh, a, c), scratch.u
+    right, down = mesh.along[t], mesh.down[t]
+    er, ed = (
+        e[0] * right[0] + e[1] * right[1] + e[2] * right[2],
+        e[0] * down[0] + e[1] * down[1] + e[2] * down[2],
+    )
+    gr, gd = (
+        g[0] * right[0] + g[1] * right[1] + g[2] * right[2],
+        g[0] * down[0] + g[1] * down[1] + g[2] * down[2],
+    )
+    determinant = scale * (ed * gr - er * gd)
+    if determinant <= 0.0:
+        return False
+    ud, ur = u[b, 0] - u[a, 0], u[b, 1] - u[a, 1]
+    vd, vr = u[c, 0] - u[a, 0], u[c, 1] - u[a, 1]
+    m00, m01 = (ud * gr - vd * er) / determinant - 1.0, (vd * ed - ud * gd) / determinant
+    m10, m11 = (ur * gr - vr * er) / determinant, (vr * ed - ur * gd) / determinant - 1.0
+    return m00 * m00 + m01 * m01 + m10 * m10 + m11 * m11 < _TRIM * _TRIM
+
+
+@inline
+def _reaches(mesh: MeshArrays, scratch: UnfoldScratch, t: int, half: float) -> bool:
+    # Whether some of a triangle may lie in the block's square.
+    u = scratch.u
+    a, b, c = mesh.triangles[t, 0], mesh.triangles[t, 1], mesh.triangles[t, 2]
+    for axis in range(2):
+        if min(u[a, axis], u[b, axis], u[c, axis]) > half or max(u[a, axis], u[b, axis], u[c, axis]) < -half:
+            return False
+    return True
+
+
+@inline
+def _list_near(
+    mesh: MeshArrays, scratch: UnfoldScratch, centre: int, touched: int, scale: float, half: float
+) -> Any:
+    # Lists the triangles that the block shows about as they are; marks them in `local` with −2.
+    near, count = scratch.near, int64(0)
+    for n in range(touched):
+        v = scratch.touched[n]
+        scratch.turned[v, 0], scratch.turned[v, 1] = 0.0, 0.0
+    for n in range(touched):
+        v = scratch.touched[n]
+        for m in range(mesh.first[v], mesh.first[v + 1]):
+            t = mesh.around[m]
+            a, b, c = mesh.triangles[t, 0], mesh.triangles[t, 1], mesh.triangles[t, 2]
+            if a != v or mesh.chart[t] < 0:
+                continue  # each is listed at its first corner
+            flat = scratch.state[a] and scratch.state[b] and scratch.state[c]
+            if flat and (t == centre or _is_whole(mesh, scratch.flat, a, b, c)):
+                near[count] = t
+                count += 1
+                _add_turns(mesh, scratch, t)
+    _map_vertices(scratch, touched, scale)
+    kept = int64(0)
+    for n in range(count):
+        t = near[n]
+        if t == centre or (_is_true(mesh, scratch, t, scale) and _reaches(mesh, scratch, t, half)):
+            scratch.local[t] = -2
+            near[kept] = t
+            kept += 1
+    return kept
+
+
+@inline
+def _spread(mesh: MeshArrays, scratch: UnfoldScratch, centre: int, sheets: IntArray) -> tuple[int, int]:
+    # Orders what hangs together with the centre into `queue`, sheet by sheet: pieces that no seam cuts.
+    # Those on which a sheet may begin wait in `near`, which is not needed any more: marks tell the rest.
+    local, queue, waiting = scratch.local, scratch.queue, scratch.near
+    head, tail, first, last, sheet = int64(0), int64(0), int64(0), int64(0), int64(0)
+    waiting[0], last = centre, int64(1)
+    while first < last:
+        start = waiting[first]
+        first += 1
+        if local[start] != -2:
+            continue
+        local[start] = tail
+        queue[tail], sheets[tail] = start, sheet
+        tail += 1
+        while head < tail:
+            t = queue[head]
+            head += 1
+            for k in range(3):
+                across = mesh.neighbours[t, k]
+                if across < 0 or local[across // 3] != -2:
+                    continue
+                other = across // 3
+                if mesh.seam[t, k] >= 0:
+                    if last < waiting.shape[0]:
+                        waiting[last] = other
+                        last += 1
+                elif mesh.chart[other] == mesh.chart[t]:
+                    local[other] = tail
+                    queue[tail], sheets[tail] = other, sheet
+                    tail += 1
+        sheet += 1
+    return tail, sheet
+
+
+@kernel
+def unfold_blocks(
+    mesh: MeshArrays,
+    centres: IntArray,
+    shares: FloatArray,
+    part: tuple[int, int],
+    half: float,
+    scale: float,
+    scratch: UnfoldScratch,
+    firsts: NDArray[np.int64],
+    triangles: IntArray,
+    maps: NDArray[np.float32],
+    sheets: IntArray,
+    counts: IntArray,
+) -> int:
+    """Find the footprints of some blocks, from, to; return the first that found no room any more.
+
+    `centres` (blocks,) are triangles and `shares` (blocks, 3) barycentric coordinates in them; `half` is half
+    a block's side in frame pixels, `scale` frame pixels per model unit. Block n's footprint goes to places
+    `firsts[n]` to before `firsts[n + 1]` of `triangles`, of `maps` (places, 3, 2), the block map at their
+    corners, rows and columns in frame pixels from the block's centre, and of `sheets`, in whose order they
+    come; `counts` receives how many sheets there are. `firsts[part[0]]` is given.
+    """
+    point, axis = scratch.spot[0], scratch.spot[1]
+    for n in range(part[0], part[1]):
+        centre, filled = int64(centres[n]), firsts[n]
+        for k in range(3):
+            point[k], axis[k] = 0.0, mesh.along[centre, k]
+            for m in range(3):
+                point[k] += shares[n, m] * mesh.positions[mesh.triangles[centre, m], k]
+        touched = _unfold(mesh, scratch, centre, point, axis, _REACH * half / scale)
+        near = _list_near(mesh, scratch, centre, touched, scale, half)
+        room = filled + near <= triangles.shape[0]
+        found, pieces = int64(0), int64(0)
+        if room:
+            found, pieces = _spread(mesh, scratch, centre, sheets[filled:])
+        for m in range(found):
+            t = scratch.queue[m]
+            triangles[filled + m] = t
+            for k in range(3):
+                v = mesh.triangles[t, k]
+                maps[filled + m, k, 0], maps[filled + m, k, 1] = scratch.u[v, 0], scratch.u[v, 1]
+        for m in range(touched):
+            v = scratch.touched[m]
+            scratch.state[v] = 0
+            for k in range(mesh.first[v], mesh.first[v + 1]):
+                scratch.local[mesh.around[k]] = -1
+        if not room:
+            return n
+        counts[n], firsts[n + 1] = pieces, filled + found
+    return part[1]
