@@ -9,6 +9,7 @@ from numbers import Integral, Real
 from typing import Any, Literal, TypeVar, get_args, get_origin
 
 from upholster.errors import InputError, nearest
+from upholster.lengths import read_length
 from upholster.shown import on_a_line
 
 __all__ = [
@@ -240,11 +241,13 @@ class SynthesisOptions:
     density: float | None = field(
         default=None, metadata=_about(_SCALE, "Texels per model unit, instead.", only="quilt")
     )
-    sample_size: float | None = field(
+    sample_size: float | str | None = field(
         default=None,
         metadata=_about(
             _SCALE,
-            "Width of the sample in model units. Default: a sixth of the model's diagonal.",
+            "Width of the sample in model units, or with a unit where the model has one: `30cm`. Default: a "
+            "sixth of the model's diagonal.",
+            metavar="LENGTH",
             only="quilt",
         ),
     )
@@ -257,6 +260,16 @@ class SynthesisOptions:
             "to that, along a vector, or round an axis. Default: along the patches, the longer way round a "
             "ring; level where patches do not agree.",
             metavar="level|u|v|DEG|X,Y,Z|around:AXIS",
+            only="quilt",
+        ),
+    )
+    crease: float | None = field(
+        default=None,
+        metadata=_about(
+            _SCALE,
+            "On meshes: texture starts anew across edges at which the surface turns by at least so many "
+            "degrees, 1 to 180. Default: it goes on.",
+            metavar="DEG",
             only="quilt",
         ),
     )
@@ -439,6 +452,10 @@ class SynthesisOptions:
             )
 
     def _check_scale(self) -> None:
+        if self.crease is not None and not 1 <= self.crease <= 180:
+            raise InputError(f"crease is {self.crease:g} degrees; allowed: 1 to 180")
+        if isinstance(self.sample_size, str):
+            read_length(self.sample_size, name="sample size")
         if not isinstance(self.texels, tuple):
             if self.tileable:
                 raise InputError("tileable needs texels as width x height, on a surface of one patch")

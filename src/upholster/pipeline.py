@@ -25,7 +25,7 @@ from upholster.image.source import Source, as_exemplar, read_source, source_file
 from upholster.methods import Prepared, execute, kept_sample, matched_image, prepare, settled_seed
 from upholster.methods.paper.method import PaperOptions
 from upholster.methods.pixel.method import PixelOptions
-from upholster.methods.quilt.method import QuiltOptions
+from upholster.methods.quilt.options import QuiltOptions
 from upholster.options import SampleOptions, SynthesisOptions, WriteOptions, chosen
 from upholster.outputs import (
     Output,

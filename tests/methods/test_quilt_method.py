@@ -9,7 +9,8 @@ from plain_quilt import plain_quilt, texture
 from upholster.charts.seams import find_seams, transitions
 from upholster.errors import InputError
 from upholster.geometry import RationalPatch, Surface, cone, plane, ring_cyclide, sphere, torus
-from upholster.methods.quilt.method import QuiltOptions, synthesize_quilt
+from upholster.methods.quilt.method import synthesize_quilt
+from upholster.methods.quilt.options import QuiltOptions
 from upholster.quilt import Chart, paint
 from upholster.quilt.displacement import levels_of, warped_sources
 from upholster.quilt.placement import MASK_CUT, PLACEMENT, mask_sizes

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from upholster.charts.halving import Halving
 from upholster.errors import InputError
-from upholster.geometry import Surface
+from upholster.geometry import AnySurface, MeshSurface, Surface
 from upholster.quilt.chart import MAX_CHART, MAX_TEXELS, Chart
 from upholster.types import FloatArray
 
@@ -172,7 +172,7 @@ class TextureScale:
 
 
 def texture_scale(
-    surface: Surface,
+    surface: AnySurface,
     exemplar_width: int,
     *,
     sample_size: float | None = None,
@@ -230,7 +230,8 @@ def texture_scale(
             raise InputError(f"texels is {texels:,}; allowed: 64 to {MAX_TEXELS:,}")
         found = float(np.sqrt(texels / area))
     else:
-        fewest = min(MOST_FACES_TEXELS, max(FEWEST_TEXELS, smallest * smallest * len(surface.faces)))
+        faces = 0 if isinstance(surface, MeshSurface) else len(surface.faces)
+        fewest = min(MOST_FACES_TEXELS, max(FEWEST_TEXELS, smallest * smallest * faces))
         wanted = np.clip(scale * scale * area, fewest, max(fewest, MOST_TEXELS))
         found = float(np.sqrt(wanted / area))
     total = found * found * area
@@ -271,8 +272,10 @@ def _positive(name: str, value: float, unit: str) -> float:
     return float(value)
 
 
-def _area(surface: Surface) -> float:
-    """Return the surface's area by 8 × 8 Gauss points on each patch."""
+def _area(surface: AnySurface) -> float:
+    """Return the surface's area: by 8 × 8 Gauss points on each patch, or of the triangles on islands."""
+    if isinstance(surface, MeshSurface):
+        return float(surface.mesh.areas[surface.island >= 0].sum())
     nodes, weights = np.polynomial.legendre.leggauss(8)
     u, w = (nodes + 1) / 2, weights / 2
     total = 0.0
@@ -284,7 +287,7 @@ def _area(surface: Surface) -> float:
     return total
 
 
-def _checked_area(area: float, surface: Surface) -> float:
+def _checked_area(area: float, surface: AnySurface) -> float:
     if not area > 1e-18 * surface.size**2:
         raise InputError("surface has no area; allowed: patches that are more than points and lines")
     return area

@@ -9,21 +9,27 @@ import numpy as np
 
 from upholster.charts.directions import Vectors, default_direction, direction_fields, parse_direction
 from upholster.charts.layout import RING, TextureScale, density_layout, texture_scale, uniform_layout
+from upholster.charts.mesh_directions import mesh_directions
+from upholster.charts.mesh_layout import mesh_charts, mesh_fields, triangle_frames
+from upholster.charts.unwrap import unwrap
 from upholster.errors import InputError
-from upholster.geometry import Surface, SurfaceLike, as_surface
+from upholster.geometry import AnySurface, MeshSurface, Surface, SurfaceLike, TriangleMesh, as_surface
 from upholster.image import Material, check_exemplar
 from upholster.image.source import Source, as_exemplar
+from upholster.lengths import parse_length
 from upholster.methods.paper.coefficients import keep_coefficients
 from upholster.methods.paper.method import PaperOptions, synthesize_paper
 from upholster.methods.pixel.method import PixelOptions, check_sample, synthesize_pixel
-from upholster.methods.quilt.method import QuiltOptions, synthesize_quilt
+from upholster.methods.quilt.mesh.method import synthesize_mesh
+from upholster.methods.quilt.method import synthesize_quilt
+from upholster.methods.quilt.options import QuiltOptions
 from upholster.methods.quilt.structure import block_size
 from upholster.options import SynthesisOptions, chosen, settled
 from upholster.parallel import check_running
 from upholster.quilt.chart import MAX_CHART, Chart
 from upholster.quilt.model import Quilt
 from upholster.quilt.warp_field import WarpField
-from upholster.types import PixelArray, Progress
+from upholster.types import FloatArray, PixelArray, Progress
 
 __all__ = ["Prepared", "execute", "kept_sample", "matched_image", "prepare", "settled_seed", "synthesize"]
 
@@ -49,6 +55,8 @@ class Prepared:
         In words; empty where there is none.
     options
         Of the method, all settled.
+    vectors
+        (V, 3), on a mesh: which way the sample's rows run at its vertices.
     """
 
     charts: tuple[Chart, ...]
@@ -56,6 +64,7 @@ class Prepared:
     scale: TextureScale | None
     direction: str
     options: QuiltOptions | PaperOptions | PixelOptions
+    vectors: FloatArray | None = None
 
 
 def kept_sample(exemplar: PixelArray | Material, options: SynthesisOptions) -> PixelArray | Material:
@@ -114,7 +123,7 @@ def matched_image(exemplar: PixelArray | Material, method: str = "quilt") -> Pix
     return check_exemplar(exemplar)
 
 
-def prepare(exemplar: PixelArray, surface: Surface, options: SynthesisOptions) -> Prepared:
+def prepare(exemplar: PixelArray, surface: AnySurface, options: SynthesisOptions) -> Prepared:
     """Settle what `synthesize` will do; parameters as there.
 
     Raises
@@ -122,6 +131,10 @@ def prepare(exemplar: PixelArray, surface: Surface, options: SynthesisOptions) -
     InputError
         If something is out of range on this surface, or with this exemplar.
     """
+    if isinstance(surface, MeshSurface):
+        return _prepare_mesh(exemplar, surface, options)
+    if options.crease is not None:
+        raise InputError("crease is for meshes; allowed: no crease on a surface of patches")
     if options.method == "paper":
         charts = uniform_layout(surface, chart=options.chart)
         return Prepared(charts, (), None, "", settled(options, PaperOptions))
@@ -129,24 +142,11 @@ def prepare(exemplar: PixelArray, surface: Surface, options: SynthesisOptions) -
         check_sample(exemplar.shape[:2], options.levels)
         charts = uniform_layout(surface, chart=options.chart)
         return Prepared(charts, (), None, "", settled(options, PixelOptions))
-    most = min(512, 3 * min(exemplar.shape[:2]) // 4)  # beyond that there is nothing to choose from
-    if options.block is not None and not 8 <= options.block <= most:
-        raise InputError(f"block is {options.block}; allowed: 8 to {most} in a sample of {_size(exemplar)}")
-    block = block_size(exemplar) if options.block is None else options.block
     if isinstance(options.texels, tuple):
         chart = _flat_chart(surface, *options.texels)
+        block = _wanted_block(exemplar, options)
         return Prepared((chart,), (), None, "", settled(options, QuiltOptions, block=block))
-    scale = texture_scale(
-        surface,
-        exemplar.shape[1],
-        sample_size=options.sample_size,
-        density=options.density,
-        texels=options.texels,
-        block=block,
-    )
-    if options.block is None:
-        across = np.sqrt(scale.texels) / scale.density * scale.scale  # the surface, in exemplar pixels
-        block = min(block, max(16, 4 * int(across / _BLOCKS / 4)))
+    scale, block = _scale(exemplar, surface, options, None)
     wanted = (
         default_direction(surface)
         if options.direction is None
@@ -157,6 +157,49 @@ def prepare(exemplar: PixelArray, surface: Surface, options: SynthesisOptions) -
     fields = direction_fields(surface, charts, wanted, scale.scale)
     own = settled(options, QuiltOptions, block=block)
     return Prepared(charts, fields, scale, wanted.text, own)
+
+
+def _prepare_mesh(exemplar: PixelArray, surface: MeshSurface, options: SynthesisOptions) -> Prepared:
+    if options.method != "quilt":
+        raise InputError(f"method is {options.method!r} on a mesh; allowed there: 'quilt'")
+    if isinstance(options.texels, tuple):
+        width, height = options.texels
+        raise InputError(f"texels is {width}x{height} on a mesh; allowed there: a number")
+    scale, block = _scale(exemplar, surface, options, surface.mesh.metres)
+    wanted = "level" if options.direction is None else options.direction
+    field = mesh_directions(surface.mesh, cast(Any, wanted), crease=options.crease)
+    charts = mesh_charts(surface, scale.density)
+    fields = mesh_fields(surface, charts, *triangle_frames(surface, field.vectors), scale.scale)
+    own = settled(options, QuiltOptions, block=block)
+    text = wanted if isinstance(wanted, str) else getattr(wanted, "__name__", "vectors")
+    return Prepared(charts, fields, scale, text, own, field.vectors)
+
+
+def _wanted_block(exemplar: PixelArray, options: SynthesisOptions) -> int:
+    most = min(512, 3 * min(exemplar.shape[:2]) // 4)  # beyond that there is nothing to choose from
+    if options.block is not None and not 8 <= options.block <= most:
+        raise InputError(f"block is {options.block}; allowed: 8 to {most} in a sample of {_size(exemplar)}")
+    return block_size(exemplar) if options.block is None else options.block
+
+
+def _scale(
+    exemplar: PixelArray, surface: AnySurface, options: SynthesisOptions, metres: float | None
+) -> tuple[TextureScale, int]:
+    """Return sizes of texels and sample, and the side of a block, on a surface whose unit may be known."""
+    block = _wanted_block(exemplar, options)
+    size = options.sample_size
+    scale = texture_scale(
+        surface,
+        exemplar.shape[1],
+        sample_size=None if size is None else parse_length(size, metres, name="sample size"),
+        density=options.density,
+        texels=cast(int | None, options.texels),
+        block=block,
+    )
+    if options.block is None:
+        across = np.sqrt(scale.texels) / scale.density * scale.scale  # the surface, in exemplar pixels
+        block = min(block, max(16, 4 * int(across / _BLOCKS / 4)))
+    return scale, block
 
 
 def _flat_chart(surface: Surface, width: int, height: int) -> Chart:
@@ -172,7 +215,7 @@ def _flat_chart(surface: Surface, width: int, height: int) -> Chart:
 def execute(
     prepared: Prepared,
     exemplar: PixelArray,
-    surface: Surface,
+    surface: AnySurface,
     *,
     seed: int = 0,
     threads: int | None = None,
@@ -187,6 +230,13 @@ def execute(
     """
     run: dict[str, Any] = {"seed": seed, "threads": threads, "progress": progress}
     charts, options = prepared.charts, prepared.options
+    if isinstance(surface, MeshSurface):
+        assert prepared.vectors is not None and prepared.scale is not None  # a mesh has both
+        assert isinstance(options, QuiltOptions)
+        return synthesize_mesh(
+            exemplar, surface, charts, prepared.fields, prepared.vectors, prepared.scale.scale,
+            options=options, **run,
+        )  # fmt: skip
     if isinstance(options, PaperOptions):
         quilt = synthesize_paper(exemplar, surface, charts, options=options, **run)
     elif isinstance(options, PixelOptions):
@@ -201,7 +251,7 @@ def execute(
 
 def synthesize(
     exemplar: PixelArray | Material | Source,
-    surface: SurfaceLike,
+    surface: SurfaceLike | TriangleMesh | MeshSurface,
     *,
     options: SynthesisOptions | None = None,
     seed: int | None = 0,
@@ -218,7 +268,8 @@ def synthesize(
         material: its maps are matched together, by methods "paper" and "pixel" its base colour alone. Or the
         path of an image, or of a material's folder.
     surface
-        The surface to cover; or its text form, ``"torus:R=2,r=0.7"``, or the path of its file.
+        The surface to cover; or its text form, ``"torus:R=2,r=0.7"``, or the path of its file. Or a mesh, which
+        is laid out flat first; or one that has been, see `upholster.charts.unwrap`.
     options
         Method, scale, direction and what else can be chosen; see `upholster.SynthesisOptions`.
     seed
@@ -250,10 +301,16 @@ def synthesize(
     """
     wanted = chosen(SynthesisOptions, options, **choices)
     check_running(threads, progress)
-    seed, surface = settled_seed(seed), as_surface(surface)
+    seed, surface = settled_seed(seed), _as_any_surface(surface)
     checked = matched_image(kept_sample(as_exemplar(exemplar), wanted), wanted.method)
     prepared = prepare(checked, surface, wanted)
     return execute(prepared, checked, surface, seed=seed, threads=threads, progress=progress)
+
+
+def _as_any_surface(surface: SurfaceLike | TriangleMesh | MeshSurface) -> AnySurface:
+    if isinstance(surface, TriangleMesh):
+        return unwrap(surface)[0]
+    return surface if isinstance(surface, MeshSurface) else as_surface(surface)
 
 
 def _size(image: PixelArray) -> str:

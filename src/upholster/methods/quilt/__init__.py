@@ -5,6 +5,7 @@ size, `grid` where a chart's blocks lie, `transfer` what finished charts leave o
 chosen, cut and laid.
 """
 
-from upholster.methods.quilt.method import QuiltOptions, synthesize_quilt
+from upholster.methods.quilt.method import synthesize_quilt
+from upholster.methods.quilt.options import QuiltOptions
 
 __all__ = ["QuiltOptions", "synthesize_quilt"]

@@ -20,8 +20,8 @@ from upholster.methods.quilt.emit import emit_list, emit_plan
 from upholster.methods.quilt.grid import BlockGrid
 from upholster.methods.quilt.lay import lay_chart
 from upholster.methods.quilt.match_pyramid import MatchPyramid
+from upholster.methods.quilt.options import QuiltOptions
 from upholster.methods.quilt.transfer import BlockTransfer, ChartPlacements
-from upholster.options import SynthesisOptions
 from upholster.parallel import run_tasks
 from upholster.quilt.chart import Chart
 from upholster.quilt.model import Quilt
@@ -29,20 +29,7 @@ from upholster.quilt.plans import Plan
 from upholster.quilt.warp_field import WarpField
 from upholster.types import FloatArray, PixelArray, Progress
 
-__all__ = ["QuiltOptions", "synthesize_quilt"]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class QuiltOptions(SynthesisOptions):
-    """Options of method "quilt", all settled.
-
-    Attributes
-    ----------
-    block
-        Side of a block in exemplar pixels.
-    """
-
-    block: int = 40
+__all__ = ["synthesize_quilt"]
 
 
 def synthesize_quilt(

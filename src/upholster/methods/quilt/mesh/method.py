@@ -28,7 +28,7 @@ from upholster.methods.quilt.mesh.footprints import (
     find_footprints,
     mesh_arrays,
 )
-from upholster.options import SynthesisOptions
+from upholster.methods.quilt.options import QuiltOptions
 from upholster.parallel import check_running
 from upholster.quilt.chart import Chart
 from upholster.quilt.model import Quilt
@@ -77,8 +77,7 @@ def synthesize_mesh(
     vectors: FloatArray,
     scale: float,
     *,
-    options: SynthesisOptions,
-    block: int,
+    options: QuiltOptions,
     seed: int = 0,
     threads: int | None = None,
     progress: Progress | None = None,
@@ -95,8 +94,8 @@ def synthesize_mesh(
         (V, 3), unit vectors at the mesh's vertices: which way the exemplar's rows run.
     scale
         Exemplar pixels per model unit.
-    options, block
-        Parameters of the method; side of a block in exemplar pixels.
+    options
+        Parameters of the method.
     seed
         0 to 2^63 − 1; the same seed gives the same quilt whatever the number of threads.
     threads, progress
@@ -104,7 +103,7 @@ def synthesize_mesh(
     """
     check_running(threads, progress)
     density = charts[0].height / (charts[0].s1 - charts[0].s0)
-    frame = _frame(exemplar.shape[:2], block, scale, density)
+    frame = _frame(exemplar.shape[:2], options.block, scale, density)
     laying = _Laying.of(exemplar, surface, charts, fields, vectors, frame, options, seed, threads)
     laying.lay(laying.grid_centres(), progress)
     for _ in range(_ROUNDS):
@@ -163,7 +162,7 @@ class _Laying:
         fields: Sequence[WarpField],
         vectors: FloatArray,
         frame: _Frame,
-        options: SynthesisOptions,
+        options: QuiltOptions,
         seed: int,
         threads: int | None,
     ) -> "_Laying":
@@ -451,7 +450,7 @@ def _canvases(working: Sequence[Chart], channels: int) -> Canvases:
     )
 
 
-def _numbers(frame: _Frame, pyramid: MatchPyramid, options: SynthesisOptions) -> LayNumbers:
+def _numbers(frame: _Frame, pyramid: MatchPyramid, options: QuiltOptions) -> LayNumbers:
     level = pyramid.levels[frame.level]
     return LayNumbers(
         height=level.height,
