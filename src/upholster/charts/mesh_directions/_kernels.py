@@ -1,0 +1,158 @@
+"""Hot loops over the triangles of a mesh: regions, what vertices have of their triangles."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from upholster.jit import allocating_kernel, inline, kernel
+from upholster.types import FloatArray, IntArray
+
+ComplexArray = NDArray[np.complex128]
+
+__all__ = ["comb", "regions", "vertex_vectors"]
+
+
+@allocating_kernel
+def regions(across: IntArray, part: IntArray) -> int:
+    """Give numbers to the pieces that hang together, in the order of triangles; return how many.
+
+    `across` (T, 3) is the triangle beyond each edge, −1 for none; `part` (T,) gets the numbers.
+    """
+    count = len(across)
+    part[:] = -1
+    queue = np.empty(count, np.int32)
+    found = 0
+    for seed in range(count):
+        if part[seed] >= 0:
+            continue
+        part[seed] = found
+        queue[0] = seed
+        done, waiting = 0, 1
+        while done < waiting:
+            at = queue[done]
+            done += 1
+            for edge in range(3):
+                other = across[at, edge]
+                if other >= 0 and part[other] < 0:
+                    part[other] = found
+                    queue[waiting] = other
+                    waiting += 1
+        found += 1
+    return found
+
+
+@allocating_kernel
+def comb(edges: IntArray, across: IntArray, carried: ComplexArray, z: ComplexArray, fold: int) -> None:
+    """Turn directions by 1/`fold` of a turn, in place, until they agree along trees breadth first.
+
+    `across` and `edges` (T, 3): the triangle beyond each edge, −1 for none, and the edge's number in
+    `carried` (E,), which leads from the edge's first triangle to its second; the first has the lower number.
+    """
+    count = len(across)
+    seen = np.zeros(count, np.bool_)
+    queue = np.empty(count, np.int32)
+    for seed in range(count):
+        if seen[seed]:
+            continue
+        seen[seed] = True
+        queue[0] = seed
+        done, waiting = 0, 1
+        while done < waiting:
+            at = queue[done]
+            done += 1
+            for k in range(3):
+                other = across[at, k]
+                if other < 0 or seen[other]:
+                    continue
+                seen[other] = True
+                queue[waiting] = other
+                waiting += 1
+                turn = carried[edges[at, k]]
+                wanted = z[at] * (turn if at < other else np.conj(turn))
+                best, nearest, one = -2.0, z[other], z[other]
+                for _ in range(fold):
+                    like = one.real * wanted.real + one.imag * wanted.imag
+                    if like > best:
+                        best, nearest = like, one
+                    one = complex(-one.imag, one.real) if fold == 4 else -one
+                z[other] = nearest
+
+
+@kernel
+def vertex_vectors(
+    triangles: IntArray,
+    vectors: FloatArray,
+    weights: FloatArray,
+    normals: FloatArray,
+    fold: int,
+    out: FloatArray,
+    heaviest: IntArray,
+) -> None:
+    """Average the triangles' vectors at their vertices, each in the branch nearest to the heaviest's.
+
+    `vectors` (T, 3) unit tangents, `weights` (T,) positive, `normals` (V, 3) unit or zero, `out` (V, 3) unit
+    tangents (zero at vertices of no triangle), `heaviest` (V,) room for the heaviest triangles' numbers.
+    """
+    heaviest[:] = -1
+    for t in range(len(triangles)):
+        for k in range(3):
+            v = triangles[t, k]
+            if heaviest[v] < 0 or weights[t] > weights[heaviest[v]]:
+                heaviest[v] = t
+    out[:] = 0.0
+    for t in range(len(triangles)):
+        for k in range(3):
+            v = triangles[t, k]
+            x, y, z = _nearest_branch(vectors, t, heaviest[v], normals, v, fold)
+            out[v, 0] += weights[t] * x
+            out[v, 1] += weights[t] * y
+            out[v, 2] += weights[t] * z
+    for v in range(len(out)):
+        best = heaviest[v]
+        if best < 0:
+            continue
+        if not _made_tangent(out, v, normals, 1e-6 * weights[best]):
+            for axis in range(3):
+                out[v, axis] = vectors[best, axis]
+            _made_tangent(out, v, normals, 0.0)
+
+
+@inline
+def _nearest_branch(
+    vectors: FloatArray, t: int, like: int, normals: FloatArray, v: int, fold: int
+) -> tuple[float, float, float]:
+    """Return the branch of a triangle's vector that is nearest to that of triangle `like`."""
+    x, y, z = vectors[t, 0], vectors[t, 1], vectors[t, 2]
+    best = -2.0
+    nearest = (x, y, z)
+    for _ in range(fold):
+        near = x * vectors[like, 0] + y * vectors[like, 1] + z * vectors[like, 2]
+        if near > best:
+            best = near
+            nearest = (x, y, z)
+        if fold == 2:
+            x, y, z = -x, -y, -z
+        else:
+            x, y, z = (
+                normals[v, 1] * z - normals[v, 2] * y,
+                normals[v, 2] * x - normals[v, 0] * z,
+                normals[v, 0] * y - normals[v, 1] * x,
+            )
+    return nearest
+
+
+@inline
+def _made_tangent(vectors: FloatArray, v: int, normals: FloatArray, least: float) -> bool:
+    """Make a vector a unit tangent, in place; False if it is shorter than `least`, or zero."""
+    off = 0.0
+    for axis in range(3):
+        off += vectors[v, axis] * normals[v, axis]
+    size = 0.0
+    for axis in range(3):
+        vectors[v, axis] -= off * normals[v, axis]
+        size += vectors[v, axis] * vectors[v, axis]
+    size = np.sqrt(size)
+    if not size > least:
+        return False
+    for axis in range(3):
+        vectors[v, axis] /= size
+    return True

@@ -1,0 +1,122 @@
+"""`mesh_directions`: a unit direction at each triangle and vertex of a mesh."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from upholster.charts._multigrid_kernels import ComplexArray
+from upholster.charts.directions import Vectors
+from upholster.charts.mesh_directions._kernels import comb, vertex_vectors
+from upholster.charts.mesh_directions.frames import PlaneFrames, plane_frames, power
+from upholster.charts.mesh_directions.solving import field_power
+from upholster.charts.mesh_directions.wishes import MeshDirection, parse_mesh_direction, prior_of, wish_of
+from upholster.errors import InputError
+from upholster.geometry import TriangleMesh
+from upholster.types import FloatArray, frozen_array
+
+__all__ = ["MeshField", "mesh_directions"]
+
+
+@dataclass(frozen=True, eq=False)
+class MeshField:
+    """Directions on a mesh: where the sample's rows of pixels run, left to right.
+
+    Attributes
+    ----------
+    vectors
+        (V, 3) float64, read-only: unit tangents at the vertices; zero at those of no triangle.
+    face_vectors
+        (T, 3) float64, read-only: unit tangents of the triangles.
+    symmetry
+        1, 2 or 4: by which part of a turn directions may differ and still count as one.
+    """
+
+    vectors: FloatArray
+    face_vectors: FloatArray
+    symmetry: int
+
+
+def mesh_directions(
+    mesh: TriangleMesh,
+    direction: str | Vectors | ArrayLike | MeshDirection = "level",
+    *,
+    symmetry: int = 1,
+    crease: float | None = None,
+) -> MeshField:
+    """Return a smooth field of directions over a mesh.
+
+    Parameters
+    ----------
+    mesh
+        The triangles. Two that use the same two vertices meet there.
+    direction
+        What is asked for: see `parse_mesh_direction`. Where it says nothing the field is filled smoothly.
+    symmetry
+        1, 2 or 4: the texture looks the same after so many turns to make a whole one.
+    crease
+        Degrees, 0 to 180: over edges that bend more the field may start anew. None: it goes on over all.
+
+    Raises
+    ------
+    InputError
+        If an option is out of range, or the direction is wrong for the mesh.
+    """
+    wanted = parse_mesh_direction(direction)
+    if symmetry not in (1, 2, 4):
+        raise InputError(f"symmetry is {symmetry!r}; allowed: 1, 2 or 4")
+    if crease is not None and not 0 <= crease <= 180:
+        raise InputError(f"crease is {crease!r} degrees; allowed: 0 to 180")
+    frames = plane_frames(mesh, crease)
+    wish = wish_of(mesh, frames, wanted)
+    fold = max(symmetry, wish.fold)
+    prior = prior_of(frames)
+    z = field_power(
+        frames, power(wish.power, fold // wish.fold), wish.confidence, power(prior, fold), fold, mesh.size
+    )
+    z = _combed(frames, z, prior, fold)
+    if wanted.angle:
+        turn = np.radians(wanted.angle)
+        z = z * complex(np.cos(turn), -np.sin(turn))
+    face_vectors = frames.vectors(z)
+    return MeshField(
+        frozen_array(_at_vertices(mesh, frames, face_vectors, fold)), frozen_array(face_vectors), fold
+    )
+
+
+def _combed(frames: PlaneFrames, z: ComplexArray, prior: ComplexArray, fold: int) -> ComplexArray:
+    """Return roots of the powers z that agree as far as possible, region by region most like the prior."""
+    if fold == 1:
+        return z
+    for _ in range(fold // 2):
+        z = _root(z)
+    comb(frames.edges, frames.across, frames.carried, z, fold)
+    like = np.conj(z) * prior * frames.areas
+    real, imaginary = (np.bincount(frames.part, part, frames.parts) for part in (like.real, like.imag))
+    if fold == 2:
+        choices, turns = np.stack([real, -real]), np.array([1, -1])
+    else:
+        choices, turns = np.stack([real, imaginary, -real, -imaginary]), np.array([1, 1j, -1, -1j])
+    turned: ComplexArray = z * turns[choices.argmax(axis=0)][frames.part]
+    return turned
+
+
+def _root(z: ComplexArray) -> ComplexArray:
+    """Return the square root of numbers of size 1."""
+    up = np.sqrt(np.maximum(0.5 * (1 - z.real), 0))
+    root: ComplexArray = np.sqrt(np.maximum(0.5 * (1 + z.real), 0)) + 1j * np.where(z.imag < 0, -up, up)
+    return root
+
+
+def _at_vertices(mesh: TriangleMesh, frames: PlaneFrames, face_vectors: FloatArray, fold: int) -> FloatArray:
+    normals = np.zeros(mesh.positions.shape)
+    weighted = frames.areas[:, None] * frames.normals
+    for axis in range(3):
+        for corner in range(3):
+            normals[:, axis] += np.bincount(mesh.triangles[:, corner], weighted[:, axis], len(normals))
+    length = np.sqrt(np.einsum("ij,ij->i", normals, normals))[:, None]
+    normals = np.where(length > 0, normals / np.where(length > 0, length, 1.0), 0.0)
+    out = np.empty(mesh.positions.shape)
+    room = np.empty(len(out), np.int32)
+    vertex_vectors(mesh.triangles, face_vectors, frames.areas, normals, fold, out, room)
+    return out

@@ -1,0 +1,176 @@
+"""Each triangle's own plane, and how directions are carried over edges."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from upholster.charts._multigrid_kernels import ComplexArray
+from upholster.charts.mesh_directions._kernels import regions
+from upholster.geometry import TriangleMesh
+from upholster.types import FloatArray, IntArray
+
+__all__ = ["PlaneFrames", "plane_frames", "power"]
+
+_SLIVER = 1e-5
+"""By so much of its longest edge a triangle's two others are at least longer than that, together."""
+
+_HEAVIEST = 1e4
+"""Of the weights of edges, which have no unit: about 1 between well shaped triangles."""
+
+
+@dataclass(frozen=True, slots=True)
+class PlaneFrames:
+    """Frames of a mesh's triangles, and the edges over which a field goes on.
+
+    A direction in a triangle is a complex number: 1 runs along `x`, i along `y` = normal × x.
+
+    Attributes
+    ----------
+    x, y, normals
+        (T, 3) unit vectors. A triangle without area has the normal of those beside it.
+    areas
+        (T,) positive.
+    first, second
+        (E,) the triangles beside the edges over which the field goes on.
+    carried
+        (E,) complex, of size 1: a direction in `first`, times this, is the same one in `second` unfolded.
+    weights
+        (E,) what a jump costs there: length of the edge over distance of the triangles' centres.
+    across, edges
+        (T, 3) the triangle beyond each edge over which the field goes on, −1 for none; and the edge's number
+        in the four arrays before.
+    part, parts
+        (T,) which of the pieces that hang together so each triangle belongs to, and how many there are.
+    """
+
+    x: FloatArray
+    y: FloatArray
+    normals: FloatArray
+    areas: FloatArray
+    first: IntArray
+    second: IntArray
+    carried: ComplexArray
+    weights: FloatArray
+    across: IntArray
+    edges: IntArray
+    part: IntArray
+    parts: int
+
+    def numbers(self, vectors: FloatArray) -> ComplexArray:
+        """Return vectors (T, 3), projected on the planes, as complex numbers (T,)."""
+        found = np.empty(len(vectors), np.complex128)
+        found.real = np.einsum("ij,ij->i", vectors, self.x)
+        found.imag = np.einsum("ij,ij->i", vectors, self.y)
+        return found
+
+    def vectors(self, numbers: ComplexArray) -> FloatArray:
+        """Return complex numbers (T,) as vectors (T, 3)."""
+        found: FloatArray = numbers.real[:, None] * self.x + numbers.imag[:, None] * self.y
+        return found
+
+
+def power(z: ComplexArray, symmetry: int) -> ComplexArray:
+    """Return z to the power of 1, 2 or 4, by products."""
+    return z if symmetry == 1 else z * z if symmetry == 2 else (z * z) * (z * z)
+
+
+def plane_frames(mesh: TriangleMesh, crease: float | None) -> PlaneFrames:
+    """Return the frames of a mesh, which a field crosses where it bends by at most `crease` degrees."""
+    edges = np.roll(mesh.corners, -1, axis=1) - mesh.corners
+    lengths = np.sqrt(np.einsum("tki,tki->tk", edges, edges))
+    along, sizes, areas = _shapes(lengths, mesh.size)
+    normals = _normals(mesh, lengths)
+    x, y = _axes(edges, lengths, along, normals)
+    goes_on = mesh.neighbours >= 0
+    beyond = mesh.neighbours // 3
+    if crease is not None:
+        bend = np.einsum("ti,tki->tk", normals, normals[beyond])
+        goes_on &= bend >= np.cos(np.radians(crease))
+    across = np.where(goes_on, beyond, -1).astype(np.int32)
+    triangle, edge = np.nonzero(goes_on & (mesh.neighbours > 3 * np.arange(len(across))[:, None] + 2))
+    met = mesh.neighbours[triangle, edge]
+    other = met // 3
+    here, there = along[triangle, edge], along[other, met % 3]
+    long = np.minimum(sizes[triangle, edge], sizes[other, met % 3])
+    weights = 1.5 * long * long / (areas[triangle] + areas[other])
+    part = np.empty(len(across), np.int32)
+    edges_of = np.full(across.shape, -1, np.int32)
+    edges_of[triangle, edge] = edges_of[other, met % 3] = np.arange(len(triangle))
+    return PlaneFrames(
+        x,
+        y,
+        normals,
+        areas,
+        triangle.astype(np.int32),
+        other.astype(np.int32),
+        -there * np.conj(here),
+        np.clip(weights, 1 / _HEAVIEST, _HEAVIEST),
+        across,
+        edges_of,
+        part,
+        regions(across, part),
+    )
+
+
+def _shapes(lengths: FloatArray, size: float) -> tuple[ComplexArray, FloatArray, FloatArray]:
+    """Return the edges' directions in the planes (T, 3), their lengths and areas, slivers made thicker.
+
+    Source of the latter: N. Sharp, K. Crane: A Laplacian for nonmanifold triangle meshes, Computer Graphics
+    Forum 39, 2020, section 4.5; here triangle by triangle, as only angles are asked for.
+    """
+    longest = np.maximum(lengths.max(axis=1), 1e-12 * size)
+    excess = lengths.sum(axis=1)[:, None] - 2 * lengths
+    sizes = lengths + np.maximum(_SLIVER * longest - excess.min(axis=1), 0)[:, None]
+    a, b, c = sizes.T
+    s = 0.5 * (a + b + c)
+    areas = np.sqrt(np.maximum(s * (s - a) * (s - b) * (s - c), 0))
+    areas = np.maximum(areas, 1e-6 * longest * longest)
+    cosine = np.stack([(a * a + c * c - b * b) / (2 * a * c), (a * a + b * b - c * c) / (2 * a * b)])
+    sine = np.stack([2 * areas / (a * c), 2 * areas / (a * b)])
+    length = np.sqrt(cosine**2 + sine**2)
+    cosine, sine = cosine / length, sine / length
+    # Edge 0 is 1; edge 1 turns left at corner 1; edge 2 comes back to corner 0.
+    along = np.stack(
+        [np.ones(len(a), np.complex128), -cosine[1] + 1j * sine[1], -cosine[0] - 1j * sine[0]], axis=1
+    )
+    return along, sizes, areas
+
+
+def _normals(mesh: TriangleMesh, lengths: FloatArray) -> FloatArray:
+    """Return unit normals; where a triangle has next to no area, that of those beside it."""
+    flat = mesh.areas <= 1e-10 * lengths.max(axis=1) ** 2
+    normals = np.where(flat[:, None], 0.0, mesh.flat_normals)
+    across = mesh.neighbours // 3
+    missing = np.flatnonzero(flat)
+    for _ in range(64):
+        if not len(missing):
+            break
+        beside = np.where(mesh.neighbours[missing, :, None] >= 0, normals[across[missing]], 0.0).sum(axis=1)
+        size = np.sqrt(np.einsum("ij,ij->i", beside, beside))
+        found = size > 1e-3
+        normals[missing[found]] = beside[found] / size[found, None]
+        if not found.any():
+            break
+        missing = missing[~found]
+    normals[missing] = (0.0, 0.0, 1.0)
+    return normals
+
+
+def _axes(
+    edges: FloatArray, lengths: FloatArray, along: ComplexArray, normals: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Return x and y of the frames, by each triangle's longest edge."""
+    rows, longest = np.arange(len(edges)), lengths.argmax(axis=1)
+    line = edges[rows, longest]
+    line = line - np.einsum("ij,ij->i", line, normals)[:, None] * normals
+    size = np.sqrt(np.einsum("ij,ij->i", line, line))
+    pointless = size <= 1e-12 * lengths.max()
+    if pointless.any():  # any direction at right angles to the normal will do
+        least = np.eye(3)[np.abs(normals).argmin(axis=1)]
+        stand_in = np.cross(normals, least)
+        line = np.where(pointless[:, None], stand_in, line)
+        size = np.where(pointless, np.sqrt(np.einsum("ij,ij->i", line, line)), size)
+    line = line / size[:, None]
+    turn = along[rows, longest]
+    x = turn.real[:, None] * line - turn.imag[:, None] * np.cross(normals, line)
+    return x, np.cross(normals, x)
