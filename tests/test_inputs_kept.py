@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import upholster
-from upholster import cli, codec, pipeline
+from upholster import cli, codec, pipeline, writing
 from upholster.errors import InputError
 from upholster.geometry import write_nets
 from upholster.image import Material, write_image
@@ -115,8 +115,10 @@ def test_an_output_that_is_an_input_is_refused(
     def work(*_: object, **__: object) -> None:
         raise AssertionError("work began")
 
-    for name in ("prepare", "execute", "paint", "paint_material"):
-        monkeypatch.setattr(pipeline, name, work)
+    for module, name in (
+        (pipeline, "prepare"), (pipeline, "execute"), (writing, "paint"), (writing, "paint_material")
+    ):  # fmt: skip
+        monkeypatch.setattr(module, name, work)
     before = contents(folder)
     status, out, err = command(arguments)
     assert contents(folder) == before

@@ -16,8 +16,9 @@ from upholster.shown import show_with
 if TYPE_CHECKING:
     from upholster.geometry import Surface
     from upholster.outputs import TexturedModel
-    from upholster.pipeline import CoverReport, RefineReport
     from upholster.quilt import Quilt, Texels
+    from upholster.refining import RefineReport
+    from upholster.reports import CoverReport
     from upholster.stream import StreamDecoder
 
 __all__ = ["MOST_BYTES", "Viewer", "view"]
@@ -93,8 +94,9 @@ def view(model: Any, *, height: int = 480) -> Viewer:
 def _stream_of(model: Any) -> bytes:
     """Return a model's stream."""
     from upholster.outputs import TexturedModel, textured_model
-    from upholster.pipeline import CoverReport, RefineReport, decoded_model
     from upholster.quilt import Texels
+    from upholster.refining import RefineReport, decoded_model
+    from upholster.reports import CoverReport
     from upholster.stream import StreamDecoder
 
     if isinstance(model, (str, os.PathLike)):
@@ -159,7 +161,7 @@ def _report_picture(report: "CoverReport | RefineReport") -> bytes | None:
 
 
 def _stream_picture(decoder: "StreamDecoder") -> bytes | None:
-    from upholster.pipeline import decoded_model
+    from upholster.refining import decoded_model
 
     return None if decoder.needed else _model_picture(decoded_model(decoder))
 

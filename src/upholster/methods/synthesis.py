@@ -231,8 +231,9 @@ def execute(
     run: dict[str, Any] = {"seed": seed, "threads": threads, "progress": progress}
     charts, options = prepared.charts, prepared.options
     if isinstance(surface, MeshSurface):
-        assert prepared.vectors is not None and prepared.scale is not None  # a mesh has both
-        assert isinstance(options, QuiltOptions)
+        assert prepared.vectors is not None
+        assert prepared.scale is not None
+        assert isinstance(options, QuiltOptions)  # a mesh has all three
         return synthesize_mesh(
             exemplar, surface, charts, prepared.fields, prepared.vectors, prepared.scale.scale,
             options=options, **run,
@@ -268,8 +269,8 @@ def synthesize(
         material: its maps are matched together, by methods "paper" and "pixel" its base colour alone. Or the
         path of an image, or of a material's folder.
     surface
-        The surface to cover; or its text form, ``"torus:R=2,r=0.7"``, or the path of its file. Or a mesh, which
-        is laid out flat first; or one that has been, see `upholster.charts.unwrap`.
+        The surface to cover; or its text form, ``"torus:R=2,r=0.7"``, or the path of its file. Or a mesh,
+        which is laid out flat first; or one that has been, see `upholster.charts.unwrap`.
     options
         Method, scale, direction and what else can be chosen; see `upholster.SynthesisOptions`.
     seed

@@ -15,11 +15,12 @@ from upholster.image.drawing import Drawing
 from upholster.model import tessellate
 from upholster.options import WriteOptions
 from upholster.outputs import TexturedModel
-from upholster.pipeline import painted, received_exemplar
+from upholster.refining import received_exemplar
 from upholster.render import render
 from upholster.server.pages import THUMBNAIL_SIZE
 from upholster.server.versions import Version
 from upholster.stream import StreamDecoder
+from upholster.writing import painted
 
 __all__ = ["Thumbnails", "draw_thumbnail"]
 

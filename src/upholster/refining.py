@@ -1,0 +1,187 @@
+"""From a stream, or as much of one as there is, to files."""
+
+import os
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from upholster.errors import FormatError, InputError
+from upholster.files import outputs, path_text, read_bytes
+from upholster.geometry import (
+    AnySurface,
+    MeshSurface,
+    Surface,
+    SurfaceLike,
+    as_surface,
+    check_same_edges,
+    surface_file,
+)
+from upholster.image import Material
+from upholster.image.roles import ROLES
+from upholster.image.source import source_parts
+from upholster.options import WriteOptions, chosen
+from upholster.outputs import TexturedModel, atlas_pages, parse_output
+from upholster.parallel import check_running
+from upholster.shown import Shown, on_a_line
+from upholster.stream import StreamDecoder, on_surface
+from upholster.stream.prefix import Limit, feed_until
+from upholster.types import PixelArray, Progress
+from upholster.writing import add_pages, check_used, listed, painted, written_to
+
+__all__ = ["RefineReport", "decoded_model", "received_exemplar", "refine"]
+
+
+@dataclass(frozen=True, slots=True)
+class RefineReport(Shown):
+    """What `refine` did. A notebook shows it as a picture of the model.
+
+    Attributes
+    ----------
+    used, total
+        Bytes of the stream that were read, and that it has when whole.
+    complete
+        Whether they are all.
+    charts, coefficients
+        Shares, 0 to 1, of charts whose placements are known and of significant coefficients.
+    written
+        Bytes of each file.
+    model
+        The textured model itself.
+    """
+
+    used: int
+    total: int
+    complete: bool
+    charts: float
+    coefficients: float
+    written: dict[str, int]
+    model: TexturedModel | None = None
+
+    def __repr__(self) -> str:
+        parts = {"used": self.used, "total": self.total, "written": list(self.written)}
+        return on_a_line(self, parts)
+
+
+def refine(
+    stream: str | os.PathLike[str],
+    targets: Sequence[str | os.PathLike[str]] | str | os.PathLike[str],
+    *,
+    limit: Limit | None = None,
+    on: SurfaceLike | None = None,
+    options: WriteOptions | None = None,
+    threads: int | None = None,
+    progress: Progress | None = None,
+) -> RefineReport:
+    """Write files from a stream, or from as much of one as there is: what ``upholster refine`` does.
+
+    Parameters
+    ----------
+    stream
+        A .uph file, whole or cut.
+    targets, options, threads, progress
+        As for `cover`; a material's maps as far as they have come.
+    limit
+        How far to read.
+    on
+        Another surface for the same texels, or its text form (see `upholster.surface_from_spec`): it must
+        have the stream's faces, and their edges must meet in the same way. By default the stream's own.
+
+    Raises
+    ------
+    InputError, FormatError
+        If the file is missing, damaged, so short that nothing can be shown, or also a target; or if the other
+        surface does not fit: names the first edge that does not.
+    """
+    options = chosen(WriteOptions, options)
+    check_running(threads, progress)
+    stream = path_text(stream, "stream")
+    if not isinstance(limit, Limit | None):
+        raise InputError(f"limit is a {type(limit).__name__}; allowed: a Limit")
+    wanted = [parse_output(target) for target in listed(targets)]
+    other = [file for file in [on is not None and surface_file(on)] if file]
+    check_used(wanted, options)
+    with outputs([file for output in wanted for file in output.files()], inputs=[stream, *other]) as files:
+        data = read_bytes(stream)
+        decoder = StreamDecoder()
+        feed_until(decoder, data, limit or Limit())
+        if decoder.needed or decoder.surface is None:
+            raise FormatError(f"byte {len(data)}: stream is cut; needs {max(1, decoder.needed)} more bytes")
+        surface = decoder.surface if on is None else _other_surface(on, decoder.surface)
+        exemplar = received_exemplar(decoder)
+        roles = tuple(source_parts(exemplar))[1:]
+        files.add(file for output in wanted for file in output.later_files(roles, 1))
+        add_pages(files, wanted, roles, atlas_pages(wanted, decoder.charts, options))
+        same = data if decoder.complete and not options.stream_choices else None
+        if same is not None and on is not None:
+            same = on_surface(same, surface)
+        quilt = decoder.quilt().on(surface)
+        texels, maps = painted(quilt, exemplar, threads, progress)
+        options = _as_coded(decoder, options)
+        tiles = any(output.in_tiles for output in wanted)
+        model = TexturedModel(surface, texels, options, threads, quilt, exemplar, maps, same, tiles)
+        written = written_to(wanted, model, files, {}, progress)
+    known, count = decoder.coefficients_known
+    return RefineReport(
+        decoder.received,
+        decoder.total or decoder.received,
+        decoder.complete,
+        decoder.charts_known / len(decoder.charts),
+        known / count,
+        written,
+        model,
+    )
+
+
+def _other_surface(on: SurfaceLike, before: AnySurface) -> Surface:
+    """Return the surface that takes the place of a stream's own; `InputError` where it does not fit."""
+    if isinstance(before, MeshSurface):
+        raise InputError("the stream is of a mesh; allowed: another surface for streams of patches alone")
+    if isinstance(on, Surface):
+        name, surface = on.name or "surface", on
+    else:
+        quadratic = all(max(patch.degree) <= 2 for patch in before.patches)
+        name, surface = str(on), as_surface(on, biquadratic=quadratic)
+    try:
+        check_same_edges(surface, before)
+    except InputError as error:
+        raise InputError(f"{name} does not fit the stream: {error}") from None
+    return surface
+
+
+def decoded_model(decoder: StreamDecoder, *, threads: int | None = None) -> TexturedModel:
+    """Return the model that a stream shows, as far as it has come.
+
+    Parameters
+    ----------
+    decoder
+        Which has enough of a stream to show something.
+    threads
+        As for `refine`.
+
+    Raises
+    ------
+    InputError
+        If bytes are still needed.
+    """
+    quilt, exemplar = decoder.quilt(), received_exemplar(decoder)
+    texels, maps = painted(quilt, exemplar, threads, None)
+    assert quilt.surface is not None  # it comes before all that a quilt needs
+    options = _as_coded(decoder, WriteOptions())
+    return TexturedModel(quilt.surface, texels, options, threads, quilt, exemplar, maps)
+
+
+def _as_coded(decoder: StreamDecoder, options: WriteOptions) -> WriteOptions:
+    """Return options by which a stream keeps the profile that it was read in, unless another is asked for."""
+    return (
+        replace(options, wavelet="haar") if decoder.wavelet == "haar" and options.wavelet is None else options
+    )
+
+
+def received_exemplar(decoder: StreamDecoder) -> PixelArray | Material:
+    """Return what a stream was made from; maps of which nothing has come yet are left out."""
+    maps = {"albedo": decoder.exemplar()}
+    for role in decoder.roles[1:]:
+        pixels = decoder.exemplar(role)
+        # The middle of its range everywhere: of a normal map that would be no direction at all.
+        if role in ROLES and (decoder.complete or (pixels != pixels[0, 0]).any()):
+            maps[role] = pixels
+    return Material(maps) if len(maps) > 1 else maps["albedo"]

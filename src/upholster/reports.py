@@ -1,0 +1,194 @@
+"""What `cover` tells: the report, what was settled, notes before the work, counts and times."""
+
+import sys
+import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field, fields
+from typing import Any
+
+from upholster.geometry import AnySurface, MeshSurface, Surface
+from upholster.methods import Prepared
+from upholster.methods.paper.method import PaperOptions
+from upholster.methods.pixel.method import PixelOptions
+from upholster.methods.quilt.options import QuiltOptions
+from upholster.options import SynthesisOptions
+from upholster.outputs import TexturedModel
+from upholster.quilt import Quilt, Texels
+from upholster.quilt.plans import StripPlan
+from upholster.shown import Shown, on_a_line
+from upholster.types import PixelArray
+
+__all__ = ["CoverReport", "counts_of", "notes_before", "peak_memory", "settled_words", "timed", "totalled"]
+
+_SOFT = 0.6
+"""Pixels of the sample to a texel below which a texture looks soft."""
+
+_MANY_TEXELS = 2**25
+"""From here on the size of what will be written is told before the work begins."""
+
+
+@dataclass(frozen=True, slots=True)
+class CoverReport(Shown):
+    """What `cover` did; `--report` writes it as JSON. A notebook shows it as a picture of the model.
+
+    Attributes
+    ----------
+    version
+        Of upholster.
+    parameters
+        Everything that was asked for, defaults and seed included.
+    settled
+        What was chosen where nothing was asked for, in words: block, sample's size, direction, maps; with
+        method "paper" patches, texels, block, overlap, edge block.
+    counts
+        Faces, patches, shared edges (of a mesh triangles, those left plain, parts); charts, texels,
+        placements, edge blocks; maps; of the base colour channels and bits per sample.
+    seconds
+        Time per stage, and "total".
+    peak_memory_bytes
+        Most memory that the process has held at once; None where the system does not tell.
+    written
+        Bytes of each file.
+    notes
+        What the user should know, in words: how a material's maps were read, how many edges nearly
+        meet, that the texture will be soft, or that there will be very many texels.
+    model
+        The textured model itself; not in the JSON.
+    """
+
+    version: str
+    parameters: dict[str, Any]
+    settled: dict[str, str]
+    counts: dict[str, int]
+    seconds: dict[str, float]
+    peak_memory_bytes: int | None
+    written: dict[str, int] = field(default_factory=dict)
+    notes: list[str] = field(default_factory=list)
+    model: TexturedModel | None = None
+
+    def __repr__(self) -> str:
+        return on_a_line(self, {"texels": self.counts["texels"], "written": list(self.written)})
+
+    def to_json(self) -> dict[str, Any]:
+        """Return all but the model, as JSON can hold it."""
+        return {entry.name: getattr(self, entry.name) for entry in fields(self) if entry.name != "model"}
+
+
+@contextmanager
+def timed(stage: str, seconds: dict[str, float]) -> Iterator[None]:
+    """Add to `seconds` how long what is done within took."""
+    start = time.perf_counter()
+    yield
+    seconds[stage] = time.perf_counter() - start
+
+
+def totalled(seconds: dict[str, float]) -> dict[str, float]:
+    """Return times, rounded, and their total."""
+    return {stage: round(value, 4) for stage, value in [*seconds.items(), ("total", sum(seconds.values()))]}
+
+
+def settled_words(
+    prepared: Prepared, surface: AnySurface, asked: SynthesisOptions, roles: Sequence[str]
+) -> dict[str, str]:
+    """Return what was settled where nothing was asked for, in words."""
+    found: dict[str, str] = {}
+    if isinstance(prepared.options, QuiltOptions):
+        found["block"] = f"{prepared.options.block} pixels"
+    if isinstance(prepared.options, PaperOptions) and isinstance(surface, Surface):
+        found |= _settled_by_paper(prepared.options, surface)
+    if isinstance(prepared.options, PixelOptions):
+        found["search"] = prepared.options.search
+    if prepared.scale is not None:
+        size = prepared.scale.sample_size
+        found["sample"] = f"{size:.4g} units wide on a model of {surface.size:.4g}"
+        if asked.sample_size is None:
+            found["sample"] += f" (--sample-size {2 * size:.3g} makes it twice as large)"
+        found["direction"] = prepared.direction
+    if roles:
+        found["maps"] = ", ".join(("albedo", *roles))
+    return found
+
+
+def _settled_by_paper(options: PaperOptions, surface: Surface) -> dict[str, str]:
+    degrees = sorted({patch.degree for patch in surface.patches})
+    named = " and ".join(f"({m}, {n})" for m, n in degrees)
+    found = {
+        "patches": f"{len(surface.patches)} of degree {named}",
+        "texels": f"{options.chart}x{options.chart} on each",
+        "block": f"{options.block} texels",
+        "overlap": f"{options.overlap} texels",
+    }
+    if options.seams:
+        found["edge block"] = f"{options.edge_block or options.block} texels"
+    return found
+
+
+def _edge_blocks(quilt: Quilt) -> int:
+    if not isinstance(quilt.plan, StripPlan):
+        return 0
+    layout = quilt.plan.layout
+    return sum(layout.blocks_along(strip) for strip in layout.strips)
+
+
+def notes_before(surface: AnySurface, prepared: Prepared, sample: PixelArray, maps: int) -> list[str]:
+    """Return what the user should know before the work begins."""
+    found = []
+    count, tolerance = (0, 0.0) if isinstance(surface, MeshSurface) else surface.nearly_meeting
+    if count and isinstance(surface, Surface):
+        found.append(
+            f"{count} edges nearly meet, but are farther apart than the tolerance of {surface.tolerance:g} "
+            f"times the surface's size; a tolerance of {tolerance:g} would join them"
+        )
+    if prepared.scale is not None and prepared.scale.scale < _SOFT * prepared.scale.density:
+        pixels = prepared.scale.scale / prepared.scale.density
+        found.append(
+            f"the sample has {pixels:.2g} pixels to a texel, so the texture will be soft: a larger sample, a "
+            "smaller --sample-size or fewer texels make it sharp"
+        )
+    texels = sum(chart.height * chart.width for chart in prepared.charts)
+    if texels > _MANY_TEXELS:
+        size = texels * sample.itemsize * 3 * maps
+        found.append(
+            f"{texels:,} texels: {size / 1e9:.1f} GB of texels in memory, and images of about half of that; "
+            "fewer by --texels or --density"
+        )
+    return found
+
+
+def counts_of(surface: AnySurface, quilt: Quilt, texels: Texels) -> dict[str, int]:
+    """Return how many there are of what."""
+    sample = texels.arrays[0]
+    return _surface_counts(surface) | {
+        "charts": len(quilt.charts),
+        "texels": quilt.texel_count,
+        "placements": len(quilt.placements),
+        # An edge block lies on two charts.
+        "edge blocks": _edge_blocks(quilt),
+        "channels": sample.shape[2],
+        "bits": 8 * sample.itemsize,
+    }
+
+
+def _surface_counts(surface: AnySurface) -> dict[str, int]:
+    if isinstance(surface, MeshSurface):
+        plain = int((surface.island < 0).sum())
+        return {"triangles": len(surface.island), "left plain": plain, "parts": len(surface.mesh.parts)}
+    return {
+        "faces": len(surface.faces),
+        "patches": len(surface.patches),
+        "shared edges": len(surface.shared),
+    }
+
+
+def peak_memory() -> int | None:
+    """Return the most memory that this process has held at once, in bytes; None if the system is silent."""
+    if sys.platform == "linux":
+        # What getrusage tells on Linux may be the parent's peak, from before this program was loaded.
+        with open("/proc/self/status", encoding="ascii") as file:
+            return next((1024 * int(line.split()[1]) for line in file if line.startswith("VmHWM:")), None)
+    if sys.platform == "win32":
+        return None
+    import resource
+
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss  # in bytes on macOS

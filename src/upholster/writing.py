@@ -1,0 +1,87 @@
+"""What `cover`, `refine` and `write` share: painting, and writing all outputs."""
+
+import os
+from collections.abc import Mapping, Sequence
+
+from upholster.codec import check_image
+from upholster.errors import InputError
+from upholster.files import Outputs
+from upholster.image import Material
+from upholster.options import WriteOptions
+from upholster.outputs import Output, TexturedModel, write_output
+from upholster.quilt import Quilt, Texels, paint, paint_material
+from upholster.reports import timed
+from upholster.shown import on_a_line
+from upholster.types import PixelArray, Progress
+
+__all__ = ["add_pages", "check_coded", "check_used", "has_stream", "listed", "painted", "written_to"]
+
+
+def listed(
+    targets: Sequence[str | os.PathLike[str]] | str | os.PathLike[str],
+) -> list[str | os.PathLike[str]]:
+    """Return targets as a list: one of them may stand alone."""
+    if isinstance(targets, (str, os.PathLike)):
+        return [targets]
+    if not isinstance(targets, Sequence) or not targets:
+        raise InputError(f"targets are {on_a_line(targets)}; allowed: one file or several")
+    return list(targets)
+
+
+def check_used(wanted: Sequence[Output], options: WriteOptions) -> None:
+    """Raise InputError where options are chosen for streams, and none is written."""
+    if options.stream_choices and not has_stream(wanted):
+        names = ", ".join(str(output.path) for output in wanted)
+        raise InputError(
+            f"{options.stream_choices[0]} is for streams, and {names} is none; allowed: with .uph or .html"
+        )
+
+
+def add_pages(files: Outputs, wanted: Sequence[Output], roles: Sequence[str], pages: int) -> None:
+    """Announce the files of an atlas's further pages, which are known once the charts are."""
+    for output in wanted:
+        known = (*output.files(), *output.later_files(roles, 1))
+        files.add(file for file in output.later_files(roles, pages) if file not in known)
+
+
+def check_coded(wanted: Sequence[Output], parts: Mapping[str, PixelArray], options: WriteOptions) -> None:
+    """Raise InputError where a stream is wanted and can not hold the sample's maps."""
+    if has_stream(wanted):
+        for part in parts.values():
+            check_image(part, **options.transform)
+
+
+def has_stream(wanted: Sequence[Output]) -> bool:
+    """Whether one of the outputs holds a stream."""
+    return any(output.kind in ("uph", "html") for output in wanted)
+
+
+def written_to(
+    wanted: Sequence[Output],
+    model: TexturedModel,
+    files: Outputs,
+    seconds: dict[str, float],
+    progress: Progress | None,
+) -> dict[str, int]:
+    """Write all outputs; return the bytes of each file, and add the time of each output to `seconds`."""
+    written: dict[str, int] = {}
+    for output in wanted:
+        with timed(f"write {output.path.name}", seconds):
+            write_output(output, model, files, progress=progress)
+        pages = len(model.atlas.pages) if output.has_atlas else 1
+        own = output.files(model.maps, pages)
+        written |= {str(file): files.path(file).stat().st_size for file in own}
+    return written
+
+
+def painted(
+    quilt: Quilt,
+    exemplar: PixelArray | Material,
+    threads: int | None = None,
+    progress: Progress | None = None,
+) -> tuple[Texels, dict[str, Texels]]:
+    """Return texels of the base colour, and of a material's other maps by role."""
+    if not isinstance(exemplar, Material):
+        return paint(quilt, exemplar, threads=threads, progress=progress), {}
+    maps = paint_material(quilt, exemplar, threads=threads, progress=progress)
+    return maps.pop("albedo"), maps
