@@ -21,6 +21,7 @@ _AS_TEXT: dict[str, tuple[_Read, _Write]] = {
     "crop": (lambda text: numbers("crop", text, ",", 4, int), str),
     "resize": (str, str),
     "texels": (texel_count, str),
+    "sample_size": (lambda text: _number_or_text(text), str),
     "direction": (str, str),
     "texture": (str, str),
     "coefficients": (lambda text: share("coefficients", text), str),
@@ -29,6 +30,14 @@ _AS_TEXT: dict[str, tuple[_Read, _Write]] = {
     "stream_bytes": (lambda text: byte_count("bytes", text), str),
 }
 """How values are read and written that are no plain number, word or switch on the command line."""
+
+
+def _number_or_text(text: str) -> float | str:
+    try:
+        return float(text)
+    except ValueError:
+        return text
+
 
 _WORDS: dict[str, Any] = {"rectify": tuple[str, str, str, str] | None}
 """Options of several words."""
