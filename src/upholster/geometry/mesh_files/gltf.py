@@ -1,0 +1,246 @@
+"""glTF 2.0 as a document: its JSON, checked where it is read, and its buffers.
+
+References
+----------
+Khronos: glTF 2.0 specification, chapters 3.6 (buffers) and 4 (GLB).
+"""
+
+import base64
+import binascii
+import json
+import math
+import os
+import struct
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+from urllib.parse import unquote, urlsplit
+
+from upholster.errors import FormatError, InputError
+from upholster.files import read_bytes
+
+__all__ = ["MAX_BUFFER", "Gltf", "Json", "numbers", "parse_gltf", "whole"]
+
+Json = dict[str, Any]
+
+MAX_BUFFER = 1 << 30
+"""Bytes of a buffer, and of all that is decompressed."""
+
+_MAX_ITEMS = 1 << 20
+_READABLE = {
+    "KHR_draco_mesh_compression",
+    "EXT_meshopt_compression",
+    "KHR_meshopt_compression",
+    "KHR_mesh_quantization",
+}
+_GEOMETRY = ("meshopt", "draco", "mesh", "compression", "quantization", "skinning", "instancing", "lod")
+
+
+class Gltf:
+    """A glTF file: what its JSON says, and its bytes.
+
+    Attributes
+    ----------
+    json
+        The document. Nothing in it has been checked but that it is an object; the methods check what they
+        return.
+    folder
+        Where files lie that it refers to.
+    inputs
+        Those of them that were read.
+    """
+
+    def __init__(self, document: Json, binary: bytes | None, folder: Path) -> None:
+        self.json = document
+        self.folder = folder
+        self.inputs: list[Path] = []
+        self._binary = binary
+        self._buffers: dict[int, bytes] = {}
+
+    def items(self, kind: str) -> list[Json]:
+        """Return one of the document's lists of objects, [] where it has none.
+
+        Raises
+        ------
+        FormatError
+            If it is no list of objects, or one of more than a million.
+        """
+        found = self.json.get(kind, [])
+        if not isinstance(found, list) or not all(isinstance(item, dict) for item in found):
+            raise FormatError(f"{kind} is no list of objects")
+        if len(found) > _MAX_ITEMS:
+            raise FormatError(f"{kind} has {len(found)} items; allowed: {_MAX_ITEMS}")
+        return found
+
+    def item(self, kind: str, index: object) -> Json:
+        """Return an object of one of the lists.
+
+        Raises
+        ------
+        FormatError
+            If there is none of this number.
+        """
+        found = self.items(kind)
+        if type(index) is not int or not 0 <= index < len(found):
+            raise FormatError(f"{kind[:-1]} {str(index)[:20]} is not there; there are {len(found)}")
+        return found[index]
+
+    def buffer(self, index: object) -> bytes:
+        """Return a buffer's bytes: those of the GLB, of a file beside it, or of a data URI.
+
+        Raises
+        ------
+        FormatError, InputError
+            If they are missing, or fewer than the document says.
+        """
+        entry = self.item("buffers", index)
+        assert isinstance(index, int)
+        if index not in self._buffers:
+            length = whole(entry, "byteLength", 1, MAX_BUFFER)
+            if "uri" in entry:
+                data = self.resource(entry["uri"])
+            elif index == 0 and self._binary is not None:
+                data = self._binary
+            else:
+                raise FormatError(f"buffer {index} has no bytes")
+            if len(data) < length:
+                raise FormatError(f"buffer {index} has {len(data)} bytes; its byteLength is {length}")
+            self._buffers[index] = data[:length]
+        return self._buffers[index]
+
+    def resource(self, uri: object) -> bytes:
+        """Return what a URI stands for: data in it, or a file beside the document.
+
+        Raises
+        ------
+        FormatError, InputError
+            For any other URI, data that are no base64, or a file that cannot be read.
+        """
+        if not isinstance(uri, str):
+            raise FormatError(f"uri is a {type(uri).__name__}; allowed: text")
+        if uri.startswith("data:"):
+            head, comma, data = uri.partition(",")
+            if not comma or not head.endswith(";base64"):
+                raise FormatError("a data URI is not base64")
+            try:
+                return base64.b64decode(data, validate=True)
+            except (binascii.Error, ValueError):
+                raise FormatError("a data URI is no base64") from None
+        try:
+            scheme = urlsplit(uri).scheme
+        except ValueError:
+            scheme = "?"
+        path = Path(unquote(uri))
+        if scheme or path.is_absolute():
+            raise InputError(f"it refers to {uri[:80]!r}; allowed: files beside it, by relative names")
+        file = self.folder / path
+        data_read = read_bytes(file)
+        if file not in self.inputs:
+            self.inputs.append(file)
+        return data_read
+
+    def view_of(self, entry: Mapping[str, Any]) -> memoryview:
+        """Return the bytes that an object with buffer, byteOffset and byteLength stands for.
+
+        Raises
+        ------
+        FormatError
+            If they are not in the buffer.
+        """
+        data = self.buffer(entry.get("buffer"))
+        offset = whole(entry, "byteOffset", 0, MAX_BUFFER, 0)
+        length = whole(entry, "byteLength", 1, MAX_BUFFER)
+        if offset + length > len(data):
+            raise FormatError(f"a view of bytes {offset} to {offset + length}; its buffer has {len(data)}")
+        return memoryview(data)[offset : offset + length]
+
+
+def parse_gltf(data: bytes, path: str | os.PathLike[str]) -> Gltf:
+    """Read a GLB or glTF document.
+
+    Raises
+    ------
+    FormatError
+        If it breaks the format.
+    InputError
+        If it has another version, or needs an extension to its geometry that is not known.
+    """
+    binary = None
+    text: bytes | memoryview = data
+    if data[:4] == b"glTF":
+        text, binary = _chunks(data)
+    try:
+        document = json.loads(bytes(text).decode("utf-8-sig"))
+    except (ValueError, RecursionError) as error:
+        raise FormatError(f"its JSON is damaged: {error}") from None
+    if not isinstance(document, dict) or not isinstance(document.get("asset"), dict):
+        raise FormatError("it is no glTF: it has no asset")
+    version = document["asset"].get("version")
+    if not isinstance(version, str) or not version.startswith("2."):
+        raise InputError(f"glTF version is {str(version)[:20]!r}; allowed: 2.0")
+    required = document.get("extensionsRequired", [])
+    if not isinstance(required, list):
+        raise FormatError("extensionsRequired is no list")
+    for name in required:
+        # Other extensions are about looks, and stay as they are.
+        about_geometry = isinstance(name, str) and any(word in name.lower() for word in _GEOMETRY)
+        if about_geometry and name not in _READABLE:
+            raise InputError(f"it needs the extension {name[:60]}; allowed: {', '.join(sorted(_READABLE))}")
+    return Gltf(document, binary, Path(path).parent)
+
+
+def _chunks(data: bytes) -> tuple[memoryview, bytes | None]:
+    """Return JSON and binary part of a GLB."""
+    if len(data) < 20:
+        raise FormatError(f"a GLB of {len(data)} bytes is cut short")
+    version, length = struct.unpack_from("<II", data, 4)
+    if version != 2:
+        raise InputError(f"GLB version is {version}; allowed: 2")
+    if length > len(data):
+        raise FormatError(f"it has {len(data)} bytes of {length}")
+    chunks: list[tuple[bytes, memoryview]] = []
+    at = 12
+    while at + 8 <= length and len(chunks) < 64:
+        size, kind = struct.unpack_from("<I4s", data, at)
+        if at + 8 + size > length:
+            raise FormatError(f"the GLB's chunk at byte {at} has {size} bytes, beyond the file's end")
+        chunks.append((kind, memoryview(data)[at + 8 : at + 8 + size]))
+        at += 8 + size + -size % 4
+    if not chunks or chunks[0][0] != b"JSON":
+        raise FormatError("the GLB does not begin with JSON")
+    binary = next((bytes(part) for kind, part in chunks[1:] if kind == b"BIN\0"), None)
+    return chunks[0][1], binary
+
+
+def whole(entry: Mapping[str, Any], key: str, least: int, most: int, default: int | None = None) -> int:
+    """Return a whole number of an object.
+
+    Raises
+    ------
+    FormatError
+        If it is missing and has no default, is no whole number, or out of range.
+    """
+    value = entry.get(key, default)
+    if isinstance(value, float) and value.is_integer() and abs(value) < 2**53:
+        value = int(value)
+    if type(value) is not int or not least <= value <= most:
+        raise FormatError(f"{key} is {str(value)[:20]}; allowed: {least} to {most}")
+    return value
+
+
+def numbers(entry: Mapping[str, Any], key: str, count: int) -> list[float] | None:
+    """Return a list of `count` finite numbers of an object; None where it is missing.
+
+    Raises
+    ------
+    FormatError
+        If it is anything else.
+    """
+    value = entry.get(key)
+    if value is None:
+        return None
+    if isinstance(value, list) and len(value) == count:
+        plain = [float(v) for v in value if type(v) is float or (type(v) is int and abs(v) < 2**1000)]
+        if len(plain) == count and all(map(math.isfinite, plain)):
+            return plain
+    raise FormatError(f"{key} is not {count} finite numbers")

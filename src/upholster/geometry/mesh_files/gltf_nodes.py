@@ -1,0 +1,193 @@
+"""Nodes of a glTF scene: where each mesh stands, how often, and how its skin is posed."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from upholster.errors import FormatError
+from upholster.geometry.mesh_files.accessors import Accessor, Accessors, as_floats
+from upholster.geometry.mesh_files.gltf import Gltf, Json, numbers
+from upholster.types import FloatArray
+
+__all__ = ["Stand", "stands", "vertex_matrices"]
+
+
+@dataclass(frozen=True, eq=False)
+class Stand:
+    """Where a mesh stands first, and how often it is shown.
+
+    Attributes
+    ----------
+    mesh, node
+        Their numbers.
+    matrix
+        (4, 4), from the mesh's space to the scene's.
+    joints
+        (joints, 4, 4) of a skin, likewise; None without one.
+    others
+        Matrices of its other nodes.
+    """
+
+    mesh: int
+    node: int
+    matrix: FloatArray
+    joints: FloatArray | None
+    others: tuple[FloatArray, ...]
+
+
+def stands(gltf: Gltf, accessors: Accessors) -> list[Stand]:
+    """Return the meshes that the scene shows, in the order of its nodes.
+
+    Raises
+    ------
+    FormatError
+        If nodes form no trees, or something is not there.
+    """
+    nodes = gltf.items("nodes")
+    parents = _parents(nodes)
+    matrices = _matrices(nodes, parents)
+    shown = _shown(gltf, nodes)
+    first: dict[int, int] = {}
+    others: dict[int, list[FloatArray]] = {}
+    for number in shown:
+        if "mesh" not in nodes[number]:
+            continue
+        gltf.item("meshes", nodes[number]["mesh"])
+        mesh = nodes[number]["mesh"]
+        if mesh in first:
+            others[mesh].append(matrices[number])
+        else:
+            first[mesh], others[mesh] = number, []
+    return [
+        Stand(
+            mesh, node, matrices[node], _joints(gltf, accessors, nodes[node], matrices), tuple(others[mesh])
+        )
+        for mesh, node in first.items()
+    ]
+
+
+def vertex_matrices(
+    stand: Stand, joints: Sequence[Accessor], weights: Sequence[Accessor], count: int
+) -> FloatArray:
+    """Return what takes vertices to the scene, (1, 3, 4); of a skin (V, 3, 4), as the nodes pose it.
+
+    Raises
+    ------
+    FormatError
+        If a joint is not there, or the numbers do not fit.
+    """
+    if stand.joints is None or not joints:
+        return stand.matrix[None, :3]
+    total = np.zeros(count)
+    out = np.zeros((count, 3, 4))
+    for of, by in zip(joints, weights, strict=True):
+        share, number = as_floats(by), of.values.astype(np.int64)
+        if share.shape != number.shape or len(number) != count:
+            raise FormatError("joints and weights of a skin differ in number")
+        number[share == 0] = 0
+        if number.min() < 0 or number.max() >= len(stand.joints):
+            raise FormatError(f"a vertex names joint {number.max()}; its skin has {len(stand.joints)}")
+        for column in range(number.shape[1]):
+            out += share[:, column, None, None] * stand.joints[number[:, column], :3]
+            total += share[:, column]
+    bare = ~(total > 0)
+    out[bare], total[bare] = stand.matrix[:3], 1.0
+    return out / total[:, None, None]
+
+
+def _parents(nodes: list[Json]) -> list[int]:
+    """Return each node's parent, -1 for roots."""
+    parents = [-1] * len(nodes)
+    for number, node in enumerate(nodes):
+        children = node.get("children", [])
+        if not isinstance(children, list):
+            raise FormatError(f"children of node {number} are no list")
+        for child in children:
+            if type(child) is not int or not 0 <= child < len(nodes):
+                raise FormatError(
+                    f"node {number} has a child {str(child)[:20]}; there are {len(nodes)} nodes"
+                )
+            if parents[child] >= 0:
+                raise FormatError(f"node {child} is a child twice; allowed: once")
+            parents[child] = number
+    return parents
+
+
+def _matrices(nodes: list[Json], parents: list[int]) -> list[FloatArray]:
+    """Return each node's matrix to the scene, (4, 4)."""
+    out = [_own_matrix(node, number) for number, node in enumerate(nodes)]
+    done = 0
+    children: list[list[int]] = [[] for _ in nodes]
+    for number, parent in enumerate(parents):
+        if parent >= 0:
+            children[parent].append(number)
+    waiting = [number for number, parent in enumerate(parents) if parent < 0]
+    while waiting:
+        number = waiting.pop()
+        done += 1
+        for child in children[number]:
+            with np.errstate(over="ignore", invalid="ignore"):  # checked by the mesh
+                out[child] = out[number] @ out[child]
+        waiting += children[number]
+    if done < len(nodes):
+        raise FormatError("nodes form a circle; allowed: trees")
+    return out
+
+
+def _own_matrix(node: Json, number: int) -> FloatArray:
+    try:
+        matrix = numbers(node, "matrix", 16)
+        if matrix is not None:
+            return np.array(matrix).reshape(4, 4).T
+        out = np.eye(4)
+        x, y, z, w = numbers(node, "rotation", 4) or (0.0, 0.0, 0.0, 1.0)
+        length = (x * x + y * y + z * z + w * w) ** 0.5 or 1.0
+        x, y, z, w = x / length, y / length, z / length, w / length
+        out[:3, :3] = (
+            (1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)),
+            (2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)),
+            (2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)),
+        )
+        out[:3, :3] *= numbers(node, "scale", 3) or (1.0, 1.0, 1.0)
+        out[:3, 3] = numbers(node, "translation", 3) or (0.0, 0.0, 0.0)
+    except FormatError as error:
+        raise FormatError(f"node {number}: {error}") from None
+    return out
+
+
+def _shown(gltf: Gltf, nodes: list[Json]) -> list[int]:
+    """Return the nodes of the scene, parents before children; without scenes all."""
+    if not gltf.items("scenes"):
+        return list(range(len(nodes)))
+    roots = gltf.item("scenes", gltf.json.get("scene", 0)).get("nodes", [])
+    if not isinstance(roots, list) or any(type(n) is not int or not 0 <= n < len(nodes) for n in roots):
+        raise FormatError("the scene has nodes that are not there")
+    order, waiting = [], list(reversed(dict.fromkeys(roots)))
+    seen = set(waiting)
+    while waiting:
+        number = waiting.pop()
+        order.append(number)
+        below = [child for child in nodes[number].get("children", []) if child not in seen]
+        seen.update(below)
+        waiting += reversed(below)
+    return order
+
+
+def _joints(gltf: Gltf, accessors: Accessors, node: Json, matrices: list[FloatArray]) -> FloatArray | None:
+    """Return the matrices of a node's skin."""
+    if "skin" not in node:
+        return None
+    skin = gltf.item("skins", node["skin"])
+    joints = skin.get("joints")
+    if not isinstance(joints, list) or not joints:
+        raise FormatError("a skin has no joints")
+    for joint in joints:
+        gltf.item("nodes", joint)
+    out = np.stack([matrices[joint] for joint in joints])
+    if "inverseBindMatrices" in skin:
+        inverse = as_floats(accessors.read(skin["inverseBindMatrices"], 16))
+        if len(inverse) < len(joints):
+            raise FormatError(f"a skin has {len(joints)} joints and {len(inverse)} matrices")
+        out = out @ inverse[: len(joints)].reshape(-1, 4, 4).transpose(0, 2, 1)
+    return out

@@ -1,0 +1,197 @@
+"""What a model's file holds: triangles, parts with their names, and where in the file they stand."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from fnmatch import fnmatchcase
+from pathlib import Path
+
+import numpy as np
+
+from upholster.errors import InputError
+from upholster.geometry.mesh_files.gltf import Gltf
+from upholster.geometry.triangle_mesh import TriangleMesh, welded
+from upholster.shown import Shown, on_a_line
+from upholster.types import FloatArray, IntArray
+
+__all__ = ["MAX_PARTS", "GltfPart", "ModelFile", "ModelPart", "chosen_parts", "named_parts", "welded_within"]
+
+MAX_PARTS = 65_536
+
+_LISTED = 30
+"""Names that an error lists."""
+
+
+@dataclass(frozen=True)
+class ModelPart:
+    """A part of a model: what has one material on one object.
+
+    Attributes
+    ----------
+    name
+        As users choose it; no other part of the file has it.
+    material
+        Name of its material; empty where it has none.
+    names
+        Other names that choose it: those of object, group, node and mesh.
+    instances
+        How often the file shows it. It is covered once, where it stands first.
+    features
+        What it has besides: "skin", "4 morph targets", "Draco", "meshopt", "quantised", "vertex colours".
+    """
+
+    name: str
+    material: str = ""
+    names: tuple[str, ...] = ()
+    instances: int = 1
+    features: tuple[str, ...] = ()
+
+    def fits(self, pattern: str) -> bool:
+        """Return whether a pattern as of `fnmatch`, in any case, chooses it: by its names or its material."""
+        wanted = pattern.lower()
+        known = (self.name, self.material, *self.names)
+        return any(fnmatchcase(name.lower(), wanted) for name in known if name)
+
+
+@dataclass(frozen=True, eq=False)
+class GltfPart:
+    """Where a part stands in a glTF file.
+
+    Attributes
+    ----------
+    mesh, primitive
+        Its numbers in the file.
+    vertices
+        (n, 3) int32: the primitive's vertices at the corners of the part's triangles, in their order.
+    mirrored
+        Whether its triangles turn the other way in the file: it stands mirrored in the scene.
+    """
+
+    mesh: int
+    primitive: int
+    vertices: IntArray
+    mirrored: bool
+
+
+@dataclass(frozen=True, eq=False)
+class ModelFile(Shown):
+    """A model that was read.
+
+    Attributes
+    ----------
+    path
+        Its file.
+    mesh
+        The triangles of the chosen parts, in the scene, z up, in the file's unit. `TriangleMesh.part` tells
+        which of `parts` each belongs to; those of a part stand together.
+    parts
+        The chosen parts.
+    up
+        Which axis is up in the file: "y" or "z". Where it is y, the mesh has (x, -z, y).
+    notes
+        What a user should know, a line each.
+    contents
+        How many the file has of what stays as it is, by kind: animations, skins, cameras …
+    inputs
+        Every file that was read.
+    gltf, gltf_parts
+        Of a glTF file: the document, and where each of the parts stands in it.
+    """
+
+    path: str
+    mesh: TriangleMesh
+    parts: tuple[ModelPart, ...]
+    up: str = "z"
+    notes: tuple[str, ...] = ()
+    contents: dict[str, int] = field(default_factory=dict)
+    inputs: tuple[Path, ...] = ()
+    gltf: Gltf | None = None
+    gltf_parts: tuple[GltfPart, ...] = ()
+
+    def __repr__(self) -> str:
+        parts = {"path": self.path, "triangles": len(self.mesh.triangles), "parts": len(self.parts)}
+        return on_a_line(self, parts)
+
+    def fitting(self, patterns: Sequence[str]) -> list[int]:
+        """Return the numbers of the parts that patterns choose, as `read_model` does.
+
+        Raises
+        ------
+        InputError
+            If a pattern chooses none: lists those that there are.
+        """
+        return chosen_parts(self.parts, patterns)
+
+
+def chosen_parts(parts: Sequence[ModelPart], patterns: Sequence[str]) -> list[int]:
+    """Return the numbers of the parts that at least one of the patterns chooses.
+
+    Raises
+    ------
+    InputError
+        If a pattern chooses none: lists those that there are.
+    """
+    chosen = set()
+    for pattern in patterns:
+        found = [number for number, part in enumerate(parts) if part.fits(pattern)]
+        if not found:
+            raise InputError(f"no part is called {pattern!r}; allowed: {_listed(parts)}")
+        chosen.update(found)
+    return sorted(chosen)
+
+
+def named_parts(labels: Sequence[tuple[str, str]]) -> list[str]:
+    """Return a name for each part: its object's, with the material's where the object has several.
+
+    Parameters
+    ----------
+    labels
+        Names of object and material, each may be empty.
+    """
+    materials: dict[str, set[str]] = {}
+    for label, material in labels:
+        materials.setdefault(label, set()).add(material)
+    taken: dict[str, int] = {}
+    names = []
+    for label, material in labels:
+        several = len(materials[label]) > 1 or not label
+        name = "/".join(part for part in (label, material if several else "") if part) or "part"
+        count = taken[name] = taken.get(name, 0) + 1
+        while count > 1 and f"{name} {count}" in taken:
+            count += 1
+        if count > 1:
+            taken[name] = count
+            name = f"{name} {count}"
+            taken[name] = 1
+        names.append(name)
+    return names
+
+
+def welded_within(positions: FloatArray, owner: IntArray) -> tuple[FloatArray, IntArray]:
+    """Make one vertex of all that lie at one place and belong to one object.
+
+    Parameters
+    ----------
+    positions
+        (V, 3).
+    owner
+        (V,): the object of each.
+
+    Returns
+    -------
+    first
+        (W,) int64: one vertex of each that is left, in the order of their objects.
+    vertex
+        (V,) int32: which of them each became.
+    """
+    _, place = welded(positions)
+    keys = owner.astype(np.int64) * (int(place.max(initial=0)) + 1) + place
+    _, first, vertex = np.unique(keys, return_index=True, return_inverse=True)
+    return first, vertex.reshape(-1).astype(np.int32)
+
+
+def _listed(parts: Sequence[ModelPart]) -> str:
+    names = list(dict.fromkeys(part.name for part in parts))
+    materials = list(dict.fromkeys(part.material for part in parts if part.material))
+    more = f" and {len(names) - _LISTED} more" if len(names) > _LISTED else ""
+    text = ", ".join(names[:_LISTED]) + more
+    return f"{text}; by material: {', '.join(materials[:_LISTED])}" if materials else text

@@ -1,0 +1,68 @@
+"""OFF files: vertices and polygons as text.
+
+References
+----------
+Geomview manual: Object File Format, OFF, COFF, NOFF and STOFF headers.
+"""
+
+import re
+
+import numpy as np
+
+from upholster.errors import FormatError
+from upholster.geometry.mesh_files.faces import listed_faces, model_of_faces
+from upholster.geometry.mesh_files.model_file import ModelPart
+from upholster.geometry.mesh_files.raw_model import RawModel
+from upholster.geometry.mesh_files.text_numbers import numbers_of
+from upholster.geometry.triangle_mesh import MAX_TRIANGLES
+
+__all__ = ["read_off"]
+
+_COMMENT = re.compile(rb"#[^\r\n]*")
+_HEAD = re.compile(rb"(ST)?(C)?(N)?(4)?(n)?OFF")
+_MAX_VERTICES = 3 * MAX_TRIANGLES
+
+
+def read_off(data: bytes, name: str) -> RawModel:
+    """Read an OFF file: one part, called after the file. Colours are left out.
+
+    Raises
+    ------
+    FormatError
+        If it breaks the format, or is binary or of another dimension.
+    """
+    lines = _COMMENT.sub(b"", data).split(b"\n")
+    rows = [line for line in lines if line.strip()]
+    words = rows[0].split() if rows else []
+    head = _HEAD.fullmatch(words[0]) if words else None
+    if head is None or head[4] or head[5] or b"BINARY" in words:
+        raise FormatError("it does not begin with OFF, COFF, NOFF or STOFF in text")
+    # The counts may stand on the first line or on the next.
+    counts, rows = (
+        (words[1:], rows[1:]) if len(words) > 1 else (rows[1].split() if len(rows) > 1 else [], rows[2:])
+    )
+    sizes = numbers_of(b" ".join(counts), "the counts")
+    if len(sizes) < 2 or not 3 <= sizes[0] <= _MAX_VERTICES or not 1 <= sizes[1] <= MAX_TRIANGLES:
+        raise FormatError(
+            f"its counts are {b' '.join(counts)[:40].decode('ascii', 'replace')!r}; allowed: 3 to "
+            f"{_MAX_VERTICES} vertices, 1 to {MAX_TRIANGLES} faces"
+        )
+    vertices, faces = int(sizes[0]), int(sizes[1])
+    if len(rows) < vertices + faces:
+        raise FormatError(f"it has {len(rows)} lines; announced: {vertices} vertices and {faces} faces")
+    table = numbers_of(b" ".join(rows[:vertices]), "vertices")
+    width = len(table) // vertices
+    if len(table) != width * vertices or width < 3:
+        raise FormatError(
+            f"its {vertices} vertices have {len(table)} numbers; allowed: equally many, 3 or more"
+        )
+    table = table.reshape(vertices, width)
+    groups = listed_faces(rows[vertices : vertices + faces])
+    model = model_of_faces(table[:, :3], groups, [ModelPart(name)])
+    at = 3 + (3 if head[3] else 0)
+    if head[3] and width >= 6:
+        model.normals = table[:, 3:6][model.triangles]
+    if head[1] and width >= at + 2:
+        uv = table[:, -2:][model.triangles]
+        model.uv = np.stack([uv[..., 0], 1.0 - uv[..., 1]], axis=-1)
+    return model
