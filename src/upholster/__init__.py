@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from upholster.image import Material, read_exemplar, read_material
     from upholster.methods import synthesize
     from upholster.notebook import view
-    from upholster.options import SynthesisOptions, WriteOptions
+    from upholster.options import ModelOptions, SynthesisOptions, WriteOptions
     from upholster.pipeline import cover, refine, write
     from upholster.quilt import Quilt, Texels, paint, paint_material
     from upholster.stream import StreamDecoder, encode_stream
@@ -37,6 +37,7 @@ __all__ = [
     "FormatError",
     "InputError",
     "Material",
+    "ModelOptions",
     "Quilt",
     "RationalPatch",
     "StreamDecoder",
@@ -76,7 +77,7 @@ _HOMES = {
         "torus",
     ),
     "upholster.image": ("Material", "read_exemplar", "read_material"),
-    "upholster.options": ("SynthesisOptions", "WriteOptions"),
+    "upholster.options": ("ModelOptions", "SynthesisOptions", "WriteOptions"),
     "upholster.pipeline": ("cover", "refine", "write"),
     "upholster.stream": ("StreamDecoder", "encode_stream"),
     "upholster.quilt": ("Quilt", "Texels", "paint", "paint_material"),

@@ -14,6 +14,7 @@ from upholster.shown import on_a_line
 
 __all__ = [
     "METHODS",
+    "ModelOptions",
     "SampleOptions",
     "SynthesisOptions",
     "TextureFormat",
@@ -27,8 +28,9 @@ SEARCHES = ("coherent", "full")
 
 TextureFormat = Literal["png", "jpeg", "webp"]
 
-_SAMPLE, _SCALE, _SYNTHESIS, _PAPER, _PIXEL, _OUTPUT, _STREAM = (
+_SAMPLE, _MODEL, _SCALE, _SYNTHESIS, _PAPER, _PIXEL, _OUTPUT, _STREAM = (
     "Sample",
+    "Model",
     "Scale and direction",
     "Synthesis",
     "Method paper",
@@ -37,7 +39,7 @@ _SAMPLE, _SCALE, _SYNTHESIS, _PAPER, _PIXEL, _OUTPUT, _STREAM = (
     "Stream",
 )
 
-Kind = TypeVar("Kind", "SampleOptions", "SynthesisOptions", "WriteOptions")
+Kind = TypeVar("Kind", "SampleOptions", "ModelOptions", "SynthesisOptions", "WriteOptions")
 Settled = TypeVar("Settled", bound="SynthesisOptions")
 
 
@@ -105,11 +107,12 @@ _WORDS: dict[Any, str] = {
     str: "a text",
     tuple[int, int]: "two whole numbers",
     tuple[float, float]: "two numbers",
+    tuple[str, ...]: "texts",
 }
 """The types that an option can have, as texts for people."""
 
 
-def _settle_types(options: "SynthesisOptions | WriteOptions") -> None:
+def _settle_types(options: "ModelOptions | SynthesisOptions | WriteOptions") -> None:
     """Bring each option to its type: NumPy's numbers to Python's, lists to tuples; refuse others."""
     for entry in fields(options):
         if isinstance(entry.type, str):  # the direction, which has many forms
@@ -141,6 +144,8 @@ def _as_kind(kind: Any, value: Any) -> list[Any]:
         return [value] if isinstance(value, str) else []
     if get_origin(kind) is tuple and not isinstance(value, (str, bytes)):
         parts = _members(value)
+        if get_args(kind)[1:] == (Ellipsis,):
+            kind = tuple[(get_args(kind)[0],) * len(parts or ())]  # type: ignore[misc]  # made as it is needed
         if parts is not None and len(parts) == len(get_args(kind)):
             found = [_as_kind(part, one) for part, one in zip(get_args(kind), parts, strict=True)]
             return [tuple(one[0] for one in found)] if all(found) else []
@@ -214,6 +219,57 @@ class SampleOptions:
             "Take vignette and slow shading out of the colours: what changes over half the sample or more.",
         ),
     )
+
+
+@_documented
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ModelOptions:
+    """How a model's file is read.
+
+    Raises
+    ------
+    InputError
+        If one is not what is allowed.
+    """
+
+    part: tuple[str, ...] | None = field(
+        default=None,
+        metadata=_about(
+            _MODEL,
+            "Cover these parts alone, by the name of part, object or material: `Seat`, `'Leg*'`; several "
+            "times. `upholster info` lists them. Default: all.",
+            metavar="NAME",
+        ),
+    )
+    uv: str = field(
+        default="new",
+        metadata=_about(
+            _MODEL,
+            "keep: the model's own texture coordinates, where nothing overlaps; new: charts of our own.",
+            metavar="new|keep",
+        ),
+    )
+    unit: str | None = field(
+        default=None,
+        metadata=_about(
+            _MODEL,
+            "What the file's unit is, where its format does not tell: mm, cm, m, in, ft.",
+            metavar="UNIT",
+        ),
+    )
+    up: str | None = field(
+        default=None,
+        metadata=_about(
+            _MODEL, "Which axis is up in the file; default: y in GLB, glTF and OBJ, else z.", metavar="y|z"
+        ),
+    )
+
+    def __post_init__(self) -> None:
+        if isinstance(self.part, str):
+            object.__setattr__(self, "part", (self.part,))
+        _settle_types(self)
+        if self.uv not in ("new", "keep"):
+            raise InputError(f"uv is {self.uv!r}; allowed: new, keep")
 
 
 @_documented

@@ -26,6 +26,7 @@ from upholster.export import (
 )
 from upholster.files import Outputs
 from upholster.geometry import AnySurface, MeshSurface
+from upholster.geometry.mesh_files import ModelFile
 from upholster.image import Material, from_linear, write_image
 from upholster.image.source import source_parts
 from upholster.model import (
@@ -191,6 +192,8 @@ class TexturedModel(Shown):
         The whole stream that all this was read from, if it was: written again as it is.
     in_tiles
         Whether the texture coordinates of an OBJ are those of UDIM: each page's lie in a square of their own.
+    file
+        The file that a mesh was read from: a GLB made of it keeps everything else that is in it.
     """
 
     surface: AnySurface
@@ -202,6 +205,7 @@ class TexturedModel(Shown):
     maps: Mapping[str, Texels] = field(default_factory=dict)
     read_from: bytes | None = None
     in_tiles: bool = False
+    file: ModelFile | None = None
 
     def __repr__(self) -> str:
         return on_a_line(

@@ -11,19 +11,15 @@ from pathlib import Path
 from typing import Any
 
 from upholster._version import __version__
+from upholster.charts.covered import CoveredLike, as_covered, covered_files
 from upholster.errors import InputError
 from upholster.files import outputs, path_text
-from upholster.geometry import (
-    Surface,
-    SurfaceLike,
-    as_surface,
-    surface_file,
-)
+from upholster.geometry import Surface
 from upholster.image import Material
 from upholster.image.rectify import Corners
 from upholster.image.source import Source, as_exemplar, read_source, source_files, source_names, source_parts
 from upholster.methods import execute, kept_sample, matched_image, prepare, settled_seed
-from upholster.options import SampleOptions, SynthesisOptions, WriteOptions, chosen
+from upholster.options import ModelOptions, SampleOptions, SynthesisOptions, WriteOptions, chosen
 from upholster.outputs import TexturedModel, atlas_pages, parse_output, textured_model, write_output
 from upholster.parallel import check_running
 from upholster.quilt import Quilt, Texels
@@ -48,7 +44,7 @@ __all__ = ["CoverReport", "RefineReport", "cover", "refine", "write"]
 
 def cover(
     exemplar: Source,
-    on: SurfaceLike,
+    on: CoveredLike,
     targets: Sequence[str | os.PathLike[str]] | str | os.PathLike[str],
     *,
     maps: Mapping[str, str | os.PathLike[str]] | None = None,
@@ -57,6 +53,7 @@ def cover(
     crop: tuple[int, int, int, int] | None = None,
     resize: int | str | tuple[int, int] | None = None,
     even_light: bool = False,
+    model: ModelOptions | Mapping[str, Any] | None = None,
     synthesis: SynthesisOptions | Mapping[str, Any] | None = None,
     seed: int | None = 0,
     options: WriteOptions | None = None,
@@ -76,7 +73,8 @@ def cover(
         alone), and one quilt paints them all.
     on
         Which surface: a text, see `upholster.surface_from_spec`, a file's path, or a `Surface`. With method
-        "paper" a sphere is of octants, unless it says otherwise.
+        "paper" a sphere is of octants, unless it says otherwise. Or a model's file (GLB, glTF, OBJ, PLY, STL,
+        OFF), or its mesh.
     targets
         Files to write, one or several, by suffix, none of them one that is read; ``atlas:``
         before an image's path writes the
@@ -87,6 +85,8 @@ def cover(
         ``<UDIM>`` in its name is an atlas in UDIM tiles; texture coordinates of an OBJ then fit them.
     rectify, crop, resize, even_light
         How the exemplar is prepared, see `upholster.read_exemplar`.
+    model
+        How a model's file is read: `upholster.ModelOptions`, or some of them by name.
     synthesis
         How it is covered: `upholster.SynthesisOptions`, or some of them by name.
     seed
@@ -121,16 +121,19 @@ def cover(
     seconds: dict[str, float] = {}
     if maps is not None and not isinstance(maps, Mapping):
         raise InputError(f"maps is a {type(maps).__name__}; allowed: files by role")
-    file = surface_file(on)
-    read = [*source_files(exemplar, maps), *([file] if file else [])]
+    reading = chosen(ModelOptions, model)
+    read = [*source_files(exemplar, maps), *covered_files(on)]
     check_used(wanted, options)
     if asked.method == "paper" and options.wavelet is None:
         options = replace(options, wavelet="haar")
     own = [file for output in wanted for file in output.files()]
     with outputs([*own, *([report] if report else [])], inputs=read) as files:
         with timed("read", seconds):
-            surface = as_surface(on, biquadratic=asked.method == "paper")
-            _ = surface.shared  # edges that are claimed twice are found now, not after the work
+            covered = as_covered(on, reading, biquadratic=asked.method == "paper")
+            surface = covered.surface
+            notes += covered.notes
+            if isinstance(surface, Surface):
+                _ = surface.shared  # edges that are claimed twice are found now, not after the work
             source = read_source(exemplar, preparing, maps=maps, normal=normal, notes=notes)
         notes += source.notes if isinstance(source, Material) else ()
         parts = source_parts(source)
@@ -141,7 +144,7 @@ def cover(
             source = kept_sample(source, asked)
             seen = matched_image(source, asked.method)
             prepared = prepare(seen, surface, asked)
-            if has_stream(wanted):
+            if has_stream(wanted) and isinstance(surface, Surface):
                 if asked.method == "pixel":
                     refuse_source_map(
                         sum(chart.height * chart.width for chart in prepared.charts), seen.shape[:2]
@@ -158,11 +161,13 @@ def cover(
         with timed("paint", seconds):
             texels, others = painted(quilt, source, threads, progress)
         tiles = any(output.in_tiles for output in wanted)
-        model = TexturedModel(surface, texels, options, threads, quilt, source, others, in_tiles=tiles)
-        written = written_to(wanted, model, files, seconds, progress)
+        textured = TexturedModel(
+            surface, texels, options, threads, quilt, source, others, in_tiles=tiles, file=covered.model
+        )
+        written = written_to(wanted, textured, files, seconds, progress)
         parameters = {"exemplar": source_names(exemplar), "on": _surface_name(on), "threads": threads}
         parameters |= {"maps": source_names(maps or {}), "normal": normal}
-        parameters |= asdict(preparing) | asdict(asked) | {"seed": seed} | asdict(options)
+        parameters |= asdict(preparing) | asdict(reading) | asdict(asked) | {"seed": seed} | asdict(options)
         if callable(parameters["direction"]):
             parameters["direction"] = prepared.direction
         result = CoverReport(
@@ -174,20 +179,20 @@ def cover(
             peak_memory(),
             written,
             notes,
-            model,
+            textured,
         )
         if report:
             files.path(report).write_text(json.dumps(result.to_json(), indent=2) + "\n", encoding="utf-8")
     return result
 
 
-def _surface_name(on: SurfaceLike) -> str:
-    return repr(on) if isinstance(on, Surface) else os.fspath(on)
+def _surface_name(on: CoveredLike) -> str:
+    return os.fspath(on) if isinstance(on, (str, os.PathLike)) else repr(on)
 
 
 def write(
     target: str | os.PathLike[str],
-    surface: SurfaceLike,
+    surface: CoveredLike,
     texels: Texels | Mapping[str, Texels],
     *,
     quilt: Quilt | None = None,
@@ -230,7 +235,7 @@ def write(
     found = None if exemplar is None else as_exemplar(exemplar)
     model = textured_model(
         texels,
-        surface=as_surface(surface),
+        surface=as_covered(surface).surface,
         quilt=quilt,
         exemplar=found,
         options=options,

@@ -11,7 +11,7 @@ import typer
 from upholster.cli.console import in_bytes, progress_bars
 from upholster.cli.options import spelled_out
 from upholster.errors import InputError
-from upholster.options import SampleOptions, SynthesisOptions, WriteOptions
+from upholster.options import ModelOptions, SampleOptions, SynthesisOptions, WriteOptions
 
 __all__ = ["cover", "surfaces"]
 
@@ -37,6 +37,7 @@ def surfaces() -> None:
     table.add_row(
         "[bold]FILE.json[/]", "", "[italic]your own control nets with weights, of any degree[/]", ""
     )
+    table.add_row("[bold]FILE.glb[/]", "", "[italic]a model: .glb .gltf .obj .ply .stl .off[/]", "")
     table.add_row("[bold]FILE.bpt[/]", "", "[italic]the classic list of bi-cubic patches (teapot)[/]", "")
     Console().print(table)
 
@@ -56,7 +57,8 @@ def cover(
         typer.Option(
             "--on",
             metavar="SURFACE",
-            help="`cyclide`, `torus:R=2,r=0.7`, `nets.json`, `teapot.bpt` … (see `surfaces`).",
+            help="A model (GLB, glTF, OBJ, PLY, STL, OFF); or `cyclide`, `torus:R=2,r=0.7`, `nets.json`, "
+            "`teapot.bpt` … (see `surfaces`).",
         ),
     ],
     output: Annotated[
@@ -73,6 +75,7 @@ def cover(
         ),
     ],
     *,
+    model: ModelOptions,
     synthesis: SynthesisOptions,
     seed: Annotated[int, typer.Option(help="Same seed, same result.", rich_help_panel="Synthesis")] = 0,
     preparing: SampleOptions,
@@ -114,6 +117,7 @@ def cover(
             maps=maps,
             normal=normal,
             **asdict(preparing),
+            model=model,
             synthesis=synthesis,
             seed=seed,
             options=writing,

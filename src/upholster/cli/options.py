@@ -20,6 +20,7 @@ _AS_TEXT: dict[str, tuple[_Read, _Write]] = {
     "rectify": (lambda texts: tuple(numbers("rectify", text, ",", 2, float) for text in texts), str),
     "crop": (lambda text: numbers("crop", text, ",", 4, int), str),
     "resize": (str, str),
+    "part": (tuple, str),
     "texels": (texel_count, str),
     "sample_size": (lambda text: _number_or_text(text), str),
     "direction": (str, str),
@@ -39,8 +40,8 @@ def _number_or_text(text: str) -> float | str:
         return text
 
 
-_WORDS: dict[str, Any] = {"rectify": tuple[str, str, str, str] | None}
-"""Options of several words."""
+_WORDS: dict[str, Any] = {"rectify": tuple[str, str, str, str] | None, "part": list[str] | None}
+"""Options of several words, or that may be given several times."""
 
 
 def spelled_out(*, without: Collection[str] = ()) -> Callable[[Callable[..., None]], Callable[..., None]]:

@@ -7,13 +7,13 @@ from typing import Any, cast
 
 import numpy as np
 
+from upholster.charts.covered import CoveredLike, as_covered
 from upholster.charts.directions import Vectors, default_direction, direction_fields, parse_direction
 from upholster.charts.layout import RING, TextureScale, density_layout, texture_scale, uniform_layout
 from upholster.charts.mesh_directions import mesh_directions
 from upholster.charts.mesh_layout import mesh_charts, mesh_fields, triangle_frames
-from upholster.charts.unwrap import unwrap
 from upholster.errors import InputError
-from upholster.geometry import AnySurface, MeshSurface, Surface, SurfaceLike, TriangleMesh, as_surface
+from upholster.geometry import AnySurface, MeshSurface, Surface
 from upholster.image import Material, check_exemplar
 from upholster.image.source import Source, as_exemplar
 from upholster.lengths import parse_length
@@ -252,7 +252,7 @@ def execute(
 
 def synthesize(
     exemplar: PixelArray | Material | Source,
-    surface: SurfaceLike | TriangleMesh | MeshSurface,
+    surface: CoveredLike,
     *,
     options: SynthesisOptions | None = None,
     seed: int | None = 0,
@@ -302,16 +302,10 @@ def synthesize(
     """
     wanted = chosen(SynthesisOptions, options, **choices)
     check_running(threads, progress)
-    seed, surface = settled_seed(seed), _as_any_surface(surface)
+    seed, surface = settled_seed(seed), as_covered(surface).surface
     checked = matched_image(kept_sample(as_exemplar(exemplar), wanted), wanted.method)
     prepared = prepare(checked, surface, wanted)
     return execute(prepared, checked, surface, seed=seed, threads=threads, progress=progress)
-
-
-def _as_any_surface(surface: SurfaceLike | TriangleMesh | MeshSurface) -> AnySurface:
-    if isinstance(surface, TriangleMesh):
-        return unwrap(surface)[0]
-    return surface if isinstance(surface, MeshSurface) else as_surface(surface)
 
 
 def _size(image: PixelArray) -> str:
