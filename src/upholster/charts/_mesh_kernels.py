@@ -24,7 +24,8 @@ def splat_matrices(
     `places` (T, 3, 2) are row and column of the corners on their charts, in texels from the first one's
     centre, and `matrices` (T, 4) theirs. Triangles are sampled at their middle and at whole multiples of
     `spacing`; nodes lie `step` texels apart, the second one of a row or column at 0. `shapes` (charts, 3)
-    tell each chart's first node, rows and columns; `sums` (nodes, 5) receive weighted matrices and weights.
+    tell each chart's first node, rows and columns; `sums` (nodes, 6) receive weighted matrices, weights,
+    and weighted determinants.
     """
     for t in range(places.shape[0]):
         k = chart[t]
@@ -35,6 +36,7 @@ def splat_matrices(
         area = y1 * x2 - x1 * y2
         if area <= 0.0:
             continue
+        determinant = matrices[t, 0] * matrices[t, 3] - matrices[t, 1] * matrices[t, 2]
         low_y, high_y = min(p[0, 0], p[1, 0], p[2, 0]), max(p[0, 0], p[1, 0], p[2, 0])
         low_x, high_x = min(p[0, 1], p[1, 1], p[2, 1]), max(p[0, 1], p[1, 1], p[2, 1])
         i0, i1 = int64(np.ceil(low_y / spacing)), int64(np.floor(high_y / spacing)) + 1
@@ -60,3 +62,4 @@ def splat_matrices(
                     for m in range(4):
                         sums[at, m] += weight * share * matrices[t, m]
                     sums[at, 4] += weight * share
+                    sums[at, 5] += weight * share * determinant

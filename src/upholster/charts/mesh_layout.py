@@ -16,6 +16,9 @@ __all__ = ["GUTTER", "chart_places", "mesh_charts", "mesh_fields", "triangle_fra
 GUTTER = 8
 """Texels that a chart reaches beyond its island each way."""
 
+_CANCELLED = 0.02
+"""Where the determinant of a mean is less than this share of its triangles', they tell no direction."""
+
 _SPACING = 8.0
 """Texels between two samples of a triangle's matrix."""
 
@@ -99,11 +102,11 @@ def mesh_fields(
     counts = [(node_count(chart.height, 1), node_count(chart.width, 1)) for chart in charts]
     firsts = np.cumsum([0, *(rows * columns for rows, columns in counts)])
     shapes = np.array([(first, *count) for first, count in zip(firsts, counts, strict=False)], np.int64)
-    sums = np.zeros((firsts[-1], 5))
+    sums = np.zeros((firsts[-1], 6))
     splat_matrices(places, surface.island, matrices, _SPACING, float(FIELD_STEP), shapes, sums)
     fields = []
     for (first, rows, columns), chart in zip(shapes.tolist(), charts, strict=True):
-        own = sums[first : first + rows * columns].reshape(rows, columns, 5)
+        own = sums[first : first + rows * columns].reshape(rows, columns, 6)
         size = scale * (chart.s1 - chart.s0) / chart.height
         fields.append(WarpField.quantised(_filled(own, size), margin=1))
     return tuple(fields)
@@ -135,8 +138,10 @@ def _filled(sums: FloatArray, size: float) -> FloatArray:
     known = weight > 0
     mean = sums[..., :4] / np.where(known, weight, 1.0)[..., None]
     determinant = mean[..., 0] * mean[..., 3] - mean[..., 1] * mean[..., 2]
-    known &= determinant > 0.1 * size * size
-    mean[~known] = 0.0
+    known &= determinant > _CANCELLED * size * size
+    # Means of matrices that turn are too small.
+    true = sums[..., 5] / np.where(sums[..., 4] > 0, sums[..., 4], 1.0)
+    mean *= np.where(known, np.sqrt(true / np.where(known, determinant, 1.0)), 0.0)[..., None]
     if not known.any():
         mean[..., 0] = mean[..., 3] = size
         known[:] = True
@@ -145,7 +150,7 @@ def _filled(sums: FloatArray, size: float) -> FloatArray:
         new = ~known & (count[..., 0] > 0)
         mean[new] = total[new] / count[new]
         determinant = mean[..., 0] * mean[..., 3] - mean[..., 1] * mean[..., 2]
-        flat = new & (determinant <= 0.1 * size * size)
+        flat = new & (determinant <= _CANCELLED * size * size)
         mean[flat] = (size, 0.0, 0.0, size)
         known |= new
     return mean.reshape(*known.shape, 2, 2)

@@ -4,9 +4,10 @@ from upholster.measure.copies import Copies, copies
 from upholster.measure.cuts import cut_seam_ratio, matched_cut_ratio
 from upholster.measure.edges import matched_edge_ratio
 from upholster.measure.fidelity import sliced_wasserstein
-from upholster.measure.mapping import MappingReport, mapping
+from upholster.measure.mapping import MappingReport, mapping, mesh_mapping
+from upholster.measure.meshes import mesh_seam_ratio
 from upholster.measure.report import Measures, Seams, measure_cover, measure_image
-from upholster.measure.scale import TexelScale, texel_scale
+from upholster.measure.scale import TexelScale, mesh_texel_scale, texel_scale
 from upholster.measure.seams import WrapSeams, edge_seam_ratio, wrap_seams
 from upholster.measure.structure import Peak, Structure, structure
 
@@ -27,6 +28,9 @@ __all__ = [
     "matched_edge_ratio",
     "measure_cover",
     "measure_image",
+    "mesh_mapping",
+    "mesh_seam_ratio",
+    "mesh_texel_scale",
     "sliced_wasserstein",
     "structure",
     "texel_scale",

@@ -15,7 +15,7 @@ from upholster.quilt.placement import SYMMETRIES
 from upholster.quilt.warp_field import UNIT
 from upholster.types import FloatArray, PixelArray
 
-__all__ = ["matched_edge_ratio"]
+__all__ = ["looked_up", "matched_edge_ratio"]
 
 Index = NDArray[np.intp]
 
@@ -78,8 +78,8 @@ def matched_edge_ratio(surface: Surface, quilt: Quilt, texels: Texels, exemplar:
         other = np.stack(_texels(line, m.other_edge, beyond), axis=1)
         step: FloatArray = other.astype(np.float64) - from_
         step_back = np.linalg.solve(matrices, step[:, :, None])[:, :, 0].astype(np.float64)
-        here = _looked_up(traces[sides[0]], rows, columns, step_back, levels)
-        there = _looked_up(traces[sides[1]], other[:, 0], other[:, 1], -step, levels)
+        here = looked_up(traces[sides[0]], rows, columns, step_back, levels)
+        there = looked_up(traces[sides[1]], other[:, 0], other[:, 1], -step, levels)
         painted = here[0] & there[0]
         seen.add(
             coded(texels.arrays[m.chart][rows, columns][painted]),
@@ -102,7 +102,7 @@ def _texels(line: Window, edge: int, along: Index) -> tuple[Index, Index]:
     return (along, across) if edge & 1 else (across, along)
 
 
-def _looked_up(
+def looked_up(
     trace: Trace, rows: Index, columns: Index, step: FloatArray, levels: list[PixelArray]
 ) -> tuple[NDArray[np.bool_], Samples, Samples]:
     """Return which texels are painted, what the exemplar has for them, and a step of texels further."""

@@ -8,17 +8,19 @@ from numpy.typing import NDArray
 
 from upholster.charts.directions import LEAST_SLOPE, Direction
 from upholster.errors import InputError
-from upholster.geometry import Surface
-from upholster.measure.samples import SEED
+from upholster.geometry import MeshSurface, Surface
+from upholster.measure.meshes import mesh_samples, triangle_steps
+from upholster.measure.samples import SEED, Window
 from upholster.measure.scale import check_faces, quantiles
 from upholster.measure.trace import Trace, quilt_windows
 from upholster.model import face_parameters
 from upholster.quilt import Quilt
+from upholster.quilt.displacement import centre_matrices
 from upholster.quilt.placement import SYMMETRIES
 from upholster.quilt.warp_field import FIELD_STEP, UNIT, WarpField
 from upholster.types import FloatArray
 
-__all__ = ["MappingReport", "mapping"]
+__all__ = ["MappingReport", "mapping", "mesh_mapping"]
 
 MOST_SAMPLES = 2**18
 
@@ -117,13 +119,59 @@ def mapping(
             [by_s * ((chart.s1 - chart.s0) / chart.height), by_t * ((chart.t1 - chart.t0) / chart.width)],
             axis=2,
         )
-        centre = np.stack([owner["row"], owner["column"]], axis=1)
-        place = np.stack([rows, columns], axis=1)
-        jacobian = SYMMETRIES[owner["symmetry"]].reshape(-1, 2, 2) @ _derivative(trace.field, centre, place)
+        jacobian = _jacobian(trace.field, owner, rows, columns)
         asked = None if direction is None else _asked(direction, points, by_s, by_t)
         axial = direction is not None and direction.vectors is not None
         parts.append(_at_samples(steps, jacobian, asked, axial))
-    size, stretch, area, angle, directed = np.concatenate(parts, axis=1)
+    return _report(np.concatenate(parts, axis=1), scale)
+
+
+def mesh_mapping(
+    surface: MeshSurface, quilt: Quilt, *, scale: float, asked: FloatArray | None = None
+) -> MappingReport:
+    """Measure size and direction of the texture on a mesh, as `mapping` does, at places spread over its area.
+
+    Parameters
+    ----------
+    surface, quilt
+        What was covered, and how.
+    scale
+        Exemplar pixels per model unit that were asked for.
+    asked
+        (T, 3) the direction asked for on each triangle; zero where none was.
+    """
+    samples, steps = mesh_samples(surface, quilt.charts), triangle_steps(surface, quilt.charts)
+    parts = [np.zeros((5, 0))]
+    for index, chart in enumerate(quilt.charts):
+        own = samples.chart == index
+        if not own.any():
+            continue
+        trace = Trace.of(quilt, Window(index, 0, 0, chart.height, chart.width))
+        rows, columns, triangle = samples.rows[own], samples.columns[own], samples.triangle[own]
+        owners = trace.owners[rows, columns]
+        painted = owners >= 0
+        rows, columns, triangle = rows[painted], columns[painted], triangle[painted]
+        jacobian = _jacobian(trace.field, trace.placements[owners[painted]], rows, columns)
+        wanted = None if asked is None else asked[triangle]
+        found = _at_samples(steps[triangle], jacobian, wanted, axial=False)
+        found[2] = 1.0  # samples are spread by area, not by texels
+        parts.append(found)
+    return _report(np.concatenate(parts, axis=1), scale)
+
+
+def _jacobian(
+    field: WarpField, owner: NDArray[np.void], rows: NDArray[np.intp], columns: NDArray[np.intp]
+) -> FloatArray:
+    """Return how texel steps become exemplar pixels, (n, 2, 2), at texels that placements own."""
+    centre = np.stack([owner["row"], owner["column"]], axis=1)
+    middle = centre_matrices(field, owner).reshape(-1, 2, 2) / UNIT
+    derivative = _derivative(field, middle, centre, np.stack([rows, columns], axis=1))
+    out: FloatArray = SYMMETRIES[owner["symmetry"]].reshape(-1, 2, 2) @ derivative
+    return out
+
+
+def _report(parts: FloatArray, scale: float | None) -> MappingReport:
+    size, stretch, area, angle, directed = parts
     real = area > 1e-12 * area.max(initial=0)  # a pole has some tiny area by rounding
     if not real.any():
         raise InputError("quilt paints nothing that has an area on the surface")
@@ -160,10 +208,11 @@ def _asked(direction: Direction, points: FloatArray, by_s: FloatArray, by_t: Flo
     return turned
 
 
-def _derivative(field: WarpField, centre: NDArray[Any], place: NDArray[Any]) -> FloatArray:
-    """Return the derivative (n, 2, 2) by q, at `place` (n, 2), of ``½(M(centre) + M(q))·(q - centre)``."""
+def _derivative(
+    field: WarpField, middle: FloatArray, centre: NDArray[Any], place: NDArray[Any]
+) -> FloatArray:
+    """Return the derivative (n, 2, 2) by q, at `place` (n, 2), of ``½(middle + M(q))·(q - centre)``."""
     here, by_row, by_column = _matrices(field, place)
-    middle = _matrices(field, centre)[0]
     offset = (place - centre)[:, :, None].astype(np.float64)
     drift = np.concatenate([by_row @ offset, by_column @ offset], axis=2)
     out: FloatArray = 0.5 * (middle + here + drift)

@@ -6,12 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from upholster.errors import InputError
-from upholster.geometry import Surface
+from upholster.geometry import MeshSurface, Surface
+from upholster.measure.meshes import triangle_steps
 from upholster.model import face_parameters
 from upholster.quilt import Chart
 from upholster.types import FloatArray
 
-__all__ = ["TexelScale", "check_faces", "quantiles", "texel_scale"]
+__all__ = ["TexelScale", "check_faces", "mesh_texel_scale", "quantiles", "texel_scale"]
 
 MOST_SAMPLES = 2**19
 MOST_NODES = 128
@@ -88,7 +89,21 @@ def texel_scale(surface: Surface, charts: Sequence[Chart]) -> TexelScale:
         texels = np.full(len(down), chart.height * chart.width / len(down))
         products = [np.einsum("ij,ij->i", a, b) for a, b in ((down, down), (down, right), (right, right))]
         parts.append(np.stack([*products, texels]))
-    e, f, g, texels = np.concatenate(parts, axis=1)
+    return _scale_of(np.concatenate(parts, axis=1))
+
+
+def mesh_texel_scale(surface: MeshSurface, charts: Sequence[Chart]) -> TexelScale:
+    """Measure how large texels are on a mesh, as `texel_scale` does, triangle by triangle."""
+    down, right = np.moveaxis(triangle_steps(surface, tuple(charts)), 2, 0)
+    products = [np.einsum("ij,ij->i", a, b) for a, b in ((down, down), (down, right), (right, right))]
+    flat = np.sqrt(np.maximum(products[0] * products[2] - products[1] ** 2, 0))
+    texels = np.divide(surface.mesh.areas, flat, out=np.zeros(len(flat)), where=flat > 0)
+    return _scale_of(np.stack([*products, texels]))
+
+
+def _scale_of(parts: FloatArray) -> TexelScale:
+    # From squares and product of J_r and J_c, and how many texels each stands for.
+    e, f, g, texels = parts
     area = np.sqrt(np.maximum(e * g - f * f, 0))
     # Rounding leaves a pole some tiny area: not a part of the surface.
     real = area > 1e-12 * area.max()

@@ -39,6 +39,9 @@ _ROUND = 1.25
 _BLOCKS = 8
 """Blocks across a surface, at least, where their size is not asked for: fewer can not follow its curves."""
 
+_MESH_BLOCKS = 24
+"""The same on meshes, which bend more."""
+
 
 @dataclass(frozen=True, eq=False)
 class Prepared:
@@ -198,7 +201,8 @@ def _scale(
     )
     if options.block is None:
         across = np.sqrt(scale.texels) / scale.density * scale.scale  # the surface, in exemplar pixels
-        block = min(block, max(16, 4 * int(across / _BLOCKS / 4)))
+        least, count = (24, _MESH_BLOCKS) if isinstance(surface, MeshSurface) else (16, _BLOCKS)
+        block = min(block, max(least, 4 * int(across / count / 4)))
     return scale, block
 
 

@@ -1,0 +1,140 @@
+"""Covered meshes: time, charts, seams, size and direction, over models × one sample each.
+
+``python -m benchmarks.meshes FOLDER|FILE … [-o OUT] [--sample IMAGE] [--texels N]``. Writes meshes.csv and a
+picture of each to OUT. A model that can not be covered is told by name, and the rest goes on.
+"""
+
+import argparse
+import csv
+import itertools
+import time
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, fields
+from pathlib import Path
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from upholster.charts.covered import as_covered
+from upholster.charts.mesh_directions import mesh_directions
+from upholster.errors import UpholsterError
+from upholster.geometry import MeshSurface
+from upholster.geometry.mesh_files import MODEL_SUFFIXES
+from upholster.image import from_linear, read_exemplar, write_image
+from upholster.measure import mesh_mapping, mesh_seam_ratio, mesh_texel_scale
+from upholster.methods.synthesis import execute, prepare
+from upholster.options import SynthesisOptions
+from upholster.outputs import TexturedModel
+from upholster.quilt import paint
+
+__all__ = ["Row", "main", "measured"]
+
+BRICKS = Path(__file__).parent.parent / "examples" / "bricks.png"
+
+
+@dataclass(frozen=True)
+class Row:
+    """Figures of one model."""
+
+    model: str
+    triangles: int = 0
+    plain: int = 0
+    charts: int = 0
+    texels: int = 0
+    placements: int = 0
+    singular: int = 0
+    read: float = 0.0
+    prepare: float = 0.0
+    synthesize: float = 0.0
+    paint: float = 0.0
+    seams: float = 0.0
+    within: float = 0.0
+    aligned: float = 0.0
+    spread: float = 0.0
+    said: str = ""
+
+
+def measured(model: Path, sample: Path, out: Path | None, options: SynthesisOptions) -> Row:
+    """Cover a model, measure it, and draw it where `out` names a folder."""
+    image = read_exemplar(sample)
+    clock = [time.perf_counter()]
+    try:
+        covered = as_covered(model)
+        surface = covered.surface
+        assert isinstance(surface, MeshSurface)
+        clock.append(time.perf_counter())
+        prepared = prepare(image, surface, options)
+        clock.append(time.perf_counter())
+        quilt = execute(prepared, image, surface)
+        clock.append(time.perf_counter())
+        painted = paint(quilt, image)
+        clock.append(time.perf_counter())
+    except UpholsterError as error:
+        return Row(model.name, said=str(error))
+    if out is not None:
+        picture = TexturedModel(surface, painted, quilt=quilt, exemplar=image).picture()
+        write_image(out / f"{model.stem}.png", from_linear(picture, "uint8", dither=True))
+    assert prepared.scale is not None
+    field = mesh_directions(surface.mesh)
+    asked = np.cross((0.0, 0.0, 1.0), surface.mesh.flat_normals)
+    asked[np.linalg.norm(asked, axis=1) < np.sin(np.radians(30))] = 0
+    found = mesh_mapping(surface, quilt, scale=prepared.scale.scale, asked=asked)
+    ratio = mesh_seam_ratio(surface, quilt, painted, image)
+    seconds = [round(b - a, 3) for a, b in itertools.pairwise(clock)]
+    return Row(
+        model.name,
+        triangles=len(surface.island),
+        plain=int((surface.island < 0).sum()),
+        charts=len(quilt.charts),
+        texels=quilt.texel_count,
+        placements=len(quilt.placements),
+        singular=len(getattr(field, "singular", ())),
+        read=seconds[0],
+        prepare=seconds[1],
+        synthesize=seconds[2],
+        paint=seconds[3],
+        seams=round(ratio or 0.0, 3),
+        within=round(found.within, 4),
+        aligned=round(found.aligned or 0.0, 4),
+        spread=round(mesh_texel_scale(surface, quilt.charts).spread, 3),
+        said="; ".join(covered.notes),
+    )
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run the command."""
+    parser = argparse.ArgumentParser(prog="python -m benchmarks.meshes", description=__doc__)
+    parser.add_argument("models", nargs="+", type=Path)
+    parser.add_argument("-o", "--out", type=Path)
+    parser.add_argument("--sample", type=Path, default=BRICKS)
+    parser.add_argument("--texels", type=int)
+    parser.add_argument("--block", type=int)
+    parser.add_argument("--direction")
+    asked = parser.parse_args(arguments)
+    files = [
+        file
+        for place in asked.models
+        for file in (sorted(place.iterdir()) if place.is_dir() else [place])
+        if file.suffix.lower() in MODEL_SUFFIXES
+    ]
+    if asked.out is not None:
+        asked.out.mkdir(parents=True, exist_ok=True)
+    options = SynthesisOptions(texels=asked.texels, block=asked.block, direction=asked.direction)
+    rows = []
+    for file in files:
+        rows.append(measured(file, asked.sample, asked.out, options))
+        print(*asdict(rows[-1]).values(), flush=True)
+    table = Table(*(field.name for field in fields(Row)))
+    for row in rows:
+        table.add_row(*map(str, asdict(row).values()))
+    Console(width=220).print(table)
+    if asked.out is not None:
+        with (asked.out / "meshes.csv").open("w", newline="", encoding="utf-8") as file:
+            writer = csv.writer(file)
+            writer.writerow([field.name for field in fields(Row)])
+            writer.writerows(asdict(row).values() for row in rows)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,153 @@
+"""Measures of covered meshes: whether seams show, size and direction of texels and of the texture."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from upholster.charts.mesh_layout import chart_places
+from upholster.geometry import MeshSurface
+from upholster.measure.edges import looked_up
+from upholster.measure.samples import SEED, Window, coded
+from upholster.measure.seams import MeanDifference
+from upholster.measure.trace import Trace
+from upholster.quilt import Chart, Quilt, Texels
+from upholster.types import FloatArray, PixelArray
+
+__all__ = ["SurfaceSamples", "mesh_samples", "mesh_seam_ratio", "triangle_steps"]
+
+MOST_PAIRS = 2**17
+MOST_SAMPLES = 2**17
+
+Index = NDArray[np.intp]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class SurfaceSamples:
+    """Random places of a mesh, evenly spread over its area.
+
+    Attributes
+    ----------
+    triangle
+        (n,) where they are.
+    chart, rows, columns
+        (n,) the texel nearest to each, on its chart.
+    """
+
+    triangle: Index
+    chart: Index
+    rows: Index
+    columns: Index
+
+
+def triangle_steps(surface: MeshSurface, charts: tuple[Chart, ...]) -> FloatArray:
+    """Return (T, 3, 2): a step of a texel down, and one to the right, in space; 0 where there is no area."""
+    corners, places = surface.mesh.corners, chart_places(surface, charts)
+    edges, steps = corners[:, 1:] - corners[:, :1], places[:, 1:] - places[:, :1]
+    area = steps[:, 0, 0] * steps[:, 1, 1] - steps[:, 0, 1] * steps[:, 1, 0]
+    sound = (area > 0) & (surface.island >= 0)
+    inverse = np.stack([steps[:, 1, 1], -steps[:, 1, 0], -steps[:, 0, 1], steps[:, 0, 0]], axis=1)
+    inverse = inverse.reshape(-1, 2, 2) / np.where(sound, area, 1.0)[:, None, None]
+    out: FloatArray = np.where(sound[:, None, None], np.einsum("tex,tef->txf", edges, inverse), 0.0)
+    return out
+
+
+def mesh_samples(surface: MeshSurface, charts: tuple[Chart, ...]) -> SurfaceSamples:
+    """Choose random places of a mesh, as many on any two parts of equal area."""
+    rng = np.random.default_rng(SEED)
+    weights = np.where(surface.island >= 0, surface.mesh.areas, 0.0)
+    triangle = rng.choice(len(weights), MOST_SAMPLES, p=weights / weights.sum())
+    share = np.sort(rng.random((MOST_SAMPLES, 2)), axis=1)
+    share = np.stack([share[:, 0], share[:, 1] - share[:, 0], 1 - share[:, 1]], axis=1)
+    place = (chart_places(surface, charts)[triangle] * share[:, :, None]).sum(axis=1)
+    chart = surface.island[triangle].astype(np.intp)
+    sizes = np.array([(chart.height, chart.width) for chart in charts])[chart]
+    texel = np.clip(np.floor(place), 0, sizes - 1).astype(np.intp)
+    return SurfaceSamples(triangle.astype(np.intp), chart, texel[:, 0], texel[:, 1])
+
+
+def mesh_seam_ratio(surface: MeshSurface, quilt: Quilt, texels: Texels, exemplar: PixelArray) -> float | None:
+    """Measure whether seams between charts of a mesh show, against what the exemplar has at the same places.
+
+    As `upholster.measure.matched_edge_ratio`: the mean absolute difference between a texel beside a seam and
+    the one right beyond it, over the mean of the two differences that the exemplar has over the same step. At
+    most 2^17 pairs are looked at.
+
+    Returns
+    -------
+    float or None
+        1.0 is as smooth as the exemplar, more shows, less is blur; None where there are no seams.
+    """
+    pairs = _SeamPairs.of(surface, quilt.charts)
+    if pairs is None:
+        return None
+    seen, expected = MeanDifference(), MeanDifference()
+    traces = {
+        chart: Trace.of(quilt, Window(chart, 0, 0, quilt.charts[chart].height, quilt.charts[chart].width))
+        for chart in np.unique(pairs.chart).tolist()
+    }
+    for a, b in np.unique(pairs.chart, axis=0).tolist():
+        own = np.flatnonzero((pairs.chart == (a, b)).all(axis=1))
+        (rows, columns), (other_rows, other_columns) = pairs.texel[own].transpose(1, 2, 0)
+        here = looked_up(traces[a], rows, columns, pairs.step[own, 0], [exemplar])
+        there = looked_up(traces[b], other_rows, other_columns, pairs.step[own, 1], [exemplar])
+        painted = here[0] & there[0]
+        seen.add(
+            coded(texels.arrays[a][rows, columns][painted]),
+            coded(texels.arrays[b][other_rows, other_columns][painted]),
+        )
+        for _, at, beside in (here, there):
+            expected.add(at[painted], beside[painted])
+    return seen.over(expected)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _SeamPairs:
+    """Texels beside seams: both sides' charts (n, 2), texels (n, 2, 2), and steps (n, 2, 2) to the other."""
+
+    chart: Index
+    texel: Index
+    step: FloatArray
+
+    @classmethod
+    def of(cls, surface: MeshSurface, charts: tuple[Chart, ...]) -> "_SeamPairs | None":
+        mesh = surface.mesh
+        triangle, edge = np.nonzero(surface.is_seam)
+        once = triangle < mesh.neighbours[triangle, edge] // 3
+        triangle, edge = triangle[once], edge[once]
+        other, met = mesh.neighbours[triangle, edge] // 3, mesh.neighbours[triangle, edge] % 3
+        if not len(triangle):
+            return None
+        places, steps = chart_places(surface, charts), triangle_steps(surface, charts)
+        ends = [places[triangle, edge], places[triangle, (edge + 1) % 3]]
+        others = [places[other, (met + 1) % 3], places[other, met]]
+        length = np.linalg.norm(ends[1] - ends[0], axis=1)
+        rng = np.random.default_rng(SEED)
+        at = rng.choice(len(length), min(MOST_PAIRS, 8 * int(length.sum()) + 64), p=length / length.sum())
+        share = rng.random((len(at), 1))
+        a = ends[0][at] * (1 - share) + ends[1][at] * share
+        b = others[0][at] * (1 - share) + others[1][at] * share
+        # Both planes unfolded about the edge: its tangent, and what is inward on either side.
+        tangent = mesh.corners[triangle, (edge + 1) % 3] - mesh.corners[triangle, edge]
+        tangent /= np.maximum(np.linalg.norm(tangent, axis=1, keepdims=True), 1e-300)
+        frames = [
+            np.stack([tangent, np.cross(mesh.flat_normals[of], tangent)], axis=1)[at] @ steps[of][at]
+            for of in (triangle, other)
+        ]
+        sound = np.ones(len(at), bool)
+        for frame in frames:
+            sound &= np.abs(np.linalg.det(frame)) > 1e-3 * np.abs(np.linalg.det(frames[0])).max()
+        a, b, at = a[sound], b[sound], at[sound]
+        first, second = (frame[sound] for frame in frames)
+        inward = [np.linalg.inv(first)[:, :, 1], -np.linalg.inv(second)[:, :, 1]]
+        inward = [v / np.linalg.norm(v, axis=1, keepdims=True) for v in inward]
+        texel = [np.floor(p + 0.75 * v) for p, v in zip((a, b), inward, strict=True)]
+        # From one texel's centre to the other's, through the seam's point.
+        to = [(p - (t + 0.5))[:, :, None] for p, t in zip((a, b), texel, strict=True)]
+        across = np.linalg.solve(second, first)
+        step = (to[0] - np.linalg.solve(across, to[1]))[:, :, 0]
+        back = (to[1] - across @ to[0])[:, :, 0]
+        chart = np.stack([surface.island[triangle][at], surface.island[other][at]], axis=1).astype(np.intp)
+        sizes = np.array([(c.height, c.width) for c in charts])[chart]
+        texels = np.clip(np.stack(texel, axis=1), 0, sizes - 1).astype(np.intp)
+        return cls(chart, texels, np.stack([step, back], axis=1))
