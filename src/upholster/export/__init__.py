@@ -6,9 +6,11 @@ from upholster.export.maps import map_companion, write_map
 from upholster.export.npz import write_npz
 from upholster.export.obj import obj_companions, write_obj
 from upholster.export.pages import UDIM, page_files, udim_tile
+from upholster.export.retextured import Cover, write_retextured_glb
 
 __all__ = [
     "UDIM",
+    "Cover",
     "TextureFormat",
     "map_companion",
     "obj_companions",
@@ -20,4 +22,5 @@ __all__ = [
     "write_map",
     "write_npz",
     "write_obj",
+    "write_retextured_glb",
 ]

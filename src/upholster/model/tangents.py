@@ -7,9 +7,9 @@ import numpy as np
 from upholster.geometry import Surface
 from upholster.model.mesh import Mesh, face_parameters, own_patches
 from upholster.quilt.chart import Chart
-from upholster.types import FloatArray
+from upholster.types import FloatArray, IntArray
 
-__all__ = ["unit_across", "vertex_tangents"]
+__all__ = ["mesh_tangents", "unit_across", "vertex_tangents"]
 
 _FLAT = 1e-5
 """A derivative this much shorter than the chart's longest has no direction."""
@@ -61,4 +61,64 @@ def unit_across(tangents: FloatArray, normals: FloatArray) -> FloatArray:
         tangents[bad] = np.cross(normals[bad], axis)
         length[bad] = np.linalg.norm(tangents[bad], axis=1)
     unit: FloatArray = tangents / length[:, None]
+    return unit
+
+
+def mesh_tangents(
+    positions: FloatArray, normals: FloatArray, triangles: IntArray, uv: FloatArray
+) -> FloatArray:
+    """Return tangents of a mesh of triangles, along which u of its texture grows.
+
+    Parameters
+    ----------
+    positions, normals
+        (V, 3), normals of length 1.
+    triangles
+        (T, 3) vertices.
+    uv
+        (T, 3, 2) texture coordinates of their corners, v downward.
+
+    Returns
+    -------
+    FloatArray
+        (V, 4) float64 as glTF has them: perpendicular to the normal, of length 1; and 1, or -1 where the
+        texture is mirrored. A vertex's triangles count by their angles there.
+
+    References
+    ----------
+    M. S. Mikkelsen: Simulation of wrinkled surfaces revisited, 2008.
+    """
+    corners = positions[triangles]
+    a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    (u1, v1), (u2, v2) = (uv[:, 1] - uv[:, 0]).T, (uv[:, 2] - uv[:, 0]).T
+    turn = u1 * v2 - u2 * v1
+    along = np.sign(turn)[:, None] * (a * v2[:, None] - b * v1[:, None])
+    upward = -np.sign(turn)  # of normals that lie on the side from which the triangle turns to the left
+    facing = (np.cross(a, b) * normals[triangles].sum(axis=1)).sum(axis=1)
+    upward = np.where(facing < 0, -upward, upward)
+    total = np.zeros((len(positions), 4))
+    for corner in range(3):
+        at = triangles[:, corner]
+        share = _corner_angle(corners, corner)[:, None] * _flat_unit(along, normals[at])
+        np.add.at(total, at, np.concatenate([share, (upward * (share != 0).any(axis=1))[:, None]], axis=1))
+    out = np.empty((len(positions), 4))
+    out[:, :3] = unit_across(total[:, :3], normals)
+    out[:, 3] = np.where(total[:, 3] < 0, -1.0, 1.0)
+    return out
+
+
+def _corner_angle(corners: FloatArray, corner: int) -> FloatArray:
+    """Return the angle of triangles (T, 3, 3) at one of their corners."""
+    first = corners[:, (corner + 1) % 3] - corners[:, corner]
+    last = corners[:, (corner + 2) % 3] - corners[:, corner]
+    crossed = np.linalg.norm(np.cross(first, last), axis=1)
+    angle: FloatArray = np.arctan2(crossed, (first * last).sum(axis=1))
+    return angle
+
+
+def _flat_unit(vectors: FloatArray, normals: FloatArray) -> FloatArray:
+    """Return vectors turned across normals, with length 1; 0 where nothing is left."""
+    vectors = vectors - (vectors * normals).sum(axis=1, keepdims=True) * normals
+    length = np.linalg.norm(vectors, axis=1, keepdims=True)
+    unit: FloatArray = np.divide(vectors, length, out=np.zeros_like(vectors), where=length > 0)
     return unit

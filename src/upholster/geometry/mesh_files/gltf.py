@@ -139,6 +139,12 @@ class Gltf:
             self.inputs.append(file)
         return data_read
 
+    def images_beside(self) -> list[Path]:
+        """Return the files of images that lie beside the document."""
+        uris = [image.get("uri") for image in self.items("images")]
+        names = [uri for uri in uris if isinstance(uri, str) and not uri.startswith("data:")]
+        return [self.folder / unquote(name) for name in dict.fromkeys(names)]
+
     def view_of(self, entry: Mapping[str, Any]) -> memoryview:
         """Return the bytes that an object with buffer, byteOffset and byteLength stands for.
 

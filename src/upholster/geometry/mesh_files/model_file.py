@@ -92,7 +92,7 @@ class ModelFile(Shown):
     contents
         How many the file has of what stays as it is, by kind: animations, skins, cameras …
     inputs
-        Every file that was read.
+        Every file that it consists of.
     gltf, gltf_parts
         Of a glTF file: the document, and where each of the parts stands in it.
     """

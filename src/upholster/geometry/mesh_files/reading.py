@@ -128,7 +128,7 @@ def _model(
         up,
         tuple(dict.fromkeys(raw.notes)),
         raw.contents,
-        (Path(name), *(raw.gltf.inputs if raw.gltf else ())),
+        (Path(name), *((*raw.gltf.inputs, *raw.gltf.images_beside()) if raw.gltf else ())),
         raw.gltf,
         tuple(raw.gltf_parts[number] for number in kept) if raw.gltf_parts else (),
     )

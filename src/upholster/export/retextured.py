@@ -1,0 +1,351 @@
+"""The same glTF file with other textures: all that it holds stays, but for materials of what is covered."""
+
+import json
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from upholster.errors import FormatError, InputError
+from upholster.export.gltf_editing import GltfEdit, write_parts
+from upholster.export.pages import PageImages, check_pages, images_of
+from upholster.export.pbr import TextureFormat, alpha_mode, build_material
+from upholster.export.vertex_splits import SplitVertices, split_vertices
+from upholster.geometry.mesh_files import GltfPart, ModelFile
+from upholster.geometry.mesh_files.accessors import COMPONENTS, Accessor, Accessors, as_floats
+from upholster.geometry.mesh_files.gltf import Json
+from upholster.geometry.mesh_files.gltf_scene import DRACO, primitive_arrays
+from upholster.model.tangents import mesh_tangents
+from upholster.types import FloatArray, IntArray
+
+__all__ = ["Cover", "write_retextured_glb"]
+
+_SAMPLER = {"magFilter": 9729, "minFilter": 9987, "wrapS": 33071, "wrapT": 33071}
+"""Linear, mipmapped; clamped to the edge."""
+
+_OLD_COORDINATES = "TEXCOORD_0"
+_VARIANTS = "KHR_materials_variants"
+_PLAIN = -1
+
+
+@dataclass(frozen=True, eq=False)
+class Cover:
+    """A texture on some triangles of a model.
+
+    Attributes
+    ----------
+    uv
+        (n, 3, 2) texture coordinates of the triangles' corners, each on its page: 0 to 1, v downward.
+    images
+        The base colour (H, W, C) as for `write_glb`; or a list, with the image of each page.
+    triangles
+        (n,) which triangles of `ModelFile.mesh`; by default all.
+    page
+        (n,) which page each lies on; by default the first.
+    maps
+        Other maps by role, as for `write_glb`.
+    name
+        Of its material; by default the model's.
+    """
+
+    uv: FloatArray
+    images: PageImages
+    triangles: NDArray[np.integer] | None = None
+    page: NDArray[np.integer] | None = None
+    maps: Mapping[str, PageImages] = field(default_factory=dict)
+    name: str = ""
+
+
+def write_retextured_glb(
+    path: str | os.PathLike[str],
+    model: ModelFile,
+    covers: Sequence[Cover],
+    *,
+    texture: TextureFormat = "png",
+    quality: int = 90,
+    normal_scale: float = 1.0,
+) -> tuple[str, ...]:
+    """Write a glTF model as GLB with new textures.
+
+    Everything else stays as it is, in its own type and to the bit: nodes, names, animations, skins, morph
+    targets, cameras, lights, other materials, extensions. Vertices are split only where texture coordinates
+    need it; the new ones follow the old. Triangles that no cover has keep their material and texture
+    coordinates. What the file had compressed with Draco is written plain where it is covered; quantised
+    numbers stay quantised. Vertex colours, which would tint the texture, become the attribute ``_COLOR_0``.
+
+    Parameters
+    ----------
+    path
+        The file to write.
+    model
+        What `read_model` gave.
+    covers
+        The textures; no triangle has two.
+    texture, quality, normal_scale
+        As for `write_glb`.
+
+    Returns
+    -------
+    tuple
+        What could not be kept, a line each.
+
+    Raises
+    ------
+    InputError
+        If the model is no glTF file, shapes do not fit, or a triangle is covered twice; as for `write_glb`.
+    FormatError
+        If the document breaks the format where it had not been read.
+    """
+    if model.gltf is None:
+        raise InputError(f"{model.path} is no glTF file; allowed: .glb or .gltf")
+    uv, group = _groups(model, covers)
+    edit = GltfEdit(model.gltf)
+    try:
+        materials = _add_materials(edit, model, covers, group, texture, quality, normal_scale)
+        notes = _rewrite(edit, model, uv, group, materials)
+        parts = edit.glb()
+    except (AttributeError, IndexError, KeyError, StopIteration, TypeError, ValueError) as error:
+        # The reader checked what it read; what else is in the file may be anything.
+        raise FormatError(f"{model.path}: its JSON is not as glTF has it: {error!r}") from None
+    write_parts(Path(path), parts)
+    return (*notes, *edit.notes)
+
+
+def _groups(model: ModelFile, covers: Sequence[Cover]) -> tuple[FloatArray, IntArray]:
+    """Return texture coordinates of all triangles, and which of all covers' pages each has, -1 for none."""
+    count = len(model.mesh.triangles)
+    uv = np.zeros((count, 3, 2))
+    group = np.full(count, _PLAIN, np.int32)
+    first = 0
+    for cover in covers:
+        mine = np.arange(count) if cover.triangles is None else np.asarray(cover.triangles)
+        page = np.zeros(len(mine), np.int32) if cover.page is None else np.asarray(cover.page, np.int32)
+        if cover.uv.shape != (len(mine), 3, 2) or page.shape != (len(mine),):
+            raise InputError(
+                f"a cover has {len(mine)} triangles, texture coordinates of shape {cover.uv.shape} and pages "
+                f"of {page.shape}; allowed: (n,), (n, 3, 2) and (n,)"
+            )
+        pages = len(images_of(cover.images))
+        check_pages(pages, page, cover.maps)
+        if len(mine) and (mine.min() < 0 or mine.max() >= count or page.min() < 0):
+            raise InputError(
+                f"a cover has triangle {mine.max()} or page {page.min()}; there are {count} triangles"
+            )
+        if (group[mine] != _PLAIN).any() or len(np.unique(mine)) < len(mine):
+            raise InputError("a triangle is covered twice; allowed: once")
+        if not np.isfinite(cover.uv).all():
+            raise InputError("a texture coordinate is not finite; allowed: finite numbers")
+        uv[mine], group[mine] = cover.uv, first + page
+        first += pages
+    return uv, group
+
+
+def _add_materials(
+    edit: GltfEdit,
+    model: ModelFile,
+    covers: Sequence[Cover],
+    group: IntArray,
+    texture: TextureFormat,
+    quality: int,
+    normal_scale: float,
+) -> list[tuple[int, bool]]:
+    """Add a material for each page of each cover; return their numbers, and which have normal maps."""
+    if not 0 <= normal_scale <= 100:
+        raise InputError(f"normal_scale is {normal_scale}; allowed: 0 to 100")
+    sampler = edit.append("samplers", dict(_SAMPLER))
+    sides = _two_sided(model, group)
+    out: list[tuple[int, bool]] = []
+    for cover in covers:
+        images = images_of(cover.images)
+        mode = alpha_mode(images)
+        title = cover.name or model.mesh.name or "texture"
+        for number, image in enumerate(images):
+            made = build_material(
+                image,
+                {role: images_of(part)[number] for role, part in cover.maps.items()},
+                texture=texture,
+                quality=quality,
+                normal_scale=normal_scale,
+                name=title if len(images) == 1 else f"{title} {number + 1}",
+                mode=mode,
+                first=len(edit.json.get("textures", [])),
+            )
+            for name, data in made.images:
+                source = edit.add_image(data, f"image/{texture}", name)
+                entry: Json = {"sampler": sampler, "source": source}
+                if texture == "webp":
+                    entry = {"sampler": sampler, "extensions": {"EXT_texture_webp": {"source": source}}}
+                edit.append("textures", entry)
+            # A copy of its own, in which no object stands twice: numbers may be changed in it.
+            document = json.loads(json.dumps(made.document))
+            if len(out) not in sides:
+                document.pop("doubleSided", None)
+            out.append((edit.append("materials", document), "normal" in cover.maps))
+    if texture == "webp":
+        edit.use_extension("EXT_texture_webp")
+    return out
+
+
+def _two_sided(model: ModelFile, group: IntArray) -> set[int]:
+    """Return the pages on which something lies whose old material shows both sides, or that had none."""
+    assert model.gltf is not None
+    out: set[int] = set()
+    for number, part in enumerate(model.gltf_parts):
+        primitive = model.gltf.items("meshes")[part.mesh]["primitives"][part.primitive]
+        material = model.gltf.item("materials", primitive["material"]) if "material" in primitive else None
+        if material is None or material.get("doubleSided") is True:
+            out.update(np.unique(group[model.mesh.part == number]).tolist())
+    return out
+
+
+def _rewrite(
+    edit: GltfEdit, model: ModelFile, uv: FloatArray, group: IntArray, materials: list[tuple[int, bool]]
+) -> list[str]:
+    """Put primitives with the new coordinates and materials in place of those that are covered."""
+    assert model.gltf is not None
+    accessors = Accessors(model.gltf)
+    starts = np.searchsorted(model.mesh.part, np.arange(len(model.parts) + 1))
+    new: dict[int, dict[int, list[Json]]] = {}
+    colours = variants = 0
+    for number, part in enumerate(model.gltf_parts):
+        mine = slice(starts[number], starts[number + 1])
+        if (group[mine] == _PLAIN).all():
+            continue
+        primitive = edit.json["meshes"][part.mesh]["primitives"][part.primitive]
+        arrays, indices = primitive_arrays(model.gltf, accessors, primitive)
+        work = _Primitive(edit, accessors, primitive, arrays, indices is not None, part)
+        new.setdefault(part.mesh, {})[part.primitive] = work.replaced(uv[mine], group[mine], materials)
+        colours += "COLOR_0" in arrays
+        variants += _VARIANTS in primitive.get("extensions", {})
+    for mesh, primitives in new.items():
+        entry = edit.json["meshes"][mesh]
+        entry["primitives"] = [
+            each for n, old in enumerate(entry["primitives"]) for each in primitives.get(n, [old])
+        ]
+    notes = []
+    if colours:
+        notes.append(f"vertex colours of {colours} parts, which would tint the texture, are kept as _COLOR_0")
+    if variants:
+        notes.append(f"{variants} parts have lost their variants, which would bring the old materials back")
+    return notes
+
+
+@dataclass(eq=False)
+class _Primitive:
+    """A primitive that is covered, whole or in part."""
+
+    edit: GltfEdit
+    accessors: Accessors
+    primitive: Json
+    arrays: dict[str, Accessor]
+    indexed: bool
+    part: GltfPart
+
+    def replaced(self, uv: FloatArray, group: IntArray, materials: list[tuple[int, bool]]) -> list[Json]:
+        """Return the primitives in its place: one for each page, and one for triangles without a cover."""
+        present = np.unique(group)
+        out = []
+        for each in present:
+            mine = group == each
+            material, bumpy = (None, False) if each == _PLAIN else materials[each]
+            out.append(self._one(uv[mine], mine, material, bumpy, whole=len(present) == 1))
+        return out
+
+    def _one(
+        self,
+        uv: FloatArray,
+        mine: NDArray[np.bool_],
+        material: int | None,
+        bumpy: bool,
+        *,
+        whole: bool,
+    ) -> Json:
+        vertices = self.part.vertices[mine]
+        if material is None:
+            uv = np.zeros_like(uv)  # no reason to split
+        split = split_vertices(vertices, uv, len(self.arrays["POSITION"].values), all_vertices=whole)
+        made: Json = json.loads(json.dumps(self.primitive))
+        made["mode"] = 4
+        extensions = made.get("extensions", {})
+        for name in (DRACO,) if material is None else (DRACO, _VARIANTS):
+            extensions.pop(name, None)
+        if not extensions:
+            made.pop("extensions", None)
+        if material is not None:
+            made["material"] = material
+        self._attributes(made, split, covered=material is not None)
+        if material is not None:
+            single = self.edit.add_attribute(split.uv)
+            made["attributes"][_OLD_COORDINATES] = single
+            if bumpy and "NORMAL" in self.arrays:
+                made["attributes"]["TANGENT"] = self._tangents(uv, split)
+        self._indices(made, split)
+        return made
+
+    def _attributes(self, made: Json, split: SplitVertices, *, covered: bool) -> None:
+        """Let all attributes and morph targets follow their vertices."""
+        attributes: Json = made["attributes"]
+        targets: list[Json] = made.get("targets", [])
+        old_names: dict[str, str] = {}
+        if covered:
+            for holder in (attributes, *targets):
+                for name in [name for name in holder if name.startswith("COLOR_")]:
+                    holder[f"_{name}"] = holder.pop(name)
+                    old_names[f"_{name}"] = name
+                holder.pop(_OLD_COORDINATES, None)
+                holder.pop("TANGENT", None)
+        same = np.array_equal(split.source, np.arange(len(self.arrays["POSITION"].values)))
+        for name, number in attributes.items():
+            old = old_names.get(name, name)
+            if not same or self._is_draco(old):
+                attributes[name] = self._followed(number, self.arrays[old], split, bounds=name == "POSITION")
+        for target in targets:
+            for name, number in target.items():
+                if not same:
+                    values = self.accessors.read(number, 1, 2, 3, 4)
+                    target[name] = self._followed(number, values, split, bounds=name == "POSITION")
+
+    def _is_draco(self, name: str) -> bool:
+        compressed = self.primitive.get("extensions", {}).get(DRACO)
+        return compressed is not None and name in compressed["attributes"]
+
+    def _followed(self, number: Any, values: Accessor, split: SplitVertices, *, bounds: bool) -> int:
+        """Add an accessor of what an attribute has at the new vertices."""
+        entry = self.edit.json["accessors"][number]
+        kind = COMPONENTS[entry["componentType"]]
+        chosen = values.values.astype(kind)[split.source]
+        made = self.edit.add_attribute(
+            chosen, normalized=entry.get("normalized") is True, bounds=bounds or "min" in entry
+        )
+        kept = {key: entry[key] for key in ("name", "extras") if key in entry}
+        self.edit.json["accessors"][made] |= kept
+        return made
+
+    def _tangents(self, uv: FloatArray, split: SplitVertices) -> int:
+        """Add tangents along u."""
+        normals = as_floats(self.arrays["NORMAL"])[split.source]
+        positions = as_floats(self.arrays["POSITION"])[split.source]
+        tangents = mesh_tangents(positions, normals, split.triangles, uv)
+        if self.part.mirrored:
+            tangents[:, 3] *= -1  # where the model stands, the other side of the texture is seen
+        return self.edit.add_attribute(tangents.astype("<f4"))
+
+    def _indices(self, made: Json, split: SplitVertices) -> None:
+        """Say which vertices the triangles have: as before, where nothing has changed."""
+        triangles = split.triangles[:, [0, 2, 1]] if self.part.mirrored else split.triangles
+        count = len(split.source)
+        if not self.indexed and np.array_equal(triangles.reshape(-1), np.arange(count)):
+            made.pop("indices", None)
+            return
+        unchanged = (
+            self.indexed
+            and self.primitive.get("mode", 4) == 4
+            and DRACO not in self.primitive.get("extensions", {})
+            and np.array_equal(split.triangles, self.part.vertices)
+        )
+        if not unchanged:
+            made["indices"] = self.edit.add_indices(triangles, count)
