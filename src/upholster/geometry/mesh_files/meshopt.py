@@ -1,14 +1,23 @@
-"""Meshopt-compressed buffer views (EXT_meshopt_compression)."""
+"""Meshopt-compressed buffer views.
+
+References
+----------
+Khronos: EXT_meshopt_compression; appendix B: filters.
+"""
 
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.errors import InputError
-from upholster.geometry.mesh_files.gltf import Gltf, Json
+from upholster.errors import FormatError, InputError
+from upholster.geometry.mesh_files._meshopt_kernels import decode_attributes, decode_indices, decode_triangles
+from upholster.geometry.mesh_files.gltf import MAX_BUFFER, Gltf, Json, whole
 
 __all__ = ["MESHOPT", "decoded_view", "meshopt_of"]
 
 MESHOPT = ("EXT_meshopt_compression", "KHR_meshopt_compression")
+
+_HEADS = {"ATTRIBUTES": 0xA0, "TRIANGLES": 0xE1, "INDICES": 0xD1}
+_STRIDES = {"NONE": range(4, 257, 4), "OCTAHEDRAL": (4, 8), "QUATERNION": (8,), "EXPONENTIAL": range(4, 257, 4)}
 
 
 def meshopt_of(entry: Json) -> Json | None:
@@ -20,6 +29,99 @@ def meshopt_of(entry: Json) -> Json | None:
 
 
 def decoded_view(gltf: Gltf, entry: Json, extension: Json) -> NDArray[np.uint8]:
-    """Decompress a buffer view."""
-    del gltf, entry, extension
-    raise InputError("meshopt compression is not read yet")
+    """Decompress a buffer view.
+
+    Parameters
+    ----------
+    gltf
+        The file.
+    entry, extension
+        The view, and what it says of its compression.
+
+    Raises
+    ------
+    FormatError
+        If the data are damaged.
+    InputError
+        If they are of a version, mode or filter that is not known.
+    """
+    mode, filter_name = extension.get("mode"), extension.get("filter", "NONE")
+    if not isinstance(mode, str) or mode not in _HEADS:
+        raise InputError(f"meshopt mode is {str(mode)[:20]!r}; allowed: {', '.join(_HEADS)}")
+    if not isinstance(filter_name, str) or filter_name not in _STRIDES:
+        raise InputError(f"meshopt filter is {str(filter_name)[:20]!r}; allowed: {', '.join(_STRIDES)}")
+    stride = whole(extension, "byteStride", 1, 256)
+    count = whole(extension, "count", 1, MAX_BUFFER // stride)
+    allowed = _STRIDES[filter_name] if mode == "ATTRIBUTES" else (2, 4)
+    if stride not in allowed or (mode == "TRIANGLES" and count % 3):
+        raise FormatError(f"meshopt data have {count} elements of {stride} bytes, which {mode} cannot have")
+    if whole(entry, "byteLength", 1, MAX_BUFFER) != count * stride:
+        raise FormatError(f"a view of {entry['byteLength']} bytes has {count} elements of {stride} compressed")
+    data = np.frombuffer(gltf.view_of(extension), np.uint8)
+    if data[0] != _HEADS[mode]:
+        raise InputError(f"meshopt data begin with byte {data[0]}; allowed: {_HEADS[mode]}, version 0")
+    # All zeros take an eighth of a bit a byte, and a triangle at least a byte: no more is made room for.
+    if count * stride > 128 * len(data):
+        raise FormatError(f"{len(data)} bytes of meshopt data cannot hold {count} elements of {stride}")
+    if mode == "ATTRIBUTES":
+        out = np.empty(count * stride, np.uint8)
+        fits = decode_attributes(data, stride, out)
+        if fits:
+            return _filtered(out, filter_name, stride)
+    else:
+        indices = np.empty(count, np.uint32)
+        if mode == "INDICES":
+            fits = decode_indices(data, indices)
+        else:
+            fits = decode_triangles(data, np.zeros((16, 2), np.int64), np.zeros(16, np.int64), indices)
+        out = indices.astype("<u2" if stride == 2 else "<u4").view(np.uint8)
+    if not fits:
+        raise FormatError("meshopt data are damaged")
+    return out
+
+
+def _filtered(data: NDArray[np.uint8], name: str, stride: int) -> NDArray[np.uint8]:
+    """Apply a filter to decoded attributes."""
+    with np.errstate(all="ignore"):  # of damaged data: what reads them checks the numbers
+        match name:
+            case "OCTAHEDRAL":
+                return _octahedral(data.view("<i1" if stride == 4 else "<i2").reshape(-1, 4))
+            case "QUATERNION":
+                return _quaternions(data.view("<i2").reshape(-1, 4))
+            case "EXPONENTIAL":
+                packed = data.view("<i4")
+                mantissa = (packed << 8) >> 8
+                return np.ldexp(mantissa.astype("<f4"), packed >> 24).astype("<f4").view(np.uint8)
+    return data
+
+
+def _octahedral(packed: NDArray[np.signedinteger]) -> NDArray[np.uint8]:
+    """Return unit vectors of octahedral coordinates (n, 4): x, y, and what 1 is; the last as it is."""
+    one = packed[:, 2].astype(np.float32)
+    x, y = packed[:, 0] / one, packed[:, 1] / one
+    z = 1 - np.abs(x) - np.abs(y)
+    fold = np.minimum(z, 0)
+    x, y = x - np.copysign(fold, x), y - np.copysign(fold, y)
+    vectors = np.stack([x, y, z], axis=1)
+    vectors /= np.linalg.norm(vectors, axis=1, keepdims=True)
+    out = packed.copy()
+    out[:, :3] = _rounded(vectors * np.iinfo(packed.dtype).max)
+    return out.view(np.uint8).reshape(-1)
+
+
+def _quaternions(packed: NDArray[np.signedinteger]) -> NDArray[np.uint8]:
+    """Return quaternions of three components (n, 4): the last tells what 1 is, and which is left out."""
+    largest = packed[:, 3] & 3
+    one = (packed[:, 3] | 3).astype(np.float32)
+    three = packed[:, :3] / one[:, None] * np.float32(0.5**0.5)
+    fourth = np.sqrt(np.maximum(0, 1 - (three**2).sum(axis=1)))
+    out = np.empty_like(packed)
+    rows = np.arange(len(packed))
+    for k, values in enumerate((fourth, *three.T)):
+        out[rows, (largest + k) % 4] = _rounded(values * 32767)
+    return out.view(np.uint8).reshape(-1)
+
+
+def _rounded(values: NDArray[np.floating]) -> NDArray[np.floating]:
+    """Round halves away from 0, as C does; what is no number becomes 0."""
+    return np.nan_to_num(np.trunc(values + np.copysign(0.5, values)), posinf=0, neginf=0)
