@@ -1,4 +1,4 @@
-"""``upholster refine``, ``info`` and ``levels``: what can be made of a stream, whole or cut."""
+"""``upholster refine``, ``info`` and ``levels``: what can be made of a stream, whole or cut; models too."""
 
 from pathlib import Path
 from typing import Annotated
@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from upholster.cli.console import byte_count, in_bytes, naming, numbers, progress_bars, share
+from upholster.cli.models import is_model, show_model
 from upholster.cli.options import spelled_out
 from upholster.errors import InputError
 from upholster.options import WriteOptions
@@ -64,9 +65,27 @@ def refine(
 
 
 def info(
-    stream: Annotated[str, typer.Argument(help="A stream, or the start of one.", metavar="FILE.uph")],
+    file: Annotated[
+        str,
+        typer.Argument(
+            help="A stream, or the start of one; or a model: .glb .gltf .obj .ply .stl .off.", metavar="FILE"
+        ),
+    ],
+    unit: Annotated[
+        str | None, typer.Option(metavar="mm", help="Of a model: m, dm, cm, mm, km, in or ft.")
+    ] = None,
 ) -> None:
-    """Show what a stream contains: chunks, placements, and what can be shown after so many bytes."""
+    """Show what a stream holds, and after how many bytes; or a model's parts, and what is odd about them."""
+    if is_model(file):
+        show_model(file, unit=unit)
+    elif unit is not None:
+        raise InputError("--unit is for models: a stream has no other")
+    else:
+        _show_stream(file)
+
+
+def _show_stream(stream: str) -> None:
+    """Print a stream's chunks, its placements, and what can be shown after so many bytes."""
     from rich.box import SIMPLE_HEAD
     from rich.console import Console
     from rich.table import Table

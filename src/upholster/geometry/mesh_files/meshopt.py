@@ -17,7 +17,12 @@ __all__ = ["MESHOPT", "decoded_view", "meshopt_of"]
 MESHOPT = ("EXT_meshopt_compression", "KHR_meshopt_compression")
 
 _HEADS = {"ATTRIBUTES": 0xA0, "TRIANGLES": 0xE1, "INDICES": 0xD1}
-_STRIDES = {"NONE": range(4, 257, 4), "OCTAHEDRAL": (4, 8), "QUATERNION": (8,), "EXPONENTIAL": range(4, 257, 4)}
+_STRIDES = {
+    "NONE": range(4, 257, 4),
+    "OCTAHEDRAL": (4, 8),
+    "QUATERNION": (8,),
+    "EXPONENTIAL": range(4, 257, 4),
+}
 
 
 def meshopt_of(entry: Json) -> Json | None:
@@ -56,7 +61,9 @@ def decoded_view(gltf: Gltf, entry: Json, extension: Json) -> NDArray[np.uint8]:
     if stride not in allowed or (mode == "TRIANGLES" and count % 3):
         raise FormatError(f"meshopt data have {count} elements of {stride} bytes, which {mode} cannot have")
     if whole(entry, "byteLength", 1, MAX_BUFFER) != count * stride:
-        raise FormatError(f"a view of {entry['byteLength']} bytes has {count} elements of {stride} compressed")
+        raise FormatError(
+            f"a view of {entry['byteLength']} bytes has {count} elements of {stride} compressed"
+        )
     data = np.frombuffer(gltf.view_of(extension), np.uint8)
     if data[0] != _HEADS[mode]:
         raise InputError(f"meshopt data begin with byte {data[0]}; allowed: {_HEADS[mode]}, version 0")
@@ -91,7 +98,7 @@ def _filtered(data: NDArray[np.uint8], name: str, stride: int) -> NDArray[np.uin
             case "EXPONENTIAL":
                 packed = data.view("<i4")
                 mantissa = (packed << 8) >> 8
-                return np.ldexp(mantissa.astype("<f4"), packed >> 24).astype("<f4").view(np.uint8)
+                data = np.ldexp(mantissa.astype("<f4"), packed >> 24).astype("<f4").view(np.uint8)
     return data
 
 
@@ -124,4 +131,7 @@ def _quaternions(packed: NDArray[np.signedinteger]) -> NDArray[np.uint8]:
 
 def _rounded(values: NDArray[np.floating]) -> NDArray[np.floating]:
     """Round halves away from 0, as C does; what is no number becomes 0."""
-    return np.nan_to_num(np.trunc(values + np.copysign(0.5, values)), posinf=0, neginf=0)
+    rounded: NDArray[np.floating] = np.nan_to_num(
+        np.trunc(values + np.copysign(0.5, values)), posinf=0, neginf=0
+    )
+    return rounded

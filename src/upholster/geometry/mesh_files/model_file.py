@@ -93,6 +93,9 @@ class ModelFile(Shown):
         How many the file has of what stays as it is, by kind: animations, skins, cameras …
     inputs
         Every file that it consists of.
+    uv
+        As `TriangleMesh.uv`, NaN for what has none; None if nothing has some. The mesh has them only if all
+        parts do.
     gltf, gltf_parts
         Of a glTF file: the document, and where each of the parts stands in it.
     """
@@ -104,6 +107,7 @@ class ModelFile(Shown):
     notes: tuple[str, ...] = ()
     contents: dict[str, int] = field(default_factory=dict)
     inputs: tuple[Path, ...] = ()
+    uv: FloatArray | None = None
     gltf: Gltf | None = None
     gltf_parts: tuple[GltfPart, ...] = ()
 

@@ -109,13 +109,14 @@ def _model(
         triangles, part = triangles[mine], np.searchsorted(kept, part[mine]).astype(np.int32)
         used, inverse = np.unique(triangles, return_inverse=True)
         first, triangles = first[used], inverse.reshape(-1, 3).astype(np.int32)
+    uv = None if raw.uv is None else raw.uv[mine]
     parts = tuple(raw.parts[number] for number in kept)
     mesh = TriangleMesh(
         _upright(raw.positions[first], up),
         triangles,
         part,
         tuple(each.name for each in parts),
-        _texture_coordinates(raw, mine),
+        uv if uv is not None and np.isfinite(uv).all() else None,
         None,
         Path(name).stem,
         metres,
@@ -129,6 +130,7 @@ def _model(
         tuple(dict.fromkeys(raw.notes)),
         raw.contents,
         (Path(name), *((*raw.gltf.inputs, *raw.gltf.images_beside()) if raw.gltf else ())),
+        uv,
         raw.gltf,
         tuple(raw.gltf_parts[number] for number in kept) if raw.gltf_parts else (),
     )
@@ -140,14 +142,6 @@ def _upright(vectors: FloatArray, up: str) -> FloatArray:
         return vectors
     turned: FloatArray = np.stack([vectors[..., 0], -vectors[..., 2], vectors[..., 1]], axis=-1)
     return turned
-
-
-def _texture_coordinates(raw: RawModel, mine: slice | NDArray[np.intp]) -> FloatArray | None:
-    """Return those of the chosen triangles; None unless all have some."""
-    if raw.uv is None:
-        return None
-    uv: FloatArray = raw.uv[mine]
-    return uv if np.isfinite(uv).all() else None
 
 
 def _unit_normals(normals: FloatArray, mesh: TriangleMesh) -> FloatArray:

@@ -1,0 +1,123 @@
+"""What ``upholster info`` shows of a model."""
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:  # NumPy, which they import, would slow down --help
+    from upholster.geometry.mesh_files import ModelFile, ModelPart
+    from upholster.geometry.mesh_state import PartState, UvState
+    from upholster.types import FloatArray
+
+__all__ = ["is_model", "show_model"]
+
+_SUFFIXES = (".glb", ".gltf", ".obj", ".ply", ".stl", ".off")
+
+_STEPS = ((1000.0, "km"), (1.0, "m"), (0.01, "cm"), (0.001, "mm"))
+_LINES = 200
+"""Parts that the table lists."""
+
+_LEAST = 0.0005
+"""Shares of less are not told: overlaps are counted on a raster."""
+
+
+def is_model(path: str) -> bool:
+    """Return whether a file is a model by its name."""
+    return path.lower().endswith(_SUFFIXES)
+
+
+def show_model(path: str, *, unit: str | None = None) -> None:
+    """Print the parts of a model, their sizes and texture coordinates, and what is odd about them."""
+    from rich.box import SIMPLE_HEAD
+    from rich.console import Console
+    from rich.markup import escape
+    from rich.table import Table
+
+    from upholster.geometry.mesh_files import read_model
+    from upholster.geometry.mesh_state import mesh_states
+
+    model = read_model(path, unit=unit)
+    states = mesh_states(model.mesh, model.uv)
+    console = Console()
+    for line in _head(model):
+        console.print(line, highlight=False, markup=False, soft_wrap=True)
+    table = Table("part", "material", "triangles", "area", "size", "UV", "holes", box=SIMPLE_HEAD)
+    metres = model.mesh.metres
+    shown = list(zip(model.parts, states, strict=True))[:_LINES]
+    for part, state in shown:
+        table.add_row(
+            escape(part.name),
+            escape(part.material or "-"),
+            f"{state.triangles:,}",
+            _measured([state.area], metres, 2),
+            _measured(state.box[1] - state.box[0], metres),
+            _uv(state.uv),
+            str(state.holes or "-"),
+        )
+    console.print(table)
+    lines = [f"{part.name}: {', '.join(odd)}" for part, state in shown if (odd := _odd(part, state))]
+    if len(states) > _LINES:
+        lines.append(f"and {len(states) - _LINES} parts more")
+    for line in (*lines, *(f"note: {note}" for note in model.notes)):
+        console.print(line, highlight=False, markup=False, soft_wrap=True)
+
+
+def _head(model: "ModelFile") -> list[str]:
+    mesh = model.mesh
+    sides = _measured(mesh.box[1] - mesh.box[0], mesh.metres)
+    unit = f"a unit is {mesh.metres:g} m" if mesh.metres else "the file tells no unit (--unit mm)"
+    lines = [
+        f"{model.path}: {len(mesh.triangles):,} triangles, {len(mesh.positions):,} vertices, "
+        f"{len(mesh.parts)} part{'s' * (len(mesh.parts) > 1)}",
+        f"{sides} (width x depth x height); {unit}; {model.up} is up in the file",
+    ]
+    if model.contents:
+        kept = (f"{count} {kind if count > 1 else kind[:-1]}" for kind, count in model.contents.items())
+        lines.append(f"besides: {', '.join(kept)}")
+    return lines
+
+
+def _measured(values: "Sequence[float] | FloatArray", metres: float | None, power: int = 1) -> str:
+    """Write lengths, or an area, in the unit that suits them."""
+    largest = float(max(values)) * (metres or 1.0) ** power
+    size, name = next((step for step in _STEPS if largest >= step[0] ** power), _STEPS[-1])
+    factor = 1.0 if metres is None else (metres / size) ** power
+    text = " x ".join(_figures(float(value) * factor) for value in values)
+    return text if metres is None else f"{text} {name}{'²' if power == 2 else ''}"
+
+
+def _figures(value: float) -> str:
+    """Write a number with three figures, or all of its whole part."""
+    return f"{value:,.0f}" if 1000 <= value < 1e9 else f"{value:.3g}"
+
+
+def _uv(state: "UvState | None") -> str:
+    if state is None:
+        return "none"
+    return "no overlap" if state.overlapping < _LEAST else f"{_percent(state.overlapping)} overlap"
+
+
+def _percent(share: float) -> str:
+    return f"{100 * share:.{0 if share >= 0.1 else 1}f} %"
+
+
+def _odd(part: "ModelPart", state: "PartState") -> Sequence[str]:
+    """Say what a user may want to know."""
+    counts = (
+        (state.components, 1, "pieces"),
+        (state.crowded_edges, 0, "edges of more than two triangles"),
+        (state.turned_edges, 0, "edges where triangles turn against each other"),
+        (state.degenerate, 0, "triangles without area"),
+        (state.slivers, 0, "slivers"),
+        (part.instances, 1, "instances"),
+    )
+    said = [f"{count:,} {word}" for count, most, word in counts if count > most]
+    if state.inside_out:
+        said.append("inside out")
+    if state.uv is not None:
+        shares = (
+            (state.uv.mirrored, "mirrored"),
+            (state.uv.outside, "outside 0 to 1"),
+            (state.uv.collapsed, "without area"),
+        )
+        said += [f"UV {_percent(share)} {word}" for share, word in shares if share >= _LEAST]
+    return [*said, *part.features]

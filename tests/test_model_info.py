@@ -1,0 +1,44 @@
+"""``upholster info`` of a model."""
+
+from pathlib import Path
+
+import numpy as np
+from command_line import run_cli
+from gltf_models import Glb
+
+
+def test_info_tells_parts_and_sizes(tmp_path: Path) -> None:
+    glb = Glb(materials=[{"name": "Oak"}])
+    glb.node(name="Seat", mesh=glb.mesh("seat", glb.box() | {"material": 0}), scale=[0.4, 0.4, 0.4])
+    mesh = glb.mesh("leg", glb.box(COLOR_0=glb.accessor(np.ones((8, 4), np.float32))))
+    for x in (2, 3):
+        glb.node(name=f"Leg {x}", mesh=mesh, translation=[x, 0, 0], scale=[x, x, x])
+    glb.write(tmp_path / "chair.glb")
+    done = run_cli("info", "chair.glb", cwd=tmp_path)
+    assert done.returncode == 0
+    assert "24 triangles, 16 vertices, 2 parts" in done.stdout
+    assert "a unit is 1 m; y is up in the file" in done.stdout
+    assert "Oak" in done.stdout
+    assert "9,600 cm²" in done.stdout
+    assert "Leg 2: 2 instances, vertex colours" in done.stdout
+    assert "note: 'Leg 2' is shown 2 times at different sizes (1.5 to 1.5 times the first)" in done.stdout
+    shown = run_cli("info", "chair.glb", "--unit", "mm", cwd=tmp_path).stdout
+    assert "a unit is 0.001 m" in shown
+
+
+def test_info_refuses_what_is_no_model(tmp_path: Path) -> None:
+    (tmp_path / "empty.stl").write_bytes(b"")
+    (tmp_path / "points.ply").write_text(
+        "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nend_header\n0\n"
+    )
+    for words, said in (
+        (["empty.stl"], "empty.stl: is empty"),
+        (["points.ply"], "points.ply: it has no vertices with x, y and z"),
+        (["none.obj"], "'none.obj' does not exist"),
+        (["empty.stl", "--unit", "yard"], "unit 'yard' is unknown"),
+        (["a.uph", "--unit", "mm"], "--unit is for models"),
+    ):
+        done = run_cli("info", *words, cwd=tmp_path)
+        assert done.returncode == 2, words
+        assert said in done.stderr
+        assert done.stderr.count("\n") == 1
