@@ -41,7 +41,7 @@ def folder(tmp_path_factory):
 
 
 def test_cover_writes_what_it_says(folder, tmp_path):
-    names = ["ring.glb", "ring.obj", "ring.png", "ring.npz", "tex.webp", "deep.exr"]
+    names = ["ring.glb", "ring.obj", "ply.ply", "ring.png", "ring.npz", "tex.webp", "deep.exr"]
     outputs = [f"-o{'atlas:' if name == 'tex.webp' else ''}{tmp_path / name}" for name in names]
     report = tmp_path / "report.json"
     done = run_cli(

@@ -28,6 +28,7 @@ def test_maps_lie_beside_images_by_role() -> None:
     beside = ["wall.png", "wall_normal.png", "wall_ao.png"]
     assert files("atlas:wall.png", *ROLES) == files("wall.png", *ROLES, flat=True) == beside
     assert files("a/ring.obj") == ["ring.obj", "ring.mtl", "ring_texture.png"]
+    assert files("a/ring.ply") == ["ring.ply", "ring_texture.png"]
     assert files("a/ring.obj", *ROLES)[3:] == ["ring_texture_normal.png", "ring_texture_ao.png"]
     for name in ("a.glb", "a.npz", "a.uph"):
         assert files(name, *ROLES) == [name]

@@ -17,12 +17,14 @@ from upholster.export import (
     map_companion,
     obj_companions,
     page_files,
+    ply_companion,
     udim_tile,
     write_glb,
     write_html,
     write_map,
     write_npz,
     write_obj,
+    write_ply,
 )
 from upholster.files import Outputs
 from upholster.geometry import AnySurface, MeshSurface
@@ -50,11 +52,12 @@ from upholster.types import FloatArray, PixelArray, Progress
 
 __all__ = ["Output", "TexturedModel", "atlas_pages", "parse_output", "textured_model", "write_output"]
 
-Kind = Literal["glb", "obj", "npz", "uph", "html", "atlas", "flat", "picture"]
+Kind = Literal["glb", "obj", "ply", "npz", "uph", "html", "atlas", "flat", "picture"]
 
 _MODEL_SUFFIXES: dict[str, Kind] = {
     ".glb": "glb",
     ".obj": "obj",
+    ".ply": "ply",
     ".npz": "npz",
     ".uph": "uph",
     ".html": "html",
@@ -69,8 +72,8 @@ class Output:
     Attributes
     ----------
     kind
-        A model or texels (glb, obj, npz, uph, and html, which is a stream with its viewer), an image of all
-        charts (atlas), the texels of a single chart (flat), or a picture of the model.
+        A model or texels (glb, obj, ply, npz, uph, and html, which is a stream with its viewer), an image of
+        all charts (atlas), the texels of a single chart (flat), or a picture of the model.
     path
         The file; some kinds have others beside it.
     """
@@ -81,7 +84,7 @@ class Output:
     @property
     def has_atlas(self) -> bool:
         """Whether it holds an atlas, which may have several pages."""
-        return self.kind in ("glb", "obj", "atlas")
+        return self.kind in ("glb", "obj", "ply", "atlas")
 
     @property
     def in_tiles(self) -> bool:
@@ -107,6 +110,8 @@ class Output:
             case "obj":
                 material, texture = obj_companions(self.path)
                 own = [self.path, material]
+            case "ply":
+                texture, own = ply_companion(self.path), [self.path]
             case _:
                 return (self.path,)
         textures = [texture, *(map_companion(texture, role) for role in roles)]
@@ -186,8 +191,8 @@ class TexturedModel(Shown):
         What the texels were painted from: an image, or a material.
     maps
         A material's other maps by role, on the same charts, as `upholster.paint_material` makes them. GLB and
-        pictures show all but the height; files of their own beside the base colour go with OBJ, atlas and
-        flat texture.
+        pictures show all but the height; files of their own beside the base colour go with OBJ, PLY, atlas
+        and flat texture.
     read_from
         The whole stream that all this was read from, if it was: written again as it is.
     in_tiles
@@ -421,6 +426,12 @@ def write_output(
                 page=page,
             )
             _write_maps(places[2 + pages :], model)
+        case "ply":
+            page, uv = model.atlas.page_coordinates(model.mesh)
+            images = model.atlas.images()
+            textures = places[1 : 1 + pages]
+            write_ply(places[0], textures, model.mesh, uv, images, stem=output.path.stem, page=page)
+            _write_maps(places[1 + pages :], model)
         case "picture":
             picture = model.picture(progress=progress)
             linear = output.path.suffix.lower() == ".exr"

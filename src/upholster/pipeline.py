@@ -202,7 +202,7 @@ def write(
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> None:
-    """Write a textured surface to one file: .glb, .obj, .npz, .uph, .html, or a picture (.png …).
+    """Write a textured surface to one file: .glb, .obj, .ply, .npz, .uph, .html, or a picture (.png …).
 
     Parameters
     ----------

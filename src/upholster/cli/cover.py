@@ -67,10 +67,10 @@ def cover(
             "-o",
             "--output",
             metavar="FILE",
-            help="Several at once: .glb .obj (models), .uph (progressive stream), .html (stream and viewer "
-            "in one file), .npz (texels), .png .jpg .webp .exr (a picture of the model; with `atlas:` before "
-            "the name its texture; with `--texels WxH` the flat texture). A material's other maps lie beside "
-            "textures: `x_normal.png`. A texture above 8192x8192 is several: `x_1.png`, or, with `<UDIM>` in "
+            help="Several at once: .glb .obj .ply (models), .uph (progressive stream), .html (stream and "
+            "viewer in one file), .npz (texels), .png .jpg .webp .exr (a picture of the model; with `atlas:` "
+            "before the name its texture; with `--texels WxH` the flat texture). A material's other maps lie "
+            "beside textures: `x_normal.png`. A texture above 8192x8192 is several: `x_1.png`, or, with `<UDIM>` in "
             "its name, UDIM tiles.",
         ),
     ],
@@ -155,7 +155,8 @@ def _uses(
     material = len(sample) > 1 or Path(sample[0]).is_dir() or Path(sample[0]).suffix.lower() == ".zip"
     made = asked.method + (" flat" if flat else " material" if material else "")
     kinds = {
-        ".glb": "model", ".obj": "model", ".npz": "texels", ".uph": "stream", ".html": "stream",
+        ".glb": "model", ".obj": "model", ".ply": "model", ".npz": "texels",
+        ".uph": "stream", ".html": "stream",
     }  # fmt: skip
     uses = [f"{made} {kinds.get(Path(name).suffix.lower(), 'picture')}" for name in outputs]
     return ["prepare", *uses] if preparing.rectify else uses

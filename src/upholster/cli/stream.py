@@ -23,7 +23,7 @@ def refine(
             "-o",
             "--output",
             metavar="FILE",
-            help="As for `cover`: .glb .obj .npz .uph .html, pictures, `atlas:`.",
+            help="As for `cover`: .glb .obj .ply .npz .uph .html, pictures, `atlas:`.",
         ),
     ],
     *,

@@ -6,6 +6,7 @@ from upholster.export.maps import map_companion, write_map
 from upholster.export.npz import write_npz
 from upholster.export.obj import obj_companions, write_obj
 from upholster.export.pages import UDIM, page_files, udim_tile
+from upholster.export.ply import ply_companion, write_ply
 from upholster.export.retextured import Cover, write_retextured_glb
 
 __all__ = [
@@ -15,6 +16,7 @@ __all__ = [
     "map_companion",
     "obj_companions",
     "page_files",
+    "ply_companion",
     "udim_tile",
     "viewer_page",
     "write_glb",
@@ -22,5 +24,6 @@ __all__ = [
     "write_map",
     "write_npz",
     "write_obj",
+    "write_ply",
     "write_retextured_glb",
 ]

@@ -15,7 +15,7 @@ from upholster.image import alpha_channel, write_image
 from upholster.model import Mesh
 from upholster.types import FloatArray, IntArray
 
-__all__ = ["obj_companions", "write_obj"]
+__all__ = ["obj_companions", "whole_polygons", "write_obj"]
 
 _LINES = {
     "normal": ("norm",),
@@ -97,7 +97,7 @@ def write_obj(
         _rows(file, "v %.9g %.9g %.9g\n", places)
         _rows(file, "vt %.7f %.7f\n", np.column_stack([uv[:, 0], 1.0 - uv[:, 1]]))
         _rows(file, "vn %.6f %.6f %.6f\n", mesh.normals @ turned + 0.0)
-        kinds = [polygons_by_page(faces, page, len(images)) for faces in _faces(mesh, place_of)]
+        kinds = [polygons_by_page(faces, page, len(images)) for faces in whole_polygons(mesh, place_of)]
         for name, parts in zip(names, zip(*kinds, strict=True), strict=True):
             file.write(f"usemtl {name}\n")
             for corners in parts:
@@ -131,8 +131,16 @@ def _material(
     return lines
 
 
-def _faces(mesh: Mesh, place_of: NDArray[np.integer]) -> Iterator[IntArray]:
-    """Yield arrays of faces, (N, 4) and (N, 3): no face has two corners at one place."""
+def whole_polygons(mesh: Mesh, place_of: NDArray[np.integer]) -> Iterator[IntArray]:
+    """Yield a mesh's polygons, (N, 4) and (N, 3), so that none has two corners at one place.
+
+    Parameters
+    ----------
+    mesh
+        The mesh.
+    place_of
+        (V,) a number for each vertex: equal for those at one place.
+    """
     corners = place_of[mesh.quads]
     doubled = corners == np.roll(corners, -1, axis=1)  # corner k lies where k + 1 does
     whole = ~doubled.any(axis=1)
