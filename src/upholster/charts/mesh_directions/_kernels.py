@@ -8,7 +8,7 @@ from upholster.types import FloatArray, IntArray
 
 ComplexArray = NDArray[np.complex128]
 
-__all__ = ["comb", "regions", "vertex_vectors"]
+__all__ = ["around_vertices", "comb", "regions", "vertex_vectors"]
 
 
 @allocating_kernel
@@ -75,6 +75,41 @@ def comb(edges: IntArray, across: IntArray, carried: ComplexArray, z: ComplexArr
                         best, nearest = like, one
                     one = complex(-one.imag, one.real) if fold == 4 else -one
                 z[other] = nearest
+
+
+@kernel
+def around_vertices(
+    triangles: IntArray, neighbours: IntArray, corners: FloatArray, turned: FloatArray, out: FloatArray
+) -> None:
+    """Sum up what a field turns round each vertex, in radians: 0 where it goes on as on a plane.
+
+    `corners` (T, 3) angles of the triangles, `turned` (T, 3) how far the field turns over each edge beside
+    being carried, counter-clockwise. `out` (V,) gets 2π less the corners plus the turns, of each ring of
+    triangles that is closed; vertices without any get 0.
+    """
+    out[:] = 0.0
+    for start in range(len(triangles)):
+        for corner in range(3):
+            total, lowest = 2 * np.pi, start
+            t, k = start, corner
+            closed = False
+            while True:
+                total -= corners[t, k]
+                back = (k + 2) % 3
+                met = neighbours[t, back]
+                if met < 0:
+                    break
+                total += turned[t, back]
+                t, k = met // 3, met % 3
+                lowest = min(lowest, t)
+                if t == start and k == corner:
+                    closed = True
+                    break
+                if lowest < start:
+                    break
+            # Each ring counts once, from its lowest triangle on.
+            if closed and lowest == start:
+                out[triangles[start, corner]] += total
 
 
 @kernel

@@ -1,40 +1,86 @@
 """`mesh_directions`: a unit direction at each triangle and vertex of a mesh."""
 
 from dataclasses import dataclass
+from fractions import Fraction
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from upholster.charts._multigrid_kernels import ComplexArray
 from upholster.charts.directions import Vectors
 from upholster.charts.mesh_directions._kernels import comb, vertex_vectors
 from upholster.charts.mesh_directions.frames import PlaneFrames, plane_frames, power
+from upholster.charts.mesh_directions.singular import (
+    indices_at_vertices,
+    jumps_over_edges,
+    vertices_at_creases,
+)
 from upholster.charts.mesh_directions.solving import field_power
 from upholster.charts.mesh_directions.wishes import MeshDirection, parse_mesh_direction, prior_of, wish_of
 from upholster.errors import InputError
 from upholster.geometry import TriangleMesh
-from upholster.types import FloatArray, frozen_array
+from upholster.shown import Shown, on_a_line
+from upholster.types import FloatArray, IntArray, frozen_array
 
 __all__ = ["MeshField", "mesh_directions"]
 
 
 @dataclass(frozen=True, eq=False)
-class MeshField:
+class MeshField(Shown):
     """Directions on a mesh: where the sample's rows of pixels run, left to right.
 
     Attributes
     ----------
+    mesh
+        The mesh.
     vectors
         (V, 3) float64, read-only: unit tangents at the vertices; zero at those of no triangle.
     face_vectors
         (T, 3) float64, read-only: unit tangents of the triangles.
-    symmetry
-        1, 2 or 4: by which part of a turn directions may differ and still count as one.
+    fold
+        1, 2 or 4: opposite directions, or those at right angles too, count as one in the field. At least the
+        texture's symmetry; more where what was asked for has no sign.
+    jumps
+        (T, 3) int8, read-only: by how many quarter turns `face_vectors` jump over each edge, counter-clockwise;
+        0 where they go on, at borders and at creases.
+    index
+        (V,) int8, read-only: how often the field turns round each vertex, in parts 1/fold of a turn.
+    singular
+        (K,) int32, read-only: vertices of an index other than 0 that lie at no border and no crease.
     """
 
+    mesh: TriangleMesh
     vectors: FloatArray
     face_vectors: FloatArray
-    symmetry: int
+    fold: int
+    jumps: NDArray[np.int8]
+    index: NDArray[np.int8]
+    singular: IntArray
+
+    def __repr__(self) -> str:
+        return on_a_line(self, {"name": self.mesh.name, "fold": self.fold, "singular": len(self.singular)})
+
+    @property
+    def places(self) -> FloatArray:
+        """Positions of the singular points, (K, 3), in model units."""
+        found: FloatArray = self.mesh.positions[self.singular]
+        return found
+
+    def seen_jumps(self, symmetry: int) -> int:
+        """Return over how many edges the field jumps by a turn that a texture of a symmetry does not hide."""
+        return int(np.count_nonzero(self.jumps * symmetry % 4)) // 2
+
+    @property
+    def words(self) -> str:
+        """Say how many singular points there are, of which indices: ``"3 singular points: 2 of +1, 1 of -1"``."""
+        values, counts = np.unique(self.index[self.singular], return_counts=True)
+        if not len(values):
+            return "no singular points"
+        kinds = ", ".join(
+            f"{count} of {'+' if value > 0 else ''}{Fraction(int(value), self.fold)}"
+            for value, count in zip(values[::-1], counts[::-1], strict=True)
+        )
+        return f"{len(self.singular)} singular point{'s' * (len(self.singular) > 1)}: {kinds}"
 
 
 def mesh_directions(
@@ -79,8 +125,15 @@ def mesh_directions(
         turn = np.radians(wanted.angle)
         z = z * complex(np.cos(turn), -np.sin(turn))
     face_vectors = frames.vectors(z)
+    index = indices_at_vertices(mesh, frames, z, fold)
     return MeshField(
-        frozen_array(_at_vertices(mesh, frames, face_vectors, fold)), frozen_array(face_vectors), fold
+        mesh,
+        frozen_array(_at_vertices(mesh, frames, face_vectors, fold)),
+        frozen_array(face_vectors),
+        fold,
+        frozen_array(jumps_over_edges(mesh, frames, z, fold)),
+        frozen_array(index),
+        frozen_array(np.flatnonzero(index * ~vertices_at_creases(mesh, frames)).astype(np.int32)),
     )
 
 

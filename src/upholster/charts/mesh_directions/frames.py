@@ -28,6 +28,8 @@ class PlaneFrames:
     ----------
     x, y, normals
         (T, 3) unit vectors. A triangle without area has the normal of those beside it.
+    along
+        (T, 3) complex, of size 1: the triangles' edges as directions.
     areas
         (T,) positive.
     first, second
@@ -46,6 +48,7 @@ class PlaneFrames:
     x: FloatArray
     y: FloatArray
     normals: FloatArray
+    along: ComplexArray
     areas: FloatArray
     first: IntArray
     second: IntArray
@@ -100,6 +103,7 @@ def plane_frames(mesh: TriangleMesh, crease: float | None) -> PlaneFrames:
         x,
         y,
         normals,
+        along,
         areas,
         triangle.astype(np.int32),
         other.astype(np.int32),

@@ -19,6 +19,12 @@ __all__ = ["field_power"]
 _REACH = 0.05
 """Length, as a part of the model's size, over which a wish of half confidence gives way to smoothness."""
 
+_EVENING = 0.1
+"""Length, as a part of the model's size, up to which singular points of opposite index cancel out."""
+
+_ROUNDS = 3
+"""How often the field is made unit and smooth again."""
+
 _LEAST = 1e-3
 """Part of a region's area that must have a wish, for the region to follow it."""
 
@@ -51,17 +57,16 @@ def field_power(
     rows = _energy(frames, symmetry)
     total = np.bincount(frames.part, frames.areas, frames.parts)
     heard = np.bincount(frames.part, frames.areas * confidence, frames.parts) > _LEAST * total
-    z = np.where(confidence > 0, wish, prior)
-    if heard.any() and (confidence[heard[frames.part]] < 1).any():
-        z = _filled(rows, frames, wish, np.where(heard[frames.part], confidence, 0.0), size)
+    confidence = np.where(heard[frames.part], confidence, 0.0)
+    force = frames.areas / (_REACH * size) ** 2 * confidence / (1.0001 - confidence)
+    z = np.where(heard[frames.part], wish, 0.0)
+    if heard.any():
+        z = _filled(rows, frames.areas, force, wish)
     if not heard.all():
-        free = smallest_eigenvectors(
-            rows, frames.areas, frames.part, np.where(heard[frames.part], 0, prior), shift=0.1 / total
-        )
-        free = _turned_to(frames, free, prior)
-        z = np.where(heard[frames.part], z, free)
-    length = np.sqrt(z.real**2 + z.imag**2)
-    return np.where(length > 0, z / np.where(length > 0, length, 1.0), 1.0)
+        start = np.where(heard[frames.part], 0.0, prior)
+        free = smallest_eigenvectors(rows, frames.areas, frames.part, start, shift=0.1 / total)
+        z = np.where(heard[frames.part], z, _turned_to(frames, free, prior))
+    return _evened(rows, frames.areas, force, wish, z, size)
 
 
 def _energy(frames: PlaneFrames, symmetry: int) -> Rows:
@@ -74,15 +79,38 @@ def _energy(frames: PlaneFrames, symmetry: int) -> Rows:
     return hermitian(len(diagonal), frames.first, frames.second, -frames.weights * values, diagonal)
 
 
-def _filled(
-    rows: Rows, frames: PlaneFrames, wish: ComplexArray, confidence: FloatArray, size: float
-) -> ComplexArray:
-    """Return the field that is smooth and follows the wishes, each with the force of its confidence."""
-    force = frames.areas / (_REACH * size) ** 2 * confidence / (1.0001 - confidence)
+def _filled(rows: Rows, areas: FloatArray, force: FloatArray, wish: ComplexArray) -> ComplexArray:
+    """Return the field that is smooth and follows the wishes, each with its force."""
     # A trace everywhere keeps regions without wishes solvable.
-    force = force + 1e-9 * frames.areas / frames.areas.max()
-    grid = Multigrid(rows._replace(diagonal=rows.diagonal + force))
-    return solve(grid, force * wish, np.where(confidence > 0, wish, 0.0), tolerance=1e-6)
+    grid = Multigrid(rows._replace(diagonal=rows.diagonal + force + 1e-9 * areas / areas.max()))
+    return solve(grid, force * wish, np.where(force > 0, wish, 0.0), tolerance=1e-6)
+
+
+def _evened(
+    rows: Rows, areas: FloatArray, force: FloatArray, wish: ComplexArray, z: ComplexArray, size: float
+) -> ComplexArray:
+    """Return the field made unit and smooth by turns: singular points that need not be cancel out.
+
+    The smallest eigenvector is long where the surface is flat and next to nothing elsewhere, and a field
+    filled from afar is faint; there the unit field may have pairs of singular points.
+
+    References
+    ----------
+    R. Viertel, B. Osting: An approach to quad meshing based on harmonic cross-valued maps and the
+    Ginzburg-Landau theory, SIAM Journal on Scientific Computing 41, 2019, algorithm 1.
+    """
+    pull = areas / (_EVENING * size) ** 2
+    grid = Multigrid(rows._replace(diagonal=rows.diagonal + force + pull))
+    for _ in range(_ROUNDS):
+        z = _unit(z)
+        z = solve(grid, force * wish + pull * z, z, tolerance=0.02)
+    return _unit(z)
+
+
+def _unit(z: ComplexArray) -> ComplexArray:
+    length = np.sqrt(z.real**2 + z.imag**2)
+    unit: ComplexArray = np.where(length > 0, z / np.where(length > 0, length, 1.0), 1.0)
+    return unit
 
 
 def _turned_to(frames: PlaneFrames, z: ComplexArray, prior: ComplexArray) -> ComplexArray:
