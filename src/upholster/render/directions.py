@@ -147,14 +147,15 @@ def _is_seen(shown: FloatArray, depth: NDArray[np.float32], size: float) -> NDAr
 def _draw_singular(pixels: PixelArray, field: MeshField, camera: Camera, depth: NDArray[np.float32]) -> None:
     shown = camera.project(field.places)
     radius = 5.0 * _FINER
-    rows, columns = np.mgrid[: len(pixels), : pixels.shape[1]] if len(shown) else (None, None)
+    rows, columns = np.ogrid[: len(pixels), : pixels.shape[1]]
     for (x, y, _), seen, vertex in zip(
         shown, _is_seen(shown, depth, field.mesh.size), field.singular, strict=True
     ):
         if not seen:
             continue
         top, left = max(int(y - radius) - 1, 0), max(int(x - radius) - 1, 0)
-        part = np.s_[top : int(y + radius) + 2, left : int(x + radius) + 2]
-        away = np.hypot(rows[part] + 0.5 - y, columns[part] + 0.5 - x)
+        bottom, right = int(y + radius) + 2, int(x + radius) + 2
+        part = np.s_[top:bottom, left:right]
+        away = np.hypot(rows[top:bottom] + 0.5 - y, columns[:, left:right] + 0.5 - x)
         pixels[part][away <= radius] = 255
         pixels[part][away <= 0.8 * radius] = _POSITIVE if field.index[vertex] > 0 else _NEGATIVE

@@ -8,7 +8,7 @@ from upholster.types import FloatArray, IntArray
 
 ComplexArray = NDArray[np.complex128]
 
-__all__ = ["around_vertices", "comb", "regions", "vertex_vectors"]
+__all__ = ["around_vertices", "comb", "near_by", "nearest_triangles", "regions", "vertex_vectors"]
 
 
 @allocating_kernel
@@ -75,6 +75,112 @@ def comb(edges: IntArray, across: IntArray, carried: ComplexArray, z: ComplexArr
                         best, nearest = like, one
                     one = complex(-one.imag, one.real) if fold == 4 else -one
                 z[other] = nearest
+
+
+@kernel
+def nearest_triangles(
+    corners: FloatArray,
+    centres: FloatArray,
+    radii: FloatArray,
+    points: FloatArray,
+    out: IntArray,
+    away: FloatArray,
+) -> None:
+    """Find the triangle nearest to each point, and how far away it is.
+
+    `corners` (T, 3, 3), `centres` (T, 3) with all corners within `radii` (T,), `points` (N, 3), `out` (N,).
+    """
+    for n in range(len(points)):
+        best = 1e300
+        for t in range(len(corners)):
+            total = 0.0
+            for axis in range(3):
+                total += (points[n, axis] - centres[t, axis]) ** 2
+            reach = best + radii[t]
+            if total >= reach * reach:
+                continue
+            distance = _distance(corners, t, points, n)
+            if distance < best:
+                best = distance
+                out[n] = t
+        away[n] = best
+
+
+@inline
+def _distance(corners: FloatArray, t: int, points: FloatArray, n: int) -> float:
+    """Return a point's distance from a triangle: from its inside, or the nearest of its edges."""
+    ee, ff, ef, ep, fp, pp = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for axis in range(3):
+        e = corners[t, 1, axis] - corners[t, 0, axis]
+        f = corners[t, 2, axis] - corners[t, 0, axis]
+        p = points[n, axis] - corners[t, 0, axis]
+        ee, ff, ef = ee + e * e, ff + f * f, ef + e * f
+        ep, fp, pp = ep + e * p, fp + f * p, pp + p * p
+    det = ee * ff - ef * ef
+    if det > 0:
+        a, b = (ff * ep - ef * fp) / det, (ee * fp - ef * ep) / det
+        if a >= 0 and b >= 0 and a + b <= 1:
+            inside: float = np.sqrt(max(pp - a * ep - b * fp, 0.0))
+            return inside
+    best = 1e300
+    for edge in range(3):
+        along, size = 0.0, 0.0
+        for axis in range(3):
+            e = corners[t, (edge + 1) % 3, axis] - corners[t, edge, axis]
+            along += e * (points[n, axis] - corners[t, edge, axis])
+            size += e * e
+        share = min(max(along / size, 0.0), 1.0) if size > 0 else 0.0
+        total = 0.0
+        for axis in range(3):
+            at = corners[t, edge, axis] + share * (corners[t, (edge + 1) % 3, axis] - corners[t, edge, axis])
+            total += (points[n, axis] - at) ** 2
+        best = min(best, total)
+    beside: float = np.sqrt(best)
+    return beside
+
+
+@allocating_kernel
+def near_by(
+    across: IntArray,
+    centres: FloatArray,
+    seeds: IntArray,
+    points: FloatArray,
+    radius: float,
+    which: IntArray,
+    nearness: FloatArray,
+) -> None:
+    """Find for each triangle the point whose surroundings it lies in, and how near it is.
+
+    The surroundings of a point are the triangles within `radius` of it that hang together with its seed.
+    `which` (T,) gets the number of the nearest such point, −1 for none; `nearness` (T,) 1 at the seed, 0 at
+    `radius` and beyond.
+    """
+    which[:] = -1
+    nearness[:] = 0.0
+    seen = np.full(len(across), -1, np.int32)
+    queue = np.empty(len(across), np.int32)
+    for n in range(len(seeds)):
+        queue[0] = seeds[n]
+        seen[seeds[n]] = n
+        done, waiting = 0, 1
+        while done < waiting:
+            t = queue[done]
+            done += 1
+            total = 0.0
+            for axis in range(3):
+                total += (points[n, axis] - centres[t, axis]) ** 2
+            near = 1.0 if t == seeds[n] else max(1.0 - np.sqrt(total) / radius, 0.0)
+            if near > nearness[t]:
+                nearness[t] = near
+                which[t] = n
+            if near <= 0:
+                continue
+            for k in range(3):
+                other = across[t, k]
+                if other >= 0 and seen[other] != n:
+                    seen[other] = n
+                    queue[waiting] = other
+                    waiting += 1
 
 
 @kernel

@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike, NDArray
 from upholster.charts._multigrid_kernels import ComplexArray
 from upholster.charts.directions import Vectors
 from upholster.charts.mesh_directions._kernels import comb, vertex_vectors
+from upholster.charts.mesh_directions.direction import MeshDirection, parse_mesh_direction
 from upholster.charts.mesh_directions.frames import PlaneFrames, plane_frames, power
 from upholster.charts.mesh_directions.singular import (
     indices_at_vertices,
@@ -16,7 +17,8 @@ from upholster.charts.mesh_directions.singular import (
     vertices_at_creases,
 )
 from upholster.charts.mesh_directions.solving import field_power
-from upholster.charts.mesh_directions.wishes import MeshDirection, parse_mesh_direction, prior_of, wish_of
+from upholster.charts.mesh_directions.strokes import Strokes, parse_strokes, with_strokes
+from upholster.charts.mesh_directions.wishes import prior_of, wish_of
 from upholster.errors import InputError
 from upholster.geometry import TriangleMesh
 from upholster.shown import Shown, on_a_line
@@ -41,8 +43,8 @@ class MeshField(Shown):
         1, 2 or 4: opposite directions, or those at right angles too, count as one in the field. At least the
         texture's symmetry; more where what was asked for has no sign.
     jumps
-        (T, 3) int8, read-only: by how many quarter turns `face_vectors` jump over each edge, counter-clockwise;
-        0 where they go on, at borders and at creases.
+        (T, 3) int8, read-only: by how many quarter turns `face_vectors` jump over each edge,
+        counter-clockwise; 0 where they go on, at borders and at creases.
     index
         (V,) int8, read-only: how often the field turns round each vertex, in parts 1/fold of a turn.
     singular
@@ -72,7 +74,7 @@ class MeshField(Shown):
 
     @property
     def words(self) -> str:
-        """Say how many singular points there are, of which indices: ``"3 singular points: 2 of +1, 1 of -1"``."""
+        """How many singular points there are, of which indices: ``"2 singular points: 2 of +1"``."""
         values, counts = np.unique(self.index[self.singular], return_counts=True)
         if not len(values):
             return "no singular points"
@@ -85,8 +87,9 @@ class MeshField(Shown):
 
 def mesh_directions(
     mesh: TriangleMesh,
-    direction: str | Vectors | ArrayLike | MeshDirection = "level",
+    direction: str | Vectors | ArrayLike | MeshDirection | None = None,
     *,
+    strokes: Strokes | None = None,
     symmetry: int = 1,
     crease: float | None = None,
 ) -> MeshField:
@@ -98,6 +101,9 @@ def mesh_directions(
         The triangles. Two that use the same two vertices meet there.
     direction
         What is asked for: see `parse_mesh_direction`. Where it says nothing the field is filled smoothly.
+        By default ``level``; with strokes ``smooth``.
+    strokes
+        Directions at places: see `parse_strokes`. Near them they count instead of `direction`.
     symmetry
         1, 2 or 4: the texture looks the same after so many turns to make a whole one.
     crease
@@ -108,13 +114,18 @@ def mesh_directions(
     InputError
         If an option is out of range, or the direction is wrong for the mesh.
     """
+    drawn = None if strokes is None else parse_strokes(strokes)
+    if direction is None:
+        direction = "level" if drawn is None else "smooth"
     wanted = parse_mesh_direction(direction)
     if symmetry not in (1, 2, 4):
         raise InputError(f"symmetry is {symmetry!r}; allowed: 1, 2 or 4")
     if crease is not None and not 0 <= crease <= 180:
         raise InputError(f"crease is {crease!r} degrees; allowed: 0 to 180")
     frames = plane_frames(mesh, crease)
-    wish = wish_of(mesh, frames, wanted)
+    wish = wish_of(mesh, frames, wanted, crease)
+    if drawn is not None:
+        wish = with_strokes(mesh, frames, wish, drawn)
     fold = max(symmetry, wish.fold)
     prior = prior_of(frames)
     z = field_power(
@@ -162,14 +173,8 @@ def _root(z: ComplexArray) -> ComplexArray:
 
 
 def _at_vertices(mesh: TriangleMesh, frames: PlaneFrames, face_vectors: FloatArray, fold: int) -> FloatArray:
-    normals = np.zeros(mesh.positions.shape)
-    weighted = frames.areas[:, None] * frames.normals
-    for axis in range(3):
-        for corner in range(3):
-            normals[:, axis] += np.bincount(mesh.triangles[:, corner], weighted[:, axis], len(normals))
-    length = np.sqrt(np.einsum("ij,ij->i", normals, normals))[:, None]
-    normals = np.where(length > 0, normals / np.where(length > 0, length, 1.0), 0.0)
     out = np.empty(mesh.positions.shape)
     room = np.empty(len(out), np.int32)
+    normals = frames.at_vertices(mesh)
     vertex_vectors(mesh.triangles, face_vectors, frames.areas, normals, fold, out, room)
     return out

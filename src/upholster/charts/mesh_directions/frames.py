@@ -66,6 +66,16 @@ class PlaneFrames:
         found.imag = np.einsum("ij,ij->i", vectors, self.y)
         return found
 
+    def at_vertices(self, mesh: TriangleMesh) -> FloatArray:
+        """Return unit normals at the vertices, (V, 3): means by area; zero at those of no triangle."""
+        normals = np.zeros(mesh.positions.shape)
+        weighted = self.areas[:, None] * self.normals
+        for axis in range(3):
+            for corner in range(3):
+                normals[:, axis] += np.bincount(mesh.triangles[:, corner], weighted[:, axis], len(normals))
+        length = np.sqrt(np.einsum("ij,ij->i", normals, normals))[:, None]
+        return np.where(length > 0, normals / np.where(length > 0, length, 1.0), 0.0)
+
     def vectors(self, numbers: ComplexArray) -> FloatArray:
         """Return complex numbers (T,) as vectors (T, 3)."""
         found: FloatArray = numbers.real[:, None] * self.x + numbers.imag[:, None] * self.y

@@ -52,7 +52,7 @@ def vertices_at_creases(mesh: TriangleMesh, frames: PlaneFrames) -> NDArray[np.b
 
 
 def _turned(mesh: TriangleMesh, frames: PlaneFrames, z: ComplexArray, symmetry: int) -> FloatArray:
-    """Return the angle (T, 3) from z, carried over each edge, to z beyond; back it is exactly as much less."""
+    """Return the angle (T, 3) from z, carried over each edge, to z beyond; back it is exactly opposite."""
     beyond, edge = mesh.neighbours // 3, mesh.neighbours % 3
     turned = np.zeros(beyond.shape)
     up = np.nonzero(mesh.neighbours > 3 * np.arange(len(beyond))[:, None] + 2)

@@ -14,7 +14,7 @@ from upholster.charts.mesh_directions.frames import PlaneFrames, power
 from upholster.charts.multigrid import Multigrid, hermitian, smallest_eigenvectors, solve
 from upholster.types import FloatArray
 
-__all__ = ["field_power"]
+__all__ = ["field_power", "spread_evenly"]
 
 _REACH = 0.05
 """Length, as a part of the model's size, over which a wish of half confidence gives way to smoothness."""
@@ -67,6 +67,12 @@ def field_power(
         free = smallest_eigenvectors(rows, frames.areas, frames.part, start, shift=0.1 / total)
         z = np.where(heard[frames.part], z, _turned_to(frames, free, prior))
     return _evened(rows, frames.areas, force, wish, z, size)
+
+
+def spread_evenly(frames: PlaneFrames, z: ComplexArray, symmetry: int, length: float) -> ComplexArray:
+    """Return a field of powers (T,) averaged over a length, within each region."""
+    rows, mass = _energy(frames, symmetry), frames.areas / length**2
+    return solve(Multigrid(rows._replace(diagonal=rows.diagonal + mass)), mass * z, z, tolerance=1e-3)
 
 
 def _energy(frames: PlaneFrames, symmetry: int) -> Rows:

@@ -1,46 +1,31 @@
-"""Which way a texture shall run on a mesh: what users ask for, and what that means on each triangle."""
+"""What a direction asks for on each triangle of a mesh."""
 
-import re
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from upholster.charts._multigrid_kernels import ComplexArray
-from upholster.charts.directions import NUMBER, Vectors, parse_direction
-from upholster.charts.mesh_directions.frames import PlaneFrames
+from upholster.charts.directions import Vectors
+from upholster.charts.mesh_directions.direction import MeshDirection
+from upholster.charts.mesh_directions.frames import PlaneFrames, power
+from upholster.charts.mesh_directions.solving import spread_evenly
 from upholster.errors import InputError
 from upholster.geometry import TriangleMesh
 from upholster.types import FloatArray
 
-__all__ = ["MeshDirection", "Wish", "parse_mesh_direction", "prior_of", "wish_of"]
+__all__ = ["Wish", "prior_of", "projected", "wish_of"]
 
-ALLOWED = "level, smooth, degrees from level, an axis x, y or z, a vector x,y,z, or around:x, y, z or x,y,z"
+SHARP = 30.0
+"""Degrees above which an edge is sharp for the direction ``edges``, unless creases are told."""
 
 _FAINT, _CLEAR = 0.03, 0.3
 """Sines of the angle between a vector and the normal: from nothing asked to followed closely."""
 
+_BENT = (0.3, 3.0)
+"""Difference of the principal curvatures times the model's size: from nothing asked to followed closely."""
 
-@dataclass(frozen=True, slots=True, eq=False)
-class MeshDirection:
-    """A direction on a mesh: of the sample's rows of pixels, left to right.
-
-    Attributes
-    ----------
-    text
-        As the user writes it: see `parse_mesh_direction`.
-    kind
-        ``"level"``, ``"smooth"`` or ``"vectors"``.
-    angle
-        Degrees by which the field is turned in the end, clockwise seen from outside.
-    vectors
-        Of kind "vectors": points (n, 3) to vectors (n, 3); or an array (V, 3), one for each vertex.
-    """
-
-    text: str
-    kind: str
-    angle: float = 0.0
-    vectors: Vectors | FloatArray | None = None
+_CURVED_OVER = 0.01
+"""Length, as a part of the model's size, over which curvature is averaged."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -62,64 +47,7 @@ class Wish:
     fold: int = 1
 
 
-def parse_mesh_direction(wanted: str | Vectors | ArrayLike | MeshDirection) -> MeshDirection:
-    """Return the direction that a text, a function of points or an array of vectors stands for.
-
-    Parameters
-    ----------
-    wanted
-        ``level`` (to the right, seen from outside, along lines of equal z), ``smooth`` (as few turns as the
-        shape allows), a number (degrees from level, clockwise seen from outside), ``x``, ``y``, ``z`` or a
-        vector ``x,y,z`` (projected on the surface), ``around:z`` (or another axis, through the origin, as a
-        right-handed screw turns); a function of points (n, 3), in model units, to vectors (n, 3); or an array
-        of vectors (V, 3), one for each vertex.
-
-    Raises
-    ------
-    InputError
-        If it is none of these, a number is not finite, or a vector is zero.
-    """
-    if isinstance(wanted, MeshDirection):
-        return wanted
-    if callable(wanted):
-        return MeshDirection(getattr(wanted, "__name__", "function"), "vectors", vectors=wanted)
-    if not isinstance(wanted, str):
-        return _of_array(wanted)
-    written = wanted.strip()
-    if written in ("level", "smooth"):
-        return MeshDirection(written, written)
-    if re.fullmatch(NUMBER, written):
-        return MeshDirection(written, "level", angle=parse_direction(written).angle)
-    if written in ("x", "y", "z"):
-        axis = ",".join(str(int(name == written)) for name in "xyz")
-        return MeshDirection(written, "vectors", vectors=parse_direction(axis).vectors)
-    try:
-        found = parse_direction(written).vectors
-    except InputError as error:
-        if "finite" in str(error):
-            raise
-        found = None
-    if found is None:
-        raise InputError(f"direction is {written[:40]!r}; allowed on a mesh: {ALLOWED}")
-    return MeshDirection(written, "vectors", vectors=found)
-
-
-def _of_array(wanted: object) -> MeshDirection:
-    try:
-        vectors = np.asarray(wanted, np.float64)
-    except (TypeError, ValueError):
-        vectors = np.zeros(0)
-    if vectors.shape == (3,):
-        return parse_mesh_direction(",".join(repr(float(x)) for x in vectors))
-    if vectors.ndim != 2 or vectors.shape[1] != 3 or not np.isfinite(vectors).all():
-        raise InputError(
-            f"direction is a {type(wanted).__name__}; allowed on a mesh: {ALLOWED}, a function, "
-            "or finite vectors (V, 3), one for each vertex"
-        )
-    return MeshDirection("vectors", "vectors", vectors=vectors)
-
-
-def wish_of(mesh: TriangleMesh, frames: PlaneFrames, direction: MeshDirection) -> Wish:
+def wish_of(mesh: TriangleMesh, frames: PlaneFrames, direction: MeshDirection, crease: float | None) -> Wish:
     """Return what a direction asks for on each triangle.
 
     Raises
@@ -131,8 +59,12 @@ def wish_of(mesh: TriangleMesh, frames: PlaneFrames, direction: MeshDirection) -
         count = len(mesh.triangles)
         return Wish(np.zeros(count, np.complex128), np.zeros(count))
     if direction.kind == "level":
-        return _projected(frames, np.cross((0.0, 0.0, 1.0), frames.normals), unit=False)
-    wish = _projected(frames, _vectors_at(mesh, direction.vectors), unit=True)
+        return projected(frames, np.cross((0.0, 0.0, 1.0), frames.normals), unit=False)
+    if direction.kind == "curvature":
+        return _along_curvature(mesh, frames)
+    if direction.kind == "edges":
+        return _along_edges(mesh, frames, SHARP if crease is None else crease)
+    wish = projected(frames, _vectors_at(mesh, direction.vectors), unit=True)
     if not wish.confidence.any():
         raise InputError(
             f"direction {direction.text!r} is nowhere along the surface; allowed: one that is somewhere"
@@ -140,19 +72,72 @@ def wish_of(mesh: TriangleMesh, frames: PlaneFrames, direction: MeshDirection) -
     return wish
 
 
+def _along_curvature(mesh: TriangleMesh, frames: PlaneFrames) -> Wish:
+    """Return the directions of the greatest curvature, outward counted as positive.
+
+    Each triangle's shape operator is the derivative of its vertices' normals over it; half the difference of
+    its eigenvalues, turned by twice the first one's angle, is a field of fold 2, and is averaged as such.
+
+    References
+    ----------
+    S. Rusinkiewicz: Estimating curvatures and their derivatives on triangle meshes, 3DPVT 2004; F. Knöppel et
+    al., 2013, section 3.3.
+    """
+    normals = frames.at_vertices(mesh)[mesh.triangles]
+    points = [frames.numbers(mesh.corners[:, k] - mesh.corners[:, 0]) for k in (1, 2)]
+    bends = [frames.numbers(normals[:, k] - normals[:, 0]) for k in (1, 2)]
+    (p, q), (m, n) = points, bends
+    area = np.maximum(p.real * q.imag - p.imag * q.real, 1e-9 * frames.areas)
+    # n(x, y) is linear: its derivatives by x and by y, as complex numbers.
+    by_x, by_y = (m * q.imag - n * p.imag) / area, (n * p.real - m * q.real) / area
+    twice = 0.5 * (by_x.real - by_y.imag) + 0.5j * (by_x.imag + by_y.real)
+    length = np.sqrt(twice.real**2 + twice.imag**2)
+    most = 2.0 / np.sqrt(frames.areas)  # a triangle can not be bent more than to a small ball
+    twice = twice * np.minimum(1.0, most / np.maximum(length, 1e-300))
+    twice = spread_evenly(frames, twice, 2, _CURVED_OVER * mesh.size)
+    length = np.sqrt(twice.real**2 + twice.imag**2)
+    unit = np.where(length > 0, twice / np.where(length > 0, length, 1.0), 1.0)
+    return Wish(unit, _stepped(2 * length * mesh.size, *_BENT), 2)
+
+
+def _along_edges(mesh: TriangleMesh, frames: PlaneFrames, sharp: float) -> Wish:
+    """Return the directions of sharp edges and borders, in the triangles beside them.
+
+    An edge counts as much as it is long for its triangle: a small hole does not turn a large triangle.
+    """
+    bend = np.einsum("ti,tki->tk", frames.normals, frames.normals[mesh.neighbours // 3])
+    is_sharp = (mesh.neighbours < 0) | (bend < np.cos(np.radians(sharp)))
+    lengths = np.linalg.norm(np.roll(mesh.corners, -1, axis=1) - mesh.corners, axis=2)
+    share = (lengths / np.maximum(lengths.max(axis=1), 1e-300)[:, None]) ** 2
+    total = (np.where(is_sharp, share, 0.0) * power(frames.along, 4)).sum(axis=1)
+    length = np.sqrt(total.real**2 + total.imag**2)
+    unit = np.where(length > 0, total / np.where(length > 0, length, 1.0), 1.0)
+    return Wish(unit, np.minimum(2 * length, 1.0), 4)
+
+
 def prior_of(frames: PlaneFrames) -> ComplexArray:
     """Return what decides where nothing else does, (T,): level, and along x on what lies flat."""
     return frames.numbers(np.cross((0.0, 0.0, 1.0), frames.normals) + np.array([0.1, 0.01, 0.0]))
 
 
-def _projected(frames: PlaneFrames, vectors: FloatArray, *, unit: bool) -> Wish:
+def projected(frames: PlaneFrames, vectors: FloatArray, *, unit: bool) -> Wish:
+    """Return vectors (T, 3) in the triangles' planes, with confidence where much is left of them.
+
+    That is compared with the vectors' own lengths if `unit`, else with 1.
+    """
     z = frames.numbers(vectors)
     length = np.sqrt(z.real**2 + z.imag**2)
     whole = np.sqrt(np.einsum("ij,ij->i", vectors, vectors)) if unit else np.ones(len(z))
     some = length > 0
     share = np.where(whole > 0, length / np.where(whole > 0, whole, 1.0), 0.0)
-    step = np.clip((share - _FAINT) / (_CLEAR - _FAINT), 0, 1)
-    return Wish(z / np.where(some, length, 1.0), step * step * (3 - 2 * step))
+    return Wish(z / np.where(some, length, 1.0), _stepped(share, _FAINT, _CLEAR))
+
+
+def _stepped(x: FloatArray, low: float, high: float) -> FloatArray:
+    """Return 0 up to `low`, 1 from `high` on, smooth between."""
+    step = np.clip((x - low) / (high - low), 0, 1)
+    stepped: FloatArray = step * step * (3 - 2 * step)
+    return stepped
 
 
 def _vectors_at(mesh: TriangleMesh, vectors: Vectors | FloatArray | None) -> FloatArray:

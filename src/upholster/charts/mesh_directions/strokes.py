@@ -1,0 +1,141 @@
+"""Directions at single places: strokes over the surface, from texts, JSON files or arrays."""
+
+import json
+import re
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from upholster.charts.directions import NUMBER
+from upholster.charts.mesh_directions._kernels import near_by, nearest_triangles
+from upholster.charts.mesh_directions.frames import PlaneFrames, power
+from upholster.charts.mesh_directions.wishes import Wish
+from upholster.errors import InputError
+from upholster.geometry import TriangleMesh
+from upholster.types import FloatArray
+
+__all__ = ["Strokes", "parse_strokes", "with_strokes"]
+
+Strokes = str | Path | ArrayLike | Sequence[str | Path]
+"""What `parse_strokes` takes."""
+
+MOST_STROKES = 10_000
+
+_RADIUS = 0.03
+"""How far round its place a stroke counts, as a part of the model's size."""
+
+_FARTHEST = 0.1
+"""How far from the surface a stroke may lie, as a part of the model's size."""
+
+ALLOWED = "x,y,z:dx,dy,dz, a JSON file, or numbers of shape (n, 2, 3)"
+
+
+def parse_strokes(wanted: Strokes) -> FloatArray:
+    """Return strokes, (S, 2, 3): a place and a direction each, in model units.
+
+    Parameters
+    ----------
+    wanted
+        A text ``x,y,z:dx,dy,dz``; the path of a JSON file, whose name ends with ``.json``; a list of such
+        texts and paths; or numbers of shape (S, 2, 3). A file holds a list of ``{"at": [x, y, z], "along":
+        [dx, dy, dz]}``, or of ``[[x, y, z], [dx, dy, dz]]``.
+
+    Raises
+    ------
+    InputError
+        If a text, a file or a number is wrong, a direction is zero, or there are none or more than 10,000.
+    """
+    if isinstance(wanted, (str, Path)):
+        wanted = [wanted]
+    if isinstance(wanted, Sequence) and all(isinstance(one, (str, Path)) for one in wanted):
+        found = [_of_text(str(one)) for one in wanted]
+        strokes = np.concatenate(found) if found else np.zeros((0, 2, 3))
+    else:
+        strokes = _checked(wanted, "strokes")
+    if not 1 <= len(strokes) <= MOST_STROKES:
+        raise InputError(f"there are {len(strokes)} strokes; allowed: 1 to {MOST_STROKES}")
+    return strokes
+
+
+def with_strokes(mesh: TriangleMesh, frames: PlaneFrames, wish: Wish, strokes: FloatArray) -> Wish:
+    """Return a wish that follows strokes (S, 2, 3) near their places.
+
+    Raises
+    ------
+    InputError
+        If a stroke lies far from the surface, or at right angles to it.
+    """
+    centres = mesh.corners.mean(axis=1)
+    radii = np.sqrt(((mesh.corners - centres[:, None]) ** 2).sum(axis=2).max(axis=1)) * (1 + 1e-12)
+    points = np.ascontiguousarray(strokes[:, 0])
+    seeds, away = np.zeros(len(points), np.int32), np.empty(len(points))
+    nearest_triangles(mesh.corners, centres, radii, points, seeds, away)
+    if away.max() > _FARTHEST * mesh.size:
+        n = int(away.argmax())
+        raise InputError(
+            f"stroke at {_written(points[n])} lies {away[n]:.4g} from the surface; "
+            f"allowed: at most {_FARTHEST * mesh.size:.4g}"
+        )
+    which, nearness = np.empty(len(centres), np.int32), np.empty(len(centres))
+    near_by(frames.across, centres, seeds, points, _RADIUS * mesh.size, which, nearness)
+    along = strokes[:, 1] / np.abs(strokes[:, 1]).max(axis=1, keepdims=True)
+    along = along / np.sqrt(np.einsum("ij,ij->i", along, along))[:, None]
+    drawn = frames.numbers(along[which])
+    length = np.sqrt(drawn.real**2 + drawn.imag**2)
+    if (length[seeds] < 0.05).any():
+        n = int(length[seeds].argmin())
+        raise InputError(
+            f"stroke at {_written(points[n])} is at right angles to the surface; allowed: along it"
+        )
+    here = (which >= 0) & (length > 0)
+    near = np.where(here, np.minimum(2 * nearness, 1.0), 0.0)
+    unit = np.where(here, drawn / np.where(here, length, 1.0), 1.0)
+    follows = near >= wish.confidence
+    # Where something else is asked for, a stroke counts as far as its whole reach.
+    follows |= here
+    return Wish(
+        np.where(follows, power(unit, wish.fold), wish.power),
+        np.where(follows, near, wish.confidence),
+        wish.fold,
+    )
+
+
+def _of_text(text: str) -> FloatArray:
+    if text.strip().lower().endswith(".json"):
+        return _of_file(text.strip())
+    numbers = ",".join([NUMBER] * 3)
+    if not re.fullmatch(f"{numbers}:{numbers}", text):
+        raise InputError(f"stroke is {text[:60]!r}; allowed: {ALLOWED}")
+    at, along = ([float(x) for x in part.split(",")] for part in text.split(":"))
+    return _checked([[at, along]], f"stroke {text[:60]!r}")
+
+
+def _of_file(path: str) -> FloatArray:
+    try:
+        written = json.loads(Path(path).read_text(encoding="utf-8"))
+    except OSError as error:
+        raise InputError(f"strokes {path}: {error.strerror or error}") from None
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"strokes {path}: no JSON: {error}") from None
+    if not isinstance(written, list):
+        raise InputError(f"strokes {path}: a {type(written).__name__}; allowed: a list")
+    pairs = [[one.get("at"), one.get("along")] if isinstance(one, dict) else one for one in written]
+    return _checked(pairs, f"strokes {path}")
+
+
+def _checked(wanted: object, name: str) -> FloatArray:
+    try:
+        strokes = np.array(wanted, np.float64)
+    except (TypeError, ValueError):
+        strokes = np.zeros(0)
+    if strokes.ndim != 3 or strokes.shape[1:] != (2, 3) or not (np.abs(strokes) <= 1e18).all():
+        raise InputError(f"{name}: no finite numbers of shape (n, 2, 3); allowed: {ALLOWED}")
+    if (strokes[:, 1] == 0).all(axis=1).any():
+        raise InputError(f"{name}: a direction is zero; allowed: vectors that are not zero")
+    return strokes
+
+
+def _written(point: FloatArray) -> str:
+    return "(" + ", ".join(f"{x:.4g}" for x in point) + ")"
