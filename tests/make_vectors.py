@@ -50,6 +50,7 @@ def vectors() -> Any:
     yield "quilt", encode_stream(*woven("torus", sample_size=1.5))
     yield "fields", stream("bent")
     yield "rings", encode_stream(*woven("torus", texels=8_000))
+    yield "symmetries", encode_stream(*woven("torus", sample_size=1.5, mirror=True, rotate=True))
     yield "centre_matrices", encode_stream(*leaning(spec="cone", texels=5_000))
 
 

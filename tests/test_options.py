@@ -134,6 +134,8 @@ def test_a_default_that_is_written_is_refused_by_the_other_method(monkeypatch):
             "variety belongs to method 'quilt'; allowed with 'paper': block",
         ),
         ({"method": "paper", "shortlist": 9}, "shortlist belongs to method 'quilt'"),
+        ({"method": "pixel", "mirror": True}, "mirror belongs to method 'quilt'"),
+        ({"rotate": 90}, "rotate is 90; allowed: True or False"),
         ({"evenness": 11}, "evenness is 11; allowed: 0 to 10"),
         ({"variety": float("nan")}, "variety is nan; allowed: 0 to 10"),
         ({"tolerance": 0.9}, "tolerance is 0.9; allowed: 1 to 2"),

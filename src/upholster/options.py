@@ -390,6 +390,24 @@ class SynthesisOptions:
             only="quilt",
         ),
     )
+    mirror: bool = field(
+        default=False,
+        metadata=_about(
+            _SYNTHESIS,
+            "Use blocks of the sample mirrored, left and right exchanged, as well: 2 symmetries. For samples "
+            "without writing; what is above stays above.",
+            only="quilt",
+        ),
+    )
+    rotate: bool = field(
+        default=False,
+        metadata=_about(
+            _SYNTHESIS,
+            "Use blocks of the sample turned by quarter turns as well, for samples that have no up: 4 "
+            "symmetries, and 8 with --mirror.",
+            only="quilt",
+        ),
+    )
     chart: int = field(
         default=512,
         metadata=_about(

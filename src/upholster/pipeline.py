@@ -142,7 +142,7 @@ def cover(
         check_coded(wanted, parts, options)
         with timed("prepare", seconds):
             source = kept_sample(source, asked)
-            seen = matched_image(source, asked.method)
+            seen = matched_image(source, asked)
             prepared = prepare(seen, surface, asked)
             if has_stream(wanted) and isinstance(surface, Surface):
                 if asked.method == "pixel":

@@ -168,8 +168,10 @@ class PlainSample:
             image = half_size(image)
         return cls(levels, variance, usage_step)
 
-    def unused(self):
-        return np.zeros([-(-side // self.usage_step) for side in self.levels[0].image.shape[:2]])
+    def unused(self, symmetries):
+        """Return a usage grid of zeros for each symmetry, by its number."""
+        sides = [-(-side // self.usage_step) for side in self.levels[0].image.shape[:2]]
+        return {n: np.zeros(sides) for n in symmetries}
 
 
 @dataclass(frozen=True)
@@ -302,6 +304,13 @@ def add_tent(usage_step, stride, centre, reach, by):
     usage_step += np.where((y > 0) & (x > 0), by * (x * y), 0.0)
 
 
+def symmetries_of(options):
+    """Return the symmetries that blocks may have: left and right exchanged, quarter turns, all eight."""
+    if options.rotate:
+        return list(range(8 if options.mirror else 4))
+    return [0, 5] if options.mirror else [0]
+
+
 class PlainChart:
     """One chart and its apron while it is covered."""
 
@@ -312,6 +321,7 @@ class PlainChart:
         self.means = box_means(self.image)
         self.canvas = np.zeros((*shape, self.image.shape[2]), np.int64)
         self.laid, self.fixed = np.zeros(shape, bool), np.zeros(shape, bool)
+        self.shown = np.full(shape, -1)  # symmetries
 
     @property
     def shape(self):
@@ -348,6 +358,7 @@ class PlainChart:
             inside = (r >= 0) & (r < self.laid.shape[0]) & (c >= 0) & (c < self.laid.shape[1])
             shown = inside & np.kron(mask, np.ones((cell, cell), bool))
             self.canvas[r[shown], c[shown]] = self.image[y[shown], x[shown]]
+            self.shown[r[shown], c[shown]] = one["symmetry"]
             sure = inside & np.kron(whole, np.ones((cell, cell), bool))
             self.laid[r[sure], c[sure]] = True
 
@@ -363,7 +374,7 @@ class PlainChart:
 
     def begin(self, opened, usage, seed):
         """Settle the blocks and their order; return what is laid at a time: blocks from, to, edges closed."""
-        self.draws, self.usage = Draws(seed), usage.copy()
+        self.draws, self.usage = Draws(seed), {s: grid.copy() for s, grid in usage.items()}
         rows, columns = self.grid.centres(self.need)
         self.across = len(columns)
         parts = {}
@@ -377,7 +388,7 @@ class PlainChart:
         self.blocks = [  # row, column, the block to the left, the one above
             (rows[i], columns[j], number.get((i, j - 1), -1), number.get((i - 1, j), -1)) for i, j in order
         ]
-        self.sources = [None] * len(self.blocks)
+        self.sources, self.symmetries = [None] * len(self.blocks), [0] * len(self.blocks)
         out, start = [], 0
         for late_row, late in sorted(parts):
             stop = start + len(parts[late_row, late])
@@ -400,10 +411,12 @@ class PlainChart:
             found = self.lay(n, blocks, sources, whole, self.usage, options, self.draws)
             if found is None:
                 continue
-            sources[n], mask = found
+            sources[n], one_symmetry, mask = found
+            self.symmetries[n] = one_symmetry
             one = np.zeros((), PLACEMENT)
             one["row"], one["column"], one["height"], one["width"] = row, column, grid.height, grid.width
             one["source_row"], one["source_column"] = sources[n]
+            one["symmetry"] = one_symmetry
             one["first_cell"] = -1
             if mask is not None:
                 one["mask"], one["mask_cell"], one["feather"] = MASK_CUT, grid.mask_cell, grid.feather
@@ -415,25 +428,60 @@ class PlainChart:
         return np.array(placed, PLACEMENT), np.concatenate([none, *cells]), np.array(laid_at, np.int64)
 
     def lay(self, n, blocks, sources, whole, usage, options, draws):
-        grid, level = self.grid, self.grid.level
-        bh, bw, sample, shift = grid.height, grid.width, grid.sample, 4 + level
-        row, column, *before = blocks[n]
+        grid = self.grid
+        bh, bw = grid.height, grid.width
+        row, column, *_ = blocks[n]
         top, left = row - bh // 2, column - bw // 2
         window = np.ix_(self.places(top, bh, 0), self.places(left, bw, 1))
-        there, now = self.laid[window], self.canvas[window]
+        there = self.laid[window]
         rows, columns = np.mgrid[top : top + bh, left : left + bw]
         needed = (rows >= self.need[0]) & (rows < self.need[1])
         needed &= (columns >= self.need[2]) & (columns < self.need[3])
         if not (needed & ~there).any():
             return None
-        centre = matrix(grid.field, row, column)
+        best = None
+        for symmetry in self.tried(there, self.shown[window], options, draws):
+            cost, *found = self.choose(n, symmetry, window, blocks, sources, whole, usage, options, draws)
+            if best is None or cost < best[0]:
+                best = cost, symmetry, *found
+        _, symmetry, source, (y, x), (down, right), reach = best
+        mask = self.cut(window, (top, left), needed, y + down, x + right) if there.any() else None
+        add_tent(usage[symmetry], whole.usage_step >> grid.level, (y, x), reach, 1.0)
+        new = np.ones((bh, bw), bool)
+        if mask is not None:
+            new = np.kron(mask, np.ones((grid.mask_cell, grid.mask_cell), bool)).astype(bool)
+        self.put(window, new, y + down, x + right, symmetry)
+        return source, symmetry, mask
+
+    @staticmethod
+    def tried(there, shown, options, draws):
+        """Return the symmetries that a block is tried with: the two that most is laid with, and one drawn."""
+        allowed = symmetries_of(options)
+        if allowed == [0]:
+            return [0]
+        counts = {s: int((shown[there] == s).sum()) for s in allowed}
+        out = sorted((s for s in counts if counts[s]), key=lambda s: -counts[s])[:2]
+        one = allowed[draws.below(len(allowed))]
+        return out if one in out else [*out, one]
+
+    def choose(self, n, symmetry, window, blocks, sources, whole, usage, options, draws):
+        """Return what the best source costs, the source, its pixel, where texels fall from it, how far."""
+        grid, level = self.grid, self.grid.level
+        bh, bw, sample, shift = grid.height, grid.width, grid.sample, 4 + level
+        row, column, *before = blocks[n]
+        top, left = row - bh // 2, column - bw // 2
+        there, now = self.laid[window], self.canvas[window]
+        rows, columns = np.mgrid[top : top + bh, left : left + bw]
+        centre, turn = matrix(grid.field, row, column), SYMMETRIES[symmetry]
         ys, xs = offset(centre, matrix(grid.field, rows, columns), rows - row, columns - column)
+        ys, xs = turn[0] * ys + turn[1] * xs, turn[2] * ys + turn[3] * xs
         (first_y, last_y), down = self.range(ys, self.image.shape[0])
         (first_x, last_x), right = self.range(xs, self.image.shape[1])
         ends_y, ends_x = (int(down.min()), int(down.max())), (int(right.min()), int(right.max()))
         reach = max(1, ends_y[1] - ends_y[0]), max(1, ends_x[1] - ends_x[0])
         stride = whole.usage_step >> level
-        mean = sum(usage.ravel().tolist()) / usage.size
+        mean = sum(x for s in usage for x in usage[s].ravel().tolist()) / sum(u.size for u in usage.values())
+        usage = usage[symmetry]
         penalty = np.zeros_like(usage)
         if mean > 0:
             penalty = options.evenness * whole.variance * np.maximum(0.0, usage / mean - 1.0)
@@ -458,9 +506,7 @@ class PlainChart:
         if not there.any():
             y, x = drawn()
             source = ((16 * y) << level) + middle, ((16 * x) << level) + middle
-            add_tent(usage, stride, (y, x), reach, 1.0)
-            self.put(window, np.ones_like(there), y + down, x + right)
-            return source, None
+            return 0, source, (y, x), (down, right), reach
 
         # Shortlisted by the means of boxes.
         boxes = []
@@ -488,9 +534,10 @@ class PlainChart:
         # Where the left and the upper neighbour would go on.
         going = []
         for m in before:
-            if m >= 0 and sources[m] is not None:
+            if m >= 0 and sources[m] is not None and self.symmetries[m] == symmetry:
                 other = matrix(grid.field, *blocks[m][:2])
-                step = offset(other, centre, row - blocks[m][0], column - blocks[m][1])
+                y, x = offset(other, centre, row - blocks[m][0], column - blocks[m][1])
+                step = turn[0] * y + turn[1] * x, turn[2] * y + turn[3] * x
                 on = tuple(int(s + d) for s, d in zip(sources[m], step, strict=True))
                 pixel = (on[0] + 8) >> shift, (on[1] + 8) >> shift
                 if first_y <= pixel[0] <= last_y and first_x <= pixel[1] <= last_x:
@@ -518,15 +565,12 @@ class PlainChart:
                         if (i, j) != (y, x):
                             found.append((i, j))
         good = [place for place, total in zip(found, totals, strict=True) if total <= limit]
-        y, x = good[draws.below(len(good))]
+        pick = draws.below(len(good))
+        y, x = good[pick]
+        cost = [total for total in totals if total <= limit][pick]
         source = ((16 * y) << level) + middle, ((16 * x) << level) + middle
         source = next((on for pixel, on in going if pixel == (y, x)), source)
-
-        mask = self.cut(window, (top, left), needed, y + down, x + right)
-        add_tent(usage, stride, (y, x), reach, 1.0)
-        cell = grid.mask_cell
-        self.put(window, np.kron(mask, np.ones((cell, cell), bool)).astype(bool), y + down, x + right)
-        return source, mask
+        return cost, source, (y, x), (down, right), reach
 
     def range(self, v, size):
         """Return from where to where a source may lie, and offsets in whole pixels that stay inside."""
@@ -537,10 +581,11 @@ class PlainChart:
             first = last = min(max((first + last) // 2, 0), size - 1)
         return (first, last), np.clip(whole, -first, size - 1 - last)
 
-    def put(self, window, mask, y, x):
+    def put(self, window, mask, y, x, symmetry):
         rows, columns = (np.broadcast_to(at, mask.shape)[mask] for at in window)
         self.laid[rows, columns] = True
         self.canvas[rows, columns] = self.image[y[mask], x[mask]]
+        self.shown[rows, columns] = symmetry
 
     def cut(self, window, corner, needed, y, x):
         grid = self.grid
@@ -627,8 +672,9 @@ def plain_quilt(exemplar, surface, charts, fields=None, *, options, wrap=False, 
     found = () if wrap else find_seams(surface, charts)
     copied = len(charts) == 1 and not fields[0].nodes.any() and not found
     itself = [{m.edge for m in found if m.chart == m.other_chart == n} for n in range(len(charts))]
+    fitting = (min(shape), min(shape)) if options.rotate else shape
     grids = [
-        PlainGrid.of(c, f, shape, options.block, options.overlap, copied, wrap, around)
+        PlainGrid.of(c, f, fitting, options.block, options.overlap, copied, wrap, around)
         for c, f, around in zip(charts, fields, itself, strict=True)
     ]
     whole = PlainSample.of(exemplar, max(grid.level for grid in grids))
@@ -638,7 +684,7 @@ def plain_quilt(exemplar, surface, charts, fields=None, *, options, wrap=False, 
     sizes = tuple(grid.mask_cell for grid in grids)
     transfer = BlockTransfer(charts, fields, onto, around, shape, sizes, grids[0].feather)
     children = np.random.SeedSequence(seed).spawn(len(charts))
-    finished, usage, order = [None] * len(charts), whole.unused(), []
+    finished, usage, order = [None] * len(charts), whole.unused(symmetries_of(options)), []
     for members in [[0]] if wrap else schedule(surface, charts, found):
         results = {}
         for n in members:
@@ -669,7 +715,7 @@ def plain_quilt(exemplar, surface, charts, fields=None, *, options, wrap=False, 
         base = usage
         for n in members:
             finished[n] = results[n][0]
-            usage = usage + (results[n][1] - base)
+            usage = {s: usage[s] + (results[n][1][s] - base[s]) for s in usage}
         order += members
     return result_of(finished, charts, order, wrap)
 

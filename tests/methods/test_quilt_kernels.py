@@ -143,13 +143,14 @@ def test_transferred_blocks_are_laid_and_count_where_they_are_whole(scale, size)
     plain = PlainChart(grid, grid.need({0, 1}), PlainLevel(image.astype(np.int64), match_level.step), False)
     plain.lay_transferred(placed, cells)
     canvas = np.zeros((plain.canvas.shape[0], plain.canvas.shape[1] * match_level.channels), np.uint8)
-    covered = np.zeros(plain.laid.shape, np.uint8)
+    covered, symmetries = np.zeros(plain.laid.shape, np.uint8), np.full(plain.laid.shape, 255, np.uint8)
     names = ("row", "column", "height", "width", "source_row", "source_column", "symmetry", "first_cell")
     laid = np.stack([placed[name].astype(np.int32) for name in names], axis=1)
     laid = np.concatenate([laid, centre_matrices(field, placed)], axis=1)
     lay_transferred(
         canvas,
         covered,
+        symmetries,
         match_level.image,
         (match_level.height, match_level.width, match_level.channels, grid.level),
         field.matrices,
@@ -161,4 +162,5 @@ def test_transferred_blocks_are_laid_and_count_where_they_are_whole(scale, size)
     )
     assert (canvas.reshape(plain.canvas.shape) == plain.canvas).all()
     assert (covered == plain.laid).all()
+    assert (symmetries == plain.shown % 256).all()
     assert 0.05 < covered.mean() < 0.95

@@ -60,6 +60,7 @@ def alike(a, b):
     )
 
 
+TURNED = QuiltOptions(block=20, mirror=True, rotate=True)
 ONE = (Chart(0, 90, 75),)
 RING = (Chart(0, 130, 90, 0, 4, 0, 2), Chart(0, 100, 80, 0, 4, 2, 4))
 SIXTEEN = tuple(on_patch(torus(), n, 40, 30 + n) for n in range(16))
@@ -110,6 +111,14 @@ TWINS = {
     "larger than the exemplar": (EXEMPLAR, plane(), ONE, (turning(6, 20),), QuiltOptions(block=40), False),
     "four charts": (EXEMPLAR, plane(2, 2, spans=(2, 2)), whole(plane(spans=(2, 2)), 60), None, SMALL, False),
     "two rings": (EXEMPLAR, torus(), RING, [turning(1, 8), turning(0.9, -5)], SMALL, False),
+    "mirrored": (EXEMPLAR, plane(), ONE, None, QuiltOptions(block=20, mirror=True), False),
+    "rotated": (EXEMPLAR, plane(), ONE, (turning(1.3, 30),), QuiltOptions(block=16, rotate=True), False),
+    "wrapped, all symmetries": (EXEMPLAR, plane(), (Chart(0, 70, 85),), None, TURNED, True),
+    "minified, all symmetries": (texture(96, 120), plane(), ONE, (turning(2.6, -70, 0.02),), TURNED, False),
+    "four charts, all symmetries": (
+        *(EXEMPLAR, plane(2, 2, spans=(2, 2)), whole(plane(spans=(2, 2)), 60), None, TURNED, False),
+    ),
+    "two rings, all symmetries": (EXEMPLAR, torus(), RING, [turning(1, 8), turning(0.9, -5)], TURNED, False),
     "all round": (EXEMPLAR, torus(), (Chart(0, 110, 95, 0, 4, 0, 4),), (turning(1, 4),), SMALL, False),
     "narrow ring": (EXEMPLAR, torus(), (Chart(0, 60, 12, 0, 4, 0, 4),), None, SMALL, False),
     "torus": (EXEMPLAR, torus(), SIXTEEN, [turning(1 + 0.02 * n, 3 * n) for n in range(16)], SMALL, False),

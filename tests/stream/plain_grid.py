@@ -4,6 +4,7 @@ from collections import defaultdict
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 from plain_coder import PlainCoder, hashed
 from plain_field import SYMMETRIES, displaced
 
@@ -15,7 +16,9 @@ GRID_NAMES = (
 
 def decode(reader: Any, sources: Any, masks: Any, charts: Any, exemplar: Any, fields: Any) -> Any:
     """Return placements and cells, as `plain_plan.decode`."""
+    # Feather, and 32 where own blocks have symmetries.
     feather, order = reader.byte(), list(range(len(charts)))
+    turned, feather = feather >= 32, feather % 32
     if more := reader.varint():
         order = [reader.varint() for _ in range(len(charts) + more - 1)]
     before: Any = dict(zip(GRID_NAMES, (1, 1, 20, 20, 40, 40, 28, 28, 0, 2), strict=True))
@@ -30,7 +33,7 @@ def decode(reader: Any, sources: Any, masks: Any, charts: Any, exemplar: Any, fi
     starts: list[int] = []
     for n, grid in zip(order, grids, strict=True):
         starts.append(len(blocks))
-        _chart_blocks(coder, blocks, starts, grid, charts[n], exemplar, fields[n])
+        _chart_blocks(coder, blocks, starts, grid, charts[n], exemplar, fields[n], turned)
         for block in blocks[starts[-1] :]:
             block.chart, block.feather, block.mask_cell = n, feather, grid.mask_cell
     cells = _masks(masks, blocks, starts, order, charts)
@@ -76,13 +79,13 @@ def _placement(block: Any) -> Any:
 
 
 def _chart_blocks(
-    coder: Any, blocks: Any, starts: Any, grid: Any, chart: Any, exemplar: Any, field: Any
+    coder: Any, blocks: Any, starts: Any, grid: Any, chart: Any, exemplar: Any, field: Any, turned: Any
 ) -> None:
     # Section 5.5: a chart's blocks, appended to `blocks`.
     base = len(blocks)
     near: dict[tuple[int, int], int] = defaultdict(lambda: -1)
     for _ in range(grid.transferred):
-        block = _transferred(coder, blocks, starts, grid, field)
+        block = _transferred(coder, blocks, starts, grid, field, turned)
         blocks.append(block)
         i = (block.row - grid.first_row + grid.step_row // 2) // grid.step_row + 1
         j = (block.column - grid.first_column + grid.step_column // 2) // grid.step_column + 1
@@ -98,14 +101,14 @@ def _chart_blocks(
             beside = owner(near[i, j - 1]), owner(near[i - 1, j]), owner(near[i, j])
             if not coder.bit([("skip", *beside, rim)], 55):
                 continue
-            block = _own(coder, blocks, base, grid, exemplar, field, near, i, j)
+            block = _own(coder, blocks, base, grid, exemplar, field, near, i, j, turned)
             near[i, j] = len(blocks)
             blocks.append(block)
     assert len(blocks) - first_own == grid.own
     assert chart  # its size is told by the grid alone
 
 
-def _transferred(coder: Any, blocks: Any, starts: Any, grid: Any, field: Any) -> Any:
+def _transferred(coder: Any, blocks: Any, starts: Any, grid: Any, field: Any, turned: Any) -> Any:
     base = starts[-1]
     before = blocks[-1] if len(blocks) > base else None
     further = blocks[-2] if len(blocks) > base + 1 else None
@@ -119,9 +122,14 @@ def _transferred(coder: Any, blocks: Any, starts: Any, grid: Any, field: Any) ->
         last = int(value != 0)
         return guess + value
 
-    block.symmetry = told(4, before.symmetry if before else 0)
-    block.row = told(0, _centre_guess(blocks, before, further, a, 0))
-    block.column = told(1, _centre_guess(blocks, before, further, a, 1))
+    guess = before.symmetry if before else 0
+    if turned and a:
+        guess = a.symmetry
+        if before and before.link >= 0:
+            guess = _alike(a.symmetry, blocks[before.link].symmetry, before.symmetry)
+    block.symmetry = told(4, guess)
+    block.row = told(0, _centre_guess(blocks, before, further, a, 0, turned))
+    block.column = told(1, _centre_guess(blocks, before, further, a, 1, turned))
     here = field.at(block.row, block.column)
     block.c, block.centred = here, coder.bit(["centred"], 55)
     if block.centred:
@@ -159,15 +167,23 @@ def _link(coder: Any, starts: Any, before: Any, further: Any) -> Any:
     return guess + coder.number(9, int(k == back))
 
 
-def _centre_guess(blocks: Any, before: Any, further: Any, a: Any, axis: Any) -> Any:
+def _alike(t: Any, e: Any, b: Any) -> Any:
+    # T·E⁻¹·B
+    one, other, third = (np.array(SYMMETRIES[n]).reshape(2, 2) for n in (t, e, b))
+    found = one @ np.linalg.inv(other) @ third
+    return next(n for n, s in enumerate(SYMMETRIES) if np.allclose(found.reshape(-1), s))
+
+
+def _centre_guess(blocks: Any, before: Any, further: Any, a: Any, axis: Any, turned: Any) -> Any:
     if before is None:
         return 0
     here = (before.row, before.column)[axis]
     if a and before.link >= 0:
         e = blocks[before.link]
         down, right = a.row - e.row, a.column - e.column
-        y = (a.tc[0] * down + a.tc[1] * right) >> 4
-        x = (a.tc[2] * down + a.tc[3] * right) >> 4
+        tc = _turned(SimpleNamespace(symmetry=e.symmetry if turned else a.symmetry, c=a.c))
+        y = (tc[0] * down + tc[1] * right) >> 4
+        x = (tc[2] * down + tc[3] * right) >> 4
         p, q, r, s = before.tc
         area, share = (p * s - q * r) >> 4, (p * x - r * y if axis else s * y - q * x)
         if area < 0:
@@ -196,7 +212,16 @@ def _goes_on(block: Any, row: Any, column: Any, field: Any) -> Any:
 
 
 def _own(
-    coder: Any, blocks: Any, base: Any, grid: Any, exemplar: Any, field: Any, near: Any, i: Any, j: Any
+    coder: Any,
+    blocks: Any,
+    base: Any,
+    grid: Any,
+    exemplar: Any,
+    field: Any,
+    near: Any,
+    i: Any,
+    j: Any,
+    turned: Any,
 ) -> Any:
     row = grid.first_row + (i - 1) * grid.step_row
     column = grid.first_column + (j - 1) * grid.step_column
@@ -204,13 +229,17 @@ def _own(
         row=row, column=column, height=grid.height, width=grid.width, symmetry=0, link=-1, centred=0, own=True
     )
     block.cut = coder.bit([("mask", len(blocks) > base)], 55)
-    block.c = block.tc = field.at(row, column)
+    beside = [blocks[n].symmetry if n >= 0 else None for n in (near[i, j - 1], near[i - 1, j])]
+    if turned:
+        block.symmetry = _own_symmetry(coder, *beside)
+    block.c = field.at(row, column)
+    block.tc = _turned(block)
     around = [(i, j), (i, j + 1), (i + 1, j), (i + 1, j + 1), (i - 1, j + 1), (i - 1, j - 1)]
     third = next((near[place] for place in around if near[place] >= 0), -1)
     suggested: list[Any] = []
     for n in (near[i, j - 1], near[i - 1, j], third):
         at = None
-        if n >= 0 and blocks[n].symmetry == 0:
+        if n >= 0 and blocks[n].symmetry == block.symmetry:
             at = _goes_on(blocks[n], row, column, field)
             if not all(0 <= p < 16 * size for p, size in zip(at, exemplar, strict=True)):
                 at = None
@@ -230,6 +259,19 @@ def _own(
     return block
 
 
+def _own_symmetry(coder: Any, left: Any, top: Any) -> Any:
+    if left is not None:
+        sort = "left alone" if top is None else "left as top" if top == left else "left or top"
+        if coder.bit([sort], 55):
+            return left
+    if top is not None and top != left and coder.bit(["top"], 55):
+        return top
+    node = 1
+    for _ in range(3):
+        node = 2 * node + coder.bit([("turn", node)], 55)
+    return node - 8
+
+
 def _source(coder: Any, block: Any, suggested: Any, modes: Any, exemplar: Any, level: Any) -> Any:
     # Mode and source of an own block.
     unit = 16 << level
@@ -241,7 +283,7 @@ def _source(coder: Any, block: Any, suggested: Any, modes: Any, exemplar: Any, l
         return ((16 * p + 8) << level) - 8
 
     def inside(place: Any) -> Any:
-        c = block.c
+        c = block.tc
         extents = (
             (abs(c[0]) * block.height + abs(c[1]) * block.width) >> 9,
             (abs(c[2]) * block.height + abs(c[3]) * block.width) >> 9,

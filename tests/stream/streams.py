@@ -145,7 +145,7 @@ def anything_bent(rng: Any, exemplar_shape: Any, charts: Any, count: Any) -> Any
     return Quilt(quilt.charts, exemplar_shape, PlacementList(placed, quilt.mask_cells), fields)
 
 
-def any_grids(rng: Any, exemplar_shape: Any, charts: Any) -> Any:
+def any_grids(rng: Any, exemplar_shape: Any, charts: Any, turned: Any = False) -> Any:
     """A valid quilt of a grid plan that nobody laid, on charts with warp fields: all that it can hold."""
     fields = bent(rng, charts)
     order = np.repeat(rng.permutation(len(charts)), rng.integers(1, 4, len(charts))).tolist()
@@ -164,6 +164,8 @@ def any_grids(rng: Any, exemplar_shape: Any, charts: Any) -> Any:
         own = np.zeros(shape.prod(), BLOCK)
         own["row"], own["column"] = first[0] + rows * steps[0], first[1] + columns * steps[1]
         own["height"], own["width"], own["link"] = *size, -1
+        if turned:
+            own["symmetry"] = rng.choice(rng.integers(0, 8, 3), len(own))
         own = own[(rng.random(len(own)) < 0.8) & _touching(own, chart)]
         other = np.zeros(int(rng.integers(0, 6)), BLOCK)
         other["height"], other["width"] = rng.integers(1, 60, (2, len(other)))
@@ -213,9 +215,9 @@ def stream(name: Any) -> Any:
         charts = [Chart(0, 40, 50), Chart(0, 33, 20), Chart(0, 17, 64), Chart(0, 32, 32), Chart(0, 9, 5)]
         quilt = anything_bent(np.random.default_rng(8), (32, 40), charts, 40)
         return encode_stream(surface_from_spec("plane"), quilt, noise())
-    if name == "any grids":
+    if name in ("any grids", "turned grids"):
         charts = [Chart(0, 40, 50), Chart(0, 33, 20), Chart(0, 17, 64), Chart(0, 32, 32), Chart(0, 9, 5)]
-        quilt = any_grids(np.random.default_rng(1), (32, 40), charts)
+        quilt = any_grids(np.random.default_rng(1), (32, 40), charts, name == "turned grids")
         return encode_stream(surface_from_spec("plane"), quilt, noise())
     if name == "leaning":
         return encode_stream(*leaning(spec="cone", texels=8_000))
@@ -229,9 +231,12 @@ def stream(name: Any) -> Any:
     return encode_stream(surface, changed(quilt), exemplar, lossless=True)
 
 
-STREAMS = ("paper", "edge blocks", "no seams", "list", "quilt", "bent", "maps", "leaning", "any grids")
+STREAMS = (
+    *("paper", "edge blocks", "no seams", "list", "quilt", "bent", "maps", "leaning"),
+    *("any grids", "turned grids"),
+)
 """Strips with edges, with edge blocks of a size of their own, and without edges; lists with and without
-fields, grids, several maps, centre matrices."""
+fields, grids, several maps, centre matrices, symmetries."""
 
 
 def same_fields(a: Any, b: Any) -> Any:

@@ -74,6 +74,8 @@ def small_grids(name: Any) -> Any:
         return woven("plane:spans=2x2", 6_000)[1]
     if name == "torus":
         return woven("torus", 9_000, sample_size=1.2)[1]
+    if name == "turned":
+        return woven("torus", 9_000, sample_size=1.2, mirror=True, rotate=True)[1]
     if name == "matrices":
         return with_matrices(woven("sphere", 6_000)[1], seed=3)
     if name == "wild masks":
@@ -107,7 +109,7 @@ def scattered(quilt: Any) -> Any:
     return blocks
 
 
-@pytest.mark.parametrize("name", ["plane", "torus", "matrices", "wild masks", "scattered"])
+@pytest.mark.parametrize("name", ["plane", "torus", "turned", "matrices", "wild masks", "scattered"])
 def test_grids(name: Any) -> None:
     quilt = small_grids(name)
     found, cells, links = plain(quilt)
@@ -117,11 +119,12 @@ def test_grids(name: Any) -> None:
     assert cells == quilt.mask_cells.tolist()
 
 
+@pytest.mark.parametrize("turned", [False, True])
 @pytest.mark.parametrize("seed", range(8))
-def test_grids_that_nobody_laid(seed: Any) -> None:
+def test_grids_that_nobody_laid(seed: Any, turned: Any) -> None:
     rng = np.random.default_rng(seed)
     charts = [Chart(0, *rng.integers(1, 90, 2).tolist()) for _ in range(4)]
-    quilt = any_grids(rng, (40, 36), charts)
+    quilt = any_grids(rng, (40, 36), charts, turned)
     found, cells, links = plain(quilt)
     assert_same_placements(quilt, found)
     assert links == quilt.plan.blocks["link"].tolist()

@@ -134,11 +134,11 @@ def test_any_valid_quilt_comes_back(seed: Any, count: Any, charts: Any) -> None:
 
 
 @settings(max_examples=40, deadline=None)
-@given(st.integers(0, 2**32 - 1), st.integers(1, 5))
-def test_any_grid_plan_comes_back(seed: Any, charts: Any) -> None:
+@given(st.integers(0, 2**32 - 1), st.integers(1, 5), st.booleans())
+def test_any_grid_plan_comes_back(seed: Any, charts: Any, turned: Any) -> None:
     rng = np.random.default_rng(seed)
     layout = [Chart(0, *rng.integers(1, 120, 2).tolist()) for _ in range(charts)]
-    quilt = any_grids(rng, tuple(rng.integers(4, 90, 2).tolist()), layout)
+    quilt = any_grids(rng, tuple(rng.integers(4, 90, 2).tolist()), layout, turned)
     again, kind = back(quilt)
     assert kind == GRID
     assert same(quilt, again)
@@ -159,6 +159,8 @@ def test_a_strip_plan_told_as_a_list_comes_back() -> None:
         {"sample_size": 5.0},
         {"direction": "0,0,1"},
         {"spec": "torus", "texels": 60_000},
+        {"mirror": True},
+        {"spec": "torus", "mirror": True, "rotate": True},
     ],
 )
 def test_quilts_of_method_quilt_come_back_with_their_plan(options: Any) -> None:
@@ -188,7 +190,7 @@ def test_transferred_blocks_may_have_centre_matrices(options: Any) -> None:
         encode_plan(replace(plain, plan=replace(plain.plan, blocks=few)))
 
 
-@pytest.mark.parametrize("name", ["matrix", "symmetry", "row", "column", "width", "order"])
+@pytest.mark.parametrize("name", ["matrix", "row", "column", "width", "order"])
 def test_own_blocks_that_a_grid_does_not_tell_are_refused(name: Any) -> None:
     _, quilt, _ = woven()
     plan, blocks = quilt.plan, quilt.plan.blocks.copy()

@@ -106,7 +106,7 @@ class Material:
         plain = albedo if alpha is None else albedo[:, :, :alpha]
         return np.concatenate([plain, as_depth(opacity, albedo.dtype)], axis=2)
 
-    def matched(self, weights: Mapping[str, float] | None = None) -> PixelArray:
+    def matched(self, weights: Mapping[str, float] | None = None, *, turned: bool = False) -> PixelArray:
         """Return one image with all that matching looks at.
 
         Parameters
@@ -114,12 +114,15 @@ class Material:
         weights
             What squared differences of a map's channel count, 0 to 16, where the albedo's count 1; those not
             named as in `MATCH_WEIGHTS`.
+        turned
+            Whether blocks are mirrored or turned as well: then normals count by z alone, their slope, for x
+            and y turn with the block.
 
         Returns
         -------
         ndarray
             (H, W, C) uint16: the albedo (sRGB-coded, alpha included), then each other map that counts, its
-            samples scaled by the weight's square root about the middle; of normals x and y. The albedo
+            samples scaled by the weight's square root about the middle; of normals x and y, or z. The albedo
             itself if nothing else counts.
 
         Raises
@@ -140,7 +143,9 @@ class Material:
         largest = max(1.0, *(used[role] for role in others))
         parts = []
         for role in ("albedo", *others):
-            pixels = self.maps[role][:, :, :2] if role == "normal" else self.maps[role]
+            pixels = self.maps[role]
+            if role == "normal":
+                pixels = pixels[:, :, 2:] if turned else pixels[:, :, :2]
             if pixels.dtype == np.float32 and role in COLORS:
                 pixels = from_linear(pixels, np.uint16)
             scale = (used.get(role, 1.0) / largest) ** 0.5

@@ -108,7 +108,7 @@ def settled_seed(seed: int | None) -> int:
     return int(seed)
 
 
-def matched_image(exemplar: PixelArray | Material, method: str = "quilt") -> PixelArray:
+def matched_image(exemplar: PixelArray | Material, options: SynthesisOptions) -> PixelArray:
     """Return what a method looks at: of a material all maps that count for "quilt", or the base colour alone.
 
     Returns
@@ -122,7 +122,8 @@ def matched_image(exemplar: PixelArray | Material, method: str = "quilt") -> Pix
         If `exemplar` is an array that is no exemplar.
     """
     if isinstance(exemplar, Material):
-        return exemplar.matched() if method == "quilt" else exemplar.color()
+        turned = options.mirror or options.rotate
+        return exemplar.matched(turned=turned) if options.method == "quilt" else exemplar.color()
     return check_exemplar(exemplar)
 
 
@@ -168,6 +169,9 @@ def _prepare_mesh(exemplar: PixelArray, surface: MeshSurface, options: Synthesis
     if isinstance(options.texels, tuple):
         width, height = options.texels
         raise InputError(f"texels is {width}x{height} on a mesh; allowed there: a number")
+    for name in ("mirror", "rotate"):
+        if getattr(options, name):
+            raise InputError(f"{name} is given on a mesh; allowed: {name} on a surface of patches")
     scale, block = _scale(exemplar, surface, options, surface.mesh.metres)
     wanted = "level" if options.direction is None else options.direction
     field = mesh_directions(surface.mesh, cast(Any, wanted), crease=options.crease)
@@ -307,7 +311,7 @@ def synthesize(
     wanted = chosen(SynthesisOptions, options, **choices)
     check_running(threads, progress)
     seed, surface = settled_seed(seed), as_covered(surface).surface
-    checked = matched_image(kept_sample(as_exemplar(exemplar), wanted), wanted.method)
+    checked = matched_image(kept_sample(as_exemplar(exemplar), wanted), wanted)
     prepared = prepare(checked, surface, wanted)
     return execute(prepared, checked, surface, seed=seed, threads=threads, progress=progress)
 

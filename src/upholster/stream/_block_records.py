@@ -36,7 +36,8 @@ COLUMNS = MATRIX + 4
 class ChartNumbers(NamedTuple):
     """A chart's grid, and what else coding its blocks needs.
 
-    `base` is where its records begin, `margin` that of its warp field; `tall` and `wide` are its size in
+    `turned` is 1 where own blocks have symmetries of their own, 0 where all have symmetry 0. `base` is where
+    its records begin, `margin` that of its warp field; `tall` and `wide` are its size in
     texels, `exemplar_height` and `exemplar_width` the exemplar's in pixels.
     """
 
@@ -52,6 +53,7 @@ class ChartNumbers(NamedTuple):
     level: int
     mask_cell: int
     feather: int
+    turned: int
     base: int
     margin: int
     tall: int

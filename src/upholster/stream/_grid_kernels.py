@@ -24,11 +24,11 @@ from upholster.stream._bit_kernels import (
 )
 from upholster.stream._block_records import (
     AGREES,
-    CENTRE,
     COLUMN,
     CUT,
     HEIGHT,
     LINK,
+    MATRIX,
     MODE,
     ROW,
     SIZE,
@@ -62,7 +62,9 @@ _DELTA = _FLAG + 2 * _GUESSES * (64 * 12 + 12 + 64)
 _OFF = _DELTA + _GUESSES * 128
 _TREE = _OFF + 1 + 40
 _HASHES = _TREE + 4096
-BLOCK_COUNTERS = _HASHES + 3 * HASHED
+_AS_BESIDE = _HASHES + 3 * HASHED
+_TURN = _AS_BESIDE + 4
+BLOCK_COUNTERS = _TURN + 8
 
 _GUESS_MIXER = FLAG_MIXER + 1
 _DELTA_MIXER = _GUESS_MIXER + 2 * _GUESSES
@@ -154,13 +156,13 @@ def _suggest(
     # Fills in what a block's neighbours suggest; returns how far left and top disagree, 0 to 3.
     one, unit = records[n], signed(16) << numbers.level
     most_y, most_x = 16 * numbers.exemplar_height - 1, 16 * numbers.exemplar_width - 1
-    a, b = abs(signed(one[CENTRE])), abs(signed(one[CENTRE + 1]))
-    c, d = abs(signed(one[CENTRE + 2])), abs(signed(one[CENTRE + 3]))
+    a, b = abs(signed(one[MATRIX])), abs(signed(one[MATRIX + 1]))
+    c, d = abs(signed(one[MATRIX + 2])), abs(signed(one[MATRIX + 3]))
     tall, wide = (a * numbers.height + b * numbers.width) >> 9, (c * numbers.height + d * numbers.width) >> 9
     ys, xs, valid, inside = suggested.ys, suggested.xs, suggested.valid, suggested.inside
     for g in range(_GUESSES):
         ys[g], xs[g], valid[g], inside[g] = 0, 0, 0, 0
-        if near[g] < 0 or records[near[g], SYMMETRY] != 0:
+        if near[g] < 0 or records[near[g], SYMMETRY] != one[SYMMETRY]:
             continue
         y, x = going_on(records, near[g], matrices, numbers.margin, signed(one[ROW]), signed(one[COLUMN]))
         if y < 0 or y > most_y or x < 0 or x > most_x:
@@ -296,6 +298,34 @@ def _code_plain(
 
 
 @inline
+def _code_symmetry(
+    coder: BitCoder, records: NDArray[np.int32], near: NDArray[np.int64], target: int, encoding: bool
+) -> int:
+    # A block's symmetry: that of the block to the left, or above, or three bits; -1 where bytes are missing.
+    a = coder.a
+    left = signed(records[near[0], SYMMETRY]) if near[0] >= 0 else -1
+    top = signed(records[near[1], SYMMETRY]) if near[1] >= 0 else -1
+    for side in range(2):
+        guess = top if side else left
+        if guess < 0 or (side == 1 and guess == left):
+            continue
+        a[CONTEXTS + 0] = START + _AS_BESIDE + (3 if side else 0 if top < 0 else 1 if top == left else 2)
+        bit = logged_bit(coder, 1, FLAG_MIXER, encoding, 1 if target == guess else 0)
+        if bit < 0:
+            return -1
+        if bit:
+            return guess
+    node = 1
+    for b in range(2, -1, -1):
+        a[CONTEXTS + 0] = START + _TURN + node
+        bit = logged_bit(coder, 1, FLAG_MIXER, encoding, (target >> b) & 1)
+        if bit < 0:
+            return -1
+        node = 2 * node + bit
+    return node - 8
+
+
+@inline
 def _code_own(
     coder: BitCoder,
     records: NDArray[np.int32],
@@ -313,7 +343,12 @@ def _code_own(
     cut = logged_bit(coder, 1, FLAG_MIXER, encoding, signed(records[n, CUT]))
     if cut < 0:
         return 0
-    records[n, CUT], records[n, LINK], records[n, SYMMETRY] = cut, -1, 0
+    symmetry = 0
+    if numbers.turned:
+        symmetry = _code_symmetry(coder, records, near, signed(records[n, SYMMETRY]), encoding)
+        if symmetry < 0:
+            return 0
+    records[n, CUT], records[n, LINK], records[n, SYMMETRY] = cut, -1, symmetry
     enter_centre(records, matrices, numbers.margin, n)
     enter_matrix(records, n)
     target = (signed(records[n, SOURCE_ROW]), signed(records[n, SOURCE_COLUMN]))

@@ -121,6 +121,23 @@ def enter_matrix(records: NDArray[np.int32], n: int) -> None:
 
 
 @inline
+def _turned_alike(records: NDArray[np.int32], link: int, link_before: int, before: int) -> int:
+    # The symmetry that turns `link` as `before` turns the block that it was transferred from: T·E⁻¹·B.
+    t, e = SYMMETRIES[records[link, SYMMETRY]], SYMMETRIES[records[link_before, SYMMETRY]]
+    b = SYMMETRIES[records[before, SYMMETRY]]
+    # The inverse of a symmetry is its transpose.
+    p, q = t[0] * e[0] + t[1] * e[1], t[0] * e[2] + t[1] * e[3]
+    r, s = t[2] * e[0] + t[3] * e[1], t[2] * e[2] + t[3] * e[3]
+    p, q, r, s = p * b[0] + q * b[2], p * b[1] + q * b[3], r * b[0] + s * b[2], r * b[1] + s * b[3]
+    found = 0
+    for n in range(8):
+        one = SYMMETRIES[n]
+        if one[0] == p and one[1] == q and one[2] == r and one[3] == s:
+            found = n
+    return found
+
+
+@inline
 def _transferred_guess(
     records: NDArray[np.int32],
     matrices: NDArray[np.int32],
@@ -131,7 +148,12 @@ def _transferred_guess(
     # What is likely for number f of a transferred block, the ones before it known.
     first, link = n == numbers.base, signed(records[n, LINK])
     guess = signed(0) if first else signed(records[n - 1, f])
-    if f == CUT and first:
+    before = signed(-1) if first else signed(records[n - 1, LINK])
+    if f == SYMMETRY and numbers.turned and link >= 0:
+        guess = signed(records[link, SYMMETRY])
+        if before >= 0:
+            guess = signed(_turned_alike(records, link, before, n - 1))
+    elif f == CUT and first:
         guess = signed(1)
     elif HEIGHT <= f <= WIDTH and link < 0 and first:
         guess = signed(numbers.height if f == HEIGHT else numbers.width)
@@ -144,12 +166,16 @@ def _transferred_guess(
             )
             guess = y if f == SOURCE_ROW else x
     elif f <= COLUMN:
-        if not first and link >= 0 and records[n - 1, LINK] >= 0:
-            # As far as the other chart's blocks lie apart, seen through both M.
-            one, before, there = records[link], records[records[n - 1, LINK]], records[n - 1]
-            down, right = signed(one[ROW]) - before[ROW], signed(one[COLUMN]) - before[COLUMN]
-            y = (one[MATRIX] * down + one[MATRIX + 1] * right) >> 4
-            x = (one[MATRIX + 2] * down + one[MATRIX + 3] * right) >> 4
+        if link >= 0 and before >= 0:
+            # As far as the other chart's blocks lie apart, seen through both M; turned as that before.
+            one, other, there = records[link], records[before], records[n - 1]
+            down, right = signed(one[ROW]) - other[ROW], signed(one[COLUMN]) - other[COLUMN]
+            turn = SYMMETRIES[(other if numbers.turned else one)[SYMMETRY]]
+            v, w = (
+                one[CENTRE] * down + one[CENTRE + 1] * right,
+                one[CENTRE + 2] * down + one[CENTRE + 3] * right,
+            )
+            y, x = (turn[0] * v + turn[1] * w) >> 4, (turn[2] * v + turn[3] * w) >> 4
             a, b = signed(there[MATRIX]), signed(there[MATRIX + 1])
             c, d = signed(there[MATRIX + 2]), signed(there[MATRIX + 3])
             area = (a * d - b * c) >> 4

@@ -25,6 +25,8 @@ from upholster.stream.plan_common import BATCH, GRID, MAX_CELLS, MAX_PLACEMENTS,
 __all__ = ["GridDecoder", "encode_grid"]
 
 _MOST_CELL, _MOST_FEATHER, _MOST_BLOCK, _MOST_LEVEL = 255, 16, 4096, 12
+_TURNED = 32
+"""Added to a plan's feather where own blocks have symmetries of their own."""
 _MOST_POSITIONS = 2**19
 _FAR = 2**20
 _BYTES_A_BLOCK = 512
@@ -47,7 +49,8 @@ def encode_grid(quilt: Quilt, plan: GridPlan) -> tuple[bytes, bytes, bytes]:
         If a number is beyond the format's limits, a block or its link does not fit the plan, or a centre
         matrix differs from its warp field by other than multiples of 1/64 pixel per texel.
     """
-    head = bytes([GRID]) + _grid_bytes(plan, quilt.charts)
+    turned = _is_turned(plan)
+    head = bytes([GRID, plan.feather + _TURNED * turned]) + _grid_bytes(plan, quilt.charts)
     for place in range(len(plan.grids)):
         _check_blocks(plan, place)
     records = _records(quilt, plan)
@@ -56,7 +59,7 @@ def encode_grid(quilt: Quilt, plan: GridPlan) -> tuple[bytes, bytes, bytes]:
     windows, first = _mask_places(plan, quilt.charts)
     cells = np.array(plan.mask_cells)
     for place in range(len(plan.grids)):
-        _code_sources(sources, quilt, plan, place, records)
+        _code_sources(sources, quilt, plan, place, turned, records)
     covered = np.zeros((0, 0), np.uint8)
     for place, grid in enumerate(plan.grids):
         start, stop = plan.starts[place : place + 2].tolist()
@@ -79,6 +82,16 @@ def encode_grid(quilt: Quilt, plan: GridPlan) -> tuple[bytes, bytes, bytes]:
     return head, sources.finish(), masks.finish() if len(cells) else b""
 
 
+def _is_turned(plan: GridPlan) -> bool:
+    # Whether own blocks have symmetries.
+    return any(
+        bool(plan.blocks["symmetry"][start + grid.transferred : stop].any())
+        for grid, start, stop in zip(
+            plan.grids, plan.starts[:-1].tolist(), plan.starts[1:].tolist(), strict=True
+        )
+    )
+
+
 def _check_blocks(plan: GridPlan, place: int) -> None:
     # That a grid's blocks are such as the format tells: its own follow from it, but for their sources.
     grid, (start, stop) = plan.grids[place], plan.starts[place : place + 2].tolist()
@@ -95,11 +108,11 @@ def _check_blocks(plan: GridPlan, place: int) -> None:
     outside = (row % grid.step_row > 0) | (column % grid.step_column > 0) | (i < 0) | (j < 0)
     outside |= (i >= grid.rows) | (j >= grid.across) | (np.diff(i * grid.across + j, prepend=-1) <= 0)
     outside |= (own["height"] != grid.height) | (own["width"] != grid.width)
-    wrong = np.flatnonzero(outside | (own["symmetry"] > 0) | (own["centred"] > 0) | (own["link"] != -1))
+    wrong = np.flatnonzero(outside | (own["centred"] > 0) | (own["link"] != -1))
     if len(wrong):
         raise InputError(
             f"block {first + wrong[0]} is none of its grid; allowed there: its positions in raster "
-            "order, its size, symmetry 0, no centre matrix, no link"
+            "order, its size, no centre matrix, no link"
         )
 
 
@@ -148,6 +161,7 @@ def _numbers(
     field: WarpField,
     exemplar_shape: tuple[int, int],
     feather: int,
+    turned: bool,
     base: int,
 ) -> records_.ChartNumbers:
     return records_.ChartNumbers(
@@ -163,6 +177,7 @@ def _numbers(
         grid.level,
         grid.mask_cell,
         feather,
+        int(turned),
         base,
         field.margin,
         chart.height,
@@ -172,7 +187,12 @@ def _numbers(
 
 
 def _code_sources(
-    writer: BitWriter, quilt: Quilt, plan: GridPlan, place: int, records: NDArray[np.int32]
+    writer: BitWriter,
+    quilt: Quilt,
+    plan: GridPlan,
+    place: int,
+    turned: bool,
+    records: NDArray[np.int32],
 ) -> None:
     grid = plan.grids[place]
     chart, field = quilt.charts[grid.chart], quilt.fields[grid.chart]
@@ -191,7 +211,7 @@ def _code_sources(
         there,
         np.full((grid.rows + 2, grid.across + 2), -1, np.int32),
         field.matrices,
-        _numbers(grid, chart, field, quilt.exemplar_shape, plan.feather, start),
+        _numbers(grid, chart, field, quilt.exemplar_shape, plan.feather, turned, start),
         (0, end),
         0,
         True,
@@ -199,11 +219,11 @@ def _code_sources(
 
 
 def _grid_bytes(plan: GridPlan, charts: Sequence[Chart]) -> bytes:
-    # Charts are told elsewhere.
+    # All that is told of the grids; charts are told elsewhere.
     order = [grid.chart for grid in plan.grids]
     _check_order(order, len(charts))
     rising = order == list(range(len(charts)))
-    out = bytearray([plan.feather]) + varint(0 if rising else 1 + len(order) - len(charts))
+    out = bytearray(varint(0 if rising else 1 + len(order) - len(charts)))
     out += b"" if rising else b"".join(varint(n) for n in order)
     before = _BEFORE_ALL
     for grid in plan.grids:
@@ -244,9 +264,12 @@ def _guess(name: str, before: ChartGrid, values: dict[str, int], chart: Chart) -
     return int(getattr(before, name))
 
 
-def _parse(reader: ByteReader, charts: Sequence[Chart]) -> GridPlan:
-    # The plan without its blocks.
-    feather = reader.byte("feather", _MOST_FEATHER)
+def _parse(reader: ByteReader, charts: Sequence[Chart]) -> tuple[GridPlan, bool]:
+    # The plan without its blocks, and whether own blocks have symmetries.
+    place = reader.offset
+    turned, feather = divmod(reader.byte("feather", _TURNED + _MOST_FEATHER), _TURNED)
+    if feather > _MOST_FEATHER:
+        raise FormatError(f"byte {place}: feather is {feather}; allowed: 0 to {_MOST_FEATHER}")
     before, grids, blocks, positions = _BEFORE_ALL, [], 0, 0
     for n in _parse_order(reader, len(charts)):
         grid = _parse_grid(reader, n, charts[n], before)
@@ -259,7 +282,7 @@ def _parse(reader: ByteReader, charts: Sequence[Chart]) -> GridPlan:
         grids.append(grid)
         before = grid
     reader.end("plan")
-    return GridPlan(tuple(grids), feather, np.zeros(0, BLOCK), np.zeros(0, np.uint8))
+    return GridPlan(tuple(grids), feather, np.zeros(0, BLOCK), np.zeros(0, np.uint8)), turned > 0
 
 
 def _parse_order(reader: ByteReader, charts: int) -> list[int]:
@@ -328,7 +351,7 @@ class GridDecoder:
         scale: int,
     ) -> None:
         self.charts, self.exemplar_shape, self.warp_fields, self.scale = charts, exemplar_shape, fields, scale
-        self.plan = _parse(plan, charts)
+        self.plan, self._turned = _parse(plan, charts)
         self.total = int(self.plan.starts[-1])
         self.known = self.known_cells = self.total_cells = 0
         self._sources = BitReader(kernels.BLOCK_COUNTERS, kernels.BLOCK_INPUTS)
@@ -430,7 +453,9 @@ class GridDecoder:
         grid, base = self.plan.grids[self._done], int(self.plan.starts[self._done])
         n, field = grid.chart, self.warp_fields[grid.chart]
         self._matrices = field.matrices
-        self._numbers = _numbers(grid, self.charts[n], field, self.exemplar_shape, self.plan.feather, base)
+        self._numbers = _numbers(
+            grid, self.charts[n], field, self.exemplar_shape, self.plan.feather, self._turned, base
+        )
         self._records = grown(self._records, base + grid.blocks)
         self._there = np.zeros(grid.positions, np.uint8)
         self._lookup = np.full((grid.rows + 2, grid.across + 2), -1, np.int32)

@@ -27,7 +27,10 @@ export const OFFSET = FLAG_BY_UPPER + 6 * 64
 export const OFF_PIXEL = OFFSET + 3 * 128
 export const TREE = OFF_PIXEL + 41
 export const HASHED = TREE + 4096
-const COUNTERS = HASHED + 3 * 65536
+/** … of symmetries that are those of the block to the left or above, and of others, bit by bit. */
+export const AS_BESIDE = HASHED + 3 * 65536
+export const TURN = AS_BESIDE + 4
+const COUNTERS = TURN + 8
 
 /** Mixers. */
 export const ONE_MIXER = NUMBERS * INTEGER_MIXERS

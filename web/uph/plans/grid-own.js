@@ -2,6 +2,7 @@
 
 import { hash } from '../bits.js'
 import {
+  AS_BESIDE,
   CUT,
   FLAG,
   FLAG_BY_GUESS,
@@ -17,8 +18,10 @@ import {
   ONE_MIXER,
   TREE,
   TREE_MIXER,
+  TURN,
 } from './grid-model.js'
 import { centerMatrix, sourceAt } from './placement.js'
+import { symmetryTimes } from '../symmetry.js'
 
 const NEAR = 3 // the largest small offset, in pixels of the level
 const POSITION_BITS = 20
@@ -46,12 +49,14 @@ export class OwnBlockDecoder {
     const field = fields[grid.chart]
     const [row, column] = [grid.firstRow + i * grid.stepRow, grid.firstColumn + j * grid.stepColumn]
     const { height, width, maskCell } = grid
-    const block = { row, column, height, width, symmetry: 0, maskCell, link: -1 }
+    const block = { row, column, height, width, maskCell, link: -1 }
     sources.input[0] = CUT + (later ? 1 : 0)
     let bit
     while ((bit = sources.bit(1, ONE_MIXER, LIMIT)) < 0) yield
     block.cut = bit
-    block.center = block.matrix = centerMatrix(block, field)
+    block.symmetry = this.plan.turned ? yield* this.#decodeSymmetry(near) : 0
+    block.center = centerMatrix(block, field)
+    block.matrix = symmetryTimes(block.symmetry, block.center)
     const guesses = this.#guesses(block, near, field, 16 << grid.level)
     block.mode = yield* this.#decodeMode(near, guesses, 16 << grid.level)
     const source = block.mode
@@ -65,15 +70,35 @@ export class OwnBlockDecoder {
     return block
   }
 
+  /** A symmetry: that of the block to the left or above, or three bits. */
+  *#decodeSymmetry(near) {
+    const { input } = this.sources
+    const [left, top] = [near[LEFT]?.symmetry, near[TOP]?.symmetry]
+    let bit
+    for (const guess of new Set([left, top])) {
+      if (guess === undefined) continue
+      input[0] = AS_BESIDE + (guess !== left ? 3 : top === undefined ? 0 : top === left ? 1 : 2)
+      while ((bit = this.sources.bit(1, ONE_MIXER, LIMIT)) < 0) yield
+      if (bit) return guess
+    }
+    let node = 1
+    while (node < 8) {
+      input[0] = TURN + node
+      while ((bit = this.sources.bit(1, ONE_MIXER, LIMIT)) < 0) yield
+      node = 2 * node + bit
+    }
+    return node - 8
+  }
+
   /** Where the source would lie if it continued a neighbour: to the left, above, here; null where that is of no use. */
   #guesses(block, near, field, unit) {
     const [mostY, mostX] = this.most
     const extent = (a, b) => Math.floor((Math.abs(a) * block.height + Math.abs(b) * block.width) / 512)
-    const [a, b, c, d] = block.center
+    const [a, b, c, d] = block.matrix
     const [tall, wide] = [extent(a, b), extent(c, d)]
     const guesses = [null, null, null]
     for (const g of [LEFT, TOP, HERE]) {
-      if (!near[g] || near[g].symmetry) continue
+      if (near[g]?.symmetry !== block.symmetry) continue
       const [y, x] = sourceAt(near[g], field, block.row, block.column)
       if (y < 0 || y > mostY || x < 0 || x > mostX) continue
       if (g === HERE && guesses.some((guess) => guess && guess.y === y && guess.x === x)) continue

@@ -13,7 +13,7 @@ import {
 } from './grid-model.js'
 import { decodeInteger } from './integers.js'
 import { MAX_MATRIX, centerMatrix, sourceAt } from './placement.js'
-import { symmetryTimes } from '../symmetry.js'
+import { symmetryTimes, turnedAlike } from '../symmetry.js'
 
 const FAR = [-16384 - 4096, 32768]
 const SIZE = [1, 4096]
@@ -45,6 +45,7 @@ export class TransferDecoder {
       linkedBefore: n > starts[place] && blocks[n - 1].link >= 0 ? blocks[blocks[n - 1].link] : null,
       grid,
       field,
+      turned: this.plan.turned,
     })
     const unlinked = link >= 0 ? 0 : 2
     let differed = 0
@@ -119,9 +120,17 @@ class TransferGuess {
       if (!before) return grid[name]
     }
     if (name === 'sourceRow' || name === 'sourceColumn') return this.#source(name)
+    if (name === 'symmetry' && this.turned && linked) return this.#symmetry()
     if (!before) return 0
     if (name === 'row' || name === 'column') return this.#centre(name)
     return before[name]
+  }
+
+  /** The linked block's, turned as the block before is. */
+  #symmetry() {
+    const { linked, linkedBefore, before } = this
+    if (!linkedBefore) return linked.symmetry
+    return turnedAlike(linked.symmetry, linkedBefore.symmetry, before.symmetry)
   }
 
   /** The linked block's size, turned and scaled to this chart. */
@@ -149,7 +158,7 @@ class TransferGuess {
     const { linked, linkedBefore, before, further } = this
     if (!linked || !linkedBefore) return further ? 2 * before[name] - further[name] : before[name]
     const [down, right] = [linked.row - linkedBefore.row, linked.column - linkedBefore.column]
-    const [p, q, r, s] = linked.matrix
+    const [p, q, r, s] = symmetryTimes((this.turned ? linkedBefore : linked).symmetry, linked.center)
     const y = Math.floor((p * down + q * right) / 16)
     const x = Math.floor((r * down + s * right) / 16)
     const [a, b, c, d] = before.matrix

@@ -8,6 +8,7 @@ import { TransferDecoder } from './grid-transfers.js'
 import { MASK_CUT, MASK_NONE, MAX_MASK_CELLS, MAX_PLACEMENTS, checkPlacement, maskWindow } from './placement.js'
 import { Plan } from './plan.js'
 
+const TURNED = 32 // added to the feather
 const FAR = 2 ** 20
 // Numbers of a block grid: what the first chart's are guessed to be, and what is allowed.
 const GRID_NUMBERS = {
@@ -35,7 +36,10 @@ export class GridPlan extends Plan {
     super(charts, exemplar)
     this.fields = fields
     this.fail = (what) => reader.fail(what)
-    this.feather = reader.u8('feather', 16)
+    const { place } = reader
+    const feather = reader.u8('feather', TURNED + 16)
+    this.turned = feather >= TURNED // own blocks have symmetries
+    this.feather = reader.within(feather % TURNED, 'feather', 0, 16, place)
     this.grids = this.#parseGrids(reader) // in coded order; those of one chart follow each other
     reader.end('plan')
     this.starts = [0] // per grid: its first block

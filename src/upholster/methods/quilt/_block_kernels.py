@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 from upholster.jit import inline
 
 __all__ = [
+    "BLOCK_COLUMNS",
     "COLUMN",
     "LAID",
     "LEFT",
@@ -15,6 +16,7 @@ __all__ = [
     "ROW",
     "SOURCE_COLUMN",
     "SOURCE_ROW",
+    "SYMMETRY",
     "TOP",
     "BlockTexels",
     "ChartCanvas",
@@ -25,6 +27,7 @@ __all__ = [
     "LayWeights",
     "MatchImage",
     "Span",
+    "SymmetryScratch",
     "pixel_at",
     "position_of",
     "splat_tent",
@@ -32,8 +35,10 @@ __all__ = [
 ]
 
 # Columns of a block's record: centre, indices of the left and upper neighbours (-1: none), then what the
-# kernel finds: source in 1/16 pixel, and whether it was laid (1), laid on nothing (2), or not needed (0).
-ROW, COLUMN, LEFT, TOP, SOURCE_ROW, SOURCE_COLUMN, LAID = range(7)
+# kernel finds: source in 1/16 pixel, symmetry, and whether it was laid (1), laid on nothing (2), or not
+# needed (0).
+ROW, COLUMN, LEFT, TOP, SOURCE_ROW, SOURCE_COLUMN, SYMMETRY, LAID = range(8)
+BLOCK_COLUMNS = LAID + 1
 
 REFINED = 4
 """How many of the best candidates are looked round."""
@@ -43,11 +48,13 @@ class ChartCanvas(NamedTuple):
     """A chart and what is round it, every block whole.
 
     `canvas` (rows, columns · channels) holds what is laid; `covered` (rows, columns) has bit 0 where
-    something is, and bit 1 where it must not change, for finished charts go on there.
+    something is, and bit 1 where it must not change, for finished charts go on there. `symmetries` (rows,
+    columns) holds the symmetry of the block that each laid texel comes from.
     """
 
     canvas: NDArray[np.uint8]
     covered: NDArray[np.uint8]
+    symmetries: NDArray[np.uint8]
 
 
 class MatchImage(NamedTuple):
@@ -61,11 +68,12 @@ class LayNumbers(NamedTuple):
     """Numbers of a chart and its blocks.
 
     `height`, `width`, `channels` are the exemplar's on `level`; `step` pixels lie between two candidates, of
-    which `shortlist` are judged, and `usage_step` between two points at which usage is counted. `margin` is
-    the warp field's. Texel (0, 0) lies at (`origin_row`, `origin_column`) of the canvas; if `wrap` is 1, the
-    canvas's ends meet. A block is `block_height` × `block_width` texels, its mask's cells `mask_cell`;
-    `across` blocks lie side by side. Every `sample`-th texel is compared. Texels from `need_top` and
-    `need_left` to before `need_bottom` and `need_right` are to be covered.
+    which `shortlist` are judged, and `usage_step` between two points at which usage is counted. Blocks may
+    have symmetry n where bit n of `symmetries` is 1. `margin` is the warp field's. Texel (0, 0) lies at
+    (`origin_row`, `origin_column`) of the canvas; if `wrap` is 1, the canvas's ends meet. A block is
+    `block_height` × `block_width` texels, its mask's cells `mask_cell`; `across` blocks lie side by side.
+    Every `sample`-th texel is compared. Texels from `need_top` and `need_left` to before `need_bottom` and
+    `need_right` are to be covered.
     """
 
     height: int
@@ -75,6 +83,7 @@ class LayNumbers(NamedTuple):
     step: int
     shortlist: int
     usage_step: int
+    symmetries: int
     margin: int
     origin_row: int
     origin_column: int
@@ -131,9 +140,9 @@ class ChoiceScratch(NamedTuple):
 
     `features` (n, 2) are boxes of what is laid, rows and columns from a candidate, and `means` their means.
     `offsets` and `values` are pixels from a candidate and what should be there, channel by channel.
-    `penalties` has the shape of usage. `kept` are candidates as row · width + column, `judged` what they
-    cost; `continued` (2, 3) are those that continue the left and upper neighbours: candidate (-1: none), and
-    source in 1/16 pixel. `heap` and `costs` are the search's.
+    `penalties` has the shape of usage for one symmetry. `kept` are candidates as row · width + column,
+    `judged` what they cost; `continued` (2, 3) are those that continue the left and upper neighbours:
+    candidate (-1: none), and source in 1/16 pixel. `heap` and `costs` are the search's.
     """
 
     features: NDArray[np.int64]
@@ -159,12 +168,20 @@ class CutScratch(NamedTuple):
     work: NDArray[np.int32]
 
 
+class SymmetryScratch(NamedTuple):
+    """Scratch: `shown` (8), how many texels under a block show each symmetry; `tried` (3), those for it."""
+
+    shown: NDArray[np.int64]
+    tried: NDArray[np.int64]
+
+
 class LayScratch(NamedTuple):
     """All scratch of `lay_blocks`."""
 
     texels: BlockTexels
     choice: ChoiceScratch
     cut: CutScratch
+    symmetries: SymmetryScratch
 
     @classmethod
     def of(cls, numbers: LayNumbers, usage: NDArray[np.float64]) -> "LayScratch":
@@ -173,6 +190,7 @@ class LayScratch(NamedTuple):
         cells = height // numbers.mask_cell * (width // numbers.mask_cell)
         box, reach = 4 * numbers.sample, numbers.step // 2
         features = (height // box + 1) * (width // box + 1)
+        planes = numbers.symmetries.bit_count()
         most = 2 + numbers.shortlist + REFINED * ((2 * reach + 1) ** 2 - 1)
         return cls(
             BlockTexels(
@@ -188,7 +206,7 @@ class LayScratch(NamedTuple):
                 np.empty(features, np.float32),
                 np.empty(height * width, np.int32),
                 np.empty(height * width * channels, np.int32),
-                np.empty_like(usage),
+                np.empty((usage.shape[0] // planes, usage.shape[1])),
                 np.empty(most, np.int64),
                 np.empty(most, np.int64),
                 np.empty((2, 3), np.int64),
@@ -203,6 +221,7 @@ class LayScratch(NamedTuple):
                 np.empty((4, cells), np.int64),
                 np.empty((4, cells), np.int32),
             ),
+            SymmetryScratch(np.empty(8, np.int64), np.empty(3, np.int64)),
         )
 
 

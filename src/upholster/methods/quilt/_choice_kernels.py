@@ -19,6 +19,7 @@ from upholster.methods.quilt._block_kernels import (
     ROW,
     SOURCE_COLUMN,
     SOURCE_ROW,
+    SYMMETRY,
     BlockTexels,
     ChoiceScratch,
     LayNumbers,
@@ -31,25 +32,40 @@ from upholster.methods.quilt._block_kernels import (
 )
 from upholster.methods.quilt._search_kernels import draw, search
 from upholster.quilt._field_kernels import displacement, matrix_at
+from upholster.quilt.placement import SYMMETRIES
 from upholster.types import int64
 
-__all__ = ["choose_source", "list_continued", "penalise", "penalise_used"]
+__all__ = ["choose_source", "first_of", "list_continued", "penalise", "penalise_used"]
 
 _BIG = int64(2**60)
 
 
 @inline
-def penalise_used(usage: NDArray[np.float64], evenness: float, penalties: NDArray[np.float64]) -> None:
-    """Write what each place costs: what is used more than the rest costs more."""
+def penalise_used(
+    usage: NDArray[np.float64], first: int, evenness: float, penalties: NDArray[np.float64]
+) -> None:
+    """Write what each place costs: what is used more than the rest costs more.
+
+    Of all usage, that from row `first` on counts.
+    """
     mean = 0.0
     for i in range(usage.shape[0]):
         for j in range(usage.shape[1]):
             mean += usage[i, j]
     mean /= usage.size
-    for i in range(usage.shape[0]):
-        for j in range(usage.shape[1]):
-            more = max(0.0, usage[i, j] / mean - 1.0) if mean > 0.0 else 0.0
+    for i in range(penalties.shape[0]):
+        for j in range(penalties.shape[1]):
+            more = max(0.0, usage[first + i, j] / mean - 1.0) if mean > 0.0 else 0.0
             penalties[i, j] = evenness * more
+
+
+@inline
+def first_of(numbers: LayNumbers, symmetry: int, rows: int) -> Any:
+    """Return the row of usage at which what counts for a symmetry begins, `rows` for each that is allowed."""
+    first = int64(0)
+    for s in range(symmetry):
+        first += numbers.symmetries >> s & 1
+    return first * rows
 
 
 @inline
@@ -59,11 +75,15 @@ def penalise(
     weights: LayWeights,
     blocks: NDArray[np.int32],
     n: int,
+    symmetry: int,
     span: Span,
     penalties: NDArray[np.float64],
 ) -> None:
-    """Write what each place costs block n: what is used more than the rest, or by blocks near by."""
-    penalise_used(usage, weights.evenness, penalties)
+    """Write what each place costs block n: what is used more than the rest, or by blocks near by.
+
+    With one symmetry or another, a place counts as another one for even use.
+    """
+    penalise_used(usage, first_of(numbers, symmetry, penalties.shape[0]), weights.evenness, penalties)
     if weights.variety <= 0.0:
         return
     tall, wide = max(1, span.high_y - span.low_y), max(1, span.high_x - span.low_x)
@@ -121,22 +141,27 @@ def list_continued(
     numbers: LayNumbers,
     blocks: NDArray[np.int32],
     n: int,
+    symmetry: int,
     span: Span,
     choice: ChoiceScratch,
 ) -> Any:
-    """Enter what continues the left and upper neighbours before candidate 2; return the first candidate."""
+    """Enter what continues the left and upper neighbours before candidate 2; return the first candidate.
+
+    Only neighbours that have the same symmetry are continued.
+    """
     block, margin, level, continued = blocks[n], numbers.margin, numbers.level, choice.continued
     row, column = int64(block[ROW]), int64(block[COLUMN])
     centre = matrix_at(matrices, margin, row, column)
-    start = int64(2)
+    turn, start = SYMMETRIES[symmetry], int64(2)
     for side in range(2):
         m = block[LEFT + side]
         continued[side, 0] = -1
-        if m >= 0 and blocks[m, LAID]:
+        if m >= 0 and blocks[m, LAID] and blocks[m, SYMMETRY] == symmetry:
             its_row, its_column = int64(blocks[m, ROW]), int64(blocks[m, COLUMN])
             other = matrix_at(matrices, margin, its_row, its_column)
             down, right = displacement(other, centre, row - its_row, column - its_column)
-            source_row, source_column = down + blocks[m, SOURCE_ROW], right + blocks[m, SOURCE_COLUMN]
+            source_row = blocks[m, SOURCE_ROW] + turn[0] * down + turn[1] * right
+            source_column = blocks[m, SOURCE_COLUMN] + turn[2] * down + turn[3] * right
             y, x = pixel_at(source_row, level), pixel_at(source_column, level)
             if span.first_y <= y <= span.last_y and span.first_x <= x <= span.last_x:
                 start -= 1
@@ -209,7 +234,7 @@ def _list_refined(numbers: LayNumbers, span: Span, choice: ChoiceScratch, start:
 
 @inline
 def _draw_good(state: NDArray[np.uint64], choice: ChoiceScratch, start: int, stop: int, limit: Any) -> Any:
-    # One of the candidates that cost at most `limit`.
+    # Draws one of the candidates that cost at most `limit`.
     good = int64(0)
     for m in range(start, stop):
         good += choice.judged[m] <= limit
@@ -217,9 +242,9 @@ def _draw_good(state: NDArray[np.uint64], choice: ChoiceScratch, start: int, sto
     for m in range(start, stop):
         if choice.judged[m] <= limit:
             if pick == 0:
-                return choice.kept[m]
+                return m
             pick -= 1
-    return choice.kept[start]
+    return start
 
 
 @shared
@@ -232,8 +257,8 @@ def choose_source(
     texels: BlockTexels,
     choice: ChoiceScratch,
     start: int,
-) -> tuple[Any, Any]:
-    """Choose a block's source; return its row and column in 1/16 pixel.
+) -> tuple[Any, Any, Any]:
+    """Choose a block's source; return its row and column in 1/16 pixel, and what it costs.
 
     `choice` holds the places' penalties and, from candidate `start` to before 2, what continues neighbours;
     the rest as in `lay_blocks`.
@@ -252,10 +277,11 @@ def choose_source(
         end = _list_refined(numbers, span, choice, start, stop)
         least = _judge(match.image, numbers, choice, samples, (stop, end), least, weights.tolerance)
         stop = end
-    chosen = _draw_good(state, choice, start, stop, int64(least * weights.tolerance))
+    drawn = _draw_good(state, choice, start, stop, int64(least * weights.tolerance))
+    chosen = choice.kept[drawn]
     row = int64(position_of(chosen // numbers.width, numbers.level))
     column = int64(position_of(chosen % numbers.width, numbers.level))
     for side in range(1, -1, -1):
         if choice.continued[side, 0] == chosen:
             row, column = choice.continued[side, 1], choice.continued[side, 2]
-    return row, column
+    return row, column, choice.judged[drawn]

@@ -1,8 +1,11 @@
 """The hot loop of method "quilt": the blocks of one chart, chosen, cut and laid in raster order.
 
-A block's steps have a function each: `_look`, what is there; `_fall`, where its texels read; `choose_source`
-(see `_choice_kernels`); `cut_block` (see `_seed_kernels`); `_lay`.
+A block's steps have a function each: `_look`, what is there; `_list_symmetries`, which ones it is tried
+with; for each of these `_fall`, where its texels read, and `choose_source` (see `_choice_kernels`);
+`cut_block` (see `_seed_kernels`); `_lay`.
 """
+
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +17,7 @@ from upholster.methods.quilt._block_kernels import (
     ROW,
     SOURCE_COLUMN,
     SOURCE_ROW,
+    SYMMETRY,
     BlockTexels,
     ChartCanvas,
     LayNumbers,
@@ -21,15 +25,17 @@ from upholster.methods.quilt._block_kernels import (
     LayWeights,
     MatchImage,
     Span,
+    SymmetryScratch,
     pixel_at,
     position_of,
     splat_tent,
     whole_pixels,
 )
-from upholster.methods.quilt._choice_kernels import choose_source, list_continued, penalise
+from upholster.methods.quilt._choice_kernels import choose_source, first_of, list_continued, penalise
 from upholster.methods.quilt._search_kernels import draw
 from upholster.methods.quilt._seed_kernels import cut_block
 from upholster.quilt._field_kernels import displacement_row, matrix_at
+from upholster.quilt.placement import SYMMETRIES
 from upholster.types import int64
 
 __all__ = ["lay_blocks"]
@@ -86,12 +92,17 @@ def _span(low: int, high: int, size: int, level: int) -> tuple[int, int, int, in
 
 @inline
 def _fall(
-    matrices: NDArray[np.int32], numbers: LayNumbers, row: int, column: int, texels: BlockTexels
+    matrices: NDArray[np.int32],
+    numbers: LayNumbers,
+    symmetry: int,
+    row: int,
+    column: int,
+    texels: BlockTexels,
 ) -> Span:
     # Writes where a block's texels fall, seen from its centre, in pixels of the level.
     ys, xs, level = texels.ys, texels.xs, numbers.level
     height, width = numbers.block_height, numbers.block_width
-    centre = matrix_at(matrices, numbers.margin, row, column)
+    turn, centre = SYMMETRIES[symmetry], matrix_at(matrices, numbers.margin, row, column)
     down, right = -(height // 2), -(width // 2)
     low_y, high_y, low_x, high_x = int64(0), int64(0), int64(0), int64(0)
     for i in range(height):
@@ -99,7 +110,9 @@ def _fall(
             matrices, numbers.margin, centre, down + i, row + down + i, column + right, right, ys[i], xs[i]
         )
         for j in range(width):
-            y, x = int64(ys[i, j]), int64(xs[i, j])
+            y = turn[0] * ys[i, j] + turn[1] * xs[i, j]
+            x = turn[2] * ys[i, j] + turn[3] * xs[i, j]
+            ys[i, j], xs[i, j] = y, x
             low_y, high_y, low_x, high_x = min(low_y, y), max(high_y, y), min(low_x, x), max(high_x, x)
     first_y, last_y, low_y, high_y = _span(low_y, high_y, numbers.height, level)
     first_x, last_x, low_x, high_x = _span(low_x, high_x, numbers.width, level)
@@ -111,10 +124,88 @@ def _fall(
 
 
 @inline
+def _list_symmetries(
+    chart: ChartCanvas,
+    numbers: LayNumbers,
+    texels: BlockTexels,
+    state: NDArray[np.uint64],
+    scratch: SymmetryScratch,
+) -> Any:
+    # Lists the symmetries that a block is tried with: the two that most of what it overlaps shows, and one
+    # drawn from all that are allowed. Returns how many; where nothing is laid, the drawn one alone.
+    shown, tried = scratch.shown, scratch.tried
+    tried[0] = 0
+    if numbers.symmetries == 1:
+        return int64(1)
+    for s in range(8):
+        shown[s] = 0
+    for i in range(numbers.block_height):
+        for j in range(numbers.block_width):
+            if texels.marks[i, j] & 1:
+                shown[chart.symmetries[texels.rows[i + 1], texels.columns[j + 1]]] += 1
+    allowed = int64(0)
+    for s in range(8):
+        allowed += numbers.symmetries >> s & 1
+        if numbers.symmetries >> s & 1 == 0:
+            shown[s] = 0
+    count = int64(0)
+    for _ in range(2):
+        most = int64(0)
+        for s in range(1, 8):
+            if shown[s] > shown[most]:
+                most = s
+        if shown[most] > 0:
+            tried[count], shown[most] = most, 0
+            count += 1
+    pick = draw(state, allowed)
+    for s in range(8):
+        if numbers.symmetries >> s & 1:
+            if pick == 0 and (count == 0 or s != tried[0]) and (count < 2 or s != tried[1]):
+                tried[count] = s
+                count += 1
+            pick -= 1
+    return count
+
+
+@inline
+def _choose(
+    match: MatchImage,
+    matrices: NDArray[np.int32],
+    numbers: LayNumbers,
+    weights: LayWeights,
+    usage: NDArray[np.float64],
+    state: NDArray[np.uint64],
+    blocks: NDArray[np.int32],
+    n: int,
+    count: int,
+    scratch: LayScratch,
+) -> Span:
+    # Chooses the source of block n with each of the symmetries listed, and keeps the cheapest, the first of
+    # equals.
+    block, choice, tried = blocks[n], scratch.choice, scratch.symmetries.tried
+    row, column = int64(block[ROW]), int64(block[COLUMN])
+    span = _fall(matrices, numbers, tried[0], row, column, scratch.texels)
+    least = int64(-1)
+    for t in range(count):
+        if t:
+            span = _fall(matrices, numbers, tried[t], row, column, scratch.texels)
+        penalise(usage, numbers, weights, blocks, n, tried[t], span, choice.penalties)
+        start = list_continued(matrices, numbers, blocks, n, tried[t], span, choice)
+        y, x, cost = choose_source(match, numbers, weights, state, span, scratch.texels, choice, start)
+        if least < 0 or cost < least:
+            least = cost
+            block[SOURCE_ROW], block[SOURCE_COLUMN], block[SYMMETRY] = y, x, tried[t]
+    if block[SYMMETRY] != tried[count - 1]:
+        span = _fall(matrices, numbers, int64(block[SYMMETRY]), row, column, scratch.texels)
+    return span
+
+
+@inline
 def _lay(
     chart: ChartCanvas,
     image: NDArray[np.uint8],
     numbers: LayNumbers,
+    symmetry: int,
     base: int,
     mask: NDArray[np.uint8],
     texels: BlockTexels,
@@ -127,6 +218,7 @@ def _lay(
             if mask[at + j // cell]:
                 c = texels.columns[j + 1]
                 chart.covered[r, c] |= 1
+                chart.symmetries[r, c] = symmetry
                 place = (base + texels.ys[i, j] * numbers.width + texels.xs[i, j]) * channels
                 for k in range(channels):
                     chart.canvas[r, c * channels + k] = image[place + k]
@@ -148,9 +240,10 @@ def lay_blocks(
 ) -> None:
     """Choose, cut and lay some blocks of a chart, from, to, in order.
 
-    `matrices` are the warp field's. `usage` (n, m) counts how much each part of the exemplar is used, every
-    `usage_step` pixels. `state` is that of the random numbers. `blocks` are records, see `_block_kernels`.
-    `cells` (blocks, cells of a block) receives their masks, 1 = new.
+    `matrices` are the warp field's. `usage` counts how much each part of the exemplar is used, every
+    `usage_step` pixels, (n, m) for each symmetry that is allowed, one below the other. `state` is that of
+    the random numbers. `blocks` are records, see `_block_kernels`. `cells` (blocks, cells of a block)
+    receives their masks, 1 = new.
 
     A block that covers nothing new of what is needed is left out. One on nothing is drawn from all that fit;
     any other is chosen by what it continues, and cut where the two differ least.
@@ -164,9 +257,10 @@ def lay_blocks(
         block[LAID] = 0
         if bare == 0:
             continue
-        span = _fall(matrices, numbers, row, column, texels)
+        count = _list_symmetries(chart, numbers, texels, state, scratch.symmetries)
         if laid == 0:
-            block[LAID] = 2
+            block[LAID], block[SYMMETRY] = 2, scratch.symmetries.tried[0]
+            span = _fall(matrices, numbers, int64(block[SYMMETRY]), row, column, texels)
             y = span.first_y + draw(state, span.last_y - span.first_y + 1)
             x = span.first_x + draw(state, span.last_x - span.first_x + 1)
             block[SOURCE_ROW], block[SOURCE_COLUMN] = (
@@ -177,17 +271,15 @@ def lay_blocks(
                 mask[at] = 1
         else:
             block[LAID] = 1
-            choice = scratch.choice
-            penalise(usage, numbers, weights, blocks, n, span, choice.penalties)
-            start = list_continued(matrices, numbers, blocks, n, span, choice)
-            block[SOURCE_ROW], block[SOURCE_COLUMN] = choose_source(
-                match, numbers, weights, state, span, texels, choice, start
-            )
+            span = _choose(match, matrices, numbers, weights, usage, state, blocks, n, count, scratch)
         source_y = pixel_at(int64(block[SOURCE_ROW]), numbers.level)
         source_x = pixel_at(int64(block[SOURCE_COLUMN]), numbers.level)
         base = source_y * numbers.width + source_x
         if laid:
             cut_block(chart.covered, match.image, numbers, top, left, base, texels, scratch.cut, mask)
-        _lay(chart, match.image, numbers, base, mask, texels)
+        _lay(chart, match.image, numbers, int64(block[SYMMETRY]), base, mask, texels)
         tall, wide = max(1, span.high_y - span.low_y), max(1, span.high_x - span.low_x)
-        splat_tent(usage, numbers.usage_step, source_y, source_x, tall, wide, 1.0)
+        rows = scratch.choice.penalties.shape[0]
+        first = first_of(numbers, int64(block[SYMMETRY]), rows)
+        used = usage[first : first + rows]
+        splat_tent(used, numbers.usage_step, source_y, source_x, tall, wide, 1.0)

@@ -97,6 +97,7 @@ def transfer_masks(
 def lay_transferred(
     canvas: NDArray[np.uint8],
     covered: NDArray[np.uint8],
+    symmetries: NDArray[np.uint8],
     image: NDArray[np.uint8],
     sizes: tuple[int, int, int, int],
     matrices: NDArray[np.int32],
@@ -108,7 +109,7 @@ def lay_transferred(
 ) -> None:
     """Lay what other charts' blocks leave on this one: `transferred` (n, 12) in order, `cells` their masks.
 
-    Columns: row, column, height, width, source row and column in 1/16 pixel, turn, where the cells
+    Columns: row, column, height, width, source row and column in 1/16 pixel, symmetry, where the cells
     start, then the centre matrix. A
     texel counts as covered where the feathered mask is whole: its cell and the eight round it are.
     """
@@ -145,6 +146,7 @@ def lay_transferred(
                 y = (transferred[n, 4] + y + 8) >> (4 + level)
                 x = (transferred[n, 5] + x + 8) >> (4 + level)
                 y, x = min(max(y, 0), image_height - 1), min(max(x, 0), image_width - 1)
+                symmetries[r, c] = transferred[n, 6]
                 for k in range(channels):
                     canvas[r, c * channels + k] = image[(y * image_width + x) * channels + k]
                 if whole[at]:

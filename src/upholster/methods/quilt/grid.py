@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.methods.quilt._block_kernels import COLUMN, LAID, LEFT, ROW, TOP
+from upholster.methods.quilt._block_kernels import BLOCK_COLUMNS, COLUMN, LAID, LEFT, ROW, TOP
 from upholster.quilt.chart import Chart
 from upholster.quilt.warp_field import WarpField
 from upholster.types import FloatArray, IntArray
@@ -207,13 +207,13 @@ class BlockGrid:
         rows = self._starts(need[0], need[1], self.height, self.overlap_rows) + self.height // 2
         columns = self._starts(need[2], need[3], self.width, self.overlap_columns) + self.width // 2
         number = np.arange(len(rows) * len(columns), dtype=np.int32).reshape(len(rows), len(columns))
-        out = np.zeros((*number.shape, 7), np.int32)
+        out = np.zeros((*number.shape, BLOCK_COLUMNS), np.int32)
         out[..., ROW], out[..., COLUMN] = rows[:, None], columns
         out[..., LEFT] = out[..., TOP] = -1
         out[:, 1:, LEFT] = number[:, :-1]
         out[1:, :, TOP] = number[:-1]
         out[..., LAID] = 0
-        return out.reshape(-1, 7)
+        return out.reshape(-1, BLOCK_COLUMNS)
 
     def _starts(self, start: int, stop: int, block: int, overlap: int) -> IntArray:
         # Where the blocks along one axis begin: the last one reaches the end, or overlaps the first.

@@ -13,6 +13,7 @@ from upholster.methods.quilt._block_kernels import (
     ROW,
     SOURCE_COLUMN,
     SOURCE_ROW,
+    SYMMETRY,
     TOP,
     ChartCanvas,
     LayNumbers,
@@ -46,6 +47,7 @@ def lay_chart(
     weights: FloatArray,
     *,
     shortlist: int,
+    symmetries: int,
     wrap: bool,
     seed: int,
     number: int,
@@ -64,6 +66,8 @@ def lay_chart(
     match_pyramid, usage, weights, shortlist
         What blocks are compared by; how much of the exemplar has been used; evenness, variety and tolerance;
         how many candidates are judged at full resolution.
+    symmetries
+        Which symmetries its own blocks may have, a bit for each.
     wrap
         Whether its opposite edges meet as a tile's do.
     seed
@@ -83,7 +87,7 @@ def lay_chart(
     need = grid.need(transfer.open_sides(index, finished) | opened)
     parts = grid.parts(need, opened)
     blocks = _in_order(grid.blocks(need), np.concatenate([part.blocks for part in parts]))
-    layer = _ChartLayer.of(index, grid, need, blocks, match_pyramid, usage, shortlist, wrap, seed)
+    layer = _ChartLayer.of(index, grid, need, blocks, match_pyramid, usage, shortlist, symmetries, wrap, seed)
     laid = [transfer.transferred_onto(index, finished)]
     layer.lay_transferred(laid[0])
     layer.close(transfer.closed(index, finished))
@@ -141,6 +145,7 @@ class _ChartLayer:
         match_pyramid: MatchPyramid,
         usage: FloatArray,
         shortlist: int,
+        symmetries: int,
         wrap: bool,
         seed: int,
     ) -> "_ChartLayer":
@@ -149,9 +154,13 @@ class _ChartLayer:
         pads = (0, 0) if wrap else (2 * grid.height, 2 * grid.width)
         rows, columns = grid.chart.height + 2 * pads[0], grid.chart.width + 2 * pads[1]
         canvas = ChartCanvas(
-            np.zeros((rows, columns * match_level.channels), np.uint8), np.zeros((rows, columns), np.uint8)
+            np.zeros((rows, columns * match_level.channels), np.uint8),
+            np.zeros((rows, columns), np.uint8),
+            np.zeros((rows, columns), np.uint8),
         )
-        numbers = _numbers(grid, need, match_level, match_pyramid.stride(grid.level), pads, shortlist, wrap)
+        numbers = _numbers(
+            grid, need, match_level, match_pyramid.stride(grid.level), pads, shortlist, symmetries, wrap
+        )
         used, state = usage.copy(), np.array([seed], np.uint64)
         cells = np.empty((len(blocks), grid.cells), np.uint8)
         scratch = LayScratch.of(numbers, used)
@@ -213,6 +222,7 @@ def _numbers(
     usage_step: int,
     pads: tuple[int, int],
     shortlist: int,
+    symmetries: int,
     wrap: bool,
 ) -> LayNumbers:
     top, bottom, left, right = need
@@ -224,6 +234,7 @@ def _numbers(
         step=match_level.step,
         shortlist=shortlist,
         usage_step=usage_step,
+        symmetries=symmetries,
         margin=grid.field.margin,
         origin_row=pads[0],
         origin_column=pads[1],
@@ -248,6 +259,7 @@ def _placements(index: int, grid: BlockGrid, blocks: NDArray[np.int32]) -> NDArr
         ("column", COLUMN),
         ("source_row", SOURCE_ROW),
         ("source_column", SOURCE_COLUMN),
+        ("symmetry", SYMMETRY),
     ):
         placed[name] = blocks[:, place]
     placed["height"], placed["width"] = grid.height, grid.width

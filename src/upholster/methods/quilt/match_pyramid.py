@@ -66,10 +66,11 @@ class MatchPyramid:
         """Return the distance of the usage grid's points in pixels of a level."""
         return self.usage_step >> level
 
-    def empty_usage(self) -> NDArray[np.float64]:
-        """Return a usage grid of zeros: nothing has been used yet."""
+    def empty_usage(self, symmetries: int = 1) -> NDArray[np.float64]:
+        """Return usage grids of zeros, one below the other for so many symmetries: nothing is used yet."""
         first = self.levels[0]
-        return np.zeros((-(-first.height // self.usage_step), -(-first.width // self.usage_step)))
+        rows, columns = -(-first.height // self.usage_step), -(-first.width // self.usage_step)
+        return np.zeros((symmetries * rows, columns))
 
 
 def _step(height: int, width: int) -> int:

@@ -31,6 +31,9 @@ from upholster.types import FloatArray, PixelArray, Progress
 
 __all__ = ["synthesize_quilt"]
 
+_MIRRORED = 1 << 5
+"""The symmetry that mirrors left and right: columns count backwards."""
+
 
 def synthesize_quilt(
     exemplar: PixelArray,
@@ -79,7 +82,7 @@ def synthesize_quilt(
     classes = [[0]] if wrap else schedule(surface, charts, seams)
     run = _run(exemplar, surface, charts, fields, seams, options, wrap, seed)
     finished: list[ChartPlacements | None] = [None] * len(charts)
-    usage = run.match_pyramid.empty_usage()
+    usage = run.match_pyramid.empty_usage(run.symmetries.bit_count())
     done = 0
     for members in classes:
         usage = _lay_class(run, members, finished, usage, done, threads, progress)
@@ -108,6 +111,8 @@ class _Run:
         Of each chart's random numbers.
     shortlist
         Candidates that are judged at full resolution.
+    symmetries
+        Which symmetries charts' own blocks may have, a bit for each.
     wrap
         Whether the one chart's opposite edges meet.
     """
@@ -118,6 +123,7 @@ class _Run:
     weights: FloatArray
     seeds: list[int]
     shortlist: int
+    symmetries: int
     wrap: bool
 
 
@@ -134,8 +140,13 @@ def _run(
     # A block that is transferred may begin between pixels and end beyond the exemplar.
     copied = len(charts) == 1 and fields[0].is_identity and not seams
     shape = exemplar.shape[0], exemplar.shape[1]
+    symmetries = _symmetries(options)
+    # A quarter turn changes height and width.
+    fitting = (min(shape), min(shape)) if options.rotate else shape
     grids = [
-        BlockGrid.of(chart, field, shape, options.block, options.overlap, copied=copied, wrap=wrap, most=most)
+        BlockGrid.of(
+            chart, field, fitting, options.block, options.overlap, copied=copied, wrap=wrap, most=most
+        )
         for chart, field, most in zip(charts, fields, _largest_blocks(charts, seams), strict=True)
     ]
     match_pyramid = MatchPyramid.of(exemplar, max(grid.level for grid in grids))
@@ -155,7 +166,13 @@ def _run(
         int(child.generate_state(1, np.uint64)[0])
         for child in np.random.SeedSequence(seed).spawn(len(charts))
     ]
-    return _Run(grids, transfer, match_pyramid, weights, seeds, options.shortlist, wrap)
+    return _Run(grids, transfer, match_pyramid, weights, seeds, options.shortlist, symmetries, wrap)
+
+
+def _symmetries(options: QuiltOptions) -> int:
+    # Which symmetries blocks may have, a bit for each: see `upholster.quilt.placement.SYMMETRIES`.
+    turns = 0b1111 if options.rotate else 1
+    return turns | (turns << 4 if options.rotate else _MIRRORED) if options.mirror else turns
 
 
 def _largest_blocks(charts: Sequence[Chart], seams: Sequence[ChartSeam]) -> list[tuple[float, float]]:
@@ -192,6 +209,7 @@ def _lay_class(
             usage,
             run.weights,
             shortlist=run.shortlist,
+            symmetries=run.symmetries,
             wrap=run.wrap,
             seed=run.seeds[n],
             number=(done + k) << 32,

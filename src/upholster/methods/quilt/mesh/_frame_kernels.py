@@ -267,11 +267,13 @@ def lay_frames(
         else:
             block[2] = 1
             choice = scratch.choice
-            penalise_used(usage, weights.evenness, choice.penalties)
+            penalise_used(usage, int64(0), weights.evenness, choice.penalties)
             if weights.variety > 0.0:
                 _penalise_near(numbers, weights.variety, near, blocks, n, reach, choice.penalties)
             choice.continued[0, 0], choice.continued[1, 0] = -1, -1
-            block[0], block[1] = choose_source(match, numbers, weights, state, span, texels, choice, int64(2))
+            block[0], block[1], _ = choose_source(
+                match, numbers, weights, state, span, texels, choice, int64(2)
+            )
         y, x = pixel_at(int64(block[0]), numbers.level), pixel_at(int64(block[1]), numbers.level)
         if laid:
             base = y * numbers.width + x

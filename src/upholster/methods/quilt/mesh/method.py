@@ -460,6 +460,7 @@ def _numbers(frame: _Frame, pyramid: MatchPyramid, options: QuiltOptions) -> Lay
         step=level.step,
         shortlist=options.shortlist,
         usage_step=pyramid.stride(frame.level),
+        symmetries=1,
         margin=0,
         origin_row=0,
         origin_column=0,
