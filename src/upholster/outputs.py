@@ -14,6 +14,7 @@ from upholster.charts.seams import ChartSeam, find_seams
 from upholster.errors import InputError
 from upholster.export import (
     UDIM,
+    Cover,
     map_companion,
     obj_companions,
     page_files,
@@ -25,6 +26,7 @@ from upholster.export import (
     write_npz,
     write_obj,
     write_ply,
+    write_retextured_glb,
 )
 from upholster.files import Outputs
 from upholster.geometry import AnySurface, MeshSurface
@@ -395,6 +397,9 @@ def write_output(
             for role, place in zip(model.maps, places[1:], strict=True):
                 write_map(place, role, model.maps[role].arrays[0], quality=options.quality)
         case "glb":
+            if model.file is not None and model.file.gltf is not None:
+                _write_retextured(places[0], model)
+                return
             page, uv = model.atlas.page_coordinates(model.mesh)
             write_glb(
                 places[0],
@@ -440,6 +445,31 @@ def write_output(
                 picture if linear else from_linear(picture, "uint8", dither=True),
                 quality=options.quality,
             )
+
+
+def _write_retextured(place: Path, model: TexturedModel) -> None:
+    """Write the file that a mesh was read from, with its new textures and all else that it holds."""
+    assert model.file is not None  # the caller looked
+    assert isinstance(model.surface, MeshSurface)  # what is read from a model's file
+    page, uv = model.atlas.page_coordinates(model.mesh)
+    covered = np.flatnonzero(model.surface.island >= 0)
+    corners = model.mesh.triangles[covered]
+    cover = Cover(
+        uv[corners],
+        model.atlas.images(),
+        covered,
+        page[corners[:, 0]],
+        {role: model.map_atlas(role).images() for role in model.maps if role != "height"},
+    )
+    options = model.options
+    write_retextured_glb(
+        place,
+        model.file,
+        [cover],
+        texture=options.texture,
+        quality=options.quality,
+        normal_scale=options.normal_scale,
+    )
 
 
 def _write_maps(places: Sequence[Path], model: TexturedModel, quality: int = 90) -> None:
