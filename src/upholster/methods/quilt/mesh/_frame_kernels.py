@@ -26,7 +26,7 @@ from upholster.methods.quilt._seed_kernels import cut_block
 from upholster.methods.quilt.mesh._unfold_kernels import MeshArrays
 from upholster.types import FloatArray, IntArray, int64
 
-__all__ = ["Canvases", "lay_frames", "mark_needed"]
+__all__ = ["Canvases", "lay_frames", "locate_texels", "nearest_texels"]
 
 _NONE = 6
 """Marks of a frame's pixel beside the surface: not to change, nothing there."""
@@ -38,13 +38,13 @@ _CLOSE = 0.75
 class Canvases(NamedTuple):
     """The working charts, one after another: texel (r, c) of chart k at ``firsts[k] + r·widths[k] + c``.
 
-    `pixels` (texels, channels) is what is laid, `covered` 1 where something is, `needed` 1 where a texel's
-    centre lies on the mesh. `heights` and `widths` are the charts'.
+    `pixels` (texels, channels) is what is laid, `covered` 1 where something is, `triangles` in which triangle
+    a texel's centre lies, −1 for none. `heights` and `widths` are the charts'.
     """
 
     pixels: NDArray[np.uint8]
     covered: NDArray[np.uint8]
-    needed: NDArray[np.uint8]
+    triangles: IntArray
     firsts: NDArray[np.int64]
     heights: NDArray[np.int64]
     widths: NDArray[np.int64]
@@ -66,8 +66,8 @@ def _bounds(a: float, b: float, c: float, beyond: float, size: int) -> tuple[int
 
 
 @kernel
-def mark_needed(mesh: MeshArrays, canvases: Canvases) -> None:
-    """Mark in `needed` the texels whose centres lie in a triangle."""
+def locate_texels(mesh: MeshArrays, canvases: Canvases) -> None:
+    """Write to `triangles` in which triangle each texel's centre lies."""
     for t in range(mesh.triangles.shape[0]):
         k = mesh.chart[t]
         if k < 0:
@@ -84,7 +84,33 @@ def mark_needed(mesh: MeshArrays, canvases: Canvases) -> None:
                 y, x = r - p[0, 0], c - p[0, 1]
                 b, d = (y * x2 - x * y2) / area, (y1 * x - x1 * y) / area
                 if b >= 0.0 and d >= 0.0 and b + d <= 1.0:
-                    canvases.needed[canvases.firsts[k] + r * canvases.widths[k] + c] = 1
+                    canvases.triangles[canvases.firsts[k] + r * canvases.widths[k] + c] = t
+
+
+@kernel
+def nearest_texels(
+    canvases: Canvases, chart: int, step: float, shift: float, bare: bool, away: FloatArray, found: IntArray
+) -> None:
+    """Find in each square of a chart the texel on the mesh that lies nearest to its middle.
+
+    Squares are `step` texels wide; the first one's middle is at `shift`. Of all texels, or if `bare` of those
+    that are not covered. `away` and `found` (rows, columns) receive its squared distance and the texel's
+    number on the chart, −1 for none.
+    """
+    first, width = canvases.firsts[chart], canvases.widths[chart]
+    away[:], found[:] = np.inf, -1
+    for r in range(canvases.heights[chart]):
+        i = min(max(int64((r - shift) / step + 0.5), 0), away.shape[0] - 1)
+        y = r - shift - i * step
+        for c in range(width):
+            at = first + r * width + c
+            if canvases.triangles[at] < 0 or (bare and canvases.covered[at]):
+                continue
+            j = min(max(int64((c - shift) / step + 0.5), 0), away.shape[1] - 1)
+            x = c - shift - j * step
+            if y * y + x * x < away[i, j]:
+                away[i, j] = y * y + x * x
+                found[i, j] = r * width + c
 
 
 @inline

@@ -8,16 +8,16 @@ block after another.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from upholster.charts.mesh_layout import GUTTER
 from upholster.charts.subdivision import subdivided
 from upholster.geometry import MeshSurface
 from upholster.methods.quilt._block_kernels import LayNumbers, LayScratch, LayWeights, MatchImage, Span
 from upholster.methods.quilt.match_pyramid import MatchPyramid
-from upholster.methods.quilt.mesh._frame_kernels import Canvases, lay_frames, mark_needed
+from upholster.methods.quilt.mesh._frame_kernels import Canvases, lay_frames, locate_texels, nearest_texels
 from upholster.methods.quilt.mesh._mask_kernels import SHEET, MaskNumbers, mask_sheets
 from upholster.methods.quilt.mesh._sheet_kernels import MOST_SHEETS, FieldArrays
 from upholster.methods.quilt.mesh._unfold_kernels import MeshArrays
@@ -106,10 +106,12 @@ def synthesize_mesh(
     frame = _frame(exemplar.shape[:2], options.block, scale, density)
     laying = _Laying.of(exemplar, surface, charts, fields, vectors, frame, options, seed, threads)
     laying.lay(laying.grid_centres(), progress)
+    left = np.inf
     for _ in range(_ROUNDS):
         bare = laying.bare_centres()
-        if not len(bare.triangles):
+        if len(bare.triangles) >= left:
             break
+        left = len(bare.triangles)
         laying.lay(bare, progress)
     placed, cells = laying.placements()
     shape = exemplar.shape[0], exemplar.shape[1]
@@ -175,7 +177,7 @@ class _Laying:
         numbers = _numbers(frame, pyramid, options)
         usage = pyramid.empty_usage()
         canvases = _canvases(working, level.channels)
-        mark_needed(mesh, canvases)
+        locate_texels(mesh, canvases)
         scratch = LayScratch.of(numbers, usage)
         texels, half = scratch.texels, frame.size // 2
         texels.rows[:], texels.columns[:] = np.arange(frame.size + 2), np.arange(frame.size + 2)
@@ -216,42 +218,16 @@ class _Laying:
 
     def grid_centres(self) -> Centres:
         """Return the centres of even grids over the islands, the largest first: texels of the mesh."""
-        step = max(2.0, (1 - _OVERLAP) * self.frame.size)
-        areas = np.zeros(len(self.charts))
         kept = self.surface.island >= 0
-        np.add.at(areas, self.surface.island[kept], self.surface.mesh.areas[kept])
+        areas = np.bincount(self.surface.island[kept], self.surface.mesh.areas[kept], len(self.charts))
         order = np.argsort(-areas, kind="stable")
-        found = []
-        for chart in order.tolist():
-            rows, columns = np.nonzero(self._needed(chart))
-            if not len(rows):
-                continue
-            i = np.floor((rows - rows.min() - 0.35 * step) / step + 0.5).astype(np.int64)
-            j = np.floor((columns - columns.min() - 0.35 * step) / step + 0.5).astype(np.int64)
-            y, x = rows.min() + (i + 0.35) * step, columns.min() + (j + 0.35) * step
-            away = (rows - y) ** 2 + (columns - x) ** 2
-            by_cell = np.lexsort((away, j, i))
-            new = np.ones(len(by_cell), bool)
-            new[1:] = (np.diff(i[by_cell]) != 0) | (np.diff(j[by_cell]) != 0)
-            chosen = by_cell[new]
-            found.append(np.stack([np.full(len(chosen), chart), rows[chosen], columns[chosen]], axis=1))
-        return self._centres(np.concatenate(found) if found else np.zeros((0, 3), np.int64))
+        step = max(2.0, (1 - _OVERLAP) * self.frame.size)
+        return self._centres(order, step, GUTTER / self.frame.texels + 0.35 * step, bare=False)
 
     def bare_centres(self) -> Centres:
         """Return centres for what is bare still: one in each square half as large as a block."""
-        step = self.frame.size // 2
-        found = []
-        for chart in range(len(self.charts)):
-            start, shape = self._place(chart)
-            part = slice(start, start + shape[0] * shape[1])
-            bare = (self.canvases.needed[part] == 1) & (self.canvases.covered[part] == 0)
-            rows, columns = np.nonzero(bare.reshape(shape))
-            keys = rows // step * (shape[1] // step + 1) + columns // step
-            count = np.unique(keys, return_counts=True)[1]
-            order = np.argsort(keys, kind="stable")
-            middle = order[np.cumsum(count) - count + count // 2]
-            found.append(np.stack([np.full(len(middle), chart), rows[middle], columns[middle]], axis=1))
-        return self._centres(np.concatenate(found))
+        step = 0.5 * self.frame.size
+        return self._centres(np.arange(len(self.charts)), step, 0.5 * step, bare=True)
 
     def lay(self, centres: Centres, progress: Progress | None) -> None:
         """Lay blocks, in order."""
@@ -397,27 +373,30 @@ class _Laying:
             out[own] = self.fields[chart].integers_at(placed["row"][own], placed["column"][own])
         return out * (self.frame.texels / (UNIT << self.frame.level))
 
-    def _place(self, chart: int) -> tuple[int, tuple[int, int]]:
-        canvases = self.canvases
-        shape = int(canvases.heights[chart]), int(canvases.widths[chart])
-        return int(canvases.firsts[chart]), shape
-
-    def _needed(self, chart: int) -> NDArray[np.uint8]:
-        start, shape = self._place(chart)
-        return self.canvases.needed[start : start + shape[0] * shape[1]].reshape(shape)
-
-    def _centres(self, texels: NDArray[np.int64]) -> Centres:
-        # Blocks' centres from working texels (chart, row, column), moved to the nearest final texels.
-        frame = self.frame
+    def _centres(self, charts: NDArray[np.intp], step: float, shift: float, *, bare: bool) -> Centres:
+        # Blocks' centres: the texels of the mesh nearest to the middles of squares, moved to final texels.
+        frame, canvases, parts = self.frame, self.canvases, [np.zeros((0, 3), np.int64)]
+        for chart in charts.tolist():
+            sizes = canvases.heights[chart], canvases.widths[chart]
+            shape = [max(1, int((size - shift) / step + 1.5)) for size in sizes]
+            away, found = np.empty(shape), np.empty(shape, np.int32)
+            nearest_texels(canvases, chart, step, shift, bare, away, found)
+            rows, columns = np.divmod(found[found >= 0].astype(np.int64), sizes[1])
+            parts.append(np.stack([np.full(len(rows), chart), rows, columns], axis=1))
+        texels = np.concatenate(parts)
+        chart = texels[:, 0]
+        triangles = canvases.triangles[
+            canvases.firsts[chart] + texels[:, 1] * canvases.widths[chart] + texels[:, 2]
+        ]
         final = np.rint((texels[:, 1:] + 0.5) * frame.texels - 0.5)
         places = (final + 0.5) / frame.texels - 0.5
-        triangles, shares = _located(self.mesh, texels[:, 0], places)
+        shares = _shares(self.mesh.places[triangles], places)
         inside = (shares[:, :, None] * self.mesh.places[triangles]).sum(axis=1)
         roots = np.zeros((len(texels), 5))
-        roots[:, 0], roots[:, 1:3] = texels[:, 0], places
-        matrices = self._matrices_near(texels[:, 0], final).reshape(-1, 2, 2)
+        roots[:, 0], roots[:, 1:3] = chart, places
+        matrices = self._matrices_near(chart, final).reshape(-1, 2, 2)
         roots[:, 3:] = (matrices @ (places - inside)[:, :, None])[..., 0]
-        return Centres(triangles.astype(np.int32), shares, roots)
+        return Centres(triangles, shares, roots)
 
     def _matrices_near(self, chart: NDArray[np.int64], final: FloatArray) -> FloatArray:
         placed = np.zeros(len(chart), PLACEMENT)
@@ -443,7 +422,7 @@ def _canvases(working: Sequence[Chart], channels: int) -> Canvases:
     return Canvases(
         np.zeros((count, channels), np.uint8),
         np.zeros(count, np.uint8),
-        np.zeros(count, np.uint8),
+        np.full(count, -1, np.int32),
         firsts[:-1].astype(np.int64),
         sizes[:, 0].copy(),
         sizes[:, 1].copy(),
@@ -477,31 +456,12 @@ def _numbers(frame: _Frame, pyramid: MatchPyramid, options: QuiltOptions) -> Lay
     )
 
 
-def _located(
-    mesh: MeshArrays, chart: NDArray[np.int64], places: FloatArray
-) -> tuple[NDArray[np.intp], FloatArray]:
-    # The triangle of a chart nearest to each place, and the place's barycentric coordinates, brought into it.
-    triangles, shares = np.zeros(len(places), np.intp), np.zeros((len(places), 3))
-    for number in np.unique(chart).tolist():
-        own = np.flatnonzero(mesh.chart == number)
-        flat = mesh.places[own]
-        wanted = np.flatnonzero(chart == number)
-        for n in wanted.tolist():
-            near, inside = _nearest(flat, places[n])
-            triangles[n], shares[n] = own[near], inside
-    return triangles, shares
-
-
-def _nearest(flat: FloatArray, place: FloatArray) -> tuple[int, Any]:
-    first, second = flat[:, 1] - flat[:, 0], flat[:, 2] - flat[:, 0]
-    to = place - flat[:, 0]
+def _shares(flat: FloatArray, places: FloatArray) -> FloatArray:
+    # Barycentric coordinates of places in triangles (n, 3, 2), brought into them.
+    first, second, to = flat[:, 1] - flat[:, 0], flat[:, 2] - flat[:, 0], places - flat[:, 0]
     area = first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]
-    safe = np.where(area > 1e-12, area, 1.0)
-    b = np.maximum((to[:, 0] * second[:, 1] - to[:, 1] * second[:, 0]) / safe, 0)
-    c = np.maximum((first[:, 0] * to[:, 1] - first[:, 1] * to[:, 0]) / safe, 0)
+    b = np.maximum((to[:, 0] * second[:, 1] - to[:, 1] * second[:, 0]) / area, 0)
+    c = np.maximum((first[:, 0] * to[:, 1] - first[:, 1] * to[:, 0]) / area, 0)
     total = np.maximum(b + c, 1.0)
-    b, c = b / total, c / total
-    away = ((to - b[:, None] * first - c[:, None] * second) ** 2).sum(axis=1)
-    away[area <= 1e-12] = np.inf
-    near = int(np.argmin(away))
-    return near, (1 - b[near] - c[near], b[near], c[near])
+    out: FloatArray = np.stack([1 - (b + c) / total, b / total, c / total], axis=1)
+    return out
