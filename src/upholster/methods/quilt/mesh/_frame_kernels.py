@@ -11,6 +11,8 @@ from numpy.typing import NDArray
 
 from upholster.jit import inline, kernel
 from upholster.methods.quilt._block_kernels import (
+    BlockTexels,
+    ChoiceScratch,
     LayNumbers,
     LayScratch,
     LayWeights,
@@ -38,11 +40,13 @@ _CLOSE = 0.75
 class Canvases(NamedTuple):
     """The working charts, one after another: texel (r, c) of chart k at ``firsts[k] + r·widths[k] + c``.
 
-    `pixels` (texels, channels) is what is laid, `covered` 1 where something is, `triangles` in which triangle
-    a texel's centre lies, −1 for none. `heights` and `widths` are the charts'.
+    `pixels` (texels, channels) is what is laid, `sources` which pixel of the exemplar that is, row · width +
+    column; `covered` is 1 where something is, `triangles` in which triangle a texel's centre lies, −1 for
+    none. `heights` and `widths` are the charts'.
     """
 
     pixels: NDArray[np.uint8]
+    sources: IntArray
     covered: NDArray[np.uint8]
     triangles: IntArray
     firsts: NDArray[np.int64]
@@ -124,6 +128,7 @@ def _look(
     stop: int,
     channels: int,
     covered: NDArray[np.uint8],
+    sources: IntArray,
     scratch: LayScratch,
 ) -> tuple[int, int]:
     # Draws into the frame what is laid under a block; returns how many of its pixels are laid, and how many
@@ -158,6 +163,7 @@ def _look(
                 at = canvases.firsts[k] + r * canvases.widths[k] + c
                 covered[i, j] = canvases.covered[at]
                 if canvases.covered[at] and 0 < i <= size and 0 < j <= size:
+                    sources[i - 1, j - 1] = canvases.sources[at]
                     for m in range(channels):
                         texels.old[i - 1, (j - 1) * channels + m] = canvases.pixels[at, m]
     laid, bare = int64(0), int64(0)
@@ -216,10 +222,34 @@ def _write(
                 if mask[i // cell * across + j // cell] == 0:
                     continue
                 place = min(max(source[0] + down, 0), numbers.height - 1) * numbers.width
-                place = (place + min(max(source[1] + along, 0), numbers.width - 1)) * channels
+                place += min(max(source[1] + along, 0), numbers.width - 1)
                 canvases.covered[at] = 1
+                canvases.sources[at] = place
                 for m in range(channels):
-                    canvases.pixels[at, m] = image[place + m]
+                    canvases.pixels[at, m] = image[place * channels + m]
+
+
+@inline
+def _list_continued(
+    numbers: LayNumbers, span: Span, texels: BlockTexels, sources: IntArray, choice: ChoiceScratch
+) -> Any:
+    # Enters before candidate 2 what continues the nearest laid pixels to the left of the frame's middle and
+    # above it, or to the right and below; returns the first candidate.
+    half, start = numbers.block_height // 2, int64(2)
+    for side in range(2):
+        choice.continued[side, 0] = -1
+        for n in range(1, 2 * half):
+            away = -((n + 1) // 2) if n & 1 else n // 2
+            i, j = (half, half + away) if side == 0 else (half + away, half)
+            if i < 0 or j < 0 or i >= 2 * half or j >= 2 * half or texels.marks[i, j] != 1:
+                continue
+            y = sources[i, j] // numbers.width - texels.ys[i, j]
+            x = sources[i, j] % numbers.width - texels.xs[i, j]
+            if span.first_y <= y <= span.last_y and span.first_x <= x <= span.last_x:
+                start -= 1
+                choice.kept[start] = y * numbers.width + x
+            break
+    return start
 
 
 @inline
@@ -262,6 +292,7 @@ def lay_frames(
     blocks: IntArray,
     masks: NDArray[np.uint8],
     covered: NDArray[np.uint8],
+    sources: IntArray,
     scratch: LayScratch,
 ) -> None:
     """Choose, cut and lay some blocks, from, to, one after another.
@@ -270,7 +301,8 @@ def lay_frames(
     which of its blocks each one is. `near` (all blocks, 3) are centres in space, and `reach` how far blocks
     are near. `blocks` (all blocks, 3) receive the source's row and column in 1/16 pixel, and 1 if the block
     was laid, 2 if on nothing, 0 if it was not needed; `masks` (all blocks, cells) which cells are new.
-    `covered` (size + 2, size + 2) is scratch; `scratch.texels` has `rows`, `columns`, `ys`, `xs` of a frame.
+    `covered` (size + 2, size + 2) and `sources` (size, size) are scratch; `scratch.texels` has `rows`,
+    `columns`, `ys` and `xs` of a frame.
     """
     firsts, triangles, maps, sheets = footprint
     texels = scratch.texels
@@ -279,7 +311,7 @@ def lay_frames(
         first, stop = firsts[order[n]], firsts[order[n] + 1]
         block[2] = 0
         laid, bare = _look(
-            mesh, canvases, triangles, maps, sheets, first, stop, numbers.channels, covered, scratch
+            mesh, canvases, triangles, maps, sheets, first, stop, numbers.channels, covered, sources, scratch
         )
         if bare == 0:
             continue
@@ -296,10 +328,8 @@ def lay_frames(
             penalise_used(usage, int64(0), weights.evenness, choice.penalties)
             if weights.variety > 0.0:
                 _penalise_near(numbers, weights.variety, near, blocks, n, reach, choice.penalties)
-            choice.continued[0, 0], choice.continued[1, 0] = -1, -1
-            block[0], block[1], _ = choose_source(
-                match, numbers, weights, state, span, texels, choice, int64(2)
-            )
+            start = _list_continued(numbers, span, texels, sources, choice)
+            block[0], block[1], _ = choose_source(match, numbers, weights, state, span, texels, choice, start)
         y, x = pixel_at(int64(block[0]), numbers.level), pixel_at(int64(block[1]), numbers.level)
         if laid:
             base = y * numbers.width + x

@@ -241,6 +241,7 @@ class _Laying:
         self.masks = np.concatenate([self.masks, np.zeros((count, self.masks.shape[1]), np.uint8)])
         order = np.arange(before + count, dtype=np.int64) - before
         covered = np.zeros((self.frame.size + 2,) * 2, np.uint8)
+        sources = np.zeros((self.frame.size,) * 2, np.int32)
         for start in range(before, before + count, _BLOCKS_PER_CALL):
             stop = min(start + _BLOCKS_PER_CALL, before + count)
             lay_frames(
@@ -260,6 +261,7 @@ class _Laying:
                 self.blocks,
                 self.masks,
                 covered,
+                sources,
                 self.scratch,
             )
             if progress is not None:
@@ -421,6 +423,7 @@ def _canvases(working: Sequence[Chart], channels: int) -> Canvases:
     count = int(firsts[-1])
     return Canvases(
         np.zeros((count, channels), np.uint8),
+        np.zeros(count, np.int32),
         np.zeros(count, np.uint8),
         np.full(count, -1, np.int32),
         firsts[:-1].astype(np.int64),
