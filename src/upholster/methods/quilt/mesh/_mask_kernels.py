@@ -162,7 +162,7 @@ def mask_sheets(
         count, end = filled[0], filled[1]
         for m in range(MOST_SHEETS):
             fit = fits[order[n], m]
-            if fit[0] == 0.0 or boxes[m, 0] > boxes[m, 2]:
+            if fit[0] != 1.0 or boxes[m, 0] > boxes[m, 2]:
                 continue
             chart = int64(fit[1])
             row = int64(np.floor((fit[2] + 0.5) * numbers.texels))

@@ -21,10 +21,13 @@ MOST_SHEETS = 24
 """Of one block: those beyond are left out."""
 
 FIT = 10
-"""Numbers of a fitted sheet: 1 if it is settled, its chart, c (2), s (2), C (4)."""
+"""Numbers of a fitted sheet: 1 if it is settled, −1 if it can not be, its chart, c (2), s (2), C (4)."""
 
 _HELD = 30.0
 """How strongly C is held near its first guess: as so many texels of seam, a texel off, would."""
+
+_LEAST, _MOST = 0.1, 4.0
+"""Determinant and entries of C, in frame pixels per working texel: about 1 where charts are sound."""
 
 _MOST_EDGES = 2048
 
@@ -177,7 +180,7 @@ def _choose_next(
             lengths[a, b] = 0.0
     for e in range(edges):
         a, b = sheets[first + scratch.edges[e, 0]], sheets[first + scratch.edges[e, 2]]
-        if a >= pieces or b >= pieces or fits[a, 0] == 0.0 or fits[b, 0] != 0.0:
+        if a >= pieces or b >= pieces or fits[a, 0] != 1.0 or fits[b, 0] != 0.0:
             continue
         n, k = first + scratch.edges[e, 0], scratch.edges[e, 1]
         length = _edge_length(mesh, triangles[n], k)
@@ -261,7 +264,7 @@ def _fit(
     wanted: int,
     fits: FloatArray,
     scratch: SheetScratch,
-) -> bool:
+) -> None:
     # Least squares of s and of C's change, both rows at once: a system of three unknowns, with two right
     # sides. `sums`: the matrix's upper triangle (6), then the right sides (3 and 3).
     fit, sums = fits[wanted], scratch.sums
@@ -272,7 +275,7 @@ def _fit(
     for e in range(edges):
         n, k, m, l = scratch.edges[e, 0], scratch.edges[e, 1], scratch.edges[e, 2], scratch.edges[e, 3]  # noqa: E741
         settled = sheets[first + n]
-        if sheets[first + m] != wanted or settled >= fits.shape[0] or fits[settled, 0] == 0.0:
+        if sheets[first + m] != wanted or settled >= fits.shape[0] or fits[settled, 0] != 1.0:
             continue
         t, other = triangles[first + n], triangles[first + m]
         length = _edge_length(mesh, t, k)
@@ -295,15 +298,16 @@ def _fit(
     c00, c01, c02 = a11 * a22 - a12 * a12, a02 * a12 - a01 * a22, a01 * a12 - a02 * a11
     c11, c12, c22 = a00 * a22 - a02 * a02, a01 * a02 - a00 * a12, a00 * a11 - a01 * a01
     determinant = a00 * c00 + a01 * c01 + a02 * c02
+    fit[0] = -1.0
     if not determinant > 0.0:
-        return False
+        return
     for axis in range(2):
         p, q, r = sums[6 + 3 * axis], sums[7 + 3 * axis], sums[8 + 3 * axis]
         fit[4 + axis] = (c00 * p + c01 * q + c02 * r) / determinant
         fit[6 + 2 * axis] += (c01 * p + c11 * q + c12 * r) / determinant
         fit[7 + 2 * axis] += (c02 * p + c12 * q + c22 * r) / determinant
-    fit[0] = 1.0
-    return True
+    low, high = fit[6] * fit[9] - fit[7] * fit[8], max(abs(fit[6]), abs(fit[7]), abs(fit[8]), abs(fit[9]))
+    fit[0] = 1.0 if low > _LEAST and high < _MOST else -1.0
 
 
 @kernel
@@ -346,8 +350,7 @@ def fit_sheets(
                 if wanted < 0:
                     break
                 _guess(mesh, triangles, sheets, maps, first, edges, half, source, wanted, fit, scratch)
-                if not _fit(mesh, field, triangles, sheets, maps, first, edges, half, wanted, fit, scratch):
-                    break
+                _fit(mesh, field, triangles, sheets, maps, first, edges, half, wanted, fit, scratch)
         for m in range(first, stop):
-            if sheets[m] >= pieces or fit[sheets[m], 0] == 0.0:
+            if sheets[m] >= pieces or fit[sheets[m], 0] != 1.0:
                 sheets[m] = -1

@@ -21,6 +21,14 @@ _REACH = 1.45
 _TORN = 2.5
 """A triangle that unfolding makes so much larger or smaller, in area or squared lengths, is torn."""
 
+_SHORT = 1.0 / 256.0
+"""Squared length of an edge over that of the side beside it, below which its direction tells nothing."""
+
+_FLOOD = 8.0
+"""Areas of the disk within reach: where unfolding has gone over more, it has collapsed."""
+
+_MOST_SETTLED = 1 << 16
+
 _TRIM = 0.5
 """A triangle stays in a block if the block map's derivative differs less from a rotation-free one there."""
 
@@ -33,7 +41,7 @@ class MeshArrays(NamedTuple):
     `along` and `down` (T, 3) are each triangle's normal and the field's two axes in its plane. `places`
     (T, 3, 2) are row and column of each corner on its chart in working texels, centres at whole numbers;
     `chart` (T,) is that chart, −1 for none. `seam` (T, 3) numbers the seams' edges, −1 elsewhere, and
-    `crossing` (seams, 2, 2) takes texel steps over each.
+    `crossing` (seams, 2, 2) takes texel steps over each. `spread` (V,) is a third of the area round a vertex.
     """
 
     positions: FloatArray
@@ -49,6 +57,7 @@ class MeshArrays(NamedTuple):
     chart: IntArray
     seam: IntArray
     crossing: FloatArray
+    spread: FloatArray
 
 
 class UnfoldScratch(NamedTuple):
@@ -147,7 +156,7 @@ def _place_third(mesh: MeshArrays, flat: FloatArray, i: int, j: int, w: int) -> 
     edge, side = _edge(mesh, i, j), _edge(mesh, i, w)
     squared = _dot(edge, edge)
     dx, dy = flat[j, 0] - flat[i, 0], flat[j, 1] - flat[i, 1]
-    if squared <= 0.0 or dx * dx + dy * dy <= 1e-18 * squared:
+    if squared <= _SHORT * _dot(side, side) or dx * dx + dy * dy <= 0.01 * squared:
         return False, 0.0, 0.0
     length = np.sqrt((dx * dx + dy * dy) / squared)
     share, height = _dot(side, edge) / squared - 0.5, _doubled_area(edge, side) / squared
@@ -201,7 +210,7 @@ def _unfold(
     up0 = normal[1] * axis[2] - normal[2] * axis[1]
     up1 = normal[2] * axis[0] - normal[0] * axis[2]
     up2 = normal[0] * axis[1] - normal[1] * axis[0]
-    touched, size = int64(0), int64(0)
+    touched, size, settled, area = int64(0), int64(0), int64(0), 0.0
     for k in range(3):
         v = mesh.triangles[centre, k]
         a, b, c = (
@@ -214,17 +223,18 @@ def _unfold(
         scratch.touched[touched] = v
         touched += 1
         size = _push(keys, heap, size, flat[v, 0] ** 2 + flat[v, 1] ** 2, v)
-    own = int64(3)  # of the centre's corners not yet settled: they may lie beyond the reach
     while size > 0:
         key, best = keys[0], heap[0]
         size = _pop(keys, heap, size)
         if state[best] == 2 or key != flat[best, 0] ** 2 + flat[best, 1] ** 2:
             continue  # settled, or moved since
-        if key > reach * reach and own == 0:
+        if not key <= reach * reach:  # the centre's corners lie within: its edges are short
             break
         state[best] = 2
-        for k in range(3):
-            own -= mesh.triangles[centre, k] == best
+        settled += 1
+        area += mesh.spread[best]
+        if settled > _MOST_SETTLED or area > _FLOOD * np.pi * reach * reach:
+            break
         touched, size = _settle_neighbours(mesh, scratch, best, touched, size)
     return touched
 

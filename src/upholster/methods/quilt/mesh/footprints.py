@@ -84,6 +84,9 @@ def mesh_arrays(fine: Subdivided, charts: Sequence[Chart]) -> MeshArrays:
         surface.island,
         seam,
         crossing,
+        np.bincount(mesh.triangles.ravel(), np.repeat(mesh.areas / 3, 3), len(mesh.positions)).astype(
+            np.float64
+        ),
     )
 
 

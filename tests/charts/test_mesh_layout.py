@@ -1,0 +1,79 @@
+"""Charts and warp fields of meshes: places, true scale, the plain twin of the nodes' sums."""
+
+import numpy as np
+import pytest
+
+from tests.charts.meshes import height_field
+from upholster.charts._mesh_kernels import splat_matrices
+from upholster.charts.mesh_layout import GUTTER, chart_places, mesh_charts, mesh_fields, triangle_frames
+from upholster.errors import InputError
+from upholster.geometry import MeshSurface
+
+
+def sheet(turned: float = 0.0, size: float = 2.0) -> MeshSurface:
+    """Return a square sheet, seen from above, laid out true to size and turned by some degrees."""
+    mesh = height_field(7, size=size)
+    flat = np.stack([-mesh.positions[:, 1], mesh.positions[:, 0]], axis=1)
+    a = np.radians(turned)
+    flat = flat @ np.array([[np.cos(a), -np.sin(a)], [np.sin(a), np.cos(a)]])
+    return MeshSurface(mesh, np.zeros(len(mesh.triangles)), flat[mesh.triangles])
+
+
+def test_a_chart_holds_its_island_and_the_gutter_round_it() -> None:
+    surface = sheet(30)
+    (chart,) = mesh_charts(surface, 40.0)
+    assert chart.height / (chart.s1 - chart.s0) == pytest.approx(40)
+    assert chart.width / (chart.t1 - chart.t0) == pytest.approx(40)
+    places = chart_places(surface, (chart,))
+    assert places.min() >= GUTTER
+    assert (chart.height - places[..., 0]).min() >= GUTTER
+    assert (chart.width - places[..., 1]).min() >= GUTTER
+    steps = np.linalg.norm(places[:, 1] - places[:, 0], axis=1)
+    sides = np.linalg.norm(surface.mesh.corners[:, 1] - surface.mesh.corners[:, 0], axis=1)
+    np.testing.assert_allclose(steps, 40 * sides)
+
+
+@pytest.mark.parametrize("turned", [0.0, 30.0, -117.0])
+def test_on_a_plane_the_field_is_one_turned_matrix(turned: float) -> None:
+    surface = sheet(turned)
+    charts = mesh_charts(surface, 64.0)
+    vectors = np.tile([1.0, 0.0, 0.0], (len(surface.mesh.positions), 1))
+    along, down = triangle_frames(surface, vectors)
+    np.testing.assert_allclose(down, np.tile([0, -1.0, 0], (len(down), 1)), atol=1e-12)
+    (field,) = mesh_fields(surface, charts, along, down, 100.0)
+    matrices = field.matrices.reshape(-1, 2, 2) / 4096
+    edges = surface.mesh.corners[0, 1:] - surface.mesh.corners[0, 0]
+    steps = (chart_places(surface, charts)[0, 1:] - chart_places(surface, charts)[0, 0]).T
+    exact = 100 * np.stack([edges @ down[0], edges @ along[0]]) @ np.linalg.inv(steps)
+    np.testing.assert_allclose(matrices, np.broadcast_to(exact, matrices.shape), atol=0.03)
+
+
+def test_an_island_that_is_too_large_is_refused() -> None:
+    with pytest.raises(InputError, match="allowed: 16384 each way"):
+        mesh_charts(sheet(), 10_000.0)
+
+
+def test_nodes_sums_are_those_of_the_plain_twin() -> None:
+    rng = np.random.default_rng(3)
+    places = rng.uniform(0, 120, (12, 3, 2))
+    turns = places[:, 1:] - places[:, :1]
+    negative = turns[:, 0, 0] * turns[:, 1, 1] < turns[:, 0, 1] * turns[:, 1, 0]
+    places[negative] = places[negative][:, [0, 2, 1]]
+    matrices = rng.normal(size=(12, 4))
+    chart = np.where(np.arange(12) == 5, -1, 0).astype(np.int32)
+    shapes = np.array([(0, 6, 6)], np.int64)
+    sums = np.zeros((36, 6))
+    splat_matrices(places, chart, matrices, 8.0, 32.0, shapes, sums)
+    expected = np.zeros((6, 6, 6))
+    grid = 8.0 * np.stack(np.mgrid[:16, :16], axis=-1).reshape(-1, 2)
+    for p, m in zip(places[chart == 0], matrices[chart == 0], strict=True):
+        edges = p[1:] - p[0]
+        area = np.linalg.det(edges)
+        shares = (grid - p[0]) @ np.linalg.inv(edges)
+        inside = grid[(shares >= 0).all(axis=1) & (shares.sum(axis=1) <= 1)]
+        samples = [(point, 64.0) for point in inside] + [(p.mean(axis=0), min(area / 2, 64.0))]
+        for point, weight in samples:
+            tents = [np.maximum(0, 1 - np.abs(np.arange(6) - (x / 32 + 1))) for x in point]
+            values = np.array([*m, 1, m[0] * m[3] - m[1] * m[2]])
+            expected += weight * tents[0][:, None, None] * tents[1][None, :, None] * values
+    np.testing.assert_allclose(sums, expected.reshape(36, 6), atol=1e-9)

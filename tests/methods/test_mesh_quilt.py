@@ -1,0 +1,242 @@
+"""Quilts over meshes: unfolding, fitted sheets, what is painted, and the plain twins of kernels."""
+
+from collections.abc import Callable
+from itertools import product
+
+import numpy as np
+import pytest
+
+from tests.charts.meshes import sphere, torus
+from tests.charts.test_mesh_layout import sheet
+from upholster import paint
+from upholster.charts.mesh_layout import chart_places, mesh_charts, mesh_fields, triangle_frames
+from upholster.charts.subdivision import subdivided
+from upholster.geometry import MeshSurface, TriangleMesh
+from upholster.measure import mesh_mapping, mesh_seam_ratio, mesh_texel_scale
+from upholster.methods.quilt.mesh._frame_kernels import Canvases, locate_texels, nearest_texels
+from upholster.methods.quilt.mesh._sheet_kernels import MOST_SHEETS
+from upholster.methods.quilt.mesh.footprints import Centres, field_arrays, find_footprints, mesh_arrays
+from upholster.methods.quilt.mesh.method import synthesize_mesh
+from upholster.methods.quilt.options import QuiltOptions
+from upholster.quilt import Quilt
+from upholster.quilt.placement import MASK_CUT
+
+SCALE, DENSITY = 100.0, 80.0
+
+
+def noise(side: int = 96) -> np.ndarray:
+    """Return a soft random texture."""
+    rng = np.random.default_rng(5)
+    image = rng.uniform(0, 255, (side, side, 3))
+    for _ in range(3):
+        image = (image + np.roll(image, 1, 0) + np.roll(image, 1, 1) + np.roll(image, (1, 1), (0, 1))) / 4
+    return np.rint(np.clip((image - image.mean()) * 4 + 128, 0, 255)).astype(np.uint8)
+
+
+def halves(whole: MeshSurface, turned: float) -> MeshSurface:
+    """Cut a flat sheet down its middle; the right half is turned and moved."""
+    right = whole.mesh.corners[:, :, 0].mean(axis=1) > whole.mesh.box[:, 0].mean()
+    a = np.radians(turned)
+    parameters = whole.parameters.copy()
+    parameters[right] = parameters[right] @ np.array([[np.cos(a), -np.sin(a)], [np.sin(a), np.cos(a)]]) + 7
+    return MeshSurface(whole.mesh, right.astype(int), parameters)
+
+
+def patches(mesh: TriangleMesh) -> MeshSurface:
+    """Lay a mesh's triangles out by the six sides of a cube round it, each seen from its axis."""
+    middle = mesh.flat_normals
+    axis = np.abs(middle).argmax(axis=1)
+    sign = np.sign(np.take_along_axis(middle, axis[:, None], 1)[:, 0])
+    parameters = np.empty((len(axis), 3, 2))
+    for n, (k, s) in enumerate(zip(axis, sign, strict=True)):
+        right, up = np.eye(3)[(k + 1) % 3], np.eye(3)[(k + 2) % 3] * s
+        parameters[n] = np.stack([-mesh.corners[n] @ up, mesh.corners[n] @ right], axis=1)
+    island = 2 * axis + (sign > 0)
+    return MeshSurface(mesh, np.unique(island, return_inverse=True)[1], parameters)
+
+
+def covered(surface: MeshSurface, vectors: np.ndarray, **choices: int | None) -> Quilt:
+    charts = mesh_charts(surface, DENSITY)
+    fields = mesh_fields(surface, charts, *triangle_frames(surface, vectors), SCALE)
+    seed, threads = choices.get("seed") or 0, choices.get("threads")
+    options = QuiltOptions(block=24)
+    return synthesize_mesh(
+        noise(), surface, charts, fields, vectors, SCALE, options=options, seed=seed, threads=threads
+    )
+
+
+def level(mesh: TriangleMesh) -> np.ndarray:
+    """Return unit tangents at the vertices of a mesh round the origin: level, and along x at the poles."""
+    normals = np.zeros_like(mesh.positions)
+    for corner in range(3):
+        np.add.at(normals, mesh.triangles[:, corner], mesh.flat_normals)
+    normals /= np.linalg.norm(normals, axis=1, keepdims=True)
+    along = np.cross([0, 0, 1.0], normals) + [1e-3, 0, 0]
+    along -= (along * normals).sum(axis=1, keepdims=True) * normals
+    return along / np.linalg.norm(along, axis=1, keepdims=True)
+
+
+@pytest.mark.parametrize("turned", [0.0, 90.0, 33.0])
+def test_over_a_cut_plane_both_sheets_read_as_the_plane_lies(turned: float) -> None:
+    surface = halves(sheet(), turned)
+    vectors = np.tile([1.0, 0.0, 0.0], (len(surface.mesh.positions), 1))
+    charts = mesh_charts(surface, DENSITY)
+    fields = mesh_fields(surface, charts, *triangle_frames(surface, vectors), SCALE)
+    fine = subdivided(surface, vectors, 0.06)
+    mesh = mesh_arrays(fine, charts)
+    field = field_arrays(fields, 1.0, 0)
+    triangle = int(np.argmin(np.abs(mesh.positions[mesh.triangles].mean(axis=1) - [1.0, 1.0, 0]).sum(axis=1)))
+    place = mesh.places[triangle].mean(axis=0)
+    root = [mesh.chart[triangle], *place, 0.0, 0.0]
+    centres = Centres(np.array([triangle], np.int32), np.full((1, 3), 1 / 3), np.array([root]))
+    found = find_footprints(mesh, field, centres, 20.0, SCALE, threads=1)
+    assert set(found.sheets.tolist()) == {0, 1}
+    assert (found.fits[0, :2, 0] == 1).all()
+    assert not found.fits[0, 2:, 0].any()
+    # The block map is the plane itself, in pixels: rows down, columns to the right.
+    middle = mesh.positions[mesh.triangles[triangle]].mean(axis=0)
+    corners = mesh.positions[mesh.triangles[found.triangles]] - middle
+    exact = SCALE * np.stack([-corners[..., 1], corners[..., 0]], axis=2)
+    np.testing.assert_allclose(found.maps, exact, atol=1e-3)
+    # Each sheet, shown by its centre, its matrix and the chart's field, agrees within the field's steps.
+    for sheet_number, fit in enumerate(found.fits[0, :2]):
+        own = found.sheets == sheet_number
+        steps = mesh.places[found.triangles[own]].reshape(-1, 2) - fit[2:4]
+        matrix = fields[int(fit[1])].matrices[1, 1].reshape(2, 2) / 4096
+        shown = fit[4:6] + 0.5 * steps @ (fit[6:10].reshape(2, 2) + matrix).T
+        near = np.abs(exact[own].reshape(-1, 2)).max(axis=1) < 20
+        assert np.abs(shown - exact[own].reshape(-1, 2))[near].max() < 0.5
+
+
+def test_a_block_reaches_as_far_as_its_square_and_no_farther() -> None:
+    mesh_surface = patches(sphere(16))
+    vectors = level(mesh_surface.mesh)
+    charts = mesh_charts(mesh_surface, DENSITY)
+    fields = mesh_fields(mesh_surface, charts, *triangle_frames(mesh_surface, vectors), SCALE)
+    mesh = mesh_arrays(subdivided(mesh_surface, vectors, 0.06), charts)
+    chosen = np.flatnonzero(np.abs(mesh.positions[mesh.triangles].mean(axis=1)[:, 2]) < 0.5)[::97]
+    roots = np.column_stack(
+        [mesh.chart[chosen], mesh.places[chosen].mean(axis=1), np.zeros((len(chosen), 2))]
+    )
+    centres = Centres(chosen.astype(np.int32), np.full((len(chosen), 3), 1 / 3), roots)
+    found = find_footprints(mesh, field_arrays(fields, 1.0, 0), centres, 12.0, SCALE, threads=2)
+    for n, triangle in enumerate(chosen):
+        part = slice(found.firsts[n], found.firsts[n + 1])
+        assert found.triangles[part][0] == triangle
+        assert len(set(found.triangles[part])) == found.firsts[n + 1] - found.firsts[n]
+        maps = found.maps[part]
+        assert (maps.min(axis=1) <= 12).all()
+        assert (maps.max(axis=1) >= -12).all()
+        # Areas of triangles as the block shows them are those in space, nearly: a sphere can not be flat.
+        edges = maps[:, 1:] - maps[:, :1]
+        shown = 0.5 * (edges[:, 0, 0] * edges[:, 1, 1] - edges[:, 0, 1] * edges[:, 1, 0]) / SCALE**2
+        corners = mesh.positions[mesh.triangles[found.triangles[part]]]
+        area = 0.5 * np.linalg.norm(
+            np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]), axis=1
+        )
+        assert np.abs(shown / area - 1).mean() < 0.05
+        assert shown.sum() == pytest.approx((2 * 12 / SCALE) ** 2, rel=0.6)
+
+
+@pytest.mark.parametrize("make", [lambda: patches(sphere(16)), lambda: patches(torus(24, 60))])
+def test_every_part_of_a_mesh_is_covered_at_true_scale_without_seams(make: Callable[[], MeshSurface]) -> None:
+    surface = make()
+    vectors = level(surface.mesh)
+    quilt = covered(surface, vectors)
+    texels = paint(quilt, noise())
+    for index, places in enumerate(_texels_inside(surface, quilt)):
+        own = quilt.on_chart(index)
+        assert own[0]["mask"] != MASK_CUT  # the ground below all blocks
+        owners = quilt.owners(index, 0, 0, quilt.charts[index].height, quilt.charts[index].width)
+        assert (owners[places] > 0).mean() > 0.995
+    ratio = mesh_seam_ratio(surface, quilt, texels, noise())
+    assert ratio is not None
+    assert 0.9 < ratio < 1.12
+    found = mesh_mapping(surface, quilt, scale=SCALE)
+    assert found.within > 0.9
+    assert mesh_texel_scale(surface, quilt.charts).spread < 3
+
+
+def test_the_same_seed_gives_the_same_quilt_whatever_the_threads() -> None:
+    surface = patches(sphere(12))
+    vectors = level(surface.mesh)
+    one, two, other = (covered(surface, vectors, seed=s, threads=t) for s, t in ((4, 1), (4, 3), (5, 1)))
+    assert one.placements.tobytes() == two.placements.tobytes()
+    assert one.mask_cells.tobytes() == two.mask_cells.tobytes()
+    assert one.placements.tobytes() != other.placements.tobytes()
+    assert one.surface is surface
+
+
+def _texels_inside(surface: MeshSurface, quilt: Quilt) -> list[np.ndarray]:
+    # Which texels' centres lie well inside a triangle, chart by chart.
+    places = chart_places(surface, quilt.charts) - 0.5
+    out = [np.zeros((chart.height, chart.width), bool) for chart in quilt.charts]
+    for island, p in zip(surface.island, places, strict=True):
+        for share in ((1, 1, 1), (2, 1, 1), (1, 2, 1), (1, 1, 2)):
+            place = (np.array(share)[:, None] * p).sum(axis=0) / sum(share)
+            row, column = np.rint(place).astype(int)
+            out[island][row, column] = True
+    return out
+
+
+def test_texels_are_located_and_the_nearest_found_as_by_the_plain_twins() -> None:
+    surface = halves(sheet(20), 40)
+    vectors = np.tile([1.0, 0.0, 0.0], (len(surface.mesh.positions), 1))
+    charts = mesh_charts(surface, 20.0)
+    mesh = mesh_arrays(subdivided(surface, vectors, 0.5), charts)
+    sizes = np.array([(chart.height, chart.width) for chart in charts], np.int64)
+    firsts = np.concatenate([[0], np.cumsum(sizes.prod(axis=1))]).astype(np.int64)
+    rng = np.random.default_rng(1)
+    canvases = Canvases(
+        np.zeros((firsts[-1], 1), np.uint8),
+        np.zeros(firsts[-1], np.int32),
+        (rng.random(firsts[-1]) < 0.7).astype(np.uint8),
+        np.full(firsts[-1], -1, np.int32),
+        firsts[:-1],
+        sizes[:, 0].copy(),
+        sizes[:, 1].copy(),
+    )
+    locate_texels(mesh, canvases)
+    for chart, (height, width) in enumerate(sizes):
+        own = canvases.triangles[firsts[chart] : firsts[chart + 1]].reshape(height, width)
+        rows, columns = np.mgrid[:height, :width]
+        inside = np.zeros((height, width), bool)
+        for p, of in zip(mesh.places, mesh.chart, strict=True):
+            if of == chart:
+                edges = np.roll(p, -1, axis=0) - p
+                sides = [
+                    e[0] * (columns - q[1]) - e[1] * (rows - q[0]) >= 0 for e, q in zip(edges, p, strict=True)
+                ]
+                inside |= np.logical_and.reduce(sides)
+        np.testing.assert_array_equal(own >= 0, inside)
+        for bare in (False, True):
+            shape = (int((height - 3) / 9 + 1.5), int((width - 3) / 9 + 1.5))
+            away, found = np.empty(shape), np.empty(shape, np.int32)
+            nearest_texels(canvases, chart, 9.0, 3.0, bare, away, found)
+            laid = canvases.covered[firsts[chart] : firsts[chart + 1]].reshape(height, width) == 1
+            wanted = inside & ~(laid & bare)
+            for i, j in product(range(shape[0]), range(shape[1])):
+                squares = [
+                    ((r - 3 - 9 * i) ** 2 + (c - 3 - 9 * j) ** 2, r * width + c)
+                    for r, c in zip(*np.nonzero(wanted), strict=True)
+                    if min(max(int((r - 3) / 9 + 0.5), 0), shape[0] - 1) == i
+                    and min(max(int((c - 3) / 9 + 0.5), 0), shape[1] - 1) == j
+                ]
+                assert found[i, j] == (min(squares)[1] if squares else -1)
+
+
+def test_sheets_beyond_the_most_are_left_out_rather_than_wrong() -> None:
+    # Every triangle an island of its own: a block has more sheets than are fitted.
+    mesh = sheet().mesh
+    fine = sheet().parameters + 5 * np.arange(len(mesh.triangles))[:, None, None]
+    surface = MeshSurface(mesh, np.arange(len(mesh.triangles)), fine)
+    vectors = np.tile([1.0, 0.0, 0.0], (len(mesh.positions), 1))
+    charts = mesh_charts(surface, DENSITY)
+    fields = mesh_fields(surface, charts, *triangle_frames(surface, vectors), SCALE)
+    mesh_like = mesh_arrays(subdivided(surface, vectors, 0.5), charts)
+    middle = np.flatnonzero(mesh_like.chart == 48)[0]
+    root = [mesh_like.chart[middle], *mesh_like.places[middle].mean(axis=0), 0, 0]
+    centres = Centres(np.array([middle], np.int32), np.full((1, 3), 1 / 3), np.array([root], float))
+    found = find_footprints(mesh_like, field_arrays(fields, 1.0, 0), centres, 100.0, SCALE, threads=1)
+    assert found.sheets.max() < MOST_SHEETS
+    assert set(found.sheets[found.sheets >= 0]) <= set(np.flatnonzero(found.fits[0, :, 0] == 1))
