@@ -13,7 +13,7 @@ from benchmarks.kernel_table import USES
 
 from upholster.kernel_cache import KernelCache, _imported
 from upholster.signatures import read_type, type_as_json
-from upholster.warm import TABLE, jobs_for
+from upholster.warm import TABLE, Compiler, jobs_for
 
 ROOT = Path(__file__).parent.parent
 
@@ -127,6 +127,22 @@ with compiling(["any"], 2) as compiler:
     )
     done = _run(code, tmp_path)
     assert done.returncode == 0, done.stderr
+
+
+def test_nobody_waits_for_what_is_made_of_a_kernel_that_can_not_be_compiled(tmp_path, monkeypatch):
+    monkeypatch.setattr("numba.core.config.CACHE_DIR", str(tmp_path))
+    jobs = [job for job in jobs_for() if job.needs][:1]
+    broken = jobs[0].needs[0]
+    broken.arguments, broken.needs = broken.arguments[:-1], []  # a table of another version
+    jobs[0].needs = [broken]
+    compiler = Compiler([broken, jobs[0]], 2)
+    try:
+        start = time.monotonic()
+        compiler.wait()
+        assert time.monotonic() - start < 60
+        assert not any(job.done for job in jobs)
+    finally:
+        compiler.close()
 
 
 def test_helpers_end_with_the_command_even_if_it_is_killed(tmp_path):

@@ -51,6 +51,7 @@ class Job:
     needs: "list[Job]" = field(default_factory=list)
     started: float = 0.0
     done: bool = False
+    failed: bool = False
 
     def dispatcher(self) -> Any:
         """Return the kernel."""
@@ -182,6 +183,7 @@ class Compiler:
 
     def _serve(self, helper: "subprocess.Popen[str]") -> None:
         # It died when there is an error: its kernel is compiled where it is needed.
+        job: Job | None = None
         with suppress(OSError, ValueError), helper:
             assert helper.stdin is not None
             assert helper.stdout is not None
@@ -195,6 +197,8 @@ class Compiler:
                     self._measured += seconds
                     self._changed.notify_all()
         with self._changed:
+            if job is not None:
+                job.failed = not job.done
             self._alive = max(0, self._alive - 1)
             self._changed.notify_all()
 
@@ -207,7 +211,7 @@ class Compiler:
                         job.started = time.monotonic()
                         return job
                 self._changed.wait(0.5)
-                if not any(job.started and not job.done for job in self._jobs):
+                if not any(job.started and not (job.done or job.failed) for job in self._jobs):
                     return None  # what the rest is made of will not come
             return None
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-
 from tests.charts.meshes import height_field
+
 from upholster.charts._mesh_kernels import splat_matrices
 from upholster.charts.mesh_layout import GUTTER, chart_places, mesh_charts, mesh_fields, triangle_frames
 from upholster.errors import InputError

@@ -2,8 +2,8 @@
 
 import numpy as np
 import pytest
-
 from tests.charts.meshes import box, sphere
+
 from upholster.charts.subdivision import subdivided
 from upholster.geometry import MeshSurface, TriangleMesh
 
@@ -37,7 +37,7 @@ def test_edges_are_short_and_area_and_parameters_stay(longest: float) -> None:
 
 def test_vectors_stay_of_unit_length_and_plain_triangles_are_left_out() -> None:
     mesh = sphere(6)
-    vectors = np.cross([0, 0, 1.0], mesh.positions) + [1e-3, 0, 0]
+    vectors = np.cross([0, 0, 1.0], mesh.positions) + np.array([1e-3, 0, 0])
     vectors /= np.linalg.norm(vectors, axis=1, keepdims=True)
     island = np.zeros(len(mesh.triangles), int)
     island[:10] = -1

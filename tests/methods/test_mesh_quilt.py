@@ -5,9 +5,9 @@ from itertools import product
 
 import numpy as np
 import pytest
-
 from tests.charts.meshes import sphere, torus
 from tests.charts.test_mesh_layout import sheet
+
 from upholster import paint
 from upholster.charts.mesh_layout import chart_places, mesh_charts, mesh_fields, triangle_frames
 from upholster.charts.subdivision import subdivided
@@ -71,7 +71,7 @@ def level(mesh: TriangleMesh) -> np.ndarray:
     for corner in range(3):
         np.add.at(normals, mesh.triangles[:, corner], mesh.flat_normals)
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
-    along = np.cross([0, 0, 1.0], normals) + [1e-3, 0, 0]
+    along = np.cross([0, 0, 1.0], normals) + np.array([1e-3, 0, 0])
     along -= (along * normals).sum(axis=1, keepdims=True) * normals
     return along / np.linalg.norm(along, axis=1, keepdims=True)
 
@@ -153,7 +153,7 @@ def test_every_part_of_a_mesh_is_covered_at_true_scale_without_seams(make: Calla
     assert ratio is not None
     assert 0.9 < ratio < 1.12
     found = mesh_mapping(surface, quilt, scale=SCALE)
-    assert found.within > 0.9
+    assert found.error < 0.13  # large blocks on a small model
     assert mesh_texel_scale(surface, quilt.charts).spread < 3
 
 
