@@ -62,3 +62,28 @@ def box(sizes: tuple[float, float, float] = (3.0, 2.0, 1.0), count: int = 4) -> 
             sides.append(side)
     positions, vertex = welded(np.round(np.concatenate(sides), 12) * sizes)
     return TriangleMesh(positions, vertex[np.concatenate(triangles)])
+
+
+def two_rings() -> TriangleMesh:
+    """Return a closed mesh of genus 2: a slab with two square holes, its edges sharp."""
+    solid = np.ones((7, 5), bool)
+    solid[2, 2] = solid[4, 2] = False
+    points: dict[tuple[int, int, int], int] = {}
+    triangles = []
+
+    def side(corners: list[tuple[int, int, int]]) -> None:
+        a, b, c, d = (points.setdefault(corner, len(points)) for corner in corners)
+        triangles.extend([(a, b, c), (a, c, d)])
+
+    for x, y in np.argwhere(solid).tolist():
+        side([(x, y, 1), (x + 1, y, 1), (x + 1, y + 1, 1), (x, y + 1, 1)])
+        side([(x, y, 0), (x, y + 1, 0), (x + 1, y + 1, 0), (x + 1, y, 0)])
+        for dx, dy in ((1, 0), (0, 1), (-1, 0), (0, -1)):
+            inside = 0 <= x + dx < solid.shape[0] and 0 <= y + dy < solid.shape[1]
+            if inside and solid[x + dx, y + dy]:
+                continue
+            middle = np.array([x, y]) + 0.5 + 0.5 * np.array([dx, dy])
+            first = (middle + 0.5 * np.array([dy, -dx])).astype(int).tolist()
+            last = (middle - 0.5 * np.array([dy, -dx])).astype(int).tolist()
+            side([(*first, 0), (*last, 0), (*last, 1), (*first, 1)])
+    return TriangleMesh(np.array(list(points), float), np.array(triangles))

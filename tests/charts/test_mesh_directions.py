@@ -1,10 +1,12 @@
 """Direction fields on meshes: unit tangents, as asked where something is asked, smooth elsewhere."""
 
+import json
+
 import numpy as np
 import pytest
-from meshes import box, height_field, sphere, torus
+from meshes import box, height_field, sphere, torus, two_rings
 
-from upholster.charts.mesh_directions import mesh_directions
+from upholster.charts.mesh_directions import mesh_directions, parse_strokes
 from upholster.errors import InputError
 from upholster.geometry import TriangleMesh
 
@@ -84,3 +86,158 @@ def test_odd_meshes_get_directions():
         field = mesh_directions(mesh, direction)
         np.testing.assert_allclose(np.linalg.norm(field.face_vectors, axis=1), 1, atol=1e-12)
         np.testing.assert_allclose(np.linalg.norm(field.vectors, axis=1), [1] * 6 + [0], atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("mesh", "euler"), [(sphere(8), 2), (torus(10, 20), 0), (two_rings(), -2), (box(), 2)]
+)
+@pytest.mark.parametrize("symmetry", [1, 2, 4])
+def test_indices_sum_up_to_eulers_characteristic(mesh, euler, symmetry):
+    assert (mesh.neighbours >= 0).all()
+    for direction in ("smooth", "level", "1,2,3"):
+        field = mesh_directions(mesh, direction, symmetry=symmetry)
+        assert field.index.sum(dtype=int) == symmetry * euler
+        assert (field.index[field.singular] != 0).all()
+
+
+def test_an_axis_has_its_singular_points_at_the_poles():
+    field = mesh_directions(sphere(8), "z")
+    np.testing.assert_allclose(np.abs(field.places[:, 2]), 1, atol=0.2)
+    assert field.words == "2 singular points: 2 of +1"
+    assert mesh_directions(height_field(4)).words == "no singular points"
+    assert mesh_directions(sphere(8), "smooth", symmetry=4).words == "8 singular points: 8 of +1/4"
+
+
+def plain_jumps(field):
+    """Return by how many quarter turns vectors differ from those over each edge, unfolded there."""
+    mesh = field.mesh
+    jumps = np.zeros(mesh.triangles.shape, int)
+    for t, row in enumerate(mesh.neighbours):
+        for edge, met in enumerate(row):
+            if met >= 0:
+                along = mesh.corners[t, (edge + 1) % 3] - mesh.corners[t, edge]
+                angles = []
+                for one in (t, met // 3):
+                    vector, across = field.face_vectors[one], np.cross(mesh.flat_normals[one], along)
+                    angles.append(np.arctan2(vector @ across, vector @ along))
+                jumps[t, edge] = round((angles[1] - angles[0]) * field.fold / (2 * np.pi)) % field.fold
+    return jumps * 4 // field.fold
+
+
+@pytest.mark.parametrize("symmetry", [1, 2, 4])
+def test_jumps_are_those_of_vectors_unfolded(symmetry):
+    mesh = sphere(5)
+    field = mesh_directions(mesh, "smooth", symmetry=symmetry)
+    np.testing.assert_array_equal(field.jumps, plain_jumps(field))
+    assert field.seen_jumps(symmetry) == 0
+    assert (field.seen_jumps(1) > 0) == (symmetry > 1)
+    # Combed: jumps end at singular points, and are few.
+    assert np.count_nonzero(field.jumps) < 0.25 * field.jumps.size
+
+
+def test_curvature_runs_round_a_tube():
+    mesh = torus(30, 90, radius=4.0)
+    field = mesh_directions(mesh, "curvature")
+    centres = mesh.corners.mean(axis=1)
+    ring = centres * (1, 1, 0) / np.linalg.norm(centres[:, :2], axis=1)[:, None]
+    round_tube = np.cross(np.cross((0, 0, 1), ring), mesh.flat_normals)
+    angle, _ = off(mesh, field.face_vectors, round_tube)
+    assert field.fold == 2
+    assert np.minimum(angle, 180 - angle).max() < 5
+    assert len(field.singular) == 0
+
+
+def test_edges_are_followed_or_crossed():
+    for mesh, axes in ((box(), np.eye(3)), (two_rings(), np.eye(3)), (height_field(6), np.eye(3))):
+        for crease in (None, 40):
+            field = mesh_directions(mesh, "edges", crease=crease)
+            assert field.fold == 4
+            assert np.abs(field.face_vectors @ axes).max(axis=1).min() > np.cos(np.radians(5))
+
+
+def test_strokes_are_followed_and_the_rest_is_smooth():
+    mesh = height_field(24, 0.1)
+    strokes = np.array([[(0.1, 0.1, 0), (1, 0, 0)], [(0.9, 0.9, 0), (0, 1, 0)]])
+    strokes[:, 0, 2] = 0.1 * np.sin(5 * strokes[:, 0, 0]) * np.cos(4 * strokes[:, 0, 1])
+    field = mesh_directions(mesh, strokes=strokes)
+    centres = mesh.corners.mean(axis=1)
+    for at, along in strokes:
+        near = np.linalg.norm(centres - at, axis=1) < 0.02
+        assert near.any()
+        assert off(mesh, field.face_vectors, along)[0][near].max() < 5
+    assert len(field.singular) == 0
+    middle = np.linalg.norm(centres[:, :2] - 0.5, axis=1) < 0.05
+    assert off(mesh, field.face_vectors, np.array((1, 1, 0)))[0][middle].max() < 20
+    over_level = mesh_directions(mesh, "x", strokes=strokes[1:])
+    assert off(mesh, over_level.face_vectors, strokes[1, 1])[0][near].max() < 5
+    assert off(mesh, over_level.face_vectors, strokes[0, 1])[0][middle].max() < 1
+
+
+def test_strokes_are_read_from_texts_files_and_arrays(tmp_path):
+    array = np.array([[(0, 0.5, 1e-3), (1, 0, 0)], [(1, 1, 0), (0, -2, 0.5)]])
+    texts = ["0,0.5,1e-3:1,0,0", "1,1,0:0,-2,.5"]
+    objects, lists = tmp_path / "objects.json", tmp_path / "lists.json"
+    objects.write_text(json.dumps([{"at": at, "along": along} for at, along in array.tolist()]))
+    lists.write_text(json.dumps(array.tolist()))
+    for written in (texts, str(objects), [lists], array, array.tolist()):
+        np.testing.assert_array_equal(parse_strokes(written), array)
+
+
+@pytest.mark.parametrize(
+    ("written", "words"),
+    [
+        ("1,2,3", "stroke is '1,2,3'; allowed"),
+        ("0,0,0:0,0,0", "zero"),
+        ("0,0,1e300:1,0,0", "finite"),
+        ([], "0 strokes"),
+        (np.zeros((2, 3)), "shape"),
+        ("none.json", "none.json"),
+        ("0,0,7:1,0,0", "from the surface"),
+    ],
+)
+def test_wrong_strokes_are_told_in_a_line(written, words):
+    with pytest.raises(InputError, match=words):
+        mesh_directions(sphere(4), strokes=written)
+
+
+def test_a_stroke_at_right_angles_to_the_surface_is_refused():
+    with pytest.raises(InputError, match=r"stroke at \(1.4, 0.9, 1\) is at right angles"):
+        mesh_directions(box(), strokes=["1.4,0.9,1:0,0,3", "1,1,1:1,0,0"])
+
+
+@pytest.mark.parametrize("text", ["{", '{"at": 1}', "[1]", '[{"at": [0, 0, 1]}]', "[[[0, 0, 1], [1, 0]]]"])
+def test_wrong_files_of_strokes_are_told_in_a_line(tmp_path, text):
+    path = tmp_path / "strokes.json"
+    path.write_text(text)
+    with pytest.raises(InputError, match=r"strokes\.json"):
+        parse_strokes(path)
+
+
+def test_arrays_and_functions_are_followed():
+    mesh = torus()
+    wanted = np.cross((0, 0, 1), mesh.positions)
+    for direction in (wanted, lambda points: np.cross((0, 0, 1), points), "around:z"):
+        field = mesh_directions(mesh, direction)
+        assert off(mesh, field.face_vectors, np.cross((0, 0, 1), mesh.corners.mean(axis=1)))[0].max() < 2
+
+
+def test_vertices_have_what_their_triangles_have():
+    mesh = torus()
+    for symmetry in (1, 4):
+        field = mesh_directions(mesh, "around:z", symmetry=symmetry)
+        mean = np.zeros(mesh.positions.shape)
+        for corner in range(3):
+            np.add.at(mean, mesh.triangles[:, corner], field.face_vectors)
+        mean /= np.linalg.norm(mean, axis=1, keepdims=True)
+        assert np.einsum("ij,ij->i", mean, field.vectors).min() > 0.99
+
+
+def test_the_order_of_triangles_and_the_units_do_not_matter():
+    mesh = sphere(8)
+    field = mesh_directions(mesh, "1,2,3", symmetry=2)
+    order = np.random.default_rng(0).permutation(len(mesh.triangles))
+    mixed = TriangleMesh(1000 * mesh.positions, np.roll(mesh.triangles[order], 1, axis=1))
+    other = mesh_directions(mixed, "1,2,3", symmetry=2)
+    cosine = np.abs(np.einsum("ij,ij->i", field.face_vectors[order], other.face_vectors))
+    assert np.mean(cosine > 0.999) > 0.97
+    np.testing.assert_array_equal(mesh_directions(mesh, "1,2,3", symmetry=2).vectors, field.vectors)

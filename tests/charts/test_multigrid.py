@@ -55,7 +55,7 @@ def test_smallest_eigenvectors_are_scipys_part_by_part(cut):
     mass = np.random.default_rng(6).uniform(0.5, 2, len(part))
     parts = part.max() + 1
     found = smallest_eigenvectors(
-        rows, mass, part, np.ones(len(part), complex), shift=np.full(parts, 0.01), steps=60
+        rows, mass, part, np.ones(len(part), complex), shift=np.full(parts, 0.01), tolerance=1e-9
     )
     for k in range(parts):
         inside = part == k

@@ -98,6 +98,10 @@ class Multigrid:
         self._last = rows
         self._factor = _dense_factor(rows) if len(rows.diagonal) <= DENSE else None
 
+    def rows_at(self, depth: int) -> Rows:
+        """Return the matrix of a level; 0 is the finest."""
+        return self.levels[depth].rows if depth < len(self.levels) else self._last
+
     def cycle(self, right: ComplexArray, x: ComplexArray, depth: int = 0) -> None:
         """Put in x about the solution for `right`: one K-cycle, a preconditioner that varies a little."""
         if depth == len(self.levels):
@@ -106,7 +110,7 @@ class Multigrid:
         level = self.levels[depth]
         smooth_down(level.rows, right, x)
         subtract_product(level.rows, x, right, level.residual)
-        coarser = self.levels[depth + 1].rows if depth + 1 < len(self.levels) else self._last
+        coarser = self.rows_at(depth + 1)
         below = np.empty(len(coarser.diagonal), np.complex128)
         restrict(level.group, level.phase, level.residual, below)
         prolong(level.group, level.phase, self._below(coarser, below, depth + 1), x)
@@ -188,7 +192,14 @@ def solve(
 
 
 def smallest_eigenvectors(
-    rows: Rows, mass: FloatArray, part: IntArray, start: ComplexArray, *, shift: FloatArray, steps: int = 30
+    rows: Rows,
+    mass: FloatArray,
+    part: IntArray,
+    start: ComplexArray,
+    *,
+    shift: FloatArray,
+    tolerance: float = 1e-4,
+    steps: int = 40,
 ) -> ComplexArray:
     """Return the vector that makes xᴴAx / xᴴMx least in each part by itself.
 
@@ -204,6 +215,8 @@ def smallest_eigenvectors(
         (n,) complex: what to begin with; of several vectors as good the one most like it is found.
     shift
         (parts,) positive: the preconditioner is for A + shift·M. About a tenth of the least eigenvalues.
+    tolerance
+        What a step can still lower a quotient by, as a part of it, at which the part has its vector.
     steps
         Steps on each level at most.
 
@@ -213,8 +226,36 @@ def smallest_eigenvectors(
         (n,) complex, with xᴴMx = 1 in each part.
     """
     grid = Multigrid(rows._replace(diagonal=rows.diagonal + shift[part] * mass))
-    x = _unit(start, mass, part, len(shift))
-    return _descend(grid, rows, mass, part, x, len(shift), steps)
+    return _smallest(grid, 0, mass, part, start, shift, (tolerance, steps))
+
+
+def _smallest(
+    grid: Multigrid,
+    depth: int,
+    mass: FloatArray,
+    part: IntArray,
+    start: ComplexArray,
+    shift: FloatArray,
+    limits: tuple[float, int],
+) -> ComplexArray:
+    """Return the vectors of a level, begun from those of the next coarser one."""
+    start = _unit(start, mass, part, len(shift))
+    if depth < len(grid.levels):
+        level = grid.levels[depth]
+        count = len(grid.rows_at(depth + 1).diagonal)
+        used = level.group >= 0
+        coarse_mass: FloatArray = np.bincount(level.group[used], mass[used], count).astype(np.float64)
+        coarse_part = np.empty(count, np.int32)
+        coarse_part[level.group[used]] = part[used]
+        coarse_start = np.empty(count, np.complex128)
+        restrict(level.group, level.phase, mass * start, coarse_start)
+        found = _smallest(
+            grid, depth + 1, coarse_mass, coarse_part, coarse_start / coarse_mass, shift, limits
+        )
+        start = np.where(used, 0, start)
+        prolong(level.group, level.phase, found, start)
+        start = _unit(start, mass, part, len(shift))
+    return _descend(grid, depth, mass, part, start, shift, limits)
 
 
 def _unit(x: ComplexArray, mass: FloatArray, part: IntArray, parts: int) -> ComplexArray:
@@ -235,26 +276,31 @@ def _by_part(
 
 def _descend(
     grid: Multigrid,
-    rows: Rows,
+    depth: int,
     mass: FloatArray,
     part: IntArray,
     x: ComplexArray,
-    parts: int,
-    steps: int,
+    shift: FloatArray,
+    limits: tuple[float, int],
 ) -> ComplexArray:
     """Lower each part's quotient by preconditioned conjugate gradients with exact steps."""
-    ones = np.ones(len(mass))
+    rows, ones, parts = grid.rows_at(depth), np.ones(len(mass)), len(shift)
+    rows = rows._replace(diagonal=rows.diagonal - shift[part] * mass)
+    moving = np.ones(parts, np.bool_)
     product, direction = np.empty_like(x), np.zeros_like(x)
     image, next_one = np.zeros_like(x), np.empty_like(x)
     multiply(rows, x, product)
     before = np.ones(parts)
     last = np.zeros_like(x)
-    for count in range(steps):
+    for count in range(limits[1]):
         quotient = _by_part(part, ones, x, product, parts).real
         slope = product - (quotient[part] * mass) * x
-        grid.cycle(slope, next_one)
+        grid.cycle(slope, next_one, depth)
         now = _by_part(part, ones, next_one, slope, parts).real
         change = now - _by_part(part, ones, next_one, last, parts).real
+        moving &= now > limits[0] * (np.maximum(quotient, 0) + shift)
+        if not moving.any():
+            break
         keep = np.where(before > 0, np.maximum(change, 0.0) / np.where(before > 0, before, 1.0), 0.0)
         direction = next_one + (keep[part] if count else 0.0) * direction
         direction -= _by_part(part, mass, x, direction, parts)[part] * x
@@ -265,13 +311,12 @@ def _descend(
             _by_part(part, ones, direction, image, parts).real,
             _by_part(part, mass, direction, direction, parts).real,
         )
+        fall = np.where(moving, fall, 0)
         x = x + fall[part] * direction
         product = product + fall[part] * image
         size = np.sqrt(_by_part(part, mass, x, x, parts).real)
         x, product = x / size[part], product / size[part]
         before, last = now, slope
-        if not (now > 1e-7 * np.maximum(quotient, 0) + 1e-300).any():
-            break
     return x
 
 

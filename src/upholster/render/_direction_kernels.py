@@ -1,20 +1,28 @@
 """Lines along a field of directions, triangle by triangle."""
 
+from typing import NamedTuple
+
 import numpy as np
 from numpy.typing import NDArray
 
 from upholster.jit import inline, kernel
 from upholster.types import FloatArray, IntArray
 
-__all__ = ["trace_lines"]
+__all__ = ["DrawnField", "trace_lines"]
+
+
+class DrawnField(NamedTuple):
+    """A field on a mesh: corners (T, 3, 3), what lies across edges, unit tangents (T, 3), their jumps."""
+
+    corners: FloatArray
+    neighbours: IntArray
+    vectors: FloatArray
+    jumps: NDArray[np.int8]
 
 
 @kernel
 def trace_lines(
-    corners: FloatArray,
-    neighbours: IntArray,
-    vectors: FloatArray,
-    jumps: NDArray[np.int8],
+    field: DrawnField,
     seeds: IntArray,
     starts: FloatArray,
     turns: IntArray,
@@ -24,9 +32,8 @@ def trace_lines(
 ) -> None:
     """Follow the field from each start for a length, or to a border or crease, or as far as there is room.
 
-    `corners` (T, 3, 3), `vectors` (T, 3) unit tangents, `jumps` (T, 3) quarter turns that they jump over each
-    edge, `seeds` (N,) triangles and `starts` (N, 3) points in them, `turns` (N,) quarter turns from the
-    vectors to the way to go. `lines` (N, room, 3) gets the points, `counts` (N,) how many.
+    `seeds` (N,) triangles and `starts` (N, 3) points in them, `turns` (N,) quarter turns from the vectors to
+    the way to go. `lines` (N, room, 3) gets the points, `counts` (N,) how many.
     """
     for n in range(len(seeds)):
         t, turn, rest, came = seeds[n], turns[n], length, -1
@@ -35,8 +42,8 @@ def trace_lines(
         counts[n] = 1
         while counts[n] < lines.shape[1] and rest > 0:
             at = lines[n, counts[n] - 1]
-            vx, vy, vz = _turned(corners, vectors, t, turn)
-            edge, far = _way_out(corners, t, at, (vx, vy, vz), came)
+            vx, vy, vz = _turned(field.corners, field.vectors, t, turn)
+            edge, far = _way_out(field.corners, t, at, (vx, vy, vz), came)
             if edge < 0:
                 break
             step = min(far, rest)
@@ -45,11 +52,11 @@ def trace_lines(
             lines[n, counts[n], 2] = at[2] + step * vz
             counts[n] += 1
             rest -= step
-            met = neighbours[t, edge]
+            met = field.neighbours[t, edge]
             if met < 0:
                 break
             # Where the vectors turn on, the line turns back by as much to go straight.
-            turn = (turn - jumps[t, edge]) % 4
+            turn = (turn - field.jumps[t, edge]) % 4
             t, came = met // 3, met % 3
 
 

@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from upholster.charts.mesh_directions import MeshField
 from upholster.image.color import from_linear
 from upholster.image.drawing import Drawing
-from upholster.render._direction_kernels import trace_lines
+from upholster.render._direction_kernels import DrawnField, trace_lines
 from upholster.render.camera import Camera
 from upholster.render.picture import render
 from upholster.types import FloatArray, IntArray, PixelArray
@@ -90,21 +90,11 @@ def _draw_lines(drawing: Drawing, field: MeshField, camera: Camera, depth: NDArr
     length = 0.5 * _LENGTH * _FINER * distance / camera.focal
     ways = {1: (0, 2), 2: (0, 2), 4: (0, 1, 2, 3)}[field.fold]
     mesh = field.mesh
+    drawn = DrawnField(mesh.corners, mesh.neighbours, field.face_vectors, field.jumps)
     for way in ways:
         lines, counts = np.zeros((len(points), _ROOM, 3)), np.zeros(len(points), np.int32)
         turns = np.full(len(points), way, np.int32)
-        trace_lines(
-            mesh.corners,
-            mesh.neighbours,
-            field.face_vectors,
-            field.jumps,
-            triangles,
-            points,
-            turns,
-            length,
-            lines,
-            counts,
-        )
+        trace_lines(drawn, triangles, points, turns, length, lines, counts)
         seen = camera.project(lines)[..., :2]
         for line, some in zip(seen.tolist(), counts.tolist(), strict=True):
             shown = [(x, y) for x, y in line[:some]]

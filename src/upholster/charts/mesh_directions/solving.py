@@ -8,11 +8,12 @@ Here the unknowns are on triangles, so that creases are edges over which nothing
 """
 
 import numpy as np
+from numpy.typing import NDArray
 
 from upholster.charts._multigrid_kernels import ComplexArray, Rows
 from upholster.charts.mesh_directions.frames import PlaneFrames, power
 from upholster.charts.multigrid import Multigrid, hermitian, smallest_eigenvectors, solve
-from upholster.types import FloatArray
+from upholster.types import FloatArray, IntArray
 
 __all__ = ["field_power", "spread_evenly"]
 
@@ -62,10 +63,9 @@ def field_power(
     z = np.where(heard[frames.part], wish, 0.0)
     if heard.any():
         z = _filled(rows, frames.areas, force, wish)
-    if not heard.all():
-        start = np.where(heard[frames.part], 0.0, prior)
-        free = smallest_eigenvectors(rows, frames.areas, frames.part, start, shift=0.1 / total)
-        z = np.where(heard[frames.part], z, _turned_to(frames, free, prior))
+    free = ~heard[frames.part]
+    if free.any():
+        z[free] = _smoothest(frames, symmetry, free, prior[free])
     return _evened(rows, frames.areas, force, wish, z, size)
 
 
@@ -75,21 +75,46 @@ def spread_evenly(frames: PlaneFrames, z: ComplexArray, symmetry: int, length: f
     return solve(Multigrid(rows._replace(diagonal=rows.diagonal + mass)), mass * z, z, tolerance=1e-3)
 
 
-def _energy(frames: PlaneFrames, symmetry: int) -> Rows:
-    """Return the matrix of Σ weight·|z_second − carried·z_first|²."""
-    diagonal = np.zeros(len(frames.areas))
-    for end in (frames.first, frames.second):
-        diagonal += np.bincount(end, frames.weights, len(diagonal))
+def _energy(frames: PlaneFrames, symmetry: int, within: NDArray[np.bool_] | None = None) -> Rows:
+    """Return the matrix of Σ weight·|z_second − carried·z_first|², of whole regions where told which."""
+    first, second, carried, weights = frames.first, frames.second, frames.carried, frames.weights
+    count = len(frames.areas)
+    if within is not None:
+        kept = within[first]
+        number = np.cumsum(within, dtype=np.int32) - 1
+        first, second, carried, weights = (
+            number[first[kept]],
+            number[second[kept]],
+            carried[kept],
+            weights[kept],
+        )
+        count = int(np.count_nonzero(within))
+    diagonal = np.zeros(count)
+    for end in (first, second):
+        diagonal += np.bincount(end, weights, count)
     # Row `first`, column `second`.
-    values = power(frames.carried, symmetry).conj()
-    return hermitian(len(diagonal), frames.first, frames.second, -frames.weights * values, diagonal)
+    return hermitian(count, first, second, -weights * power(carried, symmetry).conj(), diagonal)
+
+
+def _smoothest(
+    frames: PlaneFrames, symmetry: int, free: NDArray[np.bool_], prior: ComplexArray
+) -> ComplexArray:
+    """Return the smoothest field of whole regions, (F,), turned in each to be most like `prior`."""
+    parts, inverse = np.unique(frames.part[free], return_inverse=True)
+    part: IntArray = inverse.astype(np.int32)
+    areas = frames.areas[free]
+    shift = 0.1 / np.bincount(part, areas)
+    z = smallest_eigenvectors(_energy(frames, symmetry, free), areas, part, prior, shift=shift)
+    like = np.conj(z) * prior * areas
+    real, imaginary = (np.bincount(part, one, len(parts)) for one in (like.real, like.imag))
+    return z * _unit(real + 1j * imaginary)[part]
 
 
 def _filled(rows: Rows, areas: FloatArray, force: FloatArray, wish: ComplexArray) -> ComplexArray:
     """Return the field that is smooth and follows the wishes, each with its force."""
     # A trace everywhere keeps regions without wishes solvable.
     grid = Multigrid(rows._replace(diagonal=rows.diagonal + force + 1e-9 * areas / areas.max()))
-    return solve(grid, force * wish, np.where(force > 0, wish, 0.0), tolerance=1e-6)
+    return solve(grid, force * wish, np.where(force > 0, wish, 0.0), tolerance=1e-4)
 
 
 def _evened(
@@ -109,7 +134,7 @@ def _evened(
     grid = Multigrid(rows._replace(diagonal=rows.diagonal + force + pull))
     for _ in range(_ROUNDS):
         z = _unit(z)
-        z = solve(grid, force * wish + pull * z, z, tolerance=0.02)
+        z = solve(grid, force * wish + pull * z, z, tolerance=0.02, most=6)
     return _unit(z)
 
 
@@ -117,12 +142,3 @@ def _unit(z: ComplexArray) -> ComplexArray:
     length = np.sqrt(z.real**2 + z.imag**2)
     unit: ComplexArray = np.where(length > 0, z / np.where(length > 0, length, 1.0), 1.0)
     return unit
-
-
-def _turned_to(frames: PlaneFrames, z: ComplexArray, prior: ComplexArray) -> ComplexArray:
-    """Turn the field of each region as a whole to where it is most like the prior."""
-    like = np.conj(z) * prior * frames.areas
-    real, imaginary = (np.bincount(frames.part, part, frames.parts) for part in (like.real, like.imag))
-    length = np.sqrt(real**2 + imaginary**2)
-    turn = np.where(length > 0, (real + 1j * imaginary) / np.where(length > 0, length, 1.0), 1.0)
-    return z * turn[frames.part]

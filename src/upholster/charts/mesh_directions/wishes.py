@@ -13,13 +13,16 @@ from upholster.errors import InputError
 from upholster.geometry import TriangleMesh
 from upholster.types import FloatArray
 
-__all__ = ["Wish", "prior_of", "projected", "wish_of"]
+__all__ = ["Wish", "prior_of", "wish_of"]
 
 SHARP = 30.0
 """Degrees above which an edge is sharp for the direction ``edges``, unless creases are told."""
 
-_FAINT, _CLEAR = 0.03, 0.3
+_VECTOR = (0.02, 0.2)
 """Sines of the angle between a vector and the normal: from nothing asked to followed closely."""
+
+_LEVEL = (0.03, 0.3)
+"""Likewise of slopes, for the direction ``level``: what lies nearly flat is better smooth."""
 
 _BENT = (0.3, 3.0)
 """Difference of the principal curvatures times the model's size: from nothing asked to followed closely."""
@@ -59,12 +62,13 @@ def wish_of(mesh: TriangleMesh, frames: PlaneFrames, direction: MeshDirection, c
         count = len(mesh.triangles)
         return Wish(np.zeros(count, np.complex128), np.zeros(count))
     if direction.kind == "level":
-        return projected(frames, np.cross((0.0, 0.0, 1.0), frames.normals), unit=False)
+        return _projected(frames, np.cross((0.0, 0.0, 1.0), frames.normals), 1.0, _LEVEL)
     if direction.kind == "curvature":
         return _along_curvature(mesh, frames)
     if direction.kind == "edges":
         return _along_edges(mesh, frames, SHARP if crease is None else crease)
-    wish = projected(frames, _vectors_at(mesh, direction.vectors), unit=True)
+    vectors = _vectors_at(mesh, direction.vectors)
+    wish = _projected(frames, vectors, np.sqrt(np.einsum("ij,ij->i", vectors, vectors)), _VECTOR)
     if not wish.confidence.any():
         raise InputError(
             f"direction {direction.text!r} is nowhere along the surface; allowed: one that is somewhere"
@@ -120,17 +124,15 @@ def prior_of(frames: PlaneFrames) -> ComplexArray:
     return frames.numbers(np.cross((0.0, 0.0, 1.0), frames.normals) + np.array([0.1, 0.01, 0.0]))
 
 
-def projected(frames: PlaneFrames, vectors: FloatArray, *, unit: bool) -> Wish:
-    """Return vectors (T, 3) in the triangles' planes, with confidence where much is left of them.
-
-    That is compared with the vectors' own lengths if `unit`, else with 1.
-    """
+def _projected(
+    frames: PlaneFrames, vectors: FloatArray, whole: FloatArray | float, limits: tuple[float, float]
+) -> Wish:
+    """Return vectors (T, 3) in the triangles' planes, with confidence by what is left of their `whole`."""
     z = frames.numbers(vectors)
     length = np.sqrt(z.real**2 + z.imag**2)
-    whole = np.sqrt(np.einsum("ij,ij->i", vectors, vectors)) if unit else np.ones(len(z))
     some = length > 0
-    share = np.where(whole > 0, length / np.where(whole > 0, whole, 1.0), 0.0)
-    return Wish(z / np.where(some, length, 1.0), _stepped(share, _FAINT, _CLEAR))
+    share = np.where(some, length, 0.0) / np.where(some, whole, 1.0)
+    return Wish(z / np.where(some, length, 1.0), _stepped(share, *limits))
 
 
 def _stepped(x: FloatArray, low: float, high: float) -> FloatArray:

@@ -1,0 +1,73 @@
+"""Pictures of direction fields: lines along them, dots at singular points."""
+
+import numpy as np
+import pytest
+
+from upholster.charts.mesh_directions import mesh_directions
+from upholster.errors import InputError
+from upholster.geometry import TriangleMesh, welded
+from upholster.render._direction_kernels import DrawnField, trace_lines
+from upholster.render.directions import directions_picture
+
+
+def sheet(count=6):
+    y, x = (s.ravel() for s in np.mgrid[: count + 1, : count + 1] / count)
+    i, j = (s.ravel() for s in np.mgrid[:count, :count])
+    a, b, c, d = ((i + di) * (count + 1) + j + dj for di, dj in ((0, 0), (0, 1), (1, 1), (1, 0)))
+    return np.stack([x, y, 0 * x], axis=1), np.concatenate([np.stack([a, b, c], 1), np.stack([a, c, d], 1)])
+
+
+def octahedron():
+    points = np.array([(1, 0, 0), (0, 1, 0), (-1, 0, 0), (0, -1, 0), (0, 0, 1), (0, 0, -1)], float)
+    top = [(k, (k + 1) % 4, 4) for k in range(4)]
+    return TriangleMesh(points, np.array(top + [(b, a, 5) for a, b, _ in top]))
+
+
+def test_lines_run_straight_over_a_sheet_to_its_border():
+    points, triangles = sheet()
+    field = mesh_directions(TriangleMesh(points, triangles), (3, 1, 0), symmetry=4)
+    mesh = field.mesh
+    starts = mesh.corners.mean(axis=1)
+    seeds = np.arange(len(starts), dtype=np.int32)
+    lines, counts = np.zeros((len(starts), 60, 3)), np.zeros(len(starts), np.int32)
+    turns = np.zeros(len(starts), np.int32)
+    drawn = DrawnField(mesh.corners, mesh.neighbours, field.face_vectors, field.jumps)
+    trace_lines(drawn, seeds, starts, turns, 5.0, lines, counts)
+    ends = lines[np.arange(len(starts)), counts - 1]
+    np.testing.assert_allclose(np.abs(ends[:, :2] - 0.5).max(axis=1), 0.5, atol=1e-9)
+    way = ends - starts
+    cosine = np.einsum("ij,ij->i", way, field.face_vectors) / np.linalg.norm(way, axis=1)
+    np.testing.assert_allclose(cosine, 1, atol=1e-6)
+    short = np.zeros_like(lines)
+    trace_lines(drawn, seeds, starts, turns, 0.01, short, counts)
+    lengths = np.linalg.norm(short[np.arange(len(starts)), counts - 1] - starts, axis=1)
+    np.testing.assert_allclose(lengths, 0.01, atol=1e-9)
+
+
+def test_a_picture_has_lines_and_dots():
+    field = mesh_directions(octahedron(), "z")
+    assert len(field.singular) == 2
+    picture = directions_picture(field, size=(200, 150), view=(20, 50)).astype(int)
+    assert picture.shape == (150, 200, 3)
+    red = (picture[..., 0] > 180) & (picture[..., 1] < 90)
+    blue = (picture[..., 2] - picture[..., 0]) > 40
+    assert 40 < np.count_nonzero(red) < 150  # the upper of two points; the other is hidden
+    assert np.count_nonzero(blue) > 100
+    rows, columns = np.nonzero(red)
+    assert columns.mean() == pytest.approx(100, abs=15)
+    assert rows.mean() < 75
+
+
+def test_no_option_out_of_range():
+    field = mesh_directions(octahedron())
+    with pytest.raises(InputError, match="size"):
+        directions_picture(field, size=(0, 10))
+    with pytest.raises(InputError, match="zoom"):
+        directions_picture(field, zoom=0)
+
+
+def test_the_picture_does_not_depend_on_threads():
+    points, vertex = welded(octahedron().corners.reshape(-1, 3))
+    field = mesh_directions(TriangleMesh(points, vertex.reshape(-1, 3)), "smooth", symmetry=2)
+    one, two = (directions_picture(field, size=(120, 90), threads=threads) for threads in (1, 2))
+    np.testing.assert_array_equal(one, two)
