@@ -6,7 +6,7 @@ from meshes import sphere, two_rings
 from scipy.sparse.csgraph import connected_components
 
 from upholster.charts.mesh_directions import mesh_directions
-from upholster.charts.mesh_directions._kernels import near_by, nearest_triangles, regions
+from upholster.charts.mesh_directions._kernels import corner_fans, near_by, nearest_triangles, regions
 from upholster.charts.mesh_directions.frames import plane_frames
 from upholster.geometry import TriangleMesh
 
@@ -99,3 +99,39 @@ def test_slivers_carry_directions_as_their_plane_does():
     field = mesh_directions(TriangleMesh(points, np.array(triangles)), "smooth")
     assert np.abs(field.face_vectors[2:6, 2]).max() < 1e-6
     assert np.einsum("i,ji->j", field.face_vectors[2], field.face_vectors[3:6]).min() > np.cos(np.radians(2))
+
+
+def test_fans_are_the_triangles_round_a_vertex_that_hang_together():
+    mesh, frames = cut_mesh()
+    joined = np.where(frames.across >= 0, mesh.neighbours, -1)
+    fan = np.empty(mesh.triangles.shape, np.int32)
+    count = corner_fans(joined, fan)
+    # Flat sides are regions: a fan is what one of them has of a vertex.
+    part = np.repeat(frames.part[:, None], 3, axis=1)
+    pairs = np.unique(np.stack([mesh.triangles, part], axis=2).reshape(-1, 2), axis=0)
+    assert count == len(pairs)
+    for number in range(count):
+        t, k = np.nonzero(fan == number)
+        assert len(np.unique(mesh.triangles[t, k])) == len(np.unique(frames.part[t])) == 1
+    whole = sphere(4)
+    fan = np.empty(whole.triangles.shape, np.int32)
+    assert corner_fans(whole.neighbours, fan) == len(whole.positions)
+
+
+def test_corners_have_their_vertices_vectors_and_keep_to_their_side_of_a_crease():
+    mesh = sphere(5)
+    for symmetry in (1, 2, 4):
+        field = mesh_directions(mesh, "smooth", symmetry=symmetry)
+        along = field.vectors[mesh.triangles]
+        cosine = np.einsum("tki,tki->tk", field.corner_vectors, along)
+        turns = np.degrees(np.arccos(np.clip(cosine, -1, 1))) % (360 // symmetry)
+        assert np.minimum(turns, 360 // symmetry - turns).max() < 1e-3
+        near = np.einsum("tki,ti->tk", field.corner_vectors, field.face_vectors)
+        assert near.min() > np.cos(np.pi / symmetry) - 0.1
+    mesh, _ = cut_mesh()
+    field = mesh_directions(mesh, "1,2,3", crease=40)
+    off_plane = np.einsum("tki,ti->tk", field.corner_vectors, mesh.flat_normals)
+    assert np.abs(off_plane).max() < 1e-12
+    np.testing.assert_allclose(
+        np.einsum("tki,ti->tk", field.corner_vectors, field.face_vectors), 1, atol=1e-6
+    )

@@ -219,6 +219,43 @@ def around_vertices(
 
 
 @kernel
+def corner_fans(neighbours: IntArray, fan: IntArray) -> int:
+    """Give numbers to the fans of triangles round vertices; return how many.
+
+    `neighbours` (T, 3): triangle · 3 + edge beyond each edge over which a field goes on, −1 for none. `fan`
+    (T, 3) gets for each triangle's corner the number of the fan that it belongs to: the triangles round its
+    vertex that hang together.
+    """
+    fan[:] = -1
+    count = 0
+    for start in range(len(neighbours)):
+        for corner in range(3):
+            if fan[start, corner] >= 0:
+                continue
+            for way in range(2):
+                t, k = start, corner
+                while True:
+                    fan[t, k] = count
+                    # Counter-clockwise over the edge that ends at the vertex, then back over the other.
+                    met = neighbours[t, (k + 2) % 3] if way == 0 else neighbours[t, k]
+                    if met < 0:
+                        break
+                    t, k = met // 3, met % 3 if way == 0 else (met + 1) % 3
+                    if fan[t, k] >= 0:
+                        break
+            count += 1
+    return count
+
+
+@kernel
+def take_branches(vectors: FloatArray, normals: FloatArray, fold: int, turned: FloatArray) -> None:
+    """Turn vectors (N, 3) about normals (N, 3) to the branches nearest to `vectors` (N, 3), in place."""
+    for n in range(len(vectors)):
+        x, y, z = _nearest_branch(turned, n, vectors, n, normals, n, fold)
+        turned[n, 0], turned[n, 1], turned[n, 2] = x, y, z
+
+
+@kernel
 def vertex_vectors(
     triangles: IntArray,
     vectors: FloatArray,
@@ -243,7 +280,7 @@ def vertex_vectors(
     for t in range(len(triangles)):
         for k in range(3):
             v = triangles[t, k]
-            x, y, z = _nearest_branch(vectors, t, heaviest[v], normals, v, fold)
+            x, y, z = _nearest_branch(vectors, t, vectors, heaviest[v], normals, v, fold)
             out[v, 0] += weights[t] * x
             out[v, 1] += weights[t] * y
             out[v, 2] += weights[t] * z
@@ -259,14 +296,14 @@ def vertex_vectors(
 
 @inline
 def _nearest_branch(
-    vectors: FloatArray, t: int, like: int, normals: FloatArray, v: int, fold: int
+    vectors: FloatArray, t: int, others: FloatArray, like: int, normals: FloatArray, v: int, fold: int
 ) -> tuple[float, float, float]:
-    """Return the branch of a triangle's vector that is nearest to that of triangle `like`."""
+    """Return the branch of a vector that is nearest to another one, `like`."""
     x, y, z = vectors[t, 0], vectors[t, 1], vectors[t, 2]
     best = -2.0
     nearest = (x, y, z)
     for _ in range(fold):
-        near = x * vectors[like, 0] + y * vectors[like, 1] + z * vectors[like, 2]
+        near = x * others[like, 0] + y * others[like, 1] + z * others[like, 2]
         if near > best:
             best = near
             nearest = (x, y, z)

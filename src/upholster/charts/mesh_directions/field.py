@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from upholster.charts._multigrid_kernels import ComplexArray
 from upholster.charts.directions import Vectors
-from upholster.charts.mesh_directions._kernels import comb, vertex_vectors
+from upholster.charts.mesh_directions._kernels import comb, corner_fans, take_branches, vertex_vectors
 from upholster.charts.mesh_directions.direction import MeshDirection, parse_mesh_direction
 from upholster.charts.mesh_directions.frames import PlaneFrames, plane_frames, power
 from upholster.charts.mesh_directions.singular import (
@@ -39,6 +39,10 @@ class MeshField(Shown):
         (V, 3) float64, read-only: unit tangents at the vertices; zero at those of no triangle.
     face_vectors
         (T, 3) float64, read-only: unit tangents of the triangles.
+    corner_vectors
+        (T, 3, 3) float64, read-only: unit vectors at the triangles' corners, tangent to the mean plane there:
+        one for all triangles round a vertex over whose common edges the field goes on, each in the branch
+        nearest to its triangle's.
     fold
         1, 2 or 4: opposite directions, or those at right angles too, count as one in the field. At least the
         texture's symmetry; more where what was asked for has no sign.
@@ -54,6 +58,7 @@ class MeshField(Shown):
     mesh: TriangleMesh
     vectors: FloatArray
     face_vectors: FloatArray
+    corner_vectors: FloatArray
     fold: int
     jumps: NDArray[np.int8]
     index: NDArray[np.int8]
@@ -139,8 +144,9 @@ def mesh_directions(
     index = indices_at_vertices(mesh, frames, z, fold)
     return MeshField(
         mesh,
-        frozen_array(_at_vertices(mesh, frames, face_vectors, fold)),
+        frozen_array(_means(frames, mesh.triangles, len(mesh.positions), face_vectors, fold)[0]),
         frozen_array(face_vectors),
+        frozen_array(_at_corners(mesh, frames, face_vectors, fold)),
         fold,
         frozen_array(jumps_over_edges(mesh, frames, z, fold)),
         frozen_array(index),
@@ -172,9 +178,25 @@ def _root(z: ComplexArray) -> ComplexArray:
     return root
 
 
-def _at_vertices(mesh: TriangleMesh, frames: PlaneFrames, face_vectors: FloatArray, fold: int) -> FloatArray:
-    out = np.empty(mesh.positions.shape)
-    room = np.empty(len(out), np.int32)
-    normals = frames.at_vertices(mesh)
-    vertex_vectors(mesh.triangles, face_vectors, frames.areas, normals, fold, out, room)
-    return out
+def _means(
+    frames: PlaneFrames, corners: IntArray, count: int, face_vectors: FloatArray, fold: int
+) -> tuple[FloatArray, FloatArray]:
+    """Return mean vectors and normals, (count, 3) each, of triangles that name a number in `corners`."""
+    normals = frames.mean_normals(corners, count)
+    out = np.empty((count, 3))
+    vertex_vectors(corners, face_vectors, frames.areas, normals, fold, out, np.empty(count, np.int32))
+    return out, normals
+
+
+def _at_corners(mesh: TriangleMesh, frames: PlaneFrames, face_vectors: FloatArray, fold: int) -> FloatArray:
+    fan = np.empty(mesh.triangles.shape, np.int32)
+    count = corner_fans(np.where(frames.across >= 0, mesh.neighbours, -1), fan)
+    fan.setflags(write=False)  # as the mesh's triangles: one kernel for both
+    means, normals = _means(frames, fan, count, face_vectors, fold)
+    corners = means[fan]
+    if fold > 1:
+        for k in range(3):
+            one = np.ascontiguousarray(corners[:, k])
+            take_branches(face_vectors, normals[fan[:, k]], fold, one)
+            corners[:, k] = one
+    return corners

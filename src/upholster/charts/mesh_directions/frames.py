@@ -66,13 +66,16 @@ class PlaneFrames:
         found.imag = np.einsum("ij,ij->i", vectors, self.y)
         return found
 
-    def at_vertices(self, mesh: TriangleMesh) -> FloatArray:
-        """Return unit normals at the vertices, (V, 3): means by area; zero at those of no triangle."""
-        normals = np.zeros(mesh.positions.shape)
+    def mean_normals(self, corners: IntArray, count: int) -> FloatArray:
+        """Return unit normals (count, 3), zero where no triangle has a number in `corners` (T, 3).
+
+        They are means by area of the triangles that have it.
+        """
+        normals = np.zeros((count, 3))
         weighted = self.areas[:, None] * self.normals
         for axis in range(3):
             for corner in range(3):
-                normals[:, axis] += np.bincount(mesh.triangles[:, corner], weighted[:, axis], len(normals))
+                normals[:, axis] += np.bincount(corners[:, corner], weighted[:, axis], count)
         length = np.sqrt(np.einsum("ij,ij->i", normals, normals))[:, None]
         return np.where(length > 0, normals / np.where(length > 0, length, 1.0), 0.0)
 

@@ -87,7 +87,7 @@ def _along_curvature(mesh: TriangleMesh, frames: PlaneFrames) -> Wish:
     S. Rusinkiewicz: Estimating curvatures and their derivatives on triangle meshes, 3DPVT 2004; F. Knöppel et
     al., 2013, section 3.3.
     """
-    normals = frames.at_vertices(mesh)[mesh.triangles]
+    normals = frames.mean_normals(mesh.triangles, len(mesh.positions))[mesh.triangles]
     points = [frames.numbers(mesh.corners[:, k] - mesh.corners[:, 0]) for k in (1, 2)]
     bends = [frames.numbers(normals[:, k] - normals[:, 0]) for k in (1, 2)]
     (p, q), (m, n) = points, bends
