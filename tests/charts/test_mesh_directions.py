@@ -168,6 +168,8 @@ def test_strokes_are_followed_and_the_rest_is_smooth():
     assert len(field.singular) == 0
     middle = np.linalg.norm(centres[:, :2] - 0.5, axis=1) < 0.05
     assert off(mesh, field.face_vectors, np.array((1, 1, 0)))[0][middle].max() < 20
+    fine = mesh_directions(height_field(80), strokes="0.5,0.5,0:1,2,0")
+    assert (fine.face_vectors @ (1, 2, 0)).min() > 5**0.5 * np.cos(np.radians(1))
     over_level = mesh_directions(mesh, "x", strokes=strokes[1:])
     assert off(mesh, over_level.face_vectors, strokes[1, 1])[0][near].max() < 5
     assert off(mesh, over_level.face_vectors, strokes[0, 1])[0][middle].max() < 1

@@ -108,7 +108,7 @@ def mesh_directions(
         What is asked for: see `parse_mesh_direction`. Where it says nothing the field is filled smoothly.
         By default ``level``; with strokes ``smooth``.
     strokes
-        Directions at places: see `parse_strokes`. Near them they count instead of `direction`.
+        Directions at places: see `parse_strokes`. Near them `direction` gives way to them.
     symmetry
         1, 2 or 4: the texture looks the same after so many turns to make a whole one.
     crease
@@ -134,7 +134,13 @@ def mesh_directions(
     fold = max(symmetry, wish.fold)
     prior = prior_of(frames)
     z = field_power(
-        frames, power(wish.power, fold // wish.fold), wish.confidence, power(prior, fold), fold, mesh.size
+        frames,
+        power(wish.power, fold // wish.fold),
+        wish.confidence,
+        power(prior, fold),
+        fold,
+        mesh.size,
+        wish.least,
     )
     z = _combed(frames, z, prior, fold)
     if wanted.angle:

@@ -26,9 +26,6 @@ _EVENING = 0.1
 _ROUNDS = 3
 """How often the field is made unit and smooth again."""
 
-_LEAST = 1e-3
-"""Part of a region's area that must have a wish, for the region to follow it."""
-
 
 def field_power(
     frames: PlaneFrames,
@@ -37,6 +34,7 @@ def field_power(
     prior: ComplexArray,
     symmetry: int,
     size: float,
+    least: float,
 ) -> ComplexArray:
     """Return the field's power z^symmetry on each triangle, of size 1.
 
@@ -54,10 +52,12 @@ def field_power(
         1, 2 or 4.
     size
         The model's.
+    least
+        Part of a region's area that must have a wish, for the region to follow it.
     """
     rows = _energy(frames, symmetry)
     total = np.bincount(frames.part, frames.areas, frames.parts)
-    heard = np.bincount(frames.part, frames.areas * confidence, frames.parts) > _LEAST * total
+    heard = np.bincount(frames.part, frames.areas * confidence, frames.parts) > least * total
     confidence = np.where(heard[frames.part], confidence, 0.0)
     force = frames.areas / (_REACH * size) ** 2 * confidence / (1.0001 - confidence)
     z = np.where(heard[frames.part], wish, 0.0)

@@ -24,7 +24,10 @@ Strokes = str | Path | ArrayLike | Sequence[str | Path]
 MOST_STROKES = 10_000
 
 _RADIUS = 0.03
-"""How far round its place a stroke counts, as a part of the model's size."""
+"""How far round its place a stroke is followed, as a part of the model's size."""
+
+_AROUND = 0.12
+"""How far round its place what else is asked for gives way to it, little by little."""
 
 _FARTHEST = 0.1
 """How far from the surface a stroke may lie, as a part of the model's size."""
@@ -79,7 +82,7 @@ def with_strokes(mesh: TriangleMesh, frames: PlaneFrames, wish: Wish, strokes: F
             f"allowed: at most {_FARTHEST * mesh.size:.4g}"
         )
     which, nearness = np.empty(len(centres), np.int32), np.empty(len(centres))
-    near_by(frames.across, centres, seeds, points, _RADIUS * mesh.size, which, nearness)
+    near_by(frames.across, centres, seeds, points, _AROUND * mesh.size, which, nearness)
     along = strokes[:, 1] / np.abs(strokes[:, 1]).max(axis=1, keepdims=True)
     along = along / np.sqrt(np.einsum("ij,ij->i", along, along))[:, None]
     drawn = frames.numbers(along[which])
@@ -90,16 +93,12 @@ def with_strokes(mesh: TriangleMesh, frames: PlaneFrames, wish: Wish, strokes: F
             f"stroke at {_written(points[n])} is at right angles to the surface; allowed: along it"
         )
     here = (which >= 0) & (length > 0)
-    near = np.where(here, np.minimum(2 * nearness, 1.0), 0.0)
+    # Followed closely up to half the radius, and from there on less and less.
+    near = np.where(here, np.clip(2 * (1 - (1 - nearness) * _AROUND / _RADIUS), 0.0, 1.0), 0.0)
     unit = np.where(here, drawn / np.where(here, length, 1.0), 1.0)
-    follows = near >= wish.confidence
-    # Where something else is asked for, a stroke counts as far as its whole reach.
-    follows |= here
-    return Wish(
-        np.where(follows, power(unit, wish.fold), wish.power),
-        np.where(follows, near, wish.confidence),
-        wish.fold,
-    )
+    kept = wish.confidence * np.clip((1 - nearness) * _AROUND - _RADIUS, 0, None) / (_AROUND - _RADIUS)
+    drawn_over = np.where(near > 0, power(unit, wish.fold), wish.power)
+    return Wish(drawn_over, np.where(near > 0, near, kept), wish.fold, least=0.0)
 
 
 def _of_text(text: str) -> FloatArray:

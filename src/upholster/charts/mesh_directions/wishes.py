@@ -43,11 +43,15 @@ class Wish:
         (T,) 0 to 1.
     fold
         1, 2 or 4: opposite directions, or those at right angles too, count as one.
+    least
+        Part of a region's area that must have a wish, for the region to follow it: a few bad triangles of a
+        flat side have none.
     """
 
     power: ComplexArray
     confidence: FloatArray
     fold: int = 1
+    least: float = 1e-3
 
 
 def wish_of(mesh: TriangleMesh, frames: PlaneFrames, direction: MeshDirection, crease: float | None) -> Wish:
