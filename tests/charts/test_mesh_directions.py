@@ -243,3 +243,16 @@ def test_the_order_of_triangles_and_the_units_do_not_matter():
     cosine = np.abs(np.einsum("ij,ij->i", field.face_vectors[order], other.face_vectors))
     assert np.mean(cosine > 0.999) > 0.97
     np.testing.assert_array_equal(mesh_directions(mesh, "1,2,3", symmetry=2).vectors, field.vectors)
+
+
+def test_the_smoothest_field_is_turned_to_be_most_like_level():
+    mesh = height_field(12, 0.3)
+    tilted = TriangleMesh(
+        mesh.positions @ np.linalg.qr([[3.0, 1, 2], [1, 2, 0], [0, 1, 2]])[0], mesh.triangles
+    )
+    field = mesh_directions(tilted, "smooth")
+    level = np.cross((0, 0, 1), tilted.flat_normals)
+    turned = np.cross(tilted.flat_normals, field.face_vectors)
+    like, unlike = (np.einsum("t,ti,ti->", tilted.areas, one, level) for one in (field.face_vectors, turned))
+    assert like > 0
+    assert abs(unlike) < 0.05 * like

@@ -72,7 +72,9 @@ def field_power(
 def spread_evenly(frames: PlaneFrames, z: ComplexArray, symmetry: int, length: float) -> ComplexArray:
     """Return a field of powers (T,) averaged over a length, within each region."""
     rows, mass = _energy(frames, symmetry), frames.areas / length**2
-    return solve(Multigrid(rows._replace(diagonal=rows.diagonal + mass)), mass * z, z, tolerance=1e-3)
+    return solve(
+        Multigrid(rows._replace(diagonal=rows.diagonal + mass)), mass * z, z, tolerance=0.02, most=12
+    )
 
 
 def _energy(frames: PlaneFrames, symmetry: int, within: NDArray[np.bool_] | None = None) -> Rows:
@@ -100,14 +102,12 @@ def _smoothest(
     frames: PlaneFrames, symmetry: int, free: NDArray[np.bool_], prior: ComplexArray
 ) -> ComplexArray:
     """Return the smoothest field of whole regions, (F,), turned in each to be most like `prior`."""
-    parts, inverse = np.unique(frames.part[free], return_inverse=True)
+    _, inverse = np.unique(frames.part[free], return_inverse=True)
     part: IntArray = inverse.astype(np.int32)
     areas = frames.areas[free]
     shift = 0.1 / np.bincount(part, areas)
-    z = smallest_eigenvectors(_energy(frames, symmetry, free), areas, part, prior, shift=shift)
-    like = np.conj(z) * prior * areas
-    real, imaginary = (np.bincount(part, one, len(parts)) for one in (like.real, like.imag))
-    return z * _unit(real + 1j * imaginary)[part]
+    # Beginning with the prior, it comes out turned to be most like it.
+    return smallest_eigenvectors(_energy(frames, symmetry, free), areas, part, prior, shift=shift)
 
 
 def _filled(rows: Rows, areas: FloatArray, force: FloatArray, wish: ComplexArray) -> ComplexArray:
