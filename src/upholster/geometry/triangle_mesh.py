@@ -123,7 +123,7 @@ class TriangleMesh(Shown):
 
         Edge k runs from corner k to corner (k + 1) mod 3. Across is the one triangle that has the same edge
         the other way round. At borders, and where more triangles share an edge, or two run along it the same
-        way, there is none.
+        way, there is none. Triangles that name a vertex twice count as if they were not there.
         """
         return frozen_array(_neighbours(self.triangles, len(self.positions)))
 
@@ -285,13 +285,14 @@ def _neighbours(triangles: IntArray, vertices: int) -> IntArray:
     last = np.roll(first, -1, axis=1)
     low, high = np.minimum(first, last).ravel(), np.maximum(first, last).ravel()
     keys = low * vertices + high
+    keys[np.repeat((first == last).any(axis=1), 3)] = -1  # a line or a point parts nothing
     order = np.argsort(keys, kind="stable")
     ranked = keys[order]
     starts = np.flatnonzero(np.concatenate([[True], ranked[1:] != ranked[:-1]]))
     counts = np.diff(np.concatenate([starts, [len(ranked)]]))
     a, b = order[starts[counts == 2]], order[starts[counts == 2] + 1]
     rising = (first < last).ravel()
-    proper = (rising[a] != rising[b]) & (a // 3 != b // 3) & (low[a] != high[a])
+    proper = (rising[a] != rising[b]) & (a // 3 != b // 3) & (keys[a] >= 0)
     a, b = a[proper], b[proper]
     out = np.full(3 * len(triangles), -1, np.int32)
     out[a], out[b] = b, a

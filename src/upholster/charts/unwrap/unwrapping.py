@@ -1,89 +1,200 @@
 """A mesh laid out flat, in islands that keep lengths as well as they can."""
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.charts.unwrap.atlas import atlas_charts
+from upholster.charts.unwrap.clusters import Triangles, clusters, divided
+from upholster.charts.unwrap.flattening import Flat, flatten, percentile, shapes_of, signed_areas, stretches
+from upholster.charts.unwrap.joining import Layout, join_islands
+from upholster.charts.unwrap.kept import kept_islands
+from upholster.charts.unwrap.pieces import Piece, pieces_of
 from upholster.errors import InputError
 from upholster.geometry.triangle_mesh import MeshSurface, TriangleMesh
-from upholster.types import FloatArray, IntArray
+from upholster.parallel import run_tasks
+from upholster.types import FloatArray, IntArray, Progress
 
 __all__ = ["UnwrapReport", "unwrap"]
 
+_STAGE = "unwrap"
 
-@dataclass
+
+@dataclass(frozen=True)
 class UnwrapReport:
-    """What unwrapping tells.
+    """How well a mesh lies flat.
 
     Attributes
     ----------
     islands
         How many there are.
     plain
-        How many of the chosen triangles lie on none.
+        How many triangles with an area lie on none because they were not chosen.
+    flat
+        How many of the chosen triangles lie on none because they have no area.
+    density
+        1st, 5th, 50th, 95th and 99th percentile, over the area, of (area laid flat)/(area in space).
+    stretch
+        The same of the ratio between a triangle's longest and shortest stretch.
     notes
         Sentences for the user.
     """
 
-    islands: int = 0
-    plain: int = 0
+    islands: int
+    plain: int
+    flat: int
+    density: tuple[float, ...]
+    stretch: tuple[float, ...]
     notes: list[str] = field(default_factory=list)
+
+    @property
+    def spread(self) -> float:
+        """99th percentile of the density over the 1st."""
+        return self.density[-1] / self.density[0]
 
 
 def unwrap(
     mesh: TriangleMesh,
     *,
+    keep_uv: bool = False,
+    crease: float | None = None,
     chosen: NDArray[np.bool_] | None = None,
+    progress: Progress | None = None,
 ) -> tuple[MeshSurface, UnwrapReport]:
-    """Lay a mesh out flat.
+    """Lay a mesh out flat: few islands without overlaps, areas and lengths nearly as in space.
+
+    Islands are clusters of triangles that face much the same way, each laid as rigidly as possible; what
+    does not lie well is divided. Each has its area in space, and a rectangle as small as turning makes it.
+    The result is the same for any number of threads.
 
     Parameters
     ----------
     mesh
-        Its triangles meet at common vertices.
+        Its triangles meet at common vertices: see `upholster.geometry.triangle_mesh.welded`.
+    keep_uv
+        Take the islands of its own texture coordinates. They may not overlap.
+    crease
+        Edges where the surface bends by more than so many degrees, 0 to 180, are seams.
     chosen
         (T,): the triangles to lay out; by default all.
+    progress
+        ``progress("unwrap", done, total)`` is called with the number of triangles laid out.
 
     Raises
     ------
     InputError
-        If no triangle can be laid out, or xatlas is missing.
+        For no triangle with an area, or with ``keep_uv``: no texture coordinates, or such as overlap, or
+        are stretched unevenly.
     """
-    wanted = np.ones(len(mesh.triangles), bool) if chosen is None else chosen
-    rows = np.flatnonzero(wanted & (mesh.areas > 0))
-    if not len(rows):
+    wanted = _wanted(mesh, crease, chosen)
+    a, b, c = mesh.triangles.T
+    rows = np.flatnonzero(wanted & (a != b) & (b != c) & (c != a))
+    if not (mesh.areas[rows] > 0).any():
         raise InputError("no triangle has an area; allowed: a mesh with a surface")
     low, high = mesh.corners[rows].min(axis=(0, 1)), mesh.corners[rows].max(axis=(0, 1))
+    size = float((high - low).max())
     used, compact = np.unique(mesh.triangles[rows], return_inverse=True)
-    scaled = (mesh.positions[used] - low) / (high - low).max()
-    chart, corners = atlas_charts(scaled, compact.reshape(-1, 3).astype(np.int32))
+    uv = None if mesh.uv is None else mesh.uv[rows]
+    scaled = TriangleMesh((mesh.positions[used] - low) / size, compact.reshape(-1, 3).astype(np.int32), uv=uv)
+    across = _cut_at_creases(scaled, crease)
+    own, corners = kept_islands(scaled, across) if keep_uv else _laid_out(scaled, across, progress)
     island = np.full(len(mesh.triangles), -1, np.int32)
     parameters = np.zeros((len(mesh.triangles), 3, 2))
-    chart, corners = _true_to_size(chart, corners, mesh.areas[rows])
-    island[rows], parameters[rows] = chart, corners
+    island[rows], parameters[rows] = own, corners * size
     surface = MeshSurface(mesh, island, parameters)
-    return surface, UnwrapReport(surface.islands, int((wanted & (island < 0)).sum()))
+    return surface, _report(surface, scaled, wanted)
 
 
-def _true_to_size(chart: IntArray, corners: FloatArray, areas: FloatArray) -> tuple[IntArray, FloatArray]:
-    """Turn charts the right way round and give them their areas in space; number them anew."""
-    out = corners[:, :, ::-1].copy()
-    turned = _signed_areas(out)
-    used = chart >= 0
-    count = int(chart.max()) + 1
-    flat = np.bincount(chart[used], turned[used], count)
-    true = np.bincount(chart[used], areas[used], count)
-    good = np.abs(flat) > 0
-    scale = np.sqrt(true / np.where(good, np.abs(flat), 1.0))
-    out *= np.where(used, scale[chart], 1.0)[:, None, None]
-    out[:, :, 1] *= np.where(flat[chart] < 0, -1.0, 1.0)[:, None]
-    number = np.where(good, np.cumsum(good) - 1, -1)
-    return np.where(used, number[chart], -1).astype(np.int32), out
+def _wanted(mesh: TriangleMesh, crease: float | None, chosen: NDArray[np.bool_] | None) -> NDArray[np.bool_]:
+    count = len(mesh.triangles)
+    if crease is not None and not 0 <= crease <= 180:
+        raise InputError(f"crease is {crease!r}; allowed: 0 to 180 degrees")
+    if chosen is None:
+        return np.ones(count, bool)
+    if np.shape(chosen) != (count,) or np.asarray(chosen).dtype != bool:
+        raise InputError(f"chosen has shape {np.shape(chosen)}; allowed: ({count},) of true or false")
+    return np.asarray(chosen)
 
 
-def _signed_areas(corners: FloatArray) -> FloatArray:
-    a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    out: FloatArray = 0.5 * (a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
+def _cut_at_creases(mesh: TriangleMesh, crease: float | None) -> IntArray:
+    across = mesh.neighbours.copy()
+    if crease is not None:
+        bend = (mesh.flat_normals[across // 3] * mesh.flat_normals[:, None]).sum(axis=2)
+        real = (mesh.areas > 0)[:, None] & (mesh.areas > 0)[across // 3]
+        across[real & (bend < np.cos(np.radians(crease)))] = -1
+    return across
+
+
+def _laid_out(mesh: TriangleMesh, across: IntArray, progress: Progress | None) -> tuple[IntArray, FloatArray]:
+    """Lay all pieces flat, divide those that do not lie well until they do, and join what unrolls."""
+    linked, across = across, across.copy()
+    triangles = Triangles(mesh.corners, mesh.areas, mesh.flat_normals, across)
+    label = clusters(across, triangles)
+    across[label[across // 3] != label[:, None]] = -1
+    island, parameters = np.full(len(across), -1, np.int32), np.zeros((len(across), 3, 2))
+    waiting, times = np.ones(len(across), bool), np.zeros(len(across), np.int32)
+    count = 0
+    while waiting.any():
+        pieces = list(pieces_of(across, waiting))
+        waiting[:] = False
+        for piece, flat in zip(pieces, _flattened(mesh, pieces), strict=True):
+            own = piece.triangles
+            if flat is not None and (flat.good or len(own) == 1):
+                island[own], parameters[own] = count, flat.parameters
+                count += 1
+                continue
+            label[own], times[own] = divided(piece, triangles, int(times[own[0]]))
+            across[own] = np.where(label[across[own] // 3] == label[own, None], across[own], -1)
+            waiting[own] = True
+        if progress is not None:
+            progress(_STAGE, len(across) - int(waiting.sum()), len(across))
+    join_islands(mesh, linked, Layout(across, island, parameters))
+    return island, parameters
+
+
+def _flattened(mesh: TriangleMesh, pieces: list[Piece]) -> list[Flat | None]:
+    """Lay pieces flat, side by side; None for those with handles or without a border."""
+    out: list[Flat | None] = [None] * len(pieces)
+
+    def lay(number: int) -> None:
+        own = pieces[number].triangles
+        out[number] = flatten(pieces[number], mesh.corners[own], mesh.areas[own], mesh.flat_normals[own])
+
+    able = [number for number, piece in enumerate(pieces) if piece.handles == 0 and piece.loops > 0]
+    able.sort(key=lambda number: -len(pieces[number].triangles))  # the longest first: threads end together
+    tasks: list[Callable[[], object]] = [partial(lay, number) for number in able]
+    run_tasks(tasks)
     return out
+
+
+def _report(surface: MeshSurface, scaled: TriangleMesh, wanted: NDArray[np.bool_]) -> UnwrapReport:
+    mesh = surface.mesh
+    real = (surface.island >= 0) & (mesh.areas > 0)
+    shares = (0.01, 0.05, 0.5, 0.95, 0.99)
+    areas, corners = mesh.areas[real], surface.parameters[real]
+    density = percentile(signed_areas(corners) / areas, areas, shares)
+    stretch = percentile(stretches(shapes_of(mesh.corners[real]), corners), areas, shares)
+    return UnwrapReport(
+        surface.islands,
+        int((~wanted & (mesh.areas > 0)).sum()),
+        int((wanted & (surface.island < 0)).sum()),
+        tuple(density),
+        tuple(stretch),
+        _notes(scaled),
+    )
+
+
+def _notes(mesh: TriangleMesh) -> list[str]:
+    """Say what is odd about a mesh where seams come of it."""
+    ends = np.sort(np.stack([mesh.triangles, np.roll(mesh.triangles, -1, axis=1)], axis=-1), axis=-1)
+    keys = (ends[..., 0].astype(np.int64) * len(mesh.positions) + ends[..., 1])[mesh.neighbours < 0]
+    _, uses = np.unique(keys, return_counts=True)
+    several, turned = int((uses > 2).sum()), int((uses == 2).sum())
+    notes = []
+    if several:
+        notes.append(f"{several} edges belong to three or more triangles: they are seams")
+    if turned:
+        notes.append(f"at {turned} edges triangles turn different ways: they are seams")
+    return notes

@@ -1,0 +1,99 @@
+"""Which triangles lie on one island: those that face much the same way, with borders at creases."""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from upholster.charts.unwrap._cluster_kernels import cluster, straighten
+from upholster.charts.unwrap.pieces import Piece, halves
+from upholster.types import FloatArray, IntArray
+
+__all__ = ["Triangles", "clusters", "divided"]
+
+
+class _Limit(NamedTuple):
+    variance: float  # of unit normals; a cap of 65 degrees' angle has 0.3
+    cosine: float  # between the mean normals of what is joined
+    tiny: float  # share of the area below which a cluster is joined in any case
+
+
+_LIMITS = (
+    _Limit(0.3, 0.3, 2e-4),
+    _Limit(0.2, 0.2, 2e-3),
+    _Limit(0.1, 0.5, 2e-3),
+    _Limit(0.05, 0.8, 5e-4),
+    _Limit(0.01, 0.97, 0.0),
+)
+"""How like triangles of one cluster must be: at first, and where those clusters could not be laid flat."""
+_SWEEPS = 30
+_LEAST_COST = 0.02
+"""What a border costs at the sharpest crease, of its length."""
+
+
+class Triangles:
+    """What clustering knows of triangles.
+
+    Attributes
+    ----------
+    areas, normals, centres
+        (T,), (T, 3) unit normals, (T, 3).
+    costs
+        (T, 3): what it costs to cut at their edges, in model units: less at creases.
+    """
+
+    def __init__(self, corners: FloatArray, areas: FloatArray, normals: FloatArray, across: IntArray) -> None:
+        self.areas, self.normals = areas, normals
+        self.centres = corners.mean(axis=1)
+        bend = (normals[across // 3] * normals[:, None]).sum(axis=2)
+        lengths = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
+        self.costs = lengths * np.clip(bend, _LEAST_COST, 1.0)
+
+
+def clusters(across: IntArray, triangles: Triangles) -> IntArray:
+    """Return which cluster each triangle belongs to, (T,) int32.
+
+    Parameters
+    ----------
+    across
+        (T, 3) as `TriangleMesh.neighbours`; nothing is joined where it is −1.
+    triangles
+        All of them.
+    """
+    return _clustered(across, triangles, np.arange(len(across)), _LIMITS[0])
+
+
+def divided(piece: Piece, triangles: Triangles, times: int) -> tuple[IntArray, int]:
+    """Divide a piece: into clusters of triangles more like each other, at last into two halves.
+
+    Parameters
+    ----------
+    piece
+        With two triangles or more.
+    triangles
+        All triangles of the mesh.
+    times
+        How often the piece was divided before.
+
+    Returns
+    -------
+    ndarray
+        (N,) int32: labels, of two values or more.
+    int
+        How often its parts were divided now.
+    """
+    for level in range(times + 1, len(_LIMITS)):
+        label = _clustered(piece.across, triangles, piece.triangles, _LIMITS[level])
+        if (label != label[0]).any():
+            return label, level
+    return halves(piece, triangles.centres[piece.triangles]).astype(np.int32), len(_LIMITS)
+
+
+def _clustered(across: IntArray, triangles: Triangles, own: NDArray[np.integer], limit: _Limit) -> IntArray:
+    areas = triangles.areas[own]
+    label = np.empty(len(own), np.int32)
+    facing = triangles.normals[own] * areas[:, None]
+    tiny = limit.tiny * float(areas.sum())
+    cluster(across, facing, areas, limit.variance, limit.cosine, tiny, label)
+    straighten(across, triangles.costs[own], label, _SWEEPS)
+    return label

@@ -1,0 +1,200 @@
+"""One piece of a mesh laid flat, and how well that went."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from upholster.charts.unwrap._flatten_kernels import (
+    crossings,
+    relax,
+    rest_shapes,
+    singular_values,
+    unfold,
+    untangle,
+)
+from upholster.charts.unwrap.pieces import Piece
+from upholster.types import FloatArray, IntArray
+
+__all__ = ["Flat", "flatten", "percentile", "shapes_of", "signed_areas", "stretches"]
+
+_LEAST_HEIGHT = 1e-3
+"""Height over longest edge that a thinner triangle is taken to have, so that it can be computed with."""
+_ROUNDS, _STEPS, _TOLERANCE = 8, 100, 1e-2
+_SWEEPS = 40
+_LEAST_DETERMINANT = 0.05
+"""Areas that shrink below this count as flipped."""
+
+
+_MOST_DENSITY, _MOST_STRETCH = 2.0, 2.0
+_UNROLLED = 1.02
+
+
+class Flat(NamedTuple):
+    """A piece laid flat.
+
+    Attributes
+    ----------
+    parameters
+        (N, 3, 2): of its triangles' corners.
+    flipped
+        How many triangles lie the other way round or have no area.
+    crossings
+        How many pairs of border edges cross.
+    density
+        How its area is spread: 99th percentile of (area laid)/(area in space) over the 1st.
+    stretch
+        99th percentile of the ratio of a triangle's singular values.
+    """
+
+    parameters: FloatArray
+    flipped: int
+    crossings: int
+    density: float
+    stretch: float
+
+    @property
+    def good(self) -> bool:
+        """No triangle is flipped, none lies over another, and it is evenly spread."""
+        whole = self.flipped == 0 and self.crossings == 0
+        return whole and self.density <= _MOST_DENSITY and self.stretch <= _MOST_STRETCH
+
+
+def shapes_of(corners: FloatArray) -> FloatArray:
+    """Lay triangles in the plane one by one, (T, 3): see `rest_shapes`.
+
+    Parameters
+    ----------
+    corners
+        (T, 3, 3): positions.
+    """
+    shapes = np.empty((len(corners), 3))
+    rest_shapes(np.ascontiguousarray(corners), _LEAST_HEIGHT, shapes)
+    return shapes
+
+
+def flatten(
+    piece: Piece, corners: FloatArray, areas: FloatArray, normals: FloatArray, starts: int = 2
+) -> Flat:
+    """Lay a piece flat, as rigidly as possible, its area as in space.
+
+    What can be unrolled is unfolded from its middle. Otherwise it begins with the piece seen along its mean
+    normal; where that does not end well, with the unfolded piece.
+
+    Parameters
+    ----------
+    piece
+        Without handles, with a border.
+    corners, areas, normals
+        (N, 3, 3) positions of its triangles' corners, (N,) areas and (N, 3) unit normals.
+    starts
+        1 does without the last of the three.
+    """
+    shapes = shapes_of(corners)
+    unfolded = _unfolded(piece, corners, areas, shapes)
+    flat = _judged(piece, unfolded, areas, shapes)
+    grown = signed_areas(unfolded[piece.vertex]).sum() / max(float(areas.sum()), 1e-300)
+    if flat.good and max(flat.density, flat.stretch, grown) < _UNROLLED:
+        return flat
+    flat = _laid(piece, _seen(piece, corners, areas, normals), areas, shapes)
+    if flat.good or starts == 1:
+        return flat
+    return min(flat, _laid(piece, unfolded, areas, shapes), key=_badness)
+
+
+def _seen(piece: Piece, corners: FloatArray, areas: FloatArray, normals: FloatArray) -> FloatArray:
+    """Return a piece's vertices as seen along its mean normal, (V, 2)."""
+    facing = (normals * areas[:, None]).sum(axis=0)
+    facing = facing / max(float(np.linalg.norm(facing)), 1e-300)
+    other = np.eye(3)[int(np.argmin(np.abs(facing)))]
+    down = np.cross(other, facing)
+    down = down / max(float(np.linalg.norm(down)), 1e-300)
+    points = np.zeros((piece.vertices, 2))
+    right = np.cross(facing, down)
+    points[piece.vertex] = np.stack([(corners * down).sum(axis=2), (corners * right).sum(axis=2)], axis=2)
+    return points
+
+
+def _unfolded(piece: Piece, corners: FloatArray, areas: FloatArray, shapes: FloatArray) -> FloatArray:
+    points = np.zeros((piece.vertices, 2))
+    centres = corners.mean(axis=1)
+    middle = (centres * areas[:, None]).sum(axis=0) / max(areas.sum(), 1e-300)
+    first = int(np.argmin(((centres - middle) ** 2).sum(axis=1)))
+    unfold(piece.across, shapes, piece.vertex, first, points)
+    return points
+
+
+def _laid(piece: Piece, points: FloatArray, areas: FloatArray, shapes: FloatArray) -> Flat:
+    relax(shapes, piece.vertex, points, _ROUNDS, _STEPS, _TOLERANCE)
+    untangle(shapes, piece.vertex, points, _LEAST_DETERMINANT, _SWEEPS)
+    return _judged(piece, points, areas, shapes)
+
+
+def _badness(flat: Flat) -> tuple[int, int, float]:
+    return flat.flipped, flat.crossings, flat.density
+
+
+def _judged(piece: Piece, points: FloatArray, areas: FloatArray, shapes: FloatArray) -> Flat:
+    turned = signed_areas(points[piece.vertex])
+    scale = np.sqrt(areas.sum() / max(float(turned.sum()), 1e-300))
+    border = piece.border()
+    crossed = int(crossings(points[border], border)) if len(border) else 0
+    real = areas > 0
+    low, high = percentile(turned[real] / areas[real], areas[real], (0.01, 0.99))
+    return Flat(
+        (_turned_upright(points, border) * scale)[piece.vertex],
+        int((turned[real] <= 0).sum()),
+        crossed,
+        high / max(low, 1e-9),
+        percentile(stretches(shapes, points[piece.vertex]), areas, (0.99,))[0],
+    )
+
+
+def _turned_upright(points: FloatArray, border: IntArray) -> FloatArray:
+    """Turn a piece so that its rectangle is small."""
+    edges = points[border[:, 1]] - points[border[:, 0]]
+    longest = edges[np.argsort(-(edges**2).sum(axis=1), kind="stable")[:16]]
+    angles = np.concatenate([np.arctan2(longest[:, 0], longest[:, 1]), np.radians(np.arange(0.0, 90.0, 3.0))])
+    cosine, sine = np.cos(angles), np.sin(angles)
+    s, t = points[border[:, 0], :1], points[border[:, 0], 1:]
+    rows, columns = np.ptp(s * cosine - t * sine, axis=0), np.ptp(t * cosine + s * sine, axis=0)
+    best = int(np.argmin(rows * columns * (1 + 1e-9 * np.arange(len(angles)))))
+    c, d = cosine[best], sine[best]
+    return np.stack([c * points[:, 0] - d * points[:, 1], d * points[:, 0] + c * points[:, 1]], axis=1)
+
+
+def signed_areas(corners: FloatArray) -> FloatArray:
+    """Return areas in parameters, (T,), positive where a triangle turns as in space.
+
+    Parameters
+    ----------
+    corners
+        (T, 3, 2): (s, t).
+    """
+    a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
+    out: FloatArray = 0.5 * (a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0])
+    return out
+
+
+def stretches(shapes: FloatArray, corners: FloatArray) -> FloatArray:
+    """Return the ratio between the longest and the shortest stretch of each triangle, (T,).
+
+    Parameters
+    ----------
+    shapes
+        (T, 3): see `shapes_of`.
+    corners
+        (T, 3, 2): (s, t).
+    """
+    values = np.empty((len(shapes), 2))
+    singular_values(shapes, corners, values)
+    return values[:, 1] / np.maximum(values[:, 0], 1e-9)
+
+
+def percentile(values: FloatArray, weights: FloatArray, shares: tuple[float, ...]) -> list[float]:
+    """Return the values below which these shares of the weight lie; 1 for no values."""
+    if not len(values):
+        return [1.0] * len(shares)
+    order = np.argsort(values, kind="stable")
+    summed = np.cumsum(weights[order])
+    places = np.searchsorted(summed, np.array(shares) * summed[-1])
+    return [float(values[order[min(place, len(order) - 1)]]) for place in places]

@@ -1,0 +1,97 @@
+"""Islands of the texture coordinates that a mesh's file has."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from upholster.charts.unwrap._raster_kernels import coverage
+from upholster.charts.unwrap.flattening import percentile, signed_areas
+from upholster.charts.unwrap.pieces import pieces_of
+from upholster.errors import InputError
+from upholster.geometry.triangle_mesh import TriangleMesh
+from upholster.types import FloatArray, IntArray
+
+__all__ = ["kept_islands"]
+
+_SIDE = 2048
+"""Samples along the longer side, by which overlaps are measured."""
+_MOST_OVERLAP = 0.01
+_MOST_SPREAD = 2.5
+
+
+def kept_islands(mesh: TriangleMesh, across: IntArray) -> tuple[IntArray, FloatArray]:
+    """Return the islands of a mesh's own texture coordinates, each with its area in space.
+
+    Parameters
+    ----------
+    mesh
+        With texture coordinates.
+    across
+        (T, 3) as `TriangleMesh.neighbours`: where it is −1 is a seam in any case.
+
+    Returns
+    -------
+    island
+        (T,) int32.
+    parameters
+        (T, 3, 2).
+
+    Raises
+    ------
+    InputError
+        If there are none, if more than 1 % of what they cover is covered twice, or if the density on an
+        island differs by more than 2.5 between its 1st and 99th percentile, as in triangles turned over.
+    """
+    if mesh.uv is None:
+        raise InputError("the mesh has no texture coordinates to keep; allowed: charts that are made anew")
+    corners = np.ascontiguousarray(mesh.uv[:, :, ::-1])
+    overlap = _overlap(corners)
+    if overlap > _MOST_OVERLAP:
+        raise InputError(
+            f"{overlap:.0%} of the area of the texture coordinates overlaps; allowed: {_MOST_OVERLAP:.0%}, "
+            "or charts that are made anew"
+        )
+    linked = np.where(_goes_on(corners, across), across, -1).astype(np.int32)
+    island, parameters = np.empty(len(across), np.int32), np.empty(corners.shape)
+    for number, piece in enumerate(pieces_of(linked, np.ones(len(across), bool))):
+        own = piece.triangles
+        island[own], parameters[own] = number, _true_to_size(corners[own], mesh.areas[own])
+    return island, parameters
+
+
+def _goes_on(corners: FloatArray, across: IntArray) -> NDArray[np.bool_]:
+    """Return which edges have the same coordinates on either side, (T, 3)."""
+    other, edge = across // 3, across % 3
+    met_first, met_last = corners[other, (edge + 1) % 3], corners[other, edge]
+    same = (met_first == corners) & (met_last == np.roll(corners, -1, axis=1))
+    return np.asarray(same.all(axis=2) & (across >= 0))
+
+
+def _true_to_size(corners: FloatArray, areas: FloatArray) -> FloatArray:
+    """Turn an island the right way round and give it its area in space."""
+    out = corners - corners.min(axis=(0, 1))
+    turned = signed_areas(out)
+    if turned.sum() < 0:
+        out[:, :, 1] *= -1.0
+        turned = -turned
+    real = areas > 0
+    if not real.any():
+        return np.zeros_like(out)
+    low, high = percentile(turned[real] / areas[real], areas[real], (0.01, 0.99))
+    if not (low > 0 and high <= _MOST_SPREAD * low):
+        spread = f"differs by a factor of {high / low:.3g}" if low > 0 else "vanishes or turns over"
+        raise InputError(
+            f"the density of the texture coordinates {spread} on an island of {len(areas)} triangles; "
+            f"allowed: a factor of {_MOST_SPREAD}, or charts that are made anew"
+        )
+    return np.asarray(out * np.sqrt(areas.sum() / turned.sum()))
+
+
+def _overlap(corners: FloatArray) -> float:
+    """Return how much of the area covered is covered before, as samples tell."""
+    low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
+    step = max(float((high - low).max()) / _SIDE, 1e-300)
+    rows, columns = (int(count) + 1 for count in (high - low) / step)
+    times = np.zeros((rows, columns), np.int32)
+    coverage((corners - low) / step, times)
+    covered = int(times.sum())
+    return (covered - int((times > 0).sum())) / covered if covered else 0.0
