@@ -2,7 +2,7 @@
 
 ``codec``, ``profiles``, ``claims``, ``fidelity``, ``seams`` and ``photos`` take a folder of exemplars
 instead of the project's own, the last four the options of their modules:
-``python -m benchmarks fidelity FOLDER -o OUT``.
+``python -m benchmarks fidelity FOLDER -o OUT``. ``unwrap`` takes a folder of meshes.
 """
 
 import sys
@@ -23,6 +23,7 @@ from benchmarks.pixel import pixel
 from benchmarks.profiles import profiles
 from benchmarks.quilt import quilt
 from benchmarks.stream import stream
+from benchmarks.unwrap import unwrapping
 from benchmarks.web import frames, web
 from benchmarks.web_decoder import web_decoder
 
@@ -37,6 +38,7 @@ BENCHMARKS = {
     "codec": codec,
     "profiles": profiles,
     "stream": stream,
+    "unwrap": unwrapping,
     "web": web,
     "frames": frames,
     "decoder": web_decoder,
@@ -46,7 +48,7 @@ BENCHMARKS = {
     "photos": photos_module.photos,
     "first_hours": first_hours_module.first_hours,
 }
-WITH_FOLDER = {"codec": codec, "profiles": profiles}
+WITH_FOLDER = {"codec": codec, "profiles": profiles, "unwrap": unwrapping}
 PROGRAMS = {
     "claims": claims_module.main,
     "fidelity": fidelity_module.main,

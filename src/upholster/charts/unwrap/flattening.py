@@ -19,7 +19,11 @@ __all__ = ["Flat", "flatten", "percentile", "shapes_of", "signed_areas", "stretc
 
 _LEAST_HEIGHT = 1e-3
 """Height over longest edge that a thinner triangle is taken to have, so that it can be computed with."""
-_ROUNDS, _STEPS, _TOLERANCE = 8, 100, 1e-2
+_FIRST_ROUNDS, _ROUNDS, _STEPS, _TOLERANCE = 3, 5, 100, 1e-2
+_HOPELESS = 0.03
+"""Share of flipped triangles after the first rounds that the others do not mend."""
+_MOST_TRIANGLES = 40_000
+"""Pieces that are larger, and cannot be unrolled, take longer than their parts."""
 _SWEEPS = 40
 _LEAST_DETERMINANT = 0.05
 """Areas that shrink below this count as flipped."""
@@ -95,6 +99,8 @@ def flatten(
     grown = signed_areas(unfolded[piece.vertex]).sum() / max(float(areas.sum()), 1e-300)
     if flat.good and max(flat.density, flat.stretch, grown) < _UNROLLED:
         return flat
+    if len(areas) > _MOST_TRIANGLES:
+        return flat._replace(flipped=max(flat.flipped, 1))
     flat = _laid(piece, _seen(piece, corners, areas, normals), areas, shapes)
     if flat.good or starts == 1:
         return flat
@@ -124,6 +130,11 @@ def _unfolded(piece: Piece, corners: FloatArray, areas: FloatArray, shapes: Floa
 
 
 def _laid(piece: Piece, points: FloatArray, areas: FloatArray, shapes: FloatArray) -> Flat:
+    relax(shapes, piece.vertex, points, _FIRST_ROUNDS, _STEPS, _TOLERANCE)
+    values = np.empty((len(areas), 2))
+    singular_values(shapes, points[piece.vertex], values)
+    if (values[:, 0] <= 0).mean() > _HOPELESS:
+        return _judged(piece, points, areas, shapes)
     relax(shapes, piece.vertex, points, _ROUNDS, _STEPS, _TOLERANCE)
     untangle(shapes, piece.vertex, points, _LEAST_DETERMINANT, _SWEEPS)
     return _judged(piece, points, areas, shapes)
