@@ -127,7 +127,7 @@ def mesh_states(mesh: TriangleMesh, uv: FloatArray | None = None) -> list[PartSt
     # Two triangles that run along an edge the same way.
     along = np.bincount(edges.edge[edges.rising], minlength=len(edges.uses))
     turned = (edges.uses == 2) & (along != 1)
-    firsts = np.flatnonzero(np.concatenate([[True], edges.edge[1:] != edges.edge[:-1]]))
+    firsts = np.flatnonzero(np.diff(edges.edge, prepend=-1))
     of_edge = mesh.part[edges.order[firsts] // 3]
     components = _components(mesh, edges)
     holes = _loops(mesh, edges.order[border])
@@ -219,8 +219,7 @@ def _edges_of(mesh: TriangleMesh) -> _Edges:
     real = np.flatnonzero((first != last).reshape(-1))
     order = real[np.argsort(keys[real], kind="stable")]
     ranked = keys[order]
-    new = np.ones(len(order), bool)
-    new[1:] = ranked[1:] != ranked[:-1]
+    new = np.diff(ranked, prepend=-1) != 0
     edge = np.cumsum(new) - 1
     return _Edges(order, edge, np.bincount(edge), (first < last).reshape(-1)[order])
 

@@ -127,8 +127,7 @@ def _matrices(nodes: list[Json], parents: list[int]) -> list[FloatArray]:
         number = waiting.pop()
         done += 1
         for child in children[number]:
-            with np.errstate(over="ignore", invalid="ignore"):  # checked by the mesh
-                out[child] = out[number] @ out[child]
+            out[child] = out[number] @ out[child]
         waiting += children[number]
     if done < len(nodes):
         raise FormatError("nodes form a circle; allowed: trees")

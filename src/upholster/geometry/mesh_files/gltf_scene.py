@@ -154,15 +154,14 @@ def _piece(gltf: Gltf, accessors: Accessors, stand: Stand, number: int, primitiv
     weights = [name.replace("JOINTS", "WEIGHTS") for name in sets]
     if missing := set(weights) - arrays.keys():
         raise FormatError(f"it has joints and no {min(missing)}")
-    with np.errstate(over="ignore", invalid="ignore"):  # checked by the mesh
-        matrices = vertex_matrices(
-            stand, [arrays[name] for name in sets], [arrays[name] for name in weights], len(raw)
-        )
-        positions = np.einsum("vij,vj->vi", np.broadcast_to(matrices, (len(raw), 3, 4))[:, :, :3], raw)
-        positions += matrices[:, :, 3]
-        normals = _floats(arrays, "NORMAL", 3)
-        if normals is not None:
-            normals = _turned_normals(normals, matrices)
+    matrices = vertex_matrices(
+        stand, [arrays[name] for name in sets], [arrays[name] for name in weights], len(raw)
+    )
+    positions = np.einsum("vij,vj->vi", np.broadcast_to(matrices, (len(raw), 3, 4))[:, :, :3], raw)
+    positions += matrices[:, :, 3]
+    normals = _floats(arrays, "NORMAL", 3)
+    if normals is not None:
+        normals = _turned_normals(normals, matrices)
     uv = _floats(arrays, "TEXCOORD_0", 2)
     label, names = _names(gltf, stand)
     material = ""
@@ -248,9 +247,8 @@ def _instance_notes(gltf: Gltf, stand: Stand) -> list[str]:
     """Say what follows from a mesh that is shown several times."""
     label = _names(gltf, stand)[0] or f"mesh {stand.mesh}"
     notes = []
-    with np.errstate(all="ignore"):
-        first = abs(np.linalg.det(stand.matrix[:3, :3])) ** (1 / 3)
-        scales = [abs(np.linalg.det(matrix[:3, :3])) ** (1 / 3) / first for matrix in stand.others]
+    first = abs(np.linalg.det(stand.matrix[:3, :3])) ** (1 / 3)
+    scales = [abs(np.linalg.det(matrix[:3, :3])) ** (1 / 3) / first for matrix in stand.others]
     differing = [scale for scale in scales if not 1 / _SCALES_DIFFER < scale < _SCALES_DIFFER]
     if differing:
         notes.append(

@@ -89,16 +89,15 @@ def decoded_view(gltf: Gltf, entry: Json, extension: Json) -> NDArray[np.uint8]:
 
 def _filtered(data: NDArray[np.uint8], name: str, stride: int) -> NDArray[np.uint8]:
     """Apply a filter to decoded attributes."""
-    with np.errstate(all="ignore"):  # of damaged data: what reads them checks the numbers
-        match name:
-            case "OCTAHEDRAL":
-                return _octahedral(data.view("<i1" if stride == 4 else "<i2").reshape(-1, 4))
-            case "QUATERNION":
-                return _quaternions(data.view("<i2").reshape(-1, 4))
-            case "EXPONENTIAL":
-                packed = data.view("<i4")
-                mantissa = (packed << 8) >> 8
-                data = np.ldexp(mantissa.astype("<f4"), packed >> 24).astype("<f4").view(np.uint8)
+    match name:
+        case "OCTAHEDRAL":
+            return _octahedral(data.view("<i1" if stride == 4 else "<i2").reshape(-1, 4))
+        case "QUATERNION":
+            return _quaternions(data.view("<i2").reshape(-1, 4))
+        case "EXPONENTIAL":
+            packed = data.view("<i4")
+            mantissa = (packed << 8) >> 8
+            data = np.ldexp(mantissa.astype("<f4"), packed >> 24).astype("<f4").view(np.uint8)
     return data
 
 

@@ -41,8 +41,7 @@ def cut_polygons(positions: FloatArray, corners: NDArray[np.int64]) -> NDArray[n
     if sides == 3:
         return out
     points = positions[corners]
-    with np.errstate(over="ignore", invalid="ignore"):  # the mesh refuses what is too large
-        _cut_concave(points, out)
+    _cut_concave(points, out)
     return out
 
 

@@ -84,12 +84,13 @@ def read_model(
     try:
         if not data:
             raise InputError("is empty; allowed: a model")
-        if suffix in (".glb", ".gltf"):
-            raw = read_scene(parse_gltf(data, name))
-        else:
-            raw = _READERS[suffix](data, Path(name).stem)
-        chosen = None if parts is None else chosen_parts(raw.parts, parts)
-        return _model(name, raw, chosen, raw.metres if unit is None else UNITS[unit], up or raw.up)
+        with np.errstate(all="ignore"):  # numbers beyond all bounds are refused by the mesh
+            if suffix in (".glb", ".gltf"):
+                raw = read_scene(parse_gltf(data, name))
+            else:
+                raw = _READERS[suffix](data, Path(name).stem)
+            chosen = None if parts is None else chosen_parts(raw.parts, parts)
+            return _model(name, raw, chosen, raw.metres if unit is None else UNITS[unit], up or raw.up)
     except (FormatError, InputError) as error:
         raise type(error)(f"{name}: {error}") from None
 
@@ -147,9 +148,8 @@ def _upright(vectors: FloatArray, up: str) -> FloatArray:
 def _unit_normals(normals: FloatArray, mesh: TriangleMesh) -> FloatArray:
     """Return normals of length 1; where there is none, the triangle's own."""
     largest = np.abs(normals).max(axis=2, keepdims=True)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        scaled = normals / largest  # so that squares stay in range
-        unit: FloatArray = scaled / np.linalg.norm(scaled, axis=2, keepdims=True)
+    scaled = normals / largest  # so that squares stay in range
+    unit: FloatArray = scaled / np.linalg.norm(scaled, axis=2, keepdims=True)
     bad = ~np.isfinite(unit).all(axis=2)
     unit[bad] = np.repeat(mesh.flat_normals[:, None], 3, axis=1)[bad]
     return unit
