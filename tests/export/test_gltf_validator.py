@@ -10,11 +10,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from gltf_models import rigged
 from textured import make_model
 
 from upholster.charts.seams import find_seams
-from upholster.export import write_glb
+from upholster.export import Cover, write_glb, write_retextured_glb
 from upholster.geometry import Surface, ring_cyclide
+from upholster.geometry.mesh_files import read_model
 from upholster.model import build_atlas, tessellate, vertex_tangents
 
 PACKAGE = Path(__file__).parents[2] / "web" / "node_modules" / "gltf-validator"
@@ -45,6 +47,31 @@ def validate() -> Any:
         return json.loads(done.stdout)
 
     return run
+
+
+def test_retextured_files_are_valid(tmp_path: Path, validate: Any) -> None:
+    """Split or not, of one page or several, whole or in part: nothing but hints at what the source has not."""
+    model = read_model(rigged(tmp_path))
+    count = len(model.mesh.triangles)
+    apart = np.random.default_rng(1).random((count, 3, 2))
+    together = (model.mesh.corners - model.mesh.box[0])[..., :2]
+    flat = np.full((8, 8, 3), 128, np.uint8)
+    part = np.arange(4)
+    covers = [
+        Cover(apart, flat),
+        Cover(together, flat, maps={"normal": flat, "roughness": flat[..., :1], "ao": flat[..., :1]}),
+        Cover(apart, [flat, flat], page=np.arange(count) % 2),
+        Cover(apart[part], flat, part),
+    ]
+    files = [tmp_path / f"{number}.glb" for number in range(len(covers))]
+    for file, cover in zip(files, covers, strict=True):
+        write_retextured_glb(file, model, [cover], texture="webp" if file == files[2] else "png")
+    for issues in validate(files):
+        assert (issues["numErrors"], issues["numWarnings"]) == (0, 0), issues
+        assert {found["code"] for found in issues["messages"]} <= {
+            "UNUSED_OBJECT",
+            "BUFFER_VIEW_TARGET_MISSING",
+        }
 
 
 def test_no_errors_and_no_warnings(tmp_path: Path, validate: Any) -> None:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from gltf_models import BOX, BOX_TRIANGLES, Glb
+from gltf_models import BOX, BOX_TRIANGLES, OLD_IMAGE, Glb, rigged
 
 from upholster.errors import InputError
 from upholster.export import Cover, write_retextured_glb
@@ -48,45 +48,6 @@ class Opened:
         return self.json["meshes"][mesh]["primitives"]
 
 
-def rigged(tmp_path: Path, **more: Any) -> Path:
-    """Write a box that bends: two joints, an animation, a morph target, colours, a camera, extras."""
-    glb = Glb(materials=[{"name": "Old", "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}])
-    glb.json["textures"] = [{"source": 0}]
-    glb.json["images"] = [
-        {"name": "old", "mimeType": "image/png", "bufferView": glb.view(b"\x89PNG old image")}
-    ]
-    top = BOX[:, 1]
-    weights = np.stack([1 - top, top, 0 * top, 0 * top], axis=1).astype(np.float32)
-    primitive = glb.box(
-        JOINTS_0=glb.accessor(np.tile(np.array([0, 1, 0, 0], np.uint8), (8, 1))),
-        WEIGHTS_0=glb.accessor(weights),
-        COLOR_0=glb.accessor(np.full((8, 4), 200, np.uint8), normalized=True),
-        TEXCOORD_0=glb.accessor(BOX[:, :2].copy()),
-        TEXCOORD_1=glb.accessor((BOX[:, 1:] * 65535).astype(np.uint16), normalized=True),
-        NORMAL=glb.accessor((BOX - 0.5) / np.float32(0.75**0.5)),
-    )
-    primitive["material"] = 0
-    primitive["targets"] = [{"POSITION": glb.accessor(BOX * 0.25, min=[0, 0, 0], max=[0.25] * 3)}]
-    mesh = glb.mesh("bent", primitive, weights=[0.0], extras={"targetNames": ["fat"]})
-    inverse = np.stack([np.eye(4, dtype=np.float32).ravel()] * 2)
-    glb.json["skins"] = [{"joints": [1, 2], "inverseBindMatrices": glb.accessor(inverse)}]
-    glb.node(name="Body", mesh=mesh, skin=0, extras={"note": "kept"})
-    glb.node(name="Hip", children=[2])
-    glb.node(root=False, name="Chest")
-    glb.node(name="Eye", camera=0)
-    glb.json["cameras"] = [{"type": "perspective", "perspective": {"yfov": 1, "znear": 0.1}}]
-    times, turns = np.array([0, 1], np.float32), np.array([(0, 0, 0, 1), (0, 0, 1, 0)], np.float32)
-    glb.json["animations"] = [
-        {
-            "name": "bow",
-            "samplers": [{"input": glb.accessor(times, min=[0], max=[1]), "output": glb.accessor(turns)}],
-            "channels": [{"sampler": 0, "target": {"node": 2, "path": "rotation"}}],
-        }
-    ]
-    glb.json |= more
-    return glb.write(tmp_path / "rigged.glb")
-
-
 def test_a_rigged_model_keeps_rig_animation_and_morph_targets(tmp_path: Path) -> None:
     source = rigged(tmp_path)
     model = read_model(source)
@@ -118,7 +79,7 @@ def test_a_rigged_model_keeps_rig_animation_and_morph_targets(tmp_path: Path) ->
     np.testing.assert_allclose(again.uv, each_apart(model), atol=1e-7)
     # The old material and its image have gone.
     assert [each["name"] for each in new.json["materials"]] == ["rigged"]
-    assert b"old image" not in (tmp_path / "out.glb").read_bytes()
+    assert OLD_IMAGE not in (tmp_path / "out.glb").read_bytes()
 
 
 def test_nothing_is_split_where_coordinates_agree(tmp_path: Path) -> None:
@@ -205,11 +166,11 @@ def test_a_gltf_file_takes_its_images_along(tmp_path: Path) -> None:
     document["images"][0] = {"uri": "old%20image.png"}
     document["materials"].append(document["materials"][0] | {"name": "Unused"})
     (tmp_path / "rigged.bin").write_bytes(source.read_bytes()[28 + length :])
-    (tmp_path / "old image.png").write_bytes(b"\x89PNG old image")
+    (tmp_path / "old image.png").write_bytes(OLD_IMAGE)
     (tmp_path / "rigged.gltf").write_text(json.dumps(document))
     model = read_model(tmp_path / "rigged.gltf")
     assert {path.name for path in model.inputs} == {"rigged.gltf", "rigged.bin", "old image.png"}
     write_retextured_glb(tmp_path / "out.glb", model, [Cover(projected(model), CHECKER)])
     new = Opened(tmp_path / "out.glb")
-    assert b"old image" in (tmp_path / "out.glb").read_bytes()  # of the material that was unused before
+    assert OLD_IMAGE in (tmp_path / "out.glb").read_bytes()  # of the material that was unused before
     assert not [key for each in (*new.json["images"], *new.json["buffers"]) for key in each if key == "uri"]

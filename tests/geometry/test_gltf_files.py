@@ -1,12 +1,17 @@
 """GLB and glTF files: each way of writing a cube gives a cube."""
 
+import base64
+import json
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
-from gltf_models import BOX, BOX_TRIANGLES, Glb
+from gltf_models import BOX, BOX_FACES, BOX_TRIANGLES, Glb
 
-from upholster.errors import InputError
+from upholster.errors import FormatError, InputError
+from upholster.export import Cover, write_retextured_glb
 from upholster.geometry import TriangleMesh
 from upholster.geometry.mesh_files import read_model
 
@@ -62,3 +67,236 @@ def test_vertices_are_those_of_the_primitive(tmp_path: Path) -> None:
     (part,) = model.gltf_parts
     x, y, z = np.moveaxis(loose[part.vertices].astype(float), 2, 0)
     np.testing.assert_array_equal(model.mesh.corners, np.stack([x, -z, y], axis=-1))
+
+
+def with_positions(glb: Glb, **more: Any) -> dict[str, Any]:
+    return {"attributes": {"POSITION": glb.accessor(BOX, min=[0, 0, 0], max=[1, 1, 1])}, **more}
+
+
+def plain(glb: Glb) -> dict[str, Any]:
+    return glb.box()
+
+
+def strip(glb: Glb) -> dict[str, Any]:
+    """All faces as one strip, with triangles of no area between them."""
+    row: list[int] = []
+    for a, b, c, d in BOX_FACES.tolist():
+        row += [*([row[-1], a] if row else []), a, b, d, c]
+        row += [c] * (len(row) % 2)
+    return with_positions(glb, mode=5, indices=glb.accessor(np.array(row, np.uint8)))
+
+
+def interleaved(glb: Glb) -> dict[str, Any]:
+    rows = np.zeros(8, [("normal", "<f4", 3), ("position", "<f4", 3), ("more", "<u2", 2)])
+    rows["position"] = BOX
+    view = glb.view(rows.tobytes(), byteStride=28)
+    number = glb.add(
+        "accessors",
+        {"bufferView": view, "byteOffset": 12, "componentType": 5126, "count": 8, "type": "VEC3"},
+    )
+    return {"attributes": {"POSITION": number}, "indices": glb.accessor(BOX_TRIANGLES.astype("<u4").ravel())}
+
+
+def sparse(glb: Glb) -> dict[str, Any]:
+    """Positions of which only those are written that are not 0."""
+    where = np.flatnonzero(BOX.any(axis=1)).astype(np.uint8)
+    entry = {
+        "componentType": 5126,
+        "count": 8,
+        "type": "VEC3",
+        "sparse": {
+            "count": len(where),
+            "indices": {"bufferView": glb.view(where.tobytes()), "componentType": 5121},
+            "values": {"bufferView": glb.view(BOX[where].tobytes())},
+        },
+    }
+    number = glb.add("accessors", entry)
+    return {"attributes": {"POSITION": number}, "indices": glb.accessor(BOX_TRIANGLES.astype("<u1").ravel())}
+
+
+def quantised(glb: Glb) -> dict[str, Any]:
+    glb.json["extensionsRequired"] = glb.json["extensionsUsed"] = ["KHR_mesh_quantization"]
+    padded = np.zeros((8, 4), "<i2")
+    padded[:, :3] = BOX * 32767
+    view = glb.view(padded.tobytes(), byteStride=8)
+    entry = {"bufferView": view, "componentType": 5122, "count": 8, "type": "VEC3", "normalized": True}
+    return {
+        "attributes": {"POSITION": glb.add("accessors", entry)},
+        "indices": glb.accessor(BOX_TRIANGLES.astype("<u2").ravel()),
+    }
+
+
+def draco(glb: Glb) -> dict[str, Any]:
+    coder = pytest.importorskip("DracoPy")
+    data = coder.encode(BOX.astype(np.float64), BOX_TRIANGLES, preserve_order=True, quantization_bits=12)
+    glb.json["extensionsRequired"] = glb.json["extensionsUsed"] = ["KHR_draco_mesh_compression"]
+    extension = {"bufferView": glb.view(data), "attributes": {"POSITION": 0}}
+    return {
+        "attributes": {"POSITION": glb.add("accessors", {"componentType": 5126, "count": 8, "type": "VEC3"})},
+        "indices": glb.add("accessors", {"componentType": 5123, "count": 36, "type": "SCALAR"}),
+        "extensions": {"KHR_draco_mesh_compression": extension},
+    }
+
+
+WAYS = [plain, interleaved, sparse, quantised, draco]
+
+
+@pytest.mark.parametrize("way", WAYS, ids=lambda way: way.__name__)
+def test_each_way_of_writing_a_cube_gives_one(tmp_path: Path, way: Callable[[Glb], dict[str, Any]]) -> None:
+    glb = Glb()
+    glb.node(mesh=glb.mesh("cube", way(glb)))
+    model = read_model(glb.write(tmp_path / "cube.glb"))
+    is_closed_cube(model.mesh)
+    # And it is written again with all its numbers.
+    count = len(model.mesh.triangles)
+    cover = Cover(np.random.default_rng(1).random((count, 3, 2)), np.zeros((4, 4, 3), np.uint8))
+    write_retextured_glb(tmp_path / "again.glb", model, [cover])
+    again = read_model(tmp_path / "again.glb")
+    np.testing.assert_array_equal(again.mesh.corners, model.mesh.corners)
+    assert "KHR_draco_mesh_compression" not in (again.gltf.json if again.gltf else {}).get(
+        "extensionsUsed", []
+    )
+
+
+def test_strips_and_fans_are_triangles(tmp_path: Path) -> None:
+    glb = Glb()
+    glb.node(mesh=glb.mesh("cube", strip(glb)))
+    mesh = read_model(glb.write(tmp_path / "cube.glb")).mesh
+    whole = mesh.areas > 0
+    is_closed_cube(TriangleMesh(mesh.positions, mesh.triangles[whole]))
+    glb = Glb()
+    fan = with_positions(glb, mode=6, indices=glb.accessor(np.array([0, 1, 3, 2], np.uint8)))
+    glb.node(mesh=glb.mesh("square", fan))
+    assert read_model(glb.write(tmp_path / "fan.glb")).mesh.areas.sum() == 1
+
+
+def test_buffers_may_be_files_or_data(tmp_path: Path) -> None:
+    glb = Glb()
+    glb.node(mesh=glb.mesh("cube", glb.box()))
+    (tmp_path / "my cube.bin").write_bytes(glb.binary)
+    data = "data:application/octet-stream;base64," + base64.b64encode(glb.binary).decode()
+    for uri in ("my%20cube.bin", data):
+        document = glb.json | {"buffers": [{"byteLength": len(glb.binary), "uri": uri}]}
+        (tmp_path / "cube.gltf").write_text(json.dumps(document))
+        is_closed_cube(read_model(tmp_path / "cube.gltf").mesh)
+
+
+def test_instances_are_read_once_and_sizes_told(tmp_path: Path) -> None:
+    glb = Glb()
+    mesh = glb.mesh("cube", glb.box())
+    inner = glb.node(root=False, name="Inner", mesh=mesh, translation=[1, 0, 0])
+    glb.node(name="Outer", scale=[3, 3, 3], children=[inner])
+    glb.node(name="Other", mesh=mesh)
+    model = read_model(glb.write(tmp_path / "cubes.glb"))
+    is_closed_cube(model.mesh, 3)
+    np.testing.assert_allclose(model.mesh.box, [(3, -3, 0), (6, 0, 3)])
+    assert model.parts[0].instances == 2
+    assert "0.333" in model.notes[0]
+
+
+def test_a_skin_stands_as_its_joints_pose_it(tmp_path: Path) -> None:
+    glb = Glb()
+    joints = glb.accessor(np.tile(np.array([1, 0, 0, 0], np.uint16), (8, 1)))
+    weights = glb.accessor(np.tile(np.array([255, 0, 0, 0], np.uint8), (8, 1)), normalized=True)
+    mesh = glb.mesh("cube", glb.box(JOINTS_0=joints, WEIGHTS_0=weights))
+    inverse = np.eye(4, dtype=np.float32)
+    inverse[:3, 3] = -5
+    glb.json["skins"] = [
+        {"joints": [1, 2], "inverseBindMatrices": glb.accessor(np.stack([inverse.T.ravel()] * 2))}
+    ]
+    glb.node(mesh=mesh, skin=0, translation=[99, 0, 0])  # which does not count
+    glb.node(name="a")
+    glb.node(name="b", translation=[5, 5, 7], scale=[2, 2, 2])
+    mesh_read = read_model(glb.write(tmp_path / "skin.glb")).mesh
+    is_closed_cube(mesh_read, 2)
+    np.testing.assert_allclose(mesh_read.box[0], (-5, 1, -5))  # 2·(0 − 5) + (5, 5, 7), z up
+
+
+def refused(tmp_path: Path, glb: Glb, said: str) -> None:
+    with pytest.raises((FormatError, InputError), match=said) as caught:
+        read_model(glb.write(tmp_path / "wrong.glb"))
+    assert "\n" not in str(caught.value)
+    assert len(str(caught.value)) < 600
+
+
+@pytest.mark.parametrize(
+    ("kind", "number", "change", "said"),
+    [
+        ("nodes", 0, {"children": [0]}, "circle"),
+        ("nodes", 0, {"children": [7]}, "node 0 has a child 7"),
+        ("nodes", 0, {"scale": [1, 1]}, "scale is not 3 finite numbers"),
+        ("nodes", 0, {"translation": [1e30, 0, 0]}, "beyond"),
+        ("nodes", 0, {"mesh": 4}, "meshe? 4 is not there"),
+        ("nodes", 0, {"skin": 0}, "skin 0 is not there"),
+        ("accessors", 0, {"count": 10**9}, "count is 1000000000"),
+        ("accessors", 0, {"count": 9}, "do not fit buffer view"),
+        ("accessors", 0, {"byteOffset": -4}, "byteOffset is -4"),
+        ("accessors", 0, {"type": "VEC2"}, "positions are not of three numbers"),
+        ("accessors", 0, {"componentType": 5130}, "componentType 5130"),
+        ("accessors", 1, {"componentType": 5126, "count": 18}, "another type than whole numbers"),
+        ("accessors", 1, {"bufferView": 9}, "bufferView 9 is not there"),
+        ("bufferViews", 0, {"byteLength": 10**6}, "a view of bytes"),
+        ("bufferViews", 0, {"buffer": 3}, "buffer 3 is not there"),
+        ("meshes", 0, {"primitives": {}}, "no primitives"),
+        ("meshes", 0, {"primitives": [{"mode": 0}]}, "shows no triangles"),
+        ("scenes", 0, {"nodes": [5]}, "nodes that are not there"),
+    ],
+)
+def test_wrong_documents_are_refused(
+    tmp_path: Path, kind: str, number: int, change: dict[str, Any], said: str
+) -> None:
+    glb = Glb()
+    glb.node(mesh=glb.mesh("cube", glb.box()))
+    glb.json[kind][number] |= change
+    refused(tmp_path, glb, said)
+
+
+def test_other_versions_extensions_and_places_are_refused(tmp_path: Path) -> None:
+    for change, said in (
+        ({"asset": {"version": "1.0"}}, "version is '1.0'"),
+        ({"extensionsRequired": ["ACME_mesh_squeeze"]}, "ACME_mesh_squeeze"),
+        ({"nodes": 5}, "nodes is no list"),
+    ):
+        glb = Glb()
+        glb.node(mesh=glb.mesh("cube", glb.box()))
+        glb.json |= change
+        refused(tmp_path, glb, said)
+    for uri in ("/etc/passwd", "https://example.com/a.bin", "none.bin", "data:text/plain,no"):
+        glb.json = Glb().json | {"buffers": [{"byteLength": 4, "uri": uri}]}
+        glb.json["bufferViews"] = [{"buffer": 0, "byteLength": 4}]
+        glb.json["accessors"] = [{"bufferView": 0, "componentType": 5126, "count": 1, "type": "VEC3"}]
+        glb.node(mesh=glb.mesh("cube", {"attributes": {"POSITION": 0}}))
+        (tmp_path / "wrong.gltf").write_text(json.dumps(glb.json))
+        with pytest.raises((FormatError, InputError)):
+            read_model(tmp_path / "wrong.gltf")
+
+
+def test_a_mesh_that_is_listed_a_thousand_times_is_no_bomb(tmp_path: Path) -> None:
+    glb = Glb()
+    big = glb.accessor(np.zeros((200_000, 3), np.float32))
+    glb.node(mesh=glb.mesh("many", *[{"attributes": {"POSITION": big}}] * 1000))
+    refused(tmp_path, glb, "it has more than")
+
+
+@pytest.mark.parametrize("number", range(4))
+def test_mutants_end_in_one_line_or_a_mesh(tmp_path: Path, number: int) -> None:
+    """Whatever byte is changed: a model, or one of the two errors; and what was read is written."""
+    rng = np.random.default_rng(number)
+    glb = Glb()
+    glb.node(mesh=glb.mesh("cube", WAYS[number](glb)), scale=[2, 1, 1])
+    data = glb.bytes()
+    said = []
+    for _ in range(100):
+        wrong = bytearray(data)
+        for at in rng.integers(0, len(data), rng.integers(1, 4)):
+            wrong[at] = rng.integers(256) if rng.random() < 0.5 else ord(rng.choice(list('0189-[]{}",e')))
+        (tmp_path / "wrong.glb").write_bytes(wrong)
+        try:
+            model = read_model(tmp_path / "wrong.glb")
+            uv = np.zeros((len(model.mesh.triangles), 3, 2))
+            write_retextured_glb(tmp_path / "out.glb", model, [Cover(uv, np.zeros((4, 4, 3), np.uint8))])
+            read_model(tmp_path / "out.glb")
+        except (FormatError, InputError) as error:
+            said.append(str(error))
+    assert not [text for text in said if "\n" in text]
+    assert 10 < len(said) < 100
