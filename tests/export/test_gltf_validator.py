@@ -50,7 +50,7 @@ def validate() -> Any:
 
 
 def test_retextured_files_are_valid(tmp_path: Path, validate: Any) -> None:
-    """Split or not, of one page or several, whole or in part: nothing but hints at what the source has not."""
+    """Split or not, of one page or several, whole or in part: only hints at what the source lacks."""
     model = read_model(rigged(tmp_path))
     count = len(model.mesh.triangles)
     apart = np.random.default_rng(1).random((count, 3, 2))

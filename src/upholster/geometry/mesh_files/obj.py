@@ -193,7 +193,7 @@ def _read_faces(lines: _Lines, totals: _Counts) -> tuple[list[Faces], list[NDArr
         if sides < 3:
             continue  # a point or a line
         form, uneven = divmod(line.count(b"/"), sides)
-        if uneven:
+        if uneven:  # what is written in several ways in one face
             line, form = _evened(line), 2
         at, texts = buckets.setdefault((sides, form), ([], []))
         at.append(number)
@@ -227,15 +227,11 @@ def _read_faces(lines: _Lines, totals: _Counts) -> tuple[list[Faces], list[NDArr
 
 def _numbers(texts: list[bytes], sides: int, form: int) -> NDArray[np.int64]:
     """Return the numbers of faces (P, n, 1 to 3), 0 where one is missing."""
-    joined = b" \n".join(texts)
-    if form == 1:  # a/b, or a/
-        joined = joined.replace(b"/ ", b"/0 ")
-        joined = joined + b"0" if joined.endswith(b"/") else joined
-    elif form == 2:
-        joined = joined.replace(b"//", b"/0/").replace(b"/ ", b"/0 ")
-        joined = joined + b"0" if joined.endswith(b"/") else joined
-    elif form > 2:
-        raise FormatError(f"a corner of a face is {texts[0].split()[0][:20].decode('ascii', 'replace')!r}")
+    joined = b" \n".join([*texts, b""])
+    marks = joined.translate(None, b"0123456789+-").split()
+    if form > 2 or (set(marks), len(marks)) != (({b"/" * form}, len(texts) * sides) if form else (set(), 0)):
+        joined, form = b" \n".join([*map(_evened, texts), b""]), 2
+    joined = joined.replace(b"//", b"/0/").replace(b"/ ", b"/0 ")
     values = numbers_of(joined.replace(b"/", b" "), "corners of faces")
     if len(values) != len(texts) * sides * (form + 1) or (np.abs(values) >= 1 << 31).any():
         raise FormatError("corners of faces are written in no known way; allowed: v, v/vt, v//vn, v/vt/vn")
