@@ -52,6 +52,7 @@ USES = {
     "refine material": "refine quilt-material.uph -o m.glb -o p.png",
     "levels": "levels quilt.uph -o levels.png",
     "info": "info quilt.uph",
+    "info model": "info m.glb",
     "measure": "measure quilt.uph",
     "prepare": f"prepare {BRICKS} -o sample.png --rectify 9,12 240,20 250,251 5,240",
     "encode": f"encode {BRICKS} -o photo.ezw --bytes 20k",
