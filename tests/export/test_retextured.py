@@ -143,6 +143,35 @@ def test_tangents_run_along_u_also_where_a_node_is_mirrored(tmp_path: Path) -> N
         world = (tangent[:, :3] * scale)[corners][..., [0, 2, 1]] * (1, -1, 1)
         np.testing.assert_allclose(world, right[:, None].repeat(3, axis=1), atol=1e-6)
         np.testing.assert_array_equal(tangent[:, 3], 1)
+        np.testing.assert_array_equal(read_model(tmp_path / "out.glb").mesh.corners, mesh.corners)
+
+
+def test_views_that_overlap_keep_their_bytes(tmp_path: Path) -> None:
+    """Some writers let several buffer views share bytes; and none has to begin where another ends."""
+    glb = Glb()
+    colour, place = glb.view(bytes(range(100, 120))), glb.view(BOX.tobytes())
+    whole = glb.add("bufferViews", {"buffer": 0, "byteOffset": 4, "byteLength": 100})
+    end = glb.add("bufferViews", {"buffer": 0, "byteOffset": 24, "byteLength": 92})
+    boxes = [
+        glb.add(
+            "accessors",
+            {"bufferView": view, "byteOffset": at, "componentType": 5126, "count": n, "type": "VEC3"},
+        )
+        for view, at, n in ((place, 0, 8), (whole, 16, 7), (end, 8, 7))
+    ]
+    without_last = BOX_TRIANGLES[BOX_TRIANGLES.max(axis=1) < 7]
+    index = glb.accessor(without_last.astype(np.uint16).ravel())
+    for number in boxes:
+        glb.node(mesh=glb.mesh("box", {"attributes": {"POSITION": number}, "indices": index}))
+    glb.json["images"] = [{"bufferView": colour, "mimeType": "image/png"}]
+    source = glb.write(tmp_path / "shared.glb")
+    model = read_model(source)
+    write_retextured_glb(tmp_path / "out.glb", model, [Cover(projected(model), CHECKER)])
+    np.testing.assert_array_equal(read_model(tmp_path / "out.glb").mesh.corners, model.mesh.corners)
+    new = Opened(tmp_path / "out.glb")
+    assert bytes(new.gltf.view_of(new.json["bufferViews"][new.json["images"][0]["bufferView"]])) == bytes(
+        range(100, 120)
+    )
 
 
 def test_covers_that_do_not_fit_are_refused(tmp_path: Path) -> None:

@@ -146,6 +146,7 @@ def test_obj_has_parts_coordinates_and_normals(tmp_path: Path) -> None:
     np.testing.assert_array_equal(model.mesh.normals[0], [(0, 0, 1)] * 3)
     assert read_model(tmp_path / "chair.obj", parts=["cushion"]).mesh.parts == model.mesh.parts[:2]
     assert read_model(tmp_path / "chair.obj", parts=["oak"]).mesh.parts == model.mesh.parts[1:]
+    np.testing.assert_array_equal(model.mesh.corners[1], [(0, 0, 0), (1, 1, 0), (0, 1, 0)])  # by -4 -2 -1
     (seat,) = read_model(tmp_path / "chair.obj", parts=["*Leather"]).mesh.triangles.tolist()
     assert seat == [0, 1, 2]
 
@@ -207,6 +208,14 @@ def test_concave_polygons_are_cut_into_what_they_cover(seed: int, corners: int) 
     assert (areas >= -1e-12).all()
     assert areas.sum() == pytest.approx((x * np.roll(y, -1) - y * np.roll(x, -1)).sum() / 2)
     assert sorted(np.unique(cut)) == list(range(corners))
+
+
+@pytest.mark.parametrize("turn", range(4))
+def test_a_dart_is_cut_at_its_dent(turn: int) -> None:
+    points = np.roll([(0.0, 0, 0), (2, -1, 0), (1, 0, 0), (2, 1, 0)], turn, axis=0)
+    (cut,) = cut_polygons(points, np.arange(4)[None])
+    a, b, c = points[cut].transpose(1, 0, 2)
+    np.testing.assert_allclose(np.cross(b - a, c - a)[:, 2], 1)
 
 
 def test_polygons_without_area_or_that_cross_themselves_end(tmp_path: Path) -> None:
