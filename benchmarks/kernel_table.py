@@ -46,6 +46,7 @@ USES = {
     )
     if (method.split()[0], kind) != ("pixel", "stream")  # it has none
 } | {
+    "displaced": f"cover {MATERIAL} {CURVED} --displace 0.1 -o m.stl",
     "refine model": "refine quilt.uph -o m.glb",
     "refine picture": "refine quilt.uph -o p.png",
     "refine paper": "refine paper.uph -o m.glb -o p.png",

@@ -128,7 +128,7 @@ BAD = {
     "size not numbers": (["brick.png", "--on", "torus", "-o", "a.png", "--size", "big"], "size"),
     "view": (["brick.png", "--on", "torus", "-o", "a.png", "--view", "0,inf"], "view"),
     "crop": (["brick.png", "--on", "torus", "-o", "a.png", "--crop", "60,60,32,32"], "crop"),
-    "suffix": (["brick.png", "--on", "torus", "-o", "a.stl"], ".stl"),
+    "suffix": (["brick.png", "--on", "torus", "-o", "a.step"], ".step"),
     "no folder": (["brick.png", "--on", "torus", "-o", "nowhere/a.glb"], "nowhere"),
     "a folder": (["brick.png", "--on", "torus", "-o", "folder.glb"], "folder.glb"),
     "twice": (["brick.png", "--on", "torus", "-o", "a.glb", "-o", "a.glb"], "twice"),

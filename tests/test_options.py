@@ -53,7 +53,7 @@ def test_commands_spell_out_the_fields(command, panels):
 
 def test_defaults_of_commands_are_those_of_the_fields():
     parameters = inspect.signature(cover).parameters
-    texts = {"size": "1024x768", "view": "30,30"}
+    texts = {"size": "1024x768", "view": "30,30", "triangles": "500000"}
     for kind in KINDS:
         for entry in fields(kind):
             assert parameters[entry.name].default == texts.get(entry.name, entry.default)

@@ -8,6 +8,7 @@ from dataclasses import Field, dataclass, field, fields, replace
 from numbers import Integral, Real
 from typing import Any, Literal, TypeVar, get_args, get_origin
 
+from upholster.conditions import read_conditions
 from upholster.errors import InputError, nearest
 from upholster.lengths import read_length
 from upholster.shown import on_a_line
@@ -25,6 +26,7 @@ __all__ = [
 
 METHODS = ("quilt", "paper", "pixel")
 SEARCHES = ("coherent", "full")
+DISPLACED_BY = ("height", "luminance")
 
 TextureFormat = Literal["png", "jpeg", "webp"]
 
@@ -589,6 +591,44 @@ class WriteOptions:
         metadata=_about(_OUTPUT, "Azimuth and elevation of a picture in degrees.", metavar="AZ,EL"),
     )
     supersample: int = field(default=2, metadata=_about(_OUTPUT, "Rays per pixel each way, 1 to 8."))
+    displace: str | float | None = field(
+        default=None,
+        metadata=_about(
+            _OUTPUT,
+            "In .stl, .3mf, .obj and .ply move the surface outward by the height map, so far where the "
+            "height is 1: `0.6mm`, or a number of model units; below 0 inward.",
+            metavar="LENGTH",
+        ),
+    )
+    displace_by: str = field(
+        default="height",
+        metadata=_about(
+            _OUTPUT,
+            "What moves it: the height map, or luminance, where the sample has none.",
+            metavar="height|luminance",
+        ),
+    )
+    mid_level: float = field(
+        default=0.0,
+        metadata=_about(_OUTPUT, "The height that stays where it is, 0 to 1; lower ones move the other way."),
+    )
+    keep: str | None = field(
+        default=None,
+        metadata=_about(
+            _OUTPUT,
+            "Where nothing moves, as a base that stays flat: `z<0.1mm`, `x>=0 and z<2`.",
+            metavar="CONDITIONS",
+        ),
+    )
+    triangles: int = field(
+        default=500_000,
+        metadata=_about(
+            _OUTPUT,
+            "Triangles of the displaced mesh at most, 1000 to 8,000,000: `2M`. There are fewer where that "
+            "shows the height map.",
+            metavar="N",
+        ),
+    )
     wavelet: str | None = field(
         default=None,
         metadata=_about(
@@ -653,3 +693,21 @@ class WriteOptions:
             raise InputError(f"bytes is {self.stream_bytes}; allowed: at least 256")
         if not 1 <= self.supersample <= 8:
             raise InputError(f"supersample is {self.supersample}; allowed: 1 to 8")
+        self._check_displacement()
+
+    def _check_displacement(self) -> None:
+        if self.displace is None:
+            for name in ("displace_by", "mid_level", "keep", "triangles"):
+                if name in _chosen(self):
+                    raise InputError(f"{name} is given without displace; allowed: with it")
+            return
+        if read_length(self.displace, name="displace").number == 0:
+            raise InputError(f"displace is {self.displace!r}; allowed: above 0, or below to move inward")
+        if self.displace_by not in DISPLACED_BY:
+            raise InputError(f"displace_by is {self.displace_by!r}; allowed: {', '.join(DISPLACED_BY)}")
+        if not 0 <= self.mid_level <= 1:
+            raise InputError(f"mid_level is {self.mid_level:g}; allowed: 0 to 1")
+        if not 1000 <= self.triangles <= 8_000_000:
+            raise InputError(f"triangles is {self.triangles}; allowed: 1000 to 8,000,000")
+        if self.keep is not None:
+            read_conditions(self.keep)

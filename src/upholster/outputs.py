@@ -1,4 +1,4 @@
-"""What can be written, by suffix: textured models, streams, pages, pictures, atlases, texels."""
+"""What can be written, by suffix: textured models, streams, pages, pictures, atlases, texels, solids."""
 
 import os
 from collections.abc import Iterable, Mapping, Sequence
@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.charts.seams import ChartSeam, find_seams
+from upholster.conditions import read_conditions
 from upholster.errors import InputError
 from upholster.export import (
     UDIM,
@@ -20,6 +21,9 @@ from upholster.export import (
     page_files,
     ply_companion,
     udim_tile,
+    write_3mf,
+    write_bare_obj,
+    write_bare_ply,
     write_glb,
     write_html,
     write_map,
@@ -27,20 +31,27 @@ from upholster.export import (
     write_obj,
     write_ply,
     write_retextured_glb,
+    write_stl,
 )
 from upholster.files import Outputs
 from upholster.geometry import AnySurface, MeshSurface
 from upholster.geometry.mesh_files import ModelFile
 from upholster.image import Material, from_linear, write_image
 from upholster.image.source import source_parts
+from upholster.lengths import parse_length
+from upholster.measure import Solid, check_solid, shown_length, solid_lines
 from upholster.model import (
     Atlas,
+    DisplacedMesh,
     Mesh,
     build_atlas,
     build_normal_atlas,
     charted_mesh,
     charted_tangents,
+    displaced,
+    kept_box,
     pack_charts,
+    plain_solid,
     tessellate,
     vertex_tangents,
 )
@@ -52,9 +63,17 @@ from upholster.shown import Shown, on_a_line
 from upholster.stream import encode_stream
 from upholster.types import FloatArray, PixelArray, Progress
 
-__all__ = ["Output", "TexturedModel", "atlas_pages", "parse_output", "textured_model", "write_output"]
+__all__ = [
+    "Output",
+    "TexturedModel",
+    "atlas_pages",
+    "check_displacement",
+    "parse_output",
+    "textured_model",
+    "write_output",
+]
 
-Kind = Literal["glb", "obj", "ply", "npz", "uph", "html", "atlas", "flat", "picture"]
+Kind = Literal["glb", "obj", "ply", "npz", "uph", "html", "atlas", "flat", "picture", "solid"]
 
 _MODEL_SUFFIXES: dict[str, Kind] = {
     ".glb": "glb",
@@ -63,7 +82,12 @@ _MODEL_SUFFIXES: dict[str, Kind] = {
     ".npz": "npz",
     ".uph": "uph",
     ".html": "html",
+    ".stl": "solid",
+    ".3mf": "solid",
 }
+_DISPLACED_SUFFIXES = (".obj", ".ply")
+"""Models that hold triangles alone where these are displaced."""
+
 _IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg", ".webp", ".exr")
 
 
@@ -75,7 +99,8 @@ class Output:
     ----------
     kind
         A model or texels (glb, obj, ply, npz, uph, and html, which is a stream with its viewer), an image of
-        all charts (atlas), the texels of a single chart (flat), or a picture of the model.
+        all charts (atlas), the texels of a single chart (flat), a picture of the model, or its triangles
+        alone, displaced where the options say so (solid).
     path
         The file; some kinds have others beside it.
     """
@@ -138,7 +163,37 @@ def atlas_pages(outputs: Iterable[Output], charts: Sequence[Chart], options: Wri
     return len(pack_charts(charts, gutter=options.padding, size=options.atlas_size).pages)
 
 
-def parse_output(target: str | os.PathLike[str], *, flat: bool = False) -> Output:
+def check_displacement(
+    outputs: Iterable[Output], options: WriteOptions, *, roles: Iterable[str], metres: float | None
+) -> None:
+    """Raise InputError, before any work, where a model can not be displaced as the options say.
+
+    Parameters
+    ----------
+    outputs, options
+        What is written: one of the outputs must be a solid.
+    roles
+        Of the sample's maps.
+    metres
+        Length of a model unit in metres; None where it is not known.
+    """
+    if options.displace is None:
+        return
+    names = [str(output.path) for output in outputs if output.kind != "solid"]
+    if all(output.kind != "solid" for output in outputs):
+        raise InputError(
+            f"displace is for .stl, .3mf, .obj and .ply, and {', '.join(names)} is none; allowed: with those"
+        )
+    if options.displace_by == "height" and "height" not in roles:
+        raise InputError(
+            "displace needs a height map, and the sample has none; allowed: a material with one, or "
+            "displace_by 'luminance'"
+        )
+    parse_length(options.displace, metres, name="displace")
+    kept_box(read_conditions(options.keep) if options.keep else (), metres)
+
+
+def parse_output(target: str | os.PathLike[str], *, flat: bool = False, displaced: bool = False) -> Output:
     """Read an output as the command line has it: a path, or ``atlas:`` and a path.
 
     An image with ``<UDIM>`` in its name is an atlas, too: in tiles, each a file with its number there.
@@ -149,6 +204,8 @@ def parse_output(target: str | os.PathLike[str], *, flat: bool = False) -> Outpu
         What the user wrote.
     flat
         Whether images are a flat texture's texels, and no pictures of a model.
+    displaced
+        Whether OBJ and PLY are triangles alone, displaced.
 
     Raises
     ------
@@ -170,6 +227,8 @@ def parse_output(target: str | os.PathLike[str], *, flat: bool = False) -> Outpu
         atlas = True
     if suffix in _IMAGE_SUFFIXES:
         return Output("atlas" if atlas else "flat" if flat else "picture", path)
+    if displaced and suffix in _DISPLACED_SUFFIXES and not atlas:
+        return Output("solid", path)
     if suffix in _MODEL_SUFFIXES and not atlas:
         return Output(_MODEL_SUFFIXES[suffix], path)
     allowed = _IMAGE_SUFFIXES if atlas else (*_MODEL_SUFFIXES, *_IMAGE_SUFFIXES)
@@ -283,6 +342,54 @@ class TexturedModel(Shown):
         if isinstance(self.surface, MeshSurface):
             return charted_tangents(self.mesh)
         return vertex_tangents(self.surface, self.texels.charts, self.mesh)
+
+    @property
+    def metres(self) -> float | None:
+        """Length of a model unit in metres; None where it is not known."""
+        return self.surface.mesh.metres if isinstance(self.surface, MeshSurface) else None
+
+    @cached_property
+    def displaced(self) -> DisplacedMesh:
+        """The triangles alone, displaced as the options say.
+
+        Raises
+        ------
+        InputError
+            As `check_displacement` and `upholster.model.displaced`.
+        """
+        options = self.options
+        if options.displace is None:
+            return plain_solid(self.mesh)
+        check_displacement([Output("solid", Path())], options, roles=self.maps, metres=self.metres)
+        mesh = self.mesh
+        if not isinstance(self.surface, MeshSurface) and len(mesh.quads) > options.triangles // 4:
+            # A quadrilateral is two triangles; as many are for the height map at least.
+            quads = options.triangles // 4
+            mesh = tessellate(self.surface, self.texels.charts, self.seams, quads=quads)
+        return displaced(
+            mesh,
+            self.maps["height"] if options.displace_by == "height" else self.texels,
+            amount=parse_length(options.displace, self.metres, name="displace"),
+            triangles=options.triangles,
+            keep=kept_box(read_conditions(options.keep), self.metres) if options.keep else None,
+            mid=options.mid_level,
+        )
+
+    @cached_property
+    def solid(self) -> Solid:
+        """What `displaced` is as a solid: closed or not, its volume, its thinnest wall."""
+        found = self.displaced
+        return check_solid(found.positions, found.triangles, found.before)
+
+    def solid_notes(self) -> list[str]:
+        """Say for people what `displaced` is as a solid."""
+        lost = self.displaced.error
+        more = (
+            [f"triangles ran out: the surface is up to {shown_length(lost, self.metres)} off the height map"]
+            if lost
+            else []
+        )
+        return [*solid_lines(self.solid, self.metres), *more]
 
     def picture(self, *, progress: Progress | None = None) -> NDArray[np.float32]:
         """Return a picture of the model, as the options say: (height, width, 3), linear light."""
@@ -437,6 +544,8 @@ def write_output(
             textures = places[1 : 1 + pages]
             write_ply(places[0], textures, model.mesh, uv, images, stem=output.path.stem, page=page)
             _write_maps(places[1 + pages :], model)
+        case "solid":
+            _write_solid(places[0], output.path, model)
         case "picture":
             picture = model.picture(progress=progress)
             linear = output.path.suffix.lower() == ".exr"
@@ -470,6 +579,22 @@ def _write_retextured(place: Path, model: TexturedModel) -> None:
         quality=options.quality,
         normal_scale=options.normal_scale,
     )
+
+
+def _write_solid(place: Path, target: Path, model: TexturedModel) -> None:
+    """Write a model's triangles alone. STL and 3MF are in millimetres where the model's unit is known."""
+    found, name = model.displaced, model.surface.name or target.stem
+    match target.suffix.lower():
+        case ".obj":
+            write_bare_obj(place, found.positions, found.triangles, name=name)
+        case ".ply":
+            write_bare_ply(place, found.positions, found.triangles)
+        case suffix:
+            millimetres = found.positions * (1.0 if model.metres is None else 1000.0 * model.metres)
+            if suffix == ".stl":
+                write_stl(place, millimetres, found.triangles)
+            else:
+                write_3mf(place, millimetres, found.triangles, name=name)
 
 
 def _write_maps(places: Sequence[Path], model: TexturedModel, quality: int = 90) -> None:

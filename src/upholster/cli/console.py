@@ -23,6 +23,7 @@ __all__ = [
     "bars",
     "byte_count",
     "in_bytes",
+    "large_count",
     "naming",
     "noted",
     "numbers",
@@ -77,11 +78,14 @@ def texel_count(text: str | None) -> int | tuple[int, int] | None:
     found = re.fullmatch(r"([0-9]{1,5})x([0-9]{1,5})", text.strip().lower())
     if found is not None:
         return int(found[1]), int(found[2])
+    return large_count("texels", text, other=", or a size such as 512x512")
+
+
+def large_count(name: str, text: str, *, other: str = "") -> int:
+    """Read a number such as ``4M`` or ``500k``; `other` names what else is allowed."""
     found = re.fullmatch(r"([0-9]{1,10}(?:\.[0-9]{1,6})?)(k|m|g)?", text.strip().lower())
     if found is None:
-        raise InputError(
-            f"texels is {text!r}; allowed: a number such as 500k or 4M, or a size such as 512x512"
-        )
+        raise InputError(f"{name} is {text!r}; allowed: a number such as 500k or 4M{other}")
     return int(float(found[1]) * {None: 1, "k": 1000, "m": 10**6, "g": 10**9}[found[2]])
 
 

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
-from upholster.cli.console import byte_count, numbers, share, texel_count
+from upholster.cli.console import byte_count, large_count, numbers, share, texel_count
 from upholster.options import chosen
 
 __all__ = ["spelled_out"]
@@ -28,6 +28,8 @@ _AS_TEXT: dict[str, tuple[_Read, _Write]] = {
     "coefficients": (lambda text: share("coefficients", text), str),
     "size": (lambda text: numbers("size", text, "x", 2, int), lambda size: f"{size[0]}x{size[1]}"),
     "view": (lambda text: numbers("view", text, ",", 2, float), lambda view: f"{view[0]:g},{view[1]:g}"),
+    "displace": (str, str),
+    "triangles": (lambda text: large_count("triangles", text), str),
     "stream_bytes": (lambda text: byte_count("bytes", text), str),
 }
 """How values are read and written that are no plain number, word or switch on the command line."""

@@ -1,5 +1,6 @@
 """Writing models and images to files."""
 
+from upholster.export.bare import write_bare_obj, write_bare_ply
 from upholster.export.glb import TextureFormat, write_glb
 from upholster.export.html import viewer_page, write_html
 from upholster.export.maps import map_companion, write_map
@@ -8,6 +9,8 @@ from upholster.export.obj import obj_companions, write_obj
 from upholster.export.pages import UDIM, page_files, udim_tile
 from upholster.export.ply import ply_companion, write_ply
 from upholster.export.retextured import Cover, write_retextured_glb
+from upholster.export.stl import write_stl
+from upholster.export.three_mf import write_3mf
 
 __all__ = [
     "UDIM",
@@ -19,6 +22,9 @@ __all__ = [
     "ply_companion",
     "udim_tile",
     "viewer_page",
+    "write_3mf",
+    "write_bare_obj",
+    "write_bare_ply",
     "write_glb",
     "write_html",
     "write_map",
@@ -26,4 +32,5 @@ __all__ = [
     "write_obj",
     "write_ply",
     "write_retextured_glb",
+    "write_stl",
 ]

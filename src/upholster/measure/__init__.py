@@ -9,6 +9,7 @@ from upholster.measure.meshes import mesh_seam_ratio
 from upholster.measure.report import Measures, Seams, measure_cover, measure_image
 from upholster.measure.scale import TexelScale, mesh_texel_scale, texel_scale
 from upholster.measure.seams import WrapSeams, edge_seam_ratio, wrap_seams
+from upholster.measure.solid import Solid, check_solid, shown_length, solid_lines
 from upholster.measure.structure import Peak, Structure, structure
 
 __all__ = [
@@ -17,9 +18,11 @@ __all__ = [
     "Measures",
     "Peak",
     "Seams",
+    "Solid",
     "Structure",
     "TexelScale",
     "WrapSeams",
+    "check_solid",
     "copies",
     "cut_seam_ratio",
     "edge_seam_ratio",
@@ -31,7 +34,9 @@ __all__ = [
     "mesh_mapping",
     "mesh_seam_ratio",
     "mesh_texel_scale",
+    "shown_length",
     "sliced_wasserstein",
+    "solid_lines",
     "structure",
     "texel_scale",
     "wrap_seams",

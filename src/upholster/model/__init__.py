@@ -1,7 +1,8 @@
-"""The textured model: mesh, tangents, atlas and texture coordinates."""
+"""The textured model: mesh, tangents, atlas and texture coordinates; and the displaced mesh."""
 
 from upholster.model.atlas import Atlas, build_atlas
 from upholster.model.charted_mesh import charted_mesh, charted_tangents
+from upholster.model.displaced import DisplacedMesh, displaced, kept_box, plain_solid
 from upholster.model.mesh import Mesh, face_parameters, tessellate
 from upholster.model.normal_atlas import build_normal_atlas
 from upholster.model.packing import AtlasCell, AtlasLayout, AtlasPage, pack_charts
@@ -12,13 +13,17 @@ __all__ = [
     "AtlasCell",
     "AtlasLayout",
     "AtlasPage",
+    "DisplacedMesh",
     "Mesh",
     "build_atlas",
     "build_normal_atlas",
     "charted_mesh",
     "charted_tangents",
+    "displaced",
     "face_parameters",
+    "kept_box",
     "pack_charts",
+    "plain_solid",
     "tessellate",
     "vertex_tangents",
 ]

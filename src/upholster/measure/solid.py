@@ -1,0 +1,264 @@
+"""Whether triangles bound a solid that can be printed: closed, without folds, and how thick its walls are."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from embreex.mesh_construction import TriangleMesh as EmbreeTriangles
+from embreex.rtcore_scene import EmbreeScene
+from numpy.typing import NDArray
+
+from upholster.types import FloatArray, IntArray
+
+__all__ = ["Solid", "check_solid", "shown_length", "solid_lines", "volume"]
+
+_RAYS = 20_000
+"""Vertices from which walls are measured."""
+
+_LAYERS = 8
+"""Surfaces that a ray may meet from outside, before it is given up."""
+
+_MANY_OVERLAPS = 1e-3
+"""Share of vertices: below it, single precision or grazing rays may be the cause."""
+
+_LIFT = 1e-5
+"""Where a ray starts below the surface, of half the model's size: single precision can tell that apart."""
+
+
+@dataclass(frozen=True, slots=True)
+class Solid:
+    """What `check_solid` finds.
+
+    Attributes
+    ----------
+    triangles
+        How many there are.
+    borders
+        Edges with one triangle.
+    crowded
+        Edges with more than two.
+    turned
+        Edges whose two triangles run along them the same way: one is inside out.
+    manifold
+        What manifold3d says of the triangles: whether they bound a solid. None where it is not installed.
+    volume, volume_before
+        In cubic model units, and before vertices moved; None unless the surface is closed.
+    folded
+        Triangles that turned over when their vertices moved: there the surface passes through itself.
+    fold
+        (x, y, z) of one of them.
+    wall, common_wall
+        Least thickness along the normals and its first percentile, in model units; None unless the surface is
+        closed.
+    thinnest
+        (x, y, z) of the surface where the wall is least.
+    overlaps
+        Share of the measured places at which another part of the surface is inside the wall.
+    """
+
+    triangles: int
+    borders: int
+    crowded: int
+    turned: int
+    manifold: bool | None = None
+    volume: float | None = None
+    volume_before: float | None = None
+    folded: int = 0
+    fold: tuple[float, float, float] | None = None
+    wall: float | None = None
+    common_wall: float | None = None
+    thinnest: tuple[float, float, float] | None = None
+    overlaps: float = 0.0
+
+    @property
+    def is_closed(self) -> bool:
+        """Whether each edge has two triangles that run along it opposite ways."""
+        return not (self.borders or self.crowded or self.turned)
+
+
+def check_solid(positions: FloatArray, triangles: IntArray, before: FloatArray | None = None) -> Solid:
+    """Check triangles, and measure the solid that they bound.
+
+    Parameters
+    ----------
+    positions, triangles
+        (V, 3) and (T, 3): counter-clockwise seen from outside.
+    before
+        (V, 3): where the vertices were before a displacement; walls are measured along the normals there, so
+        that the height map's grain does not count as a wall. By default as `positions`.
+    """
+    before = positions if before is None else before
+    borders, crowded, turned = _edge_faults(triangles, len(positions))
+    if borders or crowded or turned:
+        return Solid(len(triangles), borders, crowded, turned, _by_manifold(positions, triangles))
+    normals = _vertex_normals(before, triangles)
+    folded = np.flatnonzero(_folds(positions, triangles, normals))
+    walls, places, overlaps = _walls(positions, triangles, normals)
+    least = int(walls.argmin()) if len(walls) else 0
+    return Solid(
+        len(triangles),
+        0,
+        0,
+        0,
+        _by_manifold(positions, triangles),
+        volume(positions, triangles),
+        volume(before, triangles),
+        len(folded),
+        _point(positions[triangles[folded[0]]].mean(axis=0)) if len(folded) else None,
+        float(walls[least]) if len(walls) else None,
+        float(np.percentile(walls, 1)) if len(walls) else None,
+        _point(places[least]) if len(walls) else None,
+        overlaps,
+    )
+
+
+def solid_lines(solid: Solid, metres: float | None) -> list[str]:
+    """Say what `check_solid` found, a line each.
+
+    Parameters
+    ----------
+    solid
+        What it found.
+    metres
+        Length of a model unit in metres: lengths are then in millimetres. None: they are in model units.
+    """
+    count = f"{solid.triangles:,} triangles"
+    if not solid.is_closed:
+        faults = (
+            (solid.borders, "with a triangle on one side only"),
+            (solid.crowded, "with more than two triangles"),
+            (solid.turned, "where one triangle is inside out"),
+        )
+        told = ", ".join(f"{number:,} edges {what}" for number, what in faults if number)
+        return [f"{count}, which are not a solid: {told}"]
+    assert solid.volume is not None
+    assert solid.volume_before is not None
+    lines = [f"{count}, a closed solid of {_shown_volume(solid.volume, metres)}"]
+    if solid.volume != solid.volume_before:
+        lines[0] += f" ({_shown_volume(solid.volume_before, metres)} before it was displaced)"
+    if solid.manifold is False:
+        lines.append("manifold3d does not take it for a solid")
+    if solid.volume < 0:
+        lines.append("its triangles face inward: it is inside out, and was displaced inward")
+    if solid.folded and solid.fold is not None:
+        place = _shown_place(solid.fold, metres)
+        lines.append(f"it passes through itself: {solid.folded:,} triangles turned over, one at {place}")
+    if solid.overlaps > _MANY_OVERLAPS:
+        lines.append(f"parts of it overlap: seen from {solid.overlaps:.1%} of its vertices")
+    if solid.wall is not None and solid.common_wall is not None and solid.thinnest is not None:
+        lines.append(
+            f"thinnest wall {shown_length(solid.wall, metres)} at {_shown_place(solid.thinnest, metres)}; "
+            f"99% of it is thicker than {shown_length(solid.common_wall, metres)}"
+        )
+    return lines
+
+
+def shown_length(length: float, metres: float | None) -> str:
+    """Return a length for people: in millimetres where the model's unit is known."""
+    return f"{length:.3g}" if metres is None else f"{length * metres * 1000:.3g} mm"
+
+
+def _shown_place(place: tuple[float, float, float], metres: float | None) -> str:
+    scale, unit = (1.0, "") if metres is None else (1000 * metres, " mm")
+    return f"({', '.join(f'{scale * number:.3g}' for number in place)}){unit}"
+
+
+def _shown_volume(size: float, metres: float | None) -> str:
+    return f"volume {size:.4g}" if metres is None else f"{size * (100 * metres) ** 3:.4g} cm³"
+
+
+def volume(positions: FloatArray, triangles: IntArray) -> float:
+    """Return the volume that closed triangles (T, 3) bound; below 0 where they are inside out."""
+    a, b, c = (positions - positions.mean(axis=0))[triangles].transpose(1, 0, 2)
+    return float(np.einsum("ij,ij->", a, np.cross(b, c)) / 6)
+
+
+def _point(place: FloatArray) -> tuple[float, float, float]:
+    x, y, z = place.tolist()
+    return x, y, z
+
+
+def _edge_faults(triangles: IntArray, vertices: int) -> tuple[int, int, int]:
+    """Return how many edges have one triangle, more than two, and two that run the same way."""
+    first = triangles.astype(np.int64)
+    last = np.roll(first, -1, axis=1)
+    key = (np.minimum(first, last) * vertices + np.maximum(first, last)).ravel()
+    # The lowest bit tells which way a side runs along its edge.
+    key = np.sort(key * 2 + (first < last).ravel())
+    edge = key >> 1
+    starts = np.flatnonzero(np.concatenate([[True], edge[1:] != edge[:-1]]))
+    counts = np.diff(np.append(starts, len(edge)))
+    pairs = starts[counts == 2]
+    return (
+        int((counts == 1).sum()),
+        int((counts > 2).sum()),
+        int((key[pairs] == key[pairs + 1]).sum()),
+    )
+
+
+def _by_manifold(positions: FloatArray, triangles: IntArray) -> bool | None:
+    try:
+        from manifold3d import Error, Manifold, Mesh64
+    except ImportError:
+        return None
+    # It takes no read-only arrays.
+    mesh = Mesh64(positions.astype(np.float64, order="C"), triangles.astype(np.uint64, order="C"))
+    found = Manifold(mesh)
+    return bool(found.status() == Error.NoError and not found.is_empty())
+
+
+def _folds(positions: FloatArray, triangles: IntArray, normals: FloatArray) -> NDArray[np.bool_]:
+    """Tell which triangles face away from where their vertices' normals, (V, 3), pointed before."""
+    outward = normals[triangles].sum(axis=1)
+    return np.asarray((_crossed(positions, triangles) * outward).sum(axis=1) < 0)
+
+
+def _vertex_normals(positions: FloatArray, triangles: IntArray) -> FloatArray:
+    """Return unit normals of vertices, (V, 3), means over triangles by area; zero where there is none."""
+    crossed = _crossed(positions, triangles)
+    sums = np.stack(
+        [np.bincount(triangles.ravel(), np.repeat(crossed[:, axis], 3), len(positions)) for axis in range(3)],
+        axis=1,
+    )
+    length = np.linalg.norm(sums, axis=1, keepdims=True)
+    return np.asarray(np.divide(sums, length, out=sums, where=length > 0))
+
+
+def _crossed(positions: FloatArray, triangles: IntArray) -> FloatArray:
+    a, b, c = positions[triangles].transpose(1, 0, 2)
+    return np.asarray(np.cross(b - a, c - a))
+
+
+def _walls(
+    positions: FloatArray, triangles: IntArray, normals: FloatArray
+) -> tuple[FloatArray, FloatArray, float]:
+    """Measure walls from some vertices against normals: thicknesses, places (n, 3), share that overlaps."""
+    usable = np.flatnonzero((normals != 0).any(axis=1))
+    chosen = usable[np.linspace(0, len(usable) - 1, min(_RAYS, len(usable))).astype(np.int64)]
+    low, high = positions.min(axis=0), positions.max(axis=0)
+    middle, radius = (low + high) / 2, float((high - low).max()) / 2 or 1.0
+    points = ((positions - middle) / radius).astype(np.float32)
+    scene = EmbreeScene()
+    geometry = EmbreeTriangles(scene, points, np.ascontiguousarray(triangles, np.int32))
+    facing = _crossed(positions, triangles)
+    inward = (-normals[chosen]).astype(np.float32)
+    reached = np.full(len(chosen), _LIFT, np.float32)
+    found = np.full(len(chosen), np.inf)
+    searching = np.arange(len(chosen))
+    overlapping = 0
+    for layer in range(_LAYERS):
+        origins = points[chosen[searching]] + inward[searching] * reached[searching, None]
+        hits = scene.run(origins, inward[searching], query="INTERSECT", output=1)
+        met = hits["primID"] >= 0
+        searching, hit, way = searching[met], hits["primID"][met], hits["tfar"][met]
+        reached[searching] += way
+        leaves = (facing[hit] * inward[searching]).sum(axis=1) >= 0
+        found[searching[leaves]] = reached[searching[leaves]]
+        searching = searching[~leaves]
+        overlapping += len(searching) if layer == 0 else 0
+        reached[searching] += _LIFT
+        if not len(searching):
+            break
+    del geometry  # it had to live as long as the scene was asked
+    measured = np.isfinite(found)
+    places = positions[chosen[measured]]
+    return found[measured] * radius, places, overlapping / max(len(chosen), 1)
