@@ -14,8 +14,8 @@ __all__ = ["Solid", "check_solid", "shown_length", "solid_lines", "volume"]
 _RAYS = 20_000
 """Vertices from which walls are measured."""
 
-_LAYERS = 8
-"""Surfaces that a ray may meet from outside, before it is given up."""
+_EVEN = 0.95
+"""How well the normals about a vertex agree from which walls are measured, 0 to 1."""
 
 _MANY_OVERLAPS = 1e-3
 """Share of vertices: below it, single precision or grazing rays may be the cause."""
@@ -47,8 +47,8 @@ class Solid:
     fold
         (x, y, z) of one of them.
     wall, common_wall
-        Least thickness along the normals and its first percentile, in model units; None unless the surface is
-        closed.
+        Least thickness along the normals and its first percentile, in model units, away from edges and folds;
+        None unless the surface is closed.
     thinnest
         (x, y, z) of the surface where the wall is least.
     overlaps
@@ -90,9 +90,11 @@ def check_solid(positions: FloatArray, triangles: IntArray, before: FloatArray |
     borders, crowded, turned = _edge_faults(triangles, len(positions))
     if borders or crowded or turned:
         return Solid(len(triangles), borders, crowded, turned, _by_manifold(positions, triangles))
-    normals = _vertex_normals(before, triangles)
+    normals, evenness = _vertex_normals(before, triangles)
     folded = np.flatnonzero(_folds(positions, triangles, normals))
-    walls, places, overlaps = _walls(positions, triangles, normals)
+    even = evenness > _EVEN  # on an edge or a tip there is no wall to look through
+    even[triangles[folded]] = False
+    walls, places, overlaps = _walls(positions, triangles, normals, np.flatnonzero(even))
     least = int(walls.argmin()) if len(walls) else 0
     return Solid(
         len(triangles),
@@ -212,15 +214,20 @@ def _folds(positions: FloatArray, triangles: IntArray, normals: FloatArray) -> N
     return np.asarray((_crossed(positions, triangles) * outward).sum(axis=1) < 0)
 
 
-def _vertex_normals(positions: FloatArray, triangles: IntArray) -> FloatArray:
-    """Return unit normals of vertices, (V, 3), means over triangles by area; zero where there is none."""
+def _vertex_normals(positions: FloatArray, triangles: IntArray) -> tuple[FloatArray, FloatArray]:
+    """Return unit normals of vertices, (V, 3), means over triangles by area; and how well these agree, (V,).
+
+    They agree by 1 where the surface is flat, by less at an edge. Where there is no area both are zero.
+    """
     crossed = _crossed(positions, triangles)
     sums = np.stack(
         [np.bincount(triangles.ravel(), np.repeat(crossed[:, axis], 3), len(positions)) for axis in range(3)],
         axis=1,
     )
     length = np.linalg.norm(sums, axis=1, keepdims=True)
-    return np.asarray(np.divide(sums, length, out=sums, where=length > 0))
+    area = np.bincount(triangles.ravel(), np.repeat(np.linalg.norm(crossed, axis=1), 3), len(positions))
+    evenness = np.divide(length[:, 0], area, out=np.zeros(len(positions)), where=area > 0)
+    return np.divide(sums, length, out=sums, where=length > 0), evenness
 
 
 def _crossed(positions: FloatArray, triangles: IntArray) -> FloatArray:
@@ -229,36 +236,28 @@ def _crossed(positions: FloatArray, triangles: IntArray) -> FloatArray:
 
 
 def _walls(
-    positions: FloatArray, triangles: IntArray, normals: FloatArray
+    positions: FloatArray, triangles: IntArray, normals: FloatArray, usable: NDArray[np.intp]
 ) -> tuple[FloatArray, FloatArray, float]:
-    """Measure walls from some vertices against normals: thicknesses, places (n, 3), share that overlaps."""
-    usable = np.flatnonzero((normals != 0).any(axis=1))
+    """Measure walls from some of the usable vertices against normals, (V, 3).
+
+    Returns thicknesses (n,), places (n, 3), and at which share of the vertices a ray first meets a triangle
+    from outside: there parts overlap, and there is no wall.
+    """
+    if not len(usable):
+        return np.empty(0), np.empty((0, 3)), 0.0
     chosen = usable[np.linspace(0, len(usable) - 1, min(_RAYS, len(usable))).astype(np.int64)]
     low, high = positions.min(axis=0), positions.max(axis=0)
     middle, radius = (low + high) / 2, float((high - low).max()) / 2 or 1.0
     points = ((positions - middle) / radius).astype(np.float32)
     scene = EmbreeScene()
     geometry = EmbreeTriangles(scene, points, np.ascontiguousarray(triangles, np.int32))
-    facing = _crossed(positions, triangles)
     inward = (-normals[chosen]).astype(np.float32)
-    reached = np.full(len(chosen), _LIFT, np.float32)
-    found = np.full(len(chosen), np.inf)
-    searching = np.arange(len(chosen))
-    overlapping = 0
-    for layer in range(_LAYERS):
-        origins = points[chosen[searching]] + inward[searching] * reached[searching, None]
-        hits = scene.run(origins, inward[searching], query="INTERSECT", output=1)
-        met = hits["primID"] >= 0
-        searching, hit, way = searching[met], hits["primID"][met], hits["tfar"][met]
-        reached[searching] += way
-        leaves = (facing[hit] * inward[searching]).sum(axis=1) >= 0
-        found[searching[leaves]] = reached[searching[leaves]]
-        searching = searching[~leaves]
-        overlapping += len(searching) if layer == 0 else 0
-        reached[searching] += _LIFT
-        if not len(searching):
-            break
+    hits = scene.run(points[chosen] + inward * np.float32(_LIFT), inward, query="INTERSECT", output=1)
     del geometry  # it had to live as long as the scene was asked
-    measured = np.isfinite(found)
-    places = positions[chosen[measured]]
-    return found[measured] * radius, places, overlapping / max(len(chosen), 1)
+    met = np.flatnonzero(hits["primID"] >= 0)
+    facing = _crossed(positions, triangles[hits["primID"][met]])
+    leaves = (facing * inward[met]).sum(axis=1) >= 0
+    grazed = (triangles[hits["primID"][met]] == chosen[met, None]).any(axis=1)  # beside where it starts
+    measured = met[leaves & ~grazed]
+    walls = (hits["tfar"][measured].astype(np.float64) + _LIFT) * radius
+    return walls, positions[chosen[measured]], float((~leaves & ~grazed).sum()) / len(chosen)
