@@ -383,13 +383,13 @@ class TexturedModel(Shown):
 
     def solid_notes(self) -> list[str]:
         """Say for people what `displaced` is as a solid."""
-        lost = self.displaced.error
-        more = (
-            [f"triangles ran out: the surface is up to {shown_length(lost, self.metres)} off the height map"]
-            if lost
-            else []
-        )
-        return [*solid_lines(self.solid, self.metres), *more]
+        lines, found = solid_lines(self.solid, self.metres), self.displaced
+        if found.held:
+            lines.append(f"in narrow corners {found.held:,} vertices moved less, so that nothing folds over")
+        if found.error:
+            lost = shown_length(found.error, self.metres)
+            lines.append(f"triangles ran out: the surface is up to {lost} off the height map")
+        return lines
 
     def picture(self, *, progress: Progress | None = None) -> NDArray[np.float32]:
         """Return a picture of the model, as the options say: (height, width, 3), linear light."""

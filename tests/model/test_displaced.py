@@ -366,3 +366,33 @@ def test_conditions_make_a_box() -> None:
         kept_box(read_conditions("y<1 and y>2"), None)
     with pytest.raises(InputError, match="keep's bound is '1mm', and this model does not tell"):
         kept_box(read_conditions("z<1mm"), None)
+
+
+def test_in_a_concave_corner_nothing_folds_over() -> None:
+    # An L: two arms of length 2 and width 1, extruded by 1.
+    outline = np.array([[0.0, 0], [2, 0], [2, 1], [1, 1], [1, 2], [0, 2]])
+    sides = [[*outline[k], 0.0, *outline[(k + 1) % 6], 1.0] for k in range(6)]
+    quads = [[[x, y, z], [u, v, z], [u, v, w], [x, y, w]] for x, y, z, u, v, w in sides]
+    for z, turn in ((0.0, -1), (1.0, 1)):
+        quads += [[[*outline[k], z] for k in part[::turn]] for part in ([0, 1, 2, 3], [0, 3, 4, 5])]
+    positions = np.array(quads).reshape(-1, 3)
+    mesh = Mesh(
+        positions,
+        np.ones_like(positions),
+        np.tile([[0.0, 0], [0, 32], [32, 32], [32, 0]], (10, 1)),
+        np.repeat(np.arange(10, dtype=np.int32), 4),
+        np.arange(40, dtype=np.int32).reshape(10, 4),
+        np.empty((0, 3), np.int32),
+    )
+    texels = flat_texels([0.0] * 10, 32)
+    rng = np.random.default_rng(7)
+    for array in texels.arrays:
+        array[:] = 0.5 + 0.5 * rng.random(array.shape)
+    found = displaced(mesh, texels, amount=0.3, triangles=20_000)
+    solid = check_solid(found.positions, found.triangles, found.before)
+    assert solid.is_closed
+    assert solid.folded == 0
+    assert 0 < found.held < len(found.positions) / 2
+    x, y, z = found.before.T
+    far = (x == 2) & (y > 0.3) & (y < 0.7) & (z > 0.3) & (z < 0.7)
+    assert (found.positions[far, 0] - 2 > 0.14).all()

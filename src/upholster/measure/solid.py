@@ -7,6 +7,7 @@ from embreex.mesh_construction import TriangleMesh as EmbreeTriangles
 from embreex.rtcore_scene import EmbreeScene
 from numpy.typing import NDArray
 
+from upholster.model.folds import crossed, folds, vertex_normals
 from upholster.types import FloatArray, IntArray
 
 __all__ = ["Solid", "check_solid", "shown_length", "solid_lines", "volume"]
@@ -90,8 +91,8 @@ def check_solid(positions: FloatArray, triangles: IntArray, before: FloatArray |
     borders, crowded, turned = _edge_faults(triangles, len(positions))
     if borders or crowded or turned:
         return Solid(len(triangles), borders, crowded, turned, _by_manifold(positions, triangles))
-    normals, evenness = _vertex_normals(before, triangles)
-    folded = np.flatnonzero(_folds(positions, triangles, normals))
+    normals, evenness = vertex_normals(before, triangles)
+    folded = np.flatnonzero(folds(positions, triangles, normals))
     even = evenness > _EVEN  # on an edge or a tip there is no wall to look through
     even[triangles[folded]] = False
     walls, places, overlaps = _walls(positions, triangles, normals, np.flatnonzero(even))
@@ -208,33 +209,6 @@ def _by_manifold(positions: FloatArray, triangles: IntArray) -> bool | None:
     return bool(found.status() == Error.NoError and not found.is_empty())
 
 
-def _folds(positions: FloatArray, triangles: IntArray, normals: FloatArray) -> NDArray[np.bool_]:
-    """Tell which triangles face away from where their vertices' normals, (V, 3), pointed before."""
-    outward = normals[triangles].sum(axis=1)
-    return np.asarray((_crossed(positions, triangles) * outward).sum(axis=1) < 0)
-
-
-def _vertex_normals(positions: FloatArray, triangles: IntArray) -> tuple[FloatArray, FloatArray]:
-    """Return unit normals of vertices, (V, 3), means over triangles by area; and how well these agree, (V,).
-
-    They agree by 1 where the surface is flat, by less at an edge. Where there is no area both are zero.
-    """
-    crossed = _crossed(positions, triangles)
-    sums = np.stack(
-        [np.bincount(triangles.ravel(), np.repeat(crossed[:, axis], 3), len(positions)) for axis in range(3)],
-        axis=1,
-    )
-    length = np.linalg.norm(sums, axis=1, keepdims=True)
-    area = np.bincount(triangles.ravel(), np.repeat(np.linalg.norm(crossed, axis=1), 3), len(positions))
-    evenness = np.divide(length[:, 0], area, out=np.zeros(len(positions)), where=area > 0)
-    return np.divide(sums, length, out=sums, where=length > 0), evenness
-
-
-def _crossed(positions: FloatArray, triangles: IntArray) -> FloatArray:
-    a, b, c = positions[triangles].transpose(1, 0, 2)
-    return np.asarray(np.cross(b - a, c - a))
-
-
 def _walls(
     positions: FloatArray, triangles: IntArray, normals: FloatArray, usable: NDArray[np.intp]
 ) -> tuple[FloatArray, FloatArray, float]:
@@ -255,7 +229,7 @@ def _walls(
     hits = scene.run(points[chosen] + inward * np.float32(_LIFT), inward, query="INTERSECT", output=1)
     del geometry  # it had to live as long as the scene was asked
     met = np.flatnonzero(hits["primID"] >= 0)
-    facing = _crossed(positions, triangles[hits["primID"][met]])
+    facing = crossed(positions, triangles[hits["primID"][met]])
     leaves = (facing * inward[met]).sum(axis=1) >= 0
     grazed = (triangles[hits["primID"][met]] == chosen[met, None]).any(axis=1)  # beside where it starts
     measured = met[leaves & ~grazed]

@@ -17,6 +17,7 @@ from upholster.conditions import Condition
 from upholster.errors import InputError, check_whole
 from upholster.geometry.triangle_mesh import welded
 from upholster.model._displace_kernels import Growing, HeightField, measure_edges, move_vertices, refine
+from upholster.model.folds import held_back
 from upholster.model.grids import connected
 from upholster.model.heights import height_levels
 from upholster.model.mesh import Mesh
@@ -56,12 +57,15 @@ class DisplacedMesh(Shown):
     error
         How far, in model units, a straight edge may still be from the height map, where triangles ran out;
         0 where the map is followed.
+    held
+        How many vertices moved less than they should, so that the surface does not fold over.
     """
 
     positions: FloatArray
     triangles: IntArray
     before: FloatArray = field(repr=False)
     error: float = 0.0
+    held: int = 0
 
     def __post_init__(self) -> None:
         """Make the arrays read-only."""
@@ -100,7 +104,8 @@ def displaced(
     """Refine a mesh until it can follow a height map, and move its vertices outward by it.
 
     Vertices move along normals that are smooth but across creases of more than 60°. There, and where the
-    surface has a border, triangles stay together.
+    surface has a border, triangles stay together. In concave corners vertices move less where triangles would
+    fold over, see `upholster.model.folds`.
 
     Parameters
     ----------
@@ -155,9 +160,9 @@ def displaced(
     measure_edges(growing, count, spacing)
     positions = np.empty((vertices, 3))
     move_vertices(growing, heights, counts, spacing, np.zeros((vertices, 7)), positions)
-    return DisplacedMesh(
-        positions, growing.corners[:count].copy(), growing.positions[:vertices].copy(), float(error)
-    )
+    corners, before = growing.corners[:count].copy(), growing.positions[:vertices].copy()
+    positions, held = held_back(positions, before, corners)
+    return DisplacedMesh(positions, corners, before, float(error), int(held.sum()))
 
 
 def plain_solid(mesh: Mesh) -> DisplacedMesh:
