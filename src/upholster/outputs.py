@@ -68,6 +68,7 @@ __all__ = [
     "TexturedModel",
     "atlas_pages",
     "check_displacement",
+    "metres_of",
     "parse_output",
     "textured_model",
     "write_output",
@@ -161,6 +162,11 @@ def atlas_pages(outputs: Iterable[Output], charts: Sequence[Chart], options: Wri
     if not any(output.has_atlas for output in outputs):
         return 1
     return len(pack_charts(charts, gutter=options.padding, size=options.atlas_size).pages)
+
+
+def metres_of(surface: AnySurface) -> float | None:
+    """Return the length of a model unit in metres; None where it is not known."""
+    return surface.mesh.metres if isinstance(surface, MeshSurface) else None
 
 
 def check_displacement(
@@ -346,7 +352,7 @@ class TexturedModel(Shown):
     @property
     def metres(self) -> float | None:
         """Length of a model unit in metres; None where it is not known."""
-        return self.surface.mesh.metres if isinstance(self.surface, MeshSurface) else None
+        return metres_of(self.surface)
 
     @cached_property
     def displaced(self) -> DisplacedMesh:
