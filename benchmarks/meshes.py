@@ -17,7 +17,6 @@ from rich.console import Console
 from rich.table import Table
 
 from upholster.charts.covered import as_covered
-from upholster.charts.mesh_directions import mesh_directions
 from upholster.errors import UpholsterError
 from upholster.geometry import MeshSurface
 from upholster.geometry.mesh_files import MODEL_SUFFIXES
@@ -76,7 +75,7 @@ def measured(model: Path, sample: Path, out: Path | None, options: SynthesisOpti
         picture = TexturedModel(surface, painted, quilt=quilt, exemplar=image).picture()
         write_image(out / f"{model.stem}.png", from_linear(picture, "uint8", dither=True))
     assert prepared.scale is not None
-    field = mesh_directions(surface.mesh)
+    assert prepared.field is not None
     asked = np.cross((0.0, 0.0, 1.0), surface.mesh.flat_normals)
     asked[np.linalg.norm(asked, axis=1) < np.sin(np.radians(30))] = 0
     found = mesh_mapping(surface, quilt, scale=prepared.scale.scale, asked=asked)
@@ -89,7 +88,7 @@ def measured(model: Path, sample: Path, out: Path | None, options: SynthesisOpti
         charts=len(quilt.charts),
         texels=quilt.texel_count,
         placements=len(quilt.placements),
-        singular=len(getattr(field, "singular", ())),
+        singular=len(prepared.field.singular),
         read=seconds[0],
         prepare=seconds[1],
         synthesize=seconds[2],

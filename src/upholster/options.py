@@ -321,6 +321,16 @@ class SynthesisOptions:
             only="quilt",
         ),
     )
+    stroke: tuple[str, ...] | None = field(
+        default=None,
+        metadata=_about(
+            _SCALE,
+            "On meshes: near x,y,z rows run along dx,dy,dz; several times, or the name of a .json file of "
+            "such strokes.",
+            metavar="X,Y,Z:DX,DY,DZ",
+            only="quilt",
+        ),
+    )
     crease: float | None = field(
         default=None,
         metadata=_about(
@@ -468,6 +478,8 @@ class SynthesisOptions:
         return on_a_line(self, _chosen(self))
 
     def __post_init__(self) -> None:
+        if isinstance(self.stroke, str):
+            object.__setattr__(self, "stroke", (self.stroke,))
         _settle_types(self)
         object.__setattr__(self, "direction", _direction_text(self.direction))
         if self.method not in METHODS:

@@ -20,7 +20,15 @@ from upholster.image.rectify import Corners
 from upholster.image.source import Source, as_exemplar, read_source, source_files, source_names, source_parts
 from upholster.methods import execute, kept_sample, matched_image, prepare, settled_seed
 from upholster.options import ModelOptions, SampleOptions, SynthesisOptions, WriteOptions, chosen
-from upholster.outputs import TexturedModel, atlas_pages, parse_output, textured_model, write_output
+from upholster.outputs import (
+    TexturedModel,
+    atlas_pages,
+    check_displacement,
+    metres_of,
+    parse_output,
+    textured_model,
+    write_output,
+)
 from upholster.parallel import check_running
 from upholster.quilt import Quilt, Texels
 from upholster.quilt.warp_field import WarpField
@@ -37,7 +45,16 @@ from upholster.reports import (
 from upholster.stream import check_layout
 from upholster.stream.plans import refuse_source_map
 from upholster.types import PixelArray, Progress
-from upholster.writing import add_pages, check_coded, check_used, has_stream, listed, painted, written_to
+from upholster.writing import (
+    add_pages,
+    check_coded,
+    check_used,
+    has_stream,
+    listed,
+    notes_after,
+    painted,
+    written_to,
+)
 
 __all__ = ["CoverReport", "RefineReport", "cover", "refine", "write"]
 
@@ -113,7 +130,8 @@ def cover(
     options, seed = chosen(WriteOptions, options), settled_seed(seed)
     asked = chosen(SynthesisOptions, synthesis)
     check_running(threads, progress)
-    wanted = [parse_output(target, flat=isinstance(asked.texels, tuple)) for target in listed(targets)]
+    flat, displaced = isinstance(asked.texels, tuple), options.displace is not None
+    wanted = [parse_output(target, flat=flat, displaced=displaced) for target in listed(targets)]
     if report is not None and not path_text(report, "report").lower().endswith(".json"):
         raise InputError(f"report {os.fspath(report)!r} has suffix {Path(report).suffix!r}; allowed: .json")
     preparing = SampleOptions(rectify=rectify, crop=crop, resize=resize, even_light=even_light)
@@ -140,6 +158,7 @@ def cover(
         roles = tuple(parts)[1:]
         files.add(file for output in wanted for file in output.later_files(roles, 1))
         check_coded(wanted, parts, options)
+        check_displacement(wanted, options, roles=roles, metres=metres_of(surface))
         with timed("prepare", seconds):
             source = kept_sample(source, asked)
             seen = matched_image(source, asked)
@@ -165,6 +184,7 @@ def cover(
             surface, texels, options, threads, quilt, source, others, in_tiles=tiles, file=covered.model
         )
         written = written_to(wanted, textured, files, seconds, progress)
+        notes += notes_after(wanted, textured, seconds, tell)
         parameters = {"exemplar": source_names(exemplar), "on": _surface_name(on), "threads": threads}
         parameters |= {"maps": source_names(maps or {}), "normal": normal}
         parameters |= asdict(preparing) | asdict(reading) | asdict(asked) | {"seed": seed} | asdict(options)
@@ -228,9 +248,9 @@ def write(
         For an unknown suffix, a place that cannot be written, texels of another surface, or without the role
         "albedo".
     """
-    output = parse_output(target, flat=flat)
-    check_running(threads, progress)
     options = chosen(WriteOptions, options)
+    output = parse_output(target, flat=flat, displaced=options.displace is not None)
+    check_running(threads, progress)
     check_used([output], options)
     found = None if exemplar is None else as_exemplar(exemplar)
     model = textured_model(

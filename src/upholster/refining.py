@@ -19,7 +19,7 @@ from upholster.image import Material
 from upholster.image.roles import ROLES
 from upholster.image.source import source_parts
 from upholster.options import WriteOptions, chosen
-from upholster.outputs import TexturedModel, atlas_pages, parse_output
+from upholster.outputs import TexturedModel, atlas_pages, check_displacement, metres_of, parse_output
 from upholster.parallel import check_running
 from upholster.shown import Shown, on_a_line
 from upholster.stream import StreamDecoder, on_surface
@@ -96,7 +96,7 @@ def refine(
     stream = path_text(stream, "stream")
     if not isinstance(limit, Limit | None):
         raise InputError(f"limit is a {type(limit).__name__}; allowed: a Limit")
-    wanted = [parse_output(target) for target in listed(targets)]
+    wanted = [parse_output(target, displaced=options.displace is not None) for target in listed(targets)]
     other = [file for file in [on is not None and surface_file(on)] if file]
     check_used(wanted, options)
     with outputs([file for output in wanted for file in output.files()], inputs=[stream, *other]) as files:
@@ -109,6 +109,7 @@ def refine(
         exemplar = received_exemplar(decoder)
         roles = tuple(source_parts(exemplar))[1:]
         files.add(file for output in wanted for file in output.later_files(roles, 1))
+        check_displacement(wanted, options, roles=roles, metres=metres_of(surface))
         add_pages(files, wanted, roles, atlas_pages(wanted, decoder.charts, options))
         same = data if decoder.complete and not options.stream_choices else None
         if same is not None and on is not None:

@@ -1,7 +1,7 @@
 """What `cover`, `refine` and `write` share: painting, and writing all outputs."""
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from upholster.codec import check_image
 from upholster.errors import InputError
@@ -14,7 +14,16 @@ from upholster.reports import timed
 from upholster.shown import on_a_line
 from upholster.types import PixelArray, Progress
 
-__all__ = ["add_pages", "check_coded", "check_used", "has_stream", "listed", "painted", "written_to"]
+__all__ = [
+    "add_pages",
+    "check_coded",
+    "check_used",
+    "has_stream",
+    "listed",
+    "notes_after",
+    "painted",
+    "written_to",
+]
 
 
 def listed(
@@ -72,6 +81,23 @@ def written_to(
         own = output.files(model.maps, pages)
         written |= {str(file): files.path(file).stat().st_size for file in own}
     return written
+
+
+def notes_after(
+    wanted: Sequence[Output],
+    model: TexturedModel,
+    seconds: dict[str, float],
+    tell: Callable[[str], None] | None,
+) -> list[str]:
+    """Return what the user should know of a solid that was written, told as well; none without one."""
+    if not any(output.kind == "solid" for output in wanted):
+        return []
+    with timed("check", seconds):
+        notes = model.solid_notes()
+    if tell is not None:
+        for note in notes:
+            tell(note)
+    return notes
 
 
 def painted(

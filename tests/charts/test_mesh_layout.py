@@ -37,7 +37,7 @@ def test_a_chart_holds_its_island_and_the_gutter_round_it() -> None:
 def test_on_a_plane_the_field_is_one_turned_matrix(turned: float) -> None:
     surface = sheet(turned)
     charts = mesh_charts(surface, 64.0)
-    vectors = np.tile([1.0, 0.0, 0.0], (len(surface.mesh.positions), 1))
+    vectors = np.tile([1.0, 0.0, 0.0], (len(surface.mesh.triangles), 3, 1))
     along, down = triangle_frames(surface, vectors)
     np.testing.assert_allclose(down, np.tile([0, -1.0, 0], (len(down), 1)), atol=1e-12)
     (field,) = mesh_fields(surface, charts, along, down, 100.0)

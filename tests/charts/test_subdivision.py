@@ -23,7 +23,7 @@ def flat_surface(mesh: TriangleMesh) -> MeshSurface:
 def test_edges_are_short_and_area_and_parameters_stay(longest: float) -> None:
     mesh = box()
     surface = flat_surface(mesh)
-    fine = subdivided(surface, np.tile([1.0, 0, 0], (len(mesh.positions), 1)), longest)
+    fine = subdivided(surface, np.tile([1.0, 0, 0], (len(mesh.triangles), 3, 1)), longest)
     small = fine.surface.mesh
     sides = np.linalg.norm(np.roll(small.corners, -1, axis=1) - small.corners, axis=2)
     assert sides.max() <= longest
@@ -42,7 +42,8 @@ def test_vectors_stay_of_unit_length_and_plain_triangles_are_left_out() -> None:
     island = np.zeros(len(mesh.triangles), int)
     island[:10] = -1
     surface = MeshSurface(mesh, island, flat_surface(mesh).parameters)
-    fine = subdivided(surface, vectors, 0.1)
+    fine = subdivided(surface, vectors[mesh.triangles], 0.1)
     assert fine.parent.min() == 10
-    np.testing.assert_allclose(np.linalg.norm(fine.vectors, axis=1), 1)
-    np.testing.assert_array_equal(fine.vectors[: len(vectors)], vectors)
+    np.testing.assert_allclose(np.linalg.norm(fine.vectors, axis=2), 1)
+    again = subdivided(surface, vectors[mesh.triangles], 10.0)
+    np.testing.assert_allclose(again.vectors, vectors[mesh.triangles][10:])

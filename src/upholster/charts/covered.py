@@ -64,10 +64,10 @@ def as_covered(on: CoveredLike, options: ModelOptions | None = None, *, biquadra
     options = options or ModelOptions()
     if _is_model(on):
         model = read_model(on, parts=options.part, unit=options.unit, up=options.up)  # type: ignore[arg-type]
-        surface, report = unwrap(model.mesh)
+        surface, report = unwrap(model.mesh, keep_uv=options.uv == "keep")
         return Covered(surface, model, (*model.notes, *report.notes))
     if isinstance(on, TriangleMesh):
-        surface, report = unwrap(on)
+        surface, report = unwrap(on, keep_uv=options.uv == "keep")
         return Covered(surface, None, tuple(report.notes))
     if options != ModelOptions():
         raise InputError("part, uv, unit and up are for models; allowed: none of them on other surfaces")

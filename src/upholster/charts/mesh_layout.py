@@ -67,12 +67,12 @@ def chart_places(surface: MeshSurface, charts: Sequence[Chart]) -> FloatArray:
 def triangle_frames(surface: MeshSurface, vectors: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the direction field's axes in each triangle's plane, (T, 3) each: along the rows, and down.
 
-    `vectors` (V, 3) is the field at the mesh's vertices; where it has no part in the plane, a triangle takes
-    its first edge.
+    `vectors` (T, 3, 3) is the field at the triangles' corners; where it has no part in the plane, a triangle
+    takes its first edge.
     """
     mesh = surface.mesh
     normals = mesh.flat_normals
-    along = vectors[mesh.triangles].mean(axis=1)
+    along = vectors.mean(axis=1)
     along = along - (along * normals).sum(axis=1, keepdims=True) * normals
     length = np.linalg.norm(along, axis=1)
     edge = mesh.corners[:, 1] - mesh.corners[:, 0]

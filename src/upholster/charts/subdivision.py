@@ -24,7 +24,7 @@ class Subdivided:
     parent
         (T,) int32: the triangle that each one is a part of.
     vectors
-        (V, 3) a vector at each vertex, of unit length: in between, the mean of the ends'.
+        (T, 3, 3) a vector at each corner, of unit length: in between, the mean of the ends'.
     """
 
     surface: MeshSurface
@@ -40,48 +40,49 @@ def subdivided(surface: MeshSurface, vectors: FloatArray, longest: float) -> Sub
     surface
         What to subdivide; triangles on no island are left out.
     vectors
-        (V, 3), of unit length, at its mesh's vertices.
+        (T, 3, 3), of unit length, at its triangles' corners.
     longest
         Length of an edge, in model units.
     """
     kept = np.flatnonzero(surface.island >= 0)
     positions, triangles = surface.mesh.positions, surface.mesh.triangles[kept]
-    parameters, parent = surface.parameters[kept], kept.astype(np.int32)
+    parameters, vectors, parent = surface.parameters[kept], vectors[kept], kept.astype(np.int32)
     for _ in range(_ROUNDS):
         ends = np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=2)
         long = np.linalg.norm(positions[ends[..., 0]] - positions[ends[..., 1]], axis=2) > longest
         if not long.any():
             break
-        middles, positions, vectors = _halved(ends, long, positions, vectors)
-        triangles, parameters, which = _split(triangles, parameters, middles)
-        parent = parent[which]
+        middles, positions = _halved(ends, long, positions)
+        triangles, places, which = _split(triangles, np.concatenate([parameters, vectors], axis=2), middles)
+        parameters, vectors, parent = places[..., :2], _unit(places[..., 2:]), parent[which]
     mesh = TriangleMesh(positions, triangles, name=surface.name)
     return Subdivided(MeshSurface(mesh, surface.island[parent], parameters), parent, vectors)
 
 
-def _halved(
-    ends: IntArray, long: NDArray[np.bool_], positions: FloatArray, vectors: FloatArray
-) -> tuple[IntArray, FloatArray, FloatArray]:
-    # New vertices in the middle of long edges: (T, 3) their numbers, −1 elsewhere, and the longer arrays.
+def _halved(ends: IntArray, long: NDArray[np.bool_], positions: FloatArray) -> tuple[IntArray, FloatArray]:
+    # New vertices in the middle of long edges: (T, 3) their numbers, −1 elsewhere, and the longer array.
     low, high = ends[long].min(axis=1).astype(np.int64), ends[long].max(axis=1)
     keys, number = np.unique(low * len(positions) + high, return_inverse=True)
     low, high = keys // len(positions), keys % len(positions)
     middles = np.full(long.shape, -1, np.int32)
     middles[long] = len(positions) + number.reshape(-1)
-    between = vectors[low] + vectors[high]
-    length = np.linalg.norm(between, axis=1, keepdims=True)
-    between = np.where(length > 1e-3, between / np.maximum(length, 1e-3), vectors[low])
-    half = 0.5 * (positions[low] + positions[high])
-    return middles, np.concatenate([positions, half]), np.concatenate([vectors, between])
+    return middles, np.concatenate([positions, 0.5 * (positions[low] + positions[high])])
+
+
+def _unit(vectors: FloatArray) -> FloatArray:
+    length = np.linalg.norm(vectors, axis=2, keepdims=True)
+    out: FloatArray = vectors / np.maximum(length, 1e-12)
+    return out
 
 
 def _split(
-    triangles: IntArray, parameters: FloatArray, middles: IntArray
+    triangles: IntArray, values: FloatArray, middles: IntArray
 ) -> tuple[IntArray, FloatArray, NDArray[np.intp]]:
-    # Triangles cut at the middles of one, two or three edges, and which one each is a part of.
-    between = 0.5 * (parameters + np.roll(parameters, -1, axis=1))
+    # Triangles cut at the middles of one, two or three edges, values at their corners, and which triangle
+    # each is a part of.
+    between = 0.5 * (values + np.roll(values, -1, axis=1))
     vertices = np.concatenate([triangles, middles], axis=1)  # corners 0…2, middles 3…5
-    places = np.concatenate([parameters, between], axis=1)
+    places = np.concatenate([values, between], axis=1)
     cut = middles >= 0
     parts = []
     for turn in range(3):  # patterns turned so that edge 0, or edges 0 and 1, are cut

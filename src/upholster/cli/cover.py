@@ -156,7 +156,8 @@ def _uses(
     made = asked.method + (" flat" if flat else " material" if material else "")
     kinds = {
         ".glb": "model", ".obj": "model", ".ply": "model", ".npz": "texels",
-        ".uph": "stream", ".html": "stream",
+        ".uph": "stream", ".html": "stream", ".stl": "model", ".3mf": "model",
     }  # fmt: skip
-    uses = [f"{made} {kinds.get(Path(name).suffix.lower(), 'picture')}" for name in outputs]
+    uses = ["displaced"] if any(Path(name).suffix.lower() in (".stl", ".3mf") for name in outputs) else []
+    uses += [f"{made} {kinds.get(Path(name).suffix.lower(), 'picture')}" for name in outputs]
     return ["prepare", *uses] if preparing.rectify else uses

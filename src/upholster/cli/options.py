@@ -21,6 +21,7 @@ _AS_TEXT: dict[str, tuple[_Read, _Write]] = {
     "crop": (lambda text: numbers("crop", text, ",", 4, int), str),
     "resize": (str, str),
     "part": (tuple, str),
+    "stroke": (tuple, str),
     "texels": (texel_count, str),
     "sample_size": (lambda text: _number_or_text(text), str),
     "direction": (str, str),
@@ -42,7 +43,11 @@ def _number_or_text(text: str) -> float | str:
         return text
 
 
-_WORDS: dict[str, Any] = {"rectify": tuple[str, str, str, str] | None, "part": list[str] | None}
+_WORDS: dict[str, Any] = {
+    "rectify": tuple[str, str, str, str] | None,
+    "part": list[str] | None,
+    "stroke": list[str] | None,
+}
 """Options of several words, or that may be given several times."""
 
 

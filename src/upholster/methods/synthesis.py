@@ -10,10 +10,10 @@ import numpy as np
 from upholster.charts.covered import CoveredLike, as_covered
 from upholster.charts.directions import Vectors, default_direction, direction_fields, parse_direction
 from upholster.charts.layout import RING, TextureScale, density_layout, texture_scale, uniform_layout
-from upholster.charts.mesh_directions import mesh_directions
+from upholster.charts.mesh_directions import MeshField, mesh_directions
 from upholster.charts.mesh_layout import mesh_charts, mesh_fields, triangle_frames
 from upholster.errors import InputError
-from upholster.geometry import AnySurface, MeshSurface, Surface
+from upholster.geometry import CREASE, AnySurface, MeshSurface, Surface
 from upholster.image import Material, check_exemplar
 from upholster.image.source import Source, as_exemplar
 from upholster.lengths import parse_length
@@ -29,7 +29,7 @@ from upholster.parallel import check_running
 from upholster.quilt.chart import MAX_CHART, Chart
 from upholster.quilt.model import Quilt
 from upholster.quilt.warp_field import WarpField
-from upholster.types import FloatArray, PixelArray, Progress
+from upholster.types import PixelArray, Progress
 
 __all__ = ["Prepared", "execute", "kept_sample", "matched_image", "prepare", "settled_seed", "synthesize"]
 
@@ -58,8 +58,8 @@ class Prepared:
         In words; empty where there is none.
     options
         Of the method, all settled.
-    vectors
-        (V, 3), on a mesh: which way the sample's rows run at its vertices.
+    field
+        Which way the sample's rows run on a mesh.
     """
 
     charts: tuple[Chart, ...]
@@ -67,7 +67,7 @@ class Prepared:
     scale: TextureScale | None
     direction: str
     options: QuiltOptions | PaperOptions | PixelOptions
-    vectors: FloatArray | None = None
+    field: MeshField | None = None
 
 
 def kept_sample(exemplar: PixelArray | Material, options: SynthesisOptions) -> PixelArray | Material:
@@ -137,8 +137,9 @@ def prepare(exemplar: PixelArray, surface: AnySurface, options: SynthesisOptions
     """
     if isinstance(surface, MeshSurface):
         return _prepare_mesh(exemplar, surface, options)
-    if options.crease is not None:
-        raise InputError("crease is for meshes; allowed: no crease on a surface of patches")
+    for name in ("crease", "stroke"):
+        if getattr(options, name) is not None:
+            raise InputError(f"{name} is for meshes; allowed: none on a surface of patches")
     if options.method == "paper":
         charts = uniform_layout(surface, chart=options.chart)
         return Prepared(charts, (), None, "", settled(options, PaperOptions))
@@ -173,13 +174,16 @@ def _prepare_mesh(exemplar: PixelArray, surface: MeshSurface, options: Synthesis
         if getattr(options, name):
             raise InputError(f"{name} is given on a mesh; allowed: {name} on a surface of patches")
     scale, block = _scale(exemplar, surface, options, surface.mesh.metres)
-    wanted = "level" if options.direction is None else options.direction
-    field = mesh_directions(surface.mesh, cast(Any, wanted), crease=options.crease)
+    field = mesh_directions(
+        surface.mesh,
+        cast(Any, options.direction),
+        strokes=options.stroke,
+        crease=CREASE if options.crease is None else options.crease,
+    )
     charts = mesh_charts(surface, scale.density)
-    fields = mesh_fields(surface, charts, *triangle_frames(surface, field.vectors), scale.scale)
+    fields = mesh_fields(surface, charts, *triangle_frames(surface, field.corner_vectors), scale.scale)
     own = settled(options, QuiltOptions, block=block)
-    text = wanted if isinstance(wanted, str) else getattr(wanted, "__name__", "vectors")
-    return Prepared(charts, fields, scale, text, own, field.vectors)
+    return Prepared(charts, fields, scale, field.words, own, field)
 
 
 def _wanted_block(exemplar: PixelArray, options: SynthesisOptions) -> int:
@@ -239,11 +243,11 @@ def execute(
     run: dict[str, Any] = {"seed": seed, "threads": threads, "progress": progress}
     charts, options = prepared.charts, prepared.options
     if isinstance(surface, MeshSurface):
-        assert prepared.vectors is not None
+        assert prepared.field is not None
         assert prepared.scale is not None
         assert isinstance(options, QuiltOptions)  # a mesh has all three
         return synthesize_mesh(
-            exemplar, surface, charts, prepared.fields, prepared.vectors, prepared.scale.scale,
+            exemplar, surface, charts, prepared.fields, prepared.field.corner_vectors, prepared.scale.scale,
             options=options, **run,
         )  # fmt: skip
     if isinstance(options, PaperOptions):

@@ -29,6 +29,9 @@ _FLOOD = 8.0
 
 _MOST_SETTLED = 1 << 16
 
+_AGREES = 0.7
+"""Cosine of the angle at a vertex up to which two triangles' directions are one field."""
+
 _TRIM = 0.5
 """A triangle stays in a block if the block map's derivative differs less from a rotation-free one there."""
 
@@ -37,10 +40,10 @@ class MeshArrays(NamedTuple):
     """A mesh as kernels take it; V vertices, T triangles.
 
     `positions` (V, 3), `triangles` (T, 3), `neighbours` (T, 3) as in `TriangleMesh`; `first` (V + 1,) and
-    `around` list the triangles round each vertex. `vectors` (V, 3) is the direction field; `normals`,
-    `along` and `down` (T, 3) are each triangle's normal and the field's two axes in its plane. `places`
-    (T, 3, 2) are row and column of each corner on its chart in working texels, centres at whole numbers;
-    `chart` (T,) is that chart, −1 for none. `seam` (T, 3) numbers the seams' edges, −1 elsewhere, and
+    `around` list the triangles round each vertex. `vectors` (T, 3, 3) is the direction field at corners;
+    `normals`, `along` and `down` (T, 3) are each triangle's normal and the field's two axes in its plane.
+    `places` (T, 3, 2) are row and column of each corner on its chart in working texels, centres at whole
+    numbers; `chart` (T,) is that chart, −1 for none. `seam` (T, 3) numbers the seams' edges, −1 elsewhere, and
     `crossing` (seams, 2, 2) takes texel steps over each. `spread` (V,) is a third of the area round a vertex.
     """
 
@@ -269,11 +272,13 @@ def _add_turns(mesh: MeshArrays, scratch: UnfoldScratch, t: int) -> None:
     weight = 1.0 / np.sqrt(determinant)
     for k in range(3):
         v = mesh.triangles[t, k]
-        d = (mesh.vectors[v, 0], mesh.vectors[v, 1], mesh.vectors[v, 2])
+        d = (mesh.vectors[t, k, 0], mesh.vectors[t, k, 1], mesh.vectors[t, k, 2])
         de, dg = _dot(d, e), _dot(d, g)
         p, q = (gg * de - eg * dg) * weight, (ee * dg - eg * de) * weight
-        scratch.turned[v, 0] += p * ex + q * gx
-        scratch.turned[v, 1] += p * ey + q * gy
+        x, y, old = p * ex + q * gx, p * ey + q * gy, scratch.turned[v]
+        both = np.sqrt((x * x + y * y) * (old[0] * old[0] + old[1] * old[1]))
+        if x * old[0] + y * old[1] >= _AGREES * both:  # else the field jumps here: the nearer side counts
+            old[0], old[1] = old[0] + x, old[1] + y
 
 
 @inline

@@ -62,18 +62,26 @@ class Footprints:
         return self.firsts, self.triangles, self.maps, self.sheets
 
 
-def mesh_arrays(fine: Subdivided, charts: Sequence[Chart]) -> MeshArrays:
-    """Return a subdivided surface as kernels take it, with its places on working charts."""
+def mesh_arrays(fine: Subdivided, charts: Sequence[Chart], crease: float | None = None) -> MeshArrays:
+    """Return a subdivided surface as kernels take it, with its places on working charts.
+
+    Blocks do not go on over edges at which the surface turns by `crease` degrees or more.
+    """
     surface, mesh = fine.surface, fine.surface.mesh
     along, down = triangle_frames(surface, fine.vectors)
     owner = np.argsort(mesh.triangles.ravel(), kind="stable")
     first = np.searchsorted(mesh.triangles.ravel()[owner], np.arange(len(mesh.positions) + 1))
     places = chart_places(surface, charts) - 0.5
     seam, crossing = _crossings(surface, places)
+    across = mesh.neighbours.copy()
+    if crease is not None:
+        normals = mesh.flat_normals
+        turned = (normals[:, None] * normals[across // 3]).sum(axis=2) <= np.cos(np.radians(crease))
+        across[turned] = seam[turned] = -1
     return MeshArrays(
         mesh.positions,
         mesh.triangles,
-        mesh.neighbours,
+        across,
         first.astype(np.int64),
         (owner // 3).astype(np.int32),
         np.ascontiguousarray(fine.vectors),

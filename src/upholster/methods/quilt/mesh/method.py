@@ -91,7 +91,7 @@ def synthesize_mesh(
     surface, charts, fields
         The layout, see `upholster.charts.mesh_layout`.
     vectors
-        (V, 3), unit vectors at the mesh's vertices: which way the exemplar's rows run.
+        (T, 3, 3), unit vectors at the triangles' corners: which way the exemplar's rows run.
     scale
         Exemplar pixels per model unit.
     options
@@ -171,7 +171,7 @@ class _Laying:
         """Begin."""
         fine = subdivided(surface, vectors, _SHORT * frame.size / frame.scale)
         working = tuple(_working(chart, frame) for chart in charts)
-        mesh = mesh_arrays(fine, working)
+        mesh = mesh_arrays(fine, working, options.crease)
         pyramid = MatchPyramid.of(exemplar, frame.level)
         level = pyramid.levels[frame.level]
         numbers = _numbers(frame, pyramid, options)
