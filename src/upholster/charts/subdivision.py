@@ -54,7 +54,7 @@ def subdivided(surface: MeshSurface, vectors: FloatArray, longest: float) -> Sub
             break
         middles, positions = _halved(ends, long, positions)
         triangles, places, which = _split(triangles, np.concatenate([parameters, vectors], axis=2), middles)
-        parameters, vectors, parent = places[..., :2], _unit(places[..., 2:]), parent[which]
+        parameters, vectors, parent = places[..., :2], places[..., 2:], parent[which]
     mesh = TriangleMesh(positions, triangles, name=surface.name)
     return Subdivided(MeshSurface(mesh, surface.island[parent], parameters), parent, vectors)
 
@@ -69,10 +69,10 @@ def _halved(ends: IntArray, long: NDArray[np.bool_], positions: FloatArray) -> t
     return middles, np.concatenate([positions, 0.5 * (positions[low] + positions[high])])
 
 
-def _unit(vectors: FloatArray) -> FloatArray:
+def _unit(vectors: FloatArray, instead: FloatArray) -> FloatArray:
+    # Vectors with length 1; where they are nothing, for those of the ends cancel, others.
     length = np.linalg.norm(vectors, axis=2, keepdims=True)
-    out: FloatArray = vectors / np.maximum(length, 1e-12)
-    return out
+    return np.where(length > 1e-3, vectors / np.maximum(length, 1e-3), instead)
 
 
 def _split(
@@ -81,6 +81,7 @@ def _split(
     # Triangles cut at the middles of one, two or three edges, values at their corners, and which triangle
     # each is a part of.
     between = 0.5 * (values + np.roll(values, -1, axis=1))
+    between[..., 2:] = _unit(between[..., 2:], values[..., 2:])
     vertices = np.concatenate([triangles, middles], axis=1)  # corners 0…2, middles 3…5
     places = np.concatenate([values, between], axis=1)
     cut = middles >= 0

@@ -43,7 +43,7 @@ class MeshArrays(NamedTuple):
     `around` list the triangles round each vertex. `vectors` (T, 3, 3) is the direction field at corners;
     `normals`, `along` and `down` (T, 3) are each triangle's normal and the field's two axes in its plane.
     `places` (T, 3, 2) are row and column of each corner on its chart in working texels, centres at whole
-    numbers; `chart` (T,) is that chart, −1 for none. `seam` (T, 3) numbers the seams' edges, −1 elsewhere, and
+    numbers; `chart` (T,) is that chart, −1 for none. `seam` (T, 3) numbers the seams' edges, −1 elsewhere;
     `crossing` (seams, 2, 2) takes texel steps over each. `spread` (V,) is a third of the area round a vertex.
     """
 
