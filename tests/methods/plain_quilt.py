@@ -189,19 +189,29 @@ class PlainGrid:
     overlaps: Any
     wrap: bool
 
-    @classmethod
-    def of(cls, chart, field, shape, block, overlap, copied, wrap, around):
-        # How many pixels a step down and one to the right take, at 9 × 9 places at most.
+    @staticmethod
+    def steps(chart, field):
+        """Return matrices at 9 × 9 places at most, and how many pixels a step down and one right take."""
         rows = np.linspace(0, chart.height - 1, min(9, chart.height))
         columns = np.linspace(0, chart.width - 1, min(9, chart.width))
         found = np.array([matrix_between(field, row, column) for row in rows for column in columns])
         steps = np.maximum(1e-3, np.sqrt((found**2).sum(axis=1)))
-        steps = np.exp(np.log(steps).mean(axis=0))
-        typical = float(np.sqrt(steps[0] * steps[1]))
+        return found, np.exp(np.log(steps).mean(axis=0))
+
+    @classmethod
+    def typical(cls, chart, field):
+        """Return how many pixels a texel is wide."""
+        _, steps = cls.steps(chart, field)
+        return float(np.sqrt(steps[0] * steps[1]))
+
+    @classmethod
+    def of(cls, chart, field, shape, block, overlap, coarse, copied, wrap, around):
+        found, steps = cls.steps(chart, field)
+        typical = cls.typical(chart, field)
         last = max(0, int(np.log2(min(shape) / 16)))
         level = min(max(0, int(np.floor(np.log2(typical) + 0.5))), last)
         sample = max(1, int(np.rint(2**level / typical)))
-        cell, feather = (4 * sample, 3) if block >= 48 else (2 * sample, 2)
+        cell, feather = (4 * sample, 3) if coarse else (2 * sample, 2)
         wanted = block / steps
         # A block reads three quarters of the exemplar at most, wherever it lies.
         spans = np.abs(found).max(axis=0) @ wanted
@@ -221,12 +231,18 @@ class PlainGrid:
             if copied:
                 side = max(cell, min(side, pixels // cell * cell))
             sides.append(side)
-            overlaps.append(min(max(4 * sample, cell * int(np.rint(side / share / cell))), side // 2))
+            least = 8 if overlap is None and level > 0 else 4 * sample
+            overlaps.append(min(max(least, cell * int(np.rint(side / share / cell))), side // 2))
         return cls(chart, field, level, sample, cell, feather, *sides, tuple(overlaps), wrap)
 
     def need(self, waiting):
         """Return rows from, to, columns from, to: beyond edges whose neighbour waits, a little more."""
         rows, columns = (n + 2 * self.mask_cell + 8 for n in self.overlaps)
+        # A first block that would end at the edge, or within two texels of it, begins later.
+        if rows > self.height - 2:
+            rows = self.height - self.overlaps[0]
+        if columns > self.width - 2:
+            columns = self.width - self.overlaps[1]
         top, right, bottom, left = (edge in waiting for edge in range(4))
         return (
             -rows * top,
@@ -672,9 +688,14 @@ def plain_quilt(exemplar, surface, charts, fields=None, *, options, wrap=False, 
     found = () if wrap else find_seams(surface, charts)
     copied = len(charts) == 1 and not fields[0].nodes.any() and not found
     itself = [{m.edge for m in found if m.chart == m.other_chart == n} for n in range(len(charts))]
+    coarse = (
+        options.block >= 48
+        and min(options.block / max(1.0, PlainGrid.typical(*one)) for one in zip(charts, fields, strict=True))
+        >= 24
+    )
     fitting = (min(shape), min(shape)) if options.rotate else shape
     grids = [
-        PlainGrid.of(c, f, fitting, options.block, options.overlap, copied, wrap, around)
+        PlainGrid.of(c, f, fitting, options.block, options.overlap, coarse, copied, wrap, around)
         for c, f, around in zip(charts, fields, itself, strict=True)
     ]
     whole = PlainSample.of(exemplar, max(grid.level for grid in grids))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from upholster.methods.quilt._block_kernels import COLUMN, LEFT, ROW, TOP
-from upholster.methods.quilt.grid import BlockGrid
+from upholster.methods.quilt.grid import BlockGrid, has_coarse_cells
 from upholster.quilt import Chart
 from upholster.quilt.displacement import warped_sources
 from upholster.quilt.placement import PLACEMENT
@@ -73,10 +73,24 @@ def test_sizes_fit_together(field):
 
 
 def test_large_blocks_have_coarse_masks():
-    fine, coarse = (BlockGrid.of(Chart(0, 300, 300), IDENTITY, (256, 256), block, None) for block in (44, 48))
+    large = Chart(0, 300, 300)
+    kinds = [has_coarse_cells([large], [IDENTITY], block) for block in (44, 48)]
+    assert kinds == [False, True]
+    fine, coarse = (BlockGrid.of(large, IDENTITY, (256, 256), 48, None, coarse=kind) for kind in kinds)
     assert (fine.mask_cell, fine.feather) == (2, 2)
     assert (coarse.mask_cell, coarse.feather) == (4, 3)
     assert coarse.height % 4 == 0
+    # What counts is the chart where they have the fewest texels.
+    small = field_of(rotation(3.9))
+    assert not has_coarse_cells([large, large], [IDENTITY, small], 92)
+    assert has_coarse_cells([large, large], [IDENTITY, small], 96)
+
+
+def test_small_blocks_of_a_minified_texture_overlap_by_four_cells():
+    for scale in (1.5, 4, 9):
+        grid = BlockGrid.of(Chart(0, 300, 300), field_of(rotation(scale)), (512, 512), 40, None)
+        assert min(grid.overlap_rows, grid.overlap_columns) >= 8 >= 4 * grid.mask_cell
+    assert BlockGrid.of(Chart(0, 300, 300), field_of(rotation(4)), (512, 512), 40, 12).overlap_rows == 4
 
 
 def test_a_texel_is_a_pixel_without_a_field():

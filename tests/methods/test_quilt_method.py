@@ -9,6 +9,8 @@ from plain_quilt import plain_quilt, texture
 from upholster.charts.seams import find_seams, transitions
 from upholster.errors import InputError
 from upholster.geometry import RationalPatch, Surface, cone, plane, ring_cyclide, sphere, torus
+from upholster.measure.cuts import cut_seam_ratio
+from upholster.methods import synthesize
 from upholster.methods.quilt.method import synthesize_quilt
 from upholster.methods.quilt.options import QuiltOptions
 from upholster.quilt import Chart, paint
@@ -100,6 +102,17 @@ TWINS = {
     "turned": (EXEMPLAR, plane(), ONE, (turning(1.3, 30),), QuiltOptions(block=16), False),
     "bent": (EXEMPLAR, plane(), ONE, (turning(0.8, -10, 0.1),), QuiltOptions(block=16), False),
     "minified": (texture(96, 120), plane(), ONE, (turning(2.6, -70, 0.02),), QuiltOptions(block=40), False),
+    "minified, large": (
+        texture(160, 170),
+        plane(),
+        ONE,
+        (turning(2.5, 5),),
+        QuiltOptions(block=64),
+        False,
+    ),
+    "minified, of few texels": (
+        *(texture(220, 240), plane(), ONE, (turning(5.5, 5),), QuiltOptions(block=64), False),
+    ),
     "magnified": (
         EXEMPLAR,
         plane(),
@@ -326,6 +339,14 @@ def test_a_chart_that_meets_itself_goes_on_across_its_edges():
             apart.append(np.abs(lines[0] - lines[-1]).mean())
             near.append(np.abs(np.diff(lines, axis=0)).mean())
     assert 0.75 < np.mean(apart) / np.mean(near) < 1.2
+
+
+def test_blocks_of_few_texels_do_not_show():
+    # A sample of 43 texels: blocks of 16, cut as well as larger ones.
+    exemplar = texture(512, 512, passes=200)
+    quilt = synthesize(exemplar, "ellipsoid", texels=60_000, block=160)
+    assert {grid.height for grid in quilt.plan.grids} == {16}
+    assert cut_seam_ratio(quilt, paint(quilt, exemplar)) < 1.15
 
 
 @pytest.mark.parametrize("size", [(70, 85), (64, 64), (25, 130)])

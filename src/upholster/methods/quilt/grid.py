@@ -1,6 +1,6 @@
 """Where a chart's blocks lie: their size in texels, the level they read, and their order."""
 
-from collections.abc import Set
+from collections.abc import Sequence, Set
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,18 +11,38 @@ from upholster.quilt.chart import Chart
 from upholster.quilt.warp_field import WarpField
 from upholster.types import FloatArray, IntArray
 
-__all__ = ["BlockGrid", "GridPart"]
+__all__ = ["BlockGrid", "GridPart", "has_coarse_cells"]
 
 _SMALLEST_BLOCK = 16
 _LARGEST_BLOCK = 512
-_COARSE = 48
-"""Blocks of so many pixels have masks of cells twice as large: as many bytes tell as long a cut."""
+_COARSE, _COARSE_TEXELS = 48, 24
+"""Blocks of so many pixels, and of so many texels, have masks of cells twice as large: as many bytes tell as
+long a cut."""
+
+_LEAST_OVERLAP = 8
+"""Texels where the texture is minified: in less, a cut has no way to choose from."""
 
 _SMALLEST_LEVEL = 16
 """Pixels that a level has at least each way."""
 
 _LARGEST_SHARE = 0.75
 """Of the exemplar's height and width that a block may read, so that there are several to choose from."""
+
+
+def has_coarse_cells(charts: Sequence[Chart], fields: Sequence[WarpField], block: int) -> bool:
+    """Tell whether the cells of masks are twice as large, on all charts alike.
+
+    Parameters
+    ----------
+    charts, fields
+        The layout.
+    block
+        Side of a block in exemplar pixels.
+    """
+    if block < _COARSE:
+        return False
+    texels = [block / max(1.0, _typical(_sizes(*one)[0])) for one in zip(charts, fields, strict=True)]
+    return min(texels) >= _COARSE_TEXELS
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -86,6 +106,7 @@ class BlockGrid:
         block: int,
         overlap: int | None,
         *,
+        coarse: bool = False,
         copied: bool = False,
         wrap: bool = False,
         most: tuple[float, float] = (_LARGEST_BLOCK, _LARGEST_BLOCK),
@@ -97,7 +118,10 @@ class BlockGrid:
         exemplar_shape
             (height, width) in pixels: a block reads at most three quarters of it.
         block, overlap
-            In pixels; an overlap of None is three tenths of a block.
+            In pixels; an overlap of None is three tenths of a block, and 8 texels or more where the texture
+            is minified.
+        coarse
+            Whether masks' cells are twice as large, see `has_coarse_cells`.
         copied
             Whether blocks must lie inside the exemplar, for their texels are copies of whole pixels.
         wrap
@@ -106,12 +130,12 @@ class BlockGrid:
             Largest height and width in texels.
         """
         sizes, crossed = _sizes(chart, field)
-        typical = float(np.sqrt(sizes[0] * sizes[1]))
+        typical = _typical(sizes)
         last = max(0, int(np.log2(min(exemplar_shape) / _SMALLEST_LEVEL)))
         level = min(max(0, int(np.floor(np.log2(typical) + 0.5))), last)
         sample = max(1, int(np.rint(2**level / typical)))
-        coarse = block >= _COARSE
         cell, feather = (4 if coarse else 2) * sample, 3 if coarse else 2
+        least = _LEAST_OVERLAP if overlap is None and level > 0 else 4 * sample
         share = block / (0.3 * block if overlap is None else overlap)
         sides, overlaps = [], []
         wanted = block / sizes
@@ -125,7 +149,7 @@ class BlockGrid:
                 side = max(cell, min(side, pixels // cell * cell))
             sides.append(side)
             # At least one box of features deep.
-            overlaps.append(min(max(4 * sample, cell * int(np.rint(side / share / cell))), side // 2))
+            overlaps.append(min(max(least, 4 * sample, cell * int(np.rint(side / share / cell))), side // 2))
         return cls(
             chart, field, level, sample, cell, feather, sides[0], sides[1], overlaps[0], overlaps[1], wrap
         )
@@ -144,17 +168,20 @@ class BlockGrid:
             Edges (0 top, 1 right, 2 bottom, 3 left) at which a neighbour is not laid yet: there, blocks
             continue for an overlap beyond the edge.
         """
-        # A little more than an overlap: masks transferred over an edge lose their rims.
-        rows, columns = (
-            self.overlap_rows + 2 * self.mask_cell + 8,
-            self.overlap_columns + 2 * self.mask_cell + 8,
-        )
+        rows = self._reach(self.height, self.overlap_rows)
+        columns = self._reach(self.width, self.overlap_columns)
         return (
             -rows * (0 in open_sides),
             self.chart.height + rows * (2 in open_sides),
             -columns * (3 in open_sides),
             self.chart.width + columns * (1 in open_sides),
         )
+
+    def _reach(self, side: int, overlap: int) -> int:
+        # How far blocks go on beyond an edge: a little more than an overlap, for masks transferred over an
+        # edge lose their rims. But blocks must not end at the edge itself, which would show.
+        reach = overlap + 2 * self.mask_cell + 8
+        return reach if reach <= side - 2 else side - overlap
 
     def opened(self, around: Set[int]) -> set[int]:
         """Return the edges that stay open at first of those along which the chart meets itself.
@@ -223,6 +250,11 @@ class BlockGrid:
             return (start + np.arange(count) * (stop - start) // count).astype(np.int32)
         count = max(1, -(-(stop - start - overlap) // step))
         return (start + np.arange(count) * step).astype(np.int32)
+
+
+def _typical(sizes: FloatArray) -> float:
+    # Exemplar pixels per texel, by `_sizes`' lengths of steps.
+    return float(np.sqrt(sizes[0] * sizes[1]))
 
 
 def _sizes(chart: Chart, field: WarpField) -> tuple[FloatArray, FloatArray]:

@@ -17,7 +17,7 @@ from upholster.charts.seams import ChartSeam, Transition, find_seams, transition
 from upholster.errors import InputError
 from upholster.geometry import Surface
 from upholster.methods.quilt.emit import emit_list, emit_plan
-from upholster.methods.quilt.grid import BlockGrid
+from upholster.methods.quilt.grid import BlockGrid, has_coarse_cells
 from upholster.methods.quilt.lay import lay_chart
 from upholster.methods.quilt.match_pyramid import MatchPyramid
 from upholster.methods.quilt.options import QuiltOptions
@@ -143,10 +143,9 @@ def _run(
     symmetries = _symmetries(options)
     # A quarter turn changes height and width.
     fitting = (min(shape), min(shape)) if options.rotate else shape
+    sizes, coarse = (options.block, options.overlap), has_coarse_cells(charts, fields, options.block)
     grids = [
-        BlockGrid.of(
-            chart, field, fitting, options.block, options.overlap, copied=copied, wrap=wrap, most=most
-        )
+        BlockGrid.of(chart, field, fitting, *sizes, coarse=coarse, copied=copied, wrap=wrap, most=most)
         for chart, field, most in zip(charts, fields, _largest_blocks(charts, seams), strict=True)
     ]
     match_pyramid = MatchPyramid.of(exemplar, max(grid.level for grid in grids))
