@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from upholster import pipeline, surface_from_spec
-from upholster.image import write_image
+from upholster import reports, surface_from_spec
+from upholster.image import read_exemplar, write_image
 from upholster.pipeline import cover
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -27,17 +27,31 @@ def box(tmp_path):
     return str(path)
 
 
-@pytest.mark.parametrize("spec", ["torus", "sphere", "vase", "box"])
-@pytest.mark.parametrize("pixels", [64, 200])
-def test_the_sample_is_a_sixth_of_the_model_wide_whatever_its_pixels(spec, pixels, box, tmp_path):
+PAIRS = [
+    *(("pebbles", str(pixels), spec) for pixels in (64, 200) for spec in ("torus", "sphere", "vase", "box")),
+    # Photographs, wide and high, on other surfaces.
+    *(("brick", "150x90", "cyclide"), ("gravel", "90x150", "ellipsoid")),
+    *(("grass", "300", "cylinder"), ("bricks_material", "128", "cone")),
+]
+"""Sample, its pixels, surface: twelve of those that `python -m benchmarks.first_hours` looks at."""
+
+
+@pytest.mark.parametrize(("sample", "pixels", "spec"), PAIRS)
+def test_the_sample_is_a_sixth_of_the_model_wide_whatever_its_pixels(sample, pixels, spec, box, tmp_path):
     on = box if spec == "box" else spec
-    found = cover(
-        str(EXAMPLES / "pebbles.png"), on, [str(tmp_path / "x.npz")], resize=str(pixels),
-        synthesis={"texels": 60_000},
-    )  # fmt: skip
+    folder = EXAMPLES / sample
+    source, out = str(folder if folder.is_dir() else folder.with_suffix(".png")), tmp_path / "x.npz"
+    found = cover(source, on, [str(out)], resize=pixels, synthesis={"texels": 60_000})
     wide = float(found.settled["sample"].split()[0])
     assert wide == pytest.approx(surface_from_spec(on).size / 6, rel=1e-3)
     assert "--sample-size" in found.settled["sample"]
+    # All of it is covered, evenly, by colours of the sample.
+    albedo = read_exemplar(folder / "bricks_albedo.png" if folder.is_dir() else source)
+    with np.load(out) as file:
+        charts = [file[name] for name in file.files if name.startswith("chart_")]
+    texels = np.concatenate([chart.reshape(-1, chart.shape[2]) for chart in charts])
+    assert len(texels) == pytest.approx(60_000, rel=0.35)
+    np.testing.assert_allclose(texels.mean(axis=0), albedo.mean(axis=(0, 1)), atol=12)
 
 
 def test_what_is_soft_or_very_large_is_told_before_the_work(tmp_path, monkeypatch):
@@ -56,5 +70,5 @@ def test_what_is_soft_or_very_large_is_told_before_the_work(tmp_path, monkeypatc
     stages.clear()
     assert "soft" in run(texels=200_000).notes[0]
     assert [count for _, count in told] == [0]
-    monkeypatch.setattr(pipeline, "_MANY_TEXELS", 30_000)
+    monkeypatch.setattr(reports, "_MANY_TEXELS", 30_000)
     assert "GB of texels in memory" in run(texels=40_000).notes[0]
