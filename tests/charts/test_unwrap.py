@@ -1,5 +1,6 @@
 """Meshes laid out flat: islands cover the mesh once, turn as in space, and keep areas and lengths."""
 
+import itertools
 from collections.abc import Callable
 
 import numpy as np
@@ -9,7 +10,7 @@ from numpy.typing import NDArray
 from upholster.charts.unwrap import unwrap
 from upholster.charts.unwrap._flatten_kernels import crossings, singular_values
 from upholster.charts.unwrap._raster_kernels import coverage
-from upholster.charts.unwrap.flattening import shapes_of
+from upholster.charts.unwrap.flattening import flatten, shapes_of
 from upholster.charts.unwrap.pieces import pieces_of
 from upholster.errors import InputError
 from upholster.geometry.triangle_mesh import MeshSurface, TriangleMesh, welded
@@ -256,3 +257,31 @@ def test_crossings_are_those_of_all_pairs() -> None:
     assert crossings(ends, pairs) >= expected > 0
     circle = np.stack([np.cos(np.arange(60) / 10), np.sin(np.arange(60) / 10)], axis=1)
     assert crossings(circle[pairs], pairs) == 0
+
+
+def test_borders_that_lie_on_each_other_do_not_hide_overlaps() -> None:
+    """A strip of five squares round a corner: unfolded, the last lies exactly on the first."""
+    ways = np.array([[1, 0, 0], [0, 1, 0], [-1, 0, 0], [0, -1, 0], [0, 0, 1], [1, 0, 0]])
+    positions, triangles = [], []
+    for number, (one, other) in enumerate(itertools.pairwise(ways)):
+        positions += [0 * one, one, one + other, other]
+        triangles += [
+            [4 * number, 4 * number + 1, 4 * number + 2],
+            [4 * number, 4 * number + 2, 4 * number + 3],
+        ]
+    places, vertex = welded(positions)
+    cut = vertex.reshape(5, 4).copy()
+    cut[4, 3] = len(places)  # the last square does not meet the first
+    mesh = TriangleMesh([*places, ways[0]], cut.reshape(-1)[triangles])
+    (piece,) = pieces_of(mesh.neighbours, np.ones(10, bool))
+    flat = flatten(piece, mesh.corners, mesh.areas, mesh.flat_normals)
+    times = np.zeros((90, 90), np.int32)
+    coverage((flat.parameters - flat.parameters.min(axis=(0, 1))) * 30, times)
+    assert flat.good == (times.max() == 1)
+    surface, _ = unwrap(mesh)
+    assert (turned(surface) > 0).all()
+    for island in range(surface.islands):
+        own = surface.parameters[surface.island == island]
+        times = np.zeros((90, 90), np.int32)
+        coverage((own - own.min(axis=(0, 1))) * 30, times)
+        assert times.max() == 1

@@ -12,6 +12,7 @@ from upholster.charts.unwrap._flatten_kernels import (
     unfold,
     untangle,
 )
+from upholster.charts.unwrap._raster_kernels import coverage
 from upholster.charts.unwrap.pieces import Piece
 from upholster.types import FloatArray, IntArray
 
@@ -31,6 +32,8 @@ _LEAST_DETERMINANT = 0.05
 
 _MOST_DENSITY, _MOST_STRETCH = 2.0, 2.0
 _UNROLLED = 1.02
+_ROUNDING = 5e-4
+"""Share of samples that may fall on an edge and count for both of its triangles."""
 
 
 class Flat(NamedTuple):
@@ -43,7 +46,8 @@ class Flat(NamedTuple):
     flipped
         How many triangles lie the other way round or have no area.
     crossings
-        How many pairs of border edges cross.
+        How many pairs of border edges cross, or where none does, how many samples lie under several
+        triangles.
     density
         How its area is spread: 99th percentile of (area laid)/(area in space) over the 1st.
     stretch
@@ -149,6 +153,8 @@ def _judged(piece: Piece, points: FloatArray, areas: FloatArray, shapes: FloatAr
     scale = np.sqrt(areas.sum() / max(float(turned.sum()), 1e-300))
     border = piece.border()
     crossed = int(crossings(points[border], border)) if len(border) else 0
+    if crossed == 0 and len(areas) > 1:
+        crossed = _covered_twice(points[piece.vertex])
     real = areas > 0
     low, high = percentile(turned[real] / areas[real], areas[real], (0.01, 0.99))
     return Flat(
@@ -158,6 +164,18 @@ def _judged(piece: Piece, points: FloatArray, areas: FloatArray, shapes: FloatAr
         high / max(low, 1e-9),
         percentile(stretches(shapes, points[piece.vertex]), areas, (0.99,))[0],
     )
+
+
+def _covered_twice(corners: FloatArray) -> int:
+    """Count samples under several triangles: borders that lie on each other do not cross."""
+    side = 32 + 4 * int(np.sqrt(len(corners)))
+    low, high = corners.min(axis=(0, 1)), corners.max(axis=(0, 1))
+    step = max(float((high - low).max()) / side, 1e-300)
+    rows, columns = (int(count) + 1 for count in (high - low) / step)
+    times = np.zeros((rows, columns), np.int32)
+    coverage((corners - low) / step, times)
+    several, covered = int((times > 1).sum()), int((times > 0).sum())
+    return several if several > 1 + _ROUNDING * covered else 0
 
 
 def _turned_upright(points: FloatArray, border: IntArray) -> FloatArray:
