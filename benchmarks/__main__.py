@@ -2,7 +2,7 @@
 
 ``codec``, ``profiles``, ``claims``, ``fidelity``, ``seams`` and ``photos`` take a folder of exemplars
 instead of the project's own, the last four the options of their modules:
-``python -m benchmarks fidelity FOLDER -o OUT``. ``unwrap`` takes a folder of meshes.
+``python -m benchmarks fidelity FOLDER -o OUT``. ``unwrap`` and ``meshstream`` take a folder of meshes.
 """
 
 import sys
@@ -18,6 +18,7 @@ from benchmarks.command import command
 from benchmarks.compile import compile_time
 from benchmarks.flagship import flagship, growth
 from benchmarks.measure import Results
+from benchmarks.meshstream import meshstream
 from benchmarks.parts import parts
 from benchmarks.pixel import pixel
 from benchmarks.profiles import profiles
@@ -39,6 +40,7 @@ BENCHMARKS = {
     "profiles": profiles,
     "stream": stream,
     "unwrap": unwrapping,
+    "meshstream": meshstream,
     "web": web,
     "frames": frames,
     "decoder": web_decoder,
@@ -48,7 +50,7 @@ BENCHMARKS = {
     "photos": photos_module.photos,
     "first_hours": first_hours_module.first_hours,
 }
-WITH_FOLDER = {"codec": codec, "profiles": profiles, "unwrap": unwrapping}
+WITH_FOLDER = {"codec": codec, "profiles": profiles, "unwrap": unwrapping, "meshstream": meshstream}
 PROGRAMS = {
     "claims": claims_module.main,
     "fidelity": fidelity_module.main,

@@ -5,7 +5,9 @@ Cushions are rounded boxes that bulge a little; legs are tapered.
 
 import json
 import struct
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -29,7 +31,9 @@ def rounded_box(half: np.ndarray, radius: float, bulge: float, count: int) -> tu
     i, j = (x.ravel() for x in np.mgrid[:count, :count])
     at = [(i + a) * (count + 1) + j + b for a, b in ((0, 0), (0, 1), (1, 1), (1, 0))]
     square = np.concatenate([np.stack(at[:3], axis=1), np.stack([at[0], at[2], at[3]], axis=1)])
-    sides, swollen, triangles = [], [], []
+    sides: list[np.ndarray] = []
+    swollen: list[np.ndarray] = []
+    triangles: list[np.ndarray] = []
     for axis in range(3):
         for sign in (1, -1):
             side = np.empty((len(u), 3))
@@ -46,9 +50,13 @@ def rounded_box(half: np.ndarray, radius: float, bulge: float, count: int) -> tu
     return points[first], vertex.reshape(-1)[np.concatenate(triangles)]
 
 
-def write_glb(path: Path, parts: dict[str, tuple[np.ndarray, np.ndarray, tuple[float, ...]]]) -> None:
-    """Write parts, each positions, triangles and where it stands, as a GLB with a node and a mesh for each."""
-    data, views, accessors, meshes, nodes = b"", [], [], [], []
+def write_glb(path: Path, parts: Mapping[str, tuple[np.ndarray, np.ndarray, tuple[float, ...]]]) -> None:
+    """Write parts, each positions, triangles and place, as a GLB with a node and a mesh for each."""
+    data = b""
+    views: list[dict[str, Any]] = []
+    accessors: list[dict[str, Any]] = []
+    meshes: list[dict[str, Any]] = []
+    nodes: list[dict[str, Any]] = []
     for name, (points, triangles, place) in parts.items():
         arrays = (
             (points.astype("<f4"), 34962, 5126, "VEC3"),

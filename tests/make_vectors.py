@@ -14,7 +14,8 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent / "stream"))
 
-from streams import changed, covered, leaning, noise, stream, woven
+from meshes import charts_of, icosphere, sheets, soup
+from streams import bent, changed, covered, leaning, noise, stream, woven
 
 from upholster.geometry import Surface, surface_from_spec
 from upholster.quilt import Chart, Quilt
@@ -51,6 +52,11 @@ def vectors() -> Any:
     yield "fields", stream("bent")
     yield "rings", encode_stream(*woven("torus", texels=8_000))
     yield "symmetries", encode_stream(*woven("torus", sample_size=1.5, mirror=True, rotate=True))
+    rng = np.random.default_rng(7)
+    for name, mesh in (("mesh", icosphere(2)), ("mesh_of_any_triangles", soup(3))):
+        charts = charts_of(mesh)
+        quilt = sheets(rng, charts, (64, 72), 60, bent(rng, charts))
+        yield name, encode_stream(mesh, quilt, noise(64, 72))
     yield "centre_matrices", encode_stream(*leaning(spec="cone", texels=5_000))
 
 

@@ -68,6 +68,21 @@ export class SurfaceMesher {
 }
 
 /**
+ * Meshes of the charts of a mesh: its own triangles, with normals that are smooth but for creases of 40°. It has the
+ * methods of `SurfaceMesher`; there are no seams to fill, and `counts` change nothing.
+ */
+export class TriangleMesher {
+  /** What `UphDecoder` has, its surface of the kind 'mesh'. */
+  constructor(surface: Surface, charts: readonly Chart[])
+  seams(chart: number, edge: 0 | 1 | 2 | 3): ChartSeam[]
+  frameAngles(chart: number, edge: 0 | 1 | 2 | 3, count: number): Float32Array
+  bounds(chart: number): Bounds
+  mesh(chart: number): ChartMesh
+  /** The triangles that lie on no chart; null where there are none. */
+  plainMesh(): ChartMesh | null
+}
+
+/**
  * Segments along s and t, powers of two from 1 to 256, with which the mesh stays within `errorPixels` of the surface.
  *
  * `pixelsPerUnit` tells how large the model's unit is on the screen at the chart's nearest point.

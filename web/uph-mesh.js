@@ -9,3 +9,4 @@
 
 export { countsFor } from './mesh/bounds.js'
 export { SurfaceMesher } from './mesh/mesher.js'
+export { TriangleMesher } from './mesh/triangle-mesher.js'

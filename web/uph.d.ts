@@ -47,6 +47,25 @@ export type Surface =
       faces: Face[]
       patchCount: number
     }
+  | {
+      kind: 'mesh'
+      name: string
+      /** Length of the model's unit in metres; null where it is not told. */
+      metres: number | null
+      parts: string[]
+      /** One null for each island: charts name islands as their faces. */
+      faces: null[]
+      /** Per triangle three vertices, counter-clockwise seen from outside; its island, −1 for none; its part. */
+      triangles: Int32Array
+      island: Int32Array
+      part: Int32Array
+      /** Per corner, whether the edge that begins there is a seam or a border. */
+      seams: Uint8Array
+      /** x, y, z of each vertex. */
+      positions: Float64Array
+      /** s, t of each corner on its island. */
+      parameters: Float64Array
+    }
   | { kind: 'nets'; name: string; tolerance: number; faces: Face[]; patches: Patch[]; patchCount: number }
 
 /** What a piece of a stream changed. */

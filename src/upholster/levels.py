@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from upholster.errors import InputError
-from upholster.geometry import Surface
+from upholster.geometry import AnySurface
 from upholster.image import from_linear
 from upholster.image.drawing import Drawing
 from upholster.options import WriteOptions
@@ -206,7 +206,7 @@ def _plot(steps: list[Step]) -> PixelArray:
     return drawing.pixels()
 
 
-def _surface(data: bytes) -> Surface:
+def _surface(data: bytes) -> AnySurface:
     decoder = StreamDecoder()
     decoder.feed(data)
     if decoder.surface is None or decoder.needed:

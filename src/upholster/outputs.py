@@ -312,8 +312,6 @@ class TexturedModel(Shown):
         """Quilt and exemplar as a stream; `InputError` where they are not known."""
         if self.read_from is not None:
             return self.read_from
-        if isinstance(self.surface, MeshSurface):
-            raise InputError("a mesh has no stream yet; allowed for a mesh: .glb, .obj, .npz and pictures")
         if self.quilt is None or self.exemplar is None:
             raise InputError("a stream needs a quilt and its sample, not texels alone")
         parts = source_parts(self.exemplar)

@@ -113,7 +113,7 @@ def refine(
         add_pages(files, wanted, roles, atlas_pages(wanted, decoder.charts, options))
         same = data if decoder.complete and not options.stream_choices else None
         if same is not None and on is not None:
-            same = on_surface(same, surface)
+            same = None if isinstance(surface, MeshSurface) else on_surface(same, surface)
         quilt = decoder.quilt().on(surface)
         texels, maps = painted(quilt, exemplar, threads, progress)
         options = _as_coded(decoder, options)

@@ -25,10 +25,10 @@ def decode(plan: Any, sources: Any, masks: Any, charts: Any, exemplar: Any, fiel
         return plain_grid.decode(reader, sources, masks, charts, exemplar, fields)
     if kind == 1:
         return _strips(reader, sources, masks, charts, exemplar)
-    return _list(reader, sources, masks, charts, fine=kind == 3)
+    return _list(reader, sources, masks, charts, fields, fine=kind == 3)
 
 
-def _list(reader: Any, sources: Any, masks: Any, charts: Any, *, fine: Any) -> Any:
+def _list(reader: Any, sources: Any, masks: Any, charts: Any, fields: Any, *, fine: Any) -> Any:
     counts, total = [reader.varint() for _ in charts], reader.varint()
     reader.end()
     coder = PlainCoder(sources, None, 255)
@@ -36,13 +36,13 @@ def _list(reader: Any, sources: Any, masks: Any, charts: Any, *, fine: Any) -> A
     before, following = dict.fromkeys([*NAMES, *range(4)], 0), 0
     for chart, count in enumerate(counts):
         for _ in range(count):
-            one = _record(coder, before if placed else None, following, fine)
+            one = _record(coder, before if placed else None, following, fields[chart], fine)
             before, placed = one, [*placed, one | {"chart": chart}]
             if one["mask"] == 2:
                 rows, columns = window(one, charts[chart])
                 following = one["first_cell"] + len(rows) * len(columns)
     for one in placed:
-        one["matrix"] = [one.pop(k) for k in range(4)]
+        one["matrix"], one["centred"] = [one.pop(k) for k in range(4)], min(1, one["centred"])
         if not fine:
             one["source_row"], one["source_column"] = 16 * one["source_row"], 16 * one["source_column"]
     cut = sorted((one for one in placed if one["mask"] == 2), key=lambda one: one["first_cell"])
@@ -56,7 +56,7 @@ def _list(reader: Any, sources: Any, masks: Any, charts: Any, *, fine: Any) -> A
     return placed, coded_masks(masks, shapes) if total else []
 
 
-def _record(coder: Any, before: Any, following: Any, fine: Any) -> Any:
+def _record(coder: Any, before: Any, following: Any, field: Any, fine: Any) -> Any:
     # Section 5.3: a placement's fields.
     one: Any = dict.fromkeys([*NAMES, *range(4)], 0)
     differed = [0, 0]
@@ -69,9 +69,12 @@ def _record(coder: Any, before: Any, following: Any, fine: Any) -> Any:
             guess += (16 if fine else 1) * (one[place] - before[place])
         if f == 12:
             guess = following if one["mask"] == 2 else -1
+        unit = 1
+        if f > 13 and one["centred"] == 2:
+            guess, unit = field.at(one["row"], one["column"])[f - 14], 64
         value = coder.number(f, 2 * differed[-2] + differed[-1])
         differed.append(int(value != 0))
-        one[name] = guess + value
+        one[name] = guess + unit * value
     return one
 
 

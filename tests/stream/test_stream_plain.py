@@ -8,11 +8,13 @@ import numpy as np
 import plain_field
 import plain_plan
 import pytest
+from meshes import charts_of, icosphere, sheets
 from plain_coder import PlainBytes
 from streams import any_grids, anything, anything_bent, bent, changed, covered, with_matrices, woven
 
-from upholster.quilt import Chart
+from upholster.quilt import Chart, Quilt
 from upholster.quilt.placement import MASK_CUT, PLACEMENT, mask_sizes
+from upholster.quilt.plans import PlacementList
 from upholster.quilt.warp_field import WarpField
 from upholster.stream.plans import encode_plan
 from upholster.stream.warp_fields import pack_fields
@@ -117,6 +119,29 @@ def test_grids(name: Any) -> None:
     assert links == quilt.plan.blocks["link"].tolist()
     assert [one["first_cell"] for one in found] == quilt.placements["first_cell"].tolist()
     assert cells == quilt.mask_cells.tolist()
+
+
+def test_blocks_on_several_charts_with_matrices_near_the_fields() -> None:
+    rng = np.random.default_rng(3)
+    charts = charts_of(icosphere(1))
+    quilt = sheets(rng, charts, (64, 72), 30, bent(rng, charts))
+    found, cells = plain(quilt)
+    assert_same_placements(quilt, found)
+    assert cells == quilt.mask_cells.tolist()
+
+
+def test_a_matrix_near_its_field_takes_few_bytes() -> None:
+    rng = np.random.default_rng(3)
+    charts = charts_of(icosphere(1), 160)[:1]
+    fields = bent(rng, (charts[0], charts[0]))[1:]
+    placed = sheets(rng, charts, (64, 72), 400, fields).placements.copy()
+    placed["mask"], placed["first_cell"] = 0, -1
+    quilt = Quilt(charts, (64, 72), PlacementList(placed.copy(), np.zeros(0, np.uint8)), fields)
+    placed["centred"], placed["matrix"] = 0, 0
+    bare = Quilt(charts, (64, 72), PlacementList(placed.copy(), np.zeros(0, np.uint8)), fields)
+    more = len(encode_plan(quilt)[1]) - len(encode_plan(bare)[1])
+    assert more < 3 * len(placed)
+    assert len(encode_plan(quilt)[1]) < 9 * len(placed)
 
 
 @pytest.mark.parametrize("turned", [False, True])

@@ -1,6 +1,6 @@
 /** The layout [3]: charts, their sizes, and what they cover of their faces. */
 
-import { range } from './numbers.js'
+import { fromZigzag, range } from './numbers.js'
 
 const MAX_CHARTS = 2 ** 18
 const MAX_SIDE = 16384
@@ -13,17 +13,26 @@ const ALIKE = 4
 const SQUARE = 8
 const DYADIC = 16
 const SCALED = 32
+const EVEN = 64
 
-const LEAST_CHART_BYTES = 4 // of a chart's rectangle
+const FARTHEST = 2 ** 32 // texels, of an even layout
+const MOST = 1e18
+
+const LEAST_CHART_BYTES = 2 // of a chart's rectangle
 
 /** Returns [charts, scale], the scale at which charts without placements show the exemplar. */
-export function parseLayout(reader, { faces }) {
-  const flags = reader.u8('flags of the layout', 63)
+export function parseLayout(reader, { kind, faces }) {
+  const isMesh = kind === 'mesh'
+  const flags = reader.u8('flags of the layout', 127)
+  if (flags & (isMesh ? ON_EACH_PATCH | DYADIC : EVEN)) {
+    reader.fail(`flags of the layout are ${flags}; allowed: 1 and 16 on patches only, 64 on a mesh`)
+  }
   const scale = flags & SCALED ? reader.u8('scale') - 128 : 0
   const charts = flags & ON_EACH_PATCH ? chartsOfPatches(faces) : parseFaces(reader, flags, faces.length)
   parseSizes(reader, flags, charts)
   if (!(flags & ON_EACH_PATCH)) {
-    if (flags & DYADIC) parseDyadicRectangles(reader, charts, faces)
+    if (flags & EVEN) parseEvenRectangles(reader, charts)
+    else if (flags & DYADIC) parseDyadicRectangles(reader, charts, faces)
     else parseRectangles(reader, charts, faces)
   }
   reader.end('layout')
@@ -79,9 +88,27 @@ function parseRectangles(reader, charts, faces) {
   for (const chart of charts) {
     for (const name of ['s0', 's1', 't0', 't1']) chart[name] = reader.float(name, 8)
     const { s0, s1, t0, t1 } = chart
-    const { rows, columns } = faces[chart.face]
-    if (!(s0 >= 0 && s0 < s1 && s1 <= rows && t0 >= 0 && t0 < t1 && t1 <= columns)) {
+    const { rows, columns } = faces[chart.face] ?? { rows: MOST, columns: MOST }
+    const low = faces[chart.face] ? 0 : -MOST
+    if (!(s0 >= low && s0 < s1 && s1 <= rows && t0 >= low && t0 < t1 && t1 <= columns)) {
       reader.fail('a chart covers parameters outside its face, or none')
+    }
+  }
+}
+
+/** Charts whose texels are squares of one size, from a whole multiple of it on. */
+function parseEvenRectangles(reader, charts) {
+  const texel = reader.float('texel', 8)
+  const interval = (count) => {
+    const low = fromZigzag(reader.varint('start of a chart', 2 * FARTHEST))
+    return [texel * low, texel * (low + count)]
+  }
+  for (const chart of charts) {
+    ;[chart.s0, chart.s1] = interval(chart.height)
+    ;[chart.t0, chart.t1] = interval(chart.width)
+    const { s0, s1, t0, t1 } = chart
+    if (!(s0 >= -MOST && s0 < s1 && s1 <= MOST && t0 >= -MOST && t0 < t1 && t1 <= MOST)) {
+      reader.fail('a chart covers parameters outside its island, or none')
     }
   }
 }

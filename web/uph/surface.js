@@ -1,5 +1,6 @@
-/** The surface [2]: a built-in one by its parameters, or control nets. */
+/** The surface [2]: a built-in one by its parameters, control nets, or a mesh. */
 
+import { parseMesh } from './mesh/parse.js'
 import { fromZigzag, range } from './numbers.js'
 
 export const MAX_PATCHES = 65536
@@ -43,8 +44,8 @@ const BUILT_IN = [
 ]
 
 export function parseSurface(reader) {
-  const kind = reader.u8('kind of surface', BUILT_IN.length)
-  const surface = kind ? parseBuiltIn(reader, BUILT_IN[kind - 1]) : parseNets(reader)
+  const kind = reader.u8('kind of surface', BUILT_IN.length + 1)
+  const surface = kind > BUILT_IN.length ? parseMesh(reader) : kind ? parseBuiltIn(reader, BUILT_IN[kind - 1]) : parseNets(reader)
   reader.end('surface')
   return surface
 }

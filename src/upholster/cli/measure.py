@@ -75,13 +75,11 @@ def measure(
 def _stream(
     path: str, sample: str | None, sample_size: float | None, direction: str | None, threads: int | None
 ) -> "tuple[Measures, str]":
-    from upholster.charts.directions import parse_direction
     from upholster.files import read_bytes
     from upholster.image import read_exemplar
     from upholster.measure import measure_cover
     from upholster.stream import read_stream
 
-    wanted = None if direction is None else parse_direction(direction)
     with noted() as notes:
         original = None if sample is None else read_exemplar(sample, notes=notes)
     with naming(path):
@@ -99,7 +97,7 @@ def _stream(
     texels = decoder.texels(threads=threads)
     compared = coded if original is None else original
     scale = None if sample_size is None else compared.shape[1] / sample_size
-    found = measure_cover(surface, quilt, compared, texels=texels, scale=scale, direction=wanted)
+    found = measure_cover(surface, quilt, compared, texels=texels, scale=scale, direction=direction)
     return found, state
 
 

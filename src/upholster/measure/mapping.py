@@ -127,7 +127,7 @@ def mapping(
 
 
 def mesh_mapping(
-    surface: MeshSurface, quilt: Quilt, *, scale: float, asked: FloatArray | None = None
+    surface: MeshSurface, quilt: Quilt, *, scale: float | None = None, asked: FloatArray | None = None
 ) -> MappingReport:
     """Measure size and direction of the texture on a mesh, as `mapping` does, at places spread over its area.
 
@@ -136,7 +136,7 @@ def mesh_mapping(
     surface, quilt
         What was covered, and how.
     scale
-        Exemplar pixels per model unit that were asked for.
+        Exemplar pixels per model unit that were asked for; by default the median of what is found.
     asked
         (T, 3) the direction asked for on each triangle; zero where none was.
     """
@@ -172,7 +172,7 @@ def _jacobian(
 
 def _report(parts: FloatArray, scale: float | None) -> MappingReport:
     size, stretch, area, angle, directed = parts
-    real = area > 1e-12 * area.max(initial=0)  # a pole has some tiny area by rounding
+    real = (area > 1e-12 * area.max(initial=0)) & (size > 0)  # a pole has some tiny area by rounding
     if not real.any():
         raise InputError("quilt paints nothing that has an area on the surface")
     size, stretch, area, angle, directed = (a[real] for a in (size, stretch, area, angle, directed))

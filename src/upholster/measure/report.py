@@ -6,16 +6,18 @@ from typing import Any
 
 import numpy as np
 
-from upholster.charts.directions import Direction
+from upholster.charts.directions import Direction, parse_direction
+from upholster.charts.mesh_directions import mesh_directions
 from upholster.errors import InputError
-from upholster.geometry import Surface
+from upholster.geometry import AnySurface, MeshSurface
 from upholster.image import check_exemplar
 from upholster.measure.copies import Copies, copies
 from upholster.measure.cuts import cut_seam_ratio, matched_cut_ratio
 from upholster.measure.edges import matched_edge_ratio
 from upholster.measure.fidelity import sliced_wasserstein
-from upholster.measure.mapping import MappingReport, mapping
-from upholster.measure.scale import TexelScale, texel_scale
+from upholster.measure.mapping import MappingReport, mapping, mesh_mapping
+from upholster.measure.meshes import mesh_seam_ratio
+from upholster.measure.scale import TexelScale, mesh_texel_scale, texel_scale
 from upholster.measure.seams import WrapSeams, edge_seam_ratio, wrap_seams
 from upholster.measure.structure import Peak, Structure, structure
 from upholster.quilt import Quilt, Texels, paint
@@ -127,13 +129,13 @@ class Measures:
 
 
 def measure_cover(
-    surface: Surface,
+    surface: AnySurface,
     quilt: Quilt,
     exemplar: PixelArray,
     *,
     texels: Texels | None = None,
     scale: float | None = None,
-    direction: Direction | None = None,
+    direction: str | Direction | None = None,
     threads: int | None = None,
 ) -> Measures:
     """Measure a covered surface by everything there is.
@@ -141,7 +143,7 @@ def measure_cover(
     Parameters
     ----------
     surface
-        What is covered.
+        What is covered: patches, or a mesh.
     quilt
         The result of the synthesis.
     exemplar
@@ -170,6 +172,10 @@ def measure_cover(
         texels = paint(quilt, exemplar, threads=threads)
     elif texels.charts != quilt.charts:
         raise InputError("texels have other charts than the quilt; allowed: the quilt's own, painted")
+    if isinstance(surface, MeshSurface):
+        return _measure_mesh(surface, quilt, exemplar, texels, scale, direction)
+    if isinstance(direction, str):
+        direction = parse_direction(direction)
     return Measures(
         wasserstein=sliced_wasserstein(texels.arrays, exemplar),
         structure=structure(texels.arrays, exemplar),
@@ -182,6 +188,28 @@ def measure_cover(
         scale=texel_scale(surface, quilt.charts),
         copies=copies(quilt),
         mapping=mapping(surface, quilt, scale=scale, direction=direction),
+    )
+
+
+def _measure_mesh(
+    surface: MeshSurface,
+    quilt: Quilt,
+    exemplar: PixelArray,
+    texels: Texels,
+    scale: float | None,
+    direction: str | Direction | None,
+) -> Measures:
+    if isinstance(direction, Direction):
+        raise InputError("direction is one of patches; allowed on a mesh: a text, as level or 0,0,1")
+    asked = None if direction is None else mesh_directions(surface.mesh, direction).face_vectors
+    matched = mesh_seam_ratio(surface, quilt, texels, exemplar)
+    return Measures(
+        wasserstein=sliced_wasserstein(texels.arrays, exemplar),
+        structure=structure(texels.arrays, exemplar),
+        seams=Seams(None, matched, cut_seam_ratio(quilt, texels), matched_cut_ratio(quilt, texels, exemplar)),
+        scale=mesh_texel_scale(surface, quilt.charts),
+        copies=copies(quilt),
+        mapping=mesh_mapping(surface, quilt, scale=scale, asked=asked),
     )
 
 

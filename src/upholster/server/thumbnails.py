@@ -10,6 +10,7 @@ import anyio.to_thread
 import numpy as np
 
 from upholster.errors import UpholsterError
+from upholster.geometry import MeshSurface
 from upholster.image import encode_image, from_linear
 from upholster.image.drawing import Drawing
 from upholster.model import tessellate
@@ -95,6 +96,8 @@ def _picture(version: Version) -> bytes:
     surface = decoder.surface
     if decoder.needed or surface is None:
         return _placeholder("cut stream", f"needs {decoder.needed:,} more bytes")
+    if isinstance(surface, MeshSurface):
+        return _placeholder("mesh", f"{len(surface.island):,} triangles")
     height, width, channels = decoder.exemplar_shape
     texels = sum(chart.height * chart.width for chart in decoder.charts)
     if texels > _MOST_TEXELS or height * width * channels > _MOST_SAMPLES:

@@ -5,6 +5,7 @@ from numpy.typing import NDArray
 
 from upholster.codec._model_kernels import CONTEXTS, code_bit
 from upholster.jit import allocating_kernel, inline, kernel
+from upholster.quilt._field_kernels import matrix_at
 from upholster.quilt._paint_kernels import window_of
 from upholster.stream._bit_kernels import MISSING, NUMBER_COUNTERS, START, BitCoder, begin, code_number, undo
 from upholster.types import int64
@@ -16,7 +17,8 @@ PLAIN_FIELDS = 13
 cell: those of a list without centre matrices."""
 
 FIELDS = PLAIN_FIELDS + 5
-"""Then whether there is a centre matrix, and its four numbers."""
+"""Then whether there is a centre matrix, 2 if it differs from the warp field there by multiples of 64,
+and its four numbers."""
 
 _MASK, _CELL, _SOURCE, _FIRST, _CENTRED = 5, 8, 10, 12, 13
 
@@ -88,6 +90,8 @@ def code_fields(
     sizes: NDArray[np.int64],
     limits: NDArray[np.int64],
     fine: bool,
+    matrices: NDArray[np.int32],
+    margin: int,
     start: int,
     stop: int,
     encoding: bool,
@@ -96,8 +100,9 @@ def code_fields(
 
     `fields` (n, FIELDS + 1): the fields, then where the next mask's window is expected to start. `sizes`
     (n, 2) are those of the placements' charts in texels; `limits` (FIELDS, 2) the least and greatest value of
-    each field. `fine`: sources count 16 to a pixel, and there may be centre matrices. Returns the index of
-    the first placement not coded, or -1 - index of one that breaks a limit.
+    each field. `fine`: sources count 16 to a pixel, and there may be centre matrices; `matrices` and
+    `margin` are the warp field of the placements' chart. Returns the index of the first placement
+    not coded, or -1 - index of one that breaks a limit.
     """
     kept = np.empty_like(coder.state)
     record = np.zeros(FIELDS, np.int64)
@@ -111,20 +116,24 @@ def code_fields(
         for f in range(count):
             if f > _CENTRED and record[_CENTRED] == 0:
                 break
-            guess = 0
+            guess = int64(0)
             if n > 0:
                 guess = fields[n - 1, f]
                 if f == _SOURCE or f == _SOURCE + 1:
                     guess += steps * (record[f - _SOURCE] - fields[n - 1, f - _SOURCE])
             if f == _FIRST:
                 guess = following if record[_MASK] == 2 else -1
-            value = fields[n, f] - guess if encoding else 0
+            unit = int64(1)
+            if f > _CENTRED and record[_CENTRED] == 2:
+                field = matrix_at(matrices, margin, record[0], record[1])
+                guess, unit = int64(field[f - _CENTRED - 1]), int64(64)
+            value = (fields[n, f] - guess) // unit if encoding else int64(0)
             value = code_number(coder, f, changed, encoding, value)
             if value == MISSING:
                 undo(coder, kept)
                 return n
             changed = (2 * changed + (1 if value != 0 else 0)) & 3
-            record[f] = guess + value
+            record[f] = guess + unit * value
             if record[f] < limits[f, 0] or record[f] > limits[f, 1]:
                 return -1 - n
         for f in range(FIELDS):

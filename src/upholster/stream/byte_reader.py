@@ -5,7 +5,7 @@ import struct
 
 from upholster.errors import FormatError
 
-__all__ = ["ByteReader", "varint"]
+__all__ = ["ByteReader", "unzigzag", "varint", "zigzag"]
 
 MOST_VARINT_BYTES = 9
 
@@ -18,6 +18,16 @@ def varint(value: int) -> bytes:
         value >>= 7
     out.append(value)
     return bytes(out)
+
+
+def zigzag(value: int) -> int:
+    """Return a signed number as one from 0 on: 0, −1, 1, −2 … as 0, 1, 2, 3 …."""
+    return 2 * value if value >= 0 else -2 * value - 1
+
+
+def unzigzag(value: int) -> int:
+    """Return the signed number that `zigzag` made a number of."""
+    return value >> 1 if value % 2 == 0 else -(value >> 1) - 1
 
 
 class ByteReader:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from upholster.errors import FormatError
+from upholster.geometry import MeshSurface, Surface
 from upholster.stream.chunks import Chunk
 from upholster.stream.reader import StreamDecoder
 from upholster.types import PixelArray
@@ -146,7 +147,7 @@ def _row(chunk: Chunk, decoder: StreamDecoder) -> ChunkRow:
 def _holds(chunk: Chunk, decoder: StreamDecoder) -> str:
     title = _TITLES.get(chunk.tag, "unknown, skipped")
     if chunk.tag == "S" and decoder.surface is not None:
-        return f"{title}: {decoder.surface.name or 'nets'}, {len(decoder.surface.patches)} patches"
+        return f"{title}: {_shape(decoder.surface)}"
     if chunk.tag == "L" and decoder.charts:
         texels = sum(chart.height * chart.width for chart in decoder.charts)
         return f"{title}: {len(decoder.charts)} charts, {texels:,} texels"
@@ -158,6 +159,12 @@ def _holds(chunk: Chunk, decoder: StreamDecoder) -> str:
     if chunk.tag == "M":
         return f"{title}: {decoder.masks_known[0]:,} of {decoder.masks_known[1]:,} cells"
     return title
+
+
+def _shape(surface: Surface | MeshSurface) -> str:
+    if isinstance(surface, MeshSurface):
+        return f"{surface.name or 'mesh'}, {len(surface.island):,} triangles, {surface.islands:,} islands"
+    return f"{surface.name or 'nets'}, {len(surface.patches)} patches"
 
 
 def _psnr(image: PixelArray, full: PixelArray) -> float:

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from upholster.errors import FormatError
 from upholster.quilt.chart import Chart
 from upholster.quilt.model import Quilt
-from upholster.quilt.placement import MASK_CUT, MASK_NONE, PLACEMENT, mask_sizes, mask_windows
+from upholster.quilt.placement import MASK_CUT, MASK_NONE, MATRIX_UNIT, PLACEMENT, mask_sizes, mask_windows
 from upholster.quilt.warp_field import WarpField
 from upholster.stream import _list_kernels as kernels
 from upholster.stream.byte_reader import ByteReader, varint
@@ -27,7 +27,7 @@ from upholster.stream.plan_common import (
 __all__ = ["ListDecoder", "decode_cells", "encode_cells", "encode_list"]
 
 _RECORDS_A_CALL = 256
-_MATRIX = 14
+_CENTRED, _MATRIX = 13, 14
 
 FIELD_NAMES = (
     *("row", "column", "height", "width", "symmetry", "mask", "sides", "ramp", "mask_cell", "feather"),
@@ -48,13 +48,22 @@ def encode_list(quilt: Quilt) -> tuple[bytes, bytes, bytes]:
     for n, name in enumerate(FIELD_NAMES):
         fields[:, n] = placed[name] >> (4 if name.startswith("source") and not fine else 0)
     fields[:, _MATRIX : _MATRIX + 4] = np.where(placed["centred"][:, None] > 0, placed["matrix"], 0)
+    ends = np.cumsum(counts)
+    for n, field in enumerate(quilt.fields if fine else ()):
+        part = fields[ends[n] - counts[n] : ends[n]]
+        rest = part[:, _MATRIX : _MATRIX + 4] - field.integers_at(part[:, 0], part[:, 1])
+        part[(part[:, _CENTRED] > 0) & (rest % MATRIX_UNIT == 0).all(axis=1), _CENTRED] = 2
     limits = np.array([[-(2**62), 2**62]] * kernels.FIELDS, np.int64)
     sizes = _chart_sizes(quilt.charts, placed["chart"])
     writer = BitWriter(kernels.FIELD_COUNTERS, 1)
-    for start in range(0, len(placed), _RECORDS_A_CALL):
-        writer.room(2048 * _RECORDS_A_CALL)
-        stop = min(len(placed), start + _RECORDS_A_CALL)
-        kernels.code_fields(writer.coder, fields, sizes, limits, fine, start, stop, True)
+    for chart, end in enumerate(ends.tolist()):
+        field = quilt.fields[chart]
+        for start in range(end - int(counts[chart]), end, _RECORDS_A_CALL):
+            writer.room(2048 * _RECORDS_A_CALL)
+            stop = min(end, start + _RECORDS_A_CALL)
+            kernels.code_fields(
+                writer.coder, fields, sizes, limits, fine, field.matrices, field.margin, start, stop, True
+            )
     cells = len(quilt.mask_cells)
     masks = encode_cells(quilt.mask_cells, _mask_runs(placed, quilt.charts, cells))
     return head + varint(cells), writer.finish(), masks
@@ -153,7 +162,10 @@ class ListDecoder:
         self._sources.feed(data)
         limits = _limits(self.exemplar_shape, 1 if self._fine else 16)
         while self.known < self.total:
-            start, stop = self.known, min(self.total, self.known + BATCH)
+            start = self.known
+            chart = int(np.searchsorted(self._ends, start, side="right"))
+            stop = min(int(self._ends[chart]), start + BATCH)
+            field = self.warp_fields[chart] if self.warp_fields else WarpField.identity()
             self._fields = grown(self._fields, stop)
             sizes = _chart_sizes(self.charts, self._chart_of(0, stop))
             known = kernels.code_fields(
@@ -162,6 +174,8 @@ class ListDecoder:
                 sizes,
                 limits,
                 self._fine,
+                field.matrices,
+                field.margin,
                 start,
                 stop,
                 False,
@@ -236,6 +250,7 @@ class ListDecoder:
         for n, name in enumerate(FIELD_NAMES):
             unit = 16 if name.startswith("source") and not self._fine else 1
             placed[name] = self._fields[start:stop, n] * unit
+        placed["centred"] = self._fields[start:stop, _CENTRED] > 0
         placed["matrix"] = self._fields[start:stop, _MATRIX : _MATRIX + 4]
         return placed
 
@@ -267,5 +282,5 @@ def _limits(exemplar_shape: tuple[int, int], unit: int) -> NDArray[np.int64]:
     size, entry = (1, 4096), (-(2**18), 2**18)
     height, width = exemplar_shape
     sources = ((0, 16 * height // unit - 1), (0, 16 * width // unit - 1))
-    told = (whole, whole, size, size, (0, 7), (0, 2), byte, byte, byte, (0, 16), *sources, whole, (0, 1))
+    told = (whole, whole, size, size, (0, 7), (0, 2), byte, byte, byte, (0, 16), *sources, whole, (0, 2))
     return np.array([*told, *[entry] * 4], np.int64)

@@ -4,7 +4,7 @@ import numpy as np
 
 from upholster.codec import ImageDecoder, ImageHeader
 from upholster.errors import FormatError, InputError, nearest
-from upholster.geometry import Surface
+from upholster.geometry import MeshSurface, Surface
 from upholster.quilt import Chart, Quilt, Texels
 from upholster.quilt.materials import paint_map
 from upholster.quilt.placement import PLACEMENT
@@ -40,13 +40,13 @@ class StreamDecoder(Shown):
     Attributes
     ----------
     surface
-        The surface; None before it has come.
+        The surface, a `MeshSurface` where it is a mesh; None before it has come.
     charts
         The layout; empty before it has come.
     """
 
     def __init__(self) -> None:
-        self.surface: Surface | None = None
+        self.surface: Surface | MeshSurface | None = None
         self.charts: tuple[Chart, ...] = ()
         self._reader = ChunkReader()
         self._image: ImageDecoder | None = None

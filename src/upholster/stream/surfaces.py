@@ -1,4 +1,4 @@
-"""The surface chunk: a built-in surface by name, or control nets with shared points stored once."""
+"""The surface chunk: a built-in surface by name, control nets with shared points stored once, or a mesh."""
 
 import struct
 from collections.abc import Sequence
@@ -9,13 +9,18 @@ from upholster.errors import FormatError, InputError
 from upholster.geometry import SURFACES, Face, RationalPatch, Surface, grid_face
 from upholster.geometry.patch import MAX_DEGREE
 from upholster.geometry.surface import MAX_PATCHES
-from upholster.stream.byte_reader import ByteReader, varint
+from upholster.geometry.triangle_mesh import MeshSurface
+from upholster.quilt import Chart
+from upholster.stream.byte_reader import ByteReader, unzigzag, varint, zigzag
+from upholster.stream.mesh_code import pack_mesh, parse_mesh, precision_of
 from upholster.types import FloatArray
 
 __all__ = ["KINDS", "MAX_POINTS", "pack_surface", "parse_surface"]
 
 KINDS = ("cyclide", "torus", "sphere", "plane", "ellipsoid", "cylinder", "cone", "vase")
-"""Built-in surfaces in the format's order, from number 1 on; 0 is control nets."""
+"""Built-in surfaces in the format's order, from number 1 on; 0 is control nets, and the last a mesh."""
+
+_MESH = 1 + len(KINDS)
 
 _TILINGS = ("six", "octants")
 MAX_POINTS = 2**20
@@ -26,18 +31,22 @@ MAX_BUILT = 2**14
 _FLOAT64, _WEIGHTS, _SAME_DEGREE, _GRIDS = 1, 2, 4, 8
 
 
-def pack_surface(surface: Surface) -> bytes:
+def pack_surface(surface: Surface | MeshSurface, charts: Sequence[Chart] = ()) -> bytes:
     """Return a surface as bytes.
 
     A built-in one (`Surface.source`) is told by name; of any other all control points are kept, as float32
     where that changes neither which edges meet nor, by more than 1e-6 of its size, any point; else as
     float64.
 
+    A mesh is rounded, as finely as `charts` on it need, see `upholster.stream.mesh_code`.
+
     Raises
     ------
     InputError
-        For more than 2^20 control points.
+        For more than 2^20 control points or triangles.
     """
+    if isinstance(surface, MeshSurface):
+        return bytes([_MESH]) + pack_mesh(surface, precision_of(charts))
     named = _pack_named(surface)
     if named is not None:
         return named
@@ -53,7 +62,7 @@ def pack_surface(surface: Surface) -> bytes:
     return _pack_nets(surface, [patch.net for patch in surface.patches], np.dtype("<f8"))
 
 
-def parse_surface(fields: ByteReader) -> Surface:
+def parse_surface(fields: ByteReader) -> Surface | MeshSurface:
     """Read a surface back.
 
     Raises
@@ -61,14 +70,20 @@ def parse_surface(fields: ByteReader) -> Surface:
     FormatError
         If it is malformed, or a number is outside what is allowed.
     """
-    kind = fields.byte("kind of surface", len(KINDS))
+    kind = fields.byte("kind of surface", _MESH)
     start = fields.offset
     try:
-        surface = _parse_named(fields, KINDS[kind - 1]) if kind else _parse_nets(fields)
+        surface = _parse_kind(fields, kind)
     except InputError as error:
         raise FormatError(f"byte {start}: {error}") from None
     fields.end("surface")
     return surface
+
+
+def _parse_kind(fields: ByteReader, kind: int) -> Surface | MeshSurface:
+    if kind == _MESH:
+        return parse_mesh(fields)
+    return _parse_named(fields, KINDS[kind - 1]) if kind else _parse_nets(fields)
 
 
 def _pack_named(surface: Surface) -> bytes | None:
@@ -192,7 +207,7 @@ def _pack_nets(surface: Surface, nets: list[FloatArray], dtype: "np.dtype[np.flo
             if new[-1]:
                 points.append(key)
             else:
-                earlier.append(varint(_zigzag(place - last)))
+                earlier.append(varint(zigzag(place - last)))
                 last = place
     out.append(np.packbits(np.array(new, bool), bitorder="little").tobytes())
     return b"".join(out + earlier + points)
@@ -218,7 +233,7 @@ def _parse_nets(fields: ByteReader) -> Surface:
     index = np.cumsum(new) - 1
     last = 0
     for n in np.flatnonzero(~new).tolist():
-        last += _unzigzag(fields.varint("reference to a point", 2 * MAX_POINTS))
+        last += unzigzag(fields.varint("reference to a point", 2 * MAX_POINTS))
         if not 0 <= last <= index[n]:
             raise fields.error(f"reference is to point {last}; allowed: 0 to {index[n]}")
         index[n] = -1 - last
@@ -254,11 +269,3 @@ def _parse_grids(fields: ByteReader, told: bool) -> list[tuple[int, int]]:
         left -= rows * columns - 1
         grids.append((rows, columns))
     return grids
-
-
-def _zigzag(value: int) -> int:
-    return 2 * value if value >= 0 else -2 * value - 1
-
-
-def _unzigzag(value: int) -> int:
-    return value >> 1 if value % 2 == 0 else -(value >> 1) - 1

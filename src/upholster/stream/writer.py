@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 
 from upholster.codec import encode_parts
 from upholster.errors import InputError, check_whole
-from upholster.geometry import Surface, SurfaceLike, as_surface
+from upholster.geometry import MeshSurface, Surface, SurfaceLike, as_surface
 from upholster.quilt import Chart, Quilt
 from upholster.quilt.painting import check_painted
 from upholster.quilt.warp_field import WarpField
@@ -26,7 +26,7 @@ FIRST_PART = 600
 
 
 def encode_stream(
-    surface: SurfaceLike,
+    surface: SurfaceLike | MeshSurface,
     quilt: Quilt,
     exemplar: PixelArray | str | os.PathLike[str],
     *,
@@ -43,7 +43,9 @@ def encode_stream(
     Parameters
     ----------
     surface
-        The surface; built-in ones take a few bytes. Or its text form, or the path of its file.
+        The surface; built-in ones take a few bytes. Or its text form, or the path of its file. Or a mesh:
+        its positions are rounded to 12 bits along the longest side of its box, parameters to an eighth of a
+        texel, and its triangles get another order.
     quilt
         Its quilt: every placement and mask is kept exactly.
     exemplar
@@ -77,7 +79,8 @@ def encode_stream(
     for name, count in (("most_bytes", most_bytes), ("most_significant", most_significant)):
         if count is not None:
             check_whole(name, count, 1)
-    surface, exemplar = as_surface(surface), check_painted(quilt, exemplar)
+    surface = surface if isinstance(surface, MeshSurface) else as_surface(surface)
+    exemplar = check_painted(quilt, exemplar)
     quilt.check_surface(surface)
     maps = {} if maps is None else maps
     if not isinstance(maps, Mapping):
@@ -100,7 +103,11 @@ def encode_stream(
     }
     streams = {role: stream for role, (_, stream) in coded.items()}
     plan, sources, masks = encode_plan(quilt)
-    head = [pack_chunk("S", pack_surface(surface)), pack_chunk("L", layout), pack_chunk("X", image_header)]
+    head = [
+        pack_chunk("S", pack_surface(surface, quilt.charts)),
+        pack_chunk("L", layout),
+        pack_chunk("X", image_header),
+    ]
     rest = [*fields, pack_chunk("Q", plan), pack_chunk("P", sources)]
     rest += [pack_chunk("M", masks)] if masks else []
     rest += [pack_chunk("R", pack_role(role, header)) for role, (header, _) in coded.items()]
@@ -121,7 +128,10 @@ def encode_stream(
 
 
 def check_layout(
-    surface: Surface, charts: Sequence[Chart], fields: Sequence[WarpField], exemplar_shape: tuple[int, int]
+    surface: Surface | MeshSurface,
+    charts: Sequence[Chart],
+    fields: Sequence[WarpField],
+    exemplar_shape: tuple[int, int],
 ) -> bytes:
     """Check that a stream can hold a layout, before anything is made for it; return its chunk's payload.
 

@@ -20,7 +20,7 @@ const SOURCE_ROW = 10
 const SOURCE_COLUMN = 11
 const FIRST_CELL = 12
 const PLAIN_COUNT = 13
-const CENTRED = 13 // in a fine list: whether a placement has a centre matrix, whose numbers follow
+const CENTRED = 13 // in a fine list: whether a placement has a centre matrix, whose numbers follow; 2: told by its field
 const COUNT = 18
 const MASK = NAMES.indexOf('mask')
 const ANY = [-(2 ** 31), 2 ** 31 - 1]
@@ -67,7 +67,7 @@ export class ListPlan extends Plan {
   #limits() {
     const source = (size) => [0, (this.isFine ? 16 : 1) * size - 1]
     const { height, width } = this.exemplar
-    return [...LIMITS, source(height), source(width), ANY, [0, 1], ENTRY, ENTRY, ENTRY, ENTRY]
+    return [...LIMITS, source(height), source(width), ANY, [0, 2], ENTRY, ENTRY, ENTRY, ENTRY]
   }
 
   *#decodeSources(fail) {
@@ -77,7 +77,7 @@ export class ListPlan extends Plan {
     for (let chart = 0; chart < charts.length; chart++) {
       while (list.length < ends[chart]) {
         const n = list.length
-        before = yield* this.#decodeNumbers(before, cellsEnd, fail)
+        before = yield* this.#decodeNumbers(before, cellsEnd, fields[chart], fail)
         const placement = this.#placement(before, charts[chart])
         checkPlacement(placement, charts[chart], fields[chart], (what) => fail(`placement ${n} ${what}`))
         if (placement.mask === MASK_CUT) {
@@ -91,20 +91,24 @@ export class ListPlan extends Plan {
   }
 
   /** The numbers of the next placement, each told by how it differs from a guess; 0 for those that it lacks. */
-  *#decodeNumbers(before, cellsEnd, fail) {
+  *#decodeNumbers(before, cellsEnd, field, fail) {
     const { list, limits, sources, isFine } = this
     const values = new Array(COUNT).fill(0)
     let differed = [0, 0] // of the last two numbers, whether they differed from their guess
     for (let f = 0; f < (isFine ? COUNT : PLAIN_COUNT); f++) {
       if (f > CENTRED && !values[CENTRED]) break
       let guess = before[f]
+      let unit = 1
       if (f === SOURCE_ROW || f === SOURCE_COLUMN) {
         const axis = f - SOURCE_ROW
         if (list.length) guess += (isFine ? 16 : 1) * (values[axis] - before[axis])
+      } else if (f > CENTRED && values[CENTRED] === 2) {
+        guess = field.at(values[0], values[1], [])[f - CENTRED - 1]
+        unit = 64
       } else if (f === FIRST_CELL) guess = values[MASK] === MASK_CUT ? cellsEnd : -1
       const difference = yield* decodeInteger(sources, f, 2 * differed[0] + differed[1])
       differed = [differed[1], difference ? 1 : 0]
-      const value = difference + guess
+      const value = difference * unit + guess
       if (value < limits[f][0] || value > limits[f][1]) {
         fail(`a number of placement ${list.length} is outside what is allowed`)
       }
@@ -118,7 +122,7 @@ export class ListPlan extends Plan {
     const unit = this.isFine ? 1 : 16
     placement.sourceRow = unit * values[SOURCE_ROW]
     placement.sourceColumn = unit * values[SOURCE_COLUMN]
-    placement.centred = values[CENTRED]
+    placement.centred = values[CENTRED] ? 1 : 0
     placement.center = values[CENTRED] ? values.slice(CENTRED + 1) : null
     if (placement.mask === MASK_CUT) {
       placement.firstCell = values[FIRST_CELL]

@@ -1,0 +1,236 @@
+"""A mesh in the surface chunk: triangles, positions, parameters (SPEC.md, sections 2 and 5.8)."""
+
+import struct
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from upholster.errors import FormatError, InputError
+from upholster.geometry.triangle_mesh import MeshSurface, TriangleMesh
+from upholster.quilt import Chart
+from upholster.stream._front_kernels import EDGE_SIZE, Front
+from upholster.stream._mesh_arrays import LAST_GROUPS, MOST_PARAMETER, VERTICES, WEDGES, WRONG, Mesh, Origin
+from upholster.stream._mesh_number_kernels import MESH_COUNTERS, MESH_INPUTS
+from upholster.stream._parameter_kernels import code_parameters
+from upholster.stream._triangle_kernels import code_triangles
+from upholster.stream._vertex_kernels import code_positions
+from upholster.stream._wedge_kernels import code_wedges
+from upholster.stream.byte_reader import ByteReader, varint
+from upholster.stream.coder import BitReader, BitWriter
+
+__all__ = ["MAX_TRIANGLES", "POSITION_BITS", "MeshPrecision", "pack_mesh", "parse_mesh", "precision_of"]
+
+MAX_TRIANGLES = 2**20
+MAX_PARTS = 2**16
+MAX_NAME = 200
+POSITION_BITS = 12
+"""Bits of a coordinate along the longest side of the mesh's box."""
+
+TEXEL_STEPS = 8
+"""Steps of parameters to a texel of a chart."""
+
+_MOST_BITS = 16
+_TRIANGLES_A_BYTE = 4096
+_RECORDS_A_CALL = 4096
+_BYTES_A_RECORD = 512
+_METRES = 1
+
+
+@dataclass(frozen=True, slots=True)
+class MeshPrecision:
+    """How finely a stream holds a mesh.
+
+    Attributes
+    ----------
+    bits
+        Bits of a coordinate along the longest side of the box, 1 to 16.
+    step
+        Step of parameters, in model units.
+    """
+
+    bits: int
+    step: float
+
+
+def precision_of(charts: Sequence[Chart], bits: int = POSITION_BITS) -> MeshPrecision:
+    """Return the precision at which parameters have `TEXEL_STEPS` steps to a texel of the finest chart."""
+    texels = [min((c.s1 - c.s0) / c.height, (c.t1 - c.t0) / c.width) for c in charts]
+    return MeshPrecision(bits, max(min(texels) / TEXEL_STEPS, float(np.median(texels)) / (4 * TEXEL_STEPS)))
+
+
+def pack_mesh(surface: MeshSurface, precision: MeshPrecision) -> bytes:
+    """Return a mesh as bytes, behind the kind of the surface.
+
+    Positions and parameters are rounded to `precision`; triangles get another order, and each may begin at
+    another of its corners.
+
+    Raises
+    ------
+    InputError
+        For more than 2^20 triangles or 2^16 parts, or parameters beyond ±2^28 steps.
+    """
+    mesh = surface.mesh
+    count = len(mesh.triangles)
+    if count > MAX_TRIANGLES:
+        raise InputError(f"mesh has {count:,} triangles; allowed: {MAX_TRIANGLES:,} in a stream")
+    if len(mesh.parts) > MAX_PARTS:
+        raise InputError(f"mesh has {len(mesh.parts):,} parts; allowed: {MAX_PARTS:,} in a stream")
+    low, high = mesh.box
+    most = (1 << precision.bits) - 1
+    step = float((high - low).max()) / max(1, most) or 1.0
+    origin = _origin(surface, low, step, precision.step)
+    used = len(np.unique(mesh.triangles))
+    coded = _empty((count, used, 3 * count), (most, surface.islands, len(mesh.parts)))
+    writer = BitWriter(MESH_COUNTERS, MESH_INPUTS)
+    _code(writer, coded, origin, used)
+    head = [_text(mesh.name), bytes([_METRES if mesh.metres is not None else 0])]
+    head += [struct.pack("<d", mesh.metres)] if mesh.metres is not None else []
+    head += [varint(len(mesh.parts)), *[_text(name) for name in mesh.parts]]
+    head += [varint(count), varint(used), varint(int(coded.counts[WEDGES])), varint(surface.islands)]
+    head += [bytes([precision.bits]), struct.pack("<5d", *low, step, precision.step)]
+    return b"".join([*head, writer.finish()])
+
+
+def parse_mesh(fields: ByteReader) -> MeshSurface:
+    """Read a mesh back.
+
+    Raises
+    ------
+    FormatError
+        If it is malformed, or a number is outside what is allowed.
+    """
+    name = _parse_text(fields)
+    metres = fields.float64("metres") if fields.byte("flags of the mesh", 1) else None
+    count = fields.varint("number of parts", min(MAX_PARTS, fields.left), 1)
+    parts = tuple(_parse_text(fields) for _ in range(count))
+    triangles = fields.varint("number of triangles", min(MAX_TRIANGLES, _TRIANGLES_A_BYTE * fields.left), 1)
+    vertices = fields.varint("number of vertices", 3 * triangles, 1)
+    wedges = fields.varint("number of wedges", 3 * triangles)
+    islands = fields.varint("number of islands", triangles, 1)
+    bits = fields.byte("bits of a coordinate", _MOST_BITS)
+    *low, step, unit = (fields.float64("origin or step") for _ in range(5))
+    if not (step > 0 and unit > 0):
+        raise fields.error("a step is not above 0")
+    coded = _empty((triangles, vertices, wedges), ((1 << bits) - 1, islands, count))
+    start = fields.offset
+    reader = BitReader(MESH_COUNTERS, MESH_INPUTS)
+    reader.feed(fields.bytes(fields.left, "triangles"))
+    status = _code(reader, coded, None, vertices)
+    if status:
+        told = (
+            "a number of the mesh is outside what is allowed" if status == WRONG else "triangles are missing"
+        )
+        raise FormatError(f"byte {start}: {told}")
+    if reader.unread or coded.counts[VERTICES] < vertices or coded.counts[WEDGES] < wedges:
+        raise FormatError(f"byte {start}: mesh has bytes, vertices or wedges too many")
+    laid = coded.groups[:, 0] >= 0
+    parameters = np.zeros((triangles, 3, 2))
+    with np.errstate(over="ignore"):  # what is not finite is refused with the mesh
+        parameters[laid] = coded.parameters[coded.corner_wedges.reshape(-1, 3)[laid]] * unit
+        positions = np.array(low) + coded.positions * step
+    mesh = TriangleMesh(positions, coded.triangles, coded.groups[:, 1], parts, name=name, metres=metres)
+    surface = MeshSurface(mesh, coded.groups[:, 0], parameters)
+    if surface.islands < islands:
+        raise FormatError(f"byte {start}: an island has no triangle")
+    return surface
+
+
+def _code(bits: BitWriter | BitReader, mesh: Mesh, origin: Origin | None, vertices: int) -> int:
+    # Triangles, positions, wedges, parameters; returns what is wrong, or 0.
+    encoding = origin is not None
+    known = _no_origin() if origin is None else origin
+    front = _front(len(mesh.triangles), vertices)
+    count = len(mesh.triangles)
+
+    def each(total: int, code: Callable[[int, int], int]) -> int:
+        for start in range(0, total, _RECORDS_A_CALL):
+            stop = min(total, start + _RECORDS_A_CALL)
+            if isinstance(bits, BitWriter):
+                bits.room(_BYTES_A_RECORD * (stop - start) + 4096)
+            status = code(start, stop)
+            if status:
+                return status
+        return 0
+
+    status = each(count, lambda _, stop: code_triangles(bits.coder, mesh, front, known, encoding, stop))
+    if not status and mesh.counts[VERTICES] < vertices:
+        status = WRONG
+    status = status or each(vertices, lambda a, b: code_positions(bits.coder, mesh, known, encoding, a, b))
+    status = status or each(count, lambda a, b: code_wedges(bits.coder, mesh, known, encoding, a, b))
+    wedges = int(mesh.counts[WEDGES])
+    return status or each(wedges, lambda a, b: code_parameters(bits.coder, mesh, encoding, a, b))
+
+
+def _origin(surface: MeshSurface, low: NDArray[np.float64], step: float, unit: float) -> Origin:
+    mesh = surface.mesh
+    whole = np.rint(np.where(surface.island[:, None, None] >= 0, surface.parameters, 0) / unit)
+    if not (np.abs(whole) <= MOST_PARAMETER).all():
+        raise InputError(f"parameters have more than {MOST_PARAMETER:,} steps; allowed: fewer, in a stream")
+    count, vertices = len(mesh.triangles), len(mesh.positions)
+    return Origin(
+        triangles=np.array(mesh.triangles),
+        neighbours=np.array(mesh.neighbours),
+        positions=np.rint((mesh.positions - low) / step).astype(np.int32),
+        parameters=whole.astype(np.int32),
+        groups=np.stack([surface.island, mesh.part], axis=1),
+        number=np.full(vertices, -1, np.int32),
+        vertices=np.zeros(vertices, np.int32),
+        corners=np.zeros(count, np.int32),
+        done=np.zeros(count, np.uint8),
+        leaving=np.full(vertices, -1, np.int32),
+        delayed_at=np.full(3 * count, -1, np.int32),
+        first=np.zeros(1, np.int64),
+    )
+
+
+def _no_origin() -> Origin:
+    list_, rows = np.zeros(0, np.int32), np.zeros((0, 3), np.int32)
+    corners, pairs = np.zeros((0, 3, 2), np.int32), np.zeros((0, 2), np.int32)
+    flags, place = np.zeros(0, np.uint8), np.zeros(1, np.int64)
+    return Origin(rows, rows, rows, corners, pairs, list_, list_, list_, flags, list_, list_, place)
+
+
+def _empty(sizes: tuple[int, int, int], limits: tuple[int, int, int]) -> Mesh:
+    triangles, vertices, wedges = sizes
+    return Mesh(
+        triangles=np.zeros((triangles, 3), np.int32),
+        twins=np.full(3 * triangles, -1, np.int32),
+        earlier_corners=np.full(3 * triangles, -1, np.int32),
+        latest_corner=np.full(vertices, -1, np.int32),
+        groups=np.zeros((triangles, 2), np.int32),
+        corner_wedges=np.full(3 * triangles, -1, np.int32),
+        positions=np.zeros((vertices, 3), np.int32),
+        position_leftovers=np.zeros((vertices, 3), np.int32),
+        latest_wedge=np.full(vertices, -1, np.int32),
+        earlier_wedges=np.full(wedges, -1, np.int32),
+        wedge_island=np.zeros(wedges, np.int32),
+        wedge_corners=np.full(wedges, -1, np.int32),
+        wedge_next=np.full(3 * triangles, -1, np.int32),
+        parameters=np.zeros((wedges, 2), np.int32),
+        parameter_leftovers=np.zeros((wedges, 2), np.int32),
+        counts=np.array([0] * LAST_GROUPS + [-1, -1], np.int64),
+        limits=np.array(limits, np.int64),
+    )
+
+
+def _front(triangles: int, vertices: int) -> Front:
+    edges = 3 * triangles
+    return Front(
+        edges=np.zeros((edges, EDGE_SIZE), np.int32),
+        stack=np.zeros(edges, np.int32),
+        queue=np.zeros(edges, np.int32),
+        delays=np.zeros(edges, np.uint8),
+        degrees=np.zeros(vertices, np.uint8),
+        counts=np.zeros(6, np.int64),
+    )
+
+
+def _text(name: str) -> bytes:
+    data = name.encode()[:MAX_NAME].decode(errors="ignore").encode()
+    return varint(len(data)) + data
+
+
+def _parse_text(fields: ByteReader) -> str:
+    return fields.bytes(fields.varint("length of a name", MAX_NAME), "name").decode(errors="replace")

@@ -1,0 +1,107 @@
+"""The JavaScript decoder of meshes gives the same numbers as Python's, to the bit, and refuses the same."""
+
+import hashlib
+import json
+import subprocess
+from dataclasses import asdict
+from pathlib import Path
+
+import numpy as np
+import pytest
+from meshes import charts_of, cube, grid, icosphere, sheets, soup
+from streams import noise
+
+from upholster.errors import FormatError
+from upholster.geometry import MeshSurface
+from upholster.stream import StreamDecoder, encode_stream
+from upholster.stream.chunks import ChunkReader, assembled, pack_chunk
+
+SCRIPT = Path(__file__).parent / "mesh_bits.mjs"
+
+
+def decode(tmp_path, streams):
+    paths = []
+    for n, data in enumerate(streams):
+        paths.append(str(tmp_path / f"{n}.uph"))
+        Path(paths[-1]).write_bytes(data)
+    jobs = tmp_path / "jobs.json"
+    jobs.write_text(json.dumps(paths))
+    done = subprocess.run(
+        ["node", str(SCRIPT), str(jobs)], capture_output=True, text=True, timeout=120, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
+def stream_of(surface):
+    charts = charts_of(surface)
+    return encode_stream(surface, sheets(np.random.default_rng(2), charts, (48, 56), 12), noise(48, 56))
+
+
+def in_python(data):
+    decoder = StreamDecoder()
+    try:
+        decoder.feed(data)
+    except FormatError as error:
+        return {"error": str(error)}
+    surface = decoder.surface
+    assert isinstance(surface, MeshSurface)
+    mesh = surface.mesh
+    arrays = (mesh.triangles, surface.island, mesh.part, mesh.positions, surface.parameters)
+    charts = [asdict(chart) for chart in decoder.charts]
+    told = {"name": mesh.name, "metres": mesh.metres, "parts": list(mesh.parts), "charts": charts}
+    digests = [hashlib.sha256(np.ascontiguousarray(array).tobytes()).hexdigest()[:16] for array in arrays]
+    return {**told, "arrays": digests}
+
+
+def test_both_decoders_give_the_same_mesh(tmp_path):
+    surfaces = [
+        cube(3, sides=4),
+        icosphere(3),
+        icosphere(1, each=True),
+        grid(7, 9, holes=((2, 3), (4, 4))),
+        grid(9, 14, (True, True)),
+        *(soup(seed, vertices=4 + 5 * seed, triangles=6 + 40 * seed) for seed in range(8)),
+    ]
+    streams = [stream_of(surface) for surface in surfaces]
+    assert decode(tmp_path, streams) == [in_python(data) for data in streams]
+
+
+def with_surface(data, payload):
+    """The same stream with another surface chunk."""
+    reader = ChunkReader()
+    reader.feed(data)
+    parts = [data[c.offset : c.end] for c in reader.chunks]
+    head = sum(c.end <= reader.view for c in reader.chunks)
+    parts[0] = pack_chunk("S", payload)
+    return assembled(parts[:head], parts[head:])
+
+
+def test_both_decoders_refuse_the_same_meshes(tmp_path):
+    rng = np.random.default_rng(4)
+    streams = []
+    for n in range(160):
+        data = stream_of(soup(n % 7, triangles=20 + n) if n % 2 else icosphere(1))
+        reader = ChunkReader()
+        reader.feed(data)
+        first = reader.chunks[0]
+        payload = bytearray(data[first.payload_offset : first.payload_offset + first.length])
+        for _ in range(int(rng.integers(1, 4))):
+            # Counts and steps lie in the first bytes.
+            most = len(payload) if rng.random() < 0.5 else min(90, len(payload))
+            payload[int(rng.integers(1, most))] = int(rng.integers(0, 256))
+        cut = len(payload) if rng.random() < 0.7 else int(rng.integers(2, len(payload)))
+        streams.append(with_surface(data, bytes(payload[:cut])))
+    ours, theirs = [in_python(data) for data in streams], decode(tmp_path, streams)
+    refused = sum("error" in one for one in ours)
+    assert 20 < refused < 160
+    for one, other in zip(ours, theirs, strict=True):
+        assert ("error" in one) == ("error" in other), (one, other)
+        if "error" not in one:
+            assert one == other
+
+
+@pytest.mark.parametrize("name", ["mesh", "mesh_of_any_triangles"])
+def test_a_frozen_mesh_is_read(name, tmp_path):
+    data = (Path(__file__).parents[1] / "vectors" / f"{name}.uph").read_bytes()
+    assert decode(tmp_path, [data]) == [in_python(data)]
