@@ -6,7 +6,7 @@
 //      counts {counts}                    segments of every chart, along s and along t
 //      shown {buffers}                    what the last `textures` brought is on screen; buffers to use again
 //      Any may have a `ticket`: states tell the last one that was heard.
-// Out: surface {charts, bounds}           sizes of the textures and spheres of the charts, once
+// Out: surface {charts, bounds, plain}    sizes of the textures and spheres of the charts, once; what lies on no chart
 //      meshes {pieces, counts}            geometry of the charts that changed
 //      textures {entries, state}          what changed, and what is shown then. An entry has a target (color, normal …)
 //                                         and is `data` for a chart; the gutter only, `gutter`; that a chart has no

@@ -1,6 +1,7 @@
 /** Geometry of charts, from what the worker tessellates. */
 
-import { Box3, BufferAttribute, BufferGeometry, Sphere, Vector3 } from 'three'
+import { Box3, BufferAttribute, BufferGeometry, DoubleSide, Mesh, MeshStandardMaterial, Sphere, Vector3 } from 'three'
+import { ROUGHNESS } from './materials.js'
 
 /** A sphere round all of `bounds`, put into `sphere`. */
 export function enclose(bounds, sphere) {
@@ -28,6 +29,17 @@ export function chartGeometry(piece, { height, width }, { center, radius }) {
   geometry.boundingSphere = new Sphere(new Vector3(...center), radius)
   geometry.userData = { outline, quads: indices.length / 6 }
   return geometry
+}
+
+/** The triangles that lie on no chart, of one colour. */
+export function plainMesh({ positions, normals, indices }) {
+  const geometry = new BufferGeometry()
+  geometry.setAttribute('position', new BufferAttribute(positions, 3))
+  geometry.setAttribute('normal', new BufferAttribute(normals, 3))
+  geometry.setIndex(new BufferAttribute(indices, 1))
+  const mesh = new Mesh(geometry, new MeshStandardMaterial({ side: DoubleSide, roughness: ROUGHNESS, metalness: 0 }))
+  mesh.name = 'plain'
+  return mesh
 }
 
 /** The outlines of all charts as line segments. */

@@ -1,9 +1,9 @@
 /** The model that a loader gives: it shows what its worker decodes, paints and tessellates. */
 
-import { BufferGeometry, DoubleSide, Group, LineBasicMaterial, LineSegments, Mesh, MeshStandardMaterial, Sphere, Vector3 } from 'three'
+import { BufferGeometry, DoubleSide, Group, LineBasicMaterial, LineSegments, Mesh, MeshStandardMaterial, Sphere, SRGBColorSpace, Vector3 } from 'three'
 import { putGutter } from '../uph-gutter.js'
 import { DetailControl } from './detail.js'
-import { chartGeometry, enclose, outlineGeometry } from './geometry.js'
+import { chartGeometry, enclose, outlineGeometry, plainMesh } from './geometry.js'
 import { Preview, ROUGHNESS, newTexture, updateMaterial } from './materials.js'
 
 const TEXELS_PER_FRAME = 2 ** 22 // handed to the renderer at once
@@ -36,6 +36,7 @@ export class UphModel extends Group {
   #sizes = []
   #detail = null
   #preview = null
+  #plain = null // triangles of a mesh that lie on no chart
   #queue = [] // textures that came and are not shown yet
   #isDrawing = false
   #ticket = 0
@@ -124,7 +125,7 @@ export class UphModel extends Group {
   dispose() {
     this.abort()
     this.#worker.terminate()
-    for (const { geometry, material } of [...this.#meshes, this.outlines]) {
+    for (const { geometry, material } of [...this.#meshes, this.outlines, ...(this.#plain ? [this.#plain] : [])]) {
       for (const texture of Object.values(material.userData)) texture.dispose()
       geometry.dispose()
       material.dispose()
@@ -156,7 +157,7 @@ export class UphModel extends Group {
     } else this.fail(Object.assign(new Error(message.message), { offset: message.offset }))
   }
 
-  #begin({ charts, bounds }) {
+  #begin({ charts, bounds, plain }) {
     this.#sizes = charts
     this.#bounds = bounds
     this.#detail = new DetailControl(bounds, this.#errorPixels, (counts) => this.#send({ kind: 'counts', counts }))
@@ -171,6 +172,7 @@ export class UphModel extends Group {
       return mesh
     })
     this.add(...this.#meshes)
+    if (plain) this.add((this.#plain = plainMesh(plain)))
   }
 
   #takeMeshes({ pieces, counts }) {
@@ -213,7 +215,7 @@ export class UphModel extends Group {
       this.#drawSoon()
       return
     }
-    const { bytes, coefficients, charts, total, roles, alpha = 'opaque' } = this.#state
+    const { bytes, coefficients, charts, total, roles, alpha = 'opaque', mean } = this.#state
     this.roles = roles
     this.shown = { bytes, coefficients, charts }
     this.total = total
@@ -221,6 +223,7 @@ export class UphModel extends Group {
       updateMaterial(mesh.material, roles, alpha, this.sphere.radius)
       mesh.visible = true
     }
+    this.#plain?.material.color.setRGB(...mean, SRGBColorSpace)
     this.#worker.postMessage({ kind: 'shown', buffers }, buffers)
     const type = this.first ? 'refine' : 'first'
     this.first = true

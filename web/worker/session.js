@@ -1,6 +1,6 @@
 /** One stream in the worker: what messages ask for, decoded, painted and tessellated in slices. */
 
-import { SurfaceMesher, countsFor } from '../uph-mesh.js'
+import { SurfaceMesher, TriangleMesher, countsFor } from '../uph-mesh.js'
 import { UphDecoder } from '../uph.js'
 import { TARGETS, hasMap, knownShare } from './maps.js'
 import { SLICE, yieldToMessages } from './schedule.js'
@@ -174,12 +174,12 @@ export class Session {
     const shrunk = (size) => Math.max(1, size >> shrink)
     const sizes = charts.map(({ height, width }) => ({ height: shrunk(height), width: shrunk(width) }))
     this.#chartCount = charts.length
-    this.#mesher = new SurfaceMesher(surface, charts)
+    this.#mesher = surface.kind === 'mesh' ? new TriangleMesher(surface, charts) : new SurfaceMesher(surface, charts)
     this.#textures = new ChartTextures(this.#mesher, sizes, shrink)
     const bounds = charts.map((_, n) => this.#mesher.bounds(n))
     const radius = enclosingRadius(bounds)
     this.#counts = new Uint16Array(bounds.flatMap((one) => countsFor(one, FIRST_PIXELS / 2 / radius, 0.5)))
-    this.#post({ kind: 'surface', charts: sizes, bounds })
+    this.#post({ kind: 'surface', charts: sizes, bounds, plain: this.#mesher.plainMesh?.() ?? null })
   }
 
   /** How often sizes are halved so that the page can show the charts. */
@@ -214,9 +214,10 @@ export class Session {
     const state = this.#state(false)
     const entries = await this.#textures.paint(this.#decoder)
     const alpha = this.#textures.alphaMode
+    const mean = meanColor(this.#decoder.exemplarRgba())
     this.#isWaiting = true
     this.#post(
-      { kind: 'textures', entries, state: { ...state, alpha } },
+      { kind: 'textures', entries, state: { ...state, alpha, mean } },
       entries.flatMap((entry) => entry.data?.buffer ?? []),
     )
     this.#paintedAt = performance.now()
@@ -237,6 +238,13 @@ export class Session {
       charts: decoder.charts.length ? decoder.chartsKnown / decoder.charts.length : 0,
     }
   }
+}
+
+/** The mean of an RGBA image's pixels, from 0 to 1. */
+function meanColor({ data }) {
+  const sums = [0, 0, 0]
+  for (let n = 0; n < data.length; n++) if (n % 4 < 3) sums[n % 4] += data[n]
+  return sums.map((sum) => sum / (255 * Math.max(1, data.length / 4)))
 }
 
 /** Radius of a sphere round all charts' spheres. */
