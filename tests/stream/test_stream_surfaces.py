@@ -118,7 +118,7 @@ def test_different_degrees(tmp_path: Any) -> None:
 @pytest.mark.parametrize(
     ("data", "message"),
     [
-        (b"\x09", "byte 0: kind of surface is 9; allowed: 0 to 8"),
+        (b"\x0a", "byte 0: kind of surface is 10; allowed: 0 to 9"),
         (b"\x01\x01" + b"\0" * 6 + b"\xf8\x7f", "byte 2: a is nan; allowed: finite"),
         (b"\x01\x01" + b"\0" * 8, "byte 1: a is 0.0"),
         (b"\x01\x08\x80\x02\x80\x02", "byte 6: spans make 65536 patches"),

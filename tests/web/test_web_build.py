@@ -20,7 +20,7 @@ FOLDERS = ("uph", "mesh", "model", "worker", "viewer")
 SHIPPED = ROOT / "src" / "upholster" / "web"
 LONGEST_FUNCTION = 60
 """Lines."""
-MOST_BESIDE_A_STREAM = 256_000
+MOST_BESIDE_A_STREAM = 265_000
 STREAM = 110_000
 """Bytes of the README's ring, beside which a page must keep that limit: the stream as text counts, too."""
 

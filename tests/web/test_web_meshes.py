@@ -105,3 +105,38 @@ def test_both_decoders_refuse_the_same_meshes(tmp_path):
 def test_a_frozen_mesh_is_read(name, tmp_path):
     data = (Path(__file__).parents[1] / "vectors" / f"{name}.uph").read_bytes()
     assert decode(tmp_path, [data]) == [in_python(data)]
+
+
+def meshed(tmp_path, surface):
+    path = tmp_path / "mesh.uph"
+    path.write_bytes(stream_of(surface))
+    command = ["node", str(SCRIPT.with_name("triangles.mjs")), str(path)]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout)
+
+
+def test_a_cube_is_shown_with_creases(tmp_path):
+    # Each side has vertices of its own, with the side's normal: 1/√3 of the corners' direction.
+    found = meshed(tmp_path, cube(2))
+    assert found["sizes"] == [[9, 8]] * 6
+    assert found["plain"] is None
+    assert found["least"] == pytest.approx(3**-0.5, abs=1e-3)
+
+
+def test_a_sphere_is_shown_smooth(tmp_path):
+    found = meshed(tmp_path, icosphere(3))
+    assert sum(triangles for _, triangles in found["sizes"]) == 1280
+    assert found["least"] > 0.999
+
+
+def test_triangles_without_island_are_shown_too(tmp_path):
+    found = meshed(tmp_path, cube(2, sides=4))
+    assert found["plain"][1] == 16
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_any_triangles_are_shown(tmp_path, seed):
+    surface = soup(seed)
+    sizes = meshed(tmp_path, surface)
+    assert sum(triangles for _, triangles in sizes["sizes"]) == (surface.island >= 0).sum()
