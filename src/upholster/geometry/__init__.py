@@ -10,7 +10,7 @@ from upholster.geometry.catalog import (
     surface_file,
     surface_from_spec,
 )
-from upholster.geometry.corner_normals import CREASE, corner_normals
+from upholster.geometry.corner_normals import corner_normals
 from upholster.geometry.cyclide import ring_cyclide, torus
 from upholster.geometry.face import Face, grid_face
 from upholster.geometry.face_seams import FaceSeam
@@ -28,7 +28,6 @@ AnySurface = Surface | MeshSurface
 """What charts can lie on: faces of patches, or a mesh's islands."""
 
 __all__ = [
-    "CREASE",
     "SURFACES",
     "AnySurface",
     "BorderInterval",

@@ -13,7 +13,7 @@ from upholster.charts.layout import RING, TextureScale, density_layout, texture_
 from upholster.charts.mesh_directions import MeshField, mesh_directions
 from upholster.charts.mesh_layout import mesh_charts, mesh_fields, triangle_frames
 from upholster.errors import InputError
-from upholster.geometry import CREASE, AnySurface, MeshSurface, Surface
+from upholster.geometry import AnySurface, MeshSurface, Surface
 from upholster.image import Material, check_exemplar
 from upholster.image.source import Source, as_exemplar
 from upholster.lengths import parse_length
@@ -38,6 +38,10 @@ _ROUND = 1.25
 
 _BLOCKS = 8
 """Blocks across a surface, at least, where their size is not asked for: fewer can not follow its curves."""
+
+_CREASE = 75.0
+"""Degrees: over edges of a mesh that bend more directions start anew, so that a box's lid runs straight. Models
+of few triangles bend less at edges that stand for something smooth."""
 
 _MESH_BLOCKS = 24
 """The same on meshes, which bend more."""
@@ -178,12 +182,16 @@ def _prepare_mesh(exemplar: PixelArray, surface: MeshSurface, options: Synthesis
         surface.mesh,
         cast(Any, options.direction),
         strokes=options.stroke,
-        crease=CREASE if options.crease is None else options.crease,
+        crease=_CREASE if options.crease is None else options.crease,
     )
     charts = mesh_charts(surface, scale.density)
     fields = mesh_fields(surface, charts, *triangle_frames(surface, field.corner_vectors), scale.scale)
     own = settled(options, QuiltOptions, block=block)
-    return Prepared(charts, fields, scale, field.words, own, field)
+    text = options.direction if isinstance(options.direction, str) else "strokes" if options.stroke else ""
+    text = text or (
+        "level" if options.direction is None else getattr(options.direction, "__name__", "vectors")
+    )
+    return Prepared(charts, fields, scale, f"{text}, {field.words}", own, field)
 
 
 def _wanted_block(exemplar: PixelArray, options: SynthesisOptions) -> int:
