@@ -14,7 +14,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent / "stream"))
 
-from meshes import charts_of, icosphere, sheets, soup
+from mesh_quilts import charts_of, icosphere, sheets, soup
 from streams import bent, changed, covered, leaning, noise, stream, woven
 
 from upholster.geometry import Surface, surface_from_spec

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from meshes import charts_of, cube, grid, icosphere, sheets, soup, told
+from mesh_quilts import charts_of, cube, grid, icosphere, sheets, soup, told
 from streams import noise
 
 from upholster.errors import FormatError, InputError

@@ -8,7 +8,7 @@ import numpy as np
 import plain_field
 import plain_plan
 import pytest
-from meshes import charts_of, icosphere, sheets
+from mesh_quilts import charts_of, icosphere, sheets
 from plain_coder import PlainBytes
 from streams import any_grids, anything, anything_bent, bent, changed, covered, with_matrices, woven
 

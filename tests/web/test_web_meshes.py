@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from meshes import charts_of, cube, grid, icosphere, sheets, soup
+from mesh_quilts import charts_of, cube, grid, icosphere, sheets, soup
 from streams import noise
 
 from upholster.errors import FormatError
