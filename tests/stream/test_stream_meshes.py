@@ -125,7 +125,7 @@ def test_a_mesh_that_is_too_fine_for_its_numbers_is_refused():
 def test_charts_that_name_an_island_that_is_not_there_are_refused():
     surface = cube()
     charts = (*charts_of(surface)[:5], replace(charts_of(surface)[5], face=6))
-    with pytest.raises(InputError, match="do not fit"):
+    with pytest.raises(InputError, match="other islands"):
         encode_stream(surface, sheets(np.random.default_rng(0), charts, (48, 56), 4), noise(48, 56))
 
 

@@ -32,7 +32,7 @@ from upholster.stream.surfaces import KINDS
 
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
-MOST_GZIPPED = 57_900
+MOST_GZIPPED = 57_800
 """Bytes of the decoder's modules together, comments and all."""
 VECTORS = sorted((ROOT / "tests" / "vectors").glob("*.uph"))
 
