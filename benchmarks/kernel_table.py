@@ -25,6 +25,7 @@ __all__ = ["USES", "main"]
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 BRICKS, MATERIAL = EXAMPLES / "bricks.png", EXAMPLES / "bricks_material"
+CHAIR = EXAMPLES / "chair.glb"
 CURVED, FLAT = "--on cyclide --texels 300k", "--on plane --texels 256x256"
 
 USES = {
@@ -33,6 +34,8 @@ USES = {
         ("quilt", BRICKS, CURVED, ""),
         ("quilt material", MATERIAL, CURVED, ""),
         ("quilt flat", BRICKS, FLAT, ""),
+        ("quilt mesh", BRICKS, f"--on {CHAIR} --texels 300k", ""),
+        ("quilt mesh material", MATERIAL, f"--on {CHAIR} --texels 300k", ""),
         ("paper", BRICKS, "--on cyclide", "--method paper --chart 128"),
         ("paper material", MATERIAL, "--on cyclide", "--method paper --chart 128"),
         ("pixel", BRICKS, "--on cyclide", "--method pixel --chart 32"),

@@ -39,16 +39,17 @@ def mesh_charts(surface: MeshSurface, density: float) -> tuple[Chart, ...]:
         If a chart would be too large: says how many texels it may have.
     """
     charts = []
-    for number, (low, high) in enumerate(surface.boxes.tolist()):
-        sides = [max(1, int(np.ceil((b - a) * density))) + 2 * GUTTER for a, b in zip(low, high, strict=True)]
+    for number, box in enumerate(surface.boxes * density):
+        low, high = np.floor(box[0]).astype(int) - GUTTER, np.ceil(box[1]).astype(int) + GUTTER
+        sides = np.maximum(high - low, 2 * GUTTER + 1).tolist()
         if max(sides) > MAX_CHART:
             raise InputError(
                 f"island {number} would have {sides[1]} x {sides[0]} texels; allowed: {MAX_CHART} each way: "
                 "ask for fewer texels"
             )
-        starts = [0.5 * (a + b) - 0.5 * side / density for a, b, side in zip(low, high, sides, strict=True)]
-        s1, t1 = (start + side / density for start, side in zip(starts, sides, strict=True))
-        charts.append(Chart(number, sides[0], sides[1], starts[0], s1, starts[1], t1))
+        # Whole texels from one origin on all islands: a stream tells such charts in few bytes.
+        (s0, t0), (s1, t1) = (low / density).tolist(), ((low + sides) / density).tolist()
+        charts.append(Chart(number, sides[0], sides[1], s0, s1, t0, t1))
     return tuple(charts)
 
 

@@ -109,7 +109,7 @@ def cover(
     from upholster.pipeline import cover as run
 
     maps = _maps(map_ or [])
-    with progress_bars(quiet, _uses(synthesis, preparing, [*sample, *maps.values()], output)) as progress:
+    with progress_bars(quiet, _uses(synthesis, preparing, [*sample, *maps.values()], on, output)) as progress:
         result = run(
             sample,
             on,
@@ -148,12 +148,13 @@ def _maps(written: list[str]) -> dict[str, str]:
 
 
 def _uses(
-    asked: SynthesisOptions, preparing: SampleOptions, sample: list[str], outputs: list[str]
+    asked: SynthesisOptions, preparing: SampleOptions, sample: list[str], on: str, outputs: list[str]
 ) -> list[str]:
     # What kernels these arguments need, as far as they tell; wrong ones are for others to complain about.
     flat = asked.method == "quilt" and isinstance(asked.texels, tuple)
     material = len(sample) > 1 or Path(sample[0]).is_dir() or Path(sample[0]).suffix.lower() == ".zip"
-    made = asked.method + (" flat" if flat else " material" if material else "")
+    mesh = Path(on).suffix.lower() in (".glb", ".gltf", ".obj", ".ply", ".stl", ".off")
+    made = asked.method + (" flat" if flat else " mesh" * mesh + " material" * material)
     kinds = {
         ".glb": "model", ".obj": "model", ".ply": "model", ".npz": "texels",
         ".uph": "stream", ".html": "stream", ".stl": "model", ".3mf": "model",

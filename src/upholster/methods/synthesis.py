@@ -40,8 +40,8 @@ _BLOCKS = 8
 """Blocks across a surface, at least, where their size is not asked for: fewer can not follow its curves."""
 
 _CREASE = 75.0
-"""Degrees: over edges of a mesh that bend more directions start anew, so that a box's lid runs straight. Models
-of few triangles bend less at edges that stand for something smooth."""
+"""Degrees: over edges of a mesh that bend more directions start anew, so that a box's lid runs straight.
+Models of few triangles bend less at edges that stand for something smooth."""
 
 _MESH_BLOCKS = 24
 """The same on meshes, which bend more."""
@@ -187,10 +187,11 @@ def _prepare_mesh(exemplar: PixelArray, surface: MeshSurface, options: Synthesis
     charts = mesh_charts(surface, scale.density)
     fields = mesh_fields(surface, charts, *triangle_frames(surface, field.corner_vectors), scale.scale)
     own = settled(options, QuiltOptions, block=block)
-    text = options.direction if isinstance(options.direction, str) else "strokes" if options.stroke else ""
-    text = text or (
-        "level" if options.direction is None else getattr(options.direction, "__name__", "vectors")
-    )
+    text = options.direction
+    if text is None:
+        text = "strokes" if options.stroke else "level"
+    elif not isinstance(text, str):
+        text = getattr(text, "__name__", "vectors")
     return Prepared(charts, fields, scale, f"{text}, {field.words}", own, field)
 
 

@@ -32,7 +32,7 @@ from upholster.methods.quilt.options import QuiltOptions
 from upholster.parallel import check_running
 from upholster.quilt.chart import Chart
 from upholster.quilt.model import Quilt
-from upholster.quilt.placement import LARGEST_WARPED, MASK_CUT, MASK_NONE, PLACEMENT
+from upholster.quilt.placement import LARGEST_WARPED, MASK_CUT, MASK_NONE, MATRIX_UNIT, PLACEMENT
 from upholster.quilt.plans import PlacementList
 from upholster.quilt.warp_field import UNIT, WarpField
 from upholster.types import FloatArray, IntArray, PixelArray, Progress
@@ -357,12 +357,15 @@ class _Laying:
         here = self._matrices_at(placed)
         mean = 0.5 * (fit[:, 6:10] + here)
         shown = fit[:, 4:6] + (mean.reshape(-1, 2, 2) @ moved[:, :, None])[..., 0]
-        unit = 16 << frame.level
+        fraction = 16 << frame.level
         for axis, name in enumerate(("source_row", "source_column")):
-            source = self.blocks[block, axis] + np.rint(unit * shown[:, axis]).astype(np.int64)
+            source = self.blocks[block, axis] + np.rint(fraction * shown[:, axis]).astype(np.int64)
             placed[name] = np.clip(source, 0, 16 * (self.shape[axis] - 1))
-        matrices = fit[:, 6:10] * ((1 << frame.level) / frame.texels) * UNIT
-        placed["matrix"] = np.rint(np.where((sheet > 0)[:, None], matrices, 0)).astype(np.int32)
+        # Whole units from the field's own matrix there: a stream tells those in few bytes.
+        unit = (1 << frame.level) / frame.texels * UNIT
+        own = np.rint(here * unit)
+        matrices = own + MATRIX_UNIT * np.rint((fit[:, 6:10] * unit - own) / MATRIX_UNIT)
+        placed["matrix"] = np.where((sheet > 0)[:, None], matrices, 0).astype(np.int32)
         placed["centred"] = sheet > 0
         placed["mask"], placed["mask_cell"], placed["feather"] = MASK_CUT, _final_cell(frame), frame.feather
         return placed
