@@ -69,9 +69,25 @@ class Outputs:
         self._beside: dict[Path, Path] = {}  # target -> temporary file
         self._inputs: dict[_Identity, str] = {}
         self._existing: dict[_Identity, str] = {}  # targets that are files already
+        self.keep(inputs)
+
+    def keep(self, inputs: Iterable[str | os.PathLike[str]]) -> None:
+        """Announce files that are read, some known only inside the body.
+
+        Raises
+        ------
+        InputError
+            If one is a target that was announced before.
+        """
         for file in inputs:
-            if (identity := _identity(file)) is not None:
-                self._inputs.setdefault(identity, os.fspath(file))
+            if (identity := _identity(file)) is None:
+                continue
+            self._inputs.setdefault(identity, os.fspath(file))
+            if identity in self._existing:
+                raise InputError(
+                    f"output {self._existing[identity]!r} is the same file as input {os.fspath(file)!r}; "
+                    "allowed: any other file"
+                )
 
     def add(self, targets: Iterable[str | os.PathLike[str]]) -> None:
         """Announce targets that became known only inside the body.

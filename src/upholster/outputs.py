@@ -266,6 +266,8 @@ class TexturedModel(Shown):
         Whether the texture coordinates of an OBJ are those of UDIM: each page's lie in a square of their own.
     file
         The file that a mesh was read from: a GLB made of it keeps everything else that is in it.
+    notes
+        What writing it told: what of that file could not stay as it was.
     """
 
     surface: AnySurface
@@ -278,6 +280,7 @@ class TexturedModel(Shown):
     read_from: bytes | None = None
     in_tiles: bool = False
     file: ModelFile | None = None
+    notes: list[str] = field(default_factory=list)
 
     def __repr__(self) -> str:
         return on_a_line(
@@ -575,7 +578,7 @@ def _write_retextured(place: Path, model: TexturedModel) -> None:
         {role: model.map_atlas(role).images() for role in model.maps if role != "height"},
     )
     options = model.options
-    write_retextured_glb(
+    notes = write_retextured_glb(
         place,
         model.file,
         [cover],
@@ -583,6 +586,7 @@ def _write_retextured(place: Path, model: TexturedModel) -> None:
         quality=options.quality,
         normal_scale=options.normal_scale,
     )
+    model.notes.extend(note for note in notes if note not in model.notes)
 
 
 def _write_solid(place: Path, target: Path, model: TexturedModel) -> None:

@@ -150,6 +150,7 @@ def cover(
             covered = as_covered(on, reading, biquadratic=asked.method == "paper")
             surface = covered.surface
             notes += covered.notes
+            files.keep(covered.model.inputs if covered.model is not None else ())
             if isinstance(surface, Surface):
                 _ = surface.shared  # edges that are claimed twice are found now, not after the work
             source = read_source(exemplar, preparing, maps=maps, normal=normal, notes=notes)

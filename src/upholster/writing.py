@@ -89,11 +89,11 @@ def notes_after(
     seconds: dict[str, float],
     tell: Callable[[str], None] | None,
 ) -> list[str]:
-    """Return what the user should know of a solid that was written, told as well; none without one."""
-    if not any(output.kind == "solid" for output in wanted):
-        return []
-    with timed("check", seconds):
-        notes = model.solid_notes()
+    """Return what the user should know of what was written, told as well: of a model's file, of a solid."""
+    notes = list(model.notes)
+    if any(output.kind == "solid" for output in wanted):
+        with timed("check", seconds):
+            notes += model.solid_notes()
     if tell is not None:
         for note in notes:
             tell(note)
