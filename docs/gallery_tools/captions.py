@@ -30,6 +30,11 @@ CAPTIONS = {
         The ring is five times as thick on one side as on the other, and all bricks are of one size. So some
         rows of bricks end where the ring gets thinner.
         """,
+    "chairs": """\
+        The project's own `chair.glb`, in metres, in `weave.png` (`--sample-size 18cm`), `bricks.png` (`35cm`)
+        and `pebbles.png` (`40cm`), each with `--texels 2M --seed 1`. Rows run level; where the surface lies
+        flat, as on the seat, they run round its middle.
+        """,
     "strip": """\
         `weave.png` on a torus (`--on torus:R=2,r=0.9 --sample-size 1.6`), `pebbles.png` on a vase (`--on vase
         --sample-size 0.8`) and `granite.png` on a sphere (`--on sphere --sample-size 0.9`), each with

@@ -5,9 +5,10 @@ from typing import Any
 
 from gallery_tools.drawing import Panel, compose
 from gallery_tools.shots import KINDS, OWN, Exemplars, cover, kind_of, read, side_by_side, take
+from upholster.charts.covered import as_covered
 from upholster.geometry import Surface, ring_cyclide, sphere, torus, vase
 
-__all__ = ["hero", "strip", "twelve", "twelve_paths"]
+__all__ = ["chairs", "hero", "strip", "twelve", "twelve_paths"]
 
 LIKED = {
     "regular": ("gingham", "mosaic", "brick_wall_red"),
@@ -48,6 +49,16 @@ def hero(_exemplars: Exemplars) -> Any:
     exemplar = read(OWN / "bricks.png")
     model = cover(ring_cyclide(), exemplar, texels=4_000_000, sample_size=5.0, direction="around:z", seed=3)
     return take(model, size=(1000, 750), view=(150.0, 32.0), supersample=4).image
+
+
+def chairs(_exemplars: Exemplars) -> Any:
+    """Make README's picture of a model: an armchair in three materials, side by side on one floor."""
+    surface = as_covered(OWN / "chair.glb").surface
+    models = [
+        cover(surface, read(OWN / name), texels=2_000_000, sample_size=size, seed=1)
+        for name, size in (("weave.png", "18cm"), ("bricks.png", "35cm"), ("pebbles.png", "40cm"))
+    ]
+    return side_by_side(models, ((-1.1, 1.0), (0.0, 1.0), (1.1, 1.0)), size=(1200, 460), view=(14.0, 20.0))
 
 
 def strip(_exemplars: Exemplars) -> Any:

@@ -11,7 +11,7 @@ from PIL import Image
 
 from gallery_tools.overlay import Overlay
 from upholster.errors import InputError
-from upholster.geometry import Surface
+from upholster.geometry import AnySurface, Surface
 from upholster.image import from_linear, read_exemplar, to_linear
 from upholster.methods import synthesize
 from upholster.model import tessellate
@@ -110,7 +110,7 @@ def read(path: Path, side: int = SIDE) -> PixelArray:
     return np.ascontiguousarray(np.broadcast_to(color, (*pixels.shape[:2], 3)))
 
 
-def cover(surface: Surface, exemplar: PixelArray, *, quads: int = 20_000, **options: Any) -> TexturedModel:
+def cover(surface: AnySurface, exemplar: PixelArray, *, quads: int = 20_000, **options: Any) -> TexturedModel:
     """Cover a surface with an exemplar; options as in `upholster.synthesize`."""
     quilt = synthesize(exemplar, surface, **options)
     return TexturedModel(surface, paint(quilt, exemplar), WriteOptions(quads=quads))
