@@ -24,10 +24,10 @@ _TORN = 2.5
 _SHORT = 1.0 / 256.0
 """Squared length of an edge over that of the side beside it, below which its direction tells nothing."""
 
-_FLOOD = 8.0
+_FLOOD = 4.0
 """Areas of the disk within reach: where unfolding has gone over more, it has collapsed."""
 
-_MOST_SETTLED = 1 << 16
+_MOST_SETTLED = 1 << 13
 
 _AGREES = 0.7
 """Cosine of the angle at a vertex up to which two triangles' directions are one field."""

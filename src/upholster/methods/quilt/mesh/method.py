@@ -43,7 +43,7 @@ _COARSE = 48
 _LARGEST_FRAME = 512
 _SHARE = 0.75
 _OVERLAP = 0.3
-_SHORT = 0.25
+_SHORT = 0.4
 """Longest edge of a triangle that blocks are unfolded over, in blocks."""
 
 _ROUNDS = 12
