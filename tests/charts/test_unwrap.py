@@ -285,3 +285,10 @@ def test_borders_that_lie_on_each_other_do_not_hide_overlaps() -> None:
         times = np.zeros((90, 90), np.int32)
         coverage((own - own.min(axis=(0, 1))) * 30, times)
         assert times.max() == 1
+
+
+def test_triangles_back_to_back_become_islands_of_their_own() -> None:
+    leaf = np.array([(0.0, 0, 0), (1, 0, 0.2), (0.3, 1, 0)])
+    mesh = TriangleMesh(leaf, np.array([(0, 1, 2), (0, 2, 1)]))
+    surface, _ = unwrap(mesh)
+    assert surface.islands == 2

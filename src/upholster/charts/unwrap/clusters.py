@@ -86,7 +86,10 @@ def divided(piece: Piece, triangles: Triangles, times: int) -> tuple[IntArray, i
         label = _clustered(piece.across, triangles, piece.triangles, _LIMITS[level])
         if (label != label[0]).any():
             return label, level
-    return halves(piece, triangles.centres[piece.triangles]).astype(np.int32), len(_LIMITS)
+    label = halves(piece, triangles.centres[piece.triangles]).astype(np.int32)
+    if (label == label[0]).all():  # triangles back to back have one centre: each by itself
+        label = np.arange(len(label), dtype=np.int32)
+    return label, len(_LIMITS)
 
 
 def _clustered(across: IntArray, triangles: Triangles, own: NDArray[np.integer], limit: _Limit) -> IntArray:
