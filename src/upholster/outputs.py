@@ -115,6 +115,11 @@ class Output:
         return self.kind in ("glb", "obj", "ply", "atlas")
 
     @property
+    def has_pages(self) -> bool:
+        """Whether the pages of its atlas are files of their own."""
+        return self.kind in ("obj", "ply", "atlas")
+
+    @property
     def in_tiles(self) -> bool:
         """Whether its pages are tiles of UDIM."""
         return UDIM in self.path.name
@@ -268,6 +273,11 @@ class TexturedModel(Shown):
         The file that a mesh was read from: a GLB made of it keeps everything else that is in it.
     notes
         What writing it told: what of that file could not stay as it was.
+    name
+        Of the material in such a GLB; by default the model's.
+    parts
+        Of several materials: the model of each, see `upholster.joined`. In such a GLB each is a material of
+        its own; all else holds them together.
     """
 
     surface: AnySurface
@@ -281,6 +291,8 @@ class TexturedModel(Shown):
     in_tiles: bool = False
     file: ModelFile | None = None
     notes: list[str] = field(default_factory=list)
+    name: str = ""
+    parts: tuple["TexturedModel", ...] = ()
 
     def __repr__(self) -> str:
         return on_a_line(
@@ -491,7 +503,7 @@ def write_output(
         If it cannot hold the model, or an option is out of its range.
     """
     options = model.options
-    pages = len(model.atlas.pages) if output.has_atlas else 1
+    pages = len(model.atlas.pages) if output.has_pages else 1
     places = [files.path(file) for file in output.files(model.maps, pages)]
     match output.kind:
         case "uph":
@@ -566,27 +578,32 @@ def write_output(
 def _write_retextured(place: Path, model: TexturedModel) -> None:
     """Write the file that a mesh was read from, with its new textures and all else that it holds."""
     assert model.file is not None  # the caller looked
-    assert isinstance(model.surface, MeshSurface)  # what is read from a model's file
-    page, uv = model.atlas.page_coordinates(model.mesh)
-    covered = np.flatnonzero(model.surface.island >= 0)
-    corners = model.mesh.triangles[covered]
-    cover = Cover(
-        uv[corners],
-        model.atlas.images(),
-        covered,
-        page[corners[:, 0]],
-        {role: model.map_atlas(role).images() for role in model.maps if role != "height"},
-    )
     options = model.options
     notes = write_retextured_glb(
         place,
         model.file,
-        [cover],
+        [_cover(part) for part in model.parts or (model,)],
         texture=options.texture,
         quality=options.quality,
         normal_scale=options.normal_scale,
     )
     model.notes.extend(note for note in notes if note not in model.notes)
+
+
+def _cover(model: TexturedModel) -> Cover:
+    """Return a model's texture on the triangles that it covers."""
+    assert isinstance(model.surface, MeshSurface)  # what is read from a model's file
+    page, uv = model.atlas.page_coordinates(model.mesh)
+    covered = np.flatnonzero(model.surface.island >= 0)
+    corners = model.mesh.triangles[covered]
+    return Cover(
+        uv[corners],
+        model.atlas.images(),
+        covered,
+        page[corners[:, 0]],
+        {role: model.map_atlas(role).images() for role in model.maps if role != "height"},
+        model.name,
+    )
 
 
 def _write_solid(place: Path, target: Path, model: TexturedModel) -> None:

@@ -77,7 +77,7 @@ def written_to(
     for output in wanted:
         with timed(f"write {output.path.name}", seconds):
             write_output(output, model, files, progress=progress)
-        pages = len(model.atlas.pages) if output.has_atlas else 1
+        pages = len(model.atlas.pages) if output.has_pages else 1
         own = output.files(model.maps, pages)
         written |= {str(file): files.path(file).stat().st_size for file in own}
     return written
