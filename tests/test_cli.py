@@ -318,7 +318,8 @@ WRONG = {
     "no image code": (["decode", "brick.png", "-oa.png"], "brick.png"),
     "nothing in it": (["info", "empty.png"], "empty.png"),
     "no command": (["help"], "allowed: cover, prepare, surfaces"),
-    "no arguments": (["cover"], "SAMPLE"),
+    "no arguments": (["cover"], "'--on'"),
+    "no sample": (["cover", "--on", "torus", "-oa.glb"], "no SAMPLE is given; allowed: one, or --material"),
 }
 
 

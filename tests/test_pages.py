@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import upholster
-from upholster import pipeline
+from upholster import coverings
 from upholster.charts.layout import uniform_layout
 from upholster.errors import InputError
 from upholster.files import outputs
@@ -171,7 +171,7 @@ def test_names_of_pages_are_checked_before_work(
     def work(*_: object, **__: object) -> None:
         raise AssertionError("work began")
 
-    monkeypatch.setattr(pipeline, "execute", work)
+    monkeypatch.setattr(coverings, "execute", work)
     monkeypatch.chdir(tmp_path)
     write_image("x_2.png", sample())
     Path("x_texture_2.png").symlink_to("x_2.png")
@@ -185,7 +185,7 @@ def test_names_of_pages_are_checked_before_work(
 def test_a_chart_larger_than_a_page_is_refused_before_work(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(pipeline, "execute", None)
+    monkeypatch.setattr(coverings, "execute", None)
     asked = {"texels": 200_000, "sample_size": 1.0}
     with pytest.raises(InputError, match=r"atlas_size is 256, which holds charts of 240 .* 447 x 447 texels"):
         cover(_file(tmp_path), "plane", [f"{tmp_path}/x.glb"], synthesis=asked, options=OPTIONS)

@@ -1,27 +1,40 @@
 """The whole flow on one screen: exemplar and surface, layout and synthesis, painting, files.
 
 exemplar, surface ──► prepare ──► execute ──► quilt ──► paint ──► texels ──► mesh, atlas ──► files
+
+With several materials each has its own exemplar, quilt and texels; what is written has all of them.
 """
 
 import json
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 from upholster._version import __version__
 from upholster.charts.covered import CoveredLike, as_covered, covered_files
+from upholster.coverings import (
+    check_samples,
+    check_streamed,
+    counted,
+    material_choices,
+    painted_model,
+    read_coverings,
+    roles_of,
+    settled,
+    synthesized,
+)
 from upholster.errors import InputError
 from upholster.files import outputs, path_text
 from upholster.geometry import Surface
 from upholster.image import Material
 from upholster.image.rectify import Corners
-from upholster.image.source import Source, as_exemplar, read_source, source_files, source_names, source_parts
-from upholster.methods import execute, kept_sample, matched_image, prepare, settled_seed
+from upholster.image.source import Source, as_exemplar, read_source, source_names, source_parts
+from upholster.methods import settled_seed
 from upholster.options import ModelOptions, SampleOptions, SynthesisOptions, WriteOptions, chosen
 from upholster.outputs import (
-    TexturedModel,
     atlas_pages,
     check_displacement,
     metres_of,
@@ -31,28 +44,17 @@ from upholster.outputs import (
 )
 from upholster.parallel import check_running
 from upholster.quilt import Quilt, Texels
-from upholster.quilt.warp_field import WarpField
 from upholster.refining import RefineReport, refine
-from upholster.reports import (
-    CoverReport,
-    counts_of,
-    notes_before,
-    peak_memory,
-    settled_words,
-    timed,
-    totalled,
-)
-from upholster.stream import check_layout
-from upholster.stream.plans import refuse_source_map
+from upholster.reports import CoverReport, peak_memory, timed, totalled
 from upholster.types import PixelArray, Progress
 from upholster.writing import (
     add_pages,
     check_coded,
+    check_several,
     check_used,
     has_stream,
     listed,
     notes_after,
-    painted,
     written_to,
 )
 
@@ -60,10 +62,11 @@ __all__ = ["CoverReport", "RefineReport", "cover", "refine", "write"]
 
 
 def cover(
-    exemplar: Source,
+    exemplar: Source | None,
     on: CoveredLike,
     targets: Sequence[str | os.PathLike[str]] | str | os.PathLike[str],
     *,
+    materials: Mapping[str, Source] | None = None,
     maps: Mapping[str, str | os.PathLike[str]] | None = None,
     normal: str | None = None,
     rectify: Corners | None = None,
@@ -87,7 +90,7 @@ def cover(
         Image file, see `upholster.read_exemplar`. Or a material: a folder or zip file with its maps, several
         files named by role, files by role (see `upholster.read_material`, also for `maps` and `normal`), or
         the material itself. Its maps are matched together (by methods "paper" and "pixel": the base colour
-        alone), and one quilt paints them all.
+        alone), and one quilt paints them all. None only where there are `materials`.
     on
         Which surface: a text, see `upholster.surface_from_spec`, a file's path, or a `Surface`. With method
         "paper" a sphere is of octants, unless it says otherwise. Or a model's file (GLB, glTF, OBJ, PLY, STL,
@@ -100,8 +103,13 @@ def cover(
         beside ``wall.png``; pictures of the model show all of them but the height. An atlas above 8192² has
         several pages: in a GLB each is a material, images are ``wall_1.png``, ``wall_2.png`` … An image with
         ``<UDIM>`` in its name is an atlas in UDIM tiles; texture coordinates of an OBJ then fit them.
-    rectify, crop, resize, even_light
-        How the exemplar is prepared, see `upholster.read_exemplar`.
+    materials
+        Several on one model's file: samples by the names of parts, ``{"Seat": "leather/", "Leg*":
+        "oak.jpg@30cm"}``. Patterns are as of `upholster.ModelOptions`; of those that fit a part the first
+        counts. A length behind an @ is the sample's width. `exemplar` covers what no pattern fits; without
+        it that is left as it is. Streams are not written of several materials.
+    maps, normal, rectify, crop, resize, even_light
+        How `exemplar` is read and prepared, see `upholster.read_exemplar`.
     model
         How a model's file is read: `upholster.ModelOptions`, or some of them by name.
     synthesis
@@ -139,63 +147,55 @@ def cover(
     seconds: dict[str, float] = {}
     if maps is not None and not isinstance(maps, Mapping):
         raise InputError(f"maps is a {type(maps).__name__}; allowed: files by role")
-    reading = chosen(ModelOptions, model)
-    read = [*source_files(exemplar, maps), *covered_files(on)]
+    choices, reading = material_choices(materials), chosen(ModelOptions, model)
+    read = [*check_samples(exemplar, choices, preparing, maps, normal), *covered_files(on)]
     check_used(wanted, options)
+    check_several(wanted, choices)
     if asked.method == "paper" and options.wavelet is None:
         options = replace(options, wavelet="haar")
     own = [file for output in wanted for file in output.files()]
     with outputs([*own, *([report] if report else [])], inputs=read) as files:
         with timed("read", seconds):
-            covered = as_covered(on, reading, biquadratic=asked.method == "paper")
-            surface = covered.surface
-            notes += covered.notes
+            sample = partial(read_source, options=preparing, maps=maps, normal=normal, notes=notes)
+            coverings = read_coverings(exemplar, on, choices, sample, reading, asked, notes=notes)
+            covered = coverings[0].covered
             files.keep(covered.model.inputs if covered.model is not None else ())
-            if isinstance(surface, Surface):
-                _ = surface.shared  # edges that are claimed twice are found now, not after the work
-            source = read_source(exemplar, preparing, maps=maps, normal=normal, notes=notes)
-        notes += source.notes if isinstance(source, Material) else ()
-        parts = source_parts(source)
-        roles = tuple(parts)[1:]
+            if isinstance(covered.surface, Surface):
+                _ = covered.surface.shared  # edges that are claimed twice are found now, not after the work
+        roles = roles_of(coverings)
         files.add(file for output in wanted for file in output.later_files(roles, 1))
-        check_coded(wanted, parts, options)
-        check_displacement(wanted, options, roles=roles, metres=metres_of(surface))
+        check_coded(wanted, source_parts(coverings[0].source), options)
+        check_displacement(
+            wanted, options, roles=roles_of(coverings, all_have=True), metres=metres_of(covered.surface)
+        )
         with timed("prepare", seconds):
-            source = kept_sample(source, asked)
-            seen = matched_image(source, asked)
-            prepared = prepare(seen, surface, asked)
-            if has_stream(wanted) and isinstance(surface, Surface):
-                if asked.method == "pixel":
-                    refuse_source_map(
-                        sum(chart.height * chart.width for chart in prepared.charts), seen.shape[:2]
-                    )
-                fields = prepared.fields or (WarpField.identity(),) * len(prepared.charts)
-                check_layout(surface, prepared.charts, fields, (seen.shape[0], seen.shape[1]))
-            add_pages(files, wanted, roles, atlas_pages(wanted, prepared.charts, options))
-        notes += notes_before(surface, prepared, seen, len(parts))
+            charts = [chart for each in coverings for chart in each.charts]
+            if has_stream(wanted):
+                check_streamed(coverings[0])
+            add_pages(files, wanted, roles, atlas_pages(wanted, charts, options))
+        notes += [note for each in coverings for note in each.notes()]
         if tell is not None:
             for note in notes:
                 tell(note)
         with timed("synthesize", seconds):
-            quilt = execute(prepared, seen, surface, seed=seed, threads=threads, progress=progress)
+            quilts = synthesized(coverings, seed=seed, threads=threads, progress=progress)
         with timed("paint", seconds):
-            texels, others = painted(quilt, source, threads, progress)
-        tiles = any(output.in_tiles for output in wanted)
-        textured = TexturedModel(
-            surface, texels, options, threads, quilt, source, others, in_tiles=tiles, file=covered.model
-        )
+            textured = painted_model(coverings, quilts, options, threads=threads, progress=progress)
+        textured = replace(textured, in_tiles=any(output.in_tiles for output in wanted))
         written = written_to(wanted, textured, files, seconds, progress)
         notes += notes_after(wanted, textured, seconds, tell)
-        parameters = {"exemplar": source_names(exemplar), "on": _surface_name(on), "threads": threads}
+        parameters = {"exemplar": None if exemplar is None else source_names(exemplar)}
+        parameters |= {"materials": {choice.pattern: choice.named() for choice in choices}}
+        parameters |= {"on": _surface_name(on), "threads": threads}
         parameters |= {"maps": source_names(maps or {}), "normal": normal}
         parameters |= asdict(preparing) | asdict(reading) | asdict(asked) | {"seed": seed} | asdict(options)
         if callable(parameters["direction"]):
-            parameters["direction"] = prepared.direction
+            parameters["direction"] = coverings[0].prepared.direction
         result = CoverReport(
             __version__,
             parameters,
-            settled_words(prepared, surface, asked, roles),
-            counts_of(surface, quilt, texels) | {"maps": 1 + len(others)},
+            settled(coverings),
+            counted(coverings, quilts, textured),
             totalled(seconds),
             peak_memory(),
             written,

@@ -40,10 +40,12 @@ class CoverReport(Shown):
         Everything that was asked for, defaults and seed included.
     settled
         What was chosen where nothing was asked for, in words: block, sample's size, direction, maps; with
-        method "paper" patches, texels, block, overlap, edge block.
+        method "paper" patches, texels, block, overlap, edge block. Of several materials all of that by
+        material.
     counts
         Faces, patches, shared edges (of a mesh triangles, those left plain, parts); charts, texels,
-        placements, edge blocks; maps; of the base colour channels and bits per sample.
+        placements, edge blocks; maps; materials, where there are several; of the base colour channels and
+        bits per sample.
     seconds
         Time per stage, and "total".
     peak_memory_bytes

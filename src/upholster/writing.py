@@ -17,6 +17,7 @@ from upholster.types import PixelArray, Progress
 __all__ = [
     "add_pages",
     "check_coded",
+    "check_several",
     "check_used",
     "has_stream",
     "listed",
@@ -58,6 +59,16 @@ def check_coded(wanted: Sequence[Output], parts: Mapping[str, PixelArray], optio
     if has_stream(wanted):
         for part in parts.values():
             check_image(part, **options.transform)
+
+
+def check_several(wanted: Sequence[Output], materials: Sequence[object]) -> None:
+    """Raise InputError where a stream is wanted of several materials: it holds one sample."""
+    if materials and has_stream(wanted):
+        names = ", ".join(str(output.path) for output in wanted if output.kind in ("uph", "html"))
+        raise InputError(
+            f"{names} holds one sample, and several materials are given; allowed: .glb, .obj, .ply, .npz, "
+            "pictures and solids"
+        )
 
 
 def has_stream(wanted: Sequence[Output]) -> bool:

@@ -1,8 +1,11 @@
 """What is to be covered: a surface of patches, or a model's mesh, laid out flat."""
 
 import os
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
+
+import numpy as np
 
 from upholster.charts.unwrap import unwrap
 from upholster.errors import InputError
@@ -10,7 +13,10 @@ from upholster.geometry import AnySurface, MeshSurface, SurfaceLike, TriangleMes
 from upholster.geometry.mesh_files import MODEL_SUFFIXES, ModelFile, read_model
 from upholster.options import ModelOptions
 
-__all__ = ["Covered", "CoveredLike", "as_covered", "covered_files"]
+__all__ = ["Covered", "CoveredLike", "as_covered", "covered_files", "covered_parts"]
+
+_LISTED = 8
+"""Names of parts that a note lists."""
 
 CoveredLike = SurfaceLike | TriangleMesh | MeshSurface
 """A surface or a mesh, the text form of a surface, or the file that it is in."""
@@ -72,6 +78,68 @@ def as_covered(on: CoveredLike, options: ModelOptions | None = None, *, biquadra
     if options != ModelOptions():
         raise InputError("part, uv, unit and up are for models; allowed: none of them on other surfaces")
     return Covered(on if isinstance(on, MeshSurface) else as_surface(on, biquadratic=biquadratic))
+
+
+def covered_parts(
+    on: CoveredLike, patterns: Sequence[str], options: ModelOptions | None = None, *, rest: bool = False
+) -> dict[str, Covered]:
+    """Return what each of several patterns covers of one model, each laid out flat by itself.
+
+    Parameters
+    ----------
+    on
+        A model's file.
+    patterns
+        As of `ModelFile.fitting`. A part belongs to the first one that fits it. What no pattern fits is left
+        out of the mesh.
+    options
+        How the model is read; `part` says what the rest is, by default all that no pattern fits.
+    rest
+        Whether the rest is covered as well.
+
+    Returns
+    -------
+    dict
+        By pattern, the rest's under "". All have the same mesh, and no triangle lies on islands of two. One
+        for which nothing is left is missing; a note tells.
+
+    Raises
+    ------
+    InputError, FormatError
+        If `on` is no model's file, a pattern fits no part, or parts are chosen without a rest; as
+        `read_model` and `unwrap`.
+    """
+    options = options or ModelOptions()
+    if not _is_model(on):
+        raise InputError("several materials are for models; allowed: the file of one, as chair.glb")
+    if options.part is not None and not rest:
+        raise InputError("part says what the sample covers, and there is none; allowed: with a sample")
+    wanted = (*options.part, *patterns) if options.part else None if rest else patterns
+    model = read_model(on, parts=wanted, unit=options.unit, up=options.up)  # type: ignore[arg-type]  # a path
+    owner = np.full(len(model.parts), -1)
+    for number, pattern in reversed(list(enumerate(patterns))):
+        owner[model.fitting([pattern])] = number
+    out: dict[str, Covered] = {}
+    notes = list(model.notes)
+    if model.left:
+        names = ", ".join(model.left[:_LISTED]) + (" …" if len(model.left) > _LISTED else "")
+        notes.append(f"no material is for {names}: left as in the file")
+    for number, pattern in [*enumerate(patterns), *([(-1, "")] if rest else [])]:
+        chosen = (owner == number)[model.mesh.part]
+        if not chosen.any():
+            others = "the other materials have all parts that it fits" if pattern else "they have all parts"
+            notes.append(f"{pattern or 'the sample'!r} covers nothing: {others}")
+            continue
+        try:
+            surface, report = unwrap(model.mesh, keep_uv=options.uv == "keep", chosen=chosen)
+        except InputError as error:
+            raise InputError(f"parts of {pattern or 'the sample'!r}: {error}") from None
+        notes += report.notes
+        out[pattern] = Covered(surface, model, tuple(notes))
+        notes = []
+    last = next(reversed(out))
+    out[last] = replace(out[last], notes=(*out[last].notes, *notes))
+    return out
 
 
 def _is_model(on: object) -> bool:

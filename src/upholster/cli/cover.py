@@ -42,16 +42,49 @@ def surfaces() -> None:
     Console().print(table)
 
 
+_Material = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="PART=SAMPLE",
+        help="Other parts of a model have another sample: `Seat=leather/`, `'Leg*=oak.jpg@30cm'` with "
+        "its width; several times. The first name that fits a part counts. `*` is all others.",
+        rich_help_panel="Model",
+    ),
+]
+
+_Map = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--map",
+        metavar="ROLE=FILE",
+        help="A map of the material whose name does not tell it: `roughness=x.png`, `orm=y.jpg` …",
+        rich_help_panel="Sample",
+    ),
+]
+
+_Normal = Annotated[
+    str | None,
+    typer.Option(
+        metavar="gl|dx",
+        help="The normal map's green points upward (OpenGL) or downward (DirectX). Default: by its name "
+        "or the height map.",
+        rich_help_panel="Sample",
+    ),
+]
+
+
 @spelled_out()
 def cover(
     sample: Annotated[
-        list[str],
+        list[str] | None,
         typer.Argument(
             help="The sample: an image (PNG, JPEG, WebP, TIFF, EXR, HEIC, AVIF); or a material's maps, as a "
-            "folder, a zip file or files named by role, `brick_albedo.png brick_normal.png` …",
+            "folder, a zip file or files named by role, `brick_albedo.png brick_normal.png` … With "
+            "--material it is for the other parts, and may be left out.",
             metavar="SAMPLE",
         ),
-    ],
+    ] = None,
+    *,
     on: Annotated[
         str,
         typer.Option(
@@ -74,29 +107,13 @@ def cover(
             "`<UDIM>` in its name, UDIM tiles.",
         ),
     ],
-    *,
+    material: _Material = None,
     model: ModelOptions,
     synthesis: SynthesisOptions,
     seed: Annotated[int, typer.Option(help="Same seed, same result.", rich_help_panel="Synthesis")] = 0,
     preparing: SampleOptions,
-    map_: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--map",
-            metavar="ROLE=FILE",
-            help="A map of the material whose name does not tell it: `roughness=x.png`, `orm=y.jpg` …",
-            rich_help_panel="Sample",
-        ),
-    ] = None,
-    normal: Annotated[
-        str | None,
-        typer.Option(
-            metavar="gl|dx",
-            help="The normal map's green points upward (OpenGL) or downward (DirectX). Default: by its name "
-            "or the height map.",
-            rich_help_panel="Sample",
-        ),
-    ] = None,
+    map_: _Map = None,
+    normal: _Normal = None,
     writing: WriteOptions,
     report: Annotated[
         str | None, typer.Option(metavar="FILE", help="Write parameters, counts and times as JSON.")
@@ -108,12 +125,15 @@ def cover(
     start = time.perf_counter()
     from upholster.pipeline import cover as run
 
-    maps = _maps(map_ or [])
-    with progress_bars(quiet, _uses(synthesis, preparing, [*sample, *maps.values()], on, output)) as progress:
+    maps = _by_name("map", "role=file, as roughness=rough.png", map_ or [])
+    materials = _by_name("material", "part=sample, as Seat=leather.jpg", material or [])
+    samples = [*(sample or []), *maps.values(), *materials.values()]
+    with progress_bars(quiet, _uses(synthesis, preparing, samples, on, output)) as progress:
         result = run(
-            sample,
+            sample or None,
             on,
             output,
+            materials=materials or None,
             maps=maps,
             normal=normal,
             **asdict(preparing),
@@ -131,19 +151,20 @@ def cover(
         count = result.counts["texels"]
         print(f"wrote {written}: {count:,} texels in {time.perf_counter() - start:.1f} s")
         if result.settled:
-            print("; ".join(f"{name} {value}" for name, value in result.settled.items()))
+            parting, after = ("\n", ":") if materials else ("; ", "")
+            print(parting.join(f"{name}{after} {value}" for name, value in result.settled.items()))
 
 
-def _maps(written: list[str]) -> dict[str, str]:
-    """Read ``role=file``, several times."""
+def _by_name(option: str, allowed: str, written: list[str]) -> dict[str, str]:
+    """Read ``name=file``, several times."""
     found: dict[str, str] = {}
     for text in written:
-        role, equals, file = text.partition("=")
-        if not (role and equals and file):
-            raise InputError(f"map is {text!r}; allowed: role=file, as roughness=rough.png")
-        if role in found:
-            raise InputError(f"map {role!r} is given twice: {found[role]!r} and {file!r}")
-        found[role] = file
+        name, equals, file = text.partition("=")
+        if not (name and equals and file):
+            raise InputError(f"{option} is {text!r}; allowed: {allowed}")
+        if name in found:
+            raise InputError(f"{option} {name!r} is given twice: {found[name]!r} and {file!r}")
+        found[name] = file
     return found
 
 
@@ -152,7 +173,7 @@ def _uses(
 ) -> list[str]:
     # What kernels these arguments need, as far as they tell; wrong ones are for others to complain about.
     flat = asked.method == "quilt" and isinstance(asked.texels, tuple)
-    material = len(sample) > 1 or Path(sample[0]).is_dir() or Path(sample[0]).suffix.lower() == ".zip"
+    material = len(sample) > 1 or any(Path(s).is_dir() or Path(s).suffix.lower() == ".zip" for s in sample)
     mesh = Path(on).suffix.lower() in (".glb", ".gltf", ".obj", ".ply", ".stl", ".off")
     made = asked.method + (" flat" if flat else " mesh" * mesh + " material" * material)
     kinds = {

@@ -131,8 +131,12 @@ def matched_image(exemplar: PixelArray | Material, options: SynthesisOptions) ->
     return check_exemplar(exemplar)
 
 
-def prepare(exemplar: PixelArray, surface: AnySurface, options: SynthesisOptions) -> Prepared:
+def prepare(
+    exemplar: PixelArray, surface: AnySurface, options: SynthesisOptions, *, field: MeshField | None = None
+) -> Prepared:
     """Settle what `synthesize` will do; parameters as there.
+
+    `field` is that of the same mesh and the same options, where it is known; it takes time to find.
 
     Raises
     ------
@@ -140,7 +144,7 @@ def prepare(exemplar: PixelArray, surface: AnySurface, options: SynthesisOptions
         If something is out of range on this surface, or with this exemplar.
     """
     if isinstance(surface, MeshSurface):
-        return _prepare_mesh(exemplar, surface, options)
+        return _prepare_mesh(exemplar, surface, options, field)
     for name in ("crease", "stroke"):
         if getattr(options, name) is not None:
             raise InputError(f"{name} is for meshes; allowed: none on a surface of patches")
@@ -168,7 +172,9 @@ def prepare(exemplar: PixelArray, surface: AnySurface, options: SynthesisOptions
     return Prepared(charts, fields, scale, wanted.text, own)
 
 
-def _prepare_mesh(exemplar: PixelArray, surface: MeshSurface, options: SynthesisOptions) -> Prepared:
+def _prepare_mesh(
+    exemplar: PixelArray, surface: MeshSurface, options: SynthesisOptions, field: MeshField | None
+) -> Prepared:
     if options.method != "quilt":
         raise InputError(f"method is {options.method!r} on a mesh; allowed there: 'quilt'")
     if isinstance(options.texels, tuple):
@@ -178,7 +184,7 @@ def _prepare_mesh(exemplar: PixelArray, surface: MeshSurface, options: Synthesis
         if getattr(options, name):
             raise InputError(f"{name} is given on a mesh; allowed: {name} on a surface of patches")
     scale, block = _scale(exemplar, surface, options, surface.mesh.metres)
-    field = mesh_directions(
+    field = field or mesh_directions(
         surface.mesh,
         cast(Any, options.direction),
         strokes=options.stroke,

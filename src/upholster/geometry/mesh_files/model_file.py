@@ -96,6 +96,8 @@ class ModelFile(Shown):
     uv
         As `TriangleMesh.uv`, NaN for what has none; None if nothing has some. The mesh has them only if all
         parts do.
+    left
+        Names of the parts that are not chosen.
     gltf, gltf_parts
         Of a glTF file: the document, and where each of the parts stands in it.
     """
@@ -108,6 +110,7 @@ class ModelFile(Shown):
     contents: dict[str, int] = field(default_factory=dict)
     inputs: tuple[Path, ...] = ()
     uv: FloatArray | None = None
+    left: tuple[str, ...] = ()
     gltf: Gltf | None = None
     gltf_parts: tuple[GltfPart, ...] = ()
 

@@ -132,6 +132,7 @@ def _model(
         raw.contents,
         (Path(name), *((*raw.gltf.inputs, *raw.gltf.images_beside()) if raw.gltf else ())),
         uv,
+        tuple(part.name for number, part in enumerate(raw.parts) if number not in kept),
         raw.gltf,
         tuple(raw.gltf_parts[number] for number in kept) if raw.gltf_parts else (),
     )

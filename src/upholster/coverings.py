@@ -1,0 +1,398 @@
+"""Samples and what each covers: one on all of a surface, or several, each on parts of a model."""
+
+import os
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass, replace
+from functools import cached_property, partial
+from pathlib import Path
+from typing import Any
+
+from upholster.charts.covered import Covered, CoveredLike, as_covered, covered_parts
+from upholster.errors import FormatError, InputError
+from upholster.geometry import AnySurface, MeshSurface, Surface
+from upholster.image import Material
+from upholster.image.material_files import FilesByRole
+from upholster.image.roles import ROLES
+from upholster.image.source import Source, read_source, source_files, source_names, source_parts
+from upholster.joined import joined_model
+from upholster.lengths import read_length
+from upholster.methods import Prepared, execute, kept_sample, matched_image, prepare
+from upholster.options import ModelOptions, SampleOptions, SynthesisOptions, WriteOptions
+from upholster.outputs import TexturedModel
+from upholster.quilt import Chart, Quilt
+from upholster.quilt.warp_field import WarpField
+from upholster.reports import counts_of, notes_before, settled_words
+from upholster.shown import on_a_line
+from upholster.stream import check_layout
+from upholster.stream.plans import refuse_source_map
+from upholster.types import PixelArray, Progress
+from upholster.writing import painted
+
+__all__ = [
+    "Choice",
+    "Covering",
+    "check_samples",
+    "check_streamed",
+    "counted",
+    "material_choices",
+    "painted_model",
+    "progress_of_each",
+    "read_coverings",
+    "roles_of",
+    "settled",
+    "synthesized",
+]
+
+_REST = "the others"
+"""What a report calls the parts that no pattern fits."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Choice:
+    """A material that was asked for.
+
+    Attributes
+    ----------
+    pattern
+        Which parts of the model it is for.
+    source
+        The sample or material.
+    sample_size
+        Its width on the model; None where nothing was said.
+    """
+
+    pattern: str
+    source: Source
+    sample_size: str | None = None
+
+    def named(self) -> Any:
+        """Return sample and size as a report has them."""
+        names = source_names(self.source)
+        return names if self.sample_size is None else f"{names}@{self.sample_size}"
+
+
+def check_samples(
+    exemplar: Source | None,
+    choices: Sequence[Choice],
+    preparing: SampleOptions,
+    maps: FilesByRole | None,
+    normal: str | None,
+) -> list[str]:
+    """Return the files that all samples are read from.
+
+    Raises
+    ------
+    InputError
+        If there is no sample at all, or it is told how one is read that is not there.
+    """
+    if exemplar is None:
+        if not choices:
+            raise InputError("no SAMPLE is given; allowed: one, or --material for parts of a model")
+        told = asdict(preparing) | {"map": maps, "normal": normal}
+        if names := ", ".join(name for name, value in told.items() if value):
+            raise InputError(
+                f"{names} is for SAMPLE, and none is given; allowed: with one, or `upholster prepare` for "
+                "other samples"
+            )
+    own = [] if exemplar is None else source_files(exemplar, maps)
+    return [*own, *(file for choice in choices for file in source_files(choice.source))]
+
+
+def material_choices(materials: Mapping[str, Source] | None) -> list[Choice]:
+    """Read materials by pattern, sizes behind an @ as well: ``{"Seat": "leather.jpg@30cm"}``.
+
+    Raises
+    ------
+    InputError
+        If it is no mapping, a pattern is empty or there twice in other letters, or a size is no length.
+    """
+    if materials is None:
+        return []
+    if not isinstance(materials, Mapping) or not all(isinstance(name, str) for name in materials):
+        raise InputError(f"materials are {on_a_line(materials)}; allowed: samples by the name of a part")
+    known: set[str] = set()
+    for pattern in materials:
+        if not pattern or pattern.lower() in known:
+            raise InputError(
+                f"material for {pattern!r} is given twice, or for no name; allowed: each name once"
+            )
+        known.add(pattern.lower())
+    return [_choice(pattern, source) for pattern, source in materials.items()]
+
+
+def _choice(pattern: str, source: Source) -> Choice:
+    if not isinstance(source, (str, os.PathLike)):
+        return Choice(pattern, source)
+    text = os.fspath(source)
+    file, at, size = text.rpartition("@")
+    # A file may have an @ in its name: that it is there, or goes on with a suffix, tells.
+    if not at or os.path.exists(text) or (re.search(r"\.[a-zA-Z]", size) and "/" not in size):
+        return Choice(pattern, text)
+    if not file:
+        raise InputError(f"material for {pattern!r} is {text!r}; allowed: a file before the @")
+    read_length(size, name=f"size of the material for {pattern!r}")
+    return Choice(pattern, file, size)
+
+
+@dataclass(frozen=True, eq=False)
+class Covering:
+    """A sample, and what it covers.
+
+    Attributes
+    ----------
+    pattern
+        Of the parts that it covers; None: all that there are.
+    covered
+        The surface.
+    source
+        The sample or material, as it is matched and painted.
+    asked
+        How it is laid.
+    title
+        Of the material in a file.
+    first
+        One before it on the same mesh, which shares what they have in common.
+    """
+
+    pattern: str | None
+    covered: Covered
+    source: PixelArray | Material
+    asked: SynthesisOptions
+    title: str = ""
+    first: "Covering | None" = None
+
+    @property
+    def name(self) -> str:
+        """What reports call it; empty for one that covers all."""
+        return "" if self.pattern is None else self.pattern or _REST
+
+    @property
+    def surface(self) -> AnySurface:
+        """What it covers."""
+        return self.covered.surface
+
+    @property
+    def roles(self) -> tuple[str, ...]:
+        """The maps of the sample beside the base colour."""
+        return tuple(source_parts(self.source))[1:]
+
+    @cached_property
+    def seen(self) -> PixelArray:
+        """What is matched."""
+        return matched_image(self.source, self.asked)
+
+    @cached_property
+    def prepared(self) -> Prepared:
+        """What will be done, settled; InputError if something is out of range."""
+        field = None if self.first is None else self.first.prepared.field
+        with _naming(self.name):
+            return prepare(self.seen, self.surface, self.asked, field=field)
+
+    @property
+    def charts(self) -> tuple[Chart, ...]:
+        """The layout."""
+        return self.prepared.charts
+
+    @property
+    def texels(self) -> int:
+        """How many it has."""
+        return sum(chart.height * chart.width for chart in self.charts)
+
+    def notes(self) -> list[str]:
+        """Return what the user should know before the work begins."""
+        found = notes_before(self.surface, self.prepared, self.seen, 1 + len(self.roles))
+        return [f"{self.name}: {note}" if self.name else note for note in found]
+
+    def synthesized(self, *, seed: int, threads: int | None, progress: Progress | None) -> Quilt:
+        """Return the quilt."""
+        with _naming(self.name):
+            return execute(
+                self.prepared, self.seen, self.surface, seed=seed, threads=threads, progress=progress
+            )
+
+    def textured(
+        self, quilt: Quilt, options: WriteOptions, threads: int | None, progress: Progress | None
+    ) -> TexturedModel:
+        """Return the model with its texels painted."""
+        texels, others = painted(quilt, self.source, threads, progress)
+        return TexturedModel(
+            self.surface, texels, options, threads, quilt, self.source, others,
+            file=self.covered.model, name=self.title,
+        )  # fmt: skip
+
+
+def read_coverings(
+    exemplar: Source | None,
+    on: CoveredLike,
+    choices: Sequence[Choice],
+    read: Callable[[Source], PixelArray | Material],
+    reading: ModelOptions,
+    asked: SynthesisOptions,
+    *,
+    notes: list[str],
+) -> list[Covering]:
+    """Read what is covered, and with which samples.
+
+    Parameters
+    ----------
+    exemplar
+        For all that none of the choices is for; None: that is left as it is.
+    on
+        The surface; with choices, a model's file.
+    choices
+        Other samples, each for parts of the model.
+    read
+        Reads `exemplar`.
+    reading, asked
+        How the model is read, and how it is covered. A number of texels is for all together.
+    notes
+        What the user should know is added.
+
+    Raises
+    ------
+    InputError, FormatError
+        As `covered_parts` and `read_source`, with the material's pattern.
+    """
+    if not choices:
+        assert exemplar is not None  # `check_samples` looked
+        covered = as_covered(on, reading, biquadratic=asked.method == "paper")
+        notes += covered.notes
+        source = read(exemplar)
+        notes += source.notes if isinstance(source, Material) else ()
+        return [Covering(None, covered, kept_sample(source, asked), asked)]
+    if asked.method != "quilt":
+        raise InputError(f"method is {asked.method!r} with several materials; allowed there: 'quilt'")
+    by_pattern = {choice.pattern: choice for choice in choices}
+    parts = covered_parts(on, list(by_pattern), reading, rest=exemplar is not None)
+    out: list[Covering] = []
+    for pattern, covered in parts.items():
+        notes += covered.notes
+        wanted = by_pattern.get(pattern)
+        with _naming(pattern or _REST):
+            if wanted is None:
+                assert exemplar is not None  # there is a rest only then
+                source, size = read(exemplar), None
+            else:
+                source, size = read_source(wanted.source, SampleOptions(), notes=notes), wanted.sample_size
+            source = kept_sample(source, asked)
+        notes += (
+            [f"{pattern or _REST}: {note}" for note in source.notes] if isinstance(source, Material) else []
+        )
+        own = _share(asked if size is None else replace(asked, sample_size=size), covered, parts)
+        title = _title(exemplar if wanted is None else wanted.source, pattern)
+        out.append(Covering(pattern, covered, source, own, title, out[0] if out else None))
+    return out
+
+
+def _share(asked: SynthesisOptions, covered: Covered, parts: Mapping[str, Covered]) -> SynthesisOptions:
+    """Return options with the share of the texels that falls to one surface of several, by their areas."""
+    if not isinstance(asked.texels, int):
+        return asked
+    share = _area(covered) / sum(_area(each) for each in parts.values())
+    return replace(asked, texels=max(64, round(asked.texels * share)))
+
+
+def _area(covered: Covered) -> float:
+    assert isinstance(covered.surface, MeshSurface)  # a model's
+    return float(covered.surface.mesh.areas[covered.surface.island >= 0].sum())
+
+
+def _title(source: Source | None, pattern: str) -> str:
+    """Return what a material is called in a file: as the sample's file or folder."""
+    if isinstance(source, Sequence) and not isinstance(source, str) and len(source) == 1:
+        source = source[0]
+    return Path(source).stem if isinstance(source, (str, os.PathLike)) else pattern
+
+
+@contextmanager
+def _naming(name: str) -> Iterator[None]:
+    """Say of which material it is that something is wrong."""
+    try:
+        yield
+    except (FormatError, InputError) as error:
+        called = name if name == _REST else repr(name)
+        raise type(error)(f"material for {called}: {error}" if name else str(error)) from None
+
+
+def check_streamed(covering: Covering) -> None:
+    """Raise InputError where a stream can not hold a surface with this layout, or a source map."""
+    surface, prepared, (height, width) = covering.surface, covering.prepared, covering.seen.shape[:2]
+    if not isinstance(surface, Surface):
+        return
+    if covering.asked.method == "pixel":
+        refuse_source_map(covering.texels, (height, width))
+    fields = prepared.fields or (WarpField.identity(),) * len(prepared.charts)
+    check_layout(surface, prepared.charts, fields, (height, width))
+
+
+def roles_of(coverings: Sequence[Covering], *, all_have: bool = False) -> tuple[str, ...]:
+    """Return the maps beside the base colour that one of them has, or that all have."""
+    has = all if all_have else any
+    return tuple(role for role in ROLES if has(role in each.roles for each in coverings))
+
+
+def progress_of_each(progress: Progress | None, sizes: Sequence[int]) -> list[Progress | None]:
+    """Return for each of several works of some sizes a function that tells how far all together are."""
+    if progress is None or len(sizes) == 1:
+        return [progress] * len(sizes)
+    before = [sum(sizes[:number]) for number in range(len(sizes))]
+
+    def tell(start: int, size: int, stage: str, done: int, total: int) -> None:
+        assert progress is not None
+        progress(stage, start + size * done // max(1, total), sum(sizes))
+
+    return [partial(tell, start, size) for start, size in zip(before, sizes, strict=True)]
+
+
+def synthesized(
+    coverings: Sequence[Covering], *, seed: int, threads: int | None, progress: Progress | None
+) -> list[Quilt]:
+    """Return the quilt of each."""
+    shares = progress_of_each(progress, [each.texels for each in coverings])
+    return [
+        each.synthesized(seed=seed, threads=threads, progress=share)
+        for each, share in zip(coverings, shares, strict=True)
+    ]
+
+
+def painted_model(
+    coverings: Sequence[Covering],
+    quilts: Sequence[Quilt],
+    options: WriteOptions,
+    *,
+    threads: int | None,
+    progress: Progress | None,
+) -> TexturedModel:
+    """Return the model with the texels of all of them."""
+    shares = progress_of_each(progress, [each.texels for each in coverings])
+    return joined_model(
+        [
+            each.textured(quilt, options, threads, share)
+            for each, quilt, share in zip(coverings, quilts, shares, strict=True)
+        ]
+    )
+
+
+def settled(coverings: Sequence[Covering]) -> dict[str, str]:
+    """Return what was settled where nothing was asked for, in words; of several, a line by material."""
+    found = {
+        each.name: settled_words(each.prepared, each.surface, each.asked, each.roles) for each in coverings
+    }
+    if len(coverings) == 1 and not coverings[0].name:
+        return found[""]
+    return {
+        name: "; ".join(f"{key} {value}" for key, value in words.items()) for name, words in found.items()
+    }
+
+
+def counted(coverings: Sequence[Covering], quilts: Sequence[Quilt], model: TexturedModel) -> dict[str, int]:
+    """Return how many there are of what, over all of them."""
+    counts = [counts_of(model.surface, quilt, model.texels) for quilt in quilts]
+    summed = {name: sum(each[name] for each in counts) for name in _SUMMED}
+    materials = {"materials": len(coverings)} if len(coverings) > 1 else {}
+    return counts[0] | summed | {"maps": 1 + len(model.maps)} | materials
+
+
+_SUMMED = ("charts", "texels", "placements", "edge blocks")
