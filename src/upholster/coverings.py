@@ -219,7 +219,7 @@ class Covering:
         texels, others = painted(quilt, self.source, threads, progress)
         return TexturedModel(
             self.surface, texels, options, threads, quilt, self.source, others,
-            file=self.covered.model, name=self.title,
+            file=self.covered.model, field=self.prepared.field, name=self.title,
         )  # fmt: skip
 
 

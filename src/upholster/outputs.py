@@ -2,7 +2,8 @@
 
 import os
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
+from dataclasses import field as dataclass_field
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal
@@ -10,6 +11,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from upholster.charts.mesh_directions import MeshField
 from upholster.charts.seams import ChartSeam, find_seams
 from upholster.conditions import read_conditions
 from upholster.errors import InputError
@@ -58,6 +60,7 @@ from upholster.model import (
 from upholster.options import WriteOptions
 from upholster.quilt import Chart, Quilt, Texels
 from upholster.render import render
+from upholster.render.directions import directions_picture
 from upholster.render.maps import SHOWN
 from upholster.shown import Shown, on_a_line
 from upholster.stream import encode_stream
@@ -74,7 +77,7 @@ __all__ = [
     "write_output",
 ]
 
-Kind = Literal["glb", "obj", "ply", "npz", "uph", "html", "atlas", "flat", "picture", "solid"]
+Kind = Literal["glb", "obj", "ply", "npz", "uph", "html", "atlas", "flat", "picture", "solid", "directions"]
 
 _MODEL_SUFFIXES: dict[str, Kind] = {
     ".glb": "glb",
@@ -205,9 +208,10 @@ def check_displacement(
 
 
 def parse_output(target: str | os.PathLike[str], *, flat: bool = False, displaced: bool = False) -> Output:
-    """Read an output as the command line has it: a path, or ``atlas:`` and a path.
+    """Read an output as the command line has it: a path, or ``atlas:`` or ``directions:`` and a path.
 
-    An image with ``<UDIM>`` in its name is an atlas, too: in tiles, each a file with its number there.
+    An image with ``<UDIM>`` in its name is an atlas, too: in tiles, each a file with its number there. One
+    that is called ``directions`` shows the direction field of a mesh.
 
     Parameters
     ----------
@@ -226,9 +230,13 @@ def parse_output(target: str | os.PathLike[str], *, flat: bool = False, displace
     if not isinstance(target, (str, os.PathLike)):
         raise InputError(f"output is a {type(target).__name__}; allowed: a path, as text or pathlib.Path")
     text = os.fspath(target)
-    atlas = text.startswith("atlas:")
-    path = Path(text.removeprefix("atlas:"))
+    atlas, directions = text.startswith("atlas:"), text.startswith("directions:")
+    path = Path(text.removeprefix("atlas:").removeprefix("directions:"))
     suffix = path.suffix.lower()
+    if directions or (path.stem == "directions" and suffix in _IMAGE_SUFFIXES and not atlas):
+        if suffix not in _IMAGE_SUFFIXES or suffix == ".exr":
+            raise InputError(f"output {text!r} has suffix {path.suffix!r}; allowed: .png, .jpg, .jpeg, .webp")
+        return Output("directions", path)
     if UDIM in text:
         if suffix not in _IMAGE_SUFFIXES or text.count(UDIM) != 1 or UDIM not in path.name:
             raise InputError(
@@ -271,6 +279,8 @@ class TexturedModel(Shown):
         Whether the texture coordinates of an OBJ are those of UDIM: each page's lie in a square of their own.
     file
         The file that a mesh was read from: a GLB made of it keeps everything else that is in it.
+    field
+        Which way the sample's rows run on a mesh, where it was just covered.
     notes
         What writing it told: what of that file could not stay as it was.
     name
@@ -282,15 +292,16 @@ class TexturedModel(Shown):
 
     surface: AnySurface
     texels: Texels
-    options: WriteOptions = field(default_factory=WriteOptions)
+    options: WriteOptions = dataclass_field(default_factory=WriteOptions)
     threads: int | None = None
     quilt: Quilt | None = None
     exemplar: PixelArray | Material | None = None
-    maps: Mapping[str, Texels] = field(default_factory=dict)
+    maps: Mapping[str, Texels] = dataclass_field(default_factory=dict)
     read_from: bytes | None = None
     in_tiles: bool = False
     file: ModelFile | None = None
-    notes: list[str] = field(default_factory=list)
+    field: MeshField | None = None
+    notes: list[str] = dataclass_field(default_factory=list)
     name: str = ""
     parts: tuple["TexturedModel", ...] = ()
 
@@ -565,6 +576,15 @@ def write_output(
             _write_maps(places[1 + pages :], model)
         case "solid":
             _write_solid(places[0], output.path, model)
+        case "directions":
+            if model.field is None:
+                raise InputError(
+                    f"{output.path} shows the directions of a mesh; allowed: of a model just covered"
+                )
+            shown = directions_picture(
+                model.field, size=options.size, view=options.view, threads=model.threads
+            )
+            write_image(places[0], shown, quality=options.quality)
         case "picture":
             picture = model.picture(progress=progress)
             linear = output.path.suffix.lower() == ".exr"

@@ -50,6 +50,7 @@ from upholster.types import PixelArray, Progress
 from upholster.writing import (
     add_pages,
     check_coded,
+    check_directions,
     check_several,
     check_used,
     has_stream,
@@ -162,6 +163,7 @@ def cover(
             files.keep(covered.model.inputs if covered.model is not None else ())
             if isinstance(covered.surface, Surface):
                 _ = covered.surface.shared  # edges that are claimed twice are found now, not after the work
+        check_directions(wanted, covered.surface)
         roles = roles_of(coverings)
         files.add(file for output in wanted for file in output.later_files(roles, 1))
         check_coded(wanted, source_parts(coverings[0].source), options)

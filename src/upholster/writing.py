@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from upholster.codec import check_image
 from upholster.errors import InputError
 from upholster.files import Outputs
+from upholster.geometry import AnySurface, MeshSurface
 from upholster.image import Material
 from upholster.options import WriteOptions
 from upholster.outputs import Output, TexturedModel, write_output
@@ -17,6 +18,7 @@ from upholster.types import PixelArray, Progress
 __all__ = [
     "add_pages",
     "check_coded",
+    "check_directions",
     "check_several",
     "check_used",
     "has_stream",
@@ -69,6 +71,13 @@ def check_several(wanted: Sequence[Output], materials: Sequence[object]) -> None
             f"{names} holds one sample, and several materials are given; allowed: .glb, .obj, .ply, .npz, "
             "pictures and solids"
         )
+
+
+def check_directions(wanted: Sequence[Output], surface: AnySurface) -> None:
+    """Raise InputError where a picture of directions is wanted of something that is no mesh."""
+    for output in wanted:
+        if output.kind == "directions" and not isinstance(surface, MeshSurface):
+            raise InputError(f"output {str(output.path)!r} shows directions; allowed: on a mesh")
 
 
 def has_stream(wanted: Sequence[Output]) -> bool:
