@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from meshes import box, height_field, sphere, torus, two_rings
 
-from upholster.charts.mesh_directions import mesh_directions, parse_strokes
+from upholster.charts.mesh_directions import default_mesh_direction, mesh_directions, parse_strokes
 from upholster.errors import InputError
 from upholster.geometry import TriangleMesh
 
@@ -256,3 +256,12 @@ def test_the_smoothest_field_is_turned_to_be_most_like_level():
     like, unlike = (np.einsum("t,ti,ti->", tilted.areas, one, level) for one in (field.face_vectors, turned))
     assert like > 0
     assert abs(unlike) < 0.05 * like
+
+
+def test_open_land_has_smooth_directions_and_other_meshes_level_ones() -> None:
+    assert default_mesh_direction(height_field(12, 0.1)) == "smooth"
+    assert default_mesh_direction(sphere(8)) == "level"
+    land = height_field(16, 0.1)
+    np.testing.assert_array_equal(
+        mesh_directions(land).face_vectors, mesh_directions(land, "smooth").face_vectors
+    )

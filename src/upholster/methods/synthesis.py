@@ -10,7 +10,7 @@ import numpy as np
 from upholster.charts.covered import CoveredLike, as_covered
 from upholster.charts.directions import Vectors, default_direction, direction_fields, parse_direction
 from upholster.charts.layout import RING, TextureScale, density_layout, texture_scale, uniform_layout
-from upholster.charts.mesh_directions import MeshField, mesh_directions
+from upholster.charts.mesh_directions import MeshField, default_mesh_direction, mesh_directions
 from upholster.charts.mesh_layout import mesh_charts, mesh_fields, triangle_frames
 from upholster.errors import InputError
 from upholster.geometry import AnySurface, MeshSurface, Surface
@@ -195,7 +195,7 @@ def _prepare_mesh(
     own = settled(options, QuiltOptions, block=block)
     text = options.direction
     if text is None:
-        text = "strokes" if options.stroke else "level"
+        text = "strokes" if options.stroke else default_mesh_direction(surface.mesh)
     elif not isinstance(text, str):
         text = getattr(text, "__name__", "vectors")
     return Prepared(charts, fields, scale, f"{text}, {field.words}", own, field)

@@ -6,7 +6,14 @@ field, `singular` where it has no direction; `field` puts them together.
 """
 
 from upholster.charts.mesh_directions.direction import MeshDirection, parse_mesh_direction
-from upholster.charts.mesh_directions.field import MeshField, mesh_directions
+from upholster.charts.mesh_directions.field import MeshField, default_mesh_direction, mesh_directions
 from upholster.charts.mesh_directions.strokes import parse_strokes
 
-__all__ = ["MeshDirection", "MeshField", "mesh_directions", "parse_mesh_direction", "parse_strokes"]
+__all__ = [
+    "MeshDirection",
+    "MeshField",
+    "default_mesh_direction",
+    "mesh_directions",
+    "parse_mesh_direction",
+    "parse_strokes",
+]

@@ -24,7 +24,10 @@ from upholster.geometry import TriangleMesh
 from upholster.shown import Shown, on_a_line
 from upholster.types import FloatArray, IntArray, frozen_array
 
-__all__ = ["MeshField", "mesh_directions"]
+__all__ = ["MeshField", "default_mesh_direction", "mesh_directions"]
+
+_FLAT = 0.7
+"""Mean of the normals' upright parts from which on a mesh lies flat: 0.5 on a ball."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,6 +93,15 @@ class MeshField(Shown):
         return f"{len(self.singular)} singular point{'s' * (len(self.singular) > 1)}: {kinds}"
 
 
+def default_mesh_direction(mesh: TriangleMesh) -> str:
+    """Return ``level``, or ``smooth`` where most of a mesh lies flat, as open land does.
+
+    There lines of equal height wind round every top and hollow.
+    """
+    flat = float((np.abs(mesh.flat_normals[:, 2]) * mesh.areas).sum())
+    return "smooth" if flat > _FLAT * float(mesh.areas.sum()) else "level"
+
+
 def mesh_directions(
     mesh: TriangleMesh,
     direction: str | Vectors | ArrayLike | MeshDirection | None = None,
@@ -106,7 +118,7 @@ def mesh_directions(
         The triangles. Two that use the same two vertices meet there.
     direction
         What is asked for: see `parse_mesh_direction`. Where it says nothing the field is filled smoothly.
-        By default ``level``; with strokes ``smooth``.
+        By default see `default_mesh_direction`; with strokes ``smooth``.
     strokes
         Directions at places: see `parse_strokes`. Near them `direction` gives way to them.
     symmetry
@@ -121,7 +133,7 @@ def mesh_directions(
     """
     drawn = None if strokes is None else parse_strokes(strokes)
     if direction is None:
-        direction = "level" if drawn is None else "smooth"
+        direction = default_mesh_direction(mesh) if drawn is None else "smooth"
     wanted = parse_mesh_direction(direction)
     if symmetry not in (1, 2, 4):
         raise InputError(f"symmetry is {symmetry!r}; allowed: 1, 2 or 4")
