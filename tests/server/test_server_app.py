@@ -6,6 +6,7 @@ import re
 import sys
 import threading
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -423,6 +424,16 @@ def test_a_model_of_very_many_texels_is_shown_bare(folder, tmp_path, monkeypatch
     pixels = read_image(tmp_path / "a.png").astype(int)
     assert pixels.std() > 10
     assert np.ptp(pixels, axis=2).max() < 30  # clay: nearly grey
+
+
+def test_a_mesh_has_a_picture_as_other_surfaces_have(folder):
+    vectors = Path(__file__).parents[1] / "vectors"
+    for name in ("mesh", "quilt"):
+        (folder / f"{name}.uph").write_bytes((vectors / f"{name}.uph").read_bytes())
+    with running(folder) as client:
+        pictures = [client.get(f"/thumbnails/{name}.uph.png")[2] for name in ("mesh", "quilt")]
+    assert all(body.startswith(b"\x89PNG") for body in pictures)
+    assert len(pictures[0]) > 5000  # a placeholder's few words are smaller
 
 
 def test_few_thumbnails_are_kept(folder, monkeypatch):

@@ -96,11 +96,11 @@ def _picture(version: Version) -> bytes:
     surface = decoder.surface
     if decoder.needed or surface is None:
         return _placeholder("cut stream", f"needs {decoder.needed:,} more bytes")
-    if isinstance(surface, MeshSurface):
-        return _placeholder("mesh", f"{len(surface.island):,} triangles")
     height, width, channels = decoder.exemplar_shape
     texels = sum(chart.height * chart.width for chart in decoder.charts)
     if texels > _MOST_TEXELS or height * width * channels > _MOST_SAMPLES:
+        if isinstance(surface, MeshSurface):
+            return _placeholder("mesh", f"{len(surface.island):,} triangles")
         mesh = tessellate(surface, quads=_QUADS)
         linear = render(
             mesh.positions,
