@@ -43,7 +43,7 @@ _CREASE = 75.0
 """Degrees: over edges of a mesh that bend more directions start anew, so that a box's lid runs straight.
 Models of few triangles bend less at edges that stand for something smooth."""
 
-_MESH_BLOCKS = 24
+_MESH_BLOCKS = 36
 """The same on meshes, which bend more."""
 
 
