@@ -69,7 +69,7 @@ def as_covered(on: CoveredLike, options: ModelOptions | None = None, *, biquadra
     """
     options = options or ModelOptions()
     if _is_model(on):
-        model = read_model(on, parts=options.part, unit=options.unit, up=options.up)  # type: ignore[arg-type]
+        model = read_model(on, parts=options.part, unit=options.unit, up=options.up)  # type: ignore[arg-type]  # a path
         surface, report = unwrap(model.mesh, keep_uv=options.uv == "keep")
         return Covered(surface, model, (*model.notes, *report.notes))
     if isinstance(on, TriangleMesh):

@@ -39,8 +39,8 @@ def read_surface(path: PathLike) -> Surface:
         if name.endswith(suffix):
             return read(path)
     raise InputError(
-        f"surface {str(path)!r} has an unknown suffix; allowed: files of {', '.join(SURFACE_SUFFIXES)}, or a "
-        "built-in surface, see `upholster surfaces`"
+        f"surface {str(path)!r} has an unknown suffix; allowed: files of {', '.join(SURFACE_SUFFIXES)}, a "
+        "model of .glb, .gltf, .obj, .ply, .stl or .off, or a built-in surface, see `upholster surfaces`"
     )
 
 
