@@ -119,10 +119,13 @@ class Tab:
         )
 
     def until(self, condition: str) -> None:
-        """Wait until a condition on `viewer` and `inside` holds."""
+        """Wait until there is a viewer, and a condition on `viewer` and `inside` holds.
+
+        A page that unpacks itself makes the viewer some time after it is loaded.
+        """
         self.page.wait_for_function(
             "() => { const viewer = document.querySelector('upholster-viewer');"
-            f" const inside = viewer?.shadowRoot; return Boolean({condition}) }}"
+            f" const inside = viewer?.shadowRoot; return Boolean(inside && ({condition})) }}"
         )
 
     def settle(self) -> Any:
@@ -193,7 +196,8 @@ def tab(browser: Any, *, faultless: bool = True, **options: Any) -> Any:
         new = Tab(context.new_page())
         yield new
         if faultless:
-            assert new.found_wrong() == []
+            wrong = new.found_wrong()
+            assert not wrong, wrong
     finally:
         context.close()
 

@@ -91,7 +91,7 @@ def bad(chromium: Any) -> Any:
 def _failed(tab: Any, address: str) -> str:
     """Go to a stream that is no good; what the viewer says."""
     tab.open(address)
-    tab.until("inside?.querySelector('.note button')?.checkVisibility()")
+    tab.until("inside.querySelector('.note button')?.checkVisibility()")
     return str(tab.note())
 
 
