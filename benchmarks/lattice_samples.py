@@ -1,8 +1,8 @@
 """Generated samples of regular textures, never exactly periodic: walls, tiles, weaves.
 
-``python -m benchmarks.lattice_samples OUT [--side N] [--seed N]`` writes all of them as PNG. Each is a pattern of
-elements, of which every pixel has one: elements differ in colour, their joints in width, and the whole is
-displaced by smooth noise of about a pixel. The same seed gives the same pixels.
+``python -m benchmarks.lattice_samples OUT [--side N] [--seed N]`` writes all of them as PNG. Each is a
+pattern of elements, of which every pixel has one: elements differ in colour, their joints in width, and the
+whole is displaced by smooth noise of about a pixel. The same seed gives the same pixels.
 """
 
 import argparse
@@ -220,7 +220,7 @@ def _noise(rng: np.random.Generator, side: int, power: float, low: float) -> Flo
     spectrum = np.fft.fft2(rng.normal(size=(2 * side, 2 * side))) * np.maximum(radius, 0.25 / low) ** -power
     spectrum[0, 0] = 0
     field: FloatArray = np.fft.ifft2(spectrum).real[:side, :side]
-    return field / field.std()
+    return np.asarray(field / field.std())
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
