@@ -2,18 +2,18 @@
 
 import numpy as np
 import pytest
-
 from benchmarks.lattice_samples import lattice_sample
+
 from upholster.lattice import find_lattice
 
 
 @pytest.mark.parametrize("pattern", ["running_bond", "stack_bond", "hexagons", "gingham"])
 def test_generated_lattices_are_found(pattern):
-    sample = lattice_sample(pattern, side=192)
+    sample = lattice_sample(pattern, side=256)
     lattice = find_lattice(sample.image)
     assert lattice is not None
     assert lattice.waves.shape == (2, 2)
-    assert lattice.phases.shape == (2, 192, 192)
+    assert lattice.phases.shape == (2, 256, 256)
     assert lattice.phases.dtype == np.int16
     # Whole combinations of the pattern's own waves, and nothing coarser: a basis of the same waves.
     change = lattice.waves @ np.linalg.inv(sample.waves)
