@@ -1,5 +1,8 @@
 import os
 import stat
+import subprocess
+import sys
+import time
 from pathlib import Path
 from typing import Any
 
@@ -187,3 +190,54 @@ def test_a_message_names_the_target_not_the_temporary_file(tmp_path):
 def test_what_is_no_files_name_is_refused(name):
     with pytest.raises(InputError, match="allowed"):
         read_bytes(name)
+
+
+def leftover(folder: Path, process: int, age: float) -> Path:
+    file = folder / f".upholster-{process}-0123abcd.png"
+    file.write_text("half")
+    os.utime(file, (time.time() - age,) * 2)
+    return file
+
+
+def test_what_killed_runs_left_is_swept(tmp_path: Path) -> None:
+    gone = subprocess.Popen([sys.executable, "-c", ""])
+    gone.wait()
+    old = leftover(tmp_path, gone.pid, 2 * 3600)
+    kept = [
+        leftover(tmp_path, os.getpid(), 2 * 3600),  # its process runs
+        leftover(tmp_path, os.getppid(), 2 * 3600),
+    ]
+    (other := tmp_path / ".upholster-notes.png").write_text("mine")
+    with outputs([tmp_path / "a.png"]):
+        assert not old.exists()
+    assert all(file.exists() for file in [*kept, other])
+    fresh = leftover(tmp_path, gone.pid, 60.0)
+    with outputs([tmp_path / "a.png"]):
+        assert fresh.exists()  # perhaps a process of another machine, on a shared disk
+
+
+def test_a_killed_run_leaves_the_old_file(tmp_path: Path) -> None:
+    (tmp_path / "a.png").write_text("old")
+    code = (
+        "import os, signal, sys; from upholster.files import outputs\n"
+        "with outputs([sys.argv[1]]) as files:\n"
+        "    files.path(sys.argv[1]).write_text('new'); os.kill(os.getpid(), signal.SIGKILL)"
+    )
+    subprocess.run([sys.executable, "-c", code, str(tmp_path / "a.png")], check=False)
+    assert (tmp_path / "a.png").read_text() == "old"
+    (left,) = tmp_path.glob(".upholster-*")
+    os.utime(left, (0, 0))
+    with outputs([tmp_path / "a.png"]) as files:
+        files.path(tmp_path / "a.png").write_text("new")
+    assert listing(tmp_path) == ["a.png"]
+
+
+def test_all_are_on_the_disk_before_one_is_renamed(tmp_path: Path, monkeypatch: Any) -> None:
+    told: list[str] = []
+    fsync, replace = os.fsync, os.replace
+    monkeypatch.setattr(os, "fsync", lambda file: (told.append("flush"), fsync(file)))
+    monkeypatch.setattr(os, "replace", lambda *names: (told.append("rename"), replace(*names)))
+    with outputs([tmp_path / "a.png", tmp_path / "b.png"]) as files:
+        for name in ("a.png", "b.png"):
+            files.path(tmp_path / name).write_text(name)
+    assert told == ["flush", "flush", "rename", "rename"]

@@ -1,7 +1,9 @@
 """Several output files written as one: all of them appear, or none does; and never over an input."""
 
 import os
+import re
 import secrets
+import time
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -11,6 +13,13 @@ from upholster.errors import InputError
 __all__ = ["Outputs", "outputs", "path_text", "read_bytes"]
 
 MAX_BYTES = 1 << 30
+
+_TEMPORARY = re.compile(r"\.upholster-(\d+)-[0-9a-f]{8}(\.[^/]*)?")
+"""Names of temporary files: the number of the process that writes, and random digits."""
+
+_ABANDONED = 3600.0
+"""Seconds without a change after which the temporary file of a process that is gone is nobody's: on a shared
+disk the process may be one of another machine."""
 
 _Identity = tuple[int, int]
 """Device and inode: equal for all names of one file."""
@@ -119,9 +128,11 @@ class Outputs:
         # Through a symbolic link: the link stays, what it points to is written.
         place = Path(os.path.realpath(name))
         if place not in self._beside:
-            beside = place.with_name(f".upholster-{secrets.token_hex(4)}{place.suffix}")
+            beside = place.with_name(f".upholster-{os.getpid()}-{secrets.token_hex(4)}{place.suffix}")
             self._check_apart(name, place)
             _check_writable(name, place, beside)
+            if all(place.parent != other.parent for other in self._beside):
+                _sweep(place.parent)
             self._beside[place] = beside
         return self._beside[place]
 
@@ -140,9 +151,11 @@ class Outputs:
         self._existing[identity] = name
 
     def _commit(self) -> None:
-        for place, beside in self._beside.items():
-            if beside.exists():
-                os.replace(beside, place)
+        written = {place: beside for place, beside in self._beside.items() if beside.exists()}
+        for beside in written.values():
+            _flush(beside)
+        for place, beside in written.items():
+            os.replace(beside, place)
 
     def _discard(self) -> None:
         for beside in self._beside.values():
@@ -171,8 +184,12 @@ def outputs(
 ) -> Iterator[Outputs]:
     """Write files as one transaction.
 
-    That each can be written is checked before the body runs. When the body ends, the temporary files are
-    renamed to their targets; when it raises, Ctrl-C included, they are removed and the targets are as before.
+    That each can be written is checked before the body runs. When the body ends, all temporary files are
+    flushed to the disk, and only then renamed to their targets, one after the other; when it raises, Ctrl-C
+    included, they are removed and the targets are as before. Each target is at all times whole, the old file
+    or the new one. A process that is killed (``kill -9``, loss of power) while it renames may leave some
+    targets new and some old; one that is killed before leaves all old, and temporary files, which a later
+    run that writes to the folder removes.
 
     Parameters
     ----------
@@ -209,6 +226,37 @@ def outputs(
         raise InputError(files._by_target(str(error))) from error
     finally:
         files._discard()
+
+
+def _flush(file: Path) -> None:
+    """Wait until the disk has a file's bytes: a name must never lead to a file that is not there yet."""
+    with file.open("rb+") as opened:
+        os.fsync(opened.fileno())
+
+
+def _sweep(folder: Path) -> None:
+    """Remove temporary files that killed processes have left in a folder; what resists is left alone."""
+    with suppress(OSError):
+        for entry in os.scandir(folder):
+            found = _TEMPORARY.fullmatch(entry.name)
+            if found is None or _runs(int(found[1])):
+                continue
+            with suppress(OSError):
+                if time.time() - entry.stat(follow_symlinks=False).st_mtime > _ABANDONED:
+                    os.unlink(entry.path)
+
+
+def _runs(process: int) -> bool:
+    """Return whether a process of that number is there; True where the system does not tell."""
+    if os.name != "posix":
+        return True  # elsewhere os.kill would end it
+    try:
+        os.kill(process, 0)
+    except (ProcessLookupError, OverflowError):
+        return False
+    except OSError:
+        return True
+    return True
 
 
 def _identity(path: str | os.PathLike[str]) -> _Identity | None:
