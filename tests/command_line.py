@@ -24,7 +24,7 @@ class Done:
 def run_cli(*arguments: object, cwd: Path | None = None) -> Done:
     """Run ``upholster`` with these arguments, in folder `cwd`, as `upholster.cli.main` runs it.
 
-    An exception that `main` lets through, which a user would see as a traceback, fails the test that calls.
+    An exception that `main` did not foresee fails the test that calls.
     """
     out, err = StringIO(), StringIO()
     handler = signal.getsignal(signal.SIGTERM)
@@ -40,6 +40,7 @@ def run_cli(*arguments: object, cwd: Path | None = None) -> Done:
             during.enter_context(redirect_stderr(err))
             cli.main()
     except SystemExit as end:
+        assert "fault of upholster" not in err.getvalue(), err.getvalue()
         return Done(int(str(end.code)), out.getvalue(), err.getvalue())
     finally:
         signal.signal(signal.SIGTERM, handler)

@@ -4,7 +4,7 @@ import difflib
 from collections.abc import Iterable
 from numbers import Integral
 
-__all__ = ["FormatError", "InputError", "UpholsterError", "check_whole", "nearest"]
+__all__ = ["FormatError", "InputError", "UpholsterError", "check_whole", "nearest", "printable"]
 
 
 _LONGEST = 600
@@ -15,7 +15,7 @@ class UpholsterError(Exception):
     """Base of every error that upholster raises on purpose: its text is one line, whatever it names."""
 
     def __str__(self) -> str:
-        text = " ".join(line.strip() for line in super().__str__().splitlines())
+        text = printable(" ".join(line.strip() for line in super().__str__().splitlines()))
         return text if len(text) <= _LONGEST else text[: _LONGEST // 2] + " … " + text[-_LONGEST // 2 :]
 
 
@@ -41,6 +41,17 @@ def check_whole(name: str, value: object, least: int, most: int | None = None) -
             return number
     allowed = f"{least} or more" if most is None else f"{least} to {most}"
     raise InputError(f"{name} is {value!r}; allowed: {allowed}")
+
+
+def printable(text: str) -> str:
+    r"""Return text with an escape (``\x1b``) for each character that would not show as one.
+
+    File names and what files say of themselves may hold anything: sequences that a terminal obeys, signs that
+    reverse the reading direction, halves of characters that cannot be printed at all.
+    """
+    if text.isprintable():
+        return text
+    return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
 
 
 def nearest(name: str, known: Iterable[str]) -> str:

@@ -22,7 +22,7 @@ from upholster.cli.prepare import prepare
 from upholster.cli.serve import serve, view
 from upholster.cli.stream import info, levels, refine
 from upholster.cli.warm import warm
-from upholster.errors import UpholsterError
+from upholster.errors import UpholsterError, printable
 
 __all__ = ["app", "main"]
 
@@ -57,8 +57,9 @@ def main() -> NoReturn:
         status = 1
     except OSError as error:
         if error.filename is not None or error.errno not in _FULL:
-            raise
-        status = _fail(f"standard output cannot be written: {error.strerror}", status=1)
+            status = _unforeseen(error)
+        else:
+            status = _fail(f"standard output cannot be written: {error.strerror}", status=1)
     except Exception as error:
         # Typer's usage errors and aborts: click's classes may be vendored, so they are known by what they
         # offer.
@@ -74,7 +75,7 @@ def main() -> NoReturn:
         elif isinstance(error, MemoryError):
             status = _fail("not enough memory; a smaller --texels, --size or sample needs less")
         else:
-            raise
+            status = _unforeseen(error)
     with suppress(OSError):
         sys.stderr.flush()
     # Kernels may still be running on other threads after Ctrl-C or an error: they are not waited for.
@@ -87,8 +88,27 @@ def _interrupt(_signal: int, _frame: FrameType | None) -> NoReturn:
 
 def _fail(message: str, *, status: int = 2) -> int:
     with suppress(OSError):  # nobody hears it, but the status tells
-        print("upholster: " + " ".join(message.split()), file=sys.stderr)
+        print(printable("upholster: " + " ".join(message.split())), file=sys.stderr)
     return status
+
+
+def _unforeseen(error: Exception) -> int:
+    """Say in a line that this is a fault of ours, and where the details are."""
+    import platform
+    import tempfile
+    import traceback
+
+    told = f"{type(error).__name__}: {error}"
+    try:
+        descriptor, place = tempfile.mkstemp(prefix="upholster-fault-", suffix=".txt", text=True)
+        with open(descriptor, "w", encoding="utf-8", errors="backslashreplace") as file:
+            file.write(
+                f"upholster {__version__}, Python {sys.version}, {platform.platform()}\n{sys.argv}\n\n"
+            )
+            file.writelines(traceback.format_exception(error))
+    except OSError:
+        return _fail(f"this is a fault of upholster, please report it: {told}", status=1)
+    return _fail(f"this is a fault of upholster, please report it with the file {place}: {told}", status=1)
 
 
 def _stop() -> int:

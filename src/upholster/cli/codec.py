@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from upholster.cli.console import byte_count, in_bytes, naming, noted, progress_bars, share
+from upholster.cli.console import byte_count, in_bytes, naming, noted, progress_bars, say, share
 from upholster.errors import InputError
 
 __all__ = ["decode", "encode"]
@@ -58,7 +58,7 @@ def encode(
     if not quiet:
         rate = f"{8 * len(data) / (pixels.shape[0] * pixels.shape[1]):.3g} bits per pixel"
         lost = "; floats are stored as 16 bits over their range" if pixels.dtype == "float32" else ""
-        print(f"wrote {output} ({in_bytes(len(data))}): {rate}, {_quality(pixels, found)}{lost}")
+        say(f"wrote {output} ({in_bytes(len(data))}): {rate}, {_quality(pixels, found)}{lost}")
 
 
 def decode(
@@ -90,7 +90,7 @@ def decode(
         write_image(files.path(output), found.image, bits=16 if found.image.dtype.itemsize > 1 else 8)
     if not quiet:
         state = "complete" if found.complete else "incomplete"
-        print(
+        say(
             f"wrote {output}: from {in_bytes(found.used)}, {state}, "
             f"{share_text(found.significant)} of the coefficients"
         )

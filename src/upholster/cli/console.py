@@ -9,17 +9,19 @@ from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Any
 
-from upholster.errors import FormatError, InputError
+from upholster.errors import FormatError, InputError, printable
 
 if TYPE_CHECKING:  # NumPy, which it imports, would slow down --help
     from rich.console import Console
     from rich.progress import Progress as Bars
+    from rich.table import Table
 
     from upholster.types import Progress
     from upholster.warm import Compiler
 
 __all__ = [
     "EVERY",
+    "add_row",
     "bars",
     "byte_count",
     "in_bytes",
@@ -28,6 +30,7 @@ __all__ = [
     "noted",
     "numbers",
     "progress_bars",
+    "say",
     "share",
     "texel_count",
 ]
@@ -51,13 +54,25 @@ def numbers(name: str, text: str, separator: str, count: int, kind: Callable[[st
     return found
 
 
+def say(line: str, *, error: bool = False) -> None:
+    """Print a line on stdout, or stderr: all as it is, whatever files are called."""
+    print(printable(line), file=sys.stderr if error else sys.stdout, flush=True)
+
+
+def add_row(table: "Table", *cells: str) -> None:
+    """Add a row to a table: every word as it is, no markup."""
+    from rich.text import Text
+
+    table.add_row(*(Text(printable(cell)) for cell in cells))
+
+
 @contextmanager
 def noted() -> Iterator[list[str]]:
     """Yield a list for what readers of images have to tell, and print it on stderr when they are done."""
     notes: list[str] = []
     yield notes
     for note in notes:
-        print(f"note: {note}", file=sys.stderr)
+        say(f"note: {note}", error=True)
 
 
 def byte_count(name: str, text: str | None) -> int | None:

@@ -1,6 +1,5 @@
 """``upholster cover`` and ``upholster surfaces``."""
 
-import sys
 import time
 from dataclasses import asdict
 from pathlib import Path
@@ -8,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from upholster.cli.console import in_bytes, progress_bars
+from upholster.cli.console import in_bytes, progress_bars, say
 from upholster.cli.options import spelled_out
 from upholster.errors import InputError
 from upholster.options import ModelOptions, SampleOptions, SynthesisOptions, WriteOptions
@@ -144,15 +143,17 @@ def cover(
             report=report,
             threads=threads,
             progress=progress,
-            tell=None if quiet else lambda note: print(f"note: {note}", file=sys.stderr),
+            tell=None if quiet else lambda note: say(f"note: {note}", error=True),
         )
     if not quiet:
         written = ", ".join(f"{name} ({in_bytes(count)})" for name, count in result.written.items())
         count = result.counts["texels"]
-        print(f"wrote {written}: {count:,} texels in {time.perf_counter() - start:.1f} s")
+        say(f"wrote {written}: {count:,} texels in {time.perf_counter() - start:.1f} s")
         if result.settled:
-            parting, after = ("\n", ":") if materials else ("; ", "")
-            print(parting.join(f"{name}{after} {value}" for name, value in result.settled.items()))
+            after = ":" if materials else ""
+            settled = [f"{name}{after} {value}" for name, value in result.settled.items()]
+            for line in settled if materials else ["; ".join(settled)]:
+                say(line)
 
 
 def _by_name(option: str, allowed: str, written: list[str]) -> dict[str, str]:

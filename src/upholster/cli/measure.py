@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from upholster.cli.console import in_bytes, naming, noted, progress_bars
+from upholster.cli.console import add_row, in_bytes, naming, noted, progress_bars, say
 from upholster.errors import InputError
 
 if TYPE_CHECKING:  # NumPy, which it imports, would slow down --help
@@ -117,8 +117,8 @@ def _show(found: "Measures", state: str) -> None:
 
     console = Console()
     if state:
-        console.print(state, highlight=False)
+        say(state)
     table = Table("measure", "figure", "meaning", box=SIMPLE_HEAD)
     for row in found.rows():
-        table.add_row(*row)
+        add_row(table, *row)
     console.print(table)

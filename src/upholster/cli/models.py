@@ -3,6 +3,8 @@
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from upholster.cli.console import add_row, say
+
 if TYPE_CHECKING:  # NumPy, which they import, would slow down --help
     from upholster.geometry.mesh_files import ModelFile, ModelPart
     from upholster.geometry.mesh_state import PartState, UvState
@@ -29,7 +31,6 @@ def show_model(path: str, *, unit: str | None = None) -> None:
     """Print the parts of a model, their sizes and texture coordinates, and what is odd about them."""
     from rich.box import SIMPLE_HEAD
     from rich.console import Console
-    from rich.markup import escape
     from rich.table import Table
 
     from upholster.geometry.mesh_files import read_model
@@ -39,14 +40,15 @@ def show_model(path: str, *, unit: str | None = None) -> None:
     states = mesh_states(model.mesh, model.uv)
     console = Console()
     for line in _head(model):
-        console.print(line, highlight=False, markup=False, soft_wrap=True)
+        say(line)
     table = Table("part", "material", "triangles", "area", "size", "UV", "holes", box=SIMPLE_HEAD)
     metres = model.mesh.metres
     shown = list(zip(model.parts, states, strict=True))[:_LINES]
     for part, state in shown:
-        table.add_row(
-            escape(part.name),
-            escape(part.material or "-"),
+        add_row(
+            table,
+            part.name,
+            part.material or "-",
             f"{state.triangles:,}",
             _measured([state.area], metres, 2),
             _measured(state.box[1] - state.box[0], metres),
@@ -58,7 +60,7 @@ def show_model(path: str, *, unit: str | None = None) -> None:
     if len(states) > _LINES:
         lines.append(f"and {len(states) - _LINES} parts more")
     for line in (*lines, *(f"note: {note}" for note in model.notes)):
-        console.print(line, highlight=False, markup=False, soft_wrap=True)
+        say(line)
 
 
 def _head(model: "ModelFile") -> list[str]:

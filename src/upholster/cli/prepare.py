@@ -4,7 +4,7 @@ from typing import Annotated
 
 import typer
 
-from upholster.cli.console import in_bytes, progress_bars
+from upholster.cli.console import in_bytes, progress_bars, say
 from upholster.cli.options import spelled_out
 from upholster.options import SampleOptions
 
@@ -31,6 +31,6 @@ def prepare(
         report = prepare_sample(photo, output, preparing, picture=picture)
     if not quiet:
         written = ", ".join(f"{name} ({in_bytes(count)})" for name, count in report.written.items())
-        print(f"wrote {written}: {report.width}x{report.height} pixels of {report.bits} bits")
+        say(f"wrote {written}: {report.width}x{report.height} pixels of {report.bits} bits")
         for note in report.notes:
-            print(f"note: {note}")
+            say(f"note: {note}")

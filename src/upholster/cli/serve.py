@@ -9,6 +9,7 @@ from typing import Annotated
 
 import typer
 
+from upholster.cli.console import say
 from upholster.errors import InputError
 
 __all__ = ["serve", "view"]
@@ -43,7 +44,7 @@ def serve(
     def listening(url: str) -> None:
         found = len(catalogue.entries())
         told = "1 stream" if found == 1 else f"{found:,} streams"
-        print(f"serving {told} at {url} (Ctrl-C stops)", flush=True)
+        say(f"serving {told} at {url} (Ctrl-C stops)")
 
     with _compiling():
         server.serve(catalogue, host=host, port=port, rate=rate, origins=origins, listening=listening)
@@ -66,7 +67,7 @@ def view(
     def listening(url: str) -> None:
         page = url.rstrip("/") + server.view_url(names[0]) if len(names) == 1 else url
         opened = browser and server.open_in_browser(page)
-        print(f"{'opened' if opened else 'open'} {page} in a browser (Ctrl-C stops)", flush=True)
+        say(f"{'opened' if opened else 'open'} {page} in a browser (Ctrl-C stops)")
 
     with _compiling():
         server.serve(catalogue, port=port, listening=listening)

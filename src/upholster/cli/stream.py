@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from upholster.cli.console import byte_count, in_bytes, naming, numbers, progress_bars, share
+from upholster.cli.console import add_row, byte_count, in_bytes, naming, numbers, progress_bars, say, share
 from upholster.cli.models import is_model, show_model
 from upholster.cli.options import spelled_out
 from upholster.errors import InputError
@@ -58,7 +58,7 @@ def refine(
     if not quiet:
         written = ", ".join(f"{name} ({in_bytes(count)})" for name, count in done.written.items())
         state = "complete" if done.complete else f"of {in_bytes(done.total)}, incomplete"
-        print(
+        say(
             f"wrote {written}: from {in_bytes(done.used)} {state}; placements of {100 * done.charts:.0f} % "
             f"of the charts, {share_text(done.coefficients)} of the coefficients"
         )
@@ -98,19 +98,17 @@ def _show_stream(stream: str) -> None:
         found = describe(read_bytes(stream))
     console = Console()
     state = "complete" if found.complete else f"incomplete, {in_bytes(found.total)} in all"
-    console.print(
-        f"{stream}: {found.received:,} bytes, {state}; first view at {found.view:,} bytes", highlight=False
-    )
+    say(f"{stream}: {found.received:,} bytes, {state}; first view at {found.view:,} bytes")
     chunks = Table("chunk", "offset", "bytes", "here", "holds", box=SIMPLE_HEAD)
     for row in found.chunks:
         here = "all" if row.received == row.length else f"{row.received:,}"
-        chunks.add_row(row.tag, f"{row.offset:,}", f"{row.length:,}", here, row.holds)
+        add_row(chunks, row.tag, f"{row.offset:,}", f"{row.length:,}", here, row.holds)
     console.print(chunks)
     readable = Table("bytes", "charts", "placements", "coefficients", "sample", box=SIMPLE_HEAD)
     for line in found.readable:
         quality = "as far as known" if line.psnr == float("inf") else f"{line.psnr:.1f} dB"
         parts = map(share_text, (line.charts, line.placements, line.coefficients))
-        readable.add_row(f"{line.length:,}", *parts, quality)
+        add_row(readable, f"{line.length:,}", *parts, quality)
     console.print(readable)
 
 
@@ -145,4 +143,4 @@ def levels(
             picture = levels_picture(data, options=options, threads=threads, progress=progress)
         write_image(files.path(output), picture)
     if not quiet:
-        print(f"wrote {output}")
+        say(f"wrote {output}")

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import typer
 
-from upholster.cli.console import bars
+from upholster.cli.console import bars, say
 from upholster.errors import InputError
 
 __all__ = ["warm"]
@@ -34,4 +34,4 @@ def warm(
         raise InputError(f"{left} of {len(jobs)} kernels could not be compiled")
     if not quiet:
         done = f"{len(jobs)} kernels are ready after {time.perf_counter() - start:.1f} s"
-        print(f"{done}, kept in {os.path.commonpath(folders)}")
+        say(f"{done}, kept in {os.path.commonpath(folders)}")

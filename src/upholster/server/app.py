@@ -14,6 +14,7 @@ from starlette.routing import Route
 from starlette.types import ASGIApp
 
 from upholster._version import __version__
+from upholster.errors import printable
 from upholster.server.catalogue import Catalogue, open_regular
 from upholster.server.guard import Guard
 from upholster.server.pages import missing_page, start_page, viewer_page
@@ -140,5 +141,5 @@ def _missing() -> Response:
 async def _failed(request: Request, error: Exception) -> Response:
     """Print for the operator what went wrong, in one line, and tell the client only that something did."""
     words = " ".join(f"{type(error).__name__}: {error}".split())
-    print(f"upholster: {request.method} {request.url.path!r} failed: {words}", file=sys.stderr)
+    print(printable(f"upholster: {request.method} {request.url.path!r} failed: {words}"), file=sys.stderr)
     return PlainTextResponse("Internal Server Error", 500)
