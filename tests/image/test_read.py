@@ -212,6 +212,27 @@ def test_declared_size_is_not_believed(tmp_path: Path, size: Any, options: Any) 
     refused(tmp_path / "x.png", **options)
 
 
+def test_many_pixels_are_refused_by_their_header(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "x.png").write_bytes(png(1 << 15, 1 << 15, 1, 0, b"", (b"teXt", bytes(1 << 20))))
+    assert "32768x32768 pixels; allowed: 200,000,000" in refused(tmp_path / "x.png", resize=256)
+    (tmp_path / "y.png").write_bytes(png(64, 48, 8, 0, b"\0" * 48 * 65))
+    monkeypatch.setenv("UPHOLSTER_MAX_PIXELS", str(64 * 48))
+    assert read_exemplar(tmp_path / "y.png", crop=(0, 0, 32, 32)).shape == (32, 32, 1)
+    monkeypatch.setenv("UPHOLSTER_MAX_PIXELS", str(64 * 48 - 1))
+    assert "allowed: 3,071 in all" in refused(tmp_path / "y.png", crop=(0, 0, 32, 32))
+    monkeypatch.setenv("UPHOLSTER_MAX_PIXELS", "many")
+    assert "UPHOLSTER_MAX_PIXELS is 'many'" in refused(tmp_path / "y.png", crop=(0, 0, 32, 32))
+
+
+def test_texts_that_are_not_utf_8(tmp_path: Path) -> None:
+    write_image(tmp_path / "x.exr", smooth().astype(np.float32) / 255)
+    data = (tmp_path / "x.exr").read_bytes()
+    for text in (b"capDate\0", b"channels\0"):  # too long a name by its missing end
+        assert text in data
+        (tmp_path / "y.exr").write_bytes(data.replace(text, text[:-1] + b"\xff", 1))
+        assert "texts are not UTF-8" in refused(tmp_path / "y.exr")
+
+
 def test_no_image(tmp_path: Path) -> None:
     assert "does not exist" in refused(tmp_path / "none.png")
     assert "is a directory" in refused(tmp_path)

@@ -1,6 +1,7 @@
 """HEIC and AVIF files, through libraries that are installed on demand: pi-heif (LGPL) and Pillow."""
 
 import warnings
+from collections.abc import Callable
 from pathlib import Path
 from typing import Literal
 
@@ -13,6 +14,7 @@ from upholster.types import PixelArray
 __all__ = ["heif_kind", "read_heif"]
 
 HeifKind = Literal["HEIC", "AVIF"]
+SizeCheck = Callable[[str, int, int, int], None]
 
 _BRANDS: dict[bytes, HeifKind] = {
     b"avif": "AVIF",
@@ -31,7 +33,7 @@ def heif_kind(head: bytes) -> HeifKind | None:
 
 
 def read_heif(
-    name: str, kind: HeifKind, *, most_bytes: int, notes: Notes | None
+    name: str, kind: HeifKind, *, check: SizeCheck, notes: Notes | None
 ) -> tuple[PixelArray, bytes | None]:
     """Read a HEIC or AVIF file.
 
@@ -41,8 +43,8 @@ def read_heif(
         The file.
     kind
         Which of the two.
-    most_bytes
-        Size, uncompressed, up to which an image is decoded.
+    check
+        Raises if an image is too large to be decoded; gets its name, width, height, and size in bytes.
     notes
         See `upholster.image.profiles.to_srgb`.
 
@@ -59,7 +61,7 @@ def read_heif(
         If the library is missing (the message says what to install), or the file is damaged or too large.
     """
     try:
-        pixels, profile = (_heic if kind == "HEIC" else _avif)(name, most_bytes, notes)
+        pixels, profile = (_heic if kind == "HEIC" else _avif)(name, check, notes)
     except ImportError:
         raise InputError(f"{name!r} is {_article(kind)} file, which needs: {PHOTOS}") from None
     except InputError:
@@ -70,20 +72,19 @@ def read_heif(
     return (pixels if pixels.ndim == 3 else pixels[:, :, None]), profile
 
 
-def _heic(name: str, most_bytes: int, _notes: Notes | None) -> tuple[PixelArray, bytes | None]:
+def _heic(name: str, check: SizeCheck, _notes: Notes | None) -> tuple[PixelArray, bytes | None]:
     import pi_heif
 
     # Its decoder turns the image upright by itself, and scales 10 and 12 bits to 16.
     image = pi_heif.open_heif(name, convert_hdr_to_8bit=False, hdr_to_16bit=True)
     width, height = image.size
-    _check_bytes(
-        name, width, height, len(image.mode.split(";")[0]) * (2 if ";16" in image.mode else 1), most_bytes
-    )
+    sample = 2 if ";16" in image.mode else 1
+    check(name, width, height, width * height * len(image.mode.split(";")[0]) * sample)
     pixels = np.array(image)
     return pixels, image.info.get("icc_profile")
 
 
-def _avif(name: str, most_bytes: int, notes: Notes | None) -> tuple[PixelArray, bytes | None]:
+def _avif(name: str, check: SizeCheck, notes: Notes | None) -> tuple[PixelArray, bytes | None]:
     from PIL import Image, ImageOps, features
 
     if not features.check("avif"):
@@ -92,7 +93,7 @@ def _avif(name: str, most_bytes: int, notes: Notes | None) -> tuple[PixelArray, 
         warnings.simplefilter("ignore")  # of its own limits, and of metadata
         with Image.open(name) as image:
             width, height = image.size
-            _check_bytes(name, width, height, len(image.getbands()), most_bytes)
+            check(name, width, height, width * height * len(image.getbands()))
             image.load()
             pixels = np.array(ImageOps.exif_transpose(image))
     if _is_deep(Path(name)):
@@ -106,14 +107,6 @@ def _is_deep(path: Path) -> bool:
         head = file.read(1 << 16)
     place = head.find(b"av1C")
     return place >= 0 and len(head) > place + 6 and bool(head[place + 6] & 0x40)
-
-
-def _check_bytes(name: str, width: int, height: int, size: int, most: int) -> None:
-    if width * height * size > most:
-        raise InputError(
-            f"{name!r} is {width}x{height} pixels, {width * height * size >> 20} MiB; "
-            f"allowed: {most >> 20} MiB uncompressed, before cropping"
-        )
 
 
 def _article(kind: HeifKind) -> str:

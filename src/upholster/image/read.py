@@ -8,6 +8,7 @@ orientation and damage are looked after here, profiles in `upholster.image.profi
 import os
 import re
 import stat
+from contextlib import suppress
 from pathlib import Path
 
 import numpy as np
@@ -28,6 +29,13 @@ __all__ = ["check_exemplar", "check_white", "read_exemplar", "read_image"]
 
 MAX_BYTES = 1 << 30
 """Size, uncompressed, of an image that is to be cropped or reduced: 200 megapixels of 8-bit RGB fit."""
+
+PIXELS_VARIABLE = "UPHOLSTER_MAX_PIXELS"
+"""Environment variable: how many pixels an image may have that is to be cropped or reduced."""
+
+MAX_PIXELS = 200_000_000
+"""The same where the variable is not set: the largest photos of telephones. A file of 1 MB may hold 1,000
+million pixels of one colour, which take a minute and gigabytes to decode."""
 
 MAX_SAMPLE = 65504.0
 """Largest magnitude of a float sample (that of a half float): squared differences stay far below overflow."""
@@ -123,7 +131,8 @@ def read_image(
     Raises
     ------
     InputError
-        As `read_exemplar`; or if the image takes more than 1 GiB.
+        As `read_exemplar`; or if the image has more than 200 million pixels (the environment variable
+        UPHOLSTER_MAX_PIXELS says otherwise), or takes more than 1 GiB.
     """
     name = _checked_file(Path(path_text(path, "image")))
     with silent():
@@ -201,10 +210,13 @@ def _upright(name: str, whole: bool, colors: bool, notes: Notes | None) -> Pixel
     with open(name, "rb") as file:
         heif = heif_kind(file.read(32))
     if heif is None:
-        pixels, orientation, profile = _decode(name, whole, colors, notes)
+        try:
+            pixels, orientation, profile = _decode(name, whole, colors, notes)
+        except UnicodeDecodeError:  # names of channels, or an error's own words, quoted from the file
+            raise InputError(f"{name!r} is damaged: its texts are not UTF-8") from None
         pixels = _turned(pixels, orientation)
     else:
-        pixels, profile = read_heif(name, heif, most_bytes=MAX_BYTES, notes=notes)
+        pixels, profile = read_heif(name, heif, check=_check_pixels, notes=notes)
         if whole:
             _check_size(pixels.shape[1], pixels.shape[0], repr(name))
     return to_srgb(name, pixels, profile, notes) if profile and colors else pixels
@@ -223,11 +235,8 @@ def _decode(
             raise InputError(f"{name!r} is a {file.format_name()} file; {_ALLOWED}")
         if whole:
             _check_size(spec.width, spec.height, repr(name))
-        elif spec.image_bytes(True) > MAX_BYTES:
-            raise InputError(
-                f"{name!r} is {spec.width}x{spec.height} pixels, {spec.image_bytes(True) >> 20} MiB; "
-                f"allowed: {MAX_BYTES >> 20} MiB uncompressed, before cropping"
-            )
+        else:
+            _check_pixels(name, spec.width, spec.height, spec.image_bytes(True))
         dtype = _KEPT.get(str(spec.format))
         if spec.deep or spec.depth > 1 or dtype is None:
             kind = "deep" if spec.deep else "volume" if spec.depth > 1 else str(spec.format)
@@ -236,7 +245,7 @@ def _decode(
         pixels = _read_whole(name, file, spec)
     finally:
         file.close()
-        geterror()  # whatever is left would turn up at the next call
+        _forget_errors()
     orientation = spec.get_int_attribute("Orientation", 1)
     data = spec.getattribute("ICCProfile")
     profile = None if data is None else np.asarray(data, np.uint8).tobytes()
@@ -253,6 +262,12 @@ def _decode(
     if spec.alpha_channel >= 0 and not straight:
         pixels = _unpremultiplied(pixels)
     return pixels, orientation, profile
+
+
+def _forget_errors() -> None:
+    """Whatever is left would turn up at the next call."""
+    with suppress(UnicodeDecodeError):
+        geterror()
 
 
 def _opened(name: str, wish: ImageSpec) -> ImageInput:
@@ -291,7 +306,7 @@ def _inks(name: str, kind: str, notes: Notes | None) -> PixelArray | None:
         inks = _read_whole(name, file, file.spec())
     finally:
         file.close()
-        geterror()
+        _forget_errors()
     if inks.shape[2] != 4:
         tell(notes, f"{name!r}: the colour profile was not applied: it is for CMYK")
         return None
@@ -342,6 +357,31 @@ def _check_size(width: int, height: int, name: str) -> None:
         raise InputError(
             f"{name} is {width}x{height} pixels; allowed: up to {MAX_SIDE} each way; use --resize {MAX_SIDE}"
         )
+
+
+def _check_pixels(name: str, width: int, height: int, size: int) -> None:
+    """Refuse an image of any size by its header; `size` is what it takes uncompressed, in bytes."""
+    most = _most_pixels()
+    if width * height > most:
+        raise InputError(
+            f"{name!r} is {width}x{height} pixels; allowed: {most:,} in all, or what {PIXELS_VARIABLE} says"
+        )
+    if size > MAX_BYTES:
+        raise InputError(
+            f"{name!r} is {width}x{height} pixels, {size >> 20} MiB; "
+            f"allowed: {MAX_BYTES >> 20} MiB uncompressed, before cropping"
+        )
+
+
+def _most_pixels() -> int:
+    text = os.environ.get(PIXELS_VARIABLE)
+    if text is None:
+        return MAX_PIXELS
+    if not re.fullmatch(r"[1-9][0-9]{0,11}", text):
+        raise InputError(
+            f"{PIXELS_VARIABLE} is {text!r}; allowed: a whole number of pixels, such as 400000000"
+        )
+    return int(text)
 
 
 def _check_samples(pixels: PixelArray, name: str) -> None:
