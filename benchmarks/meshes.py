@@ -17,11 +17,12 @@ from rich.console import Console
 from rich.table import Table
 
 from upholster.charts.covered import as_covered
+from upholster.charts.mesh_layout import CREASE
 from upholster.errors import UpholsterError
 from upholster.geometry import MeshSurface
 from upholster.geometry.mesh_files import MODEL_SUFFIXES
 from upholster.image import from_linear, read_exemplar, write_image
-from upholster.measure import mesh_mapping, mesh_seam_ratio, mesh_texel_scale
+from upholster.measure import mesh_mapping, mesh_seams, mesh_texel_scale
 from upholster.methods.synthesis import execute, prepare
 from upholster.options import SynthesisOptions
 from upholster.outputs import TexturedModel
@@ -48,6 +49,8 @@ class Row:
     synthesize: float = 0.0
     paint: float = 0.0
     seams: float = 0.0
+    creases: float = 0.0
+    over: float = 0.0
     within: float = 0.0
     aligned: float = 0.0
     spread: float = 0.0
@@ -79,7 +82,8 @@ def measured(model: Path, sample: Path, out: Path | None, options: SynthesisOpti
     asked = np.cross((0.0, 0.0, 1.0), surface.mesh.flat_normals)
     asked[np.linalg.norm(asked, axis=1) < np.sin(np.radians(30))] = 0
     found = mesh_mapping(surface, quilt, scale=prepared.scale.scale, asked=asked)
-    ratio = mesh_seam_ratio(surface, quilt, painted, image)
+    crease = CREASE if options.crease is None else options.crease
+    across = mesh_seams(surface, quilt, painted, image, crease=crease)
     seconds = [round(b - a, 3) for a, b in itertools.pairwise(clock)]
     return Row(
         model.name,
@@ -93,7 +97,9 @@ def measured(model: Path, sample: Path, out: Path | None, options: SynthesisOpti
         prepare=seconds[1],
         synthesize=seconds[2],
         paint=seconds[3],
-        seams=round(ratio or 0.0, 3),
+        seams=round(across.ratio or 0.0, 3),
+        creases=round(across.creases, 3),
+        over=round(across.over_creases or 0.0, 3),
         within=round(found.within, 4),
         aligned=round(found.aligned or 0.0, 4),
         spread=round(mesh_texel_scale(surface, quilt.charts).spread, 3),
@@ -110,6 +116,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--texels", type=int)
     parser.add_argument("--block", type=int)
     parser.add_argument("--direction")
+    parser.add_argument("--crease", type=float)
     asked = parser.parse_args(arguments)
     files = [
         file
@@ -119,7 +126,9 @@ def main(arguments: Sequence[str] | None = None) -> None:
     ]
     if asked.out is not None:
         asked.out.mkdir(parents=True, exist_ok=True)
-    options = SynthesisOptions(texels=asked.texels, block=asked.block, direction=asked.direction)
+    options = SynthesisOptions(
+        texels=asked.texels, block=asked.block, direction=asked.direction, crease=asked.crease
+    )
     rows = []
     for file in files:
         rows.append(measured(file, asked.sample, asked.out, options))

@@ -54,7 +54,7 @@ def test_a_stream_measures_as_what_it_holds(folder, tmp_path, parts):
     found = measure_cover(surface, quilt, exemplar)
     assert told.pop("result") == "ring.uph"
     assert told.pop("sample") is None
-    assert told.pop("sample_size") is told.pop("direction") is None
+    assert told.pop("sample_size") is told.pop("direction") is told.pop("crease") is None
     assert told == json.loads(json.dumps(found.to_json()))
     assert found.seams.edges < 1.5
     assert found.copies.ratio > 1 - 2 / 24

@@ -5,14 +5,14 @@ from itertools import product
 
 import numpy as np
 import pytest
-from tests.charts.meshes import sphere, torus
+from tests.charts.meshes import box, sphere, torus
 from tests.charts.test_mesh_layout import sheet
 
 from upholster import paint
 from upholster.charts.mesh_layout import chart_places, mesh_charts, mesh_fields, triangle_frames
 from upholster.charts.subdivision import subdivided
 from upholster.geometry import MeshSurface, TriangleMesh
-from upholster.measure import mesh_mapping, mesh_seam_ratio, mesh_texel_scale
+from upholster.measure import mesh_mapping, mesh_seams, mesh_texel_scale
 from upholster.methods.quilt.mesh._frame_kernels import Canvases, locate_texels, nearest_texels
 from upholster.methods.quilt.mesh._sheet_kernels import MOST_SHEETS
 from upholster.methods.quilt.mesh.footprints import Centres, field_arrays, find_footprints, mesh_arrays
@@ -149,12 +149,39 @@ def test_every_part_of_a_mesh_is_covered_at_true_scale_without_seams(make: Calla
         assert own[0]["mask"] != MASK_CUT  # the ground below all blocks
         owners = quilt.owners(index, 0, 0, quilt.charts[index].height, quilt.charts[index].width)
         assert (owners[places] > 0).mean() > 0.995
-    ratio = mesh_seam_ratio(surface, quilt, texels, noise())
-    assert ratio is not None
-    assert 0.9 < ratio < 1.12
+    seams = mesh_seams(surface, quilt, texels, noise())
+    assert seams.ratio is not None
+    assert 0.9 < seams.ratio < 1.12
+    assert seams.creases == 0.0
+    assert seams.over_creases is None
     found = mesh_mapping(surface, quilt, scale=SCALE)
     assert found.error < 0.13  # large blocks on a small model
     assert mesh_texel_scale(surface, quilt.charts).spread < 3
+
+
+def test_seams_over_creases_are_told_by_themselves() -> None:
+    # Each side of a box is an island; one of them is cut in two as well.
+    surface = patches(box((1.0, 1.0, 1.0)))
+    middle = surface.mesh.corners.mean(axis=1)
+    first = surface.island == 0
+    split = first & (middle[:, 1] > 0.5)  # it lies across x
+    island = np.where(split, surface.islands, surface.island)
+    surface = MeshSurface(surface.mesh, island, surface.parameters)
+    vectors = np.cross([0.3, 0.5, 0.8], surface.mesh.flat_normals)
+    vectors /= np.linalg.norm(vectors, axis=1, keepdims=True)
+    quilt = covered(surface, np.repeat(vectors[:, None], 3, axis=1))
+    texels = paint(quilt, noise())
+    apart = mesh_seams(surface, quilt, texels, noise())
+    assert apart.ratio is not None
+    assert apart.over_creases is not None
+    assert apart.ratio < 1.1 < 1.2 < apart.over_creases  # where directions turn
+    # Twelve edges of the box, and one cut as long as one of them.
+    cut = apart.creases
+    assert 0.85 < cut < 0.95
+    together = mesh_seams(surface, quilt, texels, noise(), crease=180)
+    assert together.creases == 0.0
+    assert together.over_creases is None
+    assert together.ratio == pytest.approx(cut * apart.over_creases + (1 - cut) * apart.ratio, rel=0.1)
 
 
 def test_the_same_seed_gives_the_same_quilt_whatever_the_threads() -> None:

@@ -11,7 +11,11 @@ from upholster.quilt.chart import MAX_CHART, Chart
 from upholster.quilt.warp_field import FIELD_STEP, WarpField, node_count
 from upholster.types import FloatArray
 
-__all__ = ["GUTTER", "chart_places", "mesh_charts", "mesh_fields", "triangle_frames"]
+__all__ = ["CREASE", "GUTTER", "chart_places", "mesh_charts", "mesh_fields", "triangle_frames"]
+
+CREASE = 75.0
+"""Degrees: over edges that bend more directions start anew, so that a box's lid runs straight.
+Models of few triangles bend less at edges that stand for something smooth."""
 
 GUTTER = 8
 """Texels that a chart reaches beyond its island each way."""

@@ -33,6 +33,14 @@ def measure(
         str | None,
         typer.Option(metavar="DIRECTION", help="The direction that was asked for, as in upholster cover."),
     ] = None,
+    crease: Annotated[
+        float | None,
+        typer.Option(
+            metavar="DEG",
+            help="On meshes: from which angle on texture was to start anew at edges, as in upholster cover; "
+            "seams there are told by themselves. Default: 75.",
+        ),
+    ] = None,
     json: Annotated[str | None, typer.Option(metavar="FILE", help="Write the figures as JSON.")] = None,
     threads: Annotated[int | None, typer.Option(help="1 to 256; default: one per core.")] = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
@@ -53,18 +61,19 @@ def measure(
         raise InputError(f"output {json!r} has suffix {Path(json).suffix!r}; allowed: .json")
     if suffix == ".uph" and tileable:
         raise InputError("--tileable belongs to a flat image; a stream tells what it holds")
-    if suffix != ".uph" and (sample_size is not None or direction is not None):
-        raise InputError("--sample-size and --direction belong to a stream; an image has no surface")
+    if suffix != ".uph" and any(value is not None for value in (sample_size, direction, crease)):
+        raise InputError("--sample-size, --direction, --crease belong to a stream; an image has no surface")
     if sample_size is not None and not 1e-9 <= sample_size <= 1e9:
         raise InputError(f"sample size is {sample_size:g}; allowed: 1e-9 to 1e9 model units")
     read = [result] if sample is None else [result, sample]
     with progress_bars(quiet, ["measure"]), outputs([] if json is None else [json], inputs=read) as files:
         if suffix == ".uph":
-            found, state = _stream(result, sample, sample_size, direction, threads)
+            found, state = _stream(result, sample, sample_size, direction, crease, threads)
         else:
             found, state = _image(result, sample or "", tileable), ""
         if json is not None:
-            asked = {"sample_size": sample_size, "direction": direction} if suffix == ".uph" else {}
+            asked = {"sample_size": sample_size, "direction": direction, "crease": crease}
+            asked = asked if suffix == ".uph" else {}
             told = {"result": result, "sample": sample, **asked, **found.to_json()}
             text = codec.dumps(told, indent=2)
             files.path(json).write_text(text + "\n", encoding="utf-8")
@@ -73,7 +82,12 @@ def measure(
 
 
 def _stream(
-    path: str, sample: str | None, sample_size: float | None, direction: str | None, threads: int | None
+    path: str,
+    sample: str | None,
+    sample_size: float | None,
+    direction: str | None,
+    crease: float | None,
+    threads: int | None,
 ) -> "tuple[Measures, str]":
     from upholster.files import read_bytes
     from upholster.image import read_exemplar
@@ -97,7 +111,16 @@ def _stream(
     texels = decoder.texels(threads=threads)
     compared = coded if original is None else original
     scale = None if sample_size is None else compared.shape[1] / sample_size
-    found = measure_cover(surface, quilt, compared, texels=texels, scale=scale, direction=direction)
+    found = measure_cover(
+        surface,
+        quilt,
+        compared,
+        texels=texels,
+        scale=scale,
+        direction=direction,
+        crease=crease,
+        threads=threads,
+    )
     return found, state
 
 

@@ -5,7 +5,7 @@ from upholster.measure.cuts import cut_seam_ratio, matched_cut_ratio
 from upholster.measure.edges import matched_edge_ratio
 from upholster.measure.fidelity import sliced_wasserstein
 from upholster.measure.mapping import MappingReport, mapping, mesh_mapping
-from upholster.measure.meshes import mesh_seam_ratio
+from upholster.measure.meshes import MeshSeams, mesh_seams
 from upholster.measure.report import Measures, Seams, measure_cover, measure_image
 from upholster.measure.scale import TexelScale, mesh_texel_scale, texel_scale
 from upholster.measure.seams import WrapSeams, edge_seam_ratio, wrap_seams
@@ -16,6 +16,7 @@ __all__ = [
     "Copies",
     "MappingReport",
     "Measures",
+    "MeshSeams",
     "Peak",
     "Seams",
     "Solid",
@@ -32,7 +33,7 @@ __all__ = [
     "measure_cover",
     "measure_image",
     "mesh_mapping",
-    "mesh_seam_ratio",
+    "mesh_seams",
     "mesh_texel_scale",
     "shown_length",
     "sliced_wasserstein",

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.charts.mesh_layout import chart_places
+from upholster.charts.mesh_layout import CREASE, chart_places
 from upholster.geometry import MeshSurface
 from upholster.measure.edges import looked_up
 from upholster.measure.samples import SEED, Window, coded
@@ -14,7 +14,7 @@ from upholster.measure.trace import Trace
 from upholster.quilt import Chart, Quilt, Texels
 from upholster.types import FloatArray, PixelArray
 
-__all__ = ["SurfaceSamples", "mesh_samples", "mesh_seam_ratio", "triangle_steps"]
+__all__ = ["MeshSeams", "SurfaceSamples", "mesh_samples", "mesh_seams", "triangle_steps"]
 
 MOST_PAIRS = 2**17
 MOST_SAMPLES = 2**17
@@ -66,51 +66,84 @@ def mesh_samples(surface: MeshSurface, charts: tuple[Chart, ...]) -> SurfaceSamp
     return SurfaceSamples(triangle.astype(np.intp), chart, texel[:, 0], texel[:, 1])
 
 
-def mesh_seam_ratio(surface: MeshSurface, quilt: Quilt, texels: Texels, exemplar: PixelArray) -> float | None:
-    """Measure whether seams between charts of a mesh show, against what the exemplar has at the same places.
+@dataclass(frozen=True, slots=True)
+class MeshSeams:
+    """Whether seams between charts of a mesh show, against what the exemplar has at the same places.
+
+    Attributes
+    ----------
+    ratio
+        Across seams over which the texture goes on: 1.0 is as smooth as the exemplar, more shows, less is
+        blur; None where there are none.
+    creases
+        Share of the seams' length where the texture starts anew, as `ratio` leaves it out.
+    over_creases
+        The same ratio there; None where there are none.
+    """
+
+    ratio: float | None
+    creases: float
+    over_creases: float | None
+
+
+def mesh_seams(
+    surface: MeshSurface, quilt: Quilt, texels: Texels, exemplar: PixelArray, *, crease: float = CREASE
+) -> MeshSeams:
+    """Measure whether seams between charts of a mesh show.
 
     As `upholster.measure.matched_edge_ratio`: the mean absolute difference between a texel beside a seam and
     the one right beyond it, over the mean of the two differences that the exemplar has over the same step. At
     most 2^17 pairs are looked at.
 
-    Returns
-    -------
-    float or None
-        1.0 is as smooth as the exemplar, more shows, less is blur; None where there are no seams.
+    Over sharp edges the texture starts anew: such a seam is what was asked for, and no figure for how well a
+    texture goes on. These are left out, and looked at by themselves.
+
+    Parameters
+    ----------
+    surface, quilt, texels, exemplar
+        What was covered, how, the same painted, and the exemplar (H, W, C).
+    crease
+        Degrees: edges at which the surface turns by as much or more are such.
     """
-    pairs = _SeamPairs.of(surface, quilt.charts)
+    pairs = _SeamPairs.of(surface, quilt.charts, crease)
     if pairs is None:
-        return None
-    seen, expected = MeanDifference(), MeanDifference()
+        return MeshSeams(None, 0.0, None)
+    seen, expected = [MeanDifference(), MeanDifference()], [MeanDifference(), MeanDifference()]
     traces = {
         chart: Trace.of(quilt, Window(chart, 0, 0, quilt.charts[chart].height, quilt.charts[chart].width))
         for chart in np.unique(pairs.chart).tolist()
     }
     for a, b in np.unique(pairs.chart, axis=0).tolist():
-        own = np.flatnonzero((pairs.chart == (a, b)).all(axis=1))
-        (rows, columns), (other_rows, other_columns) = pairs.texel[own].transpose(1, 2, 0)
-        here = looked_up(traces[a], rows, columns, pairs.step[own, 0], [exemplar])
-        there = looked_up(traces[b], other_rows, other_columns, pairs.step[own, 1], [exemplar])
-        painted = here[0] & there[0]
-        seen.add(
-            coded(texels.arrays[a][rows, columns][painted]),
-            coded(texels.arrays[b][other_rows, other_columns][painted]),
-        )
-        for _, at, beside in (here, there):
-            expected.add(at[painted], beside[painted])
-    return seen.over(expected)
+        for sharp in (0, 1):
+            own = np.flatnonzero((pairs.chart == (a, b)).all(axis=1) & (pairs.is_sharp == sharp))
+            (rows, columns), (other_rows, other_columns) = pairs.texel[own].transpose(1, 2, 0)
+            here = looked_up(traces[a], rows, columns, pairs.step[own, 0], [exemplar])
+            there = looked_up(traces[b], other_rows, other_columns, pairs.step[own, 1], [exemplar])
+            painted = here[0] & there[0]
+            seen[sharp].add(
+                coded(texels.arrays[a][rows, columns][painted]),
+                coded(texels.arrays[b][other_rows, other_columns][painted]),
+            )
+            for _, at, beside in (here, there):
+                expected[sharp].add(at[painted], beside[painted])
+    smooth, sharp_ratio = (one.over(other) for one, other in zip(seen, expected, strict=True))
+    return MeshSeams(smooth, float(pairs.is_sharp.mean()), sharp_ratio)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _SeamPairs:
-    """Texels beside seams: both sides' charts (n, 2), texels (n, 2, 2), and steps (n, 2, 2) to the other."""
+    """Texels beside seams, evenly spread over their length on the charts.
+
+    Both sides' charts (n, 2), texels (n, 2, 2), and steps (n, 2, 2) to the other; whether over a crease (n,).
+    """
 
     chart: Index
     texel: Index
     step: FloatArray
+    is_sharp: NDArray[np.bool_]
 
     @classmethod
-    def of(cls, surface: MeshSurface, charts: tuple[Chart, ...]) -> "_SeamPairs | None":
+    def of(cls, surface: MeshSurface, charts: tuple[Chart, ...], crease: float) -> "_SeamPairs | None":
         mesh = surface.mesh
         triangle, edge = np.nonzero(surface.is_seam)
         once = triangle < mesh.neighbours[triangle, edge] // 3
@@ -150,4 +183,6 @@ class _SeamPairs:
         chart = np.stack([surface.island[triangle][at], surface.island[other][at]], axis=1).astype(np.intp)
         sizes = np.array([(c.height, c.width) for c in charts])[chart]
         texels = np.clip(np.stack(texel, axis=1), 0, sizes - 1).astype(np.intp)
-        return cls(chart, texels, np.stack([step, back], axis=1))
+        bend = (mesh.flat_normals[triangle] * mesh.flat_normals[other]).sum(axis=1)
+        is_sharp = bend[at] <= np.cos(np.radians(crease))
+        return cls(chart, texels, np.stack([step, back], axis=1), is_sharp)

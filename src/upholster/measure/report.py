@@ -8,6 +8,7 @@ import numpy as np
 
 from upholster.charts.directions import Direction, parse_direction
 from upholster.charts.mesh_directions import mesh_directions
+from upholster.charts.mesh_layout import CREASE
 from upholster.errors import InputError
 from upholster.geometry import AnySurface, MeshSurface
 from upholster.image import check_exemplar
@@ -16,7 +17,7 @@ from upholster.measure.cuts import cut_seam_ratio, matched_cut_ratio
 from upholster.measure.edges import matched_edge_ratio
 from upholster.measure.fidelity import sliced_wasserstein
 from upholster.measure.mapping import MappingReport, mapping, mesh_mapping
-from upholster.measure.meshes import mesh_seam_ratio
+from upholster.measure.meshes import mesh_seams
 from upholster.measure.scale import TexelScale, mesh_texel_scale, texel_scale
 from upholster.measure.seams import WrapSeams, edge_seam_ratio, wrap_seams
 from upholster.measure.structure import Peak, Structure, structure
@@ -42,12 +43,17 @@ class Seams:
         Across the borders between blocks: `cut_seam_ratio`.
     cuts_matched
         The same against the exemplar at the same places: `matched_cut_ratio`.
+    creases, over_creases
+        Of a mesh: the share of the charts' edges where the texture starts anew, which `edges_matched` leaves
+        out, and the same ratio there. See `mesh_seams`.
     """
 
     edges: float | None
     edges_matched: float | None
     cuts: float | None
     cuts_matched: float | None
+    creases: float = 0.0
+    over_creases: float | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,6 +98,14 @@ class Measures:
             rows += [
                 ("seam ratio, chart edges", _figure(self.seams.edges), "1: invisible"),
                 ("  against the sample there", _figure(self.seams.edges_matched), "1: invisible"),
+            ]
+            if self.seams.over_creases is not None:
+                share = f"{100 * self.seams.creases:.1f} %"
+                rows += [
+                    ("  left out there: creases", share, "of the edges' length"),
+                    ("  over creases", _figure(self.seams.over_creases), "texture starts anew"),
+                ]
+            rows += [
                 ("seam ratio, block borders", _figure(self.seams.cuts), "1: invisible"),
                 ("  against the sample there", _figure(self.seams.cuts_matched), "1: invisible"),
             ]
@@ -136,6 +150,7 @@ def measure_cover(
     texels: Texels | None = None,
     scale: float | None = None,
     direction: str | Direction | None = None,
+    crease: float | None = None,
     threads: int | None = None,
 ) -> Measures:
     """Measure a covered surface by everything there is.
@@ -154,6 +169,9 @@ def measure_cover(
     scale, direction
         What was asked for, see `mapping`: exemplar pixels per unit of length, and which way the exemplar's
         rows of pixels were to run.
+    crease
+        On a mesh: degrees at which the texture was to start anew, 1 to 180, as in `SynthesisOptions`; see
+        `mesh_seams`.
     threads
         For painting: 1 to 256; by default one per core.
 
@@ -173,7 +191,7 @@ def measure_cover(
     elif texels.charts != quilt.charts:
         raise InputError("texels have other charts than the quilt; allowed: the quilt's own, painted")
     if isinstance(surface, MeshSurface):
-        return _measure_mesh(surface, quilt, exemplar, texels, scale, direction)
+        return _measure_mesh(surface, quilt, exemplar, texels, scale, direction, crease)
     if isinstance(direction, str):
         direction = parse_direction(direction)
     return Measures(
@@ -198,15 +216,26 @@ def _measure_mesh(
     texels: Texels,
     scale: float | None,
     direction: str | Direction | None,
+    crease: float | None,
 ) -> Measures:
     if isinstance(direction, Direction):
         raise InputError("direction is one of patches; allowed on a mesh: a text, as level or 0,0,1")
+    crease = CREASE if crease is None else crease
+    if not 1 <= crease <= 180:
+        raise InputError(f"crease is {crease:g} degrees; allowed: 1 to 180")
     asked = None if direction is None else mesh_directions(surface.mesh, direction).face_vectors
-    matched = mesh_seam_ratio(surface, quilt, texels, exemplar)
+    found = mesh_seams(surface, quilt, texels, exemplar, crease=crease)
     return Measures(
         wasserstein=sliced_wasserstein(texels.arrays, exemplar),
         structure=structure(texels.arrays, exemplar),
-        seams=Seams(None, matched, cut_seam_ratio(quilt, texels), matched_cut_ratio(quilt, texels, exemplar)),
+        seams=Seams(
+            None,
+            found.ratio,
+            cut_seam_ratio(quilt, texels),
+            matched_cut_ratio(quilt, texels, exemplar),
+            found.creases,
+            found.over_creases,
+        ),
         scale=mesh_texel_scale(surface, quilt.charts),
         copies=copies(quilt),
         mapping=mesh_mapping(surface, quilt, scale=scale, asked=asked),

@@ -11,7 +11,7 @@ from upholster.charts.covered import CoveredLike, as_covered
 from upholster.charts.directions import Vectors, default_direction, direction_fields, parse_direction
 from upholster.charts.layout import RING, TextureScale, density_layout, texture_scale, uniform_layout
 from upholster.charts.mesh_directions import MeshField, default_mesh_direction, mesh_directions
-from upholster.charts.mesh_layout import mesh_charts, mesh_fields, triangle_frames
+from upholster.charts.mesh_layout import CREASE, mesh_charts, mesh_fields, triangle_frames
 from upholster.errors import InputError
 from upholster.geometry import AnySurface, MeshSurface, Surface
 from upholster.image import Material, check_exemplar
@@ -38,10 +38,6 @@ _ROUND = 1.25
 
 _BLOCKS = 8
 """Blocks across a surface, at least, where their size is not asked for: fewer can not follow its curves."""
-
-_CREASE = 75.0
-"""Degrees: over edges of a mesh that bend more directions start anew, so that a box's lid runs straight.
-Models of few triangles bend less at edges that stand for something smooth."""
 
 _MESH_BLOCKS = 36
 """The same on meshes, which bend more."""
@@ -188,7 +184,7 @@ def _prepare_mesh(
         surface.mesh,
         cast(Any, options.direction),
         strokes=options.stroke,
-        crease=_CREASE if options.crease is None else options.crease,
+        crease=CREASE if options.crease is None else options.crease,
     )
     charts = mesh_charts(surface, scale.density)
     fields = mesh_fields(surface, charts, *triangle_frames(surface, field.corner_vectors), scale.scale)
