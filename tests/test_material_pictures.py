@@ -1,7 +1,7 @@
 """Pictures of whole materials: what is written, what a stream's thumbnail shows, and charts that meet."""
 
+import io
 from pathlib import Path
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -12,8 +12,8 @@ from upholster.image import Material, from_linear, read_image
 from upholster.options import WriteOptions
 from upholster.outputs import TexturedModel
 from upholster.pipeline import cover, refine
+from upholster.server.drawing import draw_thumbnail
 from upholster.server.pages import THUMBNAIL_SIZE
-from upholster.server.thumbnails import draw_thumbnail
 
 SIDE = 64
 
@@ -69,8 +69,7 @@ def test_every_map_is_in_the_picture(tmp_path: Path) -> None:
 
 def test_thumbnails_and_refined_pictures_show_the_material(stream: Path, tmp_path: Path) -> None:
     data = stream.read_bytes()
-    version: Any = SimpleNamespace(read=lambda start, count: data[start : start + count])
-    (tmp_path / "thumbnail.png").write_bytes(draw_thumbnail(version))
+    (tmp_path / "thumbnail.png").write_bytes(draw_thumbnail(io.BytesIO(data).read))
     shown = read_image(tmp_path / "thumbnail.png").astype(int)
     decoder = upholster.StreamDecoder()
     decoder.feed(data)

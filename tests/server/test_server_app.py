@@ -1,8 +1,10 @@
 """What the server answers, on real connections."""
 
 import http.client
+import io
 import os
 import re
+import subprocess
 import sys
 import threading
 import time
@@ -14,9 +16,10 @@ from live_server import VECTORS, running
 
 from upholster.errors import InputError
 from upholster.image import read_image
-from upholster.server import check_origin, sending, thumbnails
+from upholster.server import check_origin, drawing, sending, thumbnails
 from upholster.server.guard import CONTENT_SECURITY_POLICY
-from upholster.server.thumbnails import THUMBNAIL_SIZE
+from upholster.server.pages import THUMBNAIL_SIZE
+from upholster.server.thumbnails import DrawingProcess
 from upholster.server.versions import Versions
 
 POSIX = pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX file systems")
@@ -108,17 +111,40 @@ def test_the_tag_follows_the_content(shared):
     assert client.get("/streams/changing.uph")[1]["etag"] == first
 
 
-def test_hashes_are_remembered_while_a_file_looks_untouched(tmp_path):
+@pytest.mark.parametrize("modified", [10**9, 4 * 10**9], ids=["long ago", "in the future"])
+def test_hashes_are_remembered_while_a_file_looks_untouched(tmp_path, monkeypatch, modified):
     path = tmp_path / "a.uph"
     path.write_bytes(b"x" * 1000)
     versions = Versions()
     with open(path, "rb", buffering=0) as file:
         versions.identify(file)
         assert not versions._known  # written just now: may change and look the same
-        os.utime(path, (10**9, 10**9))
+        os.utime(path, (modified, modified))
+        later = time.time() + 3
+        monkeypatch.setattr("upholster.server.versions.time.time", lambda: later)
         tag = versions.identify(file).tag
         assert list(versions._known.values()) == [tag]
         assert versions.identify(file).tag == tag
+        assert versions.identify(file).modified <= later
+
+
+@POSIX
+def test_a_file_written_over_with_its_old_time_is_noticed(tmp_path):
+    path = tmp_path / "a.uph"
+    path.write_bytes(b"x" * 1000)
+    os.utime(path, (10**9, 10**9))
+    with open(path, "rb", buffering=0) as file:
+        version = Versions().identify(file)
+        assert version.read(0, 10) == b"x" * 10
+        time.sleep(0.02)  # the file system's clock ticks
+        path.chmod(0o600)  # the inode's time changes, the content does not
+        assert version.read(990, 10) == b"x" * 10
+        time.sleep(0.02)
+        with path.open("r+b") as other:
+            other.write(b"y" * 500)
+        os.utime(path, (10**9, 10**9))
+        assert version.read(0, 10) == b""
+        assert version.read(990, 10) == b""
 
 
 def opened(client, path):
@@ -302,7 +328,7 @@ def test_any_host_name_where_the_server_is_meant_for_others(folder):
 
 
 def test_pages_name_the_streams_safely(folder, monkeypatch):
-    monkeypatch.setattr(thumbnails, "draw_thumbnail", lambda version: b"")
+    monkeypatch.setattr(DrawingProcess, "draw", lambda *_: b"")
     name = "<script>alert('1')</script>&\"x\".uph" if sys.platform != "win32" else "&amp;'x'.uph"
     stream = (folder / "smallest.uph").read_bytes()
     name = name.replace("/", "")
@@ -363,10 +389,15 @@ def test_assets_are_the_shipped_ones(shared):
         assert status == 404 or kind in headers["content-type"]
 
 
+def drawn_here(_process, version):
+    rest = io.BytesIO(version.read(0, version.size))
+    return drawing.draw_thumbnail(rest.read)
+
+
 def test_a_thumbnail_is_a_picture_that_is_remembered(folder, tmp_path, monkeypatch):
     drawn = []
-    draw = thumbnails.draw_thumbnail
-    monkeypatch.setattr(thumbnails, "draw_thumbnail", lambda version: drawn.append(version) or draw(version))
+    draw = DrawingProcess.draw
+    monkeypatch.setattr(DrawingProcess, "draw", lambda *given: drawn.append(1) or draw(*given))
     with running(folder) as client:
         answers = []
         asking = [
@@ -413,12 +444,14 @@ def test_what_cannot_be_shown_says_so(folder, tmp_path, monkeypatch):
         def broken(_version):
             raise ValueError("a mistake of ours")
 
-        monkeypatch.setattr(thumbnails, "_picture", broken)
+        monkeypatch.setattr(drawing, "_picture", broken)
+        monkeypatch.setattr(DrawingProcess, "draw", drawn_here)
         assert client.get("/thumbnails/smallest.uph.png")[0] == 200
 
 
 def test_a_model_of_very_many_texels_is_shown_bare(folder, tmp_path, monkeypatch):
-    monkeypatch.setattr(thumbnails, "_MOST_TEXELS", 1)
+    monkeypatch.setattr(drawing, "_MOST_TEXELS", 1)
+    monkeypatch.setattr(DrawingProcess, "draw", drawn_here)
     with running(folder) as client:
         (tmp_path / "a.png").write_bytes(client.get("/thumbnails/quilt.uph.png")[2])
     pixels = read_image(tmp_path / "a.png").astype(int)
@@ -436,9 +469,51 @@ def test_a_mesh_has_a_picture_as_other_surfaces_have(folder):
     assert len(pictures[0]) > 5000  # a placeholder's few words are smaller
 
 
+def test_a_picture_that_takes_too_long_is_given_up_and_that_is_remembered(folder, monkeypatch):
+    monkeypatch.setattr(thumbnails, "_MOST_SECONDS", 0.5)
+    started = []
+    sleeping = [sys.executable, "-c", "import time; time.sleep(60)"]
+
+    def start():
+        pipes = dict.fromkeys(("stdin", "stdout"), subprocess.PIPE)
+        started.append(subprocess.Popen(sleeping, stderr=subprocess.DEVNULL, **pipes))
+        return started[-1]
+
+    honest = thumbnails._started
+    monkeypatch.setattr(thumbnails, "_started", start)
+    with running(folder) as client:
+        begin = time.monotonic()
+        given_up = client.get("/thumbnails/quilt.uph.png")
+        assert given_up[0] == 200
+        assert time.monotonic() - begin < 20
+        assert client.get("/thumbnails/quilt.uph.png") == given_up
+        assert len(started) == 1
+        assert started[0].poll() is not None
+        monkeypatch.setattr(thumbnails, "_started", honest)
+        monkeypatch.setattr(thumbnails, "_MOST_SECONDS", 60.0)
+        assert client.get("/thumbnails/smallest.uph.png")[2] != given_up[2]  # the next one is drawn
+        monkeypatch.setattr(thumbnails, "_FAILED_SECONDS", -1.0)
+        assert client.get("/thumbnails/quilt.uph.png")[2] != given_up[2]
+
+
+def test_what_is_remembered_does_not_wait_for_what_is_drawn(folder, monkeypatch):
+    begun, go_on = threading.Event(), threading.Event()
+    monkeypatch.setattr(DrawingProcess, "draw", lambda *_: b"known")
+    with running(folder) as client:
+        assert client.get("/thumbnails/quilt.uph.png")[2] == b"known"
+        monkeypatch.setattr(DrawingProcess, "draw", lambda *_: (begun.set(), go_on.wait(60), b"late")[2])
+        waiting = threading.Thread(target=client.get, args=("/thumbnails/smallest.uph.png",))
+        waiting.start()
+        assert begun.wait(20)
+        assert client.get("/thumbnails/quilt.uph.png")[2] == b"known"
+        assert waiting.is_alive()
+        go_on.set()
+        waiting.join()
+
+
 def test_few_thumbnails_are_kept(folder, monkeypatch):
     monkeypatch.setattr(thumbnails, "_MOST_REMEMBERED", 2500)
-    monkeypatch.setattr(thumbnails, "draw_thumbnail", lambda version: bytes(1000))
+    monkeypatch.setattr(DrawingProcess, "draw", lambda *_: bytes(1000))
     made = []
     create = thumbnails.Thumbnails
     monkeypatch.setattr("upholster.server.app.Thumbnails", lambda: made.append(create()) or made[0])
@@ -454,13 +529,13 @@ def test_what_was_drawn_from_a_file_in_the_making_is_not_remembered(folder, monk
     data = (folder / "quilt.uph").read_bytes()
     drawn = []
 
-    def draw(_version):
+    def draw(*_):
         drawn.append(1)
         if len(drawn) == 1:
             (folder / "quilt.uph").write_bytes(data[:100])
         return b"%d" % len(drawn)
 
-    monkeypatch.setattr(thumbnails, "draw_thumbnail", draw)
+    monkeypatch.setattr(DrawingProcess, "draw", draw)
     with running(folder) as client:
         assert client.get("/thumbnails/quilt.uph.png")[2] == b"1"
         (folder / "quilt.uph").write_bytes(data)
@@ -471,11 +546,11 @@ def test_what_was_drawn_from_a_file_in_the_making_is_not_remembered(folder, monk
 def test_pages_and_streams_come_while_a_thumbnail_is_made(folder, monkeypatch):
     begun, go_on = threading.Event(), threading.Event()
 
-    def draw(_version):
+    def draw(*_):
         begun.set()
         return b"" if go_on.wait(60) else b"nobody waited"
 
-    monkeypatch.setattr(thumbnails, "draw_thumbnail", draw)
+    monkeypatch.setattr(DrawingProcess, "draw", draw)
     with running(folder) as client:
         waiting = threading.Thread(target=client.get, args=("/thumbnails/quilt.uph.png",))
         waiting.start()

@@ -11,11 +11,12 @@ from starlette.types import ASGIApp
 from upholster.errors import InputError
 from upholster.server.app import make_app
 from upholster.server.catalogue import Catalogue
+from upholster.server.connections import Connection
 from upholster.server.guard import is_trusted_host
 
 __all__ = ["listen", "make_server", "serve"]
 
-_MOST_CONNECTIONS = 512
+_MOST_CONNECTIONS = 1024
 _BACKLOG = 512
 _WINDING_UP_SECONDS = 1
 
@@ -48,6 +49,7 @@ def serve(
         If the host is unknown or the port cannot be had.
     """
     listener = listen(host, port)
+    _allow_open_files(2 * _MOST_CONNECTIONS + _BACKLOG)  # a connection may have a file of its own
     with listener:
         bound = listener.getsockname()
         # Who listens under another name, which means this machine too, wants to be called by it.
@@ -58,11 +60,22 @@ def serve(
             server.run(sockets=[listener])
 
 
+def _allow_open_files(count: int) -> None:
+    """Let the process have so many files open, as far as the system allows it."""
+    with suppress(ImportError, OSError, ValueError):
+        import resource
+
+        some, most = resource.getrlimit(resource.RLIMIT_NOFILE)
+        wanted = count if most == resource.RLIM_INFINITY else min(count, most)
+        if some != resource.RLIM_INFINITY and some < wanted:
+            resource.setrlimit(resource.RLIMIT_NOFILE, (wanted, most))
+
+
 def make_server(app: ASGIApp, listening: Callable[[], None]) -> uvicorn.Server:
     """Return uvicorn's server for an application, without log; it calls `listening` once it answers."""
     config = uvicorn.Config(
         app,
-        http="h11",  # refuses heads of more than 16 KiB
+        http=Connection,
         ws="none",
         loop="asyncio",
         lifespan="off",

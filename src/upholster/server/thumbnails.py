@@ -1,37 +1,32 @@
-"""Small pictures of streams for the start page: made when first asked for, one at a time, and remembered."""
+"""Thumbnails of streams: made when first asked for, in a process that can be ended, and remembered."""
 
 import asyncio
-import textwrap
+import os
+import subprocess
+import sys
+import threading
+import time
+import weakref
 from collections import OrderedDict
 from collections.abc import Awaitable, Callable
+from contextlib import suppress
 from functools import partial
+from pathlib import Path
+from typing import IO
 
 import anyio.to_thread
-import numpy as np
 
-from upholster.errors import UpholsterError
-from upholster.geometry import MeshSurface
-from upholster.image import encode_image, from_linear
-from upholster.image.drawing import Drawing
-from upholster.model import tessellate
-from upholster.options import WriteOptions
-from upholster.outputs import TexturedModel
-from upholster.refining import received_exemplar
-from upholster.render import render
-from upholster.server.pages import THUMBNAIL_SIZE
+from upholster.server.drawing import DRAWN, FRAME, READ, placeholder
 from upholster.server.versions import Version
-from upholster.stream import StreamDecoder
-from upholster.writing import painted
 
-__all__ = ["Thumbnails", "draw_thumbnail"]
+__all__ = ["DrawingProcess", "Thumbnails"]
 
 _MOST_REMEMBERED = 1 << 25
-_PIECE = 1 << 16
-_MOST_READ = 1 << 22
-_MOST_TEXELS = 1 << 24
-_MOST_SAMPLES = 1 << 25
-_QUADS = 4000
-_GROUND = 232  # about the grey of other pictures' background
+_MOST_SECONDS = 30.0
+"""For one picture; an honest one takes two, the first one a few more, for the process starts."""
+
+_FAILED_SECONDS = 600.0
+"""After which a stream that took too long is tried again: the machine may have been busy."""
 
 
 class Thumbnails:
@@ -39,8 +34,10 @@ class Thumbnails:
 
     def __init__(self) -> None:
         self._known: OrderedDict[str, bytes] = OrderedDict()
+        self._failed: dict[str, float] = {}
         self._size = 0
         self._turn = asyncio.Lock()
+        self._process = DrawingProcess()
 
     async def get(self, version: Version, *, gone: Callable[[], Awaitable[bool]]) -> bytes | None:
         """Return a PNG file's bytes; None if the client has gone before its turn.
@@ -52,77 +49,99 @@ class Thumbnails:
         gone
             Tells whether no client waits for the answer any more.
         """
+        if (known := self._remembered(version.tag)) is not None:
+            return known
         async with self._turn:
-            if version.tag in self._known:
-                self._known.move_to_end(version.tag)
-                return self._known[version.tag]
+            if (known := self._remembered(version.tag)) is not None:
+                return known
             if await gone():
                 return None
-            # The rest of the server goes on: kernels run without the interpreter's lock.
-            picture = await anyio.to_thread.run_sync(partial(draw_thumbnail, version))
+            picture = await anyio.to_thread.run_sync(partial(self._process.draw, version))
+            if picture is None:
+                self._failed[version.tag] = time.monotonic()
+                picture = placeholder("no preview", "takes too much time or memory")
             if version.unchanged():
                 self._remember(version.tag, picture)
             return picture
 
+    def _remembered(self, tag: str) -> bytes | None:
+        if time.monotonic() - self._failed.get(tag, time.monotonic()) > _FAILED_SECONDS:
+            del self._failed[tag]
+            self._size -= len(self._known.pop(tag, b""))
+        if tag not in self._known:
+            return None
+        self._known.move_to_end(tag)
+        return self._known[tag]
+
     def _remember(self, tag: str, picture: bytes) -> None:
+        self._size += len(picture) - len(self._known.get(tag, b""))
         self._known[tag] = picture
-        self._size += len(picture)
         while self._size > _MOST_REMEMBERED and len(self._known) > 1:
-            self._size -= len(self._known.popitem(last=False)[1])
+            other, dropped = self._known.popitem(last=False)
+            self._size -= len(dropped)
+            self._failed.pop(other, None)
 
 
-def draw_thumbnail(version: Version) -> bytes:
-    """Return a picture of a stream as a PNG file's bytes; if it cannot be shown, one that says so.
+class DrawingProcess:
+    """The process that draws, see `upholster.server.drawing`; started when needed, and ended with this."""
 
-    At most 4 MiB of the stream are read, or as far as its first view: any prefix is a picture. A model of
-    more than 16 million texels is shown without its texture.
-    """
-    try:
-        return _picture(version)
-    except UpholsterError as error:
-        return _placeholder("damaged stream", str(error))
-    except Exception as error:
-        # Too little memory, or a mistake of ours: the page shows its other streams all the same.
-        return _placeholder("no preview", f"{type(error).__name__}: {error}")
+    def __init__(self) -> None:
+        self._running: subprocess.Popen[bytes] | None = None
+        self._end: Callable[[], object] = lambda: None
 
-
-def _picture(version: Version) -> bytes:
-    decoder = StreamDecoder()
-    while decoder.needed or decoder.received < _MOST_READ:
-        piece = version.read(decoder.received, min(_PIECE, max(decoder.needed, _PIECE)))
-        if not piece:
-            break
-        decoder.feed(piece)
-    surface = decoder.surface
-    if decoder.needed or surface is None:
-        return _placeholder("cut stream", f"needs {decoder.needed:,} more bytes")
-    height, width, channels = decoder.exemplar_shape
-    texels = sum(chart.height * chart.width for chart in decoder.charts)
-    if texels > _MOST_TEXELS or height * width * channels > _MOST_SAMPLES:
-        if isinstance(surface, MeshSurface):
-            return _placeholder("mesh", f"{len(surface.island):,} triangles")
-        mesh = tessellate(surface, quads=_QUADS)
-        linear = render(
-            mesh.positions,
-            mesh.normals,
-            mesh.places,
-            mesh.all_triangles(),
-            None,
-            size=THUMBNAIL_SIZE,
-            threads=1,
-        )
-    else:
-        options = WriteOptions(quads=_QUADS, size=THUMBNAIL_SIZE)
-        base, maps = painted(decoder.quilt(), received_exemplar(decoder), threads=1)
-        linear = TexturedModel(surface, base, options, threads=1, maps=maps).picture()
-    return encode_image(from_linear(linear, "uint8"), "png")
+    def draw(self, version: Version) -> bytes | None:
+        """Return a picture of a stream; None if the process took too long, or ended. One call at a time."""
+        process = self._running
+        if process is None or process.poll() is not None:
+            self._end()
+            process = self._running = _started()
+            self._end = weakref.finalize(self, _ended, process)
+        late = threading.Timer(_MOST_SECONDS, process.kill)
+        late.start()
+        try:
+            assert process.stdin is not None
+            assert process.stdout is not None
+            picture = _conversation(version, process.stdin, process.stdout)
+        except OSError:  # it has ended
+            picture = None
+        finally:
+            late.cancel()
+        if picture is None:
+            self._end()
+        return picture
 
 
-def _placeholder(title: str, reason: str) -> bytes:
-    width, height = THUMBNAIL_SIZE
-    drawing = Drawing(width, height)
-    drawing.paste(0, 0, np.full((height, width, 3), _GROUND, np.uint8))
-    drawing.text(width // 2, height // 2 - 24, title, size=24, color=(0.6, 0.2, 0.1))
-    for n, line in enumerate(textwrap.wrap(reason, 50, max_lines=4, placeholder=" ...")):
-        drawing.text(width // 2, height // 2 + 8 + 20 * n, line, size=14)
-    return encode_image(drawing.pixels(), "png")
+def _conversation(version: Version, to: IO[bytes], back: IO[bytes]) -> bytes | None:
+    """Name a stream to the process, give it what it asks for, and return the picture."""
+    place = 0
+    to.write(FRAME.pack(DRAWN, 0))
+    to.flush()
+    while len(head := back.read(FRAME.size)) == FRAME.size:
+        kind, count = FRAME.unpack(head)
+        if kind == DRAWN:
+            picture = back.read(count)
+            return picture if len(picture) == count else None
+        piece = version.read(place, count)
+        place += len(piece)
+        to.write(FRAME.pack(READ, len(piece)) + piece)
+        to.flush()
+    return None
+
+
+def _ended(process: "subprocess.Popen[bytes]") -> None:
+    """End the process, and close what leads to it."""
+    process.kill()
+    with suppress(OSError):
+        process.communicate()
+
+
+def _started() -> "subprocess.Popen[bytes]":
+    # The package may lie anywhere on this process's path; the working directory is none of its business.
+    path = os.pathsep.join([str(Path(__file__).parents[2]), *filter(None, sys.path)])
+    return subprocess.Popen(
+        [sys.executable, "-P", "-c", "from upholster.server.drawing import work; work()"],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        env={**os.environ, "PYTHONPATH": path},
+    )

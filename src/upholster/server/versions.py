@@ -5,7 +5,7 @@ import os
 import threading
 import time
 from collections import OrderedDict
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from io import FileIO
 
 __all__ = ["Version", "Versions"]
@@ -37,6 +37,7 @@ class Version:
     size: int
     modified: int
     _state: tuple[int, int]
+    _inode: list[int] = field(default_factory=list)
 
     def read(self, start: int, count: int) -> bytes:
         """Return up to `count` bytes from `start` on: none if the file has been written to since."""
@@ -47,8 +48,19 @@ class Version:
         return piece if self.unchanged() else b""
 
     def unchanged(self) -> bool:
-        """Whether the open file has not been written to since."""
-        return _state(os.fstat(self.file.fileno())) == self._state
+        """Whether the open file has not been written to since.
+
+        A file may be written to and given its old time again. The time of the last change to its inode shows
+        that, but also that it was renamed or replaced: then the content decides.
+        """
+        status = os.fstat(self.file.fileno())
+        if _state(status) != self._state:
+            return False
+        if status.st_ctime_ns not in self._inode:
+            if _tag(self.file) != self.tag or _state(os.fstat(self.file.fileno())) != self._state:
+                return False
+            self._inode[:] = [status.st_ctime_ns]
+        return True
 
 
 class Versions:
@@ -71,20 +83,20 @@ class Versions:
                 if tag is not None:
                     self._known.move_to_end(key)
             if tag is None:
-                file.seek(0)
-                digest = hashlib.file_digest(file, lambda: hashlib.blake2b(digest_size=16))
-                tag = f'"{digest.hexdigest()}"'
-                if _state(os.fstat(file.fileno())) != _state(before):
+                tag = _tag(file)
+                after = os.fstat(file.fileno())
+                if (_state(after), after.st_ctime_ns) != (_state(before), before.st_ctime_ns):
                     continue
-                self._remember(key, tag, before.st_mtime)
+                self._remember(key, tag, before.st_ctime)
             modified = int(min(before.st_mtime, time.time()))
-            return Version(file, tag, before.st_size, modified, _state(before))
+            return Version(file, tag, before.st_size, modified, _state(before), [before.st_ctime_ns])
         return None
 
-    def _remember(self, key: tuple[int, ...], tag: str, modified: float) -> None:
+    def _remember(self, key: tuple[int, ...], tag: str, changed: float) -> None:
         # A file's clock ticks every few milliseconds: one that was written just now may be written again and
-        # look the same.
-        if time.time() - modified < _SETTLED_SECONDS:
+        # look the same. Its inode's time counts, which nobody can set; where it lies ahead, the clock was
+        # set back since.
+        if 0 <= time.time() - changed < _SETTLED_SECONDS:
             return
         with self._lock:
             self._known[key] = tag
@@ -92,6 +104,12 @@ class Versions:
                 self._known.popitem(last=False)
 
 
+def _tag(file: FileIO) -> str:
+    """Return the entity tag of a file's content."""
+    file.seek(0)
+    return f'"{hashlib.file_digest(file, lambda: hashlib.blake2b(digest_size=16)).hexdigest()}"'
+
+
 def _state(status: os.stat_result) -> tuple[int, int]:
-    # Not the time of the last change to the inode: replacing a file touches the old one's.
+    # Without the time of the last change to the inode: replacing a file touches the old one's.
     return status.st_size, status.st_mtime_ns

@@ -1,0 +1,147 @@
+"""Small pictures of streams for the start page, drawn in a process of its own: `upholster.server.thumbnails`.
+
+A stream may be anybody's. What it asks for is bounded by limits of texels, samples and charts before it is
+painted; what they miss, by this process's limit of memory, and by the server, which ends it after some time.
+"""
+
+import os
+import signal
+import struct
+import sys
+import textwrap
+from collections.abc import Callable
+from contextlib import suppress
+from typing import BinaryIO
+
+import numpy as np
+
+from upholster.errors import UpholsterError, printable
+from upholster.geometry import MeshSurface
+from upholster.image import encode_image, from_linear
+from upholster.image.drawing import Drawing
+from upholster.model import tessellate
+from upholster.options import WriteOptions
+from upholster.outputs import TexturedModel
+from upholster.refining import received_exemplar
+from upholster.render import render
+from upholster.server.pages import THUMBNAIL_SIZE
+from upholster.stream import StreamDecoder
+from upholster.writing import painted
+
+__all__ = ["DRAWN", "FRAME", "READ", "draw_thumbnail", "placeholder", "work"]
+
+FRAME = struct.Struct("<cI")
+"""Between server and process: a kind and a number. The server begins a picture with `DRAWN`; the process asks
+with `READ` and a number of bytes, which it gets behind a `READ` with how many they are, fewer at the end; and
+ends with `DRAWN`, a size, and the picture."""
+
+READ, DRAWN = b"r", b"d"
+
+_MOST_MEMORY = 4 << 30
+_PIECE = 1 << 16
+_MOST_READ = 1 << 22
+_MOST_TEXELS = 1 << 24
+_MOST_SAMPLES = 1 << 25
+_MOST_CHARTS = 4096
+_MOST_VIEW = 1 << 26
+_QUADS = 4000
+_GROUND = 232  # about the grey of other pictures' background
+
+
+def draw_thumbnail(read: Callable[[int], bytes]) -> bytes:
+    """Return a picture of a stream as a PNG file's bytes; if it cannot be shown, one that says so.
+
+    At most 4 MiB of the stream are read, or as far as its first view, if that is at most 64 MiB: any prefix
+    is a picture. A model of more than 16 million texels or 4096 charts is shown without its texture.
+
+    Parameters
+    ----------
+    read
+        Returns the next so many bytes of the stream, fewer at its end.
+    """
+    try:
+        return _picture(read)
+    except UpholsterError as error:
+        return placeholder("damaged stream", str(error))
+    except Exception as error:
+        # Too little memory, or a mistake of ours: the page shows its other streams all the same.
+        return placeholder("no preview", f"{type(error).__name__}: {error}")
+
+
+def _picture(read: Callable[[int], bytes]) -> bytes:
+    decoder = StreamDecoder()
+    while decoder.received < (_MOST_VIEW if decoder.needed else _MOST_READ):
+        piece = read(_PIECE)
+        if not piece:
+            break
+        decoder.feed(piece)
+    surface = decoder.surface
+    if decoder.needed or surface is None:
+        return placeholder("cut stream", f"needs {decoder.needed:,} more bytes")
+    height, width, channels = decoder.exemplar_shape
+    texels = sum(chart.height * chart.width for chart in decoder.charts)
+    many = texels > _MOST_TEXELS or len(decoder.charts) > _MOST_CHARTS
+    if many or height * width * channels > _MOST_SAMPLES:
+        if isinstance(surface, MeshSurface):
+            return placeholder("mesh", f"{len(surface.island):,} triangles")
+        mesh = tessellate(surface, quads=_QUADS)
+        linear = render(
+            mesh.positions,
+            mesh.normals,
+            mesh.places,
+            mesh.all_triangles(),
+            None,
+            size=THUMBNAIL_SIZE,
+            threads=1,
+        )
+    else:
+        options = WriteOptions(quads=_QUADS, size=THUMBNAIL_SIZE)
+        base, maps = painted(decoder.quilt(), received_exemplar(decoder), threads=1)
+        linear = TexturedModel(surface, base, options, threads=1, maps=maps).picture()
+    return encode_image(from_linear(linear, "uint8"), "png")
+
+
+def placeholder(title: str, reason: str) -> bytes:
+    """Return a picture of words alone."""
+    width, height = THUMBNAIL_SIZE
+    drawing = Drawing(width, height)
+    drawing.paste(0, 0, np.full((height, width, 3), _GROUND, np.uint8))
+    drawing.text(width // 2, height // 2 - 24, title, size=24, color=(0.6, 0.2, 0.1))
+    for n, line in enumerate(textwrap.wrap(printable(reason), 50, max_lines=4, placeholder=" ...")):
+        drawing.text(width // 2, height // 2 + 8 + 20 * n, line, size=14)
+    return encode_image(drawing.pixels(), "png")
+
+
+def work() -> None:
+    """Draw what the server names on standard input, one stream after the other, until it ends."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the server
+    source, target = sys.stdin.buffer, os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)  # what a library prints is no frame
+    _limit_memory()
+    with suppress(BrokenPipeError):
+        while head := source.read(FRAME.size):
+            FRAME.unpack(head)
+            picture = draw_thumbnail(lambda count: _asked(source, target, count))
+            target.write(FRAME.pack(DRAWN, len(picture)) + picture)
+            target.flush()
+
+
+def _asked(source: BinaryIO, target: BinaryIO, count: int) -> bytes:
+    """Ask the server for the next bytes of the stream."""
+    target.write(FRAME.pack(READ, count))
+    target.flush()
+    head = source.read(FRAME.size)
+    if len(head) < FRAME.size:
+        raise EOFError("the server is gone")
+    return source.read(FRAME.unpack(head)[1])
+
+
+def _limit_memory() -> None:
+    """Let an allocation fail here rather than fill the machine, where the system offers that."""
+    with suppress(ImportError, OSError, ValueError):
+        import resource
+
+        _, most = resource.getrlimit(resource.RLIMIT_AS)
+        least = _MOST_MEMORY if most == resource.RLIM_INFINITY else min(most, _MOST_MEMORY)
+        resource.setrlimit(resource.RLIMIT_AS, (least, most))
+        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
