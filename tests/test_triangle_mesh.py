@@ -23,12 +23,66 @@ def test_neighbours_share_their_edge_the_other_way_round() -> None:
             assert mesh.neighbours[other, met] == 3 * triangle + edge
 
 
-def test_an_edge_of_three_triangles_and_one_run_the_same_way_have_no_neighbours() -> None:
+def test_of_three_triangles_at_an_edge_the_two_in_one_plane_go_on() -> None:
     positions = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, -1, 0), (0, 0, 1)], float)
     three = TriangleMesh(positions, np.array([(0, 1, 2), (1, 0, 3), (0, 1, 4)]))
-    assert (three.neighbours == -1).all()
+    np.testing.assert_array_equal(three.neighbours[:, 0], [3, 0, -1])
+    assert (three.neighbours[:, 1:] == -1).all()
     same_way = TriangleMesh(positions, np.array([(0, 1, 2), (0, 1, 3)]))
     assert (same_way.neighbours == -1).all()
+    three_same_way = TriangleMesh(positions, np.array([(0, 1, 2), (0, 1, 3), (0, 1, 4)]))
+    assert (three_same_way.neighbours == -1).all()
+
+
+def fan(degrees: list[float], rising: list[bool], turn: np.ndarray) -> TriangleMesh:
+    """Return triangles round one edge, at angles seen along it; `rising` ones have their inside below."""
+    a = np.radians(degrees)
+    points = np.stack([np.cos(a), np.sin(a), np.full(len(a), 0.3)], axis=1)
+    positions = np.concatenate([[(0, 0, 0), (0, 0, 1)], points]) @ turn.T
+    ends = [(0, 1) if up else (1, 0) for up in rising]
+    return TriangleMesh(positions, np.array([(*end, n + 2) for n, end in enumerate(ends)]))
+
+
+@pytest.mark.parametrize(
+    ("degrees", "rising", "paired"),
+    [
+        ([0, 180, 90, 270], [True, False, True, False], [1, 0, 3, 2]),  # two planes that cross
+        ([90, 0, 270, 180], [True, False, True, False], [1, 0, 3, 2]),  # two cubes that touch
+        ([10, 190, 10, 190], [True, False, False, True], [1, 0, 3, 2]),  # a sheet with two sides
+        ([0, 10, 180], [True, True, False], [2, -1, 0]),
+        ([0, 170, 200, 20, 90], [True, False, False, True, False], [1, 0, 3, 2, -1]),
+    ],
+)
+def test_surfaces_go_through_an_edge_of_several_as_straight_as_they_can(
+    degrees: list[float], rising: list[bool], paired: list[int]
+) -> None:
+    turns, _ = np.linalg.qr(np.random.default_rng(4).normal(size=(3, 3, 3)))
+    for turn in [np.eye(3), *(m * np.linalg.det(m) for m in turns)]:
+        across = fan(degrees, rising, turn).neighbours[:, 0]
+        np.testing.assert_array_equal(np.where(across >= 0, across // 3, -1), paired)
+
+
+def test_pairs_at_many_edges_are_mutual_opposed_and_leave_nothing_that_fits() -> None:
+    rng = np.random.default_rng(7)
+    edge = rng.integers(0, 9, 60)
+    rising = rng.random(60) < 0.5
+    positions = np.concatenate([rng.normal(size=(18, 3)), rng.normal(size=(60, 3))])
+    ends = np.stack([2 * edge + rising, 2 * edge + ~rising], axis=1)
+    mesh = TriangleMesh(positions, np.column_stack([ends, 18 + np.arange(60)]))
+    across = mesh.neighbours[:, 0]
+    assert (mesh.neighbours[:, 1:] == -1).all()
+    paired = np.flatnonzero(across >= 0)
+    np.testing.assert_array_equal(across[across[paired] // 3] // 3, paired)
+    np.testing.assert_array_equal(edge[across[paired] // 3], edge[paired])
+    assert (rising[across[paired] // 3] != rising[paired]).all()
+    for number in range(9):
+        own = np.flatnonzero(edge == number)
+        assert (across[own] >= 0).sum() == 2 * min(rising[own].sum(), (~rising[own]).sum())
+        # The flattest of all possible pairs is one of them.
+        cosine = mesh.flat_normals[own] @ mesh.flat_normals[own].T
+        cosine[rising[own][:, None] == rising[own]] = -2
+        a, b = np.unravel_index(cosine.argmax(), cosine.shape)
+        assert across[own[a]] == 3 * own[b] or cosine.max() == -2
 
 
 def test_areas_normals_and_size_are_those_of_the_tetrahedron() -> None:

@@ -11,7 +11,7 @@ from tests.charts.test_mesh_layout import sheet
 from upholster import paint
 from upholster.charts.mesh_layout import chart_places, mesh_charts, mesh_fields, triangle_frames
 from upholster.charts.subdivision import subdivided
-from upholster.geometry import MeshSurface, TriangleMesh
+from upholster.geometry import MeshSurface, TriangleMesh, welded
 from upholster.measure import mesh_mapping, mesh_seams, mesh_texel_scale
 from upholster.methods.quilt.mesh._frame_kernels import Canvases, locate_texels, nearest_texels
 from upholster.methods.quilt.mesh._sheet_kernels import MOST_SHEETS
@@ -136,6 +136,33 @@ def test_a_block_reaches_as_far_as_its_square_and_no_farther() -> None:
         )
         assert np.abs(shown / area - 1).mean() < 0.05
         assert shown.sum() == pytest.approx((2 * 12 / SCALE) ** 2, rel=0.6)
+
+
+def test_surfaces_that_touch_have_vertices_of_their_own_where_blocks_are_unfolded() -> None:
+    # Two sheets that cross in a line, and touch a third one at a point.
+    flat = sheet()
+    corners = flat.mesh.corners - [1, 1, 0]
+    upright = corners[..., [0, 2, 1]]
+    beside = corners + np.array([2, 2, 0])
+    positions, vertex = welded(np.round(np.concatenate([corners, upright, beside]).reshape(-1, 3), 9))
+    mesh = TriangleMesh(positions, vertex.reshape(-1, 3))
+    count = len(corners)
+    assert len(positions) < 3 * len(flat.mesh.positions)
+    island = np.arange(3 * count) // count
+    surface = MeshSurface(mesh, island, np.concatenate([flat.parameters] * 3))
+    assert not surface.is_seam.any()  # each goes through the other
+    vectors = np.tile([1.0, 0.0, 0.0], (3 * count, 3, 1))
+    charts = mesh_charts(surface, DENSITY)
+    found = mesh_arrays(subdivided(surface, vectors, 2.0), charts)
+    np.testing.assert_array_equal(found.positions[found.triangles], mesh.corners)
+    own = [set(found.triangles[island == n].ravel().tolist()) for n in range(3)]
+    assert not own[0] & own[1] | own[0] & own[2] | own[1] & own[2]
+    quilt = covered(surface, vectors)
+    for index, places in enumerate(_texels_inside(surface, quilt)):
+        owners = quilt.owners(index, 0, 0, quilt.charts[index].height, quilt.charts[index].width)
+        assert (owners[places] > 0).mean() > 0.995
+    whole = mesh_arrays(subdivided(flat, vectors[:count], 2.0), mesh_charts(flat, DENSITY))
+    np.testing.assert_array_equal(whole.triangles, flat.mesh.triangles)
 
 
 @pytest.mark.parametrize("make", [lambda: patches(sphere(16)), lambda: patches(torus(24, 60))])

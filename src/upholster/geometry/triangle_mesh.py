@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from upholster.errors import InputError
+from upholster.geometry.edge_pairs import edge_pairs
 from upholster.shown import Shown, on_a_line
 from upholster.types import FloatArray, IntArray, frozen_array
 
@@ -121,11 +122,12 @@ class TriangleMesh(Shown):
     def neighbours(self) -> IntArray:
         """What lies across each triangle's edges, (T, 3) int32: triangle · 3 + its edge, or −1.
 
-        Edge k runs from corner k to corner (k + 1) mod 3. Across is the one triangle that has the same edge
-        the other way round. At borders, and where more triangles share an edge, or two run along it the same
-        way, there is none. Triangles that name a vertex twice count as if they were not there.
+        Edge k runs from corner k to corner (k + 1) mod 3. Across is a triangle that has the same edge the
+        other way round: the one that there is, or of several the one that lies most nearly in one plane; see
+        `edge_pairs`. At borders, and where two run along an edge the same way, there is none. Triangles that
+        name a vertex twice count as if they were not there.
         """
-        return frozen_array(_neighbours(self.triangles, len(self.positions)))
+        return frozen_array(edge_pairs(self.positions, self.triangles))
 
     def of_parts(self, chosen: Sequence[int]) -> NDArray[np.bool_]:
         """Return which triangles belong to some of the parts, (T,)."""
@@ -277,22 +279,3 @@ def _check_arrays(mesh: TriangleMesh, count: int) -> None:
     for name, array, shape in (("uv", mesh.uv, (count, 3, 2)), ("normals", mesh.normals, (count, 3, 3))):
         if array is not None and (array.shape != shape or not np.isfinite(array).all()):
             raise InputError(f"{name} have shape {array.shape}; allowed: {shape}, finite numbers")
-
-
-def _neighbours(triangles: IntArray, vertices: int) -> IntArray:
-    first = triangles.astype(np.int64)
-    last = np.roll(first, -1, axis=1)
-    low, high = np.minimum(first, last).ravel(), np.maximum(first, last).ravel()
-    keys = low * vertices + high
-    keys[np.repeat((first == last).any(axis=1), 3)] = -1  # a line or a point parts nothing
-    order = np.argsort(keys, kind="stable")
-    ranked = keys[order]
-    starts = np.flatnonzero(np.concatenate([[True], ranked[1:] != ranked[:-1]]))
-    counts = np.diff(np.concatenate([starts, [len(ranked)]]))
-    a, b = order[starts[counts == 2]], order[starts[counts == 2] + 1]
-    rising = (first < last).ravel()
-    proper = (rising[a] != rising[b]) & (a // 3 != b // 3) & (keys[a] >= 0)
-    a, b = a[proper], b[proper]
-    out = np.full(3 * len(triangles), -1, np.int32)
-    out[a], out[b] = b, a
-    return out.reshape(-1, 3)

@@ -187,14 +187,18 @@ def _report(surface: MeshSurface, scaled: TriangleMesh, wanted: NDArray[np.bool_
 
 
 def _notes(mesh: TriangleMesh) -> list[str]:
-    """Say what is odd about a mesh where seams come of it."""
+    """Say what is odd about a mesh where seams may come of it."""
     ends = np.sort(np.stack([mesh.triangles, np.roll(mesh.triangles, -1, axis=1)], axis=-1), axis=-1)
-    keys = (ends[..., 0].astype(np.int64) * len(mesh.positions) + ends[..., 1])[mesh.neighbours < 0]
-    _, uses = np.unique(keys, return_counts=True)
-    several, turned = int((uses > 2).sum()), int((uses == 2).sum())
+    keys = (ends[..., 0].astype(np.int64) * len(mesh.positions) + ends[..., 1]).ravel()
+    _, edge, uses = np.unique(keys, return_inverse=True, return_counts=True)
+    alone = np.bincount(edge.ravel(), mesh.neighbours.ravel() < 0)
+    several, turned = int((uses > 2).sum()), int(((uses == 2) & (alone == 2)).sum())
     notes = []
     if several:
-        notes.append(f"{several} edges belong to three or more triangles: they are seams")
+        notes.append(
+            f"{several} edges belong to three or more triangles: those go on there that lie in one plane, or "
+            "most nearly"
+        )
     if turned:
         notes.append(f"at {turned} edges triangles turn different ways: they are seams")
     return notes

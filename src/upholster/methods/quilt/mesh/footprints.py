@@ -7,9 +7,10 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from upholster.charts.mesh_directions._kernels import corner_fans
 from upholster.charts.mesh_layout import chart_places, triangle_frames
 from upholster.charts.subdivision import Subdivided
-from upholster.geometry import MeshSurface
+from upholster.geometry import MeshSurface, TriangleMesh
 from upholster.methods.quilt.mesh._sheet_kernels import (
     FIT,
     MOST_SHEETS,
@@ -21,7 +22,7 @@ from upholster.methods.quilt.mesh._unfold_kernels import MeshArrays, UnfoldScrat
 from upholster.parallel import run_tasks
 from upholster.quilt.chart import Chart
 from upholster.quilt.warp_field import FIELD_STEP, UNIT, WarpField
-from upholster.types import FloatArray, IntArray
+from upholster.types import FloatArray, IntArray, frozen_array
 
 __all__ = ["Centres", "Footprints", "field_arrays", "find_footprints", "mesh_arrays"]
 
@@ -65,12 +66,14 @@ class Footprints:
 def mesh_arrays(fine: Subdivided, charts: Sequence[Chart], crease: float | None = None) -> MeshArrays:
     """Return a subdivided surface as kernels take it, with its places on working charts.
 
-    Blocks do not go on over edges at which the surface turns by `crease` degrees or more.
+    Blocks do not go on over edges at which the surface turns by `crease` degrees or more. Where surfaces only
+    touch each other at a vertex, each gets a vertex of its own: blocks are unfolded from vertex to vertex.
     """
     surface, mesh = fine.surface, fine.surface.mesh
     along, down = triangle_frames(surface, fine.vectors)
-    owner = np.argsort(mesh.triangles.ravel(), kind="stable")
-    first = np.searchsorted(mesh.triangles.ravel()[owner], np.arange(len(mesh.positions) + 1))
+    positions, triangles = _parted(mesh)
+    owner = np.argsort(triangles.ravel(), kind="stable")
+    first = np.searchsorted(triangles.ravel()[owner], np.arange(len(positions) + 1))
     places = chart_places(surface, charts) - 0.5
     seam, crossing = _crossings(surface, places)
     across = mesh.neighbours.copy()
@@ -79,8 +82,8 @@ def mesh_arrays(fine: Subdivided, charts: Sequence[Chart], crease: float | None 
         turned = (normals[:, None] * normals[across // 3]).sum(axis=2) <= np.cos(np.radians(crease))
         across[turned] = seam[turned] = -1
     return MeshArrays(
-        mesh.positions,
-        mesh.triangles,
+        positions,
+        triangles,
         across,
         first.astype(np.int64),
         (owner // 3).astype(np.int32),
@@ -92,10 +95,24 @@ def mesh_arrays(fine: Subdivided, charts: Sequence[Chart], crease: float | None 
         surface.island,
         seam,
         crossing,
-        np.bincount(mesh.triangles.ravel(), np.repeat(mesh.areas / 3, 3), len(mesh.positions)).astype(
-            np.float64
-        ),
+        np.bincount(triangles.ravel(), np.repeat(mesh.areas / 3, 3), len(positions)).astype(np.float64),
     )
+
+
+def _parted(mesh: TriangleMesh) -> tuple[FloatArray, IntArray]:
+    """Return positions and triangles, with a vertex for each fan of triangles that hangs together round one.
+
+    Where all of a vertex hang together nothing changes.
+    """
+    fan = np.empty(mesh.triangles.shape, np.int32)
+    count = corner_fans(mesh.neighbours, fan)
+    vertex = np.empty(count, np.int32)  # of each fan
+    vertex[fan.ravel()] = mesh.triangles.ravel()
+    is_more = np.ones(count, np.bool_)
+    is_more[np.unique(vertex, return_index=True)[1]] = False  # the first fan of each keeps its number
+    number = np.where(is_more, len(mesh.positions) - 1 + np.cumsum(is_more), vertex).astype(np.int32)
+    positions = np.concatenate([mesh.positions, mesh.positions[vertex[is_more]]])
+    return frozen_array(positions), frozen_array(number[fan])
 
 
 def _crossings(surface: MeshSurface, places: FloatArray) -> tuple[IntArray, FloatArray]:
