@@ -6,6 +6,7 @@ first, which is a change of the format.
 
 import hashlib
 import json
+import struct
 import sys
 from pathlib import Path
 from typing import Any
@@ -20,10 +21,13 @@ from streams import bent, changed, covered, leaning, noise, stream, woven
 from upholster.geometry import Surface, surface_from_spec
 from upholster.quilt import Chart, Quilt
 from upholster.quilt.placement import PLACEMENT
-from upholster.quilt.plans import PlacementList
+from upholster.quilt.plans import ChartGrid, GridPlan, PlacementList
+from upholster.quilt.plans.grid import BLOCK
 from upholster.stream import StreamDecoder, encode_stream
+from upholster.stream.chunks import ChunkReader, assembled, pack_chunk
 
 FOLDER = Path(__file__).parent / "vectors"
+REFUSED = FOLDER / "refused"
 
 
 def smallest() -> Any:
@@ -58,6 +62,40 @@ def vectors() -> Any:
         quilt = sheets(rng, charts, (64, 72), 60, bent(rng, charts))
         yield name, encode_stream(mesh, quilt, noise(64, 72))
     yield "centre_matrices", encode_stream(*leaning(spec="cone", texels=5_000))
+
+
+def refused() -> Any:
+    """Yield the name and the bytes of each stream that no decoder may take, whole but for one number."""
+    surface, quilt, exemplar = covered("cylinder")
+    chart, empty = Chart(0, 32, 32), np.zeros(0, np.uint8)
+    block = np.zeros(1, BLOCK)
+    block["row"], block["column"], block["height"], block["width"], block["link"] = 8, 8, 16, 16, -1
+    grid = ChartGrid(0, 2, 1, 8, 8, 16, 16, 2**20, 16, 0, 2, 0, 1)  # its second row lies far beyond
+    far = Quilt((chart,), (32, 40), GridPlan((grid,), 0, block, empty))
+    yield "grid_beyond", encode_stream(surface_from_spec("plane"), far, noise())
+    depth = noise(*exemplar.shape[:2], 1, np.float32)
+    chunks = chunks_of(encode_stream(surface, quilt, exemplar, maps={"height": depth}))
+    wide = [
+        (tag, data[:-8] + struct.pack("<ff", -3e38, 3e38) if tag == "R" else data) for tag, data in chunks
+    ]
+    yield "range_beyond", rebuilt(wide)
+    grey = chunks_of(encode_stream(surface, quilt, exemplar, maps={"normel": noise(*exemplar.shape[:2], 1)}))
+    yield "normal_of_one_channel", rebuilt([(tag, data.replace(b"normel", b"normal")) for tag, data in grey])
+    yield "chunks_4097", rebuilt([*chunks_of(smallest()), *[("a", b"")] * 4091])
+
+
+def chunks_of(data: bytes) -> list[tuple[str, bytes]]:
+    """Return the tags and payloads of a whole stream."""
+    reader = ChunkReader()
+    reader.feed(data)
+    return [(c.tag, data[c.payload_offset : c.payload_offset + c.length]) for c in reader.chunks]
+
+
+def rebuilt(chunks: list[tuple[str, bytes]]) -> bytes:
+    """Return a stream of chunks, lengths and checksums right; the first view ends with X."""
+    packed = [pack_chunk(*chunk) for chunk in chunks]
+    first = 1 + [tag for tag, _ in chunks].index("X")
+    return assembled(packed[:first], packed[first:])
 
 
 def decoded(data: Any) -> Any:
@@ -98,3 +136,9 @@ if __name__ == "__main__":
             path.write_bytes(data)
             path.with_suffix(".json").write_text(json.dumps(decoded(data), indent=1) + "\n")
             print(f"{path.name}: {len(data)} bytes")
+    REFUSED.mkdir(exist_ok=True)
+    for name, data in refused():
+        path = REFUSED / f"{name}.uph"
+        if not path.exists():
+            path.write_bytes(data)
+            print(f"refused {path.name}: {len(data)} bytes")

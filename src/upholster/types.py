@@ -6,7 +6,7 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["FloatArray", "IntArray", "PixelArray", "Progress", "frozen_array", "int64"]
+__all__ = ["MAX_SAMPLE", "FloatArray", "IntArray", "PixelArray", "Progress", "frozen_array", "int64"]
 
 FloatArray = NDArray[np.float64]
 """Geometry and coefficients: always float64."""
@@ -20,6 +20,9 @@ PixelArray = NDArray[Any]
 Progress = Callable[[str, int, int], None]
 """``progress(stage, done, total)``: called from the main thread, done counts up to total."""
 
+
+MAX_SAMPLE = 65504.0
+"""Largest magnitude of a float sample (that of a half float): squared differences stay far below overflow."""
 
 int64: Any = np.int64
 """For kernels, in which numbers of 64 bits and Python's are the same, but not to the type checker."""

@@ -71,6 +71,7 @@ def test_a_budget_is_shared() -> None:
         ({"albedo": (64, 72, 3)}, "role 'albedo' comes twice"),
         ({"normal": (64, 71, 3)}, "map 'normal' has shape"),
         ({"normal": (64, 72, 5)}, "map 'normal' has shape"),
+        ({"normal": (64, 72, 1)}, "map 'normal' has 1 channels; allowed: 3"),
         ({f"m{n}": (64, 72, 1) for n in range(16)}, "stream has 17 maps; allowed: 16"),
     ],
 )

@@ -4,6 +4,7 @@ import { ByteReader, GrowingBytes, UphError, crc32 } from './bytes.js'
 
 const MAGIC = [117, 112, 104, 0] // "uph", version
 const MAX_FILE = 2 ** 30
+const MAX_CHUNKS = 4096
 const CRC_BYTES = 4
 
 // What each chunk comes after, how long it may be, and which may come more than once.
@@ -24,6 +25,7 @@ export class ChunkReader {
     this.view = 0 // where the first view is complete
     this.start = 0 // how many bytes are used
     this.chunk = null
+    this.count = 0 // of chunks begun
     this.seen = ''
     this.buffer = new GrowingBytes() // bytes not used yet
   }
@@ -97,6 +99,7 @@ export class ChunkReader {
     const length = reader.varint(`length of chunk ${tag}`, Math.max(0, this.total - offset - 6))
     const payload = offset + reader.place
     if (payload + length + CRC_BYTES > this.total) fail(`chunk ${tag} ends behind the end of the file`, offset)
+    if (++this.count > MAX_CHUNKS) fail(`chunk ${this.count}; allowed: ${MAX_CHUNKS} in a file`, offset)
     this.chunk = { tag, length, offset, payload, left: length, crc: crc32(head.subarray(0, reader.place), 0) }
     return reader.place
   }

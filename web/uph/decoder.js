@@ -164,6 +164,7 @@ export class UphDecoder {
     reader.end("a map's header")
     const first = this.#maps.get('albedo').header
     if (header.height !== first.height || header.width !== first.width) reader.fail('a map has another size', 0)
+    if (role === 'normal') reader.within(header.channels, 'number of channels of map normal', 3, 3, 0)
     let samples = header.height * header.width * header.channels
     for (const { header: one } of this.#maps.values()) samples += one.height * one.width * one.channels
     reader.within(samples, 'number of samples of all maps', 1, MAX_MAP_SAMPLES, 0)

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from upholster.codec.tree import tree_size
 from upholster.errors import FormatError
+from upholster.types import MAX_SAMPLE
 from upholster.wavelet.lifting import MAX_LEVELS, Wavelet
 
 __all__ = ["MAX_PLACES", "MAX_SAMPLES", "MOST_THRESHOLDS", "ImageHeader"]
@@ -157,9 +158,10 @@ class ImageHeader:
             place += 4 * MOST_THRESHOLDS
             _check_ranges(offset, *(("threshold", value, 0, 2**24 - 1) for value in thresholds))
         low, high = struct.unpack_from("<ff", data, place) if depth == 2 else (0.0, 1.0)
-        if not (np.isfinite(low) and np.isfinite(high) and low <= high):
+        if not -MAX_SAMPLE <= low <= high <= MAX_SAMPLE:  # false for NaN as well
             raise _fault(
-                offset + place, f"the image header's range is {low}, {high}; allowed: finite, rising"
+                offset + place,
+                f"the image header's range is {low}, {high}; allowed: rising, within ±{MAX_SAMPLE:.0f}",
             )
         return cls(
             height,

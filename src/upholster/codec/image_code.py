@@ -14,7 +14,7 @@ from upholster.codec.header import MAX_PLACES, MAX_SAMPLES, ImageHeader
 from upholster.codec.thresholds import from_coded, share_thresholds, to_coded
 from upholster.codec.tree import LL, Band, Tree, build_tree, tree_size
 from upholster.errors import InputError, check_whole
-from upholster.types import PixelArray
+from upholster.types import MAX_SAMPLE, PixelArray
 from upholster.wavelet.lifting import MAX_LEVELS, WAVELETS, Wavelet, band_norms, forward, inverse
 
 __all__ = ["ImageDecoder", "check_image", "encode_parts"]
@@ -294,8 +294,10 @@ def _integers(image: PixelArray) -> tuple[NDArray[np.int32], float, float]:
     if image.dtype != np.float32:
         return image.astype(np.int32), 0.0, 1.0
     low, high = float(image.min()), float(image.max())
-    if not (np.isfinite(low) and np.isfinite(high)):
-        raise InputError("image has samples that are not finite")
+    if not -MAX_SAMPLE <= low <= high <= MAX_SAMPLE:  # false for NaN as well
+        raise InputError(
+            f"image has samples from {low:g} to {high:g}; allowed: finite, within ±{MAX_SAMPLE:.0f}"
+        )
     scale = 65535 / (high - low) if high > low else 0.0
     return np.rint((image.astype(np.float64) - low) * scale).astype(np.int32), low, high
 

@@ -23,7 +23,7 @@ from upholster.image.preparing import MAX_SIDE, MIN_SIDE, check_resize, cut_out,
 from upholster.image.profiles import PHOTOS, Notes, ink_samples, is_cmyk, tell, to_srgb
 from upholster.image.rectify import Corners
 from upholster.options import SampleOptions
-from upholster.types import PixelArray
+from upholster.types import MAX_SAMPLE, PixelArray
 
 __all__ = ["check_exemplar", "check_white", "read_exemplar", "read_image"]
 
@@ -36,9 +36,6 @@ PIXELS_VARIABLE = "UPHOLSTER_MAX_PIXELS"
 MAX_PIXELS = 200_000_000
 """The same where the variable is not set: the largest photos of telephones. A file of 1 MB may hold 1,000
 million pixels of one colour, which take a minute and gigabytes to decode."""
-
-MAX_SAMPLE = 65504.0
-"""Largest magnitude of a float sample (that of a half float): squared differences stay far below overflow."""
 
 _FORMATS = ("png", "jpeg", "webp", "tiff", "openexr")
 _ALLOWED = "allowed: PNG, JPEG, WebP, TIFF, OpenEXR, HEIC, AVIF"

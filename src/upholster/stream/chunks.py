@@ -12,6 +12,7 @@ __all__ = ["MAGIC", "MAX_FILE", "VERSION", "Chunk", "ChunkReader", "assembled", 
 MAGIC = b"uph"
 VERSION = 0
 MAX_FILE = 2**30
+MOST_CHUNKS = 4096
 _CRC = struct.Struct("<I")
 _LONGEST_HEADER = 14
 
@@ -173,6 +174,10 @@ class ChunkReader:
         if chunk.end > total:
             raise FormatError(
                 f"byte {self._start}: chunk {tag!r} ends at {chunk.end}; the file ends at {total}"
+            )
+        if len(self.chunks) == MOST_CHUNKS:
+            raise FormatError(
+                f"byte {self._start}: chunk {MOST_CHUNKS + 1}; allowed: {MOST_CHUNKS} in a file"
             )
         used = fields.offset - self._start
         self._crc = zlib.crc32(buffer[:used])

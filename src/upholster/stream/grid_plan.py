@@ -315,6 +315,9 @@ def _parse_grid(reader: ByteReader, n: int, chart: Chart, before: ChartGrid) -> 
         least, most = _LEAST.get(name, -_FAR), _MOST.get(name, _FAR)
         if not least <= values[name] <= most:
             raise reader.error(f"{name} of a grid is {values[name]}; allowed: {least} to {most}")
+    for first, count, step in (("first_row", "rows", "step_row"), ("first_column", "across", "step_column")):
+        if (last := values[first] + (values[count] - 1) * values[step]) > _FAR:
+            raise reader.error(f"last position of a grid is {last}; allowed: up to {_FAR}")
     positions = values["rows"] * values["across"]
     return ChartGrid(
         chart=n,

@@ -327,6 +327,8 @@ class StreamDecoder(Shown):
                 f"byte {offset}: map {role!r} is {header.width}×{header.height}×{header.channels}; "
                 "allowed: as the exemplar, 1 to 4 channels"
             )
+        if role == "normal" and header.channels != 3:
+            raise FormatError(f"byte {offset}: map 'normal' has {header.channels} channels; allowed: 3")
         samples = sum(image.coefficients for image in self._maps.values())
         samples += header.height * header.width * header.channels
         if samples > MAX_MAP_SAMPLES:

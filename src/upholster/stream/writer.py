@@ -164,6 +164,8 @@ def _check_maps(quilt: Quilt, exemplar: PixelArray, maps: Mapping[str, PixelArra
             raise InputError(
                 f"map {role!r} has shape {image.shape}; allowed: as the exemplar, 1 to 4 channels"
             )
+        if role == "normal" and image.shape[2] != 3:
+            raise InputError(f"map 'normal' has {image.shape[2]} channels; allowed: 3")
     samples = exemplar.size + sum(image.size for image in maps.values())
     if samples > MAX_MAP_SAMPLES:
         raise InputError(f"maps have {samples} samples; allowed: {MAX_MAP_SAMPLES} in a stream")

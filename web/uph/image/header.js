@@ -32,7 +32,8 @@ export function parseImageHeader(reader, maxSide, maxChannels) {
   if (depth === 2) {
     low = reader.float('low', 4)
     high = reader.float('high', 4)
-    if (low > high) reader.fail(`range is ${low} to ${high}; allowed: rising`)
+    reader.within(low, 'low', -65504, high)
+    reader.within(high, 'high', low, 65504)
   }
   const header = { height, width, channels, wavelet, color, depth, levels, plane, fineness, means, matrix, thresholds, low, high }
   reader.within(paddedPlaces(header), 'places with padding', 1, MAX_PLACES, start)

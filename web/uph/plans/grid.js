@@ -102,6 +102,12 @@ export class GridPlan extends Plan {
       const [, least, most] = GRID_NUMBERS[name]
       grid[name] = reader.within(guess + fromZigzag(codes[n]), `${name} of a grid`, least, most, reader.place)
     }
+    for (const last of [
+      grid.firstRow + (grid.rows - 1) * grid.stepRow,
+      grid.firstColumn + (grid.columns - 1) * grid.stepColumn,
+    ]) {
+      reader.within(last, 'last position of a grid', -FAR, FAR, reader.place)
+    }
     grid.transferred = reader.varint('number of transferred blocks', MAX_PLACEMENTS)
     grid.positions = grid.rows * grid.columns
     grid.own = grid.positions - reader.varint('number of positions skipped', grid.positions)
