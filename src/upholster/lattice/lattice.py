@@ -2,22 +2,38 @@
 
 from dataclasses import dataclass
 from itertools import combinations
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from upholster.lattice.following import Followed, follow, pixel_phases
+from upholster.lattice.generators import TOLERANCE, generators
+from upholster.lattice.peaks import LEAST_PERIODS, Peak, periods, spectrum_peaks
+from upholster.lattice.planes import Plane, planes, reduced
 from upholster.types import FloatArray, PixelArray, frozen_array
 
 __all__ = ["Lattice", "find_lattice"]
 
-TURN = 65536
-"""Units of phase in a turn."""
+_LOOKED_AT = 160
+"""Pixels of the shorter side that are looked at, and less than twice as many: larger samples are reduced."""
 
-_LEAST_PERIODS = 3
-_LEAST_PERIOD = 4.0
-_PEAKS = 10
-_GATE = 0.7
-_STEPS = 3
+_LEAST_SIDE = 32
+
+_LEAST_PROMINENCE = 16.0
+"""Of a peak that counts at all."""
+
+_CANDIDATES = 12
+"""Waves that are followed, at most."""
+
+_COMBINED = 6
+"""Of these, the most prominent, sums and differences are looked at too."""
+
+_MULTIPLES = np.array([-5, -4, -3, -2, -1, 1, 2, 3, 4, 5])
+"""Of a wave: they say nothing that the wave does not."""
+
+_SURE = 0.55
+"""Certainty below which a wave is left out."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,110 +64,103 @@ class Lattice:
 def find_lattice(exemplar: PixelArray) -> Lattice | None:
     """Find the one or two waves at which a sample repeats.
 
+    Peaks that stand out of the spectrum of its brightness, or of its edges, are followed over the sample.
+    Of those that go through it steadily, the two are taken of which all other peaks are whole multiples or
+    sums of such; one, where there are no two. Arithmetic is on whole numbers or in a fixed order: the same
+    sample gives the same lattice on every machine.
+
     Parameters
     ----------
     exemplar
-        (H, W, C), as `upholster.synthesize` takes it.
+        (H, W, C), any number of channels; uint8, uint16 or float32.
 
     Returns
     -------
     Lattice or None
-        None where nothing repeats surely.
+        None where nothing repeats surely, at least three times.
     """
-    plane = _plane(exemplar)
-    if min(plane.shape) < 16 or not plane.any():  # a small sample, or one colour
+    height, width = exemplar.shape[:2]
+    if min(height, width) < _LEAST_SIDE:
         return None
-    waves, powers = _peaks(plane)
-    if not len(waves):
-        return None
-    chosen = _chosen(waves, powers)
-    found = [_followed(plane, wave) for wave in chosen]
-    sure = [n for n, (_, _, certainty) in enumerate(found) if certainty >= _GATE]
-    if not sure:
+    by = max(1, min(height, width) // _LOOKED_AT)
+    looked_at = planes(reduced(exemplar, by))
+    peaks = [
+        peak
+        for index, plane in enumerate(looked_at)
+        for peak in spectrum_peaks(plane, index, _LEAST_PROMINENCE)
+    ]
+    shape = looked_at[0].shape
+    sure = _sure_waves(looked_at, peaks)
+    sure += _differences(sure, shape)
+    waves = np.array([wave.wave for wave in sure]).reshape(-1, 2)
+    chosen = generators(waves, np.array([wave.prominence for wave in sure]), peaks, shape)
+    if not chosen:
         return None
     return Lattice(
-        np.stack([found[n][0] for n in sure]),
-        np.stack([found[n][1] for n in sure]),
-        np.array([found[n][2] for n in sure]),
+        waves[chosen] / by,
+        np.stack([_pixel_phases(sure[n], by, (height, width)) for n in chosen]),
+        np.array([sure[n].certainty for n in chosen]),
     )
 
 
-def _plane(exemplar: PixelArray) -> FloatArray:
-    colors = exemplar[:, :, : exemplar.shape[2] - (exemplar.shape[2] in (2, 4))]
-    plane: FloatArray = colors.sum(axis=2, dtype=np.float64)
-    plane -= plane.mean()
-    return plane
+class _Wave(NamedTuple):
+    # A wave that is sure: one that was followed, or a sum or difference of two such.
+    wave: FloatArray
+    prominence: float
+    certainty: float
+    parts: tuple[tuple[int, Followed], ...]  # signs and waves
 
 
-def _peaks(plane: FloatArray) -> tuple[FloatArray, FloatArray]:
-    # Waves (n, 2) at which the spectrum is highest, and their power, highest first.
-    height, width = plane.shape
-    window = np.hanning(height + 2)[1:-1, None] * np.hanning(width + 2)[1:-1]
-    size = 2 * height, 2 * width
-    power = np.abs(np.fft.fft2((plane - plane.mean()) * window, size)) ** 2
-    f, g = np.fft.fftfreq(size[0])[:, None], np.fft.fftfreq(size[1])
-    allowed = (np.abs(f) * height + np.abs(g) * width >= _LEAST_PERIODS) & (
-        np.hypot(f, g) <= 1 / _LEAST_PERIOD
-    )
-    allowed &= (f > 0) | ((f == 0) & (g > 0))
-    highest = power
-    for axis in (0, 1):
-        shifted = [np.roll(highest, step, axis) for step in range(-3, 4)]
-        highest = np.maximum.reduce(shifted)
-    i, j = np.nonzero(allowed & (power == highest))
-    order = np.argsort(-power[i, j], kind="stable")[:_PEAKS]
-    i, j = i[order], j[order]
-    return np.stack([f[i, 0], g[j]], axis=1), power[i, j]
-
-
-def _chosen(waves: FloatArray, powers: FloatArray) -> list[FloatArray]:
-    # The two that explain most: peaks at whole combinations of them.
-    best: tuple[int, ...] = (0,)
-    value = 0.0
-    step = np.mgrid[-4:5, -4:5].reshape(2, -1).T
-    for a, b in combinations(range(len(waves)), 2):
-        pair = waves[[a, b]]
-        sine = abs(np.linalg.det(pair)) / (np.linalg.norm(pair[0]) * np.linalg.norm(pair[1]))
-        if sine < 0.3:
-            continue
-        made = step @ pair
-        away = np.linalg.norm(waves[:, None] - made, axis=2).min(axis=1)
-        explained = float(powers[away < 0.15 * np.linalg.norm(pair, axis=1).min()].sum())
-        if explained > 1.05 * value:
-            best, value = (a, b), explained
-    return [waves[n] for n in best]
-
-
-def _followed(plane: FloatArray, wave: FloatArray) -> tuple[FloatArray, NDArray[np.int16], float]:
-    # The wave, refined; its phase at each pixel; and how sure it is.
-    height, width = plane.shape
-    rows, columns = np.arange(height)[:, None], np.arange(width)
-    sigma = 1.0 / float(np.hypot(*wave))
-    weights = _smoothed(np.ones((height, width)), sigma)
-    for _ in range(_STEPS + 1):
-        turns = rows * wave[0] + columns * wave[1]
-        product = plane * np.exp(-2j * np.pi * turns)
-        low = (_smoothed(product.real, sigma) + 1j * _smoothed(product.imag, sigma)) / weights
-        down = np.angle((low[1:] * low[:-1].conj()).sum()) / (2 * np.pi)
-        right = np.angle((low[:, 1:] * low[:, :-1].conj()).sum()) / (2 * np.pi)
-        wave, used = wave + np.array([down, right]), wave
-    turns = rows * used[0] + columns * used[1] + np.angle(low) / (2 * np.pi)
-    phases = np.rint(turns * TURN).astype(np.int64).astype(np.int16)
-    size = np.abs(low)
-    steady = 1 - float((size < 0.4 * np.median(size)).mean()) / 0.1
-    return used, phases, max(0.0, steady)
-
-
-def _smoothed(plane: FloatArray, sigma: float) -> FloatArray:
-    # A Gaussian of `sigma` pixels; nothing beyond the borders.
-    reach = int(3 * sigma + 1)
-    taps = np.exp(-0.5 * (np.arange(-reach, reach + 1) / sigma) ** 2)
-    taps /= taps.sum()
-    padded = np.pad(plane, reach)
-    out = np.zeros((plane.shape[0], padded.shape[1]))
-    for k, tap in enumerate(taps):
-        out += tap * padded[k : k + plane.shape[0]]
-    found = np.zeros_like(plane)
-    for k, tap in enumerate(taps):
-        found += tap * out[:, k : k + plane.shape[1]]
+def _sure_waves(looked_at: list[Plane], peaks: list[Peak]) -> list[_Wave]:
+    # The most prominent peaks, each followed on the plane that shows it best; none twice, and no multiples.
+    shape = looked_at[0].shape
+    taken: list[Peak] = []
+    for peak in sorted(peaks, key=lambda peak: -peak.prominence):
+        if len(taken) < _CANDIDATES and not _repeats(peak.wave, [other.wave for other in taken], shape):
+            taken.append(peak)
+    found = []
+    for peak in taken:
+        followed = follow(looked_at[peak.plane], peak.wave)
+        certainty = _certainty(peak, followed)
+        if certainty >= _SURE and periods(followed.wave, shape) >= LEAST_PERIODS:
+            found.append(_Wave(followed.wave, peak.prominence, certainty, ((1, followed),)))
     return found
+
+
+def _repeats(wave: FloatArray, others: list[FloatArray], shape: tuple[int, int]) -> bool:
+    # Whether a wave is one of others, or a multiple of one.
+    if not others:
+        return False
+    away = wave * shape - _MULTIPLES[:, None, None] * (np.array(others) * shape)
+    return bool(((away * away).sum(axis=2) <= (2 * TOLERANCE) ** 2).any())
+
+
+def _differences(sure: list[_Wave], shape: tuple[int, int]) -> list[_Wave]:
+    # The lattice's slowest waves are often weak, but the difference of two strong ones.
+    found: list[_Wave] = []
+    for a, b in combinations(sure[:_COMBINED], 2):
+        for sign in (-1, 1):
+            wave = a.wave + sign * b.wave
+            if periods(wave, shape) < LEAST_PERIODS:
+                continue
+            if _repeats(wave, [other.wave for other in sure + found], shape):
+                continue
+            prominence = min(a.prominence, b.prominence) / 2
+            parts = (a.parts[0], (sign, b.parts[0][1]))
+            found.append(_Wave(wave, prominence, min(a.certainty, b.certainty), parts))
+    return found
+
+
+def _pixel_phases(wave: _Wave, by: int, shape: tuple[int, int]) -> NDArray[np.int16]:
+    total = np.zeros(shape, np.int16)
+    for sign, followed in wave.parts:
+        total += np.int16(sign) * pixel_phases(followed, by, shape)  # wraps, as phases do
+    return total
+
+
+def _certainty(peak: Peak, followed: Followed) -> float:
+    # Noise has a prominence of up to 20, a steadiness of 0.79 and 0.07 residues.
+    stands_out = min(1.0, peak.prominence / 80)
+    steady = min(1.0, max(0.0, (followed.steadiness - 0.6) / 0.3))
+    whole = max(0.0, 1 - followed.residues / 0.04)
+    return round(stands_out * steady * whole * 1024) / 1024

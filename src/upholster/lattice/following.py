@@ -1,0 +1,140 @@
+"""Following a wave over a sample: its own phase everywhere, and how steadily it goes through."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from upholster.lattice._kernels import add_beats, interpolate_phases, smooth_nodes
+from upholster.lattice.planes import Plane
+from upholster.types import FloatArray
+
+__all__ = ["Followed", "follow", "pixel_phases"]
+
+TURN = 2**16
+_FINE = 2**32
+"""Units of phase in a turn: of results, and of a wave's growth from pixel to pixel."""
+
+_COSINES = np.rint(2**14 * np.cos(2 * np.pi * np.arange(4096) / 4096)).astype(np.int64)
+
+_CELLS = 2
+"""Nodes in a period, at least."""
+
+_REACH = 3.0
+"""Where the Gaussian ends, in standard deviations; one is a period of the wave."""
+
+
+@dataclass(frozen=True, eq=False)
+class Followed:
+    """A wave, followed over a plane.
+
+    Attributes
+    ----------
+    wave
+        (2,) cycles per pixel, rows and columns: its mean over the plane.
+    step
+        By which its phase is reckoned to grow a row and a column, in 2^-32 of a turn.
+    cell
+        Pixels between nodes.
+    nodes
+        (n, m) int16: by how much the wave is ahead of this growth, in 2^-16 of a turn.
+    steadiness
+        Squared mean of its amplitude over the mean of the square: 1 is as strong everywhere; of noise 0.79.
+    residues
+        Points round which the phase turns, per square of a period: of noise 0.07.
+    """
+
+    wave: FloatArray
+    step: tuple[int, int]
+    cell: int
+    nodes: NDArray[np.int16]
+    steadiness: float
+    residues: float
+
+
+def follow(plane: Plane, wave: FloatArray) -> Followed:
+    """Follow a wave: what is left of the plane when it is brought to rest, averaged over about a period.
+
+    Parameters
+    ----------
+    plane
+        (H, W).
+    wave
+        (2,) cycles per pixel, as a spectrum has it.
+
+    References
+    ----------
+    Liu, Collins, Tsin: A computational model for periodic pattern perception based on frieze and wallpaper
+    groups, PAMI 26 (2004), on lattices; demodulation is that of interferograms: Takeda, Ina, Kobayashi,
+    JOSA 72 (1982).
+    """
+    period = 1.0 / float(np.hypot(wave[0], wave[1]))
+    cell = max(1, int(period / _CELLS))
+    step = (round(float(wave[0]) * _FINE), round(float(wave[1]) * _FINE))
+    shape = -(-plane.shape[0] // cell), -(-plane.shape[1] // cell)
+    beats = np.zeros((2, *shape), np.int64)
+    add_beats(plane, step, cell, _COSINES, beats)
+    low = _smoothed(beats.astype(np.float64), period / cell)
+    ahead = [_turns((low[1:] * low[:-1].conj()).sum()), _turns((low[:, 1:] * low[:, :-1].conj()).sum())]
+    size = np.abs(low)
+    square = float((size * size).mean())
+    nodes = np.rint(np.angle(low) * (TURN / (2 * np.pi))).astype(np.int64).astype(np.int16)
+    settled = np.rint((np.array(step) + np.array(ahead) * (_FINE / cell)) / 256) * (256 / _FINE)
+    area = plane.size / (period * period)
+    return Followed(
+        settled,
+        step,
+        cell,
+        nodes,
+        float(size.mean()) ** 2 / square if square > 0 else 0.0,
+        _residues(nodes) / area,
+    )
+
+
+def pixel_phases(followed: Followed, by: int, shape: tuple[int, int]) -> NDArray[np.int16]:
+    """Return a followed wave's phase at the pixels of a sample: (H, W) int16, in 2^-16 of a turn.
+
+    Parameters
+    ----------
+    followed
+        Of a plane of the sample, reduced.
+    by
+        How many pixels of the sample, each way, are one of the plane's.
+    shape
+        The sample's (height, width).
+    """
+    out = np.empty(shape, np.int16)
+    # The middle of the reduced plane's first pixel lies (by − 1)/2 of the sample's pixels further.
+    step = round(followed.step[0] / by), round(followed.step[1] / by)
+    start = -sum(step) * (by - 1) // 2
+    nodes = (followed.nodes + (start >> 16)).astype(np.int16)
+    interpolate_phases(nodes, followed.cell * by, step, out)
+    return out
+
+
+def _turns(product: complex) -> float:
+    return float(np.angle(product)) / (2 * np.pi)
+
+
+def _smoothed(nodes: FloatArray, sigma: float) -> NDArray[np.complex128]:
+    # Means of real and imaginary parts, weighted by a Gaussian, of what lies inside.
+    reach = int(_REACH * sigma + 1)
+    taps = np.exp(-0.5 * (np.arange(-reach, reach + 1) / sigma) ** 2)
+    out = np.zeros_like(nodes)
+    smooth_nodes(nodes, taps, np.zeros_like(nodes), out)
+    sums = np.concatenate([[0.0], np.cumsum(taps)])
+    weights = []
+    for count in nodes.shape[1:]:
+        at = np.arange(count)
+        weights.append(
+            sums[np.minimum(reach, count - 1 - at) + reach + 1] - sums[reach - np.minimum(reach, at)]
+        )
+    mean: NDArray[np.complex128] = (out[0] + 1j * out[1]) / (weights[0][:, None] * weights[1])
+    return mean
+
+
+def _residues(nodes: NDArray[np.int16]) -> int:
+    # Differences of int16 wrap to the smaller way round.
+    down, right = np.diff(nodes, axis=0).astype(np.int64), np.diff(nodes, axis=1).astype(np.int64)
+    around = down[:, :-1] + right[1:] - down[:, 1:] - right[:-1]
+    return int(np.count_nonzero(around))

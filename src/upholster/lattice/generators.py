@@ -1,0 +1,114 @@
+"""Which one or two waves generate all others at which a sample repeats."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from upholster.lattice.peaks import Peak
+from upholster.types import FloatArray
+
+__all__ = ["TOLERANCE", "generators"]
+
+TOLERANCE = 0.75
+"""How far a peak may lie from a multiple, in cycles per sample."""
+
+_NOISE = 10.0
+"""Prominence at which a peak has no weight; each doubling adds 1 to it."""
+
+_MULTIPLES = 12
+"""Of a generator, that are looked at."""
+
+_LEAST_SINE = 0.12
+"""Of the angle between two generators."""
+
+_AS_GOOD = 0.02
+"""Of those that explain nearly as much as the best, less by this share of all weight, the strongest count."""
+
+_BETTER = 1.1
+"""By which two generators must explain more than one."""
+
+_LEAST_SHARE = 0.3
+"""Of all peaks' weight, that generators must explain: otherwise the sample repeats in another way."""
+
+_ALONE = 200.0
+"""Prominence from which a wave counts however little else it explains, as that of unequal planks."""
+
+
+def generators(
+    waves: FloatArray, prominences: FloatArray, peaks: Sequence[Peak], shape: tuple[int, int]
+) -> list[int]:
+    """Choose the one or two waves of which all peaks are whole multiples, or sums of such.
+
+    Two waves that generate only some of the peaks are those of a lattice too fine: places that agree in both
+    phases would look alike in some ways only. So those are taken that explain most, each peak with the
+    logarithm of its prominence; less what they would explain by chance, for the many multiples of slow waves
+    are near everything. Of those that explain equally much, prominent and slow ones are taken: a slow wave
+    tells places apart that are farther from one another.
+
+    Parameters
+    ----------
+    waves
+        (n, 2) to choose from, in cycles per pixel.
+    prominences
+        (n,).
+    peaks
+        Of all planes.
+    shape
+        (height, width) of the planes.
+
+    Returns
+    -------
+    list of int
+        Indices of one or two waves; none, if too little is explained.
+    """
+    if not len(waves):
+        return []
+    cycles = waves * shape
+    places = np.array([peak.wave * shape for peak in peaks])
+    weights = np.log2(np.maximum([peak.prominence / _NOISE for peak in peaks], 1.0))
+    strength = np.log2(prominences / (waves * waves).sum(axis=1))
+    single = _explained_by_one(cycles, places, weights)
+    pairs = np.argwhere(_sines(cycles) >= _LEAST_SINE)
+    double = _explained_by_two(cycles[pairs], places, weights)
+    least, nearly = _LEAST_SHARE * weights.sum(), _AS_GOOD * weights.sum()
+    if len(pairs) and double.max() > max(least, _BETTER * single.max()):
+        good = pairs[double >= double.max() - nearly]
+        chosen: list[int] = good[strength[good].sum(axis=1).argmax()].tolist()
+        return chosen
+    lone = np.flatnonzero(single >= single.max() - nearly)
+    best = int(lone[strength[lone].argmax()])
+    return [best] if single[best] >= least or prominences[best] >= _ALONE else []
+
+
+def _explained_by_one(cycles: FloatArray, places: FloatArray, weights: FloatArray) -> FloatArray:
+    square = (cycles * cycles).sum(axis=1)
+    multiples = (cycles[:, None] * places).sum(axis=2) / square[:, None]
+    nearest = np.clip(np.rint(multiples), -_MULTIPLES, _MULTIPLES)
+    away = places - nearest[:, :, None] * cycles[:, None]
+    chance = np.minimum(1.0, 2 * TOLERANCE / np.sqrt(square))
+    return _found(away, chance, weights)
+
+
+def _explained_by_two(pairs: FloatArray, places: FloatArray, weights: FloatArray) -> FloatArray:
+    (a, b), (c, d) = pairs[:, 0].T, pairs[:, 1].T
+    area = a * d - b * c
+    rows, columns = places.T
+    first = np.rint((rows * d[:, None] - columns * c[:, None]) / area[:, None])
+    second = np.rint((columns * a[:, None] - rows * b[:, None]) / area[:, None])
+    multiples = np.clip(np.stack([first, second], axis=2), -_MULTIPLES, _MULTIPLES)
+    made = multiples[:, :, :1] * pairs[:, None, 0] + multiples[:, :, 1:] * pairs[:, None, 1]
+    return _found(places - made, np.minimum(1.0, np.pi * TOLERANCE**2 / np.abs(area)), weights)
+
+
+def _found(away: FloatArray, chance: FloatArray, weights: FloatArray) -> FloatArray:
+    # Weight of the peaks that lie where they should, less what would lie there anyway.
+    near: NDArray[np.bool_] = (away * away).sum(axis=2) <= TOLERANCE**2
+    found: FloatArray = (near * weights).sum(axis=1) - chance * weights.sum()
+    return found
+
+
+def _sines(cycles: FloatArray) -> FloatArray:
+    # (n, n): of the angles between all waves, 0 below the diagonal.
+    unit = cycles / np.sqrt((cycles * cycles).sum(axis=1))[:, None]
+    return np.triu(np.abs(unit[:, None, 0] * unit[:, 1] - unit[:, None, 1] * unit[:, 0]), 1)

@@ -1,0 +1,64 @@
+"""What of a sample is looked at: how bright it is, and which way its edges run."""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from upholster.types import PixelArray
+
+__all__ = ["Plane", "planes", "reduced"]
+
+Plane = NDArray[np.int64]
+"""(H, W): one whole number per pixel, of mean 0."""
+
+_MOST = 65535
+"""Floats go from 0 to this."""
+
+_UNIT = 4096
+"""An edge of endless strength."""
+
+_USUAL = 3
+"""How many times as strong as usual an edge must be to count half of that."""
+
+
+def reduced(exemplar: PixelArray, by: int) -> NDArray[np.int64]:
+    """Return sums of `by` × `by` pixels of a sample, in whole numbers: (H // by, W // by, C) int64.
+
+    Floats go from their smallest to their largest.
+    """
+    if exemplar.dtype.kind == "f":
+        low, high = float(exemplar.min()), float(exemplar.max())
+        scale = _MOST / (high - low) if high > low else 0.0
+        exemplar = np.rint((exemplar.astype(np.float64) - low) * scale).astype(np.int64)
+    height, width = exemplar.shape[0] // by, exemplar.shape[1] // by
+    total = np.zeros((height, width, exemplar.shape[2]), np.int64)
+    for i in range(by):
+        for j in range(by):
+            total += exemplar[i : by * height : by, j : by * width : by]
+    return total
+
+
+def planes(colors: NDArray[np.int64]) -> list[Plane]:
+    """Return brightness, and three planes of edges: their strength, and it times cosine and sine of 2·angle.
+
+    A pattern's elements may differ in colour, and a wave of brightness drowns in that; their edges are alike.
+    Elements that lie and stand by turns, as in a herringbone, differ in the angle of their edges alone.
+    Strong edges count little more than those of usual strength.
+
+    Parameters
+    ----------
+    colors
+        (H, W, C).
+    """
+    down, right = np.zeros_like(colors), np.zeros_like(colors)
+    down[1:-1] = colors[2:] - colors[:-2]
+    right[:, 1:-1] = colors[:, 2:] - colors[:, :-2]
+    upright = (down * down - right * right).sum(axis=2)
+    slanted = 2 * (down * right).sum(axis=2)
+    square = (down * down + right * right).sum(axis=2)
+    strength = np.sqrt(square.astype(np.float64))
+    usual = max(1, int(np.rint(strength).sum()) // strength.size)
+    # From 0 to 1, ¼ where the strength is usual; divided by the square for the angles' sake.
+    scaled = _UNIT * strength / (strength + _USUAL * usual)
+    share = scaled / np.maximum(square, 1)
+    edges = (np.rint(part).astype(np.int64) for part in (upright * share, slanted * share, scaled))
+    return [plane - int(plane.sum()) // plane.size for plane in (colors.sum(axis=2), *edges)]
