@@ -1,0 +1,17 @@
+"""The phase of a repeating texture over a surface: where in its period it shall be, so that courses close.
+
+A *wave* is one generator of the sample's lattice (`upholster.lattice`): cycles per exemplar pixel. The
+surface is cut into *cells*, and *links* between neighbouring cells tell how far each wave goes on from one to
+the next. `chart_cells` makes both, `solving` finds the phases that follow all links best, and `field` is the
+result: the wanted phase anywhere.
+
+References
+----------
+F. Knöppel, K. Crane, U. Pinkall, P. Schröder: Stripe patterns on surfaces, ACM Transactions on Graphics 34,
+2015. Here the unknowns are on cells, and a wave that comes back as its opposite is solved with it, which
+is their double cover.
+"""
+
+from upholster.charts.phases.field import TURN, PhaseField, StraightPhases, phase_field
+
+__all__ = ["TURN", "PhaseField", "StraightPhases", "phase_field"]

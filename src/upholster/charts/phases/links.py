@@ -1,0 +1,78 @@
+"""Cells that meet, and what becomes of each wave from one to the next."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from upholster.types import FloatArray, IntArray
+
+__all__ = ["Links", "joined_links", "matched_waves", "signed"]
+
+_NEAR = 0.4
+"""Of a wave's length: waves that differ by less go on in one another. Directions may then differ by 23
+degrees, about as much as where blocks are transferred."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Links:
+    """Pairs of cells that meet.
+
+    Attributes
+    ----------
+    first, second
+        (E,) the cells.
+    here, there
+        (E, 2) exemplar pixels: the way from the first cell's centre to where they meet, as the first one
+        reads the exemplar, and on from there to the second cell's centre, as the second one does.
+    weights
+        (E,) length of the side over distance of the centres.
+    goes_on
+        (E, 2n) int8: for each wave of the first cell (all n, then their opposites) that of the second cell
+        in which it goes on, −1 for none.
+    """
+
+    first: IntArray
+    second: IntArray
+    here: FloatArray
+    there: FloatArray
+    weights: FloatArray
+    goes_on: NDArray[np.int8]
+
+
+def joined_links(parts: list[Links]) -> Links:
+    """Return several lots of links as one."""
+    names = ("first", "second", "here", "there", "weights", "goes_on")
+    return Links(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
+
+
+def signed(waves: FloatArray) -> FloatArray:
+    """Return waves (n, 2) and their opposites, (2n, 2)."""
+    return np.concatenate([waves, -waves])
+
+
+def matched_waves(waves: FloatArray, before: FloatArray, after: FloatArray) -> NDArray[np.int8]:
+    """Return which of the signed waves of one cell each of another's goes on in.
+
+    Parameters
+    ----------
+    waves
+        (n, 2) cycles per exemplar pixel.
+    before, after
+        (E, 2, 2) exemplar pixels per step, the same steps for both.
+
+    Returns
+    -------
+    ndarray
+        (E, 2n) int8: see `Links.goes_on`. A wave and its opposite go on in a wave and its opposite.
+    """
+    both = signed(waves)
+    left, right = both @ before, both @ after  # (E, 2n, 2) cycles per step
+    away = ((left[:, :, None] - right[:, None]) ** 2).sum(axis=3)
+    size = (left**2).sum(axis=2)
+    nearest = away.argmin(axis=2)
+    chosen = np.take_along_axis(away, nearest[..., None], axis=2)[..., 0]
+    # Each goes on in one alone, which goes on in no other.
+    back = np.take_along_axis(away.argmin(axis=1), nearest, axis=1)
+    sure = (chosen <= _NEAR**2 * size) & (back == np.arange(len(both)))
+    return np.where(sure, nearest, -1).astype(np.int8)

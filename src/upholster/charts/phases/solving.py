@@ -1,0 +1,177 @@
+"""The phases that follow the links between cells best."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from upholster.charts._multigrid_kernels import ComplexArray, Rows
+from upholster.charts.multigrid import Multigrid, hermitian, smallest_eigenvectors, solve
+from upholster.charts.phases._kernels import first_members
+from upholster.charts.phases.links import Links, signed
+from upholster.types import FloatArray, IntArray
+
+__all__ = ["PhaseSystem", "phase_system", "smallest_phases", "solved_phases", "turned"]
+
+_HEALING = 3.0
+"""Periods over which two ends of courses that need not be cancel out."""
+
+_ROUNDS = 4
+"""How often the field is made unit and smooth again."""
+
+_TRACE = 1e-9
+"""Added to a diagonal, as a part of it, so that what is free can be solved."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class PhaseSystem:
+    """The connection Laplacian of the waves.
+
+    There is an unknown for each wave in each cell; where a wave goes on in its opposite somewhere, one for
+    the opposite as well.
+
+    Attributes
+    ----------
+    number
+        (2n · cells,) int32: the unknown of each wave, then of each opposite, in each cell; −1 for those that
+        are another one's conjugate.
+    part
+        (unknowns,) int32: which unknowns hang together.
+    mass
+        (unknowns,) areas of the cells.
+    pull
+        (unknowns,) the same over the square of the length over which fields recover.
+    first, second, turns, weights
+        (E,) the links between unknowns: phase second = turns · phase first.
+    """
+
+    number: IntArray
+    part: IntArray
+    mass: FloatArray
+    pull: FloatArray
+    first: IntArray
+    second: IntArray
+    turns: ComplexArray
+    weights: FloatArray
+
+    @property
+    def diagonal(self) -> FloatArray:
+        """(unknowns,) sums of their links' weights."""
+        count = len(self.mass)
+        total = np.zeros(count)
+        for end in (self.first, self.second):
+            total += np.bincount(end, self.weights, count)
+        return total
+
+    def rows(self) -> Rows:
+        """Return the matrix of Σ weight·|second − turns·first|²."""
+        values: ComplexArray = np.multiply(-self.weights, np.conj(self.turns))  # row first, column second
+        return hermitian(len(self.mass), self.first, self.second, values, self.diagonal)
+
+
+def turned(cycles: FloatArray) -> ComplexArray:
+    """Return unit complex numbers, so many turns from 1."""
+    angles = 2 * np.pi * (cycles - np.rint(cycles))
+    found: ComplexArray = np.cos(angles) + 1j * np.sin(angles)
+    return found
+
+
+def solved_phases(links: Links, areas: FloatArray, waves: FloatArray) -> ComplexArray:
+    """Return each wave's phase in each cell, (n, cells), as complex numbers.
+
+    The smallest eigenvector of the connection Laplacian (Knöppel et al. 2015, equation 7), then made unit and
+    smooth by turns, which leaves few places where courses end; at last what is missing for courses to close
+    is spread evenly. Numbers are small where a course ends.
+
+    Parameters
+    ----------
+    links
+        Between cells.
+    areas
+        (cells,) of the cells in square exemplar pixels, positive.
+    waves
+        (n, 2) cycles per exemplar pixel.
+    """
+    system = phase_system(links, areas, waves)
+    psi = _spread(system, _evened(system, smallest_phases(system)))
+    all_of_them = np.zeros(len(system.number), np.complex128)
+    all_of_them[system.number >= 0] = psi
+    waves_own, opposites = all_of_them.reshape(2, len(waves), len(areas))
+    found: ComplexArray = waves_own + np.conj(opposites)
+    return found
+
+
+def phase_system(links: Links, areas: FloatArray, waves: FloatArray) -> PhaseSystem:
+    """Return the connection Laplacian of the waves; parameters as of `solved_phases`."""
+    first, second, cycles, weights = _wave_links(links, waves, len(areas))
+    top = np.empty(2 * len(waves) * len(areas), np.int32)
+    first_members(first, second, top)
+    # What hangs together and its opposites are the same, conjugate: the one with the lower first member
+    # is solved, or both as one where they hang together.
+    opposite = np.roll(top.reshape(2, -1), 1, axis=0).reshape(-1)
+    kept = top <= opposite[top]
+    number = np.where(kept, np.cumsum(kept) - 1, -1).astype(np.int32)
+    on = kept[first] & (first != second)
+    _, part = np.unique(top[kept], return_inverse=True)
+    wave, cell = np.divmod(np.flatnonzero(kept), len(areas))
+    mass = areas[cell]
+    return PhaseSystem(
+        number,
+        part.reshape(-1).astype(np.int32),
+        mass,
+        mass * (signed(waves)[wave] ** 2).sum(axis=1) / _HEALING**2,
+        number[first[on]],
+        number[second[on]],
+        turned(cycles[on]),
+        weights[on],
+    )
+
+
+def _wave_links(
+    links: Links, waves: FloatArray, cells: int
+) -> tuple[IntArray, IntArray, FloatArray, FloatArray]:
+    # Links between waves in cells, wave · cells + cell: ends, cycles from one to the other, weights.
+    both = signed(waves)
+    wave, link = np.nonzero(links.goes_on.T >= 0)
+    there = links.goes_on[link, wave]
+    cycles = (links.here[link] * both[wave]).sum(axis=1) + (links.there[link] * both[there]).sum(axis=1)
+    first = (wave * cells + links.first[link]).astype(np.int32)
+    second = (there.astype(np.int64) * cells + links.second[link]).astype(np.int32)
+    return first, second, cycles, links.weights[link]
+
+
+def smallest_phases(system: PhaseSystem) -> ComplexArray:
+    """Return the smallest eigenvector of each part, as one vector (unknowns,)."""
+    count = int(system.part.max()) + 1
+    shift = 0.1 * np.bincount(system.part, system.pull, count) / np.bincount(system.part, system.mass, count)
+    start = np.ones(len(system.mass), np.complex128)
+    return smallest_eigenvectors(system.rows(), system.mass, system.part, start, shift=shift, tolerance=1e-3)
+
+
+def _evened(system: PhaseSystem, psi: ComplexArray) -> ComplexArray:
+    # The field made unit and smooth by turns: it recovers where the eigenvector is small, though no course
+    # need end there.
+    rows = system.rows()
+    grid = Multigrid(rows._replace(diagonal=rows.diagonal + system.pull))
+    for _ in range(_ROUNDS):
+        psi = _unit(psi)
+        psi = solve(grid, system.pull * psi, psi, tolerance=0.02, most=4)
+    return psi
+
+
+def _spread(system: PhaseSystem, psi: ComplexArray) -> ComplexArray:
+    # Turns phases so that what waves are stretched by is spread evenly, as far as courses' ends allow: least
+    # squares of the turns that are missing over links; whole turns stay as they are.
+    count = len(psi)
+    missing = psi[system.first] * system.turns * np.conj(psi[system.second])
+    angles = system.weights * np.arctan2(missing.imag, missing.real)
+    right = np.bincount(system.second, angles, count) - np.bincount(system.first, angles, count)
+    weights = -system.weights.astype(np.complex128)
+    rows = hermitian(count, system.first, system.second, weights, system.diagonal * (1 + _TRACE))
+    by = solve(Multigrid(rows), right.astype(np.complex128), np.zeros(count, np.complex128), tolerance=1e-3)
+    return psi * turned(by.real / (2 * np.pi))
+
+
+def _unit(psi: ComplexArray) -> ComplexArray:
+    size = np.sqrt(psi.real**2 + psi.imag**2)
+    unit: ComplexArray = np.where(size > 0, psi / np.where(size > 0, size, 1.0), 1.0)
+    return unit
