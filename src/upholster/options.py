@@ -386,6 +386,15 @@ class SynthesisOptions:
             only="quilt",
         ),
     )
+    phase: float | None = field(
+        default=None,
+        metadata=_about(
+            _SYNTHESIS,
+            "How much it costs where courses and rows of a sample that repeats would not meet, 0 to 10; 0: "
+            "not looked at. Default: 1 on surfaces, 0.5 flat.",
+            only="quilt",
+        ),
+    )
     tolerance: float = field(
         default=1.1,
         metadata=_about(
@@ -506,6 +515,7 @@ class SynthesisOptions:
         for name, value, least, most in (
             ("evenness", self.evenness, 0, 10),
             ("variety", self.variety, 0, 10),
+            ("phase", 0 if self.phase is None else self.phase, 0, 10),
             ("tolerance", self.tolerance, 1, 2),
             ("shortlist", self.shortlist, 1, 4096),
         ):

@@ -330,7 +330,8 @@ def symmetries_of(options):
 class PlainChart:
     """One chart and its apron while it is covered."""
 
-    def __init__(self, grid, need, level, wrap):
+    def __init__(self, grid, need, level, wrap, wanted=None, index=0):
+        self.wanted, self.index = wanted, index
         self.grid, self.need, self.image, self.step, self.wrap = grid, need, level.image, level.step, wrap
         self.pads = (0, 0) if wrap else (2 * grid.height, 2 * grid.width)
         shape = [side + 2 * pad for side, pad in zip(self.shape, self.pads, strict=True)]
@@ -513,6 +514,11 @@ class PlainChart:
             y = first_y + draws.below(last_y - first_y + 1)
             return y, first_x + draws.below(last_x - first_x + 1)
 
+        misfit = self.misfits(symmetry, row, column)
+
+        def phase(y, x):
+            return 0.0 if self.wanted is None else self.wanted.weight * whole.variance * misfit[y, x]
+
         def extra(y, x):
             return penalty[
                 np.minimum(y // stride, usage.shape[0] - 1), np.minimum(x // stride, usage.shape[1] - 1)
@@ -520,7 +526,12 @@ class PlainChart:
 
         middle = (8 << level) - 8  # of a level's pixel, in 1/16 pixel
         if not there.any():
-            y, x = drawn()
+            if self.wanted is None:
+                y, x = drawn()
+            else:
+                part = misfit[first_y : last_y + 1, first_x : last_x + 1]
+                fitting = np.argwhere(part <= part.min() + 1 / 32)
+                y, x = (fitting[draws.below(len(fitting))] + (first_y, first_x)).tolist()
             source = ((16 * y) << level) + middle, ((16 * x) << level) + middle
             return 0, source, (y, x), (down, right), reach
 
@@ -537,9 +548,10 @@ class PlainChart:
                         corner = (v[a + half - 1, b + half - 1] + v[a + half, b + half] - 3) >> 1
                         at.append(max(min(int(corner), high - 3), low))
                     boxes.append((*at, (int(now[part][..., 0].sum()) + 8) >> 4))
-        if boxes:
+        if boxes or self.wanted is not None:
             y, x = np.mgrid[first_y : last_y + 1 : self.step, first_x : last_x + 1 : self.step].reshape(2, -1)
-            cost = extra(y, x) * len(boxes)
+            cost = np.float32(extra(y, x) * max(1, len(boxes)))
+            cost = cost + np.float32(phase(y, x) * max(1, len(boxes)))
             for dy, dx, value in boxes:
                 cost = cost + (self.means[y + dy, x + dx] - value) ** 2
             kept = np.argsort(np.float32(cost), kind="stable")[: options.shortlist]
@@ -567,7 +579,9 @@ class PlainChart:
         for refining in (False, True):
             for y, x in found[begin:]:
                 apart = self.image[y + down[black], x + right[black]] - now[black]
-                totals.append(judged(apart, int(extra(y, x) * int(black.sum())), limit))
+                count = int(black.sum()) if self.wanted is None else max(1, int(black.sum()))
+                start = int(extra(y, x) * count) + int(phase(y, x) * count)
+                totals.append(judged(apart, start, limit))
                 if totals[-1] < best:
                     best, limit = totals[-1], int(totals[-1] * options.tolerance)
             if refining or not near:
@@ -587,6 +601,39 @@ class PlainChart:
         source = ((16 * y) << level) + middle, ((16 * x) << level) + middle
         source = next((on for pixel, on in going if pixel == (y, x)), source)
         return cost, source, (y, x), (down, right), reach
+
+    def misfits(self, symmetry, row, column):
+        """Return for each pixel of the level by how much its phases differ from those wanted at a texel."""
+        height, width = self.image.shape[:2]
+        total = np.zeros((height, width))
+        if self.wanted is None:
+            return total
+        lattice, level, turn = self.wanted.lattice, self.grid.level, np.array(SYMMETRIES[symmetry])
+        theta = self.wanted.surface.at(self.index, np.array([float(row)]), np.array([float(column)]))[:, 0]
+        y, x = np.mgrid[:height, :width]
+        for wave, goal in zip(lattice.waves, theta, strict=True):
+            # The wave of the sample that is seen in this one's place, with its sign.
+            seen = [
+                (k, sign)
+                for k, other in enumerate(lattice.waves)
+                for sign in (1, -1)
+                if np.linalg.norm(sign * turn.reshape(2, 2).T @ other - wave) <= 0.05 * np.linalg.norm(wave)
+            ]
+            if not seen:
+                total += 1
+                continue
+            k, sign = seen[0]
+            own = lattice.phases[k]
+            half = (1 << level) // 2
+            at = own[
+                np.minimum((y << level) + half, own.shape[0] - 1),
+                np.minimum((x << level) + half, own.shape[1] - 1),
+            ].astype(np.int64)
+            if level:
+                at = (at - int(np.rint(32768 * lattice.waves[k].sum())) + 32768) % 65536 - 32768
+            steps = ((sign * at - int(goal) + 32) // 64) % 1024
+            total += np.rint(2**14 * (1 - np.cos(2 * np.pi * steps / 1024))) / 2**14
+        return total
 
     def range(self, v, size):
         """Return from where to where a source may lie, and offsets in whole pixels that stay inside."""
@@ -681,7 +728,7 @@ class PlainResult:
     links: Any
 
 
-def plain_quilt(exemplar, surface, charts, fields=None, *, options, wrap=False, seed=0):
+def plain_quilt(exemplar, surface, charts, fields=None, *, options, phases=None, wrap=False, seed=0):
     """Return what `synthesize_quilt` must return."""
     fields = tuple(fields or (WarpField.identity(),) * len(charts))
     shape = exemplar.shape[:2]
@@ -715,7 +762,7 @@ def plain_quilt(exemplar, surface, charts, fields=None, *, options, wrap=False, 
             opened |= {3} & itself[n] if grids[n].width <= charts[n].width else set()
             need = grids[n].need(waiting | opened)
             transferred = transfer.transferred_onto(n, finished)
-            chart = PlainChart(grids[n], need, whole.levels[grids[n].level], wrap)
+            chart = PlainChart(grids[n], need, whole.levels[grids[n].level], wrap, phases, n)
             chart.lay_transferred(transferred.placements, transferred.cells)
             chart.close(transfer.closed(n, finished))
             state = int(children[n].generate_state(1, np.uint64)[0])

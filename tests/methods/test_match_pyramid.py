@@ -21,8 +21,8 @@ def test_levels_are_the_pyramids(shape):
     assert len(match_pyramid.levels) == 3
     for match_level in match_pyramid.levels:
         assert (match_level.height, match_level.width, match_level.channels) == image.shape
-        assert (match_level.image.reshape(image.shape) == image).all()
-        assert match_level.plane.dtype == np.float32
+        assert (match_level.match.image.reshape(image.shape) == image).all()
+        assert match_level.match.plane.dtype == np.float32
         image = halved(image)
     assert len(MatchPyramid.of(exemplar).levels) == 1
 

@@ -139,7 +139,7 @@ def test_transferred_blocks_are_laid_and_count_where_they_are_whole(scale, size)
     placed["first_cell"] = np.concatenate([[0], np.cumsum(areas)[:-1]])
     cells = (rng.random(areas.sum()) < 0.9).astype(np.uint8)
 
-    image = match_level.image.reshape(match_level.height, match_level.width, match_level.channels)
+    image = match_level.match.image.reshape(match_level.height, match_level.width, match_level.channels)
     plain = PlainChart(grid, grid.need({0, 1}), PlainLevel(image.astype(np.int64), match_level.step), False)
     plain.lay_transferred(placed, cells)
     canvas = np.zeros((plain.canvas.shape[0], plain.canvas.shape[1] * match_level.channels), np.uint8)
@@ -151,7 +151,7 @@ def test_transferred_blocks_are_laid_and_count_where_they_are_whole(scale, size)
         canvas,
         covered,
         symmetries,
-        match_level.image,
+        match_level.match.image,
         (match_level.height, match_level.width, match_level.channels, grid.level),
         field.matrices,
         field.margin,

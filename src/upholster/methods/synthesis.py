@@ -12,10 +12,13 @@ from upholster.charts.directions import Vectors, default_direction, direction_fi
 from upholster.charts.layout import RING, TextureScale, density_layout, texture_scale, uniform_layout
 from upholster.charts.mesh_directions import MeshField, default_mesh_direction, mesh_directions
 from upholster.charts.mesh_layout import CREASE, mesh_charts, mesh_fields, triangle_frames
+from upholster.charts.phases import StraightPhases, phase_field
+from upholster.charts.seams import find_seams, transitions
 from upholster.errors import InputError
 from upholster.geometry import AnySurface, MeshSurface, Surface
 from upholster.image import Material, check_exemplar
 from upholster.image.source import Source, as_exemplar
+from upholster.lattice import find_lattice
 from upholster.lengths import parse_length
 from upholster.methods.paper.coefficients import keep_coefficients
 from upholster.methods.paper.method import PaperOptions, synthesize_paper
@@ -23,6 +26,7 @@ from upholster.methods.pixel.method import PixelOptions, check_sample, synthesiz
 from upholster.methods.quilt.mesh.method import synthesize_mesh
 from upholster.methods.quilt.method import synthesize_quilt
 from upholster.methods.quilt.options import QuiltOptions
+from upholster.methods.quilt.phases import WantedPhases, in_step, whole_waves
 from upholster.methods.quilt.structure import block_size
 from upholster.options import SynthesisOptions, chosen, settled
 from upholster.parallel import check_running
@@ -38,6 +42,10 @@ _ROUND = 1.25
 
 _BLOCKS = 8
 """Blocks across a surface, at least, where their size is not asked for: fewer can not follow its curves."""
+
+_SURFACE_PHASE, _FLAT_PHASE = 1.0, 0.5
+"""What it costs to be out of phase where nothing else is asked for: on a surface courses do not close by
+themselves."""
 
 _MESH_BLOCKS = 36
 """The same on meshes, which bend more."""
@@ -60,6 +68,8 @@ class Prepared:
         Of the method, all settled.
     field
         Which way the sample's rows run on a mesh.
+    phases
+        Where in its periods a sample that repeats shall be; None: it does not, or that is not asked for.
     """
 
     charts: tuple[Chart, ...]
@@ -68,6 +78,7 @@ class Prepared:
     direction: str
     options: QuiltOptions | PaperOptions | PixelOptions
     field: MeshField | None = None
+    phases: WantedPhases | None = None
 
 
 def kept_sample(exemplar: PixelArray | Material, options: SynthesisOptions) -> PixelArray | Material:
@@ -154,7 +165,8 @@ def prepare(
     if isinstance(options.texels, tuple):
         chart = _flat_chart(surface, *options.texels)
         block = _wanted_block(exemplar, options)
-        return Prepared((chart,), (), None, "", settled(options, QuiltOptions, block=block))
+        phases = _flat_phases(exemplar, chart, options)
+        return Prepared((chart,), (), None, "", settled(options, QuiltOptions, block=block), None, phases)
     scale, block = _scale(exemplar, surface, options, None)
     wanted = (
         default_direction(surface)
@@ -164,8 +176,37 @@ def prepare(
     texels = block * scale.density / scale.scale  # of a block
     charts = density_layout(surface, density=scale.density, ring=max(RING, _ROUND * texels))
     fields = direction_fields(surface, charts, wanted, scale.scale)
+    phases = _phases(exemplar, surface, charts, fields, options, texels)
+    if phases is not None and options.block is None:
+        block = in_step(block, phases.surface)
     own = settled(options, QuiltOptions, block=block)
-    return Prepared(charts, fields, scale, wanted.text, own)
+    return Prepared(charts, fields, scale, wanted.text, own, None, phases)
+
+
+def _phases(
+    exemplar: PixelArray,
+    surface: Surface,
+    charts: tuple[Chart, ...],
+    fields: tuple[WarpField, ...],
+    options: SynthesisOptions,
+    block: float,
+) -> WantedPhases | None:
+    # Where a sample that repeats shall be in its periods, with blocks of so many texels.
+    weight = _SURFACE_PHASE if options.phase is None else options.phase
+    lattice = find_lattice(exemplar) if weight > 0 else None
+    if lattice is None:
+        return None
+    over = transitions(surface, charts, find_seams(surface, charts))
+    return WantedPhases(lattice, phase_field(charts, fields, over, lattice.waves, block / 4), weight)
+
+
+def _flat_phases(exemplar: PixelArray, chart: Chart, options: SynthesisOptions) -> WantedPhases | None:
+    weight = _FLAT_PHASE if options.phase is None else options.phase
+    lattice = find_lattice(exemplar) if weight > 0 else None
+    if lattice is None:
+        return None
+    waves = whole_waves(lattice.waves, chart.height, chart.width) if options.tileable else lattice.waves
+    return WantedPhases(lattice, StraightPhases(waves), weight)
 
 
 def _prepare_mesh(
@@ -268,8 +309,9 @@ def execute(
     else:
         wrap = options.tileable
         quilt = synthesize_quilt(
-            exemplar, surface, charts, prepared.fields, options=options, wrap=wrap, **run
-        )
+            exemplar, surface, charts, prepared.fields,
+            options=options, phases=prepared.phases, wrap=wrap, **run,
+        )  # fmt: skip
     return quilt.on(surface, seed=seed)
 
 

@@ -12,6 +12,7 @@ __all__ = [
     "COLUMN",
     "LAID",
     "LEFT",
+    "PHASE",
     "REFINED",
     "ROW",
     "SOURCE_COLUMN",
@@ -36,9 +37,9 @@ __all__ = [
 
 # Columns of a block's record: centre, indices of the left and upper neighbours (-1: none), then what the
 # kernel finds: source in 1/16 pixel, symmetry, and whether it was laid (1), laid on nothing (2), or not
-# needed (0).
-ROW, COLUMN, LEFT, TOP, SOURCE_ROW, SOURCE_COLUMN, SYMMETRY, LAID = range(8)
-BLOCK_COLUMNS = LAID + 1
+# needed (0). Last the phases that the surface wants at the centre, of two waves at most, in 1/65536 turn.
+ROW, COLUMN, LEFT, TOP, SOURCE_ROW, SOURCE_COLUMN, SYMMETRY, LAID, PHASE = range(9)
+BLOCK_COLUMNS = PHASE + 2
 
 REFINED = 4
 """How many of the best candidates are looked round."""
@@ -58,10 +59,16 @@ class ChartCanvas(NamedTuple):
 
 
 class MatchImage(NamedTuple):
-    """The exemplar in its matching form, (H · W · channels), and its boxes' means, see `mean_boxes`."""
+    """The exemplar in its matching form, (H · W · channels), and its boxes' means, see `mean_boxes`.
+
+    `phases` (n, H · W) are its waves' phases, n = 0 where none are looked at; and `shown` (8, n) tells for
+    each symmetry which wave is seen in a wave's place: k + 1 for wave k, -k - 1 for its opposite, 0 for none.
+    """
 
     image: NDArray[np.uint8]
     plane: NDArray[np.float32]
+    phases: NDArray[np.int16]
+    shown: NDArray[np.int8]
 
 
 class LayNumbers(NamedTuple):
@@ -100,11 +107,15 @@ class LayNumbers(NamedTuple):
 
 
 class LayWeights(NamedTuple):
-    """Evenness and variety, each times the exemplar's variance, and how much worse than the best may do."""
+    """Evenness and variety, each times the exemplar's variance, and how much worse than the best may do.
+
+    `phase` is what a sample pays for a unit of `misfit`.
+    """
 
     evenness: float
     variety: float
     tolerance: float
+    phase: float
 
 
 class Span(NamedTuple):
@@ -140,9 +151,11 @@ class ChoiceScratch(NamedTuple):
 
     `features` (n, 2) are boxes of what is laid, rows and columns from a candidate, and `means` their means.
     `offsets` and `values` are pixels from a candidate and what should be there, channel by channel.
-    `penalties` has the shape of usage for one symmetry. `kept` are candidates as row · width + column,
-    `judged` what they cost; `continued` (2, 3) are those that continue the left and upper neighbours:
-    candidate (-1: none), and source in 1/16 pixel. `heap` and `costs` are the search's.
+    `penalties` has the shape of usage for one symmetry. `wanted` (2, 3) tells for each wave which of the
+    exemplar's shall have which phase: its number (-1: none), 1 or -1 for its opposite, the phase. `kept` are
+    candidates as row · width + column, `judged` what they cost; `continued` (2, 3) are those that continue
+    the left and upper neighbours: candidate (-1: none), and source in 1/16 pixel. `heap` and `costs` are the
+    search's.
     """
 
     features: NDArray[np.int64]
@@ -150,6 +163,7 @@ class ChoiceScratch(NamedTuple):
     offsets: NDArray[np.int32]
     values: NDArray[np.int32]
     penalties: NDArray[np.float64]
+    wanted: NDArray[np.int64]
     kept: NDArray[np.int64]
     judged: NDArray[np.int64]
     continued: NDArray[np.int64]
@@ -207,6 +221,7 @@ class LayScratch(NamedTuple):
                 np.empty(height * width, np.int32),
                 np.empty(height * width * channels, np.int32),
                 np.empty((usage.shape[0] // planes, usage.shape[1])),
+                np.zeros((2, 3), np.int64),
                 np.empty(most, np.int64),
                 np.empty(most, np.int64),
                 np.empty((2, 3), np.int64),

@@ -30,14 +30,18 @@ from upholster.methods.quilt._block_kernels import (
     position_of,
     splat_tent,
 )
+from upholster.methods.quilt._phase_kernels import MISFIT, misfit
 from upholster.methods.quilt._search_kernels import draw, search
 from upholster.quilt._field_kernels import displacement, matrix_at
 from upholster.quilt.placement import SYMMETRIES
 from upholster.types import int64
 
-__all__ = ["choose_source", "first_of", "list_continued", "penalise", "penalise_used"]
+__all__ = ["choose_source", "draw_in_phase", "first_of", "list_continued", "penalise", "penalise_used"]
 
 _BIG = int64(2**60)
+
+_CLOSE = MISFIT // 32
+"""A source drawn for a block on nothing has a misfit at most so much above the best."""
 
 
 @inline
@@ -94,6 +98,33 @@ def penalise(
             y = pixel_at(int64(blocks[m, SOURCE_ROW]), numbers.level)
             x = pixel_at(int64(blocks[m, SOURCE_COLUMN]), numbers.level)
             splat_tent(penalties, numbers.usage_step, y, x, tall // 2 + 1, wide // 2 + 1, weights.variety)
+
+
+@inline
+def draw_in_phase(
+    match: MatchImage, numbers: LayNumbers, state: NDArray[np.uint64], span: Span, choice: ChoiceScratch
+) -> tuple[Any, Any]:
+    """Draw a pixel of a span: of all, or of those whose phases fit about best."""
+    if match.phases.shape[0] == 0:
+        y = span.first_y + draw(state, span.last_y - span.first_y + 1)
+        return y, span.first_x + draw(state, span.last_x - span.first_x + 1)
+    least, good = _BIG, int64(0)
+    for y in range(span.first_y, span.last_y + 1):
+        for x in range(span.first_x, span.last_x + 1):
+            cost = misfit(match.phases, choice.wanted, y * numbers.width + x)
+            if cost < least:
+                least = cost
+    for y in range(span.first_y, span.last_y + 1):
+        for x in range(span.first_x, span.last_x + 1):
+            good += misfit(match.phases, choice.wanted, y * numbers.width + x) <= least + _CLOSE
+    pick = draw(state, good)
+    for y in range(span.first_y, span.last_y + 1):
+        for x in range(span.first_x, span.last_x + 1):
+            if misfit(match.phases, choice.wanted, y * numbers.width + x) <= least + _CLOSE:
+                if pick == 0:
+                    return y, x
+                pick -= 1
+    return int64(span.first_y), int64(span.first_x)
 
 
 @inline
@@ -173,26 +204,30 @@ def list_continued(
 
 @inline
 def _judge(
-    image: NDArray[np.uint8],
+    match: MatchImage,
     numbers: LayNumbers,
+    weights: LayWeights,
     choice: ChoiceScratch,
     samples: int,
     part: tuple[int, int],
     least: int,
-    tolerance: float,
 ) -> int:
-    # Judges candidates from, to: their squared differences in all samples, and a penalty for each of them. A
-    # candidate that the best so far, `least`, leaves no chance is not summed to its end: samples are taken
-    # far from each other first. Returns the best one's cost.
+    # Judges candidates from, to: their squared differences in all samples, and a penalty and the phase for
+    # each of them; phases count once where there are no samples. A candidate that the best so far, `least`,
+    # leaves no chance is not summed to its end: samples are taken far from each other first. Returns the
+    # best one's cost.
     penalties, offsets, values, channels = choice.penalties, choice.offsets, choice.values, numbers.channels
     last_row, last_column = penalties.shape[0] - 1, penalties.shape[1] - 1
-    chunks = max(1, samples // 24)
+    image, tolerance, chunks = match.image, weights.tolerance, max(1, samples // 24)
+    times = max(samples, min(1, match.phases.shape[0]))
     limit = _BIG if least == _BIG else int64(least * tolerance)
     for m in range(part[0], part[1]):
         place = choice.kept[m]
         i = min(place // numbers.width // numbers.usage_step, last_row)
         j = min(place % numbers.width // numbers.usage_step, last_column)
-        total = int64(penalties[i, j] * samples)
+        total = int64(penalties[i, j] * times)
+        if match.phases.shape[0]:
+            total += int64(weights.phase * misfit(match.phases, choice.wanted, place) * times)
         for chunk in range(chunks):
             for t in range(chunk, samples, chunks):
                 at = (place + offsets[t]) * channels
@@ -265,17 +300,17 @@ def choose_source(
     """
     count = _list_features(numbers, span, texels, choice)
     samples = _list_samples(numbers, texels, choice)
-    if count:
-        stop = 2 + search(match.plane, numbers, span, count, choice)
+    if count or match.phases.shape[0]:
+        stop = 2 + search(match, numbers, weights, span, count, choice)
     else:  # too little is there to search by
         stop = 2 + numbers.shortlist
         for m in range(2, stop):
             y = span.first_y + draw(state, span.last_y - span.first_y + 1)
             choice.kept[m] = y * numbers.width + span.first_x + draw(state, span.last_x - span.first_x + 1)
-    least = _judge(match.image, numbers, choice, samples, (start, stop), _BIG, weights.tolerance)
+    least = _judge(match, numbers, weights, choice, samples, (start, stop), _BIG)
     if numbers.step > 1:
         end = _list_refined(numbers, span, choice, start, stop)
-        least = _judge(match.image, numbers, choice, samples, (stop, end), least, weights.tolerance)
+        least = _judge(match, numbers, weights, choice, samples, (stop, end), least)
         stop = end
     drawn = _draw_good(state, choice, start, stop, int64(least * weights.tolerance))
     chosen = choice.kept[drawn]

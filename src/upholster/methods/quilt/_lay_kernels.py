@@ -14,6 +14,7 @@ from upholster.jit import inline, kernel
 from upholster.methods.quilt._block_kernels import (
     COLUMN,
     LAID,
+    PHASE,
     ROW,
     SOURCE_COLUMN,
     SOURCE_ROW,
@@ -31,7 +32,14 @@ from upholster.methods.quilt._block_kernels import (
     splat_tent,
     whole_pixels,
 )
-from upholster.methods.quilt._choice_kernels import choose_source, first_of, list_continued, penalise
+from upholster.methods.quilt._choice_kernels import (
+    choose_source,
+    draw_in_phase,
+    first_of,
+    list_continued,
+    penalise,
+)
+from upholster.methods.quilt._phase_kernels import want_phases
 from upholster.methods.quilt._search_kernels import draw
 from upholster.methods.quilt._seed_kernels import cut_block
 from upholster.quilt._field_kernels import displacement_row, matrix_at
@@ -190,6 +198,7 @@ def _choose(
         if t:
             span = _fall(matrices, numbers, tried[t], row, column, scratch.texels)
         penalise(usage, numbers, weights, blocks, n, tried[t], span, choice.penalties)
+        want_phases(match, block[PHASE:], tried[t], choice)
         start = list_continued(matrices, numbers, blocks, n, tried[t], span, choice)
         y, x, cost = choose_source(match, numbers, weights, state, span, scratch.texels, choice, start)
         if least < 0 or cost < least:
@@ -261,8 +270,8 @@ def lay_blocks(
         if laid == 0:
             block[LAID], block[SYMMETRY] = 2, scratch.symmetries.tried[0]
             span = _fall(matrices, numbers, int64(block[SYMMETRY]), row, column, texels)
-            y = span.first_y + draw(state, span.last_y - span.first_y + 1)
-            x = span.first_x + draw(state, span.last_x - span.first_x + 1)
+            want_phases(match, block[PHASE:], int64(block[SYMMETRY]), scratch.choice)
+            y, x = draw_in_phase(match, numbers, state, span, scratch.choice)
             block[SOURCE_ROW], block[SOURCE_COLUMN] = (
                 position_of(y, numbers.level),
                 position_of(x, numbers.level),

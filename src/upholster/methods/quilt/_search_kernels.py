@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.jit import allocating_kernel, inline, shared
-from upholster.methods.quilt._block_kernels import ChoiceScratch, LayNumbers, Span
+from upholster.methods.quilt._block_kernels import ChoiceScratch, LayNumbers, LayWeights, MatchImage, Span
+from upholster.methods.quilt._phase_kernels import misfit
 from upholster.types import int64
 
 __all__ = ["draw", "mean_boxes", "search"]
@@ -138,17 +139,24 @@ def _add_features(
 
 @shared
 def search(
-    plane: NDArray[np.float32], numbers: LayNumbers, span: Span, count: int, choice: ChoiceScratch
+    match: MatchImage,
+    numbers: LayNumbers,
+    weights: LayWeights,
+    span: Span,
+    count: int,
+    choice: ChoiceScratch,
 ) -> Any:
     """Find the candidates with the least sum of squared differences of boxes, and of penalties; how many.
 
-    `plane` is `mean_boxes`'. Candidates are every `step`-th pixel of a span; the first `count` features are
-    compared, for each of which a candidate's penalty counts once. They go to `kept`, from 2 on.
+    Candidates are every `step`-th pixel of a span; the first `count` features are compared, for each of which
+    a candidate's penalty and phase count once. Without features these alone count. They go to `kept`, from 2
+    on.
     """
     step, features, penalties = numbers.step, choice.features, choice.penalties
     columns = (numbers.width + step - 1) // step
-    area = plane.size // (step * step)
-    flat = plane.reshape(-1)
+    area = match.plane.size // (step * step)
+    flat = match.plane.reshape(-1)
+    times = max(count, 1)
     # In a feature's first number, where its box lies for the first candidate.
     for f in range(count):
         y, x = span.first_y + features[f, 0], span.first_x + features[f, 1]
@@ -161,7 +169,11 @@ def search(
         line = penalties[min(y // numbers.usage_step, penalties.shape[0] - 1)]
         for n in range(size):
             x = min((span.first_x + n * step) // numbers.usage_step, penalties.shape[1] - 1)
-            part[n] = line[x] * count
+            part[n] = line[x] * times
+        if match.phases.shape[0]:
+            for n in range(size):
+                place = y * numbers.width + span.first_x + n * step
+                part[n] += np.float32(weights.phase * misfit(match.phases, choice.wanted, place) * times)
         _add_features(flat, k * columns, features, choice.means, count, part)
         first = y * numbers.width + span.first_x
         found = _keep(part, first, step, numbers.shortlist, choice.heap, kept, found)

@@ -10,6 +10,7 @@ from upholster.methods.quilt._block_kernels import (
     COLUMN,
     LAID,
     LEFT,
+    PHASE,
     ROW,
     SOURCE_COLUMN,
     SOURCE_ROW,
@@ -19,12 +20,12 @@ from upholster.methods.quilt._block_kernels import (
     LayNumbers,
     LayScratch,
     LayWeights,
-    MatchImage,
 )
 from upholster.methods.quilt._lay_kernels import lay_blocks
 from upholster.methods.quilt._transfer_kernels import lay_transferred
 from upholster.methods.quilt.grid import BlockGrid
 from upholster.methods.quilt.match_pyramid import MatchLevel, MatchPyramid
+from upholster.methods.quilt.phases import Phases
 from upholster.methods.quilt.transfer import BlockTransfer, ChartPlacements, joined
 from upholster.quilt.chart import Chart
 from upholster.quilt.displacement import centre_matrices
@@ -46,6 +47,7 @@ def lay_chart(
     usage: FloatArray,
     weights: FloatArray,
     *,
+    phases: Phases | None,
     shortlist: int,
     symmetries: int,
     wrap: bool,
@@ -64,8 +66,10 @@ def lay_chart(
     transfer, finished
         How blocks get from chart to chart, and the placements of finished charts, None elsewhere.
     match_pyramid, usage, weights, shortlist
-        What blocks are compared by; how much of the exemplar has been used; evenness, variety and tolerance;
-        how many candidates are judged at full resolution.
+        What blocks are compared by; how much of the exemplar has been used; evenness, variety, tolerance and
+        phase; how many candidates are judged at full resolution.
+    phases
+        Those that the surface wants, None where none are looked at.
     symmetries
         Which symmetries its own blocks may have, a bit for each.
     wrap
@@ -86,7 +90,11 @@ def lay_chart(
     opened = grid.opened({edge for edge, *_ in around})
     need = grid.need(transfer.open_sides(index, finished) | opened)
     parts = grid.parts(need, opened)
-    blocks = _in_order(grid.blocks(need), np.concatenate([part.blocks for part in parts]))
+    blocks = grid.blocks(need)
+    if phases is not None:
+        wanted = phases.at(index, blocks[:, ROW].astype(np.float64), blocks[:, COLUMN].astype(np.float64))
+        blocks[:, PHASE : PHASE + len(wanted)] = wanted.T
+    blocks = _in_order(blocks, np.concatenate([part.blocks for part in parts]))
     layer = _ChartLayer.of(index, grid, need, blocks, match_pyramid, usage, shortlist, symmetries, wrap, seed)
     laid = [transfer.transferred_onto(index, finished)]
     layer.lay_transferred(laid[0])
@@ -174,7 +182,7 @@ class _ChartLayer:
         laid = np.stack([transferred.placements[name].astype(np.int32) for name in _TRANSFERRED], axis=1)
         lay_transferred(
             *self.canvas,
-            level.image,
+            level.match.image,
             (level.height, level.width, level.channels, self.grid.level),
             field.matrices,
             field.margin,
@@ -196,7 +204,7 @@ class _ChartLayer:
             # Few blocks a call: between two calls, Python can be interrupted.
             lay_blocks(
                 self.canvas,
-                MatchImage(level.image, level.plane),
+                level.match,
                 self.grid.field.matrices,
                 self.numbers,
                 weights,

@@ -5,8 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from upholster.lattice import Lattice
+from upholster.methods.quilt._block_kernels import MatchImage
 from upholster.methods.quilt._search_kernels import mean_boxes
 from upholster.methods.quilt.features import pca_features
+from upholster.methods.quilt.phases import level_phases, shown_waves
 from upholster.quilt.pyramid import halved
 from upholster.types import PixelArray
 
@@ -15,14 +18,13 @@ __all__ = ["MatchLevel", "MatchPyramid"]
 
 @dataclass(frozen=True, eq=False, slots=True)
 class MatchLevel:
-    """One level: `image` (height · width · channels) and its boxes' means, see `mean_boxes`, by `step`."""
+    """One level: its size, the pixels between two candidates, and what kernels know of it."""
 
     height: int
     width: int
     channels: int
     step: int
-    image: NDArray[np.uint8]
-    plane: NDArray[np.float32]
+    match: MatchImage
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -44,8 +46,9 @@ class MatchPyramid:
     usage_step: int
 
     @classmethod
-    def of(cls, exemplar: PixelArray, last: int = 0) -> "MatchPyramid":
-        """Make the levels of an exemplar (H, W, C), from 0 to `last`."""
+    def of(cls, exemplar: PixelArray, last: int = 0, lattice: Lattice | None = None) -> "MatchPyramid":
+        """Make the levels of an exemplar (H, W, C), from 0 to `last`, with its phases where they count."""
+        shown = shown_waves(lattice)
         form, variance = pca_features(exemplar)
         image = form
         levels = []
@@ -56,7 +59,9 @@ class MatchPyramid:
             flat = np.ascontiguousarray(image).reshape(-1)
             step = _step(height, width)
             plane = mean_boxes(flat, height, width, channels, step)
-            levels.append(MatchLevel(height, width, channels, step, flat, plane))
+            phases = level_phases(lattice, level, height, width)
+            match = MatchImage(flat, plane, phases, shown)
+            levels.append(MatchLevel(height, width, channels, step, match))
         usage_step = max(4, 1 << (len(levels) - 1))
         while max(form.shape[:2]) > 64 * usage_step:
             usage_step *= 2

@@ -16,11 +16,13 @@ from upholster.charts.schedule import schedule
 from upholster.charts.seams import ChartSeam, Transition, find_seams, transitions
 from upholster.errors import InputError
 from upholster.geometry import Surface
+from upholster.methods.quilt._phase_kernels import MISFIT
 from upholster.methods.quilt.emit import emit_list, emit_plan
 from upholster.methods.quilt.grid import BlockGrid, has_coarse_cells
 from upholster.methods.quilt.lay import lay_chart
 from upholster.methods.quilt.match_pyramid import MatchPyramid
 from upholster.methods.quilt.options import QuiltOptions
+from upholster.methods.quilt.phases import Phases, WantedPhases
 from upholster.methods.quilt.transfer import BlockTransfer, ChartPlacements
 from upholster.parallel import run_tasks
 from upholster.quilt.chart import Chart
@@ -42,6 +44,7 @@ def synthesize_quilt(
     fields: Sequence[WarpField] | None = None,
     *,
     options: QuiltOptions | None = None,
+    phases: WantedPhases | None = None,
     wrap: bool = False,
     seed: int = 0,
     threads: int | None = None,
@@ -60,6 +63,8 @@ def synthesize_quilt(
         texel is an exemplar pixel.
     options
         Parameters of the method.
+    phases
+        Of a sample that repeats: where in its periods it shall be. None: it is not looked at.
     wrap
         Whether the one chart's opposite edges meet, so that it tiles.
     seed
@@ -80,7 +85,7 @@ def synthesize_quilt(
     fields = tuple(fields) if fields else (WarpField.identity(),) * len(charts)
     seams = () if wrap else find_seams(surface, charts)
     classes = [[0]] if wrap else schedule(surface, charts, seams)
-    run = _run(exemplar, surface, charts, fields, seams, options, wrap, seed)
+    run = _run(exemplar, surface, charts, fields, seams, options, phases, wrap, seed)
     finished: list[ChartPlacements | None] = [None] * len(charts)
     usage = run.match_pyramid.empty_usage(run.symmetries.bit_count())
     done = 0
@@ -106,7 +111,10 @@ class _Run:
     match_pyramid
         The exemplar as blocks are compared by it.
     weights
-        Evenness and variety, each times the exemplar's variance, and the tolerance of the choice.
+        Of `LayWeights`: evenness and variety, each times the exemplar's variance, the choice's tolerance,
+        and what a unit of misfit costs.
+    phases
+        Those that the surface wants, None where none are looked at.
     seeds
         Of each chart's random numbers.
     shortlist
@@ -121,6 +129,7 @@ class _Run:
     transfer: BlockTransfer
     match_pyramid: MatchPyramid
     weights: FloatArray
+    phases: Phases | None
     seeds: list[int]
     shortlist: int
     symmetries: int
@@ -134,6 +143,7 @@ def _run(
     fields: tuple[WarpField, ...],
     seams: Sequence[ChartSeam],
     options: QuiltOptions,
+    phases: WantedPhases | None,
     wrap: bool,
     seed: int,
 ) -> _Run:
@@ -148,7 +158,8 @@ def _run(
         BlockGrid.of(chart, field, fitting, *sizes, coarse=coarse, copied=copied, wrap=wrap, most=most)
         for chart, field, most in zip(charts, fields, _largest_blocks(charts, seams), strict=True)
     ]
-    match_pyramid = MatchPyramid.of(exemplar, max(grid.level for grid in grids))
+    lattice, surface_phases = (None, None) if phases is None else (phases.lattice, phases.surface)
+    match_pyramid = MatchPyramid.of(exemplar, max(grid.level for grid in grids), lattice)
     onto: list[list[Transition]] = [[] for _ in charts]
     around: list[list[Transition]] = [[] for _ in charts]
     for transition in transitions(surface, charts, seams):
@@ -160,12 +171,23 @@ def _run(
     cells = [grid.mask_cell for grid in grids]
     transfer = BlockTransfer(charts, fields, onto, around, shape, cells, grids[0].feather)
     variance = match_pyramid.variance
-    weights = np.array([options.evenness * variance, options.variety * variance, options.tolerance])
+    phase = 0.0 if phases is None else phases.weight * variance / MISFIT
+    weights = np.array([options.evenness * variance, options.variety * variance, options.tolerance, phase])
     seeds = [
         int(child.generate_state(1, np.uint64)[0])
         for child in np.random.SeedSequence(seed).spawn(len(charts))
     ]
-    return _Run(grids, transfer, match_pyramid, weights, seeds, options.shortlist, symmetries, wrap)
+    return _Run(
+        grids,
+        transfer,
+        match_pyramid,
+        weights,
+        surface_phases,
+        seeds,
+        options.shortlist,
+        symmetries,
+        wrap,
+    )
 
 
 def _symmetries(options: QuiltOptions) -> int:
@@ -207,6 +229,7 @@ def _lay_class(
             run.match_pyramid,
             usage,
             run.weights,
+            phases=run.phases,
             shortlist=run.shortlist,
             symmetries=run.symmetries,
             wrap=run.wrap,

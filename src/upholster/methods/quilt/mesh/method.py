@@ -193,9 +193,9 @@ class _Laying:
             mesh,
             field_arrays(fields, frame.texels, frame.level),
             canvases,
-            MatchImage(level.image, level.plane),
+            level.match,
             numbers,
-            LayWeights(options.evenness * variance, options.variety * variance, options.tolerance),
+            LayWeights(options.evenness * variance, options.variety * variance, options.tolerance, 0.0),
             Span(
                 half,
                 level.height - half,

@@ -1,0 +1,46 @@
+"""How well a source's phases fit those that the surface wants where a block lies."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from upholster.jit import inline
+from upholster.methods.quilt._block_kernels import ChoiceScratch, MatchImage
+from upholster.types import int64
+
+__all__ = ["MISFIT", "misfit", "want_phases"]
+
+MISFIT = 2**14
+"""What `misfit` gives for a wave that is a quarter turn off."""
+
+_STEPS = 1024
+
+# Rounded far from any tie, so that every machine's cosine gives the same.
+_MISFITS = np.rint(MISFIT * (1 - np.cos(2 * np.pi * np.arange(_STEPS) / _STEPS))).astype(np.int64)
+
+
+@inline
+def want_phases(match: MatchImage, phases: NDArray[np.int32], symmetry: int, choice: ChoiceScratch) -> None:
+    """Enter what a block with a symmetry wants, whose centre shall have given phases in 1/65536 turn."""
+    for k in range(match.phases.shape[0]):
+        seen = int64(match.shown[symmetry, k])
+        choice.wanted[k, 0] = abs(seen) - 1
+        choice.wanted[k, 1] = 1 if seen > 0 else -1
+        choice.wanted[k, 2] = phases[k]
+
+
+@inline
+def misfit(phases: NDArray[np.int16], wanted: NDArray[np.int64], place: int) -> Any:
+    """Return the sum over all waves of 1 - cos(phase at a place - wanted phase), in 1/`MISFIT`.
+
+    A wave that the symmetry does not show counts as one a quarter turn off: the mean of all sources.
+    """
+    total = int64(0)
+    for k in range(phases.shape[0]):
+        if wanted[k, 0] < 0:
+            total += MISFIT
+        else:
+            away = wanted[k, 1] * phases[wanted[k, 0], place] - wanted[k, 2]
+            total += _MISFITS[((away + 32) >> 6) & (_STEPS - 1)]
+    return total

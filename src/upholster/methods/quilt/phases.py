@@ -1,0 +1,116 @@
+"""What keeps a repeating texture in step: the sample's phases, and those wanted on the surface."""
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from upholster.charts.phases import TURN, PhaseField
+from upholster.lattice import Lattice
+from upholster.quilt.placement import SYMMETRIES
+from upholster.types import FloatArray
+
+__all__ = ["Phases", "WantedPhases", "in_step", "level_phases", "shown_waves", "whole_waves"]
+
+_NEAR = 0.05
+"""Of a wave's length: a symmetry shows another wave in its place if the two differ by no more."""
+
+
+OVERLAP = 0.3
+"""Of a block, with the one before."""
+
+_STRAINED = 0.03
+"""Of the surface's area: where courses end blocks fall out of step, however small they are."""
+
+_LEAST_BLOCK = 24
+
+
+class Phases(Protocol):
+    """Wanted phases over charts, such as `upholster.charts.phases.PhaseField`."""
+
+    def at(self, chart: int, rows: FloatArray, columns: FloatArray) -> NDArray[np.int16]:
+        """Return them at places (m,) on a chart, (n, m), in 1/65536 turn."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class WantedPhases:
+    """Where in its periods a texture shall be.
+
+    Attributes
+    ----------
+    lattice
+        The sample's waves and its own phases.
+    surface
+        The phases that the surface wants.
+    weight
+        What a source costs whose phases do not fit, in parts of the sample's variance.
+    """
+
+    lattice: Lattice
+    surface: Phases
+    weight: float
+
+
+def in_step(block: int, field: Phases) -> int:
+    """Return the side of a block, in pixels, that keeps neighbours in step where courses are stretched.
+
+    Inside a block the texture has its true scale; from one to the next the wanted phase makes up for what
+    courses are stretched by, a quarter of a turn at most. Blocks are as long as a period at least.
+
+    Parameters
+    ----------
+    block
+        The side that suits the sample.
+    field
+        The wanted phases.
+    """
+    if not isinstance(field, PhaseField):
+        return block
+    apart = 0.25 / max(field.strain(1 - _STRAINED), 1e-9)
+    period = 1 / float(np.sqrt((field.waves**2).sum(axis=1)).min())
+    least = max(_LEAST_BLOCK, period)
+    return min(block, 4 * int(np.ceil(max(least, apart / (1 - OVERLAP)) / 4)))
+
+
+def level_phases(lattice: Lattice | None, level: int, height: int, width: int) -> NDArray[np.int16]:
+    """Return the sample's phases at the middles of a level's pixels, (n, height · width); n = 0 for None.
+
+    Parameters
+    ----------
+    lattice
+        Of the sample.
+    level, height, width
+        Which level of its pyramid, and the level's size in pixels.
+    """
+    if lattice is None:
+        return np.zeros((0, height * width), np.int16)
+    # The middle of an even number of pixels lies half a pixel before the one that is looked at.
+    place, back = (1 << level) >> 1, 0.5 if level else 0.0
+    rows = np.minimum((np.arange(height) << level) + place, lattice.phases.shape[1] - 1)
+    columns = np.minimum((np.arange(width) << level) + place, lattice.phases.shape[2] - 1)
+    moved = np.rint(TURN * back * lattice.waves.sum(axis=1)).astype(np.int64)
+    found = lattice.phases[:, rows[:, None], columns].astype(np.int64) - moved[:, None, None]
+    return np.ascontiguousarray(found.astype(np.int16).reshape(len(moved), -1))
+
+
+def shown_waves(lattice: Lattice | None) -> NDArray[np.int8]:
+    """Return which wave each symmetry shows in each one's place, (8, n): see `MatchImage.shown`."""
+    waves = np.zeros((0, 2)) if lattice is None else lattice.waves
+    found = np.zeros((8, len(waves)), np.int8)
+    both = np.concatenate([waves, -waves])
+    for symmetry, turn in enumerate(SYMMETRIES):
+        # What reads T·x of the sample shows the wave Tᵀf.
+        away = np.sqrt((((both @ turn.reshape(2, 2))[None] - waves[:, None]) ** 2).sum(axis=2))
+        for k, wave in enumerate(waves):
+            best = int(away[k].argmin())
+            if away[k, best] <= _NEAR * np.sqrt((wave**2).sum()):
+                found[symmetry, k] = best + 1 if best < len(waves) else len(waves) - best - 1
+    return found
+
+
+def whole_waves(waves: FloatArray, height: int, width: int) -> FloatArray:
+    """Return the waves nearest to some, (n, 2), with whole periods in a tile of height × width texels."""
+    size = np.array([height, width])
+    found: FloatArray = np.rint(waves * size) / size
+    return found

@@ -1,0 +1,131 @@
+"""Blocks pay for phases: the kernels against their plain twin, symmetries, and lattices that hold."""
+
+import numpy as np
+import pytest
+from plain_quilt import plain_quilt
+from repeating import repeating
+
+from upholster.charts.directions import direction_fields, parse_direction
+from upholster.charts.layout import density_layout
+from upholster.charts.phases import StraightPhases, phase_field
+from upholster.charts.seams import find_seams, transitions
+from upholster.geometry import plane, torus
+from upholster.methods.quilt.method import synthesize_quilt
+from upholster.methods.quilt.options import QuiltOptions
+from upholster.methods.quilt.phases import WantedPhases, level_phases, shown_waves, whole_waves
+from upholster.quilt.chart import Chart
+from upholster.quilt.warp_field import WarpField
+
+SQUARE = [(1 / 12, 0), (0, 1 / 12)]
+NAMES = ("chart", "row", "column", "source_row", "source_column", "symmetry")
+
+
+def scaled(scale):
+    return WarpField.quantised(np.broadcast_to(scale * np.eye(2), (5, 5, 2, 2)))
+
+
+@pytest.mark.parametrize(
+    ("scale", "options", "wrap"),
+    [
+        (None, {}, False),
+        (None, {}, True),
+        (1.3, {}, False),
+        (2.3, {}, False),
+        (None, {"mirror": True, "rotate": True}, False),
+    ],
+)
+def test_it_equals_its_twin(scale, options, wrap):
+    exemplar, lattice = repeating(70, 66, [(1 / 12, 0), (0.004, 1 / 15)] if not options else SQUARE)
+    charts = (Chart(0, 64, 75),)
+    fields = None if scale is None else [scaled(scale)]
+    waves = lattice.waves if scale is None else scale * lattice.waves
+    phases = WantedPhases(lattice, StraightPhases(waves + 0.001), 0.8)
+    more = {"options": QuiltOptions(block=20, shortlist=9, **options), "wrap": wrap, "seed": 4}
+    found = synthesize_quilt(exemplar, plane(), charts, fields, phases=phases, **more)
+    wanted = plain_quilt(exemplar, plane(), charts, fields, phases=phases, **more)
+    assert len(found.placements) > 8
+    for name in NAMES:
+        np.testing.assert_array_equal(found.placements[name], wanted.placements[name], name)
+
+
+def test_levels_have_the_phases_of_their_pixels_middles():
+    _, lattice = repeating(40, 52, [(0.05, 0.013), (-0.02, 0.07)])
+    for level in range(3):
+        height, width = -(-40 >> level), -(-52 >> level)
+        middles = [(np.arange(n) + 0.5) * 2**level - 0.5 for n in (height, width)]
+        turns = np.einsum("ka,aij->kij", lattice.waves, np.stack(np.meshgrid(*middles, indexing="ij")))
+        away = level_phases(lattice, level, height, width) - np.rint(65536 * turns.reshape(2, -1))
+        assert np.abs((away + 32768) % 65536 - 32768).max() <= 2
+    assert level_phases(None, 1, 20, 26).shape == (0, 520)
+
+
+def test_symmetries_show_a_wave_another_or_none():
+    _, straight = repeating(40, 40, [(0.1, 0), (0, 0.1)])
+    # Mirrored columns: the second wave runs the other way. A quarter turn: each shows in the other's place.
+    assert shown_waves(straight)[5].tolist() == [1, -2]
+    assert np.abs(shown_waves(straight)[1]).tolist() == [2, 1]
+    _, rows = repeating(40, 40, [(0.1, 0)])
+    assert shown_waves(rows)[:, 0].tolist() == [1, 0, -1, 0, 0, 1, 0, -1]
+    assert shown_waves(None).shape == (8, 0)
+
+
+def test_a_tile_has_whole_periods():
+    waves = whole_waves(np.array([(0.1, 0.002), (0.03, -0.051)]), 96, 128)
+    np.testing.assert_allclose(waves * (96, 128), np.rint(waves * (96, 128)), atol=1e-9)
+    assert np.abs(waves - [(0.1, 0.002), (0.03, -0.051)]).max() <= 0.5 / 96
+
+
+def broken(quilt, lattice):
+    """Return how many neighbouring texels differ by more than a quarter turn from their step's phase."""
+    found = 0
+    for chart, (texels, sources) in enumerate(zip(quilt.charts, quilt.sources(), strict=True)):
+        at = np.clip(np.rint(sources / 16).astype(int), 0, np.array(lattice.phases.shape[1:]) - 1)
+        shown = lattice.phases[:, at[..., 0], at[..., 1]] / 65536
+        places = np.meshgrid(np.arange(float(texels.height)), np.arange(float(texels.width)), indexing="ij")
+        matrices = quilt.fields[chart].at(*places)
+        for axis in (0, 1):
+            first = (
+                (slice(None), slice(None, -1)) if axis == 0 else (slice(None), slice(None), slice(None, -1))
+            )
+            turns = np.einsum("ka,ija->kij", lattice.waves, matrices[..., axis])[first]
+            jump = np.diff(shown, axis=axis + 1) - turns
+            found += int((np.abs(jump - np.rint(jump)) > 0.25).sum())
+    return found
+
+
+def test_a_flat_lattice_has_no_broken_element():
+    exemplar, lattice = repeating(64, 64, [(1 / 11.3, 0), (0.003, 1 / 13.7)], noise=0.5)
+    charts, options = (Chart(0, 200, 200),), QuiltOptions(block=18)
+    found = []
+    for phases in (None, WantedPhases(lattice, StraightPhases(lattice.waves), 0.5)):
+        quilt = synthesize_quilt(exemplar, plane(), charts, phases=phases, options=options, seed=1)
+        found.append(broken(quilt, lattice))
+    assert found[1] == 0
+    assert found[0] > 20
+
+
+def torus_run(exemplar, lattice, threads=1, phase=True):
+    surface = torus(2, 0.8)
+    charts = density_layout(surface, density=20.0, ring=96)
+    fields = direction_fields(surface, charts, parse_direction("around:z"), 16.0)
+    over = transitions(surface, charts, find_seams(surface, charts))
+    wanted = WantedPhases(lattice, phase_field(charts, fields, over, lattice.waves, 8.0), 1.0)
+    return synthesize_quilt(
+        exemplar,
+        surface,
+        charts,
+        fields,
+        phases=wanted if phase else None,
+        options=QuiltOptions(block=20),
+        seed=2,
+        threads=threads,
+    )
+
+
+def test_rows_round_a_torus_close_on_any_number_of_threads():
+    exemplar, lattice = repeating(80, 80, [(1 / 14.7, 0)], noise=0.5)
+    one, two = (torus_run(exemplar, lattice, threads) for threads in (1, 2))
+    for name in NAMES:
+        np.testing.assert_array_equal(one.placements[name], two.placements[name], name)
+    assert broken(one, lattice) == 0
+    assert broken(torus_run(exemplar, lattice, phase=False), lattice) > 10
