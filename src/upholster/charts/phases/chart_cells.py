@@ -61,14 +61,13 @@ class CellGrid:
         """(rows · columns,) in square pixels, above 0."""
         m, (tall, wide) = self.matrices.reshape(-1, 4), self.size
         determinants = m[:, 0] * m[:, 3] - m[:, 1] * m[:, 2]
-        areas: FloatArray = np.sqrt(determinants**2) * (tall * wide)
-        return np.maximum(areas, 1e-6 * tall * wide)
+        areas: FloatArray = np.maximum(np.abs(determinants), 1e-6) * (tall * wide)
+        return areas
 
     def centres(self, cells: NDArray[np.intp]) -> FloatArray:
         """Return the centres (n, 2), in texels, of some of its cells, counted from its first."""
-        tall, wide = self.size
         at = np.stack([cells // self.columns, cells % self.columns], axis=1)
-        centres: FloatArray = (at + 0.5) * (tall, wide) - 0.5
+        centres: FloatArray = (at + 0.5) * np.array(self.size) - 0.5
         return centres
 
     def beside(self, edge: int, along: FloatArray) -> NDArray[np.intp]:
