@@ -79,6 +79,8 @@ export class UphModel extends Group<UphModelEvents> {
   bytes(): Uint8Array
   /** Stop receiving: what is shown stays. */
   abort(): void
+  /** A plain group that shares geometry, materials and textures; its textures refine with this model's. */
+  clone(recursive?: boolean): this
   /** Stop, and free textures, geometry and worker. */
   dispose(): void
 }

@@ -44,6 +44,9 @@ export interface UpholsterViewerEventMap {
  * `--upholster-text`, `-muted`, `-surface`, `-line`, `-track`, `-accent`, `-on-accent` (colours) and `-font` (a family).
  */
 export class UpholsterViewer extends HTMLElement {
+  /** The attribute `src`. Setting it opens that stream; null, as removing the attribute, shows nothing. */
+  get src(): string | null
+  set src(address: string | null | undefined)
   /** Open a stream: its address, or the stream itself. What was open before is dropped. */
   open(source: string | Uint8Array | ArrayBuffer): void
   /** The model shown; null where nothing is open. */

@@ -87,7 +87,17 @@ export class UpholsterViewer extends HTMLElement {
   open(source) {
     this.#close()
     this.#source = source
-    if (this.isConnected) this.#begin()
+    if (this.isConnected && source !== null) this.#begin()
+  }
+
+  /** Address of the stream, as the attribute has it; null for none. */
+  get src() {
+    return this.getAttribute('src')
+  }
+
+  set src(address) {
+    if (address === null || address === undefined) this.removeAttribute('src')
+    else this.setAttribute('src', address)
   }
 
   /** The model shown, a `UphModel`, or null. */
@@ -182,7 +192,7 @@ export class UpholsterViewer extends HTMLElement {
 
   attributeChangedCallback(name, before, after) {
     if (!this.#stage || before === after) return
-    if (name === 'src' && after !== null) this.open(after)
+    if (name === 'src') this.open(after)
     else if (name === 'view') this.view = this.#startView
     else if (name === 'autorotate') this.#rotate()
     else this.#applySettings()

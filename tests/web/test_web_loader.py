@@ -284,3 +284,60 @@ def _differences(picture: Any, points: Any, across: Any) -> float:
         for at in (points - across, points, points + across)
     ]
     return float(np.abs(found[0] - 2 * found[1] + found[2]).mean())
+
+
+def test_what_users_do_to_materials_and_meshes_stays(page: Any) -> None:
+    found = evaluate(
+        page,
+        """async () => {
+          const model = await new UphLoader().loadAsync('streams/material.uph')
+          const meshes = () => model.children.filter((child) => child.isMesh)
+          const [mesh, other] = meshes()
+          Object.assign(mesh.material, { roughness: 0.25, transparent: true, opacity: 0.5 })
+          mesh.material.emissive.set(0x123456)
+          mesh.visible = false
+          const { map } = other.material
+          const own = (other.material = new THREE.MeshBasicMaterial({ map, color: 0xff0000 }))
+          const copy = model.clone()
+          const renderer = new THREE.WebGLRenderer()
+          const camera = new THREE.PerspectiveCamera(40, 1, 0.1, 100)
+          camera.position.setScalar(3 * model.sphere.radius)
+          camera.lookAt(model.sphere.center)
+          const scene = new THREE.Scene().add(model, copy)
+          for (let n = 0; n < 100 && !model.complete; n++) {
+            renderer.render(scene, camera)
+            await new Promise((done) => setTimeout(done, 30))
+          }
+          await model.settled()
+          renderer.render(scene, camera)
+          const caster = new THREE.Raycaster()
+          const hits = []
+          for (let n = -9; n < 10; n++) {
+            caster.setFromCamera(new THREE.Vector2(n / 10, n / 30), camera)
+            hits.push(...caster.intersectObject(model))
+          }
+          const told = {
+            complete: model.complete,
+            kept: [mesh.material.roughness, mesh.material.transparent, mesh.material.opacity, mesh.visible],
+            emissive: mesh.material.emissive.getHex(),
+            basic: [other.material === own, own.map !== null, own.map.image.width > 1, own.color.getHex()],
+            third: [meshes()[2].material.aoMap !== null, meshes()[2].material.roughness],
+            clone: [copy.type, copy.children.length === meshes().length],
+            shared: copy.children[2].material === meshes()[2].material,
+            hits: hits.length > 0 && hits.every(({ object }) => object.isMesh),
+          }
+          model.dispose()
+          renderer.dispose()
+          return told
+        }""",
+    )
+    assert found == {
+        "complete": True,
+        "kept": [0.25, True, 0.5, False],
+        "emissive": 0x123456,
+        "basic": [True, True, True, 0xFF0000],
+        "third": [True, 1],
+        "clone": ["Group", True],
+        "shared": True,
+        "hits": True,
+    }

@@ -277,6 +277,24 @@ def test_what_is_removed_is_freed(tab: Any, site: Any) -> None:
     _wait_for_workers(page, 1)
 
 
+def test_src_is_a_property_and_an_attribute(tab: Any, site: Any) -> None:
+    page = tab.open(f"{site}/view/ring.uph").complete().page
+    assert tab.call("return viewer.src") == "/streams/ring.uph"
+    tab.call("viewer.src = '/streams/ball.uph'")
+    tab.complete()
+    assert tab.call("return [viewer.getAttribute('src'), viewer.model.received]") == [
+        "/streams/ball.uph",
+        len(browser.ball()),
+    ]
+    tab.call("viewer.removeAttribute('src')")
+    assert tab.call("return [viewer.src, viewer.model]") == [None, None]
+    _wait_for_workers(page, 0)
+    tab.call("viewer.src = '/streams/ring.uph'")
+    tab.complete()
+    tab.call("viewer.src = null")
+    assert tab.call("return [viewer.hasAttribute('src'), viewer.model]") == [False, None]
+
+
 def test_a_file_opens_from_disk(tab: Any, streams: Any, tmp_path: Any) -> None:
     page, stream = tmp_path / "ring & ring.html", tmp_path / "ring.uph"
     assert run_cli("refine", streams / "ring.uph", "-o", page, "-o", stream).returncode == 0

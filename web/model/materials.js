@@ -1,10 +1,11 @@
 /** Textures of charts and the materials that they are part of. */
 
 import {
-  Color,
   DataTexture,
+  DoubleSide,
   LinearFilter,
   LinearMipmapLinearFilter,
+  MeshStandardMaterial,
   MirroredRepeatWrapping,
   NoColorSpace,
   RGBAFormat,
@@ -36,17 +37,17 @@ export class Preview {
     this.#texture.wrapS = this.#texture.wrapT = MirroredRepeatWrapping
   }
 
-  /** Take over a better exemplar, `repeat` of its pixels to a texel. */
-  update({ height, width, data, repeat }, materials, sizes) {
+  /** Take over a better exemplar, `repeat` of its pixels to a texel; every chart's textures get their view of it. */
+  update({ height, width, data, repeat }, textures, sizes) {
     this.#texture.image = { data, height, width }
     this.#texture.needsUpdate = true
-    materials.forEach(({ userData }, n) => {
+    textures.forEach((own, n) => {
       const size = sizes[n]
-      userData.preview ??= this.#texture.clone()
-      userData.preview.needsUpdate = true
+      own.preview ??= this.#texture.clone()
+      own.preview.needsUpdate = true
       // From a texture with a gutter to pixels of the exemplar, the chart's first texel on its first pixel.
-      userData.preview.repeat.set((repeat * (size.width + 2)) / width, (repeat * (size.height + 2)) / height)
-      userData.preview.offset.set(-repeat / width, -repeat / height)
+      own.preview.repeat.set((repeat * (size.width + 2)) / width, (repeat * (size.height + 2)) / height)
+      own.preview.offset.set(-repeat / width, -repeat / height)
     })
   }
 
@@ -55,28 +56,60 @@ export class Preview {
   }
 }
 
-/** Let a material have the maps that are known; `radius` is that of the model. */
-export function updateMaterial(material, roles, alpha, radius) {
-  const { color, preview, normal, surface, emission, height } = material.userData
-  const has = (role) => roles.includes(role)
+/** What was last set on each material that was made here: what has another value since is its user's. */
+const LAST_SET = new WeakMap()
+
+/** A material that `updateMaterial` looks after. */
+export function newMaterial() {
+  const material = new MeshStandardMaterial({ side: DoubleSide, roughness: ROUGHNESS, metalness: 0 })
+  LAST_SET.set(material, {})
+  return material
+}
+
+/**
+ * Let a material have the maps that are known, `textures` of a chart; `radius` is that of the model.
+ *
+ * What somebody has set on the material stays. In a material of somebody's own, textures of the chart are kept the newest ones, and
+ * nothing else is touched.
+ */
+export function updateMaterial(material, textures, roles, alpha, radius) {
+  const { color, preview, normal, surface, emission, height } = textures
+  const has = (role, texture) => (roles.includes(role) && texture) || null
   const maps = {
-    map: color ?? preview,
-    normalMap: has('normal') ? normal : null,
-    aoMap: has('ao') ? surface : null,
-    roughnessMap: has('roughness') ? surface : null,
-    metalnessMap: has('metallic') ? surface : null,
-    emissiveMap: has('emission') ? emission : null,
-    bumpMap: has('height') && !has('normal') ? height : null,
+    map: color ?? preview ?? null,
+    normalMap: has('normal', normal),
+    aoMap: has('ao', surface),
+    roughnessMap: has('roughness', surface),
+    metalnessMap: has('metallic', surface),
+    emissiveMap: has('emission', emission),
+    bumpMap: has('height', !has('normal', normal) && height),
   }
-  for (const [name, texture] of Object.entries(maps)) {
-    if (material[name] === (texture ?? null)) continue
-    material[name] = texture ?? null
-    material.needsUpdate = true
+  const last = LAST_SET.get(material)
+  if (!last) {
+    if (material.map && (material.map === color || material.map === preview)) set(material, 'map', maps.map)
+    return
   }
-  material.roughness = maps.roughnessMap ? 1 : ROUGHNESS
-  material.metalness = maps.metalnessMap ? 1 : 0
-  material.bumpScale = radius / 100
-  material.emissive = new Color(maps.emissiveMap ? 0xffffff : 0x000000)
-  material.transparent = alpha === 'blend'
-  material.alphaTest = alpha === 'mask' ? 0.5 : 0
+  const wanted = {
+    ...maps,
+    roughness: maps.roughnessMap ? 1 : ROUGHNESS,
+    metalness: maps.metalnessMap ? 1 : 0,
+    bumpScale: radius / 100,
+    emissive: maps.emissiveMap ? 0xffffff : 0x000000,
+    transparent: alpha === 'blend',
+    alphaTest: alpha === 'mask' ? 0.5 : 0,
+  }
+  for (const [name, value] of Object.entries(wanted)) {
+    if (name in last && valueOf(material, name) !== last[name]) continue
+    set(material, name, value)
+    last[name] = value
+  }
+}
+
+const valueOf = (material, name) => (name === 'emissive' ? material.emissive.getHex() : material[name])
+
+function set(material, name, value) {
+  if (valueOf(material, name) === value) return
+  if (name === 'emissive') material.emissive.setHex(value)
+  else material[name] = value
+  material.needsUpdate = true
 }

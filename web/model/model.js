@@ -1,10 +1,10 @@
 /** The model that a loader gives: it shows what its worker decodes, paints and tessellates. */
 
-import { BufferGeometry, DoubleSide, Group, LineBasicMaterial, LineSegments, Mesh, MeshStandardMaterial, Sphere, SRGBColorSpace, Vector3 } from 'three'
+import { BufferGeometry, Group, LineBasicMaterial, LineSegments, Mesh, Sphere, SRGBColorSpace, Vector3 } from 'three'
 import { putGutter } from '../uph-gutter.js'
 import { DetailControl } from './detail.js'
 import { chartGeometry, enclose, outlineGeometry, plainMesh } from './geometry.js'
-import { Preview, ROUGHNESS, newTexture, updateMaterial } from './materials.js'
+import { Preview, newMaterial, newTexture, updateMaterial } from './materials.js'
 
 const TEXELS_PER_FRAME = 2 ** 22 // handed to the renderer at once
 
@@ -32,6 +32,8 @@ export class UphModel extends Group {
   #errorPixels
   #parts = [] // pieces of the stream
   #meshes = [] // one per chart
+  #materials = [] // as they were made: a mesh may have another one by now
+  #textures = [] // of each chart, by what they show
   #bounds = []
   #sizes = []
   #detail = null
@@ -52,6 +54,7 @@ export class UphModel extends Group {
     this.#errorPixels = errorPixels
     this.outlines = new LineSegments(new BufferGeometry(), new LineBasicMaterial({ color: 0x2266ff }))
     this.outlines.visible = false
+    this.outlines.raycast = () => {} // rays hit what is invisible, too
     this.add(this.outlines)
     worker.onmessage = ({ data }) => this.#receive(data)
     worker.onerror = (event) => this.fail(new Error(event.message || 'the worker uph-worker.js does not start'))
@@ -109,11 +112,11 @@ export class UphModel extends Group {
   }
 
   get wireframe() {
-    return this.#meshes[0]?.material.wireframe ?? false
+    return this.#materials[0]?.wireframe ?? false
   }
 
   set wireframe(on) {
-    for (const { material } of this.#meshes) material.wireframe = on
+    for (const material of this.#materials) material.wireframe = on
   }
 
   /** Stop receiving: what is shown stays. */
@@ -125,15 +128,24 @@ export class UphModel extends Group {
   dispose() {
     this.abort()
     this.#worker.terminate()
-    for (const { geometry, material } of [...this.#meshes, this.outlines, ...(this.#plain ? [this.#plain] : [])]) {
-      for (const texture of Object.values(material.userData)) texture.dispose()
-      geometry.dispose()
-      material.dispose()
-    }
+    const others = this.#plain ? [this.outlines, this.#plain] : [this.outlines]
+    for (const { geometry } of [...this.#meshes, ...others]) geometry.dispose()
+    for (const material of [...this.#materials, ...others.map((one) => one.material)]) material.dispose()
+    for (const texture of this.#textures.flatMap((own) => Object.values(own))) texture.dispose()
     this.#preview?.dispose()
     this.#queue = []
     this.#meshes = []
     this.clear()
+  }
+
+  /**
+   * A group of the same meshes, which shares geometry, materials and textures, as clones in three.js do. Its textures refine with
+   * this model's; its geometry stays as fine as it is now.
+   */
+  clone(recursive = true) {
+    const copy = new Group().copy(this, false)
+    if (recursive) for (const child of this.children) if (child !== this.outlines) copy.add(child.clone())
+    return copy
   }
 
   // ---------------------------------------------------------------- messages
@@ -163,8 +175,9 @@ export class UphModel extends Group {
     this.#detail = new DetailControl(bounds, this.#errorPixels, (counts) => this.#send({ kind: 'counts', counts }))
     this.texels = charts.reduce((sum, { height, width }) => sum + height * width, 0)
     enclose(bounds, this.sphere)
-    this.#meshes = charts.map((_, chart) => {
-      const material = new MeshStandardMaterial({ side: DoubleSide, roughness: ROUGHNESS, metalness: 0 })
+    this.#materials = charts.map(newMaterial)
+    this.#textures = charts.map(() => ({}))
+    this.#meshes = this.#materials.map((material, chart) => {
       const mesh = new Mesh(new BufferGeometry(), material)
       mesh.name = `chart ${chart}`
       mesh.visible = false // until it has a texture
@@ -219,10 +232,12 @@ export class UphModel extends Group {
     this.roles = roles
     this.shown = { bytes, coefficients, charts }
     this.total = total
-    for (const mesh of this.#meshes) {
-      updateMaterial(mesh.material, roles, alpha, this.sphere.radius)
-      mesh.visible = true
-    }
+    this.#meshes.forEach((mesh, chart) => {
+      for (const material of new Set([this.#materials[chart], mesh.material].flat())) {
+        updateMaterial(material, this.#textures[chart], roles, alpha, this.sphere.radius)
+      }
+      if (!this.first) mesh.visible = true
+    })
     this.#plain?.material.color.setRGB(...mean, SRGBColorSpace)
     this.#worker.postMessage({ kind: 'shown', buffers }, buffers)
     const type = this.first ? 'refine' : 'first'
@@ -235,16 +250,16 @@ export class UphModel extends Group {
     const { chart, target, height, width, data } = entry
     if (entry.preview) {
       this.#preview ??= new Preview()
-      this.#preview.update(entry, this.#meshes.map(({ material }) => material), this.#sizes)
+      this.#preview.update(entry, this.#textures, this.#sizes)
       return null
     }
-    const { userData } = this.#meshes[chart].material
+    const textures = this.#textures[chart]
     if (entry.unplaced) {
-      userData[target]?.dispose()
-      delete userData[target]
+      textures[target]?.dispose()
+      delete textures[target]
       return null
     }
-    const texture = (userData[target] ??= newTexture(target))
+    const texture = (textures[target] ??= newTexture(target))
     const { image } = texture
     texture.needsUpdate = true
     if (entry.gutter) {
