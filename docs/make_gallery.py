@@ -62,6 +62,7 @@ class Figure:
 FIGURES = (
     Figure("hero", "Bricks on a ring", results.hero),
     Figure("chairs", "A model", results.chairs),
+    Figure("players", "A rigged model in other programs", results.players, results.players_lacking),
     Figure("strip", "Three more samples", results.strip),
     Figure("beside", "The paper's method and ours", quilts.beside),
     Figure("everywhere", "One sample, every surface", quilts.everywhere),

@@ -35,6 +35,15 @@ CAPTIONS = {
         and `pebbles.png` (`40cm`), each with `--texels 2M --seed 1`. Rows run level; where the surface lies
         flat, as on the seat, they run round its middle.
         """,
+    "players": """\
+        `weave.png` on a fox with a skin and three animations (`--texels 1M --seed 1`), in our renderer, in
+        three.js and in Blender 5.0 (Cycles). Joints, weights, bind matrices and animations are those of the
+        source, to the bit; in every pose each corner of each triangle is where the source has it, in both
+        programs. The fox: model by PixelMannen (CC0), rig and animation by @tomkranis (CC BY 4.0), conversion
+        to glTF by @AsoboStudio and @scurest (CC BY 4.0); it is not part of the project. Made and checked by
+
+            python -m benchmarks.players fox.glb -o OUT --blender PYTHON_WITH_BPY --gallery
+        """,
     "strip": """\
         `weave.png` on a torus (`--on torus:R=2,r=0.9 --sample-size 1.6`), `pebbles.png` on a vase (`--on vase
         --sample-size 0.8`) and `granite.png` on a sphere (`--on sphere --sample-size 0.9`), each with
