@@ -1,5 +1,6 @@
 """Measures of a synthesis: seams, scale, fidelity to the exemplar, verbatim copies (docs/measures.md)."""
 
+from upholster.measure.broken import BrokenElements, broken_elements
 from upholster.measure.copies import Copies, copies
 from upholster.measure.cuts import cut_seam_ratio, matched_cut_ratio
 from upholster.measure.edges import matched_edge_ratio
@@ -13,6 +14,7 @@ from upholster.measure.solid import Solid, check_solid, shown_length, solid_line
 from upholster.measure.structure import Peak, Structure, structure
 
 __all__ = [
+    "BrokenElements",
     "Copies",
     "MappingReport",
     "Measures",
@@ -23,6 +25,7 @@ __all__ = [
     "Structure",
     "TexelScale",
     "WrapSeams",
+    "broken_elements",
     "check_solid",
     "copies",
     "cut_seam_ratio",

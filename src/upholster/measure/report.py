@@ -12,6 +12,8 @@ from upholster.charts.mesh_layout import CREASE
 from upholster.errors import InputError
 from upholster.geometry import AnySurface, MeshSurface
 from upholster.image import check_exemplar
+from upholster.lattice import find_lattice
+from upholster.measure.broken import BrokenElements, broken_elements
 from upholster.measure.copies import Copies, copies
 from upholster.measure.cuts import cut_seam_ratio, matched_cut_ratio
 from upholster.measure.edges import matched_edge_ratio
@@ -70,6 +72,8 @@ class Measures:
         None for a flat image, which does not tell.
     wrap
         `wrap_seams`, for a flat image that is meant to be tiled, else None.
+    broken
+        `broken_elements`; None for a flat image, and where the exemplar has no sure lattice.
     """
 
     wasserstein: tuple[float, ...]
@@ -79,6 +83,7 @@ class Measures:
     copies: Copies | None = None
     mapping: MappingReport | None = None
     wrap: WrapSeams | None = None
+    broken: BrokenElements | None = None
 
     @property
     def wasserstein_mean(self) -> float:
@@ -115,6 +120,8 @@ class Measures:
                 ("seam ratio, wrapped edges", _figure(self.wrap.ratio), "1: invisible"),
                 ("  of any other line", band, "5 % to 95 %"),
             ]
+        if self.broken is not None:
+            rows += _broken_rows(self.broken)
         if self.mapping is not None:
             rows += _mapping_rows(self.mapping)
         if self.scale is not None:
@@ -206,6 +213,7 @@ def measure_cover(
         scale=texel_scale(surface, quilt.charts),
         copies=copies(quilt),
         mapping=mapping(surface, quilt, scale=scale, direction=direction),
+        broken=_broken(surface, quilt, exemplar),
     )
 
 
@@ -239,7 +247,13 @@ def _measure_mesh(
         scale=mesh_texel_scale(surface, quilt.charts),
         copies=copies(quilt),
         mapping=mesh_mapping(surface, quilt, scale=scale, asked=asked),
+        broken=_broken(surface, quilt, exemplar),
     )
+
+
+def _broken(surface: AnySurface, quilt: Quilt, exemplar: PixelArray) -> BrokenElements | None:
+    lattice = find_lattice(exemplar)
+    return None if lattice is None else broken_elements(quilt, lattice, surface)
 
 
 def measure_image(image: PixelArray, exemplar: PixelArray, *, tileable: bool = False) -> Measures:
@@ -296,6 +310,19 @@ def _mapping_rows(found: MappingReport) -> list[tuple[str, str, str]]:
             ("direction error, 95 %", f"{found.angle_95:.2f}°", "0: as asked"),
         ]
     return rows
+
+
+def _broken_rows(found: BrokenElements) -> list[tuple[str, str, str]]:
+    return [
+        ("broken elements", _by_wave(found.share, "{:.1%}"), "of the cuts' length, by period"),
+        ("  in periods, per square period", _by_wave(found.per_area, "{:.3f}"), "0: none"),
+        ("  longest fault", _by_wave(found.faults, "{:.1f}"), "in periods, such as courses"),
+        ("  periods", _by_wave(found.periods, "{:.1f}"), "pixels of the sample"),
+    ]
+
+
+def _by_wave(figures: tuple[float, ...], form: str) -> str:
+    return "  ".join(form.format(figure).replace("%", " %") for figure in figures)
 
 
 def _figure(value: float | None) -> str:

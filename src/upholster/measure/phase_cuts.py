@@ -1,0 +1,142 @@
+"""Cuts, and by how much a lattice's phase jumps at each."""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from upholster.charts.seams import Transition
+from upholster.lattice import Lattice
+from upholster.measure.trace import Trace
+from upholster.quilt import Quilt
+from upholster.quilt.displacement import warped_sources
+from upholster.quilt.placement import SYMMETRIES
+from upholster.quilt.warp_field import UNIT
+from upholster.types import FloatArray, IntArray
+
+__all__ = ["PhaseCuts", "cuts_at_seams", "cuts_inside"]
+
+CONTINUED = 16
+"""A texel beyond a seam continues the other within so many 1/16 pixels: charts are unfolded, not exact."""
+
+Index = NDArray[np.intp]
+Place = tuple[IntArray, IntArray]
+"""Rows and columns in the exemplar, in 1/16 pixel."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class PhaseCuts:
+    """Edges of texels at which two sources meet that do not continue one another.
+
+    Attributes
+    ----------
+    jumps
+        (n, generators) by how much phases jump, in turns, -½ to ½.
+    lengths
+        (n,) in pixels of the sample.
+    charts
+        (n,) the charts.
+    ends
+        (n, 2, 2) rows and columns of each edge's ends: corner (r, c) is the upper left one of texel (r, c).
+    """
+
+    jumps: FloatArray
+    lengths: FloatArray
+    charts: Index
+    ends: Index
+
+    @classmethod
+    def joined(cls, parts: Sequence["PhaseCuts"]) -> "PhaseCuts":
+        """Return all parts as one."""
+        return cls(*(np.concatenate([getattr(part, name) for part in parts]) for name in cls.__slots__))
+
+
+def cuts_inside(trace: Trace, lattice: Lattice) -> Iterator[PhaseCuts]:
+    """Yield the cuts inside a window of a chart: those between rows, and those between columns."""
+    for axis in (0, 1):
+        border = trace.border(axis)
+        cut = ~border.continued & (border.first["symmetry"] == border.second["symmetry"])
+        rows = border.rows[cut] + trace.window.row + (axis == 0)
+        columns = border.columns[cut] + trace.window.column + (axis == 1)
+        # The second texel through either source: the first one's goes on by a texel.
+        first, second = (
+            warped_sources(trace.field, side[cut], rows, columns) for side in (border.first, border.second)
+        )
+        ends = np.stack([rows, columns], axis=1)[:, None].repeat(2, axis=1)
+        ends[:, 1, 1 - axis] += 1
+        along = trace.field.integers_at(rows, columns).reshape(-1, 2, 2)[:, :, 1 - axis] / UNIT
+        charts = np.full(len(rows), trace.window.index, np.intp)
+        yield PhaseCuts(_jumps(lattice, first, second), np.hypot(*along.T), charts, ends)
+
+
+def cuts_at_seams(quilt: Quilt, lattice: Lattice, met: Sequence[Transition]) -> Iterator[PhaseCuts]:
+    """Yield the cuts along seams of patches: where the nearest texel beyond does not go on."""
+    for transition in met:
+        m = transition.seam
+        if (m.other_chart, m.other_edge, m.other_start) < (m.chart, m.edge, m.start):
+            continue  # found from the other side
+        down, far = bool(m.edge & 1), m.edge in (1, 2)
+        own, other = quilt.charts[m.chart], quilt.charts[m.other_chart]
+        along = np.arange(np.ceil(m.start - 0.5), np.ceil(m.stop - 0.5)).astype(np.intp)
+        line = ((own.width if down else own.height) - 1) * far
+        across = np.full(len(along), line, np.intp)
+        texel = np.stack([along, across] if down else [across, along], axis=1)
+        rows, columns, matrices = transition.apply(*texel.T.astype(np.float64))
+        sound = np.isfinite(matrices).all(axis=(1, 2))
+        texel, matrices = texel[sound], matrices[sound]
+        place = np.stack([rows, columns], axis=1)[sound]
+        beyond = np.clip(np.rint(place), 0, (other.height - 1, other.width - 1)).astype(np.intp)
+        step: FloatArray = np.linalg.solve(matrices, (beyond - place)[:, :, None])[:, :, 0].astype(np.float64)
+        ends = texel[:, None].repeat(2, axis=1)
+        ends[:, :, 1 if down else 0] += far
+        ends[:, 1, 0 if down else 1] += 1
+        yield _met(quilt, lattice, (m.chart, texel), (m.other_chart, beyond), step, ends)
+
+
+def _met(
+    quilt: Quilt,
+    lattice: Lattice,
+    here: tuple[int, Index],
+    there: tuple[int, Index],
+    step: FloatArray,
+    ends: Index,
+) -> PhaseCuts:
+    # Cuts between texels (n, 2) of two charts, the second ones a `step` (n, 2) of the first one's texels on.
+    (first, place, painted), (second, found, painted_too) = (_sources(quilt, *side) for side in (here, there))
+    matrices = quilt.fields[here[0]].integers_at(*here[1].T).reshape(-1, 2, 2) / UNIT
+    turned = SYMMETRIES[first["symmetry"]].reshape(-1, 2, 2) @ matrices @ step[:, :, None]
+    onward = place + np.rint(16 * turned[:, :, 0].T).astype(np.int32)
+    cut = painted & painted_too & (first["symmetry"] == second["symmetry"])
+    cut &= np.abs(onward - found).max(axis=0, initial=0) > CONTINUED
+    along = (ends[:, 1] - ends[:, 0])[:, :, None].astype(np.float64)
+    lengths = np.hypot(*(matrices @ along)[:, :, 0].T)
+    jumps = _jumps(lattice, (onward[0], onward[1]), (found[0], found[1]))
+    return PhaseCuts(jumps[cut], lengths[cut], np.full(int(cut.sum()), here[0], np.intp), ends[cut])
+
+
+def _sources(quilt: Quilt, chart: int, texel: Index) -> tuple[NDArray[np.void], IntArray, NDArray[np.bool_]]:
+    # The placements that own texels (n, 2), where these lie in the exemplar (2, n); whether they are owned.
+    placements = quilt.on_chart(chart)
+    if not len(placements) or not len(texel):
+        nothing = np.zeros(len(texel), quilt.placements.dtype)
+        return nothing, np.zeros((2, len(texel)), np.int32), np.zeros(len(texel), bool)
+    low, high = texel.min(axis=0), texel.max(axis=0) + 1
+    owners = quilt.owners(chart, *low.tolist(), *(high - low).tolist())[tuple((texel - low).T)]
+    owner = placements[np.maximum(owners, 0)]
+    return owner, np.stack(warped_sources(quilt.fields[chart], owner, *texel.T)), owners >= 0
+
+
+def _jumps(lattice: Lattice, one: Place, other: Place) -> FloatArray:
+    jumps: FloatArray = _turns(lattice, other) - _turns(lattice, one)
+    return jumps - np.rint(jumps)
+
+
+def _turns(lattice: Lattice, place: Place) -> FloatArray:
+    # The sample's phases (n, generators), in turns; beyond its edges they go on evenly.
+    height, width = lattice.phases.shape[1:]
+    rows, columns = place
+    r, c = np.clip((rows + 8) >> 4, 0, height - 1), np.clip((columns + 8) >> 4, 0, width - 1)
+    rest = np.stack([rows / 16 - r, columns / 16 - c], axis=1)
+    turns: FloatArray = lattice.phases[:, r, c].T / 65536 + (rest[:, :, None] * lattice.waves.T).sum(axis=1)
+    return turns

@@ -1,0 +1,86 @@
+"""Broken elements: cuts at which a sample's lattice jumps, and how long they run."""
+
+import numpy as np
+import pytest
+from measured import grains, quilt_of, tiles
+
+from upholster.errors import InputError
+from upholster.geometry import plane, surface_from_spec
+from upholster.lattice import Lattice, find_lattice
+from upholster.measure import broken_elements, measure_cover
+from upholster.methods import synthesize
+
+
+@pytest.fixture(scope="module")
+def lattice():
+    """That of `tiles`, exactly: rows of 8 pixels, columns of 16."""
+    waves = np.array([[1 / 8, 0.0], [0.0, 1 / 16]])
+    turns = np.tensordot(waves, np.mgrid[:64, :64], axes=1)
+    return Lattice(waves, np.rint(65536 * turns).astype(np.int64).astype(np.int16), np.ones(2))
+
+
+def side_by_side(rows, columns):
+    """Two blocks of 32 × 16 texels, the right one's source shifted from where the left one would go on."""
+    return quilt_of([(16, 8, 32, 16, 20, 20, 0), (16, 24, 32, 16, 20 + rows, 36 + columns, 0)])
+
+
+@pytest.mark.parametrize(
+    ("shift", "expected"),
+    [
+        ((8, 0), (0, 0)),  # a whole period
+        ((0, -16), (0, 0)),
+        ((1, 3), (0, 0)),  # less than a quarter turn
+        ((4, 0), (1, 0)),
+        ((3, -16), (1, 0)),
+        ((8, -8), (0, 1)),
+        ((4, 7), (1, 1)),
+    ],
+)
+def test_only_jumps_of_the_phase_are_broken(lattice, shift, expected):
+    found = broken_elements(side_by_side(*shift), lattice)
+    assert found.share == pytest.approx(expected)
+    # One cut of 32 pixels, on 32² of them.
+    length = np.array(expected) * 32 * np.pi / 4
+    assert found.per_area == pytest.approx(length * found.periods / 32**2)
+    assert found.faults == pytest.approx(length / found.periods)
+
+
+def test_the_share_is_of_all_cuts_and_the_fault_the_longest_run(lattice):
+    # Four blocks of 16²: only the lower right one is half a period too far down.
+    blocks = [(8, 8, 16, 16, 20, 20, 0), (8, 24, 16, 16, 28, 36, 0)]
+    blocks += [(24, 8, 16, 16, 44, 20, 0), (24, 24, 16, 16, 40, 36, 0)]
+    found = broken_elements(quilt_of(blocks), lattice)
+    assert found.share[0] == pytest.approx(0.5)
+    assert found.faults[0] == pytest.approx(32 * np.pi / 4 / found.periods[0])
+    assert found.share[1] == 0
+
+
+def test_blocks_of_other_symmetries_are_left_out(lattice):
+    quilt = quilt_of([(16, 8, 32, 16, 20, 20, 0), (16, 24, 32, 16, 24, 36, 1)])
+    assert broken_elements(quilt, lattice).share == (0, 0)
+
+
+def test_a_lattice_of_another_sample_is_refused(lattice):
+    with pytest.raises(InputError, match="32×32"):
+        broken_elements(quilt_of([(16, 16, 32, 32, 16, 16, 0)], exemplar=(32, 32)), lattice)
+
+
+def test_runs_go_on_across_seams():
+    exemplar = tiles(128, 128, (16, 16))
+    lattice = find_lattice(exemplar)
+    assert lattice is not None
+    surface = surface_from_spec("torus")
+    quilt = synthesize(exemplar, surface, texels=2**16, seed=2, sample_size=2)
+    assert len(quilt.charts) > 1
+    alone, whole = broken_elements(quilt, lattice), broken_elements(quilt, lattice, surface)
+    assert max(alone.faults) > 0
+    assert all(a <= b + 1e-9 for a, b in zip(alone.faults, whole.faults, strict=True))
+    assert sum(whole.faults) > sum(alone.faults)
+
+
+def test_reports_have_it_where_the_sample_has_a_lattice():
+    for exemplar, has in ((tiles(), True), (grains(), False)):
+        quilt = synthesize(exemplar, plane(), texels=(96, 96), seed=1)
+        found = measure_cover(plane(), quilt, exemplar)
+        assert (found.broken is not None) == has
+        assert any(name == "broken elements" for name, _, _ in found.rows()) == has
