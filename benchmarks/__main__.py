@@ -1,7 +1,7 @@
 """Run all benchmarks, or those named: ``python -m benchmarks [flagship] [growth] [stream] …``.
 
-``codec``, ``profiles``, ``claims``, ``fidelity``, ``seams`` and ``photos`` take a folder of exemplars
-instead of the project's own, the last four the options of their modules:
+``codec``, ``profiles``, ``claims``, ``fidelity``, ``seams``, ``lattices`` and ``photos`` take a folder of
+exemplars instead of the project's own, the last five the options of their modules:
 ``python -m benchmarks fidelity FOLDER -o OUT``. ``unwrap`` and ``meshstream`` take a folder of meshes.
 """
 
@@ -11,6 +11,7 @@ from pathlib import Path
 from benchmarks import claims as claims_module
 from benchmarks import fidelity as fidelity_module
 from benchmarks import first_hours as first_hours_module
+from benchmarks import lattices as lattices_module
 from benchmarks import photos as photos_module
 from benchmarks import seams as seams_module
 from benchmarks.codec import codec
@@ -47,6 +48,7 @@ BENCHMARKS = {
     "claims": claims_module.claims,
     "fidelity": fidelity_module.fidelity,
     "seams": seams_module.seams,
+    "lattices": lattices_module.lattices,
     "photos": photos_module.photos,
     "first_hours": first_hours_module.first_hours,
 }
@@ -55,6 +57,7 @@ PROGRAMS = {
     "claims": claims_module.main,
     "fidelity": fidelity_module.main,
     "seams": seams_module.main,
+    "lattices": lattices_module.main,
     "photos": photos_module.main,
     "first_hours": first_hours_module.main,
 }
