@@ -2,10 +2,10 @@
 
 ``python -m benchmarks.lattices [FOLDER …] [-o OUT] [--samples NAME …] [--on SURFACE …] [--seeds N]
 [--texels N] [--option NAME=VALUE …]``, by default generated lattices (`benchmarks.lattice_samples`) and the
-project's bricks and weave; of folders the exemplars that have a lattice, see `benchmarks.fidelity` for how they
-are read. Besides built-in surfaces there are ``flat``, a texture of 512², and ``net``, a bent vase, made here.
-Options are those of `upholster.SynthesisOptions`. Writes lattices.csv, and a picture of each sample's first
-seed to OUT.
+project's bricks and weave; of folders the exemplars that have a lattice, see `benchmarks.fidelity` for how
+they are read. Besides built-in surfaces there are ``flat``, a texture of 512², and ``net``, a bent vase, made
+here. Rows run round the z axis unless the options, those of `upholster.SynthesisOptions`, say otherwise.
+Writes lattices.csv, and a picture of each sample's first seed to OUT.
 """
 
 import argparse
@@ -191,7 +191,9 @@ def _covered(
     shown: bool,
 ) -> tuple[Row, PixelArray | None]:
     surface = plane() if spec == FLAT else bent_vase() if spec == NET else surface_from_spec(spec)
-    size = {"texels": (512, 512)} if spec == FLAT else one_pixel_a_texel(surface, exemplar, texels)
+    size: dict[str, Any] = {"texels": (512, 512)}
+    if spec != FLAT:
+        size = one_pixel_a_texel(surface, exemplar, texels) | {"direction": "around:z"}
     start = time.perf_counter()
     prepared = prepare(exemplar, surface, SynthesisOptions(**size | options))
     quilt = execute(prepared, exemplar, surface, seed=seed)
