@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from benchmarks.lattice_samples import PATTERNS, lattice_sample
 
-from upholster.lattice import find_lattice
+from upholster.lattice import Lattice, find_lattice
 from upholster.lattice._kernels import add_beats, interpolate_phases, smooth_nodes
 
 
@@ -128,3 +128,25 @@ def test_phases_are_interpolated_the_short_way_round():
     expected = mixed + (rows * (3 << 12) - columns * (1 << 12))
     away = (out - expected + 32768) % 65536 - 32768
     assert np.abs(away).max() <= 1
+
+
+@pytest.mark.parametrize(
+    ("waves", "cell"),
+    [
+        ([[1 / 20, 0.0]], 20.0),
+        ([[1 / 20, 0.0], [0.0, 1 / 30]], 30.0),
+        ([[1 / 20, 0.0], [1 / 40, 1 / 30]], 40.0),  # two courses, moved by half a stone of 30
+        ([[1 / 20, 1 / 30], [0.0, 1 / 30]], 30.0),
+    ],
+)
+def test_a_cell_holds_what_repeats(waves, cell):
+    phases = np.zeros((len(waves), 8, 8), np.int16)
+    assert Lattice(np.array(waves), phases, np.ones(len(waves))).cell == pytest.approx(cell)
+
+
+def test_a_sample_that_was_changed_is_looked_at_again():
+    image = lattice_sample("gingham", side=128, unit=10).image
+    assert find_lattice(image) is find_lattice(image)
+    found = find_lattice(image)
+    image[:] = image.transpose(1, 0, 2)[::-1]
+    assert find_lattice(image) is not found

@@ -104,3 +104,10 @@ def test_neither_orientation_nor_depth_matters():
         assert block_size(alike) == expected
     assert block_size(exemplar.astype(np.uint16) * 256) == expected
     assert block_size(exemplar.astype(np.float32) / 255) == expected
+
+
+def test_a_block_holds_a_cell_of_the_lattice():
+    # Planks of one wave: the autocorrelation has no second peak.
+    rows = np.sin(2 * np.pi * np.arange(256) / 50)[:, None] * np.ones(256)
+    planks = np.rint(128 + 60 * rows + 25 * np.random.default_rng(1).normal(size=(256, 256)))
+    assert block_size(planks.clip(0, 255).astype(np.uint8)[..., None]) >= 52

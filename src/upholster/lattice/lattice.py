@@ -1,5 +1,6 @@
 """The lattice of a sample: the waves at which it repeats, and their phases at every pixel."""
 
+import hashlib
 from dataclasses import dataclass
 from itertools import combinations
 from typing import NamedTuple
@@ -36,6 +37,11 @@ _SURE = 0.55
 """Certainty below which a wave is left out."""
 
 
+_KEPT = 4
+_KNOWN: "dict[tuple[tuple[int, ...], str, bytes], Lattice | None]" = {}
+"""What was found in the last samples: block size, phases and measures ask for the same one, one by one."""
+
+
 @dataclass(frozen=True, eq=False)
 class Lattice:
     """One or two waves at which a sample repeats surely.
@@ -60,6 +66,23 @@ class Lattice:
         for array in (self.waves, self.phases, self.certainty):
             frozen_array(array)
 
+    @property
+    def cell(self) -> float:
+        """Side, in pixels, of the least upright square that holds a whole cell; of one wave, its period."""
+        if len(self.waves) == 1:
+            return 1.0 / float(np.hypot(*self.waves[0]))
+        (a, b), (c, d) = self.waves.tolist()
+        area = a * d - b * c
+        # The shortest two shifts that leave both phases as they are (Gauss's reduction).
+        short, long = np.array([d, -c]) / area, np.array([-b, a]) / area
+        while True:
+            if short @ short > long @ long:
+                short, long = long, short
+            steps = round(float(short @ long / (short @ short)))
+            if steps == 0:
+                return float((np.abs(short) + np.abs(long)).max())
+            long = long - steps * short
+
 
 def find_lattice(exemplar: PixelArray) -> Lattice | None:
     """Find the one or two waves at which a sample repeats.
@@ -79,9 +102,19 @@ def find_lattice(exemplar: PixelArray) -> Lattice | None:
     Lattice or None
         None where nothing repeats surely, at least three times.
     """
-    height, width = exemplar.shape[:2]
-    if min(height, width) < _LEAST_SIDE:
+    if min(exemplar.shape[:2]) < _LEAST_SIDE:
         return None
+    digest = hashlib.blake2b(np.ascontiguousarray(exemplar).data, digest_size=16).digest()
+    key = (exemplar.shape, exemplar.dtype.str, digest)
+    if key not in _KNOWN:
+        if len(_KNOWN) == _KEPT:
+            _KNOWN.pop(next(iter(_KNOWN)))
+        _KNOWN[key] = _found(exemplar)
+    return _KNOWN[key]
+
+
+def _found(exemplar: PixelArray) -> Lattice | None:
+    height, width = exemplar.shape[:2]
     by = max(1, min(height, width) // _LOOKED_AT)
     looked_at = planes(reduced(exemplar, by))
     peaks = [

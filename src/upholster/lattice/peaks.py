@@ -9,8 +9,8 @@ from upholster.types import FloatArray
 
 __all__ = ["LEAST_PERIODS", "Peak", "periods", "spectrum_peaks"]
 
-LEAST_PERIODS = 3.0
-"""Of a wave in the sample."""
+LEAST_PERIODS = 2.8
+"""Of a wave in the sample: three, but what is left of one at the edges is hard to tell."""
 
 _HIGHEST = 0.2
 """Cycles per pixel."""

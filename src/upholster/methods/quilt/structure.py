@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from upholster.lattice import find_lattice
 from upholster.methods.quilt.features import pca_features
 from upholster.methods.working_form import working_form
 from upholster.types import FloatArray, IntArray, PixelArray
@@ -46,8 +47,9 @@ def block_size(exemplar: PixelArray) -> int:
 
     It grows with the size of the texture's elements: the distance at which the autocorrelation of the main
     colour, averaged over all directions, has fallen to 0.2. Where the texture repeats, a block also holds a
-    whole cell of its lattice, found by the two shortest of the autocorrelation's high peaks that are not
-    parallel. Sums are exact: the same exemplar gives the same size on every machine.
+    whole cell of its lattice: that of its waves, see `upholster.lattice`, and that of the two shortest of the
+    autocorrelation's high peaks that are not parallel. Sums are exact: the same exemplar gives the same size
+    on every machine.
 
     Parameters
     ----------
@@ -78,7 +80,8 @@ def block_size(exemplar: PixelArray) -> int:
     if spread == 0:  # nothing varies
         return _bounded(_LEAST, _SHARE * shorter)
     size = _bounded(_LEAST + _GROWTH * by * _element(products, pairs, spread), _SHARE * shorter)
-    cell = by * _cell(products / (pairs * spread))
+    lattice = find_lattice(exemplar)
+    cell = max(by * _cell(products / (pairs * spread)), 0.0 if lattice is None else lattice.cell)
     if 0 < cell <= _PERIODIC_SHARE * shorter:
         size = max(size, _bounded(_PERIOD_SHARE * cell, _PERIODIC_SHARE * shorter))
     return size
