@@ -5,8 +5,10 @@ from upholster.measure.copies import Copies, copies
 from upholster.measure.cuts import cut_seam_ratio, matched_cut_ratio
 from upholster.measure.edges import matched_edge_ratio
 from upholster.measure.fidelity import sliced_wasserstein
+from upholster.measure.landmarks import Landmarks, landmark_recurrence
 from upholster.measure.mapping import MappingReport, mapping, mesh_mapping
 from upholster.measure.meshes import MeshSeams, mesh_seams
+from upholster.measure.patch_distance import PatchDistance, patch_distance, undistorted_views
 from upholster.measure.report import Measures, Seams, measure_cover, measure_image
 from upholster.measure.scale import TexelScale, mesh_texel_scale, texel_scale
 from upholster.measure.seams import WrapSeams, edge_seam_ratio, wrap_seams
@@ -16,9 +18,11 @@ from upholster.measure.structure import Peak, Structure, structure
 __all__ = [
     "BrokenElements",
     "Copies",
+    "Landmarks",
     "MappingReport",
     "Measures",
     "MeshSeams",
+    "PatchDistance",
     "Peak",
     "Seams",
     "Solid",
@@ -30,6 +34,7 @@ __all__ = [
     "copies",
     "cut_seam_ratio",
     "edge_seam_ratio",
+    "landmark_recurrence",
     "mapping",
     "matched_cut_ratio",
     "matched_edge_ratio",
@@ -38,10 +43,12 @@ __all__ = [
     "mesh_mapping",
     "mesh_seams",
     "mesh_texel_scale",
+    "patch_distance",
     "shown_length",
     "sliced_wasserstein",
     "solid_lines",
     "structure",
     "texel_scale",
+    "undistorted_views",
     "wrap_seams",
 ]

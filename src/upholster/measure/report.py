@@ -18,8 +18,10 @@ from upholster.measure.copies import Copies, copies
 from upholster.measure.cuts import cut_seam_ratio, matched_cut_ratio
 from upholster.measure.edges import matched_edge_ratio
 from upholster.measure.fidelity import sliced_wasserstein
+from upholster.measure.landmarks import Landmarks, landmark_recurrence
 from upholster.measure.mapping import MappingReport, mapping, mesh_mapping
 from upholster.measure.meshes import mesh_seams
+from upholster.measure.patch_distance import PatchDistance, patch_distance, undistorted_views
 from upholster.measure.scale import TexelScale, mesh_texel_scale, texel_scale
 from upholster.measure.seams import WrapSeams, edge_seam_ratio, wrap_seams
 from upholster.measure.structure import Peak, Structure, structure
@@ -74,6 +76,10 @@ class Measures:
         `wrap_seams`, for a flat image that is meant to be tiled, else None.
     broken
         `broken_elements`; None for a flat image, and where the exemplar has no sure lattice.
+    patches
+        `patch_distance`; None where nothing is as large as a patch.
+    landmarks
+        `landmark_recurrence`; None for a flat image.
     """
 
     wasserstein: tuple[float, ...]
@@ -84,6 +90,8 @@ class Measures:
     mapping: MappingReport | None = None
     wrap: WrapSeams | None = None
     broken: BrokenElements | None = None
+    patches: PatchDistance | None = None
+    landmarks: Landmarks | None = None
 
     @property
     def wasserstein_mean(self) -> float:
@@ -141,6 +149,17 @@ class Measures:
             ("result repeats at", _listed(self.structure.result), "rows, columns"),
             ("structure lost", _figure(self.structure.loss), "0: none"),
         ]
+        if self.patches is not None:
+            rows += [
+                ("patch distance, 31²", _figure(self.patches.to_sample), "result to sample"),
+                ("  the other way", _figure(self.patches.to_result), "sample to result"),
+            ]
+        if self.landmarks is not None:
+            rows += [
+                ("landmarks recur", _figure(self.landmarks.recurrence), "1: as often as all else"),
+                ("  nearest copy", _figure(self.landmarks.nearest), "widths of the sample"),
+                ("  nearest copy, 5 %", _figure(self.landmarks.nearest_5), "widths of the sample"),
+            ]
         if self.copies is not None:
             rows += [
                 ("verbatim neighbours", f"{100 * self.copies.ratio:.2f} %", "copy ratio"),
@@ -214,6 +233,8 @@ def measure_cover(
         copies=copies(quilt),
         mapping=mapping(surface, quilt, scale=scale, direction=direction),
         broken=_broken(surface, quilt, exemplar),
+        patches=patch_distance(undistorted_views(quilt, texels), exemplar),
+        landmarks=landmark_recurrence(surface, quilt, exemplar),
     )
 
 
@@ -248,6 +269,8 @@ def _measure_mesh(
         copies=copies(quilt),
         mapping=mesh_mapping(surface, quilt, scale=scale, asked=asked),
         broken=_broken(surface, quilt, exemplar),
+        patches=patch_distance(undistorted_views(quilt, texels), exemplar),
+        landmarks=landmark_recurrence(surface, quilt, exemplar),
     )
 
 
@@ -294,6 +317,7 @@ def measure_image(image: PixelArray, exemplar: PixelArray, *, tileable: bool = F
         sliced_wasserstein([image], exemplar),
         structure([image], exemplar),
         wrap=wrap_seams(image) if tileable else None,
+        patches=patch_distance([image], exemplar),
     )
 
 

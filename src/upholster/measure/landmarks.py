@@ -1,0 +1,195 @@
+"""How often what catches the eye in a sample recurs in the result, and how near to itself."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from upholster.charts.mesh_layout import chart_places
+from upholster.geometry import AnySurface, MeshSurface, Surface
+from upholster.measure.meshes import triangle_steps
+from upholster.measure.samples import coded
+from upholster.model import face_parameters
+from upholster.quilt import Quilt
+from upholster.quilt.displacement import centre_matrices
+from upholster.quilt.placement import SYMMETRIES
+from upholster.quilt.warp_field import UNIT
+from upholster.types import FloatArray, PixelArray
+
+__all__ = ["Landmarks", "landmark_recurrence", "landmarks"]
+
+MOST = 8
+APART = 8
+"""Landmarks lie no nearer to one another than the sample's shorter side over this."""
+
+BLUR = 32
+"""The shorter side over this is the size of what is looked at."""
+
+Index = NDArray[np.intp]
+
+
+@dataclass(frozen=True, slots=True)
+class Landmarks:
+    """How a sample's most salient places recur.
+
+    Attributes
+    ----------
+    recurrence
+        How often one of them is shown, over how often any place of the sample is, on average: result's area
+        over sample's. 1 is evenly used, 0 never.
+    nearest
+        Median distance, straight through space, from one to the nearest copy of the same: in widths of the
+        sample, a width being the root of its area. 1 is as far apart as can be, 0.5 at random.
+    nearest_5
+        5th percentile of the same: how near to one another the nearest ones are. Both None where nothing is
+        shown twice.
+    """
+
+    recurrence: float
+    nearest: float | None
+    nearest_5: float | None
+
+
+def landmarks(exemplar: PixelArray) -> Index:
+    """Return the places of a sample that differ most from its usual colour: (n, 2) rows and columns, n ≤ 8.
+
+    Colours are averaged over 1/32 of the shorter side, and weighed by how they vary in the sample
+    (Mahalanobis distance).
+    """
+    shorter = min(exemplar.shape[:2])
+    size = max(1, shorter // BLUR)
+    colors = coded(exemplar).astype(np.float64)
+    sums = np.pad(colors.cumsum(axis=0).cumsum(axis=1), ((1, 0), (1, 0), (0, 0)))
+    mean = (sums[size:, size:] - sums[size:, :-size] - sums[:-size, size:] + sums[:-size, :-size]) / size**2
+    away = (mean - mean.mean(axis=(0, 1))).reshape(-1, mean.shape[2])
+    spread = away.T @ away / len(away) + 1e-6 * np.eye(mean.shape[2])
+    salience = (away @ np.linalg.inv(spread) * away).sum(axis=1).reshape(mean.shape[:2])
+    found: list[tuple[int, int]] = []
+    rows, columns = np.mgrid[: salience.shape[0], : salience.shape[1]]
+    while len(found) < MOST and salience.max() > 0:
+        row, column = divmod(int(salience.argmax()), salience.shape[1])
+        found.append((row + size // 2, column + size // 2))
+        salience = np.where(np.hypot(rows - row, columns - column) < shorter / APART, 0.0, salience)
+    return np.array(found, np.intp).reshape(-1, 2)
+
+
+def landmark_recurrence(surface: AnySurface, quilt: Quilt, exemplar: PixelArray) -> Landmarks | None:
+    """Measure how often a sample's most salient places are shown, and how near to one another.
+
+    Exact, from the plan: a landmark is shown where a block that reads there is on top.
+
+    Parameters
+    ----------
+    surface, quilt, exemplar
+        What was covered, how, and with what.
+
+    Returns
+    -------
+    Landmarks or None
+        None where the sample has no landmark, or nothing is painted.
+    """
+    marks = landmarks(exemplar)
+    shown = [np.zeros((0, 3)) for _ in marks]
+    scales, area = [np.zeros(0)], 0.0
+    for index, chart in enumerate(quilt.charts):
+        placed = quilt.on_chart(index)
+        if not len(placed):
+            continue
+        owners = quilt.owners(index, 0, 0, chart.height, chart.width)
+        rows, columns = np.nonzero(owners[::8, ::8] >= 0)
+        sizes = np.abs(np.linalg.det(_matrices(quilt, index, 8 * rows, 8 * columns)))
+        area += float(sizes.sum()) * 64
+        for n, mark in enumerate(marks):
+            texel = _texels(quilt, index, owners, mark)
+            points, scale = _on_surface(surface, quilt, index, texel)
+            shown[n] = np.concatenate([shown[n], points])
+            scales.append(scale)
+    count = sum(len(points) for points in shown)
+    if not len(marks) or not area:
+        return None
+    height, width = quilt.exemplar_shape
+    recurrence = count / len(marks) * height * width / area
+    near = np.concatenate([_nearest(points) for points in shown])
+    if not len(near):
+        return Landmarks(recurrence, None, None)
+    near *= float(np.median(np.concatenate(scales))) / np.sqrt(height * width)
+    return Landmarks(recurrence, float(np.median(near)), float(np.quantile(near, 0.05)))
+
+
+def _texels(quilt: Quilt, index: int, owners: NDArray[np.int32], mark: Index) -> Index:
+    # The texels (n, 2) of a chart at which a place of the sample is shown, each by the block that owns it.
+    placed, field = quilt.on_chart(index), quilt.fields[index]
+    centre = np.stack([placed["row"], placed["column"]], axis=1).astype(np.float64)
+    source = np.stack([placed["source_row"], placed["source_column"]], axis=1) / 16
+    turned = SYMMETRIES[placed["symmetry"]].reshape(-1, 2, 2).transpose(0, 2, 1) @ (mark - source)[:, :, None]
+    own = centre_matrices(field, placed).reshape(-1, 2, 2) / UNIT
+    sound = np.abs(np.linalg.det(own)) > 0
+    own[~sound] = np.eye(2)
+    place = centre + np.linalg.solve(own, turned)[:, :, 0]
+    # ½·(C + M(q))·(q − c) is what the place is from the source: once more with M there.
+    mean = 0.5 * (own + field.at(place[:, 0], place[:, 1]))
+    sound &= np.abs(np.linalg.det(mean)) > 0
+    mean[~sound] = np.eye(2)
+    texel = np.rint(centre + np.linalg.solve(mean, turned)[:, :, 0]).astype(np.intp)
+    sound &= ((texel >= 0) & (texel < owners.shape)).all(axis=1)
+    number = np.flatnonzero(sound)
+    texel = texel[sound]
+    shown: Index = texel[owners[texel[:, 0], texel[:, 1]] == number]
+    return shown
+
+
+def _matrices(quilt: Quilt, index: int, rows: Index, columns: Index) -> FloatArray:
+    return quilt.fields[index].at(rows.astype(np.float64), columns.astype(np.float64))
+
+
+def _on_surface(surface: AnySurface, quilt: Quilt, index: int, texel: Index) -> tuple[FloatArray, FloatArray]:
+    # Where texels (n, 2) lie in space, and the scale there in pixels of the sample per unit.
+    if isinstance(surface, MeshSurface):
+        texel, points, areas = _on_mesh(surface, quilt, index, texel)
+    else:
+        points, areas = _on_patches(surface, quilt, index, texel)
+    pixels = np.abs(np.linalg.det(_matrices(quilt, index, *texel.T)))
+    return points, np.sqrt(pixels[areas > 0] / areas[areas > 0])
+
+
+def _on_patches(surface: Surface, quilt: Quilt, index: int, texel: Index) -> tuple[FloatArray, FloatArray]:
+    chart = quilt.charts[index]
+    s, t = face_parameters(chart, texel[:, 0] + 0.5, texel[:, 1] + 0.5)
+    points, by_s, by_t = surface.faces[chart.face].derivatives(s, t)
+    size = (chart.s1 - chart.s0) / chart.height * (chart.t1 - chart.t0) / chart.width
+    return points, np.linalg.norm(np.cross(by_s, by_t), axis=1) * size
+
+
+def _on_mesh(
+    surface: MeshSurface, quilt: Quilt, index: int, texel: Index
+) -> tuple[Index, FloatArray, FloatArray]:
+    # As many as lie on a triangle: beyond the island there is only its gutter.
+    own = np.flatnonzero(surface.island == quilt.charts[index].face)
+    places = chart_places(surface, quilt.charts)[own]
+    steps = triangle_steps(surface, quilt.charts)[own]
+    edges = places[:, 1:] - places[:, :1]
+    area = edges[:, 0, 0] * edges[:, 1, 1] - edges[:, 0, 1] * edges[:, 1, 0]
+    kept, points, areas = [], [], []
+    for n, at in enumerate(texel + 0.5):
+        away = at - places[:, 0]
+        a = (away[:, 0] * edges[:, 1, 1] - away[:, 1] * edges[:, 1, 0]) / np.where(area > 0, area, 1.0)
+        b = (away[:, 1] * edges[:, 0, 0] - away[:, 0] * edges[:, 0, 1]) / np.where(area > 0, area, 1.0)
+        inside = np.flatnonzero((area > 0) & (a >= 0) & (b >= 0) & (a + b <= 1))
+        if len(inside):
+            k = int(inside[0])
+            kept.append(n)
+            points.append(surface.mesh.corners[own[k], 0] + steps[k] @ away[k])
+            areas.append(np.linalg.norm(np.cross(steps[k, :, 0], steps[k, :, 1])))
+    return texel[kept], np.array(points).reshape(-1, 3), np.array(areas)
+
+
+def _nearest(points: FloatArray) -> FloatArray:
+    # From each point the distance to the nearest other one; nothing for a single one.
+    if len(points) < 2:
+        return np.zeros(0)
+    found = np.empty(len(points))
+    for n, point in enumerate(points):
+        away = ((points - point) ** 2).sum(axis=1)
+        away[n] = np.inf
+        found[n] = away.min()
+    return np.sqrt(found)

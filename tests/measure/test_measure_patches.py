@@ -1,0 +1,101 @@
+"""Patches of the one side in the other, and landmarks that recur."""
+
+import numpy as np
+import pytest
+from measured import grains, quilt_of, tiles, warped
+
+from upholster.geometry import plane, surface_from_spec
+from upholster.measure import landmark_recurrence, measure_cover, patch_distance, undistorted_views
+from upholster.measure.landmarks import landmarks
+from upholster.methods import synthesize
+from upholster.quilt import paint
+
+
+def test_what_is_copied_is_at_no_distance():
+    exemplar = grains(80, 70)
+    both = patch_distance([exemplar[10:60, 5:55]], exemplar)
+    assert both is not None
+    assert both.to_sample == pytest.approx(0, abs=1e-6)
+    assert both.to_result > 0.1  # the result has only a part of it
+
+
+def test_distances_are_those_to_the_nearest_patch():
+    exemplar, result = grains(34, 36, seed=1), grains(31, 31, seed=2)
+    found = patch_distance([result], exemplar)
+    assert found is not None
+    sample, piece = (image.mean(axis=2) / 255 for image in (exemplar, result))
+    windows = np.lib.stride_tricks.sliding_window_view(sample, (31, 31))
+    nearest = np.sqrt(((windows - piece) ** 2).mean(axis=(2, 3))).min()
+    assert found.to_sample == pytest.approx(nearest / sample.std(), rel=1e-4)
+
+
+def test_broken_tiles_are_farther_than_whole_ones():
+    exemplar = tiles(96, 96, (16, 16))
+    whole = tiles(96, 96, (16, 16))
+    broken = whole.copy()
+    broken[:, 48:] = np.roll(whole, 8, axis=0)[:, 48:]
+    near, far = (patch_distance([image], exemplar) for image in (whole, broken))
+    assert near is not None
+    assert far is not None
+    assert near.to_sample < 0.01 < 0.1 < far.to_sample
+
+
+def test_there_is_no_distance_of_what_is_too_small_or_plain():
+    assert patch_distance([grains(30, 64)], grains()) is None
+    assert patch_distance([grains()], np.full((64, 64, 3), 9, np.uint8)) is None
+
+
+def test_views_of_a_warped_result_are_at_the_samples_scale():
+    exemplar = grains(256, 256)
+    quilt = warped(np.random.default_rng(4), 0.5, chart=(320, 320), exemplar=(256, 256))
+    texels = paint(quilt, exemplar)
+    views = undistorted_views(quilt, texels)
+    assert {view.shape for view in views} == {(96, 96, 3)}
+    through, stretched = (patch_distance(side, exemplar) for side in (views, texels.arrays))
+    assert through is not None
+    assert stretched is not None
+    assert through.to_sample < 0.6 * stretched.to_sample
+
+
+def spotted():
+    """Grey grain with two spots that catch the eye."""
+    exemplar = grains(64, 64, seed=3) // 8 + 100
+    exemplar[18:23, 40:45] = (250, 20, 20)
+    exemplar[50:55, 8:13] = (20, 20, 250)
+    return exemplar
+
+
+def test_landmarks_are_what_catches_the_eye():
+    found = {tuple(mark) for mark in landmarks(spotted())[:2].tolist()}
+    assert all(min(np.hypot(r - a, c - b) for r, c in found) < 3 for a, b in [(20, 42), (52, 10)])
+
+
+def test_landmarks_are_counted_and_their_distances_measured():
+    exemplar = spotted()
+    first = landmarks(exemplar)[0]
+    # The first landmark in the middle of each of two blocks of 16², 16 texels apart, and nothing else.
+    blocks = [(8, 8, 16, 16, *first, 0), (8, 24, 16, 16, *first, 0)]
+    quilt = quilt_of(blocks, chart=(16, 32))
+    surface = plane(64, 32)  # 64 units wide: two of them a texel, and a pixel
+    found = landmark_recurrence(surface, quilt, exemplar)
+    assert found is not None
+    own = sum(bool((np.abs(mark - first) < 8).all()) for mark in landmarks(exemplar))
+    assert own == 1
+    assert found.recurrence == pytest.approx(2 / 8 * 64 * 64 / (16 * 32))
+    assert found.nearest == pytest.approx(16 / 64)
+    assert found.nearest_5 == pytest.approx(16 / 64)
+
+
+def test_every_kind_of_surface_has_these_measures():
+    exemplar = grains(64, 64)
+    for surface, options in [
+        (plane(), {"texels": (96, 96)}),
+        (surface_from_spec("torus"), {"texels": 40000}),
+    ]:
+        quilt = synthesize(exemplar, surface, seed=1, **options)
+        found = measure_cover(surface, quilt, exemplar)
+        assert found.patches is not None
+        assert found.landmarks is not None
+        assert 0.3 < found.landmarks.recurrence < 3
+        names = [name for name, _, _ in found.rows()]
+        assert {"patch distance, 31²", "landmarks recur"} <= set(names)
