@@ -6,7 +6,16 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["MAX_SAMPLE", "FloatArray", "IntArray", "PixelArray", "Progress", "frozen_array", "int64"]
+__all__ = [
+    "MAX_SAMPLE",
+    "FloatArray",
+    "IntArray",
+    "PixelArray",
+    "Progress",
+    "frozen_array",
+    "int64",
+    "uint64",
+]
 
 FloatArray = NDArray[np.float64]
 """Geometry and coefficients: always float64."""
@@ -26,6 +35,10 @@ MAX_SAMPLE = 65504.0
 
 int64: Any = np.int64
 """For kernels, in which numbers of 64 bits and Python's are the same, but not to the type checker."""
+
+uint64: Any = np.uint64
+"""For kernels, of places in arrays: of a number that has no sign compiled code does not ask whether it counts
+from the end, which takes as long as all else in a hot loop, and keeps it from taking several at a time."""
 
 Array = TypeVar("Array", bound=NDArray[Any])
 

@@ -20,8 +20,11 @@ def test_levels_are_the_pyramids(shape):
     assert match_pyramid.variance == variance
     assert len(match_pyramid.levels) == 3
     for match_level in match_pyramid.levels:
-        assert (match_level.height, match_level.width, match_level.channels) == image.shape
-        assert (match_level.match.image.reshape(image.shape) == image).all()
+        height, width, channels = image.shape
+        assert (match_level.height, match_level.width) == (height, width)
+        pixels = match_level.match.image.view(np.uint8).reshape(height, width, 4)
+        assert (pixels[..., :channels] == image).all()
+        assert not pixels[..., channels:].any()
         assert match_level.match.plane.dtype == np.float32
         image = halved(image)
     assert len(MatchPyramid.of(exemplar).levels) == 1

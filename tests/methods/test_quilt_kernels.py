@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from plain_quilt import PlainChart, PlainLevel, box_means, texture
 
+from upholster.methods.quilt._block_kernels import ChartCanvas
 from upholster.methods.quilt._search_kernels import mean_boxes
 from upholster.methods.quilt._transfer_kernels import lay_transferred, transfer_masks
 from upholster.methods.quilt.grid import BlockGrid
@@ -14,11 +15,16 @@ from upholster.quilt.placement import PLACEMENT
 from upholster.quilt.warp_field import WarpField
 
 
+def channels_of(match_level):
+    """Return the pixels of a level, channel by channel: (rows, columns, 4)."""
+    return match_level.match.image.view(np.uint8).reshape(match_level.height, match_level.width, 4)
+
+
 @pytest.mark.parametrize("step", [1, 2, 4])
 @pytest.mark.parametrize("shape", [(1, 1, 1), (3, 9, 2), (16, 16, 3), (37, 22, 4)])
 def test_boxes_means_lie_in_groups(shape, step):
     image = np.random.default_rng(1).integers(0, 256, shape, dtype=np.uint8)
-    found = mean_boxes(image.reshape(-1), *shape, step)
+    found = mean_boxes(np.ascontiguousarray(image[..., 0]), step)
     wanted = box_means(image.astype(int))
     rows, columns = -(-shape[0] // step), -(-shape[1] // step)
     assert found.shape == (step * step, rows * columns)
@@ -139,20 +145,18 @@ def test_transferred_blocks_are_laid_and_count_where_they_are_whole(scale, size)
     placed["first_cell"] = np.concatenate([[0], np.cumsum(areas)[:-1]])
     cells = (rng.random(areas.sum()) < 0.9).astype(np.uint8)
 
-    image = match_level.match.image.reshape(match_level.height, match_level.width, match_level.channels)
+    image = channels_of(match_level)
     plain = PlainChart(grid, grid.need({0, 1}), PlainLevel(image.astype(np.int64), match_level.step), False)
     plain.lay_transferred(placed, cells)
-    canvas = np.zeros((plain.canvas.shape[0], plain.canvas.shape[1] * match_level.channels), np.uint8)
+    canvas = np.zeros(plain.laid.shape, np.int32)
     covered, symmetries = np.zeros(plain.laid.shape, np.uint8), np.full(plain.laid.shape, 255, np.uint8)
     names = ("row", "column", "height", "width", "source_row", "source_column", "symmetry", "first_cell")
     laid = np.stack([placed[name].astype(np.int32) for name in names], axis=1)
     laid = np.concatenate([laid, centre_matrices(field, placed)], axis=1)
     lay_transferred(
-        canvas,
-        covered,
-        symmetries,
+        ChartCanvas(canvas, covered, symmetries),
         match_level.match.image,
-        (match_level.height, match_level.width, match_level.channels, grid.level),
+        (match_level.height, match_level.width, grid.level),
         field.matrices,
         field.margin,
         plain.pads,
@@ -160,7 +164,7 @@ def test_transferred_blocks_are_laid_and_count_where_they_are_whole(scale, size)
         laid,
         cells,
     )
-    assert (canvas.reshape(plain.canvas.shape) == plain.canvas).all()
+    assert (canvas.view(np.uint8).reshape(plain.canvas.shape) == plain.canvas).all()
     assert (covered == plain.laid).all()
     assert (symmetries == plain.shown % 256).all()
     assert 0.05 < covered.mean() < 0.95

@@ -32,6 +32,7 @@ __all__ = [
     "pixel_at",
     "position_of",
     "splat_tent",
+    "squared_difference",
     "whole_pixels",
 ]
 
@@ -41,6 +42,9 @@ __all__ = [
 ROW, COLUMN, LEFT, TOP, SOURCE_ROW, SOURCE_COLUMN, SYMMETRY, LAID, PHASE = range(9)
 BLOCK_COLUMNS = PHASE + 2
 
+_FEW = 4096
+"""Candidates that are searched at a time: their costs stay in the fastest memory."""
+
 REFINED = 4
 """How many of the best candidates are looked round."""
 
@@ -48,24 +52,25 @@ REFINED = 4
 class ChartCanvas(NamedTuple):
     """A chart and what is round it, every block whole.
 
-    `canvas` (rows, columns · channels) holds what is laid; `covered` (rows, columns) has bit 0 where
+    `canvas` (rows, columns) holds the pixels that are laid; `covered` (rows, columns) has bit 0 where
     something is, and bit 1 where it must not change, for finished charts go on there. `symmetries` (rows,
     columns) holds the symmetry of the block that each laid texel comes from.
     """
 
-    canvas: NDArray[np.uint8]
+    canvas: NDArray[np.int32]
     covered: NDArray[np.uint8]
     symmetries: NDArray[np.uint8]
 
 
 class MatchImage(NamedTuple):
-    """The exemplar in its matching form, (H · W · channels), and its boxes' means, see `mean_boxes`.
+    """The exemplar in its matching form, and its boxes' means, see `mean_boxes`.
 
-    `phases` (n, H · W) are its waves' phases, n = 0 where none are looked at; and `shown` (8, n) tells for
-    each symmetry which wave is seen in a wave's place: k + 1 for wave k, -k - 1 for its opposite, 0 for none.
+    A pixel of `image` (H · W) is a number of four channels, 8 bits each: see `squared_difference`. `phases`
+    (n, H · W) are its waves' phases, n = 0 where none are looked at; and `shown` (8, n) tells for each
+    symmetry which wave is seen in a wave's place: k + 1 for wave k, -k - 1 for its opposite, 0 for none.
     """
 
-    image: NDArray[np.uint8]
+    image: NDArray[np.int32]
     plane: NDArray[np.float32]
     phases: NDArray[np.int16]
     shown: NDArray[np.int8]
@@ -74,7 +79,7 @@ class MatchImage(NamedTuple):
 class LayNumbers(NamedTuple):
     """Numbers of a chart and its blocks.
 
-    `height`, `width`, `channels` are the exemplar's on `level`; `step` pixels lie between two candidates, of
+    `height`, `width` are the exemplar's on `level`; `step` pixels lie between two candidates, of
     which `shortlist` are judged, and `usage_step` between two points at which usage is counted. Blocks may
     have symmetry n where bit n of `symmetries` is 1. `margin` is the warp field's. Texel (0, 0) lies at
     (`origin_row`, `origin_column`) of the canvas; if `wrap` is 1, the canvas's ends meet. A block is
@@ -85,7 +90,6 @@ class LayNumbers(NamedTuple):
 
     height: int
     width: int
-    channels: int
     level: int
     step: int
     shortlist: int
@@ -141,7 +145,7 @@ class BlockTexels(NamedTuple):
     rows: NDArray[np.int64]
     columns: NDArray[np.int64]
     marks: NDArray[np.uint8]
-    old: NDArray[np.uint8]
+    old: NDArray[np.int32]
     ys: NDArray[np.int32]
     xs: NDArray[np.int32]
 
@@ -150,18 +154,19 @@ class ChoiceScratch(NamedTuple):
     """Scratch: what a source is chosen by, and candidates.
 
     `features` (n, 2) are boxes of what is laid, rows and columns from a candidate, and `means` their means.
-    `offsets` and `values` are pixels from a candidate and what should be there, channel by channel.
-    `penalties` has the shape of usage for one symmetry. `wanted` (2, 3) tells for each wave which of the
-    exemplar's shall have which phase: its number (-1: none), 1 or -1 for its opposite, the phase. `kept` are
-    candidates as row · width + column, `judged` what they cost; `continued` (2, 3) are those that continue
-    the left and upper neighbours: candidate (-1: none), and source in 1/16 pixel. `heap` and `costs` are the
-    search's.
+    `offsets` and `values` are pixels from a candidate and what should be there, in the order in which they
+    are compared; `listed` (2, n) are the same in that in which they were found. `penalties` has the shape of
+    usage for one symmetry. `wanted` (2, 3) tells for each wave which of the exemplar's shall have which
+    phase: its number (-1: none), 1 or -1 for its opposite, the phase. `kept` are candidates as row · width +
+    column, `judged` what they cost; `continued` (2, 3) are those that continue the left and upper neighbours:
+    candidate (-1: none), and source in 1/16 pixel. `heap`, `costs` and `line` are the search's.
     """
 
     features: NDArray[np.int64]
     means: NDArray[np.float32]
     offsets: NDArray[np.int32]
     values: NDArray[np.int32]
+    listed: NDArray[np.int32]
     penalties: NDArray[np.float64]
     wanted: NDArray[np.int64]
     kept: NDArray[np.int64]
@@ -169,11 +174,16 @@ class ChoiceScratch(NamedTuple):
     continued: NDArray[np.int64]
     heap: NDArray[np.float32]
     costs: NDArray[np.float32]
+    line: NDArray[np.float32]
 
 
 class CutScratch(NamedTuple):
-    """Scratch by the cells of a block: `marks` and `missing` see `label_seeds`, the rest `cut_grid`."""
+    """Scratch by the cells of a block: `marks` and `missing` see `label_seeds`, the rest `cut_grid`.
 
+    Only `differences` has the texels of a row.
+    """
+
+    differences: NDArray[np.int32]
     errors: NDArray[np.int64]
     marks: NDArray[np.int32]
     missing: NDArray[np.int32]
@@ -200,18 +210,19 @@ class LayScratch(NamedTuple):
     @classmethod
     def of(cls, numbers: LayNumbers, usage: NDArray[np.float64]) -> "LayScratch":
         """Return scratch for a chart's blocks."""
-        height, width, channels = numbers.block_height, numbers.block_width, numbers.channels
+        height, width = numbers.block_height, numbers.block_width
         cells = height // numbers.mask_cell * (width // numbers.mask_cell)
         box, reach = 4 * numbers.sample, numbers.step // 2
         features = (height // box + 1) * (width // box + 1)
         planes = numbers.symmetries.bit_count()
+        columns = (numbers.width + numbers.step - 1) // numbers.step
         most = 2 + numbers.shortlist + REFINED * ((2 * reach + 1) ** 2 - 1)
         return cls(
             BlockTexels(
                 np.empty(height + 2, np.int64),
                 np.empty(width + 2, np.int64),
                 np.empty((height, width), np.uint8),
-                np.empty((height, width * channels), np.uint8),
+                np.empty((height, width), np.int32),
                 np.empty((height, width), np.int32),
                 np.empty((height, width), np.int32),
             ),
@@ -219,16 +230,19 @@ class LayScratch(NamedTuple):
                 np.empty((features, 2), np.int64),
                 np.empty(features, np.float32),
                 np.empty(height * width, np.int32),
-                np.empty(height * width * channels, np.int32),
+                np.empty(height * width, np.int32),
+                np.empty((2, height * width), np.int32),
                 np.empty((usage.shape[0] // planes, usage.shape[1])),
                 np.zeros((2, 3), np.int64),
                 np.empty(most, np.int64),
                 np.empty(most, np.int64),
                 np.empty((2, 3), np.int64),
                 np.empty(most, np.float32),
-                np.empty(numbers.width, np.float32),
+                np.zeros(columns * max(1, _FEW // columns), np.float32),
+                np.empty(columns, np.float32),
             ),
             CutScratch(
+                np.empty(width, np.int32),
                 np.empty(cells, np.int64),
                 np.empty(cells, np.int32),
                 np.empty(cells, np.int32),
@@ -238,6 +252,20 @@ class LayScratch(NamedTuple):
             ),
             SymmetryScratch(np.empty(8, np.int64), np.empty(3, np.int64)),
         )
+
+
+@inline
+def squared_difference(one: np.int32, other: np.int32) -> np.int32:
+    """Return the sum of the squared differences of two pixels' channels.
+
+    All in 32 bits, so that compiled code takes several pixels at a time.
+    """
+    low = np.int32(255)
+    a = np.int32(np.int32(one & low) - np.int32(other & low))
+    b = np.int32(np.int32((one >> np.int32(8)) & low) - np.int32((other >> np.int32(8)) & low))
+    c = np.int32(np.int32((one >> np.int32(16)) & low) - np.int32((other >> np.int32(16)) & low))
+    d = np.int32(np.int32((one >> np.int32(24)) & low) - np.int32((other >> np.int32(24)) & low))
+    return np.int32(np.int32(np.int32(a * a) + np.int32(b * b)) + np.int32(np.int32(c * c) + np.int32(d * d)))
 
 
 @inline

@@ -29,12 +29,13 @@ from upholster.methods.quilt._block_kernels import (
     pixel_at,
     position_of,
     splat_tent,
+    squared_difference,
 )
 from upholster.methods.quilt._phase_kernels import MISFIT, misfit
 from upholster.methods.quilt._search_kernels import draw, search
 from upholster.quilt._field_kernels import displacement, matrix_at
 from upholster.quilt.placement import SYMMETRIES
-from upholster.types import int64
+from upholster.types import int64, uint64
 
 __all__ = ["choose_source", "draw_in_phase", "first_of", "list_continued", "penalise", "penalise_used"]
 
@@ -130,17 +131,17 @@ def draw_in_phase(
 @inline
 def _list_features(numbers: LayNumbers, span: Span, texels: BlockTexels, choice: ChoiceScratch) -> Any:
     # Lists the means of boxes that are laid entirely; returns how many there are.
-    sample, channels, ys, xs = numbers.sample, numbers.channels, texels.ys, texels.xs
+    sample, ys, xs, low = numbers.sample, texels.ys, texels.xs, np.int32(255)
     box = 4 * sample
     count = int64(0)
     for a in range(0, numbers.block_height - box + 1, box):
         for b in range(0, numbers.block_width - box + 1, box):
-            total, whole = int64(0), True
+            total, whole = int64(0), np.uint8(1)
             for i in range(a, a + box, sample):
                 for j in range(b, b + box, sample):
-                    whole = whole and texels.marks[i, j] & 1 != 0
-                    total += int64(texels.old[i, j * channels])
-            if whole:
+                    whole &= texels.marks[uint64(i), uint64(j)]
+                    total += texels.old[uint64(i), uint64(j)] & low
+            if whole & 1:
                 # The box's middle falls midway between two texels', 1½ pixels from the first of four.
                 i, j = a + box // 2, b + box // 2
                 y, x = (ys[i - 1, j - 1] + ys[i, j] - 3) >> 1, (xs[i - 1, j - 1] + xs[i, j] - 3) >> 1
@@ -153,17 +154,30 @@ def _list_features(numbers: LayNumbers, span: Span, texels: BlockTexels, choice:
 
 @inline
 def _list_samples(numbers: LayNumbers, texels: BlockTexels, choice: ChoiceScratch) -> Any:
-    # Lists every other laid texel, as on a chessboard; returns how many there are.
-    sample, channels, width = numbers.sample, numbers.channels, numbers.width
+    # Lists every other laid texel, as on a chessboard; returns how many there are. Such as lie far from each
+    # other come first: every n-th, then those right after them, and so on.
+    sample, width, listed = numbers.sample, np.int32(numbers.width), choice.listed
     count = int64(0)
     for i in range(0, numbers.block_height, sample):
+        row = uint64(i)
         for j in range((i // sample & 1) * sample, numbers.block_width, 2 * sample):
-            if texels.marks[i, j] & 1:
-                choice.offsets[count] = texels.ys[i, j] * width + texels.xs[i, j]
-                for k in range(channels):
-                    choice.values[count * channels + k] = texels.old[i, j * channels + k]
-                count += 1
+            # Written before it is known whether it counts: that is faster than to ask.
+            at, column = uint64(count), uint64(j)
+            listed[0, at] = np.int32(texels.ys[row, column] * width) + texels.xs[row, column]
+            listed[1, at] = texels.old[row, column]
+            count += texels.marks[row, column] & np.uint8(1)
+    rounds, at = _rounds(count), int64(0)
+    for first in range(rounds):
+        for n in range(first, count, rounds):
+            choice.offsets[uint64(at)], choice.values[uint64(at)] = listed[0, uint64(n)], listed[1, uint64(n)]
+            at += 1
     return count
+
+
+@inline
+def _rounds(samples: Any) -> Any:
+    # In how many rounds samples are compared: about 24 in each.
+    return max(1, samples // 24)
 
 
 @inline
@@ -203,6 +217,23 @@ def list_continued(
 
 
 @inline
+def _compare(
+    image: NDArray[np.int32],
+    place: int,
+    offsets: NDArray[np.int32],
+    values: NDArray[np.int32],
+    start: int,
+    stop: int,
+) -> Any:
+    # The squared differences of samples `start` to before `stop`, at most 48, with a candidate.
+    total = np.int32(0)
+    for t in range(start, stop):
+        one = image[uint64(place + offsets[uint64(t)])]
+        total = np.int32(total + squared_difference(one, values[uint64(t)]))
+    return int64(total)
+
+
+@inline
 def _judge(
     match: MatchImage,
     numbers: LayNumbers,
@@ -214,26 +245,21 @@ def _judge(
 ) -> int:
     # Judges candidates from, to: their squared differences in all samples, and a penalty and the phase for
     # each of them; phases count once where there are no samples. A candidate that the best so far, `least`,
-    # leaves no chance is not summed to its end: samples are taken far from each other first. Returns the
-    # best one's cost.
-    penalties, offsets, values, channels = choice.penalties, choice.offsets, choice.values, numbers.channels
+    # leaves no chance is not summed to its end. Returns the best one's cost.
+    penalties, rounds, tolerance = choice.penalties, _rounds(samples), weights.tolerance
     last_row, last_column = penalties.shape[0] - 1, penalties.shape[1] - 1
-    image, tolerance, chunks = match.image, weights.tolerance, max(1, samples // 24)
     times = max(samples, min(1, match.phases.shape[0]))
     limit = _BIG if least == _BIG else int64(least * tolerance)
     for m in range(part[0], part[1]):
         place = choice.kept[m]
         i = min(place // numbers.width // numbers.usage_step, last_row)
         j = min(place % numbers.width // numbers.usage_step, last_column)
-        total = int64(penalties[i, j] * times)
+        total, stop = int64(penalties[i, j] * times), int64(0)
         if match.phases.shape[0]:
             total += int64(weights.phase * misfit(match.phases, choice.wanted, place) * times)
-        for chunk in range(chunks):
-            for t in range(chunk, samples, chunks):
-                at = (place + offsets[t]) * channels
-                for k in range(channels):
-                    d = np.int32(image[at + k]) - values[t * channels + k]
-                    total += d * d
+        for first in range(rounds):
+            start, stop = stop, stop + (samples - first + rounds - 1) // rounds
+            total += _compare(match.image, place, choice.offsets, choice.values, start, stop)
             if total > limit:
                 break
         choice.judged[m] = total

@@ -44,7 +44,7 @@ from upholster.methods.quilt._search_kernels import draw
 from upholster.methods.quilt._seed_kernels import cut_block
 from upholster.quilt._field_kernels import displacement_row, matrix_at
 from upholster.quilt.placement import SYMMETRIES
-from upholster.types import int64
+from upholster.types import int64, uint64
 
 __all__ = ["lay_blocks"]
 
@@ -64,25 +64,22 @@ def _look(
 ) -> tuple[int, int]:
     # Copies what is under a block; returns how many texels are laid, and how many needed ones are bare.
     rows, columns = chart.covered.shape
-    channels = numbers.channels
     for i in range(numbers.block_height + 2):
         texels.rows[i] = _place(top - 1 + i, numbers.origin_row, rows, numbers.wrap)
     for j in range(numbers.block_width + 2):
         texels.columns[j] = _place(left - 1 + j, numbers.origin_column, columns, numbers.wrap)
     laid, bare = int64(0), int64(0)
+    first, stop = max(0, numbers.need_left - left), min(numbers.block_width, numbers.need_right - left)
     for i in range(numbers.block_height):
-        r = texels.rows[i + 1]
-        needed = numbers.need_top <= top + i < numbers.need_bottom
+        marks, old, r = texels.marks[i], texels.old[i], uint64(texels.rows[i + 1])
         for j in range(numbers.block_width):
-            c = texels.columns[j + 1]
-            mark = chart.covered[r, c]
-            texels.marks[i, j] = mark
-            if mark & 1:
-                laid += 1
-                for k in range(channels):
-                    texels.old[i, j * channels + k] = chart.canvas[r, c * channels + k]
-            elif needed and numbers.need_left <= left + j < numbers.need_right:
-                bare += 1
+            c = uint64(texels.columns[j + 1])
+            marks[j], old[j] = chart.covered[r, c], chart.canvas[r, c]
+        for j in range(numbers.block_width):
+            laid += marks[j] & np.uint8(1)
+        if numbers.need_top <= top + i < numbers.need_bottom:
+            for j in range(first, stop):
+                bare += np.uint8(1) - (marks[uint64(j)] & np.uint8(1))
     return laid, bare
 
 
@@ -99,6 +96,33 @@ def _span(low: int, high: int, size: int, level: int) -> tuple[int, int, int, in
 
 
 @inline
+def _turn(turn: NDArray[np.int64], ys: NDArray[np.int32], xs: NDArray[np.int32]) -> None:
+    # Applies a symmetry to displacements.
+    a, b, c, d = np.int32(turn[0]), np.int32(turn[1]), np.int32(turn[2]), np.int32(turn[3])
+    for j in range(ys.shape[0]):
+        y, x = ys[j], xs[j]
+        ys[j] = np.int32(a * y) + np.int32(b * x)
+        xs[j] = np.int32(c * y) + np.int32(d * x)
+
+
+@inline
+def _extend(ends: tuple[np.int32, np.int32], places: NDArray[np.int32]) -> tuple[np.int32, np.int32]:
+    # The least and the greatest of some numbers, and of those before them.
+    low, high = ends
+    for j in range(places.shape[0]):
+        low, high = min(low, places[j]), max(high, places[j])
+    return low, high
+
+
+@inline
+def _round(places: NDArray[np.int32], level: int, low: np.int32, high: np.int32) -> None:
+    # Displacements in 1/16 pixel, in whole pixels of a level, from `low` to `high`.
+    half, shift = np.int32(8 << level), np.int32(4 + level)
+    for j in range(places.shape[0]):
+        places[j] = min(max(np.int32(places[j] + half) >> shift, low), high)
+
+
+@inline
 def _fall(
     matrices: NDArray[np.int32],
     numbers: LayNumbers,
@@ -108,26 +132,23 @@ def _fall(
     texels: BlockTexels,
 ) -> Span:
     # Writes where a block's texels fall, seen from its centre, in pixels of the level.
-    ys, xs, level = texels.ys, texels.xs, numbers.level
-    height, width = numbers.block_height, numbers.block_width
+    level, height = numbers.level, numbers.block_height
     turn, centre = SYMMETRIES[symmetry], matrix_at(matrices, numbers.margin, row, column)
-    down, right = -(height // 2), -(width // 2)
-    low_y, high_y, low_x, high_x = int64(0), int64(0), int64(0), int64(0)
+    down, right = -(height // 2), -(numbers.block_width // 2)
+    ends_y, ends_x = (np.int32(0), np.int32(0)), (np.int32(0), np.int32(0))
     for i in range(height):
+        ys, xs = texels.ys[i], texels.xs[i]
         displacement_row(
-            matrices, numbers.margin, centre, down + i, row + down + i, column + right, right, ys[i], xs[i]
+            matrices, numbers.margin, centre, down + i, row + down + i, column + right, right, ys, xs
         )
-        for j in range(width):
-            y = turn[0] * ys[i, j] + turn[1] * xs[i, j]
-            x = turn[2] * ys[i, j] + turn[3] * xs[i, j]
-            ys[i, j], xs[i, j] = y, x
-            low_y, high_y, low_x, high_x = min(low_y, y), max(high_y, y), min(low_x, x), max(high_x, x)
-    first_y, last_y, low_y, high_y = _span(low_y, high_y, numbers.height, level)
-    first_x, last_x, low_x, high_x = _span(low_x, high_x, numbers.width, level)
+        if symmetry:
+            _turn(turn, ys, xs)
+        ends_y, ends_x = _extend(ends_y, ys), _extend(ends_x, xs)
+    first_y, last_y, low_y, high_y = _span(int64(ends_y[0]), int64(ends_y[1]), numbers.height, level)
+    first_x, last_x, low_x, high_x = _span(int64(ends_x[0]), int64(ends_x[1]), numbers.width, level)
     for i in range(height):
-        for j in range(width):
-            ys[i, j] = min(max(whole_pixels(int64(ys[i, j]), level), low_y), high_y)
-            xs[i, j] = min(max(whole_pixels(int64(xs[i, j]), level), low_x), high_x)
+        _round(texels.ys[i], level, np.int32(low_y), np.int32(high_y))
+        _round(texels.xs[i], level, np.int32(low_x), np.int32(high_x))
     return Span(first_y, last_y, first_x, last_x, low_y, high_y, low_x, high_x)
 
 
@@ -150,7 +171,8 @@ def _list_symmetries(
     for i in range(numbers.block_height):
         for j in range(numbers.block_width):
             if texels.marks[i, j] & 1:
-                shown[chart.symmetries[texels.rows[i + 1], texels.columns[j + 1]]] += 1
+                r, c = uint64(texels.rows[i + 1]), uint64(texels.columns[j + 1])
+                shown[chart.symmetries[r, c]] += 1
     allowed = int64(0)
     for s in range(8):
         allowed += numbers.symmetries >> s & 1
@@ -212,7 +234,7 @@ def _choose(
 @inline
 def _lay(
     chart: ChartCanvas,
-    image: NDArray[np.uint8],
+    image: NDArray[np.int32],
     numbers: LayNumbers,
     symmetry: int,
     base: int,
@@ -220,17 +242,18 @@ def _lay(
     texels: BlockTexels,
 ) -> None:
     # Copies the texels of a block's new cells; `base` is the pixel that its centre reads.
-    cell, channels, across = numbers.mask_cell, numbers.channels, numbers.block_width // numbers.mask_cell
+    cell, across, width = numbers.mask_cell, numbers.block_width // numbers.mask_cell, np.int32(numbers.width)
+    shown = np.uint8(symmetry)
     for i in range(numbers.block_height):
-        r, at = texels.rows[i + 1], i // cell * across
-        for j in range(numbers.block_width):
-            if mask[at + j // cell]:
-                c = texels.columns[j + 1]
-                chart.covered[r, c] |= 1
-                chart.symmetries[r, c] = symmetry
-                place = (base + texels.ys[i, j] * numbers.width + texels.xs[i, j]) * channels
-                for k in range(channels):
-                    chart.canvas[r, c * channels + k] = image[place + k]
+        r, ys, xs = uint64(texels.rows[i + 1]), texels.ys[i], texels.xs[i]
+        covered, canvas, symmetries = chart.covered[r], chart.canvas[r], chart.symmetries[r]
+        for b in range(across):
+            if mask[uint64(i // cell * across + b)]:
+                for j in range(b * cell, b * cell + cell):
+                    c, at = uint64(texels.columns[uint64(j + 1)]), uint64(j)
+                    covered[c] |= np.uint8(1)
+                    symmetries[c] = shown
+                    canvas[c] = image[uint64(base + (np.int32(ys[at] * width) + xs[at]))]
 
 
 @kernel

@@ -17,21 +17,20 @@ __all__ = ["draw", "mean_boxes", "search"]
 
 
 @allocating_kernel
-def mean_boxes(
-    image: NDArray[np.uint8], height: int, width: int, channels: int, step: int
-) -> NDArray[np.float32]:
-    """Return the rounded means of the 4×4 boxes of an image's first channel, one for each box's first pixel.
+def mean_boxes(image: NDArray[np.uint8], step: int) -> NDArray[np.float32]:
+    """Return the rounded means of the 4×4 boxes of a channel (H, W), one for each box's first pixel.
 
     Undecimated LL2 of the Haar transform up to a factor. Boxes that reach beyond the image repeat its edge.
     They come in step² groups, (step², ⌈H/step⌉·⌈W/step⌉): box (y, x) in group (y mod step)·step + x mod step
     at row ⌊y/step⌋ and column ⌊x/step⌋, so that every step-th box lies beside the one before.
     """
+    height, width = image.shape
     across = np.empty((height, width), np.int32)
     for i in range(height):
         for j in range(width):
             total: Any = 0
             for k in range(4):
-                total += np.int32(image[(i * width + min(j + k, width - 1)) * channels])
+                total += np.int32(image[i, min(j + k, width - 1)])
             across[i, j] = total
     columns = (width + step - 1) // step
     out = np.zeros((step * step, (height + step - 1) // step * columns), np.float32)
@@ -112,7 +111,7 @@ def _add_features(
     count: int,
     part: NDArray[np.float32],
 ) -> None:
-    # Adds each feature's squared difference to the costs of a row of candidates. Eight features a pass: an
+    # Adds each feature's squared difference to the costs of some candidates. Eight features a pass: an
     # eighth of the loads and stores of the sums.
     f = 0
     while f + 8 <= count:
@@ -135,6 +134,27 @@ def _add_features(
             da = pa[x] - va
             part[x] += da * da
         f += 1
+
+
+@inline
+def _fill_line(
+    penalties: NDArray[np.float64], numbers: LayNumbers, span: Span, y: int, count: int, choice: ChoiceScratch
+) -> None:
+    # Writes what the candidates of a line pay for their places, once for each feature.
+    i = min(y // numbers.usage_step, penalties.shape[0] - 1)
+    last, n = penalties.shape[1] - 1, int64(0)
+    size = (span.last_x - span.first_x) // numbers.step + 1
+    while n < size:
+        # As many as pay the same: up to the next point of the lattice.
+        j = min((span.first_x + n * numbers.step) // numbers.usage_step, last)
+        stop = size
+        if j < last:
+            ahead = (j + 1) * numbers.usage_step - span.first_x
+            stop = min(size, (ahead + numbers.step - 1) // numbers.step)
+        cost = np.float32(penalties[i, j] * count)
+        for m in range(n, stop):
+            choice.line[m] = cost
+        n = stop
 
 
 @shared
@@ -161,21 +181,29 @@ def search(
     for f in range(count):
         y, x = span.first_y + features[f, 0], span.first_x + features[f, 1]
         features[f, 0] = (y % step * step + x % step) * area + y // step * columns + x // step
-    size = (span.last_x - span.first_x) // step + 1
-    part, kept = choice.costs[:size], choice.kept[2:]
-    found = int64(0)
-    for k in range((span.last_y - span.first_y) // step + 1):
-        y = span.first_y + k * step
-        line = penalties[min(y // numbers.usage_step, penalties.shape[0] - 1)]
-        for n in range(size):
-            x = min((span.first_x + n * step) // numbers.usage_step, penalties.shape[1] - 1)
-            part[n] = line[x] * times
-        if match.phases.shape[0]:
+    size, lines = (span.last_x - span.first_x) // step + 1, (span.last_y - span.first_y) // step + 1
+    kept, found, filled = choice.kept[2:], int64(0), int64(-1)
+    # Several lines at a time, with what lies between them, which is left out: long runs take less time.
+    group = choice.costs.shape[0] // columns
+    for start in range(0, lines, group):
+        stop = min(start + group, lines)
+        for k in range(start, stop):
+            y = span.first_y + k * step
+            if y // numbers.usage_step != filled:
+                filled = y // numbers.usage_step
+                _fill_line(penalties, numbers, span, y, times, choice)
+            part = choice.costs[(k - start) * columns : (k - start) * columns + size]
             for n in range(size):
-                place = y * numbers.width + span.first_x + n * step
-                part[n] += np.float32(weights.phase * misfit(match.phases, choice.wanted, place) * times)
-        _add_features(flat, k * columns, features, choice.means, count, part)
-        first = y * numbers.width + span.first_x
-        found = _keep(part, first, step, numbers.shortlist, choice.heap, kept, found)
+                part[n] = choice.line[n]
+            if match.phases.shape[0]:
+                for n in range(size):
+                    place = y * numbers.width + span.first_x + n * step
+                    part[n] += np.float32(weights.phase * misfit(match.phases, choice.wanted, place) * times)
+        run = choice.costs[: (stop - start - 1) * columns + size]
+        _add_features(flat, start * columns, features, choice.means, count, run)
+        for k in range(start, stop):
+            part = choice.costs[(k - start) * columns : (k - start) * columns + size]
+            first = (span.first_y + k * step) * numbers.width + span.first_x
+            found = _keep(part, first, step, numbers.shortlist, choice.heap, kept, found)
     _sort_kept(choice.heap, kept, found)
     return found

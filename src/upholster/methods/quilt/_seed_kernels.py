@@ -5,7 +5,8 @@ from numpy.typing import NDArray
 
 from upholster.jit import inline, shared
 from upholster.methods._cut_kernels import FREE, NEW, OLD, OUTSIDE, cut_grid
-from upholster.methods.quilt._block_kernels import BlockTexels, CutScratch, LayNumbers
+from upholster.methods.quilt._block_kernels import BlockTexels, CutScratch, LayNumbers, squared_difference
+from upholster.types import int64, uint64
 
 __all__ = ["cut_block"]
 
@@ -15,8 +16,24 @@ _LAID, _CLOSED, _BESIDE, _BARE = 1, 2, 4, 8
 
 
 @inline
+def _differ(
+    image: NDArray[np.int32],
+    width: np.int32,
+    base: int,
+    ys: NDArray[np.int32],
+    xs: NDArray[np.int32],
+    old: NDArray[np.int32],
+    differences: NDArray[np.int32],
+) -> None:
+    # The squared differences of a row of texels and what is there, laid or not.
+    for j in range(differences.shape[0]):
+        place = base + (np.int32(ys[j] * width) + xs[j])
+        differences[j] = squared_difference(image[uint64(place)], old[j])
+
+
+@inline
 def _compare(
-    image: NDArray[np.uint8],
+    image: NDArray[np.int32],
     numbers: LayNumbers,
     top: int,
     left: int,
@@ -26,27 +43,29 @@ def _compare(
 ) -> None:
     # Fills `errors`, squared differences between the source at pixel `base` and what is laid, summed over
     # each cell; `marks`, what a cell's texels are; and `missing`, 1 where one is bare and needed.
-    cell, channels, sample = numbers.mask_cell, numbers.channels, numbers.sample
+    cell, sample, differences = numbers.mask_cell, numbers.sample, scratch.differences
     across = numbers.block_width // cell
     for at in range(scratch.errors.shape[0]):
         scratch.errors[at], scratch.missing[at], scratch.marks[at] = 0, 0, 0
     for i in range(numbers.block_height):
         compared = i % sample == 0
         needed = numbers.need_top <= top + i < numbers.need_bottom
-        for j in range(numbers.block_width):
-            at = i // cell * across + j // cell
-            mark = texels.marks[i, j]
-            scratch.marks[at] |= mark
-            if mark & _LAID == 0:
-                scratch.marks[at] |= _BARE
-                inside = needed and mark & _BESIDE == 0
-                if inside and numbers.need_left <= left + j < numbers.need_right:
-                    scratch.missing[at] = 1
-            elif compared and j % sample == 0:
-                place = (base + texels.ys[i, j] * numbers.width + texels.xs[i, j]) * channels
-                for k in range(channels):
-                    d = np.int32(image[place + k]) - np.int32(texels.old[i, j * channels + k])
-                    scratch.errors[at] += d * d
+        if compared:
+            ys, xs = texels.ys[i], texels.xs[i]
+            _differ(image, np.int32(numbers.width), base, ys, xs, texels.old[i], differences)
+        for b in range(across):
+            at, phase = uint64(i // cell * across + b), int64(0)
+            for j in range(b * cell, b * cell + cell):
+                mark = texels.marks[uint64(i), uint64(j)]
+                scratch.marks[at] |= mark
+                if mark & _LAID == 0:
+                    scratch.marks[at] |= _BARE
+                    inside = needed and mark & _BESIDE == 0
+                    if inside and numbers.need_left <= left + j < numbers.need_right:
+                        scratch.missing[at] = 1
+                elif compared and phase == 0:
+                    scratch.errors[at] += differences[uint64(j)]
+                phase = phase + 1 if phase + 1 < sample else int64(0)
 
 
 @inline
@@ -131,7 +150,7 @@ def _cut(columns: int, scratch: CutScratch, mask: NDArray[np.uint8]) -> None:
 @shared
 def cut_block(
     covered: NDArray[np.uint8],
-    image: NDArray[np.uint8],
+    image: NDArray[np.int32],
     numbers: LayNumbers,
     top: int,
     left: int,

@@ -6,9 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.jit import allocating_kernel, inline, kernel
-from upholster.quilt._field_kernels import displacement, matrix_at
+from upholster.methods.quilt._block_kernels import ChartCanvas
+from upholster.quilt._field_kernels import displacement_row
 from upholster.quilt.placement import SYMMETRIES
-from upholster.types import int64
+from upholster.types import int64, uint64
 
 __all__ = ["lay_transferred", "transfer_masks"]
 
@@ -93,13 +94,41 @@ def transfer_masks(
     return int(count)
 
 
+@inline
+def _shrink(mask: NDArray[np.uint8], rows: int, columns: int, whole: NDArray[np.uint8]) -> None:
+    # Marks the cells whose eight neighbours are in the mask as they are: what feathering leaves whole.
+    for at in range(rows * columns):
+        whole[at] = 0
+    for a in range(1, rows - 1):
+        for b in range(1, columns - 1):
+            good = np.uint8(1)
+            for i in range(a - 1, a + 2):
+                for j in range(b - 1, b + 2):
+                    good &= mask[uint64(i * columns + j)]
+            whole[uint64(a * columns + b)] = good
+
+
+@inline
+def _read(
+    block: NDArray[np.int32], sizes: tuple[int, int, int], ys: NDArray[np.int32], xs: NDArray[np.int32]
+) -> None:
+    # Turns a row's displacements into the pixels that its texels read, numbered row by row, in `ys`.
+    turn, level = SYMMETRIES[block[6]], sizes[2]
+    a, b, c, d = np.int32(turn[0]), np.int32(turn[1]), np.int32(turn[2]), np.int32(turn[3])
+    first_y, first_x, shift = np.int32(block[4] + 8), np.int32(block[5] + 8), np.int32(4 + level)
+    zero, last_y, last_x = np.int32(0), np.int32(sizes[0] - 1), np.int32(sizes[1] - 1)
+    for j in range(ys.shape[0]):
+        y, x = ys[j], xs[j]
+        v = np.int32(first_y + np.int32(np.int32(a * y) + np.int32(b * x))) >> shift
+        w = np.int32(first_x + np.int32(np.int32(c * y) + np.int32(d * x))) >> shift
+        ys[j] = np.int32(min(max(v, zero), last_y) * np.int32(last_x + 1)) + min(max(w, zero), last_x)
+
+
 @allocating_kernel
 def lay_transferred(
-    canvas: NDArray[np.uint8],
-    covered: NDArray[np.uint8],
-    symmetries: NDArray[np.uint8],
-    image: NDArray[np.uint8],
-    sizes: tuple[int, int, int, int],
+    chart: ChartCanvas,
+    image: NDArray[np.int32],
+    sizes: tuple[int, int, int],
     matrices: NDArray[np.int32],
     margin: int,
     origin: tuple[int, int],
@@ -110,44 +139,37 @@ def lay_transferred(
     """Lay what other charts' blocks leave on this one: `transferred` (n, 12) in order, `cells` their masks.
 
     Columns: row, column, height, width, source row and column in 1/16 pixel, symmetry, where the cells
-    start, then the centre matrix. A
-    texel counts as covered where the feathered mask is whole: its cell and the eight round it are.
+    start, then the centre matrix. `sizes` are the image's height, width and level. A texel counts as covered
+    where the feathered mask is whole: its cell and the eight round it are.
     """
-    image_height, image_width, channels, level = sizes
+    last_row, last_column = chart.covered.shape
     for n in range(transferred.shape[0]):
-        row, column = int64(transferred[n, 0]), int64(transferred[n, 1])
-        height, width = int64(transferred[n, 2]), int64(transferred[n, 3])
+        block = transferred[n]
+        row, column, height, width = int64(block[0]), int64(block[1]), int64(block[2]), int64(block[3])
         top, left = row - height // 2, column - width // 2
         rows, columns = (height + cell - 1) // cell, (width + cell - 1) // cell
-        mask = cells[transferred[n, 7] : transferred[n, 7] + rows * columns]
-        symmetry = SYMMETRIES[transferred[n, 6]]
-        centre = (transferred[n, 8], transferred[n, 9], transferred[n, 10], transferred[n, 11])
-        whole = np.zeros(rows * columns, np.uint8)
-        for a in range(1, rows - 1):
-            for b in range(1, columns - 1):
-                good: Any = 1
-                for i in range(a - 1, a + 2):
-                    for j in range(b - 1, b + 2):
-                        good &= mask[i * columns + j]
-                whole[a * columns + b] = good
+        mask = cells[block[7] : block[7] + rows * columns]
+        centre = (block[8], block[9], block[10], block[11])
+        whole, ys, xs = (
+            np.empty(rows * columns, np.uint8),
+            np.empty(width, np.int32),
+            np.empty(width, np.int32),
+        )
+        _shrink(mask, rows, columns, whole)
         for i in range(height):
             r = top + i + origin[0]
-            if not 0 <= r < canvas.shape[0]:
+            if not 0 <= r < last_row:
                 continue
-            for j in range(width):
-                c = left + j + origin[1]
-                at = i // cell * columns + j // cell
-                if not 0 <= c < covered.shape[1] or mask[at] == 0:
+            displacement_row(matrices, margin, centre, top + i - row, top + i, left, left - column, ys, xs)
+            _read(block, sizes, ys, xs)
+            covered, canvas, symmetries = chart.covered[r], chart.canvas[r], chart.symmetries[r]
+            for b in range(columns):
+                at = uint64(i // cell * columns + b)
+                if mask[at] == 0:
                     continue
-                down, right = top + i - row, left + j - column
-                here = matrix_at(matrices, margin, top + i, left + j)
-                y, x = displacement(centre, here, down, right)
-                y, x = symmetry[0] * y + symmetry[1] * x, symmetry[2] * y + symmetry[3] * x
-                y = (transferred[n, 4] + y + 8) >> (4 + level)
-                x = (transferred[n, 5] + x + 8) >> (4 + level)
-                y, x = min(max(y, 0), image_height - 1), min(max(x, 0), image_width - 1)
-                symmetries[r, c] = transferred[n, 6]
-                for k in range(channels):
-                    canvas[r, c * channels + k] = image[(y * image_width + x) * channels + k]
-                if whole[at]:
-                    covered[r, c] |= 1
+                for j in range(b * cell, min(b * cell + cell, width)):
+                    c = left + j + origin[1]
+                    if 0 <= c < last_column:
+                        symmetries[uint64(c)] = np.uint8(block[6])
+                        canvas[uint64(c)] = image[uint64(ys[uint64(j)])]
+                        covered[uint64(c)] |= whole[at]

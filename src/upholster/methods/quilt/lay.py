@@ -162,7 +162,7 @@ class _ChartLayer:
         pads = (0, 0) if wrap else (2 * grid.height, 2 * grid.width)
         rows, columns = grid.chart.height + 2 * pads[0], grid.chart.width + 2 * pads[1]
         canvas = ChartCanvas(
-            np.zeros((rows, columns * match_level.channels), np.uint8),
+            np.zeros((rows, columns), np.int32),
             np.zeros((rows, columns), np.uint8),
             np.zeros((rows, columns), np.uint8),
         )
@@ -181,9 +181,9 @@ class _ChartLayer:
         field, level = self.grid.field, self.match_level
         laid = np.stack([transferred.placements[name].astype(np.int32) for name in _TRANSFERRED], axis=1)
         lay_transferred(
-            *self.canvas,
+            self.canvas,
             level.match.image,
-            (level.height, level.width, level.channels, self.grid.level),
+            (level.height, level.width, self.grid.level),
             field.matrices,
             field.margin,
             self.pads,
@@ -237,7 +237,6 @@ def _numbers(
     return LayNumbers(
         height=match_level.height,
         width=match_level.width,
-        channels=match_level.channels,
         level=grid.level,
         step=match_level.step,
         shortlist=shortlist,

@@ -22,7 +22,6 @@ class MatchLevel:
 
     height: int
     width: int
-    channels: int
     step: int
     match: MatchImage
 
@@ -55,13 +54,12 @@ class MatchPyramid:
         for level in range(last + 1):
             if level:
                 image = halved(image)
-            height, width, channels = image.shape
-            flat = np.ascontiguousarray(image).reshape(-1)
+            height, width = image.shape[:2]
             step = _step(height, width)
-            plane = mean_boxes(flat, height, width, channels, step)
+            plane = mean_boxes(np.ascontiguousarray(image[..., 0]), step)
             phases = level_phases(lattice, level, height, width)
-            match = MatchImage(flat, plane, phases, shown)
-            levels.append(MatchLevel(height, width, channels, step, match))
+            match = MatchImage(_as_pixels(image), plane, phases, shown)
+            levels.append(MatchLevel(height, width, step, match))
         usage_step = max(4, 1 << (len(levels) - 1))
         while max(form.shape[:2]) > 64 * usage_step:
             usage_step *= 2
@@ -76,6 +74,13 @@ class MatchPyramid:
         first = self.levels[0]
         rows, columns = -(-first.height // self.usage_step), -(-first.width // self.usage_step)
         return np.zeros((symmetries * rows, columns))
+
+
+def _as_pixels(image: NDArray[np.uint8]) -> NDArray[np.int32]:
+    # An image of at most four channels as one number for each pixel.
+    pixels = np.zeros((*image.shape[:2], 4), np.uint8)
+    pixels[..., : image.shape[2]] = image
+    return pixels.view("<i4").astype(np.int32, copy=False).reshape(-1)
 
 
 def _step(height: int, width: int) -> int:

@@ -40,12 +40,12 @@ _CLOSE = 0.75
 class Canvases(NamedTuple):
     """The working charts, one after another: texel (r, c) of chart k at ``firsts[k] + r·widths[k] + c``.
 
-    `pixels` (texels, channels) is what is laid, `sources` which pixel of the exemplar that is, row · width +
+    `pixels` is what is laid, `sources` which pixel of the exemplar that is, row · width +
     column; `covered` is 1 where something is, `triangles` in which triangle a texel's centre lies, −1 for
     none. `heights` and `widths` are the charts'.
     """
 
-    pixels: NDArray[np.uint8]
+    pixels: NDArray[np.int32]
     sources: IntArray
     covered: NDArray[np.uint8]
     triangles: IntArray
@@ -126,7 +126,6 @@ def _look(
     sheets: IntArray,
     first: int,
     stop: int,
-    channels: int,
     covered: NDArray[np.uint8],
     sources: IntArray,
     scratch: LayScratch,
@@ -164,8 +163,7 @@ def _look(
                 covered[i, j] = canvases.covered[at]
                 if canvases.covered[at] and 0 < i <= size and 0 < j <= size:
                     sources[i - 1, j - 1] = canvases.sources[at]
-                    for m in range(channels):
-                        texels.old[i - 1, (j - 1) * channels + m] = canvases.pixels[at, m]
+                    texels.old[i - 1, j - 1] = canvases.pixels[at]
     laid, bare = int64(0), int64(0)
     for i in range(size):
         for j in range(size):
@@ -180,7 +178,7 @@ def _look(
 def _write(
     mesh: MeshArrays,
     canvases: Canvases,
-    image: NDArray[np.uint8],
+    image: NDArray[np.int32],
     numbers: LayNumbers,
     source: tuple[int, int],
     mask: NDArray[np.uint8],
@@ -191,7 +189,7 @@ def _write(
     stop: int,
 ) -> None:
     # Writes a block's new texels to the canvases of the charts that it reaches.
-    size, cell, channels = numbers.block_height, numbers.mask_cell, numbers.channels
+    size, cell = numbers.block_height, numbers.mask_cell
     half, across = size // 2, size // cell
     for n in range(first, stop):
         if sheets[n] < 0:
@@ -225,8 +223,7 @@ def _write(
                 place += min(max(source[1] + along, 0), numbers.width - 1)
                 canvases.covered[at] = 1
                 canvases.sources[at] = place
-                for m in range(channels):
-                    canvases.pixels[at, m] = image[place * channels + m]
+                canvases.pixels[at] = image[place]
 
 
 @inline
@@ -310,9 +307,7 @@ def lay_frames(
         block, mask = blocks[n], masks[n]
         first, stop = firsts[order[n]], firsts[order[n] + 1]
         block[2] = 0
-        laid, bare = _look(
-            mesh, canvases, triangles, maps, sheets, first, stop, numbers.channels, covered, sources, scratch
-        )
+        laid, bare = _look(mesh, canvases, triangles, maps, sheets, first, stop, covered, sources, scratch)
         if bare == 0:
             continue
         if laid == 0:

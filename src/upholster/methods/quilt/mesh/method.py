@@ -176,7 +176,7 @@ class _Laying:
         level = pyramid.levels[frame.level]
         numbers = _numbers(frame, pyramid, options)
         usage = pyramid.empty_usage()
-        canvases = _canvases(working, level.channels)
+        canvases = _canvases(working)
         locate_texels(mesh, canvases)
         scratch = LayScratch.of(numbers, usage)
         texels, half = scratch.texels, frame.size // 2
@@ -420,12 +420,12 @@ def _final_cell(frame: _Frame) -> int:
     return min(255, max(1, int(np.rint(frame.cell * frame.texels))))
 
 
-def _canvases(working: Sequence[Chart], channels: int) -> Canvases:
+def _canvases(working: Sequence[Chart]) -> Canvases:
     sizes = np.array([(chart.height, chart.width) for chart in working], np.int64)
     firsts = np.cumsum([0, *(sizes[:, 0] * sizes[:, 1]).tolist()])
     count = int(firsts[-1])
     return Canvases(
-        np.zeros((count, channels), np.uint8),
+        np.zeros(count, np.int32),
         np.zeros(count, np.int32),
         np.zeros(count, np.uint8),
         np.full(count, -1, np.int32),
@@ -440,7 +440,6 @@ def _numbers(frame: _Frame, pyramid: MatchPyramid, options: QuiltOptions) -> Lay
     return LayNumbers(
         height=level.height,
         width=level.width,
-        channels=level.channels,
         level=frame.level,
         step=level.step,
         shortlist=options.shortlist,
