@@ -20,13 +20,13 @@ from upholster.charts.covered import as_covered
 from upholster.charts.mesh_layout import CREASE
 from upholster.errors import UpholsterError
 from upholster.geometry import MeshSurface
-from upholster.geometry.mesh_files import MODEL_SUFFIXES
 from upholster.image import from_linear, read_exemplar, write_image
 from upholster.measure import mesh_mapping, mesh_seams, mesh_texel_scale
 from upholster.methods.synthesis import execute, prepare
 from upholster.options import SynthesisOptions
 from upholster.outputs import TexturedModel
 from upholster.quilt import paint
+from upholster.suffixes import CAD_SUFFIXES, is_model_name
 
 __all__ = ["Row", "main", "measured"]
 
@@ -122,7 +122,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
         file
         for place in asked.models
         for file in (sorted(place.iterdir()) if place.is_dir() else [place])
-        if file.suffix.lower() in MODEL_SUFFIXES
+        if is_model_name(file.name) and file.suffix.lower() not in CAD_SUFFIXES
     ]
     if asked.out is not None:
         asked.out.mkdir(parents=True, exist_ok=True)

@@ -255,7 +255,7 @@ class ModelOptions:
         default=None,
         metadata=_about(
             _MODEL,
-            "What the file's unit is, where its format does not tell: mm, cm, m, in, ft.",
+            "What the file's unit is, where it does not tell: mm, cm, m, in, ft.",
             metavar="UNIT",
         ),
     )
@@ -263,6 +263,23 @@ class ModelOptions:
         default=None,
         metadata=_about(
             _MODEL, "Which axis is up in the file; default: y in GLB, glTF and OBJ, else z.", metavar="y|z"
+        ),
+    )
+    deviation: str | None = field(
+        default=None,
+        metadata=_about(
+            _MODEL,
+            "How far triangles may lie from the faces of a CAD model: `0.1mm`. Default: a two-thousandth of "
+            "its size.",
+            metavar="LENGTH",
+        ),
+    )
+    unique: bool = field(
+        default=False,
+        metadata=_about(
+            _MODEL,
+            "Cover a shape of a CAD model that stands in several places in each by itself. Default: once, "
+            "shown in all.",
         ),
     )
 

@@ -3,15 +3,15 @@
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 
 from upholster.charts.unwrap import unwrap
 from upholster.errors import InputError
 from upholster.geometry import AnySurface, MeshSurface, SurfaceLike, TriangleMesh, as_surface, surface_file
-from upholster.geometry.mesh_files import MODEL_SUFFIXES, ModelFile, read_model
+from upholster.geometry.mesh_files import ModelFile, read_model
 from upholster.options import ModelOptions
+from upholster.suffixes import is_model_name
 
 __all__ = ["Covered", "CoveredLike", "as_covered", "covered_files", "covered_parts"]
 
@@ -69,14 +69,16 @@ def as_covered(on: CoveredLike, options: ModelOptions | None = None, *, biquadra
     """
     options = options or ModelOptions()
     if _is_model(on):
-        model = read_model(on, parts=options.part, unit=options.unit, up=options.up)  # type: ignore[arg-type]  # a path
+        model = _model(on, options, options.part)
         surface, report = unwrap(model.mesh, keep_uv=options.uv == "keep")
         return Covered(surface, model, (*model.notes, *report.notes))
     if isinstance(on, TriangleMesh):
         surface, report = unwrap(on, keep_uv=options.uv == "keep")
         return Covered(surface, None, tuple(report.notes))
     if options != ModelOptions():
-        raise InputError("part, uv, unit and up are for models; allowed: none of them on other surfaces")
+        raise InputError(
+            "part, uv, unit, up, deviation and unique are for models; allowed: none of them on other surfaces"
+        )
     return Covered(on if isinstance(on, MeshSurface) else as_surface(on, biquadratic=biquadratic))
 
 
@@ -115,7 +117,7 @@ def covered_parts(
     if options.part is not None and not rest:
         raise InputError("part says what the sample covers, and there is none; allowed: with a sample")
     wanted = (*options.part, *patterns) if options.part else None if rest else patterns
-    model = read_model(on, parts=wanted, unit=options.unit, up=options.up)  # type: ignore[arg-type]  # a path
+    model = _model(on, options, wanted)
     owner = np.full(len(model.parts), -1)
     for number, pattern in reversed(list(enumerate(patterns))):
         owner[model.fitting([pattern])] = number
@@ -142,5 +144,16 @@ def covered_parts(
     return out
 
 
+def _model(on: CoveredLike, options: ModelOptions, parts: Sequence[str] | None) -> ModelFile:
+    return read_model(
+        on,  # type: ignore[arg-type]  # a path
+        parts=parts,
+        unit=options.unit,
+        up=options.up,
+        deviation=options.deviation,
+        unique=options.unique,
+    )
+
+
 def _is_model(on: object) -> bool:
-    return isinstance(on, str | os.PathLike) and Path(os.fspath(on)).suffix.lower() in MODEL_SUFFIXES
+    return isinstance(on, str | os.PathLike) and is_model_name(os.fspath(on))

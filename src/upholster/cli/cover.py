@@ -11,6 +11,7 @@ from upholster.cli.console import in_bytes, progress_bars, say
 from upholster.cli.options import spelled_out
 from upholster.errors import InputError
 from upholster.options import ModelOptions, SampleOptions, SynthesisOptions, WriteOptions
+from upholster.suffixes import is_model_name
 
 __all__ = ["cover", "surfaces"]
 
@@ -37,6 +38,7 @@ def surfaces() -> None:
         "[bold]FILE.json[/]", "", "[italic]your own control nets with weights, of any degree[/]", ""
     )
     table.add_row("[bold]FILE.glb[/]", "", "[italic]a model: .glb .gltf .obj .ply .stl .off[/]", "")
+    table.add_row("[bold]FILE.step[/]", "", "[italic]a CAD model: .step .iges .brep .3dm[/]", "")
     table.add_row("[bold]FILE.bpt[/]", "", "[italic]the classic list of bi-cubic patches (teapot)[/]", "")
     Console().print(table)
 
@@ -175,7 +177,7 @@ def _uses(
     # What kernels these arguments need, as far as they tell; wrong ones are for others to complain about.
     flat = asked.method == "quilt" and isinstance(asked.texels, tuple)
     material = len(sample) > 1 or any(Path(s).is_dir() or Path(s).suffix.lower() == ".zip" for s in sample)
-    mesh = Path(on).suffix.lower() in (".glb", ".gltf", ".obj", ".ply", ".stl", ".off")
+    mesh = is_model_name(on)
     made = asked.method + (" flat" if flat else " mesh" * mesh + " material" * material)
     kinds = {
         ".glb": "model", ".obj": "model", ".ply": "model", ".npz": "texels",

@@ -10,9 +10,7 @@ if TYPE_CHECKING:  # NumPy, which they import, would slow down --help
     from upholster.geometry.mesh_state import PartState, UvState
     from upholster.types import FloatArray
 
-__all__ = ["is_model", "show_model"]
-
-_SUFFIXES = (".glb", ".gltf", ".obj", ".ply", ".stl", ".off")
+__all__ = ["show_model"]
 
 _STEPS = ((1000.0, "km"), (1.0, "m"), (0.01, "cm"), (0.001, "mm"))
 _LINES = 200
@@ -20,11 +18,6 @@ _LINES = 200
 
 _LEAST = 0.0005
 """Shares of less are not told: overlaps are counted on a raster."""
-
-
-def is_model(path: str) -> bool:
-    """Return whether a file is a model by its name."""
-    return path.lower().endswith(_SUFFIXES)
 
 
 def show_model(path: str, *, unit: str | None = None) -> None:

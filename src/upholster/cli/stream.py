@@ -5,11 +5,13 @@ from typing import Annotated
 
 import typer
 
+from upholster.cli.cad import show_cad
 from upholster.cli.console import add_row, byte_count, in_bytes, naming, numbers, progress_bars, say, share
-from upholster.cli.models import is_model, show_model
+from upholster.cli.models import show_model
 from upholster.cli.options import spelled_out
 from upholster.errors import InputError
 from upholster.options import WriteOptions
+from upholster.suffixes import CAD_SUFFIXES, is_model_name
 
 __all__ = ["info", "levels", "refine"]
 
@@ -68,7 +70,9 @@ def info(
     file: Annotated[
         str,
         typer.Argument(
-            help="A stream, or the start of one; or a model: .glb .gltf .obj .ply .stl .off.", metavar="FILE"
+            help="A stream, or the start of one; or a model: .glb .gltf .obj .ply .stl .off, or .step "
+            ".iges .brep .3dm.",
+            metavar="FILE",
         ),
     ],
     unit: Annotated[
@@ -76,7 +80,9 @@ def info(
     ] = None,
 ) -> None:
     """Show what a stream holds, and after how many bytes; or a model's parts, and what is odd about them."""
-    if is_model(file):
+    if file.lower().endswith(CAD_SUFFIXES):
+        show_cad(file, unit=unit)
+    elif is_model_name(file):
         show_model(file, unit=unit)
     elif unit is not None:
         raise InputError("--unit is for models: a stream has no other")

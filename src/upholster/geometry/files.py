@@ -40,7 +40,8 @@ def read_surface(path: PathLike) -> Surface:
             return read(path)
     raise InputError(
         f"surface {str(path)!r} has an unknown suffix; allowed: files of {', '.join(SURFACE_SUFFIXES)}, a "
-        "model of .glb, .gltf, .obj, .ply, .stl or .off, or a built-in surface, see `upholster surfaces`"
+        "model of .glb, .gltf, .obj, .ply, .stl, .off, .step, .iges, .brep or .3dm, or a built-in surface, "
+        "see `upholster surfaces`"
     )
 
 

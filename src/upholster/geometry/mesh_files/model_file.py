@@ -99,7 +99,11 @@ class ModelFile(Shown):
     left
         Names of the parts that are not chosen.
     gltf, gltf_parts
-        Of a glTF file: the document, and where each of the parts stands in it.
+        Of a glTF file: the document, and where each of the parts stands in it. A CAD file's model has them as
+        well: a document that is written from its faces.
+    axes
+        Of a CAD file: (T, 2, 3), a point and the direction of the axis that each triangle's face has, as a
+        cylinder has one; zero where it has none.
     """
 
     path: str
@@ -113,6 +117,7 @@ class ModelFile(Shown):
     left: tuple[str, ...] = ()
     gltf: Gltf | None = None
     gltf_parts: tuple[GltfPart, ...] = ()
+    axes: FloatArray | None = None
 
     def __repr__(self) -> str:
         parts = {"path": self.path, "triangles": len(self.mesh.triangles), "parts": len(self.parts)}

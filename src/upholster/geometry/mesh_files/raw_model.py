@@ -37,7 +37,7 @@ class RawModel:
         Length of a unit; None where the file does not tell.
     up
         Which axis is up by the format's habit.
-    notes, contents, gltf, gltf_parts
+    notes, contents, gltf, gltf_parts, axes
         As of `ModelFile`.
     """
 
@@ -55,3 +55,4 @@ class RawModel:
     contents: dict[str, int] = field(default_factory=dict)
     gltf: Gltf | None = None
     gltf_parts: list[GltfPart] = field(default_factory=list)
+    axes: FloatArray | None = None

@@ -8,8 +8,9 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.errors import FormatError, InputError, nearest
+from upholster.errors import FormatError, InputError
 from upholster.files import path_text, read_bytes
+from upholster.geometry.mesh_files.cad import read_cad_model
 from upholster.geometry.mesh_files.gltf import parse_gltf
 from upholster.geometry.mesh_files.gltf_scene import read_scene
 from upholster.geometry.mesh_files.model_file import ModelFile, chosen_parts, welded_within
@@ -18,10 +19,13 @@ from upholster.geometry.mesh_files.off import read_off
 from upholster.geometry.mesh_files.ply import read_ply
 from upholster.geometry.mesh_files.raw_model import RawModel
 from upholster.geometry.mesh_files.stl import read_stl
+from upholster.geometry.mesh_files.units import unit_in_metres
 from upholster.geometry.triangle_mesh import TriangleMesh
+from upholster.lengths import parse_length
+from upholster.suffixes import CAD_SUFFIXES, MODEL_SUFFIXES
 from upholster.types import FloatArray
 
-__all__ = ["MODEL_SUFFIXES", "UNITS", "read_model"]
+__all__ = ["read_model"]
 
 _READERS: dict[str, Callable[[bytes, str], RawModel]] = {
     ".obj": read_obj,
@@ -29,11 +33,6 @@ _READERS: dict[str, Callable[[bytes, str], RawModel]] = {
     ".stl": read_stl,
     ".off": read_off,
 }
-MODEL_SUFFIXES = (".glb", ".gltf", *_READERS)
-"""What `read_model` reads."""
-
-UNITS = {"m": 1.0, "dm": 0.1, "cm": 0.01, "mm": 0.001, "km": 1000.0, "in": 0.0254, "ft": 0.3048}
-"""Units by name, in metres."""
 
 
 def read_model(
@@ -42,8 +41,10 @@ def read_model(
     parts: Sequence[str] | None = None,
     unit: str | None = None,
     up: str | None = None,
+    deviation: str | float | None = None,
+    unique: bool = False,
 ) -> ModelFile:
-    """Read a model: GLB, glTF, OBJ, PLY, STL or OFF.
+    """Read a model: GLB, glTF, OBJ, PLY, STL or OFF; or a CAD model: STEP, IGES, BREP or 3DM.
 
     Vertices at one place of one object become one; nothing else is changed, so triangles without area stay.
     Quadrilaterals and polygons become triangles. The mesh has z up: (x, -z, y) where y is up in the file, as
@@ -61,6 +62,11 @@ def read_model(
         metres in glTF, nothing in the others.
     up
         Which axis is up in the file, "y" or "z"; by default the format's habit.
+    deviation
+        Of a CAD model: how far triangles may lie from its faces, as ``"0.1mm"`` or in millimetres; by default
+        a two-thousandth of its size.
+    unique
+        Of a CAD model: whether a shape that stands in several places is a part in each.
 
     Raises
     ------
@@ -76,23 +82,36 @@ def read_model(
         raise InputError(
             f"model {name!r} has suffix {Path(name).suffix!r}; allowed: {', '.join(MODEL_SUFFIXES)}"
         )
-    if unit is not None and unit not in UNITS:
-        raise InputError(f"unit {unit!r} is unknown; {nearest(str(unit), UNITS)}")
+    metres = unit_in_metres(unit)
     if up not in (None, "y", "z"):
         raise InputError(f"up is {up!r}; allowed: 'y' or 'z'")
+    if suffix not in CAD_SUFFIXES and (deviation is not None or unique):
+        raise InputError("deviation and unique are for CAD models; allowed: with " + ", ".join(CAD_SUFFIXES))
     data = read_bytes(name)
     try:
         if not data:
             raise InputError("is empty; allowed: a model")
         with np.errstate(all="ignore"):  # numbers beyond all bounds are refused by the mesh
-            if suffix in (".glb", ".gltf"):
+            if suffix in CAD_SUFFIXES:
+                raw = read_cad_model(Path(name), metres, up, _millimetres(deviation), unique=unique)
+                metres = up = None  # it is in millimetres now, and stands upright
+            elif suffix in (".glb", ".gltf"):
                 raw = read_scene(parse_gltf(data, name))
             else:
                 raw = _READERS[suffix](data, Path(name).stem)
             chosen = None if parts is None else chosen_parts(raw.parts, parts)
-            return _model(name, raw, chosen, raw.metres if unit is None else UNITS[unit], up or raw.up)
+            return _model(name, raw, chosen, raw.metres if metres is None else metres, up or raw.up)
     except (FormatError, InputError) as error:
         raise type(error)(f"{name}: {error}") from None
+
+
+def _millimetres(deviation: str | float | None) -> float | None:
+    if deviation is None:
+        return None
+    length = parse_length(deviation, 0.001, name="deviation")
+    if not 1e-6 <= length <= 1e6:
+        raise InputError(f"deviation is {deviation!r}; allowed: above 0, in millimetres or with a unit")
+    return length
 
 
 def _model(
@@ -135,6 +154,7 @@ def _model(
         tuple(part.name for number, part in enumerate(raw.parts) if number not in kept),
         raw.gltf,
         tuple(raw.gltf_parts[number] for number in kept) if raw.gltf_parts else (),
+        None if raw.axes is None else raw.axes[mine],
     )
 
 

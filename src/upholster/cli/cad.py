@@ -1,0 +1,92 @@
+"""What ``upholster info`` shows of a CAD model."""
+
+from collections import Counter
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:  # NumPy, which they import, would slow down --help
+    from upholster.geometry.mesh_files.cad import CadState
+    from upholster.occt.records import BodyRecord
+
+__all__ = ["show_cad"]
+
+_LINES = 200
+"""Bodies that the table lists."""
+
+_NAMES = 8
+"""Faces that a line lists."""
+
+
+def show_cad(path: str, *, unit: str | None = None) -> None:
+    """Print the bodies of a CAD model, their faces and kinds of surface, and what will be left plain."""
+    from rich.box import SIMPLE_HEAD
+    from rich.console import Console
+    from rich.markup import escape
+    from rich.table import Table
+
+    from upholster.geometry.mesh_files.cad import cad_state
+
+    state = cad_state(path, unit=unit)
+    record = state.record
+    console = Console()
+    for line in _head(path, state):
+        console.print(line, highlight=False, markup=False, soft_wrap=True)
+    table = Table("body", "", "places", "faces", "of which", "area", "colours, layers", box=SIMPLE_HEAD)
+    for body in record.bodies[:_LINES]:
+        kinds = Counter(face.kind for face in body.faces)
+        table.add_row(
+            escape(body.places[0].name or body.name or "-"),
+            "solid" if body.solid else "sheet",
+            str(len(body.places)),
+            str(len(body.faces)),
+            ", ".join(f"{count} {kind}" for kind, count in kinds.most_common()),
+            f"{sum(face.area for face in body.faces):.4g} mm²",
+            escape(_labels(body)),
+        )
+    console.print(table)
+    lines = [f"note: {note}" for note in record.notes]
+    if len(record.bodies) > _LINES:
+        lines.insert(0, f"and {len(record.bodies) - _LINES} bodies more")
+    for line in (*lines, *_outcome(state)):
+        console.print(line, highlight=False, markup=False, soft_wrap=True)
+
+
+def _head(path: str, state: "CadState") -> list[str]:
+    record = state.record
+    faces = sum(len(body.faces) for body in record.bodies)
+    places = sum(len(body.places) for body in record.bodies)
+    bodies = len(record.bodies)
+    several = f" in {places} places" if places > bodies else ""
+    size = " x ".join(f"{side:.4g}" for side in record.box[1] - record.box[0])
+    unit = (
+        f"the file's unit: {record.unit}" if record.unit else "the file tells no unit: millimetres (--unit)"
+    )
+    return [
+        f"{path}: {record.format}, {bodies} bod{'ies' if bodies > 1 else 'y'}{several}, {faces} "
+        f"face{'s' if faces > 1 else ''}, {state.patches:,} rational Bézier patches",
+        f"{size} mm (x, y, z); {unit}; tolerance {record.tolerance:.2g} mm",
+    ]
+
+
+def _labels(body: "BodyRecord") -> str:
+    """Return the colours, layers and names of faces by which parts can be chosen."""
+    found: dict[str, None] = {}
+    found |= dict.fromkeys((body.colour, body.layer))
+    for face in body.faces:
+        found |= dict.fromkeys((face.colour, face.layer))
+    found |= dict.fromkeys(face.name for face in body.faces)
+    names = [name for name in found if name]
+    return ", ".join(names[:_NAMES]) + (" …" if len(names) > _NAMES else "") or "-"
+
+
+def _outcome(state: "CadState") -> list[str]:
+    """Say what will be covered, what is left plain, and what is not exact."""
+    lines = []
+    if state.plain:
+        listed = ", ".join(state.plain[:_NAMES]) + (" …" if len(state.plain) > _NAMES else "")
+        lines.append(f"left plain, {len(state.plain)} faces: {listed}")
+    else:
+        lines.append("every face can be covered")
+    if state.inexact:
+        listed = ", ".join(state.inexact[:_NAMES]) + (" …" if len(state.inexact) > _NAMES else "")
+        lines.append(f"not exact, {len(state.inexact)} faces: {listed}")
+    return lines

@@ -1,0 +1,254 @@
+"""CAD files read, told and covered. The files are made here; without Open CASCADE these tests are skipped."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from command_line import assert_one_line, run_cli
+
+from upholster.errors import InputError
+from upholster.geometry.mesh_files import read_model
+from upholster.occt.process import read_cad
+
+OCP = pytest.importorskip("OCP")
+
+SAMPLE = Path(__file__).parents[1] / "examples/granite.png"
+
+
+def part():
+    """A plate of 40 x 20 x 10 mm with a round hole of 8 mm, one long edge rounded by 3 mm."""
+    from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut
+    from OCP.BRepFilletAPI import BRepFilletAPI_MakeFillet
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox, BRepPrimAPI_MakeCylinder
+    from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt
+    from OCP.TopAbs import TopAbs_EDGE
+    from OCP.TopExp import TopExp_Explorer
+    from OCP.TopoDS import TopoDS
+
+    box = BRepPrimAPI_MakeBox(40, 20, 10).Shape()
+    rounded = BRepFilletAPI_MakeFillet(box)
+    rounded.Add(3.0, TopoDS.Edge(TopExp_Explorer(box, TopAbs_EDGE).Current()))
+    hole = BRepPrimAPI_MakeCylinder(gp_Ax2(gp_Pnt(20, 10, -1), gp_Dir(0, 0, 1)), 4, 12).Shape()
+    return BRepAlgoAPI_Cut(rounded.Shape(), hole).Shape()
+
+
+def write_step(path, shapes):
+    """Write an assembly of shapes: name, colour, shape, and where it stands."""
+    from OCP.gp import gp_Trsf, gp_Vec
+    from OCP.Quantity import Quantity_Color, Quantity_TOC_sRGB
+    from OCP.STEPCAFControl import STEPCAFControl_Writer
+    from OCP.TCollection import TCollection_ExtendedString
+    from OCP.TDataStd import TDataStd_Name
+    from OCP.TDocStd import TDocStd_Document
+    from OCP.TopLoc import TopLoc_Location
+    from OCP.XCAFDoc import XCAFDoc_ColorSurf, XCAFDoc_DocumentTool
+
+    document = TDocStd_Document(TCollection_ExtendedString("XmlOcaf"))
+    tool = XCAFDoc_DocumentTool.ShapeTool_s(document.Main())
+    colours = XCAFDoc_DocumentTool.ColorTool_s(document.Main())
+    whole = tool.NewShape()
+    TDataStd_Name.Set_s(whole, TCollection_ExtendedString("assembly"))
+    for name, colour, shape, places in shapes:
+        label = tool.AddShape(shape, False)
+        TDataStd_Name.Set_s(label, TCollection_ExtendedString(name))
+        colours.SetColor(label, Quantity_Color(*colour, Quantity_TOC_sRGB), XCAFDoc_ColorSurf)
+        for k, place in enumerate(places):
+            moved = gp_Trsf()
+            moved.SetTranslation(gp_Vec(*place))
+            component = tool.AddComponent(whole, label, TopLoc_Location(moved))
+            TDataStd_Name.Set_s(component, TCollection_ExtendedString(f"{name} {k + 1}"))
+    tool.UpdateAssemblies()
+    writer = STEPCAFControl_Writer()
+    writer.Transfer(document)
+    writer.Write(str(path))
+
+
+@pytest.fixture(scope="module")
+def files(tmp_path_factory):
+    """An assembly: the plate twice, and a ball."""
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakeSphere
+    from OCP.BRepTools import BRepTools
+    from OCP.IGESControl import IGESControl_Writer
+
+    folder = tmp_path_factory.mktemp("cad")
+    plate = part()
+    write_step(
+        folder / "two.step",
+        [
+            ("plate", (1, 0, 0), plate, [(0, 0, 0), (0, 0, 30)]),
+            ("ball", (0, 0, 1), BRepPrimAPI_MakeSphere(6).Shape(), [(60, 0, 0)]),
+        ],
+    )
+    BRepTools.Write_s(plate, str(folder / "plate.brep"))
+    writer = IGESControl_Writer("MM", 0)
+    writer.AddShape(plate)
+    writer.Write(str(folder / "plate.igs"))
+    return folder
+
+
+AREA = 2 * (40 * 20 + 40 * 10 + 20 * 10) - 2 * 16 * np.pi + 8 * np.pi * 10 - 10 * 6 + 10 * 3 * np.pi / 2
+"""Of the plate, but for the corners that the rounding takes from two sides."""
+
+
+def test_step_is_read_with_unit_names_colours_and_places(files):
+    found = read_cad(files / "two.step")
+    assert (found.format, found.unit) == ("STEP", "millimetre")
+    assert [body.name for body in found.bodies] == ["plate", "ball"]
+    assert [body.colour for body in found.bodies] == ["#ff0000", "#0000ff"]
+    assert [[place.name for place in body.places] for body in found.bodies] == [
+        ["plate 1", "plate 2"],
+        ["ball 1"],
+    ]
+    plate, ball = found.bodies
+    assert sorted(face.kind for face in plate.faces) == ["cylinder"] * 2 + ["plane"] * 6
+    np.testing.assert_allclose(plate.places[1].matrix[:, 3], [0, 0, 30], atol=1e-9)
+    assert sum(face.area for face in ball.faces) == pytest.approx(4 * np.pi * 36, rel=1e-3)
+    assert len(read_cad(files / "two.step", unique=True).bodies) == 3
+
+
+def test_triangles_are_watertight_lie_on_the_faces_and_have_their_normals(files):
+    model = read_model(files / "two.step")
+    mesh = model.mesh
+    assert mesh.metres == 0.001
+    assert mesh.parts == ("plate 1", "ball 1")
+    assert [part.material for part in model.parts] == ["#ff0000", "#0000ff"]
+    assert model.parts[0].instances == 2
+    assert (mesh.neighbours >= 0).all()
+    ball = mesh.of_parts([1])
+    centred = mesh.corners[ball] - (60, 0, 0)
+    np.testing.assert_allclose(np.linalg.norm(centred, axis=2), 6, atol=1e-5)
+    np.testing.assert_allclose(mesh.normals[ball], centred / 6, atol=1e-5)
+    plate = mesh.areas[~ball].sum()
+    assert plate == pytest.approx(AREA, rel=2e-3)
+    # Axes: of the hole and of the rounding, and of nothing else.
+    named = model.axes[~ball][:, 1]
+    assert set(map(tuple, np.abs(named).round(6))) == {(0, 0, 0), (0, 0, 1)}
+
+
+def test_brep_and_iges_give_the_same_plate_and_a_unit_where_the_file_has_none(files):
+    step = read_cad(files / "two.step").bodies[0]
+    wanted = sum(face.area for face in step.faces)
+    brep = read_model(files / "plate.brep")
+    assert any("no unit: taken for millimetres" in note for note in brep.notes)
+    assert brep.mesh.areas.sum() == pytest.approx(wanted, rel=2e-3)
+    larger = read_model(files / "plate.brep", unit="cm")
+    assert larger.mesh.size == pytest.approx(10 * brep.mesh.size, rel=1e-6)
+    iges = read_model(files / "plate.igs")
+    assert (iges.mesh.neighbours >= 0).all()  # loose faces are sewn
+    assert iges.mesh.areas.sum() == pytest.approx(wanted, rel=2e-3)
+    with pytest.raises(InputError, match="tells its unit itself"):
+        read_model(files / "plate.igs", unit="mm")
+
+
+def test_a_smaller_deviation_gives_more_triangles(files):
+    coarse = read_model(files / "two.step", deviation="1mm")
+    fine = read_model(files / "two.step", deviation=0.005)
+    assert len(fine.mesh.triangles) > 4 * len(coarse.mesh.triangles)
+    with pytest.raises(InputError, match="deviation is"):
+        read_model(files / "two.step", deviation="-1mm")
+
+
+def test_up_can_be_told(files):
+    z, y = (read_model(files / "plate.brep", up=up).mesh for up in (None, "y"))
+    np.testing.assert_allclose(y.positions, z.positions[:, [0, 2, 1]] * (1, -1, 1), atol=1e-5)
+
+
+def test_info_tells_what_there_is(files):
+    done = run_cli("info", "two.step", cwd=files)
+    assert done.returncode == 0
+    assert "STEP, 2 bodies in 3 places, 9 faces" in done.stdout
+    assert "the file's unit: millimetre" in done.stdout
+    assert "every face can be covered" in done.stdout
+
+
+def test_cover_writes_a_model_with_names_and_a_part_alone(files, tmp_path):
+    done = run_cli(
+        "cover", SAMPLE, "--on", files / "two.step", "--part", "plate*", "--sample-size", "20mm",
+        "--texels", "100k", "-o", tmp_path / "part.glb",
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    data = (tmp_path / "part.glb").read_bytes()
+    document = json.loads(data[20 : 20 + int.from_bytes(data[12:16], "little")])
+    names = [node["name"] for node in document["nodes"]]
+    assert names == ["plate 1", "plate 2", "ball 1", "model"]
+    assert sorted(material.get("name") for material in document["materials"]) == ["#0000ff", "two"]
+
+
+def test_bad_files_are_one_line(files, tmp_path):
+    (tmp_path / "empty.step").write_bytes(b"")
+    (tmp_path / "noise.step").write_bytes(bytes(range(256)) * 40)
+    (tmp_path / "noise.brep").write_bytes(b"nothing of the kind")
+    (tmp_path / "bare.step").write_text(
+        "ISO-10303-21;\nHEADER;\nFILE_DESCRIPTION((''),'2;1');\nFILE_NAME('','',(''),(''),'','','');\n"
+        "FILE_SCHEMA(('AUTOMOTIVE_DESIGN'));\nENDSEC;\nDATA;\nENDSEC;\nEND-ISO-10303-21;\n"
+    )
+    for name, said in (
+        ("empty.step", "empty"),
+        ("noise.step", "STEP file that Open CASCADE can read"),
+        ("noise.brep", "BREP file that Open CASCADE can read"),
+        ("bare.step", "allowed: a model with faces"),
+        ("none.step", "does not exist"),
+    ):
+        assert_one_line(run_cli("cover", SAMPLE, "--on", name, "-o", "a.glb", cwd=tmp_path), said)
+    assert not (tmp_path / "a.glb").exists()
+    assert_one_line(run_cli("info", "noise.step", cwd=tmp_path), "noise.step: it is no STEP file")
+
+
+def test_limits_are_kept(files):
+    with pytest.raises(InputError, match=r"takes more than 0.01 s"):
+        read_cad(files / "two.step", seconds=0.01)
+    with pytest.raises(InputError, match=r"memory|crashes"):
+        read_cad(files / "two.step", memory=300 << 20)
+
+
+def test_a_crash_is_one_line(files, monkeypatch, tmp_path):
+    fake = tmp_path / "python"
+    fake.write_text("#!/bin/sh\nkill -SEGV $$\n")
+    fake.chmod(0o755)
+    monkeypatch.setattr("upholster.occt.process.sys.executable", str(fake))
+    with pytest.raises(InputError, match=r"Open CASCADE crashes on it"):
+        read_cad(files / "two.step")
+
+
+def test_deviation_is_for_cad_models_alone(tmp_path):
+    (tmp_path / "a.stl").write_bytes(b"x")
+    with pytest.raises(InputError, match="are for CAD models"):
+        read_model(tmp_path / "a.stl", deviation=1)
+
+
+def test_3dm_keeps_layers_colours_and_blocks(tmp_path):
+    rhino = pytest.importorskip("rhino3dm")
+    model = rhino.File3dm()
+    model.Settings.ModelUnitSystem = rhino.UnitSystem.Centimeters
+    layer = rhino.Layer()
+    layer.Name = "metal"
+    layer.Color = (10, 200, 30, 255)
+    known = rhino.ObjectAttributes()
+    known.LayerIndex = model.Layers.Add(layer)
+    known.Name = "globe"
+    ball = rhino.Sphere(rhino.Point3d(1, 2, 3), 0.5)
+    model.Objects.AddBrep(ball.ToBrep(), known)
+    cylinder = rhino.Cylinder(rhino.Circle(rhino.Point3d(0, 0, 0), 1.0), 4.0)
+    model.Objects.AddBrep(cylinder.ToBrep(True, True), None)
+    path = tmp_path / "things.3dm"
+    model.Write(str(path), 7)
+    found = read_cad(path)
+    assert found.unit == "centimeters"
+    assert (found.bodies[0].name, found.bodies[0].layer) == ("globe", "metal")
+    areas = [sum(face.area for face in body.faces) for body in found.bodies]
+    np.testing.assert_allclose(areas, [100 * np.pi, 800 * np.pi + 200 * np.pi], rtol=1e-3)
+    read = read_model(path)
+    globe = read.mesh.of_parts(read.fitting(["globe"]))
+    np.testing.assert_allclose(np.linalg.norm(read.mesh.corners[globe] - (10, 20, 30), axis=2), 5, atol=1e-4)
+    assert (read.mesh.neighbours >= 0).all()
+
+
+def test_an_extra_that_is_missing_is_named(monkeypatch, tmp_path):
+    Path(tmp_path, "part.step").write_text("x")
+    hidden = tmp_path / "hidden" / "OCP"
+    hidden.mkdir(parents=True)
+    (hidden / "__init__.py").write_text("raise ModuleNotFoundError('no OCP', name='OCP')\n")
+    monkeypatch.setenv("PYTHONPATH", str(hidden.parent))
+    with pytest.raises(InputError, match=r"pip install 'upholster\[cad\]'"):
+        read_cad(tmp_path / "part.step")
