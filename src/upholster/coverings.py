@@ -9,6 +9,7 @@ from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
 
+from upholster.charts.axis_directions import AXIS_DIRECTIONS, axis_direction
 from upholster.charts.covered import Covered, CoveredLike, as_covered, covered_parts
 from upholster.errors import FormatError, InputError
 from upholster.geometry import AnySurface, MeshSurface, Surface
@@ -261,6 +262,7 @@ def read_coverings(
         notes += covered.notes
         source = read(exemplar)
         notes += source.notes if isinstance(source, Material) else ()
+        asked = _with_axes(asked, covered)
         return [Covering(None, covered, kept_sample(source, asked), asked)]
     if asked.method != "quilt":
         raise InputError(f"method is {asked.method!r} with several materials; allowed there: 'quilt'")
@@ -281,9 +283,19 @@ def read_coverings(
             [f"{pattern or _REST}: {note}" for note in source.notes] if isinstance(source, Material) else []
         )
         own = _share(asked if size is None else replace(asked, sample_size=size), covered, parts)
+        own = _with_axes(own, covered)
         title = _title(exemplar if wanted is None else wanted.source, pattern)
         out.append(Covering(pattern, covered, source, own, title, out[0] if out else None))
     return out
+
+
+def _with_axes(asked: SynthesisOptions, covered: Covered) -> SynthesisOptions:
+    """Return options with the direction of axes that a CAD model's faces have, where it is asked for."""
+    if asked.direction not in AXIS_DIRECTIONS:
+        return asked
+    if covered.model is None:
+        raise InputError(f"direction is {asked.direction!r}; allowed: with a CAD model's file")
+    return replace(asked, direction=axis_direction(covered.model, str(asked.direction)))
 
 
 def _share(asked: SynthesisOptions, covered: Covered, parts: Mapping[str, Covered]) -> SynthesisOptions:

@@ -1,0 +1,98 @@
+"""Directions along and around the axes of a CAD model's faces: of cylinders, cones, rings, turned shapes."""
+
+import numpy as np
+
+from upholster.charts.directions import Vectors
+from upholster.errors import InputError
+from upholster.geometry.mesh_files import ModelFile
+from upholster.types import FloatArray
+
+__all__ = ["AXIS_DIRECTIONS", "axis_direction"]
+
+AXIS_DIRECTIONS = ("along", "around")
+"""As users ask for them."""
+
+_ALIKE = 1e-4
+"""Directions, and places as parts of the model's size, that differ by less are one."""
+
+
+def axis_direction(model: ModelFile, kind: str) -> Vectors:
+    """Return what "along" or "around" asks for on a CAD model.
+
+    A face with an axis follows it. Any other follows its part's: the axis that most of the part's area has,
+    or where no face has one the way in which the part is longest. Opposite axes count as one, so that faces
+    that meet agree.
+
+    Parameters
+    ----------
+    model
+        Read from a CAD file.
+    kind
+        One of `AXIS_DIRECTIONS`.
+
+    Returns
+    -------
+    Callable
+        Points to vectors, (T, 3) each: for the centres of the triangles of the model's mesh alone.
+
+    Raises
+    ------
+    InputError
+        If the model is from another file, which knows no axes.
+    """
+    if model.axes is None:
+        raise InputError(
+            f"direction is {kind!r}, and this model's file tells no axes; allowed: with CAD files"
+        )
+    mesh = model.mesh
+    centres = mesh.corners.mean(axis=1)
+    places, ways = model.axes[:, 0].copy(), _one_way(model.axes[:, 1])
+    has = (ways != 0).any(axis=1)
+    for part in np.unique(mesh.part):
+        mine = mesh.part == part
+        place, way = _main_axis(places[mine & has], ways[mine & has], mesh.areas[mine & has], mesh.size)
+        if way is None:
+            place, way = _longest(centres[mine], mesh.areas[mine])
+        places[mine & ~has], ways[mine & ~has] = place, way
+    vectors = ways if kind == "along" else np.cross(ways, centres - places)
+    length = np.linalg.norm(vectors, axis=1, keepdims=True)
+    unit = vectors / np.maximum(length, 1e-12 * mesh.size)
+
+    def asked(points: FloatArray) -> FloatArray:
+        if not np.array_equal(points, centres):
+            raise ValueError("it is for the centres of one mesh's triangles")
+        return np.asarray(unit, np.float64)
+
+    asked.__name__ = kind
+    return asked
+
+
+def _one_way(ways: FloatArray) -> FloatArray:
+    """Turn vectors so that the last of their parts that is not about 0 is positive."""
+    sign = np.ones(len(ways))
+    for k in (0, 1, 2):
+        sign = np.where(np.abs(ways[:, k]) > _ALIKE, np.sign(ways[:, k]), sign)
+    return np.asarray(ways * sign[:, None], np.float64)
+
+
+def _main_axis(
+    places: FloatArray, ways: FloatArray, areas: FloatArray, size: float
+) -> tuple[FloatArray, FloatArray | None]:
+    """Return place and way of the axis that most of the area has; None without any."""
+    if not len(ways):
+        return np.zeros(3), None
+    along = (places * ways).sum(axis=1, keepdims=True)
+    feet = places - along * ways  # one place for all that lie on one line
+    keys = np.rint(np.concatenate([ways, feet / size], axis=1) / _ALIKE).astype(np.int64)
+    _, first, group = np.unique(keys, axis=0, return_index=True, return_inverse=True)
+    best = first[int(np.bincount(group.reshape(-1), areas).argmax())]
+    return places[best], ways[best]
+
+
+def _longest(centres: FloatArray, areas: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the middle of some triangles, and the way in which they reach farthest."""
+    weights = areas / max(float(areas.sum()), 1e-300)
+    middle = weights @ centres
+    off = centres - middle
+    _, vectors = np.linalg.eigh((off * weights[:, None]).T @ off)
+    return middle, _one_way(vectors[:, -1:].T)[0]
