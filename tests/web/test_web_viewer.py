@@ -277,6 +277,39 @@ def test_what_is_removed_is_freed(tab: Any, site: Any) -> None:
     _wait_for_workers(page, 1)
 
 
+def test_a_page_is_scrolled_past_it(tab: Any, site: Any) -> None:
+    page = tab.open(f"{site}/view/ring.uph").complete().page
+    size = "return (await viewer.picture()).size"
+    middle = (200, 200)
+
+    def wheel() -> tuple[float, int]:
+        before = tab.call(size)
+        page.mouse.wheel(0, 240)
+        page.wait_for_timeout(400)
+        return tab.call("return scrollY"), tab.call(size) - before
+
+    page.mouse.move(*middle)
+    moved, change = wheel()
+    assert moved == 0  # nothing scrolls: the wheel is the model's
+    assert change != 0
+    tab.call("document.body.style.cssText += ';height:auto;overflow:auto'")
+    tab.call(
+        "viewer.style.height = '400px'; document.body.append(Object.assign(document.createElement('div')))"
+    )
+    tab.call("document.body.lastChild.style.height = '3000px'")
+    page.wait_for_timeout(300)
+    page.mouse.move(middle[0] + 1, middle[1])
+    moved, change = wheel()
+    assert moved > 100
+    assert change == 0
+    assert tab.call("return inside.querySelector('canvas').style.touchAction") == "pan-y"
+    tab.call("scrollTo(0, 0)")
+    page.mouse.click(*middle)
+    moved, change = wheel()
+    assert moved == 0
+    assert change != 0
+
+
 def test_src_is_a_property_and_an_attribute(tab: Any, site: Any) -> None:
     page = tab.open(f"{site}/view/ring.uph").complete().page
     assert tab.call("return viewer.src") == "/streams/ring.uph"
