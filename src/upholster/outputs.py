@@ -18,6 +18,7 @@ from upholster.errors import InputError
 from upholster.export import (
     UDIM,
     Cover,
+    ObjPart,
     map_companion,
     obj_companions,
     page_files,
@@ -566,6 +567,7 @@ def write_output(
                 stem=output.path.stem,
                 maps=model.maps,
                 page=page,
+                **_obj_parts(model),
             )
             _write_maps(places[2 + pages :], model)
         case "ply":
@@ -593,6 +595,16 @@ def write_output(
                 picture if linear else from_linear(picture, "uint8", dither=True),
                 quality=options.quality,
             )
+
+
+def _obj_parts(model: TexturedModel) -> dict[str, Any]:
+    """Return how OBJ names the parts of a mesh, as `write_obj` takes them."""
+    if not isinstance(model.surface, MeshSurface):
+        return {}
+    mesh = model.surface.mesh
+    materials = [""] * len(mesh.parts) if model.file is None else [each.material for each in model.file.parts]
+    labels = [ObjPart(name, own) for name, own in zip(mesh.parts, materials, strict=True)]
+    return {"parts": labels, "part": mesh.part}
 
 
 def _write_retextured(place: Path, model: TexturedModel) -> None:

@@ -5,10 +5,11 @@ import numpy as np
 import pytest
 from textured import Model, make_model
 
-from upholster.export import obj_companions, write_obj
+from upholster.export import ObjPart, obj_companions, write_obj
 from upholster.geometry import Surface, ring_cyclide
+from upholster.geometry.mesh_files import read_model
 from upholster.image import read_exemplar
-from upholster.model import tessellate
+from upholster.model import Mesh, tessellate
 
 
 def read_obj(path: Path) -> Any:
@@ -87,3 +88,43 @@ def test_texture_keeps_its_depth(tmp_path: Path) -> None:
     _, (_, material, texture) = written(tmp_path, model)
     assert read_exemplar(texture).dtype == np.uint16
     assert "map_d" not in material.read_text()
+
+
+def test_parts_and_their_materials_keep_their_names(tmp_path: Path) -> None:
+    """Each part is an object again, its triangles in order; with pages each material is one of every page."""
+    rng = np.random.default_rng(3)
+    corners, count = rng.normal(size=(12, 3)), 12
+    mesh = Mesh(
+        corners, corners, np.zeros((12, 2)), np.arange(12, dtype=np.int32) % 2, np.zeros((0, 4), np.int32),
+        rng.permuted(np.tile(np.arange(12, dtype=np.int32), (count, 1)), axis=1)[:, :3],
+    )  # fmt: skip
+    labels = [
+        ObjPart("Leg 1", "oak"),
+        ObjPart("None here", "gold"),
+        ObjPart("Seat", "red  felt"),
+        ObjPart("Up"),
+    ]
+    part = np.array([3, 0, 2, 2, 0, 3, 0, 0, 2, 3, 2, 0], np.int32)
+    uv, image = rng.random((12, 2)), np.zeros((8, 8, 3), np.uint8)
+    names = tmp_path / "chair.obj", tmp_path / "chair.mtl", tmp_path / "chair_texture.png"
+    write_obj(*names, mesh, uv, image, stem="chair", parts=labels, part=part)
+    model = read_model(names[0])
+    assert [(each.name, each.material) for each in model.parts] == [
+        ("Leg 1", "oak"),
+        ("Seat", "red_felt"),
+        ("Up", "chair"),
+    ]
+    order = np.argsort(part, kind="stable")
+    np.testing.assert_allclose(model.mesh.corners, mesh.positions[mesh.triangles[order]], rtol=1e-7)
+    np.testing.assert_array_equal(model.mesh.part, np.repeat([0, 1, 2], [5, 4, 3]))
+    text = names[1].read_text()
+    assert [line for line in text.splitlines() if line.startswith("newmtl")] == [
+        "newmtl oak", "newmtl gold", "newmtl red_felt", "newmtl chair"
+    ]  # fmt: skip
+    assert text.count("map_Kd chair_texture.png") == 4
+    pages = [tmp_path / f"chair_texture_{n}.png" for n in (1, 2)]
+    own = {"parts": labels, "part": part, "page": mesh.chart}
+    write_obj(names[0], names[1], pages, mesh, uv, [image, image], stem="chair", **own)
+    found = read_obj(names[0])
+    assert set(found["usemtl"]) <= {f"{name}_{n}" for name in ("oak", "red_felt", "chair") for n in (1, 2)}
+    assert len(found["f"]) == count

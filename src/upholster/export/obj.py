@@ -3,7 +3,7 @@
 import os
 from collections.abc import Collection, Iterator, Sequence
 from pathlib import Path
-from typing import TextIO
+from typing import NamedTuple, TextIO
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +15,7 @@ from upholster.image import alpha_channel, write_image
 from upholster.model import Mesh
 from upholster.types import FloatArray, IntArray
 
-__all__ = ["obj_companions", "whole_polygons", "write_obj"]
+__all__ = ["ObjPart", "obj_companions", "whole_polygons", "write_obj"]
 
 _LINES = {
     "normal": ("norm",),
@@ -27,6 +27,16 @@ _LINES = {
 
 _ROWS = 1 << 15
 """Lines that are formatted at a time."""
+
+
+class ObjPart(NamedTuple):
+    """How a part of a model and its material are called; '' without a name."""
+
+    name: str
+    material: str = ""
+
+
+_WHOLE = ObjPart("")
 
 
 def obj_companions(path: str | os.PathLike[str]) -> tuple[Path, Path]:
@@ -49,6 +59,8 @@ def write_obj(
     stem: str,
     maps: Collection[str] = (),
     page: IntArray | None = None,
+    parts: Sequence[ObjPart] = (),
+    part: IntArray | None = None,
 ) -> None:
     """Write a textured model as OBJ, MTL and an image, or an image and a material for each page of its atlas.
 
@@ -69,6 +81,9 @@ def write_obj(
         Roles of a material's other maps. The caller writes them, as `map_companion` of the texture names
         them; here MTL refers to them, in the common extension for physically based rendering. Height and
         occlusion, for which it has no word that programs agree on, are named in comments.
+    parts, part
+        Of a mesh of triangles alone: what its parts are called, and which of them each triangle belongs to,
+        (T,). Each becomes an object; materials of other names get these, all with the same texture.
 
     Raises
     ------
@@ -83,34 +98,57 @@ def write_obj(
     textures = [texture] if isinstance(texture, (str, os.PathLike)) else texture
     images = images_of(pixels)
     check_pages(len(textures), page, {"base colour": images})
-    material_name = "_".join(stem.split()) or "material"  # spaces would end it
-    names = [material_name]
-    if len(images) > 1:
-        names = [f"{material_name}_{number + 1}" for number in range(len(images))]
     for file_name, image in zip(textures, images, strict=True):
         write_image(file_name, image, bits=16 if image.dtype == np.uint16 else 8)
     turned = np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])  # applied from the right
     places, place_of = np.unique(mesh.positions @ turned + 0.0, axis=0, return_inverse=True)
     place_of = place_of.reshape(-1)  # + 0.0 made -0.0 equal to 0.0
     with Path(path).open("w", encoding="utf-8", newline="\n") as file:
-        file.write(f"# upholster {__version__}\nmtllib {stem}.mtl\no {stem}\n")
+        file.write(f"# upholster {__version__}\nmtllib {stem}.mtl\n")
         _rows(file, "v %.9g %.9g %.9g\n", places)
         _rows(file, "vt %.7f %.7f\n", np.column_stack([uv[:, 0], 1.0 - uv[:, 1]]))
         _rows(file, "vn %.6f %.6f %.6f\n", mesh.normals @ turned + 0.0)
-        kinds = [polygons_by_page(faces, page, len(images)) for faces in whole_polygons(mesh, place_of)]
-        for name, parts in zip(names, zip(*kinds, strict=True), strict=True):
-            file.write(f"usemtl {name}\n")
-            for corners in parts:
-                numbers = np.stack([place_of[corners], corners, corners], axis=2) + 1
-                _rows(file, "f" + " %d/%d/%d" * corners.shape[1] + "\n", numbers)
+        for label, polygons in _by_part(mesh, place_of, parts, part):
+            file.write(f"o {' '.join(label.name.split()) or stem}\n")
+            kinds = [polygons_by_page(faces, page, len(images)) for faces in polygons]
+            names = _names(label.material or stem, len(images))
+            for name, on_page in zip(names, zip(*kinds, strict=True), strict=True):
+                if not any(map(len, on_page)):
+                    continue
+                file.write(f"usemtl {name}\n")
+                for corners in on_page:
+                    numbers = np.stack([place_of[corners], corners, corners], axis=2) + 1
+                    _rows(file, "f" + " %d/%d/%d" * corners.shape[1] + "\n", numbers)
     texture_name = f"{stem}_texture{Path(textures[0]).suffix}"
     alpha = alpha_channel(images[0].shape[2]) is not None
+    called = dict.fromkeys(tuple(_names(label.material or stem, len(images))) for label in parts or [_WHOLE])
     lines = [
         line
+        for names in called
         for number, name in enumerate(names)
-        for line in _material(name, texture_name, number, len(names), maps, alpha=alpha)
+        for line in _material(name, texture_name, number, len(images), maps, alpha=alpha)
     ]
     Path(material).write_text("\n".join(lines) + "\n", encoding="utf-8", newline="\n")
+
+
+def _names(material: str, pages: int) -> list[str]:
+    """Return what the materials of an atlas' pages are called."""
+    name = "_".join(material.split()) or "material"  # spaces would end it
+    return [name] if pages == 1 else [f"{name}_{number + 1}" for number in range(pages)]
+
+
+def _by_part(
+    mesh: Mesh, place_of: NDArray[np.integer], parts: Sequence[ObjPart], part: IntArray | None
+) -> Iterator[tuple[ObjPart, list[IntArray]]]:
+    """Yield the polygons of each part; all of them as one where no parts are told."""
+    if part is None:
+        yield _WHOLE, list(whole_polygons(mesh, place_of))
+        return
+    order = np.argsort(part, kind="stable")
+    ends = np.cumsum(np.bincount(part, minlength=len(parts)))
+    for label, own in zip(parts, np.split(order, ends[:-1]), strict=True):
+        if len(own):
+            yield label, [mesh.triangles[own]]
 
 
 def _material(
