@@ -3,6 +3,8 @@
 from collections import Counter
 from typing import TYPE_CHECKING
 
+from upholster.cli.console import add_row, say
+
 if TYPE_CHECKING:  # NumPy, which they import, would slow down --help
     from upholster.geometry.mesh_files.cad import CadState
     from upholster.occt.records import BodyRecord
@@ -20,7 +22,6 @@ def show_cad(path: str, *, unit: str | None = None) -> None:
     """Print the bodies of a CAD model, their faces and kinds of surface, and what will be left plain."""
     from rich.box import SIMPLE_HEAD
     from rich.console import Console
-    from rich.markup import escape
     from rich.table import Table
 
     from upholster.geometry.mesh_files.cad import cad_state
@@ -29,25 +30,26 @@ def show_cad(path: str, *, unit: str | None = None) -> None:
     record = state.record
     console = Console()
     for line in _head(path, state):
-        console.print(line, highlight=False, markup=False, soft_wrap=True)
+        say(line)
     table = Table("body", "", "places", "faces", "of which", "area", "colours, layers", box=SIMPLE_HEAD)
     for body in record.bodies[:_LINES]:
         kinds = Counter(face.kind for face in body.faces)
-        table.add_row(
-            escape(body.places[0].name or body.name or "-"),
+        add_row(
+            table,
+            body.places[0].name or body.name or "-",
             "solid" if body.solid else "sheet",
             str(len(body.places)),
             str(len(body.faces)),
             ", ".join(f"{count} {kind}" for kind, count in kinds.most_common()),
             f"{sum(face.area for face in body.faces):.4g} mm²",
-            escape(_labels(body)),
+            _labels(body),
         )
     console.print(table)
     lines = [f"note: {note}" for note in record.notes]
     if len(record.bodies) > _LINES:
         lines.insert(0, f"and {len(record.bodies) - _LINES} bodies more")
     for line in (*lines, *_outcome(state)):
-        console.print(line, highlight=False, markup=False, soft_wrap=True)
+        say(line)
 
 
 def _head(path: str, state: "CadState") -> list[str]:
