@@ -247,7 +247,8 @@ class ModelOptions:
         default="new",
         metadata=_about(
             _MODEL,
-            "keep: the model's own texture coordinates, where nothing overlaps; new: charts of our own.",
+            "keep: charts cut as the model's own texture coordinates are, which may not overlap, and packed "
+            "anew; new: charts of our own.",
             metavar="new|keep",
         ),
     )

@@ -222,6 +222,22 @@ def test_texture_coordinates_are_kept() -> None:
         unwrap(mesh, keep_uv=True)
 
 
+def test_a_few_uneven_islands_are_laid_out_anew_and_the_rest_is_kept() -> None:
+    # A sheet whose texture coordinates are right, but for a triangle that is pressed to a line.
+    mesh = plane()
+    uv = mesh.corners[..., :2] / mesh.size
+    pressed = np.arange(len(uv)) == 0
+    share = mesh.areas[pressed].sum() / mesh.areas.sum()
+    assert 0 < share < 0.01
+    uv[pressed] = uv[pressed] * [1, 0] + 5
+    kept, report = unwrap(TriangleMesh(mesh.positions, mesh.triangles, uv=uv), keep_uv=True)
+    assert (kept.island >= 0).all()
+    assert (turned(kept) > 0).all()
+    np.testing.assert_array_equal(kept.island[pressed] > 0, True)
+    np.testing.assert_array_equal(kept.island[~pressed], 0)
+    assert any("of 1 triangles are too uneven to keep" in note for note in report.notes)
+
+
 def test_singular_values_are_those_of_the_jacobian() -> None:
     rng = np.random.default_rng(3)
     space, laid = rng.normal(size=(20, 3, 3)), rng.normal(size=(20, 3, 2))

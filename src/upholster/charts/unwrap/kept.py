@@ -16,6 +16,8 @@ _SIDE = 2048
 """Samples along the longer side, by which overlaps are measured."""
 _MOST_OVERLAP = 0.01
 _MOST_SPREAD = 2.5
+_MOST_UNEVEN = 0.01
+"""Share of the area whose islands may be less even: they are left out."""
 
 
 def kept_islands(mesh: TriangleMesh, across: IntArray) -> tuple[IntArray, FloatArray]:
@@ -31,15 +33,16 @@ def kept_islands(mesh: TriangleMesh, across: IntArray) -> tuple[IntArray, FloatA
     Returns
     -------
     island
-        (T,) int32.
+        (T,) int32; −1 for triangles of islands of uneven density, which have at most 1 % of the area.
     parameters
         (T, 3, 2).
 
     Raises
     ------
     InputError
-        If there are none, if more than 1 % of what they cover is covered twice, or if the density on an
-        island differs by more than 2.5 between its 1st and 99th percentile, as in triangles turned over.
+        If there are none, if more than 1 % of what they cover is covered twice, or if on islands of more than
+        1 % of the area the density differs by more than 2.5 between its 1st and 99th percentile, as in
+        triangles turned over.
     """
     if mesh.uv is None:
         raise InputError("the mesh has no texture coordinates to keep; allowed: charts that are made anew")
@@ -51,10 +54,23 @@ def kept_islands(mesh: TriangleMesh, across: IntArray) -> tuple[IntArray, FloatA
             "or charts that are made anew"
         )
     linked = np.where(_goes_on(corners, across), across, -1).astype(np.int32)
-    island, parameters = np.empty(len(across), np.int32), np.empty(corners.shape)
-    for number, piece in enumerate(pieces_of(linked, np.ones(len(across), bool))):
+    island, parameters = np.full(len(across), -1, np.int32), np.zeros(corners.shape)
+    count, uneven, worst = 0, 0.0, ""
+    for piece in pieces_of(linked, np.ones(len(across), bool)):
         own = piece.triangles
-        island[own], parameters[own] = number, _true_to_size(corners[own], mesh.areas[own])
+        flat = _true_to_size(corners[own], mesh.areas[own])
+        if isinstance(flat, str):
+            area = float(mesh.areas[own].sum())
+            uneven, worst = uneven + area, worst or f"{flat} on an island of {len(own)} triangles"
+        else:
+            island[own], parameters[own] = count, flat
+            count += 1
+    if uneven > _MOST_UNEVEN * float(mesh.areas.sum()) or not count:
+        raise InputError(
+            f"the density of the texture coordinates {worst}, and such islands have "
+            f"{uneven / float(mesh.areas.sum()):.0%} of the area; allowed: a factor of {_MOST_SPREAD} but on "
+            f"{_MOST_UNEVEN:.0%}, or charts that are made anew"
+        )
     return island, parameters
 
 
@@ -66,24 +82,23 @@ def _goes_on(corners: FloatArray, across: IntArray) -> NDArray[np.bool_]:
     return np.asarray(same.all(axis=2) & (across >= 0))
 
 
-def _true_to_size(corners: FloatArray, areas: FloatArray) -> FloatArray:
-    """Turn an island the right way round and give it its area in space."""
-    out = corners - corners.min(axis=(0, 1))
+def _true_to_size(corners: FloatArray, areas: FloatArray) -> FloatArray | str:
+    """Turn an island the right way round and give it its area in space; or say what is wrong with it."""
+    out: FloatArray = corners - corners.min(axis=(0, 1))
     turned = signed_areas(out)
     if turned.sum() < 0:
         out[:, :, 1] *= -1.0
         turned = -turned
     real = areas > 0
     if not real.any():
-        return np.zeros_like(out)
+        return 0.0 * out
     low, high = percentile(turned[real] / areas[real], areas[real], (0.01, 0.99))
-    if not (low > 0 and high <= _MOST_SPREAD * low):
-        spread = f"differs by a factor of {high / low:.3g}" if low > 0 else "vanishes or turns over"
-        raise InputError(
-            f"the density of the texture coordinates {spread} on an island of {len(areas)} triangles; "
-            f"allowed: a factor of {_MOST_SPREAD}, or charts that are made anew"
-        )
-    return np.asarray(out * np.sqrt(areas.sum() / turned.sum()))
+    if not low > 0:
+        return "vanishes or turns over"
+    if high > _MOST_SPREAD * low:
+        return f"differs by a factor of {high / low:.3g}"
+    scaled: FloatArray = out * np.sqrt(areas.sum() / turned.sum())
+    return scaled
 
 
 def _overlap(corners: FloatArray) -> float:

@@ -86,7 +86,7 @@ def unwrap(
     ------
     InputError
         For no triangle with an area, or with ``keep_uv``: no texture coordinates, or such as overlap, or
-        are stretched unevenly.
+        are stretched unevenly on more than 1 % of the area.
     """
     wanted = _wanted(mesh, crease, chosen)
     a, b, c = mesh.triangles.T
@@ -99,12 +99,13 @@ def unwrap(
     uv = None if mesh.uv is None else mesh.uv[rows]
     scaled = TriangleMesh((mesh.positions[used] - low) / size, compact.reshape(-1, 3).astype(np.int32), uv=uv)
     across = _cut_at_creases(scaled, crease)
-    own, corners = kept_islands(scaled, across) if keep_uv else _laid_out(scaled, across, progress)
+    notes = _notes(scaled)
+    own, corners = _kept(scaled, across, crease, notes) if keep_uv else _laid_out(scaled, across, progress)
     island = np.full(len(mesh.triangles), -1, np.int32)
     parameters = np.zeros((len(mesh.triangles), 3, 2))
     island[rows], parameters[rows] = own, corners * size
     surface = MeshSurface(mesh, island, parameters)
-    return surface, _report(surface, scaled, wanted)
+    return surface, _report(surface, notes, wanted)
 
 
 def _wanted(mesh: TriangleMesh, crease: float | None, chosen: NDArray[np.bool_] | None) -> NDArray[np.bool_]:
@@ -125,6 +126,22 @@ def _cut_at_creases(mesh: TriangleMesh, crease: float | None) -> IntArray:
         real = (mesh.areas > 0)[:, None] & (mesh.areas > 0)[across // 3]
         across[real & (bend < np.cos(np.radians(crease)))] = -1
     return across
+
+
+def _kept(
+    mesh: TriangleMesh, across: IntArray, crease: float | None, notes: list[str]
+) -> tuple[IntArray, FloatArray]:
+    """Take the islands of the mesh's own texture coordinates, and lay out anew the few that are uneven."""
+    island, corners = kept_islands(mesh, across)
+    rest = np.flatnonzero(island < 0)
+    if len(rest):
+        part = TriangleMesh(mesh.positions, mesh.triangles[rest])
+        own, corners[rest] = _laid_out(part, _cut_at_creases(part, crease), None)
+        island[rest] = own + island.max() + 1
+        notes.append(
+            f"the texture coordinates of {len(rest)} triangles are too uneven to keep: laid out anew"
+        )
+    return island, corners
 
 
 def _laid_out(mesh: TriangleMesh, across: IntArray, progress: Progress | None) -> tuple[IntArray, FloatArray]:
@@ -169,7 +186,7 @@ def _flattened(mesh: TriangleMesh, pieces: list[Piece]) -> list[Flat | None]:
     return out
 
 
-def _report(surface: MeshSurface, scaled: TriangleMesh, wanted: NDArray[np.bool_]) -> UnwrapReport:
+def _report(surface: MeshSurface, notes: list[str], wanted: NDArray[np.bool_]) -> UnwrapReport:
     mesh = surface.mesh
     real = (surface.island >= 0) & (mesh.areas > 0)
     shares = (0.01, 0.05, 0.5, 0.95, 0.99)
@@ -182,7 +199,7 @@ def _report(surface: MeshSurface, scaled: TriangleMesh, wanted: NDArray[np.bool_
         int((wanted & (surface.island < 0)).sum()),
         tuple(density),
         tuple(stretch),
-        _notes(scaled),
+        notes,
     )
 
 
