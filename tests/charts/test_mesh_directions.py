@@ -170,9 +170,24 @@ def test_strokes_are_followed_and_the_rest_is_smooth():
     assert off(mesh, field.face_vectors, np.array((1, 1, 0)))[0][middle].max() < 20
     fine = mesh_directions(height_field(80), strokes="0.5,0.5,0:1,2,0")
     assert (fine.face_vectors @ (1, 2, 0)).min() > 5**0.5 * np.cos(np.radians(1))
-    over_level = mesh_directions(mesh, "x", strokes=strokes[1:])
-    assert off(mesh, over_level.face_vectors, strokes[1, 1])[0][near].max() < 5
-    assert off(mesh, over_level.face_vectors, strokes[0, 1])[0][middle].max() < 1
+    over_x = mesh_directions(mesh, "x", strokes=strokes[1:])
+    assert off(mesh, over_x.face_vectors, strokes[1, 1])[0][near].max() < 5
+    assert off(mesh, over_x.face_vectors, strokes[0, 1])[0][middle].max() < 1
+
+
+@pytest.mark.parametrize("direction", ["level", "z", "around:y"])
+def test_a_stroke_is_followed_as_far_as_is_told_against_what_else_is_asked(direction):
+    mesh = sphere(40)
+    at, along = np.array([[0.6, -0.6, 0.53], [0.1, 1.0, 1.0]])
+    at = at / np.linalg.norm(at)
+    field = mesh_directions(mesh, direction, strokes=[[at, along]])
+    away = np.linalg.norm(mesh.corners.mean(axis=1) - at, axis=1) / mesh.size
+    near, far = away < 0.045, (away > 0.2) & (np.abs(mesh.corners.mean(axis=1)) < 0.9).all(axis=1)
+    assert near.sum() > 8
+    assert off(mesh, field.face_vectors, along)[0][near].max() < 5
+    without = mesh_directions(mesh, direction)
+    cosine = (field.face_vectors * without.face_vectors).sum(axis=1)
+    assert np.median(cosine[far]) > np.cos(np.radians(1))
 
 
 def test_strokes_are_read_from_texts_files_and_arrays(tmp_path):

@@ -23,10 +23,13 @@ Strokes = str | Path | ArrayLike | Sequence[str | Path]
 
 MOST_STROKES = 10_000
 
-_RADIUS = 0.03
-"""How far round its place a stroke is followed, as a part of the model's size."""
+_HELD = 0.05
+"""How far round its place the field follows a stroke, as a part of the model's size."""
 
-_AROUND = 0.12
+_FADED = 0.07
+"""How far from its place a stroke counts for nothing, beyond what blocks of texture need to follow it."""
+
+_AROUND = 0.16
 """How far round its place what else is asked for gives way to it, little by little."""
 
 _FARTHEST = 0.1
@@ -93,10 +96,11 @@ def with_strokes(mesh: TriangleMesh, frames: PlaneFrames, wish: Wish, strokes: F
             f"stroke at {_written(points[n])} is at right angles to the surface; allowed: along it"
         )
     here = (which >= 0) & (length > 0)
-    # Followed closely up to half the radius, and from there on less and less.
-    near = np.where(here, np.clip(2 * (1 - (1 - nearness) * _AROUND / _RADIUS), 0.0, 1.0), 0.0)
+    distance = (1 - nearness) * _AROUND
+    # Blocks show the mean of the field over some way: it holds a little farther than the texture shall.
+    near = np.where(here, np.clip((_FADED - distance) / (_FADED - _HELD), 0.0, 1.0), 0.0)
     unit = np.where(here, drawn / np.where(here, length, 1.0), 1.0)
-    kept = wish.confidence * np.clip((1 - nearness) * _AROUND - _RADIUS, 0, None) / (_AROUND - _RADIUS)
+    kept = wish.confidence * np.clip((distance - _FADED) / (_AROUND - _FADED), 0.0, None)
     drawn_over = np.where(near > 0, power(unit, wish.fold), wish.power)
     return Wish(drawn_over, np.where(near > 0, near, kept), wish.fold, least=0.0)
 
