@@ -2,6 +2,9 @@
 
 ``python -m benchmarks.meshes FOLDER|FILE … [-o OUT] [--sample IMAGE] [--texels N]``. Writes meshes.csv and a
 picture of each to OUT. A model that can not be covered is told by name, and the rest goes on.
+
+With ``--refine N`` nothing is covered: the longest edges of each model are halved until it has N triangles,
+and it is written to OUT as PLY, for ``upholster cover``.
 """
 
 import argparse
@@ -18,8 +21,11 @@ from rich.table import Table
 
 from upholster.charts.covered import as_covered
 from upholster.charts.mesh_layout import CREASE
+from upholster.charts.subdivision import subdivided
 from upholster.errors import UpholsterError
-from upholster.geometry import MeshSurface
+from upholster.export import write_bare_ply
+from upholster.geometry import MeshSurface, TriangleMesh
+from upholster.geometry.mesh_files import read_model
 from upholster.image import from_linear, read_exemplar, write_image
 from upholster.measure import mesh_mapping, mesh_seams, mesh_texel_scale
 from upholster.methods.synthesis import execute, prepare
@@ -107,6 +113,19 @@ def measured(model: Path, sample: Path, out: Path | None, options: SynthesisOpti
     )
 
 
+def refined(mesh: TriangleMesh, least: int) -> TriangleMesh:
+    """Halve the longest edges of a mesh until it has so many triangles."""
+    count = len(mesh.triangles)
+    surface = MeshSurface(mesh, np.zeros(count, np.int32), np.zeros((count, 3, 2)))
+    vectors = np.tile([1.0, 0.0, 0.0], (count, 3, 1))
+    lengths = np.linalg.norm(np.roll(mesh.corners, -1, axis=1) - mesh.corners, axis=2)
+    longest = float(np.quantile(lengths, 0.98))
+    while len(mesh.triangles) < least:
+        longest *= 0.93
+        mesh = subdivided(surface, vectors, longest).surface.mesh
+    return mesh
+
+
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the command."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.meshes", description=__doc__)
@@ -117,7 +136,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--block", type=int)
     parser.add_argument("--direction")
     parser.add_argument("--crease", type=float)
+    parser.add_argument("--refine", type=int)
     asked = parser.parse_args(arguments)
+    if asked.refine is not None and asked.out is None:
+        parser.error("--refine needs -o")
     files = [
         file
         for place in asked.models
@@ -126,6 +148,13 @@ def main(arguments: Sequence[str] | None = None) -> None:
     ]
     if asked.out is not None:
         asked.out.mkdir(parents=True, exist_ok=True)
+    if asked.refine is not None:
+        for file in files:
+            mesh = refined(read_model(file).mesh, asked.refine)
+            target = asked.out / f"{file.stem}-{len(mesh.triangles)}.ply"
+            write_bare_ply(target, mesh.positions, mesh.triangles)
+            print(target)
+        return
     options = SynthesisOptions(
         texels=asked.texels, block=asked.block, direction=asked.direction, crease=asked.crease
     )
