@@ -409,7 +409,7 @@ class SynthesisOptions:
         metadata=_about(
             _SYNTHESIS,
             "How much it costs where courses and rows of a sample that repeats would not meet, 0 to 10; 0: "
-            "not looked at. Default: 1 on surfaces, 0.5 flat.",
+            "not looked at. Default: 2 on surfaces, 0.5 flat.",
             only="quilt",
         ),
     )

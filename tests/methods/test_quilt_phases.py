@@ -4,12 +4,15 @@ import numpy as np
 import pytest
 from plain_quilt import plain_quilt
 from repeating import repeating
+from tests.charts.test_mesh_layout import sheet
 
 from upholster.charts.directions import direction_fields, parse_direction
 from upholster.charts.layout import density_layout
+from upholster.charts.mesh_layout import mesh_charts, mesh_fields, triangle_frames
 from upholster.charts.phases import StraightPhases, phase_field
 from upholster.charts.seams import find_seams, transitions
 from upholster.geometry import plane, torus
+from upholster.methods.quilt.mesh.method import synthesize_mesh
 from upholster.methods.quilt.method import synthesize_quilt
 from upholster.methods.quilt.options import QuiltOptions
 from upholster.methods.quilt.phases import WantedPhases, level_phases, shown_waves, whole_waves
@@ -75,8 +78,11 @@ def test_a_tile_has_whole_periods():
     assert np.abs(waves - [(0.1, 0.002), (0.03, -0.051)]).max() <= 0.5 / 96
 
 
-def broken(quilt, lattice):
-    """Return how many neighbouring texels differ by more than a quarter turn from their step's phase."""
+def broken(quilt, lattice, rim=0):
+    """Return how many neighbouring texels differ by more than a quarter turn from their step's phase.
+
+    Those `rim` texels round a chart are left out.
+    """
     found = 0
     for chart, (texels, sources) in enumerate(zip(quilt.charts, quilt.sources(), strict=True)):
         at = np.clip(np.rint(sources / 16).astype(int), 0, np.array(lattice.phases.shape[1:]) - 1)
@@ -89,6 +95,7 @@ def broken(quilt, lattice):
             )
             turns = np.einsum("ka,ija->kij", lattice.waves, matrices[..., axis])[first]
             jump = np.diff(shown, axis=axis + 1) - turns
+            jump = jump[:, rim : jump.shape[1] - rim, rim : jump.shape[2] - rim]
             found += int((np.abs(jump - np.rint(jump)) > 0.25).sum())
     return found
 
@@ -129,3 +136,32 @@ def test_rows_round_a_torus_close_on_any_number_of_threads():
         np.testing.assert_array_equal(one.placements[name], two.placements[name], name)
     assert broken(one, lattice) == 0
     assert broken(torus_run(exemplar, lattice, phase=False), lattice) > 10
+
+
+def sheet_run(exemplar, lattice, threads=1, phase=True):
+    surface = sheet(0.0, 5.0)
+    vectors = np.broadcast_to(np.array([1.0, 0.0, 0.0]), (len(surface.island), 3, 3)).copy()
+    charts = mesh_charts(surface, 30.0)
+    fields = mesh_fields(surface, charts, *triangle_frames(surface, vectors), 30.0)
+    wanted = WantedPhases(lattice, None, 2.0) if phase else None
+    options = QuiltOptions(block=20)
+    return synthesize_mesh(
+        exemplar,
+        surface,
+        charts,
+        fields,
+        vectors,
+        30.0,
+        options=options,
+        phases=wanted,
+        seed=3,
+        threads=threads,
+    )
+
+
+def test_rows_on_a_mesh_are_whole_on_any_number_of_threads():
+    exemplar, lattice = repeating(80, 80, [(1 / 14.7, 0), (0, 1 / 12.3)], noise=0.6)
+    one, two = (sheet_run(exemplar, lattice, threads) for threads in (1, 2))
+    np.testing.assert_array_equal(one.placements, two.placements)
+    assert broken(one, lattice, 12) == 0
+    assert broken(sheet_run(exemplar, lattice, phase=False), lattice, 12) > 10

@@ -1,6 +1,7 @@
 """From an exemplar and a surface to a quilt: the one place that settles layout, scale, direction, method."""
 
 import secrets
+from collections.abc import Callable
 from dataclasses import dataclass
 from numbers import Integral
 from typing import Any, cast
@@ -12,7 +13,7 @@ from upholster.charts.directions import Vectors, default_direction, direction_fi
 from upholster.charts.layout import RING, TextureScale, density_layout, texture_scale, uniform_layout
 from upholster.charts.mesh_directions import MeshField, default_mesh_direction, mesh_directions
 from upholster.charts.mesh_layout import CREASE, mesh_charts, mesh_fields, triangle_frames
-from upholster.charts.phases import StraightPhases, phase_field
+from upholster.charts.phases import PhaseField, StraightPhases, phase_field
 from upholster.charts.seams import find_seams, transitions
 from upholster.errors import InputError
 from upholster.geometry import AnySurface, MeshSurface, Surface
@@ -26,14 +27,14 @@ from upholster.methods.pixel.method import PixelOptions, check_sample, synthesiz
 from upholster.methods.quilt.mesh.method import synthesize_mesh
 from upholster.methods.quilt.method import synthesize_quilt
 from upholster.methods.quilt.options import QuiltOptions
-from upholster.methods.quilt.phases import WantedPhases, in_step, whole_waves
+from upholster.methods.quilt.phases import Phases, WantedPhases, in_step, whole_waves
 from upholster.methods.quilt.structure import block_size
 from upholster.options import SynthesisOptions, chosen, settled
 from upholster.parallel import check_running
 from upholster.quilt.chart import MAX_CHART, Chart
 from upholster.quilt.model import Quilt
 from upholster.quilt.warp_field import WarpField
-from upholster.types import PixelArray, Progress
+from upholster.types import FloatArray, PixelArray, Progress
 
 __all__ = ["Prepared", "execute", "kept_sample", "matched_image", "prepare", "settled_seed", "synthesize"]
 
@@ -43,7 +44,7 @@ _ROUND = 1.25
 _BLOCKS = 8
 """Blocks across a surface, at least, where their size is not asked for: fewer can not follow its curves."""
 
-_SURFACE_PHASE, _FLAT_PHASE = 1.0, 0.5
+_SURFACE_PHASE, _FLAT_PHASE = 2.0, 0.5
 """What it costs to be out of phase where nothing else is asked for: on a surface courses do not close by
 themselves."""
 
@@ -165,7 +166,13 @@ def prepare(
     if isinstance(options.texels, tuple):
         chart = _flat_chart(surface, *options.texels)
         block = _wanted_block(exemplar, options)
-        phases = _flat_phases(exemplar, chart, options)
+
+        def straight(waves: FloatArray) -> StraightPhases:
+            return StraightPhases(
+                whole_waves(waves, chart.height, chart.width) if options.tileable else waves
+            )
+
+        phases = _phases(exemplar, options, straight, _FLAT_PHASE)
         return Prepared((chart,), (), None, "", settled(options, QuiltOptions, block=block), None, phases)
     scale, block = _scale(exemplar, surface, options, None)
     wanted = (
@@ -176,7 +183,12 @@ def prepare(
     texels = block * scale.density / scale.scale  # of a block
     charts = density_layout(surface, density=scale.density, ring=max(RING, _ROUND * texels))
     fields = direction_fields(surface, charts, wanted, scale.scale)
-    phases = _phases(exemplar, surface, charts, fields, options, texels)
+
+    def closed(waves: FloatArray) -> PhaseField:
+        over = transitions(surface, charts, find_seams(surface, charts))
+        return phase_field(charts, fields, over, waves, texels / 4)
+
+    phases = _phases(exemplar, options, closed)
     if phases is not None and options.block is None:
         block = in_step(block, phases.surface)
     own = settled(options, QuiltOptions, block=block)
@@ -185,28 +197,14 @@ def prepare(
 
 def _phases(
     exemplar: PixelArray,
-    surface: Surface,
-    charts: tuple[Chart, ...],
-    fields: tuple[WarpField, ...],
     options: SynthesisOptions,
-    block: float,
+    find: Callable[[FloatArray], Phases | None],
+    weight: float = _SURFACE_PHASE,
 ) -> WantedPhases | None:
-    # Where a sample that repeats shall be in its periods, with blocks of so many texels.
-    weight = _SURFACE_PHASE if options.phase is None else options.phase
+    # Where a sample that repeats shall be in its periods: for its waves `find` tells.
+    weight = weight if options.phase is None else options.phase
     lattice = find_lattice(exemplar) if weight > 0 else None
-    if lattice is None:
-        return None
-    over = transitions(surface, charts, find_seams(surface, charts))
-    return WantedPhases(lattice, phase_field(charts, fields, over, lattice.waves, block / 4), weight)
-
-
-def _flat_phases(exemplar: PixelArray, chart: Chart, options: SynthesisOptions) -> WantedPhases | None:
-    weight = _FLAT_PHASE if options.phase is None else options.phase
-    lattice = find_lattice(exemplar) if weight > 0 else None
-    if lattice is None:
-        return None
-    waves = whole_waves(lattice.waves, chart.height, chart.width) if options.tileable else lattice.waves
-    return WantedPhases(lattice, StraightPhases(waves), weight)
+    return None if lattice is None else WantedPhases(lattice, find(lattice.waves), weight)
 
 
 def _prepare_mesh(
@@ -235,7 +233,8 @@ def _prepare_mesh(
         text = "strokes" if options.stroke else default_mesh_direction(surface.mesh)
     elif not isinstance(text, str):
         text = getattr(text, "__name__", "vectors")
-    return Prepared(charts, fields, scale, f"{text}, {field.words}", own, field)
+    phases = _phases(exemplar, options, lambda _: None)  # which `synthesize_mesh` finds
+    return Prepared(charts, fields, scale, f"{text}, {field.words}", own, field, phases)
 
 
 def _wanted_block(exemplar: PixelArray, options: SynthesisOptions) -> int:
@@ -300,7 +299,7 @@ def execute(
         assert isinstance(options, QuiltOptions)  # a mesh has all three
         return synthesize_mesh(
             exemplar, surface, charts, prepared.fields, prepared.field.corner_vectors, prepared.scale.scale,
-            options=options, **run,
+            options=options, phases=prepared.phases, **run,
         )  # fmt: skip
     if isinstance(options, PaperOptions):
         quilt = synthesize_paper(exemplar, surface, charts, options=options, **run)

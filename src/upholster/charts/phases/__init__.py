@@ -2,8 +2,8 @@
 
 A *wave* is one generator of the sample's lattice (`upholster.lattice`): cycles per exemplar pixel. The
 surface is cut into *cells*, and *links* between neighbouring cells tell how far each wave goes on from one to
-the next. `chart_cells` makes both, `solving` finds the phases that follow all links best, and `field` is the
-result: the wanted phase anywhere.
+the next. `solving` finds the phases that follow all links best. `chart_cells` makes cells and links of
+charts, for `field`, and `mesh_cells` those of meshes: both tell the wanted phase anywhere.
 
 References
 ----------
@@ -13,5 +13,6 @@ is their double cover.
 """
 
 from upholster.charts.phases.field import TURN, PhaseField, StraightPhases, phase_field
+from upholster.charts.phases.mesh_cells import MeshPhases, mesh_phases
 
-__all__ = ["TURN", "PhaseField", "StraightPhases", "phase_field"]
+__all__ = ["TURN", "MeshPhases", "PhaseField", "StraightPhases", "mesh_phases", "phase_field"]

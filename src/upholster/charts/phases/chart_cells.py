@@ -16,12 +16,12 @@ from upholster.quilt.chart import Chart
 from upholster.quilt.warp_field import WarpField
 from upholster.types import FloatArray
 
-__all__ = ["CellGrid", "chart_grids", "chart_links"]
+__all__ = ["MOST_CELLS", "CellGrid", "chart_grids", "chart_links"]
 
 _LEAST = 3
 """Cells of a chart each way, so that none is beside itself where a chart closes."""
 
-_MOST_CELLS = 8192
+MOST_CELLS = 8192
 """Of a surface, about: more take time, and show no more."""
 
 _HEAVIEST = 1e3
@@ -89,7 +89,7 @@ def chart_grids(charts: Sequence[Chart], fields: Sequence[WarpField], cell: floa
         About the side of a cell in texels.
     """
     texels = sum(chart.height * chart.width for chart in charts)
-    cell = max(cell, (texels / _MOST_CELLS) ** 0.5)
+    cell = max(cell, (texels / MOST_CELLS) ** 0.5)
     grids, first = [], 0
     for chart, field in zip(charts, fields, strict=True):
         rows, columns = (max(_LEAST, round(size / cell)) for size in (chart.height, chart.width))

@@ -14,7 +14,7 @@ from upholster.quilt.chart import Chart
 from upholster.quilt.warp_field import WarpField
 from upholster.types import FloatArray
 
-__all__ = ["TURN", "PhaseField", "StraightPhases", "phase_field"]
+__all__ = ["TURN", "PhaseField", "StraightPhases", "phase_field", "phase_units"]
 
 TURN = 65536
 """Units of a phase in a turn: phases are int16, and wrap as they do."""
@@ -65,7 +65,7 @@ class PhaseField:
             read = (0.5 * (flat[cell] + matrices) @ step[:, :, None])[:, :, 0]
             weight = (down if a else 1 - down) * (right if b else 1 - right)
             total += weight * own[:, cell] * turned(self.waves @ read.T)
-        return _units(_jump(total))
+        return phase_units(_jump(total))
 
     @property
     def ends(self) -> int:
@@ -117,10 +117,11 @@ class StraightPhases:
 
     def at(self, _chart: int, rows: FloatArray, columns: FloatArray) -> NDArray[np.int16]:
         """Return the phases at places (m,) of the only chart, as `PhaseField.at` does."""
-        return _units(self.waves @ np.stack([rows, columns]))
+        return phase_units(self.waves @ np.stack([rows, columns]))
 
 
-def _units(turns: FloatArray) -> NDArray[np.int16]:
+def phase_units(turns: FloatArray) -> NDArray[np.int16]:
+    """Return phases, in turns, in 1/65536 turn."""
     return np.rint(TURN * (turns - np.rint(turns))).astype(np.int64).astype(np.int16)
 
 

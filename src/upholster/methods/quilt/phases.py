@@ -42,17 +42,17 @@ class WantedPhases:
     lattice
         The sample's waves and its own phases.
     surface
-        The phases that the surface wants.
+        The phases that the surface wants; None on meshes, where they are found when it is laid out finely.
     weight
         What a source costs whose phases do not fit, in parts of the sample's variance.
     """
 
     lattice: Lattice
-    surface: Phases
+    surface: Phases | None
     weight: float
 
 
-def in_step(block: int, field: Phases) -> int:
+def in_step(block: int, field: Phases | None) -> int:
     """Return the side of a block, in pixels, that keeps neighbours in step where courses are stretched.
 
     Inside a block the texture has its true scale; from one to the next the wanted phase makes up for what

@@ -22,8 +22,8 @@ from upholster.methods.quilt._block_kernels import (
     position_of,
     splat_tent,
 )
-from upholster.methods.quilt._choice_kernels import choose_source, penalise_used
-from upholster.methods.quilt._search_kernels import draw
+from upholster.methods.quilt._choice_kernels import choose_source, draw_in_phase, penalise_used
+from upholster.methods.quilt._phase_kernels import want_phases
 from upholster.methods.quilt._seed_kernels import cut_block
 from upholster.methods.quilt.mesh._unfold_kernels import MeshArrays
 from upholster.types import FloatArray, IntArray, int64
@@ -296,10 +296,10 @@ def lay_frames(
 
     `footprint` is what `unfold_blocks` found: firsts, triangles, maps and sheets; `order` (blocks,) tells
     which of its blocks each one is. `near` (all blocks, 3) are centres in space, and `reach` how far blocks
-    are near. `blocks` (all blocks, 3) receive the source's row and column in 1/16 pixel, and 1 if the block
-    was laid, 2 if on nothing, 0 if it was not needed; `masks` (all blocks, cells) which cells are new.
-    `covered` (size + 2, size + 2) and `sources` (size, size) are scratch; `scratch.texels` has `rows`,
-    `columns`, `ys` and `xs` of a frame.
+    are near. `blocks` (all blocks, 5) receive the source's row and column in 1/16 pixel, and 1 if the block
+    was laid, 2 if on nothing, 0 if it was not needed; then they have the phases that are wanted at their
+    centres. `masks` (all blocks, cells) receive which cells are new. `covered` (size + 2, size + 2) and
+    `sources` (size, size) are scratch; `scratch.texels` has `rows`, `columns`, `ys` and `xs` of a frame.
     """
     firsts, triangles, maps, sheets = footprint
     texels = scratch.texels
@@ -310,10 +310,10 @@ def lay_frames(
         laid, bare = _look(mesh, canvases, triangles, maps, sheets, first, stop, covered, sources, scratch)
         if bare == 0:
             continue
+        want_phases(match, block[3:], int64(0), scratch.choice)
         if laid == 0:
             block[2] = 2
-            y = span.first_y + draw(state, span.last_y - span.first_y + 1)
-            x = span.first_x + draw(state, span.last_x - span.first_x + 1)
+            y, x = draw_in_phase(match, numbers, state, span, scratch.choice)
             block[0], block[1] = position_of(y, numbers.level), position_of(x, numbers.level)
             for at in range(mask.shape[0]):
                 mask[at] = 1

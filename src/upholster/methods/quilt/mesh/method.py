@@ -13,9 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.charts.mesh_layout import GUTTER
-from upholster.charts.subdivision import subdivided
+from upholster.charts.phases import MeshPhases, mesh_phases
+from upholster.charts.subdivision import Subdivided, subdivided
 from upholster.geometry import MeshSurface
 from upholster.methods.quilt._block_kernels import LayNumbers, LayScratch, LayWeights, MatchImage, Span
+from upholster.methods.quilt._phase_kernels import MISFIT
 from upholster.methods.quilt.match_pyramid import MatchPyramid
 from upholster.methods.quilt.mesh._frame_kernels import Canvases, lay_frames, locate_texels, nearest_texels
 from upholster.methods.quilt.mesh._mask_kernels import SHEET, MaskNumbers, mask_sheets
@@ -29,6 +31,7 @@ from upholster.methods.quilt.mesh.footprints import (
     mesh_arrays,
 )
 from upholster.methods.quilt.options import QuiltOptions
+from upholster.methods.quilt.phases import WantedPhases
 from upholster.parallel import check_running
 from upholster.quilt.chart import Chart
 from upholster.quilt.model import Quilt
@@ -48,6 +51,9 @@ _SHORT = 0.4
 
 _ROUNDS = 12
 """Of blocks on what is still bare."""
+
+_CELL = 0.25
+"""Side of a cell of the phases, in blocks."""
 
 _BLOCKS_PER_CALL = 64
 _PAINTED_BEYOND = 3.0
@@ -78,6 +84,7 @@ def synthesize_mesh(
     scale: float,
     *,
     options: QuiltOptions,
+    phases: WantedPhases | None = None,
     seed: int = 0,
     threads: int | None = None,
     progress: Progress | None = None,
@@ -96,6 +103,8 @@ def synthesize_mesh(
         Exemplar pixels per model unit.
     options
         Parameters of the method.
+    phases
+        Of a sample that repeats: its own phases; where it shall be is found here. None: not looked at.
     seed
         0 to 2^63 − 1; the same seed gives the same quilt whatever the number of threads.
     threads, progress
@@ -104,7 +113,9 @@ def synthesize_mesh(
     check_running(threads, progress)
     density = charts[0].height / (charts[0].s1 - charts[0].s0)
     frame = _frame(exemplar.shape[:2], options.block, scale, density)
-    laying = _Laying.of(exemplar, surface, charts, fields, vectors, frame, options, seed, threads)
+    laying = _Laying.of(
+        exemplar, surface, charts, fields, vectors, frame, scale, options, phases, seed, threads
+    )
     laying.lay(laying.grid_centres(), progress)
     left = np.inf
     for _ in range(_ROUNDS):
@@ -142,6 +153,7 @@ class _Laying:
     mesh: MeshArrays
     field: FieldArrays
     canvases: Canvases
+    phases: MeshPhases | None
     match: MatchImage
     numbers: LayNumbers
     weights: LayWeights
@@ -164,7 +176,9 @@ class _Laying:
         fields: Sequence[WarpField],
         vectors: FloatArray,
         frame: _Frame,
+        scale: float,
         options: QuiltOptions,
+        wanted: WantedPhases | None,
         seed: int,
         threads: int | None,
     ) -> "_Laying":
@@ -172,7 +186,7 @@ class _Laying:
         fine = subdivided(surface, vectors, _SHORT * frame.size / frame.scale)
         working = tuple(_working(chart, frame) for chart in charts)
         mesh = mesh_arrays(fine, working, options.crease)
-        pyramid = MatchPyramid.of(exemplar, frame.level)
+        pyramid = MatchPyramid.of(exemplar, frame.level, None if wanted is None else wanted.lattice)
         level = pyramid.levels[frame.level]
         numbers = _numbers(frame, pyramid, options)
         usage = pyramid.empty_usage()
@@ -184,6 +198,7 @@ class _Laying:
         texels.ys[:] = np.arange(frame.size)[:, None] - half
         texels.xs[:] = np.arange(frame.size) - half
         variance = pyramid.variance
+        phase = 0.0 if wanted is None else wanted.weight * variance / MISFIT
         return cls(
             surface,
             charts,
@@ -193,9 +208,10 @@ class _Laying:
             mesh,
             field_arrays(fields, frame.texels, frame.level),
             canvases,
+            None if wanted is None else _phases(fine, wanted, scale, options.block),
             level.match,
             numbers,
-            LayWeights(options.evenness * variance, options.variety * variance, options.tolerance, 0.0),
+            LayWeights(options.evenness * variance, options.variety * variance, options.tolerance, phase),
             Span(
                 half,
                 level.height - half,
@@ -212,7 +228,7 @@ class _Laying:
             threads,
             [],
             np.zeros((0, 3)),
-            np.zeros((0, 3), np.int32),
+            np.zeros((0, 5), np.int32),
             np.zeros((0, (frame.size // frame.cell) ** 2), np.uint8),
         )
 
@@ -237,7 +253,10 @@ class _Laying:
         self.footprints.append(found)
         corners = self.mesh.positions[self.mesh.triangles[centres.triangles]]
         self.centres = np.concatenate([self.centres, (centres.shares[:, :, None] * corners).sum(axis=1)])
-        self.blocks = np.concatenate([self.blocks, np.zeros((count, 3), np.int32)])
+        self.blocks = np.concatenate([self.blocks, np.zeros((count, 5), np.int32)])
+        if self.phases is not None:
+            wanted = self.phases.at(centres.triangles, self.centres[before:])
+            self.blocks[before:, 3 : 3 + len(wanted)] = wanted.T
         self.masks = np.concatenate([self.masks, np.zeros((count, self.masks.shape[1]), np.uint8)])
         order = np.arange(before + count, dtype=np.int64) - before
         covered = np.zeros((self.frame.size + 2,) * 2, np.uint8)
@@ -407,6 +426,11 @@ class _Laying:
         placed = np.zeros(len(chart), PLACEMENT)
         placed["chart"], placed["row"], placed["column"] = chart, final[:, 0], final[:, 1]
         return self._matrices_at(placed)
+
+
+def _phases(fine: Subdivided, wanted: WantedPhases, scale: float, block: int) -> MeshPhases:
+    side = _CELL * block / scale
+    return mesh_phases(fine.surface, fine.vectors, scale, wanted.lattice.waves, side)
 
 
 def _working(chart: Chart, frame: _Frame) -> Chart:
