@@ -7,11 +7,15 @@ from contextlib import contextmanager
 from dataclasses import dataclass, field, fields
 from typing import Any
 
+import numpy as np
+
+from upholster.charts.phases import PhaseField
 from upholster.geometry import AnySurface, MeshSurface, Surface
 from upholster.methods import Prepared
 from upholster.methods.paper.method import PaperOptions
 from upholster.methods.pixel.method import PixelOptions
 from upholster.methods.quilt.options import QuiltOptions
+from upholster.methods.quilt.phases import WantedPhases, better_tile, stretched_by
 from upholster.options import SynthesisOptions
 from upholster.outputs import TexturedModel
 from upholster.quilt import Quilt, Texels
@@ -23,6 +27,9 @@ __all__ = ["CoverReport", "counts_of", "notes_before", "peak_memory", "settled_w
 
 _SOFT = 0.6
 """Pixels of the sample to a texel below which a texture looks soft."""
+
+_STRETCHED = 0.01
+"""From here on a tile's better size is told."""
 
 _MANY_TEXELS = 2**25
 """From here on the size of what will be written is told before the work begins."""
@@ -39,8 +46,8 @@ class CoverReport(Shown):
     parameters
         Everything that was asked for, defaults and seed included.
     settled
-        What was chosen where nothing was asked for, in words: block, sample's size, direction, maps; with
-        method "paper" patches, texels, block, overlap, edge block. Of several materials all of that by
+        What was chosen where nothing was asked for, in words: block, lattice, sample's size, direction, maps;
+        with method "paper" patches, texels, block, overlap, edge block. Of several materials all of that by
         material.
     counts
         Faces, patches, shared edges (of a mesh triangles, those left plain, parts); charts, texels,
@@ -101,6 +108,8 @@ def settled_words(
         found |= _settled_by_paper(prepared.options, surface)
     if isinstance(prepared.options, PixelOptions):
         found["search"] = prepared.options.search
+    if prepared.phases is not None:
+        found["lattice"] = _lattice_words(prepared.phases)
     if prepared.scale is not None:
         size = prepared.scale.sample_size
         found["sample"] = f"{size:.4g} units wide on a model of {surface.size:.4g}"
@@ -109,6 +118,14 @@ def settled_words(
         found["direction"] = prepared.direction
     if roles:
         found["maps"] = ", ".join(("albedo", *roles))
+    return found
+
+
+def _lattice_words(phases: WantedPhases) -> str:
+    periods = " and ".join(f"{1 / size:.3g}" for size in np.sqrt((phases.lattice.waves**2).sum(axis=1)))
+    found = f"repeats every {periods} pixels"
+    if isinstance(phases.surface, PhaseField):
+        found += f"; rows or columns end inside charts at {phases.surface.ends} places"
     return found
 
 
@@ -155,6 +172,16 @@ def notes_before(surface: AnySurface, prepared: Prepared, sample: PixelArray, ma
             f"{texels:,} texels: {size / 1e9:.1f} GB of texels in memory, and images of about half of that; "
             "fewer by --texels or --density"
         )
+    if prepared.phases is not None and prepared.options.tileable:
+        chart, waves = prepared.charts[0], prepared.phases.lattice.waves
+        stretched = stretched_by(waves, chart.height, chart.width)
+        height, width = better_tile(waves, chart.height, chart.width)
+        less = stretched_by(waves, height, width)
+        if stretched > _STRETCHED and less < 0.5 * stretched:
+            found.append(
+                f"the sample's rows or columns are stretched by {stretched:.1%}, so that the tile has whole "
+                f"periods of them; {width}x{height} texels would do with {less:.1%}"
+            )
     return found
 
 

@@ -1,5 +1,7 @@
 """Blocks pay for phases: the kernels against their plain twin, symmetries, and lattices that hold."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from plain_quilt import plain_quilt
@@ -11,13 +13,25 @@ from upholster.charts.layout import density_layout
 from upholster.charts.mesh_layout import mesh_charts, mesh_fields, triangle_frames
 from upholster.charts.phases import StraightPhases, phase_field
 from upholster.charts.seams import find_seams, transitions
+from upholster.errors import InputError
 from upholster.geometry import plane, torus
 from upholster.methods.quilt.mesh.method import synthesize_mesh
 from upholster.methods.quilt.method import synthesize_quilt
 from upholster.methods.quilt.options import QuiltOptions
-from upholster.methods.quilt.phases import WantedPhases, level_phases, shown_waves, whole_waves
+from upholster.methods.quilt.phases import (
+    WantedPhases,
+    better_tile,
+    in_step,
+    level_phases,
+    shown_waves,
+    stretched_by,
+    whole_waves,
+)
+from upholster.methods.synthesis import prepare
+from upholster.options import SynthesisOptions
 from upholster.quilt.chart import Chart
 from upholster.quilt.warp_field import WarpField
+from upholster.reports import notes_before, settled_words
 
 SQUARE = [(1 / 12, 0), (0, 1 / 12)]
 NAMES = ("chart", "row", "column", "source_row", "source_column", "symmetry")
@@ -165,3 +179,28 @@ def test_rows_on_a_mesh_are_whole_on_any_number_of_threads():
     np.testing.assert_array_equal(one.placements, two.placements)
     assert broken(one, lattice, 12) == 0
     assert broken(sheet_run(exemplar, lattice, phase=False), lattice, 12) > 10
+
+
+def test_a_tile_that_stretches_rows_is_told_a_better_size():
+    exemplar, lattice = repeating(96, 96, [(1 / 12.4, 0), (0, 1 / 10.7)])
+    height, width = better_tile(lattice.waves, 64, 64)
+    assert stretched_by(lattice.waves, height, width) < 0.003 < 0.01 < stretched_by(lattice.waves, 64, 64)
+    options = SynthesisOptions(texels=(64, 64), tileable=True)
+    prepared = prepare(exemplar, plane(), options)
+    height, width = better_tile(prepared.phases.lattice.waves, 64, 64)
+    (note,) = notes_before(plane(), prepared, exemplar, 1)
+    assert f"{width}x{height} texels" in note
+    assert "repeats every" in settled_words(prepared, plane(), options, ())["lattice"]
+    better = replace(options, texels=(width, height))
+    assert not notes_before(plane(), prepare(exemplar, plane(), better), exemplar, 1)
+
+
+def test_phases_are_left_out_where_they_are_not_wanted():
+    exemplar, _ = repeating(96, 96, [(1 / 12.4, 0), (0, 1 / 10.7)])
+    assert prepare(exemplar, plane(), SynthesisOptions(texels=(64, 64), phase=0)).phases is None
+    with pytest.raises(InputError, match="phase is 11; allowed: 0 to 10"):
+        SynthesisOptions(phase=11)
+    field = prepare(exemplar, torus(2, 0.8), SynthesisOptions(texels=40000, sample_size=3)).phases
+    assert field.weight == 2
+    assert in_step(96, field.surface) < 96
+    assert in_step(96, StraightPhases(field.lattice.waves)) == 96

@@ -11,7 +11,16 @@ from upholster.lattice import Lattice
 from upholster.quilt.placement import SYMMETRIES
 from upholster.types import FloatArray
 
-__all__ = ["Phases", "WantedPhases", "in_step", "level_phases", "shown_waves", "whole_waves"]
+__all__ = [
+    "Phases",
+    "WantedPhases",
+    "better_tile",
+    "in_step",
+    "level_phases",
+    "shown_waves",
+    "stretched_by",
+    "whole_waves",
+]
 
 _NEAR = 0.05
 """Of a wave's length: a symmetry shows another wave in its place if the two differ by no more."""
@@ -107,6 +116,23 @@ def shown_waves(lattice: Lattice | None) -> NDArray[np.int8]:
             if away[k, best] <= _NEAR * np.sqrt((wave**2).sum()):
                 found[symmetry, k] = best + 1 if best < len(waves) else len(waves) - best - 1
     return found
+
+
+def stretched_by(waves: FloatArray, height: int, width: int) -> float:
+    """Return by what part of itself a wave is changed at most, so that a tile has whole periods of it."""
+    changed = whole_waves(waves, height, width) - waves
+    return float(np.sqrt(((changed**2).sum(axis=1) / (waves**2).sum(axis=1)).max()))
+
+
+def better_tile(waves: FloatArray, height: int, width: int) -> tuple[int, int]:
+    """Return a height and width near given ones, in texels, that stretch waves least."""
+    best = []
+    for axis, size in enumerate((height, width)):
+        sizes = np.arange(max(8, int(0.8 * size)), int(1.2 * size) + 1)
+        periods = sizes[:, None] * waves[:, axis]
+        off = np.abs(periods - np.rint(periods)).max(axis=1) / sizes
+        best.append(int(sizes[np.lexsort((np.abs(sizes - size), np.round(off, 6)))[0]]))
+    return best[0], best[1]
 
 
 def whole_waves(waves: FloatArray, height: int, width: int) -> FloatArray:
