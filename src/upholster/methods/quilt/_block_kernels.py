@@ -159,7 +159,7 @@ class ChoiceScratch(NamedTuple):
     usage for one symmetry. `wanted` (2, 3) tells for each wave which of the exemplar's shall have which
     phase: its number (-1: none), 1 or -1 for its opposite, the phase. `kept` are candidates as row · width +
     column, `judged` what they cost; `continued` (2, 3) are those that continue the left and upper neighbours:
-    candidate (-1: none), and source in 1/16 pixel. `heap`, `costs` and `line` are the search's.
+    candidate (-1: none), and source in 1/16 pixel. `heap`, `costs`, `line` and `misfits` are the search's.
     """
 
     features: NDArray[np.int64]
@@ -175,6 +175,7 @@ class ChoiceScratch(NamedTuple):
     heap: NDArray[np.float32]
     costs: NDArray[np.float32]
     line: NDArray[np.float32]
+    misfits: NDArray[np.int32]
 
 
 class CutScratch(NamedTuple):
@@ -240,6 +241,7 @@ class LayScratch(NamedTuple):
                 np.empty(most, np.float32),
                 np.zeros(columns * max(1, _FEW // columns), np.float32),
                 np.empty(columns, np.float32),
+                np.empty(columns, np.int32),
             ),
             CutScratch(
                 np.empty(width, np.int32),

@@ -7,9 +7,9 @@ from numpy.typing import NDArray
 
 from upholster.jit import inline
 from upholster.methods.quilt._block_kernels import ChoiceScratch, MatchImage
-from upholster.types import int64
+from upholster.types import int64, uint64
 
-__all__ = ["MISFIT", "misfit", "want_phases"]
+__all__ = ["MISFIT", "list_misfits", "misfit", "want_phases"]
 
 MISFIT = 2**14
 """What `misfit` gives for a wave that is a quarter turn off."""
@@ -17,7 +17,7 @@ MISFIT = 2**14
 _STEPS = 1024
 
 # Rounded far from any tie, so that every machine's cosine gives the same.
-_MISFITS = np.rint(MISFIT * (1 - np.cos(2 * np.pi * np.arange(_STEPS) / _STEPS))).astype(np.int64)
+_MISFITS = np.rint(MISFIT * (1 - np.cos(2 * np.pi * np.arange(_STEPS) / _STEPS))).astype(np.int32)
 
 
 @inline
@@ -44,3 +44,22 @@ def misfit(phases: NDArray[np.int16], wanted: NDArray[np.int64], place: int) -> 
             away = wanted[k, 1] * phases[wanted[k, 0], place] - wanted[k, 2]
             total += _MISFITS[((away + 32) >> 6) & (_STEPS - 1)]
     return total
+
+
+@inline
+def list_misfits(
+    phases: NDArray[np.int16], wanted: NDArray[np.int64], place: int, step: int, out: NDArray[np.int32]
+) -> None:
+    """Write the `misfit` of every `step`-th place from one on: all in 32 bits, several at a time."""
+    for n in range(out.shape[0]):
+        out[n] = 0
+    for k in range(phases.shape[0]):
+        if wanted[k, 0] < 0:
+            for n in range(out.shape[0]):
+                out[n] += np.int32(MISFIT)
+        else:
+            line = phases[wanted[k, 0], place:]
+            sign, shift = np.int32(wanted[k, 1]), np.int32(32 - wanted[k, 2])
+            for n in range(out.shape[0]):
+                away = np.int32(np.int32(sign * np.int32(line[uint64(n * step)])) + shift)
+                out[n] += _MISFITS[uint64((away >> np.int32(6)) & np.int32(_STEPS - 1))]

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from upholster.jit import allocating_kernel, inline, shared
 from upholster.methods.quilt._block_kernels import ChoiceScratch, LayNumbers, LayWeights, MatchImage, Span
-from upholster.methods.quilt._phase_kernels import misfit
+from upholster.methods.quilt._phase_kernels import list_misfits
 from upholster.types import int64
 
 __all__ = ["draw", "mean_boxes", "search"]
@@ -196,9 +196,11 @@ def search(
             for n in range(size):
                 part[n] = choice.line[n]
             if match.phases.shape[0]:
+                misfits = choice.misfits[:size]
+                place = y * numbers.width + span.first_x
+                list_misfits(match.phases, choice.wanted, place, step, misfits)
                 for n in range(size):
-                    place = y * numbers.width + span.first_x + n * step
-                    part[n] += np.float32(weights.phase * misfit(match.phases, choice.wanted, place) * times)
+                    part[n] += np.float32(weights.phase * misfits[n] * times)
         run = choice.costs[: (stop - start - 1) * columns + size]
         _add_features(flat, start * columns, features, choice.means, count, run)
         for k in range(start, stop):
