@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from command_line import assert_one_line, run_cli
 
+from upholster.charts.axis_directions import axis_direction, closed_rounds
 from upholster.errors import InputError
 from upholster.geometry.mesh_files import read_model
 from upholster.occt.process import read_cad
@@ -252,3 +253,29 @@ def test_an_extra_that_is_missing_is_named(monkeypatch, tmp_path):
     monkeypatch.setenv("PYTHONPATH", str(hidden.parent))
     with pytest.raises(InputError, match=r"pip install 'upholster\[cad\]'"):
         read_cad(tmp_path / "part.step")
+
+
+def test_directions_along_and_around_follow_each_face_own_axis(files):
+    model = read_model(files / "plate.brep")
+    along, around = (axis_direction(model, kind) for kind in ("along", "around"))
+    centres = model.mesh.corners.mean(axis=1)
+    hole = np.abs(np.linalg.norm(centres[:, :2] - (20, 10), axis=1) - 4) < 0.1
+    hole &= np.abs(model.mesh.flat_normals[:, 2]) < 0.1
+    np.testing.assert_allclose(along(centres)[hole], np.tile([0, 0, 1], (hole.sum(), 1)), atol=1e-6)
+    np.testing.assert_allclose(around(centres)[hole, 2], 0, atol=1e-6)
+    toward = np.append((20, 10), 0) - centres[hole]
+    assert np.abs((around(centres)[hole] * toward).sum(axis=1)).max() < 0.2
+    with pytest.raises(ValueError, match="one mesh"):
+        along(centres + 1)
+    (found,) = closed_rounds(model)  # the hole; the rounding is a quarter
+    assert found.length == pytest.approx(8 * np.pi, rel=2e-3)
+    assert found.area == pytest.approx(80 * np.pi, rel=2e-3)
+
+
+def test_axes_are_for_cad_models(files, tmp_path):
+    (tmp_path / "a.off").write_text("OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n")
+    for words in (["--on", "a.off", "--direction", "along"], ["--on", "torus", "--direction", "around"]):
+        assert_one_line(run_cli("cover", SAMPLE, *words, "-o", "a.png", cwd=tmp_path), "direction is")
+    assert_one_line(
+        run_cli("cover", SAMPLE, "--on", "a.off", "--fit", "-o", "a.png", cwd=tmp_path), "fit is given"
+    )

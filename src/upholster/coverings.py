@@ -9,16 +9,20 @@ from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
 
-from upholster.charts.axis_directions import AXIS_DIRECTIONS, axis_direction
+from upholster.charts.axis_directions import AXIS_DIRECTIONS, axis_direction, closed_rounds
 from upholster.charts.covered import Covered, CoveredLike, as_covered, covered_parts
+from upholster.charts.layout import texture_scale
 from upholster.errors import FormatError, InputError
+from upholster.fitting import fitted
 from upholster.geometry import AnySurface, MeshSurface, Surface
+from upholster.geometry.mesh_files import ModelFile
 from upholster.image import Material
 from upholster.image.material_files import FilesByRole
 from upholster.image.roles import ROLES
 from upholster.image.source import Source, read_source, source_files, source_names, source_parts
 from upholster.joined import joined_model
-from upholster.lengths import read_length
+from upholster.lattice import find_lattice
+from upholster.lengths import parse_length, read_length
 from upholster.methods import Prepared, execute, kept_sample, matched_image, prepare
 from upholster.options import ModelOptions, SampleOptions, SynthesisOptions, WriteOptions
 from upholster.outputs import TexturedModel
@@ -262,8 +266,9 @@ def read_coverings(
         notes += covered.notes
         source = read(exemplar)
         notes += source.notes if isinstance(source, Material) else ()
-        asked = _with_axes(asked, covered)
-        return [Covering(None, covered, kept_sample(source, asked), asked)]
+        source = kept_sample(source, asked)
+        asked = _with_axes(asked, covered, source, notes)
+        return [Covering(None, covered, source, asked)]
     if asked.method != "quilt":
         raise InputError(f"method is {asked.method!r} with several materials; allowed there: 'quilt'")
     by_pattern = {choice.pattern: choice for choice in choices}
@@ -283,19 +288,47 @@ def read_coverings(
             [f"{pattern or _REST}: {note}" for note in source.notes] if isinstance(source, Material) else []
         )
         own = _share(asked if size is None else replace(asked, sample_size=size), covered, parts)
-        own = _with_axes(own, covered)
+        with _naming(pattern or _REST):
+            own = _with_axes(own, covered, source, notes)
         title = _title(exemplar if wanted is None else wanted.source, pattern)
         out.append(Covering(pattern, covered, source, own, title, out[0] if out else None))
     return out
 
 
-def _with_axes(asked: SynthesisOptions, covered: Covered) -> SynthesisOptions:
-    """Return options with the direction of axes that a CAD model's faces have, where it is asked for."""
+def _with_axes(
+    asked: SynthesisOptions, covered: Covered, source: PixelArray | Material, notes: list[str]
+) -> SynthesisOptions:
+    """Return options with what a CAD model's axes say: the direction, and the size that fits round them."""
     if asked.direction not in AXIS_DIRECTIONS:
         return asked
     if covered.model is None:
         raise InputError(f"direction is {asked.direction!r}; allowed: with a CAD model's file")
-    return replace(asked, direction=axis_direction(covered.model, str(asked.direction)))
+    direction = axis_direction(covered.model, str(asked.direction))
+    if asked.fit:
+        asked = _fitted(asked, covered, covered.model, matched_image(source, asked), notes)
+    return replace(asked, direction=direction, fit=False)
+
+
+def _fitted(
+    asked: SynthesisOptions, covered: Covered, model: ModelFile, seen: PixelArray, notes: list[str]
+) -> SynthesisOptions:
+    """Return options with a size by which whole periods go round; a note tells what comes of it."""
+    lattice, rounds = find_lattice(seen), closed_rounds(model)
+    if lattice is None or not rounds:
+        why = "the sample does not repeat surely enough" if lattice is None else "no cylinder closes round"
+        notes.append(f"nothing is fitted: {why}")
+        return asked
+    size = asked.sample_size
+    length = None if size is None else parse_length(size, model.mesh.metres, name="sample size")
+    scale = texture_scale(covered.surface, seen.shape[1], sample_size=length)
+    factor, left = fitted(lattice, rounds, scale.scale, along=asked.direction == "along")
+    wide = factor * scale.sample_size
+    notes.append(
+        f"the sample is {wide:.4g} wide instead of {scale.sample_size:.4g} ({100 * (factor - 1):+.1f} %), so "
+        f"that whole periods go round {len(rounds)} cylinder{'s' * (len(rounds) > 1)}; {left:.2f} of one "
+        "is left over"
+    )
+    return replace(asked, sample_size=wide)
 
 
 def _share(asked: SynthesisOptions, covered: Covered, parts: Mapping[str, Covered]) -> SynthesisOptions:

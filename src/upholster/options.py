@@ -333,9 +333,9 @@ class SynthesisOptions:
         metadata=_about(
             _SCALE,
             "Which way the sample's rows run: level (along lines of equal z), along the patches, at an angle "
-            "to that, along a vector, or round an axis. Default: along the patches, the longer way round a "
-            "ring; level where patches do not agree.",
-            metavar="level|u|v|DEG|X,Y,Z|around:AXIS",
+            "to that, along a vector, or round an axis; on CAD models along or around the axes of its faces. "
+            "Default: along the patches, the longer way round a ring; level where patches do not agree.",
+            metavar="level|u|v|DEG|X,Y,Z|around:AXIS|along|around",
             only="quilt",
         ),
     )
@@ -356,6 +356,15 @@ class SynthesisOptions:
             "On meshes: texture starts anew across edges at which the surface turns by at least so many "
             "degrees, 1 to 180. Default: it goes on.",
             metavar="DEG",
+            only="quilt",
+        ),
+    )
+    fit: bool = field(
+        default=False,
+        metadata=_about(
+            _SCALE,
+            "On CAD models, with the direction along or around: the sample's size changes by 3 % at most, so "
+            "that a whole number of its periods goes round.",
             only="quilt",
         ),
     )
@@ -568,6 +577,8 @@ class SynthesisOptions:
             )
 
     def _check_scale(self) -> None:
+        if self.fit and self.direction not in ("along", "around"):
+            raise InputError(f"fit is given with direction {self.direction}; allowed: with along or around")
         if self.crease is not None and not 1 <= self.crease <= 180:
             raise InputError(f"crease is {self.crease:g} degrees; allowed: 1 to 180")
         if isinstance(self.sample_size, str):

@@ -1,5 +1,7 @@
 """Directions along and around the axes of a CAD model's faces: of cylinders, cones, rings, turned shapes."""
 
+from typing import NamedTuple
+
 import numpy as np
 
 from upholster.charts.directions import Vectors
@@ -7,13 +9,61 @@ from upholster.errors import InputError
 from upholster.geometry.mesh_files import ModelFile
 from upholster.types import FloatArray
 
-__all__ = ["AXIS_DIRECTIONS", "axis_direction"]
+__all__ = ["AXIS_DIRECTIONS", "Round", "axis_direction", "closed_rounds"]
 
 AXIS_DIRECTIONS = ("along", "around")
 """As users ask for them."""
 
 _ALIKE = 1e-4
 """Directions, and places as parts of the model's size, that differ by less are one."""
+
+
+_UPRIGHT = 0.05
+"""Sine of the angle between a cylinder's normals and its axis' plane, at most."""
+
+_SECTORS = 12
+"""Of a turn: faces that are seen in all of them go all the way round."""
+
+
+class Round(NamedTuple):
+    """A cylinder that closes: the length of the way round, in model units, and its area."""
+
+    length: float
+    area: float
+
+
+def closed_rounds(model: ModelFile) -> list[Round]:
+    """Return the cylinders of a CAD model that close round, the largest first."""
+    if model.axes is None:
+        return []
+    mesh = model.mesh
+    places, ways = model.axes[:, 0], _one_way(model.axes[:, 1])
+    off = mesh.corners.mean(axis=1) - places
+    radial = off - (off * ways).sum(axis=1, keepdims=True) * ways
+    radius = np.linalg.norm(mesh.corners[:, 0] - places - _along(mesh.corners[:, 0] - places, ways), axis=1)
+    slope = np.abs((mesh.flat_normals * ways).sum(axis=1))
+    mine = np.flatnonzero((ways != 0).any(axis=1) & (slope < _UPRIGHT) & (radius > 0))
+    if not len(mine):
+        return []
+    feet = places - _along(places, ways)
+    keys = np.concatenate([ways, feet / mesh.size, radius[:, None] / mesh.size], axis=1)[mine]
+    _, group = np.unique(np.rint(keys / (10 * _ALIKE)).astype(np.int64), axis=0, return_inverse=True)
+    group = group.reshape(-1)
+    out = []
+    for number in range(int(group.max()) + 1):
+        own = mine[group == number]
+        first = radial[own[0]]
+        second = np.cross(ways[own[0]], first)
+        angle = np.arctan2(radial[own] @ second, radial[own] @ first)
+        sectors = np.unique(np.floor((angle / (2 * np.pi) + 0.5) * _SECTORS) % _SECTORS)
+        if len(sectors) == _SECTORS:
+            out.append(Round(2 * np.pi * float(radius[own].mean()), float(mesh.areas[own].sum())))
+    return sorted(out, key=lambda one: -one.area)
+
+
+def _along(vectors: FloatArray, ways: FloatArray) -> FloatArray:
+    part: FloatArray = (vectors * ways).sum(axis=1, keepdims=True) * ways
+    return part
 
 
 def axis_direction(model: ModelFile, kind: str) -> Vectors:
