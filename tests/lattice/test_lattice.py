@@ -1,11 +1,16 @@
 """The lattice of a sample: its waves and phases."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from benchmarks.lattice_samples import PATTERNS, lattice_sample
 
+from upholster.image import read_exemplar
 from upholster.lattice import Lattice, find_lattice
 from upholster.lattice._kernels import add_beats, interpolate_phases, smooth_nodes
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
 def change_of_basis(lattice, sample):
@@ -49,6 +54,7 @@ def test_a_large_sample_is_reduced_and_has_phases_at_every_pixel():
     # The middle between two of the larger pixels is the middle of the smaller one.
     middle = large.phases[:, ::2, ::2].astype(np.int64) + (large.waves.sum(axis=1) * 32768)[:, None, None]
     away = (middle - small.phases + 32768) % 65536 - 32768
+    assert np.abs(away[:, 8:-8, 8:-8].mean(axis=(1, 2))).max() < 150
     assert np.abs(away[:, 8:-8, 8:-8]).max() < 2000
 
 
@@ -150,3 +156,13 @@ def test_a_sample_that_was_changed_is_looked_at_again():
     found = find_lattice(image)
     image[:] = image.transpose(1, 0, 2)[::-1]
     assert find_lattice(image) is not found
+
+
+def test_a_weak_generator_is_the_difference_of_two_strong_waves():
+    # Of these bricks, 32 pixels high and 64 wide, joints are seen at harmonics only.
+    lattice = find_lattice(read_exemplar(EXAMPLES / "bricks.png"))
+    assert lattice is not None
+    change = lattice.waves @ np.linalg.inv([[1 / 32, 0.0], [1 / 64, 1 / 64]])
+    assert np.abs(change - np.rint(change)).max() < 0.1
+    assert abs(round(np.linalg.det(np.rint(change)))) == 1
+    assert np.hypot(*lattice.waves.T).max() < 1 / 30

@@ -4,10 +4,15 @@ import numpy as np
 import pytest
 from measured import grains, quilt_of, tiles
 
+from upholster.charts.seams import find_seams, transitions
 from upholster.errors import InputError
 from upholster.geometry import plane, surface_from_spec
 from upholster.lattice import Lattice, find_lattice
 from upholster.measure import broken_elements, measure_cover
+from upholster.measure.broken import longest_run
+from upholster.measure.phase_cuts import PhaseCuts, cuts_inside
+from upholster.measure.samples import Window
+from upholster.measure.trace import Trace
 from upholster.methods import synthesize
 
 
@@ -76,6 +81,45 @@ def test_runs_go_on_across_seams():
     assert max(alone.faults) > 0
     assert all(a <= b + 1e-9 for a, b in zip(alone.faults, whole.faults, strict=True))
     assert sum(whole.faults) > sum(alone.faults)
+
+
+def edges(*corners, chart=0):
+    """Edges of one texel each, downward from these corners."""
+    ends = np.array([[(r, c), (r + 1, c)] for r, c in corners], np.intp)
+    return PhaseCuts(np.zeros((len(ends), 1)), np.ones(len(ends)), np.full(len(ends), chart, np.intp), ends)
+
+
+def test_edges_lie_between_the_texels_that_differ(lattice):
+    rows, columns = cuts_inside(Trace.of(side_by_side(4, 0), Window(0, 0, 0, 32, 32)), lattice)
+    assert not len(rows.ends)
+    assert columns.ends.tolist() == [[[r, 16], [r + 1, 16]] for r in range(32)]
+    assert (columns.lengths == 1).all()
+
+
+def test_runs_go_over_small_gaps_on_one_chart():
+    def run(*parts):
+        cuts = PhaseCuts.joined(parts)
+        return longest_run(cuts, np.ones(len(cuts.lengths), bool), ())
+
+    assert run(edges((0, 0), (3, 0), (6, 2))) == 3  # two texels apart, down and aside
+    assert run(edges((0, 0), (4, 0), (5, 0))) == 2
+    assert run(edges((0, 0)), edges((1, 0), chart=1)) == 1
+
+
+def test_runs_go_on_beyond_an_edge():
+    surface = surface_from_spec("torus")
+    charts = synthesize(grains(), surface, texels=2**16, seed=1).charts
+    met = tuple(transitions(surface, charts, find_seams(surface, charts)))
+    seam = next(
+        t for t in met if t.seam.edge == 2 and t.seam.other_edge == 0 and t.seam.chart != t.seam.other_chart
+    )
+    m, column = seam.seam, (seam.seam.start + seam.seam.stop) // 2
+    _, beyond, _ = seam.apply(np.array([seam.line]), np.array([column - 0.5]))
+    one = edges((charts[m.chart].height - 1, int(column)), chart=m.chart)
+    other = edges((0, round(float(beyond[0]) + 0.5)), chart=m.other_chart)
+    cuts = PhaseCuts.joined([one, other])
+    assert longest_run(cuts, np.ones(2, bool), ()) == 1
+    assert longest_run(cuts, np.ones(2, bool), met) == 2
 
 
 def test_reports_have_it_where_the_sample_has_a_lattice():

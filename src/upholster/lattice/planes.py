@@ -25,15 +25,18 @@ def reduced(exemplar: PixelArray, by: int) -> NDArray[np.int64]:
 
     Floats go from their smallest to their largest.
     """
+    low, scale = 0.0, 1.0
     if exemplar.dtype.kind == "f":
         low, high = float(exemplar.min()), float(exemplar.max())
         scale = _MOST / (high - low) if high > low else 0.0
-        exemplar = np.rint((exemplar.astype(np.float64) - low) * scale).astype(np.int64)
     height, width = exemplar.shape[0] // by, exemplar.shape[1] // by
     total = np.zeros((height, width, exemplar.shape[2]), np.int64)
     for i in range(by):
         for j in range(by):
-            total += exemplar[i : by * height : by, j : by * width : by]
+            part = exemplar[i : by * height : by, j : by * width : by]
+            if exemplar.dtype.kind == "f":
+                part = np.rint((part.astype(np.float64) - low) * scale).astype(np.int64)
+            total += part
     return total
 
 
