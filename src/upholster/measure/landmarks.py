@@ -1,6 +1,9 @@
 """How often what catches the eye in a sample recurs in the result, and how near to itself."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -90,6 +93,11 @@ def landmark_recurrence(surface: AnySurface, quilt: Quilt, exemplar: PixelArray)
     """
     marks = landmarks(exemplar)
     shown = [np.zeros((0, 3)) for _ in marks]
+    locate: Callable[[int, Index], tuple[Index, FloatArray, FloatArray]]
+    if isinstance(surface, MeshSurface):
+        locate = partial(_on_triangles, _Triangles.of(surface, quilt), quilt)
+    else:
+        locate = partial(_on_patches, surface, quilt)
     scales, area = [np.zeros(0)], 0.0
     for index, chart in enumerate(quilt.charts):
         placed = quilt.on_chart(index)
@@ -100,10 +108,10 @@ def landmark_recurrence(surface: AnySurface, quilt: Quilt, exemplar: PixelArray)
         sizes = np.abs(np.linalg.det(_matrices(quilt, index, 8 * rows, 8 * columns)))
         area += float(sizes.sum()) * 64
         for n, mark in enumerate(marks):
-            texel = _texels(quilt, index, owners, mark)
-            points, scale = _on_surface(surface, quilt, index, texel)
+            texel, points, areas = locate(index, _texels(quilt, index, owners, mark))
+            pixels = np.abs(np.linalg.det(_matrices(quilt, index, *texel.T)))
             shown[n] = np.concatenate([shown[n], points])
-            scales.append(scale)
+            scales.append(np.sqrt(pixels[areas > 0] / areas[areas > 0]))
     count = sum(len(points) for points in shown)
     if not len(marks) or not area:
         return None
@@ -142,31 +150,36 @@ def _matrices(quilt: Quilt, index: int, rows: Index, columns: Index) -> FloatArr
     return quilt.fields[index].at(rows.astype(np.float64), columns.astype(np.float64))
 
 
-def _on_surface(surface: AnySurface, quilt: Quilt, index: int, texel: Index) -> tuple[FloatArray, FloatArray]:
-    # Where texels (n, 2) lie in space, and the scale there in pixels of the sample per unit.
-    if isinstance(surface, MeshSurface):
-        texel, points, areas = _on_mesh(surface, quilt, index, texel)
-    else:
-        points, areas = _on_patches(surface, quilt, index, texel)
-    pixels = np.abs(np.linalg.det(_matrices(quilt, index, *texel.T)))
-    return points, np.sqrt(pixels[areas > 0] / areas[areas > 0])
-
-
-def _on_patches(surface: Surface, quilt: Quilt, index: int, texel: Index) -> tuple[FloatArray, FloatArray]:
+def _on_patches(
+    surface: Surface, quilt: Quilt, index: int, texel: Index
+) -> tuple[Index, FloatArray, FloatArray]:
+    # Texels (n, 2), where they lie in space, and their areas.
     chart = quilt.charts[index]
     s, t = face_parameters(chart, texel[:, 0] + 0.5, texel[:, 1] + 0.5)
     points, by_s, by_t = surface.faces[chart.face].derivatives(s, t)
     size = (chart.s1 - chart.s0) / chart.height * (chart.t1 - chart.t0) / chart.width
-    return points, np.linalg.norm(np.cross(by_s, by_t), axis=1) * size
+    return texel, points, np.linalg.norm(np.cross(by_s, by_t), axis=1) * size
 
 
-def _on_mesh(
-    surface: MeshSurface, quilt: Quilt, index: int, texel: Index
+class _Triangles(NamedTuple):
+    # Of a mesh: islands, corners in space, and on their charts; steps of texels in space.
+    island: NDArray[np.int32]
+    corners: FloatArray
+    places: FloatArray
+    steps: FloatArray
+
+    @classmethod
+    def of(cls, surface: MeshSurface, quilt: Quilt) -> "_Triangles":
+        places, steps = chart_places(surface, quilt.charts), triangle_steps(surface, quilt.charts)
+        return cls(surface.island, surface.mesh.corners, places, steps)
+
+
+def _on_triangles(
+    triangles: _Triangles, quilt: Quilt, index: int, texel: Index
 ) -> tuple[Index, FloatArray, FloatArray]:
-    # As many as lie on a triangle: beyond the island there is only its gutter.
-    own = np.flatnonzero(surface.island == quilt.charts[index].face)
-    places = chart_places(surface, quilt.charts)[own]
-    steps = triangle_steps(surface, quilt.charts)[own]
+    # As `_on_patches`, of as many as lie on a triangle: beyond the island there is only its gutter.
+    own = np.flatnonzero(triangles.island == quilt.charts[index].face)
+    places, steps = triangles.places[own], triangles.steps[own]
     edges = places[:, 1:] - places[:, :1]
     area = edges[:, 0, 0] * edges[:, 1, 1] - edges[:, 0, 1] * edges[:, 1, 0]
     kept, points, areas = [], [], []
@@ -178,7 +191,7 @@ def _on_mesh(
         if len(inside):
             k = int(inside[0])
             kept.append(n)
-            points.append(surface.mesh.corners[own[k], 0] + steps[k] @ away[k])
+            points.append(triangles.corners[own[k], 0] + steps[k] @ away[k])
             areas.append(np.linalg.norm(np.cross(steps[k, :, 0], steps[k, :, 1])))
     return texel[kept], np.array(points).reshape(-1, 3), np.array(areas)
 
