@@ -29,7 +29,7 @@ __all__ = ["main"]
 SIDE = 512
 SHOWN = 400
 COLORS = ((255, 220, 0), (0, 255, 255))
-"""Of cuts that break the first generator, and the second."""
+"""Of cuts that break the first wave, and the second."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -158,7 +158,7 @@ def test_a_sample_that_was_changed_is_looked_at_again():
     assert find_lattice(image) is not found
 
 
-def test_a_weak_generator_is_the_difference_of_two_strong_waves():
+def test_a_weak_wave_is_the_difference_of_two_strong_waves():
     # Of these bricks, 32 pixels high and 64 wide, joints are seen at harmonics only.
     lattice = find_lattice(read_exemplar(EXAMPLES / "bricks.png"))
     assert lattice is not None

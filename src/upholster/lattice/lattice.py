@@ -8,8 +8,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from upholster.lattice.choice import TOLERANCE, chosen_waves
 from upholster.lattice.following import Followed, follow, pixel_phases
-from upholster.lattice.generators import TOLERANCE, generators
 from upholster.lattice.peaks import LEAST_PERIODS, Peak, periods, spectrum_peaks
 from upholster.lattice.planes import Plane, planes, reduced
 from upholster.types import FloatArray, PixelArray, frozen_array
@@ -49,7 +49,7 @@ class Lattice:
     Attributes
     ----------
     waves
-        (n, 2) float64, n = 1 or 2: the generators' wave vectors, in cycles per pixel of the sample (row,
+        (n, 2) float64, n = 1 or 2: wave vectors, in cycles per pixel of the sample (row,
         column). Every wave at which the sample repeats is nearly a sum of whole multiples of these.
     phases
         (n, H, W) int16: the sample's own phase at each pixel, in units of a 65,536th of a turn; it wraps as
@@ -126,7 +126,7 @@ def _found(exemplar: PixelArray) -> Lattice | None:
     sure = _sure_waves(looked_at, peaks)
     sure += _differences(sure, shape)
     waves = np.array([wave.wave for wave in sure]).reshape(-1, 2)
-    chosen = generators(waves, np.array([wave.prominence for wave in sure]), peaks, shape)
+    chosen = chosen_waves(waves, np.array([wave.prominence for wave in sure]), peaks, shape)
     if not chosen:
         return None
     return Lattice(

@@ -34,18 +34,18 @@ EVERY = 8
 
 @dataclass(frozen=True, slots=True)
 class BrokenElements:
-    """Cuts at which a lattice's phase jumps by more than a quarter turn; each figure by generator.
+    """Cuts at which a lattice's phase jumps by more than a quarter turn; each figure by wave.
 
     Attributes
     ----------
     periods
-        Of the lattice's generators, in pixels of the sample.
+        Of the lattice's waves, in pixels of the sample.
     share
         Of the length of all cuts, 0 to 1. More harmless cuts would lower it.
     per_area
         Length of such cuts in periods, per square period of the result.
     faults
-        Length of the longest connected run of such cuts, in periods: of a generator that counts courses, in
+        Length of the longest connected run of such cuts, in periods: of a wave that counts courses, in
         courses.
     """
 

@@ -32,7 +32,7 @@ class PhaseCuts:
     Attributes
     ----------
     jumps
-        (n, generators) by how much phases jump, in turns, -½ to ½.
+        (n, waves) by how much phases jump, in turns, -½ to ½.
     lengths
         (n,) in pixels of the sample.
     charts
@@ -133,7 +133,7 @@ def _jumps(lattice: Lattice, one: Place, other: Place) -> FloatArray:
 
 
 def _turns(lattice: Lattice, place: Place) -> FloatArray:
-    # The sample's phases (n, generators), in turns; beyond its edges they go on evenly.
+    # The sample's phases (n, waves), in turns; beyond its edges they go on evenly.
     height, width = lattice.phases.shape[1:]
     rows, columns = place
     r, c = np.clip((rows + 8) >> 4, 0, height - 1), np.clip((columns + 8) >> 4, 0, width - 1)

@@ -1,4 +1,4 @@
-"""Which one or two waves generate all others at which a sample repeats."""
+"""Which one or two waves all others are made of at which a sample repeats."""
 
 from collections.abc import Sequence
 
@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from upholster.lattice.peaks import Peak
 from upholster.types import FloatArray
 
-__all__ = ["TOLERANCE", "generators"]
+__all__ = ["TOLERANCE", "chosen_waves"]
 
 TOLERANCE = 0.75
 """How far a peak may lie from a multiple, in cycles per sample."""
@@ -17,25 +17,25 @@ _NOISE = 10.0
 """Prominence at which a peak has no weight; each doubling adds 1 to it."""
 
 _MULTIPLES = 12
-"""Of a generator, that are looked at."""
+"""Of a wave, that are looked at."""
 
 _LEAST_SINE = 0.12
-"""Of the angle between two generators."""
+"""Of the angle between two waves."""
 
 _AS_GOOD = 0.02
 """Of those that explain nearly as much as the best, less by this share of all weight, the strongest count."""
 
 _BETTER = 1.1
-"""By which two generators must explain more than one."""
+"""By which two waves must explain more than one."""
 
 _LEAST_SHARE = 0.3
-"""Of all peaks' weight, that generators must explain: otherwise the sample repeats in another way."""
+"""Of all peaks' weight, that the chosen waves must explain: otherwise the sample repeats in another way."""
 
 _ALONE = 200.0
 """Prominence from which a wave counts however little else it explains, as that of unequal planks."""
 
 
-def generators(
+def chosen_waves(
     waves: FloatArray, prominences: FloatArray, peaks: Sequence[Peak], shape: tuple[int, int]
 ) -> list[int]:
     """Choose the one or two waves of which all peaks are whole multiples, or sums of such.
