@@ -3,6 +3,7 @@
 import hashlib
 from dataclasses import dataclass
 from itertools import combinations
+from threading import Lock
 from typing import NamedTuple
 
 import numpy as np
@@ -37,6 +38,7 @@ _SURE = 0.55
 """Certainty below which a wave is left out."""
 
 
+_LOCK = Lock()
 _KEPT = 4
 _KNOWN: "dict[tuple[tuple[int, ...], str, bytes], Lattice | None]" = {}
 """What was found in the last samples: block size, phases and measures ask for the same one, one by one."""
@@ -106,11 +108,15 @@ def find_lattice(exemplar: PixelArray) -> Lattice | None:
         return None
     digest = hashlib.blake2b(np.ascontiguousarray(exemplar).data, digest_size=16).digest()
     key = (exemplar.shape, exemplar.dtype.str, digest)
-    if key not in _KNOWN:
-        if len(_KNOWN) == _KEPT:
-            _KNOWN.pop(next(iter(_KNOWN)))
-        _KNOWN[key] = _found(exemplar)
-    return _KNOWN[key]
+    with _LOCK:
+        if key in _KNOWN:
+            return _KNOWN[key]
+    found = _found(exemplar)
+    with _LOCK:
+        _KNOWN[key] = found
+        while len(_KNOWN) > _KEPT:
+            del _KNOWN[next(iter(_KNOWN))]
+    return found
 
 
 def _found(exemplar: PixelArray) -> Lattice | None:
