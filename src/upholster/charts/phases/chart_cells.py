@@ -151,11 +151,12 @@ def _over(here: CellGrid, there: CellGrid, transition: Transition, waves: FloatA
     to_b = _read(there, b, after, there.centres(b) - other_place)
     carried = _matrices(transition, middle)
     # Where a chart is degenerate nothing is known of what lies beyond: no wave goes on.
-    after = after @ np.where(np.isfinite(carried), carried, 0.0)
-    goes_on = matched_waves(waves, before, after)
-    away = np.sqrt((from_a**2).sum(axis=1)) + np.sqrt((to_b**2).sum(axis=1))
+    carried = np.where(np.isfinite(carried), carried, 0.0)
+    goes_on = matched_waves(waves, before, after @ carried)
     along = before[:, :, 0 if m.edge & 1 else 1]
     side = np.sqrt((along**2).sum(axis=1)) * length
+    # Straight across: what lies aslant of a short piece is no farther away.
+    away = _across(before, m.edge, here.size) + _across(after, m.other_edge, there.size)
     return Links(
         (here.first + a).astype(np.int32),
         (there.first + b).astype(np.int32),
@@ -176,6 +177,16 @@ def _ends(seam: ChartSeam, size: float, other_size: float) -> FloatArray:
     ends = np.unique(np.clip(ends, seam.start, seam.stop))
     found: FloatArray = ends[np.diff(ends, prepend=-np.inf) > 1e-6 * size]
     return found
+
+
+def _across(matrices: FloatArray, edge: int, size: tuple[float, float]) -> FloatArray:
+    # How far the middles of a chart's cells lie from its edge, in pixels, where M is as given.
+    m = matrices.reshape(-1, 4)
+    areas = np.abs(m[:, 0] * m[:, 3] - m[:, 1] * m[:, 2])
+    along = m[:, 0::2] if edge & 1 else m[:, 1::2]
+    depth = 0.5 * size[edge & 1]
+    across: FloatArray = depth * areas / np.maximum(np.sqrt((along**2).sum(axis=1)), 1e-6)
+    return across
 
 
 def _weights(area: FloatArray, squared: FloatArray) -> FloatArray:

@@ -29,10 +29,11 @@ _NEAR = 0.05
 OVERLAP = 0.3
 """Of a block, with the one before."""
 
-_STRAINED = 0.03
+_STRAINED = 0.02
 """Of the surface's area: where courses end blocks fall out of step, however small they are."""
 
-_LEAST_BLOCK = 24
+_LEAST_BLOCK, _LEAST_PERIODS = 24, 0.75
+"""Pixels and periods of a block at least: smaller ones show as pieces of elements in several colours."""
 
 
 class Phases(Protocol):
@@ -65,7 +66,7 @@ def in_step(block: int, field: Phases | None) -> int:
     """Return the side of a block, in pixels, that keeps neighbours in step where courses are stretched.
 
     Inside a block the texture has its true scale; from one to the next the wanted phase makes up for what
-    courses are stretched by, a quarter of a turn at most. Blocks are as long as a period at least.
+    courses are stretched by, a quarter of a turn at most. Blocks are three quarters of a period at least.
 
     Parameters
     ----------
@@ -78,7 +79,7 @@ def in_step(block: int, field: Phases | None) -> int:
         return block
     apart = 0.25 / max(field.strain(1 - _STRAINED), 1e-9)
     period = 1 / float(np.sqrt((field.waves**2).sum(axis=1)).min())
-    least = max(_LEAST_BLOCK, period)
+    least = max(_LEAST_BLOCK, _LEAST_PERIODS * period)
     return min(block, 4 * int(np.ceil(max(least, apart / (1 - OVERLAP)) / 4)))
 
 
