@@ -15,7 +15,7 @@ __all__ = ["BlockGrid", "GridPart", "has_coarse_cells"]
 
 _SMALLEST_BLOCK = 16
 _LARGEST_BLOCK = 512
-_COARSE, _COARSE_TEXELS = 48, 24
+_COARSE, _COARSE_IN_STEP, _COARSE_TEXELS = 48, 32, 24
 """Blocks of so many pixels, and of so many texels, have masks of cells twice as large: as many bytes tell as
 long a cut."""
 
@@ -29,7 +29,9 @@ _LARGEST_SHARE = 0.75
 """Of the exemplar's height and width that a block may read, so that there are several to choose from."""
 
 
-def has_coarse_cells(charts: Sequence[Chart], fields: Sequence[WarpField], block: int) -> bool:
+def has_coarse_cells(
+    charts: Sequence[Chart], fields: Sequence[WarpField], block: int, *, in_step: bool = False
+) -> bool:
     """Tell whether the cells of masks are twice as large, on all charts alike.
 
     Parameters
@@ -38,8 +40,10 @@ def has_coarse_cells(charts: Sequence[Chart], fields: Sequence[WarpField], block
         The layout.
     block
         Side of a block in exemplar pixels.
+    in_step
+        Whether phases keep blocks in step: then cuts matter less, and smaller blocks will do.
     """
-    if block < _COARSE:
+    if block < (_COARSE_IN_STEP if in_step else _COARSE):
         return False
     texels = [block / max(1.0, _typical(_sizes(*one)[0])) for one in zip(charts, fields, strict=True)]
     return min(texels) >= _COARSE_TEXELS

@@ -153,7 +153,8 @@ def _run(
     symmetries = _symmetries(options)
     # A quarter turn changes height and width.
     fitting = (min(shape), min(shape)) if options.rotate else shape
-    sizes, coarse = (options.block, options.overlap), has_coarse_cells(charts, fields, options.block)
+    sizes = options.block, options.overlap
+    coarse = has_coarse_cells(charts, fields, options.block, in_step=phases is not None)
     grids = [
         BlockGrid.of(chart, field, fitting, *sizes, coarse=coarse, copied=copied, wrap=wrap, most=most)
         for chart, field, most in zip(charts, fields, _largest_blocks(charts, seams), strict=True)
