@@ -300,7 +300,7 @@ def test_a_report_is_json(folder, tmp_path, name):
     assert os.listdir(tmp_path) == []
 
 
-@pytest.mark.parametrize("name", ["chair.xyz", "some/chair.step", "./chair"])
+@pytest.mark.parametrize("name", ["chair.xyz", "some/chair.fbx", "./chair"])
 def test_a_surface_of_an_unknown_suffix_says_which_are_known(folder, name):
     assert_one_line(run_cli("cover", "brick.png", "--on", name, "-oa.glb", cwd=folder), ".json, .bpt")
 

@@ -105,8 +105,6 @@ def _mesh_face(face: Any, record: Any, vertices: _Vertices, numbers: tuple[Any, 
         [found.Triangle(k).Get() for k in range(1, found.NbTriangles() + 1)], np.int32
     ).reshape(-1, 3)[:, -3:]
     triangles = triangles - 1
-    a, b, c = record.vertices[triangles].T
-    triangles = triangles[(a != b) & (b != c) & (c != a)]  # at poles some are lines
     record.triangles = triangles[:, [0, 2, 1]] if record.reversed else triangles
 
 

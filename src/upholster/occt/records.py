@@ -86,7 +86,8 @@ class FaceRecord:
     vertices, uv
         (n,) its vertices' numbers in the body, and (n, 2) their parameters.
     triangles
-        (t, 3) into these, counter-clockwise seen from outside.
+        (t, 3) into these, counter-clockwise seen from outside. They cover the face in its parameters; at
+        poles some are lines in space.
     plain
         Why it is left plain; empty where it is not.
     """
@@ -105,6 +106,13 @@ class FaceRecord:
     uv: FloatArray = field(default_factory=lambda: np.zeros((0, 2)))
     triangles: IntArray = field(default_factory=lambda: np.zeros((0, 3), np.int32))
     plain: str = ""
+
+    @property
+    def seen(self) -> IntArray:
+        """Those of the triangles that have three different vertices."""
+        a, b, c = self.vertices[self.triangles].T
+        seen: IntArray = self.triangles[(a != b) & (b != c) & (c != a)]
+        return seen
 
 
 @dataclass(eq=False)

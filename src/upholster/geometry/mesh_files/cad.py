@@ -60,7 +60,7 @@ def read_cad_model(
     """
     record = read_cad(path, deviation=deviation, unique=unique, unit=None if unit is None else 1000.0 * unit)
     bodies = [exact_body(body, record.deviation) for body in record.bodies]
-    if not any(len(face.triangles) for body in record.bodies for face in body.faces):
+    if not any(len(face.seen) for body in record.bodies for face in body.faces):
         raise InputError("none of its faces can be covered; allowed: a model with one")
     raw = cad_scene(record, bodies, up or "z")
     raw.notes = [*_notes(record, bodies), *raw.notes]
@@ -185,7 +185,7 @@ def _groups(body: BodyRecord) -> list[list[int]]:
     named = len(Counter(face.name for face in body.faces)) <= _MOST_NAMES
     out: dict[tuple[str, str, str], list[int]] = {}
     for number, face in enumerate(body.faces):
-        if len(face.triangles):
+        if len(face.seen):
             key = (face.name if named else "", face.colour or body.colour, face.layer or body.layer)
             out.setdefault(key, []).append(number)
     return list(out.values())
@@ -203,7 +203,7 @@ def _axes(body: BodyRecord, faces: list[int], up: str) -> FloatArray:
             axis[1] = place[:, :3] @ face.axis[1]
         if up == "y":
             axis = np.stack([axis[:, 0], -axis[:, 2], axis[:, 1]], axis=1)
-        out.append(np.broadcast_to(axis, (len(face.triangles), 2, 3)))
+        out.append(np.broadcast_to(axis, (len(face.seen), 2, 3)))
     return np.concatenate(out)
 
 
@@ -229,7 +229,7 @@ class _Builder:
             face = body.faces[number]
             positions.append(exact.positions[face.vertices])
             normals.append(exact.normals[number])
-            triangles.append(face.triangles + first)
+            triangles.append(face.seen + first)
             first += len(face.vertices)
         one = body.faces[faces[0]]
         entry: Json = {
