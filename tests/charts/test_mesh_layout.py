@@ -62,9 +62,9 @@ def test_nodes_sums_are_those_of_the_plain_twin() -> None:
     matrices = rng.normal(size=(12, 4))
     chart = np.where(np.arange(12) == 5, -1, 0).astype(np.int32)
     shapes = np.array([(0, 6, 6)], np.int64)
-    sums = np.zeros((36, 6))
-    splat_matrices(places, chart, matrices, 8.0, 32.0, shapes, sums)
-    expected = np.zeros((6, 6, 6))
+    nodes, sums = rng.normal(size=(36, 4)), np.zeros((36, 7))
+    splat_matrices(places, chart, matrices, 8.0, 32.0, shapes, nodes, sums)
+    expected = np.zeros((6, 6, 7))
     grid = 8.0 * np.stack(np.mgrid[:16, :16], axis=-1).reshape(-1, 2)
     for p, m in zip(places[chart == 0], matrices[chart == 0], strict=True):
         edges = p[1:] - p[0]
@@ -74,6 +74,21 @@ def test_nodes_sums_are_those_of_the_plain_twin() -> None:
         samples = [(point, 64.0) for point in inside] + [(p.mean(axis=0), min(area / 2, 64.0))]
         for point, weight in samples:
             tents = [np.maximum(0, 1 - np.abs(np.arange(6) - (x / 32 + 1))) for x in point]
-            values = np.array([*m, 1, m[0] * m[3] - m[1] * m[2]])
+            shown = np.einsum("i,j,ijk->k", *tents, nodes.reshape(6, 6, 4)).reshape(2, 2)
+            values = np.array([*m, 1, m[0] * m[3] - m[1] * m[2], np.linalg.det(shown)])
             expected += weight * tents[0][:, None, None] * tents[1][None, :, None] * values
-    np.testing.assert_allclose(sums, expected.reshape(36, 6), atol=1e-9)
+    np.testing.assert_allclose(sums, expected.reshape(36, 7), atol=1e-9)
+
+
+def test_where_the_field_turns_the_size_is_right_between_nodes_too() -> None:
+    # A turn of 120° over a sheet of 128 texels: 30° from node to node.
+    surface = sheet()
+    charts = mesh_charts(surface, 64.0)
+    centre = surface.mesh.corners[..., 0].mean(axis=1)
+    angle = np.radians(60) * centre
+    vectors = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)[:, None].repeat(3, axis=1)
+    (field,) = mesh_fields(surface, charts, *triangle_frames(surface, vectors), 64.0)
+    places = chart_places(surface, charts).mean(axis=1) - 0.5
+    sizes = np.sqrt(np.linalg.det(field.at(places[:, 0], places[:, 1])))
+    assert np.abs(sizes - 1).max() < 0.05
+    assert abs(sizes.mean() - 1) < 0.01

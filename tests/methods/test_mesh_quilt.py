@@ -7,9 +7,12 @@ import numpy as np
 import pytest
 from tests.charts.meshes import box, sphere, torus
 from tests.charts.test_mesh_layout import sheet
+from tests.charts.test_mesh_turns import roof
 
 from upholster import paint
+from upholster.charts.mesh_directions import mesh_directions
 from upholster.charts.mesh_layout import chart_places, mesh_charts, mesh_fields, triangle_frames
+from upholster.charts.mesh_turns import chart_turns
 from upholster.charts.subdivision import subdivided
 from upholster.geometry import MeshSurface, TriangleMesh, welded
 from upholster.measure import mesh_mapping, mesh_seams, mesh_texel_scale
@@ -87,7 +90,7 @@ def test_over_a_cut_plane_both_sheets_read_as_the_plane_lies(turned: float) -> N
     field = field_arrays(fields, 1.0, 0)
     triangle = int(np.argmin(np.abs(mesh.positions[mesh.triangles].mean(axis=1) - [1.0, 1.0, 0]).sum(axis=1)))
     place = mesh.places[triangle].mean(axis=0)
-    root = [mesh.chart[triangle], *place, 0.0, 0.0]
+    root = [mesh.chart[triangle], *place, 0.0, 0.0, 0.0]
     centres = Centres(np.array([triangle], np.int32), np.full((1, 3), 1 / 3), np.array([root]))
     found = find_footprints(mesh, field, centres, 20.0, SCALE, threads=1)
     assert set(found.sheets.tolist()) == {0, 1}
@@ -116,7 +119,7 @@ def test_a_block_reaches_as_far_as_its_square_and_no_farther() -> None:
     mesh = mesh_arrays(subdivided(mesh_surface, vectors, 0.06), charts)
     chosen = np.flatnonzero(np.abs(mesh.positions[mesh.triangles].mean(axis=1)[:, 2]) < 0.5)[::97]
     roots = np.column_stack(
-        [mesh.chart[chosen], mesh.places[chosen].mean(axis=1), np.zeros((len(chosen), 2))]
+        [mesh.chart[chosen], mesh.places[chosen].mean(axis=1), np.zeros((len(chosen), 3))]
     )
     centres = Centres(chosen.astype(np.int32), np.full((len(chosen), 3), 1 / 3), roots)
     found = find_footprints(mesh, field_arrays(fields, 1.0, 0), centres, 12.0, SCALE, threads=2)
@@ -211,6 +214,46 @@ def test_seams_over_creases_are_told_by_themselves() -> None:
     assert together.ratio == pytest.approx(cut * apart.over_creases + (1 - cut) * apart.ratio, rel=0.1)
 
 
+def test_over_a_ridge_the_texture_lies_true_to_size_and_upright_on_both_sides() -> None:
+    surface = roof()
+    field = mesh_directions(surface.mesh, "level")
+    charts = mesh_charts(surface, DENSITY)
+    along, down = triangle_frames(surface, field.corner_vectors)
+    turns = chart_turns(surface, along, field.fold)
+    fields = mesh_fields(surface, charts, along, down, SCALE, turns)
+    quilt = synthesize_mesh(
+        noise(), surface, charts, fields, field.corner_vectors, SCALE, fold=field.fold, turns=turns,
+        options=QuiltOptions(block=24),
+    )  # fmt: skip
+    laid = quilt.placements[quilt.placements["mask"] == MASK_CUT]
+    assert set(laid["symmetry"].tolist()) == {0, 2}
+    # A field of one sense turns about on the ridge: a third of the area would be of another size.
+    found = mesh_mapping(surface, quilt, scale=SCALE, asked=along)
+    assert found.within > 0.97
+    assert found.aligned is not None
+    assert found.aligned > 0.9
+
+
+@pytest.mark.parametrize("quarters", [1, 2, 3])
+def test_turned_matrices_give_the_same_blocks_turned_back(quarters: int) -> None:
+    surface = halves(sheet(), 33)
+    vectors = np.tile([1.0, 0.0, 0.0], (len(surface.mesh.triangles), 3, 1))
+    charts, (along, down) = mesh_charts(surface, DENSITY), triangle_frames(surface, vectors)
+    texels = []
+    # One half's matrices are turned, and with them its blocks, but nothing that is seen.
+    for turns in (0 * surface.island, quarters * surface.island):
+        turns = turns.astype(np.int32)
+        fields = mesh_fields(surface, charts, along, down, SCALE, turns)
+        quilt = synthesize_mesh(
+            noise(), surface, charts, fields, vectors, SCALE, fold=4, turns=turns,
+            options=QuiltOptions(block=24),
+        )  # fmt: skip
+        texels.append(paint(quilt, noise()))
+    for index, places in enumerate(_texels_inside(surface, quilt)):
+        one, other = (painted.arrays[index][places].astype(int) for painted in texels)
+        assert (np.abs(one - other).max(axis=1) <= 24).mean() > 0.97
+
+
 def test_the_same_seed_gives_the_same_quilt_whatever_the_threads() -> None:
     surface = patches(sphere(12))
     vectors = level(surface.mesh)
@@ -289,7 +332,7 @@ def test_sheets_beyond_the_most_are_left_out_rather_than_wrong() -> None:
     fields = mesh_fields(surface, charts, *triangle_frames(surface, vectors), SCALE)
     mesh_like = mesh_arrays(subdivided(surface, vectors, 0.5), charts)
     middle = np.flatnonzero(mesh_like.chart == 48)[0]
-    root = [mesh_like.chart[middle], *mesh_like.places[middle].mean(axis=0), 0, 0]
+    root = [mesh_like.chart[middle], *mesh_like.places[middle].mean(axis=0), 0, 0, 0]
     centres = Centres(np.array([middle], np.int32), np.full((1, 3), 1 / 3), np.array([root], float))
     found = find_footprints(mesh_like, field_arrays(fields, 1.0, 0), centres, 100.0, SCALE, threads=1)
     assert found.sheets.max() < MOST_SHEETS

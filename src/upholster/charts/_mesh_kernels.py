@@ -3,10 +3,10 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.jit import kernel
+from upholster.jit import allocating_kernel, inline, kernel
 from upholster.types import FloatArray, IntArray, int64
 
-__all__ = ["splat_matrices"]
+__all__ = ["distances_over_edges", "join_turns", "splat_matrices"]
 
 
 @kernel
@@ -17,6 +17,7 @@ def splat_matrices(
     spacing: float,
     step: float,
     shapes: NDArray[np.int64],
+    nodes: FloatArray,
     sums: FloatArray,
 ) -> None:
     """Add triangles' matrices to the nodes round them, by tents, in proportion to area.
@@ -24,8 +25,9 @@ def splat_matrices(
     `places` (T, 3, 2) are row and column of the corners on their charts, in texels from the first one's
     centre, and `matrices` (T, 4) theirs. Triangles are sampled at their middle and at whole multiples of
     `spacing`; nodes lie `step` texels apart, the second one of a row or column at 0. `shapes` (charts, 3)
-    tell each chart's first node, rows and columns; `sums` (nodes, 6) receive weighted matrices, weights,
-    and weighted determinants.
+    tell each chart's first node, rows and columns; `nodes` (nodes, 4) are their matrices, bilinear in
+    between. `sums` (nodes, 7) receive weighted matrices, weights, and weighted determinants, of the
+    triangles' and of what the nodes show there.
     """
     for t in range(places.shape[0]):
         k = chart[t]
@@ -56,10 +58,73 @@ def splat_matrices(
                 r, s = max(y / step + 1.0, 0.0), max(x / step + 1.0, 0.0)
                 a, d = min(int64(r), rows - 2), min(int64(s), columns - 2)
                 down, right = min(r - a, 1.0), min(s - d, 1.0)
+                m0, m1, m2, m3 = 0.0, 0.0, 0.0, 0.0
                 for e in range(4):
                     share = (down if e & 1 else 1.0 - down) * (right if e & 2 else 1.0 - right)
                     at = first + (a + (e & 1)) * columns + d + (e >> 1)
+                    m0, m1 = m0 + share * nodes[at, 0], m1 + share * nodes[at, 1]
+                    m2, m3 = m2 + share * nodes[at, 2], m3 + share * nodes[at, 3]
+                shown = m0 * m3 - m1 * m2
+                for e in range(4):
+                    share = (down if e & 1 else 1.0 - down) * (right if e & 2 else 1.0 - right)
+                    at = first + (a + (e & 1)) * columns + d + (e >> 1)
+                    share *= weight
                     for m in range(4):
-                        sums[at, m] += weight * share * matrices[t, m]
-                    sums[at, 4] += weight * share
-                    sums[at, 5] += weight * share * determinant
+                        sums[at, m] += share * matrices[t, m]
+                    sums[at, 4] += share
+                    sums[at, 5] += share * determinant
+                    sums[at, 6] += share * shown
+
+
+@kernel
+def distances_over_edges(triangles: IntArray, lengths: FloatArray, away: FloatArray) -> None:
+    """Lower `away` (V,), distances from vertices where it is 0, to those along edges of `lengths` (T, 3)."""
+    count = triangles.shape[0]
+    changed, forward = True, True
+    while changed:
+        changed = False
+        for n in range(count):
+            t = n if forward else count - 1 - n
+            for k in range(3):
+                a, b, length = triangles[t, k], triangles[t, (k + 1) % 3], lengths[t, k]
+                if away[a] + length < away[b]:
+                    away[b], changed = away[a] + length, True
+                elif away[b] + length < away[a]:
+                    away[a], changed = away[b] + length, True
+        forward = not forward
+
+
+@allocating_kernel
+def join_turns(first: IntArray, second: IntArray, jumps: IntArray, turns: IntArray) -> None:
+    """Find the quarter turns, 0 to 3, by which triangles differ along a tree: edges in order that join any.
+
+    Over edge n, from triangle `first[n]` to `second[n]`, the turns grow by `jumps[n]`. `turns` (T,) receives
+    each triangle's against the first one of those that hang together.
+    """
+    # Union-find: `turns` is each triangle's against its parent.
+    parent = np.arange(turns.shape[0])
+    turns[:] = 0
+    for n in range(first.shape[0]):
+        a, b, between = int64(first[n]), int64(second[n]), int64(jumps[n])
+        a, up = _root_of(parent, turns, a)
+        b, down = _root_of(parent, turns, b)
+        if a != b:
+            # The turn of b's root against a's, so that second is `between` from first.
+            parent[b], turns[b] = a, (up + between - down) % 4
+    for t in range(turns.shape[0]):
+        root, total = _root_of(parent, turns, t)
+        parent[t], turns[t] = root, total
+
+
+@inline
+def _root_of(parent: NDArray[np.int64], turns: IntArray, t: int) -> tuple[int, int]:
+    # The root of a triangle and its turn against it; every second one on the way gets a nearer parent.
+    total = int64(0)
+    while parent[t] != t:
+        above = parent[t]
+        if parent[above] != above:
+            turns[t] = (turns[t] + turns[above]) % 4
+            parent[t] = parent[above]
+        total += turns[t]
+        t = parent[t]
+    return t, total % 4

@@ -3,13 +3,15 @@
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from upholster.charts._mesh_kernels import splat_matrices
 from upholster.errors import InputError
 from upholster.geometry import MeshSurface
 from upholster.quilt.chart import MAX_CHART, Chart
+from upholster.quilt.placement import SYMMETRIES
 from upholster.quilt.warp_field import FIELD_STEP, WarpField, node_count
-from upholster.types import FloatArray
+from upholster.types import FloatArray, IntArray
 
 __all__ = ["CREASE", "GUTTER", "chart_places", "mesh_charts", "mesh_fields", "triangle_frames"]
 
@@ -22,6 +24,12 @@ GUTTER = 8
 
 _CANCELLED = 0.02
 """Where the determinant of a mean is less than this share of its triangles', they tell no direction."""
+
+_ROUNDS = 2
+"""How often the sizes of nodes are brought to where the size in between is right."""
+
+_MOST_LARGER = 1.3
+"""By so much at most, each time."""
 
 _SPACING = 8.0
 """Texels between two samples of a triangle's matrix."""
@@ -89,7 +97,12 @@ def triangle_frames(surface: MeshSurface, vectors: FloatArray) -> tuple[FloatArr
 
 
 def mesh_fields(
-    surface: MeshSurface, charts: Sequence[Chart], along: FloatArray, down: FloatArray, scale: float
+    surface: MeshSurface,
+    charts: Sequence[Chart],
+    along: FloatArray,
+    down: FloatArray,
+    scale: float,
+    turns: IntArray | None = None,
 ) -> tuple[WarpField, ...]:
     """Return each chart's warp field: what its triangles have, smoothed to the nodes, and beyond as near by.
 
@@ -101,20 +114,38 @@ def mesh_fields(
         (T, 3) the field's axes, see `triangle_frames`.
     scale
         Exemplar pixels per model unit.
+    turns
+        (T,) quarter turns from the charts' matrices to the field's, by default none: see `mesh_turns`.
     """
     places = chart_places(surface, charts) - 0.5
     matrices = _matrices(surface, charts, along, down, scale)
+    if turns is not None:
+        back = SYMMETRIES.reshape(-1, 2, 2)[(4 - turns) % 4]
+        matrices = (back @ matrices.reshape(-1, 2, 2)).reshape(-1, 4)
     counts = [(node_count(chart.height, 1), node_count(chart.width, 1)) for chart in charts]
     firsts = np.cumsum([0, *(rows * columns for rows, columns in counts)])
     shapes = np.array([(first, *count) for first, count in zip(firsts, counts, strict=False)], np.int64)
-    sums = np.zeros((firsts[-1], 6))
-    splat_matrices(places, surface.island, matrices, _SPACING, float(FIELD_STEP), shapes, sums)
-    fields = []
+    nodes, known = np.zeros((firsts[-1], 4)), np.zeros(firsts[-1], np.bool_)
+
+    def summed() -> FloatArray:
+        sums = np.zeros((len(nodes), 7))
+        splat_matrices(places, surface.island, matrices, _SPACING, float(FIELD_STEP), shapes, nodes, sums)
+        return sums
+
+    sums = summed()
     for (first, rows, columns), chart in zip(shapes.tolist(), charts, strict=True):
-        own = sums[first : first + rows * columns].reshape(rows, columns, 6)
+        own = slice(first, first + rows * columns)
         size = scale * (chart.s1 - chart.s0) / chart.height
-        fields.append(WarpField.quantised(_filled(own, size), margin=1))
-    return tuple(fields)
+        nodes[own], known[own] = _filled(sums[own], (rows, columns), size)
+    for _ in range(_ROUNDS):
+        # Between matrices that turn the size is too small: what is near a node makes it larger.
+        sums = summed()
+        larger = np.sqrt(sums[:, 5] / np.maximum(sums[:, 6], 1e-300))
+        nodes *= np.where(known, np.clip(larger, 1 / _MOST_LARGER, _MOST_LARGER), 1.0)[:, None]
+    return tuple(
+        WarpField.quantised(nodes[first : first + rows * columns].reshape(rows, columns, 2, 2), margin=1)
+        for first, rows, columns in shapes.tolist()
+    )
 
 
 def _matrices(
@@ -136,9 +167,10 @@ def _matrices(
     return out
 
 
-def _filled(sums: FloatArray, size: float) -> FloatArray:
-    # Matrices of all nodes (rows, columns, 2, 2): means; where they cancel, or nothing is near, their
-    # neighbours' means, round after round.
+def _filled(sums: FloatArray, shape: tuple[int, int], size: float) -> tuple[FloatArray, NDArray[np.bool_]]:
+    # Matrices of a chart's nodes (n, 4): means; where they cancel, or nothing is near, their neighbours'
+    # means, round after round. And which are means.
+    sums = sums.reshape(*shape, 7)
     weight = sums[..., 4]
     known = weight > 0
     mean = sums[..., :4] / np.where(known, weight, 1.0)[..., None]
@@ -147,6 +179,7 @@ def _filled(sums: FloatArray, size: float) -> FloatArray:
     # Means of matrices that turn are too small.
     true = sums[..., 5] / np.where(sums[..., 4] > 0, sums[..., 4], 1.0)
     mean *= np.where(known, np.sqrt(true / np.where(known, determinant, 1.0)), 0.0)[..., None]
+    means = known.copy()
     if not known.any():
         mean[..., 0] = mean[..., 3] = size
         known[:] = True
@@ -158,7 +191,7 @@ def _filled(sums: FloatArray, size: float) -> FloatArray:
         flat = new & (determinant <= _CANCELLED * size * size)
         mean[flat] = (size, 0.0, 0.0, size)
         known |= new
-    return mean.reshape(*known.shape, 2, 2)
+    return mean.reshape(-1, 4), means.ravel()
 
 
 def _around(array: FloatArray) -> FloatArray:

@@ -13,6 +13,7 @@ from upholster.charts.directions import Vectors, default_direction, direction_fi
 from upholster.charts.layout import RING, TextureScale, density_layout, texture_scale, uniform_layout
 from upholster.charts.mesh_directions import MeshField, default_mesh_direction, mesh_directions
 from upholster.charts.mesh_layout import CREASE, mesh_charts, mesh_fields, triangle_frames
+from upholster.charts.mesh_turns import chart_turns
 from upholster.charts.phases import PhaseField, StraightPhases, phase_field
 from upholster.charts.seams import find_seams, transitions
 from upholster.errors import InputError
@@ -34,7 +35,7 @@ from upholster.parallel import check_running
 from upholster.quilt.chart import MAX_CHART, Chart
 from upholster.quilt.model import Quilt
 from upholster.quilt.warp_field import WarpField
-from upholster.types import FloatArray, PixelArray, Progress
+from upholster.types import FloatArray, IntArray, PixelArray, Progress
 
 __all__ = ["Prepared", "execute", "kept_sample", "matched_image", "prepare", "settled_seed", "synthesize"]
 
@@ -71,6 +72,8 @@ class Prepared:
         Which way the sample's rows run on a mesh.
     phases
         Where in its periods a sample that repeats shall be; None: it does not, or that is not asked for.
+    turns
+        (T,) on a mesh, quarter turns from the warp fields to that: see `upholster.charts.mesh_turns`.
     """
 
     charts: tuple[Chart, ...]
@@ -80,6 +83,7 @@ class Prepared:
     options: QuiltOptions | PaperOptions | PixelOptions
     field: MeshField | None = None
     phases: WantedPhases | None = None
+    turns: IntArray | None = None
 
 
 def kept_sample(exemplar: PixelArray | Material, options: SynthesisOptions) -> PixelArray | Material:
@@ -226,7 +230,9 @@ def _prepare_mesh(
         crease=CREASE if options.crease is None else options.crease,
     )
     charts = mesh_charts(surface, scale.density)
-    fields = mesh_fields(surface, charts, *triangle_frames(surface, field.corner_vectors), scale.scale)
+    along, down = triangle_frames(surface, field.corner_vectors)
+    turns = chart_turns(surface, along, field.fold)
+    fields = mesh_fields(surface, charts, along, down, scale.scale, turns)
     own = settled(options, QuiltOptions, block=block)
     text = options.direction
     if text is None:
@@ -234,7 +240,7 @@ def _prepare_mesh(
     elif not isinstance(text, str):
         text = getattr(text, "__name__", "vectors")
     phases = _phases(exemplar, options, lambda _: None)  # which `synthesize_mesh` finds
-    return Prepared(charts, fields, scale, f"{text}, {field.words}", own, field, phases)
+    return Prepared(charts, fields, scale, f"{text}, {field.words}", own, field, phases, turns)
 
 
 def _wanted_block(exemplar: PixelArray, options: SynthesisOptions) -> int:
@@ -299,7 +305,7 @@ def execute(
         assert isinstance(options, QuiltOptions)  # a mesh has all three
         return synthesize_mesh(
             exemplar, surface, charts, prepared.fields, prepared.field.corner_vectors, prepared.scale.scale,
-            options=options, phases=prepared.phases, **run,
+            fold=prepared.field.fold, turns=prepared.turns, options=options, phases=prepared.phases, **run,
         )  # fmt: skip
     if isinstance(options, PaperOptions):
         quilt = synthesize_paper(exemplar, surface, charts, options=options, **run)

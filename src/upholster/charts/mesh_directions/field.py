@@ -16,7 +16,7 @@ from upholster.charts.mesh_directions.singular import (
     jumps_over_edges,
     vertices_at_creases,
 )
-from upholster.charts.mesh_directions.solving import field_power
+from upholster.charts.mesh_directions.solving import field_power, followed
 from upholster.charts.mesh_directions.strokes import Strokes, parse_strokes, with_strokes
 from upholster.charts.mesh_directions.wishes import prior_of, wish_of
 from upholster.errors import InputError
@@ -48,7 +48,8 @@ class MeshField(Shown):
         nearest to its triangle's.
     fold
         1, 2 or 4: opposite directions, or those at right angles too, count as one in the field. At least the
-        texture's symmetry; more where what was asked for has no sign.
+        texture's symmetry; more where what was asked for has no sign, or a sense that may turn about over a
+        ridge: then each triangle has the vector nearest to what was asked for.
     jumps
         (T, 3) int8, read-only: by how many quarter turns `face_vectors` jump over each edge,
         counter-clockwise; 0 where they go on, at borders and at creases.
@@ -143,7 +144,10 @@ def mesh_directions(
     wish = wish_of(mesh, frames, wanted, crease)
     if drawn is not None:
         wish = with_strokes(mesh, frames, wish, drawn)
-    fold = max(symmetry, wish.fold)
+    # What runs to the right on either side of a ridge runs opposite ways: the field is one of lines, and each
+    # triangle has the sense that was asked for.
+    signed = wish.fold == 1 and bool(wish.confidence.any()) and wanted.kind != "smooth"
+    fold = max(symmetry, wish.fold, 2 if signed else 1)
     prior = prior_of(frames)
     z = field_power(
         frames,
@@ -155,6 +159,8 @@ def mesh_directions(
         wish.least,
     )
     z = _combed(frames, z, prior, fold)
+    if signed:
+        z = _like(z, followed(frames, wish.power, wish.confidence, mesh.size, wish.least), fold)
     if wanted.angle:
         turn = np.radians(wanted.angle)
         z = z * complex(np.cos(turn), -np.sin(turn))
@@ -187,6 +193,16 @@ def _combed(frames: PlaneFrames, z: ComplexArray, prior: ComplexArray, fold: int
         choices, turns = np.stack([real, imaginary, -real, -imaginary]), np.array([1, 1j, -1, -1j])
     turned: ComplexArray = z * turns[choices.argmax(axis=0)][frames.part]
     return turned
+
+
+def _like(z: ComplexArray, wanted: ComplexArray, fold: int) -> ComplexArray:
+    """Return of each number the branch nearest to the one wanted, itself where that is 0."""
+    best, out = (np.conj(z) * wanted).real, z
+    for _ in range(fold - 1):
+        z = z * (1j if fold == 4 else -1)
+        like = (np.conj(z) * wanted).real
+        out, best = np.where(like > best, z, out), np.maximum(like, best)
+    return out
 
 
 def _root(z: ComplexArray) -> ComplexArray:

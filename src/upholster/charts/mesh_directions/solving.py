@@ -15,7 +15,7 @@ from upholster.charts.mesh_directions.frames import PlaneFrames, power
 from upholster.charts.multigrid import Multigrid, hermitian, smallest_eigenvectors, solve
 from upholster.types import FloatArray, IntArray
 
-__all__ = ["field_power", "spread_evenly"]
+__all__ = ["field_power", "followed", "spread_evenly"]
 
 _REACH = 0.05
 """Length, as a part of the model's size, over which a wish of half confidence gives way to smoothness."""
@@ -56,17 +56,38 @@ def field_power(
         Part of a region's area that must have a wish, for the region to follow it.
     """
     rows = _energy(frames, symmetry)
+    heard, force = _forces(frames, confidence, size, least)
+    z = np.where(heard, wish, 0.0)
+    if heard.any():
+        z = _filled(rows, frames.areas, force, wish)
+    free = ~heard
+    if free.any():
+        z[free] = _smoothest(frames, symmetry, free, prior[free])
+    return _evened(rows, frames.areas, force, wish, z, size)
+
+
+def followed(
+    frames: PlaneFrames, wish: ComplexArray, confidence: FloatArray, size: float, least: float
+) -> ComplexArray:
+    """Return wishes with their signs (T,), filled smoothly in between: longer where they agree.
+
+    Parameters as of `field_power`. 0 in regions that have no wish.
+    """
+    heard, force = _forces(frames, confidence, size, least)
+    if not heard.any():
+        return np.zeros(len(wish), np.complex128)
+    return np.where(heard, _filled(_energy(frames, 1), frames.areas, force, wish, tolerance=0.01), 0.0)
+
+
+def _forces(
+    frames: PlaneFrames, confidence: FloatArray, size: float, least: float
+) -> tuple[NDArray[np.bool_], FloatArray]:
+    """Return which triangles lie in regions that have a wish, and how strongly each is pulled to its own."""
     total = np.bincount(frames.part, frames.areas, frames.parts)
     heard = np.bincount(frames.part, frames.areas * confidence, frames.parts) > least * total
     confidence = np.where(heard[frames.part], confidence, 0.0)
     force = frames.areas / (_REACH * size) ** 2 * confidence / (1.0001 - confidence)
-    z = np.where(heard[frames.part], wish, 0.0)
-    if heard.any():
-        z = _filled(rows, frames.areas, force, wish)
-    free = ~heard[frames.part]
-    if free.any():
-        z[free] = _smoothest(frames, symmetry, free, prior[free])
-    return _evened(rows, frames.areas, force, wish, z, size)
+    return heard[frames.part], force
 
 
 def spread_evenly(frames: PlaneFrames, z: ComplexArray, symmetry: int, length: float) -> ComplexArray:
@@ -110,11 +131,13 @@ def _smoothest(
     return smallest_eigenvectors(_energy(frames, symmetry, free), areas, part, prior, shift=shift)
 
 
-def _filled(rows: Rows, areas: FloatArray, force: FloatArray, wish: ComplexArray) -> ComplexArray:
+def _filled(
+    rows: Rows, areas: FloatArray, force: FloatArray, wish: ComplexArray, tolerance: float = 1e-4
+) -> ComplexArray:
     """Return the field that is smooth and follows the wishes, each with its force."""
     # A trace everywhere keeps regions without wishes solvable.
     grid = Multigrid(rows._replace(diagonal=rows.diagonal + force + 1e-9 * areas / areas.max()))
-    return solve(grid, force * wish, np.where(force > 0, wish, 0.0), tolerance=1e-4)
+    return solve(grid, force * wish, np.where(force > 0, wish, 0.0), tolerance=tolerance)
 
 
 def _evened(

@@ -1,8 +1,9 @@
 """How each sheet of a block reads the exemplar: a centre, a source and a centre matrix, fitted along seams.
 
-Texel q of a sheet's chart reads at ``s + ½(C + M(q))(q − c)``, M the chart's warp field. The sheet with the
-block's centre has M there for C. On any other, C and s are fitted to what settled sheets show along their
-common seams, C held near ``C_A·T⁻¹``, the centre matrix beyond the seam, through its transition.
+Texel q of a sheet's chart reads at ``s + ½(C + Q·M(q))(q − c)``, M the chart's warp field and Q the quarter
+turns that take it to the sense in which the block lies. The sheet with the block's centre has Q·M there for C.
+On any other, C and s are fitted to what settled sheets show along their common seams, C held near
+``C_A·T⁻¹``, the centre matrix beyond the seam, through its transition.
 All in working texels and frame pixels.
 """
 
@@ -20,8 +21,8 @@ __all__ = ["FIT", "MOST_SHEETS", "FieldArrays", "SheetScratch", "field_at", "fit
 MOST_SHEETS = 24
 """Of one block: those beyond are left out."""
 
-FIT = 10
-"""Numbers of a fitted sheet: 1 if it is settled, −1 if it can not be, its chart, c (2), s (2), C (4)."""
+FIT = 11
+"""Numbers of a fitted sheet: 1 if it is settled, −1 if it can not be, chart, c (2), s (2), C (4), turns."""
 
 _HELD = 30.0
 """How strongly C is held near its first guess: as so many texels of seam, a texel off, would."""
@@ -88,9 +89,21 @@ def field_at(field: FieldArrays, chart: int, row: float, column: float) -> tuple
 
 
 @inline
+def _turned(m: tuple[float, float, float, float], quarters: float) -> tuple[float, float, float, float]:
+    # A matrix after so many quarter turns, as `SYMMETRIES` counts them.
+    if quarters == 1.0:
+        return m[2], m[3], -m[0], -m[1]
+    if quarters == 2.0:
+        return -m[0], -m[1], -m[2], -m[3]
+    if quarters == 3.0:
+        return -m[2], -m[3], m[0], m[1]
+    return m
+
+
+@inline
 def shown_at(field: FieldArrays, fit: FloatArray, row: float, column: float) -> tuple[float, float]:
     """Return where a place of a fitted sheet's chart reads, in frame pixels from the block's source."""
-    m = field_at(field, int64(fit[1]), row, column)
+    m = _turned(field_at(field, int64(fit[1]), row, column), fit[10])
     y, x = row - fit[2], column - fit[3]
     return (
         fit[4] + 0.5 * ((fit[6] + m[0]) * y + (fit[7] + m[1]) * x),
@@ -206,6 +219,7 @@ def _choose_next(
 @inline
 def _guess(
     mesh: MeshArrays,
+    field: FieldArrays,
     triangles: IntArray,
     sheets: IntArray,
     maps: Any,
@@ -249,6 +263,14 @@ def _guess(
     fit[7] = (old[7] * t00 - old[6] * t01) / determinant
     fit[8] = (old[8] * t11 - old[9] * t10) / determinant
     fit[9] = (old[9] * t00 - old[8] * t01) / determinant
+    # The quarters by which the chart's own matrix there comes nearest to it.
+    m = field_at(field, int64(fit[1]), fit[2], fit[3])
+    best, step = -1e300, 4 // mesh.fold
+    for quarters in range(0, 4, step):
+        n = _turned(m, float(quarters))
+        like = fit[6] * n[0] + fit[7] * n[1] + fit[8] * n[2] + fit[9] * n[3]
+        if like > best:
+            best, fit[10] = like, quarters
 
 
 @inline
@@ -327,8 +349,9 @@ def fit_sheets(
 ) -> None:
     """Fit the sheets of some blocks, from, to: `fits` (blocks, `MOST_SHEETS`, `FIT`).
 
-    `roots` (blocks, 5) are the chart and the place of each block's centre there, and where it reads less the
-    block's source; the rest as `unfold_blocks` left it. `sheets` becomes −1 where a sheet is not settled.
+    `roots` (blocks, 6) are the chart and the place of each block's centre there, where it reads less the
+    block's source, and the quarter turns from the chart's matrix to the block's; the rest as `unfold_blocks`
+    left it. `sheets` becomes −1 where a sheet is not settled.
     """
     for n in range(part[0], part[1]):
         first, stop = firsts[n], firsts[n + 1]
@@ -337,9 +360,9 @@ def fit_sheets(
         for m in range(MOST_SHEETS):
             fit[m, 0] = 0.0
         chart = int64(roots[n, 0])
-        centre = field_at(field, chart, roots[n, 1], roots[n, 2])
+        centre = _turned(field_at(field, chart, roots[n, 1], roots[n, 2]), roots[n, 5])
         fit[0, 0], fit[0, 1], fit[0, 2], fit[0, 3] = 1.0, roots[n, 0], roots[n, 1], roots[n, 2]
-        fit[0, 4], fit[0, 5] = roots[n, 3], roots[n, 4]
+        fit[0, 4], fit[0, 5], fit[0, 10] = roots[n, 3], roots[n, 4], roots[n, 5]
         fit[0, 6], fit[0, 7], fit[0, 8], fit[0, 9] = centre[0], centre[1], centre[2], centre[3]
         if pieces > 1:
             edges = _list_edges(mesh, triangles, sheets, first, stop, scratch)
@@ -349,7 +372,7 @@ def fit_sheets(
                 )
                 if wanted < 0:
                     break
-                _guess(mesh, triangles, sheets, maps, first, edges, half, source, wanted, fit, scratch)
+                _guess(mesh, field, triangles, sheets, maps, first, edges, half, source, wanted, fit, scratch)
                 _fit(mesh, field, triangles, sheets, maps, first, edges, half, wanted, fit, scratch)
         for m in range(first, stop):
             if sheets[m] >= pieces or fit[sheets[m], 0] != 1.0:

@@ -45,6 +45,8 @@ class MeshArrays(NamedTuple):
     `places` (T, 3, 2) are row and column of each corner on its chart in working texels, centres at whole
     numbers; `chart` (T,) is that chart, −1 for none. `seam` (T, 3) numbers the seams' edges, −1 elsewhere;
     `crossing` (seams, 2, 2) takes texel steps over each. `spread` (V,) is a third of the area round a vertex.
+    `fold` is the field's: 1, 2 or 4 directions, turned evenly, count as one; `turns` (T,) are the quarter
+    turns that take the charts' warp fields to `along` and `down`.
     """
 
     positions: FloatArray
@@ -61,6 +63,8 @@ class MeshArrays(NamedTuple):
     seam: IntArray
     crossing: FloatArray
     spread: FloatArray
+    fold: int
+    turns: IntArray
 
 
 class UnfoldScratch(NamedTuple):
@@ -258,6 +262,16 @@ def _is_whole(mesh: MeshArrays, flat: FloatArray, a: int, b: int, c: int) -> Any
 
 
 @inline
+def _nearest_turn(x: float, y: float, fold: int) -> tuple[float, float]:
+    # Of the directions that count as one, that nearest to the block's own, which is (1, 0).
+    if fold == 4 and abs(y) > abs(x):
+        x, y = y, -x
+    if fold > 1 and x < 0.0:
+        x, y = -x, -y
+    return x, y
+
+
+@inline
 def _add_turns(mesh: MeshArrays, scratch: UnfoldScratch, t: int) -> None:
     # Adds to its corners how the direction field there lies in a flat triangle, weighted by area.
     flat = scratch.flat
@@ -275,7 +289,8 @@ def _add_turns(mesh: MeshArrays, scratch: UnfoldScratch, t: int) -> None:
         d = (mesh.vectors[t, k, 0], mesh.vectors[t, k, 1], mesh.vectors[t, k, 2])
         de, dg = _dot(d, e), _dot(d, g)
         p, q = (gg * de - eg * dg) * weight, (ee * dg - eg * de) * weight
-        x, y, old = p * ex + q * gx, p * ey + q * gy, scratch.turned[v]
+        x, y = _nearest_turn(p * ex + q * gx, p * ey + q * gy, mesh.fold)
+        old = scratch.turned[v]
         both = np.sqrt((x * x + y * y) * (old[0] * old[0] + old[1] * old[1]))
         if x * old[0] + y * old[1] >= _AGREES * both:  # else the field jumps here: the nearer side counts
             old[0], old[1] = old[0] + x, old[1] + y
@@ -313,9 +328,12 @@ def _is_true(mesh: MeshArrays, scratch: UnfoldScratch, t: int, scale: float) -> 
         return False
     ud, ur = u[b, 0] - u[a, 0], u[b, 1] - u[a, 1]
     vd, vr = u[c, 0] - u[a, 0], u[c, 1] - u[a, 1]
-    m00, m01 = (ud * gr - vd * er) / determinant - 1.0, (vd * ed - ud * gd) / determinant
-    m10, m11 = (ur * gr - vr * er) / determinant, (vr * ed - ur * gd) / determinant - 1.0
-    return m00 * m00 + m01 * m01 + m10 * m10 + m11 * m11 < _TRIM * _TRIM
+    m00, m01 = (ud * gr - vd * er) / determinant, (vd * ed - ud * gd) / determinant
+    m10, m11 = (ur * gr - vr * er) / determinant, (vr * ed - ur * gd) / determinant
+    # As of a rotation; the matrix's other part does not turn.
+    like, _ = _nearest_turn(m00 + m11, m10 - m01, mesh.fold)
+    size = m00 * m00 + m01 * m01 + m10 * m10 + m11 * m11
+    return size - 2.0 * like + 2.0 < _TRIM * _TRIM
 
 
 @inline

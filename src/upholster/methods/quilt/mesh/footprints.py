@@ -39,8 +39,9 @@ class Centres:
     triangles, shares
         (n,) int32 and (n, 3) float64: where on the mesh, in barycentric coordinates.
     roots
-        (n, 5): the chart, the place of the nearest final texel there, in working texels, and where that one
-        reads, less the block's source, in frame pixels.
+        (n, 6): the chart, the place of the nearest final texel there, in working texels, where that one
+        reads, less the block's source, in frame pixels, and the quarter turns from the chart's matrix there
+        to the block's.
     """
 
     triangles: IntArray
@@ -63,11 +64,19 @@ class Footprints:
         return self.firsts, self.triangles, self.maps, self.sheets
 
 
-def mesh_arrays(fine: Subdivided, charts: Sequence[Chart], crease: float | None = None) -> MeshArrays:
+def mesh_arrays(
+    fine: Subdivided,
+    charts: Sequence[Chart],
+    crease: float | None = None,
+    fold: int = 1,
+    turns: IntArray | None = None,
+) -> MeshArrays:
     """Return a subdivided surface as kernels take it, with its places on working charts.
 
     Blocks do not go on over edges at which the surface turns by `crease` degrees or more. Where surfaces only
     touch each other at a vertex, each gets a vertex of its own: blocks are unfolded from vertex to vertex.
+    `fold` is that of the field of directions, and `turns` (T,) are the quarter turns that take the charts'
+    warp fields to it, by default none.
     """
     surface, mesh = fine.surface, fine.surface.mesh
     along, down = triangle_frames(surface, fine.vectors)
@@ -96,6 +105,8 @@ def mesh_arrays(fine: Subdivided, charts: Sequence[Chart], crease: float | None 
         seam,
         crossing,
         np.bincount(triangles.ravel(), np.repeat(mesh.areas / 3, 3), len(positions)).astype(np.float64),
+        fold,
+        np.zeros(len(mesh.triangles), np.int32) if turns is None else turns,
     )
 
 

@@ -35,7 +35,14 @@ from upholster.methods.quilt.phases import WantedPhases
 from upholster.parallel import check_running
 from upholster.quilt.chart import Chart
 from upholster.quilt.model import Quilt
-from upholster.quilt.placement import LARGEST_WARPED, MASK_CUT, MASK_NONE, MATRIX_UNIT, PLACEMENT
+from upholster.quilt.placement import (
+    LARGEST_WARPED,
+    MASK_CUT,
+    MASK_NONE,
+    MATRIX_UNIT,
+    PLACEMENT,
+    SYMMETRIES,
+)
 from upholster.quilt.plans import PlacementList
 from upholster.quilt.warp_field import UNIT, WarpField
 from upholster.types import FloatArray, IntArray, PixelArray, Progress
@@ -83,6 +90,8 @@ def synthesize_mesh(
     vectors: FloatArray,
     scale: float,
     *,
+    fold: int = 1,
+    turns: IntArray | None = None,
     options: QuiltOptions,
     phases: WantedPhases | None = None,
     seed: int = 0,
@@ -101,6 +110,10 @@ def synthesize_mesh(
         (T, 3, 3), unit vectors at the triangles' corners: which way the exemplar's rows run.
     scale
         Exemplar pixels per model unit.
+    fold, turns
+        1, 2 or 4: so many directions, turned evenly, count as one where a block reaches from triangle to
+        triangle; and (T,) the quarter turns from the warp fields to the directions, by default none, see
+        `upholster.charts.mesh_turns`.
     options
         Parameters of the method.
     phases
@@ -113,8 +126,12 @@ def synthesize_mesh(
     check_running(threads, progress)
     density = charts[0].height / (charts[0].s1 - charts[0].s0)
     frame = _frame(exemplar.shape[:2], options.block, scale, density)
+    turns = np.zeros(len(surface.island), np.int32) if turns is None else turns
+    fine = subdivided(surface, vectors, _SHORT * frame.size / frame.scale)
+    working = tuple(_working(chart, frame) for chart in charts)
+    mesh = mesh_arrays(fine, working, options.crease, fold, turns[fine.parent])
     laying = _Laying.of(
-        exemplar, surface, charts, fields, vectors, frame, scale, options, phases, seed, threads
+        exemplar, surface, charts, fields, fine, working, mesh, frame, scale, options, phases, seed, threads
     )
     laying.lay(laying.grid_centres(), progress)
     left = np.inf
@@ -174,7 +191,9 @@ class _Laying:
         surface: MeshSurface,
         charts: Sequence[Chart],
         fields: Sequence[WarpField],
-        vectors: FloatArray,
+        fine: Subdivided,
+        working: Sequence[Chart],
+        mesh: MeshArrays,
         frame: _Frame,
         scale: float,
         options: QuiltOptions,
@@ -182,10 +201,7 @@ class _Laying:
         seed: int,
         threads: int | None,
     ) -> "_Laying":
-        """Begin."""
-        fine = subdivided(surface, vectors, _SHORT * frame.size / frame.scale)
-        working = tuple(_working(chart, frame) for chart in charts)
-        mesh = mesh_arrays(fine, working, options.crease)
+        """Begin, on working charts and the mesh that lies on them, with shorter edges."""
         pyramid = MatchPyramid.of(exemplar, frame.level, None if wanted is None else wanted.lattice)
         level = pyramid.levels[frame.level]
         numbers = _numbers(frame, pyramid, options)
@@ -374,8 +390,13 @@ class _Laying:
         moved = np.stack([(placed[name] + 0.5) / frame.texels - 0.5 for name in ("row", "column")], axis=1)
         moved -= fit[:, 2:4]
         here = self._matrices_at(placed)
-        mean = 0.5 * (fit[:, 6:10] + here)
-        shown = fit[:, 4:6] + (mean.reshape(-1, 2, 2) @ moved[:, :, None])[..., 0]
+        # What follows is in the chart's own sense: the placement's symmetry turns it to the block's.
+        turns = fit[:, 10].astype(np.intp)
+        placed["symmetry"] = turns
+        turn = SYMMETRIES.reshape(-1, 2, 2)[turns]
+        own_centre = (turn.transpose(0, 2, 1) @ fit[:, 6:10].reshape(-1, 2, 2)).reshape(-1, 4)
+        mean = 0.5 * turn @ (own_centre + here).reshape(-1, 2, 2)
+        shown = fit[:, 4:6] + (mean @ moved[:, :, None])[..., 0]
         fraction = 16 << frame.level
         for axis, name in enumerate(("source_row", "source_column")):
             source = self.blocks[block, axis] + np.rint(fraction * shown[:, axis]).astype(np.int64)
@@ -383,7 +404,7 @@ class _Laying:
         # Whole units from the field's own matrix there: a stream tells those in few bytes.
         unit = (1 << frame.level) / frame.texels * UNIT
         own = np.rint(here * unit)
-        matrices = own + MATRIX_UNIT * np.rint((fit[:, 6:10] * unit - own) / MATRIX_UNIT)
+        matrices = own + MATRIX_UNIT * np.rint((own_centre * unit - own) / MATRIX_UNIT)
         placed["matrix"] = np.where((sheet > 0)[:, None], matrices, 0).astype(np.int32)
         placed["centred"] = sheet > 0
         placed["mask"], placed["mask_cell"], placed["feather"] = MASK_CUT, _final_cell(frame), frame.feather
@@ -416,10 +437,12 @@ class _Laying:
         places = (final + 0.5) / frame.texels - 0.5
         shares = _shares(self.mesh.places[triangles], places)
         inside = (shares[:, :, None] * self.mesh.places[triangles]).sum(axis=1)
-        roots = np.zeros((len(texels), 5))
+        turns = self.mesh.turns[triangles]
+        roots = np.zeros((len(texels), 6))
         roots[:, 0], roots[:, 1:3] = chart, places
-        matrices = self._matrices_near(chart, final).reshape(-1, 2, 2)
-        roots[:, 3:] = (matrices @ (places - inside)[:, :, None])[..., 0]
+        roots[:, 5] = turns
+        matrices = SYMMETRIES.reshape(-1, 2, 2)[turns] @ self._matrices_near(chart, final).reshape(-1, 2, 2)
+        roots[:, 3:5] = (matrices @ (places - inside)[:, :, None])[..., 0]
         return Centres(triangles, shares, roots)
 
     def _matrices_near(self, chart: NDArray[np.int64], final: FloatArray) -> FloatArray:
