@@ -1,9 +1,10 @@
 """How each sheet of a block reads the exemplar: a centre, a source and a centre matrix, fitted along seams.
 
 Texel q of a sheet's chart reads at ``s + ½(C + Q·M(q))(q − c)``, M the chart's warp field and Q the quarter
-turns that take it to the sense in which the block lies. The sheet with the block's centre has Q·M there for C.
-On any other, C and s are fitted to what settled sheets show along their common seams, C held near
-``C_A·T⁻¹``, the centre matrix beyond the seam, through its transition.
+turns that take it to the sense in which the block lies. On the sheet with the block's centre C and s are
+fitted to the block map, C held near Q·M there. On any other they are fitted to what settled sheets show along
+their common seams, and less so to the block map, C held near ``C_A·T⁻¹``, the centre matrix beyond the seam,
+through its transition.
 All in working texels and frame pixels.
 """
 
@@ -26,6 +27,9 @@ FIT = 11
 
 _HELD = 30.0
 """How strongly C is held near its first guess: as so many texels of seam, a texel off, would."""
+
+_INSIDE = 0.1
+"""How much a texel inside a sheet counts, of one along a seam."""
 
 _LEAST, _MOST = 0.1, 4.0
 """Determinant and entries of C, in frame pixels per working texel: about 1 where charts are sound."""
@@ -258,7 +262,7 @@ def _guess(
             fit[1] = mesh.chart[other]
     t00, t01, t10, t11 = t00 / total, t01 / total, t10 / total, t11 / total
     determinant = t00 * t11 - t01 * t10
-    fit[2], fit[3] = row / total, column / total
+    fit[2], fit[3], fit[4], fit[5] = row / total, column / total, 0.0, 0.0
     fit[6] = (old[6] * t11 - old[7] * t10) / determinant
     fit[7] = (old[7] * t00 - old[6] * t01) / determinant
     fit[8] = (old[8] * t11 - old[9] * t10) / determinant
@@ -274,6 +278,69 @@ def _guess(
 
 
 @inline
+def _add_sample(
+    fit: FloatArray, sums: FloatArray, row: float, column: float, shown: tuple[float, float], weight: float
+) -> None:
+    # A place of the sheet's chart, and by how much it is not yet shown where it should be.
+    y, x = 0.5 * (row - fit[2]), 0.5 * (column - fit[3])
+    down, right = weight * shown[0], weight * shown[1]
+    sums[0], sums[1], sums[2] = sums[0] + weight, sums[1] + weight * y, sums[2] + weight * x
+    sums[3], sums[4] = sums[3] + weight * y * y, sums[4] + weight * y * x
+    sums[5] += weight * x * x
+    sums[6], sums[7], sums[8] = sums[6] + down, sums[7] + down * y, sums[8] + down * x
+    sums[9], sums[10], sums[11] = sums[9] + right, sums[10] + right * y, sums[11] + right * x
+
+
+@inline
+def _add_inside(
+    mesh: MeshArrays,
+    field: FieldArrays,
+    triangles: IntArray,
+    sheets: IntArray,
+    maps: Any,
+    first: int,
+    stop: int,
+    half: float,
+    sheet: int,
+    weight: float,
+    fit: FloatArray,
+    sums: FloatArray,
+) -> None:
+    # The middles of a sheet's triangles, by area: as the block map shows them.
+    for n in range(first, stop):
+        if sheets[n] != sheet:
+            continue
+        p, u = mesh.places[triangles[n]], maps[n]
+        down, right = (u[0, 0] + u[1, 0] + u[2, 0]) / 3.0, (u[0, 1] + u[1, 1] + u[2, 1]) / 3.0
+        if abs(down) > half or abs(right) > half:
+            continue
+        row, column = (p[0, 0] + p[1, 0] + p[2, 0]) / 3.0, (p[0, 1] + p[1, 1] + p[2, 1]) / 3.0
+        area = (p[1, 0] - p[0, 0]) * (p[2, 1] - p[0, 1]) - (p[1, 1] - p[0, 1]) * (p[2, 0] - p[0, 0])
+        mine = shown_at(field, fit, row, column)
+        _add_sample(fit, sums, row, column, (down - mine[0], right - mine[1]), 0.5 * weight * area)
+
+
+@inline
+def _solve(fit: FloatArray, sums: FloatArray) -> None:
+    # Least squares of the changes of s and C, both rows at once: a system of three unknowns, with two right
+    # sides. `sums`: the matrix's upper triangle (6), then the right sides (3 and 3).
+    a00, a01, a02, a11, a12, a22 = sums[0], sums[1], sums[2], sums[3], sums[4], sums[5]
+    c00, c01, c02 = a11 * a22 - a12 * a12, a02 * a12 - a01 * a22, a01 * a12 - a02 * a11
+    c11, c12, c22 = a00 * a22 - a02 * a02, a01 * a02 - a00 * a12, a00 * a11 - a01 * a01
+    determinant = a00 * c00 + a01 * c01 + a02 * c02
+    fit[0] = -1.0
+    if not determinant > 0.0:
+        return
+    for axis in range(2):
+        p, q, r = sums[6 + 3 * axis], sums[7 + 3 * axis], sums[8 + 3 * axis]
+        fit[4 + axis] += (c00 * p + c01 * q + c02 * r) / determinant
+        fit[6 + 2 * axis] += (c01 * p + c11 * q + c12 * r) / determinant
+        fit[7 + 2 * axis] += (c02 * p + c12 * q + c22 * r) / determinant
+    low, high = fit[6] * fit[9] - fit[7] * fit[8], max(abs(fit[6]), abs(fit[7]), abs(fit[8]), abs(fit[9]))
+    fit[0] = 1.0 if low > _LEAST and high < _MOST else -1.0
+
+
+@inline
 def _fit(
     mesh: MeshArrays,
     field: FieldArrays,
@@ -281,19 +348,21 @@ def _fit(
     sheets: IntArray,
     maps: Any,
     first: int,
+    stop: int,
     edges: int,
     half: float,
     wanted: int,
     fits: FloatArray,
     scratch: SheetScratch,
 ) -> None:
-    # Least squares of s and of C's change, both rows at once: a system of three unknowns, with two right
-    # sides. `sums`: the matrix's upper triangle (6), then the right sides (3 and 3).
+    # Fits C and s to what settled sheets show along their seams, and less so to the block map. The sheet with
+    # the block's centre, which has no seam yet, has the block map alone.
     fit, sums = fits[wanted], scratch.sums
     for n in range(12):
         sums[n] = 0.0
     sums[0], sums[3], sums[5] = 1e-6, _HELD, _HELD
-    fit[4], fit[5] = 0.0, 0.0
+    weight = _INSIDE if edges else 1.0
+    _add_inside(mesh, field, triangles, sheets, maps, first, stop, half, wanted, weight, fit, sums)
     for e in range(edges):
         n, k, m, l = scratch.edges[e, 0], scratch.edges[e, 1], scratch.edges[e, 2], scratch.edges[e, 3]  # noqa: E741
         settled = sheets[first + n]
@@ -309,27 +378,9 @@ def _fit(
                 continue
             a, b = _place_on(mesh, t, k, share), _place_on(mesh, other, l, 1.0 - share)
             known, mine = shown_at(field, fits[settled], a[0], a[1]), shown_at(field, fit, b[0], b[1])
-            weight, y, x = length / count, 0.5 * (b[0] - fit[2]), 0.5 * (b[1] - fit[3])
-            down, right = weight * (known[0] - mine[0]), weight * (known[1] - mine[1])
-            sums[0], sums[1], sums[2] = sums[0] + weight, sums[1] + weight * y, sums[2] + weight * x
-            sums[3], sums[4] = sums[3] + weight * y * y, sums[4] + weight * y * x
-            sums[5] += weight * x * x
-            sums[6], sums[7], sums[8] = sums[6] + down, sums[7] + down * y, sums[8] + down * x
-            sums[9], sums[10], sums[11] = sums[9] + right, sums[10] + right * y, sums[11] + right * x
-    a00, a01, a02, a11, a12, a22 = sums[0], sums[1], sums[2], sums[3], sums[4], sums[5]
-    c00, c01, c02 = a11 * a22 - a12 * a12, a02 * a12 - a01 * a22, a01 * a12 - a02 * a11
-    c11, c12, c22 = a00 * a22 - a02 * a02, a01 * a02 - a00 * a12, a00 * a11 - a01 * a01
-    determinant = a00 * c00 + a01 * c01 + a02 * c02
-    fit[0] = -1.0
-    if not determinant > 0.0:
-        return
-    for axis in range(2):
-        p, q, r = sums[6 + 3 * axis], sums[7 + 3 * axis], sums[8 + 3 * axis]
-        fit[4 + axis] = (c00 * p + c01 * q + c02 * r) / determinant
-        fit[6 + 2 * axis] += (c01 * p + c11 * q + c12 * r) / determinant
-        fit[7 + 2 * axis] += (c02 * p + c12 * q + c22 * r) / determinant
-    low, high = fit[6] * fit[9] - fit[7] * fit[8], max(abs(fit[6]), abs(fit[7]), abs(fit[8]), abs(fit[9]))
-    fit[0] = 1.0 if low > _LEAST and high < _MOST else -1.0
+            apart = known[0] - mine[0], known[1] - mine[1]
+            _add_sample(fit, sums, b[0], b[1], apart, length / count)
+    _solve(fit, sums)
 
 
 @kernel
@@ -364,6 +415,10 @@ def fit_sheets(
         fit[0, 0], fit[0, 1], fit[0, 2], fit[0, 3] = 1.0, roots[n, 0], roots[n, 1], roots[n, 2]
         fit[0, 4], fit[0, 5], fit[0, 10] = roots[n, 3], roots[n, 4], roots[n, 5]
         fit[0, 6], fit[0, 7], fit[0, 8], fit[0, 9] = centre[0], centre[1], centre[2], centre[3]
+        _fit(mesh, field, triangles, sheets, maps, first, stop, 0, half, 0, fit, scratch)
+        if fit[0, 0] != 1.0:
+            fit[0, 0], fit[0, 4], fit[0, 5] = 1.0, roots[n, 3], roots[n, 4]
+            fit[0, 6], fit[0, 7], fit[0, 8], fit[0, 9] = centre[0], centre[1], centre[2], centre[3]
         if pieces > 1:
             edges = _list_edges(mesh, triangles, sheets, first, stop, scratch)
             while True:
@@ -373,7 +428,7 @@ def fit_sheets(
                 if wanted < 0:
                     break
                 _guess(mesh, field, triangles, sheets, maps, first, edges, half, source, wanted, fit, scratch)
-                _fit(mesh, field, triangles, sheets, maps, first, edges, half, wanted, fit, scratch)
+                _fit(mesh, field, triangles, sheets, maps, first, stop, edges, half, wanted, fit, scratch)
         for m in range(first, stop):
             if sheets[m] >= pieces or fit[sheets[m], 0] != 1.0:
                 sheets[m] = -1

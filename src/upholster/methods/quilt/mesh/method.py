@@ -405,8 +405,9 @@ class _Laying:
         unit = (1 << frame.level) / frame.texels * UNIT
         own = np.rint(here * unit)
         matrices = own + MATRIX_UNIT * np.rint((own_centre * unit - own) / MATRIX_UNIT)
-        placed["matrix"] = np.where((sheet > 0)[:, None], matrices, 0).astype(np.int32)
-        placed["centred"] = sheet > 0
+        centred = (sheet > 0) | (matrices != own).any(axis=1)
+        placed["matrix"] = np.where(centred[:, None], matrices, 0).astype(np.int32)
+        placed["centred"] = centred
         placed["mask"], placed["mask_cell"], placed["feather"] = MASK_CUT, _final_cell(frame), frame.feather
         return placed
 
