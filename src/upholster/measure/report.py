@@ -156,9 +156,9 @@ class Measures:
             ]
         if self.landmarks is not None:
             rows += [
-                ("landmarks recur", _figure(self.landmarks.recurrence), "1: as often as all else"),
-                ("  nearest copy", _figure(self.landmarks.nearest), "widths of the sample"),
-                ("  nearest copy, 5 %", _figure(self.landmarks.nearest_5), "widths of the sample"),
+                ("landmarks recur", _figure(self.landmarks.recurrence), "1: as all else"),
+                ("  nearest copy", _figure(self.landmarks.nearest), "sample's widths"),
+                ("  nearest copy, 5 %", _figure(self.landmarks.nearest_5), "sample's widths"),
             ]
         if self.copies is not None:
             rows += [
@@ -338,10 +338,10 @@ def _mapping_rows(found: MappingReport) -> list[tuple[str, str, str]]:
 
 def _broken_rows(found: BrokenElements) -> list[tuple[str, str, str]]:
     return [
-        ("broken elements", _by_wave(found.share, "{:.1%}"), "of the cuts' length, by period"),
-        ("  in periods, per square period", _by_wave(found.per_area, "{:.3f}"), "0: none"),
-        ("  longest fault", _by_wave(found.faults, "{:.1f}"), "in periods, such as courses"),
-        ("  periods", _by_wave(found.periods, "{:.1f}"), "pixels of the sample"),
+        ("broken elements", _by_wave(found.share, "{:.1%}"), "of the cuts, by wave"),
+        ("  per square period", _by_wave(found.per_area, "{:.3f}"), "0: none"),
+        ("  longest fault", _by_wave(found.faults, "{:.1f}"), "periods"),
+        ("  periods", _by_wave(found.periods, "{:.1f}"), "sample's pixels"),
     ]
 
 
