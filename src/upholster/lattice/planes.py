@@ -64,4 +64,6 @@ def planes(colors: NDArray[np.int64]) -> list[Plane]:
     scaled = _UNIT * strength / (strength + _USUAL * usual)
     share = scaled / np.maximum(square, 1)
     edges = (np.rint(part).astype(np.int64) for part in (upright * share, slanted * share, scaled))
-    return [plane - int(plane.sum()) // plane.size for plane in (colors.sum(axis=2), *edges)]
+    # Of maps that are stacked the colours come first; what a normal map's green is does not count.
+    brightness = colors[:, :, :3].sum(axis=2)
+    return [plane - int(plane.sum()) // plane.size for plane in (brightness, *edges)]
