@@ -2,7 +2,8 @@
 
 It shares no code with what it checks: search, cut, laying, features, pyramid, sizes of blocks, matrices,
 random numbers, and the plan that comes of them. What other charts leave on a chart it takes from
-`BlockTransfer`, which `test_transfer` and `test_quilt_kernels` check, and the order of charts from
+`BlockTransfer`, which `test_transfer` and `test_quilt_kernels` check, the sample's landmarks and where blocks
+lie on the surface from `LandmarkRules`, which `test_landmarks` checks, and the order of charts from
 `upholster.charts`.
 """
 
@@ -14,6 +15,8 @@ from plain_cut import FREE, NEW, OLD, OUTSIDE, plain_cut
 
 from upholster.charts.schedule import schedule
 from upholster.charts.seams import find_seams, transitions
+from upholster.methods.quilt.features import pca_features
+from upholster.methods.quilt.landmarks import LandmarkRules, ShownBlocks
 from upholster.methods.quilt.transfer import BlockTransfer, ChartPlacements, joined
 from upholster.quilt.placement import MASK_CUT, PLACEMENT
 from upholster.quilt.warp_field import WarpField
@@ -464,6 +467,7 @@ class PlainChart:
         _, symmetry, source, (y, x), (down, right), reach = best
         mask = self.cut(window, (top, left), needed, y + down, x + right) if there.any() else None
         add_tent(usage[symmetry], whole.usage_step >> grid.level, (y, x), reach, 1.0)
+        self.show(n, (y, x), reach)
         new = np.ones((bh, bw), bool)
         if mask is not None:
             new = np.kron(mask, np.ones((grid.mask_cell, grid.mask_cell), bool)).astype(bool)
@@ -503,6 +507,7 @@ class PlainChart:
         if mean > 0:
             penalty = options.evenness * whole.variance * np.maximum(0.0, usage / mean - 1.0)
         if options.variety > 0:
+            penalty = penalty + self.near_landmarks(n, reach, stride, penalty.shape)
             for m in range(n - 1, max(-1, n - 2 * self.across - 3), -1):
                 near = abs(blocks[m][0] - row) < 2 * bh and abs(blocks[m][1] - column) < 2 * bw
                 if sources[m] is not None and near:
@@ -601,6 +606,33 @@ class PlainChart:
         source = ((16 * y) << level) + middle, ((16 * x) << level) + middle
         source = next((on for pixel, on in going if pixel == (y, x)), source)
         return cost, source, (y, x), (down, right), reach
+
+    def near_landmarks(self, n, reach, stride, shape):
+        """Return what places cost a block for the landmarks that they show, most of those shown near by."""
+        uses = self.uses
+        blocks = list(range(uses.before)) + list(range(max(0, n - uses.look) + uses.before, n + uses.before))
+        if self.wrap:
+            blocks += [uses.before + m for m in range(min(uses.look, max(0, n - uses.look)))]
+        costs = np.zeros(len(uses.marks))
+        for m in blocks:
+            away = np.abs(uses.places[m] - uses.places[uses.before + n])
+            if self.wrap:
+                away[:2] = np.minimum(away[:2], np.abs(np.array(self.shape) - away[:2]))
+            share = 1 - (away[0] ** 2 + away[1] ** 2 + away[2] ** 2) / (uses.reach * uses.reach)
+            if share > 0:
+                costs[[k in self.landmarks[m] for k in range(len(costs))]] += share * share
+        out = np.zeros(shape)
+        rows, columns = np.meshgrid(*(np.arange(size) * stride for size in shape), indexing="ij")
+        for (row, column, much), cost in zip(uses.marks.tolist(), costs, strict=True):
+            inside = (np.abs(rows - row) <= 0.4 * reach[0]) & (np.abs(columns - column) <= 0.4 * reach[1])
+            out[inside] += uses.weight * much / 256.0 * (cost - uses.usual)
+        return out - min(0.0, out.min())
+
+    def show(self, n, pixel, reach):
+        """Note which landmarks a block shows."""
+        marks = self.uses.marks
+        shown = (np.abs(marks[:, :2] - pixel) <= 0.4 * np.array(reach)).all(axis=1)
+        self.landmarks[self.uses.before + n] = set(np.flatnonzero(shown).tolist())
 
     def misfits(self, symmetry, row, column):
         """Return for each pixel of the level by how much its phases differ from those wanted at a texel."""
@@ -753,6 +785,17 @@ def plain_quilt(exemplar, surface, charts, fields=None, *, options, phases=None,
     transfer = BlockTransfer(charts, fields, onto, around, shape, sizes, grids[0].feather)
     children = np.random.SeedSequence(seed).spawn(len(charts))
     finished, usage, order = [None] * len(charts), whole.unused(symmetries_of(options)), []
+    rules = LandmarkRules.of(
+        pca_features(exemplar)[0],
+        surface,
+        charts,
+        fields,
+        weight=options.variety * whole.variance,
+        block=options.block,
+        shape=next(iter(usage.values())).shape,
+        wrap=wrap,
+    )
+    shown, fresh = [None] * len(charts), {}
     for members in [[0]] if wrap else schedule(surface, charts, found):
         results = {}
         for n in members:
@@ -767,7 +810,11 @@ def plain_quilt(exemplar, surface, charts, fields=None, *, options, phases=None,
             chart.close(transfer.closed(n, finished))
             state = int(children[n].generate_state(1, np.uint64)[0])
             laid, ends = transferred, []
-            for start, stop, closed in chart.begin(opened, usage, state):
+            parts = chart.begin(opened, usage, state)
+            blocks = np.array([block[:2] for block in chart.blocks], np.int32)
+            chart.uses = rules.uses(n, blocks, grids[n].level, chart.across, shown)
+            chart.landmarks = [{k for k in range(63) if bits >> k & 1} for bits in chart.uses.shown.tolist()]
+            for start, stop, closed in parts:
                 if closed:
                     again = transfer.transferred_around(n, replace(laid, bounds=need))
                     chart.lay_transferred(again.placements, again.cells)
@@ -780,9 +827,12 @@ def plain_quilt(exemplar, surface, charts, fields=None, *, options, phases=None,
                 laid = joined([laid, ChartPlacements(placed, cells, numbers, steps, parents)])
                 ends.append(len(laid.placements))
             results[n] = replace(laid, bounds=need, ends=tuple(ends)), chart.usage
+            first = chart.uses.before
+            bits = np.array([sum(1 << k for k in seen) for seen in chart.landmarks[first:]], np.int64)
+            fresh[n] = ShownBlocks(chart.uses.places[first:], bits)
         base = usage
         for n in members:
-            finished[n] = results[n][0]
+            finished[n], shown[n] = results[n][0], fresh[n]
             usage = {s: usage[s] + (results[n][1][s] - base[s]) for s in usage}
         order += members
     return result_of(finished, charts, order, wrap)

@@ -31,6 +31,7 @@ from upholster.methods.quilt._block_kernels import (
     splat_tent,
     squared_difference,
 )
+from upholster.methods.quilt._landmark_kernels import LandmarkUses, penalise_landmarks
 from upholster.methods.quilt._phase_kernels import MISFIT, misfit
 from upholster.methods.quilt._search_kernels import draw, search
 from upholster.quilt._field_kernels import displacement, matrix_at
@@ -78,6 +79,7 @@ def penalise(
     usage: NDArray[np.float64],
     numbers: LayNumbers,
     weights: LayWeights,
+    uses: LandmarkUses,
     blocks: NDArray[np.int32],
     n: int,
     symmetry: int,
@@ -86,12 +88,15 @@ def penalise(
 ) -> None:
     """Write what each place costs block n: what is used more than the rest, or by blocks near by.
 
+    Landmarks cost that were shown near by, further away.
+
     With one symmetry or another, a place counts as another one for even use.
     """
     penalise_used(usage, first_of(numbers, symmetry, penalties.shape[0]), weights.evenness, penalties)
     if weights.variety <= 0.0:
         return
     tall, wide = max(1, span.high_y - span.low_y), max(1, span.high_x - span.low_x)
+    penalise_landmarks(uses, numbers.usage_step, n, tall, wide, penalties)
     for m in range(n - 1, max(-1, n - 2 * numbers.across - 3), -1):
         near_rows = abs(blocks[m, ROW] - blocks[n, ROW]) < 2 * numbers.block_height
         near_columns = abs(blocks[m, COLUMN] - blocks[n, COLUMN]) < 2 * numbers.block_width

@@ -39,6 +39,7 @@ from upholster.methods.quilt._choice_kernels import (
     list_continued,
     penalise,
 )
+from upholster.methods.quilt._landmark_kernels import LandmarkUses, shown_landmarks
 from upholster.methods.quilt._phase_kernels import want_phases
 from upholster.methods.quilt._search_kernels import draw
 from upholster.methods.quilt._seed_kernels import cut_block
@@ -204,6 +205,7 @@ def _choose(
     numbers: LayNumbers,
     weights: LayWeights,
     usage: NDArray[np.float64],
+    uses: LandmarkUses,
     state: NDArray[np.uint64],
     blocks: NDArray[np.int32],
     n: int,
@@ -219,7 +221,7 @@ def _choose(
     for t in range(count):
         if t:
             span = _fall(matrices, numbers, tried[t], row, column, scratch.texels)
-        penalise(usage, numbers, weights, blocks, n, tried[t], span, choice.penalties)
+        penalise(usage, numbers, weights, uses, blocks, n, tried[t], span, choice.penalties)
         want_phases(match, block[PHASE:], tried[t], choice)
         start = list_continued(matrices, numbers, blocks, n, tried[t], span, choice)
         y, x, cost = choose_source(match, numbers, weights, state, span, scratch.texels, choice, start)
@@ -264,6 +266,7 @@ def lay_blocks(
     numbers: LayNumbers,
     weights: LayWeights,
     usage: NDArray[np.float64],
+    uses: LandmarkUses,
     state: NDArray[np.uint64],
     blocks: NDArray[np.int32],
     part: tuple[int, int],
@@ -273,7 +276,8 @@ def lay_blocks(
     """Choose, cut and lay some blocks of a chart, from, to, in order.
 
     `matrices` are the warp field's. `usage` counts how much each part of the exemplar is used, every
-    `usage_step` pixels, (n, m) for each symmetry that is allowed, one below the other. `state` is that of
+    `usage_step` pixels, (n, m) for each symmetry that is allowed, one below the other, and `uses` where its
+    landmarks are shown. `state` is that of
     the random numbers. `blocks` are records, see `_block_kernels`. `cells` (blocks, cells of a block)
     receives their masks, 1 = new.
 
@@ -303,7 +307,7 @@ def lay_blocks(
                 mask[at] = 1
         else:
             block[LAID] = 1
-            span = _choose(match, matrices, numbers, weights, usage, state, blocks, n, count, scratch)
+            span = _choose(match, matrices, numbers, weights, usage, uses, state, blocks, n, count, scratch)
         source_y = pixel_at(int64(block[SOURCE_ROW]), numbers.level)
         source_x = pixel_at(int64(block[SOURCE_COLUMN]), numbers.level)
         base = source_y * numbers.width + source_x
@@ -315,3 +319,4 @@ def lay_blocks(
         first = first_of(numbers, int64(block[SYMMETRY]), rows)
         used = usage[first : first + rows]
         splat_tent(used, numbers.usage_step, source_y, source_x, tall, wide, 1.0)
+        uses.shown[uses.before + n] = shown_landmarks(uses, source_y, source_x, tall, wide)

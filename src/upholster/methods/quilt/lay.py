@@ -21,9 +21,11 @@ from upholster.methods.quilt._block_kernels import (
     LayScratch,
     LayWeights,
 )
+from upholster.methods.quilt._landmark_kernels import LandmarkUses
 from upholster.methods.quilt._lay_kernels import lay_blocks
 from upholster.methods.quilt._transfer_kernels import lay_transferred
 from upholster.methods.quilt.grid import BlockGrid
+from upholster.methods.quilt.landmarks import LandmarkRules, ShownBlocks
 from upholster.methods.quilt.match_pyramid import MatchLevel, MatchPyramid
 from upholster.methods.quilt.phases import Phases
 from upholster.methods.quilt.transfer import BlockTransfer, ChartPlacements, joined
@@ -48,12 +50,14 @@ def lay_chart(
     weights: FloatArray,
     *,
     phases: Phases | None,
+    landmarks: LandmarkRules,
+    shown: Sequence[ShownBlocks | None],
     shortlist: int,
     symmetries: int,
     wrap: bool,
     seed: int,
     number: int,
-) -> tuple[ChartPlacements, FloatArray]:
+) -> tuple[ChartPlacements, FloatArray, ShownBlocks]:
     """Lay a chart's blocks.
 
     A chart that meets itself is laid in parts: blocks of the first half, these once more beyond the edge that
@@ -70,6 +74,8 @@ def lay_chart(
         phase; how many candidates are judged at full resolution.
     phases
         Those that the surface wants, None where none are looked at.
+    landmarks, shown
+        The sample's landmarks, and where finished charts show them, None elsewhere.
     symmetries
         Which symmetries its own blocks may have, a bit for each.
     wrap
@@ -85,6 +91,8 @@ def lay_chart(
         All its placements.
     usage
         How much of the exemplar has been used, its own blocks included.
+    shown
+        Where it shows landmarks.
     """
     around = transfer.closed_around(index)
     opened = grid.opened({edge for edge, *_ in around})
@@ -95,7 +103,10 @@ def lay_chart(
         wanted = phases.at(index, blocks[:, ROW].astype(np.float64), blocks[:, COLUMN].astype(np.float64))
         blocks[:, PHASE : PHASE + len(wanted)] = wanted.T
     blocks = _in_order(blocks, np.concatenate([part.blocks for part in parts]))
-    layer = _ChartLayer.of(index, grid, need, blocks, match_pyramid, usage, shortlist, symmetries, wrap, seed)
+    uses = landmarks.uses(index, blocks, grid.level, grid.across(need), shown)
+    layer = _ChartLayer.of(
+        index, grid, need, blocks, match_pyramid, usage, uses, shortlist, symmetries, wrap, seed
+    )
     laid = [transfer.transferred_onto(index, finished)]
     layer.lay_transferred(laid[0])
     layer.close(transfer.closed(index, finished))
@@ -110,7 +121,7 @@ def lay_chart(
         laid.append(layer.lay_own(LayWeights(*weights.tolist()), start, stop, number))
         ends.append(sum(len(one.placements) for one in laid))
         start = stop
-    return replace(joined(laid), bounds=need, ends=tuple(ends)), layer.usage
+    return replace(joined(laid), bounds=need, ends=tuple(ends)), layer.usage, landmarks.shown(uses)
 
 
 def _in_order(blocks: IntArray, order: NDArray[np.intp]) -> IntArray:
@@ -127,8 +138,8 @@ def _in_order(blocks: IntArray, order: NDArray[np.intp]) -> IntArray:
 class _ChartLayer:
     """A chart while it is laid: its canvas, with room round it for every block that touches the chart.
 
-    `usage` counts how much of the exemplar has been used, and `state` is that of the random numbers; the rest
-    is what the kernels take.
+    `usage` counts how much of the exemplar has been used, `uses` tells where landmarks are shown, and
+    `state` is that of the random numbers; the rest is what the kernels take.
     """
 
     index: int
@@ -140,6 +151,7 @@ class _ChartLayer:
     blocks: IntArray
     cells: NDArray[np.uint8]
     usage: FloatArray
+    uses: LandmarkUses
     state: NDArray[np.uint64]
     scratch: LayScratch
 
@@ -152,6 +164,7 @@ class _ChartLayer:
         blocks: IntArray,
         match_pyramid: MatchPyramid,
         usage: FloatArray,
+        uses: LandmarkUses,
         shortlist: int,
         symmetries: int,
         wrap: bool,
@@ -172,7 +185,7 @@ class _ChartLayer:
         used, state = usage.copy(), np.array([seed], np.uint64)
         cells = np.empty((len(blocks), grid.cells), np.uint8)
         scratch = LayScratch.of(numbers, used)
-        return cls(index, grid, match_level, canvas, pads, numbers, blocks, cells, used, state, scratch)
+        return cls(index, grid, match_level, canvas, pads, numbers, blocks, cells, used, uses, state, scratch)
 
     def lay_transferred(self, transferred: ChartPlacements) -> None:
         """Lay blocks that were transferred to the chart."""
@@ -209,6 +222,7 @@ class _ChartLayer:
                 self.numbers,
                 weights,
                 self.usage,
+                self.uses,
                 self.state,
                 self.blocks,
                 (first, min(first + _BLOCKS_PER_CALL, stop)),

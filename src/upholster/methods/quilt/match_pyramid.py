@@ -34,6 +34,8 @@ class MatchPyramid:
     ----------
     levels
         From the finest on.
+    form
+        The finest level's main colours, (H, W, K).
     variance
         Of the finest level's pixels, see `pca_features`.
     usage_step
@@ -41,6 +43,7 @@ class MatchPyramid:
     """
 
     levels: tuple[MatchLevel, ...]
+    form: NDArray[np.uint8]
     variance: float
     usage_step: int
 
@@ -63,7 +66,7 @@ class MatchPyramid:
         usage_step = max(4, 1 << (len(levels) - 1))
         while max(form.shape[:2]) > 64 * usage_step:
             usage_step *= 2
-        return cls(tuple(levels), variance, usage_step)
+        return cls(tuple(levels), form, variance, usage_step)
 
     def stride(self, level: int) -> int:
         """Return the distance of the usage grid's points in pixels of a level."""

@@ -19,6 +19,7 @@ from upholster.geometry import Surface
 from upholster.methods.quilt._phase_kernels import MISFIT
 from upholster.methods.quilt.emit import emit_list, emit_plan
 from upholster.methods.quilt.grid import BlockGrid, has_coarse_cells
+from upholster.methods.quilt.landmarks import LandmarkRules, ShownBlocks
 from upholster.methods.quilt.lay import lay_chart
 from upholster.methods.quilt.match_pyramid import MatchPyramid
 from upholster.methods.quilt.options import QuiltOptions
@@ -87,10 +88,11 @@ def synthesize_quilt(
     classes = [[0]] if wrap else schedule(surface, charts, seams)
     run = _run(exemplar, surface, charts, fields, seams, options, phases, wrap, seed)
     finished: list[ChartPlacements | None] = [None] * len(charts)
+    shown: list[ShownBlocks | None] = [None] * len(charts)
     usage = run.match_pyramid.empty_usage(run.symmetries.bit_count())
     done = 0
     for members in classes:
-        usage = _lay_class(run, members, finished, usage, done, threads, progress)
+        usage = _lay_class(run, members, finished, shown, usage, done, threads, progress)
         done += len(members)
     laid = [part for part in finished if part is not None]
     order = [n for members in classes for n in members]
@@ -115,6 +117,8 @@ class _Run:
         and what a unit of misfit costs.
     phases
         Those that the surface wants, None where none are looked at.
+    landmarks
+        What catches the eye in the sample.
     seeds
         Of each chart's random numbers.
     shortlist
@@ -130,6 +134,7 @@ class _Run:
     match_pyramid: MatchPyramid
     weights: FloatArray
     phases: Phases | None
+    landmarks: LandmarkRules
     seeds: list[int]
     shortlist: int
     symmetries: int
@@ -174,6 +179,16 @@ def _run(
     variance = match_pyramid.variance
     phase = 0.0 if phases is None else phases.weight * variance / MISFIT
     weights = np.array([options.evenness * variance, options.variety * variance, options.tolerance, phase])
+    landmarks = LandmarkRules.of(
+        match_pyramid.form,
+        surface,
+        charts,
+        fields,
+        weight=options.variety * variance,
+        block=options.block,
+        shape=match_pyramid.empty_usage().shape,
+        wrap=wrap,
+    )
     seeds = [
         int(child.generate_state(1, np.uint64)[0])
         for child in np.random.SeedSequence(seed).spawn(len(charts))
@@ -184,6 +199,7 @@ def _run(
         match_pyramid,
         weights,
         surface_phases,
+        landmarks,
         seeds,
         options.shortlist,
         symmetries,
@@ -211,6 +227,7 @@ def _lay_class(
     run: _Run,
     members: list[int],
     finished: list[ChartPlacements | None],
+    shown: list[ShownBlocks | None],
     usage: FloatArray,
     done: int,
     threads: int | None,
@@ -218,7 +235,7 @@ def _lay_class(
 ) -> FloatArray:
     # Lays the charts of one colour class side by side, enters them among the finished ones, and returns the
     # usage with theirs: each of them counted from the same state.
-    results: list[tuple[ChartPlacements, FloatArray] | None] = [None] * len(members)
+    results: list[tuple[ChartPlacements, FloatArray, ShownBlocks] | None] = [None] * len(members)
 
     def lay(k: int) -> None:
         n = members[k]
@@ -231,6 +248,8 @@ def _lay_class(
             usage,
             run.weights,
             phases=run.phases,
+            landmarks=run.landmarks,
+            shown=shown,
             shortlist=run.shortlist,
             symmetries=run.symmetries,
             wrap=run.wrap,
@@ -246,6 +265,6 @@ def _lay_class(
     total = usage
     for n, result in zip(members, results, strict=True):
         assert result is not None
-        finished[n] = result[0]
+        finished[n], shown[n] = result[0], result[2]
         total = total + (result[1] - usage)
     return total

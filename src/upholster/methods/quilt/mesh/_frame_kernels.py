@@ -23,6 +23,7 @@ from upholster.methods.quilt._block_kernels import (
     splat_tent,
 )
 from upholster.methods.quilt._choice_kernels import choose_source, draw_in_phase, penalise_used
+from upholster.methods.quilt._landmark_kernels import LandmarkUses, penalise_landmarks, shown_landmarks
 from upholster.methods.quilt._phase_kernels import want_phases
 from upholster.methods.quilt._seed_kernels import cut_block
 from upholster.methods.quilt.mesh._unfold_kernels import MeshArrays
@@ -280,6 +281,7 @@ def lay_frames(
     weights: LayWeights,
     span: Span,
     usage: NDArray[np.float64],
+    uses: LandmarkUses,
     state: NDArray[np.uint64],
     near: FloatArray,
     reach: float,
@@ -296,10 +298,11 @@ def lay_frames(
 
     `footprint` is what `unfold_blocks` found: firsts, triangles, maps and sheets; `order` (blocks,) tells
     which of its blocks each one is. `near` (all blocks, 3) are centres in space, and `reach` how far blocks
-    are near. `blocks` (all blocks, 5) receive the source's row and column in 1/16 pixel, and 1 if the block
-    was laid, 2 if on nothing, 0 if it was not needed; then they have the phases that are wanted at their
-    centres. `masks` (all blocks, cells) receive which cells are new. `covered` (size + 2, size + 2) and
-    `sources` (size, size) are scratch; `scratch.texels` has `rows`, `columns`, `ys` and `xs` of a frame.
+    are near. `uses` tells where all blocks show landmarks. `blocks` (all blocks, 5) receive the source's row
+    and column in 1/16 pixel, and 1 if the block was laid, 2 if on nothing, 0 if it was not needed; then they
+    have the phases that are wanted at their centres. `masks` (all blocks, cells) receive which cells are new.
+    `covered` (size + 2, size + 2) and `sources` (size, size) are scratch; `scratch.texels` has `rows`,
+    `columns`, `ys` and `xs` of a frame.
     """
     firsts, triangles, maps, sheets = footprint
     texels = scratch.texels
@@ -323,6 +326,8 @@ def lay_frames(
             penalise_used(usage, int64(0), weights.evenness, choice.penalties)
             if weights.variety > 0.0:
                 _penalise_near(numbers, weights.variety, near, blocks, n, reach, choice.penalties)
+                side = numbers.block_height
+                penalise_landmarks(uses, numbers.usage_step, n, side, side, choice.penalties)
             start = _list_continued(numbers, span, texels, sources, choice)
             block[0], block[1], _ = choose_source(match, numbers, weights, state, span, texels, choice, start)
         y, x = pixel_at(int64(block[0]), numbers.level), pixel_at(int64(block[1]), numbers.level)
@@ -331,3 +336,4 @@ def lay_frames(
             cut_block(covered, match.image, numbers, int64(0), int64(0), base, texels, scratch.cut, mask)
         _write(mesh, canvases, match.image, numbers, (y, x), mask, triangles, maps, sheets, first, stop)
         splat_tent(usage, numbers.usage_step, y, x, numbers.block_height, numbers.block_width, 1.0)
+        uses.shown[n] = shown_landmarks(uses, y, x, numbers.block_height, numbers.block_width)

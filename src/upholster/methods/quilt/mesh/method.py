@@ -17,7 +17,9 @@ from upholster.charts.phases import MeshPhases, mesh_phases
 from upholster.charts.subdivision import Subdivided, subdivided
 from upholster.geometry import MeshSurface
 from upholster.methods.quilt._block_kernels import LayNumbers, LayScratch, LayWeights, MatchImage, Span
+from upholster.methods.quilt._landmark_kernels import LandmarkUses
 from upholster.methods.quilt._phase_kernels import MISFIT
+from upholster.methods.quilt.landmarks import mesh_uses
 from upholster.methods.quilt.match_pyramid import MatchPyramid
 from upholster.methods.quilt.mesh._frame_kernels import Canvases, lay_frames, locate_texels, nearest_texels
 from upholster.methods.quilt.mesh._mask_kernels import SHEET, MaskNumbers, mask_sheets
@@ -176,6 +178,7 @@ class _Laying:
     weights: LayWeights
     span: Span
     usage: FloatArray
+    uses: LandmarkUses
     state: NDArray[np.uint64]
     scratch: LayScratch
     threads: int | None
@@ -239,6 +242,7 @@ class _Laying:
                 half - 1,
             ),
             usage,
+            mesh_uses(pyramid.form, options.variety * variance, frame.level, usage.shape),
             np.array([int(np.random.SeedSequence(seed).generate_state(1, np.uint64)[0])], np.uint64),
             scratch,
             threads,
@@ -274,6 +278,11 @@ class _Laying:
             wanted = self.phases.at(centres.triangles, self.centres[before:])
             self.blocks[before:, 3 : 3 + len(wanted)] = wanted.T
         self.masks = np.concatenate([self.masks, np.zeros((count, self.masks.shape[1]), np.uint8)])
+        pixels = self.frame.scale * (1 << self.frame.level)  # per unit
+        self.uses = self.uses._replace(
+            places=pixels * self.centres,
+            shown=np.concatenate([self.uses.shown, np.zeros(count, np.int64)]),
+        )
         order = np.arange(before + count, dtype=np.int64) - before
         covered = np.zeros((self.frame.size + 2,) * 2, np.uint8)
         sources = np.zeros((self.frame.size,) * 2, np.int32)
@@ -287,6 +296,7 @@ class _Laying:
                 self.weights,
                 self.span,
                 self.usage,
+                self.uses,
                 self.state,
                 self.centres,
                 2.0 * self.frame.size / self.frame.scale,
