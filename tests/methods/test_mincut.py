@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from plain_cut import FREE, NEW, OLD, OUTSIDE, cut_cost, plain_cut
 
-from upholster.methods._cut_kernels import cut_grid
+from upholster.methods._cut_kernels import cut_grid, cut_weighted
 
 
 def found_cut(right, down, seeds):
@@ -66,3 +66,33 @@ def test_large_capacities_do_not_overflow():
     seeds = np.zeros((3, 4), np.int8)
     seeds[:, 0], seeds[:, -1] = OLD, NEW
     assert found_cut(right, down, seeds)[1] == 3 * 2**53
+
+
+def weighted_cost(residual, balance, new):
+    """Return what a choice of sides costs: cells that stay or become new, and steps from new to old ones."""
+    old = 1 - new.astype(np.int64)
+    total = (np.maximum(balance, 0) * old).sum() + (np.maximum(-balance, 0) * new).sum()
+    total += (residual[0, :, :-1] * new[:, :-1] * old[:, 1:]).sum()
+    total += (residual[1, :-1] * new[:-1] * old[1:]).sum()
+    total += (residual[2, :, 1:] * new[:, 1:] * old[:, :-1]).sum()
+    return total + (residual[3, 1:] * new[1:] * old[:-1]).sum()
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_weighted_cells_choose_the_cheapest_and_the_fewest_new(seed):
+    rng = np.random.default_rng(seed)
+    height, width = 3, 4
+    residual = rng.integers(0, 9, (4, height, width))
+    residual[0, :, -1] = residual[1, -1] = residual[2, :, 0] = residual[3, 0] = 0
+    balance = rng.integers(-12, 13, (height, width))
+    prices = {
+        choice: weighted_cost(residual, balance, np.array(choice).reshape(height, width))
+        for choice in itertools.product([0, 1], repeat=height * width)
+    }
+    best = min(prices.values())
+    smallest = min((sum(choice), choice) for choice, price in prices.items() if price == best)[1]
+    work, cells = np.empty((4, height * width), np.int32), np.empty(height * width, np.uint8)
+    flat = residual.reshape(4, -1).copy()
+    cost = cut_weighted(flat, balance.reshape(-1).copy(), width, work, cells)
+    assert cost == best
+    assert tuple(cells.tolist()) == smallest

@@ -1,11 +1,14 @@
-"""Maximum flow on a grid, and the cut that it leaves (Dinic's algorithm)."""
+"""Maximum flow on a grid, and the cut that it leaves (Dinic's algorithm).
+
+`cut_grid` separates cells that are held on either side; `cut_weighted` lets each cell prefer a side.
+"""
 
 import numpy as np
 from numpy.typing import NDArray
 
 from upholster.jit import inline, kernel
 
-__all__ = ["FREE", "NEW", "OLD", "OUTSIDE", "cut_grid"]
+__all__ = ["FREE", "NEW", "OLD", "OUTSIDE", "cut_grid", "cut_weighted"]
 
 # What is known of a cell before the cut: nothing, that it stays old or becomes new, or that it is no part of
 # the grid.
@@ -126,4 +129,124 @@ def cut_grid(
                     pointer[n] += 1
     for n in range(seeds.shape[0]):
         cells[n] = 1 if level[n] >= 0 and seeds[n] != OLD else 0
+    return flow
+
+
+@inline
+def _rank_weighted(
+    residual: NDArray[np.int64], balance: NDArray[np.int64], width: int, work: NDArray[np.int32]
+) -> tuple[int, bool]:
+    # As `_rank`, from all cells that have flow left to give: how many they are, and whether one that takes
+    # some was reached.
+    level, pointer, queue = work[0], work[1], work[2]
+    head, tail = 0, 0
+    for n in range(balance.shape[0]):
+        level[n], pointer[n] = -1, 0
+        if balance[n] > 0:
+            level[n] = 0
+            queue[tail] = n
+            tail += 1
+    sources, reached = tail, False
+    while head < tail:
+        n = queue[head]
+        head += 1
+        for d in range(4):
+            if residual[d, n] > 0:
+                m = n + _step_to(d, width)
+                if level[m] < 0:
+                    level[m] = level[n] + 1
+                    reached = reached or balance[m] < 0
+                    queue[tail] = m
+                    tail += 1
+    return sources, reached
+
+
+@inline
+def _advance_weighted(residual: NDArray[np.int64], width: int, work: NDArray[np.int32], n: int) -> int:
+    # The next cell with a higher level that takes flow from cell n; -1 if there is none any more.
+    level, pointer = work[0], work[1]
+    while pointer[n] < 4:
+        d = pointer[n]
+        if residual[d, n] > 0:
+            m = n + _step_to(d, width)
+            if level[m] == level[n] + 1:
+                return m
+        pointer[n] += 1
+    return -1
+
+
+@inline
+def _augment_weighted(
+    residual: NDArray[np.int64],
+    balance: NDArray[np.int64],
+    width: int,
+    work: NDArray[np.int32],
+    depth: int,
+    n: int,
+) -> tuple[int, int]:
+    # Pushes from the trail's first cell to cell n at its end what both and the steps between take; returns
+    # how much, and the place of the first step that takes no more, or the trail's length.
+    pointer, trail = work[1], work[3]
+    source = trail[0]
+    least = min(balance[source], -balance[n])
+    for k in range(depth):
+        least = min(least, residual[pointer[trail[k]], trail[k]])
+    balance[source] -= least
+    balance[n] += least
+    first = depth
+    for k in range(depth - 1, -1, -1):
+        d, m = pointer[trail[k]], trail[k]
+        residual[d, m] -= least
+        residual[(d + 2) & 3, m + _step_to(d, width)] += least
+        if residual[d, m] == 0:
+            first = k
+    return least, first
+
+
+@kernel
+def cut_weighted(
+    residual: NDArray[np.int64],
+    balance: NDArray[np.int64],
+    width: int,
+    work: NDArray[np.int32],
+    cells: NDArray[np.uint8],
+) -> int:
+    """Choose a side for each cell of a grid, the cheapest; return what it costs, mark the new side.
+
+    The new side is 1 in `cells`. A cell that stays old costs its `balance` where that is positive, one that
+    becomes new costs the balance without its sign where that is negative; and a step from a new cell to an
+    old one costs the capacity in `residual` (4, n), to the right, below, left and above, which must be 0
+    across the grid's rim. Of equal choices that with the fewest new cells is taken. Both arrays are used up.
+    `work` (4, n) is scratch as of `cut_grid`.
+    """
+    level, pointer, queue, trail = work[0], work[1], work[2], work[3]
+    flow = 0
+    while True:
+        sources, reached = _rank_weighted(residual, balance, width, work)
+        if not reached:
+            break
+        for s in range(sources):
+            n = queue[s]
+            depth = 0
+            while balance[queue[s]] > 0:
+                if balance[n] < 0:
+                    least, first = _augment_weighted(residual, balance, width, work, depth, n)
+                    flow += least
+                    if first < depth:
+                        depth = first
+                        n = trail[depth]
+                    continue
+                m = _advance_weighted(residual, width, work, n)
+                if m >= 0:
+                    trail[depth] = n
+                    depth += 1
+                    n = m
+                elif depth == 0:
+                    break
+                else:
+                    depth -= 1
+                    n = trail[depth]
+                    pointer[n] += 1
+    for n in range(balance.shape[0]):
+        cells[n] = 1 if level[n] >= 0 else 0
     return flow
