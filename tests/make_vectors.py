@@ -56,6 +56,7 @@ def vectors() -> Any:
     yield "fields", stream("bent")
     yield "rings", encode_stream(*woven("torus", texels=8_000))
     yield "symmetries", encode_stream(*woven("torus", sample_size=1.5, mirror=True, rotate=True))
+    yield "refined", encode_stream(*woven("torus", sample_size=1.5, effort=2))
     rng = np.random.default_rng(7)
     for name, mesh in (("mesh", icosphere(2)), ("mesh_of_any_triangles", soup(3))):
         charts = charts_of(mesh)

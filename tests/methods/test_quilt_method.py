@@ -20,7 +20,7 @@ from upholster.quilt.plans import GridPlan, PlacementList
 from upholster.quilt.warp_field import WarpField
 
 EXEMPLAR = texture()
-SMALL = QuiltOptions(block=20)
+SMALL = QuiltOptions(effort=0, block=20)
 
 
 def whole(surface, height=48, width=None):
@@ -62,7 +62,7 @@ def alike(a, b):
     )
 
 
-TURNED = QuiltOptions(block=20, mirror=True, rotate=True)
+TURNED = QuiltOptions(effort=0, block=20, mirror=True, rotate=True)
 ONE = (Chart(0, 90, 75),)
 RING = (Chart(0, 130, 90, 0, 4, 0, 2), Chart(0, 100, 80, 0, 4, 2, 4))
 SIXTEEN = tuple(on_patch(torus(), n, 40, 30 + n) for n in range(16))
@@ -73,7 +73,7 @@ TWINS = {
         plane(),
         ONE,
         None,
-        QuiltOptions(block=20, evenness=0, variety=0, tolerance=1),
+        QuiltOptions(effort=0, block=20, evenness=0, variety=0, tolerance=1),
         False,
     ),
     "dear": (
@@ -81,7 +81,7 @@ TWINS = {
         plane(),
         ONE,
         None,
-        QuiltOptions(block=20, evenness=1, variety=1, tolerance=1.5),
+        QuiltOptions(effort=0, block=20, evenness=1, variety=1, tolerance=1.5),
         False,
     ),
     "grey, few": (
@@ -89,43 +89,78 @@ TWINS = {
         plane(),
         ONE,
         None,
-        QuiltOptions(block=24, overlap=12, shortlist=5),
+        QuiltOptions(effort=0, block=24, overlap=12, shortlist=5),
         False,
     ),
-    "all judged": (texture(30, 30), plane(), ONE, None, QuiltOptions(block=16, shortlist=4000), False),
+    "all judged": (
+        texture(30, 30),
+        plane(),
+        ONE,
+        None,
+        QuiltOptions(effort=0, block=16, shortlist=4000),
+        False,
+    ),
     "every second pixel": (texture(80, 90), plane(), ONE, None, SMALL, False),
-    "every fourth pixel": (texture(400, 390), plane(), ONE, None, QuiltOptions(block=30, shortlist=9), False),
+    "every fourth pixel": (
+        texture(400, 390),
+        plane(),
+        ONE,
+        None,
+        QuiltOptions(effort=0, block=30, shortlist=9),
+        False,
+    ),
     "small exemplar": (texture(14, 11), plane(), ONE, None, SMALL, False),
     "thin chart": (EXEMPLAR, plane(), (Chart(0, 9, 150),), None, SMALL, False),
     "wrapped": (EXEMPLAR, plane(), (Chart(0, 70, 85),), None, SMALL, True),
     "wrapped, small": (EXEMPLAR, plane(), (Chart(0, 15, 33),), None, SMALL, True),
-    "turned": (EXEMPLAR, plane(), ONE, (turning(1.3, 30),), QuiltOptions(block=16), False),
-    "bent": (EXEMPLAR, plane(), ONE, (turning(0.8, -10, 0.1),), QuiltOptions(block=16), False),
-    "minified": (texture(96, 120), plane(), ONE, (turning(2.6, -70, 0.02),), QuiltOptions(block=40), False),
+    "turned": (EXEMPLAR, plane(), ONE, (turning(1.3, 30),), QuiltOptions(effort=0, block=16), False),
+    "bent": (EXEMPLAR, plane(), ONE, (turning(0.8, -10, 0.1),), QuiltOptions(effort=0, block=16), False),
+    "minified": (
+        texture(96, 120),
+        plane(),
+        ONE,
+        (turning(2.6, -70, 0.02),),
+        QuiltOptions(effort=0, block=40),
+        False,
+    ),
     "minified, large": (
         texture(160, 170),
         plane(),
         ONE,
         (turning(2.5, 5),),
-        QuiltOptions(block=64),
+        QuiltOptions(effort=0, block=64),
         False,
     ),
     "minified, of few texels": (
-        *(texture(220, 240), plane(), ONE, (turning(5.5, 5),), QuiltOptions(block=64), False),
+        *(texture(220, 240), plane(), ONE, (turning(5.5, 5),), QuiltOptions(effort=0, block=64), False),
     ),
     "magnified": (
         EXEMPLAR,
         plane(),
         (Chart(0, 120, 150),),
         (turning(0.45, 10),),
-        QuiltOptions(block=16),
+        QuiltOptions(effort=0, block=16),
         False,
     ),
-    "larger than the exemplar": (EXEMPLAR, plane(), ONE, (turning(6, 20),), QuiltOptions(block=40), False),
+    "larger than the exemplar": (
+        EXEMPLAR,
+        plane(),
+        ONE,
+        (turning(6, 20),),
+        QuiltOptions(effort=0, block=40),
+        False,
+    ),
     "four charts": (EXEMPLAR, plane(2, 2, spans=(2, 2)), whole(plane(spans=(2, 2)), 60), None, SMALL, False),
     "two rings": (EXEMPLAR, torus(), RING, [turning(1, 8), turning(0.9, -5)], SMALL, False),
-    "mirrored": (EXEMPLAR, plane(), ONE, None, QuiltOptions(block=20, mirror=True), False),
-    "rotated": (EXEMPLAR, plane(), ONE, (turning(1.3, 30),), QuiltOptions(block=16, rotate=True), False),
+    "mirrored": (EXEMPLAR, plane(), ONE, None, QuiltOptions(effort=0, block=20, mirror=True), False),
+    "rotated": (
+        EXEMPLAR,
+        plane(),
+        ONE,
+        (turning(1.3, 30),),
+        QuiltOptions(effort=0, block=16, rotate=True),
+        False,
+    ),
     "wrapped, all symmetries": (EXEMPLAR, plane(), (Chart(0, 70, 85),), None, TURNED, True),
     "minified, all symmetries": (texture(96, 120), plane(), ONE, (turning(2.6, -70, 0.02),), TURNED, False),
     "four charts, all symmetries": (
@@ -253,7 +288,9 @@ def tiling(count=4, period=16):
     return np.tile(texture(period, period, passes=2), (count, count, 1))
 
 
-@pytest.mark.parametrize("options", [QuiltOptions(block=n, evenness=0, variety=0) for n in (20, 24)])
+@pytest.mark.parametrize(
+    "options", [QuiltOptions(effort=0, block=n, evenness=0, variety=0) for n in (20, 24)]
+)
 def test_what_tiles_goes_on_without_error(options):
     exemplar = tiling()
     array = paint(synthesize_quilt(exemplar, plane(), ONE, options=options), exemplar).arrays[0]
@@ -408,7 +445,7 @@ def test_evenness_spreads_use_and_variety_avoids_repeats():
     exemplar = texture(64, 64, passes=4)
 
     def mean(measure, **changes):
-        options = replace(QuiltOptions(block=20, evenness=0, variety=0), **changes)
+        options = replace(QuiltOptions(effort=0, block=20, evenness=0, variety=0), **changes)
         charts = (Chart(0, 200, 200),)
         found = [synthesize_quilt(exemplar, plane(), charts, options=options, seed=seed) for seed in range(4)]
         return np.mean([measure(quilt) for quilt in found])
@@ -425,7 +462,7 @@ def test_use_counts_over_all_charts():
     patches = [RationalPatch(p.net + n * np.array([5.0, 0, 0, 0])) for n in range(6) for p in plane().patches]
     surface = Surface(patches)
     exemplar = texture(64, 64, passes=4)
-    options = QuiltOptions(block=20, variety=0, evenness=3)
+    options = QuiltOptions(effort=0, block=20, variety=0, evenness=3)
     quilt = synthesize_quilt(exemplar, surface, whole(surface, 60), options=options)
     alone = spread(synthesize_quilt(exemplar, plane(), (Chart(0, 60, 60),), options=options), exemplar)
     assert spread(quilt, exemplar) < 0.7 * alone

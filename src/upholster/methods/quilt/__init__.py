@@ -2,7 +2,7 @@
 
 `method` has the steps; `match_pyramid` and `features` what blocks are compared by, `structure` the block
 size, `grid` where a chart's blocks lie, `transfer` what finished charts leave on it, `lay` how its own are
-chosen, cut and laid.
+chosen, cut and laid, `refinement` what is laid over the worst cuts then.
 """
 
 from upholster.methods.quilt.method import synthesize_quilt

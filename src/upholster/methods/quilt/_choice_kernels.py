@@ -38,7 +38,15 @@ from upholster.quilt._field_kernels import displacement, matrix_at
 from upholster.quilt.placement import SYMMETRIES
 from upholster.types import int64, uint64
 
-__all__ = ["choose_source", "draw_in_phase", "first_of", "list_continued", "penalise", "penalise_used"]
+__all__ = [
+    "choose_source",
+    "draw_in_phase",
+    "first_of",
+    "list_continued",
+    "penalise",
+    "penalise_used",
+    "rank_sources",
+]
 
 _BIG = int64(2**60)
 
@@ -313,6 +321,38 @@ def _draw_good(state: NDArray[np.uint64], choice: ChoiceScratch, start: int, sto
     return start
 
 
+@inline
+def rank_sources(
+    match: MatchImage,
+    numbers: LayNumbers,
+    weights: LayWeights,
+    state: NDArray[np.uint64],
+    span: Span,
+    texels: BlockTexels,
+    choice: ChoiceScratch,
+    start: int,
+) -> tuple[Any, Any]:
+    """Judge the sources that may do for a block; return the end of those judged, and the least cost.
+
+    They are in `choice.kept`, from `start` on, what they cost in `choice.judged`; all as for `choose_source`.
+    """
+    count = _list_features(numbers, span, texels, choice)
+    samples = _list_samples(numbers, texels, choice)
+    if count or match.phases.shape[0]:
+        stop = 2 + search(match, numbers, weights, span, count, choice)
+    else:  # too little is there to search by
+        stop = 2 + numbers.shortlist
+        for m in range(2, stop):
+            y = span.first_y + draw(state, span.last_y - span.first_y + 1)
+            choice.kept[m] = y * numbers.width + span.first_x + draw(state, span.last_x - span.first_x + 1)
+    least = _judge(match, numbers, weights, choice, samples, (start, stop), _BIG)
+    if numbers.step > 1:
+        end = _list_refined(numbers, span, choice, start, stop)
+        least = _judge(match, numbers, weights, choice, samples, (stop, end), least)
+        stop = end
+    return stop, least
+
+
 @shared
 def choose_source(
     match: MatchImage,
@@ -329,20 +369,7 @@ def choose_source(
     `choice` holds the places' penalties and, from candidate `start` to before 2, what continues neighbours;
     the rest as in `lay_blocks`.
     """
-    count = _list_features(numbers, span, texels, choice)
-    samples = _list_samples(numbers, texels, choice)
-    if count or match.phases.shape[0]:
-        stop = 2 + search(match, numbers, weights, span, count, choice)
-    else:  # too little is there to search by
-        stop = 2 + numbers.shortlist
-        for m in range(2, stop):
-            y = span.first_y + draw(state, span.last_y - span.first_y + 1)
-            choice.kept[m] = y * numbers.width + span.first_x + draw(state, span.last_x - span.first_x + 1)
-    least = _judge(match, numbers, weights, choice, samples, (start, stop), _BIG)
-    if numbers.step > 1:
-        end = _list_refined(numbers, span, choice, start, stop)
-        least = _judge(match, numbers, weights, choice, samples, (stop, end), least)
-        stop = end
+    stop, least = rank_sources(match, numbers, weights, state, span, texels, choice, start)
     drawn = _draw_good(state, choice, start, stop, int64(least * weights.tolerance))
     chosen = choice.kept[drawn]
     row = int64(position_of(chosen // numbers.width, numbers.level))

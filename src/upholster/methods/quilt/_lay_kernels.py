@@ -1,7 +1,7 @@
 """The hot loop of method "quilt": the blocks of one chart, chosen, cut and laid in raster order.
 
-A block's steps have a function each: `_look`, what is there; `_list_symmetries`, which ones it is tried
-with; for each of these `_fall`, where its texels read, and `choose_source` (see `_choice_kernels`);
+A block's steps have a function each: `look`, what is there; `_list_symmetries`, which ones it is tried
+with; for each of these `fall`, where its texels read, and `choose_source` (see `_choice_kernels`);
 `cut_block` (see `_seed_kernels`); `_lay`.
 """
 
@@ -47,7 +47,7 @@ from upholster.quilt._field_kernels import displacement_row, matrix_at
 from upholster.quilt.placement import SYMMETRIES
 from upholster.types import int64, uint64
 
-__all__ = ["lay_blocks"]
+__all__ = ["fall", "lay_blocks", "look"]
 
 
 @inline
@@ -60,10 +60,10 @@ def _place(texel: int, origin: int, size: int, wrap: int) -> int:
 
 
 @inline
-def _look(
+def look(
     chart: ChartCanvas, numbers: LayNumbers, top: int, left: int, texels: BlockTexels
 ) -> tuple[int, int]:
-    # Copies what is under a block; returns how many texels are laid, and how many needed ones are bare.
+    """Copy what is under a block; return how many texels are laid, and how many needed ones are bare."""
     rows, columns = chart.covered.shape
     for i in range(numbers.block_height + 2):
         texels.rows[i] = _place(top - 1 + i, numbers.origin_row, rows, numbers.wrap)
@@ -124,7 +124,7 @@ def _round(places: NDArray[np.int32], level: int, low: np.int32, high: np.int32)
 
 
 @inline
-def _fall(
+def fall(
     matrices: NDArray[np.int32],
     numbers: LayNumbers,
     symmetry: int,
@@ -132,7 +132,7 @@ def _fall(
     column: int,
     texels: BlockTexels,
 ) -> Span:
-    # Writes where a block's texels fall, seen from its centre, in pixels of the level.
+    """Write where a block's texels fall, seen from its centre, in pixels of the level."""
     level, height = numbers.level, numbers.block_height
     turn, centre = SYMMETRIES[symmetry], matrix_at(matrices, numbers.margin, row, column)
     down, right = -(height // 2), -(numbers.block_width // 2)
@@ -216,11 +216,11 @@ def _choose(
     # equals.
     block, choice, tried = blocks[n], scratch.choice, scratch.symmetries.tried
     row, column = int64(block[ROW]), int64(block[COLUMN])
-    span = _fall(matrices, numbers, tried[0], row, column, scratch.texels)
+    span = fall(matrices, numbers, tried[0], row, column, scratch.texels)
     least = int64(-1)
     for t in range(count):
         if t:
-            span = _fall(matrices, numbers, tried[t], row, column, scratch.texels)
+            span = fall(matrices, numbers, tried[t], row, column, scratch.texels)
         penalise(usage, numbers, weights, uses, blocks, n, tried[t], span, choice.penalties)
         want_phases(match, block[PHASE:], tried[t], choice)
         start = list_continued(matrices, numbers, blocks, n, tried[t], span, choice)
@@ -229,7 +229,7 @@ def _choose(
             least = cost
             block[SOURCE_ROW], block[SOURCE_COLUMN], block[SYMMETRY] = y, x, tried[t]
     if block[SYMMETRY] != tried[count - 1]:
-        span = _fall(matrices, numbers, int64(block[SYMMETRY]), row, column, scratch.texels)
+        span = fall(matrices, numbers, int64(block[SYMMETRY]), row, column, scratch.texels)
     return span
 
 
@@ -289,14 +289,14 @@ def lay_blocks(
         block, mask = blocks[n], cells[n]
         row, column = int64(block[ROW]), int64(block[COLUMN])
         top, left = row - numbers.block_height // 2, column - numbers.block_width // 2
-        laid, bare = _look(chart, numbers, top, left, texels)
+        laid, bare = look(chart, numbers, top, left, texels)
         block[LAID] = 0
         if bare == 0:
             continue
         count = _list_symmetries(chart, numbers, texels, state, scratch.symmetries)
         if laid == 0:
             block[LAID], block[SYMMETRY] = 2, scratch.symmetries.tried[0]
-            span = _fall(matrices, numbers, int64(block[SYMMETRY]), row, column, texels)
+            span = fall(matrices, numbers, int64(block[SYMMETRY]), row, column, texels)
             want_phases(match, block[PHASE:], int64(block[SYMMETRY]), scratch.choice)
             y, x = draw_in_phase(match, numbers, state, span, scratch.choice)
             block[SOURCE_ROW], block[SOURCE_COLUMN] = (

@@ -126,7 +126,8 @@ def _chart_grid(
     chart: int, grid: BlockGrid, laid: ChartPlacements, kept: NDArray[np.intp], before: ChartGrid | None
 ) -> ChartGrid:
     # No more positions than those between the chart's own blocks that were laid at this time.
-    own = laid.placements[kept[laid.parents[kept, 0] < 0]]
+    first_added = len(laid.placements) - laid.added
+    own = laid.placements[kept[(laid.parents[kept, 0] < 0) & (kept < first_added)]]
     transferred = len(kept) - len(own)
     steps = grid.height - grid.overlap_rows, grid.width - grid.overlap_columns
     if not len(own):

@@ -163,6 +163,11 @@ class BlockGrid:
         """How many cells a block's mask has."""
         return self.height // self.mask_cell * (self.width // self.mask_cell)
 
+    def crossed(self, sides: tuple[int, int]) -> FloatArray:
+        """Return how many rows and columns of the exemplar so many rows and columns of texels read."""
+        found: FloatArray = _sizes(self.chart, self.field)[1] @ np.array(sides, float)
+        return found
+
     def need(self, open_sides: Set[int]) -> tuple[int, int, int, int]:
         """Return which texels to cover: rows from, to, columns from, to.
 

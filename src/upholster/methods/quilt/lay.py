@@ -28,6 +28,7 @@ from upholster.methods.quilt.grid import BlockGrid
 from upholster.methods.quilt.landmarks import LandmarkRules, ShownBlocks
 from upholster.methods.quilt.match_pyramid import MatchLevel, MatchPyramid
 from upholster.methods.quilt.phases import Phases
+from upholster.methods.quilt.refinement import LaidChart, refine_chart
 from upholster.methods.quilt.transfer import BlockTransfer, ChartPlacements, joined
 from upholster.quilt.chart import Chart
 from upholster.quilt.displacement import centre_matrices
@@ -57,6 +58,7 @@ def lay_chart(
     wrap: bool,
     seed: int,
     number: int,
+    effort: int,
 ) -> tuple[ChartPlacements, FloatArray, ShownBlocks]:
     """Lay a chart's blocks.
 
@@ -84,6 +86,8 @@ def lay_chart(
         Of its own random numbers.
     number
         Its first block's origin, see `ChartPlacements`.
+    effort
+        How much is revisited where cuts cost most, 0 for nothing.
 
     Returns
     -------
@@ -121,7 +125,12 @@ def lay_chart(
         laid.append(layer.lay_own(LayWeights(*weights.tolist()), start, stop, number))
         ends.append(sum(len(one.placements) for one in laid))
         start = stop
-    return replace(joined(laid), bounds=need, ends=tuple(ends)), layer.usage, landmarks.shown(uses)
+    whole = replace(joined(laid), bounds=need, ends=tuple(ends))
+    if effort:
+        # Nothing changes along edges where the chart meets itself: both sides are laid.
+        layer.close(around)
+        whole = refine_chart(layer.laid_chart(weights, phases, number), whole, effort)
+    return whole, layer.usage, landmarks.shown(uses)
 
 
 def _in_order(blocks: IntArray, order: NDArray[np.intp]) -> IntArray:
@@ -209,6 +218,21 @@ class _ChartLayer:
         """Let nothing change any more along some parts of edges, see `BlockTransfer.closed`."""
         for side, start, stop, rim in closed:
             self.canvas.covered[_beyond(self.grid.chart, side, start, stop, rim, self.pads)] |= 2
+
+    def laid_chart(self, weights: FloatArray, phases: Phases | None, number: int) -> LaidChart:
+        """Return the chart as it is refined."""
+        return LaidChart(
+            self.index,
+            self.grid,
+            self.canvas,
+            self.match_level,
+            self.numbers,
+            LayWeights(*weights.tolist()),
+            self.usage,
+            self.state,
+            phases,
+            number + len(self.blocks),
+        )
 
     def lay_own(self, weights: LayWeights, start: int, stop: int, number: int) -> ChartPlacements:
         """Lay the chart's own blocks from `start` to before `stop`; `number` is the first one's origin."""

@@ -2,7 +2,8 @@
 
 Charts are laid in colour classes: those of one class do not touch. A chart first gets the blocks that reach
 it from its finished neighbours (`upholster.methods.quilt.transfer`). Then come its own blocks in raster
-order, each a good match of what it overlaps, cut along the least difference (`upholster.methods.quilt.lay`).
+order, each a good match of what it overlaps, cut along the least difference (`upholster.methods.quilt.lay`);
+then others over the worst cuts (`upholster.methods.quilt.refinement`).
 Where a neighbour is not laid yet, blocks reach beyond the edge and are transferred to it later.
 """
 
@@ -127,6 +128,8 @@ class _Run:
         Which symmetries charts' own blocks may have, a bit for each.
     wrap
         Whether the one chart's opposite edges meet.
+    effort
+        How often charts are gone through to refine them.
     """
 
     grids: list[BlockGrid]
@@ -139,6 +142,7 @@ class _Run:
     shortlist: int
     symmetries: int
     wrap: bool
+    effort: int
 
 
 def _run(
@@ -204,6 +208,7 @@ def _run(
         options.shortlist,
         symmetries,
         wrap,
+        options.effort,
     )
 
 
@@ -255,6 +260,7 @@ def _lay_class(
             wrap=run.wrap,
             seed=run.seeds[n],
             number=(done + k) << 32,
+            effort=run.effort,
         )
 
     def report(_stage: str, count: int, _total: int) -> None:

@@ -65,6 +65,8 @@ class ChartPlacements:
         Rows from, to, columns from, to: where they count. Beyond, they are not transferred.
     ends
         Where each part that was laid at a time ends: a chart that meets itself is laid in several.
+    added
+        How many of the last ones were added by refinement: a part of their own.
     """
 
     placements: NDArray[np.void]
@@ -74,6 +76,7 @@ class ChartPlacements:
     parents: NDArray[np.int64]
     bounds: tuple[int, int, int, int] = (-(2**30), 2**30, -(2**30), 2**30)
     ends: tuple[int, ...] = ()
+    added: int = 0
 
 
 def joined(parts: Sequence[ChartPlacements]) -> ChartPlacements:

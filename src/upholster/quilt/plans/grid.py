@@ -33,7 +33,10 @@ _SHARED_FIELDS = ("row", "column", "height", "width", "symmetry", "source_row", 
 
 @dataclass(frozen=True, slots=True)
 class ChartGrid:
-    """Where blocks lie that were laid on a chart at a time: a chart that meets itself has several grids.
+    """Where blocks lie that were laid on a chart at a time.
+
+    A chart that meets itself has several grids, and one that was refined another one of no position of its
+    own: the added blocks are its transferred ones, without links.
 
     Attributes
     ----------
@@ -52,8 +55,8 @@ class ChartGrid:
     mask_cell
         Size of the masks' cells in texels.
     transferred, own
-        How many blocks were transferred to the chart first, and how many lie on the grid: some positions may
-        have none.
+        How many blocks were transferred to the chart first, or added to it, and how many lie on the grid:
+        some positions may have none.
     """
 
     chart: int

@@ -1,0 +1,96 @@
+"""Refinement: cuts cost less, what is hidden may go, finished charts stay, any number of threads."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from plain_quilt import texture
+from plain_refine import plain_cost
+
+import upholster
+from upholster.errors import InputError
+from upholster.geometry import plane, torus
+from upholster.methods import synthesize
+from upholster.methods.quilt import refinement
+from upholster.methods.quilt.method import synthesize_quilt
+from upholster.methods.quilt.options import QuiltOptions
+from upholster.options import SynthesisOptions
+from upholster.quilt import Chart, paint
+from upholster.quilt.placement import MASK_CUT
+
+EXEMPLAR = texture(60, 60)
+ONE = (Chart(0, 96, 88),)
+PLAIN = QuiltOptions(block=20, evenness=0, variety=0, effort=0)
+
+
+def quilted(effort, seed=0, **changes):
+    return synthesize_quilt(
+        EXEMPLAR, plane(), ONE, options=replace(PLAIN, effort=effort, **changes), seed=seed
+    )
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_cuts_cost_less_the_more_is_tried(seed):
+    costs = [plain_cost(quilted(effort, seed), EXEMPLAR) for effort in (0, 1, 3)]
+    assert costs[1] < 0.95 * costs[0]
+    assert costs[2] < costs[1]
+
+
+def test_added_blocks_are_cut_and_lie_on_top():
+    before, after = quilted(0), quilted(1)
+    grid, added = after.plan.grids[-2:]
+    assert added.own == 0
+    assert added.transferred > 0
+    assert grid.own <= len(before.placements)
+    last = after.placements[-added.transferred :]
+    assert (last["mask"] == MASK_CUT).all()
+    assert (last["height"] > grid.height).all()
+
+
+def test_what_is_hidden_leaves_no_trace(monkeypatch):
+    seen = quilted(4)
+    monkeypatch.setattr(refinement, "_without_hidden", lambda laid, _lattice: laid)
+    whole = quilted(4)
+    assert len(seen.placements) < len(whole.placements)
+    np.testing.assert_array_equal(paint(seen, EXEMPLAR).arrays[0], paint(whole, EXEMPLAR).arrays[0])
+
+
+def test_nothing_is_bare_or_blended_with_nothing():
+    quilt = synthesize(EXEMPLAR, torus(), texels=30_000, block=16, effort=3, seed=2)
+    white = np.full((60, 60, 1), 255, np.uint8)
+    assert all((part == 255).all() for part in paint(quilt, white).arrays)
+
+
+def test_a_tile_keeps_its_edges():
+    before, after = (
+        synthesize(EXEMPLAR, "plane", texels=(90, 84), tileable=True, block=20, effort=effort, seed=1)
+        for effort in (0, 2)
+    )
+    one, other = (paint(quilt, EXEMPLAR).arrays[0] for quilt in (before, after))
+    assert (one != other).any()
+    np.testing.assert_array_equal(one[0], other[0])
+    np.testing.assert_array_equal(one[:, 0], other[:, 0])
+
+
+def test_the_number_of_threads_changes_nothing():
+    one, four = (
+        synthesize(EXEMPLAR, torus(), texels=30_000, block=16, effort=2, threads=threads)
+        for threads in (1, 4)
+    )
+    assert (one.placements == four.placements).all()
+    assert (one.mask_cells == four.mask_cells).all()
+
+
+@pytest.mark.parametrize("effort", [-1, 10])
+def test_effort_is_checked(effort):
+    with pytest.raises(InputError, match=f"effort is {effort}; allowed: 0 to 9"):
+        SynthesisOptions(effort=effort)
+
+
+def test_turned_blocks_and_minified_texture_are_refined():
+    for options in ({"mirror": True, "rotate": True}, {"sample_size": 0.2}):
+        quilt = upholster.synthesize(EXEMPLAR, "torus", texels=20_000, seed=1, **options)
+        assert sum(grid.transferred for grid in quilt.plan.grids if not grid.own) > 0
+        again = upholster.StreamDecoder()
+        again.feed(upholster.encode_stream("torus", quilt, EXEMPLAR))
+        assert again.complete
