@@ -164,7 +164,7 @@ def test_a_strip_plan_told_as_a_list_comes_back() -> None:
     ],
 )
 def test_quilts_of_method_quilt_come_back_with_their_plan(options: Any) -> None:
-    _, quilt, _ = woven(**options)
+    _, quilt, _ = woven(effort=2, **options)
     assert isinstance(quilt.plan, GridPlan)
     # Blocks that were added to a chart come as transferred ones without a link, in a grid of their own.
     transferred = sum(grid.transferred for grid in quilt.plan.grids)

@@ -57,11 +57,13 @@ _STEPS = 2
 _SHORTLIST, _TRIES = 12, 2
 """Sources that are compared with a region at full resolution, and that are tried: more find little more."""
 
-_LEAST = 0.5
-"""A region is tried if its cuts cost so many times the chart's average."""
+_LEAST = (1.0, 1.4, 0.5)
+"""A region is tried if its cuts cost so many times the chart's average: with an effort of 1 flat and on a
+surface, where blocks are more of the stream; with more."""
 
-_SAVING = 0.02
-"""A move is taken if it saves as much of what a region's cuts cost on average: each takes bytes."""
+_SAVING = (0.3, 0.3, 0.02)
+"""A move is taken if it saves as much of what a region's cuts cost on average, in the same cases: each takes
+bytes and time."""
 
 _SHARE = 0.02
 """What a cell pays by its source's use and phase, in parts of the cost of a difference as large."""
@@ -131,7 +133,7 @@ def refine_chart(chart: LaidChart, laid: ChartPlacements, effort: int) -> ChartP
     if not len(table):
         return laid
     added = _placements(chart, lattice, table, len(laid.cells))
-    return _without_hidden(_with_added(chart, laid, added, masks), lattice)
+    return _without_hidden(chart.index, _with_added(chart, laid, added, masks), lattice)
 
 
 def _lattice(chart: LaidChart) -> CellLattice:
@@ -225,10 +227,11 @@ def _refined(
     masks = np.empty((most, lattice.high * lattice.wide), np.uint8)
     charge_phases(match, numbers, chart.weights.phase, table, count, scratch.choice, charges)
     common = numbers, lattice, cells, table
+    level = 2 if effort > 1 else 0 if chart.grid.field.is_identity else 1
     whole = (0, lattice.rows, 0, lattice.columns)
     weigh_seams(chart.canvas.canvas, match.image, matrices, *common, whole, expansion)
     for turn in range(effort):
-        regions, weights = _worst(chart, lattice, cells, turn)
+        regions, weights = _worst(chart, lattice, cells, turn, level)
         for start in range(0, len(regions), _REGIONS_PER_CALL):
             # Few regions a call: between two calls, Python can be interrupted.
             count = refine_regions(
@@ -243,7 +246,7 @@ def _refined(
 
 
 def _worst(
-    chart: LaidChart, lattice: CellLattice, cells: ChartCells, turn: int
+    chart: LaidChart, lattice: CellLattice, cells: ChartCells, turn: int, level: int
 ) -> tuple[IntArray, RefineWeights]:
     # The regions to try, those whose cuts cost most first, with the phases that they want; and what they are
     # tried by.
@@ -254,7 +257,7 @@ def _worst(
     middle = (lattice.high - lattice.high // 4 * 2) * (lattice.wide - lattice.wide // 4 * 2)
     typical = total * middle / (lattice.rows * lattice.columns)
     order = np.argsort(-scores, kind="stable")
-    found = regions[order[scores[order] >= max(1.0, _LEAST * typical)]]
+    found = regions[order[scores[order] >= max(1.0, _LEAST[level] * typical)]]
     height, width = lattice.high * lattice.cell, lattice.wide * lattice.cell
     found[:, 2:] = _wanted(
         chart,
@@ -263,8 +266,8 @@ def _worst(
     )
     shown = (grid.height - grid.overlap_rows) * (grid.width - grid.overlap_columns)
     weights = RefineWeights(
-        int(_LEAST * typical),
-        max(1, int(_SAVING * typical)),
+        int(_LEAST[level] * typical),
+        max(1, int(_SAVING[level] * typical)),
         total // max(1, cuts),
         _TRIES,
         shown / lattice.cell**2,
@@ -306,20 +309,25 @@ def _with_added(
     )
 
 
-def _without_hidden(laid: ChartPlacements, lattice: CellLattice) -> ChartPlacements:
-    # Leaves out what cannot be seen; the cells of its masks stay where they are.
+def _without_hidden(index: int, laid: ChartPlacements, lattice: CellLattice) -> ChartPlacements:
+    # Leaves out what cannot be seen, unless the chart shows it once more where it meets itself; the cells of
+    # its masks stay where they are.
     count = len(laid.placements)
     hidden = np.zeros(count, np.uint8)
     over = np.empty((lattice.rows, lattice.columns), np.int32)
     list_hidden(_mask_places(laid.placements), laid.cells, laid.added, lattice, over, hidden)
     seen = hidden == 0
+    again = laid.parents[:, 0] == index
+    seen[laid.parents[again, 1]] = True
     before = np.concatenate([[0], np.cumsum(seen)])
+    parents = laid.parents.copy()
+    parents[again, 1] = before[parents[again, 1]]
     return replace(
         laid,
         placements=laid.placements[seen],
         origins=laid.origins[seen],
         steps=laid.steps[seen],
-        parents=laid.parents[seen],
+        parents=parents[seen],
         ends=tuple(int(before[end]) for end in laid.ends),
         added=int(seen[count - laid.added :].sum()),
     )
