@@ -112,8 +112,9 @@ def test_the_slider_by_keyboard(ring: Any) -> None:
     assert ring.settle()["bytes"] == view
     seen = []
     for _ in range(3):
-        ring.page.keyboard.press("PageUp")
-        ring.page.keyboard.press("PageUp")
+        # Far enough to leave what a part of the warp fields does not change.
+        for _ in range(3):
+            ring.page.keyboard.press("PageUp")
         seen.append(ring.settle()["bytes"])
     assert view < seen[0] < seen[1] < seen[2] < total
     before = slider.get_attribute("aria-valuetext")
