@@ -146,7 +146,8 @@ def _covered(
     assert found.copies is not None
     row = Row(
         name, spec,
-        **asdict(found.seams),
+        edges=found.seams.edges, edges_matched=found.seams.edges_matched,
+        cuts=found.seams.cuts, cuts_matched=found.seams.cuts_matched,
         within=found.mapping.within, error_95=found.mapping.error_95, aligned=found.mapping.aligned,
         angle_95=found.mapping.angle_95, stretch_95=found.mapping.stretch_95, spread=found.scale.spread,
         swd=found.wasserstein_mean, copy_ratio=found.copies.ratio,
