@@ -42,7 +42,6 @@ export class Stage {
   #background
   #observers
   #listening = new AbortController()
-  #fitTouch
 
   /**
    * @param {HTMLElement} parent gets the canvas, which fills it
@@ -63,7 +62,7 @@ export class Stage {
     this.#world.matrixAutoUpdate = false
     this.#scene.add(this.#world, this.#studio)
     parent.append(this.canvas)
-    this.#fitTouch = letScroll(this.canvas, this.#listening.signal)
+    letScroll(this.canvas, this.#listening.signal)
     this.#resize()
     this.#listen()
   }
@@ -396,7 +395,6 @@ export class Stage {
     this.#size = [Math.max(this.#parent.clientWidth, 1), Math.max(this.#parent.clientHeight, 1)]
     this.#ratio = 0
     this.#orbit.aspect = this.#aspect
-    this.#fitTouch()
     // Sizing clears the canvas: draw in the same frame, or it flashes. While a model is awaited there is time for it.
     if (this.#visible) this.#draw(this.#quality.quality, true)
   }
