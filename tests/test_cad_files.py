@@ -1,6 +1,7 @@
 """CAD files read, told and covered. The files are made here; without Open CASCADE these tests are skipped."""
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -142,6 +143,20 @@ def test_brep_and_iges_give_the_same_plate_and_a_unit_where_the_file_has_none(fi
         read_model(files / "plate.igs", unit="mm")
 
 
+def test_shapes_without_a_product_are_read_plainly(files, tmp_path):
+    lines = (files / "two.step").read_text().replace("\n ", " ").splitlines()
+    gone = re.compile(
+        r"#\d+ ?= ?\(? ?(PRODUCT|APPLICATION|SHAPE_DEF|NEXT_|CONTEXT_DEP|ITEM_DEF|MECHANICAL|STYLED|"
+        r"SHAPE_REPRESENTATION_REL|REPRESENTATION_REL|SHAPE_REPRESENTATION\()"
+    )
+    (tmp_path / "bare.step").write_text("\n".join(line for line in lines if not gone.match(line)))
+    whole, bare = read_cad(files / "two.step"), read_cad(tmp_path / "bare.step")
+    assert (bare.unit, [body.name for body in bare.bodies]) == ("millimetre", ["bare", "bare"])
+    assert any("without names" in note for note in bare.notes)
+    areas = [sorted(face.area for body in one.bodies for face in body.faces) for one in (whole, bare)]
+    np.testing.assert_allclose(areas[0], areas[1])
+
+
 def test_a_smaller_deviation_gives_more_triangles(files):
     coarse = read_model(files / "two.step", deviation="1mm")
     fine = read_model(files / "two.step", deviation=0.005)
@@ -187,7 +202,7 @@ def test_bad_files_are_one_line(files, tmp_path):
     for name, said in (
         ("noise.step", "STEP file that Open CASCADE can read"),
         ("noise.brep", "BREP file that Open CASCADE can read"),
-        ("bare.step", "allowed: a model with faces"),
+        ("bare.step", "allowed: a model with some"),
         ("none.step", "does not exist"),
     ):
         assert_one_line(run_cli("info", name, cwd=tmp_path), said)

@@ -13,12 +13,14 @@ from OCP.IFSelect import IFSelect_RetDone
 from OCP.IGESCAFControl import IGESCAFControl_Reader
 from OCP.Interface import Interface_Static
 from OCP.Quantity import Quantity_Color
+from OCP.StepBasic import StepBasic_ConversionBasedUnitAndLengthUnit, StepBasic_SiUnitAndLengthUnit
 from OCP.STEPCAFControl import STEPCAFControl_Reader
+from OCP.STEPControl import STEPControl_Reader
 from OCP.TCollection import TCollection_ExtendedString
 from OCP.TDataStd import TDataStd_Name
 from OCP.TDF import TDF_Label
 from OCP.TDocStd import TDocStd_Document
-from OCP.TopAbs import TopAbs_SOLID
+from OCP.TopAbs import TopAbs_FACE, TopAbs_SOLID
 from OCP.TopExp import TopExp_Explorer
 from OCP.TopLoc import TopLoc_Location
 from OCP.TopoDS import TopoDS_Compound, TopoDS_Shape
@@ -114,10 +116,38 @@ def _exchange(path: Path, *, is_step: bool) -> tuple[CadRecord, list[Leaf]]:
         raise UnreadableError(f"is no {format_} file that Open CASCADE can read")
     record = CadRecord(format_, _step_unit(reader) if is_step else _iges_unit(path))
     document = TDocStd_Document(TCollection_ExtendedString("XmlOcaf"))
-    if not reader.Transfer(document):
-        raise UnreadableError("has no product with a shape; allowed: a model with faces")
-    leaves = _Labels(document).leaves()
+    leaves = _Labels(document).leaves() if reader.Transfer(document) else []
+    if not any(TopExp_Explorer(leaf.shape, TopAbs_FACE).More() for leaf in leaves):
+        leaves = _without_products(path, record) if is_step else []
+    if not leaves:
+        raise UnreadableError("has no shapes with faces; allowed: a model with some")
     return record, leaves if is_step else _as_one(path.stem, leaves)
+
+
+def _without_products(path: Path, record: CadRecord) -> list[Leaf]:
+    """Read the shapes of a STEP file whose products have none: plain, without names and colours."""
+    Interface_Static.SetIVal_s("read.step.product.mode", 0)
+    reader = STEPControl_Reader()
+    reader.ReadFile(str(path))
+    reader.TransferRoots()
+    record.unit = record.unit or _first_unit(reader.WS().Model())
+    shapes = [reader.Shape(k) for k in range(1, reader.NbShapes() + 1)]
+    with_faces = [shape for shape in shapes if TopExp_Explorer(shape, TopAbs_FACE).More()]
+    if with_faces:
+        record.notes.append("no product has a shape: the shapes are read without names and colours")
+    return [Leaf(path.stem, shape, TopLoc_Location()) for shape in with_faces]
+
+
+def _first_unit(model: Any) -> str:
+    """Return the first length unit among a STEP file's entities."""
+    for k in range(1, model.NbEntities() + 1):
+        one = model.Value(k)
+        if isinstance(one, StepBasic_ConversionBasedUnitAndLengthUnit):
+            return str(one.Name().ToCString()).lower()
+        if isinstance(one, StepBasic_SiUnitAndLengthUnit):
+            prefix = one.Prefix().name.removeprefix("StepBasic_sp").lower() if one.HasPrefix() else ""
+            return f"{prefix}metre"
+    return ""
 
 
 def _as_one(name: str, leaves: list[Leaf]) -> list[Leaf]:
