@@ -1,7 +1,12 @@
 """CAD files read, told and covered. The files are made here; without Open CASCADE these tests are skipped."""
 
 import json
+import os
 import re
+import signal
+import subprocess
+import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -208,6 +213,38 @@ def test_bad_files_are_one_line(files, tmp_path):
         assert_one_line(run_cli("info", name, cwd=tmp_path), said)
     for name, said in (("empty.step", "empty"), ("none.step", "does not exist")):
         assert_one_line(run_cli("cover", SAMPLE, "--on", name, "-o", "a.glb", cwd=tmp_path), said)
+    assert not (tmp_path / "a.glb").exists()
+
+
+def test_progress_is_told_by_face_and_what_stops_it_ends_the_process(files, monkeypatch, tmp_path):
+    told = []
+    read_model(files / "two.step", progress=lambda *one: told.append(one))
+    assert {("faces", 9, 9), ("mesh", 9, 9)} <= set(told)
+    assert [stage for stage, *_ in told] == sorted(stage for stage, *_ in told)
+    begun, popen = [], subprocess.Popen
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    monkeypatch.setattr("subprocess.Popen", lambda *a, **k: begun.append(popen(*a, **k)) or begun[-1])
+    with pytest.raises(KeyboardInterrupt):
+        read_model(files / "two.step", progress=lambda *_: (_ for _ in ()).throw(KeyboardInterrupt))
+    assert begun[0].poll() is not None
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals")
+def test_ctrl_c_while_reading_is_one_line_and_leaves_nothing(files, tmp_path):
+    left = tmp_path / "left"
+    left.mkdir()
+    process = subprocess.Popen(
+        [sys.executable, "-m", "upholster", "cover", SAMPLE, "--on", files / "two.step", "-q", "-o", "a.glb"],
+        cwd=tmp_path, env=os.environ | {"TMPDIR": str(left)}, stderr=subprocess.PIPE, text=True,
+        start_new_session=True, preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+    )  # fmt: skip
+    while not list(left.glob("upholster-*")) and process.poll() is None:
+        time.sleep(0.02)
+    os.killpg(process.pid, signal.SIGINT)  # as a terminal does: the process that reads gets it as well
+    said = process.communicate()[1]
+    assert (process.returncode, said) == (130, "upholster: stopped, nothing written\n")
+    assert not list(left.iterdir())
     assert not (tmp_path / "a.glb").exists()
 
 

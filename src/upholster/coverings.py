@@ -237,6 +237,7 @@ def read_coverings(
     asked: SynthesisOptions,
     *,
     notes: list[str],
+    progress: Progress | None = None,
 ) -> list[Covering]:
     """Read what is covered, and with which samples.
 
@@ -254,6 +255,8 @@ def read_coverings(
         How the model is read, and how it is covered. A number of texels is for all together.
     notes
         What the user should know is added.
+    progress
+        As of `as_covered`.
 
     Raises
     ------
@@ -262,7 +265,7 @@ def read_coverings(
     """
     if not choices:
         assert exemplar is not None  # `check_samples` looked
-        covered = as_covered(on, reading, biquadratic=asked.method == "paper")
+        covered = as_covered(on, reading, biquadratic=asked.method == "paper", progress=progress)
         notes += covered.notes
         source = read(exemplar)
         notes += source.notes if isinstance(source, Material) else ()
@@ -272,7 +275,7 @@ def read_coverings(
     if asked.method != "quilt":
         raise InputError(f"method is {asked.method!r} with several materials; allowed there: 'quilt'")
     by_pattern = {choice.pattern: choice for choice in choices}
-    parts = covered_parts(on, list(by_pattern), reading, rest=exemplar is not None)
+    parts = covered_parts(on, list(by_pattern), reading, rest=exemplar is not None, progress=progress)
     out: list[Covering] = []
     for pattern, covered in parts.items():
         notes += covered.notes

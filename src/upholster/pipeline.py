@@ -122,7 +122,8 @@ def cover(
     report
         Where to write the report as JSON: a file that ends in ``.json``.
     threads, progress
-        As in `upholster.synthesize`; stages "blocks", "seams" or "texels", then "paint" and "render".
+        As in `upholster.synthesize`; stages "faces" and "mesh" while a CAD model is read, "unwrap" while a
+        model is laid out, "blocks", "seams" or "texels", then "paint" and "render".
     tell
         Called with each note of the report before the work begins.
 
@@ -158,7 +159,9 @@ def cover(
     with outputs([*own, *([report] if report else [])], inputs=read) as files:
         with timed("read", seconds):
             sample = partial(read_source, options=preparing, maps=maps, normal=normal, notes=notes)
-            coverings = read_coverings(exemplar, on, choices, sample, reading, asked, notes=notes)
+            coverings = read_coverings(
+                exemplar, on, choices, sample, reading, asked, notes=notes, progress=progress
+            )
             covered = coverings[0].covered
             files.keep(covered.model.inputs if covered.model is not None else ())
             if isinstance(covered.surface, Surface):

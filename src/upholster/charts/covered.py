@@ -12,6 +12,7 @@ from upholster.geometry import AnySurface, MeshSurface, SurfaceLike, TriangleMes
 from upholster.geometry.mesh_files import ModelFile, read_model
 from upholster.options import ModelOptions
 from upholster.suffixes import is_model_name
+from upholster.types import Progress
 
 __all__ = ["Covered", "CoveredLike", "as_covered", "covered_files", "covered_parts"]
 
@@ -49,7 +50,13 @@ def covered_files(on: CoveredLike) -> list[str]:
     return [file] if file else []
 
 
-def as_covered(on: CoveredLike, options: ModelOptions | None = None, *, biquadratic: bool = False) -> Covered:
+def as_covered(
+    on: CoveredLike,
+    options: ModelOptions | None = None,
+    *,
+    biquadratic: bool = False,
+    progress: Progress | None = None,
+) -> Covered:
     """Return what is meant, meshes laid out flat.
 
     Parameters
@@ -60,6 +67,9 @@ def as_covered(on: CoveredLike, options: ModelOptions | None = None, *, biquadra
         How a model is read.
     biquadratic
         As for `as_surface`.
+    progress
+        Called with stages "faces" and "mesh" while a CAD model is read, with "unwrap" while a mesh is laid
+        out.
 
     Raises
     ------
@@ -69,11 +79,11 @@ def as_covered(on: CoveredLike, options: ModelOptions | None = None, *, biquadra
     """
     options = options or ModelOptions()
     if _is_model(on):
-        model = _model(on, options, options.part)
-        surface, report = unwrap(model.mesh, keep_uv=options.uv == "keep")
+        model = _model(on, options, options.part, progress)
+        surface, report = unwrap(model.mesh, keep_uv=options.uv == "keep", progress=progress)
         return Covered(surface, model, (*model.notes, *report.notes))
     if isinstance(on, TriangleMesh):
-        surface, report = unwrap(on, keep_uv=options.uv == "keep")
+        surface, report = unwrap(on, keep_uv=options.uv == "keep", progress=progress)
         return Covered(surface, None, tuple(report.notes))
     if options != ModelOptions():
         raise InputError(
@@ -83,7 +93,12 @@ def as_covered(on: CoveredLike, options: ModelOptions | None = None, *, biquadra
 
 
 def covered_parts(
-    on: CoveredLike, patterns: Sequence[str], options: ModelOptions | None = None, *, rest: bool = False
+    on: CoveredLike,
+    patterns: Sequence[str],
+    options: ModelOptions | None = None,
+    *,
+    rest: bool = False,
+    progress: Progress | None = None,
 ) -> dict[str, Covered]:
     """Return what each of several patterns covers of one model, each laid out flat by itself.
 
@@ -98,6 +113,8 @@ def covered_parts(
         How the model is read; `part` says what the rest is, by default all that no pattern fits.
     rest
         Whether the rest is covered as well.
+    progress
+        As of `as_covered`, without "unwrap".
 
     Returns
     -------
@@ -117,7 +134,7 @@ def covered_parts(
     if options.part is not None and not rest:
         raise InputError("part says what the sample covers, and there is none; allowed: with a sample")
     wanted = (*options.part, *patterns) if options.part else None if rest else patterns
-    model = _model(on, options, wanted)
+    model = _model(on, options, wanted, progress)
     owner = np.full(len(model.parts), -1)
     for number, pattern in reversed(list(enumerate(patterns))):
         owner[model.fitting([pattern])] = number
@@ -144,7 +161,9 @@ def covered_parts(
     return out
 
 
-def _model(on: CoveredLike, options: ModelOptions, parts: Sequence[str] | None) -> ModelFile:
+def _model(
+    on: CoveredLike, options: ModelOptions, parts: Sequence[str] | None, progress: Progress | None
+) -> ModelFile:
     return read_model(
         on,  # type: ignore[arg-type]  # a path
         parts=parts,
@@ -152,6 +171,7 @@ def _model(on: CoveredLike, options: ModelOptions, parts: Sequence[str] | None) 
         up=options.up,
         deviation=options.deviation,
         unique=options.unique,
+        progress=progress,
     )
 
 

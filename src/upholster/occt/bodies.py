@@ -1,5 +1,6 @@
 """Shapes as bodies: each solid or sheet once, with its faces, and all places where it stands."""
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -21,7 +22,7 @@ from upholster.occt.meshing import ANGLE, mesh_body
 from upholster.occt.reading import Leaf
 from upholster.occt.records import BodyRecord, CadRecord, FaceRecord, Placed
 from upholster.occt.surfaces import describe_surface
-from upholster.types import FloatArray
+from upholster.types import FloatArray, Progress
 
 __all__ = ["add_bodies"]
 
@@ -36,7 +37,13 @@ _APPROXIMATED = 0.1
 
 
 def add_bodies(
-    record: CadRecord, leaves: list[Leaf], *, deviation: float | None, unique: bool, coarse: bool
+    record: CadRecord,
+    leaves: list[Leaf],
+    *,
+    deviation: float | None,
+    unique: bool,
+    coarse: bool,
+    progress: Progress,
 ) -> None:
     """Add the bodies of a file's shapes.
 
@@ -53,12 +60,15 @@ def add_bodies(
         Whether a shape that stands in several places is a body in each.
     coarse
         Whether few triangles will do, to know which faces can have some.
+    progress
+        Called with "faces" and "mesh", how many faces are told or have triangles, and how many there are.
     """
     record.box = _box(leaves)
     size = float(np.linalg.norm(record.box[1] - record.box[0])) or 1.0
     record.deviation = size / (_COARSE if coarse else _FINE) if deviation is None else deviation
     known = IndexedMap()
     by_key: dict[tuple[int, str, bool], BodyRecord] = {}
+    found: list[tuple[BodyRecord, Any, list[_KnownFace]]] = []
     for placed in leaves:
         names = placed.name.split("\0")
         place = placed.place.Multiplied(placed.shape.Location())
@@ -75,11 +85,32 @@ def add_bodies(
             by_key[key] = body
             record.bodies.append(body)
             back = shape.Location().Inverted()
-            known_faces = [(face.Moved(back), *labels) for face, *labels in faces]
-            _fill(body, own, known_faces, record, _COARSE_ANGLE if coarse else ANGLE)
+            found.append((body, own, [(face.Moved(back), *labels) for face, *labels in faces]))
+    total, told, meshed = sum(len(faces) for *_, faces in found), 0, 0
+    for body, shape, faces in found:
+        _tell_faces(body, faces, record, _after(told, total, "faces", progress))
+        told += len(faces)
+        mesh_body(
+            shape,
+            [TopoDS.Face(face) for face, *_ in faces],
+            body,
+            record.deviation,
+            _COARSE_ANGLE if coarse else ANGLE,
+            _after(meshed, total, "mesh", progress),
+        )
+        meshed += len(faces)
 
 
-def _parts(leaf: Leaf, size: float) -> list[tuple[Any, bool, list[tuple[Any, str, str, str]]]]:
+def _after(before: int, total: int, stage: str, progress: Progress) -> Callable[[int], None]:
+    """Return what tells how many faces of one body are done, after those of the bodies before."""
+    return lambda done: progress(stage, before + done, total)
+
+
+_KnownFace = tuple[Any, str, str, str]
+"""A ``TopoDS_Face``, its name, colour and layer."""
+
+
+def _parts(leaf: Leaf, size: float) -> list[tuple[Any, bool, list[_KnownFace]]]:
     """Return the solids of a shape, and what else it has as one sheet, sewn: with their faces."""
     known = _Known(leaf)
     out = [
@@ -148,24 +179,23 @@ class _Known:
         return self._own.get(self._faces.FindIndex(face), ("", "", ""))
 
 
-def _fill(
-    body: BodyRecord, shape: Any, known: list[tuple[Any, str, str, str]], record: CadRecord, angle: float
+def _tell_faces(
+    body: BodyRecord, known: list[_KnownFace], record: CadRecord, progress: Callable[[int], None]
 ) -> None:
-    """Tell a body's faces, and their triangles."""
-    faces = [TopoDS.Face(face) for face, *_ in known]
-    for face, (_, name, colour, layer) in zip(faces, known, strict=True):
+    """Tell what a body's faces are."""
+    for face, name, colour, layer in known:
         one = FaceRecord(name, colour, layer, reversed=face.Orientation() == TopAbs_REVERSED)
         body.faces.append(one)
         try:
-            one.box = BRepTools.UVBounds_s(face)
+            one.box = BRepTools.UVBounds_s(TopoDS.Face(face))
             one.area = _area(face)
-            describe_surface(face, one, _APPROXIMATED * record.deviation)
+            describe_surface(TopoDS.Face(face), one, _APPROXIMATED * record.deviation)
         except (RuntimeError, ValueError) as error:  # OCP raises C++ exceptions as RuntimeError
             one.surface = None
             told = str(error).splitlines()[0]
             record.notes.append(f"a face of {body.name!r} is taken as Open CASCADE has it: {told}")
-        record.tolerance = max(record.tolerance, BRep_Tool.Tolerance_s(face))
-    mesh_body(shape, faces, body, record.deviation, angle)
+        record.tolerance = max(record.tolerance, BRep_Tool.Tolerance_s(TopoDS.Face(face)))
+        progress(len(body.faces))
 
 
 def _area(face: Any) -> float:

@@ -1,5 +1,6 @@
 """Triangles of bodies, by Open CASCADE's mesher: neighbours share the vertices of their common edge."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -37,7 +38,14 @@ class _Vertices:
         return len(self.positions) - 1
 
 
-def mesh_body(shape: Any, faces: list[Any], body: BodyRecord, deviation: float, angle: float) -> None:
+def mesh_body(
+    shape: Any,
+    faces: list[Any],
+    body: BodyRecord,
+    deviation: float,
+    angle: float,
+    progress: Callable[[int], None],
+) -> None:
     """Triangulate a body's faces; one that has no triangles is left plain.
 
     Parameters
@@ -52,6 +60,8 @@ def mesh_body(shape: Any, faces: list[Any], body: BodyRecord, deviation: float, 
         How far triangles may lie from the faces, in millimetres.
     angle
         Degrees by which an edge of a face may bend from a vertex to the next.
+    progress
+        Called with the number of faces whose triangles are known.
     """
     wanted = IMeshTools_Parameters()
     wanted.Deflection = wanted.DeflectionInterior = deviation
@@ -62,11 +72,12 @@ def mesh_body(shape: Any, faces: list[Any], body: BodyRecord, deviation: float, 
     BRepMesh_IncrementalMesh(shape, wanted)
     numbers = _edge_numbers(shape)
     vertices = _Vertices({}, {}, [])
-    for face, record in zip(faces, body.faces, strict=True):
+    for count, (face, record) in enumerate(zip(faces, body.faces, strict=True), 1):
         try:
             _mesh_face(face, record, vertices, numbers)
         except RuntimeError as error:  # what OCP makes of C++ exceptions
             record.plain = f"no triangles: {error}".splitlines()[0]
+        progress(count)
     body.positions = np.array(vertices.positions, np.float64).reshape(-1, 3)
     rim = np.zeros(len(vertices.positions), bool)
     rim[[*vertices.corners.values(), *(v for line in vertices.along.values() for v in line)]] = True

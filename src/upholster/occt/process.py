@@ -6,10 +6,15 @@ import pickle
 import subprocess
 import sys
 import tempfile
+import threading
+import time
+from collections import deque
 from pathlib import Path
+from typing import IO
 
 from upholster.errors import InputError
 from upholster.occt.records import CadRecord
+from upholster.types import Progress
 
 __all__ = ["MEMORY", "SECONDS", "read_cad"]
 
@@ -18,6 +23,9 @@ SECONDS = 600.0
 
 MEMORY = 12 << 30
 """Bytes of address space that it may use; of memory that is about a quarter less."""
+
+_EVERY = 0.1
+"""Seconds between two looks at how far it is."""
 
 _EXTRAS = {"OCP": "cad", "rhino3dm": "rhino"}
 
@@ -31,6 +39,7 @@ def read_cad(
     coarse: bool = False,
     seconds: float = SECONDS,
     memory: int = MEMORY,
+    progress: Progress | None = None,
 ) -> CadRecord:
     """Read a CAD file: STEP, IGES and BREP by Open CASCADE, 3DM by rhino3dm as well.
 
@@ -48,30 +57,20 @@ def read_cad(
         Whether few triangles will do, to know what there is.
     seconds, memory
         How long reading may take, and how much memory, in bytes.
+    progress
+        Called with stages "faces" and "mesh", in the thread that calls this.
 
     Raises
     ------
     InputError
         If what reads it is not installed; if it can not be read, has no faces, or needs more than the limits.
     """
-    options = {"unit": unit, "deviation": deviation, "unique": unique, "coarse": coarse, "memory": memory}
+    options = {"unit": unit, "deviation": deviation, "unique": unique, "coarse": coarse}
+    options |= {"memory": memory, "seconds": seconds}
     with tempfile.TemporaryDirectory(prefix="upholster-") as folder:
         result = Path(folder, "result")
         command = [sys.executable, "-m", "upholster.occt", str(path), str(result), json.dumps(options)]
-        process = subprocess.Popen(
-            command,
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-            env=_environment(),
-        )
-        try:
-            code = process.wait(seconds)
-        except subprocess.TimeoutExpired:
-            raise InputError(f"takes more than {seconds:g} s to read; allowed: as much") from None
-        finally:  # also when the user stops the program
-            process.kill()
-            process.wait()
+        code = _run(command, seconds, progress)
         found: CadRecord | str | None = pickle.loads(result.read_bytes()) if result.is_file() else None
     if found is None:
         raise InputError(f"Open CASCADE crashes on it (status {code}): it can not be read")
@@ -80,6 +79,58 @@ def read_cad(
     if not any(body.faces for body in found.bodies):
         raise InputError("it has no surfaces; allowed: a model with faces")
     return found
+
+
+def _run(command: list[str], seconds: float, progress: Progress | None) -> int:
+    """Run the process to its end, or until the time is over; return its status."""
+    process: subprocess.Popen[str] | None = None
+    heard: deque[str] = deque()
+    try:
+        process = subprocess.Popen(
+            command,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.DEVNULL,
+            env=_environment(),
+            text=True,
+        )
+        assert process.stdout is not None
+        listener = threading.Thread(target=_hear, args=(process.stdout, heard), daemon=True)
+        listener.start()
+        end = time.monotonic() + seconds
+        code = None
+        while code is None:
+            code = _waited(process, min(_EVERY, end - time.monotonic()))
+            if code is None and time.monotonic() >= end:
+                raise InputError(f"takes more than {seconds:g} s to read; allowed: as much")
+            if code is not None:
+                listener.join()
+            _tell(heard, progress)
+        return code
+    finally:  # also when the user stops the program
+        if process is not None:
+            process.kill()
+            process.wait()
+
+
+def _waited(process: "subprocess.Popen[str]", seconds: float) -> int | None:
+    """Wait for a process to end; return its status, None if it still runs."""
+    try:
+        return process.wait(max(0.0, seconds))
+    except subprocess.TimeoutExpired:
+        return None
+
+
+def _hear(lines: IO[str], heard: deque[str]) -> None:
+    with lines:
+        heard.extend(lines)
+
+
+def _tell(heard: deque[str], progress: Progress | None) -> None:
+    while heard:
+        stage, done, total = heard.popleft().split()
+        if progress is not None:
+            progress(stage, int(done), int(total))
 
 
 def _refused(text: str, memory: int) -> InputError:

@@ -22,7 +22,7 @@ from upholster.geometry.mesh_files.raw_model import RawModel
 from upholster.geometry.mesh_files.units import unit_in_metres
 from upholster.occt.process import read_cad
 from upholster.occt.records import BodyRecord, CadRecord, FaceRecord
-from upholster.types import FloatArray, IntArray
+from upholster.types import FloatArray, IntArray, Progress
 
 __all__ = ["CadState", "cad_scene", "cad_state", "read_cad_model"]
 
@@ -36,7 +36,13 @@ _LISTED = 5
 
 
 def read_cad_model(
-    path: Path, unit: float | None, up: str | None, deviation: float | None, *, unique: bool
+    path: Path,
+    unit: float | None,
+    up: str | None,
+    deviation: float | None,
+    *,
+    unique: bool,
+    progress: Progress | None,
 ) -> RawModel:
     """Read a CAD file as a model.
 
@@ -52,13 +58,21 @@ def read_cad_model(
         How far triangles may lie from the faces, in millimetres; by default a two-thousandth of the size.
     unique
         Whether a shape that stands in several places is covered in each by itself.
+    progress
+        As of `upholster.occt.process.read_cad`.
 
     Raises
     ------
     InputError
         If it can not be read, or tells another unit.
     """
-    record = read_cad(path, deviation=deviation, unique=unique, unit=None if unit is None else 1000.0 * unit)
+    record = read_cad(
+        path,
+        deviation=deviation,
+        unique=unique,
+        unit=None if unit is None else 1000.0 * unit,
+        progress=progress,
+    )
     bodies = [exact_body(body, record.deviation) for body in record.bodies]
     if not any(len(face.seen) for body in record.bodies for face in body.faces):
         raise InputError("none of its faces can be covered; allowed: a model with one")

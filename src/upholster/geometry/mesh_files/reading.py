@@ -23,7 +23,7 @@ from upholster.geometry.mesh_files.units import unit_in_metres
 from upholster.geometry.triangle_mesh import TriangleMesh
 from upholster.lengths import parse_length
 from upholster.suffixes import CAD_SUFFIXES, MODEL_SUFFIXES
-from upholster.types import FloatArray
+from upholster.types import FloatArray, Progress
 
 __all__ = ["read_model"]
 
@@ -43,6 +43,7 @@ def read_model(
     up: str | None = None,
     deviation: str | float | None = None,
     unique: bool = False,
+    progress: Progress | None = None,
 ) -> ModelFile:
     """Read a model: GLB, glTF, OBJ, PLY, STL or OFF; or a CAD model: STEP, IGES, BREP or 3DM.
 
@@ -67,6 +68,8 @@ def read_model(
         a two-thousandth of its size.
     unique
         Of a CAD model: whether a shape that stands in several places is a part in each.
+    progress
+        Called while a CAD model is read: with stages "faces" and "mesh", and the number of faces.
 
     Raises
     ------
@@ -93,7 +96,8 @@ def read_model(
             raise InputError("is empty; allowed: a model")
         with np.errstate(all="ignore"):  # numbers beyond all bounds are refused by the mesh
             if suffix in CAD_SUFFIXES:
-                raw = read_cad_model(Path(name), metres, up, _millimetres(deviation), unique=unique)
+                wanted = _millimetres(deviation)
+                raw = read_cad_model(Path(name), metres, up, wanted, unique=unique, progress=progress)
                 metres = up = None  # it is in millimetres now, and stands upright
             elif suffix in (".glb", ".gltf"):
                 raw = read_scene(parse_gltf(data, name))
