@@ -14,6 +14,7 @@ import pytest
 from command_line import assert_one_line, run_cli
 
 from upholster.charts.axis_directions import axis_direction, closed_rounds
+from upholster.charts.part_directions import part_direction
 from upholster.errors import InputError
 from upholster.geometry.mesh_files import read_model
 from upholster.occt.process import read_cad
@@ -313,15 +314,40 @@ def test_directions_along_and_around_follow_each_face_own_axis(files):
     centres = model.mesh.corners.mean(axis=1)
     hole = np.abs(np.linalg.norm(centres[:, :2] - (20, 10), axis=1) - 4) < 0.1
     hole &= np.abs(model.mesh.flat_normals[:, 2]) < 0.1
-    np.testing.assert_allclose(along(centres)[hole], np.tile([0, 0, 1], (hole.sum(), 1)), atol=1e-6)
-    np.testing.assert_allclose(around(centres)[hole, 2], 0, atol=1e-6)
+    np.testing.assert_allclose(along[hole], np.tile([0, 0, 1], (hole.sum(), 1)), atol=1e-6)
+    np.testing.assert_allclose(around[hole, 2], 0, atol=1e-6)
     toward = np.append((20, 10), 0) - centres[hole]
-    assert np.abs((around(centres)[hole] * toward).sum(axis=1)).max() < 0.2
-    with pytest.raises(ValueError, match="one mesh"):
-        along(centres + 1)
+    assert np.abs((around[hole] * toward).sum(axis=1)).max() < 0.2
     (found,) = closed_rounds(model)  # the hole; the rounding is a quarter
     assert found.length == pytest.approx(8 * np.pi, rel=2e-3)
     assert found.area == pytest.approx(80 * np.pi, rel=2e-3)
+
+
+def test_each_part_may_have_a_direction_of_its_own(files, tmp_path):
+    model = read_model(files / "two.step")
+    mesh = model.mesh
+    centres, ball = mesh.corners.mean(axis=1), mesh.of_parts(model.fitting(["ball*"]))
+    asked = part_direction(model, {"Ball*": "0,1,0", "plate 1": "along"})
+    found = asked(centres)
+    np.testing.assert_allclose(found[ball], np.tile([0, 1, 0], (ball.sum(), 1)))
+    np.testing.assert_allclose(found[~ball], axis_direction(model, "along")[~ball])
+    assert asked.__name__ == "Ball*=0,1,0, plate 1=along"
+    some = part_direction(model, {"ball*": "x", "*": "level"})(centres)
+    np.testing.assert_allclose(some[ball], np.tile([1, 0, 0], (ball.sum(), 1)))
+    np.testing.assert_allclose(some[~ball][:, 2], 0, atol=1e-9)
+    nothing = part_direction(model, {"ball 1": "around:z"})(centres)
+    assert not nothing[~ball].any()
+    with pytest.raises(ValueError, match="one mesh"):
+        asked(centres + 1)
+    with pytest.raises(InputError, match="no part is called 'Lid'"):
+        part_direction(model, {"Lid": "x"})
+    with pytest.raises(InputError, match="is for a part; allowed there: along"):
+        part_direction(model, {"*": "curvature"})
+    words = ["cover", SAMPLE, "--on", files / "two.step", "-o", tmp_path / "a.png", "--texels", "60k"]
+    done = run_cli(*words, "--size", "64x64", "--direction", "ball*=around", "--direction", "along")
+    assert done.returncode == 0, done.stderr
+    assert "direction ball*=around, *=along" in done.stdout
+    assert_one_line(run_cli(*words, "--direction", "x=", cwd=tmp_path), "allowed: PART=VALUE")
 
 
 def test_axes_are_for_cad_models(files, tmp_path):

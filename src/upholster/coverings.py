@@ -7,11 +7,12 @@ from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property, partial
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
-from upholster.charts.axis_directions import AXIS_DIRECTIONS, axis_direction, closed_rounds
+from upholster.charts.axis_directions import closed_rounds
 from upholster.charts.covered import Covered, CoveredLike, as_covered, covered_parts
 from upholster.charts.layout import texture_scale
+from upholster.charts.part_directions import is_by_part, part_direction, triangles_by_direction
 from upholster.errors import FormatError, InputError
 from upholster.fitting import fitted
 from upholster.geometry import AnySurface, MeshSurface, Surface
@@ -301,12 +302,13 @@ def read_coverings(
 def _with_axes(
     asked: SynthesisOptions, covered: Covered, source: PixelArray | Material, notes: list[str]
 ) -> SynthesisOptions:
-    """Return options with what a CAD model's axes say: the direction, and the size that fits round them."""
-    if asked.direction not in AXIS_DIRECTIONS:
+    """Return options with the direction on each part of a model, and the size that fits round its axes."""
+    if not is_by_part(asked.direction):
         return asked
     if covered.model is None:
-        raise InputError(f"direction is {asked.direction!r}; allowed: with a CAD model's file")
-    direction = axis_direction(covered.model, str(asked.direction))
+        file = "a CAD model's file" if isinstance(asked.direction, str) else "a model's file"
+        raise InputError(f"direction is {on_a_line(asked.direction)}; allowed: with {file}")
+    direction = part_direction(covered.model, cast(str | Mapping[str, str], asked.direction))
     if asked.fit:
         asked = _fitted(asked, covered, covered.model, matched_image(source, asked), notes)
     return replace(asked, direction=direction, fit=False)
@@ -316,19 +318,25 @@ def _fitted(
     asked: SynthesisOptions, covered: Covered, model: ModelFile, seen: PixelArray, notes: list[str]
 ) -> SynthesisOptions:
     """Return options with a size by which whole periods go round; a note tells what comes of it."""
-    lattice, rounds = find_lattice(seen), closed_rounds(model)
-    if lattice is None or not rounds:
+    lattice = find_lattice(seen)
+    by_direction = triangles_by_direction(model, cast(str | Mapping[str, str], asked.direction))
+    around, along = (
+        closed_rounds(model, by_direction[kind]) if kind in by_direction else []
+        for kind in ("around", "along")
+    )
+    count = len(around) + len(along)
+    if lattice is None or not count:
         why = "the sample does not repeat surely enough" if lattice is None else "no cylinder closes round"
         notes.append(f"nothing is fitted: {why}")
         return asked
     size = asked.sample_size
     length = None if size is None else parse_length(size, model.mesh.metres, name="sample size")
     scale = texture_scale(covered.surface, seen.shape[1], sample_size=length)
-    factor, left = fitted(lattice, rounds, scale.scale, along=asked.direction == "along")
+    factor, left = fitted(lattice, around, along, scale.scale)
     wide = factor * scale.sample_size
     notes.append(
         f"the sample is {wide:.4g} wide instead of {scale.sample_size:.4g} ({100 * (factor - 1):+.1f} %), so "
-        f"that whole periods go round {len(rounds)} cylinder{'s' * (len(rounds) > 1)}; {left:.2f} of one "
+        f"that whole periods go round {count} cylinder{'s' * (count > 1)}; {left:.2f} of one "
         "is left over"
     )
     return replace(asked, sample_size=wide)

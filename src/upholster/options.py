@@ -165,6 +165,8 @@ def _direction_text(direction: Any) -> Any:
     """Return a direction as text, where it is a number of degrees or three numbers; others as they are."""
     if isinstance(direction, str) or direction is None or callable(direction):
         return direction
+    if isinstance(direction, Mapping):
+        return {str(name): str(_direction_text(one)) for name, one in direction.items()}
     parts = [direction] if isinstance(direction, Real) else _members(direction) or []
     if len(parts) not in (1, 3) or not all(isinstance(part, Real) for part in parts):
         raise InputError(
@@ -328,14 +330,15 @@ class SynthesisOptions:
         ),
     )
     # A string, for the type needs NumPy: `upholster.charts.directions.Vectors`.
-    direction: "str | float | Sequence[float] | Callable[[Any], Any] | None" = field(
+    direction: "str | float | Sequence[float] | Mapping[str, str] | Callable[[Any], Any] | None" = field(
         default=None,
         metadata=_about(
             _SCALE,
             "Which way the sample's rows run: level (along lines of equal z), along the patches, at an angle "
             "to that, along a vector, or round an axis; on CAD models along or around the axes of its faces. "
+            "On models also by part, several times: `Shaft=along`; names as of --part. "
             "Default: along the patches, the longer way round a ring; level where patches do not agree.",
-            metavar="level|u|v|DEG|X,Y,Z|around:AXIS|along|around",
+            metavar="[PART=]level|u|v|DEG|X,Y,Z|around:AXIS|along|around",
             only="quilt",
         ),
     )
@@ -587,8 +590,11 @@ class SynthesisOptions:
             )
 
     def _check_scale(self) -> None:
-        if self.fit and self.direction not in ("along", "around"):
-            raise InputError(f"fit is given with direction {self.direction}; allowed: with along or around")
+        kinds = self.direction.values() if isinstance(self.direction, Mapping) else [self.direction]
+        if self.fit and not {"along", "around"}.intersection(kinds):
+            raise InputError(
+                f"fit is given with direction {on_a_line(self.direction)}; allowed: with along or around"
+            )
         if self.crease is not None and not 1 <= self.crease <= 180:
             raise InputError(f"crease is {self.crease:g} degrees; allowed: 1 to 180")
         if isinstance(self.sample_size, str):

@@ -3,8 +3,8 @@
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
-from upholster.charts.directions import Vectors
 from upholster.errors import InputError
 from upholster.geometry.mesh_files import ModelFile
 from upholster.types import FloatArray
@@ -32,8 +32,16 @@ class Round(NamedTuple):
     area: float
 
 
-def closed_rounds(model: ModelFile) -> list[Round]:
-    """Return the cylinders of a CAD model that close round, the largest first."""
+def closed_rounds(model: ModelFile, chosen: NDArray[np.bool_] | None = None) -> list[Round]:
+    """Return the cylinders of a CAD model that close round, the largest first.
+
+    Parameters
+    ----------
+    model
+        The model.
+    chosen
+        (T,) the triangles to look at; by default all.
+    """
     if model.axes is None:
         return []
     mesh = model.mesh
@@ -42,7 +50,8 @@ def closed_rounds(model: ModelFile) -> list[Round]:
     radial = off - (off * ways).sum(axis=1, keepdims=True) * ways
     radius = np.linalg.norm(mesh.corners[:, 0] - places - _along(mesh.corners[:, 0] - places, ways), axis=1)
     slope = np.abs((mesh.flat_normals * ways).sum(axis=1))
-    mine = np.flatnonzero((ways != 0).any(axis=1) & (slope < _UPRIGHT) & (radius > 0))
+    able = (ways != 0).any(axis=1) & (slope < _UPRIGHT) & (radius > 0)
+    mine = np.flatnonzero(able if chosen is None else able & chosen)
     if not len(mine):
         return []
     feet = places - _along(places, ways)
@@ -66,7 +75,7 @@ def _along(vectors: FloatArray, ways: FloatArray) -> FloatArray:
     return part
 
 
-def axis_direction(model: ModelFile, kind: str) -> Vectors:
+def axis_direction(model: ModelFile, kind: str) -> FloatArray:
     """Return what "along" or "around" asks for on a CAD model.
 
     A face with an axis follows it. Any other follows its part's: the axis that most of the part's area has,
@@ -82,8 +91,8 @@ def axis_direction(model: ModelFile, kind: str) -> Vectors:
 
     Returns
     -------
-    Callable
-        Points to vectors, (T, 3) each: for the centres of the triangles of the model's mesh alone.
+    FloatArray
+        (T, 3) vectors of length 1 for the triangles of the model's mesh; 0 on the axis itself.
 
     Raises
     ------
@@ -106,15 +115,7 @@ def axis_direction(model: ModelFile, kind: str) -> Vectors:
         places[mine & ~has], ways[mine & ~has] = place, way
     vectors = ways if kind == "along" else np.cross(ways, centres - places)
     length = np.linalg.norm(vectors, axis=1, keepdims=True)
-    unit = vectors / np.maximum(length, 1e-12 * mesh.size)
-
-    def asked(points: FloatArray) -> FloatArray:
-        if not np.array_equal(points, centres):
-            raise ValueError("it is for the centres of one mesh's triangles")
-        return np.asarray(unit, np.float64)
-
-    asked.__name__ = kind
-    return asked
+    return np.asarray(vectors / np.maximum(length, 1e-12 * mesh.size), np.float64)
 
 
 def _one_way(ways: FloatArray) -> FloatArray:

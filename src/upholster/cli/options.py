@@ -9,6 +9,7 @@ from typing import Annotated, Any
 import typer
 
 from upholster.cli.console import byte_count, large_count, numbers, share, texel_count
+from upholster.errors import InputError
 from upholster.options import chosen
 
 __all__ = ["spelled_out"]
@@ -24,7 +25,7 @@ _AS_TEXT: dict[str, tuple[_Read, _Write]] = {
     "stroke": (tuple, str),
     "texels": (texel_count, str),
     "sample_size": (lambda text: _number_or_text(text), str),
-    "direction": (str, str),
+    "direction": (lambda texts: _by_part("direction", texts), str),
     "texture": (str, str),
     "coefficients": (lambda text: share("coefficients", text), str),
     "size": (lambda text: numbers("size", text, "x", 2, int), lambda size: f"{size[0]}x{size[1]}"),
@@ -43,9 +44,25 @@ def _number_or_text(text: str) -> float | str:
         return text
 
 
+def _by_part(name: str, texts: list[str]) -> str | dict[str, str]:
+    """Read ``PART=VALUE``, several times; a value alone is for all parts, or for the others."""
+    if len(texts) == 1 and "=" not in texts[0]:
+        return texts[0]
+    found: dict[str, str] = {}
+    for text in texts:
+        part, _, value = text.rpartition("=")
+        if not value or (part or "*") in found:
+            raise InputError(f"{name} is given as {text!r}; allowed: PART=VALUE, each part once")
+        found[part or "*"] = value
+    if "*" in found:  # last, wherever it was written
+        found["*"] = found.pop("*")
+    return found
+
+
 _WORDS: dict[str, Any] = {
     "rectify": tuple[str, str, str, str] | None,
     "part": list[str] | None,
+    "direction": list[str] | None,
     "stroke": list[str] | None,
 }
 """Options of several words, or that may be given several times."""

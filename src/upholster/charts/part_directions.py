@@ -1,0 +1,108 @@
+"""Directions of their own for the parts of a model: ``{"Shaft": "along", "*": "around"}``."""
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from upholster.charts.axis_directions import AXIS_DIRECTIONS, axis_direction
+from upholster.charts.directions import Vectors
+from upholster.charts.mesh_directions import parse_mesh_direction
+from upholster.errors import InputError
+from upholster.geometry import TriangleMesh
+from upholster.geometry.mesh_files import ModelFile
+from upholster.types import FloatArray
+
+__all__ = ["is_by_part", "part_direction", "triangles_by_direction"]
+
+_ALLOWED = "along, around, level, smooth, x, y, z, a vector x,y,z, or around:AXIS"
+
+_SLOPE = 0.1
+"""Sine of the slope from which on a triangle has a level direction: what lies flatter is filled smoothly."""
+
+
+def is_by_part(direction: object) -> bool:
+    """Whether a direction is one that `part_direction` reads."""
+    return isinstance(direction, Mapping) or direction in AXIS_DIRECTIONS
+
+
+def triangles_by_direction(model: ModelFile, wanted: str | Mapping[str, str]) -> dict[str, NDArray[np.bool_]]:
+    """Return which triangles each direction is for, (T,) each.
+
+    Parameters
+    ----------
+    model
+        What is covered.
+    wanted
+        Directions by patterns as of `ModelFile.fitting`; of those that fit a part the first counts. Or one
+        for all. What no pattern fits is missing here.
+
+    Raises
+    ------
+    InputError
+        If a pattern fits no part.
+    """
+    by_pattern = {"*": wanted} if isinstance(wanted, str) else wanted
+    owner = np.full(len(model.parts), -1)
+    for number, pattern in reversed(list(enumerate(by_pattern))):
+        owner[range(len(owner)) if pattern == "*" else model.fitting([pattern])] = number
+    numbers = owner[model.mesh.part]
+    out: dict[str, NDArray[np.bool_]] = {}
+    for number, direction in enumerate(by_pattern.values()):
+        out[direction] = out.get(direction, np.zeros(len(numbers), bool)) | (numbers == number)
+    return out
+
+
+def part_direction(model: ModelFile, wanted: str | Mapping[str, str]) -> Vectors:
+    """Return what is asked for on each triangle of a model; on parts that no pattern fits nothing is.
+
+    Parameters
+    ----------
+    model, wanted
+        As of `triangles_by_direction`. Directions are ``along`` and ``around`` (see `axis_direction`),
+        ``level``, ``smooth`` (nothing is asked for) and vectors and axes as of `parse_mesh_direction`.
+
+    Returns
+    -------
+    Callable
+        Points to vectors, (T, 3) each: for the centres of the triangles of the model's mesh alone.
+
+    Raises
+    ------
+    InputError
+        If a pattern fits no part, a direction is none of these, or the file tells no axes.
+    """
+    centres = model.mesh.corners.mean(axis=1)
+    vectors = np.zeros((len(centres), 3))
+    for direction, mine in triangles_by_direction(model, wanted).items():
+        vectors[mine] = _vectors(model, direction, centres)[mine]
+
+    def asked(points: FloatArray) -> FloatArray:
+        if not np.array_equal(points, centres):
+            raise ValueError("it is for the centres of one mesh's triangles")
+        return vectors
+
+    named = {"": wanted} if isinstance(wanted, str) else wanted
+    asked.__name__ = ", ".join(f"{name}={value}" if name else value for name, value in named.items())
+    return asked
+
+
+def _vectors(model: ModelFile, direction: str, centres: FloatArray) -> FloatArray:
+    """Return one direction at all triangles, of length 1 or 0."""
+    if direction in AXIS_DIRECTIONS:
+        return axis_direction(model, direction)
+    found = parse_mesh_direction(direction)
+    if found.kind == "smooth":
+        return np.zeros_like(centres)
+    if found.kind == "level" and not found.angle:
+        return _level(model.mesh)
+    if found.kind != "vectors" or not callable(found.vectors):
+        raise InputError(f"direction {direction!r} is for a part; allowed there: {_ALLOWED}")
+    vectors = np.asarray(found.vectors(centres), np.float64)
+    return np.asarray(vectors / np.maximum(np.linalg.norm(vectors, axis=1, keepdims=True), 1e-300))
+
+
+def _level(mesh: TriangleMesh) -> FloatArray:
+    across = np.cross((0.0, 0.0, 1.0), mesh.flat_normals)
+    slope = np.linalg.norm(across, axis=1, keepdims=True)
+    return np.asarray(np.where(slope > _SLOPE, across / np.maximum(slope, _SLOPE), 0.0), np.float64)
