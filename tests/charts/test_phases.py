@@ -12,7 +12,12 @@ from upholster.charts.phases import TURN, StraightPhases, phase_field
 from upholster.charts.phases._kernels import first_members
 from upholster.charts.phases.chart_cells import chart_grids, chart_links
 from upholster.charts.phases.links import Links, matched_waves, signed
-from upholster.charts.phases.solving import phase_system, smallest_phases, solved_phases
+from upholster.charts.phases.solving import (
+    conjugate_phases,
+    phase_system,
+    smallest_phases,
+    solved_phases,
+)
 from upholster.charts.seams import find_seams, transitions
 from upholster.geometry import torus
 from upholster.quilt.chart import Chart
@@ -122,7 +127,7 @@ def test_lines_that_are_turned_round_have_the_opposite_phase():
 def ring(count, comes_back_as):
     """Return links of a ring of cells, of which the last goes on in the first as another wave."""
     first = np.arange(count, dtype=np.int32)
-    goes_on = np.tile(np.array([0, 1], np.int8), (count, 1))
+    goes_on = np.tile(np.arange(len(comes_back_as), dtype=np.int8), (count, 1))
     goes_on[-1] = comes_back_as
     half = np.tile([0.5, 0.0], (count, 1))
     return Links(first, np.roll(first, -1), half, half, np.ones(count), goes_on)
@@ -141,6 +146,24 @@ def test_a_wave_that_comes_back_as_its_opposite_is_its_own_conjugate():
     # Where it comes back as nothing, it starts anew.
     alone = solved_phases(ring(24, (-1, -1)), np.ones(24), wave)[0]
     assert np.abs(np.angle(alone[1:] * np.conj(alone[:-1])) / (2 * np.pi) - 1 / 8).max() < 1e-3
+
+
+def test_opposite_waves_stay_conjugate_however_the_solver_turns_them():
+    square = np.array([(1 / 8, 0.0), (0.0, 1 / 8)])
+    links = ring(12, (1, 2, 3, 0))  # each of four comes back as the next: the two waves and their opposites
+    system = phase_system(links, np.ones(12), square)
+    assert len(system.mass) == 48
+    assert (system.opposite[system.opposite] == np.arange(48)).all()
+    rng = np.random.default_rng(2)
+    psi = rng.normal(size=48) + 1j * rng.normal(size=48)
+    psi += np.conj(psi[system.opposite])
+    for turn in (1.0, np.exp(0.9j), -1j):
+        found = conjugate_phases(system, turn * psi)
+        assert np.abs(found - np.conj(found[system.opposite])).max() < 1e-12
+        assert min(np.abs(found - psi).max(), np.abs(found + psi).max()) < 1e-12
+    # What comes of it is of one size: a wave and its opposite never cancel each other.
+    solved = np.abs(solved_phases(links, np.ones(12), square))
+    assert solved.min() > 0.5 * solved.max()
 
 
 def test_waves_go_on_in_themselves_their_opposites_each_other_or_nothing():

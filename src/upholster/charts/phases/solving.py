@@ -10,7 +10,7 @@ from upholster.charts.phases._kernels import first_members
 from upholster.charts.phases.links import Links, signed
 from upholster.types import FloatArray, IntArray
 
-__all__ = ["PhaseSystem", "phase_system", "smallest_phases", "solved_phases", "turned"]
+__all__ = ["PhaseSystem", "conjugate_phases", "phase_system", "smallest_phases", "solved_phases", "turned"]
 
 _HEALING = 3.0
 """Periods over which two ends of courses that need not be cancel out."""
@@ -36,6 +36,8 @@ class PhaseSystem:
         are another one's conjugate.
     part
         (unknowns,) int32: which unknowns hang together.
+    opposite
+        (unknowns,) int32: of each unknown that of the opposite wave in the same cell, −1 where there is none.
     mass
         (unknowns,) areas of the cells.
     pull
@@ -46,6 +48,7 @@ class PhaseSystem:
 
     number: IntArray
     part: IntArray
+    opposite: IntArray
     mass: FloatArray
     pull: FloatArray
     first: IntArray
@@ -92,7 +95,7 @@ def solved_phases(links: Links, areas: FloatArray, waves: FloatArray) -> Complex
         (n, 2) cycles per exemplar pixel.
     """
     system = phase_system(links, areas, waves)
-    psi = _spread(system, _evened(system, smallest_phases(system)))
+    psi = _spread(system, _evened(system, conjugate_phases(system, smallest_phases(system))))
     all_of_them = np.zeros(len(system.number), np.complex128)
     all_of_them[system.number >= 0] = psi
     waves_own, opposites = all_of_them.reshape(2, len(waves), len(areas))
@@ -112,11 +115,13 @@ def phase_system(links: Links, areas: FloatArray, waves: FloatArray) -> PhaseSys
     number = np.where(kept, np.cumsum(kept) - 1, -1).astype(np.int32)
     on = kept[first] & (first != second)
     _, part = np.unique(top[kept], return_inverse=True)
+    other = np.roll(number.reshape(2, -1), 1, axis=0).reshape(-1)[kept]
     wave, cell = np.divmod(np.flatnonzero(kept), len(areas))
     mass = areas[cell]
     return PhaseSystem(
         number,
         part.reshape(-1).astype(np.int32),
+        other,
         mass,
         mass * (signed(waves)[wave] ** 2).sum(axis=1) / _HEALING**2,
         number[first[on]],
@@ -147,6 +152,25 @@ def smallest_phases(system: PhaseSystem) -> ComplexArray:
     return smallest_eigenvectors(system.rows(), system.mass, system.part, start, shift=shift, tolerance=1e-3)
 
 
+def conjugate_phases(system: PhaseSystem, psi: ComplexArray) -> ComplexArray:
+    """Return phases (unknowns,) in which each wave and its opposite are each other's conjugates.
+
+    An eigenvector of a part may be turned as a whole: it is turned such that this changes it least.
+    """
+    count = int(system.part.max()) + 1
+    both = psi * np.where(system.opposite >= 0, psi[system.opposite], 0.0)
+    sums = [np.bincount(system.part, system.mass * of, count) for of in (both.real, both.imag)]
+    half = np.arctan2(sums[1], sums[0]) / (4 * np.pi)
+    return _as_one(system, psi * turned(-half)[system.part])
+
+
+def _as_one(system: PhaseSystem, psi: ComplexArray) -> ComplexArray:
+    # The mean of each wave and its opposite's conjugate: no solver keeps them equal to the last bit, and
+    # small differences grow where several solutions are about as good.
+    joined: ComplexArray = 0.5 * (psi + np.conj(psi[system.opposite]))
+    return np.where(system.opposite >= 0, joined, psi)
+
+
 def _evened(system: PhaseSystem, psi: ComplexArray) -> ComplexArray:
     # The field made unit and smooth by turns: it recovers where the eigenvector is small, though no course
     # need end there.
@@ -154,7 +178,7 @@ def _evened(system: PhaseSystem, psi: ComplexArray) -> ComplexArray:
     grid = Multigrid(rows._replace(diagonal=rows.diagonal + system.pull))
     for _ in range(_ROUNDS):
         psi = _unit(psi)
-        psi = solve(grid, system.pull * psi, psi, tolerance=0.02, most=4)
+        psi = _as_one(system, solve(grid, system.pull * psi, psi, tolerance=0.02, most=4))
     return psi
 
 
@@ -168,7 +192,7 @@ def _spread(system: PhaseSystem, psi: ComplexArray) -> ComplexArray:
     weights = -system.weights.astype(np.complex128)
     rows = hermitian(count, system.first, system.second, weights, system.diagonal * (1 + _TRACE))
     by = solve(Multigrid(rows), right.astype(np.complex128), np.zeros(count, np.complex128), tolerance=1e-3)
-    return psi * turned(by.real / (2 * np.pi))
+    return _as_one(system, psi * turned(by.real / (2 * np.pi)))
 
 
 def _unit(psi: ComplexArray) -> ComplexArray:
