@@ -25,6 +25,9 @@ _LEAST_SINE = 0.12
 _AS_GOOD = 0.02
 """Of those that explain nearly as much as the best, less by this share of all weight, the strongest count."""
 
+_AS_LARGE = 1.4
+"""Of the least area that two waves span in the spectrum; twice as much makes every second wave."""
+
 _BETTER = 1.1
 """By which two waves must explain more than one."""
 
@@ -43,8 +46,9 @@ def chosen_waves(
     Two waves that generate only some of the peaks are those of a lattice too fine: places that agree in both
     phases would look alike in some ways only. So those are taken that explain most, each peak with the
     logarithm of its prominence; less what they would explain by chance, for the many multiples of slow waves
-    are near everything. Of those that explain equally much, prominent and slow ones are taken: a slow wave
-    tells places apart that are farther from one another.
+    are near everything. Of those that explain equally much, pairs are taken whose lattice has the largest
+    cell, for they explain the others' waves as well; of these, prominent and slow ones: a slow wave tells
+    places apart that are farther from one another.
 
     Parameters
     ----------
@@ -74,6 +78,8 @@ def chosen_waves(
     least, nearly = _LEAST_SHARE * weights.sum(), _AS_GOOD * weights.sum()
     if len(pairs) and double.max() > max(least, _BETTER * single.max()):
         good = pairs[double >= double.max() - nearly]
+        areas = _areas(cycles[good])
+        good = good[areas <= _AS_LARGE * areas.min()]
         chosen: list[int] = good[strength[good].sum(axis=1).argmax()].tolist()
         return chosen
     lone = np.flatnonzero(single >= single.max() - nearly)
@@ -106,6 +112,12 @@ def _found(away: FloatArray, chance: FloatArray, weights: FloatArray) -> FloatAr
     near: NDArray[np.bool_] = (away * away).sum(axis=2) <= TOLERANCE**2
     found: FloatArray = (near * weights).sum(axis=1) - chance * weights.sum()
     return found
+
+
+def _areas(pairs: FloatArray) -> FloatArray:
+    # (n,): of the cells of the spectrum that pairs of waves (n, 2, 2) span.
+    areas: FloatArray = np.abs(pairs[:, 0, 0] * pairs[:, 1, 1] - pairs[:, 0, 1] * pairs[:, 1, 0])
+    return areas
 
 
 def _sines(cycles: FloatArray) -> FloatArray:
