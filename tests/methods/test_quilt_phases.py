@@ -14,7 +14,7 @@ from upholster.charts.mesh_layout import mesh_charts, mesh_fields, triangle_fram
 from upholster.charts.phases import StraightPhases, phase_field
 from upholster.charts.seams import find_seams, transitions
 from upholster.errors import InputError
-from upholster.geometry import plane, torus
+from upholster.geometry import plane, sphere, torus
 from upholster.methods.quilt.mesh.method import synthesize_mesh
 from upholster.methods.quilt.method import synthesize_quilt
 from upholster.methods.quilt.options import QuiltOptions
@@ -204,3 +204,14 @@ def test_phases_are_left_out_where_they_are_not_wanted():
     assert field.weight == 2
     assert in_step(96, field.surface) < 96
     assert in_step(96, StraightPhases(field.lattice.waves)) == 96
+
+
+@pytest.mark.parametrize("slow", [40, 200])
+def test_blocks_become_as_small_as_the_faster_wave_allows(slow):
+    # Courses converge so fast that nothing else sets the side.
+    surface = sphere(1)
+    waves = np.array([(1 / slow, 0), (0, 1 / 40)])
+    charts = density_layout(surface, density=40.0, ring=96)
+    fields = direction_fields(surface, charts, parse_direction("around:z"), 160.0)
+    over = transitions(surface, charts, find_seams(surface, charts))
+    assert in_step(96, phase_field(charts, fields, over, waves, 6.0)) == 32

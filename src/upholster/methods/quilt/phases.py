@@ -66,7 +66,8 @@ def in_step(block: int, field: Phases | None) -> int:
     """Return the side of a block, in pixels, that keeps neighbours in step where courses are stretched.
 
     Inside a block the texture has its true scale; from one to the next the wanted phase makes up for what
-    courses are stretched by, a quarter of a turn at most. Blocks are three quarters of a period at least.
+    courses are stretched by, a quarter of a turn at most. Blocks are three quarters of the shortest period at
+    least.
 
     Parameters
     ----------
@@ -78,7 +79,7 @@ def in_step(block: int, field: Phases | None) -> int:
     if not isinstance(field, PhaseField):
         return block
     apart = 0.25 / max(field.strain(1 - _STRAINED), 1e-9)
-    period = 1 / float(np.sqrt((field.waves**2).sum(axis=1)).min())
+    period = 1 / float(np.sqrt((field.waves**2).sum(axis=1)).max())
     least = max(_LEAST_BLOCK, _LEAST_PERIODS * period)
     return min(block, 4 * int(np.ceil(max(least, apart / (1 - OVERLAP)) / 4)))
 
