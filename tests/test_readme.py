@@ -24,7 +24,7 @@ pytestmark = [
 ROOT = Path(__file__).parent.parent
 README = (ROOT / "README.md").read_text(encoding="utf-8")
 NOT_COPIED = (".git", ".venv*", ".*_cache", "__pycache__", "node_modules", "build", "dist")
-PATIENCE = 300
+PATIENCE = 900
 """Seconds after which a command hangs: the machine may be busy, and kernels not compiled yet."""
 
 

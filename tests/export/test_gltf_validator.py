@@ -42,7 +42,7 @@ def validate() -> Any:
 
     def run(files: Any) -> Any:
         command = [str(node), "-e", SCRIPT, str(PACKAGE), *map(str, files)]
-        done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+        done = subprocess.run(command, capture_output=True, text=True, timeout=900, check=False)
         assert done.returncode == 0, done.stderr
         return json.loads(done.stdout)
 

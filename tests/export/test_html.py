@@ -30,6 +30,9 @@ VIEWER = """customElements.define('upholster-viewer', class extends HTMLElement 
 WORKER = """const sum = (data) => data.reduce((a, b) => (31 * a + b) % 65521, 7)
 onmessage = ({ data }) => postMessage(`${data.length} ${sum(data)}`)
 """
+PATIENCE = 300_000
+"""Milliseconds after which what has not come never will."""
+
 STREAM = np.random.default_rng(3).bytes(5000)
 HOSTILE = """a"><script>alert(1)</script>&amp;<!-- 'ñ' {title} -->"""
 LINE_ENDS = pytest.mark.parametrize("line_end", [b"\n", b"\r\n"], ids=["LF", "CRLF"])
@@ -182,7 +185,7 @@ def test_a_page_opens_from_disk(browser: Any, tmp_path: Path, line_end: bytes) -
     path = tmp_path / "a ring.html"
     path.write_bytes(page(title=HOSTILE).replace(b"\n", line_end))
     tab, found = opened(browser, path)
-    tab.wait_for_selector("body[data-sum]", timeout=20_000)
+    tab.wait_for_selector("body[data-sum]", timeout=PATIENCE)
     total = 7
     for value in STREAM:
         total = (31 * total + value) % 65521
@@ -206,7 +209,7 @@ def test_what_a_browser_lacks_is_said(
 ) -> None:
     (tmp_path / "a.html").write_bytes(page())
     tab, found = opened(browser, tmp_path / "a.html", before=before, **settings)
-    tab.wait_for_selector("p:visible", timeout=20_000)
+    tab.wait_for_selector("p:visible", timeout=PATIENCE)
     assert said in tab.inner_text("body")
     assert found == []
 
@@ -221,7 +224,7 @@ def test_a_damaged_page_says_so(browser: Any, tmp_path: Path, name: str, put: by
     start = made.index(b">", made.index(f'id="{name}"'.encode())) + 1
     (tmp_path / "a.html").write_bytes(made[:start] + put + made[start + 40 :])
     tab, _ = opened(browser, tmp_path / "a.html")
-    tab.wait_for_selector("p:visible", timeout=20_000)
+    tab.wait_for_selector("p:visible", timeout=PATIENCE)
     assert said in tab.inner_text("body")
     assert tab.query_selector("upholster-viewer") is None
 
@@ -232,6 +235,6 @@ def test_the_shipped_viewer_opens_from_disk(browser: Any, tmp_path: Path, woven:
     texels = upholster.paint(quilt, exemplar)
     upholster.write(tmp_path / "a.html", surface, texels, quilt=quilt, exemplar=exemplar)
     tab, found = opened(browser, tmp_path / "a.html")
-    tab.wait_for_selector("upholster-viewer canvas", timeout=20_000)
-    tab.wait_for_timeout(1500)
+    whole = "() => document.querySelector('upholster-viewer')?.model?.complete"
+    tab.wait_for_function(whole, timeout=PATIENCE)
     assert [line for line in found if not line.startswith(("data:text/javascript,", "blob:"))] == []

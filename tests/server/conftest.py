@@ -1,7 +1,17 @@
 """What the server's tests serve."""
 
 import pytest
-from live_server import VECTORS
+from live_server import PATIENCE, VECTORS
+
+from upholster.server import connections, sending, thumbnails
+
+
+@pytest.fixture(autouse=True)
+def _patience(monkeypatch):
+    """Limits of time that a busy machine could reach; tests of these limits set their own."""
+    monkeypatch.setattr(thumbnails, "_MOST_SECONDS", PATIENCE)
+    monkeypatch.setattr(connections, "HEAD_SECONDS", PATIENCE)
+    monkeypatch.setattr(sending, "_STALLED_SECONDS", 10 * PATIENCE)
 
 
 @pytest.fixture

@@ -3,12 +3,19 @@
 import http.client
 import socket
 import threading
+import time
 from contextlib import contextmanager
 from pathlib import Path
 from types import SimpleNamespace
 
+import anyio
+
 from upholster.server import Catalogue, make_app
 from upholster.server.running import listen, make_server
+from upholster.server.throttle import Pace
+
+PATIENCE = 600
+"""Seconds after which what has not come never will: the machine may be busy, and ten times slower."""
 
 VECTORS = Path(__file__).parent.parent / "vectors"
 
@@ -18,7 +25,7 @@ class Client(SimpleNamespace):
 
     def get(self, path, method="GET", **headers):
         """Return status, headers (names in lower case) and body; the path goes out as it is."""
-        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=300)
+        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=PATIENCE)
         try:
             connection.putrequest(method, path, skip_host="host" in headers, skip_accept_encoding=True)
             for name, value in headers.items():
@@ -32,12 +39,38 @@ class Client(SimpleNamespace):
 
     def raw(self, text):
         """Send bytes as they are, and return all that comes back."""
-        with socket.create_connection(("127.0.0.1", self.port), timeout=30) as line:
+        with socket.create_connection(("127.0.0.1", self.port), timeout=PATIENCE) as line:
             line.sendall(text)
             parts = []
             while part := line.recv(1 << 16):
                 parts.append(part)
         return b"".join(parts)
+
+
+def wait_until(condition):
+    """Wait for what another thread or process does by itself."""
+    end = time.monotonic() + PATIENCE
+    while not condition():
+        assert time.monotonic() < end, "what is waited for does not come"
+        time.sleep(0.02)
+
+
+class Turns:
+    """Pieces of answers, each of which waits until the test lets it go; a piece is 640 bytes."""
+
+    RATE = 256_000
+
+    def __init__(self, monkeypatch):
+        self._free = threading.Semaphore(0)
+
+        async def wait(_pace, _count):
+            while not self._free.acquire(blocking=False):
+                await anyio.sleep(0.005)
+
+        monkeypatch.setattr(Pace, "wait", wait)
+
+    def release(self, count=1):
+        self._free.release(count)
 
 
 @contextmanager
@@ -50,9 +83,9 @@ def running(*paths, **options):
         thread = threading.Thread(target=server.run, kwargs={"sockets": [listener]})
         thread.start()
         try:
-            assert ready.wait(20)
+            assert ready.wait(PATIENCE)
             yield Client(port=listener.getsockname()[1])
         finally:
             server.should_exit = True
-            thread.join(20)
+            thread.join(PATIENCE)
             assert not thread.is_alive()

@@ -8,11 +8,11 @@ import socket
 import subprocess
 import sys
 import threading
-import time
 import webbrowser
 
 import pytest
 from command_line import assert_one_line, run_cli
+from live_server import PATIENCE, wait_until
 
 from upholster import server
 from upholster.server import open_in_browser
@@ -60,7 +60,7 @@ def test_it_prints_its_address_answers_there_and_stops(folder, arguments, printe
         found = re.match(printed, line)
         assert found, line
         host, path = re.match(r"http://([^/]+)(/.*)", found[1]).groups()
-        idle, busy = (http.client.HTTPConnection(host, timeout=20) for _ in range(2))
+        idle, busy = (http.client.HTTPConnection(host, timeout=PATIENCE) for _ in range(2))
         idle.request("GET", path)
         answer = idle.getresponse()
         assert answer.status == 200
@@ -69,7 +69,7 @@ def test_it_prints_its_address_answers_there_and_stops(folder, arguments, printe
         busy.getresponse()
         # Whoever is still connected, even in the middle of a stream, does not keep it from stopping.
         process.send_signal(stop)
-        output, errors = process.communicate(timeout=20)
+        output, errors = process.communicate(timeout=PATIENCE)
         assert (process.returncode, output) == (0, "")
         assert all(line.startswith(TOLD) for line in errors.splitlines())
         idle.close()
@@ -177,7 +177,7 @@ def test_a_browser_with_a_window_is_asked(desk):
     browser = Opened("firefox")
     desk.setattr(webbrowser, "get", lambda: browser)
     assert open_in_browser("http://127.0.0.1:1/")
-    assert browser.asked.wait(20)
+    assert browser.asked.wait(PATIENCE)
     assert browser.urls == ["http://127.0.0.1:1/"]
     desk.delenv("DISPLAY")
     assert not open_in_browser("http://127.0.0.1:1/")
@@ -204,7 +204,7 @@ def test_no_browser_at_all(desk):
 def test_the_browser_that_the_user_names_is_not_waited_for(desk, tmp_path):
     script, got, closed = (tmp_path / name for name in ("browse", "got", "closed"))
     script.write_text(
-        f'#!/bin/sh\necho "$1" $$ > {got}.part\nmv {got}.part {got}\nsleep 30\ntouch {closed}\n'
+        f'#!/bin/sh\necho "$1" $$ > {got}.part\nmv {got}.part {got}\nsleep 10000\ntouch {closed}\n'
     )
     script.chmod(0o755)
     desk.delenv("DISPLAY")
@@ -213,9 +213,7 @@ def test_the_browser_that_the_user_names_is_not_waited_for(desk, tmp_path):
     before = set(threading.enumerate())
     assert open_in_browser("http://127.0.0.1:1/")
     assert not closed.exists()
-    until = time.monotonic() + 10
-    while not got.exists() and time.monotonic() < until:
-        time.sleep(0.02)
+    wait_until(got.exists)
     url, process = got.read_text().split()
     assert url == "http://127.0.0.1:1/"
     assert os.getsid(int(process)) != os.getsid(0)  # Ctrl-C does not reach it

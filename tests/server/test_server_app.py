@@ -7,12 +7,12 @@ import re
 import subprocess
 import sys
 import threading
-import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from live_server import VECTORS, running
+from live_server import PATIENCE, VECTORS, Turns, running, wait_until
 
 from upholster.errors import InputError
 from upholster.image import read_image
@@ -78,7 +78,7 @@ def test_a_stream_in_parts(shared):
 def test_one_connection_carries_many_answers(shared):
     client, folder = shared
     whole = (folder / "quilt.uph").stat().st_size
-    line = http.client.HTTPConnection("127.0.0.1", client.port, timeout=30)
+    line = http.client.HTTPConnection("127.0.0.1", client.port, timeout=PATIENCE)
     for _ in range(3):
         for path, size in (("/streams/quilt.uph", whole), ("/streams/none.uph", 9), ("/view/none", None)):
             line.request("GET", path)
@@ -116,16 +116,30 @@ def test_hashes_are_remembered_while_a_file_looks_untouched(tmp_path, monkeypatc
     path = tmp_path / "a.uph"
     path.write_bytes(b"x" * 1000)
     versions = Versions()
+    clock = SimpleNamespace(now=path.stat().st_ctime)
+    monkeypatch.setattr("upholster.server.versions.time.time", lambda: clock.now)
     with open(path, "rb", buffering=0) as file:
         versions.identify(file)
         assert not versions._known  # written just now: may change and look the same
         os.utime(path, (modified, modified))
-        later = time.time() + 3
-        monkeypatch.setattr("upholster.server.versions.time.time", lambda: later)
+        clock.now += 3
         tag = versions.identify(file).tag
         assert list(versions._known.values()) == [tag]
         assert versions.identify(file).tag == tag
-        assert versions.identify(file).modified <= later
+        assert versions.identify(file).modified <= clock.now
+
+
+def tick(folder):
+    """Wait until the file system's clock has moved on."""
+    probe = folder / "clock"
+    probe.touch()
+    before = probe.stat().st_ctime_ns
+
+    def moved():
+        probe.touch()
+        return probe.stat().st_ctime_ns > before
+
+    wait_until(moved)
 
 
 @POSIX
@@ -136,10 +150,10 @@ def test_a_file_written_over_with_its_old_time_is_noticed(tmp_path):
     with open(path, "rb", buffering=0) as file:
         version = Versions().identify(file)
         assert version.read(0, 10) == b"x" * 10
-        time.sleep(0.02)  # the file system's clock ticks
+        tick(tmp_path)
         path.chmod(0o600)  # the inode's time changes, the content does not
         assert version.read(990, 10) == b"x" * 10
-        time.sleep(0.02)
+        tick(tmp_path)
         with path.open("r+b") as other:
             other.write(b"y" * 500)
         os.utime(path, (10**9, 10**9))
@@ -148,19 +162,22 @@ def test_a_file_written_over_with_its_old_time_is_noticed(tmp_path):
 
 
 def opened(client, path):
-    line = http.client.HTTPConnection("127.0.0.1", client.port, timeout=30)
+    line = http.client.HTTPConnection("127.0.0.1", client.port, timeout=PATIENCE)
     line.request("GET", path)
     return line, line.getresponse()
 
 
-def test_a_file_that_is_replaced_while_it_is_sent_stays_what_it_was(folder):
+def test_a_file_that_is_replaced_while_it_is_sent_stays_what_it_was(folder, monkeypatch):
     old, new = os.urandom(40_000), os.urandom(40_000)
     (folder / "big.uph").write_bytes(old)
-    with running(folder, rate=1_600_000) as client:
+    turns = Turns(monkeypatch)
+    with running(folder, rate=turns.RATE) as client:
+        turns.release(10)
         line, answer = opened(client, "/streams/big.uph")
         start = answer.read(5000)
         (folder / "new").write_bytes(new)
         os.replace(folder / "new", folder / "big.uph")
+        turns.release(1000)
         assert start + answer.read() == old
         tag = answer.headers["etag"]
         line.close()
@@ -170,14 +187,17 @@ def test_a_file_that_is_replaced_while_it_is_sent_stays_what_it_was(folder):
         assert headers["etag"] != tag
 
 
-def test_a_file_that_is_written_over_while_it_is_sent_ends_the_answer(folder):
+def test_a_file_that_is_written_over_while_it_is_sent_ends_the_answer(folder, monkeypatch):
     old = os.urandom(60_000)
     (folder / "big.uph").write_bytes(old)
-    with running(folder, rate=1_600_000) as client:
+    turns = Turns(monkeypatch)
+    with running(folder, rate=turns.RATE) as client:
+        turns.release(10)
         line, answer = opened(client, "/streams/big.uph")
         start = answer.read(5000)
         with open(folder / "big.uph", "r+b") as file:
             file.write(bytes(60_000))
+        turns.release(1000)
         with pytest.raises(http.client.IncompleteRead) as cut:
             answer.read()
         line.close()
@@ -192,17 +212,19 @@ def test_the_file_is_closed_when_the_client(folder, monkeypatch, why):
     sent = []
     identify = Versions.identify
     monkeypatch.setattr(Versions, "identify", lambda *given: sent.append(identify(*given)) or sent[-1])
-    monkeypatch.setattr(sending, "_STALLED_SECONDS", 0.3)
-    with running(folder, rate=8000 if why == "goes" else None) as client:
-        line, _ = opened(client, "/streams/big.uph")
+    turns = Turns(monkeypatch)
+    with running(folder, rate=turns.RATE) as client:
+        turns.release()
+        line, answer = opened(client, "/streams/big.uph")
+        answer.read(640)
         assert not sent[0].file.closed
         if why == "goes":
             line.sock.close()
             line.close()
-        until = time.monotonic() + 20
-        while not sent[0].file.closed and time.monotonic() < until:
-            time.sleep(0.02)
-        assert sent[0].file.closed
+        else:
+            monkeypatch.setattr(sending, "_STALLED_SECONDS", 0.3)
+            turns.release(1 << 20)
+        wait_until(lambda: sent[0].file.closed)
         line.close()
 
 
@@ -472,7 +494,7 @@ def test_a_mesh_has_a_picture_as_other_surfaces_have(folder):
 def test_a_picture_that_takes_too_long_is_given_up_and_that_is_remembered(folder, monkeypatch):
     monkeypatch.setattr(thumbnails, "_MOST_SECONDS", 0.5)
     started = []
-    sleeping = [sys.executable, "-c", "import time; time.sleep(60)"]
+    sleeping = [sys.executable, "-c", "import time; time.sleep(10_000)"]
 
     def start():
         pipes = dict.fromkeys(("stdin", "stdout"), subprocess.PIPE)
@@ -482,15 +504,13 @@ def test_a_picture_that_takes_too_long_is_given_up_and_that_is_remembered(folder
     honest = thumbnails._started
     monkeypatch.setattr(thumbnails, "_started", start)
     with running(folder) as client:
-        begin = time.monotonic()
         given_up = client.get("/thumbnails/quilt.uph.png")
         assert given_up[0] == 200
-        assert time.monotonic() - begin < 20
         assert client.get("/thumbnails/quilt.uph.png") == given_up
         assert len(started) == 1
         assert started[0].poll() is not None
         monkeypatch.setattr(thumbnails, "_started", honest)
-        monkeypatch.setattr(thumbnails, "_MOST_SECONDS", 60.0)
+        monkeypatch.setattr(thumbnails, "_MOST_SECONDS", PATIENCE)
         assert client.get("/thumbnails/smallest.uph.png")[2] != given_up[2]  # the next one is drawn
         monkeypatch.setattr(thumbnails, "_FAILED_SECONDS", -1.0)
         assert client.get("/thumbnails/quilt.uph.png")[2] != given_up[2]
@@ -501,10 +521,12 @@ def test_what_is_remembered_does_not_wait_for_what_is_drawn(folder, monkeypatch)
     monkeypatch.setattr(DrawingProcess, "draw", lambda *_: b"known")
     with running(folder) as client:
         assert client.get("/thumbnails/quilt.uph.png")[2] == b"known"
-        monkeypatch.setattr(DrawingProcess, "draw", lambda *_: (begun.set(), go_on.wait(60), b"late")[2])
+        monkeypatch.setattr(
+            DrawingProcess, "draw", lambda *_: (begun.set(), go_on.wait(PATIENCE), b"late")[2]
+        )
         waiting = threading.Thread(target=client.get, args=("/thumbnails/smallest.uph.png",))
         waiting.start()
-        assert begun.wait(20)
+        assert begun.wait(PATIENCE)
         assert client.get("/thumbnails/quilt.uph.png")[2] == b"known"
         assert waiting.is_alive()
         go_on.set()
@@ -548,13 +570,13 @@ def test_pages_and_streams_come_while_a_thumbnail_is_made(folder, monkeypatch):
 
     def draw(*_):
         begun.set()
-        return b"" if go_on.wait(60) else b"nobody waited"
+        return b"" if go_on.wait(PATIENCE) else b"nobody waited"
 
     monkeypatch.setattr(DrawingProcess, "draw", draw)
     with running(folder) as client:
         waiting = threading.Thread(target=client.get, args=("/thumbnails/quilt.uph.png",))
         waiting.start()
-        assert begun.wait(20)
+        assert begun.wait(PATIENCE)
         assert client.get("/")[0] == 200
         assert client.get("/streams/quilt.uph")[0] == 200
         assert waiting.is_alive()

@@ -14,6 +14,7 @@ import time
 from pathlib import Path
 
 import pytest
+from live_server import PATIENCE, wait_until
 
 pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
 
@@ -89,12 +90,12 @@ class Load:
                 assert line.recv(4096)
 
     def ask(self):
-        line = socket.create_connection(("127.0.0.1", self.port), timeout=30)
+        line = socket.create_connection(("127.0.0.1", self.port), timeout=PATIENCE)
         line.sendall(b"GET /streams/big.uph HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n")
         return line
 
     def get(self, path, wanted=None):
-        line = http.client.HTTPConnection("127.0.0.1", self.port, timeout=30)
+        line = http.client.HTTPConnection("127.0.0.1", self.port, timeout=PATIENCE)
         try:
             line.request("GET", path, headers={} if wanted is None else {"Range": wanted})
             answer = line.getresponse()
@@ -123,16 +124,13 @@ def test_two_hundred_requests_of_twenty_clients(server, folder):
     for thread in threads:
         thread.start()
     for thread in threads:
-        thread.join(120)
+        thread.join(5 * PATIENCE)
     over.set()
     watching.join()
     assert not any(thread.is_alive() for thread in threads)
     assert [client.failure for client in clients] == [None] * CLIENTS
     assert max(most) - memory_before < MOST_GROWTH
-    until = time.monotonic() + 20
-    while open_files(server) > files_before and time.monotonic() < until:
-        time.sleep(0.05)
-    assert open_files(server) <= files_before
+    wait_until(lambda: open_files(server) <= files_before)
     server.send_signal(signal.SIGINT)
-    output, errors = server.communicate(timeout=20)
+    output, errors = server.communicate(timeout=PATIENCE)
     assert (server.returncode, output, errors) == (0, "", "")

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import anyio
 import pytest
-from live_server import running
+from live_server import PATIENCE, Turns, running
 
 from upholster.server.throttle import MAX_PIECE, Pace
 
@@ -108,16 +108,11 @@ def test_every_connection_has_the_rate_and_scripts_are_free(folder, monkeypatch,
 
 
 def test_bytes_arrive_as_they_are_let_go(folder, monkeypatch):
-    turns = threading.Semaphore(0)
-
-    async def wait(self, count):
-        await anyio.to_thread.run_sync(turns.acquire)
-
-    monkeypatch.setattr(Pace, "wait", wait)
+    turns = Turns(monkeypatch)
     data = os.urandom(16_000)
     (folder / "big.uph").write_bytes(data)
-    with running(folder, rate=256_000) as client:
-        line = http.client.HTTPConnection("127.0.0.1", client.port, timeout=30)
+    with running(folder, rate=turns.RATE) as client:
+        line = http.client.HTTPConnection("127.0.0.1", client.port, timeout=PATIENCE)
         line.request("GET", "/streams/big.uph")
         answer, came = None, b""
         for count in range(640, 16_001, 640):

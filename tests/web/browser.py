@@ -1,11 +1,13 @@
 """Chromium, and servers of our own, for tests of what web/ shows."""
 
 import base64
+import json
 import os
 import shutil
 import sys
 import tempfile
 import threading
+from collections.abc import Callable
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
@@ -33,8 +35,11 @@ ROOT = HERE.parents[1]
 BRICKS = ROOT / "examples" / "bricks.png"
 NAMES = ("chromium", "chromium-browser", "google-chrome")
 ARGUMENTS = ("--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist")
-PATIENCE = 60_000
-"""Milliseconds after which what has not come never will: the machine may be busy."""
+PATIENCE = 300_000
+"""Milliseconds after which what has not come never will: the machine may be busy, and ten times slower."""
+
+SLOWER = float(os.environ.get("UPHOLSTER_TEST_SLOWER_BROWSER", "1"))
+"""By how much pages are slowed down: with 6, too, all tests have to pass."""
 
 WATCH = """
 globalThis.violations = []
@@ -76,21 +81,29 @@ def serving(app: Any) -> Any:
         thread = threading.Thread(target=server.run, kwargs={"sockets": [listener]})
         thread.start()
         try:
-            assert ready.wait(20)
+            assert ready.wait(PATIENCE / 1000)
             yield f"http://127.0.0.1:{listener.getsockname()[1]}"
         finally:
             server.should_exit = True
-            thread.join(20)
+            thread.join(PATIENCE / 1000)
             assert not thread.is_alive()
 
 
 class Tab:
-    """A page with a viewer in it, and all that the browser found wrong."""
+    """A page with a viewer in it, and all that the browser found wrong.
+
+    What the viewer does by itself, at its next frame, by an observer, or in its worker, has to be waited for:
+    `until` waits for a condition, `settle` and `settle_shape` for textures and shape, `frames` for what the
+    page does in its next frame. What must not happen is asked for after something that comes later.
+    """
 
     def __init__(self, page: Any) -> None:
         self.page = page
         self.problems: list[str] = []
         page.set_default_timeout(PATIENCE)
+        if SLOWER != 1:
+            session = page.context.new_cdp_session(page)
+            session.send("Emulation.setCPUThrottlingRate", {"rate": SLOWER})
         page.add_init_script(WATCH)
         page.on("console", self._heard)
         page.on("pageerror", lambda error: self.problems.append(f"error: {error}"))
@@ -128,6 +141,22 @@ class Tab:
             f" const inside = viewer?.shadowRoot; return Boolean(inside && ({condition})) }}"
         )
 
+    def until_equal(self, code: str, expected: Any) -> None:
+        """Wait until code, an expression of `viewer` and `inside`, has a value; fails with the one it has."""
+        found = self.call(
+            f"const look = () => JSON.stringify({code} ?? null);"
+            f" for (const end = performance.now() + {PATIENCE / 2};"
+            " look() !== argument && performance.now() < end; )"
+            "   await new Promise((done) => setTimeout(done, 20));"
+            " return look()",
+            json.dumps(expected, separators=(",", ":"), ensure_ascii=False),
+        )
+        assert json.loads(found) == expected
+
+    def frames(self, count: int = 2) -> None:
+        """Let the page draw two frames: then the first one's observers have been heard."""
+        self.call(f"for (let n = 0; n < {count}; n++) await new Promise(requestAnimationFrame)")
+
     def settle(self) -> Any:
         """Wait until all that is here is in the textures; what the model says of it."""
         return self.call("await viewer.model.settled(); return viewer.model.shown")
@@ -137,8 +166,9 @@ class Tab:
         self.call("await viewer.settled()")
 
     def complete(self) -> "Tab":
-        """Wait for the whole stream."""
+        """Wait for the whole stream, and until the controls show it."""
         self.until("viewer.model?.complete")
+        self.frames()
         return self
 
     def limit(self, **limit: float) -> Any:
@@ -200,6 +230,15 @@ def tab(browser: Any, *, faultless: bool = True, **options: Any) -> Any:
             assert not wrong, wrong
     finally:
         context.close()
+
+
+def wait_until(page: Any, condition: Callable[[], object]) -> None:
+    """Wait for what shows outside the page: its workers, files, what a server was asked for."""
+    for _ in range(PATIENCE // 20):
+        if condition():
+            return
+        page.wait_for_timeout(20)  # lets Playwright hear of events
+    raise AssertionError("what is waited for does not come")
 
 
 def pixels(data: bytes) -> Any:

@@ -325,7 +325,7 @@ test('patches that meet only within the tolerance have no gaps', () => {
   }
 })
 
-test('damaged nets and overlapping charts give a mesh or a refusal', { timeout: 60_000 }, () => {
+test('damaged nets and overlapping charts give a mesh or a refusal', { timeout: 600_000 }, () => {
   const names = Object.keys(SURFACES)
   let [refused, made] = [0, 0]
   for (let round = 0; round < 300; round++) {
@@ -369,7 +369,7 @@ test('damaged nets and overlapping charts give a mesh or a refusal', { timeout: 
   assert.ok(refused > 20 && made > 100, `${refused} refused, ${made} made`)
 })
 
-test('many edges in one place are no trap', { timeout: 60_000 }, () => {
+test('many edges in one place are no trap', { timeout: 600_000 }, () => {
   const fan = (count, point) => {
     const net = (k) => Float64Array.from([0, 1, 2, 3].flatMap((c) => point(k, c)))
     const patches = Array.from({ length: count }, (_, k) => ({ m: 1, n: 1, net: net(k) }))

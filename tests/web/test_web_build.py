@@ -41,7 +41,7 @@ def _build(folder: Path, *arguments: str) -> Any:
     node = shutil.which("node")
     assert node is not None
     return subprocess.run(
-        [node, str(folder / "build.mjs"), *arguments], cwd=folder, capture_output=True, text=True, timeout=120
+        [node, str(folder / "build.mjs"), *arguments], cwd=folder, capture_output=True, text=True, timeout=900
     )
 
 
@@ -132,7 +132,7 @@ def test_functions_are_short() -> None:
     node = shutil.which("node")
     assert node is not None
     arguments = [node, str(HERE / "lengths.mjs"), *map(str, _sources())]
-    done = subprocess.run(arguments, cwd=WEB, capture_output=True, text=True, timeout=60)
+    done = subprocess.run(arguments, cwd=WEB, capture_output=True, text=True, timeout=900)
     assert done.returncode == 0, done.stderr
     found = json.loads(done.stdout)
     assert len(found) > 500

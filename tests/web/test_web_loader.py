@@ -7,7 +7,7 @@ from typing import Any
 import browser
 import numpy as np
 import pytest
-from browser import ROOT, evaluate, pixels
+from browser import ROOT, evaluate, pixels, wait_until
 from scipy.ndimage import map_coordinates
 from starlette.applications import Starlette
 from starlette.responses import FileResponse, Response
@@ -89,11 +89,7 @@ def test_it_loads_as_loaders_do(page: Any) -> None:
     assert told.count("all loaded") == 2
     assert max(told.index("first"), told.index("loaded")) < told.index("complete")
     assert told[-1] == "bytes: true"
-    for _ in range(50):
-        if not page.workers:
-            break
-        page.wait_for_timeout(50)
-    assert page.workers == []
+    wait_until(page, lambda: not page.workers)
 
 
 def test_errors_headers_and_abort(chromium: Any, address: Any) -> None:
@@ -116,7 +112,6 @@ def test_errors_headers_and_abort(chromium: Any, address: Any) -> None:
               })
               const model = new UphLoader().load('streams/ring.uph', undefined, undefined, () => {})
               model.abort()
-              await new Promise((done) => setTimeout(done, 300))
               const told = []
               for (const url of ['nowhere.uph', 'secret.uph', 'streams/words.uph']) told.push(await lost(url))
               return [...told, asked, model.received, model.first]
@@ -304,7 +299,7 @@ def test_what_users_do_to_materials_and_meshes_stays(page: Any) -> None:
           camera.position.setScalar(3 * model.sphere.radius)
           camera.lookAt(model.sphere.center)
           const scene = new THREE.Scene().add(model, copy)
-          for (let n = 0; n < 100 && !model.complete; n++) {
+          while (!model.complete) {
             renderer.render(scene, camera)
             await new Promise((done) => setTimeout(done, 30))
           }

@@ -27,7 +27,7 @@ def decode(tmp_path, streams):
     jobs = tmp_path / "jobs.json"
     jobs.write_text(json.dumps(paths))
     done = subprocess.run(
-        ["node", str(SCRIPT), str(jobs)], capture_output=True, text=True, timeout=120, check=False
+        ["node", str(SCRIPT), str(jobs)], capture_output=True, text=True, timeout=900, check=False
     )
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout)
@@ -111,7 +111,7 @@ def meshed(tmp_path, surface):
     path = tmp_path / "mesh.uph"
     path.write_bytes(stream_of(surface))
     command = ["node", str(SCRIPT.with_name("triangles.mjs")), str(path)]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    done = subprocess.run(command, capture_output=True, text=True, timeout=900, check=False)
     assert done.returncode == 0, done.stderr
     return json.loads(done.stdout)
 

@@ -1,5 +1,6 @@
 """The viewer on lines that break, and with files that are no good: what it has it keeps, and says so."""
 
+from itertools import pairwise
 from typing import Any
 
 import anyio
@@ -202,12 +203,19 @@ def test_a_server_that_is_gone_for_good(bad: Any, streams: Any) -> None:
     _only(bad, REFUSED)
 
 
-def test_a_slow_line_brings_ever_more_of_the_stream(chromium: Any, streams: Any) -> None:
-    with browser.serving(_app(streams, rate=100_000)) as address, browser.tab(chromium) as tab:
-        tab.page.add_init_script(SEEN)
-        tab.open(f"{address}/view/ring.uph").complete()
-        seen = tab.page.evaluate("seen")
-    assert len(seen) >= 3
-    assert seen[0] < seen[-1]
+def test_a_slow_line_brings_ever_more_of_the_stream(bad: Any, streams: Any) -> None:
+    counts = (1_000, 6_000, 20_000)
+    breaks = [more - less for less, more in pairwise((0, *counts))]
+    line = Line(_app(streams), *breaks)
+    with browser.serving(line) as address:
+        bad.page.add_init_script(SEEN)
+        bad.open(f"{address}/view/ring.uph")
+        for count in counts:
+            bad.until(f"seen.at(-1) === {count}")
+            line.break_after(bad, count)
+        bad.complete()
+        bad.until(f"seen.at(-1) === {len(browser.ring())}")
+        seen = bad.page.evaluate("seen")
     assert seen == sorted(seen)
-    assert seen[-1] == len(browser.ring())
+    assert set(counts) < set(seen)
+    _only(bad, REFUSED)

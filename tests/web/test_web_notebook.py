@@ -68,6 +68,6 @@ def test_a_part_of_a_stream_is_a_coarser_model(tab: Any, monkeypatch: pytest.Mon
     monkeypatch.setattr("upholster.notebook.MOST_BYTES", 9000)
     frame = opened(tab, JUPYTERLAB.format(output=upholster.view(browser.ring())._repr_html_()))
     frame.wait_for_function(
-        "() => document.querySelector('upholster-viewer')?.model?.children.length > 0", timeout=PATIENCE
+        "() => document.querySelector('upholster-viewer')?.model?.first", timeout=PATIENCE
     )
     assert len(set(map(tuple, pixels(base64.b64decode(frame.evaluate(PICTURE))).reshape(-1, 4)[::7]))) > 500

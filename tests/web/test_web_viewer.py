@@ -5,7 +5,7 @@ from typing import Any
 import browser
 import numpy as np
 import pytest
-from browser import likeness, pixels, rendered
+from browser import likeness, pixels, rendered, wait_until
 from command_line import run_cli
 from scipy.ndimage import gaussian_filter
 
@@ -52,17 +52,14 @@ def _press(tab: Any, *keys: str) -> Any:
     tab.page.locator("upholster-viewer canvas").focus()
     for key in keys:
         tab.page.keyboard.press(key)
+    tab.frames()  # what has moved moves on at the next frame
     tab.settle()
     return tab.picture()
 
 
 def _wait_for_workers(page: Any, count: int) -> None:
     """Wait until there are so many: one that is at work ends a little later than it is told to."""
-    for _ in range(100):
-        if len(page.workers) == count:
-            return
-        page.wait_for_timeout(50)
-    raise AssertionError(f"{len(page.workers)} workers, not {count}")
+    wait_until(page, lambda: len(page.workers) == count)
 
 
 def test_any_prefix_looks_as_in_python(ring: Any) -> None:
@@ -117,10 +114,11 @@ def test_the_slider_by_keyboard(ring: Any) -> None:
             ring.page.keyboard.press("PageUp")
         seen.append(ring.settle()["bytes"])
     assert view < seen[0] < seen[1] < seen[2] < total
+    ring.frames()
     before = slider.get_attribute("aria-valuetext")
     ring.page.keyboard.press("ArrowLeft")
     assert ring.settle()["bytes"] < seen[2]
-    assert slider.get_attribute("aria-valuetext") != before
+    ring.until(f"inside.querySelector('input').ariaValueText !== '{before}'")
     ring.page.keyboard.press("End")
     assert ring.settle()["bytes"] == total
 
@@ -140,7 +138,10 @@ def test_buttons_show_shares_of_the_coefficients_as_python_counts_them(ring: Any
         known, count = decoder.coefficients_known
         assert shown["bytes"] == decoder.received
         assert shown["coefficients"] == pytest.approx(known / count)
-        assert button.get_attribute("aria-pressed") == "true"
+        ring.until_equal(
+            "[...inside.querySelectorAll('.group [aria-pressed=true]')].map((one) => one.ariaLabel)",
+            [_label(share)],
+        )
     ring.page.get_by_role("button", name="Live").click()
     assert ring.settle()["bytes"] == len(data)
 
@@ -265,50 +266,95 @@ def test_what_is_removed_is_freed(tab: Any, site: Any) -> None:
         tab.until("viewer.model?.first")
         _wait_for_workers(page, 1)
         tab.call("viewer.open('/streams/material.uph')")
-    wait = "await new Promise((done) => setTimeout(done, 50));"
     for _ in range(5):
         tab.until("viewer.model?.first")
-        tab.call("globalThis.kept = viewer; viewer.remove();" + wait)
+        tab.call("globalThis.kept = viewer; viewer.remove()")
+        tab.frames()
         _wait_for_workers(page, 0)
         tab.call("document.querySelector('main').append(kept)")
     # An element that only moves stays as it is.
     tab.complete()
-    tab.call("globalThis.model = viewer.model; document.body.append(viewer);" + wait)
+    tab.call("globalThis.model = viewer.model; document.body.append(viewer)")
+    tab.frames()
     assert tab.call("return viewer.model === model && viewer.model.complete")
     _wait_for_workers(page, 1)
 
 
-def test_a_page_is_scrolled_past_it(tab: Any, site: Any) -> None:
-    page = tab.open(f"{site}/view/ring.uph").complete().page
-    size = "return (await viewer.picture()).size"
-    middle = (200, 200)
+class Hand:
+    """A mouse's wheel and a finger on the canvas; what they do to the page and to the picture."""
 
-    def wheel() -> tuple[float, int]:
-        before = tab.call(size)
-        page.mouse.wheel(0, 240)
-        page.wait_for_timeout(400)
-        return tab.call("return scrollY"), tab.call(size) - before
+    MIDDLE = (200, 200)
 
-    page.mouse.move(*middle)
-    moved, change = wheel()
-    assert moved == 0  # nothing scrolls: the wheel is the model's
-    assert change != 0
-    tab.call("document.body.style.cssText += ';height:auto;overflow:auto'")
-    tab.call(
-        "viewer.style.height = '400px'; document.body.append(Object.assign(document.createElement('div')))"
-    )
-    tab.call("document.body.lastChild.style.height = '3000px'")
-    page.wait_for_timeout(300)
-    page.mouse.move(middle[0] + 1, middle[1])
-    moved, change = wheel()
-    assert moved > 100
-    assert change == 0
-    assert tab.call("return inside.querySelector('canvas').style.touchAction") == "pan-y"
-    tab.call("scrollTo(0, 0)")
-    page.mouse.click(*middle)
-    moved, change = wheel()
-    assert moved == 0
-    assert change != 0
+    def __init__(self, tab: Any) -> None:
+        self.tab = tab
+        self.touch = tab.page.context.new_cdp_session(tab.page)
+        tab.page.evaluate(
+            """() => {
+              globalThis.came = { wheel: 0, touchend: 0, scrollend: 0 }
+              for (const type in came) addEventListener(type, () => came[type]++, { capture: true })
+            }"""
+        )
+
+    def picture(self) -> Any:
+        self.tab.settle_shape()
+        return self.tab.picture()
+
+    def wheel(self) -> None:
+        self.tab.page.mouse.move(*self.MIDDLE)
+        self.tab.page.mouse.wheel(0, 240)
+
+    def swipe(self) -> None:
+        """A finger that moves up."""
+        x, y = self.MIDDLE
+        for kind, above in (
+            ("touchStart", 0),
+            *(("touchMove", 15 * n) for n in range(1, 9)),
+            ("touchEnd", 0),
+        ):
+            points = [] if kind == "touchEnd" else [{"x": x, "y": y - above}]
+            self.touch.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
+
+    def moves_the_model(self, work: Any, event: str) -> None:
+        """Whether the model moves, and the page does not."""
+        before, came, at = self.picture(), *self.tab.page.evaluate("[came, scrollY]")
+        work()
+        self.tab.until(f"came.{event} > {came[event]}")
+        self.tab.frames()
+        assert _changed(self.picture(), before) > 0.02
+        assert self.tab.page.evaluate("[came.scrollend, scrollY]") == [came["scrollend"], at]
+
+    def moves_the_page(self, work: Any) -> None:
+        """Whether the page moves, and the model does not; the page is at its start again afterwards."""
+        before, came = self.picture(), self.tab.page.evaluate("came")
+        work()
+        self.tab.until(f"came.scrollend > {came['scrollend']} && scrollY > 40")
+        assert _changed(self.picture(), before) < 0.001
+        self.tab.call("scrollTo(0, 0)")
+        self.tab.until("scrollY === 0")
+        self.tab.frames()
+
+
+def test_a_page_is_scrolled_past_it(chromium: Any, site: Any) -> None:
+    with browser.tab(chromium, has_touch=True) as tab:
+        tab.open(f"{site}/view/ring.uph").complete()
+        hand = Hand(tab)
+        # Nothing scrolls: wheel and finger are the model's.
+        hand.moves_the_model(hand.wheel, "wheel")
+        hand.moves_the_model(hand.swipe, "touchend")
+        tab.call("document.body.style.cssText += ';height:auto;overflow:auto'; viewer.style.height = '400px'")
+        tab.frames()
+        tab.call("viewer.after(Object.assign(document.createElement('div'), { id: 'more' }))")
+        # At once, without anything that would tell the viewer of it.
+        tab.call("more.style.cssText = 'height: 3000px'")
+        hand.moves_the_page(hand.swipe)
+        hand.moves_the_page(hand.wheel)
+        tab.call("inside.querySelector('canvas').focus()")
+        hand.moves_the_model(hand.wheel, "wheel")
+        tab.call("inside.querySelector('canvas').blur()")
+        hand.moves_the_page(hand.wheel)
+        # A page that could be scrolled, but whose reader can not.
+        tab.call("document.documentElement.style.overflow = 'hidden'")
+        hand.moves_the_model(hand.wheel, "wheel")
 
 
 def test_src_is_a_property_and_an_attribute(tab: Any, site: Any) -> None:

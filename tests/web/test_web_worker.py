@@ -37,6 +37,6 @@ def test_the_worker_keeps_its_promises(tmp_path: Any) -> None:
         env={**os.environ, "STREAMS": str(tmp_path)},
         capture_output=True,
         text=True,
-        timeout=120,
+        timeout=900,
     )
     assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-3000:]
