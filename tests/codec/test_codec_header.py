@@ -9,7 +9,7 @@ from codec_images import textured
 
 from upholster.codec import MAX_SAMPLES, ImageDecoder, ImageHeader, decode, encode_parts
 from upholster.codec.ezw import MAGIC
-from upholster.codec.tree import build_tree
+from upholster.codec.tree import _built
 from upholster.errors import FormatError, InputError
 
 
@@ -107,7 +107,7 @@ def test_the_largest_images_that_a_small_file_may_declare_take_less_than_256_mib
     kind = 2 if haar else 1 << 2 if channels >= 3 else 0
     means = struct.pack(f"<{channels}H", *[100] * channels)
     header = ImageHeader.parse(fixed(height, width, channels, kind, levels) + means + bytes(18))
-    build_tree.cache_clear()
+    _built.cache_clear()
     small = ImageDecoder(ImageHeader.parse(fixed(kind=kind & 2) + bytes(20)))
     small.feed(bytes(50))  # compiles
     small.image()
@@ -119,7 +119,7 @@ def test_the_largest_images_that_a_small_file_may_declare_take_less_than_256_mib
         assert tracemalloc.get_traced_memory()[1] < 2**28
     finally:
         tracemalloc.stop()
-        build_tree.cache_clear()
+        _built.cache_clear()
 
 
 def test_an_image_too_thin_for_its_channels_is_refused():

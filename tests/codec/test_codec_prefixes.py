@@ -25,7 +25,8 @@ def coded(name):
 
 def memory(decoder):
     inner = decoder._coefficients
-    return inner._memory.state, inner._memory.m, inner._memory.a[WEIGHTS:], inner.values()
+    values = np.concatenate([inner.values(band).reshape(-1) for band in inner.tree.bands])
+    return inner._memory.state, inner._memory.m, inner._memory.a[WEIGHTS:], values
 
 
 @each

@@ -66,9 +66,9 @@ def haar_of(decoder):
 
     header = decoder.header
     found = np.zeros((header.height, header.width, header.channels))
-    values = from_coded(decoder._coefficients.values(), header.thresholds) / 2
     for band in decoder._tree.bands:
-        found[_window(band, header.height, header.width)] = values[decoder._tree.places(band)]
+        values = from_coded(decoder._coefficients.values(band), header.thresholds) / 2
+        found[_window(band, header.height, header.width)] = values
     return found
 
 

@@ -300,6 +300,10 @@ def test_images_cut_anywhere_decode_as_in_python(tmp_path: Any) -> None:
             start = _header_length(data)
             if start < len(data):
                 jobs.append(("image.ezw", data, [start, *(start + c for c in _cuts(rng, data[start:], 4))]))
+    i, j = np.mgrid[:256, :256]
+    woven = np.stack([(i + j) % 2 * 255, i % 2 * 255, j % 2 * 255], axis=2).astype(np.uint8)
+    data = encode(woven, lossless=True, wavelet="haar")  # so regular that its stream ends with zeros
+    jobs.append(("image.ezw", data, [100, 500, len(data) - 1, len(data)]))
     found = _in_browser(tmp_path, jobs)
     for n, (_, data, cuts) in enumerate(jobs):
         assert found[n] == [{"image": _digest(decode(data[:cut]).image)} for cut in cuts], f"image {n}"

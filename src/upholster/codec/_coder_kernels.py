@@ -82,6 +82,8 @@ class Coder(NamedTuple):
 PLANE, PHASE, QUEUE, PLACE, STEP, SEGMENT, HEAD, TAIL, CURRENT, SIGNIFICANT_COUNT = range(6, 16)
 # Heads and tails of the queues.
 ENDS = 16
+# Bits coded, and after how many a decoder waits for more bytes (SPEC.md, section 9).
+SYMBOLS, MOST_SYMBOLS = 28, 29
 # Phases of a plane, steps of a coefficient.
 STARTED, LIKELY, SUBORDINATE, DOMINANT = 0, 1, 2, 3
 _NEXT, _SIGNIFICANCE, _SIGN, _TREE = 0, 1, 2, 3
@@ -214,6 +216,18 @@ def _next_in_queue(state: Longs, m: Ints) -> int:
 
 
 @inline
+def _code(coder: Coder, inputs: int, mixer: int, limit: int, encoding: bool, bit: int) -> int:
+    # Codes a bit and counts it; -1 where a decoder needs more bytes, be it only to go on working.
+    state = coder.state
+    if state[SYMBOLS] >= state[MOST_SYMBOLS]:
+        return -1
+    found = code_bit(state, coder.data, coder.a, inputs, mixer, limit, encoding, bit)
+    if found >= 0:
+        state[SYMBOLS] += 1
+    return found
+
+
+@inline
 def _start_refining(state: Longs, segments: Ints) -> None:
     state[PHASE], state[SEGMENT], state[PLACE] = SUBORDINATE, 0, segments[0, 0]
 
@@ -238,7 +252,7 @@ def _refine(i: int, coder: Coder, values: Ints, m: Ints, bands: Ints, encoding: 
     age = 0 if so_far == 1 else 1 if so_far < 4 else 2
     refinement_contexts(i, age, plane, m, bands, a)
     bit = (abs(values[i]) >> plane) & 1 if encoding else 0
-    bit = code_bit(state, coder.data, a, 2, _MIX_REFINE + age, 400, encoding, bit)
+    bit = _code(coder, 2, _MIX_REFINE + age, 400, encoding, bit)
     if bit < 0:
         return False
     m[KNOWN, i] |= bit << plane
@@ -294,7 +308,7 @@ def _code_significance(coder: Coder, values: Ints, m: Ints, bands: Ints, encodin
     queue = state[QUEUE] if state[PHASE] == LIKELY else QUEUES
     bit = (abs(values[i]) >> plane) & 1 if encoding else 0
     mixer = _MIX_SIGNIFICANCE + queue * 4 + bands[m[BAND, i], KIND]
-    bit = code_bit(state, coder.data, a, 3, mixer, 255, encoding, bit)
+    bit = _code(coder, 3, mixer, 255, encoding, bit)
     if bit < 0:
         return False
     m[FLAGS, i] |= VISITED
@@ -309,7 +323,7 @@ def _code_sign(coder: Coder, values: Ints, m: Ints, bands: Ints, encoding: bool)
     sign_contexts(i, m, bands, a)
     bit = 1 if encoding and values[i] < 0 else 0
     mixer = _MIX_SIGN + bands[m[BAND, i], KIND]
-    bit = code_bit(state, coder.data, a, 5, mixer, 400, encoding, bit)
+    bit = _code(coder, 5, mixer, 400, encoding, bit)
     if bit < 0:
         return False
     _become_significant(i, bit, state, m, bands, a)
@@ -327,7 +341,7 @@ def _code_tree(coder: Coder, deepest: Ints, m: Ints, bands: Ints, encoding: bool
         tree_contexts(i, plane, m, bands, a)
         bit = int64(1 if encoding and deepest[i] >> plane == 0 else 0)
         mixer = _MIX_TREE + bands[m[BAND, i], KIND]
-        bit = code_bit(state, coder.data, a, 3, mixer, 255, encoding, bit)
+        bit = _code(coder, 3, mixer, 255, encoding, bit)
         if bit < 0:
             return False
     if bit:

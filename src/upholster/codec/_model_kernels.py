@@ -29,7 +29,7 @@ __all__ = [
 # holds the bytes at hand, missing ones as 0; SLACK is what they could add. BYTES_DONE counts bytes written or
 # taken.
 LOW, HIGH, CODE, UNKNOWN_BITS, BYTES_DONE, BYTES_HERE = 0, 1, 2, 3, 4, 5
-STATE_SIZE = 28
+STATE_SIZE = 30
 
 
 # The adaptive model is one int32 array: the tables of `upholster.codec.tables`, the contexts of one

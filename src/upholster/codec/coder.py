@@ -24,14 +24,12 @@ from upholster.codec.tables import POINTS, QUANTA, RECIPROCALS, SQUASH, STRETCH,
 from upholster.codec.tree import (
     BAND,
     FLAGS,
-    KIND,
     KNOWN,
-    LEVEL,
     LL,
     LOWEST,
-    PADDING,
     PARENT,
     WAITING,
+    Band,
     Tree,
 )
 from upholster.types import FloatArray, frozen_array
@@ -43,6 +41,11 @@ MAX_PLANE = 23
 
 _TABLES = frozen_array(np.concatenate([STRETCH, SQUASH, RECIPROCALS, QUANTA, THRESHOLDS]))
 _ENDLESS = 2**62
+_AT_ONCE = 2**16
+"""Values that are guessed at once: a decoder's memory is limited."""
+
+_SYMBOLS_A_SAMPLE, _SYMBOLS_A_BYTE, _SYMBOLS_FREE = 4, 1024, 2**16
+"""Bits that a decoder takes: so many for each sample, for each byte of the stream, and so many more."""
 
 
 def encode_coefficients(
@@ -82,7 +85,10 @@ def encode_coefficients(
     count = int(state[BYTES_DONE])
     # The upper end of the interval determines every bit coded so far.
     tail = int(state[HIGH]).to_bytes(4, "big") if done or most_significant is not None else b""
-    return plane, (data[:count].tobytes() + tail)[: None if most_bytes is None else most_bytes]
+    stream = data[:count].tobytes() + tail
+    # A decoder takes no more bits than go with so many bytes: zeros make up for bytes that tell very many.
+    stream += bytes(max(0, memory.bytes_due - len(stream)))
+    return plane, stream[: None if most_bytes is None else most_bytes]
 
 
 class CoefficientDecoder:
@@ -117,7 +123,8 @@ class CoefficientDecoder:
     @property
     def unread(self) -> int:
         """Bytes behind the end of a complete stream, which mean nothing."""
-        return max(0, self.received - int(self._state[BYTES_DONE])) if self.complete else 0
+        used = max(int(self._state[BYTES_DONE]), self._memory.bytes_due)
+        return max(0, self.received - used) if self.complete else 0
 
     @property
     def significant(self) -> int:
@@ -130,7 +137,7 @@ class CoefficientDecoder:
         return int(self._state[kernels.PLANE])
 
     def feed(self, data: bytes) -> None:
-        """Take further bytes and decode every symbol that they determine."""
+        """Take further bytes and decode every symbol that they determine, as many as go with so many bytes."""
         state, here = self._state, self.received
         if here + len(data) > len(self._data):
             grown = np.zeros(max(2 * len(self._data), here + len(data)), np.uint8)
@@ -138,6 +145,7 @@ class CoefficientDecoder:
             self._data = grown
         self._data[here : here + len(data)] = np.frombuffer(data, np.uint8)
         state[BYTES_HERE] = here + len(data)
+        state[kernels.MOST_SYMBOLS] = self._memory.free + _SYMBOLS_A_BYTE * self.received
         # Bytes that the code register has taken as missing.
         for place in range(here, min(here + len(data), int(state[BYTES_DONE]))):
             shift = 8 * (int(state[BYTES_DONE]) - 1 - place)
@@ -152,59 +160,63 @@ class CoefficientDecoder:
         known, flags = self._memory.m[KNOWN], self._memory.m[FLAGS]
         return np.where(flags & kernels.NEGATIVE, -known, known)
 
-    def values(self, expected: NDArray[np.int32] | None = None) -> FloatArray:
-        """Return the best guess: values within their intervals, (tree.size,), multiples of 1/64.
+    def values(self, band: Band, expected: int = 0) -> FloatArray:
+        """Return the best guess of a band: values within their intervals, (rows, columns), multiples of 1/64.
 
         Where in its interval a value is put follows from the refinement bits so far (SPEC.md,
-        "Reconstruction").
+        "Reconstruction"). Band by band, so that little memory is needed beside the coder's own.
 
         Parameters
         ----------
+        band
+            One of the tree's.
         expected
-            (tree.size,) what values are where nothing that is known speaks against it; 0: nothing is
-            expected.
+            What its values are where nothing that is known speaks against it; 0: nothing is expected.
         """
-        flags, known = self._memory.m[FLAGS], self._memory.m[KNOWN]
-        plane = self.plane
-        significant = np.flatnonzero(flags & (kernels.SIGNIFICANT | PADDING) == kernels.SIGNIFICANT)
-        refined = self._refined(significant, plane)
-        lowest = np.where(refined, plane, plane + 1)
-        band = self.tree.links[BAND, significant]
-        kind, level = self.tree.table[band, KIND], self.tree.table[band, LEVEL]
-        known = known[significant].astype(np.int64)
-        later = (known >> (lowest + 1)) > 0
-        point = self._points()[kind, level, later.astype(np.intp)]
-        exact = self.exact & (lowest <= self.tree.table[band, LOWEST])
-        magnitude = (known << 6) + np.where(exact, 0, point << lowest)
-        out = np.zeros(self.tree.size)
-        if expected is not None:
-            # What is not significant lies below the plane; well below what is expected it may as well be 0.
-            np.minimum(expected, 2 ** (plane + 1) - 1, out=out)
-            out[expected >= 2 ** (plane + 3)] = 0
-            likely = expected[significant].astype(np.int64)
-            agrees = (likely > 0) & (flags[significant] & kernels.NEGATIVE == 0)
-            agrees &= likely >> lowest == known >> lowest
-            magnitude = np.where(agrees, likely << 6, magnitude)
-        out[significant] = np.where(flags[significant] & kernels.NEGATIVE, -magnitude, magnitude) / 64
-        return out
+        places = self.tree.places(band)
+        found = np.empty(places.shape)
+        rows = max(1, _AT_ONCE // max(1, band.columns))
+        for start in range(0, band.rows, rows):
+            part = places[start : start + rows]
+            found[start : start + rows] = self._guesses(band, part, expected)
+        return found
 
-    def _refined(self, places: NDArray[np.intp], plane: int) -> NDArray[np.bool_]:
-        # Which of them are known down to the current plane, not only to the one before.
-        if plane < 0:
-            return np.zeros(len(places), bool)  # plane + 1 = 0 is known of all
-        newly = self._memory.m[FLAGS, places] & kernels.NEWLY != 0
+    def _guesses(self, band: Band, places: NDArray[np.int32], expected: int) -> FloatArray:
+        # The best guess of some rows of a band.
+        plane = self.plane
+        flags, known = self._memory.m[FLAGS, places], self._memory.m[KNOWN, places]
+        lowest = np.where(self._refined(band, places, flags), plane, plane + 1)
+        later = (known >> (lowest + 1)) > 0
+        point = self._points()[band.kind, band.level][later.astype(np.intp)]
+        exact = self.exact & (lowest <= self.tree.table[self.tree.bands.index(band), LOWEST])
+        magnitude = known + np.where(exact, 0, point * 2.0**lowest) / 64
+        negative = flags & kernels.NEGATIVE != 0
+        rest = 0
+        if expected:
+            agrees = ~negative & (expected >> lowest == known >> lowest)
+            magnitude[agrees] = expected
+            # What is not significant lies below the plane; well below what is expected it may as well be 0.
+            rest = 0 if expected >> (plane + 3) else min(expected, 2 ** (plane + 1) - 1)
+        np.negative(magnitude, out=magnitude, where=negative)
+        magnitude[flags & kernels.SIGNIFICANT == 0] = rest
+        return magnitude
+
+    def _refined(self, band: Band, places: NDArray[np.int32], flags: NDArray[np.int32]) -> NDArray[np.bool_]:
+        # Which of a band are known down to the current plane, not only to the one before.
+        if self.plane < 0:
+            return np.zeros(places.shape, bool)  # plane + 1 = 0 is known of all
+        newly = flags & kernels.NEWLY != 0
         phase = int(self._state[kernels.PHASE])
         if phase == kernels.DOMINANT:
-            return np.ones(len(places), bool)
+            return np.ones(places.shape, bool)
         if phase != kernels.SUBORDINATE:
-            return newly if phase == kernels.LIKELY else np.zeros(len(places), bool)
+            return newly if phase == kernels.LIKELY else np.zeros(places.shape, bool)
         segments, done = self.tree.segments, int(self._state[kernels.SEGMENT])
-        passed = np.zeros(self.tree.size, bool)
-        for begin, end in segments[:done]:
-            passed[begin:end] = True
-        if done < len(segments):
-            passed[segments[done, 0] : int(self._state[kernels.PLACE])] = True
-        return newly | passed[places]
+        # A band's region is one segment; those before the current one are refined whole.
+        segment = int(np.flatnonzero(segments[:, 0] == band.begin)[0])
+        if segment != done:
+            return newly | (segment < done)
+        return newly | (places < int(self._state[kernels.PLACE]))
 
     def _points(self) -> NDArray[np.int64]:
         counts = self._memory.a[REFINED:].astype(np.int64).reshape(4, LEVELS, 2, 2)
@@ -221,6 +233,9 @@ class _Memory:
         self.state = np.zeros(STATE_SIZE, np.int64)
         self.state[HIGH] = 0xFFFFFFFF
         self.state[kernels.PLANE] = plane
+        samples = sum(band.rows * band.columns for band in tree.bands)
+        self.free = _SYMBOLS_A_SAMPLE * samples + _SYMBOLS_FREE
+        self.state[kernels.MOST_SYMBOLS] = _ENDLESS
         self.m = np.zeros((WAITING + 1, size), np.int32)
         self.m[: BAND + 1] = tree.links
         self.m[FLAGS] = tree.flags
@@ -231,6 +246,11 @@ class _Memory:
         weights[:28], weights[28:32], weights[32:36], weights[36:] = 24030, 14418, 24030, 36045
         self.a[COUNTERS:REFINED] = (1 << 19) << 10
         self.a[REFINED:] = 0
+
+    @property
+    def bytes_due(self) -> int:
+        """How many bytes a stream has at least that tells so many bits (SPEC.md, section 9)."""
+        return max(0, -(-(int(self.state[kernels.SYMBOLS]) - self.free) // _SYMBOLS_A_BYTE))
 
     def code(
         self,

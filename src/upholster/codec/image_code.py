@@ -237,13 +237,11 @@ class ImageDecoder:
             return self._haar_integers()
         real = header.wavelet == "9/7"
         nested = np.zeros(shape, np.float64 if real else np.int32)
-        values = self._coefficients.values()
         for band in self._tree.bands:
-            part = values[self._tree.places(band)] * _unweight(header, band)
+            part = self._coefficients.values(band) * _unweight(header, band)
             # Reversible transforms want integers: toward zero, which changes nothing once all planes are
             # there.
             nested[_window(band, header.height, header.width)] = part if real else np.trunc(part)
-        del values
         planes = inverse(nested, wavelet=header.wavelet, levels=header.levels)
         del nested
         if header.matrix is not None:
@@ -255,25 +253,23 @@ class ImageDecoder:
 
     def _haar_integers(self) -> NDArray[np.int32]:
         header = self.header
-        values = self._coefficients.values(self._means())
-        values = from_coded(values, header.thresholds) / 2**header.fineness
         nested = np.zeros((header.height, header.width, header.channels))
+        means = self._means()
         for band in self._tree.bands:
-            nested[_window(band, header.height, header.width)] = values[self._tree.places(band)]
-        del values
+            values = self._coefficients.values(band, means[band.channel] if band.kind == LL else 0)
+            values = from_coded(values, header.thresholds)
+            values /= 2**header.fineness
+            nested[_window(band, header.height, header.width)] = values
         planes = inverse(nested, wavelet="haar", levels=header.levels)
         del nested
         return self._rounded(planes)
 
-    def _means(self) -> NDArray[np.int32]:
-        # An approximation is expected to be the mean.
-        header, expected = self.header, np.zeros(self._tree.size, np.int32)
+    def _means(self) -> list[int]:
+        # What each channel's approximation is expected to be, as it would be coded.
+        header = self.header
         means = np.array(header.means) << (header.levels + header.fineness)
         coded = to_coded(np.where(means >> (MAX_PLANE + 1), 0, means), header.thresholds)
-        for band in self._tree.bands:
-            if band.kind == LL:
-                expected[self._tree.places(band)] = coded[band.channel]
-        return expected
+        return [int(mean) for mean in coded]
 
     def _rounded(self, planes: NDArray[Any]) -> NDArray[np.int32]:
         # Half away from zero is the same everywhere; negative sums are clipped anyway.

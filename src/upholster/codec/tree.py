@@ -118,7 +118,10 @@ def tree_size(height: int, width: int, channels: int, levels: int) -> int:
     return _bands(height, width, channels, levels)[1]
 
 
-@lru_cache(maxsize=8)
+_KEPT_PLACES = 2**20
+"""Trees of more places are not kept: eight of the largest would take 340 MB."""
+
+
 def build_tree(
     height: int, width: int, channels: int, levels: int, lowest: tuple[tuple[int, ...], ...] | None = None
 ) -> Tree:
@@ -133,6 +136,13 @@ def build_tree(
     lowest
         Per level, 0 first, the lowest plane of LL, HL, LH and HH; None: all 0.
     """
+    large = tree_size(height, width, channels, levels) > _KEPT_PLACES
+    return (_build if large else _built)(height, width, channels, levels, lowest)
+
+
+def _build(
+    height: int, width: int, channels: int, levels: int, lowest: tuple[tuple[int, ...], ...] | None
+) -> Tree:
     bands, size = _bands(height, width, channels, levels)
     flags = np.full(size, PADDING, np.uint8)
     links = np.zeros((3, size), np.int32)
@@ -180,3 +190,6 @@ def build_tree(
         frozen_array(np.concatenate([places for _, _, places in sorted(roots, key=lambda root: root[:2])])),
         frozen_array(flags),
     )
+
+
+_built = lru_cache(maxsize=8)(_build)

@@ -12,6 +12,11 @@ const VISITED = 8
 const ZTR = 16
 const AWAKE = 32
 
+// How many bits may be taken: for each sample, for each byte of the stream, and besides [9].
+const SYMBOLS_A_SAMPLE = 4
+const SYMBOLS_A_BYTE = 1024
+const FREE_SYMBOLS = 2 ** 16
+
 const DOMINANT = 6 // the queue that stands for the dominant pass
 const NOWHERE = 9 // no queue
 const THRESHOLDS = [26214, 13107, 6554, 3277, 1638, 786]
@@ -59,7 +64,8 @@ export class CoefficientDecoder {
     this.bits = new BitDecoder(COUNTERS, MIXERS, 24030)
     this.bits.setWeights(SIGN_MIXER, REFINEMENT_MIXER, 14418)
     this.bits.setWeights(REFINEMENT_MIXER, MIXERS, 36045)
-    this.symbols = 0
+    this.symbols = 0 // bits taken
+    this.freeSymbols = SYMBOLS_A_SAMPLE * header.height * header.width * header.channels + FREE_SYMBOLS
     this.significant = 0
     this.signPending = false
     this.plane = header.plane
@@ -70,6 +76,14 @@ export class CoefficientDecoder {
   feed(part) {
     this.bits.feed(part)
     return this.steps.next().done
+  }
+
+  /** The next bit; −1 where more bytes are needed, be it only to go on working. */
+  #bit(count, mixer, limit) {
+    if (this.symbols >= this.freeSymbols + SYMBOLS_A_BYTE * this.bits.data.length) return -1
+    const bit = this.bits.bit(count, mixer, limit)
+    if (bit >= 0) this.symbols++
+    return bit
   }
 
   // A generator: it waits wherever a bit is not determined yet, and passes go on at `head`.
@@ -213,7 +227,6 @@ export class CoefficientDecoder {
     if (!this.signPending) {
       const significant = this.#significanceBit(i, band)
       if (significant < 0) return false
-      this.symbols++
       if (!significant) {
         this.flags[i] |= VISITED
         return true
@@ -222,7 +235,6 @@ export class CoefficientDecoder {
     }
     const negative = this.#signBit(i, band)
     if (negative < 0) return false
-    this.symbols++
     this.signPending = false
     this.#becomeSignificant(i, band, negative)
     return true
@@ -239,7 +251,7 @@ export class CoefficientDecoder {
     input[1] = S2 + ((2 * neighbours + (up > 0 ? 1 : 0)) * 4 + kind) * 2 + (channel > 0 ? 1 : 0)
     const related = this.#quantise(16 * up) * 16 + this.#quantise(8 * this.cousins)
     input[2] = S3 + (this.#quantise(this.near) * 256 + related) * 4 + kind
-    return bits.bit(3, SIGNIFICANCE_MIXER + 4 * this.queue + kind, 255)
+    return this.#bit(3, SIGNIFICANCE_MIXER + 4 * this.queue + kind, 255)
   }
 
   #signBit(i, { around, beyond, kind, cousins, channel }) {
@@ -253,7 +265,7 @@ export class CoefficientDecoder {
     let before = 0
     for (let k = 1; k <= 3 && k <= channel; k++) before = 3 * before + SIGMA[flags[i - k * this.channelStep] & 3]
     input[4] = G5 + before * 3 + last
-    return bits.bit(5, SIGN_MIXER + kind, 400)
+    return this.#bit(5, SIGN_MIXER + kind, 400)
   }
 
   /** Enter a coefficient that became significant, and wake those round it. */
@@ -303,9 +315,8 @@ export class CoefficientDecoder {
     this.#measure(i)
     bits.input[0] = R1 + (this.#quantise(this.score) * 3 + age) * 4 + kind
     bits.input[1] = R2 + Math.min(31, top) * 16 + this.#quantise(this.near)
-    const bit = bits.bit(2, REFINEMENT_MIXER + age, 400)
+    const bit = this.#bit(2, REFINEMENT_MIXER + age, 400)
     if (bit < 0) return false
-    this.symbols++
     known[i] |= bit << plane
     this.lowestKnown[i] = plane
     this.refined[((level * 4 + kind) * 2 + (age > 0 ? 1 : 0)) * 2 + bit]++
@@ -325,8 +336,6 @@ export class CoefficientDecoder {
     bits.input[0] = Z1 + (score * 4 + kind) * 11 + level
     bits.input[1] = Z2 + (most * 4 + before) * 4 + kind
     bits.input[2] = Z3 + ((Math.min(7, score) * 8 + most) * 4 + before) * 4 + kind
-    const bit = bits.bit(3, ZEROTREE_MIXER + kind, 255)
-    if (bit >= 0) this.symbols++
-    return bit
+    return this.#bit(3, ZEROTREE_MIXER + kind, 255)
   }
 }
