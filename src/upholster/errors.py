@@ -4,7 +4,15 @@ import difflib
 from collections.abc import Iterable
 from numbers import Integral
 
-__all__ = ["FormatError", "InputError", "UpholsterError", "check_whole", "nearest", "printable"]
+__all__ = [
+    "FormatError",
+    "InputError",
+    "StoppedError",
+    "UpholsterError",
+    "check_whole",
+    "nearest",
+    "printable",
+]
 
 
 _LONGEST = 600
@@ -25,6 +33,10 @@ class InputError(UpholsterError):
 
 class FormatError(UpholsterError):
     """A file of a known format is damaged or breaks the format's rules."""
+
+
+class StoppedError(UpholsterError):
+    """The user has stopped work of which a part is done: the text says what there is."""
 
 
 def check_whole(name: str, value: object, least: int, most: int | None = None) -> int:

@@ -163,7 +163,9 @@ def cover(
                 exemplar, on, choices, sample, reading, asked, notes=notes, progress=progress
             )
             covered = coverings[0].covered
-            files.keep(covered.model.inputs if covered.model is not None else ())
+            if covered.model is not None:
+                read += [os.fspath(file) for file in covered.model.inputs]
+                files.keep(covered.model.inputs)
             if isinstance(covered.surface, Surface):
                 _ = covered.surface.shared  # edges that are claimed twice are found now, not after the work
         check_directions(wanted, covered.surface)
@@ -205,6 +207,7 @@ def cover(
             peak_memory(),
             written,
             notes,
+            list(dict.fromkeys(read)),
             textured,
         )
         if report:

@@ -62,6 +62,8 @@ class CoverReport(Shown):
     notes
         What the user should know, in words: how a material's maps were read, how many edges nearly
         meet, that the texture will be soft, or that there will be very many texels.
+    read
+        The files that were read.
     model
         The textured model itself; not in the JSON.
     """
@@ -74,6 +76,7 @@ class CoverReport(Shown):
     peak_memory_bytes: int | None
     written: dict[str, int] = field(default_factory=dict)
     notes: list[str] = field(default_factory=list)
+    read: list[str] = field(default_factory=list)
     model: TexturedModel | None = None
 
     def __repr__(self) -> str:

@@ -11,6 +11,7 @@ from upholster.errors import InputError
 from upholster.geometry import AnySurface, MeshSurface, SurfaceLike, TriangleMesh, as_surface, surface_file
 from upholster.geometry.mesh_files import ModelFile, read_model
 from upholster.options import ModelOptions
+from upholster.remembered import recalled
 from upholster.suffixes import is_model_name
 from upholster.types import Progress
 
@@ -79,9 +80,9 @@ def as_covered(
     """
     options = options or ModelOptions()
     if _is_model(on):
-        model = _model(on, options, options.part, progress)
-        surface, report = unwrap(model.mesh, keep_uv=options.uv == "keep", progress=progress)
-        return Covered(surface, model, (*model.notes, *report.notes))
+        # Laying out a large mesh takes seconds; a batch covers it with many samples.
+        key = ("covered", os.path.realpath(on), options)  # type: ignore[arg-type]  # a path
+        return recalled(key, lambda: _covered_model(on, options, progress), lambda found: _inputs(on, found))
     if isinstance(on, TriangleMesh):
         surface, report = unwrap(on, keep_uv=options.uv == "keep", progress=progress)
         return Covered(surface, None, tuple(report.notes))
@@ -173,6 +174,16 @@ def _model(
         unique=options.unique,
         progress=progress,
     )
+
+
+def _covered_model(on: CoveredLike, options: ModelOptions, progress: Progress | None) -> Covered:
+    model = _model(on, options, options.part, progress)
+    surface, report = unwrap(model.mesh, keep_uv=options.uv == "keep", progress=progress)
+    return Covered(surface, model, (*model.notes, *report.notes))
+
+
+def _inputs(on: CoveredLike, found: Covered) -> list[str]:
+    return [*covered_files(on), *(os.fspath(file) for file in (found.model.inputs if found.model else ()))]
 
 
 def _is_model(on: object) -> bool:

@@ -7,6 +7,7 @@ import errno
 import os
 import signal
 import sys
+from collections.abc import Sequence
 from contextlib import suppress
 from types import FrameType
 from typing import Annotated, NoReturn
@@ -14,6 +15,7 @@ from typing import Annotated, NoReturn
 import typer
 
 from upholster._version import __version__
+from upholster.cli.batch import batch
 from upholster.cli.codec import decode, encode
 from upholster.cli.command import Command
 from upholster.cli.cover import EXAMPLE, cover, surfaces
@@ -22,9 +24,9 @@ from upholster.cli.prepare import prepare
 from upholster.cli.serve import serve, view
 from upholster.cli.stream import info, levels, refine
 from upholster.cli.warm import warm
-from upholster.errors import UpholsterError, printable
+from upholster.errors import StoppedError, UpholsterError, printable
 
-__all__ = ["app", "main"]
+__all__ = ["app", "main", "run_words"]
 
 _FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
 """What writing to standard output can fail with: no room, or no device any more."""
@@ -49,7 +51,7 @@ def main() -> NoReturn:
         if status == 130:
             _stop()
     except UpholsterError as error:
-        status = _fail(str(error))
+        status = _fail(str(error), status=130 if isinstance(error, StoppedError) else 2)
     except KeyboardInterrupt:
         status = _stop()
     except BrokenPipeError:
@@ -80,6 +82,17 @@ def main() -> NoReturn:
         sys.stderr.flush()
     # Kernels may still be running on other threads after Ctrl-C or an error: they are not waited for.
     os._exit(status)
+
+
+def run_words(words: Sequence[str]) -> None:
+    """Run a command in this process.
+
+    Raises
+    ------
+    InputError, FormatError
+        As the command does.
+    """
+    app(list(words), standalone_mode=False)
 
 
 def _interrupt(_signal: int, _frame: FrameType | None) -> NoReturn:
@@ -142,6 +155,7 @@ _COMMANDS = {
         view,
         serve,
         measure,
+        batch,
         encode,
         decode,
         warm,

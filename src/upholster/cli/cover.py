@@ -13,7 +13,7 @@ from upholster.errors import InputError
 from upholster.options import ModelOptions, SampleOptions, SynthesisOptions, WriteOptions
 from upholster.suffixes import is_model_name
 
-__all__ = ["cover", "surfaces"]
+__all__ = ["cover", "surfaces", "uses_of"]
 
 EXAMPLE = "Example: `upholster cover brick.png --on cyclide -o ring.glb -o ring.png`"
 
@@ -129,7 +129,7 @@ def cover(
     maps = _by_name("map", "role=file, as roughness=rough.png", map_ or [])
     materials = _by_name("material", "part=sample, as Seat=leather.jpg", material or [])
     samples = [*(sample or []), *maps.values(), *materials.values()]
-    with progress_bars(quiet, _uses(synthesis, preparing, samples, on, output)) as progress:
+    with progress_bars(quiet, uses_of(synthesis, preparing, samples, on, output)) as progress:
         result = run(
             sample or None,
             on,
@@ -171,10 +171,10 @@ def _by_name(option: str, allowed: str, written: list[str]) -> dict[str, str]:
     return found
 
 
-def _uses(
+def uses_of(
     asked: SynthesisOptions, preparing: SampleOptions, sample: list[str], on: str, outputs: list[str]
 ) -> list[str]:
-    # What kernels these arguments need, as far as they tell; wrong ones are for others to complain about.
+    """Return what kernels these arguments need, as far as they tell; others complain about wrong ones."""
     flat = asked.method == "quilt" and isinstance(asked.texels, tuple)
     material = len(sample) > 1 or any(Path(s).is_dir() or Path(s).suffix.lower() == ".zip" for s in sample)
     mesh = is_model_name(on)

@@ -13,10 +13,11 @@ from upholster.errors import InputError
 from upholster.image.material import Material
 from upholster.image.material_files import FilesByRole, read_material
 from upholster.image.packages import is_zip
-from upholster.image.profiles import Notes
+from upholster.image.profiles import Notes, tell
 from upholster.image.read import check_exemplar, read_exemplar
 from upholster.image.write import IMAGE_SUFFIXES
 from upholster.options import SampleOptions
+from upholster.remembered import recalled
 from upholster.shown import on_a_line
 from upholster.types import PixelArray
 
@@ -62,6 +63,27 @@ def read_source(
         is no material.
     """
     options = options or SampleOptions()
+    if isinstance(source, (Material, np.ndarray)) or not _names(source):
+        return _read_source(source, options, maps, normal, notes)
+
+    def read() -> tuple[PixelArray | Material, list[str]]:
+        own: list[str] = []
+        return _read_source(source, options, maps, normal, own), own
+
+    key = ("sample", repr(source), options, repr(maps), normal)
+    found, told = recalled(key, read, lambda _: [*_folders(source), *source_files(source, maps)])
+    for words in told:
+        tell(notes, words)
+    return found
+
+
+def _read_source(
+    source: Source,
+    options: SampleOptions,
+    maps: FilesByRole | None,
+    normal: str | None,
+    notes: Notes | None,
+) -> PixelArray | Material:
     if isinstance(source, (Material, np.ndarray)):
         told = {entry.name: getattr(options, entry.name) for entry in fields(options)}
         told |= {"map": maps, "normal": normal}
@@ -75,7 +97,7 @@ def read_source(
         )
     if isinstance(source, Sequence) and not isinstance(source, str):
         if len(source) == 1:
-            return read_source(source[0], options, maps=maps, normal=normal, notes=notes)
+            return _read_source(source[0], options, maps, normal, notes)
         for file in source:
             # In a folder such files are skipped; one that is named is wanted.
             if Path(file).suffix.lower() not in IMAGE_SUFFIXES:
@@ -144,6 +166,12 @@ def source_files(source: Source, maps: FilesByRole | None = None) -> list[str]:
         with suppress(OSError):
             files = [str(file) for file in folder.iterdir() if file.suffix.lower() in IMAGE_SUFFIXES]
     return files + more
+
+
+def _folders(source: Source) -> list[str]:
+    """Return the folder that an exemplar is, in a list that is empty where it is none."""
+    given = [source] if isinstance(source, (str, os.PathLike)) else source if isinstance(source, list) else []
+    return [os.fspath(name) for name in given if os.path.isdir(name)]
 
 
 def source_parts(exemplar: PixelArray | Material) -> dict[str, PixelArray]:

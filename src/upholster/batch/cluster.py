@@ -1,0 +1,198 @@
+"""Jobs on Dask: on processes of this machine, or on a cluster that is there already."""
+
+import importlib
+import logging
+import os
+import tempfile
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager, suppress
+from dataclasses import dataclass
+from typing import Any
+
+from upholster._version import __version__
+from upholster.errors import InputError
+
+__all__ = ["Outcome", "Run", "run_jobs"]
+
+_PATIENCE = 10
+"""Seconds in which a scheduler has to answer."""
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What came of one job.
+
+    Attributes
+    ----------
+    number
+        Of the job in the list.
+    result
+        What the work returned; None if it failed.
+    error
+        Why it failed, in a line; empty if it did not.
+    """
+
+    number: int
+    result: Any
+    error: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Run:
+    """Jobs that run.
+
+    Attributes
+    ----------
+    dashboard
+        The address of Dask's dashboard; empty where there is none.
+    outcomes
+        What comes of the jobs, in the order in which they end.
+    """
+
+    dashboard: str
+    outcomes: Iterator[Outcome]
+
+
+@contextmanager
+def run_jobs(
+    work: Callable[..., Any],
+    arguments: Sequence[tuple[Any, ...]],
+    *,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    retries: int = 2,
+) -> Iterator[Run]:
+    """Run jobs side by side; what ends first comes first.
+
+    Parameters
+    ----------
+    work
+        A function of a module, called with each job's arguments in some worker's process.
+    arguments
+        Of each job.
+    workers
+        Processes on this machine, each with one job at a time; default: one per core.
+    scheduler
+        Address of a Dask scheduler, ``tcp://host:8786``, instead of processes of this machine.
+    retries
+        How often a job is tried again whose worker died, or that failed by a fault of a machine.
+
+    Yields
+    ------
+    Run
+        Dashboard and outcomes.
+
+    Raises
+    ------
+    InputError
+        If Dask is not installed, no scheduler answers, or its workers have another version of upholster.
+    """
+    distributed = _dask()
+    with ExitStack() as stack:
+        client = stack.enter_context(_client(distributed, workers, scheduler, retries))
+        _check_versions(client)
+        yield Run(_dashboard(client), _outcomes(distributed, client, work, arguments, retries))
+
+
+def _dask() -> Any:
+    try:
+        return importlib.import_module("distributed")
+    except ImportError:
+        raise InputError('batch needs Dask; install it by: pip install "upholster[cluster]"') from None
+
+
+@contextmanager
+def _client(distributed: Any, workers: int | None, scheduler: str | None, retries: int) -> Iterator[Any]:
+    import dask
+
+    settings = {
+        "distributed.scheduler.allowed-failures": retries,
+        "distributed.comm.timeouts.connect": _PATIENCE,
+        "distributed.admin.large-graph-warning-threshold": "1GB",
+    }
+    with ExitStack() as stack:
+        stack.enter_context(dask.config.set(settings))
+        for name in ("distributed", "bokeh", "tornado"):
+            logging.getLogger(name).setLevel(logging.CRITICAL)
+        if scheduler is not None:
+            try:
+                yield stack.enter_context(distributed.Client(scheduler, timeout=_PATIENCE))
+            except (OSError, ValueError, TypeError) as error:
+                raise InputError(
+                    f"scheduler {scheduler!r} does not answer; allowed: the address of a Dask scheduler, as "
+                    f"tcp://127.0.0.1:8786 ({error})"
+                ) from None
+            return
+        folder = stack.enter_context(
+            tempfile.TemporaryDirectory(prefix="upholster-", ignore_cleanup_errors=True)
+        )
+        cluster = distributed.LocalCluster(
+            n_workers=workers or os.cpu_count() or 1,
+            threads_per_worker=1,
+            processes=True,
+            preload=["upholster.batch.worker"],
+            local_directory=folder,
+            dashboard_address="127.0.0.1:0" if _has_bokeh() else None,
+            silence_logs=logging.CRITICAL,
+        )
+        stack.enter_context(cluster)
+        yield stack.enter_context(distributed.Client(cluster))
+
+
+def _has_bokeh() -> bool:
+    return importlib.util.find_spec("bokeh") is not None
+
+
+def _dashboard(client: Any) -> str:
+    with suppress(Exception):  # a name for people; without it all else works
+        return str(client.dashboard_link or "") if _has_bokeh() else ""
+    return ""
+
+
+def _version_here() -> str:
+    return __version__
+
+
+def _check_versions(client: Any) -> None:
+    try:
+        found: Mapping[str, str] = client.run(_version_here)
+    except Exception as error:
+        raise InputError(
+            f"workers cannot load upholster {__version__}; allowed: the same version on all ({error})"
+        ) from None
+    for address, version in found.items():
+        if version != __version__:
+            raise InputError(
+                f"worker {address} has upholster {version}; allowed: {__version__}, as here, on all workers"
+            )
+
+
+def _outcomes(
+    distributed: Any,
+    client: Any,
+    work: Callable[..., Any],
+    arguments: Sequence[tuple[Any, ...]],
+    retries: int,
+) -> Iterator[Outcome]:
+    futures = {
+        client.submit(
+            work, *own, key=f"job-{number}-{os.urandom(4).hex()}", retries=retries, pure=False
+        ): number
+        for number, own in enumerate(arguments)
+    }
+    # One that has ended is let go: what it returned is not kept on the workers.
+    pending = distributed.as_completed(list(futures))
+    for future in pending:
+        number = futures.pop(future)
+        if future.status == "finished":
+            yield Outcome(number, future.result())
+        else:
+            yield Outcome(number, None, _why(future))
+        future.release()
+
+
+def _why(future: Any) -> str:
+    error = future.exception()
+    if type(error).__name__ == "KilledWorker":
+        return "its worker died, each time that it was tried (out of memory?)"
+    return f"{type(error).__name__}: {error}"

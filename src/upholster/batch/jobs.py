@@ -1,0 +1,252 @@
+"""A file of jobs, TOML or CSV with a job per line: each becomes words of ``upholster cover``."""
+
+import csv
+import glob
+import io
+import itertools
+import os
+import re
+import tomllib
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from upholster.errors import FormatError, InputError
+from upholster.files import read_bytes
+
+__all__ = ["Job", "check_apart", "read_jobs"]
+
+MAX_JOBS = 100_000
+
+_FIELD = re.compile(r"\{([^{}]*)\}")
+_NAMED = re.compile(r"[a-z][a-z0-9-]*")
+_TEMPLATES = ("output", "report")
+_OWN = {"threads": "--threads of the batch", "quiet": "--quiet of the batch", "help": "none"}
+"""Options that a job cannot have, and what stands for them."""
+
+
+@dataclass(frozen=True, slots=True)
+class Job:
+    """One run of ``upholster cover``.
+
+    Attributes
+    ----------
+    name
+        For people: sample and surface, and what else differs.
+    words
+        Of the command line, behind ``cover``; files are relative to the folder of the jobs' file.
+    outputs
+        The files that it is to write, as in `words`.
+    """
+
+    name: str
+    words: tuple[str, ...]
+    outputs: tuple[str, ...]
+
+
+def read_jobs(path: str | os.PathLike[str]) -> list[Job]:
+    """Read a file of jobs.
+
+    Parameters
+    ----------
+    path
+        TOML: options for all jobs first, then tables ``[[jobs]]``. Options are those of ``upholster cover``,
+        without dashes; `sample` and `on` may be lists and patterns (``photos/*.jpg``), each with each; a list
+        in the list is one material's files. A table ``[jobs.each]`` has lists of further options, each value
+        of which makes jobs of its own. CSV: a column per option, a job per line; columns may recur.
+        In `output` and `report` stand ``{sample}``, ``{on}``, ``{n}`` (the job's number) and ``{option}`` for
+        what the job has.
+
+    Raises
+    ------
+    InputError, FormatError
+        If it cannot be read, has another suffix, no jobs or more than 100,000, a job without sample, surface
+        or output, a value of another kind, or an unknown name in braces.
+    """
+    name = os.fspath(path)
+    suffix = Path(name).suffix.lower()
+    if suffix not in (".toml", ".csv"):
+        raise InputError(f"jobs {name!r} have suffix {suffix!r}; allowed: .toml, .csv")
+    try:
+        text = read_bytes(name).decode("utf-8-sig")
+    except UnicodeDecodeError:
+        raise FormatError(f"{name}: it is no text in UTF-8") from None
+    folder = Path(name).parent
+    tables = _toml_tables(name, text) if suffix == ".toml" else _csv_tables(name, text)
+    jobs: list[Job] = []
+    for where, table in tables:
+        told = tuple(table.get("each", ()))
+        for choice in _choices(where, table, folder):
+            if len(jobs) == MAX_JOBS:
+                raise InputError(f"{name}: more than {MAX_JOBS:,} jobs; allowed: that many in a file")
+            jobs.append(_job(where, choice, len(jobs) + 1, told))
+    if not jobs:
+        raise InputError(f"{name}: there is no job in it; allowed: tables [[jobs]], or lines of a CSV")
+    return jobs
+
+
+def check_apart(jobs: Sequence[Job], inputs: Iterable[str], folder: Path) -> None:
+    """Check that no file is written twice, or written by one job and read by another.
+
+    Raises
+    ------
+    InputError
+        If one is.
+    """
+    read = {os.path.realpath(folder / name) for name in inputs}
+    writers: dict[str, Job] = {}
+    for job in jobs:
+        for output in job.outputs:
+            place = os.path.realpath(folder / output.removeprefix("atlas:"))
+            if place in writers:
+                raise InputError(
+                    f"{output!r} is written by {writers[place].name!r} and by {job.name!r}; allowed: names "
+                    "that differ, by {sample}, {on}, {n}"
+                )
+            if place in read:
+                raise InputError(
+                    f"{output!r} is written by {job.name!r} and read by a job; allowed: other names"
+                )
+            writers[place] = job
+
+
+def _toml_tables(name: str, text: str) -> Iterator[tuple[str, dict[str, Any]]]:
+    try:
+        found = tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise FormatError(f"{name}: {error}") from None
+    tables = found.pop("jobs", [])
+    if not (isinstance(tables, list) and all(isinstance(table, dict) for table in tables)):
+        raise FormatError(f"{name}: jobs are no tables; allowed: [[jobs]], and options below it")
+    for number, table in enumerate(tables, 1):
+        each = found.get("each", {}), table.get("each", {})
+        if not all(isinstance(some, dict) for some in each):
+            raise FormatError(
+                f"{name}: each is no table; allowed: [jobs.each], and lists of options below it"
+            )
+        yield f"{name}, job {number}", {**found, **table, "each": {**each[0], **each[1]}}
+
+
+def _csv_tables(name: str, text: str) -> Iterator[tuple[str, dict[str, Any]]]:
+    try:
+        rows = list(csv.reader(io.StringIO(text), strict=True))
+    except csv.Error as error:
+        raise FormatError(f"{name}: {error}") from None
+    head = [cell.strip() for cell in rows[0]] if rows else []
+    for number, row in enumerate(rows[1:], 2):
+        if not any(cell.strip() for cell in row):
+            continue
+        if len(row) > len(head):
+            raise FormatError(f"{name}, line {number}: {len(row)} values; allowed: {len(head)}, as in line 1")
+        table: dict[str, Any] = {}
+        for key, cell in zip(head, row, strict=False):
+            if value := cell.strip():
+                if key in table:
+                    table[key] = [*(table[key] if isinstance(table[key], list) else [table[key]]), value]
+                else:
+                    table[key] = {"true": True, "false": False}.get(value.lower(), value)
+        # A job per line: files of several columns are one material.
+        if isinstance(table.get("sample"), list):
+            table["sample"] = [table["sample"]]
+        yield f"{name}, line {number}", table
+
+
+def _choices(where: str, table: dict[str, Any], folder: Path) -> Iterator[dict[str, Any]]:
+    """Yield a table for each job that one table makes: sample and surface, and each value of `each`."""
+    table = dict(table)
+    each = table.pop("each", {})
+    samples = list(_files(where, "sample", table.pop("sample", [[]]), folder))
+    surfaces = list(_files(where, "on", table.pop("on", []), folder))
+    if not surfaces:
+        raise InputError(f"{where}: on is missing; allowed: the surface, or a list of them")
+    if [] in samples and "material" not in table:
+        raise InputError(f"{where}: sample is missing; allowed: an image or a material, or a list of them")
+    for key, values in each.items():
+        if not isinstance(values, list) or not values:
+            raise InputError(f"{where}: each.{key} is {values!r}; allowed: a list of values")
+    for sample, on, *others in itertools.product(samples, surfaces, *each.values()):
+        yield {"sample": sample, "on": on, **table, **dict(zip(each, others, strict=True))}
+
+
+def _files(where: str, key: str, value: Any, folder: Path) -> Iterator[Any]:
+    """Yield what a value names: texts, of a pattern the files that fit, and lists as they are."""
+    for entry in value if isinstance(value, list) else [value]:
+        if key == "sample" and isinstance(entry, list) and all(isinstance(file, str) for file in entry):
+            yield entry
+        elif not isinstance(entry, str) or not entry:
+            raise InputError(f"{where}: {key} is {entry!r}; allowed: a text, or a list of texts")
+        elif any(sign in entry for sign in "*?["):
+            found = sorted(glob.glob(entry, root_dir=folder))
+            if not found:
+                raise InputError(
+                    f"{where}: {key} is {entry!r}, which no file fits; allowed: a pattern of files"
+                )
+            yield from ([file] for file in found) if key == "sample" else found
+        else:
+            yield [entry] if key == "sample" else entry
+
+
+def _job(where: str, table: Mapping[str, Any], number: int, told: Sequence[str]) -> Job:
+    samples, on = table["sample"], table["on"]
+    fields = {key: _file_word(str(value)) for key, value in table.items() if key not in _TEMPLATES}
+    fields |= {"sample": _stem(samples[0]) if samples else "", "on": _stem(on), "n": str(number)}
+    words = [f"--on={on}"]
+    outputs: list[str] = []
+    for key, value in table.items():
+        if key in ("sample", "on"):
+            continue
+        for text in _texts(where, key, value):
+            if text is not None and key in _TEMPLATES:
+                text = _filled(f"{where}: {key}", text, fields)
+                outputs.append(text)
+            words.append(f"--{key}" if text is None else f"--{key}={text}")
+    if "output" not in table:
+        raise InputError(f"{where}: output is missing; allowed: a file's name, as out/{{on}}_{{sample}}.glb")
+    named = [
+        *(os.path.basename(file.rstrip("/")) for file in samples),
+        *(f"{key} {table[key]}" for key in told),
+    ]
+    name = f"{number}: {' + '.join(named) or 'materials'} on {os.path.basename(on)}"
+    return Job(name, (*words, "--", *samples), tuple(outputs))
+
+
+def _texts(where: str, key: str, value: Any) -> Iterator[str | None]:
+    """Yield an option's values as texts; None for a switch that is on."""
+    if not _NAMED.fullmatch(key):
+        raise InputError(f"{where}: {key!r} is no option; allowed: those of upholster cover, as sample-size")
+    if key in _OWN:
+        raise InputError(f"{where}: {key} is not for a job; instead: {_OWN[key]}")
+    for entry in value if isinstance(value, list) else [value]:
+        if isinstance(entry, bool):
+            if entry:
+                yield None
+        elif isinstance(entry, (str, int, float)):
+            yield str(entry)
+        else:
+            raise InputError(
+                f"{where}: {key} is {entry!r}; allowed: a text, a number, true, or a list of them"
+            )
+
+
+def _filled(where: str, template: str, fields: Mapping[str, str]) -> str:
+    def value(found: re.Match[str]) -> str:
+        if found[1] not in fields:
+            raise InputError(
+                f"{where} is {template!r}, and there is no {found[0]}; allowed: "
+                + ", ".join(f"{{{name}}}" for name in sorted(fields))
+            )
+        return fields[found[1]]
+
+    return _FIELD.sub(value, template)
+
+
+def _stem(text: str) -> str:
+    """Return what a file or a surface is called in the names of others."""
+    path = text.rstrip("/\\")
+    base = os.path.basename(path)
+    return _file_word(base if ":" in base else os.path.splitext(base)[0])
+
+
+def _file_word(text: str) -> str:
+    return re.sub(r"[^\w.=+,-]+", "-", text).strip("-.") or "x"

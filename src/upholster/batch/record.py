@@ -1,0 +1,147 @@
+"""What came of each job, kept in a file: what is done, with which inputs, need not be done again."""
+
+import hashlib
+import json
+import os
+import time
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+from upholster._version import __version__
+from upholster.batch.jobs import Job
+from upholster.errors import FormatError, InputError
+from upholster.files import outputs, read_bytes
+
+__all__ = ["Record", "state_of"]
+
+_EVERY = 1.0
+"""Seconds between two times that the record is written while jobs end."""
+
+
+class Record:
+    """What came of each job so far, as a file ``batch.json`` has it.
+
+    Parameters
+    ----------
+    path
+        The file; what it has is read, if it is there.
+    jobs
+        The file of the jobs; others' records are not written over.
+
+    Raises
+    ------
+    InputError, FormatError
+        If the file is there, and no record, or that of another file of jobs.
+    """
+
+    def __init__(self, path: Path, jobs: Path) -> None:
+        self.path, self.folder = path, jobs.parent
+        self._jobs = jobs.name
+        self.entries: dict[tuple[str, ...], dict[str, Any]] = {}
+        self._written = 0.0
+        if path.exists():
+            self._read()
+
+    def is_done(self, job: Job) -> bool:
+        """Return whether this version did a job, and its inputs and outputs are still as they were."""
+        entry = self.entries.get(job.words)
+        if entry is None or entry["state"] != "done" or entry["version"] != __version__:
+            return False
+        return _as_before(entry["inputs"], self.folder) and _as_before(entry["outputs"], self.folder)
+
+    def files_of(self, job: Job) -> list[str]:
+        """Return the files that a job has written."""
+        entry = self.entries.get(job.words, {})
+        return [os.fspath(self.folder / name) for name in entry.get("outputs", {})]
+
+    def add(self, job: Job, entry: Mapping[str, Any]) -> None:
+        """Note what came of a job; the file is written at most once a second."""
+        self.entries[job.words] = {"name": job.name, "words": list(job.words), **entry}
+        if time.monotonic() - self._written > _EVERY:
+            self.write()
+
+    def write(self, jobs: Iterable[Job] | None = None) -> None:
+        """Write the file, whole or not at all.
+
+        Parameters
+        ----------
+        jobs
+            Which to keep, in this order; default: all there are.
+
+        Raises
+        ------
+        InputError
+            If it cannot be written.
+        """
+        wanted = self.entries if jobs is None else [job.words for job in jobs]
+        found = [self.entries[words] for words in wanted if words in self.entries]
+        told = {"upholster": __version__, "jobs": self._jobs, "results": found}
+        with outputs([self.path]) as files:
+            files.path(self.path).write_text(json.dumps(told, indent=1) + "\n", encoding="utf-8")
+        self._written = time.monotonic()
+
+    def _read(self) -> None:
+        name = os.fspath(self.path)
+        try:
+            found = json.loads(read_bytes(name))
+            jobs, results = found["jobs"], found["results"]
+            self.entries = {tuple(entry["words"]): dict(entry) for entry in results}
+            for entry in self.entries.values():
+                if entry["state"] == "done":
+                    _ = entry["version"], dict(entry["inputs"]), dict(entry["outputs"])
+        except (ValueError, KeyError, TypeError):
+            raise FormatError(f"{name}: it is no record of a batch; allowed: another --output") from None
+        if jobs != self._jobs:
+            raise InputError(f"record {name!r} is that of {jobs!r}; allowed: another --output")
+
+
+def state_of(files: Iterable[str], folder: Path) -> dict[str, dict[str, Any]]:
+    """Return size, time and hash of files, and of those in folders; names as they are given.
+
+    Raises
+    ------
+    OSError
+        If one cannot be read.
+    """
+    found: dict[str, dict[str, Any]] = {}
+    for name in files:
+        place = folder / name
+        if place.is_dir():
+            inside = sorted(entry.name for entry in place.iterdir())
+            # A further file in a folder may be a map of the material.
+            found[name] = {"files": inside}
+            found |= state_of(
+                [os.path.join(name, file) for file in inside if (place / file).is_file()], folder
+            )
+        else:
+            found[name] = _file_state(place)
+    return found
+
+
+def _file_state(place: Path) -> dict[str, Any]:
+    known = place.stat()
+    with place.open("rb") as file:
+        return {
+            "bytes": known.st_size,
+            "changed": known.st_mtime_ns,
+            "sha256": hashlib.file_digest(file, "sha256").hexdigest(),
+        }
+
+
+def _as_before(states: Mapping[str, Mapping[str, Any]], folder: Path) -> bool:
+    for name, state in states.items():
+        place = folder / name
+        try:
+            if "files" in state:
+                if sorted(entry.name for entry in place.iterdir()) != state["files"]:
+                    return False
+                continue
+            known = place.stat()
+            if known.st_size != state["bytes"]:
+                return False
+            if known.st_mtime_ns != state["changed"] and _file_state(place)["sha256"] != state["sha256"]:
+                return False
+        except (OSError, KeyError):
+            return False
+    return True

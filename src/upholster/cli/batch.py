@@ -1,0 +1,253 @@
+"""``upholster batch``: many covers, side by side on the cores of this machine or on a Dask cluster."""
+
+import json
+import os
+import tempfile
+import time
+from collections.abc import Collection, Iterator, Sequence
+from contextlib import contextmanager
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from upholster.cli.console import bars, say
+from upholster.cli.cover import cover, uses_of
+from upholster.cli.options import spelled_out
+from upholster.errors import InputError, StoppedError, UpholsterError, check_whole
+
+if TYPE_CHECKING:
+    from upholster.batch import Job, Record, Run
+
+__all__ = ["batch"]
+
+_REMEMBERED = 3
+"""What a worker keeps of what it has read: the surface, which jobs in turn share, and samples."""
+
+
+def batch(
+    jobs: Annotated[
+        str, typer.Argument(metavar="JOBS", help="The jobs: a .toml or .csv file, see docs/scaling.md.")
+    ],
+    output: Annotated[
+        str | None,
+        typer.Option(
+            "-o",
+            "--output",
+            metavar="FILE",
+            help="Where to keep what came of each job, as JSON; jobs that it has as done are not done again. "
+            "Default: batch.json beside JOBS.",
+        ),
+    ] = None,
+    workers: Annotated[
+        int | None, typer.Option(help="Processes on this machine, 1 to 256; default: one per core.")
+    ] = None,
+    scheduler: Annotated[
+        str | None,
+        typer.Option(metavar="ADDRESS", help="Of a Dask cluster that is there: tcp://host:8786."),
+    ] = None,
+    threads: Annotated[
+        int | None, typer.Option(help="Per job, 1 to 256; default: its share of the cores.")
+    ] = None,
+    retries: Annotated[int, typer.Option(help="Of a job whose worker died, 0 to 20.")] = 2,
+    again: Annotated[bool, typer.Option("--again", help="Do all jobs, also those that are done.")] = False,
+    sheet: Annotated[
+        str | None, typer.Option(metavar="FILE", help="Write an image with the first picture of each job.")
+    ] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
+) -> None:
+    """Run many covers side by side, and only those that are not done yet.
+
+    Exit status 1: some jobs failed; 2: nothing was begun.
+    """
+    from upholster.batch import Record, check_apart, read_jobs, run_jobs, write_sheet
+    from upholster.files import outputs
+
+    check_whole("retries", retries, 0, 20)
+    if sheet is not None and Path(sheet).suffix.lower() not in (".png", ".jpg", ".jpeg", ".webp"):
+        raise InputError(f"sheet {sheet!r} is no picture; allowed: .png, .jpg, .webp")
+    count = _workers(workers, scheduler)
+    each = check_whole("threads", threads, 1, 256) if threads else max(1, (os.cpu_count() or 1) // count)
+    found = read_jobs(jobs)
+    folder = Path(jobs).resolve().parent
+    place = folder / "batch.json" if output is None else Path(output).resolve()
+    inputs, uses = _checked(found, folder)
+    read = list(dict.fromkeys(name for names in inputs for name in names))
+    check_apart(found, read, folder)
+    record = Record(place, Path(jobs).resolve())
+    own = [place, *([Path(sheet).resolve()] if sheet else [])]
+    with outputs(own, inputs=[jobs, *(folder / name for name in read)]):
+        pass  # that they can be written is checked before the work
+    todo = [number for number, job in enumerate(found) if again or not record.is_done(job)]
+    _make_folders([found[number] for number in todo], folder)
+    if not quiet and len(todo) < len(found):
+        say(f"{len(found) - len(todo):,} of {len(found):,} jobs are done already")
+    # Jobs of one surface come after each other: a worker reads and lays it out once.
+    todo.sort(key=lambda number: found[number].words[0])
+    start, failed = time.perf_counter(), 0
+    if todo:
+        tasks = [
+            (os.fspath(folder), ("--quiet", f"--threads={each}", *found[n].words), inputs[n]) for n in todo
+        ]
+        _compile(uses if scheduler is None else (), quiet)
+        try:
+            with run_jobs(covered_job, tasks, workers=count, scheduler=scheduler, retries=retries) as run:
+                failed = _follow(run, [found[number] for number in todo], record, quiet)
+        except KeyboardInterrupt:
+            done = sum(record.is_done(job) for job in found)
+            raise StoppedError(f"stopped; {done:,} of {len(found):,} jobs are done, and stay so") from None
+        finally:
+            record.write(found)
+    if sheet:
+        write_sheet(own[1], [(job.name, record.files_of(job)) for job in found])
+    if not quiet:
+        ended = f"{len(todo) - failed:,} jobs done, {failed:,} failed, in {time.perf_counter() - start:.1f} s"
+        say(f"{ended}; wrote {os.path.relpath(place)}" + (f", {sheet}" if sheet else ""))
+    if failed:
+        raise typer.Exit(1)
+
+
+def _workers(workers: int | None, scheduler: str | None) -> int:
+    if workers is not None and scheduler is not None:
+        raise InputError("workers and scheduler are both given; allowed: one of them")
+    return check_whole("workers", workers, 1, 256) if workers is not None else os.cpu_count() or 1
+
+
+def _checked(jobs: "Sequence[Job]", folder: Path) -> tuple[list[tuple[str, ...]], set[str]]:
+    """Read the options of all jobs, as `cover` will; return the files of each, and the kernels they use."""
+    from upholster.charts.covered import covered_files
+    from upholster.image.source import source_files
+
+    inputs: list[tuple[str, ...]] = []
+    uses: set[str] = set()
+    for job in jobs:
+        try:
+            asked = _parsed(job.words)
+        except Exception as error:
+            # Typer's usage errors are known by what they offer, see `upholster.cli.main`.
+            if not (isinstance(error, UpholsterError) or hasattr(error, "format_message")):
+                raise
+            told = error.format_message() if hasattr(error, "format_message") else str(error)
+            raise InputError(f"job {job.name!r}: {told}") from None
+        named = [text.partition("=")[2] for text in (*asked["map_"], *asked["material"])]
+        files = [*asked["sample"], *(_without_size(file) for file in named)]
+        with _inside(folder):
+            folders = [file for file in files if os.path.isdir(file)]
+            inside = [file for some in folders for file in source_files(some)]
+            inputs.append((*files, *inside, *covered_files(asked["on"])))
+        uses |= set(uses_of(asked["synthesis"], asked["preparing"], files, asked["on"], asked["output"]))
+    return inputs, uses
+
+
+def _without_size(file: str) -> str:
+    """Return a material's file without the size behind an @."""
+    return file if os.path.exists(file) or "@" not in file else file.rpartition("@")[0]
+
+
+def _compile(uses: Collection[str], quiet: bool) -> None:
+    """Compile first what the jobs need: else each worker would."""
+    from upholster.warm import compiling
+
+    with compiling(uses) as compiler, bars(quiet, compiler):
+        if compiler is not None:
+            compiler.wait()
+
+
+def _follow(run: "Run", jobs: "Sequence[Job]", record: "Record", quiet: bool) -> int:
+    """Put into the record what comes of each job, and show it; return how many failed."""
+    from upholster.cli.batch_table import shown
+
+    failed = 0
+    with shown(len(jobs), run.dashboard, quiet) as show:
+        for outcome in run.outcomes:
+            entry = outcome.result or {"state": "failed", "error": outcome.error}
+            record.add(jobs[outcome.number], entry)
+            failed += entry["state"] != "done"
+            show(jobs[outcome.number].name, entry)
+    return failed
+
+
+@cache
+def _parser() -> tuple[Any, list[dict[str, Any]]]:
+    """Return a command that reads options as `cover` does, and a list into which it puts what it has read."""
+    import functools
+
+    from upholster.cli.command import Command
+
+    seen: list[dict[str, Any]] = []
+    original = cover.__wrapped__  # type: ignore[attr-defined]  # of functools.wraps
+
+    @functools.wraps(original)
+    def read(**values: Any) -> None:
+        seen.append(values)
+
+    app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
+    app.command(cls=Command)(spelled_out()(read))
+    return typer.main.get_command(app), seen
+
+
+def _parsed(words: Sequence[str]) -> dict[str, Any]:
+    command, seen = _parser()
+    command(list(words), standalone_mode=False)
+    asked = seen.pop()
+    return {
+        key: [] if value is None and key in ("sample", "map_", "material") else value
+        for key, value in asked.items()
+    }
+
+
+@contextmanager
+def _inside(folder: Path) -> Iterator[None]:
+    """Do what is done within in a folder, as names in a jobs' file are relative to it."""
+    before = os.getcwd()
+    os.chdir(folder)
+    try:
+        yield
+    finally:
+        os.chdir(before)
+
+
+def _make_folders(jobs: "Sequence[Job]", folder: Path) -> None:
+    for job in jobs:
+        for name in job.outputs:
+            place = (folder / name.removeprefix("atlas:")).parent
+            try:
+                place.mkdir(parents=True, exist_ok=True)
+            except OSError as error:
+                raise InputError(f"folder {os.fspath(place)!r} cannot be made: {error.strerror}") from None
+
+
+def covered_job(folder: str, words: tuple[str, ...], inputs: tuple[str, ...]) -> dict[str, Any]:
+    """Do one job: what a worker runs. Bad input is an entry of the record, not an error of the worker.
+
+    Returns
+    -------
+    dict
+        What the record keeps: the state, the error, hashes of inputs and outputs, texels, seconds.
+    """
+    from upholster.batch.record import state_of
+    from upholster.cli import run_words
+    from upholster.remembered import remember
+
+    remember(_REMEMBERED)
+    started, began = time.time_ns(), time.perf_counter()
+    with _inside(Path(folder)), tempfile.TemporaryDirectory(prefix="upholster-") as own:
+        asked = next((word for word in words if word.startswith("--report=")), "")
+        report = Path(asked.partition("=")[2] or Path(own) / "report.json")
+        entry: dict[str, Any] = {"state": "failed", "error": ""}
+        try:
+            run_words(["cover", *([] if asked else [f"--report={report}"]), *words])
+            told = json.loads(report.read_text(encoding="utf-8"))
+            files = (file for file in dict.fromkeys([*inputs, *told["read"]]) if os.path.exists(file))
+            entry["inputs"] = state_of(files, Path())
+            if any(state.get("changed", 0) > started for state in entry["inputs"].values()):
+                raise InputError("an input was changed while it was read; allowed: to run this job again")
+            entry |= {"state": "done", "version": told["version"], "texels": told["counts"]["texels"]}
+            entry |= {"outputs": state_of(told["written"], Path()), "notes": told["notes"]}
+        except UpholsterError as error:
+            entry["error"] = str(error)
+    return entry | {
+        "seconds": round(time.perf_counter() - began, 3),
+        "finished": time.strftime("%Y-%m-%dT%H:%M:%SZ", time.gmtime()),
+    }

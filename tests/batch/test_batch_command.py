@@ -1,0 +1,163 @@
+"""`upholster batch` on Dask's workers: what is done, what fails, what a second run does."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from command_line import assert_one_line, run_cli
+
+from upholster.image import read_image
+from upholster.pipeline import cover
+
+pytest.importorskip("distributed")
+
+ROOT = Path(__file__).parent.parent.parent
+SAMPLE = ROOT / "examples" / "weave.png"
+
+
+def _batch(folder: Path, *more: str) -> subprocess.CompletedProcess[str]:
+    # A process of its own, as users start it: Dask's workers are its children.
+    return subprocess.run(
+        [sys.executable, "-m", "upholster", "batch", "jobs.toml", "--workers", "1", *more],
+        cwd=folder, capture_output=True, text=True, check=False,
+        env={**os.environ, "PYTHONPATH": str(ROOT / "src")},
+    )  # fmt: skip
+
+
+def test_jobs_are_done_once_and_what_fails_is_told(tmp_path: Path) -> None:
+    (tmp_path / "jobs.toml").write_text(
+        f'texels = "96x96"\n[[jobs]]\nsample = ["{SAMPLE}", "missing.png"]\non = "plane"\n'
+        'output = "out/{sample}.png"\n'
+    )
+    done = _batch(tmp_path, "--sheet", "sheet.png")
+    assert done.returncode == 1, done.stderr
+    assert "failed: 2: missing.png on plane: 'missing.png' does not exist" in done.stderr
+    cover(str(SAMPLE), "plane", [tmp_path / "alone.png"], synthesis={"texels": (96, 96)})
+    assert (tmp_path / "out/weave.png").read_bytes() == (tmp_path / "alone.png").read_bytes()
+    assert read_image(tmp_path / "sheet.png").std() > 10
+    first, second = json.loads((tmp_path / "batch.json").read_text())["results"]
+    assert (first["state"], first["texels"], second["state"]) == ("done", 96 * 96, "failed")
+    assert str(SAMPLE) in first["inputs"]
+
+    # The sample is there now: only its job is done.
+    (tmp_path / "missing.png").write_bytes(SAMPLE.read_bytes())
+    before = (tmp_path / "out/weave.png").stat().st_mtime_ns
+    done = _batch(tmp_path)
+    assert (done.returncode, done.stderr) == (0, ""), done.stderr
+    assert "1 of 2 jobs are done already" in done.stdout
+    assert (tmp_path / "out/weave.png").stat().st_mtime_ns == before
+    assert (tmp_path / "out/missing.png").read_bytes() == (tmp_path / "out/weave.png").read_bytes()
+    # Nothing is left to do, and no worker is started for it.
+    done = _batch(tmp_path, "--scheduler", "tcp://127.0.0.1:9")
+    assert "workers and scheduler are both given" in done.stderr
+    done_again = run_cli("batch", tmp_path / "jobs.toml", "--scheduler", "tcp://127.0.0.1:9")
+    assert done_again.returncode == 0
+    assert "2 of 2 jobs are done already" in done_again.stdout
+
+
+def _begun(folder: Path) -> subprocess.Popen[str]:
+    """Start a batch of six jobs, and wait until at least one of them is done."""
+    (folder / "jobs.toml").write_text(
+        f'texels = "256x256"\nsample = "{SAMPLE}"\non = "plane"\noutput = "{{seed}}.png"\n'
+        "[[jobs]]\n[jobs.each]\nseed = [1, 2, 3, 4, 5, 6]\n"
+    )
+    process = subprocess.Popen(
+        [sys.executable, "-m", "upholster", "batch", "jobs.toml", "--workers", "1"],
+        cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True,
+        env={**os.environ, "PYTHONPATH": str(ROOT / "src")},
+    )  # fmt: skip
+    while not (folder / "1.png").exists():
+        assert process.poll() is None, process.communicate()
+        time.sleep(0.05)
+    return process
+
+
+def _workers(process: subprocess.Popen[str]) -> list[int]:
+    found = []
+    for entry in Path("/proc").iterdir():
+        try:
+            parent = int((entry / "stat").read_text().rpartition(")")[2].split()[1])
+            if parent == process.pid and "spawn_main" in (entry / "cmdline").read_text():
+                found.append(int(entry.name))
+        except (OSError, ValueError, IndexError):
+            continue
+    return found
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
+def test_jobs_of_a_worker_that_dies_are_done_by_another(tmp_path: Path) -> None:
+    process = _begun(tmp_path)
+    for worker in _workers(process):
+        os.kill(worker, signal.SIGKILL)
+    told = process.communicate(timeout=600)
+    assert process.returncode == 0, told
+    assert {path.name for path in tmp_path.glob("*.png")} == {f"{seed}.png" for seed in range(1, 7)}
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
+def test_what_is_done_when_it_is_stopped_stays_done(tmp_path: Path) -> None:
+    process = _begun(tmp_path)
+    workers = _workers(process)
+    os.killpg(process.pid, signal.SIGINT)
+    _, told = process.communicate(timeout=600)
+    assert process.returncode in (0, 130)  # 0: all were done before the signal came
+    if process.returncode == 130:
+        assert "jobs are done, and stay so" in told
+        assert len(told.splitlines()) == 1, told
+    while any(Path(f"/proc/{worker}").exists() for worker in workers):
+        time.sleep(0.05)
+    assert not list(tmp_path.glob(".upholster*"))
+    results = json.loads((tmp_path / "batch.json").read_text())["results"]
+    done = _batch(tmp_path)
+    assert (done.returncode, done.stderr) == (0, ""), done.stderr
+    assert f"{len(results)} of 6 jobs are done already" in done.stdout or len(results) in (0, 6)
+
+
+@pytest.mark.parametrize(
+    ("options", "named"),
+    [
+        (["--workers", "0"], "workers is 0"),
+        (["--threads", "-1"], "threads is -1"),
+        (["--retries", "21"], "retries is 21"),
+        (["--sheet", "sheet.txt"], "sheet 'sheet.txt'"),
+        (["--sheet", "a.png"], "same file"),
+        (["--output", "jobs.toml"], "no record"),
+    ],
+)
+def test_bad_options_are_one_line(tmp_path: Path, options: list[str], named: str) -> None:
+    (tmp_path / "jobs.toml").write_text('[[jobs]]\nsample = "a.png"\non = "torus"\noutput = "x.glb"\n')
+    (tmp_path / "a.png").touch()
+    before = sorted(tmp_path.iterdir())
+    assert_one_line(run_cli("batch", "jobs.toml", *options, cwd=tmp_path), named)
+    assert sorted(tmp_path.iterdir()) == before
+
+
+@pytest.mark.parametrize(
+    ("line", "named"),
+    [
+        ('samplesize = "3cm"', "samplesize"),
+        ('texels = "many"', "texels is 'many'"),
+        ("seed = 1.5", "seed"),
+        ('method = "paint"', "'paint'"),
+        ('report = "x.glb"', "x.glb"),
+    ],
+)
+def test_bad_jobs_are_one_line_before_any_work(tmp_path: Path, line: str, named: str) -> None:
+    (tmp_path / "jobs.toml").write_text(
+        f'{line}\n[[jobs]]\nsample = "a.png"\non = "torus"\noutput = "x.glb"\n'
+    )
+    assert_one_line(run_cli("batch", "jobs.toml", cwd=tmp_path), named)
+    assert not (tmp_path / "batch.json").exists()
+
+
+def test_a_scheduler_that_is_not_there_is_one_line(tmp_path: Path) -> None:
+    (tmp_path / "jobs.toml").write_text('[[jobs]]\nsample = "a.png"\non = "torus"\noutput = "x.glb"\n')
+    done = run_cli("batch", "jobs.toml", "--scheduler", "nonsense://", cwd=tmp_path)
+    assert_one_line(done, "scheduler 'nonsense://' does not answer")
