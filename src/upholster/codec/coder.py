@@ -137,7 +137,7 @@ class CoefficientDecoder:
         return int(self._state[kernels.PLANE])
 
     def feed(self, data: bytes) -> None:
-        """Take further bytes and decode every symbol that they determine, as many as go with so many bytes."""
+        """Take further bytes; decode every symbol that they determine, as many as go with so many bytes."""
         state, here = self._state, self.received
         if here + len(data) > len(self._data):
             grown = np.zeros(max(2 * len(self._data), here + len(data)), np.uint8)
