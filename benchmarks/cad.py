@@ -13,6 +13,7 @@ from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 
 from benchmarks.meshes import BRICKS, measured
+from upholster.cli.console import large_count
 from upholster.errors import UpholsterError
 from upholster.geometry.cad import exact_body
 from upholster.occt.process import read_cad
@@ -36,8 +37,9 @@ class CadRow:
         Of all faces larger than a thousandth of the model the one that is farthest off, in percent.
     read, seconds
         To read it, exactly; to read, lay out, cover and paint it.
-    seams
-        Seam ratio of all seams over which the surface turns by less than a crease.
+    smooth, bent
+        Seam ratio where faces meet smoothly, within 5°, and over seams at which the surface turns by more,
+        but less than a crease. 0 where there are none.
     within, spread
         Share of the area with the right size within 5 %; 99th over 1st percentile of the density of texels.
     """
@@ -54,7 +56,8 @@ class CadRow:
     worst_off: float = 0.0
     read: float = 0.0
     seconds: float = 0.0
-    seams: float = 0.0
+    smooth: float = 0.0
+    bent: float = 0.0
     within: float = 0.0
     spread: float = 0.0
     said: str = ""
@@ -93,7 +96,8 @@ def cad_row(
         worst_off=round(100 * max(large, default=0.0), 3),
         read=round(read, 1),
         seconds=round(row.read + row.prepare + row.synthesize + row.paint, 1),
-        seams=row.seams,
+        smooth=row.smooth,
+        bent=row.bent,
         within=row.within,
         spread=row.spread,
         said=row.said if not row.triangles else "",
@@ -128,7 +132,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("files", nargs="+", type=Path)
     parser.add_argument("-o", "--out", type=Path)
     parser.add_argument("--sample", type=Path, default=BRICKS)
-    parser.add_argument("--texels", type=int)
+    parser.add_argument("--texels", type=lambda text: large_count("texels", text))
     asked = parser.parse_args(arguments)
     if asked.out is not None:
         asked.out.mkdir(parents=True, exist_ok=True)

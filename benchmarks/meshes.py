@@ -39,9 +39,22 @@ __all__ = ["Row", "main", "measured"]
 BRICKS = Path(__file__).parent.parent / "examples" / "bricks.png"
 
 
+SMOOTH = 5.0
+"""Degrees: seams at which the surface turns by less are smooth."""
+
+
 @dataclass(frozen=True)
 class Row:
-    """Figures of one model."""
+    """Figures of one model.
+
+    Attributes
+    ----------
+    seams, over
+        Seam ratio where texture goes on, and over creases.
+    smooth, bent
+        Of the seams where it goes on those at which the surface turns by less than `SMOOTH`, and the others,
+        by the mesh's own normals.
+    """
 
     model: str
     triangles: int = 0
@@ -57,6 +70,8 @@ class Row:
     seams: float = 0.0
     creases: float = 0.0
     over: float = 0.0
+    smooth: float = 0.0
+    bent: float = 0.0
     within: float = 0.0
     aligned: float = 0.0
     spread: float = 0.0
@@ -90,6 +105,8 @@ def measured(model: Path, sample: Path, out: Path | None, options: SynthesisOpti
     found = mesh_mapping(surface, quilt, scale=prepared.scale.scale, asked=asked)
     crease = CREASE if options.crease is None else options.crease
     across = mesh_seams(surface, quilt, painted, image, crease=crease)
+    smooth = mesh_seams(surface, quilt, painted, image, crease=SMOOTH, by_normals=True)
+    bent = mesh_seams(surface, quilt, painted, image, crease=crease, least=SMOOTH, by_normals=True)
     seconds = [round(b - a, 3) for a, b in itertools.pairwise(clock)]
     return Row(
         model.name,
@@ -106,6 +123,8 @@ def measured(model: Path, sample: Path, out: Path | None, options: SynthesisOpti
         seams=round(across.ratio or 0.0, 3),
         creases=round(across.creases, 3),
         over=round(across.over_creases or 0.0, 3),
+        smooth=round(smooth.ratio or 0.0, 3),
+        bent=round(bent.ratio or 0.0, 3),
         within=round(found.within, 4),
         aligned=round(found.aligned or 0.0, 4),
         spread=round(mesh_texel_scale(surface, quilt.charts).spread, 3),

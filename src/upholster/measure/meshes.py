@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.charts.mesh_layout import CREASE, chart_places
-from upholster.geometry import MeshSurface
+from upholster.geometry import MeshSurface, TriangleMesh
 from upholster.measure.edges import looked_up
 from upholster.measure.samples import SEED, Window, coded
 from upholster.measure.seams import MeanDifference
@@ -87,7 +87,14 @@ class MeshSeams:
 
 
 def mesh_seams(
-    surface: MeshSurface, quilt: Quilt, texels: Texels, exemplar: PixelArray, *, crease: float = CREASE
+    surface: MeshSurface,
+    quilt: Quilt,
+    texels: Texels,
+    exemplar: PixelArray,
+    *,
+    crease: float = CREASE,
+    least: float = 0.0,
+    by_normals: bool = False,
 ) -> MeshSeams:
     """Measure whether seams between charts of a mesh show.
 
@@ -104,8 +111,13 @@ def mesh_seams(
         What was covered, how, the same painted, and the exemplar (H, W, C).
     crease
         Degrees: edges at which the surface turns by as much or more are such.
+    least
+        Degrees: edges at which it turns by less are not looked at.
+    by_normals
+        Whether the mesh's own normals tell how much it turns, as those of a CAD model do: its facets turn
+        where the surface is smooth.
     """
-    pairs = _SeamPairs.of(surface, quilt.charts, crease)
+    pairs = _SeamPairs.of(surface, quilt.charts, least, crease, by_normals)
     if pairs is None:
         return MeshSeams(None, 0.0, None)
     seen, expected = [MeanDifference(), MeanDifference()], [MeanDifference(), MeanDifference()]
@@ -143,11 +155,16 @@ class _SeamPairs:
     is_sharp: NDArray[np.bool_]
 
     @classmethod
-    def of(cls, surface: MeshSurface, charts: tuple[Chart, ...], crease: float) -> "_SeamPairs | None":
+    def of(
+        cls, surface: MeshSurface, charts: tuple[Chart, ...], least: float, crease: float, by_normals: bool
+    ) -> "_SeamPairs | None":
         mesh = surface.mesh
         triangle, edge = np.nonzero(surface.is_seam)
         once = triangle < mesh.neighbours[triangle, edge] // 3
         triangle, edge = triangle[once], edge[once]
+        cosine = _cosines(mesh, triangle, edge, by_normals)
+        turned = cosine <= np.cos(np.radians(least))
+        triangle, edge, cosine = triangle[turned], edge[turned], cosine[turned]
         other, met = mesh.neighbours[triangle, edge] // 3, mesh.neighbours[triangle, edge] % 3
         if not len(triangle):
             return None
@@ -183,6 +200,18 @@ class _SeamPairs:
         chart = np.stack([surface.island[triangle][at], surface.island[other][at]], axis=1).astype(np.intp)
         sizes = np.array([(c.height, c.width) for c in charts])[chart]
         texels = np.clip(np.stack(texel, axis=1), 0, sizes - 1).astype(np.intp)
-        bend = (mesh.flat_normals[triangle] * mesh.flat_normals[other]).sum(axis=1)
-        is_sharp = bend[at] <= np.cos(np.radians(crease))
+        is_sharp = cosine[at] <= np.cos(np.radians(crease))
         return cls(chart, texels, np.stack([step, back], axis=1), is_sharp)
+
+
+def _cosines(mesh: TriangleMesh, triangle: Index, edge: Index, by_normals: bool) -> FloatArray:
+    """Return the cosines of how much the surface turns over edges, (n,): where it does most."""
+    other, met = mesh.neighbours[triangle, edge] // 3, mesh.neighbours[triangle, edge] % 3
+    if not by_normals or mesh.normals is None:
+        flat: FloatArray = (mesh.flat_normals[triangle] * mesh.flat_normals[other]).sum(axis=1)
+        return flat
+    own, far = mesh.normals[triangle], mesh.normals[other]
+    row = np.arange(len(triangle))
+    first = (own[row, edge] * far[row, (met + 1) % 3]).sum(axis=1)
+    last = (own[row, (edge + 1) % 3] * far[row, met]).sum(axis=1)
+    return np.asarray(np.minimum(first, last), np.float64)
