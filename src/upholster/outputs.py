@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from dataclasses import field as dataclass_field
 from functools import cached_property
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any, Literal
 
 import numpy as np
@@ -19,6 +20,7 @@ from upholster.export import (
     UDIM,
     Cover,
     ObjPart,
+    check_usd,
     map_companion,
     obj_companions,
     page_files,
@@ -35,6 +37,7 @@ from upholster.export import (
     write_ply,
     write_retextured_glb,
     write_stl,
+    write_usdz,
 )
 from upholster.files import Outputs
 from upholster.geometry import AnySurface, MeshSurface
@@ -78,10 +81,13 @@ __all__ = [
     "write_output",
 ]
 
-Kind = Literal["glb", "obj", "ply", "npz", "uph", "html", "atlas", "flat", "picture", "solid", "directions"]
+Kind = Literal[
+    "glb", "usdz", "obj", "ply", "npz", "uph", "html", "atlas", "flat", "picture", "solid", "directions"
+]
 
 _MODEL_SUFFIXES: dict[str, Kind] = {
     ".glb": "glb",
+    ".usdz": "usdz",
     ".obj": "obj",
     ".ply": "ply",
     ".npz": "npz",
@@ -103,9 +109,9 @@ class Output:
     Attributes
     ----------
     kind
-        A model or texels (glb, obj, ply, npz, uph, and html, which is a stream with its viewer), an image of
-        all charts (atlas), the texels of a single chart (flat), a picture of the model, or its triangles
-        alone, displaced where the options say so (solid).
+        A model or texels (glb, usdz, obj, ply, npz, uph, and html, which is a stream with its viewer), an
+        image of all charts (atlas), the texels of a single chart (flat), a picture of the model, or its
+        triangles alone, displaced where the options say so (solid).
     path
         The file; some kinds have others beside it.
     """
@@ -116,7 +122,7 @@ class Output:
     @property
     def has_atlas(self) -> bool:
         """Whether it holds an atlas, which may have several pages."""
-        return self.kind in ("glb", "obj", "ply", "atlas")
+        return self.kind in ("glb", "usdz", "obj", "ply", "atlas")
 
     @property
     def has_pages(self) -> bool:
@@ -226,7 +232,7 @@ def parse_output(target: str | os.PathLike[str], *, flat: bool = False, displace
     Raises
     ------
     InputError
-        For an unknown suffix, or ``<UDIM>`` where there can be no tiles.
+        For an unknown suffix, ``<UDIM>`` where there can be no tiles, or what is not installed.
     """
     if not isinstance(target, (str, os.PathLike)):
         raise InputError(f"output is a {type(target).__name__}; allowed: a path, as text or pathlib.Path")
@@ -250,6 +256,8 @@ def parse_output(target: str | os.PathLike[str], *, flat: bool = False, displace
     if displaced and suffix in _DISPLACED_SUFFIXES and not atlas:
         return Output("solid", path)
     if suffix in _MODEL_SUFFIXES and not atlas:
+        if suffix == ".usdz":
+            check_usd()
         return Output(_MODEL_SUFFIXES[suffix], path)
     allowed = _IMAGE_SUFFIXES if atlas else (*_MODEL_SUFFIXES, *_IMAGE_SUFFIXES)
     raise InputError(f"output {text!r} has suffix {path.suffix!r}; allowed: {', '.join(allowed)}")
@@ -535,24 +543,9 @@ def write_output(
             for role, place in zip(model.maps, places[1:], strict=True):
                 write_map(place, role, model.maps[role].arrays[0], quality=options.quality)
         case "glb":
-            if model.file is not None and model.file.gltf is not None:
-                _write_retextured(places[0], model)
-                return
-            page, uv = model.atlas.page_coordinates(model.mesh)
-            write_glb(
-                places[0],
-                model.mesh,
-                uv,
-                model.atlas.images(),
-                texture=options.texture,
-                quality=options.quality,
-                # glTF has no place for the height.
-                maps={role: model.map_atlas(role).images() for role in model.maps if role != "height"},
-                page=page,
-                tangents=model.tangents,
-                normal_scale=options.normal_scale,
-                name=model.surface.name or "surface",
-            )
+            _write_glb(places[0], model)
+        case "usdz":
+            _write_usdz(places[0], model)
         case "obj":
             page, uv = model.atlas.page_coordinates(model.mesh)
             if model.in_tiles:
@@ -605,6 +598,38 @@ def _obj_parts(model: TexturedModel) -> dict[str, Any]:
     materials = [""] * len(mesh.parts) if model.file is None else [each.material for each in model.file.parts]
     labels = [ObjPart(name, own) for name, own in zip(mesh.parts, materials, strict=True)]
     return {"parts": labels, "part": mesh.part}
+
+
+def _write_glb(place: Path, model: TexturedModel) -> None:
+    if model.file is not None and model.file.gltf is not None:
+        _write_retextured(place, model)
+        return
+    page, uv = model.atlas.page_coordinates(model.mesh)
+    write_glb(
+        place,
+        model.mesh,
+        uv,
+        model.atlas.images(),
+        texture=model.options.texture,
+        quality=model.options.quality,
+        # glTF has no place for the height.
+        maps={role: model.map_atlas(role).images() for role in model.maps if role != "height"},
+        page=page,
+        tangents=model.tangents,
+        normal_scale=model.options.normal_scale,
+        name=model.surface.name or "surface",
+    )
+
+
+def _write_usdz(place: Path, model: TexturedModel) -> None:
+    """Write what the GLB shows, with textures that USDZ may hold."""
+    own = replace(model.options, texture="jpeg" if model.options.texture == "jpeg" else "png")
+    with TemporaryDirectory(prefix="upholster-") as folder:
+        glb = Path(folder, "model.glb")
+        _write_glb(glb, model if own == model.options else replace(model, options=own))
+        is_gltf = model.file is not None and model.file.gltf is not None
+        notes = write_usdz(place, glb.read_bytes(), metres=1.0 if is_gltf else model.metres or 1.0)
+    model.notes.extend(note for note in notes if note not in model.notes)
 
 
 def _write_retextured(place: Path, model: TexturedModel) -> None:

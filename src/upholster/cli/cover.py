@@ -101,9 +101,9 @@ def cover(
             "-o",
             "--output",
             metavar="FILE",
-            help="Several at once: .glb .obj .ply (models), .uph (progressive stream), .html (stream and "
-            "viewer in one file), .npz (texels), .png .jpg .webp .exr (a picture of the model; with `atlas:` "
-            "before the name its texture; with `--texels WxH` the flat texture). A material's other maps lie "
+            help="Several at once: .glb .usdz .obj .ply (models), .uph (progressive stream), .html (stream "
+            "and viewer in one file), .npz (texels), .png .jpg .webp .exr (a picture of the model; with "
+            "`atlas:` before the name its texture; with `--texels WxH` the flat texture). A material's other maps lie "
             "beside textures: `x_normal.png`. A texture above 8192x8192 is several: `x_1.png`, or, with "
             "`<UDIM>` in its name, UDIM tiles.",
         ),
@@ -180,7 +180,7 @@ def uses_of(
     mesh = is_model_name(on)
     made = asked.method + (" flat" if flat else " mesh" * mesh + " material" * material)
     kinds = {
-        ".glb": "model", ".obj": "model", ".ply": "model", ".npz": "texels",
+        ".glb": "model", ".obj": "model", ".ply": "model", ".usdz": "model", ".npz": "texels",
         ".uph": "stream", ".html": "stream", ".stl": "model", ".3mf": "model",
     }  # fmt: skip
     uses = ["displaced"] if any(Path(name).suffix.lower() in (".stl", ".3mf") for name in outputs) else []

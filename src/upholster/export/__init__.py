@@ -11,12 +11,14 @@ from upholster.export.ply import ply_companion, write_ply
 from upholster.export.retextured import Cover, write_retextured_glb
 from upholster.export.stl import write_stl
 from upholster.export.three_mf import write_3mf
+from upholster.export.usdz import check_usd, write_usdz
 
 __all__ = [
     "UDIM",
     "Cover",
     "ObjPart",
     "TextureFormat",
+    "check_usd",
     "map_companion",
     "obj_companions",
     "page_files",
@@ -34,4 +36,5 @@ __all__ = [
     "write_ply",
     "write_retextured_glb",
     "write_stl",
+    "write_usdz",
 ]
