@@ -103,9 +103,9 @@ def cover(
             metavar="FILE",
             help="Several at once: .glb .usdz .obj .ply (models), .uph (progressive stream), .html (stream "
             "and viewer in one file), .npz (texels), .png .jpg .webp .exr (a picture of the model; with "
-            "`atlas:` before the name its texture; with `--texels WxH` the flat texture). A material's other maps lie "
-            "beside textures: `x_normal.png`. A texture above 8192x8192 is several: `x_1.png`, or, with "
-            "`<UDIM>` in its name, UDIM tiles.",
+            "`atlas:` before the name its texture; with `--texels WxH` the flat texture). A material's other "
+            "maps lie beside textures: `x_normal.png`. A texture above 8192x8192 is several: `x_1.png`, or, "
+            "with `<UDIM>` in its name, UDIM tiles.",
         ),
     ],
     material: _Material = None,
