@@ -134,6 +134,23 @@ def test_triangles_are_watertight_lie_on_the_faces_and_have_their_normals(files)
     assert set(map(tuple, np.abs(named).round(6))) == {(0, 0, 0), (0, 0, 1)}
 
 
+def test_faces_share_the_vertices_of_their_edges_which_lie_on_the_trimming_curves(files):
+    plate = read_cad(files / "two.step").bodies[0]
+    hole = next(face for face in plate.faces if face.kind == "cylinder" and face.area > 60)
+    rim = np.unique(hole.vertices[plate.rim[hole.vertices]])
+    at = plate.positions[rim]
+    round_ = at[(np.abs(at[:, 2]) < 1e-9) | (np.abs(at[:, 2] - 10) < 1e-9)]
+    assert len(round_) > 60  # two circles
+    np.testing.assert_allclose(np.linalg.norm(round_[:, :2] - (20, 10), axis=1), 4, atol=1e-9)
+    # Both circles belong to the plane beside as well: no vertex of an edge has a twin.
+    beside = [face for face in plate.faces if face.kind == "plane"]
+    shared = np.unique(np.concatenate([face.vertices for face in beside]))
+    assert np.isin(rim[np.isin(at, round_).all(axis=1)], shared).all()
+    used = np.unique(np.concatenate([face.vertices for face in plate.faces]))
+    places = plate.positions[used].round(9)
+    assert len(np.unique(places, axis=0)) == len(used)
+
+
 def test_brep_and_iges_give_the_same_plate_and_a_unit_where_the_file_has_none(files):
     step = read_cad(files / "two.step").bodies[0]
     wanted = sum(face.area for face in step.faces)
