@@ -73,6 +73,11 @@ export class UphModel extends Group<UphModelEvents> {
   wireframe: boolean
   /** Show a prefix only: so many bytes, or a share of the coefficients, 0 to 1; null shows all that has come. */
   setLimit(limit: { bytes: number } | { coefficients: number } | null): void
+  /**
+   * Show the model with another sample in place of its own, such as another colour of the same cloth: a picture of the same shape, what a
+   * canvas draws, a Blob or ImageData; null: the stream's own. Resolves when it is in the textures.
+   */
+  setExemplar(image: CanvasImageSource | Blob | ImageData | null): Promise<void>
   /** Resolves when all that has come, up to the limit, is in the textures. */
   settled(): Promise<void>
   /** What has come so far. */

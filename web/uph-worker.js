@@ -3,10 +3,13 @@
 // In:  open {maxTextureSize, maxTexels}   once, first
 //      feed {bytes}                       further bytes of the stream
 //      limit {bytes?, coefficients?}      show a prefix only; neither: all that has come
+//      exemplar {picture}                 paint with it, of the exemplar's size, instead of the exemplar; null: with that again
 //      counts {counts}                    segments of every chart, along s and along t
 //      shown {buffers}                    what the last `textures` brought is on screen; buffers to use again
 //      Any may have a `ticket`: states tell the last one that was heard.
-// Out: surface {charts, bounds, plain}    sizes of the textures and spheres of the charts, once; what lies on no chart
+// Out: surface {charts, bounds, plain, exemplar}
+//                                         sizes of the textures and spheres of the charts, once; what lies on no chart;
+//                                         height and width of the exemplar
 //      meshes {pieces, counts}            geometry of the charts that changed
 //      textures {entries, state}          what changed, and what is shown then. An entry has a target (color, normal …)
 //                                         and is `data` for a chart; the gutter only, `gutter`; that a chart has no

@@ -106,6 +106,13 @@ export class UphDecoder {
   coefficients(role?: string): { known: number; count: number; complete: boolean }
   /** A map of the exemplar as far as it has come. Throws `RangeError` while bytes are needed. */
   exemplar(role?: string): Picture
+  /**
+   * Paint with another picture of the exemplar's height and width, as `upholster.paint` does; null: with the exemplar again. Where the
+   * sizes differ, painting throws `RangeError`.
+   */
+  replaceExemplar(picture: Picture | null): void
+  /** Height and width of the exemplar, and so of every map, once nothing is needed. */
+  readonly exemplarSize: { height: number; width: number }
   /** A map of the exemplar as far as it has come, as RGBA of 8 bits for the screen, see `rgba`. */
   exemplarRgba(role?: string): { height: number; width: number; data: Uint8Array }
   /** Whether a chart has its placements; before, it repeats the exemplar, mirrored, from its first texel on. */

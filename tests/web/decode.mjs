@@ -32,10 +32,11 @@ function found(decoder) {
   return { exemplar, texels: digest(texels), shown: digest(shown), known, maps }
 }
 
-function run({ path, cuts, share }) {
+function run({ path, cuts, share, other }) {
   const data = new Uint8Array(readFileSync(path))
   const decoder = path.endsWith('.ezw') ? new EzwDecoder() : new UphDecoder()
   if (share) decoder.mostCoefficients = share
+  if (other) decoder.replaceExemplar({ ...other, data: new Uint8Array(other.data) })
   const results = []
   try {
     for (const cut of cuts) {
@@ -43,6 +44,7 @@ function run({ path, cuts, share }) {
       results.push(found(decoder))
     }
   } catch (error) {
+    if (error instanceof RangeError) return [...results, { refused: error.message }]
     if (!(error instanceof UphError)) throw error
     results.push({ error: error.offset, what: error.message })
   }

@@ -23,7 +23,7 @@ from streams import STREAMS, anything, anything_bent, changed, covered, leaning,
 from upholster.codec import decode, encode
 from upholster.errors import FormatError
 from upholster.geometry import SURFACES, Surface, surface_from_spec
-from upholster.quilt import Chart, Quilt
+from upholster.quilt import Chart, Quilt, paint
 from upholster.quilt.placement import mask_sizes
 from upholster.quilt.plans import PlacementList
 from upholster.stream import StreamDecoder, encode_stream
@@ -130,6 +130,33 @@ def _srgb_codes() -> Any:
 
 def _cuts(rng: Any, data: Any, count: int) -> Any:
     return [*np.unique(rng.integers(1, len(data), count)).tolist(), len(data)]
+
+
+def test_another_sample_is_painted_as_in_python(tmp_path: Any) -> None:
+    data = (ROOT / "tests" / "vectors" / "quilt.uph").read_bytes()
+    decoder = StreamDecoder()
+    decoder.feed(data)
+    height, width = decoder.quilt().exemplar_shape
+    others = [noise(height, width, channels, seed=7) for channels in (1, 3, 4)]
+    others.append(noise(height, width + 1, 3, seed=7))
+    (tmp_path / "quilt.uph").write_bytes(data)
+    job = {"path": str(tmp_path / "quilt.uph"), "cuts": [len(data)]}
+    jobs = [
+        {
+            **job,
+            "other": dict(
+                zip(("height", "width", "channels"), one.shape, strict=True), data=one.ravel().tolist()
+            ),
+        }
+        for one in others
+    ]
+    (tmp_path / "jobs.json").write_text(json.dumps(jobs))
+    *found, [refused] = json.loads(_run(HERE / "decode.mjs", tmp_path / "jobs.json"))
+    for other, [one] in zip(others, found, strict=False):
+        texels = paint(decoder.quilt(), other).arrays
+        assert one["texels"] == _digest(*texels)
+        assert one["shown"] == _digest(*(_rgba(array, True) for array in texels))
+    assert refused == {"refused": f"picture has {height} × {width + 1} pixels; allowed: {height} × {width}"}
 
 
 def _charts() -> Any:

@@ -14,6 +14,8 @@ from starlette.responses import FileResponse, Response
 from starlette.routing import Mount, Route
 from starlette.staticfiles import StaticFiles
 
+from upholster.image import write_image
+from upholster.quilt import paint
 from upholster.stream import StreamDecoder
 
 pytestmark = pytest.mark.browser
@@ -279,6 +281,50 @@ def _differences(picture: Any, points: Any, across: Any) -> float:
         for at in (points - across, points, points + across)
     ]
     return float(np.abs(found[0] - 2 * found[1] + found[2]).mean())
+
+
+def test_another_sample_on_the_same_quilt(page: Any, tmp_path: Any) -> None:
+    """A colourway needs no request, and stays while the stream is cut and gets whole again."""
+    decoder = StreamDecoder()
+    decoder.feed(browser.ring())
+    red = np.ascontiguousarray(decoder.exemplar()[:, :, ::-1])
+    write_image(tmp_path / "red.png", red)
+    picture = base64.b64encode((tmp_path / "red.png").read_bytes()).decode()
+    found = evaluate(
+        page,
+        """async (picture) => {
+          const model = await new UphLoader().loadAsync('streams/ring.uph')
+          while (!model.complete) await new Promise((done) => setTimeout(done, 20))
+          const bytes = Uint8Array.from(atob(picture), (letter) => letter.charCodeAt(0))
+          const image = new Blob([bytes], { type: 'image/png' })
+          const text = (data) => btoa(data.reduce((out, value) => out + String.fromCharCode(value), ''))
+          const meshes = () => model.children.filter((child) => child.isMesh)
+          const shown = () => meshes().map(({ material: { map: { image } } }) =>
+            [image.height, image.width, text(image.data)])
+          const own = shown()
+          const before = performance.getEntriesByType('resource').length
+          await model.setExemplar(image)
+          const others = [shown()]
+          model.setLimit({ bytes: 4000 })
+          await model.settled()
+          model.setLimit(null)
+          await model.settled()
+          others.push(shown())
+          const requests = performance.getEntriesByType('resource').length - before
+          await model.setExemplar(null)
+          const again = JSON.stringify(shown()) === JSON.stringify(own)
+          model.dispose()
+          return [others, again, requests]
+        }""",
+        picture,
+    )
+    others, again, requests = found
+    assert again
+    assert requests == 0
+    for shown in others:
+        for (height, width, text), texels in zip(shown, paint(decoder.quilt(), red).arrays, strict=True):
+            texture = np.frombuffer(base64.b64decode(text), np.uint8).reshape(height, width, 4)
+            assert np.array_equal(texture[1:-1, 1:-1, :3], texels)
 
 
 def test_what_users_do_to_materials_and_meshes_stays(page: Any) -> None:

@@ -2,6 +2,7 @@
 
 import { BufferGeometry, Group, LineBasicMaterial, LineSegments, Mesh, Sphere, SRGBColorSpace, Vector3 } from 'three'
 import { putGutter } from '../uph-gutter.js'
+import { readPicture } from '../uph-picture.js'
 import { DetailControl } from './detail.js'
 import { chartGeometry, enclose, outlineGeometry, plainMesh } from './geometry.js'
 import { Preview, newMaterial, newTexture, updateMaterial } from './materials.js'
@@ -46,6 +47,9 @@ export class UphModel extends Group {
   #settling = [] // to be told when all is shown
   #ended = false
   #failed = false
+  #foundSize
+  #size = new Promise((resolve) => (this.#foundSize = resolve)) // the exemplar's height and width
+  #exemplarCalls = 0
 
   constructor(worker, { maxTextureSize, maxTexels, errorPixels }) {
     super()
@@ -101,6 +105,19 @@ export class UphModel extends Group {
   /** Show a prefix only: {bytes}, or {coefficients}, a share of 0 to 1; null shows all that has come. */
   setLimit(limit) {
     this.#send({ kind: 'limit', ...limit })
+  }
+
+  /**
+   * Show the model with another sample in place of its own, as `upholster.paint` does: one of the same shape, such as another
+   * colour of the same cloth. `image` is what a canvas draws, a Blob or ImageData; null: the stream's own. Nothing is loaded for it.
+   * Resolves when it is in the textures, or another call took its place.
+   */
+  async setExemplar(image) {
+    const call = ++this.#exemplarCalls
+    const picture = image === null ? null : await readPicture(image, await this.#size)
+    if (call !== this.#exemplarCalls) return
+    this.#send({ kind: 'exemplar', picture })
+    await this.settled()
   }
 
   /** Resolves when all that has come, up to the limit, is in the textures. */
@@ -169,7 +186,8 @@ export class UphModel extends Group {
     } else this.fail(Object.assign(new Error(message.message), { offset: message.offset }))
   }
 
-  #begin({ charts, bounds, plain }) {
+  #begin({ charts, bounds, plain, exemplar }) {
+    this.#foundSize(exemplar)
     this.#sizes = charts
     this.#bounds = bounds
     this.#detail = new DetailControl(bounds, this.#errorPixels, (counts) => this.#send({ kind: 'counts', counts }))

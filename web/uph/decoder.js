@@ -30,6 +30,7 @@ export class UphDecoder {
   #plan = null
   #maps = new Map() // ImageDecoders, by role
   #pyramids = new Map() // of the maps as far as they have come, by role
+  #substitute = null // painted with instead of the exemplar
   #painter = new Painter()
   #changed = null
   #failure = null
@@ -223,12 +224,38 @@ export class UphDecoder {
     return { known: map.significant, count: height * width * channels, complete: map.complete }
   }
 
+  /**
+   * Paint with another picture of the exemplar's height and width, {height, width, channels, data}; null: with the exemplar again.
+   * May be called before anything has come; where the sizes differ, painting throws `RangeError`.
+   */
+  replaceExemplar(picture) {
+    this.#substitute = picture
+    this.#pyramids.delete('albedo')
+  }
+
+  #image(role) {
+    const map = this.#maps.get(role)
+    const other = role === 'albedo' ? this.#substitute : null
+    if (!other) return map.image()
+    const { height, width } = map.header
+    if (other.height !== height || other.width !== width) {
+      throw new RangeError(`picture has ${other.height} × ${other.width} pixels; allowed: ${height} × ${width}`)
+    }
+    return other
+  }
+
   /** A map of the exemplar as far as it has come: {height, width, channels, data}. */
   exemplar(role = 'albedo') {
     if (this.needed) throw new RangeError(`stream needs ${this.needed} more bytes`)
     if (!this.#maps.has(role)) throw new RangeError(`map is ${role}; allowed: ${this.roles.join(', ')}`)
-    if (!this.#pyramids.has(role)) this.#pyramids.set(role, new MapPyramid(this.#maps.get(role).image(), role))
+    if (!this.#pyramids.has(role)) this.#pyramids.set(role, new MapPyramid(this.#image(role), role))
     return this.#pyramids.get(role).picture
+  }
+
+  /** Height and width of the exemplar, and so of every map. */
+  get exemplarSize() {
+    const { height, width } = this.#maps.get('albedo').header
+    return { height, width }
   }
 
   /** A map of the exemplar as 8-bit RGBA for the screen, see `rgba`. */

@@ -22,6 +22,7 @@ export class Session {
   #mesher = null
   #textures = null
   #chartCount = 0
+  #substitute = null // a picture instead of the exemplar
   #limit = {}
   #ticket = 0
   #failed = false
@@ -48,6 +49,7 @@ export class Session {
     } else if (kind === 'feed') this.#append(message.bytes)
     else if (kind === 'limit') this.#setLimit(message)
     else if (kind === 'counts') this.#counts = message.counts
+    else if (kind === 'exemplar') this.#replaceExemplar(message.picture)
     else if (kind === 'shown') {
       this.#isWaiting = false
       this.#textures?.recycle(message.buffers)
@@ -74,8 +76,16 @@ export class Session {
     if ((bytes ?? Infinity) < decoder.received || coefficients < 1 || wasCounted) this.#restart()
   }
 
+  #replaceExemplar(picture) {
+    this.#substitute = picture
+    this.#decoder.replaceExemplar(picture)
+    this.#textures?.markDirty('color')
+    this.#isUrgent = true
+  }
+
   #restart() {
     this.#decoder = new UphDecoder()
+    this.#decoder.replaceExemplar(this.#substitute)
     this.#decoder.mostCoefficients = this.#limit.coefficients ?? 1
     this.#failed = false
     this.#textures?.clearDirty() // the new decoder tells of every map again
@@ -179,7 +189,9 @@ export class Session {
     const bounds = charts.map((_, n) => this.#mesher.bounds(n))
     const radius = enclosingRadius(bounds)
     this.#counts = new Uint16Array(bounds.flatMap((one) => countsFor(one, FIRST_PIXELS / 2 / radius, 0.5)))
-    this.#post({ kind: 'surface', charts: sizes, bounds, plain: this.#mesher.plainMesh?.() ?? null })
+    const { height, width } = this.#decoder.exemplarSize
+    const plain = this.#mesher.plainMesh?.() ?? null
+    this.#post({ kind: 'surface', charts: sizes, bounds, plain, exemplar: { height, width } })
   }
 
   /** How often sizes are halved so that the page can show the charts. */
