@@ -15,9 +15,18 @@ from numpy.typing import NDArray
 from upholster.jit import inline, kernel, shared
 from upholster.types import PixelArray, int64
 
-__all__ = ["fill_weights", "lay_placement", "mask_window", "paint_strip", "trace_owners", "window_of"]
+__all__ = [
+    "fill_weights",
+    "lay_placement",
+    "mask_window",
+    "paint_strip",
+    "trace_owners",
+    "weight_rows",
+    "window_of",
+]
 
 FRACTION_BITS = 6
+_MOST_FEATHER, _MOST_CELL = 16, 255
 
 # A feather pass in 1/256, in 32 bits throughout.
 _SIDE, _MIDDLE, _HALF, _EIGHT = np.int32(51), np.int32(154), np.int32(128), np.int32(8)
@@ -142,23 +151,30 @@ def fill_weights(
     placement: Any,
     cells: NDArray[np.uint8],
     window: tuple[Any, Any, Any, Any],
+    start: Any,
+    stop: Any,
     weights: NDArray[np.int32],
     spare: NDArray[np.int32],
 ) -> tuple[Any, Any]:
-    """Write a placement's weights, 0 to 256; return which texel of its rectangle the first of them is for.
+    """Write the weights, 0 to 256, of rows [start, stop) of a placement's rectangle.
 
-    Those of a cut mask are written for its window alone. `weights` and `spare` are at least as large as the
-    placement.
+    Those of a cut mask are written for its window alone, and for as many rows more as feathering needs.
+    `weights` and `spare` hold so many rows, see `weight_rows`, as wide as the placement. Returns which texel
+    of the rectangle the first weight is for.
     """
     height, width = int64(placement.height), int64(placement.width)
     if placement.mask != 2:
-        for i in range(height):
+        for i in range(start, stop):
             for j in range(width):
-                weights[i, j] = _ramp_weight(placement, i, j)
-        return int64(0), int64(0)
-    cell = int64(placement.mask_cell)
+                weights[i - start, j] = _ramp_weight(placement, i, j)
+        return int64(start), int64(0)
+    cell, reach = int64(placement.mask_cell), int64(placement.feather)
     i0, i1, j0, j1 = window
-    across = j1 - j0
+    first_cell, across = int64(placement.first_cell), j1 - j0
+    # Beyond these cells nothing is carried into the rows.
+    above = max(i0, (start - reach) // cell)
+    i1 = min(i1, (stop + reach + cell - 1) // cell)
+    first_cell, i0 = first_cell + (above - i0) * across, above
     height, width = min(i1 * cell, height) - i0 * cell, min(j1 * cell, width) - j0 * cell
     for i in range(height):
         line = weights[i]
@@ -167,7 +183,7 @@ def fill_weights(
             for j in range(width):
                 line[j] = above[j]
             continue
-        first = placement.first_cell + i // cell * across
+        first = first_cell + i // cell * across
         for a in range(across):
             weight = np.int32(cells[first + a]) << 8
             for j in range(a * cell, min((a + 1) * cell, width)):
@@ -175,6 +191,11 @@ def fill_weights(
     for _ in range(placement.feather):
         _smooth(weights, spare, height, width)
     return i0 * cell, j0 * cell
+
+
+def weight_rows(rows: int, height: int) -> int:
+    """Return how many rows of weights `fill_weights` writes at most for `rows` rows of placements so high."""
+    return min(height, rows + 2 * (_MOST_FEATHER + _MOST_CELL))
 
 
 @inline
@@ -248,7 +269,7 @@ def lay_placement(
     All of its texels lie on whole pixels inside the exemplar.
 
     `canvas` is (rows, ≥ columns · channels), its row 0 being the chart's `first_row`; `exemplar` is
-    (H, W · channels); `weights` and `spare` are scratch, at least as large as the placement.
+    (H, W · channels); `weights` and `spare` are scratch, see `fill_weights`.
     """
     top, left = placement.row - placement.height // 2, placement.column - placement.width // 2
     part = Part(
@@ -262,7 +283,9 @@ def lay_placement(
     if placement.symmetry == 0 and placement.mask != 2:
         _copy_rows(canvas, first_row, part, placement, exemplar, channels)
         return
-    first_i, first_j = fill_weights(placement, cells, window, weights, spare)
+    first_i, first_j = fill_weights(
+        placement, cells, window, part.row0 - top, part.row1 - top, weights, spare
+    )
     symmetry = symmetries[placement.symmetry]
     source_row, source_column = placement.source_row >> 4, placement.source_column >> 4
     right = part.column0 - placement.column
@@ -294,7 +317,7 @@ def paint_strip(
     """Paint placements on some rows of a chart of `tall` rows, from `first_row` on, into `out`.
 
     `canvas` is scratch of the same shape (rows, columns · channels), in the canvas dtype; `scratch` is
-    (2, h, w) for the largest placement that needs weights.
+    (2, `weight_rows`, width of the widest placement).
     """
     columns = out.shape[1] // channels
     for i in range(canvas.shape[0]):
@@ -352,7 +375,7 @@ def trace_owners(
         )
         if row0 >= row1 or column0 >= column1:
             continue
-        first_i, first_j = fill_weights(placement, cells, window, weights, spare)
+        first_i, first_j = fill_weights(placement, cells, window, row0 - top, row1 - top, weights, spare)
         for row in range(row0, row1):
             for column in range(column0, column1):
                 if weights[row - top - first_i, column - left - first_j] >= 128:

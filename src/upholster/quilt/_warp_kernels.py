@@ -196,8 +196,8 @@ def warp_strip(
     """Paint placements on some rows of a chart of `tall` rows, from `first_row` on.
 
     `centres` (n, 4) are their centre matrices and `chosen` their levels, by place in the pyramid. `matrices`
-    and `margin` are the warp field's. `scratch` is (4, h, w) for the largest placement, and `canvas` is
-    (rows, columns · words a pixel).
+    and `margin` are the warp field's. `scratch` is (4, `weight_rows`, width of the widest placement), and
+    `canvas` is (rows, columns · words a pixel).
     """
     weights, spare, per_pixel = scratch[0], scratch[1], pyramid.per_pixel
     width = canvas.shape[1] // per_pixel
@@ -213,7 +213,7 @@ def warp_strip(
         if row0 >= row1 or column0 >= column1:
             continue
         window = mask_window(placement, tall, width) if placement.mask == 2 else (0, 0, 0, 0)
-        first_i, first_j = fill_weights(placement, cells, window, weights, spare)
+        first_i, first_j = fill_weights(placement, cells, window, row0 - top, row1 - top, weights, spare)
         m0, m1, m2, m3 = centres[m, 0], centres[m, 1], centres[m, 2], centres[m, 3]
         centre = int64(m0), int64(m1), int64(m2), int64(m3)
         symmetry, level = symmetries[placement.symmetry], pyramid.levels[chosen[m]]

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from upholster.errors import InputError
 from upholster.geometry import AnySurface, MeshSurface
-from upholster.quilt._paint_kernels import trace_owners
+from upholster.quilt._paint_kernels import trace_owners, weight_rows
 from upholster.quilt.chart import Chart
 from upholster.quilt.displacement import warped_sources
 from upholster.quilt.placement import SYMMETRIES, check_placements
@@ -223,7 +223,8 @@ class Quilt(Shown):
         chart = self.charts[index]
         found = np.empty((height, width), np.int32)
         sizes = (chart.height, chart.width, row, column)
-        scratch = np.empty((2, *self.largest_block), np.int32)
+        tall, wide = self.largest_block
+        scratch = np.empty((2, weight_rows(height, tall), wide), np.int32)
         trace_owners(self.on_chart(index), self.mask_cells, sizes, scratch, found)
         return found
 

@@ -16,7 +16,7 @@ from upholster.errors import InputError
 from upholster.image import Material
 from upholster.image.source import as_exemplar
 from upholster.parallel import check_running, run_tasks
-from upholster.quilt._paint_kernels import paint_strip
+from upholster.quilt._paint_kernels import paint_strip, weight_rows
 from upholster.quilt._warp_kernels import PyramidWords, settle_strip, warp_strip
 from upholster.quilt.displacement import centre_matrices, levels_of
 from upholster.quilt.model import Quilt, Texels
@@ -160,7 +160,7 @@ def _paint_part(
 ) -> None:
     rows = min(stop - start, max(64, _STRIP_SAMPLES // out.shape[1]))
     canvas = np.empty((rows, out.shape[1]), CANVAS_DTYPES[exemplar.dtype])
-    scratch = np.empty((2, *quilt.largest_block), np.int32)
+    scratch = _scratch(2, quilt, rows)
     for first in range(start, stop, len(canvas)):
         last = min(first + len(canvas), stop)
         paint_strip(
@@ -175,6 +175,12 @@ def _paint_part(
             canvas[: last - first],
             out[first:last],
         )
+
+
+def _scratch(count: int, quilt: Quilt, rows: int) -> NDArray[np.int32]:
+    # For the weights of any placement in so many rows of a chart.
+    height, width = quilt.largest_block
+    return np.empty((count, weight_rows(rows, height), width), np.int32)
 
 
 def _touching(placements: NDArray[np.void], first: int, last: int) -> NDArray[np.bool_]:
@@ -201,7 +207,7 @@ def _warp_part(
     words = PyramidWords(pyramid.words, pyramid.per_pixel, 8 * pyramid.lane.itemsize, pyramid.levels)
     placements = quilt.on_chart(chart)
     centres = centre_matrices(field, placements)
-    scratch = np.empty((4, *quilt.largest_block), np.int32)
+    scratch = _scratch(4, quilt, len(canvas))
     for first in range(start, stop, len(canvas)):
         part = canvas[: stop - first]
         last = first + len(part)

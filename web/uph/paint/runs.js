@@ -84,7 +84,9 @@ export class PaintRuns {
     if (row0 >= row1 || column0 >= column1) return
     const tracer = new SourceTracer(placement, this.field, this.exemplar)
     const tag = (tracer.level << 5) | (placement.symmetry << 2)
-    const weights = placement.mask === MASK_NONE ? null : placementWeights(placement, this.scratch)
+    const { top } = clip
+    const weights =
+      placement.mask === MASK_NONE ? null : placementWeights(placement, this.scratch, row0 - top, row1 - top)
     for (let row = row0; row < row1; row++) {
       this.#reserve(column1 - column0)
       const { runs, runCount: firstRun } = this

@@ -15,38 +15,44 @@ export class Scratch {
 }
 
 /**
- * Weights of a placement, null if all are 256: `values`, `width` of them a row, for texels of its rectangle from (top,
- * left) on, all of those that lie on its chart.
+ * Weights of rows [start, stop) of a placement's rectangle, null if all are 256: `values`, `width` of them a row, for
+ * texels from (top, left) on, all of those that lie on its chart.
  */
-export function placementWeights(placement, scratch) {
-  const { height, width, mask } = placement
+export function placementWeights(placement, scratch, start, stop) {
+  const { width, mask } = placement
   if (mask === MASK_NONE) return null
   if (mask === MASK_RAMP) {
-    const values = scratch.take('weights', Uint16Array, height * width)
-    fillRamp(placement, values)
-    return { values, width, top: 0, left: 0 }
+    const values = scratch.take('weights', Uint16Array, (stop - start) * width)
+    fillRamp(placement, values, start, stop)
+    return { values, width, top: start, left: 0 }
   }
-  const part = windowPart(placement)
+  const part = windowPart(placement, start, stop)
   const values = scratch.take('weights', Uint16Array, part.height * part.width)
   fillCut(part, values, scratch.take('feathered', Uint16Array, part.height * part.width))
   return { values, width: part.width, top: part.top, left: part.left }
 }
 
-function fillRamp({ height, width, sides, ramp }, weights) {
+function fillRamp({ width, sides, ramp }, weights, start, stop) {
   const factor = (n, side) => (sides & side && n < ramp ? Math.floor(((2 * n + 1) * 128) / ramp) : 256)
   const factors = range(width).map((j) => factor(j, SIDE_LEFT))
-  for (let i = 0, k = 0; i < height; i++) {
+  for (let i = start, k = 0; i < stop; i++) {
     const down = factor(i, SIDE_TOP)
     for (let j = 0; j < width; j++) weights[k++] = (down * factors[j]) >> 8
   }
 }
 
-/** The part of a placement that its mask's window covers, in texels; what its ends do to others is never seen. */
-function windowPart({ height, width, maskCell, feather, cells, window }) {
-  const [top, left] = [window.top * maskCell, window.left * maskCell]
+/**
+ * The part of a placement that its mask's window covers, in texels, as far as feathering carries it into rows
+ * [start, stop); what its ends do to others is never seen.
+ */
+function windowPart({ height, width, maskCell, feather, cells, window }, start, stop) {
+  const above = Math.max(window.top, Math.floor((start - feather) / maskCell))
+  const end = Math.min(window.top + window.rows, ceilDivide(stop + feather, maskCell))
+  const [top, left] = [above * maskCell, window.left * maskCell]
   return {
-    ...{ top, left, maskCell, feather, cells, rows: window.rows, columns: window.columns },
-    height: Math.min(height, top + window.rows * maskCell) - top,
+    ...{ top, left, maskCell, feather, rows: end - above, columns: window.columns },
+    cells: cells.subarray((above - window.top) * window.columns),
+    height: Math.min(height, end * maskCell) - top,
     width: Math.min(width, left + window.columns * maskCell) - left,
   }
 }
