@@ -1,9 +1,12 @@
 """What the gallery's README says under each picture, in Markdown."""
 
+from collections.abc import Sequence
+from pathlib import Path
 from textwrap import dedent, fill
 
+from gallery_tools.regular import photograph_paths
 from gallery_tools.results import twelve_paths
-from gallery_tools.shots import Exemplars, kind_of
+from gallery_tools.shots import KINDS, Exemplars, kind_of
 from gallery_tools.surfaces import stretch_ratios
 
 __all__ = ["CAPTIONS", "HEAD", "caption"]
@@ -68,6 +71,22 @@ CAPTIONS = {
         `around:z`, around an axis. (f) is a function of points in Python. Where lines converge, rows end;
         where a projected vector vanishes, directions come from nearby (d, at the top). `bricks.png` with
         `--texels 2M --sample-size 6 --seed 1`.
+        """,
+    "repeating": """\
+        On the left of each pair `--phase 0 --effort 0`: blocks only match their neighbours, rows break off
+        along lines, bricks are shortened, the zigzag is lost. On the right the default: the sample's waves
+        are found, have a phase everywhere that closes, and where cuts cost most they are refined. Where the
+        surface narrows, rows and columns end still. Samples of 256 x 256: the project's own `bricks.png` and
+        `weave.png`, others by `python -m benchmarks.lattice_samples OUT`; the net is a bent vase. All with
+        `--texels 2M --direction around:z --seed 1`.
+        """,
+    "regular": """\
+        Each row a photograph of 256 x 256, at the left, on a torus, a cyclide, a vase and a sphere, with
+        `--texels 1M --seed 1` and no other option. None is chosen: they are the first three of their classes
+        by name.
+        """,
+    "irregular": """\
+        The same with photographs of irregular and stochastic textures.
         """,
     "flat": """\
         Exemplars of 128 × 128 (a, d) and `--on plane --texels 512x512 --seed 1` (b, e); (c, f) are two by two
@@ -181,14 +200,17 @@ def caption(name: str, exemplars: Exemplars) -> str:
         length, width, area = stretch_ratios()
         words = words.format(length=length, width=width, area=area)
     if name == "twelve":
-        words += "\n" + _listed(exemplars)
+        words += "\n" + _listed(twelve_paths(exemplars))
+    if name in ("regular", "irregular"):
+        kinds = KINDS[:2] if name == "regular" else KINDS[2:]
+        words += "\n" + _listed(photograph_paths(exemplars, kinds))
     return words
 
 
-def _listed(exemplars: Exemplars) -> str:
-    """Say which exemplars the figure with twelve textures shows."""
+def _listed(paths: Sequence[Path]) -> str:
+    """Say which exemplars a figure shows."""
     items = []
-    for letter, path in zip("abcdefghijkl", twelve_paths(exemplars), strict=True):
+    for letter, path in zip("abcdefghijkl", paths, strict=False):
         kind = kind_of(path)
         items.append(f"({letter}) {path.stem.removeprefix(f'{kind}_').replace('_', ' ')}")
     return fill("Exemplars: " + ", ".join(items) + ".", width=102) + "\n"

@@ -1,0 +1,99 @@
+"""Figures of repeating samples, before and after; and of photographs that nobody chose."""
+
+import sys
+from pathlib import Path
+from typing import Any
+
+from PIL import Image
+
+from gallery_tools.drawing import Panel, compose
+from gallery_tools.shots import KINDS, OWN, Exemplars, cover, read, take
+from upholster.geometry import Surface, surface_from_spec
+from upholster.types import PixelArray
+
+__all__ = ["PHOTOGRAPHS", "irregular", "photograph_paths", "regular", "repeating"]
+
+CASES = (
+    ("bricks", "cyclide", 5.0, (150.0, 32.0)),
+    ("herringbone", "vase", 1.0, (30.0, 20.0)),
+    ("stack_bond", "sphere", 0.8, (30.0, 25.0)),
+    ("weave", "torus:R=2,r=0.9", 1.6, (30.0, 38.0)),
+    ("running_bond", "net", 1.2, (30.0, 16.0)),
+    ("gingham", "torus:R=2,r=0.9", 2.2, (30.0, 38.0)),
+)
+"""Sample, surface, the sample's size there, and where it is looked at from."""
+
+SURFACES = (
+    ("torus:R=2,r=0.9", (30.0, 38.0)),
+    ("cyclide", (150.0, 32.0)),
+    ("vase", (30.0, 20.0)),
+    ("sphere", (30.0, 25.0)),
+)
+
+PHOTOGRAPHS = 3
+"""Of each class of texture, the first by name."""
+
+
+def repeating(_exemplars: Exemplars) -> Any:
+    """Cover surfaces with samples that repeat: without phases and refinement, and as it is by default."""
+    rows = []
+    for name, spec, size, view in CASES:
+        exemplar, surface = _sample(name), _surface(spec)
+        panels = []
+        for words, options in (("before", {"phase": 0, "effort": 0}), ("now", {})):
+            model = cover(
+                surface, exemplar, texels=2_000_000, sample_size=size, direction="around:z", seed=1, **options
+            )
+            shot = take(model, size=(430, 360), view=view)
+            panels.append(Panel(shot.image, f"{name.replace('_', ' ')}, {words}"))
+        rows.append(panels)
+    half = len(rows) // 2
+    return compose([a + b for a, b in zip(rows[:half], rows[half:], strict=True)], gap=12)
+
+
+def photograph_paths(exemplars: Exemplars, kinds: tuple[str, ...]) -> list[Path]:
+    """Return the photographs of a figure: of each class the first ones by name."""
+    return [path for kind in kinds for path in exemplars.of_kind(kind, ("",) * PHOTOGRAPHS)]
+
+
+def regular(exemplars: Exemplars) -> Any:
+    """Cover four surfaces with photographs of regular and nearly regular textures."""
+    return _photographs(photograph_paths(exemplars, KINDS[:2]))
+
+
+def irregular(exemplars: Exemplars) -> Any:
+    """Cover four surfaces with photographs of irregular and stochastic textures."""
+    return _photographs(photograph_paths(exemplars, KINDS[2:]))
+
+
+def _photographs(paths: list[Path]) -> Any:
+    rows = []
+    for letter, path in zip("abcdef", paths, strict=True):
+        exemplar = read(path)
+        panels = [Panel(Image.fromarray(exemplar).resize((230, 230)), f"({letter}) sample")]
+        for spec, view in SURFACES:
+            model = cover(surface_from_spec(spec), exemplar, texels=1_000_000, seed=1)
+            panels.append(Panel(take(model, size=(270, 230), view=view).image, spec.split(":")[0]))
+        rows.append(panels)
+    return compose(rows, gap=10)
+
+
+def _sample(name: str) -> PixelArray:
+    # One of the project's own, or a generated lattice.
+    if (OWN / f"{name}.png").exists():
+        return read(OWN / f"{name}.png")
+    image: PixelArray = _benchmarks("lattice_samples").lattice_sample(name, side=256).image
+    return image
+
+
+def _surface(spec: str) -> Surface:
+    return _benchmarks("lattices").bent_vase() if spec == "net" else surface_from_spec(spec)
+
+
+def _benchmarks(module: str) -> Any:
+    root = str(Path(__file__).resolve().parents[2])
+    if root not in sys.path:
+        sys.path.append(root)  # where benchmarks are
+    from importlib import import_module
+
+    return import_module(f"benchmarks.{module}")
