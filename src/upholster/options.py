@@ -446,7 +446,7 @@ class SynthesisOptions:
         metadata=_about(
             _SYNTHESIS,
             "How often charts, once laid, are gone through to make cuts between blocks cheaper, 0 to 9. "
-            "Not on meshes.",
+            "Meshes are gone through with 2 and more.",
             only="quilt",
         ),
     )

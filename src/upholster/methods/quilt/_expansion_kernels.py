@@ -36,6 +36,7 @@ __all__ = [
     "CellLattice",
     "ChartCells",
     "ExpansionScratch",
+    "difference",
     "enter_pairs",
     "expand",
     "read_old",
@@ -129,8 +130,8 @@ class ExpansionScratch(NamedTuple):
 
 
 @inline
-def _cost(one: NDArray[np.int32], other: NDArray[np.int32]) -> Any:
-    # What two sources' samples in a cell differ by.
+def difference(one: NDArray[np.int32], other: NDArray[np.int32]) -> Any:
+    """Return what two sources differ by in a cell, by their samples there: a norm."""
     total = np.int32(0)
     for s in range(SAMPLES):
         total += squared_difference(one[s], other[s])
@@ -226,9 +227,9 @@ def seam_cost(
     old, theirs, mine = scratch.old[0], scratch.across[0, 0], scratch.across[0, 1]
     _read_across(image, matrices, numbers, lattice, labels, laid, place, theirs, mine)
     read_old(canvas, numbers, lattice, i, j, old)
-    cost = 1 + _cost(old, theirs)
+    cost = 1 + difference(old, theirs)
     read_old(canvas, numbers, lattice, i + way, j + 1 - way, old)
-    return cost + _cost(old, mine)
+    return cost + difference(old, mine)
 
 
 @inline
@@ -274,11 +275,11 @@ def _enter_costs(
     # Enters by how much the new source differs in each cell, and what each cut costs if its first or its
     # second cell alone is new.
     for n in range(apart.shape[0]):
-        apart[n] = _cost(old[n], new[n])
+        apart[n] = difference(old[n], new[n])
     for p in range(count):
         at, other = pairs[p, 1], pairs[p, 2]
-        costs[p, 1] = 1 + apart[other] + _cost(across[p, 0], new[at])
-        costs[p, 2] = 1 + apart[at] + _cost(across[p, 1], new[other])
+        costs[p, 1] = 1 + apart[other] + difference(across[p, 0], new[at])
+        costs[p, 2] = 1 + apart[at] + difference(across[p, 1], new[other])
 
 
 @inline

@@ -56,8 +56,10 @@ __all__ = [
     "RefineScratch",
     "RefineWeights",
     "charge_phases",
+    "enter_source",
     "label_cells",
     "list_hidden",
+    "pick_sources",
     "refine_regions",
     "score_regions",
     "weigh_seams",
@@ -225,7 +227,7 @@ def _look_at(
 
 
 @inline
-def _pick_sources(
+def pick_sources(
     choice_kept: NDArray[np.int64],
     judged: NDArray[np.int64],
     stop: int,
@@ -233,7 +235,10 @@ def _pick_sources(
     tries: int,
     tried: NDArray[np.int64],
 ) -> Any:
-    # The best sources that lie apart, cheapest first, the first of equals; returns how many.
+    """List the best judged sources that lie apart, cheapest first, the first of equals; return how many.
+
+    See `ChoiceScratch` for `choice_kept` and `judged`; `stop` is their end.
+    """
     count = int64(0)
     for _ in range(tries):
         best = int64(-1)
@@ -277,7 +282,7 @@ def _charge(match: MatchImage, numbers: LayNumbers, weight: float, choice: Choic
 
 
 @inline
-def _enter_source(
+def enter_source(
     image: NDArray[np.int32],
     lattice: CellLattice,
     numbers: LayNumbers,
@@ -286,7 +291,7 @@ def _enter_source(
     xs: NDArray[np.int32],
     new: NDArray[np.int32],
 ) -> None:
-    # Enters what a source has in a region's cells.
+    """Enter what a source has in a region's cells, `new`; its texels fall at `ys`, `xs` from `place`."""
     stride = lattice.cell // 2
     for i in range(lattice.high):
         for j in range(lattice.wide):
@@ -417,7 +422,7 @@ def _try_sources(
         place = scratch.tried[k] if k < tries else chosen
         if place < 0:
             break
-        _enter_source(match.image, lattice, numbers, place, ys, xs, expansion.new)
+        enter_source(match.image, lattice, numbers, place, ys, xs, expansion.new)
         mine = _due(penalties, numbers, place, _charge(match, numbers, phase, choice, place))
         _enter_dues(
             *(numbers, lattice, cells.labels, laid, charges, region, mine, weights.share, penalties),
@@ -533,7 +538,7 @@ def refine_regions(
         penalise_used(usage, first, lay_weights.evenness, choice.penalties)
         want_phases(match, regions[t, 2:], symmetry, choice)
         stop, _ = rank_sources(match, numbers, lay_weights, state, span, texels, choice, 2)
-        tries = _pick_sources(choice.kept, choice.judged, stop, numbers.width, weights.tries, refine.tried)
+        tries = pick_sources(choice.kept, choice.judged, stop, numbers.width, weights.tries, refine.tried)
         chosen = _try_sources(
             match,
             numbers,

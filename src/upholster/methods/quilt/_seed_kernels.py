@@ -1,5 +1,7 @@
 """Where a block's cut may run, and where it does."""
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -129,8 +131,9 @@ def _label_seeds(
 
 
 @inline
-def _cut(columns: int, scratch: CutScratch, mask: NDArray[np.uint8]) -> None:
-    # The minimum cut between cells held old and new; a step costs 1 at least, to keep it short.
+def _cut(columns: int, scratch: CutScratch, mask: NDArray[np.uint8]) -> Any:
+    # The minimum cut between cells held old and new, and what it costs; a step costs 1 at least, to keep it
+    # short.
     errors, seeds, residual = scratch.errors, scratch.seeds, scratch.residual
     for at in range(seeds.shape[0]):
         for side in range(4):
@@ -144,7 +147,7 @@ def _cut(columns: int, scratch: CutScratch, mask: NDArray[np.uint8]) -> None:
             if below < seeds.shape[0] and seeds[below] != OUTSIDE:
                 cost = errors[at] + errors[below] + 1
                 residual[1, at], residual[3, below] = cost, cost
-    cut_grid(residual, seeds, columns, scratch.work, mask)
+    return int64(cut_grid(residual, seeds, columns, scratch.work, mask))
 
 
 @shared
@@ -158,19 +161,20 @@ def cut_block(
     texels: BlockTexels,
     scratch: CutScratch,
     mask: NDArray[np.uint8],
-) -> None:
-    """Cut a block against what is laid; `mask` receives which of its cells are new.
+) -> Any:
+    """Cut a block against what is laid, and return what that costs; `mask` receives its new cells.
 
     `top`, `left` are its first texel, `base` the pixel that its centre reads; the rest as in `lay_blocks`.
     """
     columns = numbers.block_width // numbers.mask_cell
     _compare(image, numbers, top, left, base, texels, scratch)
     kinds = _label_seeds(covered, texels, numbers.mask_cell, columns, scratch)
-    both = kinds == 3
+    both, cost = kinds == 3, int64(0)
     if both:
-        _cut(columns, scratch, mask)
+        cost = _cut(columns, scratch, mask)
     for at in range(mask.shape[0]):
         if scratch.seeds[at] == OUTSIDE:
             mask[at] = 1
         elif not both:  # all new, or nothing but what is bare
             mask[at] = 1 if kinds == 2 else 0
+    return cost

@@ -29,7 +29,22 @@ from upholster.methods.quilt._seed_kernels import cut_block
 from upholster.methods.quilt.mesh._unfold_kernels import MeshArrays
 from upholster.types import FloatArray, IntArray, int64
 
-__all__ = ["Canvases", "lay_frames", "locate_texels", "nearest_texels"]
+__all__ = [
+    "COST",
+    "FRAME_COLUMNS",
+    "Canvases",
+    "lay_frames",
+    "locate_texels",
+    "look_at_frame",
+    "nearest_texels",
+    "write_frame",
+]
+
+COST = 5
+"""Column of a block's record, of `FRAME_COLUMNS`: what its cut costs, in 16ths of squared differences."""
+FRAME_COLUMNS = COST + 1
+
+_DEAREST = int64(2**31 - 1)
 
 _NONE = 6
 """Marks of a frame's pixel beside the surface: not to change, nothing there."""
@@ -119,7 +134,7 @@ def nearest_texels(
 
 
 @inline
-def _look(
+def look_at_frame(
     mesh: MeshArrays,
     canvases: Canvases,
     triangles: IntArray,
@@ -131,8 +146,11 @@ def _look(
     sources: IntArray,
     scratch: LayScratch,
 ) -> tuple[int, int]:
-    # Draws into the frame what is laid under a block; returns how many of its pixels are laid, and how many
-    # are on the mesh and bare. `covered` is the frame with a rim of one pixel.
+    """Draw into a frame what is laid under a block; return how many of its pixels are laid, how many bare.
+
+    Bare are those on the mesh where nothing is. `covered` is the frame with a rim of one pixel; the rest as
+    in `lay_frames`, and `first`, `stop` what of the footprints is the block's.
+    """
     texels = scratch.texels
     size = covered.shape[0] - 2
     half = size // 2 + 1  # of the pixel that reads at the source, on the frame with its rim
@@ -176,7 +194,7 @@ def _look(
 
 
 @inline
-def _write(
+def write_frame(
     mesh: MeshArrays,
     canvases: Canvases,
     image: NDArray[np.int32],
@@ -189,7 +207,7 @@ def _write(
     first: int,
     stop: int,
 ) -> None:
-    # Writes a block's new texels to the canvases of the charts that it reaches.
+    """Write a block's new texels to the canvases of the charts that it reaches; `source` is the pixel."""
     size, cell = numbers.block_height, numbers.mask_cell
     half, across = size // 2, size // cell
     for n in range(first, stop):
@@ -298,19 +316,21 @@ def lay_frames(
 
     `footprint` is what `unfold_blocks` found: firsts, triangles, maps and sheets; `order` (blocks,) tells
     which of its blocks each one is. `near` (all blocks, 3) are centres in space, and `reach` how far blocks
-    are near. `uses` tells where all blocks show landmarks. `blocks` (all blocks, 5) receive the source's row
-    and column in 1/16 pixel, and 1 if the block was laid, 2 if on nothing, 0 if it was not needed; then they
-    have the phases that are wanted at their centres. `masks` (all blocks, cells) receive which cells are new.
-    `covered` (size + 2, size + 2) and `sources` (size, size) are scratch; `scratch.texels` has `rows`,
-    `columns`, `ys` and `xs` of a frame.
+    are near. `uses` tells where all blocks show landmarks. `blocks` (all blocks, `FRAME_COLUMNS`) receive the
+    source's row and column in 1/16 pixel, and 1 if the block was laid, 2 if on nothing, 0 if it was not
+    needed; then they have the phases that are wanted at their centres, and receive what the cut costs.
+    `masks` (all blocks, cells) receive which cells are new. `covered` (size + 2, size + 2) and `sources`
+    (size, size) are scratch; `scratch.texels` has `rows`, `columns`, `ys` and `xs` of a frame.
     """
     firsts, triangles, maps, sheets = footprint
     texels = scratch.texels
     for n in range(part[0], part[1]):
         block, mask = blocks[n], masks[n]
         first, stop = firsts[order[n]], firsts[order[n] + 1]
-        block[2] = 0
-        laid, bare = _look(mesh, canvases, triangles, maps, sheets, first, stop, covered, sources, scratch)
+        block[2], block[COST] = 0, 0
+        laid, bare = look_at_frame(
+            mesh, canvases, triangles, maps, sheets, first, stop, covered, sources, scratch
+        )
         if bare == 0:
             continue
         want_phases(match, block[3:], int64(0), scratch.choice)
@@ -333,7 +353,10 @@ def lay_frames(
         y, x = pixel_at(int64(block[0]), numbers.level), pixel_at(int64(block[1]), numbers.level)
         if laid:
             base = y * numbers.width + x
-            cut_block(covered, match.image, numbers, int64(0), int64(0), base, texels, scratch.cut, mask)
-        _write(mesh, canvases, match.image, numbers, (y, x), mask, triangles, maps, sheets, first, stop)
+            cost = cut_block(
+                *(covered, match.image, numbers, int64(0), int64(0), base, texels, scratch.cut, mask)
+            )
+            block[COST] = min(cost >> 4, _DEAREST)
+        write_frame(mesh, canvases, match.image, numbers, (y, x), mask, triangles, maps, sheets, first, stop)
         splat_tent(usage, numbers.usage_step, y, x, numbers.block_height, numbers.block_width, 1.0)
         uses.shown[n] = shown_landmarks(uses, y, x, numbers.block_height, numbers.block_width)

@@ -21,7 +21,13 @@ from upholster.methods.quilt._landmark_kernels import LandmarkUses
 from upholster.methods.quilt._phase_kernels import MISFIT
 from upholster.methods.quilt.landmarks import mesh_uses
 from upholster.methods.quilt.match_pyramid import MatchPyramid
-from upholster.methods.quilt.mesh._frame_kernels import Canvases, lay_frames, locate_texels, nearest_texels
+from upholster.methods.quilt.mesh._frame_kernels import (
+    FRAME_COLUMNS,
+    Canvases,
+    lay_frames,
+    locate_texels,
+    nearest_texels,
+)
 from upholster.methods.quilt.mesh._mask_kernels import SHEET, MaskNumbers, mask_sheets
 from upholster.methods.quilt.mesh._sheet_kernels import MOST_SHEETS, FieldArrays
 from upholster.methods.quilt.mesh._unfold_kernels import MeshArrays
@@ -32,6 +38,8 @@ from upholster.methods.quilt.mesh.footprints import (
     find_footprints,
     mesh_arrays,
 )
+from upholster.methods.quilt.mesh.frames import Frame, Lot, enter_frame, frame_span
+from upholster.methods.quilt.mesh.refinement import RefinedMesh, dearest, larger_frame, refine_lot
 from upholster.methods.quilt.options import QuiltOptions
 from upholster.methods.quilt.phases import WantedPhases
 from upholster.parallel import check_running
@@ -67,21 +75,6 @@ _CELL = 0.25
 _BLOCKS_PER_CALL = 64
 _PAINTED_BEYOND = 3.0
 """Texels beyond the mesh that blocks paint."""
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class _Frame:
-    """Sizes of blocks: side and its mask's cells in frame pixels, their level, how many a model unit has.
-
-    `texels` are final texels per working texel, which is a frame pixel on the surface.
-    """
-
-    size: int
-    cell: int
-    feather: int
-    level: int
-    scale: float
-    texels: float
 
 
 def synthesize_mesh(
@@ -143,12 +136,13 @@ def synthesize_mesh(
             break
         left = len(bare.triangles)
         laying.lay(bare, progress)
+    laying.refine(options.effort, progress)
     placed, cells = laying.placements()
     shape = exemplar.shape[0], exemplar.shape[1]
     return Quilt(tuple(charts), shape, PlacementList(placed, cells), tuple(fields), surface, seed)
 
 
-def _frame(shape: tuple[int, ...], block: int, scale: float, density: float) -> _Frame:
+def _frame(shape: tuple[int, ...], block: int, scale: float, density: float) -> Frame:
     last = max(0, int(np.log2(min(shape[:2]) / 16)))
     level = min(max(0, int(np.floor(np.log2(scale / density) + 0.5))), last)
     coarse = block >= _COARSE
@@ -157,7 +151,7 @@ def _frame(shape: tuple[int, ...], block: int, scale: float, density: float) -> 
     wanted = min(block, _SHARE * min(shape[:2])) / 2**level
     size = 2 * cell * max(2, int(np.rint(min(max(wanted, 8), _LARGEST_FRAME) / (2 * cell))))
     pixels = scale / 2**level
-    return _Frame(size, cell, feather, level, pixels, density / pixels)
+    return Frame(size, cell, feather, level, pixels, density / pixels)
 
 
 @dataclass(eq=False)
@@ -168,7 +162,7 @@ class _Laying:
     charts: Sequence[Chart]
     fields: Sequence[WarpField]
     shape: tuple[int, int]
-    frame: _Frame
+    frame: Frame
     mesh: MeshArrays
     field: FieldArrays
     canvases: Canvases
@@ -182,10 +176,11 @@ class _Laying:
     state: NDArray[np.uint64]
     scratch: LayScratch
     threads: int | None
-    footprints: list[Footprints]
+    parts: list[tuple[Centres, Footprints]]
     centres: FloatArray
     blocks: IntArray
     masks: NDArray[np.uint8]
+    added: Lot | None = None
 
     @classmethod
     def of(
@@ -197,7 +192,7 @@ class _Laying:
         fine: Subdivided,
         working: Sequence[Chart],
         mesh: MeshArrays,
-        frame: _Frame,
+        frame: Frame,
         scale: float,
         options: QuiltOptions,
         wanted: WantedPhases | None,
@@ -212,10 +207,7 @@ class _Laying:
         canvases = _canvases(working)
         locate_texels(mesh, canvases)
         scratch = LayScratch.of(numbers, usage)
-        texels, half = scratch.texels, frame.size // 2
-        texels.rows[:], texels.columns[:] = np.arange(frame.size + 2), np.arange(frame.size + 2)
-        texels.ys[:] = np.arange(frame.size)[:, None] - half
-        texels.xs[:] = np.arange(frame.size) - half
+        enter_frame(scratch.texels)
         variance = pyramid.variance
         phase = 0.0 if wanted is None else wanted.weight * variance / MISFIT
         return cls(
@@ -231,16 +223,7 @@ class _Laying:
             level.match,
             numbers,
             LayWeights(options.evenness * variance, options.variety * variance, options.tolerance, phase),
-            Span(
-                half,
-                level.height - half,
-                half,
-                level.width - half,
-                -half,
-                half - 1,
-                -half,
-                half - 1,
-            ),
+            frame_span(numbers),
             usage,
             mesh_uses(pyramid.form, options.variety * variance, frame.level, usage.shape),
             np.array([int(np.random.SeedSequence(seed).generate_state(1, np.uint64)[0])], np.uint64),
@@ -248,8 +231,8 @@ class _Laying:
             threads,
             [],
             np.zeros((0, 3)),
-            np.zeros((0, 5), np.int32),
-            np.zeros((0, (frame.size // frame.cell) ** 2), np.uint8),
+            np.zeros((0, FRAME_COLUMNS), np.int32),
+            np.zeros((0, frame.cells), np.uint8),
         )
 
     def grid_centres(self) -> Centres:
@@ -270,19 +253,15 @@ class _Laying:
         count, before = len(centres.triangles), len(self.blocks)
         half = 0.5 * self.frame.size
         found = find_footprints(self.mesh, self.field, centres, half, self.frame.scale, threads=self.threads)
-        self.footprints.append(found)
+        self.parts.append((centres, found))
         corners = self.mesh.positions[self.mesh.triangles[centres.triangles]]
         self.centres = np.concatenate([self.centres, (centres.shares[:, :, None] * corners).sum(axis=1)])
-        self.blocks = np.concatenate([self.blocks, np.zeros((count, 5), np.int32)])
+        self.blocks = np.concatenate([self.blocks, np.zeros((count, FRAME_COLUMNS), np.int32)])
         if self.phases is not None:
             wanted = self.phases.at(centres.triangles, self.centres[before:])
             self.blocks[before:, 3 : 3 + len(wanted)] = wanted.T
         self.masks = np.concatenate([self.masks, np.zeros((count, self.masks.shape[1]), np.uint8)])
-        pixels = self.frame.scale * (1 << self.frame.level)  # per unit
-        self.uses = self.uses._replace(
-            places=pixels * self.centres,
-            shown=np.concatenate([self.uses.shown, np.zeros(count, np.int64)]),
-        )
+        self._know(self.centres[before:])
         order = np.arange(before + count, dtype=np.int64) - before
         covered = np.zeros((self.frame.size + 2,) * 2, np.uint8)
         sources = np.zeros((self.frame.size,) * 2, np.int32)
@@ -312,16 +291,50 @@ class _Laying:
             if progress is not None:
                 progress("blocks", stop - before, count)
 
+    def refine(self, effort: int, progress: Progress | None) -> None:
+        """Lay other sources where the cuts of laid blocks cost most, see `refinement`."""
+        of = dearest(self.blocks, effort)
+        if not len(of):
+            return
+        frame = larger_frame(self.frame, self.numbers.height, self.numbers.width)
+        laid = [centres for centres, _ in self.parts]
+        centres = Centres(
+            np.concatenate([one.triangles for one in laid])[of],
+            np.concatenate([one.shares for one in laid])[of],
+            np.concatenate([one.roots for one in laid])[of],
+        )
+        half = 0.5 * frame.size
+        found = find_footprints(self.mesh, self.field, centres, half, frame.scale, threads=self.threads)
+        lot = Lot(frame, found, self.blocks[of], np.zeros((len(of), frame.cells), np.uint8))
+        self._know(self.centres[of])
+        mesh = RefinedMesh(
+            *(self.mesh, self.canvases, self.match, self.weights, self.usage, self.uses, self.state)
+        )
+        refine_lot(lot, mesh, len(self.blocks), self.numbers, progress)
+        self.added = lot
+
+    def _know(self, centres: FloatArray) -> None:
+        # Makes room for landmarks that further blocks show.
+        pixels = self.frame.scale * (1 << self.frame.level)  # per unit
+        self.uses = self.uses._replace(
+            places=np.concatenate([self.uses.places, pixels * centres]),
+            shown=np.concatenate([self.uses.shown, np.zeros(len(centres), np.int64)]),
+        )
+
     def placements(self) -> tuple[NDArray[np.void], NDArray[np.uint8]]:
         """Return all placements, chart after chart in the order of laying, and their masks' cells."""
-        parts, cells, before, end = [self._base()], [], 0, 0
-        for found in self.footprints:
-            count = len(found.firsts) - 1
-            sheets, own = self._sheets(found, before, count)
-            parts.append(self._placed(found, sheets, before, end))
-            cells.append(own)
-            end += len(own)
-            before += count
+        lots, before = [], 0
+        for _, found in self.parts:
+            own = slice(before, before + len(found.firsts) - 1)
+            lots.append(Lot(self.frame, found, self.blocks[own], self.masks[own]))
+            before = own.stop
+        parts, cells, end = [self._base()], [], 0
+        for lot in [*lots, self.added]:
+            if lot is not None:
+                sheets, own_cells = self._sheets(lot)
+                parts.append(self._placed(lot, sheets, end))
+                cells.append(own_cells)
+                end += len(own_cells)
         placed = np.concatenate(parts)
         placed = placed[np.argsort(placed["chart"], kind="stable")]
         return placed, np.concatenate(cells) if cells else np.zeros(0, np.uint8)
@@ -344,13 +357,11 @@ class _Laying:
         base["source_row"], base["source_column"] = 8 * self.shape[0], 8 * self.shape[1]
         return base
 
-    def _sheets(
-        self, found: Footprints, before: int, count: int
-    ) -> tuple[NDArray[np.int64], NDArray[np.uint8]]:
-        laid = before + np.flatnonzero(self.blocks[before : before + count, 2])
-        order = np.arange(before + count, dtype=np.int64) - before
+    def _sheets(self, lot: Lot) -> tuple[NDArray[np.int64], NDArray[np.uint8]]:
+        laid = np.flatnonzero(lot.blocks[:, 2])
+        order = np.arange(len(lot.blocks), dtype=np.int64)
         shapes = np.array([(chart.height, chart.width) for chart in self.charts], np.int64)
-        frame = self.frame
+        frame, found = lot.frame, lot.footprints
         numbers = MaskNumbers(
             frame.texels,
             _final_cell(frame),
@@ -374,7 +385,7 @@ class _Laying:
                 (done, len(laid)),
                 found.tuple(),
                 found.fits,
-                self.masks,
+                lot.masks,
                 boxes,
                 sheets,
                 cells,
@@ -386,13 +397,11 @@ class _Laying:
             cells = np.concatenate([cells, np.zeros_like(cells)])
         return sheets[: filled[0]], cells[: filled[1]].copy()
 
-    def _placed(
-        self, found: Footprints, sheets: NDArray[np.int64], before: int, first_cell: int
-    ) -> NDArray[np.void]:
+    def _placed(self, lot: Lot, sheets: NDArray[np.int64], first_cell: int) -> NDArray[np.void]:
         # Sheets as placements: their centres are whole texels, and sources and matrices whole units.
-        frame = self.frame
+        frame = lot.frame
         block, sheet = sheets[:, 0], sheets[:, 7]
-        fit = found.fits[block - before, sheet]
+        fit = lot.footprints.fits[block, sheet]
         placed = np.zeros(len(sheets), PLACEMENT)
         for n, name in enumerate(("chart", "row", "column", "height", "width", "first_cell"), start=1):
             placed[name] = sheets[:, n]
@@ -409,7 +418,7 @@ class _Laying:
         shown = fit[:, 4:6] + (mean @ moved[:, :, None])[..., 0]
         fraction = 16 << frame.level
         for axis, name in enumerate(("source_row", "source_column")):
-            source = self.blocks[block, axis] + np.rint(fraction * shown[:, axis]).astype(np.int64)
+            source = lot.blocks[block, axis] + np.rint(fraction * shown[:, axis]).astype(np.int64)
             placed[name] = np.clip(source, 0, 16 * (self.shape[axis] - 1))
         # Whole units from the field's own matrix there: a stream tells those in few bytes.
         unit = (1 << frame.level) / frame.texels * UNIT
@@ -467,14 +476,14 @@ def _phases(fine: Subdivided, wanted: WantedPhases, scale: float, block: int) ->
     return mesh_phases(fine.surface, fine.vectors, scale, wanted.lattice.waves, side)
 
 
-def _working(chart: Chart, frame: _Frame) -> Chart:
+def _working(chart: Chart, frame: Frame) -> Chart:
     # The same chart with working texels: the rectangle a little larger, from the same corner.
     height, width = (int(np.ceil(size / frame.texels)) + 1 for size in (chart.height, chart.width))
     s1, t1 = chart.s0 + height / frame.scale, chart.t0 + width / frame.scale
     return replace(chart, height=height, width=width, s1=s1, t1=t1)
 
 
-def _final_cell(frame: _Frame) -> int:
+def _final_cell(frame: Frame) -> int:
     return min(255, max(1, int(np.rint(frame.cell * frame.texels))))
 
 
@@ -493,7 +502,7 @@ def _canvases(working: Sequence[Chart]) -> Canvases:
     )
 
 
-def _numbers(frame: _Frame, pyramid: MatchPyramid, options: QuiltOptions) -> LayNumbers:
+def _numbers(frame: Frame, pyramid: MatchPyramid, options: QuiltOptions) -> LayNumbers:
     level = pyramid.levels[frame.level]
     return LayNumbers(
         height=level.height,
