@@ -80,6 +80,11 @@ export class UphModel extends Group<UphModelEvents> {
   setExemplar(image: CanvasImageSource | Blob | ImageData | null): Promise<void>
   /** Resolves when all that has come, up to the limit, is in the textures. */
   settled(): Promise<void>
+  /**
+   * The model as GLB: textures as they are here, as PNG on as few pages as possible; the mesh as fine as `pixels` (2000) across the model
+   * show. Loads `uph-glb.js`. Rejects where some charts have no placements yet.
+   */
+  glb(options?: { name?: string; pixels?: number }): Promise<Uint8Array<ArrayBuffer>>
   /** What has come so far. */
   bytes(): Uint8Array
   /** Stop receiving: what is shown stays. */

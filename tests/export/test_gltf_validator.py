@@ -1,16 +1,12 @@
 """Khronos' gltf-validator must find nothing to complain about."""
 
-import json
-import os
-import shutil
-import subprocess
 from itertools import product
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pytest
 from gltf_models import rigged
+from gltf_validation import validated
 from textured import make_model
 
 from upholster.charts.seams import find_seams
@@ -19,37 +15,8 @@ from upholster.geometry import Surface, ring_cyclide
 from upholster.geometry.mesh_files import read_model
 from upholster.model import build_atlas, tessellate, vertex_tangents
 
-PACKAGE = Path(__file__).parents[2] / "web" / "node_modules" / "gltf-validator"
-SCRIPT = """
-const validator = require(process.argv[1]), fs = require('fs');
-const files = process.argv.slice(2);
-Promise.all(files.map(file => validator.validateBytes(new Uint8Array(fs.readFileSync(file))))).then(
-    reports => console.log(JSON.stringify(reports.map(report => report.issues))));
-"""
 
-
-@pytest.fixture(scope="module")
-def validate() -> Any:
-    """Return a function that validates files and returns the issues of each."""
-    node = shutil.which("node")
-    missing = "node is not installed" if node is None else None
-    if missing is None and not PACKAGE.is_dir():
-        missing = "web/node_modules/gltf-validator is missing: run `npm ci` in web/"
-    if missing is not None:
-        if os.environ.get("CI"):
-            pytest.fail(f"gltf-validator must run in CI: {missing}")
-        pytest.skip(missing)
-
-    def run(files: Any) -> Any:
-        command = [str(node), "-e", SCRIPT, str(PACKAGE), *map(str, files)]
-        done = subprocess.run(command, capture_output=True, text=True, timeout=900, check=False)
-        assert done.returncode == 0, done.stderr
-        return json.loads(done.stdout)
-
-    return run
-
-
-def test_retextured_files_are_valid(tmp_path: Path, validate: Any) -> None:
+def test_retextured_files_are_valid(tmp_path: Path) -> None:
     """Split or not, of one page or several, whole or in part: only hints at what the source lacks."""
     model = read_model(rigged(tmp_path))
     count = len(model.mesh.triangles)
@@ -66,7 +33,7 @@ def test_retextured_files_are_valid(tmp_path: Path, validate: Any) -> None:
     files = [tmp_path / f"{number}.glb" for number in range(len(covers))]
     for file, cover in zip(files, covers, strict=True):
         write_retextured_glb(file, model, [cover], texture="webp" if file == files[2] else "png")
-    for issues in validate(files):
+    for issues in validated(files):
         assert (issues["numErrors"], issues["numWarnings"]) == (0, 0), issues
         assert {found["code"] for found in issues["messages"]} <= {
             "UNUSED_OBJECT",
@@ -74,7 +41,7 @@ def test_retextured_files_are_valid(tmp_path: Path, validate: Any) -> None:
         }
 
 
-def test_no_errors_and_no_warnings(tmp_path: Path, validate: Any) -> None:
+def test_no_errors_and_no_warnings(tmp_path: Path) -> None:
     kinds: list[tuple[Any, dict[str, Any]]] = []
     for texture, channels, dtype in product(
         ("png", "jpeg", "webp"), (1, 2, 3, 4), (np.uint8, np.uint16, np.float32)
@@ -125,15 +92,15 @@ def test_no_errors_and_no_warnings(tmp_path: Path, validate: Any) -> None:
             tangents=tangents,
             page=page,
         )
-    for file, issues in zip(files, validate(files), strict=True):
+    for file, issues in zip(files, validated(files), strict=True):
         assert (issues["numErrors"], issues["numWarnings"]) == (0, 0), (file.name, issues["messages"][:3])
         assert {message["code"] for message in issues["messages"]} <= {"IMAGE_NPOT_DIMENSIONS"}, file.name
 
 
-def test_the_validator_does_find_errors(tmp_path: Path, validate: Any) -> None:
+def test_the_validator_does_find_errors(tmp_path: Path) -> None:
     model = make_model()
     write_glb(tmp_path / "x.glb", model.mesh, model.uv, model.pixels)
     data = bytearray((tmp_path / "x.glb").read_bytes())
     data[data.index(b'"VEC3"') + 4] = ord("2")
     (tmp_path / "x.glb").write_bytes(data)
-    assert validate([tmp_path / "x.glb"])[0]["numErrors"] > 0
+    assert validated([tmp_path / "x.glb"])[0]["numErrors"] > 0

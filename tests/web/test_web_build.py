@@ -16,7 +16,7 @@ from upholster.export.html import html_page
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
 WEB = ROOT / "web"
-FOLDERS = ("uph", "mesh", "model", "worker", "viewer")
+FOLDERS = ("glb", "uph", "mesh", "model", "worker", "viewer")
 SHIPPED = ROOT / "src" / "upholster" / "web"
 LONGEST_FUNCTION = 60
 """Lines."""
@@ -120,7 +120,7 @@ def test_no_module_imports_itself_however_far_round() -> None:
             del left[path]
 
 
-@pytest.mark.parametrize("name", ["uph", "mesh"])
+@pytest.mark.parametrize("name", ["glb", "uph", "mesh"])
 def test_decoder_and_mesher_need_only_their_own_folders(name: str) -> None:
     for path in (WEB / name).rglob("*.js"):
         assert all(other.is_relative_to((WEB / name).resolve()) for other in _imports(path)), path.name

@@ -1,6 +1,7 @@
 """`UphLoader` in a page with three.js of its own: conventions, textures, no lines at charts' borders."""
 
 import base64
+import json
 import os
 from typing import Any
 
@@ -8,12 +9,14 @@ import browser
 import numpy as np
 import pytest
 from browser import ROOT, evaluate, pixels, wait_until
+from gltf_validation import validated
 from scipy.ndimage import map_coordinates
 from starlette.applications import Starlette
 from starlette.responses import FileResponse, Response
 from starlette.routing import Mount, Route
 from starlette.staticfiles import StaticFiles
 
+from upholster.geometry import Surface
 from upholster.image import write_image
 from upholster.quilt import paint
 from upholster.stream import StreamDecoder
@@ -325,6 +328,86 @@ def test_another_sample_on_the_same_quilt(page: Any, tmp_path: Any) -> None:
         for (height, width, text), texels in zip(shown, paint(decoder.quilt(), red).arrays, strict=True):
             texture = np.frombuffer(base64.b64decode(text), np.uint8).reshape(height, width, 4)
             assert np.array_equal(texture[1:-1, 1:-1, :3], texels)
+
+
+def _parts(data: bytes) -> tuple[Any, Any]:
+    """The JSON of a GLB file, and a function that returns an accessor's or an image's array."""
+    length = int.from_bytes(data[12:16], "little")
+    document, buffer = json.loads(data[20 : 20 + length]), data[28 + length :]
+
+    def view(number: int) -> bytes:
+        found = document["bufferViews"][number]
+        return buffer[found["byteOffset"] : found["byteOffset"] + found["byteLength"]]
+
+    def array(kind: str, number: int) -> Any:
+        found = document[kind][number]
+        if kind == "images":
+            return pixels(view(found["bufferView"]))
+        dtype = {5126: np.float32, 5125: np.uint32}[found["componentType"]]
+        return np.frombuffer(view(found["bufferView"]), dtype).reshape(found["count"], -1)
+
+    return document, array
+
+
+@pytest.mark.parametrize("name", ["ball", "material"])
+def test_a_model_is_saved_as_glb(page: Any, tmp_path: Any, name: str) -> None:
+    """Each vertex lies where its texture coordinates say, and the texels there are Python's."""
+    text, quads = evaluate(
+        page,
+        """async (name) => {
+          const model = new UphLoader().parse(await (await fetch(`streams/${name}.uph`)).arrayBuffer())
+          const bytes = await model.glb({ name: 'one', pixels: 300 })
+          const { quads } = model
+          model.dispose()
+          return [btoa(bytes.reduce((out, value) => out + String.fromCharCode(value), '')), quads]
+        }""",
+        name,
+    )
+    data = base64.b64decode(text)
+    decoder = StreamDecoder()
+    decoder.feed(getattr(browser, name)())
+    surface = decoder.surface
+    assert isinstance(surface, Surface)
+    document, array = _parts(data)
+    (material,), (primitive,) = document["materials"], document["meshes"][0]["primitives"]
+    assert array("accessors", primitive["indices"]).size > 3 * quads
+    where = {key: array("accessors", n).astype(float) for key, n in primitive["attributes"].items()}
+    maps = {"albedo": (material["pbrMetallicRoughness"]["baseColorTexture"], slice(0, 3))}
+    if name == "material":
+        packed = material["pbrMetallicRoughness"]["metallicRoughnessTexture"]
+        maps |= {"normal": (material["normalTexture"], slice(0, 3)), "ao": (material["occlusionTexture"], 0)}
+        maps |= {"roughness": (packed, 1), "metallic": (packed, 2)}
+        maps["emission"] = (material["emissiveTexture"], slice(0, 3))
+        assert material["emissiveFactor"] == [1, 1, 1]
+    atlas = {
+        role: array("images", document["textures"][n["index"]]["source"])[:, :, k]
+        for role, (n, k) in maps.items()
+    }
+    height, width = atlas["albedo"].shape[:2]
+    columns, rows = (where["TEXCOORD_0"] * (width, height)).T
+    found = np.zeros(len(rows), bool)
+    for box, chart in zip(
+        sorted(primitive["extras"]["charts"], key=lambda one: one["chart"]), decoder.charts, strict=True
+    ):
+        assert (box["height"], box["width"]) == (chart.height, chart.width)
+        row, column = box["row"], box["column"]
+        here = (slice(row, row + chart.height), slice(column, column + chart.width))
+        for role, pixels_of in atlas.items():
+            texels = decoder.texels(role).arrays[box["chart"]]
+            texels = texels.squeeze(axis=2) if pixels_of.ndim == 2 else texels
+            scale = 257 if texels.dtype == np.uint16 else 1
+            assert np.abs(pixels_of[here] - texels / scale).max() <= 0.5, role
+        u, v = (columns - column) / chart.width, (rows - row) / chart.height
+        mine = (np.abs(u - 0.5) < 0.5001) & (np.abs(v - 0.5) < 0.5001)
+        s = chart.s0 + (chart.s1 - chart.s0) * v[mine]
+        t = chart.t0 + (chart.t1 - chart.t0) * u[mine]
+        points = surface.faces[chart.face].points(s, t)
+        assert np.abs(points - where["POSITION"][mine]).max() < 1e-4
+        found |= mine
+    assert found.all()
+    (tmp_path / "one.glb").write_bytes(data)
+    issues = validated([tmp_path / "one.glb"])[0]
+    assert (issues["numErrors"], issues["numWarnings"]) == (0, 0), issues
 
 
 def test_what_users_do_to_materials_and_meshes_stays(page: Any) -> None:

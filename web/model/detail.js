@@ -27,6 +27,8 @@ export class DetailControl {
   #bounds
   #errorPixels
   #request
+  /** Pixels that a unit of length takes at least, wherever it is seen from. */
+  leastPerUnit = 0
   #wanted = null
   #askedAt = 0
 
@@ -46,8 +48,18 @@ export class DetailControl {
       setTimeout(() => this.#ask(), 0)
     }
     const scale = matrixWorld.getMaxScaleOnAxis()
-    const perUnit = scale * pixelsPerUnit(this.#bounds[chart], matrixWorld, renderer, camera)
-    const counts = countsFor(this.#bounds[chart], perUnit, this.#errorPixels)
+    this.#want(chart, scale * pixelsPerUnit(this.#bounds[chart], matrixWorld, renderer, camera))
+  }
+
+  /** Ask for all charts at once, as finely as `leastPerUnit` needs. */
+  askForLeast() {
+    this.#wanted ??= this.counts.slice()
+    for (const chart of this.#bounds.keys()) this.#want(chart, 0)
+    this.#ask()
+  }
+
+  #want(chart, perUnit) {
+    const counts = countsFor(this.#bounds[chart], Math.max(perUnit, this.leastPerUnit), this.#errorPixels)
     for (let k = 0; k < 2; k++) {
       const now = this.counts[2 * chart + k]
       // Coarser only where it pays, so that turning to and fro changes nothing.
@@ -57,6 +69,7 @@ export class DetailControl {
 
   #ask() {
     const wanted = this.#wanted
+    if (!wanted) return // asked for already
     this.#wanted = null
     this.#askedAt = performance.now()
     const quads = () => wanted.reduce((sum, count, n) => (n % 2 ? sum + count * wanted[n - 1] : sum), 0)

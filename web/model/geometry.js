@@ -12,7 +12,7 @@ export function enclose(bounds, sphere) {
   sphere.radius = Math.max(...spheres.map(({ center, radius }) => center.distanceTo(sphere.center) + radius))
 }
 
-/** The geometry of a chart so large, in a texture with a gutter; its `userData` has the outline and the quads. */
+/** The geometry of a chart so large, in a texture with a gutter; its `userData` has outline, parameters and quads. */
 export function chartGeometry(piece, { height, width }, { center, radius }) {
   const { positions, normals, tangents, parameters, indices, outline } = piece
   const uv = new Float32Array(parameters.length)
@@ -27,7 +27,7 @@ export function chartGeometry(piece, { height, width }, { center, radius }) {
   geometry.setAttribute('uv', new BufferAttribute(uv, 2))
   geometry.setIndex(new BufferAttribute(indices, 1))
   geometry.boundingSphere = new Sphere(new Vector3(...center), radius)
-  geometry.userData = { outline, quads: indices.length / 6 }
+  geometry.userData = { outline, parameters, quads: indices.length / 6 }
   return geometry
 }
 

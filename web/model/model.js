@@ -44,6 +44,8 @@ export class UphModel extends Group {
   #isDrawing = false
   #ticket = 0
   #state = null
+  #drawn = null // the state that is shown
+  #plainArrays = null
   #settling = [] // to be told when all is shown
   #ended = false
   #failed = false
@@ -128,6 +130,29 @@ export class UphModel extends Group {
     })
   }
 
+  /**
+   * The model as GLB, as fine as `pixels` across the whole of it show; resolves with the file's bytes. Texels are those shown here, 8 bits
+   * a sample, without loss. Needs every chart's placements.
+   */
+  async glb({ name = this.name || 'upholster', pixels = 2000 } = {}) {
+    const { writeGlb } = await import('../uph-glb.js')
+    await this.settled()
+    if (!(this.shown.charts === 1)) throw new Error('the model is not complete: some charts have no placements yet')
+    const detail = this.#detail
+    detail.leastPerUnit = pixels / 2 / this.sphere.radius
+    detail.askForLeast()
+    await this.settled()
+    detail.leastPerUnit = 0
+    const charts = this.#meshes.map(({ geometry: { attributes, index, userData } }, chart) => {
+      const [positions, normals, tangents] = ['position', 'normal', 'tangent'].map((key) => attributes[key].array)
+      const geometry = { positions, normals, tangents, parameters: userData.parameters, indices: index.array }
+      const textures = Object.fromEntries(Object.entries(this.#textures[chart]).map(([key, { image }]) => [key, image]))
+      return { size: this.#sizes[chart], geometry, textures }
+    })
+    const { alpha = 'opaque', mean } = this.#drawn
+    return writeGlb({ name, charts, plain: this.#plainArrays, alpha, mean, roles: this.roles })
+  }
+
   get wireframe() {
     return this.#materials[0]?.wireframe ?? false
   }
@@ -203,6 +228,7 @@ export class UphModel extends Group {
       return mesh
     })
     this.add(...this.#meshes)
+    this.#plainArrays = plain
     if (plain) this.add((this.#plain = plainMesh(plain)))
   }
 
@@ -246,6 +272,7 @@ export class UphModel extends Group {
       this.#drawSoon()
       return
     }
+    this.#drawn = this.#state
     const { bytes, coefficients, charts, total, roles, alpha = 'opaque', mean } = this.#state
     this.roles = roles
     this.shown = { bytes, coefficients, charts }

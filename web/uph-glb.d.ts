@@ -1,0 +1,33 @@
+/** A texture with a gutter of one texel round it: RGBA, (height + 2) × (width + 2). */
+export interface ChartTexture {
+  height: number
+  width: number
+  data: Uint8Array
+}
+
+/** What is written: a model as `uph-worker.js` makes it. */
+export interface GlbModel {
+  name: string
+  charts: {
+    /** Of its textures, without gutters. */
+    size: { height: number; width: number }
+    geometry: {
+      positions: Float32Array
+      normals: Float32Array
+      tangents: Float32Array
+      /** s, t of each vertex on its chart, 0 to 1. */
+      parameters: Float32Array
+      indices: Uint16Array | Uint32Array
+    }
+    textures: { color?: ChartTexture; normal?: ChartTexture; surface?: ChartTexture; emission?: ChartTexture }
+  }[]
+  /** Triangles on no chart. */
+  plain: { positions: Float32Array; normals: Float32Array; indices: Uint16Array | Uint32Array } | null
+  /** Their colour, 0 to 1, sRGB. */
+  mean: [number, number, number]
+  roles: string[]
+  alpha: 'opaque' | 'mask' | 'blend'
+}
+
+/** Write a model as GLB, textures as PNG; resolves with the file's bytes. `UphModel.glb()` calls it. */
+export function writeGlb(model: GlbModel): Promise<Uint8Array<ArrayBuffer>>
