@@ -8,6 +8,7 @@ import hashlib
 import json
 import struct
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -18,13 +19,17 @@ sys.path.insert(0, str(Path(__file__).parent / "stream"))
 from mesh_quilts import charts_of, icosphere, sheets, soup
 from streams import bent, changed, covered, leaning, noise, stream, woven
 
+from upholster.codec import ImageHeader
 from upholster.geometry import Surface, surface_from_spec
 from upholster.quilt import Chart, Quilt
-from upholster.quilt.placement import PLACEMENT
+from upholster.quilt.placement import PLACEMENT, mask_sizes
 from upholster.quilt.plans import ChartGrid, GridPlan, PlacementList
 from upholster.quilt.plans.grid import BLOCK
 from upholster.stream import StreamDecoder, encode_stream
+from upholster.stream.byte_reader import varint
 from upholster.stream.chunks import ChunkReader, assembled, pack_chunk
+from upholster.stream.grid_plan import encode_grid
+from upholster.stream.list_plan import encode_list
 
 FOLDER = Path(__file__).parent / "vectors"
 REFUSED = FOLDER / "refused"
@@ -82,7 +87,52 @@ def refused() -> Any:
     yield "range_beyond", rebuilt(wide)
     grey = chunks_of(encode_stream(surface, quilt, exemplar, maps={"normel": noise(*exemplar.shape[:2], 1)}))
     yield "normal_of_one_channel", rebuilt([(tag, data.replace(b"normel", b"normal")) for tag, data in grey])
+    for name, count in (("work_of_blocks", 2**13), ("work_of_cuts", 2**10), ("work_of_grids", 2**10)):
+        yield name, stacked(name, count)
+    head = chunks_of(smallest())[:3]
+    yield "cells_beyond", rebuilt([*head, ("Q", bytes([0, 0]) + varint(2**25))])
+    yield "work_of_strips", strips_stacked(2**13)
     yield "chunks_4097", rebuilt([*chunks_of(smallest()), *[("a", b"")] * 4091])
+
+
+def stacked(name: str, count: int) -> bytes:
+    """Blocks as large as their chart, one upon the other: cheap to tell, dear to paint."""
+    side = 128
+    chart = Chart(0, side, side)
+    if name == "work_of_grids":
+        blocks = np.zeros(count, BLOCK)
+        blocks["row"], blocks["column"] = 64 + np.array(np.divmod(np.arange(count), 32))
+        blocks["height"] = blocks["width"] = 2 * side
+        blocks["link"], blocks["cut"] = -1, 1
+        grid = ChartGrid(0, count // 32, 32, 64, 64, 2 * side, 2 * side, 1, 1, 0, 255, 0, count)
+        plan = GridPlan((grid,), 16, blocks, np.zeros(0, np.uint8))
+        cells = np.ones(int(mask_sizes(plan.in_order(), (chart,)).sum()), np.uint8)
+        plan = replace(plan, mask_cells=cells)
+        coded = encode_grid(Quilt((chart,), (64, 64), plan), plan)
+    else:
+        placed = np.zeros(count, PLACEMENT)
+        placed["row"] = placed["column"] = placed["height"] = placed["width"] = side
+        placed["row"] //= 2
+        placed["column"] //= 2
+        cells = np.zeros(0, np.uint8)
+        placed["first_cell"] = -1
+        if name == "work_of_cuts":
+            placed["mask"], placed["mask_cell"], placed["feather"], placed["first_cell"] = 2, 255, 16, 0
+            cells = np.ones(1, np.uint8)
+        coded = encode_list(Quilt((chart,), (64, 64), PlacementList(placed, cells)))
+    layout = ("L", bytes([15]) + varint(side))
+    header = ("X", ImageHeader(64, 64, 1, np.dtype(np.uint8), "5/3", 0, -1, means=(128,)).pack())
+    return rebuilt([("S", bytes([4])), layout, header, *zip("QP", coded[:2], strict=True)])
+
+
+def strips_stacked(count: int) -> bytes:
+    """Strips along one edge, one upon the other."""
+    side, block = 256, 256
+    strip = bytes([0]) + varint(0) + varint(0)
+    plan = bytes([1]) + varint(block) + varint(1) + bytes([0]) + varint(count) + varint(block)
+    plan += bytes([128, 16]) + strip * count
+    header = ("X", ImageHeader(256, 256, 1, np.dtype(np.uint8), "5/3", 0, -1, means=(128,)).pack())
+    return rebuilt([("S", bytes([4])), ("L", bytes([15]) + varint(side)), header, ("Q", plan)])
 
 
 def chunks_of(data: bytes) -> list[tuple[str, bytes]]:

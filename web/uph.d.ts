@@ -80,8 +80,24 @@ export interface Changes {
   charts: number[]
 }
 
+/** What a stream may ask for, within what the format allows (SPEC.md, 9). What is not told goes with the texels. */
+export interface Limits {
+  /** Of all charts together, 1 to 2³¹; 2²⁸ by default. */
+  texels?: number
+  /** Height × width × channels of all maps together; one a texel, 65,536 to 12.8 million. */
+  samples?: number
+  /** One for 64 texels, 4096 to 262,144. */
+  charts?: number
+  /** Of a mesh; one for 8 texels, 4096 to 1,048,576. */
+  triangles?: number
+  /** Units of painting for each texel; 128, which is the most. */
+  work?: number
+}
+
 /** Decodes a `.uph` stream as its bytes come, in pieces of any size. */
 export class UphDecoder {
+  /** A stream that asks for more than the limits is refused. Throws `RangeError` for limits that are none. */
+  constructor(options?: { limits?: Limits })
   /** Bytes fed so far. */
   readonly received: number
   /** Length of the whole file; null before its header has come. */
@@ -148,6 +164,8 @@ export class UphDecoder {
 
 /** Decodes an `.ezw` image as its bytes come, in pieces of any size. */
 export class EzwDecoder {
+  /** An image of more samples than the limits is refused. */
+  constructor(options?: { limits?: Limits })
   readonly received: number
   readonly needed: number
   readonly complete: boolean

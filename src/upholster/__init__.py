@@ -26,6 +26,7 @@ if TYPE_CHECKING:
         torus,
     )
     from upholster.image import Material, read_exemplar, read_material
+    from upholster.limits import Limits
     from upholster.methods import synthesize
     from upholster.notebook import view
     from upholster.options import ModelOptions, SynthesisOptions, WriteOptions
@@ -36,6 +37,7 @@ if TYPE_CHECKING:
 __all__ = [
     "FormatError",
     "InputError",
+    "Limits",
     "Material",
     "ModelOptions",
     "Quilt",
@@ -77,6 +79,7 @@ _HOMES = {
         "torus",
     ),
     "upholster.image": ("Material", "read_exemplar", "read_material"),
+    "upholster.limits": ("Limits",),
     "upholster.options": ("ModelOptions", "SynthesisOptions", "WriteOptions"),
     "upholster.pipeline": ("cover", "refine", "write"),
     "upholster.stream": ("StreamDecoder", "encode_stream"),

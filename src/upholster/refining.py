@@ -18,6 +18,7 @@ from upholster.geometry import (
 from upholster.image import Material
 from upholster.image.roles import ROLES
 from upholster.image.source import source_parts
+from upholster.limits import Limits
 from upholster.options import WriteOptions, chosen
 from upholster.outputs import TexturedModel, atlas_pages, check_displacement, metres_of, parse_output
 from upholster.parallel import check_running
@@ -70,6 +71,7 @@ def refine(
     options: WriteOptions | None = None,
     threads: int | None = None,
     progress: Progress | None = None,
+    limits: Limits | None = None,
 ) -> RefineReport:
     """Write files from a stream, or from as much of one as there is: what ``upholster refine`` does.
 
@@ -81,6 +83,8 @@ def refine(
         As for `cover`; a material's maps as far as they have come.
     limit
         How far to read.
+    limits
+        What the stream may ask for, see `upholster.StreamDecoder`.
     on
         Another surface for the same texels, or its text form (see `upholster.surface_from_spec`): it must
         have the stream's faces, and their edges must meet in the same way. By default the stream's own.
@@ -101,7 +105,7 @@ def refine(
     check_used(wanted, options)
     with outputs([file for output in wanted for file in output.files()], inputs=[stream, *other]) as files:
         data = read_bytes(stream)
-        decoder = StreamDecoder()
+        decoder = StreamDecoder(limits=limits)
         feed_until(decoder, data, limit or Limit())
         if decoder.needed or decoder.surface is None:
             raise FormatError(f"byte {len(data)}: stream is cut; needs {max(1, decoder.needed)} more bytes")

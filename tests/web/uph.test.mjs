@@ -170,3 +170,19 @@ test('an image that is none is refused', () => {
   assert.equal(decoder.needed, 13)
   assert.throws(() => decoder.image(), RangeError)
 })
+
+test('a stream that asks for more than a caller allows is refused', () => {
+  const data = read('quilt.uph')
+  const take = (limits) => () => new UphDecoder({ limits }).feed(data)
+  take({ texels: 37760, samples: 13824, charts: 12 })()
+  for (const [limits, what] of [
+    [{ texels: 37759 }, /number of texels is 37760/],
+    [{ charts: 11 }, /number of charts is 12/],
+    [{ samples: 13823 }, /number of samples is 13824/],
+  ]) {
+    assert.throws(take(limits), (error) => error instanceof UphError && what.test(error.message))
+  }
+  assert.throws(() => new UphDecoder({ limits: { triangles: 319 } }).feed(read('mesh.uph')), /number of triangles is 320/)
+  assert.throws(() => new EzwDecoder({ limits: { work: 129 } }), RangeError)
+  assert.throws(() => new UphDecoder({ limits: { places: 1 } }), /limit places is unknown/)
+})

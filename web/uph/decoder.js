@@ -7,6 +7,7 @@ import { IDENTITY_FIELD, UNIT, scaleField } from './field.js'
 import { ImageDecoder } from './image/decoder.js'
 import { MAX_MAP_SAMPLES, parseImageHeader } from './image/header.js'
 import { parseLayout } from './layout.js'
+import { PaintBudget, checkCharts, checkSamples, fillLimits } from './limits.js'
 import { ceilDivide } from './numbers.js'
 import { Painter } from './paint/painter.js'
 import { MapPyramid } from './paint/pyramid.js'
@@ -34,8 +35,11 @@ export class UphDecoder {
   #painter = new Painter()
   #changed = null
   #failure = null
+  #limits
 
-  constructor() {
+  /** `limits`: what the stream may ask for; one that asks for more is refused. */
+  constructor({ limits } = {}) {
+    this.#limits = fillLimits(limits)
     /** The surface and its charts; null and empty before they have come. */
     this.surface = null
     this.charts = []
@@ -123,17 +127,21 @@ export class UphDecoder {
 
   #takeWhole(tag, reader) {
     if (tag === 'S') {
-      this.surface = parseSurface(reader)
+      this.surface = parseSurface(reader, this.#limits.triangles)
       this.#changed.surface = true
     } else if (tag === 'L') {
       const [charts, scale] = parseLayout(reader, this.surface)
+      checkCharts(reader, charts, this.#limits)
       this.charts = charts
       this.#scaleField = scaleField(scale)
       this.#fields = charts.map(() => IDENTITY_FIELD)
     } else if (tag === 'X') this.#takeExemplarHeader(reader)
     else if (tag === 'R') this.#takeMapHeader(reader)
     else if (tag === 'F') this.#fields = parseFields(reader, this.charts)
-    else this.#plan = parsePlan(reader, this.charts, this.#fields, this.#maps.get('albedo').header)
+    else {
+      const budget = new PaintBudget(this.charts, this.#limits)
+      this.#plan = parsePlan(reader, this.charts, this.#fields, this.#maps.get('albedo').header, budget)
+    }
   }
 
   // ---------------------------------------------------------------- maps
@@ -151,6 +159,7 @@ export class UphDecoder {
     if (this.view !== reader.start + reader.data.length + 4) {
       reader.fail(`first view ends here; the file says at ${this.view}`)
     }
+    checkSamples(reader, [header], this.#limits)
     this.#addMap('albedo', header)
   }
 
@@ -169,6 +178,7 @@ export class UphDecoder {
     let samples = header.height * header.width * header.channels
     for (const { header: one } of this.#maps.values()) samples += one.height * one.width * one.channels
     reader.within(samples, 'number of samples of all maps', 1, MAX_MAP_SAMPLES, 0)
+    checkSamples(reader, [...[...this.#maps.values()].map((map) => map.header), header], this.#limits)
     this.#addMap(role, header)
   }
 

@@ -3,6 +3,7 @@
 import { ByteReader, GrowingBytes, UphError } from './bytes.js'
 import { ImageDecoder } from './image/decoder.js'
 import { parseImageHeader } from './image/header.js'
+import { checkSamples, fillLimits } from './limits.js'
 
 const MAGIC = [69, 90, 87, 48] // "EZW0"
 const FIXED_BYTES = 13 // of the header with the magic, before the means
@@ -12,8 +13,11 @@ export class EzwDecoder {
   #head = new GrowingBytes()
   #image = null
   #failure = null
+  #limits
 
-  constructor() {
+  /** `limits`: how many samples the image may have. */
+  constructor({ limits } = {}) {
+    this.#limits = fillLimits(limits)
     /** Bytes fed so far. */
     this.received = 0
   }
@@ -41,7 +45,9 @@ export class EzwDecoder {
       const used = this.#readHead(bytes)
       if (this.needed) return false
       const reader = new ByteReader(this.#head.bytes.subarray(MAGIC.length, this.#head.length), MAGIC.length)
-      this.#image = new ImageDecoder(parseImageHeader(reader, 65535, 64))
+      const header = parseImageHeader(reader, 65535, 64)
+      checkSamples(reader, [header], this.#limits)
+      this.#image = new ImageDecoder(header)
       this.#image.feed(bytes.subarray(used))
       return true
     } catch (error) {

@@ -43,9 +43,9 @@ const BUILT_IN = [
   ['vase', { radius: [0.8, length], height: [2.4, length], spans: [4, span] }, ({ spans }) => [[10, spans]]],
 ]
 
-export function parseSurface(reader) {
+export function parseSurface(reader, maxTriangles) {
   const kind = reader.u8('kind of surface', BUILT_IN.length + 1)
-  const surface = kind > BUILT_IN.length ? parseMesh(reader) : kind ? parseBuiltIn(reader, BUILT_IN[kind - 1]) : parseNets(reader)
+  const surface = kind > BUILT_IN.length ? parseMesh(reader, maxTriangles) : kind ? parseBuiltIn(reader, BUILT_IN[kind - 1]) : parseNets(reader)
   reader.end('surface')
   return surface
 }

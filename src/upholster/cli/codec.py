@@ -5,7 +5,16 @@ from typing import Annotated
 
 import typer
 
-from upholster.cli.console import byte_count, in_bytes, naming, noted, progress_bars, say, share
+from upholster.cli.console import (
+    byte_count,
+    in_bytes,
+    limits_of,
+    naming,
+    noted,
+    progress_bars,
+    say,
+    share,
+)
 from upholster.errors import InputError
 
 __all__ = ["decode", "encode"]
@@ -73,6 +82,9 @@ def decode(
         str | None,
         typer.Option(metavar="15%", help="Stop at this share of significant coefficients."),
     ] = None,
+    most_texels: Annotated[
+        str | None, typer.Option("--limit", metavar="4M", help="Refuse an image of more samples.")
+    ] = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
 ) -> None:
     """Decode an image from an embedded zerotree stream, however much of it there is."""
@@ -86,6 +98,7 @@ def decode(
             read_bytes(file),
             most_bytes=byte_count("bytes", most_bytes),
             coefficients=share("coefficients", coefficients),
+            limits=limits_of(most_texels),
         )
         write_image(files.path(output), found.image, bits=16 if found.image.dtype.itemsize > 1 else 8)
     if not quiet:

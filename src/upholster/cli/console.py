@@ -16,6 +16,7 @@ if TYPE_CHECKING:  # NumPy, which it imports, would slow down --help
     from rich.progress import Progress as Bars
     from rich.table import Table
 
+    from upholster.limits import Limits
     from upholster.types import Progress
     from upholster.warm import Compiler
 
@@ -26,6 +27,7 @@ __all__ = [
     "byte_count",
     "in_bytes",
     "large_count",
+    "limits_of",
     "naming",
     "noted",
     "numbers",
@@ -94,6 +96,13 @@ def texel_count(text: str | None) -> int | tuple[int, int] | None:
     if found is not None:
         return int(found[1]), int(found[2])
     return large_count("texels", text, other=", or a size such as 512x512")
+
+
+def limits_of(text: str | None) -> "Limits | None":
+    """Read ``--limit``: how many texels a stream may have, ``4M``; everything else goes with them."""
+    from upholster.limits import Limits
+
+    return None if text is None else Limits(texels=large_count("limit", text))
 
 
 def large_count(name: str, text: str, *, other: str = "") -> int:

@@ -6,7 +6,17 @@ from typing import Annotated
 import typer
 
 from upholster.cli.cad import show_cad
-from upholster.cli.console import add_row, byte_count, in_bytes, naming, numbers, progress_bars, say, share
+from upholster.cli.console import (
+    add_row,
+    byte_count,
+    in_bytes,
+    limits_of,
+    naming,
+    numbers,
+    progress_bars,
+    say,
+    share,
+)
 from upholster.cli.models import show_model
 from upholster.cli.options import spelled_out
 from upholster.errors import InputError
@@ -44,6 +54,12 @@ def refine(
         str | None,
         typer.Option(metavar="7%", help="Take this share of the sample's coefficients, with all placements."),
     ] = None,
+    most_texels: Annotated[
+        str | None,
+        typer.Option(
+            "--limit", metavar="4M", help="Refuse a stream of more texels; all else goes with them."
+        ),
+    ] = None,
     writing: WriteOptions,
     threads: Annotated[int | None, typer.Option(help="1 to 256; default: one per core.")] = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
@@ -56,7 +72,16 @@ def refine(
     limit = Limit(byte_count("bytes", most_bytes), bpp, share("coefficients", coefficients))
     uses = ["refine model", "refine picture", "refine paper", "refine material"]
     with naming(stream), progress_bars(quiet, uses) as progress:
-        done = run(stream, output, limit=limit, on=on, options=writing, threads=threads, progress=progress)
+        done = run(
+            stream,
+            output,
+            limit=limit,
+            on=on,
+            options=writing,
+            threads=threads,
+            progress=progress,
+            limits=limits_of(most_texels),
+        )
     if not quiet:
         written = ", ".join(f"{name} ({in_bytes(count)})" for name, count in done.written.items())
         state = "complete" if done.complete else f"of {in_bytes(done.total)}, incomplete"
@@ -78,6 +103,12 @@ def info(
     unit: Annotated[
         str | None, typer.Option(metavar="mm", help="Of a model: m, dm, cm, mm, km, in or ft.")
     ] = None,
+    most_texels: Annotated[
+        str | None,
+        typer.Option(
+            "--limit", metavar="4M", help="Refuse a stream of more texels; all else goes with them."
+        ),
+    ] = None,
 ) -> None:
     """Show what a stream holds, and after how many bytes; or a model's parts, and what is odd about them."""
     if file.lower().endswith(CAD_SUFFIXES):
@@ -87,10 +118,10 @@ def info(
     elif unit is not None:
         raise InputError("--unit is for models: a stream has no other")
     else:
-        _show_stream(file)
+        _show_stream(file, most_texels)
 
 
-def _show_stream(stream: str) -> None:
+def _show_stream(stream: str, most_texels: str | None) -> None:
     """Print a stream's chunks, its placements, and what can be shown after so many bytes."""
     from rich.box import SIMPLE_HEAD
     from rich.console import Console
@@ -101,7 +132,7 @@ def _show_stream(stream: str) -> None:
     from upholster.stream import describe
 
     with naming(stream):
-        found = describe(read_bytes(stream))
+        found = describe(read_bytes(stream), limits=limits_of(most_texels))
     console = Console()
     state = "complete" if found.complete else f"incomplete, {in_bytes(found.total)} in all"
     say(f"{stream}: {found.received:,} bytes, {state}; first view at {found.view:,} bytes")

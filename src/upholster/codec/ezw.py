@@ -10,6 +10,7 @@ import numpy as np
 from upholster.codec.header import ImageHeader
 from upholster.codec.image_code import ImageDecoder, encode_parts
 from upholster.errors import FormatError, InputError
+from upholster.limits import Limits
 from upholster.types import PixelArray
 from upholster.wavelet.lifting import Wavelet
 
@@ -125,7 +126,13 @@ class DecodedImage:
     used: int
 
 
-def decode(data: bytes, *, most_bytes: int | None = None, coefficients: float | None = None) -> DecodedImage:
+def decode(
+    data: bytes,
+    *,
+    most_bytes: int | None = None,
+    coefficients: float | None = None,
+    limits: Limits | None = None,
+) -> DecodedImage:
     """Decode a file of `encode`, or any prefix of it.
 
     Parameters
@@ -136,11 +143,14 @@ def decode(data: bytes, *, most_bytes: int | None = None, coefficients: float | 
         Use no more than these.
     coefficients
         Stop when this share of the coefficients is significant, 0 to 1.
+    limits
+        How many samples it may have; by default as many as the format allows.
 
     Raises
     ------
     FormatError
-        If it is no such file, or is cut before its header ends; the message says how many bytes are missing.
+        If it is no such file, has more samples than the limits, or is cut before its header ends; the message
+        then says how many bytes are missing.
     InputError
         For options out of range.
     """
@@ -156,6 +166,9 @@ def decode(data: bytes, *, most_bytes: int | None = None, coefficients: float | 
             f"byte {len(data)}: the file is cut in its magic; needs {len(MAGIC) - len(data)} more bytes"
         )
     header = ImageHeader.parse(data[len(MAGIC) : len(MAGIC) + _LONGEST_HEADER], offset=len(MAGIC))
+    samples, most = header.height * header.width * header.channels, (limits or Limits()).of("samples")
+    if samples > most:
+        raise FormatError(f"byte {len(MAGIC)}: the image has {samples} samples; allowed here: {most}")
     start = len(MAGIC) + header.length
     decoder = ImageDecoder(header)
     if coefficients is None:

@@ -6,6 +6,7 @@ import numpy as np
 
 from upholster.errors import FormatError
 from upholster.geometry import MeshSurface, Surface
+from upholster.limits import Limits
 from upholster.stream.chunks import Chunk
 from upholster.stream.reader import StreamDecoder
 from upholster.types import PixelArray
@@ -98,13 +99,15 @@ class Description:
     readable: tuple[Readable, ...]
 
 
-def describe(data: bytes) -> Description:
+def describe(data: bytes, *, limits: Limits | None = None) -> Description:
     """Tell what a stream, or a prefix of one, holds.
 
     Parameters
     ----------
     data
         The bytes.
+    limits
+        As for `StreamDecoder`.
 
     Returns
     -------
@@ -116,7 +119,7 @@ def describe(data: bytes) -> Description:
     FormatError
         If the stream is damaged or too short to show anything.
     """
-    decoder = StreamDecoder()
+    decoder = StreamDecoder(limits=limits)
     seen, states = 0, []
     for size in sorted({size for size in SIZES if size < len(data)} | {len(data)}):
         decoder.feed(data[seen:size])

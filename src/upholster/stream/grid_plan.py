@@ -17,6 +17,7 @@ from upholster.quilt.warp_field import WarpField
 from upholster.stream import _block_records as records_
 from upholster.stream import _grid_kernels as kernels
 from upholster.stream import _mask_kernels as mask_kernels
+from upholster.stream.budget import PaintBudget
 from upholster.stream.byte_reader import ByteReader, varint
 from upholster.stream.coder import BitReader, BitWriter
 from upholster.stream.first_view import assemble
@@ -338,6 +339,8 @@ class GridDecoder:
         As in `Quilt`.
     scale
         Scale of charts that are not known yet, see `upholster.stream.first_view`.
+    budget
+        What painting may cost.
 
     Raises
     ------
@@ -352,9 +355,11 @@ class GridDecoder:
         exemplar_shape: tuple[int, int],
         fields: tuple[WarpField, ...],
         scale: int,
+        budget: PaintBudget,
     ) -> None:
         self.charts, self.exemplar_shape, self.warp_fields, self.scale = charts, exemplar_shape, fields, scale
         self.plan, self._turned = _parse(plan, charts)
+        self._budget = budget
         self.total = int(self.plan.starts[-1])
         self.known = self.known_cells = self.total_cells = 0
         self._sources = BitReader(kernels.BLOCK_COUNTERS, kernels.BLOCK_INPUTS)
@@ -465,6 +470,12 @@ class GridDecoder:
         self._symbols = self._own = 0
 
     def _read_sources(self) -> None:
+        first = self._done
+        self._decode_sources()
+        if self._done > first:
+            self._check_grids(first)
+
+    def _decode_sources(self) -> None:
         while self._done < len(self.plan.grids):
             grid = self.plan.grids[self._done]
             end = grid.transferred + grid.positions
@@ -492,26 +503,31 @@ class GridDecoder:
                 self._end_grid(grid)
 
     def _end_grid(self, grid: ChartGrid) -> None:
-        n = grid.chart
         if self._own != grid.own:
-            raise FormatError(f"chart {n} has other blocks than its plan says")
-        start, stop = self.plan.starts[self._done : self._done + 2].tolist()
+            raise FormatError(f"chart {grid.chart} has other blocks than its plan says")
+        self._done += 1
+        self._begin_grid()
+
+    def _check_grids(self, first: int) -> None:
+        # What the sources of the grids from one on tell, all at once: there may be very many.
+        start, stop = self.plan.starts[[first, self._done]].tolist()
         blocks = _blocks(self._records[start:stop], np.ones(stop - start, bool))
-        alone = GridPlan((replace(grid, chart=0),), self.plan.feather, blocks, np.zeros(0, np.uint8))
-        placed = alone.in_order()
-        check_decoded(placed, (self.charts[n],), (self.warp_fields[n],), self.exemplar_shape)
-        windows = mask_windows(placed, (self.charts[n],))
+        grids = self.plan.grids[first : self._done]
+        placed = GridPlan(grids, self.plan.feather, blocks, np.zeros(0, np.uint8)).in_order()
+        in_turn = np.argsort(placed["chart"], kind="stable")
+        check_decoded(placed[in_turn], self.charts, self.warp_fields, self.exemplar_shape)
+        self._budget.spend(placed)
+        windows = mask_windows(placed, self.charts)
         sizes = np.where(
             blocks["cut"] == 1, (windows[:, 1] - windows[:, 0]) * (windows[:, 3] - windows[:, 2]), 0
         )
-        first = self.total_cells + np.cumsum(sizes) - sizes
-        self._windows = np.concatenate([self._windows, windows.astype(np.int32)])
-        self._first = np.concatenate([self._first, first])
+        self._windows, self._first = grown(self._windows, stop), grown(self._first, stop)
+        self._windows[start:stop] = windows
+        self._first[start:stop] = self.total_cells + np.cumsum(sizes) - sizes
         self.total_cells += int(sizes.sum())
         if self.total_cells > MAX_CELLS:
             raise FormatError(f"masks have {self.total_cells} cells; allowed: {MAX_CELLS}")
-        self._done += 1
-        self._begin_grid()
+        self._budget.check_cells(self.total_cells)
 
     def _read_masks(self, place: int) -> bool:
         # Whether all masks of a grid are known.

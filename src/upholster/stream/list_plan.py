@@ -11,6 +11,7 @@ from upholster.quilt.model import Quilt
 from upholster.quilt.placement import MASK_CUT, MASK_NONE, MATRIX_UNIT, PLACEMENT, mask_sizes, mask_windows
 from upholster.quilt.warp_field import WarpField
 from upholster.stream import _list_kernels as kernels
+from upholster.stream.budget import PaintBudget
 from upholster.stream.byte_reader import ByteReader, varint
 from upholster.stream.coder import BitReader, BitWriter
 from upholster.stream.first_view import assemble
@@ -27,6 +28,7 @@ from upholster.stream.plan_common import (
 __all__ = ["ListDecoder", "decode_cells", "encode_cells", "encode_list"]
 
 _RECORDS_A_CALL = 256
+_CHECKED_AT_ONCE = 2**16
 _CENTRED, _MATRIX = 13, 14
 
 FIELD_NAMES = (
@@ -108,6 +110,8 @@ class ListDecoder:
         As in `Quilt`.
     scale
         Scale of charts that are not known yet, see `upholster.stream.first_view`.
+    budget
+        What painting may cost.
     fine
         Whether sources are in 1/16 pixel and there may be centre matrices.
 
@@ -124,17 +128,21 @@ class ListDecoder:
         exemplar_shape: tuple[int, int],
         fields: tuple[WarpField, ...],
         scale: int,
+        budget: PaintBudget,
         *,
         fine: bool,
     ) -> None:
         self.charts, self.exemplar_shape, self.warp_fields, self.scale = charts, exemplar_shape, fields, scale
-        self._fine = fine
+        self._fine, self._budget = fine, budget
         counts = [plan.varint("number of placements", MAX_PLACEMENTS) for _ in charts]
         self._ends = np.cumsum(counts, dtype=np.int64)
         self.total, self.total_cells = int(self._ends[-1]), plan.varint("number of cells", MAX_CELLS)
         if self.total > MAX_PLACEMENTS:
             raise plan.error(f"plan has {self.total} placements; allowed: {MAX_PLACEMENTS}")
         plan.end("plan")
+        budget.check_cells(self.total_cells)
+        sizes = np.array([(chart.height, chart.width) for chart in charts], np.int64)
+        self._sizes = np.repeat(sizes, counts, axis=0)
         self.known = self.known_cells = 0
         self._sources = BitReader(kernels.FIELD_COUNTERS, 1)
         self._masks = BitReader(kernels.CELL_COUNTERS, 3) if self.total_cells else None
@@ -161,17 +169,17 @@ class ListDecoder:
         """
         self._sources.feed(data)
         limits = _limits(self.exemplar_shape, 1 if self._fine else 16)
-        while self.known < self.total:
+        first, missing = self.known, False
+        while self.known < self.total and not missing:
             start = self.known
             chart = int(np.searchsorted(self._ends, start, side="right"))
             stop = min(int(self._ends[chart]), start + BATCH)
             field = self.warp_fields[chart] if self.warp_fields else WarpField.identity()
             self._fields = grown(self._fields, stop)
-            sizes = _chart_sizes(self.charts, self._chart_of(0, stop))
             known = kernels.code_fields(
                 self._sources.coder,
                 self._fields,
-                sizes,
+                self._sizes,
                 limits,
                 self._fine,
                 field.matrices,
@@ -182,10 +190,12 @@ class ListDecoder:
             )
             if known < 0:
                 raise FormatError(f"a field of placement {-1 - known} is outside what is allowed")
-            self.known = known
-            self._check(start, known)
-            if known < stop:
-                return
+            self.known, missing = known, known < stop
+            if known - first >= _CHECKED_AT_ONCE:
+                self._check(first, known)
+                first = known
+        # Not chart by chart, of which there may be very many.
+        self._check(first, self.known)
 
     def feed_masks(self, data: bytes) -> None:
         """Take further bytes of the masks; all sources must be known.
@@ -240,6 +250,7 @@ class ListDecoder:
         )
         if wrong.any():
             raise FormatError(f"cells of placement {start + int(np.argmax(wrong))} are not there")
+        self._budget.spend(placed)
 
     def _chart_of(self, start: int, stop: int) -> NDArray[np.int64]:
         return np.searchsorted(self._ends, np.arange(start, stop), side="right").astype(np.int64)

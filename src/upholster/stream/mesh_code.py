@@ -93,8 +93,15 @@ def pack_mesh(surface: MeshSurface, precision: MeshPrecision) -> bytes:
     return b"".join([*head, writer.finish()])
 
 
-def parse_mesh(fields: ByteReader) -> MeshSurface:
+def parse_mesh(fields: ByteReader, most: int = MAX_TRIANGLES) -> MeshSurface:
     """Read a mesh back.
+
+    Parameters
+    ----------
+    fields
+        Its bytes.
+    most
+        Triangles that it may have.
 
     Raises
     ------
@@ -105,7 +112,7 @@ def parse_mesh(fields: ByteReader) -> MeshSurface:
     metres = fields.float64("metres") if fields.byte("flags of the mesh", 1) else None
     count = fields.varint("number of parts", min(MAX_PARTS, fields.left), 1)
     parts = tuple(_parse_text(fields) for _ in range(count))
-    triangles = fields.varint("number of triangles", min(MAX_TRIANGLES, _TRIANGLES_A_BYTE * fields.left), 1)
+    triangles = fields.varint("number of triangles", min(most, _TRIANGLES_A_BYTE * fields.left), 1)
     vertices = fields.varint("number of vertices", 3 * triangles, 1)
     wedges = fields.varint("number of wedges", 3 * triangles)
     islands = fields.varint("number of islands", triangles, 1)

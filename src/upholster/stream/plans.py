@@ -6,12 +6,14 @@ bytes as they come and knows at once which placements they determine.
 
 from typing import NoReturn
 
-from upholster.errors import InputError
+from upholster.errors import FormatError, InputError
+from upholster.limits import Limits
 from upholster.quilt.chart import Chart
 from upholster.quilt.model import Quilt
 from upholster.quilt.placement import touches
 from upholster.quilt.plans import GridPlan, PlacementList, SourceMap, StripPlan
 from upholster.quilt.warp_field import WarpField
+from upholster.stream.budget import PaintBudget, strips_work
 from upholster.stream.byte_reader import ByteReader
 from upholster.stream.grid_plan import GridDecoder, encode_grid
 from upholster.stream.list_plan import ListDecoder, encode_list
@@ -52,6 +54,15 @@ def encode_plan(quilt: Quilt) -> tuple[bytes, bytes, bytes]:
     outside = ~touches(placed, quilt.charts)
     if outside.any():
         raise InputError(f"placement {int(outside.argmax())} does not touch its chart")
+    budget = PaintBudget(quilt.charts, Limits())
+    try:
+        if isinstance(quilt.plan, StripPlan):
+            budget.take(strips_work(quilt.plan.layout))
+        else:
+            budget.spend(placed)
+        budget.check_cells(len(cells))
+    except FormatError as error:
+        raise InputError(f"{error} in a stream") from None
     match quilt.plan:
         case StripPlan() as plan:
             return encode_strips(plan)
@@ -78,6 +89,7 @@ def open_plan(
     exemplar_shape: tuple[int, int],
     fields: tuple[WarpField, ...] = (),
     scale: int = 0,
+    budget: PaintBudget | None = None,
 ) -> PlanDecoder:
     """Return the decoder of a plan, whichever kind it is.
 
@@ -89,6 +101,8 @@ def open_plan(
         As in `Quilt`.
     scale
         Scale of charts that are not known yet, see `upholster.stream.first_view`.
+    budget
+        What painting may cost; by default that of `Limits()`.
 
     Raises
     ------
@@ -96,11 +110,12 @@ def open_plan(
         If the plan is malformed.
     """
     kind = plan.byte("kind of plan", FINE_LIST)
+    budget = budget or PaintBudget(charts, Limits())
     fields = fields or (WarpField.identity(),) * len(charts)
     if kind == GRID:
-        return GridDecoder(plan, charts, exemplar_shape, fields, scale)
+        return GridDecoder(plan, charts, exemplar_shape, fields, scale, budget)
     if kind == STRIPS:
         if not all(field.is_identity for field in fields):
             raise plan.error("plan has strips where charts have warp fields")
-        return StripDecoder(plan, charts, exemplar_shape, scale)
-    return ListDecoder(plan, charts, exemplar_shape, fields, scale, fine=kind == FINE_LIST)
+        return StripDecoder(plan, charts, exemplar_shape, scale, budget)
+    return ListDecoder(plan, charts, exemplar_shape, fields, scale, budget, fine=kind == FINE_LIST)

@@ -5,11 +5,13 @@ import numpy as np
 from upholster.codec import ImageDecoder, ImageHeader
 from upholster.errors import FormatError, InputError, nearest
 from upholster.geometry import MeshSurface, Surface
+from upholster.limits import Limits
 from upholster.quilt import Chart, Quilt, Texels
 from upholster.quilt.materials import paint_map
 from upholster.quilt.placement import PLACEMENT
 from upholster.quilt.warp_field import WarpField
 from upholster.shown import Shown, on_a_line
+from upholster.stream.budget import PaintBudget, check_charts, check_samples
 from upholster.stream.byte_reader import ByteReader
 from upholster.stream.chunks import Chunk, ChunkReader
 from upholster.stream.first_view import assemble, check_tiles
@@ -37,6 +39,11 @@ class StreamDecoder(Shown):
 
     As soon as nothing is `needed`, there is a textured model; every further byte refines it.
 
+    Parameters
+    ----------
+    limits
+        What the stream may ask for; by default `Limits()`. One that asks for more is refused.
+
     Attributes
     ----------
     surface
@@ -45,7 +52,10 @@ class StreamDecoder(Shown):
         The layout; empty before it has come.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, *, limits: Limits | None = None) -> None:
+        if not isinstance(limits, Limits | None):
+            raise InputError(f"limits is a {type(limits).__name__}; allowed: Limits")
+        self._limits = limits or Limits()
         self.surface: Surface | MeshSurface | None = None
         self.charts: tuple[Chart, ...] = ()
         self._reader = ChunkReader()
@@ -290,9 +300,10 @@ class StreamDecoder(Shown):
     def _take_whole(self, tag: str, data: bytes, offset: int) -> None:
         fields = ByteReader(data, offset)
         if tag == "S":
-            self.surface = parse_surface(fields)
+            self.surface = parse_surface(fields, self._limits)
         elif tag == "L" and self.surface is not None:
             self.charts, self._scale = parse_layout(fields, self.surface)
+            check_charts(self.charts, self._limits)
         elif tag == "X":
             header = ImageHeader.parse(data, offset=offset)
             if header.length != len(data):
@@ -306,6 +317,7 @@ class StreamDecoder(Shown):
                 raise FormatError(
                     f"byte {offset}: first view ends here; the file says at {self._reader.view}"
                 )
+            check_samples([header], self._limits)
             self._image = self._maps[FIRST_ROLE] = ImageDecoder(header)
         elif tag == "F":
             self._fields = parse_fields(fields, self.charts)
@@ -313,7 +325,8 @@ class StreamDecoder(Shown):
             self._add_map(data, offset)
         elif self._image is not None:
             shape = self._image.header.height, self._image.header.width
-            self._placements = open_plan(fields, self.charts, shape, self._fields, self._scale)
+            budget = PaintBudget(self.charts, self._limits)
+            self._placements = open_plan(fields, self.charts, shape, self._fields, self._scale, budget)
 
     def _add_map(self, data: bytes, offset: int) -> None:
         role, start = parse_role(data, offset, list(self._maps))
@@ -333,6 +346,7 @@ class StreamDecoder(Shown):
         samples += header.height * header.width * header.channels
         if samples > MAX_MAP_SAMPLES:
             raise FormatError(f"byte {offset}: maps have {samples} samples; allowed: {MAX_MAP_SAMPLES}")
+        check_samples([*(image.header for image in self._maps.values()), header], self._limits)
         self._maps[role] = ImageDecoder(header)
 
     def _feed_map(self, chunk: Chunk, part: bytes) -> None:
@@ -371,7 +385,7 @@ class StreamDecoder(Shown):
             raise FormatError(f"byte {self.received}: {placements.unread} bytes of placements mean nothing")
 
 
-def read_stream(data: bytes, *, strict: bool = True) -> StreamDecoder:
+def read_stream(data: bytes, *, strict: bool = True, limits: Limits | None = None) -> StreamDecoder:
     """Read a whole stream, or a prefix of one.
 
     Parameters
@@ -380,6 +394,8 @@ def read_stream(data: bytes, *, strict: bool = True) -> StreamDecoder:
         The bytes.
     strict
         Whether to refuse a cut file and bytes that mean nothing.
+    limits
+        As for `StreamDecoder`.
 
     Returns
     -------
@@ -391,7 +407,7 @@ def read_stream(data: bytes, *, strict: bool = True) -> StreamDecoder:
     FormatError
         If the stream is damaged or, if not strict, too short to show anything: says at which byte.
     """
-    decoder = StreamDecoder()
+    decoder = StreamDecoder(limits=limits)
     decoder.feed(data)
     if strict:
         decoder.check_whole()

@@ -12,6 +12,7 @@ from upholster.quilt.plans.strips import edge_length
 from upholster.quilt.warp_field import WarpField
 from upholster.stream import _strip_kernels as kernels
 from upholster.stream._list_kernels import CELL_COUNTERS
+from upholster.stream.budget import PaintBudget, strips_work
 from upholster.stream.byte_reader import ByteReader, varint
 from upholster.stream.coder import BitReader, BitWriter
 from upholster.stream.first_view import assemble
@@ -130,6 +131,8 @@ class StripDecoder:
         As in `Quilt`.
     scale
         Scale of charts that are not known yet, see `upholster.stream.first_view`.
+    budget
+        What painting may cost.
 
     Raises
     ------
@@ -138,7 +141,12 @@ class StripDecoder:
     """
 
     def __init__(
-        self, plan: ByteReader, charts: tuple[Chart, ...], exemplar_shape: tuple[int, int], scale: int
+        self,
+        plan: ByteReader,
+        charts: tuple[Chart, ...],
+        exemplar_shape: tuple[int, int],
+        scale: int,
+        budget: PaintBudget,
     ) -> None:
         self.scale = scale
         self.layout = _parse_layout(plan, charts, exemplar_shape)
@@ -150,6 +158,8 @@ class StripDecoder:
                 f"allowed: {MAX_PLACEMENTS}, {MAX_CELLS // 2}"
             )
         plan.end("plan")
+        budget.check_cells(self.total_cells)
+        budget.take(strips_work(self.layout))
         self.known = self.known_cells = 0
         self._sources = BitReader(kernels.SOURCE_COUNTERS, 4)
         self._masks = BitReader(CELL_COUNTERS, 3) if self.total_cells else None

@@ -10,6 +10,7 @@ from upholster.geometry import SURFACES, Face, RationalPatch, Surface, grid_face
 from upholster.geometry.patch import MAX_DEGREE
 from upholster.geometry.surface import MAX_PATCHES
 from upholster.geometry.triangle_mesh import MeshSurface
+from upholster.limits import Limits
 from upholster.quilt import Chart
 from upholster.stream.byte_reader import ByteReader, unzigzag, varint, zigzag
 from upholster.stream.mesh_code import pack_mesh, parse_mesh, precision_of
@@ -62,8 +63,15 @@ def pack_surface(surface: Surface | MeshSurface, charts: Sequence[Chart] = ()) -
     return _pack_nets(surface, [patch.net for patch in surface.patches], np.dtype("<f8"))
 
 
-def parse_surface(fields: ByteReader) -> Surface | MeshSurface:
+def parse_surface(fields: ByteReader, limits: Limits | None = None) -> Surface | MeshSurface:
     """Read a surface back.
+
+    Parameters
+    ----------
+    fields
+        Its bytes.
+    limits
+        What it may ask for; by default `Limits()`.
 
     Raises
     ------
@@ -73,16 +81,16 @@ def parse_surface(fields: ByteReader) -> Surface | MeshSurface:
     kind = fields.byte("kind of surface", _MESH)
     start = fields.offset
     try:
-        surface = _parse_kind(fields, kind)
+        surface = _parse_kind(fields, kind, limits or Limits())
     except InputError as error:
         raise FormatError(f"byte {start}: {error}") from None
     fields.end("surface")
     return surface
 
 
-def _parse_kind(fields: ByteReader, kind: int) -> Surface | MeshSurface:
+def _parse_kind(fields: ByteReader, kind: int, limits: Limits) -> Surface | MeshSurface:
     if kind == _MESH:
-        return parse_mesh(fields)
+        return parse_mesh(fields, limits.of("triangles"))
     return _parse_named(fields, KINDS[kind - 1]) if kind else _parse_nets(fields)
 
 

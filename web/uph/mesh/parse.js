@@ -7,18 +7,17 @@ import { decodeParameters } from './parameters.js'
 import { decodePositions } from './positions.js'
 import { WedgeDecoder } from './wedges.js'
 
-const MAX_TRIANGLES = 2 ** 20
 const MAX_PARTS = 2 ** 16
 const TRIANGLES_A_BYTE = 4096
 const MOST = 1e18 // of a position
 
 /** Returns the surface: positions, and per corner of a triangle its vertex and (s, t) on its island. */
-export function parseMesh(reader) {
+export function parseMesh(reader, maxTriangles) {
   const name = parseText(reader)
   const metres = reader.u8('flags of the mesh', 1) ? reader.float('metres', 8) : null
   const partCount = reader.varint('number of parts', Math.min(MAX_PARTS, reader.left), 1)
   const parts = range(partCount).map(() => parseText(reader))
-  const triangleCount = reader.varint('number of triangles', Math.min(MAX_TRIANGLES, TRIANGLES_A_BYTE * reader.left), 1)
+  const triangleCount = reader.varint('number of triangles', Math.min(maxTriangles, TRIANGLES_A_BYTE * reader.left), 1)
   const vertexCount = reader.varint('number of vertices', 3 * triangleCount, 1)
   const wedgeCount = reader.varint('number of wedges', 3 * triangleCount)
   const islandCount = reader.varint('number of islands', triangleCount, 1)

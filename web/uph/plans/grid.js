@@ -32,8 +32,9 @@ function countPositions(length, first, size, step) {
 }
 
 export class GridPlan extends Plan {
-  constructor(reader, charts, fields, exemplar) {
+  constructor(reader, charts, fields, exemplar, budget) {
     super(charts, exemplar)
+    this.budget = budget
     this.fields = fields
     this.fail = (what) => reader.fail(what)
     const { place } = reader
@@ -42,6 +43,8 @@ export class GridPlan extends Plan {
     this.feather = reader.within(feather % TURNED, 'feather', 0, 16, place)
     this.grids = this.#parseGrids(reader) // in coded order; those of one chart follow each other
     reader.end('plan')
+    this.gridsOf = [] // per chart: its first grid and the one behind its last
+    this.grids.forEach(({ chart }, n) => ((this.gridsOf[chart] ??= [n, n])[1] = n + 1))
     this.starts = [0] // per grid: its first block
     for (const { blocks } of this.grids) this.starts.push(this.starts.at(-1) + blocks)
     this.total = this.starts.at(-1)
@@ -156,15 +159,21 @@ export class GridPlan extends Plan {
     const { blocks, charts, fields, fail } = this
     for (let n = this.starts[place]; n < blocks.length; n++) {
       const block = blocks[n]
-      checkPlacement(block, charts[chart], fields[chart], (what) => fail(`block ${n} ${what}`))
-      if (!block.cut) continue
+      const refuse = (what) => fail(`block ${n} ${what}`)
+      checkPlacement(block, charts[chart], fields[chart], refuse)
+      if (!block.cut) {
+        this.budget.spend(block, charts[chart], refuse)
+        continue
+      }
       block.feather = this.feather
       block.window = maskWindow(block, charts[chart])
+      this.budget.spend(block, charts[chart], refuse)
       block.firstCell = this.totalCells
       block.cellCount = block.window.rows * block.window.columns
       this.totalCells += block.cellCount
     }
     if (this.totalCells > MAX_MASK_CELLS) fail(`masks have ${this.totalCells} cells; allowed: ${MAX_MASK_CELLS}`)
+    this.budget.checkCells(this.totalCells, fail)
   }
 
   // ---------------------------------------------------------------- masks and placements
@@ -179,8 +188,7 @@ export class GridPlan extends Plan {
 
   /** The placements of a chart whose sources have come, in painting order; a mask that has not come is left out. */
   placements(chart) {
-    const isHere = (grid) => grid.chart === chart
-    const [first, end] = [this.grids.findIndex(isHere), this.grids.findLastIndex(isHere) + 1]
+    const [first, end] = this.gridsOf[chart]
     return this.blocks.slice(this.starts[first], this.starts[end]).map((block) => {
       const lastCell = block.firstCell + block.cellCount
       if (!block.cut || lastCell > this.knownCells) return { ...block, mask: MASK_NONE }

@@ -29,8 +29,9 @@ const ENTRY = [-MAX_MATRIX, MAX_MATRIX]
 
 /** A list of placements for every chart; in a fine one sources are in 1/16 pixel, and there are centre matrices. */
 export class ListPlan extends Plan {
-  constructor(reader, charts, fields, exemplar, isFine) {
+  constructor(reader, charts, fields, exemplar, budget, isFine) {
     super(charts, exemplar)
+    this.budget = budget
     this.fields = fields
     this.isFine = isFine
     this.ends = [] // per chart: how many placements there are up to its last one
@@ -42,6 +43,7 @@ export class ListPlan extends Plan {
     reader.within(this.total, 'number of placements', 0, MAX_PLACEMENTS)
     this.totalCells = reader.varint('number of cells', MAX_MASK_CELLS)
     reader.end('plan')
+    budget.checkCells(this.totalCells, (what) => reader.fail(what))
     this.list = []
     this.limits = this.#limits()
     this.sources = new BitDecoder(COUNT * INTEGER_COUNTERS, COUNT * INTEGER_MIXERS, 72090)
@@ -84,6 +86,7 @@ export class ListPlan extends Plan {
           cellsEnd = placement.firstCell + placement.cellCount
           if (placement.firstCell < 0 || cellsEnd > this.totalCells) fail(`cells of placement ${n} are not there`)
         }
+        this.budget.spend(placement, charts[chart], (what) => fail(`placement ${n} ${what}`))
         list.push(placement)
       }
       if (!this.knownCharts.has(chart)) this.markKnown(chart)

@@ -39,7 +39,7 @@ class Blocks {
 }
 
 export class StripPlan extends Plan {
-  constructor(reader, charts, exemplar) {
+  constructor(reader, charts, exemplar, budget) {
     super(charts, exemplar)
     const most = Math.min(256, exemplar.height, exemplar.width)
     const block = reader.varint('block', most, 2)
@@ -49,6 +49,10 @@ export class StripPlan extends Plan {
     this.strips = this.#parseStrips(reader, most, exemplar)
     reader.end('plan')
     this.#countBlocks(reader)
+    const fail = (what) => reader.fail(what)
+    budget.checkCells(this.totalCells, fail)
+    const along = this.total - this.starts[charts.length]
+    if (along) budget.spendStrips(along, this.edgeBlocks.block, this.feather, fail)
     this.known = 0
     this.chosen = new Int32Array(this.total) // per block its candidate
     this.modes = new Uint8Array(this.total) // per block which neighbour it follows: 0 none, 1 left, 2 above
