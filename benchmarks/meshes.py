@@ -14,12 +14,18 @@ import time
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 from rich.console import Console
 from rich.table import Table
 
 from upholster.charts.covered import as_covered
+from upholster.charts.mesh_directions import (
+    asked_at_corners,
+    default_mesh_direction,
+    parse_mesh_direction,
+)
 from upholster.charts.mesh_layout import CREASE
 from upholster.charts.subdivision import subdivided
 from upholster.errors import UpholsterError
@@ -74,6 +80,8 @@ class Row:
     bent: float = 0.0
     within: float = 0.0
     aligned: float = 0.0
+    fast: float = 0.0
+    elsewhere: float = 0.0
     spread: float = 0.0
     said: str = ""
 
@@ -100,10 +108,12 @@ def measured(model: Path, sample: Path, out: Path | None, options: SynthesisOpti
         write_image(out / f"{model.stem}.png", from_linear(picture, "uint8", dither=True))
     assert prepared.scale is not None
     assert prepared.field is not None
-    asked = np.cross((0.0, 0.0, 1.0), surface.mesh.flat_normals)
-    asked[np.linalg.norm(asked, axis=1) < np.sin(np.radians(30))] = 0
-    found = mesh_mapping(surface, quilt, scale=prepared.scale.scale, asked=asked)
     crease = CREASE if options.crease is None else options.crease
+    direction = cast(str | None, options.direction) or default_mesh_direction(surface.mesh)
+    asked = asked_at_corners(surface.mesh, parse_mesh_direction(direction), crease)
+    if asked is None:
+        asked = prepared.field.corner_vectors
+    found = mesh_mapping(surface, quilt, scale=prepared.scale.scale, asked=asked)
     across = mesh_seams(surface, quilt, painted, image, crease=crease)
     smooth = mesh_seams(surface, quilt, painted, image, crease=SMOOTH, by_normals=True)
     bent = mesh_seams(surface, quilt, painted, image, crease=crease, least=SMOOTH, by_normals=True)
@@ -127,6 +137,8 @@ def measured(model: Path, sample: Path, out: Path | None, options: SynthesisOpti
         bent=round(bent.ratio or 0.0, 3),
         within=round(found.within, 4),
         aligned=round(found.aligned or 0.0, 4),
+        fast=round(found.fast or 0.0, 4),
+        elsewhere=round(found.aligned_slow or 0.0, 4),
         spread=round(mesh_texel_scale(surface, quilt.charts).spread, 3),
         said="; ".join(covered.notes),
     )

@@ -11,7 +11,7 @@ from upholster.charts.layout import density_layout, uniform_layout
 from upholster.errors import InputError
 from upholster.geometry import plane, surface_from_spec, torus
 from upholster.measure import mapping
-from upholster.measure.mapping import _derivative
+from upholster.measure.mapping import _derivative, _turning
 from upholster.quilt.chart import Chart
 from upholster.quilt.model import Quilt
 from upholster.quilt.placement import PLACEMENT
@@ -156,3 +156,28 @@ def test_bad_input_is_refused():
         mapping(plane(), elsewhere)
     with pytest.raises(InputError, match="paints nothing"):
         mapping(plane(), quilt_of([]))
+
+
+def test_how_fast_directions_turn_is_that_of_small_steps():
+    rng = np.random.default_rng(4)
+    corners, asked = rng.normal(size=(50, 3, 3)), rng.normal(size=(50, 3, 3))
+    normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normal /= np.linalg.norm(normal, axis=1, keepdims=True)
+    asked -= (asked * normal[:, None]).sum(axis=2, keepdims=True) * normal[:, None]
+    shares = rng.dirichlet(np.ones(3), 50)
+
+    def at(share):
+        return (asked * share[:, :, None]).sum(axis=1)
+
+    fastest = np.zeros(50)
+    for way in np.linspace(0, np.pi, 720):
+        step = np.array([np.cos(way), np.sin(way)])
+        moved = 1e-7 * np.stack(
+            [-step.sum() * np.ones(50), step[0] * np.ones(50), step[1] * np.ones(50)], axis=1
+        )
+        far = np.linalg.norm((corners * moved[:, :, None]).sum(axis=1), axis=1)
+        here, there = at(shares), at(shares + moved)
+        angle = (np.cross(here, there) * normal).sum(axis=1) / (here * there).sum(axis=1)
+        fastest = np.maximum(fastest, np.degrees(np.abs(angle)) / far)
+    found = _turning(corners, asked, at(shares))
+    np.testing.assert_allclose(found, fastest, rtol=2e-3)

@@ -228,7 +228,7 @@ def test_over_a_ridge_the_texture_lies_true_to_size_and_upright_on_both_sides() 
     laid = quilt.placements[quilt.placements["mask"] == MASK_CUT]
     assert set(laid["symmetry"].tolist()) == {0, 2}
     # A field of one sense turns about on the ridge: a third of the area would be of another size.
-    found = mesh_mapping(surface, quilt, scale=SCALE, asked=along)
+    found = mesh_mapping(surface, quilt, scale=SCALE, asked=np.repeat(along[:, None], 3, axis=1))
     assert found.within > 0.97
     assert found.aligned is not None
     assert found.aligned > 0.9

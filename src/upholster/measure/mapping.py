@@ -24,6 +24,13 @@ __all__ = ["MappingReport", "mapping", "mesh_mapping"]
 
 MOST_SAMPLES = 2**18
 
+FAST, PIECE = 20.0, 0.1
+"""Degrees of turn over a length, as a part of the exemplar's width. A piece of texture of that length and of
+true size is off by half of the turn from its middle to its end: 5°."""
+
+_LEAST_ASKED = 0.03
+"""Sine of the angle between normal and direction: where it is less nothing is asked."""
+
 
 @dataclass(frozen=True, slots=True)
 class MappingReport:
@@ -45,6 +52,11 @@ class MappingReport:
         Share of the area where the direction is within 5° of the one asked; None if none was asked.
     angle_95
         95th percentile of the angle between the two, in degrees; None as before.
+    fast
+        On a mesh: share of the area where a direction is asked that turns fast there, as round its singular
+        points: by more than `FAST` degrees over `PIECE` of the exemplar's width. None where it is not known.
+    aligned_slow
+        The share `aligned` of all other area; None as before.
     """
 
     within: float
@@ -53,6 +65,8 @@ class MappingReport:
     stretch_95: float
     aligned: float | None
     angle_95: float | None
+    fast: float | None = None
+    aligned_slow: float | None = None
 
 
 def mapping(
@@ -104,7 +118,7 @@ def mapping(
     total = sum(window.height * window.width for window in windows)
     step = max(1, int(np.ceil(np.sqrt(total / MOST_SAMPLES))))
     rng = np.random.default_rng(SEED)
-    parts = [np.zeros((5, 0))]
+    parts = [np.zeros((6, 0))]
     for window in windows:
         trace = Trace.of(quilt, window)
         row, column = rng.integers(0, min(step, window.height)), rng.integers(0, min(step, window.width))
@@ -138,10 +152,11 @@ def mesh_mapping(
     scale
         Exemplar pixels per model unit that were asked for; by default the median of what is found.
     asked
-        (T, 3) the direction asked for on each triangle; zero where none was.
+        (T, 3, 3) the direction asked for at the triangles' corners, in their planes, see `asked_at_corners`:
+        interpolated over each; where less than 0.03 is left none was.
     """
     samples, steps = mesh_samples(surface, quilt.charts), triangle_steps(surface, quilt.charts)
-    parts = [np.zeros((5, 0))]
+    parts = [np.zeros((6, 0))]
     for index, chart in enumerate(quilt.charts):
         own = samples.chart == index
         if not own.any():
@@ -151,12 +166,36 @@ def mesh_mapping(
         owners = trace.owners[rows, columns]
         painted = owners >= 0
         rows, columns, triangle = rows[painted], columns[painted], triangle[painted]
+        shares = samples.shares[own][painted]
         jacobian = _jacobian(trace.field, trace.placements[owners[painted]], rows, columns)
-        wanted = None if asked is None else asked[triangle]
+        wanted = turn = None
+        if asked is not None:
+            wanted = (shares[:, :, None] * asked[triangle]).sum(axis=1)
+            wanted[np.linalg.norm(wanted, axis=1) < _LEAST_ASKED] = 0.0
+            turn = _turning(surface.mesh.corners[triangle], asked[triangle], wanted)
         found = _at_samples(steps[triangle], jacobian, wanted, axial=False)
         found[2] = 1.0  # samples are spread by area, not by texels
+        found[5] = 0.0 if turn is None else turn
         parts.append(found)
-    return _report(np.concatenate(parts, axis=1), scale)
+    return _report(np.concatenate(parts, axis=1), scale, PIECE * quilt.exemplar_shape[1])
+
+
+def _turning(corners: FloatArray, asked: FloatArray, here: FloatArray) -> FloatArray:
+    """Return by how many degrees per unit of length directions turn, (n,), at places of triangles.
+
+    `corners` and `asked` (n, 3, 3) are the triangles' and the vectors there, `here` (n, 3) the vectors in
+    between: d(angle) = here × d(vector) / here².
+    """
+    first, second = np.moveaxis(corners[:, 1:] - corners[:, :1], 1, 0)
+    normal = np.cross(first, second)
+    square = np.maximum((normal * normal).sum(axis=1), 1e-300)
+    out = np.maximum((here * here).sum(axis=1) * np.sqrt(square), 1e-300)
+    by_first, by_second = (
+        (np.cross(here, asked[:, k] - asked[:, 0]) * normal).sum(axis=1) / out for k in (1, 2)
+    )
+    across = by_first[:, None] * np.cross(second, normal) + by_second[:, None] * np.cross(normal, first)
+    turn: FloatArray = np.degrees(np.linalg.norm(across, axis=1) / square)
+    return turn
 
 
 def _jacobian(
@@ -170,17 +209,19 @@ def _jacobian(
     return out
 
 
-def _report(parts: FloatArray, scale: float | None) -> MappingReport:
-    size, stretch, area, angle, directed = parts
+def _report(parts: FloatArray, scale: float | None, piece: float | None = None) -> MappingReport:
+    # `piece`, in exemplar pixels: where it is told, `parts` know how fast what is asked for turns.
+    size, stretch, area, angle, directed, turn = parts
     real = (area > 1e-12 * area.max(initial=0)) & (size > 0)  # a pole has some tiny area by rounding
     if not real.any():
         raise InputError("quilt paints nothing that has an area on the surface")
-    size, stretch, area, angle, directed = (a[real] for a in (size, stretch, area, angle, directed))
-    ratio = np.log2(size) + (np.log2(scale) if scale is not None else 0.0)
-    if scale is None:
-        ratio -= quantiles(ratio, area, (0.5,))[0]
-    ratio = np.abs(ratio)
+    size, stretch, area, angle, directed, turn = parts[:, real]
+    ratio = np.log2(size)
+    scale = 2.0 ** -quantiles(ratio, area, (0.5,))[0] if scale is None else scale
+    ratio = np.abs(ratio + np.log2(scale))
     known = directed > 0
+    slow = known & (turn * piece <= FAST * scale) if piece is not None else known
+    told = piece is not None and known.any()
     return MappingReport(
         within=float(np.average(ratio <= np.log2(1.05), weights=area)),
         error=float(np.average(ratio, weights=area)),
@@ -188,6 +229,8 @@ def _report(parts: FloatArray, scale: float | None) -> MappingReport:
         stretch_95=quantiles(stretch, area, (0.95,))[0],
         aligned=float(np.average(angle[known] <= 5, weights=area[known])) if known.any() else None,
         angle_95=quantiles(angle[known], area[known], (0.95,))[0] if known.any() else None,
+        fast=1.0 - float(area[slow].sum() / area[known].sum()) if told else None,
+        aligned_slow=float(np.average(angle[slow] <= 5, weights=area[slow])) if told and slow.any() else None,
     )
 
 
@@ -241,12 +284,12 @@ def _matrices(field: WarpField, place: NDArray[Any]) -> tuple[FloatArray, FloatA
 
 
 def _at_samples(steps: FloatArray, jacobian: FloatArray, asked: FloatArray | None, axial: bool) -> FloatArray:
-    """Return (5, n): size times scale, stretch, area, angle in degrees, and 1 where a direction was asked."""
+    """Return (6, n): size times scale, stretch, area, angle in degrees, 1 where a direction was asked, 0."""
     down, right = steps[:, :, 0], steps[:, :, 1]
     normal = np.cross(down, right)
     area = np.linalg.norm(normal, axis=1)
     determinant = jacobian[:, 0, 0] * jacobian[:, 1, 1] - jacobian[:, 0, 1] * jacobian[:, 1, 0]
-    out = np.zeros((5, len(area)))
+    out = np.zeros((6, len(area)))
     sound = (area > 0) & (determinant != 0)
     steps, jacobian, normal, area = steps[sound], jacobian[sound], normal[sound], area[sound]
     spread = steps @ np.linalg.inv(jacobian)  # exemplar pixels to space

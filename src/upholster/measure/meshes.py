@@ -32,12 +32,15 @@ class SurfaceSamples:
         (n,) where they are.
     chart, rows, columns
         (n,) the texel nearest to each, on its chart.
+    shares
+        (n, 3) its barycentric coordinates in the triangle.
     """
 
     triangle: Index
     chart: Index
     rows: Index
     columns: Index
+    shares: FloatArray
 
 
 def triangle_steps(surface: MeshSurface, charts: tuple[Chart, ...]) -> FloatArray:
@@ -63,7 +66,7 @@ def mesh_samples(surface: MeshSurface, charts: tuple[Chart, ...]) -> SurfaceSamp
     chart = surface.island[triangle].astype(np.intp)
     sizes = np.array([(chart.height, chart.width) for chart in charts])[chart]
     texel = np.clip(np.floor(place), 0, sizes - 1).astype(np.intp)
-    return SurfaceSamples(triangle.astype(np.intp), chart, texel[:, 0], texel[:, 1])
+    return SurfaceSamples(triangle.astype(np.intp), chart, texel[:, 0], texel[:, 1], share)
 
 
 @dataclass(frozen=True, slots=True)

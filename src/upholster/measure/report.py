@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from upholster.charts.directions import Direction, parse_direction
-from upholster.charts.mesh_directions import mesh_directions
+from upholster.charts.mesh_directions import asked_at_corners, mesh_directions, parse_mesh_direction
 from upholster.charts.mesh_layout import CREASE
 from upholster.errors import InputError
 from upholster.geometry import AnySurface, MeshSurface
@@ -26,7 +26,7 @@ from upholster.measure.scale import TexelScale, mesh_texel_scale, texel_scale
 from upholster.measure.seams import WrapSeams, edge_seam_ratio, wrap_seams
 from upholster.measure.structure import Peak, Structure, structure
 from upholster.quilt import Quilt, Texels, paint
-from upholster.types import PixelArray
+from upholster.types import FloatArray, PixelArray
 
 __all__ = ["Measures", "Seams", "measure_cover", "measure_image"]
 
@@ -252,7 +252,7 @@ def _measure_mesh(
     crease = CREASE if crease is None else crease
     if not 1 <= crease <= 180:
         raise InputError(f"crease is {crease:g} degrees; allowed: 1 to 180")
-    asked = None if direction is None else mesh_directions(surface.mesh, direction).face_vectors
+    asked = None if direction is None else _asked(surface, direction)
     found = mesh_seams(surface, quilt, texels, exemplar, crease=crease)
     return Measures(
         wasserstein=sliced_wasserstein(texels.arrays, exemplar),
@@ -272,6 +272,13 @@ def _measure_mesh(
         patches=patch_distance(undistorted_views(quilt, texels), exemplar),
         landmarks=landmark_recurrence(surface, quilt, exemplar),
     )
+
+
+def _asked(surface: MeshSurface, direction: str) -> FloatArray:
+    # (T, 3, 3): the direction itself, or the field where only that can tell.
+    wanted = parse_mesh_direction(direction)
+    asked = asked_at_corners(surface.mesh, wanted, CREASE)
+    return mesh_directions(surface.mesh, wanted, crease=CREASE).corner_vectors if asked is None else asked
 
 
 def _broken(surface: AnySurface, quilt: Quilt, exemplar: PixelArray) -> BrokenElements | None:
@@ -332,6 +339,11 @@ def _mapping_rows(found: MappingReport) -> list[tuple[str, str, str]]:
         rows += [
             ("direction within 5°", f"{100 * found.aligned:.1f} %", "of the area"),
             ("direction error, 95 %", f"{found.angle_95:.2f}°", "0: as asked"),
+        ]
+    if found.fast is not None and found.aligned_slow is not None:
+        rows += [
+            ("direction turns fast", f"{100 * found.fast:.1f} %", "of the area"),
+            ("  within 5° elsewhere", f"{100 * found.aligned_slow:.1f} %", "of the other area"),
         ]
     return rows
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from upholster.charts._multigrid_kernels import ComplexArray
-from upholster.charts.directions import Vectors
+from upholster.charts.mesh_directions.asked import laid_over, shading_normals, vectors_at
 from upholster.charts.mesh_directions.direction import MeshDirection
 from upholster.charts.mesh_directions.frames import PlaneFrames, power
 from upholster.charts.mesh_directions.solving import spread_evenly
@@ -66,18 +66,30 @@ def wish_of(mesh: TriangleMesh, frames: PlaneFrames, direction: MeshDirection, c
         count = len(mesh.triangles)
         return Wish(np.zeros(count, np.complex128), np.zeros(count))
     if direction.kind == "level":
-        return _projected(frames, np.cross((0.0, 0.0, 1.0), frames.normals), 1.0, _LEVEL)
+        normals = _mean_normals(mesh, frames, crease)
+        level = laid_over(np.cross((0.0, 0.0, 1.0), normals), normals, frames.normals)
+        return _projected(frames, level, 1.0, _LEVEL)
     if direction.kind == "curvature":
         return _along_curvature(mesh, frames)
     if direction.kind == "edges":
         return _along_edges(mesh, frames, SHARP if crease is None else crease)
-    vectors = _vectors_at(mesh, direction.vectors)
-    wish = _projected(frames, vectors, np.sqrt(np.einsum("ij,ij->i", vectors, vectors)), _VECTOR)
+    vectors, normals = vectors_at(mesh, direction.vectors), _mean_normals(mesh, frames, crease)
+    lying = vectors - np.einsum("ij,ij->i", vectors, normals)[:, None] * normals
+    whole = np.sqrt(np.einsum("ij,ij->i", vectors, vectors))
+    wish = _projected(frames, laid_over(lying, normals, frames.normals), whole, _VECTOR)
     if not wish.confidence.any():
         raise InputError(
             f"direction {direction.text!r} is nowhere along the surface; allowed: one that is somewhere"
         )
     return wish
+
+
+def _mean_normals(mesh: TriangleMesh, frames: PlaneFrames, crease: float | None) -> FloatArray:
+    """Return the triangles' unit normals (T, 3) on the smooth surface that they stand for."""
+    normals = shading_normals(mesh, crease).mean(axis=1)
+    length = np.sqrt(np.einsum("ij,ij->i", normals, normals))[:, None]
+    near = length[:, 0] * 0.5 < np.einsum("ij,ij->i", normals, frames.normals)
+    return np.where(near[:, None], normals / np.where(length > 0, length, 1.0), frames.normals)
 
 
 def _along_curvature(mesh: TriangleMesh, frames: PlaneFrames) -> Wish:
@@ -144,29 +156,3 @@ def _stepped(x: FloatArray, low: float, high: float) -> FloatArray:
     step = np.clip((x - low) / (high - low), 0, 1)
     stepped: FloatArray = step * step * (3 - 2 * step)
     return stepped
-
-
-def _vectors_at(mesh: TriangleMesh, vectors: Vectors | FloatArray | None) -> FloatArray:
-    """Return the vectors at the triangles' centres, checked."""
-    if isinstance(vectors, np.ndarray):
-        if vectors.shape != mesh.positions.shape:
-            raise InputError(
-                f"direction: vectors have shape {vectors.shape}; allowed: {mesh.positions.shape}"
-            )
-        corners: FloatArray = vectors[mesh.triangles].mean(axis=1)
-        return corners
-    assert vectors is not None
-    centres = mesh.corners.mean(axis=1)
-    try:
-        found = np.asarray(vectors(centres), np.float64)
-    except (TypeError, ValueError) as error:
-        raise InputError(f"direction: the function fails: {error}".splitlines()[0]) from None
-    if found.shape != centres.shape:
-        raise InputError(f"direction: the function returns shape {found.shape}; allowed: {centres.shape}")
-    bad = ~np.isfinite(found).all(axis=1)
-    if bad.any():
-        place = ", ".join(f"{x:.4g}" for x in centres[bad.argmax()])
-        raise InputError(f"direction is not finite at ({place}); allowed: finite vectors")
-    # Their lengths do not matter, and must not overflow.
-    unit: FloatArray = found / np.maximum(np.abs(found).max(), 1e-300)
-    return unit

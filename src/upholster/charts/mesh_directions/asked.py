@@ -1,0 +1,109 @@
+"""What a level direction, or vectors in space, are on the smooth surface that a mesh's triangles stand for.
+
+Facets are flat, and what is asked for on each alone jumps from one to the next. What is drawn smooth, with
+normals that are interpolated, is asked for by the same normals; over edges that are drawn sharp it jumps.
+"""
+
+import numpy as np
+
+from upholster.charts.directions import Vectors
+from upholster.charts.mesh_directions.direction import MeshDirection
+from upholster.errors import InputError
+from upholster.geometry import TriangleMesh
+from upholster.geometry.corner_normals import CREASE, corner_normals
+from upholster.types import FloatArray
+
+__all__ = ["asked_at_corners", "laid_over", "shading_normals", "vectors_at"]
+
+_TURNED_OVER = 0.2
+"""Cosine of the angle to its triangle's normal below which one of a file is not believed."""
+
+
+def asked_at_corners(
+    mesh: TriangleMesh, direction: MeshDirection, crease: float | None = None
+) -> FloatArray | None:
+    """Return what is asked for at the triangles' corners, in their planes, to be interpolated over them.
+
+    Parameters
+    ----------
+    mesh, direction, crease
+        As of `mesh_directions`.
+
+    Returns
+    -------
+    ndarray or None
+        (T, 3, 3); lengths are the sine of the angle between what is asked for and the normal. None for
+        ``smooth``, ``curvature`` and ``edges``, which only a field can tell.
+
+    Raises
+    ------
+    InputError
+        If vectors are not finite, or of another shape.
+    """
+    if direction.kind not in ("level", "vectors"):
+        return None
+    normals = shading_normals(mesh, crease)
+    if direction.kind == "level":
+        along = np.cross((0.0, 0.0, 1.0), normals)
+    else:
+        given = vectors_at(mesh, direction.vectors)
+        length = np.linalg.norm(given, axis=1, keepdims=True)
+        unit = (given / np.where(length > 0, length, 1.0))[:, None]
+        along = unit - (unit * normals).sum(axis=2, keepdims=True) * normals
+    flat = np.broadcast_to(mesh.flat_normals[:, None], normals.shape)
+    laid, angle = laid_over(along, normals, flat), np.radians(direction.angle)
+    turned: FloatArray = np.cos(angle) * laid + np.sin(angle) * np.cross(laid, flat)
+    return turned
+
+
+def shading_normals(mesh: TriangleMesh, crease: float | None = None) -> FloatArray:
+    """Return unit normals at the triangles' corners, (T, 3, 3), as models are drawn: see `corner_normals`.
+
+    They are smooth over edges of less than `CREASE` degrees, or than `crease` if that is less. A normal of a
+    file that is turned over, or nearly, is its triangle's.
+    """
+    found = corner_normals(mesh, CREASE if crease is None else min(crease, CREASE))
+    flat = mesh.flat_normals[:, None]
+    upright = (found * flat).sum(axis=2, keepdims=True) > _TURNED_OVER
+    out: FloatArray = np.where(upright, found, flat)
+    return out
+
+
+def laid_over(vectors: FloatArray, normals: FloatArray, others: FloatArray) -> FloatArray:
+    """Return tangent vectors (…, 3) turned by the least rotation that takes unit normals to others."""
+    axis, cosine = np.cross(normals, others), (normals * others).sum(axis=-1, keepdims=True)
+    along = (axis * vectors).sum(axis=-1, keepdims=True) / np.maximum(1 + cosine, 1e-3)
+    turned: FloatArray = cosine * vectors + np.cross(axis, vectors) + along * axis
+    return turned
+
+
+def vectors_at(mesh: TriangleMesh, vectors: Vectors | FloatArray | None) -> FloatArray:
+    """Return vectors at the triangles' centres, (T, 3), checked.
+
+    Raises
+    ------
+    InputError
+        If they are not finite, or of another shape.
+    """
+    if isinstance(vectors, np.ndarray):
+        if vectors.shape != mesh.positions.shape:
+            raise InputError(
+                f"direction: vectors have shape {vectors.shape}; allowed: {mesh.positions.shape}"
+            )
+        corners: FloatArray = vectors[mesh.triangles].mean(axis=1)
+        return corners
+    assert vectors is not None
+    centres = mesh.corners.mean(axis=1)
+    try:
+        found = np.asarray(vectors(centres), np.float64)
+    except (TypeError, ValueError) as error:
+        raise InputError(f"direction: the function fails: {error}".splitlines()[0]) from None
+    if found.shape != centres.shape:
+        raise InputError(f"direction: the function returns shape {found.shape}; allowed: {centres.shape}")
+    bad = ~np.isfinite(found).all(axis=1)
+    if bad.any():
+        place = ", ".join(f"{x:.4g}" for x in centres[bad.argmax()])
+        raise InputError(f"direction is not finite at ({place}); allowed: finite vectors")
+    # Their lengths do not matter, and must not overflow.
+    unit: FloatArray = found / np.maximum(np.abs(found).max(), 1e-300)
+    return unit
