@@ -199,7 +199,7 @@ def test_declared_sizes_are_refused_before_anything_is_made() -> None:
         encode_stream(surface, quilt, noise(2, 2))
     data = stream("no seams")
     for tag, payload, message in [
-        ("L", b"\x0f\x80\x80\x01", "byte .*: charts take 1259520 repeats"),
+        ("L", b"\x0f\x80\x80\x01", "byte .*: layout has 1610612736 texels"),
         ("X", b"\xff\xff\xff\xff\1\0\0\0\0\0\0", "byte .*: the image header's samples"),
         ("Q", b"\1\2\1\0\0", "byte .*: overlap is 1; allowed: 1 to 0"),
         ("Q", b"\0" + b"\xff\xff\xff\xff\7" * 6 + b"\0", "byte .*: number of placements is 2147483647"),
