@@ -1,0 +1,103 @@
+"""What `npm pack` makes is all that a page needs: three examples, built, typed and opened in a browser."""
+
+import os
+import shutil
+import subprocess
+import tarfile
+from pathlib import Path
+from typing import Any
+
+import browser
+import pytest
+from starlette.applications import Starlette
+from starlette.routing import Mount
+from starlette.staticfiles import StaticFiles
+
+pytestmark = pytest.mark.browser
+
+WEB = browser.ROOT / "web"
+EXAMPLES = WEB / "examples"
+
+
+def _run(folder: Path, *command: Any) -> str:
+    done = subprocess.run([*map(str, command)], cwd=folder, capture_output=True, text=True, timeout=900)
+    assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-3000:]
+    return done.stdout
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory: Any) -> Any:
+    """A folder with the examples, and the package installed as npm would, with what they need."""
+    for what in ("node", "npm"):
+        if shutil.which(what) is None or not (WEB / "node_modules" / "vite").is_dir():
+            if os.environ.get("CI"):
+                pytest.fail(f"{what} or web/node_modules/vite is missing, and CI is set")
+            pytest.skip("npm is not installed, or web/node_modules is missing: run `npm ci` in web/")
+    folder = tmp_path_factory.mktemp("site")
+    _run(WEB, "npm", "pack", "--ignore-scripts", "--offline", "--pack-destination", folder)
+    (packed,) = folder.glob("*.tgz")
+    modules = folder / "node_modules"
+    modules.mkdir()
+    with tarfile.open(packed) as archive:
+        archive.extractall(folder, filter="data")
+    (folder / "package").rename(modules / "upholster")
+    for module in (WEB / "node_modules").iterdir():
+        (modules / module.name).symlink_to(module.resolve())
+    for example in EXAMPLES.iterdir():
+        if example.is_dir():
+            shutil.copytree(example, folder / example.name)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def address(site: Path) -> Any:
+    """Where the site is."""
+    app = Starlette(routes=[Mount("/", StaticFiles(directory=site, html=True, follow_symlink=True))])
+    with browser.serving(app) as where:
+        yield where
+
+
+def test_the_package_holds_what_it_names_and_no_more(site: Path) -> None:
+    names = {path.name for path in (site / "node_modules" / "upholster").iterdir()}
+    assert {"package.json", "README.md", "LICENSE", "uph.js", "uph-three.d.ts", "uph-react.d.ts"} <= names
+    assert not names & {"build.mjs", "examples", "node_modules", "index.html"}
+
+
+def _vite(folder: Path) -> None:
+    (folder / "public").mkdir()
+    (folder / "public" / "ring.uph").write_bytes(browser.material())
+    program = WEB / "node_modules" / "vite" / "bin" / "vite.js"
+    _run(folder, "node", program, "build", "--minify", "false", "--logLevel", "error")
+
+
+def test_a_page_without_a_build(tab: Any, site: Path, address: str) -> None:
+    shutil.copytree(site / "three", site, dirs_exist_ok=True)
+    (site / "ring.uph").write_bytes(browser.material())
+    tab.page.goto(f"{address}/")
+    tab.page.wait_for_function("() => document.body.dataset.complete === 'true'")
+
+
+def test_a_page_built_by_vite(tab: Any, site: Path, address: str) -> None:
+    _vite(site / "vite")
+    tab.page.goto(f"{address}/vite/dist/")
+    tab.page.wait_for_function("() => document.body.dataset.complete === 'true'")
+
+
+def test_a_page_with_react(tab: Any, site: Path, address: str) -> None:
+    _vite(site / "react")
+    tab.open(f"{address}/react/dist/")
+    total = len(browser.material())
+    tab.page.get_by_text(f"complete, {total} bytes").wait_for()
+    tab.page.get_by_role("button", name="From the front").click()
+    assert tab.call("return viewer.view") == pytest.approx([30, 30], abs=1e-3)
+
+
+def test_the_types_are_right(site: Path) -> None:
+    """Of both programs; and they say no where something is wrong."""
+    (site / "react" / "wrong.tsx").write_text(
+        "import type {} from 'upholster/react'\n"
+        "// @ts-expect-error: an address is a text\n"
+        "export const wrong = <upholster-viewer src={3} />\n"
+    )
+    shutil.copy(site / "vite" / "main.ts", site / "react" / "plain.ts")
+    _run(site / "react", "node", WEB / "node_modules" / "typescript" / "bin" / "tsc")

@@ -1,0 +1,33 @@
+/**
+ * `<upholster-viewer>` in TypeScript with React 19, which sets the element's properties and listens to its events:
+ *
+ *     import 'upholster/viewer'
+ *     import type {} from 'upholster/react'
+ *
+ *     <upholster-viewer src="ring.uph" onfirst={({ detail }) => console.log(detail.bytes)} />
+ */
+
+import type { DetailedHTMLProps, HTMLAttributes } from 'react'
+import type { UpholsterViewer, UpholsterViewerEventMap } from './upholster-viewer.js'
+
+/** The element's attributes, as `upholster-viewer.d.ts` tells them. */
+export interface UpholsterViewerAttributes extends HTMLAttributes<UpholsterViewer> {
+  src?: string | null
+  worker?: string
+  view?: string
+  background?: string
+  controls?: string
+  autorotate?: boolean
+  onfirst?: (event: UpholsterViewerEventMap['first']) => void
+  onrefine?: (event: UpholsterViewerEventMap['refine']) => void
+  oncomplete?: (event: UpholsterViewerEventMap['complete']) => void
+  onerror?: (event: UpholsterViewerEventMap['error']) => void
+}
+
+declare module 'react' {
+  namespace JSX {
+    interface IntrinsicElements {
+      'upholster-viewer': DetailedHTMLProps<UpholsterViewerAttributes, UpholsterViewer>
+    }
+  }
+}
