@@ -33,7 +33,7 @@ def decode(reader: Any, sources: Any, masks: Any, charts: Any, exemplar: Any, fi
     starts: list[int] = []
     for n, grid in zip(order, grids, strict=True):
         starts.append(len(blocks))
-        _chart_blocks(coder, blocks, starts, grid, charts[n], exemplar, fields[n], turned)
+        _chart_blocks(coder, blocks, starts, grid, n, charts[n], exemplar, fields[n], turned)
         for block in blocks[starts[-1] :]:
             block.chart, block.feather, block.mask_cell = n, feather, grid.mask_cell
     cells = _masks(masks, blocks, starts, order, charts)
@@ -79,13 +79,21 @@ def _placement(block: Any) -> Any:
 
 
 def _chart_blocks(
-    coder: Any, blocks: Any, starts: Any, grid: Any, chart: Any, exemplar: Any, field: Any, turned: Any
+    coder: Any,
+    blocks: Any,
+    starts: Any,
+    grid: Any,
+    n: Any,
+    chart: Any,
+    exemplar: Any,
+    field: Any,
+    turned: Any,
 ) -> None:
     # Section 5.5: a chart's blocks, appended to `blocks`.
     base = len(blocks)
     near: dict[tuple[int, int], int] = defaultdict(lambda: -1)
     for _ in range(grid.transferred):
-        block = _transferred(coder, blocks, starts, grid, field, turned)
+        block = _transferred(coder, blocks, starts, grid, n, field, turned)
         blocks.append(block)
         i = (block.row - grid.first_row + grid.step_row // 2) // grid.step_row + 1
         j = (block.column - grid.first_column + grid.step_column // 2) // grid.step_column + 1
@@ -102,38 +110,41 @@ def _chart_blocks(
             if not coder.bit([("skip", *beside, rim)], 55):
                 continue
             block = _own(coder, blocks, base, grid, exemplar, field, near, i, j, turned)
+            block.chart = n
             near[i, j] = len(blocks)
             blocks.append(block)
     assert len(blocks) - first_own == grid.own
     assert chart  # its size is told by the grid alone
 
 
-def _transferred(coder: Any, blocks: Any, starts: Any, grid: Any, field: Any, turned: Any) -> Any:
+def _transferred(coder: Any, blocks: Any, starts: Any, grid: Any, n: Any, field: Any, turned: Any) -> Any:
     base = starts[-1]
     before = blocks[-1] if len(blocks) > base else None
     further = blocks[-2] if len(blocks) > base + 1 else None
-    block = SimpleNamespace(link=_link(coder, starts, before, further), mode=7, agrees=0, own=False)
-    a = blocks[block.link] if block.link >= 0 else None
+    link = _link(coder, starts, [block.link for block in blocks[base:]])
+    block = SimpleNamespace(link=link, chart=n, mode=7, agrees=0, own=False)
+    a = blocks[link] if link >= 0 else None
+    m = _nearest(blocks, base, a)
+    e = blocks[m.link] if m else None
     last = 0
 
     def told(f: Any, guess: Any) -> Any:
         nonlocal last
-        value = coder.number(f, 2 * (a is None) + last)
+        value = coder.number(f if m else 11 + f, 2 * (a is None) + last)
         last = int(value != 0)
         return guess + value
 
     guess = before.symmetry if before else 0
     if turned and a:
-        guess = a.symmetry
-        if before and before.link >= 0:
-            guess = _alike(a.symmetry, blocks[before.link].symmetry, before.symmetry)
+        guess = _alike(a.symmetry, e.symmetry, m.symmetry) if m else a.symmetry
     block.symmetry = told(4, guess)
-    block.row = told(0, _centre_guess(blocks, before, further, a, 0, turned))
-    block.column = told(1, _centre_guess(blocks, before, further, a, 1, turned))
+    place = _place(a, m, e, field) if m else None
+    block.row = told(0, _centre_guess(before, further, place, 0))
+    block.column = told(1, _centre_guess(before, further, place, 1))
     here = field.at(block.row, block.column)
     block.c, block.centred = here, coder.bit(["centred"], 55)
     if block.centred:
-        block.c = [m + 64 * coder.number(10, min(k, 1)) for k, m in enumerate(here)]
+        block.c = [entry + 64 * coder.number(10, min(k, 1)) for k, entry in enumerate(here)]
     block.tc = _turned(block)
     sizes = (grid.height, grid.width) if before is None else (before.height, before.width)
     if a:
@@ -143,28 +154,77 @@ def _transferred(coder: Any, blocks: Any, starts: Any, grid: Any, field: Any, tu
     source = (0, 0)
     if a:
         source = a.source
+        if place:
+            y, x = 64 * block.row - place[0], 64 * block.column - place[1]
+            p, q, r, t = block.tc
+            source = source[0] + ((p * y + q * x + 8192) >> 14), source[1] + ((r * y + t * x + 8192) >> 14)
     elif before:
         source = _goes_on(before, block.row, block.column, field)
     block.source = told(6, source[0]), told(7, source[1])
+    y, x = (here - there for here, there in zip(block.source, a.source if a else block.source, strict=True))
+    down, right = _steps(block.tc, y, x, 2**14, 0)
+    block.place = 64 * block.row - down, 64 * block.column - right
     return block
 
 
-def _link(coder: Any, starts: Any, before: Any, further: Any) -> Any:
+def _link(coder: Any, starts: Any, links: Any) -> Any:
     order = len(starts) - 1
-    link, earlier = (before.link if before else -1), (further.link if further else -1)
-    back, on = 0, -1
+    link = links[-1] if links else -1
+    back = 0
     if link >= 0:
         back = next(k for k in range(1, order + 1) if starts[order - k] <= link)
-        on = 2 * link - earlier if starts[order - back] <= earlier < link else link + 1
-        if on >= starts[order - back + 1]:
-            on = -1
-    if on >= 0 and coder.bit([("run", earlier >= 0)], 55):
-        return on
+        first, end = starts[order - back], starts[order - back + 1]
+        last: list[Any] = []
+        for one in links[:-5:-1]:
+            if not first <= one < end:
+                break
+            last.append(one)
+        usual = 0 if len(last) < 4 else 1 if last[0] - last[1] == last[2] - last[3] else 2
+        steps = [last[1] - last[2] if len(last) > 2 else 0, last[0] - last[1] if len(last) > 1 else 0, 1]
+        for which, step in enumerate(steps):
+            known = step != 0 and step not in steps[:which] and first <= link + step < end
+            if known and coder.bit([("run", which, usual)], 55):
+                return link + step
     k = back + coder.number(8, int(link >= 0))
     if k == 0:
         return -1
     guess = link if k == back else starts[order - k]
     return guess + coder.number(9, int(k == back))
+
+
+def _nearest(blocks: Any, base: Any, a: Any) -> Any:
+    # m: of the latest 16 transferred blocks that whose own block lay nearest to `a`, on its chart.
+    found, least = None, 2**40
+    for m in blocks[max(base, len(blocks) - 16) :][::-1]:
+        if a is None or m.link < 0 or blocks[m.link].chart != a.chart:
+            continue
+        e = blocks[m.link]
+        apart = abs(a.row - e.row) + abs(a.column - e.column)
+        if apart < least:
+            found, least = m, apart
+    return found
+
+
+def _steps(matrix: Any, y: Any, x: Any, factor: Any, shift: Any) -> Any:
+    p, q, r, s = matrix
+    d = (p * s - q * r) >> shift
+    found = []
+    for n in (factor * (s * y - q * x), factor * (p * x - r * y)):
+        share = 0 if d == 0 else (2 * n + d) // (2 * d) if d > 0 else (-2 * n - d) // (-2 * d)
+        found.append(max(-(2**24), min(2**24, share)))
+    return found
+
+
+def _place(a: Any, m: Any, e: Any, field: Any) -> Any:
+    down, right = a.row - e.row, a.column - e.column
+    both = [there + here for there, here in zip(a.c, e.c, strict=True)]
+    p, q, r, s = _turned(SimpleNamespace(symmetry=e.symmetry, c=both))
+    y, x = (p * down + q * right) >> 6, (r * down + s * right) >> 6
+    far = _steps(m.tc, y, x, 16, 7)
+    here = field.at((m.place[0] + far[0] + 32) >> 6, (m.place[1] + far[1] + 32) >> 6)
+    mean = SimpleNamespace(symmetry=m.symmetry, c=[one + two for one, two in zip(m.c, here, strict=True)])
+    far = _steps(_turned(mean), y, x, 8, 9)
+    return m.place[0] + far[0], m.place[1] + far[1]
 
 
 def _alike(t: Any, e: Any, b: Any) -> Any:
@@ -174,21 +234,12 @@ def _alike(t: Any, e: Any, b: Any) -> Any:
     return next(n for n, s in enumerate(SYMMETRIES) if np.allclose(found.reshape(-1), s))
 
 
-def _centre_guess(blocks: Any, before: Any, further: Any, a: Any, axis: Any, turned: Any) -> Any:
+def _centre_guess(before: Any, further: Any, place: Any, axis: Any) -> Any:
+    if place:
+        return (place[axis] + 32) >> 6
     if before is None:
         return 0
     here = (before.row, before.column)[axis]
-    if a and before.link >= 0:
-        e = blocks[before.link]
-        down, right = a.row - e.row, a.column - e.column
-        tc = _turned(SimpleNamespace(symmetry=e.symmetry if turned else a.symmetry, c=a.c))
-        y = (tc[0] * down + tc[1] * right) >> 4
-        x = (tc[2] * down + tc[3] * right) >> 4
-        p, q, r, s = before.tc
-        area, share = (p * s - q * r) >> 4, (p * x - r * y if axis else s * y - q * x)
-        if area < 0:
-            area, share = -area, -share
-        return here + (2 * share + area) // (2 * area) if area else here
     return 2 * here - (further.row, further.column)[axis] if further else here
 
 
@@ -196,7 +247,7 @@ def _extent(block: Any, a: Any, cell: Any, axis: Any) -> Any:
     p, q, r, s = block.tc
     u, v = (r, p) if axis else (s, q)
     extent = abs(u * a.tc[0] - v * a.tc[2]) * a.height + abs(u * a.tc[1] - v * a.tc[3]) * a.width
-    return min(4096, (extent // max(1, abs(p * s - q * r)) // cell + 2) * cell)
+    return min(4096, (extent // max(1, abs(p * s - q * r)) // cell + 6) * cell)
 
 
 def _turned(block: Any) -> Any:

@@ -37,7 +37,7 @@ LOG = 8192
 NUMBER_MIXERS = 5
 """Mixers that a kind of number takes."""
 
-MIXERS = NUMBER_MIXERS * 18
+MIXERS = NUMBER_MIXERS * 24
 START = WEIGHTS + 8 * MIXERS
 """Where the counters start in the model."""
 

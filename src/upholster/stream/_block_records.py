@@ -6,6 +6,7 @@ __all__ = [
     "AGREES",
     "CENTRE",
     "CENTRED",
+    "CHART",
     "COLUMN",
     "COLUMNS",
     "CUT",
@@ -13,6 +14,7 @@ __all__ = [
     "LINK",
     "MATRIX",
     "MODE",
+    "PLACE",
     "ROW",
     "SIZE",
     "SOURCE_COLUMN",
@@ -23,24 +25,25 @@ __all__ = [
 ]
 
 # Columns of a block's record: what a placement has; how its source was told; which neighbours it goes on
-# from;
-# the block that it was transferred from, -1: none known; the size of its mask's cells; whether it has a
-# centre
-# matrix of its own; its centre matrix; its symmetry times that.
+# from; the block that it was transferred from, -1: none known; the size of its mask's cells; whether it has a
+# centre matrix of its own; its centre matrix; its symmetry times that; its chart; where a transferred block
+# shows what the block that it comes from has at its centre, in 1/64 texel.
 ROW, COLUMN, HEIGHT, WIDTH, SYMMETRY, CUT, SOURCE_ROW, SOURCE_COLUMN = range(8)
 MODE, AGREES, LINK, SIZE, CENTRED, CENTRE = range(8, 14)
 MATRIX = CENTRE + 4
-COLUMNS = MATRIX + 4
+CHART, PLACE = MATRIX + 4, MATRIX + 5
+COLUMNS = PLACE + 2
 
 
 class ChartNumbers(NamedTuple):
-    """A chart's grid, and what else coding its blocks needs.
+    """A chart's number and grid, and what else coding its blocks needs.
 
     `turned` is 1 where own blocks have symmetries of their own, 0 where all have symmetry 0. `base` is where
     its records begin, `margin` that of its warp field; `tall` and `wide` are its size in
     texels, `exemplar_height` and `exemplar_width` the exemplar's in pixels.
     """
 
+    chart: int
     transferred: int
     height: int
     width: int

@@ -24,6 +24,7 @@ from upholster.stream._bit_kernels import (
 )
 from upholster.stream._block_records import (
     AGREES,
+    CHART,
     COLUMN,
     CUT,
     HEIGHT,
@@ -349,6 +350,7 @@ def _code_own(
         if symmetry < 0:
             return 0
     records[n, CUT], records[n, LINK], records[n, SYMMETRY] = cut, -1, symmetry
+    records[n, CHART] = numbers.chart
     enter_centre(records, matrices, numbers.margin, n)
     enter_matrix(records, n)
     target = (signed(records[n, SOURCE_ROW]), signed(records[n, SOURCE_COLUMN]))

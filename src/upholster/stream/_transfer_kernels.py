@@ -26,12 +26,14 @@ from upholster.stream._block_records import (
     AGREES,
     CENTRE,
     CENTRED,
+    CHART,
     COLUMN,
     CUT,
     HEIGHT,
     LINK,
     MATRIX,
     MODE,
+    PLACE,
     ROW,
     SIZE,
     SOURCE_COLUMN,
@@ -53,17 +55,23 @@ __all__ = [
 ]
 
 # Kinds of numbers that tell a transferred block: the first eight of its record; where the block lies that it
-# was transferred from, as chart and place; its centre matrix.
-_CHART, _INDEX, _OWN_MATRIX = 8, 9, 10
-_KINDS = 11
+# was transferred from, as chart and place; its centre matrix; then the first eight where nothing leads to it.
+_CHART, _INDEX, _OWN_MATRIX, _ALONE = 8, 9, 10, 11
+_KINDS = 19
 _BEFORE, _BEHIND = (SYMMETRY, ROW, COLUMN), (HEIGHT, WIDTH, CUT, SOURCE_ROW, SOURCE_COLUMN)
 _MOST_MATRIX = 2**18
+_NEAR = 16
+"""Transferred blocks before one that may lead to its place."""
+
+_FARTHEST = 1 << 24
+_STEPS = 3
+"""Guesses at the step from link to link."""
 
 NO_MODE = 7
 """Mode of a block whose source was not told by its neighbours."""
 
 _RUN = _KINDS * NUMBER_COUNTERS
-_CENTRED = _RUN + 2
+_CENTRED = _RUN + 3 * _STEPS
 TRANSFER_COUNTERS = _CENTRED + 1
 TRANSFER_MIXERS = NUMBER_MIXERS * _KINDS
 FLAG_MIXER = TRANSFER_MIXERS
@@ -121,10 +129,10 @@ def enter_matrix(records: NDArray[np.int32], n: int) -> None:
 
 
 @inline
-def _turned_alike(records: NDArray[np.int32], link: int, link_before: int, before: int) -> int:
-    # The symmetry that turns `link` as `before` turns the block that it was transferred from: T·E⁻¹·B.
-    t, e = SYMMETRIES[records[link, SYMMETRY]], SYMMETRIES[records[link_before, SYMMETRY]]
-    b = SYMMETRIES[records[before, SYMMETRY]]
+def _turned_alike(records: NDArray[np.int32], link: int, other: int) -> int:
+    # The symmetry that turns `link` as `other` turns the block that it was transferred from: T·E⁻¹·B.
+    t, e = SYMMETRIES[records[link, SYMMETRY]], SYMMETRIES[records[records[other, LINK], SYMMETRY]]
+    b = SYMMETRIES[records[other, SYMMETRY]]
     # The inverse of a symmetry is its transpose.
     p, q = t[0] * e[0] + t[1] * e[1], t[0] * e[2] + t[1] * e[3]
     r, s = t[2] * e[0] + t[3] * e[1], t[2] * e[2] + t[3] * e[3]
@@ -138,21 +146,102 @@ def _turned_alike(records: NDArray[np.int32], link: int, link_before: int, befor
 
 
 @inline
+def _beside(records: NDArray[np.int32], base: int, n: int) -> Any:
+    # The transferred block of this grid, of the latest ones, that was nearest to `n` on the chart from which
+    # both come; -1 if there is none.
+    link, found, least = signed(records[n, LINK]), signed(-1), signed(1 << 40)
+    if link >= 0:
+        for m in range(n - 1, max(base, n - _NEAR) - 1, -1):
+            other = signed(records[m, LINK])
+            if other < 0 or records[other, CHART] != records[link, CHART]:
+                continue
+            apart = abs(signed(records[link, ROW]) - records[other, ROW])
+            apart += abs(signed(records[link, COLUMN]) - records[other, COLUMN])
+            if apart < least:
+                found, least = signed(m), apart
+    return found
+
+
+@inline
+def _steps(matrix: tuple[int, int, int, int], y: int, x: int, factor: int, shift: int) -> tuple[int, int]:
+    # The inverse of a matrix times (y, x), times factor·2^shift; 0 where there is none.
+    p, q, r, s = matrix
+    area = (p * s - q * r) >> shift
+    down, right = factor * (s * y - q * x), factor * (p * x - r * y)
+    if area < 0:
+        area, down, right = -area, -down, -right
+    if area == 0:
+        return signed(0), signed(0)
+    most = signed(_FARTHEST)
+    return (
+        min(max(_share(down, area), -most), most),
+        min(max(_share(right, area), -most), most),
+    )
+
+
+@inline
+def _matrix_of(one: Any) -> tuple[int, int, int, int]:
+    return signed(one[MATRIX]), signed(one[MATRIX + 1]), signed(one[MATRIX + 2]), signed(one[MATRIX + 3])
+
+
+@inline
+def _enter_place(records: NDArray[np.int32], n: int) -> None:
+    # Where a transferred block shows what the one that it comes from has at its centre, in 1/64 texel.
+    one = records[n]
+    link = signed(one[LINK])
+    down, right = signed(0), signed(0)
+    if link >= 0:
+        y = signed(one[SOURCE_ROW]) - records[link, SOURCE_ROW]
+        x = signed(one[SOURCE_COLUMN]) - records[link, SOURCE_COLUMN]
+        down, right = _steps(_matrix_of(one), y, x, 1 << 14, 0)
+    one[PLACE], one[PLACE + 1] = 64 * signed(one[ROW]) - down, 64 * signed(one[COLUMN]) - right
+
+
+@inline
+def _guess_place(
+    records: NDArray[np.int32], matrices: NDArray[np.int32], margin: int, n: int, beside: int
+) -> None:
+    # Enters where a transferred block's place is likely, as far from `beside` as both are on the other chart,
+    # seen through the warp fields there and here.
+    near, link, other = records[beside], records[records[n, LINK]], records[records[beside, LINK]]
+    down, right = signed(link[ROW]) - other[ROW], signed(link[COLUMN]) - other[COLUMN]
+    v = (signed(link[CENTRE]) + other[CENTRE]) * down + (signed(link[CENTRE + 1]) + other[CENTRE + 1]) * right
+    w = (signed(link[CENTRE + 2]) + other[CENTRE + 2]) * down
+    w += (signed(link[CENTRE + 3]) + other[CENTRE + 3]) * right
+    turn = SYMMETRIES[other[SYMMETRY]]
+    y, x = (turn[0] * v + turn[1] * w) >> 6, (turn[2] * v + turn[3] * w) >> 6
+    one = records[n]
+    down, right = _steps(_matrix_of(near), y, x, 16, 7)
+    row, column = (near[PLACE] + down + 32) >> 6, (near[PLACE + 1] + right + 32) >> 6
+    m, turn = matrix_at(matrices, margin, row, column), SYMMETRIES[near[SYMMETRY]]
+    a, b = near[CENTRE] + m[0], near[CENTRE + 1] + m[1]
+    c, d = near[CENTRE + 2] + m[2], near[CENTRE + 3] + m[3]
+    turned = (
+        turn[0] * a + turn[1] * c,
+        turn[0] * b + turn[1] * d,
+        turn[2] * a + turn[3] * c,
+        turn[2] * b + turn[3] * d,
+    )
+    down, right = _steps(turned, y, x, 8, 9)
+    one[PLACE], one[PLACE + 1] = near[PLACE] + down, near[PLACE + 1] + right
+
+
+@inline
 def _transferred_guess(
     records: NDArray[np.int32],
     matrices: NDArray[np.int32],
     numbers: ChartNumbers,
     n: int,
+    beside: int,
     f: int,
 ) -> Any:
     # What is likely for number f of a transferred block, the ones before it known.
     first, link = n == numbers.base, signed(records[n, LINK])
     guess = signed(0) if first else signed(records[n - 1, f])
-    before = signed(-1) if first else signed(records[n - 1, LINK])
     if f == SYMMETRY and numbers.turned and link >= 0:
         guess = signed(records[link, SYMMETRY])
-        if before >= 0:
-            guess = signed(_turned_alike(records, link, before, n - 1))
+        if beside >= 0:
+            guess = signed(_turned_alike(records, link, beside))
     elif f == CUT and first:
         guess = signed(1)
     elif HEIGHT <= f <= WIDTH and link < 0 and first:
@@ -160,30 +249,18 @@ def _transferred_guess(
     elif f >= SOURCE_ROW:
         if link >= 0:
             guess = signed(records[link, f])
+            if beside >= 0:
+                one, k = records[n], 2 * (f - SOURCE_ROW)
+                down, right = 64 * signed(one[ROW]) - one[PLACE], 64 * signed(one[COLUMN]) - one[PLACE + 1]
+                guess += (one[MATRIX + k] * down + one[MATRIX + k + 1] * right + 8192) >> 14
         elif not first:
             y, x = going_on(
                 records, n - 1, matrices, numbers.margin, signed(records[n, ROW]), signed(records[n, COLUMN])
             )
             guess = y if f == SOURCE_ROW else x
     elif f <= COLUMN:
-        if link >= 0 and before >= 0:
-            # As far as the other chart's blocks lie apart, seen through both M; turned as that before.
-            one, other, there = records[link], records[before], records[n - 1]
-            down, right = signed(one[ROW]) - other[ROW], signed(one[COLUMN]) - other[COLUMN]
-            turn = SYMMETRIES[(other if numbers.turned else one)[SYMMETRY]]
-            v, w = (
-                one[CENTRE] * down + one[CENTRE + 1] * right,
-                one[CENTRE + 2] * down + one[CENTRE + 3] * right,
-            )
-            y, x = (turn[0] * v + turn[1] * w) >> 4, (turn[2] * v + turn[3] * w) >> 4
-            a, b = signed(there[MATRIX]), signed(there[MATRIX + 1])
-            c, d = signed(there[MATRIX + 2]), signed(there[MATRIX + 3])
-            area = (a * d - b * c) >> 4
-            number = d * y - b * x if f == ROW else a * x - c * y
-            if area < 0:
-                area, number = -area, -number
-            if area > 0:
-                guess += _share(number, area)
+        if beside >= 0:
+            guess = (signed(records[n, PLACE + f]) + 32) >> 6
         elif n - numbers.base > 1:
             guess += guess - records[n - 2, f]
     elif link >= 0 and HEIGHT <= f <= WIDTH:
@@ -195,8 +272,43 @@ def _transferred_guess(
         tall = abs(y * one[MATRIX] - x * one[MATRIX + 2]) * one[HEIGHT]
         wide = abs(y * one[MATRIX + 1] - x * one[MATRIX + 3]) * one[WIDTH]
         guess = min(
-            ((tall + wide) // max(1, abs(a * d - b * c)) // numbers.mask_cell + 2) * numbers.mask_cell, 4096
+            ((tall + wide) // max(1, abs(a * d - b * c)) // numbers.mask_cell + 6) * numbers.mask_cell, 4096
         )
+    return guess
+
+
+@inline
+def _last_links(
+    records: NDArray[np.int32], base: int, first: int, end: int, n: int
+) -> tuple[int, int, int, int]:
+    # Links of the up to four blocks before `n`, the latest first, as far as they lie in one grid; else -1.
+    found = (signed(-1), signed(-1), signed(-1), signed(-1))
+    for k in range(4):
+        m = n - 1 - k
+        link = signed(records[m, LINK]) if m >= base else -1
+        if link < first or link >= end:
+            break
+        if k == 0:
+            found = (link, found[1], found[2], found[3])
+        elif k == 1:
+            found = (found[0], link, found[2], found[3])
+        elif k == 2:
+            found = (found[0], found[1], link, found[3])
+        else:
+            found = (found[0], found[1], found[2], link)
+    return found
+
+
+@inline
+def _step_guess(last: tuple[int, int, int, int], which: int) -> Any:
+    # The step before the last one, which blocks along a seam repeat; the last one; 1. -1: not known.
+    guess = signed(-1)
+    if which == 0 and last[2] >= 0:
+        guess = last[0] + last[1] - last[2]
+    elif which == 1 and last[1] >= 0:
+        guess = last[0] + last[0] - last[1]
+    elif which == 2:
+        guess = last[0] + 1
     return guess
 
 
@@ -214,27 +326,28 @@ def _code_link(
     a = coder.a
     base, target = starts[order], signed(records[n, LINK])
     before = signed(records[n - 1, LINK]) if n > base else -1
-    further = signed(records[n - 2, LINK]) if n > base + 1 else -1
     chart = 0  # of the link before, counted back from this one
     if before >= 0:
         chart = 1
         while starts[order - chart] > before:
             chart += 1
-    onward = -1
-    if before >= 0:
-        onward = before + 1
-        if further >= starts[order - chart] and further < before:
-            onward = 2 * before - further
-        if onward >= starts[order - chart + 1]:
-            onward = -1
-    if onward >= 0:
-        a[CONTEXTS + 0] = START + _RUN + (1 if further >= 0 else 0)
-        bit = logged_bit(coder, 1, FLAG_MIXER, encoding, 1 if target == onward else 0)
-        if bit < 0:
-            return 0
-        if bit:
-            records[n, LINK] = onward
-            return 1
+        first, end = starts[order - chart], starts[order - chart + 1]
+        last = _last_links(records, base, first, end, n)
+        usual = 0 if last[3] < 0 else 1 if last[0] - last[1] == last[2] - last[3] else 2
+        for which in range(_STEPS):
+            guess = _step_guess(last, which)
+            asked = first <= guess < end and guess != before
+            for other in range(which):
+                asked = asked and guess != _step_guess(last, other)
+            if not asked:
+                continue
+            a[CONTEXTS + 0] = START + _RUN + 3 * which + usual
+            bit = logged_bit(coder, 1, FLAG_MIXER, encoding, 1 if target == guess else 0)
+            if bit < 0:
+                return 0
+            if bit:
+                records[n, LINK] = guess
+                return 1
     back = 0
     if encoding and target >= 0:
         back = 1
@@ -302,15 +415,16 @@ def _code_number_of(
     matrices: NDArray[np.int32],
     numbers: ChartNumbers,
     n: int,
+    beside: int,
     f: int,
     changed: int,
     encoding: bool,
 ) -> int:
     # Number f of a block: 2 where it was as guessed, 3 where not, 0 where bytes are missing, -1 where it is
     # out of range.
-    guess = _transferred_guess(records, matrices, numbers, n, f)
+    guess = _transferred_guess(records, matrices, numbers, n, beside, f)
     value = records[n, f] - guess if encoding else signed(0)
-    value = code_number(coder, f, changed, encoding, value)
+    value = code_number(coder, f if beside >= 0 else _ALONE + f, changed, encoding, value)
     if value == MISSING:
         return 0
     result = 3 if value != 0 else 2
@@ -345,8 +459,12 @@ def _code_numbers(
 ) -> int:
     # Returns 1, 0 where bytes are missing, -1 where a number is out of range.
     changed = 0 if records[n, LINK] >= 0 else 2
+    beside = _beside(records, numbers.base, n)
+    records[n, CHART] = numbers.chart
     for f in _BEFORE:
-        done = _code_number_of(coder, records, matrices, numbers, n, f, changed, encoding)
+        if f == ROW and beside >= 0:
+            _guess_place(records, matrices, numbers.margin, n, beside)
+        done = _code_number_of(coder, records, matrices, numbers, n, beside, f, changed, encoding)
         if done <= 0:
             return done
         changed = (changed & 2) | (done & 1)
@@ -354,11 +472,12 @@ def _code_numbers(
     if done <= 0:
         return done
     for f in _BEHIND:
-        done = _code_number_of(coder, records, matrices, numbers, n, f, changed, encoding)
+        done = _code_number_of(coder, records, matrices, numbers, n, beside, f, changed, encoding)
         if done <= 0:
             return done
         changed = (changed & 2) | (done & 1)
     records[n, MODE], records[n, AGREES], records[n, SIZE] = NO_MODE, 0, numbers.mask_cell
+    _enter_place(records, n)
     return 1
 
 

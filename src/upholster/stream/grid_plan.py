@@ -166,6 +166,7 @@ def _numbers(
     base: int,
 ) -> records_.ChartNumbers:
     return records_.ChartNumbers(
+        grid.chart,
         grid.transferred,
         grid.height,
         grid.width,

@@ -11,11 +11,13 @@ export const TRANSFERRED_NUMBERS = [
 export const CHART_NUMBER = 8
 export const LINK_NUMBER = 9
 export const MATRIX_NUMBER = 10
-const NUMBERS = 11
+/** What is added to f of a transferred block to which no other one leads. */
+export const ALONE = 11
+const NUMBERS = 19
 
 /** Where counters begin: of runs of links, of centre matrices, of positions without block, of blocks with a mask … */
 export const RUN = NUMBERS * INTEGER_COUNTERS
-export const CENTRED = RUN + 2
+export const CENTRED = RUN + 9
 export const SKIP = CENTRED + 1
 export const CUT = SKIP + 54
 /** … of flags that say where a source continues a neighbour's: by modes and guesses, guesses, modes above … */

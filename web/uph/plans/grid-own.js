@@ -49,7 +49,7 @@ export class OwnBlockDecoder {
     const field = fields[grid.chart]
     const [row, column] = [grid.firstRow + i * grid.stepRow, grid.firstColumn + j * grid.stepColumn]
     const { height, width, maskCell } = grid
-    const block = { row, column, height, width, maskCell, link: -1 }
+    const block = { chart: grid.chart, row, column, height, width, maskCell, link: -1 }
     sources.input[0] = CUT + (later ? 1 : 0)
     let bit
     while ((bit = sources.bit(1, ONE_MIXER, LIMIT)) < 0) yield

@@ -1,6 +1,7 @@
 /** Blocks of a grid plan that lie on a chart because a block of another chart reaches over the seam [5.5]. */
 
 import {
+  ALONE,
   CENTRED,
   CHART_NUMBER,
   LIMIT,
@@ -13,11 +14,14 @@ import {
 } from './grid-model.js'
 import { decodeInteger } from './integers.js'
 import { MAX_MATRIX, centerMatrix, sourceAt } from './placement.js'
+import { clamp } from '../numbers.js'
 import { symmetryTimes, turnedAlike } from '../symmetry.js'
 
 const FAR = [-16384 - 4096, 32768]
 const SIZE = [1, 4096]
 const MATRIX_UNIT = 64 // of what is added to the field's matrix
+const LATEST = 16 // transferred blocks before one that may lead to its place
+const FARTHEST = 2 ** 24
 
 /** Decodes transferred blocks: the block of another chart that each comes from, and how it differs from a guess. */
 export class TransferDecoder {
@@ -36,13 +40,15 @@ export class TransferDecoder {
     const grid = grids[place]
     const field = fields[grid.chart]
     const link = yield* this.#decodeLink(place)
-    const block = { link, mode: NO_MODE, agrees: 0, maskCell: grid.maskCell }
+    const block = { link, chart: grid.chart, mode: NO_MODE, agrees: 0, maskCell: grid.maskCell }
     const n = blocks.length
+    const near = nearestTransfer(blocks, starts[place], link)
     const guess = new TransferGuess(block, {
       linked: link < 0 ? null : blocks[link],
       before: n > starts[place] ? blocks[n - 1] : null,
       further: n > starts[place] + 1 ? blocks[n - 2] : null,
-      linkedBefore: n > starts[place] && blocks[n - 1].link >= 0 ? blocks[blocks[n - 1].link] : null,
+      near,
+      nearLinked: near && blocks[near.link],
       grid,
       field,
       turned: this.plan.turned,
@@ -50,13 +56,14 @@ export class TransferDecoder {
     const unlinked = link >= 0 ? 0 : 2
     let differed = 0
     for (const [name, f] of TRANSFERRED_NUMBERS) {
-      const difference = yield* decodeInteger(sources, f, unlinked | differed)
+      const difference = yield* decodeInteger(sources, near ? f : ALONE + f, unlinked | differed)
       differed = difference ? 1 : 0
       block[name] = difference + guess.of(name)
       const [least, most] = this.limits[name]
       if (!(block[name] >= least && block[name] <= most)) fail(`${name} of block ${n} is out of range`)
       if (name === 'column') yield* this.#decodeCenter(block, field)
     }
+    block.place = placeOf(block, link < 0 ? block : blocks[link])
     return block
   }
 
@@ -80,20 +87,21 @@ export class TransferDecoder {
     const { blocks, starts, sources, fail } = this.plan
     const n = blocks.length
     const before = n > starts[place] ? blocks[n - 1].link : -1
-    const further = n > starts[place] + 1 ? blocks[n - 2].link : -1
     let chart = 0 // that of the link before, as steps back in coded order
-    let onward = -1
     if (before >= 0) {
       for (chart = 1; starts[place - chart] > before; ) chart++
-      onward = before + 1
-      if (further >= starts[place - chart] && further < before) onward = 2 * before - further
-      if (onward >= starts[place - chart + 1]) onward = -1
-    }
-    if (onward >= 0) {
-      sources.input[0] = RUN + (further >= 0 ? 1 : 0)
-      let bit
-      while ((bit = sources.bit(1, ONE_MIXER, LIMIT)) < 0) yield
-      if (bit) return onward
+      const [start, end] = [starts[place - chart], starts[place - chart + 1]]
+      const last = lastLinks(blocks, starts[place], start, end)
+      const usual = last.length < 4 ? 0 : last[0] - last[1] === last[2] - last[3] ? 1 : 2
+      const steps = [last[1] - last[2], last[0] - last[1], 1]
+      for (const [which, step] of steps.entries()) {
+        const guess = before + step
+        if (!(guess >= start && guess < end && step) || steps.indexOf(step) < which) continue
+        sources.input[0] = RUN + 3 * which + usual
+        let bit
+        while ((bit = sources.bit(1, ONE_MIXER, LIMIT)) < 0) yield
+        if (bit) return guess
+      }
     }
     const back = chart + (yield* decodeInteger(sources, CHART_NUMBER, before >= 0 ? 1 : 0))
     if (back === 0) return -1
@@ -104,6 +112,49 @@ export class TransferDecoder {
     if (link < first || link >= starts[place - back + 1]) fail('a block is transferred that is not there')
     return link
   }
+}
+
+/** Links of the up to four latest blocks of a grid, the latest first, as far as they lie from block `start` to `end`. */
+function lastLinks(blocks, base, start, end) {
+  const found = []
+  for (let m = blocks.length - 1; m >= Math.max(base, blocks.length - 4); m--) {
+    const { link } = blocks[m]
+    if (link < start || link >= end) break
+    found.push(link)
+  }
+  return found
+}
+
+/**
+ * The transferred block of this grid, of the latest ones, that was nearest to the next one on the chart from which both
+ * come; null if there is none.
+ */
+function nearestTransfer(blocks, start, link) {
+  let [found, least] = [null, Infinity]
+  const linked = blocks[link]
+  for (let m = blocks.length - 1; linked && m >= Math.max(start, blocks.length - LATEST); m--) {
+    const other = blocks[blocks[m].link]
+    if (other?.chart !== linked.chart) continue
+    const apart = Math.abs(linked.row - other.row) + Math.abs(linked.column - other.column)
+    if (apart < least) [found, least] = [blocks[m], apart]
+  }
+  return found
+}
+
+/** The inverse of a matrix times (y, x), times factor·2^shift; 0 where there is none. */
+function steps([p, q, r, s], y, x, factor, shift) {
+  let area = Math.floor((p * s - q * r) / 2 ** shift)
+  const signed = area < 0 ? -factor : factor
+  area = Math.abs(area)
+  if (!area) return [0, 0]
+  const share = (number) => clamp(Math.floor((2 * number + area) / (2 * area)), -FARTHEST, FARTHEST)
+  return [share(signed * (s * y - q * x)), share(signed * (p * x - r * y))]
+}
+
+/** Where a transferred block shows what the one that it comes from has at its centre, in 1/64 texel. */
+function placeOf({ row, column, matrix, sourceRow, sourceColumn }, linked) {
+  const [down, right] = steps(matrix, sourceRow - linked.sourceRow, sourceColumn - linked.sourceColumn, 2 ** 14, 0)
+  return [64 * row - down, 64 * column - right]
 }
 
 /** What is likely for the numbers of a transferred block, from those that are known already. */
@@ -121,16 +172,14 @@ class TransferGuess {
     }
     if (name === 'sourceRow' || name === 'sourceColumn') return this.#source(name)
     if (name === 'symmetry' && this.turned && linked) return this.#symmetry()
-    if (!before) return 0
     if (name === 'row' || name === 'column') return this.#centre(name)
-    return before[name]
+    return before ? before[name] : 0
   }
 
-  /** The linked block's, turned as the block before is. */
+  /** The linked block's, turned as the nearest transferred one is. */
   #symmetry() {
-    const { linked, linkedBefore, before } = this
-    if (!linkedBefore) return linked.symmetry
-    return turnedAlike(linked.symmetry, linkedBefore.symmetry, before.symmetry)
+    const { linked, near, nearLinked } = this
+    return near ? turnedAlike(linked.symmetry, nearLinked.symmetry, near.symmetry) : linked.symmetry
   }
 
   /** The linked block's size, turned and scaled to this chart. */
@@ -142,29 +191,42 @@ class TransferGuess {
     const tall = Math.abs(y * p - x * r) * linked.height
     const wide = Math.abs(y * q - x * s) * linked.width
     const cells = Math.floor(Math.floor((tall + wide) / Math.max(1, Math.abs(a * d - b * c))) / grid.maskCell)
-    return Math.min((cells + 2) * grid.maskCell, 4096)
+    return Math.min((cells + 6) * grid.maskCell, 4096)
   }
 
-  /** The linked block's source, else what the block before would show here. */
+  /** The linked block's source, seen from where its centre is shown; else what the block before would show here. */
   #source(name) {
     const { block, linked, before, field } = this
-    if (linked) return linked[name]
-    if (!before) return 0
-    return sourceAt(before, field, block.row, block.column)[name === 'sourceRow' ? 0 : 1]
+    const axis = name === 'sourceRow' ? 0 : 1
+    if (!linked) return before ? sourceAt(before, field, block.row, block.column)[axis] : 0
+    if (!this.place) return linked[name]
+    const [down, right] = [64 * block.row - this.place[0], 64 * block.column - this.place[1]]
+    const [a, b] = block.matrix.slice(2 * axis)
+    return linked[name] + Math.floor((a * down + b * right + 8192) / 16384)
   }
 
-  /** From the block before, by the step between the linked ones, else by the step before. */
+  /** By the nearest transferred block, else by the step before. */
   #centre(name) {
-    const { linked, linkedBefore, before, further } = this
-    if (!linked || !linkedBefore) return further ? 2 * before[name] - further[name] : before[name]
-    const [down, right] = [linked.row - linkedBefore.row, linked.column - linkedBefore.column]
-    const [p, q, r, s] = symmetryTimes((this.turned ? linkedBefore : linked).symmetry, linked.center)
-    const y = Math.floor((p * down + q * right) / 16)
-    const x = Math.floor((r * down + s * right) / 16)
-    const [a, b, c, d] = before.matrix
-    let area = Math.floor((a * d - b * c) / 16)
-    let number = name === 'row' ? d * y - b * x : a * x - c * y
-    if (area < 0) [area, number] = [-area, -number]
-    return before[name] + (area > 0 ? Math.floor((2 * number + area) / (2 * area)) : 0)
+    const { near, before, further } = this
+    if (near) {
+      this.place ??= this.#place()
+      return Math.floor((this.place[name === 'row' ? 0 : 1] + 32) / 64)
+    }
+    if (!before) return 0
+    return further ? 2 * before[name] - further[name] : before[name]
+  }
+
+  /** As far from the nearest transferred block as both are on the other chart, seen through both fields. */
+  #place() {
+    const { linked, near, nearLinked, field } = this
+    const [down, right] = [linked.row - nearLinked.row, linked.column - nearLinked.column]
+    const there = linked.center.map((entry, k) => entry + nearLinked.center[k])
+    const [p, q, r, s] = symmetryTimes(nearLinked.symmetry, there)
+    const y = Math.floor((p * down + q * right) / 64)
+    const x = Math.floor((r * down + s * right) / 64)
+    const from = (matrix, factor, shift) => steps(matrix, y, x, factor, shift).map((far, axis) => near.place[axis] + far)
+    const [row, column] = from(near.matrix, 16, 7).map((at) => Math.floor((at + 32) / 64))
+    const here = field.at(row, column, []).map((entry, k) => entry + near.center[k])
+    return from(symmetryTimes(near.symmetry, here), 8, 9)
   }
 }
