@@ -30,6 +30,7 @@ from upholster.stream.byte_reader import varint
 from upholster.stream.chunks import ChunkReader, assembled, pack_chunk
 from upholster.stream.grid_plan import encode_grid
 from upholster.stream.list_plan import encode_list
+from upholster.stream.plans import encode_plan
 
 FOLDER = Path(__file__).parent / "vectors"
 REFUSED = FOLDER / "refused"
@@ -78,7 +79,10 @@ def refused() -> Any:
     block["row"], block["column"], block["height"], block["width"], block["link"] = 8, 8, 16, 16, -1
     grid = ChartGrid(0, 2, 1, 8, 8, 16, 16, 2**20, 16, 0, 2, 0, 1)  # its second row lies far beyond
     far = Quilt((chart,), (32, 40), GridPlan((grid,), 0, block, empty))
-    yield "grid_beyond", encode_stream(surface_from_spec("plane"), far, noise())
+    near = replace(far, plan=replace(far.plan, grids=(replace(grid, step_row=16),)))
+    chunks = chunks_of(encode_stream(surface_from_spec("plane"), near, noise()))
+    told = encode_plan(far).plan
+    yield "grid_beyond", rebuilt([(tag, told if tag == "Q" else data) for tag, data in chunks])
     depth = noise(*exemplar.shape[:2], 1, np.float32)
     chunks = chunks_of(encode_stream(surface, quilt, exemplar, maps={"height": depth}))
     wide = [
@@ -108,7 +112,7 @@ def stacked(name: str, count: int) -> bytes:
         plan = GridPlan((grid,), 16, blocks, np.zeros(0, np.uint8))
         cells = np.ones(int(mask_sizes(plan.in_order(), (chart,)).sum()), np.uint8)
         plan = replace(plan, mask_cells=cells)
-        coded = encode_grid(Quilt((chart,), (64, 64), plan), plan)
+        coded = encode_grid(Quilt((chart,), (64, 64), plan), plan).parts
     else:
         placed = np.zeros(count, PLACEMENT)
         placed["row"] = placed["column"] = placed["height"] = placed["width"] = side
@@ -119,7 +123,7 @@ def stacked(name: str, count: int) -> bytes:
         if name == "work_of_cuts":
             placed["mask"], placed["mask_cell"], placed["feather"], placed["first_cell"] = 2, 255, 16, 0
             cells = np.ones(1, np.uint8)
-        coded = encode_list(Quilt((chart,), (64, 64), PlacementList(placed, cells)))
+        coded = encode_list(Quilt((chart,), (64, 64), PlacementList(placed, cells))).parts
     layout = ("L", bytes([15]) + varint(side))
     header = ("X", ImageHeader(64, 64, 1, np.dtype(np.uint8), "5/3", 0, -1, means=(128,)).pack())
     return rebuilt([("S", bytes([4])), layout, header, *zip("QP", coded[:2], strict=True)])
@@ -166,7 +170,8 @@ def hashes(decoder: Any) -> Any:
         return {"needed": decoder.needed}
     quilt = decoder.quilt()
     placed = quilt.placements
-    columns = [placed[name].astype("<i4").reshape(len(placed), -1) for name in placed.dtype.names]
+    columns = [placed[name].astype("<i4") for name in placed.dtype.names]
+    columns = [column[:, None] if column.ndim == 1 else column for column in columns]
     return {
         "placements": _hash(np.concatenate(columns, axis=1)),
         "cells": _hash(quilt.mask_cells),

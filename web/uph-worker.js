@@ -13,7 +13,7 @@
 //      meshes {pieces, counts}            geometry of the charts that changed
 //      textures {entries, state}          what changed, and what is shown then. An entry has a target (color, normal …)
 //                                         and is `data` for a chart; the gutter only, `gutter`; that a chart has no
-//                                         placements, `unplaced`; or the exemplar, which such charts repeat: `preview`
+//                                         placements, `unplaced`; or the exemplar's mean, which such charts show: `preview`
 //      state {state}                      where decoding stands
 //      error {message, offset}            the stream is damaged
 

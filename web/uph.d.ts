@@ -108,7 +108,7 @@ export class UphDecoder {
   readonly complete: boolean
   readonly surface: Surface | null
   readonly charts: readonly Chart[]
-  /** How many charts have their placements; the others repeat the exemplar. */
+  /** How many charts have their placements; the others show the exemplar's mean. */
   readonly chartsKnown: number
   /** Whether every placement and every mask has come. */
   readonly placed: boolean
@@ -131,10 +131,10 @@ export class UphDecoder {
   readonly exemplarSize: { height: number; width: number }
   /** A map of the exemplar as far as it has come, as RGBA of 8 bits for the screen, see `rgba`. */
   exemplarRgba(role?: string): { height: number; width: number; data: Uint8Array }
-  /** Whether a chart has its placements; before, it repeats the exemplar, mirrored, from its first texel on. */
+  /** Whether a chart has its placements; before, it shows the exemplar's mean. */
   isPlaced(index: number): boolean
-  /** How many of the exemplar's pixels then go on a texel. */
-  readonly repeat: number
+  /** The mean of a map as far as it has come, as one pixel of RGBA of 8 bits. */
+  meanRgba(role?: string): Uint8Array
   /**
    * Texels of a chart as far as they can be painted, rows [start, stop): as `exemplar(role).data`. Those of 'normal' lie
    * in the texels' own frame: their vectors are turned with the texture. Where they come from is remembered (up to

@@ -28,7 +28,6 @@ from upholster.methods import Prepared, execute, kept_sample, matched_image, pre
 from upholster.options import ModelOptions, SampleOptions, SynthesisOptions, WriteOptions
 from upholster.outputs import TexturedModel
 from upholster.quilt import Chart, Quilt
-from upholster.quilt.warp_field import WarpField
 from upholster.reports import counts_of, notes_before, settled_words
 from upholster.shown import on_a_line
 from upholster.stream import check_layout
@@ -379,8 +378,7 @@ def check_streamed(covering: Covering) -> None:
         return
     if covering.asked.method == "pixel":
         refuse_source_map(covering.texels, (height, width))
-    fields = prepared.fields or (WarpField.identity(),) * len(prepared.charts)
-    check_layout(surface, prepared.charts, fields, (height, width))
+    check_layout(surface, prepared.charts, (height, width))
 
 
 def roles_of(coverings: Sequence[Covering], *, all_have: bool = False) -> tuple[str, ...]:

@@ -40,7 +40,7 @@ def decoder_of(quilt: Any, plan: Any) -> Any:
 
 def back(quilt: Any) -> Any:
     """What comes back, and the kind of plan; told again, it takes the same bytes."""
-    plan, sources, masks = encode_plan(quilt)
+    plan, sources, masks = encode_plan(quilt).parts
     decoder = decoder_of(quilt, plan)
     decoder.feed_sources(sources)
     if masks:
@@ -48,7 +48,7 @@ def back(quilt: Any) -> Any:
     assert decoder.complete
     assert decoder.unread == 0
     again = decoder.quilt()
-    assert encode_plan(again) == (plan, sources, masks)
+    assert encode_plan(again).parts == (plan, sources, masks)
     return again, plan[0]
 
 
@@ -101,7 +101,7 @@ def test_without_seams_and_with_no_placements() -> None:
 
 def test_sources_take_less_than_a_byte_and_edge_blocks_less_than_six() -> None:
     _, quilt, _ = covered(chart=256, block=16)
-    _, sources, masks = encode_plan(quilt)
+    _, sources, masks = encode_plan(quilt).parts
     edge_blocks = (quilt.placements["mask"] == MASK_CUT).sum() // 2
     assert len(sources) <= 0.8 * (len(quilt.placements) - edge_blocks)
     assert len(masks) <= 4 * edge_blocks
@@ -270,14 +270,14 @@ KINDS = ("strips", "list", "fine list", "grid")
 def test_every_prefix_decodes_and_paints(kind: Any) -> None:
     quilt = quilt_of(kind)
     rng = np.random.default_rng(4)
-    plan, sources, masks = encode_plan(quilt)
+    plan, sources, masks = encode_plan(quilt).parts
     image = noise(*quilt.exemplar_shape)
     whole, charts = paint(quilt, image).arrays, 0
     for cut in sorted({0, len(sources), *rng.integers(0, len(sources), 10).tolist()}):
         decoder = decoder_of(quilt, plan)
         decoder.feed_sources(sources[:cut])
         part = decoder.quilt()
-        # Charts come in the order in which they were laid; what is not there repeats the exemplar.
+        # Charts come in the order in which they were laid; what is not there shows the mean.
         assert decoder.charts_known() >= charts
         charts = decoder.charts_known()
         painted = paint(part, image).arrays
@@ -301,7 +301,7 @@ def test_every_prefix_decodes_and_paints(kind: Any) -> None:
 @pytest.mark.parametrize("kind", KINDS)
 def test_no_symbol_is_taken_that_the_bytes_do_not_determine(kind: Any) -> None:
     quilt = quilt_of(kind)
-    plan, sources, masks = encode_plan(quilt)
+    plan, sources, masks = encode_plan(quilt).parts
     rng = np.random.default_rng(0)
     for cut in [*range(12), *range(12, len(sources), 41)]:
         decoder = decoder_of(quilt, plan)
@@ -341,7 +341,7 @@ def _known_part(decoder: Any, known: Any) -> Any:
 @pytest.mark.parametrize("kind", KINDS)
 def test_byte_by_byte_is_all_at_once(kind: Any) -> None:
     quilt = quilt_of(kind)
-    plan, sources, masks = encode_plan(quilt)
+    plan, sources, masks = encode_plan(quilt).parts
     decoder, known = decoder_of(quilt, plan), -1
     for n in range(len(sources)):
         decoder.feed_sources(sources[n : n + 1])
@@ -356,20 +356,44 @@ def test_byte_by_byte_is_all_at_once(kind: Any) -> None:
     assert same(decoder.quilt(), quilt)
 
 
-def test_what_is_missing_repeats_the_exemplar_mirrored() -> None:
+def test_what_is_missing_shows_the_mean() -> None:
     _, quilt, exemplar = covered("cylinder")
-    plan, _, _ = encode_plan(quilt)
-    painted = paint(decoder_of(quilt, plan).quilt(), exemplar).arrays[0]
-    height, width = exemplar.shape[:2]
-    rows, columns = np.arange(painted.shape[0]), np.arange(painted.shape[1])
-    rows = np.where(rows // height % 2, height - 1 - rows % height, rows % height)
-    columns = np.where(columns // width % 2, width - 1 - columns % width, columns % width)
-    assert (painted == exemplar[np.ix_(rows, columns)]).all()
+    plan, _, _ = encode_plan(quilt).parts
+    bare = decoder_of(quilt, plan).quilt()
+    for image in (exemplar, exemplar.astype(np.uint16) * 257, exemplar.astype(np.float32) / 255):
+        painted = paint(bare, image).arrays[0]
+        mean = image.mean(axis=(0, 1), dtype=np.float64)
+        step = 0.5 if image.dtype != np.float32 else 1e-6
+        assert (painted == painted[0, 0]).all()
+        assert np.abs(painted[0, 0] - mean).max() <= step
+
+
+@pytest.mark.parametrize("effort", [0, 2])
+@pytest.mark.parametrize("spec", ["plane", "torus"])
+def test_straight_cuts_leave_nothing_bare_and_lie_midway(spec: Any, effort: Any) -> None:
+    _, quilt, _ = woven(spec, 60_000, effort=effort)
+    plan, sources, _ = encode_plan(quilt).parts
+    decoder = decoder_of(quilt, plan)
+    decoder.feed_sources(sources)
+    straight = decoder.quilt()
+    full = paint(straight, np.full((*quilt.exemplar_shape, 1), 255, np.uint8))
+    assert all((array == 255).all() for array in full.arrays)
+    assert len(straight.mask_cells) == len(quilt.mask_cells) > 0
+    if spec == "plane" and effort == 0:
+        # A block inside overlaps those to its left and above it, half of which it leaves to each.
+        grid, placed = quilt.plan.grids[0], straight.placements
+        one = placed[grid.across + 1]
+        side = -(-grid.width // grid.mask_cell)
+        mask = straight.mask_cells[one["first_cell"] :][: side * side].reshape(side, side)
+        half = (grid.width - grid.step_column) / (2 * grid.mask_cell)
+        assert abs(int((mask[side // 2 :] == 0).sum(axis=1)[0]) - half) <= 1
+        assert abs(int((mask[:, side // 2 :] == 0).sum(axis=0)[0]) - half) <= 1
+        assert (np.diff(mask.astype(int), axis=1) >= 0).all()
 
 
 def test_charts_arrive_one_after_another() -> None:
     _, quilt, _ = covered()
-    plan, sources, _ = encode_plan(quilt)
+    plan, sources, _ = encode_plan(quilt).parts
     decoder, seen = decoder_of(quilt, plan), [0]
     for byte in sources:
         decoder.feed_sources(bytes([byte]))
@@ -411,7 +435,7 @@ def test_a_plan_that_the_format_has_no_place_for_is_refused() -> None:
 
 def test_placements_outside_chart_or_exemplar_are_refused() -> None:
     _, quilt, _ = covered("cylinder")
-    plan, sources, _ = encode_plan(changed(quilt))
+    plan, sources, _ = encode_plan(changed(quilt)).parts
     smaller = tuple(Chart(chart.face, 20, 20) for chart in quilt.charts)
     with pytest.raises(FormatError, match="does not touch it"):
         open_plan(ByteReader(plan), smaller, quilt.exemplar_shape).feed_sources(sources)

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from streams import STREAMS, covered, noise, same, stream
 
 from upholster.errors import FormatError, InputError
+from upholster.levels import texels_psnr
 from upholster.quilt import Chart, Quilt, paint
 from upholster.quilt.placement import PLACEMENT
 from upholster.quilt.plans import PlacementList
@@ -193,10 +194,6 @@ def test_description(name: Any) -> None:
 
 
 def test_declared_sizes_are_refused_before_anything_is_made() -> None:
-    surface = covered("plane")[0]
-    quilt = Quilt((Chart(0, 16384, 16384),), (2, 2), NOTHING)
-    with pytest.raises(InputError, match="charts take 67108864 repeats"):
-        encode_stream(surface, quilt, noise(2, 2))
     data = stream("no seams")
     for tag, payload, message in [
         ("L", b"\x0f\x80\x80\x01", "byte .*: layout has 1610612736 texels"),
@@ -206,3 +203,27 @@ def test_declared_sizes_are_refused_before_anything_is_made() -> None:
     ]:
         with pytest.raises(FormatError, match=message):
             read_stream(rebuilt(data, lambda c, t=tag, p=payload: [(k, p if k == t else v) for k, v in c]))
+
+
+@pytest.mark.parametrize("name", ["quilt", "bent", "paper", "maps"])
+def test_quality_hardly_ever_falls(name: Any) -> None:
+    data = stream(name)
+    best = read_stream(data).texels(threads=1)
+    decoder, found = StreamDecoder(), []
+    for length in np.geomspace(describe(data).view, len(data), 16).astype(int).tolist():
+        decoder.feed(data[decoder.received : length])
+        found.append(min(60.0, texels_psnr(decoder.texels(threads=1), best)))
+    assert found[-1] == 60
+    assert (np.diff(found) > -0.5).all(), found
+
+
+def test_all_sources_come_before_masks_and_charts_one_after_another() -> None:
+    data = stream("quilt")
+    tags = "".join(row.tag for row in describe(data).chunks)
+    assert tags.startswith("SLXDFQNP")
+    assert tags.rindex("P") < tags.index("M")
+    decoder, known = StreamDecoder(), set()
+    for n in range(0, len(data), 50):
+        decoder.feed(data[n : n + 50])
+        known.add(decoder.charts_known)
+    assert len(known) > min(4, len(decoder.charts))

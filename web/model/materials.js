@@ -6,7 +6,6 @@ import {
   LinearFilter,
   LinearMipmapLinearFilter,
   MeshStandardMaterial,
-  MirroredRepeatWrapping,
   NoColorSpace,
   RGBAFormat,
   SRGBColorSpace,
@@ -29,26 +28,15 @@ export function newTexture(target) {
   return texture
 }
 
-/** The exemplar, which charts without placements repeat, mirrored. */
+/** The exemplar's mean, which charts without placements show. */
 export class Preview {
   #texture = newTexture('color')
 
-  constructor() {
-    this.#texture.wrapS = this.#texture.wrapT = MirroredRepeatWrapping
-  }
-
-  /** Take over a better exemplar, `repeat` of its pixels to a texel; every chart's textures get their view of it. */
-  update({ height, width, data, repeat }, textures, sizes) {
+  /** Take over another mean, a picture of one pixel. */
+  update({ height, width, data }, textures) {
     this.#texture.image = { data, height, width }
     this.#texture.needsUpdate = true
-    textures.forEach((own, n) => {
-      const size = sizes[n]
-      own.preview ??= this.#texture.clone()
-      own.preview.needsUpdate = true
-      // From a texture with a gutter to pixels of the exemplar, the chart's first texel on its first pixel.
-      own.preview.repeat.set((repeat * (size.width + 2)) / width, (repeat * (size.height + 2)) / height)
-      own.preview.offset.set(-repeat / width, -repeat / height)
-    })
+    for (const own of textures) own.preview = this.#texture
   }
 
   dispose() {

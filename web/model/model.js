@@ -285,6 +285,7 @@ export class UphModel extends Group {
     })
     this.#plain?.material.color.setRGB(...mean, SRGBColorSpace)
     this.#worker.postMessage({ kind: 'shown', buffers }, buffers)
+    if (!this.first && !charts) return // there is no texture to be seen yet
     const type = this.first ? 'refine' : 'first'
     this.first = true
     this.dispatchEvent({ type })
@@ -295,7 +296,7 @@ export class UphModel extends Group {
     const { chart, target, height, width, data } = entry
     if (entry.preview) {
       this.#preview ??= new Preview()
-      this.#preview.update(entry, this.#textures, this.#sizes)
+      this.#preview.update(entry, this.#textures)
       return null
     }
     const textures = this.#textures[chart]

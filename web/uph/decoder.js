@@ -2,32 +2,27 @@
 
 import { ByteReader, GrowingBytes, UphError } from './bytes.js'
 import { ChunkReader } from './chunks.js'
-import { parseFields } from './field-nodes.js'
-import { IDENTITY_FIELD, UNIT, scaleField } from './field.js'
+import { FieldDecoder } from './field-nodes.js'
+import { IDENTITY_FIELD } from './field.js'
 import { ImageDecoder } from './image/decoder.js'
 import { MAX_MAP_SAMPLES, parseImageHeader } from './image/header.js'
 import { parseLayout } from './layout.js'
 import { PaintBudget, checkCharts, checkSamples, fillLimits } from './limits.js'
-import { ceilDivide } from './numbers.js'
 import { Painter } from './paint/painter.js'
 import { MapPyramid } from './paint/pyramid.js'
 import { rgbaToChannels, toRgba } from './paint/rgba.js'
 import { parsePlan } from './plans/parse.js'
-import { MAX_WARPED_SIDE } from './plans/placement.js'
-import { previewPlacements, repeatSize } from './plans/preview.js'
 import { parseSurface } from './surface.js'
 
 const MAX_MAPS = 16
-const MAX_REPEATS = 2 ** 19
-const MAX_BLOCK_SIDE = 4096
+const MEAN_ROWS = 64 // of charts without placements, painted at once
 const CAUTION = 64 // coefficients that a byte hardly ever tells of
 
 /** Decodes a `.uph` stream as its bytes come. */
 export class UphDecoder {
   #file = new ChunkReader((chunk, part, whole) => this.#take(chunk, part, whole))
   #payload = new GrowingBytes() // of a chunk that is read when it is whole
-  #scaleField = IDENTITY_FIELD // of charts without placements
-  #fields = [] // per chart
+  #fields = null // the FieldDecoder, where there are warp fields
   #plan = null
   #maps = new Map() // ImageDecoders, by role
   #pyramids = new Map() // of the maps as far as they have come, by role
@@ -74,7 +69,7 @@ export class UphDecoder {
     return this.#file.complete
   }
 
-  /** How many charts have their placements; the others repeat the exemplar. */
+  /** How many charts have their placements; the others show the exemplar's mean. */
   get chartsKnown() {
     return this.#plan ? this.#plan.knownCharts.size : 0
   }
@@ -113,10 +108,12 @@ export class UphDecoder {
     if (tag === 'D') this.#feedExemplar(part)
     else if (tag === 'E') this.#feedFurtherMap(chunk, part)
     else if (tag === 'P') this.#plan.feedSources(part)
-    else if (tag === 'M') {
-      this.#plan.feedMasks(part, (what) => {
+    else if (tag === 'N' || tag === 'M') {
+      const fail = (what) => {
         throw new UphError(what, payload)
-      })
+      }
+      if (tag === 'M') this.#plan.feedMasks(part, fail)
+      else this.#feedNodes(part, fail)
     } else {
       this.#payload.push(part)
       if (!whole) return
@@ -130,18 +127,23 @@ export class UphDecoder {
       this.surface = parseSurface(reader, this.#limits.triangles)
       this.#changed.surface = true
     } else if (tag === 'L') {
-      const [charts, scale] = parseLayout(reader, this.surface)
-      checkCharts(reader, charts, this.#limits)
-      this.charts = charts
-      this.#scaleField = scaleField(scale)
-      this.#fields = charts.map(() => IDENTITY_FIELD)
+      this.charts = parseLayout(reader, this.surface)
+      checkCharts(reader, this.charts, this.#limits)
     } else if (tag === 'X') this.#takeExemplarHeader(reader)
     else if (tag === 'R') this.#takeMapHeader(reader)
-    else if (tag === 'F') this.#fields = parseFields(reader, this.charts)
+    else if (tag === 'F') this.#fields = new FieldDecoder(reader, this.charts)
     else {
+      const fields = this.#fields?.fields ?? this.charts.map(() => IDENTITY_FIELD)
       const budget = new PaintBudget(this.charts, this.#limits)
-      this.#plan = parsePlan(reader, this.charts, this.#fields, this.#maps.get('albedo').header, budget)
+      this.#plan = parsePlan(reader, this.charts, fields, this.#maps.get('albedo').header, budget)
+      this.#fields?.begin(this.#plan.order)
     }
+  }
+
+  #feedNodes(part, fail) {
+    if (!this.#fields) fail('nodes come without warp fields')
+    this.#fields.feed(part, fail)
+    this.#plan.goOn()
   }
 
   // ---------------------------------------------------------------- maps
@@ -149,13 +151,6 @@ export class UphDecoder {
   #takeExemplarHeader(reader) {
     const header = parseImageHeader(reader, 4096, 4)
     reader.end('image header')
-    const unit = this.#scaleField.matrices[0]
-    const [tall, wide] = [repeatSize(header.height, unit), repeatSize(header.width, unit)]
-    let repeats = 0
-    for (const { height, width } of this.charts) repeats += ceilDivide(height, tall) * ceilDivide(width, wide)
-    const most = this.#scaleField.isIdentity ? MAX_BLOCK_SIDE : MAX_WARPED_SIDE
-    reader.within(Math.max(tall, wide), 'repeat of the exemplar', 1, most)
-    reader.within(repeats, 'repeats of the exemplar', 1, MAX_REPEATS)
     if (this.view !== reader.start + reader.data.length + 4) {
       reader.fail(`first view ends here; the file says at ${this.view}`)
     }
@@ -276,13 +271,15 @@ export class UphDecoder {
 
   // ---------------------------------------------------------------- painting
 
-  /** Whether a chart has its placements; before, it repeats the exemplar, `repeat` of its pixels to a texel. */
+  /** Whether a chart has its placements; before, it shows the exemplar's mean. */
   isPlaced(index) {
     return this.#plan?.knownCharts.has(index) ?? false
   }
 
-  get repeat() {
-    return this.#scaleField.matrices[0] / UNIT
+  /** The mean of a map as 8-bit RGBA. */
+  meanRgba(role = 'albedo') {
+    const { channels } = this.exemplar(role)
+    return toRgba(this.#pyramids.get(role).mean, channels, role)
   }
 
   /** Texels of a chart as far as they can be painted, rows [start, stop) of it, as the map's `data`. */
@@ -338,10 +335,23 @@ export class UphDecoder {
     if (role === 'normal' && picture.channels !== 3) {
       throw new RangeError(`normal map has ${picture.channels} channels; allowed: 3`)
     }
-    const placed = this.isPlaced(index)
-    const field = placed ? this.#fields[index] : this.#scaleField
-    const placements = () =>
-      placed ? this.#plan.placements(index) : previewPlacements(chart, picture, field.matrices[0])
+    if (!this.isPlaced(index) || this.#plan.isEmpty(index)) {
+      this.#paintMean(chart, pyramid, start, stop, take)
+      return
+    }
+    const placements = () => this.#plan.placements(index)
+    const field = this.#fields?.fields[index] ?? IDENTITY_FIELD
     this.#painter.paint({ index, chart, field, placements, pyramid, start, stop, take })
+  }
+
+  /** Paint the mean of a map all over rows of a chart. */
+  #paintMean({ width }, { mean, picture }, start, stop, take) {
+    const pixel = mean instanceof Uint8Array ? toRgba(mean, picture.channels) : mean
+    for (let row = start; row < stop; row += MEAN_ROWS) {
+      const rows = Math.min(MEAN_ROWS, stop - row)
+      const painted = new pixel.constructor(rows * width * pixel.length)
+      for (let at = 0; at < painted.length; at += pixel.length) painted.set(pixel, at)
+      take(painted, row, rows)
+    }
   }
 }

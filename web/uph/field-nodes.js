@@ -1,4 +1,4 @@
-/** Chunk F: the warp field of every chart, its nodes coded [3, 5.7]. */
+/** Chunks F and N: the warp field of every chart, its nodes coded [3, 5.7]. */
 
 import { BitDecoder } from './bits.js'
 import { IDENTITY_FIELD, WarpField } from './field.js'
@@ -13,26 +13,47 @@ const NONE = 0
 const COMMON_MARGIN = 1
 const DIFFER = 3
 
-/** The field of every chart. */
-export function parseFields(reader, charts) {
-  const kind = reader.u8('kinds of fields', 3)
-  const margin = reader.u8('margin of the fields', 64)
-  const kinds = charts.map(() => (kind === DIFFER ? reader.u8('kind of a field', 2) : kind))
-  let total = 0
-  const shapes = charts.map((chart, n) => {
-    if (kinds[n] === NONE) return null
-    const shape = kinds[n] === COMMON_MARGIN ? coveringShape(chart, margin) : parseShape(reader)
-    total += shape.rows * shape.columns
-    return shape
-  })
-  if (total > MAX_NODES) reader.fail(`fields have ${total} nodes; allowed: ${MAX_NODES}`)
-  const nodes = new NodeDecoder(reader)
-  const fields = shapes.map((shape) => {
-    if (!shape) return IDENTITY_FIELD
-    return WarpField.fromNodes(nodes.decode(shape.rows, shape.columns), shape.margin, shape.rows, shape.columns)
-  })
-  nodes.end()
-  return fields
+/** The warp fields of all charts, whose nodes come chart after chart: `fields`, null where they have not come. */
+export class FieldDecoder {
+  constructor(reader, charts) {
+    const kind = reader.u8('kinds of fields', 3)
+    const margin = reader.u8('margin of the fields', 64)
+    const kinds = charts.map(() => (kind === DIFFER ? reader.u8('kind of a field', 2) : kind))
+    let total = 0
+    const shapes = charts.map((chart, n) => {
+      if (kinds[n] === NONE) return null
+      const shape = kinds[n] === COMMON_MARGIN ? coveringShape(chart, margin) : parseShape(reader)
+      total += shape.rows * shape.columns
+      return shape
+    })
+    if (total > MAX_NODES) reader.fail(`fields have ${total} nodes; allowed: ${MAX_NODES}`)
+    reader.end('head of the fields')
+    this.fields = shapes.map((shape) => (shape ? null : IDENTITY_FIELD))
+    this.shapes = shapes
+  }
+
+  /** Take the order in which the charts' nodes come. */
+  begin(order) {
+    this.nodes = new NodeDecoder()
+    this.steps = this.#decode(order)
+    this.steps.next()
+  }
+
+  *#decode(order) {
+    for (const chart of order) {
+      const shape = this.shapes[chart]
+      if (!shape) continue
+      const nodes = yield* this.nodes.decode(shape.rows, shape.columns)
+      this.fields[chart] = WarpField.fromNodes(nodes, shape.margin, shape.rows, shape.columns)
+    }
+  }
+
+  /** Take further bytes of the nodes; fail(what) is called for one out of range. */
+  feed(part, fail) {
+    this.nodes.fail = fail
+    this.nodes.bits.feed(part)
+    this.steps.next()
+  }
 }
 
 function coveringShape({ height, width }, margin) {
@@ -63,38 +84,32 @@ const hint = (x) => clamp(x, -2, 2) + 2
 
 /** Decodes nodes, each number by how far it lies from where its neighbours lead. */
 class NodeDecoder {
-  constructor(reader) {
-    this.reader = reader
+  constructor() {
     this.bits = new BitDecoder(LONG + 1, LONG_MIXER + 1, 24030)
     this.bits.setWeights(LONG_MIXER, LONG_MIXER + 1, 72090)
-    this.bits.feed(reader.data.subarray(reader.place))
     this.first = new Int16Array(4) // the first node of the chart before
   }
 
-  end() {
-    if (this.bits.unread) this.reader.fail(`${this.bits.unread} bytes too many in the fields`)
-  }
-
-  /** Nodes of one chart. */
-  decode(rows, columns) {
+  /** Nodes of one chart; waits where bytes are missing. */
+  *decode(rows, columns) {
     const nodes = new Int16Array(4 * rows * columns)
     Object.assign(this, { columns, nodes, residuals: new Int16Array(nodes.length) })
     for (let i = 0; i < rows; i++) {
-      for (let j = 0; j < columns; j++) for (let k = 0; k < 4; k++) this.#decodeNumber(i, j, k)
+      for (let j = 0; j < columns; j++) for (let k = 0; k < 4; k++) yield* this.#decodeNumber(i, j, k)
     }
     this.first = nodes.slice(0, 4)
     return nodes
   }
 
-  #decodeNumber(i, j, k) {
-    const { nodes, residuals, reader } = this
+  *#decodeNumber(i, j, k) {
+    const { nodes, residuals } = this
     const [guess, ...hints] = this.#guess(i, j, k)
     const [x, y, z] = k === ANGLE ? hints.map(foldAngle) : hints
-    const residual = this.#decodeResidual(k, hint(x) * 25 + hint(y) * 5 + hint(z), ...this.#context(i, j, k))
+    const residual = yield* this.#decodeResidual(k, hint(x) * 25 + hint(y) * 5 + hint(z), ...this.#context(i, j, k))
     const place = 4 * (i * this.columns + j) + k
     const value = guess + residual
     if (k !== ANGLE && Math.abs(value) > (k < ANGLE ? SIZE_LIMIT : SHEAR_LIMIT)) {
-      reader.fail("a field's node is out of range")
+      this.fail("a field's node is out of range")
     }
     residuals[place] = residual
     nodes[place] = k === ANGLE ? value & 255 : value
@@ -136,7 +151,7 @@ class NodeDecoder {
     return [around, Math.min(15, Math.abs(west) + Math.abs(north) + Math.abs(northEast))]
   }
 
-  #decodeResidual(k, guesses, around, spread) {
+  *#decodeResidual(k, guesses, around, spread) {
     const { input } = this.bits
     let [size, sign] = [0, 1]
     for (let step = 0; step <= LONGEST_RUN; step++) {
@@ -144,7 +159,8 @@ class NodeDecoder {
       input[0] = GUESSED + (k * 125 + guesses) * 6 + near
       input[1] = AROUND + (k * 75 + around) * 6 + near
       input[2] = SPREAD + (k * 16 + spread) * 21 + step
-      const bit = this.#bit(3, 3 * k + Math.min(step, 2))
+      let bit
+      while ((bit = this.bits.bit(3, 3 * k + Math.min(step, 2), 255)) < 0) yield
       if (step === 1) sign = bit ? -1 : 1
       else if (bit) size++
       else break
@@ -152,15 +168,13 @@ class NodeDecoder {
     if (size === LONGEST_RUN) {
       input[0] = LONG
       let more = 0
-      for (let b = 0; b < LONG_BITS; b++) more = 2 * more + this.#bit(1, LONG_MIXER)
+      for (let b = 0; b < LONG_BITS; b++) {
+        let bit
+        while ((bit = this.bits.bit(1, LONG_MIXER, 255)) < 0) yield
+        more = 2 * more + bit
+      }
       size += more
     }
     return sign * size
-  }
-
-  #bit(count, mixer) {
-    const bit = this.bits.bit(count, mixer, 255)
-    if (bit < 0) this.reader.fail('nodes of a field are missing')
-    return bit
   }
 }

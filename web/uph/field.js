@@ -53,11 +53,6 @@ export class WarpField {
 /** The field of charts that have none: a texel is a pixel. */
 export const IDENTITY_FIELD = new WarpField(0, 1, 1, Int32Array.of(UNIT, 0, 0, UNIT), true)
 
-/** The field that shows the exemplar at a scale, in 1/32 octave; at 0 the identity. */
-export function scaleField(scale) {
-  return scale ? WarpField.fromNodes(Int16Array.of(scale, scale, 0, 0), 0, 1, 1) : IDENTITY_FIELD
-}
-
 /** Put a column of length `steps` toward an angle into a matrix. */
 function putColumn(matrices, at, steps, angle) {
   const octave = Math.floor(steps / OCTAVE)

@@ -12,22 +12,20 @@ const ON_FIRST_FACE = 2
 const ALIKE = 4
 const SQUARE = 8
 const DYADIC = 16
-const SCALED = 32
-const EVEN = 64
+const EVEN = 32
 
 const FARTHEST = 2 ** 32 // texels, of an even layout
 const MOST = 1e18
 
 const LEAST_CHART_BYTES = 2 // of a chart's rectangle
 
-/** Returns [charts, scale], the scale at which charts without placements show the exemplar. */
+/** Returns the charts. */
 export function parseLayout(reader, { kind, faces }) {
   const isMesh = kind === 'mesh'
-  const flags = reader.u8('flags of the layout', 127)
+  const flags = reader.u8('flags of the layout', 63)
   if (flags & (isMesh ? ON_EACH_PATCH | DYADIC : EVEN)) {
-    reader.fail(`flags of the layout are ${flags}; allowed: 1 and 16 on patches only, 64 on a mesh`)
+    reader.fail(`flags of the layout are ${flags}; allowed: 1 and 16 on patches only, 32 on a mesh`)
   }
-  const scale = flags & SCALED ? reader.u8('scale') - 128 : 0
   const charts = flags & ON_EACH_PATCH ? chartsOfPatches(faces) : parseFaces(reader, flags, faces.length)
   parseSizes(reader, flags, charts)
   if (!(flags & ON_EACH_PATCH)) {
@@ -36,7 +34,7 @@ export function parseLayout(reader, { kind, faces }) {
     else parseRectangles(reader, charts, faces)
   }
   reader.end('layout')
-  return [charts, scale]
+  return charts
 }
 
 const chartOn = (face, s, t) => ({ face, height: 0, width: 0, s0: s, s1: s + 1, t0: t, t1: t + 1 })

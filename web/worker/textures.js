@@ -64,18 +64,15 @@ export class ChartTextures {
     return entries
   }
 
-  /** Charts whose placements have not come: the page repeats the exemplar on them. */
+  /** Charts whose placements have not come: the page shows the exemplar's mean on them. */
   #unplacedEntries(target, charts, decoder) {
     const lines = (this.#lines[target] ??= [])
     for (const chart of charts) delete lines[chart]
     const entries = charts.map((chart) => ({ chart, target, unplaced: true }))
     if (target === 'color' && charts.length) {
-      const picture = decoder.exemplarRgba()
-      if (hasMap(decoder, 'opacity')) {
-        const opacity = decoder.exemplarRgba('opacity').data
-        for (let n = 0; n < opacity.length; n += 4) picture.data[n + 3] = opacity[n]
-      }
-      entries.unshift({ target, preview: true, repeat: decoder.repeat * 2 ** this.#shrink, ...picture })
+      const data = decoder.meanRgba()
+      if (hasMap(decoder, 'opacity')) data[3] = decoder.meanRgba('opacity')[0]
+      entries.unshift({ target, preview: true, height: 1, width: 1, data })
     }
     return entries
   }

@@ -15,7 +15,7 @@ from upholster.errors import InputError
 from upholster.parallel import run_tasks
 from upholster.quilt._normal_kernels import lengthen_vectors, turn_vectors
 from upholster.quilt.model import Quilt, Texels
-from upholster.quilt.painting import CANVAS_DTYPES, check_painted, paint_each
+from upholster.quilt.painting import CANVAS_DTYPES, check_painted, fill_bare, paint_each
 from upholster.quilt.placement import SYMMETRIES
 from upholster.types import PixelArray, Progress
 
@@ -76,6 +76,7 @@ def paint_normals(
         if not field.is_identity
     ]
     run_tasks(tasks, threads=threads)
+    fill_bare(quilt, normals, texels)
     return replace(texels, exemplar=normals)
 
 

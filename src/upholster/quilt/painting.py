@@ -24,7 +24,7 @@ from upholster.quilt.placement import SYMMETRIES
 from upholster.quilt.pyramid import Pyramid, build_pyramid, most_levels
 from upholster.types import PixelArray, Progress, frozen_array
 
-__all__ = ["CANVAS_DTYPES", "check_painted", "paint", "paint_each"]
+__all__ = ["CANVAS_DTYPES", "check_painted", "fill_bare", "paint", "paint_each"]
 
 CANVAS_DTYPES = {
     np.dtype(np.uint8): np.uint16,
@@ -45,8 +45,8 @@ def paint(
 
     Placements are painted in order; each covers what is there with weights of 0 to 256, in integers with 6
     fractional bits that are rounded once at the end (float samples: the same formula, unrounded). On charts
-    with a warp field the image is sampled bilinearly, from a prefiltered pyramid where it is minified. The
-    result does not depend on the number of threads.
+    with a warp field the image is sampled bilinearly, from a prefiltered pyramid where it is minified. A
+    chart without placements shows the image's mean. The result does not depend on the number of threads.
 
     Parameters
     ----------
@@ -79,7 +79,23 @@ def paint(
         raise InputError(f"image to paint is of {exemplar.dtype}; allowed: uint8, uint16, float16, 32, 64")
     which = np.zeros(len(quilt.placements), np.int64)
     texels = paint_each(quilt, (exemplar,), which, threads=threads, progress=progress)
+    fill_bare(quilt, exemplar, texels)
     return replace(texels, exemplar=exemplar)
+
+
+def fill_bare(quilt: Quilt, image: PixelArray, texels: Texels) -> None:
+    """Give charts without placements an image's mean (SPEC.md, section 8)."""
+    bare = [array for n, array in enumerate(texels.arrays) if not len(quilt.on_chart(n))]
+    if not bare:
+        return
+    flat = image.reshape(-1, image.shape[2])
+    if image.dtype == np.float32:
+        # One sample after the other, so that every decoder gets the same.
+        mean = np.cumsum(flat, axis=0, dtype=np.float64)[-1] / len(flat)
+    else:
+        mean = (2 * flat.sum(axis=0, dtype=np.int64) + len(flat)) // (2 * len(flat))
+    for array in bare:
+        array[:] = mean.astype(image.dtype)
 
 
 def check_painted(quilt: object, image: object) -> PixelArray:
@@ -110,7 +126,10 @@ def paint_each(
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> Texels:
-    """Paint each placement with an image of its own, `images[which[n]]`: all of one shape and dtype."""
+    """Paint each placement with an image of its own, `images[which[n]]`: all of one shape and dtype.
+
+    Charts without placements are left as they come, see `fill_bare`.
+    """
     (height, _, channels), dtype = images[0].shape, images[0].dtype
     flat = np.concatenate(images) if len(images) > 1 else np.ascontiguousarray(images[0])
     flat = flat.reshape(len(flat), -1)
@@ -137,6 +156,8 @@ def paint_each(
     tasks: list[Callable[[], object]] = []
     for index, (chart, array) in enumerate(zip(quilt.charts, arrays, strict=True)):
         out, levels, mine = array.reshape(chart.height, -1), chosen[index], slice(*starts[index : index + 2])
+        if mine.start == mine.stop:
+            continue
         rows = max(1, _TASK_TEXELS // chart.width)
         for start in range(0, chart.height, rows):
             stop = min(start + rows, chart.height)

@@ -13,10 +13,22 @@ from upholster.jit import allocating_kernel, inline
 from upholster.stream._bit_kernels import START, BitCoder, signed
 from upholster.stream._block_records import AGREES, COLUMN, CUT, HEIGHT, LINK, MATRIX, ROW, SIZE, WIDTH
 
-__all__ = ["MASK_COUNTERS", "MASK_INPUTS", "Frame", "code_masks"]
+__all__ = [
+    "FREE",
+    "HELD",
+    "MASK_COUNTERS",
+    "MASK_INPUTS",
+    "NEXT",
+    "Frame",
+    "code_masks",
+    "cover",
+    "frame_of",
+    "judge",
+    "seen_from",
+]
 
-# What is known of a cell before it is coded.
-_FREE, _HELD, _NEXT, _NEW, _UNSEEN = 0, 1, 2, 3, 4
+FREE, HELD, NEXT, NEW, UNSEEN = 0, 1, 2, 3, 4
+"""What is known of a cell before it is coded; from `NEXT` on it is new."""
 
 _SHAPE, _PLACE, _BAND = 2 * 128 * 8 * 4, 2 * 1024 * 16, 2 * 8 * 8 * 16 * 4
 _ODD = _SHAPE + _PLACE + _BAND
@@ -44,7 +56,8 @@ class Frame(NamedTuple):
 
 
 @inline
-def _frame(one: Any, window: Any, cell: int, own: bool) -> Frame:
+def frame_of(one: Any, window: Any, cell: int, own: bool) -> Frame:
+    """Return the frame of a block's record."""
     height, width = signed(one[HEIGHT]), signed(one[WIDTH])
     top, left = signed(one[ROW]) - height // 2, signed(one[COLUMN]) - width // 2
     rows, columns = (height + cell - 1) // cell, (width + cell - 1) // cell
@@ -72,11 +85,11 @@ def _cell_at(mask: NDArray[np.uint8], f: Frame, i: int, j: int) -> Any:
 @inline
 def _known_at(known: NDArray[np.uint8], f: Frame, i: int, j: int) -> Any:
     at = _place(f, i, j)
-    return signed(known[at]) if at >= 0 else signed(_UNSEEN if at == -1 else _FREE)
+    return signed(known[at]) if at >= 0 else signed(UNSEEN if at == -1 else FREE)
 
 
 @inline
-def _seen_from(
+def seen_from(
     records: NDArray[np.int32],
     windows: NDArray[np.int32],
     first: NDArray[np.int64],
@@ -85,8 +98,11 @@ def _seen_from(
     down: int,
     right: int,
 ) -> Any:
-    # Whether a point, in half texels from a transferred block's centre, is outside the block that it comes
-    # from (0), where that was old (1) or new (2); 3: it comes from none.
+    """Return what the block that a transferred one comes from shows at a point.
+
+    The point is `down` and `right` half texels from the transferred block's centre. 0: it is outside that
+    block; where that is old: 1, new: 2; 3: the block comes from none.
+    """
     link = records[n, LINK]
     if link < 0:
         return 3
@@ -107,7 +123,7 @@ def _seen_from(
         return 0
     if not one[CUT]:
         return 2
-    f = _frame(one, windows[link], signed(one[SIZE]), False)
+    f = frame_of(one, windows[link], signed(one[SIZE]), False)
     return 1 + _cell_at(cells[first[link] :], f, row // f.cell, column // f.cell)
 
 
@@ -123,14 +139,14 @@ def _bare_or_covered(
         for j in range(f.j0, f.j1):
             c0, c1 = f.left + j * f.cell, f.left + min(f.width, (j + 1) * f.cell)
             at = _place(f, i, j)
-            known[at], under[at] = _FREE, 1
+            known[at], under[at] = FREE, 1
             if 0 <= r0 < tall and 0 <= c0 < wide:
                 under[at] = covered[r0, c0]
             if f.own:
                 for r in range(max(r0, 0), min(r1, tall)):
                     for c in range(max(c0, 0), min(c1, wide)):
                         if covered[r, c] == 0:
-                            known[at] = _NEW
+                            known[at] = NEW
 
 
 @inline
@@ -150,22 +166,22 @@ def _is_held(covered: NDArray[np.uint8], f: Frame, i: int, j: int) -> bool:
 
 
 @inline
-def _judge(covered: NDArray[np.uint8], f: Frame, known: NDArray[np.uint8], under: NDArray[np.uint8]) -> None:
-    # What is known of each cell of a window before it is coded.
+def judge(covered: NDArray[np.uint8], f: Frame, known: NDArray[np.uint8], under: NDArray[np.uint8]) -> None:
+    """Tell what is known of each cell of a window before it is coded."""
     _bare_or_covered(covered, f, known, under)
     if not f.own:
         return
     for i in range(f.i0, f.i1):
         for j in range(f.j0, f.j1):
             at = _place(f, i, j)
-            if known[at] != _FREE:
+            if known[at] != FREE:
                 continue
             for a in range(i - 1, i + 2):
                 for b in range(j - 1, j + 2):
-                    if _known_at(known, f, a, b) == _NEW:
-                        known[at] = _NEXT
-            if known[at] == _FREE and _is_held(covered, f, i, j):
-                known[at] = _HELD
+                    if _known_at(known, f, a, b) == NEW:
+                        known[at] = NEXT
+            if known[at] == FREE and _is_held(covered, f, i, j):
+                known[at] = HELD
 
 
 @inline
@@ -176,11 +192,13 @@ def _mark(covered: NDArray[np.uint8], r0: int, r1: int, c0: int, c1: int) -> Non
 
 
 @inline
-def _cover(
+def cover(
     covered: NDArray[np.uint8], f: Frame, mask: NDArray[np.uint8], under: NDArray[np.uint8], whole: bool
 ) -> None:
-    # A whole block covers its rectangle, an own one too; a transferred one the cells that are new with all
-    # round them new or covered.
+    """Cover what a block covers: a whole one its rectangle, an own one too.
+
+    A transferred one covers the cells that are new with all round them new or covered.
+    """
     tall, wide = covered.shape
     if whole or f.own:
         r0, r1 = max(f.top, 0), min(f.top + f.height, tall)
@@ -220,17 +238,17 @@ def _contexts(
     near = west | north << 1 | north_west << 2 | north_east << 3
     shape = near | _cell_at(mask, f, i, j - 2) << 4 | _cell_at(mask, f, i - 2, j) << 5
     shape |= _cell_at(mask, f, i - 1, j + 2) << 6
-    sides = 1 if _known_at(known, f, i, j + 1) >= _NEXT else 0
-    sides |= 2 if _known_at(known, f, i + 1, j) >= _NEXT else 0
-    sides |= 4 if _known_at(known, f, i + 1, j - 1) >= _NEXT else 0
+    sides = 1 if _known_at(known, f, i, j + 1) >= NEXT else 0
+    sides |= 2 if _known_at(known, f, i + 1, j) >= NEXT else 0
+    sides |= 4 if _known_at(known, f, i + 1, j - 1) >= NEXT else 0
     # How far it is to where everything is new.
     right, down = 0, 0
-    while right < 7 and j + right + 1 < f.columns and _known_at(known, f, i, j + right + 1) < _NEXT:
+    while right < 7 and j + right + 1 < f.columns and _known_at(known, f, i, j + right + 1) < NEXT:
         right += 1
-    while down < 7 and i + down + 1 < f.rows and _known_at(known, f, i + down + 1, j) < _NEXT:
+    while down < 7 and i + down + 1 < f.rows and _known_at(known, f, i + down + 1, j) < NEXT:
         down += 1
     at, kind = _place(f, i, j), 0 if f.own else 1
-    held = 1 if known[at] == _HELD or (kind and under[at]) else 0
+    held = 1 if known[at] == HELD or (kind and under[at]) else 0
     a[CONTEXTS + 0] = START + ((kind * 128 + shape) * 8 + sides) * 4 + sort
     spot = min(i, 31) * 32 + min(j, 31)
     a[CONTEXTS + 1] = START + _SHAPE + ((kind * 1024 + spot) * 4 + (near & 3)) * 4 + sort
@@ -250,7 +268,7 @@ def _code_odd(
     odd = 0
     if encoding:
         for at in range(mask.shape[0]):
-            if known[at] >= _NEXT and mask[at] == 0:
+            if known[at] >= NEXT and mask[at] == 0:
                 odd = 1
     a[CONTEXTS + 0] = START + _ODD
     return code_bit(coder.state, coder.data, coder.a, 1, _ODD_MIXER, _LIMIT, encoding, odd)
@@ -284,13 +302,13 @@ def code_masks(
         most = max(most, (windows[n, 1] - windows[n, 0]) * (windows[n, 3] - windows[n, 2]))
     known, under = np.empty(most, np.uint8), np.empty(most, np.uint8)
     for n in range(start, stop):
-        f = _frame(records[n], windows[n], cell, n >= first_own)
+        f = frame_of(records[n], windows[n], cell, n >= first_own)
         if not records[n, CUT]:
-            _cover(covered, f, under, under, True)
+            cover(covered, f, under, under, True)
             continue
         across = f.j1 - f.j0
         mask = cells[first[n] : first[n] + (f.i1 - f.i0) * across]
-        _judge(covered, f, known, under)
+        judge(covered, f, known, under)
         odd = 0
         if f.own and place == 0:
             odd = _code_odd(coder, known, mask, encoding)
@@ -300,17 +318,17 @@ def code_masks(
             odd = signed(mask[0]) >> 1
             mask[0] &= 1
         for at in range(mask.shape[0]):
-            if not odd and known[at] >= _NEXT:
+            if not odd and known[at] >= NEXT:
                 mask[at] = 1
         for at in range(max(place - 1, 0), mask.shape[0]):
-            if not odd and known[at] >= _NEXT:
+            if not odd and known[at] >= NEXT:
                 continue
             i, j = f.i0 + at // across, f.j0 + at % across
             sort = signed(records[n, AGREES])
             if not f.own:
                 down = 2 * (f.top + i * cell - records[n, ROW]) + cell - 1
                 right = 2 * (f.left + j * cell - records[n, COLUMN]) + cell - 1
-                sort = _seen_from(records, windows, first, cells, n, down, right)
+                sort = seen_from(records, windows, first, cells, n, down, right)
             mixer = _contexts(a, f, mask, known, under, i, j, sort)
             bit = code_bit(coder.state, coder.data, coder.a, 3, mixer, _LIMIT, encoding, signed(mask[at]))
             if bit < 0:
@@ -318,5 +336,5 @@ def code_masks(
                 return n, at + 1
             mask[at] = bit
         place = 0
-        _cover(covered, f, mask, under, False)
+        cover(covered, f, mask, under, False)
     return stop, 0

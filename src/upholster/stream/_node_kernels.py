@@ -5,9 +5,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.codec._model_kernels import CONTEXTS, code_bit
+from upholster.codec._model_kernels import CONTEXTS
 from upholster.jit import allocating_kernel, inline
-from upholster.stream._bit_kernels import MISSING, START, BitCoder
+from upholster.stream._bit_kernels import MISSING, START, BitCoder, begin, logged_bit, undo
 from upholster.types import int64
 
 __all__ = ["LONGEST", "NODE_COUNTERS", "NODE_INPUTS", "code_nodes"]
@@ -99,7 +99,7 @@ def _code_plain(coder: BitCoder, number: int, encoding: bool) -> Any:
     a[CONTEXTS + 0] = START + _PLAIN
     found = int64(0)
     for b in range(_PLAIN_BITS - 1, -1, -1):
-        bit = code_bit(coder.state, coder.data, a, 1, 12, 255, encoding, (number >> b) & 1)
+        bit = logged_bit(coder, 1, 12, encoding, (number >> b) & 1)
         if bit < 0:
             return MISSING
         found = 2 * found + bit
@@ -119,7 +119,7 @@ def _code_residual(
         a[CONTEXTS + 2] = places[2] + step
         asked = residual < 0 if step == 1 else magnitude > max(0, step - 1)
         mixer = 3 * k + min(step, 2)
-        bit = code_bit(coder.state, coder.data, a, 3, mixer, 255, encoding, 1 if asked else 0)
+        bit = logged_bit(coder, 3, mixer, encoding, 1 if asked else 0)
         if bit < 0:
             return MISSING
         if step == 1:
@@ -140,31 +140,36 @@ def _code_residual(
 def code_nodes(
     coder: BitCoder,
     nodes: NDArray[np.int16],
+    left: NDArray[np.int16],
     first: NDArray[np.int16],
     limits: NDArray[np.int64],
+    start: int,
     encoding: bool,
 ) -> int:
-    """Code a chart's nodes (rows, columns, 4); `first` (4,) is the guess for the first one.
+    """Code a chart's nodes (rows, columns, 4) from number `start` of them on, four to a node.
 
-    `limits` are the greatest sizes and shear, either way. Returns 1; 0 if the bytes at hand do not determine
-    all nodes, -1 if one breaks a limit.
+    `left`, of the same shape, is what guesses left over, of the numbers before `start`; `first` (4,) is the
+    guess for the first node. `limits` are the greatest sizes and shear, either way. Returns the first number
+    that the bytes at hand do not determine, or -1 if one breaks a limit.
     """
-    left = np.zeros_like(nodes)  # what the guesses left over
-    for i in range(nodes.shape[0]):
-        for j in range(nodes.shape[1]):
-            for k in range(4):
-                guess = _guess(nodes, first, i, j, k)
-                residual = nodes[i, j, k] - guess.value if encoding else int64(0)
-                if k == 2:
-                    residual = _wrapped(residual)
-                residual = _code_residual(coder, _places(left, guess, i, j, k), k, residual, encoding)
-                if residual == MISSING:
-                    return 0
-                left[i, j, k] = residual
-                value = guess.value + residual
-                if k == 2:
-                    value &= 255
-                elif abs(value) > limits[k]:
-                    return -1
-                nodes[i, j, k] = value
-    return 1
+    kept = np.empty_like(coder.state)
+    columns = nodes.shape[1]
+    for place in range(start, nodes.size):
+        i, j, k = place // (4 * columns), place // 4 % columns, place % 4
+        guess = _guess(nodes, first, i, j, k)
+        residual = nodes[i, j, k] - guess.value if encoding else int64(0)
+        if k == 2:
+            residual = _wrapped(residual)
+        begin(coder, kept)
+        residual = _code_residual(coder, _places(left, guess, i, j, k), k, residual, encoding)
+        if residual == MISSING:
+            undo(coder, kept)
+            return place
+        left[i, j, k] = residual
+        value = guess.value + residual
+        if k == 2:
+            value &= 255
+        elif abs(value) > limits[k]:
+            return -1
+        nodes[i, j, k] = value
+    return int(nodes.size)

@@ -21,6 +21,8 @@ __all__ = ["BitReader", "BitWriter", "Bits"]
 
 _TABLES = np.concatenate([STRETCH, SQUASH, RECIPROCALS, QUANTA, THRESHOLDS])
 _HALF = (1 << 19) << 10
+_LAG = 3
+"""Bytes beyond those that are settled that a decoder mostly needs to know the last bit."""
 
 
 class Bits:
@@ -60,6 +62,11 @@ class BitWriter(Bits):
             grown = np.zeros(2 * len(self.data) + bytes_, np.uint8)
             grown[: len(self.data)] = self.data
             self.data = grown
+
+    @property
+    def length(self) -> int:
+        """About how many bytes tell what has been written so far."""
+        return int(self.state[BYTES_DONE]) + _LAG
 
     def finish(self) -> bytes:
         """Return all bytes: whatever follows them, the bits written are those read."""

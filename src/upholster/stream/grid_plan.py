@@ -17,11 +17,20 @@ from upholster.quilt.warp_field import WarpField
 from upholster.stream import _block_records as records_
 from upholster.stream import _grid_kernels as kernels
 from upholster.stream import _mask_kernels as mask_kernels
+from upholster.stream._straight_kernels import cut_straight
 from upholster.stream.budget import PaintBudget
 from upholster.stream.byte_reader import ByteReader, varint
 from upholster.stream.coder import BitReader, BitWriter
-from upholster.stream.first_view import assemble
-from upholster.stream.plan_common import BATCH, GRID, MAX_CELLS, MAX_PLACEMENTS, check_decoded, grown
+from upholster.stream.plan_common import (
+    BATCH,
+    GRID,
+    MAX_CELLS,
+    MAX_PLACEMENTS,
+    PlanCode,
+    check_decoded,
+    grown,
+    known_part,
+)
 
 __all__ = ["GridDecoder", "encode_grid"]
 
@@ -41,8 +50,8 @@ _MOST = {"height": _MOST_BLOCK, "width": _MOST_BLOCK, "level": _MOST_LEVEL, "mas
 _BEFORE_ALL = ChartGrid(0, 1, 1, 20, 20, 40, 40, 28, 28, 0, 2, 0, 0)
 
 
-def encode_grid(quilt: Quilt, plan: GridPlan) -> tuple[bytes, bytes, bytes]:
-    """Encode a grid plan; return plan, sources and masks.
+def encode_grid(quilt: Quilt, plan: GridPlan) -> PlanCode:
+    """Encode a grid plan.
 
     Raises
     ------
@@ -59,8 +68,10 @@ def encode_grid(quilt: Quilt, plan: GridPlan) -> tuple[bytes, bytes, bytes]:
     masks = BitWriter(mask_kernels.MASK_COUNTERS, mask_kernels.MASK_INPUTS)
     windows, first = _mask_places(plan, quilt.charts)
     cells = np.array(plan.mask_cells)
+    source_ends, mask_ends = [], []
     for place in range(len(plan.grids)):
         _code_sources(sources, quilt, plan, place, turned, records)
+        source_ends.append(sources.length)
     covered = np.zeros((0, 0), np.uint8)
     for place, grid in enumerate(plan.grids):
         start, stop = plan.starts[place : place + 2].tolist()
@@ -80,7 +91,11 @@ def encode_grid(quilt: Quilt, plan: GridPlan) -> tuple[bytes, bytes, bytes]:
             0,
             True,
         )
-    return head, sources.finish(), masks.finish() if len(cells) else b""
+        mask_ends.append(masks.length)
+    order = [grid.chart for grid in plan.grids]
+    return PlanCode.of(
+        head, sources.finish(), masks.finish() if len(cells) else b"", order, source_ends, mask_ends
+    )
 
 
 def _is_turned(plan: GridPlan) -> bool:
@@ -336,10 +351,10 @@ class GridDecoder:
     ----------
     plan
         The plan's bytes behind its kind.
-    charts, exemplar_shape, fields
+    charts, exemplar_shape
         As in `Quilt`.
-    scale
-        Scale of charts that are not known yet, see `upholster.stream.first_view`.
+    fields
+        Per chart; None where its nodes have not come.
     budget
         What painting may cost.
 
@@ -354,13 +369,13 @@ class GridDecoder:
         plan: ByteReader,
         charts: tuple[Chart, ...],
         exemplar_shape: tuple[int, int],
-        fields: tuple[WarpField, ...],
-        scale: int,
+        fields: Sequence[WarpField | None],
         budget: PaintBudget,
     ) -> None:
-        self.charts, self.exemplar_shape, self.warp_fields, self.scale = charts, exemplar_shape, fields, scale
+        self.charts, self.exemplar_shape, self.warp_fields = charts, exemplar_shape, fields
         self.plan, self._turned = _parse(plan, charts)
         self._budget = budget
+        self.order = list(dict.fromkeys(grid.chart for grid in self.plan.grids))
         self.total = int(self.plan.starts[-1])
         self.known = self.known_cells = self.total_cells = 0
         self._sources = BitReader(kernels.BLOCK_COUNTERS, kernels.BLOCK_INPUTS)
@@ -369,11 +384,13 @@ class GridDecoder:
         self._windows = np.zeros((0, 4), np.int32)
         self._first = np.zeros(0, np.int64)
         self._cells = np.zeros(0, np.uint8)
+        self._straight = np.zeros(0, np.uint8)  # the cells of straight cuts
+        self._straight_covered = np.zeros((0, 0), np.uint8)
+        self._is_begun = False
         self._done = 0  # grids whose sources are known
         self._mask_grid = self._mask_start = self._mask_place = 0
         self._covered = np.zeros((0, 0), np.uint8)
-        self._begin_grid()
-        self._read_sources()
+        self.go_on()
 
     @property
     def complete(self) -> bool:
@@ -394,7 +411,7 @@ class GridDecoder:
             If a block lies outside its chart or the exemplar.
         """
         self._sources.feed(data)
-        self._read_sources()
+        self.go_on()
 
     def feed_masks(self, data: bytes) -> None:
         """Take further bytes of the masks; all sources must be known.
@@ -429,38 +446,50 @@ class GridDecoder:
     def quilt(self) -> Quilt:
         """Return the quilt as far as it is known.
 
-        Charts that are not known yet repeat the exemplar, mirrored at its borders; blocks whose masks are not
-        known are painted whole.
+        Charts that are not known yet have no placements; masks that are not known yet are straight cuts.
         """
         known = int(self.plan.starts[self._done])
-        sizes = np.prod(self._windows[:known, 1::2] - self._windows[:known, ::2], axis=1)
-        masked = self._first[:known] + sizes <= self.known_cells
-        blocks = _blocks(self._records[:known], masked)
-        cells = self._cells[: self.known_cells].copy()
+        blocks, cells = _blocks(self._records[:known]), self._known_cells()
         if self._done == len(self.plan.grids):
-            plan = replace(self.plan, blocks=blocks, mask_cells=cells[: self._cells_of(known)])
-            return Quilt(self.charts, self.exemplar_shape, plan, self.warp_fields)
-        placed, cells = self._partial(blocks, cells)
-        done = tuple(self._charts_done())
-        return assemble(self.charts, self.exemplar_shape, placed, cells, done, self.warp_fields, self.scale)
-
-    def _partial(
-        self, blocks: NDArray[np.void], cells: NDArray[np.uint8]
-    ) -> tuple[NDArray[np.void], NDArray[np.uint8]]:
-        # Placements of the charts that are known.
+            fields = tuple(field for field in self.warp_fields if field is not None)
+            return Quilt(
+                self.charts, self.exemplar_shape, replace(self.plan, blocks=blocks, mask_cells=cells), fields
+            )
         part = GridPlan(self.plan.grids[: self._done], self.plan.feather, blocks, cells)
         placed, cells = part.placements(self.charts)
-        return placed[np.isin(placed["chart"], self._charts_done())], cells
+        done = self._charts_done()
+        placed = placed[np.isin(placed["chart"], done)]
+        return known_part(self.charts, self.exemplar_shape, placed, cells, done, self.warp_fields)
 
-    def _cells_of(self, known: int) -> int:
-        # Cells of the masks that are known whole.
-        return int(self._first[self._mask_start]) if self._mask_start < known else self.known_cells
+    def _known_cells(self) -> NDArray[np.uint8]:
+        # Cells of masks, straight cuts where they are not known; where some of a chart's masks are known, its
+        # others are cut by what those cover.
+        if self.known_cells == self.total_cells > 0:
+            return self._cells
+        cells = self._straight.copy()
+        cells[: self.known_cells] = self._cells[: self.known_cells]
+        if 0 < self.known_cells < self.total_cells:
+            chart, covered = self.plan.grids[self._mask_grid].chart, self._covered
+            settled = (np.arange(len(self._first)) < self._mask_start).astype(np.uint8)
+            for place, grid in enumerate(self.plan.grids):
+                if grid.chart == chart:
+                    covered = self._cut_straight(place, cells, settled, covered)
+        return cells
 
-    def _begin_grid(self) -> None:
-        if self._done == len(self.plan.grids):
-            return
+    def _cut_straight(
+        self, place: int, cells: NDArray[np.uint8], settled: NDArray[np.uint8], covered: NDArray[np.uint8]
+    ) -> NDArray[np.uint8]:
+        covered = _covered(self.plan, place, self.charts, covered)
+        start, stop = self.plan.starts[place : place + 2].tolist()
+        first_own = start + self.plan.grids[place].transferred
+        cut_straight(
+            self._records, self._windows, self._first, cells, settled, covered, first_own, start, stop
+        )
+        return covered
+
+    def _begin_grid(self, field: WarpField) -> None:
         grid, base = self.plan.grids[self._done], int(self.plan.starts[self._done])
-        n, field = grid.chart, self.warp_fields[grid.chart]
+        n = grid.chart
         self._matrices = field.matrices
         self._numbers = _numbers(
             grid, self.charts[n], field, self.exemplar_shape, self.plan.feather, self._turned, base
@@ -469,8 +498,10 @@ class GridDecoder:
         self._there = np.zeros(grid.positions, np.uint8)
         self._lookup = np.full((grid.rows + 2, grid.across + 2), -1, np.int32)
         self._symbols = self._own = 0
+        self._is_begun = True
 
-    def _read_sources(self) -> None:
+    def go_on(self) -> None:
+        """Read on, as far as sources and warp fields have come."""
         first = self._done
         self._decode_sources()
         if self._done > first:
@@ -479,6 +510,11 @@ class GridDecoder:
     def _decode_sources(self) -> None:
         while self._done < len(self.plan.grids):
             grid = self.plan.grids[self._done]
+            field = self.warp_fields[grid.chart]
+            if field is None:
+                return
+            if not self._is_begun:
+                self._begin_grid(field)
             end = grid.transferred + grid.positions
             stop = min(end, self._symbols + BATCH)
             done, self._own = kernels.code_blocks(
@@ -507,16 +543,17 @@ class GridDecoder:
         if self._own != grid.own:
             raise FormatError(f"chart {grid.chart} has other blocks than its plan says")
         self._done += 1
-        self._begin_grid()
+        self._is_begun = False
 
     def _check_grids(self, first: int) -> None:
         # What the sources of the grids from one on tell, all at once: there may be very many.
         start, stop = self.plan.starts[[first, self._done]].tolist()
-        blocks = _blocks(self._records[start:stop], np.ones(stop - start, bool))
+        blocks = _blocks(self._records[start:stop])
         grids = self.plan.grids[first : self._done]
         placed = GridPlan(grids, self.plan.feather, blocks, np.zeros(0, np.uint8)).in_order()
         in_turn = np.argsort(placed["chart"], kind="stable")
-        check_decoded(placed[in_turn], self.charts, self.warp_fields, self.exemplar_shape)
+        fields = tuple(field or WarpField.identity() for field in self.warp_fields)
+        check_decoded(placed[in_turn], self.charts, fields, self.exemplar_shape)
         self._budget.spend(placed)
         windows = mask_windows(placed, self.charts)
         sizes = np.where(
@@ -529,6 +566,11 @@ class GridDecoder:
         if self.total_cells > MAX_CELLS:
             raise FormatError(f"masks have {self.total_cells} cells; allowed: {MAX_CELLS}")
         self._budget.check_cells(self.total_cells)
+        self._straight = np.concatenate([self._straight, np.zeros(int(sizes.sum()), np.uint8)])
+        for place in range(first, self._done):
+            self._straight_covered = self._cut_straight(
+                place, self._straight, np.zeros(stop, np.uint8), self._straight_covered
+            )
 
     def _read_masks(self, place: int) -> bool:
         # Whether all masks of a grid are known.
@@ -552,13 +594,12 @@ class GridDecoder:
         return bool(self._mask_start == stop)
 
 
-def _blocks(records: NDArray[np.int32], masked: NDArray[np.bool_]) -> NDArray[np.void]:
-    # Records as blocks; those whose masks are not known have none.
+def _blocks(records: NDArray[np.int32]) -> NDArray[np.void]:
+    # Records as blocks.
     blocks = np.zeros(len(records), BLOCK)
     for n, name in enumerate(_RECORD_NAMES):
         blocks[name] = records[:, n]
     blocks["link"], blocks["centred"] = records[:, records_.LINK], records[:, records_.CENTRED]
     centred = records[:, records_.CENTRED, None] > 0
     blocks["matrix"] = np.where(centred, records[:, records_.CENTRE : records_.CENTRE + 4], 0)
-    blocks["cut"] &= masked
     return blocks

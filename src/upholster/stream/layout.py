@@ -1,4 +1,4 @@
-"""The layout chunk: charts, with what is alike told once, and the scale of a first view."""
+"""The layout chunk: charts, with what is alike told once."""
 
 import struct
 from collections.abc import Callable, Sequence
@@ -16,7 +16,7 @@ __all__ = ["MAX_CHARTS", "pack_layout", "parse_layout"]
 
 MAX_CHARTS = 2**18
 
-_BY_PATCH, _ONE_FACE, _SAME, _SQUARE, _DYADIC, _SCALED, _EVEN = 1, 2, 4, 8, 16, 32, 64
+_BY_PATCH, _ONE_FACE, _SAME, _SQUARE, _DYADIC, _EVEN = 1, 2, 4, 8, 16, 32
 _FINEST = 16
 _FARTHEST = 2**32
 """Texels from an island's origin to a chart's first one, in an even layout."""
@@ -24,10 +24,8 @@ _FARTHEST = 2**32
 _MOST = 1e18
 """Largest parameter on a mesh."""
 
-_NO_SCALE = 128
 
-
-def pack_layout(charts: Sequence[Chart], surface: Surface | MeshSurface, scale: int = 0) -> bytes:
+def pack_layout(charts: Sequence[Chart], surface: Surface | MeshSurface) -> bytes:
     """Return the charts as bytes.
 
     Parameters
@@ -37,8 +35,6 @@ def pack_layout(charts: Sequence[Chart], surface: Surface | MeshSurface, scale: 
     surface
         What they lie on. Charts of a mesh take fewest bytes if their texels are squares of one size q, and
         each begins at a whole multiple of it: ``s0 == q·m``, ``s1 == q·(m + height)`` to the bit, likewise t.
-    scale
-        Exemplar pixels per texel on a chart that has no placements yet, in 1/32 octave, -128 to 127.
 
     Raises
     ------
@@ -53,9 +49,7 @@ def pack_layout(charts: Sequence[Chart], surface: Surface | MeshSurface, scale: 
     square = all(chart.height == chart.width for chart in charts)
     form, rectangles = (0, b"") if by_patch else _pack_rectangles(charts, isinstance(surface, MeshSurface))
     flags = _BY_PATCH * by_patch | _ONE_FACE * one_face | _SAME * same | _SQUARE * square
-    out = [bytes([flags | form | _SCALED * (scale != 0)])]
-    if scale:
-        out.append(bytes([scale + _NO_SCALE]))
+    out = [bytes([flags | form])]
     if not by_patch:
         out.append(varint(len(charts)))
         if not one_face:
@@ -99,20 +93,19 @@ def _even_texel(charts: Sequence[Chart]) -> float | None:
     return None
 
 
-def parse_layout(fields: ByteReader, surface: Surface | MeshSurface) -> tuple[tuple[Chart, ...], int]:
-    """Read charts and scale back.
+def parse_layout(fields: ByteReader, surface: Surface | MeshSurface) -> tuple[Chart, ...]:
+    """Read the charts back.
 
     Raises
     ------
     FormatError
         If they are malformed or outside what is allowed.
     """
-    flags = fields.byte("flags of the layout", 127)
+    flags = fields.byte("flags of the layout", 63)
     if flags & (_BY_PATCH | _DYADIC if isinstance(surface, MeshSurface) else _EVEN):
         raise fields.error(
-            f"flags of the layout are {flags}; allowed: 1 and 16 on patches only, 64 on a mesh"
+            f"flags of the layout are {flags}; allowed: 1 and 16 on patches only, 32 on a mesh"
         )
-    scale = fields.byte("scale") - _NO_SCALE if flags & _SCALED else 0
     count = len(surface.patches) if isinstance(surface, Surface) else 0
     faces = [0] * count
     if not flags & _BY_PATCH:
@@ -139,7 +132,7 @@ def parse_layout(fields: ByteReader, surface: Surface | MeshSurface) -> tuple[tu
             for face, size in zip(faces, sizes, strict=True)
         ]
     fields.end("layout")
-    return tuple(charts), scale
+    return tuple(charts)
 
 
 def _faces(surface: Surface | MeshSurface) -> int:

@@ -1,6 +1,8 @@
 """A plain list of placements in a stream: every placement field by field."""
 
+from collections.abc import Sequence
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,21 +10,24 @@ from numpy.typing import NDArray
 from upholster.errors import FormatError
 from upholster.quilt.chart import Chart
 from upholster.quilt.model import Quilt
-from upholster.quilt.placement import MASK_CUT, MASK_NONE, MATRIX_UNIT, PLACEMENT, mask_sizes, mask_windows
+from upholster.quilt.placement import MASK_CUT, MATRIX_UNIT, PLACEMENT, mask_sizes, mask_windows
 from upholster.quilt.warp_field import WarpField
+from upholster.stream import _block_records as records_
 from upholster.stream import _list_kernels as kernels
+from upholster.stream._straight_kernels import cut_straight
 from upholster.stream.budget import PaintBudget
 from upholster.stream.byte_reader import ByteReader, varint
 from upholster.stream.coder import BitReader, BitWriter
-from upholster.stream.first_view import assemble
 from upholster.stream.plan_common import (
     BATCH,
     FINE_LIST,
     LIST,
     MAX_CELLS,
     MAX_PLACEMENTS,
+    PlanCode,
     check_decoded,
     grown,
+    known_part,
 )
 
 __all__ = ["ListDecoder", "decode_cells", "encode_cells", "encode_list"]
@@ -40,8 +45,8 @@ MaskRun = tuple[int, int, int, int, int]
 """Masks of one shape in a row: first cell, rows, columns, place in a strip (0 outside of any), end."""
 
 
-def encode_list(quilt: Quilt) -> tuple[bytes, bytes, bytes]:
-    """Encode a quilt field by field; return plan, sources and masks."""
+def encode_list(quilt: Quilt) -> PlanCode:
+    """Encode a quilt field by field."""
     placed = quilt.placements
     counts = np.bincount(placed["chart"], minlength=len(quilt.charts))
     fine = bool(((placed["source_row"] | placed["source_column"]) & 15).any() or placed["centred"].any())
@@ -57,7 +62,7 @@ def encode_list(quilt: Quilt) -> tuple[bytes, bytes, bytes]:
         part[(part[:, _CENTRED] > 0) & (rest % MATRIX_UNIT == 0).all(axis=1), _CENTRED] = 2
     limits = np.array([[-(2**62), 2**62]] * kernels.FIELDS, np.int64)
     sizes = _chart_sizes(quilt.charts, placed["chart"])
-    writer = BitWriter(kernels.FIELD_COUNTERS, 1)
+    writer, source_ends = BitWriter(kernels.FIELD_COUNTERS, 1), []
     for chart, end in enumerate(ends.tolist()):
         field = quilt.fields[chart]
         for start in range(end - int(counts[chart]), end, _RECORDS_A_CALL):
@@ -66,9 +71,15 @@ def encode_list(quilt: Quilt) -> tuple[bytes, bytes, bytes]:
             kernels.code_fields(
                 writer.coder, fields, sizes, limits, fine, field.matrices, field.margin, start, stop, True
             )
+        source_ends.append(writer.length)
     cells = len(quilt.mask_cells)
     masks = encode_cells(quilt.mask_cells, _mask_runs(placed, quilt.charts, cells))
-    return head + varint(cells), writer.finish(), masks
+    # Cells are coded in the order of the placements, mostly, and each takes about as much.
+    told = np.bincount(placed["chart"], mask_sizes(placed, quilt.charts) * (placed["mask"] == MASK_CUT))
+    told = np.concatenate([told, np.zeros(len(counts) - len(told))])
+    mask_ends = (np.cumsum(told) * (len(masks) / max(1, cells))).astype(int).tolist()
+    order = range(len(counts))
+    return PlanCode.of(head + varint(cells), writer.finish(), masks, order, source_ends, mask_ends)
 
 
 def encode_cells(cells: NDArray[np.uint8], runs: list[MaskRun]) -> bytes:
@@ -106,10 +117,10 @@ class ListDecoder:
     ----------
     plan
         The plan's bytes behind its kind.
-    charts, exemplar_shape, fields
+    charts, exemplar_shape
         As in `Quilt`.
-    scale
-        Scale of charts that are not known yet, see `upholster.stream.first_view`.
+    fields
+        Per chart; None where its nodes have not come.
     budget
         What painting may cost.
     fine
@@ -126,13 +137,13 @@ class ListDecoder:
         plan: ByteReader,
         charts: tuple[Chart, ...],
         exemplar_shape: tuple[int, int],
-        fields: tuple[WarpField, ...],
-        scale: int,
+        fields: Sequence[WarpField | None],
         budget: PaintBudget,
         *,
         fine: bool,
     ) -> None:
-        self.charts, self.exemplar_shape, self.warp_fields, self.scale = charts, exemplar_shape, fields, scale
+        self.charts, self.exemplar_shape, self.warp_fields = charts, exemplar_shape, fields
+        self.order = list(range(len(charts)))
         self._fine, self._budget = fine, budget
         counts = [plan.varint("number of placements", MAX_PLACEMENTS) for _ in charts]
         self._ends = np.cumsum(counts, dtype=np.int64)
@@ -168,13 +179,19 @@ class ListDecoder:
             If a placement lies outside its chart or the exemplar.
         """
         self._sources.feed(data)
+        self.go_on()
+
+    def go_on(self) -> None:
+        """Read on, as far as placements and warp fields have come."""
         limits = _limits(self.exemplar_shape, 1 if self._fine else 16)
         first, missing = self.known, False
         while self.known < self.total and not missing:
             start = self.known
             chart = int(np.searchsorted(self._ends, start, side="right"))
             stop = min(int(self._ends[chart]), start + BATCH)
-            field = self.warp_fields[chart] if self.warp_fields else WarpField.identity()
+            field = self.warp_fields[chart]
+            if field is None:
+                break
             self._fields = grown(self._fields, stop)
             known = kernels.code_fields(
                 self._sources.coder,
@@ -223,27 +240,51 @@ class ListDecoder:
     def quilt(self) -> Quilt:
         """Return the quilt as far as it is known.
 
-        Charts that are not known yet repeat the exemplar, mirrored at its borders; placements whose masks are
-        not known are painted whole.
+        Charts that are not known yet have no placements; masks that are not known yet are straight cuts.
         """
         charts = self.charts_known()
         placed = self._placements(0, int(self._ends[charts - 1]) if charts else 0)
+        cells = self._cells[: self.known_cells].copy()
         cut = placed["mask"] == MASK_CUT
         unknown = cut & (placed["first_cell"] + mask_sizes(placed, self.charts) > self.known_cells)
-        placed["mask"][unknown], placed["first_cell"][unknown] = MASK_NONE, -1
-        return assemble(
-            self.charts,
-            self.exemplar_shape,
-            placed,
-            self._cells[: self.known_cells].copy(),
-            range(charts),
-            self.warp_fields,
-            self.scale,
-        )
+        if unknown.any():
+            cells = self._cut_straight(placed, cells, unknown)
+        known = range(charts)
+        return known_part(self.charts, self.exemplar_shape, placed, cells, known, self.warp_fields)
+
+    def _cut_straight(
+        self, placed: NDArray[np.void], cells: NDArray[np.uint8], unknown: NDArray[np.bool_]
+    ) -> NDArray[np.uint8]:
+        # Cuts unknown masks straight, each in cells of its own behind those that are known.
+        windows = mask_windows(placed, self.charts)
+        sizes = np.where(unknown, mask_sizes(placed, self.charts), 0)
+        placed["first_cell"][unknown] = (len(cells) + np.cumsum(sizes) - sizes)[unknown]
+        cells = np.concatenate([cells, np.zeros(int(sizes.sum()), np.uint8)])
+        records = np.zeros((len(placed), records_.COLUMNS), np.int32)
+        for column, name in enumerate(("row", "column", "height", "width")):
+            records[:, column] = placed[name]
+        records[:, records_.CUT] = placed["mask"] == MASK_CUT
+        records[:, records_.SIZE] = placed["mask_cell"]
+        ends = np.searchsorted(placed["chart"], np.arange(len(self.charts) + 1)).tolist()
+        for chart, (start, stop) in zip(self.charts, pairwise(ends), strict=True):
+            if stop > start:
+                cut_straight(
+                    records,
+                    windows.astype(np.int32),
+                    placed["first_cell"].astype(np.int64),
+                    cells,
+                    (~unknown).astype(np.uint8),
+                    np.zeros((chart.height, chart.width), np.uint8),
+                    0,
+                    start,
+                    stop,
+                )
+        return cells
 
     def _check(self, start: int, stop: int) -> None:
         placed = self._placements(start, stop)
-        check_decoded(placed, self.charts, self.warp_fields, self.exemplar_shape)
+        fields = [field or WarpField.identity() for field in self.warp_fields]
+        check_decoded(placed, self.charts, tuple(fields), self.exemplar_shape)
         ends = placed["first_cell"].astype(np.int64) + mask_sizes(placed, self.charts)
         wrong = (placed["mask"] == MASK_CUT) & (
             (placed["mask_cell"] == 0) | (placed["first_cell"] < 0) | (ends > self.total_cells)

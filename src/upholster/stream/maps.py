@@ -5,12 +5,12 @@ from collections.abc import Mapping, Sequence
 from upholster.codec.header import MAX_SAMPLES
 from upholster.errors import FormatError, InputError
 from upholster.stream.byte_reader import ByteReader, varint
-from upholster.stream.chunks import pack_chunk
 
 __all__ = [
     "FIRST_ROLE",
     "MAX_MAP_SAMPLES",
     "MOST_MAPS",
+    "MOST_SIDE",
     "check_roles",
     "interleaved",
     "pack_role",
@@ -26,8 +26,13 @@ MOST_MAPS = 16
 MAX_MAP_SAMPLES = 4 * MAX_SAMPLES
 """Samples of all maps together."""
 
+Chunk = tuple[str, bytes]
+
+MOST_SIDE = 4096
+"""Largest height and width of an exemplar."""
+
 _LONGEST_ROLE = 32
-_SYMMETRIES = 12
+_TURNS = 12
 _LATE = {"ao": 2.0, "height": 2.0, "opacity": 1.5, "roughness": 1.5, "metallic": 1.5}
 """How much later than colour and normals a map may come: the eye misses it less."""
 
@@ -72,32 +77,36 @@ def parse_role(data: bytes, offset: int, before: Sequence[str]) -> tuple[str, in
     return role, fields.offset - offset
 
 
-def interleaved(first: bytes, others: Mapping[str, bytes]) -> list[bytes]:
-    """Return chunks of all maps' streams, taking turns such that they refine side by side.
+def interleaved(first: bytes, others: Mapping[str, bytes], start: int) -> list[tuple[int, tuple[Chunk, ...]]]:
+    """Return all maps' streams in turns, such that they refine side by side.
 
     Parameters
     ----------
     first
-        The rest of the first map's stream.
+        The first map's stream, of which `start` bytes have come.
     others
         The other maps' streams by role, in the order of their numbers.
+
+    Returns
+    -------
+    list of (int, tuple)
+        Each turn: how many bytes of the first map have come with it, and its chunks, tags and payloads.
     """
-    if not others:
-        return [pack_chunk("D", first)] if first else []
-    chunks = []
-    for symmetry in range(_SYMMETRIES):
-        part = _part(first, symmetry, 1.0)
-        if part:
-            chunks.append(pack_chunk("D", part))
+    turns, rest, reached = [], first[start:], min(start, len(first))
+    for turn in range(_TURNS):
+        part = _part(rest, turn, 1.0)
+        reached += len(part)
+        chunks = [("D", part)] if part else []
         for number, (role, data) in enumerate(others.items(), 1):
-            part = _part(data, symmetry, _LATE.get(role, 1.0))
-            if part:
-                chunks.append(pack_chunk("E", bytes([number]) + part))
-    return chunks
+            part = _part(data, turn, _LATE.get(role, 1.0))
+            chunks += [("E", bytes([number]) + part)] if part else []
+        if chunks:
+            turns.append((reached, tuple(chunks)))
+    return turns
 
 
-def _part(data: bytes, symmetry: int, late: float) -> bytes:
-    ends = [round(len(data) * ((symmetry + k) / _SYMMETRIES) ** late) for k in (0, 1)]
+def _part(data: bytes, turn: int, late: float) -> bytes:
+    ends = [round(len(data) * ((turn + k) / _TURNS) ** late) for k in (0, 1)]
     return data[ends[0] : ends[1]]
 
 

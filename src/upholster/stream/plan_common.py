@@ -1,5 +1,7 @@
 """What the plans' modules share: kinds, limits, and what each plan's decoder can do."""
 
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
 from typing import Any, Protocol, TypeVar, cast
 
 import numpy as np
@@ -9,6 +11,7 @@ from upholster.errors import FormatError, InputError
 from upholster.quilt.chart import Chart
 from upholster.quilt.model import Quilt
 from upholster.quilt.placement import MASK_CUT, MASK_NONE, check_placements, touches
+from upholster.quilt.plans import PlacementList
 from upholster.quilt.warp_field import WarpField
 
 __all__ = [
@@ -19,9 +22,11 @@ __all__ = [
     "MAX_CELLS",
     "MAX_PLACEMENTS",
     "STRIPS",
+    "PlanCode",
     "PlanDecoder",
     "check_decoded",
     "grown",
+    "known_part",
 ]
 
 Array = TypeVar("Array", bound=NDArray[Any])
@@ -37,17 +42,66 @@ BATCH = 4096
 """Symbols coded in one call."""
 
 
+@dataclass(frozen=True, slots=True)
+class PlanCode:
+    """A plan as bytes.
+
+    Attributes
+    ----------
+    plan, sources, masks
+        What `upholster.stream.plans.open_plan` and its decoder take; `masks` is empty where there are none.
+    order
+        The charts in the order in which they are coded.
+    source_ends, mask_ends
+        Per entry of `order`, how many bytes of `sources` and `masks` tell the charts up to it, about.
+    """
+
+    plan: bytes
+    sources: bytes
+    masks: bytes
+    order: tuple[int, ...]
+    source_ends: tuple[int, ...]
+    mask_ends: tuple[int, ...]
+
+    @property
+    def parts(self) -> tuple[bytes, bytes, bytes]:
+        """Plan, sources and masks."""
+        return self.plan, self.sources, self.masks
+
+    @classmethod
+    def of(
+        cls,
+        plan: bytes,
+        sources: bytes,
+        masks: bytes,
+        order: Sequence[int],
+        source_ends: Sequence[int],
+        mask_ends: Sequence[int],
+    ) -> "PlanCode":
+        """Return a plan's code; a chart that comes several times in `order` ends where it ends last."""
+        last = {chart: n for n, chart in enumerate(order)}
+        charts = tuple(dict.fromkeys(order))
+        ends = [
+            (*(min(given[last[chart]], len(coded)) for chart in charts[:-1]), len(coded))
+            for given, coded in ((source_ends, sources), (mask_ends, masks))
+        ]
+        return cls(plan, sources, masks, charts, *ends)
+
+
 class PlanDecoder(Protocol):
     """Decodes a plan's sources and masks as their bytes arrive.
 
     Attributes
     ----------
+    order
+        The charts in the order in which they are coded.
     known, total
         How many blocks are known, and how many there are.
     known_cells, total_cells
         The same of the cells of masks.
     """
 
+    order: list[int]
     known: int
     total: int
     known_cells: int
@@ -67,6 +121,10 @@ class PlanDecoder(Protocol):
         """Take further bytes of the sources; raises FormatError for a block that can not be painted."""
         ...
 
+    def go_on(self) -> None:
+        """Read on: further warp fields are known. Raises as `feed_sources` does."""
+        ...
+
     def feed_masks(self, data: bytes) -> None:
         """Take further bytes of the masks; all sources must be known."""
         ...
@@ -76,7 +134,7 @@ class PlanDecoder(Protocol):
         ...
 
     def quilt(self) -> Quilt:
-        """Return the quilt as far as it is known; other charts repeat the exemplar."""
+        """Return the quilt as far as it is known; other charts have no placements."""
         ...
 
 
@@ -103,6 +161,22 @@ def check_decoded(
         check_placements(whole, np.zeros(0, np.uint8), charts, fields, exemplar_shape)
     except InputError as error:
         raise FormatError(str(error)) from None
+
+
+def known_part(
+    charts: tuple[Chart, ...],
+    exemplar_shape: tuple[int, int],
+    placed: NDArray[np.void],
+    mask_cells: NDArray[np.uint8],
+    known: Collection[int],
+    fields: Sequence[WarpField | None],
+) -> Quilt:
+    """Return a quilt of the placements of `known` charts, whose warp fields are known."""
+    done = set(known)
+    identity = WarpField.identity()
+    own = (field if n in done and field is not None else identity for n, field in enumerate(fields))
+    plan = PlacementList(placed[np.argsort(placed["chart"], kind="stable")], mask_cells)
+    return Quilt(charts, exemplar_shape, plan, tuple(own))
 
 
 def grown(array: Array, length: int) -> Array:

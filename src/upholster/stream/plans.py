@@ -4,6 +4,7 @@ Each kind of plan has a module: `list_plan`, `strip_plan`, `grid_plan`. Whatever
 bytes as they come and knows at once which placements they determine.
 """
 
+from collections.abc import Sequence
 from typing import NoReturn
 
 from upholster.errors import FormatError, InputError
@@ -17,24 +18,27 @@ from upholster.stream.budget import PaintBudget, strips_work
 from upholster.stream.byte_reader import ByteReader
 from upholster.stream.grid_plan import GridDecoder, encode_grid
 from upholster.stream.list_plan import ListDecoder, encode_list
-from upholster.stream.plan_common import FINE_LIST, GRID, MAX_CELLS, MAX_PLACEMENTS, STRIPS, PlanDecoder
+from upholster.stream.plan_common import (
+    FINE_LIST,
+    GRID,
+    MAX_CELLS,
+    MAX_PLACEMENTS,
+    STRIPS,
+    PlanCode,
+    PlanDecoder,
+)
 from upholster.stream.strip_plan import StripDecoder, encode_strips
 
 __all__ = ["encode_plan", "open_plan", "refuse_source_map"]
 
 
-def encode_plan(quilt: Quilt) -> tuple[bytes, bytes, bytes]:
+def encode_plan(quilt: Quilt) -> PlanCode:
     """Encode a quilt's plan.
 
     Parameters
     ----------
     quilt
         What to encode; cells 0 or 1. Its warp fields are told elsewhere, see `upholster.stream.warp_fields`.
-
-    Returns
-    -------
-    plan, sources, masks : bytes
-        What `open_plan` and its decoder take; `masks` is empty where there are none.
 
     Raises
     ------
@@ -87,8 +91,7 @@ def open_plan(
     plan: ByteReader,
     charts: tuple[Chart, ...],
     exemplar_shape: tuple[int, int],
-    fields: tuple[WarpField, ...] = (),
-    scale: int = 0,
+    fields: Sequence[WarpField | None] = (),
     budget: PaintBudget | None = None,
 ) -> PlanDecoder:
     """Return the decoder of a plan, whichever kind it is.
@@ -97,10 +100,11 @@ def open_plan(
     ----------
     plan
         The plan's bytes.
-    charts, exemplar_shape, fields
+    charts, exemplar_shape
         As in `Quilt`.
-    scale
-        Scale of charts that are not known yet, see `upholster.stream.first_view`.
+    fields
+        Per chart its warp field, None while its nodes have not come; the decoder sees it when they have.
+        Empty: the identity everywhere.
     budget
         What painting may cost; by default that of `Limits()`.
 
@@ -113,9 +117,9 @@ def open_plan(
     budget = budget or PaintBudget(charts, Limits())
     fields = fields or (WarpField.identity(),) * len(charts)
     if kind == GRID:
-        return GridDecoder(plan, charts, exemplar_shape, fields, scale, budget)
+        return GridDecoder(plan, charts, exemplar_shape, fields, budget)
     if kind == STRIPS:
-        if not all(field.is_identity for field in fields):
+        if not all(field is not None and field.is_identity for field in fields):
             raise plan.error("plan has strips where charts have warp fields")
-        return StripDecoder(plan, charts, exemplar_shape, scale, budget)
-    return ListDecoder(plan, charts, exemplar_shape, fields, scale, budget, fine=kind == FINE_LIST)
+        return StripDecoder(plan, charts, exemplar_shape, budget)
+    return ListDecoder(plan, charts, exemplar_shape, fields, budget, fine=kind == FINE_LIST)

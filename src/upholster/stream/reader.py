@@ -9,26 +9,28 @@ from upholster.limits import Limits
 from upholster.quilt import Chart, Quilt, Texels
 from upholster.quilt.materials import paint_map
 from upholster.quilt.placement import PLACEMENT
-from upholster.quilt.warp_field import WarpField
+from upholster.quilt.plans import PlacementList
 from upholster.shown import Shown, on_a_line
 from upholster.stream.budget import PaintBudget, check_charts, check_samples
 from upholster.stream.byte_reader import ByteReader
 from upholster.stream.chunks import Chunk, ChunkReader
-from upholster.stream.first_view import assemble, check_tiles
 from upholster.stream.layout import parse_layout
-from upholster.stream.maps import FIRST_ROLE, MAX_MAP_SAMPLES, parse_role
+from upholster.stream.maps import FIRST_ROLE, MAX_MAP_SAMPLES, MOST_SIDE, parse_role
 from upholster.stream.plan_common import PlanDecoder
 from upholster.stream.plans import open_plan
 from upholster.stream.surfaces import parse_surface
-from upholster.stream.warp_fields import parse_fields
+from upholster.stream.warp_fields import FieldDecoder
 from upholster.types import PixelArray
 
 __all__ = ["StreamDecoder", "read_stream"]
 
 # Which chunk may come after which has come; D and small letters may come anywhere behind X.
-_NEEDS = {"S": "", "L": "S", "X": "L", "D": "X", "F": "X", "Q": "X", "P": "Q", "M": "P", "R": "X", "E": "R"}
+_NEEDS = {
+    **{"S": "", "L": "S", "X": "L", "D": "X", "F": "X", "Q": "X"},
+    **{"N": "Q", "P": "Q", "M": "P", "R": "X", "E": "R"},
+}
 _LONGEST_WHOLE = {"S": 2**26, "L": 2**24, "X": 2**12, "F": 2**23, "Q": 2**23, "R": 2**12}
-_ANY_NUMBER = "DRE"
+_ANY_NUMBER = "DNPMRE"
 
 _CAUTION = 64
 """Coefficients that a byte hardly ever tells of: near a limit in coefficients bytes are taken one by one."""
@@ -65,8 +67,7 @@ class StreamDecoder(Shown):
         self._fed: ImageDecoder | None = None  # that the current chunk E is of
         self._share: float | None = None
         self._held = bytearray()  # of the exemplar, beyond that share
-        self._scale = 0
-        self._fields: tuple[WarpField, ...] = ()
+        self._fields: FieldDecoder | None = None
         self._whole = bytearray()
         self._seen = ""
         self._failure: str | None = None
@@ -119,7 +120,7 @@ class StreamDecoder(Shown):
 
     @property
     def charts_known(self) -> int:
-        """How many charts have their placements; the others repeat the exemplar."""
+        """How many charts have their placements; the others show the exemplar's mean."""
         return 0 if self._placements is None else self._placements.charts_known()
 
     @property
@@ -187,7 +188,7 @@ class StreamDecoder(Shown):
         self._feed_exemplar(b"")
 
     def quilt(self) -> Quilt:
-        """Return the quilt as far as it has come; charts without placements repeat the exemplar, mirrored.
+        """Return the quilt as far as it has come; charts that have not come have no placements.
 
         Raises
         ------
@@ -197,9 +198,8 @@ class StreamDecoder(Shown):
         image = self._ready()
         shape = image.header.height, image.header.width
         if self._placements is None:
-            quilt = assemble(
-                self.charts, shape, np.zeros(0, PLACEMENT), np.zeros(0, np.uint8), (), scale=self._scale
-            )
+            plan = PlacementList(np.zeros(0, PLACEMENT), np.zeros(0, np.uint8))
+            quilt = Quilt(self.charts, shape, plan)
         else:
             quilt = self._placements.quilt()
         return quilt.on(self.surface)
@@ -250,6 +250,8 @@ class StreamDecoder(Shown):
                 self._feed_exemplar(part)
             elif tag == "E":
                 self._feed_map(chunk, part)
+            elif tag == "N" and self._placements is not None:
+                self._feed_nodes(part)
             elif tag == "P" and self._placements is not None:
                 self._placements.feed_sources(part)
             elif tag == "M" and self._placements is not None:
@@ -283,6 +285,13 @@ class StreamDecoder(Shown):
             place += size
         del self._held[:place]
 
+    def _feed_nodes(self, part: bytes) -> None:
+        if self._fields is None:
+            raise FormatError("nodes come without warp fields")
+        self._fields.feed(part)
+        if self._placements is not None:
+            self._placements.go_on()
+
     def _check_order(self, chunk: Chunk) -> None:
         tag = chunk.tag
         if tag not in _ANY_NUMBER and tag in self._seen:
@@ -302,7 +311,7 @@ class StreamDecoder(Shown):
         if tag == "S":
             self.surface = parse_surface(fields, self._limits)
         elif tag == "L" and self.surface is not None:
-            self.charts, self._scale = parse_layout(fields, self.surface)
+            self.charts = parse_layout(fields, self.surface)
             check_charts(self.charts, self._limits)
         elif tag == "X":
             header = ImageHeader.parse(data, offset=offset)
@@ -312,7 +321,11 @@ class StreamDecoder(Shown):
                 )
             if header.channels > 4:
                 raise FormatError(f"byte {offset}: exemplar has {header.channels} channels; allowed: 1 to 4")
-            check_tiles(self.charts, (header.height, header.width), self._scale)
+            if max(header.height, header.width) > MOST_SIDE:
+                raise FormatError(
+                    f"byte {offset}: exemplar is {header.width}×{header.height}; "
+                    f"allowed: 1 to {MOST_SIDE} each way"
+                )
             if self._reader.view != offset + len(data) + 4:
                 raise FormatError(
                     f"byte {offset}: first view ends here; the file says at {self._reader.view}"
@@ -320,13 +333,16 @@ class StreamDecoder(Shown):
             check_samples([header], self._limits)
             self._image = self._maps[FIRST_ROLE] = ImageDecoder(header)
         elif tag == "F":
-            self._fields = parse_fields(fields, self.charts)
+            self._fields = FieldDecoder(fields, self.charts)
         elif tag == "R":
             self._add_map(data, offset)
         elif self._image is not None:
             shape = self._image.header.height, self._image.header.width
+            told = () if self._fields is None else self._fields.fields
             budget = PaintBudget(self.charts, self._limits)
-            self._placements = open_plan(fields, self.charts, shape, self._fields, self._scale, budget)
+            self._placements = open_plan(fields, self.charts, shape, told, budget)
+            if self._fields is not None:
+                self._fields.in_order(self._placements.order)
 
     def _add_map(self, data: bytes, offset: int) -> None:
         role, start = parse_role(data, offset, list(self._maps))
@@ -381,7 +397,7 @@ class StreamDecoder(Shown):
         placements = self._placements
         if not placements.complete:
             raise FormatError(f"byte {self.received}: file ends before its placements do")
-        if placements.unread:
+        if placements.unread or (self._fields is not None and self._fields.unread):
             raise FormatError(f"byte {self.received}: {placements.unread} bytes of placements mean nothing")
 
 

@@ -15,9 +15,16 @@ from upholster.stream._list_kernels import CELL_COUNTERS
 from upholster.stream.budget import PaintBudget, strips_work
 from upholster.stream.byte_reader import ByteReader, varint
 from upholster.stream.coder import BitReader, BitWriter
-from upholster.stream.first_view import assemble
 from upholster.stream.list_plan import MaskRun, decode_cells, encode_cells
-from upholster.stream.plan_common import BATCH, MAX_CELLS, MAX_PLACEMENTS, STRIPS, grown
+from upholster.stream.plan_common import (
+    BATCH,
+    MAX_CELLS,
+    MAX_PLACEMENTS,
+    STRIPS,
+    PlanCode,
+    grown,
+    known_part,
+)
 
 __all__ = ["StripDecoder", "encode_strips"]
 
@@ -26,11 +33,12 @@ MOST_BLOCK, MOST_STRIPS, MOST_FEATHER = 256, 4 * 65_536, 16
 _OPPOSED, _PARTIAL = 16, 32
 
 
-def encode_strips(plan: StripPlan) -> tuple[bytes, bytes, bytes]:
-    """Encode a strip plan; return plan, sources and masks."""
+def encode_strips(plan: StripPlan) -> PlanCode:
+    """Encode a strip plan."""
     layout, chosen = plan.layout, np.array(plan.chosen, np.int32)
     writer = BitWriter(kernels.SOURCE_COUNTERS, 4)
     modes = np.zeros(len(chosen), np.uint8)
+    ends = []
     for (start, across, strip), (end, _, _) in pairwise(layout.runs.tolist()):
         writer.room(64 * (end - start) + 64)
         kernels.code_sources(
@@ -42,8 +50,11 @@ def encode_strips(plan: StripPlan) -> tuple[bytes, bytes, bytes]:
             _candidates(layout, strip),
             True,
         )
+        ends.append(writer.length)
     masks = encode_cells(plan.masks, _mask_runs(layout))
-    return bytes([STRIPS]) + _layout_bytes(layout), writer.finish(), masks
+    head, order = bytes([STRIPS]) + _layout_bytes(layout), range(len(layout.charts))
+    # A chart's blocks are there before those of any strip, and all masks come at the end.
+    return PlanCode.of(head, writer.finish(), masks, order, ends[: len(order)], [0] * len(order))
 
 
 def _candidates(layout: StripLayout, strip: int) -> kernels.CandidateGrid:
@@ -129,8 +140,6 @@ class StripDecoder:
         The plan's bytes behind its kind.
     charts, exemplar_shape
         As in `Quilt`.
-    scale
-        Scale of charts that are not known yet, see `upholster.stream.first_view`.
     budget
         What painting may cost.
 
@@ -145,10 +154,9 @@ class StripDecoder:
         plan: ByteReader,
         charts: tuple[Chart, ...],
         exemplar_shape: tuple[int, int],
-        scale: int,
         budget: PaintBudget,
     ) -> None:
-        self.scale = scale
+        self.order = list(range(len(charts)))
         self.layout = _parse_layout(plan, charts, exemplar_shape)
         self.total, self.total_cells = self.layout.count, int(self.layout.mask_starts[-1])
         # Each cell is stored for both charts.
@@ -210,6 +218,9 @@ class StripDecoder:
                 return
             run += known == end
 
+    def go_on(self) -> None:
+        """Do nothing: charts with strips have no warp fields."""
+
     def feed_masks(self, data: bytes) -> None:
         """Take further bytes of the masks; all sources must be known.
 
@@ -233,8 +244,7 @@ class StripDecoder:
     def quilt(self) -> Quilt:
         """Return the quilt as far as it is known.
 
-        Charts that are not known yet repeat the exemplar, mirrored at its borders. Edge blocks are there as
-        soon as their masks are.
+        Charts that are not known yet have no placements. Edge blocks are there as soon as their masks are.
         """
         layout, cells = self.layout, self._cells[: self.known_cells].copy()
         if self.complete:
@@ -243,6 +253,4 @@ class StripDecoder:
         charts = self.charts_known()
         placed, windows = layout.assemble(self._chosen, cells, charts)
         identity = (WarpField.identity(),) * len(layout.charts)
-        return assemble(
-            layout.charts, layout.exemplar_shape, placed, windows, range(charts), identity, self.scale
-        )
+        return known_part(layout.charts, layout.exemplar_shape, placed, windows, range(charts), identity)

@@ -1,6 +1,7 @@
 """The chunk of warp fields: how texels lie over the exemplar, chart after chart (SPEC.md, "warp fields")."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,7 +13,7 @@ from upholster.stream import _node_kernels as kernels
 from upholster.stream.byte_reader import ByteReader, varint
 from upholster.stream.coder import BitReader, BitWriter
 
-__all__ = ["MAX_NODES", "pack_fields", "parse_fields"]
+__all__ = ["MAX_NODES", "FieldCode", "FieldDecoder", "pack_fields"]
 
 MAX_NODES = 2**21
 """Nodes over all charts."""
@@ -22,8 +23,27 @@ _LIMITS = np.array([OCTAVE * MOST_OCTAVES, OCTAVE * MOST_OCTAVES, 0, MOST_SHEAR]
 _PLAIN, _COVERING, _SHAPED = 0, 1, 2
 
 
-def pack_fields(fields: Sequence[WarpField], charts: Sequence[Chart]) -> bytes:
-    """Return the charts' warp fields as bytes.
+@dataclass(frozen=True, slots=True)
+class FieldCode:
+    """Warp fields as bytes.
+
+    Attributes
+    ----------
+    head
+        What is told of the nodes' grids.
+    nodes
+        The nodes, chart after chart.
+    ends
+        How many bytes of `nodes` tell the charts' up to each one, in the order in which they are coded.
+    """
+
+    head: bytes
+    nodes: bytes
+    ends: tuple[int, ...]
+
+
+def pack_fields(fields: Sequence[WarpField], charts: Sequence[Chart], order: Sequence[int]) -> FieldCode:
+    """Return the charts' warp fields as bytes, their nodes in the given order of charts.
 
     Raises
     ------
@@ -50,67 +70,113 @@ def pack_fields(fields: Sequence[WarpField], charts: Sequence[Chart]) -> bytes:
         raise InputError(f"fields have {total} nodes; allowed: {MAX_NODES} in a stream")
     alike = kinds[0] if len(set(kinds)) == 1 else 3
     writer = BitWriter(kernels.NODE_COUNTERS, kernels.NODE_INPUTS)
-    first = np.zeros(4, np.int16)
-    for field in fields:
-        if not field.is_identity:
-            writer.room(16 * field.nodes.size + 64)
-            nodes = np.array(field.nodes)
-            kernels.code_nodes(writer.coder, nodes, first, _LIMITS, True)
+    first, ends = np.zeros(4, np.int16), []
+    for n in order:
+        if not fields[n].is_identity:
+            nodes = np.array(fields[n].nodes)
+            writer.room(16 * nodes.size + 64)
+            kernels.code_nodes(writer.coder, nodes, np.zeros_like(nodes), first, _LIMITS, 0, True)
             first = nodes[0, 0].copy()
+        ends.append(writer.length)
     told = bytes([alike, margin]) + (bytes(kinds) if alike == 3 else b"")
-    return told + bytes(head) + writer.finish()
+    coded = writer.finish()
+    return FieldCode(told + bytes(head), coded, (*(min(end, len(coded)) for end in ends[:-1]), len(coded)))
 
 
-def parse_fields(fields: ByteReader, charts: Sequence[Chart]) -> tuple[WarpField, ...]:
-    """Read the charts' warp fields back.
+class FieldDecoder:
+    """Decodes the nodes of warp fields as their bytes arrive, chart after chart.
+
+    Attributes
+    ----------
+    fields
+        Per chart its field; None while its nodes are not known.
+
+    Parameters
+    ----------
+    head
+        What is told of the nodes' grids.
+    charts
+        The layout.
 
     Raises
     ------
     FormatError
-        If they are malformed or outside what is allowed.
+        If it is malformed or outside what is allowed.
     """
-    alike = fields.byte("kinds of fields", 3)
-    margin = fields.byte("margin of the fields", _MOST_MARGIN)
-    kinds = [fields.byte("kind of a field", _SHAPED) if alike == 3 else alike for _ in charts]
-    shapes: list[tuple[int, int, int] | None] = []
-    total = 0
-    for kind, chart in zip(kinds, charts, strict=True):
-        if kind == _PLAIN:
-            shapes.append(None)
-            continue
-        if kind == _COVERING:
-            told = (margin, *_covering(chart, margin))
-        else:
-            told = (
-                fields.varint("margin of a field", _MOST_MARGIN),
-                fields.varint("rows of nodes", _MOST_SIDE, 1),
-                fields.varint("columns of nodes", _MOST_SIDE, 1),
+
+    def __init__(self, head: ByteReader, charts: Sequence[Chart]) -> None:
+        alike = head.byte("kinds of fields", 3)
+        margin = head.byte("margin of the fields", _MOST_MARGIN)
+        kinds = [head.byte("kind of a field", _SHAPED) if alike == 3 else alike for _ in charts]
+        self.fields: list[WarpField | None] = []
+        self._shapes: list[tuple[int, int, int]] = []
+        total = 0
+        for kind, chart in zip(kinds, charts, strict=True):
+            told = (0, 0, 0)
+            if kind == _COVERING:
+                told = (margin, *_covering(chart, margin))
+            elif kind == _SHAPED:
+                told = (
+                    head.varint("margin of a field", _MOST_MARGIN),
+                    head.varint("rows of nodes", _MOST_SIDE, 1),
+                    head.varint("columns of nodes", _MOST_SIDE, 1),
+                )
+            total += told[1] * told[2]
+            self._shapes.append(told)
+            self.fields.append(WarpField.identity() if kind == _PLAIN else None)
+        if total > MAX_NODES:
+            raise head.error(f"fields have {total} nodes; allowed: {MAX_NODES}")
+        head.end("head of the fields")
+        self._reader = BitReader(kernels.NODE_COUNTERS, kernels.NODE_INPUTS)
+        self._waiting = [n for n, field in enumerate(self.fields) if field is None]
+        self._first = np.zeros(4, np.int16)
+        self._done = 0
+        self._begin()
+
+    @property
+    def unread(self) -> int:
+        """Bytes that came and that no symbol needed."""
+        return self._reader.unread
+
+    @property
+    def complete(self) -> bool:
+        """Whether every field is known."""
+        return not self._waiting
+
+    def in_order(self, order: Sequence[int]) -> None:
+        """Take the order in which the charts' nodes come, before any byte of theirs."""
+        self._waiting = [n for n in order if self.fields[n] is None]
+        self._begin()
+
+    def feed(self, data: bytes) -> None:
+        """Take further bytes of the nodes.
+
+        Raises
+        ------
+        FormatError
+            If a node is out of range.
+        """
+        self._reader.feed(data)
+        while self._waiting:
+            nodes = self._nodes
+            done = kernels.code_nodes(
+                self._reader.coder, nodes, self._left, self._first, _LIMITS, self._done, False
             )
-        total += told[1] * told[2]
-        shapes.append(told)
-    if total > MAX_NODES:
-        raise fields.error(f"fields have {total} nodes; allowed: {MAX_NODES}")
-    coded = fields.offset
-    reader = BitReader(kernels.NODE_COUNTERS, kernels.NODE_INPUTS)
-    reader.feed(fields.bytes(fields.left, "nodes"))
-    first = np.zeros(4, np.int16)
-    found: list[WarpField] = []
-    for shape in shapes:
-        if shape is None:
-            found.append(WarpField.identity())
-            continue
-        nodes: NDArray[np.int16] = np.zeros((*shape[1:], 4), np.int16)
-        done = kernels.code_nodes(reader.coder, nodes, first, _LIMITS, False)
-        if done <= 0:
-            raise FormatError(
-                f"byte {coded}: "
-                + ("a field's node is out of range" if done else "nodes of a field are missing")
-            )
-        first = nodes[0, 0].copy()
-        found.append(WarpField(nodes, shape[0]))
-    if reader.unread:
-        raise FormatError(f"byte {coded}: {reader.unread} bytes too many in the fields")
-    return tuple(found)
+            if done < 0:
+                raise FormatError("a field's node is out of range")
+            self._done = done
+            if done < nodes.size:
+                return
+            n = self._waiting.pop(0)
+            self.fields[n] = WarpField(nodes, self._shapes[n][0])
+            self._first = nodes[0, 0].copy()
+            self._begin()
+
+    def _begin(self) -> None:
+        shape = self._shapes[self._waiting[0]][1:] if self._waiting else (0, 0)
+        self._nodes: NDArray[np.int16] = np.zeros((*shape, 4), np.int16)
+        self._left = np.zeros_like(self._nodes)
+        self._done = 0
 
 
 def _covering(chart: Chart, margin: int) -> tuple[int, int]:

@@ -1,19 +1,27 @@
 """Writing a stream: what is needed first comes first."""
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from upholster.codec import encode_parts
 from upholster.errors import InputError, check_whole
 from upholster.geometry import MeshSurface, Surface, SurfaceLike, as_surface
 from upholster.quilt import Chart, Quilt
 from upholster.quilt.painting import check_painted
-from upholster.quilt.warp_field import WarpField
+from upholster.stream.byte_reader import ByteReader
 from upholster.stream.chunks import assembled, pack_chunk
-from upholster.stream.first_view import check_tiles, scale_of
 from upholster.stream.layout import pack_layout
-from upholster.stream.maps import MAX_MAP_SAMPLES, check_roles, interleaved, pack_role
-from upholster.stream.plans import encode_plan
+from upholster.stream.maps import MAX_MAP_SAMPLES, MOST_SIDE, check_roles, interleaved, pack_role
+from upholster.stream.order import (
+    chart_parts,
+    mask_parts,
+    ordered,
+    sample_errors,
+    sample_parts,
+    split_sample,
+)
+from upholster.stream.plan_common import PlanCode
+from upholster.stream.plans import encode_plan, open_plan
 from upholster.stream.surfaces import pack_surface
 from upholster.stream.warp_fields import pack_fields
 from upholster.types import PixelArray
@@ -87,9 +95,7 @@ def encode_stream(
         raise InputError(f"maps are a {type(maps).__name__}; allowed: arrays by role")
     maps = {role: check_painted(quilt, image) for role, image in maps.items()}
     _check_maps(quilt, exemplar, maps)
-    layout = check_layout(surface, quilt.charts, quilt.fields, quilt.exemplar_shape)
-    bent = not all(field.is_identity for field in quilt.fields)
-    fields = [pack_chunk("F", pack_fields(quilt.fields, quilt.charts))] if bent else []
+    layout = check_layout(surface, quilt.charts, quilt.exemplar_shape)
     image_header, payload = encode_parts(
         exemplar,
         wavelet=wavelet,
@@ -101,44 +107,69 @@ def encode_stream(
         role: encode_parts(image, wavelet=wavelet, levels=levels, lossless=lossless)
         for role, image in maps.items()
     }
-    streams = {role: stream for role, (_, stream) in coded.items()}
-    plan, sources, masks = encode_plan(quilt)
     head = [
         pack_chunk("S", pack_surface(surface, quilt.charts)),
         pack_chunk("L", layout),
         pack_chunk("X", image_header),
     ]
-    rest = [*fields, pack_chunk("Q", plan), pack_chunk("P", sources)]
-    rest += [pack_chunk("M", masks)] if masks else []
-    rest += [pack_chunk("R", pack_role(role, header)) for role, (header, _) in coded.items()]
-    if most_bytes is not None:
-        # Chunks of maps have at most 10 bytes round their payload, and the header at most 14.
-        round_parts = 14 + 10 * (1 + len(interleaved(payload, streams)))
-        room = most_bytes - round_parts - sum(len(chunk) for chunk in head + rest)
-        if room < 0:
-            raise InputError(
-                f"most_bytes is {most_bytes}; allowed: {most_bytes - room} or more for this quilt"
-            )
-        # Every map gets its share.
-        share = min(1.0, room / max(1, len(payload) + sum(map(len, streams.values()))))
-        payload = payload[: int(len(payload) * share)] if streams else payload[:room]
-        streams = {role: stream[: int(len(stream) * share)] for role, stream in streams.items()}
-    start = [pack_chunk("D", payload[:first_part])] if payload[:first_part] else []
-    return assembled(head, [*start, *rest, *interleaved(payload[first_part:], streams)])
+    plan = encode_plan(quilt)
+    bent = not all(field.is_identity for field in quilt.fields)
+    fields = pack_fields(quilt.fields, quilt.charts, plan.order) if bent else None
+    told = [] if fields is None else [pack_chunk("F", fields.head)]
+    told += [pack_chunk("Q", plan.plan)]
+    told += [pack_chunk("R", pack_role(role, header)) for role, (header, _) in coded.items()]
+    charts, masks = chart_parts(quilt, plan, fields), mask_parts(quilt, _straight(quilt, plan), plan)
+    streams = {role: stream for role, (_, stream) in coded.items()}
+
+    def whole(payload: bytes, streams: Mapping[str, bytes]) -> bytes:
+        start = payload[:first_part]
+        turns = interleaved(payload, streams, len(start)) if streams else split_sample(payload, len(start))
+        errors = sample_errors(image_header, payload, [len(start), *(reached for reached, _ in turns)])
+        rest = ordered(charts, masks, sample_parts(turns), errors, len(start))
+        return assembled(head, [*([pack_chunk("D", start)] if start else []), *told, *rest])
+
+    if most_bytes is None:
+        return whole(payload, streams)
+    least = len(whole(b"", {}))
+    if most_bytes < least:
+        raise InputError(f"most_bytes is {most_bytes}; allowed: {least} or more for this quilt")
+    return _within(whole, payload, streams, most_bytes)
+
+
+def _within(
+    whole: Callable[[bytes, Mapping[str, bytes]], bytes],
+    payload: bytes,
+    streams: Mapping[str, bytes],
+    most_bytes: int,
+) -> bytes:
+    # A stream of at most so many bytes, in which every map has its share.
+    most = sum(map(len, [payload, *streams.values()]))
+    keep = min(most, most_bytes)
+    while True:
+        share = keep / max(1, most)
+        parts = {role: stream[: int(len(stream) * share)] for role, stream in streams.items()}
+        data = whole(payload[: keep - sum(map(len, parts.values()))], parts)
+        if len(data) <= most_bytes or keep == 0:
+            return data
+        keep = max(0, keep - max(1, len(data) - most_bytes))
+
+
+def _straight(quilt: Quilt, plan: PlanCode) -> Quilt:
+    # The quilt as a decoder has it before the masks come.
+    decoder = open_plan(ByteReader(plan.plan), quilt.charts, quilt.exemplar_shape, quilt.fields)
+    decoder.feed_sources(plan.sources)
+    return decoder.quilt()
 
 
 def check_layout(
-    surface: Surface | MeshSurface,
-    charts: Sequence[Chart],
-    fields: Sequence[WarpField],
-    exemplar_shape: tuple[int, int],
+    surface: Surface | MeshSurface, charts: Sequence[Chart], exemplar_shape: tuple[int, int]
 ) -> bytes:
     """Check that a stream can hold a layout, before anything is made for it; return its chunk's payload.
 
     Parameters
     ----------
-    surface, charts, fields
-        What the layout chunk tells, with the scale of the first view.
+    surface, charts
+        What the layout chunk tells.
     exemplar_shape
         (height, width) in pixels.
 
@@ -147,9 +178,12 @@ def check_layout(
     InputError
         If it is beyond the format's limits (SPEC.md, "Limits").
     """
-    scale = scale_of(fields, charts, exemplar_shape)
-    check_tiles(charts, exemplar_shape, scale)
-    return pack_layout(charts, surface, scale)
+    if not all(1 <= side <= MOST_SIDE for side in exemplar_shape):
+        raise InputError(
+            f"exemplar is {exemplar_shape[1]}×{exemplar_shape[0]}; "
+            f"allowed: 1 to {MOST_SIDE} each way in a stream"
+        )
+    return pack_layout(charts, surface)
 
 
 def _check_maps(quilt: Quilt, exemplar: PixelArray, maps: Mapping[str, PixelArray]) -> None:

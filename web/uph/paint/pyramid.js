@@ -20,6 +20,11 @@ export class MapPyramid {
     this.levels = [] // by symmetry
   }
 
+  /** The mean of its pixels. */
+  get mean() {
+    return (this.average ??= meanOf(this.picture))
+  }
+
   /** A level as painting reads it: its picture, and `samples` with room for a row more. */
   level(number, symmetry) {
     const key = this.isNormal ? symmetry : 0
@@ -27,6 +32,17 @@ export class MapPyramid {
     while (levels.length <= number) levels.push(withSamples(halve(levels.at(-1))))
     return levels[number]
   }
+}
+
+function meanOf({ channels, data }) {
+  const count = data.length / channels
+  const out = new data.constructor(channels)
+  for (let k = 0; k < channels; k++) {
+    let sum = 0
+    for (let n = k; n < data.length; n += channels) sum += data[n]
+    out[k] = data instanceof Float32Array ? sum / count : Math.floor((2 * sum + count) / (2 * count))
+  }
+  return out
 }
 
 /** 8-bit samples are packed: two words a pixel of two samples each, red and blue, green and alpha. */

@@ -60,6 +60,12 @@ export class MaskFrame {
     return [top + i * maskCell, bottom, left + j * maskCell, right]
   }
 
+  /** Take over the cells of the window. */
+  putCells(cells) {
+    let from = 0
+    this.forEach((at) => (this.cells[at] = cells[from++]))
+  }
+
   /** Write the cells of the window to out[to] and so on. */
   copyCells(out, to) {
     const { rows, columns } = this.block.window

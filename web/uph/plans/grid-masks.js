@@ -3,6 +3,7 @@
 import { BitDecoder } from '../bits.js'
 import { BESIDE_COVERED, Coverage, MaskFrame, NEAR_BARE } from './coverage.js'
 import { topLeft } from './placement.js'
+import { BEYOND_LINKED, NEW_THERE, NOT_LINKED, OLD_THERE, cutStraight } from './straight.js'
 
 // Where counters by shape, by place and by distances begin, and the one that says that a mask is irregular.
 const BY_PLACE = 8192
@@ -11,12 +12,6 @@ const IRREGULAR = BY_DISTANCE + 8192
 const IRREGULAR_MIXER = 64
 const LIMIT = 400
 
-// What a transferred block's cell shows of the block that it comes from: beyond it, old, new; or nothing is known.
-const BEYOND_LINKED = 0
-const OLD_THERE = 1
-const NEW_THERE = 2
-const NOT_LINKED = 3
-
 /** A decoder of the bits of such masks. */
 export function gridMaskBits() {
   const bits = new BitDecoder(IRREGULAR + 1, IRREGULAR_MIXER + 1, 24030)
@@ -24,11 +19,38 @@ export function gridMaskBits() {
   return bits
 }
 
+/**
+ * The cells of the masks of a chart's grids: what `known(block)` gives, else straight cuts; null for blocks without a
+ * mask. `cellsOf` gives the cells of the blocks that transferred ones come from.
+ */
+export function straightCells(plan, places, coverage, known, cellsOf) {
+  const { blocks, starts, grids } = plan
+  const found = []
+  const here = new Map() // cells of blocks of these grids
+  const cellsHere = (block) => here.get(block) ?? cellsOf(block)
+  for (const place of places) {
+    const firstOwn = starts[place] + grids[place].transferred
+    for (let n = starts[place]; n < starts[place + 1]; n++) {
+      const block = blocks[n]
+      if (!block.cut) {
+        coverage.addRectangle(block)
+        found.push(null)
+        continue
+      }
+      const shows = (i, j) => shownOfLinked(blocks[block.link], block, i, j, cellsHere)
+      found.push(cutStraight(coverage, block, { isOwn: n >= firstOwn, known: known(block), shows }))
+      here.set(block, found.at(-1))
+    }
+  }
+  return found
+}
+
 /** Decode the masks of all blocks of a plan, grid after grid; waits where bytes are missing. */
 export function* decodeGridMasks(plan) {
   const { blocks, starts, charts, changed } = plan
   let coverage
   for (const [place, { chart, transferred }] of plan.grids.entries()) {
+    plan.maskChart = chart
     if (plan.grids[place - 1]?.chart !== chart) coverage = new Coverage(charts[chart])
     const firstOwn = starts[place] + transferred
     for (let n = starts[place]; n < starts[place + 1]; n++) {
@@ -54,6 +76,7 @@ function* decodeMask(plan, frame, isOwn) {
   const { masks } = plan
   const { input } = masks
   const { block, cells, classes, under, stride } = frame
+  const knownCells = ({ firstCell }) => plan.cells.subarray(firstCell)
   const { top, left, rows, columns } = block.window
   let irregular = 0
   if (isOwn) {
@@ -71,7 +94,7 @@ function* decodeMask(plan, frame, isOwn) {
       const north = at - stride
       const near = cells[at - 1] + 2 * cells[north] + 4 * cells[north - 1] + 8 * cells[north + 1]
       const around = near + 16 * cells[at - 2] + 32 * cells[north - stride] + 64 * cells[north + 2]
-      const shown = isOwn ? block.agrees : shownOfLinked(plan, block, i, j)
+      const shown = isOwn ? block.agrees : shownOfLinked(plan.blocks[block.link], block, i, j, knownCells)
       input[0] = ((kind * 128 + around) * 8 + newBehind(classes, at, stride)) * 4 + shown
       input[1] = BY_PLACE + ((kind * 1024 + Math.min(i, 31) * 32 + Math.min(j, 31)) * 4 + (near & 3)) * 4 + shown
       const distances = openCells(classes, at, 1, frame.columns - 1 - j) * 8
@@ -99,10 +122,9 @@ function openCells(classes, at, step, most) {
   return count
 }
 
-/** What the block that a transferred one comes from shows at the middle of cell (i, j). */
-function shownOfLinked({ blocks, cells }, block, i, j) {
-  if (block.link < 0) return NOT_LINKED
-  const linked = blocks[block.link]
+/** What the block that a transferred one comes from, if any, shows at the middle of cell (i, j). */
+function shownOfLinked(linked, block, i, j, cellsOf) {
+  if (!linked) return NOT_LINKED
   const { maskCell, matrix } = block
   const [top, left] = topLeft(block)
   const down = 2 * (top + i * maskCell - block.row) + maskCell - 1
@@ -117,13 +139,13 @@ function shownOfLinked({ blocks, cells }, block, i, j) {
   const row = Math.floor((d * y - b * x + area) / (2 * area)) + (linked.height >> 1)
   const column = Math.floor((a * x - c * y + area) / (2 * area)) + (linked.width >> 1)
   if (row < 0 || column < 0 || row >= linked.height || column >= linked.width) return BEYOND_LINKED
-  return !linked.cut || cellAt(linked, cells, row, column) ? NEW_THERE : OLD_THERE
+  return !linked.cut || cellAt(linked, cellsOf(linked), row, column) ? NEW_THERE : OLD_THERE
 }
 
 /** The cell of a block at one of its texels; those beyond its window are new. */
-function cellAt({ maskCell, window, firstCell }, cells, row, column) {
+function cellAt({ maskCell, window }, cells, row, column) {
   const i = Math.floor(row / maskCell) - window.top
   const j = Math.floor(column / maskCell) - window.left
   if (i < 0 || j < 0 || i >= window.rows || j >= window.columns) return 1
-  return cells[firstCell + i * window.columns + j]
+  return cells[i * window.columns + j]
 }

@@ -1,7 +1,8 @@
 /** Grid plans (method "quilt") [4, 5.5]: on each chart the blocks transferred to it, then its own, on a grid. */
 
 import { ceilDivide, clamp, fromZigzag, range } from '../numbers.js'
-import { decodeGridMasks, gridMaskBits } from './grid-masks.js'
+import { Coverage } from './coverage.js'
+import { decodeGridMasks, gridMaskBits, straightCells } from './grid-masks.js'
 import { LIMIT, ONE_MIXER, SKIP, gridBits } from './grid-model.js'
 import { OwnBlockDecoder } from './grid-own.js'
 import { TransferDecoder } from './grid-transfers.js'
@@ -47,6 +48,7 @@ export class GridPlan extends Plan {
     this.grids.forEach(({ chart }, n) => ((this.gridsOf[chart] ??= [n, n])[1] = n + 1))
     this.starts = [0] // per grid: its first block
     for (const { blocks } of this.grids) this.starts.push(this.starts.at(-1) + blocks)
+    this.order = [...new Set(this.grids.map(({ chart }) => chart))]
     this.total = this.starts.at(-1)
     this.totalCells = 0
     this.blocks = []
@@ -54,7 +56,7 @@ export class GridPlan extends Plan {
     this.transfers = new TransferDecoder(this)
     this.own = new OwnBlockDecoder(this)
     this.sourceSteps = this.#decodeSources()
-    this.sourceSteps.next()
+    this.goOn()
   }
 
   get known() {
@@ -121,7 +123,9 @@ export class GridPlan extends Plan {
   // ---------------------------------------------------------------- sources
 
   *#decodeSources() {
+    let coverage
     for (const [place, grid] of this.grids.entries()) {
+      while (!this.fields[grid.chart]) yield
       const table = new BlockTable(grid)
       for (let t = 0; t < grid.transferred; t++) {
         const block = yield* this.transfers.decode(place)
@@ -130,6 +134,9 @@ export class GridPlan extends Plan {
       }
       yield* this.#decodeOwnBlocks(grid, table)
       this.#checkBlocks(place, grid.chart)
+      if (this.grids[place - 1]?.chart !== grid.chart) coverage = new Coverage(this.charts[grid.chart])
+      const cells = straightCells(this, [place], coverage, () => null, ({ straight }) => straight)
+      cells.forEach((one, n) => (this.blocks[this.starts[place] + n].straight = one))
       if (this.grids[place + 1]?.chart !== grid.chart) this.markKnown(grid.chart)
     }
   }
@@ -186,14 +193,26 @@ export class GridPlan extends Plan {
     return decodeGridMasks(this)
   }
 
-  /** The placements of a chart whose sources have come, in painting order; a mask that has not come is left out. */
+  isEmpty(chart) {
+    const [first, end] = this.gridsOf[chart]
+    return this.starts[first] === this.starts[end]
+  }
+
+  /** The placements of a chart whose sources have come, in painting order; masks that have not come are cut straight. */
   placements(chart) {
     const [first, end] = this.gridsOf[chart]
-    return this.blocks.slice(this.starts[first], this.starts[end]).map((block) => {
-      const lastCell = block.firstCell + block.cellCount
-      if (!block.cut || lastCell > this.knownCells) return { ...block, mask: MASK_NONE }
-      return { ...block, mask: MASK_CUT, cells: this.cells.subarray(block.firstCell, lastCell) }
-    })
+    const blocks = this.blocks.slice(this.starts[first], this.starts[end])
+    const known = ({ firstCell, cellCount }) =>
+      firstCell + cellCount > this.knownCells ? null : this.cells.subarray(firstCell, firstCell + cellCount)
+    let cells = blocks.map((block) => block.cut && (known(block) ?? block.straight))
+    if (chart === this.maskChart && blocks.some((block) => block.cut && known(block))) {
+      // Some of its masks have come: the others are cut by what those cover.
+      const places = range(end - first).map((n) => first + n)
+      cells = straightCells(this, places, new Coverage(this.charts[chart]), known, known)
+    }
+    return blocks.map((block, n) =>
+      block.cut ? { ...block, mask: MASK_CUT, cells: cells[n] } : { ...block, mask: MASK_NONE },
+    )
   }
 }
 

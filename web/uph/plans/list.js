@@ -2,10 +2,11 @@
 
 import { BitDecoder } from '../bits.js'
 import { decodeMask, maskBits } from '../masks.js'
+import { range } from '../numbers.js'
+import { Coverage } from './coverage.js'
 import { INTEGER_COUNTERS, INTEGER_MIXERS, decodeInteger } from './integers.js'
 import {
   MASK_CUT,
-  MASK_NONE,
   MAX_MASK_CELLS,
   MAX_MATRIX,
   MAX_PLACEMENTS,
@@ -13,6 +14,7 @@ import {
   maskWindow,
 } from './placement.js'
 import { Plan } from './plan.js'
+import { cutStraight } from './straight.js'
 
 // The numbers of a placement, in coded order; then its source, and so on.
 const NAMES = ['row', 'column', 'height', 'width', 'symmetry', 'mask', 'sides', 'ramp', 'maskCell', 'feather']
@@ -34,6 +36,7 @@ export class ListPlan extends Plan {
     this.budget = budget
     this.fields = fields
     this.isFine = isFine
+    this.order = range(charts.length)
     this.ends = [] // per chart: how many placements there are up to its last one
     this.total = 0
     for (let n = 0; n < charts.length; n++) {
@@ -48,21 +51,33 @@ export class ListPlan extends Plan {
     this.limits = this.#limits()
     this.sources = new BitDecoder(COUNT * INTEGER_COUNTERS, COUNT * INTEGER_MIXERS, 72090)
     this.sourceSteps = this.#decodeSources((what) => reader.fail(what))
-    if (!this.total) this.sourceSteps.next()
-    for (let n = 0; this.ends[n] === 0; n++) this.markKnown(n)
+    this.goOn()
   }
 
   get known() {
     return this.list.length
   }
 
-  /** The placements of a chart whose sources have come, in painting order; a mask that has not come is left out. */
+  isEmpty(chart) {
+    return this.ends[chart] === (chart ? this.ends[chart - 1] : 0)
+  }
+
+  /** The placements of a chart whose sources have come, in painting order; masks that have not come are cut straight. */
   placements(chart) {
-    return this.list.slice(chart ? this.ends[chart - 1] : 0, this.ends[chart]).map((placement) => {
-      if (placement.mask !== MASK_CUT) return placement
-      const end = placement.firstCell + placement.cellCount
-      if (end > this.knownCells) return { ...placement, mask: MASK_NONE }
-      return { ...placement, cells: this.cells.subarray(placement.firstCell, end) }
+    const list = this.list.slice(chart ? this.ends[chart - 1] : 0, this.ends[chart])
+    const known = ({ firstCell, cellCount }) =>
+      firstCell + cellCount > this.knownCells ? null : this.cells.subarray(firstCell, firstCell + cellCount)
+    const isCut = ({ mask }) => mask === MASK_CUT
+    if (list.every((placement) => !isCut(placement) || known(placement))) {
+      return list.map((placement) => (isCut(placement) ? { ...placement, cells: known(placement) } : placement))
+    }
+    const coverage = new Coverage(this.charts[chart])
+    return list.map((placement) => {
+      if (isCut(placement)) {
+        return { ...placement, cells: cutStraight(coverage, placement, { isOwn: true, known: known(placement) }) }
+      }
+      coverage.addRectangle(placement)
+      return placement
     })
   }
 
@@ -78,6 +93,7 @@ export class ListPlan extends Plan {
     let cellsEnd = 0
     for (let chart = 0; chart < charts.length; chart++) {
       while (list.length < ends[chart]) {
+        while (!fields[chart]) yield
         const n = list.length
         before = yield* this.#decodeNumbers(before, cellsEnd, fields[chart], fail)
         const placement = this.#placement(before, charts[chart])
@@ -89,7 +105,7 @@ export class ListPlan extends Plan {
         this.budget.spend(placement, charts[chart], (what) => fail(`placement ${n} ${what}`))
         list.push(placement)
       }
-      if (!this.knownCharts.has(chart)) this.markKnown(chart)
+      this.markKnown(chart)
     }
   }
 

@@ -6,7 +6,8 @@ const NO_CELLS = new Uint8Array(0)
  * A plan says how the placements of charts are arranged. One made of a payload sets `sources`, a BitDecoder,
  * `sourceSteps`, `total` placements and `totalCells` of masks, and has
  *
- * - `known`, how many placements have come; `placements(chart)`, those of a chart whose sources have come;
+ * - `order`, the charts in coded order; `known`, how many placements have come;
+ * - `placements(chart)`, those of a chart whose sources have come;
  * - `decodeMasks()`, a generator that fills `cells` and counts `knownCells`; `maskBits()`, the decoder it reads.
  */
 export class Plan {
@@ -28,6 +29,11 @@ export class Plan {
 
   feedSources(part) {
     this.sources.feed(part)
+    this.goOn()
+  }
+
+  /** Read on, as far as sources and warp fields have come. */
+  goOn() {
     this.sourceSteps.next()
   }
 
@@ -40,6 +46,11 @@ export class Plan {
     }
     this.masks.feed(part)
     this.maskSteps.next()
+  }
+
+  /** Whether a chart whose sources have come has no placements. */
+  isEmpty() {
+    return false
   }
 
   markKnown(chart) {

@@ -48,6 +48,7 @@ export class StripPlan extends Plan {
     this.blocks = new Blocks(block, overlap, tile, exemplar)
     this.strips = this.#parseStrips(reader, most, exemplar)
     reader.end('plan')
+    this.order = range(charts.length)
     this.#countBlocks(reader)
     const fail = (what) => reader.fail(what)
     budget.checkCells(this.totalCells, fail)

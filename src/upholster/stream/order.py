@@ -1,0 +1,175 @@
+"""The order of a stream's parts: at each byte what takes most of the error away that is left.
+
+The head and a coarse sample come first. Then follow three queues, each in its own order: charts with warp
+fields and sources, the masks (when all charts are there), and the rest of the sample. The next part is always
+the one that gains most a byte. What a part gains is estimated from variances; a decoder takes any order.
+"""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import NDArray
+
+from upholster.codec import ImageDecoder
+from upholster.codec.header import ImageHeader
+from upholster.quilt import Quilt
+from upholster.quilt.placement import MASK_CUT, mask_sizes
+from upholster.stream.chunks import pack_chunk
+from upholster.stream.plan_common import PlanCode
+from upholster.stream.warp_fields import FieldCode
+
+__all__ = ["Part", "chart_parts", "mask_parts", "ordered", "sample_errors", "sample_parts", "split_sample"]
+
+Chunk = tuple[str, bytes]
+
+_ROUND_CHUNK = 7
+"""Bytes round a chunk's payload."""
+
+_LEAST_PART, _CHART_PARTS, _MASK_PARTS = 320, 24, 8
+_GROWTH, _LAST_SPLIT = 1.5, 40_000
+"""Lengths of the sample between which other parts may come: each so many times the one before."""
+
+_UNLIKE = 0.4
+"""Squared difference of what a straight cut shows and what the mask shows, over the sample's variance."""
+
+
+@dataclass(frozen=True)
+class Part:
+    """What comes at a time.
+
+    Attributes
+    ----------
+    chunks
+        Tags and payloads.
+    texels
+        Of charts: how many texels get their placements. Of masks: how many change. Of the sample: how many
+        bytes of it have come with this part.
+    """
+
+    chunks: tuple[Chunk, ...]
+    texels: float
+
+    @property
+    def length(self) -> int:
+        """Bytes of its chunks."""
+        return sum(len(data) + _ROUND_CHUNK for _, data in self.chunks)
+
+
+def chart_parts(quilt: Quilt, plan: PlanCode, fields: FieldCode | None) -> list[Part]:
+    """Return warp fields and sources, a few charts at a time."""
+    nodes, node_ends = (b"", (0,) * len(plan.order)) if fields is None else (fields.nodes, fields.ends)
+    ends = [a + b for a, b in zip(node_ends, plan.source_ends, strict=True)]
+    parts, sizes = [], [quilt.charts[n].height * quilt.charts[n].width for n in plan.order]
+    for low, high in _split(ends, _CHART_PARTS):
+        chunks = [
+            ("N", _between(nodes, node_ends, low, high)),
+            ("P", _between(plan.sources, plan.source_ends, low, high)),
+        ]
+        parts.append(Part(tuple(chunk for chunk in chunks if chunk[1]), sum(sizes[low:high])))
+    return [part for part in parts if part.chunks]
+
+
+def mask_parts(quilt: Quilt, straight: Quilt, plan: PlanCode) -> list[Part]:
+    """Return masks, a few charts at a time; `straight` is the quilt with straight cuts in place of them."""
+    changed = _changed(quilt, straight)
+    return [
+        Part((("M", data),), float(sum(changed[n] for n in plan.order[low:high])))
+        for low, high in _split(plan.mask_ends, _MASK_PARTS)
+        if (data := _between(plan.masks, plan.mask_ends, low, high))
+    ]
+
+
+def sample_parts(turns: Sequence[tuple[int, tuple[Chunk, ...]]]) -> list[Part]:
+    """Return the sample's parts: each with how many bytes of the first map have come with it."""
+    return [Part(chunks, reached) for reached, chunks in turns]
+
+
+def split_sample(payload: bytes, first: int) -> list[tuple[int, tuple[Chunk, ...]]]:
+    """Return the rest of a sample without further maps, from `first` bytes on."""
+    ends, length = [first], float(max(first, 400))
+    while length < min(len(payload), _LAST_SPLIT):
+        length *= _GROWTH
+        ends.append(min(int(length), len(payload)))
+    ends.append(len(payload))
+    return [(high, (("D", payload[low:high]),)) for low, high in pairwise(ends) if low < high]
+
+
+def sample_errors(header: bytes, payload: bytes, lengths: Iterable[int]) -> tuple[float, dict[int, float]]:
+    """Return a sample's variance, and its mean squared error after so many bytes of its stream."""
+    whole = ImageDecoder(ImageHeader.parse(header))
+    whole.feed(payload)
+    best = whole.integers().astype(np.float64)
+    decoder, place, found = ImageDecoder(ImageHeader.parse(header)), 0, dict[int, float]()
+    for length in sorted({*lengths}):
+        decoder.feed(payload[place:length])
+        place = length
+        found[length] = float(np.mean((decoder.integers() - best) ** 2))
+    variance = float(np.mean((best - best.mean(axis=(0, 1))) ** 2))
+    return variance, found
+
+
+def ordered(
+    charts: Sequence[Part],
+    masks: Sequence[Part],
+    sample: Sequence[Part],
+    errors: tuple[float, dict[int, float]],
+    first: int,
+) -> list[bytes]:
+    """Return all parts as chunks, at each place the one that gains most a byte."""
+    variance, error = errors
+    left, reached, shown = [list(charts), list(masks), list(sample)], first, 0.0
+    out: list[Chunk] = []
+    while any(left):
+        known = max(0.0, variance - error[reached])  # of each texel, once its chart is there
+        gains = [-1.0, -1.0, -1.0]
+        if left[0]:
+            gains[0] = left[0][0].texels * known / left[0][0].length
+        elif left[1]:
+            gains[1] = left[1][0].texels * _UNLIKE * known / left[1][0].length
+        if left[2]:
+            part = left[2][0]
+            gains[2] = shown * (error[reached] - error[int(part.texels)]) / part.length
+        which = int(np.argmax(gains))
+        part = left[which].pop(0)
+        if which == 0:
+            shown += part.texels
+        elif which == 2:
+            reached = int(part.texels)
+        for tag, data in part.chunks:
+            # Parts of one kind that follow each other are one chunk.
+            if out and out[-1][0] == tag != "E":
+                out[-1] = tag, out[-1][1] + data
+            else:
+                out.append((tag, data))
+    return [pack_chunk(tag, data) for tag, data in out]
+
+
+def _between(data: bytes, ends: Sequence[int], low: int, high: int) -> bytes:
+    return data[ends[low - 1] if low else 0 : ends[high - 1]]
+
+
+def _split(ends: Sequence[int], most: int) -> list[tuple[int, int]]:
+    # From which to which chart, such that each part has enough bytes.
+    least = max(_LEAST_PART, ends[-1] // most)
+    cuts, start = [0], 0
+    for n, end in enumerate(ends[:-1], 1):
+        if end - start >= least and ends[-1] - end >= least // 2:
+            cuts.append(n)
+            start = end
+    return list(pairwise([*cuts, len(ends)]))
+
+
+def _changed(quilt: Quilt, straight: Quilt) -> NDArray[np.float64]:
+    # Per chart, over how many texels masks differ from straight cuts; all of them where those lack a mask.
+    placed, other = quilt.placements, straight.placements
+    sizes = np.where(placed["mask"] == MASK_CUT, mask_sizes(placed, quilt.charts), 0)
+    if len(other) == len(placed):
+        owner = np.repeat(np.arange(len(placed)), sizes)
+        within = np.arange(len(owner)) - np.repeat(np.cumsum(sizes) - sizes, sizes)
+        ours = quilt.mask_cells[placed["first_cell"][owner] + within]
+        theirs = straight.mask_cells[other["first_cell"][owner] + within]
+        sizes = np.bincount(owner[ours != theirs], minlength=len(placed))
+    area = sizes * placed["mask_cell"].astype(np.float64) ** 2
+    return np.bincount(placed["chart"], area, minlength=len(quilt.charts)).astype(np.float64)
