@@ -47,7 +47,7 @@ def test_each_fault_names_its_byte() -> None:
     good = framed(pack_chunk("S", b"abc"), pack_chunk("L", b"de"))
     for data, message in [
         (b"png", "byte 0: file begins with 706e67"),
-        (b"uph\1" + good[4:], "byte 3: version is 1; allowed: 0"),
+        (b"uph\1" + good[4:], "byte 3: version is 1; allowed: 0; a newer upholster reads it"),
         (good[:9] + b"x" + good[10:], "byte 11: chunk 'S' has CRC"),
         (good + b"!", f"byte {len(good)}: 1 bytes behind the end"),
         (header(12, 6) + b"S\x20", "byte 7: length of chunk 'S' is 32; allowed: 0 to 0"),

@@ -16,8 +16,9 @@ import numpy as np
 import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "stream"))
+sys.path.insert(0, str(Path(__file__).parents[1] / "fuzz"))
 
-from fuzz_stream import MOST_TEXELS, mutated
+from mutants import mutated
 from streams import STREAMS, anything, anything_bent, changed, covered, leaning, noise, stream, woven
 
 from upholster.codec import decode, encode
@@ -30,6 +31,7 @@ from upholster.stream import StreamDecoder, encode_stream
 from upholster.stream.chunks import header, pack_chunk
 from upholster.stream.surfaces import KINDS
 
+MOST_TEXELS = 2**21
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
 MOST_GZIPPED = 58_400

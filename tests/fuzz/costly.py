@@ -1,0 +1,148 @@
+"""Streams of few bytes that ask for much work or memory, one for each thing that they can ask for."""
+
+import struct
+import sys
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "stream"))
+
+from upholster.quilt import Chart, Quilt
+from upholster.quilt.placement import MASK_CUT, MASK_RAMP, PLACEMENT
+from upholster.quilt.plans import PlacementList
+from upholster.stream.byte_reader import varint
+from upholster.stream.chunks import assembled, pack_chunk
+from upholster.stream.list_plan import encode_list
+
+__all__ = ["CASES", "costly", "image_header", "rebuilt"]
+
+PLANE = bytes([4])
+BY_PATCH, ONE_FACE, SAME, SQUARE = 1, 2, 4, 8
+MOST_SIDE = 16384
+
+
+def rebuilt(chunks: list[tuple[str, bytes]]) -> bytes:
+    """Return a stream of chunks, lengths and checksums right; the first view ends with X."""
+    packed = [pack_chunk(*chunk) for chunk in chunks]
+    first = 1 + [tag for tag, _ in chunks].index("X")
+    return assembled(packed[:first], packed[first:])
+
+
+def layout(side: int) -> bytes:
+    """One chart on the plane."""
+    return bytes([BY_PATCH | ONE_FACE | SAME | SQUARE]) + varint(side)
+
+
+def image_header(
+    height: int, width: int, channels: int, *, plane: int = 23, depth: int = 0, levels: int = 6
+) -> bytes:
+    """An image header of the wavelet 5/3."""
+    kind = 1 | depth << 4
+    head = struct.pack("<HHBBBBB", height, width, channels, kind, levels, plane + 1, 0)
+    return (
+        head
+        + struct.pack(f"<{channels}H", *[128] * channels)
+        + (struct.pack("<ff", 0, 1) if depth == 2 else b"")
+    )
+
+
+def framed(surface: bytes, charts: bytes, header: bytes, *rest: tuple[str, bytes]) -> bytes:
+    """A stream of these."""
+    return rebuilt([("S", surface), ("L", charts), ("X", header), *rest])
+
+
+def stacked(count: int, side: int, block: int, **fields: int) -> bytes:
+    """A list of placements at one place."""
+    placed = np.zeros(count, PLACEMENT)
+    placed["row"] = placed["column"] = side // 2
+    placed["height"] = placed["width"] = block
+    placed["first_cell"] = -1
+    for name, value in fields.items():
+        placed[name] = value
+    cells = np.zeros(0, np.uint8)
+    if fields.get("mask") == MASK_CUT:
+        cells = np.ones((block // fields["mask_cell"] + 1) ** 2, np.uint8)
+        placed["first_cell"] = 0
+    chart = Chart(0, side, side)
+    quilt = Quilt((chart,), (64, 64), PlacementList(placed, cells))
+    plan, sources, masks = encode_list(quilt)
+    parts = [("Q", plan), ("P", sources), *([("M", masks)] if masks else [])]
+    return framed(PLANE, layout(side), image_header(64, 64, 3, plane=-1), *parts)
+
+
+def zeros(size: int, maps: int = 1) -> bytes:
+    """Coefficients of zeros or ones for images as large as there may be."""
+    header = image_header(1032, 1032, 3)
+    names = [f"m{n}".encode() for n in range(maps - 1)]
+    return framed(
+        PLANE,
+        layout(8),
+        header,
+        *[("R", varint(len(name)) + name + header) for name in names],
+        ("D", bytes(size)),
+        *[("E", bytes([n + 1]) + bytes(size)) for n in range(maps - 1)],
+    )
+
+
+def ones(size: int) -> bytes:
+    return framed(PLANE, layout(8), image_header(1032, 1032, 3), ("D", b"\xff" * size))
+
+
+def many_charts(spans: int, side: int = 1) -> bytes:
+    """A plane of as many charts as patches."""
+    surface = bytes([4, 4]) + varint(spans) + varint(spans)
+    plan = bytes([0]) + b"\x00" * (spans * spans) + varint(0)
+    return framed(surface, layout(side), image_header(8, 8, 3, plane=-1), ("Q", plan), ("P", b""))
+
+
+def fields(spans: int, margin: int) -> bytes:
+    """Warp fields of as many nodes as there may be."""
+    surface = bytes([4, 4]) + varint(spans) + varint(spans)
+    coded = bytes([1, margin]) + b"\xff" * 400
+    return framed(surface, layout(8), image_header(8, 8, 3, plane=-1), ("F", coded))
+
+
+def mesh(triangles: int, byte: int) -> bytes:
+    """A mesh of as many triangles as there may be."""
+    data = bytes([9]) + varint(0) + bytes([0]) + varint(1) + varint(0)
+    data += varint(triangles) + varint(triangles // 2 + 2) + varint(triangles // 2 + 2) + varint(1)
+    data += bytes([16]) + struct.pack("<5d", 0, 0, 0, 1, 1) + bytes([byte]) * 300
+    return framed(
+        data,
+        bytes([ONE_FACE | SAME | SQUARE]) + varint(1) + varint(8) + struct.pack("<4d", 0, 1, 0, 1),
+        image_header(8, 8, 3, plane=-1),
+    )
+
+
+@cache
+def costly(name: str) -> bytes:
+    """Return a stream by the name of what it asks for."""
+    return CASES[name]()
+
+
+CUT = {"mask": MASK_CUT, "mask_cell": 255, "feather": 16}
+CASES: dict[str, Callable[[], bytes]] = {
+    "stacked_cuts": lambda: stacked(2**19, MOST_SIDE, 4096, **CUT),
+    "stacked_ramps": lambda: stacked(2**19, MOST_SIDE, 4096, mask=MASK_RAMP, sides=3, ramp=255, symmetry=1),
+    "stacked_small": lambda: stacked(2**19, 64, 64),
+    "zeros": lambda: zeros(10_000),
+    "ones": lambda: ones(10_000),
+    "zeros_of_four": lambda: zeros(10_000, 4),
+    "headers": lambda: zeros(0, 4),
+    "texels": lambda: framed(
+        PLANE,
+        bytes([ONE_FACE | SAME | SQUARE])
+        + varint(8)
+        + varint(MOST_SIDE)
+        + struct.pack("<4d", 0, 1, 0, 1) * 8,
+        image_header(4, 4, 4, depth=2),
+    ),
+    "charts": lambda: many_charts(128),
+    "fields": lambda: fields(8, 64),
+    "fields_of_charts": lambda: fields(128, 0),
+    "mesh_zeros": lambda: mesh(2**20, 0),
+    "mesh_ones": lambda: mesh(2**20, 255),
+}

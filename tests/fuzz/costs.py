@@ -1,0 +1,84 @@
+"""What trying a file costs: processor time, memory, and both for each of its bytes."""
+
+import resource
+import tempfile
+import time
+from collections import Counter
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+
+from upholster.errors import FormatError, InputError
+
+__all__ = ["Costs"]
+
+
+def peak() -> int:
+    """Most memory, in bytes, since `forget_peak`; where the system does not tell that, of all the time."""
+    with suppress(OSError):
+        for line in Path("/proc/self/status").read_text().splitlines():
+            if line.startswith("VmHWM"):
+                return 1024 * int(line.split()[1])
+    return 1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+
+
+def forget_peak() -> int:
+    """Let the peak begin anew; return it."""
+    with suppress(OSError):
+        Path("/proc/self/clear_refs").write_text("5")
+    return peak()
+
+
+class Costs:
+    """Tries files of one kind, and keeps what was dearest.
+
+    Attributes
+    ----------
+    kind
+        What they are.
+    seen
+        How often what came of it.
+    seconds, memory, seconds_a_byte
+        The most of one file: of processor time, of further memory in bytes, of time for each byte.
+    """
+
+    def __init__(self, kind: str) -> None:
+        self.kind = kind
+        self.seen: Counter[str] = Counter()
+        self.seconds = self.seconds_a_byte = 0.0
+        self.memory = 0
+
+    def attempt(self, data: bytes, read: Callable[[], str]) -> None:
+        """Read a file; what it raises beside the two errors is raised, and the file kept."""
+        before, start = forget_peak(), time.process_time()
+        try:
+            self.seen[read()] += 1
+        except (FormatError, InputError) as error:
+            text = str(error)
+            if "\n" in text or not text.isprintable():
+                self._keep(data, "message")
+                raise RuntimeError(f"message is no line: {text!r}") from error
+            self.seen["refused"] += 1
+        except BaseException:
+            self._keep(data, "failure")
+            raise
+        seconds, memory = time.process_time() - start, peak() - before
+        if seconds > max(1.0, self.seconds):
+            self._keep(data, "slow", f", {seconds:.2f} s")
+        if memory > max(2**28, self.memory):
+            self._keep(data, "large", f", {memory >> 20} MB")
+        self.seconds = max(self.seconds, seconds)
+        self.memory = max(self.memory, memory)
+        self.seconds_a_byte = max(self.seconds_a_byte, seconds / max(1, len(data)))
+
+    def _keep(self, data: bytes, why: str, told: str = "") -> None:
+        path = Path(tempfile.gettempdir()) / f"fuzz_{why}.{self.kind}"
+        path.write_bytes(data)
+        print(f"{self.kind}: {why} ({len(data)} bytes{told}): {path}", flush=True)
+
+    def __str__(self) -> str:
+        seen = ", ".join(f"{count:,} {what}" for what, count in sorted(self.seen.items()))
+        return (
+            f"{self.kind}: {seen}; slowest {self.seconds:.2f} s, most memory {self.memory / 2**20:.0f} MB, "
+            f"{1e6 * self.seconds_a_byte:.0f} µs a byte"
+        )
