@@ -58,7 +58,9 @@ export class ChunkReader {
   #readHeader() {
     const head = this.buffer.bytes.subarray(0, Math.min(this.buffer.length, 14))
     head.subarray(0, 4).forEach((byte, n) => {
-      if (byte !== MAGIC[n]) fail(n < 3 ? 'this is no .uph stream' : `version is ${byte}; allowed: 0`, n)
+      if (byte === MAGIC[n]) return
+      if (n < 3) fail('this is no .uph stream', n)
+      fail(`version is ${byte}; allowed: ${MAGIC[3]}${byte > MAGIC[3] ? '; a newer decoder reads it' : ''}`, n)
     })
     if (head.subarray(4).filter((byte) => byte < 128).length < 2 && head.length < 14) return false
     const reader = new ByteReader(head.subarray(4), 4)

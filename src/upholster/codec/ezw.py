@@ -159,6 +159,8 @@ def decode(
     if coefficients is not None and not 0 < coefficients <= 1:
         raise InputError(f"coefficients is {coefficients}; allowed: above 0, to 1")
     data = data[:most_bytes]
+    if data[:3] == MAGIC[:3] and data[3:4].isdigit() and data[3:4] > MAGIC[3:]:
+        raise FormatError(f"byte 3: version is {chr(data[3])}; allowed: 0; a newer upholster reads it")
     if data[: len(MAGIC)] != MAGIC[: len(data)]:
         raise FormatError("byte 0: this is no .ezw file (its first bytes are not EZW0)")
     if len(data) < len(MAGIC):

@@ -151,7 +151,8 @@ class ChunkReader:
                 f"byte 0: file begins with {buffer[:3].hex()}; allowed: {MAGIC.hex()}, a .uph stream"
             )
         if len(buffer) > 3 and buffer[3] != VERSION:
-            raise FormatError(f"byte 3: version is {buffer[3]}; allowed: {VERSION}")
+            newer = "; a newer upholster reads it" if buffer[3] > VERSION else ""
+            raise FormatError(f"byte 3: version is {buffer[3]}; allowed: {VERSION}{newer}")
         if sum(byte < 128 for byte in buffer[4:]) < 2 and len(buffer) < _LONGEST_HEADER:
             return False
         fields = ByteReader(buffer[4:], 4)
