@@ -17,6 +17,7 @@ from benchmarks import seams as seams_module
 from benchmarks.codec import codec
 from benchmarks.command import command
 from benchmarks.compile import compile_time
+from benchmarks.crowd import crowd
 from benchmarks.flagship import flagship, growth
 from benchmarks.measure import Results
 from benchmarks.meshstream import meshstream
@@ -45,6 +46,7 @@ BENCHMARKS = {
     "web": web,
     "frames": frames,
     "decoder": web_decoder,
+    "crowd": crowd,
     "claims": claims_module.claims,
     "fidelity": fidelity_module.fidelity,
     "seams": seams_module.seams,
