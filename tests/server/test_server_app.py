@@ -18,7 +18,7 @@ from upholster.errors import InputError
 from upholster.image import read_image
 from upholster.server import check_origin, drawing, sending, thumbnails
 from upholster.server.guard import CONTENT_SECURITY_POLICY
-from upholster.server.pages import THUMBNAIL_SIZE
+from upholster.server.pages import THUMBNAIL_SIZE, script_digest
 from upholster.server.thumbnails import DrawingProcess
 from upholster.server.versions import Versions
 
@@ -319,7 +319,7 @@ def test_every_answer_has_the_headers_that_keep_browsers_careful(shared):
     for path in ("/", "/view/quilt.uph", "/view/none", "/streams/quilt.uph", "/assets/page.css", "/none"):
         for method in ("GET", "POST"):
             _, headers, _ = client.get(path, method)
-            assert headers["content-security-policy"] == CONTENT_SECURITY_POLICY
+            assert headers["content-security-policy"] == CONTENT_SECURITY_POLICY + "'none'"
             assert headers["x-content-type-options"] == "nosniff"
             assert headers["referrer-policy"] == "no-referrer"
             assert headers["cross-origin-resource-policy"] == "same-origin"
@@ -372,9 +372,14 @@ def test_pages_name_the_streams_safely(folder, monkeypatch):
             page = body.decode()
             assert status == 200
             scripts = re.findall("<script[^>]*>", page)
-            assert scripts == ['<script type="module" src="/assets/upholster-viewer.js">']
-            assert not re.search(r"\sstyle=|<style|\son\w+=", page)
             source = re.search(r'<upholster-viewer src="(/streams/[^"]+)">', page)[1]
+            early = f'<script data-stream="{source}">'
+            assert scripts == [early, '<script type="module" src="/assets/upholster-viewer.js">']
+            script = page.partition(early)[2].partition("</script>")[0]
+            assert script_digest(script) in CONTENT_SECURITY_POLICY
+            assert 'controls="lab"' not in page
+            assert 'controls="lab"' in client.get(f"{link}?lab")[2].decode()
+            assert not re.search(r"\sstyle=|<style|\son\w+=", page)
             assert client.get(source)[0] == 200
         for picture in pictures:
             assert client.get(picture, "HEAD")[0] == 200
@@ -403,7 +408,10 @@ def test_assets_are_the_shipped_ones(shared):
     assert client.get("/assets/page.css", if_none_match=headers["etag"])[0] == 304
     for name, kind in (
         ("upholster-viewer.js", "javascript"),
+        ("upholster-lab.js", "javascript"),
+        ("upholster-environment.js", "javascript"),
         ("uph-worker.js", "javascript"),
+        ("uph-rare.js", "javascript"),
         ("LICENSES.txt", "plain"),
     ):
         status, headers, _ = client.get(f"/assets/{name}")

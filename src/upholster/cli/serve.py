@@ -28,17 +28,22 @@ def serve(
     ] = "127.0.0.1",
     throttle: Annotated[
         str | None,
-        typer.Option(metavar="RATE", help="Bits per second of each connection's stream: 256k, 2M."),
+        typer.Option(metavar="RATE", help="Bits per second of the line that carries all: 256k, 2M."),
     ] = None,
     cors: Annotated[
         list[str] | None,
         typer.Option(metavar="ORIGIN", help="Origin whose pages may read the streams; *: any. Repeatable."),
+    ] = None,
+    embed: Annotated[
+        list[str] | None,
+        typer.Option(metavar="ORIGIN", help="Origin whose pages may frame these pages; *: any. Repeatable."),
     ] = None,
 ) -> None:
     """Serve streams and a page to look at them, until Ctrl-C."""
     rate = _rate(throttle)
     server = _server()
     origins = [server.check_origin(origin) for origin in cors or []]
+    frames = [server.check_origin(origin, "embed") for origin in embed or []]
     catalogue = server.Catalogue(paths)
 
     def listening(url: str) -> None:
@@ -47,7 +52,15 @@ def serve(
         say(f"serving {told} at {url} (Ctrl-C stops)")
 
     with _compiling():
-        server.serve(catalogue, host=host, port=port, rate=rate, origins=origins, listening=listening)
+        server.serve(
+            catalogue,
+            host=host,
+            port=port,
+            rate=rate,
+            origins=origins,
+            frames=frames,
+            listening=listening,
+        )
 
 
 def view(

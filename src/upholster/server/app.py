@@ -18,7 +18,8 @@ from upholster.errors import printable
 from upholster.server.catalogue import Catalogue, open_regular
 from upholster.server.guard import Guard
 from upholster.server.pages import missing_page, start_page, viewer_page
-from upholster.server.sending import file_response, unchanged_response, validators
+from upholster.server.sending import file_response, packed_response, unchanged_response, validators
+from upholster.server.throttle import Pace, Throttle
 from upholster.server.thumbnails import Thumbnails
 from upholster.server.versions import Version, Versions
 
@@ -29,17 +30,28 @@ STREAM_TYPE = "model/vnd.upholster"
 do not survive; a type that they do not know they leave alone."""
 
 _PACKAGE = Path(__file__).parent.parent
+_SCRIPTS = (
+    "upholster-viewer.js",
+    "upholster-lab.js",
+    "upholster-environment.js",
+    "uph-worker.js",
+    "uph-rare.js",
+)
 _ASSETS = {
     "page.css": (_PACKAGE / "server", "text/css; charset=utf-8"),
-    "upholster-viewer.js": (_PACKAGE / "web", "text/javascript; charset=utf-8"),
-    "uph-worker.js": (_PACKAGE / "web", "text/javascript; charset=utf-8"),
+    **dict.fromkeys(_SCRIPTS, (_PACKAGE / "web", "text/javascript; charset=utf-8")),
     "LICENSES.txt": (_PACKAGE / "web", "text/plain; charset=utf-8"),
 }
 _PAGE_HEADERS = {"cache-control": "no-cache"}
 
 
 def make_app(
-    catalogue: Catalogue, *, rate: int | None = None, origins: Collection[str] = (), local: bool = True
+    catalogue: Catalogue,
+    *,
+    rate: int | None = None,
+    origins: Collection[str] = (),
+    frames: Collection[str] = (),
+    local: bool = True,
 ) -> ASGIApp:
     """Return the ASGI application that serves a catalogue.
 
@@ -48,11 +60,12 @@ def make_app(
     catalogue
         The streams.
     rate
-        Bits per second that a connection carries of a stream, at most; None: as fast as it goes.
-    origins, local
+        Bits per second of the line that carries all that is sent; None: as fast as it goes.
+    origins, frames, local
         See `upholster.server.guard.Guard`.
     """
-    site = _Site(catalogue, rate)
+    pace = Pace(rate)
+    site = _Site(catalogue, pace.piece)
     app = Starlette(
         routes=[
             Route("/", site.start),
@@ -64,15 +77,16 @@ def make_app(
         exception_handlers={Exception: _failed},
     )
     app.router.redirect_slashes = False
-    return Guard(app, origins=origins, local=local)
+    guarded = Guard(app, origins=origins, frames=frames, local=local)
+    return guarded if rate is None else Throttle(guarded, pace)
 
 
 class _Site:
     """The answers."""
 
-    def __init__(self, catalogue: Catalogue, rate: int | None) -> None:
+    def __init__(self, catalogue: Catalogue, piece: int) -> None:
         self._catalogue = catalogue
-        self._rate = rate
+        self._piece = piece
         self._versions = Versions()
         self._thumbnails = Thumbnails()
 
@@ -86,13 +100,14 @@ class _Site:
             return HTMLResponse(missing_page(), 404, headers=_PAGE_HEADERS)
         with file:
             size = file.seek(0, 2)
-        return HTMLResponse(viewer_page(request.path_params["name"], size), headers=_PAGE_HEADERS)
+        page = viewer_page(request.path_params["name"], size, lab="lab" in request.query_params)
+        return HTMLResponse(page, headers=_PAGE_HEADERS)
 
     async def stream(self, request: Request) -> Response:
         found = await anyio.to_thread.run_sync(self._stream, request.path_params["name"])
         if not isinstance(found, Version):
             return found
-        return file_response(request, found, STREAM_TYPE, rate=self._rate)
+        return file_response(request, found, STREAM_TYPE, piece=self._piece)
 
     async def thumbnail(self, request: Request) -> Response:
         found = await anyio.to_thread.run_sync(self._stream, request.path_params["name"])
@@ -113,7 +128,10 @@ class _Site:
             return _missing()
         folder, media_type = _ASSETS[name]
         found = await anyio.to_thread.run_sync(self._asset, os.path.realpath(folder / name))
-        return file_response(request, found, media_type) if isinstance(found, Version) else found
+        if not isinstance(found, Version):
+            return found
+        packed = await packed_response(request, found, media_type)
+        return packed or file_response(request, found, media_type, piece=self._piece)
 
     def _stream(self, name: str) -> Version | Response:
         """Return a stream's version, or what to answer if there is none."""

@@ -9,15 +9,17 @@ from starlette.responses import PlainTextResponse, Response
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from upholster.errors import InputError
+from upholster.server.pages import EARLY_SCRIPT, script_digest
 
 __all__ = ["CONTENT_SECURITY_POLICY", "Guard", "check_origin", "is_trusted_host"]
 
 CONTENT_SECURITY_POLICY = (
-    "default-src 'none'; script-src 'self'; worker-src 'self'; connect-src 'self'; "
-    "img-src 'self' blob: data:; style-src 'self'; "
-    "base-uri 'none'; form-action 'none'; frame-ancestors 'none'"
+    f"default-src 'none'; script-src 'self' {script_digest(EARLY_SCRIPT)}; worker-src 'self'; "
+    "connect-src 'self'; img-src 'self' blob: data:; style-src 'self'; "
+    "base-uri 'none'; form-action 'none'; frame-ancestors "
 )
-"""What the pages need and no more. A worker obeys its script's policy, so that goes with every answer."""
+"""What the pages need and no more; behind it stand those who may show them in a frame. A worker obeys its
+script's policy, so that goes with every answer."""
 
 _SHARED = ("/streams/", "/assets/")
 _ASKED_HEADERS = "Range, If-Range, If-Match, If-None-Match, Cache-Control"
@@ -34,14 +36,19 @@ class Guard:
     origins
         Origins whose pages may read streams and scripts (not the start page, which names everything): as
         browsers write them, or "*" for any.
+    frames
+        Origins whose pages may show this server's pages in a frame, or "*" for any.
     local
         Whether the server listens on this machine alone. Then only addresses and ``localhost`` are answered
         to: a page anywhere can let its own host name point here, and would pass for this server's own page
         (DNS rebinding).
     """
 
-    def __init__(self, app: ASGIApp, *, origins: Collection[str] = (), local: bool = True) -> None:
+    def __init__(
+        self, app: ASGIApp, *, origins: Collection[str] = (), frames: Collection[str] = (), local: bool = True
+    ) -> None:
         self._app = app
+        self._policy = CONTENT_SECURITY_POLICY + (" ".join(frames) or "'none'")
         self._origins = frozenset(origins)
         self._local = local
 
@@ -57,7 +64,7 @@ class Guard:
         async def guarded(message: Message) -> None:
             if message["type"] == "http.response.start":
                 added = MutableHeaders(scope=message)
-                added["Content-Security-Policy"] = CONTENT_SECURITY_POLICY
+                added["Content-Security-Policy"] = self._policy
                 added["X-Content-Type-Options"] = "nosniff"
                 added["Referrer-Policy"] = "no-referrer"
                 added["Cross-Origin-Opener-Policy"] = "same-origin"
@@ -83,7 +90,7 @@ class Guard:
         return origin if origin in self._origins else None
 
 
-def check_origin(text: str) -> str:
+def check_origin(text: str, option: str = "cors") -> str:
     """Return an origin as browsers write it, or ``*``.
 
     Raises
@@ -103,7 +110,7 @@ def check_origin(text: str) -> str:
     usual = {"http": 80, "https": 443}.get(parts.scheme)
     plain = f"{parts.scheme}://{parts.netloc}".lower()
     if usual is None or not host or "@" in parts.netloc or plain != text.lower() or not text.isascii():
-        raise InputError(f"cors is {text!r}; allowed: an origin such as https://example.org, or *")
+        raise InputError(f"{option} is {text!r}; allowed: an origin such as https://example.org, or *")
     return f"{parts.scheme}://{host}" + (f":{port}" if port not in (None, usual) else "")
 
 

@@ -1,5 +1,7 @@
-"""The start page and the viewer's page: static HTML whose only script is the viewer's module."""
+"""The start page and the viewer's page: static HTML. Its scripts are the viewer, and one that asks ahead."""
 
+import base64
+import hashlib
 from collections.abc import Sequence
 from html import escape
 from urllib.parse import quote
@@ -7,7 +9,20 @@ from urllib.parse import quote
 from upholster._version import __version__
 from upholster.server.catalogue import Entry
 
-__all__ = ["missing_page", "start_page", "stream_url", "view_url", "viewer_page"]
+__all__ = [
+    "EARLY_SCRIPT", "missing_page", "script_digest", "start_page", "stream_url", "view_url", "viewer_page",
+]  # fmt: skip
+
+EARLY_SCRIPT = """
+(({ stream }) => {
+  const response = fetch(stream, { headers: { Range: 'bytes=0-4095' } })
+  response.catch(() => {})
+  const worker = new Worker('/assets/uph-worker.js', { type: 'module' })
+  globalThis.upholsterEarly = { url: stream, response, worker }
+})(document.currentScript.dataset)
+"""
+"""Asks for the stream's beginning and starts the worker while the viewer's script is still on its way. The
+rest of the stream comes behind the scripts, which share the line with it. See web/uph-workers.js."""
 
 THUMBNAIL_SIZE = (400, 300)
 """(width, height) in pixels of the pictures on the start page."""
@@ -28,7 +43,15 @@ _HEAD = """<!doctype html>
 <link rel="stylesheet" href="/assets/page.css">
 {more}</head>
 """
-_VIEWER = '<script type="module" src="/assets/upholster-viewer.js"></script>\n'
+_VIEWER = (
+    '<script data-stream="{stream}">' + EARLY_SCRIPT.replace("{", "{{").replace("}", "}}") + "</script>\n"
+    '<script type="module" src="/assets/upholster-viewer.js"></script>\n'
+)
+
+
+def script_digest(script: str) -> str:
+    """Return how a content security policy names a script."""
+    return f"'sha256-{base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()}'"
 
 
 def stream_url(name: str) -> str:
@@ -57,13 +80,14 @@ def start_page(entries: Sequence[Entry]) -> str:
 """
 
 
-def viewer_page(name: str, size: int) -> str:
-    """Return the page that shows one stream."""
+def viewer_page(name: str, size: int, *, lab: bool = False) -> str:
+    """Return the page that shows one stream, `lab` with the laboratory."""
     address = escape(stream_url(name))
-    return f"""{_head(name, _VIEWER)}<body class="viewer">
+    attributes, other, label = (' controls="lab"', "", "Viewer") if lab else ("", "?lab", "Laboratory")
+    return f"""{_head(name, _VIEWER.format(stream=address))}<body class="viewer">
 <header><a class="back" href="/">All streams</a><h1><bdi>{escape(name)}</bdi></h1>
-<a href="{address}" download>{_size(size)}</a></header>
-<main><upholster-viewer src="{address}"></upholster-viewer>
+<a href="{escape(view_url(name))}{other}">{label}</a> <a href="{address}" download>{_size(size)}</a></header>
+<main><upholster-viewer src="{address}"{attributes}></upholster-viewer>
 <noscript><p class="empty">The viewer needs JavaScript.</p></noscript></main>
 </body>
 </html>

@@ -28,6 +28,7 @@ def serve(
     port: int = 8000,
     rate: int | None = None,
     origins: Collection[str] = (),
+    frames: Collection[str] = (),
     listening: Callable[[str], None] = print,
 ) -> None:
     """Serve a catalogue until Ctrl-C (or SIGTERM).
@@ -38,7 +39,7 @@ def serve(
         The streams.
     host, port
         Where to listen; port 0: any that is free.
-    rate, origins
+    rate, origins, frames
         See `upholster.server.make_app`.
     listening
         Is called once requests are answered, with the start page's address.
@@ -54,7 +55,7 @@ def serve(
         bound = listener.getsockname()
         # Who listens under another name, which means this machine too, wants to be called by it.
         local = (bound[0] == "::1" or bound[0].startswith("127.")) and is_trusted_host(host)
-        app = make_app(catalogue, rate=rate, origins=origins, local=local)
+        app = make_app(catalogue, rate=rate, origins=origins, frames=frames, local=local)
         server = make_server(app, lambda: listening(_address(bound)))
         with suppress(KeyboardInterrupt):
             server.run(sockets=[listener])

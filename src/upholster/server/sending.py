@@ -1,5 +1,6 @@
 """Files as answers: conditional, by range, in pieces from disk that wait for the client to take them."""
 
+import gzip
 from collections.abc import Mapping
 from email.utils import formatdate
 from http import HTTPStatus
@@ -11,18 +12,17 @@ from starlette.responses import PlainTextResponse, Response
 from starlette.types import Receive, Scope, Send
 
 from upholster.server.ranges import answer
-from upholster.server.throttle import Pace
+from upholster.server.throttle import MAX_PIECE
 from upholster.server.versions import Version
 
-__all__ = ["file_response", "unchanged_response", "validators"]
+__all__ = ["file_response", "packed_response", "unchanged_response", "validators"]
 
 _STALLED_SECONDS = 120
+_PACKED: dict[str, bytes] = {}
 _CACHING = "no-cache, no-transform"  # always ask whether it is still the same; never compress on the way
 
 
-def file_response(
-    request: Request, version: Version, media_type: str, *, rate: int | None = None
-) -> Response:
+def file_response(request: Request, version: Version, media_type: str, *, piece: int = MAX_PIECE) -> Response:
     """Return the answer to a request for a file; closes the file, at the latest when all is sent.
 
     Parameters
@@ -33,8 +33,8 @@ def file_response(
         The file.
     media_type
         Its type.
-    rate
-        Bits per second at most; None: as fast as it goes.
+    piece
+        Bytes that are sent at a time, at most.
     """
     headers = validators(version.tag) | {
         "accept-ranges": "bytes",
@@ -47,13 +47,43 @@ def file_response(
         if what.status == HTTPStatus.PARTIAL_CONTENT:
             headers["content-range"] = f"bytes {what.start}-{what.stop - 1}/{version.size}"
         if request.method == "GET":
-            return _FilePart(version, what.start, what.stop, what.status, headers, rate)
+            return _FilePart(version, what.start, what.stop, what.status, headers, piece)
     version.file.close()
     if what.status == HTTPStatus.REQUESTED_RANGE_NOT_SATISFIABLE:
         headers["content-range"] = f"bytes */{version.size}"
     if what.status >= HTTPStatus.BAD_REQUEST:
         return PlainTextResponse(what.status.phrase, what.status, headers)
     return _Bare(what.status, headers)
+
+
+async def packed_response(request: Request, version: Version, media_type: str) -> Response | None:
+    """Return a small file gzipped, or None if the client does not take that; closes the file if it does."""
+    coding = request.headers.get("accept-encoding", "")
+    if "gzip" not in {part.partition(";")[0].strip() for part in coding.split(",")}:
+        return None
+    with version.file:
+        tag = f'{version.tag[:-1]}-gzip"'
+        if (known := unchanged_response(request, tag)) is not None:
+            return known
+        packed = await anyio.to_thread.run_sync(_packed, version)
+    if packed is None:
+        return PlainTextResponse("This file is being written.", 503, {"retry-after": "1"})
+    headers = validators(tag) | {
+        "content-type": media_type,
+        "content-encoding": "gzip",
+        "vary": "Accept-Encoding",
+    }
+    return Response(packed, headers=headers)
+
+
+def _packed(version: Version) -> bytes | None:
+    """Return a file gzipped, the same bytes whenever; None if it is written to meanwhile."""
+    if version.tag not in _PACKED:
+        data = version.read(0, version.size)
+        if len(data) < version.size:
+            return None
+        _PACKED[version.tag] = gzip.compress(data, 9, mtime=0)
+    return _PACKED[version.tag]
 
 
 def unchanged_response(request: Request, tag: str) -> Response | None:
@@ -100,11 +130,11 @@ class _FilePart(_Bare):
         stop: int,
         status: int,
         headers: Mapping[str, str],
-        rate: int | None,
+        piece: int,
     ) -> None:
         super().__init__(status, headers)
         self._version = version
-        self._start, self._stop, self._rate = start, stop, rate
+        self._start, self._stop, self._piece = start, stop, piece
 
     async def __call__(self, _scope: Scope, receive: Receive, send: Send) -> None:
         with self._version.file:
@@ -115,15 +145,13 @@ class _FilePart(_Bare):
 
     async def _send(self, send: Send) -> None:
         await send({"type": "http.response.start", "status": self.status_code, "headers": self.raw_headers})
-        pace = Pace(self._rate)
         place = self._start
         while place < self._stop:
-            count = min(pace.piece, self._stop - place)
+            count = min(self._piece, self._stop - place)
             piece = await anyio.to_thread.run_sync(self._version.read, place, count)
             if not piece:
                 return
             place += len(piece)
-            await pace.wait(len(piece))
             with anyio.move_on_after(_STALLED_SECONDS) as limit:
                 await send({"type": "http.response.body", "body": piece, "more_body": place < self._stop})
             if limit.cancelled_caught:

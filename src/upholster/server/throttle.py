@@ -3,8 +3,9 @@
 import time
 
 import anyio
+from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-__all__ = ["MAX_PIECE", "Pace"]
+__all__ = ["MAX_PIECE", "Pace", "Throttle"]
 
 MAX_PIECE = 1 << 16
 _PIECES_PER_SECOND = 50
@@ -13,7 +14,7 @@ _PATIENCE = 0.1
 
 
 class Pace:
-    """The pace of one response, and so of one connection, which carries one response at a time.
+    """The pace of one line, which carries all answers at once, piece by piece in turn.
 
     A piece is let go when a real line would have carried its last byte. The schedule is absolute: sleeping a
     little too long is made up for, but what a slow client or a stall loses beyond 0.1 s is lost.
@@ -42,3 +43,45 @@ class Pace:
         if self._seconds:
             self._due = max(self._due, time.monotonic() - _PATIENCE) + count * self._seconds
             await anyio.sleep(max(0.0, self._due - time.monotonic()))
+
+
+class Throttle:
+    """ASGI middleware: sends all that an application answers over one slow line, heads included.
+
+    Parameters
+    ----------
+    app
+        What answers.
+    pace
+        The line's.
+    """
+
+    def __init__(self, app: ASGIApp, pace: Pace) -> None:
+        self._app = app
+        self._pace = pace
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Answer a request."""
+        if scope["type"] != "http":
+            await self._app(scope, receive, send)
+            return
+
+        async def paced(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                await self._pace.wait(sum(len(name) + len(value) + 4 for name, value in message["headers"]))
+                await send(message)
+            elif message["type"] == "http.response.body":
+                await self._send_body(message, send)
+            else:
+                await send(message)
+
+        await self._app(scope, receive, paced)
+
+    async def _send_body(self, message: Message, send: Send) -> None:
+        body, more = message.get("body", b""), message.get("more_body", False)
+        for start in range(0, max(len(body), 1), self._pace.piece):
+            piece = body[start : start + self._pace.piece]
+            if piece:
+                await self._pace.wait(len(piece))
+            ends = start + len(piece) >= len(body)
+            await send({"type": "http.response.body", "body": piece, "more_body": more or not ends})
