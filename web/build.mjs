@@ -1,9 +1,9 @@
-// Bundles the viewer (with three.js inside) and the worker for the Python package: ../src/upholster/web.
+// Bundles the viewer and what it loads for the Python package: ../src/upholster/web.
 //
 //     npm ci && npm run build      writes the files
 //     npm run check                compares them with what would be written
 //
-// The same sources and the pinned versions of esbuild, terser and three.js give the same bytes on any machine.
+// The same sources and the pinned versions of esbuild and terser give the same bytes on any machine.
 
 import { mkdir, readFile, writeFile } from 'node:fs/promises'
 import { fileURLToPath } from 'node:url'
@@ -13,45 +13,53 @@ import { minify } from 'terser'
 const here = (path) => fileURLToPath(new URL(path, import.meta.url))
 const SHOWN = 'src/upholster/web'
 
-/** Returns the notices that every copy has to carry. */
-async function notices() {
-  const read = async (path) => (await readFile(here(path), 'utf8')).replaceAll('\r\n', '\n').trim()
-  return {
-    ours: `upholster\n\n${await read('../LICENSE')}`,
-    three: `three.js (https://threejs.org), in upholster-viewer.js\n\n${await read('node_modules/three/LICENSE')}`,
-  }
+/** Files by name, and what each is made of. What a viewer loads on demand stays a file of its own. */
+const BUNDLES = {
+  'upholster-viewer.js': 'upholster-viewer.js',
+  'upholster-lab.js': 'upholster-lab.js',
+  'upholster-environment.js': 'upholster-environment.js',
+  'uph-worker.js': 'uph-worker-lean.js',
+  'uph-rare.js': 'uph-rare.js',
+}
+/** In a function of its own: it may stand before the worker in one script. */
+const WRAPPED = ['uph-rare.js']
+const ON_DEMAND = ['./upholster-lab.js', './upholster-environment.js', './uph-rare.js']
+
+/** Returns the notice that goes with copies. */
+async function notice() {
+  const text = await readFile(here('../LICENSE'), 'utf8')
+  return `upholster\n\n${text.replaceAll('\r\n', '\n').trim()}`
 }
 
-/** Returns a bundle, minified, behind its notices. */
-async function bundle(source, texts) {
+/** Returns a bundle, minified. */
+async function bundle(source) {
   const { outputFiles } = await build({
     absWorkingDir: here('.'),
     entryPoints: [source],
     bundle: true,
     minify: true,
-    format: 'esm',
+    format: WRAPPED.includes(source) ? 'iife' : 'esm',
     target: 'es2022',
     write: false,
+    external: ON_DEMAND.filter((name) => name !== `./${source}`),
     logLevel: 'silent', // errors are thrown, and told once, below
-    legalComments: 'none', // the notices stand in full at the top
+    legalComments: 'none', // all is ours; LICENSES.txt has the notice
   })
   // Of what esbuild leaves, terser takes 4 % (gzipped): a page with its stream has to stay small.
   const { code } = await minify(outputFiles[0].text, { module: true, ecma: 2020, compress: { passes: 3 } })
-  // The graphics card's programs and the style sheet need no indentation, empty lines, or comments.
+  // The graphics card's programs and the style sheet need no indentation, comments, or spaces round signs.
   const plain = code
     .replace(/ \/\/ [^\\"`]*(?=\\n)/g, '')
     .replace(/\\n(?:\\n|\\t| )+/g, '\\n')
-  return `/*!\n${texts.join('\n\n').replaceAll('*/', '* /')}\n*/\n${plain}\n`
+  return `/*! upholster, SPDX-License-Identifier: MIT, see LICENSES.txt */\n${plain}\n`
 }
 
 /** Returns what belongs into the folder, by name. */
 async function made() {
-  const { ours, three } = await notices()
-  return {
-    'upholster-viewer.js': await bundle('upholster-viewer.js', [ours, three]),
-    'uph-worker.js': await bundle('uph-worker.js', [ours]),
-    'LICENSES.txt': `The files of this folder are built from web/, by web/build.mjs.\n\n${ours}\n\n\n${three}\n`,
-  }
+  const text = await notice()
+  const files = {}
+  for (const [name, source] of Object.entries(BUNDLES)) files[name] = await bundle(source)
+  return { ...files, 'LICENSES.txt': `The files of this folder are built from web/, by web/build.mjs.\n\n${text}\n` }
 }
 
 /** Returns a line that says which file is not as it would be made; none: ''. */

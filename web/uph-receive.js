@@ -12,18 +12,29 @@ class Refusal extends Error {}
  *
  * `sink` has `received`, the bytes it has; `signal`, which ends the transfer; `feed(bytes)`, `end()`; and
  * `dispatchEvent`, for `stalled` {attempt, message} and `resumed`. Rejects with an Error of one line.
+ *
+ * `early` may be the promise of a response to `url` that was asked for before, of all or of a first part: then the rest is asked
+ * for when `sink.running` says that somebody can use it.
  */
-export async function receive(url, sink, options) {
+export async function receive(url, sink, options, early = null) {
   let version = null // what tells this version of the file from another
   for (let attempt = 0; !sink.signal.aborted; ) {
     const before = sink.received
+    const own = early
+    early = null
     try {
-      version = await receiveOnce(url, sink, options, version, attempt)
+      const got = await receiveOnce(url, sink, options, version, attempt, own)
+      version = got.version
+      if (own && got.isPart) {
+        await sink.running
+        continue
+      }
       sink.end()
       return
     } catch (error) {
       if (sink.signal.aborted) return
       if (error instanceof Refusal) throw error
+      if (own && !sink.received) continue // it is asked again, as if nobody had asked before
       attempt = sink.received > before ? 1 : attempt + 1
       if (!(sink.received || error.answered) || attempt > MAX_ATTEMPTS) throw new Error(`${url} can not be loaded: ${error.message}`)
       version = before ? (version ?? error.version) : error.version
@@ -33,7 +44,8 @@ export async function receive(url, sink, options) {
   }
 }
 
-async function receiveOnce(url, sink, { headers, ...options }, known, attempt) {
+/** One request and its answer: what version it was of, and whether it was asked for a part that is not the last. */
+async function receiveOnce(url, sink, { headers, ...options }, known, attempt, early) {
   const start = sink.received
   const connection = new AbortController()
   const stop = () => connection.abort()
@@ -48,21 +60,22 @@ async function receiveOnce(url, sink, { headers, ...options }, known, attempt) {
       // Across origins this header would need the server's permission; the answer is compared in any case.
       if (known && new URL(url, location.href).origin === location.origin) ownHeaders.set('If-Range', known)
     }
-    const response = await fetch(url, { ...options, headers: ownHeaders, signal: connection.signal })
-    if (start && response.status === 416) return known // there is no more
+    const response = await (early ?? fetch(url, { ...options, headers: ownHeaders, signal: connection.signal }))
+    if (start && response.status === 416) return { version: known } // there is no more
     if (response.status >= 500 || response.status === 429) throw new Error(`the server says ${response.status}`)
     if (!response.ok) throw new Refusal(`${url} can not be loaded: the server says ${response.status}`)
     answered = true
     version = strongTag(response.headers.get('ETag')) ?? response.headers.get('Last-Modified')
     if (start && known && version && version !== known) throw new Refusal(`${url} has changed on the server`)
     let skip = start && response.status !== 206 ? start : 0
-    const place = /^bytes (\d+)-/.exec(response.headers.get('Content-Range') ?? '')
+    const place = /^bytes (\d+)-(\d+)\/(.*)/.exec(response.headers.get('Content-Range') ?? '')
+    const isPart = place !== null && !(Number(place[2]) + 1 >= Number(place[3]))
     if (response.status === 206 && place && Number(place[1]) !== start) throw new Refusal(`${url} comes from a wrong place`)
     if (attempt) sink.dispatchEvent({ type: 'resumed' })
     const reader = response.body.getReader()
     for (;;) {
       const { done, value } = await reader.read()
-      if (done) return version
+      if (done) return { version, isPart }
       clearTimeout(timer)
       timer = setTimeout(stop, SILENCE_LIMIT)
       const used = Math.min(skip, value.length)

@@ -2,6 +2,7 @@
 //
 // In:  open {maxTextureSize, maxTexels}   once, first
 //      feed {bytes}                       further bytes of the stream
+//      end {}                             there are no more
 //      limit {bytes?, coefficients?}      show a prefix only; neither: all that has come
 //      exemplar {picture}                 paint with it, of the exemplar's size, instead of the exemplar; null: with that again
 //      counts {counts}                    segments of every chart, along s and along t
@@ -17,6 +18,7 @@
 //      state {state}                      where decoding stands
 //      error {message, offset}            the stream is damaged
 
+import './uph-rare.js'
 import { Session } from './worker/session.js'
 
 if (typeof WorkerGlobalScope !== 'undefined') {

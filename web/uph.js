@@ -5,6 +5,8 @@
  * work is proportional to the new bytes. Numbers in brackets in the modules of `uph/` are sections of SPEC.md.
  */
 
+import './uph/rare.js'
+
 export { UphError } from './uph/bytes.js'
 export { UphDecoder } from './uph/decoder.js'
 export { EzwDecoder } from './uph/ezw.js'

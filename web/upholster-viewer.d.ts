@@ -1,4 +1,30 @@
-import type { UphModel } from './uph-three.js'
+/** What a viewer shows: charts of a surface, whose textures and meshes refine while the stream comes. */
+export interface ViewerModel extends EventTarget {
+  readonly received: number
+  /** Length of the whole stream; null before its header has come. */
+  readonly total: number | null
+  readonly complete: boolean
+  /** Whether there is a textured view. */
+  readonly first: boolean
+  /** What is on screen: bytes used, shares (0 to 1) of significant coefficients and of charts with placements. */
+  readonly shown: { bytes: number; coefficients: number; charts: number }
+  /** Maps of which something is known: 'albedo', 'normal' … */
+  readonly roles: string[]
+  /** Round the whole surface, in the model's units. */
+  readonly sphere: { center: [number, number, number]; radius: number }
+  readonly texels: number
+  readonly quads: number
+  /** Show a prefix only: so many bytes, or a share of the coefficients, 0 to 1; null shows all that has come. */
+  setLimit(limit: { bytes: number } | { coefficients: number } | null): void
+  /** Show the model with another sample of the same shape; null: the stream's own. Resolves when it is in the textures. */
+  setExemplar(image: CanvasImageSource | Blob | ImageData | null): Promise<void>
+  /** Resolves when all that has come, up to the limit, is in the textures. */
+  settled(): Promise<void>
+  /** What has come so far. */
+  bytes(): Uint8Array
+  /** Stop receiving: what is shown stays. */
+  abort(): void
+}
 
 /** What an event tells of what is on screen. */
 export interface Shown {
@@ -33,24 +59,31 @@ export interface UpholsterViewerEventMap {
  * `<upholster-viewer src="ring.uph">`: shows a `.uph` stream while it comes.
  *
  * Attributes
- * - `src`: address of the stream.
+ * - `src`: address of the stream; it is asked for when the element is near the screen.
+ * - `alt`: what the picture shows, for those who do not see it.
+ * - `exemplar`: address of a picture of the same shape, as another colour of the sample, to show the model with.
  * - `worker`: address of `uph-worker.js`, if it does not lie beside the module.
  * - `view`: azimuth and elevation in degrees, "30,30" if not given, as `upholster cover --view`.
  * - `background`: a CSS colour, or "none"; a light or dark studio if not given.
- * - `controls`: "none" leaves the bare stage.
+ * - `environment`: address of a picture of surroundings, all round (2:1), that lights the model in place of the studio.
+ * - `controls`: "none" leaves the bare stage; "lab" adds the laboratory, which `upholster-lab.js` has.
  * - `autorotate`: turns until somebody touches it.
  *
- * Parts for `::part()`: canvas, panel, slider, button, card, note, loading, progress, corner, halves. Custom properties:
+ * A child with `slot="poster"`, as a picture, is seen until the model is.
+ *
+ * Parts for `::part()`: canvas, stage, button, note, progress, corner; of the laboratory also panel, slider, card, halves. Custom properties:
  * `--upholster-text`, `-muted`, `-surface`, `-line`, `-track`, `-accent`, `-on-accent` (colours) and `-font` (a family).
  */
 export class UpholsterViewer extends HTMLElement {
   /** The attribute `src`. Setting it opens that stream; null, as removing the attribute, shows nothing. */
   get src(): string | null
   set src(address: string | null | undefined)
+  /** The attribute `alt`; '' where there is none. */
+  alt: string
   /** Open a stream: its address, or the stream itself. What was open before is dropped. */
   open(source: string | Uint8Array | ArrayBuffer): void
   /** The model shown; null where nothing is open. */
-  readonly model: UphModel | null
+  readonly model: ViewerModel | null
   /** Azimuth and elevation in degrees. Setting them frames the whole model. Throws `RangeError` for what is no view. */
   get view(): [number, number]
   set view(view: [number, number] | string)

@@ -1,24 +1,21 @@
 /**
- * `<upholster-viewer src="ring.uph">`: shows a `.uph` stream while it comes, which a person can turn and light.
+ * `<upholster-viewer src="ring.uph">`: shows a `.uph` stream while it comes, which a person can turn.
  *
- * Attributes: src, worker, view, background, controls, autorotate; see `upholster-viewer.d.ts`. Needs three.js, WebGL2, and
+ * Attributes: src, alt, exemplar, worker, view, background, environment, controls, autorotate; see `upholster-viewer.d.ts`. Needs WebGL2, and
  * nothing that a strict content security policy forbids.
  */
 
-import { h } from './viewer/dom.js'
 import { parseView } from './viewer/frame.js'
-import { Session, prepare } from './viewer/session.js'
+import { Session } from './viewer/session.js'
 import { Stage } from './viewer/stage.js'
 import { style } from './viewer/style.js'
 import { amount } from './viewer/text.js'
 import { ViewerUI } from './viewer/ui.js'
+import { prepareWorker } from './uph-workers.js'
 
 const START_VIEW = [30, 30]
 const TURN_DEGREES = 7.5
 const ZOOM_FACTOR = 1.15
-
-/** What the full quality is compared with where nothing else was chosen. */
-const COMPARED_LIMIT = { coefficients: 0.07 }
 
 const KEYS = {
   ArrowLeft: 'left',
@@ -29,36 +26,26 @@ const KEYS = {
   '=': 'nearer',
   '-': 'farther',
   0: 'reset',
-  l: 'light',
-  w: 'wireframe',
-  b: 'borders',
-  s: 'split',
-  p: 'picture',
-  i: 'numbers',
   f: 'fullscreen',
-  '?': 'help',
-  Escape: 'close',
 }
-
-/** Actions that need no controls. */
-const STAGE_ACTIONS = ['left', 'right', 'up', 'down', 'nearer', 'farther', 'reset']
 
 const DARK_SCHEME = matchMedia('(prefers-color-scheme: dark)')
 const REDUCED_MOTION = matchMedia('(prefers-reduced-motion: reduce)')
 
 /** The element; importing this module defines it. */
 export class UpholsterViewer extends HTMLElement {
-  static observedAttributes = ['src', 'view', 'background', 'controls', 'autorotate']
+  static observedAttributes = ['src', 'alt', 'exemplar', 'view', 'background', 'environment', 'controls', 'autorotate']
 
   #ui
   #source = null
   #view = null
   #session = null
   #stage = null
+  #lab = null
   #listening = null
   #refreshing = 0
   #contextLost = false
-  #options = { wireframe: false, borders: false }
+  #seen = false // near the screen, once
 
   constructor() {
     super()
@@ -66,19 +53,9 @@ export class UpholsterViewer extends HTMLElement {
     root.adoptedStyleSheets = [style()]
     this.#ui = new ViewerUI(root, {
       act: (name) => this.#act(name),
-      limit: (limit) => this.#setLimit(limit),
-      light: (direction) => {
-        this.#stage.light = direction
-        this.#ui.light = this.#stage.light
-      },
-      measure: () => this.#stage.measure(),
-      retry: () => this.open(this.#source),
       key: (event) => this.#key(event),
+      retry: () => this.open(this.#source),
     })
-    this.#ui.oncard = (name) => {
-      if (this.#stage) this.#stage.dragLight = name === 'light'
-      this.#refresh()
-    }
   }
 
   // ---------------------------------------------------------------- public
@@ -100,7 +77,16 @@ export class UpholsterViewer extends HTMLElement {
     else this.setAttribute('src', address)
   }
 
-  /** The model shown, a `UphModel`, or null. */
+  /** What the picture shows, in words, for those who do not see it. */
+  get alt() {
+    return this.getAttribute('alt') ?? ''
+  }
+
+  set alt(text) {
+    this.setAttribute('alt', text)
+  }
+
+  /** The model shown, see `viewer/model.js`, or null. */
   get model() {
     return this.#session?.model ?? null
   }
@@ -160,20 +146,19 @@ export class UpholsterViewer extends HTMLElement {
     const { signal } = this.#listening
     DARK_SCHEME.addEventListener('change', () => this.#applySettings(), { signal })
     REDUCED_MOTION.addEventListener('change', () => this.#applySettings(), { signal })
-    document.addEventListener('fullscreenchange', () => this.#ui.press('fullscreen', this.fullscreen), { signal })
+    document.addEventListener('fullscreenchange', () => (this.#ui.fullscreen = this.fullscreen), { signal })
     const { canvas } = this.#stage
     canvas.tabIndex = 0
     const described = { part: 'canvas', role: 'application', 'aria-roledescription': '3D model' }
     for (const [name, value] of Object.entries(described)) canvas.setAttribute(name, value)
-    this.#stage.onlight = () => (this.#ui.light = this.#stage.light)
     this.#stage.onlost = () => this.#setContextLost(true)
     this.#stage.onrestored = () => this.#setContextLost(false)
-    this.#ui.light = this.#stage.light
+    this.#stage.onseen = () => this.#see()
     this.#applySettings()
     this.#rotate()
+    this.#light()
+    if (this.#source === null) prepareWorker(this.getAttribute('worker'))
     this.#refresh()
-    if (this.#source !== null) this.#begin()
-    else prepare(this.getAttribute('worker'))
     // After the request has gone out.
     requestAnimationFrame(() => this.#stage?.precompile())
   }
@@ -186,7 +171,9 @@ export class UpholsterViewer extends HTMLElement {
       this.#listening.abort()
       this.#stage.dispose()
       this.#stage = null
-      this.#contextLost = false
+      this.#lab?.dispose()
+      this.#lab = null
+      this.#contextLost = this.#seen = false
     })
   }
 
@@ -195,6 +182,8 @@ export class UpholsterViewer extends HTMLElement {
     if (name === 'src') this.open(after)
     else if (name === 'view') this.view = this.#startView
     else if (name === 'autorotate') this.#rotate()
+    else if (name === 'environment') this.#light()
+    else if (name === 'exemplar') this.#dye()
     else this.#applySettings()
   }
 
@@ -212,6 +201,8 @@ export class UpholsterViewer extends HTMLElement {
     this.#stage.setBackground(this.getAttribute('background'), DARK_SCHEME.matches)
     this.#stage.reducedMotion = REDUCED_MOTION.matches
     if (REDUCED_MOTION.matches) this.#rotate()
+    this.#openLab()
+    this.#refresh()
   }
 
   #rotate() {
@@ -223,14 +214,72 @@ export class UpholsterViewer extends HTMLElement {
     this.#refresh()
   }
 
+  /** The laboratory comes when it is asked for: a page without it does not load it. */
+  async #openLab() {
+    const wanted = this.getAttribute('controls') === 'lab'
+    if (wanted === (this.#lab !== null)) return
+    if (!wanted) {
+      this.#lab.dispose()
+      this.#lab = null
+      return
+    }
+    try {
+      const { Lab } = await import('./upholster-lab.js')
+      if (this.#lab || !this.#stage || this.getAttribute('controls') !== 'lab') return
+      this.#lab = new Lab({ ui: this.#ui, stage: this.#stage, viewer: this, session: () => this.#session, refresh: () => this.#refresh() })
+      this.#refresh()
+    } catch {
+      this.#ui.say('The laboratory, upholster-lab.js, can not be loaded.')
+    }
+  }
+
+  /** Light the model by a picture of surroundings, if one is named. */
+  async #light() {
+    const address = this.getAttribute('environment')
+    if (!address) {
+      this.#stage.environment = null
+      return
+    }
+    try {
+      const { loadEnvironment } = await import('./upholster-environment.js')
+      const environment = await loadEnvironment(address)
+      if (this.#stage && this.getAttribute('environment') === address) this.#stage.environment = environment
+    } catch (error) {
+      this.#ui.say(`The environment ${address} can not be loaded.`)
+      this.#emit('error', { message: `environment ${address} can not be loaded`, error })
+    }
+  }
+
+  /** Show the model with another sample, if one is named, or with its own again. */
+  async #dye() {
+    const address = this.getAttribute('exemplar')
+    const { model } = this
+    try {
+      const response = address && (await fetch(address))
+      if (response && !response.ok) throw new Error(`the server says ${response.status}`)
+      const picture = response ? await response.blob() : null
+      if (model && model === this.model && address === this.getAttribute('exemplar')) await model.setExemplar(picture)
+    } catch (error) {
+      this.#emit('error', { message: `exemplar ${address} can not be loaded`, error })
+    }
+  }
+
   // ---------------------------------------------------------------- the stream
 
+  /** The element has come near the screen: now its stream is wanted. */
+  #see() {
+    this.#seen = true
+    if (!this.#session && this.#source !== null) this.#begin()
+  }
+
   #begin() {
-    if (!this.#stage) return
-    const session = new Session(this.#source, this.getAttribute('worker'), (type, event) => {
-      if (session === this.#session) this.#receive(type, event)
+    if (!this.#stage || !(this.#seen || typeof this.#source !== 'string')) return
+    let session = null // bytes that are here already are told of before there is one
+    session = new Session(this.#source, this.getAttribute('worker'), (type, event) => {
+      if (session && session === this.#session) this.#receive(type, event)
     })
     this.#session = session
+    if (this.hasAttribute('exemplar')) this.#dye()
     this.#refresh()
   }
 
@@ -244,10 +293,8 @@ export class UpholsterViewer extends HTMLElement {
   #receive(type, event) {
     const session = this.#session
     const stage = this.#stage
-    if (type === 'first') {
-      session.draw(this.#options)
-      stage.show(session.model)
-    } else if (type === 'refine' || type === 'geometry') stage.refresh({ shape: type === 'geometry' })
+    if (type === 'first') stage.show(session.model)
+    else if (type === 'refine' || type === 'geometry') stage.refresh({ shape: type === 'geometry' })
     this.#refresh()
     if (type === 'first' || type === 'refine' || type === 'complete') this.#report(session, type)
     if (type !== 'error') return
@@ -260,12 +307,10 @@ export class UpholsterViewer extends HTMLElement {
     await this.#stage.drawn()
     if (session !== this.#session) return
     const { time } = session
-    if (type === 'first') {
-      session.firstTime = time
-      this.#ui.say('First view. It gets sharper while the rest is loading.')
-    } else if (type === 'complete') {
+    if (type === 'first') session.firstTime = time
+    else if (type === 'complete') {
       session.completeTime = time
-      this.#ui.say(`The whole stream is loaded: ${amount(session.model.received)}.`)
+      this.#ui.say(`Loaded: ${amount(session.model.received)}.`)
     }
     this.#refresh()
     this.#emit(type, { ...session.model.shown, milliseconds: time })
@@ -275,11 +320,18 @@ export class UpholsterViewer extends HTMLElement {
     this.dispatchEvent(new CustomEvent(type, { detail }))
   }
 
-  /** Update panel, cards and notes, at most once a frame. */
+  /** What the picture is called. */
+  get #name() {
+    return this.alt || this.#session?.name.replace(/\.uph$/, '') || (this.#session ? '3D model' : 'No model')
+  }
+
+  /** Update buttons and notes, at most once a frame. */
   #refresh() {
     this.#refreshing ||= requestAnimationFrame(() => {
       this.#refreshing = 0
-      if (this.#stage) this.#ui.update(this.#session, this.#stage, this.#contextLost)
+      if (!this.#stage) return
+      this.#ui.update(this.#session, this.#stage.canvas, this.#name, this.#contextLost)
+      this.#lab?.update(this.#session)
     })
   }
 
@@ -292,68 +344,17 @@ export class UpholsterViewer extends HTMLElement {
     else if (name === 'up' || name === 'down') stage.turn(0, name === 'up' ? TURN_DEGREES : -TURN_DEGREES)
     else if (name === 'nearer' || name === 'farther') stage.zoom(name === 'nearer' ? ZOOM_FACTOR : 1 / ZOOM_FACTOR)
     else if (name === 'reset') stage.reset()
-    else if (name === 'light' || name === 'numbers' || name === 'help') this.#ui.show(this.#ui.card === name ? null : name)
-    else if (name === 'close') this.#ui.show(null)
-    else if (name === 'split') this.#compare()
-    else if (name === 'picture') this.#save()
-    else if (name === 'fullscreen') this.fullscreen = !this.fullscreen
-    else this.#toggle(name)
+    else this.fullscreen = !this.fullscreen
   }
 
   #key(event) {
     if (event.ctrlKey || event.metaKey || event.altKey || event.defaultPrevented) return
     if (event.target.matches('input') && /^(Arrow|Home|End|Page)/.test(event.key)) return
-    const name = KEYS[event.key.length === 1 ? event.key.toLowerCase() : event.key]
-    if (!name || (!this.#hasControls && !STAGE_ACTIONS.includes(name))) return
-    // Escape is the page's where no card is open.
-    if (name === 'close' && !this.#ui.card) return
+    const key = event.key.length === 1 ? event.key.toLowerCase() : event.key
+    const name = KEYS[key]
+    if (name && (this.#hasControls || name !== 'fullscreen')) this.#act(name)
+    else if (!this.#lab?.key(key)) return
     event.preventDefault()
-    this.#act(name)
-  }
-
-  #setLimit(limit) {
-    this.#session?.setLimit(limit)
-    this.#refresh()
-  }
-
-  #toggle(name) {
-    this.#options[name] = !this.#options[name]
-    this.#ui.press(name, this.#options[name])
-    this.#session?.draw(this.#options)
-    this.#stage.refresh()
-  }
-
-  #compare() {
-    const session = this.#session
-    const stage = this.#stage
-    if (!session || session.loading || !session.model.first) {
-      this.#ui.say('Comparing needs the whole stream, which is still loading.')
-      return
-    }
-    if (session.other) {
-      stage.show(session.model)
-      session.uncompare()
-    } else {
-      if (!session.limit) session.setLimit(COMPARED_LIMIT)
-      session.compare((type) => {
-        if (session !== this.#session || !session.other) return
-        if (type === 'first') {
-          session.draw(this.#options)
-          stage.show(session.model, session.other)
-        } else stage.refresh()
-        this.#refresh()
-      })
-    }
-    this.#refresh()
-  }
-
-  async #save() {
-    if (!this.model?.first) return
-    const name = this.#session.name.replace(/\.uph$/, '')
-    const url = URL.createObjectURL(await this.picture())
-    h('a', { href: url, download: `${name === 'This' ? 'model' : name}.png` }).click()
-    setTimeout(() => URL.revokeObjectURL(url), 10_000)
-    this.#ui.say('Picture saved.')
   }
 }
 

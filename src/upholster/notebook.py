@@ -79,7 +79,7 @@ def view(model: Any, *, height: int = 480) -> Viewer:
     Returns
     -------
     Viewer
-        What a notebook shows: one frame, which takes 0.3 MB of the notebook and the stream, of which it keeps
+        What a notebook shows: one frame, which takes 0.1 MB of the notebook and the stream, of which it keeps
         4 MB at most.
 
     Raises

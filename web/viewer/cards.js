@@ -1,7 +1,7 @@
-/** What lies on the stage: numbers, help, the light's direction, notes, and how far loading is. */
+/** Cards of the laboratory: numbers, help, the light's direction. */
 
 import { h } from './dom.js'
-import { iconButton } from './panel.js'
+import { labButton } from './icons.js'
 import { amount, count, duration, percent } from './text.js'
 
 const KEYS = [
@@ -19,7 +19,7 @@ const KEYS = [
 ]
 
 function card(name, title, close, ...children) {
-  const header = h('header', {}, h('h2', {}, title), iconButton('close', `Close: ${title.toLowerCase()}`, '', close))
+  const header = h('header', {}, h('h2', {}, title), labButton('close', `Close: ${title.toLowerCase()}`, '', close))
   return h('section', { class: `card ${name}`, part: `card ${name}`, 'aria-label': title, hidden: true }, header, ...children)
 }
 
@@ -92,51 +92,5 @@ export class NumbersCard {
     this.#values.Frame.textContent = '…'
     const time = await this.#measure()
     this.#values.Frame.textContent = Number.isNaN(time) ? '–' : time < 10 ? `${time.toFixed(1)} ms` : duration(time)
-  }
-}
-
-/** One note at a time: an error, or what the viewer waits for. */
-export class Note {
-  #title = h('p', { class: 'title' })
-  #advice = h('p')
-  #detail = h('p', { class: 'detail' })
-  #retry
-
-  constructor(retry) {
-    this.#retry = h('button', { type: 'button', class: 'main', part: 'button', click: retry }, 'Try again')
-    this.element = h('div', { class: 'note', part: 'note', hidden: true }, this.#title, this.#advice, this.#detail, this.#retry)
-  }
-
-  /** `middle` where there is no picture; `retry` offers to try again. */
-  show({ title, advice = '', detail = '', middle = false, retry = false }) {
-    for (const [line, text] of [[this.#title, title], [this.#advice, advice], [this.#detail, detail]]) {
-      line.textContent = text
-      line.hidden = !text
-    }
-    this.#retry.hidden = !retry
-    this.element.classList.toggle('middle', middle)
-    this.element.hidden = false
-  }
-
-  hide() {
-    this.element.hidden = true
-  }
-}
-
-/** Before the first view a quiet bar in the middle, then a line on the upper edge until all is here. */
-export class Loading {
-  #amount = h('span')
-
-  constructor() {
-    this.bar = h('div', { class: 'loading', part: 'loading', hidden: true }, h('div', {}, h('i')), this.#amount)
-    this.line = h('div', { class: 'line', part: 'progress', hidden: true }, h('i'))
-  }
-
-  update({ received, total }, { loading, shown }) {
-    this.bar.hidden = !loading || shown
-    this.line.hidden = !loading || !shown
-    const share = total ? received / total : 0
-    for (const element of [this.bar, this.line]) element.style.setProperty('--share', share.toFixed(4))
-    this.#amount.textContent = received ? `${amount(received)}${total ? ` of ${amount(total)}` : ''}` : 'Loading…'
   }
 }

@@ -1,79 +1,64 @@
 /** Turning, zooming and panning round a model in the unit ball; z is up. */
 
-import { PerspectiveCamera } from 'three'
-import { OrbitControls } from 'three/addons/controls/OrbitControls.js'
-import { angles, axes, fit, FIELD_OF_VIEW } from './frame.js'
+import { axes, FIELD_OF_VIEW, fit, plus, radians, SLOPE } from './frame.js'
 
 /** How near and far the eye comes to what it looks at, in radii of the model. */
 const [NEAREST, FARTHEST] = [0.02, 25]
 
-const UNKNOWN = new Float32Array([-1, -1, -1, 1, 1, 1])
+/** Turns per height of the canvas that is dragged over, degrees per second of turning by itself, how fast movements run out. */
+const [DRAG_DEGREES, AUTO_DEGREES, DECAY] = [290, 7.2, 8]
 
-/** A camera and what moves it. `onchange` is called when a frame is due, `onmove` when a person has moved it. */
+const WHEEL = 0.0016 // of the zoom's logarithm, per pixel
+const UNKNOWN = new Float32Array([-1, -1, -1, 1, 1, 1])
+const limit = (x, low, high) => Math.min(Math.max(x, low), high)
+
+/** A camera and what moves it. `onchange` is called when a frame is due. */
 export class Orbit {
   onchange = () => {}
-  camera = new PerspectiveCamera(FIELD_OF_VIEW, 1, 0.1, 10)
   /** Whether somebody has moved the camera: then it is not framed again by itself. */
   touched = false
-  #controls
-  #points = UNKNOWN
-  #view
-  #aspect = 1
-
-  /** @param {HTMLCanvasElement} canvas @param {[number, number]} view azimuth and elevation to start with, in degrees */
-  constructor(canvas, view) {
-    this.#view = view
-    this.camera.up.set(0, 0, 1)
-    this.#controls = new OrbitControls(this.camera, canvas)
-    Object.assign(this.#controls, {
-      dampingFactor: 0.12,
-      minDistance: NEAREST,
-      maxDistance: FARTHEST,
-      rotateSpeed: 0.8,
-      autoRotateSpeed: 1.2,
-      enabled: false,
-    })
-    this.#controls.addEventListener('change', () => this.onchange())
-    this.#controls.addEventListener('start', () => this.#touch())
-    this.#frame()
-  }
-
   /** Whether there is anything to turn. */
-  set enabled(on) {
-    this.#controls.enabled = on
-  }
-
+  enabled = false
   /** Whether dragging rotates; zooming and panning are always possible. */
-  set dragRotates(on) {
-    this.#controls.enableRotate = on
-  }
-
-  get dragRotates() {
-    return this.#controls.enableRotate
-  }
-
+  dragRotates = true
   /** Whether zooming goes to the pointer, or to the middle. */
-  set zoomToPointer(on) {
-    this.#controls.zoomToCursor = on
-  }
-
+  zoomToPointer = true
   /** Whether movements run out, instead of ending at once. */
-  set damping(on) {
-    this.#controls.enableDamping = on
+  damping = true
+  #canvas
+  #points = UNKNOWN
+  #start
+  #aspect = 1
+  #target
+  #angles
+  #distance
+  #turning = [0, 0] // degrees per second
+  #auto = false
+  #pointers = new Map()
+
+  /** @param {HTMLElement} canvas @param {[number, number]} view azimuth and elevation to start with, in degrees */
+  constructor(canvas, view, signal) {
+    this.#canvas = canvas
+    this.#start = view
+    this.#frame()
+    const listen = (type, work) => canvas.addEventListener(type, work, { signal })
+    listen('pointerdown', (event) => this.#press(event))
+    listen('pointermove', (event) => this.#move(event))
+    listen('pointercancel', (event) => this.#cancel(event))
+    for (const type of ['pointerup', 'lostpointercapture']) listen(type, ({ pointerId }) => this.#pointers.delete(pointerId))
+    listen('contextmenu', (event) => event.preventDefault())
+    canvas.addEventListener('wheel', (event) => this.#wheel(event), { signal, passive: false })
   }
 
+  /** Degrees from the middle of one frame to the next; only while nobody touches it. */
   set autorotate(on) {
-    this.#controls.autoRotate = on
+    this.#auto = on
     this.onchange()
   }
 
-  get autorotate() {
-    return this.#controls.autoRotate
-  }
-
-  /** The model's vertices: what has to be in sight. Null: there is no model. */
+  /** The model's vertices: what has to be in sight. */
   set points(points) {
-    this.#points = points ?? UNKNOWN
+    this.#points = points
     if (!this.touched) this.#frame()
   }
 
@@ -81,22 +66,19 @@ export class Orbit {
   set aspect(aspect) {
     const before = this.#aspect
     if (aspect === before) return
-    this.#aspect = this.camera.aspect = aspect
+    this.#aspect = aspect
     if (!this.touched) return this.#frame()
-    const distance = (a) => {
-      const { eye, target } = fit(this.#points, a, this.view)
-      return eye.distanceTo(target)
-    }
-    this.#stand(this.#offset.multiplyScalar(distance(aspect) / distance(before)))
+    const distance = (a) => fit(this.#points, a, this.#angles).distance
+    this.#distance *= distance(aspect) / distance(before)
   }
 
   /** Azimuth and elevation in degrees. Setting them frames the whole model. */
   get view() {
-    return angles(this.#offset)
+    return [((((this.#angles[0] + 180) % 360) + 360) % 360) - 180, this.#angles[1]]
   }
 
   set view(view) {
-    this.#view = view
+    this.#start = view
     this.reset()
   }
 
@@ -109,61 +91,127 @@ export class Orbit {
 
   /** Turn by degrees: round the model, and up. */
   turn(across, up) {
-    const [azimuth, elevation] = this.view
-    const backward = axes([azimuth - across, Math.min(Math.max(elevation + up, -89.9), 89.9)])[2]
     this.#touch()
-    this.#stand(backward.multiplyScalar(this.#offset.length()))
+    this.#rotate(-across, up)
   }
 
-  /** Come nearer by a factor. */
-  zoom(factor) {
-    const distance = this.#offset.length() / factor
+  /** Come nearer by a factor; `toward` is a place on the canvas, from the middle, in its half height. */
+  zoom(factor, toward = [0, 0]) {
     this.#touch()
-    this.#stand(this.#offset.setLength(Math.min(Math.max(distance, NEAREST), FARTHEST)))
+    const before = this.#distance
+    this.#distance = limit(before / factor, NEAREST, FARTHEST)
+    if (this.zoomToPointer) this.#pan(toward[0] * (before - this.#distance), toward[1] * (before - this.#distance))
+    this.onchange()
   }
 
   /** Go on with movements under way, by a time in seconds. */
   update(seconds) {
-    if (this.#controls.enabled) this.#controls.update(seconds)
+    if (!this.enabled) return
+    if (this.#auto) this.#rotate(-AUTO_DEGREES * seconds, 0)
+    const [across, up] = this.#turning
+    if (this.#pointers.size || Math.hypot(across, up) < 1) return
+    this.#rotate(across * seconds, up * seconds)
+    const share = Math.exp(-DECAY * seconds)
+    this.#turning = [across * share, up * share]
   }
 
-  /** Set the camera's limits of depth for a unit ball on a floor. */
-  prepare() {
-    const distance = this.camera.position.length()
-    this.camera.near = Math.max(distance - 1.05, 0.004)
-    this.camera.far = distance + 9
-    this.camera.updateProjectionMatrix()
+  /** The camera: its eye and axes, and the matrix (column by column) from the world to the clip space. */
+  camera() {
+    const [right, up, backward] = axes(this.#angles)
+    const eye = plus(this.#target, backward, this.#distance)
+    const far = Math.hypot(...eye) + 9
+    const near = Math.max(Math.hypot(...eye) - 1.05, 0.004)
+    const [sx, sy] = [1 / (SLOPE * this.#aspect), 1 / SLOPE]
+    const [sz, tz] = [(near + far) / (far - near), (-2 * near * far) / (far - near)]
+    const away = (axis) => -(axis[0] * eye[0] + axis[1] * eye[1] + axis[2] * eye[2])
+    const column = (n) => [sx * right[n], sy * up[n], -sz * backward[n], -backward[n]]
+    const last = [sx * away(right), sy * away(up), -sz * away(backward) + tz, -away(backward)]
+    return { eye, right, up, backward, near, matrix: [...column(0), ...column(1), ...column(2), ...last] }
   }
 
-  dispose() {
-    this.#controls.dispose()
-  }
-
-  get #offset() {
-    return this.camera.position.clone().sub(this.#controls.target)
+  #frame() {
+    Object.assign(this, { touched: false })
+    const { target, distance } = fit(this.#points, this.#aspect, this.#start)
+    this.#target = target
+    this.#distance = distance
+    this.#angles = [...this.#start]
+    this.#turning = [0, 0]
+    this.onchange()
   }
 
   #touch() {
     this.touched = true
-    this.#controls.autoRotate = false
+    this.#auto = false
+    this.#turning = [0, 0]
   }
 
-  #frame() {
-    const { eye, target } = fit(this.#points, this.#aspect, this.#view)
-    this.#controls.target.copy(target)
-    this.#stand(eye.sub(target))
-  }
-
-  /** Stand at an offset from the target, and forget movements under way. */
-  #stand(offset) {
-    const { enableDamping, autoRotate } = this.#controls
-    const target = this.#controls.target.clone()
-    Object.assign(this.#controls, { enableDamping: false, autoRotate: false })
-    this.#controls.update()
-    this.#controls.target.copy(target)
-    this.camera.position.copy(target).add(offset)
-    this.#controls.update()
-    Object.assign(this.#controls, { enableDamping, autoRotate })
+  #rotate(across, up) {
+    this.#angles = [this.#angles[0] + across, limit(this.#angles[1] + up, -89.9, 89.9)]
     this.onchange()
   }
+
+  /** Move what is looked at, in the picture's plane. */
+  #pan(right, up) {
+    const [x, y] = axes(this.#angles)
+    this.#target = plus(plus(this.#target, x, right * SLOPE), y, up * SLOPE)
+  }
+
+  /** A place on the canvas, from its middle, in its half height; up is positive. */
+  #place({ clientX, clientY }) {
+    const { left, top, width, height } = this.#canvas.getBoundingClientRect()
+    return [(2 * (clientX - left) - width) / height, (height - 2 * (clientY - top)) / height]
+  }
+
+  #press(event) {
+    if (!this.enabled) return
+    this.#canvas.setPointerCapture(event.pointerId)
+    this.#pointers.set(event.pointerId, { place: this.#place(event), time: event.timeStamp, angles: [...this.#angles] })
+    this.#touch()
+    this.onchange()
+  }
+
+  /** The browser takes a finger to scroll the page: as if it had not moved the model. */
+  #cancel({ pointerId }) {
+    const own = this.#pointers.get(pointerId)
+    if (!own || !this.#pointers.delete(pointerId)) return
+    this.#angles = own.angles
+    this.#turning = [0, 0]
+    this.onchange()
+  }
+
+  #move(event) {
+    const own = this.#pointers.get(event.pointerId)
+    if (!own) return
+    const place = this.#place(event)
+    const [dx, dy] = [place[0] - own.place[0], place[1] - own.place[1]]
+    const seconds = Math.max(event.timeStamp - own.time, 1) / 1000
+    const others = [...this.#pointers].filter(([id]) => id !== event.pointerId).map(([, { place: other }]) => other)
+    Object.assign(own, { place, time: event.timeStamp })
+    if (others.length) this.#pinch(others[0], place, [dx, dy])
+    else if (event.buttons > 1 || event.ctrlKey || event.metaKey) this.#pan(-dx * this.#distance, -dy * this.#distance)
+    else if (this.dragRotates) {
+      const [across, up] = [(-dx * DRAG_DEGREES) / 2, (-dy * DRAG_DEGREES) / 2]
+      this.#rotate(across, up)
+      if (this.damping) this.#turning = [across / seconds, up / seconds].map((speed) => limit(speed, -400, 400))
+    }
+    this.onchange()
+  }
+
+  /** Two fingers: one stays, the other has moved by (dx, dy) to a place. */
+  #pinch(other, place, [dx, dy]) {
+    const apart = Math.hypot(place[0] - other[0], place[1] - other[1])
+    const before = Math.hypot(place[0] - dx - other[0], place[1] - dy - other[1])
+    this.#pan((-dx / 2) * this.#distance, (-dy / 2) * this.#distance)
+    if (before > 0) this.zoom(apart / before, [(place[0] + other[0]) / 2, (place[1] + other[1]) / 2])
+  }
+
+  #wheel(event) {
+    if (!this.enabled) return
+    event.preventDefault()
+    const pixels = event.deltaY * [1, 16, 400][event.deltaMode]
+    // A touchpad's pinch comes as a wheel with Ctrl, in smaller steps.
+    this.zoom(Math.exp(-WHEEL * limit(event.ctrlKey ? 4 * pixels : pixels, -400, 400)), this.#place(event))
+  }
 }
+
+export { FIELD_OF_VIEW, radians }

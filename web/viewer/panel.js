@@ -1,6 +1,7 @@
-/** The panel below the stage: how much of the stream is shown, and the tools. */
+/** The laboratory's panel below the stage: how much of the stream is shown, and the tools. */
 
-import { h, icon } from './dom.js'
+import { h } from './dom.js'
+import { labButton } from './icons.js'
 import { amount, percent } from './text.js'
 
 /** Shares of the coefficients that have a button. */
@@ -38,15 +39,6 @@ const TOOLS = [
   ['split', 'Compare with full quality', 'S', true],
   ['picture', 'Save a picture', 'P', false],
 ]
-
-/** A button with a drawing instead of words. */
-export function iconButton(name, label, key, click, { toggle = false } = {}) {
-  const title = key ? `${label} (${key})` : label
-  const keys = key ? { 'aria-keyshortcuts': key } : {}
-  const pressed = toggle ? { 'aria-pressed': 'false' } : {}
-  const part = `button ${name}`
-  return h('button', { type: 'button', class: 'icon', part, title, 'aria-label': label, ...keys, ...pressed, click }, icon(name))
-}
 
 /**
  * The controls below the stage.
@@ -94,7 +86,7 @@ export class Panel {
     }, 'Live')
     this.#shares = new Map([[null, live], ...SHARES.map((value) => [value, share(value)])])
     for (const [name, label, key, toggle] of TOOLS) {
-      this.#tools[name] = iconButton(name, label, key, () => act(name), { toggle })
+      this.#tools[name] = labButton(name, label, key, () => act(name), { toggle })
     }
     const group = (label, name, ...children) => h('div', { class: name, part: name, role: 'group', 'aria-label': label }, ...children)
     this.element = group(

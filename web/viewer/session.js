@@ -1,21 +1,16 @@
-/** One stream that was opened: its model, the full quality to compare with, times, and errors. */
+/** One stream that was opened: its model, how it is fetched, times, and errors. */
 
-import { UphLoader } from '../uph-three.js'
+import { receive } from '../uph-receive.js'
+import { Model } from './model.js'
 import { explain } from './text.js'
+import { takeEarly, takeWorker } from '../uph-workers.js'
 
-const EVENTS = ['progress', 'first', 'refine', 'geometry', 'complete', 'stalled', 'resumed']
-
-/** Have a worker wait for the first stream. */
-export function prepare(worker) {
-  const loader = new UphLoader()
-  if (worker) loader.setWorkerURL(worker)
-  loader.prepare()
-}
+const EVENTS = ['progress', 'first', 'refine', 'geometry', 'complete', 'stalled', 'resumed', 'error']
 
 export class Session {
   /** The same stream in full quality, to compare with; null where nobody does. */
   other = null
-  /** As `UphModel.setLimit` takes it. */
+  /** As `Model.setLimit` takes it. */
   limit = null
   /** The error, as `explain` puts it; null while there is none. */
   problem = null
@@ -26,35 +21,30 @@ export class Session {
   completeTime = null
   /** How many changes made a new frame necessary. */
   changes = 0
-  #loader = new UphLoader()
+  #worker
   #start = performance.now()
 
   /**
    * @param {string | Uint8Array | ArrayBuffer} source an address, or the stream itself
-   * @param {string | null} worker address of uph-worker.js; null for the loader's default
+   * @param {string | null} worker address of uph-worker.js; null: beside the viewer
    * @param {(type: string, event: object) => void} notify called with the model's events, 'error' with its `problem` set
    */
   constructor(source, worker, notify) {
-    if (worker) this.#loader.setWorkerURL(worker)
+    this.#worker = worker
     const isAddress = typeof source === 'string'
-    this.name = isAddress ? decodeURIComponent(source.split(/[?#]/)[0].split('/').at(-1)) || source : 'This'
+    this.name = isAddress ? decodeURIComponent(source.split(/[?#]/)[0].split('/').at(-1)) || source : ''
     this.failed = new Promise((resolve) => (this.fail = resolve))
-    this.model = isAddress ? this.#loader.load(source, undefined, undefined, () => {}) : this.#loader.parse(source)
+    const model = (this.model = new Model(takeWorker(worker)))
     for (const type of EVENTS) {
-      this.model.addEventListener(type, (event) => {
+      model.addEventListener(type, (event) => {
         if (type === 'first' || type === 'refine' || type === 'geometry') this.changes++
         if (type === 'stalled' || type === 'progress' || type === 'resumed') this.stalled = type === 'stalled'
+        if (type === 'error' && !this.#explain(event.error)) return
         notify(type, event)
       })
     }
-    this.model.addEventListener('error', (event) => {
-      if (this.problem) return
-      const { first: shown, received, total } = this.model
-      this.stalled = false
-      this.problem = explain(event.error, { shown, received, total, name: this.name })
-      this.fail()
-      notify('error', event)
-    })
+    if (isAddress) this.#receive(source, model.client)
+    else give(model, ArrayBuffer.isView(source) ? source.slice() : new Uint8Array(source.slice(0)))
   }
 
   /** Whether bytes are awaited. */
@@ -67,32 +57,16 @@ export class Session {
     return performance.now() - this.#start
   }
 
-  /** All numbers at once, as panel and cards show them. */
-  get state() {
-    const { received, total, shown, texels, roles, children } = this.model
-    const { limit, firstTime: first, completeTime: complete } = this
-    const triangles = children.reduce((sum, { isMesh, geometry }) => sum + (isMesh ? (geometry.index?.count ?? 0) / 3 : 0), 0)
-    return { received, total, limit, shown, texels, triangles, roles, first, complete }
-  }
-
   /** Show a part of what has come: {bytes}, {coefficients}; null for all of it. */
   setLimit(limit) {
     this.limit = limit
     this.model.setLimit(limit)
   }
 
-  /** Wireframe, and the borders of the charts. */
-  draw({ wireframe, borders }) {
-    for (const model of [this.model, this.other]) {
-      if (!model) continue
-      model.wireframe = wireframe
-      model.outlines.visible = borders
-    }
-  }
-
   /** Load what has come a second time; `ready` is called with 'first' when it is there in full, and when it refines. */
   compare(ready) {
-    const other = (this.other = this.#loader.parse(this.model.bytes()))
+    const other = (this.other = new Model(takeWorker(this.#worker)))
+    give(other, this.model.bytes())
     other.settled().then(() => {
       if (this.other !== other) return
       this.changes++
@@ -120,8 +94,30 @@ export class Session {
 
   dispose() {
     this.fail()
-    this.model.abort()
     this.model.dispose()
     this.uncompare()
   }
+
+  async #receive(address, client) {
+    try {
+      await receive(address, client, { credentials: 'same-origin' }, takeEarly(address))
+    } catch (error) {
+      if (!client.signal.aborted) client.fail(error)
+    }
+  }
+
+  /** Say what an error means; returns whether it is the first. */
+  #explain(error) {
+    if (this.problem) return false
+    const { first: shown, received, total } = this.model
+    this.stalled = false
+    this.problem = explain(error, { shown, received, total, name: this.name || 'This' })
+    this.fail()
+    return true
+  }
+}
+
+function give({ client }, bytes) {
+  client.feed(bytes)
+  client.end()
 }

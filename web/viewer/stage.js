@@ -1,12 +1,11 @@
-/** The stage: a canvas that draws a model, or two side by side, when there is something new to see. */
+/** The stage: a canvas that shows a model, or two side by side, drawn when there is something new to see. */
 
-import { Group, Matrix4, Scene, WebGLRenderer } from 'three'
 import { onDrag } from './drag.js'
-import { verticesOf } from './frame.js'
-import { backdrop, KEY_DIRECTION, placeholderMesh, Studio } from './light.js'
+import { plus, SLOPE, verticesOf } from './frame.js'
 import { Orbit } from './orbit.js'
-import { AdaptiveQuality } from './quality.js'
+import { Renderer } from './renderer.js'
 import { letScroll } from './scrolling.js'
+import { BACKGROUNDS, KEY_DIRECTION } from './shading.js'
 
 const MAX_PIXEL_RATIO = 2
 
@@ -14,32 +13,36 @@ const MAX_PIXEL_RATIO = 2
 const SHARPEN_AFTER = 150
 const SHARPEN_WHILE_LOADING = 1500 // textures are still getting better
 
+/** How far from the screen a stage counts as seen. */
+const NEAR_BY = '50%'
+
 /**
- * The world's unit is the model's radius, its origin the model's middle: the same tolerances do for any model.
+ * The world's unit is the model's radius, its origin the model's middle.
  *
- * `onlight` is called when the light was turned by dragging, `onlost` and `onrestored` with the WebGL context.
+ * `onlight` is called when the light was turned by dragging, `onlost` and `onrestored` with the graphics card, `onseen` when the stage
+ * comes near the screen.
  */
 export class Stage {
   onlight = () => {}
   onlost = () => {}
   onrestored = () => {}
+  onseen = () => {}
   #parent
   #renderer
+  #context
   #orbit
-  #scene = new Scene()
-  #studio = new Studio()
-  #world = new Group()
   #models = [] // one or two
   #size = [1, 1]
-  #quality
-  #frameFence = null // passed when the last frame is drawn
-  #ratio = 0
+  #pixels = [0, 0]
   #frame = 0
   #timer = 0
   #lastTime = 0
-  #visible = true
+  #visible = false
   #waiting = [] // to be told when a frame is drawn
-  #background
+  #background = BACKGROUNDS.light
+  #floor = null
+  #light = [...KEY_DIRECTION]
+  #environment = null
   #observers
   #listening = new AbortController()
 
@@ -50,21 +53,17 @@ export class Stage {
    */
   constructor(parent, view) {
     this.#parent = parent
+    this.#renderer = Renderer.shared
     this.canvas = document.createElement('canvas')
     this.canvas.className = 'empty'
-    const context = this.canvas.getContext('webgl2', { antialias: true, powerPreference: 'high-performance' })
-    if (!context) throw new Error('there is no WebGL2')
-    this.#renderer = new WebGLRenderer({ canvas: this.canvas, context, alpha: true })
-    this.#renderer.shadowMap.enabled = true
-    this.#quality = new AdaptiveQuality(context)
-    this.#orbit = new Orbit(this.canvas, view)
+    this.#context = this.canvas.getContext('bitmaprenderer')
+    const { signal } = this.#listening
+    letScroll(this.canvas, signal)
+    this.#orbit = new Orbit(this.canvas, view, signal)
     this.#orbit.onchange = () => this.invalidate()
-    this.#world.matrixAutoUpdate = false
-    this.#scene.add(this.#world, this.#studio)
     parent.append(this.canvas)
-    letScroll(this.canvas, this.#listening.signal)
     this.#resize()
-    this.#listen()
+    this.#listen(signal)
   }
 
   // ---------------------------------------------------------------- what is seen
@@ -72,16 +71,17 @@ export class Stage {
   /** Show one model, or two that are compared, or none. */
   show(...models) {
     const fresh = models[0] !== this.#models[0]
-    for (const model of this.#models) if (!models.includes(model)) this.#world.remove(model)
-    for (const model of models) if (!this.#models.includes(model)) this.#world.add(model)
+    for (const model of this.#models) this.#renderer.models.delete(model)
+    for (const model of models) this.#renderer.models.add(model)
     this.#models = models
+    this.#renderer.sweep()
     this.#orbit.enabled = models.length > 0
     this.#orbit.zoomToPointer = !this.split
     this.canvas.classList.toggle('empty', !models.length)
-    if (!models.length) this.#studio.floor = null
-    else if (fresh) this.#normalize(models[0])
+    if (!models.length) this.#floor = null
+    else if (fresh) this.#measureShape()
     this.#orbit.aspect = this.#aspect
-    this.refresh()
+    this.invalidate()
   }
 
   /** Whether two models are compared. */
@@ -96,26 +96,23 @@ export class Stage {
 
   /** Models have changed: other textures or shapes. With `shape` the whole is framed again, unless somebody has turned it. */
   refresh({ shape = false } = {}) {
-    for (const model of this.#models) {
-      for (const child of model.children) {
-        if (!child.isMesh) continue
-        child.castShadow = !child.material.wireframe
-        child.receiveShadow = true
-      }
+    if (shape) {
+      if (!this.#orbit.touched) this.#measureShape()
+      this.#renderer.sweep()
     }
-    if (this.#models[0]?.roles.includes('metallic')) this.#studio.surround(this.#scene, this.#renderer)
-    if (shape && !this.#orbit.touched) this.#measureShape()
     this.invalidate()
   }
 
   /** As the attribute `background` says; `dark` is the studio's own at night. */
   setBackground(css, dark) {
-    const key = `${css} ${dark}`
-    if (key === this.#background) return
-    this.#background = key
-    this.#dropBackground()
-    this.#scene.background = backdrop(css, dark)
+    this.#background = css === 'none' ? null : ((css && cssColor(css)) ?? BACKGROUNDS[dark ? 'dark' : 'light'])
     this.#parent.style.background = css ?? ''
+    this.invalidate()
+  }
+
+  /** Surroundings that light the model, as of `environment.js`; null for the studio. */
+  set environment(environment) {
+    this.#environment = environment
     this.invalidate()
   }
 
@@ -151,13 +148,13 @@ export class Stage {
 
   /** Where the key light stands, in degrees to the right and up, in the camera's axes; null puts it where it was at first. */
   get light() {
-    return [...this.#studio.direction]
+    return [...this.#light]
   }
 
   set light(direction) {
     const [across, up] = direction ?? KEY_DIRECTION
     const turned = ((((across + 180) % 360) + 360) % 360) - 180
-    this.#studio.direction = [turned, Math.min(Math.max(up, -90), 90)]
+    this.#light = [turned, Math.min(Math.max(up, -90), 90)]
     this.invalidate()
   }
 
@@ -171,13 +168,13 @@ export class Stage {
 
   /** Draw soon. */
   invalidate() {
-    if (this.#frame || !this.#visible || !this.#renderer) return
+    if (this.#frame || !this.#visible || !this.#models.length) return
     this.#frame = requestAnimationFrame((time) => this.#tick(time))
   }
 
   /** Resolves when what was changed before has been drawn; at once where nothing is drawn, because nobody sees it. */
   drawn() {
-    if (!this.#visible || document.hidden || !this.#renderer) return Promise.resolve()
+    if (!this.#visible || document.hidden || !this.#models.length) return Promise.resolve()
     this.invalidate()
     return new Promise((resolve) => this.#waiting.push(resolve))
   }
@@ -191,35 +188,25 @@ export class Stage {
     this.#draw() // with all its pixels, whether or not anybody sees it
   }
 
-  /** Have the graphics card compile its programs: that takes longer than the first bytes to arrive. */
+  /** Have the graphics card prepare itself: that takes longer than the first bytes to arrive. */
   precompile() {
-    const mesh = placeholderMesh()
-    this.#scene.add(mesh)
-    if (!this.#models.length) this.#studio.floor = -1
-    this.#draw(this.#quality.quality, true)
-    if (!this.#models.length) this.#studio.floor = null
-    mesh.visible = false
+    if (!this.#models.length && !this.#renderer.warm()) setTimeout(() => this.precompile(), 20)
   }
 
   /** A PNG of the canvas as it is now. */
   picture() {
-    this.#draw()
-    return new Promise((resolve, reject) => {
-      this.canvas.toBlob((blob) => (blob ? resolve(blob) : reject(new Error('there is no picture'))), 'image/png')
-    })
+    this.#render(this.#pixelsFor(1))
+    return this.#renderer.canvas.convertToBlob({ type: 'image/png' })
   }
 
   /** Median time of a frame in milliseconds, the graphics card's work included: a few are drawn and waited for. */
   async measure(frames = 9) {
-    const pixel = new Uint8Array(4)
     const times = []
     for (let n = 0; n < frames; n++) {
       await new Promise((resolve) => setTimeout(resolve))
-      if (!this.#renderer) return NaN
-      const context = this.#renderer.getContext()
       const start = performance.now()
       this.#draw()
-      context.readPixels(0, 0, 1, 1, context.RGBA, context.UNSIGNED_BYTE, pixel)
+      this.#renderer.finish()
       times.push(performance.now() - start)
     }
     return times.sort((a, b) => a - b)[frames >> 1]
@@ -227,46 +214,40 @@ export class Stage {
 
   /** Give everything back to the browser. The models are not the stage's own. */
   dispose() {
+    this.show()
     cancelAnimationFrame(this.#frame)
     clearTimeout(this.#timer)
     this.#listening.abort()
     for (const observer of this.#observers) observer.disconnect()
-    this.show()
-    this.#orbit.dispose()
-    this.#studio.dispose()
-    this.#dropBackground()
-    const loss = this.#renderer.getContext().getExtension('WEBGL_lose_context')
-    this.#renderer.dispose()
-    this.#renderer = null
-    // A page may hold few contexts: do not wait for the garbage collector.
-    loss?.loseContext()
     this.canvas.remove()
-    for (const resolve of this.#waiting.splice(0)) resolve()
+    this.#tellWaiting()
   }
 
   #tick(time) {
     this.#frame = 0
-    // Another size has to wait for the frame before, and would make the page wait with it.
-    if (this.#ratioFor(this.#quality.quality) !== this.#ratio && this.#busy) {
-      this.invalidate()
-      return
-    }
+    // Another picture would have to wait for the one before, and make the page wait with it.
+    if (this.#renderer.isBusy(this.#models, this.#environment)) return this.invalidate()
+    const { quality } = this.#renderer
     const seconds = this.#lastTime ? Math.min((time - this.#lastTime) / 1000, 0.1) : 1 / 60
-    const waiting = this.#waiting.splice(0)
     // What still moves asks for the next frame.
     this.#orbit.update(seconds)
-    if (this.#frame && this.#lastTime) this.#quality.addFrame(time - this.#lastTime)
+    if (this.#frame && this.#lastTime) quality.addFrame(time - this.#lastTime)
     this.#lastTime = this.#frame ? time : 0
-    this.#draw(this.#quality.quality)
-    for (const resolve of waiting) resolve()
+    this.#draw(this.#pixelsFor(quality.quality))
+    this.#tellWaiting()
     clearTimeout(this.#timer)
     if (!this.#frame) this.#timer = setTimeout(() => this.#sharpen(), this.#loading ? SHARPEN_WHILE_LOADING : SHARPEN_AFTER)
   }
 
+  #tellWaiting() {
+    for (const resolve of this.#waiting.splice(0)) resolve()
+  }
+
   /** Draw in full once things rest. */
   #sharpen() {
-    if (this.#frame || !this.#visible || document.hidden || this.#ratioFor(1) === this.#ratio) return
-    if (this.#busy) this.#timer = setTimeout(() => this.#sharpen(), SHARPEN_AFTER / 10)
+    const pixels = this.#pixelsFor(1)
+    if (this.#frame || !this.#visible || document.hidden || pixels.every((count, n) => count === this.#pixels[n])) return
+    if (this.#renderer.isBusy(this.#models, this.#environment)) this.#timer = setTimeout(() => this.#sharpen(), SHARPEN_AFTER / 10)
     else this.#draw()
   }
 
@@ -275,109 +256,66 @@ export class Stage {
     return this.#models.some((model) => model.received < model.total)
   }
 
-  /** Whether the graphics card is still at the last frame. */
-  get #busy() {
-    const context = this.#renderer.getContext()
-    if (this.#frameFence && context.getSyncParameter(this.#frameFence, context.SYNC_STATUS) !== context.UNSIGNALED) {
-      context.deleteSync(this.#frameFence)
-      this.#frameFence = null
-    }
-    return this.#frameFence !== null
+  /** Pixels of the picture, with a share of them along each side where a full picture would take too long. */
+  #pixelsFor(quality) {
+    const ratio = quality * Math.min(devicePixelRatio, MAX_PIXEL_RATIO)
+    return this.#size.map((length) => Math.max(1, Math.round(length * ratio)))
   }
 
-  #ratioFor(quality) {
-    return quality * Math.min(devicePixelRatio, MAX_PIXEL_RATIO)
+  #draw(pixels = this.#pixelsFor(1)) {
+    if (!this.#models.length) return
+    this.#render(pixels)
+    this.#pixels = pixels
+    this.#context.transferFromImageBitmap(this.#renderer.canvas.transferToImageBitmap())
   }
 
-  /** Draw, with a share of the pixels along each side where a full picture would take too long. */
-  #draw(quality = 1, empty = false) {
-    const renderer = this.#renderer
-    if (!renderer || (!this.#models.length && !empty)) return
-    const ratio = this.#ratioFor(quality)
-    if (ratio !== this.#ratio) {
-      this.#ratio = ratio
-      renderer.setPixelRatio(ratio)
-      renderer.setSize(...this.#size, false)
+  #render(pixels) {
+    const camera = this.#orbit.camera()
+    const views = this.#models.map((model, n) => ({ model, viewport: this.#viewport(n, pixels) }))
+    for (const { model, viewport } of views) {
+      const { center, radius } = model.sphere
+      model.measure(plus(center, camera.eye, radius), viewport[3] / 2 / SLOPE, camera.near * radius)
     }
-    this.#studio.follow(this.#orbit.camera)
-    this.#orbit.prepare()
-    renderer.setScissorTest(this.split)
-    for (let n = 0; n < Math.max(this.#models.length, 1); n++) {
-      const [x, y, width, height] = this.#viewport(n)
-      renderer.setViewport(x, y, width, height)
-      renderer.setScissor(x, y, width, height)
-      this.#models.forEach((model, k) => (model.visible = k === n))
-      renderer.render(this.#scene, this.#orbit.camera)
-    }
-    for (const model of this.#models) model.visible = true
-    const context = renderer.getContext()
-    if (this.#frameFence) context.deleteSync(this.#frameFence)
-    this.#frameFence = context.fenceSync(context.SYNC_GPU_COMMANDS_COMPLETE, 0)
+    this.#renderer.draw(pixels, views, {
+      camera,
+      light: this.#light,
+      background: this.#background,
+      floor: this.#floor,
+      environment: this.#environment,
+    })
   }
 
-  /** Left and lower edge, width, height of the first or second half, in CSS pixels. */
-  #viewport(n) {
-    const [width, height] = this.#size
+  /** Left and lower edge, width, height of the first or second half. */
+  #viewport(n, [width, height]) {
     if (!this.split) return [0, 0, width, height]
-    if (this.stacked) return [0, ((1 - n) * height) / 2, width, height / 2]
-    return [(n * width) / 2, 0, width / 2, height]
+    const half = this.stacked ? height >> 1 : width >> 1
+    if (this.stacked) return [0, n ? 0 : height - half, width, half]
+    return [n ? width - half : 0, 0, half, height]
   }
 
   get #aspect() {
-    const [, , width, height] = this.#viewport(0)
+    const [, , width, height] = this.#viewport(0, this.#size)
     return width / height
   }
 
-  /** Let the model fill the unit ball. */
-  #normalize(model) {
-    const { center, radius } = model.sphere
-    const scale = 1 / (radius || 1)
-    const move = new Matrix4().makeTranslation(-center.x, -center.y, -center.z)
-    this.#world.matrix.makeScale(scale, scale, scale).multiply(move)
-    this.#world.updateMatrixWorld(true)
-    this.#studio.floor = null
-    this.#measureShape()
-    this.#shadeFloor()
-  }
-
   #measureShape() {
-    const { points, lowest } = verticesOf(this.#models[0], this.#world.matrix)
+    const { points, lowest } = verticesOf(this.#models[0])
     if (points.length) this.#orbit.points = points
-    this.#studio.floor = points.length ? lowest : null
-  }
-
-  /** Soften the shadow on the floor, after the first view, which must not wait for it. */
-  async #shadeFloor() {
-    const [model] = this.#models
-    await this.drawn()
-    if (this.#models[0] !== model) return
-    await this.#studio.shade(model, this.#world.matrix)
-    this.invalidate()
-  }
-
-  #dropBackground() {
-    if (this.#scene.background?.isTexture) this.#scene.background.dispose()
-    this.#scene.background = null
+    this.#floor = points.length ? lowest : null
   }
 
   // ---------------------------------------------------------------- the page
 
-  #listen() {
-    const { signal } = this.#listening
+  #listen(signal) {
     const sizes = new ResizeObserver(() => this.#resize())
-    const visibility = new IntersectionObserver((entries) => {
-      this.#visible = entries.at(-1).isIntersecting
-      if (this.#visible) this.invalidate()
-      else for (const resolve of this.#waiting.splice(0)) resolve()
-    })
+    const visibility = new IntersectionObserver((entries) => this.#setVisible(entries.at(-1).isIntersecting), { rootMargin: NEAR_BY })
     sizes.observe(this.#parent)
     visibility.observe(this.#parent)
     this.#observers = [sizes, visibility]
     this.canvas.addEventListener('dblclick', () => this.reset(), { signal })
-    this.canvas.addEventListener('webglcontextlost', () => this.onlost(), { signal })
-    this.canvas.addEventListener('webglcontextrestored', () => {
-      this.#studio.handleContextLoss(this.#scene)
-      this.refresh()
+    this.#renderer.addEventListener('lost', () => this.onlost(), { signal })
+    this.#renderer.addEventListener('restored', () => {
+      this.invalidate()
       this.onrestored()
     }, { signal })
     onDrag(this.#parent, this.canvas, {
@@ -391,11 +329,34 @@ export class Stage {
     })
   }
 
+  /** Far from the screen the picture stays, but the graphics card's memory is for what is seen. */
+  #setVisible(visible) {
+    this.#visible = visible
+    for (const model of this.#models) this.#renderer.models[visible ? 'add' : 'delete'](model)
+    if (visible) {
+      this.onseen()
+      this.invalidate()
+    } else {
+      this.#renderer.sweep()
+      this.#tellWaiting()
+    }
+  }
+
   #resize() {
     this.#size = [Math.max(this.#parent.clientWidth, 1), Math.max(this.#parent.clientHeight, 1)]
-    this.#ratio = 0
     this.#orbit.aspect = this.#aspect
-    // Sizing clears the canvas: draw in the same frame, or it flashes. While a model is awaited there is time for it.
-    if (this.#visible) this.#draw(this.#quality.quality, true)
+    this.invalidate()
   }
+}
+
+/** The browser's own reading of a CSS colour, twice (top and bottom), linear; null where it is none, or see-through. */
+function cssColor(css) {
+  const context = new OffscreenCanvas(1, 1).getContext('2d')
+  context.fillStyle = 'transparent'
+  context.fillStyle = css
+  context.fillRect(0, 0, 1, 1)
+  const [red, green, blue, alpha] = context.getImageData(0, 0, 1, 1).data
+  if (alpha < 255) return null
+  const color = [red, green, blue].map((x) => (x <= 10 ? x / 3294.6 : ((x / 255 + 0.055) / 1.055) ** 2.4))
+  return [color, color]
 }

@@ -1,7 +1,7 @@
 /** One stream in the worker: what messages ask for, decoded, painted and tessellated in slices. */
 
-import { SurfaceMesher, TriangleMesher, countsFor } from '../uph-mesh.js'
-import { UphDecoder } from '../uph.js'
+import { MissingPart, UphDecoder, part } from '../uph-core.js'
+import { SurfaceMesher, countsFor } from '../uph-mesh.js'
 import { TARGETS, hasMap, knownShare } from './maps.js'
 import { SLICE, yieldToMessages } from './schedule.js'
 import { ChartTextures } from './textures.js'
@@ -13,7 +13,10 @@ const FIRST_PIXELS = 600 // of the model on screen, before anybody has seen it
 const MAX_SHRINK = 4
 const MESH_ARRAYS = ['positions', 'normals', 'tangents', 'parameters', 'indices', 'outline']
 
-/** One stream. `post(message, transfer)` sends to the page; messages are listed in `uph-worker.js`. */
+/**
+ * One stream. `post(message, transfer)` sends to the page; messages are listed in `uph-worker.js`. `loadParts()` loads `uph-rare.js`,
+ * where that is not there from the start.
+ */
 export class Session {
   #post
   #bytes = new Uint8Array(1 << 16)
@@ -28,15 +31,20 @@ export class Session {
   #failed = false
   #counts = null
   #meshedCounts = null // the counts that the page has
+  #isShown = false // something has been painted
   #isWaiting = false // the page has not shown yet what it got
   #isScheduled = false // work is due
   #isBusy = false
+  #loadParts // of the decoder, that few streams need
+  #isLoading = false
+  #ended = false // no more bytes will come
   #isUrgent = false // somebody waits for just this picture
-  #paintedAt = -Infinity
+  #paintedAt = performance.now()
   #paintTime = 0
 
-  constructor(post) {
+  constructor(post, loadParts = null) {
     this.#post = post
+    this.#loadParts = loadParts
     this.#schedule()
   }
 
@@ -47,6 +55,7 @@ export class Session {
       this.maxTextureSize = message.maxTextureSize
       this.maxTexels = message.maxTexels
     } else if (kind === 'feed') this.#append(message.bytes)
+    else if (kind === 'end') this.#ended = true
     else if (kind === 'limit') this.#setLimit(message)
     else if (kind === 'counts') this.#counts = message.counts
     else if (kind === 'exemplar') this.#replaceExemplar(message.picture)
@@ -116,10 +125,10 @@ export class Session {
     for (;;) {
       const more = this.#feed()
       if (this.#mesher) this.#mesh()
-      const isDue = this.#isDirty && !this.#isWaiting
+      const isDue = this.#isDirty && !this.#isWaiting && this.#isWorthwhile
       // While more is to come, now and then is enough: painting takes at most half of the time.
       const wait = this.#paintedAt + Math.max(PAUSE, this.#paintTime) - performance.now()
-      const isLast = !more && (this.#decoder.complete || this.#isUrgent)
+      const isLast = !more && (this.#decoder.complete || this.#isUrgent || !this.#isShown)
       if (isDue && (wait <= 0 || isLast)) {
         if (isLast) this.#isUrgent = false
         await this.#paint()
@@ -129,6 +138,12 @@ export class Session {
       }
       await yieldToMessages()
     }
+  }
+
+  /** Whether there is texture to be seen, or will be none: a first picture of one colour is none. */
+  get #isWorthwhile() {
+    const isAll = this.#ended && this.#decoder.received === this.#length
+    return this.#isShown || this.#isUrgent || isAll || knownShare(this.#decoder) > 0
   }
 
   get #isDirty() {
@@ -154,11 +169,26 @@ export class Session {
       try {
         this.#noteChanges(decoder.feed(this.#bytes.subarray(received, received + size)))
       } catch (error) {
-        this.#fail(error)
+        if (error instanceof MissingPart && this.#loadParts) this.#completeDecoder()
+        else this.#fail(error)
       }
       if (performance.now() > until) break
     }
     return isLeft()
+  }
+
+  /** Load what the stream needs of the decoder, and begin anew. */
+  async #completeDecoder() {
+    this.#failed = this.#isLoading = true
+    try {
+      await this.#loadParts()
+      this.#restart()
+    } catch {
+      this.#fail(new Error('the decoder uph-rare.js does not load'))
+    }
+    this.#loadParts = null
+    this.#isLoading = false
+    this.#schedule()
   }
 
   #fail(error) {
@@ -184,7 +214,7 @@ export class Session {
     const shrunk = (size) => Math.max(1, size >> shrink)
     const sizes = charts.map(({ height, width }) => ({ height: shrunk(height), width: shrunk(width) }))
     this.#chartCount = charts.length
-    this.#mesher = surface.kind === 'mesh' ? new TriangleMesher(surface, charts) : new SurfaceMesher(surface, charts)
+    this.#mesher = surface.kind === 'mesh' ? new (part('TriangleMesher'))(surface, charts) : new SurfaceMesher(surface, charts)
     this.#textures = new ChartTextures(this.#mesher, sizes, shrink)
     const bounds = charts.map((_, n) => this.#mesher.bounds(n))
     const radius = enclosingRadius(bounds)
@@ -227,7 +257,7 @@ export class Session {
     const entries = await this.#textures.paint(this.#decoder)
     const alpha = this.#textures.alphaMode
     const mean = meanColor(this.#decoder.exemplarRgba())
-    this.#isWaiting = true
+    this.#isWaiting = this.#isShown = true
     this.#post(
       { kind: 'textures', entries, state: { ...state, alpha, mean } },
       entries.flatMap((entry) => entry.data?.buffer ?? []),
@@ -240,7 +270,7 @@ export class Session {
     const decoder = this.#decoder
     return {
       ticket: this.#ticket,
-      idle: isIdle && !this.#isWaiting && !this.#isDirty,
+      idle: isIdle && !this.#isLoading && !this.#isWaiting && !(this.#isDirty && this.#isWorthwhile),
       bytes: decoder.received,
       total: decoder.total,
       needed: decoder.needed,

@@ -31,13 +31,18 @@ _PAGE = """<!doctype html>
 <meta http-equiv="Content-Security-Policy" content="{policy}">
 <meta name="viewport" content="width=device-width, initial-scale=1">
 <meta name="generator" content="upholster {version}">
+<meta name="description" content="A textured 3D model, to be turned and zoomed.">
+<meta property="og:title" content="{title}">
+<meta property="og:description" content="A textured 3D model, to be turned and zoomed.">
 <title>{title}</title>
 <style>{style}</style>
 </head>
 <body>
 <noscript><p>This page shows a textured model. It needs JavaScript, which is switched off.</p></noscript>
 <p id="note" hidden></p>
-<!-- upholster, and three.js in it, are under the MIT licence: each packed script begins with its notices. -->
+<!--
+{licence}
+-->
 {parts}
 <script>{script}</script>
 </body>
@@ -63,12 +68,11 @@ def write_html(path: str | os.PathLike[str], stream: bytes, *, title: str = "uph
 def viewer_page(stream: bytes, *, title: str = "upholster") -> bytes:
     """Return the page that `write_html` writes: UTF-8, with the viewer that comes with upholster."""
     shipped = resources.files("upholster") / "web"
-    return html_page(
-        stream,
-        title=title,
-        viewer=(shipped / "upholster-viewer.js").read_bytes(),
-        worker=(shipped / "uph-worker.js").read_bytes(),
+    viewer, worker, rare = (
+        (shipped / name).read_bytes() for name in ("upholster-viewer.js", "uph-worker.js", "uph-rare.js")
     )
+    # Nothing can be loaded later: what few streams need of the decoder comes with it.
+    return html_page(stream, title=title, viewer=viewer, worker=rare + worker)
 
 
 def html_page(stream: bytes, *, title: str, viewer: bytes, worker: bytes) -> bytes:
@@ -106,6 +110,7 @@ def html_page(stream: bytes, *, title: str, viewer: bytes, worker: bytes) -> byt
         policy="; ".join(f"{name} {value}" for name, value in policy.items()),
         version=__version__,
         title=html.escape(title),
+        licence=(resources.files("upholster") / "web" / "LICENSES.txt").read_text(encoding="utf-8").strip(),
         style=_STYLE,
         parts="\n".join(
             f'<script type="application/octet-stream" id="{name}" data-bytes="{len(data)}">'

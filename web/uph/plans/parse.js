@@ -1,8 +1,7 @@
 /** Chunk Q [4]: the plan of the placements. */
 
+import { part } from '../parts.js'
 import { GridPlan } from './grid.js'
-import { ListPlan } from './list.js'
-import { StripPlan } from './strips.js'
 
 const STRIPS = 1
 const GRID = 2
@@ -13,8 +12,8 @@ export function parsePlan(reader, charts, fields, exemplar, budget) {
   const kind = reader.u8('kind of plan', FINE_LIST)
   if (kind === STRIPS) {
     if (fields.some((field) => !field.isIdentity)) reader.fail('plan has strips where charts have warp fields')
-    return new StripPlan(reader, charts, exemplar, budget)
+    return new (part('StripPlan'))(reader, charts, exemplar, budget)
   }
   if (kind === GRID) return new GridPlan(reader, charts, fields, exemplar, budget)
-  return new ListPlan(reader, charts, fields, exemplar, budget, kind === FINE_LIST)
+  return new (part('ListPlan'))(reader, charts, fields, exemplar, budget, kind === FINE_LIST)
 }

@@ -1,0 +1,197 @@
+// The page's side of `uph-worker.js`: sends a stream's bytes, and hands what comes back to whoever shows it, some per frame.
+
+import { readPicture } from './uph-picture.js'
+
+const TEXELS_PER_FRAME = 2 ** 20 // handed over at once
+
+const nextFrame = globalThis.requestAnimationFrame?.bind(globalThis) ?? ((work) => setTimeout(work, 16))
+
+/**
+ * One stream and its worker. What it tells goes to `view`, which has these methods:
+ *
+ * - `begin({charts, bounds, plain})`: sizes of the textures, spheres of the charts, triangles on no chart; once
+ * - `takeMeshes({pieces, counts})`: geometry of the charts that changed
+ * - `takeTexture(entry)`: an entry as `uph-worker.js` lists them; returns memory that is free again, or null
+ * - `show(state, first)`: all textures of a painting have been taken
+ * - `notify(type, detail)`: progress, refine (some of the textures are there), complete, error
+ */
+export class UphClient {
+  received = 0
+  total = null
+  complete = false
+  first = false
+  #worker
+  #view
+  #abort = new AbortController()
+  #parts = [] // pieces of the stream
+  #queue = [] // textures that came and are not taken yet
+  #isDrawing = false
+  #begun = false
+  #ticket = 0
+  #state = null
+  #settling = [] // to be told when all is shown
+  #ended = false
+  #failed = false
+  #foundSize
+  #size = new Promise((resolve) => (this.#foundSize = resolve)) // the exemplar's height and width
+  #exemplarCalls = 0
+
+  /** @param {Worker} worker @param {{ maxTextureSize: number, maxTexels: number }} limits @param {object} view */
+  constructor(worker, { maxTextureSize, maxTexels }, view) {
+    this.#worker = worker
+    this.#view = view
+    /** Resolves when the worker's script has come and runs. */
+    this.running = new Promise((resolve) => {
+      worker.onmessage = ({ data }) => {
+        resolve()
+        this.#receive(data)
+      }
+    })
+    worker.onerror = (event) => this.fail(new Error(event.message || 'the worker uph-worker.js does not start'))
+    worker.postMessage({ kind: 'open', maxTextureSize, maxTexels })
+  }
+
+  /** Aborted when receiving is to stop. */
+  get signal() {
+    return this.#abort.signal
+  }
+
+  /** Take further bytes of the stream. */
+  feed(bytes) {
+    if (this.signal.aborted) return
+    this.#parts.push(bytes)
+    this.received += bytes.length
+    this.send({ kind: 'feed', bytes })
+    this.#view.notify('progress', { received: this.received, total: this.total, loaded: this.received })
+  }
+
+  /** Say that no more bytes will come. */
+  end() {
+    this.#ended = true
+    this.send({ kind: 'end' })
+  }
+
+  /** Report an error; what is shown stays. */
+  fail(error) {
+    this.#failed = true
+    this.#view.notify('error', { error })
+  }
+
+  /** What `receive` tells of the line. */
+  dispatchEvent({ type, ...detail }) {
+    this.#view.notify(type, detail)
+  }
+
+  /** What has come so far. */
+  bytes() {
+    const all = new Uint8Array(this.received)
+    let at = 0
+    for (const part of this.#parts) {
+      all.set(part, at)
+      at += part.length
+    }
+    return all
+  }
+
+  /** Send a message, see `uph-worker.js`, with a new ticket: states tell when it was heard. */
+  send(message) {
+    this.#worker.postMessage({ ...message, ticket: ++this.#ticket })
+  }
+
+  /**
+   * Show the model with another sample in place of its own, as `upholster.paint` does: what a canvas draws, a Blob or ImageData; null:
+   * the stream's own. Resolves when it is in the textures, or another call took its place.
+   */
+  async setExemplar(image) {
+    const call = ++this.#exemplarCalls
+    const picture = image === null ? null : await readPicture(image, await this.#size)
+    if (call !== this.#exemplarCalls) return
+    this.send({ kind: 'exemplar', picture })
+    await this.settled()
+  }
+
+  /** Resolves when all that has come, up to the limit, has been taken. */
+  settled() {
+    return new Promise((resolve) => {
+      this.#settling.push(resolve)
+      this.#settle()
+    })
+  }
+
+  /** Stop receiving. */
+  abort() {
+    this.#abort.abort()
+  }
+
+  /** Stop altogether. */
+  dispose() {
+    this.abort()
+    this.#worker.terminate()
+    this.#queue = []
+    this.#begun = false
+  }
+
+  #receive(message) {
+    if (message.kind === 'surface') {
+      this.#begun = true
+      this.#foundSize(message.exemplar)
+      this.#view.begin(message)
+    } else if (message.kind === 'meshes') this.#view.takeMeshes(message)
+    else if (message.kind === 'textures') {
+      this.#queue.push(...message.entries)
+      this.#state = message.state
+      this.#drawSoon()
+    } else if (message.kind === 'state') {
+      this.#state = message.state
+      this.total = message.state.total
+      this.#settle()
+    } else this.fail(Object.assign(new Error(message.message), { offset: message.offset }))
+  }
+
+  #drawSoon() {
+    if (this.#isDrawing) return
+    this.#isDrawing = true
+    nextFrame(() => {
+      this.#isDrawing = false
+      if (this.#begun) this.#draw()
+    })
+  }
+
+  /** Hand textures over, some per frame, so that no frame takes long. */
+  #draw() {
+    const buffers = []
+    let texels = 0
+    while (this.#queue.length && texels < TEXELS_PER_FRAME) {
+      const entry = this.#queue.shift()
+      const old = this.#view.takeTexture(entry)
+      if (old) buffers.push(old)
+      if (!entry.unplaced) texels += entry.height * entry.width
+    }
+    if (this.#queue.length) {
+      if (this.first) this.#view.notify('refine', {})
+      this.#drawSoon()
+      return
+    }
+    this.total = this.#state.total
+    const isFirst = !this.first
+    this.first = true
+    this.#worker.postMessage({ kind: 'shown', buffers }, buffers)
+    this.#view.show(this.#state, isFirst)
+  }
+
+  /** Tell those who wait if all that was sent is shown. */
+  #settle() {
+    const state = this.#state
+    if (!state?.idle || state.ticket !== this.#ticket || this.#queue.length) return
+    if (this.#ended && !this.complete && !this.#failed) {
+      if (this.received === this.total) {
+        this.complete = true
+        this.#view.notify('complete', {})
+      } else {
+        const whole = this.total ? ` of ${this.total.toLocaleString('en')}` : ''
+        this.fail(new Error(`the stream is cut: ${this.received.toLocaleString('en')}${whole} bytes have come`))
+      }
+    }
+    for (const resolve of this.#settling.splice(0)) resolve()
+  }
+}

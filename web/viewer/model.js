@@ -1,0 +1,176 @@
+/** What the stage draws: charts with geometry and textures, as its stream's worker makes them. */
+
+import { UphClient } from '../uph-client.js'
+import { putGutter } from '../uph-gutter.js'
+import { Detail } from './detail.js'
+
+/** Texture side that the graphics card is sure to take; larger charts are halved. So are all where there are more texels. */
+const LIMITS = { maxTextureSize: 4096, maxTexels: 2 ** 26 }
+
+/** How far the mesh may be from the surface, in pixels. */
+const ERROR_PIXELS = 0.4
+
+let version = 0
+
+/**
+ * A textured surface that refines.
+ *
+ * Events: `progress` {received, total}, `first`, `refine`, `geometry`, `complete`, `stalled` {attempt, message}, `resumed`,
+ * `error` {error}.
+ */
+export class Model extends EventTarget {
+  /** Per chart: `size`, `geometry`, and `textures` by target, each of `data`, `width`, `height`, `version` and a `key` of its own. */
+  charts = []
+  /** The exemplar, which charts without placements repeat, mirrored; null where none does. */
+  preview = null
+  /** Triangles on no chart, and their colour. */
+  plain = null
+  mean = [0.5, 0.5, 0.5]
+  shown = { bytes: 0, coefficients: 0, charts: 0 }
+  roles = []
+  alpha = 'opaque'
+  sphere = { center: [0, 0, 0], radius: 1 }
+  texels = 0
+  /** Drawn as lines: the mesh, and the borders of the charts. */
+  wireframe = false
+  borders = false
+  #client
+  #detail = null
+
+  /** @param {Worker} worker that runs uph-worker.js */
+  constructor(worker) {
+    super()
+    const view = {
+      begin: (message) => this.#begin(message),
+      takeMeshes: (message) => this.#takeMeshes(message),
+      takeTexture: (entry) => this.#takeTexture(entry),
+      show: (state, first) => this.#show(state, first),
+      notify: (type, detail) => this.#notify(type, detail),
+    }
+    this.#client = new UphClient(worker, LIMITS, view)
+  }
+
+  /** What bytes are fed to. */
+  get client() {
+    return this.#client
+  }
+
+  get received() {
+    return this.#client.received
+  }
+
+  /** Length of the whole stream; null before its header has come. */
+  get total() {
+    return this.#client.total
+  }
+
+  get complete() {
+    return this.#client.complete
+  }
+
+  /** Whether there is a textured view. */
+  get first() {
+    return this.#client.first
+  }
+
+  /** What there is to draw: geometries of charts that have one, and of what lies on none. */
+  get geometries() {
+    return [...this.charts.map(({ geometry }) => geometry), this.plain].filter(Boolean)
+  }
+
+  get quads() {
+    return Math.round(this.charts.reduce((sum, { geometry }) => sum + (geometry?.indices.length ?? 0) / 6, 0))
+  }
+
+  get triangles() {
+    return this.geometries.reduce((sum, { indices }) => sum + indices.length / 3, 0)
+  }
+
+  /** Show a prefix only: {bytes}, or {coefficients}, a share of 0 to 1; null shows all that has come. */
+  setLimit(limit) {
+    this.#client.send({ kind: 'limit', ...limit })
+  }
+
+  /** Show the model with another sample of the same shape, see `UphClient`; null: the stream's own. */
+  setExemplar(image) {
+    return this.#client.setExemplar(image)
+  }
+
+  /** Resolves when all that has come, up to the limit, is in the textures. */
+  settled() {
+    return this.#client.settled()
+  }
+
+  /** What has come so far. */
+  bytes() {
+    return this.#client.bytes()
+  }
+
+  /** The charts are seen so large: have them tessellated for that. `eye` is in the model's own space. */
+  measure(eye, pixelsAtOne, near) {
+    this.#detail?.measure(eye, pixelsAtOne, near)
+  }
+
+  /** Stop receiving: what is shown stays. */
+  abort() {
+    this.#client.abort()
+  }
+
+  dispose() {
+    this.#client.dispose()
+    this.#detail = null
+  }
+
+  #notify(type, detail = {}) {
+    this.dispatchEvent(Object.assign(new Event(type), detail))
+  }
+
+  #begin({ charts, bounds, plain }) {
+    this.charts = charts.map((size) => ({ size, geometry: null, textures: {} }))
+    this.plain = plain
+    this.texels = charts.reduce((sum, { height, width }) => sum + height * width, 0)
+    this.sphere = enclosing(bounds)
+    this.#detail = new Detail(bounds, ERROR_PIXELS, (counts) => this.#client.send({ kind: 'counts', counts }))
+  }
+
+  #takeMeshes({ pieces, counts }) {
+    this.#detail.counts ??= counts
+    for (const { chart, ...geometry } of pieces) this.charts[chart].geometry = geometry
+    if (this.first) this.#notify('geometry')
+  }
+
+  /** Take over one texture; returns the memory of the one before. */
+  #takeTexture({ chart, target, height, width, data, preview, repeat, unplaced, gutter }) {
+    if (preview) {
+      this.preview = { key: this.preview?.key ?? {}, data, width, height, repeat, mirrored: true, version: ++version }
+      return null
+    }
+    const { textures, size } = this.charts[chart]
+    if (unplaced) {
+      delete textures[target]
+      return null
+    }
+    const old = textures[target]
+    if (gutter) {
+      putGutter(old.data, size, data)
+      old.version = ++version
+      return null
+    }
+    textures[target] = { key: old?.key ?? {}, data, width: width + 2, height: height + 2, version: ++version }
+    return old?.data.buffer ?? null
+  }
+
+  #show({ bytes, coefficients, charts, roles, alpha = 'opaque', mean }, isFirst) {
+    Object.assign(this, { roles, alpha, mean, shown: { bytes, coefficients, charts } })
+    this.#notify(isFirst ? 'first' : 'refine')
+  }
+}
+
+/** A sphere round all of `bounds`. */
+function enclosing(bounds) {
+  const side = (sign) => [0, 1, 2].map((k) => Math.max(...bounds.map((one) => sign * one.center[k] + one.radius)))
+  const [high, low] = [side(1), side(-1)]
+  const center = high.map((x, k) => (x - low[k]) / 2)
+  const reach = (one) => Math.hypot(...center.map((x, k) => x - one.center[k])) + one.radius
+  return { center, radius: Math.max(...bounds.map(reach)) || 1 }
+}

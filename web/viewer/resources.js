@@ -1,0 +1,134 @@
+/** What models have on the graphics card: made when first drawn, made again when their data has changed or the card has lost it. */
+
+import { UNITS } from './shading.js'
+
+const ANISOTROPY = 8
+
+/** Attributes in the order of their places, and how many numbers each has. */
+const ATTRIBUTES = [['positions', 3], ['normals', 3], ['tangents', 4], ['parameters', 2]]
+
+export class Resources {
+  #gl
+  #geometries = new Map()
+  #textures = new Map()
+  #owners = new Map() // for each model, the geometries and textures that it was drawn with last
+  #anisotropic
+  #blank
+
+  constructor(gl) {
+    this.#gl = gl
+    this.#anisotropic = gl.getExtension('EXT_texture_filter_anisotropic')
+  }
+
+  /** Bind a geometry's vertex arrays; `lines` for its edges, 'outline' for its border. Returns how many numbers to draw. */
+  bind(geometry, lines) {
+    let made = this.#geometries.get(geometry)
+    if (!made) this.#geometries.set(geometry, (made = { arrays: [], buffers: [] }))
+    const kind = lines === 'outline' ? 2 : lines ? 1 : 0
+    const { array, count } = (made.arrays[kind] ??= this.#arrays(geometry, kind, made.buffers))
+    this.#gl.bindVertexArray(array)
+    return count
+  }
+
+  /** Bind a texture to a unit. A chart's texture and the exemplar are taken over when they have changed. */
+  texture(unit, source) {
+    const gl = this.#gl
+    gl.activeTexture(gl.TEXTURE0 + unit)
+    if (!source) {
+      gl.bindTexture(gl.TEXTURE_2D, (this.#blank ??= this.color([1, 1, 1])))
+      return
+    }
+    const key = source.key ?? source
+    let made = this.#textures.get(key)
+    if (!made) this.#textures.set(key, (made = { texture: gl.createTexture(), version: 0, width: 0, height: 0 }))
+    gl.bindTexture(gl.TEXTURE_2D, made.texture)
+    if (made.version !== source.version) this.#upload(made, source, UNITS[unit])
+  }
+
+  /** A texture of one linear colour. */
+  color(rgb) {
+    const gl = this.#gl
+    const texture = gl.createTexture()
+    gl.bindTexture(gl.TEXTURE_2D, texture)
+    const pixel = new Uint8Array([...rgb.map((x) => Math.round(255 * x)), 255])
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.SRGB8_ALPHA8, 1, 1, 0, gl.RGBA, gl.UNSIGNED_BYTE, pixel)
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.LINEAR)
+    return texture
+  }
+
+  /** Free what models no longer have; `models` are those that there are. */
+  sweep(models) {
+    const kept = new Set(models.flatMap((model) => keysOf(model)))
+    for (const [key, made] of this.#textures) {
+      if (kept.has(key)) continue
+      this.#gl.deleteTexture(made.texture)
+      this.#textures.delete(key)
+    }
+    for (const [key, { arrays, buffers }] of this.#geometries) {
+      if (kept.has(key)) continue
+      for (const made of arrays) if (made) this.#gl.deleteVertexArray(made.array)
+      for (const buffer of buffers) this.#gl.deleteBuffer(buffer)
+      this.#geometries.delete(key)
+    }
+  }
+
+  #arrays(geometry, kind, buffers) {
+    const gl = this.#gl
+    const array = gl.createVertexArray()
+    gl.bindVertexArray(array)
+    const fill = (target, data) => {
+      const buffer = gl.createBuffer()
+      buffers.push(buffer)
+      gl.bindBuffer(target, buffer)
+      gl.bufferData(target, data, gl.STATIC_DRAW)
+    }
+    const attribute = (place, data, size) => {
+      fill(gl.ARRAY_BUFFER, data)
+      gl.enableVertexAttribArray(place)
+      gl.vertexAttribPointer(place, size, gl.FLOAT, false, 0, 0)
+    }
+    if (kind === 2) {
+      attribute(0, geometry.outline, 3)
+      return { array, count: geometry.outline.length / 3 }
+    }
+    ATTRIBUTES.forEach(([name, size], place) => attribute(place, geometry[name], size))
+    const indices = kind ? edgesOf(geometry.indices) : Uint32Array.from(geometry.indices)
+    fill(gl.ELEMENT_ARRAY_BUFFER, indices)
+    return { array, count: indices.length }
+  }
+
+  #upload(made, { data, width, height, version, mirrored }, unit) {
+    const gl = this.#gl
+    if (made.width === width && made.height === height) {
+      gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, width, height, gl.RGBA, gl.UNSIGNED_BYTE, data)
+    } else {
+      const isColor = unit === 'color' || unit === 'emission'
+      gl.texImage2D(gl.TEXTURE_2D, 0, isColor ? gl.SRGB8_ALPHA8 : gl.RGBA8, width, height, 0, gl.RGBA, gl.UNSIGNED_BYTE, data)
+      const wrap = mirrored ? gl.MIRRORED_REPEAT : gl.CLAMP_TO_EDGE
+      gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_WRAP_S, wrap)
+      gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_WRAP_T, wrap)
+      gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.LINEAR_MIPMAP_LINEAR)
+      const way = this.#anisotropic
+      if (way) gl.texParameterf(gl.TEXTURE_2D, way.TEXTURE_MAX_ANISOTROPY_EXT, ANISOTROPY)
+    }
+    gl.generateMipmap(gl.TEXTURE_2D)
+    Object.assign(made, { version, width, height })
+  }
+}
+
+/** By what a model's textures and geometries are known. */
+function keysOf({ charts, preview, geometries }) {
+  const textures = charts.flatMap((chart) => Object.values(chart.textures).map((texture) => texture.key))
+  return [...geometries, ...textures, preview?.key]
+}
+
+/** The edges of triangles, each once. */
+function edgesOf(indices) {
+  const found = new Map()
+  for (let k = 0; k < indices.length; k++) {
+    const [a, b] = [indices[k], indices[k % 3 === 2 ? k - 2 : k + 1]]
+    const [low, high] = a < b ? [a, b] : [b, a]
+    found.set(low * 2 ** 26 + high, [low, high])
+  }
+  return Uint32Array.from([...found.values()].flat())
+}
