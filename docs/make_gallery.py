@@ -63,6 +63,7 @@ class Figure:
 FIGURES = (
     Figure("hero", "Bricks on a ring", results.hero),
     Figure("chairs", "A model", results.chairs),
+    Figure("cad", "CAD parts", results.cad, results.cad_lacking),
     Figure("players", "A rigged model in other programs", results.players, results.players_lacking),
     Figure("strip", "Three more samples", results.strip),
     Figure("beside", "The paper's method and ours", quilts.beside),

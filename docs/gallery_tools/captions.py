@@ -38,6 +38,17 @@ CAPTIONS = {
         and `pebbles.png` (`40cm`), each with `--texels 2M --seed 1`. Rows run level; where the surface lies
         flat, as on the seat, they run round its middle.
         """,
+    "cad": """\
+        Above our renderer, below Blender 5.0 (Cycles) with the same GLBs, of the third the USDZ. A knurl that
+        closes round a knob (`--material "Knob=knurl.png@10mm" --direction Knob=around --fit`: the sample
+        became 0.8 % wider for that) on a shaft of brushed metal (`--material "*=brushed.png@14mm" --direction
+        along`). Leather over a part with fillets (`--sample-size 22mm`). Brushed metal along each part's own
+        axis (`--direction along --sample-size 20mm`). Newell's teapot in `bricks.png` (`--sample-size 1.6`).
+        Each has `--texels 2M --seed 1`. The parts are STEP files; they and the samples of knurl, leather and
+        metal are computed. The teapot's file is not part of the project. Made by
+
+            python -m benchmarks.cad_pictures OUT --teapot teapot.bpt --blender PYTHON_WITH_BPY --gallery
+        """,
     "players": """\
         `weave.png` on a fox with a skin and three animations (`--texels 1M --seed 1`), in our renderer, in
         three.js and in Blender 5.0 (Cycles). Joints, weights, bind matrices and animations are those of the

@@ -8,7 +8,17 @@ from gallery_tools.shots import KINDS, OWN, Exemplars, cover, kind_of, read, sid
 from upholster.charts.covered import as_covered
 from upholster.geometry import Surface, ring_cyclide, sphere, torus, vase
 
-__all__ = ["chairs", "hero", "players", "players_lacking", "strip", "twelve", "twelve_paths"]
+__all__ = [
+    "cad",
+    "cad_lacking",
+    "chairs",
+    "hero",
+    "players",
+    "players_lacking",
+    "strip",
+    "twelve",
+    "twelve_paths",
+]
 
 LIKED = {
     "regular": ("gingham", "mosaic", "brick_wall_red"),
@@ -59,6 +69,16 @@ def chairs(_exemplars: Exemplars) -> Any:
         for name, size in (("weave.png", "18cm"), ("bricks.png", "35cm"), ("pebbles.png", "40cm"))
     ]
     return side_by_side(models, ((-1.1, 1.0), (0.0, 1.0), (1.1, 1.0)), size=(1200, 460), view=(14.0, 20.0))
+
+
+def cad_lacking() -> str:
+    """Return what the picture of CAD parts needs, which is not the project's: the teapot, and Blender."""
+    return "python -m benchmarks.cad_pictures, which takes the teapot's file and Blender"
+
+
+def cad(_exemplars: Exemplars) -> Any:
+    """Stand for a picture that `benchmarks.cad_pictures` makes."""
+    raise AssertionError(cad_lacking())
 
 
 def players_lacking() -> str:
