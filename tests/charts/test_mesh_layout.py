@@ -59,14 +59,14 @@ def test_nodes_sums_are_those_of_the_plain_twin() -> None:
     turns = places[:, 1:] - places[:, :1]
     negative = turns[:, 0, 0] * turns[:, 1, 1] < turns[:, 0, 1] * turns[:, 1, 0]
     places[negative] = places[negative][:, [0, 2, 1]]
-    matrices = rng.normal(size=(12, 4))
+    matrices = rng.normal(size=(12, 3, 4))
     chart = np.where(np.arange(12) == 5, -1, 0).astype(np.int32)
     shapes = np.array([(0, 6, 6)], np.int64)
     nodes, sums = rng.normal(size=(36, 4)), np.zeros((36, 7))
     splat_matrices(places, chart, matrices, 8.0, 32.0, shapes, nodes, sums)
     expected = np.zeros((6, 6, 7))
     grid = 8.0 * np.stack(np.mgrid[:16, :16], axis=-1).reshape(-1, 2)
-    for p, m in zip(places[chart == 0], matrices[chart == 0], strict=True):
+    for p, corners in zip(places[chart == 0], matrices[chart == 0], strict=True):
         edges = p[1:] - p[0]
         area = np.linalg.det(edges)
         shares = (grid - p[0]) @ np.linalg.inv(edges)
@@ -75,7 +75,9 @@ def test_nodes_sums_are_those_of_the_plain_twin() -> None:
         for point, weight in samples:
             tents = [np.maximum(0, 1 - np.abs(np.arange(6) - (x / 32 + 1))) for x in point]
             shown = np.einsum("i,j,ijk->k", *tents, nodes.reshape(6, 6, 4)).reshape(2, 2)
-            values = np.array([*m, 1, m[0] * m[3] - m[1] * m[2], np.linalg.det(shown)])
+            share = (point - p[0]) @ np.linalg.inv(edges)
+            m = (1 - share.sum()) * corners[0] + share @ corners[1:]
+            values = np.array([*m, 1, np.linalg.det(corners[0].reshape(2, 2)), np.linalg.det(shown)])
             expected += weight * tents[0][:, None, None] * tents[1][None, :, None] * values
     np.testing.assert_allclose(sums, expected.reshape(36, 7), atol=1e-9)
 
@@ -92,3 +94,20 @@ def test_where_the_field_turns_the_size_is_right_between_nodes_too() -> None:
     sizes = np.sqrt(np.linalg.det(field.at(places[:, 0], places[:, 1])))
     assert np.abs(sizes - 1).max() < 0.05
     assert abs(sizes.mean() - 1) < 0.01
+
+
+def test_over_large_triangles_the_field_turns_as_it_does_at_their_corners() -> None:
+    surface = sheet()
+    charts = mesh_charts(surface, 64.0)
+    angle = np.radians(20) * surface.mesh.corners[..., 0]
+    corners = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=2)
+    along = np.tile([1.0, 0.0, 0.0], (len(angle), 1))
+    down = np.cross(along, surface.mesh.flat_normals)
+    (field,) = mesh_fields(surface, charts, along, down, 64.0, corners=corners)
+    # At any place a step along the wanted direction goes along the exemplar's columns.
+    shares = np.random.default_rng(5).dirichlet(np.ones(3), len(angle))
+    rows, columns = (chart_places(surface, charts) * shares[:, :, None]).sum(axis=1).T - 0.5
+    wanted = (angle * shares).sum(axis=1)
+    found = field.at(rows, columns) @ np.stack([-np.sin(wanted), np.cos(wanted)], axis=1)[:, :, None]
+    off = np.degrees(np.arctan2(found[:, 0, 0], found[:, 1, 0]))
+    assert np.abs(off).mean() < 1.0  # nodes have whole 256ths of a turn

@@ -23,11 +23,11 @@ def splat_matrices(
     """Add triangles' matrices to the nodes round them, by tents, in proportion to area.
 
     `places` (T, 3, 2) are row and column of the corners on their charts, in texels from the first one's
-    centre, and `matrices` (T, 4) theirs. Triangles are sampled at their middle and at whole multiples of
-    `spacing`; nodes lie `step` texels apart, the second one of a row or column at 0. `shapes` (charts, 3)
-    tell each chart's first node, rows and columns; `nodes` (nodes, 4) are their matrices, bilinear in
-    between. `sums` (nodes, 7) receive weighted matrices, weights, and weighted determinants, of the
-    triangles' and of what the nodes show there.
+    centre, and `matrices` (T, 3, 4) those there, linear between and alike but for turns. Triangles are
+    sampled at their middle and at whole multiples of `spacing`; nodes lie `step` texels apart, the second one
+    of a row or column at 0. `shapes` (charts, 3) tell each chart's first node, rows and columns; `nodes`
+    (nodes, 4) are their matrices, bilinear in between. `sums` (nodes, 7) receive weighted matrices, weights,
+    and weighted determinants, of the triangles' and of what the nodes show there.
     """
     for t in range(places.shape[0]):
         k = chart[t]
@@ -38,7 +38,8 @@ def splat_matrices(
         area = y1 * x2 - x1 * y2
         if area <= 0.0:
             continue
-        determinant = matrices[t, 0] * matrices[t, 3] - matrices[t, 1] * matrices[t, 2]
+        f = matrices[t]
+        determinant = f[0, 0] * f[0, 3] - f[0, 1] * f[0, 2]
         low_y, high_y = min(p[0, 0], p[1, 0], p[2, 0]), max(p[0, 0], p[1, 0], p[2, 0])
         low_x, high_x = min(p[0, 1], p[1, 1], p[2, 1]), max(p[0, 1], p[1, 1], p[2, 1])
         i0, i1 = int64(np.ceil(low_y / spacing)), int64(np.floor(high_y / spacing)) + 1
@@ -49,6 +50,7 @@ def splat_matrices(
                 if i < i0:  # the middle, once
                     y, x = (p[0, 0] + p[1, 0] + p[2, 0]) / 3.0, (p[0, 1] + p[1, 1] + p[2, 1]) / 3.0
                     weight = min(0.5 * area, spacing * spacing)
+                    b, c = 1.0 / 3.0, 1.0 / 3.0
                 else:
                     y, x, weight = i * spacing, j * spacing, spacing * spacing
                     b = ((y - p[0, 0]) * x2 - (x - p[0, 1]) * y2) / area
@@ -70,7 +72,7 @@ def splat_matrices(
                     at = first + (a + (e & 1)) * columns + d + (e >> 1)
                     share *= weight
                     for m in range(4):
-                        sums[at, m] += share * matrices[t, m]
+                        sums[at, m] += share * ((1.0 - b - c) * f[0, m] + b * f[1, m] + c * f[2, m])
                     sums[at, 4] += share
                     sums[at, 5] += share * determinant
                     sums[at, 6] += share * shown

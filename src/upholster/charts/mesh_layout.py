@@ -103,6 +103,7 @@ def mesh_fields(
     down: FloatArray,
     scale: float,
     turns: IntArray | None = None,
+    corners: FloatArray | None = None,
 ) -> tuple[WarpField, ...]:
     """Return each chart's warp field: what its triangles have, smoothed to the nodes, and beyond as near by.
 
@@ -116,12 +117,17 @@ def mesh_fields(
         Exemplar pixels per model unit.
     turns
         (T,) quarter turns from the charts' matrices to the field's, by default none: see `mesh_turns`.
+    corners
+        (T, 3, 3) the field at the triangles' corners, by default `along`.
     """
     places = chart_places(surface, charts) - 0.5
     matrices = _matrices(surface, charts, along, down, scale)
     if turns is not None:
         back = SYMMETRIES.reshape(-1, 2, 2)[(4 - turns) % 4]
         matrices = (back @ matrices.reshape(-1, 2, 2)).reshape(-1, 4)
+    if corners is None:
+        corners = np.repeat(along[:, None], 3, axis=1)
+    matrices = _turned(matrices, corners, along, down)
     counts = [(node_count(chart.height, 1), node_count(chart.width, 1)) for chart in charts]
     firsts = np.cumsum([0, *(rows * columns for rows, columns in counts)])
     shapes = np.array([(first, *count) for first, count in zip(firsts, counts, strict=False)], np.int64)
@@ -165,6 +171,18 @@ def _matrices(
     out: FloatArray = scale * np.einsum("tae,teb->tab", shown, inverse.reshape(-1, 2, 2)).reshape(-1, 4)
     out[~sound] = 0.0
     return out
+
+
+def _turned(matrices: FloatArray, corners: FloatArray, along: FloatArray, down: FloatArray) -> FloatArray:
+    # Matrices (T, 4) at the corners, (T, 3, 4): turned as the field is there against its triangle's axes.
+    x, y = (np.einsum("tki,ti->tk", corners, axis) for axis in (along, down))
+    length = np.hypot(x, y)
+    known = length > 1e-6
+    x = np.where(known, x / np.where(known, length, 1.0), 1.0)
+    y = np.where(known, y / np.where(known, length, 1.0), 0.0)
+    x, y = x[..., None], y[..., None]
+    below, beside = matrices[:, None, :2], matrices[:, None, 2:]  # what is shown down, and to the right
+    return np.concatenate([x * below - y * beside, x * beside + y * below], axis=2)
 
 
 def _filled(sums: FloatArray, shape: tuple[int, int], size: float) -> tuple[FloatArray, NDArray[np.bool_]]:

@@ -232,7 +232,7 @@ def _prepare_mesh(
     charts = mesh_charts(surface, scale.density)
     along, down = triangle_frames(surface, field.corner_vectors)
     turns = chart_turns(surface, along, field.fold)
-    fields = mesh_fields(surface, charts, along, down, scale.scale, turns)
+    fields = mesh_fields(surface, charts, along, down, scale.scale, turns, field.corner_vectors)
     own = settled(options, QuiltOptions, block=block)
     text = options.direction
     if text is None:

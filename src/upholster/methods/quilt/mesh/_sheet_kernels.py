@@ -28,6 +28,9 @@ FIT = 11
 _HELD = 30.0
 """How strongly C is held near its first guess: as so many texels of seam, a texel off, would."""
 
+_HELD_ALONE = 1.0
+"""Likewise on the sheet with the block's centre, as so many texels inside."""
+
 _INSIDE = 0.1
 """How much a texel inside a sheet counts, of one along a seam."""
 
@@ -306,18 +309,20 @@ def _add_inside(
     fit: FloatArray,
     sums: FloatArray,
 ) -> None:
-    # The middles of a sheet's triangles, by area: as the block map shows them.
+    # The middles of the edges of a sheet's triangles, by area: as the block map shows them.
     for n in range(first, stop):
         if sheets[n] != sheet:
             continue
         p, u = mesh.places[triangles[n]], maps[n]
-        down, right = (u[0, 0] + u[1, 0] + u[2, 0]) / 3.0, (u[0, 1] + u[1, 1] + u[2, 1]) / 3.0
-        if abs(down) > half or abs(right) > half:
-            continue
-        row, column = (p[0, 0] + p[1, 0] + p[2, 0]) / 3.0, (p[0, 1] + p[1, 1] + p[2, 1]) / 3.0
         area = (p[1, 0] - p[0, 0]) * (p[2, 1] - p[0, 1]) - (p[1, 1] - p[0, 1]) * (p[2, 0] - p[0, 0])
-        mine = shown_at(field, fit, row, column)
-        _add_sample(fit, sums, row, column, (down - mine[0], right - mine[1]), 0.5 * weight * area)
+        for k in range(3):
+            last = (k + 1) % 3
+            down, right = 0.5 * (u[k, 0] + u[last, 0]), 0.5 * (u[k, 1] + u[last, 1])
+            if abs(down) > half or abs(right) > half:
+                continue
+            row, column = 0.5 * (p[k, 0] + p[last, 0]), 0.5 * (p[k, 1] + p[last, 1])
+            mine = shown_at(field, fit, row, column)
+            _add_sample(fit, sums, row, column, (down - mine[0], right - mine[1]), weight * area / 6.0)
 
 
 @inline
@@ -360,8 +365,8 @@ def _fit(
     fit, sums = fits[wanted], scratch.sums
     for n in range(12):
         sums[n] = 0.0
-    sums[0], sums[3], sums[5] = 1e-6, _HELD, _HELD
-    weight = _INSIDE if edges else 1.0
+    weight, held = (_INSIDE, _HELD) if edges else (1.0, _HELD_ALONE)
+    sums[0], sums[3], sums[5] = 1e-6, held, held
     _add_inside(mesh, field, triangles, sheets, maps, first, stop, half, wanted, weight, fit, sums)
     for e in range(edges):
         n, k, m, l = scratch.edges[e, 0], scratch.edges[e, 1], scratch.edges[e, 2], scratch.edges[e, 3]  # noqa: E741
