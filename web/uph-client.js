@@ -29,6 +29,7 @@ export class UphClient {
   #begun = false
   #ticket = 0
   #state = null
+  #painted = null // the state of the textures that came last
   #settling = [] // to be told when all is shown
   #ended = false
   #failed = false
@@ -139,7 +140,7 @@ export class UphClient {
     } else if (message.kind === 'meshes') this.#view.takeMeshes(message)
     else if (message.kind === 'textures') {
       this.#queue.push(...message.entries)
-      this.#state = message.state
+      this.#state = this.#painted = message.state
       this.#drawSoon()
     } else if (message.kind === 'state') {
       this.#state = message.state
@@ -172,11 +173,11 @@ export class UphClient {
       this.#drawSoon()
       return
     }
-    this.total = this.#state.total
+    this.total = this.#painted.total
     const isFirst = !this.first
     this.first = true
     this.#worker.postMessage({ kind: 'shown', buffers }, buffers)
-    this.#view.show(this.#state, isFirst)
+    this.#view.show(this.#painted, isFirst)
   }
 
   /** Tell those who wait if all that was sent is shown. */
