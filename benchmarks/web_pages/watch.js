@@ -35,6 +35,6 @@ globalThis.seen = { first: null, complete: null, shown: null, deviation: 0, task
   }
   addEventListener('first', (event) => note('first', event), true)
   addEventListener('complete', (event) => note('complete', event), true)
-  // <model-viewer> shows nothing before all is there.
-  addEventListener('load', (event) => event.target.localName === 'model-viewer' && note('complete', event), true)
+  // <model-viewer> shows nothing before all is there. No load event of an element reaches the window.
+  document.addEventListener('load', (event) => event.target.localName === 'model-viewer' && note('complete', event), true)
 })()
