@@ -18,13 +18,14 @@ export function packCharts(sizes) {
   for (const { chart, height, width } of boxes.sort((a, b) => b.height - a.height || b.width - a.width || a.chart - b.chart)) {
     if (page && column + width > side) [row, column, shelf] = [row + shelf, 0, 0]
     if (!page || (row && row + height > MAX_SIDE)) {
-      pages.push((page = { height: 0, width: side, charts: [] }))
+      pages.push((page = { height: 0, width: 0, charts: [] }))
       ;[row, column, shelf] = [0, 0, 0]
     }
     page.charts.push({ chart, row: row + GUTTER, column: column + GUTTER, height: height - 2 * GUTTER, width: width - 2 * GUTTER })
     column += width
     shelf = Math.max(shelf, height)
     page.height = Math.max(page.height, row + height)
+    page.width = Math.max(page.width, column)
   }
   return pages
 }
