@@ -1,15 +1,15 @@
-"""A part of about a thousand faces, made here: a rounded plate with pockets and stepped holes.
+"""CAD parts made here: one of about a thousand faces, a plate with pockets and stepped holes; and others.
 
 ``python -m benchmarks.cad_part FILE.step [--pockets N]``: a pocket with rounded edges has 17 faces, and each
 has two stepped holes of four faces beside it.
 """
 
 import argparse
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-__all__ = ["main", "write_part"]
+__all__ = ["knob", "main", "rounded_part", "t_handle", "write_assembly", "write_part"]
 
 _PITCH, _THICK, _ROUND = 20.0, 12.0, 1.5
 
@@ -35,14 +35,66 @@ def write_part(path: Path, pockets: int) -> int:
     return len(_explored(part, TopAbs_FACE))
 
 
-def _rounded(shape: Any) -> Any:
+def knob() -> dict[str, Any]:
+    """Return a thick cylinder on a thin one."""
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakeCylinder
+    from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt
+
+    up = gp_Dir(0, 0, 1)
+    head = BRepPrimAPI_MakeCylinder(gp_Ax2(gp_Pnt(0, 0, 16), up), 13, 18).Shape()
+    shaft = BRepPrimAPI_MakeCylinder(gp_Ax2(gp_Pnt(0, 0, 0), up), 5, 16).Shape()
+    return {"Knob": _rounded(head), "Shaft": shaft}
+
+
+def rounded_part() -> dict[str, Any]:
+    """Return a plate with a block on it and a hole, all edges rounded."""
+    from OCP.BRepAlgoAPI import BRepAlgoAPI_Cut, BRepAlgoAPI_Fuse
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox, BRepPrimAPI_MakeCylinder
+    from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt
+
+    up = gp_Dir(0, 0, 1)
+    block = BRepPrimAPI_MakeBox(gp_Pnt(8, 9, 5), gp_Pnt(28, 31, 32)).Shape()
+    base = BRepAlgoAPI_Fuse(BRepPrimAPI_MakeBox(60, 40, 14).Shape(), block).Shape()
+    hole = BRepPrimAPI_MakeCylinder(gp_Ax2(gp_Pnt(44, 20, -1), up), 8, 40).Shape()
+    return {"Part": _rounded(BRepAlgoAPI_Cut(base, hole).Shape(), 2.5)}
+
+
+def t_handle() -> dict[str, Any]:
+    """Return an upright rod, one across it, and a plate below that is long the third way."""
+    from OCP.BRepPrimAPI import BRepPrimAPI_MakeBox, BRepPrimAPI_MakeCylinder
+    from OCP.gp import gp_Ax2, gp_Dir, gp_Pnt
+
+    rod = BRepPrimAPI_MakeCylinder(gp_Ax2(gp_Pnt(0, 0, 0), gp_Dir(0, 0, 1)), 6, 44).Shape()
+    bar = BRepPrimAPI_MakeCylinder(gp_Ax2(gp_Pnt(-32, 0, 50), gp_Dir(1, 0, 0)), 6, 64).Shape()
+    plate = BRepPrimAPI_MakeBox(gp_Pnt(-14, -36, -8), gp_Pnt(14, 36, 0)).Shape()
+    return {"Rod": _rounded(rod), "Bar": _rounded(bar), "Plate": _rounded(plate)}
+
+
+def write_assembly(path: Path, bodies: Mapping[str, Any]) -> None:
+    """Write bodies by name as one STEP file."""
+    from OCP.STEPCAFControl import STEPCAFControl_Writer
+    from OCP.TCollection import TCollection_ExtendedString
+    from OCP.TDataStd import TDataStd_Name
+    from OCP.TDocStd import TDocStd_Document
+    from OCP.XCAFDoc import XCAFDoc_DocumentTool
+
+    document = TDocStd_Document(TCollection_ExtendedString("XmlOcaf"))
+    tool = XCAFDoc_DocumentTool.ShapeTool_s(document.Main())
+    for name, shape in bodies.items():
+        TDataStd_Name.Set_s(tool.AddShape(shape, False), TCollection_ExtendedString(name))
+    writer = STEPCAFControl_Writer()
+    writer.Transfer(document)
+    writer.Write(str(path))
+
+
+def _rounded(shape: Any, by: float = _ROUND) -> Any:
     from OCP.BRepFilletAPI import BRepFilletAPI_MakeFillet
     from OCP.TopAbs import TopAbs_EDGE
     from OCP.TopoDS import TopoDS
 
     made = BRepFilletAPI_MakeFillet(shape)
     for edge in _explored(shape, TopAbs_EDGE):
-        made.Add(_ROUND, TopoDS.Edge(edge))
+        made.Add(by, TopoDS.Edge(edge))
     return made.Shape()
 
 

@@ -422,6 +422,7 @@ def test_what_users_do_to_materials_and_meshes_stays(page: Any) -> None:
           Object.assign(mesh.material, { roughness: 0.25, transparent: true, opacity: 0.5 })
           mesh.material.emissive.set(0x123456)
           mesh.visible = false
+          const painted = (meshes()[2].material.map = new THREE.DataTexture(new Uint8Array(4), 1, 1))
           const { map } = other.material
           const own = (other.material = new THREE.MeshBasicMaterial({ map, color: 0xff0000 }))
           const copy = model.clone()
@@ -448,6 +449,7 @@ def test_what_users_do_to_materials_and_meshes_stays(page: Any) -> None:
             emissive: mesh.material.emissive.getHex(),
             basic: [other.material === own, own.map !== null, own.map.image.width > 1, own.color.getHex()],
             third: [meshes()[2].material.aoMap !== null, meshes()[2].material.roughness],
+            painted: meshes()[2].material.map === painted,
             clone: [copy.type, copy.children.length === meshes().length],
             shared: copy.children[2].material === meshes()[2].material,
             hits: hits.length > 0 && hits.every(({ object }) => object.isMesh),
@@ -463,6 +465,7 @@ def test_what_users_do_to_materials_and_meshes_stays(page: Any) -> None:
         "emissive": 0x123456,
         "basic": [True, True, True, 0xFF0000],
         "third": [True, 1],
+        "painted": True,
         "clone": ["Group", True],
         "shared": True,
         "hits": True,

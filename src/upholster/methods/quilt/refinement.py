@@ -48,20 +48,24 @@ from upholster.types import FloatArray, IntArray
 
 __all__ = ["LaidChart", "refine_chart"]
 
-_REGION = 2.0
-"""Side of a region, in blocks: the cut needs room between what does not fit and the region's rim."""
+_REGION = 2.5
+"""Side of a region, in blocks: the cut needs room between what does not fit and the region's rim. Larger ones
+save more yet, but repeat more."""
 
-_STEPS = 2
-"""Regions that begin within one's side, each way."""
+_REGION_IN_STEP = 2.0
+"""The same where courses are stretched: inside a region they are not, so that its rim falls out of step."""
 
-_SHORTLIST, _TRIES = 12, 2
+_STEPS = (2, 3)
+"""Regions that begin within one's side, each way: with an effort of 1; with more."""
+
+_SHORTLIST, _TRIES = 12, 1
 """Sources that are compared with a region at full resolution, and that are tried: more find little more."""
 
-_LEAST = (1.0, 1.4, 0.5)
+_LEAST = (0.7, 1.2, 0.5)
 """A region is tried if its cuts cost so many times the chart's average: with an effort of 1 flat and on a
 surface, where blocks are more of the stream; with more."""
 
-_SAVING = (0.3, 0.3, 0.02)
+_SAVING = (0.1, 0.25, 0.02)
 """A move is taken if it saves as much of what a region's cuts cost on average, in the same cases: each takes
 bytes and time."""
 
@@ -126,6 +130,9 @@ def refine_chart(chart: LaidChart, laid: ChartPlacements, effort: int) -> ChartP
     ChartPlacements
         Those that can be seen still, and the added ones as a part of their own.
     """
+    if effort == 1 and _in_step(chart):
+        # Cuts that cost a tenth less would break a fifth more elements.
+        return laid
     lattice = _lattice(chart)
     blocks = _mask_places(laid.placements)
     cells = _cells(chart, lattice, blocks, laid.cells)
@@ -144,9 +151,15 @@ def _lattice(chart: LaidChart) -> CellLattice:
     counts = [span // cell if numbers.wrap else -(-span // cell) for span in spans]
     shape, sides = (chart.level.height, chart.level.width), (grid.height, grid.width)
     crossed = grid.crossed(sides) / 2**grid.level
-    times = max(1.0, min(_REGION, _LARGEST_SHARE / float((crossed / np.array(shape)).max())))
+    region = _REGION_IN_STEP if _in_step(chart) else _REGION
+    times = max(1.0, min(region, _LARGEST_SHARE / float((crossed / np.array(shape)).max())))
     high, wide = (min(count, int(times * side / cell)) for side, count in zip(sides, counts, strict=True))
     return CellLattice(counts[0], counts[1], cell, numbers.need_top, numbers.need_left, high, wide)
+
+
+def _in_step(chart: LaidChart) -> bool:
+    # Whether blocks make up for what courses are stretched by.
+    return chart.phases is not None and not chart.grid.field.is_identity
 
 
 def _mask_places(placed: NDArray[np.void]) -> IntArray:
@@ -170,12 +183,12 @@ def _cells(chart: LaidChart, lattice: CellLattice, blocks: IntArray, masks: NDAr
     return ChartCells(labels, held.astype(np.uint8), np.zeros((2, rows, columns), np.int32))
 
 
-def _regions(lattice: CellLattice, turn: int) -> IntArray:
+def _regions(lattice: CellLattice, turn: int, steps: int) -> IntArray:
     # All regions that are looked at, (n, 4): first row and column of cells; phases come behind. At every
     # second turn they lie midway between those of the first.
     starts = []
     for count, size in ((lattice.rows, lattice.high), (lattice.columns, lattice.wide)):
-        step = max(1, size // _STEPS)
+        step = max(1, size // steps)
         first = min(turn % 2 * step // 2, count - size)
         starts.append(np.minimum(np.arange(first, count - size + step, step), count - size))
     rows, columns = np.meshgrid(*starts, indexing="ij")
@@ -222,7 +235,8 @@ def _refined(
     )
     scratch, expansion = LayScratch.of(numbers, chart.usage), ExpansionScratch.of(lattice)
     refine, first = RefineScratch.of(lattice, _TRIES), len(placed)
-    count, most = first, sum(len(_regions(lattice, turn)) for turn in range(effort))
+    steps = _STEPS[min(effort, 2) - 1]
+    count, most = first, sum(len(_regions(lattice, turn, steps)) for turn in range(effort))
     table, charges = _table(chart, placed, most), np.zeros(count + most)
     masks = np.empty((most, lattice.high * lattice.wide), np.uint8)
     charge_phases(match, numbers, chart.weights.phase, table, count, scratch.choice, charges)
@@ -231,7 +245,7 @@ def _refined(
     whole = (0, lattice.rows, 0, lattice.columns)
     weigh_seams(chart.canvas.canvas, match.image, matrices, *common, whole, expansion)
     for turn in range(effort):
-        regions, weights = _worst(chart, lattice, cells, turn, level)
+        regions, weights = _worst(chart, lattice, cells, _regions(lattice, turn, steps), level)
         for start in range(0, len(regions), _REGIONS_PER_CALL):
             # Few regions a call: between two calls, Python can be interrupted.
             count = refine_regions(
@@ -246,11 +260,11 @@ def _refined(
 
 
 def _worst(
-    chart: LaidChart, lattice: CellLattice, cells: ChartCells, turn: int, level: int
+    chart: LaidChart, lattice: CellLattice, cells: ChartCells, regions: IntArray, level: int
 ) -> tuple[IntArray, RefineWeights]:
     # The regions to try, those whose cuts cost most first, with the phases that they want; and what they are
     # tried by.
-    regions, grid = _regions(lattice, turn), chart.grid
+    grid = chart.grid
     scores = np.empty(len(regions), np.int64)
     score_regions(cells.seams, lattice, regions, scores)
     total, cuts = int(cells.seams.sum(dtype=np.int64)), int((cells.seams > 0).sum())
