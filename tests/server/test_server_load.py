@@ -133,4 +133,6 @@ def test_two_hundred_requests_of_twenty_clients(server, folder):
     wait_until(lambda: open_files(server) <= files_before)
     server.send_signal(signal.SIGINT)
     output, errors = server.communicate(timeout=PATIENCE)
-    assert (server.returncode, output, errors) == (0, "", "")
+    assert (server.returncode, output) == (0, "")
+    # Where the cache is empty, kernels are compiled, and the user is told.
+    assert [line for line in errors.splitlines() if not line.startswith("compiling kernels")] == []
