@@ -13,7 +13,7 @@ from upholster.levels import refine_steps, texels_psnr
 from upholster.options import TextureFormat, WriteOptions
 from upholster.outputs import TexturedModel
 from upholster.quilt import Texels
-from upholster.stream import StreamDecoder, describe, encode_stream
+from upholster.stream import Description, StreamDecoder, describe, encode_stream
 from upholster.stream.prefix import Limit, feed_until
 from upholster.types import PixelArray
 
@@ -37,7 +37,7 @@ def stream(results: Results) -> None:
         place += 16
     known, _ = decoder.placements_known
     results.add("F1 stream, 9/7: all placements are there", place / 1000, "kB")
-    sizes = {row.tag: row.length for row in describe(data).chunks if row.tag in "PM"}
+    sizes = _sizes(describe(data))
     results.add("F1 stream, 9/7: bytes a source", sizes["P"] / known, "bytes", aim="about 1")
     edge_blocks = int((quilt.placements["mask"] == 2).sum()) // 2
     results.add(
@@ -94,11 +94,11 @@ def _quilt_stream(results: Results, exemplar: PixelArray, surface: upholster.Sur
     told = describe(data)
     results.add("F1 quilt stream: whole", len(data) / 1000, "kB")
     results.add("F1 quilt stream: first textured view", told.view, "bytes", aim="at most 1000")
-    sizes = {row.tag: row.length for row in told.chunks}
+    sizes = _sizes(told)
     count = len(quilt.placements)
-    for tag, name in (("F", "warp fields"), ("Q", "plan"), ("P", "sources"), ("M", "masks")):
+    for tag, name in (("N", "warp fields"), ("Q", "plan"), ("P", "sources"), ("M", "masks")):
         results.add(f"F1 quilt stream: {name}, a placement", sizes.get(tag, 0) / count, "bytes")
-    whole = sum(sizes.get(tag, 0) for tag in "FQPM") / count
+    whole = sum(sizes.get(tag, 0) for tag in "FNQPM") / count
     results.add(
         "F1 quilt stream: all of a placement",
         whole,
@@ -118,6 +118,11 @@ def _quilt_stream(results: Results, exemplar: PixelArray, surface: upholster.Sur
         "ms",
         remark="and 15 % of the coefficients, painted",
     )
+
+
+def _sizes(told: Description) -> dict[str, int]:
+    # Bytes of all chunks of each kind.
+    return {tag: sum(row.length for row in told.chunks if row.tag == tag) for tag in {*"SLXDFQNPM"}}
 
 
 def _bytes_for(data: bytes, texels: Texels, wanted: float) -> int:

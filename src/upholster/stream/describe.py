@@ -22,6 +22,7 @@ _TITLES = {
     "D": "exemplar",
     "F": "warp fields",
     "Q": "plan of the placements",
+    "N": "nodes of the warp fields",
     "P": "sources",
     "M": "masks",
     "R": "a further map's header",
