@@ -174,9 +174,10 @@ export class UphClient {
       return
     }
     this.total = this.#painted.total
+    this.#worker.postMessage({ kind: 'shown', buffers }, buffers)
+    if (!this.first && !this.#painted.charts) return // there is no texture to be seen yet
     const isFirst = !this.first
     this.first = true
-    this.#worker.postMessage({ kind: 'shown', buffers }, buffers)
     this.#view.show(this.#painted, isFirst)
   }
 

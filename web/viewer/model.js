@@ -21,7 +21,7 @@ let version = 0
 export class Model extends EventTarget {
   /** Per chart: `size`, `geometry`, and `textures` by target, each of `data`, `width`, `height`, `version` and a `key` of its own. */
   charts = []
-  /** The exemplar, which charts without placements repeat, mirrored; null where none does. */
+  /** The exemplar's mean, one pixel, which charts without placements show; null where none does. */
   preview = null
   /** Triangles on no chart, and their colour. */
   plain = null
@@ -140,9 +140,9 @@ export class Model extends EventTarget {
   }
 
   /** Take over one texture; returns the memory of the one before. */
-  #takeTexture({ chart, target, height, width, data, preview, repeat, unplaced, gutter }) {
+  #takeTexture({ chart, target, height, width, data, preview, unplaced, gutter }) {
     if (preview) {
-      this.preview = { key: this.preview?.key ?? {}, data, width, height, repeat, mirrored: true, version: ++version }
+      this.preview = { key: this.preview?.key ?? {}, data, width, height, version: ++version }
       return null
     }
     const { textures, size } = this.charts[chart]

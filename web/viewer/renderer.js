@@ -168,7 +168,7 @@ export class Renderer extends EventTarget {
     const isPlaced = textures.color || !preview
     UNITS.forEach((unit, n) => this.#resources.texture(n, unit === 'color' && !isPlaced ? preview : textures[unit]))
     if (isPlaced) gl.uniform4f(uniforms.place, width / (width + 2), height / (height + 2), 1 / (width + 2), 1 / (height + 2))
-    else gl.uniform4f(uniforms.place, (width * preview.repeat) / preview.width, (height * preview.repeat) / preview.height, 0, 0)
+    else gl.uniform4f(uniforms.place, 1, 1, 0, 0)
     if (uniforms.maps) gl.uniform1i(uniforms.maps, mapsOf(model, textures))
     this.#drawElements(geometry, model.wireframe)
   }

@@ -97,16 +97,15 @@ export class Resources {
     return { array, count: indices.length }
   }
 
-  #upload(made, { data, width, height, version, mirrored }, unit) {
+  #upload(made, { data, width, height, version }, unit) {
     const gl = this.#gl
     if (made.width === width && made.height === height) {
       gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, width, height, gl.RGBA, gl.UNSIGNED_BYTE, data)
     } else {
       const isColor = unit === 'color' || unit === 'emission'
       gl.texImage2D(gl.TEXTURE_2D, 0, isColor ? gl.SRGB8_ALPHA8 : gl.RGBA8, width, height, 0, gl.RGBA, gl.UNSIGNED_BYTE, data)
-      const wrap = mirrored ? gl.MIRRORED_REPEAT : gl.CLAMP_TO_EDGE
-      gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_WRAP_S, wrap)
-      gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_WRAP_T, wrap)
+      gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_WRAP_S, gl.CLAMP_TO_EDGE)
+      gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_WRAP_T, gl.CLAMP_TO_EDGE)
       gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.LINEAR_MIPMAP_LINEAR)
       const way = this.#anisotropic
       if (way) gl.texParameterf(gl.TEXTURE_2D, way.TEXTURE_MAX_ANISOTROPY_EXT, ANISOTROPY)
