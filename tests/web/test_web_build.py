@@ -21,7 +21,7 @@ FOLDERS = ("glb", "uph", "mesh", "model", "worker", "viewer")
 SHIPPED = ROOT / "src" / "upholster" / "web"
 LONGEST_FUNCTION = 60
 """Lines."""
-MOST_BESIDE_A_STREAM = 120_000
+MOST_BESIDE_A_STREAM = 125_000
 MOST_SCRIPTS = 60_000
 """Bytes gzipped of all scripts that are loaded until a model is complete."""
 STREAM = 110_000
