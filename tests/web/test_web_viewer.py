@@ -80,8 +80,8 @@ def test_any_prefix_looks_as_in_python(ring: Any) -> None:
         overlap, difference, alike = likeness(picture, wanted)
         assert overlap > LEAST_OVERLAP, count
         assert difference < MOST_DIFFERENCE, count
-        # A picture of nearly one colour has no details that could be alike.
-        assert alike > LEAST_LIKENESS or count < 4_000, count
+        # Where charts still have one colour, there are few details that could be alike.
+        assert alike > LEAST_LIKENESS or count < 10_000, count
         found.append((picture, wanted))
     # The measure tells one picture from another.
     assert likeness(found[0][0], found[-1][1])[2] < 0.5
@@ -426,6 +426,7 @@ def test_viewers_start_when_they_are_near_and_share_one_renderer(tab: Any, site:
         """
     )
     tab.until("viewer.model?.complete")
+    tab.settle_shape()  # its picture is there
     started = "return [...document.querySelectorAll('upholster-viewer')].map((one) => Boolean(one.model))"
     assert 2 <= sum(tab.call(started)) <= 4
     for place in range(0, 5701, 600):
