@@ -110,17 +110,18 @@ CAPTIONS = {
         --direction around:z --seed 1 --view 30,38 -o torus.png`; `-o torus.glb` is the same as glTF.
         """,
     "refining": """\
-        The first picture's quilt as a stream (`-o ring.uph`), as it arrives. The first view shows the
-        exemplar repeated; then come placements, chart after chart, with the exemplar's coarse parts; the rest
-        refines it. Figures are the texels' PSNR against the whole stream.
+        The first picture's quilt as a stream (`-o ring.uph`), as it arrives. Charts without
+        placements have the exemplar's mean colour; placements come chart after chart, with the exemplar's
+        coarse parts; then masks and details, by what they gain. Figures are the texels' PSNR against the whole stream.
         """,
     "viewer": """\
-        `upholster view ring.uph`, screenshots of Chromium: the first picture's ring (a, c) and
-        `examples/bricks_material` on a torus, on the left of (b) with 3 % of its colour's coefficients.
+        `upholster view ring.uph`, screenshots of Chromium: the first picture's ring (a, c); and the laboratory
+        (`controls="lab"`) with `examples/bricks_material` on a torus, on the left with 3 % of its colour's
+        coefficients.
         """,
     "viewer_arriving": """\
-        The first picture's stream, cut: above in the viewer, by three.js and the browser's software
-        rasteriser; below as Python renders the same bytes.
+        The first picture's stream, cut: above in the viewer, in the browser's software rasteriser;
+        below as Python renders the same bytes.
         """,
     "viewer_light": """\
         Dragging with Shift turns the viewer's light, to judge normal maps: raised parts look raised from all

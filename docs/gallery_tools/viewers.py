@@ -52,20 +52,19 @@ def _browser() -> str | None:
 
 
 def viewer(_exemplars: Exemplars) -> Any:
-    """Show the viewer on a desk, dark and side by side, and on a phone."""
+    """Show the viewer on a desk, its laboratory in the dark and side by side, and the viewer on a phone."""
     with _pages() as pages:
         wide = pages.open("ring.uph", (960, 640))
         wide.press("ArrowLeft", "ArrowLeft")
-        dark = pages.open("torus.uph", (960, 640), color_scheme="dark")
+        dark = pages.open("torus.uph", (960, 640), lab=True, color_scheme="dark")
         dark.button("Show 3 % of the coefficients")
         dark.button("Compare with full quality")
         dark.wait("inside.querySelector('.halves').checkVisibility()")
         dark.press("+")
         phone = pages.open("ring.uph", (360, 640), device_scale_factor=2, is_mobile=True, has_touch=True)
-        phone.button("Show 3 % of the coefficients")
         images = [page.screenshot() for page in (wide, dark, phone)]
     images[2] = images[2].resize((360, 640), Image.Resampling.LANCZOS)
-    titles = ("(a) light", "(b) dark, side by side with the full quality", "(c) on a phone")
+    titles = ("(a) light", "(b) the laboratory, dark, side by side with the full quality", "(c) on a phone")
     panels = [Panel(image, title) for image, title in zip(images, titles, strict=True)]
     return compose([panels])
 
@@ -168,12 +167,19 @@ class _Pages:
         return (self._folder / name).read_bytes()
 
     def open(
-        self, name: str, size: tuple[int, int], *, bare: bool = False, view: str = "30,30", **options: Any
+        self,
+        name: str,
+        size: tuple[int, int],
+        *,
+        bare: bool = False,
+        lab: bool = False,
+        view: str = "30,30",
+        **options: Any,
     ) -> _Page:
-        """Open a stream's page, or, bare, nothing but its stage of that size; it is complete then."""
+        """Open a stream's page, with the laboratory, or, bare, nothing but its stage; it is complete then."""
         context = self._chromium.new_context(viewport={"width": size[0], "height": size[1]}, **options)
         tab = context.new_page()
-        tab.goto(f"{self._address}/view/{name}")
+        tab.goto(f"{self._address}/view/{name}{'?lab' * lab}")
         page = _Page(tab)
         page.run("viewer.setAttribute('view', argument)", view)
         if bare:
