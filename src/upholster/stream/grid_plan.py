@@ -471,6 +471,9 @@ class GridDecoder:
         if 0 < self.known_cells < self.total_cells:
             chart, covered = self.plan.grids[self._mask_grid].chart, self._covered
             settled = (np.arange(len(self._first)) < self._mask_start).astype(np.uint8)
+            begun = next(n for n, grid in enumerate(self.plan.grids) if grid.chart == chart)
+            if not self._records[self.plan.starts[begun] : self._mask_start, records_.CUT].any():
+                return cells  # none of this chart's masks have come
             for place, grid in enumerate(self.plan.grids):
                 if grid.chart == chart:
                     covered = self._cut_straight(place, cells, settled, covered)

@@ -11,7 +11,7 @@ const FINE_LIST = 3
 export function parsePlan(reader, charts, fields, exemplar, budget) {
   const kind = reader.u8('kind of plan', FINE_LIST)
   if (kind === STRIPS) {
-    if (fields.some((field) => !field.isIdentity)) reader.fail('plan has strips where charts have warp fields')
+    if (fields.some((field) => !field?.isIdentity)) reader.fail('plan has strips where charts have warp fields')
     return new (part('StripPlan'))(reader, charts, exemplar, budget)
   }
   if (kind === GRID) return new GridPlan(reader, charts, fields, exemplar, budget)
