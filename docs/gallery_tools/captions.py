@@ -112,12 +112,13 @@ CAPTIONS = {
     "refining": """\
         The first picture's quilt as a stream (`-o ring.uph`), as it arrives. Charts without
         placements have the exemplar's mean colour; placements come chart after chart, with the exemplar's
-        coarse parts; then masks and details, by what they gain. Figures are the texels' PSNR against the whole stream.
+        coarse parts; then masks and details, by what they gain. Figures are the texels' PSNR against the
+        whole stream.
         """,
     "viewer": """\
-        `upholster view ring.uph`, screenshots of Chromium: the first picture's ring (a, c); and the laboratory
-        (`controls="lab"`) with `examples/bricks_material` on a torus, on the left with 3 % of its colour's
-        coefficients.
+        `upholster view ring.uph`, screenshots of Chromium: the first picture's ring (a, c); and the
+        laboratory (`controls="lab"`) with `examples/bricks_material` on a torus, on the left with 3 % of its
+        colour's coefficients.
         """,
     "viewer_arriving": """\
         The first picture's stream, cut: above in the viewer, in the browser's software rasteriser;
