@@ -182,32 +182,32 @@ def test_a_file_that_changes_meanwhile_is_not_mixed(
     bad: Any, streams: Any, tmp_path: Any, ranges: bool
 ) -> None:
     (tmp_path / "ring.uph").write_bytes(browser.ball())
-    line = Line(_app(streams), 9_000, ranges=ranges, then=_app(tmp_path))
+    line = Line(_app(streams), 3_000, ranges=ranges, then=_app(tmp_path))
     with browser.serving(line) as address:
         bad.open(f"{address}/view/ring.uph")
-        line.break_after(bad, 9_000)
+        line.break_after(bad, 3_000)
         bad.until("inside.querySelector('.note button').checkVisibility()")
         assert "ring.uph was replaced while it was loading." in bad.note()
-    assert bad.settle()["bytes"] == 9_000
+    assert bad.settle()["bytes"] == 3_000
     assert bad.call("return viewer.model.complete") is False
     _only(bad, REFUSED)
 
 
 def test_a_server_that_is_gone_for_good(bad: Any, streams: Any) -> None:
-    line = Line(_app(streams), 9_000, *([0] * 20))
+    line = Line(_app(streams), 3_000, *([0] * 20))
     with browser.serving(line) as address:
         bad.open(f"{address}/view/ring.uph")
-        line.break_after(bad, 9_000)
+        line.break_after(bad, 3_000)
         bad.until("inside.querySelector('.note').checkVisibility()")
         assert "Connection lost, trying again" in bad.note()
-        assert bad.settle()["bytes"] == 9_000
+        assert bad.settle()["bytes"] == 3_000
     _only(bad, REFUSED)
 
 
 def test_a_slow_line_brings_ever_more_of_the_stream(bad: Any, streams: Any) -> None:
     counts = (1_000, 6_000, 20_000)
     breaks = [more - less for less, more in pairwise((0, *counts))]
-    line = Line(_app(streams), *breaks)
+    line = Line(_app(streams), 0, *breaks)  # the page's own first request fails
     with browser.serving(line) as address:
         bad.page.add_init_script(SEEN)
         bad.open(f"{address}/view/ring.uph")
