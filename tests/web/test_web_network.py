@@ -205,7 +205,7 @@ def test_a_server_that_is_gone_for_good(bad: Any, streams: Any) -> None:
 
 
 def test_a_slow_line_brings_ever_more_of_the_stream(bad: Any, streams: Any) -> None:
-    counts = (1_000, 6_000, 20_000)
+    counts = (8_000, 14_000, 20_000)
     breaks = [more - less for less, more in pairwise((0, *counts))]
     line = Line(_app(streams), 0, *breaks)  # the page's own first request fails
     with browser.serving(line) as address:
