@@ -33,7 +33,7 @@ _TRIANGLES = (4, 5, 6)
 def check_usd() -> None:
     """Raise InputError where Pixar's library is not installed."""
     try:
-        import pxr  # noqa: F401
+        import pxr  # noqa: F401  # only to see whether it is installed
     except ModuleNotFoundError:
         raise InputError("writing .usdz needs usd-core; install it: pip install 'upholster[usd]'") from None
 
