@@ -68,7 +68,7 @@ def stacked(count: int, side: int, block: int, **fields: int) -> bytes:
         placed["first_cell"] = 0
     chart = Chart(0, side, side)
     quilt = Quilt((chart,), (64, 64), PlacementList(placed, cells))
-    plan, sources, masks = encode_list(quilt)
+    plan, sources, masks = encode_list(quilt).parts
     parts = [("Q", plan), ("P", sources), *([("M", masks)] if masks else [])]
     return framed(PLANE, layout(side), image_header(64, 64, 3, plane=-1), *parts)
 
