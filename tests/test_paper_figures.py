@@ -17,7 +17,10 @@ GALLERY = Path(__file__).parent.parent / "docs" / "make_gallery.py"
 @pytest.mark.slow
 def test_one_command_draws_every_figure(tmp_path: Path) -> None:
     done = subprocess.run(
-        [sys.executable, GALLERY, "paper", tmp_path / "figures"], capture_output=True, text=True, check=False
+        [sys.executable, GALLERY, "paper", tmp_path / "figures", "--draft"],
+        capture_output=True,
+        text=True,
+        check=False,
     )
     assert done.returncode == 0, done.stderr
     files = sorted((tmp_path / "figures").iterdir())
