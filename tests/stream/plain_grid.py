@@ -146,11 +146,6 @@ def _transferred(coder: Any, blocks: Any, starts: Any, grid: Any, n: Any, field:
     if block.centred:
         block.c = [entry + 64 * coder.number(10, min(k, 1)) for k, entry in enumerate(here)]
     block.tc = _turned(block)
-    sizes = (grid.height, grid.width) if before is None else (before.height, before.width)
-    if a:
-        sizes = tuple(_extent(block, a, grid.mask_cell, axis) for axis in (0, 1))
-    block.height, block.width = told(2, sizes[0]), told(3, sizes[1])
-    block.cut = told(5, before.cut if before else 1)
     source = (0, 0)
     if a:
         source = a.source
@@ -158,12 +153,18 @@ def _transferred(coder: Any, blocks: Any, starts: Any, grid: Any, n: Any, field:
             y, x = 64 * block.row - place[0], 64 * block.column - place[1]
             p, q, r, t = block.tc
             source = source[0] + ((p * y + q * x + 8192) >> 14), source[1] + ((r * y + t * x + 8192) >> 14)
+        source = tuple(4 * ((at + 2) // 4) for at in source)
     elif before:
         source = _goes_on(before, block.row, block.column, field)
     block.source = told(6, source[0]), told(7, source[1])
     y, x = (here - there for here, there in zip(block.source, a.source if a else block.source, strict=True))
     down, right = _steps(block.tc, y, x, 2**14, 0)
     block.place = 64 * block.row - down, 64 * block.column - right
+    sizes = (grid.height, grid.width) if before is None else (before.height, before.width)
+    if a:
+        sizes = tuple(_extent(block, a, grid.mask_cell, axis) for axis in (0, 1))
+    block.height, block.width = told(2, sizes[0]), told(3, sizes[1])
+    block.cut = told(5, before.cut if before else 1)
     return block
 
 
@@ -247,7 +248,24 @@ def _extent(block: Any, a: Any, cell: Any, axis: Any) -> Any:
     p, q, r, s = block.tc
     u, v = (r, p) if axis else (s, q)
     extent = abs(u * a.tc[0] - v * a.tc[2]) * a.height + abs(u * a.tc[1] - v * a.tc[3]) * a.width
-    return min(4096, (extent // max(1, abs(p * s - q * r)) // cell + 6) * cell)
+    count = extent // max(1, abs(p * s - q * r)) // cell + 6
+    # TC_a's inverse times TC_n, times its determinant.
+    a00, a01, a10, a11 = (int(entry) for entry in a.tc)
+    area = a00 * a11 - a01 * a10
+    both = (np.array([[a11, -a01], [-a10, a00]]) @ np.array([[p, q], [r, s]])).tolist()
+    by, aside = both[axis][axis], both[axis][1 - axis]
+    if 2 * abs(by) > abs(aside) and (by >> 4) != 0:
+        half = 2 * ((a.width if axis else a.height) // 2) + 1
+        number, by = 32 * half * (area >> 4), by >> 4
+        number, by = (-number, -by) if by < 0 else (number, by)
+        border = block.place[axis] - 64 * (block.row, block.column)[axis] - (2 * number + by) // (2 * by)
+
+        def off(cells: Any) -> Any:
+            apart = (border + 64 * (cells * cell // 2) + 32) % (64 * cell)
+            return min(apart, 64 * cell - apart)
+
+        count += off(count + 1) < off(count)
+    return min(4096, count * cell)
 
 
 def _turned(block: Any) -> Any:

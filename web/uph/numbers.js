@@ -17,3 +17,8 @@ export function range(count) {
 export function fromZigzag(code) {
   return code & 1 ? -(code + 1) / 2 : code / 2
 }
+
+/** The remainder of a division that rounds down: never negative. */
+export function modulo(a, b) {
+  return a - b * Math.floor(a / b)
+}

@@ -58,7 +58,7 @@ __all__ = [
 # was transferred from, as chart and place; its centre matrix; then the first eight where nothing leads to it.
 _CHART, _INDEX, _OWN_MATRIX, _ALONE = 8, 9, 10, 11
 _KINDS = 19
-_BEFORE, _BEHIND = (SYMMETRY, ROW, COLUMN), (HEIGHT, WIDTH, CUT, SOURCE_ROW, SOURCE_COLUMN)
+_BEFORE, _SOURCE, _BEHIND = (SYMMETRY, ROW, COLUMN), (SOURCE_ROW, SOURCE_COLUMN), (HEIGHT, WIDTH, CUT)
 _MOST_MATRIX = 2**18
 _NEAR = 16
 """Transferred blocks before one that may lead to its place."""
@@ -227,6 +227,40 @@ def _guess_place(
 
 
 @inline
+def _rim_off(border: Any, count: Any, cell: Any) -> Any:
+    # How far a border, in 1/64 texel from a block's centre, lies from that of a cell of `count`.
+    apart = (border + 64 * ((count * cell) // 2) + 32) % (64 * cell)
+    return min(apart, 64 * cell - apart)
+
+
+@inline
+def _size_guess(one: Any, link: Any, cell: int, f: int) -> Any:
+    # The rectangle round the other chart's block, seen through both M; one cell more where the borders of
+    # cells then lie nearer to those of the other block.
+    a, b, c, d = _matrix_of(one)
+    p, q, r, s = _matrix_of(link)
+    y, x = (d, b) if f == HEIGHT else (c, a)
+    tall, wide = abs(y * p - x * r) * signed(link[HEIGHT]), abs(y * q - x * s) * signed(link[WIDTH])
+    count = (tall + wide) // max(1, abs(a * d - b * c)) // cell + 6
+    area = p * s - q * r
+    if f == HEIGHT:
+        along, across = s * a - q * c, s * b - q * d
+        half, place = 2 * (signed(link[HEIGHT]) // 2) + 1, signed(one[PLACE]) - 64 * signed(one[ROW])
+    else:
+        along, across = p * d - r * b, p * c - r * a
+        half, place = 2 * (signed(link[WIDTH]) // 2) + 1, signed(one[PLACE + 1]) - 64 * signed(one[COLUMN])
+    if 2 * abs(along) > abs(across):
+        by, number = along >> 4, 32 * half * (area >> 4)
+        if by < 0:
+            by, number = -by, -number
+        if by > 0:
+            border = place - _share(number, by)
+            if _rim_off(border, count + 1, cell) < _rim_off(border, count, cell):
+                count += 1
+    return min(count * cell, 4096)
+
+
+@inline
 def _transferred_guess(
     records: NDArray[np.int32],
     matrices: NDArray[np.int32],
@@ -253,6 +287,8 @@ def _transferred_guess(
                 one, k = records[n], 2 * (f - SOURCE_ROW)
                 down, right = 64 * signed(one[ROW]) - one[PLACE], 64 * signed(one[COLUMN]) - one[PLACE + 1]
                 guess += (one[MATRIX + k] * down + one[MATRIX + k + 1] * right + 8192) >> 14
+            # Sources across a seam are told in quarters of a pixel, unless they must be finer.
+            guess = ((guess + 2) >> 2) << 2
         elif not first:
             y, x = going_on(
                 records, n - 1, matrices, numbers.margin, signed(records[n, ROW]), signed(records[n, COLUMN])
@@ -264,16 +300,7 @@ def _transferred_guess(
         elif n - numbers.base > 1:
             guess += guess - records[n - 2, f]
     elif link >= 0 and HEIGHT <= f <= WIDTH:
-        # The rectangle round the other chart's block, seen through both M.
-        here, one = records[n], records[link]
-        a, b = signed(here[MATRIX]), signed(here[MATRIX + 1])
-        c, d = signed(here[MATRIX + 2]), signed(here[MATRIX + 3])
-        y, x = (d, b) if f == HEIGHT else (c, a)
-        tall = abs(y * one[MATRIX] - x * one[MATRIX + 2]) * one[HEIGHT]
-        wide = abs(y * one[MATRIX + 1] - x * one[MATRIX + 3]) * one[WIDTH]
-        guess = min(
-            ((tall + wide) // max(1, abs(a * d - b * c)) // numbers.mask_cell + 6) * numbers.mask_cell, 4096
-        )
+        guess = _size_guess(records[n], records[link], numbers.mask_cell, f)
     return guess
 
 
@@ -471,13 +498,18 @@ def _code_numbers(
     done = _code_centre(coder, records, matrices, numbers, n, encoding)
     if done <= 0:
         return done
+    for f in _SOURCE:
+        done = _code_number_of(coder, records, matrices, numbers, n, beside, f, changed, encoding)
+        if done <= 0:
+            return done
+        changed = (changed & 2) | (done & 1)
+    _enter_place(records, n)
     for f in _BEHIND:
         done = _code_number_of(coder, records, matrices, numbers, n, beside, f, changed, encoding)
         if done <= 0:
             return done
         changed = (changed & 2) | (done & 1)
     records[n, MODE], records[n, AGREES], records[n, SIZE] = NO_MODE, 0, numbers.mask_cell
-    _enter_place(records, n)
     return 1
 
 

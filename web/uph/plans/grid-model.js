@@ -6,7 +6,7 @@ import { INTEGER_COUNTERS, INTEGER_MIXERS } from './integers.js'
 /** Numbers of a transferred block, in coded order, each with its f of number(f). */
 export const TRANSFERRED_NUMBERS = [
   ...[['symmetry', 4], ['row', 0], ['column', 1]],
-  ...[['height', 2], ['width', 3], ['cut', 5], ['sourceRow', 6], ['sourceColumn', 7]],
+  ...[['sourceRow', 6], ['sourceColumn', 7], ['height', 2], ['width', 3], ['cut', 5]],
 ]
 export const CHART_NUMBER = 8
 export const LINK_NUMBER = 9

@@ -14,7 +14,7 @@ import {
 } from './grid-model.js'
 import { decodeInteger } from './integers.js'
 import { MAX_MATRIX, centerMatrix, sourceAt } from './placement.js'
-import { clamp } from '../numbers.js'
+import { clamp, modulo } from '../numbers.js'
 import { symmetryTimes, turnedAlike } from '../symmetry.js'
 
 const FAR = [-16384 - 4096, 32768]
@@ -22,6 +22,9 @@ const SIZE = [1, 4096]
 const MATRIX_UNIT = 64 // of what is added to the field's matrix
 const LATEST = 16 // transferred blocks before one that may lead to its place
 const FARTHEST = 2 ** 24
+
+/** The nearest quarter of a pixel to a position in 1/16 pixel. */
+const toQuarter = (position) => ((position + 2) >> 2) * 4
 
 /** Decodes transferred blocks: the block of another chart that each comes from, and how it differs from a guess. */
 export class TransferDecoder {
@@ -62,8 +65,8 @@ export class TransferDecoder {
       const [least, most] = this.limits[name]
       if (!(block[name] >= least && block[name] <= most)) fail(`${name} of block ${n} is out of range`)
       if (name === 'column') yield* this.#decodeCenter(block, field)
+      if (name === 'sourceColumn') block.place = placeOf(block, link < 0 ? block : blocks[link])
     }
-    block.place = placeOf(block, link < 0 ? block : blocks[link])
     return block
   }
 
@@ -182,16 +185,29 @@ class TransferGuess {
     return near ? turnedAlike(linked.symmetry, nearLinked.symmetry, near.symmetry) : linked.symmetry
   }
 
-  /** The linked block's size, turned and scaled to this chart. */
+  /** The linked block's size, turned and scaled to this chart; one cell more where borders of cells then meet better. */
   #size(name) {
     const { block, linked, grid } = this
+    const { maskCell } = grid
     const [a, b, c, d] = block.matrix
     const [p, q, r, s] = linked.matrix
-    const [y, x] = name === 'height' ? [d, b] : [c, a]
-    const tall = Math.abs(y * p - x * r) * linked.height
-    const wide = Math.abs(y * q - x * s) * linked.width
-    const cells = Math.floor(Math.floor((tall + wide) / Math.max(1, Math.abs(a * d - b * c))) / grid.maskCell)
-    return Math.min((cells + 6) * grid.maskCell, 4096)
+    const isHeight = name === 'height'
+    const [y, x] = isHeight ? [d, b] : [c, a]
+    const extent = Math.abs(y * p - x * r) * linked.height + Math.abs(y * q - x * s) * linked.width
+    let cells = Math.floor(Math.floor(extent / Math.max(1, Math.abs(a * d - b * c))) / maskCell) + 6
+    const [along, across] = isHeight ? [s * a - q * c, s * b - q * d] : [p * d - r * b, p * c - r * a]
+    const by = Math.floor(along / 16)
+    if (2 * Math.abs(along) > Math.abs(across) && by) {
+      const number = 32 * (2 * (linked[name] >> 1) + 1) * Math.floor((p * s - q * r) / 16) * Math.sign(by)
+      const edge = Math.floor((2 * number + Math.abs(by)) / (2 * Math.abs(by)))
+      const border = isHeight ? block.place[0] - 64 * block.row : block.place[1] - 64 * block.column
+      const off = (count) => {
+        const apart = modulo(border - edge + 64 * ((count * maskCell) >> 1) + 32, 64 * maskCell)
+        return Math.min(apart, 64 * maskCell - apart)
+      }
+      if (off(cells + 1) < off(cells)) cells++
+    }
+    return Math.min(cells * maskCell, 4096)
   }
 
   /** The linked block's source, seen from where its centre is shown; else what the block before would show here. */
@@ -199,10 +215,10 @@ class TransferGuess {
     const { block, linked, before, field } = this
     const axis = name === 'sourceRow' ? 0 : 1
     if (!linked) return before ? sourceAt(before, field, block.row, block.column)[axis] : 0
-    if (!this.place) return linked[name]
+    if (!this.place) return toQuarter(linked[name])
     const [down, right] = [64 * block.row - this.place[0], 64 * block.column - this.place[1]]
     const [a, b] = block.matrix.slice(2 * axis)
-    return linked[name] + Math.floor((a * down + b * right + 8192) / 16384)
+    return toQuarter(linked[name] + Math.floor((a * down + b * right + 8192) / 16384))
   }
 
   /** By the nearest transferred block, else by the step before. */
