@@ -2,7 +2,8 @@
 
 The head and a coarse sample come first. Then follow three queues, each in its own order: charts with warp
 fields and sources, the masks (when all charts are there), and the rest of the sample. The next part is always
-the one that gains most a byte. What a part gains is estimated from variances; a decoder takes any order.
+the one that gains most a byte. What a part gains is estimated from variances, and from what straight cuts
+show wrongly; a decoder takes any order.
 """
 
 from collections.abc import Iterable, Sequence
@@ -14,13 +15,25 @@ from numpy.typing import NDArray
 
 from upholster.codec import ImageDecoder
 from upholster.codec.header import ImageHeader
-from upholster.quilt import Quilt
+from upholster.quilt import Quilt, paint
 from upholster.quilt.placement import MASK_CUT, mask_sizes
+from upholster.quilt.plans import PlacementList
 from upholster.stream.chunks import pack_chunk
 from upholster.stream.plan_common import PlanCode
 from upholster.stream.warp_fields import FieldCode
+from upholster.types import FloatArray, PixelArray
 
-__all__ = ["Part", "chart_parts", "mask_parts", "ordered", "sample_errors", "sample_parts", "split_sample"]
+__all__ = [
+    "Part",
+    "changed_texels",
+    "chart_parts",
+    "mask_parts",
+    "ordered",
+    "sample_errors",
+    "sample_parts",
+    "split_sample",
+    "unlikeness",
+]
 
 Chunk = tuple[str, bytes]
 
@@ -31,8 +44,11 @@ _LEAST_PART, _CHART_PARTS, _MASK_PARTS = 320, 24, 8
 _GROWTH, _LAST_SPLIT = 1.5, 40_000
 """Lengths of the sample between which other parts may come: each so many times the one before."""
 
-_UNLIKE = 0.4
-"""Squared difference of what a straight cut shows and what the mask shows, over the sample's variance."""
+_LOOKED_AT = 2**18
+"""Texels in which straight cuts are compared with masks, and less than a chart more."""
+
+_LEAST_GAIN = 0.05
+"""Of a chart, in its texels: it is shown in its turn even where straight cuts show little that is right."""
 
 
 @dataclass(frozen=True)
@@ -46,10 +62,13 @@ class Part:
     texels
         Of charts: how many texels get their placements. Of masks: how many change. Of the sample: how many
         bytes of it have come with this part.
+    wrong
+        Of charts: in how many of its texels straight cuts differ from the masks.
     """
 
     chunks: tuple[Chunk, ...]
     texels: float
+    wrong: float = 0.0
 
     @property
     def length(self) -> int:
@@ -57,8 +76,8 @@ class Part:
         return sum(len(data) + _ROUND_CHUNK for _, data in self.chunks)
 
 
-def chart_parts(quilt: Quilt, plan: PlanCode, fields: FieldCode | None) -> list[Part]:
-    """Return warp fields and sources, a few charts at a time."""
+def chart_parts(quilt: Quilt, plan: PlanCode, fields: FieldCode | None, changed: FloatArray) -> list[Part]:
+    """Return warp fields and sources, a few charts at a time; `changed` as `changed_texels` gives it."""
     nodes, node_ends = (b"", (0,) * len(plan.order)) if fields is None else (fields.nodes, fields.ends)
     ends = [a + b for a, b in zip(node_ends, plan.source_ends, strict=True)]
     parts, sizes = [], [quilt.charts[n].height * quilt.charts[n].width for n in plan.order]
@@ -67,17 +86,21 @@ def chart_parts(quilt: Quilt, plan: PlanCode, fields: FieldCode | None) -> list[
             ("N", _between(nodes, node_ends, low, high)),
             ("P", _between(plan.sources, plan.source_ends, low, high)),
         ]
-        parts.append(Part(tuple(chunk for chunk in chunks if chunk[1]), sum(sizes[low:high])))
+        wrong = float(sum(changed[n] for n in plan.order[low:high]))
+        parts.append(Part(tuple(chunk for chunk in chunks if chunk[1]), sum(sizes[low:high]), wrong))
     return [part for part in parts if part.chunks]
 
 
-def mask_parts(quilt: Quilt, straight: Quilt, plan: PlanCode) -> list[Part]:
-    """Return masks, a few charts at a time; `straight` is the quilt with straight cuts in place of them."""
-    changed = _changed(quilt, straight)
+def mask_parts(plan: PlanCode, changed: FloatArray) -> list[Part]:
+    """Return masks, so many bytes at a time; `changed` as `changed_texels` gives it."""
+    length = len(plan.masks)
+    cuts = np.linspace(0, length, 1 + max(1, min(_MASK_PARTS, length // _LEAST_PART))).astype(int).tolist()
+    known = np.cumsum([0.0, *(changed[n] for n in plan.order)])
+    texels = np.interp(cuts, [0, *plan.mask_ends], known)
     return [
-        Part((("M", data),), float(sum(changed[n] for n in plan.order[low:high])))
-        for low, high in _split(plan.mask_ends, _MASK_PARTS)
-        if (data := _between(plan.masks, plan.mask_ends, low, high))
+        Part((("M", plan.masks[low:high]),), float(texels[n + 1] - texels[n]))
+        for n, (low, high) in enumerate(pairwise(cuts))
+        if low < high
     ]
 
 
@@ -116,26 +139,35 @@ def ordered(
     sample: Sequence[Part],
     errors: tuple[float, dict[int, float]],
     first: int,
+    unlike: float,
 ) -> list[bytes]:
-    """Return all parts as chunks, at each place the one that gains most a byte."""
+    """Return all parts as chunks, at each place the one that gains most a byte.
+
+    `unlike` as `unlikeness` gives it.
+    """
     variance, error = errors
-    left, reached, shown = [list(charts), list(masks), list(sample)], first, 0.0
+    left, reached = [list(charts), list(masks), list(sample)], first
+    shown = wrong = 0.0  # texels
     out: list[Chunk] = []
     while any(left):
         known = max(0.0, variance - error[reached])  # of each texel, once its chart is there
         gains = [-1.0, -1.0, -1.0]
         if left[0]:
-            gains[0] = left[0][0].texels * known / left[0][0].length
+            part = left[0][0]
+            gains[0] = max(part.texels - unlike * part.wrong, _LEAST_GAIN * part.texels) * known / part.length
         elif left[1]:
-            gains[1] = left[1][0].texels * _UNLIKE * known / left[1][0].length
+            gains[1] = left[1][0].texels * unlike * known / left[1][0].length
         if left[2]:
             part = left[2][0]
-            gains[2] = shown * (error[reached] - error[int(part.texels)]) / part.length
+            # Where the wrong place is shown, seeing it more clearly is no gain.
+            gains[2] = (shown - unlike * wrong) * (error[reached] - error[int(part.texels)]) / part.length
         which = int(np.argmax(gains))
         part = left[which].pop(0)
         if which == 0:
-            shown += part.texels
-        elif which == 2:
+            shown, wrong = shown + part.texels, wrong + part.wrong
+        elif which == 1:
+            wrong -= part.texels
+        else:
             reached = int(part.texels)
         for tag, data in part.chunks:
             # Parts of one kind that follow each other are one chunk.
@@ -161,8 +193,12 @@ def _split(ends: Sequence[int], most: int) -> list[tuple[int, int]]:
     return list(pairwise([*cuts, len(ends)]))
 
 
-def _changed(quilt: Quilt, straight: Quilt) -> NDArray[np.float64]:
-    # Per chart, over how many texels masks differ from straight cuts; all of them where those lack a mask.
+def changed_texels(quilt: Quilt, straight: Quilt) -> FloatArray:
+    """Return per chart over how many texels masks differ from straight cuts.
+
+    `straight` is the quilt with straight cuts in place of its masks; where that lacks a mask all of its
+    texels count.
+    """
     placed, other = quilt.placements, straight.placements
     sizes = np.where(placed["mask"] == MASK_CUT, mask_sizes(placed, quilt.charts), 0)
     if len(other) == len(placed):
@@ -173,3 +209,36 @@ def _changed(quilt: Quilt, straight: Quilt) -> NDArray[np.float64]:
         sizes = np.bincount(owner[ours != theirs], minlength=len(placed))
     area = sizes * placed["mask_cell"].astype(np.float64) ** 2
     return np.bincount(placed["chart"], area, minlength=len(quilt.charts)).astype(np.float64)
+
+
+def unlikeness(quilt: Quilt, straight: Quilt, exemplar: PixelArray, changed: FloatArray) -> float:
+    """Return the squared difference of what straight cuts and masks show, over the sample's variance.
+
+    Of the texels that `changed` counts, 0 to 2, as found on some of the charts; 0 where there are none.
+    """
+    sizes = np.array([chart.height * chart.width for chart in quilt.charts])
+    # Evenly over all charts, as they lie over the surface.
+    step = max(1, -(-int(sizes.sum()) // _LOOKED_AT))
+    some = np.arange(0, len(sizes), step)
+    counted = float(changed[some].sum())
+    if counted == 0 or len(straight.placements) != len(quilt.placements):
+        return 0.0
+    ours, theirs = (paint(_charts_of(one, some), exemplar).arrays for one in (quilt, straight))
+    total = sum(
+        float(((a.astype(np.float64) - b) ** 2).mean(axis=2).sum()) for a, b in zip(ours, theirs, strict=True)
+    )
+    image = exemplar.astype(np.float64)
+    variance = float(np.mean((image - image.mean(axis=(0, 1))) ** 2))
+    return min(2.0, total / (counted * variance)) if variance > 0 else 0.0
+
+
+def _charts_of(quilt: Quilt, some: NDArray[np.int64]) -> Quilt:
+    placed = quilt.placements[np.isin(quilt.placements["chart"], some)]
+    placed["chart"] = np.searchsorted(some, placed["chart"])
+    charts = tuple(quilt.charts[n] for n in some)
+    return Quilt(
+        charts,
+        quilt.exemplar_shape,
+        PlacementList(placed, quilt.mask_cells),
+        tuple(quilt.fields[n] for n in some),
+    )

@@ -13,12 +13,14 @@ from upholster.stream.chunks import assembled, pack_chunk
 from upholster.stream.layout import pack_layout
 from upholster.stream.maps import MAX_MAP_SAMPLES, MOST_SIDE, check_roles, interleaved, pack_role
 from upholster.stream.order import (
+    changed_texels,
     chart_parts,
     mask_parts,
     ordered,
     sample_errors,
     sample_parts,
     split_sample,
+    unlikeness,
 )
 from upholster.stream.plan_common import PlanCode
 from upholster.stream.plans import encode_plan, open_plan
@@ -29,7 +31,7 @@ from upholster.wavelet.lifting import Wavelet
 
 __all__ = ["FIRST_PART", "check_layout", "encode_stream"]
 
-FIRST_PART = 600
+FIRST_PART = 200
 """Bytes of the exemplar that come before the placements."""
 
 
@@ -118,14 +120,17 @@ def encode_stream(
     told = [] if fields is None else [pack_chunk("F", fields.head)]
     told += [pack_chunk("Q", plan.plan)]
     told += [pack_chunk("R", pack_role(role, header)) for role, (header, _) in coded.items()]
-    charts, masks = chart_parts(quilt, plan, fields), mask_parts(quilt, _straight(quilt, plan), plan)
+    straight = _straight(quilt, plan)
+    changed = changed_texels(quilt, straight)
+    charts, masks = chart_parts(quilt, plan, fields, changed), mask_parts(plan, changed)
+    unlike = unlikeness(quilt, straight, exemplar, changed)
     streams = {role: stream for role, (_, stream) in coded.items()}
 
     def whole(payload: bytes, streams: Mapping[str, bytes]) -> bytes:
         start = payload[:first_part]
         turns = interleaved(payload, streams, len(start)) if streams else split_sample(payload, len(start))
         errors = sample_errors(image_header, payload, [len(start), *(reached for reached, _ in turns)])
-        rest = ordered(charts, masks, sample_parts(turns), errors, len(start))
+        rest = ordered(charts, masks, sample_parts(turns), errors, len(start), unlike)
         return assembled(head, [*([pack_chunk("D", start)] if start else []), *told, *rest])
 
     if most_bytes is None:
