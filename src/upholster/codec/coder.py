@@ -44,7 +44,7 @@ _ENDLESS = 2**62
 _AT_ONCE = 2**16
 """Values that are guessed at once: a decoder's memory is limited."""
 
-_SYMBOLS_A_SAMPLE, _SYMBOLS_A_BYTE, _SYMBOLS_FREE = 4, 1024, 2**16
+_SYMBOLS_A_SAMPLE, _SYMBOLS_A_BYTE, _SYMBOLS_FREE = 1, 128, 2**16
 """Bits that a decoder takes: so many for each sample, for each byte of the stream, and so many more."""
 
 

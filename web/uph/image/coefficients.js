@@ -13,8 +13,8 @@ const ZTR = 16
 const AWAKE = 32
 
 // How many bits may be taken: for each sample, for each byte of the stream, and besides [9].
-const SYMBOLS_A_SAMPLE = 4
-const SYMBOLS_A_BYTE = 1024
+const SYMBOLS_A_SAMPLE = 1
+const SYMBOLS_A_BYTE = 128
 const FREE_SYMBOLS = 2 ** 16
 
 const DOMINANT = 6 // the queue that stands for the dominant pass
