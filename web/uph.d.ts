@@ -86,7 +86,7 @@ export interface Limits {
   texels?: number
   /** Height × width × channels of all maps together; one a texel, 65,536 to 12.8 million. */
   samples?: number
-  /** One for 64 texels, 4096 to 262,144. */
+  /** One for 256 texels, 4096 to 262,144. */
   charts?: number
   /** Of a mesh; one for 8 texels, 4096 to 1,048,576. */
   triangles?: number

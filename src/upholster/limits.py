@@ -8,7 +8,7 @@ __all__ = ["Limits"]
 
 _MOST = {"texels": 2**31, "samples": 12_800_000, "charts": 2**18, "triangles": 2**20, "work": 128}
 _LEAST = {"samples": 2**16, "charts": 2**12, "triangles": 2**12}
-_TEXELS_EACH = {"samples": 1, "charts": 64, "triangles": 8}
+_TEXELS_EACH = {"samples": 1, "charts": 256, "triangles": 8}
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,7 +23,7 @@ class Limits:
         Height × width × channels, of all maps of the exemplar together: one a texel, 65,536 at least,
         12.8 million at most.
     charts
-        One for 64 texels, 4096 at least, 262,144 at most.
+        One for 256 texels, 4096 at least, 262,144 at most.
     triangles
         Of a mesh: one for 8 texels, 4096 at least, 1,048,576 at most.
     work

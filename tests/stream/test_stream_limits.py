@@ -60,7 +60,7 @@ def test_images_of_a_wider_range_are_not_written(largest: float) -> None:
 def test_limits_that_are_not_told_go_with_the_texels() -> None:
     assert (Limits().texels, Limits().samples, Limits().charts) == (2**28, 12_800_000, 2**18)
     small = Limits(texels=2**22)
-    assert (small.samples, small.charts, small.triangles, small.work) == (2**22, 2**16, 2**19, 128)
+    assert (small.samples, small.charts, small.triangles, small.work) == (2**22, 2**14, 2**19, 128)
     assert Limits(texels=1).samples == 2**16
     for wrong in ({"texels": 0}, {"texels": 2**31 + 1}, {"work": 129}, {"samples": 1.5}):
         with pytest.raises(InputError, match="limit of"):

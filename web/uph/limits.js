@@ -5,7 +5,7 @@ import { MASK_CUT, topLeft } from './plans/placement.js'
 // The most that a caller may allow, the least where only the texels are told, and how many texels go with one.
 const LIMITS = {
   samples: [12_800_000, 2 ** 16, 1],
-  charts: [2 ** 18, 2 ** 12, 64],
+  charts: [2 ** 18, 2 ** 12, 256],
   triangles: [2 ** 20, 2 ** 12, 8],
 }
 const MAX_TEXELS = 2 ** 31
