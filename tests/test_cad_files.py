@@ -315,6 +315,15 @@ def test_3dm_keeps_layers_colours_and_blocks(tmp_path):
     assert (read.mesh.neighbours >= 0).all()
 
 
+def test_3dm_objects_need_no_layer(tmp_path):
+    rhino = pytest.importorskip("rhino3dm")
+    model = rhino.File3dm()
+    model.Objects.AddSphere(rhino.Sphere(rhino.Point3d(0, 0, 0), 5))
+    model.Write(str(tmp_path / "ball.3dm"), 7)
+    (body,) = read_cad(tmp_path / "ball.3dm").bodies
+    assert body.layer == ""
+
+
 def test_an_extra_that_is_missing_is_named(monkeypatch, tmp_path):
     Path(tmp_path, "part.step").write_text("x")
     hidden = tmp_path / "hidden" / "OCP"

@@ -57,6 +57,9 @@ def _read(file: Path, options: dict[str, Any], tell: Progress) -> CadRecord | st
         return f"missing {error.name}"
     except RuntimeError as error:  # what OCP makes of C++ exceptions
         return "memory" if "bad_alloc" in str(error) else f"it can not be read: {error}".splitlines()[0]
+    except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
+        # A damaged file, of which a library gives something else than what it promises.
+        return f"it can not be read: {type(error).__name__}"
     return record
 
 

@@ -102,13 +102,14 @@ class _Reader:
             kind = type(geometry).__name__
             self.skipped[kind] = self.skipped.get(kind, 0) + 1
             return
-        layer = self._model.Layers[thing.Attributes.LayerIndex]
+        layers, on = self._model.Layers, thing.Attributes.LayerIndex
+        layer = layers[on].Name if 0 <= on < len(layers) else ""  # files may name layers that they lack
         colour = thing.Attributes.DrawColor(self._model)
         code = "#" + "".join(f"{part:02x}" for part in colour[:3])
         name = thing.Attributes.Name or f"{type(geometry).__name__.lower()} {len(self.leaves) + 1}"
         if abs(place.ScaleFactor() - 1.0) > 1e-9 or place.IsNegative():
             shape, place = BRepBuilderAPI_Transform(shape, place, True).Shape(), gp_Trsf()
-        self.leaves.append(Leaf(name, shape, TopLoc_Location(place), code, layer.Name))
+        self.leaves.append(Leaf(name, shape, TopLoc_Location(place), code, layer))
 
     def _shape(self, thing: Any) -> Any:
         """Return an object's shape, None if it is no surface."""
