@@ -52,6 +52,8 @@ export class GridPlan extends Plan {
     this.total = this.starts.at(-1)
     this.totalCells = 0
     this.blocks = []
+    this.done = 0 // grids whose blocks have come, and those of them that have straight cuts
+    this.straight = { done: 0, coverage: null }
     this.sources = gridBits()
     this.transfers = new TransferDecoder(this)
     this.own = new OwnBlockDecoder(this)
@@ -123,7 +125,6 @@ export class GridPlan extends Plan {
   // ---------------------------------------------------------------- sources
 
   *#decodeSources() {
-    let coverage
     for (const [place, grid] of this.grids.entries()) {
       while (!this.fields[grid.chart]) yield
       const table = new BlockTable(grid)
@@ -134,9 +135,7 @@ export class GridPlan extends Plan {
       }
       yield* this.#decodeOwnBlocks(grid, table)
       this.#checkBlocks(place, grid.chart)
-      if (this.grids[place - 1]?.chart !== grid.chart) coverage = new Coverage(this.charts[grid.chart])
-      const cells = straightCells(this, [place], coverage, () => null, ({ straight }) => straight)
-      cells.forEach((one, n) => (this.blocks[this.starts[place] + n].straight = one))
+      this.done = place + 1
       if (this.grids[place + 1]?.chart !== grid.chart) this.markKnown(grid.chart)
     }
   }
@@ -198,12 +197,25 @@ export class GridPlan extends Plan {
     return this.starts[first] === this.starts[end]
   }
 
+  /** Give the blocks of all grids that have come straight cuts: each may show what is cut of one before. */
+  #cutStraight() {
+    const { grids, straight } = this
+    for (; straight.done < this.done; straight.done++) {
+      const place = straight.done
+      const { chart } = grids[place]
+      if (grids[place - 1]?.chart !== chart) straight.coverage = new Coverage(this.charts[chart])
+      const cells = straightCells(this, [place], straight.coverage, () => null, (block) => block.straight)
+      cells.forEach((one, n) => (this.blocks[this.starts[place] + n].straight = one))
+    }
+  }
+
   /** The placements of a chart whose sources have come, in painting order; masks that have not come are cut straight. */
   placements(chart) {
     const [first, end] = this.gridsOf[chart]
     const blocks = this.blocks.slice(this.starts[first], this.starts[end])
     const known = ({ firstCell, cellCount }) =>
       firstCell + cellCount > this.knownCells ? null : this.cells.subarray(firstCell, firstCell + cellCount)
+    if (blocks.some((block) => block.cut && !known(block))) this.#cutStraight()
     let cells = blocks.map((block) => block.cut && (known(block) ?? block.straight))
     if (chart === this.maskChart && blocks.some((block) => block.cut && known(block))) {
       // Some of its masks have come: the others are cut by what those cover.

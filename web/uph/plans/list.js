@@ -170,8 +170,13 @@ export class ListPlan extends Plan {
       }
       return
     }
-    // Windows that overlap or leave cells out: all cells are one row.
-    const markChanged = () => cut.forEach(({ chart }) => this.changed.add(chart))
+    // Windows that overlap or leave cells out: all cells are one row. A mask counts when its last cell has come.
+    const endOf = ({ placement }) => placement.firstCell + placement.cellCount
+    cut.sort((a, b) => endOf(a) - endOf(b))
+    let counted = 0
+    const markChanged = () => {
+      while (counted < cut.length && endOf(cut[counted]) <= this.knownCells) this.changed.add(cut[counted++].chart)
+    }
     for (const missing of decodeMask(this, { rows: 1, columns: this.totalCells }, 0)) {
       markChanged()
       yield missing
