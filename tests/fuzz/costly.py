@@ -10,18 +10,28 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "stream"))
 
+from upholster.geometry import surface_from_spec
 from upholster.quilt import Chart, Quilt
 from upholster.quilt.placement import MASK_CUT, MASK_RAMP, PLACEMENT
 from upholster.quilt.plans import PlacementList
+from upholster.quilt.warp_field import WarpField
 from upholster.stream.byte_reader import varint
 from upholster.stream.chunks import assembled, pack_chunk
+from upholster.stream.layout import pack_layout
 from upholster.stream.list_plan import encode_list
+from upholster.stream.plan_common import FINE_LIST
+from upholster.stream.surfaces import pack_surface
+from upholster.stream.warp_fields import pack_fields
 
 __all__ = ["CASES", "costly", "image_header", "rebuilt"]
 
 PLANE = bytes([4])
 BY_PATCH, ONE_FACE, SAME, SQUARE = 1, 2, 4, 8
 MOST_SIDE = 16384
+SQUARE_SIDE = 2048
+"""A chart as large as the fuzzer's limit of texels allows."""
+
+MOST_PARTS = 1300
 
 
 def rebuilt(chunks: list[tuple[str, bytes]]) -> bytes:
@@ -52,6 +62,12 @@ def image_header(
 def framed(surface: bytes, charts: bytes, header: bytes, *rest: tuple[str, bytes]) -> bytes:
     """A stream of these."""
     return rebuilt([("S", surface), ("L", charts), ("X", header), *rest])
+
+
+def in_parts(tag: str, payload: bytes) -> list[tuple[str, bytes]]:
+    """A payload in as many chunks as a file may have, about."""
+    size = -(-len(payload) // MOST_PARTS)
+    return [(tag, payload[start : start + size]) for start in range(0, len(payload), size)]
 
 
 def stacked(count: int, side: int, block: int, **fields: int) -> bytes:
@@ -101,8 +117,31 @@ def many_charts(spans: int, side: int = 1) -> bytes:
 def fields(spans: int, margin: int) -> bytes:
     """Warp fields of as many nodes as there may be."""
     surface = bytes([4, 4]) + varint(spans) + varint(spans)
-    coded = bytes([1, margin]) + b"\xff" * 400
-    return framed(surface, layout(8), image_header(8, 8, 3, plane=-1), ("F", coded))
+    plan = bytes([FINE_LIST]) + bytes(spans * spans) + varint(0)
+    rest = [("F", bytes([1, margin])), ("Q", plan), ("N", b"\xff" * 400)]
+    return framed(surface, layout(8), image_header(8, 8, 3, plane=-1), *rest)
+
+
+def many_parts(spans: int) -> bytes:
+    """Many charts, each with a warp field and a block with a mask, in as many chunks as there may be."""
+    surface = surface_from_spec(f"plane:spans={spans}x{spans}")
+    charts = tuple(Chart(0, 2, 2, i, i + 1, j, j + 1) for i in range(spans) for j in range(spans))
+    placed = np.zeros(len(charts), PLACEMENT)
+    placed["chart"] = placed["first_cell"] = np.arange(len(charts))
+    placed["height"] = placed["width"] = placed["mask_cell"] = 2
+    placed["row"] = placed["column"] = 1
+    placed["mask"] = MASK_CUT
+    rng = np.random.default_rng(1)
+    placed["source_row"], placed["source_column"] = rng.integers(0, 128, (2, len(charts)))
+    cells = rng.integers(0, 2, len(charts), dtype=np.uint8)
+    nodes = rng.integers(0, 8, (len(charts), 2, 2, 4), dtype=np.int16)
+    quilt = Quilt(charts, (8, 8), PlacementList(placed, cells), tuple(WarpField(one, 0) for one in nodes))
+    plan, sources, masks = encode_list(quilt).parts
+    coded = pack_fields(quilt.fields, charts, range(len(charts)))
+    rest = [("F", coded.head), ("Q", plan), *in_parts("N", coded.nodes)]
+    for tag, payload in (("P", sources), ("M", masks)):
+        rest += in_parts(tag, payload)
+    return framed(pack_surface(surface), pack_layout(charts, surface), image_header(8, 8, 3, plane=-1), *rest)
 
 
 def mesh(triangles: int, byte: int) -> bytes:
@@ -125,8 +164,8 @@ def costly(name: str) -> bytes:
 
 CUT = {"mask": MASK_CUT, "mask_cell": 255, "feather": 16}
 CASES: dict[str, Callable[[], bytes]] = {
-    "stacked_cuts": lambda: stacked(2**19, MOST_SIDE, 4096, **CUT),
-    "stacked_ramps": lambda: stacked(2**19, MOST_SIDE, 4096, mask=MASK_RAMP, sides=3, ramp=255, symmetry=1),
+    "stacked_cuts": lambda: stacked(2**16, SQUARE_SIDE, 4096, **CUT),
+    "stacked_ramps": lambda: stacked(2**16, SQUARE_SIDE, 4096, mask=MASK_RAMP, sides=3, ramp=255, symmetry=1),
     "stacked_small": lambda: stacked(2**19, 64, 64),
     "zeros": lambda: zeros(10_000),
     "ones": lambda: ones(10_000),
@@ -143,6 +182,7 @@ CASES: dict[str, Callable[[], bytes]] = {
     "charts": lambda: many_charts(128),
     "fields": lambda: fields(8, 64),
     "fields_of_charts": lambda: fields(128, 0),
-    "mesh_zeros": lambda: mesh(2**20, 0),
-    "mesh_ones": lambda: mesh(2**20, 255),
+    "parts": lambda: many_parts(100),
+    "mesh_zeros": lambda: mesh(2**19, 0),
+    "mesh_ones": lambda: mesh(2**19, 255),
 }

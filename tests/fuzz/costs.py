@@ -29,8 +29,26 @@ def forget_peak() -> int:
     return peak()
 
 
+def seconds_spent() -> float:
+    """Processor time of this process and of those that it started and that have ended."""
+    children = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return time.process_time() + children.ru_utime + children.ru_stime
+
+
+def peak_of_children() -> int:
+    """Most memory of a process that this one started and that has ended, in bytes."""
+    return 1024 * resource.getrusage(resource.RUSAGE_CHILDREN).ru_maxrss
+
+
 class Costs:
     """Tries files of one kind, and keeps what was dearest.
+
+    Parameters
+    ----------
+    kind
+        What they are.
+    slow, large
+        Files that take more than so many seconds, or bytes of memory, are kept.
 
     Attributes
     ----------
@@ -39,18 +57,19 @@ class Costs:
     seen
         How often what came of it.
     seconds, memory, seconds_a_byte
-        The most of one file: of processor time, of further memory in bytes, of time for each byte.
+        The most of one file: of processor time, of further memory in bytes, of time for each byte. Processes
+        that reading starts count as well; their memory where it is more than that of all before.
     """
 
-    def __init__(self, kind: str) -> None:
-        self.kind = kind
+    def __init__(self, kind: str, *, slow: float = 1.0, large: int = 2**28) -> None:
+        self.kind, self._slow, self._large = kind, slow, large
         self.seen: Counter[str] = Counter()
         self.seconds = self.seconds_a_byte = 0.0
         self.memory = 0
 
     def attempt(self, data: bytes, read: Callable[[], str]) -> None:
         """Read a file; what it raises beside the two errors is raised, and the file kept."""
-        before, start = forget_peak(), time.process_time()
+        before, start, largest_child = forget_peak(), seconds_spent(), peak_of_children()
         try:
             self.seen[read()] += 1
         except (FormatError, InputError) as error:
@@ -62,10 +81,12 @@ class Costs:
         except BaseException:
             self._keep(data, "failure")
             raise
-        seconds, memory = time.process_time() - start, peak() - before
-        if seconds > max(1.0, self.seconds):
+        seconds, memory = seconds_spent() - start, peak() - before
+        if (child := peak_of_children()) > largest_child:
+            memory = max(memory, child)
+        if seconds > max(self._slow, self.seconds):
             self._keep(data, "slow", f", {seconds:.2f} s")
-        if memory > max(2**28, self.memory):
+        if memory > max(self._large, self.memory):
             self._keep(data, "large", f", {memory >> 20} MB")
         self.seconds = max(self.seconds, seconds)
         self.memory = max(self.memory, memory)

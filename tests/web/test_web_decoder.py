@@ -50,7 +50,7 @@ def _node() -> str:
 
 
 def _run(*arguments: Any) -> str:
-    done = subprocess.run([_node(), *map(str, arguments)], capture_output=True, text=True, timeout=900)
+    done = subprocess.run([_node(), *map(str, arguments)], capture_output=True, text=True, timeout=1800)
     assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-3000:]
     return done.stdout
 
