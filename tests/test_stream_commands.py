@@ -1,6 +1,7 @@
 """encode, decode, refine, info and levels as a user meets them."""
 
 import math
+import os
 
 import numpy as np
 import pytest
@@ -42,6 +43,16 @@ def folder(tmp_path_factory, parts):
     (folder / "bad.uph").write_bytes(parts[3][:900] + b"\xff" + parts[3][901:])
     (folder / "notes.uph").write_text("these are notes")
     return folder
+
+
+@pytest.mark.parametrize(
+    "command", [("refine", "-o", "ring.npz"), ("info",), ("levels", "-o", "ring.png"), ("measure",)]
+)
+def test_every_command_that_reads_a_stream_takes_a_limit(folder, command):
+    done = run_cli(command[0], "ring.uph", *command[1:], "--limit", "1k", cwd=folder)
+    assert_one_line(done, "ring.uph")
+    assert "texels; allowed here: 1000" in done.stderr
+    assert not {"ring.npz", "ring.png"} & set(os.listdir(folder))
 
 
 def test_cover_and_refine_agree(folder, tmp_path, parts):

@@ -9,6 +9,7 @@ from upholster.errors import InputError
 from upholster.geometry import AnySurface
 from upholster.image import from_linear
 from upholster.image.drawing import Drawing
+from upholster.limits import Limits
 from upholster.options import WriteOptions
 from upholster.outputs import TexturedModel
 from upholster.quilt import Texels
@@ -50,7 +51,9 @@ class Step:
     psnr: float
 
 
-def refine_steps(data: bytes, wanted: Sequence[Limit], *, threads: int | None = None) -> list[Step]:
+def refine_steps(
+    data: bytes, wanted: Sequence[Limit], *, threads: int | None = None, limits: Limits | None = None
+) -> list[Step]:
     """Decode a stream up to each of several limits.
 
     Parameters
@@ -58,7 +61,9 @@ def refine_steps(data: bytes, wanted: Sequence[Limit], *, threads: int | None = 
     data
         The stream, or as much of it as there is.
     wanted
-        Rising limits.
+        Rising limits of what is used.
+    threads, limits
+        As in `upholster.quilt.paint` and `upholster.stream.StreamDecoder`.
 
     Returns
     -------
@@ -70,7 +75,7 @@ def refine_steps(data: bytes, wanted: Sequence[Limit], *, threads: int | None = 
     FormatError, InputError
         If the stream is damaged, or so short that nothing can be shown.
     """
-    decoder = StreamDecoder()
+    decoder = StreamDecoder(limits=limits)
     found: list[tuple[int, bool, float, float, Texels]] = []
     for limit in wanted:
         feed_until(decoder, data, limit)
@@ -80,7 +85,7 @@ def refine_steps(data: bytes, wanted: Sequence[Limit], *, threads: int | None = 
         charts = decoder.charts_known / len(decoder.charts)
         texels = decoder.texels(threads=threads)
         found.append((decoder.received, decoder.complete, known / count, charts, texels))
-    full = StreamDecoder()
+    full = StreamDecoder(limits=limits)
     full.feed(data)
     best = full.texels(threads=threads)
     return [Step(*entry, texels_psnr(entry[4], best)) for entry in found]
@@ -105,6 +110,7 @@ def levels_picture(
     shares: Sequence[float] = SHARES,
     threads: int | None = None,
     progress: Progress | None = None,
+    limits: Limits | None = None,
 ) -> PixelArray:
     """Show the model at rising shares of its coefficients, side by side (the paper's figure 13).
 
@@ -116,6 +122,8 @@ def levels_picture(
         How each picture is taken; `size` is that of one of them.
     shares
         Shares of significant coefficients.
+    threads, progress, limits
+        As in `upholster.quilt.paint` and `upholster.stream.StreamDecoder`.
 
     Returns
     -------
@@ -123,11 +131,12 @@ def levels_picture(
         uint8 RGB, with share, bytes and PSNR against the whole stream under each picture.
     """
     options = options or WriteOptions(size=(400, 320))
-    surface = _surface(data)
+    surface = _surface(data, limits)
     width, height = options.size
     gap = 12
     drawing = Drawing(len(shares) * (width + gap) + gap, height + 2 * gap + 48)
-    steps = refine_steps(data, [Limit(coefficients=share) for share in shares], threads=threads)
+    wanted = [Limit(coefficients=share) for share in shares]
+    steps = refine_steps(data, wanted, threads=threads, limits=limits)
     for index, step in enumerate(steps):
         model = TexturedModel(surface, step.texels, options, threads)
         left = gap + index * (width + gap)
@@ -148,7 +157,9 @@ def share_text(share: float) -> str:
     return f"{percent:.2g} %" if percent < 99.5 else f"{min(percent, 100 if percent >= 100 else 99.9):.3g} %"
 
 
-def curve_picture(data: bytes, *, threads: int | None = None) -> tuple[PixelArray, list[Step]]:
+def curve_picture(
+    data: bytes, *, threads: int | None = None, limits: Limits | None = None
+) -> tuple[PixelArray, list[Step]]:
     """Plot the texels' PSNR over the bytes of the stream: the best so far, and thinner what was measured.
 
     It hardly ever falls: a prefix shows nothing that a longer one takes back. Until a chart's placements have
@@ -161,12 +172,13 @@ def curve_picture(data: bytes, *, threads: int | None = None) -> tuple[PixelArra
     steps : list of Step
         What is plotted, from the first view on.
     """
-    first = StreamDecoder()
+    first = StreamDecoder(limits=limits)
     feed_until(first, data, Limit(most_bytes=1))
     if first.needed:
         raise InputError(f"stream is cut; needs {first.needed} more bytes")
     lengths = sorted({int(length) for length in np.geomspace(first.received, len(data), 24)})
-    steps = refine_steps(data, [Limit(most_bytes=length) for length in lengths], threads=threads)
+    wanted = [Limit(most_bytes=length) for length in lengths]
+    steps = refine_steps(data, wanted, threads=threads, limits=limits)
     return _plot(steps), steps
 
 
@@ -205,8 +217,8 @@ def _plot(steps: list[Step]) -> PixelArray:
     return drawing.pixels()
 
 
-def _surface(data: bytes) -> AnySurface:
-    decoder = StreamDecoder()
+def _surface(data: bytes, limits: Limits | None) -> AnySurface:
+    decoder = StreamDecoder(limits=limits)
     decoder.feed(data)
     if decoder.surface is None or decoder.needed:
         raise InputError(f"stream is cut; needs {decoder.needed} more bytes")

@@ -5,10 +5,11 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from upholster.cli.console import add_row, in_bytes, naming, noted, progress_bars, say
+from upholster.cli.console import add_row, in_bytes, limits_of, naming, noted, progress_bars, say
 from upholster.errors import InputError
 
 if TYPE_CHECKING:  # NumPy, which it imports, would slow down --help
+    from upholster.limits import Limits
     from upholster.measure import Measures
 
 __all__ = ["measure"]
@@ -41,6 +42,12 @@ def measure(
             "seams there are told by themselves. Default: 75.",
         ),
     ] = None,
+    most_texels: Annotated[
+        str | None,
+        typer.Option(
+            "--limit", metavar="4M", help="Refuse a stream of more texels; all else goes with them."
+        ),
+    ] = None,
     json: Annotated[str | None, typer.Option(metavar="FILE", help="Write the figures as JSON.")] = None,
     threads: Annotated[int | None, typer.Option(help="1 to 256; default: one per core.")] = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
@@ -61,14 +68,18 @@ def measure(
         raise InputError(f"output {json!r} has suffix {Path(json).suffix!r}; allowed: .json")
     if suffix == ".uph" and tileable:
         raise InputError("--tileable belongs to a flat image; a stream tells what it holds")
-    if suffix != ".uph" and any(value is not None for value in (sample_size, direction, crease)):
-        raise InputError("--sample-size, --direction, --crease belong to a stream; an image has no surface")
+    if suffix != ".uph" and any(value is not None for value in (sample_size, direction, crease, most_texels)):
+        raise InputError(
+            "--sample-size, --direction, --crease, --limit belong to a stream; an image has no surface"
+        )
     if sample_size is not None and not 1e-9 <= sample_size <= 1e9:
         raise InputError(f"sample size is {sample_size:g}; allowed: 1e-9 to 1e9 model units")
     read = [result] if sample is None else [result, sample]
     with progress_bars(quiet, ["measure"]), outputs([] if json is None else [json], inputs=read) as files:
         if suffix == ".uph":
-            found, state = _stream(result, sample, sample_size, direction, crease, threads)
+            found, state = _stream(
+                result, sample, sample_size, direction, crease, threads, limits_of(most_texels)
+            )
         else:
             found, state = _image(result, sample or "", tileable), ""
         if json is not None:
@@ -88,6 +99,7 @@ def _stream(
     direction: str | None,
     crease: float | None,
     threads: int | None,
+    limits: "Limits | None",
 ) -> "tuple[Measures, str]":
     from upholster.files import read_bytes
     from upholster.image import read_exemplar
@@ -97,7 +109,7 @@ def _stream(
     with noted() as notes:
         original = None if sample is None else read_exemplar(sample, notes=notes)
     with naming(path):
-        decoder = read_stream(read_bytes(path), strict=False)
+        decoder = read_stream(read_bytes(path), strict=False, limits=limits)
     surface, quilt, coded = decoder.surface, decoder.quilt(), decoder.exemplar()
     if surface is None:  # no stream that can be shown lacks one
         raise InputError(f"stream {path!r} has no surface")

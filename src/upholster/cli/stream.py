@@ -153,6 +153,12 @@ def levels(
     stream: Annotated[str, typer.Argument(help="A stream, or the start of one.", metavar="FILE.uph")],
     output: Annotated[str, typer.Option("-o", "--output", metavar="PICTURE", help="PNG, JPEG or WebP.")],
     curve: Annotated[bool, typer.Option("--curve", help="Plot quality over bytes instead.")] = False,
+    most_texels: Annotated[
+        str | None,
+        typer.Option(
+            "--limit", metavar="4M", help="Refuse a stream of more texels; all else goes with them."
+        ),
+    ] = None,
     size: Annotated[str, typer.Option(metavar="WxH", help="Of each picture.")] = "400x320",
     view: Annotated[str, typer.Option(metavar="AZ,EL", help="Azimuth and elevation in degrees.")] = "30,30",
     threads: Annotated[int | None, typer.Option(help="1 to 256; default: one per core.")] = None,
@@ -173,11 +179,11 @@ def levels(
         progress_bars(quiet, ["levels"]) as progress,
         outputs([output], inputs=[stream]) as files,
     ):
-        data = read_bytes(stream)
+        data, limits = read_bytes(stream), limits_of(most_texels)
         if curve:
-            picture, _ = curve_picture(data, threads=threads)
+            picture, _ = curve_picture(data, threads=threads, limits=limits)
         else:
-            picture = levels_picture(data, options=options, threads=threads, progress=progress)
+            picture = levels_picture(data, options=options, threads=threads, progress=progress, limits=limits)
         write_image(files.path(output), picture)
     if not quiet:
         say(f"wrote {output}")
