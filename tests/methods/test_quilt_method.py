@@ -14,7 +14,7 @@ from upholster.methods import synthesize
 from upholster.methods.quilt.method import synthesize_quilt
 from upholster.methods.quilt.options import QuiltOptions
 from upholster.quilt import Chart, paint
-from upholster.quilt.displacement import levels_of, warped_sources
+from upholster.quilt.displacement import centre_matrices, levels_of, warped_sources
 from upholster.quilt.placement import MASK_CUT, PLACEMENT, mask_sizes
 from upholster.quilt.plans import GridPlan, PlacementList
 from upholster.quilt.warp_field import WarpField
@@ -257,7 +257,7 @@ def test_blocks_lie_inside_the_exemplar(name):
     field = fields[0] if fields else turning(1, 0)
     placed = quilt.placements
     assert not placed["symmetry"].any()
-    levels = levels_of(field, placed, 6)
+    levels = levels_of(centre_matrices(field, placed), 6)
     for one, level in zip(placed, levels, strict=True):
         top, left = one["row"] - one["height"] // 2, one["column"] - one["width"] // 2
         rows, columns = np.mgrid[top : top + one["height"], left : left + one["width"]].reshape(2, -1)

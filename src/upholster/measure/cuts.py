@@ -8,7 +8,7 @@ from upholster.measure.samples import SEED, Samples, bilinear, coded
 from upholster.measure.seams import MeanDifference
 from upholster.measure.trace import Trace, quilt_windows
 from upholster.quilt import Quilt, Texels
-from upholster.quilt.displacement import levels_of, warped_sources
+from upholster.quilt.displacement import centre_matrices, levels_of, warped_sources
 from upholster.quilt.pyramid import halved, most_levels
 from upholster.types import FloatArray, PixelArray
 
@@ -128,7 +128,7 @@ def sampled(trace: Trace, owner: NDArray[np.void], places: FloatArray, levels: l
 
     `levels` is the pyramid so far, the exemplar first, and grows as needed.
     """
-    level = levels_of(trace.field, owner, most_levels(*levels[0].shape[:2]))
+    level = levels_of(centre_matrices(trace.field, owner), most_levels(*levels[0].shape[:2]))
     out = np.empty((len(owner), levels[0].shape[2]), np.float32)
     for k in np.unique(level).tolist():
         while len(levels) <= k:

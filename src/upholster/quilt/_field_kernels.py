@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from upholster.jit import inline, kernel, shared
 
-__all__ = ["displacement", "displacement_row", "matrix_at"]
+__all__ = ["displacement", "displacement_row", "matrices_at", "matrix_at", "node_matrices"]
 
 
 @kernel
@@ -55,6 +55,35 @@ def displacement(
     a, b = np.int64(first[0]) + here[0], np.int64(first[1]) + here[1]
     c, d = np.int64(first[2]) + here[2], np.int64(first[3]) + here[3]
     return (a * down + b * right + 256) >> 9, (c * down + d * right + 256) >> 9
+
+
+@kernel
+def matrices_at(
+    matrices: NDArray[np.int32],
+    margin: int,
+    rows: NDArray[np.int32],
+    columns: NDArray[np.int32],
+    out: NDArray[np.int32],
+) -> None:
+    """Fill `out`, (n, 4), with the `matrix_at` of n texels."""
+    for n in range(len(rows)):
+        out[n] = matrix_at(matrices, margin, rows[n], columns[n])
+
+
+@kernel
+def node_matrices(
+    nodes: NDArray[np.int16], powers: NDArray[np.int64], cosines: NDArray[np.int64], out: NDArray[np.int32]
+) -> None:
+    """Fill `out`, (rows, columns, 4), with the matrices of nodes, see `WarpField.matrices`."""
+    for i in range(nodes.shape[0]):
+        for j in range(nodes.shape[1]):
+            for at in range(2):
+                steps, turned = np.int64(nodes[i, j, at]), np.int64(nodes[i, j, 2])
+                if at == 0:
+                    turned += np.int64(nodes[i, j, 3]) + 64
+                size = (powers[steps & 31] << (6 + (steps >> 5))) >> 6
+                out[i, j, at] = (size * cosines[(turned - 64) & 255] + 2**15) >> 16
+                out[i, j, 2 + at] = (size * cosines[turned & 255] + 2**15) >> 16
 
 
 @shared

@@ -18,16 +18,18 @@ __all__ = ["centre_matrices", "levels_of", "warped_sources"]
 def centre_matrices(field: WarpField, placements: NDArray[np.void]) -> IntArray:
     """Return placements' centre matrices, (n, 4) int32 in 1/4096 pixel per texel, row by row."""
     found = field.integers_at(placements["row"], placements["column"])
-    return np.where(placements["centred"][:, None] > 0, placements["matrix"], found)
+    own = placements["centred"] > 0
+    return np.where(own[:, None], placements["matrix"], found) if own.any() else found
 
 
-def levels_of(field: WarpField, placements: NDArray[np.void], most: int) -> NDArray[np.int64]:
-    """Return the level of the pyramid that each placement is painted from: 0 is the exemplar itself.
+def levels_of(centres: IntArray, most: int) -> NDArray[np.int64]:
+    """Return the level of the pyramid that placements are painted from, by their centre matrices (n, 4).
 
-    It is the one whose pixels come nearest to texels in size: the number of thresholds 2·4^m (m = 0, 1, …)
-    that the centre matrix's determinant reaches, in square pixels per square texel; at most `most`.
+    Level 0 is the exemplar itself. It is the level whose pixels come nearest to texels in size: the number of
+    thresholds 2·4^m (m = 0, 1, …) that the matrix's determinant reaches, in square pixels per square texel;
+    at most `most`.
     """
-    m = centre_matrices(field, placements).astype(np.int64)
+    m = centres.astype(np.int64)
     determinant = m[:, 0] * m[:, 3] - m[:, 1] * m[:, 2]
     thresholds = 2 * UNIT**2 * 4 ** np.arange(most, dtype=np.int64)
     return np.searchsorted(thresholds, determinant, side="right").astype(np.int64)

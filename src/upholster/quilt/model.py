@@ -180,9 +180,10 @@ class Quilt(Shown):
     @cached_property
     def copied(self) -> tuple[bool, ...]:
         """Per chart, whether its texels are copies of whole pixels, so that painting need not sample."""
+        beside = self.placements["chart"][~_on_pixels(self.placements, self.exemplar_shape)]
+        others = np.bincount(beside, minlength=len(self.charts)).tolist()
         return tuple(
-            field.is_identity and _on_pixels(self.on_chart(index), self.exemplar_shape)
-            for index, field in enumerate(self.fields)
+            field.is_identity and not count for field, count in zip(self.fields, others, strict=True)
         )
 
     @cached_property
@@ -263,10 +264,11 @@ def _check_surface(what: str, charts: tuple[Chart, ...], own: AnySurface | None,
         )
 
 
-def _on_pixels(placed: NDArray[np.void], shape: tuple[int, int]) -> bool:
-    # Whether all texels of placements lie on whole pixels inside the exemplar, without a centre matrix.
-    if placed["centred"].any() or ((placed["source_row"] | placed["source_column"]) & 15).any():
-        return False
+def _on_pixels(placed: NDArray[np.void], shape: tuple[int, int]) -> NDArray[np.bool_]:
+    # Whether all texels of a placement lie on whole pixels inside the exemplar, without a centre matrix.
+    on: NDArray[np.bool_] = (placed["centred"] == 0) & (
+        (placed["source_row"] | placed["source_column"]) & 15 == 0
+    )
     symmetry = SYMMETRIES[placed["symmetry"]]
     low_row, low_column = -(placed["height"] // 2), -(placed["width"] // 2)
     high_row, high_column = low_row + placed["height"] - 1, low_column + placed["width"] - 1
@@ -277,6 +279,5 @@ def _on_pixels(placed: NDArray[np.void], shape: tuple[int, int]) -> bool:
             placed[f"source_{name}"].astype(np.int64) >> 4,
         )
         ends = [source + a * i + b * j for i in (low_row, high_row) for j in (low_column, high_column)]
-        if (np.minimum.reduce(ends) < 0).any() or (np.maximum.reduce(ends) >= size).any():
-            return False
-    return True
+        on &= (np.minimum.reduce(ends) >= 0) & (np.maximum.reduce(ends) < size)
+    return on

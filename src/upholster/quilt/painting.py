@@ -22,7 +22,7 @@ from upholster.quilt.displacement import centre_matrices, levels_of
 from upholster.quilt.model import Quilt, Texels
 from upholster.quilt.placement import SYMMETRIES
 from upholster.quilt.pyramid import Pyramid, build_pyramid, most_levels
-from upholster.types import PixelArray, Progress, frozen_array
+from upholster.types import IntArray, PixelArray, Progress, frozen_array
 
 __all__ = ["CANVAS_DTYPES", "check_painted", "fill_bare", "paint", "paint_each"]
 
@@ -147,25 +147,28 @@ def paint_each(
         for n, chart in enumerate(quilt.charts)
     )
     most = most_levels(*quilt.exemplar_shape)
-    chosen = [
-        None if copied else levels_of(field, quilt.on_chart(index), most)
+    centres = [
+        None if copied else centre_matrices(field, quilt.on_chart(index))
         for index, (field, copied) in enumerate(zip(quilt.fields, quilt.copied, strict=True))
     ]
+    chosen = [None if matrices is None else levels_of(matrices, most) for matrices in centres]
     deepest = max((int(levels.max(initial=0)) for levels in chosen if levels is not None), default=-1)
     pyramid = build_pyramid(images, deepest) if deepest >= 0 else None
     tasks: list[Callable[[], object]] = []
     for index, (chart, array) in enumerate(zip(quilt.charts, arrays, strict=True)):
-        out, levels, mine = array.reshape(chart.height, -1), chosen[index], slice(*starts[index : index + 2])
+        out, mine = array.reshape(chart.height, -1), slice(*starts[index : index + 2])
+        matrices, levels = centres[index], chosen[index]
         if mine.start == mine.stop:
             continue
         rows = max(1, _TASK_TEXELS // chart.width)
         for start in range(0, chart.height, rows):
             stop = min(start + rows, chart.height)
-            if levels is None or pyramid is None:
+            if matrices is None or levels is None or pyramid is None:
                 tasks.append(partial(_paint_part, quilt, placed[mine], flat, out, channels, start, stop))
             else:
                 places = levels + which[mine] * (deepest + 1)
-                tasks.append(partial(_warp_part, quilt, index, pyramid, places, out, channels, start, stop))
+                blocks = matrices, places
+                tasks.append(partial(_warp_part, quilt, index, pyramid, blocks, out, channels, start, stop))
     run_tasks(tasks, threads=threads, progress=progress, stage="paint")
     return Texels(quilt.charts, arrays, quilt)
 
@@ -215,7 +218,7 @@ def _warp_part(
     quilt: Quilt,
     chart: int,
     pyramid: Pyramid,
-    levels: NDArray[np.int64],
+    blocks: tuple[IntArray, NDArray[np.int64]],  # their centre matrices and levels
     out: PixelArray,
     channels: int,
     start: int,
@@ -226,8 +229,7 @@ def _warp_part(
     across = width * pyramid.per_pixel
     canvas = np.empty((min(stop - start, max(64, _STRIP_WORDS // across)), across), pyramid.words.dtype)
     words = PyramidWords(pyramid.words, pyramid.per_pixel, 8 * pyramid.lane.itemsize, pyramid.levels)
-    placements = quilt.on_chart(chart)
-    centres = centre_matrices(field, placements)
+    placements, (centres, levels) = quilt.on_chart(chart), blocks
     scratch = _scratch(4, quilt, len(canvas))
     for first in range(start, stop, len(canvas)):
         part = canvas[: stop - first]

@@ -24,6 +24,8 @@ __all__ = [
     "SIDE_LEFT",
     "SIDE_TOP",
     "SYMMETRIES",
+    "ChartSizes",
+    "chart_sizes",
     "check_placements",
     "mask_sizes",
     "mask_windows",
@@ -83,8 +85,18 @@ per row, column per column). 0 to 3 are rotations by quarters, 4 to 7 the same a
 
 _MOST_MATRIX = 2**18
 
+ChartSizes = Sequence[Chart] | NDArray[np.int64]
+"""A layout, or its `chart_sizes`, made once by who asks again and again: there may be many charts."""
 
-def mask_windows(placed: NDArray[np.void], charts: Sequence[Chart]) -> NDArray[np.int64]:
+
+def chart_sizes(charts: ChartSizes) -> NDArray[np.int64]:
+    """Return (height, width) of each chart, (n, 2) int64."""
+    if isinstance(charts, np.ndarray):
+        return charts
+    return np.array([(chart.height, chart.width) for chart in charts], np.int64).reshape(-1, 2)
+
+
+def mask_windows(placed: NDArray[np.void], charts: ChartSizes) -> NDArray[np.int64]:
     """Return the windows of placements' masks.
 
     Parameters
@@ -101,7 +113,7 @@ def mask_windows(placed: NDArray[np.void], charts: Sequence[Chart]) -> NDArray[n
     """
     cell = np.maximum(placed["mask_cell"], 1).astype(np.int64)
     reach = placed["feather"].astype(np.int64)
-    sizes = np.array([(chart.height, chart.width) for chart in charts], np.int64).reshape(-1, 2)
+    sizes = chart_sizes(charts)
     out = np.empty((len(placed), 4), np.int64)
     for axis, (at, extent) in enumerate((("row", "height"), ("column", "width"))):
         low = placed[at].astype(np.int64) - placed[extent] // 2
@@ -113,16 +125,16 @@ def mask_windows(placed: NDArray[np.void], charts: Sequence[Chart]) -> NDArray[n
     return out
 
 
-def mask_sizes(placed: NDArray[np.void], charts: Sequence[Chart]) -> NDArray[np.int64]:
+def mask_sizes(placed: NDArray[np.void], charts: ChartSizes) -> NDArray[np.int64]:
     """Return how many cells the windows of placements' masks have, 0 where there is no cut mask."""
     windows = mask_windows(placed, charts)
     count = (windows[:, 1] - windows[:, 0]) * (windows[:, 3] - windows[:, 2])
     return np.where(placed["mask"] == MASK_CUT, count, 0)
 
 
-def touches(placed: NDArray[np.void], charts: Sequence[Chart]) -> NDArray[np.bool_]:
+def touches(placed: NDArray[np.void], charts: ChartSizes) -> NDArray[np.bool_]:
     """Return which placements touch their chart."""
-    sizes = np.array([(chart.height, chart.width) for chart in charts], np.int64)[placed["chart"]]
+    sizes = chart_sizes(charts)[placed["chart"]]
     out = np.ones(len(placed), bool)
     for axis, (at, extent) in enumerate((("row", "height"), ("column", "width"))):
         low = placed[at].astype(np.int64) - placed[extent] // 2
@@ -133,8 +145,8 @@ def touches(placed: NDArray[np.void], charts: Sequence[Chart]) -> NDArray[np.boo
 def check_placements(
     placed: NDArray[np.void],
     mask_cells: NDArray[np.uint8],
-    charts: Sequence[Chart],
-    fields: Sequence[WarpField],
+    charts: ChartSizes,
+    fields: Sequence[WarpField | None],
     shape: tuple[int, int],
 ) -> None:
     """Check that placements can be painted.
@@ -144,7 +156,7 @@ def check_placements(
     placed, mask_cells
         What is painted.
     charts, fields
-        The layout, and the warp field of each chart.
+        The layout, and the warp field of each chart; None only where a chart has no placements.
     shape
         (height, width) of the exemplar in pixels.
 
@@ -184,11 +196,15 @@ def check_placements(
         raise InputError("a ramp is 0 texels wide; allowed: 1 to 255")
 
 
-def _check_sizes(placed: NDArray[np.void], fields: Sequence[WarpField]) -> None:
+def _check_sizes(placed: NDArray[np.void], fields: Sequence[WarpField | None]) -> None:
     largest = np.maximum(placed["height"], placed["width"])
     if min(placed["height"].min(), placed["width"].min()) < 1 or largest.max() > LARGEST_BLOCK:
         raise InputError(f"a placement's size is outside 1 to {LARGEST_BLOCK} texels")
-    warped = np.array([not field.is_identity for field in fields])[placed["chart"]] | (placed["centred"] > 0)
+    is_bent = np.zeros(len(fields), bool)
+    for n in np.unique(placed["chart"]).tolist():
+        field = fields[n]
+        is_bent[n] = field is not None and not field.is_identity
+    warped = is_bent[placed["chart"]] | (placed["centred"] > 0)
     if (largest[warped] > LARGEST_WARPED).any():
         raise InputError(
             f"a placement on a chart with a warp field is too large; allowed: {LARGEST_WARPED} texels a side"

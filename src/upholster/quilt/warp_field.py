@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from upholster.errors import InputError
+from upholster.quilt._field_kernels import matrices_at, node_matrices
 from upholster.types import FloatArray, IntArray, frozen_array
 
 __all__ = [
@@ -134,13 +135,9 @@ class WarpField:
         ``size = (⌊2^14 · 2^(k mod 32 / 32)⌉ << 6 + ⌊k / 32⌋) >> 6`` for a size of k steps and the cosine or
         sine in 1/2^14, rounded.
         """
-        b, a, angle, shear = np.moveaxis(self.nodes.astype(np.int64), -1, 0)
-        out = np.empty((*self.nodes.shape[:2], 4), np.int32)
-        for at, steps, turned in ((0, b, angle + shear + ANGLES // 4), (1, a, angle)):
-            size = (_POWERS[steps % OCTAVE] << (MOST_OCTAVES + steps // OCTAVE)) >> MOST_OCTAVES
-            cosine, sine = _COSINES[turned % ANGLES], _COSINES[(turned - ANGLES // 4) % ANGLES]
-            out[..., at] = (size * sine + 2**15) >> 16
-            out[..., 2 + at] = (size * cosine + 2**15) >> 16
+        nodes = np.array(self.nodes, order="C")
+        out = np.empty(nodes.shape, np.int32)
+        node_matrices(nodes, _POWERS, _COSINES, out)
         return frozen_array(out)
 
     @classmethod
@@ -191,23 +188,10 @@ class WarpField:
         ndarray
             (..., 4) int32, row by row, in 1/4096 pixel per texel.
         """
-        nodes = self.matrices
-        i, down = _nodes(rows, self.margin, nodes.shape[0])
-        j, right = _nodes(columns, self.margin, nodes.shape[1])
-        below, beside = np.minimum(i + 1, nodes.shape[0] - 1), np.minimum(j + 1, nodes.shape[1] - 1)
-        down, right = down[..., None], right[..., None]
-        left, up = FIELD_STEP - right, FIELD_STEP - down
-        total: IntArray = (nodes[i, j] * left + nodes[i, beside] * right) * up
-        total = total + (nodes[below, j] * left + nodes[below, beside] * right) * down
-        matrices: IntArray = (total + 512) >> 10
-        return matrices
-
-
-def _nodes(texels: ArrayLike, margin: int, count: int) -> tuple[IntArray, IntArray]:
-    at = np.asarray(texels, np.int32)
-    node = margin + at // FIELD_STEP
-    inside = (node >= 0) & (node < count - 1)
-    return np.clip(node, 0, count - 1), np.where(inside, at % FIELD_STEP, 0).astype(np.int32)
+        at = np.broadcast_arrays(np.asarray(rows, np.int32), np.asarray(columns, np.int32))
+        out = np.empty((at[0].size, 4), np.int32)
+        matrices_at(self.matrices, self.margin, at[0].flatten(), at[1].flatten(), out)
+        return out.reshape(*at[0].shape, 4)
 
 
 def node_count(texels: int, margin: int) -> int:

@@ -9,7 +9,7 @@ from upholster.codec import ImageHeader
 from upholster.errors import FormatError
 from upholster.limits import Limits
 from upholster.quilt import Chart
-from upholster.quilt.placement import MASK_CUT, mask_windows
+from upholster.quilt.placement import MASK_CUT, ChartSizes, chart_sizes, mask_windows
 from upholster.quilt.plans import StripLayout
 
 __all__ = ["PaintBudget", "check_charts", "check_samples", "painting_work", "strips_work"]
@@ -37,7 +37,7 @@ def check_samples(headers: Sequence[ImageHeader], limits: Limits) -> None:
         raise FormatError(f"maps have {samples} samples; allowed here: {limits.samples}")
 
 
-def painting_work(placed: NDArray[np.void], charts: Sequence[Chart]) -> int:
+def painting_work(placed: NDArray[np.void], charts: ChartSizes) -> int:
     """Return how many units of work placements take.
 
     4 for each texel that one covers of its chart; where it has a cut mask, 1 for each texel of the mask's
@@ -50,8 +50,8 @@ def painting_work(placed: NDArray[np.void], charts: Sequence[Chart]) -> int:
     charts
         The layout.
     """
-    sizes = np.array([(chart.height, chart.width) for chart in charts], np.int64).reshape(-1, 2)
-    windows = mask_windows(placed, charts)
+    sizes = chart_sizes(charts)
+    windows = mask_windows(placed, sizes)
     cell = placed["mask_cell"].astype(np.int64)
     covered, masked = np.ones(len(placed), np.int64), np.ones(len(placed), np.int64)
     for axis, (at, extent) in enumerate((("row", "height"), ("column", "width"))):
@@ -86,7 +86,7 @@ class PaintBudget:
     """
 
     def __init__(self, charts: Sequence[Chart], limits: Limits) -> None:
-        self._charts = charts
+        self._sizes = chart_sizes(charts)
         texels = _texels(charts)
         self._most = limits.work * texels + _FREE_WORK
         self._most_cells = _CELLS_A_TEXEL * texels + _FREE_CELLS
@@ -94,7 +94,7 @@ class PaintBudget:
 
     def spend(self, placed: NDArray[np.void]) -> None:
         """Take what placements cost; raises FormatError where it is too much."""
-        self.take(painting_work(placed, self._charts))
+        self.take(painting_work(placed, self._sizes))
 
     def take(self, work: int) -> None:
         """Take so many units of work; raises FormatError where it is too much."""

@@ -72,6 +72,9 @@ class ByteReader:
     def varint(self, name: str, most: int, least: int = 0) -> int:
         """Read a varint from `least` to `most`, in its shortest form."""
         value, start = 0, self._place
+        if start < len(self._data) and least <= self._data[start] <= min(most, 127):
+            self._place = start + 1  # most are of one byte, and there may be very many
+            return self._data[start]
         for n in range(MOST_VARINT_BYTES):
             byte = self.bytes(1, name)[0]
             value |= (byte & 127) << (7 * n)

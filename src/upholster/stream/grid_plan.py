@@ -10,7 +10,7 @@ from upholster.errors import FormatError, InputError
 from upholster.quilt.chart import Chart
 from upholster.quilt.displacement import centre_matrices
 from upholster.quilt.model import Quilt
-from upholster.quilt.placement import MATRIX_UNIT, mask_windows
+from upholster.quilt.placement import MATRIX_UNIT, chart_sizes, mask_windows
 from upholster.quilt.plans import ChartGrid, GridPlan
 from upholster.quilt.plans.grid import BLOCK
 from upholster.quilt.warp_field import WarpField
@@ -374,7 +374,7 @@ class GridDecoder:
     ) -> None:
         self.charts, self.exemplar_shape, self.warp_fields = charts, exemplar_shape, fields
         self.plan, self._turned = _parse(plan, charts)
-        self._budget = budget
+        self._budget, self._sizes = budget, chart_sizes(charts)
         self.order = list(dict.fromkeys(grid.chart for grid in self.plan.grids))
         self.total = int(self.plan.starts[-1])
         self.known = self.known_cells = self.total_cells = 0
@@ -386,6 +386,7 @@ class GridDecoder:
         self._cells = np.zeros(0, np.uint8)
         self._straight = np.zeros(0, np.uint8)  # the cells of straight cuts
         self._straight_covered = np.zeros((0, 0), np.uint8)
+        self._straight_done = 0  # grids that have them
         self._is_begun = False
         self._done = 0  # grids whose sources are known
         self._mask_grid = self._mask_start = self._mask_place = 0
@@ -466,7 +467,7 @@ class GridDecoder:
         # others are cut by what those cover.
         if self.known_cells == self.total_cells > 0:
             return self._cells
-        cells = self._straight.copy()
+        cells = self._all_straight().copy()
         cells[: self.known_cells] = self._cells[: self.known_cells]
         if 0 < self.known_cells < self.total_cells:
             chart, covered = self.plan.grids[self._mask_grid].chart, self._covered
@@ -478,6 +479,17 @@ class GridDecoder:
                 if grid.chart == chart:
                     covered = self._cut_straight(place, cells, settled, covered)
         return cells
+
+    def _all_straight(self) -> NDArray[np.uint8]:
+        # The cells of straight cuts of all grids whose sources are known: made when they are asked for.
+        self._straight = grown(self._straight, self.total_cells)
+        settled = np.zeros(int(self.plan.starts[self._done]), np.uint8)
+        for place in range(self._straight_done, self._done):
+            self._straight_covered = self._cut_straight(
+                place, self._straight, settled, self._straight_covered
+            )
+        self._straight_done = self._done
+        return self._straight[: self.total_cells]
 
     def _cut_straight(
         self, place: int, cells: NDArray[np.uint8], settled: NDArray[np.uint8], covered: NDArray[np.uint8]
@@ -555,10 +567,9 @@ class GridDecoder:
         grids = self.plan.grids[first : self._done]
         placed = GridPlan(grids, self.plan.feather, blocks, np.zeros(0, np.uint8)).in_order()
         in_turn = np.argsort(placed["chart"], kind="stable")
-        fields = tuple(field or WarpField.identity() for field in self.warp_fields)
-        check_decoded(placed[in_turn], self.charts, fields, self.exemplar_shape)
+        check_decoded(placed[in_turn], self._sizes, self.warp_fields, self.exemplar_shape)
         self._budget.spend(placed)
-        windows = mask_windows(placed, self.charts)
+        windows = mask_windows(placed, self._sizes)
         sizes = np.where(
             blocks["cut"] == 1, (windows[:, 1] - windows[:, 0]) * (windows[:, 3] - windows[:, 2]), 0
         )
@@ -569,11 +580,6 @@ class GridDecoder:
         if self.total_cells > MAX_CELLS:
             raise FormatError(f"masks have {self.total_cells} cells; allowed: {MAX_CELLS}")
         self._budget.check_cells(self.total_cells)
-        self._straight = np.concatenate([self._straight, np.zeros(int(sizes.sum()), np.uint8)])
-        for place in range(first, self._done):
-            self._straight_covered = self._cut_straight(
-                place, self._straight, np.zeros(stop, np.uint8), self._straight_covered
-            )
 
     def _read_masks(self, place: int) -> bool:
         # Whether all masks of a grid are known.

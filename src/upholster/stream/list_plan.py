@@ -1,8 +1,10 @@
 """A plain list of placements in a stream: every placement field by field."""
 
+from bisect import bisect_right
 from collections.abc import Sequence
 from functools import cached_property
 from itertools import pairwise
+from operator import itemgetter
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +12,7 @@ from numpy.typing import NDArray
 from upholster.errors import FormatError
 from upholster.quilt.chart import Chart
 from upholster.quilt.model import Quilt
-from upholster.quilt.placement import MASK_CUT, MATRIX_UNIT, PLACEMENT, mask_sizes, mask_windows
+from upholster.quilt.placement import MASK_CUT, MATRIX_UNIT, PLACEMENT, chart_sizes, mask_sizes, mask_windows
 from upholster.quilt.warp_field import WarpField
 from upholster.stream import _block_records as records_
 from upholster.stream import _list_kernels as kernels
@@ -61,7 +63,7 @@ def encode_list(quilt: Quilt) -> PlanCode:
         rest = part[:, _MATRIX : _MATRIX + 4] - field.integers_at(part[:, 0], part[:, 1])
         part[(part[:, _CENTRED] > 0) & (rest % MATRIX_UNIT == 0).all(axis=1), _CENTRED] = 2
     limits = np.array([[-(2**62), 2**62]] * kernels.FIELDS, np.int64)
-    sizes = _chart_sizes(quilt.charts, placed["chart"])
+    sizes = chart_sizes(quilt.charts)[placed["chart"]]
     writer, source_ends = BitWriter(kernels.FIELD_COUNTERS, 1), []
     for chart, end in enumerate(ends.tolist()):
         field = quilt.fields[chart]
@@ -100,7 +102,8 @@ def decode_cells(
     reader: BitReader, cells: NDArray[np.uint8], known: int, runs: list[MaskRun]
 ) -> tuple[NDArray[np.uint8], int]:
     """Decode further cells of masks; return all so far, in an array that may be longer, and their number."""
-    for first, rows, columns, place, end in runs:
+    for run in range(bisect_right(runs, known, key=itemgetter(4)), len(runs)):
+        first, rows, columns, place, end = runs[run]
         while known < end:
             stop = min(end, known + BATCH)
             cells = grown(cells, stop)
@@ -152,8 +155,8 @@ class ListDecoder:
             raise plan.error(f"plan has {self.total} placements; allowed: {MAX_PLACEMENTS}")
         plan.end("plan")
         budget.check_cells(self.total_cells)
-        sizes = np.array([(chart.height, chart.width) for chart in charts], np.int64)
-        self._sizes = np.repeat(sizes, counts, axis=0)
+        self._chart_sizes = chart_sizes(charts)
+        self._sizes = np.repeat(self._chart_sizes, counts, axis=0)
         self.known = self.known_cells = 0
         self._sources = BitReader(kernels.FIELD_COUNTERS, 1)
         self._masks = BitReader(kernels.CELL_COUNTERS, 3) if self.total_cells else None
@@ -212,7 +215,8 @@ class ListDecoder:
                 self._check(first, known)
                 first = known
         # Not chart by chart, of which there may be very many.
-        self._check(first, self.known)
+        if self.known > first:
+            self._check(first, self.known)
 
     def feed_masks(self, data: bytes) -> None:
         """Take further bytes of the masks; all sources must be known.
@@ -283,9 +287,8 @@ class ListDecoder:
 
     def _check(self, start: int, stop: int) -> None:
         placed = self._placements(start, stop)
-        fields = [field or WarpField.identity() for field in self.warp_fields]
-        check_decoded(placed, self.charts, tuple(fields), self.exemplar_shape)
-        ends = placed["first_cell"].astype(np.int64) + mask_sizes(placed, self.charts)
+        check_decoded(placed, self._chart_sizes, self.warp_fields, self.exemplar_shape)
+        ends = placed["first_cell"].astype(np.int64) + mask_sizes(placed, self._chart_sizes)
         wrong = (placed["mask"] == MASK_CUT) & (
             (placed["mask_cell"] == 0) | (placed["first_cell"] < 0) | (ends > self.total_cells)
         )
@@ -305,11 +308,6 @@ class ListDecoder:
         placed["centred"] = self._fields[start:stop, _CENTRED] > 0
         placed["matrix"] = self._fields[start:stop, _MATRIX : _MATRIX + 4]
         return placed
-
-
-def _chart_sizes(charts: tuple[Chart, ...], named: NDArray[np.signedinteger]) -> NDArray[np.int64]:
-    sizes = np.array([(chart.height, chart.width) for chart in charts], np.int64)
-    return np.asarray(sizes[named])
 
 
 def _mask_runs(placed: NDArray[np.void], charts: tuple[Chart, ...], total: int) -> list[MaskRun]:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from upholster.errors import FormatError, InputError
 from upholster.quilt.chart import Chart
 from upholster.quilt.model import Quilt
-from upholster.quilt.placement import MASK_CUT, MASK_NONE, check_placements, touches
+from upholster.quilt.placement import MASK_CUT, MASK_NONE, ChartSizes, check_placements, touches
 from upholster.quilt.plans import PlacementList
 from upholster.quilt.warp_field import WarpField
 
@@ -140,11 +140,11 @@ class PlanDecoder(Protocol):
 
 def check_decoded(
     placed: NDArray[np.void],
-    charts: tuple[Chart, ...],
-    fields: tuple[WarpField, ...],
+    charts: ChartSizes,
+    fields: Sequence[WarpField | None],
     exemplar_shape: tuple[int, int],
 ) -> None:
-    """Check placements whose masks have not arrived.
+    """Check placements whose masks have not arrived, on charts whose warp fields have.
 
     Raises
     ------

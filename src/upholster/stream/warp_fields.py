@@ -1,5 +1,6 @@
 """The chunk of warp fields: how texels lie over the exemplar, chart after chart (SPEC.md, "warp fields")."""
 
+from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -128,7 +129,7 @@ class FieldDecoder:
             raise head.error(f"fields have {total} nodes; allowed: {MAX_NODES}")
         head.end("head of the fields")
         self._reader = BitReader(kernels.NODE_COUNTERS, kernels.NODE_INPUTS)
-        self._waiting = [n for n, field in enumerate(self.fields) if field is None]
+        self._waiting = deque(n for n, field in enumerate(self.fields) if field is None)
         self._first = np.zeros(4, np.int16)
         self._done = 0
         self._begin()
@@ -145,7 +146,7 @@ class FieldDecoder:
 
     def in_order(self, order: Sequence[int]) -> None:
         """Take the order in which the charts' nodes come, before any byte of theirs."""
-        self._waiting = [n for n in order if self.fields[n] is None]
+        self._waiting = deque(n for n in order if self.fields[n] is None)
         self._begin()
 
     def feed(self, data: bytes) -> None:
@@ -167,7 +168,7 @@ class FieldDecoder:
             self._done = done
             if done < nodes.size:
                 return
-            n = self._waiting.pop(0)
+            n = self._waiting.popleft()
             self.fields[n] = WarpField(nodes, self._shapes[n][0])
             self._first = nodes[0, 0].copy()
             self._begin()
