@@ -25,7 +25,7 @@ def symbols(decoder: Any) -> int:
 
 def most(count: int) -> int:
     """Bits that go with so many bytes of the stream of `woven`."""
-    return 3 * SIDE * SIDE + 2**16 + 128 * count
+    return min(3 * SIDE * SIDE, 1024 * count) + 2**16 + 128 * count
 
 
 @pytest.mark.parametrize("byte", [0, 255])

@@ -44,8 +44,9 @@ _ENDLESS = 2**62
 _AT_ONCE = 2**16
 """Values that are guessed at once: a decoder's memory is limited."""
 
-_SYMBOLS_A_SAMPLE, _SYMBOLS_A_BYTE, _SYMBOLS_FREE = 1, 128, 2**16
-"""Bits that a decoder takes: so many for each sample, for each byte of the stream, and so many more."""
+_SYMBOLS_A_BYTE, _SYMBOLS_FREE, _MOST_A_BYTE = 128, 2**16, 1024
+"""Bits that a decoder takes: so many for each byte of the stream, so many more, and one for each sample, of
+which a byte gives no more than so many."""
 
 
 def encode_coefficients(
@@ -145,7 +146,7 @@ class CoefficientDecoder:
             self._data = grown
         self._data[here : here + len(data)] = np.frombuffer(data, np.uint8)
         state[BYTES_HERE] = here + len(data)
-        state[kernels.MOST_SYMBOLS] = self._memory.free + _SYMBOLS_A_BYTE * self.received
+        state[kernels.MOST_SYMBOLS] = self._memory.bits_of(self.received)
         # Bytes that the code register has taken as missing.
         for place in range(here, min(here + len(data), int(state[BYTES_DONE]))):
             shift = 8 * (int(state[BYTES_DONE]) - 1 - place)
@@ -233,8 +234,7 @@ class _Memory:
         self.state = np.zeros(STATE_SIZE, np.int64)
         self.state[HIGH] = 0xFFFFFFFF
         self.state[kernels.PLANE] = plane
-        samples = sum(band.rows * band.columns for band in tree.bands)
-        self.free = _SYMBOLS_A_SAMPLE * samples + _SYMBOLS_FREE
+        self.samples = sum(band.rows * band.columns for band in tree.bands)
         self.state[kernels.MOST_SYMBOLS] = _ENDLESS
         self.m = np.zeros((WAITING + 1, size), np.int32)
         self.m[: BAND + 1] = tree.links
@@ -249,8 +249,14 @@ class _Memory:
 
     @property
     def bytes_due(self) -> int:
-        """How many bytes a stream has at least that tells so many bits (SPEC.md, section 9)."""
-        return max(0, -(-(int(self.state[kernels.SYMBOLS]) - self.free) // _SYMBOLS_A_BYTE))
+        """How many bytes a stream has at least that tells so many bits: the least that gives as many."""
+        told = int(self.state[kernels.SYMBOLS]) - _SYMBOLS_FREE
+        all_of = -(-told // (_MOST_A_BYTE + _SYMBOLS_A_BYTE))
+        return max(0, all_of, -(-(told - self.samples) // _SYMBOLS_A_BYTE))
+
+    def bits_of(self, count: int) -> int:
+        """Return how many bits a decoder takes of so many bytes (SPEC.md, section 7.2)."""
+        return min(self.samples, _MOST_A_BYTE * count) + _SYMBOLS_A_BYTE * count + _SYMBOLS_FREE
 
     def code(
         self,

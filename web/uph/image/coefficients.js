@@ -12,10 +12,10 @@ const VISITED = 8
 const ZTR = 16
 const AWAKE = 32
 
-// How many bits may be taken: for each sample, for each byte of the stream, and besides [9].
-const SYMBOLS_A_SAMPLE = 1
+// How many bits may be taken: for each byte of the stream, besides, and one a sample, so many of them a byte [7.2].
 const SYMBOLS_A_BYTE = 128
 const FREE_SYMBOLS = 2 ** 16
+const MOST_A_BYTE = 1024
 
 const DOMINANT = 6 // the queue that stands for the dominant pass
 const NOWHERE = 9 // no queue
@@ -65,7 +65,8 @@ export class CoefficientDecoder {
     this.bits.setWeights(SIGN_MIXER, REFINEMENT_MIXER, 14418)
     this.bits.setWeights(REFINEMENT_MIXER, MIXERS, 36045)
     this.symbols = 0 // bits taken
-    this.freeSymbols = SYMBOLS_A_SAMPLE * header.height * header.width * header.channels + FREE_SYMBOLS
+    this.mostSymbols = 0
+    this.samples = header.height * header.width * header.channels
     this.significant = 0
     this.signPending = false
     this.plane = header.plane
@@ -75,12 +76,14 @@ export class CoefficientDecoder {
   /** Decode as far as the bytes go; returns whether that is all. */
   feed(part) {
     this.bits.feed(part)
+    const { length } = this.bits.data
+    this.mostSymbols = Math.min(this.samples, MOST_A_BYTE * length) + SYMBOLS_A_BYTE * length + FREE_SYMBOLS
     return this.steps.next().done
   }
 
   /** The next bit; −1 where more bytes are needed, be it only to go on working. */
   #bit(count, mixer, limit) {
-    if (this.symbols >= this.freeSymbols + SYMBOLS_A_BYTE * this.bits.data.length) return -1
+    if (this.symbols >= this.mostSymbols) return -1
     const bit = this.bits.bit(count, mixer, limit)
     if (bit >= 0) this.symbols++
     return bit
