@@ -37,10 +37,13 @@ def try_stream(rng: Any, data: bytes) -> str:
     """Decode damaged bytes in pieces, paint what can be painted; return what came of it."""
     decoder = StreamDecoder(limits=LIMITS)
     try:
-        if rng.random() < 0.1:
+        chosen = rng.random()  # each by itself: its time is told
+        if chosen < 0.1:
             read_stream(data, limits=LIMITS)
-        if rng.random() < 0.1:
+            return "read strictly"
+        if chosen < 0.2:
             describe(data, limits=LIMITS)
+            return "described"
         place = 0
         while place < len(data):
             step = int(rng.integers(1, max(2, len(data))))
