@@ -37,8 +37,8 @@ export class UphClient {
   #size = new Promise((resolve) => (this.#foundSize = resolve)) // the exemplar's height and width
   #exemplarCalls = 0
 
-  /** @param {Worker} worker @param {{ maxTextureSize: number, maxTexels: number }} limits @param {object} view */
-  constructor(worker, { maxTextureSize, maxTexels }, view) {
+  /** @param {Worker} worker @param {{ maxTextureSize: number, maxTexels: number, eye?: number[] }} limits @param {object} view */
+  constructor(worker, limits, view) {
     this.#worker = worker
     this.#view = view
     /** Resolves when the worker's script has come and runs. */
@@ -49,7 +49,7 @@ export class UphClient {
       }
     })
     worker.onerror = (event) => this.fail(new Error(event.message || 'the worker uph-worker.js does not start'))
-    worker.postMessage({ kind: 'open', maxTextureSize, maxTexels })
+    worker.postMessage({ kind: 'open', ...limits })
   }
 
   /** Aborted when receiving is to stop. */

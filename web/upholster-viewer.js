@@ -5,7 +5,7 @@
  * nothing that a strict content security policy forbids.
  */
 
-import { parseView } from './viewer/frame.js'
+import { axes, parseView } from './viewer/frame.js'
 import { Session } from './viewer/session.js'
 import { Stage } from './viewer/stage.js'
 import { style } from './viewer/style.js'
@@ -245,8 +245,9 @@ export class UpholsterViewer extends HTMLElement {
       const environment = await loadEnvironment(address)
       if (this.#stage && this.getAttribute('environment') === address) this.#stage.environment = environment
     } catch (error) {
-      this.#ui.say(`The environment ${address} can not be loaded.`)
-      this.#emit('error', { message: `environment ${address} can not be loaded`, error })
+      const message = `environment ${address} can not be loaded`
+      this.#ui.say(message)
+      this.#emit('error', { message, error })
     }
   }
 
@@ -275,7 +276,7 @@ export class UpholsterViewer extends HTMLElement {
   #begin() {
     if (!this.#stage || !(this.#seen || typeof this.#source !== 'string')) return
     let session = null // bytes that are here already are told of before there is one
-    session = new Session(this.#source, this.getAttribute('worker'), (type, event) => {
+    session = new Session(this.#source, this.getAttribute('worker'), axes(this.view)[2], (type, event) => {
       if (session && session === this.#session) this.#receive(type, event)
     })
     this.#session = session

@@ -25,15 +25,16 @@ class Page {
   errors = []
   ticket = 0
 
-  constructor({ maxTextureSize = 4096, maxTexels = 2 ** 26 } = {}) {
+  constructor({ maxTextureSize = 4096, maxTexels = 2 ** 26, eye } = {}) {
     this.session = new Session((message) => setImmediate(() => this.take(message)))
-    this.session.receive({ kind: 'open', maxTextureSize, maxTexels })
+    this.session.receive({ kind: 'open', maxTextureSize, maxTexels, eye })
   }
 
   take({ kind, ...message }) {
     if (kind === 'surface') this.surface = message
     else if (kind === 'meshes') for (const piece of message.pieces) this.meshes.set(piece.chart, piece)
     else if (kind === 'textures') {
+      this.firstPainted ??= message.entries.filter(({ data, preview }) => data && !preview).map(({ chart }) => chart)
       for (const { chart, target, height, width, gutter, unplaced, preview, data } of message.entries) {
         const key = `${target} ${chart}`
         if (preview) this.preview = data
@@ -173,6 +174,16 @@ test('a model too large for the graphics card is shown smaller', async () => {
     const at = (i, j) => from[4 * ((2 * row + 1 + i) * 66 + 2 * column + 1 + j)]
     const mean = (at(0, 0) + at(0, 1) + at(1, 0) + at(1, 1)) / 4
     assert.ok(Math.abs(to[4 * ((row + 1) * 34 + column + 1)] - mean) <= 0.5)
+  }
+})
+
+test('what is nearest to the eye is painted first', async () => {
+  const [, data] = streams.find(([name]) => name === 'quilt.uph')
+  for (const eye of [[0, 0, 1], [-1, 0, 0]]) {
+    const { firstPainted, surface } = await shown(data, { eye })
+    const near = firstPainted.map((chart) => surface.bounds[chart].center.reduce((sum, x, k) => sum + x * eye[k], 0))
+    assert.ok(near.length > 1)
+    assert.deepEqual(near, near.toSorted((a, b) => b - a))
   }
 })
 

@@ -36,7 +36,8 @@ const NO_STATE = {
 /** All numbers of a session at once. */
 function stateOf(session) {
   if (!session) return NO_STATE
-  const { received, total, shown, texels, triangles, roles } = session.model
+  const { received, total, shown, texels, geometries, roles } = session.model
+  const triangles = geometries.reduce((sum, { indices }) => sum + indices.length / 3, 0)
   return { received, total, shown, texels, triangles, roles, limit: session.limit, first: session.firstTime, complete: session.completeTime }
 }
 

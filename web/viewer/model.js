@@ -37,8 +37,8 @@ export class Model extends EventTarget {
   #client
   #detail = null
 
-  /** @param {Worker} worker that runs uph-worker.js */
-  constructor(worker) {
+  /** @param {Worker} worker that runs uph-worker.js @param {number[]} [eye] a vector toward who looks */
+  constructor(worker, eye) {
     super()
     const view = {
       begin: (message) => this.#begin(message),
@@ -47,7 +47,7 @@ export class Model extends EventTarget {
       show: (state, first) => this.#show(state, first),
       notify: (type, detail) => this.#notify(type, detail),
     }
-    this.#client = new UphClient(worker, LIMITS, view)
+    this.#client = new UphClient(worker, { ...LIMITS, eye }, view)
   }
 
   /** What bytes are fed to. */
@@ -80,10 +80,6 @@ export class Model extends EventTarget {
 
   get quads() {
     return Math.round(this.charts.reduce((sum, { geometry }) => sum + (geometry?.indices.length ?? 0) / 6, 0))
-  }
-
-  get triangles() {
-    return this.geometries.reduce((sum, { indices }) => sum + indices.length / 3, 0)
   }
 
   /** Show a prefix only: {bytes}, or {coefficients}, a share of 0 to 1; null shows all that has come. */

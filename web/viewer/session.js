@@ -27,14 +27,15 @@ export class Session {
   /**
    * @param {string | Uint8Array | ArrayBuffer} source an address, or the stream itself
    * @param {string | null} worker address of uph-worker.js; null: beside the viewer
+   * @param {number[]} eye a vector toward who looks
    * @param {(type: string, event: object) => void} notify called with the model's events, 'error' with its `problem` set
    */
-  constructor(source, worker, notify) {
+  constructor(source, worker, eye, notify) {
     this.#worker = worker
     const isAddress = typeof source === 'string'
     this.name = isAddress ? decodeURIComponent(source.split(/[?#]/)[0].split('/').at(-1)) || source : ''
     this.failed = new Promise((resolve) => (this.fail = resolve))
-    const model = (this.model = new Model(takeWorker(worker)))
+    const model = (this.model = new Model(takeWorker(worker), eye))
     for (const type of EVENTS) {
       model.addEventListener(type, (event) => {
         if (type === 'first' || type === 'refine' || type === 'geometry') this.changes++

@@ -9,7 +9,9 @@ import { ChartTextures } from './textures.js'
 const PAUSE = 250 // milliseconds between paintings while more is to come
 const PIECE = 2048 // bytes fed at once
 const COEFFICIENT_PARTS = 400 // as Python counts coefficients
-const FIRST_PIXELS = 600 // of the model on screen, before anybody has seen it
+const FIRST_PIXELS = 300 // of the model on screen, before anybody has seen it
+const FIRST_SHARE = 1 / 4 // of the charts: a first picture waits for as many
+const FIRST_PAINTING = 100 // milliseconds of it, then somebody can see it
 const MAX_SHRINK = 4
 const MESH_ARRAYS = ['positions', 'normals', 'tangents', 'parameters', 'indices', 'outline']
 
@@ -54,6 +56,7 @@ export class Session {
     if (kind === 'open') {
       this.maxTextureSize = message.maxTextureSize
       this.maxTexels = message.maxTexels
+      this.eye = message.eye ?? [0, 0, 0]
     } else if (kind === 'feed') this.#append(message.bytes)
     else if (kind === 'end') this.#ended = true
     else if (kind === 'limit') this.#setLimit(message)
@@ -129,7 +132,7 @@ export class Session {
       // While more is to come, now and then is enough: painting takes at most half of the time.
       const wait = this.#paintedAt + Math.max(PAUSE, this.#paintTime) - performance.now()
       const isLast = !more && (this.#decoder.complete || this.#isUrgent || !this.#isShown)
-      if (isDue && (wait <= 0 || isLast)) {
+      if (isDue && (wait <= 0 || isLast || this.#isEarly)) {
         if (isLast) this.#isUrgent = false
         await this.#paint()
       } else if (!more) {
@@ -144,6 +147,11 @@ export class Session {
   get #isWorthwhile() {
     const isAll = this.#ended && this.#decoder.received === this.#length
     return this.#isShown || this.#isUrgent || isAll || knownShare(this.#decoder) > 0
+  }
+
+  /** Whether there is enough to be seen for a first picture. */
+  get #isEarly() {
+    return !this.#isShown && this.#decoder.chartsKnown >= FIRST_SHARE * this.#chartCount
   }
 
   get #isDirty() {
@@ -215,8 +223,9 @@ export class Session {
     const sizes = charts.map(({ height, width }) => ({ height: shrunk(height), width: shrunk(width) }))
     this.#chartCount = charts.length
     this.#mesher = surface.kind === 'mesh' ? new (part('TriangleMesher'))(surface, charts) : new SurfaceMesher(surface, charts)
-    this.#textures = new ChartTextures(this.#mesher, sizes, shrink)
     const bounds = charts.map((_, n) => this.#mesher.bounds(n))
+    const nearness = bounds.map(({ center }) => center.reduce((sum, x, k) => sum + x * this.eye[k], 0))
+    this.#textures = new ChartTextures(this.#mesher, sizes, shrink, nearness)
     const radius = enclosingRadius(bounds)
     this.#counts = new Uint16Array(bounds.flatMap((one) => countsFor(one, FIRST_PIXELS / 2 / radius, 0.5)))
     const { height, width } = this.#decoder.exemplarSize
@@ -254,7 +263,7 @@ export class Session {
   async #paint() {
     const begun = performance.now()
     const state = this.#state(false)
-    const entries = await this.#textures.paint(this.#decoder)
+    const entries = await this.#textures.paint(this.#decoder, this.#isShown ? Infinity : FIRST_PAINTING)
     const alpha = this.#textures.alphaMode
     const mean = meanColor(this.#decoder.exemplarRgba())
     this.#isWaiting = this.#isShown = true

@@ -8,16 +8,18 @@ export class ChartTextures {
   #mesher
   #shrink // 2^shrink texels each way become one
   #sizes // of the textures, without gutters
+  #nearness // of charts: what is nearest is painted first
   #dirty = new Map() // per target: charts to paint
   #lines = {} // per target and chart: the texels along its four edges
   #angles = new Map() // per edge: angles between the frames of either side
   #alpha // per chart: how many texels are see-through, and how many of them are soft
   #spare = []
 
-  constructor(mesher, sizes, shrink) {
+  constructor(mesher, sizes, shrink, nearness) {
     this.#mesher = mesher
     this.#sizes = sizes
     this.#shrink = shrink
+    this.#nearness = nearness
     this.#alpha = sizes.map(() => ({ clear: 0, soft: 0 }))
   }
 
@@ -41,25 +43,27 @@ export class ChartTextures {
     this.#spare = buffers
   }
 
-  /** Paint all that is dirty; returns what the page must take over. */
-  async paint(decoder) {
+  /** Paint what is dirty, charts with placements for so many milliseconds; returns what the page must take over. */
+  async paint(decoder, most = Infinity) {
     const jobs = [...this.#dirty].filter(([, charts]) => charts.size)
     for (const [target] of jobs) this.#dirty.set(target, new Set())
     const entries = []
     let until = performance.now() + SLICE
+    const end = performance.now() + most
     for (const [target, dirty] of jobs) {
-      const charts = [...dirty]
       const painted = new Map()
-      const placed = charts.filter((chart) => decoder.isPlaced(chart))
-      entries.push(...this.#unplacedEntries(target, charts.filter((chart) => !decoder.isPlaced(chart)), decoder))
-      for (const chart of placed) {
-        painted.set(chart, this.#paintChart(decoder, target, chart))
+      const [later, bare] = [[], []]
+      for (const chart of [...dirty].sort((a, b) => this.#nearness[b] - this.#nearness[a])) {
+        if (!decoder.isPlaced(chart)) bare.push(chart)
+        else if (performance.now() > end) later.push(chart)
+        else painted.set(chart, this.#paintChart(decoder, target, chart))
         if (performance.now() > until) {
           await yieldToMessages()
           until = performance.now() + SLICE
         }
       }
-      entries.push(...this.#fillGutters(target, painted))
+      this.markDirty(target, later)
+      entries.push(...this.#unplacedEntries(target, [...bare, ...later], decoder), ...this.#fillGutters(target, painted))
     }
     return entries
   }
