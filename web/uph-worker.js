@@ -1,12 +1,13 @@
 // Decodes, paints and tessellates a `.uph` stream beside the page: the module Worker of `uph-three.js`.
 //
-// In:  open {maxTextureSize, maxTexels}   once, first
+// In:  open {maxTextureSize, maxTexels, eye}   once, first; `eye`, maybe, is a vector toward who looks: what is near is painted first
 //      feed {bytes}                       further bytes of the stream
 //      end {}                             there are no more
 //      limit {bytes?, coefficients?}      show a prefix only; neither: all that has come
 //      exemplar {picture}                 paint with it, of the exemplar's size, instead of the exemplar; null: with that again
 //      counts {counts}                    segments of every chart, along s and along t
 //      shown {buffers}                    what the last `textures` brought is on screen; buffers to use again
+//      join {port}                        another stream: the same messages through a port of its own
 //      Any may have a `ticket`: states tell the last one that was heard.
 // Out: surface {charts, bounds, plain, exemplar}
 //                                         sizes of the textures and spheres of the charts, once; what lies on no chart;
@@ -19,9 +20,6 @@
 //      error {message, offset}            the stream is damaged
 
 import './uph-rare.js'
-import { Session } from './worker/session.js'
+import { serve } from './worker/serve.js'
 
-if (typeof WorkerGlobalScope !== 'undefined') {
-  const session = new Session((message, transfer = []) => postMessage(message, transfer))
-  onmessage = ({ data }) => session.receive(data)
-}
+if (typeof WorkerGlobalScope !== 'undefined') serve(globalThis)

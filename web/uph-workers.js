@@ -1,31 +1,53 @@
 /**
- * Workers for streams, and what a page has asked for before the viewer came.
+ * Workers for streams, a few for all of a page's, and what a page has asked for before the viewer came.
  *
  * A page can save the time until the viewer's script is there: `globalThis.upholsterEarly` may have a `worker` that runs
  * uph-worker.js, and a stream's `url` and `response`, the promise of `fetch`, of the whole stream or of a first part by range.
  */
 
-let spare = null // waits for a stream
+const MOST = 3 // workers of one address
 
-const key = (address) => address ?? ''
+const hosts = new Set() // {address, worker, places}
 
-function start(address) {
-  if (address) return new Worker(address, { type: 'module' })
-  return new Worker(new URL('./uph-worker.js', import.meta.url), { type: 'module' })
+/** Hosts of an address, those with the fewest streams first. */
+const hostsOf = (address) => [...hosts].filter((host) => host.address === address).sort((a, b) => a.places.size - b.places.size)
+
+function start(address, worker = new Worker(address ?? new URL('./uph-worker.js', import.meta.url), { type: 'module' })) {
+  const host = { address, worker, places: new Set() }
+  worker.onerror = (event) => {
+    hosts.delete(host)
+    for (const place of host.places) place.onerror(event)
+  }
+  hosts.add(host)
+  return host
 }
 
 /** Have a worker wait for the first stream. */
 export function prepareWorker(address) {
-  spare ??= { key: key(address), worker: start(address) }
+  if (!hostsOf(address)[0]) start(address)
 }
 
-/** A worker that has no stream yet. */
+/** A place for a stream, to be used as a `Worker`: at a worker that has none yet, at a new one, or where there are fewest. */
 export function takeWorker(address) {
   const early = globalThis.upholsterEarly
-  const found = early?.worker && !address ? early.worker : spare?.key === key(address) ? spare.worker : null
-  if (found === early?.worker && early) early.worker = null
-  else if (found) spare = null
-  return found ?? start(address)
+  if (early?.worker && !address) {
+    start(address, early.worker)
+    early.worker = null
+  }
+  const known = hostsOf(address)
+  const host = known.length >= MOST || known[0]?.places.size === 0 ? known[0] : start(address)
+  const { port1: place, port2: port } = new MessageChannel()
+  host.worker.postMessage({ kind: 'join', port }, [port])
+  host.places.add(place)
+  // A worker ends with its last stream. To one that ends before others nobody answers any more: it paints no further.
+  place.terminate = () => {
+    place.close()
+    host.places.delete(place)
+    if (host.places.size) return
+    host.worker.terminate()
+    hosts.delete(host)
+  }
+  return place
 }
 
 /** The response that the page awaits already for an address, or null. */

@@ -412,7 +412,7 @@ def test_the_first_picture_has_texture_and_the_page_asked_for_it(tab: Any, site:
     assert not names & {"upholster-lab.js", "uph-rare.js", "upholster-environment.js"}
 
 
-def test_viewers_start_when_they_are_near_and_share_one_renderer(tab: Any, site: Any) -> None:
+def test_viewers_start_when_they_are_near_and_share_renderer_and_workers(tab: Any, site: Any) -> None:
     tab.open(f"{site}/view/material.uph").until("viewer.model")
     tab.call(
         """
@@ -435,6 +435,7 @@ def test_viewers_start_when_they_are_near_and_share_one_renderer(tab: Any, site:
             f"document.querySelectorAll('upholster-viewer')[{min(19, place // 300 + 1)}].model?.complete"
         )
     tab.until("[...document.querySelectorAll('upholster-viewer')].every((one) => one.model?.complete)")
+    assert len(tab.page.workers) <= 3
     # The first one, far away, kept its picture.
     first = tab.call(
         """
