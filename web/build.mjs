@@ -46,7 +46,7 @@ async function bundle(source) {
     legalComments: 'none', // all is ours; LICENSES.txt has the notice
   })
   // Of what esbuild leaves, terser takes 4 % (gzipped): a page with its stream has to stay small.
-  const { code } = await minify(outputFiles[0].text, { module: true, ecma: 2020, compress: { passes: 3 } })
+  const { code } = await minify(outputFiles[0].text, { module: true, ecma: 2020, compress: { passes: 4, inline: 1, unsafe_arrows: true, unsafe_methods: true } })
   // The graphics card's programs and the style sheet need no indentation, comments, or spaces round signs.
   const plain = code
     .replace(/ \/\/ [^\\"`]*(?=\\n)/g, '')

@@ -58,7 +58,7 @@ async function receiveOnce(url, sink, { headers, ...options }, known, attempt, e
     if (start) {
       ownHeaders.set('Range', `bytes=${start}-`)
       // Across origins this header would need the server's permission; the answer is compared in any case.
-      if (known && new URL(url, location.href).origin === location.origin) ownHeaders.set('If-Range', known)
+      if (known && new URL(url, location).origin === location.origin) ownHeaders.set('If-Range', known)
     }
     const response = await (early ?? fetch(url, { ...options, headers: ownHeaders, signal: connection.signal }))
     if (start && response.status === 416) return { version: known } // there is no more

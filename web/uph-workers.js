@@ -53,7 +53,7 @@ export function takeWorker(address) {
 /** The response that the page awaits already for an address, or null. */
 export function takeEarly(address) {
   const early = globalThis.upholsterEarly
-  if (!early?.response || new URL(early.url, location.href).href !== new URL(address, location.href).href) return null
+  if (!early?.response || new URL(early.url, location).href !== new URL(address, location).href) return null
   const { response } = early
   early.response = null
   return response

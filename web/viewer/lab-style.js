@@ -3,6 +3,13 @@
 import { sheetOf } from './style.js'
 
 const css = `
+:host { --line: var(--upholster-line, #d9dbdc); --track: var(--upholster-track, #e3e5e6); }
+@media (prefers-color-scheme: dark) {
+  :host { --line: var(--upholster-line, #34383b); --track: var(--upholster-track, #3a3f43); }
+}
+.above > .card { pointer-events: auto; }
+canvas.light { cursor: move; }
+button[aria-disabled='true'] { opacity: 0.4; cursor: default; }
 /* On the stage */
 .card { position: absolute; inset-block-start: 8px; inset-inline-start: 8px; max-inline-size: calc(100% - 160px);
   max-block-size: calc(100% - 16px); overflow: auto; padding: 10px 14px; border-radius: 10px; background: var(--veil);

@@ -12,8 +12,6 @@ const css = `
   --text: var(--upholster-text, #23272b);
   --muted: var(--upholster-muted, #62696f);
   --surface: var(--upholster-surface, #fbfbfa);
-  --line: var(--upholster-line, #d9dbdc);
-  --track: var(--upholster-track, #e3e5e6);
   --accent: var(--upholster-accent, #a5432b);
   --on-accent: var(--upholster-on-accent, #fff);
   --veil: color-mix(in srgb, var(--surface) 88%, transparent);
@@ -28,8 +26,6 @@ const css = `
     --text: var(--upholster-text, #e6e7e8);
     --muted: var(--upholster-muted, #9aa1a7);
     --surface: var(--upholster-surface, #1b1d1f);
-    --line: var(--upholster-line, #34383b);
-    --track: var(--upholster-track, #3a3f43);
     --accent: var(--upholster-accent, #e08a6c);
     --on-accent: var(--upholster-on-accent, #1b1d1f);
   }
@@ -42,11 +38,10 @@ const css = `
 .stage { position: absolute; inset: 0; background: linear-gradient(rgb(231 232 234), rgb(245 245 244)); }
 .stage ::slotted(*) { position: absolute; inset: 0; inline-size: 100%; block-size: 100%; object-fit: contain; }
 .above { position: absolute; inset: 0; pointer-events: none; }
-.above > .corner, .above > .card, .above > .note { pointer-events: auto; }
+.above > .corner, .above > .note { pointer-events: auto; }
 canvas { position: absolute; inset: 0; inline-size: 100%; block-size: 100%; display: block; cursor: grab; }
 canvas:active { cursor: grabbing; }
 canvas.empty { opacity: 0; cursor: default; }
-canvas.light { cursor: move; }
 :focus-visible { outline: 2px solid var(--accent); outline-offset: 2px; }
 canvas:focus-visible { outline-offset: -3px; }
 .hidden { position: absolute; inline-size: 1px; block-size: 1px; overflow: hidden; clip-path: inset(50%); white-space: nowrap; }
@@ -65,7 +60,6 @@ button {
 }
 button:hover { background: color-mix(in srgb, var(--text) 8%, transparent); }
 button[aria-pressed='true'] { color: var(--accent); background: color-mix(in srgb, var(--accent) 13%, transparent); }
-button[aria-disabled='true'] { opacity: 0.4; cursor: default; }
 button.icon { padding: 0; inline-size: 40px; }
 button.main { color: var(--on-accent); background: var(--accent); padding: 0 18px; }
 svg { inline-size: 22px; block-size: 22px; display: block; margin: auto; fill: none; stroke: currentColor; stroke-width: 1.6;

@@ -131,8 +131,9 @@ export class Session {
       const isDue = this.#isDirty && !this.#isWaiting && this.#isWorthwhile
       // While more is to come, now and then is enough: painting takes at most half of the time.
       const wait = this.#paintedAt + Math.max(PAUSE, this.#paintTime) - performance.now()
-      const isLast = !more && (this.#decoder.complete || this.#isUrgent || !this.#isShown)
-      if (isDue && (wait <= 0 || isLast || this.#isEarly)) {
+      const isFirst = !this.#isShown && (!more || this.#decoder.chartsKnown >= FIRST_SHARE * this.#chartCount)
+      const isLast = !more && (this.#decoder.complete || this.#isUrgent)
+      if (isDue && (wait <= 0 || isFirst || isLast)) {
         if (isLast) this.#isUrgent = false
         await this.#paint()
       } else if (!more) {
@@ -147,11 +148,6 @@ export class Session {
   get #isWorthwhile() {
     const isAll = this.#ended && this.#decoder.received === this.#length
     return this.#isShown || this.#isUrgent || isAll || knownShare(this.#decoder) > 0
-  }
-
-  /** Whether there is enough to be seen for a first picture. */
-  get #isEarly() {
-    return !this.#isShown && this.#decoder.chartsKnown >= FIRST_SHARE * this.#chartCount
   }
 
   get #isDirty() {
