@@ -3,6 +3,7 @@
 - `spans`: splines and arcs as rational Bézier segments
 - `exact_face`: `ExactFace`, a face's patches, and its own parameters on them
 - `exact_body`: a body's vertices on the patches, normals and areas
+- `slivers`: triangles that are all but lines are mended
 """
 
 from upholster.geometry.cad.exact_body import ExactBody, exact_body

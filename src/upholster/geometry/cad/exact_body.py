@@ -6,10 +6,14 @@ import numpy as np
 
 from upholster.errors import InputError
 from upholster.geometry.cad.exact_face import ExactFace, exact_face
+from upholster.geometry.cad.slivers import without_slivers
 from upholster.occt.records import BodyRecord, FaceRecord
-from upholster.types import FloatArray
+from upholster.types import FloatArray, IntArray
 
 __all__ = ["ExactBody", "exact_body"]
+
+_MENDED = 0.5
+"""Of the deviation, that triangles may move when slivers are mended."""
 
 _MOST_OFF = 10.0
 """Of the deviation, by which Open CASCADE's vertices may miss our face: else it is taken as it has it."""
@@ -26,6 +30,8 @@ class ExactBody:
         has them, on the edge's own curve.
     normals
         For each face (n, 3): unit normals at its vertices, outward.
+    triangles
+        For each face (t, 3), as `FaceRecord.seen`, with as few slivers as can be.
     faces
         For each its patches; None where that failed.
     areas
@@ -36,6 +42,7 @@ class ExactBody:
 
     positions: FloatArray
     normals: list[FloatArray]
+    triangles: list[IntArray]
     faces: list[ExactFace | None]
     areas: list[float]
     problems: list[str]
@@ -52,7 +59,7 @@ def exact_body(body: BodyRecord, deviation: float) -> ExactBody:
         How far triangles may lie from the faces, in the body's unit.
     """
     positions = body.positions.copy()
-    out = ExactBody(positions, [], [], [], [])
+    out = ExactBody(positions, [], [], [], [], [])
     for record in body.faces:
         try:
             face = exact_face(record)
@@ -72,6 +79,10 @@ def exact_body(body: BodyRecord, deviation: float) -> ExactBody:
         out.normals.append(-normals if record.reversed else normals)
         out.areas.append(face.area(record.uv, record.triangles))
         out.problems.append("")
+    for record, normals in zip(body.faces, out.normals, strict=True):
+        out.triangles.append(
+            without_slivers(positions[record.vertices], normals, record.uv, record.seen, _MENDED * deviation)
+        )
     return out
 
 

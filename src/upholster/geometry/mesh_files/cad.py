@@ -74,7 +74,7 @@ def read_cad_model(
         progress=progress,
     )
     bodies = [exact_body(body, record.deviation) for body in record.bodies]
-    if not any(len(face.seen) for body in record.bodies for face in body.faces):
+    if not any(len(face) for body in bodies for face in body.triangles):
         raise InputError("none of its faces can be covered; allowed: a model with one")
     raw = cad_scene(record, bodies, up or "z")
     raw.notes = [*_notes(record, bodies), *raw.notes]
@@ -145,8 +145,9 @@ def cad_scene(record: CadRecord, bodies: Sequence[ExactBody], up: str) -> RawMod
     build = _Builder()
     nodes: list[int] = []
     faces_of: list[tuple[BodyRecord, list[int]]] = []
+    axes = []
     for body, exact in zip(record.bodies, bodies, strict=True):
-        groups = _groups(body)
+        groups = _groups(body, exact)
         if not groups:
             continue
         primitives = [build.primitive(exact, body, faces) for faces in groups]
@@ -159,6 +160,7 @@ def cad_scene(record: CadRecord, bodies: Sequence[ExactBody], up: str) -> RawMod
                 node["matrix"] = matrix.T.ravel().tolist()
             nodes.append(build.add("nodes", node))
         faces_of += [(body, faces) for faces in groups]
+        axes += [_axes(body, exact, faces, up) for faces in groups]
     root: Json = {"name": "model", "children": nodes}
     if up == "z":
         root["rotation"] = [-(0.5**0.5), 0.0, 0.0, 0.5**0.5]
@@ -169,7 +171,7 @@ def cad_scene(record: CadRecord, bodies: Sequence[ExactBody], up: str) -> RawMod
     raw.metres = _METRES
     raw.contents = {}
     raw.parts = _named(raw.parts, faces_of)
-    raw.axes = np.concatenate([_axes(body, faces, up) for body, faces in faces_of])
+    raw.axes = np.concatenate(axes)
     return raw
 
 
@@ -194,18 +196,18 @@ def _named(parts: Sequence[ModelPart], faces_of: Sequence[tuple[BodyRecord, list
     ]
 
 
-def _groups(body: BodyRecord) -> list[list[int]]:
+def _groups(body: BodyRecord, exact: ExactBody) -> list[list[int]]:
     """Return the faces of each part: those of one name, colour and layer."""
     named = len(Counter(face.name for face in body.faces)) <= _MOST_NAMES
     out: dict[tuple[str, str, str], list[int]] = {}
     for number, face in enumerate(body.faces):
-        if len(face.seen):
+        if len(exact.triangles[number]):
             key = (face.name if named else "", face.colour or body.colour, face.layer or body.layer)
             out.setdefault(key, []).append(number)
     return list(out.values())
 
 
-def _axes(body: BodyRecord, faces: list[int], up: str) -> FloatArray:
+def _axes(body: BodyRecord, exact: ExactBody, faces: list[int], up: str) -> FloatArray:
     """Return the axes of some faces for each of their triangles, (T, 2, 3), where the body stands first."""
     place = body.places[0].matrix
     out = []
@@ -217,7 +219,7 @@ def _axes(body: BodyRecord, faces: list[int], up: str) -> FloatArray:
             axis[1] = place[:, :3] @ face.axis[1]
         if up == "y":
             axis = np.stack([axis[:, 0], -axis[:, 2], axis[:, 1]], axis=1)
-        out.append(np.broadcast_to(axis, (len(face.seen), 2, 3)))
+        out.append(np.broadcast_to(axis, (len(exact.triangles[number]), 2, 3)))
     return np.concatenate(out)
 
 
@@ -243,7 +245,7 @@ class _Builder:
             face = body.faces[number]
             positions.append(exact.positions[face.vertices])
             normals.append(exact.normals[number])
-            triangles.append(face.seen + first)
+            triangles.append(exact.triangles[number] + first)
             first += len(face.vertices)
         one = body.faces[faces[0]]
         entry: Json = {
