@@ -24,7 +24,7 @@ from upholster.image.source import Source, read_source, source_files, source_nam
 from upholster.joined import joined_model
 from upholster.lattice import find_lattice
 from upholster.lengths import parse_length, read_length
-from upholster.methods import Prepared, execute, kept_sample, matched_image, prepare
+from upholster.methods import Prepared, execute, kept_sample, matched_image, needs_patches, prepare
 from upholster.options import ModelOptions, SampleOptions, SynthesisOptions, WriteOptions
 from upholster.outputs import TexturedModel
 from upholster.quilt import Chart, Quilt
@@ -265,7 +265,13 @@ def read_coverings(
     """
     if not choices:
         assert exemplar is not None  # `check_samples` looked
-        covered = as_covered(on, reading, biquadratic=asked.method == "paper", progress=progress)
+        covered = as_covered(
+            on,
+            reading,
+            biquadratic=asked.method == "paper",
+            patches=needs_patches(asked),
+            progress=progress,
+        )
         notes += covered.notes
         source = read(exemplar)
         notes += source.notes if isinstance(source, Material) else ()

@@ -264,7 +264,7 @@ def write(
     found = None if exemplar is None else as_exemplar(exemplar)
     model = textured_model(
         texels,
-        surface=as_covered(surface).surface,
+        surface=as_covered(surface, patches=_are_on_patches(texels)).surface,
         quilt=quilt,
         exemplar=found,
         options=options,
@@ -273,3 +273,8 @@ def write(
     pages = atlas_pages([output], model.texels.charts, options)
     with outputs(output.files(model.maps, pages)) as files:
         write_output(output, model, files, progress=progress)
+
+
+def _are_on_patches(texels: Texels | Mapping[str, Texels]) -> bool:
+    base = texels.get("albedo") if isinstance(texels, Mapping) else texels
+    return isinstance(base, Texels) and isinstance(base.surface, Surface)

@@ -8,8 +8,17 @@ import numpy as np
 
 from upholster.charts.unwrap import unwrap
 from upholster.errors import InputError
-from upholster.geometry import AnySurface, MeshSurface, SurfaceLike, TriangleMesh, as_surface, surface_file
+from upholster.geometry import (
+    AnySurface,
+    MeshSurface,
+    Surface,
+    SurfaceLike,
+    TriangleMesh,
+    as_surface,
+    surface_file,
+)
 from upholster.geometry.mesh_files import ModelFile, read_model
+from upholster.geometry.patch_mesh import can_be_mesh, patch_mesh
 from upholster.options import ModelOptions
 from upholster.remembered import recalled
 from upholster.suffixes import is_model_name
@@ -56,9 +65,13 @@ def as_covered(
     options: ModelOptions | None = None,
     *,
     biquadratic: bool = False,
+    patches: bool = False,
     progress: Progress | None = None,
 ) -> Covered:
     """Return what is meant, meshes laid out flat.
+
+    A patch list (``.bpt``) with poles becomes a mesh: charts over its patches' own parameters would have
+    texels of very uneven size.
 
     Parameters
     ----------
@@ -68,6 +81,8 @@ def as_covered(
         How a model is read.
     biquadratic
         As for `as_surface`.
+    patches
+        Whether patch lists stay patches in any case.
     progress
         Called with stages "faces" and "mesh" while a CAD model is read, with "unwrap" while a mesh is laid
         out.
@@ -90,7 +105,20 @@ def as_covered(
         raise InputError(
             "part, uv, unit, up, deviation and unique are for models; allowed: none of them on other surfaces"
         )
-    return Covered(on if isinstance(on, MeshSurface) else as_surface(on, biquadratic=biquadratic))
+    if isinstance(on, MeshSurface):
+        return Covered(on)
+    of_patches, file = as_surface(on, biquadratic=biquadratic), surface_file(on)
+    listed = file is not None and file.lower().endswith((".bpt", ".bpt.txt"))
+    if patches or not listed or not of_patches.degenerate or not can_be_mesh(of_patches):
+        return Covered(of_patches)
+    return _without_poles(of_patches, progress)
+
+
+def _without_poles(surface: Surface, progress: Progress | None) -> Covered:
+    mesh = patch_mesh(surface)
+    flat, report = unwrap(mesh, progress=progress)
+    note = f"its patches have poles: covered as a mesh of {len(mesh.triangles):,} triangles on them"
+    return Covered(flat, None, (note, *report.notes))
 
 
 def covered_parts(

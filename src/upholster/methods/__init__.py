@@ -8,9 +8,19 @@ from upholster.methods.synthesis import (
     execute,
     kept_sample,
     matched_image,
+    needs_patches,
     prepare,
     settled_seed,
     synthesize,
 )
 
-__all__ = ["Prepared", "execute", "kept_sample", "matched_image", "prepare", "settled_seed", "synthesize"]
+__all__ = [
+    "Prepared",
+    "execute",
+    "kept_sample",
+    "matched_image",
+    "needs_patches",
+    "prepare",
+    "settled_seed",
+    "synthesize",
+]

@@ -37,7 +37,16 @@ from upholster.quilt.model import Quilt
 from upholster.quilt.warp_field import WarpField
 from upholster.types import FloatArray, IntArray, PixelArray, Progress
 
-__all__ = ["Prepared", "execute", "kept_sample", "matched_image", "prepare", "settled_seed", "synthesize"]
+__all__ = [
+    "Prepared",
+    "execute",
+    "kept_sample",
+    "matched_image",
+    "needs_patches",
+    "prepare",
+    "settled_seed",
+    "synthesize",
+]
 
 _ROUND = 1.25
 """A chart that meets itself is so many blocks round, at least."""
@@ -107,6 +116,14 @@ def kept_sample(exemplar: PixelArray | Material, options: SynthesisOptions) -> P
     if isinstance(exemplar, Material):
         return Material({role: kept(image) for role, image in exemplar.maps.items()})
     return kept(check_exemplar(exemplar))
+
+
+def needs_patches(options: SynthesisOptions) -> bool:
+    """Return whether what is asked for can be done on patches, and not on a mesh."""
+    along = options.direction
+    on_patches = callable(along) or (isinstance(along, str) and along.strip() in ("u", "v"))
+    turned = options.mirror or options.rotate
+    return options.method != "quilt" or turned or on_patches or isinstance(options.texels, tuple)
 
 
 def settled_seed(seed: int | None) -> int:
@@ -372,7 +389,7 @@ def synthesize(
     """
     wanted = chosen(SynthesisOptions, options, **choices)
     check_running(threads, progress)
-    seed, surface = settled_seed(seed), as_covered(surface).surface
+    seed, surface = settled_seed(seed), as_covered(surface, patches=needs_patches(wanted)).surface
     checked = matched_image(kept_sample(as_exemplar(exemplar), wanted), wanted)
     prepared = prepare(checked, surface, wanted)
     return execute(prepared, checked, surface, seed=seed, threads=threads, progress=progress)

@@ -1,0 +1,95 @@
+"""A surface of patches as triangles that hang together over shared edges and at poles."""
+
+import numpy as np
+
+from upholster.errors import InputError
+from upholster.geometry._mesh_state_kernels import join_pairs
+from upholster.geometry.surface import Surface
+from upholster.geometry.triangle_mesh import MAX_TRIANGLES, TriangleMesh
+from upholster.types import IntArray
+
+__all__ = ["can_be_mesh", "patch_mesh"]
+
+_DEVIATION = 1 / 1000
+"""Of the surface's size, that triangles may lie from polynomial patches, by a bound that is mostly twice as
+large as what they do."""
+
+_FEWEST, _MOST = 4, 32
+"""Parts of a patch each way."""
+
+
+def can_be_mesh(surface: Surface) -> bool:
+    """Return whether all edges that meet do so over their whole length, so that `patch_mesh` has no gaps."""
+    return all(seam.whole for seam in surface.shared)
+
+
+def patch_mesh(surface: Surface) -> TriangleMesh:
+    """Return a surface as triangles, with the patches' own normals.
+
+    All patches have as many parts each way, so that vertices meet where edges do. What lies between two
+    edges that nearly meet stays open.
+
+    Parameters
+    ----------
+    surface
+        Its shared edges meet over their whole length.
+
+    Raises
+    ------
+    InputError
+        If some meet over a part.
+    """
+    if not can_be_mesh(surface):
+        raise InputError("edges of the surface meet over parts; allowed: patches that share whole edges")
+    n = _parts(surface)
+    parameters = np.linspace(0.0, 1.0, n + 1)
+    frames = [patch.frames_grid(parameters, parameters) for patch in surface.patches]
+    positions, normals = (np.stack(part).reshape(-1, 3) for part in zip(*frames, strict=True))
+    numbers = np.arange(len(positions), dtype=np.int32).reshape(-1, n + 1, n + 1)
+    vertex = np.arange(len(positions), dtype=np.int32)
+    join_pairs(_pairs(surface, numbers), vertex)
+    a, b = numbers[:, :-1, :-1], numbers[:, 1:, :-1]
+    c, d = numbers[:, 1:, 1:], numbers[:, :-1, 1:]
+    quads = np.stack([np.stack([a, b, c], axis=-1), np.stack([a, c, d], axis=-1)], axis=-2)
+    corners = quads.reshape(-1, 3)
+    triangles = vertex[corners]
+    one, two, three = triangles.T
+    kept = (one != two) & (two != three) & (three != one)
+    used, compact = np.unique(triangles[kept], return_inverse=True)
+    return TriangleMesh(
+        positions[used],
+        compact.reshape(-1, 3).astype(np.int32),
+        normals=normals[corners[kept]],
+        name=surface.name or "surface",
+    )
+
+
+def _parts(surface: Surface) -> int:
+    """Return parts of a patch each way: by the second derivatives' bounds, from the nets' differences."""
+    bend = 0.0
+    for patch in surface.patches:
+        for axis, degree in enumerate(patch.degree):
+            if degree > 1:
+                second = np.linalg.norm(np.diff(patch.control_points, 2, axis=axis), axis=-1)
+                bend = max(bend, degree * (degree - 1) * float(second.max()))
+    wanted = np.sqrt(bend / (8 * _DEVIATION * surface.size))
+    most = int(np.sqrt(MAX_TRIANGLES / (2 * len(surface.patches))))
+    return max(1, min(most, int(np.clip(np.ceil(wanted), _FEWEST, _MOST))))
+
+
+def _pairs(surface: Surface, numbers: IntArray) -> IntArray:
+    """Return the pairs of vertices that are one, (P, 2): on shared edges and on degenerate ones."""
+    lines = (
+        lambda k: numbers[k, 0],
+        lambda k: numbers[k, :, -1],
+        lambda k: numbers[k, -1],
+        lambda k: numbers[k, :, 0],
+    )
+    pairs = [np.zeros((0, 2), np.int32)]
+    for seam in surface.shared:
+        here, there = lines[seam.edge](seam.patch), lines[seam.other_edge](seam.other_patch)
+        pairs.append(np.stack([here, there[::-1] if seam.opposed else there], axis=1))
+    for patch, edge in sorted(surface.degenerate):
+        line = lines[edge](patch)
+        pairs.append(np.stack([line[:-1], line[1:]], axis=1))
+    return np.concatenate(pairs)
