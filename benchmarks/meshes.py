@@ -3,6 +3,9 @@
 ``python -m benchmarks.meshes FOLDER|FILE … [-o OUT] [--sample IMAGE] [--texels N]``. Writes meshes.csv and a
 picture of each to OUT. A model that can not be covered is told by name, and the rest goes on.
 
+With ``--strokes N`` the only direction is that of N random strokes, and what is measured is how they are
+followed: see `asked_by_strokes`.
+
 With ``--refine N`` nothing is covered: the longest edges of each model are halved until it has N triangles,
 and it is written to OUT as PLY, for ``upholster cover``.
 """
@@ -12,7 +15,7 @@ import csv
 import itertools
 import time
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass, fields, replace
 from pathlib import Path
 from typing import cast
 
@@ -23,6 +26,7 @@ from rich.table import Table
 from upholster.charts.covered import as_covered
 from upholster.charts.mesh_directions import (
     asked_at_corners,
+    asked_by_strokes,
     default_mesh_direction,
     parse_mesh_direction,
 )
@@ -39,6 +43,7 @@ from upholster.options import SynthesisOptions
 from upholster.outputs import TexturedModel
 from upholster.quilt import paint
 from upholster.suffixes import CAD_SUFFIXES, is_model_name
+from upholster.types import FloatArray
 
 __all__ = ["Row", "main", "measured"]
 
@@ -86,7 +91,7 @@ class Row:
     said: str = ""
 
 
-def measured(model: Path, sample: Path, out: Path | None, options: SynthesisOptions) -> Row:
+def measured(model: Path, sample: Path, out: Path | None, options: SynthesisOptions, strokes: int = 0) -> Row:
     """Cover a model, measure it, and draw it where `out` names a folder."""
     image = read_exemplar(sample)
     clock = [time.perf_counter()]
@@ -94,6 +99,8 @@ def measured(model: Path, sample: Path, out: Path | None, options: SynthesisOpti
         covered = as_covered(model)
         surface = covered.surface
         assert isinstance(surface, MeshSurface)
+        if strokes:
+            options = replace(options, stroke=random_strokes(surface.mesh, strokes))
         clock.append(time.perf_counter())
         prepared = prepare(image, surface, options)
         clock.append(time.perf_counter())
@@ -109,8 +116,7 @@ def measured(model: Path, sample: Path, out: Path | None, options: SynthesisOpti
     assert prepared.scale is not None
     assert prepared.field is not None
     crease = CREASE if options.crease is None else options.crease
-    direction = cast(str | None, options.direction) or default_mesh_direction(surface.mesh)
-    asked = asked_at_corners(surface.mesh, parse_mesh_direction(direction), crease)
+    asked = _asked(surface.mesh, options, crease)
     if asked is None:
         asked = prepared.field.corner_vectors
     found = mesh_mapping(surface, quilt, scale=prepared.scale.scale, asked=asked)
@@ -144,6 +150,26 @@ def measured(model: Path, sample: Path, out: Path | None, options: SynthesisOpti
     )
 
 
+def _asked(mesh: TriangleMesh, options: SynthesisOptions, crease: float) -> FloatArray | None:
+    # At the triangles' corners (T, 3, 3); None: only the field knows.
+    if options.stroke is not None:
+        return asked_by_strokes(mesh, options.stroke, crease)
+    direction = cast(str | None, options.direction) or default_mesh_direction(mesh)
+    return asked_at_corners(mesh, parse_mesh_direction(direction), crease)
+
+
+def random_strokes(mesh: TriangleMesh, count: int) -> tuple[str, ...]:
+    """Return strokes, as texts, at random places of a mesh, each a random way along it."""
+    rng = np.random.default_rng(0)
+    triangles = rng.choice(len(mesh.triangles), count, p=mesh.areas / mesh.areas.sum())
+    along = np.cross(rng.normal(size=(count, 3)), mesh.flat_normals[triangles])
+    places = mesh.corners[triangles].mean(axis=1)
+    return tuple(
+        ":".join(",".join(map(repr, part)) for part in one)
+        for one in np.stack([places, along], axis=1).tolist()
+    )
+
+
 def refined(mesh: TriangleMesh, least: int) -> TriangleMesh:
     """Halve the longest edges of a mesh until it has so many triangles."""
     count = len(mesh.triangles)
@@ -166,6 +192,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     parser.add_argument("--texels", type=int)
     parser.add_argument("--block", type=int)
     parser.add_argument("--direction")
+    parser.add_argument("--strokes", type=int, default=0)
     parser.add_argument("--crease", type=float)
     parser.add_argument("--refine", type=int)
     asked = parser.parse_args(arguments)
@@ -191,7 +218,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     )
     rows = []
     for file in files:
-        rows.append(measured(file, asked.sample, asked.out, options))
+        rows.append(measured(file, asked.sample, asked.out, options, asked.strokes))
         print(*asdict(rows[-1]).values(), flush=True)
     table = Table(*(field.name for field in fields(Row)))
     for row in rows:

@@ -8,6 +8,7 @@ from meshes import box, height_field, sphere, torus, two_rings
 
 from upholster.charts.mesh_directions import (
     asked_at_corners,
+    asked_by_strokes,
     default_mesh_direction,
     mesh_directions,
     parse_mesh_direction,
@@ -80,6 +81,32 @@ def test_on_facets_that_stand_for_something_smooth_it_is_asked_for_by_its_normal
     # By their own normals facets are off by more.
     plain, _ = off(mesh, np.cross((0, 0, 1), mesh.flat_normals), level)
     assert plain[sloped].max() > 8
+
+
+@pytest.mark.parametrize("direction", ["level", "30", "1,2,3", "around:z"])
+def test_corners_have_what_is_asked_there_where_it_lies_along_the_surface(direction):
+    mesh = sphere(3)
+    asked = asked_at_corners(mesh, parse_mesh_direction(direction))
+    length = np.linalg.norm(asked, axis=2)
+    found = mesh_directions(mesh, direction).corner_vectors
+    cosine = np.abs(np.einsum("tki,tki->tk", found, asked)) / length
+    assert cosine[length > 0.5].min() > 1 - 1e-9
+    # Means of what the triangles about a vertex ask for are off by more.
+    means = mesh_directions(mesh, direction).vectors[mesh.triangles]
+    assert (np.abs(np.einsum("tki,tki->tk", means, asked)) / length)[length > 0.5].min() < 0.995
+
+
+def test_strokes_are_followed_at_corners_and_asked_for_near_their_places():
+    mesh = height_field(40)
+    strokes = np.array([[(0.5, 0.5, 0.1 * np.sin(2.5) * np.cos(2)), (1, 2, 0)]])
+    asked = asked_by_strokes(mesh, strokes)
+    apart = np.linalg.norm(mesh.corners.mean(axis=1) - strokes[0, 0], axis=1) / mesh.size
+    np.testing.assert_array_equal(np.linalg.norm(asked, axis=2).any(axis=1), apart < 0.03)
+    field = mesh_directions(mesh, "x", strokes=strokes)
+    near = apart < 0.03
+    assert near.any()
+    np.testing.assert_allclose(field.corner_vectors[near], asked[near], atol=1e-6)
+    np.testing.assert_allclose(asked[near].mean(axis=(0, 1))[:2], np.array([1, 2]) / np.sqrt(5), atol=0.1)
 
 
 def test_over_sharp_edges_each_side_is_asked_for_by_itself():

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from upholster.charts.axis_directions import AXIS_DIRECTIONS, axis_direction
 from upholster.charts.directions import Vectors
-from upholster.charts.mesh_directions import parse_mesh_direction
+from upholster.charts.mesh_directions import TriangleVectors, parse_mesh_direction
 from upholster.errors import InputError
 from upholster.geometry import TriangleMesh
 from upholster.geometry.mesh_files import ModelFile
@@ -76,15 +76,9 @@ def part_direction(model: ModelFile, wanted: str | Mapping[str, str]) -> Vectors
     vectors = np.zeros((len(centres), 3))
     for direction, mine in triangles_by_direction(model, wanted).items():
         vectors[mine] = _vectors(model, direction, centres)[mine]
-
-    def asked(points: FloatArray) -> FloatArray:
-        if not np.array_equal(points, centres):
-            raise ValueError("it is for the centres of one mesh's triangles")
-        return vectors
-
     named = {"": wanted} if isinstance(wanted, str) else wanted
-    asked.__name__ = ", ".join(f"{name}={value}" if name else value for name, value in named.items())
-    return asked
+    name = ", ".join(f"{name}={value}" if name else value for name, value in named.items())
+    return TriangleVectors(centres, vectors, name)
 
 
 def _vectors(model: ModelFile, direction: str, centres: FloatArray) -> FloatArray:

@@ -7,14 +7,16 @@ field, `singular` where it has no direction; `field` puts them together.
 """
 
 from upholster.charts.mesh_directions.asked import asked_at_corners
-from upholster.charts.mesh_directions.direction import MeshDirection, parse_mesh_direction
+from upholster.charts.mesh_directions.direction import MeshDirection, TriangleVectors, parse_mesh_direction
 from upholster.charts.mesh_directions.field import MeshField, default_mesh_direction, mesh_directions
-from upholster.charts.mesh_directions.strokes import parse_strokes
+from upholster.charts.mesh_directions.strokes import asked_by_strokes, parse_strokes
 
 __all__ = [
     "MeshDirection",
     "MeshField",
+    "TriangleVectors",
     "asked_at_corners",
+    "asked_by_strokes",
     "default_mesh_direction",
     "mesh_directions",
     "parse_mesh_direction",

@@ -7,7 +7,7 @@ normals that are interpolated, is asked for by the same normals; over edges that
 import numpy as np
 
 from upholster.charts.directions import Vectors
-from upholster.charts.mesh_directions.direction import MeshDirection
+from upholster.charts.mesh_directions.direction import MeshDirection, TriangleVectors
 from upholster.errors import InputError
 from upholster.geometry import TriangleMesh
 from upholster.geometry.corner_normals import CREASE, corner_normals
@@ -46,9 +46,9 @@ def asked_at_corners(
     if direction.kind == "level":
         along = np.cross((0.0, 0.0, 1.0), normals)
     else:
-        given = vectors_at(mesh, direction.vectors)
-        length = np.linalg.norm(given, axis=1, keepdims=True)
-        unit = (given / np.where(length > 0, length, 1.0))[:, None]
+        given = _vectors_at_corners(mesh, direction.vectors)
+        length = np.linalg.norm(given, axis=2, keepdims=True)
+        unit = given / np.where(length > 0, length, 1.0)
         along = unit - (unit * normals).sum(axis=2, keepdims=True) * normals
     flat = np.broadcast_to(mesh.flat_normals[:, None], normals.shape)
     laid, angle = laid_over(along, normals, flat), np.radians(direction.angle)
@@ -93,16 +93,32 @@ def vectors_at(mesh: TriangleMesh, vectors: Vectors | FloatArray | None) -> Floa
         corners: FloatArray = vectors[mesh.triangles].mean(axis=1)
         return corners
     assert vectors is not None
-    centres = mesh.corners.mean(axis=1)
+    return _values(vectors, mesh.corners.mean(axis=1))
+
+
+def _vectors_at_corners(mesh: TriangleMesh, vectors: Vectors | FloatArray | None) -> FloatArray:
+    # (T, 3, 3): of what is known for triangles alone the same at all three corners.
+    centres = vectors_at(mesh, vectors)
+    if isinstance(vectors, np.ndarray):
+        corners: FloatArray = vectors[mesh.triangles]
+        return corners
+    assert vectors is not None
+    if isinstance(vectors, TriangleVectors):
+        return np.repeat(centres[:, None], 3, axis=1)
+    return _values(vectors, mesh.corners.reshape(-1, 3)).reshape(-1, 3, 3)
+
+
+def _values(vectors: Vectors, points: FloatArray) -> FloatArray:
+    """Return what a function says at points (n, 3), checked, and made shorter alike where it is long."""
     try:
-        found = np.asarray(vectors(centres), np.float64)
+        found = np.asarray(vectors(points), np.float64)
     except (TypeError, ValueError) as error:
         raise InputError(f"direction: the function fails: {error}".splitlines()[0]) from None
-    if found.shape != centres.shape:
-        raise InputError(f"direction: the function returns shape {found.shape}; allowed: {centres.shape}")
+    if found.shape != points.shape:
+        raise InputError(f"direction: the function returns shape {found.shape}; allowed: {points.shape}")
     bad = ~np.isfinite(found).all(axis=1)
     if bad.any():
-        place = ", ".join(f"{x:.4g}" for x in centres[bad.argmax()])
+        place = ", ".join(f"{x:.4g}" for x in points[bad.argmax()])
         raise InputError(f"direction is not finite at ({place}); allowed: finite vectors")
     # Their lengths do not matter, and must not overflow.
     unit: FloatArray = found / np.maximum(np.abs(found).max(), 1e-300)

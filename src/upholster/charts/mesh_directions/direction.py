@@ -10,12 +10,33 @@ from upholster.charts.directions import NUMBER, Vectors, parse_direction
 from upholster.errors import InputError
 from upholster.types import FloatArray
 
-__all__ = ["MeshDirection", "parse_mesh_direction"]
+__all__ = ["MeshDirection", "TriangleVectors", "parse_mesh_direction"]
 
 ALLOWED = (
     "level, smooth, curvature, edges, degrees from level, x, y or z, a vector x,y,z, "
     "or around: and one of these axes"
 )
+
+
+@dataclass(frozen=True, eq=False)
+class TriangleVectors:
+    """A function of points that knows its values at the centres of one mesh's triangles alone.
+
+    Attributes
+    ----------
+    centres, vectors
+        (T, 3) the triangles' centres, and what is asked for there.
+    """
+
+    centres: FloatArray
+    vectors: FloatArray
+    __name__: str
+
+    def __call__(self, points: FloatArray) -> FloatArray:
+        """Return the vectors at the triangles' centres; other points are a ValueError."""
+        if not np.array_equal(points, self.centres):
+            raise ValueError("it is for the centres of one mesh's triangles")
+        return self.vectors
 
 
 @dataclass(frozen=True, slots=True, eq=False)

@@ -43,9 +43,10 @@ class MeshField(Shown):
     face_vectors
         (T, 3) float64, read-only: unit tangents of the triangles.
     corner_vectors
-        (T, 3, 3) float64, read-only: unit vectors at the triangles' corners, tangent to the mean plane there:
-        one for all triangles round a vertex over whose common edges the field goes on, each in the branch
-        nearest to its triangle's.
+        (T, 3, 3) float64, read-only: unit vectors at the triangles' corners. What is asked for there, in the
+        triangle's plane, as far as something is. Else tangent to the mean plane there, one for all triangles
+        round a vertex over whose common edges the field goes on. Each in the branch nearest to its
+        triangle's.
     fold
         1, 2 or 4: opposite directions, or those at right angles too, count as one in the field. At least the
         texture's symmetry; more where what was asked for has no sign, or a sense that may turn about over a
@@ -143,7 +144,7 @@ def mesh_directions(
     frames = plane_frames(mesh, crease)
     wish = wish_of(mesh, frames, wanted, crease)
     if drawn is not None:
-        wish = with_strokes(mesh, frames, wish, drawn)
+        wish = with_strokes(mesh, frames, wish, drawn, crease)
     # What runs to the right on either side of a ridge runs opposite ways: the field is one of lines, and each
     # triangle has the sense that was asked for.
     signed = wish.fold == 1 and bool(wish.confidence.any()) and wanted.kind != "smooth"
@@ -165,12 +166,15 @@ def mesh_directions(
         turn = np.radians(wanted.angle)
         z = z * complex(np.cos(turn), -np.sin(turn))
     face_vectors = frames.vectors(z)
+    corners = _at_corners(mesh, frames, face_vectors, fold)
+    if wish.corners is not None:
+        corners = _as_asked(frames, corners, face_vectors, wish.corners, fold)
     index = indices_at_vertices(mesh, frames, z, fold)
     return MeshField(
         mesh,
         frozen_array(_means(frames, mesh.triangles, len(mesh.positions), face_vectors, fold)[0]),
         frozen_array(face_vectors),
-        frozen_array(_at_corners(mesh, frames, face_vectors, fold)),
+        frozen_array(corners),
         fold,
         frozen_array(jumps_over_edges(mesh, frames, z, fold)),
         frozen_array(index),
@@ -234,3 +238,23 @@ def _at_corners(mesh: TriangleMesh, frames: PlaneFrames, face_vectors: FloatArra
             take_branches(face_vectors, normals[fan[:, k]], fold, one)
             corners[:, k] = one
     return corners
+
+
+def _as_asked(
+    frames: PlaneFrames, corners: FloatArray, face_vectors: FloatArray, asked: FloatArray, fold: int
+) -> FloatArray:
+    """Return vectors at corners, brought to those asked for, (T, 3, 3), as far as these are long.
+
+    What triangles ask for, averaged at their vertices, would be off by several degrees where they are large
+    for how the surface bends; and over edges that are drawn sharp neither side would have what it asks for.
+    """
+    confidence = np.sqrt(np.einsum("tki,tki->tk", asked, asked))[..., None]
+    wanted = asked / np.maximum(confidence, 1e-12)
+    for k in range(3):
+        one = np.ascontiguousarray(wanted[:, k])
+        take_branches(face_vectors, frames.normals, fold, one)
+        wanted[:, k] = one
+    mixed = corners + np.minimum(confidence, 1.0) * (wanted - corners)
+    length = np.sqrt(np.einsum("tki,tki->tk", mixed, mixed))[..., None]
+    out: FloatArray = np.where(length > 1e-6, mixed / np.maximum(length, 1e-6), corners)
+    return out

@@ -10,18 +10,22 @@ from numpy.typing import ArrayLike
 
 from upholster.charts.directions import NUMBER
 from upholster.charts.mesh_directions._kernels import near_by, nearest_triangles
-from upholster.charts.mesh_directions.frames import PlaneFrames, power
+from upholster.charts.mesh_directions.asked import laid_over, shading_normals
+from upholster.charts.mesh_directions.frames import PlaneFrames, plane_frames, power
 from upholster.charts.mesh_directions.wishes import Wish
 from upholster.errors import InputError
 from upholster.geometry import TriangleMesh
 from upholster.types import FloatArray
 
-__all__ = ["Strokes", "parse_strokes", "with_strokes"]
+__all__ = ["Strokes", "asked_by_strokes", "parse_strokes", "with_strokes"]
 
 Strokes = str | Path | ArrayLike | Sequence[str | Path]
 """What `parse_strokes` takes."""
 
 MOST_STROKES = 10_000
+
+_SHOWN = 0.03
+"""How far round its place the texture follows a stroke, as a part of the model's size."""
 
 _HELD = 0.05
 """How far round its place the field follows a stroke, as a part of the model's size."""
@@ -34,6 +38,9 @@ _AROUND = 0.16
 
 _FARTHEST = 0.1
 """How far from the surface a stroke may lie, as a part of the model's size."""
+
+_LEAST_ALONG = 0.05
+"""Sine of the angle between a stroke and the normal at its place: with less it has no direction there."""
 
 ALLOWED = "x,y,z:dx,dy,dz, a JSON file, or numbers of shape (n, 2, 3)"
 
@@ -65,14 +72,46 @@ def parse_strokes(wanted: Strokes) -> FloatArray:
     return strokes
 
 
-def with_strokes(mesh: TriangleMesh, frames: PlaneFrames, wish: Wish, strokes: FloatArray) -> Wish:
-    """Return a wish that follows strokes (S, 2, 3) near their places.
+def with_strokes(
+    mesh: TriangleMesh, frames: PlaneFrames, wish: Wish, strokes: FloatArray, crease: float | None = None
+) -> Wish:
+    """Return a wish that follows strokes (S, 2, 3) near their places; `crease` as of `mesh_directions`.
 
     Raises
     ------
     InputError
         If a stroke lies far from the surface, or at right angles to it.
     """
+    along, distance = _near_strokes(mesh, frames, strokes)
+    drawn = frames.numbers(along)
+    length = np.sqrt(drawn.real**2 + drawn.imag**2)
+    here = length > 0
+    # Blocks show the mean of the field over some way: it holds a little farther than the texture shall.
+    near = np.where(here, np.clip((_FADED - distance) / (_FADED - _HELD), 0.0, 1.0), 0.0)
+    unit = np.where(here, drawn / np.where(here, length, 1.0), 1.0)
+    kept = np.clip((distance - _FADED) / (_AROUND - _FADED), 0.0, 1.0)
+    drawn_over = np.where(near > 0, power(unit, wish.fold), wish.power)
+    corners = near[:, None, None] * _at_corners(mesh, along, crease)
+    if wish.corners is not None:
+        corners = corners + kept[:, None, None] * wish.corners
+    return Wish(drawn_over, np.where(near > 0, near, kept * wish.confidence), wish.fold, 0.0, corners)
+
+
+def asked_by_strokes(mesh: TriangleMesh, strokes: Strokes, crease: float | None = None) -> FloatArray:
+    """Return what strokes ask of the texture, (T, 3, 3), as `asked_at_corners` does: 0 but near them.
+
+    That is within 3 % of the model's size, on what hangs together with a stroke's place.
+    """
+    frames = plane_frames(mesh, crease)
+    along, distance = _near_strokes(mesh, frames, parse_strokes(strokes))
+    return np.where((distance < _SHOWN)[:, None, None], _at_corners(mesh, along, crease), 0.0)
+
+
+def _near_strokes(
+    mesh: TriangleMesh, frames: PlaneFrames, strokes: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    # The direction of the nearest stroke (T, 3), of length 1, and how far away its place is, as a part of the
+    # model's size: 0 and `_AROUND` where none is near.
     centres = mesh.corners.mean(axis=1)
     radii = np.sqrt(((mesh.corners - centres[:, None]) ** 2).sum(axis=2).max(axis=1)) * (1 + 1e-12)
     points = np.ascontiguousarray(strokes[:, 0])
@@ -84,25 +123,27 @@ def with_strokes(mesh: TriangleMesh, frames: PlaneFrames, wish: Wish, strokes: F
             f"stroke at {_written(points[n])} lies {away[n]:.4g} from the surface; "
             f"allowed: at most {_FARTHEST * mesh.size:.4g}"
         )
-    which, nearness = np.empty(len(centres), np.int32), np.empty(len(centres))
-    near_by(frames.across, centres, seeds, points, _AROUND * mesh.size, which, nearness)
     along = strokes[:, 1] / np.abs(strokes[:, 1]).max(axis=1, keepdims=True)
     along = along / np.sqrt(np.einsum("ij,ij->i", along, along))[:, None]
-    drawn = frames.numbers(along[which])
-    length = np.sqrt(drawn.real**2 + drawn.imag**2)
-    if (length[seeds] < 0.05).any():
-        n = int(length[seeds].argmin())
+    upright = np.abs(np.einsum("ij,ij->i", along, frames.normals[seeds]))
+    if (upright > 1 - _LEAST_ALONG**2 / 2).any():
+        n = int(upright.argmax())
         raise InputError(
             f"stroke at {_written(points[n])} is at right angles to the surface; allowed: along it"
         )
-    here = (which >= 0) & (length > 0)
-    distance = (1 - nearness) * _AROUND
-    # Blocks show the mean of the field over some way: it holds a little farther than the texture shall.
-    near = np.where(here, np.clip((_FADED - distance) / (_FADED - _HELD), 0.0, 1.0), 0.0)
-    unit = np.where(here, drawn / np.where(here, length, 1.0), 1.0)
-    kept = wish.confidence * np.clip((distance - _FADED) / (_AROUND - _FADED), 0.0, None)
-    drawn_over = np.where(near > 0, power(unit, wish.fold), wish.power)
-    return Wish(drawn_over, np.where(near > 0, near, kept), wish.fold, least=0.0)
+    which, nearness = np.empty(len(centres), np.int32), np.empty(len(centres))
+    near_by(frames.across, centres, seeds, points, _AROUND * mesh.size, which, nearness)
+    return np.where((which >= 0)[:, None], along[which], 0.0), (1 - nearness) * _AROUND
+
+
+def _at_corners(mesh: TriangleMesh, along: FloatArray, crease: float | None) -> FloatArray:
+    # Directions (T, 3) on the smooth surface, at the triangles' corners (T, 3, 3), of length 1 or 0.
+    normals = shading_normals(mesh, crease)
+    lying = along[:, None] - np.einsum("ti,tki->tk", along, normals)[..., None] * normals
+    laid = laid_over(lying, normals, np.broadcast_to(mesh.flat_normals[:, None], normals.shape))
+    length = np.sqrt(np.einsum("tki,tki->tk", laid, laid))[..., None]
+    unit: FloatArray = np.where(length > 0, laid / np.where(length > 0, length, 1.0), 0.0)
+    return unit
 
 
 def _of_text(text: str) -> FloatArray:

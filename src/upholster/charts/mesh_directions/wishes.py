@@ -1,12 +1,12 @@
 """What a direction asks for on each triangle of a mesh."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from upholster.charts._multigrid_kernels import ComplexArray
-from upholster.charts.mesh_directions.asked import laid_over, shading_normals, vectors_at
-from upholster.charts.mesh_directions.direction import MeshDirection
+from upholster.charts.mesh_directions.asked import asked_at_corners, laid_over, shading_normals, vectors_at
+from upholster.charts.mesh_directions.direction import MeshDirection, TriangleVectors
 from upholster.charts.mesh_directions.frames import PlaneFrames, power
 from upholster.charts.mesh_directions.solving import spread_evenly
 from upholster.errors import InputError
@@ -46,12 +46,16 @@ class Wish:
     least
         Part of a region's area that must have a wish, for the region to follow it: a few bad triangles of a
         flat side have none.
+    corners
+        (T, 3, 3) what is asked for at the triangles' corners, in their planes, as long as it is confident
+        there; None where it is known for triangles alone.
     """
 
     power: ComplexArray
     confidence: FloatArray
     fold: int = 1
     least: float = 1e-3
+    corners: FloatArray | None = None
 
 
 def wish_of(mesh: TriangleMesh, frames: PlaneFrames, direction: MeshDirection, crease: float | None) -> Wish:
@@ -68,7 +72,9 @@ def wish_of(mesh: TriangleMesh, frames: PlaneFrames, direction: MeshDirection, c
     if direction.kind == "level":
         normals = _mean_normals(mesh, frames, crease)
         level = laid_over(np.cross((0.0, 0.0, 1.0), normals), normals, frames.normals)
-        return _projected(frames, level, 1.0, _LEVEL)
+        return replace(
+            _projected(frames, level, 1.0, _LEVEL), corners=_corners(mesh, direction, crease, _LEVEL)
+        )
     if direction.kind == "curvature":
         return _along_curvature(mesh, frames)
     if direction.kind == "edges":
@@ -81,7 +87,19 @@ def wish_of(mesh: TriangleMesh, frames: PlaneFrames, direction: MeshDirection, c
         raise InputError(
             f"direction {direction.text!r} is nowhere along the surface; allowed: one that is somewhere"
         )
-    return wish
+    if isinstance(direction.vectors, TriangleVectors):
+        return wish
+    return replace(wish, corners=_corners(mesh, direction, crease, _VECTOR))
+
+
+def _corners(
+    mesh: TriangleMesh, direction: MeshDirection, crease: float | None, limits: tuple[float, float]
+) -> FloatArray:
+    asked = asked_at_corners(mesh, direction, crease)
+    assert asked is not None
+    length = np.sqrt(np.einsum("tki,tki->tk", asked, asked))[..., None]
+    corners: FloatArray = asked * (_stepped(length, *limits) / np.maximum(length, 1e-300))
+    return corners
 
 
 def _mean_normals(mesh: TriangleMesh, frames: PlaneFrames, crease: float | None) -> FloatArray:
