@@ -42,7 +42,7 @@ from upholster.export import (
 from upholster.files import Outputs
 from upholster.geometry import AnySurface, MeshSurface
 from upholster.geometry.mesh_files import ModelFile
-from upholster.image import Material, from_linear, write_image
+from upholster.image import Material, encode_image, from_linear, write_image
 from upholster.image.source import source_parts
 from upholster.lengths import parse_length
 from upholster.measure import Solid, check_solid, shown_length, solid_lines
@@ -98,6 +98,9 @@ _MODEL_SUFFIXES: dict[str, Kind] = {
 }
 _DISPLACED_SUFFIXES = (".obj", ".ply")
 """Models that hold triangles alone where these are displaced."""
+
+_POSTER_SIZE, _POSTER_VIEW, _POSTER_QUADS, _POSTER_QUALITY = (320, 240), (30.0, 30.0), 4000, 20
+"""Of a page's poster: the viewer begins with this view."""
 
 _IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg", ".webp", ".exr")
 
@@ -504,6 +507,13 @@ def textured_model(
     return TexturedModel(surface, base, options or WriteOptions(), threads, quilt, exemplar, others)
 
 
+def _poster(model: TexturedModel) -> bytes:
+    """Return a small picture of a model, as WebP: what a page shows before its scripts run."""
+    options = replace(model.options, size=_POSTER_SIZE, view=_POSTER_VIEW, quads=_POSTER_QUADS)
+    picture = replace(model, options=options).picture()
+    return encode_image(from_linear(picture, "uint8"), "webp", quality=_POSTER_QUALITY)
+
+
 def _painted_from(maps: Mapping[str, Texels]) -> PixelArray | Material | None:
     """Return the exemplar that texels know of, of several maps the material."""
     known = {role: texels.exemplar for role, texels in maps.items() if texels.exemplar is not None}
@@ -529,7 +539,7 @@ def write_output(
         case "uph":
             places[0].write_bytes(model.stream)
         case "html":
-            write_html(places[0], model.stream, title=output.path.stem)
+            write_html(places[0], model.stream, title=output.path.stem, poster=_poster(model))
         case "npz":
             write_npz(places[0], model.texels, maps=model.maps)
         case "atlas":

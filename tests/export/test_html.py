@@ -98,6 +98,16 @@ def test_only_its_own_scripts_run_and_nothing_is_fetched() -> None:
     assert text.index("Content-Security-Policy") < text.index("<style>")
 
 
+def test_a_poster_is_seen_before_any_script() -> None:
+    poster = np.random.default_rng(4).bytes(100)
+    made = html_page(b"", title=HOSTILE, viewer=b"", worker=b"", poster=poster).decode()
+    ((alt, data),) = re.findall(r'<img id="poster" alt="([^"]*)" src="data:image/webp;base64,([^"]*)">', made)
+    assert html.unescape(alt) == HOSTILE
+    assert base64.b64decode(data) == poster
+    assert "; img-src data:; " in made
+    assert made.index(data) < made.index('<script type="application/octet-stream"')
+
+
 def test_names_are_escaped() -> None:
     text = page(title=HOSTILE).decode()
     (title,) = re.findall(r"<title>(.*?)</title>", text)
@@ -237,4 +247,20 @@ def test_the_shipped_viewer_opens_from_disk(browser: Any, tmp_path: Path, woven:
     tab, found = opened(browser, tmp_path / "a.html")
     whole = "() => document.querySelector('upholster-viewer')?.model?.complete"
     tab.wait_for_function(whole, timeout=PATIENCE)
-    assert [line for line in found if not line.startswith(("data:text/javascript,", "blob:"))] == []
+    # The poster is there until then.
+    tab.wait_for_selector("#poster", state="detached", timeout=PATIENCE)
+    allowed = ("data:text/javascript,", "data:image/webp;", "blob:")
+    assert [line for line in found if not line.startswith(allowed)] == []
+
+
+@pytest.mark.browser
+def test_the_shipped_page_shows_a_picture_without_scripts(browser: Any, tmp_path: Path, woven: Any) -> None:
+    exemplar, surface, quilt = woven
+    texels = upholster.paint(quilt, exemplar)
+    upholster.write(tmp_path / "a.html", surface, texels, quilt=quilt, exemplar=exemplar)
+    tab, found = opened(browser, tmp_path / "a.html", java_script_enabled=False)
+    tab.wait_for_selector("#poster", timeout=PATIENCE)
+    assert tab.locator("#poster").bounding_box()["height"] == tab.viewport_size["height"]
+    assert tab.locator("#poster").evaluate("(image) => image.naturalWidth") == 320
+    assert found == []
+    assert "needs JavaScript" in tab.inner_text("body")

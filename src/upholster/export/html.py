@@ -22,6 +22,9 @@ _STYLE = """
 html, body { height: 100%; margin: 0 }
 p { max-width: 32em; margin: 0 auto; padding: 3em 1em }
 upholster-viewer { display: block; width: 100%; height: 100% }
+noscript p, #note { position: relative; z-index: 2; padding: 1em; background: Canvas }
+#poster { position: fixed; inset: 0; z-index: 1; width: 100%; height: 100%; object-fit: contain }
+#poster { pointer-events: none }
 """
 
 _PAGE = """<!doctype html>
@@ -40,6 +43,7 @@ _PAGE = """<!doctype html>
 <body>
 <noscript><p>This page shows a textured model. It needs JavaScript, which is switched off.</p></noscript>
 <p id="note" hidden></p>
+{poster}
 <!--
 {licence}
 -->
@@ -50,7 +54,9 @@ _PAGE = """<!doctype html>
 """
 
 
-def write_html(path: str | os.PathLike[str], stream: bytes, *, title: str = "upholster") -> None:
+def write_html(
+    path: str | os.PathLike[str], stream: bytes, *, title: str = "upholster", poster: bytes = b""
+) -> None:
     """Write a stream, the viewer and all that it needs as one HTML file, which needs no network.
 
     Parameters
@@ -61,21 +67,24 @@ def write_html(path: str | os.PathLike[str], stream: bytes, *, title: str = "uph
         Bytes of a .uph stream, whole or cut, see `upholster.encode_stream`.
     title
         Of the page; any text.
+    poster
+        Bytes of a WebP picture of the model, which the page shows until the viewer has all of it, or for good
+        where scripts are switched off; none by default.
     """
-    Path(path).write_bytes(viewer_page(stream, title=title))
+    Path(path).write_bytes(viewer_page(stream, title=title, poster=poster))
 
 
-def viewer_page(stream: bytes, *, title: str = "upholster") -> bytes:
+def viewer_page(stream: bytes, *, title: str = "upholster", poster: bytes = b"") -> bytes:
     """Return the page that `write_html` writes: UTF-8, with the viewer that comes with upholster."""
     shipped = resources.files("upholster") / "web"
     viewer, worker, rare = (
         (shipped / name).read_bytes() for name in ("upholster-viewer.js", "uph-worker.js", "uph-rare.js")
     )
     # Nothing can be loaded later: what few streams need of the decoder comes with it.
-    return html_page(stream, title=title, viewer=viewer, worker=rare + worker)
+    return html_page(stream, title=title, viewer=viewer, worker=rare + worker, poster=poster)
 
 
-def html_page(stream: bytes, *, title: str, viewer: bytes, worker: bytes) -> bytes:
+def html_page(stream: bytes, *, title: str, viewer: bytes, worker: bytes, poster: bytes = b"") -> bytes:
     """Return a page of a stream and any viewer: UTF-8, the same bytes for the same input.
 
     The scripts are gzipped, and unpacked by the browser's own ``DecompressionStream``. A content security
@@ -83,7 +92,7 @@ def html_page(stream: bytes, *, title: str, viewer: bytes, worker: bytes) -> byt
 
     Parameters
     ----------
-    stream, title
+    stream, title, poster
         As there.
     viewer
         An ES module without imports, UTF-8, that defines the element ``upholster-viewer``: its attribute
@@ -97,6 +106,7 @@ def html_page(stream: bytes, *, title: str, viewer: bytes, worker: bytes) -> byt
         "default-src": "'none'",
         "script-src": f"{_digest(script.encode())} {_digest(viewer)}",
         "worker-src": "data:",
+        **({"img-src": "data:"} if poster else {}),
         "style-src": _digest(_STYLE.encode()),
         "base-uri": "'none'",
         "form-action": "'none'",
@@ -112,6 +122,7 @@ def html_page(stream: bytes, *, title: str, viewer: bytes, worker: bytes) -> byt
         title=html.escape(title),
         licence=(resources.files("upholster") / "web" / "LICENSES.txt").read_text(encoding="utf-8").strip(),
         style=_STYLE,
+        poster=_poster(poster, title),
         parts="\n".join(
             f'<script type="application/octet-stream" id="{name}" data-bytes="{len(data)}">'
             f"{printable(data)}</script>"
@@ -120,6 +131,13 @@ def html_page(stream: bytes, *, title: str, viewer: bytes, worker: bytes) -> byt
         script=script,
     )
     return page.encode()
+
+
+def _poster(poster: bytes, title: str) -> str:
+    if not poster:
+        return ""
+    data = base64.b64encode(poster).decode()
+    return f'<img id="poster" alt="{html.escape(title)}" src="data:image/webp;base64,{data}">'
 
 
 def printable(data: bytes) -> str:

@@ -48,6 +48,13 @@
       // From a file's page Chromium starts no module worker of a blob: URL.
       element.setAttribute('worker', 'data:text/javascript,' + encodeURIComponent(worker))
       document.body.appendChild(element)
+      // The picture of the whole model stays until the viewer has that, or cannot, or somebody takes hold of it.
+      ;['complete', 'error', 'pointerdown', 'keydown'].forEach(function (type) {
+        element.addEventListener(type, function () {
+          var poster = document.getElementById('poster')
+          if (poster) poster.remove()
+        })
+      })
       return element.open(stream)
     })
   }
