@@ -19,7 +19,7 @@ sys.path.insert(0, str(Path(__file__).parent / "stream"))
 from mesh_quilts import charts_of, icosphere, sheets, soup
 from streams import bent, changed, covered, leaning, noise, stream, woven
 
-from upholster.codec import ImageHeader
+from upholster.codec import ImageHeader, decode, encode
 from upholster.geometry import Surface, surface_from_spec
 from upholster.quilt import Chart, Quilt
 from upholster.quilt.placement import PLACEMENT, mask_sizes
@@ -69,6 +69,23 @@ def vectors() -> Any:
         quilt = sheets(rng, charts, (64, 72), 60, bent(rng, charts))
         yield name, encode_stream(mesh, quilt, noise(64, 72))
     yield "centre_matrices", encode_stream(*leaning(spec="cone", texels=5_000))
+    surface, quilt, exemplar = woven("torus", texels=8_000)
+    height, width = exemplar.shape[:2]
+    depth = noise(height, width, 1, np.float32, seed=2)
+    yield (
+        "material",
+        encode_stream(
+            surface, quilt, exemplar, maps={"normal": noise(height, width, seed=1), "height": depth}
+        ),
+    )
+
+
+def images() -> Any:
+    """Yield the name and the bytes of each image."""
+    yield "ordinary", encode(noise(48, 56))
+    yield "lossless", encode(noise(48, 56, 4), lossless=True)
+    yield "haar_16_bit", encode(noise(48, 56, 1, np.uint16), wavelet="haar")
+    yield "float", encode(noise(31, 57, 2, np.float32))
 
 
 def refused() -> Any:
@@ -176,8 +193,20 @@ def hashes(decoder: Any) -> Any:
         "placements": _hash(np.concatenate(columns, axis=1)),
         "cells": _hash(quilt.mask_cells),
         "exemplar": _hash(decoder.exemplar()),
-        "texels": _hash(np.concatenate([array.reshape(-1) for array in decoder.texels(threads=1).arrays])),
+        "texels": _hash_of_texels(decoder, "albedo"),
+        **{role: _hash_of_texels(decoder, role) for role in decoder.roles[1:]},
     }
+
+
+def _hash_of_texels(decoder: Any, role: str) -> Any:
+    arrays = decoder.texels(role, threads=1).arrays
+    return _hash(np.concatenate([array.reshape(-1) for array in arrays]))
+
+
+def images_at(data: bytes) -> Any:
+    """What an image decodes to, at three lengths."""
+    lengths = [len(data) // 3, 2 * len(data) // 3, len(data)]
+    return {str(length): _hash(decode(data[:length]).image) for length in lengths}
 
 
 def _hash(array: Any) -> Any:
@@ -191,6 +220,12 @@ if __name__ == "__main__":
         if not path.exists():
             path.write_bytes(data)
             path.with_suffix(".json").write_text(json.dumps(decoded(data), indent=1) + "\n")
+            print(f"{path.name}: {len(data)} bytes")
+    for name, data in images():
+        path = FOLDER / f"{name}.ezw"
+        if not path.exists():
+            path.write_bytes(data)
+            path.with_suffix(".json").write_text(json.dumps(images_at(data), indent=1) + "\n")
             print(f"{path.name}: {len(data)} bytes")
     REFUSED.mkdir(exist_ok=True)
     for name, data in refused():

@@ -125,3 +125,9 @@ def test_the_largest_images_that_a_small_file_may_declare_take_less_than_256_mib
 def test_an_image_too_thin_for_its_channels_is_refused():
     with pytest.raises(InputError, match="too thin for 0 levels: 9,437,620 places"):
         encode_parts(np.zeros((65535, 1, 48), np.uint8))
+
+
+@pytest.mark.parametrize(("version", "what"), [("0", "never released"), ("2", "a newer upholster reads it")])
+def test_other_versions_are_refused_by_their_number(version, what):
+    with pytest.raises(FormatError, match=f"byte 3: version is {version}; allowed: 1; .*{what}"):
+        decode(b"EZW" + version.encode() + bytes(40))

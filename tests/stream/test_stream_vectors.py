@@ -10,15 +10,25 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 
-from make_vectors import hashes
+from make_vectors import hashes, images_at
 
 from upholster.stream import StreamDecoder, read_stream
 
 VECTORS = sorted((Path(__file__).parents[1] / "vectors").glob("*.uph"))
 
 
+IMAGES = sorted((Path(__file__).parents[1] / "vectors").glob("*.ezw"))
+
+
 def test_there_are_vectors() -> None:
-    assert len(VECTORS) >= 6
+    assert len(VECTORS) >= 13
+    assert len(IMAGES) >= 4
+
+
+@pytest.mark.parametrize("path", IMAGES, ids=lambda path: path.stem)
+def test_an_image_decodes_as_frozen(path: Any) -> None:
+    data = path.read_bytes()
+    assert images_at(data) == json.loads(path.with_suffix(".json").read_text())
 
 
 @pytest.mark.parametrize("path", VECTORS, ids=lambda path: path.stem)

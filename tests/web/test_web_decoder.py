@@ -289,6 +289,17 @@ def test_vectors_decode_as_frozen(tmp_path: Any) -> None:
         for one, other in zip(got, want.values(), strict=True):
             keys = ("needed",) if "needed" in other else ("exemplar", "texels")
             assert [one[key] for key in keys] == [other[key] for key in keys]
+            maps = {role: texels for role, _, texels, _ in one.get("maps", [])}
+            assert maps == {role: other[role] for role in maps}
+
+
+def test_images_decode_as_frozen(tmp_path: Any) -> None:
+    paths = sorted((ROOT / "tests" / "vectors").glob("*.ezw"))
+    wanted = [json.loads(path.with_suffix(".json").read_text()) for path in paths]
+    found = _in_browser(
+        tmp_path, [("v.ezw", path.read_bytes(), want) for path, want in zip(paths, wanted, strict=True)]
+    )
+    assert [[one["image"] for one in got] for got in found] == [list(want.values()) for want in wanted]
 
 
 @pytest.mark.parametrize("wavelet", ["9/7", "haar"])
@@ -430,7 +441,7 @@ def test_it_is_small_and_runs_under_a_strict_policy() -> None:
 def test_large_images_of_many_channels_are_read(tmp_path: Any) -> None:
     """As many places as the format allows, however they are spread over channels."""
     heads = [
-        struct.pack("<4sHHBBBBB", b"EZW0", height, width, channels, 1, 5, 0, 0) + bytes(2 * channels)
+        struct.pack("<4sHHBBBBB", b"EZW1", height, width, channels, 1, 5, 0, 0) + bytes(2 * channels)
         for height, width, channels in ((1024, 1024, 3), (1024, 1024, 1), (890, 890, 4), (1100, 1100, 3))
     ]
     found = _in_browser(tmp_path, [("large.ezw", head, [len(head)]) for head in heads])

@@ -171,6 +171,20 @@ test('an image that is none is refused', () => {
   assert.throws(() => decoder.image(), RangeError)
 })
 
+test('other versions are refused by their number', () => {
+  const stream = read('smallest.uph')
+  const image = new TextEncoder().encode('EZW1 and so on')
+  for (const [version, what] of [
+    [0, /version is 0; allowed: 1; it was never released/],
+    [2, /version is 2; allowed: 1; a newer decoder reads it/],
+  ]) {
+    stream[3] = version
+    image[3] = 48 + version
+    assert.throws(() => new UphDecoder().feed(stream), what)
+    assert.throws(() => new EzwDecoder().feed(image), what)
+  }
+})
+
 test('a stream that asks for more than a caller allows is refused', () => {
   const data = read('quilt.uph')
   const take = (limits) => () => new UphDecoder({ limits }).feed(data)

@@ -5,7 +5,7 @@ import { ImageDecoder } from './image/decoder.js'
 import { parseImageHeader } from './image/header.js'
 import { checkSamples, fillLimits } from './limits.js'
 
-const MAGIC = [69, 90, 87, 48] // "EZW0"
+const MAGIC = [69, 90, 87, 49] // "EZW1", 1 the version
 const FIXED_BYTES = 13 // of the header with the magic, before the means
 
 /** Decodes an `.ezw` image as its bytes come. */
@@ -64,7 +64,12 @@ export class EzwDecoder {
       this.#head.push(part)
       used += part.length
       MAGIC.slice(0, this.#head.length).forEach((byte, n) => {
-        if (this.#head.bytes[n] !== byte) throw new UphError('this is no .ezw image', n)
+        const here = this.#head.bytes[n]
+        if (here === byte) return
+        const version = n === 3 && here >= 48 && here < 58 ? here - 48 : -1
+        if (version < 0) throw new UphError('this is no .ezw image', n)
+        const who = version ? 'a newer decoder reads it' : 'it was never released: make it anew'
+        throw new UphError(`version is ${version}; allowed: 1; ${who}`, n)
       })
     }
     return used

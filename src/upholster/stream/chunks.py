@@ -10,7 +10,8 @@ from upholster.stream.byte_reader import ByteReader, varint
 __all__ = ["MAGIC", "MAX_FILE", "VERSION", "Chunk", "ChunkReader", "assembled", "header", "pack_chunk"]
 
 MAGIC = b"uph"
-VERSION = 0
+VERSION = 1
+"""Files of later versions are refused, and those of 0, which was the format while it was being made."""
 MAX_FILE = 2**30
 MOST_CHUNKS = 4096
 _CRC = struct.Struct("<I")
@@ -151,8 +152,10 @@ class ChunkReader:
                 f"byte 0: file begins with {buffer[:3].hex()}; allowed: {MAGIC.hex()}, a .uph stream"
             )
         if len(buffer) > 3 and buffer[3] != VERSION:
-            newer = "; a newer upholster reads it" if buffer[3] > VERSION else ""
-            raise FormatError(f"byte 3: version is {buffer[3]}; allowed: {VERSION}{newer}")
+            who = (
+                "a newer upholster reads it" if buffer[3] > VERSION else "it was never released: make it anew"
+            )
+            raise FormatError(f"byte 3: version is {buffer[3]}; allowed: {VERSION}; {who}")
         if sum(byte < 128 for byte in buffer[4:]) < 2 and len(buffer) < _LONGEST_HEADER:
             return False
         fields = ByteReader(buffer[4:], 4)
