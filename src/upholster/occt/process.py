@@ -75,7 +75,7 @@ def read_cad(
     if found is None:
         raise InputError(f"Open CASCADE crashes on it (status {code}): it can not be read")
     if isinstance(found, str):
-        raise _refused(found, memory)
+        raise _refused(found, memory, path)
     if not any(body.faces for body in found.bodies):
         raise InputError("it has no surfaces; allowed: a model with faces")
     return found
@@ -133,13 +133,14 @@ def _tell(heard: deque[str], progress: Progress | None) -> None:
             progress(stage, int(done), int(total))
 
 
-def _refused(text: str, memory: int) -> InputError:
+def _refused(text: str, memory: int, path: Path) -> InputError:
     if text == "memory":
         return InputError(f"it needs more than {memory / 2**30:.3g} GiB of memory to read; allowed: as much")
     missing, _, name = text.partition(" ")
     if missing == "missing":
         extra = _EXTRAS.get(name.partition(".")[0])
         if extra is not None:
+            extra = "rhino" if path.suffix.lower() == ".3dm" else extra  # which needs both
             return InputError(f"reading it needs {name}; install it: pip install 'upholster[{extra}]'")
     return InputError(text)
 
