@@ -144,7 +144,7 @@ def torus_run(exemplar, lattice, threads=1, phase=True):
 
 
 def test_rows_round_a_torus_close_on_any_number_of_threads():
-    exemplar, lattice = repeating(80, 80, [(1 / 14.7, 0)], noise=0.5)
+    exemplar, lattice = repeating(80, 80, [(1 / 14.1, 0)], noise=0.5)
     one, two = (torus_run(exemplar, lattice, threads) for threads in (1, 2))
     for name in NAMES:
         np.testing.assert_array_equal(one.placements[name], two.placements[name], name)
@@ -174,7 +174,7 @@ def sheet_run(exemplar, lattice, threads=1, phase=True):
 
 
 def test_rows_on_a_mesh_are_whole_on_any_number_of_threads():
-    exemplar, lattice = repeating(80, 80, [(1 / 14.7, 0), (0, 1 / 12.3)], noise=0.6)
+    exemplar, lattice = repeating(80, 80, [(1 / 14.1, 0), (0, 1 / 12.3)], noise=0.6)
     one, two = (sheet_run(exemplar, lattice, threads) for threads in (1, 2))
     np.testing.assert_array_equal(one.placements, two.placements)
     assert broken(one, lattice, 12) == 0
