@@ -12,7 +12,11 @@ const hosts = new Set() // {address, worker, places}
 /** Hosts of an address, those with the fewest streams first. */
 const hostsOf = (address) => [...hosts].filter((host) => host.address === address).sort((a, b) => a.places.size - b.places.size)
 
-function start(address, worker = new Worker(address ?? new URL('./uph-worker.js', import.meta.url), { type: 'module' })) {
+/** Vite and webpack build a worker of their own from `new Worker(new URL(…))`, where it stands just so. */
+const started = (address) =>
+  address ? new Worker(address, { type: 'module' }) : new Worker(new URL('./uph-worker.js', import.meta.url), { type: 'module' })
+
+function start(address, worker = started(address)) {
   const host = { address, worker, places: new Set() }
   worker.onerror = (event) => {
     hosts.delete(host)

@@ -381,7 +381,7 @@ def test_a_file_opens_from_disk(tab: Any, streams: Any, tmp_path: Any) -> None:
     page, stream = tmp_path / "ring & ring.html", tmp_path / "ring.uph"
     assert run_cli("refine", streams / "ring.uph", "-o", page, "-o", stream).returncode == 0
     data = stream.read_bytes()
-    assert page.stat().st_size < 1.24 * len(data) + 98_000
+    assert page.stat().st_size < 1.24 * len(data) + 100_000  # of which 4 kB are a picture
     asked: list[str] = []
     tab.page.on("request", lambda request: asked.append(request.url.partition(":")[0]))
     tab.open(page.as_uri()).complete()
