@@ -3,6 +3,7 @@
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import TypeGuard
 
 import numpy as np
 
@@ -55,7 +56,7 @@ class Covered:
 def covered_files(on: CoveredLike) -> list[str]:
     """Return the file that a surface is to be read from, in a list that is empty where there is none."""
     if _is_model(on):
-        return [os.fspath(on)]  # type: ignore[arg-type]  # a path
+        return [os.fspath(on)]
     file = None if isinstance(on, TriangleMesh | MeshSurface) else surface_file(on)
     return [file] if file else []
 
@@ -96,7 +97,7 @@ def as_covered(
     options = options or ModelOptions()
     if _is_model(on):
         # Laying out a large mesh takes seconds; a batch covers it with many samples.
-        key = ("covered", os.path.realpath(on), options)  # type: ignore[arg-type]  # a path
+        key = ("covered", os.path.realpath(on), options)
         return recalled(key, lambda: _covered_model(on, options, progress), lambda found: _inputs(on, found))
     if isinstance(on, TriangleMesh):
         surface, report = unwrap(on, keep_uv=options.uv == "keep", progress=progress)
@@ -191,10 +192,10 @@ def covered_parts(
 
 
 def _model(
-    on: CoveredLike, options: ModelOptions, parts: Sequence[str] | None, progress: Progress | None
+    on: str | os.PathLike[str], options: ModelOptions, parts: Sequence[str] | None, progress: Progress | None
 ) -> ModelFile:
     return read_model(
-        on,  # type: ignore[arg-type]  # a path
+        on,
         parts=parts,
         unit=options.unit,
         up=options.up,
@@ -204,7 +205,7 @@ def _model(
     )
 
 
-def _covered_model(on: CoveredLike, options: ModelOptions, progress: Progress | None) -> Covered:
+def _covered_model(on: str | os.PathLike[str], options: ModelOptions, progress: Progress | None) -> Covered:
     model = _model(on, options, options.part, progress)
     surface, report = unwrap(model.mesh, keep_uv=options.uv == "keep", progress=progress)
     return Covered(surface, model, (*model.notes, *report.notes))
@@ -214,5 +215,5 @@ def _inputs(on: CoveredLike, found: Covered) -> list[str]:
     return [*covered_files(on), *(os.fspath(file) for file in (found.model.inputs if found.model else ()))]
 
 
-def _is_model(on: object) -> bool:
+def _is_model(on: object) -> TypeGuard[str | os.PathLike[str]]:
     return isinstance(on, str | os.PathLike) and is_model_name(os.fspath(on))
