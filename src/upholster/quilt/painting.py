@@ -35,7 +35,7 @@ CANVAS_DTYPES = {
 
 _STRIP_SAMPLES = 96 * 1024
 _STRIP_WORDS = 64 * 1024
-_TASK_TEXELS = 2**21
+_TASK_TEXELS, _LEAST_TEXELS = 2**21, 2**16
 
 
 def paint(
@@ -146,31 +146,61 @@ def paint_each(
         memory[ends[n] : ends[n + 1]].reshape(chart.height, chart.width, channels)
         for n, chart in enumerate(quilt.charts)
     )
-    most = most_levels(*quilt.exemplar_shape)
     centres = [
         None if copied else centre_matrices(field, quilt.on_chart(index))
         for index, (field, copied) in enumerate(zip(quilt.fields, quilt.copied, strict=True))
     ]
-    chosen = [None if matrices is None else levels_of(matrices, most) for matrices in centres]
-    deepest = max((int(levels.max(initial=0)) for levels in chosen if levels is not None), default=-1)
+    chosen, deepest = _levels(centres, np.diff(starts), most_levels(*quilt.exemplar_shape))
     pyramid = build_pyramid(images, deepest) if deepest >= 0 else None
-    tasks: list[Callable[[], object]] = []
+    pieces: list[tuple[int, Callable[[], object]]] = []
     for index, (chart, array) in enumerate(zip(quilt.charts, arrays, strict=True)):
         out, mine = array.reshape(chart.height, -1), slice(*starts[index : index + 2])
-        matrices, levels = centres[index], chosen[index]
+        matrices = centres[index]
         if mine.start == mine.stop:
             continue
         rows = max(1, _TASK_TEXELS // chart.width)
         for start in range(0, chart.height, rows):
             stop = min(start + rows, chart.height)
-            if matrices is None or levels is None or pyramid is None:
-                tasks.append(partial(_paint_part, quilt, placed[mine], flat, out, channels, start, stop))
+            if matrices is None or pyramid is None:
+                piece = partial(_paint_part, quilt, placed[mine], flat, out, channels, start, stop)
             else:
-                places = levels + which[mine] * (deepest + 1)
-                blocks = matrices, places
-                tasks.append(partial(_warp_part, quilt, index, pyramid, blocks, out, channels, start, stop))
-    run_tasks(tasks, threads=threads, progress=progress, stage="paint")
+                blocks = matrices, chosen[mine] + which[mine] * (deepest + 1)
+                piece = partial(_warp_part, quilt, index, pyramid, blocks, out, channels, start, stop)
+            pieces.append(((stop - start) * chart.width, piece))
+    run_tasks(_gathered(pieces), threads=threads, progress=progress, stage="paint")
     return Texels(quilt.charts, arrays, quilt)
+
+
+def _levels(
+    centres: Sequence[IntArray | None], counts: NDArray[np.intp], most: int
+) -> tuple[NDArray[np.int64], int]:
+    # Each placement's level, chart after chart, and the greatest; -1 where no chart has matrices.
+    levels = np.zeros(counts.sum(), np.int64)
+    warped = [matrices for matrices in centres if matrices is not None]
+    if not warped:
+        return levels, -1
+    found = levels_of(np.concatenate(warped), most)
+    levels[np.repeat([matrices is not None for matrices in centres], counts)] = found
+    return levels, int(found.max(initial=0))
+
+
+def _gathered(pieces: list[tuple[int, Callable[[], object]]]) -> list[Callable[[], object]]:
+    # Pieces of work and their texels as tasks: many small charts are one, for each task costs time to start.
+    tasks: list[Callable[[], object]] = []
+    gathered: list[Callable[[], object]] = []
+    texels = 0
+    for n, (count, piece) in enumerate(pieces, 1):
+        gathered.append(piece)
+        texels += count
+        if texels >= _LEAST_TEXELS or n == len(pieces):
+            tasks.append(partial(_call_each, gathered))
+            gathered, texels = [], 0
+    return tasks
+
+
+def _call_each(functions: list[Callable[[], object]]) -> None:
+    for function in functions:
+        function()
 
 
 def _paint_part(

@@ -12,6 +12,7 @@ from upholster.codec._model_kernels import CONTEXTS, code_bit
 from upholster.jit import allocating_kernel, inline
 from upholster.stream._bit_kernels import START, BitCoder, signed
 from upholster.stream._block_records import AGREES, COLUMN, CUT, HEIGHT, LINK, MATRIX, ROW, SIZE, WIDTH
+from upholster.types import int64
 
 __all__ = [
     "FREE",
@@ -25,6 +26,7 @@ __all__ = [
     "frame_of",
     "judge",
     "seen_from",
+    "source_of",
 ]
 
 FREE, HELD, NEXT, NEW, UNSEEN = 0, 1, 2, 3, 4
@@ -88,43 +90,73 @@ def _known_at(known: NDArray[np.uint8], f: Frame, i: int, j: int) -> Any:
     return signed(known[at]) if at >= 0 else signed(UNSEEN if at == -1 else FREE)
 
 
+class Source(NamedTuple):
+    """What leads from a transferred block to the one that it comes from: matrices, inverse, and its cells.
+
+    `kind` 0: it comes from none; 1: from a whole one; 2: from one with a mask, which begins with `first`.
+    """
+
+    kind: int
+    here: tuple[int, int, int, int]
+    there: tuple[int, int, int, int]
+    area: int
+    inverse: float
+    frame: Frame
+    first: int
+
+
 @inline
-def seen_from(
-    records: NDArray[np.int32],
-    windows: NDArray[np.int32],
-    first: NDArray[np.int64],
-    cells: NDArray[np.uint8],
-    n: int,
-    down: int,
-    right: int,
-) -> Any:
+def source_of(
+    records: NDArray[np.int32], windows: NDArray[np.int32], first: NDArray[np.int64], n: int
+) -> Source:
+    """Return where block n comes from."""
+    link = signed(records[n, LINK])
+    last = max(link, 0)
+    one, here = records[last], records[n]
+    a, b = signed(one[MATRIX]), signed(one[MATRIX + 1])
+    c, d = signed(one[MATRIX + 2]), signed(one[MATRIX + 3])
+    area = a * d - b * c
+    if area < 0:
+        area, a, b, c, d = -area, -a, -b, -c, -d
+    area >>= 4
+    kind = 0 if link < 0 or area == 0 else 2 if one[CUT] else 1
+    frame = frame_of(one, windows[last], max(signed(one[SIZE]), 1), False)
+    matrix = (
+        signed(here[MATRIX]),
+        signed(here[MATRIX + 1]),
+        signed(here[MATRIX + 2]),
+        signed(here[MATRIX + 3]),
+    )
+    return Source(kind, matrix, (a, b, c, d), area, 0.5 / max(area, 1), frame, signed(first[last]))
+
+
+@inline
+def _divided(number: int, source: Source) -> Any:
+    # number / (2 · area), rounded down, without a division. Beyond 2^53 it is no place in a block anyway.
+    quotient = int64(np.floor(number * source.inverse))
+    rest = number - quotient * 2 * source.area
+    return quotient + (1 if rest >= 2 * source.area else 0) - (1 if rest < 0 else 0)
+
+
+@inline
+def seen_from(source: Source, cells: NDArray[np.uint8], down: int, right: int) -> int:
     """Return what the block that a transferred one comes from shows at a point.
 
     The point is `down` and `right` half texels from the transferred block's centre. 0: it is outside that
     block; where that is old: 1, new: 2; 3: the block comes from none.
     """
-    link = records[n, LINK]
-    if link < 0:
+    if source.kind == 0:
         return 3
-    one, here = records[link], records[n]
-    a, b = signed(one[MATRIX]), signed(one[MATRIX + 1])
-    c, d = signed(one[MATRIX + 2]), signed(one[MATRIX + 3])
-    area = a * d - b * c
-    y = (here[MATRIX] * down + here[MATRIX + 1] * right) >> 4
-    x = (here[MATRIX + 2] * down + here[MATRIX + 3] * right) >> 4
-    if area < 0:
-        area, y, x = -area, -y, -x
-    area >>= 4
-    if area == 0:
-        return 3
-    row = (d * y - b * x + area) // (2 * area) + one[HEIGHT] // 2
-    column = (a * x - c * y + area) // (2 * area) + one[WIDTH] // 2
-    if row < 0 or column < 0 or row >= one[HEIGHT] or column >= one[WIDTH]:
+    here, (a, b, c, d), f = source.here, source.there, source.frame
+    y = (here[0] * down + here[1] * right) >> 4
+    x = (here[2] * down + here[3] * right) >> 4
+    row: int = _divided(d * y - b * x + source.area, source) + f.height // 2
+    column = _divided(a * x - c * y + source.area, source) + f.width // 2
+    if row < 0 or column < 0 or row >= f.height or column >= f.width:
         return 0
-    if not one[CUT]:
+    if source.kind == 1:
         return 2
-    f = frame_of(one, windows[link], signed(one[SIZE]), False)
-    return 1 + _cell_at(cells[first[link] :], f, row // f.cell, column // f.cell)
+    return int(1 + _cell_at(cells[source.first :], f, row // f.cell, column // f.cell))
 
 
 @inline
@@ -205,55 +237,84 @@ def cover(
         c0, c1 = max(f.left, 0), min(f.left + f.width, wide)
         _mark(covered, r0, r1, c0, c1)
         return
-    for i in range(f.i0, f.i1):
-        r0, r1 = max(f.top + i * f.cell, 0), min(f.top + min(f.height, (i + 1) * f.cell), tall)
-        for j in range(f.j0, f.j1):
-            c0, c1 = max(f.left + j * f.cell, 0), min(f.left + min(f.width, (j + 1) * f.cell), wide)
-            if r0 >= r1 or c0 >= c1:
+    rows, across = f.i1 - f.i0, f.j1 - f.j0
+    for i in range(rows):
+        down = f.top + (f.i0 + i) * f.cell
+        r0, r1 = max(down, 0), min(f.top + min(f.height, (f.i0 + i + 1) * f.cell), tall)
+        for j in range(across):
+            if mask[i * across + j] == 0:
                 continue
-            good = mask[_place(f, i, j)] == 1
-            for a in range(i - 1, i + 2):
-                for b in range(j - 1, j + 2):
-                    at = _place(f, a, b)
-                    if at == -2 or (at >= 0 and mask[at] == 0 and under[at] == 0):
-                        good = False
-            if good:
+            right = f.left + (f.j0 + j) * f.cell
+            c0, c1 = max(right, 0), min(f.left + min(f.width, (f.j0 + j + 1) * f.cell), wide)
+            if r0 < r1 and c0 < c1 and _is_closed(f, mask, under, i, j):
                 _mark(covered, r0, r1, c0, c1)
 
 
 @inline
+def _is_closed(f: Frame, mask: NDArray[np.uint8], under: NDArray[np.uint8], i: int, j: int) -> bool:
+    # Whether no cell round one of a window lies outside the block, or is old and bare.
+    if f.i0 + i == 0 or f.j0 + j == 0 or f.i0 + i + 1 == f.rows or f.j0 + j + 1 == f.columns:
+        return False
+    rows, across = f.i1 - f.i0, f.j1 - f.j0
+    for a in range(max(i - 1, 0), min(i + 2, rows)):
+        for at in range(a * across + max(j - 1, 0), a * across + min(j + 2, across)):
+            if mask[at] == 0 and under[at] == 0:
+                return False
+    return True
+
+
+@inline
+def _hint(f: Frame, known: NDArray[np.uint8], under: NDArray[np.uint8], hints: NDArray[np.int32]) -> None:
+    # What a cell's contexts hold that is known before any mask: whether it is held (bit 0), which of the
+    # cells beside and below are new (1 to 3), and how far it is to where all is new, along the row (4 to 6)
+    # and down (7 to 9).
+    rows, across = f.i1 - f.i0, f.j1 - f.j0
+    for i in range(rows - 1, -1, -1):
+        for j in range(across - 1, -1, -1):
+            at = i * across + j
+            held = known[at] == HELD or (not f.own and under[at] == 1)
+            beside = _known_at(known, f, f.i0 + i, f.j0 + j + 1)
+            below = _known_at(known, f, f.i0 + i + 1, f.j0 + j)
+            hint = (1 if held else 0) | (2 if beside >= NEXT else 0) | (4 if below >= NEXT else 0)
+            if _known_at(known, f, f.i0 + i + 1, f.j0 + j - 1) >= NEXT:
+                hint |= 8
+            if j + 1 < across and beside < NEXT:
+                hint |= (min(6, (hints[at + 1] >> 4) & 7) + 1) << 4
+            if i + 1 < rows and below < NEXT:
+                hint |= (min(6, hints[at + across] >> 7) + 1) << 7
+            hints[at] = hint
+
+
+@inline
+def _surround(f: Frame, mask: NDArray[np.uint8], place: int, shown: NDArray[np.uint8]) -> None:
+    # The mask with two cells more on each side: what no chart shows counts as new, what lies outside the
+    # block as old. Of the mask itself, what comes before a place.
+    across = f.j1 - f.j0
+    for i in range(f.i0 - 2, f.i1 + 2):
+        for j in range(f.j0 - 2, f.j1 + 2):
+            inside = 0 <= i < f.rows and 0 <= j < f.columns
+            shown[(i - f.i0 + 2) * (across + 4) + j - f.j0 + 2] = 1 if inside else 0
+    for at in range(place):
+        shown[(at // across + 2) * (across + 4) + at % across + 2] = mask[at]
+
+
+@inline
 def _contexts(
-    a: NDArray[np.int32],
-    f: Frame,
-    mask: NDArray[np.uint8],
-    known: NDArray[np.uint8],
-    under: NDArray[np.uint8],
-    i: int,
-    j: int,
-    sort: Any,
+    a: NDArray[np.int32], f: Frame, shown: NDArray[np.uint8], at: int, hint: Any, spot: int, sort: Any
 ) -> int:
-    # Enters a cell's three contexts; returns its mixer. `sort`: what is known of it from elsewhere.
-    west, north = _cell_at(mask, f, i, j - 1), _cell_at(mask, f, i - 1, j)
-    north_west, north_east = _cell_at(mask, f, i - 1, j - 1), _cell_at(mask, f, i - 1, j + 1)
-    near = west | north << 1 | north_west << 2 | north_east << 3
-    shape = near | _cell_at(mask, f, i, j - 2) << 4 | _cell_at(mask, f, i - 2, j) << 5
-    shape |= _cell_at(mask, f, i - 1, j + 2) << 6
-    sides = 1 if _known_at(known, f, i, j + 1) >= NEXT else 0
-    sides |= 2 if _known_at(known, f, i + 1, j) >= NEXT else 0
-    sides |= 4 if _known_at(known, f, i + 1, j - 1) >= NEXT else 0
-    # How far it is to where everything is new.
-    right, down = 0, 0
-    while right < 7 and j + right + 1 < f.columns and _known_at(known, f, i, j + right + 1) < NEXT:
-        right += 1
-    while down < 7 and i + down + 1 < f.rows and _known_at(known, f, i + down + 1, j) < NEXT:
-        down += 1
-    at, kind = _place(f, i, j), 0 if f.own else 1
-    held = 1 if known[at] == HELD or (kind and under[at]) else 0
+    # Enters a cell's three contexts; returns its mixer. `at` is where the cell is in `shown`; `spot`, where
+    # in its block; `sort`, what is known of it from elsewhere.
+    line = f.j1 - f.j0 + 4
+    near = signed(shown[at - 1]) | signed(shown[at - line]) << 1
+    near |= signed(shown[at - line - 1]) << 2 | signed(shown[at - line + 1]) << 3
+    shape = near | signed(shown[at - 2]) << 4 | signed(shown[at - 2 * line]) << 5
+    shape |= signed(shown[at - line + 2]) << 6
+    sides, right, down = (hint >> 1) & 7, (hint >> 4) & 7, hint >> 7
+    kind = 0 if f.own else 1
     a[CONTEXTS + 0] = START + ((kind * 128 + shape) * 8 + sides) * 4 + sort
-    spot = min(i, 31) * 32 + min(j, 31)
     a[CONTEXTS + 1] = START + _SHAPE + ((kind * 1024 + spot) * 4 + (near & 3)) * 4 + sort
     a[CONTEXTS + 2] = START + _SHAPE + _PLACE + (((kind * 8 + right) * 8 + down) * 16 + near) * 4 + sort
-    return int((kind * 16 + near) * 2 + held)
+    return int((kind * 16 + near) * 2 + (hint & 1))
 
 
 @inline
@@ -272,6 +333,49 @@ def _code_odd(
                 odd = 1
     a[CONTEXTS + 0] = START + _ODD
     return code_bit(coder.state, coder.data, coder.a, 1, _ODD_MIXER, _LIMIT, encoding, odd)
+
+
+class _Scratch(NamedTuple):
+    # What is known of the cells of a block, one number a cell; `shown` has a rim of two.
+    known: NDArray[np.uint8]
+    under: NDArray[np.uint8]
+    hints: NDArray[np.int32]
+    shown: NDArray[np.uint8]
+
+
+@inline
+def _code_cells(
+    coder: BitCoder,
+    f: Frame,
+    source: Source,
+    cells: NDArray[np.uint8],
+    mask: NDArray[np.uint8],
+    scratch: _Scratch,
+    start: int,
+    odd: int,
+    agrees: int,
+    encoding: bool,
+) -> int:
+    # Codes a mask's cells from `start` on; returns how many are known then.
+    known, hints, shown = scratch.known, scratch.hints, scratch.shown
+    across, middle_row, middle_column = f.j1 - f.j0, f.height // 2, f.width // 2
+    for i in range(start // max(across, 1), f.i1 - f.i0):
+        down = 2 * ((f.i0 + i) * f.cell - middle_row) + f.cell - 1
+        for j in range(start % across if i == start // across else 0, across):
+            at, to = i * across + j, (i + 2) * (across + 4) + j + 2
+            if not odd and known[at] >= NEXT:
+                continue
+            sort = agrees
+            if not f.own:
+                right = 2 * ((f.j0 + j) * f.cell - middle_column) + f.cell - 1
+                sort = seen_from(source, cells, down, right)
+            spot = min(f.i0 + i, 31) * 32 + min(f.j0 + j, 31)
+            mixer = _contexts(coder.a, f, shown, to, signed(hints[at]), spot, sort)
+            bit = code_bit(coder.state, coder.data, coder.a, 3, mixer, _LIMIT, encoding, signed(mask[at]))
+            if bit < 0:
+                return at
+            mask[at] = shown[to] = bit
+    return len(mask)
 
 
 @allocating_kernel
@@ -296,18 +400,18 @@ def code_masks(
     block n begins in `cells`, if it has a mask. `covered` (rows, columns) tells which texels of the chart the
     blocks before `start` have covered. Returns `start` and `place` to go on with.
     """
-    a = coder.a
-    most = 1
+    most, rim = 1, 1
     for n in range(start, stop):
-        most = max(most, (windows[n, 1] - windows[n, 0]) * (windows[n, 3] - windows[n, 2]))
+        rows, across = windows[n, 1] - windows[n, 0], windows[n, 3] - windows[n, 2]
+        most, rim = max(most, rows * across), max(rim, (rows + 4) * (across + 4))
     known, under = np.empty(most, np.uint8), np.empty(most, np.uint8)
+    scratch = _Scratch(known, under, np.empty(most, np.int32), np.empty(rim, np.uint8))
     for n in range(start, stop):
         f = frame_of(records[n], windows[n], cell, n >= first_own)
         if not records[n, CUT]:
             cover(covered, f, under, under, True)
             continue
-        across = f.j1 - f.j0
-        mask = cells[first[n] : first[n] + (f.i1 - f.i0) * across]
+        mask = cells[first[n] : first[n] + (f.i1 - f.i0) * (f.j1 - f.j0)]
         judge(covered, f, known, under)
         odd = 0
         if f.own and place == 0:
@@ -320,21 +424,14 @@ def code_masks(
         for at in range(mask.shape[0]):
             if not odd and known[at] >= NEXT:
                 mask[at] = 1
-        for at in range(max(place - 1, 0), mask.shape[0]):
-            if not odd and known[at] >= NEXT:
-                continue
-            i, j = f.i0 + at // across, f.j0 + at % across
-            sort = signed(records[n, AGREES])
-            if not f.own:
-                down = 2 * (f.top + i * cell - records[n, ROW]) + cell - 1
-                right = 2 * (f.left + j * cell - records[n, COLUMN]) + cell - 1
-                sort = seen_from(records, windows, first, cells, n, down, right)
-            mixer = _contexts(a, f, mask, known, under, i, j, sort)
-            bit = code_bit(coder.state, coder.data, coder.a, 3, mixer, _LIMIT, encoding, signed(mask[at]))
-            if bit < 0:
-                mask[0] |= odd << 1
-                return n, at + 1
-            mask[at] = bit
+        begun = max(place - 1, 0)
+        _hint(f, known, under, scratch.hints)
+        _surround(f, mask, begun, scratch.shown)
+        source, agrees = source_of(records, windows, first, n), signed(records[n, AGREES])
+        done = _code_cells(coder, f, source, cells, mask, scratch, begun, odd, agrees, encoding)
+        if done < mask.shape[0]:
+            mask[0] |= odd << 1
+            return n, done + 1
         place = 0
         cover(covered, f, mask, under, False)
     return stop, 0

@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from upholster.jit import allocating_kernel, inline
 from upholster.stream._bit_kernels import signed
 from upholster.stream._block_records import COLUMN, CUT, ROW, SIZE
-from upholster.stream._mask_kernels import HELD, NEXT, Frame, cover, frame_of, judge, seen_from
+from upholster.stream._mask_kernels import HELD, NEXT, Frame, cover, frame_of, judge, seen_from, source_of
 
 __all__ = ["cut_straight"]
 
@@ -89,9 +89,10 @@ def cut_straight(
             if f.own:
                 _halve(f, known, mask, to_old, to_new)
             else:
+                source = source_of(records, windows, first, n)
                 for at in range(mask.shape[0]):
                     down = 2 * (f.top + (f.i0 + at // across) * cell - records[n, ROW]) + cell - 1
                     right = 2 * (f.left + (f.j0 + at % across) * cell - records[n, COLUMN]) + cell - 1
-                    seen = seen_from(records, windows, first, cells, n, down, right)
+                    seen = seen_from(source, cells, down, right)
                     mask[at] = 1 if seen == 2 or known[at] >= NEXT else 0
         cover(covered, f, mask, under, False)
