@@ -8,7 +8,10 @@ from upholster.types import FloatArray, IntArray
 
 ComplexArray = NDArray[np.complex128]
 
-__all__ = ["around_vertices", "comb", "near_by", "nearest_triangles", "regions", "vertex_vectors"]
+_CARRY_ROUNDS = 10
+"""How often directions that were carried are brought to the mean of those beside them."""
+
+__all__ = ["around_vertices", "carry_from", "comb", "near_by", "nearest_triangles", "regions", "vertex_vectors"]
 
 
 @allocating_kernel
@@ -181,6 +184,71 @@ def near_by(
                     seen[other] = n
                     queue[waiting] = other
                     waiting += 1
+
+
+@allocating_kernel
+def carry_from(
+    across: IntArray,
+    edges: IntArray,
+    carried: ComplexArray,
+    weights: FloatArray,
+    seeds: IntArray,
+    which: IntArray,
+    nearness: FloatArray,
+    least: float,
+    z: ComplexArray,
+) -> None:
+    """Carry directions from seeds over the triangles round them, straight on as on a sheet unrolled.
+
+    Each reaches the triangles for which `which` has its number and `nearness` is more than `least`, see
+    `near_by`, as far as they hang together with its seed. `z` (T,) has the seeds' directions, numbers of size
+    1 in their triangles' planes, 0 elsewhere, and gets the others. A triangle has the mean of what comes from
+    the sides, which differs where the surface is curved; `across`, `edges`, `carried` and `weights` are those
+    of `PlaneFrames`.
+    """
+    queue = np.empty(len(across), np.int32)
+    seen = np.zeros(len(across), np.bool_)
+    for n in range(len(seeds)):
+        if which[seeds[n]] != n:
+            continue
+        queue[0], seen[seeds[n]] = seeds[n], True
+        done, waiting = 0, 1
+        while done < waiting:
+            t = queue[done]
+            done += 1
+            if t != seeds[n]:
+                z[t] = _from_beside(across, edges, carried, weights, which, n, t, z)
+            for k in range(3):
+                other = across[t, k]
+                if other >= 0 and not seen[other] and which[other] == n and nearness[other] > least:
+                    queue[waiting], seen[other] = other, True
+                    waiting += 1
+        for _ in range(_CARRY_ROUNDS):
+            for m in range(1, waiting):
+                z[queue[m]] = _from_beside(across, edges, carried, weights, which, n, queue[m], z)
+
+
+@inline
+def _from_beside(
+    across: IntArray,
+    edges: IntArray,
+    carried: ComplexArray,
+    weights: FloatArray,
+    which: IntArray,
+    n: int,
+    t: int,
+    z: ComplexArray,
+) -> complex:
+    # The mean of the directions beside a triangle that come from the same seed, itself if they cancel out.
+    x, y = 0.0, 0.0
+    for k in range(3):
+        other = across[t, k]
+        if other >= 0 and which[other] == n:
+            turn, weight = carried[edges[t, k]], weights[edges[t, k]]
+            one = z[other] * (turn if other < t else np.conj(turn))
+            x, y = x + weight * one.real, y + weight * one.imag
+    length = np.sqrt(x * x + y * y)
+    return complex(x / length, y / length) if length > 1e-12 else z[t]
 
 
 @kernel

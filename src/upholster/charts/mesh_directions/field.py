@@ -144,7 +144,7 @@ def mesh_directions(
     frames = plane_frames(mesh, crease)
     wish = wish_of(mesh, frames, wanted, crease)
     if drawn is not None:
-        wish = with_strokes(mesh, frames, wish, drawn, crease)
+        wish = with_strokes(mesh, frames, wish, drawn)
     # What runs to the right on either side of a ridge runs opposite ways: the field is one of lines, and each
     # triangle has the sense that was asked for.
     signed = wish.fold == 1 and bool(wish.confidence.any()) and wanted.kind != "smooth"

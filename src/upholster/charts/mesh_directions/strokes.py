@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from upholster.charts.directions import NUMBER
-from upholster.charts.mesh_directions._kernels import near_by, nearest_triangles
-from upholster.charts.mesh_directions.asked import laid_over, shading_normals
+from upholster.charts._multigrid_kernels import ComplexArray
+from upholster.charts.mesh_directions._kernels import carry_from, near_by, nearest_triangles
 from upholster.charts.mesh_directions.frames import PlaneFrames, plane_frames, power
 from upholster.charts.mesh_directions.wishes import Wish
 from upholster.errors import InputError
@@ -72,26 +72,21 @@ def parse_strokes(wanted: Strokes) -> FloatArray:
     return strokes
 
 
-def with_strokes(
-    mesh: TriangleMesh, frames: PlaneFrames, wish: Wish, strokes: FloatArray, crease: float | None = None
-) -> Wish:
-    """Return a wish that follows strokes (S, 2, 3) near their places; `crease` as of `mesh_directions`.
+def with_strokes(mesh: TriangleMesh, frames: PlaneFrames, wish: Wish, strokes: FloatArray) -> Wish:
+    """Return a wish that follows strokes (S, 2, 3) near their places.
 
     Raises
     ------
     InputError
         If a stroke lies far from the surface, or at right angles to it.
     """
-    along, distance = _near_strokes(mesh, frames, strokes)
-    drawn = frames.numbers(along)
-    length = np.sqrt(drawn.real**2 + drawn.imag**2)
-    here = length > 0
+    drawn, distance = _carried_from_strokes(mesh, frames, strokes)
+    here = drawn != 0
     # Blocks show the mean of the field over some way: it holds a little farther than the texture shall.
     near = np.where(here, np.clip((_FADED - distance) / (_FADED - _HELD), 0.0, 1.0), 0.0)
-    unit = np.where(here, drawn / np.where(here, length, 1.0), 1.0)
     kept = np.clip((distance - _FADED) / (_AROUND - _FADED), 0.0, 1.0)
-    drawn_over = np.where(near > 0, power(unit, wish.fold), wish.power)
-    corners = near[:, None, None] * _at_corners(mesh, along, crease)
+    drawn_over = np.where(near > 0, power(drawn, wish.fold), wish.power)
+    corners = np.repeat((near[:, None] * frames.vectors(drawn))[:, None], 3, axis=1)
     if wish.corners is not None:
         corners = corners + kept[:, None, None] * wish.corners
     return Wish(drawn_over, np.where(near > 0, near, kept * wish.confidence), wish.fold, 0.0, corners)
@@ -100,18 +95,20 @@ def with_strokes(
 def asked_by_strokes(mesh: TriangleMesh, strokes: Strokes, crease: float | None = None) -> FloatArray:
     """Return what strokes ask of the texture, (T, 3, 3), as `asked_at_corners` does: 0 but near them.
 
-    That is within 3 % of the model's size, on what hangs together with a stroke's place.
+    That is within 3 % of the model's size, on what hangs together with a stroke's place, its direction
+    carried straight on over the surface.
     """
     frames = plane_frames(mesh, crease)
-    along, distance = _near_strokes(mesh, frames, parse_strokes(strokes))
-    return np.where((distance < _SHOWN)[:, None, None], _at_corners(mesh, along, crease), 0.0)
+    drawn, distance = _carried_from_strokes(mesh, frames, parse_strokes(strokes))
+    asked = np.where((distance < _SHOWN)[:, None], frames.vectors(drawn), 0.0)
+    return np.repeat(asked[:, None], 3, axis=1)
 
 
-def _near_strokes(
+def _carried_from_strokes(
     mesh: TriangleMesh, frames: PlaneFrames, strokes: FloatArray
-) -> tuple[FloatArray, FloatArray]:
-    # The direction of the nearest stroke (T, 3), of length 1, and how far away its place is, as a part of the
-    # model's size: 0 and `_AROUND` where none is near.
+) -> tuple[ComplexArray, FloatArray]:
+    # The direction of the nearest stroke (T,), of size 1, carried from its place, 0 where it does not reach;
+    # and how far away its place is, as a part of the model's size, `_AROUND` where none is near.
     centres = mesh.corners.mean(axis=1)
     radii = np.sqrt(((mesh.corners - centres[:, None]) ** 2).sum(axis=2).max(axis=1)) * (1 + 1e-12)
     points = np.ascontiguousarray(strokes[:, 0])
@@ -133,17 +130,23 @@ def _near_strokes(
         )
     which, nearness = np.empty(len(centres), np.int32), np.empty(len(centres))
     near_by(frames.across, centres, seeds, points, _AROUND * mesh.size, which, nearness)
-    return np.where((which >= 0)[:, None], along[which], 0.0), (1 - nearness) * _AROUND
-
-
-def _at_corners(mesh: TriangleMesh, along: FloatArray, crease: float | None) -> FloatArray:
-    # Directions (T, 3) on the smooth surface, at the triangles' corners (T, 3, 3), of length 1 or 0.
-    normals = shading_normals(mesh, crease)
-    lying = along[:, None] - np.einsum("ti,tki->tk", along, normals)[..., None] * normals
-    laid = laid_over(lying, normals, np.broadcast_to(mesh.flat_normals[:, None], normals.shape))
-    length = np.sqrt(np.einsum("tki,tki->tk", laid, laid))[..., None]
-    unit: FloatArray = np.where(length > 0, laid / np.where(length > 0, length, 1.0), 0.0)
-    return unit
+    drawn = np.zeros(len(centres), np.complex128)
+    first = np.flatnonzero(which[seeds] == np.arange(len(seeds)))  # of several in one triangle
+    for axes, turn in ((frames.x, 1), (frames.y, 1j)):
+        drawn[seeds[first]] += turn * np.einsum("ij,ij->i", along[first], axes[seeds[first]])
+    drawn[seeds[first]] /= np.sqrt(drawn[seeds[first]].real ** 2 + drawn[seeds[first]].imag ** 2)
+    carry_from(
+        frames.across,
+        frames.edges,
+        frames.carried,
+        frames.weights,
+        seeds,
+        which,
+        nearness,
+        1 - _FADED / _AROUND,
+        drawn,
+    )
+    return drawn, (1 - nearness) * _AROUND
 
 
 def _of_text(text: str) -> FloatArray:
