@@ -100,7 +100,10 @@ class Layout:
         return placements_of(placed, cells, numbers)
 
     def transferred(self, chart, **finished):
-        given = [finished.get(f"on{n}") for n in range(len(self.charts))]
+        given = [
+            self.transfer.border(n, finished[f"on{n}"]) if f"on{n}" in finished else None
+            for n in range(len(self.charts))
+        ]
         return self.transfer.transferred_onto(chart, given)
 
 
@@ -233,6 +236,22 @@ def test_ways_that_agree_give_a_block_once():
         layout.laid(3, (5, 30, 60, 60), origin=20),
     )
     assert layout.transferred(1, on0=late, on3=early).origins.tolist() == [20, 30]
+
+
+def test_of_a_border_others_get_what_the_whole_chart_gives_them():
+    layout = Layout()
+    inner, mask = (30, 20, 60, 60), np.tile(np.eye(8, 7, dtype=np.uint8), (2, 2))
+    laid = layout.laid(0, inner, (52, 20, 90, 70), inner, (50, 52, 90, 70), mask=mask)
+    border = layout.transfer.border(0, laid)
+    assert border.parents.tolist() == [[0, 1], [0, 3]]
+    assert len(border.cells) == 2 * mask.size
+    for chart in (1, 2, 3):
+        found = layout.transfer.transferred_onto(chart, [border, None, None, None])
+        whole = layout.transfer.transferred_onto(chart, [laid, None, None, None])
+        np.testing.assert_array_equal(found.placements, whole.placements)
+        np.testing.assert_array_equal(found.cells, whole.cells)
+        assert set(found.origins.tolist()) <= {8, 10}
+        assert layout.transfer.asked_of(chart) == {0, 1, 2, 3} - {chart}
 
 
 def test_what_ends_before_the_edge_stays_at_home():

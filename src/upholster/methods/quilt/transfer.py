@@ -130,7 +130,7 @@ class BlockTransfer:
         chart
             Its index.
         finished
-            The placements of finished charts, None elsewhere.
+            What finished charts have along their edges, see `border`; None elsewhere.
 
         Returns
         -------
@@ -141,18 +141,37 @@ class BlockTransfer:
         for transition in self.onto[chart]:
             laid = finished[transition.seam.chart]
             if laid is not None:
-                parts.append(self._transferred(transition, _as_parents(transition.seam.chart, laid)))
+                parts.append(self._transferred(transition, laid))
                 continue
             # Across a corner, over the chart in between, which is not laid yet.
             for corner in self._corners(transition, finished):
                 beyond = finished[corner.transition.seam.chart]
                 assert beyond is not None
-                seen = _as_parents(corner.transition.seam.chart, beyond)
-                between = self._transferred(corner.transition, seen, corner.window)
+                between = self._transferred(corner.transition, beyond, corner.window)
                 if between is not None:
                     parts.append(self._transferred(transition, between))
         found = joined([part for part in parts if part is not None])
         return _distinct(found)
+
+    def border(self, chart: int, laid: ChartPlacements) -> ChartPlacements:
+        """Return what other charts need of a finished one: the blocks that reach as far as one of its edges.
+
+        They are their own parents: whatever is transferred from them tells that it comes from them.
+        """
+        ends, reach = (-np.inf, np.inf), self._reach(chart)
+        reaching = np.zeros(len(laid.placements), bool)
+        for edge in range(4):
+            reaching |= _overhanging(laid.placements, self.charts[chart], edge, ends, reach)[0]
+        return _taken(_as_parents(chart, laid), np.flatnonzero(reaching))
+
+    def asked_of(self, chart: int) -> set[int]:
+        """Return the charts whose borders a chart may need: neighbours, and those across a corner."""
+        beside = {transition.seam.chart for transition in self.onto[chart]}
+        return beside | {further.seam.chart for one in beside for further in self.onto[one]} - {chart}
+
+    def _reach(self, chart: int) -> int:
+        # How near to an edge a block must come that may be transferred over it.
+        return 2 * self.mask_cells[chart] + 2
 
     def transferred_around(self, chart: int, laid: ChartPlacements) -> ChartPlacements:
         """Collect the blocks of a chart that reach it once more, over an edge where it meets itself.
@@ -254,9 +273,7 @@ class BlockTransfer:
         ends = (seam.start, seam.stop)
         if window is not None:
             ends = (max(ends[0], window[0]), min(ends[1], window[1]))
-        placed, low, high = _overhanging(
-            laid.placements, old, seam.edge, ends, 2 * self.mask_cells[seam.chart] + 2
-        )
+        placed, low, high = _overhanging(laid.placements, old, seam.edge, ends, self._reach(seam.chart))
         chosen = np.flatnonzero(placed)
         if not len(chosen):
             return None
@@ -307,6 +324,25 @@ class BlockTransfer:
             fitted,
         )
         return places, fitted
+
+
+def _taken(laid: ChartPlacements, chosen: NDArray[np.intp]) -> ChartPlacements:
+    # Some of the placements, with the cells of their masks alone.
+    placed = laid.placements[chosen]
+    cut = placed["first_cell"] >= 0
+    size = np.maximum(1, placed["mask_cell"]).astype(np.int64)
+    counts = np.where(cut, -(-placed["height"] // size) * -(-placed["width"] // size), 0)
+    starts = np.cumsum(counts) - counts
+    at = np.repeat(placed["first_cell"] - starts, counts) + np.arange(counts.sum())
+    placed["first_cell"][cut] = starts[cut]
+    return replace(
+        laid,
+        placements=placed,
+        cells=laid.cells[at],
+        origins=laid.origins[chosen],
+        steps=laid.steps[chosen],
+        parents=laid.parents[chosen],
+    )
 
 
 def _as_parents(chart: int, laid: ChartPlacements) -> ChartPlacements:
