@@ -20,7 +20,16 @@ from upholster.geometry import (
     torus,
     vase,
 )
-from upholster.model import Atlas, build_atlas, face_parameters, tessellate
+from upholster.model import (
+    Atlas,
+    build_atlas,
+    build_page,
+    by_chart,
+    face_parameters,
+    pack_charts,
+    page_windows,
+    tessellate,
+)
 from upholster.quilt.chart import Chart
 from upholster.quilt.model import Texels
 
@@ -264,3 +273,21 @@ def test_what_does_not_fit() -> None:
         build_atlas(Texels((), ()), ())
     with pytest.raises(InputError, match="mesh has chart 5; the atlas has 0 to 0"):
         packed(surface, texels).texture_coordinates(tessellate(sphere(), quads=16))
+
+
+def test_a_page_by_itself_is_that_of_the_atlas() -> None:
+    surface = turned(ring_cyclide(6, 2, 3))
+    charts = density_layout(surface, texels=60_000)
+    texels = painted(surface, charts)
+    size = 128
+    atlas = packed(surface, texels, gutter=6, size=size)
+    seams, layout = by_chart(find_seams(surface, charts)), pack_charts(charts, gutter=6, size=size)
+    assert len(atlas.pages) > 4
+    for number, image in enumerate(atlas.images()):
+        # Of charts elsewhere only what the gutters show is known: the rest is not a number.
+        arrays = {n: texels.arrays[n] for n in layout.on_page(number)}
+        for n, windows in page_windows(layout, number, seams).items():
+            arrays[n] = np.full_like(texels.arrays[n], np.nan)
+            for window in windows:
+                arrays[n][window] = texels.arrays[n][window]
+        np.testing.assert_array_equal(build_page(layout, number, seams, arrays), image)

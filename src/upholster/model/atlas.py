@@ -8,7 +8,7 @@ What is too large for one texture lies on several pages. In the image they lie o
 """
 
 from collections import defaultdict
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
@@ -18,14 +18,14 @@ from numpy.typing import NDArray
 
 from upholster.charts.seams import ChartSeam
 from upholster.errors import InputError
-from upholster.model.gutter import fill_gutters
+from upholster.model.gutter import fill_gutters, shown_beyond
 from upholster.model.mesh import Mesh
-from upholster.model.packing import AtlasCell, AtlasPage, pack_charts
+from upholster.model.packing import AtlasCell, AtlasLayout, AtlasPage, gutter_depths, pack_charts
 from upholster.parallel import run_tasks
 from upholster.quilt.model import Texels
 from upholster.types import FloatArray, IntArray, PixelArray, frozen_array
 
-__all__ = ["Atlas", "build_atlas", "by_chart"]
+__all__ = ["Atlas", "build_atlas", "build_page", "by_chart", "page_windows"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -115,7 +115,7 @@ def build_atlas(
     Returns
     -------
     Atlas
-        Cells in rows, tallest first; unused area has the charts' mean colour.
+        Cells in rows, tallest first; unused area of a page has the mean colour of its charts.
 
     Raises
     ------
@@ -127,21 +127,70 @@ def build_atlas(
     first = texels.arrays[0]
     height, width = pages[-1].top + pages[-1].height, max(page.width for page in pages)
     pixels = np.empty((height, width, first.shape[2]), first.dtype)
-    _fill_unused(pixels, cells, _mean_color(texels.arrays, first.dtype))
     of_chart = by_chart(seams)
-
-    def lay(index: int) -> None:
-        cell = cells[index]
-        inside = pixels[cell.top : cell.top + cell.height, cell.left : cell.left + cell.width]
-        fill_gutters(
-            inside, cell.row - cell.top, cell.column - cell.left, index, of_chart[index], texels.arrays
-        )
-
-    tasks: list[Callable[[], object]] = [partial(lay, index) for index in range(len(cells))]
+    tasks: list[Callable[[], object]] = []
+    for number, page in enumerate(pages):
+        own = pixels[page.top : page.top + page.height]
+        mine = layout.on_page(number)
+        _fill_unused(own, page.top, mine, texels.arrays)
+        tasks += [partial(_lay, own, page.top, mine[n], n, of_chart[n], texels.arrays) for n in mine]
     # Small charts are laid by Python more than by memory: threads would wait for each other.
     large = texels.count >= len(cells) << 20
     run_tasks(tasks, threads=threads if large else 1)
     return Atlas(frozen_array(pixels), cells, pages, gutter)
+
+
+def build_page(
+    layout: AtlasLayout,
+    number: int,
+    seams: Mapping[int, Sequence[ChartSeam]],
+    arrays: Mapping[int, PixelArray],
+) -> PixelArray:
+    """Return the image of one page, (height, width, C), as `build_atlas` makes it.
+
+    Parameters
+    ----------
+    layout, number
+        All pages, and which it is.
+    seams
+        Each chart's, see `by_chart`.
+    arrays
+        Texels of the charts on the page, and of others what `page_windows` tells.
+    """
+    page, cells = layout.pages[number], layout.on_page(number)
+    first = arrays[next(iter(cells))]
+    pixels = np.empty((page.height, page.width, first.shape[2]), first.dtype)
+    _fill_unused(pixels, page.top, cells, arrays)
+    for n, cell in cells.items():
+        _lay(pixels, page.top, cell, n, seams.get(n, ()), arrays)
+    return pixels
+
+
+def page_windows(
+    layout: AtlasLayout, number: int, seams: Mapping[int, Sequence[ChartSeam]]
+) -> dict[int, list[tuple[slice, slice]]]:
+    """Return which texels of charts elsewhere a page's gutters show: rows and columns, chart by chart."""
+    cells, found = layout.on_page(number), defaultdict[int, list[tuple[slice, slice]]](list)
+    for n, cell in cells.items():
+        depths = gutter_depths(cell)
+        for seam in seams.get(n, ()):
+            if seam.other_chart not in cells:
+                other = layout.cells[seam.other_chart].chart
+                found[seam.other_chart].append(shown_beyond(seam, depths[seam.edge], other))
+    return found
+
+
+def _lay(
+    pixels: PixelArray,
+    top: int,
+    cell: AtlasCell,
+    n: int,
+    seams: Sequence[ChartSeam],
+    arrays: Sequence[PixelArray] | Mapping[int, PixelArray],
+) -> None:
+    """Write a chart and its gutters into its page, whose first row is row `top` of the atlas."""
+    inside = pixels[cell.top - top : cell.top - top + cell.height, cell.left : cell.left + cell.width]
+    fill_gutters(inside, cell.row - cell.top, cell.column - cell.left, n, seams, arrays)
 
 
 def by_chart(seams: Sequence[ChartSeam]) -> dict[int, list[ChartSeam]]:
@@ -152,19 +201,30 @@ def by_chart(seams: Sequence[ChartSeam]) -> dict[int, list[ChartSeam]]:
     return found
 
 
-def _mean_color(arrays: Sequence[PixelArray], dtype: np.dtype[np.generic]) -> NDArray[np.generic]:
+def _mean_color(arrays: Sequence[PixelArray]) -> NDArray[np.generic]:
     """Return the mean of every eighth texel each way: near enough for what nobody sees."""
+    dtype = arrays[0].dtype
     means = [array[::8, ::8].mean(axis=(0, 1), dtype=np.float64) for array in arrays]
     mean = np.mean(means, axis=0)
     return np.asarray(mean if dtype.kind == "f" else np.rint(mean)).astype(dtype)
 
 
-def _fill_unused(pixels: PixelArray, cells: Sequence[AtlasCell], color: NDArray[np.generic]) -> None:
-    """Paint what no cell covers: right ends of rows, below cells lower than their row, ends of pages."""
-    rows = sorted({cell.top for cell in cells})
-    for top, bottom in pairwise([*rows, pixels.shape[0]]):
-        shelf = [cell for cell in cells if cell.top == top]
+def _fill_unused(
+    pixels: PixelArray,
+    first: int,
+    cells: Mapping[int, AtlasCell],
+    arrays: Sequence[PixelArray] | Mapping[int, PixelArray],
+) -> None:
+    """Paint what no cell of a page covers: right ends of rows, below cells lower than their row, its end.
+
+    `first` is the page's first row in the atlas.
+    """
+    color = _mean_color([arrays[n] for n in cells])
+    rows = sorted({cell.top for cell in cells.values()})
+    for top, bottom in pairwise([*rows, first + pixels.shape[0]]):
+        shelf = [cell for cell in cells.values() if cell.top == top]
         end = max(cell.left + cell.width for cell in shelf)
-        pixels[top:bottom, end:] = color
+        pixels[top - first : bottom - first, end:] = color
         for cell in shelf:
-            pixels[top + cell.height : bottom, cell.left : cell.left + cell.width] = color
+            below = slice(top - first + cell.height, bottom - first)
+            pixels[below, cell.left : cell.left + cell.width] = color

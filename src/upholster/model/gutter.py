@@ -1,14 +1,15 @@
 """Filling the gutters of one chart from its neighbours across the edges."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
 from upholster.charts.seams import ChartSeam
+from upholster.quilt.chart import Chart
 from upholster.types import FloatArray, PixelArray
 
-__all__ = ["beyond", "fill_gutters", "mixed_corner"]
+__all__ = ["beyond", "fill_gutters", "mixed_corner", "shown_beyond"]
 
 
 def fill_gutters(
@@ -17,7 +18,7 @@ def fill_gutters(
     column: int,
     chart: int,
     seams: Sequence[ChartSeam],
-    arrays: Sequence[PixelArray],
+    arrays: Sequence[PixelArray] | Mapping[int, PixelArray],
 ) -> None:
     """Write a chart and its gutters into its cell of the atlas.
 
@@ -36,7 +37,7 @@ def fill_gutters(
     seams
         The chart's own.
     arrays
-        Texels of all charts.
+        Texels of all charts, or by number of those that are shown, see `shown_beyond`.
     """
     texels = arrays[chart]
     height, width = texels.shape[:2]
@@ -63,8 +64,31 @@ def beyond(seam: ChartSeam, count: int) -> tuple[slice, FloatArray]:
     return slice(first, last), seam.other_start + slope * (np.arange(first, last) + 0.5 - seam.start)
 
 
+def shown_beyond(seam: ChartSeam, depth: int, other: Chart) -> tuple[slice, slice]:
+    """Return which rows and columns of the chart across a seam a gutter of a depth shows, or a few more."""
+    tall, wide = (other.height, other.width) if seam.other_edge & 1 else (other.width, other.height)
+    low, high = sorted((seam.other_start, seam.other_stop))
+    along = slice(max(0, int(low) - 1), min(tall, int(high) + 2))
+    across = min(wide, max(depth, int(depth * _ratio(seam)) + 1))
+    return (
+        (slice(0, across), along),
+        (along, slice(wide - across, wide)),
+        (slice(wide - across, wide), along),
+        (along, slice(0, across)),
+    )[seam.other_edge]
+
+
+def _ratio(seam: ChartSeam) -> float:
+    # Texels are about square, so the ratio of sizes along the edge holds across it too.
+    return abs(seam.other_stop - seam.other_start) / (seam.stop - seam.start)
+
+
 def _band(
-    edge: int, depth: int, texels: PixelArray, seams: Sequence[ChartSeam], arrays: Sequence[PixelArray]
+    edge: int,
+    depth: int,
+    texels: PixelArray,
+    seams: Sequence[ChartSeam],
+    arrays: Sequence[PixelArray] | Mapping[int, PixelArray],
 ) -> PixelArray:
     """Return what lies beyond an edge: (texels along the edge, depth, C), outward."""
     own = _inward(texels, edge)
@@ -74,8 +98,7 @@ def _band(
         mine, where = beyond(seam, count)
         other = _inward(arrays[seam.other_chart], seam.other_edge)
         opposed = seam.other_start > seam.other_stop
-        # Texels are about square, so the ratio of sizes along the edge holds across it too.
-        ratio = abs(seam.other_stop - seam.other_start) / (seam.stop - seam.start)
+        ratio = _ratio(seam)
         if ratio == 1 and mine.stop - mine.start == other.shape[0] and depth <= other.shape[1]:
             band[mine] = other[::-1, :depth] if opposed else other[:, :depth]
             continue

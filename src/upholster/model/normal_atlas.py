@@ -1,6 +1,6 @@
 """The atlas of a normal map: what gutters take over from a neighbour is told in the chart's own frame."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -16,7 +16,7 @@ from upholster.quilt.chart import Chart
 from upholster.quilt.model import Texels
 from upholster.types import FloatArray, PixelArray, frozen_array
 
-__all__ = ["build_normal_atlas"]
+__all__ = ["build_normal_atlas", "turn_gutters"]
 
 
 def build_normal_atlas(
@@ -50,14 +50,26 @@ def build_normal_atlas(
         raise InputError(f"normal map has {texels.arrays[0].shape[2]} channels; allowed: 3")
     atlas = build_atlas(texels, seams, gutter=gutter, size=size, limit=limit, threads=threads)
     pixels = atlas.pixels.copy()
-    of_chart = by_chart(seams)
-    for index, cell in enumerate(atlas.cells):
-        _turn_gutters(
-            pixels[cell.top : cell.top + cell.height, cell.left : cell.left + cell.width],
-            cell,
-            [_angles(surface, texels.charts, index, edge, of_chart[index]) for edge in range(4)],
-        )
+    turn_gutters(surface, texels.charts, by_chart(seams), dict(enumerate(atlas.cells)), pixels, 0)
     return replace(atlas, pixels=frozen_array(pixels))
+
+
+def turn_gutters(
+    surface: Surface,
+    charts: Sequence[Chart],
+    seams: Mapping[int, Sequence[ChartSeam]],
+    cells: Mapping[int, AtlasCell],
+    pixels: PixelArray,
+    top: int,
+) -> None:
+    """Turn the vectors in the gutters of some cells; row 0 of `pixels` is row `top` of the atlas."""
+    for n, cell in cells.items():
+        first = cell.top - top
+        _turn_gutters(
+            pixels[first : first + cell.height, cell.left : cell.left + cell.width],
+            cell,
+            [_angles(surface, charts, n, edge, seams.get(n, ())) for edge in range(4)],
+        )
 
 
 def _turn_gutters(pixels: PixelArray, cell: AtlasCell, angles: Sequence[FloatArray]) -> None:

@@ -7,7 +7,16 @@ from itertools import accumulate
 from upholster.errors import InputError
 from upholster.quilt.chart import Chart
 
-__all__ = ["MAX_GUTTER", "MAX_PAGES", "PAGE_LIMIT", "AtlasCell", "AtlasLayout", "AtlasPage", "pack_charts"]
+__all__ = [
+    "MAX_GUTTER",
+    "MAX_PAGES",
+    "PAGE_LIMIT",
+    "AtlasCell",
+    "AtlasLayout",
+    "AtlasPage",
+    "gutter_depths",
+    "pack_charts",
+]
 
 PAGE_LIMIT = 8192
 """Most texels of a page each way: what any graphics card and any image format takes."""
@@ -59,6 +68,16 @@ class AtlasLayout:
 
     cells: tuple[AtlasCell, ...]
     pages: tuple[AtlasPage, ...]
+
+    def on_page(self, number: int) -> dict[int, AtlasCell]:
+        """Return the cells of a page by their charts' numbers."""
+        return {n: cell for n, cell in enumerate(self.cells) if cell.page == number}
+
+
+def gutter_depths(cell: AtlasCell) -> tuple[int, int, int, int]:
+    """Return how deep a cell's gutters are beyond each edge of its chart, in texels."""
+    row, column = cell.row - cell.top, cell.column - cell.left
+    return row, cell.width - column - cell.chart.width, cell.height - row - cell.chart.height, column
 
 
 def pack_charts(
