@@ -26,7 +26,12 @@ _SLACK = 1 / 128
 
 
 def paint_normals(
-    quilt: Quilt, normals: PixelArray, *, threads: int | None = None, progress: Progress | None = None
+    quilt: Quilt,
+    normals: PixelArray,
+    *,
+    rows: tuple[int, int] | None = None,
+    threads: int | None = None,
+    progress: Progress | None = None,
 ) -> Texels:
     """Paint a quilt with a normal map, in the frame that texels have on the surface.
 
@@ -40,6 +45,8 @@ def paint_normals(
     normals
         (H, W, 3) uint8, uint16 or float32: (x, y, z) to the right, upward and outward in the exemplar, coded
         as (v + 1)/2 times the largest integer (1 for floats).
+    rows
+        As of `upholster.quilt.painting.paint_each`.
     threads, progress
         As in `upholster.quilt.paint`.
 
@@ -68,7 +75,7 @@ def paint_normals(
     symmetries = np.unique(quilt.placements["symmetry"])
     images = [_turned(normals, symmetry) for symmetry in symmetries] or [normals]
     which = np.searchsorted(symmetries, quilt.placements["symmetry"]).astype(np.int64)
-    texels = paint_each(quilt, images, which, threads=threads, progress=progress)
+    texels = paint_each(quilt, images, which, rows=rows, threads=threads, progress=progress)
     top = _top(normals.dtype)
     tasks: list[Callable[[], object]] = [
         partial(turn_vectors, array, field.matrices, field.margin, float(top))

@@ -123,12 +123,15 @@ def paint_each(
     images: Sequence[PixelArray],
     which: NDArray[np.int64],
     *,
+    rows: tuple[int, int] | None = None,
+    pyramid: Pyramid | None = None,
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> Texels:
     """Paint each placement with an image of its own, `images[which[n]]`: all of one shape and dtype.
 
-    Charts without placements are left as they come, see `fill_bare`.
+    Charts without placements are left as they come, see `fill_bare`; so are, of every chart, all rows but
+    those from, to in `rows`, where they are given. `pyramid` is that of the images, if it is there already.
     """
     (height, _, channels), dtype = images[0].shape, images[0].dtype
     flat = np.concatenate(images) if len(images) > 1 else np.ascontiguousarray(images[0])
@@ -151,20 +154,23 @@ def paint_each(
         for index, (field, copied) in enumerate(zip(quilt.fields, quilt.copied, strict=True))
     ]
     chosen, deepest = _levels(centres, np.diff(starts), most_levels(*quilt.exemplar_shape))
-    pyramid = build_pyramid(images, deepest) if deepest >= 0 else None
+    if pyramid is None and deepest >= 0:
+        pyramid = build_pyramid(images, deepest)
+    levels = 0 if pyramid is None else len(pyramid.levels) // len(images)
     pieces: list[tuple[int, Callable[[], object]]] = []
     for index, (chart, array) in enumerate(zip(quilt.charts, arrays, strict=True)):
         out, mine = array.reshape(chart.height, -1), slice(*starts[index : index + 2])
         matrices = centres[index]
         if mine.start == mine.stop:
             continue
-        rows = max(1, _TASK_TEXELS // chart.width)
-        for start in range(0, chart.height, rows):
-            stop = min(start + rows, chart.height)
+        step = max(1, _TASK_TEXELS // chart.width)
+        top, bottom = rows or (0, chart.height)
+        for start in range(top, bottom, step):
+            stop = min(start + step, bottom)
             if matrices is None or pyramid is None:
                 piece = partial(_paint_part, quilt, placed[mine], flat, out, channels, start, stop)
             else:
-                blocks = matrices, chosen[mine] + which[mine] * (deepest + 1)
+                blocks = matrices, chosen[mine] + which[mine] * levels
                 piece = partial(_warp_part, quilt, index, pyramid, blocks, out, channels, start, stop)
             pieces.append(((stop - start) * chart.width, piece))
     run_tasks(_gathered(pieces), threads=threads, progress=progress, stage="paint")
