@@ -69,21 +69,9 @@ class RationalPatch:
                 f"a control net has {net.shape[0]} x {net.shape[1]} points; "
                 f"allowed: 2 to {MAX_DEGREE + 1} each way"
             )
-        weights = net[..., 3]
-        ok = (weights >= 1.0 / LARGEST) & (weights <= LARGEST)  # false for NaN too
-        if not ok.all():
-            i, j = np.argwhere(~ok)[0]
-            raise InputError(
-                f"weight [{i}, {j}] is {weights[i, j]:.17g}; "
-                f"allowed: positive, {1 / LARGEST:g} to {LARGEST:g}"
-            )
-        ok = np.abs(net[..., :3]).max(axis=2) <= LARGEST
-        if not ok.all():
-            i, j = np.argwhere(~ok)[0]
-            raise InputError(
-                f"control point [{i}, {j}] is ({_numbers(net[i, j, :3])}), times its weight; "
-                f"allowed: finite numbers up to {LARGEST:g}"
-            )
+        # In two numbers first, for there may be very many patches; a NaN is in both.
+        if not (np.abs(net).max() <= LARGEST and net[..., 3].min() >= 1 / LARGEST):
+            raise _outside(net)
         object.__setattr__(self, "net", frozen_array(net))
 
     def __repr__(self) -> str:
@@ -100,16 +88,21 @@ class RationalPatch:
         """
         try:
             xyz = np.asarray(points, dtype=np.float64)
-            w = np.ones(xyz.shape[:2]) if weights is None else np.asarray(weights, dtype=np.float64)
+            w = None if weights is None else np.asarray(weights, dtype=np.float64)
         except (TypeError, ValueError) as error:
             raise InputError(f"control points and weights must be arrays of numbers: {error}") from None
         if xyz.ndim != 3 or xyz.shape[2] != 3:
             raise InputError(f"control points have shape {xyz.shape}; allowed: (m+1, n+1, 3)")
-        if w.shape != xyz.shape[:2]:
-            raise InputError(f"weights have shape {w.shape}; allowed: {xyz.shape[:2]}, one per control point")
-        with np.errstate(invalid="ignore", over="ignore"):  # what comes of wrong numbers is refused below
-            scaled = xyz * w[..., None]
-        return cls(np.dstack([scaled, w]))
+        net = np.ones((*xyz.shape[:2], 4))
+        net[..., :3] = xyz
+        if w is not None:
+            if w.shape != xyz.shape[:2]:
+                raise InputError(
+                    f"weights have shape {w.shape}; allowed: {xyz.shape[:2]}, one per control point"
+                )
+            with np.errstate(invalid="ignore", over="ignore"):  # what comes of wrong numbers is refused below
+                net *= w[..., None]
+        return cls(net)
 
     @property
     def degree(self) -> tuple[int, int]:
@@ -373,6 +366,22 @@ def parameter_pairs(s: ArrayLike, t: ArrayLike) -> tuple[FloatArray, FloatArray]
     if s.shape != t.shape:
         raise InputError(f"s has shape {s.shape} and t {t.shape}; allowed: equal shapes")
     return s, t
+
+
+def _outside(net: FloatArray) -> InputError:
+    # The error of a net with a number that is not allowed: names the first.
+    weights = net[..., 3]
+    ok = (weights >= 1 / LARGEST) & (weights <= LARGEST)  # false for NaN too
+    if not ok.all():
+        i, j = np.argwhere(~ok)[0]
+        return InputError(
+            f"weight [{i}, {j}] is {weights[i, j]:.17g}; allowed: positive, {1 / LARGEST:g} to {LARGEST:g}"
+        )
+    i, j = np.argwhere(~(np.abs(net[..., :3]).max(axis=2) <= LARGEST))[0]
+    return InputError(
+        f"control point [{i}, {j}] is ({_numbers(net[i, j, :3])}), times its weight; "
+        f"allowed: finite numbers up to {LARGEST:g}"
+    )
 
 
 def _numbers(values: FloatArray) -> str:

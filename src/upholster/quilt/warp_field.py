@@ -48,6 +48,10 @@ _COSINES = np.rint(2**14 * np.cos(2 * np.pi * np.arange(ANGLES) / ANGLES)).astyp
 _POWERS = np.rint(2**14 * 2 ** (np.arange(OCTAVE) / OCTAVE)).astype(np.int64)
 
 
+_LEAST = np.array([-OCTAVE * MOST_OCTAVES] * 2 + [0, -MOST_SHEAR], np.int16)
+_GREATEST = np.array([OCTAVE * MOST_OCTAVES] * 2 + [ANGLES - 1, MOST_SHEAR], np.int16)
+
+
 @dataclass(frozen=True, eq=False)
 class WarpField:
     """A grid of 2×2 matrices over a chart and the apron round it, bilinear between its nodes.
@@ -82,12 +86,7 @@ class WarpField:
         if not 0 <= self.margin <= 64:
             raise InputError(f"field has a margin of {self.margin} nodes; allowed: 0 to 64")
         most = OCTAVE * MOST_OCTAVES
-        if (
-            np.abs(nodes[..., :2]).max() > most
-            or nodes[..., 2].min() < 0
-            or nodes[..., 2].max() >= ANGLES
-            or np.abs(nodes[..., 3]).max() > MOST_SHEAR
-        ):
+        if (nodes < _LEAST).any() or (nodes > _GREATEST).any():
             raise InputError(
                 f"a field's node is out of range; allowed: sizes within ±{most}, angles 0 to {ANGLES - 1}, "
                 f"shears within ±{MOST_SHEAR}"

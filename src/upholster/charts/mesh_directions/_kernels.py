@@ -11,7 +11,15 @@ ComplexArray = NDArray[np.complex128]
 _CARRY_ROUNDS = 10
 """How often directions that were carried are brought to the mean of those beside them."""
 
-__all__ = ["around_vertices", "carry_from", "comb", "near_by", "nearest_triangles", "regions", "vertex_vectors"]
+__all__ = [
+    "around_vertices",
+    "carry_from",
+    "comb",
+    "near_by",
+    "nearest_triangles",
+    "regions",
+    "vertex_vectors",
+]
 
 
 @allocating_kernel
