@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import ArrayLike
 
-from upholster.charts.directions import NUMBER
 from upholster.charts._multigrid_kernels import ComplexArray
+from upholster.charts.directions import NUMBER
 from upholster.charts.mesh_directions._kernels import carry_from, near_by, nearest_triangles
 from upholster.charts.mesh_directions.frames import PlaneFrames, plane_frames, power
 from upholster.charts.mesh_directions.wishes import Wish
