@@ -32,6 +32,7 @@ export class UphLoader extends Loader {
    */
   load(url, onLoad, onProgress, onError) {
     const model = this.#newModel()
+    const { client } = model
     const path = this.path + url
     this.manager.itemStart(path)
     let open = true
@@ -60,11 +61,11 @@ export class UphLoader extends Loader {
       cache: this.cache ?? 'default',
     }
     if (this.withCredentials) options.credentials = 'include'
-    receive(this.manager.resolveURL(path), model, options)
-      .catch((error) => model.signal.aborted || model.fail(error))
+    receive(this.manager.resolveURL(path), client, options)
+      .catch((error) => client.signal.aborted || client.fail(error))
       .finally(() => {
         this.#running.delete(model)
-        if (model.signal.aborted) end() // else the worker still has to say what the bytes are
+        if (client.signal.aborted) end() // else the worker still has to say what the bytes are
       })
     return model
   }
@@ -73,8 +74,8 @@ export class UphLoader extends Loader {
   parse(bytes) {
     const model = this.#newModel()
     const copy = ArrayBuffer.isView(bytes) ? bytes.slice() : new Uint8Array(bytes.slice(0))
-    model.feed(copy)
-    model.end()
+    model.client.feed(copy)
+    model.client.end()
     return model
   }
 

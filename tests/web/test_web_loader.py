@@ -219,7 +219,7 @@ def test_only_charts_that_changed_are_uploaded(page: Any) -> None:
           const meshes = model.children.filter((child) => child.isMesh)
           const versions = () => meshes.map(({ material: { map } }) => `${map.uuid} ${map.version}`)
           const before = versions()
-          model.feed(bytes.slice(start, start + 100))
+          model.client.feed(bytes.slice(start, start + 100))
           await model.settled()
           const after = versions()
           model.dispose()
