@@ -269,8 +269,23 @@ def test_ctrl_c_while_reading_is_one_line_and_leaves_nothing(files, tmp_path):
 def test_limits_are_kept(files):
     with pytest.raises(InputError, match=r"takes more than 0.01 s"):
         read_cad(files / "two.step", seconds=0.01)
-    with pytest.raises(InputError, match=r"memory|crashes"):
+    with pytest.raises(InputError, match=r"needs more than 0.293 GiB of memory to read"):
         read_cad(files / "two.step", memory=300 << 20)
+
+
+@pytest.mark.parametrize(
+    ("limit", "value", "said"),
+    [("SECONDS", 0.01, "takes more than 0.01 s to read"), ("MEMORY", 100 << 20, "0.0977 GiB of memory")],
+)
+def test_out_of_time_or_memory_is_one_line_and_writes_nothing(
+    files, monkeypatch, tmp_path, limit, value, said
+):
+    monkeypatch.setattr(f"upholster.occt.process.{limit}", value)
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    done = run_cli("cover", SAMPLE, "--on", files / "two.step", "-q", "-o", "a.glb", cwd=tmp_path)
+    assert_one_line(done, said)
+    assert_one_line(run_cli("info", files / "two.step", cwd=tmp_path), said)
+    assert not list(tmp_path.iterdir())
 
 
 def test_a_crash_is_one_line(files, monkeypatch, tmp_path):

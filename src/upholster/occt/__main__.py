@@ -17,6 +17,10 @@ _EVERY = 0.1
 """Seconds between two lines of progress, at least."""
 
 
+_NO_ROOM = "bad_alloc", "failed to map", "annot allocate memory"
+"""What is said where libraries find no room for themselves."""
+
+
 def main(file: str, result: str, options: str) -> None:
     """Read a file within limits; write its record, or an error's text, and meanwhile progress to stdout.
 
@@ -48,6 +52,10 @@ def _read(file: Path, options: dict[str, Any], tell: Progress) -> CadRecord | st
         from upholster.occt.reading import UnreadableError, read_shapes
     except ModuleNotFoundError as error:
         return f"missing {error.name}"
+    except ImportError as error:
+        if any(said in str(error) for said in _NO_ROOM):
+            return "memory"
+        return f"it can not be read: Open CASCADE does not load: {error}".splitlines()[0]
     try:
         record, leaves = read_shapes(file, options.pop("unit"))
         add_bodies(record, leaves, **options, progress=tell)

@@ -37,8 +37,8 @@ def read_cad(
     unique: bool = False,
     unit: float | None = None,
     coarse: bool = False,
-    seconds: float = SECONDS,
-    memory: int = MEMORY,
+    seconds: float | None = None,
+    memory: int | None = None,
     progress: Progress | None = None,
 ) -> CadRecord:
     """Read a CAD file: STEP, IGES and BREP by Open CASCADE, 3DM by rhino3dm as well.
@@ -56,7 +56,7 @@ def read_cad(
     coarse
         Whether few triangles will do, to know what there is.
     seconds, memory
-        How long reading may take, and how much memory, in bytes.
+        How long reading may take, and how much memory, in bytes; by default `SECONDS` and `MEMORY`.
     progress
         Called with stages "faces" and "mesh", in the thread that calls this.
 
@@ -65,6 +65,7 @@ def read_cad(
     InputError
         If what reads it is not installed; if it can not be read, has no faces, or needs more than the limits.
     """
+    seconds, memory = SECONDS if seconds is None else seconds, MEMORY if memory is None else memory
     options = {"unit": unit, "deviation": deviation, "unique": unique, "coarse": coarse}
     options |= {"memory": memory, "seconds": seconds}
     with tempfile.TemporaryDirectory(prefix="upholster-") as folder:
