@@ -28,6 +28,7 @@ from upholster.methods import Prepared, execute, kept_sample, matched_image, nee
 from upholster.options import ModelOptions, SampleOptions, SynthesisOptions, WriteOptions
 from upholster.outputs import TexturedModel
 from upholster.quilt import Chart, Quilt
+from upholster.quilt.chart import MAX_CHART
 from upholster.reports import counts_of, notes_before, settled_words
 from upholster.shown import on_a_line
 from upholster.stream import check_layout
@@ -159,6 +160,8 @@ class Covering:
         Of the material in a file.
     first
         One before it on the same mesh, which shares what they have in common.
+    largest
+        Texels: greatest height and width of a chart on patches.
     """
 
     pattern: str | None
@@ -167,6 +170,7 @@ class Covering:
     asked: SynthesisOptions
     title: str = ""
     first: "Covering | None" = None
+    largest: int = MAX_CHART
 
     @property
     def name(self) -> str:
@@ -193,7 +197,7 @@ class Covering:
         """What will be done, settled; InputError if something is out of range."""
         field = None if self.first is None else self.first.prepared.field
         with _naming(self.name):
-            return prepare(self.seen, self.surface, self.asked, field=field)
+            return prepare(self.seen, self.surface, self.asked, field=field, largest=self.largest)
 
     @property
     def charts(self) -> tuple[Chart, ...]:
@@ -205,9 +209,10 @@ class Covering:
         """How many it has."""
         return sum(chart.height * chart.width for chart in self.charts)
 
-    def notes(self) -> list[str]:
-        """Return what the user should know before the work begins."""
-        found = notes_before(self.surface, self.prepared, self.seen, 1 + len(self.roles))
+    def notes(self, *, in_memory: bool = True) -> list[str]:
+        """Return what the user should know before the work begins, which may hold all texels in memory."""
+        maps = 1 + len(self.roles) if in_memory else 0
+        found = notes_before(self.surface, self.prepared, self.seen, maps)
         return [f"{self.name}: {note}" if self.name else note for note in found]
 
     def synthesized(self, *, seed: int, threads: int | None, progress: Progress | None) -> Quilt:

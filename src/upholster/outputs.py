@@ -63,6 +63,7 @@ from upholster.model import (
 )
 from upholster.options import WriteOptions
 from upholster.quilt import Chart, Quilt, Texels
+from upholster.quilt.chart import MAX_CHART
 from upholster.render import render
 from upholster.render.directions import directions_picture
 from upholster.render.maps import SHOWN
@@ -75,6 +76,7 @@ __all__ = [
     "TexturedModel",
     "atlas_pages",
     "check_displacement",
+    "largest_chart",
     "metres_of",
     "parse_output",
     "textured_model",
@@ -99,6 +101,9 @@ _MODEL_SUFFIXES: dict[str, Kind] = {
 _DISPLACED_SUFFIXES = (".obj", ".ply")
 """Models that hold triangles alone where these are displaced."""
 
+_TILE_LIMIT = 4096
+"""Texels of the largest chart on tiles, gutters included, where their size is not asked for."""
+
 _POSTER_SIZE, _POSTER_VIEW, _POSTER_QUADS, _POSTER_QUALITY = (320, 240), (30.0, 30.0), 4000, 20
 """Of a page's poster: the viewer begins with this view."""
 
@@ -117,10 +122,13 @@ class Output:
         triangles alone, displaced where the options say so (solid).
     path
         The file; some kinds have others beside it.
+    url
+        Of the folder where it lies; empty: `path` is a path.
     """
 
     kind: Kind
     path: Path
+    url: str = ""
 
     @property
     def has_atlas(self) -> bool:
@@ -147,6 +155,8 @@ class Output:
         pages
             Of the atlas, see `atlas_pages`.
         """
+        if self.url:
+            return ()  # no file of this machine
         own: list[Path] = []
         match self.kind:
             case "atlas":
@@ -180,6 +190,15 @@ def atlas_pages(outputs: Iterable[Output], charts: Sequence[Chart], options: Wri
     if not any(output.has_atlas for output in outputs):
         return 1
     return len(pack_charts(charts, gutter=options.padding, size=options.atlas_size).pages)
+
+
+def largest_chart(outputs: Iterable[Output], options: WriteOptions) -> int:
+    """Return how long charts may be, in texels: where tiles are written, each must fit one."""
+    if not any(output.in_tiles for output in outputs):
+        return MAX_CHART
+    step = 1 << max(0, options.padding.bit_length() - 1)
+    size = _TILE_LIMIT if options.atlas_size is None else options.atlas_size
+    return max(1, size // step * step - 2 * options.padding)
 
 
 def metres_of(surface: AnySurface) -> float | None:
@@ -254,6 +273,10 @@ def parse_output(target: str | os.PathLike[str], *, flat: bool = False, displace
                 f"({', '.join(_IMAGE_SUFFIXES)})"
             )
         atlas = True
+    if "://" in text:
+        if not atlas or UDIM not in text:
+            raise InputError(f"output {text!r} is a URL; allowed: of tiles, 's3://folder/name.{UDIM}.png'")
+        return Output("atlas", Path(path.name), text.removeprefix("atlas:").rpartition("/")[0])
     if suffix in _IMAGE_SUFFIXES:
         return Output("atlas" if atlas else "flat" if flat else "picture", path)
     if displaced and suffix in _DISPLACED_SUFFIXES and not atlas:

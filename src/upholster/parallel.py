@@ -1,15 +1,23 @@
-"""Run independent tasks on several threads, with progress, and stop quickly when asked to."""
+"""Run independent tasks on several threads, with progress, and stop quickly when asked to.
+
+`run_tasks` runs as many as are there; a `TaskPool` takes further ones while others run.
+"""
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
-from contextlib import suppress
-from queue import Empty, SimpleQueue
+from contextlib import contextmanager, suppress
+from itertools import count
+from queue import Empty, PriorityQueue, SimpleQueue
+from typing import Any, Protocol, cast
 
 from upholster.errors import InputError, check_whole
 from upholster.types import Progress
 
-__all__ = ["check_running", "run_tasks", "thread_count"]
+__all__ = ["Key", "TaskPool", "check_running", "run_tasks", "thread_count", "thread_pool"]
+
+Key = tuple[str, int]
+"""What a task is called: its kind and a number."""
 
 
 def thread_count(threads: int | None) -> int:
@@ -69,8 +77,59 @@ def run_tasks(
         executor.shutdown(wait=False, cancel_futures=True)
 
 
-def _next(finished: "SimpleQueue[Future[object]]") -> "Future[object]":
+def _next(finished: "SimpleQueue[Future[Any]]") -> "Future[Any]":
     while True:
         # A short wait keeps Ctrl-C prompt: the main thread runs Python code between two waits.
         with suppress(Empty):
             return finished.get(timeout=0.2)
+
+
+class TaskPool(Protocol):
+    """Runs tasks that come while others run: on threads of this process, or on workers elsewhere."""
+
+    def submit(self, key: Key, task: Callable[..., Any], *arguments: Any, priority: int = 0) -> None:
+        """Let a task run, by that name; those of higher priority come first, then those that came first.
+
+        A task is a function of a module, and its arguments can be pickled.
+        """
+        ...
+
+    def next(self) -> tuple[Key, Any]:
+        """Wait until one more task has ended; return its name and what it returned, or raise its error."""
+        ...
+
+
+@contextmanager
+def thread_pool(threads: int | None = None) -> Iterator[TaskPool]:
+    """Yield a pool on threads of this process; at the end those that have not begun are dropped.
+
+    Parameters
+    ----------
+    threads
+        1 to 256; by default one per core.
+    """
+    executor = ThreadPoolExecutor(thread_count(threads))
+    try:
+        yield _Threads(executor)
+    finally:
+        executor.shutdown(wait=True, cancel_futures=True)
+
+
+class _Threads:
+    """A pool on threads: each turn of one takes what is first in the queue then."""
+
+    def __init__(self, executor: ThreadPoolExecutor) -> None:
+        self._executor, self._turn = executor, count()
+        self._queue: PriorityQueue[tuple[int, int, Key, Callable[[], Any]]] = PriorityQueue()
+        self._ended: SimpleQueue[Future[Any]] = SimpleQueue()
+
+    def submit(self, key: Key, task: Callable[..., Any], *arguments: Any, priority: int = 0) -> None:
+        self._queue.put((-priority, next(self._turn), key, lambda: task(*arguments)))
+        self._executor.submit(self._run_first).add_done_callback(self._ended.put)
+
+    def next(self) -> tuple[Key, Any]:
+        return cast(tuple[Key, Any], _next(self._ended).result())
+
+    def _run_first(self) -> tuple[Key, Any]:
+        *_, key, call = self._queue.get_nowait()
+        return key, call()

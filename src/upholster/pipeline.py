@@ -8,7 +8,7 @@ With several materials each has its own exemplar, quilt and texels; what is writ
 import json
 import os
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, replace
+from dataclasses import asdict, dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -16,6 +16,7 @@ from typing import Any
 from upholster._version import __version__
 from upholster.charts.covered import CoveredLike, as_covered, covered_files
 from upholster.coverings import (
+    Covering,
     check_samples,
     check_streamed,
     counted,
@@ -27,7 +28,7 @@ from upholster.coverings import (
     synthesized,
 )
 from upholster.errors import InputError
-from upholster.files import outputs, path_text
+from upholster.files import Outputs, outputs, path_text
 from upholster.geometry import Surface
 from upholster.image import Material
 from upholster.image.rectify import Corners
@@ -35,17 +36,21 @@ from upholster.image.source import Source, as_exemplar, read_source, source_name
 from upholster.methods import settled_seed
 from upholster.options import ModelOptions, SampleOptions, SynthesisOptions, WriteOptions, chosen
 from upholster.outputs import (
+    Output,
+    TexturedModel,
     atlas_pages,
     check_displacement,
+    largest_chart,
     metres_of,
     parse_output,
     textured_model,
     write_output,
 )
-from upholster.parallel import check_running
+from upholster.parallel import TaskPool, check_running
 from upholster.quilt import Quilt, Texels
 from upholster.refining import RefineReport, refine
 from upholster.reports import CoverReport, peak_memory, timed, totalled
+from upholster.tiles import are_tiles_alone, check_tasks, spread_quilt, task_pool, tiled
 from upholster.types import PixelArray, Progress
 from upholster.writing import (
     add_pages,
@@ -80,6 +85,8 @@ def cover(
     options: WriteOptions | None = None,
     report: str | os.PathLike[str] | None = None,
     threads: int | None = None,
+    workers: int | None = None,
+    scheduler: str | None = None,
     progress: Progress | None = None,
     tell: Callable[[str], None] | None = None,
 ) -> CoverReport:
@@ -103,7 +110,8 @@ def cover(
         material's other maps lie beside atlas, flat texture and OBJ, named by role: ``wall_normal.png``
         beside ``wall.png``; pictures of the model show all of them but the height. An atlas above 8192² has
         several pages: in a GLB each is a material, images are ``wall_1.png``, ``wall_2.png`` … An image with
-        ``<UDIM>`` in its name is an atlas in UDIM tiles; texture coordinates of an OBJ then fit them.
+        ``<UDIM>`` in its name is an atlas in UDIM tiles; texture coordinates of an OBJ then fit them. Tiles
+        alone, on patches, are written one by one, and may be larger than memory: see docs/scaling.md.
     materials
         Several on one model's file: samples by the names of parts, ``{"Seat": "leather/", "Leg*":
         "oak.jpg@30cm"}``. Patterns are as of `upholster.ModelOptions`; of those that fit a part the first
@@ -124,6 +132,9 @@ def cover(
     threads, progress
         As in `upholster.synthesize`; stages "faces" and "mesh" while a CAD model is read, "unwrap" while a
         model is laid out, "blocks", "seams" or "texels", then "paint" and "render".
+    workers, scheduler
+        Lay charts and paint tiles on so many processes of this machine, or on the workers of a Dask
+        scheduler, ``tcp://host:8786``: on patches, with method "quilt". The result is the same.
     tell
         Called with each note of the report before the work begins.
 
@@ -142,8 +153,7 @@ def cover(
     check_running(threads, progress)
     flat, displaced = isinstance(asked.texels, tuple), options.displace is not None
     wanted = [parse_output(target, flat=flat, displaced=displaced) for target in listed(targets)]
-    if report is not None and not path_text(report, "report").lower().endswith(".json"):
-        raise InputError(f"report {os.fspath(report)!r} has suffix {Path(report).suffix!r}; allowed: .json")
+    _check_report(report)
     preparing = SampleOptions(rectify=rectify, crop=crop, resize=resize, even_light=even_light)
     notes: list[str] = []
     seconds: dict[str, float] = {}
@@ -162,6 +172,7 @@ def cover(
             coverings = read_coverings(
                 exemplar, on, choices, sample, reading, asked, notes=notes, progress=progress
             )
+            coverings = [replace(each, largest=largest_chart(wanted, options)) for each in coverings]
             covered = coverings[0].covered
             if covered.model is not None:
                 read += [os.fspath(file) for file in covered.model.inputs]
@@ -169,6 +180,7 @@ def cover(
             if isinstance(covered.surface, Surface):
                 _ = covered.surface.shared  # edges that are claimed twice are found now, not after the work
         check_directions(wanted, covered.surface)
+        check_tasks(wanted, coverings, workers, scheduler)
         roles = roles_of(coverings)
         files.add(file for output in wanted for file in output.later_files(roles, 1))
         check_coded(wanted, source_parts(coverings[0].source), options)
@@ -176,33 +188,32 @@ def cover(
             wanted, options, roles=roles_of(coverings, all_have=True), metres=metres_of(covered.surface)
         )
         with timed("prepare", seconds):
-            charts = [chart for each in coverings for chart in each.charts]
             if has_stream(wanted):
                 check_streamed(coverings[0])
+            charts = [chart for each in coverings for chart in each.charts]
             add_pages(files, wanted, roles, atlas_pages(wanted, charts, options))
-        notes += [note for each in coverings for note in each.notes()]
+        in_memory = not are_tiles_alone(wanted, coverings)
+        notes += [note for each in coverings for note in each.notes(in_memory=in_memory)]
         if tell is not None:
             for note in notes:
                 tell(note)
-        with timed("synthesize", seconds):
-            quilts = synthesized(coverings, seed=seed, threads=threads, progress=progress)
-        with timed("paint", seconds):
-            textured = painted_model(coverings, quilts, options, threads=threads, progress=progress)
-        textured = replace(textured, in_tiles=any(output.in_tiles for output in wanted))
-        written = written_to(wanted, textured, files, seconds, progress)
-        notes += notes_after(wanted, textured, seconds, tell)
-        parameters = {"exemplar": None if exemplar is None else source_names(exemplar)}
-        parameters |= {"materials": {choice.pattern: choice.named() for choice in choices}}
-        parameters |= {"on": _surface_name(on), "threads": threads}
-        parameters |= {"maps": source_names(maps or {}), "normal": normal}
-        parameters |= asdict(preparing) | asdict(reading) | asdict(asked) | {"seed": seed} | asdict(options)
+        making = _Making(wanted, coverings, options, seed, threads, progress, tell, seconds)
+        textured, written, counts = making.made(files, workers, scheduler)
+        notes += [] if textured is None else notes_after(wanted, textured, seconds, tell)
+        parameters = {
+            "exemplar": None if exemplar is None else source_names(exemplar),
+            "materials": {choice.pattern: choice.named() for choice in choices},
+            **{"on": _surface_name(on), "threads": threads, "workers": workers, "scheduler": scheduler},
+            **{"maps": source_names(maps or {}), "normal": normal, "seed": seed},
+            **_all_options(preparing, reading, asked, options),
+        }
         if callable(parameters["direction"]):
             parameters["direction"] = coverings[0].prepared.direction
         result = CoverReport(
             __version__,
             parameters,
             settled(coverings),
-            counted(coverings, quilts, textured),
+            counts,
             totalled(seconds),
             peak_memory(),
             written,
@@ -213,6 +224,64 @@ def cover(
         if report:
             files.path(report).write_text(json.dumps(result.to_json(), indent=2) + "\n", encoding="utf-8")
     return result
+
+
+_Made = tuple[TexturedModel | None, dict[str, int], dict[str, int]]
+"""The model, the bytes of each file, and counts for the report."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Making:
+    """What is made of what is prepared, and how."""
+
+    wanted: Sequence[Output]
+    coverings: Sequence[Covering]
+    options: WriteOptions
+    seed: int
+    threads: int | None
+    progress: Progress | None
+    tell: Callable[[str], None] | None
+    seconds: dict[str, float]
+
+    def made(self, files: Outputs, workers: int | None, scheduler: str | None) -> _Made:
+        """Lay charts, paint and write, where that is asked for."""
+        if not (are_tiles_alone(self.wanted, self.coverings) or workers or scheduler):
+            return self.in_memory(files)
+        with task_pool(workers, scheduler, self.threads) as pool:
+            return self.by_tasks(files, pool)
+
+    def by_tasks(self, files: Outputs, pool: TaskPool) -> _Made:
+        """Let charts be laid by tasks; tiles alone are painted by tasks as well, and no model is made."""
+        run: dict[str, Any] = {"seed": self.seed, "progress": self.progress, "tell": self.tell}
+        first, output = self.coverings[0], self.wanted[0]
+        with timed("synthesize", self.seconds):
+            if are_tiles_alone(self.wanted, self.coverings):
+                return (None, *tiled(first, output, self.options, pool, **run))
+            quilts = [spread_quilt(first, output, pool, **run)]
+        return self._written(files, quilts)
+
+    def in_memory(self, files: Outputs) -> _Made:
+        """Lay charts on threads of this process."""
+        with timed("synthesize", self.seconds):
+            quilts = synthesized(self.coverings, seed=self.seed, threads=self.threads, progress=self.progress)
+        return self._written(files, quilts)
+
+    def _written(self, files: Outputs, quilts: Sequence[Quilt]) -> _Made:
+        running: dict[str, Any] = {"threads": self.threads, "progress": self.progress}
+        with timed("paint", self.seconds):
+            textured = painted_model(self.coverings, quilts, self.options, **running)
+        textured = replace(textured, in_tiles=any(output.in_tiles for output in self.wanted))
+        written = written_to(self.wanted, textured, files, self.seconds, self.progress)
+        return textured, written, counted(self.coverings, quilts, textured)
+
+
+def _check_report(report: str | os.PathLike[str] | None) -> None:
+    if report is not None and not path_text(report, "report").lower().endswith(".json"):
+        raise InputError(f"report {os.fspath(report)!r} has suffix {Path(report).suffix!r}; allowed: .json")
+
+
+def _all_options(*kinds: Any) -> dict[str, Any]:
+    return {name: value for kind in kinds for name, value in asdict(kind).items()}
 
 
 def _surface_name(on: CoveredLike) -> str:

@@ -18,12 +18,21 @@ from upholster.methods.quilt.options import QuiltOptions
 from upholster.methods.quilt.phases import WantedPhases, better_tile, stretched_by
 from upholster.options import SynthesisOptions
 from upholster.outputs import TexturedModel
-from upholster.quilt import Quilt, Texels
+from upholster.quilt import Chart, Quilt, Texels
 from upholster.quilt.plans import StripPlan
 from upholster.shown import Shown, on_a_line
 from upholster.types import PixelArray
 
-__all__ = ["CoverReport", "counts_of", "notes_before", "peak_memory", "settled_words", "timed", "totalled"]
+__all__ = [
+    "CoverReport",
+    "counts_of",
+    "laid_counts",
+    "notes_before",
+    "peak_memory",
+    "settled_words",
+    "timed",
+    "totalled",
+]
 
 _SOFT = 0.6
 """Pixels of the sample to a texel below which a texture looks soft."""
@@ -65,7 +74,7 @@ class CoverReport(Shown):
     read
         The files that were read.
     model
-        The textured model itself; not in the JSON.
+        The textured model itself, not in the JSON; None where only tiles were written, one by one.
     """
 
     version: str
@@ -154,7 +163,7 @@ def _edge_blocks(quilt: Quilt) -> int:
 
 
 def notes_before(surface: AnySurface, prepared: Prepared, sample: PixelArray, maps: int) -> list[str]:
-    """Return what the user should know before the work begins."""
+    """Return what the user should know before the work begins; `maps` are those whose texels are kept."""
     found = []
     count, tolerance = (0, 0.0) if isinstance(surface, MeshSurface) else surface.nearly_meeting
     if count and isinstance(surface, Surface):
@@ -169,7 +178,7 @@ def notes_before(surface: AnySurface, prepared: Prepared, sample: PixelArray, ma
             "smaller --sample-size or fewer texels make it sharp"
         )
     texels = sum(chart.height * chart.width for chart in prepared.charts)
-    if texels > _MANY_TEXELS:
+    if texels > _MANY_TEXELS and maps:
         size = texels * sample.itemsize * 3 * maps
         found.append(
             f"{texels:,} texels: {size / 1e9:.1f} GB of texels in memory, and images of about half of that; "
@@ -190,15 +199,22 @@ def notes_before(surface: AnySurface, prepared: Prepared, sample: PixelArray, ma
 
 def counts_of(surface: AnySurface, quilt: Quilt, texels: Texels) -> dict[str, int]:
     """Return how many there are of what."""
-    sample = texels.arrays[0]
+    # An edge block lies on two charts.
+    placed = len(quilt.placements), _edge_blocks(quilt)
+    return laid_counts(surface, quilt.charts, placed, texels.arrays[0])
+
+
+def laid_counts(
+    surface: AnySurface, charts: Sequence[Chart], placed: tuple[int, int], colour: PixelArray
+) -> dict[str, int]:
+    """Return how many there are of what, where `placed` placements and edge blocks show a colour."""
     return _surface_counts(surface) | {
-        "charts": len(quilt.charts),
-        "texels": quilt.texel_count,
-        "placements": len(quilt.placements),
-        # An edge block lies on two charts.
-        "edge blocks": _edge_blocks(quilt),
-        "channels": sample.shape[2],
-        "bits": 8 * sample.itemsize,
+        "charts": len(charts),
+        "texels": sum(chart.height * chart.width for chart in charts),
+        "placements": placed[0],
+        "edge blocks": placed[1],
+        "channels": colour.shape[2],
+        "bits": 8 * colour.itemsize,
     }
 
 

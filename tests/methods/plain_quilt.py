@@ -804,8 +804,8 @@ def plain_quilt(exemplar, surface, charts, fields=None, *, options, phases=None,
             opened = {0} & itself[n] if grids[n].height <= charts[n].height else set()
             opened |= {3} & itself[n] if grids[n].width <= charts[n].width else set()
             need = grids[n].need(waiting | opened)
-            borders = [one and transfer.border(k, one) for k, one in enumerate(finished)]
-            transferred = transfer.transferred_onto(n, borders)
+            overhangs = [one and transfer.overhang(k, one) for k, one in enumerate(finished)]
+            transferred = transfer.transferred_onto(n, overhangs)
             chart = PlainChart(grids[n], need, whole.levels[grids[n].level], wrap, phases, n)
             chart.lay_transferred(transferred.placements, transferred.cells)
             chart.close(transfer.closed(n, finished))

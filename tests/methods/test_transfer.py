@@ -101,7 +101,7 @@ class Layout:
 
     def transferred(self, chart, **finished):
         given = [
-            self.transfer.border(n, finished[f"on{n}"]) if f"on{n}" in finished else None
+            self.transfer.overhang(n, finished[f"on{n}"]) if f"on{n}" in finished else None
             for n in range(len(self.charts))
         ]
         return self.transfer.transferred_onto(chart, given)
@@ -238,15 +238,15 @@ def test_ways_that_agree_give_a_block_once():
     assert layout.transferred(1, on0=late, on3=early).origins.tolist() == [20, 30]
 
 
-def test_of_a_border_others_get_what_the_whole_chart_gives_them():
+def test_of_an_overhang_others_get_what_the_whole_chart_gives_them():
     layout = Layout()
     inner, mask = (30, 20, 60, 60), np.tile(np.eye(8, 7, dtype=np.uint8), (2, 2))
     laid = layout.laid(0, inner, (52, 20, 90, 70), inner, (50, 52, 90, 70), mask=mask)
-    border = layout.transfer.border(0, laid)
-    assert border.parents.tolist() == [[0, 1], [0, 3]]
-    assert len(border.cells) == 2 * mask.size
+    overhang = layout.transfer.overhang(0, laid)
+    assert overhang.parents.tolist() == [[0, 1], [0, 3]]
+    assert len(overhang.cells) == 2 * mask.size
     for chart in (1, 2, 3):
-        found = layout.transfer.transferred_onto(chart, [border, None, None, None])
+        found = layout.transfer.transferred_onto(chart, [overhang, None, None, None])
         whole = layout.transfer.transferred_onto(chart, [laid, None, None, None])
         np.testing.assert_array_equal(found.placements, whole.placements)
         np.testing.assert_array_equal(found.cells, whole.cells)

@@ -2,13 +2,12 @@
 
 jobs file ──► jobs ──► those that are not done yet ──► Dask's workers ──► record, contact sheet
 
-`jobs` reads the file, `record` knows what is done already, `cluster` runs the others on Dask
-(``pip install "upholster[cluster]"``), `sheet` shows what came of them.
+`jobs` reads the file, `record` knows what is done already, `upholster.cluster` runs the others on Dask,
+`sheet` shows what came of them.
 """
 
-from upholster.batch.cluster import Outcome, Run, run_jobs
 from upholster.batch.jobs import Job, check_apart, read_jobs
 from upholster.batch.record import Record
 from upholster.batch.sheet import write_sheet
 
-__all__ = ["Job", "Outcome", "Record", "Run", "check_apart", "read_jobs", "run_jobs", "write_sheet"]
+__all__ = ["Job", "Record", "check_apart", "read_jobs", "write_sheet"]

@@ -73,6 +73,7 @@ def density_layout(
     smallest: int = 48,
     thinnest: int = 16,
     ring: float = RING,
+    largest: int = MAX_CHART,
 ) -> tuple[Chart, ...]:
     """Lay charts over a surface so that texels have about the same size everywhere.
 
@@ -97,6 +98,8 @@ def density_layout(
         otherwise: 1 to `smallest`.
     ring
         Texels: a chart that meets itself is at least so long round.
+    largest
+        Texels: greatest height and width of a chart.
 
     Returns
     -------
@@ -138,10 +141,10 @@ def density_layout(
         if texels is not None:
             found = _density(extents, whole, texels, least, thinnest)
         sizes = _rounded(extents, whole, found, least, thinnest)
-        if sizes.max() <= MAX_CHART:
+        if sizes.max() <= largest:
             break
-        if not halving.cut_longest(MAX_CHART / found):
-            raise InputError(f"a chart would be {int(sizes.max()):,} texels long; allowed: {MAX_CHART:,}")
+        if not halving.cut_longest(largest / found):
+            raise InputError(f"a chart would be {int(sizes.max()):,} texels long; allowed: {largest:,}")
     _check_total(float(sizes.prod(axis=1, dtype=np.float64).sum()))
     return tuple(
         Chart(piece.face, height, width, *halving.parameters(piece))

@@ -4,7 +4,7 @@ import json
 import os
 import tempfile
 import time
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from functools import cache
 from pathlib import Path
@@ -12,13 +12,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from upholster.cli.console import bars, say
+from upholster.cli.console import compiled, say
 from upholster.cli.cover import cover, uses_of
 from upholster.cli.options import spelled_out
 from upholster.errors import InputError, StoppedError, UpholsterError, check_whole
 
 if TYPE_CHECKING:
-    from upholster.batch import Job, Record, Run
+    from upholster.batch import Job, Record
+    from upholster.cluster import Run
 
 __all__ = ["batch"]
 
@@ -61,7 +62,8 @@ def batch(
 
     Exit status 1: some jobs failed; 2: nothing was begun.
     """
-    from upholster.batch import Record, check_apart, read_jobs, run_jobs, write_sheet
+    from upholster.batch import Record, check_apart, read_jobs, write_sheet
+    from upholster.cluster import run_jobs
     from upholster.files import outputs
 
     check_whole("retries", retries, 0, 20)
@@ -90,7 +92,7 @@ def batch(
         tasks = [
             (os.fspath(folder), ("--quiet", f"--threads={each}", *found[n].words), inputs[n]) for n in todo
         ]
-        _compile(uses if scheduler is None else (), quiet)
+        compiled(uses if scheduler is None else (), quiet)
         try:
             with run_jobs(covered_job, tasks, workers=count, scheduler=scheduler, retries=retries) as run:
                 failed = _follow(run, [found[number] for number in todo], record, quiet)
@@ -143,15 +145,6 @@ def _checked(jobs: "Sequence[Job]", folder: Path) -> tuple[list[tuple[str, ...]]
 def _without_size(file: str) -> str:
     """Return a material's file without the size behind an @."""
     return file if os.path.exists(file) or "@" not in file else file.rpartition("@")[0]
-
-
-def _compile(uses: Collection[str], quiet: bool) -> None:
-    """Compile first what the jobs need: else each worker would."""
-    from upholster.warm import compiling
-
-    with compiling(uses) as compiler, bars(quiet, compiler):
-        if compiler is not None:
-            compiler.wait()
 
 
 def _follow(run: "Run", jobs: "Sequence[Job]", record: "Record", quiet: bool) -> int:

@@ -25,6 +25,7 @@ __all__ = [
     "add_row",
     "bars",
     "byte_count",
+    "compiled",
     "in_bytes",
     "large_count",
     "limits_of",
@@ -158,6 +159,15 @@ def progress_bars(quiet: bool, uses: Iterable[str] = ()) -> "Iterator[Progress |
 
     with compiling(uses) as compiler, bars(quiet, compiler) as report:
         yield report
+
+
+def compiled(uses: Iterable[str], quiet: bool) -> None:
+    """Compile what some uses need, and wait for it: else each worker would."""
+    from upholster.warm import compiling
+
+    with compiling(uses) as compiler, bars(quiet, compiler):
+        if compiler is not None:
+            compiler.wait()
 
 
 @contextmanager

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from upholster.cli.console import in_bytes, progress_bars, say
+from upholster.cli.console import compiled, in_bytes, progress_bars, say
 from upholster.cli.options import spelled_out
 from upholster.errors import InputError
 from upholster.options import ModelOptions, SampleOptions, SynthesisOptions, WriteOptions
@@ -120,6 +120,16 @@ def cover(
         str | None, typer.Option(metavar="FILE", help="Write parameters, counts and times as JSON.")
     ] = None,
     threads: Annotated[int | None, typer.Option(help="1 to 256; default: one per core.")] = None,
+    workers: Annotated[
+        int | None,
+        typer.Option(
+            help="Lay charts on so many processes of this machine, 1 to 256, by Dask: docs/scaling.md."
+        ),
+    ] = None,
+    scheduler: Annotated[
+        str | None,
+        typer.Option(metavar="ADDRESS", help="Or on a Dask cluster that is there: tcp://host:8786."),
+    ] = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
 ) -> None:
     """Cover a surface with texture from a sample or a material, and write models and pictures."""
@@ -129,7 +139,11 @@ def cover(
     maps = _by_name("map", "role=file, as roughness=rough.png", map_ or [])
     materials = _by_name("material", "part=sample, as Seat=leather.jpg", material or [])
     samples = [*(sample or []), *maps.values(), *materials.values()]
-    with progress_bars(quiet, uses_of(synthesis, preparing, samples, on, output)) as progress:
+    uses = uses_of(synthesis, preparing, samples, on, output)
+    if workers is not None or scheduler is not None:
+        compiled(uses if scheduler is None else (), quiet)
+        uses = []
+    with progress_bars(quiet, uses) as progress:
         result = run(
             sample or None,
             on,
@@ -144,6 +158,8 @@ def cover(
             options=writing,
             report=report,
             threads=threads,
+            workers=workers,
+            scheduler=scheduler,
             progress=progress,
             tell=None if quiet else lambda note: say(f"note: {note}", error=True),
         )

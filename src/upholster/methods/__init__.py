@@ -5,10 +5,12 @@
 
 from upholster.methods.synthesis import (
     Prepared,
+    emitted_quilt,
     execute,
     kept_sample,
     matched_image,
     needs_patches,
+    planned_run,
     prepare,
     settled_seed,
     synthesize,
@@ -16,10 +18,12 @@ from upholster.methods.synthesis import (
 
 __all__ = [
     "Prepared",
+    "emitted_quilt",
     "execute",
     "kept_sample",
     "matched_image",
     "needs_patches",
+    "planned_run",
     "prepare",
     "settled_seed",
     "synthesize",

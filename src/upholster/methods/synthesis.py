@@ -1,7 +1,7 @@
 """From an exemplar and a surface to a quilt: the one place that settles layout, scale, direction, method."""
 
 import secrets
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from numbers import Integral
 from typing import Any, cast
@@ -26,10 +26,12 @@ from upholster.methods.paper.coefficients import keep_coefficients
 from upholster.methods.paper.method import PaperOptions, synthesize_paper
 from upholster.methods.pixel.method import PixelOptions, check_sample, synthesize_pixel
 from upholster.methods.quilt.mesh.method import synthesize_mesh
-from upholster.methods.quilt.method import synthesize_quilt
+from upholster.methods.quilt.method import emitted, synthesize_quilt
 from upholster.methods.quilt.options import QuiltOptions
 from upholster.methods.quilt.phases import Phases, WantedPhases, in_step, whole_waves
+from upholster.methods.quilt.run import QuiltRun, planned
 from upholster.methods.quilt.structure import block_size
+from upholster.methods.quilt.transfer import ChartPlacements
 from upholster.options import SynthesisOptions, chosen, settled
 from upholster.parallel import check_running
 from upholster.quilt.chart import MAX_CHART, Chart
@@ -39,10 +41,12 @@ from upholster.types import FloatArray, IntArray, PixelArray, Progress
 
 __all__ = [
     "Prepared",
+    "emitted_quilt",
     "execute",
     "kept_sample",
     "matched_image",
     "needs_patches",
+    "planned_run",
     "prepare",
     "settled_seed",
     "synthesize",
@@ -161,11 +165,17 @@ def matched_image(exemplar: PixelArray | Material, options: SynthesisOptions) ->
 
 
 def prepare(
-    exemplar: PixelArray, surface: AnySurface, options: SynthesisOptions, *, field: MeshField | None = None
+    exemplar: PixelArray,
+    surface: AnySurface,
+    options: SynthesisOptions,
+    *,
+    field: MeshField | None = None,
+    largest: int = MAX_CHART,
 ) -> Prepared:
     """Settle what `synthesize` will do; parameters as there.
 
-    `field` is that of the same mesh and the same options, where it is known; it takes time to find.
+    `field` is that of the same mesh and the same options, where it is known; it takes time to find. On
+    patches no chart of method "quilt" is longer than `largest` texels.
 
     Raises
     ------
@@ -202,7 +212,7 @@ def prepare(
         else parse_direction(cast(str | Vectors, options.direction))
     )
     texels = block * scale.density / scale.scale  # of a block
-    charts = density_layout(surface, density=scale.density, ring=max(RING, _ROUND * texels))
+    charts = density_layout(surface, density=scale.density, ring=max(RING, _ROUND * texels), largest=largest)
     fields = direction_fields(surface, charts, wanted, scale.scale)
 
     def closed(waves: FloatArray) -> PhaseField:
@@ -335,6 +345,33 @@ def execute(
             options=options, phases=prepared.phases, wrap=wrap, **run,
         )  # fmt: skip
     return quilt.on(surface, seed=seed)
+
+
+def planned_run(prepared: Prepared, exemplar: PixelArray, surface: AnySurface, *, seed: int = 0) -> QuiltRun:
+    """Return what `execute` lays charts by, for who lays them elsewhere; parameters as there.
+
+    Raises
+    ------
+    InputError
+        If they are not laid chart by chart: on meshes, by other methods, and where a texture tiles.
+    """
+    options = prepared.options
+    if not isinstance(options, QuiltOptions) or isinstance(surface, MeshSurface) or options.tileable:
+        raise InputError(
+            "charts are not laid one by one on a mesh, by methods 'paper' and 'pixel', or of a tileable "
+            "texture; allowed there: one process"
+        )
+    return planned(
+        exemplar, surface, prepared.charts, prepared.fields,
+        options=options, phases=prepared.phases, seed=seed,
+    )  # fmt: skip
+
+
+def emitted_quilt(
+    run: QuiltRun, laid: Sequence[ChartPlacements], exemplar: PixelArray, surface: Surface, *, seed: int
+) -> Quilt:
+    """Return the quilt of a run whose charts are all laid, as `execute` does."""
+    return emitted(run, laid, (exemplar.shape[0], exemplar.shape[1])).on(surface, seed=seed)
 
 
 def synthesize(

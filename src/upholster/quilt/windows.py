@@ -4,6 +4,7 @@ All that painting a chart needs are its own placements: charts can be painted on
 """
 
 import numpy as np
+from numpy.typing import NDArray
 
 from upholster.quilt.chart import Chart
 from upholster.quilt.model import Quilt, Texels
@@ -13,7 +14,7 @@ from upholster.quilt.plans import PlacementList
 from upholster.quilt.pyramid import Pyramid, build_pyramid, most_levels
 from upholster.types import PixelArray
 
-__all__ = ["map_pyramid", "paint_window"]
+__all__ = ["map_pyramid", "paint_window", "touching"]
 
 
 def map_pyramid(role: str, image: PixelArray) -> Pyramid | None:
@@ -74,11 +75,16 @@ def paint_window(
     return texels.arrays[0][rows, columns]
 
 
+def touching(placed: NDArray[np.void], rows: slice, columns: slice) -> NDArray[np.bool_]:
+    """Return which placements of a chart touch a window of it."""
+    top, left = placed["row"] - placed["height"] // 2, placed["column"] - placed["width"] // 2
+    found: NDArray[np.bool_] = (top < rows.stop) & (top + placed["height"] > rows.start)
+    found &= (left < columns.stop) & (left + placed["width"] > columns.start)
+    return found
+
+
 def _touching(quilt: Quilt, rows: slice, columns: slice) -> Quilt:
     """Return the chart with those placements alone that touch a window."""
-    placed = quilt.placements
-    top, left = placed["row"] - placed["height"] // 2, placed["column"] - placed["width"] // 2
-    touching = (top < rows.stop) & (top + placed["height"] > rows.start)
-    touching &= (left < columns.stop) & (left + placed["width"] > columns.start)
-    plan = PlacementList(placed[touching], quilt.mask_cells)
+    kept = touching(quilt.placements, rows, columns)
+    plan = PlacementList(quilt.placements[kept], quilt.mask_cells)
     return Quilt(quilt.charts, quilt.exemplar_shape, plan, quilt.fields)

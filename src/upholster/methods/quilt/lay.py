@@ -70,7 +70,7 @@ def lay_chart(
     index, grid
         The chart, and where its blocks lie.
     transfer, finished
-        How blocks get from chart to chart, and the borders of finished charts, None elsewhere.
+        How blocks get from chart to chart, and the overhangs of finished charts, None elsewhere.
     match_pyramid, usage, weights, shortlist
         What blocks are compared by; how much of the exemplar has been used; evenness, variety, tolerance and
         phase; how many candidates are judged at full resolution.

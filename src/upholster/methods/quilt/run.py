@@ -1,6 +1,6 @@
 """Laying the charts of a quilt, one at a time: what it needs, and what each leaves to those after it.
 
-A chart is laid from the run, which stays the same, and from what finished charts have left: their borders,
+A chart is laid from the run, which stays the same, and from what finished charts have left: their overhangs,
 where they show landmarks, and how much of the exemplar is used. Nothing else goes from chart to chart, so
 that charts can be laid in other processes as well.
 """
@@ -93,15 +93,15 @@ class Progressing:
 
     Attributes
     ----------
-    borders
-        Of finished charts, see `BlockTransfer.border`; None elsewhere.
+    overhangs
+        Of finished charts, see `BlockTransfer.overhang`; None elsewhere.
     shown
         Where finished charts show landmarks, None elsewhere.
     usage
         How much of the exemplar has been used, by all classes that are done.
     """
 
-    borders: list[ChartPlacements | None]
+    overhangs: list[ChartPlacements | None]
     shown: list[ShownBlocks | None]
     usage: FloatArray
 
@@ -115,16 +115,16 @@ class Progressing:
         """Enter the charts of a class that is done; usage is that of all, each counted from one state."""
         total = self.usage
         for n, part in zip(members, parts, strict=True):
-            self.borders[n], self.shown[n] = part.border, part.shown
+            self.overhangs[n], self.shown[n] = part.overhang, part.shown
             total = total + (part.usage - self.usage)
         self.usage = total
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class LaidPart:
-    """What one chart leaves to others: its border, where it shows landmarks, and usage with its own."""
+    """What one chart leaves to others: its overhang, where it shows landmarks, and usage with its own."""
 
-    border: ChartPlacements
+    overhang: ChartPlacements
     shown: ShownBlocks
     usage: FloatArray
 
@@ -132,14 +132,14 @@ class LaidPart:
 def lay_one(run: QuiltRun, n: int, number: int, so_far: Progressing) -> tuple[ChartPlacements, LaidPart]:
     """Lay a chart of the class of that number.
 
-    Of `so_far` those borders are looked at that `BlockTransfer.asked_of` tells, and all that is shown.
+    Of `so_far` those overhangs are looked at that `BlockTransfer.asked_of` tells, and all that is shown.
     """
     done = len(run.before(number))
     laid, usage, shown = lay_chart(
         n,
         run.grids[n],
         run.transfer,
-        so_far.borders,
+        so_far.overhangs,
         run.match_pyramid,
         so_far.usage,
         run.weights,
@@ -153,7 +153,7 @@ def lay_one(run: QuiltRun, n: int, number: int, so_far: Progressing) -> tuple[Ch
         number=(done + run.classes[number].index(n)) << 32,
         effort=run.effort,
     )
-    return laid, LaidPart(run.transfer.border(n, laid), shown, usage)
+    return laid, LaidPart(run.transfer.overhang(n, laid), shown, usage)
 
 
 def planned(

@@ -130,7 +130,7 @@ class BlockTransfer:
         chart
             Its index.
         finished
-            What finished charts have along their edges, see `border`; None elsewhere.
+            What finished charts have along their edges, see `overhang`; None elsewhere.
 
         Returns
         -------
@@ -153,7 +153,7 @@ class BlockTransfer:
         found = joined([part for part in parts if part is not None])
         return _distinct(found)
 
-    def border(self, chart: int, laid: ChartPlacements) -> ChartPlacements:
+    def overhang(self, chart: int, laid: ChartPlacements) -> ChartPlacements:
         """Return what other charts need of a finished one: the blocks that reach as far as one of its edges.
 
         They are their own parents: whatever is transferred from them tells that it comes from them.
@@ -165,7 +165,7 @@ class BlockTransfer:
         return _taken(_as_parents(chart, laid), np.flatnonzero(reaching))
 
     def asked_of(self, chart: int) -> set[int]:
-        """Return the charts whose borders a chart may need: neighbours, and those across a corner."""
+        """Return the charts whose overhangs a chart may need: neighbours, and those across a corner."""
         beside = {transition.seam.chart for transition in self.onto[chart]}
         return beside | {further.seam.chart for one in beside for further in self.onto[one]} - {chart}
 

@@ -10,9 +10,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from upholster._version import __version__
-from upholster.errors import InputError
+from upholster.errors import InputError, UpholsterError
+from upholster.parallel import Key, TaskPool
 
-__all__ = ["Outcome", "Run", "run_jobs"]
+__all__ = ["Outcome", "Run", "cluster_pool", "run_jobs"]
 
 _PATIENCE = 10
 """Seconds in which a scheduler has to answer."""
@@ -87,18 +88,64 @@ def run_jobs(
     InputError
         If Dask is not installed, no scheduler answers, or its workers have another version of upholster.
     """
-    distributed = _dask()
-    with ExitStack() as stack:
-        client = stack.enter_context(_client(distributed, workers, scheduler, retries))
-        _check_versions(client)
+    with _connected(workers, scheduler, retries) as (distributed, client):
         yield Run(_dashboard(client), _outcomes(distributed, client, work, arguments, retries))
 
 
-def _dask() -> Any:
+@contextmanager
+def cluster_pool(
+    workers: int | None = None, scheduler: str | None = None, retries: int = 2
+) -> Iterator[TaskPool]:
+    """Yield a pool whose tasks run on Dask's workers; parameters and errors as of `run_jobs`.
+
+    A task whose worker dies is done again by another. `TaskPool.next` raises `InputError` where a task could
+    not be done.
+    """
+    with _connected(workers, scheduler, retries) as (distributed, client):
+        yield _Pool(distributed, client, retries)
+
+
+class _Pool:
+    """Tasks on Dask's workers, as a `TaskPool`."""
+
+    def __init__(self, distributed: Any, client: Any, retries: int) -> None:
+        self._client, self._retries = client, retries
+        self._ended = distributed.as_completed()
+        self._keys: dict[Any, Key] = {}
+
+    def submit(self, key: Key, task: Callable[..., Any], *arguments: Any, priority: int = 0) -> None:
+        name = f"{key[0]}-{key[1]}-{os.urandom(4).hex()}"
+        future = self._client.submit(
+            task, *arguments, key=name, priority=priority, retries=self._retries, pure=False
+        )
+        self._keys[future] = key
+        self._ended.add(future)
+
+    def next(self) -> tuple[Key, Any]:
+        future = next(self._ended)
+        key = self._keys.pop(future)
+        if future.status != "finished":
+            error = future.exception()
+            if isinstance(error, UpholsterError):
+                raise error
+            raise InputError(f"{key[0]} {key[1]} could not be done: {_why(future)}")
+        found = future.result()
+        future.release()
+        return key, found
+
+
+@contextmanager
+def _connected(workers: int | None, scheduler: str | None, retries: int) -> Iterator[tuple[Any, Any]]:
+    """Yield Dask's module and a client whose workers have the same version as this process."""
     try:
-        return importlib.import_module("distributed")
+        distributed = importlib.import_module("distributed")
     except ImportError:
-        raise InputError('batch needs Dask; install it by: pip install "upholster[cluster]"') from None
+        raise InputError(
+            'workers and scheduler need Dask; install it by: pip install "upholster[cluster]"'
+        ) from None
+    with _client(distributed, workers, scheduler, retries) as client:
+        _check_versions(client)
+        yield distributed, client
 
 
 @contextmanager
@@ -130,9 +177,9 @@ def _client(distributed: Any, workers: int | None, scheduler: str | None, retrie
             n_workers=workers or os.cpu_count() or 1,
             threads_per_worker=1,
             processes=True,
-            preload=["upholster.batch.worker"],
+            preload=["upholster.cluster.worker"],
             local_directory=folder,
-            dashboard_address="127.0.0.1:0" if _has_bokeh() else None,
+            dashboard_address="127.0.0.1:0",
             silence_logs=logging.CRITICAL,
         )
         stack.enter_context(cluster)

@@ -1,0 +1,8 @@
+"""Dask: tasks on processes of this machine, or on a cluster that is there already.
+
+``pip install "upholster[cluster]"``; nothing else imports Dask.
+"""
+
+from upholster.cluster.running import Outcome, Run, cluster_pool, run_jobs
+
+__all__ = ["Outcome", "Run", "cluster_pool", "run_jobs"]

@@ -1,0 +1,146 @@
+"""The bytes of what a chart leaves: all its placements, and its overhang, with what others are told of it."""
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from upholster.methods.quilt.emit import windows_of
+from upholster.methods.quilt.landmarks import ShownBlocks
+from upholster.methods.quilt.run import LaidPart
+from upholster.methods.quilt.transfer import ChartPlacements
+from upholster.quilt.chart import Chart
+from upholster.quilt.model import Quilt
+from upholster.quilt.placement import MASK_CUT, PLACEMENT, touches
+from upholster.quilt.plans import PlacementList
+from upholster.quilt.warp_field import WarpField
+from upholster.quilt.windows import touching
+from upholster.types import FloatArray
+
+__all__ = ["laid_bytes", "lone_quilt", "part_bytes", "read_laid", "read_part", "read_state", "state_bytes"]
+
+_Arrays = Mapping[str, NDArray[Any]]
+
+
+def laid_bytes(laid: ChartPlacements) -> bytes:
+    """Return all of a chart's placements as a file."""
+    return _file(_arrays_of(laid))
+
+
+def read_laid(data: bytes) -> ChartPlacements:
+    """Read what `laid_bytes` wrote."""
+    return _laid(_read(data))
+
+
+def part_bytes(part: LaidPart) -> bytes:
+    """Return what a chart leaves to others as a file."""
+    own = {"places": part.shown.places, "shown": part.shown.shown, "usage": part.usage}
+    return _file({**_arrays_of(part.overhang), **own})
+
+
+def read_part(data: bytes) -> LaidPart:
+    """Read what `part_bytes` wrote."""
+    found = _read(data)
+    return LaidPart(_laid(found), ShownBlocks(found["places"], found["shown"]), found["usage"])
+
+
+def state_bytes(usage: FloatArray, shown: Sequence[ShownBlocks | None]) -> bytes:
+    """Return usage and what is shown before a class begins as a file."""
+    known = [(n, part) for n, part in enumerate(shown) if part is not None]
+    return _file(
+        {
+            "usage": usage,
+            "charts": np.array([n for n, _ in known], np.int64),
+            "counts": np.array([len(part.shown) for _, part in known], np.int64),
+            "places": np.concatenate([np.zeros((0, 3)), *(part.places for _, part in known)]),
+            "shown": np.concatenate([np.zeros(0, np.int64), *(part.shown for _, part in known)]),
+        }
+    )
+
+
+def read_state(data: bytes, charts: int) -> tuple[FloatArray, list[ShownBlocks | None]]:
+    """Read what `state_bytes` wrote of a layout of so many charts."""
+    found = _read(data)
+    shown: list[ShownBlocks | None] = [None] * charts
+    start = 0
+    for n, count in zip(found["charts"].tolist(), found["counts"].tolist(), strict=True):
+        part = slice(start, start + count)
+        shown[n] = ShownBlocks(found["places"][part], found["shown"][part])
+        start += count
+    return found["usage"], shown
+
+
+def lone_quilt(
+    laid: ChartPlacements,
+    chart: Chart,
+    field: WarpField,
+    shape: tuple[int, int],
+    windows: Sequence[tuple[slice, slice]] | None = None,
+) -> Quilt:
+    """Return a quilt of one chart alone, which paints the same texels as that of all charts.
+
+    `shape` is the exemplar's, (height, width). Where `windows` are given, rows and columns, those placements
+    are kept alone that touch one of them.
+    """
+    own = laid.placements.copy()
+    own["chart"] = 0
+    seen = touches(own, (chart,))
+    if windows is not None:
+        seen &= np.logical_or.reduce([touching(own, *window) for window in windows])
+    kept = np.flatnonzero(seen)
+    cells = windows_of(replace(laid, placements=own), kept, (chart,))
+    placed = own[kept]
+    sizes = np.array([len(part) for part in cells], np.int64)
+    placed["first_cell"][placed["mask"] == MASK_CUT] = np.cumsum(sizes) - sizes
+    plan = PlacementList(placed, np.concatenate([np.zeros(0, np.uint8), *cells]))
+    return Quilt((chart,), shape, plan, (field,))
+
+
+def _arrays_of(laid: ChartPlacements) -> dict[str, NDArray[Any]]:
+    return {
+        "placements": np.ascontiguousarray(laid.placements).view(np.uint8),
+        "cells": np.packbits(laid.cells),
+        "origins": laid.origins,
+        "steps": laid.steps,
+        "parents": laid.parents,
+        "numbers": np.array([len(laid.cells), laid.added, *laid.bounds, *laid.ends], np.int64),
+    }
+
+
+def _laid(found: _Arrays) -> ChartPlacements:
+    cells, added, top, bottom, left, right, *ends = found["numbers"].tolist()
+    return ChartPlacements(
+        found["placements"].view(PLACEMENT),
+        np.unpackbits(found["cells"], count=cells),
+        found["origins"],
+        found["steps"],
+        found["parents"],
+        (top, bottom, left, right),
+        tuple(ends),
+        added,
+    )
+
+
+def _file(arrays: _Arrays) -> bytes:
+    """Return arrays as a line of JSON, which tells what they are, and their bytes one after another.
+
+    NumPy's own files take a hundred times as long to open, and a chart reads those of all its neighbours.
+    """
+    head = json.dumps([(name, array.dtype.str, array.shape) for name, array in arrays.items()])
+    parts = [np.ascontiguousarray(array).tobytes() for array in arrays.values()]
+    return b"".join([head.encode(), b"\n", *parts])
+
+
+def _read(data: bytes) -> dict[str, NDArray[Any]]:
+    found: dict[str, NDArray[Any]] = {}
+    start = data.index(b"\n") + 1
+    for name, dtype, shape in json.loads(data[:start]):
+        count = math.prod(shape)
+        array: NDArray[Any] = np.frombuffer(data, dtype, count, start)
+        found[name] = array.reshape(shape).copy()
+        start += array.nbytes
+    return found

@@ -1,0 +1,126 @@
+"""A covering done by tasks: its tiles written one by one, or its quilt made on many workers."""
+
+from collections.abc import Callable, Sequence
+from contextlib import AbstractContextManager
+from pathlib import Path
+
+from upholster.cluster import cluster_pool
+from upholster.coverings import Covering
+from upholster.errors import InputError, check_whole
+from upholster.export import UDIM
+from upholster.geometry import Surface
+from upholster.image.source import source_parts
+from upholster.methods import emitted_quilt, planned_run
+from upholster.options import WriteOptions
+from upholster.outputs import Output
+from upholster.parallel import TaskPool, thread_pool
+from upholster.quilt import Quilt
+from upholster.reports import laid_counts
+from upholster.tiles.places import Place
+from upholster.tiles.running import laid_by_tasks, write_tiles
+from upholster.tiles.work import tile_work
+from upholster.types import Progress
+
+__all__ = ["are_tiles_alone", "check_tasks", "spread_quilt", "task_pool", "tiled"]
+
+_FOLDER = ".upholster"
+"""Behind the name of the outputs: the folder in which an unfinished run keeps what it has."""
+
+
+def are_tiles_alone(wanted: Sequence[Output], coverings: Sequence[Covering]) -> bool:
+    """Return whether nothing but one set of tiles is written, of charts that are laid one by one."""
+    return len(wanted) == 1 and wanted[0].in_tiles and _is_by_charts(coverings)
+
+
+def check_tasks(
+    wanted: Sequence[Output], coverings: Sequence[Covering], workers: int | None, scheduler: str | None
+) -> None:
+    """Raise InputError where workers or a URL are asked for, and the work can not be done by tasks."""
+    if workers is not None and scheduler is not None:
+        raise InputError("workers and scheduler are both given; allowed: one of them")
+    if workers is not None:
+        check_whole("workers", workers, 1, 256)
+    if (workers or scheduler) and not _is_by_charts(coverings):
+        raise InputError(
+            "workers are given, and charts are not laid one by one on a mesh, by methods 'paper' and "
+            "'pixel', with several materials, or of a flat texture; allowed there: --threads"
+        )
+    if any(output.url for output in wanted) and not are_tiles_alone(wanted, coverings):
+        raise InputError(
+            "tiles are to be written to a URL, and not alone, or not of a surface of patches by method "
+            "'quilt'; allowed there: a folder of this machine"
+        )
+
+
+def _is_by_charts(coverings: Sequence[Covering]) -> bool:
+    first = coverings[0]
+    is_flat = first.asked.tileable or isinstance(first.asked.texels, tuple)
+    return (
+        len(coverings) == 1
+        and first.pattern is None
+        and isinstance(first.surface, Surface)
+        and first.asked.method == "quilt"
+        and not is_flat
+    )
+
+
+def task_pool(
+    workers: int | None, scheduler: str | None, threads: int | None
+) -> AbstractContextManager[TaskPool]:
+    """Return a pool: on threads of this process, unless workers or a scheduler are asked for."""
+    if workers is None and scheduler is None:
+        return thread_pool(threads)
+    return cluster_pool(workers, scheduler)
+
+
+def tiled(
+    covering: Covering,
+    output: Output,
+    options: WriteOptions,
+    pool: TaskPool,
+    *,
+    seed: int,
+    progress: Progress | None,
+    tell: Callable[[str], None] | None,
+) -> tuple[dict[str, int], dict[str, int]]:
+    """Write the tiles of a covering, one by one; return the bytes of each file, and the report's counts.
+
+    What is done stays, whatever happens, and the next run of the same goes on there.
+    """
+    surface, place = covering.surface, _place_of(output)
+    assert isinstance(surface, Surface)  # `are_tiles_alone` looked
+    run = planned_run(covering.prepared, covering.seen, surface, seed=seed)
+    maps = source_parts(covering.source)
+    shape = covering.seen.shape[0], covering.seen.shape[1]
+    work = tile_work(run, surface, shape, maps, output.path.name, place, options)
+    written, placed = write_tiles(work, _folder_of(output), pool, progress=progress, tell=tell)
+    counts = laid_counts(surface, covering.charts, (placed, 0), maps["albedo"])
+    return written, counts | {"maps": len(maps)}
+
+
+def spread_quilt(
+    covering: Covering,
+    output: Output,
+    pool: TaskPool,
+    *,
+    seed: int,
+    progress: Progress | None,
+    tell: Callable[[str], None] | None,
+) -> Quilt:
+    """Return the quilt of a covering, its charts laid by tasks; they lie beside the output meanwhile."""
+    surface = covering.surface
+    assert isinstance(surface, Surface)  # `check_tasks` looked
+    run = planned_run(covering.prepared, covering.seen, surface, seed=seed)
+    shape = covering.seen.shape[0], covering.seen.shape[1]
+    work = tile_work(run, surface, shape, {}, None, _place_of(output), WriteOptions())
+    laid = laid_by_tasks(work, _folder_of(output), pool, progress=progress, tell=tell)
+    return emitted_quilt(run, laid, covering.seen, surface, seed=seed)
+
+
+def _place_of(output: Output) -> Place:
+    return Place(output.url or str(output.path.parent.absolute()))
+
+
+def _folder_of(output: Output) -> Place:
+    stem = Path(output.path.name.replace(UDIM, "")).stem.rstrip("._-")
+    return _place_of(output).inside(f"{stem or 'tiles'}{_FOLDER}")

@@ -1,0 +1,278 @@
+"""What one task does: lay a chart, or paint a tile. It finds all that it needs in the work's folder."""
+
+import hashlib
+import pickle
+from collections.abc import Mapping, Sequence
+from collections.abc import Set as AbstractSet
+from dataclasses import dataclass, fields, is_dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from upholster._version import __version__
+from upholster.charts.seams import ChartSeam, find_seams
+from upholster.errors import InputError
+from upholster.export import map_companion, page_files, write_map
+from upholster.geometry import Surface
+from upholster.image import write_image
+from upholster.methods.quilt.run import Progressing, QuiltRun, lay_one
+from upholster.model import (
+    AtlasLayout,
+    build_page,
+    by_chart,
+    pack_charts,
+    page_windows,
+    turn_gutters,
+)
+from upholster.options import WriteOptions
+from upholster.quilt.model import Quilt
+from upholster.quilt.placement import touches
+from upholster.quilt.pyramid import Pyramid
+from upholster.quilt.windows import map_pyramid, paint_window
+from upholster.tiles.chart_files import (
+    laid_bytes,
+    lone_quilt,
+    part_bytes,
+    read_laid,
+    read_part,
+    read_state,
+    state_bytes,
+)
+from upholster.tiles.places import Place
+from upholster.types import PixelArray
+
+__all__ = [
+    "TileWork",
+    "laid_name",
+    "lay_chart_task",
+    "paint_tile_task",
+    "part_name",
+    "state_name",
+    "store",
+    "store_state",
+    "tile_work",
+]
+
+_RUN = "run"
+
+
+@dataclass(frozen=True, eq=False)
+class TileWork:
+    """All that stays the same while charts are laid and tiles are painted.
+
+    Attributes
+    ----------
+    run
+        What charts are laid by.
+    shape
+        (height, width) of the sample.
+    surface
+        What they lie on.
+    layout, seams
+        The tiles, and each chart's seams; without tiles None and none.
+    maps
+        What is painted, by role, the base colour first.
+    files
+        Names of the tiles, by role.
+    output
+        Where tiles are written.
+    quality
+        Of JPEG and WebP.
+    """
+
+    run: QuiltRun
+    shape: tuple[int, int]
+    surface: Surface
+    layout: AtlasLayout | None
+    seams: Mapping[int, Sequence[ChartSeam]]
+    maps: Mapping[str, PixelArray]
+    files: Mapping[str, Sequence[str]]
+    output: Place
+    quality: int = 90
+
+    def key(self) -> str:
+        """Return a hash of all that tells what the tiles will be, and of the version."""
+        parts = (__version__, self.run, self.shape, self.layout, dict(self.maps), dict(self.files))
+        found = hashlib.sha256()
+        _feed(found, (*parts, self.quality))
+        return found.hexdigest()
+
+    def shown_on(self, page: int) -> set[int]:
+        """Return the charts that a tile shows: its own, and those that its gutters show."""
+        assert self.layout is not None  # there are tiles
+        return {*self.layout.on_page(page), *page_windows(self.layout, page, self.seams)}
+
+
+def tile_work(
+    run: QuiltRun,
+    surface: Surface,
+    shape: tuple[int, int],
+    maps: Mapping[str, PixelArray],
+    target: str | None,
+    output: Place,
+    options: WriteOptions,
+) -> TileWork:
+    """Return the work of laying all charts, and of painting their tiles.
+
+    Parameters
+    ----------
+    run, surface, shape
+        As of `TileWork`.
+    maps
+        What is painted, by role.
+    target
+        The name of the base colour's tiles, with ``<UDIM>``; None: nothing is painted.
+    output
+        Where tiles are written.
+    options
+        How.
+
+    Raises
+    ------
+    InputError
+        If charts and tiles do not fit.
+    """
+    if target is None:
+        return TileWork(run, shape, surface, None, {}, {}, {}, output)
+    layout = pack_charts(run.charts, gutter=options.padding, size=options.atlas_size)
+    seams = by_chart(find_seams(surface, run.charts))
+    names = {role: target if role == "albedo" else map_companion(target, role) for role in maps}
+    files = {
+        role: [file.name for file in page_files(name, len(layout.pages))] for role, name in names.items()
+    }
+    return TileWork(run, shape, surface, layout, dict(seams), maps, files, output, options.quality)
+
+
+def store(place: Place, work: TileWork) -> str:
+    """Write the work for the tasks; return the hash of what was written, which they compare."""
+    data = pickle.dumps(work, protocol=pickle.HIGHEST_PROTOCOL)
+    place.write(_RUN, data)
+    return hashlib.sha256(data).hexdigest()
+
+
+@lru_cache(maxsize=1)
+def load(place: Place, stored: str) -> TileWork:
+    """Return the work that lies in a folder, if it is that of a hash; a process keeps the last one.
+
+    Raises
+    ------
+    InputError
+        If it is another.
+    """
+    data = place.read(_RUN)
+    if hashlib.sha256(data).hexdigest() != stored:
+        raise InputError(f"{place.file(_RUN)!r} is of another run; allowed: one run at a time in a folder")
+    work: TileWork = pickle.loads(data)
+    return work
+
+
+def store_state(place: Place, number: int, so_far: Progressing) -> None:
+    """Write what the charts of a class of that number are told of all before it, but for the overhangs."""
+    place.write(state_name(number), state_bytes(so_far.usage, so_far.shown))
+
+
+@lru_cache(maxsize=1)
+def _state(place: Place, stored: str, number: int) -> Progressing:
+    count = len(load(place, stored).run.charts)
+    usage, shown = read_state(place.read(state_name(number)), count)
+    return Progressing([None] * count, shown, usage)
+
+
+def lay_chart_task(place: Place, stored: str, n: int, number: int) -> tuple[int, int, int]:
+    """Lay a chart of the class of that number, and write what comes of it.
+
+    Returns
+    -------
+    tuple
+        How many placements touch it; the bytes of the two files that it leaves.
+    """
+    run, state = load(place, stored).run, _state(place, stored, number)
+    needed = run.transfer.asked_of(n).intersection(run.before(number))
+    overhangs = [
+        read_part(place.read(part_name(k))).overhang if k in needed else None for k in range(len(run.charts))
+    ]
+    laid, part = lay_one(run, n, number, Progressing(overhangs, state.shown, state.usage))
+    sizes = place.write(laid_name(n), laid_bytes(laid)), place.write(part_name(n), part_bytes(part))
+    return int(touches(laid.placements, run.charts).sum()), *sizes
+
+
+def paint_tile_task(place: Place, stored: str, page: int) -> dict[str, int]:
+    """Paint and write a tile of every map; return the bytes of each file by name."""
+    work = load(place, stored)
+    assert work.layout is not None  # there are tiles
+    windows = page_windows(work.layout, page, work.seams)
+    quilts = {n: _quilt(place, work, n, windows.get(n)) for n in work.shown_on(page)}
+    return {work.files[role][page]: _paint(place, stored, quilts, role, page) for role in work.maps}
+
+
+def _quilt(place: Place, work: TileWork, n: int, windows: Sequence[tuple[slice, slice]] | None) -> Quilt:
+    laid = read_laid(place.read(laid_name(n)))
+    return lone_quilt(laid, work.run.charts[n], work.run.fields[n], work.shape, windows)
+
+
+def _paint(place: Place, stored: str, quilts: Mapping[int, Quilt], role: str, page: int) -> int:
+    work = load(place, stored)
+    assert work.layout is not None
+    image, pyramid = work.maps[role], _pyramid(place, stored, role)
+    own = work.layout.on_page(page)
+    arrays = {n: paint_window(quilts[n], role, image, pyramid=pyramid, threads=1) for n in own}
+    for n, windows in page_windows(work.layout, page, work.seams).items():
+        chart = work.run.charts[n]
+        # Memory that is not written to takes none.
+        arrays[n] = np.empty((chart.height, chart.width, image.shape[2]), image.dtype)
+        for window in windows:
+            arrays[n][window] = paint_window(quilts[n], role, image, window, pyramid=pyramid, threads=1)
+    pixels = build_page(work.layout, page, work.seams, arrays)
+    if role == "normal":
+        top = work.layout.pages[page].top
+        turn_gutters(work.surface, work.run.charts, work.seams, own, pixels, top)
+    name = work.files[role][page]
+    with work.output.writing(name) as path:
+        if role == "albedo":
+            write_image(path, pixels, quality=work.quality)
+        else:
+            write_map(path, role, pixels, quality=work.quality)
+        return path.stat().st_size
+
+
+@lru_cache(maxsize=1)
+def _pyramid(place: Place, stored: str, role: str) -> Pyramid | None:
+    return map_pyramid(role, load(place, stored).maps[role])
+
+
+def laid_name(n: int) -> str:
+    """Return the name of the file with all placements of a chart."""
+    return f"chart-{n}"
+
+
+def part_name(n: int) -> str:
+    """Return the name of the file with what a chart leaves to others."""
+    return f"overhang-{n}"
+
+
+def state_name(number: int) -> str:
+    """Return the name of the file with what a class of charts is told of those before it."""
+    return f"class-{number}"
+
+
+def _feed(found: Any, value: Any) -> None:
+    """Put a value into a hash, whatever it is made of."""
+    if isinstance(value, np.ndarray):
+        found.update(f"{value.dtype.str}{value.shape}".encode())
+        found.update(np.ascontiguousarray(value).tobytes())
+    elif is_dataclass(value):
+        found.update(type(value).__name__.encode())
+        for entry in fields(value):
+            _feed(found, getattr(value, entry.name))
+    elif isinstance(value, (list, tuple)):
+        found.update(f"({len(value)}".encode())
+        for one in value:
+            _feed(found, one)
+    elif isinstance(value, Mapping):
+        _feed(found, [(key, value[key]) for key in sorted(value, key=repr)])
+    elif isinstance(value, AbstractSet):
+        _feed(found, sorted(value, key=repr))
+    else:
+        assert value is None or isinstance(value, (bool, int, float, str, np.generic)), type(value)
+        found.update(repr(value).encode() + b",")

@@ -1,0 +1,119 @@
+"""Charts and tiles on Dask's workers: the same as in one process, also after one of them was killed."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from upholster.cluster import cluster_pool
+from upholster.errors import InputError
+from upholster.pipeline import cover
+
+distributed = pytest.importorskip("distributed")
+
+ROOT = Path(__file__).parent.parent.parent
+SAMPLE = ROOT / "examples" / "bricks.png"
+SYNTHESIS = {"texels": 150_000, "sample_size": 5, "direction": "around:z"}
+NAME = "x.<UDIM>.png"
+
+
+@pytest.fixture(scope="module")
+def address() -> Iterator[str]:
+    """A scheduler with two workers that are threads of this process: it is there at once."""
+    with distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, processes=False, dashboard_address="127.0.0.1:0"
+    ) as cluster:
+        yield cluster.scheduler_address
+
+
+def _tiles(folder: Path) -> dict[str, bytes]:
+    return {file.name: file.read_bytes() for file in folder.glob("*.png")}
+
+
+@pytest.fixture(scope="module")
+def alone(tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
+    """The tiles and the texels that one process makes."""
+    folder = tmp_path_factory.mktemp("alone")
+    cover(SAMPLE, "cyclide", [folder / NAME, folder / "x.npz"], synthesis=SYNTHESIS, seed=3)
+    return {file.name: file.read_bytes() for file in folder.iterdir()}
+
+
+def test_workers_make_the_same(address: str, alone: dict[str, bytes], tmp_path: Path) -> None:
+    # Phases and refinement included: bricks repeat.
+    for target in (NAME, "x.npz"):
+        cover(SAMPLE, "cyclide", [tmp_path / target], synthesis=SYNTHESIS, seed=3, scheduler=address)
+    assert {file.name: file.read_bytes() for file in tmp_path.iterdir()} == alone
+
+
+def _fails(what: str) -> None:
+    raise InputError(what) if what else ValueError("three")
+
+
+def test_what_fails_on_a_worker_is_told(address: str) -> None:
+    with cluster_pool(scheduler=address, retries=0) as pool:
+        pool.submit(("tile", 3), _fails, "'x.1004.png' cannot be written: No space left on device")
+        with pytest.raises(InputError, match=r"^'x\.1004\.png' cannot be written: No space left on device$"):
+            pool.next()
+        pool.submit(("chart", 4), _fails, "")
+        with pytest.raises(InputError, match=r"^chart 4 could not be done: ValueError: three$"):
+            pool.next()
+
+
+def _older() -> str:
+    return "0.0.1"
+
+
+def test_workers_of_another_version_are_refused(address: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("upholster.cluster.running._version_here", _older)
+    with (
+        pytest.raises(InputError, match=r"has upholster 0\.0\.1; allowed: "),
+        cluster_pool(scheduler=address),
+    ):
+        pass
+
+
+def _workers(parent: int) -> list[int]:
+    found = []
+    for entry in Path("/proc").iterdir():
+        try:
+            above = int((entry / "stat").read_text().rpartition(")")[2].split()[1])
+            if above == parent and "spawn_main" in (entry / "cmdline").read_text():
+                found.append(int(entry.name))
+        except (OSError, ValueError, IndexError):
+            continue
+    return found
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(sys.platform != "linux", reason="reads /proc")
+@pytest.mark.parametrize("killed", ["a worker", "the run"])
+def test_what_is_killed_goes_on(alone: dict[str, bytes], tmp_path: Path, killed: str) -> None:
+    words = ["cover", SAMPLE, "--on", "cyclide", "--texels=150000", "--sample-size=5", "--direction=around:z"]
+    words = [sys.executable, "-m", "upholster", *map(str, words), "--seed=3", "-o", NAME, "--workers=2"]
+
+    def start() -> subprocess.Popen[str]:
+        return subprocess.Popen(
+            words, cwd=tmp_path, stderr=subprocess.PIPE, text=True, start_new_session=True,
+            env={**os.environ, "PYTHONPATH": str(ROOT / "src")},
+        )  # fmt: skip
+
+    process = start()
+    while len(list(tmp_path.glob("x.upholster/overhang-*"))) < 4:
+        assert process.poll() is None, process.communicate()
+        time.sleep(0.02)
+    if killed == "a worker":
+        os.kill(_workers(process.pid)[0], signal.SIGKILL)
+    else:
+        os.killpg(process.pid, signal.SIGKILL)
+        process.communicate()
+        process = start()
+    _, told = process.communicate(timeout=600)
+    assert process.returncode == 0, told
+    if killed == "the run":
+        assert "note: goes on: " in told
+    assert _tiles(tmp_path) == {name: data for name, data in alone.items() if name.endswith(".png")}

@@ -1,0 +1,191 @@
+"""Tiles that are written one by one are those of the whole atlas, and a run that was stopped goes on."""
+
+import errno
+import json
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from command_line import assert_one_line, run_cli
+
+import upholster
+from upholster.errors import InputError
+from upholster.image import Material
+from upholster.parallel import TaskPool, thread_pool
+from upholster.pipeline import cover
+from upholster.reports import CoverReport
+from upholster.tiles.places import Place
+
+ROOT = Path(__file__).parent.parent.parent
+SAMPLE = ROOT / "examples" / "weave.png"
+TORUS = "torus:R=2,r=0.9"
+NAME = "x.<UDIM>.png"
+
+
+@pytest.fixture(scope="module")
+def material() -> Material:
+    sample = upholster.read_exemplar(SAMPLE)[:64, :64]
+    return Material({"albedo": sample, "normal": sample[::-1].copy(), "roughness": sample[:, :, :1].copy()})
+
+
+def _cover(material: Material, *targets: object, seed: int = 3, **more: Any) -> CoverReport:
+    wanted = {"texels": 200_000, "sample_size": 1.5, "direction": "around:z"}
+    options = {"atlas_size": 256, "padding": 6}
+    more = {"threads": 2} | more
+    files = [str(target) for target in targets]
+    return cover(material, TORUS, files, synthesis=wanted, options=options, seed=seed, **more)
+
+
+@pytest.fixture(scope="module")
+def whole(material: Material, tmp_path_factory: pytest.TempPathFactory) -> dict[str, bytes]:
+    """The tiles as they come with another output: of an atlas that is in memory as a whole."""
+    folder = tmp_path_factory.mktemp("whole")
+    report = _cover(material, folder / NAME, folder / "x.npz")
+    (folder / "counts.json").write_text(json.dumps(report.counts))
+    return {file.name: file.read_bytes() for file in folder.iterdir() if file.suffix != ".npz"}
+
+
+def _tiles(folder: Path) -> dict[str, bytes]:
+    return {file.name: file.read_bytes() for file in folder.glob("*.png")}
+
+
+def test_tiles_are_those_of_the_whole_atlas(
+    material: Material, whole: dict[str, bytes], tmp_path: Path
+) -> None:
+    report = _cover(material, tmp_path / NAME)
+    assert len(_tiles(tmp_path)) > 9
+    assert _tiles(tmp_path) == {name: data for name, data in whole.items() if name.endswith(".png")}
+    assert report.counts == json.loads(whole["counts.json"])
+    assert {Path(name).name: size for name, size in report.written.items()} == {
+        name: len(data) for name, data in _tiles(tmp_path).items()
+    }
+    # Nothing else is left.
+    assert {file.suffix for file in tmp_path.iterdir()} == {".png"}
+
+
+@contextmanager
+def _stopping(after: int, names: list[tuple[str, int]]) -> Iterator[Callable[..., Any]]:
+    """A pool that is stopped after so many tasks; `names` are those that it was given."""
+
+    class Pool:
+        def __init__(self, pool: TaskPool) -> None:
+            self.pool, self.left = pool, after
+
+        def submit(self, key: tuple[str, int], *arguments: Any, **options: Any) -> None:
+            names.append(key)
+            self.pool.submit(key, *arguments, **options)
+
+        def next(self) -> tuple[tuple[str, int], Any]:
+            if not self.left:
+                raise KeyboardInterrupt
+            self.left -= 1
+            return self.pool.next()
+
+    @contextmanager
+    def make(threads: int | None) -> Iterator[Pool]:
+        with thread_pool(threads) as pool:
+            yield Pool(pool)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("upholster.tiles.covering.thread_pool", make)
+        yield make
+
+
+def test_what_is_done_is_not_done_again(material: Material, whole: dict[str, bytes], tmp_path: Path) -> None:
+    expected = {name: data for name, data in whole.items() if name.endswith(".png")}
+    with pytest.raises(KeyboardInterrupt), _stopping(10, []):
+        _cover(material, tmp_path / NAME)
+    record = tmp_path / "x.upholster" / "record.json"
+    done = json.loads(record.read_text())
+    assert len(done["charts"]) + len(done["tiles"]) == 10
+    # A chart's file and a tile that are not whole are made again.
+    broken_chart, broken_tile = min(done["charts"]), min(done["tiles"], default=None)
+    (record.parent / f"chart-{broken_chart}").write_bytes(b"")
+    if broken_tile is not None:
+        (tmp_path / next(iter(done["tiles"][broken_tile]))).write_bytes(b"no tile")
+    again: list[tuple[str, int]] = []
+    notes: list[str] = []
+    with _stopping(-1, again):
+        _cover(material, tmp_path / NAME, tell=notes.append)
+    kept = {("chart", int(n)) for n in done["charts"] if n != broken_chart}
+    kept |= {("tile", int(n)) for n in done["tiles"] if n != broken_tile}
+    assert not kept & set(again)
+    assert ("chart", int(broken_chart)) in again
+    assert any(note.startswith(f"goes on: {len(done['charts']) - 1} of") for note in notes)
+    assert _tiles(tmp_path) == expected
+    assert not record.parent.exists()
+
+
+def test_a_run_of_other_options_starts_anew(material: Material, tmp_path: Path) -> None:
+    with pytest.raises(KeyboardInterrupt), _stopping(3, []):
+        _cover(material, tmp_path / NAME)
+    names: list[tuple[str, int]] = []
+    with pytest.raises(KeyboardInterrupt), _stopping(0, names):
+        _cover(material, tmp_path / NAME, seed=4)
+    assert names == [("chart", 0)]  # the first class again
+    record = json.loads((tmp_path / "x.upholster" / "record.json").read_text())
+    assert record["charts"] == {}
+    # A record that is broken is as none.
+    (tmp_path / "x.upholster" / "record.json").write_text("{")
+    with pytest.raises(KeyboardInterrupt), _stopping(0, names):
+        _cover(material, tmp_path / NAME, seed=4)
+    assert names == [("chart", 0)] * 2
+
+
+def test_tiles_can_be_written_to_a_url(material: Material, whole: dict[str, bytes], tmp_path: Path) -> None:
+    fsspec = pytest.importorskip("fsspec")
+    report = _cover(material, f"memory://walls/{NAME}")
+    memory = fsspec.filesystem("memory")
+    found = {name.rpartition("/")[2]: memory.cat(name) for name in memory.ls("/walls", detail=False)}
+    assert found == {name: data for name, data in whole.items() if name.endswith(".png")}
+    assert f"memory://walls/{NAME.replace('<UDIM>', '1001')}" in report.written
+
+
+@pytest.mark.parametrize(
+    ("output", "more", "named"),
+    [
+        ("nosuch://wall/x.<UDIM>.png", (), "'nosuch://wall/x.upholster' cannot be opened"),
+        ("file:///dev/null/x.<UDIM>.png", (), "'file:///dev/null/x.upholster"),
+        ("memory://wall/x.png", (), "is a URL; allowed: of tiles"),
+        ("memory://wall/x.<UDIM>.png", ("-o", "x.glb"), "written to a URL, and not alone"),
+        (
+            "x.<UDIM>.png",
+            ("--workers", 2, "--scheduler", "tcp://a:1"),
+            "workers and scheduler are both given",
+        ),
+        ("x.<UDIM>.png", ("--workers", 0), "workers is 0"),
+        ("x.<UDIM>.png", ("--workers", 2, "--method", "paper", "--chart", 64), "not laid one by one"),
+        ("x.<UDIM>.png", ("--scheduler", "nonsense://"), "scheduler 'nonsense://' does not answer"),
+        ("x.<UDIM>.png", ("--atlas-size", 300), "atlas_size is 300"),
+    ],
+)
+def test_what_cannot_be_done_is_one_line(
+    tmp_path: Path, output: str, more: tuple[object, ...], named: str
+) -> None:
+    pytest.importorskip("distributed")
+    size = () if "--method" in more else ("--texels", 20_000)
+    done = run_cli("cover", SAMPLE, "--on", "torus", *size, "-o", output, *more, "-q", cwd=tmp_path)
+    assert_one_line(done, named)
+    assert not list(tmp_path.glob("*.png"))
+
+
+def test_a_disk_that_fills_is_one_line_and_leaves_no_half_file(tmp_path: Path) -> None:
+    place = Place(str(tmp_path))
+
+    def fill(name: str) -> None:
+        with place.writing(name) as path:
+            path.write_bytes(b"half")
+            raise OSError(errno.ENOSPC, "No space left on device")
+
+    for name in ("tile.png", "chart-1"):
+        with pytest.raises(InputError, match=f"{name}' cannot be written: No space left on device"):
+            fill(name)
+    assert not list(tmp_path.iterdir())
+    assert place.write("whole", b"1234") == place.size("whole") == 4
+    assert place.size("none") == -1
+    with pytest.raises(InputError, match="none' cannot be read: No such file"):
+        place.read("none")
+    assert np.array_equal(sorted(place.names()), ["whole"])
