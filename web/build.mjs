@@ -7,7 +7,7 @@
 
 import { mkdir, readFile, writeFile } from 'node:fs/promises'
 import { fileURLToPath } from 'node:url'
-import { build } from 'esbuild'
+import { build, transform } from 'esbuild'
 import { minify } from 'terser'
 
 const here = (path) => fileURLToPath(new URL(path, import.meta.url))
@@ -18,12 +18,16 @@ const BUNDLES = {
   'upholster-viewer.js': 'upholster-viewer.js',
   'upholster-lab.js': 'upholster-lab.js',
   'upholster-environment.js': 'upholster-environment.js',
+  'upholster-painter.js': 'upholster-painter.js',
   'uph-worker.js': 'uph-worker-lean.js',
   'uph-rare.js': 'uph-rare.js',
 }
 /** In a function of its own: it may stand before the worker in one script. */
 const WRAPPED = ['uph-rare.js']
-const ON_DEMAND = ['./upholster-lab.js', './upholster-environment.js', './uph-rare.js']
+const ON_DEMAND = ['./upholster-lab.js', './upholster-environment.js', './upholster-painter.js', './uph-rare.js']
+
+/** Whose names pages use. */
+const TYPES = ['uph.d.ts', 'upholster-viewer.d.ts']
 
 /** Returns the notice that goes with copies. */
 async function notice() {
@@ -31,13 +35,30 @@ async function notice() {
   return `upholster\n\n${text.replaceAll('\r\n', '\n').trim()}`
 }
 
-/** Returns a bundle, minified. */
+/** What the graphics card's programs and style sheets need no spaces for. */
+const texts = {
+  name: 'texts',
+  setup({ onLoad }) {
+    onLoad({ filter: /viewer.(shading|painting)\.js$/ }, async ({ path }) => {
+      const text = await readFile(path, 'utf8')
+      return { contents: text.replace(/ ([-+*/=<>?:&|]+|[{}]) (?!\S*\*\/)/g, '$1').replace(/([,;{]) /g, '$1') }
+    })
+    onLoad({ filter: /viewer.(lab-)?style\.js$/ }, async ({ path }) => {
+      const [before, css, ...after] = (await readFile(path, 'utf8')).split('`')
+      const { code } = await transform(css, { loader: 'css', minify: true, target: 'es2022' })
+      return { contents: [before, code.trim(), ...after].join('`') }
+    })
+  },
+}
+
+/** Returns a bundle, its variables with short names. */
 async function bundle(source) {
   const { outputFiles } = await build({
     absWorkingDir: here('.'),
     entryPoints: [source],
     bundle: true,
     minify: true,
+    plugins: [texts],
     format: WRAPPED.includes(source) ? 'iife' : 'esm',
     target: 'es2022',
     write: false,
@@ -45,9 +66,36 @@ async function bundle(source) {
     logLevel: 'silent', // errors are thrown, and told once, below
     legalComments: 'none', // all is ours; LICENSES.txt has the notice
   })
-  // Of what esbuild leaves, terser takes 4 % (gzipped): a page with its stream has to stay small.
-  const { code } = await minify(outputFiles[0].text, { module: true, ecma: 2020, compress: { passes: 4, inline: 1, unsafe_arrows: true, unsafe_methods: true } })
-  // The graphics card's programs and the style sheet need no indentation, comments, or spaces round signs.
+  return outputFiles[0].text
+}
+
+/**
+ * What may get a short name: members of our classes, `this.name` and `name() {…}`, but for those of the typed interface, and those that a text
+ * names, such as a key that is looked up, or the graphics card's programs.
+ */
+async function privateNames(bundles) {
+  const members = /\bthis\.([\w$]+)|(?<!function )\b(?!(?:if|for|while|switch|catch|with)\b)([a-z][\w$]+)\([^()]*\)\{/g
+  const names = new Set(bundles.flatMap((text) => [...text.matchAll(members)].map(([, field, method]) => field ?? method)))
+  const keep = (text) => text.match(/[A-Za-z_$][\w$]*/g)?.forEach((name) => names.delete(name))
+  for (const file of TYPES) keep(await readFile(here(file), 'utf8'))
+  for (const text of bundles) {
+    for (const [literal] of text.matchAll(/"(?:[^"\\]|\\.)*"|'(?:[^'\\]|\\.)*'|`(?:[^`\\]|\\.)*`/g)) {
+      if (/^.[\w$]+.$/.test(literal) || literal.includes('uniform')) keep(literal)
+    }
+  }
+  return new RegExp(`^(${[...names].join('|')})$`)
+}
+
+/** Returns a bundle with short names of properties too, by `cache` the same ones in all bundles: they hand objects to each other. */
+async function minified(text, regex, cache) {
+  // Of what esbuild leaves, terser takes 6 % (gzipped): a page with its stream has to stay small.
+  const { code } = await minify(text, {
+    module: true,
+    ecma: 2020,
+    compress: { passes: 4, inline: 1, unsafe: true, unsafe_arrows: true, unsafe_methods: true, pure_getters: true },
+    mangle: { properties: { regex, keep_quoted: true, cache } },
+  })
+  // The graphics card's programs need no indentation or comments.
   const plain = code
     .replace(/ \/\/ [^\\"`]*(?=\\n)/g, '')
     .replace(/\\n(?:\\n|\\t| )+/g, '\\n')
@@ -59,6 +107,9 @@ async function made() {
   const text = await notice()
   const files = {}
   for (const [name, source] of Object.entries(BUNDLES)) files[name] = await bundle(source)
+  const names = await privateNames(Object.values(files))
+  const cache = { props: new Map() }
+  for (const name of Object.keys(files)) files[name] = await minified(files[name], names, cache)
   return { ...files, 'LICENSES.txt': `The files of this folder are built from web/, by web/build.mjs.\n\n${text}\n` }
 }
 

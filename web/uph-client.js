@@ -37,7 +37,7 @@ export class UphClient {
   #size = new Promise((resolve) => (this.#foundSize = resolve)) // the exemplar's height and width
   #exemplarCalls = 0
 
-  /** @param {Worker} worker @param {{ maxTextureSize: number, maxTexels: number, eye?: number[] }} limits @param {object} view */
+  /** @param {Worker} worker @param {{ maxTextureSize: number, maxTexels: number, eye?: number[], onPage?: boolean }} limits @param {object} view */
   constructor(worker, limits, view) {
     this.#worker = worker
     this.#view = view
@@ -166,7 +166,7 @@ export class UphClient {
       const entry = this.#queue.shift()
       const old = this.#view.takeTexture(entry)
       if (old) buffers.push(old)
-      if (!entry.unplaced) texels += entry.height * entry.width
+      if (entry.height) texels += entry.height * entry.width
     }
     if (this.#queue.length) {
       if (this.first) this.#view.notify('refine', {})

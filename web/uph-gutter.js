@@ -35,14 +35,20 @@ export function makeGutter(lines, { height, width }, beyond) {
 }
 
 /** Copy texels from beyond a seam into a band of `count` texels. */
-function copyAcross({ start, stop, otherStart, otherStop, line }, band, count, angles) {
-  const slope = (otherStop - otherStart) / (stop - start)
-  const otherCount = line.length / 4
-  for (let n = Math.max(0, Math.ceil(start * count - 0.5)); n < count && (n + 0.5) / count < stop; n++) {
-    const place = otherStart + slope * ((n + 0.5) / count - start)
-    const m = Math.min(otherCount - 1, Math.max(0, Math.floor(place * otherCount)))
+function copyAcross(seam, band, count, angles) {
+  const { line } = seam
+  forEachAcross(seam, count, line.length / 4, (n, m) => {
     for (let k = 0; k < 4; k++) band[4 * n + k] = line[4 * m + k]
     if (angles) turnNormal(band, 4 * n, angles[n])
+  })
+}
+
+/** Call take(n, m) for each of an edge's `count` texels that meets a seam, with the texel beyond, of `otherCount`. */
+export function forEachAcross({ start, stop, otherStart, otherStop }, count, otherCount, take) {
+  const slope = (otherStop - otherStart) / (stop - start)
+  for (let n = Math.max(0, Math.ceil(start * count - 0.5)); n < count && (n + 0.5) / count < stop; n++) {
+    const place = otherStart + slope * ((n + 0.5) / count - start)
+    take(n, Math.min(otherCount - 1, Math.max(0, Math.floor(place * otherCount))))
   }
 }
 

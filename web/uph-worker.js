@@ -1,10 +1,13 @@
 // Decodes, paints and tessellates a `.uph` stream beside the page: the module Worker of `uph-three.js`.
 //
-// In:  open {maxTextureSize, maxTexels, eye}   once, first; `eye`, maybe, is a vector toward who looks: what is near is painted first
+// In:  open {maxTextureSize, maxTexels, eye, onPage}
+//                                         once, first; `eye`, maybe, is a vector toward who looks: what is near is painted first;
+//                                         with `onPage` the page paints, as far as it shows the same
 //      feed {bytes}                       further bytes of the stream
 //      end {}                             there are no more
 //      limit {bytes?, coefficients?}      show a prefix only; neither: all that has come
 //      exemplar {picture}                 paint with it, of the exemplar's size, instead of the exemplar; null: with that again
+//      paint {}                           paint here after all
 //      counts {counts}                    segments of every chart, along s and along t
 //      shown {buffers}                    what the last `textures` brought is on screen; buffers to use again
 //      join {port}                        another stream: the same messages through a port of its own
@@ -15,7 +18,9 @@
 //      meshes {pieces, counts}            geometry of the charts that changed
 //      textures {entries, state}          what changed, and what is shown then. An entry has a target (color, normal …)
 //                                         and is `data` for a chart; the gutter only, `gutter`; that a chart has no
-//                                         placements, `unplaced`; or the exemplar's mean, which such charts show: `preview`
+//                                         placements, `unplaced`; or the exemplar's mean, which such charts show: `preview`.
+//                                         Where the page paints: a target's sample, `sheet`; of what a chart is painted,
+//                                         `recipe` (see recipes.js); or a chart without data, which is to be painted of these
 //      state {state}                      where decoding stands
 //      error {message, offset}            the stream is damaged
 

@@ -63,6 +63,7 @@ export interface UpholsterViewerEventMap {
  * - `alt`: what the picture shows, for those who do not see it.
  * - `exemplar`: address of a picture of the same shape, as another colour of the sample, to show the model with.
  * - `worker`: address of `uph-worker.js`, if it does not lie beside the module.
+ * - `painting`: who paints charts, `card` or `worker`; otherwise the graphics card, where there is one.
  * - `view`: azimuth and elevation in degrees, "30,30" if not given, as `upholster cover --view`.
  * - `background`: a CSS colour, or "none"; a light or dark studio if not given.
  * - `environment`: address of a picture of surroundings, all round (2:1), that lights the model in place of the studio.

@@ -1,11 +1,12 @@
 /**
  * `<upholster-viewer src="ring.uph">`: shows a `.uph` stream while it comes, which a person can turn.
  *
- * Attributes: src, alt, exemplar, worker, view, background, environment, controls, autorotate; see `upholster-viewer.d.ts`. Needs WebGL2, and
+ * Attributes: src, alt, exemplar, worker, painting, view, background, environment, controls, autorotate; see `upholster-viewer.d.ts`. Needs WebGL2, and
  * nothing that a strict content security policy forbids.
  */
 
 import { axes, parseView } from './viewer/frame.js'
+import { Renderer } from './viewer/renderer.js'
 import { Session } from './viewer/session.js'
 import { Stage } from './viewer/stage.js'
 import { style } from './viewer/style.js'
@@ -276,7 +277,8 @@ export class UpholsterViewer extends HTMLElement {
   #begin() {
     if (!this.#stage || !(this.#seen || typeof this.#source !== 'string')) return
     let session = null // bytes that are here already are told of before there is one
-    session = new Session(this.#source, this.getAttribute('worker'), axes(this.view)[2], (type, event) => {
+    const onPage = Renderer.shared.paints(this.getAttribute('painting'), () => import('./upholster-painter.js'))
+    session = new Session(this.#source, this.getAttribute('worker'), axes(this.view)[2], onPage, (type, event) => {
       if (session && session === this.#session) this.#receive(type, event)
     })
     this.#session = session

@@ -410,6 +410,7 @@ def test_assets_are_the_shipped_ones(shared):
         ("upholster-viewer.js", "javascript"),
         ("upholster-lab.js", "javascript"),
         ("upholster-environment.js", "javascript"),
+        ("upholster-painter.js", "javascript"),
         ("uph-worker.js", "javascript"),
         ("uph-rare.js", "javascript"),
         ("LICENSES.txt", "plain"),

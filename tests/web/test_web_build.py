@@ -166,7 +166,7 @@ def test_notices_go_with_the_copies() -> None:
 
 def test_the_scripts_stand_alone() -> None:
     wanted = {
-        "upholster-viewer.js": {"./upholster-lab.js", "./upholster-environment.js"},
+        "upholster-viewer.js": {"./upholster-lab.js", "./upholster-environment.js", "./upholster-painter.js"},
         "uph-worker.js": {"./uph-rare.js"},
     }
     for name, text in _built().items():

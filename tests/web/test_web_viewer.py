@@ -409,7 +409,12 @@ def test_the_first_picture_has_texture_and_the_page_asked_for_it(tab: Any, site:
     assert streams == ["bytes=0-4095", "bytes=4096-"]
     names = {name for name, _ in asked}
     assert {"upholster-viewer.js", "uph-worker.js"} <= names
-    assert not names & {"upholster-lab.js", "uph-rare.js", "upholster-environment.js"}
+    assert not names & {
+        "upholster-lab.js",
+        "uph-rare.js",
+        "upholster-environment.js",
+        "upholster-painter.js",
+    }
 
 
 def test_viewers_start_when_they_are_near_and_share_renderer_and_workers(tab: Any, site: Any) -> None:

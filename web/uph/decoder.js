@@ -319,6 +319,19 @@ export class UphDecoder {
     return into
   }
 
+  /** What a chart is painted from: its placements, in order, and its warp field; null where it shows the mean. */
+  recipe(index) {
+    return this.#hasBlocks(index) ? { placements: this.#plan.placements(index), field: this.#fieldOf(index) } : null
+  }
+
+  #hasBlocks(index) {
+    return this.isPlaced(index) && !this.#plan.isEmpty(index)
+  }
+
+  #fieldOf(index) {
+    return this.#fields?.fields[index] ?? IDENTITY_FIELD
+  }
+
   #checkRows(index, start, stop) {
     const chart = this.charts[index]
     if (!chart) throw new RangeError(`chart is ${index}; allowed: 0 to ${this.charts.length - 1}`)
@@ -335,12 +348,12 @@ export class UphDecoder {
     if (role === 'normal' && picture.channels !== 3) {
       throw new RangeError(`normal map has ${picture.channels} channels; allowed: 3`)
     }
-    if (!this.isPlaced(index) || this.#plan.isEmpty(index)) {
+    if (!this.#hasBlocks(index)) {
       this.#paintMean(chart, pyramid, start, stop, take)
       return
     }
     const placements = () => this.#plan.placements(index)
-    const field = this.#fields?.fields[index] ?? IDENTITY_FIELD
+    const field = this.#fieldOf(index)
     this.#painter.paint({ index, chart, field, placements, pyramid, start, stop, take })
   }
 

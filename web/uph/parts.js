@@ -1,5 +1,5 @@
 /**
- * Parts of the decoder that few streams need: meshes, strips, plain lists.
+ * Parts of the decoder that few streams need: meshes, strips, plain lists, lossless wavelets, samples of more than 8 bits.
  *
  * `uph.js` has all of them. A page that counts bytes begins with `uph-core.js`, and loads `uph-rare.js` when a stream needs a part
  * that is missing. They are known by a global name, since the two may be bundles of their own.

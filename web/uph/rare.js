@@ -1,8 +1,11 @@
 /** The decoder's rare parts; see `parts.js`. */
 
+import * as exact from './image/exact.js'
 import { parseMesh } from './mesh/parse.js'
+import { fillRamp } from './paint/ramp.js'
+import { laySamples } from './paint/samples.js'
 import { addParts } from './parts.js'
 import { ListPlan } from './plans/list.js'
 import { StripPlan } from './plans/strips.js'
 
-addParts({ parseMesh, ListPlan, StripPlan })
+addParts({ exact, fillRamp, laySamples, parseMesh, ListPlan, StripPlan })

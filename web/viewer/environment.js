@@ -4,10 +4,23 @@ const [WIDTH, HEIGHT] = [128, 64] // of the picture as it is used
 const [SIDE, LEVELS] = [64, 6] // of the cube that smooth surfaces mirror; each level is rougher
 const SAMPLES = 96
 
+/** What a surface mirrors of a picture, and how much light arrives: `sky` has it ever rougher, `harmonics` its light (R. Ramamoorthi, P. Hanrahan, SIGGRAPH 2001). */
+const LIGHT = `
+uniform samplerCube sky;
+uniform vec3 harmonics[9];
+vec3 mirrored(vec3 R, float rough, float facing) {
+  return textureLod(sky, R, rough * 5.).rgb;
+}
+vec3 arriving(vec3 n, float facing) {
+  vec3 x = harmonics[0] + harmonics[1] * n.y + harmonics[2] * n.z + harmonics[3] * n.x;
+  x += harmonics[4] * n.x * n.y + harmonics[5] * n.y * n.z + harmonics[6] * (3. * n.z * n.z - 1.);
+  return max(x + harmonics[7] * n.x * n.z + harmonics[8] * (n.x * n.x - n.y * n.y), 0.);
+}`
+
 /**
  * Load a picture; its path is from the page. Brightness is what is in the picture: 1 at most.
  *
- * @returns {Promise<{ harmonics: Float32Array, textureOf: (gl: WebGL2RenderingContext) => WebGLTexture }>}
+ * @returns {Promise<{ light: string, harmonics: Float32Array, textureOf: (gl: WebGL2RenderingContext) => WebGLTexture }>}
  */
 export async function loadEnvironment(address) {
   const response = await fetch(address)
@@ -24,7 +37,7 @@ export async function loadEnvironment(address) {
     if (!known || !gl.isTexture(known)) textures.set(gl, (known = newTexture(gl, cubes)))
     return known
   }
-  return { harmonics: harmonicsOf(radiance), textureOf }
+  return { light: LIGHT, harmonics: harmonicsOf(radiance), textureOf }
 }
 
 const linear = (byte) => (byte <= 10 ? byte / 3294.6 : ((byte / 255 + 0.055) / 1.055) ** 2.4)

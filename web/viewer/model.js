@@ -19,8 +19,13 @@ let version = 0
  * `error` {error}.
  */
 export class Model extends EventTarget {
-  /** Per chart: `size`, `geometry`, and `textures` by target, each of `data`, `width`, `height`, `version` and a `key` of its own. */
+  /**
+   * Per chart: `size`, `geometry`, and `textures` by target, each of `width`, `height`, `version`, a `key` of its own, and `data`; or
+   * `recipe` and `sheet`, of which the graphics card paints it.
+   */
   charts = []
+  /** By target: the sample, as the graphics card paints from it. */
+  #sheets = {}
   /** The exemplar's mean, one pixel, which charts without placements show; null where none does. */
   preview = null
   /** Triangles on no chart, and their colour. */
@@ -37,9 +42,14 @@ export class Model extends EventTarget {
   #client
   #detail = null
 
-  /** @param {Worker} worker that runs uph-worker.js @param {number[]} [eye] a vector toward who looks */
-  constructor(worker, eye) {
+  /**
+   * @param {Worker} worker that runs uph-worker.js
+   * @param {number[]} [eye] a vector toward who looks
+   * @param {boolean} [onPage] the graphics card paints, not the worker
+   */
+  constructor(worker, eye, onPage) {
     super()
+    this.onPage = onPage
     const view = {
       begin: (message) => this.#begin(message),
       takeMeshes: (message) => this.#takeMeshes(message),
@@ -47,7 +57,7 @@ export class Model extends EventTarget {
       show: (state, first) => this.#show(state, first),
       notify: (type, detail) => this.#notify(type, detail),
     }
-    this.#client = new UphClient(worker, { ...LIMITS, eye }, view)
+    this.#client = new UphClient(worker, { ...LIMITS, eye, onPage }, view)
   }
 
   /** What bytes are fed to. */
@@ -102,6 +112,12 @@ export class Model extends EventTarget {
     return this.#client.bytes()
   }
 
+  /** The graphics card can not paint after all: the worker is to. */
+  paintInWorker() {
+    this.onPage = false
+    this.#client.send({ kind: 'paint' })
+  }
+
   /** The charts are seen so large: have them tessellated for that. `eye` is in the model's own space. */
   measure(eye, pixelsAtOne, near) {
     this.#detail?.measure(eye, pixelsAtOne, near)
@@ -136,7 +152,10 @@ export class Model extends EventTarget {
   }
 
   /** Take over one texture; returns the memory of the one before. */
-  #takeTexture({ chart, target, height, width, data, preview, unplaced, gutter }) {
+  #takeTexture({ chart, target, height, width, data, preview, unplaced, gutter, sheet, recipe, size: sampleSize }) {
+    if (sheet) this.#sheets[target] = { data, height, width, size: sampleSize }
+    else if (recipe) this.charts[chart].recipe = { ...recipe, weights: data }
+    if (sheet || recipe) return null
     if (preview) {
       this.preview = { key: this.preview?.key ?? {}, data, width, height, version: ++version }
       return null
@@ -152,8 +171,10 @@ export class Model extends EventTarget {
       old.version = ++version
       return null
     }
-    textures[target] = { key: old?.key ?? {}, data, width: width + 2, height: height + 2, version: ++version }
-    return old?.data.buffer ?? null
+    const made = { key: old?.key ?? {}, width: width + 2, height: height + 2, version: ++version }
+    const painted = data ? { data } : { recipe: this.charts[chart].recipe, sheet: this.#sheets[target] }
+    textures[target] = { ...made, ...painted }
+    return old?.data?.buffer ?? null
   }
 
   #show({ bytes, coefficients, charts, roles, alpha = 'opaque', mean }, isFirst) {

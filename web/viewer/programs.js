@@ -8,10 +8,16 @@ export class Programs {
   #gl
   #parallel
   #made = new Map()
+  #sources = { ...SOURCES }
 
   constructor(gl) {
     this.#gl = gl
     this.#parallel = gl.getExtension('KHR_parallel_shader_compile')
+  }
+
+  /** Have more programs: vertex and fragment shader, by name. */
+  add(sources) {
+    Object.assign(this.#sources, sources)
   }
 
   /** Whether programs can be used without waiting for them; those that are new are begun. */
@@ -33,7 +39,7 @@ export class Programs {
   #begin(name) {
     const gl = this.#gl
     const program = gl.createProgram()
-    SOURCES[name]().forEach((source, n) => {
+    this.#sources[name]().forEach((source, n) => {
       const shader = gl.createShader(n ? gl.FRAGMENT_SHADER : gl.VERTEX_SHADER)
       gl.shaderSource(shader, source)
       gl.compileShader(shader)

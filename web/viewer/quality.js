@@ -12,13 +12,16 @@ const SOFTWARE = /swiftshader|llvmpipe|softpipe|software|basic render/i
 /** Follows the time between frames. `quality` is the share of pixels along each side, up to 1. */
 export class AdaptiveQuality {
   quality = 1
+  /** Whether the graphics card is none, but the processor. */
+  isSoftware
   #slowFrames = 0
   #fastFrames = 0
 
   /** @param {WebGL2RenderingContext} context tells a software rasteriser, which starts with fewer pixels */
   constructor(context) {
     const info = context.getExtension('WEBGL_debug_renderer_info')
-    if (SOFTWARE.test(context.getParameter(info?.UNMASKED_RENDERER_WEBGL ?? context.RENDERER))) this.quality = 0.4
+    this.isSoftware = SOFTWARE.test(context.getParameter(info?.UNMASKED_RENDERER_WEBGL ?? context.RENDERER))
+    if (this.isSoftware) this.quality = 0.4
   }
 
   /** Take note of the time in milliseconds between two frames of one movement. */

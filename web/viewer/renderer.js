@@ -4,7 +4,7 @@ import { dot, plus, radians } from './frame.js'
 import { Programs } from './programs.js'
 import { AdaptiveQuality } from './quality.js'
 import { Resources } from './resources.js'
-import { CELLS, LAMPS, MAPS, UNITS } from './shading.js'
+import { CELLS, LAMPS, MAPS, UNITS, surfaces } from './shading.js'
 
 const BORDER_COLOR = [0.13, 0.4, 1]
 const SHADE_UNIT = 6
@@ -19,6 +19,8 @@ export class Renderer extends EventTarget {
   #gl
   #programs
   #resources
+  #Painter = null // the class, once it is loaded; undefined if it does not load
+  #painter = null
   #shades = new Map() // for each model, its shadow on the floor
   #fence = null // passed when the last picture is drawn
 
@@ -47,9 +49,29 @@ export class Renderer extends EventTarget {
   #begin() {
     this.#programs = new Programs(this.#gl)
     this.#resources = new Resources(this.#gl)
+    this.#painter = this.#Painter && new this.#Painter(this.#gl, this.#programs, this.#resources)
     this.#shades.clear()
     this.#fence = null
     this.#programs.ready('plain', 'backdrop', 'floor', 'height', 'shade')
+  }
+
+  /**
+   * Whether charts are painted here; `wish` is 'card' or 'worker', else it is so where there is a graphics card. `load()` loads
+   * `upholster-painter.js` then.
+   */
+  paints(wish, load) {
+    const gl = this.#gl
+    const isWanted = wish === 'card' || (wish !== 'worker' && !this.quality.isSoftware)
+    const isPossible = isWanted && (gl.getExtension('EXT_color_buffer_float') ?? gl.getExtension('EXT_color_buffer_half_float'))
+    if (!isPossible || this.#Painter === undefined) return false
+    if (!this.#Painter) this.#loadPainter(load)
+    return true
+  }
+
+  async #loadPainter(load) {
+    const loaded = await load().catch(() => ({}))
+    this.#Painter = loaded.ChartPainter
+    if (this.#Painter) this.#painter ??= new this.#Painter(this.#gl, this.#programs, this.#resources)
   }
 
   /** Whether the graphics card is still at the last picture, or makes the programs for these models. */
@@ -59,7 +81,8 @@ export class Renderer extends EventTarget {
       gl.deleteSync(this.#fence)
       this.#fence = null
     }
-    const names = models.map((model) => programOf(model, environment))
+    const names = models.map((model) => this.#programOf(model, environment))
+    if (models.some((model) => model.onPage && !this.#canPaint(model))) return true
     return this.#fence !== null || !this.#programs.ready('backdrop', 'floor', 'height', 'shade', ...names)
   }
 
@@ -96,6 +119,7 @@ export class Renderer extends EventTarget {
     const gl = this.#gl
     const { canvas } = this
     if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, { width, height })
+    for (const { model } of views) this.#paint(model)
     for (const { model } of views) if (scene.floor !== null) this.#shade(model, scene.floor)
     gl.bindFramebuffer(gl.FRAMEBUFFER, null)
     gl.enable(gl.SCISSOR_TEST)
@@ -124,10 +148,26 @@ export class Renderer extends EventTarget {
   /** Free what the graphics card has of models that are gone, or that are seen again later at most. */
   sweep() {
     this.#resources.sweep([...this.models])
+    this.#painter?.sweep([...this.models])
     for (const [model, { texture }] of this.#shades) {
       if (this.models.has(model)) continue
       this.#gl.deleteTexture(texture)
       this.#shades.delete(model)
+    }
+  }
+
+  /** Whether what paints is ready; where it does not load, the worker is to paint. */
+  #canPaint(model) {
+    if (this.#Painter === undefined) model.paintInWorker()
+    return this.#painter?.isReady
+  }
+
+  /** Paint what has changed; where that fails, the worker is to paint. */
+  #paint(model) {
+    try {
+      if (model.onPage && this.#painter?.paint(model)) this.#painter.sweep([...this.models, model])
+    } catch {
+      model.paintInWorker()
     }
   }
 
@@ -143,7 +183,7 @@ export class Renderer extends EventTarget {
   #drawModel(model, scene) {
     const gl = this.#gl
     const { camera, environment } = scene
-    const uniforms = this.#programs.use(model.wireframe ? 'lines' : programOf(model, environment))
+    const uniforms = this.#programs.use(model.wireframe ? 'lines' : this.#programOf(model, environment))
     this.#setWorld(uniforms, model, camera)
     if (model.wireframe) gl.uniform3fv(uniforms.ink, model.mean)
     else this.#setLight(uniforms, model, scene)
@@ -159,6 +199,13 @@ export class Renderer extends EventTarget {
     gl.disable(gl.CULL_FACE)
     if (model.plain) this.#drawPlain(model, uniforms)
     if (model.borders) this.#drawBorders(model, camera)
+  }
+
+  /** Which program draws a model. */
+  #programOf({ roles }, environment) {
+    const isFull = roles.some((role) => role !== 'albedo' && role !== 'opacity')
+    if (environment) this.#programs.add(surfaces(environment.light, 'Picture'))
+    return `${isFull ? 'full' : 'plain'}${environment ? 'Picture' : ''}`
   }
 
   #drawChart(model, { geometry, textures, size: { width, height } }, uniforms) {
@@ -287,12 +334,6 @@ export class Renderer extends EventTarget {
     gl.deleteRenderbuffer(depth)
     return texture
   }
-}
-
-/** Which program draws a model. */
-function programOf({ roles, preview }, environment) {
-  const isFull = roles.some((role) => role !== 'albedo' && role !== 'opacity')
-  return `${isFull ? 'full' : 'plain'}${environment ? 'Picture' : ''}`
 }
 
 /** The maps that a chart has, as bits. */

@@ -18,6 +18,7 @@ export class Resources {
   constructor(gl) {
     this.#gl = gl
     this.#anisotropic = gl.getExtension('EXT_texture_filter_anisotropic')
+    this.#blank = this.color([1, 1, 1])
   }
 
   /** Bind a geometry's vertex arrays; `lines` for its edges, 'outline' for its border. Returns how many numbers to draw. */
@@ -32,17 +33,37 @@ export class Resources {
 
   /** Bind a texture to a unit. A chart's texture and the exemplar are taken over when they have changed. */
   texture(unit, source) {
-    const gl = this.#gl
-    gl.activeTexture(gl.TEXTURE0 + unit)
-    if (!source) {
-      gl.bindTexture(gl.TEXTURE_2D, (this.#blank ??= this.color([1, 1, 1])))
-      return
-    }
-    const key = source.key ?? source
-    let made = this.#textures.get(key)
-    if (!made) this.#textures.set(key, (made = { texture: gl.createTexture(), version: 0, width: 0, height: 0 }))
-    gl.bindTexture(gl.TEXTURE_2D, made.texture)
-    if (made.version !== source.version) this.#upload(made, source, UNITS[unit])
+    if (!source) return this.#bind({ texture: this.#blank }, unit)
+    const made = this.known(source)
+    this.#bind(made, unit)
+    if (source.data && made.version !== source.version) this.#upload(made, source, UNITS[unit])
+  }
+
+  /** What there is of a texture so far. */
+  known({ key }) {
+    if (!this.#textures.has(key)) this.#textures.set(key, { texture: this.#gl.createTexture(), version: 0, width: 0, height: 0, lines: null })
+    return this.#textures.get(key)
+  }
+
+  /** A texture that is to be painted on, with room for it; null if it has been. */
+  target(source, unit) {
+    const made = this.known(source)
+    if (made.version === source.version) return null
+    this.#bind(made)
+    this.#makeRoom(made, source, unit)
+    made.version = source.version
+    return made
+  }
+
+  /** It has been painted on. */
+  finish(made) {
+    this.#bind(made)
+    this.#gl.generateMipmap(this.#gl.TEXTURE_2D)
+  }
+
+  #bind({ texture }, unit = 0) {
+    this.#gl.activeTexture(this.#gl.TEXTURE0 + unit)
+    this.#gl.bindTexture(this.#gl.TEXTURE_2D, texture)
   }
 
   /** A texture of one linear colour. */
@@ -62,6 +83,7 @@ export class Resources {
     for (const [key, made] of this.#textures) {
       if (kept.has(key)) continue
       this.#gl.deleteTexture(made.texture)
+      this.#gl.deleteTexture(made.lines)
       this.#textures.delete(key)
     }
     for (const [key, { arrays, buffers }] of this.#geometries) {
@@ -97,21 +119,24 @@ export class Resources {
     return { array, count: indices.length }
   }
 
-  #upload(made, { data, width, height, version }, unit) {
+  #upload(made, source, unit) {
     const gl = this.#gl
-    if (made.width === width && made.height === height) {
-      gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, width, height, gl.RGBA, gl.UNSIGNED_BYTE, data)
-    } else {
-      const isColor = unit === 'color' || unit === 'emission'
-      gl.texImage2D(gl.TEXTURE_2D, 0, isColor ? gl.SRGB8_ALPHA8 : gl.RGBA8, width, height, 0, gl.RGBA, gl.UNSIGNED_BYTE, data)
-      gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_WRAP_S, gl.CLAMP_TO_EDGE)
-      gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_WRAP_T, gl.CLAMP_TO_EDGE)
-      gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.LINEAR_MIPMAP_LINEAR)
-      const way = this.#anisotropic
-      if (way) gl.texParameterf(gl.TEXTURE_2D, way.TEXTURE_MAX_ANISOTROPY_EXT, ANISOTROPY)
-    }
+    this.#makeRoom(made, source, unit)
+    gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, made.width, made.height, gl.RGBA, gl.UNSIGNED_BYTE, source.data)
     gl.generateMipmap(gl.TEXTURE_2D)
-    Object.assign(made, { version, width, height })
+    made.version = source.version
+  }
+
+  #makeRoom(made, { width, height }, unit) {
+    if (made.width === width && made.height === height) return
+    const gl = this.#gl
+    const isColor = unit === 'color' || unit === 'emission'
+    gl.texImage2D(gl.TEXTURE_2D, 0, isColor ? gl.SRGB8_ALPHA8 : gl.RGBA8, width, height, 0, gl.RGBA, gl.UNSIGNED_BYTE, null)
+    for (const wrap of [gl.TEXTURE_WRAP_S, gl.TEXTURE_WRAP_T]) gl.texParameteri(gl.TEXTURE_2D, wrap, gl.CLAMP_TO_EDGE)
+    gl.texParameteri(gl.TEXTURE_2D, gl.TEXTURE_MIN_FILTER, gl.LINEAR_MIPMAP_LINEAR)
+    const way = this.#anisotropic
+    if (way) gl.texParameterf(gl.TEXTURE_2D, way.TEXTURE_MAX_ANISOTROPY_EXT, ANISOTROPY)
+    Object.assign(made, { width, height, isColor })
   }
 }
 

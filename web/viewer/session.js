@@ -22,20 +22,23 @@ export class Session {
   /** How many changes made a new frame necessary. */
   changes = 0
   #worker
+  #onPage
   #start = performance.now()
 
   /**
    * @param {string | Uint8Array | ArrayBuffer} source an address, or the stream itself
    * @param {string | null} worker address of uph-worker.js; null: beside the viewer
    * @param {number[]} eye a vector toward who looks
+   * @param {boolean} onPage the graphics card paints, not the worker
    * @param {(type: string, event: object) => void} notify called with the model's events, 'error' with its `problem` set
    */
-  constructor(source, worker, eye, notify) {
+  constructor(source, worker, eye, onPage, notify) {
     this.#worker = worker
+    this.#onPage = onPage
     const isAddress = typeof source === 'string'
     this.name = isAddress ? decodeURIComponent(source.split(/[?#]/)[0].split('/').at(-1)) || source : ''
     this.failed = new Promise((resolve) => (this.fail = resolve))
-    const model = (this.model = new Model(takeWorker(worker), eye))
+    const model = (this.model = new Model(takeWorker(worker), eye, onPage))
     for (const type of EVENTS) {
       model.addEventListener(type, (event) => {
         if (type === 'first' || type === 'refine' || type === 'geometry') this.changes++
@@ -66,7 +69,7 @@ export class Session {
 
   /** Load what has come a second time; `ready` is called with 'first' when it is there in full, and when it refines. */
   compare(ready) {
-    const other = (this.other = new Model(takeWorker(this.#worker)))
+    const other = (this.other = new Model(takeWorker(this.#worker), undefined, this.#onPage))
     give(other, this.model.bytes())
     other.settled().then(() => {
       if (this.other !== other) return

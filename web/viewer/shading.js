@@ -26,12 +26,12 @@ export const [REACH, CELLS] = [2, 64]
 export const UNITS = ['color', 'normal', 'surface', 'emission', 'height']
 export const MAPS = ['normal', 'ao', 'roughness', 'metallic', 'emission', 'height']
 
-const HEAD = `#version 300 es
+export const HEAD = `#version 300 es
 precision highp float;
 precision highp int;
 `
 
-const SCREEN = `${HEAD}
+export const SCREEN = `${HEAD}
 out vec2 at;
 void main() {
   at = vec2(gl_VertexID & 1, gl_VertexID >> 1) * 2.;
@@ -85,19 +85,6 @@ vec3 arriving(vec3 n, float facing) {
   return vec3(BELOW + (ABOVE - BELOW) * (.5 + .5 * n.z) + FILL * facing + KEY * max(dot(n, key), 0.));
 }`
 
-/** The same of a picture: `sky` has it ever rougher, `harmonics` its light (R. Ramamoorthi, P. Hanrahan, SIGGRAPH 2001). */
-const PICTURE = `
-uniform samplerCube sky;
-uniform vec3 harmonics[9];
-vec3 mirrored(vec3 R, float rough, float facing) {
-  return textureLod(sky, R, rough * 5.).rgb;
-}
-vec3 arriving(vec3 n, float facing) {
-  vec3 x = harmonics[0] + harmonics[1] * n.y + harmonics[2] * n.z + harmonics[3] * n.x;
-  x += harmonics[4] * n.x * n.y + harmonics[5] * n.y * n.z + harmonics[6] * (3. * n.z * n.z - 1.);
-  return max(x + harmonics[7] * n.x * n.z + harmonics[8] * (n.x * n.x - n.y * n.y), 0.);
-}`
-
 /** Khronos PBR Neutral: colours come out as they are; only highlights are compressed. */
 const TONES = `
 vec3 toned(vec3 c) {
@@ -130,8 +117,8 @@ vec3 bent(vec3 n) {
   return normalize(abs(area) * n - sign(area) * bump * (hx * a + hy * b));
 }`
 
-/** A surface; `full` with all maps, else of a colour alone; `picture`: a picture stands in for the sky. */
-const surface = (full, picture) => `${HEAD}
+/** A surface; `full` with all maps, else of a colour alone; `light` tells what it mirrors, and how much light arrives. */
+const surface = (full, light) => `${HEAD}
 in vec3 P, N;
 in vec4 T;
 in vec2 uv;
@@ -139,7 +126,7 @@ out vec4 color;
 uniform sampler2D colorMap;
 uniform vec3 eye;
 uniform float cut;
-${CODED}${TONES}${picture ? PICTURE : SKY}${full ? DETAILS : ''}
+${CODED}${TONES}${light}${full ? DETAILS : ''}
 void main() {
   vec4 albedo = texture(colorMap, uv);
   if (albedo.a < cut) discard;
@@ -232,12 +219,15 @@ void main() {
   color = vec4(min(sum, 1.), 0, 0, 1);
 }`
 
+/** Programs of surfaces in a light, such as that of `environment.js`. */
+export const surfaces = (light, name = '') => ({
+  [`plain${name}`]: () => [VERTEX, surface(false, light)],
+  [`full${name}`]: () => [VERTEX, surface(true, light)],
+})
+
 /** Vertex and fragment shader of each program. */
 export const SOURCES = {
-  plain: () => [VERTEX, surface(false, false)],
-  full: () => [VERTEX, surface(true, false)],
-  plainPicture: () => [VERTEX, surface(false, true)],
-  fullPicture: () => [VERTEX, surface(true, true)],
+  ...surfaces(SKY),
   lines: () => [VERTEX, LINES],
   backdrop: () => [SCREEN, BACKDROP],
   floor: () => [FLOOR_VERTEX, FLOOR],

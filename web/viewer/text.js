@@ -1,9 +1,7 @@
 /** Texts of the viewer: quantities, states and errors. */
 
-const plain = new Intl.NumberFormat('en')
-
 /** A whole number with separators: 4,045,092. */
-export const count = (n) => plain.format(n)
+export const count = (n) => n.toLocaleString('en')
 
 /** An amount of data with at most three digits, as the command line gives it: 640 B, 8 kB, 8.2 kB, 110 kB, 1.3 MB. */
 export function amount(bytes) {

@@ -57,10 +57,12 @@ export class Session {
       this.maxTextureSize = message.maxTextureSize
       this.maxTexels = message.maxTexels
       this.eye = message.eye ?? [0, 0, 0]
+      this.onPage = message.onPage
     } else if (kind === 'feed') this.#append(message.bytes)
     else if (kind === 'end') this.#ended = true
     else if (kind === 'limit') this.#setLimit(message)
     else if (kind === 'counts') this.#counts = message.counts
+    else if (kind === 'paint') this.#textures?.paintHere()
     else if (kind === 'exemplar') this.#replaceExemplar(message.picture)
     else if (kind === 'shown') {
       this.#isWaiting = false
@@ -116,7 +118,7 @@ export class Session {
       try {
         await this.#work()
       } catch (error) {
-        this.#fail(error) // a fault of ours, or of the machine: memory, say
+        this.#meet(error) // if not a part that is missing, then a fault of ours, or of the machine: memory, say
         this.#textures?.clearDirty()
       }
       this.#isBusy = false
@@ -173,8 +175,7 @@ export class Session {
       try {
         this.#noteChanges(decoder.feed(this.#bytes.subarray(received, received + size)))
       } catch (error) {
-        if (error instanceof MissingPart && this.#loadParts) this.#completeDecoder()
-        else this.#fail(error)
+        this.#meet(error)
       }
       if (performance.now() > until) break
     }
@@ -195,6 +196,11 @@ export class Session {
     this.#schedule()
   }
 
+  #meet(error) {
+    if (error instanceof MissingPart && this.#loadParts) this.#completeDecoder()
+    else this.#fail(error)
+  }
+
   #fail(error) {
     this.#failed = true
     this.#post({ kind: 'error', message: error.message, offset: error.offset })
@@ -204,6 +210,7 @@ export class Session {
     const decoder = this.#decoder
     if (decoder.needed) return
     if (!this.#mesher) this.#begin()
+    this.#textures.forget(charts)
     for (const [target, parts] of Object.entries(TARGETS)) {
       const known = parts.filter((role) => hasMap(decoder, role))
       if (known.some((role) => roles.includes(role))) this.#textures.markDirty(target)
@@ -221,7 +228,7 @@ export class Session {
     this.#mesher = surface.kind === 'mesh' ? new (part('TriangleMesher'))(surface, charts) : new SurfaceMesher(surface, charts)
     const bounds = charts.map((_, n) => this.#mesher.bounds(n))
     const nearness = bounds.map(({ center }) => center.reduce((sum, x, k) => sum + x * this.eye[k], 0))
-    this.#textures = new ChartTextures(this.#mesher, sizes, shrink, nearness)
+    this.#textures = new ChartTextures(this.#mesher, sizes, shrink, nearness, this.onPage)
     const radius = enclosingRadius(bounds)
     this.#counts = new Uint16Array(bounds.flatMap((one) => countsFor(one, FIRST_PIXELS / 2 / radius, 0.5)))
     const { height, width } = this.#decoder.exemplarSize

@@ -1,7 +1,9 @@
 /** Textures of charts, as a page shows them: painted where they changed, with gutters from beyond their edges. */
 
+import { Scratch } from '../uph-core.js'
 import { edgeLines, makeGutter, putGutter } from '../uph-gutter.js'
 import { TARGETS, hasMap } from './maps.js'
+import { chartRecipe, gutterPoints, sampleSheet } from './recipes.js'
 import { SLICE, yieldToMessages } from './schedule.js'
 
 export class ChartTextures {
@@ -14,8 +16,13 @@ export class ChartTextures {
   #angles = new Map() // per edge: angles between the frames of either side
   #alpha // per chart: how many texels are see-through, and how many of them are soft
   #spare = []
+  #onPage // the page's graphics card paints
+  #sent = new Set() // charts of which the page has the recipe
+  #pictures = {} // per target: the maps that the page has
+  #scratch = new Scratch()
 
-  constructor(mesher, sizes, shrink, nearness) {
+  constructor(mesher, sizes, shrink, nearness, onPage) {
+    this.#onPage = onPage && !shrink
     this.#mesher = mesher
     this.#sizes = sizes
     this.#shrink = shrink
@@ -36,6 +43,19 @@ export class ChartTextures {
 
   clearDirty() {
     this.#dirty.clear()
+    this.#sent.clear()
+  }
+
+  /** Charts have other placements. */
+  forget(charts) {
+    for (const chart of charts) this.#sent.delete(chart)
+  }
+
+  /** Paint all of it here from now on: the page can not, or would show something else. */
+  paintHere() {
+    if (!this.#onPage) return
+    this.#onPage = false
+    for (const target of Object.keys(this.#pictures)) this.markDirty(target)
   }
 
   /** Use memory again that the page has given back. */
@@ -52,11 +72,13 @@ export class ChartTextures {
     const end = performance.now() + most
     for (const [target, dirty] of jobs) {
       const painted = new Map()
+      if (this.#onPage) this.#addSheet(decoder, target, entries)
       const [later, bare] = [[], []]
       for (const chart of [...dirty].sort((a, b) => this.#nearness[b] - this.#nearness[a])) {
         if (!decoder.isPlaced(chart)) bare.push(chart)
         else if (performance.now() > end) later.push(chart)
-        else painted.set(chart, this.#paintChart(decoder, target, chart))
+        else if (!this.#onPage) painted.set(chart, this.#paintChart(decoder, target, chart))
+        else if (!this.#addRecipe(decoder, target, chart, entries)) bare.push(chart)
         if (performance.now() > until) {
           await yieldToMessages()
           until = performance.now() + SLICE
@@ -67,6 +89,42 @@ export class ChartTextures {
     }
     return entries
   }
+
+  // ---------------------------------------------------------------- what the page paints
+
+  /** Have the page know a target's sample as it is now. */
+  #addSheet(decoder, target, entries) {
+    const roles = TARGETS[target].filter((role) => hasMap(decoder, role))
+    const pictures = roles.map((role) => decoder.exemplar(role))
+    const known = this.#pictures[target]
+    this.#pictures[target] = pictures
+    if (known?.length === pictures.length && pictures.every((picture, n) => picture === known[n])) return
+    const sheet = sampleSheet(decoder, target, roles)
+    if (sheet) entries.push({ target, sheet: true, ...sheet })
+    else this.paintHere()
+  }
+
+  /** Have the page paint a chart; returns whether there is something to paint. */
+  #addRecipe(decoder, target, chart, entries) {
+    if (!this.#sent.has(chart)) {
+      const found = decoder.recipe(chart)
+      if (!found) return false
+      const recipe = chartRecipe(found, decoder.charts[chart], decoder.exemplarSize, this.#scratch)
+      if (!recipe) {
+        this.markDirty(target, [chart])
+        this.paintHere()
+        return true
+      }
+      const { weights: data, ...rest } = recipe
+      const gutters = gutterPoints(this.#mesher, this.#sizes, chart, decoder.roles.includes('normal'))
+      entries.push({ chart, recipe: { ...rest, gutters }, data })
+      this.#sent.add(chart)
+    }
+    entries.push({ chart, target, ...this.#sizes[chart] })
+    return true
+  }
+
+  // ---------------------------------------------------------------- what is painted here
 
   /** Charts whose placements have not come: the page shows the exemplar's mean on them. */
   #unplacedEntries(target, charts, decoder) {

@@ -47,6 +47,8 @@
       var element = document.createElement('upholster-viewer')
       // From a file's page Chromium starts no module worker of a blob: URL.
       element.setAttribute('worker', 'data:text/javascript,' + encodeURIComponent(worker))
+      // Nothing can be loaded later.
+      element.setAttribute('painting', 'worker')
       document.body.appendChild(element)
       // The picture of the whole model stays until the viewer has that, or cannot, or somebody takes hold of it.
       ;['complete', 'error', 'pointerdown', 'keydown'].forEach(function (type) {

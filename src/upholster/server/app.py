@@ -34,6 +34,7 @@ _SCRIPTS = (
     "upholster-viewer.js",
     "upholster-lab.js",
     "upholster-environment.js",
+    "upholster-painter.js",
     "uph-worker.js",
     "uph-rare.js",
 )

@@ -1,8 +1,9 @@
 /** An image as its stream comes: from coefficients to samples [7.3, 7.4]. */
 
 import { clamp, range } from '../numbers.js'
+import { part } from '../parts.js'
 import { CoefficientDecoder, NEGATIVE } from './coefficients.js'
-import { idwt2 } from './wavelets.js'
+import { NINE_SEVEN, idwt2 } from './wavelets.js'
 
 // Where in its interval a value is expected, in 1/64, by the share of ones among refinement bits.
 const POINTS = range(64).map((o) => {
@@ -15,6 +16,8 @@ const POINTS = range(64).map((o) => {
 export class ImageDecoder {
   constructor(header) {
     this.header = header
+    /** The lossless wavelets; null for 9/7. */
+    this.exact = header.wavelet ? part('exact') : null
     this.coefficients = new CoefficientDecoder(header)
     this.complete = false
     if (header.plane < 0) this.feed(new Uint8Array(0))
@@ -36,36 +39,23 @@ export class ImageDecoder {
   image() {
     const { height, width, channels, wavelet, color, levels, matrix } = this.header
     const planes = range(channels).map((channel) => {
-      const plane = reconstruct(this.coefficients, channel)
-      idwt2(plane, height, width, levels, wavelet)
+      const plane = reconstruct(this.coefficients, channel, this.exact)
+      idwt2(plane, height, width, levels, this.exact?.transforms[wavelet] ?? NINE_SEVEN)
       return plane
     })
     if (color === 1) inverseKlt(planes, matrix)
-    else if (color) inverseYcocg(planes)
+    else if (color) this.exact.inverseYcocg(planes)
     return { height, width, channels, data: samplesOf(planes, this.header) }
   }
 }
 
-/** The passes of Haar [7.1]: per plane the threshold, and the power of two that a step above it takes. */
-function passesOf({ thresholds }) {
-  const starts = [...new Set([...range(25).map((k) => 2 ** k), ...thresholds])].filter(Boolean).sort((a, b) => a - b)
-  return starts.map((start, plane) => ({ start, shift: plane - 32 + Math.clz32(starts[plane + 1] - start - 1) }))
-}
-
-/** A mean as it would be coded; 0 for one that can not be. */
-function codedMean(mean, passes) {
-  if (mean >= 2 ** 24) return 0
-  const top = passes.findLastIndex(({ start }) => start <= mean)
-  return top < 0 ? 0 : 2 ** top + (mean - passes[top].start) * 2 ** passes[top].shift
-}
-
 /** One channel's coefficients, low-pass ones first along each axis. */
-function reconstruct({ header, bands, flags, known, lowestKnown, refined, plane }, channel) {
+function reconstruct({ header, bands, flags, known, lowestKnown, refined, plane }, channel, exact) {
   const { height, width, wavelet, levels, fineness, means } = header
   const out = new (wavelet === 1 ? Int32Array : Float64Array)(height * width)
-  const passes = wavelet === 2 && passesOf(header)
+  const passes = wavelet === 2 && exact.passesOf(header)
   // An approximation is near the mean, as far as what is known allows it.
-  const mean = passes ? codedMean(means[channel] * 2 ** (levels + fineness), passes) : 0
+  const mean = passes ? exact.codedMean(means[channel] * 2 ** (levels + fineness), passes) : 0
   const rest = mean >> (plane + 3) ? 0 : Math.min(mean, 2 ** (plane + 1) - 1)
   for (const band of bands) {
     if (band.channel !== channel) continue
@@ -99,16 +89,6 @@ function inverseKlt([first, second, third], m) {
     first[i] = c0 * m[0] + c1 * m[1] + c2 * m[2]
     second[i] = c0 * m[3] + c1 * m[4] + c2 * m[5]
     third[i] = c0 * m[6] + c1 * m[7] + c2 * m[8]
-  }
-}
-
-function inverseYcocg([first, second, third]) {
-  for (let i = 0; i < first.length; i++) {
-    const [luma, orange, green] = [first[i], second[i], third[i]]
-    const t = luma - (green >> 1)
-    second[i] = green + t
-    third[i] = t - (orange >> 1)
-    first[i] = third[i] + orange
   }
 }
 

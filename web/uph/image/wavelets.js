@@ -12,38 +12,16 @@ function lift(x, n, first, factor) {
   if ((last & 1) === first) x[last] -= factor * (x[last - 1] + x[last - 1])
 }
 
-// Per wavelet: what low-pass and high-pass samples are multiplied with, then how they are mixed.
-const WAVELETS = [
-  {
-    // 9/7
-    scales: [1 / SCALE_97, SCALE_97],
-    mix(x, n) {
-      lift(x, n, 0, 0.443506852043971)
-      lift(x, n, 1, 0.882911075530934)
-      lift(x, n, 0, -0.052980118572961)
-      lift(x, n, 1, -1.586134342059924)
-    },
+/** What low-pass and high-pass samples are multiplied with, then how they are mixed. */
+export const NINE_SEVEN = {
+  scales: [1 / SCALE_97, SCALE_97],
+  mix(x, n) {
+    lift(x, n, 0, 0.443506852043971)
+    lift(x, n, 1, 0.882911075530934)
+    lift(x, n, 0, -0.052980118572961)
+    lift(x, n, 1, -1.586134342059924)
   },
-  {
-    // 5/3
-    scales: [1, 1],
-    mix(x, n) {
-      for (let k = 0; k < n; k += 2) x[k] -= (x[k ? k - 1 : 1] + x[k + 1 < n ? k + 1 : n - 2] + 2) >> 2
-      for (let k = 1; k < n; k += 2) x[k] += (x[k - 1] + x[k + 1 < n ? k + 1 : n - 2]) >> 1
-    },
-  },
-  {
-    // Haar
-    scales: [1, 1],
-    mix(x, n) {
-      for (let k = 1; k < n; k += 2) {
-        const odd = x[k - 1] - x[k]
-        x[k - 1] += x[k]
-        x[k] = odd
-      }
-    },
-  },
-]
+}
 
 /** Undo a level of a line of n samples, `step` apart. */
 function inverseLine(plane, start, step, n, line, { scales: [even, odd], mix }) {
@@ -55,12 +33,12 @@ function inverseLine(plane, start, step, n, line, { scales: [even, odd], mix }) 
 }
 
 /** Undo `levels` levels in place: of each, columns first. */
-export function idwt2(plane, height, width, levels, wavelet) {
+export function idwt2(plane, height, width, levels, transform) {
   const line = new plane.constructor(Math.max(height, width) + 1)
   for (let level = levels - 1; level >= 0; level--) {
     const rows = sizeAt(height, level)
     const columns = sizeAt(width, level)
-    if (rows > 1) for (let c = 0; c < columns; c++) inverseLine(plane, c, width, rows, line, WAVELETS[wavelet])
-    if (columns > 1) for (let r = 0; r < rows; r++) inverseLine(plane, r * width, 1, columns, line, WAVELETS[wavelet])
+    if (rows > 1) for (let c = 0; c < columns; c++) inverseLine(plane, c, width, rows, line, transform)
+    if (columns > 1) for (let r = 0; r < rows; r++) inverseLine(plane, r * width, 1, columns, line, transform)
   }
 }

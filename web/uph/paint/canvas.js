@@ -1,5 +1,6 @@
 /** What is painted on: samples with 6 fractional bits, and the texels that come of them [8]. */
 
+import { part } from '../parts.js'
 import { BLEND, FINAL } from './runs.js'
 
 /** Paints strips of charts of one kind of samples; its memory is used again and again. */
@@ -31,15 +32,14 @@ export class Canvas {
     return this.out.subarray(first * this.perTexel, end * this.perTexel)
   }
 
-  /** Lay samples at `places` on texels [to, end). */
-  lay(kind, to, end, samples, width, places, place, weights, weight) {
-    if (this.isBytes) this.#layBytes(kind, to, end, samples, 2 * width, places, place, weights, weight)
-    else this.#laySamples(kind, to, end, samples, width * this.channels, places, place, weights, weight)
-  }
-
-  // Two samples a word, 16 bits each, which weights of 256 in all fill and 6 fractional bits leave room in.
-  #layBytes(kind, to, end, words, below, places, place, weights, weight) {
+  /**
+   * Lay samples at `places` on texels [to, end). Of bytes there are two a word, 16 bits each, which weights of 256 in all fill and 6
+   * fractional bits leave room in.
+   */
+  lay(kind, to, end, words, width, places, place, weights, weight) {
+    if (!this.isBytes) return part('laySamples')(this, kind, to, end, words, width, places, place, weights, weight)
     const { out, layers, opaque } = this
+    const below = 2 * width
     const [isFinal, isBlend] = [kind === FINAL, kind === BLEND]
     for (; to < end; to++, place++) {
       const at = (places[place] >>> 8) * 2
@@ -82,38 +82,6 @@ export class Canvas {
       out[to] = (((even + 0x200020) >>> 6) & 0xff00ff) | (((odd + 0x200020) << 2) & 0xff00ff00) | opaque
       layers[2 * to] = even
       layers[2 * to + 1] = odd
-    }
-  }
-
-  #laySamples(kind, to, end, samples, below, places, place, weights, weight) {
-    const { out, layers, channels } = this
-    const isFloat = out instanceof Float32Array
-    const isBlend = kind === BLEND
-    for (; to < end; to++, place++) {
-      const fraction = places[place] & 255
-      const d = (fraction >> 4) * (fraction & 15)
-      const b = 16 * (fraction & 15) - d
-      const c = (fraction & 240) - d
-      const a = 256 - b - c - d
-      const w = isBlend ? weights[weight++] : 256
-      let at = (places[place] >>> 8) * channels
-      for (let n = to * channels, last = n + channels; n < last; n++, at++) {
-        const [e, f, g, h] = [samples[at], samples[at + channels], samples[at + below], samples[at + below + channels]]
-        if (isFloat) {
-          let value = e
-          if (fraction) {
-            value = Math.fround(Math.fround(e * (a / 256)) + Math.fround(f * (b / 256)))
-            value = Math.fround(Math.fround(value + Math.fround(g * (c / 256))) + Math.fround(h * (d / 256)))
-          }
-          if (w < 256) value = Math.fround(layers[n] * ((256 - w) / 256)) + Math.fround(value * (w / 256))
-          layers[n] = out[n] = value
-        } else {
-          let value = (e * a + f * b + g * c + h * d + 2) >> 2
-          if (w < 256) value = (layers[n] * (256 - w) + value * w + 128) >> 8
-          layers[n] = value
-          out[n] = (value + 32) >> 6
-        }
-      }
     }
   }
 }

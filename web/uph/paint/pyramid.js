@@ -64,7 +64,7 @@ function withSamples(picture) {
 }
 
 /** The next level: half the size, filtered by (1, 3, 3, 1)/8 down the columns, then along the rows. */
-function halve({ height, width, channels, data }) {
+export function halve({ height, width, channels, data }) {
   const isFloat = data instanceof Float32Array
   const [halfHeight, halfWidth] = [(height + 1) >> 1, (width + 1) >> 1]
   const down = filterAxis(data, isFloat, 1, height, width * channels)

@@ -1,10 +1,8 @@
 /** Weights of a placement's texels [8]: 0 to 256, from its mask. */
 
-import { ceilDivide, range } from '../numbers.js'
+import { ceilDivide } from '../numbers.js'
+import { part } from '../parts.js'
 import { MASK_NONE, MASK_RAMP } from '../plans/placement.js'
-
-const SIDE_TOP = 1
-const SIDE_LEFT = 2
 
 /** Arrays that are used again and again, by name: at least so long, what is in them counts for nothing. */
 export class Scratch {
@@ -23,22 +21,13 @@ export function placementWeights(placement, scratch, start, stop) {
   if (mask === MASK_NONE) return null
   if (mask === MASK_RAMP) {
     const values = scratch.take('weights', Uint16Array, (stop - start) * width)
-    fillRamp(placement, values, start, stop)
+    part('fillRamp')(placement, values, start, stop)
     return { values, width, top: start, left: 0 }
   }
-  const part = windowPart(placement, start, stop)
-  const values = scratch.take('weights', Uint16Array, part.height * part.width)
-  fillCut(part, values, scratch.take('feathered', Uint16Array, part.height * part.width))
-  return { values, width: part.width, top: part.top, left: part.left }
-}
-
-function fillRamp({ width, sides, ramp }, weights, start, stop) {
-  const factor = (n, side) => (sides & side && n < ramp ? Math.floor(((2 * n + 1) * 128) / ramp) : 256)
-  const factors = range(width).map((j) => factor(j, SIDE_LEFT))
-  for (let i = start, k = 0; i < stop; i++) {
-    const down = factor(i, SIDE_TOP)
-    for (let j = 0; j < width; j++) weights[k++] = (down * factors[j]) >> 8
-  }
+  const seen = windowPart(placement, start, stop)
+  const values = scratch.take('weights', Uint16Array, seen.height * seen.width)
+  fillCut(seen, values, scratch.take('feathered', Uint16Array, seen.height * seen.width))
+  return { values, width: seen.width, top: seen.top, left: seen.left }
 }
 
 /**
