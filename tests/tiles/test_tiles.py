@@ -12,7 +12,7 @@ import pytest
 from command_line import assert_one_line, run_cli
 
 import upholster
-from upholster.errors import InputError
+from upholster.errors import InputError, StoppedError
 from upholster.image import Material
 from upholster.parallel import TaskPool, thread_pool
 from upholster.pipeline import cover
@@ -96,7 +96,7 @@ def _stopping(after: int, names: list[tuple[str, int]]) -> Iterator[Callable[...
 
 def test_what_is_done_is_not_done_again(material: Material, whole: dict[str, bytes], tmp_path: Path) -> None:
     expected = {name: data for name, data in whole.items() if name.endswith(".png")}
-    with pytest.raises(KeyboardInterrupt), _stopping(10, []):
+    with pytest.raises(StoppedError, match=r"stopped; .* charts and .* tiles are done"), _stopping(10, []):
         _cover(material, tmp_path / NAME)
     record = tmp_path / "x.upholster" / "record.json"
     done = json.loads(record.read_text())
@@ -120,17 +120,17 @@ def test_what_is_done_is_not_done_again(material: Material, whole: dict[str, byt
 
 
 def test_a_run_of_other_options_starts_anew(material: Material, tmp_path: Path) -> None:
-    with pytest.raises(KeyboardInterrupt), _stopping(3, []):
+    with pytest.raises(StoppedError), _stopping(3, []):
         _cover(material, tmp_path / NAME)
     names: list[tuple[str, int]] = []
-    with pytest.raises(KeyboardInterrupt), _stopping(0, names):
+    with pytest.raises(StoppedError), _stopping(0, names):
         _cover(material, tmp_path / NAME, seed=4)
     assert names == [("chart", 0)]  # the first class again
     record = json.loads((tmp_path / "x.upholster" / "record.json").read_text())
     assert record["charts"] == {}
     # A record that is broken is as none.
     (tmp_path / "x.upholster" / "record.json").write_text("{")
-    with pytest.raises(KeyboardInterrupt), _stopping(0, names):
+    with pytest.raises(StoppedError), _stopping(0, names):
         _cover(material, tmp_path / NAME, seed=4)
     assert names == [("chart", 0)] * 2
 

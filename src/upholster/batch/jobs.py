@@ -22,7 +22,13 @@ MAX_JOBS = 100_000
 _FIELD = re.compile(r"\{([^{}]*)\}")
 _NAMED = re.compile(r"[a-z][a-z0-9-]*")
 _TEMPLATES = ("output", "report")
-_OWN = {"threads": "--threads of the batch", "quiet": "--quiet of the batch", "help": "none"}
+_OWN = {
+    "threads": "--threads of the batch",
+    "workers": "--workers of the batch",
+    "scheduler": "--scheduler of the batch",
+    "quiet": "--quiet of the batch",
+    "help": "none",
+}
 """Options that a job cannot have, and what stands for them."""
 
 

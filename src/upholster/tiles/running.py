@@ -1,12 +1,13 @@
 """The order of tasks: charts class after class, each tile as soon as all charts that it shows are laid."""
 
 import json
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from dataclasses import replace
 from typing import Any
 
 from upholster._version import __version__
+from upholster.errors import StoppedError
 from upholster.methods.quilt.run import Progressing
 from upholster.methods.quilt.transfer import ChartPlacements, joined
 from upholster.parallel import TaskPool
@@ -66,11 +67,14 @@ def write_tiles(
     ------
     InputError
         If something cannot be read or written. What is done stays, and the next run goes on there.
+    StoppedError
+        After Ctrl-C; the same.
     """
     run = _Running(work, folder, pool, progress)
     run.begin(tell)
-    run.lay()
-    written = run.finish()
+    with run.told():
+        run.lay()
+        written = run.finish()
     folder.remove_all()
     return written, run.placements
 
@@ -86,7 +90,8 @@ def laid_by_tasks(
     """Lay all charts, as `write_tiles` does, and return each one's placements."""
     run = _Running(work, folder, pool, progress)
     run.begin(tell)
-    run.lay()
+    with run.told():
+        run.lay()
     found = [read_laid(folder.read(laid_name(n))) for n in range(len(work.run.charts))]
     folder.remove_all()
     return found
@@ -108,6 +113,18 @@ class _Running:
         """How many there are on the charts that are done."""
         return sum(count for count, *_ in self.done["charts"].values())
 
+    @contextmanager
+    def told(self) -> Iterator[None]:
+        """Say what is done when Ctrl-C stops what is done within."""
+        try:
+            yield
+        except KeyboardInterrupt:
+            raise StoppedError(f"stopped; {self._so_far()}; the same command goes on there") from None
+
+    def _so_far(self) -> str:
+        charts = f"{len(self.done['charts'])} of {len(self.work.run.charts)} charts"
+        return f"{charts} and {len(self.done['tiles'])} of {self.tiles} tiles are done"
+
     def begin(self, tell: Callable[[str], None] | None) -> None:
         """Find what is done already, if the folder is that of a run of the same, and make it ready."""
         key = self.work.key()
@@ -116,8 +133,7 @@ class _Running:
             if known.get("key") == key:
                 self._go_on(known)
                 if tell is not None:
-                    charts = f"{len(self.done['charts'])} of {len(self.work.run.charts)} charts"
-                    tell(f"goes on: {charts} and {len(self.done['tiles'])} of {self.tiles} tiles are done")
+                    tell(f"goes on: {self._so_far()}")
             else:
                 self.folder.remove_all()
         self.folder.make()
