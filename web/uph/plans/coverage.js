@@ -15,10 +15,11 @@ const RING = 2 // cells round a window
 /**
  * A block's window with a ring of cells round it, row by row: `cells`, 1 where they are new, `classes`, what is known
  * of them, and `under`, whether their first texel is covered. Cells of the block beyond its window are UNSEEN and new,
- * those beyond the block are OPEN and old. The window's begin at `first`, rows are `stride` apart.
+ * those beyond the block are OPEN and old. The window's begin at `first`, rows are `stride` apart. It uses the coverage's
+ * memory, until the next one.
  */
 export class MaskFrame {
-  constructor(block) {
+  constructor(block, coverage) {
     const { height, width, maskCell, window } = block
     this.block = block
     ;[this.top, this.left] = topLeft(block)
@@ -26,10 +27,7 @@ export class MaskFrame {
     this.columns = Math.ceil(width / maskCell)
     this.stride = window.columns + 2 * RING
     this.first = RING * this.stride + RING
-    const size = (window.rows + 2 * RING) * this.stride
-    this.cells = new Uint8Array(size)
-    this.classes = new Uint8Array(size)
-    this.under = new Uint8Array(size)
+    ;[this.cells, this.classes, this.under] = coverage.memory((window.rows + 2 * RING) * this.stride)
     this.#fillRing(window)
   }
 
@@ -52,12 +50,14 @@ export class MaskFrame {
     }
   }
 
-  /** First and end row and column of a cell's texels. */
-  texels(i, j) {
-    const { top, left } = this
-    const { height, width, maskCell } = this.block
-    const [bottom, right] = [top + Math.min(height, (i + 1) * maskCell), left + Math.min(width, (j + 1) * maskCell)]
-    return [top + i * maskCell, bottom, left + j * maskCell, right]
+  /** The first row of texels of the cells of row i. */
+  rowAt(i) {
+    return this.top + Math.min(this.block.height, i * this.block.maskCell)
+  }
+
+  /** The same of columns. */
+  columnAt(j) {
+    return this.left + Math.min(this.block.width, j * this.block.maskCell)
   }
 
   /** Take over the cells of the window. */
@@ -81,10 +81,18 @@ export class Coverage {
     this.height = height
     this.width = width
     this.covered = new Uint8Array(height * width)
+    this.spare = [0, 0, 0]
+  }
+
+  /** Three arrays of so many zeros at least: those given before. */
+  memory(size) {
+    this.spare = this.spare.map((one) => (one.length >= size ? one.fill(0, 0, size) : new Uint8Array(size)))
+    return this.spare
   }
 
   #fill(top, bottom, left, right) {
-    const [c0, c1] = [Math.max(left, 0), Math.min(right, this.width)]
+    const c0 = Math.max(left, 0)
+    const c1 = Math.min(right, this.width)
     if (c0 >= c1) return
     for (let r = Math.max(top, 0); r < Math.min(bottom, this.height); r++) {
       this.covered.fill(1, r * this.width + c0, r * this.width + c1)
@@ -105,7 +113,7 @@ export class Coverage {
       for (const row of [at - stride, at, at + stride]) {
         for (let near = row - 1; near <= row + 1; near++) if (!cells[near] && !under[near]) return
       }
-      this.#fill(...frame.texels(i, j))
+      this.#fill(frame.rowAt(i), frame.rowAt(i + 1), frame.columnAt(j), frame.columnAt(j + 1))
     })
   }
 
@@ -114,9 +122,10 @@ export class Coverage {
     const { height, width, covered } = this
     const { classes, under } = frame
     frame.forEach((at, i, j) => {
-      const [r0, r1, c0, c1] = frame.texels(i, j)
-      under[at] = r0 >= 0 && r0 < height && c0 >= 0 && c0 < width ? covered[r0 * width + c0] : 1
-      if (isOwn && this.#isBare(r0, r1, c0, c1)) classes[at] = BARE
+      const r = frame.rowAt(i)
+      const c = frame.columnAt(j)
+      under[at] = r >= 0 && r < height && c >= 0 && c < width ? covered[r * width + c] : 1
+      if (isOwn && this.#isBare(r, frame.rowAt(i + 1), c, frame.columnAt(j + 1))) classes[at] = BARE
     })
     if (!isOwn) return
     frame.forEach((at) => {
@@ -127,7 +136,8 @@ export class Coverage {
 
   /** Whether a texel of these that lies on the chart is not covered. */
   #isBare(top, bottom, left, right) {
-    const [c0, c1] = [Math.max(left, 0), Math.min(right, this.width)]
+    const c0 = Math.max(left, 0)
+    const c1 = Math.min(right, this.width)
     for (let r = Math.max(top, 0); r < Math.min(bottom, this.height); r++) {
       for (let at = r * this.width + c0, end = r * this.width + c1; at < end; at++) if (!this.covered[at]) return true
     }
@@ -141,7 +151,8 @@ export class Coverage {
     const isCovered = (r, c) => covered[clamp(r, 0, tall - 1) * wide + clamp(c, 0, wide - 1)]
     frame.forEach((at, i, j) => {
       if (classes[at] !== OPEN) return
-      const [r, c] = [top + i * block.maskCell, left + j * block.maskCell]
+      const r = frame.rowAt(i)
+      const c = frame.columnAt(j)
       if (
         (i === 0 && r > 0 && isCovered(top - 1, c)) ||
         (i === rows - 1 && bottom < tall && isCovered(bottom, c)) ||

@@ -2,7 +2,6 @@
 
 import { BitDecoder } from '../bits.js'
 import { BESIDE_COVERED, Coverage, MaskFrame, NEAR_BARE } from './coverage.js'
-import { topLeft } from './placement.js'
 import { BEYOND_LINKED, NEW_THERE, NOT_LINKED, OLD_THERE, cutStraight } from './straight.js'
 
 // Where counters by shape, by place and by distances begin, and the one that says that a mask is irregular.
@@ -37,7 +36,7 @@ export function straightCells(plan, places, coverage, known, cellsOf) {
         found.push(null)
         continue
       }
-      const shows = (i, j) => shownOfLinked(blocks[block.link], block, i, j, cellsHere)
+      const shows = shownOfLinked(blocks[block.link], block, cellsHere)
       found.push(cutStraight(coverage, block, { isOwn: n >= firstOwn, known: known(block), shows }))
       here.set(block, found.at(-1))
     }
@@ -60,7 +59,7 @@ export function* decodeGridMasks(plan) {
         coverage.addRectangle(block)
         continue
       }
-      const frame = new MaskFrame(block)
+      const frame = new MaskFrame(block, coverage)
       coverage.classify(frame, isOwn)
       yield* decodeMask(plan, frame, isOwn)
       frame.copyCells(plan.cells, block.firstCell)
@@ -88,13 +87,14 @@ function* decodeMask(plan, frame, isOwn) {
     if (!isTold(at)) cells[at] = 1
   })
   const kind = isOwn ? 0 : 1
+  const shows = isOwn ? () => block.agrees : shownOfLinked(plan.blocks[block.link], block, knownCells)
   for (let i = top; i < top + rows; i++) {
     for (let j = left, at = frame.first + (i - top) * stride; j < left + columns; j++, at++) {
       if (!isTold(at)) continue
       const north = at - stride
       const near = cells[at - 1] + 2 * cells[north] + 4 * cells[north - 1] + 8 * cells[north + 1]
       const around = near + 16 * cells[at - 2] + 32 * cells[north - stride] + 64 * cells[north + 2]
-      const shown = isOwn ? block.agrees : shownOfLinked(plan.blocks[block.link], block, i, j, knownCells)
+      const shown = shows(i, j)
       input[0] = ((kind * 128 + around) * 8 + newBehind(classes, at, stride)) * 4 + shown
       input[1] = BY_PLACE + ((kind * 1024 + Math.min(i, 31) * 32 + Math.min(j, 31)) * 4 + (near & 3)) * 4 + shown
       const distances = openCells(classes, at, 1, frame.columns - 1 - j) * 8
@@ -122,24 +122,25 @@ function openCells(classes, at, step, most) {
   return count
 }
 
-/** What the block that a transferred one comes from, if any, shows at the middle of cell (i, j). */
-function shownOfLinked(linked, block, i, j, cellsOf) {
-  if (!linked) return NOT_LINKED
+/** A function of what the block that a transferred one comes from, if any, shows at the middle of cell (i, j). */
+function shownOfLinked(linked, block, cellsOf) {
+  if (!linked) return () => NOT_LINKED
   const { maskCell, matrix } = block
-  const [top, left] = topLeft(block)
-  const down = 2 * (top + i * maskCell - block.row) + maskCell - 1
-  const right = 2 * (left + j * maskCell - block.column) + maskCell - 1
-  const [a, b, c, d] = linked.matrix
-  let area = a * d - b * c
-  let y = Math.floor((matrix[0] * down + matrix[1] * right) / 16)
-  let x = Math.floor((matrix[2] * down + matrix[3] * right) / 16)
-  if (area < 0) [area, y, x] = [-area, -y, -x]
-  area = Math.floor(area / 16)
-  if (area === 0) return NOT_LINKED
-  const row = Math.floor((d * y - b * x + area) / (2 * area)) + (linked.height >> 1)
-  const column = Math.floor((a * x - c * y + area) / (2 * area)) + (linked.width >> 1)
-  if (row < 0 || column < 0 || row >= linked.height || column >= linked.width) return BEYOND_LINKED
-  return !linked.cut || cellAt(linked, cellsOf(linked), row, column) ? NEW_THERE : OLD_THERE
+  let [a, b, c, d] = linked.matrix
+  if (a * d < b * c) [a, b, c, d] = [-a, -b, -c, -d]
+  const area = Math.floor(Math.abs(a * d - b * c) / 16)
+  if (area === 0) return () => NOT_LINKED
+  const cells = linked.cut && cellsOf(linked)
+  return (i, j) => {
+    const down = 2 * (i * maskCell - (block.height >> 1)) + maskCell - 1
+    const right = 2 * (j * maskCell - (block.width >> 1)) + maskCell - 1
+    const y = Math.floor((matrix[0] * down + matrix[1] * right) / 16)
+    const x = Math.floor((matrix[2] * down + matrix[3] * right) / 16)
+    const row = Math.floor((d * y - b * x + area) / (2 * area)) + (linked.height >> 1)
+    const column = Math.floor((a * x - c * y + area) / (2 * area)) + (linked.width >> 1)
+    if (row < 0 || column < 0 || row >= linked.height || column >= linked.width) return BEYOND_LINKED
+    return !cells || cellAt(linked, cells, row, column) ? NEW_THERE : OLD_THERE
+  }
 }
 
 /** The cell of a block at one of its texels; those beyond its window are new. */

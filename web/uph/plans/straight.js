@@ -15,7 +15,7 @@ export const NOT_LINKED = 3
  * covers. `shows(i, j)` tells what a transferred block shows at a cell of the block that it comes from.
  */
 export function cutStraight(coverage, block, { isOwn, known, shows }) {
-  const frame = new MaskFrame(block)
+  const frame = new MaskFrame(block, coverage)
   coverage.classify(frame, true)
   const cells = known ?? (isOwn ? halved(frame) : seen(frame, shows))
   frame.putCells(cells)
