@@ -24,7 +24,15 @@ from upholster.quilt.chart import Chart
 from upholster.quilt.warp_field import FIELD_STEP, WarpField
 from upholster.types import FloatArray
 
-__all__ = ["LEAST_SLOPE", "Direction", "Vectors", "default_direction", "direction_fields", "parse_direction"]
+__all__ = [
+    "LEAST_SLOPE",
+    "Direction",
+    "Vectors",
+    "called",
+    "default_direction",
+    "direction_fields",
+    "parse_direction",
+]
 
 Vectors = Callable[[FloatArray], ArrayLike]
 """Points (n, 3) in model units to directions (n, 3) of any length, not zero."""
@@ -309,7 +317,7 @@ def _tangents(
     None where nothing is left of the vectors on the whole chart.
     """
     place = f"chart {index} (face {chart.face})"
-    tangents, left = within(frames, _called(vectors, frames.points, lambda _: place))
+    tangents, left = within(frames, called(vectors, frames.points, lambda _: place))
     strongest = np.unravel_index(left.argmax(), left.shape)
     if not left[strongest] > 1e-6:
         return None
@@ -332,7 +340,7 @@ def _lines(surface: Surface, vectors: Vectors) -> FloatArray:
     Signs spread over the patches from the strongest one, through the edges where the least is lost first.
     """
     frames = patch_frames(surface.patches, NODES)
-    tangents, left = within(frames, _called(vectors, frames.points, lambda patch: f"patch {patch}"))
+    tangents, left = within(frames, called(vectors, frames.points, lambda patch: f"patch {patch}"))
     tangents = aligned(tangents, left)
     ends, nodes, agreement = _agreement(surface.shared, frames, tangents, (0.5,))
     strength = np.minimum(left[nodes[0]], left[nodes[1]]) * np.abs(agreement)
@@ -396,8 +404,14 @@ def _agreement(
     return table[:, [0, 3]].astype(np.int64), (sides[0], sides[1]), a * c + b * d
 
 
-def _called(vectors: Vectors, points: FloatArray, place: Callable[[int], str]) -> FloatArray:
-    """Return the vectors at points (…, 3), checked; `place` tells where the points with a first index are."""
+def called(vectors: Vectors, points: FloatArray, place: Callable[[int], str] | None = None) -> FloatArray:
+    """Return the vectors at points (…, 3), checked; `place` tells where the points with a first index are.
+
+    Raises
+    ------
+    InputError
+        If the function fails, or returns another shape or what is not finite: names the place.
+    """
     flat = points.reshape(-1, 3)
     try:
         found = np.asarray(vectors(flat), np.float64)
@@ -408,10 +422,8 @@ def _called(vectors: Vectors, points: FloatArray, place: Callable[[int], str]) -
     bad = ~np.isfinite(found).all(axis=1)
     if bad.any():
         n = int(bad.argmax())
-        raise InputError(
-            f"direction is not finite on {place(n * len(points) // len(flat))}, at ({_written(flat[n])}); "
-            "allowed: finite vectors"
-        )
+        where = "" if place is None else f"on {place(n * len(points) // len(flat))}, "
+        raise InputError(f"direction is not finite {where}at ({_written(flat[n])}); allowed: finite vectors")
     return found.reshape(points.shape)
 
 

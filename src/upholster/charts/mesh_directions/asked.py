@@ -6,7 +6,7 @@ normals that are interpolated, is asked for by the same normals; over edges that
 
 import numpy as np
 
-from upholster.charts.directions import Vectors
+from upholster.charts.directions import Vectors, called
 from upholster.charts.mesh_directions.direction import MeshDirection, TriangleVectors
 from upholster.errors import InputError
 from upholster.geometry import TriangleMesh
@@ -110,16 +110,7 @@ def _vectors_at_corners(mesh: TriangleMesh, vectors: Vectors | FloatArray | None
 
 def _values(vectors: Vectors, points: FloatArray) -> FloatArray:
     """Return what a function says at points (n, 3), checked, and made shorter alike where it is long."""
-    try:
-        found = np.asarray(vectors(points), np.float64)
-    except (TypeError, ValueError) as error:
-        raise InputError(f"direction: the function fails: {error}".splitlines()[0]) from None
-    if found.shape != points.shape:
-        raise InputError(f"direction: the function returns shape {found.shape}; allowed: {points.shape}")
-    bad = ~np.isfinite(found).all(axis=1)
-    if bad.any():
-        place = ", ".join(f"{x:.4g}" for x in points[bad.argmax()])
-        raise InputError(f"direction is not finite at ({place}); allowed: finite vectors")
+    found = called(vectors, points)
     # Their lengths do not matter, and must not overflow.
     unit: FloatArray = found / np.maximum(np.abs(found).max(), 1e-300)
     return unit

@@ -14,7 +14,7 @@ __all__ = ["MeshDirection", "TriangleVectors", "parse_mesh_direction"]
 
 ALLOWED = (
     "level, smooth, curvature, edges, degrees from level, x, y or z, a vector x,y,z, "
-    "or around: and one of these axes"
+    "or around: and one of these axes; on patches u and v as well"
 )
 
 
