@@ -201,7 +201,9 @@ def counts_of(surface: AnySurface, quilt: Quilt, texels: Texels) -> dict[str, in
     """Return how many there are of what."""
     # An edge block lies on two charts.
     placed = len(quilt.placements), _edge_blocks(quilt)
-    return laid_counts(surface, quilt.charts, placed, texels.arrays[0])
+    counts = laid_counts(surface, quilt.charts, placed, texels.arrays[0])
+    # One of several materials lies on islands of its own.
+    return counts | {"covering": _covering(quilt.surface, quilt.charts)}
 
 
 def laid_counts(
@@ -211,11 +213,20 @@ def laid_counts(
     return _surface_counts(surface) | {
         "charts": len(charts),
         "texels": sum(chart.height * chart.width for chart in charts),
+        "covering": _covering(surface, charts),
         "placements": placed[0],
         "edge blocks": placed[1],
         "channels": colour.shape[2],
         "bits": 8 * colour.itemsize,
     }
+
+
+def _covering(surface: AnySurface | None, charts: Sequence[Chart]) -> int:
+    """Return how many texels lie on the surface: on a mesh charts are larger than their islands."""
+    if not isinstance(surface, MeshSurface):
+        return sum(chart.height * chart.width for chart in charts)
+    density = charts[0].height / (charts[0].s1 - charts[0].s0)
+    return round(float(surface.mesh.areas[surface.island >= 0].sum()) * density**2)
 
 
 def _surface_counts(surface: AnySurface) -> dict[str, int]:

@@ -165,8 +165,9 @@ def cover(
         )
     if not quiet:
         written = ", ".join(f"{name} ({in_bytes(count)})" for name, count in result.written.items())
-        count = result.counts["texels"]
-        say(f"wrote {written}: {count:,} texels in {time.perf_counter() - start:.1f} s")
+        count, covering = result.counts["texels"], result.counts["covering"]
+        texels = f"{covering:,} texels" + (f" ({count:,} with the charts' margins)" * (covering < count))
+        say(f"wrote {written}: {texels} in {time.perf_counter() - start:.1f} s")
         if result.settled:
             after = ":" if materials else ""
             settled = [f"{name}{after} {value}" for name, value in result.settled.items()]
