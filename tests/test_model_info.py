@@ -21,7 +21,7 @@ def test_info_tells_parts_and_sizes(tmp_path: Path) -> None:
     assert "Oak" in done.stdout
     assert "9,600 cm²" in done.stdout
     assert "Leg 2: 2 instances, vertex colours" in done.stdout
-    assert "note: 'Leg 2' is shown 2 times at different sizes (1.5 to 1.5 times the first)" in done.stdout
+    assert "note: 'Leg 2' is shown 2 times at different sizes (1.5 times the first)" in done.stdout
     shown = run_cli("info", "chair.glb", "--unit", "mm", cwd=tmp_path).stdout
     assert "a unit is 0.001 m" in shown
 

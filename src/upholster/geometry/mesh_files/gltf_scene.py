@@ -251,9 +251,10 @@ def _instance_notes(gltf: Gltf, stand: Stand) -> list[str]:
     scales = [abs(np.linalg.det(matrix[:3, :3])) ** (1 / 3) / first for matrix in stand.others]
     differing = [scale for scale in scales if not 1 / _SCALES_DIFFER < scale < _SCALES_DIFFER]
     if differing:
+        sizes = " to ".join(dict.fromkeys(f"{scale:.3g}" for scale in (min(differing), max(differing))))
         notes.append(
-            f"{label!r} is shown {1 + len(stand.others)} times at different sizes ({min(differing):.3g} to "
-            f"{max(differing):.3g} times the first): its texture has the right scale on the first"
+            f"{label!r} is shown {1 + len(stand.others)} times at different sizes ({sizes} times the first): "
+            "its texture has the right scale on the first"
         )
     node = gltf.items("nodes")[stand.node]
     if _extension(node, "EXT_mesh_gpu_instancing") is not None:

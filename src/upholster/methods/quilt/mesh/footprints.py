@@ -142,10 +142,12 @@ def _crossings(surface: MeshSurface, places: FloatArray) -> tuple[IntArray, Floa
         axes = np.stack([tangent, np.cross(mesh.flat_normals[of], tangent)], axis=1)
         edges = (mesh.corners[of, 1:] - mesh.corners[of, :1]).transpose(0, 2, 1)
         steps = (places[of, 1:] - places[of, :1]).transpose(0, 2, 1)
-        return axes @ edges @ _inverse(steps)
+        with np.errstate(invalid="ignore"):  # of triangles without area
+            return axes @ edges @ _inverse(steps)
 
     here, there = flat(triangle), flat(other.astype(np.intp))
-    crossing = _inverse(there) @ here
+    with np.errstate(invalid="ignore"):
+        crossing = _inverse(there) @ here
     return seam, np.ascontiguousarray(np.where(np.isfinite(crossing), crossing, np.eye(2)))
 
 
