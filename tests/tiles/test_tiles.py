@@ -18,6 +18,8 @@ from upholster.parallel import TaskPool, thread_pool
 from upholster.pipeline import cover
 from upholster.reports import CoverReport
 from upholster.tiles.places import Place
+from upholster.tiles.work import load, store
+from upholster.types import frozen_array
 
 ROOT = Path(__file__).parent.parent.parent
 SAMPLE = ROOT / "examples" / "weave.png"
@@ -170,6 +172,17 @@ def test_what_cannot_be_done_is_one_line(
     done = run_cli("cover", SAMPLE, "--on", "torus", *size, "-o", output, *more, "-q", cwd=tmp_path)
     assert_one_line(done, named)
     assert not list(tmp_path.glob("*.png"))
+
+
+def test_what_tasks_read_is_as_it_was_stored(tmp_path: Path) -> None:
+    place = Place(str(tmp_path))
+    frozen, open_to_all = frozen_array(np.arange(3)), np.arange(4)
+    found: Any = load(place, store(place, (frozen, open_to_all)))  # type: ignore[arg-type]
+    # Kernels are compiled for read-only arrays and for others apart, and only for what there is elsewhere.
+    assert [array.flags.writeable for array in found] == [False, True]
+    assert [array.tolist() for array in found] == [[0, 1, 2], [0, 1, 2, 3]]
+    with pytest.raises(InputError, match="is of another run; allowed: one run at a time in a folder"):
+        load(place, "another")
 
 
 def test_a_disk_that_fills_is_one_line_and_leaves_no_half_file(tmp_path: Path) -> None:

@@ -1,6 +1,7 @@
 """What one task does: lay a chart, or paint a tile. It finds all that it needs in the work's folder."""
 
 import hashlib
+import io
 import pickle
 from collections.abc import Mapping, Sequence
 from collections.abc import Set as AbstractSet
@@ -40,7 +41,7 @@ from upholster.tiles.chart_files import (
     state_bytes,
 )
 from upholster.tiles.places import Place
-from upholster.types import PixelArray
+from upholster.types import PixelArray, frozen_array
 
 __all__ = [
     "TileWork",
@@ -146,9 +147,20 @@ def tile_work(
 
 def store(place: Place, work: TileWork) -> str:
     """Write the work for the tasks; return the hash of what was written, which they compare."""
-    data = pickle.dumps(work, protocol=pickle.HIGHEST_PROTOCOL)
+    out = io.BytesIO()
+    _Pickler(out, protocol=pickle.HIGHEST_PROTOCOL).dump(work)
+    data = out.getvalue()
     place.write(_RUN, data)
     return hashlib.sha256(data).hexdigest()
+
+
+class _Pickler(pickle.Pickler):
+    """Keeps read-only arrays read-only: kernels are compiled for either kind apart."""
+
+    def reducer_override(self, value: Any) -> Any:
+        if type(value) is np.ndarray and not value.flags.writeable:
+            return frozen_array, (value.copy(),)
+        return NotImplemented
 
 
 @lru_cache(maxsize=1)
