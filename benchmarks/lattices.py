@@ -1,19 +1,22 @@
 """Regular textures on surfaces: how much of a lattice is broken, over samples × surfaces × seeds.
 
 ``python -m benchmarks.lattices [FOLDER …] [-o OUT] [--samples NAME …] [--on SURFACE …] [--seeds N]
-[--texels N] [--option NAME=VALUE …]``, by default generated lattices (`benchmarks.lattice_samples`) and the
-project's bricks and weave; of folders the exemplars that have a lattice, see `benchmarks.fidelity` for how
-they are read. Besides built-in surfaces there are ``flat``, a texture of 512², and ``net``, a bent vase, made
-here. Rows run round the z axis unless the options, those of `upholster.SynthesisOptions`, say otherwise.
-Writes lattices.csv, and a picture of each sample's first seed to OUT.
+[--texels N] [--option NAME=VALUE …] [--processes N]``, by default generated lattices
+(`benchmarks.lattice_samples`) and the project's bricks and weave; of folders the exemplars that have a
+lattice, see `benchmarks.fidelity` for how they are read. Besides built-in surfaces there are ``flat``, a
+texture of 512², and ``net``, a bent vase, made here. Rows run round the z axis unless the options, those of
+`upholster.SynthesisOptions`, say otherwise. Writes lattices.csv, and a picture of each sample's first seed to
+OUT. With several processes, which use a thread each, seconds count for little.
 """
 
 import argparse
 import csv
 import sys
 import time
-from collections.abc import Iterable, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Iterable, Iterator, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import asdict, dataclass, replace
+from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
@@ -94,7 +97,7 @@ def bent_vase() -> Surface:
 
 def lattices(results: Results) -> None:
     """Add, for generated lattices and the project's own, the worst figures on each surface."""
-    rows = _measure_all(_samples([], ()), SURFACES, range(1, 3), 2**20, {}, None)
+    rows = _measure_all(_cases(_samples([], ()), SURFACES, range(1, 3), 2**20, {}), None)
     for spec in SURFACES:
         own = [row for row in rows if row.surface == spec]
         shares = [max(row.broken, row.broken_2 or 0.0) for row in own]
@@ -114,6 +117,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--seeds", type=int, default=2)
     parser.add_argument("--texels", type=int, default=2**20)
     parser.add_argument("--option", nargs="+", default=(), metavar="NAME=VALUE")
+    parser.add_argument("--processes", type=int, default=1)
     asked = parser.parse_args(arguments)
     if asked.out is not None:
         asked.out.mkdir(parents=True, exist_ok=True)
@@ -121,7 +125,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if not chosen:
         parser.error("there is no sample with a lattice")
     options = dict(_option(text) for text in asked.option)
-    rows = _measure_all(chosen, asked.on, range(1, asked.seeds + 1), asked.texels, options, asked.out)
+    cases = _cases(chosen, asked.on, range(1, asked.seeds + 1), asked.texels, options)
+    rows = _measure_all(cases, asked.out, asked.processes)
     _show(rows)
     if asked.out is not None:
         with (asked.out / "lattices.csv").open("w", newline="", encoding="utf-8") as file:
@@ -150,55 +155,78 @@ def _samples(folders: Sequence[Path], names: Sequence[str]) -> dict[str, PixelAr
     return {name: image for name, image in found.items() if not names or name in names}
 
 
-def _measure_all(
+@dataclass(frozen=True, eq=False)
+class Case:
+    """A sample that has a lattice, on a surface, with a seed."""
+
+    name: str
+    exemplar: PixelArray
+    lattice: Lattice
+    spec: str
+    seed: int
+    texels: int
+    options: dict[str, Any]
+    shown: bool
+    threads: int | None = None
+
+
+def _cases(
     samples: dict[str, PixelArray],
     specs: Sequence[str],
     seeds: Iterable[int],
     texels: int,
     options: dict[str, Any],
-    out: Path | None,
-) -> list[Row]:
-    rows: list[Row] = []
+) -> list[Case]:
+    # Of each sample on each surface the first seed is shown.
+    cases = []
     for name, exemplar in samples.items():
         lattice = find_lattice(exemplar)
         if lattice is None:
             print(f"{name}: no lattice", file=sys.stderr)
             continue
-        tiles: list[Tile] = [(exemplar, [name, f"periods {_periods(lattice)}"])]
         for spec in specs:
-            for seed in seeds:
-                shown = out is not None and not any(
-                    row.sample == name and row.surface == spec for row in rows
-                )
-                row, picture = _covered(name, exemplar, lattice, spec, seed, texels, options, shown)
-                rows.append(row)
-                print(f"{name}  {'  '.join(_caption(row))}", file=sys.stderr, flush=True)
-                if picture is not None:
-                    tiles.append((picture, _caption(row)))
-        if out is not None:
-            write_sheet(out / f"{name}.png", tiles)
+            for n, seed in enumerate(seeds):
+                cases.append(Case(name, exemplar, lattice, spec, seed, texels, options, n == 0))
+    return cases
+
+
+def _measure_all(cases: Sequence[Case], out: Path | None, processes: int = 1) -> list[Row]:
+    rows: list[Row] = []
+    tiles: dict[str, list[Tile]] = {
+        case.name: [(case.exemplar, [case.name, f"periods {_periods(case.lattice)}"])] for case in cases
+    }
+    cases = [replace(case, shown=case.shown and out is not None) for case in cases]
+    for row, picture in _all_covered(cases, processes):
+        rows.append(row)
+        print(f"{row.sample}  {'  '.join(_caption(row))}", file=sys.stderr, flush=True)
+        if picture is not None:
+            tiles[row.sample].append((picture, _caption(row)))
+    if out is not None:
+        for name, own in tiles.items():
+            write_sheet(out / f"{name}.png", own)
     return rows
 
 
-def _covered(
-    name: str,
-    exemplar: PixelArray,
-    lattice: Lattice,
-    spec: str,
-    seed: int,
-    texels: int,
-    options: dict[str, Any],
-    shown: bool,
-) -> tuple[Row, PixelArray | None]:
+def _all_covered(cases: Sequence[Case], processes: int) -> Iterator[tuple[Row, PixelArray | None]]:
+    if processes == 1:
+        yield from map(_covered, cases)
+        return
+    cases = [replace(case, threads=1) for case in cases]
+    with ProcessPoolExecutor(processes, get_context("spawn")) as pool:
+        yield from pool.map(_covered, cases)
+
+
+def _covered(case: Case) -> tuple[Row, PixelArray | None]:
+    spec, exemplar = case.spec, case.exemplar
     surface = plane() if spec == FLAT else bent_vase() if spec == NET else surface_from_spec(spec)
     size: dict[str, Any] = {"texels": (512, 512)}
     if spec != FLAT:
-        size = one_pixel_a_texel(surface, exemplar, texels) | {"direction": "around:z"}
+        size = one_pixel_a_texel(surface, exemplar, case.texels) | {"direction": "around:z"}
     start = time.perf_counter()
-    prepared = prepare(exemplar, surface, SynthesisOptions(**size | options))
-    quilt = execute(prepared, exemplar, surface, seed=seed)
+    prepared = prepare(exemplar, surface, SynthesisOptions(**size | case.options))
+    quilt = execute(prepared, exemplar, surface, seed=case.seed, threads=case.threads)
     seconds = time.perf_counter() - start
-    found = broken_elements(quilt, lattice, surface)
+    found = broken_elements(quilt, case.lattice, surface)
     within = 1.0
     if spec != FLAT:
         scale = None if prepared.scale is None else prepared.scale.scale
@@ -206,13 +234,13 @@ def _covered(
         within = mapping(surface, quilt, scale=scale, direction=direction).within
     two = len(found.share) == 2
     row = Row(
-        name, spec, seed,
+        case.name, spec, case.seed,
         found.share[0], found.share[1] if two else None,
         found.per_area[0], found.per_area[1] if two else None,
         found.faults[0], found.faults[1] if two else None,
         within, len(quilt.placements), seconds,
     )  # fmt: skip
-    if not shown:
+    if not case.shown:
         return row, None
     painted = upholster.paint(quilt, exemplar)
     if spec == FLAT:
