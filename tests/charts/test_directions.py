@@ -387,3 +387,28 @@ def test_level_is_round_the_axis_on_a_sphere_and_along_rows_where_all_is_flat():
         assert np.quantile(np.minimum(np.abs(a - b), np.abs(a + b)).max(axis=(-2, -1)), 0.9) < 0.1
     (flat,) = direction_fields(plane(), (Chart(0, 64, 64),), parse_direction("level"), 64.0)
     assert flat.is_identity
+
+
+def test_sizes_are_nearly_right_on_charts_that_are_shorter_than_a_step_of_nodes():
+    surface = surface_from_spec("vase")
+    charts = density_layout(surface, texels=400_000)
+    rho = texture_scale(surface, 256, texels=400_000).density
+    fields = direction_fields(surface, charts, parse_direction("around:z"), rho)
+    right, total = 0.0, 0.0
+    for chart, field in zip(charts, fields, strict=True):
+        if min(chart.height, chart.width) > FIELD_STEP:
+            continue
+        s, t = (
+            low + (high - low) * (np.arange(count) + 0.5) / count
+            for low, high, count in (
+                (chart.s0, chart.s1, chart.height),
+                (chart.t0, chart.t1, chart.width),
+            )
+        )
+        _, by_s, by_t = surface.faces[chart.face].derivatives_grid(s, t)
+        area = np.linalg.norm(np.cross(by_s, by_t), axis=2)
+        area *= (s[1] - s[0]) * (t[1] - t[0]) * rho**2
+        at = np.meshgrid(np.arange(float(chart.height)), np.arange(float(chart.width)), indexing="ij")
+        size = np.sqrt(area / np.linalg.det(field.at(*at)))
+        right, total = right + area[np.abs(np.log(size)) < np.log(1.05)].sum(), total + area.sum()
+    assert right > 0.6 * total

@@ -17,11 +17,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from upholster.charts.seams import SAMPLES, ChartSeam, find_seams, transitions
-from upholster.charts.tangents import Frames, aligned, chart_frames, dot, patch_frames, within
+from upholster.charts.tangents import Frames, aligned, chart_frames, dot, node_texels, patch_frames, within
 from upholster.errors import InputError
 from upholster.geometry import SharedEdge, Surface
 from upholster.quilt.chart import Chart
-from upholster.quilt.warp_field import FIELD_STEP, WarpField
+from upholster.quilt.warp_field import WarpField, node_count
 from upholster.types import FloatArray
 
 __all__ = [
@@ -47,6 +47,18 @@ ALLOWED = "level, u, v, degrees from u, a vector x,y,z, or around:x, y, z or x,y
 
 LEAST_SLOPE = 0.05
 """Sine of the steepest slope below which a chart has no level direction of its own: it lies flat."""
+
+_SHORT, _FINER = 36, 8
+"""A chart of fewer texels is looked at in so many places for each node."""
+
+_NEAR_CHART = 2
+"""Texels beyond a chart that count as those on it."""
+
+_BEYOND = (0.002, 0.01, 0.05, 0.25)
+"""What places farther away weigh: as little as leaves all matrices sound."""
+
+_LEAST_AREA = 0.2
+"""Of what is found at a node: less is not sound."""
 
 AGREED = np.cos(np.radians(15))
 """Cosine of the angle up to which directions on both sides of an edge count as one."""
@@ -208,7 +220,7 @@ def direction_fields(
             raise InputError(
                 f"chart {index} lies on face {chart.face}; the surface has 0 to {len(surface.faces) - 1}"
             )
-        frames = chart_frames(surface.faces[chart.face], chart, margin)
+        frames = chart_frames(surface.faces[chart.face], chart, margin, _finer(chart))
         if direction.along in ("", "level"):
             if lines is not None and direction.vectors is not None:
                 tangents = _tangents(surface, frames, direction.vectors, lines, index, chart, margin)
@@ -222,7 +234,7 @@ def direction_fields(
             start = np.arctan2(frames.height, frames.shift) if direction.along == "v" else np.zeros(1)
             angle = start + np.radians(direction.angle)
             cosine, sine = np.cos(angle), np.sin(angle)
-        fields.append(_field(frames, cosine, sine, scale, margin))
+        fields.append(_field(frames, cosine, sine, scale, chart, margin))
     return _filled(surface, charts, fields, scale, margin, needed=direction.along != "level")
 
 
@@ -234,15 +246,59 @@ def _level(frames: Frames) -> FloatArray | None:
     return within(frames, vectors)[0]
 
 
-def _field(frames: Frames, cosine: FloatArray, sine: FloatArray, scale: float, margin: int) -> WarpField:
+def _field(
+    frames: Frames, cosine: FloatArray, sine: FloatArray, scale: float, chart: Chart, margin: int
+) -> WarpField:
     """Return the field of directions that lie at angles clockwise from texel rows."""
     matrices = np.empty((*frames.width.shape, 2, 2))
     matrices[..., 0, 0] = cosine * frames.height - sine * frames.shift
     matrices[..., 0, 1] = -sine * frames.width
     matrices[..., 1, 0] = cosine * frames.shift + sine * frames.height
     matrices[..., 1, 1] = cosine * frames.width
-    field = WarpField.quantised(scale * matrices, margin=margin)
+    field = WarpField.quantised(scale * _at_nodes(matrices, chart, margin), margin=margin)
     return WarpField.identity() if field.is_identity else field
+
+
+def _finer(chart: Chart) -> tuple[int, int]:
+    """Return how many places there are from node to node at which a chart is looked at, down and right."""
+    down, right = (_FINER if count < _SHORT else 1 for count in (chart.height, chart.width))
+    return down, right
+
+
+def _at_nodes(matrices: FloatArray, chart: Chart, margin: int) -> FloatArray:
+    """Return the matrices at a chart's nodes between which all those that were found lie best.
+
+    Where a chart is short, few nodes lie on it: they are fitted to places between them, each weighed by
+    whether it lies on the chart. Where that leads astray, as round a pole, they stay as found.
+    """
+    down, right = _finer(chart)
+    found = matrices[::down, ::right]
+    if (down, right) == (1, 1):
+        return found
+    least = _LEAST_AREA * np.linalg.det(found)
+    for beyond in _BEYOND:
+        fitted = matrices
+        for axis, (count, finer) in enumerate(((chart.height, down), (chart.width, right))):
+            if finer > 1:
+                fit = _fit(count, margin, finer, beyond)
+                fitted = np.moveaxis(np.tensordot(fit, fitted, axes=(1, axis)), 0, axis)
+        sound = np.linalg.det(fitted) > least
+        if sound.all():
+            break
+    return np.where(sound[..., None, None], fitted, found)
+
+
+def _fit(texels: int, margin: int, finer: int, beyond: float) -> FloatArray:
+    """Return the matrix that takes what is found at `finer` places for each node to nodes: least squares."""
+    places, count = node_texels(texels, margin, finer), node_count(texels, margin)
+    hats = np.maximum(0.0, 1 - np.abs(np.arange(len(places))[:, None] / finer - np.arange(count)))
+    on = (places >= -_NEAR_CHART) & (places <= texels - 1 + _NEAR_CHART)
+    weighed = hats * np.where(on, 1.0, beyond)[:, None]
+    fit: FloatArray = np.linalg.solve(weighed.T @ hats, weighed.T)
+    # Nodes beside which nothing lies on the chart stay as found.
+    far = ~(hats[on] > 0).any(axis=0)
+    fit[far] = np.eye(len(places))[::finer][far]
+    return fit
 
 
 def _filled(
@@ -280,8 +336,9 @@ def _filled(
             )
         missing.remove(n)
         angle = 0.0 if best is None else _angle_beyond(surface, charts, best, fields[best.chart])
-        frames = chart_frames(surface.faces[charts[n].face], charts[n], margin)
-        fields[n] = _field(frames, np.full(1, np.cos(angle)), np.full(1, np.sin(angle)), scale, margin)
+        frames = chart_frames(surface.faces[charts[n].face], charts[n], margin, _finer(charts[n]))
+        cosine, sine = np.full(1, np.cos(angle)), np.full(1, np.sin(angle))
+        fields[n] = _field(frames, cosine, sine, scale, charts[n], margin)
     return tuple(field for field in fields if field is not None)
 
 
@@ -323,11 +380,12 @@ def _tangents(
         return None
     tangents = aligned(tangents, left)
     patches, nodes = [], []
-    for low, high, node, count in (
-        (chart.s0, chart.s1, int(strongest[0]), chart.height),
-        (chart.t0, chart.t1, int(strongest[1]), chart.width),
+    for low, high, node, count, finer in (
+        (chart.s0, chart.s1, int(strongest[0]), chart.height, _finer(chart)[0]),
+        (chart.t0, chart.t1, int(strongest[1]), chart.width, _finer(chart)[1]),
     ):
-        at = min(max(low + (high - low) * FIELD_STEP * (node - margin) / count, low), high)
+        places = node_texels(count, margin, finer)
+        at = min(max(low + (high - low) * places[node] / count, low), high)
         patches.append(min(int(at), ceil(high) - 1))
         nodes.append(round((NODES - 1) * (at - patches[-1])))
     line = lines[surface.patch_number(chart.face, *patches), *nodes]

@@ -12,7 +12,16 @@ from upholster.quilt.chart import Chart
 from upholster.quilt.warp_field import FIELD_STEP, node_count
 from upholster.types import FloatArray
 
-__all__ = ["Frames", "aligned", "chart_frames", "dot", "from_nearest", "patch_frames", "within"]
+__all__ = [
+    "Frames",
+    "aligned",
+    "chart_frames",
+    "dot",
+    "from_nearest",
+    "node_texels",
+    "patch_frames",
+    "within",
+]
 
 TINY = 1e-9
 """Derivatives shorter than this part of the longest near by have no direction: at a degenerate edge."""
@@ -42,9 +51,10 @@ class Frames:
     height: FloatArray
 
 
-def chart_frames(face: Face, chart: Chart, margin: int) -> Frames:
+def chart_frames(face: Face, chart: Chart, margin: int, finer: tuple[int, int] = (1, 1)) -> Frames:
     """Return the frames at the nodes of a chart's warp field; steps are texels.
 
+    `finer` tells how many steps there are from node to node, down and to the right.
     Beyond a chart's edges its face goes on. Beyond the face's own edges, and beyond a line across which
     derivatives jump, the patches there go on as their own formulas have it, so that the field is smooth;
     where that leads astray (round a pole, or to a pole of the formula), and in the outer half of the
@@ -58,8 +68,8 @@ def chart_frames(face: Face, chart: Chart, margin: int) -> Frames:
     )
     steps = [(high - low) / count for low, high, count, _ in ends]
     at = [
-        low + step * (FIELD_STEP * (np.arange(node_count(count, margin)) - margin) + 0.5)
-        for (low, _, count, _), step in zip(ends, steps, strict=True)
+        low + step * (node_texels(count, margin, fine) + 0.5)
+        for (low, _, count, _), step, fine in zip(ends, steps, finer, strict=True)
     ]
     inside = [
         np.clip(x, step / 2, most - step / 2) for x, step, (*_, most) in zip(at, steps, ends, strict=True)
@@ -74,6 +84,13 @@ def chart_frames(face: Face, chart: Chart, margin: int) -> Frames:
         for near, out in zip((points + beyond, by_s, by_t), further, strict=True)
     ]
     return _frames(found[0], found[1] * steps[0], found[2] * steps[1])
+
+
+def node_texels(texels: int, margin: int, finer: int = 1) -> FloatArray:
+    """Return where a warp field's nodes over so many texels lie, and `finer` - 1 places between two."""
+    places = np.arange(finer * (node_count(texels, margin) - 1) + 1) / finer
+    found: FloatArray = FIELD_STEP * (places - margin)
+    return found
 
 
 def _alike(inside: FloatArray, beyond: FloatArray) -> NDArray[np.bool_]:
