@@ -19,7 +19,7 @@ from upholster.measure import mesh_mapping, mesh_seams, mesh_texel_scale
 from upholster.methods.quilt.mesh._frame_kernels import Canvases, locate_texels, nearest_texels
 from upholster.methods.quilt.mesh._sheet_kernels import MOST_SHEETS
 from upholster.methods.quilt.mesh.footprints import Centres, field_arrays, find_footprints, mesh_arrays
-from upholster.methods.quilt.mesh.method import synthesize_mesh
+from upholster.methods.quilt.mesh.method import _frame, _Laying, _working, synthesize_mesh
 from upholster.methods.quilt.options import QuiltOptions
 from upholster.quilt import Quilt
 from upholster.quilt.placement import MASK_CUT
@@ -187,6 +187,93 @@ def test_every_part_of_a_mesh_is_covered_at_true_scale_without_seams(make: Calla
     found = mesh_mapping(surface, quilt, scale=SCALE)
     assert found.error < 0.13  # large blocks on a small model
     assert mesh_texel_scale(surface, quilt.charts).spread < 3
+
+
+def begun(surface: MeshSurface, vectors: np.ndarray) -> _Laying:
+    """Return a synthesis with nothing laid yet."""
+    charts = mesh_charts(surface, DENSITY)
+    fields = mesh_fields(surface, charts, *triangle_frames(surface, vectors), SCALE)
+    frame = _frame((96, 96), 24, SCALE, DENSITY)
+    fine = subdivided(surface, vectors, 0.4 * frame.size / frame.scale)
+    working = tuple(_working(chart, frame) for chart in charts)
+    mesh = mesh_arrays(fine, working)
+    return _Laying.of(
+        noise(),
+        surface,
+        charts,
+        fields,
+        fine,
+        working,
+        mesh,
+        frame,
+        SCALE,
+        QuiltOptions(block=24),
+        None,
+        0,
+        1,
+    )
+
+
+def at(laying: _Laying, *points: tuple[float, float]) -> Centres:
+    """Return blocks' centres on a flat mesh in the plane z = 0."""
+    mesh, chosen, shares = laying.mesh, [], []
+    for point in points:
+        corners = mesh.positions[mesh.triangles][:, :, :2]
+        system = np.concatenate([corners.transpose(0, 2, 1), np.ones((len(corners), 1, 3))], axis=1)
+        found = np.linalg.solve(system, np.tile([*point, 1.0], (len(corners), 1))[..., None])[..., 0]
+        chosen.append(int(found.min(axis=1).argmax()))
+        shares.append(found[chosen[-1]])
+    places = (np.array(shares)[:, :, None] * mesh.places[chosen]).sum(axis=1)
+    roots = np.column_stack([mesh.chart[chosen], places, np.zeros((len(chosen), 3))])
+    return Centres(np.array(chosen, np.int32), np.array(shares), roots)
+
+
+def bare_columns(laying: _Laying, chart: int, row: int) -> np.ndarray:
+    """Return which texels of a row of a working chart lie on the mesh, and nothing is laid there."""
+    canvases = laying.canvases
+    own = canvases.firsts[chart] + row * canvases.widths[chart] + np.arange(canvases.widths[chart])
+    return np.flatnonzero((canvases.triangles[own] >= 0) & (canvases.covered[own] == 0))
+
+
+def test_a_block_that_ends_beside_another_leaves_room_for_one_over_both() -> None:
+    surface = sheet()
+    vectors = np.tile([1.0, 0.0, 0.0], (len(surface.mesh.triangles), 3, 1))
+    for margin in (0, 9):
+        laying = begun(surface, vectors)
+        side = laying.frame.size / laying.frame.scale
+        row = int(at(laying, (1.0, 1.0)).roots[0, 1])
+        before = bare_columns(laying, 0, row)
+        # Two blocks side by side, with a texel in common.
+        laying.lay(at(laying, (1 - side / 2, 1.0), (1 + side / 2 - 1 / SCALE, 1.0)), margin, None)
+        laid = np.setdiff1d(before, bare_columns(laying, 0, row))
+        between = np.arange(laid[0], laid[-1] + 1)
+        assert len(between) == pytest.approx(2 * laying.frame.size - 1, abs=2)
+        # Cells that are half bare are laid.
+        left = len(between) - len(laid)
+        assert left == 0 if margin == 0 else 1 <= left <= margin
+    laying.lay(laying.bare_centres(), margin, None)
+    assert not np.isin(bare_columns(laying, 0, row), between).any()
+
+
+def test_a_block_keeps_off_where_it_can_not_go_on_beside_what_is_laid() -> None:
+    # The field jumps by 90° over a line down a sheet: no block reaches over.
+    surface = sheet()
+    xs = np.unique(surface.mesh.positions[:, 0].round(9))
+    line = float(xs[np.abs(xs - 1).argmin()])
+    right = surface.mesh.corners[:, :, 0].mean(axis=1) > line
+    vectors = np.where(right[:, None, None], [0.0, 1.0, 0.0], np.tile([1.0, 0.0, 0.0], (len(right), 3, 1)))
+    laying = begun(surface, vectors)
+    side = laying.frame.size / laying.frame.scale
+    row, middle = (int(place) for place in at(laying, (line, 1.0)).roots[0, 1:3])
+    bare, ends = bare_columns(laying, 0, row), []
+    for away in (-0.46 * side, 0.46 * side):
+        laying.lay(at(laying, (line + away, 1.0)), 5, None)
+        left = bare_columns(laying, 0, row)
+        ends.append(np.setdiff1d(bare, left) - middle)
+        bare = left
+    # The first one has nothing beside it, the second one leaves bare what is near the first.
+    assert ends[0].max() == pytest.approx(0, abs=2)
+    assert ends[1].min() == pytest.approx(5, abs=2)
 
 
 def test_seams_over_creases_are_told_by_themselves() -> None:

@@ -32,6 +32,7 @@ from upholster.types import FloatArray, IntArray, int64
 __all__ = [
     "COST",
     "FRAME_COLUMNS",
+    "KEPT",
     "Canvases",
     "lay_frames",
     "locate_texels",
@@ -48,6 +49,9 @@ _DEAREST = int64(2**31 - 1)
 
 _NONE = 6
 """Marks of a frame's pixel beside the surface: not to change, nothing there."""
+
+KEPT = 3
+"""Marks of a pixel that is laid and stays."""
 
 _CLOSE = 0.75
 """Texels: a texel so near to a triangle belongs to it."""
@@ -134,6 +138,93 @@ def nearest_texels(
 
 
 @inline
+def _keep_off(row: int, column: int, margin: int, marks: NDArray[np.uint8]) -> None:
+    # Something is laid right beyond a place of the frame, which the block does not reach: what is laid beside
+    # that place stays, and what is bare up to `margin` pixels from it, but for the frame's middle, is left to
+    # a block that reaches over it.
+    size = marks.shape[0]
+    half, free, reach = size // 2, size // 4, max(margin, 1)
+    for i in range(max(row - reach, 0), min(row + reach + 1, size)):
+        for j in range(max(column - reach, 0), min(column + reach + 1, size)):
+            away = max(abs(i - row), abs(j - column))
+            if marks[i, j] == 1 and away <= 1:
+                marks[i, j] = KEPT
+            elif marks[i, j] == 0 and away <= margin and max(abs(i - half), abs(j - half)) > free:
+                marks[i, j] = _NONE
+
+
+@inline
+def _mind_rim(covered: NDArray[np.uint8], margin: int, marks: NDArray[np.uint8]) -> None:
+    # Keeps off the frame's rim where something is laid right beyond it.
+    size = marks.shape[0]
+    for n in range(size):
+        if covered[0, n + 1] == 1:
+            _keep_off(-1, n, margin, marks)
+        if covered[size + 1, n + 1] == 1:
+            _keep_off(size, n, margin, marks)
+        if covered[n + 1, 0] == 1:
+            _keep_off(n, -1, margin, marks)
+        if covered[n + 1, size + 1] == 1:
+            _keep_off(n, size, margin, marks)
+
+
+@inline
+def _is_laid_beyond(mesh: MeshArrays, canvases: Canvases, across: int, share: float) -> Any:
+    # Whether something is laid a texel from a place of an edge inside a triangle.
+    t, k = across // 3, across % 3
+    p, m, w = mesh.places[t], (k + 1) % 3, (k + 2) % 3
+    y, x = p[m, 0] + share * (p[k, 0] - p[m, 0]), p[m, 1] + share * (p[k, 1] - p[m, 1])
+    away_y, away_x = p[w, 0] - y, p[w, 1] - x
+    step = min(1.0 / max(np.sqrt(away_y * away_y + away_x * away_x), 1e-9), 0.5)
+    chart = int64(mesh.chart[t])
+    r = min(max(int64(np.floor(y + step * away_y + 0.5)), 0), canvases.heights[chart] - 1)
+    c = min(max(int64(np.floor(x + step * away_x + 0.5)), 0), canvases.widths[chart] - 1)
+    return canvases.covered[canvases.firsts[chart] + r * canvases.widths[chart] + c] == 1
+
+
+@inline
+def _mind_ends(
+    mesh: MeshArrays,
+    canvases: Canvases,
+    triangles: IntArray,
+    maps: Any,
+    sheets: IntArray,
+    first: int,
+    stop: int,
+    inside: NDArray[np.uint8],
+    margin: int,
+    marks: NDArray[np.uint8],
+) -> None:
+    # Keeps off the edges where the footprint ends, though the surface goes on, and something is laid beyond.
+    size = marks.shape[0]
+    half = size // 2
+    for n in range(first, stop):
+        inside[triangles[n]] = sheets[n] >= 0
+    for n in range(first, stop):
+        if sheets[n] < 0:
+            continue
+        u, t = maps[n], triangles[n]
+        for k in range(3):
+            across, m = mesh.neighbours[t, k], (k + 1) % 3
+            if across < 0 or inside[across // 3] or mesh.chart[across // 3] < 0:
+                continue
+            if max(u[k, 0], u[m, 0]) < -half - 2 or min(u[k, 0], u[m, 0]) > half + 1:
+                continue
+            if max(u[k, 1], u[m, 1]) < -half - 2 or min(u[k, 1], u[m, 1]) > half + 1:
+                continue
+            y, x = u[m, 0] - u[k, 0], u[m, 1] - u[k, 1]
+            count = int64(np.sqrt(y * y + x * x)) + 1
+            for step in range(count):
+                share = (step + 0.5) / count
+                i = int64(np.floor(u[k, 0] + share * y + 0.5)) + half
+                j = int64(np.floor(u[k, 1] + share * x + 0.5)) + half
+                if -2 < i <= size and -2 < j <= size and _is_laid_beyond(mesh, canvases, across, share):
+                    _keep_off(i, j, margin, marks)
+    for n in range(first, stop):
+        inside[triangles[n]] = 0
+
+
+@inline
 def look_at_frame(
     mesh: MeshArrays,
     canvases: Canvases,
@@ -144,12 +235,15 @@ def look_at_frame(
     stop: int,
     covered: NDArray[np.uint8],
     sources: IntArray,
+    inside: NDArray[np.uint8],
+    margin: int,
     scratch: LayScratch,
 ) -> tuple[int, int]:
     """Draw into a frame what is laid under a block; return how many of its pixels are laid, how many bare.
 
-    Bare are those on the mesh where nothing is. `covered` is the frame with a rim of one pixel; the rest as
-    in `lay_frames`, and `first`, `stop` what of the footprints is the block's.
+    Bare are those on the mesh where nothing is, but for what is left to other blocks. `covered` is the frame
+    with a rim of one pixel; the rest as in `lay_frames`, and `first`, `stop` what of the footprints is the
+    block's.
     """
     texels = scratch.texels
     size = covered.shape[0] - 2
@@ -183,13 +277,16 @@ def look_at_frame(
                 if canvases.covered[at] and 0 < i <= size and 0 < j <= size:
                     sources[i - 1, j - 1] = canvases.sources[at]
                     texels.old[i - 1, j - 1] = canvases.pixels[at]
+    for i in range(size):
+        for j in range(size):
+            texels.marks[i, j] = covered[i + 1, j + 1]
+    _mind_rim(covered, margin, texels.marks)
+    _mind_ends(mesh, canvases, triangles, maps, sheets, first, stop, inside, margin, texels.marks)
     laid, bare = int64(0), int64(0)
     for i in range(size):
         for j in range(size):
-            mark = covered[i + 1, j + 1]
-            texels.marks[i, j] = mark
-            laid += mark == 1
-            bare += mark == 0
+            laid += texels.marks[i, j] & 5 == 1
+            bare += texels.marks[i, j] == 0
     return laid, bare
 
 
@@ -310,6 +407,8 @@ def lay_frames(
     masks: NDArray[np.uint8],
     covered: NDArray[np.uint8],
     sources: IntArray,
+    inside: NDArray[np.uint8],
+    margin: int,
     scratch: LayScratch,
 ) -> None:
     """Choose, cut and lay some blocks, from, to, one after another.
@@ -319,8 +418,9 @@ def lay_frames(
     are near. `uses` tells where all blocks show landmarks. `blocks` (all blocks, `FRAME_COLUMNS`) receive the
     source's row and column in 1/16 pixel, and 1 if the block was laid, 2 if on nothing, 0 if it was not
     needed; then they have the phases that are wanted at their centres, and receive what the cut costs.
-    `masks` (all blocks, cells) receive which cells are new. `covered` (size + 2, size + 2) and `sources`
-    (size, size) are scratch; `scratch.texels` has `rows`, `columns`, `ys` and `xs` of a frame.
+    `masks` (all blocks, cells) receive which cells are new. Where a block ends beside what is laid it leaves
+    `margin` pixels bare. `covered` (size + 2, size + 2), `sources` (size, size) and `inside` (triangles,),
+    all 0, are scratch; `scratch.texels` has `rows`, `columns`, `ys` and `xs` of a frame.
     """
     firsts, triangles, maps, sheets = footprint
     texels = scratch.texels
@@ -329,7 +429,7 @@ def lay_frames(
         first, stop = firsts[order[n]], firsts[order[n] + 1]
         block[2], block[COST] = 0, 0
         laid, bare = look_at_frame(
-            mesh, canvases, triangles, maps, sheets, first, stop, covered, sources, scratch
+            mesh, canvases, triangles, maps, sheets, first, stop, covered, sources, inside, margin, scratch
         )
         if bare == 0:
             continue

@@ -36,7 +36,7 @@ from upholster.methods.quilt._expansion_kernels import (
 from upholster.methods.quilt._landmark_kernels import LandmarkUses, penalise_landmarks, shown_landmarks
 from upholster.methods.quilt._phase_kernels import misfit, want_phases
 from upholster.methods.quilt._refine_kernels import RefineScratch, RefineWeights, enter_source, pick_sources
-from upholster.methods.quilt.mesh._frame_kernels import Canvases, look_at_frame, write_frame
+from upholster.methods.quilt.mesh._frame_kernels import KEPT, Canvases, look_at_frame, write_frame
 from upholster.methods.quilt.mesh._unfold_kernels import MeshArrays
 from upholster.types import IntArray, int64
 
@@ -59,22 +59,23 @@ def enter_cells(
 ) -> None:
     """Enter what a frame's cells show: `labels` is 0 where a whole cell is laid, -1 elsewhere.
 
-    `held` is 1 on the frame's rim. `marks` and `old` (size, size) are the frame's pixels, see `BlockTexels`.
-    Where nothing is laid all is free and costs nothing.
+    `held` is 1 on the frame's rim and where it ends beside what is laid. `marks` and `old` (size, size) are
+    the frame's pixels, see `BlockTexels`. Where nothing is laid all is free and costs nothing.
     """
     cell = lattice.cell
     stride = cell // 2
     for i in range(lattice.high):
         for j in range(lattice.wide):
-            whole, n = np.uint8(1), i * lattice.wide + j
+            whole, kept, n = True, False, i * lattice.wide + j
             for r in range(i * cell, (i + 1) * cell):
                 for c in range(j * cell, (j + 1) * cell):
-                    whole &= np.uint8(marks[r, c] == 1)
+                    whole &= marks[r, c] & 5 == 1
+                    kept |= marks[r, c] == KEPT
             for s in range(SAMPLES):
                 scratch.old[n, s] = old[i * cell + (s >> 1) * stride, j * cell + (s & 1) * stride]
             rim = i == 0 or j == 0 or i == lattice.high - 1 or j == lattice.wide - 1
             cells.labels[i, j] = 0 if whole else -1
-            cells.held[i, j] = 1 if rim and whole else 0
+            cells.held[i, j] = 1 if (rim or kept) and whole else 0
 
 
 @inline
@@ -273,6 +274,7 @@ def refine_frames(
     cells: ChartCells,
     covered: NDArray[np.uint8],
     sources: IntArray,
+    inside: NDArray[np.uint8],
     scratch: LayScratch,
     expansion: ExpansionScratch,
     refine: RefineScratch,
@@ -289,7 +291,7 @@ def refine_frames(
         block, mask, first, stop = blocks[n], masks[n], firsts[n], firsts[n + 1]
         block[2] = 0
         laid, _ = look_at_frame(
-            mesh, canvases, triangles, maps, sheets, first, stop, covered, sources, scratch
+            mesh, canvases, triangles, maps, sheets, first, stop, covered, sources, inside, int64(0), scratch
         )
         enter_cells(scratch.texels.marks, scratch.texels.old, lattice, cells, expansion)
         cuts = enter_cuts(match.image, numbers, lattice, cells, sources, expansion)

@@ -36,6 +36,10 @@ _TRIM = 0.35
 """A triangle stays in a block if the block map's derivative differs less from a rotation-free one there. Less
 makes directions and sizes truer and blocks more: cuts between them then cross seams more often, and show."""
 
+_OFF = 0.5
+"""Frame pixels: a triangle stays as well if no place of it is off by more. Narrow ones beside seams would
+else end blocks there."""
+
 
 class MeshArrays(NamedTuple):
     """A mesh as kernels take it; V vertices, T triangles.
@@ -332,9 +336,20 @@ def _is_true(mesh: MeshArrays, scratch: UnfoldScratch, t: int, scale: float) -> 
     m00, m01 = (ud * gr - vd * er) / determinant, (vd * ed - ud * gd) / determinant
     m10, m11 = (ur * gr - vr * er) / determinant, (vr * ed - ur * gd) / determinant
     # As of a rotation; the matrix's other part does not turn.
-    like, _ = _nearest_turn(m00 + m11, m10 - m01, mesh.fold)
+    like, turn = _nearest_turn(m00 + m11, m10 - m01, mesh.fold)
     size = m00 * m00 + m01 * m01 + m10 * m10 + m11 * m11
-    return size - 2.0 * like + 2.0 < _TRIM * _TRIM
+    if size - 2.0 * like + 2.0 < _TRIM * _TRIM:
+        return True
+    if like <= abs(turn):
+        return False
+    # By how much the edges are off, in the branch of the field that is nearest.
+    if mesh.fold == 4 and abs(m10 - m01) > abs(m00 + m11):
+        ud, ur, vd, vr = ur, -ud, vr, -vd
+    if mesh.fold > 1 and ud * ed + ur * er + vd * gd + vr * gr < 0.0:
+        ud, ur, vd, vr = -ud, -ur, -vd, -vr
+    ud, ur, vd, vr = ud - scale * ed, ur - scale * er, vd - scale * gd, vr - scale * gr
+    most = max(ud * ud + ur * ur, vd * vd + vr * vr, (vd - ud) ** 2 + (vr - ur) ** 2)
+    return most < _OFF * _OFF
 
 
 @inline

@@ -69,6 +69,10 @@ _SHORT = 0.4
 _ROUNDS = 12
 """Of blocks on what is still bare."""
 
+_MARGIN = 0.2
+"""What a block leaves bare where it ends beside what is laid, in blocks: one that lies over it has room to
+cut on both sides."""
+
 _CELL = 0.25
 """Side of a cell of the phases, in blocks."""
 
@@ -128,14 +132,15 @@ def synthesize_mesh(
     laying = _Laying.of(
         exemplar, surface, charts, fields, fine, working, mesh, frame, scale, options, phases, seed, threads
     )
-    laying.lay(laying.grid_centres(), progress)
+    margin = max(2 * frame.cell, int(_MARGIN * frame.size + 0.5))
+    laying.lay(laying.grid_centres(), margin, progress)
     left = np.inf
-    for _ in range(_ROUNDS):
+    for k in range(_ROUNDS):
         bare = laying.bare_centres()
         if len(bare.triangles) >= left:
             break
         left = len(bare.triangles)
-        laying.lay(bare, progress)
+        laying.lay(bare, margin if k < _ROUNDS // 2 else 0, progress)
     laying.refine(options.effort, progress)
     placed, cells = laying.placements()
     shape = exemplar.shape[0], exemplar.shape[1]
@@ -248,8 +253,8 @@ class _Laying:
         step = 0.5 * self.frame.size
         return self._centres(np.arange(len(self.charts)), step, 0.5 * step, bare=True)
 
-    def lay(self, centres: Centres, progress: Progress | None) -> None:
-        """Lay blocks, in order."""
+    def lay(self, centres: Centres, margin: int, progress: Progress | None) -> None:
+        """Lay blocks, in order; they leave `margin` pixels bare where they end beside what is laid."""
         count, before = len(centres.triangles), len(self.blocks)
         half = 0.5 * self.frame.size
         found = find_footprints(self.mesh, self.field, centres, half, self.frame.scale, threads=self.threads)
@@ -265,6 +270,7 @@ class _Laying:
         order = np.arange(before + count, dtype=np.int64) - before
         covered = np.zeros((self.frame.size + 2,) * 2, np.uint8)
         sources = np.zeros((self.frame.size,) * 2, np.int32)
+        inside = np.zeros(len(self.mesh.triangles), np.uint8)
         for start in range(before, before + count, _BLOCKS_PER_CALL):
             stop = min(start + _BLOCKS_PER_CALL, before + count)
             lay_frames(
@@ -286,6 +292,8 @@ class _Laying:
                 self.masks,
                 covered,
                 sources,
+                inside,
+                margin,
                 self.scratch,
             )
             if progress is not None:

@@ -103,6 +103,7 @@ def refine_lot(
     area = (numbers.block_height // cell) ** 2
     weights = RefineWeights(1, _SAVING, 0, _TRIES, float(area), _SHARE)
     covered, sources = np.zeros((size + 2, size + 2), np.uint8), np.zeros((size, size), np.int32)
+    inside = np.zeros(len(mesh.mesh.triangles), np.uint8)
     for start in range(0, count, _FRAMES_PER_CALL):
         # Few frames a call: between two calls, Python can be interrupted.
         stop = min(start + _FRAMES_PER_CALL, count)
@@ -126,6 +127,7 @@ def refine_lot(
             cells,
             covered,
             sources,
+            inside,
             scratch,
             expansion,
             refine,
