@@ -92,7 +92,7 @@ async function minified(text, regex, cache) {
   const { code } = await minify(text, {
     module: true,
     ecma: 2020,
-    compress: { passes: 4, inline: 1, unsafe: true, unsafe_arrows: true, unsafe_methods: true, pure_getters: true },
+    compress: { passes: 4, inline: 1, unsafe: true, unsafe_arrows: true, unsafe_methods: true },
     mangle: { properties: { regex, keep_quoted: true, cache } },
   })
   // The graphics card's programs need no indentation or comments.

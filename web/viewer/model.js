@@ -115,6 +115,7 @@ export class Model extends EventTarget {
   /** The graphics card can not paint after all: the worker is to. */
   paintInWorker() {
     this.onPage = false
+    for (const chart of this.charts) chart.textures = {}
     this.#client.send({ kind: 'paint' })
   }
 

@@ -24,7 +24,7 @@ export class ChartPainter {
   }
 
   /** Whether its programs are there; they are begun. */
-  get isReady() {
+  ready() {
     return this.#programs.ready(...Object.keys(PAINTING))
   }
 

@@ -71,7 +71,9 @@ export class Renderer extends EventTarget {
   async #loadPainter(load) {
     const loaded = await load().catch(() => ({}))
     this.#Painter = loaded.ChartPainter
-    if (this.#Painter) this.#painter ??= new this.#Painter(this.#gl, this.#programs, this.#resources)
+    if (!this.#Painter) return
+    this.#painter ??= new this.#Painter(this.#gl, this.#programs, this.#resources)
+    this.#painter.ready() // its programs are made while the stream comes
   }
 
   /** Whether the graphics card is still at the last picture, or makes the programs for these models. */
@@ -159,7 +161,7 @@ export class Renderer extends EventTarget {
   /** Whether what paints is ready; where it does not load, the worker is to paint. */
   #canPaint(model) {
     if (this.#Painter === undefined) model.paintInWorker()
-    return this.#painter?.isReady
+    return this.#painter?.ready()
   }
 
   /** Paint what has changed; where that fails, the worker is to paint. */
