@@ -11,7 +11,7 @@ const MAX_PIXEL_RATIO = 2
 
 /** Milliseconds after which a still picture is drawn in full: models measure their size on screen every 120 only. */
 const SHARPEN_AFTER = 150
-const SHARPEN_WHILE_LOADING = 1500 // textures are still getting better
+const SHARPEN_WHILE_LOADING = 4000 // textures are still getting better, and a full picture may hold up the page
 
 /** How far from the screen a stage counts as seen. */
 const NEAR_BY = '50%'
