@@ -245,7 +245,8 @@ class _Making:
 
     def made(self, files: Outputs, workers: int | None, scheduler: str | None) -> _Made:
         """Lay charts, paint and write, where that is asked for."""
-        if not (are_tiles_alone(self.wanted, self.coverings) or workers or scheduler):
+        in_memory = workers is None and scheduler is None
+        if in_memory and not are_tiles_alone(self.wanted, self.coverings):
             return self.in_memory(files)
         with task_pool(workers, scheduler, self.threads) as pool:
             return self.by_tasks(files, pool)

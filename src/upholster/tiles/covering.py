@@ -40,7 +40,11 @@ def check_tasks(
         raise InputError("workers and scheduler are both given; allowed: one of them")
     if workers is not None:
         check_whole("workers", workers, 1, 256)
-    if (workers or scheduler) and not _is_by_charts(coverings):
+    if scheduler is not None and not isinstance(scheduler, str):
+        raise InputError(
+            f"scheduler is a {type(scheduler).__name__}; allowed: an address as text, 'tcp://host:8786'"
+        )
+    if not (workers is None and scheduler is None) and not _is_by_charts(coverings):
         raise InputError(
             "workers are given, and charts are not laid one by one on a mesh, by methods 'paper' and "
             "'pixel', with several materials, or of a flat texture; allowed there: --threads"
