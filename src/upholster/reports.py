@@ -115,7 +115,7 @@ def settled_words(
     """Return what was settled where nothing was asked for, in words."""
     found: dict[str, str] = {}
     if isinstance(prepared.options, QuiltOptions):
-        found["block"] = f"{prepared.options.block} pixels"
+        found["block"] = _block(prepared)
     if isinstance(prepared.options, PaperOptions) and isinstance(surface, Surface):
         found |= _settled_by_paper(prepared.options, surface)
     if isinstance(prepared.options, PixelOptions):
@@ -153,6 +153,13 @@ def _settled_by_paper(options: PaperOptions, surface: Surface) -> dict[str, str]
     if options.seams:
         found["edge block"] = f"{options.edge_block or options.block} texels"
     return found
+
+
+def _block(prepared: Prepared) -> str:
+    sides = () if prepared.phases is None else prepared.phases.blocks
+    if not sides or min(sides) == max(sides):
+        return f"{max(sides, default=prepared.options.block)} pixels"
+    return f"{min(sides)} to {max(sides)} pixels"
 
 
 def _edge_blocks(quilt: Quilt) -> int:

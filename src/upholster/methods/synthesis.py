@@ -2,7 +2,7 @@
 
 import secrets
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from numbers import Integral
 from typing import Any, cast
 
@@ -58,7 +58,7 @@ _ROUND = 1.25
 _BLOCKS = 8
 """Blocks across a surface, at least, where their size is not asked for: fewer can not follow its curves."""
 
-_SURFACE_PHASE, _FLAT_PHASE = 2.0, 0.5
+_SURFACE_PHASE, _MESH_PHASE, _FLAT_PHASE = 8.0, 2.0, 0.5
 """What it costs to be out of phase where nothing else is asked for: on a surface courses do not close by
 themselves."""
 
@@ -221,7 +221,7 @@ def prepare(
 
     phases = _phases(exemplar, options, closed)
     if phases is not None and options.block is None:
-        block = in_step(block, phases.surface)
+        phases = replace(phases, blocks=in_step(block, phases.surface))
     own = settled(options, QuiltOptions, block=block)
     return Prepared(charts, fields, scale, wanted.text, own, None, phases)
 
@@ -266,7 +266,7 @@ def _prepare_mesh(
         text = "strokes" if options.stroke else default_mesh_direction(surface.mesh)
     elif not isinstance(text, str):
         text = getattr(text, "__name__", "vectors")
-    phases = _phases(exemplar, options, lambda _: None)  # which `synthesize_mesh` finds
+    phases = _phases(exemplar, options, lambda _: None, _MESH_PHASE)  # which `synthesize_mesh` finds
     return Prepared(charts, fields, scale, f"{text}, {field.words}", own, field, phases, turns)
 
 

@@ -16,7 +16,7 @@ from upholster.quilt.chart import Chart
 from upholster.quilt.warp_field import WarpField
 from upholster.types import FloatArray
 
-__all__ = ["MOST_CELLS", "CellGrid", "chart_grids", "chart_links"]
+__all__ = ["MOST_CELLS", "CellGrid", "carried_waves", "chart_grids", "chart_links"]
 
 _LEAST = 3
 """Cells of a chart each way, so that none is beside itself where a chart closes."""
@@ -119,6 +119,41 @@ def chart_links(grids: Sequence[CellGrid], transitions: Sequence[Transition], wa
         if (m.chart, m.edge, m.start) <= (m.other_chart, m.other_edge, min(m.other_start, m.other_stop)):
             found.append(_over(grids[m.chart], grids[m.other_chart], transition, waves))
     return joined_links(found)
+
+
+def carried_waves(
+    here: CellGrid, there: CellGrid, transition: Transition, waves: FloatArray, places: FloatArray
+) -> tuple[FloatArray, NDArray[np.int8]]:
+    """Carry places beyond an edge of a chart to the chart that lies there.
+
+    Parameters
+    ----------
+    here, there
+        The two charts.
+    transition
+        From the first to the second.
+    waves
+        (n, 2) cycles per exemplar pixel.
+    places
+        (m, 2) rows and columns in texels of the first chart.
+
+    Returns
+    -------
+    places
+        (m, 2) in texels of the second chart; 0 where nothing goes on.
+    goes_on
+        (m, 2n) int8: see `Links.goes_on`.
+    """
+    m = transition.seam
+    rows, columns, carried = transition.apply(*places.T)
+    sound: NDArray[np.bool_] = np.asarray(np.isfinite(carried).all(axis=(1, 2)))
+    foot = np.clip(places[:, 1 - (m.edge & 1)] + 0.5, m.start, m.stop)
+    other_foot = m.other_start + (foot - m.start) * (m.other_stop - m.other_start) / (m.stop - m.start)
+    _, before = _at_edge(here, m.edge, transition.line, foot)
+    _, after = _at_edge(there, m.other_edge, transition.other_line, other_foot)
+    goes_on = matched_waves(waves, before, after @ np.where(sound[:, None, None], carried, 0.0))
+    goes_on[~sound] = -1
+    return np.where(sound[:, None], np.stack([rows, columns], axis=1), 0.0), goes_on
 
 
 def _inside(grid: CellGrid, axis: int, count: int) -> Links:

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.charts._multigrid_kernels import ComplexArray
-from upholster.charts.phases.chart_cells import CellGrid, chart_grids, chart_links
+from upholster.charts.phases.chart_cells import CellGrid, carried_waves, chart_grids, chart_links
 from upholster.charts.phases.solving import solved_phases, turned
 from upholster.charts.seams import Transition
 from upholster.quilt.chart import Chart
@@ -18,6 +18,9 @@ __all__ = ["TURN", "PhaseField", "StraightPhases", "phase_field", "phase_units"]
 
 TURN = 65536
 """Units of a phase in a turn: phases are int16, and wrap as they do."""
+
+RING = 4
+"""Cells beyond a chart's edges that have a phase: a block's side, where cells are a quarter of it."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -32,14 +35,18 @@ class PhaseField:
         Each chart's cells.
     phases
         (n, cells) complex: the waves' phases at the cells' centres; small near the end of a course.
+    ringed
+        Each chart's phases, (n, rows + 2 · `RING`, columns + 2 · `RING`): its cells, and as many beyond each
+        edge, which have the phases that the neighbours want there.
     """
 
     waves: FloatArray
     grids: tuple[CellGrid, ...]
     phases: ComplexArray
+    ringed: tuple[ComplexArray, ...]
 
     def at(self, chart: int, rows: FloatArray, columns: FloatArray) -> NDArray[np.int16]:
-        """Return the phases at places on a chart, and beyond its edges, where they go on by its warp field.
+        """Return the phases at places on a chart, and beyond its edges, as far as blocks reach.
 
         Parameters
         ----------
@@ -53,18 +60,18 @@ class PhaseField:
         ndarray
             (n, m) int16, in 1/65536 turn.
         """
-        grid = self.grids[chart]
-        (tall, wide), own = grid.size, self.phases[:, grid.first : grid.first + grid.rows * grid.columns]
-        matrices, flat = grid.field.at(rows, columns), grid.matrices.reshape(-1, 2, 2)
-        i, down = _between((rows + 0.5) / tall - 0.5, grid.rows)
-        j, right = _between((columns + 0.5) / wide - 0.5, grid.columns)
+        grid, own = self.grids[chart], self.ringed[chart]
+        (tall, wide), (_, down, right) = grid.size, own.shape
+        matrices = grid.field.at(rows, columns)
+        i, below = _between((rows + 0.5) / tall - 0.5 + RING, down)
+        j, beside = _between((columns + 0.5) / wide - 0.5 + RING, right)
         total = np.zeros((len(self.waves), len(rows)), np.complex128)
         for a, b in ((0, 0), (0, 1), (1, 0), (1, 1)):
-            cell = (i + a) * grid.columns + j + b
-            step = np.stack([rows, columns], axis=1) - grid.centres(cell)
-            read = (0.5 * (flat[cell] + matrices) @ step[:, :, None])[:, :, 0]
-            weight = (down if a else 1 - down) * (right if b else 1 - right)
-            total += weight * own[:, cell] * turned(self.waves @ read.T)
+            centre = np.stack([(i + a - RING + 0.5) * tall - 0.5, (j + b - RING + 0.5) * wide - 0.5], axis=1)
+            step = np.stack([rows, columns], axis=1) - centre
+            read = (0.5 * (grid.field.at(*centre.T) + matrices) @ step[:, :, None])[:, :, 0]
+            weight = (below if a else 1 - below) * (beside if b else 1 - beside)
+            total += weight * own[:, i + a, j + b] * turned(self.waves @ read.T)
         return phase_units(_jump(total))
 
     @property
@@ -72,30 +79,43 @@ class PhaseField:
         """How many courses end inside charts: places round which a phase does not close."""
         found = 0
         for grid in self.grids:
-            down, right = (turns + missing for turns, missing, _ in self._steps(grid))
+            own = self.phases[:, grid.first : grid.first + grid.rows * grid.columns]
+            own = own.reshape(-1, grid.rows, grid.columns)
+            down, right = (turns + missing for turns, missing, _ in self._steps(grid, own, grid.matrices))
             around = right[:, :-1] + down[:, :, 1:] - right[:, 1:] - down[:, :, :-1]
             found += int(np.abs(np.rint(around)).sum())
         return found
 
-    def strain(self, share: float) -> float:
-        """Return by how much waves are stretched, in cycles per pixel: the most strained wave's quantile."""
-        found: list[list[FloatArray]] = [[] for _ in self.waves]
-        for grid in self.grids:
-            for _, missing, length in self._steps(grid):
-                for k, wave in enumerate(found):
-                    wave.append((np.abs(missing[k]) / length).reshape(-1))
-        return max(float(np.quantile(np.concatenate(wave), share)) for wave in found)
+    def strain(self, chart: int, shares: Sequence[float]) -> list[float]:
+        """Return by how much waves are stretched on a chart and round it, in cycles per pixel.
 
-    def _steps(self, grid: CellGrid) -> list[tuple[FloatArray, FloatArray, FloatArray]]:
+        Parameters
+        ----------
+        chart
+            Which one.
+        shares
+            0 to 1: which quantiles are meant, each of the most strained wave.
+        """
+        grid = self.grids[chart]
+        i, j = (np.arange(-RING, count + RING, dtype=np.float64) for count in (grid.rows, grid.columns))
+        tall, wide = grid.size
+        rows, columns = np.meshgrid((i + 0.5) * tall - 0.5, (j + 0.5) * wide - 0.5, indexing="ij")
+        steps = self._steps(grid, self.ringed[chart], grid.field.at(rows, columns))
+        down, right = (np.abs(missing) / length for _, missing, length in steps)
+        waves = [np.concatenate([down[k].reshape(-1), right[k].reshape(-1)]) for k in range(len(self.waves))]
+        found: list[float] = np.max([np.quantile(wave, shares) for wave in waves], axis=0).tolist()
+        return found
+
+    def _steps(
+        self, grid: CellGrid, own: ComplexArray, matrices: FloatArray
+    ) -> list[tuple[FloatArray, FloatArray, FloatArray]]:
         # Down and to the right, from each cell to the next: turns (n, rows, columns) by the warp field, what
         # is missing, and the way in pixels.
-        own = self.phases[:, grid.first : grid.first + grid.rows * grid.columns]
-        own = own.reshape(-1, grid.rows, grid.columns)
         found = []
         for axis in (0, 1):
             first = (np.s_[:-1], np.s_[:]) if axis == 0 else (np.s_[:], np.s_[:-1])
             second = (np.s_[1:], np.s_[:]) if axis == 0 else (np.s_[:], np.s_[1:])
-            step = 0.5 * grid.size[axis] * (grid.matrices[first] + grid.matrices[second])[..., axis]
+            step = 0.5 * grid.size[axis] * (matrices[first] + matrices[second])[..., axis]
             turns = np.einsum("ka,ija->kij", self.waves, step)
             missing = own[:, *second] * np.conj(own[:, *first] * turned(turns))
             length = np.maximum(np.sqrt((step**2).sum(axis=2)), 1e-6)
@@ -123,6 +143,16 @@ class StraightPhases:
 def phase_units(turns: FloatArray) -> NDArray[np.int16]:
     """Return phases, in turns, in 1/65536 turn."""
     return np.rint(TURN * (turns - np.rint(turns))).astype(np.int64).astype(np.int16)
+
+
+def _gone_on(grid: CellGrid, waves: FloatArray, own: ComplexArray, places: FloatArray) -> ComplexArray:
+    # Phases (n, m) at places (m, 2): those of the nearest cells go on by the warp field.
+    at = np.rint((places + 0.5) / np.array(grid.size) - 0.5).astype(np.intp)
+    i, j = np.clip(at, 0, (grid.rows - 1, grid.columns - 1)).T
+    step = places - (np.stack([i, j], axis=1) + 0.5) * np.array(grid.size) + 0.5
+    matrices = 0.5 * (grid.matrices[i, j] + grid.field.at(*places.T))
+    found: ComplexArray = own[:, i, j] * turned(waves @ (matrices @ step[:, :, None])[:, :, 0].T)
+    return found
 
 
 def _between(places: FloatArray, count: int) -> tuple[NDArray[np.intp], FloatArray]:
@@ -159,6 +189,59 @@ def phase_field(
     """
     grids = chart_grids(charts, fields, cell)
     areas = np.concatenate([grid.areas for grid in grids])
-    return PhaseField(
-        waves, tuple(grids), solved_phases(chart_links(grids, transitions, waves), areas, waves)
-    )
+    phases = solved_phases(chart_links(grids, transitions, waves), areas, waves)
+    inside = [
+        phases[:, grid.first : grid.first + grid.rows * grid.columns].reshape(-1, grid.rows, grid.columns)
+        for grid in grids
+    ]
+    ringed = tuple(_ringed(n, grids, transitions, waves, inside) for n in range(len(grids)))
+    return PhaseField(waves, tuple(grids), phases, ringed)
+
+
+def _ringed(
+    chart: int,
+    grids: Sequence[CellGrid],
+    transitions: Sequence[Transition],
+    waves: FloatArray,
+    inside: Sequence[ComplexArray],
+) -> ComplexArray:
+    # A chart's phases and those of a ring of cells beyond its edges: what the charts there want. Where there
+    # is none, or where a wave does not go on, they go on by the chart's own warp field.
+    grid = grids[chart]
+    i, j = (np.arange(-RING, count + RING) for count in (grid.rows, grid.columns))
+    outside = ((i < 0) | (i >= grid.rows))[:, None] | ((j < 0) | (j >= grid.columns))
+    at = np.argwhere(outside)
+    places = (at - RING + 0.5) * np.array(grid.size) - 0.5
+    found = _gone_on(grid, waves, inside[chart], places)
+    own = [transition for transition in transitions if transition.seam.chart == chart]
+    nearest = _nearest_seams(grid, own, places)
+    for n, transition in enumerate(own):
+        chosen = np.flatnonzero(nearest == n)
+        if not len(chosen):
+            continue
+        there = transition.seam.other_chart
+        beyond, goes_on = carried_waves(grid, grids[there], transition, waves, places[chosen])
+        onward = _gone_on(grids[there], waves, inside[there], beyond)
+        onward = np.concatenate([onward, np.conj(onward)])
+        wave, place = np.nonzero(goes_on.T[: len(waves)] >= 0)
+        found[wave, chosen[place]] = onward[goes_on[place, wave], place]
+    ringed = np.zeros((len(waves), *outside.shape), np.complex128)
+    ringed[:, RING:-RING, RING:-RING] = inside[chart]
+    ringed[:, outside] = found
+    return ringed
+
+
+def _nearest_seams(grid: CellGrid, own: Sequence[Transition], places: FloatArray) -> NDArray[np.intp]:
+    # Which of a chart's seams is nearest to places beyond its edges, in cells; −1 where there is none.
+    found, least = np.full(len(places), -1, np.intp), np.full(len(places), np.inf)
+    for n, transition in enumerate(own):
+        m = transition.seam
+        down = m.edge & 1
+        depth = np.abs(places[:, down] - transition.line) / grid.size[down]
+        along = places[:, 1 - down] + 0.5
+        aside = np.abs(along - np.clip(along, m.start, m.stop)) / grid.size[1 - down]
+        beyond = (places[:, down] < transition.line) == (m.edge in (0, 3))
+        away = np.where(beyond, depth + aside, np.inf)
+        nearer = away < least - 1e-9
+        found[nearer], least[nearer] = n, away[nearer]
+    return found

@@ -29,11 +29,15 @@ _NEAR = 0.05
 OVERLAP = 0.3
 """Of a block, with the one before."""
 
-_STRAINED = 0.02
-"""Of the surface's area: where courses end blocks fall out of step, however small they are."""
+_STRAINED = 0.03
+"""Of a chart's area: round the end of a course blocks fall out of step, however small they are."""
 
-_LEAST_BLOCK, _LEAST_PERIODS = 24, 0.75
+_LEAST_BLOCK, _LEAST_PERIODS = 16, 0.75
 """Pixels and periods of a block at least: smaller ones show as pieces of elements in several colours."""
+
+_END_BLOCK, _END_PERIODS = 24, 1.3
+"""Pixels and periods, whichever is less, of blocks where a course ends: what breaks there is as long as
+one or two of their sides."""
 
 
 class Phases(Protocol):
@@ -55,19 +59,22 @@ class WantedPhases:
         The phases that the surface wants; None on meshes, where they are found when it is laid out finely.
     weight
         What a source costs whose phases do not fit, in parts of the sample's variance.
+    blocks
+        Sides of each chart's blocks in pixels; none: as the options have it.
     """
 
     lattice: Lattice
     surface: Phases | None
     weight: float
+    blocks: tuple[int, ...] = ()
 
 
-def in_step(block: int, field: Phases | None) -> int:
-    """Return the side of a block, in pixels, that keeps neighbours in step where courses are stretched.
+def in_step(block: int, field: Phases | None) -> tuple[int, ...]:
+    """Return the sides of each chart's blocks, in pixels, that keep neighbours in step.
 
     Inside a block the texture has its true scale; from one to the next the wanted phase makes up for what
     courses are stretched by, a quarter of a turn at most. Blocks are three quarters of the shortest period at
-    least.
+    least. Where a course ends they are about a period: there the stretch grows beyond all bounds.
 
     Parameters
     ----------
@@ -75,13 +82,26 @@ def in_step(block: int, field: Phases | None) -> int:
         The side that suits the sample.
     field
         The wanted phases.
+
+    Returns
+    -------
+    tuple of int
+        One for each chart; none where phases need nothing smaller anywhere.
     """
     if not isinstance(field, PhaseField):
-        return block
-    apart = 0.25 / max(field.strain(1 - _STRAINED), 1e-9)
+        return ()
     period = 1 / float(np.sqrt((field.waves**2).sum(axis=1)).max())
     least = max(_LEAST_BLOCK, _LEAST_PERIODS * period)
-    return min(block, 4 * int(np.ceil(max(least, apart / (1 - OVERLAP)) / 4)))
+    at_ends = max(min(_END_BLOCK, _END_PERIODS * period), least)
+    found = []
+    for chart in range(len(field.grids)):
+        most, common = field.strain(chart, (1.0, 1 - _STRAINED))
+        sides = [
+            max(floor, 0.25 / max(strain, 1e-9) / (1 - OVERLAP))
+            for floor, strain in ((at_ends, most), (least, common))
+        ]
+        found.append(min(block, 4 * round(min(sides) / 4)))
+    return tuple(found)
 
 
 def level_phases(lattice: Lattice | None, level: int, height: int, width: int) -> NDArray[np.int16]:

@@ -7,6 +7,7 @@ that charts can be laid in other processes as well.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -188,11 +189,14 @@ def planned(
     symmetries = _symmetries(options)
     # A quarter turn changes height and width.
     fitting = (min(shape), min(shape)) if options.rotate else shape
-    sizes = options.block, options.overlap
-    coarse = has_coarse_cells(charts, fields, options.block, in_step=phases is not None)
+    blocks = (() if phases is None else phases.blocks) or (options.block,) * len(charts)
+    coarse = has_coarse_cells(charts, fields, min(blocks), in_step=phases is not None)
+    fit = partial(BlockGrid.of, overlap=options.overlap, coarse=coarse, copied=copied, wrap=wrap)
     grids = [
-        BlockGrid.of(chart, field, fitting, *sizes, coarse=coarse, copied=copied, wrap=wrap, most=most)
-        for chart, field, most in zip(charts, fields, _largest_blocks(charts, seams), strict=True)
+        fit(chart, field, fitting, block, most=most)
+        for chart, field, block, most in zip(
+            charts, fields, blocks, _largest_blocks(charts, seams), strict=True
+        )
     ]
     lattice, surface_phases = (None, None) if phases is None else (phases.lattice, phases.surface)
     match_pyramid = MatchPyramid.of(exemplar, max(grid.level for grid in grids), lattice)
