@@ -23,6 +23,10 @@ RING = 4
 """Cells beyond a chart's edges that have a phase: a block's side, where cells are a quarter of it."""
 
 
+_NEAR = 2
+"""Of these, those that blocks look at to see how waves are stretched round a chart."""
+
+
 @dataclass(frozen=True, eq=False, slots=True)
 class PhaseField:
     """Phases of waves over charts.
@@ -97,12 +101,17 @@ class PhaseField:
             0 to 1: which quantiles are meant, each of the most strained wave.
         """
         grid = self.grids[chart]
-        i, j = (np.arange(-RING, count + RING, dtype=np.float64) for count in (grid.rows, grid.columns))
+        i, j = (np.arange(-_NEAR, count + _NEAR, dtype=np.float64) for count in (grid.rows, grid.columns))
         tall, wide = grid.size
         rows, columns = np.meshgrid((i + 0.5) * tall - 0.5, (j + 0.5) * wide - 0.5, indexing="ij")
-        steps = self._steps(grid, self.ringed[chart], grid.field.at(rows, columns))
+        near = slice(RING - _NEAR, _NEAR - RING)
+        steps = self._steps(grid, self.ringed[chart][:, near, near], grid.field.at(rows, columns))
         down, right = (np.abs(missing) / length for _, missing, length in steps)
-        waves = [np.concatenate([down[k].reshape(-1), right[k].reshape(-1)]) for k in range(len(self.waves))]
+        # Not at corners, beyond which surfaces unfold in more than one way.
+        inside = [(k >= 0) & (k < count) for k, count in ((i, grid.rows), (j, grid.columns))]
+        sound = inside[0][:, None] | inside[1]
+        down, right = down[:, sound[1:] & sound[:-1]], right[:, sound[:, 1:] & sound[:, :-1]]
+        waves = [np.concatenate([down[k], right[k]]) for k in range(len(self.waves))]
         found: list[float] = np.max([np.quantile(wave, shares) for wave in waves], axis=0).tolist()
         return found
 

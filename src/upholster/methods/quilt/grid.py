@@ -15,7 +15,7 @@ __all__ = ["BlockGrid", "GridPart", "has_coarse_cells"]
 
 _SMALLEST_BLOCK = 16
 _LARGEST_BLOCK = 512
-_COARSE, _COARSE_IN_STEP, _COARSE_TEXELS = 48, 32, 24
+_COARSE, _COARSE_IN_STEP, _COARSE_TEXELS = 48, 24, 24
 """Blocks of so many pixels, and of so many texels, have masks of cells twice as large: as many bytes tell as
 long a cut."""
 
@@ -32,7 +32,7 @@ _LARGEST_SHARE = 0.75
 def has_coarse_cells(
     charts: Sequence[Chart], fields: Sequence[WarpField], block: int, *, in_step: bool = False
 ) -> bool:
-    """Tell whether the cells of masks are twice as large, on all charts alike.
+    """Tell whether the cells of masks are twice as large, on all charts with such blocks.
 
     Parameters
     ----------

@@ -29,8 +29,9 @@ _NEAR = 0.05
 OVERLAP = 0.3
 """Of a block, with the one before."""
 
-_STRAINED = 0.03
-"""Of a chart's area: round the end of a course blocks fall out of step, however small they are."""
+_STRAINED, _ENDS = 0.03, 0.02
+"""Of a chart's area that is not looked at: round the end of a course blocks fall out of step, however small
+they are. A chart with one end among many cells keeps its blocks, for smaller ones take more bytes."""
 
 _LEAST_BLOCK, _LEAST_PERIODS = 16, 0.75
 """Pixels and periods of a block at least: smaller ones show as pieces of elements in several colours."""
@@ -95,7 +96,7 @@ def in_step(block: int, field: Phases | None) -> tuple[int, ...]:
     at_ends = max(min(_END_BLOCK, _END_PERIODS * period), least)
     found = []
     for chart in range(len(field.grids)):
-        most, common = field.strain(chart, (1.0, 1 - _STRAINED))
+        most, common = field.strain(chart, (1 - _ENDS, 1 - _STRAINED))
         sides = [
             max(floor, 0.25 / max(strain, 1e-9) / (1 - OVERLAP))
             for floor, strain in ((at_ends, most), (least, common))

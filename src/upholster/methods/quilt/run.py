@@ -6,7 +6,7 @@ that charts can be laid in other processes as well.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -190,14 +190,19 @@ def planned(
     # A quarter turn changes height and width.
     fitting = (min(shape), min(shape)) if options.rotate else shape
     blocks = (() if phases is None else phases.blocks) or (options.block,) * len(charts)
-    coarse = has_coarse_cells(charts, fields, min(blocks), in_step=phases is not None)
-    fit = partial(BlockGrid.of, overlap=options.overlap, coarse=coarse, copied=copied, wrap=wrap)
+    coarse = {
+        block: has_coarse_cells(charts, fields, block, in_step=phases is not None) for block in set(blocks)
+    }
+    fit = partial(BlockGrid.of, overlap=options.overlap, copied=copied, wrap=wrap)
     grids = [
-        fit(chart, field, fitting, block, most=most)
+        fit(chart, field, fitting, block, most=most, coarse=coarse[block])
         for chart, field, block, most in zip(
             charts, fields, blocks, _largest_blocks(charts, seams), strict=True
         )
     ]
+    # One for all charts, that of the larger cells.
+    feather = max(grid.feather for grid in grids)
+    grids = [replace(grid, feather=feather) for grid in grids]
     lattice, surface_phases = (None, None) if phases is None else (phases.lattice, phases.surface)
     match_pyramid = MatchPyramid.of(exemplar, max(grid.level for grid in grids), lattice)
     onto: list[list[Transition]] = [[] for _ in charts]
@@ -209,7 +214,7 @@ def planned(
         elif abs(seam.edge - seam.other_edge) == 2:
             around[seam.chart].append(transition)
     cells = [grid.mask_cell for grid in grids]
-    transfer = BlockTransfer(charts, fields, onto, around, shape, cells, grids[0].feather)
+    transfer = BlockTransfer(charts, fields, onto, around, shape, cells, feather)
     variance = match_pyramid.variance
     phase = 0.0 if phases is None else phases.weight * variance / MISFIT
     weights = np.array([options.evenness * variance, options.variety * variance, options.tolerance, phase])
