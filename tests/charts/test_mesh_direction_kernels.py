@@ -6,7 +6,13 @@ from meshes import sphere, two_rings
 from scipy.sparse.csgraph import connected_components
 
 from upholster.charts.mesh_directions import mesh_directions
-from upholster.charts.mesh_directions._kernels import corner_fans, near_by, nearest_triangles, regions
+from upholster.charts.mesh_directions._kernels import (
+    carry_from,
+    corner_fans,
+    near_by,
+    nearest_triangles,
+    regions,
+)
 from upholster.charts.mesh_directions.frames import plane_frames
 from upholster.geometry import TriangleMesh
 
@@ -61,6 +67,50 @@ def test_surroundings_hang_together_and_end_at_creases():
     assert (frames.part[reached] == frames.part[0]).all()
     np.testing.assert_array_equal(which[reached], distance[reached].argmin(axis=1))
     np.testing.assert_allclose(nearness[reached], 1 - distance[reached].min(axis=1) / 2.5)
+
+
+def plain_carried(frames, seed, start, reached):
+    """Return directions (T,) carried from a seed breadth first, then ten rounds of means of those beside."""
+    z, order = np.zeros(len(reached), np.complex128), [seed]
+    z[seed] = start
+
+    def mean(t):
+        total = 0
+        for other, edge in zip(frames.across[t], frames.edges[t], strict=True):
+            if other >= 0 and reached[other]:
+                turn = frames.carried[edge]
+                total += frames.weights[edge] * z[other] * (turn if other < t else turn.conj())
+        return total / abs(total)
+
+    for t in order:
+        if t != seed:
+            z[t] = mean(t)
+        order += [o for o in frames.across[t] if o >= 0 and reached[o] and o not in order]
+    for _ in range(10):
+        for t in order[1:]:
+            z[t] = mean(t)
+    return z
+
+
+def test_directions_are_carried_from_their_seeds():
+    mesh = sphere(6)
+    frames = plane_frames(mesh, None)
+    centres = mesh.corners.mean(axis=1)
+    seeds = np.array([3, 150], np.int32)
+    points = np.ascontiguousarray(centres[seeds])
+    which, nearness = np.empty(len(centres), np.int32), np.empty(len(centres))
+    near_by(frames.across, centres, seeds, points, 1.2, which, nearness)
+    start = np.exp(1j * np.array([0.3, 2.0]))
+    z = np.zeros(len(centres), np.complex128)
+    z[seeds] = start
+    carry_from(
+        frames.across, frames.edges, frames.carried, frames.weights, seeds, which, nearness, 0.25, z
+    )  # fmt: skip
+    for n, seed in enumerate(seeds):
+        reached = (which == n) & (nearness > 0.25)
+        assert reached.sum() > 10
+        np.testing.assert_allclose(z[reached], plain_carried(frames, seed, start[n], reached)[reached])
+    assert not z[nearness <= 0.25].any()
 
 
 def plain_index(field, vertex):

@@ -109,6 +109,29 @@ def test_strokes_are_followed_at_corners_and_asked_for_near_their_places():
     np.testing.assert_allclose(asked[near].mean(axis=(0, 1))[:2], np.array([1, 2]) / np.sqrt(5), atol=0.1)
 
 
+def test_a_stroke_goes_straight_on_over_what_can_be_unrolled():
+    # A rod of few sides, long along z: unrolled it is a sheet, on which a stroke asks for one direction.
+    # Projected on each side, its vector would turn about on the way round.
+    sides, rows, radius = 6, 40, 0.05
+    angle = 2 * np.pi * np.arange(sides) / sides
+    ring = radius * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    positions = np.concatenate(
+        [np.column_stack([ring, np.full(sides, height)]) for height in np.linspace(0, 4, rows)]
+    )
+    i, j = np.meshgrid(np.arange(rows - 1), np.arange(sides), indexing="ij")
+    a, b = (sides * i + j).ravel(), (sides * i + (j + 1) % sides).ravel()
+    triangles = np.concatenate([np.stack([a, b, b + sides], 1), np.stack([a, b + sides, a + sides], 1)])
+    mesh = TriangleMesh(positions, triangles.astype(np.int32))
+    at = np.append(ring[:2].mean(axis=0), 2.0)
+    outward = at * (1, 1, 0) / np.linalg.norm(at[:2])
+    round_it = np.cross((0, 0, 1), outward)
+    asked = asked_by_strokes(mesh, [[at, round_it + np.array((0, 0, 1))]], crease=75)[:, 0]
+    near = np.linalg.norm(asked, axis=1) > 0
+    assert len(np.unique(np.arctan2(*mesh.flat_normals[near, 1::-1].T).round(3))) == sides
+    along = np.stack([np.cross((0, 0, 1), mesh.flat_normals), np.tile((0.0, 0.0, 1.0), (len(triangles), 1))])
+    np.testing.assert_allclose((along * asked).sum(axis=2)[:, near], np.sqrt(0.5), atol=1e-6)
+
+
 def test_over_sharp_edges_each_side_is_asked_for_by_itself():
     cube = box()
     asked = asked_at_corners(cube, parse_mesh_direction("1,2,3"))

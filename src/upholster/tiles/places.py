@@ -81,6 +81,8 @@ class Place:
             return set(os.listdir(self.folder))
         except FileNotFoundError:
             return set()
+        except InputError:
+            raise
         except Exception as error:
             raise InputError(f"{self.folder!r} cannot be read: {_why(error)}") from None
 
