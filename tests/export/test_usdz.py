@@ -1,5 +1,6 @@
 """USDZ files, opened and checked by Pixar's own library; without it these tests are skipped."""
 
+import zipfile
 from pathlib import Path
 
 import numpy as np
@@ -72,6 +73,12 @@ def test_a_surface_and_its_maps_are_there(tmp_path):
         synthesis={"texels": 40_000}, options=upholster.WriteOptions(quads=500, texture="webp"),
     )  # fmt: skip
     assert (tmp_path / "ring.usdz").read_bytes() == (tmp_path / "again.usdz").read_bytes()
+    data = (tmp_path / "ring.usdz").read_bytes()
+    with zipfile.ZipFile(tmp_path / "ring.usdz") as archive:
+        assert archive.testzip() is None
+        for entry in archive.infolist():  # the date stands twice; neither may be that of the day
+            assert entry.date_time == (1980, 1, 1, 0, 0, 0)
+            assert data[entry.header_offset + 10 : entry.header_offset + 14] == bytes([0, 0, 33, 0])
     stage = checked(tmp_path / "ring.usdz")
     surface = next(
         shader

@@ -6,10 +6,14 @@ stand as their joints do when nothing plays; animations are left out.
 References
 ----------
 Pixar: UsdPreviewSurface specification; Usdz file format specification.
+PKWARE: .ZIP file format specification, 4.3.7 and 4.3.12 (where an entry's date stands).
 """
 
 import os
+import struct
 import tempfile
+import zipfile
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +32,7 @@ __all__ = ["check_usd", "write_usdz"]
 _SUFFIXES = {"image/png": ".png", "image/jpeg": ".jpg"}
 _CLAMP = 33071
 _TRIANGLES = (4, 5, 6)
+_ZIP_EPOCH = (0, 33)  # time and date of 1 January 1980, 0:00
 
 
 def check_usd() -> None:
@@ -70,8 +75,20 @@ def write_usdz(path: str | os.PathLike[str], glb: bytes, *, metres: float = 1.0)
         packed = str(Path(folder, "packed.usdz"))
         if not UsdUtils.CreateNewUsdzPackage(Sdf.AssetPath(str(scene.file)), packed):
             raise InputError("the USDZ package cannot be made: is there room on the disk?")
-        Path(path).write_bytes(Path(packed).read_bytes())
+        Path(path).write_bytes(_undated(Path(packed).read_bytes()))
     return tuple(scene.notes)
+
+
+def _undated(package: bytes) -> bytes:
+    """Return a ZIP archive with ZIP's first date for each entry: the same model gives the same file."""
+    data = bytearray(package)
+    with zipfile.ZipFile(BytesIO(package)) as archive:
+        entries, central = archive.infolist(), archive.start_dir
+    for entry in entries:
+        struct.pack_into("<HH", data, entry.header_offset + 10, *_ZIP_EPOCH)
+        struct.pack_into("<HH", data, central + 12, *_ZIP_EPOCH)
+        central += 46 + sum(struct.unpack_from("<HHH", data, central + 28))
+    return bytes(data)
 
 
 class _Scene:
