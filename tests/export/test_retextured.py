@@ -2,6 +2,7 @@
 
 import json
 import struct
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -117,7 +118,7 @@ def test_what_is_not_covered_keeps_material_and_coordinates(tmp_path: Path) -> N
 
 
 def test_tangents_run_along_u_also_where_a_node_is_mirrored(tmp_path: Path) -> None:
-    for scale in ([1, 1, 1], [-1, 1, 1]):
+    for scale, bumpy in product(([1, 1, 1], [-1, 1, 1]), (True, False)):
         glb = Glb()
         loose = BOX[BOX_TRIANGLES.ravel()]
         flat = np.cross(loose[1::3] - loose[0::3], loose[2::3] - loose[0::3]).repeat(3, axis=0)
@@ -125,6 +126,8 @@ def test_tangents_run_along_u_also_where_a_node_is_mirrored(tmp_path: Path) -> N
             "POSITION": glb.accessor(loose, min=[0, 0, 0], max=[1, 1, 1]),
             "NORMAL": glb.accessor(flat.astype(np.float32)),
         }
+        if not bumpy:  # without a normal map only what had tangents has them after
+            attributes["TANGENT"] = glb.accessor(np.tile(np.array([0, 1, 0, -1], np.float32), (36, 1)))
         glb.node(mesh=glb.mesh("box", {"attributes": attributes}), scale=scale)
         model = read_model(glb.write(tmp_path / "box.glb"))
         mesh = model.mesh
@@ -132,7 +135,10 @@ def test_tangents_run_along_u_also_where_a_node_is_mirrored(tmp_path: Path) -> N
         up = np.where(np.abs(mesh.flat_normals[:, 2:]) > 0.5, [[0.0, 1.0, 0.0]], [[0.0, 0.0, 1.0]])
         right = np.cross(up, mesh.flat_normals)
         uv = np.stack([(mesh.corners * right[:, None]).sum(2), -(mesh.corners * up[:, None]).sum(2)], axis=2)
-        write_retextured_glb(tmp_path / "out.glb", model, [Cover(uv, CHECKER, maps={"normal": FLAT})])
+        maps = {"normal": FLAT} if bumpy else {}
+        notes = write_retextured_glb(tmp_path / "out.glb", model, [Cover(uv, CHECKER, maps=maps)])
+        told = () if bumpy else ("tangents of 1 parts are made anew, for they follow texture coordinates",)
+        assert notes == told
         new = Opened(tmp_path / "out.glb")
         (now,) = new.primitives()
         tangent = new.values(now["attributes"]["TANGENT"])
@@ -144,6 +150,23 @@ def test_tangents_run_along_u_also_where_a_node_is_mirrored(tmp_path: Path) -> N
         np.testing.assert_allclose(world, right[:, None].repeat(3, axis=1), atol=1e-6)
         np.testing.assert_array_equal(tangent[:, 3], 1)
         np.testing.assert_array_equal(read_model(tmp_path / "out.glb").mesh.corners, mesh.corners)
+
+
+def test_tangents_that_can_not_be_made_anew_are_left_out(tmp_path: Path) -> None:
+    glb = Glb()
+    place = glb.accessor(BOX[BOX_TRIANGLES.ravel()], min=[0, 0, 0], max=[1, 1, 1])
+    old, change = glb.accessor(np.ones((36, 4), np.float32)), glb.accessor(np.ones((36, 3), np.float32))
+    primitive = {
+        "attributes": {"POSITION": place, "TANGENT": old},
+        "targets": [{"POSITION": change, "TANGENT": change}],
+    }
+    glb.node(mesh=glb.mesh("box", primitive))
+    model = read_model(glb.write(tmp_path / "box.glb"))
+    notes = write_retextured_glb(tmp_path / "out.glb", model, [Cover(each_apart(model), CHECKER)])
+    assert notes == ("tangents of 1 parts are left out: morph targets', or there are no normals",)
+    (now,) = Opened(tmp_path / "out.glb").primitives()
+    assert sorted(now["attributes"]) == ["POSITION", "TEXCOORD_0"]
+    assert [sorted(target) for target in now["targets"]] == [["POSITION"]]
 
 
 def test_views_that_overlap_keep_their_bytes(tmp_path: Path) -> None:

@@ -210,7 +210,7 @@ def _rewrite(
     accessors = Accessors(model.gltf)
     starts = np.searchsorted(model.mesh.part, np.arange(len(model.parts) + 1))
     new: dict[int, dict[int, list[Json]]] = {}
-    colours = variants = 0
+    colours = variants = tangents = lost = 0
     for number, part in enumerate(model.gltf_parts):
         mine = slice(starts[number], starts[number + 1])
         if (group[mine] == _PLAIN).all():
@@ -220,6 +220,8 @@ def _rewrite(
         work = _Primitive(edit, accessors, primitive, arrays, indices is not None, part)
         new.setdefault(part.mesh, {})[part.primitive] = work.replaced(uv[mine], group[mine], materials)
         colours += "COLOR_0" in arrays
+        tangents += work.renews_tangents
+        lost += work.loses_tangents
         variants += _VARIANTS in primitive.get("extensions", {})
     for mesh, primitives in new.items():
         entry = edit.json["meshes"][mesh]
@@ -231,6 +233,10 @@ def _rewrite(
         notes.append(f"vertex colours of {colours} parts, which would tint the texture, are kept as _COLOR_0")
     if variants:
         notes.append(f"{variants} parts have lost their variants, which would bring the old materials back")
+    if tangents:
+        notes.append(f"tangents of {tangents} parts are made anew, for they follow texture coordinates")
+    if lost:
+        notes.append(f"tangents of {lost} parts are left out: morph targets', or there are no normals")
     return notes
 
 
@@ -244,6 +250,17 @@ class _Primitive:
     arrays: dict[str, Accessor]
     indexed: bool
     part: GltfPart
+
+    @property
+    def renews_tangents(self) -> bool:
+        """Whether it has tangents, and gets new ones along the new texture coordinates."""
+        return "TANGENT" in self.arrays and "NORMAL" in self.arrays
+
+    @property
+    def loses_tangents(self) -> bool:
+        """Whether it has tangents that can not be made anew: without normals, or of morph targets."""
+        alone = "TANGENT" in self.arrays and "NORMAL" not in self.arrays
+        return alone or any("TANGENT" in target for target in self.primitive.get("targets", []))
 
     def replaced(self, uv: FloatArray, group: IntArray, materials: list[tuple[int, bool]]) -> list[Json]:
         """Return the primitives in its place: one for each page, and one for triangles without a cover."""
@@ -281,7 +298,7 @@ class _Primitive:
         if material is not None:
             single = self.edit.add_attribute(split.uv)
             made["attributes"][_OLD_COORDINATES] = single
-            if bumpy and "NORMAL" in self.arrays:
+            if self.renews_tangents or (bumpy and "NORMAL" in self.arrays):
                 made["attributes"]["TANGENT"] = self._tangents(uv, split)
         self._indices(made, split)
         return made
