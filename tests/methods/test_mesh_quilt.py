@@ -255,6 +255,19 @@ def test_a_block_that_ends_beside_another_leaves_room_for_one_over_both() -> Non
     assert not np.isin(bare_columns(laying, 0, row), between).any()
 
 
+def test_a_block_that_overlaps_another_leaves_no_room() -> None:
+    surface = sheet()
+    vectors = np.tile([1.0, 0.0, 0.0], (len(surface.mesh.triangles), 3, 1))
+    covered = []
+    for margin in (0, 9):
+        laying = begun(surface, vectors)
+        side = laying.frame.size / laying.frame.scale
+        # Like bricks: to its right by the usual overlap, and half a block away along it.
+        laying.lay(at(laying, (1.0, 1.0), (1.0 + 0.7 * side, 1.0 + side / 2)), margin, None)
+        covered.append(int(laying.canvases.covered.sum()))
+    assert covered[0] - covered[1] <= 20  # beside the corners, where one ends at the other
+
+
 def test_a_block_keeps_off_where_it_can_not_go_on_beside_what_is_laid() -> None:
     # The field jumps by 90° over a line down a sheet: no block reaches over.
     surface = sheet()

@@ -155,17 +155,18 @@ def _keep_off(row: int, column: int, margin: int, marks: NDArray[np.uint8]) -> N
 
 @inline
 def _mind_rim(covered: NDArray[np.uint8], margin: int, marks: NDArray[np.uint8]) -> None:
-    # Keeps off the frame's rim where something is laid right beyond it.
+    # Keeps off the frame's rim where something is laid right beyond it; room is needed only where the block
+    # would end there, with nothing laid under its rim to cut against.
     size = marks.shape[0]
     for n in range(size):
         if covered[0, n + 1] == 1:
-            _keep_off(-1, n, margin, marks)
+            _keep_off(-1, n, margin if covered[1, n + 1] == 0 else 0, marks)
         if covered[size + 1, n + 1] == 1:
-            _keep_off(size, n, margin, marks)
+            _keep_off(size, n, margin if covered[size, n + 1] == 0 else 0, marks)
         if covered[n + 1, 0] == 1:
-            _keep_off(n, -1, margin, marks)
+            _keep_off(n, -1, margin if covered[n + 1, 1] == 0 else 0, marks)
         if covered[n + 1, size + 1] == 1:
-            _keep_off(n, size, margin, marks)
+            _keep_off(n, size, margin if covered[n + 1, size] == 0 else 0, marks)
 
 
 @inline

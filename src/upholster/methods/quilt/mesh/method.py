@@ -8,6 +8,7 @@ block after another.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -42,7 +43,7 @@ from upholster.methods.quilt.mesh.frames import Frame, Lot, enter_frame, frame_s
 from upholster.methods.quilt.mesh.refinement import RefinedMesh, dearest, larger_frame, refine_lot
 from upholster.methods.quilt.options import QuiltOptions
 from upholster.methods.quilt.phases import WantedPhases
-from upholster.parallel import check_running
+from upholster.parallel import check_running, run_tasks
 from upholster.quilt.chart import Chart
 from upholster.quilt.model import Quilt
 from upholster.quilt.placement import (
@@ -77,6 +78,10 @@ _CELL = 0.25
 """Side of a cell of the phases, in blocks."""
 
 _BLOCKS_PER_CALL = 64
+_BLOCKS_PER_MASKING = 256
+_FIRST_CELL = 6
+"""Column of a sheet's first cell."""
+_NO_SHEETS = np.zeros((0, SHEET), np.int64), np.zeros(0, np.uint8)
 _PAINTED_BEYOND = 3.0
 """Texels beyond the mesh that blocks paint."""
 
@@ -366,7 +371,23 @@ class _Laying:
         return base
 
     def _sheets(self, lot: Lot) -> tuple[NDArray[np.int64], NDArray[np.uint8]]:
+        # All sheets of laid blocks, in order, and their masks' cells; part by part, on all threads.
         laid = np.flatnonzero(lot.blocks[:, 2])
+        parts = [laid[n : n + _BLOCKS_PER_MASKING] for n in range(0, len(laid), _BLOCKS_PER_MASKING)]
+        made: list[tuple[NDArray[np.int64], NDArray[np.uint8]]] = [_NO_SHEETS] * len(parts)
+
+        def mask(number: int) -> None:
+            made[number] = self._masked(lot, parts[number])
+
+        run_tasks([partial(mask, number) for number in range(len(parts))], threads=self.threads)
+        end = 0
+        for sheets, cells in made:
+            sheets[:, _FIRST_CELL] += end
+            end += len(cells)
+        both = [_NO_SHEETS, *made]
+        return np.concatenate([sheets for sheets, _ in both]), np.concatenate([cells for _, cells in both])
+
+    def _masked(self, lot: Lot, laid: NDArray[np.intp]) -> tuple[NDArray[np.int64], NDArray[np.uint8]]:
         order = np.arange(len(lot.blocks), dtype=np.int64)
         shapes = np.array([(chart.height, chart.width) for chart in self.charts], np.int64)
         frame, found = lot.frame, lot.footprints
@@ -403,7 +424,7 @@ class _Laying:
                 break
             sheets = np.concatenate([sheets, np.zeros_like(sheets)])
             cells = np.concatenate([cells, np.zeros_like(cells)])
-        return sheets[: filled[0]], cells[: filled[1]].copy()
+        return sheets[: filled[0]].copy(), cells[: filled[1]].copy()
 
     def _placed(self, lot: Lot, sheets: NDArray[np.int64], first_cell: int) -> NDArray[np.void]:
         # Sheets as placements: their centres are whole texels, and sources and matrices whole units.
