@@ -177,6 +177,21 @@ def test_a_direction_that_turns_far_keeps_its_sign():
         assert np.abs(apart).max() <= 1
 
 
+def test_rings_of_few_nodes_keep_their_sign():
+    # From node to node of the chart round the bottom's pole its rows turn by more than a quarter turn.
+    surface = surface_from_spec("vase")
+    charts = density_layout(surface, texels=2**20)
+    scale = texture_scale(surface, 128, texels=2**20).density
+    fields = direction_fields(surface, charts, parse_direction("around:z"), scale)
+    rings = [n for n, chart in enumerate(charts) if chart.t1 - chart.t0 == 4]
+    assert rings
+    assert charts[rings[0]].width < 5 * FIELD_STEP
+    for n in rings:
+        columns = np.arange(charts[n].width, dtype=float)
+        along = fields[n].at(np.full(len(columns), charts[n].height / 2), columns)[:, 1, 1]
+        assert np.abs(along / along.mean() - 1).max() < 0.35
+
+
 def test_margins_go_on_from_the_border():
     surface = torus()
     charts = (Chart(0, 100, 150, 0, 1, 3, 4), Chart(0, 64, 96, 0.25, 0.5, 3, 4))

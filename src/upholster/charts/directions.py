@@ -51,6 +51,10 @@ LEAST_SLOPE = 0.05
 _SHORT, _FINER = 36, 8
 """A chart of fewer texels is looked at in so many places for each node."""
 
+_TURNING = np.cos(np.radians(15))
+"""Cosine of the angle up to which a chart's rows of texels may turn from node to node: where they turn by
+more, as round a pole, signs of lines are looked for in as many places between."""
+
 _NEAR_CHART = 2
 """Texels beyond a chart that count as those on it."""
 
@@ -374,11 +378,17 @@ def _tangents(
     None where nothing is left of the vectors on the whole chart.
     """
     place = f"chart {index} (face {chart.face})"
+    between = _between(frames)
+    if between != (1, 1):
+        down, right = _finer(chart)
+        steps = down * between[0], right * between[1]
+        frames = chart_frames(surface.faces[chart.face], chart, margin, steps)
     tangents, left = within(frames, called(vectors, frames.points, lambda _: place))
-    strongest = np.unravel_index(left.argmax(), left.shape)
-    if not left[strongest] > 1e-6:
+    if not left.max() > 1e-6:
         return None
-    tangents = aligned(tangents, left)
+    tangents = aligned(tangents, left)[:: between[0], :: between[1]]
+    left = left[:: between[0], :: between[1]]
+    strongest = np.unravel_index(left.argmax(), left.shape)
     patches, nodes = [], []
     for low, high, node, count, finer in (
         (chart.s0, chart.s1, int(strongest[0]), chart.height, _finer(chart)[0]),
@@ -390,6 +400,14 @@ def _tangents(
         nodes.append(round((NODES - 1) * (at - patches[-1])))
     line = lines[surface.patch_number(chart.face, *patches), *nodes]
     return tangents if tangents[strongest] @ line >= 0 else -tangents
+
+
+def _between(frames: Frames) -> tuple[int, int]:
+    """Return into how many steps each from place to place is cut for signs to be sure, down and right."""
+    right = frames.right
+    turns = dot(right[1:], right[:-1]), dot(right[:, 1:], right[:, :-1])
+    down, aside = (_FINER if turn.min() < _TURNING else 1 for turn in turns)
+    return down, aside
 
 
 def _lines(surface: Surface, vectors: Vectors) -> FloatArray:
