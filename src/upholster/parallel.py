@@ -85,7 +85,15 @@ def _next(finished: "SimpleQueue[Future[Any]]") -> "Future[Any]":
 
 
 class TaskPool(Protocol):
-    """Runs tasks that come while others run: on threads of this process, or on workers elsewhere."""
+    """Runs tasks that come while others run: on threads of this process, or on workers elsewhere.
+
+    What a task finds out it leaves in files: nothing of it comes back.
+    """
+
+    @property
+    def width(self) -> int:
+        """How many tasks run at a time."""
+        ...
 
     def submit(self, key: Key, task: Callable[..., Any], *arguments: Any, priority: int = 0) -> None:
         """Let a task run, by that name; those of higher priority come first, then those that came first.
@@ -94,8 +102,12 @@ class TaskPool(Protocol):
         """
         ...
 
-    def next(self) -> tuple[Key, Any]:
-        """Wait until one more task has ended; return its name and what it returned, or raise its error."""
+    def next(self) -> Key:
+        """Wait until one more task has ended; return its name, or raise its error."""
+        ...
+
+    def counts(self) -> dict[str, int]:
+        """Return what a report tells of the tasks so far; nothing of threads."""
         ...
 
 
@@ -108,9 +120,10 @@ def thread_pool(threads: int | None = None) -> Iterator[TaskPool]:
     threads
         1 to 256; by default one per core.
     """
-    executor = ThreadPoolExecutor(thread_count(threads))
+    width = thread_count(threads)
+    executor = ThreadPoolExecutor(width)
     try:
-        yield _Threads(executor)
+        yield _Threads(executor, width)
     finally:
         executor.shutdown(wait=True, cancel_futures=True)
 
@@ -118,18 +131,22 @@ def thread_pool(threads: int | None = None) -> Iterator[TaskPool]:
 class _Threads:
     """A pool on threads: each turn of one takes what is first in the queue then."""
 
-    def __init__(self, executor: ThreadPoolExecutor) -> None:
-        self._executor, self._turn = executor, count()
+    def __init__(self, executor: ThreadPoolExecutor, width: int) -> None:
+        self._executor, self._turn, self.width = executor, count(), width
         self._queue: PriorityQueue[tuple[int, int, Key, Callable[[], Any]]] = PriorityQueue()
-        self._ended: SimpleQueue[Future[Any]] = SimpleQueue()
+        self._ended: SimpleQueue[Future[Key]] = SimpleQueue()
 
     def submit(self, key: Key, task: Callable[..., Any], *arguments: Any, priority: int = 0) -> None:
         self._queue.put((-priority, next(self._turn), key, lambda: task(*arguments)))
         self._executor.submit(self._run_first).add_done_callback(self._ended.put)
 
-    def next(self) -> tuple[Key, Any]:
-        return cast(tuple[Key, Any], _next(self._ended).result())
+    def next(self) -> Key:
+        return cast(Key, _next(self._ended).result())
 
-    def _run_first(self) -> tuple[Key, Any]:
+    def counts(self) -> dict[str, int]:
+        return {}
+
+    def _run_first(self) -> Key:
         *_, key, call = self._queue.get_nowait()
-        return key, call()
+        call()
+        return key

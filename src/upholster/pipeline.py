@@ -259,7 +259,8 @@ class _Making:
             if are_tiles_alone(self.wanted, self.coverings):
                 return (None, *tiled(first, output, self.options, pool, **run))
             quilts = [spread_quilt(first, output, pool, **run)]
-        return self._written(files, quilts)
+        textured, written, counts = self._written(files, quilts)
+        return textured, written, counts | pool.counts()
 
     def in_memory(self, files: Outputs) -> _Made:
         """Lay charts on threads of this process."""

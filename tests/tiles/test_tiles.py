@@ -57,8 +57,13 @@ def _tiles(folder: Path) -> dict[str, bytes]:
 def test_tiles_are_those_of_the_whole_atlas(
     material: Material, whole: dict[str, bytes], tmp_path: Path
 ) -> None:
-    report = _cover(material, tmp_path / NAME)
-    assert len(_tiles(tmp_path)) > 9
+    tasks: list[tuple[str, int]] = []
+    with _stopping(-1, tasks):
+        report = _cover(material, tmp_path / NAME, threads=1)
+    maps = report.counts["maps"]
+    assert len(_tiles(tmp_path)) // maps > 6
+    # Several tiles are painted in a task, while many are left.
+    assert len([key for key in tasks if key[0] == "tile"]) < len(_tiles(tmp_path)) // maps - 1
     assert _tiles(tmp_path) == {name: data for name, data in whole.items() if name.endswith(".png")}
     assert report.counts == json.loads(whole["counts.json"])
     assert {Path(name).name: size for name, size in report.written.items()} == {
@@ -80,11 +85,14 @@ def _stopping(after: int, names: list[tuple[str, int]]) -> Iterator[Callable[...
             names.append(key)
             self.pool.submit(key, *arguments, **options)
 
-        def next(self) -> tuple[tuple[str, int], Any]:
+        def next(self) -> tuple[str, int]:
             if not self.left:
                 raise KeyboardInterrupt
             self.left -= 1
             return self.pool.next()
+
+        def __getattr__(self, name: str) -> Any:
+            return getattr(self.pool, name)
 
     @contextmanager
     def make(threads: int | None) -> Iterator[Pool]:
@@ -102,7 +110,8 @@ def test_what_is_done_is_not_done_again(material: Material, whole: dict[str, byt
         _cover(material, tmp_path / NAME)
     record = tmp_path / "x.upholster" / "record.json"
     done = json.loads(record.read_text())
-    assert len(done["charts"]) + len(done["tiles"]) == 10
+    assert done["charts"]
+    assert len(done["charts"]) + len(done["tiles"]) >= 10
     # A chart's file and a tile that are not whole are made again.
     broken_chart, broken_tile = min(done["charts"]), min(done["tiles"], default=None)
     (record.parent / f"chart-{broken_chart}").write_bytes(b"")

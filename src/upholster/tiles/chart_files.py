@@ -39,13 +39,14 @@ def read_laid(data: bytes) -> ChartPlacements:
 def part_bytes(part: LaidPart) -> bytes:
     """Return what a chart leaves to others as a file."""
     own = {"places": part.shown.places, "shown": part.shown.shown, "usage": part.usage}
-    return _file({**_arrays_of(part.overhang), **own})
+    return _file({**_arrays_of(part.overhang), **own, "count": np.array([part.placements], np.int64)})
 
 
 def read_part(data: bytes) -> LaidPart:
     """Read what `part_bytes` wrote."""
     found = _read(data)
-    return LaidPart(_laid(found), ShownBlocks(found["places"], found["shown"]), found["usage"])
+    shown = ShownBlocks(found["places"], found["shown"])
+    return LaidPart(_laid(found), shown, found["usage"], int(found["count"][0]))
 
 
 def state_bytes(usage: FloatArray, shown: Sequence[ShownBlocks | None]) -> bytes:

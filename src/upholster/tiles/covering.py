@@ -99,7 +99,7 @@ def tiled(
     work = tile_work(run, surface, shape, maps, output.path.name, place, options)
     written, placed = write_tiles(work, _folder_of(output), pool, progress=progress, tell=tell)
     counts = laid_counts(surface, covering.charts, (placed, 0), maps["albedo"])
-    return written, counts | {"maps": len(maps)}
+    return written, counts | {"maps": len(maps)} | pool.counts()
 
 
 def spread_quilt(

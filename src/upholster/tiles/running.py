@@ -1,13 +1,14 @@
 """The order of tasks: charts class after class, each tile as soon as all charts that it shows are laid."""
 
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import replace
+from time import monotonic
 from typing import Any
 
 from upholster._version import __version__
-from upholster.errors import StoppedError
+from upholster.errors import InputError, StoppedError
 from upholster.methods.quilt.run import Progressing
 from upholster.methods.quilt.transfer import ChartPlacements, joined
 from upholster.parallel import TaskPool
@@ -17,7 +18,7 @@ from upholster.tiles.work import (
     TileWork,
     laid_name,
     lay_chart_task,
-    paint_tile_task,
+    paint_tiles_task,
     part_name,
     state_name,
     store,
@@ -30,6 +31,12 @@ __all__ = ["laid_by_tasks", "write_tiles"]
 _RECORD = "record.json"
 _CHARTS_FIRST, _TILES_LATER = 1, 0
 """Priorities: other charts wait for charts, and nobody waits for a tile."""
+
+_MOST_TILES = 4
+"""In one task: a task costs Dask about as much whatever it does."""
+
+_RECORD_EVERY = 1.0
+"""Seconds between two times that the record is written."""
 
 _NO_OVERHANG = joined(())
 """What is entered here in place of an overhang: whoever needs one reads it for himself."""
@@ -104,22 +111,23 @@ class _Running:
         self.work, self.folder, self.pool, self.progress = work, folder, pool, progress
         pages = 0 if work.layout is None else len(work.layout.pages)
         self.waiting = {page: work.shown_on(page) for page in range(pages)}
-        self.tiles = pages
+        self.ready: list[int] = []
+        self.painting: dict[int, tuple[int, ...]] = {}
+        self.width = 1
+        self.tiles, self.placements = pages, 0
         self.done: dict[str, Any] = {"charts": {}, "tiles": {}}
-        self.stored = ""
-
-    @property
-    def placements(self) -> int:
-        """How many there are on the charts that are done."""
-        return sum(count for count, *_ in self.done["charts"].values())
+        self.stored, self.noted = "", 0.0
 
     @contextmanager
     def told(self) -> Iterator[None]:
-        """Say what is done when Ctrl-C stops what is done within."""
+        """Say what is done when Ctrl-C stops what is done within; note it whatever stops that."""
         try:
             yield
         except KeyboardInterrupt:
             raise StoppedError(f"stopped; {self._so_far()}; the same command goes on there") from None
+        finally:
+            with suppress(InputError):  # of a full disk, which is told already
+                self._note()
 
     def _so_far(self) -> str:
         charts = f"{len(self.done['charts'])} of {len(self.work.run.charts)} charts"
@@ -151,32 +159,34 @@ class _Running:
 
     def _go_on(self, known: dict[str, Any]) -> None:
         """Take over what the record has, as far as the files are there."""
-        for n, told in known["charts"].items():
-            files = laid_name(int(n)), part_name(int(n))
-            if all(self.folder.size(name) == size for name, size in zip(files, told[1:], strict=True)):
-                self.done["charts"][n] = told
-        for page, files in known["tiles"].items():
-            if all(self.work.output.size(name) == size for name, size in files.items()):
-                self.done["tiles"][page] = files
+        for n, sizes in known["charts"].items():
+            if _is_there(self.folder, _chart_files(int(n)), sizes):
+                self.done["charts"][n] = sizes
+        for page, sizes in known["tiles"].items():
+            if _is_there(self.work.output, self.work.tile_files(int(page)), sizes):
+                self.done["tiles"][page] = sizes
                 del self.waiting[int(page)]
 
     def lay(self) -> None:
         """Lay the charts, class after class; tiles are painted meanwhile where a worker is free."""
         run, so_far = self.work.run, Progressing.of(self.work.run)
         for number, members in enumerate(run.classes):
+            self.width = self.pool.width
             todo = [n for n in members if str(n) not in self.done["charts"]]
             if todo:
                 store_state(self.folder, number, so_far)
-            left = set(todo)
-            for n in todo:
+            # The largest first: what comes last shall not keep one worker long while others wait.
+            for n in sorted(todo, key=lambda n: -run.charts[n].height * run.charts[n].width):
                 self._submit(("chart", n), lay_chart_task, n, number, priority=_CHARTS_FIRST)
             for n in members:
-                if n not in left:
+                if str(n) in self.done["charts"]:
                     self._laid(n)
-            while left:
-                left.discard(self._next())
+            self._paint()
+            while any(str(n) not in self.done["charts"] for n in members):
+                self._next()
             self.folder.remove(state_name(number))
             parts = [read_part(self.folder.read(part_name(n))) for n in members]
+            self.placements += sum(part.placements for part in parts)
             so_far.enter(members, [replace(part, overhang=_NO_OVERHANG) for part in parts])
 
     def finish(self) -> dict[str, int]:
@@ -185,32 +195,49 @@ class _Running:
             self._next()
         return {
             self.work.output.file(name): size
-            for page in sorted(self.done["tiles"], key=int)
-            for name, size in self.done["tiles"][page].items()
+            for page in range(self.tiles)
+            for name, size in self.done["tiles"][str(page)].items()
         }
 
-    def _submit(self, key: tuple[str, int], task: Callable[..., Any], *arguments: int, priority: int) -> None:
-        self.pool.submit(key, task, self.folder, self.stored, *arguments, priority=priority)
+    def _submit(self, key: tuple[str, int], task: Callable[..., Any], *arguments: Any, priority: int) -> None:
+        self.pool.submit(key, task, self.folder.folder, self.stored, *arguments, priority=priority)
 
-    def _next(self) -> int:
-        """Wait for a task, note what came of it, and return the chart that it laid; −1 for a tile."""
-        (kind, number), found = self.pool.next()
-        self.done["charts" if kind == "chart" else "tiles"][str(number)] = found
-        self._note()
+    def _next(self) -> None:
+        """Wait for a task, note what came of it, and start what has waited for it."""
+        kind, number = self.pool.next()
         if kind == "chart":
+            self.done["charts"][str(number)] = _sizes(self.folder, _chart_files(number))
             self._laid(number)
-            return number
-        self._report("paint", len(self.done["tiles"]), self.tiles)
-        return -1
+        else:
+            for page in self.painting.pop(number):
+                self.done["tiles"][str(page)] = _sizes(self.work.output, self.work.tile_files(page))
+            self._report("paint", len(self.done["tiles"]), self.tiles)
+        if monotonic() - self.noted > _RECORD_EVERY:
+            self._note()
+        self._paint()
 
     def _laid(self, n: int) -> None:
-        """Start the tiles that have waited for a chart."""
+        """Find the tiles that have waited for a chart alone."""
         self._report("blocks", len(self.done["charts"]), len(self.work.run.charts))
         for page in [page for page, charts in self.waiting.items() if n in charts]:
             self.waiting[page].discard(n)
             if not self.waiting[page]:
                 del self.waiting[page]
-                self._submit(("tile", page), paint_tile_task, page, priority=_TILES_LATER)
+                self.ready.append(page)
+
+    def _paint(self) -> None:
+        """Start painting tiles that are ready: several in a task, and fewer the fewer are left.
+
+        Tasks that become smaller towards the end: Polychronopoulos, Kuck: Guided self-scheduling, 1987.
+        """
+        while self.ready and len(self.painting) < 2 * self.width:
+            left = len(self.ready) + len(self.waiting)
+            share = min(_MOST_TILES, max(1, left // (2 * self.width)))
+            if len(self.ready) < share and len(self.painting) >= self.width:
+                return  # nobody is idle, and more will come
+            pages, self.ready = tuple(self.ready[:share]), self.ready[share:]
+            self.painting[pages[0]] = pages
+            self._submit(("tile", pages[0]), paint_tiles_task, pages, priority=_TILES_LATER)
 
     def _report(self, stage: str, done: int, total: int) -> None:
         if self.progress is not None:
@@ -218,3 +245,19 @@ class _Running:
 
     def _note(self) -> None:
         self.folder.write(_RECORD, json.dumps(self.done).encode())
+        self.noted = monotonic()
+
+
+def _chart_files(n: int) -> tuple[str, str]:
+    return laid_name(n), part_name(n)
+
+
+def _sizes(place: Place, names: Iterable[str]) -> dict[str, int]:
+    """Return the bytes of files by name."""
+    return {name: place.size(name) for name in names}
+
+
+def _is_there(place: Place, names: Iterable[str], sizes: object) -> bool:
+    """Return whether files are there, and of these bytes."""
+    found = _sizes(place, names)
+    return found == sizes and -1 not in found.values()

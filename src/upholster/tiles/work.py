@@ -28,7 +28,6 @@ from upholster.model import (
 )
 from upholster.options import WriteOptions
 from upholster.quilt.model import Quilt
-from upholster.quilt.placement import touches
 from upholster.quilt.pyramid import Pyramid
 from upholster.quilt.windows import map_pyramid, paint_window
 from upholster.tiles.chart_files import (
@@ -47,7 +46,7 @@ __all__ = [
     "TileWork",
     "laid_name",
     "lay_chart_task",
-    "paint_tile_task",
+    "paint_tiles_task",
     "part_name",
     "state_name",
     "store",
@@ -99,10 +98,14 @@ class TileWork:
         _feed(found, (*parts, self.quality))
         return found.hexdigest()
 
+    def tile_files(self, page: int) -> list[str]:
+        """Return the names of a tile's files, of each map one."""
+        return [names[page] for names in self.files.values()]
+
     def shown_on(self, page: int) -> set[int]:
         """Return the charts that a tile shows: its own, and those that its gutters show."""
-        assert self.layout is not None  # there are tiles
-        return {*self.layout.on_page(page), *page_windows(self.layout, page, self.seams)}
+        layout = _layout(self)
+        return {*layout.on_page(page), *page_windows(layout, page, self.seams)}
 
 
 def tile_work(
@@ -151,7 +154,12 @@ def store(place: Place, work: TileWork) -> str:
     _Pickler(out, protocol=pickle.HIGHEST_PROTOCOL).dump(work)
     data = out.getvalue()
     place.write(_RUN, data)
-    return hashlib.sha256(data).hexdigest()
+    return _short_hash(data)
+
+
+def _short_hash(data: bytes) -> str:
+    """Return what tells two runs apart: each task's message has it."""
+    return hashlib.sha256(data).hexdigest()[:16]
 
 
 class _Pickler(pickle.Pickler):
@@ -173,7 +181,7 @@ def load(place: Place, stored: str) -> TileWork:
         If it is another.
     """
     data = place.read(_RUN)
-    if hashlib.sha256(data).hexdigest() != stored:
+    if _short_hash(data) != stored:
         raise InputError(f"{place.file(_RUN)!r} is of another run; allowed: one run at a time in a folder")
     work: TileWork = pickle.loads(data)
     return work
@@ -191,31 +199,33 @@ def _state(place: Place, stored: str, number: int) -> Progressing:
     return Progressing([None] * count, shown, usage)
 
 
-def lay_chart_task(place: Place, stored: str, n: int, number: int) -> tuple[int, int, int]:
-    """Lay a chart of the class of that number, and write what comes of it.
-
-    Returns
-    -------
-    tuple
-        How many placements touch it; the bytes of the two files that it leaves.
-    """
+def lay_chart_task(folder: str, stored: str, n: int, number: int) -> None:
+    """Lay a chart of the class of that number, and write what comes of it."""
+    place = Place(folder)
     run, state = load(place, stored).run, _state(place, stored, number)
     needed = run.transfer.asked_of(n).intersection(run.before(number))
     overhangs = [
         read_part(place.read(part_name(k))).overhang if k in needed else None for k in range(len(run.charts))
     ]
     laid, part = lay_one(run, n, number, Progressing(overhangs, state.shown, state.usage))
-    sizes = place.write(laid_name(n), laid_bytes(laid)), place.write(part_name(n), part_bytes(part))
-    return int(touches(laid.placements, run.charts).sum()), *sizes
+    place.write(laid_name(n), laid_bytes(laid))
+    place.write(part_name(n), part_bytes(part))
 
 
-def paint_tile_task(place: Place, stored: str, page: int) -> dict[str, int]:
-    """Paint and write a tile of every map; return the bytes of each file by name."""
+def paint_tiles_task(folder: str, stored: str, pages: Sequence[int]) -> None:
+    """Paint and write tiles of every map, one after the other."""
+    place = Place(folder)
     work = load(place, stored)
+    for page in pages:
+        windows = page_windows(_layout(work), page, work.seams)
+        quilts = {n: _quilt(place, work, n, windows.get(n)) for n in work.shown_on(page)}
+        for role in work.maps:
+            _paint(place, stored, quilts, role, page)
+
+
+def _layout(work: TileWork) -> AtlasLayout:
     assert work.layout is not None  # there are tiles
-    windows = page_windows(work.layout, page, work.seams)
-    quilts = {n: _quilt(place, work, n, windows.get(n)) for n in work.shown_on(page)}
-    return {work.files[role][page]: _paint(place, stored, quilts, role, page) for role in work.maps}
+    return work.layout
 
 
 def _quilt(place: Place, work: TileWork, n: int, windows: Sequence[tuple[slice, slice]] | None) -> Quilt:
@@ -223,21 +233,21 @@ def _quilt(place: Place, work: TileWork, n: int, windows: Sequence[tuple[slice, 
     return lone_quilt(laid, work.run.charts[n], work.run.fields[n], work.shape, windows)
 
 
-def _paint(place: Place, stored: str, quilts: Mapping[int, Quilt], role: str, page: int) -> int:
+def _paint(place: Place, stored: str, quilts: Mapping[int, Quilt], role: str, page: int) -> None:
     work = load(place, stored)
-    assert work.layout is not None
     image, pyramid = work.maps[role], _pyramid(place, stored, role)
-    own = work.layout.on_page(page)
+    layout = _layout(work)
+    own = layout.on_page(page)
     arrays = {n: paint_window(quilts[n], role, image, pyramid=pyramid, threads=1) for n in own}
-    for n, windows in page_windows(work.layout, page, work.seams).items():
+    for n, windows in page_windows(layout, page, work.seams).items():
         chart = work.run.charts[n]
         # Memory that is not written to takes none.
         arrays[n] = np.empty((chart.height, chart.width, image.shape[2]), image.dtype)
         for window in windows:
             arrays[n][window] = paint_window(quilts[n], role, image, window, pyramid=pyramid, threads=1)
-    pixels = build_page(work.layout, page, work.seams, arrays)
+    pixels = build_page(layout, page, work.seams, arrays)
     if role == "normal":
-        top = work.layout.pages[page].top
+        top = layout.pages[page].top
         turn_gutters(work.surface, work.run.charts, work.seams, own, pixels, top)
     name = work.files[role][page]
     with work.output.writing(name) as path:
@@ -245,7 +255,6 @@ def _paint(place: Place, stored: str, quilts: Mapping[int, Quilt], role: str, pa
             write_image(path, pixels, quality=work.quality)
         else:
             write_map(path, role, pixels, quality=work.quality)
-        return path.stat().st_size
 
 
 @lru_cache(maxsize=1)

@@ -24,6 +24,7 @@ from upholster.methods.quilt.options import QuiltOptions
 from upholster.methods.quilt.phases import Phases, WantedPhases
 from upholster.methods.quilt.transfer import BlockTransfer, ChartPlacements
 from upholster.quilt.chart import Chart
+from upholster.quilt.placement import touches
 from upholster.quilt.warp_field import WarpField
 from upholster.types import FloatArray, PixelArray
 
@@ -123,11 +124,15 @@ class Progressing:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class LaidPart:
-    """What one chart leaves to others: its overhang, where it shows landmarks, and usage with its own."""
+    """What one chart leaves to others: its overhang, where it shows landmarks, and usage with its own.
+
+    For reports also how many placements touch a chart.
+    """
 
     overhang: ChartPlacements
     shown: ShownBlocks
     usage: FloatArray
+    placements: int
 
 
 def lay_one(run: QuiltRun, n: int, number: int, so_far: Progressing) -> tuple[ChartPlacements, LaidPart]:
@@ -154,7 +159,8 @@ def lay_one(run: QuiltRun, n: int, number: int, so_far: Progressing) -> tuple[Ch
         number=(done + run.classes[number].index(n)) << 32,
         effort=run.effort,
     )
-    return laid, LaidPart(run.transfer.overhang(n, laid), shown, usage)
+    count = int(touches(laid.placements, run.charts).sum())
+    return laid, LaidPart(run.transfer.overhang(n, laid), shown, usage, count)
 
 
 def planned(
