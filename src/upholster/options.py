@@ -25,6 +25,9 @@ __all__ = [
 ]
 
 METHODS = ("quilt", "paper", "pixel")
+_MOST_WARP = 0.06
+"""Of a length: more shows as bricks of several sizes."""
+
 SEARCHES = ("coherent", "full")
 DISPLACED_BY = ("height", "luminance")
 
@@ -425,6 +428,16 @@ class SynthesisOptions:
             only="quilt",
         ),
     )
+    warp: float | None = field(
+        default=None,
+        metadata=_about(
+            _SYNTHESIS,
+            "On a surface of patches: so much, `6%` at most, courses and rows of a sample that repeats are "
+            "stretched where they do not close. Default: not at all, for the size is as asked.",
+            metavar="3%",
+            only="quilt",
+        ),
+    )
     tolerance: float = field(
         default=1.1,
         metadata=_about(
@@ -561,6 +574,12 @@ class SynthesisOptions:
         ):
             if not least <= value <= most:
                 raise InputError(f"{name} is {value:g}; allowed: {least} to {most}")
+        if self.warp is not None and not 0 < self.warp <= _MOST_WARP:
+            raise InputError(
+                f"warp is {self.warp:g}; allowed: above 0, at most {_MOST_WARP:g}, a share such as 3%"
+            )
+        if self.warp is not None and self.phase == 0:
+            raise InputError("warp is given with phase 0; allowed: one of them")
 
     def _check_paper(self) -> None:
         if self.threshold is not None and not 0 <= self.threshold < 1e9:
@@ -605,7 +624,7 @@ class SynthesisOptions:
             if self.texels is not None and self.density is not None:
                 raise InputError("density and texels are both given; allowed: at most one of them")
             return
-        for name in ("density", "sample_size", "direction"):
+        for name in ("density", "sample_size", "direction", "warp"):
             if getattr(self, name) is not None:
                 width, height = self.texels
                 raise InputError(f"{name} is given with texels {width}x{height}; allowed: one of them")

@@ -8,7 +8,7 @@ from scipy.sparse.csgraph import connected_components
 
 from upholster.charts.directions import direction_fields, parse_direction
 from upholster.charts.layout import density_layout
-from upholster.charts.phases import TURN, StraightPhases, phase_field
+from upholster.charts.phases import TURN, StraightPhases, phase_field, warped
 from upholster.charts.phases._kernels import first_members
 from upholster.charts.phases.chart_cells import chart_grids, chart_links
 from upholster.charts.phases.links import Links, matched_waves, signed
@@ -21,7 +21,7 @@ from upholster.charts.phases.solving import (
 from upholster.charts.seams import find_seams, transitions
 from upholster.geometry import torus
 from upholster.quilt.chart import Chart
-from upholster.quilt.warp_field import WarpField
+from upholster.quilt.warp_field import ANGLES, OCTAVE, UNIT, WarpField
 
 
 def layout(scale=16.0, direction="around:z", turned=()):
@@ -140,6 +140,23 @@ def test_lines_that_are_turned_round_have_the_opposite_phase():
     # Nothing but where all of it begins may differ, or which way it counts.
     apart = np.array(apart)
     assert between(apart - apart[0, 0]).max() < 0.02
+
+
+@pytest.mark.parametrize("waves", [[(0, 1 / 14.7)], [(1 / 14.7, 0), (0.5 / 14.7, 1 / 29.4)]])
+def test_warp_fields_give_way_to_the_phases_by_as_much_as_is_allowed(waves):
+    charts, fields, over = layout()
+    plain = phase_field(charts, fields, over, np.array(waves), 8.0)
+    found = warped(plain, over, 0.03)
+    assert np.array_equal(found.phases, plain.phases)
+    rounding = 2 ** (0.5 / OCTAVE) - 1 + 2 * np.pi * 0.5 / ANGLES  # of a node
+    for before, after in zip(plain.grids, found.grids, strict=True):
+        m, n = (grid.field.matrices.reshape(-1, 2, 2) / UNIT for grid in (before, after))
+        assert np.linalg.norm(n @ np.linalg.inv(m) - np.eye(2), 2, axis=(1, 2)).max() < 0.03 + 1.5 * rounding
+        assert np.array_equal(after.matrices, after.field.at(*after.places(0)))
+    stretch = [
+        np.mean([field.strain(chart, [0.5]) for chart in range(len(charts))]) for field in (plain, found)
+    ]
+    assert stretch[1] < 0.92 * stretch[0]
 
 
 def ring(count, comes_back_as):

@@ -208,6 +208,16 @@ def test_phases_are_left_out_where_they_are_not_wanted():
     assert in_step(96, StraightPhases(field.lattice.waves)) == ()
 
 
+def test_warp_fields_give_way_where_that_is_asked_for():
+    exemplar, _ = repeating(96, 96, [(1 / 12.4, 0), (0, 1 / 10.7)])
+    plain = SynthesisOptions(texels=40000, sample_size=3)
+    before, after = (prepare(exemplar, torus(2, 0.8), one) for one in (plain, replace(plain, warp=0.03)))
+    assert any(not np.array_equal(a.nodes, b.nodes) for a, b in zip(before.fields, after.fields, strict=True))
+    assert all(grid.field is own for grid, own in zip(after.phases.surface.grids, after.fields, strict=True))
+    with pytest.raises(InputError, match="warp is given on a mesh"):
+        prepare(exemplar, sheet(), replace(plain, warp=0.03))
+
+
 @pytest.mark.parametrize("slow", [40, 200])
 def test_blocks_become_as_small_as_the_faster_wave_allows(slow):
     # Courses converge so fast that nothing else sets the side.

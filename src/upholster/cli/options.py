@@ -28,6 +28,7 @@ _AS_TEXT: dict[str, tuple[_Read, _Write]] = {
     "direction": (lambda texts: _by_part("direction", texts), str),
     "texture": (str, str),
     "coefficients": (lambda text: share("coefficients", text), str),
+    "warp": (lambda text: share("warp", text), str),
     "size": (lambda text: numbers("size", text, "x", 2, int), lambda size: f"{size[0]}x{size[1]}"),
     "view": (lambda text: numbers("view", text, ",", 2, float), lambda view: f"{view[0]:g},{view[1]:g}"),
     "displace": (str, str),

@@ -14,7 +14,7 @@ from upholster.charts.layout import RING, TextureScale, density_layout, texture_
 from upholster.charts.mesh_directions import MeshField, default_mesh_direction, mesh_directions
 from upholster.charts.mesh_layout import CREASE, mesh_charts, mesh_fields, triangle_frames
 from upholster.charts.mesh_turns import chart_turns
-from upholster.charts.phases import PhaseField, StraightPhases, phase_field
+from upholster.charts.phases import PhaseField, StraightPhases, phase_field, warped
 from upholster.charts.seams import find_seams, transitions
 from upholster.errors import InputError
 from upholster.geometry import AnySurface, MeshSurface, Surface
@@ -217,9 +217,12 @@ def prepare(
 
     def closed(waves: FloatArray) -> PhaseField:
         over = transitions(surface, charts, find_seams(surface, charts))
-        return phase_field(charts, fields, over, waves, texels / 4)
+        found = phase_field(charts, fields, over, waves, texels / 4)
+        return warped(found, over, options.warp) if options.warp else found
 
     phases = _phases(exemplar, options, closed)
+    if phases is not None and options.warp:
+        fields = tuple(grid.field for grid in cast(PhaseField, phases.surface).grids)
     if phases is not None and options.block is None:
         phases = replace(phases, blocks=in_step(block, phases.surface))
     own = settled(options, QuiltOptions, block=block)
@@ -246,7 +249,7 @@ def _prepare_mesh(
     if isinstance(options.texels, tuple):
         width, height = options.texels
         raise InputError(f"texels is {width}x{height} on a mesh; allowed there: a number")
-    for name in ("mirror", "rotate"):
+    for name in ("mirror", "rotate", "warp"):
         if getattr(options, name):
             raise InputError(f"{name} is given on a mesh; allowed: {name} on a surface of patches")
     scale, block = _scale(exemplar, surface, options, surface.mesh.metres)

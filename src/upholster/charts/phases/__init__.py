@@ -4,6 +4,7 @@ A *wave* is one generator of the sample's lattice (`upholster.lattice`): cycles 
 surface is cut into *cells*, and *links* between neighbouring cells tell how far each wave goes on from one to
 the next. `solving` finds the phases that follow all links best. `chart_cells` makes cells and links of
 charts, for `field`, and `mesh_cells` those of meshes: both tell the wanted phase anywhere.
+`warping` lets warp fields give way to the phases.
 
 References
 ----------
@@ -14,5 +15,6 @@ is their double cover.
 
 from upholster.charts.phases.field import TURN, PhaseField, StraightPhases, phase_field
 from upholster.charts.phases.mesh_cells import MeshPhases, mesh_phases
+from upholster.charts.phases.warping import warped
 
-__all__ = ["TURN", "MeshPhases", "PhaseField", "StraightPhases", "mesh_phases", "phase_field"]
+__all__ = ["TURN", "MeshPhases", "PhaseField", "StraightPhases", "mesh_phases", "phase_field", "warped"]

@@ -70,6 +70,14 @@ class CellGrid:
         centres: FloatArray = (at + 0.5) * np.array(self.size) - 0.5
         return centres
 
+    def places(self, ring: int) -> tuple[FloatArray, FloatArray]:
+        """Return rows and columns of all its cells' centres, in texels, and of a ring of cells round them."""
+        i, j = (np.arange(-ring, count + ring, dtype=np.float64) for count in (self.rows, self.columns))
+        rows, columns = np.meshgrid(
+            (i + 0.5) * self.size[0] - 0.5, (j + 0.5) * self.size[1] - 0.5, indexing="ij"
+        )
+        return rows, columns
+
     def beside(self, edge: int, along: FloatArray) -> NDArray[np.intp]:
         """Return which cells lie at places along an edge, see `upholster.charts.seams.ChartSeam`."""
         size, count = (self.size[0], self.rows) if edge & 1 else (self.size[1], self.columns)

@@ -14,7 +14,7 @@ from upholster.quilt.chart import Chart
 from upholster.quilt.warp_field import WarpField
 from upholster.types import FloatArray
 
-__all__ = ["TURN", "PhaseField", "StraightPhases", "phase_field", "phase_units"]
+__all__ = ["RING", "TURN", "PhaseField", "StraightPhases", "phase_field", "phase_units", "ringed_phases"]
 
 TURN = 65536
 """Units of a phase in a turn: phases are int16, and wrap as they do."""
@@ -85,7 +85,7 @@ class PhaseField:
         for grid in self.grids:
             own = self.phases[:, grid.first : grid.first + grid.rows * grid.columns]
             own = own.reshape(-1, grid.rows, grid.columns)
-            down, right = (turns + missing for turns, missing, _ in self._steps(grid, own, grid.matrices))
+            down, right = (turns + missing for turns, missing, _ in self.steps(grid, own, grid.matrices))
             around = right[:, :-1] + down[:, :, 1:] - right[:, 1:] - down[:, :, :-1]
             found += int(np.abs(np.rint(around)).sum())
         return found
@@ -101,11 +101,9 @@ class PhaseField:
             0 to 1: which quantiles are meant, each of the most strained wave.
         """
         grid = self.grids[chart]
-        i, j = (np.arange(-_NEAR, count + _NEAR, dtype=np.float64) for count in (grid.rows, grid.columns))
-        tall, wide = grid.size
-        rows, columns = np.meshgrid((i + 0.5) * tall - 0.5, (j + 0.5) * wide - 0.5, indexing="ij")
+        i, j = (np.arange(-_NEAR, count + _NEAR) for count in (grid.rows, grid.columns))
         near = slice(RING - _NEAR, _NEAR - RING)
-        steps = self._steps(grid, self.ringed[chart][:, near, near], grid.field.at(rows, columns))
+        steps = self.steps(grid, self.ringed[chart][:, near, near], grid.field.at(*grid.places(_NEAR)))
         down, right = (np.abs(missing) / length for _, missing, length in steps)
         # Not at corners, beyond which surfaces unfold in more than one way.
         inside = [(k >= 0) & (k < count) for k, count in ((i, grid.rows), (j, grid.columns))]
@@ -115,11 +113,24 @@ class PhaseField:
         found: list[float] = np.max([np.quantile(wave, shares) for wave in waves], axis=0).tolist()
         return found
 
-    def _steps(
+    def steps(
         self, grid: CellGrid, own: ComplexArray, matrices: FloatArray
     ) -> list[tuple[FloatArray, FloatArray, FloatArray]]:
-        # Down and to the right, from each cell to the next: turns (n, rows, columns) by the warp field, what
-        # is missing, and the way in pixels.
+        """Tell of the steps down, and of those to the right, from each cell to the next.
+
+        Parameters
+        ----------
+        grid
+            The chart's cells.
+        own, matrices
+            (n, rows, columns) phases and (rows, columns, 2, 2) M, of its cells, or of a ring round them too.
+
+        Returns
+        -------
+        list
+            For steps down and to the right: turns (n, rows, columns) by the warp field, turns that are
+            missing to reach the next cell's phase, and lengths (rows, columns) in pixels.
+        """
         found = []
         for axis in (0, 1):
             first = (np.s_[:-1], np.s_[:]) if axis == 0 else (np.s_[:], np.s_[:-1])
@@ -199,12 +210,18 @@ def phase_field(
     grids = chart_grids(charts, fields, cell)
     areas = np.concatenate([grid.areas for grid in grids])
     phases = solved_phases(chart_links(grids, transitions, waves), areas, waves)
+    return PhaseField(waves, tuple(grids), phases, ringed_phases(grids, transitions, waves, phases))
+
+
+def ringed_phases(
+    grids: Sequence[CellGrid], transitions: Sequence[Transition], waves: FloatArray, phases: ComplexArray
+) -> tuple[ComplexArray, ...]:
+    """Return each chart's phases with those of a ring of cells round it, see `PhaseField`."""
     inside = [
         phases[:, grid.first : grid.first + grid.rows * grid.columns].reshape(-1, grid.rows, grid.columns)
         for grid in grids
     ]
-    ringed = tuple(_ringed(n, grids, transitions, waves, inside) for n in range(len(grids)))
-    return PhaseField(waves, tuple(grids), phases, ringed)
+    return tuple(_ringed(n, grids, transitions, waves, inside) for n in range(len(grids)))
 
 
 def _ringed(
