@@ -47,12 +47,12 @@ def _run(asked: argparse.Namespace, out: Path) -> dict[str, object]:
     process = subprocess.Popen(words)
     seen, first, left = dict[int, tuple[float, int]](), 0.0, asked.kill
     while process.poll() is None:
-        for one in (process.pid, *_workers(process.pid)):
-            seen[one] = _used(one) or seen.get(one, (0.0, 0))
+        for one in (process.pid, *workers_of(process.pid)):
+            seen[one] = used(one) or seen.get(one, (0.0, 0))
         charts = len(list(out.glob("x.upholster/overhang-*")))
         first = first or (charts and time.perf_counter())
         if left and charts >= left:
-            os.kill(_workers(process.pid)[0], signal.SIGKILL)
+            os.kill(workers_of(process.pid)[0], signal.SIGKILL)
             left = 0
         time.sleep(0.2)
     ended = time.perf_counter()
@@ -72,7 +72,7 @@ def _run(asked: argparse.Namespace, out: Path) -> dict[str, object]:
     }  # fmt: skip
 
 
-def _workers(parent: int) -> list[int]:
+def workers_of(parent: int) -> list[int]:
     """Return the processes that Dask has started as workers."""
     found = []
     for entry in Path("/proc").iterdir():
@@ -85,7 +85,7 @@ def _workers(parent: int) -> list[int]:
     return sorted(found)
 
 
-def _used(process: int) -> tuple[float, int] | None:
+def used(process: int) -> tuple[float, int] | None:
     """Return processor seconds, and the most kB in memory at once, of a process that still runs."""
     try:
         told = Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()
