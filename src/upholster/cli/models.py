@@ -24,7 +24,7 @@ def show_model(path: str, *, unit: str | None = None) -> None:
     """Print the parts of a model, their sizes and texture coordinates, and what is odd about them."""
     from rich.box import SIMPLE_HEAD
     from rich.console import Console
-    from rich.table import Table
+    from rich.table import Column, Table
 
     from upholster.geometry.mesh_files import read_model
     from upholster.geometry.mesh_state import mesh_states
@@ -34,7 +34,9 @@ def show_model(path: str, *, unit: str | None = None) -> None:
     console = Console()
     for line in _head(model):
         say(line)
-    table = Table("part", "material", "triangles", "area", "size", "UV", "holes", box=SIMPLE_HEAD)
+    # Names are what --part and --material take: whole, on several lines where they are long.
+    names = [Column(name, overflow="fold") for name in ("part", "material")]
+    table = Table(*names, "triangles", "area", "size", "UV", "holes", box=SIMPLE_HEAD)
     metres = model.mesh.metres
     shown = list(zip(model.parts, states, strict=True))[:_LINES]
     for part, state in shown:
