@@ -366,6 +366,9 @@ def test_the_smoothest_field_is_turned_to_be_most_like_level():
 def test_open_land_has_smooth_directions_and_other_meshes_level_ones() -> None:
     assert default_mesh_direction(height_field(12, 0.1)) == "smooth"
     assert default_mesh_direction(sphere(8)) == "level"
+    # A house on a lawn: nearly all of it lies flat, and has no say.
+    assert default_mesh_direction(box((30.0, 30.0, 1.0))) == "level"
+    assert default_mesh_direction(height_field(4)) == "smooth"
     land = height_field(16, 0.1)
     np.testing.assert_array_equal(
         mesh_directions(land).face_vectors, mesh_directions(land, "smooth").face_vectors

@@ -18,7 +18,7 @@ from upholster.charts.mesh_directions.singular import (
 )
 from upholster.charts.mesh_directions.solving import field_power, followed
 from upholster.charts.mesh_directions.strokes import Strokes, parse_strokes, with_strokes
-from upholster.charts.mesh_directions.wishes import prior_of, wish_of
+from upholster.charts.mesh_directions.wishes import asked_of_slopes, prior_of, wish_of
 from upholster.errors import InputError
 from upholster.geometry import TriangleMesh
 from upholster.shown import Shown, on_a_line
@@ -26,8 +26,8 @@ from upholster.types import FloatArray, IntArray, frozen_array
 
 __all__ = ["MeshField", "default_mesh_direction", "mesh_directions"]
 
-_FLAT = 0.7
-"""Mean of the normals' upright parts from which on a mesh lies flat: 0.5 on a ball."""
+_FLAT = 0.62
+"""Mean of the normals' upright parts from which on what slopes lies flat: 0.5 on a ball, 0 on walls."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,12 +96,14 @@ class MeshField(Shown):
 
 
 def default_mesh_direction(mesh: TriangleMesh) -> str:
-    """Return ``level``, or ``smooth`` where most of a mesh lies flat, as open land does.
+    """Return ``level``, or ``smooth`` where what slopes lies flat in the mean, as open land does.
 
-    There lines of equal height wind round every top and hollow.
+    There lines of equal height wind round every top and hollow. What has no slope, as floors and grounds, has
+    no say: it goes on smoothly in either case. What is flat all over is ``smooth``.
     """
-    flat = float((np.abs(mesh.flat_normals[:, 2]) * mesh.areas).sum())
-    return "smooth" if flat > _FLAT * float(mesh.areas.sum()) else "level"
+    upright = np.abs(mesh.flat_normals[:, 2])
+    share = mesh.areas * asked_of_slopes(upright)
+    return "smooth" if float((upright * share).sum()) >= _FLAT * float(share.sum()) else "level"
 
 
 def mesh_directions(

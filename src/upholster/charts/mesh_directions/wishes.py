@@ -13,7 +13,7 @@ from upholster.errors import InputError
 from upholster.geometry import TriangleMesh
 from upholster.types import FloatArray
 
-__all__ = ["Wish", "prior_of", "wish_of"]
+__all__ = ["Wish", "asked_of_slopes", "prior_of", "wish_of"]
 
 SHARP = 30.0
 """Degrees above which an edge is sharp for the direction ``edges``, unless creases are told."""
@@ -151,6 +151,11 @@ def _along_edges(mesh: TriangleMesh, frames: PlaneFrames, sharp: float) -> Wish:
     length = np.sqrt(total.real**2 + total.imag**2)
     unit = np.where(length > 0, total / np.where(length > 0, length, 1.0), 1.0)
     return Wish(unit, np.minimum(2 * length, 1.0), 4)
+
+
+def asked_of_slopes(upright: FloatArray) -> FloatArray:
+    """Return how much ``level`` asks for, 0 to 1, where unit normals have such parts upward."""
+    return _stepped(np.sqrt(np.maximum(1.0 - upright * upright, 0.0)), *_LEVEL)
 
 
 def prior_of(frames: PlaneFrames) -> ComplexArray:
