@@ -95,7 +95,12 @@ def test_a_wave_that_closes_has_no_ends_and_is_the_same_on_both_sides_of_seams()
     assert max(field.strain(chart, [0.9])[0] for chart in range(len(charts))) < 0.12 / 14.7
     assert over_seams(field, over).max() < 0.06
     # Columns must end, for the torus is shorter inside than outside.
-    assert phase_field(charts, fields, over, np.array([(0, 1 / 14.7)]), 8.0).ends >= 4
+    field = phase_field(charts, fields, over, np.array([(1 / 14.7, 0), (0, 1 / 14.7)]), 8.0)
+    assert field.ends >= 4
+    found = np.array([field.ends_on(chart) for chart in range(len(charts))])
+    assert found[:, 0].sum() == 0
+    # Those over an edge are found from either side, those at corners from neither.
+    assert field.ends <= found[:, 1].sum() <= 3 * field.ends
 
 
 @pytest.mark.parametrize("turned", [(), (1, 2)])

@@ -206,6 +206,10 @@ def test_phases_are_left_out_where_they_are_not_wanted():
     assert max(in_step(96, field.surface)) < 96
     assert field.blocks == tuple(min(side, prepared_block) for side in in_step(96, field.surface))
     assert in_step(96, StraightPhases(field.lattice.waves)) == ()
+    # Where a course ends a block is no longer than keeps its fault short, or 24 pixels.
+    for chart, side in enumerate(in_step(96, field.surface)):
+        for ends, wave in zip(field.surface.ends_on(chart), field.lattice.waves, strict=True):
+            assert not ends or side <= max(24, 4 * round(1.7 / np.hypot(*wave) / 4))
 
 
 def test_warp_fields_give_way_where_that_is_asked_for():

@@ -85,10 +85,24 @@ class PhaseField:
         for grid in self.grids:
             own = self.phases[:, grid.first : grid.first + grid.rows * grid.columns]
             own = own.reshape(-1, grid.rows, grid.columns)
-            down, right = (turns + missing for turns, missing, _ in self.steps(grid, own, grid.matrices))
-            around = right[:, :-1] + down[:, :, 1:] - right[:, 1:] - down[:, :, :-1]
-            found += int(np.abs(np.rint(around)).sum())
+            found += int(self._ends(grid, own, grid.matrices).sum())
         return found
+
+    def ends_on(self, chart: int) -> NDArray[np.intp]:
+        """Return how many courses of each wave, (n,), end on a chart or over its edges, but for corners."""
+        grid, near = self.grids[chart], slice(RING - 1, 1 - RING)
+        ends = self._ends(grid, self.ringed[chart][:, near, near], grid.field.at(*grid.places(1)))
+        # Beyond corners surfaces unfold in more than one way.
+        ends[:, [[0], [-1]], [0, -1]] = 0
+        count: NDArray[np.intp] = ends.sum(axis=(1, 2))
+        return count
+
+    def _ends(self, grid: CellGrid, own: ComplexArray, matrices: FloatArray) -> NDArray[np.intp]:
+        # How many courses end between each four cells, (n, rows - 1, columns - 1): parameters as of `steps`.
+        down, right = (turns + missing for turns, missing, _ in self.steps(grid, own, matrices))
+        around = right[:, :-1] + down[:, :, 1:] - right[:, 1:] - down[:, :, :-1]
+        ends: NDArray[np.intp] = np.abs(np.rint(around)).astype(np.intp)
+        return ends
 
     def strain(self, chart: int, shares: Sequence[float]) -> list[float]:
         """Return by how much waves are stretched on a chart and round it, in cycles per pixel.

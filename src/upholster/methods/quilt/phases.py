@@ -37,8 +37,12 @@ _LEAST_BLOCK, _LEAST_PERIODS = 16, 0.75
 """Pixels and periods of a block at least: smaller ones show as pieces of elements in several colours."""
 
 _END_BLOCK, _END_PERIODS = 24, 1.3
-"""Pixels and periods, whichever is less, of blocks where a course ends: what breaks there is as long as
+"""Pixels and periods, whichever is less, of blocks where courses end: what breaks there is as long as
 one or two of their sides."""
+
+_ONE_END_PERIODS = 1.7
+"""Periods of blocks where any course ends, if that is more than `_END_BLOCK`: a fault is then less than three
+courses long."""
 
 
 class Phases(Protocol):
@@ -75,7 +79,8 @@ def in_step(block: int, field: Phases | None) -> tuple[int, ...]:
 
     Inside a block the texture has its true scale; from one to the next the wanted phase makes up for what
     courses are stretched by, a quarter of a turn at most. Blocks are three quarters of the shortest period at
-    least. Where a course ends they are about a period: there the stretch grows beyond all bounds.
+    least. Where a course ends they are two periods at most, and about one where several do: there the stretch
+    grows beyond all bounds.
 
     Parameters
     ----------
@@ -91,7 +96,8 @@ def in_step(block: int, field: Phases | None) -> tuple[int, ...]:
     """
     if not isinstance(field, PhaseField):
         return ()
-    period = 1 / float(np.sqrt((field.waves**2).sum(axis=1)).max())
+    periods = 1 / np.sqrt((field.waves**2).sum(axis=1))
+    period = float(periods.min())
     least = max(_LEAST_BLOCK, _LEAST_PERIODS * period)
     at_ends = max(min(_END_BLOCK, _END_PERIODS * period), least)
     found = []
@@ -101,6 +107,7 @@ def in_step(block: int, field: Phases | None) -> tuple[int, ...]:
             max(floor, 0.25 / max(strain, 1e-9) / (1 - OVERLAP))
             for floor, strain in ((at_ends, most), (least, common))
         ]
+        sides += [max(_END_BLOCK, _ONE_END_PERIODS * float(one)) for one in periods[field.ends_on(chart) > 0]]
         found.append(min(block, 4 * round(min(sides) / 4)))
     return tuple(found)
 
