@@ -30,19 +30,24 @@ def pca_features(image: PixelArray, *, most: int = 4) -> tuple[NDArray[np.uint8]
     variance
         Mean squared distance from the mean colour, in these units.
     """
-    samples = working_form(image).reshape(-1, image.shape[2]).astype(np.int64)
-    centred = samples - np.rint(samples.mean(axis=0)).astype(np.int64)
-    values, directions = np.linalg.eigh((centred.T @ centred).astype(np.float64))
+    samples = working_form(image).reshape(-1, image.shape[2])
+    # Whole numbers below 2^53 throughout, so that floating point is exact in any order.
+    centred = samples.astype(np.float64)
+    centred -= np.rint(samples.mean(axis=0, dtype=np.float64))
+    values, directions = np.linalg.eigh(centred.T @ centred)
     order = np.argsort(values)[::-1][:most]
     share = np.cumsum(values[order]) / max(1e-9, values.sum())
     order = order[: 1 + int(np.searchsorted(share, 0.99))]
     main = directions[:, order]
     main = main * np.sign(main[np.abs(main).argmax(axis=0), np.arange(main.shape[1])])
-    parts = centred @ np.rint(1024 * main).astype(np.int64)
-    low, high = np.sort(parts[:, 0])[[len(parts) // 1000, -1 - len(parts) // 1000]]
+    parts = centred @ np.rint(1024 * main)
+    few = len(parts) // 1000
+    low, high = np.partition(parts[:, 0], [few, len(parts) - 1 - few])[[few, -1 - few]]
     span = max(1, int(high - low))
-    middle = np.zeros(len(order), np.int64)
-    middle[0] = (low + high) // 2
-    form = np.clip((2 * 255 * (parts - middle) + 256 * span) // (2 * span), 0, 255).astype(np.uint8)
+    parts[:, 0] -= (low + high) // 2
+    parts *= 2 * 255
+    parts += 256 * span
+    parts /= 2 * span
+    form = np.clip(np.floor(parts, out=parts), 0, 255, out=parts).astype(np.uint8)
     variance = float(form.astype(np.float64).var(axis=0).sum())
     return form.reshape(*image.shape[:2], -1), variance

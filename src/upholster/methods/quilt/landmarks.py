@@ -54,23 +54,36 @@ def find_landmarks(form: NDArray[np.uint8]) -> IntArray:
     """
     shorter = min(form.shape[:2])
     size = max(1, shorter // _BLUR)
-    sums = np.zeros((form.shape[0] + 1, form.shape[1] + 1, form.shape[2]), np.int64)
-    sums[1:, 1:] = form.astype(np.int64).cumsum(axis=0).cumsum(axis=1)
-    total = sums[size:, size:] - sums[size:, :-size] - sums[:-size, size:] + sums[:-size, :-size]
-    count = total.shape[0] * total.shape[1]
-    away = (total - total.sum(axis=(0, 1)) // count) // size
-    squares = away * away
-    salience = (256 * squares // np.maximum(1, squares.sum(axis=(0, 1)) // count)).sum(axis=2)
-    mean = max(1, int(salience.sum()) // count)
-    rows, columns = np.mgrid[: salience.shape[0], : salience.shape[1]]
+    salience = np.zeros((form.shape[0] - size + 1, form.shape[1] - size + 1), np.int64)
+    for k in range(form.shape[2]):
+        away = _box_sums(form[:, :, k], size).astype(np.int64)
+        away = (away - int(away.sum()) // away.size) // size
+        squares = away * away
+        salience += 256 * squares // max(1, int(squares.sum()) // squares.size)
+    mean = max(1, int(salience.sum()) // salience.size)
+    apart = shorter // _APART
     found: list[tuple[int, int, int]] = []
-    while len(found) < _MOST and salience.max() > _RARE * mean:
+    while len(found) < _MOST:
         row, column = divmod(int(salience.argmax()), salience.shape[1])
-        weight = min(256, 256 * (int(salience[row, column]) // mean) // _RAREST)
-        found.append((row + size // 2, column + size // 2, weight))
-        near = (rows - row) ** 2 + (columns - column) ** 2 < (shorter // _APART) ** 2
-        salience = np.where(near, 0, salience)
+        most = int(salience[row, column])
+        if most <= _RARE * mean:
+            break
+        found.append((row + size // 2, column + size // 2, min(256, 256 * (most // mean) // _RAREST)))
+        top, left = max(0, row - apart), max(0, column - apart)
+        around = salience[top : row + apart + 1, left : column + apart + 1]
+        rows, columns = np.ogrid[: around.shape[0], : around.shape[1]]
+        around[(rows + top - row) ** 2 + (columns + left - column) ** 2 < apart**2] = 0
     return np.array(found, np.int32).reshape(-1, 3)
+
+
+def _box_sums(plane: NDArray[np.uint8], size: int) -> NDArray[np.uint32]:
+    # Sums over all squares of a plane; those of whole rows and columns may pass 2^32, the squares' do not.
+    sums = np.zeros((plane.shape[0] + 1, plane.shape[1] + 1), np.uint32)
+    np.cumsum(plane, axis=1, dtype=np.uint32, out=sums[1:, 1:])
+    np.cumsum(sums, axis=0, out=sums)
+    rows = sums[size:] - sums[:-size]
+    found: NDArray[np.uint32] = rows[:, size:] - rows[:, :-size]
+    return found
 
 
 @dataclass(frozen=True, eq=False, slots=True)

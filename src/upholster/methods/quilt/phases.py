@@ -128,9 +128,10 @@ def level_phases(lattice: Lattice | None, level: int, height: int, width: int) -
     place, back = (1 << level) >> 1, 0.5 if level else 0.0
     rows = np.minimum((np.arange(height) << level) + place, lattice.phases.shape[1] - 1)
     columns = np.minimum((np.arange(width) << level) + place, lattice.phases.shape[2] - 1)
-    moved = np.rint(TURN * back * lattice.waves.sum(axis=1)).astype(np.int64)
-    found = lattice.phases[:, rows[:, None], columns].astype(np.int64) - moved[:, None, None]
-    return np.ascontiguousarray(found.astype(np.int16).reshape(len(moved), -1))
+    # Whole turns fall away.
+    moved = np.rint(TURN * back * lattice.waves.sum(axis=1)).astype(np.int64).astype(np.int16)
+    found = lattice.phases.take(rows, axis=1).take(columns, axis=2).astype(np.int16)
+    return np.ascontiguousarray((found - moved[:, None, None]).reshape(len(moved), -1))
 
 
 def shown_waves(lattice: Lattice | None) -> NDArray[np.int8]:
