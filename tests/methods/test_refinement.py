@@ -48,6 +48,22 @@ def test_what_repeats_is_left_as_it_is_laid_on_surfaces_unless_more_is_asked_for
     assert len(two.placements) != len(one.placements)
 
 
+def unevenness(quilt):
+    """How much the area differs that squares of 6 × 6 pixels of the exemplar have in the result."""
+    rows, columns = np.mgrid[:60, :60]
+    places = paint(quilt, np.stack([rows // 6, columns // 6], axis=2).astype(np.float32)).arrays[0]
+    found = np.rint(places).astype(int)
+    area = np.bincount(found[..., 0].ravel() * 10 + found[..., 1].ravel(), minlength=100)
+    return area.std() / area.mean()
+
+
+def test_what_is_shown_already_is_shown_less_with_evenness():
+    plain, even = ([quilted(3, seed, evenness=evenness) for seed in range(3)] for evenness in (0, 2))
+    laid = [quilted(0, seed, evenness=2) for seed in range(3)]
+    assert np.mean([unevenness(one) for one in even]) < np.mean([unevenness(one) for one in laid])
+    assert np.mean([unevenness(one) for one in laid]) < np.mean([unevenness(one) for one in plain])
+
+
 def test_added_blocks_are_cut_and_lie_on_top():
     before, after = quilted(0), quilted(1)
     grid, added = after.plan.grids[-2:]

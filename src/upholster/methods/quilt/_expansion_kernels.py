@@ -39,6 +39,7 @@ __all__ = [
     "difference",
     "enter_pairs",
     "expand",
+    "place_shown",
     "read_old",
     "saved",
     "seam_cost",
@@ -139,6 +140,27 @@ def difference(one: NDArray[np.int32], other: NDArray[np.int32]) -> Any:
 
 
 @inline
+def place_shown(
+    matrices: NDArray[np.int32],
+    numbers: LayNumbers,
+    laid: NDArray[np.int32],
+    n: Any,
+    row: Any,
+    column: Any,
+) -> Any:
+    """Return the pixel of the exemplar that block n shows at texel (row, column), row by row."""
+    block, shift = laid[n], 4 + numbers.level
+    turn = SYMMETRIES[block[SYMMETRY]]
+    centre = (block[CENTRE], block[CENTRE + 1], block[CENTRE + 2], block[CENTRE + 3])
+    here = matrix_at(matrices, numbers.margin, row, column)
+    v, w = displacement(centre, here, row - block[ROW], column - block[COLUMN])
+    y = (block[SOURCE_ROW] + turn[0] * v + turn[1] * w + 8) >> shift
+    x = (block[SOURCE_COLUMN] + turn[2] * v + turn[3] * w + 8) >> shift
+    y, x = min(max(y, 0), numbers.height - 1), min(max(x, 0), numbers.width - 1)
+    return y * numbers.width + x
+
+
+@inline
 def _read(
     image: NDArray[np.int32],
     matrices: NDArray[np.int32],
@@ -151,17 +173,10 @@ def _read(
     out: NDArray[np.int32],
 ) -> None:
     # Reads what block n has in the cell whose first texel is (row, column).
-    block, stride = laid[n], cell // 2
-    turn, shift = SYMMETRIES[block[SYMMETRY]], 4 + numbers.level
-    centre = (block[CENTRE], block[CENTRE + 1], block[CENTRE + 2], block[CENTRE + 3])
+    stride = cell // 2
     for s in range(SAMPLES):
         r, c = row + (s >> 1) * stride, column + (s & 1) * stride
-        here = matrix_at(matrices, numbers.margin, r, c)
-        v, w = displacement(centre, here, r - block[ROW], c - block[COLUMN])
-        y = (block[SOURCE_ROW] + turn[0] * v + turn[1] * w + 8) >> shift
-        x = (block[SOURCE_COLUMN] + turn[2] * v + turn[3] * w + 8) >> shift
-        y, x = min(max(y, 0), numbers.height - 1), min(max(x, 0), numbers.width - 1)
-        out[s] = image[y * numbers.width + x]
+        out[s] = image[place_shown(matrices, numbers, laid, n, r, c)]
 
 
 @inline
@@ -348,6 +363,30 @@ def _link_cuts(
 
 
 @inline
+def _leave_out_held(residual: NDArray[np.int64], balance: NDArray[np.int64], wide: int) -> None:
+    # Leaves nodes that are held, `_HELD` new or old, out of the flow: what a cut to one costs becomes part of
+    # its neighbour's balance. The cut stays the same, and is found far sooner.
+    for n in range(balance.shape[0]):
+        here = balance[n] if abs(balance[n]) == _HELD else int64(0)
+        for way in range(2):
+            m = n + (wide if way else 1)
+            forth = residual[way, n]
+            back = residual[way + 2, m] if m < balance.shape[0] else int64(0)
+            if forth == 0 and back == 0:
+                continue
+            there = balance[m] if abs(balance[m]) == _HELD else int64(0)
+            if here != 0 or there != 0:
+                residual[way, n] = residual[way + 2, m] = 0
+                if there == 0:
+                    balance[m] += forth if here > 0 else -back
+                elif here == 0:
+                    balance[n] += back if there > 0 else -forth
+    for n in range(balance.shape[0]):
+        if abs(balance[n]) == _HELD:
+            balance[n] = 1 if balance[n] > 0 else -1
+
+
+@inline
 def _is_fixed(held: NDArray[np.uint8], region: tuple[Any, Any], lattice: CellLattice, i: Any, j: Any) -> bool:
     # Whether a cell stays: on the region's rim, unless the lattice ends there.
     top, left = region
@@ -381,6 +420,7 @@ def expand(
         for j in range(wide):
             if _is_fixed(cells.held, region, lattice, i, j):
                 balance[i // FACTOR * broad + j // FACTOR] = -_HELD
+    _leave_out_held(residual, balance, broad)
     stays = int64(0)
     for n in range(nodes):
         stays += max(balance[n], 0)
@@ -416,6 +456,7 @@ def settle(
                         scratch.balance[i * wide + j] = -_HELD
                     elif not border:
                         scratch.balance[i * wide + j] = _HELD if new else -_HELD
+    _leave_out_held(scratch.residual, scratch.balance, wide)
     cut_weighted(scratch.residual, scratch.balance, wide, scratch.work, mask)
 
 

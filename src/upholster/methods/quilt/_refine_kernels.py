@@ -43,6 +43,7 @@ from upholster.methods.quilt._expansion_kernels import (
     ExpansionScratch,
     enter_pairs,
     expand,
+    place_shown,
     saved,
     seam_cost,
     settle,
@@ -56,6 +57,7 @@ __all__ = [
     "RefineScratch",
     "RefineWeights",
     "charge_phases",
+    "count_uses",
     "enter_source",
     "label_cells",
     "list_hidden",
@@ -71,14 +73,18 @@ _APART = 3
 _LABELS = 64
 """Blocks that a region's change can be booked for."""
 
+_FEW = 4.0
+"""Cells by which a place is not yet shown often."""
+
 
 class RefineWeights(NamedTuple):
     """What regions are chosen and moves are taken by.
 
     A region whose cuts cost less than `least` is left alone, as is one that can not save `saving`. Along cuts
     that cost more than `shown` a pair of cells, sources need not agree with what is there. `tries` sources
-    are tried. A block shows `area` cells. `share` is what a cell pays by its source's use and phase, in parts
-    of the cost of a difference as large.
+    are tried. A block shows `area` cells. `share` is what a cell pays by its source's phase, in parts of the
+    cost of a difference as large; `even` is what it pays, in differences, for a place shown twice as often as
+    others. On a mesh `share` is for a source's use as well.
     """
 
     least: int
@@ -87,12 +93,15 @@ class RefineWeights(NamedTuple):
     tries: int
     area: float
     share: float
+    even: float
 
 
 class RefineScratch(NamedTuple):
     """Scratch: masks by the cells of a region, `best`, and by squares of them, `squares` and `mask`.
 
-    `tried` (sources,) are those to try, `lost` (`_LABELS`, 2) blocks and how many cells each has lost.
+    `tried` (sources,) are those to try, `lost` (`_LABELS`, 2) blocks and how many cells each has lost. `uses`
+    (places,) counts the cells of the chart that show each place of the usage grid, and `places` (2, cells)
+    are those that a region's cells show, and would show of the source entered last.
     """
 
     best: NDArray[np.uint8]
@@ -100,10 +109,12 @@ class RefineScratch(NamedTuple):
     mask: NDArray[np.uint8]
     tried: NDArray[np.int64]
     lost: NDArray[np.int64]
+    uses: NDArray[np.int32]
+    places: NDArray[np.int32]
 
     @classmethod
-    def of(cls, lattice: CellLattice, tries: int) -> "RefineScratch":
-        """Return scratch for regions."""
+    def of(cls, lattice: CellLattice, tries: int, places: int) -> "RefineScratch":
+        """Return scratch for regions; so many places are in the usage grid."""
         cells = lattice.high * lattice.wide
         return cls(
             np.empty(cells, np.uint8),
@@ -111,6 +122,8 @@ class RefineScratch(NamedTuple):
             np.empty(cells, np.uint8),
             np.empty(tries, np.int64),
             np.empty((_LABELS, 2), np.int64),
+            np.zeros(places, np.int32),
+            np.empty((2, cells), np.int32),
         )
 
 
@@ -260,11 +273,63 @@ def pick_sources(
 
 
 @inline
-def _due(penalties: NDArray[np.float64], numbers: LayNumbers, place: Any, charge: float) -> Any:
-    # What a source costs a cell by its use and phase, as much as a difference that large.
-    i = min(place // numbers.width // numbers.usage_step, penalties.shape[0] - 1)
-    j = min(place % numbers.width // numbers.usage_step, penalties.shape[1] - 1)
-    return np.sqrt(SAMPLES * (penalties[i, j] + charge))
+def _use_of(numbers: LayNumbers, across: Any, pixel: Any) -> Any:
+    # The place of the usage grid, `across` wide, where a pixel counts.
+    return pixel // numbers.width // numbers.usage_step * across + pixel % numbers.width // numbers.usage_step
+
+
+@inline
+def _enter_places(
+    matrices: NDArray[np.int32],
+    numbers: LayNumbers,
+    lattice: CellLattice,
+    labels: NDArray[np.int32],
+    laid: NDArray[np.int32],
+    part: tuple[Any, Any, Any, Any],
+    across: Any,
+    places: NDArray[np.int32],
+) -> None:
+    # Enters the places of the usage grid that cells show, -1 for none. `part`: the first row and column of
+    # cells, and how many rows and columns.
+    half = lattice.cell // 2
+    for i in range(part[2]):
+        for j in range(part[3]):
+            a, b = part[0] + i, part[1] + j
+            label, n = int64(labels[a, b]), i * part[3] + j
+            places[n] = -1
+            if label >= 0:
+                row, column = lattice.top + a * lattice.cell + half, lattice.left + b * lattice.cell + half
+                pixel = place_shown(matrices, numbers, laid, label, row, column)
+                places[n] = _use_of(numbers, across, pixel)
+
+
+@kernel
+def count_uses(
+    matrices: NDArray[np.int32],
+    numbers: LayNumbers,
+    lattice: CellLattice,
+    labels: NDArray[np.int32],
+    laid: NDArray[np.int32],
+    across: int,
+    places: NDArray[np.int32],
+    uses: NDArray[np.int32],
+) -> None:
+    """Add to `uses` how many cells show each place of the usage grid, which is `across` wide.
+
+    `places` (columns,) is scratch.
+    """
+    for i in range(lattice.rows):
+        part = (int64(i), int64(0), int64(1), int64(lattice.columns))
+        _enter_places(matrices, numbers, lattice, labels, laid, part, across, places)
+        for j in range(lattice.columns):
+            if places[j] >= 0:
+                uses[places[j]] += 1
+
+
+@inline
+def _unevenness(uses: NDArray[np.int32], place: Any, mean: float) -> Any:
+    # How much more often a place is shown than others, from -1 to 2: few cells tell little.
+    return min(2.0, (uses[place] - mean) / (mean + _FEW))
 
 
 @inline
@@ -306,25 +371,31 @@ def _enter_dues(
     numbers: LayNumbers,
     lattice: CellLattice,
     labels: NDArray[np.int32],
-    laid: NDArray[np.int32],
     charges: NDArray[np.float64],
     region: tuple[Any, Any],
+    place: Any,
     mine: float,
-    share: float,
-    penalties: NDArray[np.float64],
+    weights: RefineWeights,
+    texels: BlockTexels,
+    across: Any,
+    scratch: RefineScratch,
     dues: NDArray[np.int64],
 ) -> None:
-    # Enters what it costs cells to stay with what they show and not to pay `mine`.
-    before, due = int64(-1), int64(0)
+    # Enters what it costs cells to stay with what they show, by use and phase, and not to take the source at
+    # `place`, whose phase costs `mine`.
+    half, places, uses = lattice.cell // 2, scratch.places, scratch.uses
+    mean = lattice.rows * lattice.columns / uses.shape[0]
     for i in range(lattice.high):
         for j in range(lattice.wide):
+            n, due = i * lattice.wide + j, 0.0
             label = int64(labels[region[0] + i, region[1] + j])
-            if label != before and label >= 0:
-                place = _pixel_of(laid, label, numbers)
-                theirs = _due(penalties, numbers, place, charges[label])
-                due = int64(2 * FINE * share * (theirs - mine))
-                before = label
-            dues[i * lattice.wide + j] = due
+            r, c = i * lattice.cell + half, j * lattice.cell + half
+            pixel = place + texels.ys[r, c] * numbers.width + texels.xs[r, c]
+            places[1, n] = _use_of(numbers, across, pixel)
+            if label >= 0:
+                more = _unevenness(uses, places[0, n], mean) - _unevenness(uses, places[1, n], mean)
+                due = weights.share * (np.sqrt(SAMPLES * charges[label]) - mine) + weights.even * more
+            dues[n] = int64(2 * FINE * due)
 
 
 @inline
@@ -408,6 +479,7 @@ def _try_sources(
     phase: float,
     weights: RefineWeights,
     region: tuple[Any, Any],
+    across: Any,
     cuts: int,
     tries: int,
     texels: BlockTexels,
@@ -416,17 +488,17 @@ def _try_sources(
     scratch: RefineScratch,
 ) -> Any:
     # Tries sources, and writes the best one's mask; returns it, -1 if none saves enough.
-    ys, xs, penalties = texels.ys, texels.xs, choice.penalties
+    ys, xs = texels.ys, texels.xs
     most, chosen = int64(0), int64(-1)
     for k in range(tries + 1):
         place = scratch.tried[k] if k < tries else chosen
         if place < 0:
             break
         enter_source(match.image, lattice, numbers, place, ys, xs, expansion.new)
-        mine = _due(penalties, numbers, place, _charge(match, numbers, phase, choice, place))
+        mine = np.sqrt(SAMPLES * _charge(match, numbers, phase, choice, place))
         _enter_dues(
-            *(numbers, lattice, cells.labels, laid, charges, region, mine, weights.share, penalties),
-            expansion.dues,
+            *(numbers, lattice, cells.labels, charges, region, place, mine, weights, texels, across),
+            *(scratch, expansion.dues),
         )
         if k == tries:
             break
@@ -510,6 +582,7 @@ def refine_regions(
     of a block as large as a region; the rest as in `lay_blocks`.
     """
     start, texels, choice = laid.shape[0] - masks.shape[0], scratch.texels, scratch.choice
+    across = int64(choice.penalties.shape[1])
     for t in range(part[0], part[1]):
         region = (int64(regions[t, 0]), int64(regions[t, 1]))
         if _score(cells.seams, lattice, region[0], region[1]) < weights.least:
@@ -538,6 +611,8 @@ def refine_regions(
         penalise_used(usage, first, lay_weights.evenness, choice.penalties)
         want_phases(match, regions[t, 2:], symmetry, choice)
         stop, _ = rank_sources(match, numbers, lay_weights, state, span, texels, choice, 2)
+        whole = (region[0], region[1], int64(lattice.high), int64(lattice.wide))
+        _enter_places(matrices, numbers, lattice, cells.labels, laid, whole, across, refine.places[0])
         tries = pick_sources(choice.kept, choice.judged, stop, numbers.width, weights.tries, refine.tried)
         chosen = _try_sources(
             match,
@@ -549,6 +624,7 @@ def refine_regions(
             lay_weights.phase,
             weights,
             region,
+            across,
             cuts,
             tries,
             texels,
@@ -570,6 +646,9 @@ def refine_regions(
         )
         for n in range(refine.best.shape[0]):
             masks[count - start, n] = refine.best[n]
+            if refine.best[n]:
+                refine.uses[refine.places[0, n]] -= 1
+                refine.uses[refine.places[1, n]] += 1
         count += 1
         around = (
             max(region[0] - 1, 0),

@@ -24,6 +24,7 @@ from upholster.methods.quilt._block_kernels import (
 from upholster.methods.quilt._expansion_kernels import (
     CENTRE,
     LAID_COLUMNS,
+    SAMPLES,
     CellLattice,
     ChartCells,
     ExpansionScratch,
@@ -32,6 +33,7 @@ from upholster.methods.quilt._refine_kernels import (
     RefineScratch,
     RefineWeights,
     charge_phases,
+    count_uses,
     label_cells,
     list_hidden,
     refine_regions,
@@ -48,29 +50,32 @@ from upholster.types import FloatArray, IntArray
 
 __all__ = ["LaidChart", "refine_chart"]
 
-_REGION = 2.5
-"""Side of a region, in blocks: the cut needs room between what does not fit and the region's rim. Larger ones
-save more yet, but repeat more."""
+_REGION = (3.0, 2.5, 2.5)
+"""Side of a region, in blocks: the cut needs room between what does not fit and the region's rim. With an
+effort of 1 flat and on a surface, where blocks are more of the stream; with more."""
 
 _REGION_IN_STEP = 2.0
 """The same where courses are stretched: inside a region they are not, so that its rim falls out of step."""
 
-_STEPS = (2, 3)
-"""Regions that begin within one's side, each way: with an effort of 1; with more."""
+_STEPS = (3, 2, 3)
+"""Regions that begin within one's side, each way, in the same cases."""
 
 _SHORTLIST, _TRIES = 12, 1
 """Sources that are compared with a region at full resolution, and that are tried: more find little more."""
 
-_LEAST = (0.7, 1.2, 0.5)
-"""A region is tried if its cuts cost so many times the chart's average: with an effort of 1 flat and on a
-surface, where blocks are more of the stream; with more."""
+_LEAST = (0.5, 1.2, 0.5)
+"""A region is tried if its cuts cost so many times the chart's average, in the same cases."""
 
-_SAVING = (0.1, 0.25, 0.02)
+_SAVING = (0.06, 0.25, 0.02)
 """A move is taken if it saves as much of what a region's cuts cost on average, in the same cases: each takes
 bytes and time."""
 
 _SHARE = 0.02
-"""What a cell pays by its source's use and phase, in parts of the cost of a difference as large."""
+"""What a cell pays by its source's phase, in parts of the cost of a difference as large."""
+
+_EVEN = 0.2
+"""What a cell pays for a place that is shown twice as often as others, in parts of the cost of a difference
+that costs a block in laying as much. Cheap cuts run through quiet places, which else would show too often."""
 
 _TOLERANCE = 1.5
 """Sources that cost more than so many times the best are not compared to the end."""
@@ -133,17 +138,18 @@ def refine_chart(chart: LaidChart, laid: ChartPlacements, effort: int) -> ChartP
     if effort == 1 and _in_step(chart):
         # Cuts that cost a tenth less would break a fifth more elements.
         return laid
-    lattice = _lattice(chart)
+    level = 2 if effort > 1 else 0 if chart.grid.field.is_identity else 1
+    lattice = _lattice(chart, level)
     blocks = _mask_places(laid.placements)
     cells = _cells(chart, lattice, blocks, laid.cells)
-    table, masks = _refined(chart, lattice, cells, laid.placements, effort)
+    table, masks = _refined(chart, lattice, cells, laid.placements, effort, level)
     if not len(table):
         return laid
     added = _placements(chart, lattice, table, len(laid.cells))
     return _without_hidden(chart.index, _with_added(chart, laid, added, masks), lattice)
 
 
-def _lattice(chart: LaidChart) -> CellLattice:
+def _lattice(chart: LaidChart, level: int) -> CellLattice:
     # The cells of the chart's own blocks, over all that they have to cover; and a region's size.
     grid, numbers, cell = chart.grid, chart.numbers, chart.grid.mask_cell
     spans = (numbers.need_bottom - numbers.need_top, numbers.need_right - numbers.need_left)
@@ -151,7 +157,7 @@ def _lattice(chart: LaidChart) -> CellLattice:
     counts = [span // cell if numbers.wrap else -(-span // cell) for span in spans]
     shape, sides = (chart.level.height, chart.level.width), (grid.height, grid.width)
     crossed = grid.crossed(sides) / 2**grid.level
-    region = _REGION_IN_STEP if _in_step(chart) else _REGION
+    region = _REGION_IN_STEP if _in_step(chart) else _REGION[level]
     times = max(1.0, min(region, _LARGEST_SHARE / float((crossed / np.array(shape)).max())))
     high, wide = (min(count, int(times * side / cell)) for side, count in zip(sides, counts, strict=True))
     return CellLattice(counts[0], counts[1], cell, numbers.need_top, numbers.need_left, high, wide)
@@ -224,7 +230,12 @@ def _table(chart: LaidChart, placed: NDArray[np.void], most: int) -> IntArray:
 
 
 def _refined(
-    chart: LaidChart, lattice: CellLattice, cells: ChartCells, placed: NDArray[np.void], effort: int
+    chart: LaidChart,
+    lattice: CellLattice,
+    cells: ChartCells,
+    placed: NDArray[np.void],
+    effort: int,
+    level: int,
 ) -> tuple[IntArray, NDArray[np.uint8]]:
     # Refines; returns the records of the blocks that were added, and their masks.
     match, matrices, cell = chart.level.match, chart.grid.field.matrices, lattice.cell
@@ -234,14 +245,16 @@ def _refined(
         block_width=lattice.wide * cell,
     )
     scratch, expansion = LayScratch.of(numbers, chart.usage), ExpansionScratch.of(lattice)
-    refine, first = RefineScratch.of(lattice, _TRIES), len(placed)
-    steps = _STEPS[min(effort, 2) - 1]
+    refine, first = RefineScratch.of(lattice, _TRIES, scratch.choice.penalties.size), len(placed)
+    steps = _STEPS[level]
     count, most = first, sum(len(_regions(lattice, turn, steps)) for turn in range(effort))
     table, charges = _table(chart, placed, most), np.zeros(count + most)
     masks = np.empty((most, lattice.high * lattice.wide), np.uint8)
     charge_phases(match, numbers, chart.weights.phase, table, count, scratch.choice, charges)
+    across = scratch.choice.penalties.shape[1]
+    places = np.empty(lattice.columns, np.int32)
+    count_uses(matrices, numbers, lattice, cells.labels, table, across, places, refine.uses)
     common = numbers, lattice, cells, table
-    level = 2 if effort > 1 else 0 if chart.grid.field.is_identity else 1
     whole = (0, lattice.rows, 0, lattice.columns)
     weigh_seams(chart.canvas.canvas, match.image, matrices, *common, whole, expansion)
     for turn in range(effort):
@@ -286,6 +299,7 @@ def _worst(
         _TRIES,
         shown / lattice.cell**2,
         _SHARE,
+        _EVEN * float(np.sqrt(SAMPLES * chart.weights.evenness)),
     )
     return found, weights
 

@@ -99,9 +99,9 @@ def refine_lot(
     )
     scratch, expansion = LayScratch.of(own, mesh.usage), ExpansionScratch.of(lattice)
     enter_frame(scratch.texels)
-    refine = RefineScratch.of(lattice, _TRIES)
+    refine = RefineScratch.of(lattice, _TRIES, 0)
     area = (numbers.block_height // cell) ** 2
-    weights = RefineWeights(1, _SAVING, 0, _TRIES, float(area), _SHARE)
+    weights = RefineWeights(1, _SAVING, 0, _TRIES, float(area), _SHARE, 0.0)
     covered, sources = np.zeros((size + 2, size + 2), np.uint8), np.zeros((size, size), np.int32)
     inside = np.zeros(len(mesh.mesh.triangles), np.uint8)
     for start in range(0, count, _FRAMES_PER_CALL):
