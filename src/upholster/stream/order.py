@@ -1,9 +1,10 @@
 """The order of a stream's parts: at each byte what takes most of the error away that is left.
 
-The head and a coarse sample come first. Then follow three queues, each in its own order: charts with warp
-fields and sources, the masks (when all charts are there), and the rest of the sample. The next part is always
-the one that gains most a byte. What a part gains is estimated from variances, and from what straight cuts
-show wrongly; a decoder takes any order.
+The head and a coarse sample come first. Then follow two queues, each in its own order: charts with warp
+fields and sources, and behind them the masks; and the rest of the sample. The next part is always of the
+queue whose next parts together gain most a byte. What a part gains is estimated from variances, and from
+what straight cuts show wrongly; a decoder takes any order. Which charts come first is told in
+`upholster.stream.arranged`.
 """
 
 from collections.abc import Iterable, Sequence
@@ -40,7 +41,8 @@ Chunk = tuple[str, bytes]
 _ROUND_CHUNK = 7
 """Bytes round a chunk's payload."""
 
-_LEAST_PART, _CHART_PARTS, _MASK_PARTS = 320, 24, 8
+_LEAST_PART, _CHART_PARTS = 800, 24
+_LEAST_MASKS, _MASK_PARTS = 320, 16
 _GROWTH, _LAST_SPLIT = 1.5, 40_000
 """Lengths of the sample between which other parts may come: each so many times the one before."""
 
@@ -94,7 +96,7 @@ def chart_parts(quilt: Quilt, plan: PlanCode, fields: FieldCode | None, changed:
 def mask_parts(plan: PlanCode, changed: FloatArray) -> list[Part]:
     """Return masks, so many bytes at a time; `changed` as `changed_texels` gives it."""
     length = len(plan.masks)
-    cuts = np.linspace(0, length, 1 + max(1, min(_MASK_PARTS, length // _LEAST_PART))).astype(int).tolist()
+    cuts = np.linspace(0, length, 1 + max(1, min(_MASK_PARTS, length // _LEAST_MASKS))).astype(int).tolist()
     known = np.cumsum([0.0, *(changed[n] for n in plan.order)])
     texels = np.interp(cuts, [0, *plan.mask_ends], known)
     return [
@@ -143,32 +145,28 @@ def ordered(
 ) -> list[bytes]:
     """Return all parts as chunks, at each place the one that gains most a byte.
 
-    `unlike` as `unlikeness` gives it.
+    What is gained over a flat colour is the texels that are seen in their place, less those that are seen in
+    a wrong one, times the variance that the sample shows. `unlike` as `unlikeness` gives it.
     """
     variance, error = errors
-    left, reached = [list(charts), list(masks), list(sample)], first
-    shown = wrong = 0.0  # texels
+    known = [
+        max(0.0, variance - error[reached]) for reached in (first, *(int(part.texels) for part in sample))
+    ]
+    shown = [0.0, *np.cumsum([part.texels - unlike * part.wrong for part in charts])]
+    shown += [*(shown[-1] + np.cumsum([unlike * part.texels for part in masks]))]
+    queue = [*charts, *masks]
+    placed = seen = 0
     out: list[Chunk] = []
-    while any(left):
-        known = max(0.0, variance - error[reached])  # of each texel, once its chart is there
-        gains = [-1.0, -1.0, -1.0]
-        if left[0]:
-            part = left[0][0]
-            gains[0] = max(part.texels - unlike * part.wrong, _LEAST_GAIN * part.texels) * known / part.length
-        elif left[1]:
-            gains[1] = left[1][0].texels * unlike * known / left[1][0].length
-        if left[2]:
-            part = left[2][0]
-            # Where the wrong place is shown, seeing it more clearly is no gain.
-            gains[2] = (shown - unlike * wrong) * (error[reached] - error[int(part.texels)]) / part.length
-        which = int(np.argmax(gains))
-        part = left[which].pop(0)
-        if which == 0:
-            shown, wrong = shown + part.texels, wrong + part.wrong
-        elif which == 1:
-            wrong -= part.texels
+    while placed < len(queue) or seen < len(sample):
+        clear = known[seen] * _steepest(shown, queue, placed)
+        if placed < len(charts):
+            # It is shown in its turn even where straight cuts show little that is right.
+            clear = max(clear, known[seen] * _LEAST_GAIN * charts[placed].texels / charts[placed].length)
+        sharp = max(0.0, shown[placed]) * _steepest(known, sample, seen)
+        if placed < len(queue) and (seen == len(sample) or clear > sharp):
+            part, placed = queue[placed], placed + 1
         else:
-            reached = int(part.texels)
+            part, seen = sample[seen], seen + 1
         for tag, data in part.chunks:
             # Parts of one kind that follow each other are one chunk.
             if out and out[-1][0] == tag != "E":
@@ -176,6 +174,15 @@ def ordered(
             else:
                 out.append((tag, data))
     return [pack_chunk(tag, data) for tag, data in out]
+
+
+def _steepest(values: Sequence[float], parts: Sequence[Part], start: int) -> float:
+    # The most that the next parts gain a byte, so many of them together as are best.
+    best, length = -np.inf, 0
+    for n in range(start, len(parts)):
+        length += parts[n].length
+        best = max(best, (values[n + 1] - values[start]) / length)
+    return best
 
 
 def _between(data: bytes, ends: Sequence[int], low: int, high: int) -> bytes:

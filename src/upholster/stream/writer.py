@@ -8,6 +8,7 @@ from upholster.errors import InputError, check_whole
 from upholster.geometry import MeshSurface, Surface, SurfaceLike, as_surface
 from upholster.quilt import Chart, Quilt
 from upholster.quilt.painting import check_painted
+from upholster.stream.arranged import arranged
 from upholster.stream.byte_reader import ByteReader
 from upholster.stream.chunks import assembled, pack_chunk
 from upholster.stream.layout import pack_layout
@@ -57,7 +58,8 @@ def encode_stream(
         its positions are rounded to 12 bits along the longest side of its box, parameters to an eighth of a
         texel, and its triangles get another order.
     quilt
-        Its quilt: every placement and mask is kept exactly.
+        Its quilt: it comes back such that it paints exactly the same; of a plan of grids the order of charts,
+        and of blocks that were added, may be another.
     exemplar
         (H, W) or (H, W, C) uint8, uint16 or float, of the quilt's shape; or the path of such an image.
     wavelet, levels, lossless, most_significant
@@ -114,6 +116,7 @@ def encode_stream(
         pack_chunk("L", layout),
         pack_chunk("X", image_header),
     ]
+    quilt = arranged(quilt)
     plan = encode_plan(quilt)
     bent = not all(field.is_identity for field in quilt.fields)
     fields = pack_fields(quilt.fields, quilt.charts, plan.order) if bent else None
