@@ -1,7 +1,7 @@
 """A batch of 200 small jobs, 20 surfaces with 10 samples: ``python -m benchmarks.scaling_batch -h``.
 
-Runs `upholster batch` with one single-threaded worker, with two of which one is killed when a quarter is done,
-with two, and once more, when there is nothing to do.
+Runs `upholster batch` with one single-threaded worker, with two of which one is killed when a quarter is
+done, with two, and once more, when there is nothing to do.
 """
 
 import argparse

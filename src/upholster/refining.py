@@ -3,9 +3,13 @@
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
+import numpy as np
+
+from upholster.charts.seams import find_seams
 from upholster.errors import FormatError, InputError
-from upholster.files import outputs, path_text, read_bytes
+from upholster.files import Outputs, outputs, path_text, read_bytes
 from upholster.geometry import (
     AnySurface,
     MeshSurface,
@@ -19,11 +23,18 @@ from upholster.image import Material
 from upholster.image.roles import ROLES
 from upholster.image.source import source_parts
 from upholster.limits import Limits
+from upholster.model import by_chart, pack_charts
+from upholster.model.packing import PAGE_LIMIT
 from upholster.options import WriteOptions, chosen
-from upholster.outputs import TexturedModel, atlas_pages, check_displacement, metres_of, parse_output
-from upholster.parallel import check_running
+from upholster.outputs import Output, TexturedModel, atlas_pages, check_displacement, metres_of, parse_output
+from upholster.paging import chart_quilt, paint_page, shown_charts, write_page
+from upholster.parallel import check_running, run_tasks
+from upholster.quilt import Quilt
+from upholster.quilt.chart import MAX_TEXELS
+from upholster.quilt.windows import map_pyramid
 from upholster.shown import Shown, on_a_line
 from upholster.stream import StreamDecoder, on_surface
+from upholster.stream.budget import check_charts
 from upholster.stream.prefix import Limit, feed_until
 from upholster.types import PixelArray, Progress
 from upholster.writing import add_pages, check_used, listed, painted, written_to
@@ -46,7 +57,7 @@ class RefineReport(Shown):
     written
         Bytes of each file.
     model
-        The textured model itself.
+        The textured model itself; None where UDIM tiles alone are written, one by one.
     """
 
     used: int
@@ -84,7 +95,8 @@ def refine(
     limit
         How far to read.
     limits
-        What the stream may ask for, see `upholster.StreamDecoder`.
+        What the stream may ask for, see `upholster.StreamDecoder`. By default 2^31 texels where UDIM tiles
+        alone are written of patches: these are painted one by one.
     on
         Another surface for the same texels, or its text form (see `upholster.surface_from_spec`): it must
         have the stream's faces, and their edges must meet in the same way. By default the stream's own.
@@ -103,13 +115,22 @@ def refine(
     wanted = [parse_output(target, displaced=options.displace is not None) for target in listed(targets)]
     other = [file for file in [on is not None and surface_file(on)] if file]
     check_used(wanted, options)
+    for output in wanted:
+        if output.url:
+            raise InputError(
+                f"output {output.url!r} is a URL; allowed for a stream: a folder of this machine"
+            )
     with outputs([file for output in wanted for file in output.files()], inputs=[stream, *other]) as files:
         data = read_bytes(stream)
-        decoder = StreamDecoder(limits=limits)
+        one_by_one = len(wanted) == 1 and wanted[0].in_tiles
+        decoder = StreamDecoder(limits=limits or (Limits(texels=MAX_TEXELS) if one_by_one else None))
         feed_until(decoder, data, limit or Limit())
         if decoder.needed or decoder.surface is None:
             raise FormatError(f"byte {len(data)}: stream is cut; needs {max(1, decoder.needed)} more bytes")
         surface = decoder.surface if on is None else _other_surface(on, decoder.surface)
+        one_by_one = one_by_one and isinstance(surface, Surface)
+        if limits is None and not one_by_one:
+            check_charts(decoder.charts, Limits())
         exemplar = received_exemplar(decoder)
         roles = tuple(source_parts(exemplar))[1:]
         files.add(file for output in wanted for file in output.later_files(roles, 1))
@@ -119,11 +140,18 @@ def refine(
         if same is not None and on is not None:
             same = None if isinstance(surface, MeshSurface) else on_surface(same, surface)
         quilt = decoder.quilt().on(surface)
+        if one_by_one:
+            written = _write_pages(wanted[0], quilt, exemplar, options, files, threads, progress)
+            return _report(decoder, written, None)
         texels, maps = painted(quilt, exemplar, threads, progress)
         options = _as_coded(decoder, options)
         tiles = any(output.in_tiles for output in wanted)
         model = TexturedModel(surface, texels, options, threads, quilt, exemplar, maps, same, tiles)
         written = written_to(wanted, model, files, {}, progress)
+    return _report(decoder, written, model)
+
+
+def _report(decoder: StreamDecoder, written: dict[str, int], model: TexturedModel | None) -> RefineReport:
     known, count = decoder.coefficients_known
     return RefineReport(
         decoder.received,
@@ -134,6 +162,37 @@ def refine(
         written,
         model,
     )
+
+
+def _write_pages(
+    output: Output,
+    quilt: Quilt,
+    exemplar: PixelArray | Material,
+    options: WriteOptions,
+    files: Outputs,
+    threads: int | None,
+    progress: Progress | None,
+) -> dict[str, int]:
+    """Paint and write the pages of an atlas one by one, one on each thread; return the bytes of each file."""
+    surface, charts = quilt.surface, quilt.charts
+    assert isinstance(surface, Surface)  # the caller looked
+    layout = pack_charts(charts, gutter=options.padding, size=options.atlas_size)
+    seams, maps = by_chart(find_seams(surface, charts)), source_parts(exemplar)
+    pyramids = {role: map_pyramid(role, image) for role, image in maps.items()}
+    targets = output.files([role for role in maps if role != "albedo"], len(layout.pages))
+    by_role = dict(zip(maps, np.array(targets, object).reshape(len(maps), -1), strict=True))
+
+    def write(page: int) -> None:
+        quilts = {n: chart_quilt(quilt, n) for n in shown_charts(layout, page, seams)}
+        for role, image in maps.items():
+            pixels = paint_page(surface, charts, layout, page, seams, quilts, role, image, pyramids[role])
+            write_page(files.path(by_role[role][page]), role, pixels, quality=options.quality)
+
+    tasks = [partial(write, page) for page in range(len(layout.pages))]
+    # Of charts larger than a page should be one at a time is in memory: a stream may be anybody's.
+    large = any(page.height * page.width > PAGE_LIMIT**2 for page in layout.pages)
+    run_tasks(tasks, threads=1 if large else threads, progress=progress, stage="paint")
+    return {str(target): files.path(target).stat().st_size for target in targets}
 
 
 def _other_surface(on: SurfaceLike, before: AnySurface) -> Surface:

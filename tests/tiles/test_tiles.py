@@ -12,10 +12,12 @@ import pytest
 from command_line import assert_one_line, run_cli
 
 import upholster
-from upholster.errors import InputError, StoppedError
+from upholster.errors import FormatError, InputError, StoppedError
 from upholster.image import Material
+from upholster.limits import Limits
+from upholster.options import WriteOptions
 from upholster.parallel import TaskPool, thread_pool
-from upholster.pipeline import cover
+from upholster.pipeline import cover, refine
 from upholster.reports import CoverReport
 from upholster.tiles.places import Place
 from upholster.tiles.work import load, store
@@ -71,6 +73,23 @@ def test_tiles_are_those_of_the_whole_atlas(
     }
     # Nothing else is left.
     assert {file.suffix for file in tmp_path.iterdir()} == {".png"}
+
+
+def test_tiles_of_a_stream_are_painted_one_by_one(material: Material, tmp_path: Path) -> None:
+    _cover(material, tmp_path / "x.uph")
+    options = WriteOptions(atlas_size=256, padding=6)
+    for folder, others in (("alone", ()), ("whole", ("x.npz",))):
+        (tmp_path / folder).mkdir()
+        targets = [tmp_path / folder / name for name in (NAME, *others)]
+        told = refine(tmp_path / "x.uph", targets, options=options, threads=2)
+        # Nothing has all texels where tiles alone are written.
+        assert (told.model is None) == (not others)
+        assert {Path(name).name for name in told.written} - {*others} == set(_tiles(tmp_path / folder))
+    assert len(_tiles(tmp_path / "alone")) > 9
+    assert _tiles(tmp_path / "alone") == _tiles(tmp_path / "whole")
+    # A caller's limit counts here as well.
+    with pytest.raises(FormatError, match=r"layout has .* texels; allowed here: 1000"):
+        refine(tmp_path / "x.uph", [tmp_path / NAME], limits=Limits(texels=1000))
 
 
 @contextmanager

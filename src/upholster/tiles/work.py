@@ -14,22 +14,15 @@ import numpy as np
 from upholster._version import __version__
 from upholster.charts.seams import ChartSeam, find_seams
 from upholster.errors import InputError
-from upholster.export import map_companion, page_files, write_map
+from upholster.export import map_companion, page_files
 from upholster.geometry import Surface
-from upholster.image import write_image
 from upholster.methods.quilt.run import Progressing, QuiltRun, lay_one
-from upholster.model import (
-    AtlasLayout,
-    build_page,
-    by_chart,
-    pack_charts,
-    page_windows,
-    turn_gutters,
-)
+from upholster.model import AtlasLayout, by_chart, pack_charts, page_windows
 from upholster.options import WriteOptions
+from upholster.paging import paint_page, shown_charts, write_page
 from upholster.quilt.model import Quilt
 from upholster.quilt.pyramid import Pyramid
-from upholster.quilt.windows import map_pyramid, paint_window
+from upholster.quilt.windows import map_pyramid
 from upholster.tiles.chart_files import (
     laid_bytes,
     lone_quilt,
@@ -104,8 +97,7 @@ class TileWork:
 
     def shown_on(self, page: int) -> set[int]:
         """Return the charts that a tile shows: its own, and those that its gutters show."""
-        layout = _layout(self)
-        return {*layout.on_page(page), *page_windows(layout, page, self.seams)}
+        return shown_charts(_layout(self), page, self.seams)
 
 
 def tile_work(
@@ -235,26 +227,19 @@ def _quilt(place: Place, work: TileWork, n: int, windows: Sequence[tuple[slice, 
 
 def _paint(place: Place, stored: str, quilts: Mapping[int, Quilt], role: str, page: int) -> None:
     work = load(place, stored)
-    image, pyramid = work.maps[role], _pyramid(place, stored, role)
-    layout = _layout(work)
-    own = layout.on_page(page)
-    arrays = {n: paint_window(quilts[n], role, image, pyramid=pyramid, threads=1) for n in own}
-    for n, windows in page_windows(layout, page, work.seams).items():
-        chart = work.run.charts[n]
-        # Memory that is not written to takes none.
-        arrays[n] = np.empty((chart.height, chart.width, image.shape[2]), image.dtype)
-        for window in windows:
-            arrays[n][window] = paint_window(quilts[n], role, image, window, pyramid=pyramid, threads=1)
-    pixels = build_page(layout, page, work.seams, arrays)
-    if role == "normal":
-        top = layout.pages[page].top
-        turn_gutters(work.surface, work.run.charts, work.seams, own, pixels, top)
-    name = work.files[role][page]
-    with work.output.writing(name) as path:
-        if role == "albedo":
-            write_image(path, pixels, quality=work.quality)
-        else:
-            write_map(path, role, pixels, quality=work.quality)
+    pixels = paint_page(
+        work.surface,
+        work.run.charts,
+        _layout(work),
+        page,
+        work.seams,
+        quilts,
+        role,
+        work.maps[role],
+        _pyramid(place, stored, role),
+    )
+    with work.output.writing(work.files[role][page]) as path:
+        write_page(path, role, pixels, quality=work.quality)
 
 
 @lru_cache(maxsize=1)
