@@ -47,3 +47,20 @@ def test_vectors_stay_of_unit_length_and_plain_triangles_are_left_out() -> None:
     np.testing.assert_allclose(np.linalg.norm(fine.vectors, axis=2), 1)
     again = subdivided(surface, vectors[mesh.triangles], 10.0)
     np.testing.assert_allclose(again.vectors, vectors[mesh.triangles][10:])
+
+
+def test_what_is_narrow_is_cut_across() -> None:
+    # A strip of 100 by 0.1, and a square beside its long edge.
+    positions = np.array([[0.0, 0, 0], [100, 0, 0], [100, 0.1, 0], [0, 0.1, 0], [50, -50, 0]])
+    mesh = TriangleMesh(positions, np.array([[0, 1, 2], [0, 2, 3], [1, 0, 4]], np.int32))
+    fine = subdivided(flat_surface(mesh), np.tile([1.0, 0, 0], (3, 3, 1)), 2.0)
+    small = fine.surface.mesh
+    sides = np.linalg.norm(np.roll(small.corners, -1, axis=1) - small.corners, axis=2)
+    assert sides.max() <= 2.0 * 1.04
+    np.testing.assert_allclose(np.bincount(fine.parent, small.areas), mesh.areas)
+    # 64 parts of each long edge; halving all edges would make 3^6 triangles of each.
+    assert (np.bincount(fine.parent)[:2] == 127).all()
+    border = small.neighbours < 0
+    ends = np.stack([small.triangles, np.roll(small.triangles, -1, axis=1)], axis=2)[border]
+    outline = np.linalg.norm(small.positions[ends[:, 0]] - small.positions[ends[:, 1]], axis=1).sum()
+    np.testing.assert_allclose(outline, 100 + 0.2 + 2 * np.hypot(50, 50))  # no gap along what they share

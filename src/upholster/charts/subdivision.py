@@ -1,6 +1,7 @@
 """Cutting a mesh's long edges, so that no triangle is long where a block is short."""
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,22 @@ from upholster.types import FloatArray, IntArray
 __all__ = ["Subdivided", "subdivided"]
 
 _ROUNDS = 24
+
+_NARROW = 0.25
+"""Of the longest edge allowed: a triangle whose short edge is shorter is cut across, into strips. Halving its
+diagonals as well would make three parts of each two, round after round."""
+
+
+class _Pieces(NamedTuple):
+    """Triangles (k = 3) or strips (k = 4), cut out of triangles.
+
+    A strip has long sides from corner 0 to 1 and from 2 to 3, and short ends. `vertices` (N, k), `values`
+    (N, k, 5) parameters and vectors at the corners, `parent` (N,) of which triangle they are a part.
+    """
+
+    vertices: IntArray
+    values: FloatArray
+    parent: IntArray
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -35,6 +52,8 @@ class Subdivided:
 def subdivided(surface: MeshSurface, vectors: FloatArray, longest: float) -> Subdivided:
     """Halve edges until none is longer; both sides of an edge halve it alike, so that nothing gapes.
 
+    Diagonals across what is narrow may be longer by 4 %.
+
     Parameters
     ----------
     surface
@@ -44,23 +63,71 @@ def subdivided(surface: MeshSurface, vectors: FloatArray, longest: float) -> Sub
     longest
         Length of an edge, in model units.
     """
-    kept = np.flatnonzero(surface.island >= 0)
-    positions, triangles = surface.mesh.positions, surface.mesh.triangles[kept]
-    parameters, vectors, parent = surface.parameters[kept], vectors[kept], kept.astype(np.int32)
+    kept = np.flatnonzero(surface.island >= 0).astype(np.int32)
+    positions = surface.mesh.positions
+    values = np.concatenate([surface.parameters[kept], vectors[kept]], axis=2)
+    triangles = _Pieces(surface.mesh.triangles[kept], values, kept)
+    strips = _Pieces(np.zeros((0, 4), np.int32), np.zeros((0, 4, values.shape[2])), kept[:0])
     for _ in range(_ROUNDS):
-        ends = np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=2)
-        long = np.linalg.norm(positions[ends[..., 0]] - positions[ends[..., 1]], axis=2) > longest
-        if not long.any():
+        lengths = _lengths(strips, positions)
+        uneven = (lengths[:, 0] > longest) != (lengths[:, 2] > longest)
+        triangles = _joined(triangles, _halves_of(_chosen(strips, uneven), positions))
+        strips = _chosen(strips, ~uneven)
+        lengths = _lengths(triangles, positions)
+        long, long_strips = lengths > longest, _lengths(strips, positions) > longest
+        if not (long.any() or long_strips.any()):
             break
-        middles, positions = _halved(ends, long, positions)
-        triangles, places, which = _split(triangles, np.concatenate([parameters, vectors], axis=2), middles)
-        parameters, vectors, parent = places[..., :2], places[..., 2:], parent[which]
-    mesh = TriangleMesh(positions, triangles, name=surface.name)
-    return Subdivided(MeshSurface(mesh, surface.island[parent], parameters), parent, vectors)
+        ends = [_ends(pieces).reshape(-1, 2) for pieces in (triangles, strips)]
+        flags = np.concatenate([long.ravel(), long_strips.ravel()])
+        middles, positions = _halved(np.concatenate(ends), flags, positions)
+        split, new = _split(triangles, middles[: long.size].reshape(-1, 3), lengths < _NARROW * longest)
+        strips = _joined(_cut_across(strips, middles[long.size :].reshape(-1, 4)), new)
+        triangles = split
+    found = _joined(triangles, _halves_of(strips, positions))
+    vertices, values, parent = _chosen(found, np.argsort(found.parent, kind="stable"))
+    mesh = TriangleMesh(positions, vertices, name=surface.name)
+    flat = MeshSurface(mesh, surface.island[parent], np.ascontiguousarray(values[..., :2]))
+    return Subdivided(flat, parent, np.ascontiguousarray(values[..., 2:]))
+
+
+def _ends(pieces: _Pieces) -> IntArray:
+    return np.stack([pieces.vertices, np.roll(pieces.vertices, -1, axis=1)], axis=2)
+
+
+def _lengths(pieces: _Pieces, positions: FloatArray) -> FloatArray:
+    corners = positions[pieces.vertices]
+    lengths: FloatArray = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
+    return lengths
+
+
+def _chosen(pieces: _Pieces, which: NDArray[np.bool_] | NDArray[np.intp]) -> _Pieces:
+    return _Pieces(pieces.vertices[which], pieces.values[which], pieces.parent[which])
+
+
+def _joined(*parts: _Pieces) -> _Pieces:
+    return _Pieces(
+        np.concatenate([part.vertices for part in parts]),
+        np.concatenate([part.values for part in parts]),
+        np.concatenate([part.parent for part in parts]),
+    )
+
+
+def _picked(pieces: _Pieces, corners: tuple[int, ...]) -> _Pieces:
+    # Parts of pieces, by numbers of their corners.
+    return _Pieces(pieces.vertices[:, corners], pieces.values[:, corners], pieces.parent)
+
+
+def _halves_of(strips: _Pieces, positions: FloatArray) -> _Pieces:
+    # Strips as triangles, two each, cut at the shorter diagonal.
+    a, b, c, d = positions[strips.vertices].transpose(1, 0, 2)
+    first = np.linalg.norm(c - a, axis=1) <= np.linalg.norm(d - b, axis=1)
+    one, other = _chosen(strips, first), _chosen(strips, ~first)
+    halves = [_picked(one, (0, 1, 2)), _picked(one, (0, 2, 3))]
+    return _joined(*halves, _picked(other, (0, 1, 3)), _picked(other, (1, 2, 3)))
 
 
 def _halved(ends: IntArray, long: NDArray[np.bool_], positions: FloatArray) -> tuple[IntArray, FloatArray]:
-    # New vertices in the middle of long edges: (T, 3) their numbers, −1 elsewhere, and the longer array.
+    # New vertices in the middle of long edges (E, 2): (E,) their numbers, −1 elsewhere, and the longer array.
     low, high = ends[long].min(axis=1).astype(np.int64), ends[long].max(axis=1)
     keys, number = np.unique(low * len(positions) + high, return_inverse=True)
     low, high = keys // len(positions), keys % len(positions)
@@ -75,33 +142,38 @@ def _unit(vectors: FloatArray, instead: FloatArray) -> FloatArray:
     return np.where(length > 1e-3, vectors / np.maximum(length, 1e-3), instead)
 
 
-def _split(
-    triangles: IntArray, values: FloatArray, middles: IntArray
-) -> tuple[IntArray, FloatArray, NDArray[np.intp]]:
-    # Triangles cut at the middles of one, two or three edges, values at their corners, and which triangle
-    # each is a part of.
+def _with_middles(pieces: _Pieces, middles: IntArray) -> _Pieces:
+    # Behind the corners the middles of their edges.
+    values = pieces.values
     between = 0.5 * (values + np.roll(values, -1, axis=1))
     between[..., 2:] = _unit(between[..., 2:], values[..., 2:])
-    vertices = np.concatenate([triangles, middles], axis=1)  # corners 0…2, middles 3…5
-    places = np.concatenate([values, between], axis=1)
-    cut = middles >= 0
-    parts = []
+    vertices = np.concatenate([pieces.vertices, middles], axis=1)
+    return _Pieces(vertices, np.concatenate([values, between], axis=1), pieces.parent)
+
+
+def _cut_across(strips: _Pieces, middles: IntArray) -> _Pieces:
+    # Two strips of each whose sides are cut.
+    cut = middles[:, 0] >= 0
+    whole = _with_middles(_chosen(strips, cut), middles[cut])
+    halves = _joined(_picked(whole, (0, 4, 6, 3)), _picked(whole, (4, 1, 2, 6)))
+    return _joined(_chosen(strips, ~cut), halves)
+
+
+def _split(triangles: _Pieces, middles: IntArray, short: NDArray[np.bool_]) -> tuple[_Pieces, _Pieces]:
+    # Triangles cut at the middles of one, two or three edges, and strips of those whose third edge is short.
+    whole, cut = _with_middles(triangles, middles), middles >= 0
+    parts, strips = [_chosen(triangles, np.flatnonzero(~cut.any(axis=1)))], []
     for turn in range(3):  # patterns turned so that edge 0, or edges 0 and 1, are cut
-        corner, middle = (np.arange(3) + turn) % 3, 3 + (np.arange(3) + turn) % 3
-        a, b, c = corner
-        ab, bc, _ = middle
-        here = cut[:, corner]
-        for pattern, pieces in (
-            ((1, 0, 0), ((a, ab, c), (ab, b, c))),
-            ((1, 1, 0), ((ab, b, bc), (a, ab, bc), (a, bc, c))),
-        ):
-            chosen = np.flatnonzero((here == np.array(pattern, bool)).all(axis=1))
-            parts += [(chosen, np.array(piece)) for piece in pieces]
-    whole = np.flatnonzero(cut.all(axis=1))
-    parts += [(whole, np.array(piece)) for piece in ((0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5))]
-    parts.append((np.flatnonzero(~cut.any(axis=1)), np.arange(3)))
-    origins = np.concatenate([chosen for chosen, _ in parts])
-    new = np.concatenate([vertices[np.ix_(chosen, piece)] for chosen, piece in parts])
-    flat = np.concatenate([places[np.ix_(chosen, piece)] for chosen, piece in parts])
-    order = np.argsort(origins, kind="stable")
-    return new[order], flat[order], origins[order]
+        a, b, c = turn, (turn + 1) % 3, (turn + 2) % 3
+        ab, bc = 3 + a, 3 + b
+        one = _chosen(whole, cut[:, a] & ~cut[:, b] & ~cut[:, c])
+        parts += [_picked(one, (a, ab, c)), _picked(one, (ab, b, c))]
+        both = cut[:, a] & cut[:, b] & ~cut[:, c]
+        two = _chosen(whole, both & ~short[:, c])
+        parts += [_picked(two, (ab, b, bc)), _picked(two, (a, ab, bc)), _picked(two, (a, bc, c))]
+        narrow = _chosen(whole, both & short[:, c])
+        parts.append(_picked(narrow, (ab, b, bc)))
+        strips.append(_picked(narrow, (a, ab, bc, c)))
+    three = _chosen(whole, np.flatnonzero(cut.all(axis=1)))
+    parts += [_picked(three, corners) for corners in ((0, 3, 5), (3, 1, 4), (5, 4, 2), (3, 4, 5))]
+    return _joined(*parts), _joined(*strips)
