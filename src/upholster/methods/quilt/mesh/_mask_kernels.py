@@ -6,12 +6,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.jit import inline, kernel
+from upholster.methods.quilt.mesh._frame_kernels import Canvases
 from upholster.methods.quilt.mesh._sheet_kernels import MOST_SHEETS, FieldArrays, shown_at
 from upholster.methods.quilt.mesh._unfold_kernels import MeshArrays
 from upholster.quilt._paint_kernels import window_of
 from upholster.types import FloatArray, IntArray, int64
 
 __all__ = ["SHEET", "MaskNumbers", "mask_sheets"]
+
+_OVER = 1.0
+"""Cells that are painted beyond a sheet where the mesh goes on. More would cover what was laid there, less leave
+gaps."""
 
 SHEET = 8
 """Numbers of a sheet's placement: block, chart, row, column, height, width, first cell, sheet."""
@@ -20,7 +25,7 @@ SHEET = 8
 class MaskNumbers(NamedTuple):
     """Sizes: final texels per working texel, of a mask's cell, feathering, largest side; frame and its cells.
 
-    `gutter` final texels beyond the mesh are painted, too.
+    `gutter` final texels beyond the mesh are painted, too; where the mesh goes on, cells near the sheet only.
     """
 
     texels: float
@@ -70,6 +75,7 @@ def _side(centre: int, low: float, high: float, size: int, cell: int) -> Any:
 @inline
 def _fill(
     mesh: MeshArrays,
+    canvases: Canvases,
     field: FieldArrays,
     triangles: IntArray,
     sheets: IntArray,
@@ -86,7 +92,9 @@ def _fill(
     # Fills the window of a sheet's mask: cells near its triangles, new where the frame's mask is there.
     # Returns how many are new.
     cell, scale, columns = numbers.cell, numbers.texels, window[3] - window[2]
-    near = (0.71 * cell + numbers.gutter) ** 2
+    close, near = (_OVER * cell) ** 2, (0.71 * cell + numbers.gutter) ** 2
+    chart = int64(fit[1])
+    canvas, wide = canvases.firsts[chart], canvases.widths[chart]
     across, half = numbers.frame // numbers.frame_cell, numbers.frame // 2
     for at in range(cells.shape[0]):
         cells[at] = 0
@@ -121,7 +129,13 @@ def _fill(
                 y, x = y - b * y1 - d * y2, x - b * x1 - d * x2
                 if y * y + x * x > near:
                     continue
-                shown = shown_at(field, fit, (row + 0.5) / scale - 0.5, (column + 0.5) / scale - 0.5)
+                working = (row + 0.5) / scale - 0.5, (column + 0.5) / scale - 0.5
+                if y * y + x * x > close:
+                    r = min(max(int64(np.floor(working[0] + 0.5)), 0), canvases.heights[chart] - 1)
+                    c = min(max(int64(np.floor(working[1] + 0.5)), 0), wide - 1)
+                    if canvases.triangles[canvas + r * wide + c] >= 0:
+                        continue
+                shown = shown_at(field, fit, working[0], working[1])
                 a, e = int64(np.floor(shown[0] + 0.5)) + half, int64(np.floor(shown[1] + 0.5)) + half
                 if 0 <= a < numbers.frame and 0 <= e < numbers.frame:
                     new = mask[a // numbers.frame_cell * across + e // numbers.frame_cell]
@@ -133,6 +147,7 @@ def _fill(
 @kernel
 def mask_sheets(
     mesh: MeshArrays,
+    canvases: Canvases,
     field: FieldArrays,
     shapes: NDArray[np.int64],
     numbers: MaskNumbers,
@@ -179,6 +194,7 @@ def mask_sheets(
                 return at
             new = _fill(
                 mesh,
+                canvases,
                 field,
                 triangles,
                 sheets,

@@ -73,23 +73,23 @@ def mesh_arrays(
 ) -> MeshArrays:
     """Return a subdivided surface as kernels take it, with its places on working charts.
 
-    Blocks do not go on over edges at which the surface turns by `crease` degrees or more. Where surfaces only
-    touch each other at a vertex, each gets a vertex of its own: blocks are unfolded from vertex to vertex.
+    Blocks do not go on over edges at which the surface turns by `crease` degrees or more. What does not hang
+    together round a vertex gets vertices of its own: blocks are unfolded from vertex to vertex.
     `fold` is that of the field of directions, and `turns` (T,) are the quarter turns that take the charts'
     warp fields to it, by default none.
     """
     surface, mesh = fine.surface, fine.surface.mesh
     along, down = triangle_frames(surface, fine.vectors)
-    positions, triangles = _parted(mesh)
+    across = mesh.neighbours.copy()
+    if crease is not None:
+        normals = mesh.flat_normals
+        across[(normals[:, None] * normals[across // 3]).sum(axis=2) <= np.cos(np.radians(crease))] = -1
+    positions, triangles = _parted(mesh, across)
     owner = np.argsort(triangles.ravel(), kind="stable")
     first = np.searchsorted(triangles.ravel()[owner], np.arange(len(positions) + 1))
     places = chart_places(surface, charts) - 0.5
     seam, crossing = _crossings(surface, places)
-    across = mesh.neighbours.copy()
-    if crease is not None:
-        normals = mesh.flat_normals
-        turned = (normals[:, None] * normals[across // 3]).sum(axis=2) <= np.cos(np.radians(crease))
-        across[turned] = seam[turned] = -1
+    seam[across < 0] = -1
     return MeshArrays(
         positions,
         triangles,
@@ -110,13 +110,14 @@ def mesh_arrays(
     )
 
 
-def _parted(mesh: TriangleMesh) -> tuple[FloatArray, IntArray]:
+def _parted(mesh: TriangleMesh, across: IntArray) -> tuple[FloatArray, IntArray]:
     """Return positions and triangles, with a vertex for each fan of triangles that hangs together round one.
 
-    Where all of a vertex hang together nothing changes.
+    `across` (T, 3) is as `TriangleMesh.neighbours`, −1 where blocks end as well. Where all of a vertex hang
+    together nothing changes.
     """
     fan = np.empty(mesh.triangles.shape, np.int32)
-    count = corner_fans(mesh.neighbours, fan)
+    count = corner_fans(across, fan)
     vertex = np.empty(count, np.int32)  # of each fan
     vertex[fan.ravel()] = mesh.triangles.ravel()
     is_more = np.ones(count, np.bool_)

@@ -406,6 +406,7 @@ class _Laying:
         while True:
             done = mask_sheets(
                 self.mesh,
+                self.canvases,
                 self.field,
                 shapes,
                 numbers,
