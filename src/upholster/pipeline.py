@@ -257,7 +257,7 @@ class _Making:
         first, output = self.coverings[0], self.wanted[0]
         with timed("synthesize", self.seconds):
             if are_tiles_alone(self.wanted, self.coverings):
-                return (None, *tiled(first, output, self.options, pool, **run))
+                return (None, *tiled(first, self.wanted, self.options, pool, files, **run))
             quilts = [spread_quilt(first, output, pool, **run)]
         textured, written, counts = self._written(files, quilts)
         return textured, written, counts | pool.counts()

@@ -75,6 +75,25 @@ def test_tiles_are_those_of_the_whole_atlas(
     assert {file.suffix for file in tmp_path.iterdir()} == {".png"}
 
 
+def test_an_obj_refers_to_the_tiles(material: Material, whole: dict[str, bytes], tmp_path: Path) -> None:
+    (tmp_path / "models").mkdir()
+    report = _cover(material, tmp_path / "models" / "x.obj", tmp_path / NAME)
+    assert report.model is None  # nothing held all texels
+    assert _tiles(tmp_path) == {name: data for name, data in whole.items() if name.endswith(".png")}
+    assert sorted(file.name for file in (tmp_path / "models").iterdir()) == ["x.mtl", "x.obj"]
+    lines = (tmp_path / "models" / "x.mtl").read_text().splitlines()
+    assert [line for line in lines if "<UDIM>" in line] == [
+        "map_Kd ../x.<UDIM>.png", "norm ../x_normal.<UDIM>.png", "map_Pr ../x_roughness.<UDIM>.png",
+    ]  # fmt: skip
+    # Mesh and texture coordinates are those of an OBJ that is made in memory, in tiles as well.
+    _cover(material, tmp_path / "y.obj", tmp_path / "y.<UDIM>.png", tmp_path / "y.npz")
+    ours, other = (
+        [line for line in file.read_text().splitlines() if line[:2] in ("v ", "vt", "vn", "f ")]
+        for file in (tmp_path / "models" / "x.obj", tmp_path / "y.obj")
+    )
+    assert sorted(ours) == sorted(other)
+
+
 def test_tiles_of_a_stream_are_painted_one_by_one(material: Material, tmp_path: Path) -> None:
     _cover(material, tmp_path / "x.uph")
     options = WriteOptions(atlas_size=256, padding=6)

@@ -5,7 +5,7 @@ from upholster.export.glb import TextureFormat, write_glb
 from upholster.export.html import viewer_page, write_html
 from upholster.export.maps import map_companion, write_map
 from upholster.export.npz import write_npz
-from upholster.export.obj import ObjPart, obj_companions, write_obj
+from upholster.export.obj import ObjPart, obj_companions, write_obj, write_tiled_obj
 from upholster.export.pages import UDIM, page_files, udim_tile
 from upholster.export.ply import ply_companion, write_ply
 from upholster.export.retextured import Cover, write_retextured_glb
@@ -36,5 +36,6 @@ __all__ = [
     "write_ply",
     "write_retextured_glb",
     "write_stl",
+    "write_tiled_obj",
     "write_usdz",
 ]

@@ -1,7 +1,7 @@
 """Wavefront OBJ with its material and texture: what any modelling program reads."""
 
 import os
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple, TextIO
 
@@ -15,7 +15,7 @@ from upholster.image import alpha_channel, write_image
 from upholster.model import Mesh
 from upholster.types import FloatArray, IntArray
 
-__all__ = ["ObjPart", "obj_companions", "whole_polygons", "write_obj"]
+__all__ = ["ObjPart", "obj_companions", "whole_polygons", "write_obj", "write_tiled_obj"]
 
 _LINES = {
     "normal": ("norm",),
@@ -100,18 +100,74 @@ def write_obj(
     check_pages(len(textures), page, {"base colour": images})
     for file_name, image in zip(textures, images, strict=True):
         write_image(file_name, image, bits=16 if image.dtype == np.uint16 else 8)
+    _write_mesh(Path(path), mesh, uv, stem=stem, pages=len(images), page=page, parts=parts, part=part)
+    texture_name = f"{stem}_texture{Path(textures[0]).suffix}"
+    files = {role: page_files(map_companion(texture_name, role), len(images)) for role in maps}
+    files = {"albedo": page_files(texture_name, len(images)), **files}
+    alpha = alpha_channel(images[0].shape[2]) is not None
+    called = dict.fromkeys(tuple(_names(label.material or stem, len(images))) for label in parts or [_WHOLE])
+    lines = [
+        line
+        for names in called
+        for number, name in enumerate(names)
+        for line in _material(name, {role: own[number].name for role, own in files.items()}, alpha=alpha)
+    ]
+    Path(material).write_text("\n".join(lines) + "\n", encoding="utf-8", newline="\n")
+
+
+def write_tiled_obj(
+    path: str | os.PathLike[str],
+    material: str | os.PathLike[str],
+    mesh: Mesh,
+    uv: FloatArray,
+    files: Mapping[str, str],
+    *,
+    stem: str,
+    alpha: bool = False,
+) -> None:
+    """Write a model as OBJ and MTL that refers to UDIM tiles, which somebody else writes.
+
+    Parameters
+    ----------
+    path, material, mesh, stem
+        As of `write_obj`.
+    uv
+        (V, 2), whole numbers added as UDIM does.
+    files
+        What MTL calls the tiles of each map, with ``<UDIM>`` for their numbers, as Blender, Maya and others
+        read it; the base colour's under "albedo".
+    alpha
+        Whether the base colour has an alpha channel.
+    """
+    _write_mesh(Path(path), mesh, uv, stem=stem)
+    lines = _material(_names(stem, 1)[0], files, alpha=alpha)
+    Path(material).write_text("\n".join(lines) + "\n", encoding="utf-8", newline="\n")
+
+
+def _write_mesh(
+    path: Path,
+    mesh: Mesh,
+    uv: FloatArray,
+    *,
+    stem: str,
+    pages: int = 1,
+    page: IntArray | None = None,
+    parts: Sequence[ObjPart] = (),
+    part: IntArray | None = None,
+) -> None:
+    """Write the OBJ file: each part has a material for each page that it lies on."""
     turned = np.array([[1.0, 0, 0], [0, 0, -1], [0, 1, 0]])  # applied from the right
     places, place_of = np.unique(mesh.positions @ turned + 0.0, axis=0, return_inverse=True)
     place_of = place_of.reshape(-1)  # + 0.0 made -0.0 equal to 0.0
-    with Path(path).open("w", encoding="utf-8", newline="\n") as file:
+    with path.open("w", encoding="utf-8", newline="\n") as file:
         file.write(f"# upholster {__version__}\nmtllib {stem}.mtl\n")
         _rows(file, "v %.9g %.9g %.9g\n", places)
         _rows(file, "vt %.7f %.7f\n", np.column_stack([uv[:, 0], 1.0 - uv[:, 1]]))
         _rows(file, "vn %.6f %.6f %.6f\n", mesh.normals @ turned + 0.0)
         for label, polygons in _by_part(mesh, place_of, parts, part):
             file.write(f"o {' '.join(label.name.split()) or stem}\n")
-            kinds = [polygons_by_page(faces, page, len(images)) for faces in polygons]
-            names = _names(label.material or stem, len(images))
+            kinds = [polygons_by_page(faces, page, pages) for faces in polygons]
+            names = _names(label.material or stem, pages)
             for name, on_page in zip(names, zip(*kinds, strict=True), strict=True):
                 if not any(map(len, on_page)):
                     continue
@@ -119,16 +175,6 @@ def write_obj(
                 for corners in on_page:
                     numbers = np.stack([place_of[corners], corners, corners], axis=2) + 1
                     _rows(file, "f" + " %d/%d/%d" * corners.shape[1] + "\n", numbers)
-    texture_name = f"{stem}_texture{Path(textures[0]).suffix}"
-    alpha = alpha_channel(images[0].shape[2]) is not None
-    called = dict.fromkeys(tuple(_names(label.material or stem, len(images))) for label in parts or [_WHOLE])
-    lines = [
-        line
-        for names in called
-        for number, name in enumerate(names)
-        for line in _material(name, texture_name, number, len(images), maps, alpha=alpha)
-    ]
-    Path(material).write_text("\n".join(lines) + "\n", encoding="utf-8", newline="\n")
 
 
 def _names(material: str, pages: int) -> list[str]:
@@ -151,21 +197,19 @@ def _by_part(
             yield label, [mesh.triangles[own]]
 
 
-def _material(
-    name: str, texture: str, number: int, pages: int, maps: Collection[str], *, alpha: bool
-) -> list[str]:
-    """Return what MTL says of the material of one page."""
-    own = page_files(texture, pages)[number].name
+def _material(name: str, files: Mapping[str, str], *, alpha: bool) -> list[str]:
+    """Return what MTL says of a material whose maps are these files, by role."""
     looks = ["Kd 1 1 1", "Ks 0 0 0", "illum 1"]
     looks += [
-        default for role, default in (("roughness", "Pr 0.8"), ("metallic", "Pm 0")) if role not in maps
+        default for role, default in (("roughness", "Pr 0.8"), ("metallic", "Pm 0")) if role not in files
     ]
-    lines = [f"newmtl {name}", *looks, f"map_Kd {own}"]
+    lines = [f"newmtl {name}", *looks, f"map_Kd {files['albedo']}"]
     if alpha:
-        lines.append(f"map_d {own}")
-    for role in maps:
-        *factors, word = _LINES.get(role, (f"# {role}:",))
-        lines += [*factors, f"{word} {page_files(map_companion(texture, role), pages)[number].name}"]
+        lines.append(f"map_d {files['albedo']}")
+    for role, file in files.items():
+        if role != "albedo":
+            *factors, word = _LINES.get(role, (f"# {role}:",))
+            lines += [*factors, f"{word} {file}"]
     return lines
 
 

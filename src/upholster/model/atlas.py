@@ -17,7 +17,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.charts.seams import ChartSeam
-from upholster.errors import InputError
 from upholster.model.gutter import fill_gutters, shown_beyond
 from upholster.model.mesh import Mesh
 from upholster.model.packing import AtlasCell, AtlasLayout, AtlasPage, gutter_depths, pack_charts
@@ -64,7 +63,7 @@ class Atlas:
         InputError
             If a chart of the mesh is not here.
         """
-        return np.ascontiguousarray((self._rows_columns(mesh) / self.pixels.shape[:2])[:, ::-1])
+        return np.ascontiguousarray((self._layout.rows_columns(mesh) / self.pixels.shape[:2])[:, ::-1])
 
     def page_coordinates(self, mesh: Mesh) -> tuple[IntArray, FloatArray]:
         """Return the page of every vertex of `mesh`, (V,) int32, and (u, v) on it, (V, 2) in 0…1.
@@ -76,17 +75,11 @@ class Atlas:
         InputError
             As for `texture_coordinates`.
         """
-        rows_columns = self._rows_columns(mesh)
-        page = np.array([cell.page for cell in self.cells], np.int32)[mesh.chart]
-        first = np.array([(page.top, 0) for page in self.pages])[page]
-        shape = np.array([(page.height, page.width) for page in self.pages])[page]
-        return page, np.ascontiguousarray(((rows_columns - first) / shape)[:, ::-1])
+        return self._layout.page_coordinates(mesh)
 
-    def _rows_columns(self, mesh: Mesh) -> FloatArray:
-        if (last := int(mesh.chart.max(initial=0))) >= len(self.cells):
-            raise InputError(f"mesh has chart {last}; the atlas has 0 to {len(self.cells) - 1}")
-        origin = np.array([(cell.row, cell.column) for cell in self.cells], np.float64)
-        return np.asarray(origin[mesh.chart] + mesh.places)
+    @property
+    def _layout(self) -> AtlasLayout:
+        return AtlasLayout(self.cells, self.pages)
 
 
 def build_atlas(

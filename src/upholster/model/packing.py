@@ -4,8 +4,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import accumulate
 
+import numpy as np
+
 from upholster.errors import InputError
+from upholster.model.mesh import Mesh
 from upholster.quilt.chart import Chart
+from upholster.types import FloatArray, IntArray
 
 __all__ = [
     "MAX_GUTTER",
@@ -72,6 +76,29 @@ class AtlasLayout:
     def on_page(self, number: int) -> dict[int, AtlasCell]:
         """Return the cells of a page by their charts' numbers."""
         return {n: cell for n, cell in enumerate(self.cells) if cell.page == number}
+
+    def page_coordinates(self, mesh: Mesh) -> tuple[IntArray, FloatArray]:
+        """Return the page of every vertex of `mesh`, (V,) int32, and (u, v) on it, (V, 2) in 0…1.
+
+        A polygon has all its vertices on one page, for they are one chart's.
+
+        Raises
+        ------
+        InputError
+            If a chart of the mesh is not here.
+        """
+        rows_columns = self.rows_columns(mesh)
+        page = np.array([cell.page for cell in self.cells], np.int32)[mesh.chart]
+        first = np.array([(page.top, 0) for page in self.pages])[page]
+        shape = np.array([(page.height, page.width) for page in self.pages])[page]
+        return page, np.ascontiguousarray(((rows_columns - first) / shape)[:, ::-1])
+
+    def rows_columns(self, mesh: Mesh) -> FloatArray:
+        """Return row and column of every vertex of `mesh` in the whole atlas, (V, 2); errors as there."""
+        if (last := int(mesh.chart.max(initial=0))) >= len(self.cells):
+            raise InputError(f"mesh has chart {last}; the atlas has 0 to {len(self.cells) - 1}")
+        origin = np.array([(cell.row, cell.column) for cell in self.cells], np.float64)
+        return np.asarray(origin[mesh.chart] + mesh.places)
 
 
 def gutter_depths(cell: AtlasCell) -> tuple[int, int, int, int]:

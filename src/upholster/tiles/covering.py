@@ -1,5 +1,6 @@
 """A covering done by tasks: its tiles written one by one, or its quilt made on many workers."""
 
+import os
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager
 from pathlib import Path
@@ -7,10 +8,13 @@ from pathlib import Path
 from upholster.cluster import cluster_pool
 from upholster.coverings import Covering
 from upholster.errors import InputError, check_whole
-from upholster.export import UDIM
+from upholster.export import UDIM, map_companion, obj_companions, udim_tile, write_tiled_obj
+from upholster.files import Outputs
 from upholster.geometry import Surface
+from upholster.image import alpha_channel
 from upholster.image.source import source_parts
 from upholster.methods import emitted_quilt, planned_run
+from upholster.model import tessellate
 from upholster.options import WriteOptions
 from upholster.outputs import Output
 from upholster.parallel import TaskPool, thread_pool
@@ -18,7 +22,7 @@ from upholster.quilt import Quilt
 from upholster.reports import laid_counts
 from upholster.tiles.places import Place
 from upholster.tiles.running import laid_by_tasks, write_tiles
-from upholster.tiles.work import tile_work
+from upholster.tiles.work import TileWork, tile_work
 from upholster.types import Progress
 
 __all__ = ["are_tiles_alone", "check_tasks", "spread_quilt", "task_pool", "tiled"]
@@ -28,8 +32,13 @@ _FOLDER = ".upholster"
 
 
 def are_tiles_alone(wanted: Sequence[Output], coverings: Sequence[Covering]) -> bool:
-    """Return whether nothing but one set of tiles is written, of charts that are laid one by one."""
-    return len(wanted) == 1 and wanted[0].in_tiles and _is_by_charts(coverings)
+    """Return whether one set of tiles is written of charts that are laid one by one, and else OBJ alone.
+
+    An OBJ refers to the tiles then, and needs no texels.
+    """
+    others = [output for output in wanted if not output.in_tiles]
+    are_obj = all(output.kind == "obj" for output in others)
+    return len(wanted) == len(others) + 1 and are_obj and _is_by_charts(coverings)
 
 
 def check_tasks(
@@ -79,9 +88,10 @@ def task_pool(
 
 def tiled(
     covering: Covering,
-    output: Output,
+    wanted: Sequence[Output],
     options: WriteOptions,
     pool: TaskPool,
+    files: Outputs,
     *,
     seed: int,
     progress: Progress | None,
@@ -89,8 +99,10 @@ def tiled(
 ) -> tuple[dict[str, int], dict[str, int]]:
     """Write the tiles of a covering, one by one; return the bytes of each file, and the report's counts.
 
-    What is done stays, whatever happens, and the next run of the same goes on there.
+    What is done stays, whatever happens, and the next run of the same goes on there. Other outputs, OBJ, are
+    written when all tiles are there.
     """
+    output = next(output for output in wanted if output.in_tiles)
     surface, place = covering.surface, _place_of(output)
     assert isinstance(surface, Surface)  # `are_tiles_alone` looked
     run = planned_run(covering.prepared, covering.seen, surface, seed=seed)
@@ -98,8 +110,34 @@ def tiled(
     shape = covering.seen.shape[0], covering.seen.shape[1]
     work = tile_work(run, surface, shape, maps, output.path.name, place, options)
     written, placed = write_tiles(work, _folder_of(output), pool, progress=progress, tell=tell)
+    for other in wanted:
+        if other is not output:
+            written |= _written_obj(other, output, work, options, files)
     counts = laid_counts(surface, covering.charts, (placed, 0), maps["albedo"])
     return written, counts | {"maps": len(maps)} | pool.counts()
+
+
+def _written_obj(
+    output: Output, tiles: Output, work: TileWork, options: WriteOptions, files: Outputs
+) -> dict[str, int]:
+    """Write an OBJ that refers to the tiles; return the bytes of its files."""
+    assert work.layout is not None  # there are tiles
+    seams = [seam for own in work.seams.values() for seam in own]
+    mesh = tessellate(work.surface, work.run.charts, seams, quads=options.quads)
+    page, uv = work.layout.page_coordinates(mesh)
+    uv = uv + udim_tile(page) * (1, -1)  # v is downward here, and upward in OBJ
+    where = tiles.url or Path(os.path.relpath(tiles.path.parent, output.path.parent)).as_posix()
+    prefix = "" if where == "." else f"{where}/"
+    names = {
+        role: prefix + (tiles.path if role == "albedo" else map_companion(tiles.path, role)).name
+        for role in work.maps
+    }
+    targets = [output.path, obj_companions(output.path)[0]]
+    places = [files.path(target) for target in targets]
+    alpha = alpha_channel(work.maps["albedo"].shape[2]) is not None
+    stem = output.path.stem
+    write_tiled_obj(places[0], places[1], mesh, uv, names, stem=stem, alpha=alpha)
+    return {str(target): place.stat().st_size for target, place in zip(targets, places, strict=True)}
 
 
 def spread_quilt(
