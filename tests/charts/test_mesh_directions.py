@@ -14,7 +14,7 @@ from upholster.charts.mesh_directions import (
     parse_mesh_direction,
     parse_strokes,
 )
-from upholster.charts.mesh_directions.asked import laid_over
+from upholster.charts.mesh_directions.asked import laid_over, shading_normals
 from upholster.errors import InputError
 from upholster.geometry import TriangleMesh
 
@@ -361,6 +361,23 @@ def test_the_smoothest_field_is_turned_to_be_most_like_level():
     like, unlike = (np.einsum("t,ti,ti->", tilted.areas, one, level) for one in (field.face_vectors, turned))
     assert like > 0
     assert abs(unlike) < 0.05 * like
+
+
+def test_legs_of_few_facets_are_asked_as_round_ones_and_those_of_five_as_facets() -> None:
+    for sides, crease, smooth in ((7, None, True), (5, None, False), (7, 40.0, False)):
+        angle = 2 * np.pi * np.arange(sides) / sides
+        ring = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)
+        low, high = np.arange(sides), sides + np.arange(sides)
+        triangles = np.concatenate(
+            [
+                np.stack([low, np.roll(low, -1), high], axis=1),
+                np.stack([np.roll(low, -1), np.roll(high, -1), high], axis=1),
+            ]
+        )
+        leg = TriangleMesh(np.concatenate([ring, 0.6 * ring + (0, 0, 2)]), triangles)
+        normals = shading_normals(leg, crease)
+        first = normals.reshape(-1, 3)[np.unique(triangles, return_index=True)[1]]
+        assert np.allclose(normals, first[triangles]) == smooth
 
 
 def test_open_land_has_smooth_directions_and_other_meshes_level_ones() -> None:

@@ -1,7 +1,7 @@
 """What a level direction, or vectors in space, are on the smooth surface that a mesh's triangles stand for.
 
 Facets are flat, and what is asked for on each alone jumps from one to the next. What is drawn smooth, with
-normals that are interpolated, is asked for by the same normals; over edges that are drawn sharp it jumps.
+normals that are interpolated, is asked for by the same normals; over sharp edges it jumps.
 """
 
 import numpy as np
@@ -10,10 +10,17 @@ from upholster.charts.directions import Vectors, called
 from upholster.charts.mesh_directions.direction import MeshDirection, TriangleVectors
 from upholster.errors import InputError
 from upholster.geometry import TriangleMesh
-from upholster.geometry.corner_normals import CREASE, corner_normals
+from upholster.geometry.corner_normals import corner_normals
 from upholster.types import FloatArray
 
-__all__ = ["asked_at_corners", "laid_over", "shading_normals", "vectors_at"]
+__all__ = ["SMOOTH", "asked_at_corners", "laid_over", "shading_normals", "vectors_at"]
+
+SMOOTH = 60.0
+"""Degrees: what is asked for goes on smoothly over edges that bend by less, where the file has no normals.
+
+Models are drawn smooth over edges of less (`corner_normals`). But where a leg or an ear has few facets, each
+would ask for a direction of its own, and the texture would be cut at every other edge.
+"""
 
 _TURNED_OVER = 0.2
 """Cosine of the angle to its triangle's normal below which one of a file is not believed."""
@@ -57,12 +64,12 @@ def asked_at_corners(
 
 
 def shading_normals(mesh: TriangleMesh, crease: float | None = None) -> FloatArray:
-    """Return unit normals at the triangles' corners, (T, 3, 3), as models are drawn: see `corner_normals`.
+    """Return unit normals at the triangles' corners, (T, 3, 3), of the smooth surface: see `corner_normals`.
 
-    They are smooth over edges of less than `CREASE` degrees, or than `crease` if that is less. A normal of a
+    They are smooth over edges of less than `SMOOTH` degrees, or than `crease` if that is less. A normal of a
     file that is turned over, or nearly, is its triangle's.
     """
-    found = corner_normals(mesh, CREASE if crease is None else min(crease, CREASE))
+    found = corner_normals(mesh, SMOOTH if crease is None else min(crease, SMOOTH))
     flat = mesh.flat_normals[:, None]
     upright = (found * flat).sum(axis=2, keepdims=True) > _TURNED_OVER
     out: FloatArray = np.where(upright, found, flat)
