@@ -383,8 +383,9 @@ def test_legs_of_few_facets_are_asked_as_round_ones_and_those_of_five_as_facets(
 def test_open_land_has_smooth_directions_and_other_meshes_level_ones() -> None:
     assert default_mesh_direction(height_field(12, 0.1)) == "smooth"
     assert default_mesh_direction(sphere(8)) == "level"
-    # A house on a lawn: nearly all of it lies flat, and has no say.
-    assert default_mesh_direction(box((30.0, 30.0, 1.0))) == "level"
+    # A low house has more area flat than upright, and is level; a floor is smooth.
+    assert default_mesh_direction(box((30.0, 30.0, 5.5))) == "level"
+    assert default_mesh_direction(box((30.0, 30.0, 1.0))) == "smooth"
     assert default_mesh_direction(height_field(4)) == "smooth"
     land = height_field(16, 0.1)
     np.testing.assert_array_equal(

@@ -26,8 +26,11 @@ from upholster.types import FloatArray, IntArray, frozen_array
 
 __all__ = ["MeshField", "default_mesh_direction", "mesh_directions"]
 
-_FLAT = 0.62
-"""Mean of the normals' upright parts from which on what slopes lies flat: 0.5 on a ball, 0 on walls."""
+_GROUND = 0.75
+"""Mean of the normals' upright parts from which on a mesh is mostly ground: 0.5 on a ball."""
+
+_LAND = 0.62
+"""The same mean over what slopes, from which on it is open land: 0 on walls."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,14 +99,16 @@ class MeshField(Shown):
 
 
 def default_mesh_direction(mesh: TriangleMesh) -> str:
-    """Return ``level``, or ``smooth`` where what slopes lies flat in the mean, as open land does.
+    """Return ``level``, or ``smooth`` where a mesh is mostly ground, or what slopes is open land.
 
-    There lines of equal height wind round every top and hollow. What has no slope, as floors and grounds, has
-    no say: it goes on smoothly in either case. What is flat all over is ``smooth``.
+    On land lines of equal height wind round every top and hollow; and ground, which is flat, would follow
+    each small thing that stands on it. Else what is flat has no say: a house on a lawn is level.
     """
     upright = np.abs(mesh.flat_normals[:, 2])
+    if float((upright * mesh.areas).sum()) > _GROUND * float(mesh.areas.sum()):
+        return "smooth"
     share = mesh.areas * asked_of_slopes(upright)
-    return "smooth" if float((upright * share).sum()) >= _FLAT * float(share.sum()) else "level"
+    return "smooth" if float((upright * share).sum()) >= _LAND * float(share.sum()) else "level"
 
 
 def mesh_directions(
