@@ -19,8 +19,8 @@ export const MAX_INPUTS = 5
 export class BitDecoder {
   /** So many counters and mixers; the mixers' weights in 1/65536 at first. */
   constructor(counters, mixers, weight) {
-    this.p = new Int32Array(counters).fill(1 << 19)
-    this.n = new Uint16Array(counters)
+    // Of each counter p, and n in the lowest ten bits: they are read together.
+    this.counters = new Int32Array(counters).fill(1 << 29)
     // Sums of weights times logits may exceed 32 bits.
     this.weights = new Float64Array(MAX_INPUTS * mixers).fill(weight)
     this.input = new Int32Array(MAX_INPUTS)
@@ -57,12 +57,13 @@ export class BitDecoder {
 
   /** The next bit, or −1 if the bytes that have come do not determine it; then nothing has changed. */
   bit(count, mixer, limit) {
-    const { p, n, weights, input, logits } = this
+    const { counters, weights, input, logits } = this
     const base = mixer * MAX_INPUTS
     let sum = 0
     for (let k = 0; k < count; k++) {
-      logits[k] = STRETCH[p[input[k]] >> 8]
-      sum += weights[base + k] * logits[k]
+      const logit = STRETCH[counters[input[k]] >> 18]
+      logits[k] = logit
+      sum += weights[base + k] * logit
     }
     const chance = SQUASH[2048 + clamp(Math.floor(sum / 65536), -2047, 2047)]
     const span = this.high - this.low
@@ -85,8 +86,9 @@ export class BitDecoder {
     for (let k = 0; k < count; k++) {
       const c = input[k]
       weights[base + k] += (logits[k] * error + 8192) >> 14
-      p[c] += (((target - p[c]) >> 4) * RECIPROCALS[n[c]]) >> 10
-      if (n[c] < limit) n[c]++
+      const p = counters[c] >> 10
+      const n = counters[c] & 1023
+      counters[c] = ((p + ((((target - p) >> 4) * RECIPROCALS[n]) >> 10)) << 10) | Math.min(n + 1, limit)
     }
     return bit
   }

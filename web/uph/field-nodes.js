@@ -88,31 +88,44 @@ class NodeDecoder {
     this.bits = new BitDecoder(LONG + 1, LONG_MIXER + 1, 24030)
     this.bits.setWeights(LONG_MIXER, LONG_MIXER + 1, 72090)
     this.first = new Int16Array(4) // the first node of the chart before
+    this.hints = new Int32Array(3)
+    this.begin = new Int32Array(3) // of a number's counters
   }
 
   /** Nodes of one chart; waits where bytes are missing. */
   *decode(rows, columns) {
+    const { bits, begin } = this
+    const { input } = bits
     const nodes = new Int16Array(4 * rows * columns)
-    Object.assign(this, { columns, nodes, residuals: new Int16Array(nodes.length) })
-    for (let i = 0; i < rows; i++) {
-      for (let j = 0; j < columns; j++) for (let k = 0; k < 4; k++) yield* this.#decodeNumber(i, j, k)
+    const residuals = new Int16Array(nodes.length)
+    Object.assign(this, { columns, nodes, residuals })
+    for (let i = 0, place = 0; i < rows; i++) {
+      for (let j = 0; j < columns; j++) {
+        for (let k = 0; k < 4; k++, place++) {
+          const guess = this.#guess(i, j, k)
+          this.#enterContexts(i, j, k)
+          // A generator of its own for each number would take as long as all the rest.
+          let [size, sign] = [0, 1]
+          for (let step = 0; step <= LONGEST_RUN; step++) {
+            for (let n = 0; n < 3; n++) input[n] = begin[n] + (n < 2 ? Math.min(step, 5) : step)
+            let bit
+            while ((bit = bits.bit(3, 3 * k + Math.min(step, 2), 255)) < 0) yield
+            if (step === 1) sign = bit ? -1 : 1
+            else if (bit) size++
+            else break
+          }
+          if (size === LONGEST_RUN) size += yield* this.#decodeLong()
+          const value = guess + sign * size
+          if (k !== ANGLE && Math.abs(value) > (k < ANGLE ? SIZE_LIMIT : SHEAR_LIMIT)) {
+            this.fail("a field's node is out of range")
+          }
+          residuals[place] = sign * size
+          nodes[place] = k === ANGLE ? value & 255 : value
+        }
+      }
     }
     this.first = nodes.slice(0, 4)
     return nodes
-  }
-
-  *#decodeNumber(i, j, k) {
-    const { nodes, residuals } = this
-    const [guess, ...hints] = this.#guess(i, j, k)
-    const [x, y, z] = k === ANGLE ? hints.map(foldAngle) : hints
-    const residual = yield* this.#decodeResidual(k, hint(x) * 25 + hint(y) * 5 + hint(z), ...this.#context(i, j, k))
-    const place = 4 * (i * this.columns + j) + k
-    const value = guess + residual
-    if (k !== ANGLE && Math.abs(value) > (k < ANGLE ? SIZE_LIMIT : SHEAR_LIMIT)) {
-      this.fail("a field's node is out of range")
-    }
-    residuals[place] = residual
-    nodes[place] = k === ANGLE ? value & 255 : value
   }
 
   /** A number of a node; 0 beyond the grid. */
@@ -120,61 +133,44 @@ class NodeDecoder {
     return i < 0 || j < 0 || j >= this.columns ? 0 : array[4 * (i * this.columns + j) + k]
   }
 
-  /** The likely value of a number, and how far three other guesses lie from it. */
+  /** The likely value of a number; `hints` get how far three other guesses lie from it. */
   #guess(i, j, k) {
-    const { nodes, columns } = this
+    const { nodes, columns, hints } = this
+    hints.fill(0)
+    if (!i && !j) return this.first[k]
     const west = this.#number(nodes, i, j - 1, k)
     const north = this.#number(nodes, i - 1, j, k)
     const northEast = this.#number(nodes, i - 1, j + 1, k)
-    if (i && j) {
-      const guess = west + north - this.#number(nodes, i - 1, j - 1, k)
-      const x = j > 1 ? 2 * west - this.#number(nodes, i, j - 2, k) - guess : 0
-      const y = i > 1 ? 2 * north - this.#number(nodes, i - 2, j, k) - guess : 0
-      return [guess, x, y, j + 1 < columns ? west + northEast - north - guess : 0]
-    }
-    if (j) return [west, j > 1 ? west - this.#number(nodes, 0, j - 2, k) : 0, 0, 0]
-    if (i) {
-      const y = i > 1 ? north - this.#number(nodes, i - 2, 0, k) : 0
-      return [north, 0, y, columns > 1 ? northEast - north : 0]
-    }
-    return [this.first[k], 0, 0, 0]
+    const guess = i && j ? west + north - this.#number(nodes, i - 1, j - 1, k) : i ? north : west
+    if (j > 1) hints[0] = i ? 2 * west - this.#number(nodes, i, j - 2, k) - guess : west - this.#number(nodes, 0, j - 2, k)
+    if (i > 1) hints[1] = j ? 2 * north - this.#number(nodes, i - 2, j, k) - guess : north - this.#number(nodes, i - 2, 0, k)
+    if (i && j + 1 < columns) hints[2] = j ? west + northEast - north - guess : northEast - north
+    return guess
   }
 
-  /** What residuals round a number, and of the one before, say of its own: two contexts. */
-  #context(i, j, k) {
-    const { residuals } = this
+  /** Take note of where a number's counters begin: by hints, and by residuals round it, and of the one before. */
+  #enterContexts(i, j, k) {
+    const { residuals, hints, begin } = this
+    if (k === ANGLE) for (let n = 0; n < 3; n++) hints[n] = foldAngle(hints[n])
     const west = this.#number(residuals, i, j - 1, k)
     const north = this.#number(residuals, i - 1, j, k)
     const northEast = this.#number(residuals, i - 1, j + 1, k)
     const before = k ? this.#number(residuals, i, j, k - 1) : 0
     const around = hint(west) * 15 + hint(north) * 3 + clamp(before, -1, 1) + 1
-    return [around, Math.min(15, Math.abs(west) + Math.abs(north) + Math.abs(northEast))]
+    const spread = Math.min(15, Math.abs(west) + Math.abs(north) + Math.abs(northEast))
+    begin[0] = GUESSED + (k * 125 + hint(hints[0]) * 25 + hint(hints[1]) * 5 + hint(hints[2])) * 6
+    begin[1] = AROUND + (k * 75 + around) * 6
+    begin[2] = SPREAD + (k * 16 + spread) * 21
   }
 
-  *#decodeResidual(k, guesses, around, spread) {
-    const { input } = this.bits
-    let [size, sign] = [0, 1]
-    for (let step = 0; step <= LONGEST_RUN; step++) {
-      const near = Math.min(step, 5)
-      input[0] = GUESSED + (k * 125 + guesses) * 6 + near
-      input[1] = AROUND + (k * 75 + around) * 6 + near
-      input[2] = SPREAD + (k * 16 + spread) * 21 + step
+  *#decodeLong() {
+    let more = 0
+    for (let b = 0; b < LONG_BITS; b++) {
+      this.bits.input[0] = LONG
       let bit
-      while ((bit = this.bits.bit(3, 3 * k + Math.min(step, 2), 255)) < 0) yield
-      if (step === 1) sign = bit ? -1 : 1
-      else if (bit) size++
-      else break
+      while ((bit = this.bits.bit(1, LONG_MIXER, 255)) < 0) yield
+      more = 2 * more + bit
     }
-    if (size === LONGEST_RUN) {
-      input[0] = LONG
-      let more = 0
-      for (let b = 0; b < LONG_BITS; b++) {
-        let bit
-        while ((bit = this.bits.bit(1, LONG_MIXER, 255)) < 0) yield
-        more = 2 * more + bit
-      }
-      size += more
-    }
-    return sign * size
+    return more
   }
 }

@@ -301,7 +301,7 @@ export class CoefficientDecoder {
   /** Let i wait in the queue that its likelihood calls for, from the queue `first` on. */
   #enqueue(i, first) {
     this.#measure(i)
-    const chance = this.bits.p[this.#s1(i)] >> 4
+    const chance = this.bits.counters[this.#s1(i)] >> 14
     let k = first
     while (k < DOMINANT && chance < THRESHOLDS[k]) k++
     if (k < DOMINANT && k < this.waiting[i]) {

@@ -27,7 +27,7 @@ export class MaskFrame {
     this.columns = Math.ceil(width / maskCell)
     this.stride = window.columns + 2 * RING
     this.first = RING * this.stride + RING
-    ;[this.cells, this.classes, this.under] = coverage.memory((window.rows + 2 * RING) * this.stride)
+    ;[this.cells, this.classes, this.under, this.open] = coverage.memory((window.rows + 2 * RING) * this.stride)
     this.#fillRing(window)
   }
 
@@ -60,6 +60,26 @@ export class MaskFrame {
     return this.left + Math.min(this.block.width, j * this.block.maskCell)
   }
 
+  /**
+   * How many cells come before the first new one or the block's rim, at most 7 of each: to the right, times 8, and below.
+   * An array by place.
+   */
+  openCells() {
+    const { classes, open, stride } = this
+    const { top, left, rows, columns } = this.block.window
+    // Beyond a window that ends within the block, cells are new.
+    const count = (isRim, next, shift) => (isRim || classes[next] >= NEAR_BARE ? 0 : Math.min(7, ((open[next] >> shift) & 7) + 1))
+    for (let i = top + rows; i-- > top; ) {
+      for (let j = left + columns, at = this.first + (i - top) * stride + columns; j-- > left; ) {
+        at--
+        const right = count(j === this.columns - 1, at + 1, 3)
+        const below = count(i === this.rows - 1, at + stride, 0)
+        open[at] = 8 * right + below
+      }
+    }
+    return open
+  }
+
   /** Take over the cells of the window. */
   putCells(cells) {
     let from = 0
@@ -81,10 +101,10 @@ export class Coverage {
     this.height = height
     this.width = width
     this.covered = new Uint8Array(height * width)
-    this.spare = [0, 0, 0]
+    this.spare = [0, 0, 0, 0]
   }
 
-  /** Three arrays of so many zeros at least: those given before. */
+  /** Four arrays of so many zeros at least: those given before. */
   memory(size) {
     this.spare = this.spare.map((one) => (one.length >= size ? one.fill(0, 0, size) : new Uint8Array(size)))
     return this.spare

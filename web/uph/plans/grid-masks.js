@@ -87,19 +87,18 @@ function* decodeMask(plan, frame, isOwn) {
     if (!isTold(at)) cells[at] = 1
   })
   const kind = isOwn ? 0 : 1
-  const shows = isOwn ? () => block.agrees : shownOfLinked(plan.blocks[block.link], block, knownCells)
+  const shows = isOwn ? null : shownOfLinked(plan.blocks[block.link], block, knownCells)
+  const open = frame.openCells()
   for (let i = top; i < top + rows; i++) {
     for (let j = left, at = frame.first + (i - top) * stride; j < left + columns; j++, at++) {
       if (!isTold(at)) continue
       const north = at - stride
       const near = cells[at - 1] + 2 * cells[north] + 4 * cells[north - 1] + 8 * cells[north + 1]
       const around = near + 16 * cells[at - 2] + 32 * cells[north - stride] + 64 * cells[north + 2]
-      const shown = shows(i, j)
+      const shown = shows ? shows(i, j) : block.agrees
       input[0] = ((kind * 128 + around) * 8 + newBehind(classes, at, stride)) * 4 + shown
       input[1] = BY_PLACE + ((kind * 1024 + Math.min(i, 31) * 32 + Math.min(j, 31)) * 4 + (near & 3)) * 4 + shown
-      const distances = openCells(classes, at, 1, frame.columns - 1 - j) * 8
-      const below = openCells(classes, at, stride, frame.rows - 1 - i)
-      input[2] = BY_DISTANCE + ((kind * 64 + distances + below) * 16 + near) * 4 + shown
+      input[2] = BY_DISTANCE + ((kind * 64 + open[at]) * 16 + near) * 4 + shown
       const seeded = classes[at] === BESIDE_COVERED || (kind && under[at]) ? 1 : 0
       let bit
       while ((bit = masks.bit(3, (kind * 16 + near) * 2 + seeded, LIMIT)) < 0) yield
@@ -113,13 +112,6 @@ function newBehind(classes, at, stride) {
   const below = at + stride
   const isNew = (near) => (classes[near] >= NEAR_BARE ? 1 : 0)
   return isNew(at + 1) + 2 * isNew(below) + 4 * isNew(below - 1)
-}
-
-/** How many cells, `step` places apart, come before the first new one, of so many before the rim; at most 7. */
-function openCells(classes, at, step, most) {
-  let count = 0
-  while (count < Math.min(most, 7) && classes[at + (count + 1) * step] < NEAR_BARE) count++
-  return count
 }
 
 /** A function of what the block that a transferred one comes from, if any, shows at the middle of cell (i, j). */
