@@ -67,6 +67,8 @@ def _run(asked: argparse.Namespace, out: Path) -> dict[str, object]:
         "processor seconds of workers": round(work, 1),
         "processor seconds of the client": round(seen[process.pid][0], 1) if others else 0.0,
         "nanoseconds a texel": round(1e9 * work / texels, 1),
+        "tasks": report["counts"].get("tasks", 0),
+        "scheduler bytes": report["counts"].get("scheduler bytes", 0),
         "most MiB of a worker": max(used[1] for used in others or seen.values()) // 1024,
         "MiB of the client": seen[process.pid][1] // 1024,
     }  # fmt: skip

@@ -113,7 +113,7 @@ class _Running:
         self.waiting = {page: work.shown_on(page) for page in range(pages)}
         self.ready: list[int] = []
         self.painting: dict[int, tuple[int, ...]] = {}
-        self.width = 1
+        self.width, self.busy = 1, 0
         self.tiles, self.placements = pages, 0
         self.done: dict[str, Any] = {"charts": {}, "tiles": {}}
         self.stored, self.noted = "", 0.0
@@ -200,11 +200,13 @@ class _Running:
         }
 
     def _submit(self, key: tuple[str, int], task: Callable[..., Any], *arguments: Any, priority: int) -> None:
+        self.busy += 1
         self.pool.submit(key, task, self.folder.folder, self.stored, *arguments, priority=priority)
 
     def _next(self) -> None:
         """Wait for a task, note what came of it, and start what has waited for it."""
         kind, number = self.pool.next()
+        self.busy -= 1
         if kind == "chart":
             self.done["charts"][str(number)] = _sizes(self.folder, _chart_files(number))
             self._laid(number)
@@ -233,8 +235,8 @@ class _Running:
         while self.ready and len(self.painting) < 2 * self.width:
             left = len(self.ready) + len(self.waiting)
             share = min(_MOST_TILES, max(1, left // (2 * self.width)))
-            if len(self.ready) < share and len(self.painting) >= self.width:
-                return  # nobody is idle, and more will come
+            if len(self.ready) < share and self.busy > self.width:
+                return  # there is enough to do, and more will come
             pages, self.ready = tuple(self.ready[:share]), self.ready[share:]
             self.painting[pages[0]] = pages
             self._submit(("tile", pages[0]), paint_tiles_task, pages, priority=_TILES_LATER)
