@@ -15,7 +15,7 @@ __all__ = ["PhaseSystem", "conjugate_phases", "phase_system", "smallest_phases",
 _HEALING = 3.0
 """Periods over which two ends of courses that need not be cancel out."""
 
-_ROUNDS = 12
+_ROUNDS = 4
 """How often the field is made unit and smooth again."""
 
 _TRACE = 1e-9
