@@ -89,7 +89,7 @@ CAPTIONS = {
         are found, have a phase everywhere that closes, and where cuts cost most they are refined. Where the
         surface narrows, rows and columns end still. Samples of 256 x 256: the project's own `bricks.png` and
         `weave.png`, others by `python -m benchmarks.lattice_samples OUT`; the net is a bent vase. All with
-        `--texels 2M --direction around:z --seed 1`.
+        `--texels 2M --direction around:z --seed 1`; the last two flat, a part of 512 x 512 texels.
         """,
     "regular": """\
         Each row a photograph of 256 x 256, at the left, on a torus, a cyclide, a vase and a sphere, with

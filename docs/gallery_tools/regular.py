@@ -4,8 +4,10 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from PIL import Image
 
+import upholster
 from gallery_tools.drawing import Panel, compose
 from gallery_tools.shots import KINDS, OWN, Exemplars, cover, read, take
 from upholster.geometry import Surface, surface_from_spec
@@ -20,8 +22,12 @@ CASES = (
     ("weave", "torus:R=2,r=0.9", 1.6, (30.0, 38.0)),
     ("running_bond", "net", 1.2, (30.0, 16.0)),
     ("gingham", "torus:R=2,r=0.9", 2.2, (30.0, 38.0)),
+    ("herringbone", "flat", 1.0, (0.0, 90.0)),
+    ("basket_weave", "flat", 1.0, (0.0, 90.0)),
 )
-"""Sample, surface, the sample's size there, and where it is looked at from."""
+"""Sample, surface, the sample's size there, and where it is looked at from; flat ones as they are."""
+
+SHOT = (430, 360)
 
 SURFACES = (
     ("torus:R=2,r=0.9", (30.0, 38.0)),
@@ -38,17 +44,25 @@ def repeating(_exemplars: Exemplars) -> Any:
     """Cover surfaces with samples that repeat: without phases and refinement, and as it is by default."""
     rows = []
     for name, spec, size, view in CASES:
-        exemplar, surface = _sample(name), _surface(spec)
-        panels = []
+        exemplar, panels = _sample(name), []
         for words, options in (("before", {"phase": 0, "effort": 0}), ("now", {})):
-            model = cover(
-                surface, exemplar, texels=2_000_000, sample_size=size, direction="around:z", seed=1, **options
-            )
-            shot = take(model, size=(430, 360), view=view)
-            panels.append(Panel(shot.image, f"{name.replace('_', ' ')}, {words}"))
+            if spec == "flat":
+                image = _flat(exemplar, **options)
+            else:
+                chosen = {"sample_size": size, "direction": "around:z", "seed": 1, **options}
+                model = cover(_surface(spec), exemplar, texels=2_000_000, **chosen)
+                image = take(model, size=SHOT, view=view).image
+            panels.append(Panel(image, f"{name.replace('_', ' ')}, {words}"))
         rows.append(panels)
     half = len(rows) // 2
     return compose([a + b for a, b in zip(rows[:half], rows[half:], strict=True)], gap=12)
+
+
+def _flat(exemplar: PixelArray, **options: Any) -> Any:
+    # The upper left of a flat texture of 512 × 512.
+    quilt = upholster.synthesize(exemplar, upholster.plane(), texels=(512, 512), seed=1, **options)
+    texels = upholster.paint(quilt, exemplar).arrays[0]
+    return Image.fromarray(np.ascontiguousarray(texels[: SHOT[1], : SHOT[0], :3]))
 
 
 def photograph_paths(exemplars: Exemplars, kinds: tuple[str, ...]) -> list[Path]:
