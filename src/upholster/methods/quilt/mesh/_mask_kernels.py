@@ -15,7 +15,7 @@ from upholster.types import FloatArray, IntArray, int64
 __all__ = ["SHEET", "MaskNumbers", "mask_sheets"]
 
 _OVER = 1.0
-"""Cells that are painted beyond a sheet where the mesh goes on. More would cover what was laid there, less leave
+"""Cells that are painted beyond a sheet where the mesh goes on. More would cover what lies there, less leaves
 gaps."""
 
 SHEET = 8
