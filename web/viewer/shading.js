@@ -29,6 +29,7 @@ export const MAPS = ['normal', 'ao', 'roughness', 'metallic', 'emission', 'heigh
 export const HEAD = `#version 300 es
 precision highp float;
 precision highp int;
+precision highp sampler2D;
 `
 
 export const SCREEN = `${HEAD}
