@@ -49,7 +49,7 @@ def repeating(_exemplars: Exemplars) -> Any:
             if spec == "flat":
                 image = _flat(exemplar, **options)
             else:
-                chosen = {"sample_size": size, "direction": "around:z", "seed": 1, **options}
+                chosen: dict[str, Any] = {"sample_size": size, "direction": "around:z", "seed": 1, **options}
                 model = cover(_surface(spec), exemplar, texels=2_000_000, **chosen)
                 image = take(model, size=SHOT, view=view).image
             panels.append(Panel(image, f"{name.replace('_', ' ')}, {words}"))
