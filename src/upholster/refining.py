@@ -123,7 +123,8 @@ def refine(
     with outputs([file for output in wanted for file in output.files()], inputs=[stream, *other]) as files:
         data = read_bytes(stream)
         one_by_one = len(wanted) == 1 and wanted[0].in_tiles
-        decoder = StreamDecoder(limits=limits or (Limits(texels=MAX_TEXELS) if one_by_one else None))
+        most = Limits(texels=MAX_TEXELS) if limits is None and one_by_one else limits
+        decoder = StreamDecoder(limits=most)
         feed_until(decoder, data, limit or Limit())
         if decoder.needed or decoder.surface is None:
             raise FormatError(f"byte {len(data)}: stream is cut; needs {max(1, decoder.needed)} more bytes")
