@@ -44,6 +44,10 @@ _ONE_END_PERIODS = 1.7
 """Periods of blocks where any course ends, if that is more than `_END_BLOCK`: a fault is then less than three
 courses long."""
 
+_NEAR_ENDS = 0.2
+"""Share of a chart that must lie near such ends, within a block's side, for it to have such blocks: on large
+charts they would be many for little."""
+
 
 class Phases(Protocol):
     """Wanted phases over charts, such as `upholster.charts.phases.PhaseField`."""
@@ -79,8 +83,8 @@ def in_step(block: int, field: Phases | None) -> tuple[int, ...]:
 
     Inside a block the texture has its true scale; from one to the next the wanted phase makes up for what
     courses are stretched by, a quarter of a turn at most. Blocks are three quarters of the shortest period at
-    least. Where a course ends they are two periods at most, and about one where several do: there the stretch
-    grows beyond all bounds.
+    least. Where a course ends and the chart is not large they are two periods at most, and about one where
+    several do: there the stretch grows beyond all bounds.
 
     Parameters
     ----------
@@ -100,6 +104,7 @@ def in_step(block: int, field: Phases | None) -> tuple[int, ...]:
     period = float(periods.min())
     least = max(_LEAST_BLOCK, _LEAST_PERIODS * period)
     at_ends = max(min(_END_BLOCK, _END_PERIODS * period), least)
+    one_end = np.maximum(_END_BLOCK, _ONE_END_PERIODS * periods)
     found = []
     for chart in range(len(field.grids)):
         most, common = field.strain(chart, (1 - _ENDS, 1 - _STRAINED))
@@ -107,7 +112,9 @@ def in_step(block: int, field: Phases | None) -> tuple[int, ...]:
             max(floor, 0.25 / max(strain, 1e-9) / (1 - OVERLAP))
             for floor, strain in ((at_ends, most), (least, common))
         ]
-        sides += [max(_END_BLOCK, _ONE_END_PERIODS * float(one)) for one in periods[field.ends_on(chart) > 0]]
+        texels = field.grids[chart].chart.height * field.grids[chart].chart.width
+        near = field.ends_on(chart) * (2 * one_end) ** 2 > _NEAR_ENDS * texels
+        sides += one_end[near].tolist()
         found.append(min(block, 4 * round(min(sides) / 4)))
     return tuple(found)
 
