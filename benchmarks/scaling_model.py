@@ -1,6 +1,6 @@
 """How long a surface takes on many workers: the order of tasks of `upholster.tiles`, simulated.
 
-``python -m benchmarks.scaling_model --lay 210 --paint 170`` takes nanoseconds a texel, as measured on one
+``python -m benchmarks.scaling_model --lay 160 --paint 135`` takes nanoseconds a texel, as measured on one
 worker, and prints minutes and the share of the workers' time that is work.
 """
 
@@ -23,8 +23,8 @@ _TASK = 0.004
 def main() -> None:
     """Print a table: texels, charts, classes, and minutes by workers."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.scaling_model")
-    parser.add_argument("--lay", type=float, default=210)
-    parser.add_argument("--paint", type=float, default=170)
+    parser.add_argument("--lay", type=float, default=160)
+    parser.add_argument("--paint", type=float, default=135)
     parser.add_argument("--tile", type=int, default=4096)
     parser.add_argument("--texels", type=float, nargs="+", default=[64e6, 1e9, 2e9, 10e9])
     parser.add_argument("--workers", type=int, nargs="+", default=[1, 2, 10, 100])
