@@ -14,7 +14,8 @@ import numpy as np
 import pytest
 from command_line import assert_one_line, run_cli
 
-from upholster.cli.console import bars
+from upholster.cli.console import bars, share
+from upholster.errors import InputError
 from upholster.image import write_image
 
 COMMAND = [sys.executable, "-m", "upholster"]
@@ -336,3 +337,10 @@ def test_an_option_that_may_be_given_twice_may(folder, tmp_path):
     two = [f"-o{tmp_path / name}" for name in ("a.npz", "b.npz")]
     options = ["--method", "paper", "--chart", "32", "-q", "-q"]
     assert run_cli("cover", "brick.png", "--on", "sphere", *two, *options, cwd=folder).returncode == 0
+
+
+@pytest.mark.parametrize("text", ["0", "-1%", "7%", "0.07", "nan", "1e99", "much"])
+def test_a_share_says_how_much_is_allowed(text):
+    assert share("warp", "6%", 0.06) == 0.06
+    with pytest.raises(InputError, match=r"warp is '.*'; allowed: .* at most 6%"):
+        share("warp", text, 0.06)

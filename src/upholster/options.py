@@ -15,6 +15,7 @@ from upholster.shown import on_a_line
 
 __all__ = [
     "METHODS",
+    "MOST_WARP",
     "ModelOptions",
     "SampleOptions",
     "SynthesisOptions",
@@ -25,7 +26,7 @@ __all__ = [
 ]
 
 METHODS = ("quilt", "paper", "pixel")
-_MOST_WARP = 0.06
+MOST_WARP = 0.06
 """Of a length: more shows as bricks of several sizes."""
 
 SEARCHES = ("coherent", "full")
@@ -574,9 +575,9 @@ class SynthesisOptions:
         ):
             if not least <= value <= most:
                 raise InputError(f"{name} is {value:g}; allowed: {least} to {most}")
-        if self.warp is not None and not 0 < self.warp <= _MOST_WARP:
+        if self.warp is not None and not 0 < self.warp <= MOST_WARP:
             raise InputError(
-                f"warp is {self.warp:g}; allowed: above 0, at most {_MOST_WARP:g}, a share such as 3%"
+                f"warp is {self.warp:g}; allowed: above 0, at most {MOST_WARP:g}, a share such as 3%"
             )
         if self.warp is not None and self.phase == 0:
             raise InputError("warp is given with phase 0; allowed: one of them")

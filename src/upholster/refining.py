@@ -115,10 +115,10 @@ def refine(
     wanted = [parse_output(target, displaced=options.displace is not None) for target in listed(targets)]
     other = [file for file in [on is not None and surface_file(on)] if file]
     check_used(wanted, options)
-    for output in wanted:
+    for target, output in zip(listed(targets), wanted, strict=True):
         if output.url:
             raise InputError(
-                f"output {output.url!r} is a URL; allowed for a stream: a folder of this machine"
+                f"output {str(target)!r} is a URL; allowed for a stream: a folder of this machine"
             )
     with outputs([file for output in wanted for file in output.files()], inputs=[stream, *other]) as files:
         data = read_bytes(stream)

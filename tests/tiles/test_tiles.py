@@ -109,6 +109,8 @@ def test_tiles_of_a_stream_are_painted_one_by_one(material: Material, tmp_path: 
     # A caller's limit counts here as well.
     with pytest.raises(FormatError, match=r"layout has .* texels; allowed here: 1000"):
         refine(tmp_path / "x.uph", [tmp_path / NAME], limits=Limits(texels=1000))
+    with pytest.raises(InputError, match=r"'memory://wall/x\.<UDIM>\.png' is a URL"):
+        refine(tmp_path / "x.uph", ["memory://wall/x.<UDIM>.png"])
 
 
 @contextmanager
