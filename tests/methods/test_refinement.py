@@ -89,15 +89,35 @@ def test_nothing_is_bare_or_blended_with_nothing():
     assert all((part == 255).all() for part in paint(quilt, white).arrays)
 
 
-def test_a_tile_keeps_its_edges():
-    before, after = (
-        synthesize(EXEMPLAR, "plane", texels=(90, 84), tileable=True, block=20, effort=effort, seed=1)
-        for effort in (0, 2)
-    )
-    one, other = (paint(quilt, EXEMPLAR).arrays[0] for quilt in (before, after))
-    assert (one != other).any()
-    np.testing.assert_array_equal(one[0], other[0])
-    np.testing.assert_array_equal(one[:, 0], other[:, 0])
+def test_a_tile_is_refined_over_its_edges():
+    costs = np.empty((3, 2, 2))
+    for seed, effort in np.ndindex(3, 2):
+        quilt = synthesize(
+            EXEMPLAR, "plane", texels=(90, 84), tileable=True, block=20, effort=effort, seed=seed
+        )
+        picture = paint(quilt, EXEMPLAR).arrays[0].astype(float)
+        breaks = np.zeros(picture.shape[:2])
+        for axis, step in ((0, (16, 0)), (1, (0, 16))):
+            broken = (np.roll(quilt.sources()[0], -1, axis) - quilt.sources()[0] != step).any(axis=2)
+            breaks += broken * np.abs(np.roll(picture, -1, axis) - picture).mean(axis=2)
+        middle = np.zeros(breaks.shape, bool)
+        middle[12:-12, 12:-12] = True
+        costs[seed, effort] = breaks[middle].mean(), breaks[~middle].mean()
+    inside, along_edges = costs.mean(axis=0).T
+    assert along_edges[1] < 0.85 * along_edges[0]
+    assert along_edges[1] / along_edges[0] < 1.2 * inside[1] / inside[0]
+
+
+def test_a_refined_tile_shows_each_block_once_more_beyond_the_edge_it_reaches_over():
+    quilt = synthesize(EXEMPLAR, "plane", texels=(91, 83), tileable=True, block=20, effort=2, seed=1)
+    white = np.full((60, 60, 1), 255, np.uint8)
+    assert (paint(quilt, white).arrays[0] == 255).all()
+    names = ("row", "column", "height", "width", "source_row", "source_column")
+    known = {tuple(int(one[name]) for name in names) for one in quilt.placements}
+    down = [(r - 83, *rest) for r, *rest in known if r - rest[1] // 2 + rest[1] > 83]
+    right = [(r, c - 91, *rest) for r, c, *rest in known if c - rest[1] // 2 + rest[1] > 91]
+    assert max(len(down), len(right)) > 5
+    assert known.issuperset(down + right)
 
 
 def test_the_number_of_threads_changes_nothing():

@@ -29,6 +29,7 @@ from upholster.methods.quilt.landmarks import LandmarkRules, ShownBlocks
 from upholster.methods.quilt.match_pyramid import MatchLevel, MatchPyramid
 from upholster.methods.quilt.phases import Phases
 from upholster.methods.quilt.refinement import LaidChart, refine_chart
+from upholster.methods.quilt.tile import refine_tile, wrapped
 from upholster.methods.quilt.transfer import BlockTransfer, ChartPlacements, joined
 from upholster.quilt.chart import Chart
 from upholster.quilt.displacement import centre_matrices
@@ -129,7 +130,10 @@ def lay_chart(
     if effort:
         # Nothing changes along edges where the chart meets itself: both sides are laid.
         layer.close(around)
-        whole = refine_chart(layer.laid_chart(weights, phases, number), whole, effort)
+        refine = refine_tile if wrap else refine_chart
+        whole = refine(layer.laid_chart(weights, phases, number), whole, effort)
+    if wrap:
+        whole = wrapped(whole, grid.chart)
     return whole, layer.usage, landmarks.shown(uses)
 
 
@@ -257,8 +261,7 @@ class _ChartLayer:
         placed = _placements(self.index, self.grid, self.blocks[kept])
         none = np.full((len(kept), 2), -1, np.int64)
         zeros = np.zeros(len(kept), np.int64)
-        own = ChartPlacements(placed, self.cells[kept].reshape(-1), number + kept, zeros, none)
-        return _wrapped(own, self.grid.chart) if self.numbers.wrap else own
+        return ChartPlacements(placed, self.cells[kept].reshape(-1), number + kept, zeros, none)
 
 
 def _numbers(
@@ -329,21 +332,3 @@ def _beyond(
         (slice(pad_rows + chart.height - rim, None), along),
         (along, slice(0, pad_columns + rim)),
     )[side]
-
-
-def _wrapped(own: ChartPlacements, chart: Chart) -> ChartPlacements:
-    # What reaches beyond an edge comes in again at the opposite one, right after.
-    placed = own.placements
-    parts, order = [placed], [np.arange(float(len(placed)))]
-    top, left = placed["row"] - placed["height"] // 2, placed["column"] - placed["width"] // 2
-    below, beside = top + placed["height"] > chart.height, left + placed["width"] > chart.width
-    for rows, columns, crossing in ((1, 0, below), (0, 1, beside), (1, 1, below & beside)):
-        again = placed[crossing].copy()
-        again["row"] -= rows * chart.height
-        again["column"] -= columns * chart.width
-        parts.append(again)
-        order.append(np.flatnonzero(crossing) + 0.25 * (rows + 2 * columns))
-    sequence = np.argsort(np.concatenate(order), kind="stable")
-    zeros = np.zeros(len(sequence), np.int64)
-    none = np.full((len(sequence), 2), -1, np.int64)
-    return ChartPlacements(np.concatenate(parts)[sequence], own.cells, zeros, zeros, none)

@@ -104,6 +104,9 @@ class LaidChart:
         Those that the surface wants, None where none are looked at.
     origin
         Of the first block that is added, see `ChartPlacements`.
+    begins
+        Of a tile, at which row and column of it the chart begins: if not at its first ones, only regions
+        over its edges are gone through, which then lie inside.
     """
 
     index: int
@@ -116,6 +119,7 @@ class LaidChart:
     state: NDArray[np.uint64]
     phases: Phases | None
     origin: int
+    begins: tuple[int, int] = (0, 0)
 
 
 def refine_chart(chart: LaidChart, laid: ChartPlacements, effort: int) -> ChartPlacements:
@@ -203,11 +207,22 @@ def _regions(lattice: CellLattice, turn: int, steps: int) -> IntArray:
     return out
 
 
+def _over_edges(chart: LaidChart, lattice: CellLattice, regions: IntArray) -> IntArray:
+    # Of the regions of a tile that does not begin at its own edges those that lie over one.
+    tile = chart.grid.chart
+    over = np.zeros(len(regions), bool)
+    for axis, (size, length) in enumerate(((tile.height, lattice.high), (tile.width, lattice.wide))):
+        edge = (size - chart.begins[axis]) / lattice.cell
+        over |= (regions[:, axis] < edge) & (edge < regions[:, axis] + length)
+    return regions[over]
+
+
 def _wanted(chart: LaidChart, rows: IntArray, columns: IntArray) -> IntArray:
     # The phases wanted at some texels, (n, 2): 0 where there is none.
     out = np.zeros((len(rows), 2), np.int32)
     if chart.phases is not None:
-        found = chart.phases.at(chart.index, rows.astype(np.float64), columns.astype(np.float64))
+        places = (part.astype(np.float64) for part in (rows + chart.begins[0], columns + chart.begins[1]))
+        found = chart.phases.at(chart.index, *places)
         out[:, : len(found)] = found.T
     return out
 
@@ -258,7 +273,10 @@ def _refined(
     whole = (0, lattice.rows, 0, lattice.columns)
     weigh_seams(chart.canvas.canvas, match.image, matrices, *common, whole, expansion)
     for turn in range(effort):
-        regions, weights = _worst(chart, lattice, cells, _regions(lattice, turn, steps), level)
+        regions = _regions(lattice, turn, steps)
+        if any(chart.begins):
+            regions = _over_edges(chart, lattice, regions)
+        regions, weights = _worst(chart, lattice, cells, regions, level)
         for start in range(0, len(regions), _REGIONS_PER_CALL):
             # Few regions a call: between two calls, Python can be interrupted.
             count = refine_regions(
