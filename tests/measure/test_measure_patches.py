@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from measured import grains, quilt_of, tiles, warped
 
+from upholster.errors import InputError
 from upholster.geometry import plane, surface_from_spec
 from upholster.measure import landmark_recurrence, measure_cover, patch_distance, undistorted_views
 from upholster.measure.landmarks import landmarks
@@ -19,12 +20,13 @@ def test_what_is_copied_is_at_no_distance():
     assert both.to_result > 0.1  # the result has only a part of it
 
 
-def test_distances_are_those_to_the_nearest_patch():
-    exemplar, result = grains(34, 36, seed=1), grains(31, 31, seed=2)
-    found = patch_distance([result], exemplar)
+@pytest.mark.parametrize("side", [31, 15])
+def test_distances_are_those_to_the_nearest_patch(side):
+    exemplar, result = grains(34, 36, seed=1), grains(side, side, seed=2)
+    found = patch_distance([result], exemplar, side=side)
     assert found is not None
     sample, piece = (image.mean(axis=2) / 255 for image in (exemplar, result))
-    windows = np.lib.stride_tricks.sliding_window_view(sample, (31, 31))
+    windows = np.lib.stride_tricks.sliding_window_view(sample, (side, side))
     nearest = np.sqrt(((windows - piece) ** 2).mean(axis=(2, 3))).min()
     assert found.to_sample == pytest.approx(nearest / sample.std(), rel=1e-4)
 
@@ -43,6 +45,8 @@ def test_broken_tiles_are_farther_than_whole_ones():
 def test_there_is_no_distance_of_what_is_too_small_or_plain():
     assert patch_distance([grains(30, 64)], grains()) is None
     assert patch_distance([grains()], np.full((64, 64, 3), 9, np.uint8)) is None
+    with pytest.raises(InputError, match="side is 0 pixels; allowed: 1 or more"):
+        patch_distance([grains()], grains(), side=0)
 
 
 def test_views_of_a_warped_result_are_at_the_samples_scale():

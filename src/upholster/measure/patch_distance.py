@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from upholster.errors import InputError
 from upholster.measure.fidelity import check_alike
 from upholster.measure.samples import SEED, bilinear, coded
 from upholster.quilt import Quilt, Texels
@@ -44,8 +45,10 @@ class PatchDistance:
     to_result: float
 
 
-def patch_distance(results: Sequence[PixelArray], exemplar: PixelArray) -> PatchDistance | None:
-    """Measure how far patches of 31×31 pixels are from the nearest ones of the other side.
+def patch_distance(
+    results: Sequence[PixelArray], exemplar: PixelArray, *, side: int = PATCH
+) -> PatchDistance | None:
+    """Measure how far patches of 31×31 pixels, by default, are from the nearest ones of the other side.
 
     Some 96 random patches of either side are compared with all of the other; brightness is the mean of all
     channels, sRGB-coded.
@@ -56,6 +59,8 @@ def patch_distance(results: Sequence[PixelArray], exemplar: PixelArray) -> Patch
         One or more (h, w, C) arrays at the sample's scale and direction: flat, or `undistorted_views`.
     exemplar
         (H, W, C), of the same number of channels.
+    side
+        Of patches, 1 or more pixels.
 
     Returns
     -------
@@ -65,7 +70,7 @@ def patch_distance(results: Sequence[PixelArray], exemplar: PixelArray) -> Patch
     Raises
     ------
     InputError
-        If numbers of channels differ or something is smaller than 7 pixels each way.
+        If numbers of channels differ, something is smaller than 7 pixels each way, or `side` out of range.
 
     References
     ----------
@@ -73,14 +78,16 @@ def patch_distance(results: Sequence[PixelArray], exemplar: PixelArray) -> Patch
     equation 1: completeness and coherence.
     """
     check_alike(results, exemplar)
-    ours = [_brightness(part) for part in results if min(part.shape[:2]) >= PATCH]
+    if side < 1:
+        raise InputError(f"side is {side} pixels; allowed: 1 or more")
+    ours = [_brightness(part) for part in results if min(part.shape[:2]) >= side]
     theirs = _brightness(exemplar)
-    if not ours or min(theirs.shape) < PATCH or theirs.std() < 1e-6:
+    if not ours or min(theirs.shape) < side or theirs.std() < 1e-6:
         return None
     spread = float(theirs.std())
     return PatchDistance(
-        _mean_distance(ours, [theirs]) / spread,
-        _mean_distance([theirs], ours) / spread,
+        _mean_distance(ours, [theirs], side) / spread,
+        _mean_distance([theirs], ours, side) / spread,
     )
 
 
@@ -130,33 +137,33 @@ def _brightness(pixels: PixelArray) -> FloatArray:
     return mean
 
 
-def _mean_distance(sides: Sequence[FloatArray], others: Sequence[FloatArray]) -> float:
+def _mean_distance(sides: Sequence[FloatArray], others: Sequence[FloatArray], patch: int) -> float:
     rng = np.random.default_rng(SEED)
     searched = sum(part.size for part in others)
     count = max(16, int(PATCHES * min(1.0, FEWER / searched)))
     weights = np.array(
-        [(part.shape[0] - PATCH + 1) * (part.shape[1] - PATCH + 1) for part in sides], np.float64
+        [(part.shape[0] - patch + 1) * (part.shape[1] - patch + 1) for part in sides], np.float64
     )
     spectra = [np.fft.rfft2(part) for part in others]
-    squares = [_sums(part * part) for part in others]
+    squares = [_sums(part * part, patch) for part in others]
     total = 0.0
     for index in rng.choice(len(sides), count, p=weights / weights.sum()).tolist():
         part = sides[index]
-        row, column = (int(rng.integers(size - PATCH + 1)) for size in part.shape)
-        patch = part[row : row + PATCH, column : column + PATCH]
+        row, column = (int(rng.integers(size - patch + 1)) for size in part.shape)
+        cut = part[row : row + patch, column : column + patch]
         best = np.inf
         for other, spectrum, square in zip(others, spectra, squares, strict=True):
-            product = np.fft.irfft2(spectrum * np.fft.rfft2(patch, other.shape).conj(), other.shape)
+            product = np.fft.irfft2(spectrum * np.fft.rfft2(cut, other.shape).conj(), other.shape)
             inner = product[: square.shape[0], : square.shape[1]]
             best = min(best, float((square - 2 * inner).min()))
-        total += np.sqrt(max(0.0, best + float((patch * patch).sum())) / PATCH**2)
+        total += np.sqrt(max(0.0, best + float((cut * cut).sum())) / patch**2)
     return float(total / count)
 
 
-def _sums(values: FloatArray) -> FloatArray:
+def _sums(values: FloatArray, patch: int) -> FloatArray:
     # Of all patches.
     sums = np.pad(values.cumsum(axis=0).cumsum(axis=1), ((1, 0), (1, 0)))
     found: FloatArray = (
-        sums[PATCH:, PATCH:] - sums[PATCH:, :-PATCH] - sums[:-PATCH, PATCH:] + sums[:-PATCH, :-PATCH]
+        sums[patch:, patch:] - sums[patch:, :-patch] - sums[:-patch, patch:] + sums[:-patch, :-patch]
     )
     return found
