@@ -6,7 +6,7 @@ import scipy.sparse as sparse
 import scipy.sparse.linalg as linalg
 from scipy.sparse.csgraph import connected_components
 
-from upholster.charts.directions import direction_fields, parse_direction
+from upholster.charts.directions import Direction, direction_fields, parse_direction
 from upholster.charts.layout import density_layout
 from upholster.charts.phases import TURN, StraightPhases, phase_field, warped
 from upholster.charts.phases._kernels import first_members
@@ -19,9 +19,11 @@ from upholster.charts.phases.solving import (
     solved_phases,
 )
 from upholster.charts.seams import find_seams, transitions
-from upholster.geometry import torus
+from upholster.geometry import plane, torus
 from upholster.quilt.chart import Chart
 from upholster.quilt.warp_field import ANGLES, OCTAVE, UNIT, WarpField
+
+BRICKS = np.array([(1 / 24, 0.0), (0.0, 1 / 32)])
 
 
 def layout(scale=16.0, direction="around:z", turned=()):
@@ -236,3 +238,31 @@ def test_first_members_are_the_least_of_what_hangs_together():
     first_members(first, second, part)
     _, label = connected_components(sparse.coo_matrix((np.ones(130), (first, second)), (200, 200)))
     assert part.tolist() == [int(np.flatnonzero(label == one)[0]) for one in label]
+
+
+def banded(turn):
+    """Return layout and wanted direction on a plane whose lines turn aside by an angle in a narrow band."""
+    surface = plane(32, 32)
+    charts = density_layout(surface, density=16.0, ring=96)
+
+    def vectors(points):
+        angle = np.radians(turn) * np.exp(-((points[:, 1] - points[:, 1].mean().round()) ** 2))
+        return np.stack([np.cos(angle), np.sin(angle), np.zeros(len(points))], axis=1)
+
+    fields = direction_fields(surface, charts, Direction("", vectors=vectors), 16.0)
+    return charts, fields, transitions(surface, charts, find_seams(surface, charts))
+
+
+def test_where_directions_turn_faster_than_courses_can_follow_they_turn_less():
+    charts, fields, over = banded(80)
+    asked, calm = (phase_field(charts, fields, over, BRICKS, 12.0, calm=way) for way in (False, True))
+    assert calm.ends < 0.6 * asked.ends
+    for before, after in zip(asked.grids, calm.grids, strict=True):
+        assert np.median(np.abs(np.log(after.areas / before.areas))) < 0.02
+        assert np.array_equal(after.matrices, after.field.at(*after.places(0)))
+
+
+def test_directions_that_courses_can_follow_stay_as_they_are():
+    for charts, fields, over in (layout(), layout(turned=(1, 2)), banded(10)):
+        found = phase_field(charts, fields, over, BRICKS, 12.0, calm=True)
+        assert all(a is grid.field for a, grid in zip(fields, found.grids, strict=True))

@@ -217,11 +217,11 @@ def prepare(
 
     def closed(waves: FloatArray) -> PhaseField:
         over = transitions(surface, charts, find_seams(surface, charts))
-        found = phase_field(charts, fields, over, waves, texels / 4)
+        found = phase_field(charts, fields, over, waves, texels / 4, calm=True)
         return warped(found, over, options.warp) if options.warp else found
 
     phases = _phases(exemplar, options, closed)
-    if phases is not None and options.warp:
+    if phases is not None:
         fields = tuple(grid.field for grid in cast(PhaseField, phases.surface).grids)
     if phases is not None and options.block is None:
         phases = replace(phases, blocks=in_step(block, phases.surface))

@@ -4,7 +4,8 @@ A *wave* is one generator of the sample's lattice (`upholster.lattice`): cycles 
 surface is cut into *cells*, and *links* between neighbouring cells tell how far each wave goes on from one to
 the next. `solving` finds the phases that follow all links best. `chart_cells` makes cells and links of
 charts, for `field`, and `mesh_cells` those of meshes: both tell the wanted phase anywhere.
-`warping` lets warp fields give way to the phases.
+`warping` lets warp fields give way to the phases, and `calming` turns them where directions turn faster than
+courses can follow.
 
 References
 ----------

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.charts._multigrid_kernels import ComplexArray
+from upholster.charts.phases.calming import calmed
 from upholster.charts.phases.chart_cells import CellGrid, carried_waves, chart_grids, chart_links
 from upholster.charts.phases.solving import solved_phases, turned
 from upholster.charts.seams import Transition
@@ -207,6 +208,8 @@ def phase_field(
     transitions: Sequence[Transition],
     waves: FloatArray,
     cell: float,
+    *,
+    calm: bool = False,
 ) -> PhaseField:
     """Find the phases that follow the warp fields best and close over seams.
 
@@ -220,10 +223,18 @@ def phase_field(
         (n, 2) cycles per exemplar pixel.
     cell
         About the side of a cell in texels.
+    calm
+        Whether warp fields are turned first where directions turn too fast for courses, see `calmed`; the
+        field's grids have them.
     """
     grids = chart_grids(charts, fields, cell)
+    links = chart_links(grids, transitions, waves)
+    calmer = calmed(grids, links, waves) if calm else [grid.field for grid in grids]
+    if any(field is not grid.field for field, grid in zip(calmer, grids, strict=True)):
+        grids = chart_grids(charts, calmer, cell)
+        links = chart_links(grids, transitions, waves)
     areas = np.concatenate([grid.areas for grid in grids])
-    phases = solved_phases(chart_links(grids, transitions, waves), areas, waves)
+    phases = solved_phases(links, areas, waves)
     return PhaseField(waves, tuple(grids), phases, ringed_phases(grids, transitions, waves, phases))
 
 
