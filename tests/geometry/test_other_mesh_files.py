@@ -28,6 +28,12 @@ def off() -> bytes:
     return f"OFF # a box\n8 6 0\n\n{POINTS}\n{QUADS} 255 0 0\n".encode()
 
 
+def off_broken() -> bytes:
+    """Each face over four lines, as some programs write them, and its edges' lines after all."""
+    lines = "\n".join("4 " + "\n".join(map(str, row)) for row in BOX_FACES.tolist())
+    return f"OFF\n8 6 2\n{POINTS}\n{lines}\n0 1\n1 2\n".encode()
+
+
 def stl() -> bytes:
     rows = [struct.pack("<12fH", 0, 0, 0, *BOX[t].ravel().tolist(), 0) for t in BOX_TRIANGLES]
     return b"solid".ljust(80) + struct.pack("<I", 12) + b"".join(rows)
@@ -64,6 +70,7 @@ def ply(order: str = "<", word: str = "little") -> bytes:
 WAYS: list[tuple[str, Callable[[], bytes]]] = [
     ("box.obj", obj),
     ("box.off", off),
+    ("broken.off", off_broken),
     ("box.stl", stl),
     ("text.stl", stl_text),
     ("text.ply", ply_text),

@@ -57,7 +57,8 @@ def read_off(data: bytes, name: str) -> RawModel:
             f"its {vertices} vertices have {len(table)} numbers; allowed: equally many, 3 or more"
         )
     table = table.reshape(vertices, width)
-    groups = listed_faces(rows[vertices : vertices + faces])
+    listed = rows[vertices:]
+    groups = listed_faces(listed if len(listed) == faces else _joined(listed, faces))
     model = model_of_faces(table[:, :3], groups, [ModelPart(name)])
     at = 3 + (3 if head[3] else 0)
     if head[3] and width >= 6:
@@ -66,3 +67,20 @@ def read_off(data: bytes, name: str) -> RawModel:
         uv = table[:, -2:][model.triangles]
         model.uv = np.stack([uv[..., 0], 1.0 - uv[..., 1]], axis=-1)
     return model
+
+
+def _joined(rows: list[bytes], faces: int) -> list[bytes]:
+    """Return a line for each face: some programs break a face over several, and edges may follow."""
+    out: list[bytes] = []
+    rest = iter(rows)
+    for row in rest:
+        if len(out) == faces:
+            break
+        words = row.split()
+        sides = int(words[0]) if words[0].isdigit() and len(words[0]) < 6 else 0
+        while len(words) <= sides and (more := next(rest, None)) is not None:
+            words += more.split()
+        out.append(b" ".join(words))
+    if len(out) < faces:
+        raise FormatError(f"it has {len(out)} faces; announced: {faces}")
+    return out
