@@ -6,7 +6,7 @@ from measured import grains, quilt_of, tiles
 
 from upholster.charts.seams import find_seams, transitions
 from upholster.errors import InputError
-from upholster.geometry import plane, surface_from_spec
+from upholster.geometry import MeshSurface, TriangleMesh, plane, surface_from_spec
 from upholster.lattice import Lattice, find_lattice
 from upholster.measure import broken_elements, measure_cover
 from upholster.measure.broken import longest_run
@@ -14,6 +14,9 @@ from upholster.measure.phase_cuts import PhaseCuts, cuts_inside
 from upholster.measure.samples import Window
 from upholster.measure.trace import Trace
 from upholster.methods import synthesize
+from upholster.quilt import Chart, Quilt
+from upholster.quilt.placement import PLACEMENT
+from upholster.quilt.plans import PlacementList
 
 
 @pytest.fixture(scope="module")
@@ -58,6 +61,65 @@ def test_the_share_is_of_all_cuts_and_the_fault_the_longest_run(lattice):
     assert found.share[0] == pytest.approx(0.5)
     assert found.faults[0] == pytest.approx(32 * np.pi / 4 / found.periods[0])
     assert found.share[1] == 0
+
+
+def sheet(*quads, fold=0.0):
+    """A mesh of rectangles (island, s0, s1, t0, t1), side by side in space along t, each turned by `fold`."""
+    turns = np.radians(fold) * np.arange(len(quads))
+    widths = np.array([quad[4] - quad[3] for quad in quads])
+    steps = widths[:, None] * np.stack([np.cos(turns), 0 * turns, -np.sin(turns)], axis=1)
+    lines = np.concatenate([np.zeros((1, 3)), np.cumsum(steps, axis=0)])
+    tall = np.array([0.0, quads[0][2] - quads[0][1], 0.0])
+    positions = np.stack([lines, lines - tall], axis=1).reshape(-1, 3)
+    triangles, island, parameters = [], [], []
+    for k, (number, s0, s1, t0, t1) in enumerate(quads):
+        places = [(s0, t0), (s1, t0), (s0, t1), (s1, t1)]
+        for corners in ((0, 1, 2), (1, 3, 2)):
+            triangles.append([2 * k + corner for corner in corners])
+            island.append(number)
+            parameters.append([places[corner] for corner in corners])
+    mesh = TriangleMesh(positions, np.array(triangles))
+    return MeshSurface(mesh, np.array(island), np.array(parameters))
+
+
+def test_beyond_a_mesh_nothing_counts(lattice):
+    found = broken_elements(side_by_side(4, 0), lattice, sheet((0, 0.0, 0.5, 0.0, 1.0)))
+    assert found.share == (1, 0)
+    assert found.faults[0] == pytest.approx(16 * np.pi / 4 / 8)
+    assert found.per_area[0] == pytest.approx(16 * np.pi / 4 * 8 / (16 * 32))
+
+
+def test_along_creases_nothing_counts(lattice):
+    folded = sheet((0, 0.0, 1.0, 0.0, 0.5), (0, 0.0, 1.0, 0.5, 1.0), fold=90)
+    assert broken_elements(side_by_side(4, 0), lattice, folded).share == (0, 0)
+    found = broken_elements(side_by_side(4, 0), lattice, folded, crease=91)
+    assert found.faults[0] == pytest.approx(32 * np.pi / 4 / 8)
+
+
+@pytest.mark.parametrize(
+    ("fold", "shifts", "expected"),
+    [
+        (0, (0, 4, 0, 4), 32),  # all the way over both charts
+        (90, (0, 4, 0, 4), 16),  # over a crease nothing goes on
+        (0, (0, 0, 4, 4), 32),  # along the seam
+        (90, (0, 0, 4, 4), 0),
+        (0, (0, 0, 8, 8), 0),
+    ],
+)
+def test_runs_go_on_across_the_seams_of_a_mesh(lattice, fold, shifts, expected):
+    # Two charts of 32 × 16, two blocks each, one below the other, moved in the sample by so many rows.
+    blocks = np.zeros(4, PLACEMENT)
+    for k, shift in enumerate(shifts):
+        chart, below = k // 2, k % 2
+        blocks[k]["chart"], blocks[k]["row"], blocks[k]["column"] = chart, 8 + 16 * below, 8
+        blocks[k]["height"] = blocks[k]["width"] = 16
+        blocks[k]["source_row"] = 16 * (16 + 16 * below + shift)
+        blocks[k]["source_column"] = 16 * (12 + 16 * chart)
+    charts = (Chart(0, 32, 16), Chart(1, 32, 16))
+    quilt = Quilt(charts, (64, 64), PlacementList(blocks, np.zeros(0, np.uint8)))
+    surface = sheet((0, 0.0, 1.0, 0.0, 1.0), (1, 0.0, 1.0, 0.0, 1.0), fold=fold)
+    found = broken_elements(quilt, lattice, surface)
+    assert found.faults[0] == pytest.approx(expected * np.pi / 4 / 8)
 
 
 def test_blocks_of_other_symmetries_are_left_out(lattice):

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.charts._mesh_kernels import splat_matrices
+from upholster.charts.unwrap._raster_kernels import coverage
 from upholster.errors import InputError
 from upholster.geometry import MeshSurface
 from upholster.quilt.chart import MAX_CHART, Chart
@@ -13,7 +14,15 @@ from upholster.quilt.placement import SYMMETRIES
 from upholster.quilt.warp_field import FIELD_STEP, WarpField, node_count
 from upholster.types import FloatArray, IntArray
 
-__all__ = ["CREASE", "GUTTER", "chart_places", "mesh_charts", "mesh_fields", "triangle_frames"]
+__all__ = [
+    "CREASE",
+    "GUTTER",
+    "chart_places",
+    "mesh_charts",
+    "mesh_fields",
+    "texels_on_mesh",
+    "triangle_frames",
+]
 
 CREASE = 75.0
 """Degrees: over edges that bend more directions start anew, so that a box's lid runs straight.
@@ -33,6 +42,9 @@ _MOST_LARGER = 1.3
 
 _SPACING = 8.0
 """Texels between two samples of a triangle's matrix."""
+
+_ASIDE = (0.00071, 0.00131)
+"""Texels by which triangles are moved: else texels' centres on edges that run along a chart lie on none."""
 
 
 def mesh_charts(surface: MeshSurface, density: float) -> tuple[Chart, ...]:
@@ -75,6 +87,17 @@ def chart_places(surface: MeshSurface, charts: Sequence[Chart]) -> FloatArray:
     places: FloatArray = (surface.parameters - own[..., :2]) * own[..., 2:]
     places[surface.island < 0] = 0.0
     return places
+
+
+def texels_on_mesh(
+    surface: MeshSurface, charts: Sequence[Chart], index: int, corner: tuple[int, int], shape: tuple[int, int]
+) -> NDArray[np.bool_]:
+    """Return which texels of a window of a chart, from its first one's (row, column), lie on the mesh."""
+    own = surface.island == index
+    places = chart_places(surface, charts)[own] - corner
+    times = np.zeros(shape, np.int32)
+    coverage(places + _ASIDE, times)
+    return times > 0
 
 
 def triangle_frames(surface: MeshSurface, vectors: FloatArray) -> tuple[FloatArray, FloatArray]:

@@ -6,11 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from upholster.charts.mesh_layout import CREASE
 from upholster.charts.seams import Transition, find_seams, transitions
 from upholster.errors import InputError
 from upholster.geometry import AnySurface, MeshSurface
 from upholster.lattice import Lattice
-from upholster.measure.phase_cuts import PhaseCuts, cuts_at_seams, cuts_inside
+from upholster.measure.meshes import SeamPairs, smooth_texels
+from upholster.measure.phase_cuts import PhaseCuts, cuts_at_mesh_seams, cuts_at_seams, cuts_inside
 from upholster.measure.trace import Trace, quilt_windows
 from upholster.quilt import Quilt
 
@@ -55,7 +57,9 @@ class BrokenElements:
     faults: tuple[float, ...]
 
 
-def broken_elements(quilt: Quilt, lattice: Lattice, surface: AnySurface | None = None) -> BrokenElements:
+def broken_elements(
+    quilt: Quilt, lattice: Lattice, surface: AnySurface | None = None, *, crease: float = CREASE
+) -> BrokenElements:
     """Measure where a result's cuts break the lattice of its sample.
 
     A cut lies between two neighbouring texels of which the second is not, within half a pixel, where the
@@ -70,8 +74,11 @@ def broken_elements(quilt: Quilt, lattice: Lattice, surface: AnySurface | None =
     lattice
         Of its sample, see `upholster.lattice.find_lattice`.
     surface
-        What the charts lie on. With it the seams of patches are looked at as well, and runs go on across
-        them; blocks go across the seams of a mesh by themselves.
+        What the charts lie on. With it seams are looked at as well, and runs go on across them. Of a mesh
+        only texels on its triangles count: nobody sees what blocks do in the margins of its charts. Nor do
+        cuts along its creases count, where the texture starts anew.
+    crease
+        Degrees: edges of a mesh at which it turns by as much or more are creases.
 
     Returns
     -------
@@ -92,11 +99,19 @@ def broken_elements(quilt: Quilt, lattice: Lattice, surface: AnySurface | None =
     found: list[PhaseCuts] = []
     area = 0.0
     for window in quilt_windows(quilt):
-        trace = Trace.of(quilt, window)
-        found += cuts_inside(trace, lattice)
-        area += _area(trace)
+        trace, shown = Trace.of(quilt, window), None
+        if isinstance(surface, MeshSurface):
+            shown = smooth_texels(surface, quilt.charts, window, crease)
+        found += cuts_inside(trace, lattice, shown)
+        area += _area(trace, shown)
     met: tuple[Transition, ...] = ()
-    if surface is not None and not isinstance(surface, MeshSurface):
+    facing: SeamPairs | None = None
+    if isinstance(surface, MeshSurface):
+        pairs = SeamPairs.of(surface, quilt.charts, 0.0, crease, False)
+        if pairs is not None:
+            facing = pairs.across_smooth()
+            found += cuts_at_mesh_seams(quilt, lattice, facing)
+    elif surface is not None:
         met = tuple(transitions(surface, quilt.charts, find_seams(surface, quilt.charts)))
         found += cuts_at_seams(quilt, lattice, met)
     cuts = PhaseCuts.joined(found)
@@ -104,7 +119,7 @@ def broken_elements(quilt: Quilt, lattice: Lattice, surface: AnySurface | None =
     broken = np.abs(cuts.jumps) > QUARTER
     lengths = (broken * cuts.lengths[:, None]).sum(axis=0)
     total = float(cuts.lengths.sum())
-    runs = [longest_run(cuts, broken[:, k], met) for k in range(len(periods))]
+    runs = [longest_run(cuts, broken[:, k], met, facing) for k in range(len(periods))]
     return BrokenElements(
         tuple(periods.tolist()),
         tuple((lengths / max(total, 1e-9)).tolist()),
@@ -113,9 +128,11 @@ def broken_elements(quilt: Quilt, lattice: Lattice, surface: AnySurface | None =
     )
 
 
-def _area(trace: Trace) -> float:
+def _area(trace: Trace, shown: NDArray[np.bool_] | None) -> float:
     # Of the painted texels, in square pixels of the sample.
     painted = trace.owners >= 0
+    if shown is not None:
+        painted &= shown
     rows, columns = np.nonzero(painted[::EVERY, ::EVERY])
     if not len(rows):
         return 0.0
@@ -124,11 +141,16 @@ def _area(trace: Trace) -> float:
     return float(np.abs(np.linalg.det(matrices)).mean()) * int(np.count_nonzero(painted))
 
 
-def longest_run(cuts: PhaseCuts, chosen: NDArray[np.bool_], met: Sequence[Transition]) -> float:
+def longest_run(
+    cuts: PhaseCuts,
+    chosen: NDArray[np.bool_],
+    met: Sequence[Transition],
+    facing: SeamPairs | None = None,
+) -> float:
     """Return the length of the longest connected run of some cuts, in pixels of the sample.
 
     Two belong together if ends of theirs lie within `REACH` texels of one another, on one chart or across a
-    seam.
+    seam: of patches (`met`), or of a mesh, where it is enough that they lie so near both texels of a pair.
     """
     if not chosen.any():
         return 0.0
@@ -148,6 +170,12 @@ def longest_run(cuts: PhaseCuts, chosen: NDArray[np.bool_], met: Sequence[Transi
             there = np.rint(np.stack([rows, columns], axis=1)[sound] + 0.5).astype(np.intp)
             own.append(beside[sound])
             moved.append(_keys(np.full(len(there), m.other_chart, np.intp), there))
+    count = len(keys)
+    if facing is not None:
+        # A pair of texels is a point of its own, near which are corners on both charts.
+        own += [count + np.arange(len(facing.chart))] * 2
+        moved += [_keys(facing.chart[:, k], facing.texel[:, k]) for k in (0, 1)]
+        count += len(facing.chart)
     asking, wanted = np.concatenate(own), np.concatenate(moved)
     pairs = [number]
     for step in range(-REACH, REACH + 1):
@@ -156,7 +184,7 @@ def longest_run(cuts: PhaseCuts, chosen: NDArray[np.bool_], met: Sequence[Transi
             at = np.minimum(np.searchsorted(keys, asked), len(keys) - 1)
             hit = keys[at] == asked
             pairs.append(np.stack([asking[hit], at[hit]]))
-    label = _components(len(keys), np.concatenate(pairs, axis=1))
+    label = _components(count, np.concatenate(pairs, axis=1))
     return float(np.bincount(label[number[0]], lengths).max())
 
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.charts.mesh_layout import CREASE, chart_places
+from upholster.charts.mesh_layout import CREASE, chart_places, texels_on_mesh
 from upholster.geometry import MeshSurface, TriangleMesh
 from upholster.measure.edges import looked_up
 from upholster.measure.samples import SEED, Window, coded
@@ -14,10 +14,21 @@ from upholster.measure.trace import Trace
 from upholster.quilt import Chart, Quilt, Texels
 from upholster.types import FloatArray, PixelArray
 
-__all__ = ["MeshSeams", "SurfaceSamples", "mesh_samples", "mesh_seams", "triangle_steps"]
+__all__ = [
+    "MeshSeams",
+    "SeamPairs",
+    "SurfaceSamples",
+    "mesh_samples",
+    "mesh_seams",
+    "smooth_texels",
+    "triangle_steps",
+]
 
 MOST_PAIRS = 2**17
 MOST_SAMPLES = 2**17
+
+BESIDE = 4
+"""Texels from an edge at which cuts that follow it may lie: blocks end there in cells."""
 
 Index = NDArray[np.intp]
 
@@ -67,6 +78,38 @@ def mesh_samples(surface: MeshSurface, charts: tuple[Chart, ...]) -> SurfaceSamp
     sizes = np.array([(chart.height, chart.width) for chart in charts])[chart]
     texel = np.clip(np.floor(place), 0, sizes - 1).astype(np.intp)
     return SurfaceSamples(triangle.astype(np.intp), chart, texel[:, 0], texel[:, 1], share)
+
+
+def smooth_texels(
+    surface: MeshSurface, charts: tuple[Chart, ...], window: Window, crease: float
+) -> NDArray[np.bool_]:
+    """Return which texels of a window (rows, columns) show a part of the mesh that goes on round them.
+
+    These lie on its triangles, and not beside creases within islands, edges at which it turns by `crease`
+    degrees or more.
+    """
+    low, shape = np.array([window.row, window.column]), (window.height, window.width)
+    shown = texels_on_mesh(surface, charts, window.index, (window.row, window.column), shape)
+    mesh = surface.mesh
+    inner = (mesh.neighbours >= 0) & ~surface.is_seam & (surface.island == window.index)[:, None]
+    triangle, edge = np.nonzero(inner)
+    cosine = _cosines(mesh, triangle, edge, False)
+    sharp = cosine <= np.cos(np.radians(crease))
+    triangle, edge = triangle[sharp], edge[sharp]
+    if not len(triangle):
+        return shown
+    places = chart_places(surface, charts) - low
+    first, last = places[triangle, edge], places[triangle, (edge + 1) % 3]
+    steps = np.ceil(np.linalg.norm(last - first, axis=1)).astype(np.intp) + 1
+    of = np.repeat(np.arange(len(steps)), steps)
+    share = (np.arange(len(of)) - np.repeat(np.cumsum(steps) - steps, steps)) / steps[of]
+    texel = np.floor(first[of] + share[:, None] * (last - first)[of]).astype(np.intp)
+    around = np.mgrid[-BESIDE : BESIDE + 1, -BESIDE : BESIDE + 1].reshape(2, -1).T
+    for step in around:
+        near = texel + step
+        inside = ((near >= 0) & (near < shape)).all(axis=1)
+        shown[tuple(near[inside].T)] = False
+    return shown
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,7 +163,7 @@ def mesh_seams(
         Whether the mesh's own normals tell how much it turns, as those of a CAD model do: its facets turn
         where the surface is smooth.
     """
-    pairs = _SeamPairs.of(surface, quilt.charts, least, crease, by_normals)
+    pairs = SeamPairs.of(surface, quilt.charts, least, crease, by_normals)
     if pairs is None:
         return MeshSeams(None, 0.0, None)
     seen, expected = [MeanDifference(), MeanDifference()], [MeanDifference(), MeanDifference()]
@@ -146,10 +189,19 @@ def mesh_seams(
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class _SeamPairs:
-    """Texels beside seams, evenly spread over their length on the charts.
+class SeamPairs:
+    """Texels beside seams of a mesh, evenly spread over their length on the charts.
 
-    Both sides' charts (n, 2), texels (n, 2, 2), and steps (n, 2, 2) to the other; whether over a crease (n,).
+    Attributes
+    ----------
+    chart
+        (n, 2) the charts on both sides.
+    texel
+        (n, 2, 2) row and column of the texel beside the seam, on either.
+    step
+        (n, 2, 2) from one texel to the other, in texels of the one's chart, either way.
+    is_sharp
+        (n,) whether over a crease.
     """
 
     chart: Index
@@ -160,7 +212,8 @@ class _SeamPairs:
     @classmethod
     def of(
         cls, surface: MeshSurface, charts: tuple[Chart, ...], least: float, crease: float, by_normals: bool
-    ) -> "_SeamPairs | None":
+    ) -> "SeamPairs | None":
+        """Choose at most `MOST_PAIRS` over edges that turn by `least` degrees; None without seams."""
         mesh = surface.mesh
         triangle, edge = np.nonzero(surface.is_seam)
         once = triangle < mesh.neighbours[triangle, edge] // 3
@@ -205,6 +258,14 @@ class _SeamPairs:
         texels = np.clip(np.stack(texel, axis=1), 0, sizes - 1).astype(np.intp)
         is_sharp = cosine[at] <= np.cos(np.radians(crease))
         return cls(chart, texels, np.stack([step, back], axis=1), is_sharp)
+
+    def across_smooth(self) -> "SeamPairs":
+        """Return those of which the texture goes on, each texel of the first side once."""
+        _, first = np.unique(
+            np.concatenate([self.chart[:, :1], self.texel[:, 0]], axis=1), axis=0, return_index=True
+        )
+        kept = first[~self.is_sharp[first]]
+        return SeamPairs(self.chart[kept], self.texel[kept], self.step[kept], self.is_sharp[kept])
 
 
 def _cosines(mesh: TriangleMesh, triangle: Index, edge: Index, by_normals: bool) -> FloatArray:

@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from upholster.charts.seams import Transition
 from upholster.lattice import Lattice
+from upholster.measure.meshes import SeamPairs
 from upholster.measure.trace import Trace
 from upholster.quilt import Quilt
 from upholster.quilt.displacement import warped_sources
@@ -15,7 +16,7 @@ from upholster.quilt.placement import SYMMETRIES
 from upholster.quilt.warp_field import UNIT
 from upholster.types import FloatArray, IntArray
 
-__all__ = ["PhaseCuts", "cuts_at_seams", "cuts_inside"]
+__all__ = ["PhaseCuts", "cuts_at_mesh_seams", "cuts_at_seams", "cuts_inside"]
 
 CONTINUED = 16
 """A texel beyond a seam continues the other within so many 1/16 pixels: charts are unfolded, not exact."""
@@ -52,11 +53,19 @@ class PhaseCuts:
         return cls(*(np.concatenate([getattr(part, name) for part in parts]) for name in cls.__slots__))
 
 
-def cuts_inside(trace: Trace, lattice: Lattice) -> Iterator[PhaseCuts]:
-    """Yield the cuts inside a window of a chart: those between rows, and those between columns."""
+def cuts_inside(
+    trace: Trace, lattice: Lattice, shown: NDArray[np.bool_] | None = None
+) -> Iterator[PhaseCuts]:
+    """Yield the cuts inside a window of a chart: those between rows, and those between columns.
+
+    Of `shown` (rows, columns of the window) both texels must be, where it is given.
+    """
     for axis in (0, 1):
         border = trace.border(axis)
         cut = ~border.continued & (border.first["symmetry"] == border.second["symmetry"])
+        if shown is not None:
+            beyond = border.rows + (axis == 0), border.columns + (axis == 1)
+            cut &= shown[border.rows, border.columns] & shown[beyond]
         rows = border.rows[cut] + trace.window.row + (axis == 0)
         columns = border.columns[cut] + trace.window.column + (axis == 1)
         # The second texel through either source: the first one's goes on by a texel.
@@ -92,6 +101,17 @@ def cuts_at_seams(quilt: Quilt, lattice: Lattice, met: Sequence[Transition]) -> 
         ends[:, :, 1 if down else 0] += far
         ends[:, 1, 0 if down else 1] += 1
         yield _met(quilt, lattice, (m.chart, texel), (m.other_chart, beyond), step, ends)
+
+
+def cuts_at_mesh_seams(quilt: Quilt, lattice: Lattice, pairs: SeamPairs) -> Iterator[PhaseCuts]:
+    """Yield the cuts along seams of a mesh: where the texel beyond does not go on."""
+    for a, b in np.unique(pairs.chart, axis=0).tolist():
+        own = np.flatnonzero((pairs.chart == (a, b)).all(axis=1))
+        texel, step = pairs.texel[own], pairs.step[own, 0]
+        ends = texel[:, :1].repeat(2, axis=1)
+        # A texel's edge that the seam follows: along the rows where the other texel lies above or below.
+        ends[np.arange(len(own)), 1, np.abs(step).argmin(axis=1)] += 1
+        yield _met(quilt, lattice, (a, texel[:, 0]), (b, texel[:, 1]), step, ends)
 
 
 def _met(

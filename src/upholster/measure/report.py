@@ -268,7 +268,7 @@ def _measure_mesh(
         scale=mesh_texel_scale(surface, quilt.charts),
         copies=copies(quilt),
         mapping=mesh_mapping(surface, quilt, scale=scale, asked=asked),
-        broken=_broken(surface, quilt, exemplar),
+        broken=_broken(surface, quilt, exemplar, crease),
         patches=patch_distance(undistorted_views(quilt, texels), exemplar),
         landmarks=landmark_recurrence(surface, quilt, exemplar),
     )
@@ -281,9 +281,11 @@ def _asked(surface: MeshSurface, direction: str) -> FloatArray:
     return mesh_directions(surface.mesh, wanted, crease=CREASE).corner_vectors if asked is None else asked
 
 
-def _broken(surface: AnySurface, quilt: Quilt, exemplar: PixelArray) -> BrokenElements | None:
+def _broken(
+    surface: AnySurface, quilt: Quilt, exemplar: PixelArray, crease: float = CREASE
+) -> BrokenElements | None:
     lattice = find_lattice(exemplar)
-    return None if lattice is None else broken_elements(quilt, lattice, surface)
+    return None if lattice is None else broken_elements(quilt, lattice, surface, crease=crease)
 
 
 def measure_image(image: PixelArray, exemplar: PixelArray, *, tileable: bool = False) -> Measures:
