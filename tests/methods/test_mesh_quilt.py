@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from itertools import product
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,9 +17,16 @@ from upholster.charts.mesh_turns import chart_turns
 from upholster.charts.subdivision import subdivided
 from upholster.geometry import MeshSurface, TriangleMesh, welded
 from upholster.measure import mesh_mapping, mesh_seams, mesh_texel_scale
+from upholster.methods.quilt.mesh import method
 from upholster.methods.quilt.mesh._frame_kernels import Canvases, locate_texels, nearest_texels
 from upholster.methods.quilt.mesh._sheet_kernels import MOST_SHEETS
-from upholster.methods.quilt.mesh.footprints import Centres, field_arrays, find_footprints, mesh_arrays
+from upholster.methods.quilt.mesh.footprints import (
+    Centres,
+    Footprints,
+    field_arrays,
+    find_footprints,
+    mesh_arrays,
+)
 from upholster.methods.quilt.mesh.method import _frame, _Laying, _working, synthesize_mesh
 from upholster.methods.quilt.options import QuiltOptions
 from upholster.quilt import Quilt
@@ -139,6 +147,29 @@ def test_a_block_reaches_as_far_as_its_square_and_no_farther() -> None:
         )
         assert np.abs(shown / area - 1).mean() < 0.05
         assert shown.sum() == pytest.approx((2 * 12 / SCALE) ** 2, rel=0.6)
+        off = _misfits(mesh, fields, found.triangles[part], found.fits[n][found.sheets[part]])
+        np.testing.assert_allclose(found.misfits[part], np.where(found.sheets[part] < 0, 0, off), atol=1)
+        assert found.misfits[part][0] < found.misfits[part].max()
+
+
+def _misfits(mesh: Any, fields: Any, triangles: np.ndarray, fits: np.ndarray) -> np.ndarray:
+    # What sheets show of a triangle's corners, against where they lie in the field: 32 for 5° or 5 %.
+    places, out = mesh.places[triangles], np.zeros(len(triangles))
+    for n, (triangle, fit) in enumerate(zip(triangles, fits, strict=True)):
+        nodes = fields[int(fit[1])].matrices / 4096
+        at = (places[n] + 32) / 32
+        first = np.clip(at.astype(int), 0, np.array(nodes.shape[:2]) - 2)
+        (y, x), (i, j) = (at - first).T[..., None], first.T
+        upper = nodes[i, j] * (1 - x) + nodes[i, j + 1] * x
+        lower = nodes[i + 1, j] * (1 - x) + nodes[i + 1, j + 1] * x
+        matrices = 0.5 * (fit[6:10] + upper * (1 - y) + lower * y).reshape(3, 2, 2)
+        shown = np.einsum("kab,kb->ka", matrices, places[n] - fit[2:4])
+        corners = mesh.positions[mesh.triangles[triangle]]
+        true = SCALE * np.stack([corners @ mesh.down[triangle], corners @ mesh.along[triangle]], axis=1)
+        turned = (shown[1:] - shown[0]).T @ np.linalg.inv((true[1:] - true[0]).T)
+        angle, size = abs(turned[0, 1]) / turned[0, 0], np.sqrt(np.linalg.det(turned))
+        out[n] = min(32 * max(angle / 0.0875, abs(size - 1) / 0.05), 255)
+    return out
 
 
 def test_surfaces_that_touch_have_vertices_of_their_own_where_blocks_are_unfolded() -> None:
@@ -268,6 +299,26 @@ def test_a_block_that_overlaps_another_leaves_no_room() -> None:
     assert covered[0] - covered[1] <= 20  # beside the corners, where one ends at the other
 
 
+@pytest.mark.parametrize(("before", "now", "new"), [(0, 255, 0), (255, 0, 1)])
+def test_of_two_blocks_the_one_that_is_much_truer_to_the_field_is_seen(
+    before: int, now: int, new: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def found(*of: Any, **choices: Any) -> Footprints:
+        footprints = find_footprints(*of, **choices)
+        footprints.misfits[:] = now
+        return footprints
+
+    surface = sheet()
+    laying = begun(surface, np.tile([1.0, 0.0, 0.0], (len(surface.mesh.triangles), 3, 1)))
+    side, cells = laying.frame.size / laying.frame.scale, laying.frame.size // laying.frame.cell
+    laying.lay(at(laying, (1.0, 1.0)), 0, None)
+    laying.canvases.misfits[:] = before
+    monkeypatch.setattr(method, "find_footprints", found)
+    laying.lay(at(laying, (1.0 + 0.5 * side, 1.0)), 0, None)
+    mask = laying.masks[1].reshape(cells, cells)[2:-2, 2 : cells // 2 - 1]  # over the first one
+    assert (mask == new).all()
+
+
 def test_a_block_keeps_off_where_it_can_not_go_on_beside_what_is_laid() -> None:
     # The field jumps by 90° over a line down a sheet: no block reaches over.
     surface = sheet()
@@ -392,6 +443,7 @@ def test_texels_are_located_and_the_nearest_found_as_by_the_plain_twins() -> Non
         firsts[:-1],
         sizes[:, 0].copy(),
         sizes[:, 1].copy(),
+        np.zeros(firsts[-1], np.uint8),
     )
     locate_texels(mesh, canvases)
     for chart, (height, width) in enumerate(sizes):

@@ -26,6 +26,7 @@ from upholster.methods.quilt._choice_kernels import choose_source, draw_in_phase
 from upholster.methods.quilt._landmark_kernels import LandmarkUses, penalise_landmarks, shown_landmarks
 from upholster.methods.quilt._phase_kernels import want_phases
 from upholster.methods.quilt._seed_kernels import cut_block
+from upholster.methods.quilt.mesh._sheet_kernels import MISFIT
 from upholster.methods.quilt.mesh._unfold_kernels import MeshArrays
 from upholster.types import FloatArray, IntArray, int64
 
@@ -53,6 +54,15 @@ _NONE = 6
 KEPT = 3
 """Marks of a pixel that is laid and stays."""
 
+_WORSE = 1 | 1 << 4
+"""Marks of a frame's pixel, with its rim, that is laid, and that the block shows truer."""
+
+_TRUER = 5
+"""A block is truer than what is laid if its misfit is less than so many eighths of that."""
+
+_RIM = 8
+"""A block takes nothing in such a part of its side from its rim: the cut against what stays needs room."""
+
 _CLOSE = 0.75
 """Texels: a texel so near to a triangle belongs to it."""
 
@@ -61,8 +71,8 @@ class Canvases(NamedTuple):
     """The working charts, one after another: texel (r, c) of chart k at ``firsts[k] + r·widths[k] + c``.
 
     `pixels` is what is laid, `sources` which pixel of the exemplar that is, row · width +
-    column; `covered` is 1 where something is, `triangles` in which triangle a texel's centre lies, −1 for
-    none. `heights` and `widths` are the charts'.
+    column, and `misfits` that of its triangle in the block that shows it; `covered` is 1 where something is,
+    `triangles` in which triangle a texel's centre lies, −1 for none. `heights` and `widths` are the charts'.
     """
 
     pixels: NDArray[np.int32]
@@ -72,6 +82,7 @@ class Canvases(NamedTuple):
     firsts: NDArray[np.int64]
     heights: NDArray[np.int64]
     widths: NDArray[np.int64]
+    misfits: NDArray[np.uint8]
 
 
 @inline
@@ -159,13 +170,13 @@ def _mind_rim(covered: NDArray[np.uint8], margin: int, marks: NDArray[np.uint8])
     # would end there, with nothing laid under its rim to cut against.
     size = marks.shape[0]
     for n in range(size):
-        if covered[0, n + 1] == 1:
+        if covered[0, n + 1] & 1:
             _keep_off(-1, n, margin if covered[1, n + 1] == 0 else 0, marks)
-        if covered[size + 1, n + 1] == 1:
+        if covered[size + 1, n + 1] & 1:
             _keep_off(size, n, margin if covered[size, n + 1] == 0 else 0, marks)
-        if covered[n + 1, 0] == 1:
+        if covered[n + 1, 0] & 1:
             _keep_off(n, -1, margin if covered[n + 1, 1] == 0 else 0, marks)
-        if covered[n + 1, size + 1] == 1:
+        if covered[n + 1, size + 1] & 1:
             _keep_off(n, size, margin if covered[n + 1, size] == 0 else 0, marks)
 
 
@@ -226,29 +237,44 @@ def _mind_ends(
 
 
 @inline
+def _compared(before: int, now: int, takes: bool) -> int:
+    # What a laid pixel is to a block, by their misfits: it stays where it is much truer, and the block's is
+    # off; the block takes it where it is off, and the block's is much truer; else the cut decides.
+    if now > MISFIT and 8 * before < _TRUER * now:
+        return KEPT
+    if takes and before > MISFIT and 8 * now < _TRUER * before:
+        return _WORSE
+    return 1
+
+
+@inline
 def look_at_frame(
     mesh: MeshArrays,
     canvases: Canvases,
     triangles: IntArray,
     maps: Any,
     sheets: IntArray,
+    misfits: NDArray[np.uint8],
     first: int,
     stop: int,
     covered: NDArray[np.uint8],
     sources: IntArray,
     inside: NDArray[np.uint8],
     margin: int,
+    takes: bool,
     scratch: LayScratch,
 ) -> tuple[int, int]:
     """Draw into a frame what is laid under a block; return how many of its pixels are laid, how many bare.
 
     Bare are those on the mesh where nothing is, but for what is left to other blocks. `covered` is the frame
     with a rim of one pixel; the rest as in `lay_frames`, and `first`, `stop` what of the footprints is the
-    block's.
+    block's. What is laid and much truer to the field than the block stays; if `takes`, what is much less true
+    counts as neither laid nor bare, but goes.
     """
     texels = scratch.texels
     size = covered.shape[0] - 2
     half = size // 2 + 1  # of the pixel that reads at the source, on the frame with its rim
+    rim = size // _RIM
     for i in range(size + 2):
         for j in range(size + 2):
             covered[i, j] = _NONE
@@ -275,19 +301,23 @@ def look_at_frame(
                 c = min(max(int64(np.floor(column + 0.5)), 0), canvases.widths[k] - 1)
                 at = canvases.firsts[k] + r * canvases.widths[k] + c
                 covered[i, j] = canvases.covered[at]
+                if covered[i, j]:
+                    inner = rim < i <= size - rim and rim < j <= size - rim
+                    before, now = int64(canvases.misfits[at]), int64(misfits[n])
+                    covered[i, j] = _compared(before, now, takes and inner)
                 if canvases.covered[at] and 0 < i <= size and 0 < j <= size:
                     sources[i - 1, j - 1] = canvases.sources[at]
                     texels.old[i - 1, j - 1] = canvases.pixels[at]
     for i in range(size):
         for j in range(size):
-            texels.marks[i, j] = covered[i + 1, j + 1]
+            texels.marks[i, j] = covered[i + 1, j + 1] if covered[i + 1, j + 1] != _WORSE else 0
     _mind_rim(covered, margin, texels.marks)
     _mind_ends(mesh, canvases, triangles, maps, sheets, first, stop, inside, margin, texels.marks)
     laid, bare = int64(0), int64(0)
     for i in range(size):
         for j in range(size):
             laid += texels.marks[i, j] & 5 == 1
-            bare += texels.marks[i, j] == 0
+            bare += texels.marks[i, j] == 0 and covered[i + 1, j + 1] == 0
     return laid, bare
 
 
@@ -302,6 +332,7 @@ def write_frame(
     triangles: IntArray,
     maps: Any,
     sheets: IntArray,
+    misfits: NDArray[np.uint8],
     first: int,
     stop: int,
 ) -> None:
@@ -339,6 +370,7 @@ def write_frame(
                 place = min(max(source[0] + down, 0), numbers.height - 1) * numbers.width
                 place += min(max(source[1] + along, 0), numbers.width - 1)
                 canvases.covered[at] = 1
+                canvases.misfits[at] = misfits[n]
                 canvases.sources[at] = place
                 canvases.pixels[at] = image[place]
 
@@ -403,7 +435,7 @@ def lay_frames(
     reach: float,
     order: NDArray[np.int64],
     part: tuple[int, int],
-    footprint: tuple[NDArray[np.int64], IntArray, NDArray[np.float32], IntArray],
+    footprint: tuple[NDArray[np.int64], IntArray, NDArray[np.float32], IntArray, NDArray[np.uint8]],
     blocks: IntArray,
     masks: NDArray[np.uint8],
     covered: NDArray[np.uint8],
@@ -414,23 +446,25 @@ def lay_frames(
 ) -> None:
     """Choose, cut and lay some blocks, from, to, one after another.
 
-    `footprint` is what `unfold_blocks` found: firsts, triangles, maps and sheets; `order` (blocks,) tells
-    which of its blocks each one is. `near` (all blocks, 3) are centres in space, and `reach` how far blocks
-    are near. `uses` tells where all blocks show landmarks. `blocks` (all blocks, `FRAME_COLUMNS`) receive the
-    source's row and column in 1/16 pixel, and 1 if the block was laid, 2 if on nothing, 0 if it was not
-    needed; then they have the phases that are wanted at their centres, and receive what the cut costs.
+    `footprint` is what `unfold_blocks` found, firsts, triangles, maps and sheets, and the misfits; `order`
+    (blocks,) tells which of its blocks each one is. `near` (all blocks, 3) are centres in space, and `reach`
+    how far blocks are near. `uses` tells where all blocks show landmarks. `blocks` (all blocks,
+    `FRAME_COLUMNS`) receive the source's row and column in 1/16 pixel, and 1 if the block was laid, 2 if on
+    nothing, 0 if it was not needed; then they have the phases that are wanted at their centres, and receive
+    what the cut costs.
     `masks` (all blocks, cells) receive which cells are new. Where a block ends beside what is laid it leaves
     `margin` pixels bare. `covered` (size + 2, size + 2), `sources` (size, size) and `inside` (triangles,),
     all 0, are scratch; `scratch.texels` has `rows`, `columns`, `ys` and `xs` of a frame.
     """
-    firsts, triangles, maps, sheets = footprint
+    firsts, triangles, maps, sheets, misfits = footprint
     texels = scratch.texels
     for n in range(part[0], part[1]):
         block, mask = blocks[n], masks[n]
         first, stop = firsts[order[n]], firsts[order[n] + 1]
         block[2], block[COST] = 0, 0
         laid, bare = look_at_frame(
-            mesh, canvases, triangles, maps, sheets, first, stop, covered, sources, inside, margin, scratch
+            *(mesh, canvases, triangles, maps, sheets, misfits, first, stop),
+            *(covered, sources, inside, margin, True, scratch),
         )
         if bare == 0:
             continue
@@ -458,6 +492,9 @@ def lay_frames(
                 *(covered, match.image, numbers, int64(0), int64(0), base, texels, scratch.cut, mask)
             )
             block[COST] = min(cost >> 4, _DEAREST)
-        write_frame(mesh, canvases, match.image, numbers, (y, x), mask, triangles, maps, sheets, first, stop)
+        write_frame(
+            *(mesh, canvases, match.image, numbers, (y, x), mask),
+            *(triangles, maps, sheets, misfits, first, stop),
+        )
         splat_tent(usage, numbers.usage_step, y, x, numbers.block_height, numbers.block_width, 1.0)
         uses.shown[n] = shown_landmarks(uses, y, x, numbers.block_height, numbers.block_width)

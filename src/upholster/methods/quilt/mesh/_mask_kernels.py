@@ -154,7 +154,7 @@ def mask_sheets(
     laid: NDArray[np.int64],
     order: NDArray[np.int64],
     part: tuple[int, int],
-    footprint: tuple[NDArray[np.int64], IntArray, NDArray[np.float32], IntArray],
+    footprint: tuple[NDArray[np.int64], IntArray, NDArray[np.float32], IntArray, NDArray[np.uint8]],
     fits: FloatArray,
     masks: NDArray[np.uint8],
     boxes: FloatArray,
@@ -169,7 +169,7 @@ def mask_sheets(
     `SHEET`) receives placements and `cells` their windows, one after another; `filled` (2,) says how many of
     each there are, before and after. `boxes` (`MOST_SHEETS`, 4) is scratch.
     """
-    firsts, triangles, _, sheets = footprint
+    firsts, triangles, _, sheets, _ = footprint
     for at in range(part[0], part[1]):
         n = laid[at]
         first, stop = firsts[order[n]], firsts[order[n] + 1]

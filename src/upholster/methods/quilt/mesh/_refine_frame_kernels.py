@@ -267,7 +267,7 @@ def refine_frames(
     state: NDArray[np.uint64],
     before: int,
     part: tuple[int, int],
-    footprint: tuple[NDArray[np.int64], IntArray, NDArray[np.float32], IntArray],
+    footprint: tuple[NDArray[np.int64], IntArray, NDArray[np.float32], IntArray, NDArray[np.uint8]],
     blocks: IntArray,
     masks: NDArray[np.uint8],
     lattice: CellLattice,
@@ -285,13 +285,14 @@ def refine_frames(
     of which is block `before` of all; `numbers` and `span` are those of a block as large as a frame, and
     `weights.saving` is a part in 64 of what cuts in the middle of a frame cost that a move must save.
     """
-    firsts, triangles, maps, sheets = footprint
+    firsts, triangles, maps, sheets, misfits = footprint
     choice, size = scratch.choice, numbers.block_height
     for n in range(part[0], part[1]):
         block, mask, first, stop = blocks[n], masks[n], firsts[n], firsts[n + 1]
         block[2] = 0
         laid, _ = look_at_frame(
-            mesh, canvases, triangles, maps, sheets, first, stop, covered, sources, inside, int64(0), scratch
+            *(mesh, canvases, triangles, maps, sheets, misfits, first, stop),
+            *(covered, sources, inside, int64(0), False, scratch),
         )
         enter_cells(scratch.texels.marks, scratch.texels.old, lattice, cells, expansion)
         cuts = enter_cuts(match.image, numbers, lattice, cells, sources, expansion)
@@ -330,6 +331,9 @@ def refine_frames(
         for at in range(mask.shape[0]):
             mask[at] = refine.best[at]
             won += mask[at]
-        write_frame(mesh, canvases, match.image, numbers, (y, x), mask, triangles, maps, sheets, first, stop)
+        write_frame(
+            *(mesh, canvases, match.image, numbers, (y, x), mask),
+            *(triangles, maps, sheets, misfits, first, stop),
+        )
         splat_tent(usage, numbers.usage_step, y, x, size, size, won / weights.area)
         uses.shown[before + n] = shown_landmarks(uses, y, x, size, size)

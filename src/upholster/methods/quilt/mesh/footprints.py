@@ -58,10 +58,13 @@ class Footprints:
     maps: NDArray[np.float32]
     sheets: IntArray
     fits: FloatArray
+    misfits: NDArray[np.uint8]
 
-    def tuple(self) -> tuple[NDArray[np.int64], IntArray, NDArray[np.float32], IntArray]:
+    def tuple(
+        self,
+    ) -> tuple[NDArray[np.int64], IntArray, NDArray[np.float32], IntArray, NDArray[np.uint8]]:
         """Return them as kernels take them."""
-        return self.firsts, self.triangles, self.maps, self.sheets
+        return self.firsts, self.triangles, self.maps, self.sheets, self.misfits
 
 
 def mesh_arrays(
@@ -254,8 +257,12 @@ def _find(
     end = int(firsts[-1])
     listed, sheets, maps = listed[:end].copy(), sheets[:end].copy(), maps[:end].copy()
     fits = np.zeros((count, MOST_SHEETS, FIT))
-    fit_sheets(mesh, field, roots, (0, count), half, firsts, listed, maps, sheets, counts, scratch[1], fits)
-    return Footprints(firsts, listed, maps, sheets, fits)
+    misfits = np.zeros(end, np.uint8)
+    fit_sheets(
+        *(mesh, field, roots, (0, count), half, firsts, listed, maps, sheets, counts, scratch[1]),
+        *(scale, fits, misfits),
+    )
+    return Footprints(firsts, listed, maps, sheets, fits, misfits)
 
 
 def _joined(parts: list[Footprints]) -> Footprints:
@@ -266,6 +273,7 @@ def _joined(parts: list[Footprints]) -> Footprints:
             np.zeros((0, 3, 2), np.float32),
             np.zeros(0, np.int32),
             np.zeros((0, MOST_SHEETS, FIT)),
+            np.zeros(0, np.uint8),
         )
     ends = np.cumsum([0, *(int(part.firsts[-1]) for part in parts)])
     firsts = [part.firsts[:-1] + end for part, end in zip(parts, ends, strict=False)]
@@ -275,4 +283,5 @@ def _joined(parts: list[Footprints]) -> Footprints:
         np.concatenate([part.maps for part in parts]),
         np.concatenate([part.sheets for part in parts]),
         np.concatenate([part.fits for part in parts]),
+        np.concatenate([part.misfits for part in parts]),
     )

@@ -529,6 +529,7 @@ def _canvases(working: Sequence[Chart]) -> Canvases:
         firsts[:-1].astype(np.int64),
         sizes[:, 0].copy(),
         sizes[:, 1].copy(),
+        np.zeros(count, np.uint8),
     )
 
 
