@@ -91,7 +91,10 @@ def measured(
         for effort in efforts:
             made = [_made(exemplar, effort, seed, side) for seed in range(1, seeds + 1)]
             means.append(_mean([one for one, _ in made]))
-            tiles.append((made[0][1], [f"{name}, effort {effort}", _line(means[-1])]))
+            figures = _line(means[-1]).split(", ")
+            tiles.append(
+                (made[0][1], [f"{name}, effort {effort}", ", ".join(figures[:4]), ", ".join(figures[4:])])
+            )
         found[name] = (means[0], means[1])
         print(f"{name}: {_line(means[0])}; refined: {_line(means[1])}", file=sys.stderr, flush=True)
         if out is not None:
