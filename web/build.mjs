@@ -6,6 +6,7 @@
 // The same sources and the pinned versions of esbuild and terser give the same bytes on any machine.
 
 import { mkdir, readFile, writeFile } from 'node:fs/promises'
+import { relative, resolve } from 'node:path'
 import { fileURLToPath } from 'node:url'
 import { build, transform } from 'esbuild'
 import { minify } from 'terser'
@@ -19,12 +20,16 @@ const BUNDLES = {
   'upholster-lab.js': 'upholster-lab.js',
   'upholster-environment.js': 'upholster-environment.js',
   'upholster-painter.js': 'upholster-painter.js',
+  'uph-picture.js': 'uph-picture.js',
   'uph-worker.js': 'uph-worker-lean.js',
+  'uph-painting.js': 'uph-painting.js',
   'uph-rare.js': 'uph-rare.js',
+  'uph-recipes.js': 'uph-recipes.js',
 }
-/** In a function of its own: it may stand before the worker in one script. */
-const WRAPPED = ['uph-rare.js']
-const ON_DEMAND = ['./upholster-lab.js', './upholster-environment.js', './upholster-painter.js', './uph-rare.js']
+/** Parts of the worker: in functions of their own, for they may stand behind it in one script. They use its modules, not copies of them. */
+const WORKER = 'uph-worker-lean.js'
+const PARTS = ['uph-painting.js', 'uph-rare.js', 'uph-recipes.js']
+const ON_DEMAND = Object.keys(BUNDLES).filter((name) => !['upholster-viewer.js', 'uph-worker.js'].includes(name)).map((name) => `./${name}`)
 
 /** Whose names pages use. */
 const TYPES = ['uph.d.ts', 'upholster-viewer.d.ts']
@@ -41,7 +46,7 @@ const texts = {
   setup({ onLoad }) {
     onLoad({ filter: /viewer.(shading|painting)\.js$/ }, async ({ path }) => {
       const text = await readFile(path, 'utf8')
-      return { contents: text.replace(/ ([-+*/=<>?:&|]+|[{}]) (?!\S*\*\/)/g, '$1').replace(/([,;{]) /g, '$1') }
+      return { contents: text.replace(/\n\s*\/\/ .*/g, '').replace(/ ([-+*/=<>?:&|]+|[{}]) (?!\S*\*\/)/g, '$1').replace(/([,;{]) /g, '$1') }
     })
     onLoad({ filter: /viewer.(lab-)?style\.js$/ }, async ({ path }) => {
       const [before, css, ...after] = (await readFile(path, 'utf8')).split('`')
@@ -51,22 +56,62 @@ const texts = {
   },
 }
 
-/** Returns a bundle, its variables with short names. */
-async function bundle(source) {
-  const { outputFiles } = await build({
+/** Returns what esbuild makes of a source, its variables with short names. */
+function bundled(source, options = {}) {
+  return build({
     absWorkingDir: here('.'),
     entryPoints: [source],
     bundle: true,
     minify: true,
     plugins: [texts],
-    format: WRAPPED.includes(source) ? 'iife' : 'esm',
+    format: 'esm',
     target: 'es2022',
     write: false,
     external: ON_DEMAND.filter((name) => name !== `./${source}`),
     logLevel: 'silent', // errors are thrown, and told once, below
     legalComments: 'none', // all is ours; LICENSES.txt has the notice
+    metafile: true,
+    ...options,
   })
-  return outputFiles[0].text
+}
+
+/**
+ * Has parts of the worker use its modules, those with these paths, instead of copies: what is imported of them is noted in `shared`, by name,
+ * and once `order` is filled, taken from the list `uphShared`.
+ */
+const sharing = (modules, shared, order) => ({
+  name: 'sharing',
+  setup({ onResolve, onLoad }) {
+    onResolve({ filter: /^\./ }, async ({ path, resolveDir, importer }) => {
+      const whole = resolve(resolveDir, path)
+      if (!importer || !modules.has(relative(here('.'), whole).replaceAll('\\', '/'))) return undefined
+      const text = await readFile(importer, 'utf8')
+      const names = new RegExp(`(?:^|\\n)(?:im|ex)port \\{([^}]*)\\} from '${path}'`).exec(text)?.[1].match(/\w+/g)
+      if (!names) throw new Error(`${importer} imports no names of ${path}`)
+      for (const name of names) shared.set(name, whole)
+      return { path: whole, namespace: 'shared', sideEffects: false }
+    })
+    onLoad({ filter: /./, namespace: 'shared' }, ({ path }) => {
+      const names = order.filter((name) => shared.get(name) === path).map((name) => `${order.indexOf(name)}: ${name}`)
+      return { contents: order.length ? `export const { ${names} } = globalThis.uphShared` : 'module.exports = {}' }
+    })
+  },
+})
+
+/** Returns bundles of the worker and its parts, by source. */
+async function workers() {
+  const { metafile } = await bundled(WORKER)
+  const [{ inputs }] = Object.values(metafile.outputs)
+  const modules = new Set(Object.keys(inputs).filter((path) => inputs[path].bytesInOutput))
+  const [shared, order, found] = [new Map(), [], {}]
+  const plugins = [sharing(modules, shared, order)]
+  for (const part of PARTS) await bundled(part, { plugins })
+  order.push(...[...shared.keys()].sort())
+  for (const part of PARTS) found[part] = await bundled(part, { plugins, format: 'iife' })
+  const imports = order.map((name) => `import { ${name} } from ${JSON.stringify(shared.get(name))}\n`)
+  const contents = `import './${WORKER}'\n${imports.join('')}globalThis.uphShared = [${order}]`
+  found[WORKER] = await bundled(WORKER, { entryPoints: undefined, stdin: { contents, resolveDir: here('.') } })
+  return found
 }
 
 /**
@@ -92,13 +137,11 @@ async function minified(text, regex, cache) {
   const { code } = await minify(text, {
     module: true,
     ecma: 2020,
-    compress: { passes: 4, inline: 1, unsafe: true, unsafe_arrows: true, unsafe_methods: true },
+    compress: { passes: 4, inline: 1, pure_getters: true, unsafe: true, unsafe_arrows: true, unsafe_methods: true },
     mangle: { properties: { regex, keep_quoted: true, cache } },
   })
-  // The graphics card's programs need no indentation or comments.
-  const plain = code
-    .replace(/ \/\/ [^\\"`]*(?=\\n)/g, '')
-    .replace(/\\n(?:\\n|\\t| )+/g, '\\n')
+  // The graphics card's programs need no indentation, and hardly a line.
+  const plain = code.replace(/\\n(?:\\n|\\t| )+/g, '\\n').replace(/([;{}])\\n/g, '$1')
   return `/*! upholster, SPDX-License-Identifier: MIT, see LICENSES.txt */\n${plain}\n`
 }
 
@@ -106,7 +149,8 @@ async function minified(text, regex, cache) {
 async function made() {
   const text = await notice()
   const files = {}
-  for (const [name, source] of Object.entries(BUNDLES)) files[name] = await bundle(source)
+  const made = await workers()
+  for (const [name, source] of Object.entries(BUNDLES)) files[name] = (made[source] ?? (await bundled(source))).outputFiles[0].text
   const names = await privateNames(Object.values(files))
   const cache = { props: new Map() }
   for (const name of Object.keys(files)) files[name] = await minified(files[name], names, cache)

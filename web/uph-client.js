@@ -1,7 +1,5 @@
 // The page's side of `uph-worker.js`: sends a stream's bytes, and hands what comes back to whoever shows it, some per frame.
 
-import { readPicture } from './uph-picture.js'
-
 const TEXELS_PER_FRAME = 2 ** 20 // handed over at once
 
 const nextFrame = globalThis.requestAnimationFrame?.bind(globalThis) ?? ((work) => setTimeout(work, 16))
@@ -105,7 +103,8 @@ export class UphClient {
    */
   async setExemplar(image) {
     const call = ++this.#exemplarCalls
-    const picture = image === null ? null : await readPicture(image, await this.#size)
+    const size = await this.#size
+    const picture = image === null ? null : await (await import('./uph-picture.js')).readPicture(image, size)
     if (call !== this.#exemplarCalls) return
     this.send({ kind: 'exemplar', picture })
     await this.settled()

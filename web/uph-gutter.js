@@ -2,6 +2,8 @@
 //
 // A chart with its gutter is RGBA, (height + 2) × (width + 2). Edges: 0 top, 1 right, 2 bottom, 3 left.
 
+import { forEachAcross } from './worker/across.js'
+
 /** Texels along the four edges of a chart that lies in its gutter. */
 export function edgeLines(data, { height, width }) {
   const stride = 4 * (width + 2)
@@ -41,15 +43,6 @@ function copyAcross(seam, band, count, angles) {
     for (let k = 0; k < 4; k++) band[4 * n + k] = line[4 * m + k]
     if (angles) turnNormal(band, 4 * n, angles[n])
   })
-}
-
-/** Call take(n, m) for each of an edge's `count` texels that meets a seam, with the texel beyond, of `otherCount`. */
-export function forEachAcross({ start, stop, otherStart, otherStop }, count, otherCount, take) {
-  const slope = (otherStop - otherStart) / (stop - start)
-  for (let n = Math.max(0, Math.ceil(start * count - 0.5)); n < count && (n + 0.5) / count < stop; n++) {
-    const place = otherStart + slope * ((n + 0.5) / count - start)
-    take(n, Math.min(otherCount - 1, Math.max(0, Math.floor(place * otherCount))))
-  }
 }
 
 /** Write a gutter round a chart. */

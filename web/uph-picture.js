@@ -1,4 +1,4 @@
-// Pixels of pictures that a page has, as the decoder takes them.
+// Pixels of pictures that a page has, as the decoder takes them: loaded where a model is to have another sample.
 
 /**
  * The pixels of an image, scaled to `height` × `width` where it has another size: {height, width, channels, data}.

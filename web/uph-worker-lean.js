@@ -1,5 +1,9 @@
-// The same worker as `uph-worker.js`, without what few streams need: that is loaded when a stream needs it.
+// The same worker as `uph-worker.js`, without what many streams do not need: that is loaded when a stream needs it.
 
 import { serve } from './worker/serve.js'
 
-serve(globalThis, () => import('./uph-rare.js'))
+serve(globalThis, {
+  painting: () => import('./uph-painting.js'),
+  rare: () => import('./uph-rare.js'),
+  recipes: () => import('./uph-recipes.js'),
+})

@@ -24,7 +24,9 @@
 //      state {state}                      where decoding stands
 //      error {message, offset}            the stream is damaged
 
+import './uph-painting.js'
 import './uph-rare.js'
+import './uph-recipes.js'
 import { serve } from './worker/serve.js'
 
 if (typeof WorkerGlobalScope !== 'undefined') serve(globalThis)

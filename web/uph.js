@@ -5,6 +5,7 @@
  * work is proportional to the new bytes. Numbers in brackets in the modules of `uph/` are sections of SPEC.md.
  */
 
+import './uph/painting.js'
 import './uph/rare.js'
 
 export { UphError } from './uph/bytes.js'

@@ -412,7 +412,10 @@ def test_assets_are_the_shipped_ones(shared):
         ("upholster-environment.js", "javascript"),
         ("upholster-painter.js", "javascript"),
         ("uph-worker.js", "javascript"),
+        ("uph-painting.js", "javascript"),
+        ("uph-recipes.js", "javascript"),
         ("uph-rare.js", "javascript"),
+        ("uph-picture.js", "javascript"),
         ("LICENSES.txt", "plain"),
     ):
         status, headers, _ = client.get(f"/assets/{name}")

@@ -166,8 +166,13 @@ def test_notices_go_with_the_copies() -> None:
 
 def test_the_scripts_stand_alone() -> None:
     wanted = {
-        "upholster-viewer.js": {"./upholster-lab.js", "./upholster-environment.js", "./upholster-painter.js"},
-        "uph-worker.js": {"./uph-rare.js"},
+        "upholster-viewer.js": {
+            "./upholster-lab.js",
+            "./upholster-environment.js",
+            "./upholster-painter.js",
+            "./uph-picture.js",
+        },
+        "uph-worker.js": {"./uph-painting.js", "./uph-rare.js", "./uph-recipes.js"},
     }
     for name, text in _built().items():
         code = text.partition("*/")[2]
@@ -178,10 +183,16 @@ def test_the_scripts_stand_alone() -> None:
     assert 'new URL("./uph-worker.js",import.meta.url)' in _built()["upholster-viewer.js"]
 
 
-def test_scripts_are_small() -> None:
+CARD, PROCESSOR = ("uph-recipes.js", "upholster-painter.js"), ("uph-painting.js",)
+
+
+@pytest.mark.parametrize("painting", [CARD, PROCESSOR])
+def test_scripts_are_small(painting: tuple[str, ...]) -> None:
+    """Whoever paints. A test of the browser looks at which scripts are loaded."""
     built = _built()
-    sizes = [len(gzip.compress(built[name].encode(), 9)) for name in ("upholster-viewer.js", "uph-worker.js")]
-    assert sum(sizes) <= MOST_SCRIPTS
+    names = ("upholster-viewer.js", "uph-worker.js", *painting)
+    sizes = {name: len(gzip.compress(built[name].encode(), 9)) for name in names}
+    assert sum(sizes.values()) <= MOST_SCRIPTS, sizes
 
 
 def test_a_page_is_little_more_than_its_stream() -> None:

@@ -10,6 +10,7 @@ from starlette.applications import Starlette
 from starlette.responses import FileResponse
 from starlette.routing import Mount, Route
 from starlette.staticfiles import StaticFiles
+from test_web_build import CARD
 
 pytestmark = pytest.mark.browser
 
@@ -109,7 +110,7 @@ def test_the_element_paints_on_the_card_where_it_is_told_to(chromium: Any, site:
             tab.page.add_init_script(TOLD.replace("WISH", painting))
             tab.open(f"{site}/view/ring.uph").complete()
             tab.settle_shape()
-            assert ("upholster-painter.js" in loaded) == (painting == "card")
+            assert all((name in loaded) == (painting == "card") for name in CARD)
             on_card = tab.call("return viewer.model.charts.every(({ textures }) => !textures.color.data)")
             assert on_card == (painting == "card")
             pictures.append(tab.picture())

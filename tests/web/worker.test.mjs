@@ -7,7 +7,9 @@ import { pathToFileURL } from 'node:url'
 import { UphDecoder } from '../../web/uph.js'
 import { edgeLines, putGutter } from '../../web/uph-gutter.js'
 import { SurfaceMesher, TriangleMesher } from '../../web/uph-mesh.js'
+import '../../web/uph-painting.js'
 import '../../web/uph-rare.js'
+import '../../web/uph-recipes.js'
 import { Session } from '../../web/worker/session.js'
 
 const folders = [new URL('../vectors/', import.meta.url)]

@@ -8,14 +8,13 @@ import { ImageDecoder } from './image/decoder.js'
 import { MAX_MAP_SAMPLES, parseImageHeader } from './image/header.js'
 import { parseLayout } from './layout.js'
 import { PaintBudget, checkCharts, checkSamples, fillLimits } from './limits.js'
-import { Painter } from './paint/painter.js'
 import { MapPyramid } from './paint/pyramid.js'
-import { rgbaToChannels, toRgba } from './paint/rgba.js'
+import { toRgba } from './paint/rgba.js'
+import { part } from './parts.js'
 import { parsePlan } from './plans/parse.js'
 import { parseSurface } from './surface.js'
 
 const MAX_MAPS = 16
-const MEAN_ROWS = 64 // of charts without placements, painted at once
 const CAUTION = 64 // coefficients that a byte hardly ever tells of
 
 /** Decodes a `.uph` stream as its bytes come. */
@@ -27,7 +26,7 @@ export class UphDecoder {
   #maps = new Map() // ImageDecoders, by role
   #pyramids = new Map() // of the maps as far as they have come, by role
   #substitute = null // painted with instead of the exemplar
-  #painter = new Painter()
+  #painter = null // made when something is painted here
   #changed = null
   #failure = null
   #limits
@@ -96,7 +95,7 @@ export class UphDecoder {
     if (changed) {
       // What lies on a chart shows from when its own blocks are known.
       this.#changed.charts = [...changed].filter((n) => this.isPlaced(n)).sort((a, b) => a - b)
-      for (const n of changed) this.#painter.forget(n)
+      for (const n of changed) this.#painter?.forget(n)
       changed.clear()
     }
     return this.#changed
@@ -284,19 +283,8 @@ export class UphDecoder {
 
   /** Texels of a chart as far as they can be painted, rows [start, stop) of it, as the map's `data`. */
   texels(index, start = 0, stop = this.charts[index]?.height, role = 'albedo') {
-    const { data, channels } = this.exemplar(role)
-    const { width } = this.#checkRows(index, start, stop)
-    const out = new data.constructor((stop - start) * width * channels)
-    let to = 0
-    this.#paint(index, start, stop, role, (painted) => {
-      if (painted.constructor !== Uint8Array || channels === 4) {
-        out.set(painted, to)
-        to += painted.length
-        return
-      }
-      to = rgbaToChannels(painted, channels, out, to)
-    })
-    return out
+    const job = this.#job(index, start, stop, role)
+    return this.#painter.texels(job)
   }
 
   /**
@@ -304,19 +292,8 @@ export class UphDecoder {
    * `into`. Grey becomes RGB; floats become sRGB where a map is a colour.
    */
   rgba(index, { role = 'albedo', start = 0, stop = this.charts[index]?.height, into, stride, offset = 0 } = {}) {
-    const { channels } = this.exemplar(role)
-    const { width } = this.#checkRows(index, start, stop)
-    into ??= new Uint8ClampedArray(4 * (stop - start) * width)
-    const step = 4 * (stride ?? width)
-    if (!(offset >= 0 && step >= 4 * width && offset + (stop - start - 1) * step + 4 * width <= into.length)) {
-      throw new RangeError(`texels do not fit ${into.length} bytes`)
-    }
-    this.#paint(index, start, stop, role, (painted, row, rows) => {
-      let to = offset + (row - start) * step
-      if (painted.constructor !== Uint8Array) painted = toRgba(painted, channels, role)
-      for (let i = 0; i < rows; i++, to += step) into.set(painted.subarray(4 * width * i, 4 * width * (i + 1)), to)
-    })
-    return into
+    const job = this.#job(index, start, stop, role)
+    return this.#painter.rgba(job, into, stride, offset)
   }
 
   /** What a chart is painted from: its placements, in order, and its warp field; null where it shows the mean. */
@@ -332,39 +309,17 @@ export class UphDecoder {
     return this.#fields?.fields[index] ?? IDENTITY_FIELD
   }
 
-  #checkRows(index, start, stop) {
+  /** What is to be painted: rows of a chart, and of what; `placements` is null where it shows the mean. */
+  #job(index, start, stop, role) {
+    const { channels } = this.exemplar(role)
     const chart = this.charts[index]
     if (!chart) throw new RangeError(`chart is ${index}; allowed: 0 to ${this.charts.length - 1}`)
     if (!(start >= 0 && start <= stop && stop <= chart.height)) {
       throw new RangeError(`rows are ${start} to ${stop}; allowed: 0 to ${chart.height}`)
     }
-    return chart
-  }
-
-  #paint(index, start, stop, role, take) {
-    const pyramid = this.#pyramids.get(role)
-    const { picture } = pyramid
-    const chart = this.charts[index]
-    if (role === 'normal' && picture.channels !== 3) {
-      throw new RangeError(`normal map has ${picture.channels} channels; allowed: 3`)
-    }
-    if (!this.#hasBlocks(index)) {
-      this.#paintMean(chart, pyramid, start, stop, take)
-      return
-    }
-    const placements = () => this.#plan.placements(index)
-    const field = this.#fieldOf(index)
-    this.#painter.paint({ index, chart, field, placements, pyramid, start, stop, take })
-  }
-
-  /** Paint the mean of a map all over rows of a chart. */
-  #paintMean({ width }, { mean, picture }, start, stop, take) {
-    const pixel = mean instanceof Uint8Array ? toRgba(mean, picture.channels) : mean
-    for (let row = start; row < stop; row += MEAN_ROWS) {
-      const rows = Math.min(MEAN_ROWS, stop - row)
-      const painted = new pixel.constructor(rows * width * pixel.length)
-      for (let at = 0; at < painted.length; at += pixel.length) painted.set(pixel, at)
-      take(painted, row, rows)
-    }
+    if (role === 'normal' && channels !== 3) throw new RangeError(`normal map has ${channels} channels; allowed: 3`)
+    this.#painter ??= new (part('Painter'))()
+    const placements = this.#hasBlocks(index) ? () => this.#plan.placements(index) : null
+    return { index, chart, start, stop, role, placements, field: this.#fieldOf(index), pyramid: this.#pyramids.get(role) }
   }
 }

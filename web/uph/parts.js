@@ -1,8 +1,6 @@
 /**
- * Parts of the decoder that few streams need: meshes, strips, plain lists, lossless wavelets, samples of more than 8 bits.
- *
- * `uph.js` has all of them. A page that counts bytes begins with `uph-core.js`, and loads `uph-rare.js` when a stream needs a part
- * that is missing. They are known by a global name, since the two may be bundles of their own.
+ * Parts of the decoder: painting, and what few streams need, in `rare.js`. `uph.js` has all of them; `uph-core.js` none, and loads
+ * `uph-painting.js` or `uph-rare.js` when one is missing. They are known by a global name, since these may be bundles.
  */
 
 /** A part is needed that has not been loaded. */
@@ -13,9 +11,13 @@ export function addParts(parts) {
   globalThis.uphParts = { ...globalThis.uphParts, ...parts }
 }
 
+/** Whether there is a part of that name. */
+export function hasPart(name) {
+  return Boolean(globalThis.uphParts?.[name])
+}
+
 /** The part of that name. @throws {MissingPart} */
 export function part(name) {
-  const found = globalThis.uphParts?.[name]
-  if (!found) throw new MissingPart(`the decoder lacks ${name}: uph-rare.js has it`)
-  return found
+  if (!hasPart(name)) throw new MissingPart(`the decoder lacks ${name}`)
+  return globalThis.uphParts[name]
 }

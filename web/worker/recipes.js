@@ -1,19 +1,66 @@
 /** What the page's graphics card paints charts from: a sample with its pyramid, and each chart's blocks with their weights. */
 
-import { forEachAcross } from '../uph-gutter.js'
-import { SYMMETRIES, SourceTracer, halve, placementWeights, topLeft } from '../uph-core.js'
-import { TARGETS } from './maps.js'
+import { SYMMETRIES, Scratch, halve, placementWeights, sourceOf, topLeft } from '../uph-blocks.js'
+import { forEachAcross } from './across.js'
+import { TARGETS, hasMap } from './maps.js'
 
 /** Numbers that tell of a block, and weights in a row of their texture; the card's programs read them so. */
 const BLOCK_NUMBERS = 14
 const WEIGHTS_ROW = 4096
 const MOST_SIDE = 4096 // of a texture
 
+/** Lists what the page has to know. */
+export class ChartRecipes {
+  #mesher
+  #sizes // of the textures
+  #sent = new Set() // charts of which the page has the recipe
+  #pictures = {} // per target: the maps that the page has
+  #scratch = new Scratch()
+
+  constructor(mesher, sizes) {
+    this.#mesher = mesher
+    this.#sizes = sizes
+  }
+
+  /** Charts have other placements. */
+  forget(charts) {
+    for (const chart of charts) this.#sent.delete(chart)
+  }
+
+  /** Have the page know a target's sample as it is now; false: it can not show it. */
+  addSheet(decoder, target, entries) {
+    const roles = TARGETS[target].filter((role) => hasMap(decoder, role))
+    const pictures = roles.map((role) => decoder.exemplar(role))
+    const known = this.#pictures[target]
+    this.#pictures[target] = pictures
+    if (known?.length === pictures.length && pictures.every((picture, n) => picture === known[n])) return true
+    const sheet = sampleSheet(decoder, target, roles)
+    if (sheet) entries.push({ target, sheet: true, ...sheet })
+    return sheet !== null
+  }
+
+  /** Have the page paint a chart; returns whether there is something to paint, null if the page can not. */
+  addRecipe(decoder, target, chart, entries) {
+    if (!this.#sent.has(chart)) {
+      const found = decoder.recipe(chart)
+      if (!found) return false
+      const recipe = chartRecipe(found, decoder.charts[chart], decoder.exemplarSize, this.#scratch)
+      if (!recipe) return null
+      const { weights: data, ...rest } = recipe
+      const gutters = gutterPoints(this.#mesher, this.#sizes, chart, decoder.roles.includes('normal'))
+      entries.push({ chart, recipe: { ...rest, gutters }, data })
+      this.#sent.add(chart)
+    }
+    entries.push({ chart, target, ...this.#sizes[chart] })
+    return true
+  }
+}
+
 /**
  * A target's sample, of the maps with these roles, as one RGBA picture `data`, with the smaller levels of its pyramid to the right, one
  * below the other. Null where the card would show something else than the decoder: floats, what is see-through, or too large for a texture.
  */
-export function sampleSheet(decoder, target, roles) {
+function sampleSheet(decoder, target, roles) {
   const isSurface = target === 'surface'
   const pictures = roles.map((role) => decoder.exemplarRgba(role))
   const [{ height, width, data: first }] = pictures
@@ -45,14 +92,14 @@ export function sampleSheet(decoder, target, roles) {
  * symmetry, level, centre matrix), and where its weights are (place of row 0, column 0; width, 0 for none) in `weights`, rows of 4096;
  * `nodes` of the warp field, `columns` of them a row. Null where there are too many.
  */
-export function chartRecipe({ placements, field }, chart, exemplar, scratch) {
+function chartRecipe({ placements, field }, chart, exemplar, scratch) {
   const blocks = new Int32Array(BLOCK_NUMBERS * placements.length)
   const pieces = []
   let used = 0
   placements.forEach((placement, n) => {
     const { height, width, sourceRow, sourceColumn, symmetry } = placement
     const [top, left] = topLeft(placement)
-    const { center, level } = new SourceTracer(placement, field, exemplar)
+    const { center, level } = sourceOf(placement, field, exemplar)
     const turned = SYMMETRIES[symmetry].reduce((bits, x, k) => bits | ((x + 1) << (2 * k)), 0)
     const [start, stop] = [Math.max(0, -top), Math.min(height, chart.height - top)]
     const found = placementWeights(placement, scratch, start, stop)
@@ -79,7 +126,7 @@ export function chartRecipe({ placements, field }, chart, exemplar, scratch) {
  * What the gutter of a chart shows of those beside it: for each of them, `chart`, and `points`, five numbers each: column and row in the
  * texture, the texel along that chart's edge, which edge, and the angle by which normals turn.
  */
-export function gutterPoints(mesher, sizes, chart, hasNormals) {
+function gutterPoints(mesher, sizes, chart, hasNormals) {
   const { height, width } = sizes[chart]
   const found = new Map()
   for (let edge = 0; edge < 4; edge++) {

@@ -1,6 +1,6 @@
 /** One stream in the worker: what messages ask for, decoded, painted and tessellated in slices. */
 
-import { MissingPart, UphDecoder, part } from '../uph-core.js'
+import { MissingPart, UphDecoder, hasPart, part } from '../uph-core.js'
 import { SurfaceMesher, countsFor } from '../uph-mesh.js'
 import { TARGETS, hasMap, knownShare } from './maps.js'
 import { SLICE, yieldToMessages } from './schedule.js'
@@ -16,8 +16,8 @@ const MAX_SHRINK = 4
 const MESH_ARRAYS = ['positions', 'normals', 'tangents', 'parameters', 'indices', 'outline']
 
 /**
- * One stream. `post(message, transfer)` sends to the page; messages are listed in `uph-worker.js`. `loadParts()` loads `uph-rare.js`,
- * where that is not there from the start.
+ * One stream. `post(message, transfer)` sends to the page; messages are listed in `uph-worker.js`. `loads` are functions
+ * that load `uph-painting.js`, `uph-rare.js` and `uph-recipes.js`, where these are not there from the start.
  */
 export class Session {
   #post
@@ -37,16 +37,16 @@ export class Session {
   #isWaiting = false // the page has not shown yet what it got
   #isScheduled = false // work is due
   #isBusy = false
-  #loadParts // of the decoder, that few streams need
+  #loads // by name: what loads a part
   #isLoading = false
   #ended = false // no more bytes will come
   #isUrgent = false // somebody waits for just this picture
   #paintedAt = performance.now()
   #paintTime = 0
 
-  constructor(post, loadParts = null) {
+  constructor(post, loads = {}) {
     this.#post = post
-    this.#loadParts = loadParts
+    this.#loads = { ...loads }
     this.#schedule()
   }
 
@@ -58,6 +58,7 @@ export class Session {
       this.maxTexels = message.maxTexels
       this.eye = message.eye ?? [0, 0, 0]
       this.onPage = message.onPage
+      this.#preparePainting(this.onPage)
     } else if (kind === 'feed') this.#append(message.bytes)
     else if (kind === 'end') this.#ended = true
     else if (kind === 'limit') this.#setLimit(message)
@@ -130,7 +131,9 @@ export class Session {
     for (;;) {
       const more = this.#feed()
       if (this.#mesher) this.#mesh()
-      const isDue = this.#isDirty && !this.#isWaiting && this.#isWorthwhile
+      const isWanted = this.#isDirty && !this.#isWaiting && this.#isWorthwhile
+      const isDue = isWanted && this.#textures.isReady
+      if (isWanted && !isDue) this.#preparePainting(this.#textures.onPage)
       // While more is to come, now and then is enough: painting takes at most half of the time.
       const wait = this.#paintedAt + Math.max(PAUSE, this.#paintTime) - performance.now()
       const isFirst = !this.#isShown && (!more || this.#decoder.chartsKnown >= FIRST_SHARE * this.#chartCount)
@@ -186,18 +189,34 @@ export class Session {
   async #completeDecoder() {
     this.#failed = this.#isLoading = true
     try {
-      await this.#loadParts()
+      await this.#loads.rare()
       this.#restart()
     } catch {
       this.#fail(new Error('the decoder uph-rare.js does not load'))
     }
-    this.#loadParts = null
+    this.#loads.rare = null
     this.#isLoading = false
     this.#schedule()
   }
 
+  /** Load what textures are made with, for the page to paint, or here. */
+  async #preparePainting(onPage) {
+    const [name, made] = onPage ? ['recipes', 'ChartRecipes'] : ['painting', 'ChartPainting']
+    const load = this.#loads[name]
+    if (!load || hasPart(made)) return
+    this.#loads[name] = null
+    try {
+      await load()
+    } catch {
+      this.#textures?.clearDirty()
+      this.#fail(new Error(`the decoder uph-${name}.js does not load`))
+      this.#loads[name] = load
+    }
+    this.#schedule()
+  }
+
   #meet(error) {
-    if (error instanceof MissingPart && this.#loadParts) this.#completeDecoder()
+    if (error instanceof MissingPart && this.#loads.rare) this.#completeDecoder()
     else this.#fail(error)
   }
 

@@ -36,7 +36,10 @@ _SCRIPTS = (
     "upholster-environment.js",
     "upholster-painter.js",
     "uph-worker.js",
+    "uph-painting.js",
+    "uph-recipes.js",
     "uph-rare.js",
+    "uph-picture.js",
 )
 _ASSETS = {
     "page.css": (_PACKAGE / "server", "text/css; charset=utf-8"),

@@ -20,6 +20,7 @@ __all__ = ["file_response", "packed_response", "unchanged_response", "validators
 _STALLED_SECONDS = 120
 _PACKED: dict[str, bytes] = {}
 _CACHING = "no-cache, no-transform"  # always ask whether it is still the same; never compress on the way
+_BRIEFLY = "max-age=10, no-transform"  # a page asks ahead for what its scripts ask for a moment later
 
 
 def file_response(request: Request, version: Version, media_type: str, *, piece: int = MAX_PIECE) -> Response:
@@ -69,6 +70,7 @@ async def packed_response(request: Request, version: Version, media_type: str) -
     if packed is None:
         return PlainTextResponse("This file is being written.", 503, {"retry-after": "1"})
     headers = validators(tag) | {
+        "cache-control": _BRIEFLY,
         "content-type": media_type,
         "content-encoding": "gzip",
         "vary": "Accept-Encoding",

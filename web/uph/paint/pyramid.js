@@ -2,35 +2,35 @@
 
 import { UNIT } from '../field.js'
 import { clamp } from '../numbers.js'
-import { symmetricNormals } from './normals.js'
+import { centerMatrix } from '../plans/placement.js'
 
 /** The level at which a block reads of which the centre matrix has this determinant. */
-export function pyramidLevel({ height, width }, determinant) {
+function pyramidLevel({ height, width }, determinant) {
   const most = 32 - Math.clz32(Math.max(height, width) - 1)
   let k = 0
   while (k < most && determinant >= 2 * UNIT * UNIT * 4 ** k) k++
   return k
 }
 
-/** A map with the levels of its pyramid, made where they are needed; of a normal map also for each symmetry. */
+/** How a placement shows the exemplar: the field at its `center`, and the `level` of the pyramid that it reads. */
+export function sourceOf(placement, field, exemplar) {
+  const center = centerMatrix(placement, field)
+  const [a, b, c, d] = center
+  return { center, level: pyramidLevel(exemplar, a * d - b * c) }
+}
+
+/** A map as far as it has come. */
 export class MapPyramid {
+  levels = [] // by symmetry, see `levels.js`
+
   constructor(picture, role) {
     this.picture = picture
     this.isNormal = role === 'normal'
-    this.levels = [] // by symmetry
   }
 
   /** The mean of its pixels. */
   get mean() {
     return (this.average ??= meanOf(this.picture))
-  }
-
-  /** A level as painting reads it: its picture, and `samples` with room for a row more. */
-  level(number, symmetry) {
-    const key = this.isNormal ? symmetry : 0
-    const levels = (this.levels[key] ??= [withSamples(key ? symmetricNormals(this.picture, key) : this.picture)])
-    while (levels.length <= number) levels.push(withSamples(halve(levels.at(-1))))
-    return levels[number]
   }
 }
 
@@ -43,24 +43,6 @@ function meanOf({ channels, data }) {
     out[k] = data instanceof Float32Array ? sum / count : Math.floor((2 * sum + count) / (2 * count))
   }
   return out
-}
-
-/** 8-bit samples are packed: two words a pixel of two samples each, red and blue, green and alpha. */
-function withSamples(picture) {
-  const { height, width, channels, data } = picture
-  const size = height * width
-  if (!(data instanceof Uint8Array)) {
-    const samples = new data.constructor((size + width + 2) * channels)
-    samples.set(data)
-    return { ...picture, samples }
-  }
-  const samples = new Int32Array(2 * (size + width + 2))
-  const [green, blue] = channels < 3 ? [0, 0] : [1, 2]
-  for (let n = 0, at = 0; n < size; n++, at += channels) {
-    samples[2 * n] = data[at] | (data[at + blue] << 16)
-    samples[2 * n + 1] = data[at + green] | (channels & 1 ? 0 : data[at + channels - 1] << 16)
-  }
-  return { ...picture, samples }
 }
 
 /** The next level: half the size, filtered by (1, 3, 3, 1)/8 down the columns, then along the rows. */

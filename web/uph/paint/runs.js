@@ -1,8 +1,9 @@
 /** What painting some rows of a chart reads and writes: runs of texels, kept while the exemplar gets better. */
 
 import { MASK_NONE, topLeft } from '../plans/placement.js'
-import { placementWeights } from './weights.js'
+import { levelOf } from './levels.js'
 import { SourceTracer } from './tracer.js'
+import { placementWeights } from './weights.js'
 
 /** How a run of texels is painted: opaque with nothing above, opaque below something, or over what is there. */
 export const FINAL = 1
@@ -143,7 +144,7 @@ export class PaintRuns {
       if (runs[run + 1] < first || runs[run + 1] >= end) continue
       if (tag >> 2 !== last) {
         last = tag >> 2
-        level = pyramid.level(last >> 3, last & 7)
+        level = levelOf(pyramid, last >> 3, last & 7)
       }
       const [to, stop] = [runs[run + 1], runs[run + 1] + runs[run + 2]]
       canvas.lay(tag & 3, to, stop, level.samples, level.width, places, place, weights, weight)

@@ -2,18 +2,15 @@
 
 import { sizeAt } from '../image/bands.js'
 import { clamp } from '../numbers.js'
-import { centerMatrix } from '../plans/placement.js'
 import { SYMMETRIES } from '../symmetry.js'
-import { pyramidLevel } from './pyramid.js'
+import { sourceOf } from './pyramid.js'
 
 /** Traces rows of texels of a placement back to a level of the exemplar's pyramid. */
 export class SourceTracer {
   constructor(placement, field, exemplar) {
     this.placement = placement
     this.field = field
-    this.center = centerMatrix(placement, field)
-    const [a, b, c, d] = this.center
-    this.level = pyramidLevel(exemplar, a * d - b * c)
+    Object.assign(this, sourceOf(placement, field, exemplar))
     this.wide = sizeAt(exemplar.width, this.level)
     this.mostRow = 16 * (sizeAt(exemplar.height, this.level) - 1)
     this.symmetry = SYMMETRIES[placement.symmetry]

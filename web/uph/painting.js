@@ -1,0 +1,6 @@
+/** Painting charts by the processor: a part of the decoder, see `parts.js`. */
+
+import { Painter } from './paint/painter.js'
+import { addParts } from './parts.js'
+
+addParts({ Painter })

@@ -1,0 +1,150 @@
+/** Painting charts in the worker, with gutters from beyond their edges. */
+
+import { edgeLines, makeGutter, putGutter } from '../uph-gutter.js'
+import { TARGETS, hasMap } from './maps.js'
+
+export class ChartPainting {
+  #mesher
+  #sizes // of the textures, without gutters
+  #shrink // 2^shrink texels each way become one
+  #lines = {} // per target and chart: the texels along its four edges
+  #angles = new Map() // per edge: angles between the frames of either side
+  #alpha // per chart: how many texels are see-through, and how many of them are soft
+  #spare = []
+
+  constructor(mesher, sizes, shrink) {
+    this.#mesher = mesher
+    this.#sizes = sizes
+    this.#shrink = shrink
+    this.#alpha = sizes.map(() => ({ clear: 0, soft: 0 }))
+  }
+
+  /** Charts have no texels any more. */
+  forget(target, charts) {
+    const lines = this.#lines[target] ?? []
+    for (const chart of charts) delete lines[chart]
+  }
+
+  /** Use memory again. */
+  recycle(buffers) {
+    this.#spare = buffers
+  }
+
+  /** RGBA texels of a chart with room for a gutter of one texel round it. */
+  paintChart(decoder, target, chart) {
+    const { height, width } = this.#sizes[chart]
+    const stride = width + 2
+    const data = this.#buffer(4 * stride * (height + 2))
+    const paint = (role, into) => paintRole(decoder, chart, role, into, stride, this.#shrink)
+    const roles = TARGETS[target].filter((role) => hasMap(decoder, role))
+    if (target === 'surface' || roles.length > 1) {
+      data.fill(255)
+      const one = new Uint8Array(data.length)
+      for (const role of roles) {
+        const channel = role === 'opacity' ? 3 : TARGETS.surface.indexOf(role)
+        if (channel < 0) paint(role, data)
+        else {
+          paint(role, one)
+          for (let n = channel, m = 0; n < data.length; n += 4, m += 4) data[n] = one[m]
+        }
+      }
+    } else if (roles.length) paint(roles[0], data)
+    if (target === 'color') this.#alpha[chart] = countAlpha(data, this.#sizes[chart])
+    return data
+  }
+
+  #buffer(length) {
+    const at = this.#spare.findIndex((buffer) => buffer.byteLength === length)
+    if (at < 0) return new Uint8Array(length)
+    return new Uint8Array(this.#spare.splice(at, 1)[0])
+  }
+
+  /** 'opaque', 'mask' or 'blend', as glTF has it, and as the Python side decides. */
+  get alphaMode() {
+    const sum = (key) => this.#alpha.reduce((total, one) => total + one[key], 0)
+    if (!sum('clear')) return 'opaque'
+    const texels = this.#sizes.reduce((total, { height, width }) => total + height * width, 0)
+    return sum('soft') < texels / 20 ? 'mask' : 'blend'
+  }
+
+  /** Fill the gutters of painted charts, and of those beside them; returns what the page must take over. */
+  fillGutters(target, painted) {
+    const lines = (this.#lines[target] ??= [])
+    for (const [chart, data] of painted) lines[chart] = edgeLines(data, this.#sizes[chart])
+    const beside = new Set()
+    for (const chart of painted.keys()) {
+      for (let edge = 0; edge < 4; edge++) {
+        for (const { chart: other } of this.#mesher.seams(chart, edge)) {
+          if (!painted.has(other) && lines[other]) beside.add(other)
+        }
+      }
+    }
+    const entries = []
+    for (const [chart, data] of painted) {
+      putGutter(data, this.#sizes[chart], this.#gutter(target, chart))
+      entries.push({ chart, target, ...this.#sizes[chart], data })
+    }
+    for (const chart of beside) {
+      entries.push({ chart, target, ...this.#sizes[chart], gutter: true, data: this.#gutter(target, chart) })
+    }
+    return entries
+  }
+
+  #gutter(target, chart) {
+    const lines = this.#lines[target]
+    return makeGutter(lines[chart], this.#sizes[chart], (edge) => ({
+      seams: this.#mesher.seams(chart, edge).flatMap((seam) => {
+        const line = lines[seam.chart]?.[seam.edge]
+        return line ? [{ ...seam, line }] : []
+      }),
+      angles: target === 'normal' ? this.#anglesOf(chart, edge) : null,
+    }))
+  }
+
+  /** By which angle the frame beyond an edge is turned, texel after texel. */
+  #anglesOf(chart, edge) {
+    const key = 4 * chart + edge
+    if (!this.#angles.has(key)) {
+      const { height, width } = this.#sizes[chart]
+      this.#angles.set(key, this.#mesher.frameAngles(chart, edge, edge % 2 ? height : width))
+    }
+    return this.#angles.get(key)
+  }
+}
+
+/** How many texels are see-through, and how many of them are soft. */
+function countAlpha(data, { height, width }) {
+  const stride = width + 2
+  const found = { clear: 0, soft: 0 }
+  for (let row = 1; row <= height; row++) {
+    for (let n = 4 * (row * stride + 1) + 3, end = n + 4 * width; n < end; n += 4) {
+      if (data[n] < 255) found.clear++
+      if (data[n] > 25 && data[n] < 230) found.soft++
+    }
+  }
+  return found
+}
+
+/** Paint a chart's role as RGBA into `into`, a gutter left free; 2^shrink texels each way become one. */
+function paintRole(decoder, chart, role, into, stride, shrink) {
+  const inside = 4 * (stride + 1)
+  if (!shrink) return decoder.rgba(chart, { role, into, stride, offset: inside })
+  const { height, width } = decoder.charts[chart]
+  const step = 2 ** shrink
+  const [shrunkHeight, shrunkWidth] = [Math.max(1, height >> shrink), Math.max(1, width >> shrink)]
+  const rows = Math.min(step, height)
+  const columns = Math.min(step, width)
+  const band = new Uint8Array(4 * rows * width)
+  for (let row = 0; row < shrunkHeight; row++) {
+    decoder.rgba(chart, { role, into: band, stride: width, start: row * rows, stop: (row + 1) * rows })
+    for (let column = 0; column < shrunkWidth; column++) {
+      for (let k = 0; k < 4; k++) {
+        let sum = 0
+        for (let i = 0; i < rows; i++) {
+          for (let j = 0; j < columns; j++) sum += band[4 * (i * width + column * columns + j) + k]
+        }
+        into[inside + 4 * (row * stride + column) + k] = Math.round(sum / (rows * columns))
+      }
+    }
+  }
+}
