@@ -10,7 +10,9 @@ from command_line import run_cli
 from scipy.ndimage import gaussian_filter
 from test_web_build import PROCESSOR
 
-from upholster.stream import StreamDecoder, describe
+from upholster.geometry import surface_from_spec
+from upholster.methods import synthesize
+from upholster.stream import StreamDecoder, describe, encode_stream
 from upholster.stream.prefix import Limit, feed_until
 
 LEAST_OVERLAP = 0.985
@@ -411,6 +413,19 @@ def test_the_first_picture_has_texture_and_the_page_asked_for_it(tab: Any, site:
     names = {name for name, _ in asked}
     scripts = {name for name in names if name.endswith(".js")}
     assert scripts == {"upholster-viewer.js", "uph-worker.js", *PROCESSOR}
+
+
+def test_nothing_throws_its_shadow_on_what_lies_flat(tab: Any, site: Any) -> None:
+    sheet = np.full((48, 48, 3), 180, np.uint8)
+    plane = surface_from_spec("plane")
+    stream = encode_stream(plane, synthesize(sheet, plane, texels=2000, block=20, seed=1), sheet)
+    tab.open(f"{site}/view/ring.uph").until("viewer.open")
+    tab.call("viewer.open(Uint8Array.from(argument))", [*stream])
+    tab.complete().settle_shape()
+    picture = tab.picture()
+    height, width = picture.shape[:2]
+    middle = picture[int(0.42 * height) : int(0.48 * height), int(0.3 * width) : int(0.7 * width), :3]
+    assert middle.min() > 150  # in the shadow 120
 
 
 def test_viewers_start_when_they_are_near_and_share_renderer_and_workers(tab: Any, site: Any) -> None:

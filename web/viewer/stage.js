@@ -301,7 +301,7 @@ export class Stage {
   #measureShape() {
     const { points, lowest } = verticesOf(this.#models[0])
     if (points.length) this.#orbit.points = points
-    this.#floor = points.length ? lowest : null
+    this.#floor = points.length ? lowest - 0.002 : null // what lies flat hides it
   }
 
   // ---------------------------------------------------------------- the page
