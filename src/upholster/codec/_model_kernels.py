@@ -19,6 +19,7 @@ __all__ = [
     "MIXERS",
     "QUANTA_AT",
     "STATE_SIZE",
+    "STRETCH_AT",
     "THRESHOLDS_AT",
     "UNKNOWN_BITS",
     "WEIGHTS",

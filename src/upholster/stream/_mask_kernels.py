@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.codec._model_kernels import CONTEXTS, code_bit
+from upholster.codec._model_kernels import CONTEXTS, STRETCH_AT, WEIGHTS, code_bit
 from upholster.jit import allocating_kernel, inline
 from upholster.stream._bit_kernels import START, BitCoder, signed
 from upholster.stream._block_records import AGREES, COLUMN, CUT, HEIGHT, LINK, MATRIX, ROW, SIZE, WIDTH
@@ -17,6 +17,7 @@ from upholster.types import int64
 __all__ = [
     "FREE",
     "HELD",
+    "LIKELY",
     "MASK_COUNTERS",
     "MASK_INPUTS",
     "NEXT",
@@ -31,6 +32,9 @@ __all__ = [
 
 FREE, HELD, NEXT, NEW, UNSEEN = 0, 1, 2, 3, 4
 """What is known of a cell before it is coded; from `NEXT` on it is new."""
+
+LIKELY = 2
+"""In place of a cell that an encoder may tell as it likes: it becomes what costs least."""
 
 _SHAPE, _PLACE, _BAND = 2 * 128 * 8 * 4, 2 * 1024 * 16, 2 * 8 * 8 * 16 * 4
 _ODD = _SHAPE + _PLACE + _BAND
@@ -335,6 +339,16 @@ def _code_odd(
     return code_bit(coder.state, coder.data, coder.a, 1, _ODD_MIXER, _LIMIT, encoding, odd)
 
 
+@inline
+def _likely_bit(a: NDArray[np.int32], mixer: int) -> Any:
+    # What a cell's three contexts predict.
+    total = int64(0)
+    for k in range(3):
+        logit = a[STRETCH_AT + (a[a[CONTEXTS + k]] >> 18)]
+        total += int64(a[WEIGHTS + 8 * mixer + k]) * logit
+    return 1 if total > 0 else 0
+
+
 class _Scratch(NamedTuple):
     # What is known of the cells of a block, one number a cell; `shown` has a rim of two.
     known: NDArray[np.uint8]
@@ -371,7 +385,10 @@ def _code_cells(
                 sort = seen_from(source, cells, down, right)
             spot = min(f.i0 + i, 31) * 32 + min(f.j0 + j, 31)
             mixer = _contexts(coder.a, f, shown, to, signed(hints[at]), spot, sort)
-            bit = code_bit(coder.state, coder.data, coder.a, 3, mixer, _LIMIT, encoding, signed(mask[at]))
+            told = signed(mask[at])
+            if encoding and told == LIKELY:
+                told = _likely_bit(coder.a, mixer)
+            bit = code_bit(coder.state, coder.data, coder.a, 3, mixer, _LIMIT, encoding, told)
             if bit < 0:
                 return at
             mask[at] = shown[to] = bit
@@ -398,7 +415,8 @@ def code_masks(
     `records` are all blocks, see `_block_records`; the chart's own begin with `first_own`. `windows`
     (blocks, 4) are those of their masks, rows and columns of cells from, to; `first[n]` is where that of
     block n begins in `cells`, if it has a mask. `covered` (rows, columns) tells which texels of the chart the
-    blocks before `start` have covered. Returns `start` and `place` to go on with.
+    blocks before `start` have covered. Encoding changes cells that are `LIKELY`.
+    Returns `start` and `place` to go on with.
     """
     most, rim = 1, 1
     for n in range(start, stop):

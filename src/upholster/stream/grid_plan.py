@@ -50,8 +50,8 @@ _MOST = {"height": _MOST_BLOCK, "width": _MOST_BLOCK, "level": _MOST_LEVEL, "mas
 _BEFORE_ALL = ChartGrid(0, 1, 1, 20, 20, 40, 40, 28, 28, 0, 2, 0, 0)
 
 
-def encode_grid(quilt: Quilt, plan: GridPlan) -> PlanCode:
-    """Encode a grid plan.
+def encode_grid(quilt: Quilt, plan: GridPlan, hidden: NDArray[np.bool_] | None = None) -> PlanCode:
+    """Encode a grid plan; cells of masks that are `hidden` as what costs least.
 
     Raises
     ------
@@ -68,6 +68,8 @@ def encode_grid(quilt: Quilt, plan: GridPlan) -> PlanCode:
     masks = BitWriter(mask_kernels.MASK_COUNTERS, mask_kernels.MASK_INPUTS)
     windows, first = _mask_places(plan, quilt.charts)
     cells = np.array(plan.mask_cells)
+    if hidden is not None:
+        cells[hidden] = mask_kernels.LIKELY
     source_ends, mask_ends = [], []
     for place in range(len(plan.grids)):
         _code_sources(sources, quilt, plan, place, turned, records)

@@ -7,6 +7,9 @@ bytes as they come and knows at once which placements they determine.
 from collections.abc import Sequence
 from typing import NoReturn
 
+import numpy as np
+from numpy.typing import NDArray
+
 from upholster.errors import FormatError, InputError
 from upholster.limits import Limits
 from upholster.quilt.chart import Chart
@@ -32,13 +35,15 @@ from upholster.stream.strip_plan import StripDecoder, encode_strips
 __all__ = ["encode_plan", "open_plan", "refuse_source_map"]
 
 
-def encode_plan(quilt: Quilt) -> PlanCode:
+def encode_plan(quilt: Quilt, hidden: NDArray[np.bool_] | None = None) -> PlanCode:
     """Encode a quilt's plan.
 
     Parameters
     ----------
     quilt
         What to encode; cells 0 or 1. Its warp fields are told elsewhere, see `upholster.stream.warp_fields`.
+    hidden
+        Which cells no texel shows: of a plan of grids they are told as costs least.
 
     Raises
     ------
@@ -71,7 +76,7 @@ def encode_plan(quilt: Quilt) -> PlanCode:
         case StripPlan() as plan:
             return encode_strips(plan)
         case GridPlan() as plan:
-            return encode_grid(quilt, plan)
+            return encode_grid(quilt, plan, hidden)
         case PlacementList():
             return encode_list(quilt)
         case other:

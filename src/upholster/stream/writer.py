@@ -11,6 +11,7 @@ from upholster.quilt.painting import check_painted
 from upholster.stream.arranged import arranged
 from upholster.stream.byte_reader import ByteReader
 from upholster.stream.chunks import assembled, pack_chunk
+from upholster.stream.hidden import hidden_cells
 from upholster.stream.layout import pack_layout
 from upholster.stream.maps import MAX_MAP_SAMPLES, MOST_SIDE, check_roles, interleaved, pack_role
 from upholster.stream.order import (
@@ -59,7 +60,7 @@ def encode_stream(
         texel, and its triangles get another order.
     quilt
         Its quilt: it comes back such that it paints exactly the same; of a plan of grids the order of charts,
-        and of blocks that were added, may be another.
+        and of blocks that were added, may be another, and so may cells of masks that no texel shows.
     exemplar
         (H, W) or (H, W, C) uint8, uint16 or float, of the quilt's shape; or the path of such an image.
     wavelet, levels, lossless, most_significant
@@ -117,7 +118,7 @@ def encode_stream(
         pack_chunk("X", image_header),
     ]
     quilt = arranged(quilt)
-    plan = encode_plan(quilt)
+    plan = encode_plan(quilt, hidden_cells(quilt))
     bent = not all(field.is_identity for field in quilt.fields)
     fields = pack_fields(quilt.fields, quilt.charts, plan.order) if bent else None
     told = [] if fields is None else [pack_chunk("F", fields.head)]
