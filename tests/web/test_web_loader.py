@@ -289,7 +289,7 @@ def _differences(picture: Any, points: Any, across: Any) -> float:
 
 
 def test_another_sample_on_the_same_quilt(page: Any, tmp_path: Any) -> None:
-    """A colourway needs no request, and stays while the stream is cut and gets whole again."""
+    """A colourway asks for no model again, and stays while the stream is cut and gets whole again."""
     decoder = StreamDecoder()
     decoder.feed(browser.ring())
     red = np.ascontiguousarray(decoder.exemplar()[:, :, ::-1])
@@ -315,7 +315,8 @@ def test_another_sample_on_the_same_quilt(page: Any, tmp_path: Any) -> None:
           model.setLimit(null)
           await model.settled()
           others.push(shown())
-          const requests = performance.getEntriesByType('resource').length - before
+          const requests = performance.getEntriesByType('resource').slice(before)
+            .map(({ name }) => name.split('/').pop())
           await model.setExemplar(null)
           const again = JSON.stringify(shown()) === JSON.stringify(own)
           model.dispose()
@@ -325,7 +326,7 @@ def test_another_sample_on_the_same_quilt(page: Any, tmp_path: Any) -> None:
     )
     others, again, requests = found
     assert again
-    assert requests == 0
+    assert requests == ["uph-picture.js"]  # what reads pictures, once
     for shown in others:
         for (height, width, text), texels in zip(shown, paint(decoder.quilt(), red).arrays, strict=True):
             texture = np.frombuffer(base64.b64decode(text), np.uint8).reshape(height, width, 4)
