@@ -11,7 +11,7 @@ from tests.charts.test_mesh_layout import sheet
 from upholster.charts.directions import direction_fields, parse_direction
 from upholster.charts.layout import density_layout
 from upholster.charts.mesh_layout import mesh_charts, mesh_fields, triangle_frames
-from upholster.charts.phases import StraightPhases, phase_field
+from upholster.charts.phases import PhaseField, StraightPhases, phase_field
 from upholster.charts.seams import find_seams, transitions
 from upholster.errors import InputError
 from upholster.geometry import plane, sphere, torus
@@ -231,3 +231,18 @@ def test_blocks_become_as_small_as_the_faster_wave_allows(slow):
     fields = direction_fields(surface, charts, parse_direction("around:z"), 160.0)
     over = transitions(surface, charts, find_seams(surface, charts))
     assert set(in_step(96, phase_field(charts, fields, over, waves, 6.0))) == {32}
+
+
+def test_the_nearer_ends_of_courses_the_smaller_blocks(monkeypatch):
+    # On a large chart a few ends take blocks of 2.2 periods, many 1.7, and none nothing.
+    surface = sphere(1)
+    waves = np.array([(1 / 40, 0)])
+    charts = density_layout(surface, density=400.0, ring=96)
+    fields = direction_fields(surface, charts, parse_direction("around:z"), 1.0)
+    field = phase_field(charts, fields, [], waves, 40.0)
+    texels = field.grids[0].chart.height * field.grids[0].chart.width
+    monkeypatch.setattr(PhaseField, "strain", lambda *_: [0.0, 0.0])
+    for wanted, ends in ((120, 0), (88, round(0.05 * texels / 176**2)), (68, round(0.3 * texels / 136**2))):
+        monkeypatch.setattr(PhaseField, "ends_on", lambda *_, ends=ends: np.array([ends]))
+        assert ends or wanted == 120
+        assert in_step(120, field)[0] == wanted

@@ -40,13 +40,10 @@ _END_BLOCK, _END_PERIODS = 24, 1.3
 """Pixels and periods, whichever is less, of blocks where courses end: what breaks there is as long as
 one or two of their sides."""
 
-_ONE_END_PERIODS = 1.7
-"""Periods of blocks where any course ends, if that is more than `_END_BLOCK`: a fault is then less than three
-courses long."""
-
-_NEAR_ENDS = 0.2
-"""Share of a chart that must lie near such ends, within a block's side, for it to have such blocks: on large
-charts they would be many for little."""
+_NEAR_ENDS = ((1.7, 0.2), (2.2, 0.03))
+"""Periods of blocks, if that is more than `_END_BLOCK`, where any course ends: a fault is about as long as a
+block, or somewhat longer. Beside them the share of a chart that must lie near such ends, within a block's
+side, for it to have such blocks: on large charts they would be many for little."""
 
 
 class Phases(Protocol):
@@ -83,8 +80,8 @@ def in_step(block: int, field: Phases | None) -> tuple[int, ...]:
 
     Inside a block the texture has its true scale; from one to the next the wanted phase makes up for what
     courses are stretched by, a quarter of a turn at most. Blocks are three quarters of the shortest period at
-    least. Where a course ends and the chart is not large they are two periods at most, and about one where
-    several do: there the stretch grows beyond all bounds.
+    least. Where a course ends and the chart is not large they are about two periods at most, and about one
+    where several do: there the stretch grows beyond all bounds.
 
     Parameters
     ----------
@@ -104,7 +101,6 @@ def in_step(block: int, field: Phases | None) -> tuple[int, ...]:
     period = float(periods.min())
     least = max(_LEAST_BLOCK, _LEAST_PERIODS * period)
     at_ends = max(min(_END_BLOCK, _END_PERIODS * period), least)
-    one_end = np.maximum(_END_BLOCK, _ONE_END_PERIODS * periods)
     found = []
     for chart in range(len(field.grids)):
         most, common = field.strain(chart, (1 - _ENDS, 1 - _STRAINED))
@@ -113,8 +109,9 @@ def in_step(block: int, field: Phases | None) -> tuple[int, ...]:
             for floor, strain in ((at_ends, most), (least, common))
         ]
         texels = field.grids[chart].chart.height * field.grids[chart].chart.width
-        near = field.ends_on(chart) * (2 * one_end) ** 2 > _NEAR_ENDS * texels
-        sides += one_end[near].tolist()
+        for one_end, share in _NEAR_ENDS:
+            side = np.maximum(_END_BLOCK, one_end * periods)
+            sides += side[field.ends_on(chart) * (2 * side) ** 2 > share * texels].tolist()
         found.append(min(block, 4 * round(min(sides) / 4)))
     return tuple(found)
 
