@@ -57,6 +57,15 @@ def test_each_signature_has_a_file_of_its_own_whoever_writes_it(tmp_path, monkey
     assert third(3.0) == 1.5
 
 
+def test_code_that_is_there_is_loaded_without_what_would_compile_it(tmp_path, monkeypatch):
+    _kernel(tmp_path, monkeypatch).compile((numba.int64,))
+    again = _kernel(tmp_path, monkeypatch)
+    monkeypatch.setattr(type(again.targetctx), "refresh", lambda _: pytest.fail("everything was loaded"))
+    again.compile((numba.int64,))
+    assert sum(again.stats.cache_hits.values()) == 1
+    assert again(3) == 1.5
+
+
 def test_code_of_other_sources_is_replaced(tmp_path, monkeypatch):
     _kernel(tmp_path, monkeypatch).compile((numba.int64,))
     monkeypatch.setattr("upholster.kernel_cache._stamp", lambda *_: "changed")

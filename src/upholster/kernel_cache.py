@@ -20,6 +20,7 @@ import numba
 from numba.core import config
 from numba.core.caching import FunctionCache
 from numba.core.dispatcher import Dispatcher
+from numba.core.runtime import rtsys
 from numba.core.serialize import dumps
 
 from upholster._version import __version__
@@ -60,11 +61,18 @@ class KernelCache(FunctionCache):  # type: ignore[misc]  # numba is untyped
 
     def load_overload(self, arguments: Any, target: Any) -> Any:
         """Return the code for some types of arguments, or None."""
-        found = super().load_overload(arguments, target)
+        found = self._loaded(arguments, target)
         if found is None and KernelCache.waiting is not None:
             KernelCache.waiting(kernel_name(self._py_func))
-            found = super().load_overload(arguments, target)
+            found = self._loaded(arguments, target)
         return found
+
+    def _loaded(self, arguments: Any, target: Any) -> Any:
+        # Numba's own way begins by loading all that it compiles with: half a second. Code that is there needs
+        # only what counts references, and whoever compiles loads the rest.
+        rtsys.initialize(target)
+        with self._guard_against_spurious_io_errors():
+            return self._load_overload(arguments, target)
 
 
 class _Files:
