@@ -308,8 +308,10 @@ export class UpholsterViewer extends HTMLElement {
   /** Report what is on screen once it is. */
   async #report(session, type) {
     await this.#stage.drawn()
-    if (session !== this.#session) return
-    const { time } = session
+    if (session !== this.#session || (session.model.isBare && type !== 'complete')) return
+    const { time, firstTime } = session
+    // A first picture that the card could not paint comes with the worker's textures.
+    if (type === 'refine' && !firstTime) type = 'first'
     if (type === 'first') session.firstTime = time
     else if (type === 'complete') {
       session.completeTime = time

@@ -12,6 +12,8 @@ from starlette.routing import Mount, Route
 from starlette.staticfiles import StaticFiles
 from test_web_build import CARD
 
+from upholster.server import Catalogue, make_app
+
 pytestmark = pytest.mark.browser
 
 MOST_OFF = 0.001
@@ -99,6 +101,56 @@ def test_what_the_card_has_lost_it_paints_again(page: Any) -> None:
     assert found["onCard"]
     assert found["before"] == found["after"]
     assert np.std(found["before"]) > 20
+
+
+HURRIED = "let calls = 0; performance.now = () => 1000 * calls++"
+"""A clock by which everything takes a second, as on a machine that is very busy."""
+
+
+@pytest.mark.parametrize("on_page", [False, True])
+def test_the_first_picture_has_texture_however_long_it_takes(page: Any, on_page: bool) -> None:
+    told = evaluate(page, "(told) => first(...told)", ["streams/ring.uph", on_page, HURRIED])
+    at_first, at_last, charts = told
+    assert charts / 16 < at_first < charts
+    assert at_last == charts
+
+
+def test_the_first_picture_waits_for_what_paints(page: Any) -> None:
+    """The card can not show what is see-through; what paints it is loaded only then."""
+    sample = {"height": 128, "width": 128, "channels": 4, "data": [99] * (4 * 128 * 128)}
+    told = evaluate(page, "(told) => first(...told)", ["streams/ring.uph", True, "", sample])
+    assert told[0] == told[1] == told[2]
+
+
+class _Lacking:
+    """An application without one of its files."""
+
+    def __init__(self, app: Any, name: str) -> None:
+        self._app, self._name = app, name
+
+    async def __call__(self, scope: Any, receive: Any, send: Any) -> None:
+        if scope.get("path", "").endswith(f"/{self._name}"):
+            scope = {**scope, "path": "/none"}
+        await self._app(scope, receive, send)
+
+
+@pytest.mark.parametrize("name", CARD)
+def test_the_worker_paints_where_the_cards_scripts_do_not_load(
+    chromium: Any, streams: Any, name: str
+) -> None:
+    app = _Lacking(make_app(Catalogue([str(streams)])), name)
+    with browser.serving(app) as address, browser.tab(chromium, faultless=False) as tab:
+        tab.page.add_init_script(TOLD.replace("WISH", "card"))
+        tab.page.add_init_script(
+            "addEventListener('first', ({ target }) => (globalThis.painted ="
+            " target.model.charts.filter(({ textures }) => textures.color?.data).length), true)"
+        )
+        tab.open(f"{address}/view/ring.uph").complete()
+        tab.settle_shape()
+        tab.until("globalThis.painted")
+        assert tab.note() == ""
+        assert tab.call("return viewer.model.charts.every(({ textures }) => textures.color.data)")
+        assert all("404" in problem for problem in tab.found_wrong())
 
 
 def test_the_element_paints_on_the_card_where_it_is_told_to(chromium: Any, site: Any) -> None:

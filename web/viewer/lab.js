@@ -71,7 +71,7 @@ export class Lab {
       stage.light = direction
       this.#light.direction = stage.light
     })
-    this.#numbers = new NumbersCard(close, () => stage.measure())
+    this.#numbers = new NumbersCard(close, () => stage.finish())
     this.#cards = { light: this.#light.element, numbers: this.#numbers.element, help: helpCard(close) }
     const button = (name, label, letter) => labButton(name, label, letter, () => act(name), { toggle: true })
     this.#buttons = { numbers: button('numbers', 'Numbers', 'I'), help: button('help', 'Keys', '?') }

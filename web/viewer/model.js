@@ -115,6 +115,7 @@ export class Model extends EventTarget {
   /** The graphics card can not paint after all: the worker is to. */
   paintInWorker() {
     this.onPage = false
+    this.isBare = true // until it has
     for (const chart of this.charts) chart.textures = {}
     this.#client.send({ kind: 'paint' })
   }
@@ -179,7 +180,7 @@ export class Model extends EventTarget {
   }
 
   #show({ bytes, coefficients, charts, roles, alpha = 'opaque', mean }, isFirst) {
-    Object.assign(this, { roles, alpha, mean, shown: { bytes, coefficients, charts } })
+    Object.assign(this, { isBare: false, roles, alpha, mean, shown: { bytes, coefficients, charts } })
     this.#notify(isFirst ? 'first' : 'refine')
   }
 }

@@ -199,17 +199,10 @@ export class Stage {
     return this.#renderer.canvas.convertToBlob({ type: 'image/png' })
   }
 
-  /** Median time of a frame in milliseconds, the graphics card's work included: a few are drawn and waited for. */
-  async measure(frames = 9) {
-    const times = []
-    for (let n = 0; n < frames; n++) {
-      await new Promise((resolve) => setTimeout(resolve))
-      const start = performance.now()
-      this.#draw()
-      this.#renderer.finish()
-      times.push(performance.now() - start)
-    }
-    return times.sort((a, b) => a - b)[frames >> 1]
+  /** Draw, and wait until the graphics card is done. */
+  finish() {
+    this.#draw()
+    this.#renderer.finish()
   }
 
   /** Give everything back to the browser. The models are not the stage's own. */

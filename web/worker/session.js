@@ -63,7 +63,7 @@ export class Session {
     else if (kind === 'end') this.#ended = true
     else if (kind === 'limit') this.#setLimit(message)
     else if (kind === 'counts') this.#counts = message.counts
-    else if (kind === 'paint') this.#textures?.paintHere()
+    else if (kind === 'paint') this.#paintHere()
     else if (kind === 'exemplar') this.#replaceExemplar(message.picture)
     else if (kind === 'shown') {
       this.#isWaiting = false
@@ -199,7 +199,7 @@ export class Session {
     this.#schedule()
   }
 
-  /** Load what textures are made with, for the page to paint, or here. */
+  /** Load what textures are made with, for the page to paint, or here; where the first does not load, it is here. */
   async #preparePainting(onPage) {
     const [name, made] = onPage ? ['recipes', 'ChartRecipes'] : ['painting', 'ChartPainting']
     const load = this.#loads[name]
@@ -208,11 +208,20 @@ export class Session {
     try {
       await load()
     } catch {
-      this.#textures?.clearDirty()
-      this.#fail(new Error(`the decoder uph-${name}.js does not load`))
       this.#loads[name] = load
+      if (onPage) this.#paintHere()
+      else {
+        this.#textures?.clearDirty()
+        this.#fail(new Error('the decoder uph-painting.js does not load'))
+      }
     }
     this.#schedule()
+  }
+
+  /** Paint here from now on. */
+  #paintHere() {
+    this.onPage = false
+    this.#textures?.paintHere()
   }
 
   #meet(error) {
@@ -286,6 +295,8 @@ export class Session {
     const begun = performance.now()
     const state = this.#state(false)
     const entries = await this.#textures.paint(this.#decoder, this.#isShown ? Infinity : FIRST_PAINTING)
+    // Where nothing could be painted yet, as what paints is still to be loaded, there is no texture to be seen.
+    if (this.#isDirty && !entries.some(({ chart, height }) => height && chart >= 0)) state.charts = 0
     const alpha = this.#textures.alphaMode
     const mean = meanColor(this.#decoder.exemplarRgba())
     this.#isWaiting = this.#isShown = true

@@ -7,6 +7,8 @@ import { hasPart, part } from '../uph-core.js'
 import { TARGETS, hasMap } from './maps.js'
 import { SLICE, yieldToMessages } from './schedule.js'
 
+const LEAST_SHARE = 1 / 16 // of the charts: as many are painted, however long that takes
+
 export class ChartTextures {
   #mesher
   #shrink // 2^shrink texels each way become one
@@ -68,13 +70,14 @@ export class ChartTextures {
     return this.#here?.alphaMode ?? 'opaque'
   }
 
-  /** Paint what is dirty, charts with placements for so many milliseconds; returns what the page must take over. */
+  /** Paint what is dirty, charts with placements for so many milliseconds, or until there is something to see; returns what the page must take over. */
   async paint(decoder, most = Infinity) {
     const jobs = [...this.#dirty].filter(([, charts]) => charts.size)
     for (const [target] of jobs) this.#dirty.set(target, new Set())
     const entries = []
     let until = performance.now() + SLICE
     const end = performance.now() + most
+    let least = LEAST_SHARE * this.#sizes.length
     for (const [target, dirty] of jobs) {
       const painted = new Map()
       if (this.onPage && !this.#listing.addSheet(decoder, target, entries)) this.paintHere()
@@ -82,7 +85,7 @@ export class ChartTextures {
       for (const chart of [...dirty].sort((a, b) => this.#nearness[b] - this.#nearness[a])) {
         if (!this.isReady) kept.push(chart)
         else if (!decoder.isPlaced(chart)) bare.push(chart)
-        else if (performance.now() > end) later.push(chart)
+        else if (least-- < 0 && performance.now() > end) later.push(chart)
         else if (!this.onPage) painted.set(chart, this.#painting.paintChart(decoder, target, chart))
         else {
           const isListed = this.#listing.addRecipe(decoder, target, chart, entries)
