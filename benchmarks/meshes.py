@@ -24,13 +24,13 @@ from rich.console import Console
 from rich.table import Table
 
 from upholster.charts.covered import as_covered
+from upholster.charts.creases import CREASE, default_crease
 from upholster.charts.mesh_directions import (
     asked_at_corners,
     asked_by_strokes,
     default_mesh_direction,
     parse_mesh_direction,
 )
-from upholster.charts.mesh_layout import CREASE
 from upholster.charts.subdivision import subdivided
 from upholster.errors import UpholsterError
 from upholster.export import write_bare_ply
@@ -116,7 +116,8 @@ def measured(model: Path, sample: Path, out: Path | None, options: SynthesisOpti
     assert prepared.scale is not None
     assert prepared.field is not None
     crease = CREASE if options.crease is None else options.crease
-    asked = _asked(surface.mesh, options, crease)
+    anew = default_crease(surface.mesh) if options.crease is None else options.crease
+    asked = _asked(surface.mesh, options, anew)
     if asked is None:
         asked = prepared.field.corner_vectors
     found = mesh_mapping(surface, quilt, scale=prepared.scale.scale, asked=asked)

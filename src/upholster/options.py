@@ -361,7 +361,7 @@ class SynthesisOptions:
         metadata=_about(
             _SCALE,
             "On meshes: texture starts anew across edges at which the surface turns by at least so many "
-            "degrees, 1 to 180. Default: it goes on.",
+            "degrees, 1 to 180. Default: it goes on where directions do.",
             metavar="DEG",
             only="quilt",
         ),

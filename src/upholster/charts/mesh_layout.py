@@ -15,7 +15,6 @@ from upholster.quilt.warp_field import FIELD_STEP, WarpField, node_count
 from upholster.types import FloatArray, IntArray
 
 __all__ = [
-    "CREASE",
     "GUTTER",
     "chart_places",
     "mesh_charts",
@@ -23,10 +22,6 @@ __all__ = [
     "texels_on_mesh",
     "triangle_frames",
 ]
-
-CREASE = 75.0
-"""Degrees: over edges that bend more directions start anew, so that a box's lid runs straight.
-Models of few triangles bend less at edges that stand for something smooth."""
 
 GUTTER = 8
 """Texels that a chart reaches beyond its island each way."""

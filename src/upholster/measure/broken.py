@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.charts.mesh_layout import CREASE
+from upholster.charts.creases import CREASE
 from upholster.charts.seams import Transition, find_seams, transitions
 from upholster.errors import InputError
 from upholster.geometry import AnySurface, MeshSurface

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.charts.mesh_layout import CREASE, chart_places, texels_on_mesh
+from upholster.charts.creases import CREASE
+from upholster.charts.mesh_layout import chart_places, texels_on_mesh
 from upholster.geometry import MeshSurface, TriangleMesh
 from upholster.measure.edges import looked_up
 from upholster.measure.samples import SEED, Window, coded

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from upholster.charts.creases import CREASE, default_crease
 from upholster.charts.directions import Direction, parse_direction
 from upholster.charts.mesh_directions import asked_at_corners, mesh_directions, parse_mesh_direction
-from upholster.charts.mesh_layout import CREASE
 from upholster.errors import InputError
 from upholster.geometry import AnySurface, MeshSurface
 from upholster.image import check_exemplar
@@ -277,8 +277,9 @@ def _measure_mesh(
 def _asked(surface: MeshSurface, direction: str) -> FloatArray:
     # (T, 3, 3): the direction itself, or the field where only that can tell.
     wanted = parse_mesh_direction(direction)
-    asked = asked_at_corners(surface.mesh, wanted, CREASE)
-    return mesh_directions(surface.mesh, wanted, crease=CREASE).corner_vectors if asked is None else asked
+    crease = default_crease(surface.mesh)
+    asked = asked_at_corners(surface.mesh, wanted, crease)
+    return mesh_directions(surface.mesh, wanted, crease=crease).corner_vectors if asked is None else asked
 
 
 def _broken(

@@ -9,10 +9,11 @@ from typing import Any, cast
 import numpy as np
 
 from upholster.charts.covered import CoveredLike, as_covered
+from upholster.charts.creases import default_crease
 from upholster.charts.directions import Vectors, default_direction, direction_fields, parse_direction
 from upholster.charts.layout import RING, TextureScale, density_layout, texture_scale, uniform_layout
 from upholster.charts.mesh_directions import MeshField, default_mesh_direction, mesh_directions
-from upholster.charts.mesh_layout import CREASE, mesh_charts, mesh_fields, triangle_frames
+from upholster.charts.mesh_layout import mesh_charts, mesh_fields, triangle_frames
 from upholster.charts.mesh_turns import chart_turns
 from upholster.charts.phases import PhaseField, StraightPhases, phase_field, warped
 from upholster.charts.seams import find_seams, transitions
@@ -257,7 +258,7 @@ def _prepare_mesh(
         surface.mesh,
         cast(Any, options.direction),
         strokes=options.stroke,
-        crease=CREASE if options.crease is None else options.crease,
+        crease=default_crease(surface.mesh) if options.crease is None else options.crease,
     )
     charts = mesh_charts(surface, scale.density)
     along, down = triangle_frames(surface, field.corner_vectors)
