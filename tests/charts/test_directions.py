@@ -5,8 +5,9 @@ import pytest
 
 from upholster.charts.directions import default_direction, direction_fields, parse_direction
 from upholster.charts.layout import density_layout, texture_scale
-from upholster.charts.seams import find_seams, transitions
+from upholster.charts.seams import find_seams
 from upholster.charts.tangents import aligned, from_nearest
+from upholster.charts.transitions import transitions
 from upholster.errors import InputError
 from upholster.geometry import Face, RationalPatch, Surface, plane, sphere, surface_from_spec, torus
 from upholster.quilt import Chart

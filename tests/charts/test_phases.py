@@ -18,7 +18,8 @@ from upholster.charts.phases.solving import (
     smallest_phases,
     solved_phases,
 )
-from upholster.charts.seams import find_seams, transitions
+from upholster.charts.seams import find_seams
+from upholster.charts.transitions import transitions
 from upholster.geometry import plane, torus
 from upholster.quilt.chart import Chart
 from upholster.quilt.warp_field import ANGLES, OCTAVE, UNIT, WarpField

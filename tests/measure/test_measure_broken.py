@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from measured import grains, quilt_of, tiles
 
-from upholster.charts.seams import find_seams, transitions
+from upholster.charts.seams import find_seams
+from upholster.charts.transitions import transitions
 from upholster.errors import InputError
 from upholster.geometry import MeshSurface, TriangleMesh, plane, surface_from_spec
 from upholster.lattice import Lattice, find_lattice

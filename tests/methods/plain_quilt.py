@@ -14,7 +14,8 @@ import numpy as np
 from plain_cut import FREE, NEW, OLD, OUTSIDE, plain_cut
 
 from upholster.charts.schedule import schedule
-from upholster.charts.seams import find_seams, transitions
+from upholster.charts.seams import find_seams
+from upholster.charts.transitions import transitions
 from upholster.methods.quilt.features import pca_features
 from upholster.methods.quilt.landmarks import LandmarkRules, ShownBlocks
 from upholster.methods.quilt.transfer import BlockTransfer, ChartPlacements, joined

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from plain_quilt import plain_quilt, texture
 
-from upholster.charts.seams import find_seams, transitions
+from upholster.charts.seams import find_seams
+from upholster.charts.transitions import transitions
 from upholster.errors import InputError
 from upholster.geometry import RationalPatch, Surface, cone, plane, ring_cyclide, sphere, torus
 from upholster.measure.cuts import cut_seam_ratio

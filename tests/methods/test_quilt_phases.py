@@ -12,7 +12,8 @@ from upholster.charts.directions import direction_fields, parse_direction
 from upholster.charts.layout import density_layout
 from upholster.charts.mesh_layout import mesh_charts, mesh_fields, triangle_frames
 from upholster.charts.phases import PhaseField, StraightPhases, phase_field
-from upholster.charts.seams import find_seams, transitions
+from upholster.charts.seams import find_seams
+from upholster.charts.transitions import transitions
 from upholster.errors import InputError
 from upholster.geometry import plane, sphere, torus
 from upholster.methods.quilt.mesh.method import synthesize_mesh

@@ -9,7 +9,8 @@ from plain_fit import plain_fit
 from upholster.charts import uniform_layout
 from upholster.charts.directions import default_direction, direction_fields
 from upholster.charts.layout import density_layout
-from upholster.charts.seams import find_seams, transitions
+from upholster.charts.seams import find_seams
+from upholster.charts.transitions import transitions
 from upholster.geometry import RationalPatch, Surface, plane, sphere, surface_from_spec, torus
 from upholster.methods.quilt.emit import windows_of
 from upholster.methods.quilt.transfer import BlockTransfer, ChartPlacements, joined

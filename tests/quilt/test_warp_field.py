@@ -11,6 +11,7 @@ from upholster.quilt.warp_field import (
     OCTAVE,
     UNIT,
     WarpField,
+    WarpFields,
     node_count,
 )
 
@@ -118,6 +119,19 @@ def test_between_texels_it_is_bilinear_too(shape, margin):
     np.testing.assert_allclose(between, 0.75 * one + 0.25 * other, atol=1e-9)
     one, between, other = field.at(column, row)
     np.testing.assert_allclose(between, 0.75 * one + 0.25 * other, atol=1e-9)
+
+
+def test_fields_side_by_side_are_asked_as_each_by_itself():
+    rng = np.random.default_rng(7)
+    fields = [
+        WarpField(nodes(rng, shape), margin) for shape, margin in (((5, 7), 1), ((1, 6), 2), ((1, 1), 0))
+    ]
+    which = rng.integers(0, 3, 200)
+    rows, columns = rng.uniform(-90, 260, (2, 200))
+    found = WarpFields.of(fields).at(which, rows, columns)
+    for n, field in enumerate(fields):
+        own = which == n
+        np.testing.assert_array_equal(found[own], field.at(rows[own], columns[own]))
 
 
 def test_the_identity_is_the_same_everywhere():

@@ -16,8 +16,9 @@ from math import ceil
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from upholster.charts.seams import SAMPLES, ChartSeam, find_seams, transitions
+from upholster.charts.seams import ChartSeam, find_seams
 from upholster.charts.tangents import Frames, aligned, chart_frames, dot, node_texels, patch_frames, within
+from upholster.charts.transitions import SAMPLES, transitions
 from upholster.errors import InputError
 from upholster.geometry import SharedEdge, Surface
 from upholster.quilt.chart import Chart

@@ -35,7 +35,7 @@ def schedule(surface: Surface, charts: Sequence[Chart], found: Sequence["ChartSe
     Parameters
     ----------
     surface, charts, found
-        As for `upholster.charts.seams.seams`, and all that it found.
+        As for `upholster.charts.seams.find_seams`, and all that it found.
 
     Returns
     -------

@@ -7,7 +7,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.charts.creases import CREASE
-from upholster.charts.seams import Transition, find_seams, transitions
+from upholster.charts.seams import find_seams
+from upholster.charts.transitions import Transition, transitions
 from upholster.errors import InputError
 from upholster.geometry import AnySurface, MeshSurface
 from upholster.lattice import Lattice

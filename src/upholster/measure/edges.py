@@ -3,7 +3,8 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.charts.seams import find_seams, transitions
+from upholster.charts.seams import find_seams
+from upholster.charts.transitions import transitions
 from upholster.geometry import Surface
 from upholster.measure.cuts import check_painted, sampled
 from upholster.measure.samples import SEED, Samples, Window, coded

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.charts.seams import Transition
+from upholster.charts.transitions import Transition
 from upholster.lattice import Lattice
 from upholster.measure.meshes import SeamPairs
 from upholster.measure.trace import Trace

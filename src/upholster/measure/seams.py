@@ -6,7 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.charts.seams import Transition, find_seams, transitions
+from upholster.charts.seams import find_seams
+from upholster.charts.transitions import Transition, transitions
 from upholster.errors import InputError
 from upholster.geometry import Surface
 from upholster.measure.samples import SEED, bilinear, coded

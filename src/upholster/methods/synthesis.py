@@ -16,7 +16,8 @@ from upholster.charts.mesh_directions import MeshField, default_mesh_direction, 
 from upholster.charts.mesh_layout import mesh_charts, mesh_fields, triangle_frames
 from upholster.charts.mesh_turns import chart_turns
 from upholster.charts.phases import PhaseField, StraightPhases, phase_field, warped
-from upholster.charts.seams import find_seams, transitions
+from upholster.charts.seams import find_seams
+from upholster.charts.transitions import transitions
 from upholster.errors import InputError
 from upholster.geometry import AnySurface, MeshSurface, Surface
 from upholster.image import Material, check_exemplar

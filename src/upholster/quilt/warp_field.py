@@ -4,8 +4,10 @@ A field is kept as a decoder gets it: quantised nodes, from which everybody deri
 Exact meaning: SPEC.md, sections 3 and 8; the mathematics: `upholster.charts.directions`.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -22,6 +24,7 @@ __all__ = [
     "OCTAVE",
     "UNIT",
     "WarpField",
+    "WarpFields",
     "node_count",
 ]
 
@@ -163,16 +166,7 @@ class WarpField:
             (…, 2, 2) float64, bilinear as a decoder's but not rounded; beyond the grid its border holds.
         """
         grid = self.matrices
-        parts = []
-        for places, count in ((rows, grid.shape[0]), (columns, grid.shape[1])):
-            place = np.clip(places / FIELD_STEP + self.margin, 0, count - 1)
-            first = np.minimum(place.astype(np.intp), max(count - 2, 0))
-            parts.append((first, np.minimum(first + 1, count - 1), (place - first)[..., None]))
-        (i, below, down), (j, beside, right) = parts
-        mixed = (1 - down) * ((1 - right) * grid[i, j] + right * grid[i, beside])
-        mixed += down * ((1 - right) * grid[below, j] + right * grid[below, beside])
-        found: FloatArray = mixed / UNIT
-        return found.reshape(*rows.shape, 2, 2)
+        return _between(grid.reshape(-1, 4), 0, grid.shape[0], grid.shape[1], self.margin, rows, columns)
 
     def integers_at(self, rows: ArrayLike, columns: ArrayLike) -> IntArray:
         """Return M at texels as every decoder has it: bilinear between the nodes round each, rounded once.
@@ -191,6 +185,55 @@ class WarpField:
         out = np.empty((at[0].size, 4), np.int32)
         matrices_at(self.matrices, self.margin, at[0].flatten(), at[1].flatten(), out)
         return out.reshape(*at[0].shape, 4)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class WarpFields:
+    """Several warp fields, asked at places on any of them at once.
+
+    Attributes
+    ----------
+    nodes
+        (N, 4) the matrices of all fields' nodes, one field's after another's, see `WarpField.matrices`.
+    first, rows, columns, margin
+        (fields,) of each field its first node, how many there are each way, and its margin.
+    """
+
+    nodes: IntArray
+    first: NDArray[np.intp]
+    rows: NDArray[np.intp]
+    columns: NDArray[np.intp]
+    margin: NDArray[np.intp]
+
+    @classmethod
+    def of(cls, fields: Sequence[WarpField]) -> "WarpFields":
+        """Return fields side by side."""
+        shapes = [(*field.matrices.shape[:2], field.margin) for field in fields]
+        rows, columns, margin = np.array(shapes, np.intp).reshape(-1, 3).T
+        nodes = np.concatenate([field.matrices.reshape(-1, 4) for field in fields])
+        return cls(nodes, np.cumsum(rows * columns) - rows * columns, rows, columns, margin)
+
+    def at(self, which: NDArray[np.intp], rows: FloatArray, columns: FloatArray) -> FloatArray:
+        """Return M (n, 2, 2) at places (n,) on the fields of some numbers (n,), see `WarpField.at`."""
+        own = (self.first[which], self.rows[which], self.columns[which], self.margin[which])
+        return _between(self.nodes, *own, rows, columns)
+
+
+def _between(
+    nodes: IntArray, first: Any, down: Any, right: Any, margin: Any, rows: FloatArray, columns: FloatArray
+) -> FloatArray:
+    # M at places on grids of `down` times `right` nodes, the first of which are `first`.
+    parts = []
+    for places, count in ((rows, down), (columns, right)):
+        place = np.clip(places / FIELD_STEP + margin, 0, count - 1)
+        low = np.minimum(place.astype(np.intp), np.maximum(count - 2, 0))
+        parts.append((low, np.minimum(low + 1, count - 1), (place - low)[..., None]))
+    (i, below, lower), (j, beside, later) = parts
+    above, below = first + right * i, first + right * below
+    mixed = (1 - lower) * ((1 - later) * nodes[above + j] + later * nodes[above + beside])
+    mixed += lower * ((1 - later) * nodes[below + j] + later * nodes[below + beside])
+    found: FloatArray = mixed / UNIT
+    return found.reshape(*rows.shape, 2, 2)
 
 
 def node_count(texels: int, margin: int) -> int:

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from upholster.charts.multigrid import Multigrid, hermitian, solve
-from upholster.charts.phases.chart_cells import CellGrid
+from upholster.charts.phases.chart_cells import CellGrid, Cells
 from upholster.charts.phases.links import Links
 from upholster.quilt.warp_field import FIELD_STEP, UNIT, WarpField
 from upholster.types import FloatArray
@@ -49,7 +49,7 @@ def calmed(grids: Sequence[CellGrid], links: Links, waves: FloatArray) -> list[W
     list
         A field for each chart: its own where little would change.
     """
-    curls = np.concatenate([_curls(grid) for grid in grids])
+    curls = _curls(Cells.of(grids))
     wanted = (curls[links.first] * links.here).sum(axis=1) + (curls[links.second] * links.there).sum(axis=1)
     reach = _REACH / float(np.sqrt((waves**2).sum(axis=1)).min())
     pull = np.concatenate([grid.areas for grid in grids]) / reach**2
@@ -74,15 +74,17 @@ def _angles(links: Links, wanted: FloatArray, pull: FloatArray) -> FloatArray:
     return found
 
 
-def _curls(grid: CellGrid) -> FloatArray:
+def _curls(cells: Cells) -> FloatArray:
     # (cells, 2) curl of each row of M, by its determinant.
-    rows, columns = grid.places(0)
-    tall, wide = (0.5 * size for size in grid.size)
-    down = (grid.field.at(rows + tall, columns) - grid.field.at(rows - tall, columns))[..., 1] / (2 * tall)
-    right = (grid.field.at(rows, columns + wide) - grid.field.at(rows, columns - wide))[..., 0] / (2 * wide)
-    area = np.linalg.det(grid.matrices)[..., None]
-    curls: FloatArray = ((down - right) / np.maximum(area, 1e-6)).reshape(-1, 2)
-    return curls
+    chart, i, j = cells.raster(0)
+    rows, columns = cells.centres(chart, i, j).T
+    tall, wide = 0.5 * cells.size[chart].T
+    below, above = (cells.fields.at(chart, at, columns)[..., 1] for at in (rows + tall, rows - tall))
+    after, before = (cells.fields.at(chart, rows, at)[..., 0] for at in (columns + wide, columns - wide))
+    curls = (below - above) / (2 * tall)[:, None] - (after - before) / (2 * wide)[:, None]
+    area = np.linalg.det(cells.matrices)[:, None]
+    found: FloatArray = curls / np.maximum(area, 1e-6)
+    return found
 
 
 def _turned(grid: CellGrid, angles: FloatArray) -> WarpField:

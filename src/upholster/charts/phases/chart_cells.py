@@ -11,12 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.charts.phases.links import Links, joined_links, matched_waves
-from upholster.charts.seams import SAMPLES, ChartSeam, Transition
+from upholster.charts.transitions import Transition, TransitionTable
 from upholster.quilt.chart import Chart
-from upholster.quilt.warp_field import WarpField
+from upholster.quilt.warp_field import WarpField, WarpFields
 from upholster.types import FloatArray
 
-__all__ = ["MOST_CELLS", "CellGrid", "carried_waves", "chart_grids", "chart_links"]
+__all__ = ["MOST_CELLS", "CellGrid", "Cells", "carried_waves", "chart_grids", "chart_links"]
+
+IndexArray = NDArray[np.intp]
 
 _LEAST = 3
 """Cells of a chart each way, so that none is beside itself where a chart closes."""
@@ -64,12 +66,6 @@ class CellGrid:
         areas: FloatArray = np.maximum(np.abs(determinants), 1e-6) * (tall * wide)
         return areas
 
-    def centres(self, cells: NDArray[np.intp]) -> FloatArray:
-        """Return the centres (n, 2), in texels, of some of its cells, counted from its first."""
-        at = np.stack([cells // self.columns, cells % self.columns], axis=1)
-        centres: FloatArray = (at + 0.5) * np.array(self.size) - 0.5
-        return centres
-
     def places(self, ring: int) -> tuple[FloatArray, FloatArray]:
         """Return rows and columns of all its cells' centres, in texels, and of a ring of cells round them."""
         i, j = (np.arange(-ring, count + ring, dtype=np.float64) for count in (self.rows, self.columns))
@@ -78,12 +74,72 @@ class CellGrid:
         )
         return rows, columns
 
-    def beside(self, edge: int, along: FloatArray) -> NDArray[np.intp]:
-        """Return which cells lie at places along an edge, see `upholster.charts.seams.ChartSeam`."""
-        size, count = (self.size[0], self.rows) if edge & 1 else (self.size[1], self.columns)
-        at = np.clip((along / size).astype(np.intp), 0, count - 1)
-        across = (0, self.columns - 1, self.rows - 1, 0)[edge]
-        return at * self.columns + across if edge & 1 else across * self.columns + at
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Cells:
+    """The cells of all charts as columns, so that places on any of them are looked at together.
+
+    Attributes
+    ----------
+    fields
+        The charts' warp fields.
+    first, rows, columns
+        (charts,) of each chart its first cell, and how many there are each way.
+    size
+        (charts, 2) height and width of a chart's cells in texels.
+    matrices
+        (cells, 2, 2) M at their centres.
+    """
+
+    fields: WarpFields
+    first: IndexArray
+    rows: IndexArray
+    columns: IndexArray
+    size: FloatArray
+    matrices: FloatArray
+
+    @classmethod
+    def of(cls, grids: Sequence[CellGrid]) -> "Cells":
+        """Return the cells of all charts, in their order."""
+        first, rows, columns = np.array([(one.first, one.rows, one.columns) for one in grids], np.intp).T
+        matrices = np.concatenate([one.matrices.reshape(-1, 2, 2) for one in grids])
+        fields = WarpFields.of([one.field for one in grids])
+        return cls(fields, first, rows, columns, np.array([one.size for one in grids]), matrices)
+
+    def raster(self, ring: int) -> tuple[IndexArray, IndexArray, IndexArray]:
+        """Return chart, row and column of all cells and of a ring round each chart's, chart after chart."""
+        wide = self.columns + 2 * ring
+        counts = (self.rows + 2 * ring) * wide
+        chart = np.repeat(np.arange(len(counts)), counts)
+        own = np.arange(len(chart)) - np.repeat(np.cumsum(counts) - counts, counts)
+        rows, columns = np.divmod(own, wide[chart])
+        return chart, rows - ring, columns - ring
+
+    def centres(self, chart: IndexArray, rows: IndexArray, columns: IndexArray) -> FloatArray:
+        """Return centres of cells, (n, 2) in texels."""
+        found: FloatArray = (np.stack([rows, columns], axis=1) + 0.5) * self.size[chart] - 0.5
+        return found
+
+    def number(self, chart: IndexArray, rows: IndexArray, columns: IndexArray) -> IndexArray:
+        """Return the numbers of cells."""
+        return self.first[chart] + rows * self.columns[chart] + columns
+
+    def beside(self, chart: IndexArray, edge: IndexArray, along: FloatArray) -> tuple[IndexArray, IndexArray]:
+        """Return row and column of the cells at places along edges, see `ChartSeam`."""
+        down = edge & 1
+        last = np.stack([self.columns[chart], self.rows[chart]], axis=1)[np.arange(len(down)), down] - 1
+        at = np.clip((along / self.size[chart, 1 - down]).astype(np.intp), 0, last)
+        rows, columns = self.rows[chart] - 1, self.columns[chart] - 1
+        across = np.where(edge == 1, columns, np.where(edge == 2, rows, 0))
+        return np.where(down == 1, at, across), np.where(down == 1, across, at)
+
+    def at_edge(
+        self, chart: IndexArray, edge: IndexArray, line: FloatArray, along: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Return places (n, 2) along edges, in texels, and M there."""
+        down = edge & 1 == 1
+        rows, columns = np.where(down, along - 0.5, line), np.where(down, line, along - 0.5)
+        return np.stack([rows, columns], axis=1), self.fields.at(chart, rows, columns)
 
 
 def chart_grids(charts: Sequence[Chart], fields: Sequence[WarpField], cell: float) -> list[CellGrid]:
@@ -121,25 +177,27 @@ def chart_links(grids: Sequence[CellGrid], transitions: Sequence[Transition], wa
     waves
         (n, 2) cycles per exemplar pixel.
     """
-    found = [_inside(grid, axis, len(waves)) for grid in grids for axis in (0, 1)]
-    for transition in transitions:
-        m = transition.seam
-        if (m.chart, m.edge, m.start) <= (m.other_chart, m.other_edge, min(m.other_start, m.other_stop)):
-            found.append(_over(grids[m.chart], grids[m.other_chart], transition, waves))
-    return joined_links(found)
+    cells, over = Cells.of(grids), TransitionTable.of(transitions)
+    seams = [transition.seam for transition in transitions]
+    once = [
+        (m.chart, m.edge, m.start) <= (m.other_chart, m.other_edge, min(m.other_start, m.other_stop))
+        for m in seams
+    ]
+    chosen = np.flatnonzero(np.array(once, bool))
+    return joined_links([_inside(cells, len(waves)), _over(cells, over, chosen, waves)])
 
 
 def carried_waves(
-    here: CellGrid, there: CellGrid, transition: Transition, waves: FloatArray, places: FloatArray
+    cells: Cells, over: TransitionTable, which: IndexArray, waves: FloatArray, places: FloatArray
 ) -> tuple[FloatArray, NDArray[np.int8]]:
-    """Carry places beyond an edge of a chart to the chart that lies there.
+    """Carry places beyond edges of charts to the charts that lie there.
 
     Parameters
     ----------
-    here, there
-        The two charts.
-    transition
-        From the first to the second.
+    cells
+        Of all charts.
+    over, which
+        Transitions, and which of them (m,) each place is carried over by.
     waves
         (n, 2) cycles per exemplar pixel.
     places
@@ -152,83 +210,113 @@ def carried_waves(
     goes_on
         (m, 2n) int8: see `Links.goes_on`.
     """
-    m = transition.seam
-    rows, columns, carried = transition.apply(*places.T)
+    rows, columns, carried = over.apply(which, *places.T)
     sound: NDArray[np.bool_] = np.asarray(np.isfinite(carried).all(axis=(1, 2)))
-    foot = np.clip(places[:, 1 - (m.edge & 1)] + 0.5, m.start, m.stop)
-    other_foot = m.other_start + (foot - m.start) * (m.other_stop - m.other_start) / (m.stop - m.start)
-    _, before = _at_edge(here, m.edge, transition.line, foot)
-    _, after = _at_edge(there, m.other_edge, transition.other_line, other_foot)
+    chart, edge, start, stop = over.chart[which], over.edge[which], over.start[which], over.stop[which]
+    other_start, other_stop = over.other_start[which], over.other_stop[which]
+    foot = np.clip(places[np.arange(len(places)), 1 - (edge & 1)] + 0.5, start, stop)
+    other_foot = other_start + (foot - start) * (other_stop - other_start) / (stop - start)
+    _, before = cells.at_edge(chart, edge, over.line[which], foot)
+    _, after = cells.at_edge(
+        over.other_chart[which], over.other_edge[which], over.other_line[which], other_foot
+    )
     goes_on = matched_waves(waves, before, after @ np.where(sound[:, None, None], carried, 0.0))
     goes_on[~sound] = -1
     return np.where(sound[:, None], np.stack([rows, columns], axis=1), 0.0), goes_on
 
 
-def _inside(grid: CellGrid, axis: int, count: int) -> Links:
-    # Links down (axis 0) or to the right (axis 1) within a chart.
-    last = grid.first + grid.rows * grid.columns
-    number = np.arange(grid.first, last, dtype=np.int32).reshape(grid.rows, grid.columns)
-    low = (slice(None, -1), slice(None)) if axis == 0 else (slice(None), slice(None, -1))
-    high = (slice(1, None), slice(None)) if axis == 0 else (slice(None), slice(1, None))
-    mean = (0.5 * (grid.matrices[low] + grid.matrices[high])).reshape(-1, 2, 2)
-    step = mean[:, :, axis] * grid.size[axis]
-    side = grid.size[0] * grid.size[1] * np.abs(mean[:, 0, 0] * mean[:, 1, 1] - mean[:, 0, 1] * mean[:, 1, 0])
-    weights = _weights(side, (step**2).sum(axis=1))
-    all_go_on = np.broadcast_to(np.arange(2 * count, dtype=np.int8), (len(step), 2 * count))
-    return Links(
-        number[low].reshape(-1), number[high].reshape(-1), 0.5 * step, 0.5 * step, weights, all_go_on
+def _inside(cells: Cells, count: int) -> Links:
+    # Links within charts: of each chart those down, then those to the right.
+    chart, rows, columns = cells.raster(0)
+    down, right = (
+        np.flatnonzero(at < last[chart] - 1) for at, last in ((rows, cells.rows), (columns, cells.columns))
     )
+    first, axis = np.concatenate([down, right]), np.repeat((0, 1), (len(down), len(right)))
+    order = np.argsort(chart[first], kind="stable")
+    first, axis = first[order], axis[order]
+    own = chart[first]
+    second = first + np.where(axis == 0, cells.columns[own], 1)
+    mean = 0.5 * (cells.matrices[first] + cells.matrices[second])
+    step = mean[np.arange(len(axis)), :, axis] * cells.size[own, axis][:, None]
+    area = np.abs(mean[:, 0, 0] * mean[:, 1, 1] - mean[:, 0, 1] * mean[:, 1, 0])
+    weights = _weights(cells.size[own, 0] * cells.size[own, 1] * area, (step**2).sum(axis=1))
+    all_go_on = np.broadcast_to(np.arange(2 * count, dtype=np.int8), (len(step), 2 * count))
+    return Links(first.astype(np.int32), second.astype(np.int32), 0.5 * step, 0.5 * step, weights, all_go_on)
 
 
-def _over(here: CellGrid, there: CellGrid, transition: Transition, waves: FloatArray) -> Links:
-    # Links over a seam: one for each piece of it on which two cells meet.
-    m = transition.seam
-    slope = (m.other_stop - m.other_start) / (m.stop - m.start)
-    ends = _ends(m, here.size[1 - m.edge % 2], there.size[1 - m.other_edge % 2])
-    middle, length = 0.5 * (ends[1:] + ends[:-1]), np.diff(ends)
-    other_middle = m.other_start + slope * (middle - m.start)
-    a, b = here.beside(m.edge, middle), there.beside(m.other_edge, other_middle)
-    place, before = _at_edge(here, m.edge, transition.line, middle)
-    other_place, after = _at_edge(there, m.other_edge, transition.other_line, other_middle)
-    from_a = _read(here, a, before, place - here.centres(a))
-    to_b = _read(there, b, after, there.centres(b) - other_place)
-    carried = _matrices(transition, middle)
+def _over(cells: Cells, over: TransitionTable, chosen: IndexArray, waves: FloatArray) -> Links:
+    # Links over some seams: one for each piece of them on which two cells meet.
+    which, middle, length = _pieces(cells, over, chosen)
+    here, edge = over.chart[which], over.edge[which]
+    there, other_edge = over.other_chart[which], over.other_edge[which]
+    start, other_start = over.start[which], over.other_start[which]
+    slope = (over.other_stop[which] - other_start) / (over.stop[which] - start)
+    other_middle = other_start + slope * (middle - start)
+    a, b = cells.beside(here, edge, middle), cells.beside(there, other_edge, other_middle)
+    place, before = cells.at_edge(here, edge, over.line[which], middle)
+    other_place, after = cells.at_edge(there, other_edge, over.other_line[which], other_middle)
+    first, second = cells.number(here, *a), cells.number(there, *b)
+    from_a = _read(cells.matrices[first], before, place - cells.centres(here, *a))
+    to_b = _read(cells.matrices[second], after, cells.centres(there, *b) - other_place)
+    carried = over.matrices_at(which, middle)
     # Where a chart is degenerate nothing is known of what lies beyond: no wave goes on.
     carried = np.where(np.isfinite(carried), carried, 0.0)
     goes_on = matched_waves(waves, before, after @ carried)
-    along = before[:, :, 0 if m.edge & 1 else 1]
-    side = np.sqrt((along**2).sum(axis=1)) * length
+    side = np.sqrt((_along(before, edge) ** 2).sum(axis=1)) * length
     # Straight across: what lies aslant of a short piece is no farther away.
-    away = _across(before, m.edge, here.size) + _across(after, m.other_edge, there.size)
-    return Links(
-        (here.first + a).astype(np.int32),
-        (there.first + b).astype(np.int32),
-        from_a,
-        to_b,
-        _weights(side * away, away**2),
-        goes_on,
+    away = _across(before, edge, cells.size[here]) + _across(after, other_edge, cells.size[there])
+    weights = _weights(side * away, away**2)
+    return Links(first.astype(np.int32), second.astype(np.int32), from_a, to_b, weights, goes_on)
+
+
+def _pieces(
+    cells: Cells, over: TransitionTable, chosen: IndexArray
+) -> tuple[IndexArray, FloatArray, FloatArray]:
+    # Where along seams cells of either chart begin or end, and the seams themselves: of each piece between
+    # its transition, its middle and its length.
+    size = cells.size[over.chart[chosen], 1 - over.edge[chosen] % 2]
+    other_size = cells.size[over.other_chart[chosen], 1 - over.other_edge[chosen] % 2]
+    start, stop = over.start[chosen], over.stop[chosen]
+    other_start, other_stop = over.other_start[chosen], over.other_stop[chosen]
+    mine, own = _multiples(start, stop, size)
+    theirs, others = _multiples(
+        np.minimum(other_start, other_stop), np.maximum(other_start, other_stop), other_size
     )
+    shares = (others - other_start[theirs]) / (other_stop - other_start)[theirs]
+    met = start[theirs] + shares * (stop - start)[theirs]
+    both = np.arange(len(chosen))
+    seam, ends = np.concatenate([mine, theirs, both, both]), np.concatenate([own, met, start, stop])
+    ends = np.clip(ends, start[seam], stop[seam])
+    order = np.lexsort((ends, seam))
+    seam, ends = seam[order], ends[order]
+    step = np.diff(ends, prepend=0.0)
+    kept = (np.diff(seam, prepend=-1) > 0) | (step > 1e-6 * size[seam])
+    seam, ends = seam[kept], ends[kept]
+    piece = np.flatnonzero(seam[1:] == seam[:-1])
+    return chosen[seam[piece]], 0.5 * (ends[piece + 1] + ends[piece]), ends[piece + 1] - ends[piece]
 
 
-def _ends(seam: ChartSeam, size: float, other_size: float) -> FloatArray:
-    # Where along a seam cells of either chart, of these sizes, begin or end; and the seam itself.
-    low, high = sorted((seam.other_start, seam.other_stop))
-    own = np.arange(np.ceil(seam.start / size), np.floor(seam.stop / size) + 1) * size
-    others = np.arange(np.ceil(low / other_size), np.floor(high / other_size) + 1) * other_size
-    shares = (others - seam.other_start) / (seam.other_stop - seam.other_start)
-    ends = np.concatenate([own, seam.start + shares * (seam.stop - seam.start), (seam.start, seam.stop)])
-    ends = np.unique(np.clip(ends, seam.start, seam.stop))
-    found: FloatArray = ends[np.diff(ends, prepend=-np.inf) > 1e-6 * size]
-    return found
+def _multiples(low: FloatArray, high: FloatArray, size: FloatArray) -> tuple[IndexArray, FloatArray]:
+    # The multiples of sizes (n,) from low to high: which of the n each is of, and itself.
+    first = np.ceil(low / size).astype(np.intp)
+    counts = np.maximum(0, np.floor(high / size).astype(np.intp) + 1 - first)
+    which = np.repeat(np.arange(len(size)), counts)
+    own = np.arange(len(which)) - np.repeat(np.cumsum(counts) - counts, counts)
+    return which, (first[which] + own) * size[which]
 
 
-def _across(matrices: FloatArray, edge: int, size: tuple[float, float]) -> FloatArray:
-    # How far the middles of a chart's cells lie from its edge, in pixels, where M is as given.
+def _along(matrices: FloatArray, edge: IndexArray) -> FloatArray:
+    # What a step along an edge is in pixels, (n, 2), where M is as given.
+    return np.where((edge & 1 == 1)[:, None], matrices[:, :, 0], matrices[:, :, 1])
+
+
+def _across(matrices: FloatArray, edge: IndexArray, size: FloatArray) -> FloatArray:
+    # How far the middles of cells lie from edges of their charts, in pixels, where M is as given.
     m = matrices.reshape(-1, 4)
     areas = np.abs(m[:, 0] * m[:, 3] - m[:, 1] * m[:, 2])
-    along = m[:, 0::2] if edge & 1 else m[:, 1::2]
-    depth = 0.5 * size[edge & 1]
-    across: FloatArray = depth * areas / np.maximum(np.sqrt((along**2).sum(axis=1)), 1e-6)
+    depth = 0.5 * size[np.arange(len(edge)), edge & 1]
+    length = np.sqrt((_along(matrices, edge) ** 2).sum(axis=1))
+    across: FloatArray = depth * areas / np.maximum(length, 1e-6)
     return across
 
 
@@ -237,27 +325,7 @@ def _weights(area: FloatArray, squared: FloatArray) -> FloatArray:
     return weights
 
 
-def _at_edge(grid: CellGrid, edge: int, line: float, along: FloatArray) -> tuple[FloatArray, FloatArray]:
-    # Places (n, 2) along an edge, in texels, and M there.
-    across = np.full(len(along), line)
-    rows, columns = (along - 0.5, across) if edge & 1 else (across, along - 0.5)
-    return np.stack([rows, columns], axis=1), grid.field.at(rows, columns)
-
-
-def _read(grid: CellGrid, cells: NDArray[np.intp], matrices: FloatArray, steps: FloatArray) -> FloatArray:
-    # Steps (n, 2) between cells' centres and places with given M, in pixels.
-    mean = 0.5 * (grid.matrices.reshape(-1, 2, 2)[cells] + matrices)
-    read: FloatArray = (mean @ steps[:, :, None])[:, :, 0]
+def _read(own: FloatArray, there: FloatArray, steps: FloatArray) -> FloatArray:
+    # Steps (n, 2) between two places, in pixels: M is linear between.
+    read: FloatArray = (0.5 * (own + there) @ steps[:, :, None])[:, :, 0]
     return read
-
-
-def _matrices(transition: Transition, along: FloatArray) -> FloatArray:
-    # The transition's matrices at places along its seam, linear between its samples.
-    m = transition.seam
-    place = np.clip((along - m.start) / (m.stop - m.start), 0.0, 1.0) * (SAMPLES - 1)
-    first = np.minimum(place.astype(np.intp), SAMPLES - 2)
-    weight = (place - first)[:, None, None]
-    matrices: FloatArray = (1.0 - weight) * transition.matrices[first] + weight * transition.matrices[
-        first + 1
-    ]
-    return matrices

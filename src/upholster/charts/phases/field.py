@@ -8,9 +8,9 @@ from numpy.typing import NDArray
 
 from upholster.charts._multigrid_kernels import ComplexArray
 from upholster.charts.phases.calming import calmed
-from upholster.charts.phases.chart_cells import CellGrid, carried_waves, chart_grids, chart_links
+from upholster.charts.phases.chart_cells import CellGrid, Cells, carried_waves, chart_grids, chart_links
 from upholster.charts.phases.solving import solved_phases, turned
-from upholster.charts.seams import Transition
+from upholster.charts.transitions import Transition, TransitionTable
 from upholster.quilt.chart import Chart
 from upholster.quilt.warp_field import WarpField
 from upholster.types import FloatArray
@@ -180,13 +180,16 @@ def phase_units(turns: FloatArray) -> NDArray[np.int16]:
     return np.rint(TURN * (turns - np.rint(turns))).astype(np.int64).astype(np.int16)
 
 
-def _gone_on(grid: CellGrid, waves: FloatArray, own: ComplexArray, places: FloatArray) -> ComplexArray:
-    # Phases (n, m) at places (m, 2): those of the nearest cells go on by the warp field.
-    at = np.rint((places + 0.5) / np.array(grid.size) - 0.5).astype(np.intp)
-    i, j = np.clip(at, 0, (grid.rows - 1, grid.columns - 1)).T
-    step = places - (np.stack([i, j], axis=1) + 0.5) * np.array(grid.size) + 0.5
-    matrices = 0.5 * (grid.matrices[i, j] + grid.field.at(*places.T))
-    found: ComplexArray = own[:, i, j] * turned(waves @ (matrices @ step[:, :, None])[:, :, 0].T)
+def _gone_on(
+    cells: Cells, waves: FloatArray, phases: ComplexArray, chart: NDArray[np.intp], places: FloatArray
+) -> ComplexArray:
+    # Phases (n, m) at places (m, 2) on charts (m,): those of the nearest cells go on by the warp fields.
+    at = np.rint((places + 0.5) / cells.size[chart] - 0.5).astype(np.intp)
+    i, j = np.clip(at.T, 0, (cells.rows[chart] - 1, cells.columns[chart] - 1))
+    nearest = cells.number(chart, i, j)
+    step = places - (np.stack([i, j], axis=1) + 0.5) * cells.size[chart] + 0.5
+    matrices = 0.5 * (cells.matrices[nearest] + cells.fields.at(chart, *places.T))
+    found: ComplexArray = phases[:, nearest] * turned(waves @ (matrices @ step[:, :, None])[:, :, 0].T)
     return found
 
 
@@ -242,57 +245,59 @@ def ringed_phases(
     grids: Sequence[CellGrid], transitions: Sequence[Transition], waves: FloatArray, phases: ComplexArray
 ) -> tuple[ComplexArray, ...]:
     """Return each chart's phases with those of a ring of cells round it, see `PhaseField`."""
-    inside = [
-        phases[:, grid.first : grid.first + grid.rows * grid.columns].reshape(-1, grid.rows, grid.columns)
-        for grid in grids
-    ]
-    return tuple(_ringed(n, grids, transitions, waves, inside) for n in range(len(grids)))
+    cells, over = Cells.of(grids), TransitionTable.of(transitions)
+    chart, i, j = cells.raster(RING)
+    outside = (i < 0) | (i >= cells.rows[chart]) | (j < 0) | (j >= cells.columns[chart])
+    ringed = np.empty((len(waves), len(chart)), np.complex128)
+    ringed[:, ~outside] = phases
+    places = cells.centres(chart[outside], i[outside], j[outside])
+    ringed[:, outside] = _beyond(cells, over, waves, phases, chart[outside], places)
+    stops = np.cumsum(np.bincount(chart, minlength=len(grids)))
+    parts = np.split(ringed, stops[:-1], axis=1)
+    return tuple(
+        part.reshape(len(waves), grid.rows + 2 * RING, grid.columns + 2 * RING)
+        for part, grid in zip(parts, grids, strict=True)
+    )
 
 
-def _ringed(
-    chart: int,
-    grids: Sequence[CellGrid],
-    transitions: Sequence[Transition],
+def _beyond(
+    cells: Cells,
+    over: TransitionTable,
     waves: FloatArray,
-    inside: Sequence[ComplexArray],
+    phases: ComplexArray,
+    chart: NDArray[np.intp],
+    places: FloatArray,
 ) -> ComplexArray:
-    # A chart's phases and those of a ring of cells beyond its edges: what the charts there want. Where there
+    # Phases (n, m) at places (m, 2) beyond the edges of charts (m,): what the charts there want. Where there
     # is none, or where a wave does not go on, they go on by the chart's own warp field.
-    grid = grids[chart]
-    i, j = (np.arange(-RING, count + RING) for count in (grid.rows, grid.columns))
-    outside = ((i < 0) | (i >= grid.rows))[:, None] | ((j < 0) | (j >= grid.columns))
-    at = np.argwhere(outside)
-    places = (at - RING + 0.5) * np.array(grid.size) - 0.5
-    found = _gone_on(grid, waves, inside[chart], places)
-    own = [transition for transition in transitions if transition.seam.chart == chart]
-    nearest = _nearest_seams(grid, own, places)
-    for n, transition in enumerate(own):
-        chosen = np.flatnonzero(nearest == n)
-        if not len(chosen):
-            continue
-        there = transition.seam.other_chart
-        beyond, goes_on = carried_waves(grid, grids[there], transition, waves, places[chosen])
-        onward = _gone_on(grids[there], waves, inside[there], beyond)
-        onward = np.concatenate([onward, np.conj(onward)])
-        wave, place = np.nonzero(goes_on.T[: len(waves)] >= 0)
-        found[wave, chosen[place]] = onward[goes_on[place, wave], place]
-    ringed = np.zeros((len(waves), *outside.shape), np.complex128)
-    ringed[:, RING:-RING, RING:-RING] = inside[chart]
-    ringed[:, outside] = found
-    return ringed
+    found = _gone_on(cells, waves, phases, chart, places)
+    nearest = _nearest_seams(cells, over, chart, places)
+    at = np.flatnonzero(nearest >= 0)
+    beyond, goes_on = carried_waves(cells, over, nearest[at], waves, places[at])
+    onward = _gone_on(cells, waves, phases, over.other_chart[nearest[at]], beyond)
+    onward = np.concatenate([onward, np.conj(onward)])
+    wave, place = np.nonzero(goes_on.T[: len(waves)] >= 0)
+    found[wave, at[place]] = onward[goes_on[place, wave], place]
+    return found
 
 
-def _nearest_seams(grid: CellGrid, own: Sequence[Transition], places: FloatArray) -> NDArray[np.intp]:
-    # Which of a chart's seams is nearest to places beyond its edges, in cells; −1 where there is none.
+def _nearest_seams(
+    cells: Cells, over: TransitionTable, chart: NDArray[np.intp], places: FloatArray
+) -> NDArray[np.intp]:
+    # Which of its chart's seams is nearest to places beyond the edges, in cells; −1 where there is none.
     found, least = np.full(len(places), -1, np.intp), np.full(len(places), np.inf)
-    for n, transition in enumerate(own):
-        m = transition.seam
-        down = m.edge & 1
-        depth = np.abs(places[:, down] - transition.line) / grid.size[down]
-        along = places[:, 1 - down] + 0.5
-        aside = np.abs(along - np.clip(along, m.start, m.stop)) / grid.size[1 - down]
-        beyond = (places[:, down] < transition.line) == (m.edge in (0, 3))
+    order = np.argsort(over.chart, kind="stable")
+    counts = np.bincount(over.chart, minlength=len(cells.rows))
+    first = np.cumsum(counts) - counts
+    for k in range(int(counts.max())):
+        at = np.flatnonzero(counts[chart] > k)
+        own, n = chart[at], order[first[chart[at]] + k]
+        down, line = over.edge[n] & 1, over.line[n]
+        across, along = places[at, down], places[at, 1 - down] + 0.5
+        depth = np.abs(across - line) / cells.size[own, down]
+        aside = np.abs(along - np.clip(along, over.start[n], over.stop[n])) / cells.size[own, 1 - down]
+        beyond = (across < line) == ((over.edge[n] == 0) | (over.edge[n] == 3))
         away = np.where(beyond, depth + aside, np.inf)
-        nearer = away < least - 1e-9
-        found[nearer], least[nearer] = n, away[nearer]
+        nearer = away < least[at] - 1e-9
+        found[at[nearer]], least[at[nearer]] = n[nearer], away[nearer]
     return found

@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from upholster.charts.phases.field import RING, PhaseField, ringed_phases
-from upholster.charts.seams import Transition
+from upholster.charts.transitions import Transition
 from upholster.quilt.warp_field import FIELD_STEP, UNIT, WarpField
 from upholster.types import FloatArray
 

@@ -6,7 +6,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.charts.seams import ChartSeam, find_seams, transitions
+from upholster.charts.seams import ChartSeam, find_seams
+from upholster.charts.transitions import transitions
 from upholster.geometry import Surface
 from upholster.methods.pixel._pixel_kernels import REACH
 from upholster.quilt.chart import Chart

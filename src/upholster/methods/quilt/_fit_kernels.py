@@ -44,7 +44,7 @@ Point = tuple[Any, Any]
 
 
 class SeamNumbers(NamedTuple):
-    """A transition without its matrices, as `upholster.charts.seams.Transition` and its seam have them."""
+    """A transition without its matrices, see `upholster.charts.transitions.Transition` and its seam."""
 
     edge: int
     other_edge: int

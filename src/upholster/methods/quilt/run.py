@@ -12,7 +12,8 @@ from functools import partial
 import numpy as np
 
 from upholster.charts.schedule import schedule
-from upholster.charts.seams import ChartSeam, Transition, find_seams, transitions
+from upholster.charts.seams import ChartSeam, find_seams
+from upholster.charts.transitions import Transition, transitions
 from upholster.errors import InputError
 from upholster.geometry import Surface
 from upholster.methods.quilt._phase_kernels import MISFIT

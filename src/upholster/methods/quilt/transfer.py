@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.charts.seams import Transition
+from upholster.charts.transitions import Transition
 from upholster.methods.quilt._fit_kernels import (
     CENTRED,
     FITTED,

@@ -1,0 +1,239 @@
+"""How texels are transferred from one chart to the next, over the seam at which they meet."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from upholster.charts.seams import ChartSeam
+from upholster.geometry import Surface
+from upholster.quilt.chart import Chart
+from upholster.types import FloatArray, frozen_array
+
+__all__ = ["SAMPLES", "Transition", "TransitionTable", "transitions"]
+
+SAMPLES = 9
+"""Places along a seam at which a transition holds a matrix."""
+
+INSET = 1e-3
+"""The outermost samples are taken this share of the interval inside, where a pole has its limit."""
+
+# Per edge, in (row, column) steps: along it, as its parameter grows, and outward across it.
+_ALONG: FloatArray = np.array([(0.0, 1.0), (1.0, 0.0), (0.0, 1.0), (1.0, 0.0)])
+_OUTWARD: FloatArray = np.array([(-1.0, 0.0), (0.0, 1.0), (1.0, 0.0), (0.0, -1.0)])
+
+IndexArray = NDArray[np.intp]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Transition:
+    """How texels of a chart, inside or beyond an edge, are transferred onto the chart that it meets there.
+
+    The two tangent planes are unfolded about the edge into one: a crease keeps lengths, and where the surface
+    is smooth this is its first order. Along the edge the map is the seam's own, exactly.
+
+    Attributes
+    ----------
+    seam
+        Where.
+    line, other_line
+        Row or column coordinate of the two edges' lines: −½, or the chart's height or width less ½.
+    matrices
+        (`SAMPLES`, 2, 2), read-only, at even distances from `start` to `stop`, linear between: what takes
+        (row, column) steps on the chart to such steps on the other. NaN where a chart is degenerate.
+    """
+
+    seam: ChartSeam
+    line: float
+    other_line: float
+    matrices: FloatArray
+
+    def apply(self, rows: FloatArray, columns: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Carry places from one chart to the other: ``foot_B + matrix(foot)·(place - foot)``.
+
+        The foot is the seam's point nearest to a place, on the grid.
+
+        Parameters
+        ----------
+        rows, columns
+            (n,) on the chart, whose texel (r, c) has its centre at exactly (r, c).
+
+        Returns
+        -------
+        rows, columns : FloatArray
+            (n,) on the other chart, NaN where the matrix is.
+        matrices : FloatArray
+            (n, 2, 2): the matrix at each foot.
+        """
+        return TransitionTable.of((self,)).apply(np.zeros(len(rows), np.intp), rows, columns)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class TransitionTable:
+    """Transitions as columns, so that places on many charts are carried over at once.
+
+    Attributes
+    ----------
+    chart, edge, other_chart, other_edge
+        (n,) intp, see `ChartSeam`.
+    start, stop, other_start, other_stop
+        (n,) in texels.
+    line, other_line, matrices
+        (n,), (n,) and (n, `SAMPLES`, 2, 2), see `Transition`.
+    """
+
+    chart: IndexArray
+    edge: IndexArray
+    other_chart: IndexArray
+    other_edge: IndexArray
+    start: FloatArray
+    stop: FloatArray
+    other_start: FloatArray
+    other_stop: FloatArray
+    line: FloatArray
+    other_line: FloatArray
+    matrices: FloatArray
+
+    @classmethod
+    def of(cls, some: Sequence[Transition]) -> "TransitionTable":
+        """Return the table of some transitions, in their order."""
+        seams = [one.seam for one in some]
+        sides = [(m.chart, m.edge, m.other_chart, m.other_edge) for m in seams]
+        ends = [(m.start, m.stop, m.other_start, m.other_stop) for m in seams]
+        lines = [(one.line, one.other_line) for one in some]
+        chart, edge, other_chart, other_edge = np.array(sides, np.intp).reshape(-1, 4).T
+        start, stop, other_start, other_stop = np.array(ends).reshape(-1, 4).T
+        line, other_line = np.array(lines).reshape(-1, 2).T
+        matrices = np.array([one.matrices for one in some]).reshape(-1, SAMPLES, 2, 2)
+        return cls(
+            *(chart, edge, other_chart, other_edge),
+            *(start, stop, other_start, other_stop),
+            *(line, other_line, matrices),
+        )
+
+    def matrices_at(self, which: IndexArray, feet: FloatArray) -> FloatArray:
+        """Return the matrices (m, 2, 2) of some transitions (m,) at places along their seams, in texels."""
+        start = self.start[which]
+        place = (feet - start) / (self.stop[which] - start) * (SAMPLES - 1)
+        first = np.minimum(place.astype(np.intp), SAMPLES - 2)
+        weight = (place - first)[:, None, None]
+        found: FloatArray = (1.0 - weight) * self.matrices[which, first]
+        found += weight * self.matrices[which, first + 1]
+        return found
+
+    def apply(
+        self, which: IndexArray, rows: FloatArray, columns: FloatArray
+    ) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Carry places (m,) over by some transitions (m,), see `Transition.apply`."""
+        down = self.edge[which] & 1 == 1  # the edge runs along the rows' axis
+        along, across = np.where(down, rows, columns), np.where(down, columns, rows)
+        start, stop = self.start[which], self.stop[which]
+        foot = np.clip(along + 0.5, start, stop)
+        matrices = self.matrices_at(which, foot)
+        over, depth = along + 0.5 - foot, across - self.line[which]
+        step = np.stack([np.where(down, over, depth), np.where(down, depth, over)], axis=1)
+        out = (matrices @ step[:, :, None])[:, :, 0]
+        share = (foot - start) / (stop - start)
+        met = (1.0 - share) * self.other_start[which] + share * self.other_stop[which] - 0.5
+        line = self.other_line[which]
+        down = self.other_edge[which] & 1 == 1
+        out += np.stack([np.where(down, met, line), np.where(down, line, met)], axis=1)
+        return out[:, 0], out[:, 1], matrices
+
+
+def transitions(
+    surface: Surface, charts: Sequence[Chart], found: Sequence[ChartSeam]
+) -> tuple[Transition, ...]:
+    """Make the transition of each of some `seams`, in their order.
+
+    With T the edge's unit tangent, x the derivatives per texel outward on A and inward on B, and l those
+    along the edge, a step outward on A is ``β = |x_A⊥| / |x_B⊥|`` steps inward on B and, along B's edge,
+    ``(x_A·T - β·x_B·T) / (l_B·T)`` steps. A step along A's edge is as many along B's as the seam says.
+
+    Parameters
+    ----------
+    surface, charts
+        As for `seams`.
+    found
+        Some or all of their `seams`.
+    """
+    if not found:
+        return ()
+    chart, a, other_chart, b = np.array(
+        [(m.chart, m.edge, m.other_chart, m.other_edge) for m in found], np.intp
+    ).T
+    start, stop, other_start, other_stop = np.array(
+        [(m.start, m.stop, m.other_start, m.other_stop) for m in found]
+    ).T
+    shares = np.linspace(0.0, 1.0, SAMPLES)
+    shares[0], shares[-1] = INSET, 1.0 - INSET
+
+    def steps(chart: IndexArray, edge: IndexArray, first: FloatArray, last: FloatArray) -> list[FloatArray]:
+        frames = _frames(surface, charts, chart, edge, np.outer(first, 1.0 - shares) + np.outer(last, shares))
+        return [np.einsum("nksx,ns->nkx", frames[:, :, 1:], basis[edge]) for basis in (_ALONG, _OUTWARD)]
+
+    along, outward = steps(chart, a, start, stop)
+    other_along, other_outward = steps(other_chart, b, other_start, other_stop)
+    slope = (other_stop - other_start) / (stop - start)
+    # Both sides share in the tangent, so that a transition and its flipped one are each other's inverse.
+    mean = 0.5 * (along + slope[:, None, None] * other_along)
+    length = np.linalg.norm(mean, axis=2)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        tangent = mean / length[..., None]
+        lean, depth = _split(outward, tangent)
+        other_lean, other_depth = _split(-other_outward, tangent)
+        across = depth / other_depth
+        shift = slope[:, None] * (lean - across * other_lean) / length
+    least = 1e-12 * surface.size
+    sound = (length > least) & (depth > least) & (other_depth > least)
+    across[~sound] = shift[~sound] = np.nan
+
+    image = across[..., None] * -_OUTWARD[b][:, None] + shift[..., None] * _ALONG[b][:, None]
+    matrices = image[..., :, None] * _OUTWARD[a][:, None, None]
+    matrices += slope[:, None, None, None] * (_ALONG[b][:, :, None] * _ALONG[a][:, None])[:, None]
+    frozen_array(matrices)
+    return tuple(
+        Transition(m, _line(charts[m.chart], m.edge), _line(charts[m.other_chart], m.other_edge), matrices[n])
+        for n, m in enumerate(found)
+    )
+
+
+def _line(chart: Chart, edge: int) -> float:
+    """Return the row or column coordinate of an edge's line."""
+    return (-0.5, chart.width - 0.5, chart.height - 0.5, -0.5)[edge]
+
+
+def _split(vectors: FloatArray, tangent: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Return the signed part of vectors (N, K, 3) along unit tangents, and the length of what is across."""
+    lean: FloatArray = (vectors * tangent).sum(axis=2)
+    return lean, np.linalg.norm(vectors - lean[..., None] * tangent, axis=2)
+
+
+def _frames(
+    surface: Surface,
+    charts: Sequence[Chart],
+    chart: IndexArray,
+    edge: IndexArray,
+    along: FloatArray,
+) -> FloatArray:
+    """Return points and derivatives per texel down and right, (N, K, 3, 3), at texels (N, K) along edges."""
+    numbers = np.array([(c.height, c.width, c.s0, c.s1, c.t0, c.t1) for c in charts]).reshape(-1, 6)
+    height, width, s0, s1, t0, t1 = numbers[chart].T[:, :, None]
+    down = (edge & 1)[:, None] == 1
+    across = ((edge == 1) | (edge == 2))[:, None].astype(np.float64)
+    s = s0 + (s1 - s0) * np.where(down, along / height, across)
+    t = t0 + (t1 - t0) * np.where(down, across, along / width)
+    out = np.empty((*along.shape, 3, 3))
+    order = np.argsort(chart, kind="stable")
+    for mine in np.split(order, np.flatnonzero(np.diff(chart[order])) + 1):
+        if len(mine):
+            # Where derivatives jump, those on the chart's side count.
+            one = charts[chart[mine[0]]]
+            face, row, column = surface.faces[one.face].smooth_part(one.s0, one.s1, one.t0, one.t1)
+            at_s = np.clip(s[mine] - row, 0.0, face.rows)
+            at_t = np.clip(t[mine] - column, 0.0, face.columns)
+            out[mine] = np.stack(face.derivatives(at_s, at_t), axis=2)
+    out[:, :, 1] *= ((s1 - s0) / height)[..., None]
+    out[:, :, 2] *= ((t1 - t0) / width)[..., None]
+    return out
