@@ -8,7 +8,7 @@ unit of length.
 
 import re
 from collections import defaultdict
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from heapq import heappop, heappush
 from math import ceil
@@ -16,6 +16,7 @@ from math import ceil
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from upholster.charts.corner_fit import Corner, fitted_at_corner
 from upholster.charts.seams import ChartSeam, find_seams
 from upholster.charts.tangents import Frames, aligned, chart_frames, dot, node_texels, patch_frames, within
 from upholster.charts.transitions import SAMPLES, transitions
@@ -180,7 +181,13 @@ def _is_longer_down(surface: Surface) -> bool:
 
 
 def direction_fields(
-    surface: Surface, charts: Sequence[Chart], direction: Direction, scale: float, *, margin: int = 1
+    surface: Surface,
+    charts: Sequence[Chart],
+    direction: Direction,
+    scale: float,
+    *,
+    margin: int = 1,
+    corners: Mapping[int, Corner] | None = None,
 ) -> tuple[WarpField, ...]:
     """Return each chart's warp field: the texture lies on the surface at true scale, in the direction.
 
@@ -202,6 +209,8 @@ def direction_fields(
         Exemplar pixels per model unit, positive.
     margin
         Nodes before texel 0 and beyond the last one, 0 to 64; every `FIELD_STEP` texels.
+    corners
+        Of charts, by their numbers, about which the direction turns: see `upholster.charts.poles`.
 
     Returns
     -------
@@ -225,10 +234,12 @@ def direction_fields(
             raise InputError(
                 f"chart {index} lies on face {chart.face}; the surface has 0 to {len(surface.faces) - 1}"
             )
-        frames = chart_frames(surface.faces[chart.face], chart, margin, _finer(chart))
+        corner = (corners or {}).get(index)
+        finer = _finer(chart, corner)
+        frames = chart_frames(surface.faces[chart.face], chart, margin, finer)
         if direction.along in ("", "level"):
             if lines is not None and direction.vectors is not None:
-                tangents = _tangents(surface, frames, direction.vectors, lines, index, chart, margin)
+                tangents = _tangents(surface, frames, direction.vectors, lines, index, chart, margin, finer)
             else:
                 tangents = _level(frames)
             if tangents is None:
@@ -239,7 +250,7 @@ def direction_fields(
             start = np.arctan2(frames.height, frames.shift) if direction.along == "v" else np.zeros(1)
             angle = start + np.radians(direction.angle)
             cosine, sine = np.cos(angle), np.sin(angle)
-        fields.append(_field(frames, cosine, sine, scale, chart, margin))
+        fields.append(_field(frames, cosine, sine, scale, chart, margin, corner))
     return _filled(surface, charts, fields, scale, margin, needed=direction.along != "level")
 
 
@@ -252,7 +263,13 @@ def _level(frames: Frames) -> FloatArray | None:
 
 
 def _field(
-    frames: Frames, cosine: FloatArray, sine: FloatArray, scale: float, chart: Chart, margin: int
+    frames: Frames,
+    cosine: FloatArray,
+    sine: FloatArray,
+    scale: float,
+    chart: Chart,
+    margin: int,
+    corner: Corner | None = None,
 ) -> WarpField:
     """Return the field of directions that lie at angles clockwise from texel rows."""
     matrices = np.empty((*frames.width.shape, 2, 2))
@@ -260,13 +277,19 @@ def _field(
     matrices[..., 0, 1] = -sine * frames.width
     matrices[..., 1, 0] = cosine * frames.shift + sine * frames.height
     matrices[..., 1, 1] = cosine * frames.width
-    field = WarpField.quantised(scale * _at_nodes(matrices, chart, margin), margin=margin)
+    if corner is None:
+        nodes = _at_nodes(matrices, chart, margin)
+    else:
+        nodes = fitted_at_corner(matrices, chart, margin, corner, _FINER)
+    field = WarpField.quantised(scale * nodes, margin=margin)
     return WarpField.identity() if field.is_identity else field
 
 
-def _finer(chart: Chart) -> tuple[int, int]:
+def _finer(chart: Chart, corner: Corner | None = None) -> tuple[int, int]:
     """Return how many places there are from node to node at which a chart is looked at, down and right."""
-    down, right = (_FINER if count < _SHORT else 1 for count in (chart.height, chart.width))
+    down, right = (
+        _FINER if count < _SHORT or corner is not None else 1 for count in (chart.height, chart.width)
+    )
     return down, right
 
 
@@ -373,16 +396,17 @@ def _tangents(
     index: int,
     chart: Chart,
     margin: int,
+    finer: tuple[int, int],
 ) -> FloatArray | None:
-    """Return e1 at a chart's nodes, of the sign that the lines have on the patch of its strongest node.
+    """Return e1 at a chart's places, `finer` of them from node to node.
 
-    None where nothing is left of the vectors on the whole chart.
+    Its sign is that of the lines on the patch of the strongest place. None where nothing is left of the
+    vectors on the whole chart.
     """
     place = f"chart {index} (face {chart.face})"
     between = _between(frames)
     if between != (1, 1):
-        down, right = _finer(chart)
-        steps = down * between[0], right * between[1]
+        steps = finer[0] * between[0], finer[1] * between[1]
         frames = chart_frames(surface.faces[chart.face], chart, margin, steps)
     tangents, left = within(frames, called(vectors, frames.points, lambda _: place))
     if not left.max() > 1e-6:
@@ -391,11 +415,11 @@ def _tangents(
     left = left[:: between[0], :: between[1]]
     strongest = np.unravel_index(left.argmax(), left.shape)
     patches, nodes = [], []
-    for low, high, node, count, finer in (
-        (chart.s0, chart.s1, int(strongest[0]), chart.height, _finer(chart)[0]),
-        (chart.t0, chart.t1, int(strongest[1]), chart.width, _finer(chart)[1]),
+    for low, high, node, count, step in (
+        (chart.s0, chart.s1, int(strongest[0]), chart.height, finer[0]),
+        (chart.t0, chart.t1, int(strongest[1]), chart.width, finer[1]),
     ):
-        places = node_texels(count, margin, finer)
+        places = node_texels(count, margin, step)
         at = min(max(low + (high - low) * places[node] / count, low), high)
         patches.append(min(int(at), ceil(high) - 1))
         nodes.append(round((NODES - 1) * (at - patches[-1])))

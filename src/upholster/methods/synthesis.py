@@ -16,6 +16,7 @@ from upholster.charts.mesh_directions import MeshField, default_mesh_direction, 
 from upholster.charts.mesh_layout import mesh_charts, mesh_fields, triangle_frames
 from upholster.charts.mesh_turns import chart_turns
 from upholster.charts.phases import PhaseField, StraightPhases, phase_field, warped
+from upholster.charts.poles import cut_at_poles
 from upholster.charts.seams import find_seams
 from upholster.charts.transitions import transitions
 from upholster.errors import InputError
@@ -89,6 +90,8 @@ class Prepared:
         Where in its periods a sample that repeats shall be; None: it does not, or that is not asked for.
     turns
         (T,) on a mesh, quarter turns from the warp fields to that: see `upholster.charts.mesh_turns`.
+    turning
+        Charts about a corner of which the direction turns: their blocks are small.
     """
 
     charts: tuple[Chart, ...]
@@ -99,6 +102,7 @@ class Prepared:
     field: MeshField | None = None
     phases: WantedPhases | None = None
     turns: IntArray | None = None
+    turning: frozenset[int] = frozenset()
 
 
 def kept_sample(exemplar: PixelArray | Material, options: SynthesisOptions) -> PixelArray | Material:
@@ -215,7 +219,8 @@ def prepare(
     )
     texels = block * scale.density / scale.scale  # of a block
     charts = density_layout(surface, density=scale.density, ring=max(RING, _ROUND * texels), largest=largest)
-    fields = direction_fields(surface, charts, wanted, scale.scale)
+    charts, corners = cut_at_poles(surface, charts, wanted)
+    fields = direction_fields(surface, charts, wanted, scale.scale, corners=corners)
 
     def closed(waves: FloatArray) -> PhaseField:
         over = transitions(surface, charts, find_seams(surface, charts))
@@ -228,7 +233,9 @@ def prepare(
     if phases is not None and options.block is None:
         phases = replace(phases, blocks=in_step(block, phases.surface))
     own = settled(options, QuiltOptions, block=block)
-    return Prepared(charts, fields, scale, wanted.text, own, None, phases)
+    # In step, blocks are as small as they have to be.
+    turning = frozenset(corners) if phases is None and options.block is None else frozenset[int]()
+    return Prepared(charts, fields, scale, wanted.text, own, None, phases, turning=turning)
 
 
 def _phases(
@@ -347,7 +354,7 @@ def execute(
         wrap = options.tileable
         quilt = synthesize_quilt(
             exemplar, surface, charts, prepared.fields,
-            options=options, phases=prepared.phases, wrap=wrap, **run,
+            options=options, phases=prepared.phases, wrap=wrap, turning=prepared.turning, **run,
         )  # fmt: skip
     return quilt.on(surface, seed=seed)
 
@@ -368,7 +375,7 @@ def planned_run(prepared: Prepared, exemplar: PixelArray, surface: AnySurface, *
         )
     return planned(
         exemplar, surface, prepared.charts, prepared.fields,
-        options=options, phases=prepared.phases, seed=seed,
+        options=options, phases=prepared.phases, turning=prepared.turning, seed=seed,
     )  # fmt: skip
 
 

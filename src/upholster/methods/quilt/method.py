@@ -7,7 +7,7 @@ then others over the worst cuts (`upholster.methods.quilt.refinement`).
 Where a neighbour is not laid yet, blocks reach beyond the edge and are transferred to it later.
 """
 
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
 from functools import partial
 
 from upholster.geometry import Surface
@@ -35,6 +35,7 @@ def synthesize_quilt(
     options: QuiltOptions | None = None,
     phases: WantedPhases | None = None,
     wrap: bool = False,
+    turning: Set[int] = frozenset(),
     seed: int = 0,
     threads: int | None = None,
     progress: Progress | None = None,
@@ -56,6 +57,8 @@ def synthesize_quilt(
         Of a sample that repeats: where in its periods it shall be. None: it is not looked at.
     wrap
         Whether the one chart's opposite edges meet, so that it tiles.
+    turning
+        Charts about a corner of which the direction turns: their blocks are small.
     seed
         0 to 2^63 − 1; the same seed gives the same quilt whatever the number of threads.
     threads, progress
@@ -66,7 +69,10 @@ def synthesize_quilt(
     InputError
         If something is out of range or does not fit together.
     """
-    run = planned(exemplar, surface, charts, fields, options=options, phases=phases, wrap=wrap, seed=seed)
+    run = planned(
+        exemplar, surface, charts, fields,
+        options=options, phases=phases, wrap=wrap, turning=turning, seed=seed,
+    )  # fmt: skip
     finished = lay_all(run, threads=threads, progress=progress)
     return emitted(run, finished, (exemplar.shape[0], exemplar.shape[1]))
 

@@ -5,7 +5,7 @@ where they show landmarks, and how much of the exemplar is used. Nothing else go
 that charts can be laid in other processes as well.
 """
 
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -30,6 +30,10 @@ from upholster.quilt.warp_field import WarpField
 from upholster.types import FloatArray, PixelArray
 
 __all__ = ["LaidPart", "Progressing", "QuiltRun", "lay_one", "planned"]
+
+_TURNING = 20.0
+"""Texels: side of blocks on charts about a corner of which the direction turns. Larger ones would be bent,
+and could not be shown on the chart beside."""
 
 _MIRRORED = 1 << 5
 """The symmetry that mirrors left and right: columns count backwards."""
@@ -173,6 +177,7 @@ def planned(
     options: QuiltOptions | None = None,
     phases: WantedPhases | None = None,
     wrap: bool = False,
+    turning: Set[int] = frozenset(),
     seed: int = 0,
 ) -> QuiltRun:
     """Settle all that charts are laid by; parameters as of `synthesize_quilt`.
@@ -204,7 +209,7 @@ def planned(
     grids = [
         fit(chart, field, fitting, block, most=most, coarse=coarse[block])
         for chart, field, block, most in zip(
-            charts, fields, blocks, _largest_blocks(charts, seams), strict=True
+            charts, fields, blocks, _largest_blocks(charts, seams, turning), strict=True
         )
     ]
     # One for all charts, that of the larger cells.
@@ -263,9 +268,12 @@ def _symmetries(options: QuiltOptions) -> int:
     return turns | (turns << 4 if options.rotate else _MIRRORED) if options.mirror else turns
 
 
-def _largest_blocks(charts: Sequence[Chart], seams: Sequence[ChartSeam]) -> list[tuple[float, float]]:
-    # The largest height and width of a block: where a chart meets itself, one fits in between.
-    most = [[np.inf, np.inf] for _ in charts]
+def _largest_blocks(
+    charts: Sequence[Chart], seams: Sequence[ChartSeam], turning: Set[int]
+) -> list[tuple[float, float]]:
+    # The largest height and width of a block: where a chart meets itself, one fits in between; and where the
+    # direction turns, it turns by little inside a block.
+    most = [[_TURNING if n in turning else np.inf] * 2 for n in range(len(charts))]
     for seam in seams:
         if seam.chart == seam.other_chart:
             chart = charts[seam.chart]
