@@ -238,7 +238,9 @@ def test_progress_is_told_by_face_and_what_stops_it_ends_the_process(files, monk
     told = []
     read_model(files / "two.step", progress=lambda *one: told.append(one))
     assert {("faces", 9, 9), ("mesh", 9, 9)} <= set(told)
-    assert [stage for stage, *_ in told] == sorted(stage for stage, *_ in told)
+    for stage in ("faces", "mesh"):  # body by body, told now and then: a slow machine tells more
+        done = [count for name, count, _ in told if name == stage]
+        assert done == sorted(done)
     begun, popen = [], subprocess.Popen
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     monkeypatch.setattr("subprocess.Popen", lambda *a, **k: begun.append(popen(*a, **k)) or begun[-1])
