@@ -13,6 +13,7 @@ from gltf_models import Glb
 import upholster
 from upholster import cli
 from upholster.errors import InputError, printable
+from upholster.shown import number_of
 from upholster.stream import encode_stream
 
 EVIL = "\x1b]0;mine\x07[bold]x[/foo]\u202e\r"
@@ -90,3 +91,8 @@ def test_an_unforeseen_fault_is_one_line(
     assert str(file) in told
     assert "ZeroDivisionError: what nobody thought of" in told
     assert "in broken" in file.read_text()
+
+
+def test_numbers_of_things() -> None:
+    assert number_of(1, "part") == "1 part"
+    assert [number_of(n, "body", "bodies") for n in (0, 1, 1234)] == ["0 bodies", "1 body", "1,234 bodies"]

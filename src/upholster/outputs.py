@@ -67,7 +67,7 @@ from upholster.quilt.chart import MAX_CHART
 from upholster.render import render
 from upholster.render.directions import directions_picture
 from upholster.render.maps import SHOWN
-from upholster.shown import Shown, on_a_line
+from upholster.shown import Shown, number_of, on_a_line
 from upholster.stream import encode_stream
 from upholster.types import FloatArray, PixelArray, Progress
 
@@ -450,7 +450,8 @@ class TexturedModel(Shown):
         """Say for people what `displaced` is as a solid."""
         lines, found = solid_lines(self.solid, self.metres), self.displaced
         if found.held:
-            lines.append(f"in narrow corners {found.held:,} vertices moved less, so that nothing folds over")
+            held = number_of(found.held, "vertex", "vertices")
+            lines.append(f"in narrow corners {held} moved less, so that nothing folds over")
         if found.error:
             lost = shown_length(found.error, self.metres)
             lines.append(f"triangles ran out: the surface is up to {lost} off the height map")

@@ -9,10 +9,15 @@ from typing import Any, ClassVar
 
 from upholster.errors import InputError
 
-__all__ = ["LINE", "Shown", "on_a_line", "show_with"]
+__all__ = ["LINE", "Shown", "number_of", "on_a_line", "show_with"]
 
 LINE = 100
 """Characters that a line of text has at most."""
+
+
+def number_of(count: int, thing: str, things: str | None = None) -> str:
+    """Return a number of things in words: ``1 part``, ``1,234 parts``; `things` where an s does not do."""
+    return f"{count:,} {thing if count == 1 else things or f'{thing}s'}"
 
 
 class Shown:

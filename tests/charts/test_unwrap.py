@@ -235,7 +235,7 @@ def test_a_few_uneven_islands_are_laid_out_anew_and_the_rest_is_kept() -> None:
     assert (turned(kept) > 0).all()
     np.testing.assert_array_equal(kept.island[pressed] > 0, True)
     np.testing.assert_array_equal(kept.island[~pressed], 0)
-    assert any("of 1 triangles are too uneven to keep" in note for note in report.notes)
+    assert any("of 1 triangle are too uneven to keep" in note for note in report.notes)
 
 
 def test_singular_values_are_those_of_the_jacobian() -> None:

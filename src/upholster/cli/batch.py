@@ -16,6 +16,7 @@ from upholster.cli.console import compiled, say
 from upholster.cli.cover import cover, uses_of
 from upholster.cli.options import spelled_out
 from upholster.errors import InputError, StoppedError, UpholsterError, check_whole
+from upholster.shown import number_of
 
 if TYPE_CHECKING:
     from upholster.batch import Job, Record
@@ -104,7 +105,8 @@ def batch(
     if sheet:
         write_sheet(own[1], [(job.name, record.files_of(job)) for job in found])
     if not quiet:
-        ended = f"{len(todo) - failed:,} jobs done, {failed:,} failed, in {time.perf_counter() - start:.1f} s"
+        jobs_done, seconds = number_of(len(todo) - failed, "job"), time.perf_counter() - start
+        ended = f"{jobs_done} done, {failed:,} failed, in {seconds:.1f} s"
         say(f"{ended}; wrote {os.path.relpath(place)}" + (f", {sheet}" if sheet else ""))
     if failed:
         raise typer.Exit(1)

@@ -4,6 +4,7 @@ from collections import Counter
 from typing import TYPE_CHECKING
 
 from upholster.cli.console import add_row, say
+from upholster.shown import number_of
 
 if TYPE_CHECKING:  # NumPy, which they import, would slow down --help
     from upholster.geometry.mesh_files.cad import CadState
@@ -47,7 +48,7 @@ def show_cad(path: str, *, unit: str | None = None) -> None:
     console.print(table)
     lines = [f"note: {note}" for note in record.notes]
     if len(record.bodies) > _LINES:
-        lines.insert(0, f"and {len(record.bodies) - _LINES} bodies more")
+        lines.insert(0, f"and {number_of(len(record.bodies) - _LINES, 'body', 'bodies')} more")
     for line in (*lines, *_outcome(state)):
         say(line)
 
@@ -57,14 +58,15 @@ def _head(path: str, state: "CadState") -> list[str]:
     faces = sum(len(body.faces) for body in record.bodies)
     places = sum(len(body.places) for body in record.bodies)
     bodies = len(record.bodies)
+    patches = number_of(state.patches, "rational Bézier patch", "rational Bézier patches")
     several = f" in {places} places" if places > bodies else ""
     size = " x ".join(f"{side:.4g}" for side in record.box[1] - record.box[0])
     unit = (
         f"the file's unit: {record.unit}" if record.unit else "the file tells no unit: millimetres (--unit)"
     )
     return [
-        f"{path}: {record.format}, {bodies} bod{'ies' if bodies > 1 else 'y'}{several}, {faces} "
-        f"face{'s' if faces > 1 else ''}, {state.patches:,} rational Bézier patches",
+        f"{path}: {record.format}, {number_of(bodies, 'body', 'bodies')}{several}, "
+        f"{number_of(faces, 'face')}, {patches}",
         f"{size} mm (x, y, z); {unit}; tolerance {record.tolerance:.2g} mm",
     ]
 
@@ -85,10 +87,10 @@ def _outcome(state: "CadState") -> list[str]:
     lines = []
     if state.plain:
         listed = ", ".join(state.plain[:_NAMES]) + (" …" if len(state.plain) > _NAMES else "")
-        lines.append(f"left plain, {len(state.plain)} faces: {listed}")
+        lines.append(f"left plain, {number_of(len(state.plain), 'face')}: {listed}")
     else:
         lines.append("every face can be covered")
     if state.inexact:
         listed = ", ".join(state.inexact[:_NAMES]) + (" …" if len(state.inexact) > _NAMES else "")
-        lines.append(f"not exact, {len(state.inexact)} faces: {listed}")
+        lines.append(f"not exact, {number_of(len(state.inexact), 'face')}: {listed}")
     return lines

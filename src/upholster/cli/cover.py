@@ -11,6 +11,7 @@ from upholster.cli.console import compiled, in_bytes, progress_bars, say
 from upholster.cli.options import spelled_out
 from upholster.errors import InputError
 from upholster.options import ModelOptions, SampleOptions, SynthesisOptions, WriteOptions
+from upholster.shown import number_of
 from upholster.suffixes import is_model_name
 
 __all__ = ["cover", "surfaces", "uses_of"]
@@ -29,9 +30,8 @@ def surfaces() -> None:
     table = Table("surface", "parameter", "meaning", "allowed", title_justify="left", box=SIMPLE_HEAD)
     table.title = "--on NAME  or  --on NAME:parameter=value,parameter=value"
     for kind in SURFACES.values():
-        table.add_row(
-            f"[bold]{kind.name}[/]", "", f"[italic]{kind.description}; {kind.patches} patches[/]", ""
-        )
+        patches = number_of(kind.patches, "patch", "patches")
+        table.add_row(f"[bold]{kind.name}[/]", "", f"[italic]{kind.description}; {patches}[/]", "")
         for p in kind.parameters:
             table.add_row("", f"{p.name}={p.written}", p.meaning, p.allowed)
     table.add_row(

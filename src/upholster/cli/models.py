@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from upholster.cli.console import add_row, say
+from upholster.shown import number_of
 
 if TYPE_CHECKING:  # NumPy, which they import, would slow down --help
     from upholster.geometry.mesh_files import ModelFile, ModelPart
@@ -53,7 +54,7 @@ def show_model(path: str, *, unit: str | None = None) -> None:
     console.print(table)
     lines = [f"{part.name}: {', '.join(odd)}" for part, state in shown if (odd := _odd(part, state))]
     if len(states) > _LINES:
-        lines.append(f"and {len(states) - _LINES} parts more")
+        lines.append(f"and {number_of(len(states) - _LINES, 'part')} more")
     for line in (*lines, *(f"note: {note}" for note in model.notes)):
         say(line)
 
@@ -63,8 +64,8 @@ def _head(model: "ModelFile") -> list[str]:
     sides = _measured(mesh.box[1] - mesh.box[0], mesh.metres)
     unit = f"a unit is {mesh.metres:g} m" if mesh.metres else "the file tells no unit (--unit mm)"
     lines = [
-        f"{model.path}: {len(mesh.triangles):,} triangles, {len(mesh.positions):,} vertices, "
-        f"{len(mesh.parts)} part{'s' * (len(mesh.parts) > 1)}",
+        f"{model.path}: {number_of(len(mesh.triangles), 'triangle')}, "
+        f"{number_of(len(mesh.positions), 'vertex', 'vertices')}, {number_of(len(mesh.parts), 'part')}",
         f"{sides} (width x depth x height); {unit}; {model.up} is up in the file",
     ]
     if model.contents:
@@ -100,14 +101,14 @@ def _percent(share: float) -> str:
 def _odd(part: "ModelPart", state: "PartState") -> Sequence[str]:
     """Say what a user may want to know."""
     counts = (
-        (state.components, 1, "pieces"),
-        (state.crowded_edges, 0, "edges of more than two triangles"),
-        (state.turned_edges, 0, "edges where triangles turn against each other"),
-        (state.degenerate, 0, "triangles without area"),
-        (state.slivers, 0, "slivers"),
-        (part.instances, 1, "instances"),
+        (state.components, 1, "piece", ""),
+        (state.crowded_edges, 0, "edge", " of more than two triangles"),
+        (state.turned_edges, 0, "edge", " where triangles turn against each other"),
+        (state.degenerate, 0, "triangle", " without area"),
+        (state.slivers, 0, "sliver", ""),
+        (part.instances, 1, "instance", ""),
     )
-    said = [f"{count:,} {word}" for count, most, word in counts if count > most]
+    said = [number_of(count, word) + more for count, most, word, more in counts if count > most]
     if state.inside_out:
         said.append("inside out")
     if state.uv is not None:

@@ -20,6 +20,7 @@ from upholster.geometry.mesh_files.accessors import COMPONENTS, Accessor, Access
 from upholster.geometry.mesh_files.gltf import Json
 from upholster.geometry.mesh_files.gltf_scene import DRACO, primitive_arrays
 from upholster.model.tangents import mesh_tangents
+from upholster.shown import number_of
 from upholster.types import FloatArray, IntArray
 
 __all__ = ["Cover", "write_retextured_glb"]
@@ -230,13 +231,19 @@ def _rewrite(
         ]
     notes = []
     if colours:
-        notes.append(f"vertex colours of {colours} parts, which would tint the texture, are kept as _COLOR_0")
+        told = number_of(colours, "part")
+        notes.append(f"vertex colours of {told}, which would tint the texture, are kept as _COLOR_0")
     if variants:
-        notes.append(f"{variants} parts have lost their variants, which would bring the old materials back")
+        told = number_of(variants, "part has lost its", "parts have lost their")
+        notes.append(f"{told} variants, which would bring the old materials back")
     if tangents:
-        notes.append(f"tangents of {tangents} parts are made anew, for they follow texture coordinates")
+        notes.append(
+            f"tangents of {number_of(tangents, 'part')} are made anew, for they follow texture coordinates"
+        )
     if lost:
-        notes.append(f"tangents of {lost} parts are left out: morph targets', or there are no normals")
+        notes.append(
+            f"tangents of {number_of(lost, 'part')} are left out: morph targets', or there are no normals"
+        )
     return notes
 
 

@@ -8,6 +8,7 @@ from embreex.rtcore_scene import EmbreeScene
 from numpy.typing import NDArray
 
 from upholster.model.folds import crossed, folds, vertex_normals
+from upholster.shown import number_of
 from upholster.types import FloatArray, IntArray
 
 __all__ = ["Solid", "check_solid", "shown_length", "solid_lines", "volume"]
@@ -124,14 +125,14 @@ def solid_lines(solid: Solid, metres: float | None) -> list[str]:
     metres
         Length of a model unit in metres: lengths are then in millimetres. None: they are in model units.
     """
-    count = f"{solid.triangles:,} triangles"
+    count = number_of(solid.triangles, "triangle")
     if not solid.is_closed:
         faults = (
             (solid.borders, "with a triangle on one side only"),
             (solid.crowded, "with more than two triangles"),
             (solid.turned, "where one triangle is inside out"),
         )
-        told = ", ".join(f"{number:,} edges {what}" for number, what in faults if number)
+        told = ", ".join(f"{number_of(number, 'edge')} {what}" for number, what in faults if number)
         return [f"{count}, which are not a solid: {told}"]
     assert solid.volume is not None
     assert solid.volume_before is not None
@@ -144,7 +145,9 @@ def solid_lines(solid: Solid, metres: float | None) -> list[str]:
         lines.append("its triangles face inward: it is inside out, and was displaced inward")
     if solid.folded and solid.fold is not None:
         place = _shown_place(solid.fold, metres)
-        lines.append(f"it passes through itself: {solid.folded:,} triangles turned over, one at {place}")
+        lines.append(
+            f"it passes through itself: {number_of(solid.folded, 'triangle')} turned over, one at {place}"
+        )
     if solid.overlaps > _MANY_OVERLAPS:
         lines.append(f"parts of it overlap: seen from {solid.overlaps:.1%} of its vertices")
     if solid.wall is not None and solid.common_wall is not None and solid.thinnest is not None:

@@ -25,6 +25,7 @@ from upholster.outputs import TexturedModel
 from upholster.refining import received_exemplar
 from upholster.render import render
 from upholster.server.pages import THUMBNAIL_SIZE
+from upholster.shown import number_of
 from upholster.stream import StreamDecoder
 from upholster.writing import painted
 
@@ -83,7 +84,7 @@ def _picture(read: Callable[[int], bytes]) -> bytes:
     many = texels > _MOST_TEXELS or len(decoder.charts) > _MOST_CHARTS
     if many or height * width * channels > _MOST_SAMPLES:
         if isinstance(surface, MeshSurface):
-            return placeholder("mesh", f"{len(surface.island):,} triangles")
+            return placeholder("mesh", number_of(len(surface.island), "triangle"))
         mesh = tessellate(surface, quads=_QUADS)
         linear = render(
             mesh.positions,

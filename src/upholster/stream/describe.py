@@ -7,6 +7,7 @@ import numpy as np
 from upholster.errors import FormatError
 from upholster.geometry import MeshSurface, Surface
 from upholster.limits import Limits
+from upholster.shown import number_of
 from upholster.stream.chunks import Chunk
 from upholster.stream.reader import StreamDecoder
 from upholster.types import PixelArray
@@ -154,10 +155,13 @@ def _holds(chunk: Chunk, decoder: StreamDecoder) -> str:
         return f"{title}: {_shape(decoder.surface)}"
     if chunk.tag == "L" and decoder.charts:
         texels = sum(chart.height * chart.width for chart in decoder.charts)
-        return f"{title}: {len(decoder.charts)} charts, {texels:,} texels"
+        return f"{title}: {number_of(len(decoder.charts), 'chart')}, {texels:,} texels"
     if chunk.tag == "X" and decoder.needed == 0:
         height, width, channels = decoder.exemplar_shape
-        return f"{title}: {width}×{height}, {channels} channels, {decoder.exemplar_dtype}, {decoder.wavelet}"
+        return (
+            f"{title}: {width}×{height}, {number_of(channels, 'channel')}, {decoder.exemplar_dtype}, "
+            f"{decoder.wavelet}"
+        )
     if chunk.tag == "P":
         return f"{title}: {decoder.placements_known[0]:,} of {decoder.placements_known[1]:,}"
     if chunk.tag == "M":
@@ -167,8 +171,9 @@ def _holds(chunk: Chunk, decoder: StreamDecoder) -> str:
 
 def _shape(surface: Surface | MeshSurface) -> str:
     if isinstance(surface, MeshSurface):
-        return f"{surface.name or 'mesh'}, {len(surface.island):,} triangles, {surface.islands:,} islands"
-    return f"{surface.name or 'nets'}, {len(surface.patches)} patches"
+        triangles, islands = number_of(len(surface.island), "triangle"), number_of(surface.islands, "island")
+        return f"{surface.name or 'mesh'}, {triangles}, {islands}"
+    return f"{surface.name or 'nets'}, {number_of(len(surface.patches), 'patch', 'patches')}"
 
 
 def _psnr(image: PixelArray, full: PixelArray) -> float:

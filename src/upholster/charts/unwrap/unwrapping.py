@@ -15,6 +15,7 @@ from upholster.charts.unwrap.pieces import Piece, pieces_of
 from upholster.errors import InputError
 from upholster.geometry.triangle_mesh import MeshSurface, TriangleMesh
 from upholster.parallel import run_tasks
+from upholster.shown import number_of
 from upholster.types import FloatArray, IntArray, Progress
 
 __all__ = ["UnwrapReport", "unwrap"]
@@ -139,7 +140,8 @@ def _kept(
         own, corners[rest] = _laid_out(part, _cut_at_creases(part, crease), None)
         island[rest] = own + island.max() + 1
         notes.append(
-            f"the texture coordinates of {len(rest)} triangles are too uneven to keep: laid out anew"
+            f"the texture coordinates of {number_of(len(rest), 'triangle')} are too uneven to keep: "
+            "laid out anew"
         )
     return island, corners
 
@@ -213,9 +215,9 @@ def _notes(mesh: TriangleMesh) -> list[str]:
     notes = []
     if several:
         notes.append(
-            f"{several} edges belong to three or more triangles: those go on there that lie in one plane, or "
-            "most nearly"
+            f"{number_of(several, 'edge belongs', 'edges belong')} to three or more triangles: those go on "
+            "there that lie in one plane, or most nearly"
         )
     if turned:
-        notes.append(f"at {turned} edges triangles turn different ways: they are seams")
+        notes.append(f"at {number_of(turned, 'edge')} triangles turn different ways: texture is cut there")
     return notes

@@ -22,6 +22,7 @@ from upholster.geometry.mesh_files.raw_model import RawModel
 from upholster.geometry.mesh_files.units import unit_in_metres
 from upholster.occt.process import read_cad
 from upholster.occt.records import BodyRecord, CadRecord, FaceRecord
+from upholster.shown import number_of
 from upholster.types import FloatArray, IntArray, Progress
 
 __all__ = ["CadState", "cad_scene", "cad_state", "read_cad_model"]
@@ -302,15 +303,20 @@ def _notes(record: CadRecord, bodies: Sequence[ExactBody]) -> list[str]:
     plain = [f"{body.name}: {_called(face, body)}" for body, face in faces if face.plain]
     if plain:
         listed = ", ".join(plain[:_LISTED]) + (" …" if len(plain) > _LISTED else "")
-        notes.append(
-            f"{len(plain)} of {len(faces)} faces are left plain, for they have no triangles: {listed}"
-        )
+        told = f"of {number_of(len(faces), 'face')} {len(plain)} left plain, for want of triangles"
+        notes.append(f"{told}: {listed}")
     near = [face.approximated for _, face in faces if face.approximated > 0]
     if near:
-        notes.append(f"{len(near)} faces are not rational: taken by rational ones within {max(near):.2g} mm")
+        notes.append(
+            f"{number_of(len(near), 'face is', 'faces are')} not rational: taken by rational surfaces "
+            f"within {max(near):.2g} mm"
+        )
     failed = sum(bool(problem) for body in bodies for problem in body.problems) - len(plain)
     if failed > 0:
-        notes.append(f"{failed} faces are taken from Open CASCADE's triangles, for their patches do not fit")
+        notes.append(
+            f"{number_of(failed, 'face is', 'faces are')} taken from Open CASCADE's triangles, for patches "
+            "do not fit"
+        )
     return notes
 
 

@@ -15,6 +15,7 @@ from upholster.geometry.mesh_files.meshopt import meshopt_of
 from upholster.geometry.mesh_files.model_file import MAX_PARTS, GltfPart, ModelPart, named_parts
 from upholster.geometry.mesh_files.raw_model import RawModel
 from upholster.geometry.triangle_mesh import MAX_TRIANGLES
+from upholster.shown import number_of
 from upholster.types import FloatArray, IntArray
 
 __all__ = ["DRACO", "primitive_arrays", "primitive_triangles", "read_scene"]
@@ -229,7 +230,7 @@ def _features(gltf: Gltf, primitive: Json, arrays: dict[str, Accessor], stand: S
     if stand.joints is not None and "JOINTS_0" in arrays:
         found.append("skin")
     if isinstance(primitive.get("targets"), list):
-        found.append(f"{len(primitive['targets'])} morph targets")
+        found.append(number_of(len(primitive["targets"]), "morph target"))
     if _extension(primitive, DRACO) is not None:
         found.append("Draco")
     else:
@@ -272,7 +273,8 @@ def _together(gltf: Gltf, pieces: Sequence[_Piece], notes: list[str]) -> RawMode
     bare = [name for piece, name in zip(pieces, names, strict=True) if piece.uv is None]
     if 0 < len(bare) < len(pieces):
         notes.append(
-            f"{len(bare)} of {len(pieces)} parts have no texture coordinates: {', '.join(bare)[:200]}"
+            f"of {len(pieces)} parts {number_of(len(bare), 'has', 'have')} no texture coordinates: "
+            f"{', '.join(bare)[:200]}"
         )
     return RawModel(
         np.concatenate([piece.positions for piece in pieces]),
