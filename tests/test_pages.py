@@ -144,6 +144,26 @@ def test_a_stream_gives_pages_as_well(folder: Path, tmp_path: Path) -> None:
     assert {path.name for path in tmp_path.iterdir()} == {path.name for path in folder.glob("t*.png")}
 
 
+def test_obj_and_ply_of_one_name_share_their_textures(folder: Path, tmp_path: Path) -> None:
+    done = refine(folder / "r.uph", [f"{tmp_path}/x.ply", f"{tmp_path}/x.obj"], options=OPTIONS)
+    assert set(done.written) == {str(path) for path in tmp_path.iterdir()}
+    alone = tmp_path / "alone"
+    alone.mkdir()
+    refine(folder / "r.uph", [f"{alone}/x.ply"], options=OPTIONS)
+    refine(folder / "r.uph", [f"{alone}/y.obj"], options=OPTIONS)
+    textures = sorted(path.name for path in tmp_path.glob("x_texture*"))
+    assert len(textures) > 1
+    for name in textures:
+        assert (tmp_path / name).read_bytes() == (alone / name).read_bytes()
+        assert (alone / name).read_bytes() == (alone / name.replace("x", "y", 1)).read_bytes()
+    assert (tmp_path / "x.ply").read_bytes() == (alone / "x.ply").read_bytes()
+    for twice in (["x.ply", "x.ply"], ["x.ply", "x.obj", "atlas:x_texture.png"]):
+        with pytest.raises(InputError, match="is given twice"):
+            refine(
+                folder / "r.uph", [f"atlas:{alone / t[6:]}" if ":" in t else f"{alone}/{t}" for t in twice]
+            )
+
+
 def test_one_texture_in_one_tile(tmp_path: Path) -> None:
     surface = upholster.plane()
     quilt = upholster.synthesize(sample(), surface, texels=5000, sample_size=1.0)

@@ -58,6 +58,7 @@ from upholster.writing import (
     check_directions,
     check_several,
     check_used,
+    files_of,
     has_stream,
     listed,
     notes_after,
@@ -165,7 +166,7 @@ def cover(
     check_several(wanted, choices)
     if asked.method == "paper" and options.wavelet is None:
         options = replace(options, wavelet="haar")
-    own = [file for output in wanted for file in output.files()]
+    own = files_of(wanted, Output.files)
     with outputs([*own, *([report] if report else [])], inputs=read) as files:
         with timed("read", seconds):
             sample = partial(read_source, options=preparing, maps=maps, normal=normal, notes=notes)
@@ -182,7 +183,7 @@ def cover(
         check_directions(wanted, covered.surface)
         check_tasks(wanted, coverings, workers, scheduler)
         roles = roles_of(coverings)
-        files.add(file for output in wanted for file in output.later_files(roles, 1))
+        files.add(files_of(wanted, lambda output: output.later_files(roles, 1)))
         check_coded(wanted, source_parts(coverings[0].source), options)
         check_displacement(
             wanted, options, roles=roles_of(coverings, all_have=True), metres=metres_of(covered.surface)

@@ -37,7 +37,7 @@ from upholster.stream import StreamDecoder, on_surface
 from upholster.stream.budget import check_charts
 from upholster.stream.prefix import Limit, feed_until
 from upholster.types import PixelArray, Progress
-from upholster.writing import add_pages, check_used, listed, painted, written_to
+from upholster.writing import add_pages, check_used, files_of, listed, painted, written_to
 
 __all__ = ["RefineReport", "decoded_model", "received_exemplar", "refine"]
 
@@ -120,7 +120,7 @@ def refine(
             raise InputError(
                 f"output {str(target)!r} is a URL; allowed for a stream: a folder of this machine"
             )
-    with outputs([file for output in wanted for file in output.files()], inputs=[stream, *other]) as files:
+    with outputs(files_of(wanted, Output.files), inputs=[stream, *other]) as files:
         data = read_bytes(stream)
         one_by_one = len(wanted) == 1 and wanted[0].in_tiles
         most = Limits(texels=MAX_TEXELS) if limits is None and one_by_one else limits
@@ -134,7 +134,7 @@ def refine(
             check_charts(decoder.charts, Limits())
         exemplar = received_exemplar(decoder)
         roles = tuple(source_parts(exemplar))[1:]
-        files.add(file for output in wanted for file in output.later_files(roles, 1))
+        files.add(files_of(wanted, lambda output: output.later_files(roles, 1)))
         check_displacement(wanted, options, roles=roles, metres=metres_of(surface))
         add_pages(files, wanted, roles, atlas_pages(wanted, decoder.charts, options))
         same = data if decoder.complete and not options.stream_choices else None

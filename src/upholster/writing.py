@@ -1,7 +1,8 @@
 """What `cover`, `refine` and `write` share: painting, and writing all outputs."""
 
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from pathlib import Path
 
 from upholster.codec import check_image
 from upholster.errors import InputError
@@ -21,6 +22,7 @@ __all__ = [
     "check_directions",
     "check_several",
     "check_used",
+    "files_of",
     "has_stream",
     "listed",
     "notes_after",
@@ -49,11 +51,31 @@ def check_used(wanted: Sequence[Output], options: WriteOptions) -> None:
         )
 
 
+def files_of(wanted: Sequence[Output], of_each: Callable[[Output], Iterable[Path]]) -> list[Path]:
+    """Return files of all outputs, those textures once that OBJ and PLY of one name share: they are equal.
+
+    What else is there twice stands twice, and `upholster.files` refuses it.
+    """
+    found: list[Path] = []
+    textures: set[Path] = set()
+    for output in wanted:
+        for file in of_each(output):
+            if output.kind in ("obj", "ply") and file.suffix == ".png":
+                if file in textures:
+                    continue
+                textures.add(file)
+            found.append(file)
+    return found
+
+
 def add_pages(files: Outputs, wanted: Sequence[Output], roles: Sequence[str], pages: int) -> None:
     """Announce the files of an atlas's further pages, which are known once the charts are."""
-    for output in wanted:
+
+    def further(output: Output) -> list[Path]:
         known = (*output.files(), *output.later_files(roles, 1))
-        files.add(file for file in output.later_files(roles, pages) if file not in known)
+        return [file for file in output.later_files(roles, pages) if file not in known]
+
+    files.add(files_of(wanted, further))
 
 
 def check_coded(wanted: Sequence[Output], parts: Mapping[str, PixelArray], options: WriteOptions) -> None:
