@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from upholster.methods.quilt._block_kernels import COLUMN, LEFT, ROW, TOP
-from upholster.methods.quilt.grid import BlockGrid, has_coarse_cells
+from upholster.methods.quilt.grid import BlockGrid, coarse_cells
 from upholster.quilt import Chart
 from upholster.quilt.displacement import warped_sources
 from upholster.quilt.placement import PLACEMENT
@@ -74,7 +74,8 @@ def test_sizes_fit_together(field):
 
 def test_large_blocks_have_coarse_masks():
     large = Chart(0, 300, 300)
-    kinds = [has_coarse_cells([large], [IDENTITY], block) for block in (44, 48)]
+    found = coarse_cells([large], [IDENTITY], {44, 48})
+    kinds = [found[44], found[48]]
     assert kinds == [False, True]
     fine, coarse = (BlockGrid.of(large, IDENTITY, (256, 256), 48, None, coarse=kind) for kind in kinds)
     assert (fine.mask_cell, fine.feather) == (2, 2)
@@ -82,8 +83,7 @@ def test_large_blocks_have_coarse_masks():
     assert coarse.height % 4 == 0
     # What counts is the chart where they have the fewest texels.
     small = field_of(rotation(3.9))
-    assert not has_coarse_cells([large, large], [IDENTITY, small], 92)
-    assert has_coarse_cells([large, large], [IDENTITY, small], 96)
+    assert coarse_cells([large, large], [IDENTITY, small], {92, 96}) == {92: False, 96: True}
 
 
 def test_small_blocks_of_a_minified_texture_overlap_by_four_cells():

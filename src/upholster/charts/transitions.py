@@ -225,15 +225,16 @@ def _frames(
     s = s0 + (s1 - s0) * np.where(down, along / height, across)
     t = t0 + (t1 - t0) * np.where(down, across, along / width)
     out = np.empty((*along.shape, 3, 3))
-    order = np.argsort(chart, kind="stable")
-    for mine in np.split(order, np.flatnonzero(np.diff(chart[order])) + 1):
-        if len(mine):
-            # Where derivatives jump, those on the chart's side count.
-            one = charts[chart[mine[0]]]
-            face, row, column = surface.faces[one.face].smooth_part(one.s0, one.s1, one.t0, one.t1)
-            at_s = np.clip(s[mine] - row, 0.0, face.rows)
-            at_t = np.clip(t[mine] - column, 0.0, face.columns)
-            out[mine] = np.stack(face.derivatives(at_s, at_t), axis=2)
+    # Where derivatives jump, those on the chart's side count.
+    parts = [surface.faces[c.face].smooth_part(c.s0, c.s1, c.t0, c.t1) for c in charts]
+    same: dict[int, int] = {}
+    group = np.array([same.setdefault(id(part), len(same)) for part, *_ in parts])[chart]
+    order = np.argsort(group, kind="stable")
+    for mine in np.split(order, np.flatnonzero(np.diff(group[order])) + 1):
+        face, row, column = parts[chart[mine[0]]]
+        at_s = np.clip(s[mine] - row, 0.0, face.rows)
+        at_t = np.clip(t[mine] - column, 0.0, face.columns)
+        out[mine] = np.stack(face.derivatives(at_s, at_t), axis=2)
     out[:, :, 1] *= ((s1 - s0) / height)[..., None]
     out[:, :, 2] *= ((t1 - t0) / width)[..., None]
     return out

@@ -183,7 +183,16 @@ class Face:
         (top, bottom), (left, right) = ends
         if (top, bottom, left, right) == (0, self.rows, 0, self.columns):
             return self, 0, 0
-        return Face([row[left:right] for row in self.patches[top:bottom]]), top, left
+        part = self._parts.get((top, bottom, left, right))
+        if part is None:
+            part = Face([row[left:right] for row in self.patches[top:bottom]])
+            self._parts[top, bottom, left, right] = part
+        return part, top, left
+
+    @cached_property
+    def _parts(self) -> dict[tuple[int, int, int, int], "Face"]:
+        # Those that `smooth_part` has made.
+        return {}
 
     def reverse(self, axis: int) -> "Face":
         """Return the face with s (axis 0) or t (axis 1) running the other way; its normals turn round.

@@ -11,7 +11,7 @@ from upholster.quilt.chart import Chart
 from upholster.quilt.warp_field import WarpField
 from upholster.types import FloatArray, IntArray
 
-__all__ = ["BlockGrid", "GridPart", "has_coarse_cells"]
+__all__ = ["BlockGrid", "GridPart", "coarse_cells"]
 
 _SMALLEST_BLOCK = 16
 _LARGEST_BLOCK = 512
@@ -29,24 +29,23 @@ _LARGEST_SHARE = 0.75
 """Of the exemplar's height and width that a block may read, so that there are several to choose from."""
 
 
-def has_coarse_cells(
-    charts: Sequence[Chart], fields: Sequence[WarpField], block: int, *, in_step: bool = False
-) -> bool:
-    """Tell whether the cells of masks are twice as large, on all charts with such blocks.
+def coarse_cells(
+    charts: Sequence[Chart], fields: Sequence[WarpField], blocks: Set[int], *, in_step: bool = False
+) -> dict[int, bool]:
+    """Tell whether the cells of masks are twice as large, on all charts alike, for blocks of each side.
 
     Parameters
     ----------
     charts, fields
         The layout.
-    block
-        Side of a block in exemplar pixels.
+    blocks
+        Sides of blocks in exemplar pixels.
     in_step
         Whether phases keep blocks in step: then cuts matter less, and smaller blocks will do.
     """
-    if block < (_COARSE_IN_STEP if in_step else _COARSE):
-        return False
-    texels = [block / max(1.0, _typical(_sizes(*one)[0])) for one in zip(charts, fields, strict=True)]
-    return min(texels) >= _COARSE_TEXELS
+    least = _COARSE_IN_STEP if in_step else _COARSE
+    scale = max(1.0, *(_typical(_sizes(*one)[0]) for one in zip(charts, fields, strict=True)))
+    return {block: block >= least and block / scale >= _COARSE_TEXELS for block in blocks}
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -125,7 +124,7 @@ class BlockGrid:
             In pixels; an overlap of None is three tenths of a block, and 8 texels or more where the texture
             is minified.
         coarse
-            Whether masks' cells are twice as large, see `has_coarse_cells`.
+            Whether masks' cells are twice as large, see `coarse_cells`.
         copied
             Whether blocks must lie inside the exemplar, for their texels are copies of whole pixels.
         wrap

@@ -158,13 +158,12 @@ class LandmarkRules:
         """Return what a chart's blocks are told of landmarks: those shown on finished charts near it."""
         own = self._places(index, blocks[:, ROW], blocks[:, COLUMN])
         low, high = own.min(axis=0) - self.reach, own.max(axis=0) + self.reach
-        near = []
-        for part in finished:
-            if part is not None:
-                inside = ((part.places > low) & (part.places < high)).all(axis=1)
-                near.append((part.places[inside], part.shown[inside]))
-        places = np.concatenate([*(one[0] for one in near), own])
-        shown = np.concatenate([*(one[1] for one in near), np.zeros(len(own), np.int64)])
+        done = [part for part in finished if part is not None]
+        places = np.concatenate([np.zeros((0, 3)), *(part.places for part in done)])
+        shown = np.concatenate([np.zeros(0, np.int64), *(part.shown for part in done)])
+        near = ((places > low) & (places < high)).all(axis=1)
+        places = np.concatenate([places[near], own])
+        shown = np.concatenate([shown[near], np.zeros(len(own), np.int64)])
         marks = self.marks.copy()
         marks[:, :2] >>= level
         chart = self.charts[index]

@@ -17,7 +17,7 @@ from upholster.charts.transitions import Transition, transitions
 from upholster.errors import InputError
 from upholster.geometry import Surface
 from upholster.methods.quilt._phase_kernels import MISFIT
-from upholster.methods.quilt.grid import BlockGrid, has_coarse_cells
+from upholster.methods.quilt.grid import BlockGrid, coarse_cells
 from upholster.methods.quilt.landmarks import LandmarkRules, ShownBlocks
 from upholster.methods.quilt.lay import lay_chart
 from upholster.methods.quilt.match_pyramid import MatchPyramid
@@ -202,9 +202,7 @@ def planned(
     # A quarter turn changes height and width.
     fitting = (min(shape), min(shape)) if options.rotate else shape
     blocks = (() if phases is None else phases.blocks) or (options.block,) * len(charts)
-    coarse = {
-        block: has_coarse_cells(charts, fields, block, in_step=phases is not None) for block in set(blocks)
-    }
+    coarse = coarse_cells(charts, fields, set(blocks), in_step=phases is not None)
     fit = partial(BlockGrid.of, overlap=options.overlap, copied=copied, wrap=wrap)
     grids = [
         fit(chart, field, fitting, block, most=most, coarse=coarse[block])
