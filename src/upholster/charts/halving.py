@@ -13,7 +13,7 @@ from math import ceil, floor
 import numpy as np
 
 from upholster.geometry import Face, FaceSeam, Surface
-from upholster.types import FloatArray
+from upholster.types import FloatArray, frozen_array
 
 __all__ = ["Halving", "Piece"]
 
@@ -131,6 +131,7 @@ class FaceSamples:
         self._middle = float(np.average(self.logs[AREA], weights=self.area + 1e-300))
         x = self.logs[AREA] - self._middle
         terms = np.stack([np.ones_like(x), self.logs[DOWN], self.logs[RIGHT], x, x**2, x**3, x**4])
+        self._unevenness: dict[Piece, float] = {}
         self._sums = np.zeros((len(terms), x.shape[0] + 1, x.shape[1] + 1))
         weighted = np.maximum(self.area, 1e-300) * terms
         self._sums[:, 1:, 1:] = weighted.cumsum(axis=1).cumsum(axis=2)
@@ -153,10 +154,13 @@ class FaceSamples:
 
     def unevenness(self, piece: Piece) -> float:
         """Return the area-weighted sum of the fourth power of log area element less its mean."""
-        area, _, _, *sums = self.moments(piece)
-        first, second, third, fourth = (one / area for one in sums)
-        central = fourth - 4 * first * third + 6 * first**2 * second - 3 * first**4
-        return float(area * max(central, 0.0))
+        found = self._unevenness.get(piece)
+        if found is None:
+            area, _, _, *sums = self.moments(piece)
+            first, second, third, fourth = (one / area for one in sums)
+            central = fourth - 4 * first * third + 6 * first**2 * second - 3 * first**4
+            found = self._unevenness[piece] = float(area * max(central, 0.0))
+        return found
 
 
 class Halving:
@@ -176,6 +180,7 @@ class Halving:
     def __init__(self, surface: Surface) -> None:
         self._surface = surface
         self._samples = [FaceSamples(face, surface.size) for face in surface.faces]
+        self._extents: dict[Piece, FloatArray] = {}  # the same pieces are asked for again and again
         roots: list[Piece] = []
         for index, (face, samples) in enumerate(zip(surface.faces, self._samples, strict=True)):
             lines = [
@@ -206,11 +211,16 @@ class Halving:
         They are area-weighted geometric means of the derivatives' lengths, corrected for the angle between
         them, so that their product is the typical area.
         """
-        samples = self._samples[piece.face]
-        down, right, element = samples.means(piece)
-        sine = 0.5 * (element - down - right)
-        spans = [np.subtract(*piece.ends(axis)[::-1]) / samples.steps[axis] for axis in (0, 1)]
-        found: FloatArray = np.exp([down + sine, right + sine]) * spans
+        found = self._extents.get(piece)
+        if found is None:
+            samples = self._samples[piece.face]
+            down, right, element = samples.means(piece)
+            sine = 0.5 * (element - down - right)
+            spans = [
+                (last - first) / step
+                for (first, last), step in zip(map(piece.ends, (0, 1)), samples.steps, strict=True)
+            ]
+            found = self._extents[piece] = frozen_array(np.exp([down + sine, right + sine]) * spans)
         return found
 
     def parameters(self, piece: Piece) -> tuple[float, float, float, float]:

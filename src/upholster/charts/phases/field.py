@@ -70,13 +70,14 @@ class PhaseField:
         matrices = grid.field.at(rows, columns)
         i, below = _between((rows + 0.5) / tall - 0.5 + RING, down)
         j, beside = _between((columns + 0.5) / wide - 0.5 + RING, right)
-        total = np.zeros((len(self.waves), len(rows)), np.complex128)
-        for a, b in ((0, 0), (0, 1), (1, 0), (1, 1)):
-            centre = np.stack([(i + a - RING + 0.5) * tall - 0.5, (j + b - RING + 0.5) * wide - 0.5], axis=1)
-            step = np.stack([rows, columns], axis=1) - centre
-            read = (0.5 * (grid.field.at(*centre.T) + matrices) @ step[:, :, None])[:, :, 0]
-            weight = (below if a else 1 - below) * (beside if b else 1 - beside)
-            total += weight * own[:, i + a, j + b] * turned(self.waves @ read.T)
+        # The four cells round each place, (4, m).
+        i, j = i + np.array([[0], [0], [1], [1]]), j + np.array([[0], [1], [0], [1]])
+        weights = np.array([1 - below, 1 - below, below, below]) * np.array([1 - beside, beside] * 2)
+        middle = (i - RING + 0.5) * tall - 0.5, (j - RING + 0.5) * wide - 0.5
+        step = np.stack([rows - middle[0], columns - middle[1]], axis=2)
+        read = (0.5 * (grid.field.at(*middle) + matrices) @ step[..., None])[..., 0]
+        gone_on = turned(self.waves @ read.reshape(-1, 2).T).reshape(-1, *i.shape)
+        total = (weights * own[:, i, j] * gone_on).sum(axis=1)
         return phase_units(_jump(total))
 
     @property
@@ -124,8 +125,9 @@ class PhaseField:
         inside = [(k >= 0) & (k < count) for k, count in ((i, grid.rows), (j, grid.columns))]
         sound = inside[0][:, None] | inside[1]
         down, right = down[:, sound[1:] & sound[:-1]], right[:, sound[:, 1:] & sound[:, :-1]]
-        waves = [np.concatenate([down[k], right[k]]) for k in range(len(self.waves))]
-        found: list[float] = np.max([np.quantile(wave, shares) for wave in waves], axis=0).tolist()
+        found: list[float] = (
+            np.quantile(np.concatenate([down, right], axis=1), shares, axis=1).max(axis=1).tolist()
+        )
         return found
 
     def steps(
