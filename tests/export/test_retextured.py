@@ -218,11 +218,18 @@ def test_a_gltf_file_takes_its_images_along(tmp_path: Path) -> None:
     document["images"][0] = {"uri": "old%20image.png"}
     document["materials"].append(document["materials"][0] | {"name": "Unused"})
     (tmp_path / "rigged.bin").write_bytes(source.read_bytes()[28 + length :])
-    (tmp_path / "old image.png").write_bytes(OLD_IMAGE)
+    (tmp_path / "old image.png").write_bytes(beside := OLD_IMAGE + b"beside")
     (tmp_path / "rigged.gltf").write_text(json.dumps(document))
     model = read_model(tmp_path / "rigged.gltf")
     assert {path.name for path in model.inputs} == {"rigged.gltf", "rigged.bin", "old image.png"}
     write_retextured_glb(tmp_path / "out.glb", model, [Cover(projected(model), CHECKER)])
     new = Opened(tmp_path / "out.glb")
-    assert OLD_IMAGE in (tmp_path / "out.glb").read_bytes()  # of the material that was unused before
+    assert beside in (tmp_path / "out.glb").read_bytes()  # of the material that was unused before
     assert not [key for each in (*new.json["images"], *new.json["buffers"]) for key in each if key == "uri"]
+    # Without that material the image, and its bytes, are left out with what it was for.
+    del document["materials"][-1]
+    (tmp_path / "rigged.gltf").write_text(json.dumps(document))
+    write_retextured_glb(
+        tmp_path / "without.glb", read_model(tmp_path / "rigged.gltf"), [Cover(projected(model), CHECKER)]
+    )
+    assert beside not in (tmp_path / "without.glb").read_bytes()

@@ -115,8 +115,8 @@ class GltfEdit:
         InputError
             If it would pass 4 GiB.
         """
-        self._embed_images()
         prune(self.json, self.gltf.json)
+        self._embed_images()
         self._drop_extensions()
         binary = self._packed()
         text = json.dumps(self.json, separators=(",", ":"), ensure_ascii=False).encode()
