@@ -129,6 +129,7 @@ def test_phases_go_on_by_the_warp_field_beyond_edges():
     wave = np.array([(1 / 14.7, 0.01)])
     field = phase_field(charts, fields, over, wave, 8.0)
     rows, columns = np.array([-9.0, -6.0, -3.0]), np.full(3, 20.0)
+    assert field.at(0, rows[:0], columns[:0]).shape == (len(field.waves), 0)
     turns = np.diff(field.at(0, rows, columns)[0].astype(float))
     mean = fields[0].at(np.array([-7.5, -4.5]), columns[:2])[..., 0] * 3
     assert between(turns - TURN * (mean @ wave[0])).max() < 0.02

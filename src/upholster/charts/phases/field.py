@@ -76,7 +76,7 @@ class PhaseField:
         middle = (i - RING + 0.5) * tall - 0.5, (j - RING + 0.5) * wide - 0.5
         step = np.stack([rows - middle[0], columns - middle[1]], axis=2)
         read = (0.5 * (grid.field.at(*middle) + matrices) @ step[..., None])[..., 0]
-        gone_on = turned(self.waves @ read.reshape(-1, 2).T).reshape(-1, *i.shape)
+        gone_on = turned(self.waves @ read.reshape(-1, 2).T).reshape(len(self.waves), *i.shape)
         total = (weights * own[:, i, j] * gone_on).sum(axis=1)
         return phase_units(_jump(total))
 
