@@ -1,8 +1,9 @@
 // Decodes, paints and tessellates a `.uph` stream beside the page: the module Worker of `uph-three.js`.
 //
-// In:  open {maxTextureSize, maxTexels, eye, onPage}
+// In:  open {maxTextureSize, maxTexels, eye, onPage, sketches}
 //                                         once, first; `eye`, maybe, is a vector toward who looks: what is near is painted first;
-//                                         with `onPage` the page paints, as far as it shows the same
+//                                         with `onPage` the page paints, as far as it shows the same; textures have at
+//                                         most so many texels at first, `sketches`, as their entries say
 //      feed {bytes}                       further bytes of the stream
 //      end {}                             there are no more
 //      limit {bytes?, coefficients?}      show a prefix only; neither: all that has come

@@ -7,7 +7,15 @@
 
 import './uph/painting.js'
 import './uph/rare.js'
+import { UphDecoder as Decoder } from './uph/decoder.js'
+import { fillLimits } from './uph/told-limits.js'
 
 export { UphError } from './uph/bytes.js'
-export { UphDecoder } from './uph/decoder.js'
 export { EzwDecoder } from './uph/ezw.js'
+
+/** Decodes a `.uph` stream as its bytes come, with the limits that a caller tells. */
+export class UphDecoder extends Decoder {
+  constructor({ limits } = {}) {
+    super({ limits: fillLimits(limits) })
+  }
+}

@@ -25,11 +25,12 @@ class Page {
   textures = new Map()
   meshes = new Map()
   errors = []
+  widths = [] // of chart 0's textures, one after another
   ticket = 0
 
-  constructor({ maxTextureSize = 4096, maxTexels = 2 ** 26, eye } = {}) {
+  constructor({ maxTextureSize = 4096, maxTexels = 2 ** 26, eye, sketches } = {}) {
     this.session = new Session((message) => setImmediate(() => this.take(message)))
-    this.session.receive({ kind: 'open', maxTextureSize, maxTexels, eye })
+    this.session.receive({ kind: 'open', maxTextureSize, maxTexels, eye, sketches })
   }
 
   take({ kind, ...message }) {
@@ -42,7 +43,10 @@ class Page {
         if (preview) this.preview = data
         else if (unplaced) this.textures.delete(key)
         else if (gutter) putGutter(this.textures.get(key), { height, width }, data)
-        else this.textures.set(key, data)
+        else {
+          this.textures.set(key, data)
+          if (chart === 0 && data) this.widths.push(width)
+        }
       }
       this.session.receive({ kind: 'shown', buffers: [] })
     } else if (kind === 'state') {
@@ -163,6 +167,44 @@ for (const [name, data] of streams) {
     assert.ok(page.state.coefficients >= 0.1 || page.state.complete)
     await page.send({ kind: 'limit' })
     assert.deepEqual(seen(page), whole)
+  })
+}
+
+test('textures are sketched while masks are to come, and are in the end as if they had not been', async () => {
+  const [, data] = streams.find(([name]) => name === 'quilt.uph')
+  const decoder = new UphDecoder()
+  let half = 0
+  while (decoder.chartsKnown < 3) decoder.feed(data.subarray(half, ++half))
+  const [page, plain] = [new Page({ sketches: 2000 }), new Page()]
+  for (const one of [page, plain]) await one.send({ kind: 'feed', bytes: data.subarray(0, half) })
+  const { width } = decoder.charts[0]
+  // The first is a sketch; as nothing more comes, the charts are painted in full.
+  assert.ok(page.widths[0] < width)
+  assert.deepEqual([page.widths.at(-1), ...plain.widths], [width, ...plain.widths.map(() => width)])
+  assert.deepEqual(seen(page), seen(plain))
+  for (const one of [page, plain]) await one.send({ kind: 'feed', bytes: data.subarray(half) })
+  assert.ok(page.widths.slice(1).every((one) => one === width))
+  assert.deepEqual(seen(page), seen(plain))
+})
+
+for (const name of ['quilt.uph', 'symmetries.uph']) {
+  test(`${name}: a sketch shows what the chart shows`, () => {
+    const decoder = new UphDecoder()
+    decoder.feed(streams.find(([one]) => one === name)[1])
+    let [near, far] = [0, 0]
+    decoder.charts.forEach(({ height, width }, n) => {
+      const [full, sketch] = [decoder.rgba(n), decoder.sketchRgba(n, 'albedo', 2)]
+      const [rows, columns] = [height >> 2, width >> 2]
+      assert.equal(sketch.length, 4 * rows * columns)
+      const at = (i, j) => full[4 * (4 * (i % rows) + 2) * width + 4 * (4 * (j % columns) + 2)]
+      for (let i = 0; i < rows; i++) {
+        for (let j = 0; j < columns; j++) {
+          near += Math.abs(at(i, j) - sketch[4 * (i * columns + j)])
+          far += Math.abs(at(i + 7, j + 5) - sketch[4 * (i * columns + j)])
+        }
+      }
+    })
+    assert.ok(near < 0.6 * far, `${near} ${far}`)
   })
 }
 

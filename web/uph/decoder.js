@@ -7,7 +7,7 @@ import { IDENTITY_FIELD } from './field.js'
 import { ImageDecoder } from './image/decoder.js'
 import { MAX_MAP_SAMPLES, parseImageHeader } from './image/header.js'
 import { parseLayout } from './layout.js'
-import { PaintBudget, checkCharts, checkSamples, fillLimits } from './limits.js'
+import { LIMITS, PaintBudget, checkCharts, checkSamples } from './limits.js'
 import { MapPyramid } from './paint/pyramid.js'
 import { toRgba } from './paint/rgba.js'
 import { part } from './parts.js'
@@ -24,16 +24,17 @@ export class UphDecoder {
   #fields = null // the FieldDecoder, where there are warp fields
   #plan = null
   #maps = new Map() // ImageDecoders, by role
-  #pyramids = new Map() // of the maps as far as they have come, by role
+  #pyramids = new Map() // of the maps as far as they have come, by role and how often they are halved
   #substitute = null // painted with instead of the exemplar
   #painter = null // made when something is painted here
   #changed = null
+  #isHeld = false
   #failure = null
   #limits
 
-  /** `limits`: what the stream may ask for; one that asks for more is refused. */
-  constructor({ limits } = {}) {
-    this.#limits = fillLimits(limits)
+  /** `limits`: what the stream may ask for, all of `LIMITS`; one that asks for more is refused. */
+  constructor({ limits = LIMITS } = {}) {
+    this.#limits = limits
     /** The surface and its charts; null and empty before they have come. */
     this.surface = null
     this.charts = []
@@ -212,7 +213,7 @@ export class UphDecoder {
   #noteBetter(role) {
     if (role === 'albedo') this.#changed.exemplar = true
     if (!this.#changed.roles.includes(role)) this.#changed.roles.push(role)
-    this.#pyramids.delete(role)
+    if (!this.#isHeld) this.#pyramids.delete(role)
   }
 
   /** Roles of the maps that have been announced: 'albedo', the exemplar's, is the first. */
@@ -237,10 +238,10 @@ export class UphDecoder {
     this.#pyramids.delete('albedo')
   }
 
-  #image(role) {
+  #image(role, shrink) {
     const map = this.#maps.get(role)
     const other = role === 'albedo' ? this.#substitute : null
-    if (!other) return map.image()
+    if (!other) return map.image(shrink)
     const { height, width } = map.header
     if (other.height !== height || other.width !== width) {
       throw new RangeError(`picture has ${other.height} × ${other.width} pixels; allowed: ${height} × ${width}`)
@@ -248,12 +249,23 @@ export class UphDecoder {
     return other
   }
 
+  /** Whether maps stay as they were when somebody asked for them, whatever else comes: for a painting that goes on meanwhile. */
+  set isHeld(on) {
+    this.#isHeld = on
+    if (!on) this.#pyramids.clear()
+  }
+
   /** A map of the exemplar as far as it has come: {height, width, channels, data}. */
   exemplar(role = 'albedo') {
+    return this.#pyramid(role).picture
+  }
+
+  /** A map, of which the finest levels may be left out. */
+  #pyramid(role, shrink = 0) {
     if (this.needed) throw new RangeError(`stream needs ${this.needed} more bytes`)
     if (!this.#maps.has(role)) throw new RangeError(`map is ${role}; allowed: ${this.roles.join(', ')}`)
-    if (!this.#pyramids.has(role)) this.#pyramids.set(role, new MapPyramid(this.#image(role), role))
-    return this.#pyramids.get(role).picture
+    if (!this.#pyramids.has(role)) this.#pyramids.set(role, [])
+    return (this.#pyramids.get(role)[shrink] ??= new MapPyramid(this.#image(role, shrink), role))
   }
 
   /** Height and width of the exemplar, and so of every map. */
@@ -275,10 +287,10 @@ export class UphDecoder {
     return this.#plan?.knownCharts.has(index) ?? false
   }
 
-  /** The mean of a map as 8-bit RGBA. */
-  meanRgba(role = 'albedo') {
-    const { channels } = this.exemplar(role)
-    return toRgba(this.#pyramids.get(role).mean, channels, role)
+  /** The mean of a map as 8-bit RGBA; with `shrink` about that, and sooner. */
+  meanRgba(role = 'albedo', shrink = 0) {
+    const { mean, picture } = this.#pyramid(role, shrink)
+    return toRgba(mean, picture.channels, role)
   }
 
   /** Texels of a chart as far as they can be painted, rows [start, stop) of it, as the map's `data`. */
@@ -294,6 +306,14 @@ export class UphDecoder {
   rgba(index, { role = 'albedo', start = 0, stop = this.charts[index]?.height, into, stride, offset = 0 } = {}) {
     const job = this.#job(index, start, stop, role)
     return this.#painter.rgba(job, into, stride, offset)
+  }
+
+  /** A sketch of a chart as RGBA, see `sketch.js`: shrunk 2^shrink times each way, and of maps that are no normals. */
+  sketchRgba(index, role, shrink) {
+    const pyramid = this.#pyramid(role, shrink)
+    const placements = this.#hasBlocks(index) ? this.#plan.placements(index, true) : []
+    const samples = part('sketch')({ chart: this.charts[index], field: this.#fieldOf(index), placements, pyramid, shrink })
+    return toRgba(samples, pyramid.picture.channels, role)
   }
 
   /** What a chart is painted from: its placements, in order, and its warp field; null where it shows the mean. */
@@ -320,6 +340,6 @@ export class UphDecoder {
     if (role === 'normal' && channels !== 3) throw new RangeError(`normal map has ${channels} channels; allowed: 3`)
     this.#painter ??= new (part('Painter'))()
     const placements = this.#hasBlocks(index) ? () => this.#plan.placements(index) : null
-    return { index, chart, start, stop, role, placements, field: this.#fieldOf(index), pyramid: this.#pyramids.get(role) }
+    return { index, chart, start, stop, role, placements, field: this.#fieldOf(index), pyramid: this.#pyramid(role) }
   }
 }

@@ -2,36 +2,13 @@
 
 import { MASK_CUT, topLeft } from './plans/placement.js'
 
-// The most that a caller may allow, the least where only the texels are told, and how many texels go with one.
-const LIMITS = {
-  samples: [12_800_000, 2 ** 16, 1],
-  charts: [2 ** 18, 2 ** 12, 256],
-  triangles: [2 ** 20, 2 ** 12, 8],
-}
-const MAX_TEXELS = 2 ** 31
-const MAX_WORK = 128
+/** What a stream may ask for where a caller tells nothing; `work` is per texel. */
+export const LIMITS = { texels: 2 ** 28, work: 128, samples: 12_800_000, charts: 2 ** 18, triangles: 2 ** 20 }
 
 const FREE_WORK = 2 ** 26
 const WORK_A_TEXEL = 4
 const CELLS_A_TEXEL = 4
 const FREE_CELLS = 2 ** 22
-
-/** Limits as a caller tells them, filled in. */
-export function fillLimits({ texels = 2 ** 28, work = MAX_WORK, ...told } = {}) {
-  const limits = { texels, work }
-  for (const [name, [most, least, each]] of Object.entries(LIMITS)) {
-    limits[name] = told[name] ?? Math.min(most, Math.max(least, Math.floor(texels / each)))
-    delete told[name]
-  }
-  for (const name of Object.keys(told)) throw new RangeError(`limit ${name} is unknown; allowed: ${Object.keys(limits)}`)
-  for (const [name, value] of Object.entries(limits)) {
-    const most = { texels: MAX_TEXELS, work: MAX_WORK }[name] ?? LIMITS[name][0]
-    if (!(Number.isInteger(value) && value >= 1 && value <= most)) {
-      throw new RangeError(`limit of ${name} is ${value}; allowed: 1 to ${most}`)
-    }
-  }
-  return limits
-}
 
 const countTexels = (charts) => charts.reduce((sum, { height, width }) => sum + height * width, 0)
 

@@ -2,8 +2,10 @@
 
 import { helpCard, LightCard, NumbersCard } from './cards.js'
 import { h } from './dom.js'
+import { onDrag } from './drag.js'
 import { labButton } from './icons.js'
 import { labStyle } from './lab-style.js'
+import { BORDER_COLOR, LINES, borderOf, edgesOf } from './lines.js'
 import { Panel } from './panel.js'
 import { percent } from './text.js'
 
@@ -36,7 +38,8 @@ const NO_STATE = {
 /** All numbers of a session at once. */
 function stateOf(session) {
   if (!session) return NO_STATE
-  const { received, total, shown, texels, geometries, roles } = session.model
+  const { received, total, shown, charts, geometries, roles } = session.model
+  const texels = charts.reduce((sum, { size }) => sum + size.height * size.width, 0)
   const triangles = geometries.reduce((sum, { indices }) => sum + indices.length / 3, 0)
   return { received, total, shown, texels, triangles, roles, limit: session.limit, first: session.firstTime, complete: session.completeTime }
 }
@@ -55,6 +58,7 @@ export class Lab {
   #added
   #halves = h('div', { class: 'halves', part: 'halves', hidden: true }, h('span', { part: 'half' }), h('span', { part: 'half' }))
   #opener = null
+  #listening = new AbortController()
   #options = { wireframe: false, borders: false }
 
   /** @param {object} viewer its `ui`, `stage`, the element itself, `session()` and `refresh()` */
@@ -81,8 +85,8 @@ export class Lab {
     ui.corner.before(...Object.values(this.#cards))
     ui.element.firstChild.after(this.#panel.element)
     ui.element.getRootNode().adoptedStyleSheets.push(labStyle())
-    stage.onlight = () => (this.#light.direction = stage.light)
     this.#light.direction = stage.light
+    this.#listen(ui.stage, stage)
   }
 
   dispose() {
@@ -90,7 +94,20 @@ export class Lab {
     const root = this.#ui.element.getRootNode()
     root.adoptedStyleSheets = root.adoptedStyleSheets.filter((sheet) => sheet !== labStyle())
     for (const element of this.#added) element.remove()
-    this.#stage.onlight = () => {}
+    this.#listening.abort()
+  }
+
+  /** Have the light turned by dragging, where its card is open, or with the shift key. */
+  #listen(parent, stage) {
+    onDrag(parent, stage.canvas, {
+      signal: this.#listening.signal,
+      starts: (event) => Boolean(this.#session()?.model.first) && (event.shiftKey || this.#card === 'light'),
+      moves: (right, down) => {
+        const [across, up] = stage.light
+        stage.light = [across + right / 2, up - down / 2]
+        this.#light.direction = stage.light
+      },
+    })
   }
 
   /** Show the state of things. */
@@ -150,7 +167,8 @@ export class Lab {
       this.#press(one, open)
       if (leaves && !name) this.#opener?.focus()
     }
-    this.#stage.dragLight = name === 'light'
+    this.#stage.dragRotates = name !== 'light'
+    this.#stage.canvas.classList.toggle('light', name === 'light')
     this.#refresh()
     if (!name) return
     if (!Object.values(this.#cards).some((card) => card.contains(focused))) this.#opener = focused
@@ -172,7 +190,9 @@ export class Lab {
 
   /** Wireframe, and the borders of the charts. */
   #draw(session) {
-    for (const model of [session?.model, session?.other]) if (model) Object.assign(model, this.#options)
+    const { wireframe, borders } = this.#options
+    const lines = { shader: LINES, ink: BORDER_COLOR, edges: wireframe ? edgesOf : null, borders: borders ? borderOf : null }
+    for (const model of [session?.model, session?.other]) if (model) model.lines = lines
   }
 
   #compare() {
@@ -184,16 +204,29 @@ export class Lab {
     }
     if (session.other) {
       stage.show(session.model)
-      session.uncompare()
+      session.other.dispose()
+      session.other = null
     } else {
       if (!session.limit) session.setLimit(COMPARED_LIMIT)
-      session.compare((type) => {
-        if (session !== this.#session() || !session.other) return
+      const other = session.compare()
+      const ready = () => session === this.#session() && session.other === other
+      const update = () => {
+        session.changes++
         this.#draw(session)
-        if (type === 'first') stage.show(session.model, session.other)
-        else stage.refresh()
         this.#refresh()
+      }
+      other.settled().then(() => {
+        if (!ready()) return
+        update()
+        stage.show(session.model, other)
       })
+      for (const type of ['refine', 'geometry']) {
+        other.addEventListener(type, () => {
+          if (!ready()) return
+          update()
+          stage.refresh()
+        })
+      }
     }
     this.#refresh()
   }

@@ -7,6 +7,9 @@ import { Detail } from './detail.js'
 /** Texture side that the graphics card is sure to take; larger charts are halved. So are all where there are more texels. */
 const LIMITS = { maxTextureSize: 4096, maxTexels: 2 ** 26 }
 
+/** Texels of a first picture, which is sketched: hardly more are on screen. */
+const SKETCHED_TEXELS = 2 ** 18
+
 /** How far the mesh may be from the surface, in pixels. */
 const ERROR_PIXELS = 0.4
 
@@ -35,10 +38,8 @@ export class Model extends EventTarget {
   roles = []
   alpha = 'opaque'
   sphere = { center: [0, 0, 0], radius: 1 }
-  texels = 0
-  /** Drawn as lines: the mesh, and the borders of the charts. */
-  wireframe = false
-  borders = false
+  /** What to draw as lines, see `lines.js`: `edges` instead of triangles, `borders` too, each a function of a geometry, with a `shader` and the borders' `ink`. */
+  lines = null
   #client
   #detail = null
 
@@ -57,7 +58,7 @@ export class Model extends EventTarget {
       show: (state, first) => this.#show(state, first),
       notify: (type, detail) => this.#notify(type, detail),
     }
-    this.#client = new UphClient(worker, { ...LIMITS, eye, onPage }, view)
+    this.#client = new UphClient(worker, { ...LIMITS, eye, onPage, sketches: SKETCHED_TEXELS }, view)
   }
 
   /** What bytes are fed to. */
@@ -86,10 +87,6 @@ export class Model extends EventTarget {
   /** What there is to draw: geometries of charts that have one, and of what lies on none. */
   get geometries() {
     return [...this.charts.map(({ geometry }) => geometry), this.plain].filter(Boolean)
-  }
-
-  get quads() {
-    return Math.round(this.charts.reduce((sum, { geometry }) => sum + (geometry?.indices.length ?? 0) / 6, 0))
   }
 
   /** Show a prefix only: {bytes}, or {coefficients}, a share of 0 to 1; null shows all that has come. */
@@ -125,11 +122,6 @@ export class Model extends EventTarget {
     this.#detail?.measure(eye, pixelsAtOne, near)
   }
 
-  /** Stop receiving: what is shown stays. */
-  abort() {
-    this.#client.abort()
-  }
-
   dispose() {
     this.#client.dispose()
     this.#detail = null
@@ -142,7 +134,6 @@ export class Model extends EventTarget {
   #begin({ charts, bounds, plain }) {
     this.charts = charts.map((size) => ({ size, geometry: null, textures: {} }))
     this.plain = plain
-    this.texels = charts.reduce((sum, { height, width }) => sum + height * width, 0)
     this.sphere = enclosing(bounds)
     this.#detail = new Detail(bounds, ERROR_PIXELS, (counts) => this.#client.send({ kind: 'counts', counts }))
   }
@@ -162,14 +153,14 @@ export class Model extends EventTarget {
       this.preview = { key: this.preview?.key ?? {}, data, width, height, version: ++version }
       return null
     }
-    const { textures, size } = this.charts[chart]
+    const { textures } = this.charts[chart]
     if (unplaced) {
       delete textures[target]
       return null
     }
     const old = textures[target]
     if (gutter) {
-      putGutter(old.data, size, data)
+      putGutter(old.data, { height: old.height - 2, width: old.width - 2 }, data)
       old.version = ++version
       return null
     }

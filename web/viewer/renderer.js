@@ -4,9 +4,8 @@ import { dot, plus, radians } from './frame.js'
 import { Programs } from './programs.js'
 import { AdaptiveQuality } from './quality.js'
 import { Resources } from './resources.js'
-import { CELLS, LAMPS, MAPS, UNITS, surfaces } from './shading.js'
+import { CELLS, LAMPS, MAPS, UNITS, VERTEX, surfaces } from './shading.js'
 
-const BORDER_COLOR = [0.13, 0.4, 1]
 const SHADE_UNIT = 6
 
 let shared = null
@@ -99,7 +98,7 @@ export class Renderer extends EventTarget {
       parameters: new Float32Array(6),
       indices: new Uint16Array([0, 1, 2]),
     }
-    const chart = { size: { width: 1, height: 1 }, geometry, textures: { color: { key: empty, data: empty, width: 1, height: 1, version: 1 } } }
+    const chart = { geometry, textures: { color: { key: empty, data: empty, width: 1, height: 1, version: 1 } } }
     const sphere = { center: [0, 0, 0], radius: 1 }
     const model = { charts: [chart], geometries: [geometry], roles: [], alpha: 'opaque', sphere, preview: null, plain: null }
     const camera = { eye: [0, 0, 9], right: [1, 0, 0], up: [0, 1, 0], backward: [0, 0, 1], matrix: new Float32Array(16) }
@@ -185,10 +184,9 @@ export class Renderer extends EventTarget {
   #drawModel(model, scene) {
     const gl = this.#gl
     const { camera, environment } = scene
-    const uniforms = this.#programs.use(model.wireframe ? 'lines' : this.#programOf(model, environment))
-    this.#setWorld(uniforms, model, camera)
-    if (model.wireframe) gl.uniform3fv(uniforms.ink, model.mean)
-    else this.#setLight(uniforms, model, scene)
+    const { edges, borders, ink } = model.lines ?? {}
+    const uniforms = edges ? this.#useLines(model, camera, model.mean) : this.#programs.use(this.#programOf(model, environment))
+    if (!edges) this.#setLight(uniforms, model, scene)
     const isBlended = model.alpha === 'blend'
     gl[isBlended ? 'enable' : 'disable'](gl.BLEND)
     gl.blendFunc(gl.ONE, gl.ONE_MINUS_SRC_ALPHA)
@@ -200,7 +198,9 @@ export class Renderer extends EventTarget {
     }
     gl.disable(gl.CULL_FACE)
     if (model.plain) this.#drawPlain(model, uniforms)
-    if (model.borders) this.#drawBorders(model, camera)
+    if (!borders) return
+    this.#useLines(model, camera, ink)
+    for (const { geometry } of model.charts) if (geometry) this.#drawElements(geometry, borders)
   }
 
   /** Which program draws a model. */
@@ -210,16 +210,17 @@ export class Renderer extends EventTarget {
     return `${isFull ? 'full' : 'plain'}${environment ? 'Picture' : ''}`
   }
 
-  #drawChart(model, { geometry, textures, size: { width, height } }, uniforms) {
+  #drawChart(model, { geometry, textures }, uniforms) {
     if (!geometry) return
     const gl = this.#gl
     const { preview } = model
     const isPlaced = textures.color || !preview
     UNITS.forEach((unit, n) => this.#resources.texture(n, unit === 'color' && !isPlaced ? preview : textures[unit]))
-    if (isPlaced) gl.uniform4f(uniforms.place, width / (width + 2), height / (height + 2), 1 / (width + 2), 1 / (height + 2))
+    const { width, height } = textures.color ?? {}
+    if (textures.color) gl.uniform4f(uniforms.place, 1 - 2 / width, 1 - 2 / height, 1 / width, 1 / height)
     else gl.uniform4f(uniforms.place, 1, 1, 0, 0)
     if (uniforms.maps) gl.uniform1i(uniforms.maps, mapsOf(model, textures))
-    this.#drawElements(geometry, model.wireframe)
+    this.#drawElements(geometry, model.lines?.edges)
   }
 
   #drawPlain(model, uniforms) {
@@ -228,24 +229,23 @@ export class Renderer extends EventTarget {
     gl.activeTexture(gl.TEXTURE0)
     const texture = this.#resources.color(model.mean)
     if (uniforms.maps) gl.uniform1i(uniforms.maps, 0)
-    this.#drawElements(model.plain, model.wireframe)
+    this.#drawElements(model.plain, model.lines?.edges)
     gl.deleteTexture(texture)
   }
 
+  /** Draw triangles, or the lines that `lines` makes of a geometry. */
   #drawElements(geometry, lines) {
     const gl = this.#gl
     const count = this.#resources.bind(geometry, lines)
     gl.drawElements(lines ? gl.LINES : gl.TRIANGLES, count, gl.UNSIGNED_INT, 0)
   }
 
-  #drawBorders(model, camera) {
-    const gl = this.#gl
+  #useLines(model, camera, ink) {
+    this.#programs.add({ lines: () => [VERTEX, model.lines.shader] })
     const uniforms = this.#programs.use('lines')
     this.#setWorld(uniforms, model, camera)
-    gl.uniform3fv(uniforms.ink, BORDER_COLOR)
-    for (const { geometry } of model.charts) {
-      if (geometry) gl.drawArrays(gl.LINES, 0, this.#resources.bind(geometry, 'outline'))
-    }
+    this.#gl.uniform3fv(uniforms.ink, ink)
+    return uniforms
   }
 
   #setWorld(uniforms, { sphere: { center, radius } }, camera) {
@@ -255,6 +255,7 @@ export class Renderer extends EventTarget {
 
   #setLight(uniforms, model, { camera, light, environment }) {
     const gl = this.#gl
+    this.#setWorld(uniforms, model, camera)
     gl.uniform3fv(uniforms.eye, camera.eye)
     gl.uniform1f(uniforms.cut, model.alpha === 'mask' ? 0.5 : 0)
     if (uniforms.bump) gl.uniform1f(uniforms.bump, 0.01)

@@ -21,12 +21,12 @@ export class Resources {
     this.#blank = this.color([1, 1, 1])
   }
 
-  /** Bind a geometry's vertex arrays; `lines` for its edges, 'outline' for its border. Returns how many numbers to draw. */
-  bind(geometry, lines) {
+  /** Bind a geometry's vertex arrays, or of what `part` makes of it, see `lines.js`. Returns how many numbers to draw. */
+  bind(geometry, part = null) {
     let made = this.#geometries.get(geometry)
-    if (!made) this.#geometries.set(geometry, (made = { arrays: [], buffers: [] }))
-    const kind = lines === 'outline' ? 2 : lines ? 1 : 0
-    const { array, count } = (made.arrays[kind] ??= this.#arrays(geometry, kind, made.buffers))
+    if (!made) this.#geometries.set(geometry, (made = { arrays: new Map(), buffers: [] }))
+    if (!made.arrays.has(part)) made.arrays.set(part, this.#arrays(part ? part(geometry) : geometry, made.buffers))
+    const { array, count } = made.arrays.get(part)
     this.#gl.bindVertexArray(array)
     return count
   }
@@ -88,13 +88,13 @@ export class Resources {
     }
     for (const [key, { arrays, buffers }] of this.#geometries) {
       if (kept.has(key)) continue
-      for (const made of arrays) if (made) this.#gl.deleteVertexArray(made.array)
+      for (const { array } of arrays.values()) this.#gl.deleteVertexArray(array)
       for (const buffer of buffers) this.#gl.deleteBuffer(buffer)
       this.#geometries.delete(key)
     }
   }
 
-  #arrays(geometry, kind, buffers) {
+  #arrays(geometry, buffers) {
     const gl = this.#gl
     const array = gl.createVertexArray()
     gl.bindVertexArray(array)
@@ -109,14 +109,9 @@ export class Resources {
       gl.enableVertexAttribArray(place)
       gl.vertexAttribPointer(place, size, gl.FLOAT, false, 0, 0)
     }
-    if (kind === 2) {
-      attribute(0, geometry.outline, 3)
-      return { array, count: geometry.outline.length / 3 }
-    }
-    ATTRIBUTES.forEach(([name, size], place) => attribute(place, geometry[name], size))
-    const indices = kind ? edgesOf(geometry.indices) : Uint32Array.from(geometry.indices)
-    fill(gl.ELEMENT_ARRAY_BUFFER, indices)
-    return { array, count: indices.length }
+    ATTRIBUTES.forEach(([name, size], place) => geometry[name] && attribute(place, geometry[name], size))
+    fill(gl.ELEMENT_ARRAY_BUFFER, Uint32Array.from(geometry.indices))
+    return { array, count: geometry.indices.length }
   }
 
   #upload(made, source, unit) {
@@ -144,15 +139,4 @@ export class Resources {
 function keysOf({ charts, preview, geometries }) {
   const textures = charts.flatMap((chart) => Object.values(chart.textures).map((texture) => texture.key))
   return [...geometries, ...textures, preview?.key]
-}
-
-/** The edges of triangles, each once. */
-function edgesOf(indices) {
-  const found = new Map()
-  for (let k = 0; k < indices.length; k++) {
-    const [a, b] = [indices[k], indices[k % 3 === 2 ? k - 2 : k + 1]]
-    const [low, high] = a < b ? [a, b] : [b, a]
-    found.set(low * 2 ** 26 + high, [low, high])
-  }
-  return Uint32Array.from([...found.values()].flat())
 }

@@ -67,27 +67,11 @@ export class Session {
     this.model.setLimit(limit)
   }
 
-  /** Load what has come a second time; `ready` is called with 'first' when it is there in full, and when it refines. */
-  compare(ready) {
-    const other = (this.other = new Model(takeWorker(this.#worker), undefined, this.#onPage))
-    give(other, this.model.bytes())
-    other.settled().then(() => {
-      if (this.other !== other) return
-      this.changes++
-      ready('first')
-    })
-    for (const type of ['refine', 'geometry']) {
-      other.addEventListener(type, () => {
-        this.changes++
-        ready(type)
-      })
-    }
-  }
-
-  /** Drop the second model. */
-  uncompare() {
-    this.other?.dispose()
-    this.other = null
+  /** Load what has come a second time; returns that model. */
+  compare() {
+    this.other = new Model(takeWorker(this.#worker), undefined, this.#onPage)
+    give(this.other, this.model.bytes())
+    return this.other
   }
 
   /** Resolves when what is here is in the textures, or when there will be nothing. */
@@ -99,7 +83,7 @@ export class Session {
   dispose() {
     this.fail()
     this.model.dispose()
-    this.uncompare()
+    this.other?.dispose()
   }
 
   async #receive(address, client) {

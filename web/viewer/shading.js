@@ -48,7 +48,7 @@ vec3 coded(vec3 c) {
   return mix(12.92 * c, 1.055 * pow(max(c, 1e-5), vec3(1. / 2.4)) - .055, step(.0031308, c)) + noise();
 }`
 
-const VERTEX = `${HEAD}
+export const VERTEX = `${HEAD}
 uniform mat4 camera;
 uniform vec4 world, place;
 in vec3 position, normal;
@@ -145,13 +145,6 @@ void main() {
   color = vec4(coded(toned(light)) * alpha, alpha);
 }`
 
-const LINES = `${HEAD}
-uniform vec3 ink;
-out vec4 color;
-void main() {
-  color = vec4(ink, 1);
-}`
-
 /** From one linear colour on top to another at the bottom. */
 const BACKDROP = `${HEAD}
 in vec2 at;
@@ -229,7 +222,6 @@ export const surfaces = (light, name = '') => ({
 /** Vertex and fragment shader of each program. */
 export const SOURCES = {
   ...surfaces(SKY),
-  lines: () => [VERTEX, LINES],
   backdrop: () => [SCREEN, BACKDROP],
   floor: () => [FLOOR_VERTEX, FLOOR],
   height: () => [HEIGHT_VERTEX, HEIGHT],

@@ -1,6 +1,5 @@
 /** The stage: a canvas that shows a model, or two side by side, drawn when there is something new to see. */
 
-import { onDrag } from './drag.js'
 import { plus, SLOPE, verticesOf } from './frame.js'
 import { Orbit } from './orbit.js'
 import { Renderer } from './renderer.js'
@@ -19,11 +18,9 @@ const NEAR_BY = '50%'
 /**
  * The world's unit is the model's radius, its origin the model's middle.
  *
- * `onlight` is called when the light was turned by dragging, `onlost` and `onrestored` with the graphics card, `onseen` when the stage
- * comes near the screen.
+ * `onlost` and `onrestored` are called with the graphics card, `onseen` when the stage comes near the screen.
  */
 export class Stage {
-  onlight = () => {}
   onlost = () => {}
   onrestored = () => {}
   onseen = () => {}
@@ -158,10 +155,9 @@ export class Stage {
     this.invalidate()
   }
 
-  /** Whether dragging turns the light, not the model; with the shift key it does anyway. */
-  set dragLight(on) {
-    this.#orbit.dragRotates = !on
-    this.canvas.classList.toggle('light', on)
+  /** Whether dragging turns the model. */
+  set dragRotates(on) {
+    this.#orbit.dragRotates = on
   }
 
   // ---------------------------------------------------------------- drawing
@@ -311,15 +307,6 @@ export class Stage {
       this.invalidate()
       this.onrestored()
     }, { signal })
-    onDrag(this.#parent, this.canvas, {
-      signal,
-      starts: (event) => this.#models.length > 0 && (event.shiftKey || !this.#orbit.dragRotates),
-      moves: (right, down) => {
-        const [across, up] = this.light
-        this.light = [across + right / 2, up - down / 2]
-        this.onlight()
-      },
-    })
   }
 
   /** Far from the screen the picture stays, but the graphics card's memory is for what is seen. */

@@ -79,11 +79,7 @@ svg { inline-size: 22px; block-size: 22px; display: block; margin: auto; fill: n
 .note:not(.middle):has(button:not([hidden])) { display: grid; grid-template-columns: auto auto; gap: 0 18px; text-align: start; }
 .note:not(.middle) button { grid-area: 1 / 2 / span 3; align-self: center; }
 .line { position: absolute; inset: 0 0 auto; block-size: 2px; pointer-events: none; }
-.line i { display: block; background: var(--accent); block-size: 100%; inline-size: 100%; transform-origin: left;
-  transform: scaleX(var(--share, 0)); }
-@media (prefers-reduced-motion: no-preference) {
-  .line i { transition: transform 0.2s; }
-}
+.line i { display: block; background: var(--accent); block-size: 100%; inline-size: 100%; transform-origin: left; }
 @media (forced-colors: active) {
   button { border-color: ButtonText; }
   button[aria-pressed='true'] { border-color: Highlight; color: Highlight; }

@@ -2,6 +2,7 @@
 
 import { h, iconButton } from './dom.js'
 
+const STEPS = 64 // of the line
 const CORNERS = 'M4 9V4h5M20 9V4h-5M4 15v5h5M20 15v5h-5'
 
 export class ViewerUI {
@@ -63,8 +64,9 @@ export class ViewerUI {
     const loading = Boolean(session?.loading)
     const shown = Boolean(session?.model.first)
     this.#line.hidden = !loading
-    const { received = 0, total = null } = session?.model ?? {}
-    this.#line.style.setProperty('--share', (total ? received / total : 0).toFixed(4))
+    const { received, total } = session?.model ?? {}
+    // In steps, and none of them animated: each frame of that would be taken from painting, where there is no graphics card.
+    this.#line.firstChild.style.scale = `${((STEPS * received) / total | 0) / STEPS} 1`
     if (contextLost) this.#note.show({ title: 'The graphics card was reset.', advice: 'The picture comes back when it is ready.' })
     else if (session?.problem) this.#note.show({ ...session.problem, middle: !shown, retry: true })
     else if (session?.stalled) this.#note.show({ title: 'Connection lost, trying again…' })

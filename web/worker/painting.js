@@ -1,21 +1,24 @@
 /** Painting charts in the worker, with gutters from beyond their edges. */
 
 import { edgeLines, makeGutter, putGutter } from '../uph-gutter.js'
+import { part } from '../uph/parts.js'
 import { TARGETS, hasMap } from './maps.js'
 
 export class ChartPainting {
   #mesher
   #sizes // of the textures, without gutters
   #shrink // 2^shrink texels each way become one
+  #sketched // as often again, in sketches
   #lines = {} // per target and chart: the texels along its four edges
   #angles = new Map() // per edge: angles between the frames of either side
   #alpha // per chart: how many texels are see-through, and how many of them are soft
   #spare = []
 
-  constructor(mesher, sizes, shrink) {
+  constructor(mesher, sizes, shrink, sketched) {
     this.#mesher = mesher
     this.#sizes = sizes
     this.#shrink = shrink
+    this.#sketched = sketched
     this.#alpha = sizes.map(() => ({ clear: 0, soft: 0 }))
   }
 
@@ -35,7 +38,7 @@ export class ChartPainting {
     const { height, width } = this.#sizes[chart]
     const stride = width + 2
     const data = this.#buffer(4 * stride * (height + 2))
-    const paint = (role, into) => paintRole(decoder, chart, role, into, stride, this.#shrink)
+    const paint = (role, into) => paintRole(decoder, chart, role, into, stride, this.#shrink, this.#sketched, this.#sizes[chart])
     const roles = TARGETS[target].filter((role) => hasMap(decoder, role))
     if (target === 'surface' || roles.length > 1) {
       data.fill(255)
@@ -125,26 +128,14 @@ function countAlpha(data, { height, width }) {
   return found
 }
 
-/** Paint a chart's role as RGBA into `into`, a gutter left free; 2^shrink texels each way become one. */
-function paintRole(decoder, chart, role, into, stride, shrink) {
+/** Paint a chart's role as RGBA into `into`, a gutter left free, with sizes halved so often; `sketched` of these times without care. */
+function paintRole(decoder, chart, role, into, stride, shrink, sketched, { height, width }) {
   const inside = 4 * (stride + 1)
-  if (!shrink) return decoder.rgba(chart, { role, into, stride, offset: inside })
-  const { height, width } = decoder.charts[chart]
-  const step = 2 ** shrink
-  const [shrunkHeight, shrunkWidth] = [Math.max(1, height >> shrink), Math.max(1, width >> shrink)]
-  const rows = Math.min(step, height)
-  const columns = Math.min(step, width)
-  const band = new Uint8Array(4 * rows * width)
-  for (let row = 0; row < shrunkHeight; row++) {
-    decoder.rgba(chart, { role, into: band, stride: width, start: row * rows, stop: (row + 1) * rows })
-    for (let column = 0; column < shrunkWidth; column++) {
-      for (let k = 0; k < 4; k++) {
-        let sum = 0
-        for (let i = 0; i < rows; i++) {
-          for (let j = 0; j < columns; j++) sum += band[4 * (i * width + column * columns + j) + k]
-        }
-        into[inside + 4 * (row * stride + column) + k] = Math.round(sum / (rows * columns))
-      }
-    }
+  if (!sketched) {
+    if (shrink) part('paintShrunk')(decoder, chart, role, into, stride, shrink)
+    else decoder.rgba(chart, { role, into, stride, offset: inside })
+    return
   }
+  const painted = decoder.sketchRgba(chart, role, shrink + sketched)
+  for (let row = 0; row < height; row++) into.set(painted.subarray(4 * row * width, 4 * (row + 1) * width), inside + 4 * row * stride)
 }

@@ -1,6 +1,7 @@
 /** One stream in the worker: what messages ask for, decoded, painted and tessellated in slices. */
 
 import { MissingPart, UphDecoder, hasPart, part } from '../uph-core.js'
+import { shrunk } from '../uph/numbers.js'
 import { SurfaceMesher, countsFor } from '../uph-mesh.js'
 import { TARGETS, hasMap, knownShare } from './maps.js'
 import { SLICE, yieldToMessages } from './schedule.js'
@@ -34,6 +35,7 @@ export class Session {
   #counts = null
   #meshedCounts = null // the counts that the page has
   #isShown = false // something has been painted
+  #isSketching = true // nothing has been painted in full
   #isWaiting = false // the page has not shown yet what it got
   #isScheduled = false // work is due
   #isBusy = false
@@ -54,10 +56,7 @@ export class Session {
     const { kind, ticket = this.#ticket } = message
     this.#ticket = ticket
     if (kind === 'open') {
-      this.maxTextureSize = message.maxTextureSize
-      this.maxTexels = message.maxTexels
-      this.eye = message.eye ?? [0, 0, 0]
-      this.onPage = message.onPage
+      Object.assign(this, message)
       this.#preparePainting(this.onPage)
     } else if (kind === 'feed') this.#append(message.bytes)
     else if (kind === 'end') this.#ended = true
@@ -140,7 +139,7 @@ export class Session {
       const isLast = !more && (this.#decoder.complete || this.#isUrgent)
       if (isDue && (wait <= 0 || isFirst || isLast)) {
         if (isLast) this.#isUrgent = false
-        await this.#paint()
+        await this.#paint(isLast)
       } else if (!more) {
         if (isDue) setTimeout(() => this.#schedule(), wait)
         break
@@ -192,7 +191,7 @@ export class Session {
       await this.#loads.rare()
       this.#restart()
     } catch {
-      this.#fail(new Error('the decoder uph-rare.js does not load'))
+      this.#fail(new Error('uph-rare.js does not load'))
     }
     this.#loads.rare = null
     this.#isLoading = false
@@ -212,7 +211,7 @@ export class Session {
       if (onPage) this.#paintHere()
       else {
         this.#textures?.clearDirty()
-        this.#fail(new Error('the decoder uph-painting.js does not load'))
+        this.#fail(new Error('uph-painting.js does not load'))
       }
     }
     this.#schedule()
@@ -250,13 +249,12 @@ export class Session {
   #begin() {
     const { surface, charts } = this.#decoder
     const shrink = this.#shrinkFor(charts)
-    const shrunk = (size) => Math.max(1, size >> shrink)
-    const sizes = charts.map(({ height, width }) => ({ height: shrunk(height), width: shrunk(width) }))
+    const sizes = charts.map(({ height, width }) => ({ height: shrunk(height, shrink), width: shrunk(width, shrink) }))
     this.#chartCount = charts.length
     this.#mesher = surface.kind === 'mesh' ? new (part('TriangleMesher'))(surface, charts) : new SurfaceMesher(surface, charts)
     const bounds = charts.map((_, n) => this.#mesher.bounds(n))
-    const nearness = bounds.map(({ center }) => center.reduce((sum, x, k) => sum + x * this.eye[k], 0))
-    this.#textures = new ChartTextures(this.#mesher, sizes, shrink, nearness, this.onPage)
+    const nearness = bounds.map(({ center }) => center.reduce((sum, x, k) => sum + x * (this.eye?.[k] ?? 0), 0))
+    this.#textures = new ChartTextures(this.#mesher, sizes, shrink, nearness, this.onPage, this.sketches)
     const radius = enclosingRadius(bounds)
     this.#counts = new Uint16Array(bounds.flatMap((one) => countsFor(one, FIRST_PIXELS / 2 / radius, 0.5)))
     const { height, width } = this.#decoder.exemplarSize
@@ -290,15 +288,21 @@ export class Session {
     this.#post({ kind: 'meshes', pieces, counts: this.#meshedCounts }, buffers)
   }
 
-  /** Paint all that changed, and hand it over. */
-  async #paint() {
+  /** Paint all that changed, and hand it over: sketched while masks are still to come, but in full when nothing comes. */
+  async #paint(isLast) {
     const begun = performance.now()
     const state = this.#state(false)
-    const entries = await this.#textures.paint(this.#decoder, this.#isShown ? Infinity : FIRST_PAINTING)
+    this.#isSketching &&= !isLast && !this.#decoder.placed && this.#textures.hasNews
+    const decoder = this.#decoder
+    // Where no placement changes any more, reading goes on between the slices of painting.
+    decoder.isHeld = decoder.placed
+    const between = decoder.placed ? () => this.#feed() : () => {}
+    const entries = await this.#textures.paint(decoder, this.#isSketching, this.#isShown ? Infinity : FIRST_PAINTING, between)
     // Where nothing could be painted yet, as what paints is still to be loaded, there is no texture to be seen.
     if (this.#isDirty && !entries.some(({ chart, height }) => height && chart >= 0)) state.charts = 0
     const alpha = this.#textures.alphaMode
-    const mean = meanColor(this.#decoder.exemplarRgba())
+    const mean = Array.from(this.#textures.mean(decoder).subarray(0, 3), (x) => x / 255)
+    decoder.isHeld = false
     this.#isWaiting = this.#isShown = true
     this.#post(
       { kind: 'textures', entries, state: { ...state, alpha, mean } },
@@ -322,13 +326,6 @@ export class Session {
       charts: decoder.charts.length ? decoder.chartsKnown / decoder.charts.length : 0,
     }
   }
-}
-
-/** The mean of an RGBA image's pixels, from 0 to 1. */
-function meanColor({ data }) {
-  const sums = [0, 0, 0]
-  for (let n = 0; n < data.length; n++) if (n % 4 < 3) sums[n % 4] += data[n]
-  return sums.map((sum) => sum / (255 * Math.max(1, data.length / 4)))
 }
 
 /** Radius of a sphere round all charts' spheres. */

@@ -209,10 +209,11 @@ export class GridPlan extends Plan {
     }
   }
 
-  /** The placements of a chart whose sources have come, in painting order; masks that have not come are cut straight. */
-  placements(chart) {
+  /** The placements of a chart whose sources have come, in painting order; masks that have not come are cut straight, if they count. */
+  placements(chart, isSketch = false) {
     const [first, end] = this.gridsOf[chart]
     const blocks = this.blocks.slice(this.starts[first], this.starts[end])
+    if (isSketch) return blocks
     const known = ({ firstCell, cellCount }) =>
       firstCell + cellCount > this.knownCells ? null : this.cells.subarray(firstCell, firstCell + cellCount)
     if (blocks.some((block) => block.cut && !known(block))) this.#cutStraight()
