@@ -18,7 +18,13 @@ from upholster.errors import printable
 from upholster.server.catalogue import Catalogue, open_regular
 from upholster.server.guard import Guard
 from upholster.server.pages import missing_page, start_page, viewer_page
-from upholster.server.sending import file_response, packed_response, unchanged_response, validators
+from upholster.server.sending import (
+    accepts,
+    file_response,
+    packed_response,
+    unchanged_response,
+    validators,
+)
 from upholster.server.throttle import Pace, Throttle
 from upholster.server.thumbnails import Thumbnails
 from upholster.server.versions import Version, Versions
@@ -131,11 +137,16 @@ class _Site:
         if name not in _ASSETS:
             return _missing()
         folder, media_type = _ASSETS[name]
+        if accepts(request, "br"):
+            found = await anyio.to_thread.run_sync(self._asset, os.path.realpath(folder / f"{name}.br"))
+            if isinstance(found, Version):
+                return await packed_response(request, found, media_type, "br")
         found = await anyio.to_thread.run_sync(self._asset, os.path.realpath(folder / name))
         if not isinstance(found, Version):
             return found
-        packed = await packed_response(request, found, media_type)
-        return packed or file_response(request, found, media_type, piece=self._piece)
+        if accepts(request, "gzip"):
+            return await packed_response(request, found, media_type, "gzip")
+        return file_response(request, found, media_type, piece=self._piece)
 
     def _stream(self, name: str) -> Version | Response:
         """Return a stream's version, or what to answer if there is none."""

@@ -15,7 +15,7 @@ from upholster.server.ranges import answer
 from upholster.server.throttle import MAX_PIECE
 from upholster.server.versions import Version
 
-__all__ = ["file_response", "packed_response", "unchanged_response", "validators"]
+__all__ = ["accepts", "file_response", "packed_response", "unchanged_response", "validators"]
 
 _STALLED_SECONDS = 120
 _PACKED: dict[str, bytes] = {}
@@ -57,34 +57,37 @@ def file_response(request: Request, version: Version, media_type: str, *, piece:
     return _Bare(what.status, headers)
 
 
-async def packed_response(request: Request, version: Version, media_type: str) -> Response | None:
-    """Return a small file gzipped, or None if the client does not take that; closes the file if it does."""
-    coding = request.headers.get("accept-encoding", "")
-    if "gzip" not in {part.partition(";")[0].strip() for part in coding.split(",")}:
-        return None
+def accepts(request: Request, coding: str) -> bool:
+    """Return whether a client takes answers in a coding, such as ``gzip``."""
+    codings = request.headers.get("accept-encoding", "").split(",")
+    return coding in {part.partition(";")[0].strip() for part in codings}
+
+
+async def packed_response(request: Request, version: Version, media_type: str, coding: str) -> Response:
+    """Return a small file in a coding: ``gzip``, or ``br``, in which it is already; closes the file."""
     with version.file:
-        tag = f'{version.tag[:-1]}-gzip"'
+        tag = f'{version.tag[:-1]}-{coding}"'
         if (known := unchanged_response(request, tag)) is not None:
             return known
-        packed = await anyio.to_thread.run_sync(_packed, version)
+        packed = await anyio.to_thread.run_sync(_packed, version, coding == "br")
     if packed is None:
         return PlainTextResponse("This file is being written.", 503, {"retry-after": "1"})
     headers = validators(tag) | {
         "cache-control": _BRIEFLY,
         "content-type": media_type,
-        "content-encoding": "gzip",
+        "content-encoding": coding,
         "vary": "Accept-Encoding",
     }
     return Response(packed, headers=headers)
 
 
-def _packed(version: Version) -> bytes | None:
-    """Return a file gzipped, the same bytes whenever; None if it is written to meanwhile."""
+def _packed(version: Version, is_packed: bool) -> bytes | None:
+    """Return a file packed, the same bytes whenever; None if it is written to meanwhile."""
     if version.tag not in _PACKED:
         data = version.read(0, version.size)
         if len(data) < version.size:
             return None
-        _PACKED[version.tag] = gzip.compress(data, 9, mtime=0)
+        _PACKED[version.tag] = data if is_packed else gzip.compress(data, 9, mtime=0)
     return _PACKED[version.tag]
 
 
