@@ -68,8 +68,8 @@ def test_the_shipped_files_are_what_the_sources_make(copy: Path) -> None:
 
 
 def test_a_file_that_differs_is_named(copy: Path) -> None:
-    (copy / "web" / "upholster-viewer.js").write_text("self.shown = 1 + 1\n")
-    (copy / "web" / "uph-worker.js").write_text("onmessage = () => postMessage(1 + 1)\n")
+    for source in (copy / "web").glob("u*.js"):  # small ones are built in a second
+        source.write_text("self.shown = 1 + 1\n")
     built = copy / "src" / "upholster" / "web"
     assert "upholster/web/upholster-viewer.js is not" in _build(copy / "web", "--check").stderr
     assert _build(copy / "web").returncode == 0
