@@ -6,7 +6,7 @@ Pillow, which the extra "gallery" brings.
 
 ``python docs/make_gallery.py paper OUT`` draws every figure of the paper from the project's own exemplars
 alone, as OUT/figure_01.jpg and so on; one picture may be several figures: OUT/figure_07_08_09.jpg.
-With ``--draft`` figure 11, which takes a minute and a half, has a tenth of its texels.
+With ``--draft`` figure 11, which takes a minute and a half, has few texels, from small samples.
 """
 
 import sys
