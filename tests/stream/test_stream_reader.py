@@ -65,7 +65,7 @@ def test_every_prefix_shows_something_and_says_that_it_is_cut(name: Any) -> None
     data = stream(name)
     view, start = describe(data).view, describe(data).chunks[0].offset
     assert view <= (120 if name in ("quilt", "maps", "leaning", "bent", "any grids", "turned grids") else 80)
-    decoder, texels, step = StreamDecoder(), -1, max(41, len(data) // 40)
+    decoder, texels, step = StreamDecoder(), -1, max(41, len(data) // 16)
     for n in range(len(data)):
         assert not decoder.complete
         assert (decoder.needed == 0) == (n >= view)
