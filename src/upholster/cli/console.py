@@ -177,7 +177,7 @@ def bars(quiet: bool, compiler: "Compiler | None") -> "Iterator[Progress | None]
         yield None
         return
     from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn
+    from rich.progress import BarColumn, TaskProgressColumn, TextColumn, TimeElapsedColumn
     from rich.progress import Progress as Bars
 
     console = Console(stderr=True)
@@ -185,7 +185,7 @@ def bars(quiet: bool, compiler: "Compiler | None") -> "Iterator[Progress | None]
         with _lines(console, compiler) as tell:
             yield tell
         return
-    columns = (TextColumn("{task.description:>7}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    columns = (TextColumn("{task.description:>7}"), BarColumn(), TaskProgressColumn(), TimeElapsedColumn())
     with Bars(*columns, console=console, transient=True) as shown:
         if compiler is not None:
             _tell(compiler, shown)
@@ -216,8 +216,8 @@ def _lines(console: "Console", compiler: "Compiler | None") -> "Iterator[Progres
             say(f"{stage}, {time.perf_counter() - start:.0f} s")
 
     def report(name: str, done: int, total: int) -> None:
-        nonlocal stage
-        stage = f"{name} {done} of {total}"
+        nonlocal stage  # what is counted may be blocks, charts, or texels of several materials
+        stage = f"{name} {100 * done // max(1, total)} %"
 
     threading.Thread(target=tell, daemon=True).start()
     try:
