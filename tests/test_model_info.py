@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import numpy as np
+import pytest
 from command_line import run_cli
 from gltf_models import Glb
 
@@ -24,6 +25,25 @@ def test_info_tells_parts_and_sizes(tmp_path: Path) -> None:
     assert "note: 'Leg 2' is shown 2 times at different sizes (1.5 times the first)" in done.stdout
     shown = run_cli("info", "chair.glb", "--unit", "mm", cwd=tmp_path).stdout
     assert "a unit is 0.001 m" in shown
+
+
+@pytest.mark.parametrize(("columns", "lines"), [(70, 3), (200, 1)])
+def test_names_stand_whole_on_a_line_however_long(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, columns: int, lines: int
+) -> None:
+    monkeypatch.setenv("COLUMNS", str(columns))
+    names = {"Chair_Collection/Cushion_Back_Left_Brown": "Leather_Brown_Rough_2024", "Leg": "Oak"}
+    glb = Glb(materials=[{"name": material} for material in names.values()])
+    for n, part in enumerate(names):
+        glb.node(name=part, mesh=glb.mesh(part, glb.box() | {"material": n}))
+    glb.write(tmp_path / "chair.glb")
+    told = [line.strip() for line in run_cli("info", "chair.glb", cwd=tmp_path).stdout.splitlines()]
+    for part, material in names.items():
+        first = next(n for n, line in enumerate(told) if line.startswith(part))
+        place = " ".join(told[first : first + lines])
+        assert material in place
+        assert all(word in place for word in (part, "12", " m²", " m", "none"))
+        assert all(len(line) <= columns for line in told[first : first + lines])
 
 
 def test_info_refuses_what_is_no_model(tmp_path: Path) -> None:

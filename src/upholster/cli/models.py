@@ -23,26 +23,33 @@ _LEAST = 0.0005
 
 def show_model(path: str, *, unit: str | None = None) -> None:
     """Print the parts of a model, their sizes and texture coordinates, and what is odd about them."""
-    from rich.box import SIMPLE_HEAD
-    from rich.console import Console
-    from rich.table import Column, Table
-
     from upholster.geometry.mesh_files import read_model
     from upholster.geometry.mesh_state import mesh_states
 
     model = read_model(path, unit=unit)
     states = mesh_states(model.mesh, model.uv)
-    console = Console()
     for line in _head(model):
         say(line)
-    # Names are what --part and --material take: whole, on several lines where they are long.
-    names = [Column(name, overflow="fold") for name in ("part", "material")]
-    table = Table(*names, "triangles", "area", "size", "UV", "holes", box=SIMPLE_HEAD)
-    metres = model.mesh.metres
     shown = list(zip(model.parts, states, strict=True))[:_LINES]
-    for part, state in shown:
-        add_row(
-            table,
+    _show_parts(shown, model.mesh.metres)
+    lines = [f"{part.name}: {', '.join(odd)}" for part, state in shown if (odd := _odd(part, state))]
+    if len(states) > _LINES:
+        lines.append(f"and {number_of(len(states) - _LINES, 'part')} more")
+    for line in (*lines, *(f"note: {note}" for note in model.notes)):
+        say(line)
+
+
+def _show_parts(shown: "Sequence[tuple[ModelPart, PartState]]", metres: float | None) -> None:
+    """Print a table of parts, or some lines for each of them where a table would be too wide."""
+    from rich.box import SIMPLE_HEAD
+    from rich.console import Console
+    from rich.measure import Measurement
+    from rich.table import Column, Table
+
+    names = ("part", "material", "triangles", "area", "size", "UV", "holes")
+    table = Table(*(Column(name, no_wrap=True) for name in names), box=SIMPLE_HEAD, collapse_padding=True)
+    rows = [
+        (
             part.name,
             part.material or "-",
             f"{state.triangles:,}",
@@ -51,12 +58,21 @@ def show_model(path: str, *, unit: str | None = None) -> None:
             _uv(state.uv),
             str(state.holes or "-"),
         )
-    console.print(table)
-    lines = [f"{part.name}: {', '.join(odd)}" for part, state in shown if (odd := _odd(part, state))]
-    if len(states) > _LINES:
-        lines.append(f"and {number_of(len(states) - _LINES, 'part')} more")
-    for line in (*lines, *(f"note: {note}" for note in model.notes)):
-        say(line)
+        for part, state in shown
+    ]
+    for row in rows:
+        add_row(table, *row)
+    console = Console()
+    if Measurement.get(console, console.options.update(max_width=10_000), table).maximum <= console.width:
+        console.print(table)
+        return
+    # Names are what --part and --material take: whole, each on a line of its own.
+    say("")
+    for part, material, triangles, area, size, uv, holes in rows:
+        say(part)
+        say(f"  material {material}")
+        say(f"  triangles {triangles}, area {area}, size {size}, UV {uv}, holes {holes}")
+    say("")
 
 
 def _head(model: "ModelFile") -> list[str]:
