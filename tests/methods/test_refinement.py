@@ -77,7 +77,7 @@ def test_added_blocks_are_cut_and_lie_on_top():
 
 def test_what_is_hidden_leaves_no_trace(monkeypatch):
     seen = quilted(4)
-    monkeypatch.setattr(refinement, "_without_hidden", lambda _index, laid, _lattice: laid)
+    monkeypatch.setattr(refinement, "_without_hidden", lambda _index, laid, _lattice, _added: laid)
     whole = quilted(4)
     assert len(seen.placements) < len(whole.placements)
     np.testing.assert_array_equal(paint(seen, EXEMPLAR).arrays[0], paint(whole, EXEMPLAR).arrays[0])

@@ -43,7 +43,8 @@ def emit_plan(
     chart_grids: list[ChartGrid] = []
     blocks, cells = [np.zeros(0, BLOCK)], [np.zeros(0, np.uint8)]
     for n in order:
-        for part in np.split(kept[n], np.searchsorted(kept[n], laid[n].ends[:-1])):
+        parts = np.split(kept[n], np.searchsorted(kept[n], laid[n].ends[:-1]))
+        for part in [one for k, one in enumerate(parts) if k == 0 or len(one)]:
             before = chart_grids[-1] if chart_grids else None
             chart_grids.append(_chart_grid(n, grids[n], laid[n], part, before))
         blocks.append(_blocks(laid[n], kept[n], _links(laid, indices, n, kept[n])))

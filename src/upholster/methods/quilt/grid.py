@@ -1,7 +1,7 @@
 """Where a chart's blocks lie: their size in texels, the level they read, and their order."""
 
 from collections.abc import Sequence, Set
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -237,10 +237,23 @@ class BlockGrid:
         """Return how many blocks lie side by side."""
         return len(self._starts(need[2], need[3], self.width, self.overlap_columns))
 
-    def blocks(self, need: tuple[int, int, int, int]) -> IntArray:
-        """Return the blocks that cover what is needed, in raster order, as `lay_blocks` takes them."""
+    def smaller(self, block: int, exemplar_shape: tuple[int, int]) -> "BlockGrid":
+        """Return smaller blocks of the same chart, of so many exemplar pixels."""
+        found = BlockGrid.of(
+            self.chart, self.field, exemplar_shape, block, None,
+            coarse=self.mask_cell > 2 * self.sample, most=(self.height, self.width),
+        )  # fmt: skip
+        return replace(found, feather=self.feather)
+
+    def centres(self, need: tuple[int, int, int, int]) -> tuple[IntArray, IntArray]:
+        """Return the rows and the columns of the centres of the blocks that cover what is needed."""
         rows = self._starts(need[0], need[1], self.height, self.overlap_rows) + self.height // 2
         columns = self._starts(need[2], need[3], self.width, self.overlap_columns) + self.width // 2
+        return rows, columns
+
+    def blocks(self, need: tuple[int, int, int, int]) -> IntArray:
+        """Return the blocks that cover what is needed, in raster order, as `lay_blocks` takes them."""
+        rows, columns = self.centres(need)
         number = np.arange(len(rows) * len(columns), dtype=np.int32).reshape(len(rows), len(columns))
         out = np.zeros((*number.shape, BLOCK_COLUMNS), np.int32)
         out[..., ROW], out[..., COLUMN] = rows[:, None], columns

@@ -24,6 +24,7 @@ from upholster.methods.quilt._block_kernels import (
 from upholster.methods.quilt._landmark_kernels import LandmarkUses
 from upholster.methods.quilt._lay_kernels import lay_blocks
 from upholster.methods.quilt._transfer_kernels import lay_transferred
+from upholster.methods.quilt.finer import finer_blocks, take_away
 from upholster.methods.quilt.grid import BlockGrid
 from upholster.methods.quilt.landmarks import LandmarkRules, ShownBlocks
 from upholster.methods.quilt.match_pyramid import MatchLevel, MatchPyramid
@@ -45,6 +46,7 @@ _TRANSFERRED = ("row", "column", "height", "width", "source_row", "source_column
 def lay_chart(
     index: int,
     grid: BlockGrid,
+    finer: BlockGrid | None,
     transfer: BlockTransfer,
     finished: Sequence[ChartPlacements | None],
     match_pyramid: MatchPyramid,
@@ -68,8 +70,8 @@ def lay_chart(
 
     Parameters
     ----------
-    index, grid
-        The chart, and where its blocks lie.
+    index, grid, finer
+        The chart, where its blocks lie, and its smaller ones where courses end; None: none.
     transfer, finished
         How blocks get from chart to chart, and the overhangs of finished charts, None elsewhere.
     match_pyramid, usage, weights, shortlist
@@ -101,14 +103,16 @@ def lay_chart(
     """
     around = transfer.closed_around(index)
     opened = grid.opened({edge for edge, *_ in around})
-    need = grid.need(transfer.open_sides(index, finished) | opened)
+    # Smaller blocks beyond an edge would not lie truly there, so that large ones reach no farther.
+    need = (finer or grid).need(transfer.open_sides(index, finished) | opened)
     parts = grid.parts(need, opened)
     blocks = grid.blocks(need)
     if phases is not None:
         wanted = phases.at(index, blocks[:, ROW].astype(np.float64), blocks[:, COLUMN].astype(np.float64))
         blocks[:, PHASE : PHASE + len(wanted)] = wanted.T
     blocks = _in_order(blocks, np.concatenate([part.blocks for part in parts]))
-    uses = landmarks.uses(index, blocks, grid.level, grid.across(need), shown)
+    over = finer_blocks(index, grid, finer, need, phases)
+    uses = landmarks.uses(index, np.concatenate([blocks, over]), grid.level, grid.across(need), shown)
     layer = _ChartLayer.of(
         index, grid, need, blocks, match_pyramid, usage, uses, shortlist, symmetries, wrap, seed
     )
@@ -126,12 +130,18 @@ def lay_chart(
         laid.append(layer.lay_own(LayWeights(*weights.tolist()), start, stop, number))
         ends.append(sum(len(one.placements) for one in laid))
         start = stop
-    whole = replace(joined(laid), bounds=need, ends=tuple(ends))
+    # Nothing changes any more along edges where the chart meets itself: both sides are laid.
+    layer.close(around)
+    added = 0
+    if finer is not None and len(over):
+        smaller = layer.finer(finer, over)
+        laid.append(smaller.lay_own(LayWeights(*weights.tolist()), 0, len(over), number + len(blocks)))
+        added = len(laid[-1].placements)
+        ends.append(ends[-1] + added)
+    whole = replace(joined(laid), bounds=need, ends=tuple(ends), added=added)
     if effort:
-        # Nothing changes along edges where the chart meets itself: both sides are laid.
-        layer.close(around)
         refine = refine_tile if wrap else refine_chart
-        whole = refine(layer.laid_chart(weights, phases, number), whole, effort)
+        whole = refine(layer.laid_chart(weights, phases, number + len(over)), whole, effort)
     if wrap:
         whole = wrapped(whole, grid.chart)
     return whole, layer.usage, landmarks.shown(uses)
@@ -157,6 +167,7 @@ class _ChartLayer:
 
     index: int
     grid: BlockGrid
+    need: tuple[int, int, int, int]
     match_level: MatchLevel
     canvas: ChartCanvas
     pads: tuple[int, int]
@@ -198,7 +209,9 @@ class _ChartLayer:
         used, state = usage.copy(), np.array([seed], np.uint64)
         cells = np.empty((len(blocks), grid.cells), np.uint8)
         scratch = LayScratch.of(numbers, used)
-        return cls(index, grid, match_level, canvas, pads, numbers, blocks, cells, used, uses, state, scratch)
+        return cls(
+            index, grid, need, match_level, canvas, pads, numbers, blocks, cells, used, uses, state, scratch
+        )
 
     def lay_transferred(self, transferred: ChartPlacements) -> None:
         """Lay blocks that were transferred to the chart."""
@@ -236,6 +249,22 @@ class _ChartLayer:
             self.state,
             phases,
             number + len(self.blocks),
+        )
+
+    def finer(self, grid: BlockGrid, blocks: IntArray) -> "_ChartLayer":
+        """Return the same chart as smaller blocks are laid on it, for which what it shows is taken away."""
+        take_away(self.canvas.covered, self.numbers, grid, blocks)
+        numbers = self.numbers._replace(
+            block_height=grid.height, block_width=grid.width, across=grid.across(self.need)
+        )
+        return replace(
+            self,
+            grid=grid,
+            numbers=numbers,
+            blocks=blocks,
+            cells=np.empty((len(blocks), grid.cells), np.uint8),
+            uses=self.uses._replace(before=self.uses.before + len(self.blocks)),
+            scratch=LayScratch.of(numbers, self.usage),
         )
 
     def lay_own(self, weights: LayWeights, start: int, stop: int, number: int) -> ChartPlacements:

@@ -18,6 +18,7 @@ __all__ = [
     "in_step",
     "level_phases",
     "shown_waves",
+    "side_at_ends",
     "stretched_by",
     "whole_waves",
 ]
@@ -98,9 +99,8 @@ def in_step(block: int, field: Phases | None) -> tuple[int, ...]:
     if not isinstance(field, PhaseField):
         return ()
     periods = 1 / np.sqrt((field.waves**2).sum(axis=1))
-    period = float(periods.min())
-    least = max(_LEAST_BLOCK, _LEAST_PERIODS * period)
-    at_ends = max(min(_END_BLOCK, _END_PERIODS * period), least)
+    least = _least_side(float(periods.min()))
+    at_ends = side_at_ends(field)
     found = []
     for chart in range(len(field.grids)):
         most, common = field.strain(chart, (1 - _ENDS, 1 - _STRAINED))
@@ -114,6 +114,16 @@ def in_step(block: int, field: Phases | None) -> tuple[int, ...]:
             sides += side[field.ends_on(chart) * (2 * side) ** 2 > share * texels].tolist()
         found.append(min(block, 4 * round(min(sides) / 4)))
     return tuple(found)
+
+
+def side_at_ends(field: PhaseField) -> float:
+    """Return the side in pixels of blocks where courses end."""
+    period = 1 / float(np.sqrt((field.waves**2).sum(axis=1)).max())
+    return max(min(_END_BLOCK, _END_PERIODS * period), _least_side(period))
+
+
+def _least_side(period: float) -> float:
+    return max(_LEAST_BLOCK, _LEAST_PERIODS * period)
 
 
 def level_phases(lattice: Lattice | None, level: int, height: int, width: int) -> NDArray[np.int16]:

@@ -150,7 +150,7 @@ def refine_chart(chart: LaidChart, laid: ChartPlacements, effort: int) -> ChartP
     if not len(table):
         return laid
     added = _placements(chart, lattice, table, len(laid.cells))
-    return _without_hidden(chart.index, _with_added(chart, laid, added, masks), lattice)
+    return _without_hidden(chart.index, _with_added(chart, laid, added, masks), lattice, len(added))
 
 
 def _lattice(chart: LaidChart, level: int) -> CellLattice:
@@ -351,17 +351,17 @@ def _with_added(
         steps=np.concatenate([laid.steps, np.zeros(count, np.int64)]),
         parents=np.concatenate([laid.parents, np.full((count, 2), -1, np.int64)]),
         ends=(*laid.ends, before + count),
-        added=count,
+        added=laid.added + count,
     )
 
 
-def _without_hidden(index: int, laid: ChartPlacements, lattice: CellLattice) -> ChartPlacements:
+def _without_hidden(index: int, laid: ChartPlacements, lattice: CellLattice, added: int) -> ChartPlacements:
     # Leaves out what cannot be seen, unless the chart shows it once more where it meets itself; the cells of
-    # its masks stay where they are.
+    # its masks stay where they are. The last `added` placements lie on the lattice.
     count = len(laid.placements)
     hidden = np.zeros(count, np.uint8)
     over = np.empty((lattice.rows, lattice.columns), np.int32)
-    list_hidden(_mask_places(laid.placements), laid.cells, laid.added, lattice, over, hidden)
+    list_hidden(_mask_places(laid.placements), laid.cells, added, lattice, over, hidden)
     seen = hidden == 0
     again = laid.parents[:, 0] == index
     seen[laid.parents[again, 1]] = True

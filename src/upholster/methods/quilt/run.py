@@ -17,6 +17,7 @@ from upholster.charts.transitions import Transition, transitions
 from upholster.errors import InputError
 from upholster.geometry import Surface
 from upholster.methods.quilt._phase_kernels import MISFIT
+from upholster.methods.quilt.finer import finer_grids
 from upholster.methods.quilt.grid import BlockGrid, coarse_cells
 from upholster.methods.quilt.landmarks import LandmarkRules, ShownBlocks
 from upholster.methods.quilt.lay import lay_chart
@@ -51,6 +52,8 @@ class QuiltRun:
         The charts in the order in which they are laid: those of one class side by side.
     grids
         Where each chart's own blocks lie.
+    finer
+        Smaller blocks of each chart where courses end, None where there are none.
     transfer
         How blocks get from chart to chart.
     match_pyramid
@@ -78,6 +81,7 @@ class QuiltRun:
     fields: tuple[WarpField, ...]
     classes: list[list[int]]
     grids: list[BlockGrid]
+    finer: list[BlockGrid | None]
     transfer: BlockTransfer
     match_pyramid: MatchPyramid
     weights: FloatArray
@@ -149,6 +153,7 @@ def lay_one(run: QuiltRun, n: int, number: int, so_far: Progressing) -> tuple[Ch
     laid, usage, shown = lay_chart(
         n,
         run.grids[n],
+        run.finer[n],
         run.transfer,
         so_far.overhangs,
         run.match_pyramid,
@@ -247,6 +252,7 @@ def planned(
         fields,
         classes,
         grids,
+        finer_grids(grids, phases, fitting),
         transfer,
         match_pyramid,
         weights,

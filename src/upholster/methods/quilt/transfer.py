@@ -66,7 +66,7 @@ class ChartPlacements:
     ends
         Where each part that was laid at a time ends: a chart that meets itself is laid in several.
     added
-        How many of the last ones were added by refinement: a part of their own.
+        How many of the last ones were added: smaller ones, and by refinement; parts of their own.
     """
 
     placements: NDArray[np.void]

@@ -35,8 +35,8 @@ _SHARED_FIELDS = ("row", "column", "height", "width", "symmetry", "source_row", 
 class ChartGrid:
     """Where blocks lie that were laid on a chart at a time.
 
-    A chart that meets itself has several grids, and one that was refined another one of no position of its
-    own: the added blocks are its transferred ones, without links.
+    A chart that meets itself has several grids, and one that was refined, or got smaller blocks, another one
+    of no position of its own: the added blocks are its transferred ones, without links.
 
     Attributes
     ----------
