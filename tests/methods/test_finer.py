@@ -67,10 +67,16 @@ def test_they_lie_only_where_courses_are_stretched(ball):
         assert block[TOP] == at.get((row - steps[0], column), -1)
 
 
+def test_there_are_none_where_elements_are_not_alike(ball):
+    lattice = replace(ball[4].lattice, certainty=np.array([0.9]))
+    assert run_of(ball, lattice=lattice).finer == [None] * len(ball[2])
+
+
 def test_there_are_none_where_a_charts_own_are_small_or_asked_for(ball):
     assert run_of(ball, blocks=()).finer == [None] * len(ball[2])
     assert run_of(ball, blocks=(28,) * len(ball[2])).finer == [None] * len(ball[2])
     run = run_of(ball)
+    assert None not in run.finer
     assert not len(finer_blocks(0, run.grids[0], None, (0, 9, 0, 9), ball[4].surface))
 
 
