@@ -183,7 +183,7 @@ def test_ctrl_c_stops_it_and_leaves_nothing(folder, tmp_path):
     hanging.start()
     try:
         said = b""
-        while (part := _read(ours)) and not re.search(rb"blocks[^\r\n]*\d/", said := said + part):
+        while (part := _read(ours)) and not re.search(rb"blocks[^\r\n]*[1-9]\d?%", said := said + part):
             pass
         process.send_signal(signal.SIGINT)
         while part := _read(ours):
