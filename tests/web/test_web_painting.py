@@ -42,6 +42,15 @@ customElements.define = ((define) => function (name, Kind) {
 """
 """Gives elements an attribute before they begin."""
 
+LATE = """
+MessagePort.prototype.postMessage = ((post) => function (message, ...rest) {
+  globalThis.isLate ||= message.kind === 'paint'
+  if (globalThis.isLate) setTimeout(() => post.call(this, message, ...rest), 1000)
+  else post.call(this, message, ...rest)
+})(MessagePort.prototype.postMessage)
+"""
+"""Workers hear late that they are to paint: what they sent before is still on its way."""
+
 
 @pytest.fixture(scope="module")
 def page(chromium: Any, streams: Any) -> Any:
@@ -134,13 +143,19 @@ class _Lacking:
         await self._app(scope, receive, send)
 
 
+def _hurry(route: Any) -> None:
+    fetched = route.fetch()
+    route.fulfill(response=fetched, body=f"{fetched.text()}\n{HURRIED}")
+
+
 @pytest.mark.parametrize("name", CARD)
 def test_the_worker_paints_where_the_cards_scripts_do_not_load(
     chromium: Any, streams: Any, name: str
 ) -> None:
     app = _Lacking(make_app(Catalogue([str(streams)])), name)
     with browser.serving(app) as address, browser.tab(chromium, faultless=False) as tab:
-        tab.page.add_init_script(TOLD.replace("WISH", "card"))
+        tab.page.add_init_script(TOLD.replace("WISH", "card") + LATE)
+        tab.page.route("**/uph-worker*.js", _hurry)
         tab.page.add_init_script(
             "addEventListener('first', ({ target }) => (globalThis.painted ="
             " target.model.charts.filter(({ textures }) => textures.color?.data).length), true)"

@@ -112,7 +112,7 @@ export class Model extends EventTarget {
   /** The graphics card can not paint after all: the worker is to. */
   paintInWorker() {
     this.onPage = false
-    this.isBare = true // until it has
+    this.isBare = true // until a texture of it is here
     for (const chart of this.charts) chart.textures = {}
     this.#client.send({ kind: 'paint' })
   }
@@ -148,13 +148,11 @@ export class Model extends EventTarget {
   #takeTexture({ chart, target, height, width, data, preview, unplaced, gutter, sheet, recipe, size: sampleSize }) {
     if (sheet) this.#sheets[target] = { data, height, width, size: sampleSize }
     else if (recipe) this.charts[chart].recipe = { ...recipe, weights: data }
-    if (sheet || recipe) return null
-    if (preview) {
-      this.preview = { key: this.preview?.key ?? {}, data, width, height, version: ++version }
-      return null
-    }
+    else if (preview) this.preview = { key: this.preview?.key ?? {}, data, width, height, version: ++version }
+    if (sheet || recipe || preview) return null
     const { textures } = this.charts[chart]
-    if (unplaced) {
+    // No data: a recipe, sent before the worker heard that it is to paint.
+    if (unplaced || !(data || this.onPage)) {
       delete textures[target]
       return null
     }
@@ -167,11 +165,12 @@ export class Model extends EventTarget {
     const made = { key: old?.key ?? {}, width: width + 2, height: height + 2, version: ++version }
     const painted = data ? { data } : { recipe: this.charts[chart].recipe, sheet: this.#sheets[target] }
     textures[target] = { ...made, ...painted }
+    this.isBare &&= !data
     return old?.data?.buffer ?? null
   }
 
   #show({ bytes, coefficients, charts, roles, alpha = 'opaque', mean }, isFirst) {
-    Object.assign(this, { isBare: false, roles, alpha, mean, shown: { bytes, coefficients, charts } })
+    Object.assign(this, { roles, alpha, mean, shown: { bytes, coefficients, charts } })
     this.#notify(isFirst ? 'first' : 'refine')
   }
 }
