@@ -1,5 +1,6 @@
 """What the server answers, on real connections."""
 
+import gzip
 import http.client
 import io
 import os
@@ -316,15 +317,28 @@ def test_odd_requests_get_short_answers(shared):
 
 def test_every_answer_has_the_headers_that_keep_browsers_careful(shared):
     client, _ = shared
-    for path in ("/", "/view/quilt.uph", "/view/none", "/streams/quilt.uph", "/assets/page.css", "/none"):
+    data = ("/streams/quilt.uph", "/assets/page.css")
+    for path in ("/", "/view/quilt.uph", "/view/none", "/none", "/assets/uph-worker.js", *data):
         for method in ("GET", "POST"):
             _, headers, _ = client.get(path, method)
-            assert headers["content-security-policy"] == CONTENT_SECURITY_POLICY + "'none'"
+            policy = headers["content-security-policy"]
+            needed = "default-src 'none'; frame-ancestors " if path in data else CONTENT_SECURITY_POLICY
+            assert policy == needed + "'none'"
             assert headers["x-content-type-options"] == "nosniff"
             assert headers["referrer-policy"] == "no-referrer"
             assert headers["cross-origin-resource-policy"] == "same-origin"
             assert "server" not in headers
             assert "access-control-allow-origin" not in headers
+
+
+def test_pages_are_packed_where_that_is_taken(shared):
+    client, _ = shared
+    for path in ("/", "/view/quilt.uph", "/view/none"):
+        status, headers, page = client.get(path)
+        assert (headers["vary"], "content-encoding" in headers) == ("Accept-Encoding", False)
+        packed = client.get(path, accept_encoding="br, gzip")
+        assert (packed[0], packed[1]["content-encoding"]) == (status, "gzip")
+        assert gzip.decompress(packed[2]) == page
 
 
 @pytest.mark.parametrize(

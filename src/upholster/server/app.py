@@ -9,7 +9,7 @@ from pathlib import Path
 import anyio.to_thread
 from starlette.applications import Starlette
 from starlette.requests import Request
-from starlette.responses import HTMLResponse, PlainTextResponse, Response
+from starlette.responses import PlainTextResponse, Response
 from starlette.routing import Route
 from starlette.types import ASGIApp
 
@@ -22,6 +22,7 @@ from upholster.server.sending import (
     accepts,
     file_response,
     packed_response,
+    page_response,
     unchanged_response,
     validators,
 )
@@ -52,7 +53,6 @@ _ASSETS = {
     **dict.fromkeys(_SCRIPTS, (_PACKAGE / "web", "text/javascript; charset=utf-8")),
     "LICENSES.txt": (_PACKAGE / "web", "text/plain; charset=utf-8"),
 }
-_PAGE_HEADERS = {"cache-control": "no-cache"}
 
 
 def make_app(
@@ -100,18 +100,18 @@ class _Site:
         self._versions = Versions()
         self._thumbnails = Thumbnails()
 
-    async def start(self, _request: Request) -> Response:
+    async def start(self, request: Request) -> Response:
         entries = await anyio.to_thread.run_sync(self._catalogue.entries)
-        return HTMLResponse(start_page(entries), headers=_PAGE_HEADERS)
+        return page_response(request, start_page(entries))
 
     async def view(self, request: Request) -> Response:
         file = await anyio.to_thread.run_sync(self._catalogue.open, request.path_params["name"])
         if file is None:
-            return HTMLResponse(missing_page(), 404, headers=_PAGE_HEADERS)
+            return page_response(request, missing_page(), 404)
         with file:
             size = file.seek(0, 2)
         page = viewer_page(request.path_params["name"], size, lab="lab" in request.query_params)
-        return HTMLResponse(page, headers=_PAGE_HEADERS)
+        return page_response(request, page)
 
     async def stream(self, request: Request) -> Response:
         found = await anyio.to_thread.run_sync(self._stream, request.path_params["name"])

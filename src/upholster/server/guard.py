@@ -18,8 +18,14 @@ CONTENT_SECURITY_POLICY = (
     "connect-src 'self'; img-src 'self' blob: data:; style-src 'self'; "
     "base-uri 'none'; form-action 'none'; frame-ancestors "
 )
-"""What the pages need and no more; behind it stand those who may show them in a frame. A worker obeys its
-script's policy, so that goes with every answer."""
+"""What the pages need and no more; behind it stand those who may show them in a frame."""
+
+_NOTHING = "default-src 'none'; frame-ancestors "
+_DATA = (
+    "/streams/",
+    "/thumbnails/",
+    "/assets/page.css",
+)  # neither pages nor scripts, whose workers obey theirs
 
 _SHARED = ("/streams/", "/assets/")
 _ASKED_HEADERS = "Range, If-Range, If-Match, If-None-Match, Cache-Control"
@@ -48,7 +54,7 @@ class Guard:
         self, app: ASGIApp, *, origins: Collection[str] = (), frames: Collection[str] = (), local: bool = True
     ) -> None:
         self._app = app
-        self._policy = CONTENT_SECURITY_POLICY + (" ".join(frames) or "'none'")
+        self._frames = " ".join(frames) or "'none'"
         self._origins = frozenset(origins)
         self._local = local
 
@@ -60,11 +66,12 @@ class Guard:
         headers = Headers(scope=scope)
         shared = bool(self._origins) and scope["path"].startswith(_SHARED)
         allowed = self._allowed(headers.get("origin")) if shared else None
+        policy = _NOTHING if scope["path"].startswith(_DATA) else CONTENT_SECURITY_POLICY
 
         async def guarded(message: Message) -> None:
             if message["type"] == "http.response.start":
                 added = MutableHeaders(scope=message)
-                added["Content-Security-Policy"] = self._policy
+                added["Content-Security-Policy"] = policy + self._frames
                 added["X-Content-Type-Options"] = "nosniff"
                 added["Referrer-Policy"] = "no-referrer"
                 added["Cross-Origin-Opener-Policy"] = "same-origin"

@@ -1,4 +1,4 @@
-"""Files as answers: conditional, by range, in pieces from disk that wait for the client to take them."""
+"""Answers: pages; files, conditional, by range, in pieces from disk that wait for the client to take them."""
 
 import gzip
 from collections.abc import Mapping
@@ -8,14 +8,21 @@ from http import HTTPStatus
 import anyio
 import anyio.to_thread
 from starlette.requests import Request
-from starlette.responses import PlainTextResponse, Response
+from starlette.responses import HTMLResponse, PlainTextResponse, Response
 from starlette.types import Receive, Scope, Send
 
 from upholster.server.ranges import answer
 from upholster.server.throttle import MAX_PIECE
 from upholster.server.versions import Version
 
-__all__ = ["accepts", "file_response", "packed_response", "unchanged_response", "validators"]
+__all__ = [
+    "accepts",
+    "file_response",
+    "packed_response",
+    "page_response",
+    "unchanged_response",
+    "validators",
+]
 
 _STALLED_SECONDS = 120
 _PACKED: dict[str, bytes] = {}
@@ -89,6 +96,16 @@ def _packed(version: Version, is_packed: bool) -> bytes | None:
             return None
         _PACKED[version.tag] = data if is_packed else gzip.compress(data, 9, mtime=0)
     return _PACKED[version.tag]
+
+
+def page_response(request: Request, page: str, status: int = 200) -> Response:
+    """Return a page, packed where that is taken; it is asked for anew each time."""
+    headers = {"cache-control": "no-cache", "vary": "Accept-Encoding"}
+    body = page.encode()
+    if accepts(request, "gzip"):
+        body = gzip.compress(body, mtime=0)
+        headers["content-encoding"] = "gzip"
+    return HTMLResponse(body, status, headers)
 
 
 def unchanged_response(request: Request, tag: str) -> Response | None:
