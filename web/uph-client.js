@@ -1,6 +1,6 @@
 // The page's side of `uph-worker.js`: sends a stream's bytes, and hands what comes back to whoever shows it, some per frame.
 
-const TEXELS_PER_FRAME = 2 ** 20 // handed over at once
+const TEXELS_PER_FRAME = 2 ** 21 // handed over at once
 
 const nextFrame = globalThis.requestAnimationFrame?.bind(globalThis) ?? ((work) => setTimeout(work, 16))
 
