@@ -102,16 +102,16 @@ class _Site:
 
     async def start(self, request: Request) -> Response:
         entries = await anyio.to_thread.run_sync(self._catalogue.entries)
-        return page_response(request, start_page(entries))
+        return await page_response(request, start_page(entries))
 
     async def view(self, request: Request) -> Response:
         file = await anyio.to_thread.run_sync(self._catalogue.open, request.path_params["name"])
         if file is None:
-            return page_response(request, missing_page(), 404)
+            return await page_response(request, missing_page(), 404)
         with file:
             size = file.seek(0, 2)
         page = viewer_page(request.path_params["name"], size, lab="lab" in request.query_params)
-        return page_response(request, page)
+        return await page_response(request, page)
 
     async def stream(self, request: Request) -> Response:
         found = await anyio.to_thread.run_sync(self._stream, request.path_params["name"])

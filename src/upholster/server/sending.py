@@ -98,12 +98,12 @@ def _packed(version: Version, is_packed: bool) -> bytes | None:
     return _PACKED[version.tag]
 
 
-def page_response(request: Request, page: str, status: int = 200) -> Response:
+async def page_response(request: Request, page: str, status: int = 200) -> Response:
     """Return a page, packed where that is taken; it is asked for anew each time."""
     headers = {"cache-control": "no-cache", "vary": "Accept-Encoding"}
     body = page.encode()
     if accepts(request, "gzip"):
-        body = gzip.compress(body, mtime=0)
+        body = await anyio.to_thread.run_sync(gzip.compress, body)  # a start page may be long
         headers["content-encoding"] = "gzip"
     return HTMLResponse(body, status, headers)
 
