@@ -5,13 +5,14 @@ import os
 import subprocess
 import sys
 import time
+import warnings
 from pathlib import Path
 
 import numba
 import pytest
 from benchmarks.kernel_table import USES
 
-from upholster.kernel_cache import KernelCache, _imported
+from upholster.kernel_cache import _KEPT, KernelCache, _imported, _tell_of_damage
 from upholster.signatures import read_type, type_as_json
 from upholster.warm import TABLE, Compiler, jobs_for
 
@@ -66,13 +67,58 @@ def test_code_that_is_there_is_loaded_without_what_would_compile_it(tmp_path, mo
     assert again(3) == 1.5
 
 
-def test_code_of_other_sources_is_replaced(tmp_path, monkeypatch):
-    _kernel(tmp_path, monkeypatch).compile((numba.int64,))
-    monkeypatch.setattr("upholster.kernel_cache._stamp", lambda *_: "changed")
+def test_versions_side_by_side_keep_their_code_and_old_ones_go(tmp_path, monkeypatch):
+    def stamps():
+        return {path.name.split(".")[-3] for path in tmp_path.rglob("*.kernel")}
+
+    def use(stamp):
+        monkeypatch.setattr("upholster.kernel_cache._stamp", lambda *_: stamp)
+        again = _kernel(tmp_path, monkeypatch)
+        again.compile((numba.int64,))
+        for path in tmp_path.rglob(f"*.{stamp}.*"):  # a clock may stand still for a test
+            os.utime(path, (len(used), len(used)))
+        used.append(stamp)
+        return sum(again.stats.cache_misses.values())
+
+    used = []
+    assert [use(stamp) for stamp in ("one", "two", "one", "two")] == [1, 1, 0, 0]
+    for n in range(_KEPT):
+        use(f"later{n}")
+    assert len(stamps()) == _KEPT
+    assert not stamps() & {"one"}
+
+
+@pytest.mark.parametrize("damage", ["empty", "cut", "flipped", "text"])
+def test_damaged_code_is_deleted_compiled_anew_and_told_once(tmp_path, monkeypatch, damage):
+    _tell_of_damage.cache_clear()
+    kinds = (numba.int64, numba.float64)
+    for kind in kinds:
+        _kernel(tmp_path, monkeypatch).compile((kind,))
+    files = list(tmp_path.rglob("*.kernel"))
+    whole = files[0].read_bytes()
+    middle = len(whole) // 2
+    flipped = whole[:middle] + bytes([whole[middle] ^ 1]) + whole[middle + 1 :]
+    for file in files:
+        file.write_bytes(
+            {"empty": b"", "cut": whole[:middle], "flipped": flipped, "text": b"no code"}[damage]
+        )
     again = _kernel(tmp_path, monkeypatch)
-    again.compile((numba.int64,))
-    assert sum(again.stats.cache_misses.values()) == 1
-    assert [path.name.split(".")[-3] for path in tmp_path.rglob("*.kernel")] == ["changed"]
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always")
+        for kind in kinds:
+            again.compile((kind,))
+    assert ["damaged; they are compiled anew" in str(one.message) for one in told] == [True]
+    assert again(3) == 1.5
+    last = _kernel(tmp_path, monkeypatch)  # mended
+    for kind in kinds:
+        last.compile((kind,))
+    assert sum(last.stats.cache_hits.values()) == 2
+
+
+def test_a_folder_that_is_named_serves_copies_of_the_program(tmp_path, monkeypatch):
+    kernel = _kernel(tmp_path, monkeypatch)
+    kernel.compile((numba.int64,))
+    assert [path.parent for path in tmp_path.rglob("*.kernel")] == [tmp_path]
 
 
 def test_kernels_work_where_no_folder_can_be_written(tmp_path, monkeypatch):

@@ -3,6 +3,8 @@
 Numba's own cache keeps an index per function, in which processes that compile at the same time lose or mix up
 entries, and does not notice when a function changes that a kernel calls. Here a file's name says what it
 holds: the kernel, a digest of all sources that the kernel is made of, and one of its signature and machine.
+So a folder may serve several versions and copies of the program. A file begins with a checksum: one that is
+damaged is deleted, and its kernel compiled anew.
 """
 
 import hashlib
@@ -10,6 +12,9 @@ import os
 import pickle
 import re
 import secrets
+import sys
+import warnings
+import zlib
 from collections.abc import Callable
 from contextlib import suppress
 from functools import lru_cache
@@ -28,6 +33,9 @@ from upholster._version import __version__
 __all__ = ["KernelCache", "kernel_name"]
 
 _ROOT = Path(__file__).parent
+
+_KEPT = 8
+"""How many versions of a kernel a folder keeps: those used last."""
 _IMPORT = re.compile(r"^\s*from upholster([\w.]*) import (\([^)]*\)|[^\n]*)", re.MULTILINE)
 
 
@@ -47,7 +55,12 @@ class KernelCache(FunctionCache):  # type: ignore[misc]  # numba is untyped
 
     def __init__(self, function: Callable[..., Any]) -> None:
         super().__init__(function)
-        self._cache_file = _Files(Path(self._cache_path), self._impl.filename_base, self._impl.locator)
+        locator = self._impl.locator
+        if config.CACHE_DIR:  # a folder that the user names holds all kernels, wherever the sources are
+            locator._cache_path = config.CACHE_DIR
+        self._cache_file = _Files(
+            Path(locator.get_cache_path()), kernel_name(function), Path(locator._py_file)
+        )
 
     @classmethod
     def attach(cls, dispatcher: Dispatcher) -> None:
@@ -71,47 +84,84 @@ class KernelCache(FunctionCache):  # type: ignore[misc]  # numba is untyped
         # Numba's own way begins by loading all that it compiles with: half a second. Code that is there needs
         # only what counts references, and whoever compiles loads the rest.
         rtsys.initialize(target)
-        with self._guard_against_spurious_io_errors():
-            return self._load_overload(arguments, target)
+        key = self._index_key(arguments, target.codegen())
+        try:
+            data = self._cache_file.load(key)
+            return None if data is None else self._impl.rebuild(target, data)
+        except Exception:  # whatever a damaged file makes of itself
+            self._cache_file.damaged(key)
+            return None
 
 
 class _Files:
     """What Numba's cache reads and writes, by keys made of signature and machine."""
 
-    def __init__(self, folder: Path, base: str, locator: Any) -> None:
-        self._folder, self._base, self._locator = folder, base, locator
+    def __init__(self, folder: Path, kernel: str, source: Path) -> None:
+        self._folder, self._kernel, self._source = folder, kernel, source
 
     def has(self, key: Any) -> bool:
         return self._path(key).exists()
 
     def load(self, key: Any) -> Any:
+        path = self._path(key)
+        try:
+            written = path.read_bytes()
+        except OSError:
+            return None
+        if zlib.crc32(written[4:]) != int.from_bytes(written[:4], "little") or len(written) <= 4:
+            raise ValueError("the checksum is another")
+        with suppress(OSError):  # used last: now
+            os.utime(path)
+        return pickle.loads(written[4:])
+
+    def damaged(self, key: Any) -> None:
+        _tell_of_damage(self._folder)
         with suppress(OSError):
-            return pickle.loads(self._path(key).read_bytes())
-        return None
+            self._path(key).unlink()
 
     def save(self, key: Any, data: Any) -> None:
         path = self._path(key)
         beside = path.with_suffix(f".{secrets.token_hex(4)}")
+        written = dumps(data)
         with suppress(OSError):  # a full disk costs time, no more
-            beside.write_bytes(dumps(data))
+            with open(beside, "wb") as file:
+                file.write(zlib.crc32(written).to_bytes(4, "little") + written)
+                file.flush()
+                os.fsync(file.fileno())  # before the name is there: else a crash leaves an empty file
             os.replace(beside, path)
-        current = f"{self._base}.{self._stamp()}."
-        for old in self._folder.glob(f"{self._base}.*"):
-            if not old.name.startswith(current):
-                with suppress(OSError):  # another process was faster, or is reading it
-                    old.unlink()
+        self._forget_old()
 
     def flush(self) -> None:
-        for path in self._folder.glob(f"{self._base}.*"):
+        for path in self._all():
             path.unlink(missing_ok=True)
 
+    def _all(self) -> list[Path]:
+        return list(self._folder.glob(f"{self._kernel}.*.*.*"))
+
+    def _forget_old(self) -> None:
+        used: dict[str, float] = {}
+        for path in self._all():
+            with suppress(OSError):  # another process was faster
+                stamp = path.name.removeprefix(self._kernel).split(".")[1]
+                used[stamp] = max(used.get(stamp, 0.0), path.stat().st_mtime)
+        kept = sorted(used, key=lambda stamp: used[stamp])[-_KEPT:]
+        for path in self._all():
+            if path.name.removeprefix(self._kernel).split(".")[1] not in kept:
+                with suppress(OSError):  # as above, or it is being read
+                    path.unlink()
+
     def _path(self, key: Any) -> Path:
-        return self._folder / f"{self._base}.{self._stamp()}.{_digest(str(key).encode())}.kernel"
+        return self._folder / f"{self._kernel}.{self._stamp()}.{_digest(str(key).encode())}.kernel"
 
     def _stamp(self) -> str:
         # Bounds checks are compiled in or not; Numba's own key does not say.
-        machine = (__version__, numba.__version__, str(config.BOUNDSCHECK), str(config.OPT))
-        return _stamp(Path(self._locator._py_file), *machine)
+        machine = (__version__, numba.__version__, sys.version, str(config.BOUNDSCHECK), str(config.OPT))
+        return _stamp(self._source, *machine)
+
+
+@lru_cache
+def _tell_of_damage(folder: Path) -> None:
+    warnings.warn(f"compiled kernels in {folder} were damaged; they are compiled anew", RuntimeWarning, 2)
 
 
 def _digest(data: bytes) -> str:
@@ -128,7 +178,7 @@ def _stamp(path: Path, *more: str) -> str:
         seen |= fresh
         waiting += fresh
     digest = hashlib.sha256("\n".join(more).encode())
-    for source in sorted(filter(os.path.exists, seen)):
+    for source in sorted(source for source in seen if source.exists()):
         digest.update(hashlib.sha256(source.read_bytes()).digest())
     return digest.hexdigest()[:16]
 

@@ -7,6 +7,7 @@ import errno
 import os
 import signal
 import sys
+import warnings
 from collections.abc import Sequence
 from contextlib import suppress
 from types import FrameType
@@ -43,6 +44,7 @@ app = typer.Typer(
 def main() -> NoReturn:
     """Run the command line; bad input is one line on stderr and exit status 2, Ctrl-C is 130."""
     signal.signal(signal.SIGTERM, _interrupt)
+    warnings.showwarning = _note
     try:
         # Without any argument the help. Typer returns an exit code where it would have ended the process: 130
         # for Ctrl-C.
@@ -97,6 +99,11 @@ def run_words(words: Sequence[str]) -> None:
 
 def _interrupt(_signal: int, _frame: FrameType | None) -> NoReturn:
     raise KeyboardInterrupt
+
+
+def _note(message: Warning | str, *_: object, **__: object) -> None:
+    with suppress(OSError):
+        print(printable("note: " + " ".join(str(message).split())), file=sys.stderr)
 
 
 def _fail(message: str, *, status: int = 2) -> int:
