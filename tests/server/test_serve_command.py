@@ -35,7 +35,7 @@ def _no_helpers(monkeypatch):
     ("arguments", "printed", "stop"),
     [
         (
-            ["serve", ".", "--port", "0", "--host", "0.0.0.0", "--throttle", "1k"],
+            ["serve", ".", "--port", "0", "--host", "0.0.0.0", "--throttle", "8k"],
             r"serving 2 streams at (http://127\.0\.0\.1:\d+/) \(Ctrl-C stops\)$",
             signal.SIGTERM,
         ),
