@@ -12,12 +12,13 @@ import math
 import os
 import struct
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote, urlsplit
 
 from upholster.errors import FormatError, InputError
-from upholster.files import read_bytes
+from upholster.files import path_inside, read_bytes
 
 __all__ = ["MAX_BUFFER", "Gltf", "Json", "numbers", "parse_gltf", "whole"]
 
@@ -109,12 +110,12 @@ class Gltf:
         return self._buffers[index]
 
     def resource(self, uri: object) -> bytes:
-        """Return what a URI stands for: data in it, or a file beside the document.
+        """Return what a URI stands for: data in it, or a file in the document's folder.
 
         Raises
         ------
         FormatError, InputError
-            For any other URI, data that are no base64, or a file that cannot be read.
+            For any other URI, data that are no base64, or a file that cannot be read or lies elsewhere.
         """
         if not isinstance(uri, str):
             raise FormatError(f"uri is a {type(uri).__name__}; allowed: text")
@@ -126,24 +127,30 @@ class Gltf:
                 return base64.b64decode(data, validate=True)
             except (binascii.Error, ValueError):
                 raise FormatError("a data URI is no base64") from None
-        try:
-            scheme = urlsplit(uri).scheme
-        except ValueError:
-            scheme = "?"
-        path = Path(unquote(uri))
-        if scheme or path.is_absolute():
-            raise InputError(f"it refers to {uri[:80]!r}; allowed: files beside it, by relative names")
-        file = self.folder / path
+        file = self._beside(uri)
         data_read = read_bytes(file)
         if file not in self.inputs:
             self.inputs.append(file)
         return data_read
 
+    def _beside(self, uri: str) -> Path:
+        try:
+            scheme = urlsplit(uri).scheme
+        except ValueError:
+            scheme = "?"
+        if scheme:
+            raise InputError(f"it refers to {uri[:80]!r}; allowed: files beside it, by relative names")
+        return path_inside([self.folder], unquote(uri))
+
     def images_beside(self) -> list[Path]:
-        """Return the files of images that lie beside the document."""
+        """Return the files of images that lie in the document's folder."""
         uris = [image.get("uri") for image in self.items("images")]
-        names = [uri for uri in uris if isinstance(uri, str) and not uri.startswith("data:")]
-        return [self.folder / unquote(name) for name in dict.fromkeys(names)]
+        names = dict.fromkeys(uri for uri in uris if isinstance(uri, str) and not uri.startswith("data:"))
+        found = []
+        for name in names:
+            with suppress(InputError):
+                found.append(self._beside(name))
+        return found
 
     def view_of(self, entry: Mapping[str, Any]) -> memoryview:
         """Return the bytes that an object with buffer, byteOffset and byteLength stands for.
