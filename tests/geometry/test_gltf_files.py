@@ -3,6 +3,7 @@
 import base64
 import json
 import os
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -296,6 +297,21 @@ def test_no_file_outside_the_folder_is_read(tmp_path: Path) -> None:
         read_model(write("pipe.bin"))
     for uri in ("own.bin", "a/../own.bin", "here.bin"):
         is_closed_cube(read_model(write(uri)).mesh)
+
+
+def test_many_nodes_and_meshes_are_refused_by_number_and_fewer_are_read_soon(tmp_path: Path) -> None:
+    for kind in ("nodes", "meshes"):
+        glb = Glb()
+        glb.node(mesh=glb.mesh("cube", glb.box()))
+        glb.json[kind] += [{}] * 65_536
+        refused(tmp_path, glb, f"{kind} has 65537 items; allowed: 65536")
+    glb = Glb()
+    box = glb.box()
+    for _ in range(3000):  # took 20 s where each look at a list looked at all of it
+        glb.node(mesh=glb.mesh("", box))
+    begun = time.process_time()
+    assert len(read_model(glb.write(tmp_path / "many.glb")).parts) == 3000
+    assert time.process_time() - begun < 8.0
 
 
 def test_a_mesh_that_is_listed_a_thousand_times_is_no_bomb(tmp_path: Path) -> None:

@@ -325,7 +325,7 @@ def _crowd(index: NDArray[np.int64], samples: FloatArray, tolerance: float) -> l
 
 
 def _near_pairs(samples: FloatArray) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return each edge with the few nearest others, either way round: a third one that is as near is refused."""
+    """Return each edge with the few nearest others, either way round."""
     count = len(samples)
     either_way = np.concatenate([samples, samples[:, ::-1]]).reshape(2 * count, -1)
     found = cKDTree(either_way).query(either_way[:count], min(2 * count, _NEAREST))[1] % count

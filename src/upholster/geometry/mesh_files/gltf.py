@@ -28,6 +28,9 @@ MAX_BUFFER = 1 << 30
 """Bytes of a buffer, and of all that is decompressed."""
 
 _MAX_ITEMS = 1 << 20
+_MAX_OF_KIND = {"nodes": 1 << 16, "meshes": 1 << 16}
+"""Each takes work in Python, even where nothing is drawn."""
+
 _READABLE = {
     "KHR_draco_mesh_compression",
     "EXT_meshopt_compression",
@@ -57,6 +60,7 @@ class Gltf:
         self.inputs: list[Path] = []
         self._binary = binary
         self._buffers: dict[int, bytes] = {}
+        self._checked: dict[str, list[Json]] = {}
 
     def items(self, kind: str) -> list[Json]:
         """Return one of the document's lists of objects, [] where it has none.
@@ -64,13 +68,19 @@ class Gltf:
         Raises
         ------
         FormatError
-            If it is no list of objects, or one of more than a million.
+            If it is no list of objects, or one of more than a million; of nodes and meshes 65,536.
         """
         found = self.json.get(kind, [])
-        if not isinstance(found, list) or not all(isinstance(item, dict) for item in found):
+        if self._checked.get(kind) is found:
+            return found
+        if not isinstance(found, list):
             raise FormatError(f"{kind} is no list of objects")
-        if len(found) > _MAX_ITEMS:
-            raise FormatError(f"{kind} has {len(found)} items; allowed: {_MAX_ITEMS}")
+        most = _MAX_OF_KIND.get(kind, _MAX_ITEMS)
+        if len(found) > most:
+            raise FormatError(f"{kind} has {len(found)} items; allowed: {most}")
+        if not all(isinstance(item, dict) for item in found):
+            raise FormatError(f"{kind} is no list of objects")
+        self._checked[kind] = found
         return found
 
     def item(self, kind: str, index: object) -> Json:
