@@ -171,7 +171,8 @@ def test_a_process_says_the_same_and_ends_with_the_same_status(folder):
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals and terminals")
-def test_ctrl_c_stops_it_and_leaves_nothing(folder, tmp_path):
+@pytest.mark.parametrize("stop", ["SIGINT", "SIGHUP"])
+def test_ctrl_c_or_a_closed_terminal_stops_it_and_leaves_nothing(folder, tmp_path, stop):
     """Pressed while the bars move, when most of half a minute's work is still to be done."""
     target = tmp_path / "big.npz"
     target.write_text("an older file")
@@ -185,7 +186,7 @@ def test_ctrl_c_stops_it_and_leaves_nothing(folder, tmp_path):
         said = b""
         while (part := _read(ours)) and not re.search(rb"blocks[^\r\n]*[1-9]\d?%", said := said + part):
             pass
-        process.send_signal(signal.SIGINT)
+        process.send_signal(getattr(signal, stop))
         while part := _read(ours):
             said += part
         assert process.wait() == 130, said
@@ -202,6 +203,16 @@ def test_ctrl_c_stops_it_and_leaves_nothing(folder, tmp_path):
 def _hear():
     # A shell starts what it runs in the background with Ctrl-C ignored, and a child inherits that.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs a POSIX shell")
+@pytest.mark.parametrize("closed", [">&-", "2>&-", ">&- 2>&-", "<&- >&- 2>&-"])
+def test_closed_standard_files_are_no_fault(folder, tmp_path, closed):
+    command = f"{' '.join(map(str, COMMAND))} cover brick.png --on plane --texels 64x64 -o {tmp_path}/a.png {closed}"
+    done = subprocess.run(["sh", "-c", command], cwd=folder, check=False, capture_output=True)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
 
 
 def _read(terminal):

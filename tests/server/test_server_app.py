@@ -5,6 +5,7 @@ import http.client
 import io
 import os
 import re
+import socket
 import subprocess
 import sys
 import threading
@@ -314,6 +315,19 @@ def test_odd_requests_get_short_answers(shared):
         b"GET /streams/quilt.uph HTTP/1.1\r\n" + host + b"Range: bytes=0-1\r\nRange: bytes=2-3\r\n\r\n"
     )
     assert answer.startswith(b"HTTP/1.1 200 ")
+
+
+def test_nothing_is_read_behind_a_request_of_two_lengths(shared):
+    client, _ = shared
+    head = b"GET / HTTP/1.1\r\nHost: 127.0.0.1\r\n"
+    smuggled = head + b"\r\n"
+    with socket.create_connection(("127.0.0.1", client.port), timeout=10) as line:
+        line.sendall(head + b"Content-Length: 5\r\nTransfer-Encoding: chunked\r\n\r\n0\r\n\r\n" + smuggled)
+        answer = b""
+        while part := line.recv(1 << 16):  # until it is closed
+            answer += part
+    assert answer.count(b"HTTP/1.1 ") == 1
+    assert b"connection: close" in answer.lower()
 
 
 def test_every_answer_has_the_headers_that_keep_browsers_careful(shared):
