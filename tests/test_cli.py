@@ -209,7 +209,8 @@ def _hear():
 @pytest.mark.skipif(sys.platform == "win32", reason="needs a POSIX shell")
 @pytest.mark.parametrize("closed", [">&-", "2>&-", ">&- 2>&-", "<&- >&- 2>&-"])
 def test_closed_standard_files_are_no_fault(folder, tmp_path, closed):
-    command = f"{' '.join(map(str, COMMAND))} cover brick.png --on plane --texels 64x64 -o {tmp_path}/a.png {closed}"
+    arguments = f"cover brick.png --on plane --texels 64x64 -o {tmp_path}/a.png {closed}"
+    command = " ".join([*map(str, COMMAND), arguments])
     done = subprocess.run(["sh", "-c", command], cwd=folder, check=False, capture_output=True)
     assert done.returncode == 0, done.stderr
     assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")

@@ -71,8 +71,9 @@ class Gltf:
             If it is no list of objects, or one of more than a million; of nodes and meshes 65,536.
         """
         found = self.json.get(kind, [])
-        if self._checked.get(kind) is found:
-            return found
+        known = self._checked.get(kind)
+        if known is not None and known is found:
+            return known
         if not isinstance(found, list):
             raise FormatError(f"{kind} is no list of objects")
         most = _MAX_OF_KIND.get(kind, _MAX_ITEMS)
