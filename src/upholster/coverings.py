@@ -17,7 +17,7 @@ from upholster.errors import FormatError, InputError
 from upholster.fitting import fitted
 from upholster.geometry import AnySurface, MeshSurface, Surface
 from upholster.geometry.mesh_files import ModelFile
-from upholster.image import Material
+from upholster.image import IMAGE_SUFFIXES, Material
 from upholster.image.material_files import FilesByRole
 from upholster.image.roles import ROLES
 from upholster.image.source import Source, read_source, source_files, source_names, source_parts
@@ -33,12 +33,14 @@ from upholster.reports import counts_of, notes_before, settled_words
 from upholster.shown import on_a_line
 from upholster.stream import check_layout
 from upholster.stream.plans import refuse_source_map
+from upholster.suffixes import is_model_name
 from upholster.types import PixelArray, Progress
 from upholster.writing import painted
 
 __all__ = [
     "Choice",
     "Covering",
+    "check_not_swapped",
     "check_samples",
     "check_streamed",
     "counted",
@@ -77,6 +79,18 @@ class Choice:
         """Return sample and size as a report has them."""
         names = source_names(self.source)
         return names if self.sample_size is None else f"{names}@{self.sample_size}"
+
+
+def check_not_swapped(exemplar: Source | None, on: CoveredLike) -> None:
+    """Raise InputError where the sample is a model, and what is covered an image."""
+    named = exemplar if isinstance(exemplar, (list, tuple)) else [exemplar]
+    texts = [os.fspath(one) for one in (*named, on) if isinstance(one, (str, os.PathLike))]
+    models = [text for text in texts[:-1] if is_model_name(text)]
+    if len(texts) == len(named) + 1 and models and Path(texts[-1]).suffix.lower() in IMAGE_SUFFIXES:
+        raise InputError(
+            f"sample {models[0]!r} is a model, and what it is to cover, {texts[-1]!r}, an image; "
+            f"allowed: the other way round, {texts[-1]} --on {models[0]}"
+        )
 
 
 def check_samples(

@@ -21,7 +21,7 @@ from upholster.outputs import TexturedModel
 from upholster.quilt import Chart, Quilt, Texels
 from upholster.quilt.plans import StripPlan
 from upholster.shown import Shown, on_a_line
-from upholster.types import PixelArray
+from upholster.types import PixelArray, Progress
 
 __all__ = [
     "CoverReport",
@@ -97,10 +97,14 @@ class CoverReport(Shown):
 
 
 @contextmanager
-def timed(stage: str, seconds: dict[str, float]) -> Iterator[None]:
-    """Add to `seconds` how long what is done within took."""
+def timed(stage: str, seconds: dict[str, float], progress: Progress | None = None) -> Iterator[None]:
+    """Add to `seconds` how long what is done within took; name the stage to who looks on."""
     start = time.perf_counter()
+    if progress is not None:
+        progress(stage, 0, 1)
     yield
+    if progress is not None:
+        progress(stage, 1, 1)
     seconds[stage] = time.perf_counter() - start
 
 

@@ -49,6 +49,8 @@ def main() -> NoReturn:
         if number is not None and signal.getsignal(number) != signal.SIG_IGN:
             signal.signal(number, _interrupt)
     warnings.showwarning = _note
+    if os.environ.get("NO_COLOR"):  # Typer's help would still be bold and dim
+        os.environ["_TYPER_FORCE_DISABLE_TERMINAL"] = "1"
     try:
         # Without any argument the help. Typer returns an exit code where it would have ended the process: 130
         # for Ctrl-C.
