@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from upholster import reports, surface_from_spec
+from upholster.charts import layout
 from upholster.image import read_exemplar, write_image
 from upholster.pipeline import cover
 
@@ -59,11 +60,15 @@ def test_what_is_soft_or_very_large_is_told_before_the_work(tmp_path, monkeypatc
     write_image(sample, np.random.default_rng(1).integers(0, 255, (40, 40, 3), np.uint8))
     told, stages = [], []
 
+    def progress(stage, *_):
+        if stage == "blocks":
+            stages.append(stage)
+
     def run(**synthesis):
         told.clear()
         return cover(
             str(sample), "sphere", [str(tmp_path / "x.npz")], synthesis=synthesis,
-            tell=lambda note: told.append((note, len(stages))), progress=lambda *stage: stages.append(stage) if stage[0] == "blocks" else None,
+            tell=lambda note: told.append((note, len(stages))), progress=progress,
         )  # fmt: skip
 
     assert run(texels=40_000).notes == []
@@ -72,3 +77,24 @@ def test_what_is_soft_or_very_large_is_told_before_the_work(tmp_path, monkeypatc
     assert [count for _, count in told] == [0]
     monkeypatch.setattr(reports, "_MANY_TEXELS", 30_000)
     assert "GB of texels in memory" in run(texels=40_000).notes[0]
+
+
+def test_texels_follow_the_sample_up_to_a_ceiling_that_is_told(tmp_path, monkeypatch):
+    sample = tmp_path / "small.png"
+    write_image(sample, np.random.default_rng(1).integers(0, 255, (40, 40, 3), np.uint8))
+
+    def run():
+        return cover(str(sample), "plane", [str(tmp_path / "x.npz")])
+
+    found = run()
+    with np.load(tmp_path / "x.npz") as file:
+        (chart,) = (file[name] for name in file.files if name.startswith("chart_"))
+    wide = float(found.settled["sample"].split()[0])
+    side = surface_from_spec("plane").size / 2**0.5
+    assert chart.shape[0] == pytest.approx(40 * side / wide, rel=0.02)  # a texel for a pixel
+    assert found.notes == []
+    monkeypatch.setattr(layout, "MOST_TEXELS", 10_000)
+    monkeypatch.setattr(reports, "MOST_TEXELS", 10_000)
+    (note,) = run().notes
+    assert "a texel is" in note
+    assert "--texels" in note

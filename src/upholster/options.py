@@ -32,7 +32,7 @@ MOST_WARP = 0.06
 SEARCHES = ("coherent", "full")
 DISPLACED_BY = ("height", "luminance")
 
-TextureFormat = Literal["png", "jpeg", "webp"]
+TextureFormat = Literal["auto", "png", "jpeg", "webp"]
 
 _SAMPLE, _MODEL, _SCALE, _SYNTHESIS, _PAPER, _PIXEL, _OUTPUT, _STREAM = (
     "Sample",
@@ -315,7 +315,7 @@ class SynthesisOptions:
             _SCALE,
             "How many in all, 64 to 2^31: `4M`. Or, on a surface of one patch, width and height of a flat "
             "texture with a texel for a pixel of the sample: `512x512`. Default: a texel for a pixel of the "
-            "sample, but 1M to 8M in all.",
+            "sample, at most 8M in all.",
             metavar="N|WxH",
             only="quilt",
         ),
@@ -647,7 +647,12 @@ class WriteOptions:
         metadata=_about(_OUTPUT, "Quadrilaterals of the whole surface's mesh, 1 to 10,000,000."),
     )
     texture: TextureFormat = field(
-        default="png", metadata=_about(_OUTPUT, "Format of the texture in a GLB: png, jpeg or webp.")
+        default="auto",
+        metadata=_about(
+            _OUTPUT,
+            "Format of the textures in a GLB: png, jpeg, webp (smallest); auto: colours without alpha jpeg, "
+            "all else png.",
+        ),
     )
     quality: int = field(default=90, metadata=_about(_OUTPUT, "Of JPEG and WebP, 1 to 100."))
     normal_scale: float = field(

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from upholster.charts.layout import MOST_TEXELS
 from upholster.charts.phases import PhaseField
 from upholster.geometry import AnySurface, MeshSurface, Surface
 from upholster.methods import Prepared
@@ -34,8 +35,8 @@ __all__ = [
     "totalled",
 ]
 
-_SOFT = 0.6
-"""Pixels of the sample to a texel below which a texture looks soft."""
+_SOFT, _COARSE = 0.6, 1.2
+"""Pixels of the sample to a texel below which a texture looks soft, and above which the sample shows more."""
 
 _STRETCHED = 0.01
 """From here on a tile's better size is told."""
@@ -189,6 +190,13 @@ def notes_before(surface: AnySurface, prepared: Prepared, sample: PixelArray, ma
             "smaller --sample-size or fewer texels make it sharp"
         )
     texels = sum(chart.height * chart.width for chart in prepared.charts)
+    if prepared.scale is not None and prepared.scale.texels == MOST_TEXELS:
+        coarse = prepared.scale.scale / prepared.scale.density
+        if coarse > _COARSE:
+            found.append(
+                f"a texel is {coarse:.1f} pixels of the sample wide: by default there are at most 8M; "
+                f"--texels {coarse**2 * MOST_TEXELS / 1e6:.0f}M shows all that the sample has"
+            )
     if texels > _MANY_TEXELS and maps:
         size = texels * sample.itemsize * 3 * maps
         found.append(

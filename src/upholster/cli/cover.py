@@ -42,6 +42,9 @@ def surfaces() -> None:
     new_console().print(table)
 
 
+_LARGE = 5_000_000
+"""Bytes of a GLB above which it is said what would make it smaller."""
+
 _Material = Annotated[
     list[str] | None,
     typer.Option(
@@ -182,6 +185,8 @@ def cover(
         count, covering = result.counts["texels"], result.counts["covering"]
         texels = f"{covering:,} texels" + (f" ({count:,} with the charts' margins)" * (covering < count))
         say(f"wrote {written}: {texels} in {time.perf_counter() - start:.1f} s")
+        if any(name.lower().endswith(".glb") and size > _LARGE for name, size in result.written.items()):
+            say("smaller: --texture webp, fewer --texels, a lower --quality; smallest: a stream, -o x.uph")
         if result.settled:
             after = ":" if materials else ""
             settled = [f"{name}{after} {value}" for name, value in result.settled.items()]

@@ -70,6 +70,9 @@ def build_material(
     """
     if texture not in get_args(TextureFormat):
         raise InputError(f"texture {texture!r} is unknown; {nearest(str(texture), get_args(TextureFormat))}")
+    colours, data = texture, texture
+    if texture == "auto":  # what JPEG does to a normal is seen in highlights
+        colours, data = "jpeg" if mode == "OPAQUE" else "png", "png"
     for role, part in maps.items():
         _check_map(role, part)
     if mode == "OPAQUE" and alpha_channel(pixels.shape[2]) is not None:
@@ -88,10 +91,11 @@ def build_material(
     }
     if mode != "OPAQUE":
         document["alphaMode"] = mode
-    made = PbrMaterial(document, [(name, encode_image(pixels, texture, quality=quality))])
+    made = PbrMaterial(document, [(name, encode_image(pixels, colours, quality=quality))])
 
     def add(kind: str, image: PixelArray, least: int) -> dict[str, Any]:
-        made.images.append((f"{name} {kind}", encode_image(image, texture, quality=max(quality, least))))
+        coded = encode_image(image, data if least > 1 else colours, quality=max(quality, least))
+        made.images.append((f"{name} {kind}", coded))
         return {"index": first + len(made.images) - 1}
 
     if "normal" in maps:
