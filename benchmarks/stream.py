@@ -8,9 +8,9 @@ import numpy as np
 import upholster
 from benchmarks.measure import EXEMPLAR, Results, median_seconds, one_pixel_a_texel
 from upholster.export import write_glb
-from upholster.image import encode_image
+from upholster.image import ImageFormat, encode_image
 from upholster.levels import refine_steps, texels_psnr
-from upholster.options import TextureFormat, WriteOptions
+from upholster.options import WriteOptions
 from upholster.outputs import TexturedModel
 from upholster.quilt import Texels
 from upholster.stream import Description, StreamDecoder, describe, encode_stream
@@ -151,7 +151,7 @@ def _quality(data: bytes, length: int, texels: Texels) -> float:
 
 def _against_glb(
     results: Results,
-    name: TextureFormat,
+    name: ImageFormat,
     wanted: float,
     data: bytes,
     surface: upholster.Surface,
@@ -189,7 +189,7 @@ def _against_glb(
     )
 
 
-def _atlas_psnr(atlas: PixelArray, name: TextureFormat, quality: int) -> float:
+def _atlas_psnr(atlas: PixelArray, name: ImageFormat, quality: int) -> float:
     from upholster.image import read_image
 
     with tempfile.TemporaryDirectory() as folder:

@@ -23,8 +23,16 @@ from upholster.image.roles import ROLES
 from upholster.image.source import Source, read_source, source_files, source_names, source_parts
 from upholster.joined import joined_model
 from upholster.lattice import find_lattice
-from upholster.lengths import parse_length, read_length
-from upholster.methods import Prepared, execute, kept_sample, matched_image, needs_patches, prepare
+from upholster.lengths import read_length
+from upholster.methods import (
+    Prepared,
+    execute,
+    kept_sample,
+    matched_image,
+    needs_patches,
+    prepare,
+    sample_width,
+)
 from upholster.options import ModelOptions, SampleOptions, SynthesisOptions, WriteOptions
 from upholster.outputs import TexturedModel
 from upholster.quilt import Chart, Quilt
@@ -317,7 +325,8 @@ def read_coverings(
         notes += (
             [f"{pattern or _REST}: {note}" for note in source.notes] if isinstance(source, Material) else []
         )
-        own = _share(asked if size is None else replace(asked, sample_size=size), covered, parts)
+        sized = asked if size is None else replace(asked, sample_size=size, element_size=None)
+        own = _share(sized, covered, parts)
         with _naming(pattern or _REST):
             own = _with_axes(own, covered, source, notes)
         title = _title(exemplar if wanted is None else wanted.source, pattern)
@@ -355,9 +364,8 @@ def _fitted(
         why = "the sample does not repeat surely enough" if lattice is None else "no cylinder closes round"
         notes.append(f"nothing is fitted: {why}")
         return asked
-    size = asked.sample_size
-    length = None if size is None else parse_length(size, model.mesh.metres, name="sample size")
-    scale = texture_scale(covered.surface, seen.shape[1], sample_size=length)
+    width = sample_width(seen, asked, model.mesh.metres)
+    scale = texture_scale(covered.surface, seen.shape[1], sample_size=width)
     factor, left = fitted(lattice, around, along, scale.scale)
     wide = factor * scale.sample_size
     notes.append(
@@ -365,7 +373,7 @@ def _fitted(
         f"that whole periods go round {count} cylinder{'s' * (count > 1)}; {left:.2f} of one "
         "is left over"
     )
-    return replace(asked, sample_size=wide)
+    return replace(asked, sample_size=wide, element_size=None)
 
 
 def _share(asked: SynthesisOptions, covered: Covered, parts: Mapping[str, Covered]) -> SynthesisOptions:

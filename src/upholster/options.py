@@ -333,6 +333,16 @@ class SynthesisOptions:
             only="quilt",
         ),
     )
+    element_size: float | str | None = field(
+        default=None,
+        metadata=_about(
+            _SCALE,
+            "Size of what repeats in the sample, a brick or a plank, instead of the sample's: `21cm`. Of "
+            "its sides the longer one counts; where only rows repeat, their distance.",
+            metavar="LENGTH",
+            only="quilt",
+        ),
+    )
     # A string, for the type needs NumPy: `upholster.charts.directions.Vectors`.
     direction: "str | float | Sequence[float] | Mapping[str, str] | Callable[[Any], Any] | None" = field(
         default=None,
@@ -617,15 +627,18 @@ class SynthesisOptions:
             )
         if self.crease is not None and not 1 <= self.crease <= 180:
             raise InputError(f"crease is {self.crease:g} degrees; allowed: 1 to 180")
-        if isinstance(self.sample_size, str):
-            read_length(self.sample_size, name="sample size")
+        for name, size in (("sample size", self.sample_size), ("element size", self.element_size)):
+            if isinstance(size, str):
+                read_length(size, name=name)
+        if self.sample_size is not None and self.element_size is not None:
+            raise InputError("sample size and element size are both given; allowed: at most one of them")
         if not isinstance(self.texels, tuple):
             if self.tileable:
                 raise InputError("tileable needs texels as width x height, on a surface of one patch")
             if self.texels is not None and self.density is not None:
                 raise InputError("density and texels are both given; allowed: at most one of them")
             return
-        for name in ("density", "sample_size", "direction", "warp"):
+        for name in ("density", "sample_size", "element_size", "direction", "warp"):
             if getattr(self, name) is not None:
                 width, height = self.texels
                 raise InputError(f"{name} is given with texels {width}x{height}; allowed: one of them")

@@ -130,7 +130,11 @@ def settled_words(
     if prepared.scale is not None:
         size = prepared.scale.sample_size
         found["sample"] = f"{size:.4g} units wide on a model of {surface.size:.4g}"
-        if asked.sample_size is None:
+        if prepared.phases is not None:
+            pixels = prepared.phases.lattice.element
+            sides = " x ".join(f"{side / prepared.scale.scale:.3g}" for side in pixels)
+            found["element"] = f"{sides} units ({' x '.join(f'{side:.3g}' for side in pixels)} pixels)"
+        if asked.sample_size is None and asked.element_size is None:
             found["sample"] += f" (--sample-size {2 * size:.3g} makes it twice as large)"
         found["direction"] = prepared.direction
     if roles:
