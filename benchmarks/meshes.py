@@ -24,7 +24,7 @@ from rich.console import Console
 from rich.table import Table
 
 from upholster.charts.covered import as_covered
-from upholster.charts.creases import CREASE, default_crease
+from upholster.charts.creases import CREASE
 from upholster.charts.mesh_directions import (
     asked_at_corners,
     asked_by_strokes,
@@ -116,10 +116,12 @@ def measured(model: Path, sample: Path, out: Path | None, options: SynthesisOpti
     assert prepared.scale is not None
     assert prepared.field is not None
     crease = CREASE if options.crease is None else options.crease
-    anew = default_crease(surface.mesh) if options.crease is None else options.crease
-    asked = _asked(surface.mesh, options, anew)
+    asked = _asked(surface.mesh, options, crease)
+    field = prepared.field
     if asked is None:
-        asked = prepared.field.corner_vectors
+        asked = field.corner_vectors
+    elif options.stroke is None:
+        asked = field.as_faces_run(asked)
     found = mesh_mapping(surface, quilt, scale=prepared.scale.scale, asked=asked)
     across = mesh_seams(surface, quilt, painted, image, crease=crease)
     smooth = mesh_seams(surface, quilt, painted, image, crease=SMOOTH, by_normals=True)

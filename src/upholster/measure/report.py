@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from upholster.charts.creases import CREASE, default_crease
+from upholster.charts.creases import CREASE
 from upholster.charts.directions import Direction, parse_direction
 from upholster.charts.mesh_directions import asked_at_corners, mesh_directions, parse_mesh_direction
 from upholster.errors import InputError
@@ -275,11 +275,11 @@ def _measure_mesh(
 
 
 def _asked(surface: MeshSurface, direction: str) -> FloatArray:
-    # (T, 3, 3): the direction itself, or the field where only that can tell.
+    # (T, 3, 3): the direction itself, or the field where only that can tell: on flat faces, too.
     wanted = parse_mesh_direction(direction)
-    crease = default_crease(surface.mesh)
-    asked = asked_at_corners(surface.mesh, wanted, crease)
-    return mesh_directions(surface.mesh, wanted, crease=crease).corner_vectors if asked is None else asked
+    asked = asked_at_corners(surface.mesh, wanted, CREASE)
+    field = mesh_directions(surface.mesh, wanted, crease=CREASE)
+    return field.corner_vectors if asked is None else field.as_faces_run(asked)
 
 
 def _broken(
