@@ -30,6 +30,9 @@ _SHARP = 0.8
 _STEPS = 256
 """Triangles beyond a border over which the surface is followed, at most."""
 
+_ROOM = 1 << 18
+"""Edges of a border from which the surface is followed at a time: so much memory that takes."""
+
 
 @dataclass(frozen=True, eq=False)
 class Border:
@@ -61,6 +64,11 @@ class Border:
         line = mesh.corners[triangle, (edge + 1) % 3] - mesh.corners[triangle, edge]
         return cls(triangle, edge, face[triangle], line, _lengths(line))
 
+    def some(self, first: int, last: int) -> "Border":
+        """Return the edges from one number up to another."""
+        own = slice(first, last)
+        return Border(self.triangle[own], self.edge[own], self.face[own], self.line[own], self.length[own])
+
 
 def flat_faces(mesh: TriangleMesh, frames: PlaneFrames) -> IntArray:
     """Return the number of the flat face to which each triangle belongs, (T,), −1 for none.
@@ -75,7 +83,13 @@ def flat_faces(mesh: TriangleMesh, frames: PlaneFrames) -> IntArray:
         border = Border.of(mesh, face)
         around = np.bincount(border.face, border.length, len(planes))
         areas = np.bincount(face[face >= 0], frames.areas[face >= 0], len(planes))
-        sharp = _is_sharp(mesh, frames, border, planes, 2 * areas / np.maximum(around, 1e-300))
+        width = 2 * areas / np.maximum(around, 1e-300)
+        sharp = np.concatenate(
+            [
+                _is_sharp(mesh, frames, border.some(first, first + _ROOM), planes, width)
+                for first in range(0, max(len(border.face), 1), _ROOM)
+            ]
+        )
         bounded = np.bincount(border.face, border.length * sharp, len(planes)) >= _SHARP * around
         kept = np.where(bounded, count + np.cumsum(bounded) - 1, -1)
         number = np.where(face >= 0, np.append(kept, -1)[face], number).astype(np.int32)

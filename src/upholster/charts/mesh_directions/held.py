@@ -53,12 +53,7 @@ class Held:
 
     def asked(self, wish: Wish) -> Wish:
         """Return a wish that asks for these directions as well."""
-        mine = self.face >= 0
-        return replace(
-            wish,
-            power=np.where(mine, power(self.z, wish.fold), wish.power),
-            confidence=np.where(mine, 1.0, wish.confidence),
-        )
+        return _asked_too(wish, self.face >= 0, self.z)
 
 
 @dataclass(frozen=True, eq=False)
@@ -178,16 +173,21 @@ def held_on_faces(
     if kind in ("level", "smooth"):
         borne = planes.sum(planes.run(np.ones_like(longest), across=True)) >= _ENOUGH * length
         level = (asked_of_slopes(planes.upright) > 0) & borne
-    known = Held(
-        face, planes.on_triangles(frames, face, level.astype(np.complex128)), np.zeros((0, 3), np.bool_)
-    )
-    asked = known.asked(wish)
-    asked.confidence[(face >= 0) & ~level[face]] = 0.0
-    beside = _Beside.of(mesh, frames, asked, planes)
+    known = planes.on_triangles(frames, face, level.astype(np.complex128))
+    beside = _Beside.of(mesh, frames, _asked_too(wish, face >= 0, known), planes)
     found = _signed(planes, _chosen(planes, longest, length > 0, beside), beside)
     z = planes.on_triangles(frames, face, np.where(level, 1.0 + 0j, found))
     held = Held(face, z, np.zeros(mesh.triangles.shape, np.bool_))
     return replace(held, apart=_apart(mesh, frames, planes, held, wish))
+
+
+def _asked_too(wish: Wish, mine: NDArray[np.bool_], z: ComplexArray) -> Wish:
+    """Return a wish that on some triangles (T,) asks for directions z (T,), for nothing where they are 0."""
+    return replace(
+        wish,
+        power=np.where(mine, power(z, wish.fold), wish.power),
+        confidence=np.where(mine, (z != 0).astype(np.float64), wish.confidence),
+    )
 
 
 def _unasked(frames: PlaneFrames, face: IntArray, wish: Wish, kind: str, straight: bool) -> IntArray:
