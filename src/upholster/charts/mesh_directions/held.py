@@ -238,7 +238,9 @@ def _longest(planes: _Planes) -> tuple[ComplexArray, FloatArray]:
     total = sums[last] - sums[first]
     near = np.maximum(np.abs(planes.along.real), np.abs(planes.along.imag))
     chosen = _first(planes, total, near)
-    way = planes.along[chosen]
+    # Of a round hole a chord may lie within the window, too: the longest edge tells the way.
+    alike = planes.run(planes.along[chosen], across=True)
+    way = planes.along[_first(planes, np.where(alike, length, 0.0), near)]
     along, across = (planes.sum(planes.run(one)) for one in (way, 1j * way))
     leaning = np.abs(way.imag) > np.abs(way.real)
     turned = np.where(np.abs(along - across) <= _ALIKE * (along + across), leaning, across > along)
