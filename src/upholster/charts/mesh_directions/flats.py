@@ -21,11 +21,18 @@ __all__ = ["Border", "flat_faces", "mean_planes"]
 _FLAT = 2.0
 """Degrees by which normals of a flat face differ from their mean, at most."""
 
-_LINKS = (_FLAT, 0.1 * _FLAT)
-"""Degrees up to which triangles side by side are one. A fine rounding bends by less than the first."""
+_LINKS = (_FLAT, 0.1 * _FLAT, _FLAT)
+"""Degrees up to which triangles side by side are one, round by round. A fine rounding bends by less than the
+first; chamfers end at the faces that the rounds before have found."""
+
+_CHAMFER = 30.0
+"""Degrees: edges to a face that bend by so much are sharp."""
 
 _SHARP = 0.8
 """Part of its border at which a flat face ends sharply, at least."""
+
+_ROUNDING = 1e-6
+"""Of cosines: what bends by just so much as is told is sharp."""
 
 _STEPS = 256
 """Triangles beyond a border over which the surface is followed, at most."""
@@ -74,7 +81,8 @@ def flat_faces(mesh: TriangleMesh, frames: PlaneFrames) -> IntArray:
     """Return the number of the flat face to which each triangle belongs, (T,), −1 for none.
 
     A face's normals lie within 2° of their mean. Most of its border is sharp: the surface ends there, or
-    turns by 60° or more within as much as the face is wide (area over half its border).
+    turns by 60° or more within as much as the face is wide (area over half its border); to another face, as
+    from a chamfer, 30° are enough.
     """
     number = np.full(len(mesh.triangles), -1, np.int32)
     count = 0
@@ -90,6 +98,7 @@ def flat_faces(mesh: TriangleMesh, frames: PlaneFrames) -> IntArray:
                 for first in range(0, max(len(border.face), 1), _ROOM)
             ]
         )
+        sharp |= _at_faces(mesh, frames, border, number)
         bounded = np.bincount(border.face, border.length * sharp, len(planes)) >= _SHARP * around
         kept = np.where(bounded, count + np.cumsum(bounded) - 1, -1)
         number = np.where(face >= 0, np.append(kept, -1)[face], number).astype(np.int32)
@@ -123,6 +132,14 @@ def _level_pieces(
     return kept[piece].astype(np.int32), planes[~bent]
 
 
+def _at_faces(mesh: TriangleMesh, frames: PlaneFrames, border: Border, number: IntArray) -> NDArray[np.bool_]:
+    """Return which edges (B,) bend sharply to a face whose `number` (T,) is known."""
+    met = mesh.neighbours[border.triangle, border.edge]
+    bend = np.einsum("ij,ij->i", frames.normals[border.triangle], frames.normals[met // 3])
+    bent: NDArray[np.bool_] = bend <= np.cos(np.radians(_CHAMFER)) + _ROUNDING
+    return bent & (met >= 0) & (number[met // 3] >= 0)
+
+
 class _Walk(NamedTuple):
     """Ways straight over the surface: which, where, whereto, how far yet, and the edge to be crossed next.
 
@@ -150,7 +167,7 @@ def _is_sharp(
     From the middle of each edge the surface is followed straight on.
     """
     sharp = np.zeros(len(border.face), np.bool_)
-    least = np.cos(np.radians(SMOOTH)) + 1e-6  # what bends by just so much is sharp
+    least = np.cos(np.radians(SMOOTH)) + _ROUNDING
     way = np.cross(border.line, frames.normals[border.triangle])
     walk = _Walk(
         np.arange(len(sharp)),
