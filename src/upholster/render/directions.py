@@ -25,8 +25,8 @@ _ROOM = 96
 _FINER = 2
 """The picture is drawn so many times as large, and made smaller: lines are smooth then."""
 
-_SHALLOW = -1e-3
-"""Product of sines of opposite signs up to which lines run along an edge, but for rounding."""
+_SHALLOW = 0.03
+"""Sine of the angle to an edge below which a line runs along it."""
 
 _LINE, _HEAD = (0.10, 0.22, 0.42), (0.85, 0.30, 0.05)
 _POSITIVE, _NEGATIVE = (214, 39, 40), (31, 100, 220)
@@ -118,10 +118,16 @@ def going_on(field: MeshField) -> IntArray:
     out = np.einsum("tki,ti->tk", np.cross(line, mesh.flat_normals[:, None]), field.face_vectors)
     here = along + 1j * out
     there = -here.reshape(-1)[mesh.neighbours] * np.array([1, 1j, -1, -1j])[field.jumps]
-    goes_on = here.imag * there.imag >= _SHALLOW
+    goes_on = _crosses(here.imag, there.imag)
     if field.fold == 4:  # lines run both ways
-        goes_on &= here.real * there.real >= _SHALLOW
+        goes_on &= _crosses(here.real, there.real)
     return np.where(goes_on, mesh.neighbours, -1).astype(np.int32)
+
+
+def _crosses(out: FloatArray, inward: FloatArray) -> NDArray[np.bool_]:
+    """Return whether lines that leave with one sine to an edge, and go on with another, do go over it."""
+    along = (np.abs(out) < _SHALLOW) & (np.abs(inward) < _SHALLOW)
+    return np.asarray(along | (out * inward > _SHALLOW**2))
 
 
 def _seeds(field: MeshField, camera: Camera, depth: NDArray[np.float32]) -> tuple[IntArray, FloatArray]:
