@@ -24,7 +24,7 @@ from rich.console import Console
 from rich.table import Table
 
 from upholster.charts.covered import as_covered
-from upholster.charts.creases import CREASE
+from upholster.charts.creases import CREASE, default_crease
 from upholster.charts.mesh_directions import (
     asked_at_corners,
     asked_by_strokes,
@@ -116,7 +116,8 @@ def measured(model: Path, sample: Path, out: Path | None, options: SynthesisOpti
     assert prepared.scale is not None
     assert prepared.field is not None
     crease = CREASE if options.crease is None else options.crease
-    asked = _asked(surface.mesh, options, crease)
+    anew = default_crease(surface.mesh) if options.crease is None else options.crease
+    asked = _asked(surface.mesh, options, anew)
     field = prepared.field
     if asked is None:
         asked = field.corner_vectors

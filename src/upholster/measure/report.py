@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from upholster.charts.creases import CREASE
+from upholster.charts.creases import CREASE, default_crease
 from upholster.charts.directions import Direction, parse_direction
 from upholster.charts.mesh_directions import asked_at_corners, mesh_directions, parse_mesh_direction
 from upholster.errors import InputError
@@ -277,8 +277,9 @@ def _measure_mesh(
 def _asked(surface: MeshSurface, direction: str) -> FloatArray:
     # (T, 3, 3): the direction itself, or the field where only that can tell: on flat faces, too.
     wanted = parse_mesh_direction(direction)
-    asked = asked_at_corners(surface.mesh, wanted, CREASE)
-    field = mesh_directions(surface.mesh, wanted, crease=CREASE)
+    crease = default_crease(surface.mesh)
+    asked = asked_at_corners(surface.mesh, wanted, crease)
+    field = mesh_directions(surface.mesh, wanted, crease=crease)
     return field.corner_vectors if asked is None else field.as_faces_run(asked)
 
 

@@ -9,7 +9,7 @@ from typing import Any, cast
 import numpy as np
 
 from upholster.charts.covered import CoveredLike, as_covered
-from upholster.charts.creases import CREASE
+from upholster.charts.creases import default_crease
 from upholster.charts.directions import Vectors, default_direction, direction_fields, parse_direction
 from upholster.charts.layout import RING, TextureScale, density_layout, texture_scale, uniform_layout
 from upholster.charts.mesh_directions import MeshField, default_mesh_direction, mesh_directions
@@ -267,7 +267,7 @@ def _prepare_mesh(
         surface.mesh,
         cast(Any, options.direction),
         strokes=options.stroke,
-        crease=CREASE if options.crease is None else options.crease,
+        crease=default_crease(surface.mesh) if options.crease is None else options.crease,
         lattice=phases is not None,
     )
     charts = mesh_charts(surface, scale.density)
