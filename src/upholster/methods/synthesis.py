@@ -262,11 +262,13 @@ def _prepare_mesh(
         if getattr(options, name):
             raise InputError(f"{name} is given on a mesh; allowed: {name} on a surface of patches")
     scale, block = _scale(exemplar, surface, options, surface.mesh.metres)
+    phases = _phases(exemplar, options, lambda _: None, _MESH_PHASE)  # which `synthesize_mesh` finds
     field = field or mesh_directions(
         surface.mesh,
         cast(Any, options.direction),
         strokes=options.stroke,
         crease=default_crease(surface.mesh) if options.crease is None else options.crease,
+        lattice=phases is not None,
     )
     charts = mesh_charts(surface, scale.density)
     along, down = triangle_frames(surface, field.corner_vectors)
@@ -278,7 +280,6 @@ def _prepare_mesh(
         text = "strokes" if options.stroke else default_mesh_direction(surface.mesh)
     elif not isinstance(text, str):
         text = getattr(text, "__name__", "vectors")
-    phases = _phases(exemplar, options, lambda _: None, _MESH_PHASE)  # which `synthesize_mesh` finds
     return Prepared(charts, fields, scale, f"{text}, {field.words}", own, field, phases, turns)
 
 
