@@ -2,13 +2,14 @@
 
 import tempfile
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
 import upholster
 from benchmarks.measure import EXEMPLAR, Results, median_seconds, one_pixel_a_texel
 from upholster.export import write_glb
-from upholster.image import ImageFormat, encode_image
+from upholster.image import encode_image
 from upholster.levels import refine_steps, texels_psnr
 from upholster.options import WriteOptions
 from upholster.outputs import TexturedModel
@@ -151,7 +152,7 @@ def _quality(data: bytes, length: int, texels: Texels) -> float:
 
 def _against_glb(
     results: Results,
-    name: ImageFormat,
+    name: Literal["png", "jpeg", "webp"],
     wanted: float,
     data: bytes,
     surface: upholster.Surface,
@@ -189,7 +190,7 @@ def _against_glb(
     )
 
 
-def _atlas_psnr(atlas: PixelArray, name: ImageFormat, quality: int) -> float:
+def _atlas_psnr(atlas: PixelArray, name: Literal["png", "jpeg", "webp"], quality: int) -> float:
     from upholster.image import read_image
 
     with tempfile.TemporaryDirectory() as folder:
