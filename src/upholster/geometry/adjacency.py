@@ -7,7 +7,6 @@ from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import cKDTree
 
 from upholster.errors import InputError
 from upholster.geometry.edges import Edges
@@ -141,8 +140,8 @@ class FaceEdges:
         return cls(edges, inner, rim)
 
 
-_NEAREST = 16
-"""How many edges, each either way round, are compared with one of many between the same junctions."""
+_NEIGHBOURS = 8
+"""With how many others an edge is compared, of those between the same junctions."""
 
 
 def find_adjacency(parts: FaceEdges, tolerance: float) -> Adjacency:
@@ -325,13 +324,18 @@ def _crowd(index: NDArray[np.int64], samples: FloatArray, tolerance: float) -> l
 
 
 def _near_pairs(samples: FloatArray) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-    """Return each edge with the few nearest others, either way round."""
+    """Return each edge with those beside it in an order in which edges that coincide are neighbours.
+
+    The order is that of a mean of an edge's points, the same either way round.
+    """
     count = len(samples)
-    either_way = np.concatenate([samples, samples[:, ::-1]]).reshape(2 * count, -1)
-    found = cKDTree(either_way).query(either_way[:count], min(2 * count, _NEAREST))[1] % count
-    pairs = np.stack([np.repeat(np.arange(count), found.shape[1]), found.reshape(-1)], axis=1)
-    pairs = np.unique(np.sort(pairs[pairs[:, 0] != pairs[:, 1]], axis=1), axis=0)
-    return pairs[:, 0], pairs[:, 1]
+    either_way = (samples + samples[:, ::-1]).reshape(count, -1)
+    order = np.argsort(either_way @ np.random.default_rng(0).random(either_way.shape[1]), kind="stable")
+    pairs = [
+        np.stack([order[:-step], order[step:]], axis=1) for step in range(1, min(count, 1 + _NEIGHBOURS))
+    ]
+    found = np.unique(np.sort(np.concatenate(pairs), axis=1), axis=0)
+    return found[:, 0], found[:, 1]
 
 
 def _gaps(a: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatArray]:
