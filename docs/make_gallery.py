@@ -2,7 +2,7 @@
 
 Writes docs/gallery/*.jpg and docs/gallery/README.md. The folder holds images of any names; those that start
 with a class of texture (regular_, near_regular_, irregular_, stochastic_) are used for that class. Needs
-Pillow, which the extra "gallery" brings.
+Pillow, which the extra "bench" brings.
 
 ``python docs/make_gallery.py paper OUT`` draws every figure of the paper from the project's own exemplars
 alone, as OUT/figure_01.jpg and so on; one picture may be several figures: OUT/figure_07_08_09.jpg.
@@ -38,7 +38,7 @@ try:
 except ModuleNotFoundError as error:
     if error.name != "PIL":
         raise
-    sys.exit("make_gallery: Pillow is not installed; install the extra: pip install 'upholster[gallery]'")
+    sys.exit("make_gallery: Pillow is not installed; install the extra: pip install 'upholster[bench]'")
 
 GALLERY = Path(__file__).resolve().parent / "gallery"
 USAGE = "usage: python docs/make_gallery.py FOLDER_OF_EXEMPLARS [--only NAME], or: paper OUT [--draft]"

@@ -299,6 +299,21 @@ def test_no_file_outside_the_folder_is_read(tmp_path: Path) -> None:
         is_closed_cube(read_model(write(uri)).mesh)
 
 
+def test_bodies_of_one_name_are_chosen_by_number(tmp_path: Path) -> None:
+    glb = Glb()
+    for place in range(3):
+        glb.node(mesh=glb.mesh("m", glb.box()), name="sink", translation=[3 * place, 0, 0])
+    path = glb.write(tmp_path / "sinks.glb")
+    assert len(read_model(path, parts=["sink"]).parts) == 3
+    for number in (1, 2, 3):
+        (low, _) = read_model(path, parts=[f"sink#{number}"]).mesh.box
+        assert low[0] == 3 * (number - 1)
+    with pytest.raises(InputError, match="part is 'sink#4'; allowed: sink#1 to sink#3"):
+        read_model(path, parts=["sink#4"])
+    with pytest.raises(InputError, match="no part is called 'tap#1'"):
+        read_model(path, parts=["tap#1"])
+
+
 def test_many_nodes_and_meshes_are_refused_by_number_and_fewer_are_read_soon(tmp_path: Path) -> None:
     for kind in ("nodes", "meshes"):
         glb = Glb()

@@ -1,7 +1,5 @@
 """Solids: what is closed, what is not, and how thick walls are."""
 
-import sys
-
 import numpy as np
 import pytest
 
@@ -93,13 +91,6 @@ def test_walls_that_pass_through_each_other_are_told() -> None:
     found = check_solid(folded, mesh.triangles, mesh.positions)
     assert found.folded >= 1
     assert any(line.startswith("it passes through itself") for line in solid_lines(found, None))
-
-
-def test_without_manifold3d_the_rest_is_still_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setitem(sys.modules, "manifold3d", None)
-    found = check_solid(*tetrahedron())
-    assert found.manifold is None
-    assert found.is_closed
 
 
 def test_lengths_are_in_millimetres_where_the_unit_is_known() -> None:

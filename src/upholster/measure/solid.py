@@ -41,7 +41,7 @@ class Solid:
     turned
         Edges whose two triangles run along them the same way: one is inside out.
     manifold
-        What manifold3d says of the triangles: whether they bound a solid. None where it is not installed.
+        What manifold3d says of the triangles: whether they bound a solid. None where it was not asked.
     volume, volume_before
         In cubic model units, and before vertices moved; None unless the surface is closed.
     folded
@@ -201,11 +201,9 @@ def _edge_faults(triangles: IntArray, vertices: int) -> tuple[int, int, int]:
     )
 
 
-def _by_manifold(positions: FloatArray, triangles: IntArray) -> bool | None:
-    try:
-        from manifold3d import Error, Manifold, Mesh64
-    except ImportError:
-        return None
+def _by_manifold(positions: FloatArray, triangles: IntArray) -> bool:
+    from manifold3d import Error, Manifold, Mesh64
+
     # It takes no read-only arrays.
     mesh = Mesh64(positions.astype(np.float64, order="C"), triangles.astype(np.uint64, order="C"))
     found = Manifold(mesh)

@@ -27,7 +27,7 @@ MEMORY = 12 << 30
 _EVERY = 0.1
 """Seconds between two looks at how far it is."""
 
-_EXTRAS = {"OCP": "cad", "rhino3dm": "rhino"}
+_LIBRARIES = ("OCP", "rhino3dm")
 
 
 def read_cad(
@@ -76,7 +76,7 @@ def read_cad(
     if found is None:
         raise InputError(f"Open CASCADE crashes on it (status {code}): it can not be read")
     if isinstance(found, str):
-        raise _refused(found, memory, path)
+        raise _refused(found, memory)
     if not any(body.faces for body in found.bodies):
         raise InputError("it has no surfaces; allowed: a model with faces")
     return found
@@ -134,15 +134,12 @@ def _tell(heard: deque[str], progress: Progress | None) -> None:
             progress(stage, int(done), int(total))
 
 
-def _refused(text: str, memory: int, path: Path) -> InputError:
+def _refused(text: str, memory: int) -> InputError:
     if text == "memory":
         return InputError(f"it needs more than {memory / 2**30:.3g} GiB of memory to read; allowed: as much")
     missing, _, name = text.partition(" ")
-    if missing == "missing":
-        extra = _EXTRAS.get(name.partition(".")[0])
-        if extra is not None:
-            extra = "rhino" if path.suffix.lower() == ".3dm" else extra  # which needs both
-            return InputError(f"reading it needs {name}; install it: pip install 'upholster[{extra}]'")
+    if missing == "missing" and name.partition(".")[0] in _LIBRARIES:
+        return InputError(f"reading it needs {name}; install it: pip install 'upholster[cad]'")
     return InputError(text)
 
 

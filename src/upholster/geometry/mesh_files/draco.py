@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.errors import FormatError, InputError
+from upholster.errors import FormatError
 from upholster.types import IntArray
 
 __all__ = ["decoded_primitive"]
@@ -34,17 +34,11 @@ def decoded_primitive(
 
     Raises
     ------
-    InputError
-        If DracoPy is missing.
     FormatError
         If the data are damaged, or hold anything else than the file announces.
     """
-    try:
-        import DracoPy
-    except ImportError:
-        raise InputError(
-            "Draco compression needs DracoPy; install it with: pip install 'upholster[mesh]'"
-        ) from None
+    import DracoPy
+
     try:
         found = DracoPy.decode(data)
         triangles = np.ascontiguousarray(found.faces, np.int32).reshape(-1, 3)

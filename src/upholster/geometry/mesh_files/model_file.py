@@ -1,5 +1,6 @@
 """What a model's file holds: triangles, parts with their names, and where in the file they stand."""
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
@@ -16,6 +17,9 @@ from upholster.types import FloatArray, IntArray
 __all__ = ["MAX_PARTS", "GltfPart", "ModelFile", "ModelPart", "chosen_parts", "named_parts", "welded_within"]
 
 MAX_PARTS = 65_536
+
+_NUMBERED = re.compile(r"(.+)#([1-9][0-9]{0,5})")
+"""A name, and which of the parts of this name, in the file's order."""
 
 _LISTED = 30
 """Names that an error lists."""
@@ -135,7 +139,7 @@ class ModelFile(Shown):
 
 
 def chosen_parts(parts: Sequence[ModelPart], patterns: Sequence[str]) -> list[int]:
-    """Return the numbers of the parts that at least one of the patterns chooses.
+    """Return the numbers of the parts that at least one of the patterns chooses; ``sink#2``: the second sink.
 
     Raises
     ------
@@ -144,11 +148,22 @@ def chosen_parts(parts: Sequence[ModelPart], patterns: Sequence[str]) -> list[in
     """
     chosen = set()
     for pattern in patterns:
-        found = [number for number, part in enumerate(parts) if part.fits(pattern)]
+        found = _fitting(parts, pattern)
+        if not found and (numbered := _NUMBERED.fullmatch(pattern)):
+            same, which = _fitting(parts, numbered[1]), int(numbered[2])
+            found = same[which - 1 : which]
+            if same and not found:
+                raise InputError(
+                    f"part is {pattern!r}; allowed: {numbered[1]}#1 to {numbered[1]}#{len(same)}"
+                )
         if not found:
             raise InputError(f"no part is called {pattern!r}; allowed: {_listed(parts)}")
         chosen.update(found)
     return sorted(chosen)
+
+
+def _fitting(parts: Sequence[ModelPart], pattern: str) -> list[int]:
+    return [number for number, part in enumerate(parts) if part.fits(pattern)]
 
 
 def named_parts(labels: Sequence[tuple[str, str]]) -> list[str]:
