@@ -244,8 +244,8 @@ class ModelOptions:
         default=None,
         metadata=_about(
             _MODEL,
-            "Cover these parts alone, by the name of part, object or material: `Seat`, `'Leg*'`; `'sink#2'`: the "
-            "second sink; several times. `upholster info` lists them. Default: all.",
+            "Cover these parts alone, by the name of part, object or material: `Seat`, `'Leg*'`; `'sink#2'`, "
+            "the second sink; several times. `upholster info` lists them. Default: all.",
             metavar="NAME",
         ),
     )
