@@ -64,6 +64,7 @@ from upholster.model import (
 from upholster.options import WriteOptions
 from upholster.quilt import Chart, Quilt, Texels
 from upholster.quilt.chart import MAX_CHART
+from upholster.redrawn import redrawn
 from upholster.render import render
 from upholster.render.directions import directions_picture
 from upholster.render.maps import SHOWN
@@ -615,13 +616,26 @@ def write_output(
             )
             write_image(places[0], shown, quality=options.quality)
         case "picture":
-            picture = model.picture(progress=progress)
+            picture = _whole_picture(model, progress)
             linear = output.path.suffix.lower() == ".exr"
             write_image(
                 places[0],
                 picture if linear else from_linear(picture, "uint8", dither=True),
                 quality=options.quality,
             )
+
+
+def _whole_picture(model: TexturedModel, progress: Progress | None) -> NDArray[np.float32]:
+    """Return a picture of all that a model's file shows: parts that are not covered, and copies, too."""
+    file, options = model.file, model.options
+    if file is None or file.gltf is None or not (file.left or any(part.instances > 1 for part in file.parts)):
+        return model.picture(progress=progress)
+    with TemporaryDirectory(prefix="upholster-") as folder:
+        glb = Path(folder, "model.glb")
+        _write_glb(glb, replace(model, options=replace(options, texture="png"), notes=[]))
+        run: dict[str, Any] = {"threads": model.threads, "progress": progress}
+        (picture,) = redrawn(glb, [options.view], size=options.size, supersample=options.supersample, **run)
+    return picture
 
 
 def _obj_parts(model: TexturedModel) -> dict[str, Any]:

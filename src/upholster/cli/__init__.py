@@ -21,6 +21,7 @@ from upholster.cli.codec import decode, encode
 from upholster.cli.command import Command
 from upholster.cli.cover import EXAMPLE, cover, surfaces
 from upholster.cli.measure import measure
+from upholster.cli.picture import picture
 from upholster.cli.prepare import prepare
 from upholster.cli.serve import serve, view
 from upholster.cli.stream import info, levels, refine
@@ -171,6 +172,7 @@ _COMMANDS = {
     function.__name__: function
     for function in (
         cover,
+        picture,
         prepare,
         surfaces,
         refine,

@@ -10,9 +10,8 @@ from functools import partial
 from pathlib import Path, PurePosixPath
 
 from upholster.errors import InputError
-from upholster.image.native import scratch_file
 from upholster.image.profiles import Notes
-from upholster.image.read import read_image
+from upholster.image.read import read_image, read_image_data
 from upholster.image.roles import LEFT_OUT, role_of
 from upholster.image.write import IMAGE_SUFFIXES
 from upholster.types import PixelArray
@@ -145,9 +144,4 @@ def _read_entry(
             data = stream.read(entry.file_size + 1)
     except (zipfile.BadZipFile, zlib.error, NotImplementedError, EOFError, OSError) as error:
         raise InputError(f"{shown!r} cannot be unpacked: {error}") from None
-    with scratch_file(len(data)) as name:
-        Path(name).write_bytes(data)
-        try:
-            return read_image(name, colors=colors, notes=notes)
-        except InputError as error:
-            raise InputError(str(error).replace(repr(name), repr(shown))) from None
+    return read_image_data(data, shown, colors=colors, notes=notes)

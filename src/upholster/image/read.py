@@ -18,14 +18,14 @@ from upholster.errors import InputError
 from upholster.files import path_text
 from upholster.image.color import alpha_channel
 from upholster.image.heif import heif_kind, read_heif
-from upholster.image.native import silent
+from upholster.image.native import scratch_file, silent
 from upholster.image.preparing import MAX_SIDE, MIN_SIDE, check_resize, cut_out, finished
 from upholster.image.profiles import PHOTOS, Notes, ink_samples, is_cmyk, tell, to_srgb
 from upholster.image.rectify import Corners
 from upholster.options import SampleOptions
 from upholster.types import MAX_SAMPLE, PixelArray
 
-__all__ = ["check_exemplar", "check_white", "read_exemplar", "read_image"]
+__all__ = ["check_exemplar", "check_white", "read_exemplar", "read_image", "read_image_data"]
 
 MAX_BYTES = 1 << 30
 """Size, uncompressed, of an image that is to be cropped or reduced: 200 megapixels of 8-bit RGB fit."""
@@ -416,3 +416,18 @@ def check_white(pixels: PixelArray, name: str) -> None:
 def _one_line(words: str) -> str:
     lines = [line.strip() for line in words.splitlines() if line.strip()]
     return lines[0] if lines else "no reason given"
+
+
+def read_image_data(
+    data: bytes, shown: str, *, colors: bool = True, notes: Notes | None = None
+) -> PixelArray:
+    """Read an image from its file's bytes, as `read_image` does; `shown` names it in messages.
+
+    OpenImageIO reads files only: the bytes lie in one meanwhile, in memory where the system offers that.
+    """
+    with scratch_file(len(data)) as name:
+        Path(name).write_bytes(data)
+        try:
+            return read_image(name, colors=colors, notes=notes)
+        except InputError as error:
+            raise InputError(str(error).replace(repr(name), repr(shown))) from None

@@ -1,0 +1,53 @@
+"""``upholster picture``: a GLB drawn again, without synthesis."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from upholster.cli.console import in_bytes, numbers, progress_bars, say
+from upholster.errors import InputError
+
+__all__ = ["picture"]
+
+
+def picture(
+    model: Annotated[str, typer.Argument(help="A model: .glb, .gltf.", metavar="MODEL")],
+    output: Annotated[
+        str, typer.Option("-o", "--output", metavar="FILE", help="The picture: .png, .jpg, .webp or .exr.")
+    ],
+    view: Annotated[
+        str,
+        typer.Option(
+            metavar="AZ,EL|sheet",
+            help="Azimuth and elevation in degrees; `sheet`: four sides on one picture.",
+        ),
+    ] = "30,30",
+    size: Annotated[str, typer.Option(metavar="WxH", help="Of the whole picture, in pixels.")] = "1024x768",
+    supersample: Annotated[int, typer.Option(help="Samples per pixel each way, 1 to 8.")] = 2,
+    threads: Annotated[int | None, typer.Option(help="1 to 256; default: one per core.")] = None,
+    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
+) -> None:
+    """Draw a model with the textures that it has: all of it, from one side or from four."""
+    import numpy as np
+
+    from upholster.files import outputs
+    from upholster.image import from_linear, write_image
+    from upholster.redrawn import SHEET, redrawn
+
+    if Path(output).suffix.lower() not in (".png", ".jpg", ".jpeg", ".webp", ".exr"):
+        raise InputError(f"output {output!r} is no picture; allowed: .png, .jpg, .webp, .exr")
+    width, height = numbers("size", size, "x", 2, int)
+    is_sheet = view == "sheet"
+    views = SHEET if is_sheet else (numbers("view", view, ",", 2, float),)
+    each = (width // 2, height // 2) if is_sheet else (width, height)
+    with (
+        progress_bars(quiet, ["quilt mesh material picture"]) as progress,
+        outputs([output], inputs=[model]) as files,
+    ):
+        found = redrawn(model, views, size=each, supersample=supersample, threads=threads, progress=progress)
+        linear = np.vstack([np.hstack(found[:2]), np.hstack(found[2:])]) if is_sheet else found[0]
+        is_linear = Path(output).suffix.lower() == ".exr"
+        write_image(files.path(output), linear if is_linear else from_linear(linear, "uint8", dither=True))
+    if not quiet:
+        say(f"wrote {output} ({in_bytes(Path(output).stat().st_size)})")

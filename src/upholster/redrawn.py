@@ -1,0 +1,215 @@
+"""Pictures of a GLB as it stands: everything that it shows, drawn again without synthesis."""
+
+import os
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from upholster.errors import InputError
+from upholster.geometry.mesh_files import ModelFile, read_model
+from upholster.geometry.mesh_files.accessors import Accessors
+from upholster.geometry.mesh_files.gltf import Gltf, Json
+from upholster.geometry.mesh_files.gltf_nodes import stands
+from upholster.image.read import read_image_data
+from upholster.render import render
+from upholster.types import FloatArray, PixelArray, Progress
+
+__all__ = ["SHEET", "redrawn"]
+
+SHEET = ((30.0, 30.0), (120.0, 30.0), (210.0, 30.0), (300.0, 30.0))
+"""The views of a sheet, as of `Camera.fit`."""
+
+_GUTTER = 16
+"""Texels round each image: so many the renderer's mip levels reach."""
+
+_UP = np.array([[1.0, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
+"""From glTF's axes, y up, to ours, z up."""
+
+_DATA = {"normal": (128, 128, 255), "roughness": (255,), "metallic": (255,), "ao": (255,)}
+"""Maps other than the colour, and what stands for one that is missing."""
+
+
+def redrawn(
+    path: str | os.PathLike[str],
+    views: Sequence[tuple[float, float]],
+    *,
+    size: tuple[int, int] = (1024, 768),
+    supersample: int = 2,
+    threads: int | None = None,
+    progress: Progress | None = None,
+) -> list[NDArray[np.float32]]:
+    """Draw a GLB or glTF file from several sides.
+
+    Base colour, alpha, normals, roughness, metalness and occlusion are shown, of all meshes wherever they
+    stand.
+
+    Parameters
+    ----------
+    path
+        The file.
+    views
+        Azimuth and elevation of each picture, in degrees.
+    size
+        (width, height) of each picture in pixels.
+    supersample, threads, progress
+        As in `upholster.render.render`.
+
+    Returns
+    -------
+    list of ndarray
+        (height, width, 3) each, linear light.
+
+    Raises
+    ------
+    InputError, FormatError
+        If the file is no glTF, or cannot be read.
+    """
+    model = read_model(path)
+    if model.gltf is None or not model.gltf_parts:
+        raise InputError(f"model {os.fspath(path)!r} has no materials of glTF; allowed: .glb, .gltf")
+    images = _Images(model.gltf)
+    uv = np.zeros((len(model.mesh.triangles), 3, 2)) if model.uv is None else np.nan_to_num(model.uv)
+    for number, part in enumerate(model.gltf_parts):
+        mine = model.mesh.part == number
+        primitive = model.gltf.item("meshes", part.mesh)["primitives"][part.primitive]
+        uv[mine] = images.placed(primitive.get("material"), uv[mine])
+    corners, normals, uv = _everywhere(model, uv)
+    maps = images.maps()
+    return [
+        render(
+            corners.reshape(-1, 3),
+            normals.reshape(-1, 3),
+            uv.reshape(-1, 2) / images.shape[::-1],
+            np.arange(3 * len(corners)).reshape(-1, 3),
+            images.stacked("color", (255, 255, 255, 255)),
+            maps=maps,
+            tangents=_tangents(corners, uv) if "normal" in maps else None,
+            size=size,
+            view=view,
+            supersample=supersample,
+            threads=threads,
+            progress=progress,
+        )
+        for view in views
+    ]
+
+
+def _everywhere(model: ModelFile, uv: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Return corners, their normals and places in the images, (N, 3, …), of all parts wherever they stand."""
+    assert model.gltf is not None
+    mesh = model.mesh
+    corners = mesh.positions[mesh.triangles]
+    flat = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    normals = np.repeat(flat[:, None], 3, axis=1) if mesh.normals is None else mesh.normals
+    found = [(corners, normals, uv)]
+    standing = {stand.mesh: stand for stand in stands(model.gltf, Accessors(model.gltf))}
+    for number, part in enumerate(model.gltf_parts):
+        mine, stand = mesh.part == number, standing[part.mesh]
+        for other in stand.others:
+            matrix = _UP @ other @ np.linalg.pinv(stand.matrix) @ _UP.T
+            turn = np.linalg.pinv(matrix[:3, :3])
+            found.append((corners[mine] @ matrix[:3, :3].T + matrix[:3, 3], normals[mine] @ turn, uv[mine]))
+    joined = [np.concatenate(parts) for parts in zip(*found, strict=True)]
+    return joined[0], joined[1], joined[2]
+
+
+def _tangents(corners: FloatArray, uv: FloatArray) -> FloatArray:
+    """Return where a texture's u grows, for each corner of each triangle: (3N, 3)."""
+    (a, b), (s, t) = ((each[:, 1] - each[:, 0], each[:, 2] - each[:, 0]) for each in (corners, uv))
+    along = a * t[:, 1:] - b * s[:, 1:]
+    turned = np.sign(s[:, 0] * t[:, 1] - t[:, 0] * s[:, 1])
+    tangents: FloatArray = np.repeat(along * turned[:, None], 3, axis=0)
+    return tangents
+
+
+class _Images:
+    """The images of a file's materials, each role's one upon the other in one image."""
+
+    def __init__(self, gltf: Gltf) -> None:
+        self._gltf = gltf
+        self._read: dict[int, PixelArray] = {}
+        self._slots: dict[int | None, tuple[int, dict[str, PixelArray]]] = {}
+        self.shape = np.zeros(2, int)
+
+    def placed(self, material: object, uv: FloatArray) -> FloatArray:
+        """Return texture coordinates (N, 3, 2) of a material in texels of the stacked images."""
+        key = material if type(material) is int else None
+        if key not in self._slots:
+            looks = self._looks({} if key is None else self._gltf.item("materials", key))
+            height, width = looks["color"].shape[:2]
+            self._slots[key] = int(self.shape[0]), looks
+            self.shape = np.array(
+                [self.shape[0] + height + 2 * _GUTTER, max(self.shape[1], width + 2 * _GUTTER)]
+            )
+        top, looks = self._slots[key]
+        height, width = looks["color"].shape[:2]
+        uv = np.clip(uv - np.floor(uv.min(axis=1, keepdims=True)) * (np.abs(uv - 0.5) > 0.501).any(), 0, 1)
+        return uv * (width, height) + (_GUTTER, top + _GUTTER)
+
+    def maps(self) -> dict[str, PixelArray]:
+        """Return the maps that at least one material has."""
+        return {
+            role: self.stacked(role, missing)
+            for role, missing in _DATA.items()
+            if any(role in looks for _, looks in self._slots.values())
+        }
+
+    def stacked(self, role: str, missing: tuple[int, ...]) -> PixelArray:
+        """Return all images of a role, one upon the other."""
+        out = np.empty((*self.shape, len(missing)), np.uint8)
+        out[:] = missing
+        for top, looks in self._slots.values():
+            height, width = looks["color"].shape[:2]
+            if role not in looks:
+                continue
+            found = looks[role]
+            rows = np.clip(np.arange(-_GUTTER, height + _GUTTER), 0, height - 1) * found.shape[0] // height
+            columns = np.clip(np.arange(-_GUTTER, width + _GUTTER), 0, width - 1) * found.shape[1] // width
+            out[top : top + len(rows), : len(columns)] = found[rows[:, None], columns]
+        return out
+
+    def _looks(self, material: Json) -> dict[str, PixelArray]:
+        """Return a material's images by role; each is uint8, those of factors alone 4 x 4."""
+        surface = material.get("pbrMetallicRoughness", {})
+        factor = [*surface.get("baseColorFactor", ()), 1.0, 1.0, 1.0, 1.0][:4]
+        color = self._image(surface.get("baseColorTexture"), colors=True)
+        shade = np.array([1.055 * max(0.0031308, f) ** (1 / 2.4) - 0.055 for f in factor[:3]] + [factor[3]])
+        if color is None:
+            color = np.full((4, 4, 4), 255, np.uint8)
+        looks: dict[str, PixelArray] = {"color": np.rint(color * np.clip(shade, 0, 1)).astype(np.uint8)}
+        if material.get("alphaMode", "OPAQUE") == "OPAQUE":
+            looks["color"][:, :, 3] = 255
+        packed = self._image(surface.get("metallicRoughnessTexture"))
+        for role, channel, key in (("roughness", 1, "roughnessFactor"), ("metallic", 2, "metallicFactor")):
+            share = float(surface.get(key, 1.0))
+            whole = np.full((4, 4), 255, np.uint8) if packed is None else packed[:, :, channel]
+            looks[role] = np.rint(np.clip(share, 0, 1) * whole).astype(np.uint8)[:, :, None]
+        if (open_ := self._image(material.get("occlusionTexture"))) is not None:
+            looks["ao"] = open_[:, :, :1]
+        if (normal := self._image(material.get("normalTexture"))) is not None:
+            looks["normal"] = normal[:, :, :3]
+        return looks
+
+    def _image(self, entry: Any, *, colors: bool = False) -> PixelArray | None:
+        """Return a texture's pixels, (h, w, 4) uint8; None where there is none."""
+        if not isinstance(entry, dict):
+            return None
+        texture = self._gltf.item("textures", entry.get("index"))
+        webp = texture.get("extensions", {}).get("EXT_texture_webp", {})
+        index = webp.get("source", texture.get("source"))
+        if index not in self._read:
+            image = self._gltf.item("images", index)
+            view = image.get("bufferView")
+            if view is None:
+                data = self._gltf.resource(image.get("uri"))
+            else:
+                data = bytes(self._gltf.view_of(self._gltf.item("bufferViews", view)))
+            pixels = read_image_data(data, f"image {index}", colors=colors)
+            if pixels.dtype != np.uint8:
+                pixels = (pixels >> 8 if pixels.dtype == np.uint16 else 255 * pixels).astype(np.uint8)
+            alpha = pixels[:, :, -1:] if pixels.shape[2] in (2, 4) else np.full_like(pixels[:, :, :1], 255)
+            shown = pixels[:, :, :3] if pixels.shape[2] >= 3 else np.repeat(pixels[:, :, :1], 3, axis=2)
+            self._read[index] = np.concatenate([shown, alpha], axis=2)
+        return self._read[index]
