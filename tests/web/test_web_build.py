@@ -102,6 +102,18 @@ def test_the_package_tells_the_version_and_what_there_is(package: Any) -> None:
             assert (source.parent / found).resolve() in packed, f"{source.name} needs {found}"
 
 
+def test_bundlers_keep_what_is_imported_for_what_it_does(package: Any) -> None:
+    """What is imported without its names, `import './it.js'`, bundlers leave out unless it is listed."""
+    kept = {(WEB / path).resolve() for path in package["sideEffects"]}
+    for source in _sources():
+        text = source.read_text("utf-8")
+        wanted = re.findall(r"^import '(\.[^']+)'", text, re.MULTILINE)
+        loaded = re.findall(r"=> import\('(\.[^']+)'\)", text)
+        wanted += [name for name in loaded if "export " not in (source.parent / name).read_text("utf-8")]
+        for name in wanted:
+            assert (source.parent / name).resolve() in kept, f"{source.name} needs {name}"
+
+
 def _sources() -> list[Path]:
     return [*WEB.glob("*.js"), *(path for folder in FOLDERS for path in (WEB / folder).rglob("*.js"))]
 

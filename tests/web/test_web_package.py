@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import browser
+import numpy as np
 import pytest
 from starlette.applications import Starlette
 from starlette.routing import Mount
@@ -63,11 +64,11 @@ def test_the_package_holds_what_it_names_and_no_more(site: Path) -> None:
     assert not names & {"build.mjs", "examples", "node_modules", "index.html"}
 
 
-def _vite(folder: Path) -> None:
+def _vite(folder: Path, *options: str) -> None:
     (folder / "public").mkdir()
     (folder / "public" / "ring.uph").write_bytes(browser.material())
     program = WEB / "node_modules" / "vite" / "bin" / "vite.js"
-    _run(folder, "node", program, "build", "--minify", "false", "--logLevel", "error")
+    _run(folder, "node", program, "build", *options, "--logLevel", "error")
 
 
 def test_a_page_without_a_build(tab: Any, site: Path, address: str) -> None:
@@ -78,18 +79,47 @@ def test_a_page_without_a_build(tab: Any, site: Path, address: str) -> None:
 
 
 def test_a_page_built_by_vite(tab: Any, site: Path, address: str) -> None:
-    _vite(site / "vite")
+    _vite(site / "vite", "--minify", "false")
     tab.page.goto(f"{address}/vite/dist/")
     tab.page.wait_for_function("() => document.body.dataset.complete === 'true'")
 
 
 def test_a_page_with_react(tab: Any, site: Path, address: str) -> None:
-    _vite(site / "react")
+    _vite(site / "react", "--minify", "false")
     tab.open(f"{address}/react/dist/")
     total = len(browser.material())
     tab.page.get_by_text(f"complete, {total} bytes").wait_for()
     tab.page.get_by_role("button", name="From the front").click()
     assert tab.call("return viewer.view") == pytest.approx([30, 30], abs=1e-3)
+
+
+PAGE = """
+<!doctype html>
+<meta charset="utf-8">
+<link rel="icon" href="data:,">
+<style>upholster-viewer { display: block; height: 400px }</style>
+<upholster-viewer src="ring.uph" background="none" painting="PAINTING"></upholster-viewer>
+<script type="module">import 'upholster/viewer'</script>
+"""
+
+
+def test_the_element_built_by_vite_whoever_paints(chromium: Any, site: Path, address: str) -> None:
+    """With Vite's own settings. Chromium here has no graphics card, and so has to be told that it paints."""
+    pictures = []
+    for painting in ("card", "worker"):
+        folder = site / painting
+        folder.mkdir()
+        (folder / "index.html").write_text(PAGE.replace("PAINTING", painting))
+        _vite(folder, "--base", "./")
+        with browser.tab(chromium) as tab:
+            tab.open(f"{address}/{painting}/dist/").complete().settle_shape()
+            on_card = tab.call("return viewer.model.charts.map(({ textures }) => !textures.color.data)")
+            assert set(on_card) == {painting == "card"}
+            pictures.append(tab.picture())
+    covered = pictures[0][:, :, 3] == 255
+    assert covered.mean() > 0.1
+    assert pictures[0][covered].std() > 10
+    assert np.abs(pictures[0].astype(int) - pictures[1]).mean() < 0.5
 
 
 def test_the_types_are_right(site: Path) -> None:
