@@ -1,5 +1,6 @@
-"""What `npm pack` makes is all that a page needs: three examples, built, typed and opened in a browser."""
+"""What `npm pack` makes is all that a page needs: built, typed and opened in a browser, or on a server."""
 
+import json
 import os
 import shutil
 import subprocess
@@ -122,12 +123,71 @@ def test_the_element_built_by_vite_whoever_paints(chromium: Any, site: Path, add
     assert np.abs(pictures[0].astype(int) - pictures[1]).mean() < 0.5
 
 
-def test_the_types_are_right(site: Path) -> None:
-    """Of both programs; and they say no where something is wrong."""
-    (site / "react" / "wrong.tsx").write_text(
-        "import type {} from 'upholster/react'\n"
-        "// @ts-expect-error: an address is a text\n"
-        "export const wrong = <upholster-viewer src={3} />\n"
+USES = """
+import 'upholster/react'
+import { UphLoader } from 'upholster/three'
+import type { UpholsterViewer, ViewerModel } from 'upholster/viewer'
+
+export const element = (
+  <upholster-viewer
+    src="ring.uph"
+    alt="A ring"
+    exemplar="blue.png"
+    environment="sky.jpg"
+    painting="card"
+    autorotate
+    onerror={({ detail }) => console.error(detail.message)}
+  />
+)
+// @ts-expect-error: an address is a text
+export const wrong = <upholster-viewer src={3} />
+export const loaded = (line: HTMLElement) =>
+  new UphLoader().loadAsync('ring.uph', ({ received, total }) => (line.innerText = `${received} of ${total}`))
+export function show(viewer: UpholsterViewer, file: File): ViewerModel | null {
+  const bytes = new Uint8Array(9)
+  const views = [bytes, new DataView(bytes.buffer)]
+  for (const source of [file, new Blob(), bytes.buffer, ...views, 'ring.uph', null]) viewer.open(source)
+  // @ts-expect-error: it is no stream
+  viewer.open(3)
+  return viewer.model
+}
+"""
+
+
+def _tsc(folder: Path) -> None:
+    _run(folder, "node", WEB / "node_modules" / "typescript" / "bin" / "tsc")
+
+
+@pytest.mark.parametrize(("module", "resolution"), [("esnext", "bundler"), ("nodenext", "nodenext")])
+def test_types_are_right_to_the_strictest_compiler(site: Path, module: str, resolution: str) -> None:
+    """Every file of types, which a page's own compiler checks with its libraries unless it is told not to."""
+    folder = site / f"strict_{resolution}"
+    folder.mkdir()
+    (folder / "uses.tsx").write_text(USES)
+    types = sorted(path.as_posix() for path in (site / "node_modules" / "upholster").glob("*.d.ts"))
+    assert len(types) > 5
+    options = {"module": module, "moduleResolution": resolution, "target": "es2022", "jsx": "react-jsx"}
+    options |= {"types": ["@webgpu/types"], "strict": True, "noEmit": True, "skipLibCheck": False}
+    project = {"compilerOptions": options, "files": ["uses.tsx", *types]}
+    (folder / "tsconfig.json").write_text(json.dumps(project))
+    (folder / "package.json").write_text('{"type": "module"}')
+    _tsc(folder)
+
+
+def test_the_examples_types_are_right(site: Path) -> None:
+    for example in ("vite", "react"):
+        _tsc(site / example)
+
+
+def test_a_server_imports_it_as_nothing(site: Path) -> None:
+    """Pages are rendered ahead of time where there is no window: every entry can be imported there."""
+    exports = json.loads((WEB / "package.json").read_text("utf-8"))["exports"]
+    names = [f"upholster{entry[1:]}" for entry in exports]
+    assert "upholster/viewer" in names
+    (site / "server.mjs").write_text(
+        "import { createElement } from 'react'\nimport { renderToString } from 'react-dom/server'\n"
+        f"for (const name of {json.dumps(names)}) await import(name)\n"
+        "console.log(renderToString(createElement('upholster-viewer', { src: 'ring.uph', alt: 'A ring' })))\n"
     )
-    shutil.copy(site / "vite" / "main.ts", site / "react" / "plain.ts")
-    _run(site / "react", "node", WEB / "node_modules" / "typescript" / "bin" / "tsc")
+    told = _run(site, "node", "server.mjs")
+    assert told.strip() == '<upholster-viewer src="ring.uph" alt="A ring"></upholster-viewer>'
