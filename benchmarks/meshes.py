@@ -118,8 +118,11 @@ def measured(model: Path, sample: Path, out: Path | None, options: SynthesisOpti
     crease = CREASE if options.crease is None else options.crease
     anew = default_crease(surface.mesh) if options.crease is None else options.crease
     asked = _asked(surface.mesh, options, anew)
+    field = prepared.field
     if asked is None:
-        asked = prepared.field.corner_vectors
+        asked = field.corner_vectors
+    elif options.stroke is None:
+        asked = field.as_faces_run(asked)
     found = mesh_mapping(surface, quilt, scale=prepared.scale.scale, asked=asked)
     across = mesh_seams(surface, quilt, painted, image, crease=crease)
     smooth = mesh_seams(surface, quilt, painted, image, crease=SMOOTH, by_normals=True)

@@ -2,6 +2,7 @@
 
 import tempfile
 from pathlib import Path
+from typing import Literal
 
 import numpy as np
 
@@ -10,7 +11,7 @@ from benchmarks.measure import EXEMPLAR, Results, median_seconds, one_pixel_a_te
 from upholster.export import write_glb
 from upholster.image import encode_image
 from upholster.levels import refine_steps, texels_psnr
-from upholster.options import TextureFormat, WriteOptions
+from upholster.options import WriteOptions
 from upholster.outputs import TexturedModel
 from upholster.quilt import Texels
 from upholster.stream import Description, StreamDecoder, describe, encode_stream
@@ -151,7 +152,7 @@ def _quality(data: bytes, length: int, texels: Texels) -> float:
 
 def _against_glb(
     results: Results,
-    name: TextureFormat,
+    name: Literal["png", "jpeg", "webp"],
     wanted: float,
     data: bytes,
     surface: upholster.Surface,
@@ -189,7 +190,7 @@ def _against_glb(
     )
 
 
-def _atlas_psnr(atlas: PixelArray, name: TextureFormat, quality: int) -> float:
+def _atlas_psnr(atlas: PixelArray, name: Literal["png", "jpeg", "webp"], quality: int) -> float:
     from upholster.image import read_image
 
     with tempfile.TemporaryDirectory() as folder:

@@ -113,12 +113,14 @@ def refused() -> Any:
     head = chunks_of(smallest())[:3]
     yield "cells_beyond", rebuilt([*head, ("Q", bytes([0, 0]) + varint(2**25))])
     yield "work_of_strips", strips_stacked(2**13)
+    yield "maps_together", stacked("maps_together", 80)
     yield "chunks_4097", rebuilt([*chunks_of(smallest()), *[("a", b"")] * 4091])
 
 
 def stacked(name: str, count: int) -> bytes:
     """Blocks as large as their chart, one upon the other: cheap to tell, dear to paint."""
-    side = 128
+    together = name == "maps_together"  # little work for a texel, for many maps
+    side = 16384 if together else 128
     chart = Chart(0, side, side)
     if name == "work_of_grids":
         blocks = np.zeros(count, BLOCK)
@@ -132,7 +134,7 @@ def stacked(name: str, count: int) -> bytes:
         coded = encode_grid(Quilt((chart,), (64, 64), plan), plan).parts
     else:
         placed = np.zeros(count, PLACEMENT)
-        placed["row"] = placed["column"] = placed["height"] = placed["width"] = side
+        placed["row"] = placed["column"] = placed["height"] = placed["width"] = min(side, 4096)
         placed["row"] //= 2
         placed["column"] //= 2
         cells = np.zeros(0, np.uint8)
@@ -142,8 +144,9 @@ def stacked(name: str, count: int) -> bytes:
             cells = np.ones(1, np.uint8)
         coded = encode_list(Quilt((chart,), (64, 64), PlacementList(placed, cells))).parts
     layout = ("L", bytes([15]) + varint(side))
-    header = ("X", ImageHeader(64, 64, 1, np.dtype(np.uint8), "5/3", 0, -1, means=(128,)).pack())
-    return rebuilt([("S", bytes([4])), layout, header, *zip("QP", coded[:2], strict=True)])
+    header = ImageHeader(64, 64, 1, np.dtype(np.uint8), "5/3", 0, -1, means=(128,)).pack()
+    maps = [("R", bytes([1, letter]) + header) for letter in b"bcdefghijklmnop" if together]
+    return rebuilt([("S", bytes([4])), layout, ("X", header), *maps, *zip("QP", coded[:2], strict=True)])
 
 
 def strips_stacked(count: int) -> bytes:

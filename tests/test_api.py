@@ -28,7 +28,7 @@ def made(tmp_path_factory):
 
 
 def test_public_names_exist_and_say_what_they_do():
-    assert len(upholster.__all__) <= 30
+    assert len(upholster.__all__) <= 31
     for name in upholster.__all__:
         value = getattr(upholster, name)
         assert name in dir(upholster)
@@ -46,6 +46,21 @@ def test_public_names_exist_and_say_what_they_do():
             assert value.__doc__
     with pytest.raises(AttributeError):
         upholster.nothing_of_the_kind  # noqa: B018
+
+
+def test_texels_are_an_array_where_there_is_one_chart(made):
+    *_, texels, _ = made
+    if len(texels.arrays) > 1:
+        with pytest.raises(upholster.InputError, match=r"allowed: \.arrays"):
+            np.asarray(texels)
+    only = upholster.Texels(texels.charts[:1], texels.arrays[:1])
+    np.testing.assert_array_equal(np.asarray(only), texels.arrays[0])
+    assert np.asarray(only, np.float32).dtype == np.float32
+
+
+def test_measures_are_there_without_an_import():
+    assert callable(upholster.measure.measure_cover)
+    assert "measure" in dir(upholster)
 
 
 def test_the_readmes_few_lines_work(tmp_path):

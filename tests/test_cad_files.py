@@ -14,6 +14,8 @@ import pytest
 from command_line import assert_one_line, run_cli
 
 from upholster.charts.axis_directions import axis_direction, closed_rounds
+from upholster.charts.creases import CREASE
+from upholster.charts.mesh_directions import mesh_directions
 from upholster.charts.part_directions import part_direction
 from upholster.errors import InputError
 from upholster.geometry.mesh_files import read_model
@@ -365,6 +367,24 @@ def test_directions_along_and_around_follow_each_face_own_axis(files):
     (found,) = closed_rounds(model)  # the hole; the rounding is a quarter
     assert found.length == pytest.approx(8 * np.pi, rel=2e-3)
     assert found.area == pytest.approx(80 * np.pi, rel=2e-3)
+
+
+def test_plane_faces_have_one_direction_and_go_round_only_without_a_lattice(files):
+    model = read_model(files / "plate.brep")
+    mesh = model.mesh
+    caps, sides = [(0, 0, 1), (0, 0, -1)], [(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0)]
+    around = part_direction(model, "around")
+    for direction, lattice, straight in ((None, False, caps + sides), (around, True, caps)):
+        found = mesh_directions(mesh, direction, crease=CREASE, lattice=lattice).corner_vectors
+        for side in (mesh.flat_normals @ way > 1 - 1e-9 for way in straight):
+            one = found[side].reshape(-1, 3)
+            np.testing.assert_allclose(one, one[:1].repeat(len(one), axis=0), atol=1e-3)
+            assert abs(one[0]).max() > 1 - 1e-6
+    found = mesh_directions(mesh, around, crease=CREASE).face_vectors
+    round_it = np.cross((0, 0, 1), mesh.corners.mean(axis=1) - (20, 10, 0))
+    round_it /= np.linalg.norm(round_it, axis=1, keepdims=True)
+    top = mesh.flat_normals[:, 2] > 1 - 1e-9
+    assert np.abs((found * round_it).sum(axis=1))[top].min() > 0.9
 
 
 def test_each_part_may_have_a_direction_of_its_own(files, tmp_path):

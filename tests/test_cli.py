@@ -171,7 +171,8 @@ def test_a_process_says_the_same_and_ends_with_the_same_status(folder):
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX signals and terminals")
-def test_ctrl_c_stops_it_and_leaves_nothing(folder, tmp_path):
+@pytest.mark.parametrize("stop", ["SIGINT", "SIGHUP"])
+def test_ctrl_c_or_a_closed_terminal_stops_it_and_leaves_nothing(folder, tmp_path, stop):
     """Pressed while the bars move, when most of half a minute's work is still to be done."""
     target = tmp_path / "big.npz"
     target.write_text("an older file")
@@ -185,7 +186,7 @@ def test_ctrl_c_stops_it_and_leaves_nothing(folder, tmp_path):
         said = b""
         while (part := _read(ours)) and not re.search(rb"blocks[^\r\n]*[1-9]\d?%", said := said + part):
             pass
-        process.send_signal(signal.SIGINT)
+        process.send_signal(getattr(signal, stop))
         while part := _read(ours):
             said += part
         assert process.wait() == 130, said
@@ -202,6 +203,17 @@ def test_ctrl_c_stops_it_and_leaves_nothing(folder, tmp_path):
 def _hear():
     # A shell starts what it runs in the background with Ctrl-C ignored, and a child inherits that.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs a POSIX shell")
+@pytest.mark.parametrize("closed", [">&-", "2>&-", ">&- 2>&-", "<&- >&- 2>&-"])
+def test_closed_standard_files_are_no_fault(folder, tmp_path, closed):
+    arguments = f"cover brick.png --on plane --texels 64x64 -o {tmp_path}/a.png {closed}"
+    command = " ".join([*map(str, COMMAND), arguments])
+    done = subprocess.run(["sh", "-c", command], cwd=folder, check=False, capture_output=True)
+    assert done.returncode == 0, done.stderr
+    assert (tmp_path / "a.png").read_bytes().startswith(b"\x89PNG")
 
 
 def _read(terminal):
@@ -210,6 +222,48 @@ def _read(terminal):
         return os.read(terminal, 4096)
     except OSError:
         return b""
+
+
+def test_swapped_arguments_are_recognised(folder, tmp_path):
+    (tmp_path / "box.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n")
+    done = run_cli("cover", tmp_path / "box.obj", "--on", folder / "brick.png", "-o", tmp_path / "x.glb")
+    assert_one_line(done, "the other way round")
+    assert "brick.png --on" in done.stderr
+
+
+def test_all_missing_options_are_named_at_once_with_an_example(folder):
+    done = run_cli("cover", folder / "brick.png")
+    assert_one_line(done, "missing: --on SURFACE, -o/--output FILE; example: upholster cover")
+    assert_one_line(run_cli("cover", folder / "brick.png", "--on", "plane"), "missing: -o/--output FILE;")
+
+
+def test_a_draft_is_small_unless_told_otherwise(folder, tmp_path):
+    for more, texels, effort in (
+        ((), 200_000, 0),
+        (("--texels", "90k"), 90_000, 0),
+        (("--effort", "1"), 200_000, 1),
+    ):
+        words = (folder / "brick.png", "--on", "torus", "-o", tmp_path / "x.npz", "--draft", *more)
+        done = run_cli("cover", *words, "--report", tmp_path / "r.json")
+        assert done.returncode == 0, done.stderr
+        asked = json.loads((tmp_path / "r.json").read_text())["parameters"]
+        assert (asked["texels"], asked["effort"]) == (texels, effort)
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="needs POSIX terminals")
+@pytest.mark.parametrize("words", [("--help",), ("cover", "--help"), ("surfaces",)])
+def test_without_colours_nothing_is_bold_or_dim(words):
+    ours, terminal = os.openpty()
+    environment = {**os.environ, "NO_COLOR": "1", "TERM": "xterm-256color"}
+    process = subprocess.Popen([*COMMAND, *words], env=environment, stdout=terminal, stderr=terminal)
+    os.close(terminal)
+    said = b""
+    while part := _read(ours):
+        said += part
+    os.close(ours)
+    assert process.wait() == 0
+    assert len(said) > 500
+    assert b"\x1b" not in said
 
 
 def test_surfaces_lists_every_surface(folder):

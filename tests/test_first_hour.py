@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 
 from upholster import reports, surface_from_spec
+from upholster.charts import layout
+from upholster.errors import InputError
 from upholster.image import read_exemplar, write_image
 from upholster.pipeline import cover
 
@@ -59,11 +61,15 @@ def test_what_is_soft_or_very_large_is_told_before_the_work(tmp_path, monkeypatc
     write_image(sample, np.random.default_rng(1).integers(0, 255, (40, 40, 3), np.uint8))
     told, stages = [], []
 
+    def progress(stage, *_):
+        if stage == "blocks":
+            stages.append(stage)
+
     def run(**synthesis):
         told.clear()
         return cover(
             str(sample), "sphere", [str(tmp_path / "x.npz")], synthesis=synthesis,
-            tell=lambda note: told.append((note, len(stages))), progress=lambda *stage: stages.append(stage),
+            tell=lambda note: told.append((note, len(stages))), progress=progress,
         )  # fmt: skip
 
     assert run(texels=40_000).notes == []
@@ -72,3 +78,48 @@ def test_what_is_soft_or_very_large_is_told_before_the_work(tmp_path, monkeypatc
     assert [count for _, count in told] == [0]
     monkeypatch.setattr(reports, "_MANY_TEXELS", 30_000)
     assert "GB of texels in memory" in run(texels=40_000).notes[0]
+
+
+def test_the_size_of_an_element_stands_for_that_of_the_sample(tmp_path):
+    row, column = np.mgrid[:128, :192]
+    joints = (row % 16 < 3) | ((column + 24 * (row // 16 % 2)) % 48 < 3)  # bricks of 48 x 16 pixels
+    sample = tmp_path / "bricks.png"
+    noise = np.random.default_rng(1).integers(0, 30, (128, 192, 1))
+    write_image(sample, np.uint8(np.where(joints[:, :, None], 210, [120, 60, 40]) + noise))
+
+    def run(**synthesis):
+        return cover(
+            str(sample), "plane", [str(tmp_path / "x.npz")], synthesis={"texels": 40_000} | synthesis
+        )
+
+    found = run(element_size=0.12)
+    assert float(found.settled["sample"].split()[0]) == pytest.approx(0.12 * 192 / 48, rel=0.02)
+    width, _, height, *_ = found.settled["element"].split()
+    assert (float(width), float(height)) == pytest.approx((0.12, 0.04), rel=0.03)
+    assert found.parameters["element_size"] == 0.12
+    with pytest.raises(InputError, match="sample size and element size are both given"):
+        run(element_size=0.1, sample_size=1)
+    write_image(sample, np.random.default_rng(1).integers(0, 255, (80, 80, 3), np.uint8))
+    with pytest.raises(InputError, match="nothing repeats surely in the sample; allowed: sample size"):
+        run(element_size=0.1)
+
+
+def test_texels_follow_the_sample_up_to_a_ceiling_that_is_told(tmp_path, monkeypatch):
+    sample = tmp_path / "small.png"
+    write_image(sample, np.random.default_rng(1).integers(0, 255, (40, 40, 3), np.uint8))
+
+    def run():
+        return cover(str(sample), "plane", [str(tmp_path / "x.npz")])
+
+    found = run()
+    with np.load(tmp_path / "x.npz") as file:
+        (chart,) = (file[name] for name in file.files if name.startswith("chart_"))
+    wide = float(found.settled["sample"].split()[0])
+    side = surface_from_spec("plane").size / 2**0.5
+    assert chart.shape[0] == pytest.approx(40 * side / wide, rel=0.02)  # a texel for a pixel
+    assert found.notes == []
+    monkeypatch.setattr(layout, "MOST_TEXELS", 10_000)
+    monkeypatch.setattr(reports, "MOST_TEXELS", 10_000)
+    (note,) = run().notes
+    assert "a texel is" in note
+    assert "--texels" in note

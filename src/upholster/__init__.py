@@ -15,6 +15,7 @@ from upholster._version import __version__
 from upholster.errors import FormatError, InputError, UpholsterError
 
 if TYPE_CHECKING:
+    from upholster import measure
     from upholster.geometry import (
         RationalPatch,
         Surface,
@@ -51,6 +52,7 @@ __all__ = [
     "__version__",
     "cover",
     "encode_stream",
+    "measure",
     "paint",
     "paint_material",
     "plane",
@@ -92,6 +94,8 @@ _HOME = {name: home for home, names in _HOMES.items() for name in names}
 
 def __getattr__(name: str) -> Any:
     # Loaded at first use: `upholster --help` must not wait for NumPy and Numba.
+    if name == "measure":
+        return importlib.import_module("upholster.measure")
     if name not in _HOME:
         raise AttributeError(f"module 'upholster' has no attribute {name!r}")
     importlib.import_module("upholster.notebook")

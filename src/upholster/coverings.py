@@ -17,14 +17,22 @@ from upholster.errors import FormatError, InputError
 from upholster.fitting import fitted
 from upholster.geometry import AnySurface, MeshSurface, Surface
 from upholster.geometry.mesh_files import ModelFile
-from upholster.image import Material
+from upholster.image import IMAGE_SUFFIXES, Material
 from upholster.image.material_files import FilesByRole
 from upholster.image.roles import ROLES
 from upholster.image.source import Source, read_source, source_files, source_names, source_parts
 from upholster.joined import joined_model
 from upholster.lattice import find_lattice
-from upholster.lengths import parse_length, read_length
-from upholster.methods import Prepared, execute, kept_sample, matched_image, needs_patches, prepare
+from upholster.lengths import read_length
+from upholster.methods import (
+    Prepared,
+    execute,
+    kept_sample,
+    matched_image,
+    needs_patches,
+    prepare,
+    sample_width,
+)
 from upholster.options import ModelOptions, SampleOptions, SynthesisOptions, WriteOptions
 from upholster.outputs import TexturedModel
 from upholster.quilt import Chart, Quilt
@@ -33,12 +41,14 @@ from upholster.reports import counts_of, notes_before, settled_words
 from upholster.shown import on_a_line
 from upholster.stream import check_layout
 from upholster.stream.plans import refuse_source_map
+from upholster.suffixes import is_model_name
 from upholster.types import PixelArray, Progress
 from upholster.writing import painted
 
 __all__ = [
     "Choice",
     "Covering",
+    "check_not_swapped",
     "check_samples",
     "check_streamed",
     "counted",
@@ -77,6 +87,18 @@ class Choice:
         """Return sample and size as a report has them."""
         names = source_names(self.source)
         return names if self.sample_size is None else f"{names}@{self.sample_size}"
+
+
+def check_not_swapped(exemplar: Source | None, on: CoveredLike) -> None:
+    """Raise InputError where the sample is a model, and what is covered an image."""
+    named = exemplar if isinstance(exemplar, (list, tuple)) else [exemplar]
+    texts = [os.fspath(one) for one in (*named, on) if isinstance(one, (str, os.PathLike))]
+    models = [text for text in texts[:-1] if is_model_name(text)]
+    if len(texts) == len(named) + 1 and models and Path(texts[-1]).suffix.lower() in IMAGE_SUFFIXES:
+        raise InputError(
+            f"sample {models[0]!r} is a model, and what it is to cover, {texts[-1]!r}, an image; "
+            f"allowed: the other way round, {texts[-1]} --on {models[0]}"
+        )
 
 
 def check_samples(
@@ -303,7 +325,8 @@ def read_coverings(
         notes += (
             [f"{pattern or _REST}: {note}" for note in source.notes] if isinstance(source, Material) else []
         )
-        own = _share(asked if size is None else replace(asked, sample_size=size), covered, parts)
+        sized = asked if size is None else replace(asked, sample_size=size, element_size=None)
+        own = _share(sized, covered, parts)
         with _naming(pattern or _REST):
             own = _with_axes(own, covered, source, notes)
         title = _title(exemplar if wanted is None else wanted.source, pattern)
@@ -341,9 +364,8 @@ def _fitted(
         why = "the sample does not repeat surely enough" if lattice is None else "no cylinder closes round"
         notes.append(f"nothing is fitted: {why}")
         return asked
-    size = asked.sample_size
-    length = None if size is None else parse_length(size, model.mesh.metres, name="sample size")
-    scale = texture_scale(covered.surface, seen.shape[1], sample_size=length)
+    width = sample_width(seen, asked, model.mesh.metres)
+    scale = texture_scale(covered.surface, seen.shape[1], sample_size=width)
     factor, left = fitted(lattice, around, along, scale.scale)
     wide = factor * scale.sample_size
     notes.append(
@@ -351,7 +373,7 @@ def _fitted(
         f"that whole periods go round {count} cylinder{'s' * (count > 1)}; {left:.2f} of one "
         "is left over"
     )
-    return replace(asked, sample_size=wide)
+    return replace(asked, sample_size=wide, element_size=None)
 
 
 def _share(asked: SynthesisOptions, covered: Covered, parts: Mapping[str, Covered]) -> SynthesisOptions:

@@ -4,13 +4,13 @@ import os
 import re
 import secrets
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from upholster.errors import InputError
 
-__all__ = ["Outputs", "outputs", "path_text", "read_bytes"]
+__all__ = ["Outputs", "outputs", "path_inside", "path_text", "read_bytes"]
 
 MAX_BYTES = 1 << 30
 
@@ -69,6 +69,33 @@ def read_bytes(path: str | os.PathLike[str]) -> bytes:
         return Path(name).read_bytes()
     except OSError as error:
         raise InputError(f"file {name!r} cannot be read: {error.strerror}") from None
+
+
+def path_inside(folders: Sequence[str | os.PathLike[str]], name: str | os.PathLike[str]) -> Path:
+    """Return the place of a file that a file names, links followed.
+
+    What names it may be a stranger's: it must not reach files that were not given.
+
+    Parameters
+    ----------
+    folders
+        Where the file may lie, at any depth. A relative name begins in the first.
+    name
+        As the file has it.
+
+    Raises
+    ------
+    InputError
+        If the place lies outside all folders, or the name is none.
+    """
+    try:
+        place = Path(os.path.realpath(Path(folders[0], name)))
+    except (OSError, ValueError):
+        raise InputError(f"it refers to {os.fspath(name)[:80]!r}; allowed: names of files") from None
+    if not any(place.is_relative_to(os.path.realpath(folder)) for folder in folders):
+        told = " or ".join(repr(os.fspath(folder)) for folder in folders)
+        raise InputError(f"it refers to {os.fspath(name)[:80]!r}; allowed: files in the folder {told}")
+    return place
 
 
 class Outputs:

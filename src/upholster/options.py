@@ -32,7 +32,7 @@ MOST_WARP = 0.06
 SEARCHES = ("coherent", "full")
 DISPLACED_BY = ("height", "luminance")
 
-TextureFormat = Literal["png", "jpeg", "webp"]
+TextureFormat = Literal["auto", "png", "jpeg", "webp"]
 
 _SAMPLE, _MODEL, _SCALE, _SYNTHESIS, _PAPER, _PIXEL, _OUTPUT, _STREAM = (
     "Sample",
@@ -315,7 +315,7 @@ class SynthesisOptions:
             _SCALE,
             "How many in all, 64 to 2^31: `4M`. Or, on a surface of one patch, width and height of a flat "
             "texture with a texel for a pixel of the sample: `512x512`. Default: a texel for a pixel of the "
-            "sample, but 1M to 8M in all.",
+            "sample, at most 8M in all.",
             metavar="N|WxH",
             only="quilt",
         ),
@@ -329,6 +329,16 @@ class SynthesisOptions:
             _SCALE,
             "Width of the sample in model units, or with a unit where the model has one: `30cm`. Default: a "
             "sixth of the model's diagonal.",
+            metavar="LENGTH",
+            only="quilt",
+        ),
+    )
+    element_size: float | str | None = field(
+        default=None,
+        metadata=_about(
+            _SCALE,
+            "Size of what repeats in the sample, a brick or a plank, instead of the sample's: `21cm`. Of "
+            "its sides the longer one counts; where only rows repeat, their distance.",
             metavar="LENGTH",
             only="quilt",
         ),
@@ -617,15 +627,18 @@ class SynthesisOptions:
             )
         if self.crease is not None and not 1 <= self.crease <= 180:
             raise InputError(f"crease is {self.crease:g} degrees; allowed: 1 to 180")
-        if isinstance(self.sample_size, str):
-            read_length(self.sample_size, name="sample size")
+        for name, size in (("sample size", self.sample_size), ("element size", self.element_size)):
+            if isinstance(size, str):
+                read_length(size, name=name)
+        if self.sample_size is not None and self.element_size is not None:
+            raise InputError("sample size and element size are both given; allowed: at most one of them")
         if not isinstance(self.texels, tuple):
             if self.tileable:
                 raise InputError("tileable needs texels as width x height, on a surface of one patch")
             if self.texels is not None and self.density is not None:
                 raise InputError("density and texels are both given; allowed: at most one of them")
             return
-        for name in ("density", "sample_size", "direction", "warp"):
+        for name in ("density", "sample_size", "element_size", "direction", "warp"):
             if getattr(self, name) is not None:
                 width, height = self.texels
                 raise InputError(f"{name} is given with texels {width}x{height}; allowed: one of them")
@@ -647,7 +660,12 @@ class WriteOptions:
         metadata=_about(_OUTPUT, "Quadrilaterals of the whole surface's mesh, 1 to 10,000,000."),
     )
     texture: TextureFormat = field(
-        default="png", metadata=_about(_OUTPUT, "Format of the texture in a GLB: png, jpeg or webp.")
+        default="auto",
+        metadata=_about(
+            _OUTPUT,
+            "Format of the textures in a GLB: png, jpeg, webp (smallest); auto: colours without alpha jpeg, "
+            "all else png.",
+        ),
     )
     quality: int = field(default=90, metadata=_about(_OUTPUT, "Of JPEG and WebP, 1 to 100."))
     normal_scale: float = field(

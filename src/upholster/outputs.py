@@ -657,7 +657,7 @@ def _write_glb(place: Path, model: TexturedModel) -> None:
 
 def _write_usdz(place: Path, model: TexturedModel) -> None:
     """Write what the GLB shows, with textures that USDZ may hold."""
-    own = replace(model.options, texture="jpeg" if model.options.texture == "jpeg" else "png")
+    own = replace(model.options, texture="png" if model.options.texture == "webp" else model.options.texture)
     with TemporaryDirectory(prefix="upholster-") as folder:
         glb = Path(folder, "model.glb")
         _write_glb(glb, model if own == model.options else replace(model, options=own))

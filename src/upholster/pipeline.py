@@ -17,6 +17,7 @@ from upholster._version import __version__
 from upholster.charts.covered import CoveredLike, as_covered, covered_files
 from upholster.coverings import (
     Covering,
+    check_not_swapped,
     check_samples,
     check_streamed,
     counted,
@@ -131,8 +132,9 @@ def cover(
     report
         Where to write the report as JSON: a file that ends in ``.json``.
     threads, progress
-        As in `upholster.synthesize`; stages "faces" and "mesh" while a CAD model is read, "unwrap" while a
-        model is laid out, "blocks", "seams" or "texels", then "paint" and "render".
+        As in `upholster.synthesize`; stage "read", within it "faces" and "mesh" while a CAD model is read;
+        "prepare", "unwrap" while a model is laid out, "blocks", "seams" or "texels", then "paint" and
+        "render".
     workers, scheduler
         Lay charts and paint tiles on so many processes of this machine, or on the workers of a Dask
         scheduler, ``tcp://host:8786``: on patches, with method "quilt". The result is the same.
@@ -161,6 +163,7 @@ def cover(
     if maps is not None and not isinstance(maps, Mapping):
         raise InputError(f"maps is a {type(maps).__name__}; allowed: files by role")
     choices, reading = material_choices(materials), chosen(ModelOptions, model)
+    check_not_swapped(exemplar, on)
     read = [*check_samples(exemplar, choices, preparing, maps, normal), *covered_files(on)]
     check_used(wanted, options)
     check_several(wanted, choices)
@@ -168,7 +171,7 @@ def cover(
         options = replace(options, wavelet="haar")
     own = files_of(wanted, Output.files)
     with outputs([*own, *([report] if report else [])], inputs=read) as files:
-        with timed("read", seconds):
+        with timed("read", seconds, progress):
             sample = partial(read_source, options=preparing, maps=maps, normal=normal, notes=notes)
             coverings = read_coverings(
                 exemplar, on, choices, sample, reading, asked, notes=notes, progress=progress
@@ -188,7 +191,7 @@ def cover(
         check_displacement(
             wanted, options, roles=roles_of(coverings, all_have=True), metres=metres_of(covered.surface)
         )
-        with timed("prepare", seconds):
+        with timed("prepare", seconds, progress):
             if has_stream(wanted):
                 check_streamed(coverings[0])
             charts = [chart for each in coverings for chart in each.charts]

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from upholster.charts.layout import MOST_TEXELS
 from upholster.charts.phases import PhaseField
 from upholster.geometry import AnySurface, MeshSurface, Surface
 from upholster.methods import Prepared
@@ -21,7 +22,7 @@ from upholster.outputs import TexturedModel
 from upholster.quilt import Chart, Quilt, Texels
 from upholster.quilt.plans import StripPlan
 from upholster.shown import Shown, on_a_line
-from upholster.types import PixelArray
+from upholster.types import PixelArray, Progress
 
 __all__ = [
     "CoverReport",
@@ -34,8 +35,8 @@ __all__ = [
     "totalled",
 ]
 
-_SOFT = 0.6
-"""Pixels of the sample to a texel below which a texture looks soft."""
+_SOFT, _COARSE = 0.6, 1.2
+"""Pixels of the sample to a texel below which a texture looks soft, and above which the sample shows more."""
 
 _STRETCHED = 0.01
 """From here on a tile's better size is told."""
@@ -97,10 +98,14 @@ class CoverReport(Shown):
 
 
 @contextmanager
-def timed(stage: str, seconds: dict[str, float]) -> Iterator[None]:
-    """Add to `seconds` how long what is done within took."""
+def timed(stage: str, seconds: dict[str, float], progress: Progress | None = None) -> Iterator[None]:
+    """Add to `seconds` how long what is done within took; name the stage to who looks on."""
     start = time.perf_counter()
+    if progress is not None:
+        progress(stage, 0, 1)
     yield
+    if progress is not None:
+        progress(stage, 1, 1)
     seconds[stage] = time.perf_counter() - start
 
 
@@ -125,7 +130,11 @@ def settled_words(
     if prepared.scale is not None:
         size = prepared.scale.sample_size
         found["sample"] = f"{size:.4g} units wide on a model of {surface.size:.4g}"
-        if asked.sample_size is None:
+        if prepared.phases is not None:
+            pixels = prepared.phases.lattice.element
+            sides = " x ".join(f"{side / prepared.scale.scale:.3g}" for side in pixels)
+            found["element"] = f"{sides} units ({' x '.join(f'{side:.3g}' for side in pixels)} pixels)"
+        if asked.sample_size is None and asked.element_size is None:
             found["sample"] += f" (--sample-size {2 * size:.3g} makes it twice as large)"
         found["direction"] = prepared.direction
     if roles:
@@ -185,6 +194,13 @@ def notes_before(surface: AnySurface, prepared: Prepared, sample: PixelArray, ma
             "smaller --sample-size or fewer texels make it sharp"
         )
     texels = sum(chart.height * chart.width for chart in prepared.charts)
+    if prepared.scale is not None and prepared.scale.texels == MOST_TEXELS:
+        coarse = prepared.scale.scale / prepared.scale.density
+        if coarse > _COARSE:
+            found.append(
+                f"a texel is {coarse:.1f} pixels of the sample wide: by default there are at most 8M; "
+                f"--texels {coarse**2 * MOST_TEXELS / 1e6:.0f}M shows all that the sample has"
+            )
     if texels > _MANY_TEXELS and maps:
         size = texels * sample.itemsize * 3 * maps
         found.append(

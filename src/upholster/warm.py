@@ -12,7 +12,6 @@ import os
 import subprocess
 import sys
 import threading
-import time
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
@@ -24,9 +23,6 @@ from upholster.parallel import thread_count
 __all__ = ["Compiler", "Job", "compiling", "jobs_for", "missing", "work"]
 
 TABLE = Path(__file__).with_name("kernels.json")
-
-# Seconds until a helper is ready, and how much of the table's word counts beside what is measured.
-_START, _TRUST = 1.5, 4.0
 
 
 @dataclass(eq=False, slots=True)
@@ -49,7 +45,7 @@ class Job:
     arguments: list[Any]
     seconds: float
     needs: "list[Job]" = field(default_factory=list)
-    started: float = 0.0
+    started: bool = False
     done: bool = False
     failed: bool = False
 
@@ -104,8 +100,6 @@ class Compiler:
             job.needs = [other for other in job.needs if other in here]
         self._queue = sorted(self._jobs, key=self._urgency, reverse=True)
         self._changed = threading.Condition()
-        self._told = self._measured = 0.0
-        self._begun = time.monotonic()
         self._helpers: list[subprocess.Popen[str]] = []
         for _ in range(min(processes, len(jobs))):
             with suppress(OSError):  # no room for another process: the kernels are compiled where needed
@@ -131,23 +125,6 @@ class Compiler:
     def running(self) -> bool:
         """Whether there is more to come."""
         return self._alive > 0 and self.done < self.total
-
-    def seconds_left(self) -> float:
-        """Return how long the rest will take, by the table and by how long the kernels so far took."""
-        with self._changed:
-            now = time.monotonic()
-            pace = (self._measured + _TRUST) / (self._told + _TRUST)
-            free = [max(0.0, self._begun + _START - now)] * max(1, self._alive)
-            left = [
-                max(pace * job.seconds - (now - job.started), 0.3)
-                for job in self._jobs
-                if job.started and not job.done
-            ]
-            left += [pace * job.seconds for job in self._queue]
-            for seconds in left:
-                n = free.index(min(free))
-                free[n] += seconds
-            return max(free)
 
     def wait(self, kernel: str | None = None) -> None:
         """Return when a kernel, or all of them, is compiled, or will not be."""
@@ -190,11 +167,10 @@ class Compiler:
             while (job := self._next()) is not None:
                 helper.stdin.write(json.dumps([job.kernel, job.arguments]) + "\n")
                 helper.stdin.flush()
-                seconds = float(helper.stdout.readline())
+                if not helper.stdout.readline():
+                    break
                 with self._changed:
                     job.done = True
-                    self._told += job.seconds
-                    self._measured += seconds
                     self._changed.notify_all()
         with self._changed:
             if job is not None:
@@ -208,7 +184,7 @@ class Compiler:
                 for job in self._queue:
                     if all(other.done for other in job.needs):
                         self._queue.remove(job)
-                        job.started = time.monotonic()
+                        job.started = True
                         return job
                 self._changed.wait(0.5)
                 if not any(job.started and not (job.done or job.failed) for job in self._jobs):
@@ -267,7 +243,6 @@ def work() -> None:
     threading.Thread(target=listen, daemon=True).start()
     while True:
         kernel, arguments = json.loads(lines.get())
-        start = time.perf_counter()
         job = Job(kernel, arguments, 0.0)
         job.dispatcher().compile(job.types())
-        print(time.perf_counter() - start, flush=True)
+        print(flush=True)

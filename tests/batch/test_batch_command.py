@@ -18,12 +18,13 @@ pytest.importorskip("distributed")
 
 ROOT = Path(__file__).parent.parent.parent
 SAMPLE = ROOT / "examples" / "weave.png"
+ALLOWED = ("--allow", str(SAMPLE.parent))
 
 
 def _batch(folder: Path, *more: str) -> subprocess.CompletedProcess[str]:
     # A process of its own, as users start it: Dask's workers are its children.
     return subprocess.run(
-        [sys.executable, "-m", "upholster", "batch", "jobs.toml", "--workers", "1", *more],
+        [sys.executable, "-m", "upholster", "batch", "jobs.toml", "--workers", "1", *ALLOWED, *more],
         cwd=folder, capture_output=True, text=True, check=False,
         env={**os.environ, "PYTHONPATH": str(ROOT / "src")},
     )  # fmt: skip
@@ -56,9 +57,35 @@ def test_jobs_are_done_once_and_what_fails_is_told(tmp_path: Path) -> None:
     # Nothing is left to do, and no worker is started for it.
     done = _batch(tmp_path, "--scheduler", "tcp://127.0.0.1:9")
     assert "workers and scheduler are both given" in done.stderr
-    done_again = run_cli("batch", tmp_path / "jobs.toml", "--scheduler", "tcp://127.0.0.1:9")
+    done_again = run_cli("batch", tmp_path / "jobs.toml", *ALLOWED, "--scheduler", "tcp://127.0.0.1:9")
     assert done_again.returncode == 0
     assert "2 of 2 jobs are done already" in done_again.stdout
+
+
+def test_a_file_of_jobs_reaches_nothing_outside_its_folder(tmp_path: Path) -> None:
+    folder, other = tmp_path / "jobs", tmp_path / "other"
+    for made in (folder, other):
+        made.mkdir()
+    (other / "secret.png").write_bytes(SAMPLE.read_bytes())
+    (folder / "link.png").symlink_to(other / "secret.png")
+    (folder / "own.png").write_bytes(SAMPLE.read_bytes())
+    for sample, output in (
+        ("../other/secret.png", "a.png"),
+        (str(other / "secret.png"), "a.png"),
+        ("link.png", "a.png"),
+        ("own.png", "../other/a.png"),
+    ):
+        (folder / "jobs.toml").write_text(
+            f'texels = "64x64"\n[[jobs]]\nsample = "{sample}"\non = "plane"\noutput = "{output}"\n'
+        )
+        done = _batch(folder)
+        assert (done.returncode, len(done.stderr.splitlines())) == (2, 1)
+        assert "it refers to" in done.stderr
+        assert "--allow DIR" in done.stderr
+        assert len(list(other.iterdir())) == 1
+    done = _batch(folder, "--allow", str(other))
+    assert done.returncode == 0, done.stderr
+    assert (other / "a.png").exists()
 
 
 def _begun(folder: Path) -> subprocess.Popen[str]:
@@ -68,7 +95,7 @@ def _begun(folder: Path) -> subprocess.Popen[str]:
         "[[jobs]]\n[jobs.each]\nseed = [1, 2, 3, 4, 5, 6]\n"
     )
     process = subprocess.Popen(
-        [sys.executable, "-m", "upholster", "batch", "jobs.toml", "--workers", "1"],
+        [sys.executable, "-m", "upholster", "batch", "jobs.toml", "--workers", "1", *ALLOWED],
         cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True,
         env={**os.environ, "PYTHONPATH": str(ROOT / "src")},
     )  # fmt: skip

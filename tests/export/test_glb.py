@@ -139,7 +139,7 @@ def test_alpha_mode(tmp_path: Path, channels: int, alpha: Any, mode: Any) -> Non
 
 def test_what_does_not_fit(tmp_path: Path) -> None:
     model = make_model()
-    with pytest.raises(InputError, match=r"texture 'gif' is unknown; .*known: png, jpeg, webp"):
+    with pytest.raises(InputError, match=r"texture 'gif' is unknown; .*known: auto, png, jpeg, webp"):
         write_glb(tmp_path / "x.glb", model.mesh, model.uv, model.pixels, texture="gif")  # type: ignore[arg-type]
     mesh = tessellate(plane(), quads=1)
     with pytest.raises(InputError, match="allowed in webp: up to 16383"):

@@ -226,6 +226,17 @@ def test_a_gltf_file_takes_its_images_along(tmp_path: Path) -> None:
     new = Opened(tmp_path / "out.glb")
     assert beside in (tmp_path / "out.glb").read_bytes()  # of the material that was unused before
     assert not [key for each in (*new.json["images"], *new.json["buffers"]) for key in each if key == "uri"]
+    # What lies elsewhere, or is no image, is not taken in.
+    for uri, content, said in (("../out.png", beside, "it refers to"), ("passwd", b"root:x:0", "no image")):
+        (tmp_path / "inner").mkdir(exist_ok=True)
+        (tmp_path / "inner" / uri).write_bytes(content)
+        (tmp_path / "inner" / "rigged.bin").write_bytes(source.read_bytes()[28 + length :])
+        odd = document | {"images": [{"uri": uri}, *document["images"][1:]]}
+        (tmp_path / "inner" / "rigged.gltf").write_text(json.dumps(odd))
+        model = read_model(tmp_path / "inner" / "rigged.gltf")
+        notes = write_retextured_glb(tmp_path / "out.glb", model, [Cover(projected(model), CHECKER)])
+        assert any(said in note for note in notes)
+        assert content not in (tmp_path / "out.glb").read_bytes()
     # Without that material the image, and its bytes, are left out with what it was for.
     del document["materials"][-1]
     (tmp_path / "rigged.gltf").write_text(json.dumps(document))

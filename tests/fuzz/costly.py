@@ -70,8 +70,8 @@ def in_parts(tag: str, payload: bytes) -> list[tuple[str, bytes]]:
     return [(tag, payload[start : start + size]) for start in range(0, len(payload), size)]
 
 
-def stacked(count: int, side: int, block: int, **fields: int) -> bytes:
-    """A list of placements at one place."""
+def stacked(count: int, side: int, block: int, maps: int = 1, **fields: int) -> bytes:
+    """A list of placements at one place, painted for so many maps."""
     placed = np.zeros(count, PLACEMENT)
     placed["row"] = placed["column"] = side // 2
     placed["height"] = placed["width"] = block
@@ -86,18 +86,23 @@ def stacked(count: int, side: int, block: int, **fields: int) -> bytes:
     quilt = Quilt((chart,), (64, 64), PlacementList(placed, cells))
     plan, sources, masks = encode_list(quilt).parts
     parts = [("Q", plan), ("P", sources), *([("M", masks)] if masks else [])]
-    return framed(PLANE, layout(side), image_header(64, 64, 3, plane=-1), *parts)
+    header = image_header(64, 64, 3, plane=-1)
+    return framed(PLANE, layout(side), header, *further_maps(maps, header), *parts)
+
+
+def further_maps(maps: int, header: bytes) -> list[tuple[str, bytes]]:
+    """Chunks that tell of all maps but the first."""
+    return [("R", varint(len(f"m{n}")) + f"m{n}".encode() + header) for n in range(maps - 1)]
 
 
 def zeros(size: int, maps: int = 1) -> bytes:
     """Coefficients of zeros or ones for images as large as there may be."""
     header = image_header(1032, 1032, 3)
-    names = [f"m{n}".encode() for n in range(maps - 1)]
     return framed(
         PLANE,
         layout(8),
         header,
-        *[("R", varint(len(name)) + name + header) for name in names],
+        *further_maps(maps, header),
         ("D", bytes(size)),
         *[("E", bytes([n + 1]) + bytes(size)) for n in range(maps - 1)],
     )
@@ -167,9 +172,12 @@ CASES: dict[str, Callable[[], bytes]] = {
     "stacked_cuts": lambda: stacked(2**16, SQUARE_SIDE, 4096, **CUT),
     "stacked_ramps": lambda: stacked(2**16, SQUARE_SIDE, 4096, mask=MASK_RAMP, sides=3, ramp=255, symmetry=1),
     "stacked_small": lambda: stacked(2**19, 64, 64),
+    "stacked_maps": lambda: stacked(35, 2048, 4096, maps=16),
+    "two_layers_of_maps": lambda: stacked(2, 2048, 4096, maps=16),
     "zeros": lambda: zeros(10_000),
     "ones": lambda: ones(10_000),
     "zeros_of_four": lambda: zeros(10_000, 4),
+    "zeros_of_sixteen": lambda: zeros(2_000, 16),
     "headers": lambda: zeros(0, 4),
     "texels": lambda: framed(
         PLANE,

@@ -3,6 +3,7 @@
 import json
 import sys
 import tempfile
+import zipfile
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +22,7 @@ __all__ = ["LIMITS", "fuzz_files", "fuzz_pairs", "fuzz_streams"]
 LIMITS = Limits(texels=2**22)
 MOST_TEXELS = 2**21
 VECTORS = Path(__file__).parents[1] / "vectors"
+METHODS = (zipfile.ZIP_DEFLATED, zipfile.ZIP_STORED, zipfile.ZIP_LZMA, zipfile.ZIP_BZIP2)
 OF_PROCESSES: Any = {"slow": 10.0, "large": 2**30}
 _PAIRS_AT_ONCE = 1000
 
@@ -53,7 +55,7 @@ def try_stream(rng: Any, data: bytes) -> str:
             return "too short"
         for role in decoder.roles:
             decoder.exemplar(role)
-        decoder.texels(threads=1)
+            decoder.texels(role, threads=1)
     except FormatError as error:
         if not str(error).startswith("byte "):
             raise RuntimeError(f"message without place: {error}") from error
@@ -90,8 +92,10 @@ def fuzz_files(rng: Any, count: int, cad: int, folder: Path) -> list[Costs]:
             except InputError as error:  # what reads it is here, but does not work
                 print(f"{suffix}: left out: {error}")
                 continue
+        sounds = [written(suffix, folder, method) for method in METHODS] if suffix == "zip" else [sound]
         for n in range(cad if suffix in CAD else count // len(plain)):
-            data = injected(rng, suffix, sound) if n % 20 == 0 else scrambled(rng, sound)
+            one = sounds[n % len(sounds)]
+            data = injected(rng, suffix, one) if n % 20 == 0 else scrambled(rng, one)
             path.write_bytes(data)
             costs.attempt(data, reader(suffix, path))
         found.append(costs)

@@ -37,8 +37,8 @@ def pixels() -> Any:
     return np.random.default_rng(1).integers(0, 256, (40, 48, 3), dtype=np.uint8)
 
 
-def written(suffix: str, folder: Path) -> bytes:
-    """Return a sound file of a kind."""
+def written(suffix: str, folder: Path, method: int = zipfile.ZIP_DEFLATED) -> bytes:
+    """Return a sound file of a kind; a zip by a method."""
     path = folder / f"sound.{suffix}"
     if suffix in IMAGES:
         image = pixels()
@@ -47,7 +47,7 @@ def written(suffix: str, folder: Path) -> bytes:
         return encode(pixels())
     if suffix == "zip":
         memory = io.BytesIO()
-        with zipfile.ZipFile(memory, "w", zipfile.ZIP_DEFLATED) as package:
+        with zipfile.ZipFile(memory, "w", method) as package:
             for role in ("albedo", "normal", "roughness"):
                 package.writestr(f"stone_{role}.png", encode_image(pixels(), "png"))
         return memory.getvalue()

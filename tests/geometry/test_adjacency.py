@@ -2,6 +2,7 @@
 
 import itertools
 import re
+import tracemalloc
 from collections.abc import Callable
 from typing import Any
 
@@ -196,6 +197,27 @@ def test_edges_that_share_only_their_ends_do_not_meet() -> None:
         surface.shared  # noqa: B018
     surface = Surface([arc(1.0), arc(-1.0)])
     assert {(m.edge, m.other_edge) for m in surface.shared} == {(1, 1), (3, 3)}
+
+
+@pytest.mark.parametrize("kind", ["alike", "nearly alike", "longer and longer"])
+def test_a_crowd_of_edges_is_refused_in_little_memory(kind: str) -> None:
+    def leaf(n: int) -> RationalPatch:
+        width = 1.0 + (
+            n / count if kind == "longer and longer" else 1e-11 * n if kind == "nearly alike" else 0.0
+        )
+        angle = 0.0 if kind == "alike" else 3.0 * n / count
+        x, y = np.cos(angle), np.sin(angle)
+        return RationalPatch.from_points([[(-width, 0, 0), (width, 0, 0)], [(-width, x, y), (width, x, y)]])
+
+    count = 1500
+    surface = Surface([leaf(n) for n in range(count)])
+    tracemalloc.start()
+    try:
+        with pytest.raises(InputError, match="more than two edges"):
+            surface.shared  # noqa: B018
+        assert tracemalloc.get_traced_memory()[1] < 150e6
+    finally:
+        tracemalloc.stop()
 
 
 @pytest.mark.parametrize("parts", [0, 1, 2])

@@ -2,6 +2,8 @@
 
 import base64
 import json
+import os
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -269,6 +271,47 @@ def test_other_versions_extensions_and_places_are_refused(tmp_path: Path) -> Non
         (tmp_path / "wrong.gltf").write_text(json.dumps(glb.json))
         with pytest.raises((FormatError, InputError)):
             read_model(tmp_path / "wrong.gltf")
+
+
+def test_no_file_outside_the_folder_is_read(tmp_path: Path) -> None:
+    glb = Glb()
+    glb.node(mesh=glb.mesh("cube", glb.box()))
+    inner = tmp_path / "inner"
+    inner.mkdir()
+    (tmp_path / "secret.bin").write_bytes(glb.binary)
+    (inner / "link.bin").symlink_to(tmp_path / "secret.bin")
+    (inner / "here.bin").symlink_to(inner / "own.bin")
+    (inner / "own.bin").write_bytes(glb.binary)
+    os.mkfifo(inner / "pipe.bin")
+
+    def write(uri: str) -> Path:
+        document = glb.json | {"buffers": [{"byteLength": len(glb.binary), "uri": uri}]}
+        (inner / "cube.gltf").write_text(json.dumps(document))
+        return inner / "cube.gltf"
+
+    outside = ("../secret.bin", "%2e%2e/secret.bin", "..%2fsecret.bin", "a/../../secret.bin", "link.bin")
+    for uri in (*outside, str(tmp_path / "secret.bin"), "nul%00"):
+        with pytest.raises(InputError, match="it refers to"):
+            read_model(write(uri))
+    with pytest.raises(InputError, match="not a regular file"):
+        read_model(write("pipe.bin"))
+    for uri in ("own.bin", "a/../own.bin", "here.bin"):
+        is_closed_cube(read_model(write(uri)).mesh)
+
+
+def test_many_nodes_and_meshes_are_refused_by_number_and_fewer_are_read_soon(tmp_path: Path) -> None:
+    for kind in ("nodes", "meshes"):
+        glb = Glb()
+        glb.node(mesh=glb.mesh("cube", glb.box()))
+        glb.json[kind] += [{}] * 65_536
+        refused(tmp_path, glb, f"{kind} has 65537 items; allowed: 65536")
+    glb = Glb()
+    box = glb.box()
+    for _ in range(3000):  # took 20 s where each look at a list looked at all of it
+        glb.node(mesh=glb.mesh("", box))
+    begun = time.process_time()
+    assert len(read_model(glb.write(tmp_path / "many.glb")).parts) == 3000
+    assert time.process_time() - begun < 8.0
 
 
 def test_a_mesh_that_is_listed_a_thousand_times_is_no_bomb(tmp_path: Path) -> None:

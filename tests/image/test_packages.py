@@ -49,6 +49,18 @@ def package(path: Path, **entries: Any) -> Path:
     return path
 
 
+@pytest.mark.parametrize("method", [zipfile.ZIP_LZMA, zipfile.ZIP_BZIP2])
+def test_zip_files_by_other_methods_are_refused_sound_or_damaged(tmp_path: Path, method: int) -> None:
+    path = tmp_path / "stone.zip"
+    with zipfile.ZipFile(path, "w", method) as file:
+        file.writestr("stone_albedo.png", encode_image(image(0), "png"))
+    whole = path.read_bytes()
+    for data in (whole, whole[:60] + b"\xff" * 40 + whole[100:]):
+        path.write_bytes(data)
+        with pytest.raises(InputError, match="allowed: stored, deflate"):
+            read_material(path)
+
+
 @pytest.mark.parametrize("dtype", [np.uint8, np.uint16])
 def test_the_height_map_tells_which_way_green_points(dtype: Any) -> None:
     height, normal = relief(dtype)

@@ -7,7 +7,7 @@ from upholster.charts.mesh_directions import mesh_directions
 from upholster.errors import InputError
 from upholster.geometry import TriangleMesh, welded
 from upholster.render._direction_kernels import DrawnField, trace_lines
-from upholster.render.directions import directions_picture
+from upholster.render.directions import directions_picture, going_on
 
 
 def sheet(count=6):
@@ -71,3 +71,24 @@ def test_the_picture_does_not_depend_on_threads():
     field = mesh_directions(TriangleMesh(points, vertex.reshape(-1, 3)), "smooth", symmetry=2)
     one, two = (directions_picture(field, size=(120, 90), threads=threads) for threads in (1, 2))
     np.testing.assert_array_equal(one, two)
+
+
+def test_lines_end_at_edges_where_directions_start_anew():
+    corners = np.stack(np.meshgrid((0.0, 1.0), (0.0, 1.0), (0.0, 1.0), indexing="ij"), -1).reshape(-1, 3)
+    sides = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
+    triangles = [one for a, b, c, d in sides for one in ((a, b, c), (a, c, d))]
+    mesh = TriangleMesh(corners, np.array(triangles))
+    field = mesh_directions(mesh, lambda points: np.where(points[:, 2:] > 0.9, (1.0, 3, 0), (-2.0, 1, 4)))
+    for neighbours, inside in ((mesh.neighbours, False), (going_on(field), True)):
+        starts, seeds = mesh.corners.mean(axis=1), np.arange(len(mesh.triangles), dtype=np.int32)
+        lines, counts = np.zeros((len(starts), 20, 3)), np.zeros(len(starts), np.int32)
+        for turn in (0, 2):
+            turns = np.full(len(starts), turn, np.int32)
+            drawn = DrawnField(mesh.corners, neighbours, field.face_vectors, field.jumps)
+            trace_lines(drawn, seeds, starts, turns, 2.0, lines, counts)
+            ends = np.concatenate([line[:count] for line, count in zip(lines, counts, strict=True)])
+            if abs(ends - 0.5).max() > 0.5 + 1e-9:
+                assert not inside
+                break
+        else:
+            assert inside

@@ -18,7 +18,7 @@ from upholster import server
 from upholster.server import open_in_browser
 
 # Where the cache is empty, kernels are compiled, and the user is told.
-TOLD = "compiling kernels"
+TOLD = "compiling "
 COMMAND = [sys.executable, "-m", "upholster"]
 QUIET = {
     name: value for name, value in os.environ.items() if name not in ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER")

@@ -5,6 +5,7 @@ import http.client
 import io
 import os
 import re
+import socket
 import subprocess
 import sys
 import threading
@@ -17,6 +18,7 @@ from live_server import PATIENCE, VECTORS, Turns, running, wait_until
 
 from upholster.errors import InputError
 from upholster.image import read_image
+from upholster.limits import Limits
 from upholster.server import check_origin, drawing, sending, thumbnails
 from upholster.server.guard import CONTENT_SECURITY_POLICY
 from upholster.server.pages import THUMBNAIL_SIZE, script_digest
@@ -315,6 +317,19 @@ def test_odd_requests_get_short_answers(shared):
     assert answer.startswith(b"HTTP/1.1 200 ")
 
 
+def test_nothing_is_read_behind_a_request_of_two_lengths(shared):
+    client, _ = shared
+    head = b"GET / HTTP/1.1\r\nHost: 127.0.0.1\r\n"
+    smuggled = head + b"\r\n"
+    with socket.create_connection(("127.0.0.1", client.port), timeout=10) as line:
+        line.sendall(head + b"Content-Length: 5\r\nTransfer-Encoding: chunked\r\n\r\n0\r\n\r\n" + smuggled)
+        answer = b""
+        while part := line.recv(1 << 16):  # until it is closed
+            answer += part
+    assert answer.count(b"HTTP/1.1 ") == 1
+    assert b"connection: close" in answer.lower()
+
+
 def test_every_answer_has_the_headers_that_keep_browsers_careful(shared):
     client, _ = shared
     data = ("/streams/quilt.uph", "/assets/page.css")
@@ -489,16 +504,27 @@ def test_what_cannot_be_shown_says_so(folder, tmp_path, monkeypatch):
             assert (pixels[:20] == pixels[0, 0]).all()
         assert len(set(pictures.values())) == 4
 
-        def broken(_version):
-            raise ValueError("a mistake of ours")
 
-        monkeypatch.setattr(drawing, "_picture", broken)
-        monkeypatch.setattr(DrawingProcess, "draw", drawn_here)
-        assert client.get("/thumbnails/smallest.uph.png")[0] == 200
+def test_a_mistake_of_ours_ends_one_picture(monkeypatch):
+    """The process tells of it, and draws the next one."""
+    asked = drawing.FRAME.pack(drawing.DRAWN, 0) * 2
+    drawn = iter([ValueError("a mistake\nof ours"), b"picture"])
+
+    def draw(_read):
+        if isinstance(answer := next(drawn), Exception):
+            raise answer
+        return answer
+
+    told = io.BytesIO()
+    monkeypatch.setattr(drawing, "draw_thumbnail", draw)
+    drawing.serve_pictures(io.BytesIO(asked), told)
+    why = b"ValueError: a mistake\nof ours"
+    frames = (drawing.FAILED, why), (drawing.DRAWN, b"picture")
+    assert told.getvalue() == b"".join(drawing.FRAME.pack(kind, len(one)) + one for kind, one in frames)
 
 
 def test_a_model_of_very_many_texels_is_shown_bare(folder, tmp_path, monkeypatch):
-    monkeypatch.setattr(drawing, "_MOST_TEXELS", 1)
+    monkeypatch.setattr(drawing, "_PAINTED", Limits(texels=1))
     monkeypatch.setattr(DrawingProcess, "draw", drawn_here)
     with running(folder) as client:
         (tmp_path / "a.png").write_bytes(client.get("/thumbnails/quilt.uph.png")[2])
@@ -517,7 +543,7 @@ def test_a_mesh_has_a_picture_as_other_surfaces_have(folder):
     assert len(pictures[0]) > 5000  # a placeholder's few words are smaller
 
 
-def test_a_picture_that_takes_too_long_is_given_up_and_that_is_remembered(folder, monkeypatch):
+def test_a_picture_that_takes_too_long_is_given_up_and_that_is_remembered(folder, monkeypatch, capsys):
     monkeypatch.setattr(thumbnails, "_MOST_SECONDS", 0.5)
     started = []
     sleeping = [sys.executable, "-c", "import time; time.sleep(10_000)"]
@@ -531,15 +557,38 @@ def test_a_picture_that_takes_too_long_is_given_up_and_that_is_remembered(folder
     monkeypatch.setattr(thumbnails, "_started", start)
     with running(folder) as client:
         given_up = client.get("/thumbnails/quilt.uph.png")
-        assert given_up[0] == 200
-        assert client.get("/thumbnails/quilt.uph.png") == given_up
+        assert given_up[0] == 500
+        assert given_up[1]["cache-control"] == "no-store"
+        assert given_up[2].startswith(b"\x89PNG")
+        assert client.get("/thumbnails/quilt.uph.png")[::2] == given_up[::2]
         assert len(started) == 1
         assert started[0].poll() is not None
+        assert "quilt.uph.png' failed: DrawingError: takes too much time" in capsys.readouterr().err
         monkeypatch.setattr(thumbnails, "_started", honest)
         monkeypatch.setattr(thumbnails, "_MOST_SECONDS", PATIENCE)
         assert client.get("/thumbnails/smallest.uph.png")[2] != given_up[2]  # the next one is drawn
         monkeypatch.setattr(thumbnails, "_FAILED_SECONDS", -1.0)
         assert client.get("/thumbnails/quilt.uph.png")[2] != given_up[2]
+
+
+def test_a_slow_picture_does_not_hold_up_the_others(folder, monkeypatch):
+    begun, go_on = threading.Event(), threading.Event()
+
+    def draw(_, version):
+        if version.size == (folder / "quilt.uph").stat().st_size:
+            begun.set()
+            go_on.wait(PATIENCE)
+        return b"drawn"
+
+    monkeypatch.setattr(DrawingProcess, "draw", draw)
+    with running(folder) as client:
+        slow = threading.Thread(target=client.get, args=("/thumbnails/quilt.uph.png",))
+        slow.start()
+        assert begun.wait(PATIENCE)
+        assert client.get("/thumbnails/smallest.uph.png")[2] == b"drawn"
+        assert slow.is_alive()
+        go_on.set()
+        slow.join()
 
 
 def test_what_is_remembered_does_not_wait_for_what_is_drawn(folder, monkeypatch):

@@ -23,6 +23,7 @@ WHY = {
     "work_of_blocks": "placements take 536870912 units of work or more; allowed here: 69206016",
     "work_of_cuts": "placements take 352321536 units of work or more; allowed here: 69206016",
     "work_of_grids": "placements take 1199064064 units of work or more; allowed here: 69206016",
+    "maps_together": "all maps take 42949672960 units of work or more; allowed here: 34426847232",
     "work_of_strips": "placements take 22548578304 units of work or more; allowed here: 75497472",
 }
 

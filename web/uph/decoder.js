@@ -23,6 +23,7 @@ export class UphDecoder {
   #payload = new GrowingBytes() // of a chunk that is read when it is whole
   #fields = null // the FieldDecoder, where there are warp fields
   #plan = null
+  #budget = null // of the plan
   #maps = new Map() // ImageDecoders, by role
   #pyramids = new Map() // of the maps as far as they have come, by role and how often they are halved
   #substitute = null // painted with instead of the exemplar
@@ -135,6 +136,8 @@ export class UphDecoder {
     else {
       const fields = this.#fields?.fields ?? this.charts.map(() => IDENTITY_FIELD)
       const budget = new PaintBudget(this.charts, this.#limits)
+      for (const { header } of this.#maps.values()) budget.addMap(header.channels, (what) => reader.fail(what, 0))
+      this.#budget = budget
       this.#plan = parsePlan(reader, this.charts, fields, this.#maps.get('albedo').header, budget)
       this.#fields?.begin(this.#plan.order)
     }
@@ -174,6 +177,7 @@ export class UphDecoder {
     for (const { header: one } of this.#maps.values()) samples += one.height * one.width * one.channels
     reader.within(samples, 'number of samples of all maps', 1, MAX_MAP_SAMPLES, 0)
     checkSamples(reader, [...[...this.#maps.values()].map((map) => map.header), header], this.#limits)
+    this.#budget?.addMap(header.channels, (what) => reader.fail(what, 0))
     this.#addMap(role, header)
   }
 

@@ -24,12 +24,30 @@ export function checkSamples(reader, headers, limits) {
   reader.within(samples, 'number of samples', 1, limits.samples, 0)
 }
 
-/** The work that a plan's placements may take. */
+/**
+ * The work that a plan's placements may take, for one map and for all together: a map of c channels takes
+ * (1 + c) / 4 of it.
+ */
 export class PaintBudget {
   constructor(charts, limits) {
     const texels = countTexels(charts)
-    this.left = limits.work * texels + FREE_WORK
+    this.spent = 0
+    this.shares = 0
+    this.most = limits.work * texels + FREE_WORK
+    this.mostTogether = limits.work * limits.texels + FREE_WORK
     this.cells = CELLS_A_TEXEL * texels + FREE_CELLS
+  }
+
+  /** Count a further map; fail(what) is called where all are too much. */
+  addMap(channels, fail) {
+    this.shares += 1 + channels
+    this.take(0, fail, '')
+  }
+
+  take(work, fail, what) {
+    this.spent += work
+    if (this.spent > this.most) fail(`${what}more work than goes with the texels`)
+    if (Math.floor((this.spent * this.shares) / 4) > this.mostTogether) fail('all maps take more work than is allowed here')
   }
 
   /** Take what a placement costs of a chart; fail(what) is called where it is too much. */
@@ -38,19 +56,18 @@ export class PaintBudget {
     const [top, left] = topLeft(placement)
     const rows = Math.min(top + height, chart.height) - Math.max(top, 0)
     const columns = Math.min(left + width, chart.width) - Math.max(left, 0)
-    this.left -= WORK_A_TEXEL * Math.max(rows, 0) * Math.max(columns, 0)
+    let work = WORK_A_TEXEL * Math.max(rows, 0) * Math.max(columns, 0)
     if (mask === MASK_CUT || cut) {
       const tall = Math.min((window.top + window.rows) * maskCell, height) - window.top * maskCell
       const wide = Math.min((window.left + window.columns) * maskCell, width) - window.left * maskCell
-      this.left -= Math.max(tall, 0) * Math.max(wide, 0) * (1 + feather)
+      work += Math.max(tall, 0) * Math.max(wide, 0) * (1 + feather)
     }
-    if (this.left < 0) fail('takes more work than goes with the texels')
+    this.take(work, fail, 'takes ')
   }
 
   /** Take what blocks along strips cost: all of each, on both its charts. */
   spendStrips(blocks, size, feather, fail) {
-    this.left -= 2 * blocks * size * size * (WORK_A_TEXEL + 1 + feather)
-    if (this.left < 0) fail('strips take more work than goes with the texels')
+    this.take(2 * blocks * size * size * (WORK_A_TEXEL + 1 + feather), fail, 'strips take ')
   }
 
   checkCells(cells, fail) {

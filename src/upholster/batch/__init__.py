@@ -6,8 +6,8 @@ jobs file ──► jobs ──► those that are not done yet ──► Dask's 
 `sheet` shows what came of them.
 """
 
-from upholster.batch.jobs import Job, check_apart, read_jobs
+from upholster.batch.jobs import Job, check_apart, check_within, read_jobs
 from upholster.batch.record import Record
 from upholster.batch.sheet import write_sheet
 
-__all__ = ["Job", "Record", "check_apart", "read_jobs", "write_sheet"]
+__all__ = ["Job", "Record", "check_apart", "check_within", "read_jobs", "write_sheet"]

@@ -13,9 +13,9 @@ from pathlib import Path
 from typing import Any
 
 from upholster.errors import FormatError, InputError
-from upholster.files import read_bytes
+from upholster.files import path_inside, read_bytes
 
-__all__ = ["Job", "check_apart", "read_jobs"]
+__all__ = ["Job", "check_apart", "check_within", "read_jobs"]
 
 MAX_JOBS = 100_000
 
@@ -90,6 +90,22 @@ def read_jobs(path: str | os.PathLike[str]) -> list[Job]:
     if not jobs:
         raise InputError(f"{name}: there is no job in it; allowed: tables [[jobs]], or lines of a CSV")
     return jobs
+
+
+def check_within(jobs: Sequence[Job], inputs: Iterable[str], folders: Sequence[Path]) -> None:
+    """Check that no job reads or writes outside some folders: a file of jobs may be a stranger's.
+
+    Raises
+    ------
+    InputError
+        If one does.
+    """
+    written = (output.removeprefix("atlas:") for job in jobs for output in job.outputs)
+    for name in (*inputs, *written):
+        try:
+            path_inside(folders, name)
+        except InputError as error:
+            raise InputError(f"the file of jobs: {error}, and in those of --allow DIR") from None
 
 
 def check_apart(jobs: Sequence[Job], inputs: Iterable[str], folder: Path) -> None:

@@ -25,10 +25,10 @@ _BETWEEN = 0.05
 def default_crease(mesh: TriangleMesh) -> float:
     """Return from how many degrees on directions start anew over edges where nobody says: 75, or 30.
 
-    A chamfer takes an edge of 90° in two steps of 45°. Over these the lid of a box would go on from its
-    walls, and wind round. But models of few triangles bend by as much where they stand for something smooth.
-    They bend by every other angle as well; what has chamfers, and edges that bend by less than 20°, has
-    hardly any between.
+    A chamfer takes an edge of 90° in two steps of 45°. Over these a countersunk hole would go on from its
+    rim, and turn; flat faces have directions of their own. But models of few triangles bend by as much where
+    they stand for something smooth. They bend by every other angle as well; what has chamfers, and edges that
+    bend by less than 20°, has hardly any between.
     """
     cosines, lengths = _bends(mesh)
     slight, bent, sharp = np.cos(np.radians((_ROUND, _CHAMFER, CREASE)))

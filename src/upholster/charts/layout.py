@@ -25,8 +25,8 @@ SHARE = 6
 RING = 48
 """Texels: a chart that meets itself is at least so long round."""
 
-FEWEST_TEXELS, MOST_TEXELS = 2**20, 2**23
-"""Between these a layout's texels follow from the sample's pixels."""
+MOST_TEXELS = 2**23
+"""Up to these a layout's texels follow from the sample's pixels."""
 
 MOST_FACES_TEXELS = 2**26
 """What many small faces may ask for at most."""
@@ -234,7 +234,7 @@ def texture_scale(
         found = float(np.sqrt(texels / area))
     else:
         faces = 0 if isinstance(surface, MeshSurface) else len(surface.faces)
-        fewest = min(MOST_FACES_TEXELS, max(FEWEST_TEXELS, smallest * smallest * faces))
+        fewest = min(MOST_FACES_TEXELS, max(64, smallest * smallest * faces))
         wanted = np.clip(scale * scale * area, fewest, max(fewest, MOST_TEXELS))
         found = float(np.sqrt(wanted / area))
     total = found * found * area

@@ -43,8 +43,14 @@ app = typer.Typer(
 
 def main() -> NoReturn:
     """Run the command line; bad input is one line on stderr and exit status 2, Ctrl-C is 130."""
-    signal.signal(signal.SIGTERM, _interrupt)
+    _open_standard_files()
+    for name in ("SIGTERM", "SIGHUP"):  # Windows has no SIGHUP; nohup ignores it
+        number = getattr(signal, name, None)
+        if number is not None and signal.getsignal(number) != signal.SIG_IGN:
+            signal.signal(number, _interrupt)
     warnings.showwarning = _note
+    if os.environ.get("NO_COLOR"):  # Typer's help would still be bold and dim
+        os.environ["_TYPER_FORCE_DISABLE_TERMINAL"] = "1"
     try:
         # Without any argument the help. Typer returns an exit code where it would have ended the process: 130
         # for Ctrl-C.
@@ -99,6 +105,17 @@ def run_words(words: Sequence[str]) -> None:
 
 def _interrupt(_signal: int, _frame: FrameType | None) -> NoReturn:
     raise KeyboardInterrupt
+
+
+def _open_standard_files() -> None:
+    """Open standard files that are closed: a file of ours in their place would be printed into."""
+    for number in range(3):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)  # the lowest number that is free
+    sys.stdout = sys.stdout or open(1, "w", closefd=False)  # noqa: SIM115
+    sys.stderr = sys.stderr or open(2, "w", closefd=False)  # noqa: SIM115
 
 
 def _note(message: Warning | str, *_: object, **__: object) -> None:

@@ -57,13 +57,19 @@ def batch(
     sheet: Annotated[
         str | None, typer.Option(metavar="FILE", help="Write an image with the first picture of each job.")
     ] = None,
+    allow: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="DIR", help="A folder besides that of JOBS in which jobs may read and write; repeatable."
+        ),
+    ] = None,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
 ) -> None:
     """Run many covers side by side, and only those that are not done yet.
 
     Exit status 1: some jobs failed; 2: nothing was begun.
     """
-    from upholster.batch import Record, check_apart, read_jobs, write_sheet
+    from upholster.batch import Record, check_apart, check_within, read_jobs, write_sheet
     from upholster.cluster import run_jobs
     from upholster.files import outputs
 
@@ -77,6 +83,7 @@ def batch(
     place = folder / "batch.json" if output is None else Path(output).resolve()
     inputs, uses = _checked(found, folder)
     read = list(dict.fromkeys(name for names in inputs for name in names))
+    check_within(found, read, [folder, *(Path(name).resolve() for name in allow or ())])
     check_apart(found, read, folder)
     record = Record(place, Path(jobs).resolve())
     own = [place, *([Path(sheet).resolve()] if sheet else [])]

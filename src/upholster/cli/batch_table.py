@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
-from upholster.cli.console import EVERY, say
+from upholster.cli.console import EVERY, new_console, say
 from upholster.errors import printable
 
 if TYPE_CHECKING:
@@ -62,11 +62,10 @@ def shown(total: int, dashboard: str, quiet: bool) -> Iterator[Show]:
 
     What is yielded takes the name of a job that has ended, and its entry in the record.
     """
-    from rich.console import Console
     from rich.live import Live
 
     tally = _Tally(total)
-    console = Console(stderr=True)
+    console = new_console(stderr=True)
     if dashboard and not quiet:
         say(f"dashboard: {dashboard}", error=True)
     if console.is_terminal and not quiet:

@@ -3,7 +3,7 @@
 from collections import Counter
 from typing import TYPE_CHECKING
 
-from upholster.cli.console import add_row, say
+from upholster.cli.console import add_row, new_console, say
 from upholster.shown import number_of
 
 if TYPE_CHECKING:  # NumPy, which they import, would slow down --help
@@ -22,14 +22,13 @@ _NAMES = 8
 def show_cad(path: str, *, unit: str | None = None) -> None:
     """Print the bodies of a CAD model, their faces and kinds of surface, and what will be left plain."""
     from rich.box import SIMPLE_HEAD
-    from rich.console import Console
     from rich.table import Table
 
     from upholster.geometry.mesh_files.cad import cad_state
 
     state = cad_state(path, unit=unit)
     record = state.record
-    console = Console()
+    console = new_console()
     for line in _head(path, state):
         say(line)
     table = Table("body", "", "places", "faces", "of which", "area", "colours, layers", box=SIMPLE_HEAD)

@@ -25,6 +25,7 @@ class Command(TyperCommand):
             If an option that takes one value is given twice, or a number is none.
         """
         written = list(args[: args.index("--")] if "--" in args else args)
+        self._check_missing(ctx, written)
         for param in self.params:
             names = [*param.opts, *param.secondary_opts]
             given = [word for word in written if word.startswith("-") and word.split("=")[0] in names]
@@ -40,6 +41,26 @@ class Command(TyperCommand):
             if wrong is None or kind is None or value is None:
                 raise
             raise InputError(f"{wrong.opts[-1]} is {value!r}; allowed: {kind}") from None
+
+    def _check_missing(self, ctx: Any, words: list[str]) -> None:
+        """Name all options that are missing at once, and show how they are used."""
+        if any(word in ctx.help_option_names for word in words):
+            return
+        missing = [
+            f"{'/'.join(param.opts)} {param.metavar or ''}".rstrip()
+            for param in self.params
+            if param.required and param.param_type_name == "option" and not _is_given(words, param.opts)
+        ]
+        if missing and words:
+            example = f"; {self.epilog[0].lower()}{self.epilog[1:]}" if self.epilog else ""
+            raise InputError(f"missing: {', '.join(missing)}{example}".replace("`", ""))
+
+
+def _is_given(words: list[str], names: list[str]) -> bool:
+    """Whether an option is among words; a short one may have its value behind it."""
+    return any(
+        word.split("=")[0] in names or (word[:2] in names and not word.startswith("--")) for word in words
+    )
 
 
 def _value(words: list[str], names: list[str]) -> str | None:

@@ -1,6 +1,7 @@
 """What all commands share: one-line errors, numbers and sizes as users write them, progress bars."""
 
 import math
+import os
 import re
 import sys
 import threading
@@ -30,6 +31,7 @@ __all__ = [
     "large_count",
     "limits_of",
     "naming",
+    "new_console",
     "noted",
     "numbers",
     "progress_bars",
@@ -41,7 +43,7 @@ __all__ = [
 EVERY = 10.0
 """Seconds between two lines of progress where it is no terminal that reads."""
 
-_COMPILING = "compiling kernels for this machine, once: about {:.0f} s"
+_COMPILING = "compiling kernels, once for this machine: {} of {}"
 
 
 def numbers(name: str, text: str, separator: str, count: int, kind: Callable[[str], Any]) -> Any:
@@ -55,6 +57,13 @@ def numbers(name: str, text: str, separator: str, count: int, kind: Callable[[st
         form = separator.join(["N"] * count)
         raise InputError(f"{name} is {text!r}; allowed: {count} numbers as {form}")
     return found
+
+
+def new_console(*, stderr: bool = False) -> "Console":
+    """Return a console of rich's; where NO_COLOR is set, one without colours, bold or dim words."""
+    from rich.console import Console
+
+    return Console(stderr=stderr, color_system=None if os.environ.get("NO_COLOR") else "auto")
 
 
 def say(line: str, *, error: bool = False) -> None:
@@ -176,11 +185,10 @@ def bars(quiet: bool, compiler: "Compiler | None") -> "Iterator[Progress | None]
     if quiet:
         yield None
         return
-    from rich.console import Console
     from rich.progress import BarColumn, TaskProgressColumn, TextColumn, TimeElapsedColumn
     from rich.progress import Progress as Bars
 
-    console = Console(stderr=True)
+    console = new_console(stderr=True)
     if not console.is_terminal:
         with _lines(console, compiler) as tell:
             yield tell
@@ -193,7 +201,9 @@ def bars(quiet: bool, compiler: "Compiler | None") -> "Iterator[Progress | None]
 
         def report(stage: str, done: int, total: int) -> None:
             if stage not in tasks:
-                tasks[stage] = shown.add_task(stage, total=total)
+                tasks[stage] = shown.add_task(stage)  # without a total it moves, and tells no share
+            if total == 1 and not done:
+                return
             shown.update(tasks[stage], completed=done, total=total)
 
         yield report
@@ -202,7 +212,7 @@ def bars(quiet: bool, compiler: "Compiler | None") -> "Iterator[Progress | None]
 @contextmanager
 def _lines(console: "Console", compiler: "Compiler | None") -> "Iterator[Progress]":
     """Tell in lines, as for a log: that kernels are compiled, and every few seconds how far the work is."""
-    stage, start, ended = "working", time.perf_counter(), threading.Event()
+    stage, start, ended = "starting", time.perf_counter(), threading.Event()
 
     def say(text: str) -> None:
         with suppress(OSError):  # a log that is full is no reason to stop
@@ -210,14 +220,17 @@ def _lines(console: "Console", compiler: "Compiler | None") -> "Iterator[Progres
 
     def tell() -> None:
         # Bad options and files are found after a second: their message stands alone.
-        if not ended.wait(1) and compiler is not None and compiler.running:
-            say(_COMPILING.format(compiler.seconds_left()))
-        while not ended.wait(EVERY):
-            say(f"{stage}, {time.perf_counter() - start:.0f} s")
+        pause = 1.0
+        while not ended.wait(pause):
+            if compiler is not None and compiler.running:
+                say(_COMPILING.format(compiler.done, compiler.total))
+            elif pause == EVERY:
+                say(f"{stage}, {time.perf_counter() - start:.0f} s")
+            pause = EVERY
 
     def report(name: str, done: int, total: int) -> None:
         nonlocal stage  # what is counted may be blocks, charts, or texels of several materials
-        stage = f"{name} {100 * done // max(1, total)} %"
+        stage = f"{name} {100 * done // max(1, total)} %" if total > 1 else name
 
     threading.Thread(target=tell, daemon=True).start()
     try:
@@ -227,13 +240,12 @@ def _lines(console: "Console", compiler: "Compiler | None") -> "Iterator[Progres
 
 
 def _tell(compiler: "Compiler", shown: "Bars") -> None:
-    text = _COMPILING
-    task = shown.add_task(text.format(compiler.seconds_left()), total=compiler.total)
+    task = shown.add_task("", total=compiler.total)
 
     def follow() -> None:
         while compiler.running:
-            left = (text + " left").format(compiler.seconds_left())
-            shown.update(task, completed=compiler.done, description=left)
+            told = _COMPILING.format(compiler.done, compiler.total)
+            shown.update(task, completed=compiler.done, description=told)
             time.sleep(0.2)
         shown.remove_task(task)
 

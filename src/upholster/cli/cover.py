@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from upholster.cli.console import compiled, in_bytes, progress_bars, say
+from upholster.cli.console import compiled, in_bytes, new_console, progress_bars, say
 from upholster.cli.options import spelled_out
 from upholster.errors import InputError
 from upholster.options import ModelOptions, SampleOptions, SynthesisOptions, WriteOptions
@@ -22,7 +22,6 @@ EXAMPLE = "Example: `upholster cover brick.png --on cyclide -o ring.glb -o ring.
 def surfaces() -> None:
     """List the built-in surfaces with their parameters and defaults."""
     from rich.box import SIMPLE_HEAD
-    from rich.console import Console
     from rich.table import Table
 
     from upholster.geometry import SURFACES
@@ -40,8 +39,11 @@ def surfaces() -> None:
     table.add_row("[bold]FILE.glb[/]", "", "[italic]a model: .glb .gltf .obj .ply .stl .off[/]", "")
     table.add_row("[bold]FILE.step[/]", "", "[italic]a CAD model: .step .iges .brep .3dm[/]", "")
     table.add_row("[bold]FILE.bpt[/]", "", "[italic]the classic list of bi-cubic patches (teapot)[/]", "")
-    Console().print(table)
+    new_console().print(table)
 
+
+_LARGE = 5_000_000
+"""Bytes of a GLB above which it is said what would make it smaller."""
 
 _Material = Annotated[
     list[str] | None,
@@ -70,6 +72,20 @@ _Normal = Annotated[
         help="The normal map's green points upward (OpenGL) or downward (DirectX). Default: by its name "
         "or the height map.",
         rich_help_panel="Sample",
+    ),
+]
+
+
+def _draft(context: typer.Context, wanted: bool) -> bool:
+    if wanted:
+        context.default_map = {"texels": "200k", "effort": 0}
+    return wanted
+
+
+_Draft = Annotated[
+    bool,
+    typer.Option(
+        "--draft", is_eager=True, callback=_draft, help="Quick and coarse: `--texels 200k --effort 0`."
     ),
 ]
 
@@ -110,6 +126,7 @@ def cover(
     ],
     material: _Material = None,
     model: ModelOptions,
+    draft: _Draft = False,  # noqa: ARG001  # told by its callback
     synthesis: SynthesisOptions,
     seed: Annotated[int, typer.Option(help="Same seed, same result.", rich_help_panel="Synthesis")] = 0,
     preparing: SampleOptions,
@@ -168,6 +185,8 @@ def cover(
         count, covering = result.counts["texels"], result.counts["covering"]
         texels = f"{covering:,} texels" + (f" ({count:,} with the charts' margins)" * (covering < count))
         say(f"wrote {written}: {texels} in {time.perf_counter() - start:.1f} s")
+        if any(name.lower().endswith(".glb") and size > _LARGE for name, size in result.written.items()):
+            say("smaller: --texture webp, fewer --texels, a lower --quality; smallest: a stream, -o x.uph")
         if result.settled:
             after = ":" if materials else ""
             settled = [f"{name}{after} {value}" for name, value in result.settled.items()]

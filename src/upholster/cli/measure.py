@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from upholster.cli.console import add_row, in_bytes, limits_of, naming, noted, progress_bars, say
+from upholster.cli.console import add_row, in_bytes, limits_of, naming, new_console, noted, progress_bars, say
 from upholster.errors import InputError
 
 if TYPE_CHECKING:  # NumPy, which it imports, would slow down --help
@@ -147,10 +147,9 @@ def _image(path: str, sample: str, tileable: bool) -> "Measures":
 
 def _show(found: "Measures", state: str) -> None:
     from rich.box import SIMPLE_HEAD
-    from rich.console import Console
     from rich.table import Table
 
-    console = Console()
+    console = new_console()
     if state:
         say(state)
     table = Table("measure", "figure", "meaning", box=SIMPLE_HEAD)

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from upholster.cli.console import add_row, say
+from upholster.cli.console import add_row, new_console, say
 from upholster.shown import number_of
 
 if TYPE_CHECKING:  # NumPy, which they import, would slow down --help
@@ -42,7 +42,6 @@ def show_model(path: str, *, unit: str | None = None) -> None:
 def _show_parts(shown: "Sequence[tuple[ModelPart, PartState]]", metres: float | None) -> None:
     """Print a table of parts, or some lines for each of them where a table would be too wide."""
     from rich.box import SIMPLE_HEAD
-    from rich.console import Console
     from rich.measure import Measurement
     from rich.table import Column, Table
 
@@ -62,7 +61,7 @@ def _show_parts(shown: "Sequence[tuple[ModelPart, PartState]]", metres: float | 
     ]
     for row in rows:
         add_row(table, *row)
-    console = Console()
+    console = new_console()
     if Measurement.get(console, console.options.update(max_width=10_000), table).maximum <= console.width:
         console.print(table)
         return

@@ -25,6 +25,7 @@ _AS_TEXT: dict[str, tuple[_Read, _Write]] = {
     "stroke": (tuple, str),
     "texels": (texel_count, str),
     "sample_size": (lambda text: _number_or_text(text), str),
+    "element_size": (lambda text: _number_or_text(text), str),
     "direction": (lambda texts: _by_part("direction", texts), str),
     "texture": (str, str),
     "coefficients": (lambda text: share("coefficients", text), str),

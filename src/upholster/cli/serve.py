@@ -106,8 +106,7 @@ def _compiling() -> Iterator[None]:
     with compiling(["refine picture", "refine paper", "refine material"]) as compiler:
         if compiler is not None:
             print(
-                "compiling kernels for this machine, once: pictures of streams come in about "
-                f"{compiler.seconds_left():.0f} s",
+                f"compiling {compiler.total} kernels, once for this machine: pictures of streams come then",
                 file=sys.stderr,
                 flush=True,
             )

@@ -12,6 +12,7 @@ from upholster.cli.console import (
     in_bytes,
     limits_of,
     naming,
+    new_console,
     numbers,
     progress_bars,
     say,
@@ -124,7 +125,6 @@ def info(
 def _show_stream(stream: str, most_texels: str | None) -> None:
     """Print a stream's chunks, its placements, and what can be shown after so many bytes."""
     from rich.box import SIMPLE_HEAD
-    from rich.console import Console
     from rich.table import Table
 
     from upholster.files import read_bytes
@@ -133,7 +133,7 @@ def _show_stream(stream: str, most_texels: str | None) -> None:
 
     with naming(stream):
         found = describe(read_bytes(stream), limits=limits_of(most_texels))
-    console = Console()
+    console = new_console()
     state = "complete" if found.complete else f"incomplete, {in_bytes(found.total)} in all"
     say(f"{stream}: {found.received:,} bytes, {state}; first view at {found.view:,} bytes")
     chunks = Table("chunk", "offset", "bytes", "here", "holds", box=SIMPLE_HEAD)

@@ -58,7 +58,8 @@ def write_glb(
     pixels
         (H, W, C) of the atlas: uint8, uint16 or float32. Or a list, with the image of each page.
     texture
-        How images are coded: "png" (lossless), "jpeg" (no alpha) or "webp" (small; extension
+        How images are coded: "auto" (colours without alpha "jpeg", others "png"), "png" (lossless),
+        "jpeg" (no alpha) or "webp" (small; extension
         EXT_texture_webp).
     quality
         1 to 100, for jpeg and webp; maps other than colours get at least 90.

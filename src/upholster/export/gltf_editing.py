@@ -26,7 +26,13 @@ __all__ = ["GltfEdit", "write_parts"]
 _TYPES = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4"}
 _CODES = {dtype.str: code for code, dtype in COMPONENTS.items()}
 _VERTICES, _INDICES = 34962, 34963
-_MAGIC = {b"\x89PNG": "image/png", b"\xff\xd8\xff": "image/jpeg", b"RIFF": "image/webp"}
+_MAGIC = {
+    b"\x89PNG": "image/png",
+    b"\xff\xd8\xff": "image/jpeg",
+    b"RIFF": "image/webp",
+    b"\xabKTX 20\xbb": "image/ktx2",
+    b"DDS ": "image/vnd-ms.dds",
+}
 _ALIGNED = 8
 
 
@@ -151,13 +157,15 @@ class GltfEdit:
                 continue
             try:
                 data = self.gltf.resource(uri)
+                mime = next((kind for magic, kind in _MAGIC.items() if data.startswith(magic)), None)
+                if mime is None:
+                    raise InputError("it is no image; allowed: PNG, JPEG, WebP, KTX2, DDS")
             except InputError as error:
                 self.notes.append(f"image {uri[:80]!r} stays outside: {error}")
                 continue
-            mime = next((kind for magic, kind in _MAGIC.items() if data.startswith(magic)), None)
             del image["uri"]
             image["bufferView"] = self.add_view(data)
-            image["mimeType"] = mime or image.get("mimeType", "image/png")
+            image["mimeType"] = mime
 
     def _packed(self) -> list[bytes]:
         """Put the bytes of all views in one buffer, what no view shows left out, and return them in parts."""

@@ -7,7 +7,7 @@ from typing import Any, get_args
 import numpy as np
 
 from upholster.errors import InputError, nearest
-from upholster.image import alpha_channel, encode_image
+from upholster.image import ImageFormat, alpha_channel, encode_image
 from upholster.image.material import DEFAULT_ROUGHNESS
 from upholster.options import TextureFormat
 from upholster.types import PixelArray
@@ -70,6 +70,9 @@ def build_material(
     """
     if texture not in get_args(TextureFormat):
         raise InputError(f"texture {texture!r} is unknown; {nearest(str(texture), get_args(TextureFormat))}")
+    # By itself no data as JPEG: what that does to a normal is seen in highlights.
+    data: ImageFormat = "png" if texture == "auto" else texture
+    colours: ImageFormat = "jpeg" if texture == "auto" and mode == "OPAQUE" else data
     for role, part in maps.items():
         _check_map(role, part)
     if mode == "OPAQUE" and alpha_channel(pixels.shape[2]) is not None:
@@ -88,10 +91,11 @@ def build_material(
     }
     if mode != "OPAQUE":
         document["alphaMode"] = mode
-    made = PbrMaterial(document, [(name, encode_image(pixels, texture, quality=quality))])
+    made = PbrMaterial(document, [(name, encode_image(pixels, colours, quality=quality))])
 
     def add(kind: str, image: PixelArray, least: int) -> dict[str, Any]:
-        made.images.append((f"{name} {kind}", encode_image(image, texture, quality=max(quality, least))))
+        coded = encode_image(image, data if least > 1 else colours, quality=max(quality, least))
+        made.images.append((f"{name} {kind}", coded))
         return {"index": first + len(made.images) - 1}
 
     if "normal" in maps:

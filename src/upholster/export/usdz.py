@@ -69,6 +69,8 @@ def write_usdz(path: str | os.PathLike[str], glb: bytes, *, metres: float = 1.0)
     from pxr import Sdf, UsdUtils
 
     gltf = parse_gltf(glb, "model.glb")
+    # What Pixar's library warns of goes to this, and not to the terminal.
+    heard = UsdUtils.CoalescingDiagnosticDelegate()
     with tempfile.TemporaryDirectory(prefix="upholster-") as folder:
         scene = _Scene(gltf, Path(folder), metres)
         scene.write()
@@ -76,6 +78,7 @@ def write_usdz(path: str | os.PathLike[str], glb: bytes, *, metres: float = 1.0)
         if not UsdUtils.CreateNewUsdzPackage(Sdf.AssetPath(str(scene.file)), packed):
             raise InputError("the USDZ package cannot be made: is there room on the disk?")
         Path(path).write_bytes(_undated(Path(packed).read_bytes()))
+    heard.TakeUncoalescedDiagnostics()
     return tuple(scene.notes)
 
 

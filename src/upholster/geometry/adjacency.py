@@ -140,6 +140,10 @@ class FaceEdges:
         return cls(edges, inner, rim)
 
 
+_NEIGHBOURS = 8
+"""With how many others an edge is compared, of those between the same junctions."""
+
+
 def find_adjacency(parts: FaceEdges, tolerance: float) -> Adjacency:
     """Find which edges of patches meet.
 
@@ -247,9 +251,15 @@ def _meetings(edges: Edges, live: NDArray[np.int64], tolerance: float) -> list[S
     for one in shared:
         lone[[4 * one.patch + one.edge, 4 * one.other_patch + one.other_edge]] = False
     if lone.any():
+        covered: dict[int, tuple[float, int]] = {}  # how much of an edge, and by which one last
         for a, b, ends in overlapping_parts(edges, live, lone, tolerance):
             meeting = SharedEdge(a // 4, a % 4, ends[0], ends[1], b // 4, b % 4, ends[2], ends[3])
             shared.append(min(meeting, meeting.flipped(), key=_order))
+            for edge, other, length in ((a, b, ends[1] - ends[0]), (b, a, abs(ends[3] - ends[2]))):
+                before, last = covered.get(edge, (0.0, other))
+                if before + length > 2.0:  # some place is claimed three times, whatever the tolerance
+                    raise _too_many([edge, last, other])
+                covered[edge] = before + length, other
     return shared
 
 
@@ -287,8 +297,12 @@ def _whole(a: int, b: int, turned: bool) -> SharedEdge:
 
 def _crowd(index: NDArray[np.int64], samples: FloatArray, tolerance: float) -> list[SharedEdge]:
     """Pair up edges between the same junctions, nearest ones first; raise where a third one is as near."""
-    count = len(index)
-    a, b = np.triu_indices(count, 1)
+    _, number, copies = np.unique(
+        samples.reshape(len(index), -1), axis=0, return_inverse=True, return_counts=True
+    )
+    if copies.max() > 2:  # at once: a file may have very many alike
+        raise _too_many(index[np.flatnonzero(number.reshape(-1) == copies.argmax())[:3]].tolist())
+    a, b = _near_pairs(samples)
     straight, opposed = _gaps(samples[a], samples[b])
     gaps = np.minimum(straight, opposed)
     rounding = 1e-12 * float(np.abs(samples).max())
@@ -307,6 +321,21 @@ def _crowd(index: NDArray[np.int64], samples: FloatArray, tolerance: float) -> l
             if gaps[n] <= 10.0 * gap + rounding:
                 raise _too_many(index[[mine, before, other if mine == one else one]].tolist())
     return shared
+
+
+def _near_pairs(samples: FloatArray) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return each edge with those beside it in an order in which edges that coincide are neighbours.
+
+    The order is that of a mean of an edge's points, the same either way round.
+    """
+    count = len(samples)
+    either_way = (samples + samples[:, ::-1]).reshape(count, -1)
+    order = np.argsort(either_way @ np.random.default_rng(0).random(either_way.shape[1]), kind="stable")
+    pairs = [
+        np.stack([order[:-step], order[step:]], axis=1) for step in range(1, min(count, 1 + _NEIGHBOURS))
+    ]
+    found = np.unique(np.sort(np.concatenate(pairs), axis=1), axis=0)
+    return found[:, 0], found[:, 1]
 
 
 def _gaps(a: FloatArray, b: FloatArray) -> tuple[FloatArray, FloatArray]:

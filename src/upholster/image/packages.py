@@ -137,6 +137,8 @@ def _read_entry(
         )
     if entry.flag_bits & 1:
         raise InputError(f"{shown!r} is encrypted; allowed: plain entries")
+    if entry.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
+        raise InputError(f"{shown!r} is packed by method {entry.compress_type}; allowed: stored, deflate")
     try:
         # No more than the size that was told: what is longer is damaged.
         with zipfile.ZipFile(path) as package, package.open(entry) as stream:

@@ -22,6 +22,9 @@ _LOOKED_AT = 160
 
 _LEAST_SIDE = 32
 
+_MOST_STEPS, _LEVEL = 4, 0.1
+"""Of an element: how many periods its width may be made of, and how far from level it may run, as a slope."""
+
 _LEAST_PROMINENCE = 16.0
 """Of a peak that counts at all."""
 
@@ -67,6 +70,25 @@ class Lattice:
     def __post_init__(self) -> None:
         for array in (self.waves, self.phases, self.certainty):
             frozen_array(array)
+
+    @property
+    def element(self) -> tuple[float, ...]:
+        """Width and height, in pixels, of what repeats: a brick, a tile. Of one wave its period alone.
+
+        The width is the shortest way along the rows after which both phases are as before; cells of this
+        width tile the plane at this height.
+        """
+        if len(self.waves) == 1:
+            return (1.0 / float(np.hypot(*self.waves[0])),)
+        (a, b), (c, d) = self.waves.tolist()
+        area = a * d - b * c
+        one, other = np.array([d, -c]) / area, np.array([-b, a]) / area
+        steps = np.arange(-_MOST_STEPS, _MOST_STEPS + 1)
+        ways = (steps[:, None, None] * one + steps[:, None] * other).reshape(-1, 2)
+        level = np.abs(ways[:, 0]) <= _LEVEL * np.abs(ways[:, 1])
+        ways = ways[level & (ways[:, 1] > 0)]
+        width = float(np.hypot(*ways.T).min()) if len(ways) else float(min(np.hypot(*one), np.hypot(*other)))
+        return width, 1.0 / (abs(area) * width)
 
     @property
     def cell(self) -> float:

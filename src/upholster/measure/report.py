@@ -275,11 +275,12 @@ def _measure_mesh(
 
 
 def _asked(surface: MeshSurface, direction: str) -> FloatArray:
-    # (T, 3, 3): the direction itself, or the field where only that can tell.
+    # (T, 3, 3): the direction itself, or the field where only that can tell: on flat faces, too.
     wanted = parse_mesh_direction(direction)
     crease = default_crease(surface.mesh)
     asked = asked_at_corners(surface.mesh, wanted, crease)
-    return mesh_directions(surface.mesh, wanted, crease=crease).corner_vectors if asked is None else asked
+    field = mesh_directions(surface.mesh, wanted, crease=crease)
+    return field.corner_vectors if asked is None else field.as_faces_run(asked)
 
 
 def _broken(

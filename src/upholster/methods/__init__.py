@@ -12,6 +12,7 @@ from upholster.methods.synthesis import (
     needs_patches,
     planned_run,
     prepare,
+    sample_width,
     settled_seed,
     synthesize,
 )
@@ -25,6 +26,7 @@ __all__ = [
     "needs_patches",
     "planned_run",
     "prepare",
+    "sample_width",
     "settled_seed",
     "synthesize",
 ]

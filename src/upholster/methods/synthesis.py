@@ -262,11 +262,13 @@ def _prepare_mesh(
         if getattr(options, name):
             raise InputError(f"{name} is given on a mesh; allowed: {name} on a surface of patches")
     scale, block = _scale(exemplar, surface, options, surface.mesh.metres)
+    phases = _phases(exemplar, options, lambda _: None, _MESH_PHASE)  # which `synthesize_mesh` finds
     field = field or mesh_directions(
         surface.mesh,
         cast(Any, options.direction),
         strokes=options.stroke,
         crease=default_crease(surface.mesh) if options.crease is None else options.crease,
+        lattice=phases is not None,
     )
     charts = mesh_charts(surface, scale.density)
     along, down = triangle_frames(surface, field.corner_vectors)
@@ -278,7 +280,6 @@ def _prepare_mesh(
         text = "strokes" if options.stroke else default_mesh_direction(surface.mesh)
     elif not isinstance(text, str):
         text = getattr(text, "__name__", "vectors")
-    phases = _phases(exemplar, options, lambda _: None, _MESH_PHASE)  # which `synthesize_mesh` finds
     return Prepared(charts, fields, scale, f"{text}, {field.words}", own, field, phases, turns)
 
 
@@ -294,11 +295,10 @@ def _scale(
 ) -> tuple[TextureScale, int]:
     """Return sizes of texels and sample, and the side of a block, on a surface whose unit may be known."""
     block = _wanted_block(exemplar, options)
-    size = options.sample_size
     scale = texture_scale(
         surface,
         exemplar.shape[1],
-        sample_size=None if size is None else parse_length(size, metres, name="sample size"),
+        sample_size=sample_width(exemplar, options, metres),
         density=options.density,
         texels=cast(int | None, options.texels),
         block=block,
@@ -308,6 +308,28 @@ def _scale(
         least, count = (24, _MESH_BLOCKS) if isinstance(surface, MeshSurface) else (16, _BLOCKS)
         block = min(block, max(least, 4 * int(across / count / 4)))
     return scale, block
+
+
+def sample_width(exemplar: PixelArray, options: SynthesisOptions, metres: float | None) -> float | None:
+    """Return the sample's width in model units, as it is asked for, or as its elements are; None: neither.
+
+    Raises
+    ------
+    InputError
+        If a length has a unit and the model none, or elements are told and the sample does not repeat.
+    """
+    if options.sample_size is not None:
+        return parse_length(options.sample_size, metres, name="sample size")
+    if options.element_size is None:
+        return None
+    lattice = find_lattice(exemplar)
+    if lattice is None:
+        raise InputError(
+            f"element size is {options.element_size!r}, but nothing repeats surely in the sample; "
+            "allowed: sample size"
+        )
+    length = parse_length(options.element_size, metres, name="element size")
+    return float(length * exemplar.shape[1] / max(lattice.element))
 
 
 def _flat_chart(surface: Surface, width: int, height: int) -> Chart:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import DTypeLike, NDArray
 
 from upholster.errors import InputError
 from upholster.geometry import AnySurface, MeshSurface
@@ -64,6 +64,22 @@ class Texels(Shown):
         first = self.arrays[0] if self.arrays else np.zeros((0, 0, 0), np.uint8)
         parts = {"charts": len(self.charts), "texels": self.count, "channels": first.shape[2]}
         return on_a_line(self, {**parts, "dtype": str(first.dtype)})
+
+    def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> PixelArray:
+        """Return the array of the only chart, for `numpy.asarray`.
+
+        Raises
+        ------
+        InputError
+            If there are several charts.
+        """
+        if len(self.arrays) != 1:
+            raise InputError(
+                f"texels have {len(self.arrays)} charts, so they are not one array; allowed: .arrays, "
+                "a tuple with one for each chart"
+            )
+        array = self.arrays[0] if dtype is None else self.arrays[0].astype(dtype, copy=False)
+        return array.copy() if copy else array
 
     @property
     def surface(self) -> AnySurface | None:
@@ -196,6 +212,9 @@ class Quilt(Shown):
 
     def sources(self) -> tuple[IntArray, ...]:
         """Tell for each texel where in the exemplar it comes from.
+
+        So whatever else is known of the exemplar's pixels goes onto the surface as well: labels, numbers,
+        another picture. `docs/sources.ipynb` shows how.
 
         Returns
         -------

@@ -11,7 +11,7 @@ from upholster.render.camera import Camera
 from upholster.render.picture import render
 from upholster.types import FloatArray, IntArray, PixelArray
 
-__all__ = ["directions_picture"]
+__all__ = ["directions_picture", "going_on"]
 
 _SPACING = 13
 """Pixels between lines."""
@@ -24,6 +24,9 @@ _ROOM = 96
 
 _FINER = 2
 """The picture is drawn so many times as large, and made smaller: lines are smooth then."""
+
+_SHALLOW = 0.03
+"""Sine of the angle to an edge below which a line runs along it."""
 
 _LINE, _HEAD = (0.10, 0.22, 0.42), (0.85, 0.30, 0.05)
 _POSITIVE, _NEGATIVE = (214, 39, 40), (31, 100, 220)
@@ -90,7 +93,7 @@ def _draw_lines(drawing: Drawing, field: MeshField, camera: Camera, depth: NDArr
     length = 0.5 * _LENGTH * _FINER * distance / camera.focal
     ways = {1: (0, 2), 2: (0, 2), 4: (0, 1, 2, 3)}[field.fold]
     mesh = field.mesh
-    drawn = DrawnField(mesh.corners, mesh.neighbours, field.face_vectors, field.jumps)
+    drawn = DrawnField(mesh.corners, going_on(field), field.face_vectors, field.jumps)
     for way in ways:
         lines, counts = np.zeros((len(points), _ROOM, 3)), np.zeros(len(points), np.int32)
         turns = np.full(len(points), way, np.int32)
@@ -101,6 +104,30 @@ def _draw_lines(drawing: Drawing, field: MeshField, camera: Camera, depth: NDArr
             drawing.lines(shown, color=_LINE, width=2)
             if field.fold == 1 and way == 0:
                 drawing.lines(shown[len(shown) // 2 :], color=_HEAD, width=3)
+
+
+def going_on(field: MeshField) -> IntArray:
+    """Return the mesh's neighbours (T, 3), −1 over edges where a line would turn back as it crosses them.
+
+    There the field starts anew: the line would leave the surface through the edge by which it came.
+    """
+    mesh = field.mesh
+    line = np.roll(mesh.corners, -1, axis=1) - mesh.corners
+    line /= np.maximum(np.linalg.norm(line, axis=2, keepdims=True), 1e-300)
+    along = np.einsum("tki,ti->tk", line, field.face_vectors)
+    out = np.einsum("tki,ti->tk", np.cross(line, mesh.flat_normals[:, None]), field.face_vectors)
+    here = along + 1j * out
+    there = -here.reshape(-1)[mesh.neighbours] * np.array([1, 1j, -1, -1j])[field.jumps]
+    goes_on = _crosses(here.imag, there.imag)
+    if field.fold == 4:  # lines run both ways
+        goes_on &= _crosses(here.real, there.real)
+    return np.where(goes_on, mesh.neighbours, -1).astype(np.int32)
+
+
+def _crosses(out: FloatArray, inward: FloatArray) -> NDArray[np.bool_]:
+    """Return whether lines that leave with one sine to an edge, and go on with another, do go over it."""
+    along = (np.abs(out) < _SHALLOW) & (np.abs(inward) < _SHALLOW)
+    return np.asarray(along | (out * inward > _SHALLOW**2))
 
 
 def _seeds(field: MeshField, camera: Camera, depth: NDArray[np.float32]) -> tuple[IntArray, FloatArray]:

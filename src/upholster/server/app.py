@@ -16,6 +16,7 @@ from starlette.types import ASGIApp
 from upholster._version import __version__
 from upholster.errors import printable
 from upholster.server.catalogue import Catalogue, open_regular
+from upholster.server.drawing import placeholder
 from upholster.server.guard import Guard
 from upholster.server.pages import missing_page, start_page, viewer_page
 from upholster.server.sending import (
@@ -27,7 +28,7 @@ from upholster.server.sending import (
     validators,
 )
 from upholster.server.throttle import Pace, Throttle
-from upholster.server.thumbnails import Thumbnails
+from upholster.server.thumbnails import DrawingError, Thumbnails
 from upholster.server.versions import Version, Versions
 
 __all__ = ["STREAM_TYPE", "make_app"]
@@ -127,7 +128,12 @@ class _Site:
             tag = f'"{__version__}-{found.tag[1:]}'
             if (known := unchanged_response(request, tag)) is not None:
                 return known
-            picture = await self._thumbnails.get(found, gone=request.is_disconnected)
+            try:
+                picture = await self._thumbnails.get(found, gone=request.is_disconnected)
+            except DrawingError as error:
+                await _failed(request, error)
+                picture = placeholder("no preview", str(error))
+                return Response(picture, 500, {"cache-control": "no-store"}, media_type="image/png")
         if picture is None:
             return PlainTextResponse("Nobody waits for this.", 503)
         return Response(picture, headers=validators(tag), media_type="image/png")

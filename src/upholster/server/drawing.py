@@ -15,10 +15,11 @@ from typing import BinaryIO
 
 import numpy as np
 
-from upholster.errors import UpholsterError, printable
+from upholster.errors import FormatError, UpholsterError, printable
 from upholster.geometry import MeshSurface
 from upholster.image import encode_image, from_linear
 from upholster.image.drawing import Drawing
+from upholster.limits import Limits
 from upholster.model import tessellate
 from upholster.options import WriteOptions
 from upholster.outputs import TexturedModel
@@ -29,21 +30,19 @@ from upholster.shown import number_of
 from upholster.stream import StreamDecoder
 from upholster.writing import painted
 
-__all__ = ["DRAWN", "FRAME", "READ", "draw_thumbnail", "placeholder", "work"]
+__all__ = ["DRAWN", "FAILED", "FRAME", "READ", "draw_thumbnail", "placeholder", "work"]
 
 FRAME = struct.Struct("<cI")
 """Between server and process: a kind and a number. The server begins a picture with `DRAWN`; the process asks
 with `READ` and a number of bytes, which it gets behind a `READ` with how many they are, fewer at the end; and
-ends with `DRAWN`, a size, and the picture."""
+ends with `DRAWN`, a size, and the picture, or with `FAILED`, a size, and why."""
 
-READ, DRAWN = b"r", b"d"
+READ, DRAWN, FAILED = b"r", b"d", b"f"
 
 _MOST_MEMORY = 4 << 30
 _PIECE = 1 << 16
 _MOST_READ = 1 << 22
-_MOST_TEXELS = 1 << 24
-_MOST_SAMPLES = 1 << 25
-_MOST_CHARTS = 4096
+_PAINTED = Limits(texels=1 << 24, charts=4096)
 _MOST_VIEW = 1 << 26
 _QUADS = 4000
 _GROUND = 232  # about the grey of other pictures' background
@@ -64,25 +63,19 @@ def draw_thumbnail(read: Callable[[int], bytes]) -> bytes:
         return _picture(read)
     except UpholsterError as error:
         return placeholder("damaged stream", str(error))
-    except Exception as error:
-        # Too little memory, or a mistake of ours: the page shows its other streams all the same.
-        return placeholder("no preview", f"{type(error).__name__}: {error}")
 
 
 def _picture(read: Callable[[int], bytes]) -> bytes:
-    decoder = StreamDecoder()
-    while decoder.received < (_MOST_VIEW if decoder.needed else _MOST_READ):
-        piece = read(_PIECE)
-        if not piece:
-            break
-        decoder.feed(piece)
+    pieces: list[bytes] = []
+    is_small = True
+    try:
+        decoder = _decoded(read, pieces, _PAINTED)
+    except FormatError:
+        decoder, is_small = _decoded(read, pieces, Limits()), False
     surface = decoder.surface
     if decoder.needed or surface is None:
         return placeholder("cut stream", f"needs {decoder.needed:,} more bytes")
-    height, width, channels = decoder.exemplar_shape
-    texels = sum(chart.height * chart.width for chart in decoder.charts)
-    many = texels > _MOST_TEXELS or len(decoder.charts) > _MOST_CHARTS
-    if many or height * width * channels > _MOST_SAMPLES:
+    if not is_small:
         if isinstance(surface, MeshSurface):
             return placeholder("mesh", number_of(len(surface.island), "triangle"))
         mesh = tessellate(surface, quads=_QUADS)
@@ -100,6 +93,17 @@ def _picture(read: Callable[[int], bytes]) -> bytes:
         base, maps = painted(decoder.quilt(), received_exemplar(decoder), threads=1)
         linear = TexturedModel(surface, base, options, threads=1, maps=maps).picture()
     return encode_image(from_linear(linear, "uint8"), "png")
+
+
+def _decoded(read: Callable[[int], bytes], pieces: list[bytes], limits: Limits) -> StreamDecoder:
+    """Decode the pieces that have been read, and read on."""
+    decoder = StreamDecoder(limits=limits)
+    for piece in pieces:
+        decoder.feed(piece)
+    while decoder.received < (_MOST_VIEW if decoder.needed else _MOST_READ) and (piece := read(_PIECE)):
+        pieces.append(piece)
+        decoder.feed(piece)
+    return decoder
 
 
 def placeholder(title: str, reason: str) -> bytes:
@@ -120,11 +124,18 @@ def work() -> None:
     os.dup2(2, 1)  # what a library prints is no frame
     _limit_memory()
     with suppress(BrokenPipeError):
-        while head := source.read(FRAME.size):
-            FRAME.unpack(head)
-            picture = draw_thumbnail(lambda count: _asked(source, target, count))
-            target.write(FRAME.pack(DRAWN, len(picture)) + picture)
-            target.flush()
+        serve_pictures(source, target)
+
+
+def serve_pictures(source: BinaryIO, target: BinaryIO) -> None:
+    """Answer the server until it ends; what fails is told, and the next one drawn."""
+    while source.read(FRAME.size):
+        try:
+            kind, answer = DRAWN, draw_thumbnail(lambda count: _asked(source, target, count))
+        except Exception as error:  # too little memory, or a mistake of ours
+            kind, answer = FAILED, f"{type(error).__name__}: {error}".encode(errors="replace")
+        target.write(FRAME.pack(kind, len(answer)) + answer)
+        target.flush()
 
 
 def _asked(source: BinaryIO, target: BinaryIO, count: int) -> bytes:

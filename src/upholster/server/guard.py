@@ -73,6 +73,9 @@ class Guard:
                 added = MutableHeaders(scope=message)
                 added["Content-Security-Policy"] = policy + self._frames
                 added["X-Content-Type-Options"] = "nosniff"
+                if "content-length" in headers and "transfer-encoding" in headers:
+                    # Others may see its end elsewhere: nothing is read behind it (RFC 9112, 6.3).
+                    added["Connection"] = "close"
                 added["Referrer-Policy"] = "no-referrer"
                 added["Cross-Origin-Opener-Policy"] = "same-origin"
                 added["Cross-Origin-Resource-Policy"] = "cross-origin" if shared else "same-origin"

@@ -75,7 +75,10 @@ def strips_work(layout: StripLayout) -> int:
 
 
 class PaintBudget:
-    """The work that a plan's placements may take.
+    """The work that a plan's placements may take, for one map and for all maps together.
+
+    A map of c channels takes (1 + c) / 4 of the work that is told: one of three channels takes all of it.
+    What all maps take together goes with the texels that the caller allows, whatever the stream has.
 
     Parameters
     ----------
@@ -89,8 +92,15 @@ class PaintBudget:
         self._sizes = chart_sizes(charts)
         texels = _texels(charts)
         self._most = limits.work * texels + _FREE_WORK
+        self._most_together = limits.work * limits.texels + _FREE_WORK
         self._most_cells = _CELLS_A_TEXEL * texels + _FREE_CELLS
         self._spent = 0
+        self._shares = 0  # quarters of the work that all maps take
+
+    def add_map(self, channels: int) -> None:
+        """Count a further map of so many channels; raises FormatError where all are too much."""
+        self._shares += 1 + channels
+        self._check()
 
     def spend(self, placed: NDArray[np.void]) -> None:
         """Take what placements cost; raises FormatError where it is too much."""
@@ -99,10 +109,16 @@ class PaintBudget:
     def take(self, work: int) -> None:
         """Take so many units of work; raises FormatError where it is too much."""
         self._spent += work
-        if self._spent > self._most:
-            raise FormatError(
-                f"placements take {self._spent} units of work or more; allowed here: {self._most}"
-            )
+        self._check()
+
+    def _check(self) -> None:
+        together = self._spent * self._shares // 4
+        for what, work, most in (
+            ("placements", self._spent, self._most),
+            ("all maps", together, self._most_together),
+        ):
+            if work > most:
+                raise FormatError(f"{what} take {work} units of work or more; allowed here: {most}")
 
     def check_cells(self, cells: int) -> None:
         """Raise FormatError for more cells of masks than go with the texels."""

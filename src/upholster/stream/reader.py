@@ -63,6 +63,7 @@ class StreamDecoder(Shown):
         self._reader = ChunkReader()
         self._image: ImageDecoder | None = None
         self._placements: PlanDecoder | None = None
+        self._budget: PaintBudget | None = None
         self._maps: dict[str, ImageDecoder] = {}
         self._fed: ImageDecoder | None = None  # that the current chunk E is of
         self._share: float | None = None
@@ -339,8 +340,10 @@ class StreamDecoder(Shown):
         elif self._image is not None:
             shape = self._image.header.height, self._image.header.width
             told = () if self._fields is None else self._fields.fields
-            budget = PaintBudget(self.charts, self._limits)
-            self._placements = open_plan(fields, self.charts, shape, told, budget)
+            self._budget = PaintBudget(self.charts, self._limits)
+            for image in self._maps.values():
+                self._budget.add_map(image.header.channels)
+            self._placements = open_plan(fields, self.charts, shape, told, self._budget)
             if self._fields is not None:
                 self._fields.in_order(self._placements.order)
 
@@ -363,6 +366,11 @@ class StreamDecoder(Shown):
         if samples > MAX_MAP_SAMPLES:
             raise FormatError(f"byte {offset}: maps have {samples} samples; allowed: {MAX_MAP_SAMPLES}")
         check_samples([*(image.header for image in self._maps.values()), header], self._limits)
+        if self._budget is not None:
+            try:
+                self._budget.add_map(header.channels)
+            except FormatError as error:
+                raise FormatError(f"byte {offset}: {error}") from None
         self._maps[role] = ImageDecoder(header)
 
     def _feed_map(self, chunk: Chunk, part: bytes) -> None:

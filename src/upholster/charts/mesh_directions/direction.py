@@ -60,6 +60,12 @@ class MeshDirection:
     angle: float = 0.0
     vectors: Vectors | FloatArray | None = None
 
+    @property
+    def is_around(self) -> bool:
+        """Whether it runs round an axis: as ``around:z``, or ``around`` on parts of a CAD model."""
+        by_part = isinstance(self.vectors, TriangleVectors) and "around" in self.text
+        return by_part or self.text.startswith("around:")
+
 
 def parse_mesh_direction(wanted: str | Vectors | ArrayLike | MeshDirection) -> MeshDirection:
     """Return the direction that a text, a function of points or an array of vectors stands for.

@@ -10,7 +10,8 @@ from upholster.charts._multigrid_kernels import ComplexArray
 from upholster.charts.directions import Vectors
 from upholster.charts.mesh_directions._kernels import comb, corner_fans, take_branches, vertex_vectors
 from upholster.charts.mesh_directions.direction import MeshDirection, parse_mesh_direction
-from upholster.charts.mesh_directions.frames import PlaneFrames, plane_frames, power
+from upholster.charts.mesh_directions.frames import PlaneFrames, plane_frames, power, root
+from upholster.charts.mesh_directions.held import Held, held_on_faces
 from upholster.charts.mesh_directions.singular import (
     indices_at_vertices,
     jumps_over_edges,
@@ -18,7 +19,7 @@ from upholster.charts.mesh_directions.singular import (
 )
 from upholster.charts.mesh_directions.solving import field_power, followed
 from upholster.charts.mesh_directions.strokes import Strokes, parse_strokes, with_strokes
-from upholster.charts.mesh_directions.wishes import asked_of_slopes, prior_of, wish_of
+from upholster.charts.mesh_directions.wishes import Wish, asked_of_slopes, prior_of, wish_of
 from upholster.errors import InputError
 from upholster.geometry import TriangleMesh
 from upholster.shown import Shown, on_a_line
@@ -61,6 +62,8 @@ class MeshField(Shown):
         (V,) int8, read-only: how often the field turns round each vertex, in parts 1/fold of a turn.
     singular
         (K,) int32, read-only: vertices of an index other than 0 that lie at no border and no crease.
+    face
+        (T,) int32, read-only: the number of the flat face whose one direction a triangle has; −1 for none.
     """
 
     mesh: TriangleMesh
@@ -71,6 +74,7 @@ class MeshField(Shown):
     jumps: NDArray[np.int8]
     index: NDArray[np.int8]
     singular: IntArray
+    face: IntArray
 
     def __repr__(self) -> str:
         return on_a_line(self, {"name": self.mesh.name, "fold": self.fold, "singular": len(self.singular)})
@@ -80,6 +84,10 @@ class MeshField(Shown):
         """Positions of the singular points, (K, 3), in model units."""
         found: FloatArray = self.mesh.positions[self.singular]
         return found
+
+    def as_faces_run(self, asked: FloatArray) -> FloatArray:
+        """Return what is asked for at corners, (T, 3, 3), where faces are flat their own directions."""
+        return np.where((self.face >= 0)[:, None, None], self.corner_vectors, asked)
 
     def seen_jumps(self, symmetry: int) -> int:
         """Return over how many edges the field jumps by a turn that a texture of a symmetry does not hide."""
@@ -118,6 +126,7 @@ def mesh_directions(
     strokes: Strokes | None = None,
     symmetry: int = 1,
     crease: float | None = None,
+    lattice: bool = False,
 ) -> MeshField:
     """Return a smooth field of directions over a mesh.
 
@@ -134,6 +143,9 @@ def mesh_directions(
         1, 2 or 4: the texture looks the same after so many turns to make a whole one.
     crease
         Degrees, 0 to 180: over edges that bend more the field may start anew. None: it goes on over all.
+    lattice
+        The texture repeats, as bricks do: where what is asked for runs round an axis, it goes straight over
+        flat faces on which it would turn about.
 
     Raises
     ------
@@ -152,6 +164,22 @@ def mesh_directions(
     wish = wish_of(mesh, frames, wanted, crease)
     if drawn is not None:
         wish = with_strokes(mesh, frames, wish, drawn)
+    held = held_on_faces(mesh, frames, wish, wanted.kind, straight=lattice and wanted.is_around)
+    wish = held.asked(wish)
+    if held.apart.any():
+        frames = plane_frames(mesh, crease, held.apart)
+    return _field(mesh, frames, wanted, wish, held, symmetry)
+
+
+def _field(
+    mesh: TriangleMesh,
+    frames: PlaneFrames,
+    wanted: MeshDirection,
+    wish: Wish,
+    held: Held,
+    symmetry: int,
+) -> MeshField:
+    """Return the smooth field that follows a wish, and the directions that are held on flat faces."""
     # What runs to the right on either side of a ridge runs opposite ways: the field is one of lines, and each
     # triangle has the sense that was asked for.
     signed = wish.fold == 1 and bool(wish.confidence.any()) and wanted.kind != "smooth"
@@ -169,6 +197,8 @@ def mesh_directions(
     z = _combed(frames, z, prior, fold)
     if signed:
         z = _like(z, followed(frames, wish.power, wish.confidence, mesh.size, wish.least), fold)
+    on_faces = held.face >= 0
+    z = np.where(on_faces, _like(held.z, z, fold), z)
     if wanted.angle:
         turn = np.radians(wanted.angle)
         z = z * complex(np.cos(turn), -np.sin(turn))
@@ -176,6 +206,7 @@ def mesh_directions(
     corners = _at_corners(mesh, frames, face_vectors, fold)
     if wish.corners is not None:
         corners = _as_asked(frames, corners, face_vectors, wish.corners, fold)
+    corners[on_faces] = face_vectors[on_faces, None]
     index = indices_at_vertices(mesh, frames, z, fold)
     return MeshField(
         mesh,
@@ -186,6 +217,7 @@ def mesh_directions(
         frozen_array(jumps_over_edges(mesh, frames, z, fold)),
         frozen_array(index),
         frozen_array(np.flatnonzero(index * ~vertices_at_creases(mesh, frames)).astype(np.int32)),
+        frozen_array(held.face),
     )
 
 
@@ -194,7 +226,7 @@ def _combed(frames: PlaneFrames, z: ComplexArray, prior: ComplexArray, fold: int
     if fold == 1:
         return z
     for _ in range(fold // 2):
-        z = _root(z)
+        z = root(z)
     comb(frames.edges, frames.across, frames.carried, z, fold)
     like = np.conj(z) * prior * frames.areas
     real, imaginary = (np.bincount(frames.part, part, frames.parts) for part in (like.real, like.imag))
@@ -214,13 +246,6 @@ def _like(z: ComplexArray, wanted: ComplexArray, fold: int) -> ComplexArray:
         like = (np.conj(z) * wanted).real
         out, best = np.where(like > best, z, out), np.maximum(like, best)
     return out
-
-
-def _root(z: ComplexArray) -> ComplexArray:
-    """Return the square root of numbers of size 1."""
-    up = np.sqrt(np.maximum(0.5 * (1 - z.real), 0))
-    root: ComplexArray = np.sqrt(np.maximum(0.5 * (1 + z.real), 0)) + 1j * np.where(z.imag < 0, -up, up)
-    return root
 
 
 def _means(

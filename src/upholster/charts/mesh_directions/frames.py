@@ -3,13 +3,14 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from upholster.charts._multigrid_kernels import ComplexArray
 from upholster.charts.mesh_directions._kernels import regions
 from upholster.geometry import TriangleMesh
 from upholster.types import FloatArray, IntArray
 
-__all__ = ["PlaneFrames", "plane_frames", "power"]
+__all__ = ["PlaneFrames", "plane_frames", "power", "root"]
 
 _SLIVER = 1e-5
 """By so much of its longest edge a triangle's two others are at least longer than that, together."""
@@ -90,8 +91,20 @@ def power(z: ComplexArray, symmetry: int) -> ComplexArray:
     return z if symmetry == 1 else z * z if symmetry == 2 else (z * z) * (z * z)
 
 
-def plane_frames(mesh: TriangleMesh, crease: float | None) -> PlaneFrames:
-    """Return the frames of a mesh, which a field crosses where it bends by at most `crease` degrees."""
+def root(z: ComplexArray) -> ComplexArray:
+    """Return the square root of numbers of size 1."""
+    up = np.sqrt(np.maximum(0.5 * (1 - z.real), 0))
+    found: ComplexArray = np.sqrt(np.maximum(0.5 * (1 + z.real), 0)) + 1j * np.where(z.imag < 0, -up, up)
+    return found
+
+
+def plane_frames(
+    mesh: TriangleMesh, crease: float | None, apart: NDArray[np.bool_] | None = None
+) -> PlaneFrames:
+    """Return the frames of a mesh, which a field crosses where it bends by at most `crease` degrees.
+
+    Nor does it cross edges that are `apart`, (T, 3), told from both sides.
+    """
     edges = np.roll(mesh.corners, -1, axis=1) - mesh.corners
     lengths = np.sqrt(np.einsum("tki,tki->tk", edges, edges))
     along, sizes, areas = _shapes(lengths, mesh.size)
@@ -102,6 +115,8 @@ def plane_frames(mesh: TriangleMesh, crease: float | None) -> PlaneFrames:
     if crease is not None:
         bend = np.einsum("ti,tki->tk", normals, normals[beyond])
         goes_on &= bend >= np.cos(np.radians(crease))
+    if apart is not None:
+        goes_on &= ~apart
     across = np.where(goes_on, beyond, -1).astype(np.int32)
     triangle, edge = np.nonzero(goes_on & (mesh.neighbours > 3 * np.arange(len(across))[:, None] + 2))
     met = mesh.neighbours[triangle, edge]

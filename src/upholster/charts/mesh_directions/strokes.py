@@ -89,7 +89,9 @@ def with_strokes(mesh: TriangleMesh, frames: PlaneFrames, wish: Wish, strokes: F
     corners = np.repeat((near[:, None] * frames.vectors(drawn))[:, None], 3, axis=1)
     if wish.corners is not None:
         corners = corners + kept[:, None, None] * wish.corners
-    return Wish(drawn_over, np.where(near > 0, near, kept * wish.confidence), wish.fold, 0.0, corners)
+    return Wish(
+        drawn_over, np.where(near > 0, near, kept * wish.confidence), wish.fold, 0.0, corners, near > 0
+    )
 
 
 def asked_by_strokes(mesh: TriangleMesh, strokes: Strokes, crease: float | None = None) -> FloatArray:

@@ -3,6 +3,7 @@
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from upholster.charts._multigrid_kernels import ComplexArray
 from upholster.charts.mesh_directions.asked import asked_at_corners, laid_over, shading_normals, vectors_at
@@ -49,6 +50,8 @@ class Wish:
     corners
         (T, 3, 3) what is asked for at the triangles' corners, in their planes, as long as it is confident
         there; None where it is known for triangles alone.
+    drawn
+        (T,) where a stroke says it; None without strokes.
     """
 
     power: ComplexArray
@@ -56,6 +59,7 @@ class Wish:
     fold: int = 1
     least: float = 1e-3
     corners: FloatArray | None = None
+    drawn: NDArray[np.bool_] | None = None
 
 
 def wish_of(mesh: TriangleMesh, frames: PlaneFrames, direction: MeshDirection, crease: float | None) -> Wish:

@@ -12,12 +12,13 @@ import math
 import os
 import struct
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote, urlsplit
 
 from upholster.errors import FormatError, InputError
-from upholster.files import read_bytes
+from upholster.files import path_inside, read_bytes
 
 __all__ = ["MAX_BUFFER", "Gltf", "Json", "numbers", "parse_gltf", "whole"]
 
@@ -27,6 +28,9 @@ MAX_BUFFER = 1 << 30
 """Bytes of a buffer, and of all that is decompressed."""
 
 _MAX_ITEMS = 1 << 20
+_MAX_OF_KIND = {"nodes": 1 << 16, "meshes": 1 << 16}
+"""Each takes work in Python, even where nothing is drawn."""
+
 _READABLE = {
     "KHR_draco_mesh_compression",
     "EXT_meshopt_compression",
@@ -56,6 +60,7 @@ class Gltf:
         self.inputs: list[Path] = []
         self._binary = binary
         self._buffers: dict[int, bytes] = {}
+        self._checked: dict[str, list[Json]] = {}
 
     def items(self, kind: str) -> list[Json]:
         """Return one of the document's lists of objects, [] where it has none.
@@ -63,13 +68,20 @@ class Gltf:
         Raises
         ------
         FormatError
-            If it is no list of objects, or one of more than a million.
+            If it is no list of objects, or one of more than a million; of nodes and meshes 65,536.
         """
         found = self.json.get(kind, [])
-        if not isinstance(found, list) or not all(isinstance(item, dict) for item in found):
+        known = self._checked.get(kind)
+        if known is not None and known is found:
+            return known
+        if not isinstance(found, list):
             raise FormatError(f"{kind} is no list of objects")
-        if len(found) > _MAX_ITEMS:
-            raise FormatError(f"{kind} has {len(found)} items; allowed: {_MAX_ITEMS}")
+        most = _MAX_OF_KIND.get(kind, _MAX_ITEMS)
+        if len(found) > most:
+            raise FormatError(f"{kind} has {len(found)} items; allowed: {most}")
+        if not all(isinstance(item, dict) for item in found):
+            raise FormatError(f"{kind} is no list of objects")
+        self._checked[kind] = found
         return found
 
     def item(self, kind: str, index: object) -> Json:
@@ -109,12 +121,12 @@ class Gltf:
         return self._buffers[index]
 
     def resource(self, uri: object) -> bytes:
-        """Return what a URI stands for: data in it, or a file beside the document.
+        """Return what a URI stands for: data in it, or a file in the document's folder.
 
         Raises
         ------
         FormatError, InputError
-            For any other URI, data that are no base64, or a file that cannot be read.
+            For any other URI, data that are no base64, or a file that cannot be read or lies elsewhere.
         """
         if not isinstance(uri, str):
             raise FormatError(f"uri is a {type(uri).__name__}; allowed: text")
@@ -126,24 +138,30 @@ class Gltf:
                 return base64.b64decode(data, validate=True)
             except (binascii.Error, ValueError):
                 raise FormatError("a data URI is no base64") from None
-        try:
-            scheme = urlsplit(uri).scheme
-        except ValueError:
-            scheme = "?"
-        path = Path(unquote(uri))
-        if scheme or path.is_absolute():
-            raise InputError(f"it refers to {uri[:80]!r}; allowed: files beside it, by relative names")
-        file = self.folder / path
+        file = self._beside(uri)
         data_read = read_bytes(file)
         if file not in self.inputs:
             self.inputs.append(file)
         return data_read
 
+    def _beside(self, uri: str) -> Path:
+        try:
+            scheme = urlsplit(uri).scheme
+        except ValueError:
+            scheme = "?"
+        if scheme:
+            raise InputError(f"it refers to {uri[:80]!r}; allowed: files beside it, by relative names")
+        return path_inside([self.folder], unquote(uri))
+
     def images_beside(self) -> list[Path]:
-        """Return the files of images that lie beside the document."""
+        """Return the files of images that lie in the document's folder."""
         uris = [image.get("uri") for image in self.items("images")]
-        names = [uri for uri in uris if isinstance(uri, str) and not uri.startswith("data:")]
-        return [self.folder / unquote(name) for name in dict.fromkeys(names)]
+        names = dict.fromkeys(uri for uri in uris if isinstance(uri, str) and not uri.startswith("data:"))
+        found = []
+        for name in names:
+            with suppress(InputError):
+                found.append(self._beside(name))
+        return found
 
     def view_of(self, entry: Mapping[str, Any]) -> memoryview:
         """Return the bytes that an object with buffer, byteOffset and byteLength stands for.

@@ -49,6 +49,9 @@ def read_obj(data: bytes, name: str) -> RawModel:
     lines = _sorted_lines(data)
     if not lines.f:
         raise InputError("it has no faces; allowed: at least one")
+    labels = list(dict.fromkeys(label for _, label, _ in lines.runs))
+    if len(labels) > MAX_PARTS:
+        raise InputError(f"it has {len(labels)} parts; allowed: {MAX_PARTS}")
     positions = _table(lines.v, "v", (3, 4, 6, 7))[:, :3]
     coordinates = _table(lines.vt, "vt", (1, 2, 3))
     normals = _table(lines.vn, "vn", (3,))
@@ -56,9 +59,6 @@ def read_obj(data: bytes, name: str) -> RawModel:
     cut = cut_faces(positions, groups)
     run_starts = np.array([start for start, _, _ in lines.runs])
     run_of = np.searchsorted(run_starts, cut.face, side="right") - 1
-    labels = list(dict.fromkeys(label for _, label, _ in lines.runs))
-    if len(labels) > MAX_PARTS:
-        raise InputError(f"it has {len(labels)} parts; allowed: {MAX_PARTS}")
     number_of = {label: number for number, label in enumerate(labels)}
     part = np.array([number_of[label] for _, label, _ in lines.runs], np.int32)[run_of]
     uv = normal = None

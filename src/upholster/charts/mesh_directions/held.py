@@ -1,0 +1,316 @@
+"""The one direction of each flat face: along its longest straight edges, or as what is beside it goes on."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from upholster.charts._multigrid_kernels import ComplexArray
+from upholster.charts.mesh_directions.flats import Border, flat_faces, mean_planes
+from upholster.charts.mesh_directions.frames import PlaneFrames, power, root
+from upholster.charts.mesh_directions.wishes import Wish, asked_of_slopes
+from upholster.geometry import TriangleMesh
+from upholster.types import FloatArray, IntArray
+
+__all__ = ["Held", "held_on_faces"]
+
+_STRAIGHT = 1.0
+"""Degrees by which edges that run one way, or at right angles to it, differ from that at most."""
+
+_ROUND = 0.1
+"""Part of a face's border below which edges that run one way are no straight ones: those of a disc."""
+
+_ENOUGH = 0.5
+"""Edges of so much of the longest ones' length are enough for a level direction."""
+
+_ALIKE = 1e-3
+"""Lengths, as parts, and angles that differ by less are one: rounding must not decide between them."""
+
+_TURNED = 0.9
+"""Length of a face's mean line, of one at most, below which what is asked for turns about on it."""
+
+_APART = np.radians(30)
+"""Angle between a face's direction and one beside it from which on the field starts anew."""
+
+
+@dataclass(frozen=True, eq=False)
+class Held:
+    """Directions of flat faces.
+
+    Attributes
+    ----------
+    face
+        (T,) the number of each triangle's face, −1 for none.
+    z
+        (T,) complex, of size 1: the direction on faces; 0 elsewhere.
+    apart
+        (T, 3) over which edges, from both sides, another direction begins.
+    """
+
+    face: IntArray
+    z: ComplexArray
+    apart: NDArray[np.bool_]
+
+    def asked(self, wish: Wish) -> Wish:
+        """Return a wish that asks for these directions as well."""
+        return _asked_too(wish, self.face >= 0, self.z)
+
+
+@dataclass(frozen=True, eq=False)
+class _Planes:
+    """Faces and the edges round them, in the faces' own planes: 1 runs along `x` (F, 3), i along `y`.
+
+    `x` is level where that says something, else what decides where nothing does. `upright` (F,) are the
+    normals' parts upward; `along` (B,) the edges of `border` as complex numbers of size 1, `around` (F,)
+    their lengths together.
+    """
+
+    x: FloatArray
+    y: FloatArray
+    upright: FloatArray
+    border: Border
+    along: ComplexArray
+    around: FloatArray
+
+    @classmethod
+    def of(cls, mesh: TriangleMesh, frames: PlaneFrames, face: IntArray) -> "_Planes":
+        """Return the planes of faces that triangles (T,) belong to."""
+        normals, border = mean_planes(frames, face), Border.of(mesh, face)
+        x = np.cross((0.0, 0.0, 1.0), normals)
+        flat = asked_of_slopes(normals[:, 2]) == 0
+        x[flat] += (0.1, 0.01, 0.0)
+        x -= np.einsum("ij,ij->i", x, normals)[:, None] * normals
+        x /= np.sqrt(np.einsum("ij,ij->i", x, x))[:, None]
+        y = np.cross(normals, x)
+        along = np.empty(len(border.face), np.complex128)
+        along.real = np.einsum("ij,ij->i", border.line, x[border.face])
+        along.imag = np.einsum("ij,ij->i", border.line, y[border.face])
+        size = np.sqrt(along.real**2 + along.imag**2)
+        along = np.where(size > 0, along / np.where(size > 0, size, 1.0), 1.0)
+        around: FloatArray = np.bincount(border.face, border.length, len(normals)).astype(np.float64)
+        return cls(x, y, normals[:, 2], border, along, around)
+
+    def sum(self, shares: FloatArray | NDArray[np.bool_]) -> FloatArray:
+        """Return sums over each face's edges (F,), by their lengths."""
+        sums = np.bincount(self.border.face, self.border.length * shares, len(self.x))
+        return sums.astype(np.float64)
+
+    def sums(self, shares: ComplexArray) -> ComplexArray:
+        """Return the same of complex numbers."""
+        return self.sum(shares.real) + 1j * self.sum(shares.imag)
+
+    def run(self, way: ComplexArray, across: bool = False) -> NDArray[np.bool_]:
+        """Return which edges (B,) run along their face's `way` (F,); or at right angles to it as well."""
+        turned = self.along * np.conj(way[self.border.face])
+        least = np.cos(np.radians(_STRAIGHT))
+        found: NDArray[np.bool_] = np.abs(turned.real) >= least
+        return found | (np.abs(turned.imag) >= least) if across else found
+
+    def on_triangles(self, frames: PlaneFrames, face: IntArray, ways: ComplexArray) -> ComplexArray:
+        """Return the faces' directions (F,) on triangles, (T,), 0 on those of none."""
+        mine = np.maximum(face, 0)
+        vectors = ways.real[:, None] * self.x + ways.imag[:, None] * self.y
+        z = frames.numbers(vectors[mine])
+        size = np.sqrt(z.real**2 + z.imag**2)
+        here = (face >= 0) & (size > 0)
+        return np.where(here, z / np.where(here, size, 1.0), 0.0)
+
+
+@dataclass(frozen=True, eq=False)
+class _Beside:
+    """What is asked for over the edges round faces, (B,): its power, carried over; `trust` is 1, 0 for none.
+
+    How surely it is asked for does not count: right beside a lid that is rounded off it is next to nothing.
+    """
+
+    power: ComplexArray
+    trust: FloatArray
+    fold: int
+
+    @classmethod
+    def of(cls, mesh: TriangleMesh, frames: PlaneFrames, wish: Wish, planes: _Planes) -> "_Beside":
+        """Return it of a wish that is 0 where the faces' own directions are not known."""
+        border = planes.border
+        met = mesh.neighbours[border.triangle, border.edge]
+        other = met // 3
+        carried = -planes.along * np.conj(frames.along[other, met % 3])
+        there = wish.power[other] * power(carried, wish.fold)
+        return cls(there, np.where((met >= 0) & (wish.confidence[other] > 0), 1.0, 0.0), wish.fold)
+
+    @property
+    def lines(self) -> tuple[ComplexArray, int]:
+        """The same as lines: opposite directions count as one."""
+        fold = max(self.fold, 2)
+        return power(self.power, fold // self.fold), fold
+
+
+def held_on_faces(
+    mesh: TriangleMesh, frames: PlaneFrames, wish: Wish, kind: str, *, straight: bool = False
+) -> Held:
+    """Return the directions of flat faces on which nothing else is asked for.
+
+    A face's direction runs along its longest straight edges, or at right angles to them, or as what is asked
+    for round it goes on: that which differs least from the latter in the mean. A level direction gives way,
+    unless straight edges run along it or at right angles to it, as on a gable, or none are straight.
+
+    Parameters
+    ----------
+    mesh, frames
+        The triangles.
+    wish
+        What is asked for.
+    kind
+        Of `MeshDirection`. For "smooth" faces count only where directions start anew all round.
+    straight
+        What is asked for counts for nothing on faces on which it turns about.
+    """
+    face = _unasked(frames, flat_faces(mesh, frames), wish, kind, straight)
+    if not (face >= 0).any():
+        return Held(face, np.zeros(len(face), np.complex128), np.zeros(mesh.triangles.shape, np.bool_))
+    planes = _Planes.of(mesh, frames, face)
+    longest, length = _longest(planes)
+    level = np.zeros(len(longest), np.bool_)
+    if kind in ("level", "smooth"):
+        borne = planes.sum(planes.run(np.ones_like(longest), across=True)) >= _ENOUGH * length
+        level = (asked_of_slopes(planes.upright) > 0) & borne
+    known = planes.on_triangles(frames, face, level.astype(np.complex128))
+    beside = _Beside.of(mesh, frames, _asked_too(wish, face >= 0, known), planes)
+    found = _signed(planes, _chosen(planes, longest, length > 0, beside), beside)
+    z = planes.on_triangles(frames, face, np.where(level, 1.0 + 0j, found))
+    held = Held(face, z, np.zeros(mesh.triangles.shape, np.bool_))
+    return replace(held, apart=_apart(mesh, frames, planes, held, wish))
+
+
+def _asked_too(wish: Wish, mine: NDArray[np.bool_], z: ComplexArray) -> Wish:
+    """Return a wish that on some triangles (T,) asks for directions z (T,), for nothing where they are 0."""
+    return replace(
+        wish,
+        power=np.where(mine, power(z, wish.fold), wish.power),
+        confidence=np.where(mine, (z != 0).astype(np.float64), wish.confidence),
+    )
+
+
+def _unasked(frames: PlaneFrames, face: IntArray, wish: Wish, kind: str, straight: bool) -> IntArray:
+    """Return the faces (T,), −1 for none, without those on which something else is asked for."""
+    inside, count = face >= 0, int(face.max(initial=-1)) + 1
+    own, areas = face[inside], frames.areas[inside]
+    kept = np.ones(count, np.bool_)
+    if kind == "smooth":
+        region = np.zeros(count, np.int64)
+        region[own] = frames.part[inside]
+        kept = np.bincount(frames.part, minlength=frames.parts)[region] == np.bincount(own, minlength=count)
+    elif kind != "level":
+        share = areas * wish.confidence[inside]
+        kept = np.bincount(own, share, count) <= wish.least * np.bincount(own, areas, count)
+        if straight:
+            kept |= _turns(frames, own, inside, wish)
+    if wish.drawn is not None:
+        kept &= np.bincount(own, wish.drawn[inside], count) == 0
+    return np.append(np.where(kept, np.cumsum(kept) - 1, -1), -1)[face].astype(np.int32)
+
+
+def _turns(frames: PlaneFrames, own: IntArray, inside: NDArray[np.bool_], wish: Wish) -> NDArray[np.bool_]:
+    """Return on which faces (F,) the lines that are asked for differ much from their mean."""
+    lines = frames.vectors(wish.power)[inside]
+    share = frames.areas[inside] * wish.confidence[inside]
+    pairs = ((i, j) for i in range(3) for j in range(i, 3))
+    mean = {(i, j): np.bincount(own, share * lines[:, i] * lines[:, j]) for i, j in pairs}
+    tensor = np.stack([np.stack([mean[min(i, j), max(i, j)] for j in range(3)], -1) for i in range(3)], -2)
+    # Of one line the square of the tensor is as large as its trace's; of all in a plane half as large.
+    trace = np.einsum("fii->f", tensor)
+    alike = 2 * np.einsum("fij,fij->f", tensor, tensor) - trace**2
+    return np.asarray(alike < _TURNED**2 * trace**2)
+
+
+def _longest(planes: _Planes) -> tuple[ComplexArray, FloatArray]:
+    """Return how each face's longest straight edges run, (F,), and their length; 0 where none are straight.
+
+    Edges at right angles count together. Of ways of which neither is longer, that nearest to x is taken.
+    """
+    face, length = planes.border.face, planes.border.length
+    angle = np.degrees(np.arctan2(planes.along.imag, planes.along.real)) % 90.0
+    # A quarter turn, twice, so that a window round each edge finds all that run its way.
+    keys = np.concatenate([200.0 * face + angle, 200.0 * face + angle + 90.0])
+    order = np.argsort(keys, kind="stable")
+    sums = np.concatenate([[0.0], np.cumsum(np.tile(length, 2)[order])])
+    middle = 200.0 * face + np.where(angle < 45.0, angle + 90.0, angle)
+    first, last = (np.searchsorted(keys[order], middle + off) for off in (-_STRAIGHT, _STRAIGHT))
+    total = sums[last] - sums[first]
+    near = np.maximum(np.abs(planes.along.real), np.abs(planes.along.imag))
+    chosen = _first(planes, total, near)
+    # Of a round hole a chord may lie within the window, too: the longest edge tells the way.
+    alike = planes.run(planes.along[chosen], across=True)
+    way = planes.along[_first(planes, np.where(alike, length, 0.0), near)]
+    along, across = (planes.sum(planes.run(one)) for one in (way, 1j * way))
+    leaning = np.abs(way.imag) > np.abs(way.real)
+    turned = np.where(np.abs(along - across) <= _ALIKE * (along + across), leaning, across > along)
+    return np.where(turned, 1j * way, way), np.where(
+        total[chosen] >= _ROUND * planes.around, total[chosen], 0.0
+    )
+
+
+def _first(planes: _Planes, total: FloatArray, near: FloatArray) -> NDArray[np.intp]:
+    """Return of each face (F,) the edge of the greatest total, or of several such of the greatest `near`."""
+    face = planes.border.face
+    best = np.zeros(len(planes.x))
+    np.maximum.at(best, face, total)
+    able = np.flatnonzero(total >= (1 - _ALIKE) * best[face])
+    order = able[np.lexsort((able, -np.rint(near[able] / _ALIKE), face[able]))]
+    _, first = np.unique(face[order], return_index=True)
+    return order[first]
+
+
+def _chosen(
+    planes: _Planes, longest: ComplexArray, straight: NDArray[np.bool_], beside: _Beside
+) -> ComplexArray:
+    """Return of a face's longest edges and of what is beside it that with the smaller mean angle, (F,).
+
+    What is beside it runs on as these edges, or at right angles to them, if it is no more than 30° off.
+    """
+    lines, fold = beside.lines
+    mean = planes.sums(beside.trust * lines)
+    size = np.sqrt(mean.real**2 + mean.imag**2)
+    some = size > _ROUND * planes.around
+    wall = _rooted(np.where(some, mean / np.where(some, size, 1.0), 1.0), fold)
+
+    def off(way: ComplexArray) -> FloatArray:
+        turned = lines * np.conj(power(way, fold))[planes.border.face]
+        return planes.sum(beside.trust * np.arctan2(np.abs(turned.imag), turned.real))
+
+    enough = _ALIKE * planes.sum(beside.trust)
+    best = np.where(off(1j * longest) < off(longest) - enough, 1j * longest, longest)
+    turned = wall * np.conj(best)
+    far = np.minimum(np.abs(turned.real), np.abs(turned.imag)) > np.sin(_APART)
+    best = np.where(some & far & (off(wall) < off(best) - enough), wall, best)
+    return np.where(straight, best, np.where(some, wall, 1.0))
+
+
+def _signed(planes: _Planes, ways: ComplexArray, beside: _Beside) -> ComplexArray:
+    """Return directions (F,) with the sense of what is beside them; where that has none, of x, then of y."""
+    like = np.where(np.abs(ways.real) > _ALIKE, ways.real, ways.imag)
+    if beside.fold == 1:
+        shares = (beside.power * np.conj(ways)[planes.border.face]).real
+        sense = planes.sum(beside.trust * shares)
+        like = np.where(np.abs(sense) > _ROUND * planes.sum(beside.trust), sense, like)
+    return np.where(like < 0, -ways, ways)
+
+
+def _apart(
+    mesh: TriangleMesh, frames: PlaneFrames, planes: _Planes, held: Held, wish: Wish
+) -> NDArray[np.bool_]:
+    """Return over which edges (T, 3), from both sides, a face's direction and what is beside it differ."""
+    border = planes.border
+    lines, fold = _Beside.of(mesh, frames, held.asked(wish), planes).lines
+    own = power(planes.along * np.conj(frames.along[border.triangle, border.edge]), fold)
+    turned = lines * np.conj(own * power(held.z[border.triangle], fold))
+    met = mesh.neighbours[border.triangle, border.edge]
+    heard = held.asked(wish).confidence[met // 3] >= 0.5
+    far = (met >= 0) & heard & (np.arctan2(np.abs(turned.imag), turned.real) > fold * _APART)
+    apart = np.zeros(mesh.triangles.shape, np.bool_)
+    apart[border.triangle[far], border.edge[far]] = True
+    apart[met[far] // 3, met[far] % 3] = True
+    return apart
+
+
+def _rooted(z: ComplexArray, fold: int) -> ComplexArray:
+    return root(z) if fold == 2 else root(root(z))
