@@ -117,12 +117,15 @@ async function workers() {
 }
 
 /**
- * What may get a short name: members of our classes, `this.name` and `name() {…}`, but for those of the typed interface, and those that a text
- * names, such as a key that is looked up, or the uniforms of the graphics card's programs.
+ * What may get a short name: members of our classes, `this.name` and `name() {…}`, and keys of objects, `{ name: … }`, that are read as `.name`.
+ * But not what the typed interface names, nor what a text names, such as a key that is looked up, or the uniforms of the graphics card's
+ * programs. Terser leaves out what browsers name.
  */
 async function privateNames(bundles) {
   const members = /\bthis\.([\w$]+)|(?<!function )\b(?!(?:if|for|while|switch|catch|with)\b)([a-z][\w$]+)\([^()]*\)\{/g
-  const names = new Set(bundles.flatMap((text) => [...text.matchAll(members)].map(([, field, method]) => field ?? method)))
+  const namesIn = (pattern) => bundles.flatMap((text) => [...text.matchAll(pattern)].map(([, field, method]) => field ?? method))
+  const read = new Set(namesIn(/\w\.([a-z]\w+)/g))
+  const names = new Set([...namesIn(members), ...namesIn(/[{,]([a-z]\w+):/g).filter((key) => read.has(key))])
   const keep = (text) => text.match(/[A-Za-z_$][\w$]*/g)?.forEach((name) => names.delete(name))
   const types = await readFile(here(TYPES), 'utf8')
   keep(types.replace(/\/\*\*[^]*?\*\//g, '')) // what its comments say is no name
