@@ -34,7 +34,7 @@ const PARTS = ['uph-painting.js', 'uph-rare.js', 'uph-recipes.js']
 const ON_DEMAND = Object.keys(BUNDLES).filter((name) => !['upholster-viewer.js', 'uph-worker.js'].includes(name)).map((name) => `./${name}`)
 
 /** Whose names pages use. */
-const TYPES = ['uph.d.ts', 'upholster-viewer.d.ts']
+const TYPES = 'upholster-viewer.d.ts'
 
 /** Returns the notice that goes with copies. */
 async function notice() {
@@ -117,17 +117,22 @@ async function workers() {
 }
 
 /**
- * What may get a short name: members of our classes, `this.name` and `name() {…}`, but for those of the typed interface, and those that a text
- * names, such as a key that is looked up, or the graphics card's programs.
+ * What may get a short name: members of our classes, `this.name` and `name() {…}`, and keys of objects, `{ name: … }`, that are read as `.name`.
+ * But not what the typed interface names, nor what a text names, such as a key that is looked up, or the uniforms of the graphics card's
+ * programs. Terser leaves out what browsers name.
  */
 async function privateNames(bundles) {
   const members = /\bthis\.([\w$]+)|(?<!function )\b(?!(?:if|for|while|switch|catch|with)\b)([a-z][\w$]+)\([^()]*\)\{/g
-  const names = new Set(bundles.flatMap((text) => [...text.matchAll(members)].map(([, field, method]) => field ?? method)))
+  const namesIn = (pattern) => bundles.flatMap((text) => [...text.matchAll(pattern)].map(([, field, method]) => field ?? method))
+  const read = new Set(namesIn(/\w\.([a-z]\w+)/g))
+  const names = new Set([...namesIn(members), ...namesIn(/[{,]([a-z]\w+):/g).filter((key) => read.has(key))])
   const keep = (text) => text.match(/[A-Za-z_$][\w$]*/g)?.forEach((name) => names.delete(name))
-  for (const file of TYPES) keep(await readFile(here(file), 'utf8'))
+  const types = await readFile(here(TYPES), 'utf8')
+  keep(types.replace(/\/\*\*[^]*?\*\//g, '')) // what its comments say is no name
   for (const text of bundles) {
     for (const [literal] of text.matchAll(/"(?:[^"\\]|\\.)*"|'(?:[^'\\]|\\.)*'|`(?:[^`\\]|\\.)*`/g)) {
-      if (/^.[\w$]+.$/.test(literal) || literal.includes('uniform')) keep(literal)
+      if (/^.[\w$]+.$/.test(literal)) keep(literal)
+      for (const [uniforms] of literal.matchAll(/uniform [^;]*/g)) keep(uniforms)
     }
   }
   return new RegExp(`^(${[...names].join('|')})$`)

@@ -1,16 +1,22 @@
 // Pixels of pictures that a page has, as the decoder takes them: loaded where a model is to have another sample.
 
 /**
- * The pixels of an image, scaled to `height` × `width` where it has another size: {height, width, channels, data}.
+ * The pixels of an image, scaled to `height` × `width` where it has another size, but the same shape: {height, width, channels, data}.
  *
  * `image` is a Blob, ImageData, or what a canvas draws: an <img> that is loaded, an ImageBitmap, a canvas.
+ *
+ * @throws {RangeError} for a picture of another shape, by more than a pixel of the smaller one
  */
 export async function readPicture(image, { height, width }) {
-  const drawn = image instanceof Blob || image instanceof ImageData ? await createImageBitmap(image) : image
+  const drawn = await createImageBitmap(image)
+  if (Math.abs(drawn.height * width - height * drawn.width) > Math.max(drawn.height, drawn.width, height, width)) {
+    throw new RangeError(`picture is ${drawn.width} × ${drawn.height} pixels; allowed: the sample's shape, ${width} × ${height}`)
+  }
   const canvas = Object.assign(document.createElement('canvas'), { height, width })
   const context = canvas.getContext('2d', { willReadFrequently: true })
   context.imageSmoothingQuality = 'high'
   context.drawImage(drawn, 0, 0, width, height)
+  drawn.close()
   const { data } = context.getImageData(0, 0, width, height)
   return withoutAlpha({ height, width, channels: 4, data: new Uint8Array(data.buffer) })
 }

@@ -1,22 +1,26 @@
 /**
  * `<upholster-viewer>` in TypeScript with React 19, which sets the element's properties and listens to its events:
  *
- *     import 'upholster/viewer'
- *     import type {} from 'upholster/react'
+ *     import 'upholster/react'
  *
  *     <upholster-viewer src="ring.uph" onfirst={({ detail }) => console.log(detail.bytes)} />
  */
 
+import './upholster-viewer.js'
 import type { DetailedHTMLProps, HTMLAttributes } from 'react'
 import type { UpholsterViewer, UpholsterViewerEventMap } from './upholster-viewer.js'
 
 /** The element's attributes, as `upholster-viewer.d.ts` tells them. */
 export interface UpholsterViewerAttributes extends HTMLAttributes<UpholsterViewer> {
   src?: string | null
+  alt?: string
+  exemplar?: string
   worker?: string
+  painting?: 'card' | 'worker'
   view?: string
   background?: string
-  controls?: string
+  environment?: string
+  controls?: 'none' | 'lab'
   autorotate?: boolean
   onfirst?: (event: UpholsterViewerEventMap['first']) => void
   onrefine?: (event: UpholsterViewerEventMap['refine']) => void

@@ -98,14 +98,8 @@ function strongTag(tag) {
 /** Wait, but no longer than until the machine is online again, or the signal ends it. */
 function pause(milliseconds, signal) {
   return new Promise((resolve) => {
-    const done = () => {
-      clearTimeout(timer)
-      globalThis.removeEventListener?.('online', done)
-      signal.removeEventListener('abort', done)
-      resolve()
-    }
-    const timer = setTimeout(done, milliseconds)
-    globalThis.addEventListener?.('online', done)
-    signal.addEventListener('abort', done)
+    setTimeout(resolve, milliseconds)
+    globalThis.addEventListener?.('online', resolve, { once: true })
+    signal.addEventListener('abort', resolve, { once: true })
   })
 }

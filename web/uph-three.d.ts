@@ -8,6 +8,11 @@ export interface UphProgress {
   loaded: number
 }
 
+/** What three.js' loaders tell, where `total` is 0 before the header has come; and `received`, the same as `loaded`. */
+export interface UphLoadEvent extends ProgressEvent {
+  readonly received: number
+}
+
 export interface UphModelEvents extends Object3DEventMap {
   progress: UphProgress
   /** There is a textured view. */
@@ -42,11 +47,11 @@ export class UphLoader extends Loader<UphModel> {
   load(
     url: string,
     onLoad?: (model: UphModel) => void,
-    onProgress?: (event: UphProgress) => void,
+    onProgress?: (event: UphLoadEvent) => void,
     onError?: (error: unknown) => void,
   ): UphModel
   /** Resolves with the first textured view. */
-  loadAsync(url: string, onProgress?: (event: UphProgress) => void): Promise<UphModel>
+  loadAsync(url: string, onProgress?: (event: UphLoadEvent) => void): Promise<UphModel>
   /** Show a stream that is here already, whole or cut. */
   parse(bytes: ArrayBuffer | Uint8Array): UphModel
   /** Stop all that is under way: the models stay as they are. */
@@ -66,7 +71,9 @@ export class UphModel extends Group<UphModelEvents> {
   readonly roles: string[]
   /** Round the whole surface. */
   readonly sphere: Sphere
+  /** Of all charts' textures, without gutters. */
   readonly texels: number
+  /** Triangles of all charts in pairs: ever more, the larger the model is on screen. */
   readonly quads: number
   /** Borders of the charts, invisible at first. */
   readonly outlines: LineSegments<BufferGeometry, LineBasicMaterial>
@@ -75,7 +82,8 @@ export class UphModel extends Group<UphModelEvents> {
   setLimit(limit: { bytes: number } | { coefficients: number } | null): void
   /**
    * Show the model with another sample in place of its own, such as another colour of the same cloth: a picture of the same shape, what a
-   * canvas draws, a Blob or ImageData; null: the stream's own. Resolves when it is in the textures.
+   * canvas draws, a Blob or ImageData; null: the stream's own. Resolves when it is in the textures. Rejects with `RangeError` where the shape,
+   * height to width, is another one.
    */
   setExemplar(image: CanvasImageSource | Blob | ImageData | null): Promise<void>
   /** Resolves when all that has come, up to the limit, is in the textures. */

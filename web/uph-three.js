@@ -47,7 +47,7 @@ export class UphLoader extends Loader {
       end()
       onLoad?.(model)
     })
-    if (onProgress) model.addEventListener('progress', onProgress)
+    if (onProgress) model.addEventListener('progress', (event) => onProgress(loadEvent(event)))
     model.addEventListener('error', ({ error }) => {
       const early = open
       end(error)
@@ -103,4 +103,10 @@ export class UphLoader extends Loader {
     const { maxTextureSize, maxTexels, errorPixels } = this
     return new UphModel(worker, { maxTextureSize, maxTexels, errorPixels })
   }
+}
+
+/** What a model tells of its progress, as three.js' loaders tell it. */
+function loadEvent({ received, total }) {
+  const told = { loaded: received, total: total ?? 0, lengthComputable: total !== null }
+  return Object.assign(new ProgressEvent('progress', told), { received })
 }

@@ -12,11 +12,16 @@ export interface ViewerModel extends EventTarget {
   readonly roles: string[]
   /** Round the whole surface, in the model's units. */
   readonly sphere: { center: [number, number, number]; radius: number }
+  /** Of all charts' textures, without gutters. */
   readonly texels: number
+  /** Triangles of all charts in pairs: ever more, the larger the model is on screen. */
   readonly quads: number
   /** Show a prefix only: so many bytes, or a share of the coefficients, 0 to 1; null shows all that has come. */
   setLimit(limit: { bytes: number } | { coefficients: number } | null): void
-  /** Show the model with another sample of the same shape; null: the stream's own. Resolves when it is in the textures. */
+  /**
+   * Show the model with another sample of the same shape; null: the stream's own. Resolves when it is in the textures. Rejects with
+   * `RangeError` where the shape, height to width, is another one.
+   */
   setExemplar(image: CanvasImageSource | Blob | ImageData | null): Promise<void>
   /** Resolves when all that has come, up to the limit, is in the textures. */
   settled(): Promise<void>
@@ -51,7 +56,10 @@ export interface UpholsterViewerEventMap {
   refine: CustomEvent<Shown>
   /** The whole stream has come, is right, and is on screen. */
   complete: CustomEvent<Shown>
-  /** The stream ends here; what is shown stays. */
+  /**
+   * The stream ends here, and what is shown stays; or the element's environment or sample can not be used, or there is no WebGL 2. Then
+   * the poster is seen, or `alt` in words.
+   */
   error: CustomEvent<Failure>
 }
 
@@ -81,8 +89,8 @@ export class UpholsterViewer extends HTMLElement {
   set src(address: string | null | undefined)
   /** The attribute `alt`; '' where there is none. */
   alt: string
-  /** Open a stream: its address, or the stream itself. What was open before is dropped. */
-  open(source: string | Uint8Array | ArrayBuffer): void
+  /** Open a stream: its address, or the stream itself; null: none. What was open before is dropped. Throws `TypeError` for anything else. */
+  open(source: string | Blob | ArrayBuffer | ArrayBufferView | null): void
   /** The model shown; null where nothing is open. */
   readonly model: ViewerModel | null
   /** Azimuth and elevation in degrees. Setting them frames the whole model. Throws `RangeError` for what is no view. */

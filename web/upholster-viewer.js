@@ -30,8 +30,10 @@ const KEYS = {
   f: 'fullscreen',
 }
 
-const DARK_SCHEME = matchMedia('(prefers-color-scheme: dark)')
-const REDUCED_MOTION = matchMedia('(prefers-reduced-motion: reduce)')
+/** On a server, which renders pages ahead of time, there is none of this. */
+const { HTMLElement = Object, customElements, matchMedia } = globalThis
+const DARK_SCHEME = matchMedia?.('(prefers-color-scheme: dark)')
+const REDUCED_MOTION = matchMedia?.('(prefers-reduced-motion: reduce)')
 
 /** The element; importing this module defines it. */
 export class UpholsterViewer extends HTMLElement {
@@ -45,7 +47,6 @@ export class UpholsterViewer extends HTMLElement {
   #lab = null
   #listening = null
   #refreshing = 0
-  #contextLost = false
   #seen = false // near the screen, once
 
   constructor() {
@@ -61,10 +62,14 @@ export class UpholsterViewer extends HTMLElement {
 
   // ---------------------------------------------------------------- public
 
-  /** Open a stream: its address, or the stream itself. What was open is dropped. */
+  /** Open a stream: its address, or the stream itself; null: none. What was open is dropped. */
   open(source) {
+    const isHere = source instanceof Blob || source instanceof ArrayBuffer || ArrayBuffer.isView(source)
+    if (!isHere && source !== null && typeof source !== 'string') {
+      throw new TypeError(`stream is ${source}; allowed: an address, Blob, ArrayBuffer or view of one, null`)
+    }
     this.#close()
-    this.#source = source
+    this.#source = isHere ? new File([source], source.name ?? '') : source
     if (this.isConnected && source !== null) this.#begin()
   }
 
@@ -139,21 +144,16 @@ export class UpholsterViewer extends HTMLElement {
     this.#source ??= this.getAttribute('src')
     try {
       this.#stage = new Stage(this.#ui.stage, this.view)
-    } catch {
-      this.#ui.fail('This browser can not show 3D models.', 'It has no WebGL2, or WebGL2 is switched off.')
+    } catch (error) {
+      setTimeout(() => this.#giveUp(error)) // when who made the element listens
       return
     }
     this.#listening = new AbortController()
     const { signal } = this.#listening
-    DARK_SCHEME.addEventListener('change', () => this.#applySettings(), { signal })
-    REDUCED_MOTION.addEventListener('change', () => this.#applySettings(), { signal })
+    for (const query of [DARK_SCHEME, REDUCED_MOTION]) query.addEventListener('change', () => this.#applySettings(), { signal })
     document.addEventListener('fullscreenchange', () => (this.#ui.fullscreen = this.fullscreen), { signal })
-    const { canvas } = this.#stage
-    canvas.tabIndex = 0
-    const described = { part: 'canvas', role: 'application', 'aria-roledescription': '3D model' }
-    for (const [name, value] of Object.entries(described)) canvas.setAttribute(name, value)
-    this.#stage.onlost = () => this.#setContextLost(true)
-    this.#stage.onrestored = () => this.#setContextLost(false)
+    Object.assign(this.#stage.canvas, { tabIndex: 0, part: 'canvas', role: 'application', ariaRoleDescription: '3D model' })
+    this.#stage.onlost = () => this.#refresh()
     this.#stage.onseen = () => this.#see()
     this.#applySettings()
     this.#rotate()
@@ -174,7 +174,7 @@ export class UpholsterViewer extends HTMLElement {
       this.#stage = null
       this.#lab?.dispose()
       this.#lab = null
-      this.#contextLost = this.#seen = false
+      this.#seen = false
     })
   }
 
@@ -196,6 +196,14 @@ export class UpholsterViewer extends HTMLElement {
     return this.getAttribute('controls') !== 'none'
   }
 
+  /** There is no WebGL2. */
+  #giveUp(error) {
+    const title = 'This browser can not show 3D models.'
+    const advice = 'It has no WebGL2, or WebGL2 is switched off.'
+    this.#ui.fail(title, advice, this)
+    this.#tell(title, error, advice)
+  }
+
   /** Let attributes and the system's settings have their effect. */
   #applySettings() {
     this.#ui.controls = this.#hasControls
@@ -208,11 +216,6 @@ export class UpholsterViewer extends HTMLElement {
 
   #rotate() {
     this.#stage.autorotate = this.hasAttribute('autorotate') && !REDUCED_MOTION.matches
-  }
-
-  #setContextLost(lost) {
-    this.#contextLost = lost
-    this.#refresh()
   }
 
   /** The laboratory comes when it is asked for: a page without it does not load it. */
@@ -237,18 +240,11 @@ export class UpholsterViewer extends HTMLElement {
   /** Light the model by a picture of surroundings, if one is named. */
   async #light() {
     const address = this.getAttribute('environment')
-    if (!address) {
-      this.#stage.environment = null
-      return
-    }
     try {
-      const { loadEnvironment } = await import('./upholster-environment.js')
-      const environment = await loadEnvironment(address)
-      if (this.#stage && this.getAttribute('environment') === address) this.#stage.environment = environment
+      const environment = address ? await (await import('./upholster-environment.js')).loadEnvironment(address) : null
+      if (this.#stage && address === this.getAttribute('environment')) this.#stage.environment = environment
     } catch (error) {
-      const message = `environment ${address} can not be loaded`
-      this.#ui.say(message)
-      this.#emit('error', { message, error })
+      this.#tell(`environment ${address} can not be loaded`, error)
     }
   }
 
@@ -262,7 +258,7 @@ export class UpholsterViewer extends HTMLElement {
       const picture = response ? await response.blob() : null
       if (model && model === this.model && address === this.getAttribute('exemplar')) await model.setExemplar(picture)
     } catch (error) {
-      this.#emit('error', { message: `exemplar ${address} can not be loaded`, error })
+      this.#tell(`exemplar ${address} can not be shown: ${error.message}`, error)
     }
   }
 
@@ -300,9 +296,7 @@ export class UpholsterViewer extends HTMLElement {
     else if (type === 'refine' || type === 'geometry') stage.refresh({ shape: type === 'geometry' })
     this.#refresh()
     if (type === 'first' || type === 'refine' || type === 'complete') this.#report(session, type)
-    if (type !== 'error') return
-    this.#ui.say(`${session.problem.title} ${session.problem.advice}`)
-    this.#emit('error', { message: session.problem.title, error: event.error })
+    if (type === 'error') this.#tell(session.problem.title, event.error, session.problem.advice)
   }
 
   /** Report what is on screen once it is. */
@@ -321,6 +315,12 @@ export class UpholsterViewer extends HTMLElement {
     this.#emit(type, { ...session.model.shown, milliseconds: time })
   }
 
+  /** Tell screen readers and the page what is wrong. */
+  #tell(message, error, advice = '') {
+    this.#ui.say(`${message} ${advice}`)
+    this.#emit('error', { message, error })
+  }
+
   #emit(type, detail) {
     this.dispatchEvent(new CustomEvent(type, { detail }))
   }
@@ -335,7 +335,7 @@ export class UpholsterViewer extends HTMLElement {
     this.#refreshing ||= requestAnimationFrame(() => {
       this.#refreshing = 0
       if (!this.#stage) return
-      this.#ui.update(this.#session, this.#stage.canvas, this.#name, this.#contextLost)
+      this.#ui.update(this.#session, this.#stage.canvas, this.#name, this.#stage.isLost)
       this.#lab?.update(this.#session)
     })
   }
@@ -363,4 +363,4 @@ export class UpholsterViewer extends HTMLElement {
   }
 }
 
-if (!customElements.get('upholster-viewer')) customElements.define('upholster-viewer', UpholsterViewer)
+if (customElements && !customElements.get('upholster-viewer')) customElements.define('upholster-viewer', UpholsterViewer)

@@ -102,6 +102,35 @@ def test_the_package_tells_the_version_and_what_there_is(package: Any) -> None:
             assert (source.parent / found).resolve() in packed, f"{source.name} needs {found}"
 
 
+def test_the_elements_attributes_are_the_same_wherever_they_are_told() -> None:
+    viewer, types, react = (
+        (WEB / name).read_text("utf-8")
+        for name in ("upholster-viewer.js", "upholster-viewer.d.ts", "uph-react.d.ts")
+    )
+    heard = re.findall(r"'(\w+)'", viewer.partition("observedAttributes = ")[2].partition("]")[0])
+    read = re.findall(r"(?:get|has)Attribute\('(\w+)'\)", viewer)
+    table = (ROOT / "docs" / "web.md").read_text("utf-8").partition("| attribute |")[2].partition("\n\n")[0]
+    assert set(heard) <= set(read)
+    for told in (
+        re.findall(r"^ \* - `(\w+)`:", types, re.MULTILINE),
+        re.findall(r"^  (?!on)(\w+)\?:", react, re.MULTILINE),
+        re.findall(r"^\| `(\w+)", table, re.MULTILINE),
+    ):
+        assert set(told) == set(read)
+
+
+def test_bundlers_keep_what_is_imported_for_what_it_does(package: Any) -> None:
+    """What is imported without its names, `import './it.js'`, bundlers leave out unless it is listed."""
+    kept = {(WEB / path).resolve() for path in package["sideEffects"]}
+    for source in _sources():
+        text = source.read_text("utf-8")
+        wanted = re.findall(r"^import '(\.[^']+)'", text, re.MULTILINE)
+        loaded = re.findall(r"=> import\('(\.[^']+)'\)", text)
+        wanted += [name for name in loaded if "export " not in (source.parent / name).read_text("utf-8")]
+        for name in wanted:
+            assert (source.parent / name).resolve() in kept, f"{source.name} needs {name}"
+
+
 def _sources() -> list[Path]:
     return [*WEB.glob("*.js"), *(path for folder in FOLDERS for path in (WEB / folder).rglob("*.js"))]
 

@@ -38,8 +38,7 @@ const NO_STATE = {
 /** All numbers of a session at once. */
 function stateOf(session) {
   if (!session) return NO_STATE
-  const { received, total, shown, charts, geometries, roles } = session.model
-  const texels = charts.reduce((sum, { size }) => sum + size.height * size.width, 0)
+  const { received, total, shown, texels, geometries, roles } = session.model
   const triangles = geometries.reduce((sum, { indices }) => sum + indices.length / 3, 0)
   return { received, total, shown, texels, triangles, roles, limit: session.limit, first: session.firstTime, complete: session.completeTime }
 }

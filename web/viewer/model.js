@@ -89,6 +89,14 @@ export class Model extends EventTarget {
     return [...this.charts.map(({ geometry }) => geometry), this.plain].filter(Boolean)
   }
 
+  get texels() {
+    return this.charts.reduce((sum, { size }) => sum + size.height * size.width, 0)
+  }
+
+  get quads() {
+    return Math.round(this.charts.reduce((sum, { geometry }) => sum + (geometry?.indices.length ?? 0), 0) / 6)
+  }
+
   /** Show a prefix only: {bytes}, or {coefficients}, a share of 0 to 1; null shows all that has come. */
   setLimit(limit) {
     this.#client.send({ kind: 'limit', ...limit })
@@ -107,6 +115,11 @@ export class Model extends EventTarget {
   /** What has come so far. */
   bytes() {
     return this.#client.bytes()
+  }
+
+  /** Stop receiving: what is shown stays. */
+  abort() {
+    this.#client.abort()
   }
 
   /** The graphics card can not paint after all: the worker is to. */

@@ -10,7 +10,7 @@ const SHADE_UNIT = 6
 
 let shared = null
 
-/** Draws models. `onlost` and `onrestored` are events of the graphics card. */
+/** Draws models. Events `lost` and `restored` are the graphics card's. */
 export class Renderer extends EventTarget {
   canvas = new OffscreenCanvas(1, 1)
   /** The models that there are: what others had is freed. */
@@ -30,7 +30,7 @@ export class Renderer extends EventTarget {
 
   constructor() {
     super()
-    const gl = this.canvas.getContext('webgl2', { antialias: true, alpha: true, powerPreference: 'high-performance' })
+    const gl = this.canvas.getContext('webgl2', { powerPreference: 'high-performance' })
     if (!gl) throw new Error('there is no WebGL2')
     this.#gl = gl
     this.quality = new AdaptiveQuality(gl)
@@ -52,6 +52,11 @@ export class Renderer extends EventTarget {
     this.#shades.clear()
     this.#fence = null
     this.#programs.ready('plain', 'backdrop', 'floor', 'height', 'shade')
+  }
+
+  /** Whether the graphics card has lost all that it had. */
+  get isLost() {
+    return this.#gl.isContextLost()
   }
 
   /**

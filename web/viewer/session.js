@@ -26,7 +26,7 @@ export class Session {
   #start = performance.now()
 
   /**
-   * @param {string | Uint8Array | ArrayBuffer} source an address, or the stream itself
+   * @param {string | File} source an address, or the stream itself
    * @param {string | null} worker address of uph-worker.js; null: beside the viewer
    * @param {number[]} eye a vector toward who looks
    * @param {boolean} onPage the graphics card paints, not the worker
@@ -35,8 +35,7 @@ export class Session {
   constructor(source, worker, eye, onPage, notify) {
     this.#worker = worker
     this.#onPage = onPage
-    const isAddress = typeof source === 'string'
-    this.name = isAddress ? decodeURIComponent(source.split(/[?#]/)[0].split('/').at(-1)) || source : ''
+    this.name = typeof source === 'string' ? nameOf(source) : source.name
     this.failed = new Promise((resolve) => (this.fail = resolve))
     const model = (this.model = new Model(takeWorker(worker), eye, onPage))
     for (const type of EVENTS) {
@@ -47,8 +46,7 @@ export class Session {
         notify(type, event)
       })
     }
-    if (isAddress) this.#receive(source, model.client)
-    else give(model, ArrayBuffer.isView(source) ? source.slice() : new Uint8Array(source.slice(0)))
+    this.#receive(source, model.client)
   }
 
   /** Whether bytes are awaited. */
@@ -70,7 +68,7 @@ export class Session {
   /** Load what has come a second time; returns that model. */
   compare() {
     this.other = new Model(takeWorker(this.#worker), undefined, this.#onPage)
-    give(this.other, this.model.bytes())
+    give(this.other.client, this.model.bytes())
     return this.other
   }
 
@@ -86,9 +84,10 @@ export class Session {
     this.other?.dispose()
   }
 
-  async #receive(address, client) {
+  async #receive(source, client) {
     try {
-      await receive(address, client, { credentials: 'same-origin' }, takeEarly(address))
+      if (typeof source === 'string') await receive(source, client, { credentials: 'same-origin' }, takeEarly(source))
+      else give(client, new Uint8Array(await source.arrayBuffer()))
     } catch (error) {
       if (!client.signal.aborted) client.fail(error)
     }
@@ -105,7 +104,17 @@ export class Session {
   }
 }
 
-function give({ client }, bytes) {
+/** What an address calls a file. */
+function nameOf(address) {
+  const name = address.split(/[?#]/)[0].split('/').at(-1)
+  try {
+    return decodeURIComponent(name) || address
+  } catch {
+    return name // with a % that stands for itself
+  }
+}
+
+function give(client, bytes) {
   client.feed(bytes)
   client.end()
 }

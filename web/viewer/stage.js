@@ -18,11 +18,10 @@ const NEAR_BY = '50%'
 /**
  * The world's unit is the model's radius, its origin the model's middle.
  *
- * `onlost` and `onrestored` are called with the graphics card, `onseen` when the stage comes near the screen.
+ * `onlost` is called when the graphics card has lost all that it had, and when it is back; `onseen` when the stage comes near the screen.
  */
 export class Stage {
   onlost = () => {}
-  onrestored = () => {}
   onseen = () => {}
   #parent
   #renderer
@@ -162,6 +161,11 @@ export class Stage {
 
   // ---------------------------------------------------------------- drawing
 
+  /** Whether the graphics card can draw nothing at the moment. */
+  get isLost() {
+    return this.#renderer.isLost
+  }
+
   /** Draw soon. */
   invalidate() {
     if (this.#frame || !this.#visible || !this.#models.length) return
@@ -214,6 +218,7 @@ export class Stage {
 
   #tick(time) {
     this.#frame = 0
+    if (this.isLost) return // it is drawn when the card is back
     // Another picture would have to wait for the one before, and make the page wait with it.
     if (this.#renderer.isBusy(this.#models, this.#environment)) return this.invalidate()
     const { quality } = this.#renderer
@@ -252,7 +257,7 @@ export class Stage {
   }
 
   #draw(pixels = this.#pixelsFor(1)) {
-    if (!this.#models.length) return
+    if (!this.#models.length || this.isLost) return
     this.#render(pixels)
     this.#pixels = pixels
     this.#context.transferFromImageBitmap(this.#renderer.canvas.transferToImageBitmap())
@@ -302,11 +307,11 @@ export class Stage {
     visibility.observe(this.#parent)
     this.#observers = [sizes, visibility]
     this.canvas.addEventListener('dblclick', () => this.reset(), { signal })
-    this.#renderer.addEventListener('lost', () => this.onlost(), { signal })
-    this.#renderer.addEventListener('restored', () => {
+    const look = () => {
       this.invalidate()
-      this.onrestored()
-    }, { signal })
+      this.onlost()
+    }
+    for (const type of ['lost', 'restored']) this.#renderer.addEventListener(type, look, { signal })
   }
 
   /** Far from the screen the picture stays, but the graphics card's memory is for what is seen. */

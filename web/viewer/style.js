@@ -5,7 +5,7 @@ const css = `
   display: block;
   position: relative;
   block-size: 480px;
-  min-block-size: 120px;
+  contain-intrinsic-block-size: 480px;
   overflow: hidden;
   container-type: size;
   color-scheme: light dark;
@@ -33,8 +33,8 @@ const css = `
 :host([background='none']) { background: none; }
 
 * { box-sizing: border-box; }
-.viewer { display: grid; grid-template: minmax(0, 1fr) auto / minmax(0, 1fr); block-size: 100%; }
-.stack { position: relative; min-block-size: 0; overflow: hidden; }
+.viewer { position: absolute; inset: 0; display: grid; grid-template: minmax(0, 1fr) auto / minmax(0, 1fr); }
+.stack { position: relative; overflow: hidden; container-type: size; }
 .stage { position: absolute; inset: 0; background: linear-gradient(rgb(231 232 234), rgb(245 245 244)); }
 .stage ::slotted(*) { position: absolute; inset: 0; inline-size: 100%; block-size: 100%; object-fit: contain; }
 .above { position: absolute; inset: 0; pointer-events: none; }
@@ -67,6 +67,7 @@ svg { inline-size: 22px; block-size: 22px; display: block; margin: auto; fill: n
 
 .corner { position: absolute; inset-block-start: 8px; inset-inline-end: 8px; display: flex; gap: 2px; padding: 2px;
   border-radius: 10px; background: var(--veil); }
+@container (height < 120px) { .corner { display: none; } }
 .note { position: absolute; inset-inline: 0; inset-block-end: 12px; inline-size: fit-content; max-inline-size: calc(100% - 24px);
   margin-inline: auto; padding: 8px 14px; border-radius: 10px; background: var(--veil); text-align: center; }
 .note p { margin: 0; }

@@ -45,10 +45,9 @@ export class ViewerUI {
     this.#status.textContent = text
   }
 
-  /** Show that there is no picture, and will be none. */
-  fail(title, advice) {
-    this.#note.show({ title, advice, middle: true })
-    this.say(`${title} ${advice}`)
+  /** Show that there is no picture, and will be none, beside the poster, or what it would show in words. */
+  fail(title, advice, { alt, children }) {
+    this.#note.show({ title, advice, detail: alt, middle: !children.length })
     this.controls = false
   }
 

@@ -1,7 +1,6 @@
 import { useRef, useState } from 'react'
 import { createRoot } from 'react-dom/client'
-import type {} from 'upholster/react'
-import 'upholster/viewer'
+import 'upholster/react'
 import type { UpholsterViewer } from 'upholster/viewer'
 
 function Ring() {

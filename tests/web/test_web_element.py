@@ -1,0 +1,253 @@
+"""How `<upholster-viewer>` behaves toward the page that it is on: what it takes, tells, and survives."""
+
+import re
+from typing import Any
+
+import browser
+import numpy as np
+import pytest
+from starlette.applications import Starlette
+from starlette.responses import HTMLResponse
+from starlette.routing import Mount, Route
+from starlette.staticfiles import StaticFiles
+
+pytestmark = pytest.mark.browser
+
+CONTEXTS = """
+globalThis.contexts = []
+OffscreenCanvas.prototype.getContext = ((make) => function (...asked) {
+  const made = make.apply(this, asked)
+  if (asked[0] === 'webgl2') contexts.push(made)
+  return made
+})(OffscreenCanvas.prototype.getContext)
+"""
+"""Remembers what draws."""
+
+NO_WEBGL = """
+OffscreenCanvas.prototype.getContext = ((make) => function (kind, ...rest) {
+  return kind === 'webgl2' ? null : make.call(this, kind, ...rest)
+})(OffscreenCanvas.prototype.getContext)
+"""
+
+ERRORS = "globalThis.told = []; addEventListener('error', ({ detail }) => detail && told.push(detail), true)"
+"""Collects what elements tell is wrong: their events do not bubble."""
+
+
+def test_the_model_has_all_that_its_types_say(tab: Any, site: Any) -> None:
+    types = (browser.ROOT / "web" / "upholster-viewer.d.ts").read_text("utf-8")
+    model = types.partition("interface ViewerModel")[2].partition("\n}")[0]
+    names = re.findall(r"^  (?:readonly )?(\w+)[(:]", model, re.MULTILINE)
+    assert {"texels", "quads", "setExemplar"} <= set(names)
+    tab.open(f"{site}/view/ring.uph").complete().settle_shape()
+    assert tab.call("return argument.filter((name) => viewer.model[name] === undefined)", names) == []
+    texels, quads, indices = tab.call(
+        """
+        const { texels, quads, charts } = viewer.model
+        return [texels, quads, charts.reduce((sum, { geometry }) => sum + geometry.indices.length, 0)]
+        """
+    )
+    assert texels == pytest.approx(300_000, rel=0.02)
+    assert quads == round(indices / 6)
+
+
+HERE_ALREADY = (
+    "new File([bytes], 'my ring.uph')",
+    "new Blob([bytes])",
+    "bytes.buffer",
+    "new DataView(bytes.buffer)",
+    "bytes.subarray(0)",
+)
+
+
+def test_it_opens_a_stream_that_the_page_has(tab: Any, site: Any) -> None:
+    tab.open(f"{site}/view/material.uph").complete()
+    for source in HERE_ALREADY:
+        tab.call(f"const bytes = viewer.model.bytes(); viewer.open({source})")
+        tab.complete()
+        assert tab.call("return viewer.model.received") == len(browser.material()), source
+        name = "my ring" if "File" in source else "3D model"
+        tab.until(f"inside.querySelector('canvas').ariaLabel.startsWith('{name}. Arrow keys')")
+
+
+def test_what_is_no_stream_is_refused_and_changes_nothing(tab: Any, site: Any) -> None:
+    tab.open(f"{site}/view/ring.uph").complete()
+    for source in ("3", "undefined", "{}", "[1, 2]", "new URL(location)", "new Response()"):
+        name, message = tab.call(
+            f"try {{ viewer.open({source}) }} catch (error) {{ return [error.name, error.message] }}"
+        )
+        assert name == "TypeError"
+        wanted = r"stream is .*; allowed: an address, Blob, ArrayBuffer or view of one, null"
+        assert re.fullmatch(wanted, message), source
+        assert tab.call("return viewer.model.complete")
+
+
+def test_a_file_that_can_not_be_read_is_told(tab: Any, site: Any) -> None:
+    tab.page.add_init_script(ERRORS)
+    tab.open(f"{site}/view/ring.uph").complete()
+    tab.call(
+        "Blob.prototype.arrayBuffer = () => Promise.reject(new Error('the file is gone'));"
+        "viewer.open(new Blob(['x']))"
+    )
+    tab.until("told.length")
+    assert tab.call("return told.map(({ error }) => error.message)") == ["the file is gone"]
+    tab.frames()
+    assert "the file is gone" in tab.note()
+
+
+PICTURE = """
+const picture = (width, height, color) => {
+  const canvas = Object.assign(document.createElement('canvas'), { width, height })
+  const context = canvas.getContext('2d')
+  context.fillStyle = color
+  context.fillRect(0, 0, width, height)
+  return canvas
+}
+"""
+
+
+def test_a_sample_of_another_shape_is_an_error(tab: Any, site: Any) -> None:
+    tab.page.add_init_script(ERRORS)
+    tab.open(f"{site}/view/ring.uph").complete()
+    tab.settle()
+    before = tab.texels()
+    told = tab.call(
+        PICTURE + "return viewer.model.setExemplar(picture(128, 64, 'red')).then(() => 'nothing', String)"
+    )
+    assert told == "RangeError: picture is 128 × 64 pixels; allowed: the sample's shape, 128 × 128"
+    tab.settle()
+    assert tab.texels() == before
+    # Another size of the same shape is none.
+    tab.call(PICTURE + "await viewer.model.setExemplar(picture(300, 300, 'red'))")
+    assert tab.texels() != before
+    tab.call(
+        PICTURE
+        + "const blob = await new Promise((done) => picture(64, 128, 'blue').toBlob(done));"
+        + "globalThis.fetch = async () => new Response(blob); viewer.setAttribute('exemplar', 'blue.png')"
+    )
+    tab.until("told.length")
+    assert tab.call("return told.map(({ message }) => message)") == [
+        "exemplar blue.png can not be shown:"
+        " picture is 64 × 128 pixels; allowed: the sample's shape, 128 × 128"
+    ]
+
+
+def test_without_webgl_the_page_hears_of_it_and_poster_or_words_are_seen(chromium: Any, site: Any) -> None:
+    with browser.tab(chromium) as tab:
+        tab.page.add_init_script(NO_WEBGL)
+        tab.open(f"{site}/view/ring.uph").until("inside.querySelector('.note').checkVisibility()")
+        tab.call(
+            """
+            const one = document.createElement('upholster-viewer')
+            one.alt = 'A ring of bricks'
+            document.body.replaceChildren(one)
+            globalThis.told = []
+            // After it is on the page, as in a script that imports the viewer first.
+            one.addEventListener('error', ({ detail }) => told.push([detail.message, detail.error.message]))
+            """
+        )
+        tab.until("globalThis.told.length")
+        assert tab.call("return told") == [["This browser can not show 3D models.", "there is no WebGL2"]]
+        assert "A ring of bricks" in tab.note()
+        assert tab.call("return [viewer.model, await viewer.settled()]") == [None, None]
+        tab.call(
+            """
+            const poster = Object.assign(new Image(), { slot: 'poster' })
+            viewer.replaceWith(Object.assign(document.createElement('upholster-viewer'), { alt: 'Ring' }))
+            document.querySelector('upholster-viewer').append(poster)
+            """
+        )
+        tab.until("inside.querySelector('.note').checkVisibility()")
+        # The note leaves the poster's middle free.
+        shapes = "const [a, b] = [viewer.firstChild, inside.querySelector('.note')].map((one) =>"
+        poster, note = tab.call(shapes + " one.getBoundingClientRect()); return [a.toJSON(), b.toJSON()]")
+        assert poster["height"] > 300
+        assert note["top"] > poster["top"] + 0.6 * poster["height"]
+
+
+@pytest.mark.parametrize("painting", ["worker", "card"])
+def test_a_lost_context_throws_nothing_and_the_picture_comes_back(
+    chromium: Any, site: Any, painting: str
+) -> None:
+    with browser.tab(chromium) as tab:
+        tab.page.add_init_script(CONTEXTS)
+        tab.open(f"{site}/view/material.uph").complete()
+        tab.call(f"viewer.setAttribute('painting', '{painting}'); viewer.open('/streams/ring.uph')")
+        tab.complete().settle_shape()
+        before = tab.picture()
+        # It is turned in the same task in which all is lost, and while all is lost.
+        tab.call(
+            "globalThis.loss = contexts[0].getExtension('WEBGL_lose_context');"
+            "viewer.view = [31, 30]; loss.loseContext(); viewer.view = [200, -10]"
+        )
+        tab.until("inside.querySelector('.note').innerText.includes('was reset')")
+        tab.call("viewer.view = [30, 30]; viewer.style.background = 'red'")
+        tab.frames()
+        tab.call("loss.restoreContext()")
+        tab.until("inside.querySelector('.note').hidden")
+        tab.settle_shape()
+        assert np.abs(before.astype(int) - tab.picture()).mean() < 0.5
+
+
+def test_it_is_as_high_as_its_page_says_and_never_of_no_height(tab: Any, site: Any) -> None:
+    tab.open(f"{site}/view/ring.uph").complete()
+    tab.call(
+        """
+        const box = document.createElement('div')
+        box.style.width = '64px'
+        document.body.style.height = 'auto'
+        document.body.replaceChildren(box)
+        box.append(viewer)
+        """
+    )
+    for height, shown in (("48px", 48), ("100%", 480), ("auto", 480), ("300px", 300)):
+        tab.call("viewer.style.height = argument", height)
+        tab.frames()
+        canvas = "inside.querySelector('canvas').getBoundingClientRect()"
+        sizes = tab.call(f"return [viewer.offsetHeight, {canvas}.height, {canvas}.width]")
+        assert sizes == [shown, shown, 64], height
+        # On a small one the button would hide the picture.
+        assert tab.call("return inside.querySelector('.corner').checkVisibility()") == (shown > 120), height
+
+
+def test_an_address_may_have_any_characters(chromium: Any, site: Any) -> None:
+    with browser.tab(chromium, faultless=False) as tab:
+        tab.page.add_init_script(ERRORS)
+        tab.open(f"{site}/view/ring.uph").complete()
+        tab.call("viewer.src = '/streams/50%.uph'")
+        tab.until("told.length")
+        assert tab.call("return told[0].message") == "50%.uph was not found."
+        assert all("404" in problem for problem in tab.found_wrong())
+
+
+def _page(request: Any) -> Any:
+    return HTMLResponse(
+        '<!doctype html><meta charset="utf-8"><link rel="icon" href="data:,">'
+        '<upholster-viewer style="width: 64px; height: 64px"></upholster-viewer>'
+        f'<script type="module" src="/{request.path_params["scripts"]}/upholster-viewer.js"></script>'
+    )
+
+
+def test_the_built_scripts_show_every_stream_as_the_sources_do(chromium: Any) -> None:
+    """Their names are short ones, the same in all files; one that is looked up as a text would be missed."""
+    root, vectors = browser.ROOT, browser.HERE.parent / "vectors"
+    app = Starlette(
+        routes=[
+            Route("/page/{scripts}", _page),
+            Mount("/vectors", StaticFiles(directory=vectors)),
+            Mount("/sources", StaticFiles(directory=root / "web")),
+            Mount("/built", StaticFiles(directory=root / "src" / "upholster" / "web")),
+        ]
+    )
+    found: list[dict[str, Any]] = []
+    with browser.serving(app) as address:
+        for scripts in ("sources", "built"):
+            with browser.tab(chromium) as tab:
+                tab.open(f"{address}/page/{scripts}").until("viewer.open")
+                found.append({})
+                for path in vectors.glob("*.uph"):
+                    tab.call("viewer.open(argument)", f"/vectors/{path.name}")
+                    tab.complete().settle()
+                    told = tab.call("return [viewer.model.texels, viewer.model.roles, viewer.model.sphere]")
+                    found[-1][path.name] = (told, tab.texels())
+    assert len(found[0]) > 10
+    assert found[0] == found[1]
