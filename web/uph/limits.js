@@ -47,7 +47,7 @@ export class PaintBudget {
   take(work, fail, what) {
     this.spent += work
     if (this.spent > this.most) fail(`${what}more work than goes with the texels`)
-    if (Math.floor((this.spent * this.shares) / 4) > this.mostTogether) fail('all maps take more work than is allowed here')
+    if (Math.floor((this.spent * this.shares) / 4) > this.mostTogether) fail('makes all maps take more work than is allowed here')
   }
 
   /** Take what a placement costs of a chart; fail(what) is called where it is too much. */

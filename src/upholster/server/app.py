@@ -131,7 +131,8 @@ class _Site:
             try:
                 picture = await self._thumbnails.get(found, gone=request.is_disconnected)
             except DrawingError as error:
-                await _failed(request, error)
+                if not error.is_known:
+                    await _failed(request, error)
                 picture = placeholder("no preview", str(error))
                 return Response(picture, 500, {"cache-control": "no-store"}, media_type="image/png")
         if picture is None:

@@ -33,7 +33,11 @@ _PROCESSES = 2
 
 
 class DrawingError(Exception):
-    """A picture could not be drawn: the message says why."""
+    """A picture could not be drawn: the message says why, `is_known` whether that has been told before."""
+
+    def __init__(self, reason: str, *, is_known: bool = False) -> None:
+        super().__init__(reason)
+        self.is_known = is_known
 
 
 class Thumbnails:
@@ -87,7 +91,7 @@ class Thumbnails:
         now = time.monotonic()
         self._failed = {one: told for one, told in self._failed.items() if now - told[0] <= _FAILED_SECONDS}
         if tag in self._failed:
-            raise DrawingError(self._failed[tag][1])
+            raise DrawingError(self._failed[tag][1], is_known=True)
         if tag not in self._known:
             return None
         self._known.move_to_end(tag)
