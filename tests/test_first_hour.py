@@ -80,6 +80,16 @@ def test_what_is_soft_or_very_large_is_told_before_the_work(tmp_path, monkeypatc
     assert "GB of texels in memory" in run(texels=40_000).notes[0]
 
 
+def test_a_sample_that_is_no_texture_is_told(tmp_path):
+    pixels = np.random.default_rng(1).integers(0, 60, (64, 64, 3), np.uint8)
+    pixels[:32] += 180
+    write_image(tmp_path / "sky.png", pixels)
+    words = str(tmp_path / "sky.png"), "plane", [str(tmp_path / "x.npz")]
+    (note,) = cover(*words, synthesis={"texels": 10_000}).notes
+    assert "not look like one texture: the upper half" in note
+    assert cover(*words, crop=(0, 32, 64, 32), synthesis={"texels": 10_000}).notes == []
+
+
 def test_the_size_of_an_element_stands_for_that_of_the_sample(tmp_path):
     row, column = np.mgrid[:128, :192]
     joints = (row % 16 < 3) | ((column + 24 * (row // 16 % 2)) % 48 < 3)  # bricks of 48 x 16 pixels

@@ -12,6 +12,7 @@ import numpy as np
 from upholster.charts.layout import MOST_TEXELS
 from upholster.charts.phases import PhaseField
 from upholster.geometry import AnySurface, MeshSurface, Surface
+from upholster.image.sameness import differing_region
 from upholster.methods import Prepared
 from upholster.methods.paper.method import PaperOptions
 from upholster.methods.pixel.method import PixelOptions
@@ -186,6 +187,11 @@ def notes_before(surface: AnySurface, prepared: Prepared, sample: PixelArray, ma
         found.append(
             f"{count} edges nearly meet, but are farther apart than the tolerance of {surface.tolerance:g} "
             f"times the surface's size; a tolerance of {tolerance:g} would join them"
+        )
+    if region := differing_region(sample):
+        found.append(
+            f"the sample does not look like one texture: {region} has another colour than the rest; "
+            "--crop or --rectify takes a part of it"
         )
     if prepared.scale is not None and prepared.scale.scale < _SOFT * prepared.scale.density:
         pixels = prepared.scale.scale / prepared.scale.density
