@@ -687,6 +687,10 @@ class WriteOptions:
             metavar="N",
         ),
     )
+    pot: bool = field(
+        default=False,
+        metadata=_about(_OUTPUT, "Sides of pages are powers of two, as some engines want them."),
+    )
     size: tuple[int, int] = field(
         default=(1024, 768),
         metadata=_about(_OUTPUT, "Width and height of a picture in pixels.", metavar="WxH"),
@@ -764,6 +768,11 @@ class WriteOptions:
             for entry in fields(self)
             if entry.metadata["panel"] == _STREAM and getattr(self, entry.name) != entry.default
         ]
+
+    @property
+    def packing(self) -> dict[str, Any]:
+        """How pages of an atlas are laid out: arguments of `upholster.model.pack_charts`."""
+        return {"gutter": self.padding, "size": self.atlas_size, "powers": self.pot}
 
     @property
     def transform(self) -> dict[str, Any]:

@@ -190,7 +190,7 @@ def atlas_pages(outputs: Iterable[Output], charts: Sequence[Chart], options: Wri
     """
     if not any(output.has_atlas for output in outputs):
         return 1
-    return len(pack_charts(charts, gutter=options.padding, size=options.atlas_size).pages)
+    return len(pack_charts(charts, **options.packing).pages)
 
 
 def largest_chart(outputs: Iterable[Output], options: WriteOptions) -> int:
@@ -367,7 +367,7 @@ class TexturedModel(Shown):
 
     @property
     def _packing(self) -> dict[str, Any]:
-        return {"gutter": self.options.padding, "size": self.options.atlas_size, "threads": self.threads}
+        return {**self.options.packing, "threads": self.threads}
 
     @cached_property
     def stream(self) -> bytes:
@@ -460,7 +460,7 @@ class TexturedModel(Shown):
 
     def picture(self, *, progress: Progress | None = None) -> NDArray[np.float32]:
         """Return a picture of the model, as the options say: (height, width, 3), linear light."""
-        options = replace(self.options, padding=16, atlas_size=None)
+        options = replace(self.options, padding=16, atlas_size=None, pot=False)
         if options != self.options:
             # The renderer's mip levels need gutters of 16 texels, and no free room between the charts.
             return replace(self, options=options).picture(progress=progress)

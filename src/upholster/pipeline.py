@@ -278,7 +278,14 @@ class _Making:
             textured = painted_model(self.coverings, quilts, self.options, **running)
         textured = replace(textured, in_tiles=any(output.in_tiles for output in self.wanted))
         written = written_to(self.wanted, textured, files, self.seconds, self.progress)
-        return textured, written, counted(self.coverings, quilts, textured)
+        counts = counted(self.coverings, quilts, textured)
+        if "atlas" in vars(textured):  # an output holds it
+            pages = textured.atlas.pages
+            counts["pages"], counts["page texels"] = (
+                len(pages),
+                sum(page.height * page.width for page in pages),
+            )
+        return textured, written, counts
 
 
 def _check_report(report: str | os.PathLike[str] | None) -> None:

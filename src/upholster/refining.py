@@ -177,7 +177,7 @@ def _write_pages(
     """Paint and write the pages of an atlas one by one, one on each thread; return the bytes of each file."""
     surface, charts = quilt.surface, quilt.charts
     assert isinstance(surface, Surface)  # the caller looked
-    layout = pack_charts(charts, gutter=options.padding, size=options.atlas_size)
+    layout = pack_charts(charts, **options.packing)
     seams, maps = by_chart(find_seams(surface, charts)), source_parts(exemplar)
     pyramids = {role: map_pyramid(role, image) for role, image in maps.items()}
     targets = output.files([role for role in maps if role != "albedo"], len(layout.pages))

@@ -69,6 +69,19 @@ def test_pages_are_used_well() -> None:
         assert area > 0.8 * 512**2
 
 
+@pytest.mark.parametrize("count", [1, 3, 40])
+def test_sides_may_be_powers_of_two(count: int) -> None:
+    rng = np.random.default_rng(count)
+    charts = [Chart(0, *map(int, rng.integers(8, 300, 2))) for _ in range(count)]
+    (page,) = pack_charts(charts, gutter=4, powers=True).pages
+    (plain,) = pack_charts(charts, gutter=4).pages
+    for side in (page.height, page.width):
+        assert side & (side - 1) == 0
+    assert page.height * page.width <= 4 * plain.height * plain.width
+    pages = pack_charts(charts, gutter=4, powers=True, limit=512).pages
+    assert all(side & (side - 1) == 0 for page in pages for side in (page.height, page.width))
+
+
 def test_what_fits_lies_on_one_page() -> None:
     charts = [Chart(n, 100, 100) for n in range(16)]
     assert pack_charts(charts, limit=576).pages == pack_charts(charts).pages

@@ -184,6 +184,8 @@ def cover(
         written = ", ".join(f"{name} ({in_bytes(count)})" for name, count in result.written.items())
         count, covering = result.counts["texels"], result.counts["covering"]
         texels = f"{covering:,} texels" + (f" ({count:,} with the charts' margins)" * (covering < count))
+        if page := result.counts.get("page texels"):
+            texels += f", {100 * covering / page:.0f} % of {number_of(result.counts['pages'], 'page')}"
         say(f"wrote {written}: {texels} in {time.perf_counter() - start:.1f} s")
         if any(name.lower().endswith(".glb") and size > _LARGE for name, size in result.written.items()):
             say("smaller: --texture webp, fewer --texels, a lower --quality; smallest: a stream, -o x.uph")

@@ -89,6 +89,7 @@ def build_atlas(
     gutter: int = 16,
     size: int | None = None,
     limit: int | None = None,
+    powers: bool = False,
     threads: int | None = None,
 ) -> Atlas:
     """Pack all charts in one image, and fill their gutters from the neighbours across the edges.
@@ -99,7 +100,7 @@ def build_atlas(
         The charts' texels.
     seams
         How the charts meet, from either side: see `upholster.charts.seams.find_seams`.
-    gutter, size, limit
+    gutter, size, limit, powers
         Texels between a chart and the border of its cell, and how large pages are: see
         `upholster.model.packing.pack_charts`.
     threads
@@ -115,7 +116,7 @@ def build_atlas(
     InputError
         As for `pack_charts`.
     """
-    layout = pack_charts(texels.charts, gutter=gutter, size=size, limit=limit)
+    layout = pack_charts(texels.charts, gutter=gutter, size=size, limit=limit, powers=powers)
     cells, pages = layout.cells, layout.pages
     first = texels.arrays[0]
     height, width = pages[-1].top + pages[-1].height, max(page.width for page in pages)

@@ -27,6 +27,7 @@ def build_normal_atlas(
     gutter: int = 16,
     size: int | None = None,
     limit: int | None = None,
+    powers: bool = False,
     threads: int | None = None,
 ) -> Atlas:
     """Pack the charts of a normal map in one image, as `build_atlas` does for colours.
@@ -38,7 +39,7 @@ def build_normal_atlas(
     ----------
     surface
         What the charts lie on.
-    texels, seams, gutter, size, limit, threads
+    texels, seams, gutter, size, limit, powers, threads
         As for `build_atlas`; texels of 3 channels.
 
     Raises
@@ -48,7 +49,7 @@ def build_normal_atlas(
     """
     if texels.arrays and texels.arrays[0].shape[2] != 3:
         raise InputError(f"normal map has {texels.arrays[0].shape[2]} channels; allowed: 3")
-    atlas = build_atlas(texels, seams, gutter=gutter, size=size, limit=limit, threads=threads)
+    atlas = build_atlas(texels, seams, gutter=gutter, size=size, limit=limit, powers=powers, threads=threads)
     pixels = atlas.pixels.copy()
     turn_gutters(surface, texels.charts, by_chart(seams), dict(enumerate(atlas.cells)), pixels, 0)
     return replace(atlas, pixels=frozen_array(pixels))

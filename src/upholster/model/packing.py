@@ -1,6 +1,6 @@
 """Where each chart lies in the atlas: charts with gutters, in rows, on one page or several."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import accumulate
 
@@ -108,7 +108,12 @@ def gutter_depths(cell: AtlasCell) -> tuple[int, int, int, int]:
 
 
 def pack_charts(
-    charts: Sequence[Chart], *, gutter: int = 16, size: int | None = None, limit: int | None = None
+    charts: Sequence[Chart],
+    *,
+    gutter: int = 16,
+    size: int | None = None,
+    limit: int | None = None,
+    powers: bool = False,
 ) -> AtlasLayout:
     """Arrange charts and their gutters in rows, tallest first, on as few pages as that takes.
 
@@ -124,6 +129,8 @@ def pack_charts(
     limit
         Without `size`: the most texels of a page each way; by default 8192. What fits one page lies on one,
         about as wide as high. A chart that is larger has a page of its own, as large as it needs.
+    powers
+        Without `size`: whether sides of pages are powers of two.
 
     Raises
     ------
@@ -145,9 +152,11 @@ def pack_charts(
     tallest_first = [sizes[index] for index in order]
     if size is None:
         limit = PAGE_LIMIT if limit is None else limit
-        places, shapes = _on_one_page(tallest_first)
+        rounded = _power_of_two if powers else int
+        places, shapes = _on_one_page(tallest_first, rounded)
         if max(shapes[0]) > limit:
             places, shapes = _on_pages(tallest_first, limit)
+        shapes = [(rounded(height), rounded(width)) for height, width in shapes]
     else:
         _check_fit(charts, gutter, size, max(map(max, sizes)))
         places, shapes = _on_pages(tallest_first, size)
@@ -190,15 +199,27 @@ def _rounded_down(number: int) -> int:
     return int(str(number)[:2]) * int("1" + "0" * zeros)
 
 
-def _on_one_page(sizes: Sequence[_Size]) -> tuple[list[tuple[int, int, int]], list[_Size]]:
-    """Return (page, top, left) of each rectangle on one page, and that page's size."""
+def _power_of_two(side: int) -> int:
+    return 1 << (side - 1).bit_length()
+
+
+def _on_one_page(
+    sizes: Sequence[_Size], rounded: Callable[[int], int]
+) -> tuple[list[tuple[int, int, int]], list[_Size]]:
+    """Return (page, top, left) of each rectangle on one page, and that page's size before it is rounded."""
     widest = max(width for _, width in sizes)
     ideal = sum(height * width for height, width in sizes) ** 0.5
     # Whole multiples of the widest cell suit charts of one size, the others those of many.
     limits = {max(widest, int(ideal * factor)) for factor in (1, 1.1, 1.25)}
     limits |= {widest * max(1, round(ideal / widest) + more) for more in (-1, 0, 1)}
+    limits |= {max(widest, rounded(limit)) for limit in limits}
     tries = [_shelves(sizes, limit) for limit in sorted(limits)]
-    places, height, width = min(tries, key=lambda found: (max(found[1:]), found[1] * found[2]))
+
+    def cost(found: tuple[list[tuple[int, int]], int, int]) -> tuple[int, int, int]:
+        height, width = rounded(found[1]), rounded(found[2])
+        return max(height, width), height * width, found[1] * found[2]
+
+    places, height, width = min(tries, key=cost)
     return [(0, top, left) for top, left in places], [(height, width)]
 
 

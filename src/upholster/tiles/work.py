@@ -131,7 +131,7 @@ def tile_work(
     """
     if target is None:
         return TileWork(run, shape, surface, None, {}, {}, {}, output)
-    layout = pack_charts(run.charts, gutter=options.padding, size=options.atlas_size)
+    layout = pack_charts(run.charts, **options.packing)
     seams = by_chart(find_seams(surface, run.charts))
     names = {role: target if role == "albedo" else map_companion(target, role) for role in maps}
     files = {
