@@ -30,7 +30,7 @@ from numpy.typing import NDArray
 from PIL import Image
 
 import upholster
-from benchmarks.web import ARGUMENTS
+from benchmarks.browser import ARGUMENTS
 from upholster.image import from_linear
 from upholster.options import WriteOptions
 from upholster.render import Camera, render

@@ -1,9 +1,12 @@
 """The project holds itself to its rules: functions one can read, papers that are true. Linters: `.ci/run`."""
 
 import ast
+import json
 import re
 from collections.abc import Iterator
 from pathlib import Path
+
+from benchmarks.web_peers import MARKS, PLAYERS, RATES
 
 import upholster
 
@@ -47,6 +50,23 @@ def test_papers_link_to_files_that_exist() -> None:
     for page in (*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md"), ROOT / "web" / "README.md"):
         for link in re.findall(r"\]\(([^)#:]+)(?:#[^)]*)?\)", page.read_text(encoding="utf-8")):
             assert (page.parent / link).exists(), f"{page} links to {link}"
+
+
+def test_the_published_comparison_has_every_viewer_on_every_line() -> None:
+    page = (ROOT / "docs" / "web.md").read_text(encoding="utf-8")
+    table = page.partition(MARKS[0])[2].partition(MARKS[1])[0]
+    wanted = [[rate, player] for rate in RATES for player in PLAYERS]
+    rows = [row.strip("|").split("|") for row in table.splitlines() if row.startswith("|")][2:]
+    assert [[cell.strip() for cell in row[:2]] for row in rows] == wanted
+    for rate in RATES:  # the least of each column is bold, whoever has it
+        for column in zip(*(row[2:5] for row in rows if row[0].strip() == rate), strict=True):
+            assert min(map(_seconds, column)) == _seconds(next(cell for cell in column if "**" in cell))
+    peers = json.loads((ROOT / "benchmarks" / "peers" / "package.json").read_text(encoding="utf-8"))
+    assert all(re.fullmatch(r"\d+\.\d+\.\d+", version) for version in peers["dependencies"].values())
+
+
+def _seconds(cell: str) -> float:
+    return float(cell.strip(" *s"))
 
 
 def test_the_changelog_knows_the_version() -> None:
