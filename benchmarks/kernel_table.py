@@ -58,6 +58,7 @@ USES = {
     "levels": "levels quilt.uph -o levels.png",
     "info": "info quilt.uph",
     "info model": "info m.glb",
+    "picture": "picture m.glb -o p.png",
     "measure": "measure quilt.uph",
     "prepare": f"prepare {BRICKS} -o sample.png --rectify 9,12 240,20 250,251 5,240",
     "encode": f"encode {BRICKS} -o photo.ezw --bytes 20k",

@@ -375,8 +375,8 @@ WRONG = {
     "no stream": (["refine", "brick.png", "-oa.glb"], "brick.png"),
     "no image code": (["decode", "brick.png", "-oa.png"], "brick.png"),
     "nothing in it": (["info", "empty.png"], "empty.png"),
-    "no command": (["help"], "allowed: cover, prepare, surfaces"),
-    "no arguments": (["cover"], "'--on'"),
+    "no command": (["help"], "allowed: cover, picture, prepare, surfaces"),
+    "no arguments": (["cover"], "--on"),
     "no sample": (["cover", "--on", "torus", "-oa.glb"], "no SAMPLE is given; allowed: one, or --material"),
 }
 

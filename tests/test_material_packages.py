@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from upholster.image import encode_image, read_image, write_image
+from upholster.options import WriteOptions
 from upholster.pipeline import cover
 
 SIDE = 64
@@ -186,7 +187,12 @@ def test_the_right_maps_are_in_the_glb(name: str, zipped: bool, tmp_path: Path) 
         for file, what in files.items():
             write_image(source / f"{Path(file).name}.png", content(what))
     report = cover(
-        source, "plane", [str(tmp_path / "wall.glb")], synthesis={"texels": (SIDE, SIDE)}, threads=1
+        source,
+        "plane",
+        [str(tmp_path / "wall.glb")],
+        synthesis={"texels": (SIDE, SIDE)},
+        options=WriteOptions(texture="png"),
+        threads=1,
     )
     for note in notes:
         assert any(note in told for told in report.notes), report.notes

@@ -19,7 +19,7 @@ from upholster.outputs import TexturedModel, parse_output, write_output
 from upholster.pipeline import cover, refine, write
 from upholster.quilt import Texels
 
-OPTIONS = WriteOptions(atlas_size=256, padding=8, quads=600, size=(64, 48))
+OPTIONS = WriteOptions(atlas_size=256, padding=8, quads=600, size=(64, 48), texture="png")
 
 
 def sample() -> Any:

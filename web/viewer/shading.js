@@ -1,6 +1,7 @@
 /**
  * The graphics card's programs. Light and what surfaces mirror of it are those of Python's pictures of materials, formula by formula
- * (upholster.render.environment); a picture of surroundings may stand in for the sky.
+ * (upholster.render.environment), but for the exposure: what faces the eye shows its own colours. A picture of surroundings may stand in
+ * for the sky.
  */
 
 /** Toward the key light, in degrees in the camera's axes: to the right, and up. */
@@ -82,15 +83,16 @@ vec3 mirrored(vec3 R, float rough, float facing) {
   for (int i = 0; i < 3; i++) light += lamp(dot(R, lamps[i]), LAMPS[i].x, LAMPS[i].y, s);
   return vec3(light + lamp(dot(R, key), .5 * KEY * SHARP, SHARP, s));
 }
+float diffuse(vec3 n, float facing) {
+  return BELOW + (ABOVE - BELOW) * (.5 + .5 * n.z) + FILL * facing + KEY * max(dot(n, key), 0.);
+}
 vec3 arriving(vec3 n, float facing) {
-  return vec3(BELOW + (ABOVE - BELOW) * (.5 + .5 * n.z) + FILL * facing + KEY * max(dot(n, key), 0.));
+  return vec3(diffuse(n, facing) / diffuse(normalize(eye), 1.));
 }`
 
-/** Khronos PBR Neutral: colours come out as they are; only highlights are compressed. */
+/** As Khronos PBR Neutral: colours come out as they are; only highlights are compressed. */
 const TONES = `
 vec3 toned(vec3 c) {
-  float x = min(c.r, min(c.g, c.b));
-  c -= x < .08 ? x - 6.25 * x * x : .04;
   float peak = max(c.r, max(c.g, c.b));
   if (peak < .76) return c;
   float most = 1. - .0576 / (peak - .52);
@@ -141,7 +143,9 @@ void main() {
   if (has(4)) glow = texture(emissionMap, uv).rgb;` : ''}
   float facing = max(dot(n, v), 0.), x = 1. - rough, q = min(x * x, exp2(-9.28 * facing)) * x + .0425 - .0275 * rough;
   vec3 f = mix(vec3(.04), albedo.rgb, metal) * (1.04 - .572 * rough - 1.04 * q) + max(.022 * rough - .04 + 1.04 * q, 0.);
-  vec3 light = albedo.rgb * (1. - metal) * open * arriving(n, facing) + f * open * mirrored(reflect(-v, n), rough, facing) + glow;
+  // What any matt surface mirrors veils its colour, and is left out.
+  vec3 mirror = max(f * mirrored(reflect(-v, n), rough, facing) - 0.02 * (1. - metal), 0.);
+  vec3 light = albedo.rgb * (1. - metal) * open * arriving(n, facing) + open * mirror + glow;
   color = vec4(coded(toned(light)) * alpha, alpha);
 }`
 

@@ -3,7 +3,7 @@
 import time
 from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -13,6 +13,9 @@ from upholster.errors import InputError
 from upholster.options import ModelOptions, SampleOptions, SynthesisOptions, WriteOptions
 from upholster.shown import number_of
 from upholster.suffixes import is_model_name
+
+if TYPE_CHECKING:
+    from upholster.reports import CoverReport
 
 __all__ = ["cover", "surfaces", "uses_of"]
 
@@ -181,19 +184,24 @@ def cover(
             tell=None if quiet else lambda note: say(f"note: {note}", error=True),
         )
     if not quiet:
-        written = ", ".join(f"{name} ({in_bytes(count)})" for name, count in result.written.items())
-        count, covering = result.counts["texels"], result.counts["covering"]
-        texels = f"{covering:,} texels" + (f" ({count:,} with the charts' margins)" * (covering < count))
-        if page := result.counts.get("page texels"):
-            texels += f", {100 * covering / page:.0f} % of {number_of(result.counts['pages'], 'page')}"
-        say(f"wrote {written}: {texels} in {time.perf_counter() - start:.1f} s")
-        if any(name.lower().endswith(".glb") and size > _LARGE for name, size in result.written.items()):
-            say("smaller: --texture webp, fewer --texels, a lower --quality; smallest: a stream, -o x.uph")
-        if result.settled:
-            after = ":" if materials else ""
-            settled = [f"{name}{after} {value}" for name, value in result.settled.items()]
-            for line in settled if materials else ["; ".join(settled)]:
-                say(line)
+        _say_result(result, time.perf_counter() - start, several=bool(materials))
+
+
+def _say_result(result: "CoverReport", seconds: float, *, several: bool) -> None:
+    """Print what was written, and what was settled."""
+    written = ", ".join(f"{name} ({in_bytes(count)})" for name, count in result.written.items())
+    count, covering = result.counts["texels"], result.counts["covering"]
+    texels = f"{covering:,} texels" + (f" ({count:,} with the charts' margins)" * (covering < count))
+    if page := result.counts.get("page texels"):
+        texels += f", {100 * covering / page:.0f} % of {number_of(result.counts['pages'], 'page')}"
+    say(f"wrote {written}: {texels} in {seconds:.1f} s")
+    if any(name.lower().endswith(".glb") and size > _LARGE for name, size in result.written.items()):
+        say("smaller: --texture webp, fewer --texels, a lower --quality; smallest: a stream, -o x.uph")
+    if result.settled:
+        after = ":" if several else ""
+        settled = [f"{name}{after} {value}" for name, value in result.settled.items()]
+        for line in settled if several else ["; ".join(settled)]:
+            say(line)
 
 
 def _by_name(option: str, allowed: str, written: list[str]) -> dict[str, str]:

@@ -42,7 +42,7 @@ def picture(
     views = SHEET if is_sheet else (numbers("view", view, ",", 2, float),)
     each = (width // 2, height // 2) if is_sheet else (width, height)
     with (
-        progress_bars(quiet, ["quilt mesh material picture"]) as progress,
+        progress_bars(quiet, ["picture"]) as progress,
         outputs([output], inputs=[model]) as files,
     ):
         found = redrawn(model, views, size=each, supersample=supersample, threads=threads, progress=progress)
