@@ -21,7 +21,9 @@ from upholster.methods.pixel.surface_levels import SurfaceLevel
 from upholster.options import SynthesisOptions
 from upholster.parallel import run_tasks
 from upholster.quilt import Chart, Quilt
-from upholster.quilt.plans import SourceMap
+from upholster.quilt.chart import MAX_CHART
+from upholster.quilt.labels import LabelMap
+from upholster.quilt.placement import PLACEMENT
 from upholster.types import IntArray, PixelArray, Progress
 
 __all__ = ["PixelOptions", "check_sample", "synthesize_pixel"]
@@ -111,7 +113,7 @@ def synthesize_pixel(
         passes = 1 if coarser is None else PASSES[options.search]
         for _ in range(passes):
             _choose_again(sources, above, layouts[n], coarser, pyramid[n], full or coarser is None, tasks)
-    return Quilt(tuple(charts), exemplar.shape[:2], _source_map(sources, layouts[0], pyramid[0].width))
+    return _quilt(sources, layouts[0], pyramid[0].width, exemplar.shape)
 
 
 def check_sample(shape: tuple[int, ...], levels: int) -> None:
@@ -237,10 +239,21 @@ def _choose(sources: IntArray, above: IntArray, texels: Texels, level: PixelLeve
     choose_pixels(sources, above, texels, level, scratch(level), full)
 
 
-def _source_map(sources: IntArray, layout: SurfaceLevel, width: int) -> SourceMap:
-    return SourceMap(
-        tuple(
-            np.stack(np.divmod(layout.on_chart(sources, n), width), axis=2).astype(np.int16)
-            for n in range(len(layout.charts))
-        )
-    )
+def _quilt(sources: IntArray, layout: SurfaceLevel, width: int, shape: tuple[int, ...]) -> Quilt:
+    # A label for each texel: texels that lie to each other as what they show does share a placement.
+    parts, labels = [], []
+    for n in range(len(layout.charts)):
+        rows, columns = np.divmod(layout.on_chart(sources, n).astype(np.int64), width)
+        i, j = np.ogrid[: rows.shape[0], : rows.shape[1]]
+        offsets = (rows - i + MAX_CHART) * 2 * MAX_CHART + columns - j + MAX_CHART
+        _, first, numbers = np.unique(offsets, return_index=True, return_inverse=True)
+        placed = np.zeros(len(first), PLACEMENT)
+        placed["chart"] = n
+        for name, at in zip(("row", "column"), np.divmod(first, rows.shape[1]), strict=True):
+            placed[name] = 16 * at + 8
+        placed["source_row"] = 16 * rows.reshape(-1)[first]
+        placed["source_column"] = 16 * columns.reshape(-1)[first]
+        parts.append(placed)
+        own = np.pad(numbers.reshape(rows.shape).astype(np.int32), 1, mode="edge")
+        labels.append((LabelMap(1, own),))
+    return Quilt(tuple(layout.charts), (shape[0], shape[1]), np.concatenate(parts), tuple(labels))
