@@ -240,20 +240,22 @@ def _choose(sources: IntArray, above: IntArray, texels: Texels, level: PixelLeve
 
 
 def _quilt(sources: IntArray, layout: SurfaceLevel, width: int, shape: tuple[int, ...]) -> Quilt:
-    # A label for each texel: texels that lie to each other as what they show does share a placement.
+    # Each texel is a cell. Texels that lie to each other as the pixels that they show share a placement.
     parts, labels = [], []
     for n in range(len(layout.charts)):
         rows, columns = np.divmod(layout.on_chart(sources, n).astype(np.int64), width)
-        i, j = np.ogrid[: rows.shape[0], : rows.shape[1]]
-        offsets = (rows - i + MAX_CHART) * 2 * MAX_CHART + columns - j + MAX_CHART
+        i, j = np.indices(rows.shape)
+        offsets = (rows - i + MAX_CHART) * 2 * MAX_CHART + columns - j
         _, first, numbers = np.unique(offsets, return_index=True, return_inverse=True)
+        order = np.argsort(first)
+        first, rank = first[order], np.argsort(order)
         placed = np.zeros(len(first), PLACEMENT)
         placed["chart"] = n
-        for name, at in zip(("row", "column"), np.divmod(first, rows.shape[1]), strict=True):
-            placed[name] = 16 * at + 8
-        placed["source_row"] = 16 * rows.reshape(-1)[first]
-        placed["source_column"] = 16 * columns.reshape(-1)[first]
+        for name, places in (("row", i), ("column", j)):
+            placed[name] = 16 * places.reshape(-1)[first] + 8
+        for name, places in (("source_row", rows), ("source_column", columns)):
+            placed[name] = 16 * places.reshape(-1)[first]
         parts.append(placed)
-        own = np.pad(numbers.reshape(rows.shape).astype(np.int32), 1, mode="edge")
-        labels.append((LabelMap(1, own),))
+        own = rank[numbers].reshape(rows.shape).astype(np.int32)
+        labels.append((LabelMap(1, np.pad(own, 1, mode="edge")),))
     return Quilt(tuple(layout.charts), (shape[0], shape[1]), np.concatenate(parts), tuple(labels))
