@@ -38,7 +38,7 @@ __all__ = [
 
 _LEAST_DENSITY, _MOST_DENSITY = 1 / 64, 64
 
-_DTYPES = {np.dtype(np.uint8): np.int64, np.dtype(np.uint16): np.int64, np.dtype(np.float32): np.float32}
+_DTYPES = np.dtype(np.uint8), np.dtype(np.uint16), np.dtype(np.float32)
 _TASK_TEXELS, _LEAST_TEXELS = 2**18, 2**16
 
 
@@ -164,7 +164,7 @@ def paint_each(
     channels = pyramid.channels
     # In one piece of memory, which goes back to the system in one piece.
     ends = np.cumsum([0, *(chart.height * chart.width * channels for chart in charts)])
-    memory = np.empty(ends[-1], pyramid.samples.dtype)
+    memory = np.zeros(ends[-1], pyramid.dtype)
     arrays = tuple(
         memory[ends[n] : ends[n + 1]].reshape(chart.height, chart.width, channels)
         for n, chart in enumerate(charts)
@@ -203,7 +203,7 @@ def window_of_chart(
     window
         Rows and columns in texels.
     out
-        (rows, columns, channels) of the pyramid's dtype: it is filled.
+        (rows, columns, channels) of the pyramid's dtype, all 0: it is filled.
     """
     chart, field = quilt.charts[index], quilt.fields[index]
     rows = texel_places(chart.height, painted.height)[window[0]]
@@ -217,11 +217,9 @@ def window_of_chart(
     kernels.paint_window(
         *layers,
         readings,
-        matrices,
-        field.margin,
-        kernels.Levels(pyramid.samples, pyramid.table),
-        np.empty((matrices.shape[1], 4), np.int64),
-        np.empty(out.shape[2], _DTYPES[out.dtype]),
+        kernels.Field(matrices, field.margin, np.empty((matrices.shape[1], 4), np.int64)),
+        kernels.PyramidWords(pyramid.words, pyramid.per_pixel, pyramid.bits, pyramid.table),
+        np.empty(2 * pyramid.per_pixel, pyramid.words.dtype),
         out,
     )
 
