@@ -45,7 +45,7 @@ from upholster.outputs import (
     metres_of,
     parse_output,
     textured_model,
-    write_output,
+    with_lods,
 )
 from upholster.parallel import TaskPool, check_running
 from upholster.quilt import Quilt, Texels
@@ -343,6 +343,7 @@ def write(
     output = parse_output(target, flat=flat, displaced=options.displace is not None)
     check_running(threads, progress)
     check_used([output], options)
+    wanted = with_lods([output], options.lods)
     found = None if exemplar is None else as_exemplar(exemplar)
     model = textured_model(
         texels,
@@ -352,9 +353,9 @@ def write(
         options=options,
         threads=threads,
     )
-    pages = atlas_pages([output], model.texels.charts, options)
-    with outputs(output.files(model.maps, pages)) as files:
-        write_output(output, model, files, progress=progress)
+    pages = atlas_pages(wanted, model.texels.charts, options)
+    with outputs(files_of(wanted, lambda output: output.files(model.maps, pages))) as files:
+        written_to(wanted, model, files, {}, progress)
 
 
 def _are_on_patches(texels: Texels | Mapping[str, Texels]) -> bool:
