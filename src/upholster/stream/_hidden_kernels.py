@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.jit import inline, kernel
-from upholster.quilt._paint_kernels import fill_weights, mask_window
+from upholster.methods.quilt._masked_kernels import fill_weights, mask_window
 from upholster.types import int64
 
 __all__ = ["find_hidden"]

@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from upholster.codec._model_kernels import CONTEXTS, code_bit
 from upholster.jit import allocating_kernel, inline, kernel
 from upholster.quilt._field_kernels import matrix_at
-from upholster.quilt._paint_kernels import window_of
+from upholster.methods.quilt._masked_kernels import window_of
 from upholster.stream._bit_kernels import MISSING, NUMBER_COUNTERS, START, BitCoder, begin, code_number, undo
 from upholster.types import int64
 

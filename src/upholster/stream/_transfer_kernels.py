@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from upholster.codec._model_kernels import CONTEXTS
 from upholster.jit import inline
 from upholster.quilt._field_kernels import displacement, matrix_at
-from upholster.quilt.placement import MATRIX_UNIT, SYMMETRIES
+from upholster.methods.quilt.masked import MATRIX_UNIT, SYMMETRIES
 from upholster.stream._bit_kernels import (
     MISSING,
     NUMBER_COUNTERS,

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from upholster.quilt.chart import Chart
 from upholster.quilt.model import Quilt
-from upholster.quilt.placement import MASK_CUT, mask_sizes
-from upholster.quilt.plans import ChartGrid, GridPlan
+from upholster.methods.quilt.masked import MASK_CUT, mask_sizes
+from upholster.methods.quilt.old_plans import ChartGrid, GridPlan
 from upholster.quilt.warp_field import WarpField
 
 __all__ = ["arranged"]

@@ -9,8 +9,8 @@ from upholster.codec import ImageHeader
 from upholster.errors import FormatError
 from upholster.limits import Limits
 from upholster.quilt import Chart
-from upholster.quilt.placement import MASK_CUT, ChartSizes, chart_sizes, mask_windows
-from upholster.quilt.plans import StripLayout
+from upholster.methods.quilt.masked import MASK_CUT, ChartSizes, chart_sizes, mask_windows
+from upholster.methods.quilt.old_plans import StripLayout
 
 __all__ = ["PaintBudget", "check_charts", "check_samples", "painting_work", "strips_work"]
 

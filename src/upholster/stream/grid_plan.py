@@ -10,9 +10,9 @@ from upholster.errors import FormatError, InputError
 from upholster.quilt.chart import Chart
 from upholster.quilt.displacement import centre_matrices
 from upholster.quilt.model import Quilt
-from upholster.quilt.placement import MATRIX_UNIT, chart_sizes, mask_windows
-from upholster.quilt.plans import ChartGrid, GridPlan
-from upholster.quilt.plans.grid import BLOCK
+from upholster.methods.quilt.masked import MATRIX_UNIT, chart_sizes, mask_windows
+from upholster.methods.quilt.old_plans import ChartGrid, GridPlan
+from upholster.methods.quilt.old_plans.grid import BLOCK
 from upholster.quilt.warp_field import WarpField
 from upholster.stream import _block_records as records_
 from upholster.stream import _grid_kernels as kernels

@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.quilt import Quilt
-from upholster.quilt._paint_kernels import weight_rows
-from upholster.quilt.placement import MASK_CUT, mask_sizes
-from upholster.quilt.plans import GridPlan
+from upholster.methods.quilt._masked_kernels import weight_rows
+from upholster.methods.quilt.masked import MASK_CUT, mask_sizes
+from upholster.methods.quilt.old_plans import GridPlan
 from upholster.stream._hidden_kernels import find_hidden
 
 __all__ = ["hidden_cells"]

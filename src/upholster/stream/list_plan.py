@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from upholster.errors import FormatError
 from upholster.quilt.chart import Chart
 from upholster.quilt.model import Quilt
-from upholster.quilt.placement import MASK_CUT, MATRIX_UNIT, PLACEMENT, chart_sizes, mask_sizes, mask_windows
+from upholster.methods.quilt.masked import MASK_CUT, MATRIX_UNIT, PLACEMENT, chart_sizes, mask_sizes, mask_windows
 from upholster.quilt.warp_field import WarpField
 from upholster.stream import _block_records as records_
 from upholster.stream import _list_kernels as kernels

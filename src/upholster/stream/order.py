@@ -17,8 +17,8 @@ from numpy.typing import NDArray
 from upholster.codec import ImageDecoder
 from upholster.codec.header import ImageHeader
 from upholster.quilt import Quilt, paint
-from upholster.quilt.placement import MASK_CUT, mask_sizes
-from upholster.quilt.plans import PlacementList
+from upholster.methods.quilt.masked import MASK_CUT, mask_sizes
+from upholster.methods.quilt.old_plans import PlacementList
 from upholster.stream.chunks import pack_chunk
 from upholster.stream.plan_common import PlanCode
 from upholster.stream.warp_fields import FieldCode

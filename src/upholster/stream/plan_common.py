@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from upholster.errors import FormatError, InputError
 from upholster.quilt.chart import Chart
 from upholster.quilt.model import Quilt
-from upholster.quilt.placement import MASK_CUT, MASK_NONE, ChartSizes, check_placements, touches
-from upholster.quilt.plans import PlacementList
+from upholster.methods.quilt.masked import MASK_CUT, MASK_NONE, ChartSizes, check_placements, touches
+from upholster.methods.quilt.old_plans import PlacementList
 from upholster.quilt.warp_field import WarpField
 
 __all__ = [

@@ -14,8 +14,8 @@ from upholster.errors import FormatError, InputError
 from upholster.limits import Limits
 from upholster.quilt.chart import Chart
 from upholster.quilt.model import Quilt
-from upholster.quilt.placement import touches
-from upholster.quilt.plans import GridPlan, PlacementList, SourceMap, StripPlan
+from upholster.methods.quilt.masked import touches
+from upholster.methods.quilt.old_plans import GridPlan, PlacementList, SourceMap, StripPlan
 from upholster.quilt.warp_field import WarpField
 from upholster.stream.budget import PaintBudget, strips_work
 from upholster.stream.byte_reader import ByteReader

@@ -8,8 +8,8 @@ from upholster.geometry import MeshSurface, Surface
 from upholster.limits import Limits
 from upholster.quilt import Chart, Quilt, Texels
 from upholster.quilt.materials import paint_map
-from upholster.quilt.placement import PLACEMENT
-from upholster.quilt.plans import PlacementList
+from upholster.methods.quilt.masked import PLACEMENT
+from upholster.methods.quilt.old_plans import PlacementList
 from upholster.shown import Shown, on_a_line
 from upholster.stream.budget import PaintBudget, check_charts, check_samples
 from upholster.stream.byte_reader import ByteReader

@@ -7,8 +7,8 @@ import numpy as np
 from upholster.errors import FormatError
 from upholster.quilt.chart import Chart
 from upholster.quilt.model import Quilt
-from upholster.quilt.plans import Strip, StripLayout, StripPlan
-from upholster.quilt.plans.strips import edge_length
+from upholster.methods.quilt.old_plans import Strip, StripLayout, StripPlan
+from upholster.methods.quilt.old_plans.strips import edge_length
 from upholster.quilt.warp_field import WarpField
 from upholster.stream import _strip_kernels as kernels
 from upholster.stream._list_kernels import CELL_COUNTERS
