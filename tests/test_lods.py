@@ -147,7 +147,8 @@ def test_tiles_have_as_many_texels(folder: Path, tmp_path: Path) -> None:
         told = refine(folder / "x.uph", targets, texels=200_000, options=options)
         assert (told.model is None) == (not others)
     alone, whole = (
-        {file.name: file.read_bytes() for file in (tmp_path / name).glob("*.png")} for name in ("alone", "whole")
+        {file.name: file.read_bytes() for file in (tmp_path / name).glob("*.png")}
+        for name in ("alone", "whole")
     )
     assert len(alone) > 3
     assert alone == whole
@@ -163,7 +164,10 @@ def test_lods_of_a_stream_go_on_from_the_texels_asked_for(folder: Path, tmp_path
 
 
 def test_what_can_not_be_painted_is_one_line(folder: Path, tmp_path: Path) -> None:
-    for texels, said in ((63, "texels is 63; allowed: 64 to"), (2**31, r"texels is 2147483648; allowed of this")):
+    for texels, said in (
+        (63, "texels is 63; allowed: 64 to"),
+        (2**31, r"texels is 2147483648; allowed of this"),
+    ):
         with pytest.raises(InputError, match=said):
             refine(folder / "x.uph", [tmp_path / "y.glb"], texels=texels)
     with pytest.raises(InputError, match=r"charts would have .* texels; allowed here: 100000"):

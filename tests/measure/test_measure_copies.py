@@ -109,9 +109,7 @@ def test_links_through_a_field_against_the_quilts_own_sources(scale):
     for n in range(len(quilt.placements)):
         placed = quilt.placements[n : n + 1].copy()
         shape = quilt.exemplar_shape
-        alone.append(
-            quilt_of_nearest(quilt.charts, placed, exemplar=shape, fields=quilt.fields).sources()[0]
-        )
+        alone.append(quilt_of_nearest(quilt.charts, placed, exemplar=shape, fields=quilt.fields).sources()[0])
     for axis, (one, other) in enumerate(
         ((np.s_[:-1], np.s_[1:]), (np.s_[:, :-1], np.s_[:, 1:])),
     ):

@@ -22,6 +22,7 @@ CONTINUED = 16
 
 Index = NDArray[np.intp]
 
+
 @dataclass(frozen=True, eq=False, slots=True)
 class PhaseCuts:
     """Edges of texels at which two sources meet that do not continue one another.

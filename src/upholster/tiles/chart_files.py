@@ -25,7 +25,9 @@ _Arrays = Mapping[str, NDArray[Any]]
 def chart_bytes(chart: Labelled) -> bytes:
     """Return a chart's placements and labels as a file."""
     placed, layer = chart
-    return _file({"placements": placed.view(np.uint8), "labels": layer.labels, "cell": np.array([layer.cell])})
+    return _file(
+        {"placements": placed.view(np.uint8), "labels": layer.labels, "cell": np.array([layer.cell])}
+    )
 
 
 def read_chart(data: bytes) -> Labelled:
