@@ -156,6 +156,7 @@ def cover(
     check_running(threads, progress)
     flat, displaced = isinstance(asked.texels, tuple), options.displace is not None
     wanted = [parse_output(target, flat=flat, displaced=displaced) for target in listed(targets)]
+    wanted = with_lods(wanted, options.lods)
     _check_report(report)
     preparing = SampleOptions(rectify=rectify, crop=crop, resize=resize, even_light=even_light)
     notes: list[str] = []
