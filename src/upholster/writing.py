@@ -163,12 +163,16 @@ def painted(
 
 
 def _coarser(model: TexturedModel, halvings: int) -> TexturedModel:
-    """Return a model painted again with textures halved so often each way, and pages of such size."""
+    """Return a model painted again with textures halved so often each way, gutters and pages as well."""
     if model.parts:
         return joined_model([_coarser(part, halvings) for part in model.parts])
     if model.quilt is None or model.exemplar is None:
         raise InputError("lods need a quilt and its sample, not texels alone")
     density, size = model.density / 2**halvings, model.options.atlas_size
     texels, maps = painted(model.quilt, model.exemplar, model.threads, density=density)
-    options = replace(model.options, atlas_size=None if size is None else max(256, size >> halvings))
+    options = replace(
+        model.options,
+        padding=model.options.padding >> halvings,
+        atlas_size=None if size is None else max(256, size >> halvings),
+    )
     return replace(model, texels=texels, maps=maps, density=density, options=options)
