@@ -192,10 +192,14 @@ class PlanDecoder:
             If a number of one is outside what is allowed.
         """
         self._placements.feed(data)
-        self.go_on()
+        self._read_placements()
 
     def go_on(self) -> None:
-        """Read on, as far as placements and warp fields have come; raises as `feed_placements` does."""
+        """Read on: further warp fields are known. Raises as `feed_placements` does."""
+        self._quilt = None
+        self._read_placements()
+
+    def _read_placements(self) -> None:
         while self._parts_known < len(self._parts):
             part = self._parts[self._parts_known]
             field = self._fields[part.number]
