@@ -27,7 +27,6 @@ from upholster.quilt.pyramid import Pyramid, build_pyramid, most_levels
 from upholster.types import IntArray, PixelArray, Progress
 
 __all__ = [
-    "DENSITIES",
     "check_painted",
     "image_pyramid",
     "paint",
@@ -37,8 +36,7 @@ __all__ = [
     "window_of_chart",
 ]
 
-DENSITIES = 1 / 64, 64
-"""Least and greatest density: texels for a step, each way."""
+_LEAST_DENSITY, _MOST_DENSITY = 1 / 64, 64
 
 _DTYPES = {np.dtype(np.uint8): np.int64, np.dtype(np.uint16): np.int64, np.dtype(np.float32): np.float32}
 _TASK_TEXELS, _LEAST_TEXELS = 2**18, 2**16
@@ -48,7 +46,7 @@ def paint(
     quilt: Quilt,
     exemplar: PixelArray,
     *,
-    density: float = 1.0,
+    density: float | None = None,
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> Texels:
@@ -68,6 +66,7 @@ def paint(
         the path of such an image.
     density
         Texels for a step of the quilt's grid, each way: 1/64 to 64. Every density shows the same picture.
+        None: that which the quilt was made for.
     threads, progress
         As in `upholster.parallel.run_tasks`.
 
@@ -103,7 +102,7 @@ def painted_charts(charts: Sequence[Chart], density: float) -> tuple[Chart, ...]
     InputError
         For a density outside its range, or one at which a chart or all of them have too many texels.
     """
-    least, most = DENSITIES
+    least, most = _LEAST_DENSITY, _MOST_DENSITY
     if isinstance(density, bool) or not isinstance(density, (int, float)) or not least <= density <= most:
         raise InputError(f"density is {density!r}; allowed: {least} to {most} texels for a step")
     if density == 1:
@@ -156,12 +155,12 @@ def paint_each(
     pyramid: Pyramid,
     which: NDArray[np.int64] | None = None,
     *,
-    density: float = 1.0,
+    density: float | None = None,
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> Texels:
     """Paint each placement with an image of its own, `which[n]` of those of the pyramid; None: the first."""
-    charts = painted_charts(quilt.charts, density)
+    charts = painted_charts(quilt.charts, quilt.density if density is None else density)
     channels = pyramid.channels
     # In one piece of memory, which goes back to the system in one piece.
     ends = np.cumsum([0, *(chart.height * chart.width * channels for chart in charts)])
