@@ -27,6 +27,7 @@ from upholster.quilt.pyramid import Pyramid, build_pyramid, most_levels
 from upholster.types import IntArray, PixelArray, Progress
 
 __all__ = [
+    "PAINTED_DENSITIES",
     "check_painted",
     "image_pyramid",
     "paint",
@@ -36,7 +37,8 @@ __all__ = [
     "window_of_chart",
 ]
 
-_LEAST_DENSITY, _MOST_DENSITY = 1 / 64, 64
+PAINTED_DENSITIES = 1 / 64, 64
+"""Least and greatest density that can be painted: texels for a step, each way."""
 
 _DTYPES = np.dtype(np.uint8), np.dtype(np.uint16), np.dtype(np.float32)
 _TASK_TEXELS, _LEAST_TEXELS = 2**18, 2**16
@@ -102,7 +104,7 @@ def painted_charts(charts: Sequence[Chart], density: float) -> tuple[Chart, ...]
     InputError
         For a density outside its range, or one at which a chart or all of them have too many texels.
     """
-    least, most = _LEAST_DENSITY, _MOST_DENSITY
+    least, most = PAINTED_DENSITIES
     if isinstance(density, bool) or not isinstance(density, (int, float)) or not least <= density <= most:
         raise InputError(f"density is {density!r}; allowed: {least} to {most} texels for a step")
     if density == 1:
