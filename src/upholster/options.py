@@ -693,6 +693,14 @@ class WriteOptions:
         default=False,
         metadata=_about(_OUTPUT, "Sides of pages are powers of two, as some engines want them."),
     )
+    lods: int = field(
+        default=1,
+        metadata=_about(
+            _OUTPUT,
+            "Files for each GLB, 1 to 8: `x.glb`, then `x_lod1.glb` with half the texels each way, "
+            "`x_lod2.glb` with a quarter ...",
+        ),
+    )
     size: tuple[int, int] = field(
         default=(1024, 768),
         metadata=_about(_OUTPUT, "Width and height of a picture in pixels.", metavar="WxH"),
@@ -796,6 +804,8 @@ class WriteOptions:
             raise InputError(f"padding is {self.padding}; allowed: 0 to 64")
         if self.atlas_size not in (None, *(2**power for power in range(8, 14))):
             raise InputError(f"atlas_size is {self.atlas_size}; allowed: a power of two from 256 to 8192")
+        if not 1 <= self.lods <= 8:
+            raise InputError(f"lods is {self.lods}; allowed: 1 to 8")
         if not 1 <= self.quads <= 10_000_000:
             raise InputError(f"quads is {self.quads}; allowed: 1 to 10,000,000")
         if not all(1 <= side <= 16384 for side in self.size):

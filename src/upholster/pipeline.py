@@ -45,7 +45,7 @@ from upholster.outputs import (
     metres_of,
     parse_output,
     textured_model,
-    write_output,
+    with_lods,
 )
 from upholster.parallel import TaskPool, check_running
 from upholster.quilt import Quilt, Texels
@@ -156,6 +156,7 @@ def cover(
     check_running(threads, progress)
     flat, displaced = isinstance(asked.texels, tuple), options.displace is not None
     wanted = [parse_output(target, flat=flat, displaced=displaced) for target in listed(targets)]
+    wanted = with_lods(wanted, options.lods)
     _check_report(report)
     preparing = SampleOptions(rectify=rectify, crop=crop, resize=resize, even_light=even_light)
     notes: list[str] = []
@@ -343,6 +344,7 @@ def write(
     output = parse_output(target, flat=flat, displaced=options.displace is not None)
     check_running(threads, progress)
     check_used([output], options)
+    wanted = with_lods([output], options.lods)
     found = None if exemplar is None else as_exemplar(exemplar)
     model = textured_model(
         texels,
@@ -352,9 +354,9 @@ def write(
         options=options,
         threads=threads,
     )
-    pages = atlas_pages([output], model.texels.charts, options)
-    with outputs(output.files(model.maps, pages)) as files:
-        write_output(output, model, files, progress=progress)
+    pages = atlas_pages(wanted, model.texels.charts, options)
+    with outputs(files_of(wanted, lambda output: output.files(model.maps, pages))) as files:
+        written_to(wanted, model, files, {}, progress)
 
 
 def _are_on_patches(texels: Texels | Mapping[str, Texels]) -> bool:
