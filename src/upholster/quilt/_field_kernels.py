@@ -52,9 +52,7 @@ def matrix_at(
 
 
 @inline
-def node_row(
-    matrices: NDArray[np.int32], margin: Any, place: Any
-) -> tuple[Any, Any, Any]:
+def node_row(matrices: NDArray[np.int32], margin: Any, place: Any) -> tuple[Any, Any, Any]:
     """Return the rows of nodes above and below a place, in 1/16 step, and its fraction between, in 1/512."""
     last = matrices.shape[0] - 1
     y = np.int64(place) - 8
@@ -83,10 +81,14 @@ def matrix_between(
     a, b, c, d = matrices[i, j], matrices[i, beside], matrices[below, j], matrices[below, beside]
     up, left = 512 - down, 512 - right
     return (
-        (((a[0] * up + c[0] * down + 256) >> 9) * left + ((b[0] * up + d[0] * down + 256) >> 9) * right + 256) >> 9,
-        (((a[1] * up + c[1] * down + 256) >> 9) * left + ((b[1] * up + d[1] * down + 256) >> 9) * right + 256) >> 9,
-        (((a[2] * up + c[2] * down + 256) >> 9) * left + ((b[2] * up + d[2] * down + 256) >> 9) * right + 256) >> 9,
-        (((a[3] * up + c[3] * down + 256) >> 9) * left + ((b[3] * up + d[3] * down + 256) >> 9) * right + 256) >> 9,
+        (((a[0] * up + c[0] * down + 256) >> 9) * left + ((b[0] * up + d[0] * down + 256) >> 9) * right + 256)
+        >> 9,
+        (((a[1] * up + c[1] * down + 256) >> 9) * left + ((b[1] * up + d[1] * down + 256) >> 9) * right + 256)
+        >> 9,
+        (((a[2] * up + c[2] * down + 256) >> 9) * left + ((b[2] * up + d[2] * down + 256) >> 9) * right + 256)
+        >> 9,
+        (((a[3] * up + c[3] * down + 256) >> 9) * left + ((b[3] * up + d[3] * down + 256) >> 9) * right + 256)
+        >> 9,
     )
 
 

@@ -163,7 +163,9 @@ def _settle_sums_overload(total: Any, texel: Any, bits: Any, rest: Any) -> Any:
                 else:
                     word, shift = total[n >> 1], 32 * (n & 1)
                 own = (word >> np.uint64(shift)) & np.uint64(0xFFFFFFFF)
-                texel[n] = (np.uint64(texel[n]) * np.uint64(256 * rest) + own + np.uint64(32768)) >> np.uint64(16)
+                texel[n] = (
+                    np.uint64(texel[n]) * np.uint64(256 * rest) + own + np.uint64(32768)
+                ) >> np.uint64(16)
 
         return settle
 

@@ -179,8 +179,12 @@ class Quilt(Shown):
     def _check_labels(self) -> None:
         if len(self.labels) != len(self.charts) or not all(1 <= len(each) <= 2 for each in self.labels):
             raise InputError("labels must be a tuple of one or two label maps for each chart")
-        first = np.cumsum(np.bincount(2 * self.placements["chart"] + self.placements["layer"],
-                                      minlength=2 * len(self.charts)).reshape(-1, 2), axis=1)
+        first = np.cumsum(
+            np.bincount(
+                2 * self.placements["chart"] + self.placements["layer"], minlength=2 * len(self.charts)
+            ).reshape(-1, 2),
+            axis=1,
+        )
         for chart, layers, (lower, upper) in zip(self.charts, self.labels, first.tolist(), strict=True):
             layers[0].check(chart, 0, lower, empty=False)
             for layer in layers[1:]:
