@@ -1,4 +1,4 @@
-"""Painting (SPEC.md, section 8) in plain Python: what a texel shows, wherever it reads. The kernels' oracle."""
+"""Painting (SPEC.md, section 8) in plain Python: what a texel shows, wherever it reads."""
 
 import numpy as np
 

@@ -1,4 +1,4 @@
-"""Painting: exact, linear, the same on any number of threads and at any density, and equal to a plain twin."""
+"""Painting: exact, linear, the same on any threads, at any density, and equal to a plain twin."""
 
 import numpy as np
 import pytest

@@ -132,8 +132,8 @@ class Quilt(Shown):
     Raises
     ------
     InputError
-        If fields or labels are not one for each chart, the density is none of these, a placement can not be painted (`check_placements`),
-        or a label names none of its chart's.
+        If fields or labels are not one for each chart, the density is none of these, a placement can not be
+        painted (`check_placements`), or a label names none of its chart's.
     """
 
     charts: tuple[Chart, ...]
