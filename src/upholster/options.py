@@ -410,7 +410,7 @@ class SynthesisOptions:
         metadata=_about(
             _SYNTHESIS,
             "Width of the overlap of blocks, likewise: 4 to half a block, default three tenths. With method "
-            "paper a multiple of 2^levels, less than half a block; default 8.",
+            "paper a multiple of 2^levels, a third of a block or a smaller part; default 8.",
             only=("quilt", "paper"),
         ),
     )
@@ -609,10 +609,12 @@ class SynthesisOptions:
                 )
         if self.block is None:
             return
-        if self.overlap is not None and (not tile <= self.overlap < self.block / 2 or self.overlap % tile):
+        if self.overlap is not None and (
+            not tile <= self.overlap < self.block / 2 or self.overlap % tile or self.block % self.overlap
+        ):
             raise InputError(
-                f"overlap is {self.overlap}; allowed: multiples of 2^levels = {tile} "
-                f"from {tile} to less than half a block ({self.block // 2})"
+                f"overlap is {self.overlap}; allowed: multiples of 2^levels = {tile} of which a block "
+                f"({self.block}) is a multiple, less than half of it"
             )
         if self.edge_block is not None and self.overlap is not None and self.edge_block <= 2 * self.overlap:
             raise InputError(

@@ -40,7 +40,7 @@ from upholster.parallel import check_running, run_tasks
 from upholster.quilt import Chart
 from upholster.quilt.chart import MAX_TEXELS
 from upholster.quilt.materials import WindowPainter
-from upholster.quilt.painting import DENSITIES, painted_charts
+from upholster.quilt.painting import PAINTED_DENSITIES, painted_charts
 from upholster.reports import covering
 from upholster.shown import Shown, on_a_line
 from upholster.stream import StreamDecoder, on_surface
@@ -181,7 +181,7 @@ def _density(texels: int | None, surface: AnySurface, charts: Sequence[Chart], m
         return 1.0
     check_whole("texels", texels, 64, MAX_TEXELS)
     steps = covering(surface, charts)
-    density, (least, greatest) = math.sqrt(texels / steps), DENSITIES
+    density, (least, greatest) = math.sqrt(texels / steps), PAINTED_DENSITIES
     if not least <= density <= greatest:
         low, high = math.ceil(steps * least**2), math.floor(steps * greatest**2)
         raise InputError(f"texels is {texels}; allowed of this stream: {low} to {high}")

@@ -19,7 +19,7 @@ def paint_material(
     quilt: Quilt,
     material: Material | Source,
     *,
-    density: float = 1.0,
+    density: float | None = None,
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> dict[str, Texels]:
@@ -64,7 +64,7 @@ def paint_map(
     role: str,
     pixels: PixelArray,
     *,
-    density: float = 1.0,
+    density: float | None = None,
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> Texels:
@@ -99,9 +99,9 @@ class WindowPainter:
         For a map of another height, width or dtype.
     """
 
-    def __init__(self, quilt: Quilt, role: str, image: PixelArray, *, density: float = 1.0) -> None:
+    def __init__(self, quilt: Quilt, role: str, image: PixelArray, *, density: float | None = None) -> None:
         self._quilt, self._turns = quilt, role == "normal"
-        self._charts = painted_charts(quilt.charts, density)
+        self._charts = painted_charts(quilt.charts, quilt.density if density is None else density)
         image = check_painted(quilt, image)
         if image.shape[:2] != quilt.exemplar_shape:
             raise InputError(f"map {role!r} has shape {image.shape}; the quilt wants {quilt.exemplar_shape}")
@@ -114,7 +114,7 @@ class WindowPainter:
         chart = self._charts[index]
         window = window or (slice(0, chart.height), slice(0, chart.width))
         shape = (window[0].stop - window[0].start, window[1].stop - window[1].start, self._pyramid.channels)
-        out = np.empty(shape, self._pyramid.samples.dtype)
+        out = np.zeros(shape, self._pyramid.dtype)
         window_of_chart(self._quilt, index, chart, self._pyramid, self._which, window, out)
         if self._turns:
             turn_window(self._quilt, index, chart, window, out)

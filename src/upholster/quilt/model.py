@@ -21,7 +21,10 @@ from upholster.quilt.warp_field import WarpField
 from upholster.shown import Shown, on_a_line
 from upholster.types import IntArray, PixelArray, frozen_array
 
-__all__ = ["Quilt", "Texels"]
+__all__ = ["DENSITIES", "Quilt", "Texels"]
+
+DENSITIES = tuple(2.0**k for k in range(-3, 7))
+"""Texels for a step, each way, that a quilt may be made for."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,11 +125,14 @@ class Quilt(Shown):
         The surface that it was made for; None where that is not known.
     seed
         That it was made with, if a synthesis made it.
+    density
+        Texels for a step, each way, at which it is painted unless another density is asked for: a power of
+        two from 1/8 to 64.
 
     Raises
     ------
     InputError
-        If fields or labels are not one for each chart, a placement can not be painted (`check_placements`),
+        If fields or labels are not one for each chart, the density is none of these, a placement can not be painted (`check_placements`),
         or a label names none of its chart's.
     """
 
@@ -137,6 +143,7 @@ class Quilt(Shown):
     fields: tuple[WarpField, ...] = ()
     surface: AnySurface | None = None
     seed: int | None = None
+    density: float = 1.0
 
     def __repr__(self) -> str:
         height, width = self.exemplar_shape
@@ -159,6 +166,8 @@ class Quilt(Shown):
             raise InputError("charts and fields of a quilt must be tuples, of Chart and of WarpField")
         if not (isinstance(self.exemplar_shape, tuple) and len(self.exemplar_shape) == 2):
             raise InputError(f"exemplar_shape is {self.exemplar_shape!r}; allowed: (height, width)")
+        if self.density not in DENSITIES:
+            raise InputError(f"density is {self.density!r}; allowed: a power of two from 1/8 to 64")
         if not self.fields:
             object.__setattr__(self, "fields", (WarpField.identity(),) * len(self.charts))
         if len(self.fields) != len(self.charts):

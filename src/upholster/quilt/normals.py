@@ -32,7 +32,7 @@ def paint_normals(
     quilt: Quilt,
     normals: PixelArray,
     *,
-    density: float = 1.0,
+    density: float | None = None,
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> Texels:

@@ -27,7 +27,7 @@ from upholster.quilt.pyramid import Pyramid, build_pyramid, most_levels
 from upholster.types import IntArray, PixelArray, Progress
 
 __all__ = [
-    "DENSITIES",
+    "PAINTED_DENSITIES",
     "check_painted",
     "image_pyramid",
     "paint",
@@ -37,10 +37,10 @@ __all__ = [
     "window_of_chart",
 ]
 
-DENSITIES = 1 / 64, 64
-"""Least and greatest density: texels for a step, each way."""
+PAINTED_DENSITIES = 1 / 64, 64
+"""Least and greatest density that can be painted: texels for a step, each way."""
 
-_DTYPES = {np.dtype(np.uint8): np.int64, np.dtype(np.uint16): np.int64, np.dtype(np.float32): np.float32}
+_DTYPES = np.dtype(np.uint8), np.dtype(np.uint16), np.dtype(np.float32)
 _TASK_TEXELS, _LEAST_TEXELS = 2**18, 2**16
 
 
@@ -48,7 +48,7 @@ def paint(
     quilt: Quilt,
     exemplar: PixelArray,
     *,
-    density: float = 1.0,
+    density: float | None = None,
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> Texels:
@@ -68,6 +68,7 @@ def paint(
         the path of such an image.
     density
         Texels for a step of the quilt's grid, each way: 1/64 to 64. Every density shows the same picture.
+        None: that which the quilt was made for.
     threads, progress
         As in `upholster.parallel.run_tasks`.
 
@@ -103,7 +104,7 @@ def painted_charts(charts: Sequence[Chart], density: float) -> tuple[Chart, ...]
     InputError
         For a density outside its range, or one at which a chart or all of them have too many texels.
     """
-    least, most = DENSITIES
+    least, most = PAINTED_DENSITIES
     if isinstance(density, bool) or not isinstance(density, (int, float)) or not least <= density <= most:
         raise InputError(f"density is {density!r}; allowed: {least} to {most} texels for a step")
     if density == 1:
@@ -156,16 +157,16 @@ def paint_each(
     pyramid: Pyramid,
     which: NDArray[np.int64] | None = None,
     *,
-    density: float = 1.0,
+    density: float | None = None,
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> Texels:
     """Paint each placement with an image of its own, `which[n]` of those of the pyramid; None: the first."""
-    charts = painted_charts(quilt.charts, density)
+    charts = painted_charts(quilt.charts, quilt.density if density is None else density)
     channels = pyramid.channels
     # In one piece of memory, which goes back to the system in one piece.
     ends = np.cumsum([0, *(chart.height * chart.width * channels for chart in charts)])
-    memory = np.empty(ends[-1], pyramid.samples.dtype)
+    memory = np.zeros(ends[-1], pyramid.dtype)
     arrays = tuple(
         memory[ends[n] : ends[n + 1]].reshape(chart.height, chart.width, channels)
         for n, chart in enumerate(charts)
@@ -204,7 +205,7 @@ def window_of_chart(
     window
         Rows and columns in texels.
     out
-        (rows, columns, channels) of the pyramid's dtype: it is filled.
+        (rows, columns, channels) of the pyramid's dtype, all 0: it is filled.
     """
     chart, field = quilt.charts[index], quilt.fields[index]
     rows = texel_places(chart.height, painted.height)[window[0]]
@@ -218,11 +219,9 @@ def window_of_chart(
     kernels.paint_window(
         *layers,
         readings,
-        matrices,
-        field.margin,
-        kernels.Levels(pyramid.samples, pyramid.table),
-        np.empty((matrices.shape[1], 4), np.int64),
-        np.empty(out.shape[2], _DTYPES[out.dtype]),
+        kernels.Field(matrices, field.margin, np.empty((matrices.shape[1], 4), np.int64)),
+        kernels.PyramidWords(pyramid.words, pyramid.per_pixel, pyramid.bits, pyramid.table),
+        np.empty(2 * pyramid.per_pixel, pyramid.words.dtype),
         out,
     )
 
