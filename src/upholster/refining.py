@@ -32,8 +32,7 @@ from upholster.outputs import (
     atlas_pages,
     check_displacement,
     metres_of,
-    parse_output,
-    with_lods,
+    parse_outputs,
 )
 from upholster.paging import PagedAtlas, write_page
 from upholster.parallel import check_running, run_tasks
@@ -126,15 +125,13 @@ def refine(
     stream = path_text(stream, "stream")
     if not isinstance(limit, Limit | None):
         raise InputError(f"limit is a {type(limit).__name__}; allowed: a Limit")
-    wanted = [parse_output(target, displaced=options.displace is not None) for target in listed(targets)]
+    wanted = parse_outputs(listed(targets), options)
     other = [file for file in [on is not None and surface_file(on)] if file]
     check_used(wanted, options)
-    for target, output in zip(listed(targets), wanted, strict=True):
+    for output in wanted:
         if output.url:
-            raise InputError(
-                f"output {str(target)!r} is a URL; allowed for a stream: a folder of this machine"
-            )
-    wanted = with_lods(wanted, options.lods)
+            name = f"{output.url}/{output.path}"
+            raise InputError(f"output {name!r} is a URL; allowed for a stream: a folder of this machine")
     with outputs(files_of(wanted, Output.files), inputs=[stream, *other]) as files:
         data = read_bytes(stream)
         one_by_one = len(wanted) == 1 and wanted[0].in_tiles

@@ -177,7 +177,12 @@ class Quilt(Shown):
         self._check_labels()
 
     def _check_labels(self) -> None:
-        if len(self.labels) != len(self.charts) or not all(1 <= len(each) <= 2 for each in self.labels):
+        if (
+            not isinstance(self.labels, tuple)
+            or len(self.labels) != len(self.charts)
+            or not all(isinstance(each, tuple) and 1 <= len(each) <= 2 for each in self.labels)
+            or not all(isinstance(layer, LabelMap) for each in self.labels for layer in each)
+        ):
             raise InputError("labels must be a tuple of one or two label maps for each chart")
         first = np.cumsum(
             np.bincount(
