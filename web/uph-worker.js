@@ -18,16 +18,13 @@
 //                                         height and width of the exemplar
 //      meshes {pieces, counts}            geometry of the charts that changed
 //      textures {entries, state}          what changed, and what is shown then. An entry has a target (color, normal …)
-//                                         and is `data` for a chart; the gutter only, `gutter`; that a chart has no
-//                                         placements, `unplaced`; or the exemplar's mean, which such charts show: `preview`.
-//                                         Where the page paints: a target's sample, `sheet`; of what a chart is painted,
+//                                         and is `data` for a chart; or the gutter only, `gutter`.
+//                                         Where the page paints: a map's sample, `sheet`; of what a chart is painted,
 //                                         `recipe` (see recipes.js); or a chart without data, which is to be painted of these
 //      state {state}                      where decoding stands
 //      error {message, offset}            the stream is damaged
 
-import './uph-painting.js'
 import './uph-rare.js'
-import './uph-recipes.js'
 import { serve } from './worker/serve.js'
 
 if (typeof WorkerGlobalScope !== 'undefined') serve(globalThis)

@@ -1,24 +1,22 @@
 /** One stream in the worker: what messages ask for, decoded, painted and tessellated in slices. */
 
-import { MissingPart, UphDecoder, hasPart, part } from '../uph-core.js'
-import { shrunk } from '../uph/numbers.js'
+import { MissingPart, UphDecoder, part } from '../uph-core.js'
 import { SurfaceMesher, countsFor } from '../uph-mesh.js'
 import { TARGETS, hasMap, knownShare } from './maps.js'
 import { SLICE, yieldToMessages } from './schedule.js'
-import { ChartTextures } from './textures.js'
+import { ChartTextures, texelsOf } from './textures.js'
 
 const PAUSE = 250 // milliseconds between paintings while more is to come
 const PIECE = 2048 // bytes fed at once
 const COEFFICIENT_PARTS = 400 // as Python counts coefficients
 const FIRST_PIXELS = 300 // of the model on screen, before anybody has seen it
 const FIRST_SHARE = 1 / 4 // of the charts: a first picture waits for as many
-const FIRST_PAINTING = 100 // milliseconds of it, then somebody can see it
-const MAX_SHRINK = 4
+const LEAST_DENSITY = 1 / 16 // texels a step
 const MESH_ARRAYS = ['positions', 'normals', 'tangents', 'parameters', 'indices', 'outline']
 
 /**
- * One stream. `post(message, transfer)` sends to the page; messages are listed in `uph-worker.js`. `loads` are functions
- * that load `uph-painting.js`, `uph-rare.js` and `uph-recipes.js`, where these are not there from the start.
+ * One stream. `post(message, transfer)` sends to the page; messages are listed in `uph-worker.js`. `loadRare` loads `uph-rare.js`,
+ * where that is not there from the start.
  */
 export class Session {
   #post
@@ -39,26 +37,24 @@ export class Session {
   #isWaiting = false // the page has not shown yet what it got
   #isScheduled = false // work is due
   #isBusy = false
-  #loads // by name: what loads a part
+  #loadRare
   #isLoading = false
   #ended = false // no more bytes will come
   #isUrgent = false // somebody waits for just this picture
   #paintedAt = performance.now()
   #paintTime = 0
 
-  constructor(post, loads = {}) {
+  constructor(post, loadRare = null) {
     this.#post = post
-    this.#loads = { ...loads }
+    this.#loadRare = loadRare
     this.#schedule()
   }
 
   receive(message) {
     const { kind, ticket = this.#ticket } = message
     this.#ticket = ticket
-    if (kind === 'open') {
-      Object.assign(this, message)
-      this.#preparePainting(this.onPage)
-    } else if (kind === 'feed') this.#append(message.bytes)
+    if (kind === 'open') Object.assign(this, message)
+    else if (kind === 'feed') this.#append(message.bytes)
     else if (kind === 'end') this.#ended = true
     else if (kind === 'limit') this.#setLimit(message)
     else if (kind === 'counts') this.#counts = message.counts
@@ -130,9 +126,7 @@ export class Session {
     for (;;) {
       const more = this.#feed()
       if (this.#mesher) this.#mesh()
-      const isWanted = this.#isDirty && !this.#isWaiting && this.#isWorthwhile
-      const isDue = isWanted && this.#textures.isReady
-      if (isWanted && !isDue) this.#preparePainting(this.#textures.onPage)
+      const isDue = this.#isDirty && !this.#isWaiting && this.#isWorthwhile
       // While more is to come, now and then is enough: painting takes at most half of the time.
       const wait = this.#paintedAt + Math.max(PAUSE, this.#paintTime) - performance.now()
       const isFirst = !this.#isShown && (!more || this.#decoder.chartsKnown >= FIRST_SHARE * this.#chartCount)
@@ -188,32 +182,13 @@ export class Session {
   async #completeDecoder() {
     this.#failed = this.#isLoading = true
     try {
-      await this.#loads.rare()
+      await this.#loadRare()
       this.#restart()
     } catch {
       this.#fail(new Error('uph-rare.js does not load'))
     }
-    this.#loads.rare = null
+    this.#loadRare = null
     this.#isLoading = false
-    this.#schedule()
-  }
-
-  /** Load what textures are made with, for the page to paint, or here; where the first does not load, it is here. */
-  async #preparePainting(onPage) {
-    const [name, made] = onPage ? ['recipes', 'ChartRecipes'] : ['painting', 'ChartPainting']
-    const load = this.#loads[name]
-    if (!load || hasPart(made)) return
-    this.#loads[name] = null
-    try {
-      await load()
-    } catch {
-      this.#loads[name] = load
-      if (onPage) this.#paintHere()
-      else {
-        this.#textures?.clearDirty()
-        this.#fail(new Error('uph-painting.js does not load'))
-      }
-    }
     this.#schedule()
   }
 
@@ -224,7 +199,7 @@ export class Session {
   }
 
   #meet(error) {
-    if (error instanceof MissingPart && this.#loads.rare) this.#completeDecoder()
+    if (error instanceof MissingPart && this.#loadRare) this.#completeDecoder()
     else this.#fail(error)
   }
 
@@ -248,13 +223,14 @@ export class Session {
   /** Surface and charts are known: tell the page. */
   #begin() {
     const { surface, charts } = this.#decoder
-    const shrink = this.#shrinkFor(charts)
-    const sizes = charts.map(({ height, width }) => ({ height: shrunk(height, shrink), width: shrunk(width, shrink) }))
+    const sizesAt = (density) => charts.map((_, n) => this.#decoder.paintedSize(n, density))
+    const density = this.#densityFor(sizesAt)
+    const sizes = sizesAt(density)
     this.#chartCount = charts.length
     this.#mesher = surface.kind === 'mesh' ? new (part('TriangleMesher'))(surface, charts) : new SurfaceMesher(surface, charts)
     const bounds = charts.map((_, n) => this.#mesher.bounds(n))
     const nearness = bounds.map(({ center }) => center.reduce((sum, x, k) => sum + x * (this.eye?.[k] ?? 0), 0))
-    this.#textures = new ChartTextures(this.#mesher, sizes, shrink, nearness, this.onPage, this.sketches)
+    this.#textures = new ChartTextures(this.#mesher, sizesAt, density, nearness, this.onPage, this.sketches)
     const radius = enclosingRadius(bounds)
     this.#counts = new Uint16Array(bounds.flatMap((one) => countsFor(one, FIRST_PIXELS / 2 / radius, 0.5)))
     const { height, width } = this.#decoder.exemplarSize
@@ -262,14 +238,14 @@ export class Session {
     this.#post({ kind: 'surface', charts: sizes, bounds, plain, exemplar: { height, width } })
   }
 
-  /** How often sizes are halved so that the page can show the charts. */
-  #shrinkFor(charts) {
-    const texels = charts.reduce((sum, { height, width }) => sum + height * width, 0)
-    const side = charts.reduce((most, { height, width }) => Math.max(most, height, width), 0)
-    let shrink = 0
-    while (side >> shrink > this.maxTextureSize - 2 || texels > this.maxTexels * 4 ** shrink) shrink++
-    if (shrink > MAX_SHRINK) throw new Error(`model has ${texels} texels; allowed here: ${this.maxTexels * 4 ** MAX_SHRINK}`)
-    return shrink
+  /** How many texels a step the page can show: 1, ½, ¼ … */
+  #densityFor(sizesAt) {
+    for (let density = 1; density >= LEAST_DENSITY; density /= 2) {
+      const sizes = sizesAt(density)
+      const fits = ({ height, width }) => Math.max(height, width) <= this.maxTextureSize - 2
+      if (texelsOf(sizes) <= this.maxTexels && sizes.every(fits)) return density
+    }
+    throw new Error(`model has ${texelsOf(sizesAt(1))} texels; allowed here: ${this.maxTexels / LEAST_DENSITY ** 2}`)
   }
 
   #mesh() {
@@ -288,7 +264,7 @@ export class Session {
     this.#post({ kind: 'meshes', pieces, counts: this.#meshedCounts }, buffers)
   }
 
-  /** Paint all that changed, and hand it over: sketched while masks are still to come, but in full when nothing comes. */
+  /** Paint all that changed, and hand it over: sketched while labels are still to come, but in full when nothing comes. */
   async #paint(isLast) {
     const begun = performance.now()
     const state = this.#state(false)
@@ -297,11 +273,9 @@ export class Session {
     // Where no placement changes any more, reading goes on between the slices of painting.
     decoder.isHeld = decoder.placed
     const between = decoder.placed ? () => this.#feed() : () => {}
-    const entries = await this.#textures.paint(decoder, this.#isSketching, this.#isShown ? Infinity : FIRST_PAINTING, between)
-    // Where nothing could be painted yet, as what paints is still to be loaded, there is no texture to be seen.
-    if (this.#isDirty && !entries.some(({ chart, height }) => height && chart >= 0)) state.charts = 0
+    const entries = await this.#textures.paint(decoder, this.#isSketching, between)
     const alpha = this.#textures.alphaMode
-    const mean = Array.from(this.#textures.mean(decoder).subarray(0, 3), (x) => x / 255)
+    const mean = Array.from(decoder.meanRgba().subarray(0, 3), (x) => x / 255)
     decoder.isHeld = false
     this.#isWaiting = this.#isShown = true
     this.#post(
