@@ -40,7 +40,7 @@ from upholster.quilt.chart import MAX_CHART
 from upholster.reports import counts_of, notes_before, settled_words
 from upholster.shown import on_a_line
 from upholster.stream import check_layout
-from upholster.stream.plans import refuse_source_map
+from upholster.stream.plan import refuse_pixel
 from upholster.suffixes import is_model_name
 from upholster.types import PixelArray, Progress
 from upholster.writing import painted
@@ -407,12 +407,12 @@ def _naming(name: str) -> Iterator[None]:
 
 
 def check_streamed(covering: Covering) -> None:
-    """Raise InputError where a stream can not hold a surface with this layout, or a source map."""
+    """Raise InputError where a stream can not hold a surface with this layout, or that method."""
     surface, prepared, (height, width) = covering.surface, covering.prepared, covering.seen.shape[:2]
     if not isinstance(surface, Surface):
         return
     if covering.asked.method == "pixel":
-        refuse_source_map(covering.texels, (height, width))
+        refuse_pixel(covering.texels, (height, width))
     check_layout(surface, prepared.charts, (height, width))
 
 

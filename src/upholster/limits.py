@@ -6,7 +6,7 @@ from upholster.errors import check_whole
 
 __all__ = ["Limits"]
 
-_MOST = {"texels": 2**31, "samples": 12_800_000, "charts": 2**18, "triangles": 2**20, "work": 128}
+_MOST = {"texels": 2**31, "samples": 12_800_000, "charts": 2**18, "triangles": 2**20}
 _LEAST = {"samples": 2**16, "charts": 2**12, "triangles": 2**12}
 _TEXELS_EACH = {"samples": 1, "charts": 256, "triangles": 8}
 
@@ -26,8 +26,6 @@ class Limits:
         One for 256 texels, 4096 at least, 262,144 at most.
     triangles
         Of a mesh: one for 8 texels, 4096 at least, 1,048,576 at most.
-    work
-        Units of painting for each texel, 128 at most and by default (SPEC.md, section 9).
 
     Raises
     ------
@@ -39,7 +37,6 @@ class Limits:
     samples: int | None = None
     charts: int | None = None
     triangles: int | None = None
-    work: int = 128
 
     def __post_init__(self) -> None:
         check_whole("limit of texels", self.texels, 1, _MOST["texels"])

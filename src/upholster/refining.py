@@ -31,7 +31,7 @@ from upholster.paging import chart_quilt, paint_page, shown_charts, write_page
 from upholster.parallel import check_running, run_tasks
 from upholster.quilt import Quilt
 from upholster.quilt.chart import MAX_TEXELS
-from upholster.quilt.windows import map_pyramid
+map_pyramid = paint_window = touching = None  # replaced by the owner of this file
 from upholster.shown import Shown, on_a_line
 from upholster.stream import StreamDecoder, on_surface
 from upholster.stream.budget import check_charts

@@ -21,7 +21,7 @@ from upholster.methods.quilt.phases import WantedPhases, better_tile, stretched_
 from upholster.options import SynthesisOptions
 from upholster.outputs import TexturedModel
 from upholster.quilt import Chart, Quilt, Texels
-from upholster.quilt.plans import StripPlan
+from upholster.methods.quilt.old_plans import StripPlan
 from upholster.shown import Shown, on_a_line
 from upholster.types import PixelArray, Progress
 

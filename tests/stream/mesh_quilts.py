@@ -3,11 +3,10 @@
 from typing import Any
 
 import numpy as np
+from streams import anything
 
 from upholster.geometry import MeshSurface, TriangleMesh
 from upholster.quilt import Chart, Quilt
-from upholster.quilt.placement import MASK_CUT, PLACEMENT, mask_sizes
-from upholster.quilt.plans import PlacementList
 
 
 def flattened(mesh: Any, island: Any) -> Any:
@@ -132,33 +131,14 @@ def charts_of(surface: Any, texels_a_unit: Any = 16.0, margin: Any = 2) -> Any:
 
 
 def sheets(rng: Any, charts: Any, shape: Any, blocks: Any, fields: Any = ()) -> Any:
-    """A quilt of blocks that lie on one to three charts each, with centre matrices and cut masks."""
-    rows = []
-    for _ in range(blocks):
-        source = rng.integers(160, 16 * min(shape) - 160, 2)
-        for chart in rng.choice(len(charts), min(len(charts), int(rng.integers(1, 4))), replace=False):
-            row, column = rng.integers(0, charts[chart].height), rng.integers(0, charts[chart].width)
-            rows.append((int(chart), int(row), int(column), *(source + rng.integers(-90, 90, 2))))
-    rows.sort(key=lambda row: row[0])
-    placed = np.zeros(len(rows), PLACEMENT)
-    for name, column in zip(
-        ("chart", "row", "column", "source_row", "source_column"), zip(*rows, strict=True), strict=True
-    ):
-        placed[name] = column
-    placed["height"] = placed["width"] = 24
+    """A quilt of blocks that have centre matrices of their own."""
+    quilt = anything(rng, shape, charts, blocks, 1)
+    placed = quilt.placements.copy()
     placed["centred"] = 1
-    angle = rng.uniform(0, 2 * np.pi, len(rows))
+    angle = rng.uniform(0, 2 * np.pi, len(placed))
     turn = np.stack([np.cos(angle), -np.sin(angle), np.sin(angle), np.cos(angle)], axis=1)
-    placed["matrix"] = np.rint(turn * 64) * 64
-    for chart, field in enumerate(fields):
-        some = (placed["chart"] == chart) & (chart % 2 == 0)
-        change = 64 * rng.integers(-9, 10, (int(some.sum()), 4))
-        placed["matrix"][some] = field.integers_at(placed["row"][some], placed["column"][some]) + change
-    placed["mask"], placed["mask_cell"], placed["feather"] = MASK_CUT, 4, 2
-    seen = mask_sizes(placed, charts)
-    placed["first_cell"] = np.concatenate([[0], np.cumsum(seen)[:-1]])
-    cells = rng.integers(0, 2, int(seen.sum())).astype(np.uint8)
-    return Quilt(tuple(charts), shape, PlacementList(placed, cells), tuple(fields))
+    placed["matrix"] = np.rint(turn * 4096)
+    return Quilt(tuple(charts), shape, placed, quilt.labels, tuple(fields))
 
 
 def told(surface: Any, step: Any, unit: Any) -> Any:

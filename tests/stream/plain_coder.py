@@ -1,4 +1,4 @@
-"""Sections 5.1 and 5.3 of SPEC.md in plain Python: the arithmetic coder, numbers, and a file's bytes."""
+"""Section 5.1 of SPEC.md in plain Python: the arithmetic coder, numbers, and a file's bytes."""
 
 import math
 from collections import defaultdict
@@ -54,7 +54,7 @@ class PlainCoder:
         return bit
 
     def number(self, f: Any, context: Any) -> Any:
-        """Section 5.3: a number of kind `f`."""
+        """A number of kind `f`."""
         if not self.bit([("zero", f, context)], ("number", f, 0)):
             return 0
         length = 0
@@ -67,10 +67,6 @@ class PlainCoder:
             bit = self.bit([key], ("number", f, 3 if b < 6 else 4))
             node, value = 2 * node + bit, 2 * value + bit
         return -value if negative else value
-
-
-def hashed(x: Any, y: Any, z: Any) -> Any:
-    return ((2654435761 * x + 2246822519 * y + 3266489917 * z) % 2**32) >> 16
 
 
 class PlainBytes:
@@ -90,11 +86,6 @@ class PlainBytes:
             shift += 7
             if byte < 128:
                 return value
-
-    def zigzag(self) -> Any:
-        """Section 4: positive x as 2x, negative ones as −2x − 1."""
-        code = self.varint()
-        return -(code + 1) // 2 if code & 1 else code // 2
 
     def end(self) -> None:
         assert next(self.data, None) is None

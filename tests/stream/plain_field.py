@@ -8,6 +8,9 @@ from plain_coder import PlainCoder
 COSINES = [round(2**14 * math.cos(2 * math.pi * k / 256)) for k in range(256)]
 POWERS = [round(2**14 * 2 ** (k / 32)) for k in range(32)]
 
+ORIGIN = 8
+"""Where node 0 lies, in 1/16 step."""
+
 SYMMETRIES = (
     *((1, 0, 0, 1), (0, 1, -1, 0), (-1, 0, 0, -1), (0, -1, 1, 0)),
     *((0, 1, 1, 0), (1, 0, 0, -1), (0, -1, -1, 0), (-1, 0, 0, 1)),
@@ -21,9 +24,10 @@ class PlainField:
         self.margin, self.m = margin, [[matrix_of(*node) for node in row] for row in nodes]
 
     def at(self, row: Any, column: Any) -> Any:
+        """M at a place in 1/16 step: between rows first, then between columns."""
         places = []
-        for texel, count in ((row, len(self.m)), (column, len(self.m[0]))):
-            i, f = self.margin + (texel >> 5), texel & 31
+        for place, count in ((row, len(self.m)), (column, len(self.m[0]))):
+            i, f = self.margin + (place - ORIGIN >> 9), (place - ORIGIN) & 511
             if i < 0:
                 i = f = 0
             if i >= count - 1:
@@ -31,10 +35,11 @@ class PlainField:
             places.append((i, min(i + 1, count - 1), f))
         (i, below, f), (j, beside, g) = places
         m = self.m
-        return [
-            ((a * (32 - g) + b * g) * (32 - f) + (c * (32 - g) + d * g) * f + 512) >> 10
-            for a, b, c, d in zip(m[i][j], m[i][beside], m[below][j], m[below][beside], strict=True)
+        left = [(a * (512 - f) + b * f + 256) >> 9 for a, b in zip(m[i][j], m[below][j], strict=True)]
+        right = [
+            (a * (512 - f) + b * f + 256) >> 9 for a, b in zip(m[i][beside], m[below][beside], strict=True)
         ]
+        return [(a * (512 - g) + b * g + 256) >> 9 for a, b in zip(left, right, strict=True)]
 
 
 def matrix_of(b: Any, a: Any, phi: Any, shear: Any) -> Any:
@@ -56,9 +61,12 @@ def matrix_of(b: Any, a: Any, phi: Any, shear: Any) -> Any:
 
 
 def displaced(first: Any, here: Any, down: Any, right: Any) -> Any:
-    """Section 8: v, where `first` is a block's centre matrix and `here` M at the texel."""
+    """Section 8: v, where `first` is a placement's centre matrix and `here` M at the place, in 1/16 step."""
     a = [p + q for p, q in zip(first, here, strict=True)]
-    return (a[0] * down + a[1] * right + 256) >> 9, (a[2] * down + a[3] * right + 256) >> 9
+    return tuple(
+        (p * (down >> 4) + q * (right >> 4) + ((p * (down & 15) + q * (right & 15)) >> 4) + 256) >> 9
+        for p, q in (a[:2], a[2:])
+    )
 
 
 def nodes(data: Any, shapes: Any) -> Any:

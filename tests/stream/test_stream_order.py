@@ -1,39 +1,31 @@
 """The order of a stream's parts: what takes most of the error away comes first."""
 
-import numpy as np
-from streams import woven
+from streams import laid
 
-from upholster.stream.byte_reader import ByteReader
-from upholster.stream.order import Part, changed_texels, mask_parts, ordered, unlikeness
-from upholster.stream.plans import encode_plan, open_plan
+from upholster.stream.order import Part, chart_parts, label_parts, ordered
+from upholster.stream.plan import encode_plan
 
-CHARTS = [Part((("P", bytes(100)),), 1000.0, 600.0)]
-MASKS = [Part((("M", bytes(100)),), 600.0)]
-SAMPLE = [Part((("D", bytes(100)),), 100)]
 ERRORS = 10.0, {0: 5.0, 100: 1.0}
 
 
-def tags(unlike: float) -> str:
-    return "".join(chr(chunk[0]) for chunk in ordered(CHARTS, MASKS, SAMPLE, ERRORS, 0, unlike))
+def tags(right: float) -> str:
+    """The order where so many of 1000 steps are right before the labels come."""
+    charts, labels = [Part((("P", bytes(100)),), right)], [Part((("M", bytes(100)),), 1000 - right)]
+    sample = [Part((("D", bytes(100)),), 100)]
+    return "".join(chr(chunk[0]) for chunk in ordered(charts, labels, sample, ERRORS, 0))
 
 
-def test_a_sample_that_is_seen_in_wrong_places_waits_for_masks() -> None:
-    # 1000 texels, 600 of them wrong: at 0.1 of the variance hardly so, at 2 more than a flat colour is.
-    assert tags(0.1) == "PDM"
-    assert tags(2.0) == "PMD"
+def test_a_sample_that_is_seen_in_few_places_waits_for_labels() -> None:
+    assert tags(900) == "PDM"
+    assert tags(300) == "PMD"
 
 
-def test_masks_come_in_parts_that_tell_all_texels_that_change() -> None:
-    surface, quilt, exemplar = woven("torus", sample_size=1.5)
-    assert surface
+def test_parts_tell_all_and_all_steps() -> None:
+    _, quilt, _ = laid(side=128)
     plan = encode_plan(quilt)
-    decoder = open_plan(ByteReader(plan.plan), quilt.charts, quilt.exemplar_shape, quilt.fields)
-    decoder.feed_sources(plan.sources)
-    straight = decoder.quilt()
-    changed = changed_texels(quilt, straight)
-    parts = mask_parts(plan, changed)
-    assert len(parts) > 1
-    assert b"".join(data for part in parts for _, data in part.chunks) == plan.masks
-    np.testing.assert_allclose(sum(part.texels for part in parts), changed.sum())
-    assert 0 < unlikeness(quilt, straight, exemplar, changed) <= 2
-    assert unlikeness(quilt, quilt, exemplar, changed) == 0
+    charts, labels = chart_parts(quilt.charts, plan, None), label_parts(plan)
+    assert min(len(charts), len(labels)) > 1
+    assert b"".join(data for part in charts for _, data in part.chunks) == plan.placements
+    assert b"".join(data for part in labels for _, data in part.chunks) == plan.labels
+    assert abs(sum(part.steps for part in [*charts, *labels]) - quilt.steps) < 1
+    assert 0 < sum(part.steps for part in labels) < 0.3 * quilt.steps

@@ -15,10 +15,6 @@ from upholster.stream.byte_reader import ByteReader
 from upholster.stream.warp_fields import FieldDecoder, pack_fields
 
 
-def packed(fields: Any, charts: Any) -> Any:
-    return pack_fields(fields, charts, range(len(charts)))
-
-
 def read(code: Any, charts: Any) -> Any:
     decoder = FieldDecoder(ByteReader(code.head), charts)
     decoder.feed(code.nodes)
@@ -33,7 +29,7 @@ def test_any_fields_come_back(seed: Any, count: Any) -> None:
     rng = np.random.default_rng(seed)
     charts = [Chart(0, *rng.integers(1, 200, 2).tolist()) for _ in range(count)]
     fields = bent(rng, charts)
-    assert same_fields(read(packed(fields, charts), charts), fields)
+    assert same_fields(read(pack_fields(fields, charts), charts), fields)
 
 
 def test_extreme_nodes_come_back() -> None:
@@ -42,7 +38,7 @@ def test_extreme_nodes_come_back() -> None:
     nodes = np.where(np.indices((6, 7)).sum(axis=0)[..., None] % 2, low, high).astype(np.int16)
     charts = [Chart(0, 64, 96)]
     fields = (WarpField(nodes, 1),)
-    assert same_fields(read(packed(fields, charts), charts), fields)
+    assert same_fields(read(pack_fields(fields, charts), charts), fields)
 
 
 def test_smooth_fields_take_less_than_half_a_byte_a_node() -> None:
@@ -55,13 +51,13 @@ def test_smooth_fields_take_less_than_half_a_byte_a_node() -> None:
         symmetry = np.stack([np.cos(angle), -np.sin(angle), np.sin(angle), np.cos(angle)], axis=-1)
         fields.append(WarpField.quantised((size[..., None] * symmetry).reshape(*rows.shape, 2, 2)))
     nodes = sum(field.nodes[..., 0].size for field in fields)
-    assert len(packed(fields, charts).nodes) < 0.5 * nodes
+    assert len(pack_fields(fields, charts).nodes) < 0.5 * nodes
 
 
 def test_fields_take_little_of_a_quilt() -> None:
     _, quilt, _ = woven("torus", 200_000)
     nodes = sum(field.nodes[..., 0].size for field in quilt.fields)
-    assert len(packed(quilt.fields, quilt.charts).nodes) < 0.8 * nodes
+    assert len(pack_fields(quilt.fields, quilt.charts).nodes) < 0.8 * nodes
 
 
 @pytest.mark.parametrize(
@@ -81,19 +77,16 @@ def test_malformed_fields_are_refused(data: Any, message: Any) -> None:
     assert message in str(error.value)
 
 
-def test_fields_come_one_after_another_in_any_order() -> None:
+def test_fields_come_one_after_another() -> None:
     charts = [Chart(0, 90, 70), Chart(0, 60, 50), Chart(0, 9, 9), Chart(0, 40, 99)]
     fields = bent(np.random.default_rng(1), charts)
-    order = [2, 0, 3, 1]
-    code = pack_fields(fields, charts, order)
+    code = pack_fields(fields, charts)
     decoder, known = FieldDecoder(ByteReader(code.head), charts), []
-    decoder.in_order(order)
     for n, byte in enumerate(code.nodes):
         decoder.feed(bytes([byte]))
-        warped = [chart for chart in order if not fields[chart].is_identity]
+        warped = [chart for chart in range(len(charts)) if not fields[chart].is_identity]
         known.append([chart for chart in warped if decoder.fields[chart] is not None])
-        ends = zip(order, code.ends, strict=True)
-        reached = [chart for chart, end in ends if end <= n + 1 and chart in warped]
+        reached = [chart for chart in warped if code.ends[chart] <= n + 1]
         assert known[-1] == warped[: len(known[-1])]
         assert len(known[-1]) >= len(reached) - 1
     assert decoder.complete
@@ -110,7 +103,7 @@ def test_a_node_out_of_range_is_refused() -> None:
 
 def test_fields_beyond_the_format_are_refused() -> None:
     with pytest.raises(InputError, match="field 0 has 1025×1 nodes"):
-        packed((WarpField(np.ones((1025, 1, 4), np.int16)),), [Chart(0, 9, 9)])
+        pack_fields((WarpField(np.ones((1025, 1, 4), np.int16)),), [Chart(0, 9, 9)])
     many = (WarpField(np.ones((1024, 1024, 4), np.int16)),) * 3
     with pytest.raises(InputError, match="fields have 3145728 nodes"):
-        packed(many, [Chart(0, 9, 9)] * 3)
+        pack_fields(many, [Chart(0, 9, 9)] * 3)

@@ -7,7 +7,17 @@ from numpy.typing import NDArray
 
 from upholster.jit import inline, kernel, shared
 
-__all__ = ["displacement", "displacement_row", "matrices_at", "matrix_at", "node_matrices"]
+__all__ = [
+    "displacement",
+    "displacement_row",
+    "matrices_at",
+    "matrices_between",
+    "matrix_at",
+    "matrix_between",
+    "node_matrices",
+    "node_row",
+    "reading",
+]
 
 
 @kernel
@@ -38,6 +48,75 @@ def matrix_at(
         ((a[1] * left + b[1] * right) * up + (c[1] * left + d[1] * right) * down + half) >> ten,
         ((a[2] * left + b[2] * right) * up + (c[2] * left + d[2] * right) * down + half) >> ten,
         ((a[3] * left + b[3] * right) * up + (c[3] * left + d[3] * right) * down + half) >> ten,
+    )
+
+
+@inline
+def node_row(
+    matrices: NDArray[np.int32], margin: Any, place: Any
+) -> tuple[Any, Any, Any]:
+    """Return the rows of nodes above and below a place, in 1/16 step, and its fraction between, in 1/512."""
+    last = matrices.shape[0] - 1
+    y = np.int64(place) - 8
+    i, fraction = margin + (y >> 9), y & 511
+    if i < 0:
+        i, fraction = np.int64(0), np.int64(0)
+    elif i >= last:
+        i, fraction = np.int64(last), np.int64(0)
+    return i, min(i + 1, last), fraction
+
+
+@inline
+def matrix_between(
+    matrices: NDArray[np.int32], margin: Any, row: Any, column: Any
+) -> tuple[Any, Any, Any, Any]:
+    """Return M at a place in 1/16 step, in 1/4096: between rows of nodes first, rounded, then between columns."""
+    i, below, down = node_row(matrices, margin, row)
+    last = matrices.shape[1] - 1
+    x = np.int64(column) - 8
+    j, right = margin + (x >> 9), x & 511
+    if j < 0:
+        j, right = np.int64(0), np.int64(0)
+    elif j >= last:
+        j, right = np.int64(last), np.int64(0)
+    beside = min(j + 1, last)
+    a, b, c, d = matrices[i, j], matrices[i, beside], matrices[below, j], matrices[below, beside]
+    up, left = 512 - down, 512 - right
+    return (
+        (((a[0] * up + c[0] * down + 256) >> 9) * left + ((b[0] * up + d[0] * down + 256) >> 9) * right + 256) >> 9,
+        (((a[1] * up + c[1] * down + 256) >> 9) * left + ((b[1] * up + d[1] * down + 256) >> 9) * right + 256) >> 9,
+        (((a[2] * up + c[2] * down + 256) >> 9) * left + ((b[2] * up + d[2] * down + 256) >> 9) * right + 256) >> 9,
+        (((a[3] * up + c[3] * down + 256) >> 9) * left + ((b[3] * up + d[3] * down + 256) >> 9) * right + 256) >> 9,
+    )
+
+
+@kernel
+def matrices_between(
+    matrices: NDArray[np.int32],
+    margin: int,
+    rows: NDArray[np.int64],
+    columns: NDArray[np.int64],
+    out: NDArray[np.int32],
+) -> None:
+    """Fill `out`, (n, 4), with the `matrix_between` of n places."""
+    for n in range(len(rows)):
+        m = matrix_between(matrices, margin, rows[n], columns[n])
+        for k in range(4):
+            out[n, k] = m[k]
+
+
+@inline
+def reading(first: Any, here: Any, down: Any, right: Any) -> tuple[Any, Any]:
+    """Return where a place falls in the exemplar, seen from its placement's centre, in 1/16 pixel.
+
+    `first` and `here` are M at the centre and at the place, which lies `down` and `right` of it, in 1/16 step,
+    within ±16383: then 32 bits hold all of it.
+    """
+    a, b, c, d = first[0] + here[0], first[1] + here[1], first[2] + here[2], first[3] + here[3]
+    y, x, u, v = down >> 4, right >> 4, down & 15, right & 15
+    return (
+        (a * y + b * x + ((a * u + b * v) >> 4) + 256) >> 9,
+        (c * y + d * x + ((c * u + d * v) >> 4) + 256) >> 9,
     )
 
 

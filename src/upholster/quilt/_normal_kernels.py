@@ -4,23 +4,30 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.jit import kernel
-from upholster.quilt._field_kernels import matrix_at
+from upholster.quilt._field_kernels import matrix_between
 from upholster.types import PixelArray
 
 __all__ = ["lengthen_vectors", "turn_vectors"]
 
 
 @kernel
-def turn_vectors(samples: PixelArray, matrices: NDArray[np.int32], margin: int, top: float) -> None:
+def turn_vectors(
+    samples: PixelArray,
+    matrices: NDArray[np.int32],
+    margin: int,
+    rows: NDArray[np.int64],
+    columns: NDArray[np.int64],
+    top: float,
+) -> None:
     """Turn each texel's (x, y) by the angle of M's second column, in place.
 
-    `samples` (height, width, 3) are a chart's; `top` stands for 1 (and 0 for −1); 1 means floats, which are
+    `samples` (height, width, 3) lie at `rows` and `columns` of a chart, in 1/16 step; `top` stands for 1 (and 0 for −1); 1 means floats, which are
     not rounded. No trigonometry: every machine gives the same.
     """
     middle = 0.5 * top
     for i in range(samples.shape[0]):
         for j in range(samples.shape[1]):
-            m = matrix_at(matrices, margin, i, j)
+            m = matrix_between(matrices, margin, rows[i], columns[j])
             down, right = np.float64(m[1]), np.float64(m[3])
             # A field's sizes have a least one, but between two nodes half a turn apart M may vanish.
             length = max(np.sqrt(down * down + right * right), 1.0)

@@ -1,17 +1,27 @@
 """Painting whole materials: every map by the same quilt."""
 
+from typing import Any
+
+import numpy as np
+
+from upholster.errors import InputError
 from upholster.image.material import Material
 from upholster.image.source import Source, as_exemplar
 from upholster.quilt.model import Quilt, Texels
-from upholster.quilt.normals import paint_normals, unit_normals
-from upholster.quilt.painting import paint
+from upholster.quilt.normals import lengthen, paint_normals, turn_window, turned_pyramid, unit_normals
+from upholster.quilt.painting import check_painted, image_pyramid, paint, painted_charts, window_of_chart
 from upholster.types import PixelArray, Progress
 
-__all__ = ["paint_map", "paint_material"]
+__all__ = ["WindowPainter", "paint_map", "paint_material"]
 
 
 def paint_material(
-    quilt: Quilt, material: Material | Source, *, threads: int | None = None, progress: Progress | None = None
+    quilt: Quilt,
+    material: Material | Source,
+    *,
+    density: float | None = None,
+    threads: int | None = None,
+    progress: Progress | None = None,
 ) -> dict[str, Texels]:
     """Paint a quilt with all maps of a material.
 
@@ -21,7 +31,7 @@ def paint_material(
         Where each block comes from.
     material
         Its maps have the exemplar's height and width. Or its folder, or its files by role.
-    threads, progress
+    density, threads, progress
         As in `upholster.quilt.paint`.
 
     Returns
@@ -39,10 +49,11 @@ def paint_material(
     if not isinstance(material, Material):
         found = as_exemplar(material)
         material = found if isinstance(found, Material) else Material({"albedo": found})
-    painted = {"albedo": paint(quilt, material.color(), threads=threads, progress=progress)}
+    how: dict[str, Any] = {"density": density, "threads": threads, "progress": progress}
+    painted = {"albedo": paint(quilt, material.color(), **how)}
     for role, pixels in material.maps.items():
         if role not in ("albedo", "opacity"):
-            painted[role] = paint_map(quilt, role, pixels, threads=threads, progress=progress)
+            painted[role] = paint_map(quilt, role, pixels, **how)
     if "normal" in painted:
         painted["normal"] = unit_normals(painted["normal"], threads=threads)
     return painted
@@ -53,6 +64,7 @@ def paint_map(
     role: str,
     pixels: PixelArray,
     *,
+    density: float | None = None,
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> Texels:
@@ -64,4 +76,47 @@ def paint_map(
         As `paint` and `paint_normals` do.
     """
     work = paint_normals if role == "normal" else paint
-    return work(quilt, pixels, threads=threads, progress=progress)
+    return work(quilt, pixels, density=density, threads=threads, progress=progress)
+
+
+class WindowPainter:
+    """Paints windows of a quilt's charts with one map, one by one: what a tile shows, and no texel more.
+
+    Parameters
+    ----------
+    quilt
+        Whose charts.
+    role
+        Of the map: normals turn with the texture, and are of length 1, as in `paint_material`.
+    image
+        The map, (H, W) or (H, W, C), of the height and width that the quilt was made for.
+    density
+        As in `upholster.quilt.paint`.
+
+    Raises
+    ------
+    InputError
+        For a map of another height, width or dtype.
+    """
+
+    def __init__(self, quilt: Quilt, role: str, image: PixelArray, *, density: float | None = None) -> None:
+        self._quilt, self._turns = quilt, role == "normal"
+        self._charts = painted_charts(quilt.charts, quilt.density if density is None else density)
+        image = check_painted(quilt, image)
+        if image.shape[:2] != quilt.exemplar_shape:
+            raise InputError(f"map {role!r} has shape {image.shape}; the quilt wants {quilt.exemplar_shape}")
+        self._pyramid, self._which = (
+            turned_pyramid(quilt, image) if self._turns else (image_pyramid((image,)), None)
+        )
+
+    def paint(self, index: int, window: tuple[slice, slice] | None = None) -> PixelArray:
+        """Return a window, rows and columns in texels, of chart `index`; None: all of it."""
+        chart = self._charts[index]
+        window = window or (slice(0, chart.height), slice(0, chart.width))
+        shape = (window[0].stop - window[0].start, window[1].stop - window[1].start, self._pyramid.channels)
+        out = np.empty(shape, self._pyramid.samples.dtype)
+        window_of_chart(self._quilt, index, chart, self._pyramid, self._which, window, out)
+        if self._turns:
+            turn_window(self._quilt, index, chart, window, out)
+            lengthen(out)
+        return out

@@ -1,4 +1,4 @@
-"""The result of a synthesis: charts, a plan of placements, and the texels that painting them gives.
+"""The result of a synthesis: charts, placements, label maps, and the texels that painting them gives.
 
 A *quilt* says where each block of texture comes from; it contains no colours. `upholster.quilt.painting`
 turns a quilt and an exemplar into *texels*. The exact meaning of a placement: SPEC.md, section 8.
@@ -13,16 +13,18 @@ from numpy.typing import DTypeLike, NDArray
 
 from upholster.errors import InputError
 from upholster.geometry import AnySurface, MeshSurface
-from upholster.quilt._paint_kernels import trace_owners, weight_rows
 from upholster.quilt.chart import Chart
 from upholster.quilt.displacement import warped_sources
-from upholster.quilt.placement import SYMMETRIES, check_placements
-from upholster.quilt.plans import Plan
+from upholster.quilt.labels import LabelMap
+from upholster.quilt.placement import check_placements
 from upholster.quilt.warp_field import WarpField
 from upholster.shown import Shown, on_a_line
 from upholster.types import IntArray, PixelArray, frozen_array
 
-__all__ = ["Quilt", "Texels"]
+__all__ = ["DENSITIES", "Quilt", "Texels"]
+
+DENSITIES = tuple(2.0**k for k in range(-3, 7))
+"""Texels for a step, each way, that a quilt may be made for."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,41 +105,49 @@ class Texels(Shown):
 
 @dataclass(frozen=True, eq=False)
 class Quilt(Shown):
-    """Charts and the plan of their placements: the whole result of a synthesis.
+    """Charts, warp fields, placements and label maps: the whole result of a synthesis.
 
     Attributes
     ----------
     charts
-        The layout.
+        The layout, in steps.
     exemplar_shape
         (height, width) in pixels of the exemplar that it was made from; any image of this shape can be
         painted.
-    plan
-        How the placements are arranged (`upholster.quilt.plans`); they derive from it. Placements made by
-        hand are a `PlacementList`.
+    placements
+        Structured array of `PLACEMENT`, read-only: chart after chart, of each those of its first layer, then
+        those of its second.
+    labels
+        Per chart one or two label maps: the second layer lies over the first.
     fields
         Each chart's warp field; empty: the identity on all of them.
     surface
         The surface that it was made for; None where that is not known.
     seed
         That it was made with, if a synthesis made it.
+    density
+        Texels for a step, each way, at which it is painted unless another density is asked for: a power of
+        two from 1/8 to 64.
 
     Raises
     ------
     InputError
-        If fields are not one for each chart, or a placement can not be painted, see `check_placements`.
+        If fields or labels are not one for each chart, the density is none of these, a placement can not be painted (`check_placements`),
+        or a label names none of its chart's.
     """
 
     charts: tuple[Chart, ...]
     exemplar_shape: tuple[int, int]
-    plan: Plan
+    placements: NDArray[np.void]
+    labels: tuple[tuple[LabelMap, ...], ...]
     fields: tuple[WarpField, ...] = ()
     surface: AnySurface | None = None
     seed: int | None = None
+    density: float = 1.0
 
     def __repr__(self) -> str:
         height, width = self.exemplar_shape
-        parts = {"charts": len(self.charts), "texels": self.texel_count, "placements": len(self.placements)}
+        parts = {"charts": len(self.charts), "steps": self.steps, "placements": len(self.placements)}
         return on_a_line(self, {**parts, "sample": f"{width}x{height}", "seed": self.seed})
 
     def on(self, surface: AnySurface | None, *, seed: int | None = None) -> "Quilt":
@@ -156,62 +166,45 @@ class Quilt(Shown):
             raise InputError("charts and fields of a quilt must be tuples, of Chart and of WarpField")
         if not (isinstance(self.exemplar_shape, tuple) and len(self.exemplar_shape) == 2):
             raise InputError(f"exemplar_shape is {self.exemplar_shape!r}; allowed: (height, width)")
-        if not callable(getattr(self.plan, "placements", None)):
-            raise InputError(
-                f"plan is a {type(self.plan).__name__}; allowed: a plan of `upholster.quilt.plans`"
-            )
+        if self.density not in DENSITIES:
+            raise InputError(f"density is {self.density!r}; allowed: a power of two from 1/8 to 64")
         if not self.fields:
             object.__setattr__(self, "fields", (WarpField.identity(),) * len(self.charts))
         if len(self.fields) != len(self.charts):
             raise InputError(f"quilt has {len(self.fields)} fields; allowed: none, or one for each chart")
-        check_placements(self.placements, self.mask_cells, self.charts, self.fields, self.exemplar_shape)
+        check_placements(self.placements, self.charts, self.exemplar_shape)
+        frozen_array(self.placements)
+        self._check_labels()
 
-    @property
-    def placements(self) -> NDArray[np.void]:
-        """All placements, of `PLACEMENT`, read-only: chart after chart, in painting order on each."""
-        return self._placed[0]
-
-    @property
-    def mask_cells(self) -> NDArray[np.uint8]:
-        """The cells of the cut masks' windows, read-only, 1 = new, row by row, one mask after another."""
-        return self._placed[1]
-
-    @cached_property
-    def _placed(self) -> tuple[NDArray[np.void], NDArray[np.uint8]]:
-        placements, mask_cells = self.plan.placements(self.charts)
-        return frozen_array(placements), frozen_array(mask_cells)
+    def _check_labels(self) -> None:
+        if len(self.labels) != len(self.charts) or not all(1 <= len(each) <= 2 for each in self.labels):
+            raise InputError("labels must be a tuple of one or two label maps for each chart")
+        first = np.cumsum(np.bincount(2 * self.placements["chart"] + self.placements["layer"],
+                                      minlength=2 * len(self.charts)).reshape(-1, 2), axis=1)
+        for chart, layers, (lower, upper) in zip(self.charts, self.labels, first.tolist(), strict=True):
+            layers[0].check(chart, 0, lower, empty=False)
+            for layer in layers[1:]:
+                layer.check(chart, lower, upper, empty=True)
 
     @cached_property
-    def texel_count(self) -> int:
-        """Number of texels over all charts."""
+    def steps(self) -> int:
+        """Number of steps over all charts: texels, where it is painted at density 1."""
         return sum(chart.height * chart.width for chart in self.charts)
-
-    @cached_property
-    def largest_block(self) -> tuple[int, int]:
-        """Largest height and width of any placement, in texels."""
-        if not len(self.placements):
-            return 1, 1
-        return int(self.placements["height"].max()), int(self.placements["width"].max())
-
-    @cached_property
-    def copied(self) -> tuple[bool, ...]:
-        """Per chart, whether its texels are copies of whole pixels, so that painting need not sample."""
-        beside = self.placements["chart"][~_on_pixels(self.placements, self.exemplar_shape)]
-        others = np.bincount(beside, minlength=len(self.charts)).tolist()
-        return tuple(
-            field.is_identity and not count for field, count in zip(self.fields, others, strict=True)
-        )
 
     @cached_property
     def _starts(self) -> NDArray[np.intp]:
         return np.searchsorted(self.placements["chart"], np.arange(len(self.charts) + 1))
 
+    def first_on(self, index: int) -> int:
+        """Return the number of the first placement of chart `index`."""
+        return int(self._starts[index])
+
     def on_chart(self, index: int) -> NDArray[np.void]:
-        """Return the placements of chart `index`, in painting order (a view)."""
+        """Return the placements of chart `index`, which its labels number (a view)."""
         return self.placements[self._starts[index] : self._starts[index + 1]]
 
     def sources(self) -> tuple[IntArray, ...]:
-        """Tell for each texel where in the exemplar it comes from.
+        """Tell for each step where in the exemplar it comes from.
 
         So whatever else is known of the exemplar's pixels goes onto the surface as well: labels, numbers,
         another picture. `docs/sources.ipynb` shows how.
@@ -220,44 +213,50 @@ class Quilt(Shown):
         -------
         tuple of ndarray
             Per chart, (height, width, 2): row and column in the exemplar in 1/16 pixel, of the placement that
-            gives the texel most of its colour, clamped to the exemplar's pixel centres as painting does; −1
-            where nothing is painted.
+            shows in the step's cell, mirrored into the exemplar as painting does.
         """
         return tuple(self._sources(index) for index in range(len(self.charts)))
 
     def owners(self, index: int, row: int, column: int, height: int, width: int) -> IntArray:
-        """Tell which placement gives each texel of a window of a chart most of its colour.
+        """Tell which placement shows in the cell of each step of a window of a chart.
 
         Parameters
         ----------
         index
             The chart.
         row, column, height, width
-            The window, in texels.
+            The window, in steps.
 
         Returns
         -------
         ndarray
-            (height, width) int32: index into `on_chart`; −1 where none gives at least half.
+            (height, width) int32: index into `on_chart`; of the second layer where that shows one.
         """
-        chart = self.charts[index]
-        found = np.empty((height, width), np.int32)
-        sizes = (chart.height, chart.width, row, column)
-        tall, wide = self.largest_block
-        scratch = np.empty((2, weight_rows(height, tall), wide), np.int32)
-        trace_owners(self.on_chart(index), self.mask_cells, sizes, scratch, found)
+        rows, columns = row + np.arange(height)[:, None], column + np.arange(width)[None]
+        found = self.labels[index][0].at(rows, columns)
+        for layer in self.labels[index][1:]:
+            above = layer.at(rows, columns)
+            found = np.where(above >= 0, above, found)
         return found
 
     def _sources(self, index: int) -> IntArray:
         chart = self.charts[index]
         owners = self.owners(index, 0, 0, chart.height, chart.width)
-        out = np.full((*owners.shape, 2), -1, np.int32)
-        painted = owners >= 0
-        owner = self.on_chart(index)[owners[painted]]
-        found = warped_sources(self.fields[index], owner, *np.nonzero(painted))
+        rows, columns = np.mgrid[8 : 16 * chart.height : 16, 8 : 16 * chart.width : 16]
+        owner = self.on_chart(index)[owners.reshape(-1)]
+        found = warped_sources(self.fields[index], owner, rows.reshape(-1), columns.reshape(-1))
+        out = np.empty((*owners.shape, 2), np.int32)
         for axis, (source, size) in enumerate(zip(found, self.exemplar_shape, strict=True)):
-            out[painted, axis] = np.clip(source, 0, 16 * (size - 1))
+            out[..., axis] = _mirrored(source, size).reshape(owners.shape)
         return out
+
+
+def _mirrored(places: IntArray, size: int) -> IntArray:
+    # Into the pixels' centres, 0 to 16·(size − 1): beyond the last one half a pixel is as the rim.
+    turned = (places + 8) % (32 * size)
+    turned = np.where(turned >= 16 * size, 32 * size - 1 - turned, turned) - 8
+    found: IntArray = np.clip(turned, 0, 16 * (size - 1))
+    return found
 
 
 def _are_charts(charts: object) -> bool:
@@ -281,22 +280,3 @@ def _check_surface(what: str, charts: tuple[Chart, ...], own: AnySurface | None,
         raise InputError(
             f"{what} have charts on {len({chart.face for chart in charts})} faces that do not fit {surface!r}"
         )
-
-
-def _on_pixels(placed: NDArray[np.void], shape: tuple[int, int]) -> NDArray[np.bool_]:
-    # Whether all texels of a placement lie on whole pixels inside the exemplar, without a centre matrix.
-    on: NDArray[np.bool_] = (placed["centred"] == 0) & (
-        (placed["source_row"] | placed["source_column"]) & 15 == 0
-    )
-    symmetry = SYMMETRIES[placed["symmetry"]]
-    low_row, low_column = -(placed["height"] // 2), -(placed["width"] // 2)
-    high_row, high_column = low_row + placed["height"] - 1, low_column + placed["width"] - 1
-    for axis, name, size in ((0, "row", shape[0]), (2, "column", shape[1])):
-        a, b, source = (
-            symmetry[:, axis],
-            symmetry[:, axis + 1],
-            placed[f"source_{name}"].astype(np.int64) >> 4,
-        )
-        ends = [source + a * i + b * j for i in (low_row, high_row) for j in (low_column, high_column)]
-        on &= (np.minimum.reduce(ends) >= 0) & (np.maximum.reduce(ends) < size)
-    return on

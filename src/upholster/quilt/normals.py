@@ -10,16 +10,19 @@ from dataclasses import replace
 from functools import partial
 
 import numpy as np
+from numpy.typing import NDArray
 
 from upholster.errors import InputError
 from upholster.parallel import run_tasks
 from upholster.quilt._normal_kernels import lengthen_vectors, turn_vectors
+from upholster.quilt.chart import Chart
 from upholster.quilt.model import Quilt, Texels
-from upholster.quilt.painting import CANVAS_DTYPES, check_painted, fill_bare, paint_each
+from upholster.quilt.painting import check_painted, image_pyramid, paint_each, texel_places
 from upholster.quilt.placement import SYMMETRIES
+from upholster.quilt.pyramid import Pyramid
 from upholster.types import PixelArray, Progress
 
-__all__ = ["paint_normals", "unit_normals"]
+__all__ = ["lengthen", "paint_normals", "turn_window", "turned_pyramid", "unit_normals"]
 
 _SLACK = 1 / 128
 """Lengths this close to 1 are left: rounding to 8 bits changes them by up to 0.0068."""
@@ -29,7 +32,7 @@ def paint_normals(
     quilt: Quilt,
     normals: PixelArray,
     *,
-    rows: tuple[int, int] | None = None,
+    density: float | None = None,
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> Texels:
@@ -45,9 +48,7 @@ def paint_normals(
     normals
         (H, W, 3) uint8, uint16 or float32: (x, y, z) to the right, upward and outward in the exemplar, coded
         as (v + 1)/2 times the largest integer (1 for floats).
-    rows
-        As of `upholster.quilt.painting.paint_each`.
-    threads, progress
+    density, threads, progress
         As in `upholster.quilt.paint`.
 
     Returns
@@ -70,21 +71,35 @@ def paint_normals(
     if normals.ndim != 3 or normals.shape != (*quilt.exemplar_shape, 3):
         height, width = quilt.exemplar_shape
         raise InputError(f"normal map has shape {normals.shape}; the quilt wants ({height}, {width}, 3)")
-    if normals.dtype not in CANVAS_DTYPES:
+    if normals.dtype not in (np.uint8, np.uint16, np.float32):
         raise InputError(f"normal map is of {normals.dtype}; allowed: uint8, uint16, float32")
-    symmetries = np.unique(quilt.placements["symmetry"])
-    images = [_turned(normals, symmetry) for symmetry in symmetries] or [normals]
-    which = np.searchsorted(symmetries, quilt.placements["symmetry"]).astype(np.int64)
-    texels = paint_each(quilt, images, which, rows=rows, threads=threads, progress=progress)
-    top = _top(normals.dtype)
+    pyramid, which = turned_pyramid(quilt, normals)
+    texels = paint_each(quilt, pyramid, which, density=density, threads=threads, progress=progress)
     tasks: list[Callable[[], object]] = [
-        partial(turn_vectors, array, field.matrices, field.margin, float(top))
-        for array, field in zip(texels.arrays, quilt.fields, strict=True)
-        if not field.is_identity
+        partial(turn_window, quilt, n, chart, (slice(0, chart.height), slice(0, chart.width)), array)
+        for n, (chart, array) in enumerate(zip(texels.charts, texels.arrays, strict=True))
     ]
     run_tasks(tasks, threads=threads)
-    fill_bare(quilt, normals, texels)
     return replace(texels, exemplar=normals)
+
+
+def turned_pyramid(quilt: Quilt, normals: PixelArray) -> tuple[Pyramid, NDArray[np.int64]]:
+    """Return a normal map's pyramid, an image for each symmetry, and which of them each placement reads."""
+    symmetries = np.unique(quilt.placements["symmetry"])
+    pyramid = image_pyramid([_turned(normals, symmetry) for symmetry in symmetries])
+    return pyramid, np.searchsorted(symmetries, quilt.placements["symmetry"]).astype(np.int64)
+
+
+def turn_window(
+    quilt: Quilt, index: int, painted: Chart, window: tuple[slice, slice], out: PixelArray
+) -> None:
+    """Turn painted normals of a window of a chart, see `upholster.quilt.painting.window_of_chart`, in place."""
+    chart, field = quilt.charts[index], quilt.fields[index]
+    if field.is_identity:
+        return
+    rows = texel_places(chart.height, painted.height)[window[0]]
+    columns = texel_places(chart.width, painted.width)[window[1]]
+    turn_vectors(out, field.matrices, field.margin, rows, columns, float(_top(out.dtype)))
 
 
 def unit_normals(texels: Texels, *, threads: int | None = None) -> Texels:
@@ -106,11 +121,14 @@ def unit_normals(texels: Texels, *, threads: int | None = None) -> Texels:
         Others; vectors of length 1, but for rounding, stay as they are to the bit.
     """
     arrays = tuple(array.copy() for array in texels.arrays)
-    tasks: list[Callable[[], object]] = [
-        partial(lengthen_vectors, array, float(_top(array.dtype)), _SLACK) for array in arrays
-    ]
+    tasks: list[Callable[[], object]] = [partial(lengthen, array) for array in arrays]
     run_tasks(tasks, threads=threads)
     return Texels(texels.charts, arrays)
+
+
+def lengthen(normals: PixelArray) -> None:
+    """Give painted normals (height, width, 3) length 1, in place, see `unit_normals`."""
+    lengthen_vectors(normals, float(_top(normals.dtype)), _SLACK)
 
 
 def _turned(normals: PixelArray, symmetry: int) -> PixelArray:

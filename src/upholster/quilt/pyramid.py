@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,29 +13,23 @@ __all__ = ["Pyramid", "build_pyramid", "halved", "most_levels"]
 
 @dataclass(frozen=True, eq=False)
 class Pyramid:
-    """Images and their smaller levels, laid out for the kernels that paint from them.
-
-    A level keeps one pixel more each way, a copy of its rim, so that the right and the lower neighbour of any
-    of its pixels can be read.
+    """Images and their smaller levels, one after another.
 
     Attributes
     ----------
-    words
-        All levels, one after another, read-only: float32 samples, or uint64 words of 16-bit lanes (uint8
-        samples, four channels a word) or 32-bit lanes (uint16, two).
-    per_pixel
-        Words that a pixel takes.
-    lane
-        dtype of a lane of the canvas: uint16, uint32 or float32.
-    levels
-        (images · levels, 5) int64, read-only: each level's first word, words per row, last row, last column
-        and number; all levels of the first image, then of the next one.
+    samples
+        (n,) of all levels, pixel by pixel, read-only: uint8, uint16 or float32.
+    table
+        (images · levels, 4) int64, read-only: each level's first sample, height, width and number; all levels
+        of the first image, then of the next one.
+    levels, channels
+        How many each image has.
     """
 
-    words: PixelArray
-    per_pixel: int
-    lane: np.dtype[Any]
-    levels: NDArray[np.int64]
+    samples: PixelArray
+    table: NDArray[np.int64]
+    levels: int
+    channels: int
 
 
 def most_levels(height: int, width: int) -> int:
@@ -70,7 +63,7 @@ def halved(image: PixelArray) -> PixelArray:
 
 
 def build_pyramid(images: Sequence[PixelArray], levels: int) -> Pyramid:
-    """Lay out images and `levels` halved ones of each.
+    """Return images and `levels` halved ones of each.
 
     Parameters
     ----------
@@ -79,23 +72,13 @@ def build_pyramid(images: Sequence[PixelArray], levels: int) -> Pyramid:
     levels
         0 to `most_levels` of their size.
     """
-    channels = images[0].shape[2]
-    lane = np.dtype({1: np.uint16, 2: np.uint32}.get(images[0].itemsize, np.float32))
-    in_word = 1 if lane == np.float32 else 8 // lane.itemsize
-    per_pixel = -(-channels // in_word)
     parts: list[PixelArray] = []
-    table = np.empty((len(images) * (levels + 1), 5), np.int64)
+    table = np.empty((len(images) * (levels + 1), 4), np.int64)
     start = 0
     for number, image in enumerate(images):
         for level in range(levels + 1):
             image = halved(image) if level else image
-            height, width = image.shape[:2]
-            padded = np.zeros((height + 1, width + 1, per_pixel * in_word), lane)
-            padded[:height, :width, :channels] = image
-            padded[height], padded[:, width] = padded[height - 1], padded[:, width - 1]
-            part = padded.reshape(-1)
-            parts.append(part if lane == np.float32 else part.view(np.uint64))
-            row = table[number * (levels + 1) + level]
-            row[:] = start, (width + 1) * per_pixel, height - 1, width - 1, level
-            start += len(parts[-1])
-    return Pyramid(frozen_array(np.concatenate(parts)), per_pixel, lane, frozen_array(table))
+            table[number * (levels + 1) + level] = start, *image.shape[:2], level
+            parts.append(np.ascontiguousarray(image).reshape(-1))
+            start += image.size
+    return Pyramid(frozen_array(np.concatenate(parts)), frozen_array(table), levels + 1, images[0].shape[2])

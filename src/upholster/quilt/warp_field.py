@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from upholster.errors import InputError
-from upholster.quilt._field_kernels import matrices_at, node_matrices
+from upholster.quilt._field_kernels import matrices_at, matrices_between, node_matrices
 from upholster.types import FloatArray, IntArray, frozen_array
 
 __all__ = [
@@ -167,6 +167,25 @@ class WarpField:
         """
         grid = self.matrices
         return _between(grid.reshape(-1, 4), 0, grid.shape[0], grid.shape[1], self.margin, rows, columns)
+
+    def between(self, rows: ArrayLike, columns: ArrayLike) -> IntArray:
+        """Return M as every decoder has it at places between steps.
+
+        Parameters
+        ----------
+        rows, columns
+            Integers that broadcast together: places in 1/16 step from the chart's first edge, the middle of
+            step k at 16·k + 8; beyond the grid its border holds.
+
+        Returns
+        -------
+        ndarray
+            (..., 4) int32, row by row, in 1/4096 pixel per step.
+        """
+        at = np.broadcast_arrays(np.asarray(rows, np.int64), np.asarray(columns, np.int64))
+        out = np.empty((at[0].size, 4), np.int32)
+        matrices_between(self.matrices, self.margin, at[0].flatten(), at[1].flatten(), out)
+        return out.reshape(*at[0].shape, 4)
 
     def integers_at(self, rows: ArrayLike, columns: ArrayLike) -> IntArray:
         """Return M at texels as every decoder has it: bilinear between the nodes round each, rounded once.

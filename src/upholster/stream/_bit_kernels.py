@@ -15,7 +15,6 @@ from upholster.jit import inline, shared
 from upholster.types import int64
 
 __all__ = [
-    "HASHED",
     "LOG",
     "MISSING",
     "MIXERS",
@@ -25,9 +24,7 @@ __all__ = [
     "BitCoder",
     "begin",
     "code_number",
-    "hash_of",
     "logged_bit",
-    "signed",
     "undo",
 ]
 
@@ -40,8 +37,6 @@ NUMBER_MIXERS = 5
 MIXERS = NUMBER_MIXERS * 24
 START = WEIGHTS + 8 * MIXERS
 """Where the counters start in the model."""
-
-HASHED = 1 << 16
 
 NUMBER_COUNTERS = 8 + 40 + 40 * 64
 MISSING = -(1 << 40)
@@ -58,12 +53,6 @@ class BitCoder(NamedTuple):
     data: NDArray[np.uint8]
     a: NDArray[np.int32]
     log: NDArray[np.int64]
-
-
-@inline
-def signed(value: Any) -> Any:
-    """Return a number from any array in 64 bits, signed: unsigned ones do not mix."""
-    return int64(value)
 
 
 @inline
@@ -103,12 +92,6 @@ def undo(coder: BitCoder, kept: NDArray[np.int64]) -> None:
         coder.state[n] = kept[n]
     for n in range(log[0] - 1, -1, -1):
         coder.a[log[1 + 2 * n]] = log[2 + 2 * n]
-
-
-@inline
-def hash_of(a: int, b: int, c: int) -> int:
-    # The upper 16 bits of a sum of products modulo 2^32.
-    return ((a * 2654435761 + b * 2246822519 + c * 3266489917) & 0xFFFFFFFF) >> 16
 
 
 @shared

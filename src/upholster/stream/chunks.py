@@ -10,8 +10,8 @@ from upholster.stream.byte_reader import ByteReader, varint
 __all__ = ["MAGIC", "MAX_FILE", "VERSION", "Chunk", "ChunkReader", "assembled", "header", "pack_chunk"]
 
 MAGIC = b"uph"
-VERSION = 1
-"""Files of later versions are refused, and those of 0, which was the format while it was being made."""
+VERSION = 2
+"""Files of later versions are refused, and those of 0 and 1, which were never released."""
 MAX_FILE = 2**30
 MOST_CHUNKS = 4096
 _CRC = struct.Struct("<I")

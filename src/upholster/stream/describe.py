@@ -22,10 +22,10 @@ _TITLES = {
     "X": "exemplar's header",
     "D": "exemplar",
     "F": "warp fields",
-    "Q": "plan of the placements",
+    "Q": "grids of cells, numbers of placements",
     "N": "nodes of the warp fields",
-    "P": "sources",
-    "M": "masks",
+    "P": "placements",
+    "M": "labels",
     "R": "a further map's header",
     "E": "a further map",
 }
@@ -165,7 +165,7 @@ def _holds(chunk: Chunk, decoder: StreamDecoder) -> str:
     if chunk.tag == "P":
         return f"{title}: {decoder.placements_known[0]:,} of {decoder.placements_known[1]:,}"
     if chunk.tag == "M":
-        return f"{title}: {decoder.masks_known[0]:,} of {decoder.masks_known[1]:,} cells"
+        return f"{title}: {decoder.labels_known[0]:,} of {decoder.labels_known[1]:,} cells"
     return title
 
 

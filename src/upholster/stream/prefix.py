@@ -22,7 +22,7 @@ class Limit:
         The same, in bits per pixel of the exemplar, above 0.
     coefficients
         Share of the exemplar's coefficients that are significant, above 0, at most 1. All placements and
-        masks come with it: the stream is read until they are there, and of the exemplar no more than that.
+        labels come with it: the stream is read until they are there, and of the exemplar no more than that.
 
     Raises
     ------

@@ -8,16 +8,14 @@ from upholster.geometry import MeshSurface, Surface
 from upholster.limits import Limits
 from upholster.quilt import Chart, Quilt, Texels
 from upholster.quilt.materials import paint_map
-from upholster.quilt.placement import PLACEMENT
-from upholster.quilt.plans import PlacementList
 from upholster.shown import Shown, on_a_line
-from upholster.stream.budget import PaintBudget, check_charts, check_samples
+from upholster.stream.budget import check_charts, check_samples
 from upholster.stream.byte_reader import ByteReader
 from upholster.stream.chunks import Chunk, ChunkReader
 from upholster.stream.layout import parse_layout
 from upholster.stream.maps import FIRST_ROLE, MAX_MAP_SAMPLES, MOST_SIDE, parse_role
-from upholster.stream.plan_common import PlanDecoder
-from upholster.stream.plans import open_plan
+from upholster.stream.plan import PlanDecoder
+from upholster.stream.plan_head import PlanHead
 from upholster.stream.surfaces import parse_surface
 from upholster.stream.warp_fields import FieldDecoder
 from upholster.types import PixelArray
@@ -62,8 +60,7 @@ class StreamDecoder(Shown):
         self.charts: tuple[Chart, ...] = ()
         self._reader = ChunkReader()
         self._image: ImageDecoder | None = None
-        self._placements: PlanDecoder | None = None
-        self._budget: PaintBudget | None = None
+        self._plan: PlanDecoder | None = None
         self._maps: dict[str, ImageDecoder] = {}
         self._fed: ImageDecoder | None = None  # that the current chunk E is of
         self._share: float | None = None
@@ -110,29 +107,27 @@ class StreamDecoder(Shown):
     @property
     def placements_known(self) -> tuple[int, int]:
         """How many placements are known, and how many there are; (0, 0) before the plan has come."""
-        placements = self._placements
-        return (0, 0) if placements is None else (placements.known, placements.total)
+        return (0, 0) if self._plan is None else (self._plan.known, self._plan.total)
 
     @property
-    def masks_known(self) -> tuple[int, int]:
-        """How many cells of masks are known, and how many there are; (0, 0) before the plan has come."""
-        placements = self._placements
-        return (0, 0) if placements is None else (placements.known_cells, placements.total_cells)
+    def labels_known(self) -> tuple[int, int]:
+        """How many cells' labels are known, and how many are told; (0, 0) before the plan has come."""
+        return (0, 0) if self._plan is None else (self._plan.known_cells, self._plan.total_cells)
 
     @property
     def charts_known(self) -> int:
-        """How many charts have their placements; the others show the exemplar's mean."""
-        return 0 if self._placements is None else self._placements.charts_known()
+        """How many charts have their placements; the others show the exemplar about its middle."""
+        return 0 if self._plan is None else self._plan.charts_known
 
     @property
     def placements_complete(self) -> bool:
-        """Whether every placement and every mask is known."""
-        return self._placements is not None and self._placements.complete
+        """Whether every placement and every label is known."""
+        return self._plan is not None and self._plan.complete
 
     @property
     def plan_known(self) -> bool:
         """Whether it is known how many placements there are."""
-        return self._placements is not None
+        return self._plan is not None
 
     @property
     def exemplar_shape(self) -> tuple[int, int, int]:
@@ -189,21 +184,16 @@ class StreamDecoder(Shown):
         self._feed_exemplar(b"")
 
     def quilt(self) -> Quilt:
-        """Return the quilt as far as it has come; charts that have not come have no placements.
+        """Return the quilt as far as it has come; charts that have not come have one bare placement.
 
         Raises
         ------
         InputError
             If bytes are still `needed`.
         """
-        image = self._ready()
-        shape = image.header.height, image.header.width
-        if self._placements is None:
-            plan = PlacementList(np.zeros(0, PLACEMENT), np.zeros(0, np.uint8))
-            quilt = Quilt(self.charts, shape, plan)
-        else:
-            quilt = self._placements.quilt()
-        return quilt.on(self.surface)
+        header = self._ready().header
+        plan = self._plan or PlanDecoder(PlanHead.bare(self.charts), (header.height, header.width))
+        return plan.quilt().on(self.surface)
 
     @property
     def roles(self) -> tuple[str, ...]:
@@ -251,12 +241,12 @@ class StreamDecoder(Shown):
                 self._feed_exemplar(part)
             elif tag == "E":
                 self._feed_map(chunk, part)
-            elif tag == "N" and self._placements is not None:
-                self._feed_nodes(part)
-            elif tag == "P" and self._placements is not None:
-                self._placements.feed_sources(part)
-            elif tag == "M" and self._placements is not None:
-                self._placements.feed_masks(part)
+            elif tag == "N" and self._plan is not None:
+                self._feed_nodes(part, self._plan)
+            elif tag == "P" and self._plan is not None:
+                self._plan.feed_placements(part)
+            elif tag == "M" and self._plan is not None:
+                self._plan.feed_labels(part)
             else:
                 self._whole += part
                 if chunk.verified:
@@ -286,12 +276,11 @@ class StreamDecoder(Shown):
             place += size
         del self._held[:place]
 
-    def _feed_nodes(self, part: bytes) -> None:
+    def _feed_nodes(self, part: bytes, plan: PlanDecoder) -> None:
         if self._fields is None:
             raise FormatError("nodes come without warp fields")
         self._fields.feed(part)
-        if self._placements is not None:
-            self._placements.go_on()
+        plan.go_on()
 
     def _check_order(self, chunk: Chunk) -> None:
         tag = chunk.tag
@@ -340,12 +329,7 @@ class StreamDecoder(Shown):
         elif self._image is not None:
             shape = self._image.header.height, self._image.header.width
             told = () if self._fields is None else self._fields.fields
-            self._budget = PaintBudget(self.charts, self._limits)
-            for image in self._maps.values():
-                self._budget.add_map(image.header.channels)
-            self._placements = open_plan(fields, self.charts, shape, told, self._budget)
-            if self._fields is not None:
-                self._fields.in_order(self._placements.order)
+            self._plan = PlanDecoder(PlanHead.parse(fields, self.charts), shape, told)
 
     def _add_map(self, data: bytes, offset: int) -> None:
         role, start = parse_role(data, offset, list(self._maps))
@@ -366,11 +350,6 @@ class StreamDecoder(Shown):
         if samples > MAX_MAP_SAMPLES:
             raise FormatError(f"byte {offset}: maps have {samples} samples; allowed: {MAX_MAP_SAMPLES}")
         check_samples([*(image.header for image in self._maps.values()), header], self._limits)
-        if self._budget is not None:
-            try:
-                self._budget.add_map(header.channels)
-            except FormatError as error:
-                raise FormatError(f"byte {offset}: {error}") from None
         self._maps[role] = ImageDecoder(header)
 
     def _feed_map(self, chunk: Chunk, part: bytes) -> None:
@@ -397,16 +376,16 @@ class StreamDecoder(Shown):
         if self.total is None or not self.complete:
             missing = self.needed if self.total is None else self.total - self.received
             raise FormatError(f"byte {self.received}: file is cut; needs {missing} more bytes")
-        if self._image is None or self._placements is None:
+        if self._image is None or self._plan is None:
             raise FormatError(f"byte {self.received}: file ends without exemplar or placements")
         for role, image in self._maps.items():
             if image.unread:
                 raise FormatError(f"byte {self.received}: {image.unread} bytes of map {role!r} mean nothing")
-        placements = self._placements
-        if not placements.complete:
+        if not self._plan.complete:
             raise FormatError(f"byte {self.received}: file ends before its placements do")
-        if placements.unread or (self._fields is not None and self._fields.unread):
-            raise FormatError(f"byte {self.received}: {placements.unread} bytes of placements mean nothing")
+        unread = self._plan.unread + (0 if self._fields is None else self._fields.unread)
+        if unread:
+            raise FormatError(f"byte {self.received}: {unread} bytes of placements mean nothing")
 
 
 def read_stream(data: bytes, *, strict: bool = True, limits: Limits | None = None) -> StreamDecoder:

@@ -35,7 +35,7 @@ class FieldCode:
     nodes
         The nodes, chart after chart.
     ends
-        How many bytes of `nodes` tell the charts' up to each one, in the order in which they are coded.
+        Per chart how many bytes of `nodes` tell the charts' up to it, about.
     """
 
     head: bytes
@@ -43,8 +43,8 @@ class FieldCode:
     ends: tuple[int, ...]
 
 
-def pack_fields(fields: Sequence[WarpField], charts: Sequence[Chart], order: Sequence[int]) -> FieldCode:
-    """Return the charts' warp fields as bytes, their nodes in the given order of charts.
+def pack_fields(fields: Sequence[WarpField], charts: Sequence[Chart]) -> FieldCode:
+    """Return the charts' warp fields as bytes, their nodes chart after chart.
 
     Raises
     ------
@@ -72,9 +72,9 @@ def pack_fields(fields: Sequence[WarpField], charts: Sequence[Chart], order: Seq
     alike = kinds[0] if len(set(kinds)) == 1 else 3
     writer = BitWriter(kernels.NODE_COUNTERS, kernels.NODE_INPUTS)
     first, ends = np.zeros(4, np.int16), []
-    for n in order:
-        if not fields[n].is_identity:
-            nodes = np.array(fields[n].nodes)
+    for field in fields:
+        if not field.is_identity:
+            nodes = np.array(field.nodes)
             writer.room(16 * nodes.size + 64)
             kernels.code_nodes(writer.coder, nodes, np.zeros_like(nodes), first, _LIMITS, 0, True)
             first = nodes[0, 0].copy()
@@ -143,11 +143,6 @@ class FieldDecoder:
     def complete(self) -> bool:
         """Whether every field is known."""
         return not self._waiting
-
-    def in_order(self, order: Sequence[int]) -> None:
-        """Take the order in which the charts' nodes come, before any byte of theirs."""
-        self._waiting = deque(n for n in order if self.fields[n] is None)
-        self._begin()
 
     def feed(self, data: bytes) -> None:
         """Take further bytes of the nodes.

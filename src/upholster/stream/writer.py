@@ -8,24 +8,18 @@ from upholster.errors import InputError, check_whole
 from upholster.geometry import MeshSurface, Surface, SurfaceLike, as_surface
 from upholster.quilt import Chart, Quilt
 from upholster.quilt.painting import check_painted
-from upholster.stream.arranged import arranged
-from upholster.stream.byte_reader import ByteReader
 from upholster.stream.chunks import assembled, pack_chunk
-from upholster.stream.hidden import hidden_cells
 from upholster.stream.layout import pack_layout
 from upholster.stream.maps import MAX_MAP_SAMPLES, MOST_SIDE, check_roles, interleaved, pack_role
 from upholster.stream.order import (
-    changed_texels,
     chart_parts,
-    mask_parts,
+    label_parts,
     ordered,
     sample_errors,
     sample_parts,
     split_sample,
-    unlikeness,
 )
-from upholster.stream.plan_common import PlanCode
-from upholster.stream.plans import encode_plan, open_plan
+from upholster.stream.plan import encode_plan
 from upholster.stream.surfaces import pack_surface
 from upholster.stream.warp_fields import pack_fields
 from upholster.types import PixelArray
@@ -59,8 +53,8 @@ def encode_stream(
         its positions are rounded to 12 bits along the longest side of its box, parameters to an eighth of a
         texel, and its triangles get another order.
     quilt
-        Its quilt: it comes back such that it paints exactly the same; of a plan of grids the order of charts,
-        and of blocks that were added, may be another, and so may cells of masks that no texel shows.
+        Its quilt: it comes back as it is. Centres of its placements must be centres of cells, at most one a
+        cell of its layer, in the order of the cells.
     exemplar
         (H, W) or (H, W, C) uint8, uint16 or float, of the quilt's shape; or the path of such an image.
     wavelet, levels, lossless, most_significant
@@ -117,24 +111,20 @@ def encode_stream(
         pack_chunk("L", layout),
         pack_chunk("X", image_header),
     ]
-    quilt = arranged(quilt)
-    plan = encode_plan(quilt, hidden_cells(quilt))
+    plan = encode_plan(quilt)
     bent = not all(field.is_identity for field in quilt.fields)
-    fields = pack_fields(quilt.fields, quilt.charts, plan.order) if bent else None
+    fields = pack_fields(quilt.fields, quilt.charts) if bent else None
     told = [] if fields is None else [pack_chunk("F", fields.head)]
-    told += [pack_chunk("Q", plan.plan)]
+    told += [pack_chunk("Q", plan.head)]
     told += [pack_chunk("R", pack_role(role, header)) for role, (header, _) in coded.items()]
-    straight = _straight(quilt, plan)
-    changed = changed_texels(quilt, straight)
-    charts, masks = chart_parts(quilt, plan, fields, changed), mask_parts(plan, changed)
-    unlike = unlikeness(quilt, straight, exemplar, changed)
+    charts, labels = chart_parts(quilt.charts, plan, fields), label_parts(plan)
     streams = {role: stream for role, (_, stream) in coded.items()}
 
     def whole(payload: bytes, streams: Mapping[str, bytes]) -> bytes:
         start = payload[:first_part]
         turns = interleaved(payload, streams, len(start)) if streams else split_sample(payload, len(start))
         errors = sample_errors(image_header, payload, [len(start), *(reached for reached, _ in turns)])
-        rest = ordered(charts, masks, sample_parts(turns), errors, len(start), unlike)
+        rest = ordered(charts, labels, sample_parts(turns), errors, len(start))
         return assembled(head, [*([pack_chunk("D", start)] if start else []), *told, *rest])
 
     if most_bytes is None:
@@ -161,13 +151,6 @@ def _within(
         if len(data) <= most_bytes or keep == 0:
             return data
         keep = max(0, keep - max(1, len(data) - most_bytes))
-
-
-def _straight(quilt: Quilt, plan: PlanCode) -> Quilt:
-    # The quilt as a decoder has it before the masks come.
-    decoder = open_plan(ByteReader(plan.plan), quilt.charts, quilt.exemplar_shape, quilt.fields)
-    decoder.feed_sources(plan.sources)
-    return decoder.quilt()
 
 
 def check_layout(

@@ -22,7 +22,7 @@ from upholster.options import WriteOptions
 from upholster.paging import paint_page, shown_charts, write_page
 from upholster.quilt.model import Quilt
 from upholster.quilt.pyramid import Pyramid
-from upholster.quilt.windows import map_pyramid
+map_pyramid = paint_window = touching = None  # replaced by the owner of this file
 from upholster.tiles.chart_files import (
     laid_bytes,
     lone_quilt,

@@ -14,7 +14,7 @@ from upholster.methods.paper._match_kernels import (
     add_tile,
     best_candidate,
 )
-from upholster.quilt._paint_kernels import lay_placement
+from upholster.methods.quilt._masked_kernels import lay_placement
 
 __all__ = ["lay_blocks", "lay_edge_blocks"]
 

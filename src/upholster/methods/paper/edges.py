@@ -6,7 +6,7 @@ import numpy as np
 
 from upholster.geometry import SharedEdge
 from upholster.quilt.chart import Chart
-from upholster.quilt.plans.strips import Strip, edge_length
+from upholster.methods.quilt.old_plans.strips import Strip, edge_length
 
 __all__ = ["color_classes", "strip_along"]
 

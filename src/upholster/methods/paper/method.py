@@ -21,8 +21,8 @@ from upholster.methods.paper.matching import Candidates
 from upholster.options import SynthesisOptions
 from upholster.parallel import run_tasks
 from upholster.quilt import Chart, Quilt
-from upholster.quilt.placement import SYMMETRIES
-from upholster.quilt.plans import StripLayout, StripPlan
+from upholster.methods.quilt.masked import SYMMETRIES
+from upholster.methods.quilt.old_plans import StripLayout, StripPlan
 from upholster.types import PixelArray, Progress
 
 __all__ = ["PaperOptions", "synthesize_paper"]

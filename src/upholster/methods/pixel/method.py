@@ -21,7 +21,7 @@ from upholster.methods.pixel.surface_levels import SurfaceLevel
 from upholster.options import SynthesisOptions
 from upholster.parallel import run_tasks
 from upholster.quilt import Chart, Quilt
-from upholster.quilt.plans import SourceMap
+from upholster.methods.quilt.old_plans import SourceMap
 from upholster.types import IntArray, PixelArray, Progress
 
 __all__ = ["PixelOptions", "check_sample", "synthesize_pixel"]

@@ -1,157 +1,197 @@
-"""The result as a plan: charts in the order in which they were laid, blocks with links, masks as windows."""
+"""What was laid becomes placements and labels: of each cell, the block that shows there in the end.
+
+Blocks are laid one over the other, with masks. Each cell takes the block that shows at its middle. A block's
+centre moves into the cells that show it, with what it reads there; where that turns or stretches it by more
+than a little, it gets a matrix of its own, fitted to those cells. What shows in less than four cells goes.
+"""
 
 from collections.abc import Sequence
-from dataclasses import replace
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.methods.quilt.grid import BlockGrid
-from upholster.methods.quilt.transfer import ChartPlacements
+from upholster.methods.quilt._emit_kernels import fill_labels, trace_cells
+from upholster.methods.quilt._masked_kernels import weight_rows
+from upholster.parallel import run_tasks
 from upholster.quilt.chart import Chart
-from upholster.quilt.placement import MASK_CUT, mask_windows, touches
-from upholster.quilt.plans import ChartGrid, GridPlan, PlacementList
-from upholster.quilt.plans.grid import BLOCK
+from upholster.quilt.displacement import centre_matrices, warped_sources
+from upholster.quilt.labels import LabelMap, cell_centres, label_shape
+from upholster.quilt.model import Quilt
+from upholster.quilt.placement import MOST_MATRIX, PLACEMENT, SYMMETRIES
+from upholster.quilt.warp_field import UNIT, WarpField
+from upholster.types import FloatArray, IntArray
 
-__all__ = ["emit_list", "emit_plan", "windows_of"]
+__all__ = ["LABEL_CELL", "Labelled", "emitted_quilt", "labelled"]
+
+LABEL_CELL = 4
+"""Steps a side of a cell of label maps: blocks are blended over so many."""
+
+_LEAST_CELLS = 4
+"""A placement that shows in fewer goes: nobody sees them, and each takes as many bytes as a large one."""
+
+_OFF = 0.3
+"""Pixels that a placement may be off somewhere before it gets a matrix of its own."""
+
+Labelled = tuple[NDArray[np.void], LabelMap]
+"""A chart's placements and labels."""
 
 
-def emit_plan(
+def emitted_quilt(
     charts: Sequence[Chart],
-    grids: Sequence[BlockGrid],
-    laid: Sequence[ChartPlacements],
-    order: Sequence[int],
-) -> GridPlan:
-    """Return the plan of what was laid.
+    fields: Sequence[WarpField],
+    exemplar_shape: tuple[int, int],
+    placed: Sequence[NDArray[np.void]],
+    cells: Sequence[NDArray[np.uint8]],
+    *,
+    cell: int,
+    whole: bool,
+    threads: int | None = None,
+) -> Quilt:
+    """Return the quilt of what was laid.
 
     Parameters
     ----------
-    charts, grids
-        The layout, and where each chart's own blocks lie.
-    laid
-        Each chart's placements: those transferred to it, then its own.
-    order
-        The charts' numbers in the order in which they were laid.
-
-    Returns
-    -------
-    GridPlan
-        Without blocks that do not touch their chart: they served to be transferred to its neighbours.
+    charts, fields, exemplar_shape
+        As in `Quilt`.
+    placed, cells
+        Per chart the blocks (`upholster.methods.quilt.masked.PLACEMENT`) in the order in which they were
+        laid, and the cells of their masks.
+    cell
+        Steps a side of a cell of the label maps.
+    whole
+        Whether `cells` are those of whole masks, not of their windows.
+    threads
+        As in `upholster.parallel.run_tasks`.
     """
-    kept = [np.flatnonzero(touches(part.placements, charts)) for part in laid]
-    indices = _coded_indices(laid, kept, order)
-    chart_grids: list[ChartGrid] = []
-    blocks, cells = [np.zeros(0, BLOCK)], [np.zeros(0, np.uint8)]
-    for n in order:
-        parts = np.split(kept[n], np.searchsorted(kept[n], laid[n].ends[:-1]))
-        for part in [one for k, one in enumerate(parts) if k == 0 or len(one)]:
-            before = chart_grids[-1] if chart_grids else None
-            chart_grids.append(_chart_grid(n, grids[n], laid[n], part, before))
-        blocks.append(_blocks(laid[n], kept[n], _links(laid, indices, n, kept[n])))
-        cells += windows_of(laid[n], kept[n], charts)
-    return GridPlan(tuple(chart_grids), grids[0].feather, np.concatenate(blocks), np.concatenate(cells))
+    found: list[Labelled | None] = [None] * len(charts)
+
+    def label(n: int) -> None:
+        found[n] = labelled(n, charts[n], fields[n], exemplar_shape, placed[n], cells[n], cell=cell, whole=whole)
+
+    run_tasks([partial(label, n) for n in range(len(charts))], threads=threads)
+    each = [one for one in found if one is not None]
+    placements = np.concatenate([own for own, _ in each])
+    return Quilt(tuple(charts), exemplar_shape, placements, tuple((layer,) for _, layer in each), tuple(fields))
 
 
-def emit_list(charts: Sequence[Chart], laid: ChartPlacements) -> PlacementList:
-    """Return one chart's placements as a plain list: those of a tile wrap round, which no grid tells."""
-    kept = np.flatnonzero(touches(laid.placements, charts))
-    placed = laid.placements[kept]
-    cells = windows_of(laid, kept, charts)
-    sizes = np.array([len(part) for part in cells], np.int64)
-    cut = placed["mask"] == MASK_CUT
-    placed["first_cell"][cut] = np.cumsum(sizes) - sizes
-    return PlacementList(placed, np.concatenate([np.zeros(0, np.uint8), *cells]))
+def labelled(
+    number: int,
+    chart: Chart,
+    field: WarpField,
+    shape: tuple[int, int],
+    laid: NDArray[np.void],
+    cells: NDArray[np.uint8],
+    *,
+    cell: int,
+    whole: bool,
+) -> Labelled:
+    """Return the placements and labels of one chart, see `emitted_quilt`."""
+    high, wide = label_shape(chart.height, chart.width, cell)
+    seen = _seen(chart, laid, cells, cell, whole)
+    if not (seen >= 0).any():
+        seen[:] = 0
+    count = np.bincount(seen[seen >= 0], minlength=len(laid))
+    few = (count > 0) & (count < _LEAST_CELLS)
+    if few.any() and (count >= _LEAST_CELLS).any():
+        seen[(seen >= 0) & few[seen]] = -1
+    fill_labels(seen, np.empty(seen.size, np.int64))
+    kept, labels = np.unique(seen, return_inverse=True)
+    labels = labels.reshape(high, wide).astype(np.int32)
+    blocks = _unmasked(number, laid[kept])
+    moved, centre = _recentred(blocks, labels, chart, field, shape, cell)
+    order = np.lexsort((centre[:, 1], centre[:, 0]))
+    rank = np.empty(len(order), np.int32)
+    rank[order] = np.arange(len(order), dtype=np.int32)
+    return moved[order], LabelMap(cell, rank[labels])
 
 
-def windows_of(
-    laid: ChartPlacements, kept: NDArray[np.intp], charts: Sequence[Chart]
-) -> list[NDArray[np.uint8]]:
-    """Return the windows of the cut masks of some placements, whose masks are whole."""
-    placed = laid.placements[kept]
-    placed = placed[placed["mask"] == MASK_CUT]
-    cell = placed["mask_cell"].astype(np.int64)
-    rows, columns = -(-placed["height"] // cell), -(-placed["width"] // cell)
-    found = []
-    for first, high, wide, (i0, i1, j0, j1) in zip(
-        placed["first_cell"].tolist(),
-        rows.tolist(),
-        columns.tolist(),
-        mask_windows(placed, charts).tolist(),
-        strict=True,
-    ):
-        mask = laid.cells[first : first + high * wide].reshape(high, wide)
-        found.append(mask[i0:i1, j0:j1].reshape(-1))
+def _seen(
+    chart: Chart, laid: NDArray[np.void], cells: NDArray[np.uint8], cell: int, whole: bool
+) -> NDArray[np.int32]:
+    # Of each cell the block that shows at its middle; −1 where none does.
+    high, wide = label_shape(chart.height, chart.width, cell)
+    seen = np.full((high, wide), -1, np.int32)
+    tallest, widest = (int(laid[name].max(initial=1)) for name in ("height", "width"))
+    scratch = np.empty((2, weight_rows(tallest, tallest), widest), np.int32)
+    trace_cells(laid, cells, (chart.height, chart.width), cell, whole, scratch, seen)
+    return seen
+
+
+def _unmasked(number: int, laid: NDArray[np.void]) -> NDArray[np.void]:
+    # Placements that read as blocks do: the middle of step k is at 16·k + 8.
+    found = np.zeros(len(laid), PLACEMENT)
+    found["chart"] = number
+    for name in ("row", "column"):
+        found[name] = 16 * laid[name] + 8
+    for name in ("source_row", "source_column", "matrix", "symmetry", "centred"):
+        found[name] = laid[name]
     return found
 
 
-def _coded_indices(
-    laid: Sequence[ChartPlacements], kept: Sequence[NDArray[np.intp]], order: Sequence[int]
-) -> list[NDArray[np.int64]]:
-    # Per chart, the index of each placement among the plan's blocks; -1 for those that are left out.
-    indices = [np.full(len(part.placements), -1, np.int64) for part in laid]
-    start = 0
-    for n in order:
-        indices[n][kept[n]] = start + np.arange(len(kept[n]))
-        start += len(kept[n])
-    return indices
+def _recentred(
+    blocks: NDArray[np.void],
+    labels: NDArray[np.int32],
+    chart: Chart,
+    field: WarpField,
+    shape: tuple[int, int],
+    cell: int,
+) -> tuple[NDArray[np.void], IntArray]:
+    """Return placements whose centres are middles of cells that show them, and these cells' rows and columns."""
+    rows, columns = (index.reshape(-1) for index in np.indices(labels.shape))
+    owner = labels.reshape(-1)
+    at = cell_centres(labels.shape[0], cell)[rows], cell_centres(labels.shape[1], cell)[columns]
+    read = np.stack(warped_sources(field, blocks[owner], *at), axis=1).astype(np.int64)
+    inside = ((read >= 0) & (read < 16 * np.array(shape))).all(axis=1)
+    within = (rows > 0) & (rows < labels.shape[0] - 1) & (columns > 0) & (columns < labels.shape[1] - 1)
+    size = np.bincount(owner, minlength=len(blocks))
+    middle = [np.bincount(owner, index, minlength=len(blocks)) / size for index in (rows, columns)]
+    away = (rows - middle[0][owner]) ** 2 + (columns - middle[1][owner]) ** 2
+    order = np.lexsort((away, ~within, ~inside, owner))
+    chosen = order[np.searchsorted(owner[order], np.arange(len(blocks)))]
+    moved = blocks.copy()
+    moved["row"], moved["column"] = at[0][chosen], at[1][chosen]
+    for axis, name in enumerate(("source_row", "source_column")):
+        moved[name] = np.clip(read[chosen, axis], 0, 16 * shape[axis] - 1)
+    _fit_matrices(moved, blocks, field, owner, np.stack(at, axis=1), read)
+    return moved, np.stack([rows[chosen], columns[chosen]], axis=1)
 
 
-def _links(
-    laid: Sequence[ChartPlacements], indices: Sequence[NDArray[np.int64]], chart: int, kept: NDArray[np.intp]
-) -> NDArray[np.int64]:
-    # The block that each came from; where that was left out, the one that it came from in turn.
-    links = np.full(len(kept), -1, np.int64)
-    for n, parent in enumerate(laid[chart].parents[kept].tolist()):
-        while parent[0] >= 0:
-            links[n] = indices[parent[0]][parent[1]]
-            if links[n] >= 0:
-                break
-            parent = laid[parent[0]].parents[parent[1]].tolist()
-    return links
+def _fit_matrices(
+    moved: NDArray[np.void],
+    blocks: NDArray[np.void],
+    field: WarpField,
+    owner: IntArray,
+    at: IntArray,
+    read: IntArray,
+) -> None:
+    """Give placements the matrices with which they read as before, where the field's own is off.
 
+    With C + ΔC in place of C = M(c), a place q reads ½·ΔC·(q − c) further, T turned by the symmetry; ΔC is
+    the least squares' answer over the cells that show the placement.
+    """
+    moved["centred"], moved["matrix"] = 0, 0
+    now = np.stack(warped_sources(field, moved[owner], at[:, 0], at[:, 1]), axis=1)
+    turn = SYMMETRIES[moved["symmetry"][owner]].reshape(-1, 2, 2)
+    rest = np.einsum("nji,nj->ni", turn, (read - now) / 16)  # the symmetry's inverse is its transpose
+    step = (at - np.stack([moved["row"][owner], moved["column"][owner]], axis=1)) / 16
+    off = np.zeros(len(moved))
+    np.maximum.at(off, owner, np.abs(rest).max(axis=1))
+    bent = np.flatnonzero(off > _OFF)
+    if not len(bent):
+        return
 
-def _blocks(laid: ChartPlacements, kept: NDArray[np.intp], links: NDArray[np.int64]) -> NDArray[np.void]:
-    placed = laid.placements[kept]
-    blocks = np.zeros(len(placed), BLOCK)
-    for name in (
-        *("row", "column", "height", "width", "symmetry"),
-        *("source_row", "source_column", "centred", "matrix"),
-    ):
-        blocks[name] = placed[name]
-    blocks["cut"] = placed["mask"] == MASK_CUT
-    blocks["link"] = links
-    return blocks
+    def summed(values: FloatArray) -> FloatArray:
+        found: FloatArray = np.bincount(owner, values, minlength=len(moved))[bent]
+        return found
 
-
-def _chart_grid(
-    chart: int, grid: BlockGrid, laid: ChartPlacements, kept: NDArray[np.intp], before: ChartGrid | None
-) -> ChartGrid:
-    # No more positions than those between the chart's own blocks that were laid at this time.
-    first_added = len(laid.placements) - laid.added
-    own = laid.placements[kept[(laid.parents[kept, 0] < 0) & (kept < first_added)]]
-    transferred = len(kept) - len(own)
-    steps = grid.height - grid.overlap_rows, grid.width - grid.overlap_columns
-    if not len(own):
-        if before is not None:
-            # Its numbers mean nothing: those of the grid before take no bytes.
-            changed = {"rows": 1, "across": 1, "mask_cell": grid.mask_cell, "transferred": transferred}
-            return replace(before, chart=chart, own=0, **changed)
-        first = grid.height // 2, grid.width // 2
-        return ChartGrid(
-            chart, 1, 1, *first, grid.height, grid.width, *steps, grid.level, grid.mask_cell, transferred, 0
-        )
-    low_row, low_column = int(own["row"].min()), int(own["column"].min())
-    return ChartGrid(
-        chart,
-        (int(own["row"].max()) - low_row) // steps[0] + 1,
-        (int(own["column"].max()) - low_column) // steps[1] + 1,
-        low_row,
-        low_column,
-        grid.height,
-        grid.width,
-        *steps,
-        grid.level,
-        grid.mask_cell,
-        transferred,
-        len(own),
-    )
+    square = np.empty((len(bent), 2, 2))
+    product = np.empty((len(bent), 2, 2))
+    for i in range(2):
+        for j in range(2):
+            square[:, i, j] = summed(step[:, i] * step[:, j]) + (i == j)  # a step's worth against singular ones
+            product[:, i, j] = summed(2 * rest[:, i] * step[:, j])
+    added = product @ np.linalg.inv(square)
+    own = centre_matrices(field, moved[bent]) + np.rint(added.reshape(-1, 4) * UNIT)
+    moved["matrix"][bent] = np.clip(own, -MOST_MATRIX, MOST_MATRIX).astype(np.int32)
+    moved["centred"][bent] = 1

@@ -33,8 +33,7 @@ from upholster.methods.quilt.refinement import LaidChart, refine_chart
 from upholster.methods.quilt.tile import refine_tile, wrapped
 from upholster.methods.quilt.transfer import BlockTransfer, ChartPlacements, joined
 from upholster.quilt.chart import Chart
-from upholster.quilt.displacement import centre_matrices
-from upholster.quilt.placement import MASK_CUT, MASK_NONE, PLACEMENT
+from upholster.methods.quilt.masked import MASK_CUT, MASK_NONE, PLACEMENT, step_matrices
 from upholster.types import FloatArray, IntArray
 
 __all__ = ["lay_chart"]
@@ -227,7 +226,7 @@ class _ChartLayer:
             field.margin,
             self.pads,
             self.grid.mask_cell,
-            np.concatenate([laid, centre_matrices(field, transferred.placements)], axis=1),
+            np.concatenate([laid, step_matrices(field, transferred.placements)], axis=1),
             transferred.cells,
         )
 

@@ -9,9 +9,10 @@ Where a neighbour is not laid yet, blocks reach beyond the edge and are transfer
 
 from collections.abc import Sequence, Set
 from functools import partial
+from typing import Any
 
 from upholster.geometry import Surface
-from upholster.methods.quilt.emit import emit_list, emit_plan
+from upholster.methods.quilt.emit import LABEL_CELL, emitted_quilt
 from upholster.methods.quilt.options import QuiltOptions
 from upholster.methods.quilt.phases import WantedPhases
 from upholster.methods.quilt.run import LaidPart, Progressing, QuiltRun, lay_one, planned
@@ -19,7 +20,6 @@ from upholster.methods.quilt.transfer import ChartPlacements
 from upholster.parallel import run_tasks
 from upholster.quilt.chart import Chart
 from upholster.quilt.model import Quilt
-from upholster.quilt.plans import Plan
 from upholster.quilt.warp_field import WarpField
 from upholster.types import PixelArray, Progress
 
@@ -74,7 +74,7 @@ def synthesize_quilt(
         options=options, phases=phases, wrap=wrap, turning=turning, seed=seed,
     )  # fmt: skip
     finished = lay_all(run, threads=threads, progress=progress)
-    return emitted(run, finished, (exemplar.shape[0], exemplar.shape[1]))
+    return emitted(run, finished, (exemplar.shape[0], exemplar.shape[1]), threads=threads)
 
 
 def lay_all(
@@ -100,8 +100,10 @@ def lay_all(
     return [laid for laid in finished if laid is not None]
 
 
-def emitted(run: QuiltRun, laid: Sequence[ChartPlacements], exemplar_shape: tuple[int, int]) -> Quilt:
+def emitted(
+    run: QuiltRun, laid: Sequence[ChartPlacements], exemplar_shape: tuple[int, int], *, threads: int | None = None
+) -> Quilt:
     """Return the quilt of all charts' placements."""
-    order = run.before(len(run.classes))
-    plan: Plan = emit_list(run.charts, laid[0]) if run.wrap else emit_plan(run.charts, run.grids, laid, order)
-    return Quilt(run.charts, exemplar_shape, plan, run.fields)
+    placed, cells = [part.placements for part in laid], [part.cells for part in laid]
+    how: dict[str, Any] = {"cell": LABEL_CELL, "whole": True, "threads": threads}
+    return emitted_quilt(run.charts, run.fields, exemplar_shape, placed, cells, **how)

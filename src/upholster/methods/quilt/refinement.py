@@ -44,8 +44,7 @@ from upholster.methods.quilt.grid import BlockGrid
 from upholster.methods.quilt.match_pyramid import MatchLevel
 from upholster.methods.quilt.phases import Phases
 from upholster.methods.quilt.transfer import ChartPlacements
-from upholster.quilt.displacement import centre_matrices
-from upholster.quilt.placement import MASK_CUT, PLACEMENT
+from upholster.methods.quilt.masked import MASK_CUT, PLACEMENT, step_matrices
 from upholster.types import FloatArray, IntArray
 
 __all__ = ["LaidChart", "refine_chart"]
@@ -240,7 +239,7 @@ def _table(chart: LaidChart, placed: NDArray[np.void], most: int) -> IntArray:
     ):
         table[:count, place] = placed[name]
     table[:count, PHASE : PHASE + 2] = _wanted(chart, placed["row"], placed["column"])
-    table[:count, CENTRE:] = centre_matrices(chart.grid.field, placed)
+    table[:count, CENTRE:] = step_matrices(chart.grid.field, placed)
     return table
 
 

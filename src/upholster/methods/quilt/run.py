@@ -26,7 +26,7 @@ from upholster.methods.quilt.options import QuiltOptions
 from upholster.methods.quilt.phases import Phases, WantedPhases
 from upholster.methods.quilt.transfer import BlockTransfer, ChartPlacements
 from upholster.quilt.chart import Chart
-from upholster.quilt.placement import touches
+from upholster.methods.quilt.masked import touches
 from upholster.quilt.warp_field import WarpField
 from upholster.types import FloatArray, PixelArray
 
@@ -267,7 +267,7 @@ def planned(
 
 
 def _symmetries(options: QuiltOptions) -> int:
-    # Which symmetries blocks may have, a bit for each: see `upholster.quilt.placement.SYMMETRIES`.
+    # Which symmetries blocks may have, a bit for each: see `upholster.methods.quilt.masked.SYMMETRIES`.
     turns = 0b1111 if options.rotate else 1
     return turns | (turns << 4 if options.rotate else _MIRRORED) if options.mirror else turns
 

@@ -9,6 +9,7 @@ block after another.
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,6 +23,7 @@ from upholster.methods.quilt._landmark_kernels import LandmarkUses
 from upholster.methods.quilt._phase_kernels import MISFIT
 from upholster.methods.quilt.landmarks import mesh_uses
 from upholster.methods.quilt.match_pyramid import MatchPyramid
+from upholster.methods.quilt.emit import LABEL_CELL, emitted_quilt
 from upholster.methods.quilt.mesh._frame_kernels import (
     FRAME_COLUMNS,
     Canvases,
@@ -46,7 +48,7 @@ from upholster.methods.quilt.phases import WantedPhases
 from upholster.parallel import check_running, run_tasks
 from upholster.quilt.chart import Chart
 from upholster.quilt.model import Quilt
-from upholster.quilt.placement import (
+from upholster.methods.quilt.masked import (
     LARGEST_WARPED,
     MASK_CUT,
     MASK_NONE,
@@ -54,7 +56,6 @@ from upholster.quilt.placement import (
     PLACEMENT,
     SYMMETRIES,
 )
-from upholster.quilt.plans import PlacementList
 from upholster.quilt.warp_field import UNIT, WarpField
 from upholster.types import FloatArray, IntArray, PixelArray, Progress
 
@@ -149,7 +150,11 @@ def synthesize_mesh(
     laying.refine(options.effort, progress)
     placed, cells = laying.placements()
     shape = exemplar.shape[0], exemplar.shape[1]
-    return Quilt(tuple(charts), shape, PlacementList(placed, cells), tuple(fields), surface, seed)
+    ends = np.searchsorted(placed["chart"], np.arange(len(charts) + 1))
+    each = [placed[ends[n] : ends[n + 1]] for n in range(len(charts))]
+    how: dict[str, Any] = {"cell": LABEL_CELL, "whole": False, "threads": threads}
+    quilt = emitted_quilt(charts, fields, shape, each, [cells] * len(charts), **how)
+    return quilt.on(surface, seed=seed)
 
 
 def _frame(shape: tuple[int, ...], block: int, scale: float, density: float) -> Frame:

@@ -13,7 +13,7 @@ from upholster.methods.quilt.mesh._frame_kernels import COST, Canvases
 from upholster.methods.quilt.mesh._refine_frame_kernels import refine_frames
 from upholster.methods.quilt.mesh._unfold_kernels import MeshArrays
 from upholster.methods.quilt.mesh.frames import Frame, Lot, enter_frame, frame_numbers, frame_span
-from upholster.quilt.placement import LARGEST_WARPED
+from upholster.methods.quilt.masked import LARGEST_WARPED
 from upholster.types import FloatArray, IntArray, Progress
 
 __all__ = ["RefinedMesh", "dearest", "larger_frame", "refine_lot"]

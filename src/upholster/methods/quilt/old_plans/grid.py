@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.quilt.chart import Chart
-from upholster.quilt.placement import MASK_CUT, MASK_NONE, PLACEMENT, mask_sizes
+from upholster.methods.quilt.masked import MASK_CUT, MASK_NONE, PLACEMENT, mask_sizes
 
 __all__ = ["BLOCK", "ChartGrid", "GridPlan"]
 

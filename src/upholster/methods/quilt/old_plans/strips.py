@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.quilt.chart import Chart
-from upholster.quilt.placement import (
+from upholster.methods.quilt.masked import (
     MASK_CUT,
     MASK_NONE,
     MASK_RAMP,

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from upholster.errors import InputError
 from upholster.quilt.chart import Chart
-from upholster.quilt.placement import PLACEMENT
+from upholster.methods.quilt.masked import PLACEMENT
 
 __all__ = ["SourceMap"]
 

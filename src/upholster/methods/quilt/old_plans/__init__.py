@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.quilt.chart import Chart
-from upholster.quilt.plans.grid import ChartGrid, GridPlan
-from upholster.quilt.plans.listing import PlacementList
-from upholster.quilt.plans.source_map import SourceMap
-from upholster.quilt.plans.strips import Strip, StripLayout, StripPlan
+from upholster.methods.quilt.old_plans.grid import ChartGrid, GridPlan
+from upholster.methods.quilt.old_plans.listing import PlacementList
+from upholster.methods.quilt.old_plans.source_map import SourceMap
+from upholster.methods.quilt.old_plans.strips import Strip, StripLayout, StripPlan
 
 __all__ = ["ChartGrid", "GridPlan", "PlacementList", "Plan", "SourceMap", "Strip", "StripLayout", "StripPlan"]
 

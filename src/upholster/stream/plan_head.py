@@ -1,0 +1,237 @@
+"""What a plan tells first: grids of cells, and how many placements lie on each chart (SPEC.md, section 4)."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from upholster.errors import InputError
+from upholster.quilt.chart import Chart
+from upholster.quilt.labels import MOST_CELL, cell_centres, label_shape, nearest_labels
+from upholster.quilt.model import Quilt
+from upholster.stream._plan_kernels import Grid
+from upholster.stream.byte_reader import ByteReader, varint
+
+__all__ = ["MAX_CELLS", "MAX_PLACEMENTS", "PlanHead", "PlanPart"]
+
+MAX_PLACEMENTS = 2**19
+MAX_CELLS = 2**27
+"""Cells of all label maps."""
+
+_CELLS_A_STEP, _CELLS_A_CHART = 4, 32
+_MOST_LAYERS = 2
+_HALF, _ALIKE = 1, 2
+"""Bits of a layer: its cells are moved by half a cell; those of all charts are of one size."""
+
+
+@dataclass(frozen=True, slots=True)
+class PlanPart:
+    """A layer of a chart: what is coded at a time.
+
+    Attributes
+    ----------
+    number, layer, chart
+        The chart's number, the layer, 0 or 1, and the chart.
+    cell, half
+        As of `LabelMap`.
+    first, start, count
+        Its first placement among those of the chart, and among all; how many it has.
+    """
+
+    number: int
+    layer: int
+    chart: Chart
+    cell: int
+    half: bool
+    first: int
+    start: int
+    count: int
+
+    def __str__(self) -> str:
+        return f"layer {self.layer} of chart {self.number}"
+
+    @property
+    def stop(self) -> int:
+        """Where its placements end among all."""
+        return self.start + self.count
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """Rows and columns of cells."""
+        return label_shape(self.chart.height, self.chart.width, self.cell)
+
+    @property
+    def size(self) -> int:
+        """How many cells it has."""
+        return self.shape[0] * self.shape[1]
+
+    @property
+    def is_settled(self) -> bool:
+        """Whether its label map can only be one thing, and is not told."""
+        return self.count == (1 if self.layer == 0 else 0)
+
+    def grid(self, margin: int, exemplar_shape: tuple[int, int]) -> Grid:
+        """Return what kernels know of it; `margin` is that of the chart's warp field."""
+        return Grid(self.cell, int(self.half), *self.shape, margin, *exemplar_shape)
+
+    def blank(self) -> NDArray[np.int32]:
+        """Return labels of which nothing is known."""
+        return np.full(self.shape, 0 if self.layer == 0 else -1, np.int32)
+
+    def nearest(self, rows: NDArray[np.int32], columns: NDArray[np.int32]) -> NDArray[np.int32]:
+        """Return of each cell the nearest placement, given their centres, by its number on the chart."""
+        found = nearest_labels(rows, columns, self.chart, self.cell, half=self.half)
+        return found + np.int32(self.first)
+
+    def cells_of(self, placed: NDArray[np.void]) -> NDArray[np.int64]:
+        """Return (n, 2) row and column of the cells of which its placements have the centres.
+
+        Raises
+        ------
+        InputError
+            If a centre is none of a cell, or they do not come one a cell, row after row.
+        """
+        found = np.empty((len(placed), 2), np.int64)
+        for axis, name in enumerate(("row", "column")):
+            centres = cell_centres(self.shape[axis], self.cell, half=self.half)
+            found[:, axis] = np.searchsorted(centres, placed[name])
+            if not np.isin(placed[name], centres).all():
+                raise InputError(
+                    f"{self!s} has a placement whose centre is none of its cells of {self.cell} steps; "
+                    "allowed in a stream: only such"
+                )
+        if (np.diff(found @ (self.shape[1], 1)) <= 0).any():
+            raise InputError(
+                f"{self!s} has placements that share a cell or are not in the cells' order; "
+                "allowed in a stream: row after row"
+            )
+        return found
+
+
+@dataclass(frozen=True, slots=True)
+class PlanHead:
+    """Grids of cells, and how many placements there are.
+
+    Attributes
+    ----------
+    charts
+        The layout.
+    half
+        Per layer whether its cells are moved by half a cell; one layer or two.
+    cells, counts
+        (charts, layers) the size of the cells in steps, and how many placements there are.
+    """
+
+    charts: tuple[Chart, ...]
+    half: tuple[bool, ...]
+    cells: NDArray[np.int64]
+    counts: NDArray[np.int64]
+
+    @classmethod
+    def bare(cls, charts: tuple[Chart, ...]) -> "PlanHead":
+        """Return what holds before a plan has come."""
+        shape = len(charts), 1
+        return cls(charts, (False,), np.full(shape, MOST_CELL, np.int64), np.ones(shape, np.int64))
+
+    @classmethod
+    def of(cls, quilt: Quilt) -> "PlanHead":
+        """Return what is told of a quilt.
+
+        Raises
+        ------
+        InputError
+            If that is more than the format holds.
+        """
+        numbers = {len(maps) for maps in quilt.labels}
+        if len(numbers) > 1:
+            raise InputError("some charts have a second layer; allowed in a stream: all of them or none")
+        half = [{maps[layer].half for maps in quilt.labels} for layer in range(max(numbers))]
+        if any(len(some) > 1 for some in half):
+            raise InputError("cells of some charts are moved by half; allowed in a stream: all or none")
+        cells = np.array([[one.cell for one in maps] for maps in quilt.labels], np.int64)
+        place = _MOST_LAYERS * quilt.placements["chart"].astype(np.int64) + quilt.placements["layer"]
+        counts = np.bincount(place, minlength=_MOST_LAYERS * len(cells)).reshape(-1, _MOST_LAYERS)
+        found = cls(quilt.charts, tuple(some.pop() for some in half), cells, counts[:, : len(half)])
+        wrong = found._excess()
+        if wrong:
+            raise InputError(f"{wrong} in a stream")
+        return found
+
+    @classmethod
+    def parse(cls, fields: ByteReader, charts: tuple[Chart, ...]) -> "PlanHead":
+        """Read it back.
+
+        Raises
+        ------
+        FormatError
+            If it is malformed or outside what is allowed.
+        """
+        layers = fields.varint("number of layers", _MOST_LAYERS, 1)
+        half, cells, counts = [], np.empty((len(charts), layers), np.int64), []
+        for layer in range(layers):
+            flags = fields.byte("flags of a layer", _HALF | _ALIKE)
+            half.append(bool(flags & _HALF))
+            told = [
+                fields.varint("cell of a layer", MOST_CELL, 1)
+                for _ in range(1 if flags & _ALIKE else len(charts))
+            ]
+            cells[:, layer] = told
+        found = cls(charts, tuple(half), cells, np.ones_like(cells))
+        wrong = found._excess()
+        if wrong:
+            raise fields.error(wrong)
+        for layer in range(layers):
+            most = np.minimum(found._shapes()[:, layer].prod(axis=1), MAX_PLACEMENTS).tolist()
+            least = 1 if layer == 0 else 0
+            counts.append([fields.varint("number of placements", each, least) for each in most])
+        total = sum(map(sum, counts))
+        if total > MAX_PLACEMENTS:
+            raise fields.error(f"plan has {total} placements; allowed: {MAX_PLACEMENTS}")
+        fields.end("plan")
+        return cls(charts, tuple(half), cells, np.array(counts, np.int64).T)
+
+    def pack(self) -> bytes:
+        """Return it as bytes."""
+        out = [varint(self.layers)]
+        for half, cells in zip(self.half, self.cells.T.tolist(), strict=True):
+            alike = len(set(cells)) == 1
+            out.append(bytes([_HALF * half | _ALIKE * alike]))
+            out += [varint(cell) for cell in cells[: 1 if alike else None]]
+        return b"".join([*out, *(varint(count) for count in self.counts.T.reshape(-1).tolist())])
+
+    @property
+    def layers(self) -> int:
+        """How many there are."""
+        return len(self.half)
+
+    @property
+    def total(self) -> int:
+        """How many placements there are."""
+        return int(self.counts.sum())
+
+    def starts(self) -> NDArray[np.int64]:
+        """Return per chart and layer its first placement among all."""
+        return (np.cumsum(self.counts) - self.counts.reshape(-1)).reshape(self.counts.shape)
+
+    def parts(self) -> Iterator[PlanPart]:
+        """Return all charts' layers, in the order in which they are coded."""
+        rows = zip(self.charts, self.cells.tolist(), self.counts.tolist(), strict=True)
+        start = 0
+        for number, (chart, cells, counts) in enumerate(rows):
+            first = 0
+            for layer, (cell, count) in enumerate(zip(cells, counts, strict=True)):
+                yield PlanPart(number, layer, chart, cell, self.half[layer], first, start, count)
+                first, start = first + count, start + count
+
+    def _shapes(self) -> NDArray[np.int64]:
+        # (charts, layers, 2) rows and columns of cells.
+        sizes = np.array([(chart.height, chart.width) for chart in self.charts], np.int64)
+        return -(-sizes[:, None] // self.cells[..., None]) + 2
+
+    def _excess(self) -> str:
+        # What is wrong with the number of cells; nothing: an empty text.
+        steps = sum(chart.height * chart.width for chart in self.charts)
+        most = min(MAX_CELLS, _CELLS_A_STEP * steps + _CELLS_A_CHART * len(self.charts))
+        cells = int(self._shapes().prod(axis=2).sum())
+        return f"label maps have {cells} cells; allowed: {most}" if cells > most else ""

@@ -1,0 +1,250 @@
+"""Placements and labels: exact round trips, and never a symbol that the bytes do not determine."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from streams import CHARTS, anything, anything_bent, at_cells, laid, noise, same, same_labels
+
+from upholster.errors import FormatError, InputError
+from upholster.quilt import Chart, Quilt, paint
+from upholster.quilt.labels import LabelMap, nearest_labels
+from upholster.quilt.placement import PLACEMENT, bare_placement
+from upholster.stream.byte_reader import ByteReader, varint
+from upholster.stream.plan import PlanCode, PlanDecoder, encode_plan
+from upholster.stream.plan_head import PlanHead
+
+
+def decoder_of(quilt: Quilt, head: bytes) -> PlanDecoder:
+    return PlanDecoder(PlanHead.parse(ByteReader(head), quilt.charts), quilt.exemplar_shape, quilt.fields)
+
+
+def decoded(quilt: Quilt, code: PlanCode, step: int = 2**30) -> Quilt:
+    """What comes back of bytes that come so many at a time."""
+    decoder = decoder_of(quilt, code.head)
+    for start in range(0, len(code.placements), step):
+        decoder.feed_placements(code.placements[start : start + step])
+    for start in range(0, len(code.labels), step):
+        decoder.feed_labels(code.labels[start : start + step])
+    assert decoder.complete
+    assert decoder.unread == 0
+    return decoder.quilt()
+
+
+def with_placed(quilt: Quilt, placed: Any) -> Quilt:
+    return Quilt(quilt.charts, quilt.exemplar_shape, placed, quilt.labels, quilt.fields)
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.integers(0, 60), st.integers(1, 5), st.booleans())
+def test_any_valid_quilt_comes_back(seed: int, count: int, charts: int, fields: bool) -> None:
+    rng = np.random.default_rng(seed)
+    layout = [Chart(0, *rng.integers(1, 90, 2).tolist()) for _ in range(charts)]
+    shape = tuple(rng.integers(4, 70, 2).tolist())
+    quilt = (anything_bent if fields else anything)(rng, shape, layout, count)
+    code = encode_plan(quilt)
+    assert same(decoded(quilt, code), quilt)
+    assert same(decoded(quilt, code, 1 + seed % 7), quilt)
+
+
+@pytest.mark.parametrize("second", [False, True])
+def test_a_quilt_that_was_laid_takes_few_bytes(second: bool) -> None:
+    _, quilt, _ = laid(side=128, second=second)
+    code = encode_plan(quilt)
+    assert same(decoded(quilt, code), quilt)
+    assert len(code.placements) < 4 * len(quilt.placements)
+    cells = sum(one.labels.size for maps in quilt.labels for one in maps)
+    assert len(code.labels) < 0.25 * cells
+
+
+def test_a_quilt_in_which_all_goes_on_takes_next_to_nothing() -> None:
+    _, quilt, exemplar = laid(side=256)
+    placed = quilt.placements.copy()
+    for name, pixels in zip(("row", "column"), exemplar.shape, strict=False):
+        placed[f"source_{name}"] = 8 * (pixels - 1) + placed[name] // 256
+    labels = tuple(
+        (LabelMap(one.cell, nearest_labels(part["row"], part["column"], chart, one.cell)),)
+        for chart, (one,), part in zip(
+            quilt.charts, quilt.labels, (quilt.on_chart(n) for n in range(len(quilt.charts))), strict=True
+        )
+    )
+    again = Quilt(quilt.charts, quilt.exemplar_shape, placed, labels)
+    assert len(encode_plan(again).labels) < 0.02 * sum(maps[0].labels.size for maps in labels)
+
+
+def shown_after(quilt: Quilt, code: PlanCode) -> list[tuple[int, int, Quilt]]:
+    """Charts, then cells known, and the quilt, byte after byte."""
+    decoder, found = decoder_of(quilt, code.head), []
+    for byte in code.placements:
+        decoder.feed_placements(bytes([byte]))
+        found.append((decoder.charts_known, 0, decoder.quilt()))
+    for byte in code.labels:
+        decoder.feed_labels(bytes([byte]))
+        found.append((decoder.charts_known, decoder.known_cells, decoder.quilt()))
+    return found
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_every_prefix_paints_what_is_known_and_else_what_is_nearest(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    quilt = anything_bent(rng, (32, 40), CHARTS, 25)
+    exemplar, seen = noise(), set()
+    for charts, cells, now in shown_after(quilt, encode_plan(quilt))[::3]:
+        assert paint(now, exemplar, threads=1).count == quilt.steps
+        for n, chart in enumerate(quilt.charts):
+            mine, wanted = now.on_chart(n), quilt.on_chart(n)
+            if n >= charts:
+                assert np.array_equal(mine, bare_placement(n, (chart.height, chart.width), (32, 40)))
+                assert all((one.labels == -k).all() for k, one in enumerate(now.labels[n]))
+                continue
+            assert np.array_equal(mine, wanted)
+            if same_labels(now.labels[n], quilt.labels[n]):
+                seen.add(n)
+                continue
+            first = mine[mine["layer"] == 0]
+            one = quilt.labels[n][0]
+            nearest = nearest_labels(first["row"], first["column"], chart, one.cell, half=one.half)
+            assert (now.labels[n][0].labels == nearest).all()
+            assert all((above.labels == -1).all() for above in now.labels[n][1:])
+            assert cells < sum(each.labels.size for maps in quilt.labels for each in maps)
+    assert seen
+
+
+def test_labels_that_can_only_be_one_thing_are_not_told() -> None:
+    placed = np.zeros(2, PLACEMENT)
+    placed["chart"], placed["row"], placed["column"] = [0, 1], 32, 32
+    maps = (LabelMap(4, np.zeros((4, 4), np.int32)), LabelMap(4, np.full((4, 4), -1, np.int32)))
+    quilt = Quilt((Chart(0, 8, 8),) * 2, (9, 9), placed, (maps, maps))
+    code = encode_plan(quilt)
+    assert code.labels == b""
+    assert same(decoded(quilt, code), quilt)
+    decoder = decoder_of(quilt, code.head)
+    decoder.feed_placements(code.placements)
+    with pytest.raises(FormatError, match="labels come where none are due"):
+        decoder.feed_labels(b"\0")
+
+
+def test_labels_wait_for_all_placements() -> None:
+    _, quilt, _ = laid()
+    code = encode_plan(quilt)
+    decoder = decoder_of(quilt, code.head)
+    decoder.feed_placements(code.placements[:-4])
+    with pytest.raises(FormatError, match="labels come where none are due"):
+        decoder.feed_labels(code.labels)
+
+
+def test_a_chart_waits_for_its_field() -> None:
+    quilt = anything_bent(np.random.default_rng(1), (32, 40), CHARTS, 40)
+    code, fields = encode_plan(quilt), [*quilt.fields[:2], None, *quilt.fields[3:]]
+    head = PlanHead.parse(ByteReader(code.head), quilt.charts)
+    decoder = PlanDecoder(head, quilt.exemplar_shape, fields)
+    decoder.feed_placements(code.placements)
+    assert decoder.charts_known == 2
+    assert decoder.quilt().fields[2].is_identity
+    fields[2] = quilt.fields[2]
+    decoder.go_on()
+    assert decoder.charts_known == len(CHARTS)
+
+
+def refused(quilt: Quilt, message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        encode_plan(quilt)
+
+
+def test_centres_that_a_stream_can_not_tell_are_refused() -> None:
+    _, quilt, _ = laid()
+    for name in ("row", "column"):
+        for moved in (1, 16 * 4 * 30, -16 * 4 * 30):
+            placed = quilt.placements.copy()
+            placed[name][9] += moved
+            refused(with_placed(quilt, placed), "layer 0 of chart 0 has a placement whose centre is none")
+    for other in (4, 6):
+        placed = quilt.placements.copy()
+        for name in ("row", "column"):
+            placed[name][5] = placed[name][other]
+        refused(with_placed(quilt, placed), "layer 0 of chart 0 has placements that share a cell or")
+
+
+def test_layers_that_differ_are_refused() -> None:
+    _, quilt, _ = laid(second=True)
+    placed = quilt.placements[~((quilt.placements["chart"] == 0) & (quilt.placements["layer"] == 1))]
+    fewer = (quilt.labels[0][:1], *quilt.labels[1:])
+    refused(replace(quilt, labels=fewer, placements=placed), "second layer; allowed in a stream: all")
+    half = tuple(replace(one, half=True) for one in quilt.labels[0])
+    refused(replace(quilt, labels=(half, *quilt.labels[1:])), "moved by half; allowed in a stream: all or none")
+
+
+def test_too_many_placements_and_cells_are_refused() -> None:
+    side = 768
+    rng, cells = np.random.default_rng(0), (side + 2, side + 2)
+    placed = at_cells(rng, cells, 1, False, 2**19 + 1)
+    quilt = Quilt((Chart(0, side, side),), (9, 9), placed, ((LabelMap(1, np.zeros(cells, np.int32)),),))
+    refused(quilt, "method 'pixel' has no stream: 589,824 texels with a source of 7 bits each")
+    long = Chart(0, 1, 1000)
+    two = tuple(LabelMap(1, np.full((3, 1002), -k, np.int32)) for k in range(2))
+    quilt = Quilt((long,), (9, 9), at_cells(rng, (3, 1002), 1, False, 3), (two,))
+    refused(quilt, "label maps have 6012 cells; allowed: 4032 in a stream")
+
+
+TWO = (Chart(0, 8, 8), Chart(0, 16, 16))
+
+
+@pytest.mark.parametrize(
+    ("head", "message"),
+    [
+        (b"\0", "byte 0: number of layers is 0; allowed: 1 to 2"),
+        (b"\3", "byte 0: number of layers is 3"),
+        (b"\1\4", "byte 1: flags of a layer is 4; allowed: 0 to 3"),
+        (b"\1\2\0", "byte 2: cell of a layer is 0; allowed: 1 to 255"),
+        (b"\1\2\x80\2", "byte 2: cell of a layer is 256"),
+        (b"\1\2\4\0\1", "byte 3: number of placements is 0; allowed: 1 to 16"),
+        (b"\1\2\4\1\x25", "byte 4: number of placements is 37; allowed: 1 to 36"),
+        (b"\1\2\4\1\1\0", "byte 5: 1 bytes too many in plan"),
+        (b"\1\0\4", "byte 3: cell of a layer takes 1 bytes; 0 are left"),
+        (b"\2\2\4\2\4\1\1\0", "byte 8: number of placements takes 1 bytes; 0 are left"),
+    ],
+)
+def test_malformed_heads_are_refused(head: bytes, message: str) -> None:
+    with pytest.raises(FormatError) as error:
+        PlanHead.parse(ByteReader(head), TWO)
+    assert message in str(error.value)
+
+
+def test_heads_that_ask_for_too_much_are_refused() -> None:
+    with pytest.raises(FormatError, match="label maps have 6012 cells; allowed: 4032"):
+        PlanHead.parse(ByteReader(b"\2\2\1\2\1"), (Chart(0, 1, 1000),))
+    wide = (Chart(0, 4096, 4096),)
+    with pytest.raises(FormatError, match="number of placements is 524289; allowed: 1 to 524288"):
+        PlanHead.parse(ByteReader(b"\1\2\1" + varint(2**19 + 1)), wide)
+    with pytest.raises(FormatError, match="plan has 524289 placements; allowed: 524288"):
+        PlanHead.parse(ByteReader(b"\1\2\1" + varint(2**19) + varint(1)), wide * 2)
+
+
+@pytest.mark.parametrize("seed", range(60))
+def test_damaged_bytes_are_refused_or_give_another_quilt(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    quilt = anything_bent(rng, (32, 40), CHARTS, 40)
+    code = encode_plan(quilt)
+    parts = [bytearray(part) for part in (code.placements, code.labels)]
+    part = parts[seed % 2] or parts[0]
+    for _ in range(3):
+        part[int(rng.integers(0, len(part)))] = int(rng.integers(0, 256))
+    decoder = decoder_of(quilt, code.head)
+    try:
+        decoder.feed_placements(bytes(parts[0]))
+        if decoder.known == decoder.total and parts[1]:
+            decoder.feed_labels(bytes(parts[1]))
+    except FormatError as error:
+        assert "placement" in str(error) or "label" in str(error)
+    assert paint(decoder.quilt(), noise(), threads=1).count == quilt.steps
+
+
+@pytest.mark.parametrize("byte", [0, 255])
+def test_bytes_that_code_most_in_fewest_end(byte: int) -> None:
+    _, quilt, _ = laid(side=256)
+    decoder = decoder_of(quilt, encode_plan(quilt).head)
+    with pytest.raises(FormatError, match="has a number outside what is allowed"):
+        decoder.feed_placements(bytes([byte]) * 3000)
