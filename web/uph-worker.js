@@ -13,9 +13,7 @@
 //      shown {buffers}                    what the last `textures` brought is on screen; buffers to use again
 //      join {port}                        another stream: the same messages through a port of its own
 //      Any may have a `ticket`: states tell the last one that was heard.
-// Out: surface {charts, bounds, plain, exemplar}
-//                                         sizes of the textures and spheres of the charts, once; what lies on no chart;
-//                                         height and width of the exemplar
+// Out: surface {bounds, plain, exemplar}  spheres of the charts, once; what lies on no chart; height and width of the exemplar
 //      meshes {pieces, counts}            geometry of the charts that changed
 //      textures {entries, state}          what changed, and what is shown then. An entry has a target (color, normal …)
 //                                         and is `data` for a chart; or the gutter only, `gutter`.

@@ -8,14 +8,14 @@ import { ImageDecoder } from './image/decoder.js'
 import { MAX_MAP_SAMPLES, parseImageHeader } from './image/header.js'
 import { parseLayout } from './layout.js'
 import { LIMITS, checkCharts, checkSamples } from './limits.js'
-import { paint } from './paint/painter.js'
+import { paint, paintedSize } from './paint/painter.js'
 import { MapPyramid } from './paint/pyramid.js'
 import { toRgba } from './paint/rgba.js'
 import { QuiltDecoder, bareLayers } from './quilt.js'
 import { parseSurface } from './surface.js'
 
 const MAX_MAPS = 16
-const MAX_DENSITY = 16
+const MAX_DENSITY = 64
 const STRIP_ROWS = 64 // painted at once
 const CAUTION = 64 // coefficients that a byte hardly ever tells of
 
@@ -133,6 +133,7 @@ export class UphDecoder {
     else {
       const fields = this.#fields?.fields ?? this.charts.map(() => IDENTITY_FIELD)
       this.#quilt = new QuiltDecoder(reader, this.charts, fields, this.exemplarSize)
+      checkCharts(reader, this.charts.map((chart) => paintedSize(chart, this.density)), this.#limits)
     }
   }
 
@@ -283,17 +284,21 @@ export class UphDecoder {
     return toRgba(mean, picture.channels, role)
   }
 
+  /** Texels a step, each way, with which charts are painted where nothing else is asked for. */
+  get density() {
+    return this.#quilt?.density ?? 1
+  }
+
   /** Height and width in texels of a chart that is painted with so many texels a step. */
-  paintedSize(index, density = 1) {
+  paintedSize(index, density = this.density) {
     const chart = this.charts[index]
     if (!chart) throw new RangeError(`chart is ${index}; allowed: 0 to ${this.charts.length - 1}`)
-    if (!(density > 0 && density <= MAX_DENSITY)) throw new RangeError(`density is ${density}; allowed: above 0 to ${MAX_DENSITY}`)
-    const texels = (steps) => Math.max(1, Math.floor(steps * density + 0.5))
-    return { height: texels(chart.height), width: texels(chart.width) }
+    if (!(density >= 1 / MAX_DENSITY && density <= MAX_DENSITY)) throw new RangeError(`density is ${density}; allowed: 1/${MAX_DENSITY} to ${MAX_DENSITY}`)
+    return paintedSize(chart, density)
   }
 
   /** Texels of a chart as far as it is known, rows [start, stop) of it, as the map's `data`; `density` of them a step. */
-  texels(index, { role = 'albedo', density = 1, start = 0, stop } = {}) {
+  texels(index, { role = 'albedo', density, start = 0, stop } = {}) {
     const job = this.#job(index, role, density)
     return paint(job, start, checkedRows(start, stop, job.size))
   }
@@ -302,7 +307,7 @@ export class UphDecoder {
    * The same as 8-bit RGBA for the screen, written from `into[offset]` on with `stride` texels from row to row; returns
    * `into`. Grey becomes RGB; floats become sRGB where a map is a colour.
    */
-  rgba(index, { role = 'albedo', density = 1, start = 0, stop, into, stride, offset = 0 } = {}) {
+  rgba(index, { role = 'albedo', density, start = 0, stop, into, stride, offset = 0 } = {}) {
     const job = this.#job(index, role, density)
     const end = checkedRows(start, stop, job.size)
     const wide = 4 * job.size.width
@@ -320,7 +325,7 @@ export class UphDecoder {
   }
 
   /** What a chart is painted from, see `paint`, but for the map: `chart`, `size`, `field` and `layers`. */
-  recipe(index, density = 1) {
+  recipe(index, density) {
     const size = this.paintedSize(index, density)
     const chart = this.charts[index]
     const field = this.#fields?.fields[index] ?? IDENTITY_FIELD

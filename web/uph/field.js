@@ -10,7 +10,7 @@ const ANGLES = 256 // steps of a full circle
 const COSINES = range(ANGLES).map((k) => Math.round(2 ** 14 * Math.cos((2 * Math.PI * k) / ANGLES)))
 const POWERS = range(OCTAVE).map((k) => Math.round(2 ** 14 * 2 ** (k / OCTAVE)))
 
-/** A grid of matrices (m00, m01, m10, m11), rows × columns of them, every 32 steps from −32·margin on. */
+/** A grid of matrices (m00, m01, m10, m11), rows × columns of them, in the middle of every 32nd step from −32·margin on. */
 export class WarpField {
   constructor(margin, rows, columns, matrices, isIdentity = false) {
     this.margin = margin
@@ -59,9 +59,9 @@ export class WarpField {
 
 /** The nodes on either side of a place in 1/16 step, and how far it lies between them, in 1/512; beyond the grid its border. */
 function nodesRound(margin, count, place) {
-  const n = margin + (place >> 9)
+  const n = margin + ((place - 8) >> 9)
   if (n < 0) return [0, 0, 0]
-  return n < count - 1 ? [n, n + 1, place & 511] : [count - 1, count - 1, 0]
+  return n < count - 1 ? [n, n + 1, (place - 8) & 511] : [count - 1, count - 1, 0]
 }
 
 const between = (a, b, fraction) => (a * (512 - fraction) + b * fraction + 256) >> 9

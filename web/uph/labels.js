@@ -80,12 +80,12 @@ export class LabelDecoder {
   }
 
   /** The labels of a layer; waits where bytes are missing. */
-  *decode({ grid, count, nearest }, isSecond, fail) {
+  *decode({ grid, count, nearest, isSecond }, fail) {
     const { bits } = this
     const { rows, columns } = grid
     const labels = new Int32Array(grid.size)
     const candidates = new Int32Array(PLACES)
-    const plain = count ? 32 - Math.clz32(count - 1) : 0
+    const plain = 32 - Math.clz32(count - 1)
     for (let i = 0, at = 0; i < rows; i++) {
       for (let j = 0; j < columns; j++, at++) {
         const context = lookRound(labels, nearest, i, j, rows, columns, candidates)

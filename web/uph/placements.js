@@ -78,7 +78,7 @@ export class PlacementDecoder {
         center.push(this.#within('centre matrix', there[k] + (yield* this.#number(MATRIX + k)), -MAX_MATRIX, MAX_MATRIX))
       }
     }
-    const source = nearest ? sourceAt(nearest, there, row, column) : this.middle
+    const source = nearest ? sourceAt(nearest, there, row, column) : [...this.middle]
     for (let k = 0; k < 2; k++) {
       const guess = clamp(source[k], 0, this.most[k])
       source[k] = this.#within('source', guess + (yield* this.#number(SOURCE + k)), 0, this.most[k])

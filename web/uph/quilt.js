@@ -6,9 +6,10 @@ import { MAX_PLACEMENTS, PlacementDecoder, barePlacement } from './placements.js
 
 const HALF = 1
 const COMMON_CELL = 2
+const LEAST_DENSITY = 1 / 8
 const MAX_CELLS = 2 ** 27
-const FREE_CELLS = 2 ** 16
 const CELLS_A_STEP = 4
+const CELLS_A_CHART = 32
 
 /** A layer of a chart. `placements` and `labels` are null until they have come; labels count the layer's own placements. */
 class Layer {
@@ -16,14 +17,25 @@ class Layer {
   labels = null
   #nearest = null
 
-  constructor(grid, count) {
+  constructor(grid, count, isSecond) {
     this.grid = grid
     this.count = count
+    this.isSecond = isSecond
+  }
+
+  /** Whether its labels can be only one thing: then they are not told. */
+  get isSettled() {
+    return this.count === (this.isSecond ? 0 : 1)
+  }
+
+  /** Of each cell the placement that is nearest. */
+  get nearest() {
+    return (this.#nearest ??= nearestLabels(this.grid, this.placements))
   }
 
   /** What cells show where labels have not come. */
-  get nearest() {
-    return this.labels ?? (this.#nearest ??= nearestLabels(this.grid, this.placements))
+  get guessed() {
+    return this.isSecond ? new Int32Array(this.grid.size).fill(-1) : this.nearest
   }
 
   /** Have the labels that have come; the nearest ones are needed no more. */
@@ -36,18 +48,20 @@ class Layer {
 export class QuiltDecoder {
   /** Charts of which placements or labels have come since somebody emptied the set. */
   changed = new Set()
-  /** How many charts have their placements, and how many their labels: the first ones. */
+  /** How many charts have their placements: the first ones. */
   placed = 0
-  labelled = 0
 
   /** From the payload of chunk Q; `fields` are those of the charts, null until they have come. */
   constructor(reader, charts, fields, exemplar) {
     this.charts = charts
     this.fields = fields
-    const grids = range(reader.varint('number of layers', 2, 1)).map(() => parseGrids(reader, charts))
+    const count = reader.varint('number of layers', 2, 1)
+    /** Texels a step, each way, with which charts are painted where nothing else is asked for. */
+    this.density = LEAST_DENSITY * 2 ** reader.u8('density', 9)
+    const grids = range(count).map(() => parseGrids(reader, charts))
     checkCells(reader, grids.flat(), charts)
-    const layers = grids.map((all, layer) =>
-      all.map((grid) => new Layer(grid, reader.varint('number of placements', grid.size, layer ? 0 : 1))),
+    const layers = grids.map((all, n) =>
+      all.map((grid) => new Layer(grid, reader.varint('number of placements', grid.size, n ? 0 : 1), n > 0)),
     )
     reader.end('plan')
     /** Of each chart its layers. */
@@ -55,12 +69,14 @@ export class QuiltDecoder {
     reader.within(layers.flat().reduce((sum, { count }) => sum + count, 0), 'number of placements', 1, MAX_PLACEMENTS)
     this.placements = new PlacementDecoder(exemplar, (what) => reader.fail(what))
     this.placementSteps = this.#decodePlacements()
+    /** How many charts there are whose labels are told and have not come. */
+    this.unlabelled = this.layers.filter((all) => all.some((layer) => !layer.isSettled)).length
     this.goOn()
   }
 
   /** Whether all placements and labels have come. */
   get complete() {
-    return this.labelled === this.charts.length
+    return this.placed === this.charts.length && !this.unlabelled
   }
 
   feedPlacements(part) {
@@ -74,7 +90,7 @@ export class QuiltDecoder {
   }
 
   feedLabels(part, fail) {
-    if (this.placed < this.charts.length) fail('labels come where none are due')
+    if (this.placed < this.charts.length || !(this.unlabelled || this.labels)) fail('labels come where none are due')
     this.labels ??= new LabelDecoder()
     this.labelSteps ??= this.#decodeLabels(fail)
     this.labels.bits.feed(part)
@@ -84,7 +100,9 @@ export class QuiltDecoder {
   /** Each layer's grid, placements and labels, the nearest ones where they have not come; null for a chart without placements. */
   layersOf(chart) {
     if (chart >= this.placed) return null
-    return this.layers[chart].map(({ grid, placements, labels, nearest }) => ({ grid, placements, labels: chart < this.labelled ? labels : nearest }))
+    const layers = this.layers[chart]
+    const isLabelled = layers.every((layer) => layer.labels || layer.isSettled)
+    return layers.map((layer) => ({ ...layer, labels: (isLabelled && layer.labels) || layer.guessed }))
   }
 
   *#decodePlacements() {
@@ -98,8 +116,10 @@ export class QuiltDecoder {
 
   *#decodeLabels(fail) {
     for (const [chart, layers] of this.layers.entries()) {
-      for (const [n, layer] of layers.entries()) layer.label(yield* this.labels.decode(layer, n > 0, fail))
-      this.labelled++
+      const told = layers.filter((layer) => !layer.isSettled)
+      if (!told.length) continue
+      for (const layer of told) layer.label(yield* this.labels.decode(layer, fail))
+      this.unlabelled--
       this.changed.add(chart)
     }
   }
@@ -122,5 +142,5 @@ function parseGrids(reader, charts) {
 function checkCells(reader, grids, charts) {
   const steps = charts.reduce((sum, { height, width }) => sum + height * width, 0)
   const cells = grids.reduce((sum, { size }) => sum + size, 0)
-  reader.within(cells, 'number of cells', 1, Math.min(MAX_CELLS, CELLS_A_STEP * steps + FREE_CELLS))
+  reader.within(cells, 'number of cells', 1, Math.min(MAX_CELLS, CELLS_A_STEP * steps + CELLS_A_CHART * charts.length))
 }

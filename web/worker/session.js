@@ -11,7 +11,7 @@ const PIECE = 2048 // bytes fed at once
 const COEFFICIENT_PARTS = 400 // as Python counts coefficients
 const FIRST_PIXELS = 300 // of the model on screen, before anybody has seen it
 const FIRST_SHARE = 1 / 4 // of the charts: a first picture waits for as many
-const LEAST_DENSITY = 1 / 16 // texels a step
+const LEAST_SHARE = 1 / 16 // of a chart's texels, each way, where the page can not show all
 const MESH_ARRAYS = ['positions', 'normals', 'tangents', 'parameters', 'indices', 'outline']
 
 /**
@@ -25,7 +25,8 @@ export class Session {
   #decoder = new UphDecoder()
   #mesher = null
   #textures = null
-  #chartCount = 0
+  #nearness = [] // of charts, to who looks
+  #density = 0 // texels a step
   #substitute = null // a picture instead of the exemplar
   #limit = {}
   #ticket = 0
@@ -129,7 +130,7 @@ export class Session {
       const isDue = this.#isDirty && !this.#isWaiting && this.#isWorthwhile
       // While more is to come, now and then is enough: painting takes at most half of the time.
       const wait = this.#paintedAt + Math.max(PAUSE, this.#paintTime) - performance.now()
-      const isFirst = !this.#isShown && (!more || this.#decoder.chartsKnown >= FIRST_SHARE * this.#chartCount)
+      const isFirst = !this.#isShown && (!more || this.#decoder.chartsKnown >= FIRST_SHARE * this.#nearness.length)
       const isLast = !more && (this.#decoder.complete || this.#isUrgent)
       if (isDue && (wait <= 0 || isFirst || isLast)) {
         if (isLast) this.#isUrgent = false
@@ -212,6 +213,10 @@ export class Session {
     const decoder = this.#decoder
     if (decoder.needed) return
     if (!this.#mesher) this.#begin()
+    if (this.#density !== decoder.density) {
+      this.#sizeTextures()
+      roles = decoder.roles
+    }
     this.#textures.forget(charts)
     for (const [target, parts] of Object.entries(TARGETS)) {
       const known = parts.filter((role) => hasMap(decoder, role))
@@ -222,30 +227,31 @@ export class Session {
 
   /** Surface and charts are known: tell the page. */
   #begin() {
-    const { surface, charts } = this.#decoder
-    const sizesAt = (density) => charts.map((_, n) => this.#decoder.paintedSize(n, density))
-    const density = this.#densityFor(sizesAt)
-    const sizes = sizesAt(density)
-    this.#chartCount = charts.length
+    const { surface, charts, exemplarSize } = this.#decoder
     this.#mesher = surface.kind === 'mesh' ? new (part('TriangleMesher'))(surface, charts) : new SurfaceMesher(surface, charts)
     const bounds = charts.map((_, n) => this.#mesher.bounds(n))
-    const nearness = bounds.map(({ center }) => center.reduce((sum, x, k) => sum + x * (this.eye?.[k] ?? 0), 0))
-    this.#textures = new ChartTextures(this.#mesher, sizesAt, density, nearness, this.onPage, this.sketches)
+    this.#nearness = bounds.map(({ center }) => center.reduce((sum, x, k) => sum + x * (this.eye?.[k] ?? 0), 0))
     const radius = enclosingRadius(bounds)
     this.#counts = new Uint16Array(bounds.flatMap((one) => countsFor(one, FIRST_PIXELS / 2 / radius, 0.5)))
-    const { height, width } = this.#decoder.exemplarSize
-    const plain = this.#mesher.plainMesh?.() ?? null
-    this.#post({ kind: 'surface', charts: sizes, bounds, plain, exemplar: { height, width } })
+    this.#post({ kind: 'surface', bounds, plain: this.#mesher.plainMesh?.() ?? null, exemplar: exemplarSize })
   }
 
-  /** How many texels a step the page can show: 1, ½, ¼ … */
+  /** It is known with how many texels a step the stream is to be painted. */
+  #sizeTextures() {
+    const decoder = this.#decoder
+    const sizesAt = (density) => decoder.charts.map((_, n) => decoder.paintedSize(n, density))
+    this.#density = decoder.density
+    this.#textures = new ChartTextures(this.#mesher, sizesAt, this.#densityFor(sizesAt), this.#nearness, this.onPage, this.sketches)
+  }
+
+  /** With how many texels a step the page can show them: as many, half, a quarter … */
   #densityFor(sizesAt) {
-    for (let density = 1; density >= LEAST_DENSITY; density /= 2) {
+    for (let density = this.#density; density >= LEAST_SHARE * this.#density; density /= 2) {
       const sizes = sizesAt(density)
       const fits = ({ height, width }) => Math.max(height, width) <= this.maxTextureSize - 2
       if (texelsOf(sizes) <= this.maxTexels && sizes.every(fits)) return density
     }
-    throw new Error(`model has ${texelsOf(sizesAt(1))} texels; allowed here: ${this.maxTexels / LEAST_DENSITY ** 2}`)
+    throw new Error(`model has ${texelsOf(sizesAt(this.#density))} texels; allowed here: ${this.maxTexels / LEAST_SHARE ** 2}`)
   }
 
   #mesh() {
@@ -255,7 +261,7 @@ export class Session {
     const besideChanged = (chart) =>
       [0, 1, 2, 3].some((edge) => this.#mesher.seams(chart, edge).some((seam) => changed(seam.chart)))
     const pieces = []
-    for (let chart = 0; chart < this.#chartCount; chart++) {
+    for (let chart = 0; chart < this.#nearness.length; chart++) {
       if (changed(chart) || besideChanged(chart)) pieces.push({ chart, ...this.#mesher.mesh(chart, counts) })
     }
     this.#meshedCounts = counts.slice()
@@ -279,7 +285,7 @@ export class Session {
     decoder.isHeld = false
     this.#isWaiting = this.#isShown = true
     this.#post(
-      { kind: 'textures', entries, state: { ...state, alpha, mean } },
+      { kind: 'textures', entries, state: { ...state, alpha, mean, texels: this.#textures.texels } },
       entries.flatMap((entry) => entry.data?.buffer ?? []),
     )
     this.#paintedAt = performance.now()

@@ -27,6 +27,11 @@ export class ChartTextures {
     while (texelsOf(sizesAt(this.#sketchDensity)) > Math.max(most, nearness.length)) this.#sketchDensity /= 2
   }
 
+  /** Texels of all charts. */
+  get texels() {
+    return texelsOf(this.#sizesAt(this.#density))
+  }
+
   /** Have charts painted again; all of them if none are named. */
   markDirty(target, charts = this.#nearness.keys()) {
     const set = this.#dirty.get(target) ?? new Set()

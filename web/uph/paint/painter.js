@@ -6,6 +6,12 @@ import { SYMMETRIES } from '../symmetry.js'
 import { turnNormals } from './normals.js'
 import { pyramidLevel } from './pyramid.js'
 
+/** Height and width in texels of a chart that is painted with so many texels a step. */
+export function paintedSize({ height, width }, density) {
+  const texels = (steps) => Math.max(1, Math.floor(steps * density + 0.5))
+  return { height: texels(height), width: texels(width) }
+}
+
 /** Where texels lie of which so many cover so many steps, in 1/16 step. */
 export function placesOf(texels, steps) {
   return Int32Array.from(range(texels), (n) => Math.floor(((2 * n + 1) * 8 * steps) / texels))
@@ -48,7 +54,7 @@ class RowPainter {
     const place = this.rows[row]
     if (!this.isConstant) this.field.along(place, this.columns, this.matrices)
     this.layers.forEach((layer, n) => {
-      this.sums.fill(-0) // to which a float can be added without a change
+      this.sums.fill(0)
       this.covered.fill(0)
       this.#addLayer(layer, place)
       this.#settle(out, n > 0)
