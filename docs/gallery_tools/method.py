@@ -11,7 +11,7 @@ from gallery_tools.shots import Exemplars, read
 from upholster.geometry import plane
 from upholster.methods import synthesize
 from upholster.quilt import Quilt, paint
-from upholster.quilt.plans import PlacementList
+from upholster.quilt.labels import LabelMap, nearest_labels
 from upholster.types import FloatArray, PixelArray
 from upholster.wavelet import dwt2, subbands
 
@@ -23,9 +23,10 @@ __all__ = [
     "TILE",
     "YELLOW",
     "bands_picture",
+    "block_corner",
     "candidate_costs",
     "decomposition",
-    "first_placements",
+    "first_blocks",
     "matching",
     "overlap_tiles",
 ]
@@ -96,7 +97,7 @@ def matching(exemplars: Exemplars) -> Any:
     )
 
     def searched(number: int) -> tuple[float, int, PixelArray, FloatArray]:
-        before = paint(first_placements(quilt, {0: number}), exemplar).arrays[0]
+        before = paint(first_blocks(quilt, 0, number), exemplar).arrays[0]
         top, left = (step * n for n in divmod(number, across))
         costs = candidate_costs(before[top : top + BLOCK, left : left + BLOCK], exemplar)
         return float(costs.min()), number, before, costs
@@ -105,14 +106,11 @@ def matching(exemplars: Exemplars) -> Any:
     inner = [searched(row * across + column) for row in (1, 2, 3) for column in (1, 2, 3)]
     # A block that has to break off its neighbours' source: continuing it exactly costs nothing.
     _, number, before, costs = min([one for one in inner if one[0] > 1] or inner, key=lambda one: one[:2])
-    chosen = quilt.placements[number]
     top, left = (step * n for n in divmod(number, across))
     laid = np.zeros((side, side), bool)
     laid[: top + OVERLAP] = True
     laid[: top + BLOCK, : left + OVERLAP] = True
-    winner = tuple(
-        int(chosen[f"source_{axis}"]) // 16 // TILE - BLOCK // TILE // 2 for axis in ("row", "column")
-    )
+    winner = tuple(place // TILE for place in block_corner(quilt.placements[number], (top, left)))
 
     factor = 4
     bare = np.where(laid[..., None], before, np.uint8(236))
@@ -216,7 +214,19 @@ def _features(
     return picture
 
 
-def first_placements(quilt: Quilt, counts: dict[int, int]) -> Quilt:
-    """Return the quilt with only the first placements on some charts, as `counts` says."""
-    parts = [quilt.on_chart(n)[: counts.get(n)] for n in range(len(quilt.charts))]
-    return replace(quilt, plan=PlacementList(np.concatenate(parts), quilt.mask_cells))
+def block_corner(block: Any, step: tuple[int, int]) -> tuple[int, int]:
+    """Return the exemplar's pixel that a placement, not turned, shows at a step of its chart."""
+    row, column = (
+        (int(block[f"source_{axis}"]) - int(block[axis]) + 16 * at + 8) // 16
+        for axis, at in zip(("row", "column"), step, strict=True)
+    )
+    return row, column
+
+
+def first_blocks(quilt: Quilt, chart: int, count: int) -> Quilt:
+    """Return the quilt of which a chart shows its first blocks alone, and no edge blocks."""
+    layer, blocks = quilt.labels[chart][0], quilt.on_chart(chart)[:count]
+    where = quilt.charts[chart], layer.cell
+    near = nearest_labels(blocks["row"], blocks["column"], *where, half=layer.half)
+    shown = LabelMap(layer.cell, np.where(layer.labels < count, layer.labels, near), layer.half)
+    return replace(quilt, labels=(*quilt.labels[:chart], (shown,), *quilt.labels[chart + 1 :]))

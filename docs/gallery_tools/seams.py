@@ -1,5 +1,6 @@
 """Figures of the seams: patch edges before and after the repair, and how an edge block is chosen and cut."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -7,12 +8,12 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
 from gallery_tools.drawing import Panel, compose, enlarged
-from gallery_tools.method import BLOCK, LEVELS, OVERLAP, RED, YELLOW, first_placements
+from gallery_tools.method import BLOCK, LEVELS, OVERLAP, RED, YELLOW, block_corner
 from gallery_tools.shots import Exemplars, charted, read, take
 from upholster.geometry import ring_cyclide
 from upholster.methods import synthesize
-from upholster.quilt import Quilt, Texels, paint
-from upholster.quilt.plans import Strip, StripPlan
+from upholster.methods.paper.edges import Strip, strip_along
+from upholster.quilt import Chart, Quilt, paint
 from upholster.types import PixelArray
 
 __all__ = ["seams"]
@@ -31,12 +32,9 @@ def seams(exemplars: Exemplars) -> Any:
         take(charted(ring, one.arrays), size=(640, 440), view=(205.0, 48.0), zoom=3.2, target=corner).image
         for one in texels
     ]
-    plan = quilt.plan
-    if not isinstance(plan, StripPlan):
-        raise AssertionError("method paper's quilts have strips")
-    index = next(n for n, strip in enumerate(plan.layout.strips) if (strip.a, strip.b) == (6, 10))
-    strip = plan.layout.strips[index]
-    flat = [_marked_line(_across(strip, one, (112, 160)), 4) for one in texels]
+    strips = [strip_along(edge, quilt.charts, BLOCK) for edge in ring.shared]
+    strip = next(one for one in strips if one is not None and (one.a, one.b) == (6, 10))
+    flat = [_marked_line(_across(strip, quilt.charts, one.arrays, (112, 160)), 4) for one in texels]
     return compose(
         [
             [
@@ -44,30 +42,34 @@ def seams(exemplars: Exemplars) -> Any:
                 Panel(close[1], "(b) the same, repaired"),
             ],
             [Panel(flat[0], "(c) texels along an edge, before"), Panel(flat[1], "(d) after")],
-            [Panel(image, title) for image, title in _edge_block(quilt, plan, index, exemplar)],
+            [Panel(image, title) for image, title in _edge_block(quilt, strip, exemplar)],
         ]
     )
 
 
-def _across(strip: Strip, texels: Texels, size: tuple[int, int]) -> PixelArray:
+_Arrays = tuple[PixelArray, ...]
+
+
+def _across(strip: Strip, charts: tuple[Chart, ...], arrays: _Arrays, size: tuple[int, int]) -> PixelArray:
     """Return the texels round the middle of an edge in the frame of its chart A, which runs along rows."""
     height, width = size
-    chart = texels.charts[strip.a]
+    chart = charts[strip.a]
     line = (0, chart.width, chart.height, 0)[strip.edge_a]
-    return _window(strip, texels, (line - height // 2, (chart.width - width) // 2), size)
+    return _window(strip, charts, arrays, (line - height // 2, (chart.width - width) // 2), size)
 
 
-def _window(strip: Strip, texels: Texels, first: tuple[int, int], size: tuple[int, int]) -> PixelArray:
+def _window(
+    strip: Strip, charts: tuple[Chart, ...], arrays: _Arrays, first: tuple[int, int], size: tuple[int, int]
+) -> PixelArray:
     """Return a rectangle of texels of A's grid, those beyond the edge taken from B."""
-    a, b = texels.arrays[strip.a], texels.arrays[strip.b]
+    a, b = arrays[strip.a], arrays[strip.b]
     rows, columns = np.meshgrid(
-        *(np.arange(n, dtype=np.int32) + at for at, n in zip(first, size, strict=True)), indexing="ij"
+        *(np.arange(n, dtype=np.int64) + at for at, n in zip(first, size, strict=True)), indexing="ij"
     )
     inside = (rows >= 0) & (rows < a.shape[0]) & (columns >= 0) & (columns < a.shape[1])
     window = np.empty((*size, a.shape[2]), a.dtype)
     window[inside] = a[rows[inside], columns[inside]]
-    charts = texels.charts[strip.a], texels.charts[strip.b]
-    window[~inside] = b[strip.to_b(rows[~inside], columns[~inside], *charts)]
+    window[~inside] = b[strip.to_b(rows[~inside], columns[~inside], charts[strip.a], charts[strip.b])]
     return window
 
 
@@ -81,56 +83,70 @@ def _marked_line(pixels: PixelArray, factor: int) -> Any:
     return picture
 
 
-def _edge_block(quilt: Quilt, plan: StripPlan, index: int, exemplar: PixelArray) -> list[tuple[Any, str]]:
+def _edge_block(quilt: Quilt, strip: Strip, exemplar: PixelArray) -> list[tuple[Any, str]]:
     """Show the edge block in the middle of an edge: as found, its best match, the cut, the result."""
-    strip, starts = plan.layout.strips[index], plan.layout.mask_starts
-    masks, _ = plan.layout.strip_masks(index, plan.masks[starts[index] : starts[index + 1]])
-    blocks = plan.layout.strip_blocks(index, np.zeros(len(masks), np.int32))
-    a = quilt.on_chart(strip.a)
-    numbers = [_numbers(quilt, placed) for placed in blocks]
-    half = BLOCK // 2
+    charts, half = quilt.charts, BLOCK // 2
+    corners = strip.corners(charts[strip.a], BLOCK, OVERLAP)
+    numbers = _numbers(quilt, strip, corners + half)
 
     def seen(k: int, more: int) -> PixelArray:
-        """Return the block's place before (0) and after (1) it is painted."""
-        block = blocks[0][k]
-        counts = {strip.a: numbers[0][k] + more, strip.b: numbers[1][k] + more}
-        first = int(block["row"]) - half, int(block["column"]) - half
-        return _window(strip, paint(first_placements(quilt, counts), exemplar), first, (BLOCK, BLOCK))
+        """Return the block's place before (0) and after (1) it is laid."""
+        left_out = [set(own[k + more :]) for own in numbers]
+        arrays = paint(_without(quilt, strip, left_out), exemplar).arrays
+        return _window(strip, charts, arrays, tuple(corners[k]), (BLOCK, BLOCK))
+
+    def shown(k: int) -> NDArray[np.uint8]:
+        """Return where the block shows in its square, 1 or 0."""
+        arrays = tuple(
+            (quilt.owners(n, 0, 0, chart.height, chart.width) == own[k])[..., None]
+            for n, chart, own in ((n, charts[n], numbers[n == strip.b]) for n in range(len(charts)))
+        )
+        return _window(strip, charts, arrays, tuple(corners[k]), (BLOCK, BLOCK))[..., 0].astype(np.uint8)
 
     def step(k: int) -> float:
         """Return how much the texels at both sides of the edge differ before."""
         rows = seen(k, 0)[half - 1 : half + 1].astype(np.float64)
         return float(np.abs(rows[1] - rows[0]).mean())
 
-    def corners(k: int) -> int:
+    def turns(k: int) -> int:
         """Return how often the cut turns."""
-        return int(np.count_nonzero(np.diff(np.diff(masks[k].astype(int), axis=0), axis=1)))
+        return int(np.count_nonzero(np.diff(np.diff(shown(k).astype(int), axis=0), axis=1)))
 
-    worst = sorted(range(len(masks)), key=step, reverse=True)[: max(1, len(masks) // 2)]
-    chosen = max(worst, key=corners)
-    block, found, embedded = a[numbers[0][chosen]], seen(chosen, 0), seen(chosen, 1)
-    row, column = int(block["source_row"]) // 16 - half, int(block["source_column"]) // 16 - half
+    worst = sorted(range(len(corners)), key=step, reverse=True)[: max(1, len(corners) // 2)]
+    chosen = max(worst, key=turns)
+    block, found, embedded = quilt.on_chart(strip.a)[numbers[0][chosen]], seen(chosen, 0), seen(chosen, 1)
+    row, column = block_corner(block, tuple(corners[chosen]))
     match = exemplar[row : row + BLOCK, column : column + BLOCK]
-    cells = masks[chosen]
-    side = len(cells)
-    factor = 9
+    cells, factor = shown(chosen), 9
     large = BLOCK * factor
-    new = enlarged(np.kron(cells, np.ones((large // side, large // side), np.uint8)) * 255, 1).convert("L")
+    new = enlarged(np.kron(cells, np.ones((factor, factor), np.uint8)) * 255, 1).convert("L")
     mask = Image.composite(enlarged(match, factor), Image.new("RGB", (large, large), (225, 225, 225)), new)
     images = [_marked_line(found, factor), enlarged(match, factor), mask, _marked_line(embedded, factor)]
-    _cut_line(mask, cells, large // side)
+    _cut_line(mask, cells, factor)
     titles = ("(e) an edge block, as found", "(f) its best match", "(g) what is cut from it", "(h) embedded")
     return list(zip(images, titles, strict=True))
 
 
-def _numbers(quilt: Quilt, blocks: NDArray[np.void]) -> list[int]:
-    """Return which of its chart's placements each block of a strip is."""
-    others = quilt.on_chart(int(blocks["chart"][0]))
-    cut = others["mask"] == blocks["mask"][0]
-    return [
-        int(np.flatnonzero(cut & (others["row"] == one["row"]) & (others["column"] == one["column"]))[-1])
-        for one in blocks
-    ]
+def _numbers(quilt: Quilt, strip: Strip, middles: NDArray[np.int64]) -> tuple[list[int], list[int]]:
+    """Return which placements of A and of B edge blocks with these middles are: what shows there."""
+    rows, columns = middles.T
+    there = strip.to_b(rows, columns, quilt.charts[strip.a], quilt.charts[strip.b])
+    a, b = (
+        quilt.labels[chart][1].at(*(np.clip(part, 0, side - 1) for part, side in zip(at, sides, strict=True)))
+        for chart, at in ((strip.a, (rows, columns)), (strip.b, there))
+        for sides in [(quilt.charts[chart].height, quilt.charts[chart].width)]
+    )
+    return a.tolist(), b.tolist()
+
+
+def _without(quilt: Quilt, strip: Strip, numbers: list[set[int]]) -> Quilt:
+    """Return the quilt without some of the edge blocks of A and of B."""
+    labels = list(quilt.labels)
+    for chart, own in zip((strip.a, strip.b), numbers, strict=True):
+        lower, upper = labels[chart]
+        left = np.where(np.isin(upper.labels, sorted(own)), -1, upper.labels).astype(np.int32)
+        labels[chart] = lower, replace(upper, labels=left)
+    return replace(quilt, labels=tuple(labels))
 
 
 def _cut_line(image: Any, cells: NDArray[np.uint8], size: int) -> None:
