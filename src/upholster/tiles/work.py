@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -212,15 +212,21 @@ def paint_tiles_task(folder: str, stored: str, pages: Sequence[int]) -> None:
     shown = sorted(set[int]().union(*(atlas.shown_on(page) for page in pages)))
     quilt = quilt_of(work, shown, [read_chart(place.read(laid_name(n))) for n in shown])
     for role, image in work.maps.items():
-        painter = WindowPainter(quilt, role, image)
-
-        def paint(n: int, window: tuple[slice, slice] | None = None) -> PixelArray:
-            return painter.paint(shown.index(n), window)
-
+        painter = _Painter(shown, WindowPainter(quilt, role, image))
         for page in pages:
-            pixels = atlas.painted(page, role, paint)
+            pixels = atlas.painted(page, role, painter)
             with work.output.writing(work.files[role][page]) as path:
                 write_page(path, role, pixels, quality=work.quality)
+
+
+class _Painter(NamedTuple):
+    """Paints windows of charts by their numbers in the whole layout: a quilt has some of them alone."""
+
+    shown: Sequence[int]
+    painter: WindowPainter
+
+    def __call__(self, index: int, window: tuple[slice, slice] | None = None, /) -> PixelArray:
+        return self.painter.paint(self.shown.index(index), window)
 
 
 def quilt_of(work: TileWork, charts: Sequence[int], own: Sequence[Labelled]) -> Quilt:
