@@ -133,7 +133,7 @@ def measured(model: Path, sample: Path, out: Path | None, options: SynthesisOpti
         triangles=len(surface.island),
         plain=int((surface.island < 0).sum()),
         charts=len(quilt.charts),
-        texels=quilt.texel_count,
+        texels=quilt.steps,
         placements=len(quilt.placements),
         singular=len(prepared.field.singular),
         read=seconds[0],

@@ -15,6 +15,7 @@ import argparse
 import sys
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, fields
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -31,6 +32,7 @@ from upholster.geometry import plane
 from upholster.measure import matched_cut_ratio
 from upholster.measure.fidelity import sliced_wasserstein
 from upholster.measure.patch_distance import patch_distance
+from upholster.measure.trace import step_sources
 from upholster.methods.quilt.features import pca_features
 from upholster.quilt import Quilt, Texels
 from upholster.types import FloatArray, PixelArray
@@ -128,24 +130,23 @@ def cut_energy(quilt: Quilt, exemplar: PixelArray) -> float:
     image = form.astype(np.float64).reshape(*exemplar.shape[:2], -1)
     chart, placed = quilt.charts[0], quilt.placements
     owners = quilt.owners(0, 0, 0, chart.height, chart.width)
-    total = 0.0
+    total, read = 0.0, partial(_read, quilt, image, placed)
     for down, right in ((1, 0), (0, 1)):
         one, other = owners[: chart.height - down, : chart.width - right], owners[down:, right:]
         rows, columns = np.nonzero(one != other)
         first, second = one[rows, columns], other[rows, columns]
         for r, c in ((rows, columns), (rows + down, columns + right)):
-            apart = _read(image, placed, first, r, c) - _read(image, placed, second, r, c)
+            apart = read(first, r, c) - read(second, r, c)
             total += float(np.sqrt((apart**2).sum(axis=1)).sum())
     return total / (chart.height * chart.width)
 
 
 def _read(
-    image: FloatArray, placed: NDArray[np.void], blocks: Index, rows: Index, columns: Index
+    quilt: Quilt, image: FloatArray, placed: NDArray[np.void], blocks: Index, rows: Index, columns: Index
 ) -> FloatArray:
     # What blocks have at texels of a flat texture.
-    block = placed[blocks]
-    y = np.clip(rows - block["row"] + (block["source_row"] >> 4), 0, image.shape[0] - 1)
-    x = np.clip(columns - block["column"] + (block["source_column"] >> 4), 0, image.shape[1] - 1)
+    place = (step_sources(quilt.fields[0], placed[blocks], rows, columns) + 8) >> 4
+    y, x = (np.clip(part, 0, size - 1) for part, size in zip(place, image.shape, strict=False))
     found: FloatArray = image[y, x]
     return found
 

@@ -151,7 +151,7 @@ def _covered(
         within=found.mapping.within, error_95=found.mapping.error_95, aligned=found.mapping.aligned,
         angle_95=found.mapping.angle_95, stretch_95=found.mapping.stretch_95, spread=found.scale.spread,
         swd=found.wasserstein_mean, copy_ratio=found.copies.ratio,
-        texels=quilt.texel_count, charts=len(quilt.charts), placements=len(quilt.placements), seconds=seconds,
+        texels=quilt.steps, charts=len(quilt.charts), placements=len(quilt.placements), seconds=seconds,
     )  # fmt: skip
     if not shown:
         return row, None
@@ -170,7 +170,7 @@ def _tiled(name: str, exemplar: PixelArray, seed: int) -> tuple[Row, PixelArray]
     assert found is not None
     row = Row(
         name, FLAT, wrap=found.ratio, wrap_low=found.low, wrap_high=found.high,
-        texels=quilt.texel_count, charts=1, placements=len(quilt.placements), seconds=seconds,
+        texels=quilt.steps, charts=1, placements=len(quilt.placements), seconds=seconds,
     )  # fmt: skip
     return row, image
 

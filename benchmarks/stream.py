@@ -40,13 +40,8 @@ def stream(results: Results) -> None:
     results.add("F1 stream, 9/7: all placements are there", place / 1000, "kB")
     sizes = _sizes(describe(data))
     results.add("F1 stream, 9/7: bytes a source", sizes["P"] / known, "bytes", aim="about 1")
-    edge_blocks = int((quilt.placements["mask"] == 2).sum()) // 2
-    results.add(
-        "F1 stream, 9/7: bytes a mask",
-        sizes.get("M", 0) / edge_blocks,
-        "bytes",
-        aim="with its source at most 6",
-    )
+    cells = sum(layer.labels.size for layers in quilt.labels for layer in layers)
+    results.add("F1 stream, 9/7: bits a label", 8 * sizes.get("M", 0) / cells, "bits")
     share = refine_steps(data, [Limit(coefficients=0.15)])[0]
     results.add(
         "F1 stream, 9/7: placements and 15 % of the coefficients",
@@ -97,7 +92,7 @@ def _quilt_stream(results: Results, exemplar: PixelArray, surface: upholster.Sur
     results.add("F1 quilt stream: first textured view", told.view, "bytes", aim="at most 1000")
     sizes = _sizes(told)
     count = len(quilt.placements)
-    for tag, name in (("N", "warp fields"), ("Q", "plan"), ("P", "sources"), ("M", "masks")):
+    for tag, name in (("N", "warp fields"), ("Q", "cells"), ("P", "placements"), ("M", "labels")):
         results.add(f"F1 quilt stream: {name}, a placement", sizes.get(tag, 0) / count, "bytes")
     whole = sum(sizes.get(tag, 0) for tag in "FNQPM") / count
     results.add(

@@ -195,7 +195,7 @@ def test_a_vector_is_a_direction(direction):
     assert options == upholster.SynthesisOptions(direction="0,0,1")
     cylinder = upholster.surface_from_spec("cylinder")
     quilt = upholster.synthesize(exemplar, cylinder, texels=5000, sample_size=1.5, block=16, options=options)
-    assert quilt.texel_count > 4000
+    assert quilt.steps > 4000
     assert upholster.SynthesisOptions(direction=45).direction == "45"
 
 
@@ -250,7 +250,7 @@ def test_floats_from_0_to_255_are_refused_and_highlights_are_not():
     light = photo / 255.0
     light[10:20, 10:20] = 900.0
     for right in (light, np.zeros((48, 48, 3)), (photo > 99).astype(float)):
-        assert upholster.synthesize(right, "sphere", **SMALL).texel_count == 6 * 32 * 32
+        assert upholster.synthesize(right, "sphere", **SMALL).steps == 6 * 32 * 32
 
 
 def test_every_object_says_what_it_is_on_a_line(made, tmp_path):
@@ -317,7 +317,7 @@ def test_whatever_is_wrong_is_told_in_one_line(made, tmp_path, monkeypatch, name
         "revolve": ([[[1, 0, 1], [1, 1, 1]]],), "Material": ({"albedo": exemplar},),
         "RationalPatch": (surface.patches[0].net,), "Surface": (surface.patches,),
         "Texels": (texels.charts, texels.arrays), "view": (made[-1],),
-        "Quilt": (quilt.charts, quilt.exemplar_shape, quilt.plan),
+        "Quilt": (quilt.charts, quilt.exemplar_shape, quilt.placements, quilt.labels),
     }.get(name, ())  # fmt: skip
     call = getattr(upholster, name)
     own = {"synthesize": SMALL, "cover": {"synthesis": SMALL}}.get(name, {})

@@ -163,7 +163,7 @@ def curve_picture(
     """Plot the texels' PSNR over the bytes of the stream: the best so far, and thinner what was measured.
 
     It hardly ever falls: a prefix shows nothing that a longer one takes back. Until a chart's placements have
-    come it shows the sample's mean, and masks that have not come are straight cuts.
+    come it shows the sample as it is; where labels have not come, each cell takes the nearest placement.
 
     Returns
     -------

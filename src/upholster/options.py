@@ -410,7 +410,7 @@ class SynthesisOptions:
         metadata=_about(
             _SYNTHESIS,
             "Width of the overlap of blocks, likewise: 4 to half a block, default three tenths. With method "
-            "paper a multiple of 2^levels, less than half a block; default 8.",
+            "paper a multiple of 2^levels, a third of a block or a smaller part; default 8.",
             only=("quilt", "paper"),
         ),
     )
@@ -609,10 +609,12 @@ class SynthesisOptions:
                 )
         if self.block is None:
             return
-        if self.overlap is not None and (not tile <= self.overlap < self.block / 2 or self.overlap % tile):
+        if self.overlap is not None and (
+            not tile <= self.overlap < self.block / 2 or self.overlap % tile or self.block % self.overlap
+        ):
             raise InputError(
-                f"overlap is {self.overlap}; allowed: multiples of 2^levels = {tile} "
-                f"from {tile} to less than half a block ({self.block // 2})"
+                f"overlap is {self.overlap}; allowed: multiples of 2^levels = {tile} of which a block "
+                f"({self.block}) is a multiple, less than half of it"
             )
         if self.edge_block is not None and self.overlap is not None and self.edge_block <= 2 * self.overlap:
             raise InputError(
@@ -690,6 +692,14 @@ class WriteOptions:
     pot: bool = field(
         default=False,
         metadata=_about(_OUTPUT, "Sides of pages are powers of two, as some engines want them."),
+    )
+    lods: int = field(
+        default=1,
+        metadata=_about(
+            _OUTPUT,
+            "Files for each GLB, 1 to 8: `x.glb`, then `x_lod1.glb` with half the texels each way, "
+            "`x_lod2.glb` with a quarter ...",
+        ),
     )
     size: tuple[int, int] = field(
         default=(1024, 768),
@@ -794,6 +804,8 @@ class WriteOptions:
             raise InputError(f"padding is {self.padding}; allowed: 0 to 64")
         if self.atlas_size not in (None, *(2**power for power in range(8, 14))):
             raise InputError(f"atlas_size is {self.atlas_size}; allowed: a power of two from 256 to 8192")
+        if not 1 <= self.lods <= 8:
+            raise InputError(f"lods is {self.lods}; allowed: 1 to 8")
         if not 1 <= self.quads <= 10_000_000:
             raise InputError(f"quads is {self.quads}; allowed: 1 to 10,000,000")
         if not all(1 <= side <= 16384 for side in self.size):

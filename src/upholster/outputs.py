@@ -80,6 +80,7 @@ __all__ = [
     "largest_chart",
     "metres_of",
     "parse_output",
+    "parse_outputs",
     "textured_model",
     "write_output",
 ]
@@ -125,11 +126,14 @@ class Output:
         The file; some kinds have others beside it.
     url
         Of the folder where it lies; empty: `path` is a path.
+    lod
+        Of a GLB: how often its textures are halved each way.
     """
 
     kind: Kind
     path: Path
     url: str = ""
+    lod: int = 0
 
     @property
     def has_atlas(self) -> bool:
@@ -237,6 +241,34 @@ def check_displacement(
     kept_box(read_conditions(options.keep) if options.keep else (), metres)
 
 
+def parse_outputs(
+    targets: Iterable[str | os.PathLike[str]], options: WriteOptions, *, flat: bool = False
+) -> list[Output]:
+    """Read outputs as `parse_output` does; after each GLB come its further files, see `WriteOptions.lods`.
+
+    Raises
+    ------
+    InputError
+        As there; and if a GLB is to have further files, and no output is one.
+    """
+    displaced, lods = options.displace is not None, options.lods
+    outputs = [parse_output(target, flat=flat, displaced=displaced) for target in targets]
+    if lods > 1 and all(output.kind != "glb" for output in outputs):
+        names = ", ".join(str(output.path) for output in outputs)
+        raise InputError(f"lods is for .glb, and {names} is none; allowed: with one")
+    return [
+        each
+        for output in outputs
+        for each in (
+            output,
+            *(
+                replace(output, path=output.path.with_stem(f"{output.path.stem}_lod{k}"), lod=k)
+                for k in range(1, lods if output.kind == "glb" else 1)
+            ),
+        )
+    ]
+
+
 def parse_output(target: str | os.PathLike[str], *, flat: bool = False, displaced: bool = False) -> Output:
     """Read an output as the command line has it: a path, or ``atlas:`` or ``directions:`` and a path.
 
@@ -324,6 +356,8 @@ class TexturedModel(Shown):
     parts
         Of several materials: the model of each, see `upholster.joined`. In such a GLB each is a material of
         its own; all else holds them together.
+    density
+        Texels for a step of the quilt's charts, each way.
     """
 
     surface: AnySurface
@@ -340,6 +374,7 @@ class TexturedModel(Shown):
     notes: list[str] = dataclass_field(default_factory=list)
     name: str = ""
     parts: tuple["TexturedModel", ...] = ()
+    density: float = 1.0
 
     def __repr__(self) -> str:
         return on_a_line(
@@ -523,13 +558,20 @@ def textured_model(
         quilt = base.quilt
     elif not isinstance(quilt, Quilt):
         raise InputError(f"quilt is a {type(quilt).__name__}; allowed: a Quilt, of `upholster.synthesize`")
-    elif quilt.charts != base.charts:
+    elif [_resized(chart) for chart in quilt.charts] != [_resized(chart) for chart in base.charts]:
         raise InputError(
             "quilt has other charts than the texels; allowed: the quilt that they were painted by"
         )
     if exemplar is None:
         exemplar = _painted_from(maps)
-    return TexturedModel(surface, base, options or WriteOptions(), threads, quilt, exemplar, others)
+    density = 1.0 if quilt is None else float(np.sqrt(base.count / quilt.steps))
+    options = options or WriteOptions()
+    return TexturedModel(surface, base, options, threads, quilt, exemplar, others, density=density)
+
+
+def _resized(chart: Chart) -> Chart:
+    """Return what a chart has in common with the same one painted at another density."""
+    return replace(chart, height=1, width=1)
 
 
 def _poster(model: TexturedModel) -> bytes:

@@ -1,4 +1,4 @@
-"""Painting pages of an atlas one by one: each from the sample and the placements of the charts on it.
+"""Painting pages of an atlas one by one: each from the sample and what is known of the charts on it.
 
 Nothing but a page and the charts on it is in memory; pages can be painted in any order, and are to the bit
 those of the whole atlas.
@@ -6,71 +6,75 @@ those of the whole atlas.
 
 import os
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
-from upholster.charts.seams import ChartSeam
+from upholster.charts.seams import ChartSeam, find_seams
 from upholster.export import write_map
 from upholster.geometry import Surface
 from upholster.image import write_image
-from upholster.model import AtlasLayout, build_page, page_windows, turn_gutters
-from upholster.quilt import Chart, Quilt
-from upholster.methods.quilt.masked import MASK_CUT
-from upholster.methods.quilt.old_plans import PlacementList
-from upholster.quilt.pyramid import Pyramid
-map_pyramid = paint_window = touching = None  # replaced by the owner of this file
+from upholster.model import AtlasLayout, build_page, by_chart, pack_charts, page_windows, turn_gutters
+from upholster.options import WriteOptions
+from upholster.quilt import Chart
 from upholster.types import PixelArray
 
-__all__ = ["chart_quilt", "paint_page", "shown_charts", "write_page"]
+__all__ = ["PagedAtlas", "PaintWindow", "write_page"]
 
 
-def shown_charts(layout: AtlasLayout, page: int, seams: Mapping[int, Sequence[ChartSeam]]) -> set[int]:
-    """Return the charts that a page shows: its own, and those that its gutters show."""
-    return {*layout.on_page(page), *page_windows(layout, page, seams)}
+class PaintWindow(Protocol):
+    """Paints a window, rows and columns in texels, of a chart by its number; None: all of it."""
+
+    def __call__(self, index: int, window: tuple[slice, slice] | None = None, /) -> PixelArray:
+        """Return (rows, columns, C)."""
 
 
-def paint_page(
-    surface: Surface,
-    charts: Sequence[Chart],
-    layout: AtlasLayout,
-    page: int,
-    seams: Mapping[int, Sequence[ChartSeam]],
-    quilts: Mapping[int, Quilt],
-    role: str,
-    image: PixelArray,
-    pyramid: Pyramid | None,
-) -> PixelArray:
-    """Paint a page of the atlas of one map.
+@dataclass(frozen=True, eq=False, slots=True)
+class PagedAtlas:
+    """An atlas of which pages are painted by themselves.
 
-    Parameters
+    Attributes
     ----------
     surface, charts
-        What is covered, and the whole layout on it.
-    layout, page
-        All pages, and which it is.
+        What is covered, and the whole layout on it, in texels.
+    layout
+        All pages.
     seams
         Each chart's, see `upholster.model.by_chart`.
-    quilts
-        Of each of the charts that `shown_charts` tells a quilt of that chart alone.
-    role, image, pyramid
-        The map, and what `upholster.quilt.windows.map_pyramid` makes of it.
-
-    Returns
-    -------
-    ndarray
-        (height, width, C) of the map's dtype, gutters and unused area filled.
     """
-    own = layout.on_page(page)
-    arrays = {n: paint_window(quilts[n], role, image, pyramid=pyramid, threads=1) for n in own}
-    for n, windows in page_windows(layout, page, seams).items():
-        # Memory that is not written to takes none.
-        arrays[n] = np.empty((charts[n].height, charts[n].width, image.shape[2]), image.dtype)
-        for window in windows:
-            arrays[n][window] = paint_window(quilts[n], role, image, window, pyramid=pyramid, threads=1)
-    pixels = build_page(layout, page, seams, arrays)
-    if role == "normal":
-        turn_gutters(surface, charts, seams, own, pixels, layout.pages[page].top)
-    return pixels
+
+    surface: Surface
+    charts: tuple[Chart, ...]
+    layout: AtlasLayout
+    seams: Mapping[int, Sequence[ChartSeam]]
+
+    @classmethod
+    def of(cls, surface: Surface, charts: tuple[Chart, ...], options: WriteOptions) -> "PagedAtlas":
+        """Lay charts out as the options say; `InputError` if they do not fit."""
+        layout = pack_charts(charts, **options.packing)
+        return cls(surface, charts, layout, dict(by_chart(find_seams(surface, charts))))
+
+    def shown_on(self, page: int) -> set[int]:
+        """Return the charts that a page shows: its own, and those that its gutters show."""
+        return {*self.layout.on_page(page), *page_windows(self.layout, page, self.seams)}
+
+    def painted(self, page: int, role: str, paint: PaintWindow) -> PixelArray:
+        """Return a page of the map of a role, (height, width, C): gutters and unused area are filled."""
+        own = self.layout.on_page(page)
+        arrays = {n: paint(n) for n in own}
+        first = arrays[next(iter(own))]
+        for n, windows in page_windows(self.layout, page, self.seams).items():
+            chart = self.charts[n]
+            # Memory that is not written to takes none.
+            arrays[n] = np.empty((chart.height, chart.width, first.shape[2]), first.dtype)
+            for window in windows:
+                arrays[n][window] = paint(n, window)
+        pixels = build_page(self.layout, page, self.seams, arrays)
+        if role == "normal":
+            top = self.layout.pages[page].top
+            turn_gutters(self.surface, self.charts, self.seams, own, pixels, top)
+        return pixels
 
 
 def write_page(path: str | os.PathLike[str], role: str, pixels: PixelArray, *, quality: int) -> None:
@@ -79,19 +83,3 @@ def write_page(path: str | os.PathLike[str], role: str, pixels: PixelArray, *, q
         write_image(path, pixels, quality=quality)
     else:
         write_map(path, role, pixels, quality=quality)
-
-
-def chart_quilt(quilt: Quilt, n: int) -> Quilt:
-    """Return a quilt of one chart of several alone, which paints the same texels there."""
-    placed, cells = quilt.placements, quilt.mask_cells
-    own = placed[placed["chart"] == n]
-    own["chart"] = 0
-    cut = own["mask"] == MASK_CUT
-    firsts = own["first_cell"][cut]
-    if len(firsts):
-        start = firsts.min()
-        others = placed["first_cell"][placed["mask"] == MASK_CUT]
-        cells = cells[start : min(others[others > firsts.max()], default=len(cells))]
-        own["first_cell"][cut] -= start
-    plan = PlacementList(own, cells if len(firsts) else cells[:0])
-    return Quilt((quilt.charts[n],), quilt.exemplar_shape, plan, (quilt.fields[n],))

@@ -1,14 +1,15 @@
 """From a stream, or as much of one as there is, to files."""
 
+import math
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 
-from upholster.charts.seams import find_seams
-from upholster.errors import FormatError, InputError
+from upholster.errors import FormatError, InputError, check_whole
 from upholster.files import Outputs, outputs, path_text, read_bytes
 from upholster.geometry import (
     AnySurface,
@@ -23,15 +24,23 @@ from upholster.image import Material
 from upholster.image.roles import ROLES
 from upholster.image.source import source_parts
 from upholster.limits import Limits
-from upholster.model import by_chart, pack_charts
 from upholster.model.packing import PAGE_LIMIT
 from upholster.options import WriteOptions, chosen
-from upholster.outputs import Output, TexturedModel, atlas_pages, check_displacement, metres_of, parse_output
-from upholster.paging import chart_quilt, paint_page, shown_charts, write_page
+from upholster.outputs import (
+    Output,
+    TexturedModel,
+    atlas_pages,
+    check_displacement,
+    metres_of,
+    parse_outputs,
+)
+from upholster.paging import PagedAtlas, write_page
 from upholster.parallel import check_running, run_tasks
-from upholster.quilt import Quilt
+from upholster.quilt import Chart
 from upholster.quilt.chart import MAX_TEXELS
-map_pyramid = paint_window = touching = None  # replaced by the owner of this file
+from upholster.quilt.materials import WindowPainter
+from upholster.quilt.painting import PAINTED_DENSITIES, painted_charts
+from upholster.reports import covering
 from upholster.shown import Shown, on_a_line
 from upholster.stream import StreamDecoder, on_surface
 from upholster.stream.budget import check_charts
@@ -79,6 +88,7 @@ def refine(
     *,
     limit: Limit | None = None,
     on: SurfaceLike | None = None,
+    texels: int | None = None,
     options: WriteOptions | None = None,
     threads: int | None = None,
     progress: Progress | None = None,
@@ -94,6 +104,9 @@ def refine(
         As for `cover`; a material's maps as far as they have come.
     limit
         How far to read.
+    texels
+        About how many the surface gets, 64 to 2^31: the same texture, painted more finely or coarsely; by
+        default as many as the stream was made for. Its charts' sides are rounded to whole texels.
     limits
         What the stream may ask for, see `upholster.StreamDecoder`. By default 2^31 texels where UDIM tiles
         alone are written of patches: these are painted one by one.
@@ -112,14 +125,13 @@ def refine(
     stream = path_text(stream, "stream")
     if not isinstance(limit, Limit | None):
         raise InputError(f"limit is a {type(limit).__name__}; allowed: a Limit")
-    wanted = [parse_output(target, displaced=options.displace is not None) for target in listed(targets)]
+    wanted = parse_outputs(listed(targets), options)
     other = [file for file in [on is not None and surface_file(on)] if file]
     check_used(wanted, options)
-    for target, output in zip(listed(targets), wanted, strict=True):
+    for output in wanted:
         if output.url:
-            raise InputError(
-                f"output {str(target)!r} is a URL; allowed for a stream: a folder of this machine"
-            )
+            name = f"{output.url}/{output.path}"
+            raise InputError(f"output {name!r} is a URL; allowed for a stream: a folder of this machine")
     with outputs(files_of(wanted, Output.files), inputs=[stream, *other]) as files:
         data = read_bytes(stream)
         one_by_one = len(wanted) == 1 and wanted[0].in_tiles
@@ -131,25 +143,49 @@ def refine(
         surface = decoder.surface if on is None else _other_surface(on, decoder.surface)
         one_by_one = one_by_one and isinstance(surface, Surface)
         if limits is None and not one_by_one:
-            check_charts(decoder.charts, Limits())
+            most = Limits()
+            check_charts(decoder.charts, most)
+        density = _density(texels, surface, decoder.charts, most or Limits())
+        charts = painted_charts(decoder.charts, density)
         exemplar = received_exemplar(decoder)
         roles = tuple(source_parts(exemplar))[1:]
         files.add(files_of(wanted, lambda output: output.later_files(roles, 1)))
         check_displacement(wanted, options, roles=roles, metres=metres_of(surface))
-        add_pages(files, wanted, roles, atlas_pages(wanted, decoder.charts, options))
+        add_pages(files, wanted, roles, atlas_pages(wanted, charts, options))
         same = data if decoder.complete and not options.stream_choices else None
         if same is not None and on is not None:
             same = None if isinstance(surface, MeshSurface) else on_surface(same, surface)
         quilt = decoder.quilt().on(surface)
         if one_by_one:
-            written = _write_pages(wanted[0], quilt, exemplar, options, files, threads, progress)
-            return _report(decoder, written, None)
-        texels, maps = painted(quilt, exemplar, threads, progress)
+            assert isinstance(surface, Surface)  # one_by_one says so
+            atlas, maps = PagedAtlas.of(surface, charts, options), source_parts(exemplar)
+            painters = {role: WindowPainter(quilt, role, maps[role], density=density) for role in maps}
+            how: dict[str, Any] = {"quality": options.quality, "threads": threads, "progress": progress}
+            return _report(decoder, _write_pages(wanted[0], atlas, painters, files, **how), None)
+        base, others = painted(quilt, exemplar, threads, progress, density=density)
         options = _as_coded(decoder, options)
         tiles = any(output.in_tiles for output in wanted)
-        model = TexturedModel(surface, texels, options, threads, quilt, exemplar, maps, same, tiles)
+        model = TexturedModel(
+            surface, base, options, threads, quilt, exemplar, others, same, tiles, density=density
+        )
         written = written_to(wanted, model, files, {}, progress)
     return _report(decoder, written, model)
+
+
+def _density(texels: int | None, surface: AnySurface, charts: Sequence[Chart], most: Limits) -> float:
+    """Return how many texels each way a step of the charts gets, if a surface is to have so many in all."""
+    if texels is None:
+        return 1.0
+    check_whole("texels", texels, 64, MAX_TEXELS)
+    steps = covering(surface, charts)
+    density, (least, greatest) = math.sqrt(texels / steps), PAINTED_DENSITIES
+    if not least <= density <= greatest:
+        low, high = math.ceil(steps * least**2), math.floor(steps * greatest**2)
+        raise InputError(f"texels is {texels}; allowed of this stream: {low} to {high}")
+    count = sum(chart.height * chart.width for chart in painted_charts(charts, density))
+    if count > most.texels:
+        raise InputError(f"charts would have {count} texels; allowed here: {most.texels}")
+    return density
 
 
 def _report(decoder: StreamDecoder, written: dict[str, int], model: TexturedModel | None) -> RefineReport:
@@ -167,31 +203,27 @@ def _report(decoder: StreamDecoder, written: dict[str, int], model: TexturedMode
 
 def _write_pages(
     output: Output,
-    quilt: Quilt,
-    exemplar: PixelArray | Material,
-    options: WriteOptions,
+    atlas: PagedAtlas,
+    painters: Mapping[str, WindowPainter],
     files: Outputs,
+    *,
+    quality: int,
     threads: int | None,
     progress: Progress | None,
 ) -> dict[str, int]:
     """Paint and write the pages of an atlas one by one, one on each thread; return the bytes of each file."""
-    surface, charts = quilt.surface, quilt.charts
-    assert isinstance(surface, Surface)  # the caller looked
-    layout = pack_charts(charts, **options.packing)
-    seams, maps = by_chart(find_seams(surface, charts)), source_parts(exemplar)
-    pyramids = {role: map_pyramid(role, image) for role, image in maps.items()}
-    targets = output.files([role for role in maps if role != "albedo"], len(layout.pages))
-    by_role = dict(zip(maps, np.array(targets, object).reshape(len(maps), -1), strict=True))
+    pages = atlas.layout.pages
+    targets = output.files([role for role in painters if role != "albedo"], len(pages))
+    by_role = dict(zip(painters, np.array(targets, object).reshape(len(painters), -1), strict=True))
 
     def write(page: int) -> None:
-        quilts = {n: chart_quilt(quilt, n) for n in shown_charts(layout, page, seams)}
-        for role, image in maps.items():
-            pixels = paint_page(surface, charts, layout, page, seams, quilts, role, image, pyramids[role])
-            write_page(files.path(by_role[role][page]), role, pixels, quality=options.quality)
+        for role, painter in painters.items():
+            pixels = atlas.painted(page, role, painter.paint)
+            write_page(files.path(by_role[role][page]), role, pixels, quality=quality)
 
-    tasks = [partial(write, page) for page in range(len(layout.pages))]
+    tasks = [partial(write, page) for page in range(len(pages))]
     # Of charts larger than a page should be one at a time is in memory: a stream may be anybody's.
-    large = any(page.height * page.width > PAGE_LIMIT**2 for page in layout.pages)
+    large = any(page.height * page.width > PAGE_LIMIT**2 for page in pages)
     run_tasks(tasks, threads=1 if large else threads, progress=progress, stage="paint")
     return {str(target): files.path(target).stat().st_size for target in targets}
 

@@ -21,13 +21,13 @@ from upholster.methods.quilt.phases import WantedPhases, better_tile, stretched_
 from upholster.options import SynthesisOptions
 from upholster.outputs import TexturedModel
 from upholster.quilt import Chart, Quilt, Texels
-from upholster.methods.quilt.old_plans import StripPlan
 from upholster.shown import Shown, on_a_line
 from upholster.types import PixelArray, Progress
 
 __all__ = [
     "CoverReport",
     "counts_of",
+    "covering",
     "laid_counts",
     "notes_before",
     "peak_memory",
@@ -172,13 +172,6 @@ def _block(prepared: Prepared) -> str:
     return f"{min(sides)} to {max(sides)} pixels"
 
 
-def _edge_blocks(quilt: Quilt) -> int:
-    if not isinstance(quilt.plan, StripPlan):
-        return 0
-    layout = quilt.plan.layout
-    return sum(layout.blocks_along(strip) for strip in layout.strips)
-
-
 def notes_before(surface: AnySurface, prepared: Prepared, sample: PixelArray, maps: int) -> list[str]:
     """Return what the user should know before the work begins; `maps` are those whose texels are kept."""
     found = []
@@ -228,11 +221,11 @@ def notes_before(surface: AnySurface, prepared: Prepared, sample: PixelArray, ma
 
 def counts_of(surface: AnySurface, quilt: Quilt, texels: Texels) -> dict[str, int]:
     """Return how many there are of what."""
-    # An edge block lies on two charts.
-    placed = len(quilt.placements), _edge_blocks(quilt)
+    # An edge block lies on two charts, over their own blocks.
+    placed = len(quilt.placements), int(np.count_nonzero(quilt.placements["layer"])) // 2
     counts = laid_counts(surface, quilt.charts, placed, texels.arrays[0])
     # One of several materials lies on islands of its own.
-    return counts | {"covering": _covering(quilt.surface, quilt.charts)}
+    return counts | {"covering": covering(quilt.surface, quilt.charts)}
 
 
 def laid_counts(
@@ -242,7 +235,7 @@ def laid_counts(
     return _surface_counts(surface) | {
         "charts": len(charts),
         "texels": sum(chart.height * chart.width for chart in charts),
-        "covering": _covering(surface, charts),
+        "covering": covering(surface, charts),
         "placements": placed[0],
         "edge blocks": placed[1],
         "channels": colour.shape[2],
@@ -250,12 +243,13 @@ def laid_counts(
     }
 
 
-def _covering(surface: AnySurface | None, charts: Sequence[Chart]) -> int:
+def covering(surface: AnySurface | None, charts: Sequence[Chart]) -> int:
     """Return how many texels lie on the surface: on a mesh charts are larger than their islands."""
     if not isinstance(surface, MeshSurface):
         return sum(chart.height * chart.width for chart in charts)
-    density = charts[0].height / (charts[0].s1 - charts[0].s0)
-    return round(float(surface.mesh.areas[surface.island >= 0].sum()) * density**2)
+    first = charts[0]
+    texels = first.height / (first.s1 - first.s0) * first.width / (first.t1 - first.t0)
+    return round(float(surface.mesh.areas[surface.island >= 0].sum()) * texels)
 
 
 def _surface_counts(surface: AnySurface) -> dict[str, int]:

@@ -2,13 +2,16 @@
 
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from upholster.codec import check_image
 from upholster.errors import InputError
 from upholster.files import Outputs
 from upholster.geometry import AnySurface, MeshSurface
 from upholster.image import Material
+from upholster.joined import joined_model
 from upholster.options import WriteOptions
 from upholster.outputs import Output, TexturedModel, write_output
 from upholster.quilt import Quilt, Texels, paint, paint_material
@@ -118,7 +121,8 @@ def written_to(
     written: dict[str, int] = {}
     for output in wanted:
         with timed(f"write {output.path.name}", seconds):
-            write_output(output, model, files, progress=progress)
+            shown = _coarser(model, output.lod) if output.lod else model
+            write_output(output, shown, files, progress=progress)
         pages = len(model.atlas.pages) if output.has_pages else 1
         own = output.files(model.maps, pages)
         written |= {str(file): files.path(file).stat().st_size for file in own}
@@ -147,9 +151,28 @@ def painted(
     exemplar: PixelArray | Material,
     threads: int | None = None,
     progress: Progress | None = None,
+    *,
+    density: float = 1.0,
 ) -> tuple[Texels, dict[str, Texels]]:
     """Return texels of the base colour, and of a material's other maps by role."""
+    how: dict[str, Any] = {"density": density, "threads": threads, "progress": progress}
     if not isinstance(exemplar, Material):
-        return paint(quilt, exemplar, threads=threads, progress=progress), {}
-    maps = paint_material(quilt, exemplar, threads=threads, progress=progress)
+        return paint(quilt, exemplar, **how), {}
+    maps = paint_material(quilt, exemplar, **how)
     return maps.pop("albedo"), maps
+
+
+def _coarser(model: TexturedModel, halvings: int) -> TexturedModel:
+    """Return a model painted again with textures halved so often each way, gutters and pages as well."""
+    if model.parts:
+        return joined_model([_coarser(part, halvings) for part in model.parts])
+    if model.quilt is None or model.exemplar is None:
+        raise InputError("lods need a quilt and its sample, not texels alone")
+    density, size = model.density / 2**halvings, model.options.atlas_size
+    texels, maps = painted(model.quilt, model.exemplar, model.threads, density=density)
+    options = replace(
+        model.options,
+        padding=model.options.padding >> halvings,
+        atlas_size=None if size is None else max(256, size >> halvings),
+    )
+    return replace(model, texels=texels, maps=maps, density=density, options=options)

@@ -3,8 +3,8 @@
 import numpy as np
 
 from upholster.quilt import Chart, Quilt
+from upholster.quilt.labels import LabelMap, label_shape, nearest_labels
 from upholster.quilt.placement import PLACEMENT
-from upholster.quilt.plans import PlacementList
 from upholster.quilt.warp_field import WarpField, node_count
 
 
@@ -27,12 +27,29 @@ def tiles(height=64, width=64, period=(8, 16)):
 
 
 def quilt_of(blocks, *, chart=(32, 32), exemplar=(64, 64)):
-    """One chart, placements (row, column, height, width, source row, source column, turn)."""
+    """One chart, blocks (row, column, height, width, source row, source column, turn), the last on top.
+
+    A block's middle step reads at the source. What none covers the first one shows.
+    """
     placed = np.zeros(len(blocks), PLACEMENT)
-    names = ("row", "column", "height", "width", "source_row", "source_column", "symmetry")
-    for name, values in zip(names, np.array(blocks, np.int64).reshape(-1, 7).T, strict=True):
-        placed[name] = 16 * values if name.startswith("source") else values
-    return Quilt((Chart(0, *chart),), exemplar, PlacementList(placed, np.zeros(0, np.uint8)))
+    labels = np.zeros(label_shape(*chart, 1), np.int32)
+    for n, (row, column, height, width, source_row, source_column, symmetry) in enumerate(blocks):
+        placed[n]["row"], placed[n]["column"] = 16 * row + 8, 16 * column + 8
+        placed[n]["source_row"], placed[n]["source_column"] = 16 * source_row, 16 * source_column
+        placed[n]["symmetry"] = symmetry
+        # Cells of one step begin one before the chart.
+        top, left = row - height // 2 + 1, column - width // 2 + 1
+        labels[max(0, top) : max(0, top + height), max(0, left) : max(0, left + width)] = n
+    return Quilt((Chart(0, *chart),), exemplar, placed, ((LabelMap(1, labels),),))
+
+
+def quilt_of_nearest(charts, placed, *, exemplar=(64, 64), fields=(), cell=1):
+    """Charts on which each cell shows the placement whose centre is nearest."""
+    labels = []
+    for index, chart in enumerate(charts):
+        own = placed[placed["chart"] == index]
+        labels.append((LabelMap(cell, nearest_labels(own["row"], own["column"], chart, cell)),))
+    return Quilt(tuple(charts), exemplar, placed, tuple(labels), tuple(fields))
 
 
 def random_field(rng, height, width, scale, *, vary=0.1):
@@ -51,11 +68,10 @@ def warped(rng, scale, *, chart=(96, 80), block=16, exemplar=(128, 128)):
     field = random_field(rng, *chart, scale, vary=0.03)
     places = [(r, c) for r in range(8, chart[0], block) for c in range(8, chart[1], block)]
     placed = np.zeros(len(places), PLACEMENT)
-    placed["height"] = placed["width"] = block
     centre = np.array(exemplar) / 2
     for n, place in enumerate(places):
         step = scale * (np.array(place) - np.array(chart) / 2)
-        placed["row"][n], placed["column"][n] = place
+        placed["row"][n], placed["column"][n] = 16 * np.array(place) + 8
         source = np.clip(np.rint(16 * (centre + step)), 0, 16 * np.array(exemplar) - 16)
         placed["source_row"][n], placed["source_column"][n] = source
-    return Quilt((Chart(0, *chart),), exemplar, PlacementList(placed, np.zeros(0, np.uint8)), (field,))
+    return quilt_of_nearest((Chart(0, *chart),), placed, exemplar=exemplar, fields=(field,))

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from measured import grains, quilt_of, tiles
+from measured import grains, quilt_of, quilt_of_nearest, tiles
 
 from upholster.charts.seams import find_seams
 from upholster.charts.transitions import transitions
@@ -15,9 +15,8 @@ from upholster.measure.phase_cuts import PhaseCuts, cuts_inside
 from upholster.measure.samples import Window
 from upholster.measure.trace import Trace
 from upholster.methods import synthesize
-from upholster.quilt import Chart, Quilt
+from upholster.quilt import Chart
 from upholster.quilt.placement import PLACEMENT
-from upholster.quilt.plans import PlacementList
 
 
 @pytest.fixture(scope="module")
@@ -112,12 +111,12 @@ def test_runs_go_on_across_the_seams_of_a_mesh(lattice, fold, shifts, expected):
     blocks = np.zeros(4, PLACEMENT)
     for k, shift in enumerate(shifts):
         chart, below = k // 2, k % 2
-        blocks[k]["chart"], blocks[k]["row"], blocks[k]["column"] = chart, 8 + 16 * below, 8
-        blocks[k]["height"] = blocks[k]["width"] = 16
+        blocks[k]["chart"] = chart
+        blocks[k]["row"], blocks[k]["column"] = 16 * (8 + 16 * below), 16 * 8
         blocks[k]["source_row"] = 16 * (16 + 16 * below + shift)
         blocks[k]["source_column"] = 16 * (12 + 16 * chart)
     charts = (Chart(0, 32, 16), Chart(1, 32, 16))
-    quilt = Quilt(charts, (64, 64), PlacementList(blocks, np.zeros(0, np.uint8)))
+    quilt = quilt_of_nearest(charts, blocks)
     surface = sheet((0, 0.0, 1.0, 0.0, 1.0), (1, 0.0, 1.0, 0.0, 1.0), fold=fold)
     found = broken_elements(quilt, lattice, surface)
     assert found.faults[0] == pytest.approx(expected * np.pi / 4 / 8)

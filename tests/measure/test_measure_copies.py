@@ -4,16 +4,14 @@ import itertools
 
 import numpy as np
 import pytest
-from measured import quilt_of, warped
+from measured import quilt_of, quilt_of_nearest, warped
 
 from upholster.errors import InputError
+from upholster.geometry import MeshSurface, TriangleMesh
 from upholster.measure import copies
 from upholster.measure._kernels import largest_square
 from upholster.measure.samples import Window
 from upholster.measure.trace import Trace, quilt_windows
-from upholster.quilt.chart import Chart
-from upholster.quilt.model import Quilt
-from upholster.quilt.plans import PlacementList
 
 
 def plain_largest_square(painted, below, right):
@@ -73,11 +71,16 @@ def test_equal_sources_under_other_turns_are_no_continuation():
     assert copies(quilt_of([(16, 8, 32, 16, 32, 42, 0), (16, 24, 32, 16, 32, 42, 5)])).longest == 16
 
 
-def test_texels_that_nothing_paints_are_no_copies():
-    found = copies(quilt_of([(16, 8, 32, 16, 30, 30, 0)]))
-    assert found.longest == 16
-    assert found.ratio == pytest.approx((15 * 32 + 16 * 31) / (2 * 31 * 32))
-    assert copies(quilt_of([])).ratio == 0
+def test_what_lies_beyond_a_mesh_does_not_count():
+    quilt = quilt_of([(16, 8, 32, 16, 30, 30, 0), (16, 24, 32, 16, 20, 20, 0)])
+    assert copies(quilt).ratio < 1
+    # A rectangle over the left half of the chart: the cut is its edge.
+    positions = np.array([(0, 0, 0), (0, -1, 0), (0.5, 0, 0), (0.5, -1, 0)], float)
+    corners = np.array([(0, 1, 2), (1, 3, 2)])
+    places = np.array([(0, 0), (1, 0), (0, 0.5), (1, 0.5)], float)
+    surface = MeshSurface(TriangleMesh(positions, corners), np.zeros(2, int), places[corners])
+    found = copies(quilt.on(surface))
+    assert (found.ratio, found.longest) == (1, 16)
 
 
 def test_windows_see_what_the_whole_chart_does():
@@ -105,9 +108,8 @@ def test_links_through_a_field_against_the_quilts_own_sources(scale):
     alone = []
     for n in range(len(quilt.placements)):
         placed = quilt.placements[n : n + 1].copy()
-        placed["height"] = placed["width"] = 400
-        plan = PlacementList(placed, quilt.mask_cells)
-        alone.append(Quilt(quilt.charts, quilt.exemplar_shape, plan, quilt.fields).sources()[0])
+        shape = quilt.exemplar_shape
+        alone.append(quilt_of_nearest(quilt.charts, placed, exemplar=shape, fields=quilt.fields).sources()[0])
     for axis, (one, other) in enumerate(
         ((np.s_[:-1], np.s_[1:]), (np.s_[:, :-1], np.s_[:, 1:])),
     ):
@@ -124,4 +126,4 @@ def test_links_through_a_field_against_the_quilts_own_sources(scale):
 
 def test_a_single_texel_has_no_neighbours():
     with pytest.raises(InputError, match="neighbouring"):
-        copies(Quilt((Chart(0, 1, 1),), (32, 32), quilt_of([]).plan))
+        copies(quilt_of([(0, 0, 1, 1, 8, 8, 0)], chart=(1, 1)))

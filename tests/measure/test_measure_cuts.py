@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
-from measured import grains, quilt_of, tiles, warped
+from measured import grains, quilt_of, quilt_of_nearest, tiles, warped
 
 from upholster.errors import InputError
 from upholster.geometry import plane, surface_from_spec
@@ -12,9 +12,7 @@ from upholster.measure import cut_seam_ratio, matched_cut_ratio, matched_edge_ra
 from upholster.methods import synthesize
 from upholster.quilt import Texels, paint
 from upholster.quilt.chart import Chart
-from upholster.quilt.model import Quilt
 from upholster.quilt.placement import PLACEMENT
-from upholster.quilt.plans import PlacementList
 
 
 def test_cuts_against_a_plain_sum():
@@ -90,7 +88,7 @@ def test_borders_of_warped_blocks_are_matched_through_the_field():
         smooth = matched_cut_ratio(quilt, texels, exemplar)
         placed = quilt.placements.copy()
         placed["source_row"] = rng.integers(0, 512 * 16, len(placed))
-        broken = dataclasses.replace(quilt, plan=PlacementList(placed, quilt.mask_cells))
+        broken = dataclasses.replace(quilt, placements=placed)
         rough = matched_cut_ratio(broken, paint(broken, exemplar), exemplar)
         # Neighbours nearly continue one another: what counts are shifts of more than ½ pixel.
         assert smooth < 0.8 * rough
@@ -104,15 +102,15 @@ def test_edges_of_one_copy_are_as_smooth_as_the_exemplar():
     charts = (Chart(0, 32, 20, t1=0.5), Chart(0, 32, 20, t0=0.5))
     placed = np.zeros(2, PLACEMENT)
     placed["chart"] = 0, 1
-    placed["row"], placed["column"], placed["height"], placed["width"] = 16, 10, 32, 20
+    placed["row"], placed["column"] = 16 * 16 + 8, 16 * 10 + 8
     placed["source_row"], placed["source_column"] = 16 * 30, (16 * 20, 16 * 40)
-    whole = Quilt(charts, (64, 64), PlacementList(placed, np.zeros(0, np.uint8)))
+    whole = quilt_of_nearest(charts, placed)
     exemplar = grains()
     found = matched_edge_ratio(plane(), whole, paint(whole, exemplar), exemplar)
     assert found == pytest.approx(1, abs=1e-6)
     shifted = placed.copy()
     shifted["source_row"][1] += 16 * 9
-    broken = dataclasses.replace(whole, plan=PlacementList(shifted, whole.mask_cells))
+    broken = dataclasses.replace(whole, placements=shifted)
     texels = paint(broken, exemplar)
     colors = exemplar / 255
     # Chart 0's last column comes from pixel column 29, chart 1's first from 30.
@@ -123,7 +121,7 @@ def test_edges_of_one_copy_are_as_smooth_as_the_exemplar():
     assert matched_edge_ratio(plane(), broken, texels, exemplar) == pytest.approx(expected, rel=1e-5)
     with pytest.raises(InputError, match="charts"):
         matched_edge_ratio(plane(), whole, Texels((Chart(0, 8, 8),), texels.arrays[:1]), exemplar)
-    one = Quilt(charts[:1], (64, 64), PlacementList(placed[:1].copy(), np.zeros(0, np.uint8)))
+    one = quilt_of_nearest(charts[:1], placed[:1].copy())
     assert matched_edge_ratio(plane(), one, paint(one, exemplar), exemplar) is None
 
 
@@ -136,5 +134,5 @@ def test_covered_surfaces_have_no_edges_that_show(spec):
     placed = quilt.placements.copy()
     centre = 16 * 32
     placed["source_row"] = np.where(placed["chart"] % 2 == 0, placed["source_row"], centre)
-    broken = dataclasses.replace(quilt, plan=PlacementList(placed, quilt.mask_cells))
+    broken = dataclasses.replace(quilt, placements=placed)
     assert matched_edge_ratio(surface, broken, paint(broken, exemplar), exemplar) > found + 0.3

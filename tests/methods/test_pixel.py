@@ -1,20 +1,21 @@
-"""Method "pixel" against a plain twin, and what must hold of every source map that it makes."""
+"""Method "pixel" against a plain twin, and what must hold of every quilt that it makes."""
 
 import numpy as np
 import pytest
 from plain_pixel import PlainSurface, plain_levels, plain_pixel
 
-import upholster
 from upholster.charts import uniform_layout
 from upholster.charts.schedule import schedule
 from upholster.errors import InputError
 from upholster.geometry import RationalPatch, Surface, plane, ring_cyclide, sphere
+from upholster.image import write_image
 from upholster.measure.edges import matched_edge_ratio
 from upholster.methods import synthesize
 from upholster.methods.pixel import PixelOptions, synthesize_pixel
 from upholster.methods.pixel.method import PASSES, SIMILAR
 from upholster.methods.pixel.surface_levels import SurfaceLevel
 from upholster.methods.working_form import working_form
+from upholster.pipeline import cover
 from upholster.quilt import paint
 
 SEARCHES = ("coherent", "full")
@@ -53,6 +54,12 @@ def plain_surface(layout):
     return PlainSurface([(chart.height, chart.width) for chart in layout.charts], beyond)
 
 
+def shown(quilt):
+    """Return per chart the pixels that texels show, (height, width, 2)."""
+    assert all((places % 16 == 0).all() for places in quilt.sources())
+    return [places // 16 for places in quilt.sources()]
+
+
 @pytest.mark.parametrize("search", SEARCHES)
 @pytest.mark.parametrize(
     ("surface", "shape", "size", "levels"),
@@ -63,7 +70,7 @@ def test_follows_the_plain_twin(surface, shape, size, levels, search):
     exemplar = texture(*shape)
     charts = uniform_layout(surface, chart=size)
     options = PixelOptions(levels=levels, search=search)
-    found = synthesize_pixel(exemplar, surface, charts, options=options, seed=5).plan.sources
+    found = shown(synthesize_pixel(exemplar, surface, charts, options=options, seed=5))
     layouts = [SurfaceLevel.of(surface, charts, n) for n in range(levels + 1)]
     plain = plain_levels(working_form(exemplar), levels, 0 if search == "full" else SIMILAR)
     lone = [
@@ -116,11 +123,10 @@ def test_a_plane_has_no_frame_and_its_map_paints_what_it_names():
     exemplar = texture(40, 48)
     quilt = synthesize(exemplar, plane(), method="pixel", chart=50, seed=1)
     assert len(SurfaceLevel.of(plane(), quilt.charts, 0).frame) == 0
-    sources = quilt.plan.sources[0].astype(int)
+    (sources,) = shown(quilt)
     np.testing.assert_array_equal(
         paint(quilt, exemplar).arrays[0], exemplar[sources[..., 0], sources[..., 1]]
     )
-    np.testing.assert_array_equal(quilt.sources()[0], 16 * sources)
     depth = np.random.default_rng(0).integers(0, 2**16, (40, 48, 2), dtype=np.uint16)
     np.testing.assert_array_equal(paint(quilt, depth).arrays[0], depth[sources[..., 0], sources[..., 1]])
 
@@ -133,14 +139,43 @@ def test_every_source_lies_in_the_exemplar_and_threads_do_not_matter(surface, se
         synthesize(exemplar, surface, method="pixel", chart=19, search=search, seed=3, threads=threads)
         for threads in (1, 2, 5)
     )
-    for n, part in enumerate(one.plan.sources):
+    for part in shown(one):
         assert part.min() >= 2
         assert part[..., 0].max() < 40 - 2
         assert part[..., 1].max() < 48 - 2
-        for other in others:
-            np.testing.assert_array_equal(part, other.plan.sources[n])
+    for other in others:
+        np.testing.assert_array_equal(one.placements, other.placements)
+        for (ours,), (theirs,) in zip(one.labels, other.labels, strict=True):
+            np.testing.assert_array_equal(ours.labels, theirs.labels)
     other = synthesize(exemplar, surface, method="pixel", chart=19, search=search, seed=4)
-    assert any((a != b).any() for a, b in zip(one.plan.sources, other.plan.sources, strict=True))
+    assert any((a != b).any() for a, b in zip(shown(one), shown(other), strict=True))
+
+
+def test_a_label_for_each_texel_and_a_placement_for_each_offset():
+    quilt = synthesize(texture(), pair(), method="pixel", chart=30, seed=2)
+    for n, ((layer,), places) in enumerate(zip(quilt.labels, shown(quilt), strict=True)):
+        assert (layer.cell, layer.half) == (1, False)
+        # Beyond the edges cells are as at the edges.
+        inner = layer.labels[1:-1, 1:-1]
+        np.testing.assert_array_equal(layer.labels, np.pad(inner, 1, mode="edge"))
+        offsets = places - np.stack(np.indices(inner.shape), axis=2)
+        pairs = {
+            (int(label), *offset)
+            for label, offset in zip(inner.flat, offsets.reshape(-1, 2).tolist(), strict=True)
+        }
+        placed = quilt.on_chart(n)
+        assert (
+            len(pairs)
+            == len({label for label, *_ in pairs})
+            == len({tuple(o) for _, *o in pairs})
+            == len(placed)
+        )
+        # Each has its centre in the first of its texels.
+        first = np.unique(inner, return_index=True)[1]
+        assert (np.diff(first) > 0).all()
+        np.testing.assert_array_equal(
+            np.stack([placed["row"], placed["column"]]), 16 * np.stack(np.divmod(first, 30)) + 8
+        )
 
 
 @pytest.mark.parametrize("search", SEARCHES)
@@ -186,7 +221,7 @@ def test_charts_of_one_texel_and_a_patch_that_meets_itself():
     closed = Surface([RationalPatch.from_points(net)])
     for surface in (closed, ring_cyclide()):
         quilt = synthesize(texture(160, 160), surface, method="pixel", chart=8, levels=5)
-        assert quilt.texel_count == 64 * len(surface.patches)
+        assert quilt.steps == 64 * len(surface.patches)
 
 
 def test_bad_samples_are_refused_before_work():
@@ -201,11 +236,11 @@ def test_bad_samples_are_refused_before_work():
         synthesize(texture(), plane(), method="pixel", chart=8, seed=-1)
 
 
-def test_a_stream_is_refused_with_its_size():
-    exemplar, surface = texture(), pair()
-    quilt = synthesize(exemplar, surface, method="pixel", chart=16)
-    with pytest.raises(InputError, match="no stream: 512 texels with a source of 11 bits each would take"):
-        upholster.encode_stream(surface, quilt, exemplar)
+def test_a_stream_is_refused_with_its_size(tmp_path):
+    write_image(tmp_path / "sample.png", texture())
+    settings = {"method": "pixel", "chart": 16}
+    with pytest.raises(InputError, match="no stream: 4,096 texels with a source of 11 bits each would take"):
+        cover(str(tmp_path / "sample.png"), "cyclide", [str(tmp_path / "a.uph")], synthesis=settings)
 
 
 def test_progress_counts_all_texels():

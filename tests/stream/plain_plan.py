@@ -1,4 +1,4 @@
-"""Plans (SPEC.md, sections 4, 5.2, 5.3) in plain Python, written from the text: an oracle of the decoder."""
+"""Plans (SPEC.md, sections 4 and 5.2) in plain Python, written from the text: an oracle of the decoder."""
 
 from typing import Any
 

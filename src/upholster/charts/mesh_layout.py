@@ -88,8 +88,10 @@ def texels_on_mesh(
     surface: MeshSurface, charts: Sequence[Chart], index: int, corner: tuple[int, int], shape: tuple[int, int]
 ) -> NDArray[np.bool_]:
     """Return which texels of a window of a chart, from its first one's (row, column), lie on the mesh."""
-    own = surface.island == index
-    places = chart_places(surface, charts)[own] - corner
+    chart = charts[index]
+    sides = chart.height / (chart.s1 - chart.s0), chart.width / (chart.t1 - chart.t0)
+    own = surface.parameters[surface.island == index]
+    places = (own - (chart.s0, chart.t0)) * sides - corner
     times = np.zeros(shape, np.int32)
     coverage(places + _ASIDE, times)
     return times > 0

@@ -10,6 +10,7 @@ from upholster.cli.console import (
     add_row,
     byte_count,
     in_bytes,
+    large_count,
     limits_of,
     naming,
     new_console,
@@ -47,6 +48,12 @@ def refine(
             help="Another surface for the same texels, as for `cover`; its patches must meet alike.",
         ),
     ] = None,
+    texels: Annotated[
+        str | None,
+        typer.Option(
+            metavar="N", help="Paint the same texture more finely or coarsely: about so many texels, `1M`."
+        ),
+    ] = None,
     most_bytes: Annotated[
         str | None, typer.Option("--bytes", metavar="N", help="Use only the first N bytes: 8000, 8k, 8Ki.")
     ] = None,
@@ -78,6 +85,7 @@ def refine(
             output,
             limit=limit,
             on=on,
+            texels=None if texels is None else large_count("texels", texels),
             options=writing,
             threads=threads,
             progress=progress,

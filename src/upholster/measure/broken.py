@@ -65,7 +65,7 @@ def broken_elements(
 
     A cut lies between two neighbouring texels of which the second is not, within half a pixel, where the
     first one's source would go on. The sample's own phase at the second texel through its own source is
-    compared with that through the first one's: exact, from the plan, so that colours play no part. Cuts
+    compared with that through the first one's: exact, from the quilt, so that colours play no part. Cuts
     between blocks of different symmetries are left out. At most 8 Mtexels are looked at, as by `copies`.
 
     Parameters
@@ -100,7 +100,7 @@ def broken_elements(
     found: list[PhaseCuts] = []
     area = 0.0
     for window in quilt_windows(quilt):
-        trace, shown = Trace.of(quilt, window), None
+        trace, shown = Trace.of(quilt, window, beyond=True), None
         if isinstance(surface, MeshSurface):
             shown = smooth_texels(surface, quilt.charts, window, crease)
         found += cuts_inside(trace, lattice, shown)
@@ -130,16 +130,15 @@ def broken_elements(
 
 
 def _area(trace: Trace, shown: NDArray[np.bool_] | None) -> float:
-    # Of the painted texels, in square pixels of the sample.
-    painted = trace.owners >= 0
-    if shown is not None:
-        painted &= shown
-    rows, columns = np.nonzero(painted[::EVERY, ::EVERY])
+    # Of the texels that are shown, in square pixels of the sample.
+    if shown is None:
+        shown = np.ones(trace.owners.shape, bool)
+    rows, columns = np.nonzero(shown[::EVERY, ::EVERY])
     if not len(rows):
         return 0.0
     places = (EVERY * at + first for at, first in ((rows, trace.window.row), (columns, trace.window.column)))
     matrices = trace.field.at(*(place.astype(np.float64) for place in places))
-    return float(np.abs(np.linalg.det(matrices)).mean()) * int(np.count_nonzero(painted))
+    return float(np.abs(np.linalg.det(matrices)).mean()) * int(np.count_nonzero(shown))
 
 
 def longest_run(

@@ -32,7 +32,7 @@ class Copies:
 def copies(quilt: Quilt) -> Copies:
     """Measure how much of a quilt is verbatim continuation of the exemplar.
 
-    A texel belongs to the placement that gives it most of its colour. Two neighbouring texels are a verbatim
+    A texel belongs to the placement that shows in its cell. Two neighbouring texels are a verbatim
     continuation if one placement paints both, or if the two that do agree, within ½ pixel of the exemplar
     each way, on where the second texel lies (through the chart's warp field, and by the same symmetry of the
     square). Measured on at most 8 Mtexels, in windows of at most 2048²: no longer repeat is found.
@@ -60,10 +60,11 @@ def copies(quilt: Quilt) -> Copies:
     for window in quilt_windows(quilt):
         trace = Trace.of(quilt, window)
         below, right = trace.links(0), trace.links(1)
-        pairs += below.size + right.size
+        shown = trace.owners >= 0
+        pairs += int((shown[1:] & shown[:-1]).sum()) + int((shown[:, 1:] & shown[:, :-1]).sum())
         continued += int(np.count_nonzero(below)) + int(np.count_nonzero(right))
         scratch = np.zeros(window.width, np.int32)
-        longest = max(longest, int(largest_square(trace.owners >= 0, below, right, scratch)))
+        longest = max(longest, int(largest_square(shown, below, right, scratch)))
     if not pairs:
         raise InputError("quilt has no neighbouring texels; allowed: charts of at least 1×2 texels")
     return Copies(continued / pairs, longest)

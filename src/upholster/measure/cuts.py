@@ -6,9 +6,9 @@ from numpy.typing import NDArray
 from upholster.errors import InputError
 from upholster.measure.samples import SEED, Samples, bilinear, coded
 from upholster.measure.seams import MeanDifference
-from upholster.measure.trace import Trace, quilt_windows
+from upholster.measure.trace import Trace, quilt_windows, step_sources
 from upholster.quilt import Quilt, Texels
-from upholster.quilt.displacement import centre_matrices, levels_of, warped_sources
+from upholster.quilt.displacement import centre_matrices, levels_of
 from upholster.quilt.pyramid import halved, most_levels
 from upholster.types import FloatArray, PixelArray
 
@@ -23,14 +23,14 @@ def cut_seam_ratio(quilt: Quilt, texels: Texels) -> float | None:
 
     The mean absolute difference between neighbouring texels (right and lower) that do not continue one
     another in the exemplar (`copies` says when they do), over the same between all neighbouring texels. A
-    blended border counts where the greater weight changes. Values are sRGB-coded, all channels weigh alike:
+    blended border counts in its middle. Values are sRGB-coded, all channels weigh alike:
     1.0 is invisible, more shows, less is blur, or borders that run through quiet places: see
     `matched_cut_ratio`. At most 8 Mtexels are looked at.
 
     Parameters
     ----------
     quilt
-        Says which placement gives each texel most of its colour.
+        Says which placement shows in each texel's cell.
     texels
         The quilt, painted.
 
@@ -57,18 +57,17 @@ def cut_seam_ratio(quilt: Quilt, texels: Texels) -> float | None:
         for axis in (0, 1):
             border = trace.border(axis)
             cut[axis][border.rows, border.columns] = ~border.continued
-        pixels = window.of(texels.arrays[window.index])
+        pixels, shown = window.of(texels.arrays[window.index]), trace.owners >= 0
+        pairs = shown[1:] & shown[:-1], shown[:, 1:] & shown[:, :-1]
         for start in range(0, window.height, BAND):
             stop = min(start + BAND, window.height)
             # One row more than the band: the lower neighbours of its last row.
             part = coded(pixels[start : stop + 1])
             rows = stop - start
-            for one, other, chosen in (
-                (part[:rows, :-1], part[:rows, 1:], cut[1][start:stop]),
-                (part[:-1], part[1:], cut[0][start:stop]),
-            ):
-                cuts.add(one[chosen], other[chosen])
-                everywhere.add(one, other)
+            for one, other, axis in ((part[:rows, :-1], part[:rows, 1:], 1), (part[:-1], part[1:], 0)):
+                for difference, wanted in ((cuts, cut[axis]), (everywhere, pairs[axis])):
+                    chosen = wanted[start:stop]
+                    difference.add(one[chosen], other[chosen])
     return cuts.over(everywhere)
 
 
@@ -116,9 +115,7 @@ def matched_cut_ratio(quilt: Quilt, texels: Texels, exemplar: PixelArray) -> flo
             here = (rows + window.row, columns + window.column)
             there = (next_rows + window.row, next_columns + window.column)
             for owner in (border.first[cuts], border.second[cuts]):
-                places = (
-                    np.stack(warped_sources(trace.field, owner, *at), axis=1) / 16 for at in (here, there)
-                )
+                places = (step_sources(trace.field, owner, *at).T / 16 for at in (here, there))
                 expected.add(*(sampled(trace, owner, place, levels) for place in places))
     return seen.over(expected)
 
@@ -128,6 +125,7 @@ def sampled(trace: Trace, owner: NDArray[np.void], places: FloatArray, levels: l
 
     `levels` is the pyramid so far, the exemplar first, and grows as needed.
     """
+    places = _mirrored(places, levels[0].shape[:2])
     level = levels_of(centre_matrices(trace.field, owner), most_levels(*levels[0].shape[:2]))
     out = np.empty((len(owner), levels[0].shape[2]), np.float32)
     for k in np.unique(level).tolist():
@@ -136,6 +134,13 @@ def sampled(trace: Trace, owner: NDArray[np.void], places: FloatArray, levels: l
         mine = level == k
         out[mine] = bilinear(levels[k], *((places[mine].T + 0.5) / 2**k - 0.5))
     return out
+
+
+def _mirrored(places: FloatArray, shape: tuple[int, ...]) -> FloatArray:
+    # As painting goes on beyond the exemplar's edges.
+    turned = (places + 0.5) % (2 * np.array(shape))
+    found: FloatArray = np.where(turned < shape, turned, 2 * np.array(shape) - turned) - 0.5
+    return found
 
 
 def check_painted(quilt: Quilt, texels: Texels, exemplar: PixelArray) -> None:

@@ -9,9 +9,8 @@ from upholster.geometry import Surface
 from upholster.measure.cuts import check_painted, sampled
 from upholster.measure.samples import SEED, Samples, Window, coded
 from upholster.measure.seams import MOST_MEETINGS, MOST_PAIRS, MeanDifference
-from upholster.measure.trace import Trace
+from upholster.measure.trace import Trace, step_sources
 from upholster.quilt import Chart, Quilt, Texels
-from upholster.quilt.displacement import warped_sources
 from upholster.quilt.placement import SYMMETRIES
 from upholster.quilt.warp_field import UNIT
 from upholster.types import FloatArray, PixelArray
@@ -81,13 +80,12 @@ def matched_edge_ratio(surface: Surface, quilt: Quilt, texels: Texels, exemplar:
         step_back = np.linalg.solve(matrices, step[:, :, None])[:, :, 0].astype(np.float64)
         here = looked_up(traces[sides[0]], rows, columns, step_back, levels)
         there = looked_up(traces[sides[1]], other[:, 0], other[:, 1], -step, levels)
-        painted = here[0] & there[0]
         seen.add(
-            coded(texels.arrays[m.chart][rows, columns][painted]),
-            coded(texels.arrays[m.other_chart][other[:, 0], other[:, 1]][painted]),
+            coded(texels.arrays[m.chart][rows, columns]),
+            coded(texels.arrays[m.other_chart][other[:, 0], other[:, 1]]),
         )
-        for _, at, beside in (here, there):
-            expected.add(at[painted], beside[painted])
+        expected.add(*here)
+        expected.add(*there)
     return seen.over(expected)
 
 
@@ -105,16 +103,11 @@ def _texels(line: Window, edge: int, along: Index) -> tuple[Index, Index]:
 
 def looked_up(
     trace: Trace, rows: Index, columns: Index, step: FloatArray, levels: list[PixelArray]
-) -> tuple[NDArray[np.bool_], Samples, Samples]:
-    """Return which texels are painted, what the exemplar has for them, and a step of texels further."""
-    owners = trace.owners[rows - trace.window.row, columns - trace.window.column]
-    painted = owners >= 0
-    if not len(trace.placements):
-        nothing = np.zeros((len(rows), levels[0].shape[2]), np.float32)
-        return painted, nothing, nothing
-    owner = trace.placements[np.maximum(owners, 0)]
-    place = np.stack(warped_sources(trace.field, owner, rows, columns), axis=1) / 16
+) -> tuple[Samples, Samples]:
+    """Return what the exemplar has for texels, and a step of texels further."""
+    owner = trace.placements[trace.owners[rows - trace.window.row, columns - trace.window.column]]
+    place = step_sources(trace.field, owner, rows, columns).T / 16
     matrices = trace.field.integers_at(rows, columns).reshape(-1, 2, 2) / UNIT
     pixels = SYMMETRIES[owner["symmetry"]].reshape(-1, 2, 2) @ matrices @ step[:, :, None]
     there = place + pixels[:, :, 0]
-    return painted, sampled(trace, owner, place, levels), sampled(trace, owner, there, levels)
+    return sampled(trace, owner, place, levels), sampled(trace, owner, there, levels)

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 from upholster.charts.mesh_layout import chart_places
 from upholster.geometry import AnySurface, MeshSurface, Surface
 from upholster.measure.meshes import triangle_steps
-from upholster.measure.samples import coded
+from upholster.measure.samples import Window, coded
+from upholster.measure.trace import Trace
 from upholster.model import face_parameters
 from upholster.quilt import Quilt
 from upholster.quilt.displacement import centre_matrices
@@ -79,7 +80,7 @@ def landmarks(exemplar: PixelArray) -> Index:
 def landmark_recurrence(surface: AnySurface, quilt: Quilt, exemplar: PixelArray) -> Landmarks | None:
     """Measure how often a sample's most salient places are shown, and how near to one another.
 
-    Exact, from the plan: a landmark is shown where a block that reads there is on top.
+    Exact, from the quilt: a landmark is shown where a placement that reads there owns the cell.
 
     Parameters
     ----------
@@ -89,7 +90,7 @@ def landmark_recurrence(surface: AnySurface, quilt: Quilt, exemplar: PixelArray)
     Returns
     -------
     Landmarks or None
-        None where the sample has no landmark, or nothing is painted.
+        None where the sample has no landmark.
     """
     marks = landmarks(exemplar)
     shown = [np.zeros((0, 3)) for _ in marks]
@@ -100,10 +101,7 @@ def landmark_recurrence(surface: AnySurface, quilt: Quilt, exemplar: PixelArray)
         locate = partial(_on_patches, surface, quilt)
     scales, area = [np.zeros(0)], 0.0
     for index, chart in enumerate(quilt.charts):
-        placed = quilt.on_chart(index)
-        if not len(placed):
-            continue
-        owners = quilt.owners(index, 0, 0, chart.height, chart.width)
+        owners = Trace.of(quilt, Window(index, 0, 0, chart.height, chart.width)).owners
         rows, columns = np.nonzero(owners[::8, ::8] >= 0)
         sizes = np.abs(np.linalg.det(_matrices(quilt, index, 8 * rows, 8 * columns)))
         area += float(sizes.sum()) * 64
@@ -127,7 +125,7 @@ def landmark_recurrence(surface: AnySurface, quilt: Quilt, exemplar: PixelArray)
 def _texels(quilt: Quilt, index: int, owners: NDArray[np.int32], mark: Index) -> Index:
     # The texels (n, 2) of a chart at which a place of the sample is shown, each by the block that owns it.
     placed, field = quilt.on_chart(index), quilt.fields[index]
-    centre = np.stack([placed["row"], placed["column"]], axis=1).astype(np.float64)
+    centre = np.stack([placed["row"], placed["column"]], axis=1) / 16 - 0.5  # as steps are counted
     source = np.stack([placed["source_row"], placed["source_column"]], axis=1) / 16
     turned = SYMMETRIES[placed["symmetry"]].reshape(-1, 2, 2).transpose(0, 2, 1) @ (mark - source)[:, :, None]
     own = centre_matrices(field, placed).reshape(-1, 2, 2) / UNIT

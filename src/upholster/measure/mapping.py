@@ -123,7 +123,7 @@ def mapping(
         trace = Trace.of(quilt, window)
         row, column = rng.integers(0, min(step, window.height)), rng.integers(0, min(step, window.width))
         owners = trace.owners[row::step, column::step]
-        rows, columns = np.nonzero(owners >= 0)
+        rows, columns = np.indices(owners.shape).reshape(2, -1)
         owner = trace.placements[owners[rows, columns]]
         rows, columns = (window.row + row + step * rows), (window.column + column + step * columns)
         chart = quilt.charts[window.index]
@@ -161,13 +161,10 @@ def mesh_mapping(
         own = samples.chart == index
         if not own.any():
             continue
-        trace = Trace.of(quilt, Window(index, 0, 0, chart.height, chart.width))
+        trace = Trace.of(quilt, Window(index, 0, 0, chart.height, chart.width), beyond=True)
         rows, columns, triangle = samples.rows[own], samples.columns[own], samples.triangle[own]
-        owners = trace.owners[rows, columns]
-        painted = owners >= 0
-        rows, columns, triangle = rows[painted], columns[painted], triangle[painted]
-        shares = samples.shares[own][painted]
-        jacobian = _jacobian(trace.field, trace.placements[owners[painted]], rows, columns)
+        shares = samples.shares[own]
+        jacobian = _jacobian(trace.field, trace.placements[trace.owners[rows, columns]], rows, columns)
         wanted = turn = None
         if asked is not None:
             wanted = (shares[:, :, None] * asked[triangle]).sum(axis=1)
@@ -202,7 +199,7 @@ def _jacobian(
     field: WarpField, owner: NDArray[np.void], rows: NDArray[np.intp], columns: NDArray[np.intp]
 ) -> FloatArray:
     """Return how texel steps become exemplar pixels, (n, 2, 2), at texels that placements own."""
-    centre = np.stack([owner["row"], owner["column"]], axis=1)
+    centre = np.stack([owner["row"], owner["column"]], axis=1) / 16 - 0.5  # as steps are counted
     middle = centre_matrices(field, owner).reshape(-1, 2, 2) / UNIT
     derivative = _derivative(field, middle, centre, np.stack([rows, columns], axis=1))
     out: FloatArray = SYMMETRIES[owner["symmetry"]].reshape(-1, 2, 2) @ derivative

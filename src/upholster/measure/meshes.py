@@ -169,7 +169,7 @@ def mesh_seams(
         return MeshSeams(None, 0.0, None)
     seen, expected = [MeanDifference(), MeanDifference()], [MeanDifference(), MeanDifference()]
     traces = {
-        chart: Trace.of(quilt, Window(chart, 0, 0, quilt.charts[chart].height, quilt.charts[chart].width))
+        chart: Trace.of(quilt, Window(chart, 0, 0, *_size(quilt.charts[chart])), beyond=True)
         for chart in np.unique(pairs.chart).tolist()
     }
     for a, b in np.unique(pairs.chart, axis=0).tolist():
@@ -178,15 +178,18 @@ def mesh_seams(
             (rows, columns), (other_rows, other_columns) = pairs.texel[own].transpose(1, 2, 0)
             here = looked_up(traces[a], rows, columns, pairs.step[own, 0], [exemplar])
             there = looked_up(traces[b], other_rows, other_columns, pairs.step[own, 1], [exemplar])
-            painted = here[0] & there[0]
             seen[sharp].add(
-                coded(texels.arrays[a][rows, columns][painted]),
-                coded(texels.arrays[b][other_rows, other_columns][painted]),
+                coded(texels.arrays[a][rows, columns]),
+                coded(texels.arrays[b][other_rows, other_columns]),
             )
-            for _, at, beside in (here, there):
-                expected[sharp].add(at[painted], beside[painted])
+            expected[sharp].add(*here)
+            expected[sharp].add(*there)
     smooth, sharp_ratio = (one.over(other) for one, other in zip(seen, expected, strict=True))
     return MeshSeams(smooth, float(pairs.is_sharp.mean()), sharp_ratio)
+
+
+def _size(chart: Chart) -> tuple[int, int]:
+    return chart.height, chart.width
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -7,7 +7,8 @@ import numpy as np
 
 from upholster.errors import InputError
 from upholster.measure.fidelity import check_alike
-from upholster.measure.samples import SEED, bilinear, coded
+from upholster.measure.samples import SEED, Window, bilinear, coded
+from upholster.measure.trace import Trace
 from upholster.quilt import Quilt, Texels
 from upholster.types import FloatArray, PixelArray
 
@@ -126,7 +127,7 @@ def _view(quilt: Quilt, texels: Texels, index: int, rng: np.random.Generator, si
     if (places < 0).any() or (places > (chart.height - 1, chart.width - 1)).any():
         return None
     row, column = (int(part) for part in middle)
-    if quilt.owners(index, row, column, 1, 1)[0, 0] < 0:  # beyond a mesh's island
+    if Trace.of(quilt, Window(index, row, column, 1, 1)).owners[0, 0] < 0:  # beyond a mesh's island
         return None
     view = bilinear(texels.arrays[index], places[:, 0], places[:, 1]).reshape(side, side, -1)
     return np.rint(65535 * np.clip(view, 0, 1)).astype(np.uint16)

@@ -9,9 +9,8 @@ from numpy.typing import NDArray
 from upholster.charts.transitions import Transition
 from upholster.lattice import Lattice
 from upholster.measure.meshes import SeamPairs
-from upholster.measure.trace import Trace
+from upholster.measure.trace import Trace, step_sources
 from upholster.quilt import Quilt
-from upholster.quilt.displacement import warped_sources
 from upholster.quilt.placement import SYMMETRIES
 from upholster.quilt.warp_field import UNIT
 from upholster.types import FloatArray, IntArray
@@ -22,8 +21,6 @@ CONTINUED = 16
 """A texel beyond a seam continues the other within so many 1/16 pixels: charts are unfolded, not exact."""
 
 Index = NDArray[np.intp]
-Place = tuple[IntArray, IntArray]
-"""Rows and columns in the exemplar, in 1/16 pixel."""
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -70,7 +67,7 @@ def cuts_inside(
         columns = border.columns[cut] + trace.window.column + (axis == 1)
         # The second texel through either source: the first one's goes on by a texel.
         first, second = (
-            warped_sources(trace.field, side[cut], rows, columns) for side in (border.first, border.second)
+            step_sources(trace.field, side[cut], rows, columns) for side in (border.first, border.second)
         )
         ends = np.stack([rows, columns], axis=1)[:, None].repeat(2, axis=1)
         ends[:, 1, 1 - axis] += 1
@@ -123,37 +120,35 @@ def _met(
     ends: Index,
 ) -> PhaseCuts:
     # Cuts between texels (n, 2) of two charts, the second ones a `step` (n, 2) of the first one's texels on.
-    (first, place, painted), (second, found, painted_too) = (_sources(quilt, *side) for side in (here, there))
+    (first, place), (second, found) = (_sources(quilt, *side) for side in (here, there))
     matrices = quilt.fields[here[0]].integers_at(*here[1].T).reshape(-1, 2, 2) / UNIT
     turned = SYMMETRIES[first["symmetry"]].reshape(-1, 2, 2) @ matrices @ step[:, :, None]
     onward = place + np.rint(16 * turned[:, :, 0].T).astype(np.int32)
-    cut = painted & painted_too & (first["symmetry"] == second["symmetry"])
+    cut = first["symmetry"] == second["symmetry"]
     cut &= np.abs(onward - found).max(axis=0, initial=0) > CONTINUED
     along = (ends[:, 1] - ends[:, 0])[:, :, None].astype(np.float64)
     lengths = np.hypot(*(matrices @ along)[:, :, 0].T)
-    jumps = _jumps(lattice, (onward[0], onward[1]), (found[0], found[1]))
+    jumps = _jumps(lattice, onward, found)
     return PhaseCuts(jumps[cut], lengths[cut], np.full(int(cut.sum()), here[0], np.intp), ends[cut])
 
 
-def _sources(quilt: Quilt, chart: int, texel: Index) -> tuple[NDArray[np.void], IntArray, NDArray[np.bool_]]:
-    # The placements that own texels (n, 2), where these lie in the exemplar (2, n); whether they are owned.
-    placements = quilt.on_chart(chart)
-    if not len(placements) or not len(texel):
-        nothing = np.zeros(len(texel), quilt.placements.dtype)
-        return nothing, np.zeros((2, len(texel)), np.int32), np.zeros(len(texel), bool)
+def _sources(quilt: Quilt, chart: int, texel: Index) -> tuple[NDArray[np.void], IntArray]:
+    # The placements that own texels (n, 2), and where these lie in the exemplar (2, n).
+    if not len(texel):
+        return quilt.placements[:0], np.zeros((2, 0), np.int32)
     low, high = texel.min(axis=0), texel.max(axis=0) + 1
     owners = quilt.owners(chart, *low.tolist(), *(high - low).tolist())[tuple((texel - low).T)]
-    owner = placements[np.maximum(owners, 0)]
-    return owner, np.stack(warped_sources(quilt.fields[chart], owner, *texel.T)), owners >= 0
+    owner = quilt.on_chart(chart)[owners]
+    return owner, step_sources(quilt.fields[chart], owner, *texel.T)
 
 
-def _jumps(lattice: Lattice, one: Place, other: Place) -> FloatArray:
+def _jumps(lattice: Lattice, one: IntArray, other: IntArray) -> FloatArray:
     jumps: FloatArray = _turns(lattice, other) - _turns(lattice, one)
     return jumps - np.rint(jumps)
 
 
-def _turns(lattice: Lattice, place: Place) -> FloatArray:
-    # The sample's phases (n, waves), in turns; beyond its edges they go on evenly.
+def _turns(lattice: Lattice, place: IntArray) -> FloatArray:
+    # The sample's phases (n, waves), in turns, at places (2, n); beyond its edges they go on evenly.
     height, width = lattice.phases.shape[1:]
     rows, columns = place
     r, c = np.clip((rows + 8) >> 4, 0, height - 1), np.clip((columns + 8) >> 4, 0, width - 1)

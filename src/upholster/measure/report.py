@@ -216,6 +216,7 @@ def measure_cover(
         texels = paint(quilt, exemplar, threads=threads)
     elif texels.charts != quilt.charts:
         raise InputError("texels have other charts than the quilt; allowed: the quilt's own, painted")
+    quilt = quilt.on(surface, seed=quilt.seed)
     if isinstance(surface, MeshSurface):
         return _measure_mesh(surface, quilt, exemplar, texels, scale, direction, crease)
     if isinstance(direction, str):

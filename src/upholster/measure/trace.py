@@ -5,13 +5,15 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from upholster.charts.mesh_layout import texels_on_mesh
+from upholster.geometry import MeshSurface
 from upholster.measure.samples import Window, chosen_windows
 from upholster.quilt import Quilt
 from upholster.quilt.displacement import warped_sources
 from upholster.quilt.warp_field import WarpField
 from upholster.types import IntArray
 
-__all__ = ["Border", "Trace", "quilt_windows"]
+__all__ = ["Border", "Trace", "quilt_windows", "step_sources"]
 
 MOST_TEXELS = 2**23
 SIDE = 2048
@@ -20,6 +22,7 @@ NEAR = 8
 """Half a pixel, in 1/16."""
 
 Flags = NDArray[np.bool_]
+Index = NDArray[np.intp]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -45,7 +48,7 @@ class Border:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Trace:
-    """The placements that give the texels of a window most of their colour.
+    """The placements that give the steps of a window most of their colour.
 
     Attributes
     ----------
@@ -54,9 +57,9 @@ class Trace:
     field
         The chart's warp field.
     placements
-        The chart's, in painting order.
+        The chart's.
     owners
-        (height, width) int32: index into `placements`, −1 where none gives at least half of the colour.
+        (height, width) int32: index into `placements`; −1 beyond the triangles of a mesh, which nobody sees.
     """
 
     window: Window
@@ -65,23 +68,24 @@ class Trace:
     owners: IntArray
 
     @classmethod
-    def of(cls, quilt: Quilt, window: Window) -> "Trace":
-        """Trace a window of a quilt (`Window.index` is the chart)."""
-        placements = quilt.on_chart(window.index)
-        owners = quilt.owners(window.index, window.row, window.column, window.height, window.width)
-        return cls(window, quilt.fields[window.index], placements, owners)
+    def of(cls, quilt: Quilt, window: Window, *, beyond: bool = False) -> "Trace":
+        """Trace a window of a quilt (`Window.index` is the chart), also `beyond` a mesh's triangles."""
+        index, shape = window.index, (window.height, window.width)
+        owners = quilt.owners(index, window.row, window.column, *shape)
+        if isinstance(quilt.surface, MeshSurface) and not beyond:
+            corner = window.row, window.column
+            owners[~texels_on_mesh(quilt.surface, quilt.charts, index, corner, shape)] = -1
+        return cls(window, quilt.fields[index], quilt.on_chart(index), owners)
 
     def border(self, axis: int) -> Border:
         """Return the pairs of texels that two placements paint: lower neighbours (0) or right ones (1)."""
         one, other = _pair(self.owners, axis)
         rows, columns = np.nonzero((one != other) & (one >= 0) & (other >= 0))
         first, second = self.placements[one[rows, columns]], self.placements[other[rows, columns]]
-        at = (rows + self.window.row + (axis == 0), columns + self.window.column + (axis == 1))
+        at = rows + self.window.row + (axis == 0), columns + self.window.column + (axis == 1)
         near = first["symmetry"] == second["symmetry"]
-        for mine, its in zip(
-            warped_sources(self.field, first, *at), warped_sources(self.field, second, *at), strict=True
-        ):
-            near &= np.abs(mine - its) <= NEAR
+        mine, its = (step_sources(self.field, owner, *at) for owner in (first, second))
+        near &= (np.abs(mine - its) <= NEAR).all(axis=0)
         return Border(rows, columns, first, second, near)
 
     def links(self, axis: int) -> Flags:
@@ -91,6 +95,26 @@ class Trace:
         border = self.border(axis)
         linked[border.rows, border.columns] = border.continued
         return linked
+
+
+def step_sources(field: WarpField, owner: NDArray[np.void], rows: Index, columns: Index) -> IntArray:
+    """Return where the middles of steps lie in the exemplar, each through its own placement.
+
+    Parameters
+    ----------
+    field
+        The chart's warp field.
+    owner
+        (n,) of `PLACEMENT`: the one that each step is seen through.
+    rows, columns
+        (n,) the steps.
+
+    Returns
+    -------
+    ndarray
+        (2, n) rows and columns in the exemplar, in 1/16 pixel, before they are mirrored into it.
+    """
+    return np.stack(warped_sources(field, owner, 16 * rows + 8, 16 * columns + 8))
 
 
 def quilt_windows(quilt: Quilt) -> list[Window]:

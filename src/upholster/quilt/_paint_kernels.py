@@ -1,4 +1,9 @@
-"""Painting a window of a chart, exactly: the arithmetic every decoder repeats (SPEC.md, section 8)."""
+"""Painting a window of a chart, exactly: the arithmetic every decoder repeats (SPEC.md, section 8).
+
+Integer samples lie side by side in words of 64 bits, as lanes of 16 or 32 bits, so that one multiplication
+weights several channels of a pixel. No lane overflows: bytes take 16 bits with a pixel's weights of 256, and
+24 with the labels' weights, for which every other lane is spread; samples of 16 bits take 32 with both.
+"""
 
 from typing import Any, NamedTuple
 
@@ -7,19 +12,21 @@ from numba import types
 from numba.extending import overload
 from numpy.typing import NDArray
 
-from upholster.jit import inline, kernel
+from upholster.jit import inline, kernel, shared
 from upholster.quilt._field_kernels import node_row, reading
 from upholster.types import PixelArray
 
-__all__ = ["Layer", "Levels", "Places", "Readings", "paint_window"]
+__all__ = ["Field", "Layer", "Places", "PyramidWords", "Readings", "paint_window"]
 
 
 class Places(NamedTuple):
-    """Where the rows (or columns) of a window lie: (n,) each, in 1/16 step, and of a layer's cells the first
-    of the two round it and how far it is from its centre to the next one's, in 1/16.
+    """Where the rows (or columns) of a window lie, (n,) each.
+
+    `at` is in 1/16 step; `cell` is the first of the two cells round it; `part` tells how far it is from that
+    one's centre to the next one's, in 1/16.
     """
 
-    at: NDArray[np.int64]
+    at: NDArray[np.int32]
     cell: NDArray[np.int64]
     part: NDArray[np.int64]
 
@@ -33,71 +40,152 @@ class Layer(NamedTuple):
 
 
 class Readings(NamedTuple):
-    """Placements of a chart: (n, 2) centres and sources, (n, 4) centre matrices and symmetries, (n,) levels."""
+    """Placements of a chart, n of them.
+
+    (n, 2) centres and sources, (n, 4) centre matrices and symmetries, (n,) levels, by their place in the
+    pyramid, and `shifts`, their numbers there: how often they are halved.
+    """
 
     centres: NDArray[np.int64]
     sources: NDArray[np.int64]
     matrices: NDArray[np.int64]
     symmetries: NDArray[np.int64]
     levels: NDArray[np.int64]
+    shifts: NDArray[np.int64]
 
 
-class Levels(NamedTuple):
-    """A pyramid's samples, pixel by pixel, and (n, 4) of each level its first sample, height, width, number."""
+class PyramidWords(NamedTuple):
+    """A pyramid's samples, see `upholster.quilt.pyramid.Pyramid`; of floats `bits` mean nothing."""
 
-    samples: PixelArray
+    words: PixelArray
+    per_pixel: int
+    bits: int
     table: NDArray[np.int64]
 
 
-def _bilinear(samples: Any, at: Any, shares: Any) -> Any:
-    """Return four samples' sum, weighted in 1/256: of integers 256 times their mean."""
+class Field(NamedTuple):
+    """A warp field: its nodes' matrices and margin; and scratch for a row.
+
+    `line`, (columns of nodes, 4), has M between the rows of nodes; `found`, (2, texels), where a run reads.
+    """
+
+    matrices: NDArray[np.int32]
+    margin: int
+    line: NDArray[np.int64]
+    found: NDArray[np.int32]
+
+
+_HALVES = np.uint64(0x0000FFFF0000FFFF)
+
+
+def _bilinear(words: Any, at: Any, k: Any, y: Any, x: Any) -> Any:
+    """Return four pixels' k-th words, weighted by fractions in 1/16: of integers 256 times their mean."""
     raise NotImplementedError  # compiled only
 
 
-def _share(value: Any, weight: Any) -> Any:
-    """Return what `_bilinear` gave, weighted in 1/256: of integers 256 times that."""
+def _settle(word: Any, texel: Any, k: Any, bits: Any) -> Any:
+    """Write to a texel what a single placement shows: `_bilinear`'s k-th word."""
     raise NotImplementedError  # compiled only
 
 
-def _settled(total: Any, below: Any, rest: Any) -> Any:
-    """Return a sample: `total` of all weights, and what lies below with the `rest` of them; rounded once."""
+def _gather(total: Any, word: Any, k: Any, bits: Any, weight: Any) -> Any:
+    """Add `_bilinear`'s k-th word to sums, weighted in 1/256."""
+    raise NotImplementedError  # compiled only
+
+
+def _settle_sums(total: Any, texel: Any, bits: Any, rest: Any) -> Any:
+    """Write sums to a texel, over what is there with `rest`/256 of it; rounded once."""
     raise NotImplementedError  # compiled only
 
 
 @overload(_bilinear, strict=False)
-def _bilinear_overload(samples: Any, at: Any, shares: Any) -> Any:
-    if isinstance(samples.dtype, types.Integer):
-        return lambda samples, at, shares: (
-            np.int64(samples[at[0]]) * shares[0]
-            + np.int64(samples[at[1]]) * shares[1]
-            + np.int64(samples[at[2]]) * shares[2]
-            + np.int64(samples[at[3]]) * shares[3]
-        )
+def _bilinear_overload(words: Any, at: Any, k: Any, y: Any, x: Any) -> Any:
+    if isinstance(words.dtype, types.Integer):
 
-    def floats(samples: Any, at: Any, shares: Any) -> Any:
-        unit = np.float32(1 / 256)
+        def mixed(words: Any, at: Any, k: Any, y: Any, x: Any) -> Any:
+            both = y * x
+            return (
+                words[at[0] + k] * np.uint64(256 - 16 * (y + x) + both)
+                + words[at[1] + k] * np.uint64(16 * x - both)
+                + words[at[2] + k] * np.uint64(16 * y - both)
+                + words[at[3] + k] * np.uint64(both)
+            )
+
+        return mixed
+
+    def floats(words: Any, at: Any, k: Any, y: Any, x: Any) -> Any:
+        both, unit = y * x, np.float32(1 / 256)
         return (
-            samples[at[0]] * (np.float32(shares[0]) * unit)
-            + samples[at[1]] * (np.float32(shares[1]) * unit)
-            + samples[at[2]] * (np.float32(shares[2]) * unit)
-            + samples[at[3]] * (np.float32(shares[3]) * unit)
+            words[at[0] + k] * (np.float32(256 - 16 * (y + x) + both) * unit)
+            + words[at[1] + k] * (np.float32(16 * x - both) * unit)
+            + words[at[2] + k] * (np.float32(16 * y - both) * unit)
+            + words[at[3] + k] * (np.float32(both) * unit)
         )
 
     return floats
 
 
-@overload(_share, strict=False)
-def _share_overload(value: Any, weight: Any) -> Any:
-    if isinstance(value, types.Integer):
-        return lambda value, weight: value * weight
-    return lambda value, weight: value * (np.float32(weight) * np.float32(1 / 256))
+@overload(_settle, strict=False)
+def _settle_overload(word: Any, texel: Any, k: Any, bits: Any) -> Any:
+    if isinstance(word, types.Integer):
+
+        def settle(word: Any, texel: Any, k: Any, bits: Any) -> Any:
+            lanes = 64 // bits
+            word = word + (np.uint64(0x0080008000800080) if bits == 16 else np.uint64(0x0000008000000080))
+            mask = np.uint64(0xFF) if bits == 16 else np.uint64(0xFFFF)
+            for n in range(min(lanes, texel.shape[0] - lanes * k)):
+                texel[lanes * k + n] = (word >> np.uint64(bits * n + 8)) & mask
+
+        return settle
+
+    def settle_float(word: Any, texel: Any, k: Any, bits: Any) -> Any:
+        texel[k] = word
+
+    return settle_float
 
 
-@overload(_settled, strict=False)
-def _settled_overload(total: Any, below: Any, rest: Any) -> Any:
-    if isinstance(total, types.Integer):
-        return lambda total, below, rest: (np.int64(below) * (rest * 256) + total + 32768) >> 16
-    return lambda total, below, rest: below * (np.float32(rest) * np.float32(1 / 256)) + total
+@overload(_gather, strict=False)
+def _gather_overload(total: Any, word: Any, k: Any, bits: Any, weight: Any) -> Any:
+    if isinstance(word, types.Integer):
+
+        def gather(total: Any, word: Any, k: Any, bits: Any, weight: Any) -> Any:
+            if bits == 16:
+                total[2 * k] += (word & _HALVES) * np.uint64(weight)
+                total[2 * k + 1] += ((word >> np.uint64(16)) & _HALVES) * np.uint64(weight)
+            else:
+                total[k] += word * np.uint64(weight)
+
+        return gather
+
+    def gather_floats(total: Any, word: Any, k: Any, bits: Any, weight: Any) -> Any:
+        total[k] += word * (np.float32(weight) * np.float32(1 / 256))
+
+    return gather_floats
+
+
+@overload(_settle_sums, strict=False)
+def _settle_sums_overload(total: Any, texel: Any, bits: Any, rest: Any) -> Any:
+    if isinstance(total.dtype, types.Integer):
+
+        def settle(total: Any, texel: Any, bits: Any, rest: Any) -> Any:
+            for n in range(texel.shape[0]):
+                if bits == 16:
+                    word, shift = total[2 * (n >> 2) + (n & 1)], 16 * (n & 2)
+                else:
+                    word, shift = total[n >> 1], 32 * (n & 1)
+                own = (word >> np.uint64(shift)) & np.uint64(0xFFFFFFFF)
+                texel[n] = (
+                    np.uint64(texel[n]) * np.uint64(256 * rest) + own + np.uint64(32768)
+                ) >> np.uint64(16)
+
+        return settle
+
+    def settle_floats(total: Any, texel: Any, bits: Any, rest: Any) -> Any:
+        for n in range(texel.shape[0]):
+            below = texel[n] * (np.float32(rest) * np.float32(1 / 256)) if rest else np.float32(0)
+            texel[n] = below + total[n]
+
+    return settle_floats
 
 
 @inline
@@ -109,73 +197,196 @@ def _mirrored(place: Any, size: Any) -> Any:
 
 
 @inline
-def _add(
-    total: PixelArray,
-    one: Any,
-    readings: Readings,
-    levels: Levels,
-    place: tuple[Any, Any],
-    here: Any,
-    weight: Any,
-) -> None:
-    # Adds what a placement reads at a place to `total`, one number a channel.
-    first = (
-        readings.matrices[one, 0],
-        readings.matrices[one, 1],
-        readings.matrices[one, 2],
-        readings.matrices[one, 3],
+def _matrix(field: Field, place: Any) -> Any:
+    """Return M at a place of the row that `field.line` is for."""
+    line, last = field.line, field.line.shape[0] - 1
+    x = place - 8
+    j, right = field.margin + (x >> 9), x & 511
+    if j < 0:
+        j, right = np.int64(0), np.int64(0)
+    elif j >= last:
+        j, right = np.int64(last), np.int64(0)
+    beside, left = min(j + 1, last), 512 - right
+    return (
+        (line[j, 0] * left + line[beside, 0] * right + 256) >> 9,
+        (line[j, 1] * left + line[beside, 1] * right + 256) >> 9,
+        (line[j, 2] * left + line[beside, 2] * right + 256) >> 9,
+        (line[j, 3] * left + line[beside, 3] * right + 256) >> 9,
     )
-    down = min(max(place[0] - readings.centres[one, 0], -16383), 16383)
-    right = min(max(place[1] - readings.centres[one, 1], -16383), 16383)
-    y, x = reading(first, here, down, right)
-    turn = readings.symmetries[one]
-    base, height, width, k = levels.table[readings.levels[one]]
-    r = ((readings.sources[one, 0] + turn[0] * y + turn[1] * x + 8) >> k) - 8
-    c = ((readings.sources[one, 1] + turn[2] * y + turn[3] * x + 8) >> k) - 8
-    y, x = r & 15, c & 15
-    both, channels = y * x, total.shape[0]
-    shares = (256 - 16 * (y + x) + both, 16 * x - both, 16 * y - both, both)
-    r, c = r >> 4, c >> 4
-    top, bottom = base + _mirrored(r, height) * width * channels, base + _mirrored(r + 1, height) * width * channels
-    left, beside = _mirrored(c, width) * channels, _mirrored(c + 1, width) * channels
-    for channel in range(channels):
-        at = (top + left + channel, top + beside + channel, bottom + left + channel, bottom + beside + channel)
-        total[channel] += _share(_bilinear(levels.samples, at, shares), weight)
 
 
 @inline
-def _mix(
-    total: PixelArray, layer: Layer, t: Any, u: Any, readings: Readings, levels: Levels, here: Any
-) -> Any:
-    # Sums what the four cells round a texel show, and returns the weight of those that show anything.
-    i, j = layer.rows.cell[t], layer.columns.cell[u]
-    f, g = layer.rows.part[t], layer.columns.part[u]
-    place = (layer.rows.at[t], layer.columns.at[u])
-    labels = layer.labels
-    named = (labels[i, j], labels[i, j + 1], labels[i + 1, j], labels[i + 1, j + 1])
-    for channel in range(total.shape[0]):
-        total[channel] = 0
-    if named[0] == named[1] and named[0] == named[2] and named[0] == named[3]:
-        if named[0] < 0:
-            return 0
-        _add(total, named[0], readings, levels, place, here, 256)
-        return 256
-    shares = ((16 - f) * (16 - g), (16 - f) * g, f * (16 - g), f * g)
-    shown = 0
-    for k in range(4):
-        seen = named[k] < 0
-        for before in range(k):
-            seen = seen or named[before] == named[k]
-        if seen:
+def _at(pyramid: PyramidWords, level: Any, r: Any, c: Any) -> Any:
+    """Return where four pixels round a place, in 1/16 pixel of a level, have their words, and its fractions."""
+    base, height, width, each = level[0], level[1], level[2], np.int64(pyramid.per_pixel)
+    y, x, r, c = r & 15, c & 15, r >> 4, c >> 4
+    if 0 <= r < height - 1 and 0 <= c < width - 1:
+        at = base + (r * width + c) * each
+        return (at, at + each, at + width * each, at + (width + 1) * each), y, x
+    top, bottom = base + _mirrored(r, height) * width * each, base + _mirrored(r + 1, height) * width * each
+    left, beside = _mirrored(c, width) * each, _mirrored(c + 1, width) * each
+    return (top + left, top + beside, bottom + left, bottom + beside), y, x
+
+
+@inline
+def _place(readings: Readings, one: Any, level: Any, row: Any, column: Any, here: Any) -> tuple[Any, Any]:
+    """Return where a placement reads at a place, in 1/16 pixel of its level."""
+    m = readings.matrices[one]
+    down = min(max(row - readings.centres[one, 0], -16383), 16383)
+    right = min(max(column - readings.centres[one, 1], -16383), 16383)
+    y, x = reading((m[0], m[1], m[2], m[3]), here, down, right)
+    turn, k = readings.symmetries[one], level[3]
+    return (
+        ((readings.sources[one, 0] + turn[0] * y + turn[1] * x + 8) >> k) - 8,
+        ((readings.sources[one, 1] + turn[2] * y + turn[3] * x + 8) >> k) - 8,
+    )
+
+
+@inline
+def _trace_run(
+    readings: Readings, one: Any, field: Field, row: Any, columns: NDArray[np.int32], found: NDArray[np.int32]
+) -> None:
+    # Writes to `found`, (2, n), what `_place` gives at places of a row: in 32 bits, from node to node.
+    last, half, nine, four = field.line.shape[0] - 1, np.int32(256), np.int32(9), np.int32(4)
+    m, turn = readings.matrices[one], readings.symmetries[one]
+    m0, m1, m2, m3 = np.int32(m[0]), np.int32(m[1]), np.int32(m[2]), np.int32(m[3])
+    t0, t1, t2, t3 = np.int32(turn[0]), np.int32(turn[1]), np.int32(turn[2]), np.int32(turn[3])
+    k, eight = np.int32(readings.shifts[one]), np.int32(8)
+    source_row, source_column = np.int32(readings.sources[one, 0] + 8), np.int32(readings.sources[one, 1] + 8)
+    down = min(max(row - readings.centres[one, 0], -16383), 16383)
+    y, u, centre = np.int32(down >> 4), np.int32(down & 15), np.int32(readings.centres[one, 1])
+    least, most, mask = np.int32(-16383), np.int32(16383), np.int32(15)
+    start = 0
+    while start < columns.shape[0]:
+        j = field.margin + ((columns[start] - 8) >> 9)
+        origin = np.int32(((j - field.margin) << 9) + 8)
+        stop, slope = start + 1, np.int32(1)
+        if j < 0 or j >= last:
+            stop, j, slope = columns.shape[0] if j >= last else stop, min(max(j, 0), last), np.int32(0)
+        while stop < columns.shape[0] and columns[stop] < origin + 512:
+            stop += 1
+        beside = min(j + 1, last)
+        a, b = field.line[j], field.line[beside]
+        a0, a1, a2, a3 = np.int32(a[0] << 9), np.int32(a[1] << 9), np.int32(a[2] << 9), np.int32(a[3] << 9)
+        b0, b1 = np.int32(b[0] - a[0]) * slope, np.int32(b[1] - a[1]) * slope
+        b2, b3 = np.int32(b[2] - a[2]) * slope, np.int32(b[3] - a[3]) * slope
+        places, rs, cs = columns[start:stop], found[0, start:stop], found[1, start:stop]
+        for n in range(places.shape[0]):
+            part = np.int32(places[n] - origin)
+            c0 = np.int32(m0 + (np.int32(a0 + b0 * part + half) >> nine))
+            c1 = np.int32(m1 + (np.int32(a1 + b1 * part + half) >> nine))
+            c2 = np.int32(m2 + (np.int32(a2 + b2 * part + half) >> nine))
+            c3 = np.int32(m3 + (np.int32(a3 + b3 * part + half) >> nine))
+            right = min(max(np.int32(places[n] - centre), least), most)
+            x, v = np.int32(right >> four), np.int32(right & mask)
+            r = np.int32(c0 * y + c1 * x + (np.int32(c0 * u + c1 * v) >> four) + half) >> nine
+            c = np.int32(c2 * y + c3 * x + (np.int32(c2 * u + c3 * v) >> four) + half) >> nine
+            rs[n] = (np.int32(source_row + t0 * r + t1 * c) >> k) - eight
+            cs[n] = (np.int32(source_column + t2 * r + t3 * c) >> k) - eight
+        start = stop
+
+
+@shared
+def _paint_run(
+    layer: Layer,
+    one: Any,
+    t: Any,
+    ends: tuple[Any, Any],
+    readings: Readings,
+    field: Field,
+    pyramid: PyramidWords,
+    out: PixelArray,
+) -> None:
+    # Paints texels of a row that show one placement alone.
+    start, stop = ends
+    found = field.found[:, start:stop]
+    _trace_run(readings, one, field, layer.rows.at[t], layer.columns.at[start:stop], found)
+    level = pyramid.table[readings.levels[one]]
+    for n in range(stop - start):
+        at, y, x = _at(pyramid, level, np.int64(found[0, n]), np.int64(found[1, n]))
+        texel = out[t, start + n]
+        for k in range(pyramid.per_pixel):
+            _settle(_bilinear(pyramid.words, at, k, y, x), texel, k, pyramid.bits)
+
+
+@shared
+def _paint_mixed(
+    layer: Layer,
+    named: Any,
+    t: Any,
+    ends: tuple[Any, Any],
+    readings: Readings,
+    field: Field,
+    pyramid: PyramidWords,
+    total: PixelArray,
+    out: PixelArray,
+) -> None:
+    # Paints texels of a row between four cells that name several placements; −1 shows what is there.
+    row, f = layer.rows.at[t], layer.rows.part[t]
+    for u in range(ends[0], ends[1]):
+        column, g = layer.columns.at[u], layer.columns.part[u]
+        shares = ((16 - f) * (16 - g), (16 - f) * g, f * (16 - g), f * g)
+        here, shown = _matrix(field, column), 0
+        for n in range(total.shape[0]):
+            total[n] = 0
+        for n in range(4):
+            one, weight, seen = named[n], 0, named[n] < 0
+            for before in range(n):
+                seen = seen or named[before] == one
+            if seen:
+                continue
+            for behind in range(n, 4):
+                if named[behind] == one:
+                    weight += shares[behind]
+            if weight:
+                shown += weight
+                level = pyramid.table[readings.levels[one]]
+                r, c = _place(readings, one, level, row, column, here)
+                at, y, x = _at(pyramid, level, r, c)
+                for k in range(pyramid.per_pixel):
+                    _gather(total, _bilinear(pyramid.words, at, k, y, x), k, pyramid.bits, weight)
+        if shown:
+            _settle_sums(total, out[t, u], pyramid.bits, 256 - shown)
+
+
+@inline
+def _named(labels: NDArray[np.int32], i: Any, j: Any) -> Any:
+    return labels[i, j], labels[i, j + 1], labels[i + 1, j], labels[i + 1, j + 1]
+
+
+@inline
+def _alike(named: Any) -> Any:
+    return named[0] == named[1] and named[0] == named[2] and named[0] == named[3]
+
+
+@shared
+def _paint_row(
+    layer: Layer,
+    t: Any,
+    readings: Readings,
+    field: Field,
+    pyramid: PyramidWords,
+    total: PixelArray,
+    out: PixelArray,
+) -> None:
+    # Paints a row of texels: runs between the same cells, or of cells that name one placement.
+    i, cells, u = layer.rows.cell[t], layer.columns.cell, 0
+    while u < out.shape[1]:
+        named, start = _named(layer.labels, i, cells[u]), u
+        while u < out.shape[1] and cells[u] == cells[start]:
+            u += 1
+        if not _alike(named):
+            _paint_mixed(layer, named, t, (start, u), readings, field, pyramid, total, out)
             continue
-        weight = shares[k]
-        for behind in range(k + 1, 4):
-            if named[behind] == named[k]:
-                weight += shares[behind]
-        if weight:
-            shown += weight
-            _add(total, named[k], readings, levels, place, here, weight)
-    return shown
+        while u < out.shape[1]:
+            further = _named(layer.labels, i, cells[u])
+            if further[0] != named[0] or not _alike(further):
+                break
+            j = cells[u]
+            while u < out.shape[1] and cells[u] == j:
+                u += 1
+        if named[0] >= 0:
+            _paint_run(layer, named[0], t, (start, u), readings, field, pyramid, out)
 
 
 @kernel
@@ -183,45 +394,21 @@ def paint_window(
     first: Layer,
     second: Layer,
     readings: Readings,
-    matrices: NDArray[np.int32],
-    margin: int,
-    levels: Levels,
-    line: NDArray[np.int64],
+    field: Field,
+    pyramid: PyramidWords,
     total: PixelArray,
     out: PixelArray,
 ) -> None:
-    """Paint a window of a chart into `out`, (rows, columns, channels).
+    """Paint a window of a chart into `out`, (rows, columns, channels), which is 0.
 
-    `second` has no labels where there is one layer. `matrices` and `margin` are the warp field's; `line`
-    (columns of nodes, 4) and `total` (channels, int64 or float32) are scratch.
+    `second` has no labels where there is one layer. `total`, scratch, is (2 · words a pixel,) of their dtype.
     """
-    nodes = matrices.shape[1]
+    matrices, line = field.matrices, field.line
     for t in range(out.shape[0]):
-        i, below, down = node_row(matrices, margin, first.rows.at[t])
-        for j in range(nodes):
+        i, below, down = node_row(matrices, field.margin, first.rows.at[t])
+        for j in range(line.shape[0]):
             for k in range(4):
                 line[j, k] = (matrices[i, j, k] * (512 - down) + matrices[below, j, k] * down + 256) >> 9
-        for u in range(out.shape[1]):
-            x = first.columns.at[u] - 8
-            j, right = margin + (x >> 9), x & 511
-            if j < 0:
-                j, right = np.int64(0), np.int64(0)
-            elif j >= nodes - 1:
-                j, right = np.int64(nodes - 1), np.int64(0)
-            beside, left = min(j + 1, nodes - 1), 512 - right
-            here = (
-                (line[j, 0] * left + line[beside, 0] * right + 256) >> 9,
-                (line[j, 1] * left + line[beside, 1] * right + 256) >> 9,
-                (line[j, 2] * left + line[beside, 2] * right + 256) >> 9,
-                (line[j, 3] * left + line[beside, 3] * right + 256) >> 9,
-            )
-            _mix(total, first, t, u, readings, levels, here)
-            texel = out[t, u]
-            for channel in range(texel.shape[0]):
-                texel[channel] = 0
-                texel[channel] = _settled(total[channel], texel[channel], 0)
-            if second.labels.shape[0]:
-                shown = _mix(total, second, t, u, readings, levels, here)
-                if shown:
-                    for channel in range(texel.shape[0]):
-                        texel[channel] = _settled(total[channel], texel[channel], 256 - shown)
+        _paint_row(first, t, readings, field, pyramid, total, out)
+        if second.labels.shape[0]:
+            _paint_row(second, t, readings, field, pyramid, total, out)

@@ -114,7 +114,7 @@ class WindowPainter:
         chart = self._charts[index]
         window = window or (slice(0, chart.height), slice(0, chart.width))
         shape = (window[0].stop - window[0].start, window[1].stop - window[1].start, self._pyramid.channels)
-        out = np.empty(shape, self._pyramid.samples.dtype)
+        out = np.zeros(shape, self._pyramid.dtype)
         window_of_chart(self._quilt, index, chart, self._pyramid, self._which, window, out)
         if self._turns:
             turn_window(self._quilt, index, chart, window, out)

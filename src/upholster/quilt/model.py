@@ -132,8 +132,8 @@ class Quilt(Shown):
     Raises
     ------
     InputError
-        If fields or labels are not one for each chart, the density is none of these, a placement can not be painted (`check_placements`),
-        or a label names none of its chart's.
+        If fields or labels are not one for each chart, the density is none of these, a placement can not be
+        painted (`check_placements`), or a label names none of its chart's.
     """
 
     charts: tuple[Chart, ...]
@@ -177,10 +177,19 @@ class Quilt(Shown):
         self._check_labels()
 
     def _check_labels(self) -> None:
-        if len(self.labels) != len(self.charts) or not all(1 <= len(each) <= 2 for each in self.labels):
+        if (
+            not isinstance(self.labels, tuple)
+            or len(self.labels) != len(self.charts)
+            or not all(isinstance(each, tuple) and 1 <= len(each) <= 2 for each in self.labels)
+            or not all(isinstance(layer, LabelMap) for each in self.labels for layer in each)
+        ):
             raise InputError("labels must be a tuple of one or two label maps for each chart")
-        first = np.cumsum(np.bincount(2 * self.placements["chart"] + self.placements["layer"],
-                                      minlength=2 * len(self.charts)).reshape(-1, 2), axis=1)
+        first = np.cumsum(
+            np.bincount(
+                2 * self.placements["chart"] + self.placements["layer"], minlength=2 * len(self.charts)
+            ).reshape(-1, 2),
+            axis=1,
+        )
         for chart, layers, (lower, upper) in zip(self.charts, self.labels, first.tolist(), strict=True):
             layers[0].check(chart, 0, lower, empty=False)
             for layer in layers[1:]:

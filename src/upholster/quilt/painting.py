@@ -27,6 +27,7 @@ from upholster.quilt.pyramid import Pyramid, build_pyramid, most_levels
 from upholster.types import IntArray, PixelArray, Progress
 
 __all__ = [
+    "PAINTED_DENSITIES",
     "check_painted",
     "image_pyramid",
     "paint",
@@ -36,9 +37,10 @@ __all__ = [
     "window_of_chart",
 ]
 
-_LEAST_DENSITY, _MOST_DENSITY = 1 / 64, 64
+PAINTED_DENSITIES = 1 / 64, 64
+"""Least and greatest density that can be painted: texels for a step, each way."""
 
-_DTYPES = {np.dtype(np.uint8): np.int64, np.dtype(np.uint16): np.int64, np.dtype(np.float32): np.float32}
+_DTYPES = np.dtype(np.uint8), np.dtype(np.uint16), np.dtype(np.float32)
 _TASK_TEXELS, _LEAST_TEXELS = 2**18, 2**16
 
 
@@ -95,14 +97,14 @@ def paint(
 
 
 def painted_charts(charts: Sequence[Chart], density: float) -> tuple[Chart, ...]:
-    """Return charts as they are painted: sides of `density` times as many texels as steps, rounded, 1 or more.
+    """Return charts as they are painted: with `density` times as many texels as steps, rounded, 1 or more.
 
     Raises
     ------
     InputError
         For a density outside its range, or one at which a chart or all of them have too many texels.
     """
-    least, most = _LEAST_DENSITY, _MOST_DENSITY
+    least, most = PAINTED_DENSITIES
     if isinstance(density, bool) or not isinstance(density, (int, float)) or not least <= density <= most:
         raise InputError(f"density is {density!r}; allowed: {least} to {most} texels for a step")
     if density == 1:
@@ -164,7 +166,7 @@ def paint_each(
     channels = pyramid.channels
     # In one piece of memory, which goes back to the system in one piece.
     ends = np.cumsum([0, *(chart.height * chart.width * channels for chart in charts)])
-    memory = np.empty(ends[-1], pyramid.samples.dtype)
+    memory = np.zeros(ends[-1], pyramid.dtype)
     arrays = tuple(
         memory[ends[n] : ends[n + 1]].reshape(chart.height, chart.width, channels)
         for n, chart in enumerate(charts)
@@ -203,7 +205,7 @@ def window_of_chart(
     window
         Rows and columns in texels.
     out
-        (rows, columns, channels) of the pyramid's dtype: it is filled.
+        (rows, columns, channels) of the pyramid's dtype, all 0: it is filled.
     """
     chart, field = quilt.charts[index], quilt.fields[index]
     rows = texel_places(chart.height, painted.height)[window[0]]
@@ -217,11 +219,14 @@ def window_of_chart(
     kernels.paint_window(
         *layers,
         readings,
-        matrices,
-        field.margin,
-        kernels.Levels(pyramid.samples, pyramid.table),
-        np.empty((matrices.shape[1], 4), np.int64),
-        np.empty(out.shape[2], _DTYPES[out.dtype]),
+        kernels.Field(
+            matrices,
+            field.margin,
+            np.empty((matrices.shape[1], 4), np.int64),
+            np.empty((2, out.shape[1]), np.int32),
+        ),
+        kernels.PyramidWords(pyramid.words, pyramid.per_pixel, pyramid.bits, pyramid.table),
+        np.empty(2 * pyramid.per_pixel, pyramid.words.dtype),
         out,
     )
 
@@ -237,7 +242,7 @@ def _layer(layer: LabelMap, rows: IntArray, columns: IntArray) -> kernels.Layer:
     places = []
     for at in (rows, columns):
         moved = at + size - (0 if layer.half else size // 2)
-        places.append(kernels.Places(at, moved // size, moved % size // layer.cell))
+        places.append(kernels.Places(at.astype(np.int32), moved // size, moved % size // layer.cell))
     return kernels.Layer(layer.labels, *places)
 
 
@@ -247,13 +252,14 @@ def _readings(
     placed = quilt.on_chart(index)
     centres = centre_matrices(quilt.fields[index], placed)
     chosen = levels_of(centres, pyramid.levels - 1, ratio=ratio)
+    shifts = chosen.copy()
     if which is not None:
         chosen += which[quilt.first_on(index) : quilt.first_on(index + 1)] * pyramid.levels
     pairs = [
         np.stack([placed[a], placed[b]], axis=1).astype(np.int64)
         for a, b in (("row", "column"), ("source_row", "source_column"))
     ]
-    return kernels.Readings(*pairs, centres.astype(np.int64), SYMMETRIES[placed["symmetry"]], chosen)
+    return kernels.Readings(*pairs, centres.astype(np.int64), SYMMETRIES[placed["symmetry"]], chosen, shifts)
 
 
 def _gathered(pieces: list[tuple[int, Callable[[], object]]]) -> list[Callable[[], object]]:

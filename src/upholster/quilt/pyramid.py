@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,23 +14,35 @@ __all__ = ["Pyramid", "build_pyramid", "halved", "most_levels"]
 
 @dataclass(frozen=True, eq=False)
 class Pyramid:
-    """Images and their smaller levels, one after another.
+    """Images and their smaller levels, one after another, laid out for the kernel that paints from them.
 
     Attributes
     ----------
-    samples
-        (n,) of all levels, pixel by pixel, read-only: uint8, uint16 or float32.
+    words
+        All levels, pixel by pixel, read-only: float32 samples, or uint64 words of 16-bit lanes (uint8
+        samples, four channels a word) or 32-bit lanes (uint16, two).
+    per_pixel
+        Words that a pixel takes.
     table
-        (images · levels, 4) int64, read-only: each level's first sample, height, width and number; all levels
+        (images · levels, 4) int64, read-only: each level's first word, height, width and number; all levels
         of the first image, then of the next one.
     levels, channels
         How many each image has.
+    dtype
+        Of the images.
     """
 
-    samples: PixelArray
+    words: PixelArray
+    per_pixel: int
     table: NDArray[np.int64]
     levels: int
     channels: int
+    dtype: np.dtype[Any]
+
+    @property
+    def bits(self) -> int:
+        """Bits of a lane; 32 of float samples."""
+        return 16 if self.dtype == np.uint8 else 32
 
 
 def most_levels(height: int, width: int) -> int:
@@ -72,6 +85,10 @@ def build_pyramid(images: Sequence[PixelArray], levels: int) -> Pyramid:
     levels
         0 to `most_levels` of their size.
     """
+    channels, dtype = images[0].shape[2], images[0].dtype
+    lane = np.dtype({1: np.uint16, 2: np.uint32}.get(dtype.itemsize, np.float32))
+    in_word = 1 if lane == np.float32 else 8 // lane.itemsize
+    per_pixel = -(-channels // in_word)
     parts: list[PixelArray] = []
     table = np.empty((len(images) * (levels + 1), 4), np.int64)
     start = 0
@@ -79,6 +96,10 @@ def build_pyramid(images: Sequence[PixelArray], levels: int) -> Pyramid:
         for level in range(levels + 1):
             image = halved(image) if level else image
             table[number * (levels + 1) + level] = start, *image.shape[:2], level
-            parts.append(np.ascontiguousarray(image).reshape(-1))
-            start += image.size
-    return Pyramid(frozen_array(np.concatenate(parts)), frozen_array(table), levels + 1, images[0].shape[2])
+            lanes = np.zeros((*image.shape[:2], per_pixel * in_word), lane)
+            lanes[:, :, :channels] = image
+            part = lanes.reshape(-1)
+            parts.append(part if lane == np.float32 else part.view(np.uint64))
+            start += len(parts[-1])
+    words = frozen_array(np.concatenate(parts))
+    return Pyramid(words, per_pixel, frozen_array(table), levels + 1, channels, dtype)

@@ -1,4 +1,4 @@
-"""Coding placements and labels: encoder and decoder are the same loops (SPEC.md, sections 5.2 and 5.3)."""
+"""Coding placements and labels: encoder and decoder are the same loops (SPEC.md, section 5.2)."""
 
 from typing import NamedTuple
 

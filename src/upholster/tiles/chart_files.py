@@ -1,39 +1,39 @@
-"""The bytes of what a chart leaves: all its placements, and its overhang, with what others are told of it."""
+"""The bytes of what a chart leaves: its placements and labels, and its overhang, with what others are told."""
 
 import json
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-windows_of = None  # replaced by the owner of this file
+from upholster.methods.quilt.emit import Labelled
 from upholster.methods.quilt.landmarks import ShownBlocks
+from upholster.methods.quilt.masked import PLACEMENT as BLOCK
 from upholster.methods.quilt.run import LaidPart
 from upholster.methods.quilt.transfer import ChartPlacements
-from upholster.quilt.chart import Chart
-from upholster.quilt.model import Quilt
-from upholster.methods.quilt.masked import MASK_CUT, PLACEMENT, touches
-from upholster.methods.quilt.old_plans import PlacementList
-from upholster.quilt.warp_field import WarpField
-map_pyramid = paint_window = touching = None  # replaced by the owner of this file
+from upholster.quilt.labels import LabelMap
+from upholster.quilt.placement import PLACEMENT
 from upholster.types import FloatArray
 
-__all__ = ["laid_bytes", "lone_quilt", "part_bytes", "read_laid", "read_part", "read_state", "state_bytes"]
+__all__ = ["chart_bytes", "part_bytes", "read_chart", "read_part", "read_state", "state_bytes"]
 
 _Arrays = Mapping[str, NDArray[Any]]
 
 
-def laid_bytes(laid: ChartPlacements) -> bytes:
-    """Return all of a chart's placements as a file."""
-    return _file(_arrays_of(laid))
+def chart_bytes(chart: Labelled) -> bytes:
+    """Return a chart's placements and labels as a file."""
+    placed, layer = chart
+    return _file(
+        {"placements": placed.view(np.uint8), "labels": layer.labels, "cell": np.array([layer.cell])}
+    )
 
 
-def read_laid(data: bytes) -> ChartPlacements:
-    """Read what `laid_bytes` wrote."""
-    return _laid(_read(data))
+def read_chart(data: bytes) -> Labelled:
+    """Read what `chart_bytes` wrote."""
+    found = _read(data)
+    return found["placements"].view(PLACEMENT), LabelMap(int(found["cell"][0]), found["labels"])
 
 
 def part_bytes(part: LaidPart) -> bytes:
@@ -75,32 +75,6 @@ def read_state(data: bytes, charts: int) -> tuple[FloatArray, list[ShownBlocks |
     return found["usage"], shown
 
 
-def lone_quilt(
-    laid: ChartPlacements,
-    chart: Chart,
-    field: WarpField,
-    shape: tuple[int, int],
-    windows: Sequence[tuple[slice, slice]] | None = None,
-) -> Quilt:
-    """Return a quilt of one chart alone, which paints the same texels as that of all charts.
-
-    `shape` is the exemplar's, (height, width). Where `windows` are given, rows and columns, those placements
-    are kept alone that touch one of them.
-    """
-    own = laid.placements.copy()
-    own["chart"] = 0
-    seen = touches(own, (chart,))
-    if windows is not None:
-        seen &= np.logical_or.reduce([touching(own, *window) for window in windows])
-    kept = np.flatnonzero(seen)
-    cells = windows_of(replace(laid, placements=own), kept, (chart,))
-    placed = own[kept]
-    sizes = np.array([len(part) for part in cells], np.int64)
-    placed["first_cell"][placed["mask"] == MASK_CUT] = np.cumsum(sizes) - sizes
-    plan = PlacementList(placed, np.concatenate([np.zeros(0, np.uint8), *cells]))
-    return Quilt((chart,), shape, plan, (field,))
-
-
 def _arrays_of(laid: ChartPlacements) -> dict[str, NDArray[Any]]:
     return {
         "placements": np.ascontiguousarray(laid.placements).view(np.uint8),
@@ -115,7 +89,7 @@ def _arrays_of(laid: ChartPlacements) -> dict[str, NDArray[Any]]:
 def _laid(found: _Arrays) -> ChartPlacements:
     cells, added, top, bottom, left, right, *ends = found["numbers"].tolist()
     return ChartPlacements(
-        found["placements"].view(PLACEMENT),
+        found["placements"].view(BLOCK),
         np.unpackbits(found["cells"], count=cells),
         found["origins"],
         found["steps"],

@@ -13,7 +13,7 @@ from upholster.files import Outputs
 from upholster.geometry import Surface
 from upholster.image import alpha_channel
 from upholster.image.source import source_parts
-from upholster.methods import emitted_quilt, planned_run
+from upholster.methods import planned_run
 from upholster.model import tessellate
 from upholster.options import WriteOptions
 from upholster.outputs import Output
@@ -121,10 +121,10 @@ def _written_obj(
     output: Output, tiles: Output, work: TileWork, options: WriteOptions, files: Outputs
 ) -> dict[str, int]:
     """Write an OBJ that refers to the tiles; return the bytes of its files."""
-    assert work.layout is not None  # there are tiles
-    seams = [seam for own in work.seams.values() for seam in own]
+    assert work.atlas is not None  # there are tiles
+    seams = [seam for own in work.atlas.seams.values() for seam in own]
     mesh = tessellate(work.surface, work.run.charts, seams, quads=options.quads)
-    page, uv = work.layout.page_coordinates(mesh)
+    page, uv = work.atlas.layout.page_coordinates(mesh)
     uv = uv + udim_tile(page) * (1, -1)  # v is downward here, and upward in OBJ
     where = tiles.url or Path(os.path.relpath(tiles.path.parent, output.path.parent)).as_posix()
     prefix = "" if where == "." else f"{where}/"
@@ -155,8 +155,8 @@ def spread_quilt(
     run = planned_run(covering.prepared, covering.seen, surface, seed=seed)
     shape = covering.seen.shape[0], covering.seen.shape[1]
     work = tile_work(run, surface, shape, {}, None, _place_of(output), WriteOptions())
-    laid = laid_by_tasks(work, _folder_of(output), pool, progress=progress, tell=tell)
-    return emitted_quilt(run, laid, covering.seen, surface, seed=seed)
+    quilt = laid_by_tasks(work, _folder_of(output), pool, progress=progress, tell=tell)
+    return quilt.on(surface, seed=seed)
 
 
 def _place_of(output: Output) -> Place:

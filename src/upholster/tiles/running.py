@@ -10,9 +10,10 @@ from typing import Any
 from upholster._version import __version__
 from upholster.errors import InputError, StoppedError
 from upholster.methods.quilt.run import Progressing
-from upholster.methods.quilt.transfer import ChartPlacements, joined
+from upholster.methods.quilt.transfer import joined
 from upholster.parallel import TaskPool
-from upholster.tiles.chart_files import read_laid, read_part
+from upholster.quilt.model import Quilt
+from upholster.tiles.chart_files import read_chart, read_part
 from upholster.tiles.places import Place
 from upholster.tiles.work import (
     TileWork,
@@ -20,6 +21,7 @@ from upholster.tiles.work import (
     lay_chart_task,
     paint_tiles_task,
     part_name,
+    quilt_of,
     state_name,
     store,
     store_state,
@@ -93,13 +95,14 @@ def laid_by_tasks(
     *,
     progress: Progress | None = None,
     tell: Callable[[str], None] | None = None,
-) -> list[ChartPlacements]:
-    """Lay all charts, as `write_tiles` does, and return each one's placements."""
+) -> Quilt:
+    """Lay all charts, as `write_tiles` does, and return the quilt."""
     run = _Running(work, folder, pool, progress)
     run.begin(tell)
     with run.told():
         run.lay()
-    found = [read_laid(folder.read(laid_name(n))) for n in range(len(work.run.charts))]
+    charts = range(len(work.run.charts))
+    found = quilt_of(work, charts, [read_chart(folder.read(laid_name(n))) for n in charts])
     folder.remove_all()
     return found
 
@@ -109,8 +112,8 @@ class _Running:
 
     def __init__(self, work: TileWork, folder: Place, pool: TaskPool, progress: Progress | None) -> None:
         self.work, self.folder, self.pool, self.progress = work, folder, pool, progress
-        pages = 0 if work.layout is None else len(work.layout.pages)
-        self.waiting = {page: work.shown_on(page) for page in range(pages)}
+        pages = 0 if work.atlas is None else len(work.atlas.layout.pages)
+        self.waiting = {page: work.atlas.shown_on(page) for page in range(pages)} if work.atlas else {}
         self.ready: list[int] = []
         self.painting: dict[int, tuple[int, ...]] = {}
         self.width, self.busy = 1, 0

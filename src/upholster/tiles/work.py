@@ -5,29 +5,26 @@ import io
 import pickle
 from collections.abc import Mapping, Sequence
 from collections.abc import Set as AbstractSet
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
 from upholster._version import __version__
-from upholster.charts.seams import ChartSeam, find_seams
 from upholster.errors import InputError
 from upholster.export import map_companion, page_files
 from upholster.geometry import Surface
+from upholster.methods.quilt.emit import LABEL_CELL, Labelled, labelled
 from upholster.methods.quilt.run import Progressing, QuiltRun, lay_one
-from upholster.model import AtlasLayout, by_chart, pack_charts, page_windows
 from upholster.options import WriteOptions
-from upholster.paging import paint_page, shown_charts, write_page
+from upholster.paging import PagedAtlas, write_page
+from upholster.quilt.materials import WindowPainter
 from upholster.quilt.model import Quilt
-from upholster.quilt.pyramid import Pyramid
-map_pyramid = paint_window = touching = None  # replaced by the owner of this file
 from upholster.tiles.chart_files import (
-    laid_bytes,
-    lone_quilt,
+    chart_bytes,
     part_bytes,
-    read_laid,
+    read_chart,
     read_part,
     read_state,
     state_bytes,
@@ -41,6 +38,7 @@ __all__ = [
     "lay_chart_task",
     "paint_tiles_task",
     "part_name",
+    "quilt_of",
     "state_name",
     "store",
     "store_state",
@@ -62,8 +60,8 @@ class TileWork:
         (height, width) of the sample.
     surface
         What they lie on.
-    layout, seams
-        The tiles, and each chart's seams; without tiles None and none.
+    atlas
+        The tiles; None where there are none.
     maps
         What is painted, by role, the base colour first.
     files
@@ -77,8 +75,7 @@ class TileWork:
     run: QuiltRun
     shape: tuple[int, int]
     surface: Surface
-    layout: AtlasLayout | None
-    seams: Mapping[int, Sequence[ChartSeam]]
+    atlas: PagedAtlas | None
     maps: Mapping[str, PixelArray]
     files: Mapping[str, Sequence[str]]
     output: Place
@@ -86,7 +83,8 @@ class TileWork:
 
     def key(self) -> str:
         """Return a hash of all that tells what the tiles will be, and of the version."""
-        parts = (__version__, self.run, self.shape, self.layout, dict(self.maps), dict(self.files))
+        layout = None if self.atlas is None else self.atlas.layout
+        parts = (__version__, self.run, self.shape, layout, dict(self.maps), dict(self.files))
         found = hashlib.sha256()
         _feed(found, (*parts, self.quality))
         return found.hexdigest()
@@ -94,10 +92,6 @@ class TileWork:
     def tile_files(self, page: int) -> list[str]:
         """Return the names of a tile's files, of each map one."""
         return [names[page] for names in self.files.values()]
-
-    def shown_on(self, page: int) -> set[int]:
-        """Return the charts that a tile shows: its own, and those that its gutters show."""
-        return shown_charts(_layout(self), page, self.seams)
 
 
 def tile_work(
@@ -130,14 +124,14 @@ def tile_work(
         If charts and tiles do not fit.
     """
     if target is None:
-        return TileWork(run, shape, surface, None, {}, {}, {}, output)
-    layout = pack_charts(run.charts, **options.packing)
-    seams = by_chart(find_seams(surface, run.charts))
+        return TileWork(run, shape, surface, None, {}, {}, output)
+    atlas = PagedAtlas.of(surface, run.charts, options)
     names = {role: target if role == "albedo" else map_companion(target, role) for role in maps}
     files = {
-        role: [file.name for file in page_files(name, len(layout.pages))] for role, name in names.items()
+        role: [file.name for file in page_files(name, len(atlas.layout.pages))]
+        for role, name in names.items()
     }
-    return TileWork(run, shape, surface, layout, dict(seams), maps, files, output, options.quality)
+    return TileWork(run, shape, surface, atlas, maps, files, output, options.quality)
 
 
 def store(place: Place, work: TileWork) -> str:
@@ -200,55 +194,50 @@ def lay_chart_task(folder: str, stored: str, n: int, number: int) -> None:
         read_part(place.read(part_name(k))).overhang if k in needed else None for k in range(len(run.charts))
     ]
     laid, part = lay_one(run, n, number, Progressing(overhangs, state.shown, state.usage))
-    place.write(laid_name(n), laid_bytes(laid))
-    place.write(part_name(n), part_bytes(part))
+    shape = load(place, stored).shape
+    own = labelled(
+        n, run.charts[n], run.fields[n], shape, laid.placements, laid.cells, cell=LABEL_CELL, whole=True
+    )
+    place.write(laid_name(n), chart_bytes(own))
+    place.write(part_name(n), part_bytes(replace(part, placements=len(own[0]))))
 
 
 def paint_tiles_task(folder: str, stored: str, pages: Sequence[int]) -> None:
     """Paint and write tiles of every map, one after the other."""
     place = Place(folder)
     work = load(place, stored)
-    for page in pages:
-        windows = page_windows(_layout(work), page, work.seams)
-        quilts = {n: _quilt(place, work, n, windows.get(n)) for n in work.shown_on(page)}
-        for role in work.maps:
-            _paint(place, stored, quilts, role, page)
+    atlas = work.atlas
+    assert atlas is not None  # there are tiles
+    shown = sorted(set[int]().union(*(atlas.shown_on(page) for page in pages)))
+    quilt = quilt_of(work, shown, [read_chart(place.read(laid_name(n))) for n in shown])
+    for role, image in work.maps.items():
+        painter = WindowPainter(quilt, role, image)
+
+        def paint(n: int, window: tuple[slice, slice] | None = None) -> PixelArray:
+            return painter.paint(shown.index(n), window)
+
+        for page in pages:
+            pixels = atlas.painted(page, role, paint)
+            with work.output.writing(work.files[role][page]) as path:
+                write_page(path, role, pixels, quality=work.quality)
 
 
-def _layout(work: TileWork) -> AtlasLayout:
-    assert work.layout is not None  # there are tiles
-    return work.layout
-
-
-def _quilt(place: Place, work: TileWork, n: int, windows: Sequence[tuple[slice, slice]] | None) -> Quilt:
-    laid = read_laid(place.read(laid_name(n)))
-    return lone_quilt(laid, work.run.charts[n], work.run.fields[n], work.shape, windows)
-
-
-def _paint(place: Place, stored: str, quilts: Mapping[int, Quilt], role: str, page: int) -> None:
-    work = load(place, stored)
-    pixels = paint_page(
-        work.surface,
-        work.run.charts,
-        _layout(work),
-        page,
-        work.seams,
-        quilts,
-        role,
-        work.maps[role],
-        _pyramid(place, stored, role),
+def quilt_of(work: TileWork, charts: Sequence[int], own: Sequence[Labelled]) -> Quilt:
+    """Return the quilt of some of the charts alone, in that order."""
+    placed = [part.copy() for part, _ in own]
+    for number, part in enumerate(placed):
+        part["chart"] = number
+    return Quilt(
+        tuple(work.run.charts[n] for n in charts),
+        work.shape,
+        np.concatenate(placed),
+        tuple((layer,) for _, layer in own),
+        tuple(work.run.fields[n] for n in charts),
     )
-    with work.output.writing(work.files[role][page]) as path:
-        write_page(path, role, pixels, quality=work.quality)
-
-
-@lru_cache(maxsize=1)
-def _pyramid(place: Place, stored: str, role: str) -> Pyramid | None:
-    return map_pyramid(role, load(place, stored).maps[role])
 
 
 def laid_name(n: int) -> str:
-    """Return the name of the file with all placements of a chart."""
+    """Return the name of the file with placements and labels of a chart."""
     return f"chart-{n}"
 
 

@@ -14,20 +14,51 @@ from upholster.methods.paper._match_kernels import (
     add_tile,
     best_candidate,
 )
-from upholster.methods.quilt._masked_kernels import lay_placement
 
-__all__ = ["lay_blocks", "lay_edge_blocks"]
+__all__ = ["EdgeBlocks", "SharedCharts", "lay_blocks", "lay_edge_blocks"]
+
+
+class SharedCharts(NamedTuple):
+    """Two charts, A and B, and how B lies beside A.
+
+    Canvases (rows, columns · channels) may be larger than the charts, whose sizes are (rows, columns).
+    `labels` are those of the charts' second layer. `map_b` (6,) takes a texel of A's grid to B's grid: two
+    rows of a matrix, then the offset. `along_rows`: the edge runs along A's rows axis (edges 1 and 3).
+    """
+
+    canvas_a: NDArray[np.uint16]
+    canvas_b: NDArray[np.uint16]
+    labels_a: NDArray[np.int32]
+    labels_b: NDArray[np.int32]
+    size_a: tuple[int, int]
+    size_b: tuple[int, int]
+    map_b: NDArray[np.int64]
+    along_rows: bool
+
+
+class EdgeBlocks(NamedTuple):
+    """The edge blocks of one edge.
+
+    `corners` (n, 2) are their first texels on A; `chosen` (n,) receives the candidates that they show. Their
+    labels are `number` on A and `number` + 1 on B, for each further block 2 more. `side` and `cell` are the
+    texels of a block and of a cell of its mask.
+    """
+
+    corners: NDArray[np.int64]
+    chosen: NDArray[np.int32]
+    number: int
+    side: int
+    cell: int
 
 
 class CutScratch(NamedTuple):
-    """Scratch of a block's cut: by cells, but for the weights, which are by texels."""
+    """Scratch of a block's cut, by cells."""
 
     difference: NDArray[np.int64]
     residual: NDArray[np.int64]
     seeds: NDArray[np.int8]
     work: NDArray[np.int32]
-    weights: NDArray[np.int32]
-    spare: NDArray[np.int32]
+    mask: NDArray[np.uint8]
 
 
 @spliced
@@ -38,37 +69,59 @@ def _features(numbers: CandidateNumbers, tiles: int) -> Features:
     )
 
 
+@spliced
+def _ramp(block: int, overlap: int, channels: int) -> tuple[NDArray[np.int32], NDArray[np.int32]]:
+    # Weights (of 256) of a block's samples from the side on which it overlaps: once for each row, once for
+    # each sample of a row.
+    down, right = np.empty(block, np.int32), np.empty(block * channels, np.int32)
+    for i in range(block):
+        down[i] = min((2 * i + 1) * 128 // overlap, 256)
+        right[i * channels : (i + 1) * channels] = down[i]
+    return down, right
+
+
+@inline
+def _blend_line(
+    line: NDArray[np.uint16], new: NDArray[np.uint16], down: int, right: NDArray[np.int32]
+) -> None:
+    # Lays samples of the exemplar over samples of a canvas, with weights down · right of 256 · 256.
+    for x in range(line.shape[0]):
+        weight = np.int32(np.int32(down * right[x]) >> 8)
+        old = np.int32(line[x])
+        step = np.int32(np.int32(new[x]) << FRACTION_BITS) - old
+        line[x] = old + (np.int32(step * weight + 128) >> 8)
+
+
 @allocating_kernel
 def lay_blocks(
     canvas: NDArray[np.uint16],
-    placements: Any,
-    across: int,
+    chosen: NDArray[np.int32],
     rows: tuple[int, int],
     first: int,
-    overlap: int,
+    sizes: tuple[int, int],
     numbers: CandidateNumbers,
     working: NDArray[np.uint16],
     table: NDArray[np.int32],
-    symmetries: NDArray[np.int64],
 ) -> None:
     """Choose and paint the blocks of some block rows of a chart, from, to, in raster order.
 
-    `canvas` (rows, columns · channels) holds the chart, padded to whole tiles. `placements` holds the chart's
-    blocks in raster order, `across` in a row, complete but for their source, which is written here. The very
-    first block is candidate `first`. `working` (H, W · channels) is the exemplar, `table` its coefficients.
+    `canvas` (rows, columns · channels) holds the chart, padded to whole tiles. `chosen` (down, across)
+    receives each block's candidate, as a number of its first tile in the exemplar's grid; the very first
+    block shows candidate `first`. `sizes` are the side of a block and the overlap. `working` (H, W ·
+    channels) is the exemplar, `table` its coefficients.
     """
+    block, overlap = sizes
     channels, tile = numbers.channels, numbers.tile
-    block = placements[0].height
     columns = canvas.shape[1] // channels
-    tiles, band = block // tile, overlap // tile
+    tiles, band, step = block // tile, overlap // tile, block - overlap
     features = _features(numbers, tiles)
-    spare, none = np.empty((1, 1), np.int32), np.zeros(0, np.uint8)
+    down, right = _ramp(block, overlap, channels)
+    full = np.full(block * channels, 256, np.int32)
     for i in range(rows[0], rows[1]):
-        for j in range(across):
-            placement = placements[i * across + j]
-            top, left = placement.row - block // 2, placement.column - block // 2
+        for j in range(chosen.shape[1]):
+            top, left = i * step, j * step
             if i == 0 and j == 0:
-                chosen = (first // numbers.columns) * numbers.grid_columns + first % numbers.columns
+                best = first
             else:
                 count = 0
                 for a in range(min(tiles, (canvas.shape[0] - top) // tile)):
@@ -77,12 +130,17 @@ def lay_blocks(
                             row, column = top + a * tile, left + b * tile
                             offset = a * numbers.grid_columns + b
                             count = add_tile(features, count, numbers, canvas, row, column, offset)
-                chosen = best_candidate(table, numbers, features, count)
-            placement.source_row = 16 * (chosen // numbers.grid_columns * tile + block // 2)
-            placement.source_column = 16 * (chosen % numbers.grid_columns * tile + block // 2)
-            lay_placement(
-                canvas, 0, columns, placement, none, (0, 0, 0, 0), working, channels, symmetries, spare, spare
+                best = best_candidate(table, numbers, features, count)
+            chosen[i, j] = best
+            source_row, source = (
+                best // numbers.grid_columns * tile,
+                best % numbers.grid_columns * tile * channels,
             )
+            size = min(block, columns - left) * channels
+            for a in range(min(block, canvas.shape[0] - top)):
+                line = canvas[top + a, left * channels : left * channels + size]
+                new = working[source_row + a, source : source + size]
+                _blend_line(line, new, down[a] if i > 0 else 256, right[:size] if j > 0 else full[:size])
 
 
 @inline
@@ -112,16 +170,7 @@ def _seed_labels(seeds: NDArray[np.int8], size: int, along_rows: bool, is_first:
 
 
 @inline
-def _gather(
-    canvas_a: NDArray[np.uint16],
-    canvas_b: NDArray[np.uint16],
-    size_a: tuple[int, int],
-    map_b: NDArray[np.int64],
-    top: int,
-    left: int,
-    channels: int,
-    old: NDArray[np.uint16],
-) -> None:
+def _gather(charts: SharedCharts, top: int, left: int, channels: int, old: NDArray[np.uint16]) -> None:
     # Writes to `old` what lies under an edge block now, on both sides of the edge, in A's frame.
     block = old.shape[0]
     for i in range(block):
@@ -129,14 +178,14 @@ def _gather(
         for j in range(block):
             column = left + j
             x, y = column * channels, j * channels
-            if 0 <= row < size_a[0] and 0 <= column < size_a[1]:
+            if 0 <= row < charts.size_a[0] and 0 <= column < charts.size_a[1]:
                 for k in range(channels):
-                    old[i, y + k] = canvas_a[row, x + k]
+                    old[i, y + k] = charts.canvas_a[row, x + k]
             else:
-                row_b, column_b = _across(row, column, map_b)
+                row_b, column_b = _across(row, column, charts.map_b)
                 x = column_b * channels
                 for k in range(channels):
-                    old[i, y + k] = canvas_b[row_b, x + k]
+                    old[i, y + k] = charts.canvas_b[row_b, x + k]
 
 
 @inline
@@ -148,7 +197,6 @@ def _cut_block(
     channels: int,
     cell: int,
     scratch: CutScratch,
-    mask: NDArray[np.uint8],
 ) -> None:
     # Cuts between what is there and the match, cell by cell; the seeds are set. A cell's squared coefficient
     # differences at levels 1 to n - 1 are, the transform being orthonormal, those of its texels.
@@ -175,76 +223,98 @@ def _cut_block(
                 residual[0, m] = residual[2, m + 1] = difference[a, b] + difference[a, b + 1]
             if a + 1 < side:
                 residual[1, m] = residual[3, m + side] = difference[a, b] + difference[a + 1, b]
-    cut_grid(residual, scratch.seeds, side, scratch.work, mask)
+    cut_grid(residual, scratch.seeds, side, scratch.work, scratch.mask)
+
+
+@spliced
+def _between_cells(block: int, cell: int) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    # Between the centres of which cell and the next one each texel of a block lies, and how far (of 16).
+    low, part = np.empty(block, np.int64), np.empty(block, np.int64)
+    for i in range(block):
+        place = 16 * i + 8 - 8 * cell
+        low[i], part[i] = place // (16 * cell), place % (16 * cell) // cell
+    return low, part
 
 
 @inline
-def _mask_on_b(
-    mask: NDArray[np.uint8],
-    side: int,
-    cell: int,
-    map_b: NDArray[np.int64],
-    corner_a: tuple[int, int],
-    corner_b: tuple[int, int],
-    out: NDArray[np.uint8],
-) -> None:
-    # Chart B sees the same block turned: its cells are expressed in its own frame.
-    for a in range(side):
-        for b in range(side):
-            row, column = corner_a[0] + a * cell, corner_a[1] + b * cell
-            row_b, column_b = _across(row, column, map_b)
-            far_row, far_column = _across(row + cell - 1, column + cell - 1, map_b)
-            i, j = (
-                (min(row_b, far_row) - corner_b[0]) // cell,
-                (min(column_b, far_column) - corner_b[1]) // cell,
-            )
-            out[i * side + j] = mask[a * side + b]
+def _weight(
+    mask: NDArray[np.uint8], side: int, low: NDArray[np.int64], part: NDArray[np.int64], i: int, j: int
+) -> Any:
+    # The weight (of 256) of a block at its texel (i, j): bilinear between its cells, 0 beyond them.
+    a, b, f, g = low[i], low[j], part[i], part[j]
+    total: Any = 0
+    for p in range(2):
+        for q in range(2):
+            if 0 <= a + p < side and 0 <= b + q < side and mask[(a + p) * side + b + q]:
+                total += (f if p else 16 - f) * (g if q else 16 - g)
+    return total
 
 
 @inline
-def _paint_block(
+def _paint_on(
     canvas: NDArray[np.uint16],
     size: tuple[int, int],
-    placement: Any,
-    mask: NDArray[np.uint8],
-    working: NDArray[np.uint16],
-    channels: int,
-    symmetries: NDArray[np.int64],
-    scratch: CutScratch,
+    row: int,
+    column: int,
+    new: NDArray[np.uint16],
+    weight: int,
 ) -> None:
-    # Paints an edge block on one of its charts, with its whole mask.
-    placement.first_cell = 0
-    side = scratch.difference.shape[0]
-    window = (0, side, 0, side)
-    weights, spare = scratch.weights, scratch.spare
-    lay_placement(canvas, 0, size[1], placement, mask, window, working, channels, symmetries, weights, spare)
+    # Lays one pixel of the exemplar over a texel, if there is such a texel.
+    if 0 <= row < size[0] and 0 <= column < size[1]:
+        channels = new.shape[0]
+        for k in range(channels):
+            x = column * channels + k
+            old = np.int64(canvas[row, x])
+            step = (np.int64(new[k]) << FRACTION_BITS) - old
+            canvas[row, x] = old + ((step * weight + 128) >> 8)
+
+
+@inline
+def _label(
+    labels: NDArray[np.int32],
+    map_chart: NDArray[np.int64],
+    corner: tuple[int, int],
+    grid: tuple[int, int],
+    mask: NDArray[np.uint8],
+    number: int,
+) -> None:
+    # Writes a block's label to the cells of a chart whose centres lie in new cells of its mask. `map_chart`
+    # takes texels of A's grid, in which the mask lies, to the chart's. Places are in 1/16 texel: texel k has
+    # its centre at 16·k + 8.
+    side, cell = grid
+    last = side * cell - 1
+    near_row, near_column = _across(corner[0], corner[1], map_chart)
+    far_row, far_column = _across(corner[0] + last, corner[1] + last, map_chart)
+    low_row, low_column = min(near_row, far_row) // cell, min(near_column, far_column) // cell
+    for i in range(max(low_row, 0), min(low_row + side + 3, labels.shape[0])):
+        for j in range(max(low_column, 0), min(low_column + side + 3, labels.shape[1])):
+            down = 16 * (cell * (i - 1) - near_row) + 8 * cell - 8
+            right = 16 * (cell * (j - 1) - near_column) + 8 * cell - 8
+            # The matrix is a rotation or reflection by quarters: its inverse is its transpose.
+            y = map_chart[0] * down + map_chart[2] * right + 8
+            x = map_chart[1] * down + map_chart[3] * right + 8
+            a, b = y // (16 * cell), x // (16 * cell)
+            if 0 <= a < side and 0 <= b < side and mask[a * side + b]:
+                labels[i, j] = number
 
 
 @allocating_kernel
 def lay_edge_blocks(
-    canvases: tuple[NDArray[np.uint16], NDArray[np.uint16]],
-    sizes: tuple[tuple[int, int], tuple[int, int]],
-    map_b: NDArray[np.int64],
-    along_rows: bool,
-    blocks: tuple[Any, Any],
-    masks: NDArray[np.uint8],
+    charts: SharedCharts,
+    blocks: EdgeBlocks,
     members: tuple[int, int],
     numbers: CandidateNumbers,
     working: NDArray[np.uint16],
     table: NDArray[np.int32],
-    symmetries: NDArray[np.int64],
 ) -> None:
     """Choose, cut and paint some edge blocks, from, to, along an edge that charts A and B share.
 
-    `canvases` and `sizes` (rows, columns) are those of A and B. `map_b` (6,) takes a texel of A's grid to B's
-    grid: two rows of a matrix, then the offset. `along_rows`: the edge runs along A's rows axis (edges 1 and
-    3). `blocks`: the placements on A, where they are upright, and on B, complete but for their sources;
-    `masks` (blocks, side, side) receives the cut masks as A sees them.
+    A block is upright on A. What its cut leaves of it goes onto the canvases and into the labels of both
+    charts. `working` and `table` are as in `lay_blocks`.
     """
-    on_each_a, on_each_b = blocks
     channels, tile = numbers.channels, numbers.tile
-    block = on_each_a[0].height
-    half, tiles, cell, side = block // 2, block // tile, tile // 2, masks.shape[1]
+    block, cell = blocks.side, blocks.cell
+    tiles, side = block // tile, block // cell
     old = np.empty((block, block * channels), np.uint16)
     features = _features(numbers, tiles)
     scratch = CutScratch(
@@ -252,34 +322,35 @@ def lay_edge_blocks(
         np.empty((4, side * side), np.int64),
         np.empty(side * side, np.int8),
         np.empty((4, side * side), np.int32),
-        np.empty((block, block), np.int32),
-        np.empty((block, block), np.int32),
+        np.empty(side * side, np.uint8),
     )
-    mask_b = np.empty(side * side, np.uint8)
+    low, part = _between_cells(block, cell)
+    map_a = np.zeros(6, np.int64)
+    map_a[0] = map_a[3] = 1
     for n in range(members[0], members[1]):
-        on_a, on_b = on_each_a[n], on_each_b[n]
-        top, left = on_a.row - half, on_a.column - half
-        _gather(canvases[0], canvases[1], sizes[0], map_b, top, left, channels, old)
+        top, left = blocks.corners[n, 0], blocks.corners[n, 1]
+        _gather(charts, top, left, channels, old)
         count = 0
         for a in range(tiles):
             for b in range(tiles):
                 offset = a * numbers.grid_columns + b
                 count = add_tile(features, count, numbers, old, a * tile, b * tile, offset)
-        chosen = best_candidate(table, numbers, features, count)
-        source_row, source_column = (
-            chosen // numbers.grid_columns * tile,
-            chosen % numbers.grid_columns * tile,
+        best = best_candidate(table, numbers, features, count)
+        blocks.chosen[n] = best
+        source_row, source_column = best // numbers.grid_columns * tile, best % numbers.grid_columns * tile
+        _seed_labels(scratch.seeds, side, charts.along_rows, n == 0, n == len(blocks.corners) - 1)
+        _cut_block(old, working, source_row, source_column, channels, cell, scratch)
+        for i in range(block):
+            for j in range(block):
+                weight = _weight(scratch.mask, side, low, part, i, j)
+                if weight == 0:
+                    continue
+                x = (source_column + j) * channels
+                new = working[source_row + i, x : x + channels]
+                row_b, column_b = _across(top + i, left + j, charts.map_b)
+                _paint_on(charts.canvas_a, charts.size_a, top + i, left + j, new, weight)
+                _paint_on(charts.canvas_b, charts.size_b, row_b, column_b, new, weight)
+        _label(charts.labels_a, map_a, (top, left), (side, cell), scratch.mask, blocks.number + 2 * n)
+        _label(
+            charts.labels_b, charts.map_b, (top, left), (side, cell), scratch.mask, blocks.number + 2 * n + 1
         )
-        _seed_labels(scratch.seeds, side, along_rows, n == 0, n == on_each_a.shape[0] - 1)
-        mask_a = masks[n].reshape(-1)
-        _cut_block(old, working, source_row, source_column, channels, cell, scratch, mask_a)
-        corner_b = (on_b.row - half, on_b.column - half)
-        _mask_on_b(mask_a, side, cell, map_b, (top, left), corner_b, mask_b)
-        symmetry = symmetries[on_b.symmetry]
-        on_a.source_row, on_a.source_column = 16 * (source_row + half), 16 * (source_column + half)
-        # B's centre in A's grid: the symmetry undoes the linear part of the map.
-        down, right = on_b.row - map_b[4], on_b.column - map_b[5]
-        on_b.source_row = 16 * (source_row + symmetry[0] * down + symmetry[1] * right - top)
-        on_b.source_column = 16 * (source_column + symmetry[2] * down + symmetry[3] * right - left)
-        _paint_block(canvases[0], sizes[0], on_a, mask_a, working, channels, symmetries, scratch)
-        _paint_block(canvases[1], sizes[1], on_b, mask_b, working, channels, symmetries, scratch)

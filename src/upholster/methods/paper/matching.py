@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from upholster.methods.paper._match_kernels import CandidateNumbers, tile_table
 from upholster.methods.working_form import working_form
-from upholster.types import PixelArray
+from upholster.types import IntArray, PixelArray
 
 __all__ = ["Candidates"]
 
@@ -71,3 +71,12 @@ class Candidates:
     def count(self) -> int:
         """How many candidates there are."""
         return self.shape[0] * self.shape[1]
+
+    def tile_of(self, number: int) -> int:
+        """Return the first tile, as a number in the grid, of candidate `number`, both row by row."""
+        row, column = divmod(number, self.shape[1])
+        return row * self.grid[1] + column
+
+    def pixels(self, tiles: IntArray) -> NDArray[np.int64]:
+        """Return the first pixel (row, column) of candidates told by their first tiles: (…) to (…, 2)."""
+        return np.stack(np.divmod(tiles.astype(np.int64), self.grid[1]), axis=-1) * self.tile

@@ -1,12 +1,12 @@
 """Method "paper": the paper's synthesis, step by step (its sections 4.1 to 4.4; our readings: docs/paper.md).
 
 Each chart is covered on its own, block by block in raster order; then *edge blocks* repair every shared edge.
-What is chosen goes into a plan. The charts' texels exist here only in working form, as canvases to match
-against.
+What is chosen becomes placements and label maps. The charts' texels exist here only in working form, as
+canvases to match against.
 """
 
 import logging
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -15,21 +15,20 @@ from numpy.typing import NDArray
 
 from upholster.errors import InputError
 from upholster.geometry import Surface
-from upholster.methods.paper._paper_kernels import lay_blocks, lay_edge_blocks
-from upholster.methods.paper.edges import color_classes, strip_along
+from upholster.methods.paper._paper_kernels import EdgeBlocks, SharedCharts, lay_blocks, lay_edge_blocks
+from upholster.methods.paper.edges import Strip, block_count, color_classes, strip_along
+from upholster.methods.paper.layers import Layer, block_layer, edge_placements, on_cells
 from upholster.methods.paper.matching import Candidates
 from upholster.options import SynthesisOptions
 from upholster.parallel import run_tasks
 from upholster.quilt import Chart, Quilt
-from upholster.methods.quilt.masked import SYMMETRIES
-from upholster.methods.quilt.old_plans import StripLayout, StripPlan
-from upholster.types import PixelArray, Progress
+from upholster.quilt.labels import LabelMap, label_shape
+from upholster.types import IntArray, PixelArray, Progress
 
 __all__ = ["PaperOptions", "synthesize_paper"]
 
 logger = logging.getLogger(__name__)
 
-FEATHER_PASSES = 2
 _BLOCKS_PER_CALL = 256
 
 Canvas = NDArray[np.uint16]
@@ -100,25 +99,48 @@ def synthesize_paper(
         int(np.random.default_rng(child).integers(candidates.count))
         for child in np.random.SeedSequence(seed).spawn(len(charts))
     ]
-    layout, classes = _layout(surface, charts, exemplar.shape[:2], options)
-    blocks = [layout.chart_blocks(n, np.zeros(layout.block_grid(n), np.int32)) for n in range(len(charts))]
+    chosen = [np.zeros(_block_grid(chart, options), np.int32) for chart in charts]
     canvases = _canvases(charts, candidates) if options.seams else None
 
     def cover(n: int) -> None:
         canvas = canvases[n] if canvases is not None else _canvases([charts[n]], candidates)[0]
-        _cover_chart(canvas, layout, n, blocks[n], firsts[n], candidates)
+        _cover_chart(canvas, chosen[n], candidates.tile_of(firsts[n]), options, candidates)
 
     run_tasks(
         [partial(cover, n) for n in range(len(charts))], threads=threads, progress=progress, stage="blocks"
     )
-    masks: list[NDArray[np.uint8]] = []
+    block, overlap, shape = options.block, options.overlap, exemplar.shape[:2]
+    layers = [
+        [block_layer(chart, candidates.pixels(found), block=block, overlap=overlap, shape=shape)]
+        for chart, found in zip(charts, chosen, strict=True)
+    ]
     if canvases is not None:
-        at_edges = replace(candidates, block=layout.edge_block)
-        strips, masks = _mend_seams(layout, classes, canvases, at_edges, threads, progress)
-        blocks += strips
-    chosen = np.concatenate([layout.chosen(placed) for placed in blocks])
-    plan = StripPlan(layout, chosen, np.concatenate([np.zeros(0, np.uint8), *masks]))
-    return Quilt(tuple(charts), layout.exemplar_shape, plan)
+        seams = _Seams.of(surface, charts, options, candidates)
+        seams.mend(canvases, threads, progress)
+        for n, layer in enumerate(seams.layers(shape)):
+            layers[n].append(layer)
+    return _quilt(charts, shape, layers)
+
+
+def _quilt(charts: Sequence[Chart], shape: tuple[int, ...], layers: Sequence[Sequence[Layer]]) -> Quilt:
+    # Numbers of placements go on from a chart's first layer to its second.
+    parts, labels = [], []
+    for n, own in enumerate(layers):
+        count, maps = 0, []
+        for index, (placed, layer) in enumerate(own):
+            placed["chart"], placed["layer"] = n, index
+            numbers = np.where(layer.labels < 0, -1, layer.labels + count).astype(np.int32)
+            maps.append(replace(layer, labels=numbers))
+            count += len(placed)
+            parts.append(placed)
+        labels.append(tuple(maps))
+    return Quilt(tuple(charts), (shape[0], shape[1]), np.concatenate(parts), tuple(labels))
+
+
+def _block_grid(chart: Chart, options: PaperOptions) -> tuple[int, int]:
+    # Rows and columns of blocks on a chart.
+    block, overlap = options.block, options.overlap
+    return block_count(chart.height, block, overlap), block_count(chart.width, block, overlap)
 
 
 def _check_room(exemplar: PixelArray, charts: Sequence[Chart], options: PaperOptions) -> None:
@@ -134,37 +156,6 @@ def _check_room(exemplar: PixelArray, charts: Sequence[Chart], options: PaperOpt
             raise InputError(f"{what} is {width}×{height}; allowed: at least {name} ({most}) each way")
 
 
-def _layout(
-    surface: Surface, charts: Sequence[Chart], shape: tuple[int, ...], options: PaperOptions
-) -> tuple[StripLayout, list[list[int]]]:
-    # Where blocks and strips lie, and the strips, as numbers, in classes that have no chart in common.
-    edge_block = options.block if options.edge_block is None else options.edge_block
-    found = [strip_along(edge, charts, edge_block) for edge in surface.shared if options.seams]
-    strips = [strip for strip in found if strip is not None]
-    if len(strips) < len(found):
-        logger.info(
-            "%d of %d shared edges meet at different texel sizes and are not repaired",
-            len(found) - len(strips),
-            len(found),
-        )
-    classes = color_classes([(strip.a, strip.b) for strip in strips])
-    ordered = tuple(strips[n] for members in classes for n in members)
-    ends = np.cumsum([0, *map(len, classes)]).tolist()
-    cell, feather = (2**options.levels // 2, FEATHER_PASSES) if strips else (0, 0)
-    layout = StripLayout(
-        tuple(charts),
-        (shape[0], shape[1]),
-        options.block,
-        edge_block,
-        options.overlap,
-        2**options.levels,
-        cell,
-        feather,
-        ordered,
-    )
-    return layout, [list(range(*ends[n : n + 2])) for n in range(len(classes))]
-
-
 def _canvases(charts: Sequence[Chart], candidates: Candidates) -> list[Canvas]:
     # Padded to whole tiles. All in one piece of memory, which goes back to the system in one piece.
     tile = candidates.tile
@@ -178,84 +169,122 @@ def _canvases(charts: Sequence[Chart], candidates: Candidates) -> list[Canvas]:
 
 
 def _cover_chart(
-    canvas: Canvas,
-    layout: StripLayout,
-    index: int,
-    placements: NDArray[np.void],
-    first: int,
-    candidates: Candidates,
+    canvas: Canvas, chosen: IntArray, first: int, options: PaperOptions, candidates: Candidates
 ) -> None:
-    down, across = layout.block_grid(index)
     # Few blocks a call: between two calls, Python can be interrupted.
+    down, across = chosen.shape
     chunk = max(1, _BLOCKS_PER_CALL // across)
     for start in range(0, down, chunk):
         lay_blocks(
             canvas,
-            placements,
-            across,
+            chosen,
             (start, min(start + chunk, down)),
             first,
-            layout.overlap,
+            (options.block, options.overlap),
             candidates.numbers,
             candidates.working,
             candidates.table,
-            SYMMETRIES,
         )
 
 
-def _mend_seams(
-    layout: StripLayout,
-    classes: Sequence[Sequence[int]],
-    canvases: Sequence[Canvas],
-    candidates: Candidates,
-    threads: int | None,
-    progress: Progress | None,
-) -> tuple[list[NDArray[np.void]], list[NDArray[np.uint8]]]:
-    # The strips' blocks on their charts A, and their masks, rows along the edge.
-    counts = [layout.blocks_along(strip) for strip in layout.strips]
-    strips = [layout.strip_blocks(n, np.zeros(count, np.int32)) for n, count in enumerate(counts)]
-    masks = [np.zeros((count, layout.side, layout.side), np.uint8) for count in counts]
-    done = 0
+@dataclass(frozen=True, eq=False)
+class _Seams:
+    """The edge blocks along all shared edges.
 
-    def report(_stage: str, count: int, _total: int) -> None:
-        if progress is not None:
-            progress("seams", done + count, len(strips))
+    Attributes
+    ----------
+    charts
+        The layout.
+    strips
+        Where they lie.
+    blocks
+        Per strip its blocks; their labels count on from strip to strip.
+    classes
+        The strips, as numbers, in classes that have no chart in common, in the order in which they are laid.
+    labels
+        Of each chart's second layer.
+    candidates
+        For blocks of their size.
+    """
 
-    # Edges of one class have no chart in common: they can be repaired side by side, in any order.
-    for members in classes:
-        tasks: list[Callable[[], object]] = [
-            partial(_mend_edge, layout, n, strips[n], masks[n], canvases, candidates) for n in members
+    charts: Sequence[Chart]
+    strips: Sequence[Strip]
+    blocks: Sequence[EdgeBlocks]
+    classes: Sequence[Sequence[int]]
+    labels: Sequence[IntArray]
+    candidates: Candidates
+
+    @classmethod
+    def of(
+        cls, surface: Surface, charts: Sequence[Chart], options: PaperOptions, candidates: Candidates
+    ) -> "_Seams":
+        """Find the edges whose texels meet one to one, and where their blocks lie."""
+        side = options.block if options.edge_block is None else options.edge_block
+        cell = 2**options.levels // 2
+        found = [strip_along(edge, charts, side) for edge in surface.shared]
+        strips = [strip for strip in found if strip is not None]
+        if len(strips) < len(found):
+            logger.info(
+                "%d of %d shared edges meet at different texel sizes and are not repaired",
+                len(found) - len(strips),
+                len(found),
+            )
+        corners = [strip.corners(charts[strip.a], side, options.overlap) for strip in strips]
+        numbers = np.cumsum([0, *(2 * len(part) for part in corners)]).tolist()
+        blocks = [
+            EdgeBlocks(part, np.zeros(len(part), np.int32), number, side, cell)
+            for part, number in zip(corners, numbers[:-1], strict=True)
         ]
-        run_tasks(tasks, threads=threads, progress=report)
-        done += len(members)
-    turned = [
-        grids if strip.along_rows else grids.swapaxes(1, 2)
-        for strip, grids in zip(layout.strips, masks, strict=True)
-    ]
-    return [on_a for on_a, _ in strips], [grids.reshape(-1) for grids in turned]
+        labels = [np.full(label_shape(chart.height, chart.width, cell), -1, np.int32) for chart in charts]
+        classes = color_classes([(strip.a, strip.b) for strip in strips])
+        return cls(charts, strips, blocks, classes, labels, replace(candidates, block=side))
 
+    def mend(self, canvases: Sequence[Canvas], threads: int | None, progress: Progress | None) -> None:
+        """Choose and cut all edge blocks, and lay them onto canvases and labels."""
+        done = 0
 
-def _mend_edge(
-    layout: StripLayout,
-    index: int,
-    blocks: tuple[NDArray[np.void], NDArray[np.void]],
-    masks: NDArray[np.uint8],
-    canvases: Sequence[Canvas],
-    candidates: Candidates,
-) -> None:
-    strip = layout.strips[index]
-    a, b = layout.charts[strip.a], layout.charts[strip.b]
-    for start in range(0, len(masks), _BLOCKS_PER_CALL):
-        lay_edge_blocks(
-            (canvases[strip.a], canvases[strip.b]),
-            ((a.height, a.width), (b.height, b.width)),
-            layout.maps[index],
+        def report(_stage: str, count: int, _total: int) -> None:
+            if progress is not None:
+                progress("seams", done + count, len(self.strips))
+
+        # Edges of one class have no chart in common: they can be repaired side by side, in any order.
+        for members in self.classes:
+            tasks = [partial(self._mend_edge, n, canvases) for n in members]
+            run_tasks(tasks, threads=threads, progress=report)
+            done += len(members)
+
+    def _mend_edge(self, index: int, canvases: Sequence[Canvas]) -> None:
+        strip, blocks = self.strips[index], self.blocks[index]
+        a, b = self.charts[strip.a], self.charts[strip.b]
+        charts = SharedCharts(
+            canvases[strip.a],
+            canvases[strip.b],
+            self.labels[strip.a],
+            self.labels[strip.b],
+            (a.height, a.width),
+            (b.height, b.width),
+            strip.map_to_b(a, b),
             strip.along_rows,
-            blocks,
-            masks,
-            (start, min(start + _BLOCKS_PER_CALL, len(masks))),
-            candidates.numbers,
-            candidates.working,
-            candidates.table,
-            SYMMETRIES,
         )
+        count, found = len(blocks.corners), self.candidates
+        for start in range(0, count, _BLOCKS_PER_CALL):
+            members = (start, min(start + _BLOCKS_PER_CALL, count))
+            lay_edge_blocks(charts, blocks, members, found.numbers, found.working, found.table)
+
+    def layers(self, shape: tuple[int, ...]) -> list[Layer]:
+        """Return each chart's second layer; none where there are no edge blocks at all."""
+        if not self.strips:
+            return []
+        placed = [
+            edge_placements(
+                strip, self.charts, blocks.side, blocks.corners, self.candidates.pixels(blocks.chosen)
+            )
+            for strip, blocks in zip(self.strips, self.blocks, strict=True)
+        ]
+        flat = np.concatenate(placed).reshape(-1)
+        for labels in self.labels:
+            # Beyond the ends of a strip it goes on, as long as nothing else is there.
+            for lines in (labels, labels.T):
+                for out, rim in ((0, 1), (-1, -2)):
+                    lines[out] = np.where(lines[out] < 0, lines[rim], lines[out])
+        return [on_cells(flat, LabelMap(self.blocks[0].cell, part), shape) for part in self.labels]

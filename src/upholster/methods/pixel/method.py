@@ -21,7 +21,9 @@ from upholster.methods.pixel.surface_levels import SurfaceLevel
 from upholster.options import SynthesisOptions
 from upholster.parallel import run_tasks
 from upholster.quilt import Chart, Quilt
-from upholster.methods.quilt.old_plans import SourceMap
+from upholster.quilt.chart import MAX_CHART
+from upholster.quilt.labels import LabelMap
+from upholster.quilt.placement import PLACEMENT
 from upholster.types import IntArray, PixelArray, Progress
 
 __all__ = ["PixelOptions", "check_sample", "synthesize_pixel"]
@@ -111,7 +113,7 @@ def synthesize_pixel(
         passes = 1 if coarser is None else PASSES[options.search]
         for _ in range(passes):
             _choose_again(sources, above, layouts[n], coarser, pyramid[n], full or coarser is None, tasks)
-    return Quilt(tuple(charts), exemplar.shape[:2], _source_map(sources, layouts[0], pyramid[0].width))
+    return _quilt(sources, layouts[0], pyramid[0].width, exemplar.shape)
 
 
 def check_sample(shape: tuple[int, ...], levels: int) -> None:
@@ -237,10 +239,21 @@ def _choose(sources: IntArray, above: IntArray, texels: Texels, level: PixelLeve
     choose_pixels(sources, above, texels, level, scratch(level), full)
 
 
-def _source_map(sources: IntArray, layout: SurfaceLevel, width: int) -> SourceMap:
-    return SourceMap(
-        tuple(
-            np.stack(np.divmod(layout.on_chart(sources, n), width), axis=2).astype(np.int16)
-            for n in range(len(layout.charts))
-        )
-    )
+def _quilt(sources: IntArray, layout: SurfaceLevel, width: int, shape: tuple[int, ...]) -> Quilt:
+    # Each texel is a cell. Texels that lie to each other as the pixels that they show share a placement.
+    parts, labels = [], []
+    for n in range(len(layout.charts)):
+        rows, columns = np.divmod(layout.on_chart(sources, n).astype(np.int64), width)
+        i, j = np.indices(rows.shape)
+        offsets = (rows - i + MAX_CHART) * 2 * MAX_CHART + columns - j
+        _, first, numbers = np.unique(offsets, return_index=True, return_inverse=True)
+        order = np.argsort(first)
+        first, rank = first[order], np.argsort(order)
+        placed = np.zeros(len(first), PLACEMENT)
+        placed["chart"] = n
+        placed["row"], placed["column"] = 16 * i.flat[first] + 8, 16 * j.flat[first] + 8
+        placed["source_row"], placed["source_column"] = 16 * rows.flat[first], 16 * columns.flat[first]
+        parts.append(placed)
+        own = rank[numbers].reshape(rows.shape).astype(np.int32)
+        labels.append((LabelMap(1, np.pad(own, 1, mode="edge")),))
+    return Quilt(tuple(layout.charts), (shape[0], shape[1]), np.concatenate(parts), tuple(labels))

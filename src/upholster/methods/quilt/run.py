@@ -21,12 +21,12 @@ from upholster.methods.quilt.finer import finer_grids
 from upholster.methods.quilt.grid import BlockGrid, coarse_cells
 from upholster.methods.quilt.landmarks import LandmarkRules, ShownBlocks
 from upholster.methods.quilt.lay import lay_chart
+from upholster.methods.quilt.masked import touches
 from upholster.methods.quilt.match_pyramid import MatchPyramid
 from upholster.methods.quilt.options import QuiltOptions
 from upholster.methods.quilt.phases import Phases, WantedPhases
 from upholster.methods.quilt.transfer import BlockTransfer, ChartPlacements
 from upholster.quilt.chart import Chart
-from upholster.methods.quilt.masked import touches
 from upholster.quilt.warp_field import WarpField
 from upholster.types import FloatArray, PixelArray
 
