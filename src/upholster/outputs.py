@@ -80,8 +80,8 @@ __all__ = [
     "largest_chart",
     "metres_of",
     "parse_output",
+    "parse_outputs",
     "textured_model",
-    "with_lods",
     "write_output",
 ]
 
@@ -241,14 +241,18 @@ def check_displacement(
     kept_box(read_conditions(options.keep) if options.keep else (), metres)
 
 
-def with_lods(outputs: Sequence[Output], lods: int) -> list[Output]:
-    """Return outputs with the further files of each GLB, of so many in all: ``x_lod1.glb`` …
+def parse_outputs(
+    targets: Iterable[str | os.PathLike[str]], options: WriteOptions, *, flat: bool = False
+) -> list[Output]:
+    """Read outputs as `parse_output` does; after each GLB come its further files, see `WriteOptions.lods`.
 
     Raises
     ------
     InputError
-        If there is to be more than one of each, and no output is a GLB.
+        As there; and if a GLB is to have further files, and no output is one.
     """
+    displaced, lods = options.displace is not None, options.lods
+    outputs = [parse_output(target, flat=flat, displaced=displaced) for target in targets]
     if lods > 1 and all(output.kind != "glb" for output in outputs):
         names = ", ".join(str(output.path) for output in outputs)
         raise InputError(f"lods is for .glb, and {names} is none; allowed: with one")

@@ -43,9 +43,8 @@ from upholster.outputs import (
     check_displacement,
     largest_chart,
     metres_of,
-    parse_output,
+    parse_outputs,
     textured_model,
-    with_lods,
 )
 from upholster.parallel import TaskPool, check_running
 from upholster.quilt import Quilt, Texels
@@ -154,9 +153,7 @@ def cover(
     options, seed = chosen(WriteOptions, options), settled_seed(seed)
     asked = chosen(SynthesisOptions, synthesis)
     check_running(threads, progress)
-    flat, displaced = isinstance(asked.texels, tuple), options.displace is not None
-    wanted = [parse_output(target, flat=flat, displaced=displaced) for target in listed(targets)]
-    wanted = with_lods(wanted, options.lods)
+    wanted = parse_outputs(listed(targets), options, flat=isinstance(asked.texels, tuple))
     _check_report(report)
     preparing = SampleOptions(rectify=rectify, crop=crop, resize=resize, even_light=even_light)
     notes: list[str] = []
@@ -341,10 +338,9 @@ def write(
         "albedo".
     """
     options = chosen(WriteOptions, options)
-    output = parse_output(target, flat=flat, displaced=options.displace is not None)
+    wanted = parse_outputs([target], options, flat=flat)
     check_running(threads, progress)
-    check_used([output], options)
-    wanted = with_lods([output], options.lods)
+    check_used(wanted, options)
     found = None if exemplar is None else as_exemplar(exemplar)
     model = textured_model(
         texels,

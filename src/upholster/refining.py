@@ -32,12 +32,10 @@ from upholster.outputs import (
     atlas_pages,
     check_displacement,
     metres_of,
-    parse_output,
-    with_lods,
+    parse_outputs,
 )
 from upholster.paging import PagedAtlas, write_page
 from upholster.parallel import check_running, run_tasks
-from upholster.quilt import Chart
 from upholster.quilt.chart import MAX_TEXELS
 from upholster.quilt.materials import WindowPainter
 from upholster.quilt.painting import PAINTED_DENSITIES, painted_charts
@@ -126,15 +124,13 @@ def refine(
     stream = path_text(stream, "stream")
     if not isinstance(limit, Limit | None):
         raise InputError(f"limit is a {type(limit).__name__}; allowed: a Limit")
-    wanted = [parse_output(target, displaced=options.displace is not None) for target in listed(targets)]
+    wanted = parse_outputs(listed(targets), options)
     other = [file for file in [on is not None and surface_file(on)] if file]
     check_used(wanted, options)
-    for target, output in zip(listed(targets), wanted, strict=True):
+    for output in wanted:
         if output.url:
-            raise InputError(
-                f"output {str(target)!r} is a URL; allowed for a stream: a folder of this machine"
-            )
-    wanted = with_lods(wanted, options.lods)
+            name = f"{output.url}/{output.path}"
+            raise InputError(f"output {name!r} is a URL; allowed for a stream: a folder of this machine")
     with outputs(files_of(wanted, Output.files), inputs=[stream, *other]) as files:
         data = read_bytes(stream)
         one_by_one = len(wanted) == 1 and wanted[0].in_tiles
@@ -147,8 +143,8 @@ def refine(
         one_by_one = one_by_one and isinstance(surface, Surface)
         if limits is None and not one_by_one:
             most = Limits()
-            check_charts(decoder.charts, most)
-        density = _density(texels, surface, decoder.charts, most or Limits())
+            check_charts(painted_charts(decoder.charts, decoder.density), most)
+        density = _density(texels, surface, decoder, most or Limits())
         charts = painted_charts(decoder.charts, density)
         exemplar = received_exemplar(decoder)
         roles = tuple(source_parts(exemplar))[1:]
@@ -175,10 +171,11 @@ def refine(
     return _report(decoder, written, model)
 
 
-def _density(texels: int | None, surface: AnySurface, charts: Sequence[Chart], most: Limits) -> float:
+def _density(texels: int | None, surface: AnySurface, decoder: StreamDecoder, most: Limits) -> float:
     """Return how many texels each way a step of the charts gets, if a surface is to have so many in all."""
     if texels is None:
-        return 1.0
+        return decoder.density
+    charts = decoder.charts
     check_whole("texels", texels, 64, MAX_TEXELS)
     steps = covering(surface, charts)
     density, (least, greatest) = math.sqrt(texels / steps), PAINTED_DENSITIES

@@ -53,7 +53,7 @@ class LabelMap:
         frozen_array(self.labels)
 
     def check(self, chart: Chart, first: int, stop: int, *, empty: bool) -> None:
-        """Raise InputError unless labels fit a chart and are from `first` on below `stop`, or −1 if `empty`."""
+        """Raise InputError unless labels fit a chart and are `first` to `stop` − 1, or −1 if `empty`."""
         wanted = label_shape(chart.height, chart.width, self.cell)
         if self.labels.shape != wanted:
             raise InputError(f"labels have shape {self.labels.shape}; the chart wants {wanted}")
@@ -109,5 +109,6 @@ def nearest_labels(
     lines = columns[order][starts].astype(np.int64)
     best = np.empty((len(lines), high), np.int32)
     nearest_in_columns(order.astype(np.int64), rows.astype(np.int64), starts, ends, at_rows, best)
-    nearest_in_rows(best, rows.astype(np.int64), lines, at_rows, at_columns, out)
+    scratch = np.empty((2, len(lines)), np.int64)
+    nearest_in_rows(best, rows.astype(np.int64), lines, at_rows, at_columns, scratch, out)
     return out
