@@ -17,6 +17,7 @@ from gallery_tools.method import (
     block_corner,
     candidate_costs,
     first_blocks,
+    first_pixel,
     overlap_tiles,
 )
 from gallery_tools.shots import Exemplars, charted, read, take
@@ -82,12 +83,12 @@ def on_one_patch(exemplars: Exemplars) -> Any:
     )
     bare = first_blocks(quilt, PATCH, ACROSS**2)
     blocks = bare.on_chart(PATCH)
-    first = block_corner(blocks[0], (0, 0))
+    first = first_pixel(blocks[0], (0, 0))
     number = ACROSS + 1  # the first block that overlaps both to the left and above
-    top, left = (n * (BLOCK - OVERLAP) for n in divmod(number, ACROSS))
+    top, left = block_corner(number, ACROSS)
     before = _laid(bare, exemplar, number)
     costs = candidate_costs(before[top : top + BLOCK, left : left + BLOCK], exemplar)
-    winner = block_corner(blocks[number], (top, left))
+    winner = first_pixel(blocks[number], (top, left))
     chart = paint(bare, exemplar).arrays
     whole: dict[str, Any] = {"size": (480, 400), "view": (205.0, 42.0)}
     nodes = [
@@ -116,7 +117,7 @@ def _laid(quilt: Quilt, exemplar: PixelArray, count: int) -> PixelArray:
     laid = paint(first_blocks(quilt, PATCH, count), exemplar).arrays[PATCH]
     there = np.zeros((SIDE, SIDE), bool)
     for number in range(count):
-        row, column = (n * (BLOCK - OVERLAP) for n in divmod(number, ACROSS))
+        row, column = block_corner(number, ACROSS)
         there[row : row + BLOCK, column : column + BLOCK] = True
     return np.asarray(np.where(there[..., None], laid, np.uint8(236)))
 

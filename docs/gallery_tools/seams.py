@@ -1,5 +1,6 @@
 """Figures of the seams: patch edges before and after the repair, and how an edge block is chosen and cut."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -8,12 +9,13 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
 from gallery_tools.drawing import Panel, compose, enlarged
-from gallery_tools.method import BLOCK, LEVELS, OVERLAP, RED, YELLOW, block_corner
+from gallery_tools.method import BLOCK, LEVELS, OVERLAP, RED, YELLOW, first_pixel
 from gallery_tools.shots import Exemplars, charted, read, take
 from upholster.geometry import ring_cyclide
 from upholster.methods import synthesize
 from upholster.methods.paper.edges import Strip, strip_along
-from upholster.quilt import Chart, Quilt, paint
+from upholster.methods.paper.layers import edge_placements
+from upholster.quilt import Chart, Quilt, Texels, paint
 from upholster.types import PixelArray
 
 __all__ = ["seams"]
@@ -32,9 +34,11 @@ def seams(exemplars: Exemplars) -> Any:
         take(charted(ring, one.arrays), size=(640, 440), view=(205.0, 48.0), zoom=3.2, target=corner).image
         for one in texels
     ]
-    strips = [strip_along(edge, quilt.charts, BLOCK) for edge in ring.shared]
-    strip = next(one for one in strips if one is not None and (one.a, one.b) == (6, 10))
-    flat = [_marked_line(_across(strip, quilt.charts, one.arrays, (112, 160)), 4) for one in texels]
+    edge = next(edge for edge in ring.shared if (edge.patch, edge.other_patch) == (6, 10))
+    strip = strip_along(edge, quilt.charts, BLOCK)
+    if strip is None:
+        raise AssertionError("patches of one size meet texel by texel")
+    flat = [_marked_line(_across(strip, one, (112, 160)), 4) for one in texels]
     return compose(
         [
             [
@@ -47,27 +51,29 @@ def seams(exemplars: Exemplars) -> Any:
     )
 
 
-_Arrays = tuple[PixelArray, ...]
-
-
-def _across(strip: Strip, charts: tuple[Chart, ...], arrays: _Arrays, size: tuple[int, int]) -> PixelArray:
+def _across(strip: Strip, texels: Texels, size: tuple[int, int]) -> PixelArray:
     """Return the texels round the middle of an edge in the frame of its chart A, which runs along rows."""
     height, width = size
-    chart = charts[strip.a]
+    chart = texels.charts[strip.a]
     line = (0, chart.width, chart.height, 0)[strip.edge_a]
-    return _window(strip, charts, arrays, (line - height // 2, (chart.width - width) // 2), size)
+    first = line - height // 2, (chart.width - width) // 2
+    return _window(strip, texels.charts, (texels.arrays[strip.a], texels.arrays[strip.b]), first, size)
 
 
 def _window(
-    strip: Strip, charts: tuple[Chart, ...], arrays: _Arrays, first: tuple[int, int], size: tuple[int, int]
-) -> PixelArray:
-    """Return a rectangle of texels of A's grid, those beyond the edge taken from B."""
-    a, b = arrays[strip.a], arrays[strip.b]
+    strip: Strip,
+    charts: Sequence[Chart],
+    arrays: tuple[NDArray[Any], NDArray[Any]],
+    first: tuple[int, int],
+    size: tuple[int, int],
+) -> NDArray[Any]:
+    """Return a rectangle of A's grid, of arrays of both charts' texels: beyond the edge those of B."""
+    a, b = arrays
     rows, columns = np.meshgrid(
-        *(np.arange(n, dtype=np.int64) + at for at, n in zip(first, size, strict=True)), indexing="ij"
+        *(np.arange(n, dtype=np.int32) + at for at, n in zip(first, size, strict=True)), indexing="ij"
     )
     inside = (rows >= 0) & (rows < a.shape[0]) & (columns >= 0) & (columns < a.shape[1])
-    window = np.empty((*size, a.shape[2]), a.dtype)
+    window = np.empty((*size, *a.shape[2:]), a.dtype)
     window[inside] = a[rows[inside], columns[inside]]
     window[~inside] = b[strip.to_b(rows[~inside], columns[~inside], charts[strip.a], charts[strip.b])]
     return window
@@ -85,68 +91,69 @@ def _marked_line(pixels: PixelArray, factor: int) -> Any:
 
 def _edge_block(quilt: Quilt, strip: Strip, exemplar: PixelArray) -> list[tuple[Any, str]]:
     """Show the edge block in the middle of an edge: as found, its best match, the cut, the result."""
-    charts, half = quilt.charts, BLOCK // 2
-    corners = strip.corners(charts[strip.a], BLOCK, OVERLAP)
-    numbers = _numbers(quilt, strip, corners + half)
+    corners = strip.corners(quilt.charts[strip.a], BLOCK, OVERLAP)
+    middles = edge_placements(strip, quilt.charts, BLOCK, corners, np.zeros_like(corners))
+    charts = strip.a, strip.b
+    numbers = [
+        [_number(quilt.on_chart(chart), block) for chart, block in zip(charts, both, strict=True)]
+        for both in middles
+    ]
 
-    def seen(k: int, more: int) -> PixelArray:
-        """Return the block's place before (0) and after (1) it is laid."""
-        left_out = [set(own[k + more :]) for own in numbers]
-        arrays = paint(_without(quilt, strip, left_out), exemplar).arrays
-        return _window(strip, charts, arrays, tuple(corners[k]), (BLOCK, BLOCK))
+    def window(k: int, arrays: list[NDArray[Any]]) -> NDArray[Any]:
+        """Return the block's place, of arrays of its two charts."""
+        first = int(corners[k, 0]), int(corners[k, 1])
+        return _window(strip, quilt.charts, (arrays[0], arrays[1]), first, (BLOCK, BLOCK))
 
-    def shown(k: int) -> NDArray[np.uint8]:
-        """Return where the block shows in its square, 1 or 0."""
-        arrays = tuple(
-            (quilt.owners(n, 0, 0, chart.height, chart.width) == own[k])[..., None]
-            for n, chart, own in ((n, charts[n], numbers[n == strip.b]) for n in range(len(charts)))
-        )
-        return _window(strip, charts, arrays, tuple(corners[k]), (BLOCK, BLOCK))[..., 0].astype(np.uint8)
+    def bare(k: int) -> PixelArray:
+        """Return the block's place without it."""
+        labels = list(quilt.labels)
+        for chart, number in zip(charts, numbers[k], strict=True):
+            first, second = labels[chart]
+            without = np.where(second.labels == number, np.int32(-1), second.labels)
+            labels[chart] = first, replace(second, labels=without)
+        texels = paint(replace(quilt, labels=tuple(labels)), exemplar)
+        return window(k, [texels.arrays[chart] for chart in charts])
+
+    def cut(k: int) -> NDArray[np.uint8]:
+        """Return the cells that show the block: 1."""
+        size = [(quilt.charts[chart].height, quilt.charts[chart].width) for chart in charts]
+        owners = [quilt.owners(chart, 0, 0, *size[n]) for n, chart in enumerate(charts)]
+        mine = [owner == number for owner, number in zip(owners, numbers[k], strict=True)]
+        cell = quilt.labels[strip.a][1].cell
+        return window(k, mine)[::cell, ::cell].astype(np.uint8)
 
     def step(k: int) -> float:
-        """Return how much the texels at both sides of the edge differ before."""
-        rows = seen(k, 0)[half - 1 : half + 1].astype(np.float64)
+        """Return how much the texels at both sides of the edge differ without the block."""
+        rows = bare(k)[BLOCK // 2 - 1 : BLOCK // 2 + 1].astype(np.float64)
         return float(np.abs(rows[1] - rows[0]).mean())
 
     def turns(k: int) -> int:
         """Return how often the cut turns."""
-        return int(np.count_nonzero(np.diff(np.diff(shown(k).astype(int), axis=0), axis=1)))
+        return int(np.count_nonzero(np.diff(np.diff(cut(k).astype(int), axis=0), axis=1)))
 
     worst = sorted(range(len(corners)), key=step, reverse=True)[: max(1, len(corners) // 2)]
     chosen = max(worst, key=turns)
-    block, found, embedded = quilt.on_chart(strip.a)[numbers[0][chosen]], seen(chosen, 0), seen(chosen, 1)
-    row, column = block_corner(block, tuple(corners[chosen]))
+    painted = paint(quilt, exemplar).arrays
+    found, embedded = bare(chosen), window(chosen, [painted[chart] for chart in charts])
+    corner = int(corners[chosen, 0]), int(corners[chosen, 1])
+    row, column = first_pixel(quilt.on_chart(strip.a)[numbers[chosen][0]], corner)
     match = exemplar[row : row + BLOCK, column : column + BLOCK]
-    cells, factor = shown(chosen), 9
+    cells = cut(chosen)
+    side = len(cells)
+    factor = 9
     large = BLOCK * factor
-    new = enlarged(np.kron(cells, np.ones((factor, factor), np.uint8)) * 255, 1).convert("L")
+    new = enlarged(np.kron(cells, np.ones((large // side, large // side), np.uint8)) * 255, 1).convert("L")
     mask = Image.composite(enlarged(match, factor), Image.new("RGB", (large, large), (225, 225, 225)), new)
     images = [_marked_line(found, factor), enlarged(match, factor), mask, _marked_line(embedded, factor)]
-    _cut_line(mask, cells, factor)
+    _cut_line(mask, cells, large // side)
     titles = ("(e) an edge block, as found", "(f) its best match", "(g) what is cut from it", "(h) embedded")
     return list(zip(images, titles, strict=True))
 
 
-def _numbers(quilt: Quilt, strip: Strip, middles: NDArray[np.int64]) -> tuple[list[int], list[int]]:
-    """Return which placements of A and of B edge blocks with these middles are: what shows there."""
-    rows, columns = middles.T
-    there = strip.to_b(rows, columns, quilt.charts[strip.a], quilt.charts[strip.b])
-    a, b = (
-        quilt.labels[chart][1].at(*(np.clip(part, 0, side - 1) for part, side in zip(at, sides, strict=True)))
-        for chart, at in ((strip.a, (rows, columns)), (strip.b, there))
-        for sides in [(quilt.charts[chart].height, quilt.charts[chart].width)]
-    )
-    return a.tolist(), b.tolist()
-
-
-def _without(quilt: Quilt, strip: Strip, numbers: list[set[int]]) -> Quilt:
-    """Return the quilt without some of the edge blocks of A and of B."""
-    labels = list(quilt.labels)
-    for chart, own in zip((strip.a, strip.b), numbers, strict=True):
-        lower, upper = labels[chart]
-        left = np.where(np.isin(upper.labels, sorted(own)), -1, upper.labels).astype(np.int32)
-        labels[chart] = lower, replace(upper, labels=left)
-    return replace(quilt, labels=tuple(labels))
+def _number(placed: NDArray[np.void], block: NDArray[np.void]) -> int:
+    """Return which of a chart's placements an edge block is of which the middle is known."""
+    away = np.hypot(placed["row"] - block["row"], placed["column"] - block["column"])
+    return int(np.where(placed["layer"] == 1, away, np.inf).argmin())
 
 
 def _cut_line(image: Any, cells: NDArray[np.uint8], size: int) -> None:

@@ -6,9 +6,9 @@ import pytest
 from upholster.charts import uniform_layout
 from upholster.geometry import RationalPatch, Surface, cylinder, plane, ring_cyclide, sphere
 from upholster.methods.paper.edges import color_classes, strip_along
+from upholster.methods.paper.layers import edge_placements
 from upholster.quilt import Chart
 from upholster.quilt.placement import SYMMETRIES
-from upholster.quilt.plans import StripLayout
 
 
 def mixed_plane():
@@ -63,8 +63,10 @@ def test_a_texel_beyond_the_edge_lies_next_to_the_last_one(name):
         assert np.linalg.norm(near - far, axis=1).max() < surface.size / size * 4
 
 
-def layout_of(charts, *strips):
-    return StripLayout(tuple(charts), (64, 64), 16, 16, 4, 4, 2, 2, strips)
+def on_both(strip, charts):
+    """Return a strip's edge blocks of 16 texels on both charts; all show the sample's first pixels."""
+    corners = strip.corners(charts[strip.a], 16, 4)
+    return corners, edge_placements(strip, charts, 16, corners, np.zeros_like(corners))
 
 
 @pytest.mark.parametrize("name", SURFACES)
@@ -74,13 +76,23 @@ def test_the_symmetry_undoes_the_maps_linear_part(name):
     symmetries = set()
     for edge in surface.shared:
         strip = strip_along(edge, charts, 16)
-        layout = layout_of(charts, strip)
-        linear, origin = layout.maps[0, :4].reshape(2, 2), layout.maps[0, 4:]
-        symmetry = int(layout.symmetries[0])
-        np.testing.assert_array_equal(SYMMETRIES[symmetry].reshape(2, 2) @ linear, np.eye(2))
+        where = strip.map_to_b(charts[strip.a], charts[strip.b])
+        linear, origin = where[:4].reshape(2, 2), where[4:]
         places = np.random.default_rng(1).integers(-9, 50, (2, 20))
         there = strip.to_b(*places, charts[strip.a], charts[strip.b])
         np.testing.assert_array_equal(linear @ places + origin[:, None], np.stack(there))
+        corners, blocks = on_both(strip, charts)
+        assert (blocks["symmetry"][:, 0] == 0).all()
+        (symmetry,) = set(blocks["symmetry"][:, 1].tolist())
+        np.testing.assert_array_equal(SYMMETRIES[symmetry].reshape(2, 2) @ linear, np.eye(2))
+        # On either chart its middle is where the sample's is read.
+        for axis, places in enumerate(("row", "column")):
+            np.testing.assert_array_equal(blocks[f"source_{places}"], 8 * 16 - 8)
+            np.testing.assert_array_equal(blocks[places][:, 0], 16 * corners[:, axis] + 8 * 16)
+        middles = np.stack([blocks["row"], blocks["column"]])
+        np.testing.assert_array_equal(
+            middles[:, :, 1] - 8, linear @ (middles[:, :, 0] - 8) + 16 * origin[:, None]
+        )
         symmetries.add(symmetry)
     if name in ("cyclide", "cylinder"):
         assert symmetries == {0}
@@ -89,6 +101,21 @@ def test_the_symmetry_undoes_the_maps_linear_part(name):
         assert symmetries <= {0, 1, 2, 3}  # outward patches meet by rotations, never by reflections
     if name == "turned":
         assert symmetries & {4, 5, 6, 7}
+
+
+@pytest.mark.parametrize("size", [32, 37])
+def test_blocks_lie_along_a_strip_from_end_to_end(size):
+    surface = SURFACES["turned"]
+    charts = uniform_layout(surface, chart=size)
+    for edge in surface.shared:
+        strip = strip_along(edge, charts, 16)
+        corners = strip.corners(charts[strip.a], 16, 4)
+        along, across = corners.T if strip.along_rows else corners.T[::-1]
+        assert along[0] == 0
+        assert along[-1] == size - 16
+        assert (np.diff(along)[:-1] == 12).all()
+        assert 0 < np.diff(along)[-1] <= 12
+        assert (across == (size if strip.edge_a in (1, 2) else 0) - 8).all()
 
 
 def test_a_partial_edge_maps_to_its_part_or_not_at_all():
@@ -126,4 +153,4 @@ def test_a_patch_may_meet_itself():
     charts = (Chart(0, 40, 40),)
     strip = strip_along(edge, charts, 16)
     assert (strip.a, strip.b) == (0, 0)
-    assert layout_of(charts, strip).symmetries[0] == 0
+    assert (on_both(strip, charts)[1]["symmetry"] == 0).all()

@@ -53,7 +53,7 @@ class LabelMap:
         frozen_array(self.labels)
 
     def check(self, chart: Chart, first: int, stop: int, *, empty: bool) -> None:
-        """Raise InputError unless labels fit a chart and are from `first` on below `stop`, or −1 if `empty`."""
+        """Raise InputError unless labels fit a chart and are `first` to `stop` − 1, or −1 if `empty`."""
         wanted = label_shape(chart.height, chart.width, self.cell)
         if self.labels.shape != wanted:
             raise InputError(f"labels have shape {self.labels.shape}; the chart wants {wanted}")

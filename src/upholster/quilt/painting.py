@@ -97,7 +97,7 @@ def paint(
 
 
 def painted_charts(charts: Sequence[Chart], density: float) -> tuple[Chart, ...]:
-    """Return charts as they are painted: sides of `density` times as many texels as steps, rounded, 1 or more.
+    """Return charts as they are painted: with `density` times as many texels as steps, rounded, 1 or more.
 
     Raises
     ------
@@ -219,7 +219,12 @@ def window_of_chart(
     kernels.paint_window(
         *layers,
         readings,
-        kernels.Field(matrices, field.margin, np.empty((matrices.shape[1], 4), np.int64)),
+        kernels.Field(
+            matrices,
+            field.margin,
+            np.empty((matrices.shape[1], 4), np.int64),
+            np.empty((2, out.shape[1]), np.int32),
+        ),
         kernels.PyramidWords(pyramid.words, pyramid.per_pixel, pyramid.bits, pyramid.table),
         np.empty(2 * pyramid.per_pixel, pyramid.words.dtype),
         out,
@@ -237,7 +242,7 @@ def _layer(layer: LabelMap, rows: IntArray, columns: IntArray) -> kernels.Layer:
     places = []
     for at in (rows, columns):
         moved = at + size - (0 if layer.half else size // 2)
-        places.append(kernels.Places(at, moved // size, moved % size // layer.cell))
+        places.append(kernels.Places(at.astype(np.int32), moved // size, moved % size // layer.cell))
     return kernels.Layer(layer.labels, *places)
 
 
@@ -247,13 +252,14 @@ def _readings(
     placed = quilt.on_chart(index)
     centres = centre_matrices(quilt.fields[index], placed)
     chosen = levels_of(centres, pyramid.levels - 1, ratio=ratio)
+    shifts = chosen.copy()
     if which is not None:
         chosen += which[quilt.first_on(index) : quilt.first_on(index + 1)] * pyramid.levels
     pairs = [
         np.stack([placed[a], placed[b]], axis=1).astype(np.int64)
         for a, b in (("row", "column"), ("source_row", "source_column"))
     ]
-    return kernels.Readings(*pairs, centres.astype(np.int64), SYMMETRIES[placed["symmetry"]], chosen)
+    return kernels.Readings(*pairs, centres.astype(np.int64), SYMMETRIES[placed["symmetry"]], chosen, shifts)
 
 
 def _gathered(pieces: list[tuple[int, Callable[[], object]]]) -> list[Callable[[], object]]:

@@ -1,4 +1,4 @@
-"""Coding placements and labels: encoder and decoder are the same loops (SPEC.md, sections 5.2 and 5.3)."""
+"""Coding placements and labels: encoder and decoder are the same loops (SPEC.md, section 5.2)."""
 
 from typing import NamedTuple
 
@@ -63,7 +63,8 @@ class Grid(NamedTuple):
     """What placing blocks on a layer of a chart needs to know.
 
     The grid of cells: steps a side, whether it is moved by half a cell, rows, columns; the margin of the
-    chart's warp field; the exemplar's size in pixels.
+    chart's warp field; the exemplar's size in pixels; sources and own matrices are multiples of 2 to the power
+    of these.
     """
 
     cell: int
@@ -73,6 +74,8 @@ class Grid(NamedTuple):
     margin: int
     height: int
     width: int
+    source_bits: int
+    matrix_bits: int
 
 
 class Named(NamedTuple):
@@ -201,12 +204,14 @@ def code_placements(
                 if near >= 0:
                     record[SYMMETRY] = placed[near, SYMMETRY]
             low, high = _range(grid, k, row, record[COLUMN])
-            rest = code_number(coder, k, changed, encoding, placed[n, k] - record[k] if encoding else 0)
+            bits = int64(0) if k < MATRIX else grid.matrix_bits if k < SOURCE else grid.source_bits
+            guess = (record[k] + ((1 << bits) >> 1)) >> bits
+            rest = code_number(coder, k, changed, encoding, (placed[n, k] >> bits) - guess if encoding else 0)
             if rest == MISSING:
                 undo(coder, kept)
                 return n
             changed = (2 * changed + (1 if rest != 0 else 0)) & 3
-            record[k] += rest
+            record[k] = (guess + rest) << bits
             if record[k] < low or record[k] > high:
                 return -1 - n
         for k in range(COLUMNS):

@@ -81,7 +81,7 @@ def _encode_placements(quilt: Quilt, head: PlanHead) -> tuple[bytes, tuple[int, 
         for start in range(0, part.count, _PLACEMENTS_A_CALL):
             writer.room(2048 * _PLACEMENTS_A_CALL)
             span = (0, start, min(part.count, start + _PLACEMENTS_A_CALL))
-            grid = part.grid(field.margin, quilt.exemplar_shape)
+            grid = head.grid(part, field.margin, quilt.exemplar_shape)
             kernels.code_placements(writer.coder, records, field.matrices, SYMMETRIES, grid, span, True)
         ends.append(writer.length)
     coded = writer.finish()
@@ -164,6 +164,11 @@ class PlanDecoder:
         self._quilt: Quilt | None = None
 
     @property
+    def density(self) -> float:
+        """Texels for a step of the charts, each way, at which it is painted."""
+        return self._head.density
+
+    @property
     def complete(self) -> bool:
         """Whether every placement and every label is known."""
         return self.known == self.total and self.known_cells == self.total_cells
@@ -207,7 +212,7 @@ class PlanDecoder:
                 return
             stop = min(part.stop, self.known + _PLACEMENTS_A_CALL)
             self._placed = _grown(self._placed, stop)
-            grid, span = part.grid(field.margin, self._shape), (part.start, self.known, stop)
+            grid, span = self._head.grid(part, field.margin, self._shape), (part.start, self.known, stop)
             coder = self._placements.coder
             known = kernels.code_placements(
                 coder, self._placed, field.matrices, SYMMETRIES, grid, span, False
@@ -267,6 +272,7 @@ class PlanDecoder:
                 np.concatenate(placed),
                 tuple(tuple(labels[n : n + layers]) for n in range(0, len(labels), layers)),
                 tuple(identity if field is None else field for field in self._fields),
+                density=self._head.density,
             )
         return self._quilt
 

@@ -20,6 +20,7 @@ from upholster.methods.quilt.run import Progressing, QuiltRun, lay_one
 from upholster.options import WriteOptions
 from upholster.paging import PagedAtlas, write_page
 from upholster.quilt.materials import WindowPainter
+from upholster.quilt.painting import painted_charts
 from upholster.quilt.model import Quilt
 from upholster.tiles.chart_files import (
     chart_bytes,
@@ -125,7 +126,7 @@ def tile_work(
     """
     if target is None:
         return TileWork(run, shape, surface, None, {}, {}, output)
-    atlas = PagedAtlas.of(surface, run.charts, options)
+    atlas = PagedAtlas.of(surface, painted_charts(run.charts, run.density), options)
     names = {role: target if role == "albedo" else map_companion(target, role) for role in maps}
     files = {
         role: [file.name for file in page_files(name, len(atlas.layout.pages))]
@@ -239,6 +240,7 @@ def quilt_of(work: TileWork, charts: Sequence[int], own: Sequence[Labelled]) -> 
         np.concatenate(placed),
         tuple((layer,) for _, layer in own),
         tuple(work.run.fields[n] for n in charts),
+        density=work.run.density,
     )
 
 

@@ -51,7 +51,10 @@ def trace_cells(
                 continue
             for j in range(max(column0 // cell, 0), min((column1 - 1) // cell + 2, seen.shape[1])):
                 column = (j - 1) * cell + cell // 2
-                if column0 <= column < column1 and weights[row - top - first_i, column - left - first_j] >= 128:
+                if (
+                    column0 <= column < column1
+                    and weights[row - top - first_i, column - left - first_j] >= 128
+                ):
                     seen[i, j] = n
 
 

@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from upholster.jit import allocating_kernel, inline, kernel
 from upholster.methods.quilt._block_kernels import ChartCanvas
-from upholster.quilt._field_kernels import displacement_row
 from upholster.methods.quilt.masked import SYMMETRIES
+from upholster.quilt._field_kernels import displacement_row
 from upholster.types import int64, uint64
 
 __all__ = ["lay_transferred", "transfer_masks"]

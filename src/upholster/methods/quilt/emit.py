@@ -67,12 +67,16 @@ def emitted_quilt(
     found: list[Labelled | None] = [None] * len(charts)
 
     def label(n: int) -> None:
-        found[n] = labelled(n, charts[n], fields[n], exemplar_shape, placed[n], cells[n], cell=cell, whole=whole)
+        found[n] = labelled(
+            n, charts[n], fields[n], exemplar_shape, placed[n], cells[n], cell=cell, whole=whole
+        )
 
     run_tasks([partial(label, n) for n in range(len(charts))], threads=threads)
     each = [one for one in found if one is not None]
     placements = np.concatenate([own for own, _ in each])
-    return Quilt(tuple(charts), exemplar_shape, placements, tuple((layer,) for _, layer in each), tuple(fields))
+    return Quilt(
+        tuple(charts), exemplar_shape, placements, tuple((layer,) for _, layer in each), tuple(fields)
+    )
 
 
 def labelled(
@@ -189,7 +193,9 @@ def _fit_matrices(
     product = np.empty((len(bent), 2, 2))
     for i in range(2):
         for j in range(2):
-            square[:, i, j] = summed(step[:, i] * step[:, j]) + (i == j)  # a step's worth against singular ones
+            square[:, i, j] = summed(step[:, i] * step[:, j]) + (
+                i == j
+            )  # a step's worth against singular ones
             product[:, i, j] = summed(2 * rest[:, i] * step[:, j])
     added = product @ np.linalg.inv(square)
     own = centre_matrices(field, moved[bent]) + np.rint(added.reshape(-1, 4) * UNIT)

@@ -27,13 +27,13 @@ from upholster.methods.quilt._transfer_kernels import lay_transferred
 from upholster.methods.quilt.finer import finer_blocks, take_away
 from upholster.methods.quilt.grid import BlockGrid
 from upholster.methods.quilt.landmarks import LandmarkRules, ShownBlocks
+from upholster.methods.quilt.masked import MASK_CUT, MASK_NONE, PLACEMENT, step_matrices
 from upholster.methods.quilt.match_pyramid import MatchLevel, MatchPyramid
 from upholster.methods.quilt.phases import Phases
 from upholster.methods.quilt.refinement import LaidChart, refine_chart
 from upholster.methods.quilt.tile import refine_tile, wrapped
 from upholster.methods.quilt.transfer import BlockTransfer, ChartPlacements, joined
 from upholster.quilt.chart import Chart
-from upholster.methods.quilt.masked import MASK_CUT, MASK_NONE, PLACEMENT, step_matrices
 from upholster.types import FloatArray, IntArray
 
 __all__ = ["lay_chart"]

@@ -41,10 +41,10 @@ from upholster.methods.quilt._refine_kernels import (
     weigh_seams,
 )
 from upholster.methods.quilt.grid import BlockGrid
+from upholster.methods.quilt.masked import MASK_CUT, PLACEMENT, step_matrices
 from upholster.methods.quilt.match_pyramid import MatchLevel
 from upholster.methods.quilt.phases import Phases
 from upholster.methods.quilt.transfer import ChartPlacements
-from upholster.methods.quilt.masked import MASK_CUT, PLACEMENT, step_matrices
 from upholster.types import FloatArray, IntArray
 
 __all__ = ["LaidChart", "refine_chart"]

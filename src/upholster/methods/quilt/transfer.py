@@ -24,8 +24,8 @@ from upholster.methods.quilt._fit_kernels import (
     fit_blocks,
 )
 from upholster.methods.quilt._transfer_kernels import transfer_masks
-from upholster.quilt.chart import Chart
 from upholster.methods.quilt.masked import LARGEST_WARPED, MASK_CUT, PLACEMENT, SYMMETRIES
+from upholster.quilt.chart import Chart
 from upholster.quilt.warp_field import WarpField
 from upholster.types import FloatArray
 

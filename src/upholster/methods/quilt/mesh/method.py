@@ -21,9 +21,17 @@ from upholster.geometry import MeshSurface
 from upholster.methods.quilt._block_kernels import LayNumbers, LayScratch, LayWeights, MatchImage, Span
 from upholster.methods.quilt._landmark_kernels import LandmarkUses
 from upholster.methods.quilt._phase_kernels import MISFIT
-from upholster.methods.quilt.landmarks import mesh_uses
-from upholster.methods.quilt.match_pyramid import MatchPyramid
 from upholster.methods.quilt.emit import LABEL_CELL, emitted_quilt
+from upholster.methods.quilt.landmarks import mesh_uses
+from upholster.methods.quilt.masked import (
+    LARGEST_WARPED,
+    MASK_CUT,
+    MASK_NONE,
+    MATRIX_UNIT,
+    PLACEMENT,
+    SYMMETRIES,
+)
+from upholster.methods.quilt.match_pyramid import MatchPyramid
 from upholster.methods.quilt.mesh._frame_kernels import (
     FRAME_COLUMNS,
     Canvases,
@@ -48,14 +56,6 @@ from upholster.methods.quilt.phases import WantedPhases
 from upholster.parallel import check_running, run_tasks
 from upholster.quilt.chart import Chart
 from upholster.quilt.model import Quilt
-from upholster.methods.quilt.masked import (
-    LARGEST_WARPED,
-    MASK_CUT,
-    MASK_NONE,
-    MATRIX_UNIT,
-    PLACEMENT,
-    SYMMETRIES,
-)
 from upholster.quilt.warp_field import UNIT, WarpField
 from upholster.types import FloatArray, IntArray, PixelArray, Progress
 

@@ -9,11 +9,11 @@ from upholster.methods.quilt._block_kernels import LayNumbers, LayScratch, LayWe
 from upholster.methods.quilt._expansion_kernels import CellLattice, ChartCells, ExpansionScratch
 from upholster.methods.quilt._landmark_kernels import LandmarkUses
 from upholster.methods.quilt._refine_kernels import RefineScratch, RefineWeights
+from upholster.methods.quilt.masked import LARGEST_WARPED
 from upholster.methods.quilt.mesh._frame_kernels import COST, Canvases
 from upholster.methods.quilt.mesh._refine_frame_kernels import refine_frames
 from upholster.methods.quilt.mesh._unfold_kernels import MeshArrays
 from upholster.methods.quilt.mesh.frames import Frame, Lot, enter_frame, frame_numbers, frame_span
-from upholster.methods.quilt.masked import LARGEST_WARPED
 from upholster.types import FloatArray, IntArray, Progress
 
 __all__ = ["RefinedMesh", "dearest", "larger_frame", "refine_lot"]
