@@ -47,7 +47,7 @@ def smallest() -> Any:
 def vectors() -> Any:
     """Yield the name and the bytes of each vector."""
     yield "smallest", smallest()
-    yield "laid", encode_stream(*laid())
+    yield "quilt", encode_stream(*laid())
     surface, quilt, exemplar = laid("sphere:r=2", side=40, second=True)
     yield "two_layers", encode_stream(surface, quilt, exemplar, lossless=True)
     nets = Surface(surface.patches, "nets")
@@ -99,7 +99,7 @@ def refused() -> Any:
     two_layers = bytes([2, 3, 0, 0, 2, 1, 2, 1, 1, 0])
     yield "cells_beyond", rebuilt([head[0], long, head[2], ("Q", two_layers)])
     large = ("L", bytes([15]) + varint(16384))
-    yield "density_beyond", rebuilt([head[0], large, head[2], ("Q", bytes([1, 4, 0, 0, 2, 255, 1]))])
+    yield "density_beyond", rebuilt([head[0], large, head[2], ("Q", bytes([1, 4, 0, 0, 2, 64, 1]))])
     yield "chunks_4097", rebuilt([*chunks_of(smallest()), *[("a", b"")] * 4091])
 
 
