@@ -20,8 +20,8 @@ from upholster.methods.quilt.run import Progressing, QuiltRun, lay_one
 from upholster.options import WriteOptions
 from upholster.paging import PagedAtlas, write_page
 from upholster.quilt.materials import WindowPainter
-from upholster.quilt.painting import painted_charts
 from upholster.quilt.model import Quilt
+from upholster.quilt.painting import painted_charts
 from upholster.tiles.chart_files import (
     chart_bytes,
     part_bytes,
