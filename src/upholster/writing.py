@@ -152,7 +152,7 @@ def painted(
     threads: int | None = None,
     progress: Progress | None = None,
     *,
-    density: float = 1.0,
+    density: float | None = None,
 ) -> tuple[Texels, dict[str, Texels]]:
     """Return texels of the base colour, and of a material's other maps by role."""
     how: dict[str, Any] = {"density": density, "threads": threads, "progress": progress}

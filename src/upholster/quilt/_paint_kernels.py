@@ -217,7 +217,7 @@ def _matrix(field: Field, place: Any) -> Any:
 
 @inline
 def _at(pyramid: PyramidWords, level: Any, r: Any, c: Any) -> Any:
-    """Return where four pixels round a place, in 1/16 pixel of a level, have their words, and its fractions."""
+    """Return the words of the four pixels round a place, in 1/16 pixel of a level, and its fractions."""
     base, height, width, each = level[0], level[1], level[2], np.int64(pyramid.per_pixel)
     y, x, r, c = r & 15, c & 15, r >> 4, c >> 4
     if 0 <= r < height - 1 and 0 <= c < width - 1:

@@ -109,5 +109,6 @@ def nearest_labels(
     lines = columns[order][starts].astype(np.int64)
     best = np.empty((len(lines), high), np.int32)
     nearest_in_columns(order.astype(np.int64), rows.astype(np.int64), starts, ends, at_rows, best)
-    nearest_in_rows(best, rows.astype(np.int64), lines, at_rows, at_columns, out)
+    scratch = np.empty((2, len(lines)), np.int64)
+    nearest_in_rows(best, rows.astype(np.int64), lines, at_rows, at_columns, scratch, out)
     return out
