@@ -122,7 +122,7 @@ CASES: tuple[Case, ...] = (
     Case("chair_weave", "examples/weave.png", "examples/chair.glb", "36cm", _LEVEL),
     Case("spot_boards", _BOARDS,
          "data/models/spot_triangulated.obj", "0.52", _LEVEL),
-    Case("skull_gravel", "examples/gravel.png", "data/models/meshes/skull.obj", "4.8", _LEVEL),
+    Case("fox_gravel", "examples/gravel.png", "data/models/meshes/fox.glb", "27m", _LEVEL),
     Case("house_bricks", "examples/bricks.png", "data/models/meshes/house.glb", "15cm", _LEVEL),
     Case("spot_smooth", "made/smooth_gravel.png", "data/models/spot_triangulated.obj", "0.52", _LEVEL),
     Case("part_granite", "examples/granite.png", "made/part.step", "22mm", _LEVEL),
