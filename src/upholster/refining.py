@@ -26,7 +26,7 @@ from upholster.limits import Limits
 from upholster.model import by_chart, pack_charts
 from upholster.model.packing import PAGE_LIMIT
 from upholster.options import WriteOptions, chosen
-from upholster.outputs import Output, TexturedModel, atlas_pages, check_displacement, metres_of, parse_output
+from upholster.outputs import Output, TexturedModel, atlas_layout, check_displacement, metres_of, parse_output
 from upholster.paging import chart_quilt, paint_page, shown_charts, write_page
 from upholster.parallel import check_running, run_tasks
 from upholster.quilt import Quilt
@@ -136,7 +136,8 @@ def refine(
         roles = tuple(source_parts(exemplar))[1:]
         files.add(files_of(wanted, lambda output: output.later_files(roles, 1)))
         check_displacement(wanted, options, roles=roles, metres=metres_of(surface))
-        add_pages(files, wanted, roles, atlas_pages(wanted, decoder.charts, options))
+        layout = atlas_layout(wanted, surface, decoder.charts, options)
+        add_pages(files, wanted, roles, layout)
         same = data if decoder.complete and not options.stream_choices else None
         if same is not None and on is not None:
             same = None if isinstance(surface, MeshSurface) else on_surface(same, surface)
@@ -147,7 +148,9 @@ def refine(
         texels, maps = painted(quilt, exemplar, threads, progress)
         options = _as_coded(decoder, options)
         tiles = any(output.in_tiles for output in wanted)
-        model = TexturedModel(surface, texels, options, threads, quilt, exemplar, maps, same, tiles)
+        model = TexturedModel(
+            surface, texels, options, threads, quilt, exemplar, maps, same, tiles, packed=layout
+        )
         written = written_to(wanted, model, files, {}, progress)
     return _report(decoder, written, model)
 
