@@ -50,8 +50,8 @@ def mark_squares(
         x0, x1, x2 = places[t, 0, 1] - grid[1], places[t, 1, 1] - grid[1], places[t, 2, 1] - grid[1]
         top = max(int64(np.floor((min(y0, y1, y2) - reach) / side)), 0)
         left = max(int64(np.floor((min(x0, x1, x2) - reach) / side)), 0)
-        bottom = min(int64(np.floor((max(y0, y1, y2) + reach) / side)) + 1, grid[2])
-        right = min(int64(np.floor((max(x0, x1, x2) + reach) / side)) + 1, grid[3])
+        bottom = min(int64(np.ceil((max(y0, y1, y2) + reach) / side)), grid[2])
+        right = min(int64(np.ceil((max(x0, x1, x2) + reach) / side)), grid[3])
         for r in range(top, bottom):
             for c in range(left, right):
                 at, y, x = grid[4] + r * grid[3] + c, (r + 0.5) * side, (c + 0.5) * side

@@ -37,7 +37,7 @@ __all__ = ["island_padding", "pack_islands", "pack_surface"]
 _LEAST_PADDING, _MOST_PADDING, _PADDINGS = 4, 16, 400
 """Texels between islands by default: at least, at most, and how many of them a square atlas is wide."""
 
-_SQUARES = 1024
+_SQUARES = 512
 """Squares of a page each way, about, at most: more take longer to pack than they save."""
 
 _WIDTHS = (1.1, 1.2, 1.3, 1.0, 1.45, 1.6, 1.8, 0.9, 0.8)
@@ -150,7 +150,7 @@ def _stencils(surface: MeshSurface, places: FloatArray, islands: int, side: int,
     np.minimum.at(low, surface.island[laid], places[laid].min(axis=1))
     np.maximum.at(high, surface.island[laid], places[laid].max(axis=1))
     corners = np.floor(low - reach).astype(np.int64)
-    sizes = np.floor((high + reach - corners) / side).astype(np.int64) + 1
+    sizes = np.ceil((high + reach - corners) / side).astype(np.int64)
     firsts = np.cumsum([0, *sizes.prod(axis=1).tolist()])
     marked = np.zeros(firsts[-1], np.bool_)
     grids = np.concatenate([corners, sizes, firsts[:-1, None]], axis=1)
