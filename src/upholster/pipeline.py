@@ -196,9 +196,7 @@ def cover(
         with timed("prepare", seconds, progress):
             if has_stream(wanted):
                 check_streamed(coverings[0])
-            charts = [chart for each in coverings for chart in each.charts]
-            surface = joined_surface([each.surface for each in coverings])
-            layout = atlas_layout(wanted, surface, charts, options)
+            layout = _layout(wanted, coverings, options)
             add_pages(files, wanted, roles, layout)
         in_memory = not are_tiles_alone(wanted, coverings)
         notes += [note for each in coverings for note in each.notes(in_memory=in_memory)]
@@ -232,6 +230,15 @@ def cover(
         if report:
             files.path(report).write_text(json.dumps(result.to_json(), indent=2) + "\n", encoding="utf-8")
     return result
+
+
+def _layout(
+    wanted: Sequence[Output], coverings: Sequence[Covering], options: WriteOptions
+) -> AtlasLayout | None:
+    """Return where the charts of all coverings lie in one atlas; None where no output holds it."""
+    surface = joined_surface([each.surface for each in coverings])
+    charts = [chart for each in coverings for chart in each.charts]
+    return atlas_layout(wanted, surface, charts, options)
 
 
 _Made = tuple[TexturedModel | None, dict[str, int], dict[str, int]]

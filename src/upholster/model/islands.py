@@ -35,7 +35,7 @@ from upholster.types import FloatArray, frozen_array
 __all__ = ["island_padding", "pack_islands", "pack_surface"]
 
 _LEAST_PADDING, _MOST_PADDING, _PADDINGS = 4, 16, 400
-"""Texels between islands by default: at least, at most, and how many of them a square atlas is wide."""
+"""Texels between islands by default: at least, at most; and how many of them a square of all texels is wide."""
 
 _SQUARES = 512
 """Squares of a page each way, about, at most: more take longer to pack than they save."""
@@ -106,11 +106,11 @@ def pack_islands(
     stencils = _stencils(surface, places, len(charts), side, max(gutter, 1) / 2)
     if size is not None:
         check_fit(charts, gutter, size, side * int(stencils.sizes.max()))
-        pages = [(found, (size // side, size // side)) for found, _ in _on_pages(stencils, size, int)]
-    else:
-        pages = _on_pages(stencils, most, power_of_two if powers else int)
+    rounded = power_of_two if powers and size is None else int
+    pages = _on_pages(stencils, most, rounded)
     check_pages(len(pages))
-    return _layout(charts, stencils, pages, power_of_two if powers else int)
+    shapes = [(rounded(rows * side), rounded(columns * side)) for _, (rows, columns) in pages]
+    return _layout(charts, stencils, pages, shapes if size is None else [(size, size)] * len(pages))
 
 
 def island_padding(texels: float) -> int:
@@ -263,10 +263,10 @@ def _page(stencils: _Stencils, which: NDArray[np.int64], places: NDArray[np.int6
 
 
 def _layout(
-    charts: Sequence[Chart], stencils: _Stencils, pages: Sequence[_Page], rounded: Callable[[int], int]
+    charts: Sequence[Chart], stencils: _Stencils, pages: Sequence[_Page], shapes: Sequence[tuple[int, int]]
 ) -> AtlasLayout:
+    """Return the cells of stencils on pages of these heights and widths in texels."""
     side = stencils.side
-    shapes = [(rounded(rows * side), rounded(columns * side)) for _, (rows, columns) in pages]
     tops = list(accumulate((height for height, _ in shapes), initial=0))
     cells: dict[int, AtlasCell] = {}
     for number, (places, _) in enumerate(pages):
