@@ -24,7 +24,7 @@ from upholster.methods.quilt._block_kernels import (
     squared_difference,
 )
 from upholster.quilt._field_kernels import displacement, matrix_at
-from upholster.methods.quilt.masked import SYMMETRIES
+from upholster.quilt.placement import SYMMETRIES
 from upholster.types import int64
 
 __all__ = [
