@@ -36,7 +36,6 @@ from upholster.outputs import (
 )
 from upholster.paging import PagedAtlas, write_page
 from upholster.parallel import check_running, run_tasks
-from upholster.quilt import Chart
 from upholster.quilt.chart import MAX_TEXELS
 from upholster.quilt.materials import WindowPainter
 from upholster.quilt.painting import PAINTED_DENSITIES, painted_charts
@@ -144,8 +143,8 @@ def refine(
         one_by_one = one_by_one and isinstance(surface, Surface)
         if limits is None and not one_by_one:
             most = Limits()
-            check_charts(decoder.charts, most)
-        density = _density(texels, surface, decoder.charts, most or Limits())
+            check_charts(painted_charts(decoder.charts, decoder.density), most)
+        density = _density(texels, surface, decoder, most or Limits())
         charts = painted_charts(decoder.charts, density)
         exemplar = received_exemplar(decoder)
         roles = tuple(source_parts(exemplar))[1:]
@@ -172,10 +171,11 @@ def refine(
     return _report(decoder, written, model)
 
 
-def _density(texels: int | None, surface: AnySurface, charts: Sequence[Chart], most: Limits) -> float:
+def _density(texels: int | None, surface: AnySurface, decoder: StreamDecoder, most: Limits) -> float:
     """Return how many texels each way a step of the charts gets, if a surface is to have so many in all."""
     if texels is None:
-        return 1.0
+        return decoder.density
+    charts = decoder.charts
     check_whole("texels", texels, 64, MAX_TEXELS)
     steps = covering(surface, charts)
     density, (least, greatest) = math.sqrt(texels / steps), PAINTED_DENSITIES

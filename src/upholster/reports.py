@@ -192,7 +192,7 @@ def notes_before(surface: AnySurface, prepared: Prepared, sample: PixelArray, ma
             f"the sample has {pixels:.2g} pixels to a texel, so the texture will be soft: a larger sample, a "
             "smaller --sample-size or fewer texels make it sharp"
         )
-    texels = sum(chart.height * chart.width for chart in prepared.charts)
+    texels = sum(chart.height * chart.width for chart in prepared.painted)
     if prepared.scale is not None and prepared.scale.texels == MOST_TEXELS:
         coarse = prepared.scale.scale / prepared.scale.density
         if coarse > _COARSE:
@@ -223,9 +223,9 @@ def counts_of(surface: AnySurface, quilt: Quilt, texels: Texels) -> dict[str, in
     """Return how many there are of what."""
     # An edge block lies on two charts, over their own blocks.
     placed = len(quilt.placements), int(np.count_nonzero(quilt.placements["layer"])) // 2
-    counts = laid_counts(surface, quilt.charts, placed, texels.arrays[0])
+    counts = laid_counts(surface, texels.charts, placed, texels.arrays[0])
     # One of several materials lies on islands of its own.
-    return counts | {"covering": covering(quilt.surface, quilt.charts)}
+    return counts | {"covering": covering(quilt.surface, texels.charts)}
 
 
 def laid_counts(

@@ -15,6 +15,7 @@ from upholster.joined import joined_model
 from upholster.options import WriteOptions
 from upholster.outputs import Output, TexturedModel, write_output
 from upholster.quilt import Quilt, Texels, paint, paint_material
+from upholster.quilt.painting import PAINTED_DENSITIES
 from upholster.reports import timed
 from upholster.shown import on_a_line
 from upholster.types import PixelArray, Progress
@@ -152,7 +153,7 @@ def painted(
     threads: int | None = None,
     progress: Progress | None = None,
     *,
-    density: float = 1.0,
+    density: float | None = None,
 ) -> tuple[Texels, dict[str, Texels]]:
     """Return texels of the base colour, and of a material's other maps by role."""
     how: dict[str, Any] = {"density": density, "threads": threads, "progress": progress}
@@ -168,7 +169,7 @@ def _coarser(model: TexturedModel, halvings: int) -> TexturedModel:
         return joined_model([_coarser(part, halvings) for part in model.parts])
     if model.quilt is None or model.exemplar is None:
         raise InputError("lods need a quilt and its sample, not texels alone")
-    density, size = model.density / 2**halvings, model.options.atlas_size
+    density, size = max(PAINTED_DENSITIES[0], model.density / 2**halvings), model.options.atlas_size
     texels, maps = painted(model.quilt, model.exemplar, model.threads, density=density)
     options = replace(
         model.options,

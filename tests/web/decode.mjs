@@ -18,8 +18,8 @@ function found(decoder) {
     return { large: true, known: decoder.chartsKnown }
   }
   if (decoder instanceof EzwDecoder) return { image: digest([decoder.image().data]) }
-  const texels = decoder.charts.flatMap(({ height }, n) => {
-    const middle = Math.ceil(height / 3)
+  const texels = decoder.charts.flatMap((_, n) => {
+    const middle = Math.ceil(decoder.paintedSize(n).height / 3)
     return [decoder.texels(n, { stop: middle }), decoder.texels(n, { start: middle })]
   })
   const shown = decoder.charts.map((_, n) => decoder.rgba(n))

@@ -8,6 +8,7 @@ import shutil
 import struct
 import subprocess
 import sys
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -208,6 +209,9 @@ def _streams() -> Any:
         exemplar = noise(21, 34, 3, np.float32, seed=4)
         maps = {**_maps(exemplar), "normal": noise(21, 34, 3, dtype, seed=5), "emission": noise(21, 34, 4, np.float32, seed=6)}
         yield encode_stream(plane, make(rng, (21, 34), _charts(), 9), exemplar, maps=maps)
+    for density in (0.125, 0.5, 2.0, 4.0):
+        quilt = anything_bent(rng, (21, 34), _charts(), 12, 2)
+        yield encode_stream(plane, replace(quilt, density=density), noise(21, 34, 3), maps=_maps(noise(21, 34)))
     yield from _streams_of_faces(rng)
 
 

@@ -42,9 +42,13 @@ export function sourceAt({ center, symmetry, ...placement }, there, row, column)
   return [placement.sourceRow + p * v + q * w, placement.sourceColumn + r * v + s * w]
 }
 
-/** Decodes placements, layer after layer of charts; fail(what) is called for one that is not allowed. */
+/**
+ * Decodes placements, layer after layer of charts; fail(what) is called for one that is not allowed. Sources and matrices are multiples
+ * of powers of two, of which `bits` tells the exponents.
+ */
 export class PlacementDecoder {
-  constructor({ height, width }, fail) {
+  constructor({ height, width }, bits, fail) {
+    ;[this.sourceBits, this.matrixBits] = bits
     this.bits = new BitDecoder(COUNT * INTEGER_COUNTERS, COUNT * INTEGER_MIXERS, 72090)
     this.most = [16 * height - 1, 16 * width - 1]
     this.middle = [8 * (height - 1), 8 * (width - 1)]
@@ -75,15 +79,21 @@ export class PlacementDecoder {
     if (this.#within('centre', yield* this.#number(CENTRED), 0, 1)) {
       center = []
       for (let k = 0; k < 4; k++) {
-        center.push(this.#within('centre matrix', there[k] + (yield* this.#number(MATRIX + k)), -MAX_MATRIX, MAX_MATRIX))
+        const entry = yield* this.#multiple(MATRIX + k, there[k], this.matrixBits)
+        center.push(this.#within('centre matrix', entry, -MAX_MATRIX, MAX_MATRIX))
       }
     }
     const source = nearest ? sourceAt(nearest, there, row, column) : [...this.middle]
     for (let k = 0; k < 2; k++) {
       const guess = clamp(source[k], 0, this.most[k])
-      source[k] = this.#within('source', guess + (yield* this.#number(SOURCE + k)), 0, this.most[k])
+      source[k] = this.#within('source', yield* this.#multiple(SOURCE + k, guess, this.sourceBits), 0, this.most[k])
     }
     return { row, column, symmetry, center, sourceRow: source[0], sourceColumn: source[1] }
+  }
+
+  /** A number that is a multiple of 2^bits, told by how far it is from a guess. */
+  *#multiple(kind, guess, bits) {
+    return 2 ** bits * (((guess + ((1 << bits) >> 1)) >> bits) + (yield* this.#number(kind)))
   }
 
   *#number(kind) {

@@ -58,6 +58,7 @@ export class QuiltDecoder {
     const count = reader.varint('number of layers', 2, 1)
     /** Texels a step, each way, with which charts are painted where nothing else is asked for. */
     this.density = LEAST_DENSITY * 2 ** reader.u8('density', 9)
+    const bits = [reader.u8('bits of sources', 4), reader.u8('bits of matrices', 7)]
     const grids = range(count).map(() => parseGrids(reader, charts))
     checkCells(reader, grids.flat(), charts)
     const layers = grids.map((all, n) =>
@@ -67,7 +68,7 @@ export class QuiltDecoder {
     /** Of each chart its layers. */
     this.layers = charts.map((_, chart) => layers.map((all) => all[chart]))
     reader.within(layers.flat().reduce((sum, { count }) => sum + count, 0), 'number of placements', 1, MAX_PLACEMENTS)
-    this.placements = new PlacementDecoder(exemplar, (what) => reader.fail(what))
+    this.placements = new PlacementDecoder(exemplar, bits, (what) => reader.fail(what))
     this.placementSteps = this.#decodePlacements()
     /** How many charts there are whose labels are told and have not come. */
     this.unlabelled = this.layers.filter((all) => all.some((layer) => !layer.isSettled)).length

@@ -3,6 +3,7 @@
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from upholster.errors import InputError
 from upholster.image.material import Material
@@ -105,6 +106,7 @@ class WindowPainter:
         image = check_painted(quilt, image)
         if image.shape[:2] != quilt.exemplar_shape:
             raise InputError(f"map {role!r} has shape {image.shape}; the quilt wants {quilt.exemplar_shape}")
+        self._which: NDArray[np.int64] | None
         self._pyramid, self._which = (
             turned_pyramid(quilt, image) if self._turns else (image_pyramid((image,)), None)
         )

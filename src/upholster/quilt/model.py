@@ -150,11 +150,14 @@ class Quilt(Shown):
         parts = {"charts": len(self.charts), "steps": self.steps, "placements": len(self.placements)}
         return on_a_line(self, {**parts, "sample": f"{width}x{height}", "seed": self.seed})
 
-    def on(self, surface: AnySurface | None, *, seed: int | None = None) -> "Quilt":
-        """Return the same quilt, which knows its surface and the seed that it was made with."""
+    def on(
+        self, surface: AnySurface | None, *, seed: int | None = None, density: float | None = None
+    ) -> "Quilt":
+        """Return the same quilt, which knows its surface, its seed, and maybe another density."""
         known = copy(self)  # nothing is checked or computed again
         object.__setattr__(known, "surface", surface)
         object.__setattr__(known, "seed", seed)
+        object.__setattr__(known, "density", self.density if density is None else density)
         return known
 
     def check_surface(self, surface: AnySurface) -> None:
@@ -241,7 +244,8 @@ class Quilt(Shown):
         ndarray
             (height, width) int32: index into `on_chart`; of the second layer where that shows one.
         """
-        rows, columns = row + np.arange(height)[:, None], column + np.arange(width)[None]
+        rows = row + np.arange(height, dtype=np.int64)[:, None]
+        columns = column + np.arange(width, dtype=np.int64)[None]
         found = self.labels[index][0].at(rows, columns)
         for layer in self.labels[index][1:]:
             above = layer.at(rows, columns)

@@ -24,7 +24,7 @@ from upholster.quilt.labels import LabelMap
 from upholster.quilt.model import Quilt, Texels
 from upholster.quilt.placement import SYMMETRIES
 from upholster.quilt.pyramid import Pyramid, build_pyramid, most_levels
-from upholster.types import IntArray, PixelArray, Progress
+from upholster.types import PixelArray, Progress
 
 __all__ = [
     "PAINTED_DENSITIES",
@@ -210,14 +210,14 @@ def window_of_chart(
     chart, field = quilt.charts[index], quilt.fields[index]
     rows = texel_places(chart.height, painted.height)[window[0]]
     columns = texel_places(chart.width, painted.width)[window[1]]
-    layers = [_layer(each, rows, columns) for each in quilt.labels[index]]
-    if len(layers) == 1:
-        layers.append(layers[0]._replace(labels=np.zeros((0, 0), np.int32)))
+    first, *further = (_layer(each, rows, columns) for each in quilt.labels[index])
+    second = further[0] if further else first._replace(labels=np.zeros((0, 0), np.int32))
     ratio = (painted.height * painted.width) / (chart.height * chart.width)
     readings = _readings(quilt, index, pyramid, which, ratio)
     matrices = np.ascontiguousarray(field.matrices)
     kernels.paint_window(
-        *layers,
+        first,
+        second,
         readings,
         kernels.Field(
             matrices,
@@ -226,18 +226,18 @@ def window_of_chart(
             np.empty((2, out.shape[1]), np.int32),
         ),
         kernels.PyramidWords(pyramid.words, pyramid.per_pixel, pyramid.bits, pyramid.table),
-        np.empty(2 * pyramid.per_pixel, pyramid.words.dtype),
+        np.empty((out.shape[1], 2 * pyramid.per_pixel), pyramid.words.dtype),
         out,
     )
 
 
-def texel_places(steps: int, texels: int) -> IntArray:
+def texel_places(steps: int, texels: int) -> NDArray[np.int64]:
     """Return where so many texels along a side of so many steps lie, in 1/16 step, int64."""
-    found: IntArray = (2 * np.arange(texels, dtype=np.int64) + 1) * 8 * steps // texels
+    found: NDArray[np.int64] = (2 * np.arange(texels, dtype=np.int64) + 1) * 8 * steps // texels
     return found
 
 
-def _layer(layer: LabelMap, rows: IntArray, columns: IntArray) -> kernels.Layer:
+def _layer(layer: LabelMap, rows: NDArray[np.int64], columns: NDArray[np.int64]) -> kernels.Layer:
     size = 16 * layer.cell
     places = []
     for at in (rows, columns):
@@ -255,11 +255,13 @@ def _readings(
     shifts = chosen.copy()
     if which is not None:
         chosen += which[quilt.first_on(index) : quilt.first_on(index + 1)] * pyramid.levels
-    pairs = [
+    where, source = (
         np.stack([placed[a], placed[b]], axis=1).astype(np.int64)
         for a, b in (("row", "column"), ("source_row", "source_column"))
-    ]
-    return kernels.Readings(*pairs, centres.astype(np.int64), SYMMETRIES[placed["symmetry"]], chosen, shifts)
+    )
+    return kernels.Readings(
+        where, source, centres.astype(np.int64), SYMMETRIES[placed["symmetry"]], chosen, shifts
+    )
 
 
 def _gathered(pieces: list[tuple[int, Callable[[], object]]]) -> list[Callable[[], object]]:

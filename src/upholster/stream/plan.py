@@ -164,6 +164,11 @@ class PlanDecoder:
         self._quilt: Quilt | None = None
 
     @property
+    def density(self) -> float:
+        """Texels for a step of the charts, each way, at which it is painted."""
+        return self._head.density
+
+    @property
     def complete(self) -> bool:
         """Whether every placement and every label is known."""
         return self.known == self.total and self.known_cells == self.total_cells

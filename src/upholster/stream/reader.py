@@ -116,6 +116,11 @@ class StreamDecoder(Shown):
         return (0, 0) if self._plan is None else (self._plan.known_cells, self._plan.total_cells)
 
     @property
+    def density(self) -> float:
+        """Texels for a step of the charts, each way, at which it is painted: 1 before the plan has come."""
+        return 1.0 if self._plan is None else self._plan.density
+
+    @property
     def charts_known(self) -> int:
         """How many charts have their placements; the others show the exemplar about its middle."""
         return 0 if self._plan is None else self._plan.charts_known

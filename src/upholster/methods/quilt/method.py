@@ -101,7 +101,11 @@ def lay_all(
 
 
 def emitted(
-    run: QuiltRun, laid: Sequence[ChartPlacements], exemplar_shape: tuple[int, int], *, threads: int | None = None
+    run: QuiltRun,
+    laid: Sequence[ChartPlacements],
+    exemplar_shape: tuple[int, int],
+    *,
+    threads: int | None = None,
 ) -> Quilt:
     """Return the quilt of all charts' placements."""
     placed, cells = [part.placements for part in laid], [part.cells for part in laid]
