@@ -44,6 +44,7 @@ customElements.define = ((define) => function (name, Kind) {
 """
 """Gives elements an attribute before they begin."""
 
+
 @pytest.fixture(scope="module")
 def page(chromium: Any, streams: Any) -> Any:
     surface, quilt, exemplar = laid("torus", side=48, second=True)

@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.jit import inline, kernel
-from upholster.methods.quilt._masked_kernels import window_of
 from upholster.methods.quilt.mesh._frame_kernels import Canvases
 from upholster.methods.quilt.mesh._sheet_kernels import MOST_SHEETS, FieldArrays, shown_at
 from upholster.methods.quilt.mesh._unfold_kernels import MeshArrays
