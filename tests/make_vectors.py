@@ -19,7 +19,7 @@ sys.path.insert(0, str(Path(__file__).parent / "stream"))
 from mesh_quilts import charts_of, icosphere, sheets, soup
 from streams import CHARTS, anything, anything_bent, bent, laid, noise, stream
 
-from upholster.codec import ImageHeader, decode, encode
+from upholster.codec import decode, encode
 from upholster.geometry import Surface, surface_from_spec
 from upholster.quilt import Chart, Quilt
 from upholster.quilt.labels import LabelMap

@@ -484,4 +484,4 @@ def counted(coverings: Sequence[Covering], quilts: Sequence[Quilt], model: Textu
     return counts[0] | summed | {"maps": 1 + len(model.maps)} | materials
 
 
-_SUMMED = ("charts", "texels", "covering", "placements", "edge blocks")
+_SUMMED = ("charts", "texels", "painted texels", "placements", "edge blocks")

@@ -29,7 +29,7 @@ from upholster.options import WriteOptions, chosen
 from upholster.outputs import (
     Output,
     TexturedModel,
-    atlas_pages,
+    atlas_layout,
     check_displacement,
     metres_of,
     parse_outputs,
@@ -150,7 +150,8 @@ def refine(
         roles = tuple(source_parts(exemplar))[1:]
         files.add(files_of(wanted, lambda output: output.later_files(roles, 1)))
         check_displacement(wanted, options, roles=roles, metres=metres_of(surface))
-        add_pages(files, wanted, roles, atlas_pages(wanted, charts, options))
+        layout = atlas_layout(wanted, surface, charts, options)
+        add_pages(files, wanted, roles, layout)
         same = data if decoder.complete and not options.stream_choices else None
         if same is not None and on is not None:
             same = None if isinstance(surface, MeshSurface) else on_surface(same, surface)
@@ -165,7 +166,17 @@ def refine(
         options = _as_coded(decoder, options)
         tiles = any(output.in_tiles for output in wanted)
         model = TexturedModel(
-            surface, base, options, threads, quilt, exemplar, others, same, tiles, density=density
+            surface,
+            base,
+            options,
+            threads,
+            quilt,
+            exemplar,
+            others,
+            same,
+            tiles,
+            density=density,
+            packed=layout,
         )
         written = written_to(wanted, model, files, {}, progress)
     return _report(decoder, written, model)

@@ -12,6 +12,7 @@ from upholster.files import Outputs
 from upholster.geometry import AnySurface, MeshSurface
 from upholster.image import Material
 from upholster.joined import joined_model
+from upholster.model import AtlasLayout
 from upholster.options import WriteOptions
 from upholster.outputs import Output, TexturedModel, write_output
 from upholster.quilt import Quilt, Texels, paint, paint_material
@@ -72,8 +73,11 @@ def files_of(wanted: Sequence[Output], of_each: Callable[[Output], Iterable[Path
     return found
 
 
-def add_pages(files: Outputs, wanted: Sequence[Output], roles: Sequence[str], pages: int) -> None:
-    """Announce the files of an atlas's further pages, which are known once the charts are."""
+def add_pages(
+    files: Outputs, wanted: Sequence[Output], roles: Sequence[str], layout: AtlasLayout | None
+) -> None:
+    """Announce the files of an atlas's further pages, which are known once it is laid out."""
+    pages = 1 if layout is None else len(layout.pages)
 
     def further(output: Output) -> list[Path]:
         known = (*output.files(), *output.later_files(roles, 1))
@@ -124,7 +128,7 @@ def written_to(
         with timed(f"write {output.path.name}", seconds):
             shown = _coarser(model, output.lod) if output.lod else model
             write_output(output, shown, files, progress=progress)
-        pages = len(model.atlas.pages) if output.has_pages else 1
+        pages = len(model.layout.pages) if output.has_pages else 1
         own = output.files(model.maps, pages)
         written |= {str(file): files.path(file).stat().st_size for file in own}
     return written
@@ -176,4 +180,4 @@ def _coarser(model: TexturedModel, halvings: int) -> TexturedModel:
         padding=model.options.padding >> halvings,
         atlas_size=None if size is None else max(256, size >> halvings),
     )
-    return replace(model, texels=texels, maps=maps, density=density, options=options)
+    return replace(model, texels=texels, maps=maps, density=density, options=options, packed=None)

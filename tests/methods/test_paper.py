@@ -203,9 +203,6 @@ def plain_second_layer(index, shape, cell, mended):
                 inside = (np.minimum(a, b) >= 0) & (np.maximum(a, b) < len(block.cells))
                 inside[inside] = block.cells[a[inside], b[inside]] == 1
                 labels[inside] = 2 * n + side
-    for lines in (labels, labels.T):  # strips go on beyond their ends
-        for out, rim in ((0, 1), (-1, -2)):
-            lines[out] = np.where(lines[out] < 0, lines[rim], lines[out])
     return labels
 
 

@@ -132,9 +132,8 @@ def _label(coder: Any, grid: Any, nearest: Any, known: Any, place: Any, named: A
     ]
     context = sum(2**k for k, each in enumerate(equal) if each)
     asked = []
-    if layer:
-        if coder.bit([(6, context)], 6):
-            return -1
+    if layer and coder.bit([(6, context)], 6):
+        return -1
     for k, candidate in enumerate((w, n, v, ne, right, below)):
         if candidate < 0 or candidate in asked:
             continue

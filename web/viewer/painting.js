@@ -64,7 +64,8 @@ uvec3 sampled(int at, ivec2 p, ivec4 m) {
 }
 uvec3 painted(ivec2 p, ivec4 m) {
   uvec3 value = uvec3(0);
-  for (int n = 0, count = number(7); n < count; n++) {
+  int count = number(7);
+  for (int n = 0; n < count; n++) {
     ivec4 head = four(8 + 5 * n);
     ivec2 x = p + head.y, i = x / (16 * head.x), f = x % (16 * head.x) / head.x, g = 16 - f;
     int at = head.w + i.x * head.z + i.y, first = number(12 + 5 * n);

@@ -302,7 +302,7 @@ def _prepare_mesh(
 
 
 def _texels_a_step(scale: TextureScale) -> float:
-    """Return how many texels a step has, each way: a step is about a pixel of the sample, or a larger texel."""
+    """Return how many texels a step has, each way: a step is about a pixel, or a texel that is larger."""
     octaves = round(float(np.log2(scale.density / scale.scale)))
     return 2.0 ** min(max(octaves, 0), _MOST_OCTAVES)
 

@@ -13,7 +13,7 @@ from numba.extending import overload
 from numpy.typing import NDArray
 
 from upholster.jit import inline, kernel, shared
-from upholster.quilt._field_kernels import node_row, reading
+from upholster.quilt._field_kernels import node_row
 from upholster.types import PixelArray
 
 __all__ = ["Field", "Layer", "Places", "PyramidWords", "Readings", "paint_window"]
@@ -197,25 +197,6 @@ def _mirrored(place: Any, size: Any) -> Any:
 
 
 @inline
-def _matrix(field: Field, place: Any) -> Any:
-    """Return M at a place of the row that `field.line` is for."""
-    line, last = field.line, field.line.shape[0] - 1
-    x = place - 8
-    j, right = field.margin + (x >> 9), x & 511
-    if j < 0:
-        j, right = np.int64(0), np.int64(0)
-    elif j >= last:
-        j, right = np.int64(last), np.int64(0)
-    beside, left = min(j + 1, last), 512 - right
-    return (
-        (line[j, 0] * left + line[beside, 0] * right + 256) >> 9,
-        (line[j, 1] * left + line[beside, 1] * right + 256) >> 9,
-        (line[j, 2] * left + line[beside, 2] * right + 256) >> 9,
-        (line[j, 3] * left + line[beside, 3] * right + 256) >> 9,
-    )
-
-
-@inline
 def _at(pyramid: PyramidWords, level: Any, r: Any, c: Any) -> Any:
     """Return the words of the four pixels round a place, in 1/16 pixel of a level, and its fractions."""
     base, height, width, each = level[0], level[1], level[2], np.int64(pyramid.per_pixel)
@@ -229,24 +210,11 @@ def _at(pyramid: PyramidWords, level: Any, r: Any, c: Any) -> Any:
 
 
 @inline
-def _place(readings: Readings, one: Any, level: Any, row: Any, column: Any, here: Any) -> tuple[Any, Any]:
-    """Return where a placement reads at a place, in 1/16 pixel of its level."""
-    m = readings.matrices[one]
-    down = min(max(row - readings.centres[one, 0], -16383), 16383)
-    right = min(max(column - readings.centres[one, 1], -16383), 16383)
-    y, x = reading((m[0], m[1], m[2], m[3]), here, down, right)
-    turn, k = readings.symmetries[one], level[3]
-    return (
-        ((readings.sources[one, 0] + turn[0] * y + turn[1] * x + 8) >> k) - 8,
-        ((readings.sources[one, 1] + turn[2] * y + turn[3] * x + 8) >> k) - 8,
-    )
-
-
-@inline
 def _trace_run(
     readings: Readings, one: Any, field: Field, row: Any, columns: NDArray[np.int32], found: NDArray[np.int32]
 ) -> None:
-    # Writes to `found`, (2, n), what `_place` gives at places of a row: in 32 bits, from node to node.
+    # Writes to `found`, (2, n), where a placement reads at places of a row, in 1/16 pixel of its level: in 32
+    # bits, from node to node, as `upholster.quilt._field_kernels.reading` does.
     last, half, nine, four = field.line.shape[0] - 1, np.int32(256), np.int32(9), np.int32(4)
     m, turn = readings.matrices[one], readings.symmetries[one]
     m0, m1, m2, m3 = np.int32(m[0]), np.int32(m[1]), np.int32(m[2]), np.int32(m[3])
@@ -318,45 +286,48 @@ def _paint_mixed(
     readings: Readings,
     field: Field,
     pyramid: PyramidWords,
-    total: PixelArray,
+    totals: PixelArray,
     out: PixelArray,
 ) -> None:
-    # Paints texels of a row between four cells that name several placements; −1 shows what is there.
-    row, f = layer.rows.at[t], layer.rows.part[t]
-    for u in range(ends[0], ends[1]):
-        column, g = layer.columns.at[u], layer.columns.part[u]
-        shares = ((16 - f) * (16 - g), (16 - f) * g, f * (16 - g), f * g)
-        here, shown = _matrix(field, column), 0
-        for n in range(total.shape[0]):
-            total[n] = 0
-        for n in range(4):
-            one, weight, seen = named[n], 0, named[n] < 0
-            for before in range(n):
-                seen = seen or named[before] == one
-            if seen:
-                continue
-            for behind in range(n, 4):
-                if named[behind] == one:
-                    weight += shares[behind]
+    # Paints texels of a row between cells that name these four placements; −1 shows what is there.
+    start, stop = ends
+    found, f, columns = field.found[:, start:stop], layer.rows.part[t], layer.columns
+    sums, shown = totals[start:stop], (named[0] >= 0, named[1] >= 0, named[2] >= 0, named[3] >= 0)
+    for n in range(stop - start):
+        for k in range(sums.shape[1]):
+            sums[n, k] = 0
+    for first in range(4):
+        one, seen = named[first], not shown[first]
+        for before in range(first):
+            seen = seen or named[before] == one
+        if seen:
+            continue
+        # Its share at a texel is left + right · part, both in 1/256.
+        at_left = (16 - f) * (named[0] == one) + f * (named[2] == one)
+        at_right = (16 - f) * (named[1] == one) + f * (named[3] == one)
+        if at_left + at_right == 0:
+            continue
+        _trace_run(readings, one, field, layer.rows.at[t], columns.at[start:stop], found)
+        level = pyramid.table[readings.levels[one]]
+        for n in range(stop - start):
+            g = columns.part[start + n]
+            weight = at_left * (16 - g) + at_right * g
             if weight:
-                shown += weight
-                level = pyramid.table[readings.levels[one]]
-                r, c = _place(readings, one, level, row, column, here)
-                at, y, x = _at(pyramid, level, r, c)
+                at, y, x = _at(pyramid, level, np.int64(found[0, n]), np.int64(found[1, n]))
                 for k in range(pyramid.per_pixel):
-                    _gather(total, _bilinear(pyramid.words, at, k, y, x), k, pyramid.bits, weight)
-        if shown:
-            _settle_sums(total, out[t, u], pyramid.bits, 256 - shown)
+                    _gather(sums[n], _bilinear(pyramid.words, at, k, y, x), k, pyramid.bits, weight)
+    for n in range(stop - start):
+        g, rest = columns.part[start + n], 0
+        if not (shown[0] and shown[1] and shown[2] and shown[3]):
+            rest += (16 - f) * ((16 - g) * (not shown[0]) + g * (not shown[1]))
+            rest += f * ((16 - g) * (not shown[2]) + g * (not shown[3]))
+        if rest < 256:
+            _settle_sums(sums[n], out[t, start + n], pyramid.bits, rest)
 
 
 @inline
 def _named(labels: NDArray[np.int32], i: Any, j: Any) -> Any:
     return labels[i, j], labels[i, j + 1], labels[i + 1, j], labels[i + 1, j + 1]
-
-
-@inline
-def _alike(named: Any) -> Any:
-    return named[0] == named[1] and named[0] == named[2] and named[0] == named[3]
 
 
 @shared
@@ -366,26 +337,21 @@ def _paint_row(
     readings: Readings,
     field: Field,
     pyramid: PyramidWords,
-    total: PixelArray,
+    totals: PixelArray,
     out: PixelArray,
 ) -> None:
-    # Paints a row of texels: runs between the same cells, or of cells that name one placement.
+    # Paints a row of texels: runs between cells that name the same placements.
     i, cells, u = layer.rows.cell[t], layer.columns.cell, 0
     while u < out.shape[1]:
-        named, start = _named(layer.labels, i, cells[u]), u
-        while u < out.shape[1] and cells[u] == cells[start]:
-            u += 1
-        if not _alike(named):
-            _paint_mixed(layer, named, t, (start, u), readings, field, pyramid, total, out)
-            continue
-        while u < out.shape[1]:
-            further = _named(layer.labels, i, cells[u])
-            if further[0] != named[0] or not _alike(further):
-                break
+        named, start, alike = _named(layer.labels, i, cells[u]), u, True
+        while alike and u < out.shape[1]:
             j = cells[u]
             while u < out.shape[1] and cells[u] == j:
                 u += 1
-        if named[0] >= 0:
+            alike = u < out.shape[1] and _named(layer.labels, i, cells[u]) == named
+        if not (named[0] == named[1] and named[0] == named[2] and named[0] == named[3]):
+            _paint_mixed(layer, named, t, (start, u), readings, field, pyramid, totals, out)
+        elif named[0] >= 0:
             _paint_run(layer, named[0], t, (start, u), readings, field, pyramid, out)
 
 
@@ -396,12 +362,13 @@ def paint_window(
     readings: Readings,
     field: Field,
     pyramid: PyramidWords,
-    total: PixelArray,
+    totals: PixelArray,
     out: PixelArray,
 ) -> None:
     """Paint a window of a chart into `out`, (rows, columns, channels), which is 0.
 
-    `second` has no labels where there is one layer. `total`, scratch, is (2 · words a pixel,) of their dtype.
+    `second` has no labels where there is one layer. `totals`, scratch, is (columns, 2 · words a pixel) of
+    their dtype.
     """
     matrices, line = field.matrices, field.line
     for t in range(out.shape[0]):
@@ -409,6 +376,6 @@ def paint_window(
         for j in range(line.shape[0]):
             for k in range(4):
                 line[j, k] = (matrices[i, j, k] * (512 - down) + matrices[below, j, k] * down + 256) >> 9
-        _paint_row(first, t, readings, field, pyramid, total, out)
+        _paint_row(first, t, readings, field, pyramid, totals, out)
         if second.labels.shape[0]:
-            _paint_row(second, t, readings, field, pyramid, total, out)
+            _paint_row(second, t, readings, field, pyramid, totals, out)

@@ -244,7 +244,8 @@ class Quilt(Shown):
         ndarray
             (height, width) int32: index into `on_chart`; of the second layer where that shows one.
         """
-        rows, columns = row + np.arange(height)[:, None], column + np.arange(width)[None]
+        rows = row + np.arange(height, dtype=np.int64)[:, None]
+        columns = column + np.arange(width, dtype=np.int64)[None]
         found = self.labels[index][0].at(rows, columns)
         for layer in self.labels[index][1:]:
             above = layer.at(rows, columns)

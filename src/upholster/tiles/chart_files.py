@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from upholster.methods.quilt.emit import Labelled
 from upholster.methods.quilt.landmarks import ShownBlocks
-from upholster.methods.quilt.masked import PLACEMENT as BLOCK
+from upholster.methods.quilt.masked import BLOCK
 from upholster.methods.quilt.run import LaidPart
 from upholster.methods.quilt.transfer import ChartPlacements
 from upholster.quilt.labels import LabelMap
@@ -81,22 +81,18 @@ def _arrays_of(laid: ChartPlacements) -> dict[str, NDArray[Any]]:
         "cells": np.packbits(laid.cells),
         "origins": laid.origins,
         "steps": laid.steps,
-        "parents": laid.parents,
-        "numbers": np.array([len(laid.cells), laid.added, *laid.bounds, *laid.ends], np.int64),
+        "numbers": np.array([len(laid.cells), *laid.bounds], np.int64),
     }
 
 
 def _laid(found: _Arrays) -> ChartPlacements:
-    cells, added, top, bottom, left, right, *ends = found["numbers"].tolist()
+    cells, top, bottom, left, right = found["numbers"].tolist()
     return ChartPlacements(
         found["placements"].view(BLOCK),
         np.unpackbits(found["cells"], count=cells),
         found["origins"],
         found["steps"],
-        found["parents"],
         (top, bottom, left, right),
-        tuple(ends),
-        added,
     )
 
 

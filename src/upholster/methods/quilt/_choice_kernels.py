@@ -34,8 +34,8 @@ from upholster.methods.quilt._block_kernels import (
 from upholster.methods.quilt._landmark_kernels import LandmarkUses, penalise_landmarks
 from upholster.methods.quilt._phase_kernels import MISFIT, misfit
 from upholster.methods.quilt._search_kernels import draw, search
-from upholster.methods.quilt.masked import SYMMETRIES
 from upholster.quilt._field_kernels import displacement, matrix_at
+from upholster.quilt.placement import SYMMETRIES
 from upholster.types import int64, uint64
 
 __all__ = [

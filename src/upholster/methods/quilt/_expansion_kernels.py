@@ -23,8 +23,8 @@ from upholster.methods.quilt._block_kernels import (
     LayNumbers,
     squared_difference,
 )
-from upholster.methods.quilt.masked import SYMMETRIES
 from upholster.quilt._field_kernels import displacement, matrix_at
+from upholster.quilt.placement import SYMMETRIES
 from upholster.types import int64
 
 __all__ = [

@@ -307,7 +307,7 @@ def fit_blocks(
 ) -> None:
     """Find how blocks of a chart are shown on the chart across a seam.
 
-    `blocks` (n,) of `PLACEMENT`; `ends` (n, 2), from where to where each reaches along the seam; `steps`
+    `blocks` (n,) of `BLOCK`; `ends` (n, 2), from where to where each reaches along the seam; `steps`
     (samples, 2, 2), the transition's matrices; `old` and `new` the fields of the two charts; `size` the other
     chart's height and width; `symmetries` as in `upholster.quilt.placement`. Writes `places` (n, `PLACES`)
     and `fitted` (n, `FITTED`): the source in 1/16 pixel with which both charts show the same along the seam,

@@ -43,8 +43,8 @@ from upholster.methods.quilt._landmark_kernels import LandmarkUses, shown_landma
 from upholster.methods.quilt._phase_kernels import want_phases
 from upholster.methods.quilt._search_kernels import draw
 from upholster.methods.quilt._seed_kernels import cut_block
-from upholster.methods.quilt.masked import SYMMETRIES
 from upholster.quilt._field_kernels import displacement_row, matrix_at
+from upholster.quilt.placement import SYMMETRIES
 from upholster.types import int64, uint64
 
 __all__ = ["fall", "lay_blocks", "look"]

@@ -669,7 +669,7 @@ def list_hidden(
     over: NDArray[np.int32],
     hidden: NDArray[np.uint8],
 ) -> None:
-    """Tell which blocks cannot be seen: wherever they may show, even feathered, later ones cover them wholly.
+    """Tell which blocks cannot be seen: later ones cover wholly where they may show, and a cell round it.
 
     `blocks` as in `label_cells`, of which the last `added` lie on the lattice, each as large as a region.
     `over` (rows, columns) is scratch: the last block that covers each cell wholly, whose mask is new there
@@ -695,7 +695,7 @@ def list_hidden(
         rows, across = (blocks[n, 2] + size - 1) // size, (blocks[n, 3] + size - 1) // size
         for k in range(rows * across):
             if hidden[n] and (first < 0 or masks[first + k]):
-                # The cell and one more all round, for the mask is feathered.
+                # The cell and one more all round.
                 y, x = (
                     top + (k // across - 1) * size - lattice.top,
                     left + (k % across - 1) * size - lattice.left,

@@ -7,8 +7,8 @@ from numpy.typing import NDArray
 
 from upholster.jit import allocating_kernel, inline, kernel
 from upholster.methods.quilt._block_kernels import ChartCanvas
-from upholster.methods.quilt.masked import SYMMETRIES
 from upholster.quilt._field_kernels import displacement_row
+from upholster.quilt.placement import SYMMETRIES
 from upholster.types import int64, uint64
 
 __all__ = ["lay_transferred", "transfer_masks"]
@@ -51,7 +51,7 @@ def transfer_masks(
     for n in range(placements.shape[0]):
         h, w, size = placements[n, 2], placements[n, 3], placements[n, 4]
         across = (w + size - 1) // size
-        # A mask's rim repeats itself when it is feathered, so it must here too.
+        # A mask's rim goes on for two cells, for those here lie aslant.
         spread = 2 * size
         a, b, c, d = places[n, 2], places[n, 3], places[n, 4], places[n, 5]
         determinant = a * d - b * c
@@ -96,7 +96,7 @@ def transfer_masks(
 
 @inline
 def _shrink(mask: NDArray[np.uint8], rows: int, columns: int, whole: NDArray[np.uint8]) -> None:
-    # Marks the cells whose eight neighbours are in the mask as they are: what feathering leaves whole.
+    # Marks the cells whose eight neighbours are in the mask as they are: what lies well inside it.
     for at in range(rows * columns):
         whole[at] = 0
     for a in range(1, rows - 1):
@@ -140,7 +140,7 @@ def lay_transferred(
 
     Columns: row, column, height, width, source row and column in 1/16 pixel, symmetry, where the cells
     start, then the centre matrix. `sizes` are the image's height, width and level. A texel counts as covered
-    where the feathered mask is whole: its cell and the eight round it are.
+    where its cell and the eight round it are in the mask: elsewhere blocks may cut.
     """
     last_row, last_column = chart.covered.shape
     for n in range(transferred.shape[0]):

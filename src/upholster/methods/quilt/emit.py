@@ -2,7 +2,7 @@
 
 Blocks are laid one over the other, with masks. Each cell takes the block that shows at its middle. A block's
 centre moves into the cells that show it, with what it reads there; where that turns or stretches it by more
-than a little, it gets a matrix of its own, fitted to those cells. What shows in less than four cells goes.
+than a little, it gets a matrix of its own, fitted to those cells. What shows in a few cells alone goes.
 """
 
 from collections.abc import Sequence
@@ -12,23 +12,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.methods.quilt._emit_kernels import fill_labels, trace_cells
-from upholster.methods.quilt._masked_kernels import weight_rows
 from upholster.parallel import run_tasks
 from upholster.quilt.chart import Chart
 from upholster.quilt.displacement import centre_matrices, warped_sources
 from upholster.quilt.labels import LabelMap, cell_centres, label_shape
 from upholster.quilt.model import Quilt
-from upholster.quilt.placement import MOST_MATRIX, PLACEMENT, SYMMETRIES
+from upholster.quilt.placement import MOST_MATRIX, PLACEMENT, SYMMETRIES, bare_placement
 from upholster.quilt.warp_field import UNIT, WarpField
 from upholster.types import FloatArray, IntArray
 
-__all__ = ["LABEL_CELL", "Labelled", "emitted_quilt", "labelled"]
+__all__ = ["MESH_CELL", "PATCH_CELL", "Labelled", "emitted_quilt", "labelled"]
 
-LABEL_CELL = 4
-"""Steps a side of a cell of label maps: blocks are blended over so many."""
+PATCH_CELL, MESH_CELL = 4, 2
+"""Steps a side of a cell of label maps, on patches and on meshes: blocks are blended over so many. A mesh's
+charts meet askew, so that the same border lies in other cells on both sides of a seam."""
 
-_LEAST_CELLS = 4
-"""A placement that shows in fewer goes: nobody sees them, and each takes as many bytes as a large one."""
+_LEAST = 64
+"""Steps that a placement must show: nobody sees a smaller one, and it takes as many bytes as a large one."""
 
 _OFF = 0.3
 """Pixels that a placement may be off somewhere before it gets a matrix of its own."""
@@ -45,7 +45,6 @@ def emitted_quilt(
     cells: Sequence[NDArray[np.uint8]],
     *,
     cell: int,
-    whole: bool,
     threads: int | None = None,
 ) -> Quilt:
     """Return the quilt of what was laid.
@@ -55,21 +54,17 @@ def emitted_quilt(
     charts, fields, exemplar_shape
         As in `Quilt`.
     placed, cells
-        Per chart the blocks (`upholster.methods.quilt.masked.PLACEMENT`) in the order in which they were
+        Per chart the blocks (`upholster.methods.quilt.masked.BLOCK`) in the order in which they were
         laid, and the cells of their masks.
     cell
         Steps a side of a cell of the label maps.
-    whole
-        Whether `cells` are those of whole masks, not of their windows.
     threads
         As in `upholster.parallel.run_tasks`.
     """
     found: list[Labelled | None] = [None] * len(charts)
 
     def label(n: int) -> None:
-        found[n] = labelled(
-            n, charts[n], fields[n], exemplar_shape, placed[n], cells[n], cell=cell, whole=whole
-        )
+        found[n] = labelled(n, charts[n], fields[n], exemplar_shape, placed[n], cells[n], cell=cell)
 
     run_tasks([partial(label, n) for n in range(len(charts))], threads=threads)
     each = [one for one in found if one is not None]
@@ -88,38 +83,26 @@ def labelled(
     cells: NDArray[np.uint8],
     *,
     cell: int,
-    whole: bool,
 ) -> Labelled:
     """Return the placements and labels of one chart, see `emitted_quilt`."""
-    high, wide = label_shape(chart.height, chart.width, cell)
-    seen = _seen(chart, laid, cells, cell, whole)
-    if not (seen >= 0).any():
-        seen[:] = 0
+    seen = np.full(label_shape(chart.height, chart.width, cell), -1, np.int32)
+    trace_cells(laid, cells, cell, seen)
     count = np.bincount(seen[seen >= 0], minlength=len(laid))
-    few = (count > 0) & (count < _LEAST_CELLS)
-    if few.any() and (count >= _LEAST_CELLS).any():
+    few = (count > 0) & (count * cell**2 < _LEAST)
+    if few.any() and (count * cell**2 >= _LEAST).any():
         seen[(seen >= 0) & few[seen]] = -1
-    fill_labels(seen, np.empty(seen.size, np.int64))
-    kept, labels = np.unique(seen, return_inverse=True)
-    labels = labels.reshape(high, wide).astype(np.int32)
-    blocks = _unmasked(number, laid[kept])
-    moved, centre = _recentred(blocks, labels, chart, field, shape, cell)
+    if (seen >= 0).any():
+        fill_labels(seen, np.empty(seen.size, np.int64))
+        kept, index = np.unique(seen, return_inverse=True)
+        blocks, labels = _unmasked(number, laid[kept]), index.reshape(seen.shape).astype(np.int32)
+    else:
+        blocks = bare_placement(number, (chart.height, chart.width), shape)
+        labels = np.zeros_like(seen)
+    moved, centre = _recentred(blocks, labels, field, shape, cell)
     order = np.lexsort((centre[:, 1], centre[:, 0]))
     rank = np.empty(len(order), np.int32)
     rank[order] = np.arange(len(order), dtype=np.int32)
     return moved[order], LabelMap(cell, rank[labels])
-
-
-def _seen(
-    chart: Chart, laid: NDArray[np.void], cells: NDArray[np.uint8], cell: int, whole: bool
-) -> NDArray[np.int32]:
-    # Of each cell the block that shows at its middle; −1 where none does.
-    high, wide = label_shape(chart.height, chart.width, cell)
-    seen = np.full((high, wide), -1, np.int32)
-    tallest, widest = (int(laid[name].max(initial=1)) for name in ("height", "width"))
-    scratch = np.empty((2, weight_rows(tallest, tallest), widest), np.int32)
-    trace_cells(laid, cells, (chart.height, chart.width), cell, whole, scratch, seen)
-    return seen
 
 
 def _unmasked(number: int, laid: NDArray[np.void]) -> NDArray[np.void]:
@@ -136,12 +119,11 @@ def _unmasked(number: int, laid: NDArray[np.void]) -> NDArray[np.void]:
 def _recentred(
     blocks: NDArray[np.void],
     labels: NDArray[np.int32],
-    chart: Chart,
     field: WarpField,
     shape: tuple[int, int],
     cell: int,
 ) -> tuple[NDArray[np.void], IntArray]:
-    """Return placements whose centres are middles of cells that show them, and these cells' rows and columns."""
+    """Return placements whose centres are middles of cells that show them, and these cells' places."""
     rows, columns = (index.reshape(-1) for index in np.indices(labels.shape))
     owner = labels.reshape(-1)
     at = cell_centres(labels.shape[0], cell)[rows], cell_centres(labels.shape[1], cell)[columns]
@@ -157,17 +139,16 @@ def _recentred(
     moved["row"], moved["column"] = at[0][chosen], at[1][chosen]
     for axis, name in enumerate(("source_row", "source_column")):
         moved[name] = np.clip(read[chosen, axis], 0, 16 * shape[axis] - 1)
-    _fit_matrices(moved, blocks, field, owner, np.stack(at, axis=1), read)
+    _fit_matrices(moved, field, owner, np.stack(at, axis=1), read)
     return moved, np.stack([rows[chosen], columns[chosen]], axis=1)
 
 
 def _fit_matrices(
     moved: NDArray[np.void],
-    blocks: NDArray[np.void],
     field: WarpField,
     owner: IntArray,
-    at: IntArray,
-    read: IntArray,
+    at: NDArray[np.int64],
+    read: NDArray[np.int64],
 ) -> None:
     """Give placements the matrices with which they read as before, where the field's own is off.
 
@@ -177,7 +158,9 @@ def _fit_matrices(
     moved["centred"], moved["matrix"] = 0, 0
     now = np.stack(warped_sources(field, moved[owner], at[:, 0], at[:, 1]), axis=1)
     turn = SYMMETRIES[moved["symmetry"][owner]].reshape(-1, 2, 2)
-    rest = np.einsum("nji,nj->ni", turn, (read - now) / 16)  # the symmetry's inverse is its transpose
+    rest: FloatArray = np.einsum(
+        "nji,nj->ni", turn, (read - now) / 16
+    )  # the symmetry's inverse is its transpose
     step = (at - np.stack([moved["row"][owner], moved["column"][owner]], axis=1)) / 16
     off = np.zeros(len(moved))
     np.maximum.at(off, owner, np.abs(rest).max(axis=1))

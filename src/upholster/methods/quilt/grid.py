@@ -1,7 +1,7 @@
 """Where a chart's blocks lie: their size in texels, the level they read, and their order."""
 
 from collections.abc import Sequence, Set
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -78,8 +78,6 @@ class BlockGrid:
         Texels per pixel of that level: of so many texels each way, one is looked at.
     mask_cell
         Size of a mask's cells in texels.
-    feather
-        Smoothing passes of masks.
     height, width
         Of a block, in texels: a multiple of `mask_cell`.
     overlap_rows, overlap_columns
@@ -93,7 +91,6 @@ class BlockGrid:
     level: int
     sample: int
     mask_cell: int
-    feather: int
     height: int
     width: int
     overlap_rows: int
@@ -137,7 +134,7 @@ class BlockGrid:
         last = max(0, int(np.log2(min(exemplar_shape) / _SMALLEST_LEVEL)))
         level = min(max(0, int(np.floor(np.log2(typical) + 0.5))), last)
         sample = max(1, int(np.rint(2**level / typical)))
-        cell, feather = (4 if coarse else 2) * sample, 3 if coarse else 2
+        cell = (4 if coarse else 2) * sample
         least = _LEAST_OVERLAP if overlap is None and level > 0 else 4 * sample
         share = block / (0.3 * block if overlap is None else overlap)
         sides, overlaps = [], []
@@ -153,9 +150,7 @@ class BlockGrid:
             sides.append(side)
             # At least one box of features deep.
             overlaps.append(min(max(least, 4 * sample, cell * int(np.rint(side / share / cell))), side // 2))
-        return cls(
-            chart, field, level, sample, cell, feather, sides[0], sides[1], overlaps[0], overlaps[1], wrap
-        )
+        return cls(chart, field, level, sample, cell, sides[0], sides[1], overlaps[0], overlaps[1], wrap)
 
     @property
     def cells(self) -> int:
@@ -239,11 +234,10 @@ class BlockGrid:
 
     def smaller(self, block: int, exemplar_shape: tuple[int, int]) -> "BlockGrid":
         """Return smaller blocks of the same chart, of so many exemplar pixels."""
-        found = BlockGrid.of(
+        return BlockGrid.of(
             self.chart, self.field, exemplar_shape, block, None,
             coarse=self.mask_cell > 2 * self.sample, most=(self.height, self.width),
         )  # fmt: skip
-        return replace(found, feather=self.feather)
 
     def centres(self, need: tuple[int, int, int, int]) -> tuple[IntArray, IntArray]:
         """Return the rows and the columns of the centres of the blocks that cover what is needed."""

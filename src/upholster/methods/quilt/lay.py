@@ -27,7 +27,7 @@ from upholster.methods.quilt._transfer_kernels import lay_transferred
 from upholster.methods.quilt.finer import finer_blocks, take_away
 from upholster.methods.quilt.grid import BlockGrid
 from upholster.methods.quilt.landmarks import LandmarkRules, ShownBlocks
-from upholster.methods.quilt.masked import MASK_CUT, MASK_NONE, PLACEMENT, step_matrices
+from upholster.methods.quilt.masked import BLOCK, step_matrices
 from upholster.methods.quilt.match_pyramid import MatchLevel, MatchPyramid
 from upholster.methods.quilt.phases import Phases
 from upholster.methods.quilt.refinement import LaidChart, refine_chart
@@ -118,7 +118,7 @@ def lay_chart(
     laid = [transfer.transferred_onto(index, finished)]
     layer.lay_transferred(laid[0])
     layer.close(transfer.closed(index, finished))
-    start, ends = 0, []
+    start = 0
     for part in parts:
         if part.closed:
             again = transfer.transferred_around(index, replace(joined(laid), bounds=need))
@@ -127,17 +127,13 @@ def lay_chart(
             laid.append(again)
         stop = start + len(part.blocks)
         laid.append(layer.lay_own(LayWeights(*weights.tolist()), start, stop, number))
-        ends.append(sum(len(one.placements) for one in laid))
         start = stop
     # Nothing changes any more along edges where the chart meets itself: both sides are laid.
     layer.close(around)
-    added = 0
     if finer is not None and len(over):
         smaller = layer.finer(finer, over)
         laid.append(smaller.lay_own(LayWeights(*weights.tolist()), 0, len(over), number + len(blocks)))
-        added = len(laid[-1].placements)
-        ends.append(ends[-1] + added)
-    whole = replace(joined(laid), bounds=need, ends=tuple(ends), added=added)
+    whole = replace(joined(laid), bounds=need)
     if effort:
         refine = refine_tile if wrap else refine_chart
         whole = refine(layer.laid_chart(weights, phases, number + len(over)), whole, effort)
@@ -287,9 +283,8 @@ class _ChartLayer:
             )
         kept = start + np.flatnonzero(self.blocks[start:stop, LAID])
         placed = _placements(self.index, self.grid, self.blocks[kept])
-        none = np.full((len(kept), 2), -1, np.int64)
-        zeros = np.zeros(len(kept), np.int64)
-        return ChartPlacements(placed, self.cells[kept].reshape(-1), number + kept, zeros, none)
+        steps = np.zeros(len(kept), np.int64)
+        return ChartPlacements(placed, self.cells[kept].reshape(-1), number + kept, steps)
 
 
 def _numbers(
@@ -328,7 +323,7 @@ def _numbers(
 
 
 def _placements(index: int, grid: BlockGrid, blocks: NDArray[np.int32]) -> NDArray[np.void]:
-    placed = np.zeros(len(blocks), PLACEMENT)
+    placed = np.zeros(len(blocks), BLOCK)
     placed["chart"] = index
     for name, place in (
         ("row", ROW),
@@ -340,9 +335,8 @@ def _placements(index: int, grid: BlockGrid, blocks: NDArray[np.int32]) -> NDArr
         placed[name] = blocks[:, place]
     placed["height"], placed["width"] = grid.height, grid.width
     cut = blocks[:, LAID] == 1
-    placed["mask"] = np.where(cut, MASK_CUT, MASK_NONE)
     placed["first_cell"] = np.where(cut, np.arange(len(blocks)) * grid.cells, -1)
-    placed["mask_cell"], placed["feather"] = np.where(cut, grid.mask_cell, 0), np.where(cut, grid.feather, 0)
+    placed["mask_cell"] = np.where(cut, grid.mask_cell, 0)
     return placed
 
 

@@ -9,10 +9,9 @@ Where a neighbour is not laid yet, blocks reach beyond the edge and are transfer
 
 from collections.abc import Sequence, Set
 from functools import partial
-from typing import Any
 
 from upholster.geometry import Surface
-from upholster.methods.quilt.emit import LABEL_CELL, emitted_quilt
+from upholster.methods.quilt.emit import PATCH_CELL, emitted_quilt
 from upholster.methods.quilt.options import QuiltOptions
 from upholster.methods.quilt.phases import WantedPhases
 from upholster.methods.quilt.run import LaidPart, Progressing, QuiltRun, lay_one, planned
@@ -109,5 +108,6 @@ def emitted(
 ) -> Quilt:
     """Return the quilt of all charts' placements."""
     placed, cells = [part.placements for part in laid], [part.cells for part in laid]
-    how: dict[str, Any] = {"cell": LABEL_CELL, "whole": True, "threads": threads}
-    return emitted_quilt(run.charts, run.fields, exemplar_shape, placed, cells, **how)
+    return emitted_quilt(
+        run.charts, run.fields, exemplar_shape, placed, cells, cell=PATCH_CELL, threads=threads
+    )

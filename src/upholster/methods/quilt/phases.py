@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from upholster.charts.phases import TURN, PhaseField
 from upholster.lattice import Lattice
-from upholster.methods.quilt.masked import SYMMETRIES
+from upholster.quilt.placement import SYMMETRIES
 from upholster.types import FloatArray
 
 __all__ = [

@@ -41,7 +41,7 @@ from upholster.methods.quilt._refine_kernels import (
     weigh_seams,
 )
 from upholster.methods.quilt.grid import BlockGrid
-from upholster.methods.quilt.masked import MASK_CUT, PLACEMENT, step_matrices
+from upholster.methods.quilt.masked import BLOCK, step_matrices
 from upholster.methods.quilt.match_pyramid import MatchLevel
 from upholster.methods.quilt.phases import Phases
 from upholster.methods.quilt.transfer import ChartPlacements
@@ -149,7 +149,7 @@ def refine_chart(chart: LaidChart, laid: ChartPlacements, effort: int) -> ChartP
     if not len(table):
         return laid
     added = _placements(chart, lattice, table, len(laid.cells))
-    return _without_hidden(chart.index, _with_added(chart, laid, added, masks), lattice, len(added))
+    return _without_hidden(_with_added(chart, laid, added, masks), lattice, len(added))
 
 
 def _lattice(chart: LaidChart, level: int) -> CellLattice:
@@ -173,9 +173,8 @@ def _in_step(chart: LaidChart) -> bool:
 
 def _mask_places(placed: NDArray[np.void]) -> IntArray:
     # Placements as `label_cells` takes them.
-    names = ("row", "column", "height", "width", "mask_cell")
-    first = np.where(placed["mask"] == MASK_CUT, placed["first_cell"], -1)
-    return np.stack([*(placed[name].astype(np.int32) for name in names), first.astype(np.int32)], axis=1)
+    names = ("row", "column", "height", "width", "mask_cell", "first_cell")
+    return np.stack([placed[name].astype(np.int32) for name in names], axis=1)
 
 
 def _cells(chart: LaidChart, lattice: CellLattice, blocks: IntArray, masks: NDArray[np.uint8]) -> ChartCells:
@@ -187,7 +186,7 @@ def _cells(chart: LaidChart, lattice: CellLattice, blocks: IntArray, masks: NDAr
     covered = chart.canvas.covered[top : top + rows * cell, left : left + columns * cell]
     held = (covered != 1).reshape(rows, cell, columns, cell).any(axis=(1, 3)) | (labels < 0)
     if chart.numbers.wrap:
-        # As far as feathering reaches, for the opposite edge shows the same.
+        # For the opposite edge shows the same.
         held[[0, 1, -2, -1]] = held[:, [0, 1, -2, -1]] = True
     return ChartCells(labels, held.astype(np.uint8), np.zeros((2, rows, columns), np.int32))
 
@@ -322,7 +321,7 @@ def _worst(
 
 
 def _placements(chart: LaidChart, lattice: CellLattice, table: IntArray, first_cell: int) -> NDArray[np.void]:
-    placed = np.zeros(len(table), PLACEMENT)
+    placed = np.zeros(len(table), BLOCK)
     placed["chart"] = chart.index
     for name, place in (
         ("row", ROW),
@@ -333,7 +332,7 @@ def _placements(chart: LaidChart, lattice: CellLattice, table: IntArray, first_c
     ):
         placed[name] = table[:, place]
     placed["height"], placed["width"] = lattice.high * lattice.cell, lattice.wide * lattice.cell
-    placed["mask"], placed["mask_cell"], placed["feather"] = MASK_CUT, lattice.cell, chart.grid.feather
+    placed["mask_cell"] = lattice.cell
     placed["first_cell"] = first_cell + np.arange(len(table)) * lattice.high * lattice.wide
     return placed
 
@@ -341,38 +340,21 @@ def _placements(chart: LaidChart, lattice: CellLattice, table: IntArray, first_c
 def _with_added(
     chart: LaidChart, laid: ChartPlacements, added: NDArray[np.void], masks: NDArray[np.uint8]
 ) -> ChartPlacements:
-    count, before = len(added), len(laid.placements)
+    count = len(added)
     return replace(
         laid,
         placements=np.concatenate([laid.placements, added]),
         cells=np.concatenate([laid.cells, masks.reshape(-1)]),
         origins=np.concatenate([laid.origins, chart.origin + np.arange(count)]),
         steps=np.concatenate([laid.steps, np.zeros(count, np.int64)]),
-        parents=np.concatenate([laid.parents, np.full((count, 2), -1, np.int64)]),
-        ends=(*laid.ends, before + count),
-        added=laid.added + count,
     )
 
 
-def _without_hidden(index: int, laid: ChartPlacements, lattice: CellLattice, added: int) -> ChartPlacements:
-    # Leaves out what cannot be seen, unless the chart shows it once more where it meets itself; the cells of
-    # its masks stay where they are. The last `added` placements lie on the lattice.
-    count = len(laid.placements)
-    hidden = np.zeros(count, np.uint8)
+def _without_hidden(laid: ChartPlacements, lattice: CellLattice, added: int) -> ChartPlacements:
+    # Leaves out what cannot be seen; the cells of its masks stay where they are. The last `added` placements
+    # lie on the lattice.
+    hidden = np.zeros(len(laid.placements), np.uint8)
     over = np.empty((lattice.rows, lattice.columns), np.int32)
     list_hidden(_mask_places(laid.placements), laid.cells, added, lattice, over, hidden)
     seen = hidden == 0
-    again = laid.parents[:, 0] == index
-    seen[laid.parents[again, 1]] = True
-    before = np.concatenate([[0], np.cumsum(seen)])
-    parents = laid.parents.copy()
-    parents[again, 1] = before[parents[again, 1]]
-    return replace(
-        laid,
-        placements=laid.placements[seen],
-        origins=laid.origins[seen],
-        steps=laid.steps[seen],
-        parents=parents[seen],
-        ends=tuple(int(before[end]) for end in laid.ends),
-        added=int(seen[count - laid.added :].sum()),
-    )
+    return replace(laid, placements=laid.placements[seen], origins=laid.origins[seen], steps=laid.steps[seen])

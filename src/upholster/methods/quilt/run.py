@@ -6,7 +6,7 @@ that charts can be laid in other processes as well.
 """
 
 from collections.abc import Sequence, Set
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -172,7 +172,7 @@ def lay_one(run: QuiltRun, n: int, number: int, so_far: Progressing) -> tuple[Ch
         number=(done + run.classes[number].index(n)) << 32,
         effort=run.effort,
     )
-    count = int(touches(laid.placements, run.charts).sum())
+    count = int(touches(laid.placements, run.charts[n]).sum())
     return laid, LaidPart(run.transfer.overhang(n, laid), shown, usage, count)
 
 
@@ -219,9 +219,6 @@ def planned(
             charts, fields, blocks, _largest_blocks(charts, seams, turning), strict=True
         )
     ]
-    # One for all charts, that of the larger cells.
-    feather = max(grid.feather for grid in grids)
-    grids = [replace(grid, feather=feather) for grid in grids]
     lattice, surface_phases = (None, None) if phases is None else (phases.lattice, phases.surface)
     match_pyramid = MatchPyramid.of(exemplar, max(grid.level for grid in grids), lattice)
     onto: list[list[Transition]] = [[] for _ in charts]
@@ -233,7 +230,7 @@ def planned(
         elif abs(seam.edge - seam.other_edge) == 2:
             around[seam.chart].append(transition)
     cells = [grid.mask_cell for grid in grids]
-    transfer = BlockTransfer(charts, fields, onto, around, shape, cells, feather)
+    transfer = BlockTransfer(charts, fields, onto, around, shape, cells)
     variance = match_pyramid.variance
     phase = 0.0 if phases is None else phases.weight * variance / MISFIT
     weights = np.array([options.evenness * variance, options.variety * variance, options.tolerance, phase])
@@ -272,7 +269,7 @@ def planned(
 
 
 def _symmetries(options: QuiltOptions) -> int:
-    # Which symmetries blocks may have, a bit for each: see `upholster.methods.quilt.masked.SYMMETRIES`.
+    # Which symmetries blocks may have, a bit for each: see `upholster.quilt.placement.SYMMETRIES`.
     turns = 0b1111 if options.rotate else 1
     return turns | (turns << 4 if options.rotate else _MIRRORED) if options.mirror else turns
 

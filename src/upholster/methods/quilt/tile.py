@@ -41,14 +41,11 @@ def wrapped(own: ChartPlacements, chart: Chart) -> ChartPlacements:
         order.append(np.flatnonzero(crossing) + 0.25 * (rows + 2 * columns))
     whole = np.concatenate(order)
     sequence = np.argsort(whole, kind="stable")
-    zeros = np.zeros(len(sequence), np.int64)
     return replace(
         own,
         placements=np.concatenate(parts)[sequence],
         origins=own.origins[whole[sequence].astype(np.intp)],
-        steps=zeros,
-        parents=np.full((len(sequence), 2), -1, np.int64),
-        ends=(len(sequence),),
+        steps=np.zeros(len(sequence), np.int64),
     )
 
 
@@ -112,5 +109,4 @@ def _each_once(whole: ChartPlacements) -> ChartPlacements:
         placements=whole.placements[first],
         origins=whole.origins[first],
         steps=whole.steps[first],
-        parents=whole.parents[first],
     )

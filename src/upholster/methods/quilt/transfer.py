@@ -24,8 +24,9 @@ from upholster.methods.quilt._fit_kernels import (
     fit_blocks,
 )
 from upholster.methods.quilt._transfer_kernels import transfer_masks
-from upholster.methods.quilt.masked import LARGEST_WARPED, MASK_CUT, PLACEMENT, SYMMETRIES
+from upholster.methods.quilt.masked import BLOCK, LARGEST_BLOCK
 from upholster.quilt.chart import Chart
+from upholster.quilt.placement import SYMMETRIES
 from upholster.quilt.warp_field import WarpField
 from upholster.types import FloatArray
 
@@ -50,7 +51,7 @@ class ChartPlacements:
     Attributes
     ----------
     placements
-        `PLACEMENT`, in painting order.
+        `BLOCK`, in the order in which they lie over each other.
     cells
         Their masks' cells.
     origins
@@ -58,25 +59,15 @@ class ChartPlacements:
         keeps its number on every chart that it is transferred onto.
     steps
         (n,) int64: across how many edges each has been transferred from its own chart.
-    parents
-        (n, 2) int64: from which block each was transferred, as chart and place among that chart's
-        placements; -1, -1 if it is the chart's own.
     bounds
         Rows from, to, columns from, to: where they count. Beyond, they are not transferred.
-    ends
-        Where each part that was laid at a time ends: a chart that meets itself is laid in several.
-    added
-        How many of the last ones were added: smaller ones, and by refinement; parts of their own.
     """
 
     placements: NDArray[np.void]
     cells: NDArray[np.uint8]
     origins: NDArray[np.int64]
     steps: NDArray[np.int64]
-    parents: NDArray[np.int64]
     bounds: tuple[int, int, int, int] = (-(2**30), 2**30, -(2**30), 2**30)
-    ends: tuple[int, ...] = ()
-    added: int = 0
 
 
 def joined(parts: Sequence[ChartPlacements]) -> ChartPlacements:
@@ -84,7 +75,7 @@ def joined(parts: Sequence[ChartPlacements]) -> ChartPlacements:
     counts = [len(part.placements) for part in parts]
     starts = np.cumsum([0, *(len(part.cells) for part in parts)])
     # Filled, for NumPy takes long to find out that records of one kind go together.
-    placements = np.empty(sum(counts), PLACEMENT)
+    placements = np.empty(sum(counts), BLOCK)
     stops = np.cumsum(counts).tolist()
     for part, count, stop in zip(parts, counts, stops, strict=True):
         placements[stop - count : stop] = part.placements
@@ -95,7 +86,6 @@ def joined(parts: Sequence[ChartPlacements]) -> ChartPlacements:
         np.concatenate([np.zeros(0, np.uint8), *(part.cells for part in parts)]),
         np.concatenate([np.zeros(0, np.int64), *(part.origins for part in parts)]),
         np.concatenate([np.zeros(0, np.int64), *(part.steps for part in parts)]),
-        np.concatenate([np.zeros((0, 2), np.int64), *(part.parents for part in parts)]),
     )
 
 
@@ -115,8 +105,6 @@ class BlockTransfer:
         (height, width) in pixels.
     mask_cells
         Per chart, the size of masks' cells in texels.
-    feather
-        Smoothing passes of masks.
     """
 
     charts: Sequence[Chart]
@@ -125,7 +113,6 @@ class BlockTransfer:
     around: Sequence[Sequence[Transition]]
     exemplar_shape: tuple[int, int]
     mask_cells: Sequence[int]
-    feather: int = 2
 
     def transferred_onto(self, chart: int, finished: Sequence[ChartPlacements | None]) -> ChartPlacements:
         """Collect the blocks that reach a chart from finished ones: neighbours, and those across a corner.
@@ -159,15 +146,12 @@ class BlockTransfer:
         return _distinct(found)
 
     def overhang(self, chart: int, laid: ChartPlacements) -> ChartPlacements:
-        """Return what other charts need of a finished one: the blocks that reach as far as one of its edges.
-
-        They are their own parents: whatever is transferred from them tells that it comes from them.
-        """
+        """Return what other charts need of a finished one: the blocks that reach one of its edges."""
         ends, reach = (-np.inf, np.inf), self._reach(chart)
         reaching = np.zeros(len(laid.placements), bool)
         for edge in range(4):
             reaching |= _overhanging(laid.placements, self.charts[chart], edge, ends, reach)[0]
-        return _taken(_as_parents(chart, laid), np.flatnonzero(reaching))
+        return _taken(laid, np.flatnonzero(reaching))
 
     def asked_of(self, chart: int) -> set[int]:
         """Return the charts whose overhangs a chart may need: neighbours, and those across a corner."""
@@ -193,13 +177,10 @@ class BlockTransfer:
         ChartPlacements
             In the order of synthesis, without those that lie there already.
         """
-        seen = _as_parents(chart, laid)
-        parts = [self._transferred(transition, seen) for transition in self.around[chart]]
+        parts = [self._transferred(transition, laid) for transition in self.around[chart]]
         found = _distinct(joined([part for part in parts if part is not None]))
         new = ~_already_there(found, laid)
-        return ChartPlacements(
-            found.placements[new], found.cells, found.origins[new], found.steps[new], found.parents[new]
-        )
+        return ChartPlacements(found.placements[new], found.cells, found.origins[new], found.steps[new])
 
     def closed_around(self, chart: int) -> list[tuple[int, float, float, int]]:
         """Tell where a chart meets itself, as `closed` does."""
@@ -289,9 +270,9 @@ class BlockTransfer:
             return None
         chosen, block, places, fitted = chosen[fits], block[fits], places[fits], fitted[fits]
         out, masks = _masks(block, laid, places, cell, here)
-        kept = (out[:, 4] >= 0) & (out[:, 2:4].max(axis=1) <= LARGEST_WARPED)
+        kept = (out[:, 4] >= 0) & (out[:, 2:4].max(axis=1) <= LARGEST_BLOCK)
         chosen, out, fitted = chosen[kept], out[kept], fitted[kept]
-        result = np.zeros(len(chosen), PLACEMENT)
+        result = np.zeros(len(chosen), BLOCK)
         result["chart"] = chart
         for n, name in enumerate(("row", "column", "height", "width", "first_cell")):
             result[name] = out[:, n]
@@ -300,10 +281,8 @@ class BlockTransfer:
         result["source_column"] = np.clip(fitted[:, SOURCE_COLUMN], 0, 16 * (width - 1))
         result["symmetry"], result["centred"] = fitted[:, SYMMETRY], fitted[:, CENTRED]
         result["matrix"] = np.where(fitted[:, CENTRED, None] > 0, fitted[:, MATRIX:], 0)
-        result["mask"], result["mask_cell"], result["feather"] = MASK_CUT, cell, self.feather
-        return ChartPlacements(
-            result, masks, laid.origins[chosen], laid.steps[chosen] + 1, laid.parents[chosen]
-        )
+        result["mask_cell"] = cell
+        return ChartPlacements(result, masks, laid.origins[chosen], laid.steps[chosen] + 1)
 
     def _fitted(
         self, transition: Transition, block: NDArray[np.void], ends: FloatArray
@@ -346,15 +325,7 @@ def _taken(laid: ChartPlacements, chosen: NDArray[np.intp]) -> ChartPlacements:
         cells=laid.cells[at],
         origins=laid.origins[chosen],
         steps=laid.steps[chosen],
-        parents=laid.parents[chosen],
     )
-
-
-def _as_parents(chart: int, laid: ChartPlacements) -> ChartPlacements:
-    # A finished chart's placements, as those that others are transferred from.
-    count = len(laid.placements)
-    parents = np.stack([np.full(count, chart, np.int64), np.arange(count, dtype=np.int64)], axis=1)
-    return replace(laid, parents=parents)
 
 
 def _already_there(found: ChartPlacements, laid: ChartPlacements) -> NDArray[np.bool_]:
@@ -385,9 +356,7 @@ def _distinct(found: ChartPlacements) -> ChartPlacements:
     apart[first] = True
     kept = order[apart]
     kept = kept[np.lexsort((-found.steps[kept], found.origins[kept]))]
-    return ChartPlacements(
-        found.placements[kept], found.cells, found.origins[kept], found.steps[kept], found.parents[kept]
-    )
+    return ChartPlacements(found.placements[kept], found.cells, found.origins[kept], found.steps[kept])
 
 
 def _add_mask(cells: NDArray[np.uint8], one: np.void, other: np.void) -> None:
@@ -439,7 +408,7 @@ def _masks(
     out = np.empty((len(block), 5), np.int32)
     columns = [block[name].astype(np.int32) for name in ("row", "column", "height", "width")]
     columns.append(np.maximum(1, block["mask_cell"]).astype(np.int32))
-    columns += [(block["mask"] == MASK_CUT).astype(np.int32), block["first_cell"]]
+    columns += [(block["first_cell"] >= 0).astype(np.int32), block["first_cell"]]
     count = transfer_masks(
         np.stack(columns, axis=1),
         laid.cells,

@@ -6,7 +6,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.jit import inline, kernel
-from upholster.methods.quilt._masked_kernels import window_of
 from upholster.methods.quilt.mesh._frame_kernels import Canvases
 from upholster.methods.quilt.mesh._sheet_kernels import MOST_SHEETS, FieldArrays, shown_at
 from upholster.methods.quilt.mesh._unfold_kernels import MeshArrays
@@ -23,14 +22,13 @@ SHEET = 8
 
 
 class MaskNumbers(NamedTuple):
-    """Sizes: final texels per working texel, of a mask's cell, feathering, largest side; frame and its cells.
+    """Sizes: final texels per working texel, of a mask's cell, largest side; frame and its cells.
 
     `gutter` final texels beyond the mesh are painted, too; where the mesh goes on, cells near the sheet only.
     """
 
     texels: float
     cell: int
-    feather: int
     largest: int
     gutter: float
     frame: int
@@ -86,12 +84,12 @@ def _fill(
     sheet: int,
     mask: NDArray[np.uint8],
     low: tuple[int, int],
-    window: tuple[int, int, int, int],
+    columns: int,
     cells: NDArray[np.uint8],
 ) -> Any:
-    # Fills the window of a sheet's mask: cells near its triangles, new where the frame's mask is there.
-    # Returns how many are new.
-    cell, scale, columns = numbers.cell, numbers.texels, window[3] - window[2]
+    # Fills a sheet's mask, `columns` cells wide: cells near its triangles, new where the frame's mask is
+    # there. Returns how many are new.
+    cell, scale, rows = numbers.cell, numbers.texels, cells.shape[0] // columns
     close, near = (_OVER * cell) ** 2, (0.71 * cell + numbers.gutter) ** 2
     chart = int64(fit[1])
     canvas, wide = canvases.firsts[chart], canvases.widths[chart]
@@ -114,11 +112,11 @@ def _fill(
         top = r0 + min(0.0, y1, y2) - reach - low[0]
         bottom, left = r0 + max(0.0, y1, y2) + reach - low[0], c0 + min(0.0, x1, x2) - reach - low[1]
         right = c0 + max(0.0, x1, x2) + reach - low[1]
-        i0, i1 = max(int64(np.floor(top / cell)), window[0]), min(int64(bottom / cell) + 1, window[1])
-        j0, j1 = max(int64(np.floor(left / cell)), window[2]), min(int64(right / cell) + 1, window[3])
+        i0, i1 = max(int64(np.floor(top / cell)), 0), min(int64(bottom / cell) + 1, rows)
+        j0, j1 = max(int64(np.floor(left / cell)), 0), min(int64(right / cell) + 1, columns)
         for i in range(i0, i1):
             for j in range(j0, j1):
-                at = (i - window[0]) * columns + j - window[2]
+                at = i * columns + j
                 if cells[at]:
                     continue
                 row, column = low[0] + i * cell + middle, low[1] + j * cell + middle
@@ -166,7 +164,7 @@ def mask_sheets(
 
     `laid` (n,) are blocks in the order in which they were laid, and `order` tells which of the footprint's
     each one is; `shapes` (charts, 2) the final charts' sizes; `fits` as `fit_sheets` left them. `out` (m,
-    `SHEET`) receives placements and `cells` their windows, one after another; `filled` (2,) says how many of
+    `SHEET`) receives placements and `cells` their masks, one after another; `filled` (2,) says how many of
     each there are, before and after. `boxes` (`MOST_SHEETS`, 4) is scratch.
     """
     firsts, triangles, _, sheets, _ = footprint
@@ -188,8 +186,7 @@ def mask_sheets(
             if height > numbers.largest or width > numbers.largest:
                 continue
             low = (row - height // 2, column - width // 2)
-            window = window_of(low, (height, width), numbers.cell, numbers.feather, tall, wide)
-            size = (window[1] - window[0]) * (window[3] - window[2])
+            size = height // numbers.cell * (width // numbers.cell)
             if count == out.shape[0] or end + size > cells.shape[0]:
                 return at
             new = _fill(
@@ -205,7 +202,7 @@ def mask_sheets(
                 m,
                 masks[n],
                 low,
-                window,
+                width // numbers.cell,
                 cells[end : end + size],
             )
             if new == 0:

@@ -21,7 +21,6 @@ class Frame:
 
     size: int
     cell: int
-    feather: int
     level: int
     scale: float
     texels: float

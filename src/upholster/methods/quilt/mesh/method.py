@@ -9,7 +9,6 @@ block after another.
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,16 +20,9 @@ from upholster.geometry import MeshSurface
 from upholster.methods.quilt._block_kernels import LayNumbers, LayScratch, LayWeights, MatchImage, Span
 from upholster.methods.quilt._landmark_kernels import LandmarkUses
 from upholster.methods.quilt._phase_kernels import MISFIT
-from upholster.methods.quilt.emit import LABEL_CELL, emitted_quilt
+from upholster.methods.quilt.emit import MESH_CELL, emitted_quilt
 from upholster.methods.quilt.landmarks import mesh_uses
-from upholster.methods.quilt.masked import (
-    LARGEST_WARPED,
-    MASK_CUT,
-    MASK_NONE,
-    MATRIX_UNIT,
-    PLACEMENT,
-    SYMMETRIES,
-)
+from upholster.methods.quilt.masked import BLOCK, LARGEST_BLOCK, MATRIX_UNIT
 from upholster.methods.quilt.match_pyramid import MatchPyramid
 from upholster.methods.quilt.mesh._frame_kernels import (
     FRAME_COLUMNS,
@@ -56,6 +48,7 @@ from upholster.methods.quilt.phases import WantedPhases
 from upholster.parallel import check_running, run_tasks
 from upholster.quilt.chart import Chart
 from upholster.quilt.model import Quilt
+from upholster.quilt.placement import SYMMETRIES
 from upholster.quilt.warp_field import UNIT, WarpField
 from upholster.types import FloatArray, IntArray, PixelArray, Progress
 
@@ -152,21 +145,18 @@ def synthesize_mesh(
     shape = exemplar.shape[0], exemplar.shape[1]
     ends = np.searchsorted(placed["chart"], np.arange(len(charts) + 1))
     each = [placed[ends[n] : ends[n + 1]] for n in range(len(charts))]
-    how: dict[str, Any] = {"cell": LABEL_CELL, "whole": False, "threads": threads}
-    quilt = emitted_quilt(charts, fields, shape, each, [cells] * len(charts), **how)
+    quilt = emitted_quilt(charts, fields, shape, each, [cells] * len(charts), cell=MESH_CELL, threads=threads)
     return quilt.on(surface, seed=seed)
 
 
 def _frame(shape: tuple[int, ...], block: int, scale: float, density: float) -> Frame:
     last = max(0, int(np.log2(min(shape[:2]) / 16)))
     level = min(max(0, int(np.floor(np.log2(scale / density) + 0.5))), last)
-    coarse = block >= _COARSE
-    cell, feather = (4, 3) if coarse else (2, 2)
-    cell = cell if block >> level >= 24 else 2
+    cell = 4 if block >= _COARSE and block >> level >= 24 else 2
     wanted = min(block, _SHARE * min(shape[:2])) / 2**level
     size = 2 * cell * max(2, int(np.rint(min(max(wanted, 8), _LARGEST_FRAME) / (2 * cell))))
     pixels = scale / 2**level
-    return Frame(size, cell, feather, level, pixels, density / pixels)
+    return Frame(size, cell, level, pixels, density / pixels)
 
 
 @dataclass(eq=False)
@@ -346,7 +336,7 @@ class _Laying:
             own = slice(before, before + len(found.firsts) - 1)
             lots.append(Lot(self.frame, found, self.blocks[own], self.masks[own]))
             before = own.stop
-        parts, cells, end = [self._base()], [], 0
+        parts, cells, end = [np.zeros(0, BLOCK)], [], 0
         for lot in [*lots, self.added]:
             if lot is not None:
                 sheets, own_cells = self._sheets(lot)
@@ -356,24 +346,6 @@ class _Laying:
         placed = np.concatenate(parts)
         placed = placed[np.argsort(placed["chart"], kind="stable")]
         return placed, np.concatenate(cells) if cells else np.zeros(0, np.uint8)
-
-    def _base(self) -> NDArray[np.void]:
-        # Whole blocks under all others, so that what lies beyond the mesh has the texture's colours.
-        side = LARGEST_WARPED
-        parts = []
-        for number, chart in enumerate(self.charts):
-            rows, columns = (np.arange(0, size, side) for size in (chart.height, chart.width))
-            for row in rows.tolist():
-                for column in columns.tolist():
-                    one = np.zeros(1, PLACEMENT)
-                    height, width = min(side, chart.height - row), min(side, chart.width - column)
-                    one["chart"], one["height"], one["width"] = number, height, width
-                    one["row"], one["column"] = row + height // 2, column + width // 2
-                    one["first_cell"], one["mask"] = -1, MASK_NONE
-                    parts.append(one)
-        base = np.concatenate(parts)
-        base["source_row"], base["source_column"] = 8 * self.shape[0], 8 * self.shape[1]
-        return base
 
     def _sheets(self, lot: Lot) -> tuple[NDArray[np.int64], NDArray[np.uint8]]:
         # All sheets of laid blocks, in order, and their masks' cells; part by part, on all threads.
@@ -399,8 +371,7 @@ class _Laying:
         numbers = MaskNumbers(
             frame.texels,
             _final_cell(frame),
-            frame.feather,
-            LARGEST_WARPED,
+            LARGEST_BLOCK,
             _PAINTED_BEYOND,
             frame.size,
             frame.cell,
@@ -437,7 +408,7 @@ class _Laying:
         frame = lot.frame
         block, sheet = sheets[:, 0], sheets[:, 7]
         fit = lot.footprints.fits[block, sheet]
-        placed = np.zeros(len(sheets), PLACEMENT)
+        placed = np.zeros(len(sheets), BLOCK)
         for n, name in enumerate(("chart", "row", "column", "height", "width", "first_cell"), start=1):
             placed[name] = sheets[:, n]
         placed["first_cell"] += first_cell
@@ -455,14 +426,13 @@ class _Laying:
         for axis, name in enumerate(("source_row", "source_column")):
             source = lot.blocks[block, axis] + np.rint(fraction * shown[:, axis]).astype(np.int64)
             placed[name] = np.clip(source, 0, 16 * (self.shape[axis] - 1))
-        # Whole units from the field's own matrix there: a stream tells those in few bytes.
         unit = (1 << frame.level) / frame.texels * UNIT
         own = np.rint(here * unit)
         matrices = own + MATRIX_UNIT * np.rint((own_centre * unit - own) / MATRIX_UNIT)
         centred = (sheet > 0) | (matrices != own).any(axis=1)
         placed["matrix"] = np.where(centred[:, None], matrices, 0).astype(np.int32)
         placed["centred"] = centred
-        placed["mask"], placed["mask_cell"], placed["feather"] = MASK_CUT, _final_cell(frame), frame.feather
+        placed["mask_cell"] = _final_cell(frame)
         return placed
 
     def _matrices_at(self, placed: NDArray[np.void]) -> FloatArray:
@@ -501,7 +471,7 @@ class _Laying:
         return Centres(triangles, shares, roots)
 
     def _matrices_near(self, chart: NDArray[np.int64], final: FloatArray) -> FloatArray:
-        placed = np.zeros(len(chart), PLACEMENT)
+        placed = np.zeros(len(chart), BLOCK)
         placed["chart"], placed["row"], placed["column"] = chart, final[:, 0], final[:, 1]
         return self._matrices_at(placed)
 

@@ -9,7 +9,7 @@ from upholster.methods.quilt._block_kernels import LayNumbers, LayScratch, LayWe
 from upholster.methods.quilt._expansion_kernels import CellLattice, ChartCells, ExpansionScratch
 from upholster.methods.quilt._landmark_kernels import LandmarkUses
 from upholster.methods.quilt._refine_kernels import RefineScratch, RefineWeights
-from upholster.methods.quilt.masked import LARGEST_WARPED
+from upholster.methods.quilt.masked import LARGEST_BLOCK
 from upholster.methods.quilt.mesh._frame_kernels import COST, Canvases
 from upholster.methods.quilt.mesh._refine_frame_kernels import refine_frames
 from upholster.methods.quilt.mesh._unfold_kernels import MeshArrays
@@ -65,9 +65,9 @@ def dearest(blocks: IntArray, effort: int) -> NDArray[np.intp]:
 
 def larger_frame(frame: Frame, height: int, width: int) -> Frame:
     """Return the frame of a region; `height` and `width` are the exemplar's on the frame's level."""
-    most = min(_LARGEST_SHARE * min(height, width), 0.5 * LARGEST_WARPED / frame.texels)
+    most = min(_LARGEST_SHARE * min(height, width), 0.5 * LARGEST_BLOCK / frame.texels)
     size = 2 * frame.cell * int(min(_REGION * frame.size, most) / (2 * frame.cell))
-    return Frame(max(frame.size, size), frame.cell, frame.feather, frame.level, frame.scale, frame.texels)
+    return Frame(max(frame.size, size), frame.cell, frame.level, frame.scale, frame.texels)
 
 
 def refine_lot(
