@@ -207,11 +207,17 @@ def _streams() -> Any:
         yield encode_stream(plane, make(rng, exemplar.shape[:2], charts, 200), exemplar)
     for dtype, make in ((np.uint8, anything), (np.float32, anything_bent), (np.uint16, anything_bent)):
         exemplar = noise(21, 34, 3, np.float32, seed=4)
-        maps = {**_maps(exemplar), "normal": noise(21, 34, 3, dtype, seed=5), "emission": noise(21, 34, 4, np.float32, seed=6)}
+        maps = {
+            **_maps(exemplar),
+            "normal": noise(21, 34, 3, dtype, seed=5),
+            "emission": noise(21, 34, 4, np.float32, seed=6),
+        }
         yield encode_stream(plane, make(rng, (21, 34), _charts(), 9), exemplar, maps=maps)
     for density in (0.125, 0.5, 2.0, 4.0):
         quilt = anything_bent(rng, (21, 34), _charts(), 12, 2)
-        yield encode_stream(plane, replace(quilt, density=density), noise(21, 34, 3), maps=_maps(noise(21, 34)))
+        yield encode_stream(
+            plane, replace(quilt, density=density), noise(21, 34, 3), maps=_maps(noise(21, 34))
+        )
     yield from _streams_of_faces(rng)
 
 
