@@ -76,6 +76,13 @@ def test_textures_are_halved_and_look_alike(tmp_path: Path, maps: int) -> None:
             assert abs(float(one.mean()) - float(other.mean())) < 3
 
 
+def test_textures_are_told_as_what_they_are(tmp_path: Path) -> None:
+    material = Material({"albedo": sample(), "roughness": sample()[:, :, :1].copy()})
+    cover(material, "torus", tmp_path / "x.glb", synthesis=ASKED, options=WriteOptions(quads=400))
+    document, _ = textures(tmp_path / "x.glb", tmp_path)
+    assert [image["mimeType"] for image in document["images"]] == ["image/jpeg", "image/png"]
+
+
 def test_several_materials_have_lods_as_well(tmp_path: Path) -> None:
     corners = np.array([(0, 0, 0), (1, 0, 0), (0, 1, 0), (1, 1, 0)], float)
     lines = ["v {} {} {}".format(*corner) for corner in corners]

@@ -13,6 +13,7 @@ from upholster.geometry import AnySurface, MeshSurface
 from upholster.image import Material
 from upholster.joined import joined_model
 from upholster.model import AtlasLayout
+from upholster.model.packing import GUTTER
 from upholster.options import WriteOptions
 from upholster.outputs import Output, TexturedModel, write_output
 from upholster.quilt import Quilt, Texels, paint, paint_material
@@ -175,9 +176,12 @@ def _coarser(model: TexturedModel, halvings: int) -> TexturedModel:
         raise InputError("lods need a quilt and its sample, not texels alone")
     density, size = max(PAINTED_DENSITIES[0], model.density / 2**halvings), model.options.atlas_size
     texels, maps = painted(model.quilt, model.exemplar, model.threads, density=density)
+    padding = model.options.padding
+    if padding is None and not isinstance(model.surface, MeshSurface):
+        padding = GUTTER  # on a mesh it goes with the texels
     options = replace(
         model.options,
-        padding=model.options.padding >> halvings,
+        padding=None if padding is None else padding >> halvings,
         atlas_size=None if size is None else max(256, size >> halvings),
     )
     return replace(model, texels=texels, maps=maps, density=density, options=options, packed=None)

@@ -11,7 +11,6 @@ from starlette.applications import Starlette
 from starlette.responses import FileResponse
 from starlette.routing import Mount, Route
 from starlette.staticfiles import StaticFiles
-
 from streams import CHARTS, anything_bent, laid, noise
 
 from upholster.geometry import surface_from_spec
@@ -20,7 +19,8 @@ from upholster.stream import encode_stream
 pytestmark = pytest.mark.browser
 
 TURNED_OFF = 0.001
-"""Share of the texels of normals that may differ by 1 of 255, where warp fields turn them: the card has 32 bits."""
+"""Share of the texels of normals that may differ by 1 of 255, where warp fields turn them: the card has
+32 bits."""
 
 PAINTED = {
     "streams/ring": ["color"],
@@ -30,7 +30,8 @@ PAINTED = {
     "vectors/mesh": ["color"],
     "vectors/nets_16_bit": ["color"],
 }
-"""Streams, and what of them the card paints: warped and flat, on patches and meshes, of two layers, turned, dense."""
+"""Streams, and what of them the card paints: warped and flat, on patches and meshes, of two layers, turned,
+dense."""
 
 TOLD = """
 customElements.define = ((define) => function (name, Kind) {

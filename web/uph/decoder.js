@@ -8,7 +8,7 @@ import { ImageDecoder } from './image/decoder.js'
 import { MAX_MAP_SAMPLES, parseImageHeader } from './image/header.js'
 import { parseLayout } from './layout.js'
 import { LIMITS, checkCharts, checkSamples } from './limits.js'
-import { paint, paintedSize } from './paint/painter.js'
+import { ChartPainter, paintedSize } from './paint/painter.js'
 import { MapPyramid } from './paint/pyramid.js'
 import { toRgba } from './paint/rgba.js'
 import { QuiltDecoder, bareLayers } from './quilt.js'
@@ -300,7 +300,7 @@ export class UphDecoder {
   /** Texels of a chart as far as it is known, rows [start, stop) of it, as the map's `data`; `density` of them a step. */
   texels(index, { role = 'albedo', density, start = 0, stop } = {}) {
     const job = this.#job(index, role, density)
-    return paint(job, start, checkedRows(start, stop, job.size))
+    return new ChartPainter(job).rows(start, checkedRows(start, stop, job.size))
   }
 
   /**
@@ -316,15 +316,15 @@ export class UphDecoder {
     if (!(offset >= 0 && step >= wide && offset + (end - start - 1) * step + wide <= into.length)) {
       throw new RangeError(`texels do not fit ${into.length} bytes`)
     }
+    const painter = new ChartPainter(job)
     for (let row = start, to = offset; row < end; row += STRIP_ROWS) {
-      const texels = paint(job, row, Math.min(end, row + STRIP_ROWS))
-      const painted = toRgba(texels, job.pyramid.picture.channels, role)
+      const painted = toRgba(painter.rows(row, Math.min(end, row + STRIP_ROWS)), job.pyramid.picture.channels, role)
       for (let at = 0; at < painted.length; at += wide, to += step) into.set(painted.subarray(at, at + wide), to)
     }
     return into
   }
 
-  /** What a chart is painted from, see `paint`, but for the map: `chart`, `size`, `field` and `layers`. */
+  /** What a chart is painted from, see `ChartPainter`, but for the map: `chart`, `size`, `field` and `layers`. */
   recipe(index, density) {
     const size = this.paintedSize(index, density)
     const chart = this.charts[index]

@@ -1,4 +1,4 @@
-/** Chunks F and N: the warp field of every chart, its nodes coded [3, 5.7]. */
+/** Chunks F and N: the warp field of every chart, its nodes coded [3, 5.3]. */
 
 import { BitDecoder } from './bits.js'
 import { IDENTITY_FIELD, WarpField } from './field.js'

@@ -50,9 +50,15 @@ export class WarpField {
     const [above, below, down] = nodesRound(this.margin, this.rows, row)
     const line = new Int32Array(4 * columns)
     for (let n = 0; n < line.length; n++) line[n] = between(matrices[4 * above * columns + n], matrices[4 * below * columns + n], down)
-    for (let n = 0; n < places.length; n++) {
-      const [left, beside, right] = nodesRound(this.margin, columns, places[n])
-      for (let k = 0; k < 4; k++) out[4 * n + k] = between(line[4 * left + k], line[4 * beside + k], right)
+    let [left, beside] = [0, 0]
+    for (let n = 0, before = NaN; n < places.length; n++) {
+      const place = places[n] - 8
+      if (place >> 9 !== before) [left, beside] = nodesRound(this.margin, columns, places[n])
+      before = place >> 9
+      for (let k = 0, at = 4 * n; k < 4; k++, at++) {
+        const first = line[4 * left + k]
+        out[at] = left === beside ? first : between(first, line[4 * beside + k], place & 511)
+      }
     }
   }
 }

@@ -1,4 +1,4 @@
-/** Whole numbers of plans, each with counters of its own: number(f) [5.3]. */
+/** Whole numbers of plans, each kind with counters of its own: number(k) [5.2]. */
 
 const ZERO = 0
 const SIGN = 4

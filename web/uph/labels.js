@@ -1,4 +1,4 @@
-/** Label maps [4]: which placement of a chart's layer each cell of a grid shows, −1 for none, and how they are coded [5.4]. */
+/** Label maps [4]: which placement of a chart's layer each cell of a grid shows, −1 for none, and how they are coded [5.2]. */
 
 import { BitDecoder } from './bits.js'
 import { ceilDivide } from './numbers.js'

@@ -1,4 +1,4 @@
-/** Placements [4]: one block of the exemplar on one chart, and how they are told one after another [5.3]. */
+/** Placements [4]: one block of the exemplar on one chart, and how they are told one after another [5.2]. */
 
 import { BitDecoder } from './bits.js'
 import { INTEGER_COUNTERS, INTEGER_MIXERS, decodeInteger } from './integers.js'

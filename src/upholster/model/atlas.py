@@ -120,7 +120,7 @@ def build_atlas(
     for number, page in enumerate(pages):
         own = pixels[page.top : page.top + page.height]
         mine = layout.on_page(number)
-        own[:] = _mean_color([texels.arrays[n] for n in mine])
+        _fill(own, _mean_color([texels.arrays[n] for n in mine]))
         tasks += [partial(_lay, own, page.top, mine[n], n, of_chart[n], texels.arrays) for n in mine]
     # Small charts are laid by Python more than by memory: threads would wait for each other.
     large = texels.count >= len(cells) << 20
@@ -148,7 +148,7 @@ def build_page(
     page, cells = layout.pages[number], layout.on_page(number)
     first = arrays[next(iter(cells))]
     pixels = np.empty((page.height, page.width, first.shape[2]), first.dtype)
-    pixels[:] = _mean_color([arrays[n] for n in cells])
+    _fill(pixels, _mean_color([arrays[n] for n in cells]))
     for n, cell in cells.items():
         _lay(pixels, page.top, cell, n, seams.get(n, ()), arrays)
     return pixels
@@ -186,13 +186,23 @@ def _lay(
 
 def _lay_island(inside: PixelArray, cell: AtlasCell, stencil: NDArray[np.bool_], texels: PixelArray) -> None:
     """Write an island's own squares into its cell; beyond its chart the outermost texel is repeated."""
+    above, before = cell.row - cell.top, cell.column - cell.left
+    below = cell.height - above - texels.shape[0]
+    after = cell.width - before - texels.shape[1]
+    beyond = [(max(above, 0), max(below, 0)), (max(before, 0), max(after, 0)), (0, 0)]
+    shown = np.pad(texels, beyond, mode="edge")[max(-above, 0) :, max(-before, 0) :]
     side = cell.height // len(stencil)
-    rows = np.clip(np.arange(cell.height) + cell.top - cell.row, 0, texels.shape[0] - 1)
-    columns = np.clip(np.arange(cell.width) + cell.left - cell.column, 0, texels.shape[1] - 1)
-    for own, band in zip(stencil, rows.reshape(-1, side), strict=True):
-        mine = np.flatnonzero(np.repeat(own, side))
-        inside[:side, mine] = texels[band[:, None], columns[mine]]
-        inside = inside[side:]
+    own = np.repeat(np.repeat(stencil, side, axis=0), side, axis=1)
+    # A texel is copied as one thing, not channel by channel: twenty times as fast.
+    texel = f"V{texels.shape[2] * texels.itemsize}"
+    to, of = inside.view(texel)[:, :, 0], shown[: cell.height, : cell.width].view(texel)[:, :, 0]
+    np.copyto(to, of, where=own)
+
+
+def _fill(pixels: PixelArray, color: NDArray[np.generic]) -> None:
+    """Paint all of a page, row by row: of a single colour NumPy makes three numbers at a time."""
+    pixels[:1] = color
+    pixels[1:] = pixels[:1]
 
 
 def by_chart(seams: Sequence[ChartSeam]) -> dict[int, list[ChartSeam]]:

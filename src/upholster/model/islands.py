@@ -35,7 +35,7 @@ from upholster.types import FloatArray, frozen_array
 __all__ = ["island_padding", "pack_islands", "pack_surface"]
 
 _LEAST_PADDING, _MOST_PADDING, _PADDINGS = 4, 16, 400
-"""Texels between islands by default: least, most; and how many of them a square of all texels is wide."""
+"""Texels between islands by default, at least and at most; how many of them a square atlas is wide, about."""
 
 _SQUARES = 512
 """Squares of a page each way, about, at most: more take longer to pack than they save."""

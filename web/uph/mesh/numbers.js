@@ -1,4 +1,4 @@
-/** Numbers and flags of a mesh [5.8]. */
+/** Numbers and flags of a mesh [5.4]. */
 
 import { BitDecoder } from '../bits.js'
 import { INTEGER_COUNTERS, INTEGER_MIXERS, decodeInteger } from '../integers.js'

@@ -1,6 +1,6 @@
 /** Paints charts [8]: each texel from the placements that the cells round it show, in one pass. */
 
-import { clamp, range } from '../numbers.js'
+import { clamp } from '../numbers.js'
 import { FARTHEST } from '../placements.js'
 import { SYMMETRIES } from '../symmetry.js'
 import { turnNormals } from './normals.js'
@@ -14,27 +14,18 @@ export function paintedSize({ height, width }, density) {
 
 /** Where texels lie of which so many cover so many steps, in 1/16 step. */
 export function placesOf(texels, steps) {
-  return Int32Array.from(range(texels), (n) => Math.floor(((2 * n + 1) * 8 * steps) / texels))
+  return new Int32Array(texels).map((_, n) => Math.floor(((2 * n + 1) * 8 * steps) / texels))
 }
 
 /**
- * Texels of rows [start, stop) of a chart, as samples of its map: `chart` has height and width in steps, `size` in texels; `layers` have
- * a `grid`, `placements` and `labels`, see `quilt.js`; the map is a `MapPyramid`.
+ * Paints a chart: `chart` has height and width in steps, `size` in texels; `layers` have a `grid`, `placements` and `labels`, see
+ * `quilt.js`; the map is a `MapPyramid`.
  */
-export function paint(job, start, stop) {
-  const { data, channels } = job.pyramid.picture
-  const painter = new RowPainter(job)
-  const out = new data.constructor((stop - start) * job.size.width * channels)
-  const samples = job.size.width * channels
-  for (let row = start, at = 0; row < stop; row++, at += samples) painter.paint(row, out.subarray(at, at + samples))
-  return out
-}
-
-class RowPainter {
+export class ChartPainter {
   constructor({ chart, size, field, layers, pyramid }) {
     const { data, channels } = pyramid.picture
     this.channels = channels
-    this.rows = placesOf(size.height, chart.height)
+    this.downPlaces = placesOf(size.height, chart.height)
     this.columns = placesOf(size.width, chart.width)
     this.field = field
     this.pyramid = pyramid
@@ -49,9 +40,16 @@ class RowPainter {
     if (this.isConstant) field.along(0, this.columns, this.matrices)
   }
 
-  /** Paint a row of texels into `out`. */
-  paint(row, out) {
-    const place = this.rows[row]
+  /** Texels of rows [start, stop), as samples of the map. */
+  rows(start, stop) {
+    const { sums, pyramid } = this
+    const out = new pyramid.picture.data.constructor((stop - start) * sums.length)
+    for (let row = start, at = 0; row < stop; row++, at += sums.length) this.#paint(row, out.subarray(at, at + sums.length))
+    return out
+  }
+
+  #paint(row, out) {
+    const place = this.downPlaces[row]
     if (!this.isConstant) this.field.along(place, this.columns, this.matrices)
     this.layers.forEach((layer, n) => {
       this.sums.fill(0)
@@ -63,39 +61,43 @@ class RowPainter {
   }
 
   #addLayer(layer, place) {
-    const { spans, grid } = layer
+    const { spans, labels, grid } = layer
     const { cell, columns, shift } = grid
     const first = columns * Math.floor((place + shift) / (16 * cell))
     const down = Math.floor(((place + shift) % (16 * cell)) / cell)
-    const cells = [0, 0, 0, 0]
+    /** Whether a cell shows the same as those beside it, below it and between. */
+    const isOne = (at) => labels[at] === labels[at + 1] && labels[at] === labels[at + columns] && labels[at] === labels[at + columns + 1]
     for (let n = 0; n < spans.length; n++) {
-      const { start } = spans[n]
-      this.#readCells(layer, first + spans[n].column, cells)
-      const [a, b, c, d] = cells
-      // Where all are one placement's, as far as they go on like this.
-      if (isOne(cells)) while (n + 1 < spans.length && isOne(this.#readCells(layer, first + spans[n + 1].column, cells)) && cells[0] === a) n++
-      const { end } = spans[n]
-      for (const label of new Set([a, b, c, d])) {
-        if (label < 0) continue
-        const left = (label === a ? 16 - down : 0) + (label === c ? down : 0)
-        const right = (label === b ? 16 - down : 0) + (label === d ? down : 0)
-        this.#add((layer.known[label] ??= layer.shown(layer.placements[label])), place, [left, right], layer.fractions, start, end)
+      const { column, start } = spans[n]
+      const at = first + column
+      const label = labels[at]
+      if (isOne(at)) {
+        // As far as it goes on like this.
+        while (n + 1 < spans.length && labels[first + spans[n + 1].column] === label && isOne(first + spans[n + 1].column)) n++
+        this.#add(layer, label, place, 16, 16, start, spans[n].end)
+        continue
       }
+      for (let k = 0; k < 4; k++) this.#addCell(layer, at, k, place, down, spans[n])
     }
   }
 
-  /** The labels of a cell and of those beside it, below it and between. */
-  #readCells({ labels, grid: { columns } }, at, cells) {
-    cells[0] = labels[at]
-    cells[1] = labels[at + 1]
-    cells[2] = labels[at + columns]
-    cells[3] = labels[at + columns + 1]
-    return cells
+  /** Add what the k-th of four cells shows, and what others of them show with it; once. */
+  #addCell(layer, at, k, place, down, { start, end }) {
+    const { labels, grid } = layer
+    const [a, b, c, d] = [labels[at], labels[at + 1], labels[at + grid.columns], labels[at + grid.columns + 1]]
+    const label = k < 2 ? (k ? b : a) : k > 2 ? d : c
+    if ((k > 0 && label === a) || (k > 1 && label === b) || (k > 2 && label === c)) return
+    const left = (label === a ? 16 - down : 0) + (label === c ? down : 0)
+    const right = (label === b ? 16 - down : 0) + (label === d ? down : 0)
+    this.#add(layer, label, place, left, right, start, end)
   }
 
   /** Add what a placement shows to texels [start, end) of the row, from `left` to `right` of 16 between two columns of cells. */
-  #add({ placement, symmetry, level, picture }, place, [left, right], fractions, start, end) {
+  #add(layer, label, place, left, right, start, end) {
+    if (label < 0) return
     const { columns, matrices, sums, covered, channels, isFloat } = this
+    const { fractions } = layer
+    const { placement, symmetry, level, picture } = (layer.known[label] ??= layer.shown(layer.placements[label]))
     const { height, width, data } = picture
     const { row, column, sourceRow, sourceColumn } = placement
     const [c0, c1, c2, c3] = placement.center
@@ -154,8 +156,6 @@ class RowPainter {
     }
   }
 }
-
-const isOne = ([a, b, c, d]) => a === b && a === c && a === d
 
 /** A pixel's place, or of what lies outside that of its mirror image. */
 function mirrored(n, size) {

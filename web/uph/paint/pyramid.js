@@ -3,7 +3,7 @@
 import { clamp } from '../numbers.js'
 import { symmetricNormals } from './normals.js'
 
-/** How a sample of the exemplar's pixel stands for texels of which there are `ratio` a step: of a centre matrix, the pyramid's level. */
+/** The level that a placement with this centre matrix reads, where there are `ratio` texels for each square step. */
 export function pyramidLevel({ height, width }, [a, b, c, d], ratio) {
   const most = 32 - Math.clz32(Math.max(height, width) - 1)
   const determinant = a * d - b * c
