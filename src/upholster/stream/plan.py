@@ -4,14 +4,14 @@ A decoder takes bytes as they come, and knows at once which placements and label
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
 
 from upholster.errors import FormatError, InputError
-from upholster.quilt.displacement import centre_matrices
+from upholster.quilt.displacement import centre_matrices, warped_sources
 from upholster.quilt.labels import LabelMap, cell_centres
 from upholster.quilt.model import Quilt
 from upholster.quilt.placement import PLACEMENT, SYMMETRIES, bare_placement
@@ -61,10 +61,33 @@ def encode_plan(quilt: Quilt) -> PlanCode:
     """
     if len(quilt.placements) > MAX_PLACEMENTS:
         refuse_pixel(quilt.steps, quilt.exemplar_shape)
+    quilt = _on_cells(quilt)
     head = PlanHead.of(quilt)
     placements, placement_ends = _encode_placements(quilt, head)
     labels, label_ends, surprising = _encode_labels(quilt, head)
     return PlanCode(head.pack(), placements, labels, placement_ends, label_ends, surprising)
+
+
+def _on_cells(quilt: Quilt) -> Quilt:
+    """Return a quilt in which the bare placements of charts that have not come stand on middles of cells."""
+    placed = quilt.placements
+    alone = np.flatnonzero(np.bincount(placed["chart"], minlength=len(quilt.charts)) == 1)
+    moved = placed.copy()
+    for chart in alone.tolist():
+        first, layer = quilt.first_on(chart), quilt.labels[chart][0]
+        one, at = placed[first : first + 1], []
+        for name, count in zip(("row", "column"), layer.labels.shape, strict=True):
+            centres = cell_centres(count, layer.cell, half=layer.half)
+            at.append(centres[np.abs(centres - one[name]).argmin()])
+            moved[name][first] = at[-1]
+        for name, place, size in zip(
+            ("source_row", "source_column"),
+            warped_sources(quilt.fields[chart], one, [at[0]], [at[1]]),
+            quilt.exemplar_shape,
+            strict=True,
+        ):
+            moved[name][first] = np.clip(place[0], 0, 16 * size - 1)
+    return replace(quilt, placements=moved)
 
 
 def _encode_placements(quilt: Quilt, head: PlanHead) -> tuple[bytes, tuple[int, ...]]:
