@@ -27,8 +27,8 @@ PATCH_CELL, MESH_CELL = 4, 2
 """Steps a side of a cell of label maps, on patches and on meshes: blocks are blended over so many. A mesh's
 charts meet askew, so that the same border lies in other cells on both sides of a seam."""
 
-_LEAST = 64
-"""Steps that a placement must show: nobody sees a smaller one, and it takes as many bytes as a large one."""
+_LEAST = 4
+"""Cells that a placement must show: nobody sees a smaller one, and it takes as many bytes as a large one."""
 
 _OFF = 0.3
 """Pixels that a placement may be off somewhere before it gets a matrix of its own."""
@@ -88,21 +88,21 @@ def labelled(
     seen = np.full(label_shape(chart.height, chart.width, cell), -1, np.int32)
     trace_cells(laid, cells, cell, seen)
     count = np.bincount(seen[seen >= 0], minlength=len(laid))
-    few = (count > 0) & (count * cell**2 < _LEAST)
-    if few.any() and (count * cell**2 >= _LEAST).any():
+    few = (count > 0) & (count < _LEAST)
+    if few.any() and (count >= _LEAST).any():
         seen[(seen >= 0) & few[seen]] = -1
-    if (seen >= 0).any():
-        fill_labels(seen, np.empty(seen.size, np.int64))
-        kept, index = np.unique(seen, return_inverse=True)
-        blocks, labels = _unmasked(number, laid[kept]), index.reshape(seen.shape).astype(np.int32)
+    kept, shown = np.unique(np.append(seen, -1), return_inverse=True)
+    shown = shown[:-1].reshape(seen.shape).astype(np.int32) - 1
+    if len(kept) > 1:
+        blocks = _unmasked(number, laid[kept[1:]])
     else:
-        blocks = bare_placement(number, (chart.height, chart.width), shape)
-        labels = np.zeros_like(seen)
-    moved, centre = _recentred(blocks, labels, field, shape, cell)
+        blocks, shown = bare_placement(number, (chart.height, chart.width), shape), np.zeros_like(seen)
+    moved, centre = _recentred(blocks, shown, field, shape, cell)
+    fill_labels(shown, np.empty(shown.size, np.int64))
     order = np.lexsort((centre[:, 1], centre[:, 0]))
     rank = np.empty(len(order), np.int32)
     rank[order] = np.arange(len(order), dtype=np.int32)
-    return moved[order], LabelMap(cell, rank[labels])
+    return moved[order], LabelMap(cell, rank[shown])
 
 
 def _unmasked(number: int, laid: NDArray[np.void]) -> NDArray[np.void]:
@@ -118,18 +118,22 @@ def _unmasked(number: int, laid: NDArray[np.void]) -> NDArray[np.void]:
 
 def _recentred(
     blocks: NDArray[np.void],
-    labels: NDArray[np.int32],
+    shown: NDArray[np.int32],
     field: WarpField,
     shape: tuple[int, int],
     cell: int,
 ) -> tuple[NDArray[np.void], IntArray]:
-    """Return placements whose centres are middles of cells that show them, and these cells' places."""
-    rows, columns = (index.reshape(-1) for index in np.indices(labels.shape))
-    owner = labels.reshape(-1)
-    at = cell_centres(labels.shape[0], cell)[rows], cell_centres(labels.shape[1], cell)[columns]
+    """Return placements whose centres are middles of cells that show them, and these cells' places.
+
+    `shown` tells of each cell the placement that was laid there, −1 where it is the nearest one's: such cells may
+    be many and lie far away.
+    """
+    rows, columns = np.nonzero(shown >= 0)
+    owner = shown[rows, columns]
+    at = cell_centres(shown.shape[0], cell)[rows], cell_centres(shown.shape[1], cell)[columns]
     read = np.stack(warped_sources(field, blocks[owner], *at), axis=1).astype(np.int64)
     inside = ((read >= 0) & (read < 16 * np.array(shape))).all(axis=1)
-    within = (rows > 0) & (rows < labels.shape[0] - 1) & (columns > 0) & (columns < labels.shape[1] - 1)
+    within = (rows > 0) & (rows < shown.shape[0] - 1) & (columns > 0) & (columns < shown.shape[1] - 1)
     size = np.bincount(owner, minlength=len(blocks))
     middle = [np.bincount(owner, index, minlength=len(blocks)) / size for index in (rows, columns)]
     away = (rows - middle[0][owner]) ** 2 + (columns - middle[1][owner]) ** 2

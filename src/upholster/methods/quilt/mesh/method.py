@@ -76,7 +76,7 @@ _BLOCKS_PER_MASKING = 256
 _FIRST_CELL = 6
 """Column of a sheet's first cell."""
 _NO_SHEETS = np.zeros((0, SHEET), np.int64), np.zeros(0, np.uint8)
-_PAINTED_BEYOND = 3.0
+_PAINTED_BEYOND = 4.0
 """Texels beyond the mesh that blocks paint."""
 
 
@@ -370,7 +370,7 @@ class _Laying:
         frame, found = lot.frame, lot.footprints
         numbers = MaskNumbers(
             frame.texels,
-            _final_cell(frame),
+            MESH_CELL,
             LARGEST_BLOCK,
             _PAINTED_BEYOND,
             frame.size,
@@ -432,7 +432,7 @@ class _Laying:
         centred = (sheet > 0) | (matrices != own).any(axis=1)
         placed["matrix"] = np.where(centred[:, None], matrices, 0).astype(np.int32)
         placed["centred"] = centred
-        placed["mask_cell"] = _final_cell(frame)
+        placed["mask_cell"] = MESH_CELL
         return placed
 
     def _matrices_at(self, placed: NDArray[np.void]) -> FloatArray:
@@ -486,10 +486,6 @@ def _working(chart: Chart, frame: Frame) -> Chart:
     height, width = (int(np.ceil(size / frame.texels)) + 1 for size in (chart.height, chart.width))
     s1, t1 = chart.s0 + height / frame.scale, chart.t0 + width / frame.scale
     return replace(chart, height=height, width=width, s1=s1, t1=t1)
-
-
-def _final_cell(frame: Frame) -> int:
-    return min(255, max(1, int(np.rint(frame.cell * frame.texels))))
 
 
 def _canvases(working: Sequence[Chart]) -> Canvases:
