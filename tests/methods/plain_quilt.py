@@ -18,8 +18,8 @@ from upholster.charts.seams import find_seams
 from upholster.charts.transitions import transitions
 from upholster.methods.quilt.features import pca_features
 from upholster.methods.quilt.landmarks import LandmarkRules, ShownBlocks
-from upholster.methods.quilt.transfer import BlockTransfer, ChartPlacements, joined
 from upholster.methods.quilt.masked import BLOCK
+from upholster.methods.quilt.transfer import BlockTransfer, ChartPlacements, joined
 from upholster.quilt.warp_field import WarpField
 
 # Row per row, row per column, column per row, column per column: rotations by quarters, then the same of the
@@ -866,21 +866,23 @@ def plain_quilt(exemplar, surface, charts, fields=None, *, options, phases=None,
             usage = {s: usage[s] + (results[n][1][s] - base[s]) for s in usage}
         order += members
     if wrap:
-        return [replace(finished[0], placements=wrapped(finished[0].placements, charts[0]))]
+        return [replace(finished[0], placements=wrapped(finished[0].placements, charts[0], 8))]
     return finished
 
 
-def wrapped(placements, chart):
-    """Repeat what reaches beyond an edge at the opposite one, right after."""
+def wrapped(placements, chart, rim):
+    """Repeat what reaches beyond an edge, or within `rim` of one, at the opposite one, right after."""
     out = []
+    around = ((0, 0), (-1, 0), (0, -1), (-1, -1), (1, 0), (0, 1), (1, 1), (-1, 1), (1, -1))
     for one in placements:
-        out.append(one)
-        below = one["row"] - one["height"] // 2 + one["height"] > chart.height
-        beside = one["column"] - one["width"] // 2 + one["width"] > chart.width
-        for down, right in ((1, 0), (0, 1), (1, 1)):
-            if (below or not down) and (beside or not right):
-                again = one.copy()
-                again["row"] -= down * chart.height
-                again["column"] -= right * chart.width
+        for down, right in around:
+            again = one.copy()
+            again["row"] += down * chart.height
+            again["column"] += right * chart.width
+            first = again["row"] - one["height"] // 2, again["column"] - one["width"] // 2
+            sides = (one["height"], chart.height), (one["width"], chart.width)
+            if all(
+                at < long + rim and at + side > -rim for at, (side, long) in zip(first, sides, strict=True)
+            ):
                 out.append(again)
     return np.array(out, placements.dtype)

@@ -1,7 +1,6 @@
 """What a flat quilt's cuts cost, found plainly: an oracle for refinement."""
 
 import numpy as np
-
 from plain_quilt import shown_blocks
 
 from upholster.methods.quilt.features import pca_features

@@ -8,9 +8,9 @@ from upholster.methods.quilt._block_kernels import ChartCanvas
 from upholster.methods.quilt._search_kernels import mean_boxes
 from upholster.methods.quilt._transfer_kernels import lay_transferred, transfer_masks
 from upholster.methods.quilt.grid import BlockGrid
+from upholster.methods.quilt.masked import BLOCK, step_matrices
 from upholster.methods.quilt.match_pyramid import MatchPyramid
 from upholster.quilt import Chart
-from upholster.methods.quilt.masked import BLOCK, step_matrices
 from upholster.quilt.warp_field import WarpField
 
 

@@ -48,8 +48,7 @@ def laid_on(exemplar, surface, charts, fields, *, options, wrap=False, seed=0):
 
 def alike(a, b):
     return np.array_equal(a.placements, b.placements) and all(
-        np.array_equal(one[0].labels, other[0].labels)
-        for one, other in zip(a.labels, b.labels, strict=True)
+        np.array_equal(one[0].labels, other[0].labels) for one, other in zip(a.labels, b.labels, strict=True)
     )
 
 
@@ -224,7 +223,9 @@ def test_blocks_lie_inside_the_exemplar(name):
         down, right = (np.arange(one[name]) - one[name] // 2 for name in ("height", "width"))
         here = matrix(field, one["row"] + down[:, None], one["column"] + right)
         read = offset(centre, here, down[:, None], right)
-        for source, positions, size in zip(("source_row", "source_column"), read, exemplar.shape[:2], strict=True):
+        for source, positions, size in zip(
+            ("source_row", "source_column"), read, exemplar.shape[:2], strict=True
+        ):
             # to the pixel of the level that is read; continuations may add the fraction of one
             assert one[source] + positions.min() >= -(16 << level)
             assert one[source] + positions.max() < 16 * size + (16 << level)

@@ -9,6 +9,7 @@ block after another.
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,6 +46,7 @@ from upholster.methods.quilt.mesh.frames import Frame, Lot, enter_frame, frame_s
 from upholster.methods.quilt.mesh.refinement import RefinedMesh, dearest, larger_frame, refine_lot
 from upholster.methods.quilt.options import QuiltOptions
 from upholster.methods.quilt.phases import WantedPhases
+from upholster.methods.quilt.transfer import ChartPlacements
 from upholster.parallel import check_running, run_tasks
 from upholster.quilt.chart import Chart
 from upholster.quilt.model import Quilt
@@ -76,7 +78,7 @@ _BLOCKS_PER_MASKING = 256
 _FIRST_CELL = 6
 """Column of a sheet's first cell."""
 _NO_SHEETS = np.zeros((0, SHEET), np.int64), np.zeros(0, np.uint8)
-_PAINTED_BEYOND = 4.0
+_PAINTED_BEYOND = 3.0
 """Texels beyond the mesh that blocks paint."""
 
 
@@ -144,8 +146,12 @@ def synthesize_mesh(
     placed, cells = laying.placements()
     shape = exemplar.shape[0], exemplar.shape[1]
     ends = np.searchsorted(placed["chart"], np.arange(len(charts) + 1))
-    each = [placed[ends[n] : ends[n + 1]] for n in range(len(charts))]
-    quilt = emitted_quilt(charts, fields, shape, each, [cells] * len(charts), cell=MESH_CELL, threads=threads)
+    none = np.zeros(len(placed), np.int64)
+    laid = [
+        ChartPlacements(placed[start:stop], cells, none[start:stop], none[start:stop])
+        for start, stop in pairwise(ends.tolist())
+    ]
+    quilt = emitted_quilt(charts, fields, shape, laid, cell=MESH_CELL, threads=threads)
     return quilt.on(surface, seed=seed)
 
 
