@@ -1,7 +1,7 @@
 """Method "quilt" once more, in plain Python and NumPy: slow, by the book, an oracle for its kernels.
 
 It shares no code with what it checks: search, cut, laying, features, pyramid, sizes of blocks, matrices,
-random numbers, and the plan that comes of them. What other charts leave on a chart it takes from
+and random numbers. What other charts leave on a chart it takes from
 `BlockTransfer`, which `test_transfer` and `test_quilt_kernels` check, the sample's landmarks and where blocks
 lie on the surface from `LandmarkRules`, which `test_landmarks` checks, and the order of charts from
 `upholster.charts`.
@@ -18,8 +18,8 @@ from upholster.charts.seams import find_seams
 from upholster.charts.transitions import transitions
 from upholster.methods.quilt.features import pca_features
 from upholster.methods.quilt.landmarks import LandmarkRules, ShownBlocks
+from upholster.methods.quilt.masked import BLOCK
 from upholster.methods.quilt.transfer import BlockTransfer, ChartPlacements, joined
-from upholster.quilt.placement import MASK_CUT, PLACEMENT
 from upholster.quilt.warp_field import WarpField
 
 # Row per row, row per column, column per row, column per column: rotations by quarters, then the same of the
@@ -28,6 +28,58 @@ SYMMETRIES = (
     *((1, 0, 0, 1), (0, 1, -1, 0), (-1, 0, 0, -1), (0, -1, 1, 0)),
     *((0, 1, 1, 0), (1, 0, 0, -1), (0, -1, -1, 0), (-1, 0, 0, 1)),
 )
+
+
+def masks_of(laid):
+    """Return a chart's blocks' masks, (rows, columns) each; None where there is none."""
+    out = []
+    for one in laid.placements:
+        if one["first_cell"] < 0:
+            out.append(None)
+            continue
+        rows, columns = (-(-int(one[name]) // int(one["mask_cell"])) for name in ("height", "width"))
+        out.append(laid.cells[one["first_cell"] :][: rows * columns].reshape(rows, columns))
+    return out
+
+
+def check_same(found, wanted):
+    """Check that as much is laid on each chart, in the same order, with the same masks."""
+    for one, other in zip(found, wanted, strict=True):
+        for name in BLOCK.names:
+            if name != "first_cell":
+                np.testing.assert_array_equal(one.placements[name], other.placements[name], name)
+        for mask, same in zip(masks_of(one), masks_of(other), strict=True):
+            np.testing.assert_array_equal(mask, same)
+
+
+def shown_blocks(laid, chart):
+    """Return of each step the last block that shows there, −1 where none does."""
+    out = np.full((chart.height, chart.width), -1)
+    for n, (one, mask) in enumerate(zip(laid.placements, masks_of(laid), strict=True)):
+        top, left = one["row"] - one["height"] // 2, one["column"] - one["width"] // 2
+        rows, columns = np.arange(chart.height) - top, np.arange(chart.width) - left
+        rows = np.flatnonzero((rows >= 0) & (rows < one["height"]))
+        columns = np.flatnonzero((columns >= 0) & (columns < one["width"]))
+        cell = int(one["mask_cell"])
+        at = np.ix_(rows, columns)
+        shows = True if mask is None else mask[np.ix_((rows - top) // cell, (columns - left) // cell)] > 0
+        out[at] = np.where(shows, n, out[at])
+    return out
+
+
+def sources_of(laid, chart, field):
+    """Return where each step reads, (height, width, 2) in 1/16 pixel, −1 where no block shows."""
+    owner = shown_blocks(laid, chart)
+    rows, columns = np.nonzero(owner >= 0)
+    one = laid.placements[owner[rows, columns]]
+    own = one["centred"][:, None] > 0
+    centre = np.where(own, one["matrix"], matrix(field, one["row"], one["column"]))
+    y, x = offset(centre, matrix(field, rows, columns), rows - one["row"], columns - one["column"])
+    turn = np.array(SYMMETRIES)[one["symmetry"]]
+    out = np.full((*owner.shape, 2), -1)
+    out[rows, columns, 0] = one["source_row"] + turn[:, 0] * y + turn[:, 1] * x
+    out[rows, columns, 1] = one["source_column"] + turn[:, 2] * y + turn[:, 3] * x
+    return out
 
 
 def texture(height=56, width=48, channels=3, seed=0, passes=5):
@@ -187,7 +239,6 @@ class PlainGrid:
     level: int
     sample: int
     mask_cell: int
-    feather: int
     height: int
     width: int
     overlaps: Any
@@ -215,7 +266,7 @@ class PlainGrid:
         last = max(0, int(np.log2(min(shape) / 16)))
         level = min(max(0, int(np.floor(np.log2(typical) + 0.5))), last)
         sample = max(1, int(np.rint(2**level / typical)))
-        cell, feather = (4 * sample, 3) if coarse else (2 * sample, 2)
+        cell = 4 * sample if coarse else 2 * sample
         wanted = block / steps
         # A block reads three quarters of the exemplar at most, wherever it lies.
         spans = np.abs(found).max(axis=0) @ wanted
@@ -237,7 +288,7 @@ class PlainGrid:
             sides.append(side)
             least = 8 if overlap is None and level > 0 else 4 * sample
             overlaps.append(min(max(least, cell * int(np.rint(side / share / cell))), side // 2))
-        return cls(chart, field, level, sample, cell, feather, *sides, tuple(overlaps), wrap)
+        return cls(chart, field, level, sample, cell, *sides, tuple(overlaps), wrap)
 
     def need(self, waiting):
         """Return rows from, to, columns from, to: beyond edges whose neighbour waits, a little more."""
@@ -363,7 +414,7 @@ class PlainChart:
             top, left = row - height // 2, column - width // 2
             mask = cells[one["first_cell"] :][: (height // cell) * (width // cell)]
             mask = mask.reshape(height // cell, width // cell).astype(bool)
-            # Covered for sure where the feathered mask is whole: a cell and the eight round it.
+            # Covered for sure well inside the mask: a cell and the eight round it.
             ring = np.pad(mask, 1)
             whole = mask.copy()
             for a, b in np.ndindex(3, 3):
@@ -434,19 +485,19 @@ class PlainChart:
                 continue
             sources[n], one_symmetry, mask = found
             self.symmetries[n] = one_symmetry
-            one = np.zeros((), PLACEMENT)
+            one = np.zeros((), BLOCK)
             one["row"], one["column"], one["height"], one["width"] = row, column, grid.height, grid.width
             one["source_row"], one["source_column"] = sources[n]
             one["symmetry"] = one_symmetry
             one["first_cell"] = -1
             if mask is not None:
-                one["mask"], one["mask_cell"], one["feather"] = MASK_CUT, grid.mask_cell, grid.feather
+                one["mask_cell"] = grid.mask_cell
                 one["first_cell"] = len(cells) * grid.cells
             cells.append(np.ones(grid.cells, np.uint8) if mask is None else mask.reshape(-1))
             placed.append(one)
             laid_at.append(n)
         none = np.zeros(0, np.uint8)
-        return np.array(placed, PLACEMENT), np.concatenate([none, *cells]), np.array(laid_at, np.int64)
+        return np.array(placed, BLOCK), np.concatenate([none, *cells]), np.array(laid_at, np.int64)
 
     def lay(self, n, blocks, sources, whole, usage, options, draws):
         grid = self.grid
@@ -739,30 +790,8 @@ class PlainChart:
         return (rows >= 0) & (columns >= 0) & self.laid[rows, columns]
 
 
-@dataclass(frozen=True)
-class PlainResult:
-    """What `synthesize_quilt` must return.
-
-    Attributes
-    ----------
-    placements
-        Chart after chart.
-    masks
-        Whole masks of the cut ones, (rows, columns) each.
-    order
-        Charts as they were laid, and how many blocks at a time.
-    links
-        Per chart in that order, the block that each one was transferred from, counted over all of them; −1.
-    """
-
-    placements: Any
-    masks: Any
-    order: Any
-    links: Any
-
-
 def plain_quilt(exemplar, surface, charts, fields=None, *, options, phases=None, wrap=False, seed=0):
-    """Return what `synthesize_quilt` must return."""
+    """Return what `lay_all` must return, in all but origins and steps."""
     fields = tuple(fields or (WarpField.identity(),) * len(charts))
     shape = exemplar.shape[:2]
     found = () if wrap else find_seams(surface, charts)
@@ -783,7 +812,7 @@ def plain_quilt(exemplar, surface, charts, fields=None, *, options, phases=None,
     for c in transitions(surface, charts, found):
         (around if c.seam.chart == c.seam.other_chart else onto)[c.seam.other_chart].append(c)
     sizes = tuple(grid.mask_cell for grid in grids)
-    transfer = BlockTransfer(charts, fields, onto, around, shape, sizes, grids[0].feather)
+    transfer = BlockTransfer(charts, fields, onto, around, shape, sizes)
     children = np.random.SeedSequence(seed).spawn(len(charts))
     finished, usage, order = [None] * len(charts), whole.unused(symmetries_of(options)), []
     rules = LandmarkRules.of(
@@ -811,7 +840,7 @@ def plain_quilt(exemplar, surface, charts, fields=None, *, options, phases=None,
             chart.lay_transferred(transferred.placements, transferred.cells)
             chart.close(transfer.closed(n, finished))
             state = int(children[n].generate_state(1, np.uint64)[0])
-            laid, ends = transferred, []
+            laid = transferred
             parts = chart.begin(opened, usage, state)
             blocks = np.array([block[:2] for block in chart.blocks], np.int32)
             chart.uses = rules.uses(n, blocks, grids[n].level, chart.across, shown)
@@ -825,10 +854,9 @@ def plain_quilt(exemplar, surface, charts, fields=None, *, options, phases=None,
                 placed, cells, laid_at = chart.cover(whole, options, start, stop)
                 placed["chart"] = n
                 numbers = ((len(order) + members.index(n)) << 32) + laid_at
-                steps, parents = np.zeros(len(placed), np.int64), np.full((len(placed), 2), -1)
-                laid = joined([laid, ChartPlacements(placed, cells, numbers, steps, parents)])
-                ends.append(len(laid.placements))
-            results[n] = replace(laid, bounds=need, ends=tuple(ends)), chart.usage
+                steps = np.zeros(len(placed), np.int64)
+                laid = joined([laid, ChartPlacements(placed, cells, numbers, steps)])
+            results[n] = replace(laid, bounds=need), chart.usage
             first = chart.uses.before
             bits = np.array([sum(1 << k for k in seen) for seen in chart.landmarks[first:]], np.int64)
             fresh[n] = ShownBlocks(chart.uses.places[first:], bits)
@@ -837,57 +865,24 @@ def plain_quilt(exemplar, surface, charts, fields=None, *, options, phases=None,
             finished[n], shown[n] = results[n][0], fresh[n]
             usage = {s: usage[s] + (results[n][1][s] - base[s]) for s in usage}
         order += members
-    return result_of(finished, charts, order, wrap)
+    if wrap:
+        return [replace(finished[0], placements=wrapped(finished[0].placements, charts[0], 8))]
+    return finished
 
 
-def result_of(finished, charts, order, wrap):
-    """Return what is left of all placements: those that touch their chart, and what they come from."""
-    number, count = {}, 0
-    for n in order:
-        for place, one in enumerate(finished[n].placements):
-            if touches(one, charts[n]):
-                number[n, place] = count
-                count += 1
-    links, parts = [], []
-    for n in order:
-        for start, end in zip((0, *finished[n].ends), finished[n].ends, strict=False):
-            parts.append((n, sum((n, place) in number for place in range(start, end))))
-        for place in range(len(finished[n].placements)):
-            if (n, place) in number:
-                parent = tuple(finished[n].parents[place].tolist())
-                while parent[0] >= 0 and parent not in number:
-                    parent = tuple(finished[parent[0]].parents[parent[1]].tolist())
-                links.append(number.get(parent, -1))
-    placements, masks = [], []
-    for chart, part in zip(charts, finished, strict=True):
-        for one in wrapped(part.placements, chart) if wrap else part.placements:
-            if touches(one, chart):
-                placements.append(one)
-                if one["mask"] == MASK_CUT:
-                    cell = int(one["mask_cell"])
-                    sides = -(-int(one["height"]) // cell), -(-int(one["width"]) // cell)
-                    masks.append(part.cells[one["first_cell"] :][: sides[0] * sides[1]].reshape(sides))
-    return PlainResult(np.array(placements, PLACEMENT), masks, parts, links)
-
-
-def touches(one, chart):
-    """Tell whether a placement covers any texel of its chart."""
-    top, left = one["row"] - one["height"] // 2, one["column"] - one["width"] // 2
-    below, beside = top + one["height"], left + one["width"]
-    return top < chart.height and left < chart.width and below > 0 and beside > 0
-
-
-def wrapped(placements, chart):
-    """Repeat what reaches beyond an edge at the opposite one, right after."""
+def wrapped(placements, chart, rim):
+    """Repeat what reaches beyond an edge, or within `rim` of one, at the opposite one, right after."""
     out = []
+    around = ((0, 0), (-1, 0), (0, -1), (-1, -1), (1, 0), (0, 1), (1, 1), (-1, 1), (1, -1))
     for one in placements:
-        out.append(one)
-        below = one["row"] - one["height"] // 2 + one["height"] > chart.height
-        beside = one["column"] - one["width"] // 2 + one["width"] > chart.width
-        for down, right in ((1, 0), (0, 1), (1, 1)):
-            if (below or not down) and (beside or not right):
-                again = one.copy()
-                again["row"] -= down * chart.height
-                again["column"] -= right * chart.width
+        for down, right in around:
+            again = one.copy()
+            again["row"] += down * chart.height
+            again["column"] += right * chart.width
+            first = again["row"] - one["height"] // 2, again["column"] - one["width"] // 2
+            sides = (one["height"], chart.height), (one["width"], chart.width)
+            if all(
+                at < long + rim and at + side > -rim for at, (side, long) in zip(first, sides, strict=True)
+            ):
                 out.append(again)
     return np.array(out, placements.dtype)

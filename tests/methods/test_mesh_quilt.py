@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from plain_quilt import shown_blocks
 from tests.charts.meshes import box, sphere, torus
 from tests.charts.test_mesh_layout import sheet
 from tests.charts.test_mesh_turns import roof
@@ -17,6 +18,7 @@ from upholster.charts.mesh_turns import chart_turns
 from upholster.charts.subdivision import subdivided
 from upholster.geometry import MeshSurface, TriangleMesh, welded
 from upholster.measure import mesh_mapping, mesh_seams, mesh_texel_scale
+from upholster.methods.quilt.emit import emitted_quilt
 from upholster.methods.quilt.mesh import method
 from upholster.methods.quilt.mesh._frame_kernels import Canvases, locate_texels, nearest_texels
 from upholster.methods.quilt.mesh._sheet_kernels import MOST_SHEETS
@@ -30,7 +32,6 @@ from upholster.methods.quilt.mesh.footprints import (
 from upholster.methods.quilt.mesh.method import _frame, _Laying, _working, synthesize_mesh
 from upholster.methods.quilt.options import QuiltOptions
 from upholster.quilt import Quilt
-from upholster.quilt.placement import MASK_CUT
 
 SCALE, DENSITY = 100.0, 80.0
 
@@ -74,6 +75,20 @@ def covered(surface: MeshSurface, vectors: np.ndarray, **choices: int | None) ->
     return synthesize_mesh(
         noise(), surface, charts, fields, vectors, SCALE, options=options, seed=seed, threads=threads
     )
+
+
+def covered_and_bare(surface: MeshSurface, vectors: np.ndarray) -> tuple[Quilt, list[np.ndarray]]:
+    """Return a quilt, and chart by chart on which texels no block was laid."""
+    given: list[Any] = []
+
+    def noted(charts: Any, *rest: Any, **how: Any) -> Quilt:
+        given.extend(zip(charts, rest[2], strict=True))
+        return emitted_quilt(charts, *rest, **how)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(method, "emitted_quilt", noted)
+        quilt = covered(surface, vectors)
+    return quilt, [shown_blocks(one, chart) < 0 for chart, one in given]
 
 
 def level(mesh: TriangleMesh) -> np.ndarray:
@@ -191,10 +206,9 @@ def test_surfaces_that_touch_have_vertices_of_their_own_where_blocks_are_unfolde
     np.testing.assert_array_equal(found.positions[found.triangles], mesh.corners)
     own = [set(found.triangles[island == n].ravel().tolist()) for n in range(3)]
     assert not own[0] & own[1] | own[0] & own[2] | own[1] & own[2]
-    quilt = covered(surface, vectors)
-    for index, places in enumerate(_texels_inside(surface, quilt)):
-        owners = quilt.owners(index, 0, 0, quilt.charts[index].height, quilt.charts[index].width)
-        assert (owners[places] > 0).mean() > 0.995
+    quilt, bare = covered_and_bare(surface, vectors)
+    for places, one in zip(_texels_inside(surface, quilt), bare, strict=True):
+        assert one[places].mean() < 0.005
     whole = mesh_arrays(subdivided(flat, vectors[:count], 2.0), mesh_charts(flat, DENSITY))
     np.testing.assert_array_equal(whole.triangles, flat.mesh.triangles)
 
@@ -203,13 +217,10 @@ def test_surfaces_that_touch_have_vertices_of_their_own_where_blocks_are_unfolde
 def test_every_part_of_a_mesh_is_covered_at_true_scale_without_seams(make: Callable[[], MeshSurface]) -> None:
     surface = make()
     vectors = level(surface.mesh)
-    quilt = covered(surface, vectors)
+    quilt, bare = covered_and_bare(surface, vectors)
     texels = paint(quilt, noise())
-    for index, places in enumerate(_texels_inside(surface, quilt)):
-        own = quilt.on_chart(index)
-        assert own[0]["mask"] != MASK_CUT  # the ground below all blocks
-        owners = quilt.owners(index, 0, 0, quilt.charts[index].height, quilt.charts[index].width)
-        assert (owners[places] > 0).mean() > 0.995
+    for places, one in zip(_texels_inside(surface, quilt), bare, strict=True):
+        assert one[places].mean() < 0.005
     seams = mesh_seams(surface, quilt, texels, noise())
     assert seams.ratio is not None
     assert 0.9 < seams.ratio < 1.12
@@ -376,8 +387,7 @@ def test_over_a_ridge_the_texture_lies_true_to_size_and_upright_on_both_sides() 
         noise(), surface, charts, fields, field.corner_vectors, SCALE, fold=field.fold, turns=turns,
         options=QuiltOptions(block=24),
     )  # fmt: skip
-    laid = quilt.placements[quilt.placements["mask"] == MASK_CUT]
-    assert set(laid["symmetry"].tolist()) == {0, 2}
+    assert set(quilt.placements["symmetry"].tolist()) == {0, 2}
     # A field of one sense turns about on the ridge: a third of the area would be of another size.
     found = mesh_mapping(surface, quilt, scale=SCALE, asked=np.repeat(along[:, None], 3, axis=1))
     assert found.within > 0.97
@@ -410,7 +420,8 @@ def test_the_same_seed_gives_the_same_quilt_whatever_the_threads() -> None:
     vectors = level(surface.mesh)
     one, two, other = (covered(surface, vectors, seed=s, threads=t) for s, t in ((4, 1), (4, 3), (5, 1)))
     np.testing.assert_array_equal(one.placements, two.placements)
-    assert one.mask_cells.tobytes() == two.mask_cells.tobytes()
+    for a, b in zip(one.labels, two.labels, strict=True):
+        np.testing.assert_array_equal(a[0].labels, b[0].labels)
     assert len(one.placements) != len(other.placements) or (one.placements != other.placements).any()
     assert one.surface is surface
 

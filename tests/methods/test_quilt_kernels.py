@@ -8,10 +8,9 @@ from upholster.methods.quilt._block_kernels import ChartCanvas
 from upholster.methods.quilt._search_kernels import mean_boxes
 from upholster.methods.quilt._transfer_kernels import lay_transferred, transfer_masks
 from upholster.methods.quilt.grid import BlockGrid
+from upholster.methods.quilt.masked import BLOCK, step_matrices
 from upholster.methods.quilt.match_pyramid import MatchPyramid
 from upholster.quilt import Chart
-from upholster.quilt.displacement import centre_matrices
-from upholster.quilt.placement import PLACEMENT
 from upholster.quilt.warp_field import WarpField
 
 
@@ -130,7 +129,7 @@ def test_transferred_blocks_are_laid_and_count_where_they_are_whole(scale, size)
     grid = BlockGrid.of(Chart(0, *size), field, (70, 90), 20, None)
     match_pyramid = MatchPyramid.of(exemplar, grid.level)
     match_level, cell, count = match_pyramid.levels[grid.level], grid.mask_cell, 25
-    placed = np.zeros(count, PLACEMENT)
+    placed = np.zeros(count, BLOCK)
     placed["row"], placed["column"] = rng.integers(-15, 70, count), rng.integers(-15, 60, count)
     placed["height"], placed["width"] = (cell * rng.integers(4, 12, count) for _ in range(2))
     placed["source_row"], placed["source_column"] = (
@@ -152,7 +151,7 @@ def test_transferred_blocks_are_laid_and_count_where_they_are_whole(scale, size)
     covered, symmetries = np.zeros(plain.laid.shape, np.uint8), np.full(plain.laid.shape, 255, np.uint8)
     names = ("row", "column", "height", "width", "source_row", "source_column", "symmetry", "first_cell")
     laid = np.stack([placed[name].astype(np.int32) for name in names], axis=1)
-    laid = np.concatenate([laid, centre_matrices(field, placed)], axis=1)
+    laid = np.concatenate([laid, step_matrices(field, placed)], axis=1)
     lay_transferred(
         ChartCanvas(canvas, covered, symmetries),
         match_level.match.image,

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from plain_quilt import plain_quilt, texture
+from plain_quilt import check_same, matrix, offset, plain_quilt, shown_blocks, texture
 
 from upholster.charts.seams import find_seams
 from upholster.charts.transitions import transitions
@@ -12,12 +12,12 @@ from upholster.errors import InputError
 from upholster.geometry import RationalPatch, Surface, cone, plane, ring_cyclide, sphere, torus
 from upholster.measure.cuts import cut_seam_ratio
 from upholster.methods import synthesize
-from upholster.methods.quilt.method import synthesize_quilt
+from upholster.methods.quilt.masked import step_matrices
+from upholster.methods.quilt.method import emitted, lay_all, synthesize_quilt
 from upholster.methods.quilt.options import QuiltOptions
+from upholster.methods.quilt.run import planned
 from upholster.quilt import Chart, paint
-from upholster.quilt.displacement import centre_matrices, levels_of, warped_sources
-from upholster.quilt.placement import MASK_CUT, PLACEMENT, mask_sizes
-from upholster.quilt.plans import GridPlan, PlacementList
+from upholster.quilt.displacement import levels_of
 from upholster.quilt.warp_field import WarpField
 
 EXEMPLAR = texture()
@@ -41,25 +41,14 @@ def turning(scale, degrees, bend=0.0):
     return WarpField.quantised(scale * 2 ** (0.5 * bend * (i + j))[..., None, None] * symmetry)
 
 
-def windows(quilt):
-    """Return the cells of each placement's mask."""
-    placed = quilt.placements
-    sizes = mask_sizes(placed, quilt.charts)
-    return [
-        quilt.mask_cells[first:][:size].tolist()
-        for first, size, mask in zip(placed["first_cell"], sizes, placed["mask"], strict=True)
-        if mask == MASK_CUT
-    ]
-
-
-NAMES = [name for name in PLACEMENT.names if name != "first_cell"]
+def laid_on(exemplar, surface, charts, fields, *, options, wrap=False, seed=0):
+    """Return what is laid on each chart."""
+    return lay_all(planned(exemplar, surface, charts, fields, options=options, wrap=wrap, seed=seed))
 
 
 def alike(a, b):
-    return (
-        len(a.placements) == len(b.placements)
-        and all((a.placements[name] == b.placements[name]).all() for name in NAMES)
-        and windows(a) == windows(b)
+    return np.array_equal(a.placements, b.placements) and all(
+        np.array_equal(one[0].labels, other[0].labels) for one, other in zip(a.labels, b.labels, strict=True)
     )
 
 
@@ -177,40 +166,10 @@ TWINS = {
 @pytest.mark.parametrize("name", TWINS)
 def test_it_equals_its_twin(name):
     exemplar, surface, charts, fields, options, wrap = TWINS[name]
-    found = synthesize_quilt(exemplar, surface, charts, fields, options=options, wrap=wrap, seed=5)
+    found = laid_on(exemplar, surface, charts, fields, options=options, wrap=wrap, seed=5)
     wanted = plain_quilt(exemplar, surface, charts, fields, options=options, wrap=wrap, seed=5)
-    assert len(found.placements) > 4
-    assert len(found.placements) == len(wanted.placements)
-    for name in NAMES:
-        np.testing.assert_array_equal(found.placements[name], wanted.placements[name], name)
-    cut = found.placements[found.placements["mask"] == MASK_CUT]
-    for one, cells, mask in zip(cut, windows(found), wanted.masks, strict=True):
-        chart, cell, reach = charts[one["chart"]], int(one["mask_cell"]), int(one["feather"])
-        top, left = one["row"] - one["height"] // 2, one["column"] - one["width"] // 2
-        shown = [
-            [k for k in range(count) if low + (k + 1) * cell > -reach and low + k * cell < length + reach]
-            for low, count, length in ((top, mask.shape[0], chart.height), (left, mask.shape[1], chart.width))
-        ]
-        assert cells == mask[np.ix_(*shown)].reshape(-1).tolist()
-    if wrap:
-        assert isinstance(found.plan, PlacementList)
-        return
-    # The plan tells what was laid when, and what came from where.
-    assert isinstance(found.plan, GridPlan)
-    assert [(grid.chart, grid.blocks) for grid in found.plan.grids] == wanted.order
-    assert found.plan.blocks["link"].tolist() == wanted.links
-    assert len(charts) == 1 or max(wanted.links) > 0
-    for place, grid in enumerate(found.plan.grids):
-        start, stop = found.plan.starts[place : place + 2]
-        assert grid.blocks == stop - start
-        own = found.plan.blocks[start + grid.transferred : stop]
-        assert (own["link"] == -1).all()
-        assert (found.plan.blocks["link"][start : start + grid.transferred] >= 0).all()
-        i, j = (
-            (own["row"] - grid.first_row) / grid.step_row,
-            (own["column"] - grid.first_column) / grid.step_column,
-        )
-        assert set(zip(i.tolist(), j.tolist(), strict=True)) <= set(np.ndindex(grid.rows, grid.across))
+    assert sum(len(one.placements) for one in found) > 4
+    check_same(found, wanted)
 
 
 SURFACES = {
@@ -245,28 +204,31 @@ def test_every_texel_is_painted(name, sizes):
             assert sources.shape == (chart.height, chart.width, 2)
             assert (sources >= 0).all()
             assert (sources <= 16 * (np.array(EXEMPLAR.shape[:2]) - 1)).all()
-        # what is not covered would be black
-        bright = paint(quilt, np.full_like(EXEMPLAR, 200))
-        assert all((array == 200).all() for array in bright.arrays)
+        # Each step shows a block that was laid there: where none was, the label is the nearest one's.
+        for chart, one in zip(charts, laid_on(EXEMPLAR, surface, charts, fields, options=SMALL), strict=True):
+            assert shown_blocks(one, chart).min() >= 0
 
 
 @pytest.mark.parametrize("name", ["plain", "wrapped", "turned", "bent", "minified", "magnified"])
 def test_blocks_lie_inside_the_exemplar(name):
     exemplar, surface, charts, fields, options, wrap = TWINS[name]
-    quilt = synthesize_quilt(exemplar, surface, charts, fields, options=options, wrap=wrap)
-    assert (quilt.placements["source_row"] >= 0).all()
+    (laid,) = laid_on(exemplar, surface, charts, fields, options=options, wrap=wrap)
+    placed = laid.placements
+    assert (placed["source_row"] >= 0).all()
     field = fields[0] if fields else turning(1, 0)
-    placed = quilt.placements
     assert not placed["symmetry"].any()
-    levels = levels_of(centre_matrices(field, placed), 6)
-    for one, level in zip(placed, levels, strict=True):
-        top, left = one["row"] - one["height"] // 2, one["column"] - one["width"] // 2
-        rows, columns = np.mgrid[top : top + one["height"], left : left + one["width"]].reshape(2, -1)
-        read = warped_sources(field, np.repeat(one, len(rows)), rows, columns)
-        for positions, size in zip(read, exemplar.shape[:2], strict=True):
+    centres = step_matrices(field, placed)
+    levels = levels_of(centres, 6)
+    for one, centre, level in zip(placed, centres, levels, strict=True):
+        down, right = (np.arange(one[name]) - one[name] // 2 for name in ("height", "width"))
+        here = matrix(field, one["row"] + down[:, None], one["column"] + right)
+        read = offset(centre, here, down[:, None], right)
+        for source, positions, size in zip(
+            ("source_row", "source_column"), read, exemplar.shape[:2], strict=True
+        ):
             # to the pixel of the level that is read; continuations may add the fraction of one
-            assert positions.min() >= -(16 << level)
-            assert positions.max() < 16 * size + (16 << level)
+            assert one[source] + positions.min() >= -(16 << level)
+            assert one[source] + positions.max() < 16 * size + (16 << level)
 
 
 @pytest.mark.parametrize("wrap", [False, True])
@@ -278,10 +240,9 @@ def test_the_seed_alone_decides(wrap):
         for seed, threads in ((3, 1), (3, 2), (3, 3), (3, None), (4, 1))
     ]
     assert all(alike(runs[0], other) for other in runs[1:4])
-    assert all((runs[0].mask_cells == other.mask_cells).all() for other in runs[1:4])
     assert not alike(runs[0], runs[4])
-    first = runs[0].placements[["source_row", "source_column"]]
-    assert (first != runs[4].placements[["source_row", "source_column"]][: len(first)]).mean() > 0.5
+    sources = [np.concatenate([one.reshape(-1, 2) for one in runs[n].sources()]) for n in (0, 4)]
+    assert (sources[0] != sources[1]).any(axis=1).mean() > 0.5
 
 
 def tiling(count=4, period=16):
@@ -369,21 +330,20 @@ def test_a_chart_that_meets_itself_goes_on_across_its_edges():
     apart, near = [], []
     for seed in range(4):
         quilt = synthesize_quilt(exemplar, surface, whole_face, options=SMALL, seed=seed)
-        assert [grid.chart for grid in quilt.plan.grids] == [0] * 4  # two halves each way
-        assert sum(grid.transferred for grid in quilt.plan.grids) > 10
+        (laid,) = laid_on(exemplar, surface, whole_face, None, options=SMALL, seed=seed)
+        assert (laid.steps > 0).sum() > 10  # blocks come in again at opposite edges
         picture = paint(quilt, exemplar).arrays[0].astype(int)
         for axis in (0, 1):
             lines = np.moveaxis(picture, axis, 0)
             apart.append(np.abs(lines[0] - lines[-1]).mean())
             near.append(np.abs(np.diff(lines, axis=0)).mean())
-    assert 0.75 < np.mean(apart) / np.mean(near) < 1.2
+    assert 0.75 < np.mean(apart) / np.mean(near) < 1.25
 
 
 def test_blocks_of_few_texels_do_not_show():
     # A sample of 43 texels: blocks of 16, cut as well as larger ones.
     exemplar = texture(512, 512, passes=200)
     quilt = synthesize(exemplar, "ellipsoid", texels=60_000, block=160)
-    assert {grid.height for grid in quilt.plan.grids} == {16}
     assert cut_seam_ratio(quilt, paint(quilt, exemplar)) < 1.15
 
 
@@ -407,8 +367,8 @@ def test_wrapped_edges_are_like_any_other_place(size):
 
 def test_wrapped_blocks_come_in_again_at_the_opposite_edge():
     height, width = 70, 85
-    quilt = synthesize_quilt(EXEMPLAR, plane(), (Chart(0, height, width),), options=SMALL, wrap=True)
-    placed = quilt.placements
+    (laid,) = laid_on(EXEMPLAR, plane(), (Chart(0, height, width),), None, options=SMALL, wrap=True)
+    placed = laid.placements
     known = {(int(p["row"]), int(p["column"]), int(p["source_row"]), int(p["source_column"])) for p in placed}
     crossing = 0
     for one in placed:
@@ -431,9 +391,8 @@ def spread(quilt, exemplar):
     return tiles.std() / tiles.mean()
 
 
-def repeats(quilt, block):
+def repeats(placed, block):
     """Return how many blocks show about the same as another one near by, beside what simply goes on."""
-    placed = quilt.placements
     at = np.stack([placed["row"], placed["column"]], 1)
     read = np.stack([placed["source_row"], placed["source_column"]], 1) // 16
     apart, moved = np.abs(at[:, None] - at[None]), np.abs(read[:, None] - read[None])
@@ -448,13 +407,19 @@ def test_evenness_spreads_use_and_variety_avoids_repeats():
     def mean(measure, **changes):
         options = replace(QuiltOptions(effort=0, block=20, evenness=0, variety=0), **changes)
         charts = (Chart(0, 200, 200),)
-        found = [synthesize_quilt(exemplar, plane(), charts, options=options, seed=seed) for seed in range(4)]
-        return np.mean([measure(quilt) for quilt in found])
+        shape, found = exemplar.shape[:2], []
+        for seed in range(4):
+            run = planned(exemplar, plane(), charts, options=options, seed=seed)
+            found.append(measure(run, lay_all(run), shape))
+        return np.mean(found)
 
-    uses = [mean(lambda quilt: spread(quilt, exemplar), evenness=much) for much in (0, 0.3, 3)]
+    def uneven(run, laid, shape):
+        return spread(emitted(run, laid, shape), exemplar)
+
+    uses = [mean(uneven, evenness=much) for much in (0, 0.3, 3)]
     assert uses[1] < 0.9 * uses[0]
     assert uses[2] < 0.9 * uses[1]
-    seen = [mean(lambda quilt: repeats(quilt, 20), variety=much) for much in (0, 3)]
+    seen = [mean(lambda _run, laid, _shape: repeats(laid[0].placements, 20), variety=m) for m in (0, 3)]
     assert seen[1] < 0.6 * seen[0]
 
 

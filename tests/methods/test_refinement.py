@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from plain_quilt import texture
+from plain_quilt import shown_blocks, texture
 from plain_refine import plain_cost
 from repeating import repeating
 
@@ -13,15 +13,22 @@ from upholster.errors import InputError
 from upholster.geometry import plane, torus
 from upholster.methods import synthesize
 from upholster.methods.quilt import refinement
-from upholster.methods.quilt.method import synthesize_quilt
+from upholster.methods.quilt.method import lay_all, synthesize_quilt
 from upholster.methods.quilt.options import QuiltOptions
+from upholster.methods.quilt.run import planned
+from upholster.methods.synthesis import planned_run, prepare
 from upholster.options import SynthesisOptions
 from upholster.quilt import Chart, paint
-from upholster.quilt.placement import MASK_CUT
 
 EXEMPLAR = texture(60, 60)
 ONE = (Chart(0, 96, 88),)
 PLAIN = QuiltOptions(block=20, evenness=0, variety=0, effort=0)
+
+
+def laid(effort, seed=0, **changes):
+    """Return what is laid on the one chart."""
+    options = replace(PLAIN, effort=effort, **changes)
+    return lay_all(planned(EXEMPLAR, plane(), ONE, options=options, seed=seed))
 
 
 def quilted(effort, seed=0, **changes):
@@ -32,7 +39,7 @@ def quilted(effort, seed=0, **changes):
 
 def test_cuts_cost_less_the_more_is_tried():
     costs = np.array([
-        [plain_cost(quilted(effort, seed), EXEMPLAR) for effort in (0, 1, 3)] for seed in range(3)
+        [plain_cost(*laid(effort, seed), ONE[0], EXEMPLAR) for effort in (0, 1, 3)] for seed in range(3)
     ])  # fmt: skip
     assert (costs[:, 1] < 0.95 * costs[:, 0]).all()
     assert costs[:, 2].sum() < costs[:, 1].sum()
@@ -65,28 +72,28 @@ def test_what_is_shown_already_is_shown_less_with_evenness():
 
 
 def test_added_blocks_are_cut_and_lie_on_top():
-    before, after = quilted(0), quilted(1)
-    grid, added = after.plan.grids[-2:]
-    assert added.own == 0
-    assert added.transferred > 0
-    assert grid.own <= len(before.placements)
-    last = after.placements[-added.transferred :]
-    assert (last["mask"] == MASK_CUT).all()
-    assert (last["height"] > grid.height).all()
+    (before,), (after,) = laid(0), laid(1)
+    added = ~np.isin(after.origins, before.origins)
+    assert 0 < added.sum() < len(after.placements)
+    assert added[-added.sum() :].all()
+    assert (after.placements["first_cell"][added] >= 0).all()
+    assert (after.placements["height"][added] > before.placements["height"].max()).all()
 
 
 def test_what_is_hidden_leaves_no_trace(monkeypatch):
-    seen = quilted(4)
-    monkeypatch.setattr(refinement, "_without_hidden", lambda _index, laid, _lattice, _added: laid)
-    whole = quilted(4)
+    (seen,) = laid(4)
+    monkeypatch.setattr(refinement, "_without_hidden", lambda laid, _lattice, _added: laid)
+    (whole,) = laid(4)
     assert len(seen.placements) < len(whole.placements)
-    np.testing.assert_array_equal(paint(seen, EXEMPLAR).arrays[0], paint(whole, EXEMPLAR).arrays[0])
+    shown = (one.origins[shown_blocks(one, ONE[0])] for one in (seen, whole))
+    np.testing.assert_array_equal(*shown)
 
 
-def test_nothing_is_bare_or_blended_with_nothing():
-    quilt = synthesize(EXEMPLAR, torus(), texels=30_000, block=16, effort=3, seed=2)
-    white = np.full((60, 60, 1), 255, np.uint8)
-    assert all((part == 255).all() for part in paint(quilt, white).arrays)
+def test_nothing_is_bare():
+    prepared = prepare(EXEMPLAR, torus(), SynthesisOptions(texels=30_000, block=16, effort=3))
+    each = lay_all(planned_run(prepared, EXEMPLAR, torus(), seed=2))
+    for one, chart in zip(each, prepared.charts, strict=True):
+        assert (shown_blocks(one, chart) >= 0).all()
 
 
 def test_a_tile_is_refined_over_its_edges():
@@ -109,11 +116,11 @@ def test_a_tile_is_refined_over_its_edges():
 
 
 def test_a_refined_tile_shows_each_block_once_more_beyond_the_edge_it_reaches_over():
-    quilt = synthesize(EXEMPLAR, "plane", texels=(91, 83), tileable=True, block=20, effort=2, seed=1)
-    white = np.full((60, 60, 1), 255, np.uint8)
-    assert (paint(quilt, white).arrays[0] == 255).all()
+    options, tile = replace(PLAIN, effort=2), Chart(0, 83, 91)
+    (whole,) = lay_all(planned(EXEMPLAR, plane(), (tile,), options=options, wrap=True, seed=1))
+    assert (shown_blocks(whole, tile) >= 0).all()
     names = ("row", "column", "height", "width", "source_row", "source_column")
-    known = {tuple(int(one[name]) for name in names) for one in quilt.placements}
+    known = {tuple(int(one[name]) for name in names) for one in whole.placements}
     down = [(r - 83, *rest) for r, *rest in known if r - rest[1] // 2 + rest[1] > 83]
     right = [(r, c - 91, *rest) for r, c, *rest in known if c - rest[1] // 2 + rest[1] > 91]
     assert max(len(down), len(right)) > 5
@@ -126,7 +133,8 @@ def test_the_number_of_threads_changes_nothing():
         for threads in (1, 4)
     )
     assert (one.placements == four.placements).all()
-    assert (one.mask_cells == four.mask_cells).all()
+    for a, b in zip(one.labels, four.labels, strict=True):
+        np.testing.assert_array_equal(a[0].labels, b[0].labels)
 
 
 @pytest.mark.parametrize("effort", [-1, 10])
@@ -137,8 +145,12 @@ def test_effort_is_checked(effort):
 
 def test_turned_blocks_and_minified_texture_are_refined():
     for options in ({"mirror": True, "rotate": True}, {"sample_size": 0.2}):
-        quilt = upholster.synthesize(EXEMPLAR, "torus", texels=20_000, seed=1, **options)
-        assert sum(grid.transferred for grid in quilt.plan.grids if not grid.own) > 0
+        plain, quilt = (
+            upholster.synthesize(EXEMPLAR, "torus", texels=20_000, seed=1, effort=effort, **options)
+            for effort in (0, 1)
+        )
+        sources = (np.concatenate([one.ravel() for one in each.sources()]) for each in (plain, quilt))
+        assert (next(sources) != next(sources)).mean() > 0.01
         again = upholster.StreamDecoder()
         again.feed(upholster.encode_stream("torus", quilt, EXEMPLAR))
         assert again.complete

@@ -196,7 +196,7 @@ def lay_chart_task(folder: str, stored: str, n: int, number: int) -> None:
     ]
     laid, part = lay_one(run, n, number, Progressing(overhangs, state.shown, state.usage))
     shape = load(place, stored).shape
-    own = labelled(n, run.charts[n], run.fields[n], shape, laid.placements, laid.cells, cell=PATCH_CELL)
+    own = labelled(n, run.charts[n], run.fields[n], shape, laid, cell=PATCH_CELL)
     place.write(laid_name(n), chart_bytes(own))
     place.write(part_name(n), part_bytes(replace(part, placements=len(own[0]))))
 

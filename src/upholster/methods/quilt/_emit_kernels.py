@@ -18,10 +18,19 @@ def _first_from(place: Any, cell: int) -> Any:
 
 
 @kernel
-def trace_cells(blocks: Any, masks: NDArray[np.uint8], cell: int, seen: NDArray[np.int32]) -> None:
+def trace_cells(
+    blocks: Any,
+    masks: NDArray[np.uint8],
+    steps: NDArray[np.int64],
+    bounds: tuple[int, int, int, int],
+    cell: int,
+    seen: NDArray[np.int32],
+) -> None:
     """Write to `seen` which of a chart's blocks shows in each cell of a label map, −1 at first.
 
     That is the last one that shows at the step at the cell's middle. `masks` are the cells of blocks' masks.
+    Beyond `bounds` (rows from, to, columns from, to) only blocks count that come from other charts, which
+    `steps` tells: the chart's own are not cut there.
     """
     for n in range(blocks.shape[0]):
         block = blocks[n]
@@ -29,8 +38,12 @@ def trace_cells(blocks: Any, masks: NDArray[np.uint8], cell: int, seen: NDArray[
         top, left = int64(block.row) - height // 2, int64(block.column) - width // 2
         first, size = int64(block.first_cell), max(int64(block.mask_cell), 1)
         across = (width + size - 1) // size
-        i0, i1 = max(_first_from(top, cell), 0), min(_first_from(top + height, cell), seen.shape[0])
-        j0, j1 = max(_first_from(left, cell), 0), min(_first_from(left + width, cell), seen.shape[1])
+        low, high, start, stop = top, top + height, left, left + width
+        if steps[n] == 0:
+            low, high = max(low, bounds[0]), min(high, bounds[1])
+            start, stop = max(start, bounds[2]), min(stop, bounds[3])
+        i0, i1 = max(_first_from(low, cell), 0), min(_first_from(high, cell), seen.shape[0])
+        j0, j1 = max(_first_from(start, cell), 0), min(_first_from(stop, cell), seen.shape[1])
         for i in range(i0, i1):
             row = (i - 1) * cell + cell // 2 - top
             for j in range(j0, j1):

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.methods.quilt._emit_kernels import fill_labels, trace_cells
+from upholster.methods.quilt.transfer import ChartPlacements
 from upholster.parallel import run_tasks
 from upholster.quilt.chart import Chart
 from upholster.quilt.displacement import centre_matrices, warped_sources
@@ -21,14 +22,14 @@ from upholster.quilt.placement import MOST_MATRIX, PLACEMENT, SYMMETRIES, bare_p
 from upholster.quilt.warp_field import UNIT, WarpField
 from upholster.types import FloatArray, IntArray
 
-__all__ = ["MESH_CELL", "PATCH_CELL", "Labelled", "emitted_quilt", "labelled"]
+__all__ = ["MESH_CELL", "PATCH_CELL", "Labelled", "emitted_quilt", "labelled", "tile_cell"]
 
 PATCH_CELL, MESH_CELL = 4, 2
 """Steps a side of a cell of label maps, on patches and on meshes: blocks are blended over so many. A mesh's
 charts meet askew, so that the same border lies in other cells on both sides of a seam."""
 
-_LEAST = 64
-"""Steps that a placement must show: nobody sees a smaller one, and it takes as many bytes as a large one."""
+_LEAST = 4
+"""Cells that a placement must show: nobody sees a smaller one, and it takes as many bytes as a large one."""
 
 _OFF = 0.3
 """Pixels that a placement may be off somewhere before it gets a matrix of its own."""
@@ -37,12 +38,20 @@ Labelled = tuple[NDArray[np.void], LabelMap]
 """A chart's placements and labels."""
 
 
+def tile_cell(tile: Chart) -> int:
+    """Return the side of a tile's cells in steps: about `PATCH_CELL`, so that a whole number goes into its sides.
+
+    Then the cells beyond an edge are those at the opposite one, and blocks are blended alike on both sides.
+    """
+    sides = tile.height, tile.width
+    return next(cell for cell in (PATCH_CELL, 5, 3, 2, 1) if not any(side % cell for side in sides))
+
+
 def emitted_quilt(
     charts: Sequence[Chart],
     fields: Sequence[WarpField],
     exemplar_shape: tuple[int, int],
-    placed: Sequence[NDArray[np.void]],
-    cells: Sequence[NDArray[np.uint8]],
+    laid: Sequence[ChartPlacements],
     *,
     cell: int,
     threads: int | None = None,
@@ -53,9 +62,8 @@ def emitted_quilt(
     ----------
     charts, fields, exemplar_shape
         As in `Quilt`.
-    placed, cells
-        Per chart the blocks (`upholster.methods.quilt.masked.BLOCK`) in the order in which they were
-        laid, and the cells of their masks.
+    laid
+        What was laid on each chart.
     cell
         Steps a side of a cell of the label maps.
     threads
@@ -64,7 +72,7 @@ def emitted_quilt(
     found: list[Labelled | None] = [None] * len(charts)
 
     def label(n: int) -> None:
-        found[n] = labelled(n, charts[n], fields[n], exemplar_shape, placed[n], cells[n], cell=cell)
+        found[n] = labelled(n, charts[n], fields[n], exemplar_shape, laid[n], cell=cell)
 
     run_tasks([partial(label, n) for n in range(len(charts))], threads=threads)
     each = [one for one in found if one is not None]
@@ -79,30 +87,29 @@ def labelled(
     chart: Chart,
     field: WarpField,
     shape: tuple[int, int],
-    laid: NDArray[np.void],
-    cells: NDArray[np.uint8],
+    laid: ChartPlacements,
     *,
     cell: int,
 ) -> Labelled:
     """Return the placements and labels of one chart, see `emitted_quilt`."""
     seen = np.full(label_shape(chart.height, chart.width, cell), -1, np.int32)
-    trace_cells(laid, cells, cell, seen)
-    count = np.bincount(seen[seen >= 0], minlength=len(laid))
-    few = (count > 0) & (count * cell**2 < _LEAST)
-    if few.any() and (count * cell**2 >= _LEAST).any():
+    trace_cells(laid.placements, laid.cells, laid.steps, laid.bounds, cell, seen)
+    count = np.bincount(seen[seen >= 0], minlength=len(laid.placements))
+    few = (count > 0) & (count < _LEAST)
+    if few.any() and (count >= _LEAST).any():
         seen[(seen >= 0) & few[seen]] = -1
-    if (seen >= 0).any():
-        fill_labels(seen, np.empty(seen.size, np.int64))
-        kept, index = np.unique(seen, return_inverse=True)
-        blocks, labels = _unmasked(number, laid[kept]), index.reshape(seen.shape).astype(np.int32)
+    kept, numbers = np.unique(np.append(-1, seen), return_inverse=True)
+    shown: IntArray = (numbers[1:] - 1).astype(np.int32).reshape(seen.shape)
+    if len(kept) > 1:
+        blocks = _unmasked(number, laid.placements[kept[1:]])
     else:
-        blocks = bare_placement(number, (chart.height, chart.width), shape)
-        labels = np.zeros_like(seen)
-    moved, centre = _recentred(blocks, labels, field, shape, cell)
+        blocks, shown = bare_placement(number, (chart.height, chart.width), shape), 0 * np.abs(seen)
+    moved, centre = _recentred(blocks, shown, field, shape, cell)
+    fill_labels(shown, np.empty(shown.size, np.int64))
     order = np.lexsort((centre[:, 1], centre[:, 0]))
     rank = np.empty(len(order), np.int32)
     rank[order] = np.arange(len(order), dtype=np.int32)
-    return moved[order], LabelMap(cell, rank[labels])
+    return moved[order], LabelMap(cell, rank[shown])
 
 
 def _unmasked(number: int, laid: NDArray[np.void]) -> NDArray[np.void]:
@@ -118,18 +125,22 @@ def _unmasked(number: int, laid: NDArray[np.void]) -> NDArray[np.void]:
 
 def _recentred(
     blocks: NDArray[np.void],
-    labels: NDArray[np.int32],
+    shown: NDArray[np.int32],
     field: WarpField,
     shape: tuple[int, int],
     cell: int,
 ) -> tuple[NDArray[np.void], IntArray]:
-    """Return placements whose centres are middles of cells that show them, and these cells' places."""
-    rows, columns = (index.reshape(-1) for index in np.indices(labels.shape))
-    owner = labels.reshape(-1)
-    at = cell_centres(labels.shape[0], cell)[rows], cell_centres(labels.shape[1], cell)[columns]
+    """Return placements whose centres are middles of cells that show them, and these cells' places.
+
+    `shown` tells of each cell the placement that was laid there, −1 where it is to be the nearest one's: such
+    cells may be many and lie far away.
+    """
+    rows, columns = np.nonzero(shown >= 0)
+    owner = shown[rows, columns]
+    at = cell_centres(shown.shape[0], cell)[rows], cell_centres(shown.shape[1], cell)[columns]
     read = np.stack(warped_sources(field, blocks[owner], *at), axis=1).astype(np.int64)
     inside = ((read >= 0) & (read < 16 * np.array(shape))).all(axis=1)
-    within = (rows > 0) & (rows < labels.shape[0] - 1) & (columns > 0) & (columns < labels.shape[1] - 1)
+    within = (rows > 0) & (rows < shown.shape[0] - 1) & (columns > 0) & (columns < shown.shape[1] - 1)
     size = np.bincount(owner, minlength=len(blocks))
     middle = [np.bincount(owner, index, minlength=len(blocks)) / size for index in (rows, columns)]
     away = (rows - middle[0][owner]) ** 2 + (columns - middle[1][owner]) ** 2
@@ -158,10 +169,10 @@ def _fit_matrices(
     moved["centred"], moved["matrix"] = 0, 0
     now = np.stack(warped_sources(field, moved[owner], at[:, 0], at[:, 1]), axis=1)
     turn = SYMMETRIES[moved["symmetry"][owner]].reshape(-1, 2, 2)
-    rest: FloatArray = np.einsum(
-        "nji,nj->ni", turn, (read - now) / 16
-    )  # the symmetry's inverse is its transpose
-    step = (at - np.stack([moved["row"][owner], moved["column"][owner]], axis=1)) / 16
+    # A symmetry's inverse is its transpose.
+    rest: FloatArray = np.einsum("nji,nj->ni", turn, (read - now) / 16)
+    centre: IntArray = np.stack([moved["row"][owner], moved["column"][owner]], axis=1)
+    step: FloatArray = (at - centre) / np.float64(16)
     off = np.zeros(len(moved))
     np.maximum.at(off, owner, np.abs(rest).max(axis=1))
     bent = np.flatnonzero(off > _OFF)
@@ -176,9 +187,8 @@ def _fit_matrices(
     product = np.empty((len(bent), 2, 2))
     for i in range(2):
         for j in range(2):
-            square[:, i, j] = summed(step[:, i] * step[:, j]) + (
-                i == j
-            )  # a step's worth against singular ones
+            # A step's worth against singular ones.
+            square[:, i, j] = summed(step[:, i] * step[:, j]) + (i == j)
             product[:, i, j] = summed(2 * rest[:, i] * step[:, j])
     added = product @ np.linalg.inv(square)
     own = centre_matrices(field, moved[bent]) + np.rint(added.reshape(-1, 4) * UNIT)

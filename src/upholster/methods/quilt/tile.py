@@ -7,13 +7,16 @@ from numpy.typing import NDArray
 
 from upholster.methods.quilt._block_kernels import ChartCanvas
 from upholster.methods.quilt.refinement import LaidChart, refine_chart
-from upholster.methods.quilt.transfer import ChartPlacements
+from upholster.methods.quilt.transfer import EVERYWHERE, ChartPlacements
 from upholster.quilt.chart import Chart
 
 __all__ = ["refine_tile", "wrapped"]
 
+_AROUND = ((-1, 0), (0, -1), (-1, -1), (1, 0), (0, 1), (1, 1), (-1, 1), (1, -1))
+"""Where a block comes in again, in tiles down and right."""
 
-def wrapped(own: ChartPlacements, chart: Chart) -> ChartPlacements:
+
+def wrapped(own: ChartPlacements, chart: Chart, *, rim: int = 0) -> ChartPlacements:
     """Return a tile's blocks with all that can be seen of them.
 
     Parameters
@@ -22,23 +25,27 @@ def wrapped(own: ChartPlacements, chart: Chart) -> ChartPlacements:
         Each block once, beginning on the chart.
     chart
         The only chart, whose opposite edges meet.
+    rim
+        How many texels beyond its edges are seen, too.
 
     Returns
     -------
     ChartPlacements
         A block that reaches beyond an edge comes in again at the opposite one, right after, with the same
-        origin.
+        origin; so does one that begins or ends within `rim` of an edge, beyond the opposite one.
     """
     placed = own.placements
     parts, order = [placed], [np.arange(float(len(placed)))]
     top, left = _corners(placed)
-    below, beside = top + placed["height"] > chart.height, left + placed["width"] > chart.width
-    for rows, columns, crossing in ((1, 0, below), (0, 1, beside), (1, 1, below & beside)):
-        again = placed[crossing].copy()
-        again["row"] -= rows * chart.height
-        again["column"] -= columns * chart.width
+    for k, (rows, columns) in enumerate(_AROUND, start=1):
+        down, right = rows * chart.height, columns * chart.width
+        seen = (top + down < chart.height + rim) & (top + down + placed["height"] > -rim)
+        seen &= (left + right < chart.width + rim) & (left + right + placed["width"] > -rim)
+        again = placed[seen].copy()
+        again["row"] += down
+        again["column"] += right
         parts.append(again)
-        order.append(np.flatnonzero(crossing) + 0.25 * (rows + 2 * columns))
+        order.append(np.flatnonzero(seen) + 0.1 * k)
     whole = np.concatenate(order)
     sequence = np.argsort(whole, kind="stable")
     return replace(
@@ -46,6 +53,7 @@ def wrapped(own: ChartPlacements, chart: Chart) -> ChartPlacements:
         placements=np.concatenate(parts)[sequence],
         origins=own.origins[whole[sequence].astype(np.intp)],
         steps=np.zeros(len(sequence), np.int64),
+        bounds=EVERYWHERE,
     )
 
 

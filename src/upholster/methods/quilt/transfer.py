@@ -30,7 +30,10 @@ from upholster.quilt.placement import SYMMETRIES
 from upholster.quilt.warp_field import WarpField
 from upholster.types import FloatArray
 
-__all__ = ["BlockTransfer", "ChartPlacements", "joined"]
+__all__ = ["EVERYWHERE", "BlockTransfer", "ChartPlacements", "joined"]
+
+EVERYWHERE = (-(2**30), 2**30, -(2**30), 2**30)
+"""Bounds that leave nothing out."""
 
 _WINDOW = 16
 """Cells to either side of a corner within which blocks may matter to the chart beyond it."""
@@ -60,14 +63,14 @@ class ChartPlacements:
     steps
         (n,) int64: across how many edges each has been transferred from its own chart.
     bounds
-        Rows from, to, columns from, to: where they count. Beyond, they are not transferred.
+        Rows from, to, columns from, to: where the chart's own count. Beyond, nothing is transferred.
     """
 
     placements: NDArray[np.void]
     cells: NDArray[np.uint8]
     origins: NDArray[np.int64]
     steps: NDArray[np.int64]
-    bounds: tuple[int, int, int, int] = (-(2**30), 2**30, -(2**30), 2**30)
+    bounds: tuple[int, int, int, int] = EVERYWHERE
 
 
 def joined(parts: Sequence[ChartPlacements]) -> ChartPlacements:

@@ -178,8 +178,9 @@ def mask_sheets(
             if fit[0] != 1.0 or boxes[m, 0] > boxes[m, 2]:
                 continue
             chart = int64(fit[1])
-            row = int64(np.floor((fit[2] + 0.5) * numbers.texels))
-            column = int64(np.floor((fit[3] + 0.5) * numbers.texels))
+            # The mask's cells are those of the label map.
+            row = int64(np.rint((fit[2] + 0.5) * numbers.texels / numbers.cell)) * numbers.cell
+            column = int64(np.rint((fit[3] + 0.5) * numbers.texels / numbers.cell)) * numbers.cell
             tall, wide = shapes[chart, 0], shapes[chart, 1]
             height = _side(row, boxes[m, 0], boxes[m, 2], tall, numbers.cell)
             width = _side(column, boxes[m, 1], boxes[m, 3], wide, numbers.cell)

@@ -9,6 +9,7 @@ block after another.
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,6 +46,7 @@ from upholster.methods.quilt.mesh.frames import Frame, Lot, enter_frame, frame_s
 from upholster.methods.quilt.mesh.refinement import RefinedMesh, dearest, larger_frame, refine_lot
 from upholster.methods.quilt.options import QuiltOptions
 from upholster.methods.quilt.phases import WantedPhases
+from upholster.methods.quilt.transfer import ChartPlacements
 from upholster.parallel import check_running, run_tasks
 from upholster.quilt.chart import Chart
 from upholster.quilt.model import Quilt
@@ -144,8 +146,12 @@ def synthesize_mesh(
     placed, cells = laying.placements()
     shape = exemplar.shape[0], exemplar.shape[1]
     ends = np.searchsorted(placed["chart"], np.arange(len(charts) + 1))
-    each = [placed[ends[n] : ends[n + 1]] for n in range(len(charts))]
-    quilt = emitted_quilt(charts, fields, shape, each, [cells] * len(charts), cell=MESH_CELL, threads=threads)
+    none = np.zeros(len(placed), np.int64)
+    laid = [
+        ChartPlacements(placed[start:stop], cells, none[start:stop], none[start:stop])
+        for start, stop in pairwise(ends.tolist())
+    ]
+    quilt = emitted_quilt(charts, fields, shape, laid, cell=MESH_CELL, threads=threads)
     return quilt.on(surface, seed=seed)
 
 
@@ -370,7 +376,7 @@ class _Laying:
         frame, found = lot.frame, lot.footprints
         numbers = MaskNumbers(
             frame.texels,
-            _final_cell(frame),
+            MESH_CELL,
             LARGEST_BLOCK,
             _PAINTED_BEYOND,
             frame.size,
@@ -432,7 +438,7 @@ class _Laying:
         centred = (sheet > 0) | (matrices != own).any(axis=1)
         placed["matrix"] = np.where(centred[:, None], matrices, 0).astype(np.int32)
         placed["centred"] = centred
-        placed["mask_cell"] = _final_cell(frame)
+        placed["mask_cell"] = MESH_CELL
         return placed
 
     def _matrices_at(self, placed: NDArray[np.void]) -> FloatArray:
@@ -486,10 +492,6 @@ def _working(chart: Chart, frame: Frame) -> Chart:
     height, width = (int(np.ceil(size / frame.texels)) + 1 for size in (chart.height, chart.width))
     s1, t1 = chart.s0 + height / frame.scale, chart.t0 + width / frame.scale
     return replace(chart, height=height, width=width, s1=s1, t1=t1)
-
-
-def _final_cell(frame: Frame) -> int:
-    return min(255, max(1, int(np.rint(frame.cell * frame.texels))))
 
 
 def _canvases(working: Sequence[Chart]) -> Canvases:
