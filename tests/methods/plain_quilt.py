@@ -16,6 +16,7 @@ from plain_cut import FREE, NEW, OLD, OUTSIDE, plain_cut
 from upholster.charts.schedule import schedule
 from upholster.charts.seams import find_seams
 from upholster.charts.transitions import transitions
+from upholster.methods.quilt.emit import LABEL_CELL
 from upholster.methods.quilt.features import pca_features
 from upholster.methods.quilt.landmarks import LandmarkRules, ShownBlocks
 from upholster.methods.quilt.masked import BLOCK
@@ -866,7 +867,7 @@ def plain_quilt(exemplar, surface, charts, fields=None, *, options, phases=None,
             usage = {s: usage[s] + (results[n][1][s] - base[s]) for s in usage}
         order += members
     if wrap:
-        return [replace(finished[0], placements=wrapped(finished[0].placements, charts[0], 8))]
+        return [replace(finished[0], placements=wrapped(finished[0].placements, charts[0], 2 * LABEL_CELL))]
     return finished
 
 

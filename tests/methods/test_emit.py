@@ -6,7 +6,7 @@ from plain_quilt import masks_of, matrix, shown_blocks, sources_of, texture
 
 from upholster.geometry import plane, torus
 from upholster.methods.quilt._emit_kernels import fill_labels, trace_cells
-from upholster.methods.quilt.emit import _LEAST, _OFF, emitted_quilt, labelled
+from upholster.methods.quilt.emit import _OFF, emitted_quilt, labelled
 from upholster.methods.quilt.masked import BLOCK
 from upholster.methods.quilt.method import lay_all
 from upholster.methods.quilt.options import QuiltOptions
@@ -120,22 +120,17 @@ def a_torus():
     return laid_on(torus(), charts, [bent(), bent(0.9)])
 
 
-def test_each_label_is_the_block_that_shows_and_small_ones_go():
+def test_each_label_is_the_block_that_shows():
     run, laid = a_torus()
     quilt = emitted(run, laid)
-    dropped = 0
     for n, (chart, one) in enumerate(zip(run.charts, laid, strict=True)):
-        seen = plain_seen(one, chart, 4)
-        counts = np.bincount(seen[seen >= 0], minlength=len(one.placements))
-        stays = (seen >= 0) & (counts[seen] >= _LEAST)
-        labels = quilt.labels[n][0].labels
+        seen, labels = plain_seen(one, chart, 4), quilt.labels[n][0].labels
+        shown = seen >= 0
         # As many labels as blocks, one for each: the same cells hang together.
-        pairs = np.unique(np.stack([seen[stays], labels[stays]]), axis=1)
+        pairs = np.unique(np.stack([seen[shown], labels[shown]]), axis=1)
         assert len(np.unique(pairs[0])) == len(np.unique(pairs[1])) == pairs.shape[1]
-        assert pairs.shape[1] == len(quilt.on_chart(n)) == (counts >= _LEAST).sum()
-        np.testing.assert_array_equal(labels, plain_filled(np.where(stays, labels, -1)))
-        dropped += ((counts > 0) & (counts < _LEAST)).sum()
-    assert dropped > 5
+        assert pairs.shape[1] == len(quilt.on_chart(n))
+        np.testing.assert_array_equal(labels, plain_filled(np.where(shown, labels, -1)))
 
 
 def test_centres_are_middles_of_own_cells_one_a_cell_inside_the_sample():
@@ -177,7 +172,7 @@ def test_each_cell_reads_what_its_block_read(cell, by):
     # Steps that show the block that their cell shows.
     seen, shown = plain_seen(laid, chart, cell), shown_blocks(laid, chart)
     rows, columns = np.mgrid[:120, :110] // cell + 1
-    same = (shown == seen[rows, columns]) & (np.bincount(seen[seen >= 0])[shown] >= _LEAST)
+    same = shown == seen[rows, columns]
     assert same.mean() > 0.5
     off = np.abs(sources_of(laid, chart, field) - _unmirrored(quilt)).max(axis=2)[same] / 16
     assert np.quantile(off, 0.99) < 2 * _OFF
@@ -234,7 +229,7 @@ def test_texels_differ_from_blocks_laid_one_over_the_other_near_their_borders_al
         inner[:4] = inner[-4:] = inner[:, :4] = inner[:, -4:] = False
         inside = ((sources > 0) & (sources < np.array(EXEMPLAR.shape[:2]) - 1)).all(axis=2)
         assert (inner & inside).sum() > 300
-        assert np.abs(painted - plain)[inner & inside].mean() < 1.5
+        assert np.abs(painted - plain)[inner & inside].mean() < 2
         assert np.abs(painted - plain)[~inner].mean() > 2 * np.abs(painted - plain)[inner & inside].mean()
 
 

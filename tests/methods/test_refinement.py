@@ -112,7 +112,7 @@ def test_a_tile_is_refined_over_its_edges():
         costs[seed, effort] = breaks[middle].mean(), breaks[~middle].mean()
     inside, along_edges = costs.mean(axis=0).T
     assert along_edges[1] < 0.85 * along_edges[0]
-    assert along_edges[1] / along_edges[0] < 1.2 * inside[1] / inside[0]
+    assert along_edges[1] / along_edges[0] < 1.3 * inside[1] / inside[0]
 
 
 def test_a_refined_tile_shows_each_block_once_more_beyond_the_edge_it_reaches_over():
@@ -150,7 +150,7 @@ def test_turned_blocks_and_minified_texture_are_refined():
             for effort in (0, 1)
         )
         sources = (np.concatenate([one.ravel() for one in each.sources()]) for each in (plain, quilt))
-        assert (next(sources) != next(sources)).mean() > 0.01
+        assert (next(sources) != next(sources)).mean() > 0.005
         again = upholster.StreamDecoder()
         again.feed(upholster.encode_stream("torus", quilt, EXEMPLAR))
         assert again.complete

@@ -15,7 +15,7 @@ from upholster._version import __version__
 from upholster.errors import InputError
 from upholster.export import map_companion, page_files
 from upholster.geometry import Surface
-from upholster.methods.quilt.emit import PATCH_CELL, Labelled, labelled
+from upholster.methods.quilt.emit import LABEL_CELL, Labelled, labelled
 from upholster.methods.quilt.run import Progressing, QuiltRun, lay_one
 from upholster.options import WriteOptions
 from upholster.paging import PagedAtlas, write_page
@@ -196,7 +196,7 @@ def lay_chart_task(folder: str, stored: str, n: int, number: int) -> None:
     ]
     laid, part = lay_one(run, n, number, Progressing(overhangs, state.shown, state.usage))
     shape = load(place, stored).shape
-    own = labelled(n, run.charts[n], run.fields[n], shape, laid, cell=PATCH_CELL)
+    own = labelled(n, run.charts[n], run.fields[n], shape, laid, cell=LABEL_CELL)
     place.write(laid_name(n), chart_bytes(own))
     place.write(part_name(n), part_bytes(replace(part, placements=len(own[0]))))
 

@@ -2,7 +2,7 @@
 
 Blocks are laid one over the other, with masks. Each cell takes the block that shows at its middle. A block's
 centre moves into the cells that show it, with what it reads there; where that turns or stretches it by more
-than a little, it gets a matrix of its own, fitted to those cells. What shows in a few cells alone goes.
+than a little, it gets a matrix of its own, fitted to those cells.
 """
 
 from collections.abc import Sequence
@@ -22,14 +22,14 @@ from upholster.quilt.placement import MOST_MATRIX, PLACEMENT, SYMMETRIES, bare_p
 from upholster.quilt.warp_field import UNIT, WarpField
 from upholster.types import FloatArray, IntArray
 
-__all__ = ["MESH_CELL", "PATCH_CELL", "Labelled", "emitted_quilt", "labelled", "tile_cell"]
+__all__ = ["LABEL_CELL", "Labelled", "emitted_quilt", "labelled", "tile_cell"]
 
-PATCH_CELL, MESH_CELL = 4, 2
-"""Steps a side of a cell of label maps, on patches and on meshes: blocks are blended over so many. A mesh's
-charts meet askew, so that the same border lies in other cells on both sides of a seam."""
+LABEL_CELL = 2
+"""Steps a side of a cell of label maps: blocks are blended over so many. Cells of two charts do not line up:
+the larger they are, the more a border of blocks is off where it crosses a seam."""
 
-_LEAST = 4
-"""Cells that a placement must show: nobody sees a smaller one, and it takes as many bytes as a large one."""
+_SOURCE_UNIT, _MATRIX_UNIT = 4, 16
+"""Sources are quarters of a pixel, matrices' entries 1/256 pixel for a step: finer ones only cost bytes."""
 
 _OFF = 0.3
 """Pixels that a placement may be off somewhere before it gets a matrix of its own."""
@@ -39,12 +39,12 @@ Labelled = tuple[NDArray[np.void], LabelMap]
 
 
 def tile_cell(tile: Chart) -> int:
-    """Return the side of a tile's cells in steps: about `PATCH_CELL`, so that a whole number goes into its sides.
+    """Return the side of a tile's cells in steps: about `LABEL_CELL`, of which a whole number is each side.
 
     Then the cells beyond an edge are those at the opposite one, and blocks are blended alike on both sides.
     """
     sides = tile.height, tile.width
-    return next(cell for cell in (PATCH_CELL, 5, 3, 2, 1) if not any(side % cell for side in sides))
+    return next(cell for cell in (LABEL_CELL, 3, 1) if not any(side % cell for side in sides))
 
 
 def emitted_quilt(
@@ -94,10 +94,6 @@ def labelled(
     """Return the placements and labels of one chart, see `emitted_quilt`."""
     seen = np.full(label_shape(chart.height, chart.width, cell), -1, np.int32)
     trace_cells(laid.placements, laid.cells, laid.steps, laid.bounds, cell, seen)
-    count = np.bincount(seen[seen >= 0], minlength=len(laid.placements))
-    few = (count > 0) & (count < _LEAST)
-    if few.any() and (count >= _LEAST).any():
-        seen[(seen >= 0) & few[seen]] = -1
     kept, numbers = np.unique(np.append(-1, seen), return_inverse=True)
     shown: IntArray = (numbers[1:] - 1).astype(np.int32).reshape(seen.shape)
     if len(kept) > 1:
@@ -149,7 +145,8 @@ def _recentred(
     moved = blocks.copy()
     moved["row"], moved["column"] = at[0][chosen], at[1][chosen]
     for axis, name in enumerate(("source_row", "source_column")):
-        moved[name] = np.clip(read[chosen, axis], 0, 16 * shape[axis] - 1)
+        whole = _SOURCE_UNIT * ((read[chosen, axis] + _SOURCE_UNIT // 2) // _SOURCE_UNIT)
+        moved[name] = np.clip(whole, 0, 16 * shape[axis] - _SOURCE_UNIT)
     _fit_matrices(moved, field, owner, np.stack(at, axis=1), read)
     return moved, np.stack([rows[chosen], columns[chosen]], axis=1)
 
@@ -191,6 +188,7 @@ def _fit_matrices(
             square[:, i, j] = summed(step[:, i] * step[:, j]) + (i == j)
             product[:, i, j] = summed(2 * rest[:, i] * step[:, j])
     added = product @ np.linalg.inv(square)
-    own = centre_matrices(field, moved[bent]) + np.rint(added.reshape(-1, 4) * UNIT)
+    own = centre_matrices(field, moved[bent]) + added.reshape(-1, 4) * UNIT
+    own = _MATRIX_UNIT * np.rint(own / _MATRIX_UNIT)
     moved["matrix"][bent] = np.clip(own, -MOST_MATRIX, MOST_MATRIX).astype(np.int32)
     moved["centred"][bent] = 1

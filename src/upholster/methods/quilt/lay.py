@@ -24,7 +24,7 @@ from upholster.methods.quilt._block_kernels import (
 from upholster.methods.quilt._landmark_kernels import LandmarkUses
 from upholster.methods.quilt._lay_kernels import lay_blocks
 from upholster.methods.quilt._transfer_kernels import lay_transferred
-from upholster.methods.quilt.emit import PATCH_CELL
+from upholster.methods.quilt.emit import LABEL_CELL
 from upholster.methods.quilt.finer import finer_blocks, take_away
 from upholster.methods.quilt.grid import BlockGrid
 from upholster.methods.quilt.landmarks import LandmarkRules, ShownBlocks
@@ -139,7 +139,7 @@ def lay_chart(
         refine = refine_tile if wrap else refine_chart
         whole = refine(layer.laid_chart(weights, phases, number + len(over)), whole, effort)
     if wrap:
-        whole = wrapped(whole, grid.chart, rim=2 * PATCH_CELL)
+        whole = wrapped(whole, grid.chart, rim=2 * LABEL_CELL)
     return whole, layer.usage, landmarks.shown(uses)
 
 

@@ -11,7 +11,7 @@ from collections.abc import Sequence, Set
 from functools import partial
 
 from upholster.geometry import Surface
-from upholster.methods.quilt.emit import PATCH_CELL, emitted_quilt, tile_cell
+from upholster.methods.quilt.emit import LABEL_CELL, emitted_quilt, tile_cell
 from upholster.methods.quilt.options import QuiltOptions
 from upholster.methods.quilt.phases import WantedPhases
 from upholster.methods.quilt.run import LaidPart, Progressing, QuiltRun, lay_one, planned
@@ -107,5 +107,5 @@ def emitted(
     threads: int | None = None,
 ) -> Quilt:
     """Return the quilt of all charts' placements."""
-    cell = tile_cell(run.charts[0]) if run.wrap else PATCH_CELL
+    cell = tile_cell(run.charts[0]) if run.wrap else LABEL_CELL
     return emitted_quilt(run.charts, run.fields, exemplar_shape, laid, cell=cell, threads=threads)

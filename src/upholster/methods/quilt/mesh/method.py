@@ -21,7 +21,7 @@ from upholster.geometry import MeshSurface
 from upholster.methods.quilt._block_kernels import LayNumbers, LayScratch, LayWeights, MatchImage, Span
 from upholster.methods.quilt._landmark_kernels import LandmarkUses
 from upholster.methods.quilt._phase_kernels import MISFIT
-from upholster.methods.quilt.emit import MESH_CELL, emitted_quilt
+from upholster.methods.quilt.emit import LABEL_CELL, emitted_quilt
 from upholster.methods.quilt.landmarks import mesh_uses
 from upholster.methods.quilt.masked import BLOCK, LARGEST_BLOCK, MATRIX_UNIT
 from upholster.methods.quilt.match_pyramid import MatchPyramid
@@ -151,7 +151,7 @@ def synthesize_mesh(
         ChartPlacements(placed[start:stop], cells, none[start:stop], none[start:stop])
         for start, stop in pairwise(ends.tolist())
     ]
-    quilt = emitted_quilt(charts, fields, shape, laid, cell=MESH_CELL, threads=threads)
+    quilt = emitted_quilt(charts, fields, shape, laid, cell=LABEL_CELL, threads=threads)
     return quilt.on(surface, seed=seed)
 
 
@@ -376,7 +376,7 @@ class _Laying:
         frame, found = lot.frame, lot.footprints
         numbers = MaskNumbers(
             frame.texels,
-            MESH_CELL,
+            LABEL_CELL,
             LARGEST_BLOCK,
             _PAINTED_BEYOND,
             frame.size,
@@ -438,7 +438,7 @@ class _Laying:
         centred = (sheet > 0) | (matrices != own).any(axis=1)
         placed["matrix"] = np.where(centred[:, None], matrices, 0).astype(np.int32)
         placed["centred"] = centred
-        placed["mask_cell"] = MESH_CELL
+        placed["mask_cell"] = LABEL_CELL
         return placed
 
     def _matrices_at(self, placed: NDArray[np.void]) -> FloatArray:
