@@ -76,7 +76,7 @@ def test_a_cell_shows_what_shows_at_its_middle(cell):
     seen = np.full(label_shape(61, 50, cell), -1, np.int32)
     steps, bounds = rng.integers(0, 2, len(placed)), (0, 55, 2, 50)
     trace_cells(placed, cells, steps, bounds, cell, seen)
-    laid = ChartPlacements(placed, cells, NONE, steps, bounds)
+    laid = ChartPlacements(placed, cells, np.arange(len(placed)), steps, bounds)
     np.testing.assert_array_equal(seen, plain_seen(laid, chart, cell))
     assert len(np.unique(seen)) > 10
 
@@ -126,15 +126,16 @@ def test_each_label_is_the_block_that_shows_and_small_ones_go():
     dropped = 0
     for n, (chart, one) in enumerate(zip(run.charts, laid, strict=True)):
         seen = plain_seen(one, chart, 4)
-        counts = np.bincount(seen[seen >= 0], minlength=len(one.placements))
+        block = np.unique(one.origins, return_inverse=True)[1]
+        counts = np.bincount(block[seen[seen >= 0]], minlength=len(block))[block]
         stays = (seen >= 0) & (counts[seen] >= _LEAST)
         labels = quilt.labels[n][0].labels
         # As many labels as blocks, one for each: the same cells hang together.
         pairs = np.unique(np.stack([seen[stays], labels[stays]]), axis=1)
         assert len(np.unique(pairs[0])) == len(np.unique(pairs[1])) == pairs.shape[1]
-        assert pairs.shape[1] == len(quilt.on_chart(n)) == (counts >= _LEAST).sum()
+        assert pairs.shape[1] == len(quilt.on_chart(n)) == len(np.unique(seen[stays]))
         np.testing.assert_array_equal(labels, plain_filled(np.where(stays, labels, -1)))
-        dropped += ((counts > 0) & (counts < _LEAST)).sum()
+        dropped += len(np.unique(seen[(seen >= 0) & ~stays]))
     assert dropped > 5
 
 
@@ -172,7 +173,7 @@ def test_each_cell_reads_what_its_block_read(cell, by):
     placed["source_row"], placed["source_column"] = 16 * 28, 16 * 24
     own = rng.integers(-200, 200, (60, 4)) + matrix(field, placed["row"], placed["column"])
     placed["matrix"] = np.where(placed["centred"][:, None] > 0, own, 0)
-    laid = ChartPlacements(placed, cells, NONE, np.zeros(60, np.int64))
+    laid = ChartPlacements(placed, cells, np.arange(60), np.zeros(60, np.int64))
     quilt = emitted_quilt((chart,), (field,), (56, 48), [laid], cell=cell)
     # Steps that show the block that their cell shows.
     seen, shown = plain_seen(laid, chart, cell), shown_blocks(laid, chart)

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from plain_quilt import shown_blocks, texture
+from plain_quilt import shown_blocks, sources_of, texture
 from plain_refine import plain_cost
 from repeating import repeating
 
@@ -19,6 +19,7 @@ from upholster.methods.quilt.run import planned
 from upholster.methods.synthesis import planned_run, prepare
 from upholster.options import SynthesisOptions
 from upholster.quilt import Chart, paint
+from upholster.quilt.warp_field import WarpField
 
 EXEMPLAR = texture(60, 60)
 ONE = (Chart(0, 96, 88),)
@@ -99,13 +100,13 @@ def test_nothing_is_bare():
 def test_a_tile_is_refined_over_its_edges():
     costs = np.empty((3, 2, 2))
     for seed, effort in np.ndindex(3, 2):
-        quilt = synthesize(
-            EXEMPLAR, "plane", texels=(90, 84), tileable=True, block=20, effort=effort, seed=seed
-        )
-        picture = paint(quilt, EXEMPLAR).arrays[0].astype(float)
+        tile, options = Chart(0, 84, 90), QuiltOptions(block=20, effort=effort)
+        (one,) = lay_all(planned(EXEMPLAR, plane(), (tile,), options=options, wrap=True, seed=seed))
+        sources = sources_of(one, tile, WarpField.identity())
+        picture = EXEMPLAR[sources[..., 0] // 16, sources[..., 1] // 16].astype(float)
         breaks = np.zeros(picture.shape[:2])
         for axis, step in ((0, (16, 0)), (1, (0, 16))):
-            broken = (np.roll(quilt.sources()[0], -1, axis) - quilt.sources()[0] != step).any(axis=2)
+            broken = (np.roll(sources, -1, axis) - sources != step).any(axis=2)
             breaks += broken * np.abs(np.roll(picture, -1, axis) - picture).mean(axis=2)
         middle = np.zeros(breaks.shape, bool)
         middle[12:-12, 12:-12] = True

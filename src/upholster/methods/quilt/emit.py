@@ -39,7 +39,7 @@ Labelled = tuple[NDArray[np.void], LabelMap]
 
 
 def tile_cell(tile: Chart) -> int:
-    """Return the side of a tile's cells in steps: about `PATCH_CELL`, so that a whole number goes into its sides.
+    """Return the side of a tile's cells in steps: about `PATCH_CELL`, a divisor of the tile's sides.
 
     Then the cells beyond an edge are those at the opposite one, and blocks are blended alike on both sides.
     """
@@ -94,9 +94,10 @@ def labelled(
     """Return the placements and labels of one chart, see `emitted_quilt`."""
     seen = np.full(label_shape(chart.height, chart.width, cell), -1, np.int32)
     trace_cells(laid.placements, laid.cells, laid.steps, laid.bounds, cell, seen)
-    count = np.bincount(seen[seen >= 0], minlength=len(laid.placements))
-    few = (count > 0) & (count < _LEAST)
-    if few.any() and (count >= _LEAST).any():
+    # Versions of one block count together: on tiles, what a block shows beyond the opposite edge.
+    block = np.unique(laid.origins, return_inverse=True)[1]
+    few = np.bincount(block[seen[seen >= 0]], minlength=len(block))[block] < _LEAST
+    if not few[seen[seen >= 0]].all():
         seen[(seen >= 0) & few[seen]] = -1
     kept, numbers = np.unique(np.append(-1, seen), return_inverse=True)
     shown: IntArray = (numbers[1:] - 1).astype(np.int32).reshape(seen.shape)
@@ -173,18 +174,17 @@ def _fit_matrices(
     rest: FloatArray = np.einsum("nji,nj->ni", turn, (read - now) / 16)
     centre: IntArray = np.stack([moved["row"][owner], moved["column"][owner]], axis=1)
     step: FloatArray = (at - centre) / np.float64(16)
-    off = np.zeros(len(moved))
+    off: FloatArray = np.zeros(len(moved))
     np.maximum.at(off, owner, np.abs(rest).max(axis=1))
     bent = np.flatnonzero(off > _OFF)
     if not len(bent):
         return
 
     def summed(values: FloatArray) -> FloatArray:
-        found: FloatArray = np.bincount(owner, values, minlength=len(moved))[bent]
-        return found
+        return np.bincount(owner, values, minlength=len(moved))[bent].astype(np.float64)
 
-    square = np.empty((len(bent), 2, 2))
-    product = np.empty((len(bent), 2, 2))
+    square: FloatArray = np.empty((len(bent), 2, 2))
+    product: FloatArray = np.empty((len(bent), 2, 2))
     for i in range(2):
         for j in range(2):
             # A step's worth against singular ones.

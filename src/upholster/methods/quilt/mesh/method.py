@@ -146,9 +146,9 @@ def synthesize_mesh(
     placed, cells = laying.placements()
     shape = exemplar.shape[0], exemplar.shape[1]
     ends = np.searchsorted(placed["chart"], np.arange(len(charts) + 1))
-    none = np.zeros(len(placed), np.int64)
+    origins, none = np.arange(len(placed)), np.zeros(len(placed), np.int64)
     laid = [
-        ChartPlacements(placed[start:stop], cells, none[start:stop], none[start:stop])
+        ChartPlacements(placed[start:stop], cells, origins[start:stop], none[start:stop])
         for start, stop in pairwise(ends.tolist())
     ]
     quilt = emitted_quilt(charts, fields, shape, laid, cell=MESH_CELL, threads=threads)
