@@ -3,6 +3,7 @@
 ``codec``, ``profiles``, ``claims``, ``fidelity``, ``refinement``, ``seams``, ``lattices`` and ``photos`` take
 a folder of exemplars instead of the project's own, the last six the options of their modules:
 ``python -m benchmarks fidelity FOLDER -o OUT``. ``unwrap`` and ``meshstream`` take a folder of meshes.
+``sheet REV`` compares with a revision of git, and runs only by name.
 """
 
 import sys
@@ -15,6 +16,7 @@ from benchmarks import lattices as lattices_module
 from benchmarks import photos as photos_module
 from benchmarks import refinement as refinement_module
 from benchmarks import seams as seams_module
+from benchmarks import sheet as sheet_module
 from benchmarks.codec import codec
 from benchmarks.command import command
 from benchmarks.compile import compile_time
@@ -71,6 +73,8 @@ PROGRAMS = {
 def main() -> int:
     """Run, print, write; status 2 for an unknown name."""
     wanted = sys.argv[1:] or list(BENCHMARKS)
+    if wanted[0] == "sheet":
+        return sheet_module.main(wanted[1:])
     results = Results()
     if len(wanted) > 1 and wanted[1] not in BENCHMARKS:
         if wanted[0] in PROGRAMS:

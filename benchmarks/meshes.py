@@ -123,17 +123,19 @@ def measured(model: Path, sample: Path, out: Path | None, options: SynthesisOpti
         asked = field.corner_vectors
     elif options.stroke is None:
         asked = field.as_faces_run(asked)
-    found = mesh_mapping(surface, quilt, scale=prepared.scale.scale, asked=asked)
-    across = mesh_seams(surface, quilt, painted, image, crease=crease)
-    smooth = mesh_seams(surface, quilt, painted, image, crease=SMOOTH, by_normals=True)
-    bent = mesh_seams(surface, quilt, painted, image, crease=crease, least=SMOOTH, by_normals=True)
+    found, looked = mesh_mapping(surface, quilt, scale=prepared.scale.scale, asked=asked), painted
+    if quilt.density != 1:
+        looked = paint(quilt, image, density=1.0)
+    across = mesh_seams(surface, quilt, looked, image, crease=crease)
+    smooth = mesh_seams(surface, quilt, looked, image, crease=SMOOTH, by_normals=True)
+    bent = mesh_seams(surface, quilt, looked, image, crease=crease, least=SMOOTH, by_normals=True)
     seconds = [round(b - a, 3) for a, b in itertools.pairwise(clock)]
     return Row(
         model.name,
         triangles=len(surface.island),
         plain=int((surface.island < 0).sum()),
         charts=len(quilt.charts),
-        texels=quilt.steps,
+        texels=painted.count,
         placements=len(quilt.placements),
         singular=len(prepared.field.singular),
         read=seconds[0],

@@ -136,7 +136,7 @@ def _covered(
     prepared = prepare(exemplar, surface, SynthesisOptions(**one_pixel_a_texel(surface, exemplar, texels)))
     quilt = execute(prepared, exemplar, surface, seed=seed)
     seconds = time.perf_counter() - start
-    painted = upholster.paint(quilt, exemplar)
+    painted = upholster.paint(quilt, exemplar, density=1.0)
     scale = None if prepared.scale is None else prepared.scale.scale
     direction = parse_direction(prepared.direction) if prepared.direction else None
     found = measure_cover(surface, quilt, exemplar, texels=painted, scale=scale, direction=direction)

@@ -38,7 +38,7 @@ def web_decoder(results: Results) -> None:
             quilt = upholster.synthesize(exemplar, surface, seed=7, method=method, **options)
             path = Path(folder) / f"{method}.uph"
             path.write_bytes(encode_stream(surface, quilt, exemplar))
-            _paint(results, path, f"uph.js: F1, {method}", quilt.steps)
+            _paint(results, path, f"uph.js: F1, {method}", upholster.paint(quilt, exemplar).count)
     modules = [WEB / "uph.js", *sorted((WEB / "uph").rglob("*.js"))]
     source = b"".join(path.read_bytes() for path in modules)
     results.add("uph.js: with its modules, gzipped", len(gzip.compress(source, 9)) / 1000, "kB")

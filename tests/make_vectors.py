@@ -17,67 +17,60 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).parent / "stream"))
 
 from mesh_quilts import charts_of, icosphere, sheets, soup
-from streams import bent, changed, covered, leaning, noise, stream, woven
+from streams import CHARTS, anything, anything_bent, bent, laid, noise, stream
 
-from upholster.codec import ImageHeader, decode, encode
+from upholster.codec import decode, encode
 from upholster.geometry import Surface, surface_from_spec
 from upholster.quilt import Chart, Quilt
-from upholster.quilt.placement import PLACEMENT, mask_sizes
-from upholster.quilt.plans import ChartGrid, GridPlan, PlacementList
-from upholster.quilt.plans.grid import BLOCK
+from upholster.quilt.labels import LabelMap
+from upholster.quilt.placement import PLACEMENT
 from upholster.stream import StreamDecoder, encode_stream
 from upholster.stream.byte_reader import varint
 from upholster.stream.chunks import ChunkReader, assembled, pack_chunk
-from upholster.stream.grid_plan import encode_grid
-from upholster.stream.list_plan import encode_list
-from upholster.stream.plans import encode_plan
 
 FOLDER = Path(__file__).parent / "vectors"
 REFUSED = FOLDER / "refused"
 
 
 def smallest() -> Any:
-    """The worked example of SPEC.md: a plane, one chart of 8 × 8, a grey exemplar of 4 × 4, one placement."""
-    placed = np.zeros(1, PLACEMENT)
-    placed["row"], placed["column"], placed["height"], placed["width"] = 4, 4, 4, 4
-    placed["source_row"], placed["source_column"], placed["first_cell"] = 32, 32, -1
+    """The worked example of SPEC.md: a plane, one chart of 8 × 8 steps, a grey exemplar of 4 × 4 pixels."""
+    placed = np.zeros(2, PLACEMENT)
+    placed["row"], placed["column"] = [32, 96], [32, 96]
+    placed["source_row"], placed["source_column"] = [16, 48], [16, 32]
+    placed["symmetry"][1] = 1
+    labels = np.array([[0, 0, 1, 1], [0, 0, 1, 1], [0, 1, 1, 1], [0, 1, 1, 1]], np.int32)
     exemplar = (np.arange(16, dtype=np.uint8) * 10).reshape(4, 4, 1)
-    quilt = Quilt((Chart(0, 8, 8),), (4, 4), PlacementList(placed, np.zeros(0, np.uint8)))
+    quilt = Quilt((Chart(0, 8, 8),), (4, 4), placed, ((LabelMap(4, labels),),))
     return encode_stream(surface_from_spec("plane"), quilt, exemplar, lossless=True)
 
 
 def vectors() -> Any:
     """Yield the name and the bytes of each vector."""
     yield "smallest", smallest()
-    yield "paper", encode_stream(*covered())
-    surface, quilt, exemplar = covered("cylinder")
-    yield "list_lossless", encode_stream(surface, changed(quilt), exemplar, lossless=True)
-    surface, quilt, _ = covered("sphere:r=2")
+    yield "quilt", encode_stream(*laid())
+    surface, quilt, exemplar = laid("sphere:r=2", side=40, second=True)
+    yield "two_layers", encode_stream(surface, quilt, exemplar, lossless=True)
     nets = Surface(surface.patches, "nets")
-    yield (
-        "nets_16_bit",
-        encode_stream(nets, quilt, noise(dtype=np.uint16, channels=1), wavelet="haar", levels=3),
-    )
-    yield "quilt", encode_stream(*woven("torus", sample_size=1.5))
+    grey = noise(dtype=np.uint16, channels=1)
+    yield "nets_16_bit", encode_stream(nets, quilt, grey, wavelet="haar", levels=3)
     yield "fields", stream("bent")
-    yield "rings", encode_stream(*woven("torus", texels=8_000))
-    yield "symmetries", encode_stream(*woven("torus", sample_size=1.5, mirror=True, rotate=True))
-    yield "refined", encode_stream(*woven("torus", sample_size=1.5, effort=2))
+    yield "half_cells", stream("half cells")
+    rng = np.random.default_rng(11)
+    plane = surface_from_spec("plane")
+    yield "symmetries", encode_stream(plane, anything(rng, (32, 40), CHARTS, 60, 2), noise())
+    quilt = anything(rng, (32, 40), CHARTS, 60, 1)
+    for density in (0.25, 2.0):
+        yield f"density_{density:g}", encode_stream(plane, replace(quilt, density=density), noise())
+    depth = noise(dtype=np.float32, channels=2)
+    yield "float_samples", encode_stream(plane, anything_bent(rng, (32, 40), CHARTS, 30, 2), depth)
     rng = np.random.default_rng(7)
     for name, mesh in (("mesh", icosphere(2)), ("mesh_of_any_triangles", soup(3))):
         charts = charts_of(mesh)
         quilt = sheets(rng, charts, (64, 72), 60, bent(rng, charts))
         yield name, encode_stream(mesh, quilt, noise(64, 72))
-    yield "centre_matrices", encode_stream(*leaning(spec="cone", texels=5_000))
-    surface, quilt, exemplar = woven("torus", texels=8_000)
-    height, width = exemplar.shape[:2]
-    depth = noise(height, width, 1, np.float32, seed=2)
-    yield (
-        "material",
-        encode_stream(
-            surface, quilt, exemplar, maps={"normal": noise(height, width, seed=1), "height": depth}
-        ),
-    )
+    quilt = anything_bent(np.random.default_rng(8), (32, 40), CHARTS, 40, 1)
+    maps = {"normal": noise(seed=1), "height": noise(channels=1, dtype=np.float32, seed=2)}
+    yield "material", encode_stream(plane, quilt, noise(), maps=maps)
 
 
 def images() -> Any:
@@ -90,16 +83,7 @@ def images() -> Any:
 
 def refused() -> Any:
     """Yield the name and the bytes of each stream that no decoder may take, whole but for one number."""
-    surface, quilt, exemplar = covered("cylinder")
-    chart, empty = Chart(0, 32, 32), np.zeros(0, np.uint8)
-    block = np.zeros(1, BLOCK)
-    block["row"], block["column"], block["height"], block["width"], block["link"] = 8, 8, 16, 16, -1
-    grid = ChartGrid(0, 2, 1, 8, 8, 16, 16, 2**20, 16, 0, 2, 0, 1)  # its second row lies far beyond
-    far = Quilt((chart,), (32, 40), GridPlan((grid,), 0, block, empty))
-    near = replace(far, plan=replace(far.plan, grids=(replace(grid, step_row=16),)))
-    chunks = chunks_of(encode_stream(surface_from_spec("plane"), near, noise()))
-    told = encode_plan(far).plan
-    yield "grid_beyond", rebuilt([(tag, told if tag == "Q" else data) for tag, data in chunks])
+    surface, quilt, exemplar = laid("cylinder")
     depth = noise(*exemplar.shape[:2], 1, np.float32)
     chunks = chunks_of(encode_stream(surface, quilt, exemplar, maps={"height": depth}))
     wide = [
@@ -108,55 +92,15 @@ def refused() -> Any:
     yield "range_beyond", rebuilt(wide)
     grey = chunks_of(encode_stream(surface, quilt, exemplar, maps={"normel": noise(*exemplar.shape[:2], 1)}))
     yield "normal_of_one_channel", rebuilt([(tag, data.replace(b"normel", b"normal")) for tag, data in grey])
-    for name, count in (("work_of_blocks", 2**13), ("work_of_cuts", 2**10), ("work_of_grids", 2**10)):
-        yield name, stacked(name, count)
     head = chunks_of(smallest())[:3]
-    yield "cells_beyond", rebuilt([*head, ("Q", bytes([0, 0]) + varint(2**25))])
-    yield "work_of_strips", strips_stacked(2**13)
-    yield "maps_together", stacked("maps_together", 80)
+    one = bytes([1, 3, 0, 0, 2])
+    yield "placements_beyond", rebuilt([*head, ("Q", one + bytes([1]) + varint(101))])
+    long = ("L", bytes([7]) + varint(1) + varint(1000))
+    two_layers = bytes([2, 3, 0, 0, 2, 1, 2, 1, 1, 0])
+    yield "cells_beyond", rebuilt([head[0], long, head[2], ("Q", two_layers)])
+    large = ("L", bytes([15]) + varint(16384))
+    yield "density_beyond", rebuilt([head[0], large, head[2], ("Q", bytes([1, 4, 0, 0, 2, 64, 1]))])
     yield "chunks_4097", rebuilt([*chunks_of(smallest()), *[("a", b"")] * 4091])
-
-
-def stacked(name: str, count: int) -> bytes:
-    """Blocks as large as their chart, one upon the other: cheap to tell, dear to paint."""
-    together = name == "maps_together"  # little work for a texel, for many maps
-    side = 16384 if together else 128
-    chart = Chart(0, side, side)
-    if name == "work_of_grids":
-        blocks = np.zeros(count, BLOCK)
-        blocks["row"], blocks["column"] = 64 + np.array(np.divmod(np.arange(count), 32))
-        blocks["height"] = blocks["width"] = 2 * side
-        blocks["link"], blocks["cut"] = -1, 1
-        grid = ChartGrid(0, count // 32, 32, 64, 64, 2 * side, 2 * side, 1, 1, 0, 255, 0, count)
-        plan = GridPlan((grid,), 16, blocks, np.zeros(0, np.uint8))
-        cells = np.ones(int(mask_sizes(plan.in_order(), (chart,)).sum()), np.uint8)
-        plan = replace(plan, mask_cells=cells)
-        coded = encode_grid(Quilt((chart,), (64, 64), plan), plan).parts
-    else:
-        placed = np.zeros(count, PLACEMENT)
-        placed["row"] = placed["column"] = placed["height"] = placed["width"] = min(side, 4096)
-        placed["row"] //= 2
-        placed["column"] //= 2
-        cells = np.zeros(0, np.uint8)
-        placed["first_cell"] = -1
-        if name == "work_of_cuts":
-            placed["mask"], placed["mask_cell"], placed["feather"], placed["first_cell"] = 2, 255, 16, 0
-            cells = np.ones(1, np.uint8)
-        coded = encode_list(Quilt((chart,), (64, 64), PlacementList(placed, cells))).parts
-    layout = ("L", bytes([15]) + varint(side))
-    header = ImageHeader(64, 64, 1, np.dtype(np.uint8), "5/3", 0, -1, means=(128,)).pack()
-    maps = [("R", bytes([1, letter]) + header) for letter in b"bcdefghijklmnop" if together]
-    return rebuilt([("S", bytes([4])), layout, ("X", header), *maps, *zip("QP", coded[:2], strict=True)])
-
-
-def strips_stacked(count: int) -> bytes:
-    """Strips along one edge, one upon the other."""
-    side, block = 256, 256
-    strip = bytes([0]) + varint(0) + varint(0)
-    plan = bytes([1]) + varint(block) + varint(1) + bytes([0]) + varint(count) + varint(block)
-    plan += bytes([128, 16]) + strip * count
-    header = ("X", ImageHeader(256, 256, 1, np.dtype(np.uint8), "5/3", 0, -1, means=(128,)).pack())
-    return rebuilt([("S", bytes([4])), ("L", bytes([15]) + varint(side)), header, ("Q", plan)])
 
 
 def chunks_of(data: bytes) -> list[tuple[str, bytes]]:
@@ -174,7 +118,7 @@ def rebuilt(chunks: list[tuple[str, bytes]]) -> bytes:
 
 
 def decoded(data: Any) -> Any:
-    """What a stream decodes to, at three lengths: hashes of placements, cells, exemplar and texels."""
+    """What a stream decodes to, at three lengths: hashes of placements, labels, exemplar and texels."""
     found = {}
     decoder = StreamDecoder()
     decoder.feed(data[: len(data) // 3])
@@ -194,7 +138,7 @@ def hashes(decoder: Any) -> Any:
     columns = [column[:, None] if column.ndim == 1 else column for column in columns]
     return {
         "placements": _hash(np.concatenate(columns, axis=1)),
-        "cells": _hash(quilt.mask_cells),
+        "labels": _hash(np.concatenate([one.labels.reshape(-1) for maps in quilt.labels for one in maps])),
         "exemplar": _hash(decoder.exemplar()),
         "texels": _hash_of_texels(decoder, "albedo"),
         **{role: _hash_of_texels(decoder, role) for role in decoder.roles[1:]},

@@ -317,7 +317,7 @@ def test_whatever_is_wrong_is_told_in_one_line(made, tmp_path, monkeypatch, name
         "revolve": ([[[1, 0, 1], [1, 1, 1]]],), "Material": ({"albedo": exemplar},),
         "RationalPatch": (surface.patches[0].net,), "Surface": (surface.patches,),
         "Texels": (texels.charts, texels.arrays), "view": (made[-1],),
-        "Quilt": (quilt.charts, quilt.exemplar_shape, quilt.plan),
+        "Quilt": (quilt.charts, quilt.exemplar_shape, quilt.placements, quilt.labels),
     }.get(name, ())  # fmt: skip
     call = getattr(upholster, name)
     own = {"synthesize": SMALL, "cover": {"synthesis": SMALL}}.get(name, {})

@@ -3,6 +3,7 @@
 import json
 import struct
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,7 @@ from upholster.errors import InputError
 from upholster.image import Material, read_image
 from upholster.limits import Limits
 from upholster.options import WriteOptions
-from upholster.outputs import parse_output, with_lods
+from upholster.outputs import parse_output, parse_outputs
 from upholster.pipeline import cover, refine, write
 from upholster.types import PixelArray
 
@@ -45,14 +46,14 @@ def textures(path: Path, folder: Path) -> tuple[Any, list[PixelArray]]:
 
 
 def test_names_of_lods() -> None:
-    wanted = with_lods([parse_output("a/x.glb"), parse_output("y.obj"), parse_output("z.png")], 3)
+    wanted = parse_outputs(["a/x.glb", "y.obj", "z.png"], OPTIONS)
     assert [(str(each.path), each.lod) for each in wanted] == [
         (str(Path("a/x.glb")), 0), (str(Path("a/x_lod1.glb")), 1), (str(Path("a/x_lod2.glb")), 2),
         ("y.obj", 0), ("z.png", 0),
     ]  # fmt: skip
-    assert with_lods([parse_output("y.obj")], 1) == [parse_output("y.obj")]
+    assert parse_outputs(["y.obj"], WriteOptions()) == [parse_output("y.obj")]
     with pytest.raises(InputError, match=r"lods is for \.glb, and y\.obj is none; allowed: with one"):
-        with_lods([parse_output("y.obj")], 2)
+        parse_outputs(["y.obj"], OPTIONS)
     for lods in (0, 9):
         with pytest.raises(InputError, match=f"lods is {lods}; allowed: 1 to 8"):
             WriteOptions(lods=lods)
@@ -68,11 +69,18 @@ def test_textures_are_halved_and_look_alike(tmp_path: Path, maps: int) -> None:
     assert [Path(name).name for name in done.written] == names
     documents, images = zip(*(textures(tmp_path / name, tmp_path) for name in names), strict=True)
     assert len({json.dumps(each["meshes"]) for each in documents}) == 1  # one mesh
-    for fine, coarse in zip(images, images[1:], strict=False):
+    for fine, coarse in pairwise(images):
         assert len(fine) == len(coarse) == maps
         for one, other in zip(fine, coarse, strict=True):
             assert other.size < 0.35 * one.size
             assert abs(float(one.mean()) - float(other.mean())) < 3
+
+
+def test_textures_are_told_as_what_they_are(tmp_path: Path) -> None:
+    material = Material({"albedo": sample(), "roughness": sample()[:, :, :1].copy()})
+    cover(material, "torus", tmp_path / "x.glb", synthesis=ASKED, options=WriteOptions(quads=400))
+    document, _ = textures(tmp_path / "x.glb", tmp_path)
+    assert [image["mimeType"] for image in document["images"]] == ["image/jpeg", "image/png"]
 
 
 def test_several_materials_have_lods_as_well(tmp_path: Path) -> None:
@@ -157,12 +165,14 @@ def test_tiles_have_as_many_texels(folder: Path, tmp_path: Path) -> None:
 
 def test_lods_of_a_stream_go_on_from_the_texels_asked_for(folder: Path, tmp_path: Path) -> None:
     options = replace(OPTIONS, padding=0)
-    done = refine(folder / "x.uph", [tmp_path / "y.glb"], texels=240_000, options=options)
-    assert [Path(name).name for name in done.written] == ["y.glb", "y_lod1.glb", "y_lod2.glb"]
     plain = refine(folder / "x.uph", [tmp_path / "z.glb"], options=replace(options, lods=1))
-    (fine,), (asked,) = (textures(tmp_path / name, tmp_path)[1] for name in ("y_lod1.glb", "z.glb"))
     assert plain.model is not None
-    assert abs(fine.size / asked.size - 1) < 0.1
+    # Twice as fine each way, and halved: as it is.
+    texels = 4 * plain.model.texels.count
+    done = refine(folder / "x.uph", [tmp_path / "y.glb"], texels=texels, options=options)
+    assert [Path(name).name for name in done.written] == ["y.glb", "y_lod1.glb", "y_lod2.glb"]
+    (fine,), (asked,) = (textures(tmp_path / name, tmp_path)[1] for name in ("y_lod1.glb", "z.glb"))
+    np.testing.assert_array_equal(fine, asked)
 
 
 def test_what_can_not_be_painted_is_one_line(folder: Path, tmp_path: Path) -> None:

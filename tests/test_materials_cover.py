@@ -1,6 +1,5 @@
 """Materials and flat textures through the command: every map in every output, and what is refused."""
 
-import hashlib
 import json
 import os
 import struct
@@ -267,32 +266,6 @@ def test_method_paper_paints_materials_too(command: Any, tmp_path: Path) -> None
         for name in plain.files:
             np.testing.assert_array_equal(plain[name], wall[name])
         follows(wall["chart_003"], wall["roughness_003"], wall["height_003"])
-
-
-@pytest.mark.parametrize(
-    ("surface", "options", "digest"),
-    [
-        ("torus:R=3,r=1", {"chart": 72}, "2b3bf1342304560d92fd8c3f143a65894a1cfa261ca355db8d47da3b5be9ce71"),
-        (
-            "sphere",
-            {"chart": 64, "block": 16, "overlap": 4, "levels": 2},
-            "1a42002e8792797a6536a271328ef63ebe1cf8e86bfc86008c1372dedbb2b020",
-        ),
-    ],
-)
-def test_method_paper_is_what_it_was(surface: str, options: Any, digest: str) -> None:
-    """Placements and texels, byte for byte, as they were before there was another method."""
-    rows, columns = np.mgrid[:64, :64]
-    noise = np.random.default_rng(0).integers(0, 32, (64, 64, 3))
-    exemplar = (noise + 48 * (rows // 8 % 2 + columns // 16 % 3)[:, :, None]).astype(np.uint8)
-    on = upholster.surface_from_spec(surface)
-    quilt = upholster.synthesize(exemplar, on, method="paper", seed=5, **options)
-    names = ("chart", "row", "column", "height", "width", "source_row", "source_column")
-    parts = [quilt.placements[name] for name in (*names, "mask", "sides", "ramp", "feather")]
-    found = hashlib.sha256()
-    for part in (*parts, *upholster.paint(quilt, exemplar).arrays):
-        found.update(part.tobytes())
-    assert found.hexdigest() == digest
 
 
 PAPER = ["--method", "paper"]

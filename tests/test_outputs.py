@@ -5,7 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from upholster import cover
 from upholster.charts.seams import find_seams
+from upholster.charts.unwrap._raster_kernels import coverage
 from upholster.errors import InputError
 from upholster.export import udim_tile, write_map
 from upholster.geometry import sphere
@@ -15,6 +17,7 @@ from upholster.options import WriteOptions
 from upholster.outputs import TexturedModel, parse_output
 from upholster.quilt import Chart, Texels
 
+EXAMPLES = Path(__file__).parent.parent / "examples"
 ROLES = ("normal", "ao")
 
 
@@ -106,3 +109,27 @@ def test_plain_numbers_pass_through_no_curve(tmp_path: Path, suffix: str, dtype:
 def test_normal_scale_is_checked(value: float) -> None:
     with pytest.raises(InputError, match="normal_scale"):
         WriteOptions(normal_scale=value)
+
+
+def test_the_share_of_the_page_that_is_told_is_what_triangles_cover(tmp_path: Path) -> None:
+    """Texels counted one by one, of the atlas that is written, against what the report says."""
+    target = f"atlas:{tmp_path / 'atlas.png'}"
+    report = cover(
+        EXAMPLES / "weave.png",
+        EXAMPLES / "chair.glb",
+        target,
+        synthesis={"texels": 60_000, "effort": 0},
+        seed=1,
+    )
+    image = read_image(tmp_path / "atlas.png")
+    model = report.model
+    assert model is not None
+    times = np.zeros(image.shape[:2], np.int32)
+    places = (model.uv * image.shape[1::-1])[:, ::-1][model.mesh.triangles]
+    coverage(np.add(places, (0.0007, 0.0013)), times)
+    counts = report.counts
+    assert (counts["pages"], counts["page texels"]) == (1, times.size)
+    assert counts["texels"] == 60_000 < counts["painted texels"]
+    assert abs((times > 0).sum() / counts["texels"] - 1) < 0.01
+    assert counts["texels"] / times.size > 0.55
+    assert vars(model)["layout"] is model.packed  # the atlas is laid out once

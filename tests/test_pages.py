@@ -207,7 +207,7 @@ def test_a_chart_larger_than_a_page_is_refused_before_work(
 ) -> None:
     monkeypatch.setattr(coverings, "execute", None)
     asked = {"texels": 200_000, "sample_size": 1.0}
-    with pytest.raises(InputError, match=r"atlas_size is 256, which holds charts of 240 .* 447 x 447 texels"):
+    with pytest.raises(InputError, match=r"atlas_size is 256, which holds charts of 240 .* 448 x 448 texels"):
         cover(_file(tmp_path), "plane", [f"{tmp_path}/x.glb"], synthesis=asked, options=OPTIONS)
 
 

@@ -76,7 +76,7 @@ def test_the_first_pattern_that_fits_a_part_wins_and_the_file_stays(folder: Path
     assert [node["name"] for node in document(target)["nodes"]] == ["Top", "Leg 1", "Leg 2"]
     assert report.counts["materials"] == 2
     assert report.counts["left plain"] == 0
-    assert report.counts["covering"] < report.counts["texels"]
+    assert report.counts["texels"] < report.counts["painted texels"]
     assert list(report.settled) == ["leg 2", "*"]
     assert "sample 0.5 units wide" in report.settled["*"]
     assert report.parameters["materials"]["*"].endswith("green.png@0.5")

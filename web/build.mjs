@@ -21,16 +21,13 @@ const BUNDLES = {
   'upholster-viewer.js': 'upholster-viewer.js',
   'upholster-lab.js': 'upholster-lab.js',
   'upholster-environment.js': 'upholster-environment.js',
-  'upholster-painter.js': 'upholster-painter.js',
   'uph-picture.js': 'uph-picture.js',
   'uph-worker.js': 'uph-worker-lean.js',
-  'uph-painting.js': 'uph-painting.js',
   'uph-rare.js': 'uph-rare.js',
-  'uph-recipes.js': 'uph-recipes.js',
 }
 /** Parts of the worker: in functions of their own, for they may stand behind it in one script. They use its modules, not copies of them. */
 const WORKER = 'uph-worker-lean.js'
-const PARTS = ['uph-painting.js', 'uph-rare.js', 'uph-recipes.js']
+const PARTS = ['uph-rare.js']
 const ON_DEMAND = Object.keys(BUNDLES).filter((name) => !['upholster-viewer.js', 'uph-worker.js'].includes(name)).map((name) => `./${name}`)
 
 /** Whose names pages use. */

@@ -2,12 +2,15 @@
 
 const TEXELS_PER_FRAME = 2 ** 21 // handed over at once
 
+/** Texels of a first picture, which is sketched: hardly more are on screen. */
+export const SKETCHED_TEXELS = 2 ** 18
+
 const nextFrame = globalThis.requestAnimationFrame?.bind(globalThis) ?? ((work) => setTimeout(work, 16))
 
 /**
  * One stream and its worker. What it tells goes to `view`, which has these methods:
  *
- * - `begin({charts, bounds, plain})`: sizes of the textures, spheres of the charts, triangles on no chart; once
+ * - `begin({bounds, plain})`: spheres of the charts, triangles on no chart; once
  * - `takeMeshes({pieces, counts})`: geometry of the charts that changed
  * - `takeTexture(entry)`: an entry as `uph-worker.js` lists them; returns memory that is free again, or null
  * - `show(state, first)`: all textures of a painting have been taken

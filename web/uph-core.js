@@ -1,5 +1,7 @@
-/** The decoder without its parts, which `uph-painting.js` and `uph-rare.js` add; `uph.js` has all of the decoder. */
+/** The decoder without its parts, which `uph-rare.js` adds; `uph.js` has all of the decoder. */
 
 export { UphError } from './uph/bytes.js'
 export { UphDecoder } from './uph/decoder.js'
+export { MapPyramid, pyramidLevel } from './uph/paint/pyramid.js'
 export { MissingPart, addParts, hasPart, part } from './uph/parts.js'
+export { SYMMETRIES } from './uph/symmetry.js'

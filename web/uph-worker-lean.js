@@ -2,8 +2,4 @@
 
 import { serve } from './worker/serve.js'
 
-serve(globalThis, {
-  painting: () => import('./uph-painting.js'),
-  rare: () => import('./uph-rare.js'),
-  recipes: () => import('./uph-recipes.js'),
-})
+serve(globalThis, () => import('./uph-rare.js'))

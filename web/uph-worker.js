@@ -13,21 +13,16 @@
 //      shown {buffers}                    what the last `textures` brought is on screen; buffers to use again
 //      join {port}                        another stream: the same messages through a port of its own
 //      Any may have a `ticket`: states tell the last one that was heard.
-// Out: surface {charts, bounds, plain, exemplar}
-//                                         sizes of the textures and spheres of the charts, once; what lies on no chart;
-//                                         height and width of the exemplar
+// Out: surface {bounds, plain, exemplar}  spheres of the charts, once; what lies on no chart; height and width of the exemplar
 //      meshes {pieces, counts}            geometry of the charts that changed
 //      textures {entries, state}          what changed, and what is shown then. An entry has a target (color, normal …)
-//                                         and is `data` for a chart; the gutter only, `gutter`; that a chart has no
-//                                         placements, `unplaced`; or the exemplar's mean, which such charts show: `preview`.
-//                                         Where the page paints: a target's sample, `sheet`; of what a chart is painted,
+//                                         and is `data` for a chart; or the gutter only, `gutter`.
+//                                         Where the page paints: a map's sample, `sheet`; of what a chart is painted,
 //                                         `recipe` (see recipes.js); or a chart without data, which is to be painted of these
 //      state {state}                      where decoding stands
 //      error {message, offset}            the stream is damaged
 
-import './uph-painting.js'
 import './uph-rare.js'
-import './uph-recipes.js'
 import { serve } from './worker/serve.js'
 
 if (typeof WorkerGlobalScope !== 'undefined') serve(globalThis)

@@ -14,7 +14,7 @@ export interface Picture {
 
 export type Samples = Uint8Array | Uint16Array | Float32Array
 
-/** The texels laid over a rectangle of a face, across its patches: rows go with s, from s0 to s1, columns with t. */
+/** The steps laid over a rectangle of a face, across its patches: rows go with s, from s0 to s1, columns with t. Texels are painted on them. */
 export interface Chart {
   face: number
   height: number
@@ -76,13 +76,13 @@ export interface Changes {
   exemplar: boolean
   /** Maps that came or got better, by role; 'albedo' is the exemplar. */
   roles: string[]
-  /** Charts whose placements changed, rising. */
+  /** Charts whose placements, labels or warp fields came, rising. */
   charts: number[]
 }
 
 /** What a stream may ask for, within what the format allows (SPEC.md, 9). What is not told goes with the texels. */
 export interface Limits {
-  /** Of all charts together, 1 to 2³¹; 2²⁸ by default. */
+  /** Of all charts together, in steps and as they are painted by default, 1 to 2³¹; 2²⁸ by default. */
   texels?: number
   /** Height × width × channels of all maps together; one a texel, 65,536 to 12.8 million. */
   samples?: number
@@ -90,8 +90,17 @@ export interface Limits {
   charts?: number
   /** Of a mesh; one for 8 texels, 4096 to 1,048,576. */
   triangles?: number
-  /** Units of painting for each texel; 128, which is the most. */
-  work?: number
+}
+
+/** What of a chart is painted. */
+export interface Painting {
+  /** The map; 'albedo' by default. */
+  role?: string
+  /** Texels a step, each way, 1/64 to 64; those that the stream is to be painted with by default. */
+  density?: number
+  /** Rows [start, stop) of the painted chart; all of them by default. */
+  start?: number
+  stop?: number
 }
 
 /** Decodes a `.uph` stream as its bytes come, in pieces of any size. */
@@ -108,9 +117,9 @@ export class UphDecoder {
   readonly complete: boolean
   readonly surface: Surface | null
   readonly charts: readonly Chart[]
-  /** How many charts have their placements; the others show the exemplar's mean. */
+  /** How many charts have their placements; the others show the exemplar as it is. */
   readonly chartsKnown: number
-  /** Whether every placement and every mask has come. */
+  /** Whether every placement and every label has come. */
   readonly placed: boolean
   /** Share of the exemplar's coefficients, 0 to 1, at which its decoding ends, whatever else comes; 1 at first. */
   mostCoefficients: number
@@ -131,16 +140,17 @@ export class UphDecoder {
   readonly exemplarSize: { height: number; width: number }
   /** A map of the exemplar as far as it has come, as RGBA of 8 bits for the screen, see `rgba`. */
   exemplarRgba(role?: string): { height: number; width: number; data: Uint8Array }
-  /** Whether a chart has its placements; before, it shows the exemplar's mean. */
-  isPlaced(index: number): boolean
   /** The mean of a map as far as it has come, as one pixel of RGBA of 8 bits. */
   meanRgba(role?: string): Uint8Array
+  /** Texels a step, each way, with which the stream is to be painted; 1 before that is known. */
+  readonly density: number
+  /** Height and width in texels of a chart as it is painted; `density` is `this.density` by default, 1/64 to 64. */
+  paintedSize(index: number, density?: number): { height: number; width: number }
   /**
-   * Texels of a chart as far as they can be painted, rows [start, stop): as `exemplar(role).data`. Those of 'normal' lie
-   * in the texels' own frame: their vectors are turned with the texture. Where they come from is remembered (up to
-   * 64 MB) until placements change, so that painting again is fast.
+   * Texels of a chart as far as it is known: as `exemplar(role).data`. Those of 'normal' lie in the texels' own frame: their vectors are
+   * turned with the texture. Where labels are still to come, each place shows the nearest placement. Any density shows the same picture.
    */
-  texels(index: number, start?: number, stop?: number, role?: string): Samples
+  texels(index: number, options?: Painting): Samples
   /**
    * The same for the screen: RGBA of 8 bits, written into `into`, which is made if there is none, and returned. Grey
    * becomes RGB, alpha is 255 where a map has none; 16 bits are rounded to 8, and floats, which are linear, become
@@ -148,13 +158,9 @@ export class UphDecoder {
    */
   rgba<Into extends Uint8Array | Uint8ClampedArray = Uint8ClampedArray>(
     index: number,
-    options?: {
-      role?: string
-      /** Rows [start, stop) of the chart; all of them by default. */
-      start?: number
-      stop?: number
+    options?: Painting & {
       into?: Into
-      /** Texels from one row of `into` to the next; the chart's width by default. */
+      /** Texels from one row of `into` to the next; the painted chart's width by default. */
       stride?: number
       /** Index in `into` of the first sample; 0 by default. */
       offset?: number

@@ -1,11 +1,10 @@
 /**
- * Decoder of the formats `.uph` (textured surfaces) and `.ezw` (images), version 1, as SPEC.md describes them.
+ * Decoder of the formats `.uph` (textured surfaces) and `.ezw` (images) as SPEC.md describes them.
  *
  * For browsers, module workers and node, without dependencies. Feed bytes as they come, in pieces of any size; the
  * work is proportional to the new bytes. Numbers in brackets in the modules of `uph/` are sections of SPEC.md.
  */
 
-import './uph/painting.js'
 import './uph/rare.js'
 import { UphDecoder as Decoder } from './uph/decoder.js'
 import { fillLimits } from './uph/told-limits.js'

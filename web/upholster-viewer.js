@@ -273,7 +273,7 @@ export class UpholsterViewer extends HTMLElement {
   #begin() {
     if (!this.#stage || !(this.#seen || typeof this.#source !== 'string')) return
     let session = null // bytes that are here already are told of before there is one
-    const onPage = Renderer.shared.paints(this.getAttribute('painting'), () => import('./upholster-painter.js'))
+    const onPage = Renderer.shared.paints(this.getAttribute('painting'))
     session = new Session(this.#source, this.getAttribute('worker'), axes(this.view)[2], onPage, (type, event) => {
       if (session && session === this.#session) this.#receive(type, event)
     })

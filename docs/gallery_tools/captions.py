@@ -111,8 +111,8 @@ CAPTIONS = {
         """,
     "refining": """\
         The first picture's quilt as a stream (`-o ring.uph`), as it arrives. Charts without
-        placements have the exemplar's mean colour; placements come chart after chart, with the exemplar's
-        coarse parts; then masks and details, by what they gain. Figures are the texels' PSNR against the
+        placements show the exemplar as it is; placements come chart after chart, with the exemplar's
+        coarse parts; then labels and details, by what they gain. Figures are the texels' PSNR against the
         whole stream.
         """,
     "viewer": """\

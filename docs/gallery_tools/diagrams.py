@@ -14,8 +14,10 @@ from gallery_tools.method import (
     RED,
     TILE,
     bands_picture,
+    block_corner,
     candidate_costs,
-    first_placements,
+    first_blocks,
+    first_pixel,
     overlap_tiles,
 )
 from gallery_tools.shots import Exemplars, charted, read, take
@@ -79,14 +81,14 @@ def on_one_patch(exemplars: Exemplars) -> Any:
     quilt = synthesize(
         exemplar, ring, method="paper", chart=SIDE, block=BLOCK, overlap=OVERLAP, levels=LEVELS, seed=1
     )
-    bare = first_placements(quilt, {PATCH: ACROSS**2})
+    bare = first_blocks(quilt, PATCH, ACROSS**2)
     blocks = bare.on_chart(PATCH)
-    first = _corner(blocks[0])
+    first = first_pixel(blocks[0], (0, 0))
     number = ACROSS + 1  # the first block that overlaps both to the left and above
-    top, left = (n * (BLOCK - OVERLAP) for n in divmod(number, ACROSS))
+    top, left = block_corner(number, ACROSS)
     before = _laid(bare, exemplar, number)
     costs = candidate_costs(before[top : top + BLOCK, left : left + BLOCK], exemplar)
-    winner = _corner(blocks[number])
+    winner = first_pixel(blocks[number], (top, left))
     chart = paint(bare, exemplar).arrays
     whole: dict[str, Any] = {"size": (480, 400), "view": (205.0, 42.0)}
     nodes = [
@@ -110,17 +112,12 @@ def on_one_patch(exemplars: Exemplars) -> Any:
     return flow(nodes, [(0, 1), (1, 2), (2, 3), (4, 5), (5, 6), (6, 7), (7, 8), (8, 9)])
 
 
-def _corner(block: Any) -> tuple[int, int]:
-    """Return the exemplar's pixel that a block's top left texel shows."""
-    return int(block["source_row"]) // 16 - BLOCK // 2, int(block["source_column"]) // 16 - BLOCK // 2
-
-
 def _laid(quilt: Quilt, exemplar: PixelArray, count: int) -> PixelArray:
     """Return the patch's texels after so many blocks, light grey where there is none."""
-    laid = paint(first_placements(quilt, {PATCH: count}), exemplar).arrays[PATCH]
+    laid = paint(first_blocks(quilt, PATCH, count), exemplar).arrays[PATCH]
     there = np.zeros((SIDE, SIDE), bool)
-    for block in quilt.on_chart(PATCH)[:count]:
-        row, column = int(block["row"]) - BLOCK // 2, int(block["column"]) - BLOCK // 2
+    for number in range(count):
+        row, column = block_corner(number, ACROSS)
         there[row : row + BLOCK, column : column + BLOCK] = True
     return np.asarray(np.where(there[..., None], laid, np.uint8(236)))
 

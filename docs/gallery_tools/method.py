@@ -11,7 +11,7 @@ from gallery_tools.shots import Exemplars, read
 from upholster.geometry import plane
 from upholster.methods import synthesize
 from upholster.quilt import Quilt, paint
-from upholster.quilt.plans import PlacementList
+from upholster.quilt.labels import nearest_labels
 from upholster.types import FloatArray, PixelArray
 from upholster.wavelet import dwt2, subbands
 
@@ -23,9 +23,11 @@ __all__ = [
     "TILE",
     "YELLOW",
     "bands_picture",
+    "block_corner",
     "candidate_costs",
     "decomposition",
-    "first_placements",
+    "first_blocks",
+    "first_pixel",
     "matching",
     "overlap_tiles",
 ]
@@ -96,23 +98,19 @@ def matching(exemplars: Exemplars) -> Any:
     )
 
     def searched(number: int) -> tuple[float, int, PixelArray, FloatArray]:
-        before = paint(first_placements(quilt, {0: number}), exemplar).arrays[0]
-        top, left = (step * n for n in divmod(number, across))
+        before = paint(first_blocks(quilt, 0, number), exemplar).arrays[0]
+        top, left = block_corner(number, across)
         costs = candidate_costs(before[top : top + BLOCK, left : left + BLOCK], exemplar)
         return float(costs.min()), number, before, costs
 
-    step = BLOCK - OVERLAP
     inner = [searched(row * across + column) for row in (1, 2, 3) for column in (1, 2, 3)]
     # A block that has to break off its neighbours' source: continuing it exactly costs nothing.
     _, number, before, costs = min([one for one in inner if one[0] > 1] or inner, key=lambda one: one[:2])
-    chosen = quilt.placements[number]
-    top, left = (step * n for n in divmod(number, across))
+    top, left = block_corner(number, across)
     laid = np.zeros((side, side), bool)
     laid[: top + OVERLAP] = True
     laid[: top + BLOCK, : left + OVERLAP] = True
-    winner = tuple(
-        int(chosen[f"source_{axis}"]) // 16 // TILE - BLOCK // TILE // 2 for axis in ("row", "column")
-    )
+    winner = tuple(place // TILE for place in first_pixel(quilt.placements[number], (top, left)))
 
     factor = 4
     bare = np.where(laid[..., None], before, np.uint8(236))
@@ -216,7 +214,26 @@ def _features(
     return picture
 
 
-def first_placements(quilt: Quilt, counts: dict[int, int]) -> Quilt:
-    """Return the quilt with only the first placements on some charts, as `counts` says."""
-    parts = [quilt.on_chart(n)[: counts.get(n)] for n in range(len(quilt.charts))]
-    return replace(quilt, plan=PlacementList(np.concatenate(parts), quilt.mask_cells))
+def block_corner(number: int, across: int) -> tuple[int, int]:
+    """Return the first texel of a chart's block; there are so many across."""
+    row, column = divmod(number, across)
+    return row * (BLOCK - OVERLAP), column * (BLOCK - OVERLAP)
+
+
+def first_pixel(block: Any, corner: tuple[int, int]) -> tuple[int, int]:
+    """Return the exemplar's pixel that the first texel, `corner`, of an upright block shows."""
+    row, column = (
+        (int(block[f"source_{axis}"]) + 8 - int(block[axis])) // 16 + at
+        for axis, at in zip(("row", "column"), corner, strict=True)
+    )
+    return row, column
+
+
+def first_blocks(quilt: Quilt, index: int, count: int) -> Quilt:
+    """Return the quilt with only the first blocks on a chart, which go on where others would lie."""
+    layer, placed = quilt.labels[index][0], quilt.on_chart(index)[:count]
+    nearest = nearest_labels(
+        placed["row"], placed["column"], quilt.charts[index], layer.cell, half=layer.half
+    )
+    shown = replace(layer, labels=np.where(layer.labels < count, layer.labels, nearest))
+    return replace(quilt, labels=(*quilt.labels[:index], (shown,), *quilt.labels[index + 1 :]))

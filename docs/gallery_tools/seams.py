@@ -1,5 +1,7 @@
 """Figures of the seams: patch edges before and after the repair, and how an edge block is chosen and cut."""
 
+from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -7,12 +9,13 @@ from numpy.typing import NDArray
 from PIL import Image, ImageDraw
 
 from gallery_tools.drawing import Panel, compose, enlarged
-from gallery_tools.method import BLOCK, LEVELS, OVERLAP, RED, YELLOW, first_placements
+from gallery_tools.method import BLOCK, LEVELS, OVERLAP, RED, YELLOW, first_pixel
 from gallery_tools.shots import Exemplars, charted, read, take
 from upholster.geometry import ring_cyclide
 from upholster.methods import synthesize
-from upholster.quilt import Quilt, Texels, paint
-from upholster.quilt.plans import Strip, StripPlan
+from upholster.methods.paper.edges import Strip, strip_along
+from upholster.methods.paper.layers import edge_placements
+from upholster.quilt import Chart, Quilt, Texels, paint
 from upholster.types import PixelArray
 
 __all__ = ["seams"]
@@ -31,11 +34,10 @@ def seams(exemplars: Exemplars) -> Any:
         take(charted(ring, one.arrays), size=(640, 440), view=(205.0, 48.0), zoom=3.2, target=corner).image
         for one in texels
     ]
-    plan = quilt.plan
-    if not isinstance(plan, StripPlan):
-        raise AssertionError("method paper's quilts have strips")
-    index = next(n for n, strip in enumerate(plan.layout.strips) if (strip.a, strip.b) == (6, 10))
-    strip = plan.layout.strips[index]
+    edge = next(edge for edge in ring.shared if (edge.patch, edge.other_patch) == (6, 10))
+    strip = strip_along(edge, quilt.charts, BLOCK)
+    if strip is None:
+        raise AssertionError("patches of one size meet texel by texel")
     flat = [_marked_line(_across(strip, one, (112, 160)), 4) for one in texels]
     return compose(
         [
@@ -44,7 +46,7 @@ def seams(exemplars: Exemplars) -> Any:
                 Panel(close[1], "(b) the same, repaired"),
             ],
             [Panel(flat[0], "(c) texels along an edge, before"), Panel(flat[1], "(d) after")],
-            [Panel(image, title) for image, title in _edge_block(quilt, plan, index, exemplar)],
+            [Panel(image, title) for image, title in _edge_block(quilt, strip, exemplar)],
         ]
     )
 
@@ -54,20 +56,26 @@ def _across(strip: Strip, texels: Texels, size: tuple[int, int]) -> PixelArray:
     height, width = size
     chart = texels.charts[strip.a]
     line = (0, chart.width, chart.height, 0)[strip.edge_a]
-    return _window(strip, texels, (line - height // 2, (chart.width - width) // 2), size)
+    first = line - height // 2, (chart.width - width) // 2
+    return _window(strip, texels.charts, (texels.arrays[strip.a], texels.arrays[strip.b]), first, size)
 
 
-def _window(strip: Strip, texels: Texels, first: tuple[int, int], size: tuple[int, int]) -> PixelArray:
-    """Return a rectangle of texels of A's grid, those beyond the edge taken from B."""
-    a, b = texels.arrays[strip.a], texels.arrays[strip.b]
+def _window(
+    strip: Strip,
+    charts: Sequence[Chart],
+    arrays: tuple[NDArray[Any], NDArray[Any]],
+    first: tuple[int, int],
+    size: tuple[int, int],
+) -> NDArray[Any]:
+    """Return a rectangle of A's grid, of arrays of both charts' texels: beyond the edge those of B."""
+    a, b = arrays
     rows, columns = np.meshgrid(
         *(np.arange(n, dtype=np.int32) + at for at, n in zip(first, size, strict=True)), indexing="ij"
     )
     inside = (rows >= 0) & (rows < a.shape[0]) & (columns >= 0) & (columns < a.shape[1])
-    window = np.empty((*size, a.shape[2]), a.dtype)
+    window = np.empty((*size, *a.shape[2:]), a.dtype)
     window[inside] = a[rows[inside], columns[inside]]
-    charts = texels.charts[strip.a], texels.charts[strip.b]
-    window[~inside] = b[strip.to_b(rows[~inside], columns[~inside], *charts)]
+    window[~inside] = b[strip.to_b(rows[~inside], columns[~inside], charts[strip.a], charts[strip.b])]
     return window
 
 
@@ -81,37 +89,56 @@ def _marked_line(pixels: PixelArray, factor: int) -> Any:
     return picture
 
 
-def _edge_block(quilt: Quilt, plan: StripPlan, index: int, exemplar: PixelArray) -> list[tuple[Any, str]]:
+def _edge_block(quilt: Quilt, strip: Strip, exemplar: PixelArray) -> list[tuple[Any, str]]:
     """Show the edge block in the middle of an edge: as found, its best match, the cut, the result."""
-    strip, starts = plan.layout.strips[index], plan.layout.mask_starts
-    masks, _ = plan.layout.strip_masks(index, plan.masks[starts[index] : starts[index + 1]])
-    blocks = plan.layout.strip_blocks(index, np.zeros(len(masks), np.int32))
-    a = quilt.on_chart(strip.a)
-    numbers = [_numbers(quilt, placed) for placed in blocks]
-    half = BLOCK // 2
+    corners = strip.corners(quilt.charts[strip.a], BLOCK, OVERLAP)
+    middles = edge_placements(strip, quilt.charts, BLOCK, corners, np.zeros_like(corners))
+    charts = strip.a, strip.b
+    numbers = [
+        [_number(quilt.on_chart(chart), block) for chart, block in zip(charts, both, strict=True)]
+        for both in middles
+    ]
 
-    def seen(k: int, more: int) -> PixelArray:
-        """Return the block's place before (0) and after (1) it is painted."""
-        block = blocks[0][k]
-        counts = {strip.a: numbers[0][k] + more, strip.b: numbers[1][k] + more}
-        first = int(block["row"]) - half, int(block["column"]) - half
-        return _window(strip, paint(first_placements(quilt, counts), exemplar), first, (BLOCK, BLOCK))
+    def window(k: int, arrays: list[NDArray[Any]]) -> NDArray[Any]:
+        """Return the block's place, of arrays of its two charts."""
+        first = int(corners[k, 0]), int(corners[k, 1])
+        return _window(strip, quilt.charts, (arrays[0], arrays[1]), first, (BLOCK, BLOCK))
+
+    def bare(k: int) -> PixelArray:
+        """Return the block's place without it."""
+        labels = list(quilt.labels)
+        for chart, number in zip(charts, numbers[k], strict=True):
+            first, second = labels[chart]
+            without = np.where(second.labels == number, np.int32(-1), second.labels)
+            labels[chart] = first, replace(second, labels=without)
+        texels = paint(replace(quilt, labels=tuple(labels)), exemplar)
+        return window(k, [texels.arrays[chart] for chart in charts])
+
+    def cut(k: int) -> NDArray[np.uint8]:
+        """Return the cells that show the block: 1."""
+        size = [(quilt.charts[chart].height, quilt.charts[chart].width) for chart in charts]
+        owners = [quilt.owners(chart, 0, 0, *size[n]) for n, chart in enumerate(charts)]
+        mine = [owner == number for owner, number in zip(owners, numbers[k], strict=True)]
+        cell = quilt.labels[strip.a][1].cell
+        return window(k, mine)[::cell, ::cell].astype(np.uint8)
 
     def step(k: int) -> float:
-        """Return how much the texels at both sides of the edge differ before."""
-        rows = seen(k, 0)[half - 1 : half + 1].astype(np.float64)
+        """Return how much the texels at both sides of the edge differ without the block."""
+        rows = bare(k)[BLOCK // 2 - 1 : BLOCK // 2 + 1].astype(np.float64)
         return float(np.abs(rows[1] - rows[0]).mean())
 
-    def corners(k: int) -> int:
+    def turns(k: int) -> int:
         """Return how often the cut turns."""
-        return int(np.count_nonzero(np.diff(np.diff(masks[k].astype(int), axis=0), axis=1)))
+        return int(np.count_nonzero(np.diff(np.diff(cut(k).astype(int), axis=0), axis=1)))
 
-    worst = sorted(range(len(masks)), key=step, reverse=True)[: max(1, len(masks) // 2)]
-    chosen = max(worst, key=corners)
-    block, found, embedded = a[numbers[0][chosen]], seen(chosen, 0), seen(chosen, 1)
-    row, column = int(block["source_row"]) // 16 - half, int(block["source_column"]) // 16 - half
+    worst = sorted(range(len(corners)), key=step, reverse=True)[: max(1, len(corners) // 2)]
+    chosen = max(worst, key=turns)
+    painted = paint(quilt, exemplar).arrays
+    found, embedded = bare(chosen), window(chosen, [painted[chart] for chart in charts])
+    corner = int(corners[chosen, 0]), int(corners[chosen, 1])
+    row, column = first_pixel(quilt.on_chart(strip.a)[numbers[chosen][0]], corner)
     match = exemplar[row : row + BLOCK, column : column + BLOCK]
-    cells = masks[chosen]
+    cells = cut(chosen)
     side = len(cells)
     factor = 9
     large = BLOCK * factor
@@ -123,14 +150,10 @@ def _edge_block(quilt: Quilt, plan: StripPlan, index: int, exemplar: PixelArray)
     return list(zip(images, titles, strict=True))
 
 
-def _numbers(quilt: Quilt, blocks: NDArray[np.void]) -> list[int]:
-    """Return which of its chart's placements each block of a strip is."""
-    others = quilt.on_chart(int(blocks["chart"][0]))
-    cut = others["mask"] == blocks["mask"][0]
-    return [
-        int(np.flatnonzero(cut & (others["row"] == one["row"]) & (others["column"] == one["column"]))[-1])
-        for one in blocks
-    ]
+def _number(placed: NDArray[np.void], block: NDArray[np.void]) -> int:
+    """Return which of a chart's placements an edge block is of which the middle is known."""
+    away = np.hypot(placed["row"] - block["row"], placed["column"] - block["column"])
+    return int(np.where(placed["layer"] == 1, away, np.inf).argmin())
 
 
 def _cut_line(image: Any, cells: NDArray[np.uint8], size: int) -> None:

@@ -223,8 +223,8 @@ class Covering:
 
     @property
     def charts(self) -> tuple[Chart, ...]:
-        """The layout."""
-        return self.prepared.charts
+        """The layout as it is painted, in texels."""
+        return self.prepared.painted
 
     @property
     def texels(self) -> int:
@@ -253,7 +253,7 @@ class Covering:
         texels, others = painted(quilt, self.source, threads, progress)
         return TexturedModel(
             self.surface, texels, options, threads, quilt, self.source, others,
-            file=self.covered.model, field=self.prepared.field, name=self.title,
+            file=self.covered.model, field=self.prepared.field, name=self.title, density=quilt.density,
         )  # fmt: skip
 
 
@@ -484,4 +484,4 @@ def counted(coverings: Sequence[Covering], quilts: Sequence[Quilt], model: Textu
     return counts[0] | summed | {"maps": 1 + len(model.maps)} | materials
 
 
-_SUMMED = ("charts", "texels", "covering", "placements", "edge blocks")
+_SUMMED = ("charts", "texels", "painted texels", "placements", "edge blocks")

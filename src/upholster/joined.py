@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from upholster.geometry import MeshSurface
+from upholster.geometry import AnySurface, MeshSurface
 from upholster.image import to_linear
 from upholster.image.color import alpha_channel
 from upholster.image.material import COLORS, DEFAULT_ROUGHNESS, as_depth, top_of
@@ -14,7 +14,7 @@ from upholster.outputs import TexturedModel
 from upholster.quilt import Texels
 from upholster.types import PixelArray
 
-__all__ = ["joined_model"]
+__all__ = ["joined_model", "joined_surface"]
 
 _NEUTRAL = {
     "normal": (0.5, 0.5, 1.0),
@@ -43,7 +43,7 @@ def joined_model(models: Sequence[TexturedModel]) -> TexturedModel:
     maps = {role: _joined_texels(models, role) for role in roles}
     return replace(
         first,
-        surface=_joined_surface(models),
+        surface=joined_surface([model.surface for model in models]),
         texels=_joined_texels(models, "albedo"),
         maps=maps,
         quilt=None,
@@ -54,15 +54,24 @@ def joined_model(models: Sequence[TexturedModel]) -> TexturedModel:
     )
 
 
-def _joined_surface(models: Sequence[TexturedModel]) -> MeshSurface:
-    surfaces = [model.surface for model in models if isinstance(model.surface, MeshSurface)]
-    island, parameters = surfaces[0].island.copy(), surfaces[0].parameters.copy()
-    count = surfaces[0].islands
-    for surface in surfaces[1:]:
+def joined_surface(surfaces: Sequence[AnySurface]) -> AnySurface:
+    """Return one mesh that has the islands of several, one surface's after the other's; one alone as it is.
+
+    Parameters
+    ----------
+    surfaces
+        Of one mesh, of which no triangle lies on islands of two.
+    """
+    if len(surfaces) == 1:
+        return surfaces[0]
+    meshes = [surface for surface in surfaces if isinstance(surface, MeshSurface)]
+    island, parameters = meshes[0].island.copy(), meshes[0].parameters.copy()
+    count = meshes[0].islands
+    for surface in meshes[1:]:
         laid = surface.island >= 0
         island[laid], parameters[laid] = surface.island[laid] + count, surface.parameters[laid]
         count += surface.islands
-    return MeshSurface(surfaces[0].mesh, island, parameters)
+    return MeshSurface(meshes[0].mesh, island, parameters)
 
 
 def _joined_texels(models: Sequence[TexturedModel], role: str) -> Texels:

@@ -674,10 +674,13 @@ class WriteOptions:
         default=1.0,
         metadata=_about(_OUTPUT, "Strength of a material's normal map in a GLB or picture, 0 to 100."),
     )
-    padding: int = field(
-        default=16,
+    padding: int | None = field(
+        default=None,
         metadata=_about(
-            _OUTPUT, "Texels around each chart in an atlas, continued from its neighbours, 0 to 64."
+            _OUTPUT,
+            "Texels around each chart in an atlas, continued from its neighbours; on a mesh between two "
+            "islands: 0 to 64. Default: 16; on a mesh 4, 8 or 16, by its texels.",
+            metavar="N",
         ),
     )
     atlas_size: int | None = field(
@@ -781,7 +784,7 @@ class WriteOptions:
 
     @property
     def packing(self) -> dict[str, Any]:
-        """How pages of an atlas are laid out: arguments of `upholster.model.pack_charts`."""
+        """How pages of an atlas are laid out: arguments of `upholster.model.pack_surface`."""
         return {"gutter": self.padding, "size": self.atlas_size, "powers": self.pot}
 
     @property
@@ -800,7 +803,7 @@ class WriteOptions:
             raise InputError(f"quality is {self.quality}; allowed: 1 to 100")
         if not 0 <= self.normal_scale <= 100:
             raise InputError(f"normal_scale is {self.normal_scale:g}; allowed: 0 to 100")
-        if not 0 <= self.padding <= 64:
+        if self.padding is not None and not 0 <= self.padding <= 64:
             raise InputError(f"padding is {self.padding}; allowed: 0 to 64")
         if self.atlas_size not in (None, *(2**power for power in range(8, 14))):
             raise InputError(f"atlas_size is {self.atlas_size}; allowed: a power of two from 256 to 8192")

@@ -48,6 +48,7 @@ from upholster.lengths import parse_length
 from upholster.measure import Solid, check_solid, shown_length, solid_lines
 from upholster.model import (
     Atlas,
+    AtlasLayout,
     DisplacedMesh,
     Mesh,
     build_atlas,
@@ -56,11 +57,12 @@ from upholster.model import (
     charted_tangents,
     displaced,
     kept_box,
-    pack_charts,
+    pack_surface,
     plain_solid,
     tessellate,
     vertex_tangents,
 )
+from upholster.model.packing import GUTTER
 from upholster.options import WriteOptions
 from upholster.quilt import Chart, Quilt, Texels
 from upholster.quilt.chart import MAX_CHART
@@ -75,13 +77,13 @@ from upholster.types import FloatArray, PixelArray, Progress
 __all__ = [
     "Output",
     "TexturedModel",
-    "atlas_pages",
+    "atlas_layout",
     "check_displacement",
     "largest_chart",
     "metres_of",
     "parse_output",
+    "parse_outputs",
     "textured_model",
-    "with_lods",
     "write_output",
 ]
 
@@ -158,7 +160,7 @@ class Output:
         roles
             Of a material's maps beside the base colour, see `TexturedModel.maps`.
         pages
-            Of the atlas, see `atlas_pages`.
+            Of the atlas, see `atlas_layout`.
         """
         if self.url:
             return ()  # no file of this machine
@@ -184,8 +186,10 @@ class Output:
         return tuple(file for file in self.files(roles, pages) if file not in first)
 
 
-def atlas_pages(outputs: Iterable[Output], charts: Sequence[Chart], options: WriteOptions) -> int:
-    """Return how many pages the atlas of these charts has; 1 where no output holds it.
+def atlas_layout(
+    outputs: Iterable[Output], surface: AnySurface, charts: Sequence[Chart], options: WriteOptions
+) -> AtlasLayout | None:
+    """Return where charts lie in the atlas; None where no output holds it.
 
     Raises
     ------
@@ -193,17 +197,18 @@ def atlas_pages(outputs: Iterable[Output], charts: Sequence[Chart], options: Wri
         If the charts do not fit the atlas that the options ask for.
     """
     if not any(output.has_atlas for output in outputs):
-        return 1
-    return len(pack_charts(charts, **options.packing).pages)
+        return None
+    return pack_surface(surface, charts, **options.packing)
 
 
 def largest_chart(outputs: Iterable[Output], options: WriteOptions) -> int:
     """Return how long charts may be, in texels: where tiles are written, each must fit one."""
     if not any(output.in_tiles for output in outputs):
         return MAX_CHART
-    step = 1 << max(0, options.padding.bit_length() - 1)
+    padding = GUTTER if options.padding is None else options.padding
+    step = 1 << max(0, padding.bit_length() - 1)
     size = _TILE_LIMIT if options.atlas_size is None else options.atlas_size
-    return max(1, size // step * step - 2 * options.padding)
+    return max(1, size // step * step - 2 * padding)
 
 
 def metres_of(surface: AnySurface) -> float | None:
@@ -241,14 +246,18 @@ def check_displacement(
     kept_box(read_conditions(options.keep) if options.keep else (), metres)
 
 
-def with_lods(outputs: Sequence[Output], lods: int) -> list[Output]:
-    """Return outputs with the further files of each GLB, of so many in all: ``x_lod1.glb`` …
+def parse_outputs(
+    targets: Iterable[str | os.PathLike[str]], options: WriteOptions, *, flat: bool = False
+) -> list[Output]:
+    """Read outputs as `parse_output` does; after each GLB come its further files, see `WriteOptions.lods`.
 
     Raises
     ------
     InputError
-        If there is to be more than one of each, and no output is a GLB.
+        As there; and if a GLB is to have further files, and no output is one.
     """
+    displaced, lods = options.displace is not None, options.lods
+    outputs = [parse_output(target, flat=flat, displaced=displaced) for target in targets]
     if lods > 1 and all(output.kind != "glb" for output in outputs):
         names = ", ".join(str(output.path) for output in outputs)
         raise InputError(f"lods is for .glb, and {names} is none; allowed: with one")
@@ -354,6 +363,8 @@ class TexturedModel(Shown):
         its own; all else holds them together.
     density
         Texels for a step of the quilt's charts, each way.
+    packed
+        Where charts lie in the atlas, if that is known already: as the options say.
     """
 
     surface: AnySurface
@@ -371,6 +382,7 @@ class TexturedModel(Shown):
     name: str = ""
     parts: tuple["TexturedModel", ...] = ()
     density: float = 1.0
+    packed: AtlasLayout | None = None
 
     def __repr__(self) -> str:
         return on_a_line(
@@ -394,11 +406,14 @@ class TexturedModel(Shown):
     @cached_property
     def atlas(self) -> Atlas:
         """All charts' texels in one image, with gutters, on as many pages as it takes."""
-        return build_atlas(self.texels, self.seams, **self._packing)
+        return build_atlas(self.texels, self.seams, self.layout, threads=self.threads)
 
-    @property
-    def _packing(self) -> dict[str, Any]:
-        return {**self.options.packing, "threads": self.threads}
+    @cached_property
+    def layout(self) -> AtlasLayout:
+        """Where all charts lie in the atlas."""
+        if self.packed is not None:
+            return self.packed
+        return pack_surface(self.surface, self.texels.charts, **self.options.packing)
 
     @cached_property
     def stream(self) -> bytes:
@@ -423,8 +438,8 @@ class TexturedModel(Shown):
         """Return the atlas of one of `maps`, packed as that of the base colour."""
         texels = self.maps[role]
         if role == "normal" and not isinstance(self.surface, MeshSurface):
-            return build_normal_atlas(self.surface, texels, self.seams, **self._packing)
-        return build_atlas(texels, self.seams, **self._packing)
+            return build_normal_atlas(self.surface, texels, self.seams, self.layout, threads=self.threads)
+        return build_atlas(texels, self.seams, self.layout, threads=self.threads)
 
     @cached_property
     def uv(self) -> FloatArray:
@@ -491,10 +506,13 @@ class TexturedModel(Shown):
 
     def picture(self, *, progress: Progress | None = None) -> NDArray[np.float32]:
         """Return a picture of the model, as the options say: (height, width, 3), linear light."""
-        options = replace(self.options, padding=16, atlas_size=None, pot=False)
-        if options != self.options:
+        own, fitting = self.options.packing, {"gutter": GUTTER, "size": None, "powers": False}
+        if own["gutter"] is None and not isinstance(self.surface, MeshSurface):
+            own["gutter"] = GUTTER
+        if own != fitting:
             # The renderer's mip levels need gutters of 16 texels, and no free room between the charts.
-            return replace(self, options=options).picture(progress=progress)
+            options = replace(self.options, padding=GUTTER, atlas_size=None, pot=False)
+            return replace(self, options=options, packed=None).picture(progress=progress)
         return render(
             self.mesh.positions,
             self.mesh.normals,
@@ -596,7 +614,7 @@ def write_output(
         If it cannot hold the model, or an option is out of its range.
     """
     options = model.options
-    pages = len(model.atlas.pages) if output.has_pages else 1
+    pages = len(model.layout.pages) if output.has_pages else 1
     places = [files.path(file) for file in output.files(model.maps, pages)]
     match output.kind:
         case "uph":

@@ -34,23 +34,24 @@ from upholster.geometry import Surface
 from upholster.image import Material
 from upholster.image.rectify import Corners
 from upholster.image.source import Source, as_exemplar, read_source, source_names, source_parts
+from upholster.joined import joined_surface
 from upholster.methods import settled_seed
+from upholster.model import AtlasLayout
 from upholster.options import ModelOptions, SampleOptions, SynthesisOptions, WriteOptions, chosen
 from upholster.outputs import (
     Output,
     TexturedModel,
-    atlas_pages,
+    atlas_layout,
     check_displacement,
     largest_chart,
     metres_of,
-    parse_output,
+    parse_outputs,
     textured_model,
-    with_lods,
 )
 from upholster.parallel import TaskPool, check_running
 from upholster.quilt import Quilt, Texels
 from upholster.refining import RefineReport, refine
-from upholster.reports import CoverReport, peak_memory, timed, totalled
+from upholster.reports import CoverReport, page_counts, peak_memory, timed, totalled
 from upholster.tiles import are_tiles_alone, check_tasks, spread_quilt, task_pool, tiled
 from upholster.types import PixelArray, Progress
 from upholster.writing import (
@@ -154,9 +155,7 @@ def cover(
     options, seed = chosen(WriteOptions, options), settled_seed(seed)
     asked = chosen(SynthesisOptions, synthesis)
     check_running(threads, progress)
-    flat, displaced = isinstance(asked.texels, tuple), options.displace is not None
-    wanted = [parse_output(target, flat=flat, displaced=displaced) for target in listed(targets)]
-    wanted = with_lods(wanted, options.lods)
+    wanted = parse_outputs(listed(targets), options, flat=isinstance(asked.texels, tuple))
     _check_report(report)
     preparing = SampleOptions(rectify=rectify, crop=crop, resize=resize, even_light=even_light)
     notes: list[str] = []
@@ -195,14 +194,14 @@ def cover(
         with timed("prepare", seconds, progress):
             if has_stream(wanted):
                 check_streamed(coverings[0])
-            charts = [chart for each in coverings for chart in each.charts]
-            add_pages(files, wanted, roles, atlas_pages(wanted, charts, options))
+            layout = _layout(wanted, coverings, options)
+            add_pages(files, wanted, roles, layout)
         in_memory = not are_tiles_alone(wanted, coverings)
         notes += [note for each in coverings for note in each.notes(in_memory=in_memory)]
         if tell is not None:
             for note in notes:
                 tell(note)
-        making = _Making(wanted, coverings, options, seed, threads, progress, tell, seconds)
+        making = _Making(wanted, coverings, options, layout, seed, threads, progress, tell, seconds)
         textured, written, counts = making.made(files, workers, scheduler)
         notes += [] if textured is None else notes_after(wanted, textured, seconds, tell)
         parameters = {
@@ -231,6 +230,15 @@ def cover(
     return result
 
 
+def _layout(
+    wanted: Sequence[Output], coverings: Sequence[Covering], options: WriteOptions
+) -> AtlasLayout | None:
+    """Return where the charts of all coverings lie in one atlas; None where no output holds it."""
+    surface = joined_surface([each.surface for each in coverings])
+    charts = [chart for each in coverings for chart in each.charts]
+    return atlas_layout(wanted, surface, charts, options)
+
+
 _Made = tuple[TexturedModel | None, dict[str, int], dict[str, int]]
 """The model, the bytes of each file, and counts for the report."""
 
@@ -242,6 +250,7 @@ class _Making:
     wanted: Sequence[Output]
     coverings: Sequence[Covering]
     options: WriteOptions
+    layout: AtlasLayout | None
     seed: int
     threads: int | None
     progress: Progress | None
@@ -277,16 +286,10 @@ class _Making:
         running: dict[str, Any] = {"threads": self.threads, "progress": self.progress}
         with timed("paint", self.seconds):
             textured = painted_model(self.coverings, quilts, self.options, **running)
-        textured = replace(textured, in_tiles=any(output.in_tiles for output in self.wanted))
+        tiles = any(output.in_tiles for output in self.wanted)
+        textured = replace(textured, in_tiles=tiles, packed=self.layout)
         written = written_to(self.wanted, textured, files, self.seconds, self.progress)
-        counts = counted(self.coverings, quilts, textured)
-        if "atlas" in vars(textured):  # an output holds it
-            pages = textured.atlas.pages
-            counts["pages"], counts["page texels"] = (
-                len(pages),
-                sum(page.height * page.width for page in pages),
-            )
-        return textured, written, counts
+        return textured, written, counted(self.coverings, quilts, textured) | page_counts(textured)
 
 
 def _check_report(report: str | os.PathLike[str] | None) -> None:
@@ -341,10 +344,9 @@ def write(
         "albedo".
     """
     options = chosen(WriteOptions, options)
-    output = parse_output(target, flat=flat, displaced=options.displace is not None)
+    wanted = parse_outputs([target], options, flat=flat)
     check_running(threads, progress)
-    check_used([output], options)
-    wanted = with_lods([output], options.lods)
+    check_used(wanted, options)
     found = None if exemplar is None else as_exemplar(exemplar)
     model = textured_model(
         texels,
@@ -354,7 +356,7 @@ def write(
         options=options,
         threads=threads,
     )
-    pages = atlas_pages(wanted, model.texels.charts, options)
+    pages = len(model.layout.pages) if any(output.has_atlas for output in wanted) else 1
     with outputs(files_of(wanted, lambda output: output.files(model.maps, pages))) as files:
         written_to(wanted, model, files, {}, progress)
 

@@ -1,7 +1,8 @@
 """Pictures of a GLB as it stands: everything that it shows, drawn again without synthesis."""
 
 import os
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -16,7 +17,7 @@ from upholster.image.read import read_image_data
 from upholster.render import render
 from upholster.types import FloatArray, PixelArray, Progress
 
-__all__ = ["SHEET", "redrawn"]
+__all__ = ["SHEET", "ShownModel", "redrawn", "shown_model"]
 
 SHEET = ((30.0, 30.0), (120.0, 30.0), (210.0, 30.0), (300.0, 30.0))
 """The views of a sheet, as of `Camera.fit`."""
@@ -29,6 +30,29 @@ _UP = np.array([[1.0, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
 
 _DATA = {"normal": (128, 128, 255), "roughness": (255,), "metallic": (255,), "ao": (255,)}
 """Maps other than the colour, and what stands for one that is missing."""
+
+
+@dataclass(frozen=True, eq=False)
+class ShownModel:
+    """All triangles that a file shows, wherever they stand, z up, and its images one upon the other.
+
+    Attributes
+    ----------
+    corners, normals
+        (N, 3, 3) float64, of each triangle's corners.
+    uv
+        (N, 3, 2) float64: places in the images, in texels, (0, 0) being the corner of the first one.
+    color
+        (H, W, 4) uint8, sRGB-coded.
+    maps
+        The other maps, of the colour's height and width.
+    """
+
+    corners: FloatArray
+    normals: FloatArray
+    uv: FloatArray
+    color: PixelArray
+    maps: Mapping[str, PixelArray]
 
 
 def redrawn(
@@ -66,6 +90,36 @@ def redrawn(
     InputError, FormatError
         If the file is no glTF, or cannot be read.
     """
+    model = shown_model(path)
+    corners, normals = model.corners.reshape(-1, 3), model.normals.reshape(-1, 3)
+    height, width = model.color.shape[:2]
+    return [
+        render(
+            corners,
+            normals,
+            model.uv.reshape(-1, 2) / (width, height),
+            np.arange(len(corners)).reshape(-1, 3),
+            model.color,
+            maps=model.maps,
+            tangents=_tangents(model.corners, model.uv) if "normal" in model.maps else None,
+            size=size,
+            view=view,
+            supersample=supersample,
+            threads=threads,
+            progress=progress,
+        )
+        for view in views
+    ]
+
+
+def shown_model(path: str | os.PathLike[str]) -> ShownModel:
+    """Read all that a GLB or glTF file shows.
+
+    Raises
+    ------
+    InputError, FormatError
+        If the file is no glTF, or cannot be read.
+    """
     model = read_model(path)
     if model.gltf is None or not model.gltf_parts:
         raise InputError(f"model {os.fspath(path)!r} has no materials of glTF; allowed: .glb, .gltf")
@@ -75,25 +129,8 @@ def redrawn(
         mine = model.mesh.part == number
         primitive = model.gltf.item("meshes", part.mesh)["primitives"][part.primitive]
         uv[mine] = images.placed(primitive.get("material"), uv[mine])
-    corners, normals, uv = _everywhere(model, uv)
-    maps = images.maps()
-    return [
-        render(
-            corners.reshape(-1, 3),
-            normals.reshape(-1, 3),
-            uv.reshape(-1, 2) / images.shape[::-1],
-            np.arange(3 * len(corners)).reshape(-1, 3),
-            images.stacked("color", (255, 255, 255, 255)),
-            maps=maps,
-            tangents=_tangents(corners, uv) if "normal" in maps else None,
-            size=size,
-            view=view,
-            supersample=supersample,
-            threads=threads,
-            progress=progress,
-        )
-        for view in views
-    ]
+    placed = _everywhere(model, uv)
+    return ShownModel(*placed, images.stacked("color", (255, 255, 255, 255)), images.maps())
 
 
 def _everywhere(model: ModelFile, uv: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -29,15 +29,13 @@ from upholster.options import WriteOptions, chosen
 from upholster.outputs import (
     Output,
     TexturedModel,
-    atlas_pages,
+    atlas_layout,
     check_displacement,
     metres_of,
-    parse_output,
-    with_lods,
+    parse_outputs,
 )
 from upholster.paging import PagedAtlas, write_page
 from upholster.parallel import check_running, run_tasks
-from upholster.quilt import Chart
 from upholster.quilt.chart import MAX_TEXELS
 from upholster.quilt.materials import WindowPainter
 from upholster.quilt.painting import PAINTED_DENSITIES, painted_charts
@@ -126,15 +124,13 @@ def refine(
     stream = path_text(stream, "stream")
     if not isinstance(limit, Limit | None):
         raise InputError(f"limit is a {type(limit).__name__}; allowed: a Limit")
-    wanted = [parse_output(target, displaced=options.displace is not None) for target in listed(targets)]
+    wanted = parse_outputs(listed(targets), options)
     other = [file for file in [on is not None and surface_file(on)] if file]
     check_used(wanted, options)
-    for target, output in zip(listed(targets), wanted, strict=True):
+    for output in wanted:
         if output.url:
-            raise InputError(
-                f"output {str(target)!r} is a URL; allowed for a stream: a folder of this machine"
-            )
-    wanted = with_lods(wanted, options.lods)
+            name = f"{output.url}/{output.path}"
+            raise InputError(f"output {name!r} is a URL; allowed for a stream: a folder of this machine")
     with outputs(files_of(wanted, Output.files), inputs=[stream, *other]) as files:
         data = read_bytes(stream)
         one_by_one = len(wanted) == 1 and wanted[0].in_tiles
@@ -147,14 +143,15 @@ def refine(
         one_by_one = one_by_one and isinstance(surface, Surface)
         if limits is None and not one_by_one:
             most = Limits()
-            check_charts(decoder.charts, most)
-        density = _density(texels, surface, decoder.charts, most or Limits())
+            check_charts(painted_charts(decoder.charts, decoder.density), most)
+        density = _density(texels, surface, decoder, most or Limits())
         charts = painted_charts(decoder.charts, density)
         exemplar = received_exemplar(decoder)
         roles = tuple(source_parts(exemplar))[1:]
         files.add(files_of(wanted, lambda output: output.later_files(roles, 1)))
         check_displacement(wanted, options, roles=roles, metres=metres_of(surface))
-        add_pages(files, wanted, roles, atlas_pages(wanted, charts, options))
+        layout = atlas_layout(wanted, surface, charts, options)
+        add_pages(files, wanted, roles, layout)
         same = data if decoder.complete and not options.stream_choices else None
         if same is not None and on is not None:
             same = None if isinstance(surface, MeshSurface) else on_surface(same, surface)
@@ -169,16 +166,27 @@ def refine(
         options = _as_coded(decoder, options)
         tiles = any(output.in_tiles for output in wanted)
         model = TexturedModel(
-            surface, base, options, threads, quilt, exemplar, others, same, tiles, density=density
+            surface,
+            base,
+            options,
+            threads,
+            quilt,
+            exemplar,
+            others,
+            same,
+            tiles,
+            density=density,
+            packed=layout,
         )
         written = written_to(wanted, model, files, {}, progress)
     return _report(decoder, written, model)
 
 
-def _density(texels: int | None, surface: AnySurface, charts: Sequence[Chart], most: Limits) -> float:
+def _density(texels: int | None, surface: AnySurface, decoder: StreamDecoder, most: Limits) -> float:
     """Return how many texels each way a step of the charts gets, if a surface is to have so many in all."""
     if texels is None:
-        return 1.0
+        return decoder.density
+    charts = decoder.charts
     check_whole("texels", texels, 64, MAX_TEXELS)
     steps = covering(surface, charts)
     density, (least, greatest) = math.sqrt(texels / steps), PAINTED_DENSITIES

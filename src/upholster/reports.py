@@ -21,7 +21,7 @@ from upholster.methods.quilt.phases import WantedPhases, better_tile, stretched_
 from upholster.options import SynthesisOptions
 from upholster.outputs import TexturedModel
 from upholster.quilt import Chart, Quilt, Texels
-from upholster.shown import Shown, on_a_line
+from upholster.shown import Shown, on_a_line, texels_in_words
 from upholster.types import PixelArray, Progress
 
 __all__ = [
@@ -30,6 +30,7 @@ __all__ = [
     "covering",
     "laid_counts",
     "notes_before",
+    "page_counts",
     "peak_memory",
     "settled_words",
     "timed",
@@ -61,9 +62,10 @@ class CoverReport(Shown):
         with method "paper" patches, texels, block, overlap, edge block. Of several materials all of that by
         material.
     counts
-        Faces, patches, shared edges (of a mesh triangles, those left plain, parts); charts, texels,
-        placements, edge blocks; maps; materials, where there are several; of the base colour channels and
-        bits per sample.
+        Faces, patches, shared edges (of a mesh triangles, those left plain, parts); charts, texels, painted
+        texels (on a mesh more: charts are larger than their islands), placements, edge blocks; maps;
+        materials, where there are several; of the base colour channels and bits per sample; pages of the
+        atlas, and their texels.
     seconds
         Time per stage, and "total".
     peak_memory_bytes
@@ -192,7 +194,7 @@ def notes_before(surface: AnySurface, prepared: Prepared, sample: PixelArray, ma
             f"the sample has {pixels:.2g} pixels to a texel, so the texture will be soft: a larger sample, a "
             "smaller --sample-size or fewer texels make it sharp"
         )
-    texels = sum(chart.height * chart.width for chart in prepared.charts)
+    painted = _painted(prepared.painted)
     if prepared.scale is not None and prepared.scale.texels == MOST_TEXELS:
         coarse = prepared.scale.scale / prepared.scale.density
         if coarse > _COARSE:
@@ -200,10 +202,11 @@ def notes_before(surface: AnySurface, prepared: Prepared, sample: PixelArray, ma
                 f"a texel is {coarse:.1f} pixels of the sample wide: by default there are at most 8M; "
                 f"--texels {coarse**2 * MOST_TEXELS / 1e6:.0f}M shows all that the sample has"
             )
-    if texels > _MANY_TEXELS and maps:
-        size = texels * sample.itemsize * 3 * maps
+    if painted > _MANY_TEXELS and maps:
+        size = painted * sample.itemsize * 3 * maps
+        texels = texels_in_words(covering(surface, prepared.painted), painted)
         found.append(
-            f"{texels:,} texels: {size / 1e9:.1f} GB of texels in memory, and images of about half of that; "
+            f"{texels}: {size / 1e9:.1f} GB of texels in memory, and images of about half of that; "
             "fewer by --texels or --density"
         )
     if prepared.phases is not None and prepared.options.tileable:
@@ -223,9 +226,9 @@ def counts_of(surface: AnySurface, quilt: Quilt, texels: Texels) -> dict[str, in
     """Return how many there are of what."""
     # An edge block lies on two charts, over their own blocks.
     placed = len(quilt.placements), int(np.count_nonzero(quilt.placements["layer"])) // 2
-    counts = laid_counts(surface, quilt.charts, placed, texels.arrays[0])
+    counts = laid_counts(surface, texels.charts, placed, texels.arrays[0])
     # One of several materials lies on islands of its own.
-    return counts | {"covering": covering(quilt.surface, quilt.charts)}
+    return counts | {"texels": covering(quilt.surface, texels.charts)}
 
 
 def laid_counts(
@@ -234,8 +237,8 @@ def laid_counts(
     """Return how many there are of what, where `placed` placements and edge blocks show a colour."""
     return _surface_counts(surface) | {
         "charts": len(charts),
-        "texels": sum(chart.height * chart.width for chart in charts),
-        "covering": covering(surface, charts),
+        "texels": covering(surface, charts),
+        "painted texels": _painted(charts),
         "placements": placed[0],
         "edge blocks": placed[1],
         "channels": colour.shape[2],
@@ -243,10 +246,24 @@ def laid_counts(
     }
 
 
+def page_counts(model: TexturedModel) -> dict[str, int]:
+    """Return how many pages the atlas has that was written, and their texels; nothing where none was."""
+    # What an output holds was made: in a GLB each material has an atlas of its own.
+    made = [model] if "atlas" in vars(model) else [part for part in model.parts if "atlas" in vars(part)]
+    pages = [page for each in made for page in each.atlas.pages]
+    if not pages:
+        return {}
+    return {"pages": len(pages), "page texels": sum(page.height * page.width for page in pages)}
+
+
+def _painted(charts: Sequence[Chart]) -> int:
+    return sum(chart.height * chart.width for chart in charts)
+
+
 def covering(surface: AnySurface | None, charts: Sequence[Chart]) -> int:
     """Return how many texels lie on the surface: on a mesh charts are larger than their islands."""
     if not isinstance(surface, MeshSurface):
-        return sum(chart.height * chart.width for chart in charts)
+        return _painted(charts)
     first = charts[0]
     texels = first.height / (first.s1 - first.s0) * first.width / (first.t1 - first.t0)
     return round(float(surface.mesh.areas[surface.island >= 0].sum()) * texels)

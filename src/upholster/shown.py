@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 
 from upholster.errors import InputError
 
-__all__ = ["LINE", "Shown", "number_of", "on_a_line", "show_with"]
+__all__ = ["LINE", "Shown", "number_of", "on_a_line", "show_with", "texels_in_words"]
 
 LINE = 100
 """Characters that a line of text has at most."""
@@ -18,6 +18,11 @@ LINE = 100
 def number_of(count: int, thing: str, things: str | None = None) -> str:
     """Return a number of things in words: ``1 part``, ``1,234 parts``; `things` where an s does not do."""
     return f"{count:,} {thing if count == 1 else things or f'{thing}s'}"
+
+
+def texels_in_words(texels: int, painted: int) -> str:
+    """Return how many texels lie on a surface in words, and how many are painted, where these are more."""
+    return f"{texels:,} texels" + (f" ({painted:,} with the charts' margins)" * (texels < painted))
 
 
 class Shown:

@@ -12,9 +12,12 @@ from upholster.files import Outputs
 from upholster.geometry import AnySurface, MeshSurface
 from upholster.image import Material
 from upholster.joined import joined_model
+from upholster.model import AtlasLayout
+from upholster.model.packing import GUTTER
 from upholster.options import WriteOptions
 from upholster.outputs import Output, TexturedModel, write_output
 from upholster.quilt import Quilt, Texels, paint, paint_material
+from upholster.quilt.painting import PAINTED_DENSITIES
 from upholster.reports import timed
 from upholster.shown import on_a_line
 from upholster.types import PixelArray, Progress
@@ -71,8 +74,11 @@ def files_of(wanted: Sequence[Output], of_each: Callable[[Output], Iterable[Path
     return found
 
 
-def add_pages(files: Outputs, wanted: Sequence[Output], roles: Sequence[str], pages: int) -> None:
-    """Announce the files of an atlas's further pages, which are known once the charts are."""
+def add_pages(
+    files: Outputs, wanted: Sequence[Output], roles: Sequence[str], layout: AtlasLayout | None
+) -> None:
+    """Announce the files of an atlas's further pages, which are known once it is laid out."""
+    pages = 1 if layout is None else len(layout.pages)
 
     def further(output: Output) -> list[Path]:
         known = (*output.files(), *output.later_files(roles, 1))
@@ -123,7 +129,7 @@ def written_to(
         with timed(f"write {output.path.name}", seconds):
             shown = _coarser(model, output.lod) if output.lod else model
             write_output(output, shown, files, progress=progress)
-        pages = len(model.atlas.pages) if output.has_pages else 1
+        pages = len(model.layout.pages) if output.has_pages else 1
         own = output.files(model.maps, pages)
         written |= {str(file): files.path(file).stat().st_size for file in own}
     return written
@@ -152,7 +158,7 @@ def painted(
     threads: int | None = None,
     progress: Progress | None = None,
     *,
-    density: float = 1.0,
+    density: float | None = None,
 ) -> tuple[Texels, dict[str, Texels]]:
     """Return texels of the base colour, and of a material's other maps by role."""
     how: dict[str, Any] = {"density": density, "threads": threads, "progress": progress}
@@ -168,11 +174,14 @@ def _coarser(model: TexturedModel, halvings: int) -> TexturedModel:
         return joined_model([_coarser(part, halvings) for part in model.parts])
     if model.quilt is None or model.exemplar is None:
         raise InputError("lods need a quilt and its sample, not texels alone")
-    density, size = model.density / 2**halvings, model.options.atlas_size
+    density, size = max(PAINTED_DENSITIES[0], model.density / 2**halvings), model.options.atlas_size
     texels, maps = painted(model.quilt, model.exemplar, model.threads, density=density)
+    padding = model.options.padding
+    if padding is None and not isinstance(model.surface, MeshSurface):
+        padding = GUTTER  # on a mesh it goes with the texels
     options = replace(
         model.options,
-        padding=model.options.padding >> halvings,
+        padding=None if padding is None else padding >> halvings,
         atlas_size=None if size is None else max(256, size >> halvings),
     )
-    return replace(model, texels=texels, maps=maps, density=density, options=options)
+    return replace(model, texels=texels, maps=maps, density=density, options=options, packed=None)

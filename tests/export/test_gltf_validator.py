@@ -13,7 +13,7 @@ from upholster.charts.seams import find_seams
 from upholster.export import Cover, write_glb, write_retextured_glb
 from upholster.geometry import Surface, ring_cyclide
 from upholster.geometry.mesh_files import read_model
-from upholster.model import build_atlas, tessellate, vertex_tangents
+from upholster.model import build_atlas, pack_charts, tessellate, vertex_tangents
 
 
 def test_retextured_files_are_valid(tmp_path: Path) -> None:
@@ -76,7 +76,7 @@ def test_no_errors_and_no_warnings(tmp_path: Path) -> None:
     for kind, texture in (("cyclide", "png"), ("octants", "webp")):
         model = make_model(kind, size=64, channels=4, alpha="mask")
         seams = find_seams(model.surface, model.texels.charts)
-        atlas = build_atlas(model.texels, seams, limit=200)
+        atlas = build_atlas(model.texels, seams, pack_charts(model.texels.charts, limit=200))
         assert len(atlas.pages) > 1
         page, uv = atlas.page_coordinates(model.mesh)
         maps = {"normal": [image[:, :, :3] for image in atlas.images()]}

@@ -12,14 +12,13 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "stream"))
 
 from upholster.geometry import surface_from_spec
 from upholster.quilt import Chart, Quilt
-from upholster.quilt.placement import MASK_CUT, MASK_RAMP, PLACEMENT
-from upholster.quilt.plans import PlacementList
+from upholster.quilt.labels import LabelMap, cell_centres, label_shape
+from upholster.quilt.placement import PLACEMENT
 from upholster.quilt.warp_field import WarpField
 from upholster.stream.byte_reader import varint
 from upholster.stream.chunks import assembled, pack_chunk
 from upholster.stream.layout import pack_layout
-from upholster.stream.list_plan import encode_list
-from upholster.stream.plan_common import FINE_LIST
+from upholster.stream.plan import encode_plan
 from upholster.stream.surfaces import pack_surface
 from upholster.stream.warp_fields import pack_fields
 
@@ -70,24 +69,22 @@ def in_parts(tag: str, payload: bytes) -> list[tuple[str, bytes]]:
     return [(tag, payload[start : start + size]) for start in range(0, len(payload), size)]
 
 
-def stacked(count: int, side: int, block: int, maps: int = 1, **fields: int) -> bytes:
-    """A list of placements at one place, painted for so many maps."""
-    placed = np.zeros(count, PLACEMENT)
-    placed["row"] = placed["column"] = side // 2
-    placed["height"] = placed["width"] = block
-    placed["first_cell"] = -1
-    for name, value in fields.items():
-        placed[name] = value
-    cells = np.zeros(0, np.uint8)
-    if fields.get("mask") == MASK_CUT:
-        cells = np.ones((block // fields["mask_cell"] + 1) ** 2, np.uint8)
-        placed["first_cell"] = 0
-    chart = Chart(0, side, side)
-    quilt = Quilt((chart,), (64, 64), PlacementList(placed, cells))
-    plan, sources, masks = encode_list(quilt).parts
-    parts = [("Q", plan), ("P", sources), *([("M", masks)] if masks else [])]
+def blocks(count: int, cell: int, *, layers: int = 1, maps: int = 1, labels: bytes = b"") -> bytes:
+    """Placements in so many cells, from the first one on; `labels` follow as they are."""
+    chart = Chart(0, SQUARE_SIDE, SQUARE_SIDE)
+    shape = label_shape(chart.height, chart.width, cell)
+    parts = []
+    for layer in range(layers):
+        part = np.zeros(count, PLACEMENT)
+        for name, at, number in zip(("row", "column"), np.divmod(range(count), shape[1]), shape, strict=True):
+            part[name] = cell_centres(number, cell)[at]
+        part["layer"] = layer
+        parts.append(part)
+    plain = tuple(LabelMap(cell, np.full(shape, -layer, np.int32)) for layer in range(layers))
+    code = encode_plan(Quilt((chart,), (64, 64), np.concatenate(parts), (plain,)))
     header = image_header(64, 64, 3, plane=-1)
-    return framed(PLANE, layout(side), header, *further_maps(maps, header), *parts)
+    chunks = [("Q", code.head), ("P", code.placements), ("M", labels or code.labels)]
+    return framed(PLANE, layout(SQUARE_SIDE), header, *further_maps(maps, header), *chunks)
 
 
 def further_maps(maps: int, header: bytes) -> list[tuple[str, bytes]]:
@@ -112,39 +109,41 @@ def ones(size: int) -> bytes:
     return framed(PLANE, layout(8), image_header(1032, 1032, 3), ("D", b"\xff" * size))
 
 
+def plan(spans: int, cell: int = 255) -> bytes:
+    """Q of as many charts as patches, with one placement each."""
+    return bytes([1, 3, 0, 0, 2]) + varint(cell) + b"\x01" * (spans * spans)
+
+
 def many_charts(spans: int, side: int = 1) -> bytes:
     """A plane of as many charts as patches."""
     surface = bytes([4, 4]) + varint(spans) + varint(spans)
-    plan = bytes([0]) + b"\x00" * (spans * spans) + varint(0)
-    return framed(surface, layout(side), image_header(8, 8, 3, plane=-1), ("Q", plan), ("P", b""))
+    return framed(
+        surface, layout(side), image_header(8, 8, 3, plane=-1), ("Q", plan(spans)), ("P", b"\x00" * 3000)
+    )
 
 
 def fields(spans: int, margin: int) -> bytes:
     """Warp fields of as many nodes as there may be."""
     surface = bytes([4, 4]) + varint(spans) + varint(spans)
-    plan = bytes([FINE_LIST]) + bytes(spans * spans) + varint(0)
-    rest = [("F", bytes([1, margin])), ("Q", plan), ("N", b"\xff" * 400)]
+    rest = [("F", bytes([1, margin])), ("Q", plan(spans)), ("N", b"\xff" * 400)]
     return framed(surface, layout(8), image_header(8, 8, 3, plane=-1), *rest)
 
 
 def many_parts(spans: int) -> bytes:
-    """Many charts, each with a warp field and a block with a mask, in as many chunks as there may be."""
+    """Many charts, each with a warp field, two placements and labels, in as many chunks as there may be."""
     surface = surface_from_spec(f"plane:spans={spans}x{spans}")
     charts = tuple(Chart(0, 2, 2, i, i + 1, j, j + 1) for i in range(spans) for j in range(spans))
-    placed = np.zeros(len(charts), PLACEMENT)
-    placed["chart"] = placed["first_cell"] = np.arange(len(charts))
-    placed["height"] = placed["width"] = placed["mask_cell"] = 2
-    placed["row"] = placed["column"] = 1
-    placed["mask"] = MASK_CUT
     rng = np.random.default_rng(1)
-    placed["source_row"], placed["source_column"] = rng.integers(0, 128, (2, len(charts)))
-    cells = rng.integers(0, 2, len(charts), dtype=np.uint8)
+    placed = np.zeros(2 * len(charts), PLACEMENT)
+    placed["chart"] = np.arange(len(placed)) // 2
+    placed["row"], placed["column"] = 16, np.arange(len(placed)) % 2 * 32 + 16
+    placed["source_row"], placed["source_column"] = rng.integers(0, 128, (2, len(placed)))
+    labels = tuple((LabelMap(2, one),) for one in rng.integers(0, 2, (len(charts), 3, 3), dtype=np.int32))
     nodes = rng.integers(0, 8, (len(charts), 2, 2, 4), dtype=np.int16)
-    quilt = Quilt(charts, (8, 8), PlacementList(placed, cells), tuple(WarpField(one, 0) for one in nodes))
-    plan, sources, masks = encode_list(quilt).parts
-    coded = pack_fields(quilt.fields, charts, range(len(charts)))
-    rest = [("F", coded.head), ("Q", plan), *in_parts("N", coded.nodes)]
-    for tag, payload in (("P", sources), ("M", masks)):
+    quilt = Quilt(charts, (8, 8), placed, labels, tuple(WarpField(one, 0) for one in nodes))
+    code, coded = encode_plan(quilt), pack_fields(quilt.fields, charts)
+    rest = [("F", coded.head), ("Q", code.head), *in_parts("N", coded.nodes)]
+    for tag, payload in (("P", code.placements), ("M", code.labels)):
         rest += in_parts(tag, payload)
     return framed(pack_surface(surface), pack_layout(charts, surface), image_header(8, 8, 3, plane=-1), *rest)
 
@@ -167,13 +166,13 @@ def costly(name: str) -> bytes:
     return CASES[name]()
 
 
-CUT = {"mask": MASK_CUT, "mask_cell": 255, "feather": 16}
 CASES: dict[str, Callable[[], bytes]] = {
-    "stacked_cuts": lambda: stacked(2**16, SQUARE_SIDE, 4096, **CUT),
-    "stacked_ramps": lambda: stacked(2**16, SQUARE_SIDE, 4096, mask=MASK_RAMP, sides=3, ramp=255, symmetry=1),
-    "stacked_small": lambda: stacked(2**19, 64, 64),
-    "stacked_maps": lambda: stacked(35, 2048, 4096, maps=16),
-    "two_layers_of_maps": lambda: stacked(2, 2048, 4096, maps=16),
+    "rows_of_placements": lambda: blocks(2**19, 1),
+    "a_row_of_placements": lambda: blocks(SQUARE_SIDE + 2, 1),
+    "labels": lambda: blocks(2, 1, layers=2),
+    "labels_of_ones": lambda: blocks(9, 1, layers=2, labels=b"\xff" * 3000),
+    "labels_of_zeros": lambda: blocks(9, 1, layers=2, labels=bytes(3000)),
+    "layers_of_maps": lambda: blocks(2, 4, layers=2, maps=16),
     "zeros": lambda: zeros(10_000),
     "ones": lambda: ones(10_000),
     "zeros_of_four": lambda: zeros(10_000, 4),

@@ -1,5 +1,7 @@
 """Method "paper" against a plain twin that follows the text, and what must hold of every quilt it makes."""
 
+import itertools
+
 import numpy as np
 import pytest
 from plain_cut import FREE, NEW, OLD, plain_cut
@@ -12,7 +14,8 @@ from upholster.methods.paper import PaperOptions, synthesize_paper
 from upholster.methods.paper.edges import color_classes, strip_along
 from upholster.methods.working_form import working_form
 from upholster.quilt import Chart, paint
-from upholster.quilt.placement import MASK_CUT
+from upholster.quilt.labels import cell_centres
+from upholster.quilt.placement import SYMMETRIES
 from upholster.wavelet import dwt2, subbands
 
 
@@ -47,7 +50,7 @@ def plain_candidates(exemplar, working, block, levels):
 
 
 def plain_synthesis(exemplar, charts, shared, options, seed):
-    """Follow the paper in plain NumPy; return the blocks' sources per chart and the edge blocks' in order."""
+    """Follow the paper in plain NumPy; return first pixels of blocks per chart, and all edge blocks."""
     block, overlap, tile = options.block, options.overlap, 2**options.levels
     working = working_form(exemplar).astype(np.int64) << 6
     places, features = plain_candidates(exemplar, working, block, options.levels)
@@ -152,30 +155,75 @@ def plain_edge(edge, canvases, charts, working, features, places, options):
         seeds[:, [0, -1]] = OLD
         seeds = seeds if edge.along_rows else seeds.T
         cells, _ = plain_cut(cost[:, 1:] + cost[:, :-1], cost[1:] + cost[:-1], seeds)
-        weights = np.kron(cells.astype(np.int64), np.ones((cell, cell), np.int64)) * 256
-        found.append(((row, column), cells))
+        w = bilinear(cells, cell).reshape(-1, 1)
+        found.append(PlainBlock(edge, (top, left), (row, column), cells))
         for which, (r, c) in (("a", (rows, columns)), ("b", (rows_b, columns_b))):
             size = charts[edge.chart_a if which == "a" else edge.chart_b]
-            feathered = feather(weights, edge.linear if which == "b" else np.eye(2, dtype=int))
             canvas = canvases[edge.chart_a if which == "a" else edge.chart_b]
             on = (r >= 0) & (r < size.height) & (c >= 0) & (c < size.width)
-            w = feathered.reshape(-1)[on][:, None]
             canvas[r[on], c[on]] = (
-                canvas[r[on], c[on]] * (256 - w) + new.reshape(block * block, -1)[on] * w + 128
+                canvas[r[on], c[on]] * (256 - w[on]) + new.reshape(block * block, -1)[on] * w[on] + 128
             ) >> 8
     return found
 
 
-def feather(weights, matrix):
-    """Feather as the chart sees it: columns first, then rows, of its own frame."""
-    axes = (0, 1) if abs(matrix[0, 0]) == 1 else (1, 0)
-    for _ in range(2):
-        for axis in axes:
-            padded = np.pad(weights, [(1, 1), (0, 0)] if axis == 0 else [(0, 0), (1, 1)], mode="edge")
-            size = weights.shape[axis]
-            before, after = (np.take(padded, np.arange(size) + k, axis) for k in (0, 2))
-            weights = (51 * (before + after) + 154 * weights + 128) >> 8
-    return weights
+class PlainBlock:
+    """An edge block: its first texel on A, the first pixel that it shows, its cells (1: new)."""
+
+    def __init__(self, edge, corner, pixel, cells):
+        self.edge, self.corner, self.pixel, self.cells = edge, np.array(corner), np.array(pixel), cells
+
+    def on(self, side, row, column):
+        """Return how far from its corner, in A's frame, places on A (0) or B (1) are, all in 1/16 texel."""
+        place = np.stack([row, column])
+        if side == 1:
+            origin = np.array(self.edge.to_b(0, 0)).reshape(2, *[1] * row.ndim)
+            # Middles of texels, 16·k + 8, are taken to such; the inverse of a rotation is its transpose.
+            place = np.tensordot(self.edge.linear.T, place - 8 - 16 * origin, 1) + 8
+        return place - 16 * self.corner.reshape(2, *[1] * row.ndim)
+
+
+def bilinear(cells, cell):
+    """Return the weights (of 256) of a block's texels, bilinear between its cells, which are 0 beyond it."""
+    place = 16 * np.arange(len(cells) * cell) + 8 + 8 * cell
+    low, part = place // (16 * cell), place % (16 * cell) // cell
+    padded = np.pad(cells.astype(np.int64), 1)
+    rows = padded[low] * (16 - part)[:, None] + padded[low + 1] * part[:, None]
+    return rows[:, low] * (16 - part) + rows[:, low + 1] * part
+
+
+def plain_second_layer(index, shape, cell, mended):
+    """Return which of `mended`, on A (0) or B (1), shows in each cell of a chart: 2·number + side, or -1."""
+    row, column = np.meshgrid(*(cell_centres(count, cell) for count in shape), indexing="ij")
+    labels = np.full(shape, -1)
+    for n, block in enumerate(mended):
+        for side, chart in enumerate((block.edge.chart_a, block.edge.chart_b)):
+            if chart == index:
+                a, b = block.on(side, row, column) // (16 * cell)
+                inside = (np.minimum(a, b) >= 0) & (np.maximum(a, b) < len(block.cells))
+                inside[inside] = block.cells[a[inside], b[inside]] == 1
+                labels[inside] = 2 * n + side
+    return labels
+
+
+def read_at(placed, row, column):
+    """Return where a placement reads at places of its chart, (2, …) in 1/16 pixel; there is no warp field."""
+    step = np.stack([row - placed["row"], column - placed["column"]])
+    turned = np.tensordot(SYMMETRIES[placed["symmetry"]].reshape(2, 2), step, 1)
+    return turned + np.array([placed["source_row"], placed["source_column"]]).reshape(2, *[1] * row.ndim)
+
+
+def first_pixels(quilt, index, options):
+    """Return the first pixels of a chart's blocks, in order, as its first layer tells them."""
+    found = []
+    placed = quilt.on_chart(index)
+    for one in placed[placed["layer"] == 0]:
+        # The centre lies in the block, and not in the overlap with the one before.
+        step = options.block - options.overlap
+        corner = [max(0, (one[name] // 16 - 1) // step) * step for name in ("row", "column")]
+        found.append(read_at(one, *(16 * np.array(corner) + 8)))
+    assert all((place % 16 == 0).all() for place in found)
+    return [tuple((place // 16).tolist()) for place in found]
 
 
 def two_by_one():
@@ -192,59 +240,128 @@ def turned_pair():
     ("options", "size"),
     [
         (PaperOptions(), 72),
+        (PaperOptions(), 74),
         (PaperOptions(block=16, overlap=4, levels=2), 50),
         (PaperOptions(block=24, overlap=8, levels=3), 64),
         (PaperOptions(block=40, edge_block=24), 72),
         (PaperOptions(block=16, overlap=4, levels=2, edge_block=24), 50),
     ],
-    ids=["paper", "two levels", "block 24", "smaller edge blocks", "larger edge blocks"],
+    ids=["paper", "odd size", "two levels", "block 24", "smaller edge blocks", "larger edge blocks"],
 )
 def test_follows_the_paper_step_by_step(surface, options, size):
     exemplar = texture()
     charts = uniform_layout(surface, chart=size)
     quilt = synthesize_paper(exemplar, surface, charts, options=options, seed=5)
     blocks, mended = plain_synthesis(exemplar, charts, surface.shared, options, 5)
-    half = options.block // 2
     for index, plain in enumerate(blocks):
-        ours = quilt.on_chart(index)
-        ours = ours[ours["mask"] != MASK_CUT]
-        assert [
-            (r // 16 - half, c // 16 - half) for r, c in ours[["source_row", "source_column"]].tolist()
-        ] == plain
-    half = (options.edge_block or options.block) // 2
-    edge = quilt.on_chart(surface.shared[0].patch)
-    edge = edge[edge["mask"] == MASK_CUT]
-    assert len(edge) == len(mended) > 1
-    for ours, (place, cells) in zip(edge, mended, strict=True):
-        assert (ours["source_row"] // 16 - half, ours["source_column"] // 16 - half) == place
-        chart = charts[ours["chart"]]
-        top, left = ours["row"] - half, ours["column"] - half
-        # The cells of which the chart can show a texel.
-        size, reach = int(ours["mask_cell"]), int(ours["feather"])
-        shown = [
-            [
-                k
-                for k in range(len(cells))
-                if low + (k + 1) * size > -reach and low + k * size < length + reach
+        assert first_pixels(quilt, index, options) == plain
+    cell = 2**options.levels // 2
+    for index, (_, layer) in enumerate(quilt.labels):
+        assert (layer.cell, layer.half) == (cell, False)
+        plain = plain_second_layer(index, layer.labels.shape, cell, mended)
+        np.testing.assert_array_equal(layer.labels < 0, plain < 0)
+        placed = quilt.on_chart(index)
+        assert len(np.unique(plain[plain >= 0])) == (placed["layer"] == 1).sum() > 1
+        for number in np.unique(plain[plain >= 0]):
+            cells = np.nonzero(plain == number)
+            (label,) = np.unique(layer.labels[cells])
+            place = [cell_centres(n, cell)[at] for n, at in zip(plain.shape, cells, strict=True)]
+            block = mended[number // 2]
+            wanted = 16 * block.pixel[:, None] + block.on(number % 2, *place) - 8
+            np.testing.assert_array_equal(read_at(placed[label], *place), wanted)
+
+
+@pytest.mark.parametrize(
+    ("options", "height", "width"),
+    [
+        (PaperOptions(seams=False), 80, 57),
+        (PaperOptions(block=12, overlap=4, levels=2, seams=False), 33, 40),
+        (PaperOptions(block=16, overlap=2, levels=1, seams=False), 33, 40),
+    ],
+    ids=["paper", "three cells a block", "overlap 2"],
+)
+def test_blocks_are_blended_by_linear_ramps_and_at_corners_by_their_products(options, height, width):
+    exemplar = texture()
+    charts = (Chart(0, height, width),)
+    quilt = synthesize_paper(exemplar, plane(), charts, options=options, seed=5)
+    pixels = first_pixels(quilt, 0, options)
+    weights = []
+    for size in (height, width):
+        starts = np.arange(0, size - options.overlap, options.block - options.overlap)
+        ramp = (2 * (np.arange(size) - starts[:, None]) + 1) * 8 // options.overlap  # of 16
+        up = ramp.clip(0, 16)
+        up[0] = 16
+        # What the next block shows is taken off.
+        weights.append((starts, up - np.concatenate([up[1:], np.zeros((1, size), int)])))
+        assert (weights[-1][1].sum(axis=0) == 16).all()
+    (tops, down), (lefts, right) = weights
+    total = np.zeros((height, width, 3), np.int64)
+    for n, (top, left) in enumerate(itertools.product(tops, lefts)):
+        weight = np.outer(down[n // len(lefts)], right[n % len(lefts)])[top:, left:]
+        shown = weight[: options.block, : options.block]
+        assert weight.sum() == shown.sum()
+        row, column = pixels[n]
+        new = exemplar[row : row + shown.shape[0], column : column + shown.shape[1]]
+        total[top : top + shown.shape[0], left : left + shown.shape[1]] += new * shown[..., None]
+    np.testing.assert_array_equal(paint(quilt, exemplar).arrays[0], (total + 128) >> 8)
+
+
+@pytest.mark.parametrize("surface", [ring_cyclide(), sphere()], ids=["cyclide", "sphere"])
+@pytest.mark.parametrize("size", [64, 75])
+def test_placements_stand_in_cells_of_their_own_as_a_stream_wants_them(surface, size):
+    exemplar = texture(64, 80)
+    quilt = synthesize(exemplar, surface, chart=size, seed=2, method="paper")
+    for index, layers in enumerate(quilt.labels):
+        placed = quilt.on_chart(index)
+        for number, layer in enumerate(layers):
+            own = np.flatnonzero(placed["layer"] == number)
+            cells = [
+                np.searchsorted(cell_centres(count, layer.cell, half=layer.half), placed[name][own])
+                for count, name in zip(layer.labels.shape, ("row", "column"), strict=True)
             ]
-            for low, length in ((top, chart.height), (left, chart.width))
-        ]
-        window = cells[np.ix_(*shown)].reshape(-1)
-        np.testing.assert_array_equal(quilt.mask_cells[ours["first_cell"] :][: window.size], window)
-    # The plan holds the sources and the whole masks.
-    own = sum(len(plain) for plain in blocks)
-    assert len(quilt.plan.chosen) == own + len(mended)
-    whole = [cells if quilt.plan.layout.strips[0].along_rows else cells.T for _, cells in mended]
-    np.testing.assert_array_equal(quilt.plan.masks, np.concatenate([cells.reshape(-1) for cells in whole]))
+            for count, at, name in zip(layer.labels.shape, cells, ("row", "column"), strict=True):
+                np.testing.assert_array_equal(
+                    cell_centres(count, layer.cell, half=layer.half)[at], placed[name][own]
+                )
+            np.testing.assert_array_equal(layer.labels[tuple(cells)], own)
+            assert (np.diff(np.ravel_multi_index(cells, layer.labels.shape)) > 0).all()
+            assert set(np.unique(layer.labels)) - {-1} == set(own.tolist())
+
+
+@pytest.mark.parametrize("size", [64, 75])
+def test_an_edge_block_goes_on_across_its_edge(size):
+    surface = turned_pair()
+    quilt = synthesize(texture(), surface, chart=size, seed=2, method="paper")
+    (edge,) = surface.shared
+    found = PlainEdge(strip_along(edge, quilt.charts, 32), quilt.charts)
+    along, line = np.arange(size), found.line
+    near, far = (line - 1, line) if line else (0, -1)
+    place = (lambda at: (along, 0 * along + at)) if found.along_rows else (lambda at: (0 * along + at, along))
+    here = quilt.sources()[found.chart_a][place(near)]
+    there = quilt.sources()[found.chart_b][found.to_b(*place(far))]
+    layer_here, layer_there = (
+        quilt.on_chart(n)["layer"][quilt.owners(n, 0, 0, size, size)] for n in (found.chart_a, found.chart_b)
+    )
+    assert (layer_here[place(near)] == 1).all()
+    assert (layer_there[found.to_b(*place(far))] == 1).all()
+    step = np.array([0, 16] if found.along_rows else [16, 0]) * (far - near)
+    # Cells of the two charts need not end at the same texels.
+    goes_on = (there - here == step).all(axis=1)
+    assert goes_on.all() if size % 4 == 0 else goes_on.mean() > 0.85
 
 
 def test_the_papers_figures_count():
     # 16 charts of 512²: (512 - 8)/24 = 21 blocks each way, and 21 edge blocks on each of 32 edges.
     quilt = synthesize(texture(128, 128), ring_cyclide(), chart=512, seed=1, method="paper")
-    cut = quilt.placements["mask"] == MASK_CUT
-    assert (~cut).sum() == 16 * 21 * 21 == 7056
-    assert cut.sum() == 2 * 32 * 21
-    assert quilt.texel_count == 16 * 512 * 512
+    edge = quilt.placements["layer"] == 1
+    assert (~edge).sum() == 16 * 21 * 21 == 7056
+    assert edge.sum() == 2 * 32 * 21
+    assert quilt.steps == 16 * 512 * 512
+    # A block covers three cells each way: the overlap is that of the block after it.
+    first, second = quilt.labels[0]
+    assert (first.cell, first.half, first.labels.shape) == (8, True, (66, 66))
+    assert (np.bincount(first.labels[2:-1, 2:-1].ravel()) == 9).all()
+    assert (second.cell, second.half, second.labels.shape) == (4, False, (130, 130))
 
 
 @pytest.mark.parametrize(
@@ -267,7 +384,9 @@ def test_threads_do_not_change_the_quilt(threads):
     once = synthesize(exemplar, sphere(), chart=100, seed=3, threads=1, method="paper")
     again = synthesize(exemplar, sphere(), chart=100, seed=3, threads=threads, method="paper")
     np.testing.assert_array_equal(once.placements, again.placements)
-    np.testing.assert_array_equal(once.mask_cells, again.mask_cells)
+    for ours, theirs in zip(once.labels, again.labels, strict=True):
+        for one, other in zip(ours, theirs, strict=True):
+            np.testing.assert_array_equal(one.labels, other.labels)
 
 
 def test_seeds_differ():
@@ -353,7 +472,9 @@ def test_another_map_is_painted_by_the_same_quilt():
 def test_the_smallest_exemplar_has_one_block(block):
     exemplar = texture(block, block)
     quilt = synthesize(exemplar, two_by_one(), chart=block, block=block, method="paper")
-    assert set(quilt.placements["source_row"].tolist()) == {16 * block // 2}
+    assert first_pixels(quilt, 0, PaperOptions(block=block)) == [(0, 0)]
+    sources = np.concatenate([part.reshape(-1, 2) for part in quilt.sources()])
+    assert (np.unique(sources) == 16 * np.arange(block)).all()
 
 
 @pytest.mark.parametrize(
@@ -367,6 +488,7 @@ def test_the_smallest_exemplar_has_one_block(block):
         {"overlap": 16},
         {"overlap": 0},
         {"overlap": 12},
+        {"block": 40, "overlap": 16},
         {"seed": -1},
         {"seed": 2**63},
         {"chart": 0},
@@ -396,5 +518,5 @@ def test_charts_of_different_sizes_are_not_repaired(caplog):
     charts = (Chart(0, 64, 64), Chart(1, 48, 64))
     with caplog.at_level("INFO", logger="upholster"):
         quilt = synthesize_paper(texture(), two_by_one(), charts)
-    assert not (quilt.placements["mask"] == MASK_CUT).any()
+    assert [len(layers) for layers in quilt.labels] == [1, 1]
     assert "not repaired" in caplog.text

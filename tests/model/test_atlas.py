@@ -44,8 +44,9 @@ def painted(surface: Surface, charts: Sequence[Chart]) -> Texels:
     return Texels(tuple(charts), tuple(arrays))
 
 
-def packed(surface: Surface, texels: Texels, **options: Any) -> Atlas:
-    return build_atlas(texels, find_seams(surface, texels.charts), **options)
+def packed(surface: Surface, texels: Texels, *, threads: int | None = None, **options: Any) -> Atlas:
+    layout = pack_charts(texels.charts, **options)
+    return build_atlas(texels, find_seams(surface, texels.charts), layout, threads=threads)
 
 
 def noisy(surface: Surface, height: int, width: int, channels: int = 3) -> Texels:

@@ -98,7 +98,8 @@ def split(limit: int) -> tuple[Any, Texels, Atlas, Atlas]:
     charts = patch_charts(surface, rng.integers(20, 70, (16, 2)).tolist())
     texels = Texels(charts, tuple(rng.integers(0, 256, (c.height, c.width, 3), np.uint8) for c in charts))
     seams = find_seams(surface, charts)
-    return surface, texels, build_atlas(texels, seams, limit=limit), build_atlas(texels, seams)
+    atlas = build_atlas(texels, seams, pack_charts(charts, limit=limit))
+    return surface, texels, atlas, build_atlas(texels, seams)
 
 
 def test_texels_and_gutters_are_those_of_one_page() -> None:
@@ -107,7 +108,10 @@ def test_texels_and_gutters_are_those_of_one_page() -> None:
     seams = find_seams(surface, texels.charts)
     assert len(whole.pages) == 1
     assert np.shares_memory(whole.images()[0], whole.pixels)
-    turned = [build_normal_atlas(surface, texels, seams, limit=limit) for limit in (256, None)]
+    turned = [
+        build_normal_atlas(surface, texels, seams, pack_charts(texels.charts, limit=limit))
+        for limit in (256, None)
+    ]
     for one, other in ((atlas, whole), turned):
         images = one.images()
         for cell, same, array in zip(one.cells, other.cells, texels.arrays, strict=True):
@@ -157,8 +161,8 @@ def test_any_padding(gutter: int) -> None:
     texels = Texels(charts, tuple(rng.integers(0, 256, (30, 20, 3), np.uint8) for _ in charts))
     seams = find_seams(surface, charts)
     for atlas in (
-        build_atlas(texels, seams, gutter=gutter),
-        build_normal_atlas(surface, texels, seams, gutter=gutter, size=256),
+        build_atlas(texels, seams, pack_charts(charts, gutter=gutter)),
+        build_normal_atlas(surface, texels, seams, pack_charts(charts, gutter=gutter, size=256)),
     ):
         for cell, array in zip(atlas.cells, texels.arrays, strict=True):
             found = atlas.pixels[cell.row : cell.row + 30, cell.column : cell.column + 20]

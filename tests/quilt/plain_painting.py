@@ -1,22 +1,24 @@
-"""Painting (SPEC.md, section 8) in plain Python and NumPy: what a texel shows, wherever it reads."""
+"""Painting (SPEC.md, section 8) in plain Python: what a texel shows, wherever it reads."""
 
 import numpy as np
-from random_quilts import weights_of
 
 from upholster.quilt.placement import SYMMETRIES
 
+F = np.float32
+
 
 def plain_matrix(field, row, column):
+    """Return M at a place in 1/16 step: between rows of nodes, then between columns."""
     nodes = field.matrices.astype(object)
-    i, j, down, right = field.margin + row // 32, field.margin + column // 32, row % 32, column % 32
-    rows, columns = nodes.shape[:2]
 
-    def node(a, b):
-        return nodes[min(max(a, 0), rows - 1), min(max(b, 0), columns - 1)]
+    def between(place, count):
+        i, part = field.margin + (place - 8) // 512, (place - 8) % 512
+        i, part = (0, 0) if i < 0 else (count - 1, 0) if i >= count - 1 else (i, part)
+        return i, min(i + 1, count - 1), part
 
-    total = (node(i, j) * (32 - right) + node(i, j + 1) * right) * (32 - down)
-    total = total + (node(i + 1, j) * (32 - right) + node(i + 1, j + 1) * right) * down
-    return [(int(value) + 512) // 1024 for value in total]
+    (i, below, f), (j, beside, g) = between(row, nodes.shape[0]), between(column, nodes.shape[1])
+    left, right = (((512 - f) * nodes[i, k] + f * nodes[below, k] + 256) // 512 for k in (j, beside))
+    return [int(value) for value in ((512 - g) * left + g * right + 256) // 512]
 
 
 def plain_halved(image):
@@ -32,63 +34,92 @@ def plain_halved(image):
     return ((part + 32) // 64).astype(image.dtype) if whole else (part / 64).astype(np.float32)
 
 
-def plain_sample(image, row, column):
-    """Sample bilinearly at 1/16 pixel, clamped to the image: with 6 fractional bits for integers."""
-    row = min(max(row, 0), 16 * (image.shape[0] - 1))
-    column = min(max(column, 0), 16 * (image.shape[1] - 1))
-    i, j, y, x = row // 16, column // 16, row % 16, column % 16
-
-    def pixel(a, b):
-        # A neighbour beyond the rim has no weight.
-        value = image[min(a, image.shape[0] - 1), min(b, image.shape[1] - 1)]
-        return value if image.dtype == np.float32 else value.astype(np.int64)
-
-    taps = [
-        (pixel(i, j), (16 - y) * (16 - x)),
-        (pixel(i, j + 1), (16 - y) * x),
-        (pixel(i + 1, j), y * (16 - x)),
-        (pixel(i + 1, j + 1), y * x),
-    ]
-    if image.dtype == np.float32:
-        (a, p), (b, q), (c, r), (d, s) = [(value, np.float32(w / 256)) for value, w in taps]
-        return ((a * p + b * q) + c * r) + d * s
-    return (sum(value * w for value, w in taps) + 2) // 4
-
-
-def plain_paint(quilt, exemplar, index, outside=1):
-    """Paint chart `index` by the formula, with Python's own integers: the oracle of the kernels.
-
-    `outside`: what cells are that no window holds.
-    """
-    whole = exemplar.dtype != np.float32
-    levels = [exemplar]
+def plain_levels(image):
+    levels = [image]
     while max(levels[-1].shape[:2]) > 1:
         levels.append(plain_halved(levels[-1]))
-    chart, field = quilt.charts[index], quilt.fields[index]
-    canvas = np.zeros((chart.height, chart.width, exemplar.shape[2]), np.int64 if whole else np.float32)
-    for placement in quilt.on_chart(index):
-        weights = weights_of(quilt, placement, outside)
-        (a, b), (c, d) = SYMMETRIES[placement["symmetry"]].reshape(2, 2).tolist()
-        row0, column0 = int(placement["row"]), int(placement["column"])
-        centre = plain_matrix(field, row0, column0)
-        if placement["centred"]:
-            centre = placement["matrix"].tolist()
-        determinant = centre[0] * centre[3] - centre[1] * centre[2]
-        level = sum(determinant >= 2 * 4**m * 4096**2 for m in range(len(levels) - 1))
-        top, left = row0 - int(placement["height"]) // 2, column0 - int(placement["width"]) // 2
-        for row in range(max(top, 0), min(top + int(placement["height"]), chart.height)):
-            for column in range(max(left, 0), min(left + int(placement["width"]), chart.width)):
-                i, j, y, x = row - top, column - left, row - row0, column - column0
-                if weights[i, j] == 0:
+    return levels
+
+
+def mirrored(place, size):
+    place %= 2 * size
+    return place if place < size else 2 * size - 1 - place
+
+
+def plain_sample(image, row, column):
+    """Sample bilinearly at 1/16 pixel, mirrored beyond the image; of integers 256 times the value."""
+    i, j, y, x = row // 16, column // 16, row % 16, column % 16
+    taps = []
+    for a, b, weight in (
+        (i, j, (16 - y) * (16 - x)), (i, j + 1, (16 - y) * x), (i + 1, j, y * (16 - x)), (i + 1, j + 1, y * x)
+    ):  # fmt: skip
+        taps.append((image[mirrored(a, image.shape[0]), mirrored(b, image.shape[1])], weight))
+    if image.dtype == np.float32:
+        (a, p), (b, q), (c, r), (d, s) = [(value, F(weight / 256)) for value, weight in taps]
+        return ((a * p + b * q) + c * r) + d * s
+    return sum(value.astype(np.int64) * weight for value, weight in taps)
+
+
+def plain_place(field, placement, row, column):
+    """Return where a placement reads at a place, in 1/16 pixel."""
+    centre = plain_centre(field, placement)
+    m = [p + q for p, q in zip(centre, plain_matrix(field, row, column), strict=True)]
+    down = min(max(row - int(placement["row"]), -16383), 16383)
+    right = min(max(column - int(placement["column"]), -16383), 16383)
+    v, w = (
+        (a * (down // 16) + b * (right // 16) + (a * (down % 16) + b * (right % 16)) // 16 + 256) // 512
+        for a, b in (m[:2], m[2:])
+    )
+    (a, b), (c, d) = SYMMETRIES[placement["symmetry"]].reshape(2, 2).tolist()
+    return int(placement["source_row"]) + a * v + b * w, int(placement["source_column"]) + c * v + d * w
+
+
+def plain_centre(field, placement):
+    if placement["centred"]:
+        return placement["matrix"].tolist()
+    return plain_matrix(field, int(placement["row"]), int(placement["column"]))
+
+
+def plain_weights(layer, row, column):
+    """Return label and weight, in 1/256, of what shows at a place, in the order of the cells."""
+    cell = 16 * layer.cell
+    moved = [place + cell - (0 if layer.half else cell // 2) for place in (row, column)]
+    (i, j), (f, g) = [m // cell for m in moved], [m % cell // layer.cell for m in moved]
+    found = {}
+    for a, b, weight in (
+        (i, j, (16 - f) * (16 - g)), (i, j + 1, (16 - f) * g), (i + 1, j, f * (16 - g)), (i + 1, j + 1, f * g)
+    ):  # fmt: skip
+        label = int(layer.labels[a, b])
+        found[label] = found.get(label, 0) + weight
+    return {label: weight for label, weight in found.items() if weight and label >= 0}
+
+
+def plain_paint(quilt, exemplar, index, density=1):
+    """Paint chart `index` texel by texel."""
+    whole, levels = exemplar.dtype != np.float32, plain_levels(exemplar)
+    chart, field, placed = quilt.charts[index], quilt.fields[index], quilt.on_chart(index)
+    n, m = (max(1, int(np.floor(side * density + 0.5))) for side in (chart.height, chart.width))
+    ratio = (n * m) / (chart.height * chart.width)
+    out = np.zeros((n, m, exemplar.shape[2]), exemplar.dtype)
+    level_of = []
+    for placement in placed:
+        a, b, c, d = plain_centre(field, placement)
+        level_of.append(sum(a * d - b * c >= 2.0**25 * 4**k * ratio for k in range(len(levels) - 1)))
+    for t in range(n):
+        for u in range(m):
+            row, column = (2 * t + 1) * 8 * chart.height // n, (2 * u + 1) * 8 * chart.width // m
+            for layer in quilt.labels[index]:
+                shown = plain_weights(layer, row, column)
+                total, rest = (0, 256 - sum(shown.values())) if whole else (F(0), 256 - sum(shown.values()))
+                if not shown:
                     continue
-                m = [p + q for p, q in zip(centre, plain_matrix(field, row, column), strict=True)]
-                v, w = (m[0] * y + m[1] * x + 256) // 512, (m[2] * y + m[3] * x + 256) // 512
-                at_row = (int(placement["source_row"]) + a * v + b * w + 8) // 2**level - 8
-                at_column = (int(placement["source_column"]) + c * v + d * w + 8) // 2**level - 8
-                new, old = plain_sample(levels[level], at_row, at_column), canvas[row, column]
+                for label, weight in shown.items():
+                    k = level_of[label]
+                    place = plain_place(field, placed[label], row, column)
+                    value = plain_sample(levels[k], *((one + 8) // 2**k - 8 for one in place))
+                    total = total + (value * weight if whole else value * F(weight / 256))
                 if whole:
-                    canvas[row, column] = (old * (256 - weights[i, j]) + new * weights[i, j] + 128) >> 8
+                    out[t, u] = (out[t, u].astype(np.int64) * 256 * rest + total + 2**15) // 2**16
                 else:
-                    part = np.float32(weights[i, j] / 256)
-                    canvas[row, column] = old * (1 - part) + new * part
-    return ((canvas + 32) >> 6).astype(exemplar.dtype) if whole else canvas
+                    out[t, u] = total + (out[t, u] * F(rest / 256) if rest else F(0))
+    return out

@@ -1,119 +1,89 @@
-"""Quilts of every kind of placement, their weights by the formula, and images to paint them with."""
+"""Quilts of every kind of placement, and images to paint them with."""
+
+from dataclasses import replace
 
 import numpy as np
 
 from upholster.quilt import Chart, Quilt
-from upholster.quilt.placement import (
-    MASK_CUT,
-    MASK_NONE,
-    MASK_RAMP,
-    PLACEMENT,
-    SIDE_LEFT,
-    SIDE_TOP,
-    SYMMETRIES,
-)
-from upholster.quilt.plans import PlacementList
+from upholster.quilt.labels import LabelMap, cell_centres, label_shape, nearest_labels
+from upholster.quilt.placement import PLACEMENT
+from upholster.quilt.warp_field import WarpField, node_count
 
 SHAPE = (40, 44)
 
 
-def random_quilt(seed, *, count=60, charts=((70, 90), (33, 41)), masked=True):
-    """Return a quilt with placements of every kind, on whole pixels inside the exemplar."""
+def random_quilt(
+    seed, *, count=20, charts=((70, 90), (33, 41)), cell=4, half=False, layers=1, octaves=None, centred=0.0
+):
+    """Return a quilt of blocks anywhere, of all symmetries, under random labels near to the nearest ones.
+
+    `octaves`: how wild the warp fields are; None: the identity on all charts. `centred`: the share of
+    placements that have a matrix of their own.
+    """
     rng = np.random.default_rng(seed)
-    placements = np.zeros(count, PLACEMENT)
-    placements["chart"] = np.sort(rng.integers(0, len(charts), count))
-    cells = []
-    for placement in placements:
-        height, width = rng.integers(1, 25, 2)
-        chart = charts[placement["chart"]]
-        placement["height"], placement["width"] = height, width
-        placement["row"] = rng.integers(-5, chart[0] + 5)
-        placement["column"] = rng.integers(-5, chart[1] + 5)
-        placement["symmetry"] = rng.integers(8)
-        symmetry = SYMMETRIES[placement["symmetry"]]
-        steps_row = [symmetry[0] * i + symmetry[1] * j for i in span(height) for j in span(width)]
-        steps_column = [symmetry[2] * i + symmetry[3] * j for i in span(height) for j in span(width)]
-        placement["source_row"] = 16 * rng.integers(-min(steps_row), SHAPE[0] - max(steps_row))
-        placement["source_column"] = 16 * rng.integers(-min(steps_column), SHAPE[1] - max(steps_column))
-        placement["mask"] = rng.choice([MASK_NONE, MASK_RAMP, MASK_CUT]) if masked else MASK_NONE
-        placement["first_cell"] = -1
-        if placement["mask"] == MASK_RAMP:
-            placement["sides"], placement["ramp"] = rng.integers(4), rng.integers(1, 10)
-        if placement["mask"] == MASK_CUT:
-            placement["mask_cell"], placement["feather"] = rng.integers(1, 6), rng.integers(0, 4)
-            placement["first_cell"] = sum(map(len, cells))
-            shown = [len(part) for part in plain_window(placement, chart)]
-            cells.append(rng.integers(0, 2, shown[0] * shown[1], dtype=np.uint8))
     layout = tuple(Chart(n, *size) for n, size in enumerate(charts))
-    return Quilt(layout, SHAPE, PlacementList(placements, np.concatenate([np.zeros(0, np.uint8), *cells])))
+    placed, labels = [], []
+    for n, chart in enumerate(layout):
+        maps, first = [], 0
+        for layer in range(layers):
+            size = cell if layer == 0 else max(1, cell // 2)
+            some = _placements(rng, n, chart, size, half and layer == 0, layer, count, centred)
+            maps.append(_labels(rng, some, first, chart, size, half and layer == 0, layer))
+            first += len(some)
+            placed.append(some)
+        labels.append(tuple(maps))
+    fields = ()
+    if octaves is not None:
+        fields = tuple(
+            random_field(rng, size, octaves=octaves, margin=k % 3) for k, size in enumerate(charts)
+        )
+    return Quilt(layout, SHAPE, np.concatenate(placed), tuple(labels), fields)
 
 
-def changed(quilt, placements, fields=None):
-    """Return a quilt with other placements, and maybe other fields."""
-    plan = PlacementList(placements, quilt.mask_cells)
-    return Quilt(quilt.charts, quilt.exemplar_shape, plan, quilt.fields if fields is None else fields)
+def _placements(rng, n, chart, cell, half, layer, count, centred):
+    high, wide = label_shape(chart.height, chart.width, cell)
+    cells = np.sort(rng.choice(high * wide, min(count, high * wide), replace=False))
+    placed = np.zeros(len(cells), PLACEMENT)
+    placed["chart"], placed["layer"] = n, layer
+    placed["row"] = cell_centres(high, cell, half=half)[cells // wide]
+    placed["column"] = cell_centres(wide, cell, half=half)[cells % wide]
+    placed["source_row"] = rng.integers(0, 16 * SHAPE[0], len(cells))
+    placed["source_column"] = rng.integers(0, 16 * SHAPE[1], len(cells))
+    placed["symmetry"] = rng.integers(0, 8, len(cells))
+    own = rng.random(len(cells)) < centred
+    placed["centred"] = own
+    placed["matrix"][own] = rng.integers(-(2**14), 2**14, (own.sum(), 4))
+    placed["matrix"][own & (rng.random(len(cells)) < 0.1)] = 2**18
+    return placed
 
 
-def plain_window(placement, chart):
-    """Return which rows and which columns of cells a chart (height, width) can show, told by their texels."""
-    found = []
-    for at, extent, size in (("row", "height", chart[0]), ("column", "width", chart[1])):
-        low, reach = int(placement[at]) - int(placement[extent]) // 2, int(placement["feather"])
-        cell = int(placement["mask_cell"])
-        texels = range(low, low - (-int(placement[extent]) // cell) * cell)  # a last cell may be cut short
-        found.append(sorted({(x - low) // cell for x in texels if -reach <= x < size + reach}))
-    return found
+def _labels(rng, placed, first, chart, cell, half, layer):
+    found = nearest_labels(placed["row"], placed["column"], chart, cell, half=half) + first
+    stray = rng.random(found.shape) < 0.2
+    found[stray] = first + rng.integers(0, len(placed), stray.sum())
+    if layer:
+        found[rng.random(found.shape) < 0.6] = -1
+    return LabelMap(cell, found.astype(np.int32), half)
 
 
-def whole_mask(quilt, placement, outside=1):
-    """Return all cells of a cut mask: those of its window, and `outside` (a number or cells) round them."""
-    cell = int(placement["mask_cell"])
-    shape = -(-int(placement["height"]) // cell), -(-int(placement["width"]) // cell)
-    mask = np.broadcast_to(np.asarray(outside, np.uint8), shape).copy()
-    chart = quilt.charts[placement["chart"]]
-    rows, columns = plain_window(placement, (chart.height, chart.width))
-    part = quilt.mask_cells[placement["first_cell"] :][: len(rows) * len(columns)]
-    mask[np.ix_(rows, columns)] = part.reshape(len(rows), len(columns))
-    return mask
+def random_field(rng, chart, *, octaves=2.5, margin=1):
+    """Return a field as wild as may be: every node differs."""
+    nodes = np.empty((node_count(chart[0], margin), node_count(chart[1], margin), 4), np.int16)
+    most = int(32 * octaves)
+    nodes[..., :2] = rng.integers(-most, most + 1, (*nodes.shape[:2], 2))
+    nodes[..., 2] = rng.integers(0, 256, nodes.shape[:2])
+    nodes[..., 3] = rng.integers(-50, 51, nodes.shape[:2])
+    return WarpField(nodes, margin)
 
 
-def span(size):
-    return (-(size // 2), size - 1 - size // 2)
-
-
-def plain_weights(placement, mask=None):
-    """Return a placement's weights by the formula; `mask` has all cells of a cut one."""
-    height, width = int(placement["height"]), int(placement["width"])
-    if placement["mask"] == MASK_CUT:
-        cell = int(placement["mask_cell"])
-        weights = np.kron(mask.astype(int) * 256, np.ones((cell, cell), int))[:height, :width]
-        for _ in range(placement["feather"]):
-            for axis in (0, 1):
-                padded = np.pad(weights, [(1, 1), (0, 0)] if axis == 0 else [(0, 0), (1, 1)], mode="edge")
-                size = weights.shape[axis]
-                before, after = (np.take(padded, np.arange(size) + k, axis) for k in (0, 2))
-                weights = (51 * (before + after) + 154 * weights + 128) >> 8
-        return weights
-    weights = np.full((height, width), 256)
-    if placement["mask"] == MASK_RAMP:
-        ramp = int(placement["ramp"])
-        rise = np.minimum((2 * np.arange(256) + 1) * 128 // ramp, 256)
-        rise[ramp:] = 256
-        if placement["sides"] & SIDE_TOP:
-            weights = np.repeat(rise[:height, None], width, 1)
-        if placement["sides"] & SIDE_LEFT:
-            weights = (weights * rise[None, :width]) >> 8
-    return weights
+def changed(quilt, placements=None, **parts):
+    """Return a quilt with other placements, or other parts."""
+    return replace(quilt, placements=quilt.placements if placements is None else placements, **parts)
 
 
 def exemplar_of(dtype, channels=3, seed=0):
+    """Return noise."""
     rng = np.random.default_rng(seed)
     if dtype == np.float32:
-        return rng.normal(size=(*SHAPE, channels)).astype(dtype)
-    return rng.integers(0, np.iinfo(dtype).max + 1, (*SHAPE, channels)).astype(dtype)
-
-
-def weights_of(quilt, placement, outside=1):
-    """Return the weights of one of a quilt's placements; see `whole_mask`."""
-    cut = placement["mask"] == MASK_CUT
-    return plain_weights(placement, whole_mask(quilt, placement, outside) if cut else None)
+        return rng.normal(size=(*SHAPE, channels)).astype(np.float32)
+    return rng.integers(0, np.iinfo(dtype).max, (*SHAPE, channels), dtype=dtype, endpoint=True)

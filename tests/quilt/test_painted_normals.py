@@ -6,9 +6,9 @@ import pytest
 from upholster.errors import InputError
 from upholster.geometry import ring_cyclide, sphere
 from upholster.quilt import Chart, Quilt, Texels, paint
+from upholster.quilt.labels import LabelMap, cell_centres, label_shape
 from upholster.quilt.normals import paint_normals, unit_normals
-from upholster.quilt.placement import MASK_RAMP, PLACEMENT
-from upholster.quilt.plans import PlacementList
+from upholster.quilt.placement import PLACEMENT
 from upholster.quilt.warp_field import FIELD_STEP, WarpField, node_count
 
 SIDE = 160
@@ -35,14 +35,19 @@ def decoded(samples):
     return 2.0 * samples / top - 1
 
 
+def quilt_of(charts, placed, labels, fields=()):
+    """Return a quilt of charts and their labels, of each the cell and the map."""
+    maps = tuple((LabelMap(cell, np.ascontiguousarray(own, np.int32)),) for cell, own in labels)
+    return Quilt(charts, (SIDE, SIDE), placed, maps, fields)
+
+
 def one_block(side, symmetry, field=None):
     placed = np.zeros(1, PLACEMENT)
-    placed["row"] = placed["column"] = side // 2
-    placed["height"] = placed["width"] = side
+    placed["row"] = placed["column"] = 16 * (side // 2) + 8
     placed["source_row"] = placed["source_column"] = 16 * (SIDE // 2)
     placed["symmetry"] = symmetry
-    plan = PlacementList(placed, np.zeros(0, np.uint8))
-    return Quilt((Chart(0, side, side),), (SIDE, SIDE), plan, (field,) if field else ())
+    labels = 16, np.zeros(label_shape(side, side, 16))
+    return quilt_of((Chart(0, side, side),), placed, [labels], (field,) if field else ())
 
 
 @pytest.mark.parametrize("symmetry", range(8))
@@ -77,16 +82,13 @@ def test_without_turns_and_fields_they_are_painted_as_any_map():
 
 
 def test_blocks_of_several_turns_blend_vectors_already_turned():
-    """Two blocks over one another show one relief: so do their normals, in the ramp between them too."""
-    placed = np.zeros(2, PLACEMENT)
-    placed["row"] = placed["column"] = 20
-    placed["height"] = placed["width"] = 41
-    placed["source_row"] = placed["source_column"] = 16 * 80
+    """Two blocks side by side show one relief: so do their normals, where they are blended too."""
+    placed = np.repeat(one_block(41, 0).placements, 2)
     placed["symmetry"] = 0, 2
-    placed["mask"][1], placed["sides"][1], placed["ramp"][1] = MASK_RAMP, 3, 20
     r, c = np.mgrid[:SIDE, :SIDE] - 80.0
     slopes = 0.02 * r + 0.01 * c, 0.01 * r  # of a relief that half a turn does not change
-    quilt = Quilt((Chart(0, 41, 41),), (SIDE, SIDE), PlacementList(placed, np.zeros(0, np.uint8)))
+    labels = np.indices(label_shape(41, 41, 4)).sum(axis=0) % 2
+    quilt = quilt_of((Chart(0, 41, 41),), placed, [(4, labels)])
     once = one_block(41, 0)
     a, b = (paint_normals(q, normals_of(*slopes)).arrays[0] for q in (quilt, once))
     np.testing.assert_allclose(a, b, atol=1e-6)
@@ -114,14 +116,17 @@ def covered_surface(surface, shape, rho):
         by_row, by_column, _, e1, e2 = frames(patch, FIELD_STEP * (i - 1), FIELD_STEP * (j - 1), shape)
         matrix = [[(e * step).sum(-1) for step in (by_row, by_column)] for e in (e2, e1)]
         fields.append(WarpField.quantised(rho * np.moveaxis(np.array(matrix), (0, 1), (-2, -1))))
-        for row in range(8, shape[0] + 8, 16):
-            for column in range(8, shape[1] + 8, 16):
-                block = np.zeros((), PLACEMENT)
-                block["chart"], block["row"], block["column"] = k, row, column
-                block["height"] = block["width"] = 16
-                block["source_row"], block["source_column"] = 16 * rng.integers(40, SIDE - 40, 2)
-                placed.append(block)
-    return Quilt(charts, (SIDE, SIDE), PlacementList(np.array(placed), np.zeros(0, np.uint8)), tuple(fields))
+        cells = label_shape(*shape, 16)
+        block = np.zeros(cells[0] * cells[1], PLACEMENT)
+        block["chart"] = k
+        block["row"] = np.repeat(cell_centres(cells[0], 16), cells[1])
+        block["column"] = np.tile(cell_centres(cells[1], 16), cells[0])
+        block["source_row"], block["source_column"] = 16 * rng.integers(40, SIDE - 40, (2, len(block)))
+        placed.append(block)
+    # Blocks of 16 steps in cells of one, so that nearly nothing is blended.
+    i, j = ((np.arange(count) + 15) // 16 for count in label_shape(*shape, 1))
+    labels = [(1, i[:, None] * cells[1] + j)] * len(charts)
+    return quilt_of(charts, np.concatenate(placed), labels, tuple(fields))
 
 
 @pytest.mark.parametrize(

@@ -1,68 +1,112 @@
-"""Painting: exact, linear, the same on any number of threads, and equal to a plain twin."""
+"""Painting: exact, linear, the same on any threads, at any density, and equal to a plain twin."""
 
 import numpy as np
 import pytest
-from random_quilts import SHAPE, changed, exemplar_of, random_quilt, weights_of
+from plain_painting import plain_halved, plain_matrix, plain_paint
+from random_quilts import SHAPE, changed, exemplar_of, random_field, random_quilt
 
 from upholster.errors import InputError
 from upholster.quilt import Chart, Quilt, paint
-from upholster.quilt.placement import MASK_CUT, MASK_NONE, PLACEMENT, SYMMETRIES
-from upholster.quilt.plans import PlacementList
+from upholster.quilt.displacement import centre_matrices, levels_of, warped_sources
+from upholster.quilt.labels import LabelMap, cell_centres, label_shape, nearest_labels
+from upholster.quilt.materials import WindowPainter
+from upholster.quilt.painting import painted_charts, texel_places
+from upholster.quilt.placement import PLACEMENT, SYMMETRIES, bare_placement
+from upholster.quilt.pyramid import halved, most_levels
+from upholster.quilt.warp_field import WarpField
 
 
-def plain_paint(quilt, exemplar):
-    """Paint by the formula: the oracle of the kernel that copies."""
-    whole = exemplar.dtype != np.float32
-    arrays = []
-    for index, chart in enumerate(quilt.charts):
-        canvas = np.zeros((chart.height, chart.width, exemplar.shape[2]), np.int64 if whole else np.float32)
-        for placement in quilt.on_chart(index):
-            weights = weights_of(quilt, placement)
-            a, b, c, d = SYMMETRIES[placement["symmetry"]]
-            for i in range(placement["height"]):
-                for j in range(placement["width"]):
-                    down, right = i - placement["height"] // 2, j - placement["width"] // 2
-                    row, column = placement["row"] + down, placement["column"] + right
-                    if not (0 <= row < chart.height and 0 <= column < chart.width):
-                        continue
-                    source = exemplar[
-                        (placement["source_row"] >> 4) + a * down + b * right,
-                        (placement["source_column"] >> 4) + c * down + d * right,
-                    ]
-                    old = canvas[row, column]
-                    if whole:
-                        new = source.astype(np.int64) << 6
-                        canvas[row, column] = (old * (256 - weights[i, j]) + new * weights[i, j] + 128) >> 8
-                    else:
-                        part = np.float32(weights[i, j] / 256)
-                        canvas[row, column] = old * (1 - part) + source * part
-        arrays.append(((canvas + 32) >> 6).astype(exemplar.dtype) if whole else canvas)
-    return arrays
+@pytest.mark.parametrize(
+    ("dtype", "channels", "options"),
+    [
+        (np.uint8, 3, {}),
+        (np.uint8, 5, {"octaves": 2.5, "centred": 0.4}),
+        (np.uint8, 1, {"octaves": 1, "half": True, "layers": 2, "cell": 8}),
+        (np.uint16, 3, {"octaves": 2.5, "layers": 2}),
+        (np.uint16, 2, {"cell": 1, "centred": 0.5}),
+        (np.float32, 3, {"octaves": 2.5, "centred": 0.3, "layers": 2, "cell": 3}),
+        (np.float32, 1, {"half": True, "cell": 5}),
+    ],
+)
+def test_equals_the_plain_twin(dtype, channels, options):
+    quilt, exemplar = random_quilt(channels, **options), exemplar_of(dtype, channels)
+    painted = paint(quilt, exemplar).arrays
+    for index in range(2):
+        assert painted[index].dtype == dtype
+        np.testing.assert_array_equal(painted[index], plain_paint(quilt, exemplar, index))
 
 
-@pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32])
-@pytest.mark.parametrize("seed", [0, 1])
-def test_equals_the_plain_twin(dtype, seed):
-    quilt, exemplar = random_quilt(seed), exemplar_of(dtype)
-    assert quilt.copied == (True, True)
-    for ours, plain in zip(paint(quilt, exemplar).arrays, plain_paint(quilt, exemplar), strict=True):
-        assert ours.dtype == dtype
-        np.testing.assert_array_equal(ours, plain)
+@pytest.mark.parametrize("density", [0.125, 0.3, 0.5, 1.7, 2])
+@pytest.mark.parametrize("dtype", [np.uint8, np.float32])
+def test_equals_the_plain_twin_at_any_density(dtype, density):
+    quilt = random_quilt(5, charts=((30, 41), (7, 9)), octaves=1.5, centred=0.3, layers=2)
+    exemplar = exemplar_of(dtype)
+    painted = paint(quilt, exemplar, density=density)
+    assert painted.charts == painted_charts(quilt.charts, density)
+    for index in range(2):
+        np.testing.assert_array_equal(painted.arrays[index], plain_paint(quilt, exemplar, index, density))
 
 
-def test_is_linear_in_the_exemplar():
-    quilt = random_quilt(3)
+def test_densities_show_one_picture():
+    # A smooth image under the identity: four texels' mean at density 2 is the texel at density 1.
+    rows, columns = np.mgrid[: SHAPE[0], : SHAPE[1]].astype(np.float32)
+    image = np.stack([rows, columns], axis=2)
+    quilt = random_quilt(6, count=1, charts=((24, 26),), centred=0)
+    middle = changed(quilt, bare_placement(0, (24, 26), SHAPE))
+    once, twice = (paint(middle, image, density=d).arrays[0] for d in (1, 2))
+    np.testing.assert_allclose(twice.reshape(24, 2, 26, 2, 2).mean(axis=(1, 3)), once, atol=1e-5)
+    np.testing.assert_allclose(np.diff(twice[:, :, 0], axis=0), 0.5, atol=1e-5)
+
+
+def test_a_quilt_is_painted_at_its_own_density():
+    quilt, exemplar = random_quilt(6, charts=((20, 20),)), exemplar_of(np.uint8)
+    finer = changed(quilt, density=2.0)
+    np.testing.assert_array_equal(
+        paint(finer, exemplar).arrays[0], paint(quilt, exemplar, density=2).arrays[0]
+    )
+    with pytest.raises(InputError, match="density is 3"):
+        changed(quilt, density=3.0)
+
+
+@pytest.mark.parametrize("density", [0, -1, 65, float("nan"), "1", True])
+def test_a_density_out_of_range_is_refused(density):
+    with pytest.raises(InputError, match="density"):
+        paint(random_quilt(1), exemplar_of(np.uint8), density=density)
+
+
+def test_texels_lie_evenly_over_all_steps():
+    assert texel_places(4, 4).tolist() == [8, 24, 40, 56]
+    assert texel_places(4, 8).tolist() == [4, 12, 20, 28, 36, 44, 52, 60]
+    assert texel_places(3, 2).tolist() == [12, 36]
+    for steps, texels in ((7, 3), (5, 11), (100, 33)):
+        at = texel_places(steps, texels)
+        assert at[0] >= 0
+        assert at[-1] < 16 * steps
+        assert np.ptp(np.diff(at)) <= 1
+
+
+@pytest.mark.parametrize("octaves", [None, 2.5])
+def test_is_linear_in_the_exemplar(octaves):
+    quilt = random_quilt(3, octaves=octaves, layers=2)
     x, y = exemplar_of(np.float32, seed=1), exemplar_of(np.float32, seed=2)
     both = paint(quilt, (2 * x - 3 * y).astype(np.float32)).arrays
     for mixed, a, b in zip(both, paint(quilt, x).arrays, paint(quilt, y).arrays, strict=True):
         np.testing.assert_allclose(mixed, 2 * a - 3 * b, atol=1e-4)
 
 
-def test_integers_stay_within_half_a_step_of_the_float_formula():
+def test_integers_are_rounded_once():
     quilt, exemplar = random_quilt(4), exemplar_of(np.uint8)
     exact = paint(quilt, exemplar.astype(np.float32)).arrays
     for ours, ideal in zip(paint(quilt, exemplar).arrays, exact, strict=True):
-        assert np.abs(ours - ideal).max() <= 0.5 + 60 / 64  # each placement rounds once, to 1/64
+        assert np.abs(ours - ideal).max() <= 0.5001
+
+
+@pytest.mark.parametrize("dtype", [np.uint8, np.uint16])
+@pytest.mark.parametrize("value", [0, 1, 254, 255, -1])
+def test_one_colour_stays_that_colour(dtype, value):
+    value = np.iinfo(dtype).max if value < 0 else value
+    for texels in paint(random_quilt(4, octaves=6, layers=2), np.full((*SHAPE, 3), value, dtype)).arrays:
+        assert (texels == value).all()
 
 
 @pytest.mark.parametrize("channels", [1, 2, 3, 4, 7])
@@ -76,76 +120,243 @@ def test_any_number_of_channels_is_painted_alike(channels):
 
 
 def test_threads_and_strips_do_not_matter(monkeypatch):
-    quilt, exemplar = random_quilt(6, charts=((300, 40), (90, 200))), exemplar_of(np.uint8)
+    quilt = random_quilt(6, charts=((300, 40), (90, 200)), octaves=1, layers=2)
+    exemplar = exemplar_of(np.uint8)
     once = paint(quilt, exemplar, threads=1).arrays
     monkeypatch.setattr("upholster.quilt.painting._TASK_TEXELS", 1500)
     for a, b in zip(once, paint(quilt, exemplar, threads=5).arrays, strict=True):
         np.testing.assert_array_equal(a, b)
 
 
-def test_sources_say_where_a_texel_comes_from():
-    quilt = random_quilt(7)
-    # An image whose samples name their own place.
-    rows, columns = np.mgrid[: SHAPE[0], : SHAPE[1]]
-    places = np.stack([rows, columns], -1).astype(np.float32)
-    hard = quilt.placements.copy()
-    hard["mask"], hard["feather"] = MASK_NONE, 0
-    hard = changed(quilt, hard)
-    for source, texels in zip(hard.sources(), paint(hard, places).arrays, strict=True):
-        painted = source[:, :, 0] >= 0
-        assert painted.any()
-        np.testing.assert_array_equal(source[painted], 16 * texels[painted])
-        assert (texels[~painted] == 0).all()
+@pytest.mark.parametrize("role", ["albedo", "normal"])
+def test_a_window_is_a_part_of_the_chart(role):
+    quilt, image = random_quilt(7, octaves=2, layers=2), exemplar_of(np.uint8)
+    for density in (1, 1.5):
+        painter = WindowPainter(quilt, role, image, density=density)
+        whole = painter.paint(0)
+        window = slice(10, 33), slice(5, 60)
+        np.testing.assert_array_equal(painter.paint(0, window), whole[window])
+        if role == "albedo":
+            np.testing.assert_array_equal(whole, paint(quilt, image, density=density).arrays[0])
+
+
+@pytest.mark.parametrize("octaves", [None, 1.5])
+def test_sources_say_where_a_step_reads(octaves):
+    quilt = random_quilt(7, octaves=octaves, centred=0.3, layers=2)
+    for n, (field, found) in enumerate(zip(quilt.fields, quilt.sources(), strict=True)):
+        owners = quilt.owners(n, 0, 0, *found.shape[:2])
+        rows, columns = np.indices(owners.shape).reshape(2, -1)
+        at = warped_sources(field, quilt.on_chart(n)[owners.reshape(-1)], 16 * rows + 8, 16 * columns + 8)
+        for axis, (place, size) in enumerate(zip(at, SHAPE, strict=True)):
+            inside = (place >= 0) & (place <= 16 * (size - 1))
+            assert inside.any()
+            np.testing.assert_array_equal(found[..., axis].reshape(-1)[inside], place[inside])
+            assert (found[..., axis] >= 0).all()
+            assert (found[..., axis] <= 16 * (size - 1)).all()
+
+
+@pytest.mark.parametrize("half", [False, True])
+@pytest.mark.parametrize("cell", [1, 2, 3, 4, 8])
+def test_owners_are_the_labels_that_weigh_most(cell, half):
+    quilt = random_quilt(8, cell=cell, half=half, charts=((37, 50),))
+    chart, layer = quilt.charts[0], quilt.labels[0][0]
+    owners = quilt.owners(0, 0, 0, chart.height, chart.width)
+    for name, count in (("rows", chart.height), ("columns", chart.width)):
+        centres = cell_centres(layer.labels.shape[name == "columns"], cell, half=half)
+        own = np.abs(centres[None] - (16 * np.arange(count) + 8)[:, None]).min(axis=1)
+        assert own.max() <= 8 * cell  # a step lies in the cell whose centre is nearest
+    for row in range(chart.height):
+        for column in range(chart.width):
+            centre_i = np.abs(cell_centres(layer.labels.shape[0], cell, half=half) - 16 * row - 8)
+            centre_j = np.abs(cell_centres(layer.labels.shape[1], cell, half=half) - 16 * column - 8)
+            near = layer.labels[np.flatnonzero(centre_i == centre_i.min())][
+                :, np.flatnonzero(centre_j == centre_j.min())
+            ]
+            assert owners[row, column] in near
+    assert quilt.owners(0, 5, 7, 4, 6).tolist() == owners[5:9, 7:13].tolist()
 
 
 @pytest.mark.parametrize("symmetry", range(8))
-def test_turns_are_the_symmetries_of_the_square(symmetry):
+def test_symmetries_are_those_of_the_square(symmetry):
     exemplar = exemplar_of(np.uint8)
-    placements = np.zeros(1, PLACEMENT)
-    placements["row"] = placements["column"] = 4
-    placements["height"] = placements["width"] = 9
-    placements["source_row"] = placements["source_column"] = 16 * 20
-    placements["symmetry"] = symmetry
-    quilt = Quilt((Chart(0, 9, 9),), SHAPE, PlacementList(placements, np.zeros(0, np.uint8)))
-    painted = paint(quilt, exemplar).arrays[0]
+    placed = np.zeros(1, PLACEMENT)
+    placed["row"] = placed["column"] = 8 * 9
+    placed["source_row"] = placed["source_column"] = 16 * 20
+    placed["symmetry"] = symmetry
+    labels = LabelMap(4, np.zeros(label_shape(9, 9, 4), np.int32))
+    painted = paint(Quilt((Chart(0, 9, 9),), SHAPE, placed, ((labels,),)), exemplar).arrays[0]
     piece = exemplar[16:25, 16:25]
-    turned = np.rot90(piece, symmetry % 4)
-    if symmetry >= 4:
-        turned = np.rot90(piece.swapaxes(0, 1), 0)
-        turned = [turned, piece[:, ::-1], piece[::-1, ::-1].swapaxes(0, 1), piece[::-1]][symmetry - 4]
     symmetries = [np.rot90(q, k) for q in (piece, piece.swapaxes(0, 1)) for k in range(4)]
     assert sum(np.array_equal(painted, s) for s in symmetries) == 1
     matrix = SYMMETRIES[symmetry].reshape(2, 2)
     np.testing.assert_array_equal(matrix @ matrix.T, np.eye(2))
     assert round(np.linalg.det(matrix)) == (1 if symmetry < 4 else -1)
-
-
-def test_the_eight_turns_differ():
     assert len(np.unique(SYMMETRIES, axis=0)) == 8
 
 
+def test_beyond_the_sample_it_is_mirrored():
+    exemplar = exemplar_of(np.uint8)
+    size = 3 * SHAPE[0], 3 * SHAPE[1]
+    quilt = Quilt((Chart(0, *size),), SHAPE, bare_placement(0, size, SHAPE),
+                  ((LabelMap(16, np.zeros(label_shape(*size, 16), np.int32)),),))  # fmt: skip
+    painted = paint(quilt, exemplar).arrays[0]
+    # Half a pixel off, for the middle of an even side lies between pixels; the sample itself in the middle.
+    rows = np.concatenate([exemplar[::-1], exemplar, exemplar[::-1]])
+    wanted = np.concatenate([rows[:, ::-1], rows, rows[:, ::-1]], axis=1)
+    np.testing.assert_array_equal(painted, wanted)
+
+
+def test_ramps_of_half_cells_are_linear():
+    placed = np.zeros(2, PLACEMENT)
+    placed["row"], placed["column"] = 8 * 8, (0, 16 * 16)
+    placed["source_row"], placed["source_column"] = 16 * 20, (16 * 10, 16 * 38)
+    labels = np.repeat([[0, 0, 0, 1, 1, 1]], 4, axis=0).astype(np.int32)  # centres at steps −8, 0, 8, 16, …
+    quilt = Quilt((Chart(0, 16, 32),), SHAPE, placed, ((LabelMap(8, labels, half=True),),))
+    image = np.zeros((*SHAPE, 1), np.float32)
+    image[:, 28:] = 1  # which the second one reads, and the first one does not
+    line = paint(quilt, image).arrays[0][8, :, 0]
+    np.testing.assert_allclose(line[:8], 0)
+    np.testing.assert_allclose(line[8:16], (2 * np.arange(8) + 1) / 16, atol=1e-6)
+    np.testing.assert_allclose(line[16:], 1)
+
+
+def test_the_second_layer_lies_over_the_first():
+    quilt, exemplar = random_quilt(9, layers=2, octaves=1), exemplar_of(np.uint8)
+    bare = changed(
+        quilt, labels=tuple((a, LabelMap(b.cell, np.full_like(b.labels, -1))) for a, b in quilt.labels)
+    )
+    alone = changed(
+        quilt, quilt.placements[quilt.placements["layer"] == 0], labels=tuple((a,) for a, _ in quilt.labels)
+    )
+    for a, b, c in zip(*(paint(one, exemplar).arrays for one in (quilt, bare, alone)), strict=True):
+        np.testing.assert_array_equal(b, c)
+        assert (a != b).any()
+
+
+@pytest.mark.parametrize("half", [False, True])
+def test_nearest_labels_are_exact(half):
+    rng = np.random.default_rng(3)
+    for chart, cell, count in ((Chart(0, 50, 63), 4, 12), (Chart(0, 9, 120), 3, 40), (Chart(0, 5, 5), 8, 3)):
+        high, wide = label_shape(chart.height, chart.width, cell)
+        rows = rng.choice(cell_centres(high, cell, half=half), count).astype(np.int32)
+        columns = rng.choice(cell_centres(wide, cell, half=half), count).astype(np.int32)
+        found = nearest_labels(rows, columns, chart, cell, half=half)
+        down = cell_centres(high, cell, half=half)[:, None, None] - rows.astype(np.int64)
+        right = cell_centres(wide, cell, half=half)[None, :, None] - columns.astype(np.int64)
+        np.testing.assert_array_equal(found, (down**2 + right**2).argmin(axis=2))
+
+
+@pytest.mark.parametrize("margin", [0, 2])
+def test_matrices_are_those_of_the_formula(margin):
+    rng = np.random.default_rng(margin)
+    field = random_field(rng, (70, 90), octaves=6, margin=margin)
+    rows, columns = rng.integers(-3000, 4000, (2, 200))
+    found = field.between(rows, columns)
+    for n in range(200):
+        assert plain_matrix(field, int(rows[n]), int(columns[n])) == found[n].tolist()
+    nodes = field.between(*(512 * (np.indices(field.nodes.shape[:2]) - margin) + 8))
+    np.testing.assert_array_equal(nodes, field.matrices)
+
+
+def test_a_centre_matrix_that_the_field_has_there_changes_nothing():
+    quilt, exemplar = random_quilt(12, octaves=2), exemplar_of(np.uint8)
+    placed = quilt.placements.copy()
+    placed["centred"] = 1
+    for n, field in enumerate(quilt.fields):
+        placed["matrix"][placed["chart"] == n] = centre_matrices(field, quilt.on_chart(n))
+    told = changed(quilt, placed)
+    for a, b in zip(paint(quilt, exemplar).arrays, paint(told, exemplar).arrays, strict=True):
+        np.testing.assert_array_equal(a, b)
+
+
+def test_far_from_its_centre_a_placement_stands_still():
+    """32 bits hold all of it: so says the limit of 1,023 steps."""
+    nodes = np.full((1, 1, 4), 192, np.int16)
+    nodes[..., 2], nodes[..., 3] = 100, -56
+    quilt = random_quilt(2, charts=((4, 2200),), count=1)
+    placed = quilt.placements.copy()
+    placed["column"] = 32
+    quilt = changed(quilt, placed, fields=(WarpField(nodes, 0),))
+    exemplar = exemplar_of(np.uint8)
+    np.testing.assert_array_equal(paint(quilt, exemplar).arrays[0], plain_paint(quilt, exemplar, 0))
+    most = 2 * int(np.abs(quilt.fields[0].matrices).max() + 2**18)
+    assert most * 1023 + most * 15 // 16 < 2**31
+
+
+def test_the_level_is_the_one_whose_pixels_come_nearest_to_texels():
+    scales = 2.0 ** np.array([-3, 0, 0.4, 0.6, 1, 1.4, 1.6, 5, 6])
+    placed = np.zeros(1, PLACEMENT)
+    fields = [WarpField.quantised(np.broadcast_to(s * np.eye(2), (2, 2, 2, 2))) for s in scales]
+    centres = np.concatenate([centre_matrices(field, placed) for field in fields])
+    assert levels_of(centres, 9).tolist() == [0, 0, 0, 1, 1, 1, 2, 5, 6]
+    assert levels_of(centres, 2).tolist() == [0, 0, 0, 1, 1, 1, 2, 2, 2]
+    assert levels_of(centres, 9, ratio=4.0).tolist() == [0, 0, 0, 0, 0, 0, 1, 4, 5]
+    assert [most_levels(*size) for size in ((1, 1), (2, 1), (3, 3), (4, 4), (5, 128))] == [0, 1, 2, 2, 7]
+
+
+@pytest.mark.parametrize("dtype", [np.uint8, np.uint16, np.float32])
+def test_the_pyramid_is_filtered_by_1_3_3_1(dtype):
+    image = exemplar_of(dtype)[:37]
+    np.testing.assert_array_equal(halved(image), plain_halved(image))
+    assert halved(image[:1, :1]).tolist() == image[:1, :1].tolist()
+    ramp = np.arange(64, dtype=np.float32)[:, None, None] * np.ones((1, 8, 1), np.float32)
+    np.testing.assert_allclose(halved(ramp)[1:-1, :, 0], 2 * np.arange(1, 31)[:, None] + 0.5 + np.zeros(4))
+
+
 @pytest.mark.parametrize(
-    ("field", "value"),
+    ("name", "value"),
     [
-        ("source_row", 16 * 4000),
-        ("source_column", -16),
+        ("source_row", 16 * SHAPE[0]),
+        ("source_column", -1),
         ("chart", 9),
         ("symmetry", 8),
-        ("mask", 3),
-        ("height", 0),
-        ("width", 5000),
-        ("first_cell", 10**6),
-        ("mask_cell", 0),
-        ("feather", 17),
+        ("layer", 2),
+        ("layer", 1),
     ],
 )
-def test_a_bad_placement_is_refused(field, value):
+def test_a_bad_placement_is_refused(name, value):
     quilt = random_quilt(8)
-    placements = quilt.placements.copy()
-    index = np.flatnonzero(placements["mask"] == MASK_CUT)[-1]
-    placements[field][index] = value
+    placed = quilt.placements.copy()
+    placed[name][3] = value
     with pytest.raises(InputError):
-        changed(quilt, placements)
+        changed(quilt, placed)
+
+
+def test_a_bad_centre_matrix_is_refused():
+    quilt = random_quilt(9, octaves=1)
+    placed = quilt.placements.copy()
+    placed["matrix"][0, 2] = 2**18 + 1
+    changed(quilt, placed.copy())  # nobody reads it
+    placed["centred"][0] = 1
+    with pytest.raises(InputError, match="a centre matrix is outside ±262144"):
+        changed(quilt, placed)
+
+
+@pytest.mark.parametrize("label", [-1, 20, 2**30])
+def test_a_label_that_names_nothing_is_refused(label):
+    quilt = random_quilt(9)
+    labels = quilt.labels[0][0].labels.copy()
+    labels[2, 3] = label
+    with pytest.raises(InputError, match="label"):
+        changed(quilt, labels=((LabelMap(4, labels),), quilt.labels[1]))
+    with pytest.raises(InputError, match="shape"):
+        changed(quilt, labels=((LabelMap(4, labels[1:]),), quilt.labels[1]))
+    with pytest.raises(InputError, match="one or two"):
+        changed(quilt, labels=quilt.labels[:1])
+
+
+def test_a_chart_without_placements_is_refused():
+    quilt = random_quilt(9)
+    with pytest.raises(InputError, match="of each of 2"):
+        changed(quilt, quilt.on_chart(0))
+    with pytest.raises(InputError, match="one for each chart"):
+        changed(random_quilt(9, octaves=1), fields=random_quilt(9, octaves=1).fields[:1])
+
+
+@pytest.mark.parametrize("cell", [0, 256])
+def test_a_cell_out_of_range_is_refused(cell):
+    with pytest.raises(InputError, match="cell"):
+        LabelMap(cell, np.zeros((3, 3), np.int32))
 
 
 @pytest.mark.parametrize(

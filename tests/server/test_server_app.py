@@ -61,7 +61,7 @@ def test_a_stream_in_parts(shared):
     tag = client.get("/streams/quilt.uph")[1]["etag"]
     for text, start, stop in (
         ("0-99", 0, 100),
-        ("10000-", 10000, len(data)),
+        ("4000-", 4000, len(data)),
         ("-7", len(data) - 7, len(data)),
     ):
         status, headers, body = client.get("/streams/quilt.uph", range=f"bytes={text}", if_range=tag)
@@ -439,10 +439,7 @@ def test_assets_are_the_shipped_ones(shared):
         ("upholster-viewer.js", "javascript"),
         ("upholster-lab.js", "javascript"),
         ("upholster-environment.js", "javascript"),
-        ("upholster-painter.js", "javascript"),
         ("uph-worker.js", "javascript"),
-        ("uph-painting.js", "javascript"),
-        ("uph-recipes.js", "javascript"),
         ("uph-rare.js", "javascript"),
         ("uph-picture.js", "javascript"),
         ("LICENSES.txt", "plain"),
@@ -490,7 +487,7 @@ def test_what_cannot_be_shown_says_so(folder, tmp_path, monkeypatch):
     stream = bytearray((folder / "quilt.uph").read_bytes())
     (folder / "short.uph").write_bytes(stream[:20])
     (folder / "empty.uph").write_bytes(b"")
-    stream[5000] ^= 0xFF
+    stream[4300] ^= 0xFF
     (folder / "bad.uph").write_bytes(stream)
     (folder / "notes.uph").write_bytes(b"these are notes")
     with running(folder) as client:

@@ -1,4 +1,4 @@
-"""Warp fields (SPEC.md, sections 3 and 5.7) in plain Python: nodes, matrices, where blocks read."""
+"""Warp fields (SPEC.md, sections 3 and 5.3) in plain Python: nodes, matrices, where blocks read."""
 
 import math
 from typing import Any
@@ -70,7 +70,7 @@ def displaced(first: Any, here: Any, down: Any, right: Any) -> Any:
 
 
 def nodes(data: Any, shapes: Any) -> Any:
-    """Section 5.7: the nodes of charts with fields, of (rows, columns) each."""
+    """Section 5.3: the nodes of charts with fields, of (rows, columns) each."""
     coder, out = PlainCoder(data, 24030, 255), []
     coder.weights[12] = [72090]
     for rows, columns in shapes:

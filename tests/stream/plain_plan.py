@@ -1,4 +1,4 @@
-"""Plans (SPEC.md, sections 4, 5.2, 5.3) in plain Python, written from the text: an oracle of the decoder."""
+"""Plans (SPEC.md, sections 4 and 5.2) in plain Python, written from the text: an oracle of the decoder."""
 
 from typing import Any
 
@@ -13,7 +13,10 @@ def decode(head: Any, placements: Any, labels: Any, charts: Any, exemplar: Any, 
     """
     reader = PlainBytes(head)
     layers = []
-    for _ in range(reader.varint()):
+    number = reader.varint()
+    reader.byte()  # the density changes nothing here
+    bits = reader.byte(), reader.byte()
+    for _ in range(number):
         flags = reader.byte()
         cells = [reader.varint() for _ in (charts[:1] if flags & 2 else charts)]
         layers.append((flags & 1, cells * len(charts) if flags & 2 else cells))
@@ -24,7 +27,7 @@ def decode(head: Any, placements: Any, labels: Any, charts: Any, exemplar: Any, 
         parts = []
         for layer, (half, cells) in enumerate(layers):
             grid = Grid(chart, cells[n], half)
-            part = _placements(coder, grid, counts[layer][n], fields[n], exemplar)
+            part = _placements(coder, grid, counts[layer][n], fields[n], exemplar, bits)
             parts.append((grid, part))
             found += [one | {"chart": n, "layer": layer} for one in part]
         mine.append(parts)
@@ -44,7 +47,7 @@ class Grid:
         return 16 * self.cell * (i - 1) + (0 if self.half else 8 * self.cell)
 
 
-def _placements(coder: Any, grid: Any, count: Any, field: Any, exemplar: Any) -> Any:
+def _placements(coder: Any, grid: Any, count: Any, field: Any, exemplar: Any, bits: Any) -> Any:
     placed: Any = []
     i, j = 0, -1
     for _ in range(count):
@@ -52,7 +55,8 @@ def _placements(coder: Any, grid: Any, count: Any, field: Any, exemplar: Any) ->
 
         def number(k: Any, guess: Any, told: Any = told) -> Any:
             told.append(coder.number(k, 2 * (told[-2] != 0) + (told[-1] != 0)))
-            return guess + told[-1]
+            unit = 2 ** (0 if k < 4 else bits[1] if k < 8 else bits[0])
+            return unit * ((guess + unit // 2) // unit + told[-1])
 
         row = number(0, i)
         j = number(1, j + 1 if row == i else 0)
@@ -128,9 +132,8 @@ def _label(coder: Any, grid: Any, nearest: Any, known: Any, place: Any, named: A
     ]
     context = sum(2**k for k, each in enumerate(equal) if each)
     asked = []
-    if layer:
-        if coder.bit([(6, context)], 6):
-            return -1
+    if layer and coder.bit([(6, context)], 6):
+        return -1
     for k, candidate in enumerate((w, n, v, ne, right, below)):
         if candidate < 0 or candidate in asked:
             continue

@@ -88,6 +88,7 @@ def anything(rng: Any, exemplar_shape: Any, charts: Any, count: Any = 20, layers
     whole = np.concatenate(placed)
     for name, pixels in zip(("source_row", "source_column"), exemplar_shape, strict=True):
         whole[name] = rng.integers(0, 16 * pixels, len(whole))
+        whole[name] &= -int(rng.choice([1, 4, 16]))
     whole["symmetry"] = rng.integers(0, 8, len(whole)) * rng.integers(0, 2)
     return Quilt(tuple(charts), tuple(exemplar_shape), whole, tuple(labels))
 
@@ -122,7 +123,7 @@ def anything_bent(rng: Any, exemplar_shape: Any, charts: Any, count: Any = 20, l
     placed = quilt.placements.copy()
     placed["centred"] = rng.integers(0, 3, len(placed)) == 0
     most = rng.choice([1, 100, 2**13, 2**18], (len(placed), 1))
-    matrices = rng.integers(-most, most + 1, (len(placed), 4)).astype(np.int32)
+    matrices = rng.integers(-most, most + 1, (len(placed), 4)).astype(np.int32) & -int(rng.choice([1, 16]))
     placed["matrix"] = np.where(placed["centred"][:, None] > 0, matrices, 0)
     return Quilt(quilt.charts, quilt.exemplar_shape, placed, quilt.labels, bent(rng, charts))
 
@@ -205,7 +206,7 @@ def same(a: Any, b: Any) -> Any:
     return (
         same_fields(a.fields, b.fields)
         and a.charts == b.charts
-        and a.exemplar_shape == b.exemplar_shape
+        and (a.exemplar_shape, a.density) == (b.exemplar_shape, b.density)
         and np.array_equal(a.placements, b.placements)
         and len(a.labels) == len(b.labels)
         and all(same_labels(x, y) for x, y in zip(a.labels, b.labels, strict=True))

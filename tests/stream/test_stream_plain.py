@@ -40,8 +40,17 @@ def test_any_quilt(seed: int) -> None:
     check((anything_bent if seed % 2 else anything)(rng, shape, layout, 30))
 
 
-def test_more_placements_than_are_looked_at() -> None:
-    check(anything_bent(np.random.default_rng(3), (32, 40), (Chart(0, 90, 90),), 300, 1))
+@pytest.mark.parametrize("across", [128, 129])
+def test_as_many_placements_as_are_looked_at_and_one_more(across: int) -> None:
+    rng, chart = np.random.default_rng(3), Chart(0, 2, 3 * across)
+    placed = np.zeros(2 * across, PLACEMENT)  # the one above is nearer than the one to the left
+    for name, at, apart in zip(
+        ("row", "column"), np.divmod(np.arange(2 * across), across), (1, 3), strict=True
+    ):
+        placed[name] = 16 * apart * at + 8
+    placed["source_row"], placed["source_column"] = rng.integers(0, 512, (2, len(placed)))
+    labels = rng.integers(0, 3, (4, 3 * across + 2)).astype(np.int32)
+    check(Quilt((chart,), (32, 40), placed, ((LabelMap(1, labels),),)))
 
 
 @pytest.mark.parametrize("second", [False, True])

@@ -194,7 +194,7 @@ def test_declared_sizes_are_refused_before_anything_is_made() -> None:
     for tag, payload, message in [
         ("L", b"\x0f\x80\x80\x01", "byte .*: layout has 4294967296 texels"),
         ("X", b"\xff\xff\xff\xff\1\0\0\0\0\0\0", "byte .*: the image header's samples"),
-        ("Q", b"\1\2\1" + b"\xff\xff\xff\xff\7" * 16, "byte .*: number of placements is 2147483647"),
+        ("Q", b"\1\3\0\0\2\1" + b"\xff\xff\xff\xff\7" * 16, "byte .*: number of placements is 2147483647"),
     ]:
         with pytest.raises(FormatError, match=message):
             read_stream(rebuilt(data, lambda c, t=tag, p=payload: [(k, p if k == t else v) for k, v in c]))

@@ -18,13 +18,13 @@ function found(decoder) {
     return { large: true, known: decoder.chartsKnown }
   }
   if (decoder instanceof EzwDecoder) return { image: digest([decoder.image().data]) }
-  const texels = decoder.charts.flatMap(({ height }, n) => {
-    const middle = Math.ceil(height / 3)
-    return [decoder.texels(n, 0, middle), decoder.texels(n, middle)]
+  const texels = decoder.charts.flatMap((_, n) => {
+    const middle = Math.ceil(decoder.paintedSize(n).height / 3)
+    return [decoder.texels(n, { stop: middle }), decoder.texels(n, { start: middle })]
   })
   const shown = decoder.charts.map((_, n) => decoder.rgba(n))
   const maps = decoder.roles.slice(1).map((role) => {
-    const painted = decoder.charts.map((_, n) => decoder.texels(n, 0, undefined, role))
+    const painted = decoder.charts.map((_, n) => decoder.texels(n, { role }))
     const seen = decoder.charts.map((_, n) => decoder.rgba(n, { role }))
     return [role, digest([decoder.exemplar(role).data]), digest(painted), digest(seen)]
   })

@@ -8,6 +8,7 @@ import shutil
 import struct
 import subprocess
 import sys
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -19,14 +20,12 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "stream"))
 sys.path.insert(0, str(Path(__file__).parents[1] / "fuzz"))
 
 from mutants import mutated
-from streams import STREAMS, anything, anything_bent, changed, covered, leaning, noise, stream, woven
+from streams import STREAMS, anything, anything_bent, laid, noise, stream
 
 from upholster.codec import decode, encode
 from upholster.errors import FormatError
 from upholster.geometry import SURFACES, Surface, surface_from_spec
-from upholster.quilt import Chart, Quilt, paint
-from upholster.quilt.placement import mask_sizes
-from upholster.quilt.plans import PlacementList
+from upholster.quilt import Chart, paint
 from upholster.stream import StreamDecoder, encode_stream
 from upholster.stream.chunks import header, pack_chunk
 from upholster.stream.surfaces import KINDS
@@ -165,23 +164,6 @@ def _charts() -> Any:
     return [Chart(0, 31, 20), Chart(0, 17, 40, 0.0, 0.5, 0.25, 1.0), Chart(0, 1, 1)]
 
 
-def _reaching_out(rng: Any, quilt: Any) -> Any:
-    """The same list with blocks that reach far beyond their charts, and sources anywhere in the exemplar."""
-    placed = quilt.placements.copy()
-    count = len(placed)
-    placed["height"], placed["width"] = rng.integers(1, 70, (2, count))
-    sizes = np.array([(chart.height, chart.width) for chart in quilt.charts])[placed["chart"]]
-    for axis, (at, extent) in enumerate((("row", "height"), ("column", "width"))):
-        low = rng.integers(1 - placed[extent], sizes[:, axis])
-        placed[at] = low + placed[extent] // 2
-        placed[f"source_{at}"] = 16 * rng.integers(0, quilt.exemplar_shape[axis], count)
-    placed["mask_cell"] = rng.integers(1, 9, count)
-    sizes = mask_sizes(placed, quilt.charts)
-    placed["first_cell"] = np.where(placed["mask"] == 2, np.cumsum(sizes) - sizes, -1)
-    cells = rng.integers(0, 2, int(sizes.sum())).astype(np.uint8)
-    return Quilt(quilt.charts, quilt.exemplar_shape, PlacementList(placed, cells), quilt.fields)
-
-
 def _maps(exemplar: Any) -> Any:
     """Maps of other depths and channels, as wide and high as the exemplar."""
     shape = exemplar.shape[:2]
@@ -193,19 +175,16 @@ def _maps(exemplar: Any) -> Any:
 
 
 def _streams() -> Any:
-    """Streams of every kind: surfaces, plans, depths, channels, transforms."""
-    surface, quilt, exemplar = covered()
-    yield encode_stream(surface, quilt, exemplar)
+    """Streams of every kind: surfaces, layers, grids, fields, depths, channels, transforms."""
+    yield from (stream(name) for name in STREAMS)
     for spec in ("cylinder", "sphere:tiling=octants", "torus:spans=6x4", "cone:r1=2", "plane:spans=2x3"):
-        surface, quilt, exemplar = covered(spec, chart=40)
-        yield encode_stream(surface, quilt, exemplar)
-    yield encode_stream(*covered("torus:spans=6x4", chart=40, block=16, edge_block=24))
-    surface, quilt, _ = covered("vase", chart=32, overlap=6, levels=1)
+        yield encode_stream(*laid(spec, side=40))
+    surface, quilt, _ = laid("vase", side=32, cell=3)
     yield encode_stream(surface, quilt, noise(dtype=np.uint16, channels=1, seed=1))
-    surface, quilt, _ = covered("ellipsoid", chart=33, block=12, overlap=2, levels=1, seams=False)
+    surface, quilt, _ = laid("ellipsoid", side=33, second=True)
     yield encode_stream(surface, quilt, noise(channels=4, seed=2), lossless=True)
-    surface, quilt, exemplar = covered("sphere", chart=48, seed=9)
-    yield encode_stream(Surface(surface.patches, "gestrickt – ñ"), changed(quilt), exemplar, wavelet="haar")
+    surface, quilt, exemplar = laid("sphere", side=48, seed=9)
+    yield encode_stream(Surface(surface.patches, "gestrickt – ñ"), quilt, exemplar, wavelet="haar")
     rng = np.random.default_rng(5)
     plane = surface_from_spec("plane")
     kinds: Any = (
@@ -219,39 +198,33 @@ def _streams() -> Any:
     for dtype, channels, options in kinds:
         height, width = rng.integers(20, 50, 2)
         exemplar = noise(int(height), int(width), channels, dtype, seed=7)
-        count = int(rng.integers(1, 30))
         for make in (anything, anything_bent):
-            quilt = make(rng, exemplar.shape[:2], _charts(), count)
-            yield encode_stream(plane, quilt, exemplar, **options)
-            yield encode_stream(plane, _reaching_out(rng, quilt), exemplar, **options)
-    for make in (anything, anything_bent):  # charts painted in strips, and covered many times over
+            for layers in (1, 2):
+                quilt = make(rng, exemplar.shape[:2], _charts(), int(rng.integers(1, 30)), layers)
+                yield encode_stream(plane, quilt, exemplar, **options)
+    for make in (anything, anything_bent):  # charts painted in strips
         charts = [Chart(0, 300, 1000), Chart(0, 5, 3)]
         yield encode_stream(plane, make(rng, exemplar.shape[:2], charts, 200), exemplar)
-    surface, quilt, exemplar = woven("cone", 9_000)
-    yield encode_stream(surface, quilt, exemplar, maps=_maps(exemplar))
-    for dtype, make in ((np.uint8, anything), (np.float32, anything_bent)):
+    for dtype, make in ((np.uint8, anything), (np.float32, anything_bent), (np.uint16, anything_bent)):
         exemplar = noise(21, 34, 3, np.float32, seed=4)
-        maps = {"normal": noise(21, 34, 3, dtype, seed=5), "emission": noise(21, 34, 4, np.float32, seed=6)}
+        maps = {
+            **_maps(exemplar),
+            "normal": noise(21, 34, 3, dtype, seed=5),
+            "emission": noise(21, 34, 4, np.float32, seed=6),
+        }
         yield encode_stream(plane, make(rng, (21, 34), _charts(), 9), exemplar, maps=maps)
-    for spec, texels, made in (
-        ("sphere", 20_000, {"direction": "0,0,1"}),
-        ("cone", 9_000, {"sample_size": 0.5}),
-        ("torus", 30_000, {"sample_size": 4.0}),
-        ("plane", (90, 70), {}),
-    ):
-        yield encode_stream(*woven(spec, texels, **made))
-    for spec, symmetries in (("torus", {"mirror": True, "rotate": True}), ("ellipsoid", {"mirror": True})):
-        surface, quilt, exemplar = woven(spec, 12_000, **symmetries)
-        yield encode_stream(surface, quilt, exemplar, maps=_maps(exemplar))
-    for spec in ("sphere", "torus", "cylinder"):
-        yield encode_stream(*leaning(spec=spec, texels=12_000))
+    for density in (0.125, 0.5, 2.0, 4.0):
+        quilt = anything_bent(rng, (21, 34), _charts(), 12, 2)
+        yield encode_stream(
+            plane, replace(quilt, density=density), noise(21, 34, 3), maps=_maps(noise(21, 34))
+        )
     yield from _streams_of_faces(rng)
 
 
 def _streams_of_faces(rng: Any) -> Any:
     """Control nets in grids, charts that lie across patches and anyhow."""
     for spec in ("vase:spans=6", "sphere:tiling=octants", "torus:spans=6x4", "sphere"):
-        surface, quilt, exemplar = woven(spec, 12_000)
+        surface, quilt, exemplar = laid(spec, side=24)
         yield encode_stream(Surface(surface.faces, "grids"), quilt, exemplar)
     surface = surface_from_spec("plane:spans=3x5")
     for ends in ((0.5, 2.25, 1.0, 4.75), (0.1, 2.9, 0.7, 5.0)):
@@ -304,7 +277,7 @@ def test_images_decode_as_frozen(tmp_path: Any) -> None:
 
 @pytest.mark.parametrize("wavelet", ["9/7", "haar"])
 def test_a_limit_in_coefficients_shows_what_python_shows(tmp_path: Any, wavelet: str) -> None:
-    surface, quilt, exemplar = covered("torus", chart=48)
+    surface, quilt, exemplar = laid("torus", side=48)
     data = encode_stream(surface, quilt, exemplar, wavelet=wavelet)
     jobs, wanted = [], []
     for n, share in enumerate((0.01, 0.07, 0.3)):

@@ -8,7 +8,6 @@ import pytest
 from browser import likeness, pixels, rendered, wait_until
 from command_line import run_cli
 from scipy.ndimage import gaussian_filter
-from test_web_build import PROCESSOR
 
 from upholster.geometry import surface_from_spec
 from upholster.methods import synthesize
@@ -412,7 +411,7 @@ def test_the_first_picture_has_texture_and_the_page_asked_for_it(tab: Any, site:
     assert streams == ["bytes=0-4095", "bytes=4096-"]
     names = {name for name, _ in asked}
     scripts = {name for name in names if name.endswith(".js")}
-    assert scripts == {"upholster-viewer.js", "uph-worker.js", *PROCESSOR}
+    assert scripts == {"upholster-viewer.js", "uph-worker.js"}
 
 
 def test_nothing_throws_its_shadow_on_what_lies_flat(tab: Any, site: Any) -> None:

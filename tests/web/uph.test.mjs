@@ -34,7 +34,7 @@ for (const name of names) {
 }
 
 test('what did not change is not reported', () => {
-  const data = read('paper.uph')
+  const data = read('quilt.uph')
   const decoder = new UphDecoder()
   decoder.feed(data.subarray(0, 500))
   let before = decoder.needed ? [] : decoder.charts.map((_, n) => decoder.texels(n))
@@ -51,19 +51,35 @@ test('what did not change is not reported', () => {
 })
 
 test('rows can be painted on their own', () => {
-  const { decoder } = decoded(read('paper.uph'), atOnce)
-  const { height, width } = decoder.charts[0]
+  const { decoder } = decoded(read('quilt.uph'), atOnce)
+  const { height, width } = decoder.paintedSize(0)
   const whole = decoder.texels(0)
-  const middle = decoder.texels(0, 5, height - 7)
+  const middle = decoder.texels(0, { start: 5, stop: height - 7 })
   const row = width * decoder.exemplar().channels
   assert.deepEqual(middle, whole.slice(5 * row, (height - 7) * row))
-  assert.throws(() => decoder.texels(0, 0, height + 1), RangeError)
+  assert.throws(() => decoder.texels(0, { stop: height + 1 }), RangeError)
   assert.throws(() => decoder.texels(decoder.charts.length), RangeError)
+})
+
+test('a chart can be painted at any density', () => {
+  const { decoder } = decoded(read('quilt.uph'), atOnce)
+  const { height, width } = decoder.charts[0]
+  for (const [density, wanted] of [[0.5, [height / 2, width / 2]], [3, [3 * height, 3 * width]], [1 / 64, [1, 1]]]) {
+    assert.deepEqual(Object.values(decoder.paintedSize(0, density)), wanted.map(Math.round))
+    assert.equal(decoder.rgba(0, { density }).length, 4 * Math.round(wanted[0]) * Math.round(wanted[1]))
+  }
+  // The middle one of three texels a step each way lies where the only one does.
+  const [fine, plain] = [decoder.rgba(0, { density: 3 }), decoder.rgba(0, { density: 1 })]
+  for (const [row, column] of [[0, 0], [7, 12], [height - 1, width - 1]]) {
+    const at = 4 * ((3 * row + 1) * 3 * width + 3 * column + 1)
+    assert.deepEqual(fine.slice(at, at + 4), plain.slice(4 * (row * width + column), 4 * (row * width + column + 1)))
+  }
+  for (const density of [0, -1, NaN, 65]) assert.throws(() => decoder.texels(0, { density }), RangeError)
 })
 
 test('texels for the screen leave room round them', () => {
   const { decoder } = decoded(read('quilt.uph'), atOnce)
-  const { height, width } = decoder.charts[0]
+  const { height, width } = decoder.paintedSize(0)
   const plain = decoder.rgba(0)
   assert.ok(plain instanceof Uint8ClampedArray)
   const into = new Uint8Array(4 * (height + 2) * (width + 2)).fill(7)
@@ -174,29 +190,32 @@ test('an image that is none is refused', () => {
 test('other versions are refused by their number', () => {
   const stream = read('smallest.uph')
   const image = new TextEncoder().encode('EZW1 and so on')
-  for (const [version, what] of [
-    [0, /version is 0; allowed: 1; it was never released/],
-    [2, /version is 2; allowed: 1; a newer decoder reads it/],
-  ]) {
-    stream[3] = version
-    image[3] = 48 + version
-    assert.throws(() => new UphDecoder().feed(stream), what)
-    assert.throws(() => new EzwDecoder().feed(image), what)
+  for (const [data, newest, first] of [[stream, 2, 0], [image, 1, 48]]) {
+    const Decoder = data === stream ? UphDecoder : EzwDecoder
+    for (const [version, why] of [[newest - 1, 'it was never released'], [newest + 1, 'a newer decoder reads it']]) {
+      data[3] = first + version
+      assert.throws(() => new Decoder().feed(data), new RegExp(`version is ${version}; allowed: ${newest}; ${why}`))
+    }
   }
 })
 
 test('a stream that asks for more than a caller allows is refused', () => {
   const data = read('quilt.uph')
   const take = (limits) => () => new UphDecoder({ limits }).feed(data)
-  take({ texels: 37760, samples: 13824, charts: 12 })()
+  const { decoder } = decoded(data, atOnce)
+  const charts = decoder.charts.length
+  const texels = Math.max(...[1, decoder.density].map((density) =>
+    decoder.charts.reduce((sum, _, n) => sum + decoder.paintedSize(n, density).height * decoder.paintedSize(n, density).width, 0)))
+  const samples = decoder.exemplar().data.length
+  take({ texels, samples, charts })()
   for (const [limits, what] of [
-    [{ texels: 37759 }, /number of texels is 37760/],
-    [{ charts: 11 }, /number of charts is 12/],
-    [{ samples: 13823 }, /number of samples is 13824/],
+    [{ texels: texels - 1, samples, charts }, `number of texels is ${texels}`],
+    [{ charts: charts - 1 }, `number of charts is ${charts}`],
+    [{ samples: samples - 1 }, `number of samples is ${samples}`],
   ]) {
-    assert.throws(take(limits), (error) => error instanceof UphError && what.test(error.message))
+    assert.throws(take(limits), (error) => error instanceof UphError && error.message.includes(what))
   }
   assert.throws(() => new UphDecoder({ limits: { triangles: 319 } }).feed(read('mesh.uph')), /number of triangles is 320/)
-  assert.throws(() => new EzwDecoder({ limits: { work: 129 } }), RangeError)
-  assert.throws(() => new UphDecoder({ limits: { places: 1 } }), /limit places is unknown/)
+  assert.throws(() => new EzwDecoder({ limits: { samples: 0 } }), RangeError)
+  assert.throws(() => new UphDecoder({ limits: { work: 1 } }), /limit work is unknown/)
 })

@@ -12,13 +12,13 @@ export function enclose(bounds, sphere) {
   sphere.radius = Math.max(...spheres.map(({ center, radius }) => center.distanceTo(sphere.center) + radius))
 }
 
-/** The geometry of a chart so large, in a texture with a gutter; its `userData` has outline, parameters and quads. */
-export function chartGeometry(piece, { height, width }, { center, radius }) {
+/** The geometry of a chart; its `userData` has outline, parameters and quads. Its textures leave room for their gutters by themselves. */
+export function chartGeometry(piece, { center, radius }) {
   const { positions, normals, tangents, parameters, indices, outline } = piece
   const uv = new Float32Array(parameters.length)
   for (let n = 0; n < uv.length; n += 2) {
-    uv[n] = (1 + parameters[n + 1] * width) / (width + 2)
-    uv[n + 1] = (1 + parameters[n] * height) / (height + 2)
+    uv[n] = parameters[n + 1]
+    uv[n + 1] = parameters[n]
   }
   const geometry = new BufferGeometry()
   geometry.setAttribute('position', new BufferAttribute(positions, 3))

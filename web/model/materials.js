@@ -28,20 +28,14 @@ export function newTexture(target) {
   return texture
 }
 
-/** The exemplar's mean, which charts without placements show. */
-export class Preview {
-  #texture = newTexture('color')
-
-  /** Take over another mean, a picture of one pixel. */
-  update({ height, width, data }, textures) {
-    this.#texture.image = { data, height, width }
-    this.#texture.needsUpdate = true
-    for (const own of textures) own.preview = this.#texture
-  }
-
-  dispose() {
-    this.#texture.dispose()
-  }
+/** Let a texture show other texels, with a gutter of one round them that its coordinates leave out. */
+export function setTexels(texture, { height, width, data }) {
+  const [tall, wide] = [height + 2, width + 2]
+  if (texture.image.width !== wide || texture.image.height !== tall) texture.dispose() // the card's memory is of one size
+  texture.image = { data, width: wide, height: tall }
+  texture.offset.set(1 / wide, 1 / tall)
+  texture.repeat.set(width / wide, height / tall)
+  texture.needsUpdate = true
 }
 
 /** What was last set on each material that was made here: what has another value since is its user's. */
@@ -61,10 +55,10 @@ export function newMaterial() {
  * nothing else is touched.
  */
 export function updateMaterial(material, textures, roles, alpha, radius) {
-  const { color, preview, normal, surface, emission, height } = textures
+  const { color, normal, surface, emission, height } = textures
   const has = (role, texture) => (roles.includes(role) && texture) || null
   const maps = {
-    map: color ?? preview ?? null,
+    map: color ?? null,
     normalMap: has('normal', normal),
     aoMap: has('ao', surface),
     roughnessMap: has('roughness', surface),
@@ -74,7 +68,7 @@ export function updateMaterial(material, textures, roles, alpha, radius) {
   }
   const last = LAST_SET.get(material)
   if (!last) {
-    if (material.map && (material.map === color || material.map === preview)) set(material, 'map', maps.map)
+    if (material.map && material.map === color) set(material, 'map', maps.map)
     return
   }
   const wanted = {

@@ -1,11 +1,11 @@
 /** The model that a loader gives: it shows what its worker decodes, paints and tessellates. */
 
 import { BufferGeometry, Group, LineBasicMaterial, LineSegments, Mesh, Sphere, SRGBColorSpace, Vector3 } from 'three'
-import { UphClient } from '../uph-client.js'
+import { SKETCHED_TEXELS, UphClient } from '../uph-client.js'
 import { putGutter } from '../uph-gutter.js'
 import { DetailControl } from './detail.js'
 import { chartGeometry, enclose, outlineGeometry, plainMesh } from './geometry.js'
-import { Preview, newMaterial, newTexture, updateMaterial } from './materials.js'
+import { newMaterial, newTexture, setTexels, updateMaterial } from './materials.js'
 
 /**
  * A textured surface that refines: one mesh per chart.
@@ -26,9 +26,7 @@ export class UphModel extends Group {
   #materials = [] // as they were made: a mesh may have another one by now
   #textures = [] // of each chart, by what they show
   #bounds = []
-  #sizes = []
   #detail = null
-  #preview = null
   #plain = null // triangles of a mesh that lie on no chart
   #plainArrays = null
   #drawn = null // the state that is shown
@@ -41,7 +39,7 @@ export class UphModel extends Group {
     this.outlines.visible = false
     this.outlines.raycast = () => {} // rays hit what is invisible, too
     this.add(this.outlines)
-    this.#client = new UphClient(worker, { maxTextureSize, maxTexels }, {
+    this.#client = new UphClient(worker, { maxTextureSize, maxTexels, sketches: SKETCHED_TEXELS }, {
       begin: (message) => this.#begin(message),
       takeMeshes: (message) => this.#takeMeshes(message),
       takeTexture: (entry) => this.#takeTexture(entry),
@@ -114,7 +112,8 @@ export class UphModel extends Group {
       const [positions, normals, tangents] = ['position', 'normal', 'tangent'].map((key) => attributes[key].array)
       const geometry = { positions, normals, tangents, parameters: userData.parameters, indices: index.array }
       const textures = Object.fromEntries(Object.entries(this.#textures[chart]).map(([key, { image }]) => [key, image]))
-      return { size: this.#sizes[chart], geometry, textures }
+      const { height, width } = textures.color
+      return { size: { height: height - 2, width: width - 2 }, geometry, textures }
     })
     const { alpha = 'opaque', mean } = this.#drawn
     return writeGlb({ name, charts, plain: this.#plainArrays, alpha, mean, roles: this.roles })
@@ -140,7 +139,6 @@ export class UphModel extends Group {
     for (const { geometry } of [...this.#meshes, ...others]) geometry.dispose()
     for (const material of [...this.#materials, ...others.map((one) => one.material)]) material.dispose()
     for (const texture of this.#textures.flatMap((own) => Object.values(own))) texture.dispose()
-    this.#preview?.dispose()
     this.#meshes = []
     this.clear()
   }
@@ -157,14 +155,12 @@ export class UphModel extends Group {
 
   // ---------------------------------------------------------------- messages
 
-  #begin({ charts, bounds, plain }) {
-    this.#sizes = charts
+  #begin({ bounds, plain }) {
     this.#bounds = bounds
     this.#detail = new DetailControl(bounds, this.#errorPixels, (counts) => this.#client.send({ kind: 'counts', counts }))
-    this.texels = charts.reduce((sum, { height, width }) => sum + height * width, 0)
     enclose(bounds, this.sphere)
-    this.#materials = charts.map(newMaterial)
-    this.#textures = charts.map(() => ({}))
+    this.#materials = bounds.map(newMaterial)
+    this.#textures = bounds.map(() => ({}))
     this.#meshes = this.#materials.map((material, chart) => {
       const mesh = new Mesh(new BufferGeometry(), material)
       mesh.name = `chart ${chart}`
@@ -182,7 +178,7 @@ export class UphModel extends Group {
     for (const piece of pieces) {
       const { chart } = piece
       this.#meshes[chart].geometry.dispose()
-      this.#meshes[chart].geometry = chartGeometry(piece, this.#sizes[chart], this.#bounds[chart])
+      this.#meshes[chart].geometry = chartGeometry(piece, this.#bounds[chart])
     }
     const geometries = this.#meshes.map(({ geometry }) => geometry)
     this.quads = Math.round(geometries.reduce((sum, { userData }) => sum + (userData.quads ?? 0), 0))
@@ -196,8 +192,8 @@ export class UphModel extends Group {
   /** Let materials have the textures that have come; their models are seen from the first on. */
   #show(state, isFirst) {
     this.#drawn = state
-    const { bytes, coefficients, charts, roles, alpha = 'opaque', mean } = state
-    this.roles = roles
+    const { bytes, coefficients, charts, roles, alpha = 'opaque', mean, texels } = state
+    Object.assign(this, { roles, texels })
     this.shown = { bytes, coefficients, charts }
     this.#meshes.forEach((mesh, chart) => {
       for (const material of new Set([this.#materials[chart], mesh.material].flat())) {
@@ -210,27 +206,15 @@ export class UphModel extends Group {
   }
 
   /** Take over one texture; returns the memory of the one before. */
-  #takeTexture(entry) {
-    const { chart, target, height, width, data } = entry
-    if (entry.preview) {
-      this.#preview ??= new Preview()
-      this.#preview.update(entry, this.#textures)
-      return null
-    }
-    const textures = this.#textures[chart]
-    if (entry.unplaced) {
-      textures[target]?.dispose()
-      delete textures[target]
-      return null
-    }
-    const texture = (textures[target] ??= newTexture(target))
+  #takeTexture({ chart, target, height, width, data, gutter }) {
+    const texture = (this.#textures[chart][target] ??= newTexture(target))
     const { image } = texture
-    texture.needsUpdate = true
-    if (entry.gutter) {
+    if (gutter) {
       putGutter(image.data, { height, width }, data)
+      texture.needsUpdate = true
       return null
     }
-    texture.image = { data, width: width + 2, height: height + 2 }
+    setTexels(texture, { height, width, data })
     return image.data?.buffer ?? null
   }
 }

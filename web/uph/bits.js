@@ -93,8 +93,3 @@ export class BitDecoder {
     return bit
   }
 }
-
-/** A context of 16 bits from three numbers [5.2]. */
-export function hash(x, y, z) {
-  return (Math.imul(x, 2654435761) + Math.imul(y, 2246822519) + Math.imul(z, 3266489917)) >>> 16
-}

@@ -2,7 +2,7 @@
 
 import { ByteReader, GrowingBytes, UphError, crc32 } from './bytes.js'
 
-const MAGIC = [117, 112, 104, 1] // "uph", version
+const MAGIC = [117, 112, 104, 2] // "uph", version
 const MAX_FILE = 2 ** 30
 const MAX_CHUNKS = 4096
 const CRC_BYTES = 4
@@ -60,7 +60,7 @@ export class ChunkReader {
     head.subarray(0, 4).forEach((byte, n) => {
       if (byte === MAGIC[n]) return
       if (n < 3) fail('this is no .uph stream', n)
-      fail(`version is ${byte}; allowed: ${MAGIC[3]}; ${byte ? 'a newer decoder reads it' : 'it was never released: make it anew'}`, n)
+      fail(`version is ${byte}; allowed: ${MAGIC[3]}; ${byte > MAGIC[3] ? 'a newer decoder reads it' : 'it was never released: make it anew'}`, n)
     })
     if (head.subarray(4).filter((byte) => byte < 128).length < 2 && head.length < 14) return false
     const reader = new ByteReader(head.subarray(4), 4)

@@ -7,14 +7,16 @@ import { IDENTITY_FIELD } from './field.js'
 import { ImageDecoder } from './image/decoder.js'
 import { MAX_MAP_SAMPLES, parseImageHeader } from './image/header.js'
 import { parseLayout } from './layout.js'
-import { LIMITS, PaintBudget, checkCharts, checkSamples } from './limits.js'
+import { LIMITS, checkCharts, checkSamples } from './limits.js'
+import { ChartPainter, paintedSize } from './paint/painter.js'
 import { MapPyramid } from './paint/pyramid.js'
 import { toRgba } from './paint/rgba.js'
-import { part } from './parts.js'
-import { parsePlan } from './plans/parse.js'
+import { QuiltDecoder, bareLayers } from './quilt.js'
 import { parseSurface } from './surface.js'
 
 const MAX_MAPS = 16
+const MAX_DENSITY = 64
+const STRIP_ROWS = 64 // painted at once
 const CAUTION = 64 // coefficients that a byte hardly ever tells of
 
 /** Decodes a `.uph` stream as its bytes come. */
@@ -22,12 +24,10 @@ export class UphDecoder {
   #file = new ChunkReader((chunk, part, whole) => this.#take(chunk, part, whole))
   #payload = new GrowingBytes() // of a chunk that is read when it is whole
   #fields = null // the FieldDecoder, where there are warp fields
-  #plan = null
-  #budget = null // of the plan
+  #quilt = null
   #maps = new Map() // ImageDecoders, by role
-  #pyramids = new Map() // of the maps as far as they have come, by role and how often they are halved
+  #pyramids = new Map() // of the maps as far as they have come, by role
   #substitute = null // painted with instead of the exemplar
-  #painter = null // made when something is painted here
   #changed = null
   #isHeld = false
   #failure = null
@@ -70,19 +70,19 @@ export class UphDecoder {
     return this.#file.complete
   }
 
-  /** How many charts have their placements; the others show the exemplar's mean. */
+  /** How many charts have their placements; the others show the exemplar as it is. */
   get chartsKnown() {
-    return this.#plan ? this.#plan.knownCharts.size : 0
+    return this.#quilt?.placed ?? 0
   }
 
-  /** Whether every placement and every mask has come. */
+  /** Whether every placement and every label has come. */
   get placed() {
-    return this.#plan?.complete ?? false
+    return this.#quilt?.complete ?? false
   }
 
   /**
    * Take further bytes. Returns what changed: whether the surface has come, whether the exemplar got better (and
-   * with it every chart), and which charts got other placements.
+   * with it every chart), and which charts got placements, labels or a warp field.
    */
   feed(bytes) {
     if (this.#failure) throw this.#failure
@@ -93,13 +93,10 @@ export class UphDecoder {
       this.#failure = error
       throw error
     }
-    const changed = this.#plan?.changed
-    if (changed) {
-      // What lies on a chart shows from when its own blocks are known.
-      this.#changed.charts = [...changed].filter((n) => this.isPlaced(n)).sort((a, b) => a - b)
-      for (const n of changed) this.#painter?.forget(n)
-      changed.clear()
-    }
+    const changed = new Set([...(this.#fields?.changed ?? []), ...(this.#quilt?.changed ?? [])])
+    this.#changed.charts = [...changed].sort((a, b) => a - b)
+    this.#fields?.changed.clear()
+    this.#quilt?.changed.clear()
     return this.#changed
   }
 
@@ -108,12 +105,12 @@ export class UphDecoder {
     const { tag, payload } = chunk
     if (tag === 'D') this.#feedExemplar(part)
     else if (tag === 'E') this.#feedFurtherMap(chunk, part)
-    else if (tag === 'P') this.#plan.feedSources(part)
+    else if (tag === 'P') this.#quilt.feedPlacements(part)
     else if (tag === 'N' || tag === 'M') {
       const fail = (what) => {
         throw new UphError(what, payload)
       }
-      if (tag === 'M') this.#plan.feedMasks(part, fail)
+      if (tag === 'M') this.#quilt.feedLabels(part, fail)
       else this.#feedNodes(part, fail)
     } else {
       this.#payload.push(part)
@@ -135,18 +132,15 @@ export class UphDecoder {
     else if (tag === 'F') this.#fields = new FieldDecoder(reader, this.charts)
     else {
       const fields = this.#fields?.fields ?? this.charts.map(() => IDENTITY_FIELD)
-      const budget = new PaintBudget(this.charts, this.#limits)
-      for (const { header } of this.#maps.values()) budget.addMap(header.channels, (what) => reader.fail(what, 0))
-      this.#budget = budget
-      this.#plan = parsePlan(reader, this.charts, fields, this.#maps.get('albedo').header, budget)
-      this.#fields?.begin(this.#plan.order)
+      this.#quilt = new QuiltDecoder(reader, this.charts, fields, this.exemplarSize)
+      checkCharts(reader, this.charts.map((chart) => paintedSize(chart, this.density)), this.#limits)
     }
   }
 
   #feedNodes(part, fail) {
     if (!this.#fields) fail('nodes come without warp fields')
     this.#fields.feed(part, fail)
-    this.#plan.goOn()
+    this.#quilt.goOn()
   }
 
   // ---------------------------------------------------------------- maps
@@ -177,7 +171,6 @@ export class UphDecoder {
     for (const { header: one } of this.#maps.values()) samples += one.height * one.width * one.channels
     reader.within(samples, 'number of samples of all maps', 1, MAX_MAP_SAMPLES, 0)
     checkSamples(reader, [...[...this.#maps.values()].map((map) => map.header), header], this.#limits)
-    this.#budget?.addMap(header.channels, (what) => reader.fail(what, 0))
     this.#addMap(role, header)
   }
 
@@ -242,10 +235,10 @@ export class UphDecoder {
     this.#pyramids.delete('albedo')
   }
 
-  #image(role, shrink) {
+  #image(role) {
     const map = this.#maps.get(role)
     const other = role === 'albedo' ? this.#substitute : null
-    if (!other) return map.image(shrink)
+    if (!other) return map.image()
     const { height, width } = map.header
     if (other.height !== height || other.width !== width) {
       throw new RangeError(`picture has ${other.height} × ${other.width} pixels; allowed: ${height} × ${width}`)
@@ -264,12 +257,11 @@ export class UphDecoder {
     return this.#pyramid(role).picture
   }
 
-  /** A map, of which the finest levels may be left out. */
-  #pyramid(role, shrink = 0) {
+  #pyramid(role) {
     if (this.needed) throw new RangeError(`stream needs ${this.needed} more bytes`)
     if (!this.#maps.has(role)) throw new RangeError(`map is ${role}; allowed: ${this.roles.join(', ')}`)
-    if (!this.#pyramids.has(role)) this.#pyramids.set(role, [])
-    return (this.#pyramids.get(role)[shrink] ??= new MapPyramid(this.#image(role, shrink), role))
+    if (!this.#pyramids.has(role)) this.#pyramids.set(role, new MapPyramid(this.#image(role), role))
+    return this.#pyramids.get(role)
   }
 
   /** Height and width of the exemplar, and so of every map. */
@@ -286,64 +278,72 @@ export class UphDecoder {
 
   // ---------------------------------------------------------------- painting
 
-  /** Whether a chart has its placements; before, it shows the exemplar's mean. */
-  isPlaced(index) {
-    return this.#plan?.knownCharts.has(index) ?? false
-  }
-
-  /** The mean of a map as 8-bit RGBA; with `shrink` about that, and sooner. */
-  meanRgba(role = 'albedo', shrink = 0) {
-    const { mean, picture } = this.#pyramid(role, shrink)
+  /** The mean of a map as 8-bit RGBA. */
+  meanRgba(role = 'albedo') {
+    const { mean, picture } = this.#pyramid(role)
     return toRgba(mean, picture.channels, role)
   }
 
-  /** Texels of a chart as far as they can be painted, rows [start, stop) of it, as the map's `data`. */
-  texels(index, start = 0, stop = this.charts[index]?.height, role = 'albedo') {
-    const job = this.#job(index, start, stop, role)
-    return this.#painter.texels(job)
+  /** Texels a step, each way, with which charts are painted where nothing else is asked for. */
+  get density() {
+    return this.#quilt?.density ?? 1
+  }
+
+  /** Height and width in texels of a chart that is painted with so many texels a step. */
+  paintedSize(index, density = this.density) {
+    const chart = this.charts[index]
+    if (!chart) throw new RangeError(`chart is ${index}; allowed: 0 to ${this.charts.length - 1}`)
+    if (!(density >= 1 / MAX_DENSITY && density <= MAX_DENSITY)) throw new RangeError(`density is ${density}; allowed: 1/${MAX_DENSITY} to ${MAX_DENSITY}`)
+    return paintedSize(chart, density)
+  }
+
+  /** Texels of a chart as far as it is known, rows [start, stop) of it, as the map's `data`; `density` of them a step. */
+  texels(index, { role = 'albedo', density, start = 0, stop } = {}) {
+    const job = this.#job(index, role, density)
+    return new ChartPainter(job).rows(start, checkedRows(start, stop, job.size))
   }
 
   /**
    * The same as 8-bit RGBA for the screen, written from `into[offset]` on with `stride` texels from row to row; returns
    * `into`. Grey becomes RGB; floats become sRGB where a map is a colour.
    */
-  rgba(index, { role = 'albedo', start = 0, stop = this.charts[index]?.height, into, stride, offset = 0 } = {}) {
-    const job = this.#job(index, start, stop, role)
-    return this.#painter.rgba(job, into, stride, offset)
-  }
-
-  /** A sketch of a chart as RGBA, see `sketch.js`: shrunk 2^shrink times each way, and of maps that are no normals. */
-  sketchRgba(index, role, shrink) {
-    const pyramid = this.#pyramid(role, shrink)
-    const placements = this.#hasBlocks(index) ? this.#plan.placements(index, true) : []
-    const samples = part('sketch')({ chart: this.charts[index], field: this.#fieldOf(index), placements, pyramid, shrink })
-    return toRgba(samples, pyramid.picture.channels, role)
-  }
-
-  /** What a chart is painted from: its placements, in order, and its warp field; null where it shows the mean. */
-  recipe(index) {
-    return this.#hasBlocks(index) ? { placements: this.#plan.placements(index), field: this.#fieldOf(index) } : null
-  }
-
-  #hasBlocks(index) {
-    return this.isPlaced(index) && !this.#plan.isEmpty(index)
-  }
-
-  #fieldOf(index) {
-    return this.#fields?.fields[index] ?? IDENTITY_FIELD
-  }
-
-  /** What is to be painted: rows of a chart, and of what; `placements` is null where it shows the mean. */
-  #job(index, start, stop, role) {
-    const { channels } = this.exemplar(role)
-    const chart = this.charts[index]
-    if (!chart) throw new RangeError(`chart is ${index}; allowed: 0 to ${this.charts.length - 1}`)
-    if (!(start >= 0 && start <= stop && stop <= chart.height)) {
-      throw new RangeError(`rows are ${start} to ${stop}; allowed: 0 to ${chart.height}`)
+  rgba(index, { role = 'albedo', density, start = 0, stop, into, stride, offset = 0 } = {}) {
+    const job = this.#job(index, role, density)
+    const end = checkedRows(start, stop, job.size)
+    const wide = 4 * job.size.width
+    const step = stride === undefined ? wide : 4 * stride
+    into ??= new Uint8ClampedArray((end - start) * wide)
+    if (!(offset >= 0 && step >= wide && offset + (end - start - 1) * step + wide <= into.length)) {
+      throw new RangeError(`texels do not fit ${into.length} bytes`)
     }
-    if (role === 'normal' && channels !== 3) throw new RangeError(`normal map has ${channels} channels; allowed: 3`)
-    this.#painter ??= new (part('Painter'))()
-    const placements = this.#hasBlocks(index) ? () => this.#plan.placements(index) : null
-    return { index, chart, start, stop, role, placements, field: this.#fieldOf(index), pyramid: this.#pyramid(role) }
+    const painter = new ChartPainter(job)
+    for (let row = start, to = offset; row < end; row += STRIP_ROWS) {
+      const painted = toRgba(painter.rows(row, Math.min(end, row + STRIP_ROWS)), job.pyramid.picture.channels, role)
+      for (let at = 0; at < painted.length; at += wide, to += step) into.set(painted.subarray(at, at + wide), to)
+    }
+    return into
   }
+
+  /** What a chart is painted from, see `ChartPainter`, but for the map: `chart`, `size`, `field` and `layers`. */
+  recipe(index, density) {
+    const size = this.paintedSize(index, density)
+    const chart = this.charts[index]
+    const field = this.#fields?.fields[index] ?? IDENTITY_FIELD
+    const layers = this.#quilt?.layersOf(index) ?? bareLayers(chart, field, this.exemplarSize)
+    return { chart, size, field, layers }
+  }
+
+  #job(index, role, density) {
+    const pyramid = this.#pyramid(role)
+    const { channels } = pyramid.picture
+    if (role === 'normal' && channels !== 3) throw new RangeError(`normal map has ${channels} channels; allowed: 3`)
+    return { ...this.recipe(index, density), pyramid }
+  }
+}
+
+/** Where rows end, all that there are if it is not told. */
+function checkedRows(start, stop, { height }) {
+  const end = stop ?? height
+  if (!(start >= 0 && start <= end && end <= height)) throw new RangeError(`rows are ${start} to ${end}; allowed: 0 to ${height}`)
+  return end
 }

@@ -1,4 +1,4 @@
-/** Chunks F and N: the warp field of every chart, its nodes coded [3, 5.7]. */
+/** Chunks F and N: the warp field of every chart, its nodes coded [3, 5.3]. */
 
 import { BitDecoder } from './bits.js'
 import { IDENTITY_FIELD, WarpField } from './field.js'
@@ -30,21 +30,19 @@ export class FieldDecoder {
     reader.end('head of the fields')
     this.fields = shapes.map((shape) => (shape ? null : IDENTITY_FIELD))
     this.shapes = shapes
-  }
-
-  /** Take the order in which the charts' nodes come. */
-  begin(order) {
+    /** Charts of which the field has come since somebody emptied the set. */
+    this.changed = new Set()
     this.nodes = new NodeDecoder()
-    this.steps = this.#decode(order)
+    this.steps = this.#decode()
     this.steps.next()
   }
 
-  *#decode(order) {
-    for (const chart of order) {
-      const shape = this.shapes[chart]
+  *#decode() {
+    for (const [chart, shape] of this.shapes.entries()) {
       if (!shape) continue
       const nodes = yield* this.nodes.decode(shape.rows, shape.columns)
       this.fields[chart] = WarpField.fromNodes(nodes, shape.margin, shape.rows, shape.columns)
+      this.changed.add(chart)
     }
   }
 

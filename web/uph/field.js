@@ -1,23 +1,23 @@
-/** Warp fields [3]: what takes texel steps of a chart to pixel steps of the exemplar. */
+/** Warp fields [3]: what takes steps of a chart to pixel steps of the exemplar. */
 
 import { range } from './numbers.js'
 
-/** What a matrix of a field has where one texel is one pixel. */
-export const UNIT = 4096
+/** What a matrix of a field has where one step is one pixel. */
+const UNIT = 4096
 
 const OCTAVE = 32 // steps of a size
 const ANGLES = 256 // steps of a full circle
 const COSINES = range(ANGLES).map((k) => Math.round(2 ** 14 * Math.cos((2 * Math.PI * k) / ANGLES)))
 const POWERS = range(OCTAVE).map((k) => Math.round(2 ** 14 * 2 ** (k / OCTAVE)))
 
-/** A grid of matrices (m00, m01, m10, m11), rows × columns of them, every 32 texels from −32·margin on. */
+/** A grid of matrices (m00, m01, m10, m11), rows × columns of them, in the middle of every 32nd step from −32·margin on. */
 export class WarpField {
   constructor(margin, rows, columns, matrices, isIdentity = false) {
     this.margin = margin
     this.rows = rows
     this.columns = columns
     this.matrices = matrices
-    this.isIdentity = isIdentity // a texel is a pixel, everywhere
+    this.isIdentity = isIdentity // a step is a pixel, everywhere
   }
 
   /** The field of nodes (size down, size along, angle, shear). */
@@ -31,26 +31,48 @@ export class WarpField {
     return new WarpField(margin, rows, columns, matrices, nodes.every((number) => number === 0))
   }
 
-  /** The matrix at a texel, written to `out`. */
+  /** The matrix at a place in 1/16 step, written to `out`. */
   at(row, column, out) {
-    const { margin, rows, columns, matrices } = this
-    let [i, j, down, right] = [margin + (row >> 5), margin + (column >> 5), row & 31, column & 31]
-    if (i < 0 || i >= rows - 1) [i, down] = [i < 0 ? 0 : rows - 1, 0]
-    if (j < 0 || j >= columns - 1) [j, right] = [j < 0 ? 0 : columns - 1, 0]
-    const [below, beside] = [Math.min(i + 1, rows - 1), Math.min(j + 1, columns - 1)]
-    const a = 4 * (i * columns + j)
-    const b = 4 * (i * columns + beside)
-    const c = 4 * (below * columns + j)
-    const d = 4 * (below * columns + beside)
+    const { columns, matrices } = this
+    const [above, below, down] = nodesRound(this.margin, this.rows, row)
+    const [left, beside, right] = nodesRound(this.margin, columns, column)
     for (let k = 0; k < 4; k++) {
-      const upper = (matrices[a + k] * (32 - right) + matrices[b + k] * right) * (32 - down)
-      out[k] = (upper + (matrices[c + k] * (32 - right) + matrices[d + k] * right) * down + 512) >> 10
+      const first = between(matrices[4 * (above * columns + left) + k], matrices[4 * (below * columns + left) + k], down)
+      const second = between(matrices[4 * (above * columns + beside) + k], matrices[4 * (below * columns + beside) + k], down)
+      out[k] = between(first, second, right)
     }
     return out
   }
+
+  /** The same at places along a row, one matrix after another. */
+  along(row, places, out) {
+    const { columns, matrices } = this
+    const [above, below, down] = nodesRound(this.margin, this.rows, row)
+    const line = new Int32Array(4 * columns)
+    for (let n = 0; n < line.length; n++) line[n] = between(matrices[4 * above * columns + n], matrices[4 * below * columns + n], down)
+    let [left, beside] = [0, 0]
+    for (let n = 0, before = NaN; n < places.length; n++) {
+      const place = places[n] - 8
+      if (place >> 9 !== before) [left, beside] = nodesRound(this.margin, columns, places[n])
+      before = place >> 9
+      for (let k = 0, at = 4 * n; k < 4; k++, at++) {
+        const first = line[4 * left + k]
+        out[at] = left === beside ? first : between(first, line[4 * beside + k], place & 511)
+      }
+    }
+  }
 }
 
-/** The field of charts that have none: a texel is a pixel. */
+/** The nodes on either side of a place in 1/16 step, and how far it lies between them, in 1/512; beyond the grid its border. */
+function nodesRound(margin, count, place) {
+  const n = margin + ((place - 8) >> 9)
+  if (n < 0) return [0, 0, 0]
+  return n < count - 1 ? [n, n + 1, (place - 8) & 511] : [count - 1, count - 1, 0]
+}
+
+const between = (a, b, fraction) => (a * (512 - fraction) + b * fraction + 256) >> 9
+
+/** The field of charts that have none: a step is a pixel. */
 export const IDENTITY_FIELD = new WarpField(0, 1, 1, Int32Array.of(UNIT, 0, 0, UNIT), true)
 
 /** Put a column of length `steps` toward an angle into a matrix. */
@@ -59,15 +81,4 @@ function putColumn(matrices, at, steps, angle) {
   const size = (POWERS[steps - OCTAVE * octave] << (6 + octave)) >> 6
   matrices[at] = Math.floor((size * COSINES[(angle - ANGLES / 4) & 255] + 32768) / 65536)
   matrices[at + 2] = Math.floor((size * COSINES[angle & 255] + 32768) / 65536)
-}
-
-/**
- * Pixel steps, in 1/16, from the source of a block with centre matrix `center` to a texel with matrix `there`, so many
- * texels down and to the right of its centre: half the sum of both matrices times the texel steps.
- */
-export function displacement(center, there, down, right) {
-  return [
-    Math.floor(((center[0] + there[0]) * down + (center[1] + there[1]) * right + 256) / 512),
-    Math.floor(((center[2] + there[2]) * down + (center[3] + there[3]) * right + 256) / 512),
-  ]
 }

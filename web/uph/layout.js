@@ -1,9 +1,9 @@
 /** The layout [3]: charts, their sizes, and what they cover of their faces. */
 
+import { MAX_SIDE } from './limits.js'
 import { fromZigzag, range } from './numbers.js'
 
 const MAX_CHARTS = 2 ** 18
-const MAX_SIDE = 16384
 const MAX_TEXELS = 2 ** 31
 
 // Flags of the layout.

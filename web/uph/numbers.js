@@ -13,17 +13,7 @@ export function range(count) {
   return Array.from({ length: count }, (_, n) => n)
 }
 
-/** How many texels stand for so many, one for 2^shrink, but there is one. */
-export function shrunk(size, shrink) {
-  return Math.max(1, size >> shrink)
-}
-
 /** The whole number that a zigzag code 0, 1, 2, 3 … stands for: 0, −1, 1, −2 … */
 export function fromZigzag(code) {
   return code & 1 ? -(code + 1) / 2 : code / 2
-}
-
-/** The remainder of a division that rounds down: never negative. */
-export function modulo(a, b) {
-  return a - b * Math.floor(a / b)
 }

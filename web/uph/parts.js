@@ -1,6 +1,6 @@
 /**
- * Parts of the decoder: painting, and what few streams need, in `rare.js`. `uph.js` has all of them; `uph-core.js` none, and loads
- * `uph-painting.js` or `uph-rare.js` when one is missing. They are known by a global name, since these may be bundles.
+ * Parts of the decoder that few streams need, in `rare.js`. `uph.js` has all of them; `uph-core.js` none, and loads `uph-rare.js` when one
+ * is missing. They are known by a global name, since that may be a bundle.
  */
 
 /** A part is needed that has not been loaded. */

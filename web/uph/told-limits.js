@@ -7,8 +7,8 @@ const BY_TEXELS = { samples: [2 ** 16, 1], charts: [2 ** 12, 256], triangles: [2
 const MAX_TEXELS = 2 ** 31
 
 /** All limits, those that a caller does not tell filled in. @throws {RangeError} for limits that are none */
-export function fillLimits({ texels = LIMITS.texels, work = LIMITS.work, ...told } = {}) {
-  const limits = { texels, work }
+export function fillLimits({ texels = LIMITS.texels, ...told } = {}) {
+  const limits = { texels }
   for (const [name, [least, each]] of Object.entries(BY_TEXELS)) {
     limits[name] = told[name] ?? Math.min(LIMITS[name], Math.max(least, Math.floor(texels / each)))
     delete told[name]

@@ -1,14 +1,11 @@
 /** What the stage draws: charts with geometry and textures, as its stream's worker makes them. */
 
-import { UphClient } from '../uph-client.js'
+import { SKETCHED_TEXELS, UphClient } from '../uph-client.js'
 import { putGutter } from '../uph-gutter.js'
 import { Detail } from './detail.js'
 
 /** Texture side that the graphics card is sure to take; larger charts are halved. So are all where there are more texels. */
 const LIMITS = { maxTextureSize: 4096, maxTexels: 2 ** 26 }
-
-/** Texels of a first picture, which is sketched: hardly more are on screen. */
-const SKETCHED_TEXELS = 2 ** 18
 
 /** How far the mesh may be from the surface, in pixels. */
 const ERROR_PIXELS = 0.4
@@ -23,17 +20,16 @@ let version = 0
  */
 export class Model extends EventTarget {
   /**
-   * Per chart: `size`, `geometry`, and `textures` by target, each of `width`, `height`, `version`, a `key` of its own, and `data`; or
-   * `recipe` and `sheet`, of which the graphics card paints it.
+   * Per chart: `geometry`, and `textures` by target, each of `width`, `height`, `version`, a `key` of its own, and `data`; or
+   * `recipe` and `sheets`, by role, of which the graphics card paints it.
    */
   charts = []
-  /** By target: the sample, as the graphics card paints from it. */
+  /** By role: the sample, as the graphics card paints from it. */
   #sheets = {}
-  /** The exemplar's mean, one pixel, which charts without placements show; null where none does. */
-  preview = null
   /** Triangles on no chart, and their colour. */
   plain = null
   mean = [0.5, 0.5, 0.5]
+  texels = 0
   shown = { bytes: 0, coefficients: 0, charts: 0 }
   roles = []
   alpha = 'opaque'
@@ -89,10 +85,6 @@ export class Model extends EventTarget {
     return [...this.charts.map(({ geometry }) => geometry), this.plain].filter(Boolean)
   }
 
-  get texels() {
-    return this.charts.reduce((sum, { size }) => sum + size.height * size.width, 0)
-  }
-
   get quads() {
     return Math.round(this.charts.reduce((sum, { geometry }) => sum + (geometry?.indices.length ?? 0), 0) / 6)
   }
@@ -144,8 +136,8 @@ export class Model extends EventTarget {
     this.dispatchEvent(Object.assign(new Event(type), detail))
   }
 
-  #begin({ charts, bounds, plain }) {
-    this.charts = charts.map((size) => ({ size, geometry: null, textures: {} }))
+  #begin({ bounds, plain }) {
+    this.charts = bounds.map(() => ({ geometry: null, textures: {} }))
     this.plain = plain
     this.sphere = enclosing(bounds)
     this.#detail = new Detail(bounds, ERROR_PIXELS, (counts) => this.#client.send({ kind: 'counts', counts }))
@@ -158,17 +150,12 @@ export class Model extends EventTarget {
   }
 
   /** Take over one texture; returns the memory of the one before. */
-  #takeTexture({ chart, target, height, width, data, preview, unplaced, gutter, sheet, recipe, size: sampleSize }) {
-    if (sheet) this.#sheets[target] = { data, height, width, size: sampleSize }
-    else if (recipe) this.charts[chart].recipe = { ...recipe, weights: data }
-    else if (preview) this.preview = { key: this.preview?.key ?? {}, data, width, height, version: ++version }
-    if (sheet || recipe || preview) return null
-    const { textures } = this.charts[chart]
+  #takeTexture({ chart, target, height, width, data, gutter, role, sheet, recipe, roles, ...told }) {
+    if (sheet) this.#sheets[role] = { data, height, width, ...told }
+    else if (recipe) this.charts[chart].recipe = { ...recipe, numbers: data }
     // No data: a recipe, sent before the worker heard that it is to paint.
-    if (unplaced || !(data || this.onPage)) {
-      delete textures[target]
-      return null
-    }
+    if (sheet || recipe || !(data || this.onPage)) return null
+    const { textures } = this.charts[chart]
     const old = textures[target]
     if (gutter) {
       putGutter(old.data, { height: old.height - 2, width: old.width - 2 }, data)
@@ -176,14 +163,14 @@ export class Model extends EventTarget {
       return null
     }
     const made = { key: old?.key ?? {}, width: width + 2, height: height + 2, version: ++version }
-    const painted = data ? { data } : { recipe: this.charts[chart].recipe, sheet: this.#sheets[target] }
+    const painted = data ? { data } : { recipe: this.charts[chart].recipe, sheets: Object.fromEntries(roles.map((one) => [one, this.#sheets[one]])) }
     textures[target] = { ...made, ...painted }
     this.isBare &&= !data
     return old?.data?.buffer ?? null
   }
 
-  #show({ bytes, coefficients, charts, roles, alpha = 'opaque', mean }, isFirst) {
-    Object.assign(this, { roles, alpha, mean, shown: { bytes, coefficients, charts } })
+  #show({ bytes, coefficients, charts, roles, alpha = 'opaque', mean, texels }, isFirst) {
+    Object.assign(this, { roles, alpha, mean, texels, shown: { bytes, coefficients, charts } })
     this.#notify(isFirst ? 'first' : 'refine')
   }
 }

@@ -2,15 +2,14 @@
 
 import { PAINTING } from './painting.js'
 
-const INTEGERS = [4, 4, 4, 2] // of a block, by attribute
-const POINT_NUMBERS = [4, 1]
+/** Which channels of a target a map is. */
+const CHANNELS = { ao: 0, roughness: 1, metallic: 2 }
 
 export class ChartPainter {
   #gl
   #programs
   #resources
   #made = new Map() // by recipe and sheet: what the card has of it
-  #layer = { height: 0, width: 0, texture: null }
   #frame
 
   constructor(gl, programs, resources) {
@@ -18,8 +17,6 @@ export class ChartPainter {
     this.#programs = programs
     programs.add(PAINTING)
     this.#resources = resources
-    // Switched on anew for each context, as after a loss.
-    gl.getExtension('EXT_color_buffer_float') ?? gl.getExtension('EXT_color_buffer_half_float')
     this.#frame = gl.createFramebuffer()
   }
 
@@ -56,65 +53,56 @@ export class ChartPainter {
   /** Free what no model is painted from any more. */
   sweep(models) {
     const sources = models.flatMap(({ charts }) => charts.flatMap(({ textures }) => Object.values(textures)))
-    const kept = new Set(sources.flatMap(({ recipe, sheet }) => (recipe ? [recipe, sheet, ...recipe.gutters.map(({ points }) => points)] : [])))
-    for (const [key, { textures = [], array, buffer }] of this.#made) {
+    const kept = new Set(sources.flatMap(({ recipe, sheets }) => (recipe ? [recipe, ...Object.values(sheets), ...recipe.gutters.map(({ points }) => points)] : [])))
+    for (const [key, { texture, array, buffer }] of this.#made) {
       if (kept.has(key)) continue
-      for (const texture of textures) this.#gl.deleteTexture(texture)
+      if (texture) this.#gl.deleteTexture(texture)
       if (array) this.#gl.deleteVertexArray(array)
       if (buffer) this.#gl.deleteBuffer(buffer)
       this.#made.delete(key)
     }
   }
 
-  #paintChart({ recipe, sheet, height, width }, target, made) {
+  #paintChart({ recipe, sheets, height, width }, target, made) {
     const gl = this.#gl
-    const isNormal = target === 'normal'
-    const size = [height - 2, width - 2]
-    const list = this.#once(recipe, () => this.#newList(recipe))
-    const [sample] = this.#once(sheet, () => ({ textures: [this.#newTexture(gl.RGBA8, gl.RGBA, gl.UNSIGNED_BYTE, sheet)] })).textures
-    const [weights, nodes] = list.textures
-    const place = (uniforms, turns) => {
-      gl.uniform2i(uniforms.size, ...size)
-      gl.uniform1i(uniforms.margin, recipe.margin)
-      gl.uniform1i(uniforms.isNormal, turns)
-      this.#bind(2, nodes, uniforms.nodes)
+    const length = Math.max(height, width) - 2
+    if (made.length !== length) {
+      gl.deleteTexture(made.lines)
+      made.lines = this.#newTexture(gl.TEXTURE_2D)
+      gl.texImage2D(gl.TEXTURE_2D, 0, gl.RGBA8, length, 4, 0, gl.RGBA, gl.UNSIGNED_BYTE, null)
+      made.length = length
     }
-    const length = Math.max(...size)
-    made.lines ??= this.#newTexture(gl.RGBA8, gl.RGBA, gl.UNSIGNED_BYTE, { width: length, height: 4, data: null })
-    this.#growLayer(...size)
-    this.#drawOn(this.#layer.texture, size[1], size[0])
-    gl.clearColor(0, 0, 0, 1)
-    gl.clear(gl.COLOR_BUFFER_BIT)
-    const blocks = this.#programs.use('blocks')
-    place(blocks, isNormal)
-    gl.uniform2i(blocks.sheetSize, ...sheet.size)
-    this.#bind(0, sample, blocks.sheet)
-    this.#bind(1, weights, blocks.weights)
-    gl.enable(gl.BLEND)
-    gl.blendFuncSeparate(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA, gl.ZERO, gl.ONE)
-    gl.bindVertexArray(list.array)
-    gl.drawArraysInstanced(gl.TRIANGLE_STRIP, 0, 4, list.count)
+    const { texture } = this.#once(recipe, () => this.#newNumbers(recipe.numbers))
+    const uniforms = this.#programs.use('chart')
     gl.disable(gl.BLEND)
-    gl.bindVertexArray(null)
-    const texels = this.#programs.use('texels')
-    place(texels, isNormal && !recipe.isIdentity)
-    this.#bind(0, this.#layer.texture, texels.layer)
+    gl.uniform2i(uniforms.size, height - 2, width - 2)
+    gl.uniform1i(uniforms.isNormal, target === 'normal')
+    this.#bind(0, gl.TEXTURE_2D, texture, uniforms.numbers)
     for (const isLines of [0, 1]) {
       this.#drawOn(isLines ? made.lines : made.texture, isLines ? length : width, isLines ? 4 : height)
-      gl.uniform1i(texels.isLines, isLines)
-      gl.uniform1i(texels.isColor, !isLines && made.isColor)
-      gl.drawArrays(gl.TRIANGLE_STRIP, 0, 4)
+      gl.uniform1i(uniforms.isLines, isLines)
+      gl.uniform1i(uniforms.isColor, !isLines && made.isColor)
+      gl.clearColor(1, 1, 1, 1)
+      gl.clear(gl.COLOR_BUFFER_BIT)
+      for (const [role, sheet] of Object.entries(sheets)) {
+        this.#bind(1, gl.TEXTURE_2D_ARRAY, this.#once(sheet, () => this.#newSheet(sheet)).texture, uniforms.sheet)
+        gl.uniform2i(uniforms.sheetSize, ...sheet.size)
+        gl.uniform1i(uniforms.isWide, sheet.data instanceof Uint16Array)
+        gl.colorMask(...[0, 1, 2].map((k) => (CHANNELS[role] ?? k) === k), true)
+        gl.drawArrays(gl.TRIANGLE_STRIP, 0, 4)
+      }
+      gl.colorMask(true, true, true, true)
     }
   }
 
   #drawGutter({ height, width }, target, made, points, lines) {
     const gl = this.#gl
-    const { array } = this.#once(points, () => this.#newArray(points, POINT_NUMBERS, 0))
+    const { array } = this.#once(points, () => this.#newArray(points))
     this.#drawOn(made.texture, width, height)
     const uniforms = this.#programs.use('gutter')
     gl.uniform2i(uniforms.size, height, width)
     gl.uniform1i(uniforms.isColor, made.isColor)
-    this.#bind(0, lines, uniforms.lines)
+    this.#bind(0, gl.TEXTURE_2D, lines, uniforms.lines)
     gl.bindVertexArray(array)
     gl.drawArrays(gl.POINTS, 0, points.length / 5)
     gl.bindVertexArray(null)
@@ -125,58 +113,52 @@ export class ChartPainter {
     return this.#made.get(key)
   }
 
-  #newList({ blocks, weights, nodes, columns }) {
+  /** A chart's numbers, in rows of 4096. */
+  #newNumbers(numbers) {
     const gl = this.#gl
-    const rows = (data, width) => ({ data, width, height: data.length / width })
-    const field = this.#newTexture(gl.RGBA32I, gl.RGBA_INTEGER, gl.INT, { data: nodes, width: columns, height: nodes.length / 4 / columns })
-    const textures = [this.#newTexture(gl.R8, gl.RED, gl.UNSIGNED_BYTE, rows(weights, 4096)), field]
-    return { textures, count: blocks.length / 14, ...this.#newArray(blocks, INTEGERS, 1) }
+    const texture = this.#newTexture(gl.TEXTURE_2D)
+    gl.texImage2D(gl.TEXTURE_2D, 0, gl.R32I, 4096, numbers.length / 4096, 0, gl.RED_INTEGER, gl.INT, numbers)
+    return { texture }
   }
 
-  /** Vertex arrays of numbers that follow each other, so many for each attribute. */
-  #newArray(data, counts, divisor) {
+  #newSheet({ data, width, height, count }) {
+    const gl = this.#gl
+    const texture = this.#newTexture(gl.TEXTURE_2D_ARRAY)
+    const [inside, type] = data instanceof Uint16Array ? [gl.RGBA16UI, gl.UNSIGNED_SHORT] : [gl.RGBA8UI, gl.UNSIGNED_BYTE]
+    gl.texImage3D(gl.TEXTURE_2D_ARRAY, 0, inside, width, height, count, 0, gl.RGBA_INTEGER, type, data)
+    return { texture }
+  }
+
+  /** Points of a gutter: of each four numbers, and an angle. */
+  #newArray(points) {
     const gl = this.#gl
     const array = gl.createVertexArray()
     const buffer = gl.createBuffer()
     gl.bindVertexArray(array)
     gl.bindBuffer(gl.ARRAY_BUFFER, buffer)
-    gl.bufferData(gl.ARRAY_BUFFER, data, gl.STATIC_DRAW)
-    const stride = 4 * counts.reduce((sum, count) => sum + count)
-    counts.reduce((offset, count, place) => {
+    gl.bufferData(gl.ARRAY_BUFFER, points, gl.STATIC_DRAW)
+    for (const [place, count] of [4, 1].entries()) {
       gl.enableVertexAttribArray(place)
-      if (divisor) gl.vertexAttribIPointer(place, count, gl.INT, stride, offset)
-      else gl.vertexAttribPointer(place, count, gl.FLOAT, false, stride, offset)
-      gl.vertexAttribDivisor(place, divisor)
-      return offset + 4 * count
-    }, 0)
+      gl.vertexAttribPointer(place, count, gl.FLOAT, false, 20, 16 * place)
+    }
     gl.bindVertexArray(null)
     return { array, buffer }
   }
 
-  #newTexture(inside, format, type, { width, height, data }) {
+  /** A new texture, bound. */
+  #newTexture(kind) {
     const gl = this.#gl
     const texture = gl.createTexture()
-    this.#bind(0, texture)
-    gl.texImage2D(gl.TEXTURE_2D, 0, inside, width, height, 0, format, type, data)
-    for (const filter of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER]) gl.texParameteri(gl.TEXTURE_2D, filter, gl.NEAREST)
+    this.#bind(0, kind, texture)
+    for (const filter of [gl.TEXTURE_MIN_FILTER, gl.TEXTURE_MAG_FILTER]) gl.texParameteri(kind, filter, gl.NEAREST)
     return texture
   }
 
-  #bind(unit, texture, uniform) {
+  #bind(unit, kind, texture, uniform) {
     const gl = this.#gl
     gl.activeTexture(gl.TEXTURE0 + unit)
-    gl.bindTexture(gl.TEXTURE_2D, texture)
+    gl.bindTexture(kind, texture)
     if (uniform) gl.uniform1i(uniform, unit)
-  }
-
-  /** What charts are added up on, block after block, with more than 8 bits. */
-  #growLayer(height, width) {
-    const gl = this.#gl
-    const layer = this.#layer
-    if (layer.height >= height && layer.width >= width) return
-    gl.deleteTexture(layer.texture)
-    Object.assign(layer, { height: Math.max(height, layer.height), width: Math.max(width, layer.width) })
-    layer.texture = this.#newTexture(gl.RGBA16F, gl.RGBA, gl.HALF_FLOAT, { ...layer, data: null })
   }
 
   #drawOn(texture, width, height) {

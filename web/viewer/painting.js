@@ -1,71 +1,6 @@
-/** The graphics card's programs that paint charts, as section 8 of SPEC.md has it; `worker/recipes.js` tells what they read. */
+/** The graphics card's programs that paint charts, to the bit as section 8 of SPEC.md has it; `worker/recipes.js` tells what they read. */
 
 import { HEAD, SCREEN } from './shading.js'
-
-/** The warp field's matrix at a texel. */
-const FIELD = `
-uniform highp isampler2D nodes;
-uniform int margin;
-ivec4 matrix(ivec2 q) {
-  ivec2 last = textureSize(nodes, 0).yx - 1, i = min(margin + (q >> 5), last), j = min(i + 1, last), f = q & 31;
-  ivec4 above = texelFetch(nodes, i.yx, 0) * (32 - f.y) + texelFetch(nodes, ivec2(j.y, i.x), 0) * f.y;
-  ivec4 below = texelFetch(nodes, ivec2(i.y, j.x), 0) * (32 - f.y) + texelFetch(nodes, j.yx, 0) * f.y;
-  return (above * (32 - f.x) + below * f.x + 512) >> 10;
-}`
-
-const BLOCK = `${HEAD}
-layout(location = 0) in ivec4 rectangle;
-layout(location = 1) in ivec4 shown;
-layout(location = 2) in ivec4 centre;
-layout(location = 3) in ivec2 weighted;
-uniform ivec2 size, sheetSize;
-flat out ivec4 block, there, turned, level;
-flat out ivec2 corner, weightRows;
-flat out int shift;
-void main() {
-  vec2 at = vec2(rectangle.yx) + vec2(gl_VertexID & 1, gl_VertexID >> 1) * vec2(rectangle.wz);
-  gl_Position = vec4(2. * at / vec2(size.yx) - 1., 0, 1);
-  corner = rectangle.xy;
-  block = ivec4(rectangle.xy + rectangle.zw / 2, shown.xy);
-  turned = (shown.zzzz >> ivec4(0, 2, 4, 6) & 3) - 1;
-  there = centre;
-  weightRows = weighted;
-  shift = shown.w;
-  level = ivec4(0, 0, sheetSize);
-  for (int k = 0; k < shift; k++) level = ivec4(k > 0 ? level.x + level.z : 0, sheetSize.y, (level.zw + 1) / 2);
-}`
-
-const SAMPLED = `${HEAD}
-${FIELD}
-flat in ivec4 block, there, turned, level;
-flat in ivec2 corner, weightRows;
-flat in int shift;
-uniform sampler2D sheet, weights;
-uniform bool isNormal;
-out vec4 color;
-void main() {
-  ivec2 q = ivec2(gl_FragCoord.yx), d = q - block.xy;
-  ivec4 m = (there + matrix(q)) * d.xyxy, s = turned;
-  ivec2 v = (m.xz + m.yw + 256) >> 9;
-  ivec2 p = clamp((block.zw + s.xz * v.x + s.yw * v.y >> shift) - 8, ivec2(0), 16 * (level.zw - 1));
-  ivec2 at = (level.xy + (p >> 4)).yx;
-  vec2 f = vec2(p & 15) / 16.;
-  vec3 c = mix(
-    mix(texelFetch(sheet, at, 0).rgb, texelFetch(sheet, at + ivec2(1, 0), 0).rgb, f.y),
-    mix(texelFetch(sheet, at + ivec2(0, 1), 0).rgb, texelFetch(sheet, at + 1, 0).rgb, f.y), f.x);
-  if (isNormal) {
-    vec2 n = c.xy - .5;
-    c.xy = .5 + vec2(ivec2(s.w, s.x)) * n - vec2(ivec2(s.y, s.z)) * n.yx;
-  }
-  float w = 1.;
-  if (weightRows.y > 0) {
-    ivec2 at = q - corner;
-    int place = weightRows.x + at.x * weightRows.y + at.y;
-    w = 255. * texelFetch(weights, ivec2(place & 4095, place >> 12), 0).r;
-    w = w > 254.5 ? 1. : w / 256.;
-  }
-  color = vec4(c, w);
-}`
 
 /** As textures of colours are written: the card codes them. */
 const LINEAR = `
@@ -73,33 +8,96 @@ uniform bool isColor;
 vec4 stored(vec3 c) {
   return vec4(isColor ? mix(c / 12.92, pow((c + .055) / 1.055, vec3(2.4)), step(.04045, c)) : c, 1);
 }
-vec3 rounded(vec3 c) {
-  return floor(c * 255. + .5) / 255.;
-}
-vec3 turned(vec3 c, float sine, float cosine) {
-  vec2 n = c.xy - .5;
-  return rounded(vec3(.5 + n * cosine + vec2(-n.y, n.x) * sine, c.z));
+vec2 turned(vec2 c, float top, float sine, float cosine) {
+  vec2 n = c - .5 * top;
+  return clamp(floor(.5 * top + n * cosine + vec2(-n.y, n.x) * sine + .5), 0., top);
 }`
 
-/** What was painted, with what lies along its edges round it; or what lies along its edges alone, a row each. */
-const TEXELS = `${HEAD}
-${FIELD}
+/** A chart with what lies along its edges round it; or what lies along its edges alone, a row each. */
+const CHART = `${HEAD}
+precision highp isampler2D;
+precision highp usampler2DArray;
 ${LINEAR}
-uniform sampler2D layer;
-uniform ivec2 size;
-uniform bool isNormal, isLines;
+uniform isampler2D numbers;
+uniform usampler2DArray sheet;
+uniform ivec2 size, sheetSize;
+uniform bool isLines, isNormal, isWide;
 out vec4 color;
+int number(int n) {
+  return texelFetch(numbers, ivec2(n & 4095, n >> 12), 0).r;
+}
+ivec4 four(int n) {
+  return ivec4(number(n), number(n + 1), number(n + 2), number(n + 3));
+}
+ivec3 nodesRound(int margin, int count, int place) {
+  int n = margin + (place - 8 >> 9);
+  return n < 0 ? ivec3(0) : n < count - 1 ? ivec3(n, n + 1, place - 8 & 511) : ivec3(count - 1, count - 1, 0);
+}
+ivec4 between(ivec4 a, ivec4 b, int f) {
+  return a * (512 - f) + b * f + 256 >> 9;
+}
+ivec4 matrix(ivec2 p) {
+  ivec4 grid = four(2);
+  ivec3 i = nodesRound(grid.x, grid.y, p.x), j = nodesRound(grid.x, grid.z, p.y);
+  int above = grid.w + 4 * grid.z * i.x, below = grid.w + 4 * grid.z * i.y;
+  return between(between(four(above + 4 * j.x), four(below + 4 * j.x), i.z), between(four(above + 4 * j.y), four(below + 4 * j.y), i.z), j.z);
+}
+ivec2 mirrored(ivec2 n, ivec2 size) {
+  n = max(n, -1 - n) % (2 * size);
+  return min(n, 2 * size - 1 - n);
+}
+uvec3 sampled(int at, ivec2 p, ivec4 m) {
+  ivec4 place = four(at);
+  m += four(at + 4);
+  int shown = number(at + 8), shift = shown >> 12;
+  ivec4 s = (ivec4(shown) >> ivec4(0, 2, 4, 6) & 3) - 1, box = ivec4(0, 0, sheetSize);
+  ivec2 d = clamp(p - place.xy, -16383, 16383), e = d & 15;
+  d >>= 4;
+  ivec2 v = m.xz * d.x + m.yw * d.y + (m.xz * e.x + m.yw * e.y >> 4) + 256 >> 9;
+  for (int k = 0; k < shift; k++) box = ivec4(k > 0 ? box.x + box.z : 0, sheetSize.y, (box.zw + 1) / 2);
+  ivec2 q = (place.zw + s.xz * v.x + s.yw * v.y + 8 >> shift) - 8;
+  ivec2 a = box.xy + mirrored(q >> 4, box.zw), b = box.xy + mirrored((q >> 4) + 1, box.zw);
+  uvec2 f = uvec2(q & 15);
+  int layer = isNormal ? shown >> 8 & 7 : 0;
+  return (16u - f.x) * ((16u - f.y) * texelFetch(sheet, ivec3(a.y, a.x, layer), 0).rgb + f.y * texelFetch(sheet, ivec3(b.y, a.x, layer), 0).rgb)
+    + f.x * ((16u - f.y) * texelFetch(sheet, ivec3(a.y, b.x, layer), 0).rgb + f.y * texelFetch(sheet, ivec3(b.y, b.x, layer), 0).rgb);
+}
+uvec3 painted(ivec2 p, ivec4 m) {
+  uvec3 value = uvec3(0);
+  int count = number(7);
+  for (int n = 0; n < count; n++) {
+    ivec4 head = four(8 + 5 * n);
+    ivec2 x = p + head.y, i = x / (16 * head.x), f = x % (16 * head.x) / head.x, g = 16 - f;
+    int at = head.w + i.x * head.z + i.y, first = number(12 + 5 * n);
+    ivec4 labels = ivec4(number(at), number(at + 1), number(at + head.z), number(at + head.z + 1));
+    ivec4 weights = ivec4(g.x * g.y, g.x * f.y, f.x * g.y, f.x * f.y);
+    uvec3 sum = uvec3(32768);
+    int covered = 0;
+    for (int k = 0; k < 4; k++) {
+      ivec4 same = ivec4(equal(labels, ivec4(labels[k])));
+      if (labels[k] < 0 || (k > 0 && same.x > 0) || (k > 1 && same.y > 0) || (k > 2 && same.z > 0)) continue;
+      same *= weights;
+      int weight = same.x + same.y + same.z + same.w;
+      if (weight > 0) sum += uint(weight) * sampled(first + 9 * labels[k], p, m);
+      covered += weight;
+    }
+    if (covered > 0) value = value * uint(256 - covered << 8) + sum >> 16;
+  }
+  return value;
+}
 void main() {
   ivec2 at = ivec2(gl_FragCoord.yx), last = size - 1, q = at - 1;
   if (isLines) q = at.x == 0 ? ivec2(0, at.y) : at.x == 1 ? ivec2(at.y, last.y) : at.x == 2 ? ivec2(last.x, at.y) : ivec2(at.y, 0);
   q = clamp(q, ivec2(0), last);
-  vec3 c = rounded(texelFetch(layer, q.yx, 0).rgb);
-  if (isNormal) {
-    ivec4 m = matrix(q);
-    vec2 along = vec2(m.y, m.w) / max(length(vec2(m.y, m.w)), 1.);
-    c = turned(c, along.x, along.y);
+  ivec2 p = (2 * q + 1) * 8 * ivec2(number(0), number(1)) / size;
+  ivec4 m = matrix(p);
+  uvec3 c = painted(p, m);
+  if (isNormal && number(6) > 0) {
+    float top = isWide ? 65535. : 255., along = max(length(vec2(m.y, m.w)), 1.);
+    c.xy = uvec2(turned(vec2(c.xy), top, float(m.y) / along, float(m.w) / along));
   }
-  color = stored(c);
+  if (isWide) c = (c + 128u) / 257u;
+  color = stored(vec3(c) / 255.);
 }`
 
 const GUTTER_POINT = `${HEAD}
@@ -123,12 +121,12 @@ flat in float turn;
 out vec4 color;
 void main() {
   vec3 c = texelFetch(lines, from, 0).rgb;
-  color = stored(turn == 0. ? c : turned(c, sin(turn), cos(turn)));
+  if (turn != 0.) c.xy = turned(c.xy * 255., 255., sin(turn), cos(turn)) / 255.;
+  color = stored(c);
 }`
 
 /** Vertex and fragment shader of each program. */
 export const PAINTING = {
-  blocks: () => [BLOCK, SAMPLED],
-  texels: () => [SCREEN, TEXELS],
+  chart: () => [SCREEN, CHART],
   gutter: () => [GUTTER_POINT, GUTTER],
 }

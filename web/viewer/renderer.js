@@ -1,6 +1,7 @@
 /** One WebGL2 context that draws for all viewers of a page, one picture after another. */
 
 import { dot, plus, radians } from './frame.js'
+import { ChartPainter } from './painter.js'
 import { Programs } from './programs.js'
 import { AdaptiveQuality } from './quality.js'
 import { Resources } from './resources.js'
@@ -18,8 +19,7 @@ export class Renderer extends EventTarget {
   #gl
   #programs
   #resources
-  #Painter = null // the class, once it is loaded; undefined if it does not load
-  #painter = null
+  #painter
   #shades = new Map() // for each model, its shadow on the floor
   #fence = null // passed when the last picture is drawn
 
@@ -48,7 +48,7 @@ export class Renderer extends EventTarget {
   #begin() {
     this.#programs = new Programs(this.#gl)
     this.#resources = new Resources(this.#gl)
-    this.#painter = this.#Painter && new this.#Painter(this.#gl, this.#programs, this.#resources)
+    this.#painter = new ChartPainter(this.#gl, this.#programs, this.#resources)
     this.#shades.clear()
     this.#fence = null
     this.#programs.ready('plain', 'backdrop', 'floor', 'height', 'shade')
@@ -59,25 +59,11 @@ export class Renderer extends EventTarget {
     return this.#gl.isContextLost()
   }
 
-  /**
-   * Whether charts are painted here; `wish` is 'card' or 'worker', else it is so where there is a graphics card. `load()` loads
-   * `upholster-painter.js` then.
-   */
-  paints(wish, load) {
-    const gl = this.#gl
+  /** Whether charts are painted here; `wish` is 'card' or 'worker', else it is so where there is a graphics card. */
+  paints(wish) {
     const isWanted = wish === 'card' || (wish !== 'worker' && !this.quality.isSoftware)
-    const isPossible = isWanted && (gl.getExtension('EXT_color_buffer_float') ?? gl.getExtension('EXT_color_buffer_half_float'))
-    if (!isPossible || this.#Painter === undefined) return false
-    if (!this.#Painter) this.#loadPainter(load)
-    return true
-  }
-
-  async #loadPainter(load) {
-    const loaded = await load().catch(() => ({}))
-    this.#Painter = loaded.ChartPainter
-    if (!this.#Painter) return
-    this.#painter ??= new this.#Painter(this.#gl, this.#programs, this.#resources)
-    this.#painter.ready() // its programs are made while the stream comes
+    if (isWanted) this.#painter.ready() // its programs are made while the stream comes
+    return isWanted
   }
 
   /** Whether the graphics card is still at the last picture, or makes the programs for these models. */
@@ -88,7 +74,7 @@ export class Renderer extends EventTarget {
       this.#fence = null
     }
     const names = models.map((model) => this.#programOf(model, environment))
-    if (models.some((model) => model.onPage && !this.#canPaint(model))) return true
+    if (models.some((model) => model.onPage && !this.#painter.ready())) return true
     return this.#fence !== null || !this.#programs.ready('backdrop', 'floor', 'height', 'shade', ...names)
   }
 
@@ -105,7 +91,7 @@ export class Renderer extends EventTarget {
     }
     const chart = { geometry, textures: { color: { key: empty, data: empty, width: 1, height: 1, version: 1 } } }
     const sphere = { center: [0, 0, 0], radius: 1 }
-    const model = { charts: [chart], geometries: [geometry], roles: [], alpha: 'opaque', sphere, preview: null, plain: null }
+    const model = { charts: [chart], geometries: [geometry], roles: [], alpha: 'opaque', sphere, plain: null }
     const camera = { eye: [0, 0, 9], right: [1, 0, 0], up: [0, 1, 0], backward: [0, 0, 1], matrix: new Float32Array(16) }
     this.draw([1, 1], [{ model, viewport: [0, 0, 1, 1] }], { camera, light: [0, 0], background: null, floor: -1, environment: null })
     this.#shades.delete(model)
@@ -154,7 +140,7 @@ export class Renderer extends EventTarget {
   /** Free what the graphics card has of models that are gone, or that are seen again later at most. */
   sweep() {
     this.#resources.sweep([...this.models])
-    this.#painter?.sweep([...this.models])
+    this.#painter.sweep([...this.models])
     for (const [model, { texture }] of this.#shades) {
       if (this.models.has(model)) continue
       this.#gl.deleteTexture(texture)
@@ -162,16 +148,10 @@ export class Renderer extends EventTarget {
     }
   }
 
-  /** Whether what paints is ready; where it does not load, the worker is to paint. */
-  #canPaint(model) {
-    if (this.#Painter === undefined) model.paintInWorker()
-    return this.#painter?.ready()
-  }
-
   /** Paint what has changed; where that fails, the worker is to paint. */
   #paint(model) {
     try {
-      if (model.onPage && this.#painter?.paint(model)) this.#painter.sweep([...this.models, model])
+      if (model.onPage && this.#painter.paint(model)) this.#painter.sweep([...this.models, model])
     } catch {
       model.paintInWorker()
     }
@@ -218,9 +198,7 @@ export class Renderer extends EventTarget {
   #drawChart(model, { geometry, textures }, uniforms) {
     if (!geometry) return
     const gl = this.#gl
-    const { preview } = model
-    const isPlaced = textures.color || !preview
-    UNITS.forEach((unit, n) => this.#resources.texture(n, unit === 'color' && !isPlaced ? preview : textures[unit]))
+    UNITS.forEach((unit, n) => this.#resources.texture(n, textures[unit]))
     const { width, height } = textures.color ?? {}
     if (textures.color) gl.uniform4f(uniforms.place, 1 - 2 / width, 1 - 2 / height, 1 / width, 1 / height)
     else gl.uniform4f(uniforms.place, 1, 1, 0, 0)

@@ -136,7 +136,7 @@ export class Resources {
 }
 
 /** By what a model's textures and geometries are known. */
-function keysOf({ charts, preview, geometries }) {
+function keysOf({ charts, geometries }) {
   const textures = charts.flatMap((chart) => Object.values(chart.textures).map((texture) => texture.key))
-  return [...geometries, ...textures, preview?.key]
+  return [...geometries, ...textures]
 }

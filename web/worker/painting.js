@@ -1,31 +1,22 @@
 /** Painting charts in the worker, with gutters from beyond their edges. */
 
 import { edgeLines, makeGutter, putGutter } from '../uph-gutter.js'
-import { part } from '../uph/parts.js'
 import { TARGETS, hasMap } from './maps.js'
 
 export class ChartPainting {
   #mesher
   #sizes // of the textures, without gutters
-  #shrink // 2^shrink texels each way become one
-  #sketched // as often again, in sketches
+  #density // texels a step
   #lines = {} // per target and chart: the texels along its four edges
   #angles = new Map() // per edge: angles between the frames of either side
   #alpha // per chart: how many texels are see-through, and how many of them are soft
   #spare = []
 
-  constructor(mesher, sizes, shrink, sketched) {
+  constructor(mesher, sizes, density) {
     this.#mesher = mesher
     this.#sizes = sizes
-    this.#shrink = shrink
-    this.#sketched = sketched
+    this.#density = density
     this.#alpha = sizes.map(() => ({ clear: 0, soft: 0 }))
-  }
-
-  /** Charts have no texels any more. */
-  forget(target, charts) {
-    const lines = this.#lines[target] ?? []
-    for (const chart of charts) delete lines[chart]
   }
 
   /** Use memory again. */
@@ -38,7 +29,8 @@ export class ChartPainting {
     const { height, width } = this.#sizes[chart]
     const stride = width + 2
     const data = this.#buffer(4 * stride * (height + 2))
-    const paint = (role, into) => paintRole(decoder, chart, role, into, stride, this.#shrink, this.#sketched, this.#sizes[chart])
+    const density = this.#density
+    const paint = (role, into) => decoder.rgba(chart, { role, density, into, stride, offset: 4 * (stride + 1) })
     const roles = TARGETS[target].filter((role) => hasMap(decoder, role))
     if (target === 'surface' || roles.length > 1) {
       data.fill(255)
@@ -126,16 +118,4 @@ function countAlpha(data, { height, width }) {
     }
   }
   return found
-}
-
-/** Paint a chart's role as RGBA into `into`, a gutter left free, with sizes halved so often; `sketched` of these times without care. */
-function paintRole(decoder, chart, role, into, stride, shrink, sketched, { height, width }) {
-  const inside = 4 * (stride + 1)
-  if (!sketched) {
-    if (shrink) part('paintShrunk')(decoder, chart, role, into, stride, shrink)
-    else decoder.rgba(chart, { role, into, stride, offset: inside })
-    return
-  }
-  const painted = decoder.sketchRgba(chart, role, shrink + sketched)
-  for (let row = 0; row < height; row++) into.set(painted.subarray(4 * row * width, 4 * (row + 1) * width), inside + 4 * row * stride)
 }

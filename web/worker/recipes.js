@@ -1,125 +1,145 @@
-/** What the page's graphics card paints charts from: a sample with its pyramid, and each chart's blocks with their weights. */
+/** What the page's graphics card paints charts from: samples with their pyramids, and for each chart a list of numbers. */
 
-import { SYMMETRIES, Scratch, halve, placementWeights, sourceOf, topLeft } from '../uph-blocks.js'
+import { MapPyramid, SYMMETRIES, pyramidLevel } from '../uph-core.js'
 import { forEachAcross } from './across.js'
 import { TARGETS, hasMap } from './maps.js'
 
-/** Numbers that tell of a block, and weights in a row of their texture; the card's programs read them so. */
-const BLOCK_NUMBERS = 14
-const WEIGHTS_ROW = 4096
+const ROW = 4096 // numbers in a row of their texture
 const MOST_SIDE = 4096 // of a texture
+const HEAD = 8
+const LAYER_HEAD = 5
+const PLACEMENT_NUMBERS = 9
 
 /** Lists what the page has to know. */
 export class ChartRecipes {
   #mesher
   #sizes // of the textures
+  #density // texels a step
   #sent = new Set() // charts of which the page has the recipe
-  #pictures = {} // per target: the maps that the page has
-  #scratch = new Scratch()
+  #sheets = new Map() // per role: the picture of which the page has the sheet, and in how many symmetries
 
-  constructor(mesher, sizes) {
+  constructor(mesher, sizes, density) {
     this.#mesher = mesher
     this.#sizes = sizes
+    this.#density = density
   }
 
-  /** Charts have other placements. */
+  /** Charts have other placements, or labels. */
   forget(charts) {
     for (const chart of charts) this.#sent.delete(chart)
   }
 
-  /** Have the page know a target's sample as it is now; false: it can not show it. */
-  addSheet(decoder, target, entries) {
+  /** Have the page know the samples of a target as they are now; false: it can not show them. */
+  addSheets(decoder, target, entries) {
     const roles = TARGETS[target].filter((role) => hasMap(decoder, role))
-    const pictures = roles.map((role) => decoder.exemplar(role))
-    const known = this.#pictures[target]
-    this.#pictures[target] = pictures
-    if (known?.length === pictures.length && pictures.every((picture, n) => picture === known[n])) return true
-    const sheet = sampleSheet(decoder, target, roles)
-    if (sheet) entries.push({ target, sheet: true, ...sheet })
-    return sheet !== null
+    if (target === 'color' && roles.length > 1) return false
+    for (const role of roles) {
+      const picture = decoder.exemplar(role)
+      const count = role === 'normal' ? symmetriesOf(decoder) : 1
+      const known = this.#sheets.get(role)
+      if (known?.picture === picture && known.count === count) continue
+      const sheet = sampleSheet(picture, role, count, target === 'color')
+      if (!sheet) return false
+      this.#sheets.set(role, { picture, count })
+      entries.push({ role, sheet: true, ...sheet })
+    }
+    return true
   }
 
-  /** Have the page paint a chart; returns whether there is something to paint, null if the page can not. */
+  /** Have the page paint a chart; returns whether it can. */
   addRecipe(decoder, target, chart, entries) {
     if (!this.#sent.has(chart)) {
-      const found = decoder.recipe(chart)
-      if (!found) return false
-      const recipe = chartRecipe(found, decoder.charts[chart], decoder.exemplarSize, this.#scratch)
-      if (!recipe) return null
-      const { weights: data, ...rest } = recipe
-      const gutters = gutterPoints(this.#mesher, this.#sizes, chart, decoder.roles.includes('normal'))
-      entries.push({ chart, recipe: { ...rest, gutters }, data })
+      const data = chartNumbers(decoder.recipe(chart, this.#density), decoder.exemplarSize)
+      if (!data) return false
+      entries.push({ chart, recipe: { gutters: gutterPoints(this.#mesher, this.#sizes, chart, decoder.roles.includes('normal')) }, data })
       this.#sent.add(chart)
     }
-    entries.push({ chart, target, ...this.#sizes[chart] })
+    const roles = TARGETS[target].filter((role) => hasMap(decoder, role))
+    entries.push({ chart, target, roles, ...this.#sizes[chart] })
     return true
   }
 }
 
-/**
- * A target's sample, of the maps with these roles, as one RGBA picture `data`, with the smaller levels of its pyramid to the right, one
- * below the other. Null where the card would show something else than the decoder: floats, what is see-through, or too large for a texture.
- */
-function sampleSheet(decoder, target, roles) {
-  const isSurface = target === 'surface'
-  const pictures = roles.map((role) => decoder.exemplarRgba(role))
-  const [{ height, width, data: first }] = pictures
-  if (isSurface) {
-    // Red, green, blue are ao, roughness, metallic.
-    const rest = pictures.map(({ data }, n) => [TARGETS.surface.indexOf(roles[n]), data.slice()])
-    for (const [channel, data] of rest) for (let n = 0; n < first.length; n += 4) first[n + channel] = data[n]
-  } else if (roles.length > 1 || decoder.exemplar(roles[0]).data instanceof Float32Array) return null
-  if (target === 'color') for (let n = 3; n < first.length; n += 4) if (first[n] < 255) return null
-  const levels = [{ height, width, channels: 4, data: first }]
-  while (Math.max(levels.at(-1).height, levels.at(-1).width) > 1) levels.push(halve(levels.at(-1)))
-  const stride = width + ((width + 1) >> 1)
-  const rows = Math.max(height, levels.reduce((sum, level) => sum + level.height, -height))
-  if (Math.max(stride, rows) > MOST_SIDE) return null
-  const data = new Uint8Array(4 * stride * rows)
-  let top = 0
-  levels.forEach((level, k) => {
-    const wide = 4 * level.width
-    for (let i = 0; i < level.height; i++) {
-      data.set(level.data.subarray(i * wide, (i + 1) * wide), 4 * ((top + i) * stride + (k && width)))
-    }
-    if (k) top += level.height
-  })
-  return { data, height: rows, width: stride, size: [height, width] }
+/** In how many of the symmetries placements show the sample, counted up to the last one. */
+function symmetriesOf(decoder) {
+  let most = 0
+  for (const chart of decoder.charts.keys()) {
+    for (const { placements } of decoder.recipe(chart).layers) for (const { symmetry } of placements) most = Math.max(most, symmetry)
+  }
+  return most + 1
 }
 
 /**
- * The blocks of a chart, in painting order: `blocks`, of each where its rectangle is (top, left, height, width), what it shows (source,
- * symmetry, level, centre matrix), and where its weights are (place of row 0, column 0; width, 0 for none) in `weights`, rows of 4096;
- * `nodes` of the warp field, `columns` of them a row. Null where there are too many.
+ * A map as pictures of four integers a pixel, `data`, one behind the other as so many symmetries show it; in each, the smaller levels of its
+ * pyramid lie to the right, one below the other. Null where the card would show something else than the decoder: floats, what is see-through,
+ * or too large for a texture.
  */
-function chartRecipe({ placements, field }, chart, exemplar, scratch) {
-  const blocks = new Int32Array(BLOCK_NUMBERS * placements.length)
-  const pieces = []
-  let used = 0
-  placements.forEach((placement, n) => {
-    const { height, width, sourceRow, sourceColumn, symmetry } = placement
-    const [top, left] = topLeft(placement)
-    const { center, level } = sourceOf(placement, field, exemplar)
-    const turned = SYMMETRIES[symmetry].reduce((bits, x, k) => bits | ((x + 1) << (2 * k)), 0)
-    const [start, stop] = [Math.max(0, -top), Math.min(height, chart.height - top)]
-    const found = placementWeights(placement, scratch, start, stop)
-    let place = 0
-    if (found) {
-      const from = (start - found.top) * found.width
-      // 255 stands for all of 256, too.
-      const piece = new Uint8ClampedArray(found.values.subarray(from, from + (stop - start) * found.width))
-      place = used - start * found.width - found.left
-      used += piece.length
-      pieces.push(piece)
+function sampleSheet(picture, role, count, isOpaque) {
+  const { height, width, data: samples } = picture
+  if (samples instanceof Float32Array) return null
+  const pyramid = new MapPyramid(expanded(picture), role)
+  const top = samples instanceof Uint8Array ? 255 : 65535
+  if (isOpaque) for (let n = 3; n < pyramid.picture.data.length; n += 4) if (pyramid.picture.data[n] < top) return null
+  const stride = width + ((width + 1) >> 1)
+  const last = Math.ceil(Math.log2(Math.max(height, width)))
+  let rows = 0
+  for (let k = 1; k <= last; k++) rows += pyramid.level(k, 0).height
+  rows = Math.max(rows, height)
+  if (Math.max(stride, rows) > MOST_SIDE) return null
+  const data = new samples.constructor(4 * stride * rows * count)
+  for (let symmetry = 0; symmetry < count; symmetry++) {
+    for (let k = 0, line = symmetry * rows; k <= last; k++) {
+      const level = pyramid.level(k, symmetry)
+      const wide = 4 * level.width
+      for (let i = 0; i < level.height; i++) data.set(level.data.subarray(i * wide, (i + 1) * wide), 4 * ((line + i) * stride + (k && width)))
+      if (k) line += level.height
     }
-    const numbers = [top, left, height, width, sourceRow + 8, sourceColumn + 8, turned, level, ...center, place, found?.width ?? 0]
-    blocks.set(numbers, BLOCK_NUMBERS * n)
+  }
+  return { data, height: rows, width: stride, count, size: [height, width] }
+}
+
+/** A picture with four channels: grey as a colour, opaque where it has no alpha. */
+function expanded({ height, width, channels, data }) {
+  const [green, blue] = channels < 3 ? [0, 0] : [1, 2]
+  const top = data instanceof Uint8Array ? 255 : 65535
+  const out = new data.constructor(4 * height * width)
+  for (let to = 0, at = 0; to < out.length; to += 4, at += channels) {
+    out[to] = data[at]
+    out[to + 1] = data[at + green]
+    out[to + 2] = data[at + blue]
+    out[to + 3] = channels & 1 ? top : data[at + channels - 1]
+  }
+  return { height, width, channels: 4, data: out }
+}
+
+/**
+ * All that a chart is painted from as one list, in rows of 4096; `viewer/painting.js` reads it. First steps down and across; margin, rows,
+ * columns and place of the field's nodes, and whether they turn; the number of layers. Then of each layer its cell, shift, columns, and the
+ * places of its labels and placements. Null where it is too long.
+ */
+function chartNumbers({ chart, size, field, layers }, exemplar) {
+  const sizes = layers.map(({ placements, labels }) => labels.length + PLACEMENT_NUMBERS * placements.length)
+  let at = HEAD + LAYER_HEAD * layers.length
+  const length = sizes.reduce((sum, one) => sum + one, at + field.matrices.length)
+  if (length > ROW * MOST_SIDE) return null
+  const numbers = new Int32Array(ROW * Math.ceil(length / ROW))
+  numbers.set([chart.height, chart.width, field.margin, field.rows, field.columns, at, field.isIdentity ? 0 : 1, layers.length])
+  numbers.set(field.matrices, at)
+  at += field.matrices.length
+  const ratio = (size.height * size.width) / (chart.height * chart.width)
+  layers.forEach(({ grid, placements, labels }, n) => {
+    const placed = at + labels.length
+    numbers.set([grid.cell, grid.shift, grid.columns, at, placed], HEAD + LAYER_HEAD * n)
+    numbers.set(labels, at)
+    at = placed
+    for (const { row, column, sourceRow, sourceColumn, center, symmetry } of placements) {
+      const turned = SYMMETRIES[symmetry].reduce((bits, x, k) => bits | ((x + 1) << (2 * k)), 0)
+      const shown = turned | (symmetry << 8) | (pyramidLevel(exemplar, center, ratio) << 12)
+      numbers.set([row, column, sourceRow, sourceColumn, ...center, shown], at)
+      at += PLACEMENT_NUMBERS
+    }
   })
-  if (used > WEIGHTS_ROW * MOST_SIDE) return null
-  const weights = new Uint8Array(WEIGHTS_ROW * Math.max(1, Math.ceil(used / WEIGHTS_ROW)))
-  pieces.reduce((at, piece) => (weights.set(piece, at), at + piece.length), 0)
-  const { matrices, columns, margin, isIdentity } = field
-  return { weights, blocks, nodes: matrices.slice(), columns, margin, isIdentity }
+  return numbers
 }
 
 /**

@@ -1,24 +1,22 @@
 /** One stream in the worker: what messages ask for, decoded, painted and tessellated in slices. */
 
-import { MissingPart, UphDecoder, hasPart, part } from '../uph-core.js'
-import { shrunk } from '../uph/numbers.js'
+import { MissingPart, UphDecoder, part } from '../uph-core.js'
 import { SurfaceMesher, countsFor } from '../uph-mesh.js'
 import { TARGETS, hasMap, knownShare } from './maps.js'
 import { SLICE, yieldToMessages } from './schedule.js'
-import { ChartTextures } from './textures.js'
+import { ChartTextures, texelsOf } from './textures.js'
 
 const PAUSE = 250 // milliseconds between paintings while more is to come
 const PIECE = 2048 // bytes fed at once
 const COEFFICIENT_PARTS = 400 // as Python counts coefficients
 const FIRST_PIXELS = 300 // of the model on screen, before anybody has seen it
 const FIRST_SHARE = 1 / 4 // of the charts: a first picture waits for as many
-const FIRST_PAINTING = 100 // milliseconds of it, then somebody can see it
-const MAX_SHRINK = 4
+const LEAST_SHARE = 1 / 16 // of a chart's texels, each way, where the page can not show all
 const MESH_ARRAYS = ['positions', 'normals', 'tangents', 'parameters', 'indices', 'outline']
 
 /**
- * One stream. `post(message, transfer)` sends to the page; messages are listed in `uph-worker.js`. `loads` are functions
- * that load `uph-painting.js`, `uph-rare.js` and `uph-recipes.js`, where these are not there from the start.
+ * One stream. `post(message, transfer)` sends to the page; messages are listed in `uph-worker.js`. `loadRare` loads `uph-rare.js`,
+ * where that is not there from the start.
  */
 export class Session {
   #post
@@ -27,7 +25,8 @@ export class Session {
   #decoder = new UphDecoder()
   #mesher = null
   #textures = null
-  #chartCount = 0
+  #nearness = [] // of charts, to who looks
+  #density = 0 // texels a step
   #substitute = null // a picture instead of the exemplar
   #limit = {}
   #ticket = 0
@@ -39,26 +38,24 @@ export class Session {
   #isWaiting = false // the page has not shown yet what it got
   #isScheduled = false // work is due
   #isBusy = false
-  #loads // by name: what loads a part
+  #loadRare
   #isLoading = false
   #ended = false // no more bytes will come
   #isUrgent = false // somebody waits for just this picture
   #paintedAt = performance.now()
   #paintTime = 0
 
-  constructor(post, loads = {}) {
+  constructor(post, loadRare = null) {
     this.#post = post
-    this.#loads = { ...loads }
+    this.#loadRare = loadRare
     this.#schedule()
   }
 
   receive(message) {
     const { kind, ticket = this.#ticket } = message
     this.#ticket = ticket
-    if (kind === 'open') {
-      Object.assign(this, message)
-      this.#preparePainting(this.onPage)
-    } else if (kind === 'feed') this.#append(message.bytes)
+    if (kind === 'open') Object.assign(this, message)
+    else if (kind === 'feed') this.#append(message.bytes)
     else if (kind === 'end') this.#ended = true
     else if (kind === 'limit') this.#setLimit(message)
     else if (kind === 'counts') this.#counts = message.counts
@@ -130,12 +127,10 @@ export class Session {
     for (;;) {
       const more = this.#feed()
       if (this.#mesher) this.#mesh()
-      const isWanted = this.#isDirty && !this.#isWaiting && this.#isWorthwhile
-      const isDue = isWanted && this.#textures.isReady
-      if (isWanted && !isDue) this.#preparePainting(this.#textures.onPage)
+      const isDue = this.#isDirty && !this.#isWaiting && this.#isWorthwhile
       // While more is to come, now and then is enough: painting takes at most half of the time.
       const wait = this.#paintedAt + Math.max(PAUSE, this.#paintTime) - performance.now()
-      const isFirst = !this.#isShown && (!more || this.#decoder.chartsKnown >= FIRST_SHARE * this.#chartCount)
+      const isFirst = !this.#isShown && (!more || this.#decoder.chartsKnown >= FIRST_SHARE * this.#nearness.length)
       const isLast = !more && (this.#decoder.complete || this.#isUrgent)
       if (isDue && (wait <= 0 || isFirst || isLast)) {
         if (isLast) this.#isUrgent = false
@@ -188,32 +183,13 @@ export class Session {
   async #completeDecoder() {
     this.#failed = this.#isLoading = true
     try {
-      await this.#loads.rare()
+      await this.#loadRare()
       this.#restart()
     } catch {
       this.#fail(new Error('uph-rare.js does not load'))
     }
-    this.#loads.rare = null
+    this.#loadRare = null
     this.#isLoading = false
-    this.#schedule()
-  }
-
-  /** Load what textures are made with, for the page to paint, or here; where the first does not load, it is here. */
-  async #preparePainting(onPage) {
-    const [name, made] = onPage ? ['recipes', 'ChartRecipes'] : ['painting', 'ChartPainting']
-    const load = this.#loads[name]
-    if (!load || hasPart(made)) return
-    this.#loads[name] = null
-    try {
-      await load()
-    } catch {
-      this.#loads[name] = load
-      if (onPage) this.#paintHere()
-      else {
-        this.#textures?.clearDirty()
-        this.#fail(new Error('uph-painting.js does not load'))
-      }
-    }
     this.#schedule()
   }
 
@@ -224,7 +200,7 @@ export class Session {
   }
 
   #meet(error) {
-    if (error instanceof MissingPart && this.#loads.rare) this.#completeDecoder()
+    if (error instanceof MissingPart && this.#loadRare) this.#completeDecoder()
     else this.#fail(error)
   }
 
@@ -237,6 +213,10 @@ export class Session {
     const decoder = this.#decoder
     if (decoder.needed) return
     if (!this.#mesher) this.#begin()
+    if (this.#density !== decoder.density) {
+      this.#sizeTextures()
+      roles = decoder.roles
+    }
     this.#textures.forget(charts)
     for (const [target, parts] of Object.entries(TARGETS)) {
       const known = parts.filter((role) => hasMap(decoder, role))
@@ -247,29 +227,31 @@ export class Session {
 
   /** Surface and charts are known: tell the page. */
   #begin() {
-    const { surface, charts } = this.#decoder
-    const shrink = this.#shrinkFor(charts)
-    const sizes = charts.map(({ height, width }) => ({ height: shrunk(height, shrink), width: shrunk(width, shrink) }))
-    this.#chartCount = charts.length
+    const { surface, charts, exemplarSize } = this.#decoder
     this.#mesher = surface.kind === 'mesh' ? new (part('TriangleMesher'))(surface, charts) : new SurfaceMesher(surface, charts)
     const bounds = charts.map((_, n) => this.#mesher.bounds(n))
-    const nearness = bounds.map(({ center }) => center.reduce((sum, x, k) => sum + x * (this.eye?.[k] ?? 0), 0))
-    this.#textures = new ChartTextures(this.#mesher, sizes, shrink, nearness, this.onPage, this.sketches)
+    this.#nearness = bounds.map(({ center }) => center.reduce((sum, x, k) => sum + x * (this.eye?.[k] ?? 0), 0))
     const radius = enclosingRadius(bounds)
     this.#counts = new Uint16Array(bounds.flatMap((one) => countsFor(one, FIRST_PIXELS / 2 / radius, 0.5)))
-    const { height, width } = this.#decoder.exemplarSize
-    const plain = this.#mesher.plainMesh?.() ?? null
-    this.#post({ kind: 'surface', charts: sizes, bounds, plain, exemplar: { height, width } })
+    this.#post({ kind: 'surface', bounds, plain: this.#mesher.plainMesh?.() ?? null, exemplar: exemplarSize })
   }
 
-  /** How often sizes are halved so that the page can show the charts. */
-  #shrinkFor(charts) {
-    const texels = charts.reduce((sum, { height, width }) => sum + height * width, 0)
-    const side = charts.reduce((most, { height, width }) => Math.max(most, height, width), 0)
-    let shrink = 0
-    while (side >> shrink > this.maxTextureSize - 2 || texels > this.maxTexels * 4 ** shrink) shrink++
-    if (shrink > MAX_SHRINK) throw new Error(`model has ${texels} texels; allowed here: ${this.maxTexels * 4 ** MAX_SHRINK}`)
-    return shrink
+  /** It is known with how many texels a step the stream is to be painted. */
+  #sizeTextures() {
+    const decoder = this.#decoder
+    const sizesAt = (density) => decoder.charts.map((_, n) => decoder.paintedSize(n, density))
+    this.#density = decoder.density
+    this.#textures = new ChartTextures(this.#mesher, sizesAt, this.#densityFor(sizesAt), this.#nearness, this.onPage, this.sketches)
+  }
+
+  /** With how many texels a step the page can show them: as many, half, a quarter … */
+  #densityFor(sizesAt) {
+    for (let density = this.#density; density >= LEAST_SHARE * this.#density; density /= 2) {
+      const sizes = sizesAt(density)
+      const fits = ({ height, width }) => Math.max(height, width) <= this.maxTextureSize - 2
+      if (texelsOf(sizes) <= this.maxTexels && sizes.every(fits)) return density
+    }
+    throw new Error(`model has ${texelsOf(sizesAt(this.#density))} texels; allowed here: ${this.maxTexels / LEAST_SHARE ** 2}`)
   }
 
   #mesh() {
@@ -279,7 +261,7 @@ export class Session {
     const besideChanged = (chart) =>
       [0, 1, 2, 3].some((edge) => this.#mesher.seams(chart, edge).some((seam) => changed(seam.chart)))
     const pieces = []
-    for (let chart = 0; chart < this.#chartCount; chart++) {
+    for (let chart = 0; chart < this.#nearness.length; chart++) {
       if (changed(chart) || besideChanged(chart)) pieces.push({ chart, ...this.#mesher.mesh(chart, counts) })
     }
     this.#meshedCounts = counts.slice()
@@ -288,7 +270,7 @@ export class Session {
     this.#post({ kind: 'meshes', pieces, counts: this.#meshedCounts }, buffers)
   }
 
-  /** Paint all that changed, and hand it over: sketched while masks are still to come, but in full when nothing comes. */
+  /** Paint all that changed, and hand it over: sketched while labels are still to come, but in full when nothing comes. */
   async #paint(isLast) {
     const begun = performance.now()
     const state = this.#state(false)
@@ -297,15 +279,13 @@ export class Session {
     // Where no placement changes any more, reading goes on between the slices of painting.
     decoder.isHeld = decoder.placed
     const between = decoder.placed ? () => this.#feed() : () => {}
-    const entries = await this.#textures.paint(decoder, this.#isSketching, this.#isShown ? Infinity : FIRST_PAINTING, between)
-    // Where nothing could be painted yet, as what paints is still to be loaded, there is no texture to be seen.
-    if (this.#isDirty && !entries.some(({ chart, height }) => height && chart >= 0)) state.charts = 0
+    const entries = await this.#textures.paint(decoder, this.#isSketching, between)
     const alpha = this.#textures.alphaMode
-    const mean = Array.from(this.#textures.mean(decoder).subarray(0, 3), (x) => x / 255)
+    const mean = Array.from(decoder.meanRgba().subarray(0, 3), (x) => x / 255)
     decoder.isHeld = false
     this.#isWaiting = this.#isShown = true
     this.#post(
-      { kind: 'textures', entries, state: { ...state, alpha, mean } },
+      { kind: 'textures', entries, state: { ...state, alpha, mean, texels: this.#textures.texels } },
       entries.flatMap((entry) => entry.data?.buffer ?? []),
     )
     this.#paintedAt = performance.now()

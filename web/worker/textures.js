@@ -1,49 +1,47 @@
-/**
- * Textures of charts, as a page shows them, where they changed: of what the page is to paint them, `recipes.js`, or painted here, by
- * `painting.js`. These are parts, which are loaded.
- */
+/** Textures of charts, as a page shows them, where they changed: of what the page is to paint them, or painted here. */
 
-import { hasPart, part } from '../uph-core.js'
-import { shrunk } from '../uph/numbers.js'
-import { TARGETS, hasMap } from './maps.js'
+import { ChartPainting } from './painting.js'
+import { ChartRecipes } from './recipes.js'
 import { SLICE, yieldToMessages } from './schedule.js'
-
-const LEAST = 8 // halves of charts are painted, or told the page, however long that takes
 
 export class ChartTextures {
   #mesher
-  #shrink // 2^shrink texels each way become one
-  #sketched = 0 // as often again, in sketches
-  #sizes // of the textures, without gutters
+  #sizesAt // sizes of the textures, without gutters, by texels a step
+  #density // texels a step
+  #sketchDensity // of sketches
   #nearness // of charts: what is nearest is painted first
   #dirty = new Map() // per target: charts to paint
-  #sketches = new Map() // per target: charts to paint in full
+  #sketched = new Set() // targets that are to be painted in full
   #recipes = null // where the page paints
-  #paintings = [] // paint where it does not, by how often again sizes are halved
-  #last = 0 // which of them was used
+  #paintings = new Map() // paint where it does not, by texels a step
+  #painting = null // the one that was used last
 
-  /** `most` texels has a sketch of all charts; undefined: there are none. */
-  constructor(mesher, sizes, shrink, nearness, onPage, most) {
+  /** `most` texels has a sketch of all charts; undefined: there are none. `sizesAt(density)` tells the sizes of the textures. */
+  constructor(mesher, sizesAt, density, nearness, onPage, most) {
     /** Whether the page's graphics card paints. */
-    this.onPage = onPage && !shrink
+    this.onPage = onPage
     this.#mesher = mesher
-    this.#sizes = sizes
-    this.#shrink = shrink
+    this.#sizesAt = sizesAt
+    this.#density = this.#sketchDensity = density
     this.#nearness = nearness
-    const texels = sizes.reduce((sum, { height, width }) => sum + height * width, 0)
-    while (texels > most * 4 ** this.#sketched) this.#sketched++
+    while (texelsOf(sizesAt(this.#sketchDensity)) > Math.max(most, nearness.length)) this.#sketchDensity /= 2
+  }
+
+  /** Texels of all charts. */
+  get texels() {
+    return texelsOf(this.#sizesAt(this.#density))
   }
 
   /** Have charts painted again; all of them if none are named. */
-  markDirty(target, charts = this.#sizes.keys(), all = this.#dirty) {
-    const set = all.get(target) ?? new Set()
+  markDirty(target, charts = this.#nearness.keys()) {
+    const set = this.#dirty.get(target) ?? new Set()
     for (const chart of charts) set.add(chart)
-    all.set(target, set)
+    this.#dirty.set(target, set)
   }
 
   /** Whether there is anything to paint, in full too. */
   get isDirty() {
-    return this.hasNews || this.#sketches.size > 0
+    return this.hasNews || this.#sketched.size > 0
   }
 
   /** Whether charts are to be painted of which there is no sketch either. */
@@ -53,11 +51,11 @@ export class ChartTextures {
 
   clearDirty() {
     this.#dirty.clear()
-    this.#sketches.clear()
+    this.#sketched.clear()
     this.#recipes = null
   }
 
-  /** Charts have other placements. */
+  /** Charts have other placements, or labels. */
   forget(charts) {
     this.#recipes?.forget(charts)
   }
@@ -71,86 +69,58 @@ export class ChartTextures {
 
   /** Use memory again that the page has given back. */
   recycle(buffers) {
-    this.#paintings[0]?.recycle(buffers)
-  }
-
-  /** Whether the part is there that is needed now. */
-  get isReady() {
-    return hasPart(this.onPage ? 'ChartRecipes' : 'ChartPainting')
+    this.#paintings.get(this.#density)?.recycle(buffers)
   }
 
   /** 'opaque', 'mask' or 'blend', as glTF has it, and as the Python side decides. */
   get alphaMode() {
-    return this.#paintings[this.#last]?.alphaMode ?? 'opaque'
+    return this.#painting?.alphaMode ?? 'opaque'
   }
 
-  /** The exemplar's mean as RGBA. */
-  mean(decoder) {
-    return decoder.meanRgba('albedo', this.#last)
-  }
-
-  /**
-   * Paint what is dirty, charts with placements for so many milliseconds, or until there is something to see; returns what the page must
-   * take over. A sketch has fewer texels, which is soon done. `between` is called between slices.
-   */
-  async paint(decoder, isSketch, most, between) {
-    const sketched = isSketch && !this.onPage ? this.#sketched : 0
-    if (!sketched) for (const [target, charts] of this.#sketches) this.markDirty(target, charts)
-    if (!sketched) this.#sketches.clear()
-    this.#last = sketched
+  /** Paint what is dirty; returns what the page must take over. A sketch has fewer texels. `between` is called between slices. */
+  async paint(decoder, isSketch, between) {
+    const density = isSketch && !this.onPage ? this.#sketchDensity : this.#density
+    if (density === this.#density) {
+      for (const target of this.#sketched) this.markDirty(target)
+      this.#sketched.clear()
+    }
     const jobs = [...this.#dirty].filter(([, charts]) => charts.size)
     for (const [target] of jobs) this.#dirty.set(target, new Set())
     const entries = []
     let until = performance.now() + SLICE
-    const end = performance.now() + most
     for (const [target, dirty] of jobs) {
       const painted = new Map()
-      if (this.onPage && !this.#listing.addSheet(decoder, target, entries)) this.paintHere()
-      const [later, bare, kept] = [[], [], []]
+      if (this.onPage && !this.#listing.addSheets(decoder, target, entries)) this.paintHere()
+      const painting = this.onPage ? null : this.#paintingAt(density)
       for (const chart of [...dirty].sort((a, b) => this.#nearness[b] - this.#nearness[a])) {
-        if (!this.isReady) kept.push(chart)
-        else if (!decoder.isPlaced(chart) || (sketched && target === 'normal')) bare.push(chart)
-        else if (2 * painted.size + entries.length > LEAST && performance.now() > end) later.push(chart)
-        else if (!this.onPage) painted.set(chart, this.#painting(sketched).paintChart(decoder, target, chart))
-        else {
-          const isListed = this.#listing.addRecipe(decoder, target, chart, entries)
-          if (isListed === null) this.paintHere()
-          if (!isListed) (this.onPage ? bare : kept).push(chart)
-        }
+        if (painting) painted.set(chart, painting.paintChart(decoder, target, chart))
+        else if (!this.#listing.addRecipe(decoder, target, chart, entries)) this.paintHere()
         if (performance.now() > until) {
           await yieldToMessages()
           between()
           until = performance.now() + SLICE
         }
       }
-      this.markDirty(target, [...later, ...kept])
-      entries.push(...this.#unplacedEntries(target, [...bare, ...later], decoder))
-      if (painted.size) entries.push(...this.#painting(sketched).fillGutters(target, painted))
-      if (sketched) this.markDirty(target, dirty, this.#sketches)
+      if (!painting) continue
+      entries.push(...painting.fillGutters(target, painted))
+      if (density !== this.#density) this.#sketched.add(target)
     }
     return entries
   }
 
   /** What tells the page what to paint. */
   get #listing() {
-    return (this.#recipes ??= new (part('ChartRecipes'))(this.#mesher, this.#sizes))
+    return (this.#recipes ??= new ChartRecipes(this.#mesher, this.#sizesAt(this.#density), this.#density))
   }
 
-  /** What paints here, with sizes halved so often. */
-  #painting(sketched) {
-    const sizes = this.#sizes.map(({ height, width }) => ({ height: shrunk(height, sketched), width: shrunk(width, sketched) }))
-    return (this.#paintings[sketched] ??= new (part('ChartPainting'))(this.#mesher, sizes, this.#shrink, sketched))
+  /** What paints here, so many texels a step. */
+  #paintingAt(density) {
+    if (!this.#paintings.has(density)) this.#paintings.set(density, new ChartPainting(this.#mesher, this.#sizesAt(density), density))
+    return (this.#painting = this.#paintings.get(density))
   }
+}
 
-  /** Charts whose placements have not come: the page shows the exemplar's mean on them. */
-  #unplacedEntries(target, charts, decoder) {
-    for (const painting of this.#paintings) painting?.forget(target, charts)
-    const entries = charts.map((chart) => ({ chart, target, unplaced: true }))
-    if (target === 'color' && charts.length) {
-      const data = this.mean(decoder)
-      if (hasMap(decoder, 'opacity')) data[3] = decoder.meanRgba('opacity', this.#last)[0]
-      entries.unshift({ target, preview: true, height: 1, width: 1, data })
-    }
-    return entries
-  }
+/** Texels of charts with these sizes. */
+export function texelsOf(sizes) {
+  return sizes.reduce((sum, { height, width }) => sum + height * width, 0)
 }

@@ -11,7 +11,7 @@ from upholster.cli.console import compiled, in_bytes, new_console, progress_bars
 from upholster.cli.options import spelled_out
 from upholster.errors import InputError
 from upholster.options import ModelOptions, SampleOptions, SynthesisOptions, WriteOptions
-from upholster.shown import number_of
+from upholster.shown import number_of, texels_in_words
 from upholster.suffixes import is_model_name
 
 if TYPE_CHECKING:
@@ -190,10 +190,10 @@ def cover(
 def _say_result(result: "CoverReport", seconds: float, *, several: bool) -> None:
     """Print what was written, and what was settled."""
     written = ", ".join(f"{name} ({in_bytes(count)})" for name, count in result.written.items())
-    count, covering = result.counts["texels"], result.counts["covering"]
-    texels = f"{covering:,} texels" + (f" ({count:,} with the charts' margins)" * (covering < count))
-    if page := result.counts.get("page texels"):
-        texels += f", {100 * covering / page:.0f} % of {number_of(result.counts['pages'], 'page')}"
+    count, page = result.counts["texels"], result.counts.get("page texels")
+    texels = texels_in_words(count, result.counts["painted texels"])
+    if page:
+        texels += f", {100 * count / page:.0f} % of {number_of(result.counts['pages'], 'page')}"
     say(f"wrote {written}: {texels} in {seconds:.1f} s")
     if any(name.lower().endswith(".glb") and size > _LARGE for name, size in result.written.items()):
         say("smaller: --texture webp, fewer --texels, a lower --quality; smallest: a stream, -o x.uph")

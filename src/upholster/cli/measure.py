@@ -104,6 +104,7 @@ def _stream(
     from upholster.files import read_bytes
     from upholster.image import read_exemplar
     from upholster.measure import measure_cover
+    from upholster.quilt import paint
     from upholster.stream import read_stream
 
     with noted() as notes:
@@ -120,7 +121,7 @@ def _stream(
     if not decoder.complete:
         known = f"{decoder.charts_known} of {len(decoder.charts)} charts have their placements"
         state = f"{path}: incomplete, {in_bytes(decoder.received)}; {known}"
-    texels = decoder.texels(threads=threads)
+    texels = paint(quilt, coded, density=1.0, threads=threads)
     compared = coded if original is None else original
     scale = None if sample_size is None else compared.shape[1] / sample_size
     found = measure_cover(

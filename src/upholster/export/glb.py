@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from upholster._version import __version__
 from upholster.errors import InputError
+from upholster.export.gltf_editing import mime_type
 from upholster.export.pages import PageImages, check_pages, images_of, polygons_by_page
 from upholster.export.pbr import PbrMaterial, TextureFormat, alpha_mode, build_material
 from upholster.model import Mesh
@@ -144,7 +145,7 @@ def _document(
 ) -> dict[str, Any]:
     """Return the JSON chunk. Buffer views: the vertices' attributes, indices of each page, images."""
     geometry = len(vertices) + len(indices)
-    titles = [title for material in materials for title, _ in material.images]
+    coded = [image for material in materials for image in material.images]
     views: list[dict[str, Any]] = []
     offset = 0
     for number, part in enumerate(parts):
@@ -177,7 +178,7 @@ def _document(
     }
     textures: list[dict[str, Any]] = [
         {"sampler": 0, **({"extensions": {"EXT_texture_webp": {"source": n}}} if webp else {"source": n})}
-        for n in range(len(titles))
+        for n in range(len(coded))
     ]
     primitives = [
         {
@@ -197,8 +198,8 @@ def _document(
         "textures": textures,
         "samplers": [sampler],
         "images": [
-            {"name": title, "bufferView": geometry + n, "mimeType": f"image/{texture}"}
-            for n, title in enumerate(titles)
+            {"name": title, "bufferView": geometry + n, "mimeType": mime_type(data)}
+            for n, (title, data) in enumerate(coded)
         ],
         "accessors": accessors,
         "bufferViews": views,

@@ -21,7 +21,7 @@ from upholster.geometry.mesh_files.accessors import COMPONENTS
 from upholster.geometry.mesh_files.gltf import Gltf, Json
 from upholster.geometry.mesh_files.meshopt import MESHOPT
 
-__all__ = ["GltfEdit", "write_parts"]
+__all__ = ["GltfEdit", "mime_type", "write_parts"]
 
 _TYPES = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4"}
 _CODES = {dtype.str: code for code, dtype in COMPONENTS.items()}
@@ -34,6 +34,11 @@ _MAGIC = {
     b"DDS ": "image/vnd-ms.dds",
 }
 _ALIGNED = 8
+
+
+def mime_type(data: bytes) -> str | None:
+    """Return what kind of image data are, as glTF calls it; None for what it does not take."""
+    return next((kind for magic, kind in _MAGIC.items() if data.startswith(magic)), None)
 
 
 class GltfEdit:
@@ -102,9 +107,11 @@ class GltfEdit:
         view = self.add_view(values.tobytes(), target=_INDICES)
         return self.append("accessors", self._entry(view, values, "SCALAR"))
 
-    def add_image(self, data: bytes, mime: str, name: str) -> int:
+    def add_image(self, data: bytes, name: str) -> int:
         """Add an image."""
-        return self.append("images", {"name": name, "bufferView": self.add_view(data), "mimeType": mime})
+        return self.append(
+            "images", {"name": name, "bufferView": self.add_view(data), "mimeType": mime_type(data)}
+        )
 
     def use_extension(self, name: str) -> None:
         """Say that the document needs an extension."""
@@ -157,7 +164,7 @@ class GltfEdit:
                 continue
             try:
                 data = self.gltf.resource(uri)
-                mime = next((kind for magic, kind in _MAGIC.items() if data.startswith(magic)), None)
+                mime = mime_type(data)
                 if mime is None:
                     raise InputError("it is no image; allowed: PNG, JPEG, WebP, KTX2, DDS")
             except InputError as error:

@@ -176,7 +176,7 @@ def _add_materials(
                 first=len(edit.json.get("textures", [])),
             )
             for name, data in made.images:
-                source = edit.add_image(data, f"image/{texture}", name)
+                source = edit.add_image(data, name)
                 entry: Json = {"sampler": sampler, "source": source}
                 if texture == "webp":
                     entry = {"sampler": sampler, "extensions": {"EXT_texture_webp": {"source": source}}}

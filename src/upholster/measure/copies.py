@@ -61,7 +61,7 @@ def copies(quilt: Quilt) -> Copies:
         trace = Trace.of(quilt, window)
         below, right = trace.links(0), trace.links(1)
         shown = trace.owners >= 0
-        pairs += np.count_nonzero(shown[1:] & shown[:-1]) + np.count_nonzero(shown[:, 1:] & shown[:, :-1])
+        pairs += int((shown[1:] & shown[:-1]).sum()) + int((shown[:, 1:] & shown[:, :-1]).sum())
         continued += int(np.count_nonzero(below)) + int(np.count_nonzero(right))
         scratch = np.zeros(window.width, np.int32)
         longest = max(longest, int(largest_square(shown, below, right, scratch)))

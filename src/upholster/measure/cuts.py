@@ -32,7 +32,7 @@ def cut_seam_ratio(quilt: Quilt, texels: Texels) -> float | None:
     quilt
         Says which placement shows in each texel's cell.
     texels
-        The quilt, painted.
+        The quilt, painted at density 1.
 
     Returns
     -------
@@ -152,4 +152,6 @@ def check_painted(quilt: Quilt, texels: Texels, exemplar: PixelArray) -> None:
 
 def _check(quilt: Quilt, texels: Texels) -> None:
     if texels.charts != quilt.charts:
-        raise InputError("texels have other charts than the quilt; allowed: the quilt's own, painted")
+        raise InputError(
+            "texels have other charts than the quilt; allowed: the quilt's own, painted at density 1"
+        )

@@ -190,8 +190,8 @@ def measure_cover(
     exemplar
         (H, W, C) that it was made from: what the result is compared with.
     texels
-        The quilt painted, if it is at hand or is to be painted with something else, such as a coded exemplar;
-        by default with `exemplar`.
+        The quilt painted at density 1, if it is at hand or is to be painted with something else, such as a
+        coded exemplar; by default with `exemplar`.
     scale, direction
         What was asked for, see `mapping`: exemplar pixels per unit of length, and which way the exemplar's
         rows of pixels were to run.
@@ -213,9 +213,11 @@ def measure_cover(
     """
     exemplar = check_exemplar(exemplar)
     if texels is None:
-        texels = paint(quilt, exemplar, threads=threads)
+        texels = paint(quilt, exemplar, density=1.0, threads=threads)
     elif texels.charts != quilt.charts:
-        raise InputError("texels have other charts than the quilt; allowed: the quilt's own, painted")
+        raise InputError(
+            "texels have other charts than the quilt; allowed: the quilt's own, painted at density 1"
+        )
     quilt = quilt.on(surface, seed=quilt.seed)
     if isinstance(surface, MeshSurface):
         return _measure_mesh(surface, quilt, exemplar, texels, scale, direction, crease)

@@ -1,6 +1,7 @@
 """Which placement each texel comes from, and which neighbouring texels continue one another."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +23,7 @@ NEAR = 8
 """Half a pixel, in 1/16."""
 
 Flags = NDArray[np.bool_]
-Index = NDArray[np.intp]
+Steps = NDArray[np.integer[Any]]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -97,7 +98,7 @@ class Trace:
         return linked
 
 
-def step_sources(field: WarpField, owner: NDArray[np.void], rows: Index, columns: Index) -> IntArray:
+def step_sources(field: WarpField, owner: NDArray[np.void], rows: Steps, columns: Steps) -> IntArray:
     """Return where the middles of steps lie in the exemplar, each through its own placement.
 
     Parameters

@@ -39,6 +39,7 @@ from upholster.options import SynthesisOptions, chosen, settled
 from upholster.parallel import check_running
 from upholster.quilt.chart import MAX_CHART, Chart
 from upholster.quilt.model import Quilt
+from upholster.quilt.painting import painted_charts
 from upholster.quilt.warp_field import WarpField
 from upholster.types import FloatArray, IntArray, PixelArray, Progress
 
@@ -64,6 +65,9 @@ _BLOCKS = 8
 _SURFACE_PHASE, _MESH_PHASE, _FLAT_PHASE = 8.0, 2.0, 0.5
 """What it costs to be out of phase where nothing else is asked for: on a surface courses do not close by
 themselves."""
+
+_MOST_OCTAVES = 6
+"""Texels for a step are 2^6 each way at most, as in `Quilt.density`."""
 
 _MESH_BLOCKS = 36
 """The same on meshes, which bend more."""
@@ -92,6 +96,8 @@ class Prepared:
         (T,) on a mesh, quarter turns from the warp fields to that: see `upholster.charts.mesh_turns`.
     turning
         Charts about a corner of which the direction turns: their blocks are small.
+    density
+        Texels for a step of the charts, each way: a power of two.
     """
 
     charts: tuple[Chart, ...]
@@ -103,6 +109,12 @@ class Prepared:
     phases: WantedPhases | None = None
     turns: IntArray | None = None
     turning: frozenset[int] = frozenset()
+    density: float = 1.0
+
+    @property
+    def painted(self) -> tuple[Chart, ...]:
+        """The charts as they are painted, in texels."""
+        return painted_charts(self.charts, self.density)
 
 
 def kept_sample(exemplar: PixelArray | Material, options: SynthesisOptions) -> PixelArray | Material:
@@ -217,14 +229,17 @@ def prepare(
         if options.direction is None
         else parse_direction(cast(str | Vectors, options.direction))
     )
-    texels = block * scale.density / scale.scale  # of a block
-    charts = density_layout(surface, density=scale.density, ring=max(RING, _ROUND * texels), largest=largest)
+    density = _texels_a_step(scale)
+    steps = scale.density / density
+    side = block * steps / scale.scale  # of a block
+    longest = max(1, int(largest / density))
+    charts = density_layout(surface, density=steps, ring=max(RING, _ROUND * side), largest=longest)
     charts, corners = cut_at_poles(surface, charts, wanted)
     fields = direction_fields(surface, charts, wanted, scale.scale, corners=corners)
 
     def closed(waves: FloatArray) -> PhaseField:
         over = transitions(surface, charts, find_seams(surface, charts))
-        found = phase_field(charts, fields, over, waves, texels / 4, calm=True)
+        found = phase_field(charts, fields, over, waves, side / 4, calm=True)
         return warped(found, over, options.warp) if options.warp else found
 
     phases = _phases(exemplar, options, closed)
@@ -235,7 +250,7 @@ def prepare(
     own = settled(options, QuiltOptions, block=block)
     # In step, blocks are as small as they have to be.
     turning = frozenset(corners) if phases is None and options.block is None else frozenset[int]()
-    return Prepared(charts, fields, scale, wanted.text, own, None, phases, turning=turning)
+    return Prepared(charts, fields, scale, wanted.text, own, None, phases, turning=turning, density=density)
 
 
 def _phases(
@@ -270,7 +285,8 @@ def _prepare_mesh(
         crease=default_crease(surface.mesh) if options.crease is None else options.crease,
         lattice=phases is not None,
     )
-    charts = mesh_charts(surface, scale.density)
+    density = _texels_a_step(scale)
+    charts = mesh_charts(surface, scale.density / density)
     along, down = triangle_frames(surface, field.corner_vectors)
     turns = chart_turns(surface, along, field.fold)
     fields = mesh_fields(surface, charts, along, down, scale.scale, turns, field.corner_vectors)
@@ -280,7 +296,15 @@ def _prepare_mesh(
         text = "strokes" if options.stroke else default_mesh_direction(surface.mesh)
     elif not isinstance(text, str):
         text = getattr(text, "__name__", "vectors")
-    return Prepared(charts, fields, scale, f"{text}, {field.words}", own, field, phases, turns)
+    return Prepared(
+        charts, fields, scale, f"{text}, {field.words}", own, field, phases, turns, density=density
+    )
+
+
+def _texels_a_step(scale: TextureScale) -> float:
+    """Return how many texels a step has, each way: a step is about a pixel, or a texel that is larger."""
+    octaves = round(float(np.log2(scale.density / scale.scale)))
+    return 2.0 ** min(max(octaves, 0), _MOST_OCTAVES)
 
 
 def _wanted_block(exemplar: PixelArray, options: SynthesisOptions) -> int:
@@ -364,10 +388,11 @@ def execute(
         assert prepared.field is not None
         assert prepared.scale is not None
         assert isinstance(options, QuiltOptions)  # a mesh has all three
-        return synthesize_mesh(
+        quilt = synthesize_mesh(
             exemplar, surface, charts, prepared.fields, prepared.field.corner_vectors, prepared.scale.scale,
             fold=prepared.field.fold, turns=prepared.turns, options=options, phases=prepared.phases, **run,
         )  # fmt: skip
+        return quilt.on(surface, seed=seed, density=prepared.density)
     if isinstance(options, PaperOptions):
         quilt = synthesize_paper(exemplar, surface, charts, options=options, **run)
     elif isinstance(options, PixelOptions):
@@ -378,7 +403,7 @@ def execute(
             exemplar, surface, charts, prepared.fields,
             options=options, phases=prepared.phases, wrap=wrap, turning=prepared.turning, **run,
         )  # fmt: skip
-    return quilt.on(surface, seed=seed)
+    return quilt.on(surface, seed=seed, density=prepared.density)
 
 
 def planned_run(prepared: Prepared, exemplar: PixelArray, surface: AnySurface, *, seed: int = 0) -> QuiltRun:
@@ -398,6 +423,7 @@ def planned_run(prepared: Prepared, exemplar: PixelArray, surface: AnySurface, *
     return planned(
         exemplar, surface, prepared.charts, prepared.fields,
         options=options, phases=prepared.phases, turning=prepared.turning, seed=seed,
+        density=prepared.density,
     )  # fmt: skip
 
 
@@ -405,7 +431,8 @@ def emitted_quilt(
     run: QuiltRun, laid: Sequence[ChartPlacements], exemplar: PixelArray, surface: Surface, *, seed: int
 ) -> Quilt:
     """Return the quilt of a run whose charts are all laid, as `execute` does."""
-    return emitted(run, laid, (exemplar.shape[0], exemplar.shape[1])).on(surface, seed=seed)
+    quilt = emitted(run, laid, (exemplar.shape[0], exemplar.shape[1]))
+    return quilt.on(surface, seed=seed, density=run.density)
 
 
 def synthesize(

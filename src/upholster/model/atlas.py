@@ -1,8 +1,10 @@
 """The atlas: all charts' texels in one image, with gutters that hide where a chart ends.
 
-One cell per chart: the chart and a gutter round it, filled with what lies across the edge, so that bilinear
-filtering at an edge sees the same colours from both sides. Sizes and positions of cells are multiples of the
-largest power of two in the gutter: down to mip level log2(gutter), rounded down, no texel mixes two cells.
+On patches one cell per chart: the chart and a gutter round it, filled with what lies across the edge, so
+that bilinear filtering at an edge sees the same colours from both sides. Sizes and positions of cells are
+multiples of the largest power of two in the gutter: down to mip level log2(gutter), rounded down, no texel
+mixes two cells. On meshes the same is true of the squares that are an island's (`upholster.model.islands`).
+They are cut from its chart, which reaches beyond the island and shows there how the texture goes on.
 
 What is too large for one texture lies on several pages. In the image they lie one below the other.
 """
@@ -11,7 +13,6 @@ from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -39,14 +40,11 @@ class Atlas:
         One per chart, in the charts' order.
     pages
         The parts of `pixels` that are textures of their own.
-    gutter
-        Least number of texels between a chart and its cell's border.
     """
 
     pixels: PixelArray
     cells: tuple[AtlasCell, ...]
     pages: tuple[AtlasPage, ...]
-    gutter: int
 
     def images(self) -> tuple[PixelArray, ...]:
         """Return the image of each page, (height, width, C)."""
@@ -85,14 +83,11 @@ class Atlas:
 def build_atlas(
     texels: Texels,
     seams: Sequence[ChartSeam],
+    layout: AtlasLayout | None = None,
     *,
-    gutter: int = 16,
-    size: int | None = None,
-    limit: int | None = None,
-    powers: bool = False,
     threads: int | None = None,
 ) -> Atlas:
-    """Pack all charts in one image, and fill their gutters from the neighbours across the edges.
+    """Lay all charts in one image, and fill their gutters from the neighbours across the edges.
 
     Parameters
     ----------
@@ -100,23 +95,22 @@ def build_atlas(
         The charts' texels.
     seams
         How the charts meet, from either side: see `upholster.charts.seams.find_seams`.
-    gutter, size, limit, powers
-        Texels between a chart and the border of its cell, and how large pages are: see
-        `upholster.model.packing.pack_charts`.
+    layout
+        Where they lie, by default as `upholster.model.packing.pack_charts` says.
     threads
         By default one per core; used for large charts.
 
     Returns
     -------
     Atlas
-        Cells in rows, tallest first; unused area of a page has the mean colour of its charts.
+        What no chart covers of a page has the mean colour of its charts.
 
     Raises
     ------
     InputError
         As for `pack_charts`.
     """
-    layout = pack_charts(texels.charts, gutter=gutter, size=size, limit=limit, powers=powers)
+    layout = pack_charts(texels.charts) if layout is None else layout
     cells, pages = layout.cells, layout.pages
     first = texels.arrays[0]
     height, width = pages[-1].top + pages[-1].height, max(page.width for page in pages)
@@ -126,12 +120,12 @@ def build_atlas(
     for number, page in enumerate(pages):
         own = pixels[page.top : page.top + page.height]
         mine = layout.on_page(number)
-        _fill_unused(own, page.top, mine, texels.arrays)
+        _fill(own, _mean_color([texels.arrays[n] for n in mine]))
         tasks += [partial(_lay, own, page.top, mine[n], n, of_chart[n], texels.arrays) for n in mine]
     # Small charts are laid by Python more than by memory: threads would wait for each other.
     large = texels.count >= len(cells) << 20
     run_tasks(tasks, threads=threads if large else 1)
-    return Atlas(frozen_array(pixels), cells, pages, gutter)
+    return Atlas(frozen_array(pixels), cells, pages)
 
 
 def build_page(
@@ -154,7 +148,7 @@ def build_page(
     page, cells = layout.pages[number], layout.on_page(number)
     first = arrays[next(iter(cells))]
     pixels = np.empty((page.height, page.width, first.shape[2]), first.dtype)
-    _fill_unused(pixels, page.top, cells, arrays)
+    _fill(pixels, _mean_color([arrays[n] for n in cells]))
     for n, cell in cells.items():
         _lay(pixels, page.top, cell, n, seams.get(n, ()), arrays)
     return pixels
@@ -184,7 +178,31 @@ def _lay(
 ) -> None:
     """Write a chart and its gutters into its page, whose first row is row `top` of the atlas."""
     inside = pixels[cell.top - top : cell.top - top + cell.height, cell.left : cell.left + cell.width]
-    fill_gutters(inside, cell.row - cell.top, cell.column - cell.left, n, seams, arrays)
+    if cell.stencil is None:
+        fill_gutters(inside, cell.row - cell.top, cell.column - cell.left, n, seams, arrays)
+    else:
+        _lay_island(inside, cell, cell.stencil, arrays[n])
+
+
+def _lay_island(inside: PixelArray, cell: AtlasCell, stencil: NDArray[np.bool_], texels: PixelArray) -> None:
+    """Write an island's own squares into its cell; beyond its chart the outermost texel is repeated."""
+    above, before = cell.row - cell.top, cell.column - cell.left
+    below = cell.height - above - texels.shape[0]
+    after = cell.width - before - texels.shape[1]
+    beyond = [(max(above, 0), max(below, 0)), (max(before, 0), max(after, 0)), (0, 0)]
+    shown = np.pad(texels, beyond, mode="edge")[max(-above, 0) :, max(-before, 0) :]
+    side = cell.height // len(stencil)
+    own = np.repeat(np.repeat(stencil, side, axis=0), side, axis=1)
+    # A texel is copied as one thing, not channel by channel: twenty times as fast.
+    texel = f"V{texels.shape[2] * texels.itemsize}"
+    to, of = inside.view(texel)[:, :, 0], shown[: cell.height, : cell.width].view(texel)[:, :, 0]
+    np.copyto(to, of, where=own)
+
+
+def _fill(pixels: PixelArray, color: NDArray[np.generic]) -> None:
+    """Paint all of a page, row by row: of a single colour NumPy makes three numbers at a time."""
+    pixels[:1] = color
+    pixels[1:] = pixels[:1]
 
 
 def by_chart(seams: Sequence[ChartSeam]) -> dict[int, list[ChartSeam]]:
@@ -201,24 +219,3 @@ def _mean_color(arrays: Sequence[PixelArray]) -> NDArray[np.generic]:
     means = [array[::8, ::8].mean(axis=(0, 1), dtype=np.float64) for array in arrays]
     mean = np.mean(means, axis=0)
     return np.asarray(mean if dtype.kind == "f" else np.rint(mean)).astype(dtype)
-
-
-def _fill_unused(
-    pixels: PixelArray,
-    first: int,
-    cells: Mapping[int, AtlasCell],
-    arrays: Sequence[PixelArray] | Mapping[int, PixelArray],
-) -> None:
-    """Paint what no cell of a page covers: right ends of rows, below cells lower than their row, its end.
-
-    `first` is the page's first row in the atlas.
-    """
-    color = _mean_color([arrays[n] for n in cells])
-    rows = sorted({cell.top for cell in cells.values()})
-    for top, bottom in pairwise([*rows, first + pixels.shape[0]]):
-        shelf = [cell for cell in cells.values() if cell.top == top]
-        end = max(cell.left + cell.width for cell in shelf)
-        pixels[top - first : bottom - first, end:] = color
-        for cell in shelf:
-            below = slice(top - first + cell.height, bottom - first)
-            pixels[below, cell.left : cell.left + cell.width] = color

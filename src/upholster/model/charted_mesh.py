@@ -20,12 +20,14 @@ def charted_mesh(surface: MeshSurface, charts: Sequence[Chart]) -> Mesh:
     Parameters
     ----------
     surface
-        The mesh; triangles that lie on no island show the first texel of chart 0.
+        The mesh; triangles that lie on no island show a texel of the first one.
     charts
         One for each island, see `upholster.charts.mesh_layout.mesh_charts`.
     """
     mesh = surface.mesh
-    normals, places = corner_normals(mesh).reshape(-1, 3), chart_places(surface, charts).reshape(-1, 2)
+    shown = chart_places(surface, charts)
+    shown[surface.island < 0] = shown[np.argmax(surface.island == 0)].mean(axis=0)
+    normals, places = corner_normals(mesh).reshape(-1, 3), shown.reshape(-1, 2)
     chart = np.repeat(np.maximum(surface.island, 0), 3)
     vertex = mesh.triangles.reshape(-1)
     keys = np.concatenate(

@@ -11,7 +11,7 @@ from upholster.geometry import Surface
 from upholster.model.atlas import Atlas, build_atlas, by_chart
 from upholster.model.gutter import beyond, mixed_corner
 from upholster.model.mesh import face_parameters, own_patches
-from upholster.model.packing import AtlasCell
+from upholster.model.packing import AtlasCell, AtlasLayout
 from upholster.quilt.chart import Chart
 from upholster.quilt.model import Texels
 from upholster.types import FloatArray, PixelArray, frozen_array
@@ -23,14 +23,11 @@ def build_normal_atlas(
     surface: Surface,
     texels: Texels,
     seams: Sequence[ChartSeam],
+    layout: AtlasLayout | None = None,
     *,
-    gutter: int = 16,
-    size: int | None = None,
-    limit: int | None = None,
-    powers: bool = False,
     threads: int | None = None,
 ) -> Atlas:
-    """Pack the charts of a normal map in one image, as `build_atlas` does for colours.
+    """Lay the charts of a normal map in one image, as `build_atlas` does for colours.
 
     A neighbour's vectors lie in its own tangent frame (`upholster.quilt.paint_normals`). In the gutter
     they are turned by the angle between the two frames, at each point of the edge.
@@ -39,7 +36,7 @@ def build_normal_atlas(
     ----------
     surface
         What the charts lie on.
-    texels, seams, gutter, size, limit, powers, threads
+    texels, seams, layout, threads
         As for `build_atlas`; texels of 3 channels.
 
     Raises
@@ -49,7 +46,7 @@ def build_normal_atlas(
     """
     if texels.arrays and texels.arrays[0].shape[2] != 3:
         raise InputError(f"normal map has {texels.arrays[0].shape[2]} channels; allowed: 3")
-    atlas = build_atlas(texels, seams, gutter=gutter, size=size, limit=limit, powers=powers, threads=threads)
+    atlas = build_atlas(texels, seams, layout, threads=threads)
     pixels = atlas.pixels.copy()
     turn_gutters(surface, texels.charts, by_chart(seams), dict(enumerate(atlas.cells)), pixels, 0)
     return replace(atlas, pixels=frozen_array(pixels))

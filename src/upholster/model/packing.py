@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from itertools import accumulate
 
 import numpy as np
+from numpy.typing import NDArray
 
 from upholster.errors import InputError
 from upholster.model.mesh import Mesh
@@ -12,14 +13,19 @@ from upholster.quilt.chart import Chart
 from upholster.types import FloatArray, IntArray
 
 __all__ = [
+    "GUTTER",
     "MAX_GUTTER",
     "MAX_PAGES",
     "PAGE_LIMIT",
     "AtlasCell",
     "AtlasLayout",
     "AtlasPage",
+    "check_charts",
+    "check_fit",
+    "check_pages",
     "gutter_depths",
     "pack_charts",
+    "power_of_two",
 ]
 
 PAGE_LIMIT = 8192
@@ -27,6 +33,9 @@ PAGE_LIMIT = 8192
 
 MAX_PAGES = 1000
 MAX_GUTTER = 256
+
+GUTTER = 16
+"""Texels around a chart of patches where nothing is said."""
 
 _Size = tuple[int, int]
 
@@ -45,6 +54,10 @@ class AtlasCell:
         The cell, gutters included.
     page
         Which page the cell lies on. Rows count from the top of the first page.
+    stencil
+        Of an island of a mesh: which squares of the cell are its own, (rows, columns); others may be other
+        islands'. The cell's first square is the stencil's, and need not hold the chart's first texel. None:
+        all of the cell is the chart's.
     """
 
     chart: Chart
@@ -55,6 +68,7 @@ class AtlasCell:
     height: int
     width: int
     page: int
+    stencil: NDArray[np.bool_] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,7 +124,7 @@ def gutter_depths(cell: AtlasCell) -> tuple[int, int, int, int]:
 def pack_charts(
     charts: Sequence[Chart],
     *,
-    gutter: int = 16,
+    gutter: int | None = None,
     size: int | None = None,
     limit: int | None = None,
     powers: bool = False,
@@ -122,8 +136,8 @@ def pack_charts(
     charts
         The charts; they are neither turned nor rescaled.
     gutter
-        Least number of texels between a chart and the border of its cell: 0 to 256. Sizes and positions of
-        cells are multiples of the largest power of two in it.
+        Least number of texels between a chart and the border of its cell: 0 to 256, by default 16. Sizes and
+        positions of cells are multiples of the largest power of two in it.
     size
         Height and width of every page; by default pages are as large as what lies on them.
     limit
@@ -138,10 +152,8 @@ def pack_charts(
         If `gutter` is out of range, there are no charts, a chart is larger than `size`, or there would be
         more than 1000 pages.
     """
-    if not 0 <= gutter <= MAX_GUTTER:
-        raise InputError(f"gutter is {gutter}; allowed: 0 to {MAX_GUTTER}")
-    if not charts:
-        raise InputError("there are no charts; allowed: at least one")
+    gutter = GUTTER if gutter is None else gutter
+    check_charts(charts, gutter)
     step = 1 << max(0, gutter.bit_length() - 1)
 
     def padded(side: int) -> int:
@@ -152,19 +164,16 @@ def pack_charts(
     tallest_first = [sizes[index] for index in order]
     if size is None:
         limit = PAGE_LIMIT if limit is None else limit
-        rounded = _power_of_two if powers else int
+        rounded = power_of_two if powers else int
         places, shapes = _on_one_page(tallest_first, rounded)
         if max(shapes[0]) > limit:
             places, shapes = _on_pages(tallest_first, limit)
         shapes = [(rounded(height), rounded(width)) for height, width in shapes]
     else:
-        _check_fit(charts, gutter, size, max(map(max, sizes)))
+        check_fit(charts, gutter, size, max(map(max, sizes)))
         places, shapes = _on_pages(tallest_first, size)
         shapes = [(size, size)] * len(shapes)
-    if len(shapes) > MAX_PAGES:
-        raise InputError(
-            f"the atlas would have {len(shapes)} pages; allowed: {MAX_PAGES}: larger pages, or fewer texels"
-        )
+    check_pages(len(shapes))
     tops = list(accumulate((height for height, _ in shapes), initial=0))
     cells: dict[int, AtlasCell] = {}
     for index, (page, top, left) in zip(order, places, strict=True):
@@ -177,8 +186,24 @@ def pack_charts(
     )
 
 
-def _check_fit(charts: Sequence[Chart], gutter: int, size: int, largest: int) -> None:
-    """Raise InputError where a cell is larger than a page, and say how many texels would fit."""
+def check_charts(charts: Sequence[Chart], gutter: int) -> None:
+    """Raise InputError where there are no charts, or the gutter is out of range."""
+    if not 0 <= gutter <= MAX_GUTTER:
+        raise InputError(f"gutter is {gutter}; allowed: 0 to {MAX_GUTTER}")
+    if not charts:
+        raise InputError("there are no charts; allowed: at least one")
+
+
+def check_pages(count: int) -> None:
+    """Raise InputError where there are too many pages."""
+    if count > MAX_PAGES:
+        raise InputError(
+            f"the atlas would have {count} pages; allowed: {MAX_PAGES}: larger pages, or fewer texels"
+        )
+
+
+def check_fit(charts: Sequence[Chart], gutter: int, size: int, largest: int) -> None:
+    """Raise InputError where `largest`, a side of a cell, is above a page's; say how many texels fit."""
     if largest <= size:
         return
     chart = max(charts, key=lambda chart: max(chart.height, chart.width))
@@ -199,7 +224,8 @@ def _rounded_down(number: int) -> int:
     return int(str(number)[:2]) * int("1" + "0" * zeros)
 
 
-def _power_of_two(side: int) -> int:
+def power_of_two(side: int) -> int:
+    """Return the least power of two that is no smaller."""
     return 1 << (side - 1).bit_length()
 
 

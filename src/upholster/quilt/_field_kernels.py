@@ -52,9 +52,7 @@ def matrix_at(
 
 
 @inline
-def node_row(
-    matrices: NDArray[np.int32], margin: Any, place: Any
-) -> tuple[Any, Any, Any]:
+def node_row(matrices: NDArray[np.int32], margin: Any, place: Any) -> tuple[Any, Any, Any]:
     """Return the rows of nodes above and below a place, in 1/16 step, and its fraction between, in 1/512."""
     last = matrices.shape[0] - 1
     y = np.int64(place) - 8
@@ -70,7 +68,7 @@ def node_row(
 def matrix_between(
     matrices: NDArray[np.int32], margin: Any, row: Any, column: Any
 ) -> tuple[Any, Any, Any, Any]:
-    """Return M at a place in 1/16 step, in 1/4096: between rows of nodes first, rounded, then between columns."""
+    """Return M at a place in 1/16 step, in 1/4096: between rows of nodes, rounded, then between columns."""
     i, below, down = node_row(matrices, margin, row)
     last = matrices.shape[1] - 1
     x = np.int64(column) - 8
@@ -83,10 +81,14 @@ def matrix_between(
     a, b, c, d = matrices[i, j], matrices[i, beside], matrices[below, j], matrices[below, beside]
     up, left = 512 - down, 512 - right
     return (
-        (((a[0] * up + c[0] * down + 256) >> 9) * left + ((b[0] * up + d[0] * down + 256) >> 9) * right + 256) >> 9,
-        (((a[1] * up + c[1] * down + 256) >> 9) * left + ((b[1] * up + d[1] * down + 256) >> 9) * right + 256) >> 9,
-        (((a[2] * up + c[2] * down + 256) >> 9) * left + ((b[2] * up + d[2] * down + 256) >> 9) * right + 256) >> 9,
-        (((a[3] * up + c[3] * down + 256) >> 9) * left + ((b[3] * up + d[3] * down + 256) >> 9) * right + 256) >> 9,
+        (((a[0] * up + c[0] * down + 256) >> 9) * left + ((b[0] * up + d[0] * down + 256) >> 9) * right + 256)
+        >> 9,
+        (((a[1] * up + c[1] * down + 256) >> 9) * left + ((b[1] * up + d[1] * down + 256) >> 9) * right + 256)
+        >> 9,
+        (((a[2] * up + c[2] * down + 256) >> 9) * left + ((b[2] * up + d[2] * down + 256) >> 9) * right + 256)
+        >> 9,
+        (((a[3] * up + c[3] * down + 256) >> 9) * left + ((b[3] * up + d[3] * down + 256) >> 9) * right + 256)
+        >> 9,
     )
 
 
@@ -109,8 +111,8 @@ def matrices_between(
 def reading(first: Any, here: Any, down: Any, right: Any) -> tuple[Any, Any]:
     """Return where a place falls in the exemplar, seen from its placement's centre, in 1/16 pixel.
 
-    `first` and `here` are M at the centre and at the place, which lies `down` and `right` of it, in 1/16 step,
-    within ±16383: then 32 bits hold all of it.
+    `first` and `here` are M at the centre and at the place, which lies `down` and `right` of it, in 1/16
+    step, within ±16383: then 32 bits hold all of it.
     """
     a, b, c, d = first[0] + here[0], first[1] + here[1], first[2] + here[2], first[3] + here[3]
     y, x, u, v = down >> 4, right >> 4, down & 15, right & 15

@@ -1,9 +1,11 @@
 """The nearest placement of each cell, exactly, in two passes."""
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.jit import kernel
+from upholster.jit import inline, kernel
 
 __all__ = ["nearest_in_columns", "nearest_in_rows"]
 
@@ -38,6 +40,21 @@ def nearest_in_columns(
             best[line, i] = found
 
 
+@inline
+def _away(place: Any, line: Any, down: Any) -> Any:
+    return (place - line) * (place - line) + down * down
+
+
+@inline
+def _never_nearest(lines: NDArray[np.int64], down: NDArray[np.int64], t: Any, u: Any, w: Any) -> bool:
+    # Whether, of three lines from left to right, the middle one is farther than another at every place: it is
+    # nearer than t from one place on, and than w up to another, of which both are quotients.
+    x, y, z = lines[t], lines[u], lines[w]
+    from_t = (y * y + down[u] * down[u]) - (x * x + down[t] * down[t])
+    to_w = (z * z + down[w] * down[w]) - (y * y + down[u] * down[u])
+    return bool(to_w * (y - x) < from_t * (z - y))
+
+
 @kernel
 def nearest_in_rows(
     best: NDArray[np.int32],
@@ -45,30 +62,34 @@ def nearest_in_rows(
     lines: NDArray[np.int64],
     at_rows: NDArray[np.int64],
     at_columns: NDArray[np.int64],
+    scratch: NDArray[np.int64],
     out: NDArray[np.int32],
 ) -> None:
     """Find of each cell the nearest of its row's candidates, one of each line; ties: the first number.
 
-    `lines` are the lines' places, rising. From the line next to the cell it looks both ways, as long as lines
-    are no farther than what was found.
+    `lines` are the lines' places, rising; `scratch` is (2, lines). Along a row the distances are parabolas of
+    one shape, so those that are least somewhere follow each other: the work is as rows times columns.
     """
+    kept, down = scratch[0], scratch[1]
     for i in range(out.shape[0]):
-        middle = 0
+        count = 0
+        for k in range(len(lines)):
+            down[k] = rows[best[k, i]] - at_rows[i]
+            while count > 1 and _never_nearest(lines, down, kept[count - 2], kept[count - 1], k):
+                count -= 1
+            kept[count] = k
+            count += 1
+        at = 0
         for j in range(out.shape[1]):
             place = at_columns[j]
-            while middle + 1 < len(lines) and abs(lines[middle + 1] - place) <= abs(lines[middle] - place):
-                middle += 1
-            found, least = -1, np.int64(2**62)
-            for way in (-1, 1):
-                k = middle if way < 0 else middle + 1
-                while 0 <= k < len(lines):
-                    across = (lines[k] - place) * (lines[k] - place)
-                    if across > least:
-                        break
-                    candidate = best[k, i]
-                    down = rows[candidate] - at_rows[i]
-                    away = across + down * down
-                    if away < least or (away == least and candidate < found):
-                        found, least = candidate, away
-                    k += way
+            least = _away(place, lines[kept[at]], down[kept[at]])
+            while at + 1 < count:
+                away = _away(place, lines[kept[at + 1]], down[kept[at + 1]])
+                if away > least:
+                    break
+                at, least = at + 1, away
+            found, k = best[kept[at], i], at - 1
+            while k >= 0 and _away(place, lines[kept[k]], down[kept[k]]) == least:
+                found = min(found, best[kept[k], i])
+                k -= 1
             out[i, j] = found

@@ -21,8 +21,8 @@ def turn_vectors(
 ) -> None:
     """Turn each texel's (x, y) by the angle of M's second column, in place.
 
-    `samples` (height, width, 3) lie at `rows` and `columns` of a chart, in 1/16 step; `top` stands for 1 (and 0 for −1); 1 means floats, which are
-    not rounded. No trigonometry: every machine gives the same.
+    `samples` (height, width, 3) lie at `rows` and `columns` of a chart, in 1/16 step; `top` stands for 1 (and
+    0 for −1); 1 means floats, which are not rounded. No trigonometry: every machine gives the same.
     """
     middle = 0.5 * top
     for i in range(samples.shape[0]):

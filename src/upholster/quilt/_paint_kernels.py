@@ -13,18 +13,20 @@ from numba.extending import overload
 from numpy.typing import NDArray
 
 from upholster.jit import inline, kernel, shared
-from upholster.quilt._field_kernels import node_row, reading
+from upholster.quilt._field_kernels import node_row
 from upholster.types import PixelArray
 
 __all__ = ["Field", "Layer", "Places", "PyramidWords", "Readings", "paint_window"]
 
 
 class Places(NamedTuple):
-    """Where the rows (or columns) of a window lie: (n,) each, in 1/16 step, and of a layer's cells the first
-    of the two round it and how far it is from its centre to the next one's, in 1/16.
+    """Where the rows (or columns) of a window lie, (n,) each.
+
+    `at` is in 1/16 step; `cell` is the first of the two cells round it; `part` tells how far it is from that
+    one's centre to the next one's, in 1/16.
     """
 
-    at: NDArray[np.int64]
+    at: NDArray[np.int32]
     cell: NDArray[np.int64]
     part: NDArray[np.int64]
 
@@ -38,17 +40,22 @@ class Layer(NamedTuple):
 
 
 class Readings(NamedTuple):
-    """Placements of a chart: (n, 2) centres and sources, (n, 4) centre matrices and symmetries, (n,) levels."""
+    """Placements of a chart, n of them.
+
+    (n, 2) centres and sources, (n, 4) centre matrices and symmetries, (n,) levels, by their place in the
+    pyramid, and `shifts`, their numbers there: how often they are halved.
+    """
 
     centres: NDArray[np.int64]
     sources: NDArray[np.int64]
     matrices: NDArray[np.int64]
     symmetries: NDArray[np.int64]
     levels: NDArray[np.int64]
+    shifts: NDArray[np.int64]
 
 
 class PyramidWords(NamedTuple):
-    """A pyramid's samples, see `upholster.quilt.pyramid.Pyramid`: `bits` is a lane's, of no meaning for floats."""
+    """A pyramid's samples, see `upholster.quilt.pyramid.Pyramid`; of floats `bits` mean nothing."""
 
     words: PixelArray
     per_pixel: int
@@ -57,18 +64,22 @@ class PyramidWords(NamedTuple):
 
 
 class Field(NamedTuple):
-    """A warp field: its nodes' matrices and margin, and `line`, (columns of nodes, 4): scratch for a row."""
+    """A warp field: its nodes' matrices and margin; and scratch for a row.
+
+    `line`, (columns of nodes, 4), has M between the rows of nodes; `found`, (2, texels), where a run reads.
+    """
 
     matrices: NDArray[np.int32]
     margin: int
     line: NDArray[np.int64]
+    found: NDArray[np.int32]
 
 
 _HALVES = np.uint64(0x0000FFFF0000FFFF)
 
 
 def _bilinear(words: Any, at: Any, k: Any, y: Any, x: Any) -> Any:
-    """Return the k-th words of four pixels, weighted by fractions in 1/16: of integers 256 times their mean."""
+    """Return four pixels' k-th words, weighted by fractions in 1/16: of integers 256 times their mean."""
     raise NotImplementedError  # compiled only
 
 
@@ -163,7 +174,9 @@ def _settle_sums_overload(total: Any, texel: Any, bits: Any, rest: Any) -> Any:
                 else:
                     word, shift = total[n >> 1], 32 * (n & 1)
                 own = (word >> np.uint64(shift)) & np.uint64(0xFFFFFFFF)
-                texel[n] = (np.uint64(texel[n]) * np.uint64(256 * rest) + own + np.uint64(32768)) >> np.uint64(16)
+                texel[n] = (
+                    np.uint64(texel[n]) * np.uint64(256 * rest) + own + np.uint64(32768)
+                ) >> np.uint64(16)
 
         return settle
 
@@ -184,42 +197,61 @@ def _mirrored(place: Any, size: Any) -> Any:
 
 
 @inline
-def _matrix(field: Field, place: Any) -> Any:
-    """Return M at a place of the row that `field.line` is for."""
-    line, last = field.line, field.line.shape[0] - 1
-    x = place - 8
-    j, right = field.margin + (x >> 9), x & 511
-    if j < 0:
-        j, right = np.int64(0), np.int64(0)
-    elif j >= last:
-        j, right = np.int64(last), np.int64(0)
-    beside, left = min(j + 1, last), 512 - right
-    return (
-        (line[j, 0] * left + line[beside, 0] * right + 256) >> 9,
-        (line[j, 1] * left + line[beside, 1] * right + 256) >> 9,
-        (line[j, 2] * left + line[beside, 2] * right + 256) >> 9,
-        (line[j, 3] * left + line[beside, 3] * right + 256) >> 9,
-    )
-
-
-@inline
-def _pixels(readings: Readings, one: Any, pyramid: PyramidWords, row: Any, column: Any, here: Any) -> Any:
-    """Return the words of the four pixels that a placement reads at a place, and its fractions between them."""
-    m = readings.matrices[one]
-    down = min(max(row - readings.centres[one, 0], -16383), 16383)
-    right = min(max(column - readings.centres[one, 1], -16383), 16383)
-    y, x = reading((m[0], m[1], m[2], m[3]), here, down, right)
-    turn = readings.symmetries[one]
-    base, height, width, k = pyramid.table[readings.levels[one]]
-    r = ((readings.sources[one, 0] + turn[0] * y + turn[1] * x + 8) >> k) - 8
-    c = ((readings.sources[one, 1] + turn[2] * y + turn[3] * x + 8) >> k) - 8
-    y, x, r, c, each = r & 15, c & 15, r >> 4, c >> 4, np.int64(pyramid.per_pixel)
+def _at(pyramid: PyramidWords, level: Any, r: Any, c: Any) -> Any:
+    """Return the words of the four pixels round a place, in 1/16 pixel of a level, and its fractions."""
+    base, height, width, each = level[0], level[1], level[2], np.int64(pyramid.per_pixel)
+    y, x, r, c = r & 15, c & 15, r >> 4, c >> 4
     if 0 <= r < height - 1 and 0 <= c < width - 1:
         at = base + (r * width + c) * each
         return (at, at + each, at + width * each, at + (width + 1) * each), y, x
     top, bottom = base + _mirrored(r, height) * width * each, base + _mirrored(r + 1, height) * width * each
     left, beside = _mirrored(c, width) * each, _mirrored(c + 1, width) * each
     return (top + left, top + beside, bottom + left, bottom + beside), y, x
+
+
+@inline
+def _trace_run(
+    readings: Readings, one: Any, field: Field, row: Any, columns: NDArray[np.int32], found: NDArray[np.int32]
+) -> None:
+    # Writes to `found`, (2, n), where a placement reads at places of a row, in 1/16 pixel of its level: in 32
+    # bits, from node to node, as `upholster.quilt._field_kernels.reading` does.
+    last, half, nine, four = field.line.shape[0] - 1, np.int32(256), np.int32(9), np.int32(4)
+    m, turn = readings.matrices[one], readings.symmetries[one]
+    m0, m1, m2, m3 = np.int32(m[0]), np.int32(m[1]), np.int32(m[2]), np.int32(m[3])
+    t0, t1, t2, t3 = np.int32(turn[0]), np.int32(turn[1]), np.int32(turn[2]), np.int32(turn[3])
+    k, eight = np.int32(readings.shifts[one]), np.int32(8)
+    source_row, source_column = np.int32(readings.sources[one, 0] + 8), np.int32(readings.sources[one, 1] + 8)
+    down = min(max(row - readings.centres[one, 0], -16383), 16383)
+    y, u, centre = np.int32(down >> 4), np.int32(down & 15), np.int32(readings.centres[one, 1])
+    least, most, mask = np.int32(-16383), np.int32(16383), np.int32(15)
+    start = 0
+    while start < columns.shape[0]:
+        j = field.margin + ((columns[start] - 8) >> 9)
+        origin = np.int32(((j - field.margin) << 9) + 8)
+        stop, slope = start + 1, np.int32(1)
+        if j < 0 or j >= last:
+            stop, j, slope = columns.shape[0] if j >= last else stop, min(max(j, 0), last), np.int32(0)
+        while stop < columns.shape[0] and columns[stop] < origin + 512:
+            stop += 1
+        beside = min(j + 1, last)
+        a, b = field.line[j], field.line[beside]
+        a0, a1, a2, a3 = np.int32(a[0] << 9), np.int32(a[1] << 9), np.int32(a[2] << 9), np.int32(a[3] << 9)
+        b0, b1 = np.int32(b[0] - a[0]) * slope, np.int32(b[1] - a[1]) * slope
+        b2, b3 = np.int32(b[2] - a[2]) * slope, np.int32(b[3] - a[3]) * slope
+        places, rs, cs = columns[start:stop], found[0, start:stop], found[1, start:stop]
+        for n in range(places.shape[0]):
+            part = np.int32(places[n] - origin)
+            c0 = np.int32(m0 + (np.int32(a0 + b0 * part + half) >> nine))
+            c1 = np.int32(m1 + (np.int32(a1 + b1 * part + half) >> nine))
+            c2 = np.int32(m2 + (np.int32(a2 + b2 * part + half) >> nine))
+            c3 = np.int32(m3 + (np.int32(a3 + b3 * part + half) >> nine))
+            right = min(max(np.int32(places[n] - centre), least), most)
+            x, v = np.int32(right >> four), np.int32(right & mask)
+            r = np.int32(c0 * y + c1 * x + (np.int32(c0 * u + c1 * v) >> four) + half) >> nine
+            c = np.int32(c2 * y + c3 * x + (np.int32(c2 * u + c3 * v) >> four) + half) >> nine
+            rs[n] = (np.int32(source_row + t0 * r + t1 * c) >> k) - eight
+            cs[n] = (np.int32(source_column + t2 * r + t3 * c) >> k) - eight
+        start = stop
 
 
 @shared
@@ -234,11 +266,13 @@ def _paint_run(
     out: PixelArray,
 ) -> None:
     # Paints texels of a row that show one placement alone.
-    row = layer.rows.at[t]
-    for u in range(ends[0], ends[1]):
-        column = layer.columns.at[u]
-        at, y, x = _pixels(readings, one, pyramid, row, column, _matrix(field, column))
-        texel = out[t, u]
+    start, stop = ends
+    found = field.found[:, start:stop]
+    _trace_run(readings, one, field, layer.rows.at[t], layer.columns.at[start:stop], found)
+    level = pyramid.table[readings.levels[one]]
+    for n in range(stop - start):
+        at, y, x = _at(pyramid, level, np.int64(found[0, n]), np.int64(found[1, n]))
+        texel = out[t, start + n]
         for k in range(pyramid.per_pixel):
             _settle(_bilinear(pyramid.words, at, k, y, x), texel, k, pyramid.bits)
 
@@ -252,43 +286,48 @@ def _paint_mixed(
     readings: Readings,
     field: Field,
     pyramid: PyramidWords,
-    total: PixelArray,
+    totals: PixelArray,
     out: PixelArray,
 ) -> None:
-    # Paints texels of a row that show several placements, between the same four cells; −1 shows what is there.
-    row, f = layer.rows.at[t], layer.rows.part[t]
-    for u in range(ends[0], ends[1]):
-        column, g = layer.columns.at[u], layer.columns.part[u]
-        shares = ((16 - f) * (16 - g), (16 - f) * g, f * (16 - g), f * g)
-        here, shown = _matrix(field, column), 0
-        for n in range(total.shape[0]):
-            total[n] = 0
-        for n in range(4):
-            one, weight, seen = named[n], 0, named[n] < 0
-            for before in range(n):
-                seen = seen or named[before] == one
-            if seen:
-                continue
-            for behind in range(n, 4):
-                if named[behind] == one:
-                    weight += shares[behind]
+    # Paints texels of a row between cells that name these four placements; −1 shows what is there.
+    start, stop = ends
+    found, f, columns = field.found[:, start:stop], layer.rows.part[t], layer.columns
+    sums, shown = totals[start:stop], (named[0] >= 0, named[1] >= 0, named[2] >= 0, named[3] >= 0)
+    for n in range(stop - start):
+        for k in range(sums.shape[1]):
+            sums[n, k] = 0
+    for first in range(4):
+        one, seen = named[first], not shown[first]
+        for before in range(first):
+            seen = seen or named[before] == one
+        if seen:
+            continue
+        # Its share at a texel is left + right · part, both in 1/256.
+        at_left = (16 - f) * (named[0] == one) + f * (named[2] == one)
+        at_right = (16 - f) * (named[1] == one) + f * (named[3] == one)
+        if at_left + at_right == 0:
+            continue
+        _trace_run(readings, one, field, layer.rows.at[t], columns.at[start:stop], found)
+        level = pyramid.table[readings.levels[one]]
+        for n in range(stop - start):
+            g = columns.part[start + n]
+            weight = at_left * (16 - g) + at_right * g
             if weight:
-                shown += weight
-                at, y, x = _pixels(readings, one, pyramid, row, column, here)
+                at, y, x = _at(pyramid, level, np.int64(found[0, n]), np.int64(found[1, n]))
                 for k in range(pyramid.per_pixel):
-                    _gather(total, _bilinear(pyramid.words, at, k, y, x), k, pyramid.bits, weight)
-        if shown:
-            _settle_sums(total, out[t, u], pyramid.bits, 256 - shown)
+                    _gather(sums[n], _bilinear(pyramid.words, at, k, y, x), k, pyramid.bits, weight)
+    for n in range(stop - start):
+        g, rest = columns.part[start + n], 0
+        if not (shown[0] and shown[1] and shown[2] and shown[3]):
+            rest += (16 - f) * ((16 - g) * (not shown[0]) + g * (not shown[1]))
+            rest += f * ((16 - g) * (not shown[2]) + g * (not shown[3]))
+        if rest < 256:
+            _settle_sums(sums[n], out[t, start + n], pyramid.bits, rest)
 
 
 @inline
 def _named(labels: NDArray[np.int32], i: Any, j: Any) -> Any:
     return labels[i, j], labels[i, j + 1], labels[i + 1, j], labels[i + 1, j + 1]
-
-
-@inline
-def _alike(named: Any) -> Any:
-    return named[0] == named[1] and named[0] == named[2] and named[0] == named[3]
 
 
 @shared
@@ -298,26 +337,21 @@ def _paint_row(
     readings: Readings,
     field: Field,
     pyramid: PyramidWords,
-    total: PixelArray,
+    totals: PixelArray,
     out: PixelArray,
 ) -> None:
-    # Paints a row of texels: runs between the same cells, or of cells that name one placement.
+    # Paints a row of texels: runs between cells that name the same placements.
     i, cells, u = layer.rows.cell[t], layer.columns.cell, 0
     while u < out.shape[1]:
-        named, start = _named(layer.labels, i, cells[u]), u
-        while u < out.shape[1] and cells[u] == cells[start]:
-            u += 1
-        if not _alike(named):
-            _paint_mixed(layer, named, t, (start, u), readings, field, pyramid, total, out)
-            continue
-        while u < out.shape[1]:
-            further = _named(layer.labels, i, cells[u])
-            if further[0] != named[0] or not _alike(further):
-                break
+        named, start, alike = _named(layer.labels, i, cells[u]), u, True
+        while alike and u < out.shape[1]:
             j = cells[u]
             while u < out.shape[1] and cells[u] == j:
                 u += 1
-        if named[0] >= 0:
+            alike = u < out.shape[1] and _named(layer.labels, i, cells[u]) == named
+        if not (named[0] == named[1] and named[0] == named[2] and named[0] == named[3]):
+            _paint_mixed(layer, named, t, (start, u), readings, field, pyramid, totals, out)
+        elif named[0] >= 0:
             _paint_run(layer, named[0], t, (start, u), readings, field, pyramid, out)
 
 
@@ -328,12 +362,13 @@ def paint_window(
     readings: Readings,
     field: Field,
     pyramid: PyramidWords,
-    total: PixelArray,
+    totals: PixelArray,
     out: PixelArray,
 ) -> None:
     """Paint a window of a chart into `out`, (rows, columns, channels), which is 0.
 
-    `second` has no labels where there is one layer. `total`, scratch, is (2 · words a pixel,) of their dtype.
+    `second` has no labels where there is one layer. `totals`, scratch, is (columns, 2 · words a pixel) of
+    their dtype.
     """
     matrices, line = field.matrices, field.line
     for t in range(out.shape[0]):
@@ -341,6 +376,6 @@ def paint_window(
         for j in range(line.shape[0]):
             for k in range(4):
                 line[j, k] = (matrices[i, j, k] * (512 - down) + matrices[below, j, k] * down + 256) >> 9
-        _paint_row(first, t, readings, field, pyramid, total, out)
+        _paint_row(first, t, readings, field, pyramid, totals, out)
         if second.labels.shape[0]:
-            _paint_row(second, t, readings, field, pyramid, total, out)
+            _paint_row(second, t, readings, field, pyramid, totals, out)

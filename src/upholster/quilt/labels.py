@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from upholster.errors import InputError
 from upholster.quilt._label_kernels import nearest_in_columns, nearest_in_rows
 from upholster.quilt.chart import Chart
-from upholster.types import IntArray, frozen_array
+from upholster.types import frozen_array
 
 __all__ = ["MOST_CELL", "LabelMap", "cell_centres", "label_shape", "nearest_labels"]
 
@@ -53,7 +53,7 @@ class LabelMap:
         frozen_array(self.labels)
 
     def check(self, chart: Chart, first: int, stop: int, *, empty: bool) -> None:
-        """Raise InputError unless labels fit a chart and are from `first` on below `stop`, or −1 if `empty`."""
+        """Raise InputError unless labels fit a chart and are `first` to `stop` − 1, or −1 if `empty`."""
         wanted = label_shape(chart.height, chart.width, self.cell)
         if self.labels.shape != wanted:
             raise InputError(f"labels have shape {self.labels.shape}; the chart wants {wanted}")
@@ -61,12 +61,12 @@ class LabelMap:
         if self.labels.min() < -1 or (len(named) and (named.min() < first or named.max() >= stop)):
             raise InputError(f"a label is outside {first} to {stop - 1}, the placements of its layer")
 
-    def at(self, rows: IntArray, columns: IntArray) -> IntArray:
+    def at(self, rows: NDArray[np.int64], columns: NDArray[np.int64]) -> NDArray[np.int32]:
         """Return the labels of the cells in which steps lie: broadcast like the steps' numbers."""
         moved = (3 if self.half else 2) * self.cell + 1  # twice the middle of step 0, from the first cell on
-        i = (2 * np.asarray(rows) + moved) // (2 * self.cell)
-        j = (2 * np.asarray(columns) + moved) // (2 * self.cell)
-        found: IntArray = self.labels[i, j]
+        i = (2 * rows + moved) // (2 * self.cell)
+        j = (2 * columns + moved) // (2 * self.cell)
+        found: NDArray[np.int32] = self.labels[i, j]
         return found
 
 
@@ -75,9 +75,10 @@ def label_shape(height: int, width: int, cell: int) -> tuple[int, int]:
     return -(-height // cell) + 2, -(-width // cell) + 2
 
 
-def cell_centres(count: int, cell: int, *, half: bool = False) -> IntArray:
+def cell_centres(count: int, cell: int, *, half: bool = False) -> NDArray[np.int64]:
     """Return where the centres of the first `count` rows (or columns) of cells lie, in 1/16 step."""
-    return 16 * cell * (np.arange(count) - 1) + (0 if half else 8 * cell)
+    found: NDArray[np.int64] = 16 * cell * (np.arange(count, dtype=np.int64) - 1) + (0 if half else 8 * cell)
+    return found
 
 
 def nearest_labels(
@@ -109,5 +110,6 @@ def nearest_labels(
     lines = columns[order][starts].astype(np.int64)
     best = np.empty((len(lines), high), np.int32)
     nearest_in_columns(order.astype(np.int64), rows.astype(np.int64), starts, ends, at_rows, best)
-    nearest_in_rows(best, rows.astype(np.int64), lines, at_rows, at_columns, out)
+    scratch = np.empty((2, len(lines)), np.int64)
+    nearest_in_rows(best, rows.astype(np.int64), lines, at_rows, at_columns, scratch, out)
     return out

@@ -9,7 +9,7 @@ from upholster.image.material import Material
 from upholster.image.source import Source, as_exemplar
 from upholster.quilt.model import Quilt, Texels
 from upholster.quilt.normals import lengthen, paint_normals, turn_window, turned_pyramid, unit_normals
-from upholster.quilt.painting import check_painted, image_pyramid, paint, painted_charts, window_of_chart
+from upholster.quilt.painting import ChartPainter, check_painted, image_pyramid, paint, painted_charts
 from upholster.types import PixelArray, Progress
 
 __all__ = ["WindowPainter", "paint_map", "paint_material"]
@@ -101,21 +101,21 @@ class WindowPainter:
 
     def __init__(self, quilt: Quilt, role: str, image: PixelArray, *, density: float | None = None) -> None:
         self._quilt, self._turns = quilt, role == "normal"
-        self._charts = painted_charts(quilt.charts, quilt.density if density is None else density)
+        charts = painted_charts(quilt.charts, quilt.density if density is None else density)
         image = check_painted(quilt, image)
         if image.shape[:2] != quilt.exemplar_shape:
             raise InputError(f"map {role!r} has shape {image.shape}; the quilt wants {quilt.exemplar_shape}")
-        self._pyramid, self._which = (
-            turned_pyramid(quilt, image) if self._turns else (image_pyramid((image,)), None)
-        )
+        pyramid, which = turned_pyramid(quilt, image) if self._turns else (image_pyramid((image,)), None)
+        self._painters = [ChartPainter(quilt, n, chart, pyramid, which) for n, chart in enumerate(charts)]
 
     def paint(self, index: int, window: tuple[slice, slice] | None = None) -> PixelArray:
         """Return a window, rows and columns in texels, of chart `index`; None: all of it."""
-        chart = self._charts[index]
+        painter = self._painters[index]
+        chart, pyramid = painter.painted, painter.pyramid
         window = window or (slice(0, chart.height), slice(0, chart.width))
-        shape = (window[0].stop - window[0].start, window[1].stop - window[1].start, self._pyramid.channels)
-        out = np.zeros(shape, self._pyramid.dtype)
-        window_of_chart(self._quilt, index, chart, self._pyramid, self._which, window, out)
+        shape = (window[0].stop - window[0].start, window[1].stop - window[1].start, pyramid.channels)
+        out = np.zeros(shape, pyramid.dtype)
+        painter.paint(window, out)
         if self._turns:
             turn_window(self._quilt, index, chart, window, out)
             lengthen(out)

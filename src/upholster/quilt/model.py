@@ -132,8 +132,8 @@ class Quilt(Shown):
     Raises
     ------
     InputError
-        If fields or labels are not one for each chart, the density is none of these, a placement can not be painted (`check_placements`),
-        or a label names none of its chart's.
+        If fields or labels are not one for each chart, the density is none of these, a placement can not be
+        painted (`check_placements`), or a label names none of its chart's.
     """
 
     charts: tuple[Chart, ...]
@@ -150,11 +150,14 @@ class Quilt(Shown):
         parts = {"charts": len(self.charts), "steps": self.steps, "placements": len(self.placements)}
         return on_a_line(self, {**parts, "sample": f"{width}x{height}", "seed": self.seed})
 
-    def on(self, surface: AnySurface | None, *, seed: int | None = None) -> "Quilt":
-        """Return the same quilt, which knows its surface and the seed that it was made with."""
+    def on(
+        self, surface: AnySurface | None, *, seed: int | None = None, density: float | None = None
+    ) -> "Quilt":
+        """Return the same quilt, which knows its surface, its seed, and maybe another density."""
         known = copy(self)  # nothing is checked or computed again
         object.__setattr__(known, "surface", surface)
         object.__setattr__(known, "seed", seed)
+        object.__setattr__(known, "density", self.density if density is None else density)
         return known
 
     def check_surface(self, surface: AnySurface) -> None:
@@ -177,10 +180,19 @@ class Quilt(Shown):
         self._check_labels()
 
     def _check_labels(self) -> None:
-        if len(self.labels) != len(self.charts) or not all(1 <= len(each) <= 2 for each in self.labels):
+        if (
+            not isinstance(self.labels, tuple)
+            or len(self.labels) != len(self.charts)
+            or not all(isinstance(each, tuple) and 1 <= len(each) <= 2 for each in self.labels)
+            or not all(isinstance(layer, LabelMap) for each in self.labels for layer in each)
+        ):
             raise InputError("labels must be a tuple of one or two label maps for each chart")
-        first = np.cumsum(np.bincount(2 * self.placements["chart"] + self.placements["layer"],
-                                      minlength=2 * len(self.charts)).reshape(-1, 2), axis=1)
+        first = np.cumsum(
+            np.bincount(
+                2 * self.placements["chart"] + self.placements["layer"], minlength=2 * len(self.charts)
+            ).reshape(-1, 2),
+            axis=1,
+        )
         for chart, layers, (lower, upper) in zip(self.charts, self.labels, first.tolist(), strict=True):
             layers[0].check(chart, 0, lower, empty=False)
             for layer in layers[1:]:
@@ -232,7 +244,8 @@ class Quilt(Shown):
         ndarray
             (height, width) int32: index into `on_chart`; of the second layer where that shows one.
         """
-        rows, columns = row + np.arange(height)[:, None], column + np.arange(width)[None]
+        rows = row + np.arange(height, dtype=np.int64)[:, None]
+        columns = column + np.arange(width, dtype=np.int64)[None]
         found = self.labels[index][0].at(rows, columns)
         for layer in self.labels[index][1:]:
             above = layer.at(rows, columns)

@@ -93,7 +93,7 @@ def turned_pyramid(quilt: Quilt, normals: PixelArray) -> tuple[Pyramid, NDArray[
 def turn_window(
     quilt: Quilt, index: int, painted: Chart, window: tuple[slice, slice], out: PixelArray
 ) -> None:
-    """Turn painted normals of a window of a chart, see `upholster.quilt.painting.window_of_chart`, in place."""
+    """Turn painted normals of a window, see `upholster.quilt.painting.ChartPainter`, in place."""
     chart, field = quilt.charts[index], quilt.fields[index]
     if field.is_identity:
         return

@@ -7,8 +7,8 @@ height and width can be painted, with any number of channels, at any depth and a
 import math
 import os
 from collections.abc import Callable, Sequence
-from dataclasses import replace
-from functools import partial
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,17 +24,17 @@ from upholster.quilt.labels import LabelMap
 from upholster.quilt.model import Quilt, Texels
 from upholster.quilt.placement import SYMMETRIES
 from upholster.quilt.pyramid import Pyramid, build_pyramid, most_levels
-from upholster.types import IntArray, PixelArray, Progress
+from upholster.types import PixelArray, Progress
 
 __all__ = [
     "PAINTED_DENSITIES",
+    "ChartPainter",
     "check_painted",
     "image_pyramid",
     "paint",
     "paint_each",
     "painted_charts",
     "texel_places",
-    "window_of_chart",
 ]
 
 PAINTED_DENSITIES = 1 / 64, 64
@@ -97,7 +97,7 @@ def paint(
 
 
 def painted_charts(charts: Sequence[Chart], density: float) -> tuple[Chart, ...]:
-    """Return charts as they are painted: sides of `density` times as many texels as steps, rounded, 1 or more.
+    """Return charts as they are painted: with `density` times as many texels as steps, rounded, 1 or more.
 
     Raises
     ------
@@ -173,28 +173,22 @@ def paint_each(
     )
     pieces: list[tuple[int, Callable[[], object]]] = []
     for index, (chart, array) in enumerate(zip(charts, arrays, strict=True)):
+        painter = ChartPainter(quilt, index, chart, pyramid, which)
         step = max(1, _TASK_TEXELS // chart.width)
         for start in range(0, chart.height, step):
             stop = min(start + step, chart.height)
             window = slice(start, stop), slice(0, chart.width)
-            piece = partial(window_of_chart, quilt, index, chart, pyramid, which, window, array[start:stop])
+            piece = partial(painter.paint, window, array[start:stop])
             pieces.append(((stop - start) * chart.width, piece))
     run_tasks(_gathered(pieces), threads=threads, progress=progress, stage="paint")
     return Texels(charts, arrays, quilt)
 
 
-def window_of_chart(
-    quilt: Quilt,
-    index: int,
-    painted: Chart,
-    pyramid: Pyramid,
-    which: NDArray[np.int64] | None,
-    window: tuple[slice, slice],
-    out: PixelArray,
-) -> None:
-    """Paint a window of a chart, and no texel more.
+@dataclass(frozen=True, eq=False)
+class ChartPainter:
+    """Paints windows of one chart.
 
-    Parameters
+    Attributes
     ----------
     quilt, index
         The chart's quilt, and its number there.
@@ -202,58 +196,68 @@ def window_of_chart(
         The chart as it is painted, one of `painted_charts`.
     pyramid, which
         As in `paint_each`.
-    window
-        Rows and columns in texels.
-    out
-        (rows, columns, channels) of the pyramid's dtype, all 0: it is filled.
     """
-    chart, field = quilt.charts[index], quilt.fields[index]
-    rows = texel_places(chart.height, painted.height)[window[0]]
-    columns = texel_places(chart.width, painted.width)[window[1]]
-    layers = [_layer(each, rows, columns) for each in quilt.labels[index]]
-    if len(layers) == 1:
-        layers.append(layers[0]._replace(labels=np.zeros((0, 0), np.int32)))
-    ratio = (painted.height * painted.width) / (chart.height * chart.width)
-    readings = _readings(quilt, index, pyramid, which, ratio)
-    matrices = np.ascontiguousarray(field.matrices)
-    kernels.paint_window(
-        *layers,
-        readings,
-        kernels.Field(matrices, field.margin, np.empty((matrices.shape[1], 4), np.int64)),
-        kernels.PyramidWords(pyramid.words, pyramid.per_pixel, pyramid.bits, pyramid.table),
-        np.empty(2 * pyramid.per_pixel, pyramid.words.dtype),
-        out,
-    )
+
+    quilt: Quilt
+    index: int
+    painted: Chart
+    pyramid: Pyramid
+    which: NDArray[np.int64] | None = None
+
+    def paint(self, window: tuple[slice, slice], out: PixelArray) -> None:
+        """Paint rows and columns of texels, and no texel more.
+
+        `out` is (rows, columns, channels) of the pyramid's dtype, all 0: it is filled.
+        """
+        chart, field, pyramid = self.quilt.charts[self.index], self.quilt.fields[self.index], self.pyramid
+        rows = texel_places(chart.height, self.painted.height)[window[0]]
+        columns = texel_places(chart.width, self.painted.width)[window[1]]
+        first, *further = (_layer(each, rows, columns) for each in self.quilt.labels[self.index])
+        second = further[0] if further else first._replace(labels=np.zeros((0, 0), np.int32))
+        matrices = np.ascontiguousarray(field.matrices)
+        line = np.empty((matrices.shape[1], 4), np.int64)
+        kernels.paint_window(
+            first,
+            second,
+            self._readings,
+            kernels.Field(matrices, field.margin, line, np.empty((2, out.shape[1]), np.int32)),
+            kernels.PyramidWords(pyramid.words, pyramid.per_pixel, pyramid.bits, pyramid.table),
+            np.empty((out.shape[1], 2 * pyramid.per_pixel), pyramid.words.dtype),
+            out,
+        )
+
+    @cached_property
+    def _readings(self) -> kernels.Readings:
+        chart, painted = self.quilt.charts[self.index], self.painted
+        placed = self.quilt.on_chart(self.index)
+        centres = centre_matrices(self.quilt.fields[self.index], placed)
+        ratio = (painted.height * painted.width) / (chart.height * chart.width)
+        shifts = levels_of(centres, self.pyramid.levels - 1, ratio=ratio)
+        image: NDArray[np.int64] | int = 0
+        if self.which is not None:
+            image = self.which[self.quilt.first_on(self.index) : self.quilt.first_on(self.index + 1)]
+        where, source = (
+            np.stack([placed[a], placed[b]], axis=1).astype(np.int64)
+            for a, b in (("row", "column"), ("source_row", "source_column"))
+        )
+        levels = shifts + image * self.pyramid.levels
+        turns = SYMMETRIES[placed["symmetry"]]
+        return kernels.Readings(where, source, centres.astype(np.int64), turns, levels, shifts)
 
 
-def texel_places(steps: int, texels: int) -> IntArray:
+def texel_places(steps: int, texels: int) -> NDArray[np.int64]:
     """Return where so many texels along a side of so many steps lie, in 1/16 step, int64."""
-    found: IntArray = (2 * np.arange(texels, dtype=np.int64) + 1) * 8 * steps // texels
+    found: NDArray[np.int64] = (2 * np.arange(texels, dtype=np.int64) + 1) * 8 * steps // texels
     return found
 
 
-def _layer(layer: LabelMap, rows: IntArray, columns: IntArray) -> kernels.Layer:
+def _layer(layer: LabelMap, rows: NDArray[np.int64], columns: NDArray[np.int64]) -> kernels.Layer:
     size = 16 * layer.cell
     places = []
     for at in (rows, columns):
         moved = at + size - (0 if layer.half else size // 2)
-        places.append(kernels.Places(at, moved // size, moved % size // layer.cell))
+        places.append(kernels.Places(at.astype(np.int32), moved // size, moved % size // layer.cell))
     return kernels.Layer(layer.labels, *places)
-
-
-def _readings(
-    quilt: Quilt, index: int, pyramid: Pyramid, which: NDArray[np.int64] | None, ratio: float
-) -> kernels.Readings:
-    placed = quilt.on_chart(index)
-    centres = centre_matrices(quilt.fields[index], placed)
-    chosen = levels_of(centres, pyramid.levels - 1, ratio=ratio)
-    if which is not None:
-        chosen += which[quilt.first_on(index) : quilt.first_on(index + 1)] * pyramid.levels
-    pairs = [
-        np.stack([placed[a], placed[b]], axis=1).astype(np.int64)
-        for a, b in (("row", "column"), ("source_row", "source_column"))
-    ]
-    return kernels.Readings(*pairs, centres.astype(np.int64), SYMMETRIES[placed["symmetry"]], chosen)
 
 
 def _gathered(pieces: list[tuple[int, Callable[[], object]]]) -> list[Callable[[], object]]:

@@ -90,8 +90,9 @@ def check_placements(placed: NDArray[np.void], charts: Sequence[Chart], shape: t
         If they are not sorted by chart and layer, a chart has none in its first layer, or a number of one
         is outside its range.
     """
-    if placed.dtype != PLACEMENT or placed.ndim != 1:
-        raise InputError(f"placements are of {placed.dtype}; allowed: a flat array of PLACEMENT")
+    if not isinstance(placed, np.ndarray) or placed.dtype != PLACEMENT or placed.ndim != 1:
+        kind = getattr(placed, "dtype", type(placed).__name__)
+        raise InputError(f"placements are of {kind}; allowed: a flat array of PLACEMENT")
     order = 2 * placed["chart"].astype(np.int64) + placed["layer"]
     if (np.diff(order) < 0).any() or (len(placed) and placed["layer"].max() > 1):
         raise InputError("placements are not sorted by chart and layer, 0 and 1")

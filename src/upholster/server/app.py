@@ -42,10 +42,7 @@ _SCRIPTS = (
     "upholster-viewer.js",
     "upholster-lab.js",
     "upholster-environment.js",
-    "upholster-painter.js",
     "uph-worker.js",
-    "uph-painting.js",
-    "uph-recipes.js",
     "uph-rare.js",
     "uph-picture.js",
 )

@@ -19,19 +19,10 @@ EARLY_SCRIPT = """
   response.catch(() => {})
   const worker = new Worker('/assets/uph-worker.js', { type: 'module' })
   globalThis.upholsterEarly = { url: stream, response, worker }
-  const gl = document.createElement('canvas').getContext('webgl2')
-  const info = gl?.getExtension('WEBGL_debug_renderer_info')
-  const card = gl?.getParameter(info?.UNMASKED_RENDERER_WEBGL ?? gl.RENDERER) ?? ''
-  const isSoftware = /swiftshader|llvmpipe|softpipe|software|basic render/i.test(card)
-  for (const name of isSoftware ? ['uph-painting'] : ['upholster-painter', 'uph-recipes']) {
-    fetch(`/assets/${name}.js`).catch(() => {})
-  }
 })(document.currentScript.dataset)
 """
 """Asks for the stream's beginning and starts the worker while the viewer's script is still on its way. The
-rest of the stream comes behind the scripts, which share the line with it. What viewer and worker will ask for
-next is asked for as well, for the browser to keep: by whether a graphics card paints, by the same rule as in
-web/viewer/quality.js. See web/uph-workers.js."""
+rest of the stream comes behind the scripts, which share the line with it. See web/uph-workers.js."""
 
 THUMBNAIL_SIZE = (400, 300)
 """(width, height) in pixels of the pictures on the start page."""

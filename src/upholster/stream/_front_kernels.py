@@ -1,4 +1,4 @@
-"""The front of a mesh that is being coded: the edges beyond which triangles may lie (SPEC.md, section 5.8).
+"""The front of a mesh that is being coded: the edges beyond which triangles may lie (SPEC.md, section 5.4).
 
 An edge of the front runs from `TAIL` to `HEAD` as the missing triangle has it; the known one has it the other
 way round. Edges are linked in loops, each to the one before its tail and the one after its head.

@@ -1,4 +1,4 @@
-"""Coding what guesses of a mesh's numbers leave over, and flags (SPEC.md, section 5.8)."""
+"""Coding what guesses of a mesh's numbers leave over, and flags (SPEC.md, section 5.4)."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""Coding the nodes of warp fields: encoder and decoder are the same loop (SPEC.md, section 5.7)."""
+"""Coding the nodes of warp fields: encoder and decoder are the same loop (SPEC.md, section 5.3)."""
 
 from typing import Any, NamedTuple
 

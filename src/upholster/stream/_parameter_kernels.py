@@ -1,4 +1,4 @@
-"""Coding the parameters of a mesh's wedges: encoder and decoder are the same loop (SPEC.md, section 5.8)."""
+"""Coding the parameters of a mesh's wedges: encoder and decoder are the same loop (SPEC.md, section 5.4)."""
 
 from typing import NamedTuple
 

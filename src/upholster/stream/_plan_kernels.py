@@ -1,4 +1,4 @@
-"""Coding placements and labels: encoder and decoder are the same loops (SPEC.md, sections 5.2 and 5.3)."""
+"""Coding placements and labels: encoder and decoder are the same loops (SPEC.md, section 5.2)."""
 
 from typing import NamedTuple
 
@@ -63,7 +63,8 @@ class Grid(NamedTuple):
     """What placing blocks on a layer of a chart needs to know.
 
     The grid of cells: steps a side, whether it is moved by half a cell, rows, columns; the margin of the
-    chart's warp field; the exemplar's size in pixels.
+    chart's warp field; the exemplar's size in pixels; then the powers of 2 of which sources
+    and own matrices' numbers are multiples.
     """
 
     cell: int
@@ -73,6 +74,8 @@ class Grid(NamedTuple):
     margin: int
     height: int
     width: int
+    source_bits: int
+    matrix_bits: int
 
 
 class Named(NamedTuple):
@@ -80,13 +83,13 @@ class Named(NamedTuple):
 
     layer: int
     first: int
-    count: int
+    total: int
 
 
 @inline
 def _centre(grid: Grid, place: int) -> int:
     # Of a row or column of cells, in 1/16 step.
-    return 16 * grid.cell * (int64(place) - 1) + (0 if grid.half else 8 * grid.cell)
+    return int(16 * grid.cell * (int64(place) - 1) + (0 if grid.half else 8 * grid.cell))
 
 
 @inline
@@ -98,7 +101,7 @@ def _nearest_before(placed: NDArray[np.int32], first: int, n: int, row: int, col
         away = down * down + right * right
         if found < 0 or away < least:
             found, least = int64(k), away
-    return found
+    return int(found)
 
 
 @inline
@@ -201,12 +204,14 @@ def code_placements(
                 if near >= 0:
                     record[SYMMETRY] = placed[near, SYMMETRY]
             low, high = _range(grid, k, row, record[COLUMN])
-            rest = code_number(coder, k, changed, encoding, placed[n, k] - record[k] if encoding else 0)
+            bits = int64(0) if k < MATRIX else grid.matrix_bits if k < SOURCE else grid.source_bits
+            guess = (record[k] + ((1 << bits) >> 1)) >> bits
+            rest = code_number(coder, k, changed, encoding, (placed[n, k] >> bits) - guess if encoding else 0)
             if rest == MISSING:
                 undo(coder, kept)
                 return n
             changed = (2 * changed + (1 if rest != 0 else 0)) & 3
-            record[k] += rest
+            record[k] = (guess + rest) << bits
             if record[k] < low or record[k] > high:
                 return -1 - n
         for k in range(COLUMNS):
@@ -218,8 +223,8 @@ def code_placements(
 def _at(labels: NDArray[np.int32], i: int, j: int) -> int:
     # A label that is known; −2 outside the map.
     if i < 0 or j < 0 or j >= labels.shape[1]:
-        return int64(-2)
-    return int64(labels[i, j])
+        return -2
+    return int(labels[i, j])
 
 
 class _Guesses(NamedTuple):
@@ -257,7 +262,7 @@ def _is(coder: BitCoder, place: int, context: int, encoding: bool, bit: bool) ->
 @inline
 def _plain_label(coder: BitCoder, named: Named, encoding: bool, label: int) -> int:
     bits, found = int64(0), int64(0)
-    while (named.count - 1) >> bits:
+    while (named.total - 1) >> bits:
         bits += 1
     for b in range(bits - 1, -1, -1):
         coder.a[CONTEXTS + 0] = START + _CONTEXTS * _PLAIN + b
@@ -265,7 +270,7 @@ def _plain_label(coder: BitCoder, named: Named, encoding: bool, label: int) -> i
         if bit < 0:
             return MISSING
         found = 2 * found + bit
-    return named.first + found
+    return int(named.first + found)
 
 
 @inline
@@ -334,7 +339,7 @@ def code_labels(
         if label == MISSING:
             undo(coder, kept)
             return place
-        if label >= named.first + named.count:
+        if label >= named.first + named.total:
             return -1 - place
         labels[i, j] = label
     return stop

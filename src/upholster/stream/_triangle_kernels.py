@@ -1,4 +1,4 @@
-"""Coding which vertices a mesh's triangles have: encoder and decoder are the same loop (SPEC.md, 5.8).
+"""Coding which vertices a mesh's triangles have: encoder and decoder are the same loop (SPEC.md, 5.4).
 
 A front runs over the mesh. At one of its edges after the other it is told what lies beyond: a triangle with a
 new vertex, one that closes this edge and a neighbouring one, none …

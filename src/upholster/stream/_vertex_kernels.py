@@ -1,4 +1,4 @@
-"""Coding where a mesh's vertices lie: encoder and decoder are the same loop (SPEC.md, section 5.8)."""
+"""Coding where a mesh's vertices lie: encoder and decoder are the same loop (SPEC.md, section 5.4)."""
 
 from typing import NamedTuple
 

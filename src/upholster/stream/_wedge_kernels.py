@@ -1,4 +1,4 @@
-"""Coding parts, islands and wedges of a mesh: encoder and decoder are the same loop (SPEC.md, 5.8)."""
+"""Coding parts, islands and wedges of a mesh: encoder and decoder are the same loop (SPEC.md, 5.4)."""
 
 from typing import Any
 

@@ -155,7 +155,8 @@ def _holds(chunk: Chunk, decoder: StreamDecoder) -> str:
         return f"{title}: {_shape(decoder.surface)}"
     if chunk.tag == "L" and decoder.charts:
         texels = sum(chart.height * chart.width for chart in decoder.charts)
-        return f"{title}: {number_of(len(decoder.charts), 'chart')}, {texels:,} texels"
+        margins = " with the charts' margins" * isinstance(decoder.surface, MeshSurface)
+        return f"{title}: {number_of(len(decoder.charts), 'chart')}, {texels:,} texels{margins}"
     if chunk.tag == "X" and decoder.needed == 0:
         height, width, channels = decoder.exemplar_shape
         return (

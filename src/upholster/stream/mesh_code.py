@@ -1,4 +1,4 @@
-"""A mesh in the surface chunk: triangles, positions, parameters (SPEC.md, sections 2 and 5.8)."""
+"""A mesh in the surface chunk: triangles, positions, parameters (SPEC.md, sections 2 and 5.4)."""
 
 import struct
 from collections.abc import Callable, Sequence

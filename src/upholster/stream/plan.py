@@ -4,14 +4,14 @@ A decoder takes bytes as they come, and knows at once which placements and label
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
 
 from upholster.errors import FormatError, InputError
-from upholster.quilt.displacement import centre_matrices
+from upholster.quilt.displacement import centre_matrices, warped_sources
 from upholster.quilt.labels import LabelMap, cell_centres
 from upholster.quilt.model import Quilt
 from upholster.quilt.placement import PLACEMENT, SYMMETRIES, bare_placement
@@ -61,10 +61,33 @@ def encode_plan(quilt: Quilt) -> PlanCode:
     """
     if len(quilt.placements) > MAX_PLACEMENTS:
         refuse_pixel(quilt.steps, quilt.exemplar_shape)
+    quilt = _on_cells(quilt)
     head = PlanHead.of(quilt)
     placements, placement_ends = _encode_placements(quilt, head)
     labels, label_ends, surprising = _encode_labels(quilt, head)
     return PlanCode(head.pack(), placements, labels, placement_ends, label_ends, surprising)
+
+
+def _on_cells(quilt: Quilt) -> Quilt:
+    """Return a quilt in which the bare placements of charts that have not come stand on middles of cells."""
+    placed = quilt.placements
+    alone = np.flatnonzero(np.bincount(placed["chart"], minlength=len(quilt.charts)) == 1)
+    moved = placed.copy()
+    for chart in alone.tolist():
+        first, layer = quilt.first_on(chart), quilt.labels[chart][0]
+        one, at = placed[first : first + 1], []
+        for name, count in zip(("row", "column"), layer.labels.shape, strict=True):
+            centres = cell_centres(count, layer.cell, half=layer.half)
+            at.append(centres[np.abs(centres - one[name]).argmin()])
+            moved[name][first] = at[-1]
+        for name, place, size in zip(
+            ("source_row", "source_column"),
+            warped_sources(quilt.fields[chart], one, [at[0]], [at[1]]),
+            quilt.exemplar_shape,
+            strict=True,
+        ):
+            moved[name][first] = np.clip(place[0], 0, 16 * size - 1)
+    return replace(quilt, placements=moved)
 
 
 def _encode_placements(quilt: Quilt, head: PlanHead) -> tuple[bytes, tuple[int, ...]]:
@@ -81,7 +104,7 @@ def _encode_placements(quilt: Quilt, head: PlanHead) -> tuple[bytes, tuple[int, 
         for start in range(0, part.count, _PLACEMENTS_A_CALL):
             writer.room(2048 * _PLACEMENTS_A_CALL)
             span = (0, start, min(part.count, start + _PLACEMENTS_A_CALL))
-            grid = part.grid(field.margin, quilt.exemplar_shape)
+            grid = head.grid(part, field.margin, quilt.exemplar_shape)
             kernels.code_placements(writer.coder, records, field.matrices, SYMMETRIES, grid, span, True)
         ends.append(writer.length)
     coded = writer.finish()
@@ -164,6 +187,11 @@ class PlanDecoder:
         self._quilt: Quilt | None = None
 
     @property
+    def density(self) -> float:
+        """Texels for a step of the charts, each way, at which it is painted."""
+        return self._head.density
+
+    @property
     def complete(self) -> bool:
         """Whether every placement and every label is known."""
         return self.known == self.total and self.known_cells == self.total_cells
@@ -207,7 +235,7 @@ class PlanDecoder:
                 return
             stop = min(part.stop, self.known + _PLACEMENTS_A_CALL)
             self._placed = _grown(self._placed, stop)
-            grid, span = part.grid(field.margin, self._shape), (part.start, self.known, stop)
+            grid, span = self._head.grid(part, field.margin, self._shape), (part.start, self.known, stop)
             coder = self._placements.coder
             known = kernels.code_placements(
                 coder, self._placed, field.matrices, SYMMETRIES, grid, span, False
@@ -267,6 +295,7 @@ class PlanDecoder:
                 np.concatenate(placed),
                 tuple(tuple(labels[n : n + layers]) for n in range(0, len(labels), layers)),
                 tuple(identity if field is None else field for field in self._fields),
+                density=self._head.density,
             )
         return self._quilt
 

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from upholster.errors import InputError
 from upholster.quilt.chart import Chart
 from upholster.quilt.labels import MOST_CELL, cell_centres, label_shape, nearest_labels
-from upholster.quilt.model import Quilt
+from upholster.quilt.model import DENSITIES, Quilt
 from upholster.stream._plan_kernels import Grid
 from upholster.stream.byte_reader import ByteReader, varint
 
@@ -21,6 +21,7 @@ MAX_CELLS = 2**27
 
 _CELLS_A_STEP, _CELLS_A_CHART = 4, 32
 _MOST_LAYERS = 2
+_MOST_SOURCE_BITS, _MOST_MATRIX_BITS = 4, 7
 _HALF, _ALIKE = 1, 2
 """Bits of a layer: its cells are moved by half a cell; those of all charts are of one size."""
 
@@ -71,10 +72,6 @@ class PlanPart:
         """Whether its label map can only be one thing, and is not told."""
         return self.count == (1 if self.layer == 0 else 0)
 
-    def grid(self, margin: int, exemplar_shape: tuple[int, int]) -> Grid:
-        """Return what kernels know of it; `margin` is that of the chart's warp field."""
-        return Grid(self.cell, int(self.half), *self.shape, margin, *exemplar_shape)
-
     def blank(self) -> NDArray[np.int32]:
         """Return labels of which nothing is known."""
         return np.full(self.shape, 0 if self.layer == 0 else -1, np.int32)
@@ -121,12 +118,18 @@ class PlanHead:
         Per layer whether its cells are moved by half a cell; one layer or two.
     cells, counts
         (charts, layers) the size of the cells in steps, and how many placements there are.
+    density
+        As of `Quilt`.
+    bits
+        Sources are multiples of 2 to the power of the first, own matrices of the second.
     """
 
     charts: tuple[Chart, ...]
     half: tuple[bool, ...]
     cells: NDArray[np.int64]
     counts: NDArray[np.int64]
+    density: float = 1.0
+    bits: tuple[int, int] = (0, 0)
 
     @classmethod
     def bare(cls, charts: tuple[Chart, ...]) -> "PlanHead":
@@ -152,7 +155,9 @@ class PlanHead:
         cells = np.array([[one.cell for one in maps] for maps in quilt.labels], np.int64)
         place = _MOST_LAYERS * quilt.placements["chart"].astype(np.int64) + quilt.placements["layer"]
         counts = np.bincount(place, minlength=_MOST_LAYERS * len(cells)).reshape(-1, _MOST_LAYERS)
-        found = cls(quilt.charts, tuple(some.pop() for some in half), cells, counts[:, : len(half)])
+        counts = counts[:, : len(half)]
+        moved = tuple(some.pop() for some in half)
+        found = cls(quilt.charts, moved, cells, counts, quilt.density, _bits_of(quilt.placements))
         wrong = found._excess()
         if wrong:
             raise InputError(f"{wrong} in a stream")
@@ -168,6 +173,11 @@ class PlanHead:
             If it is malformed or outside what is allowed.
         """
         layers = fields.varint("number of layers", _MOST_LAYERS, 1)
+        density = DENSITIES[fields.byte("density", len(DENSITIES) - 1)]
+        bits = (
+            fields.byte("bits of sources", _MOST_SOURCE_BITS),
+            fields.byte("bits of matrices", _MOST_MATRIX_BITS),
+        )
         half, cells, counts = [], np.empty((len(charts), layers), np.int64), []
         for layer in range(layers):
             flags = fields.byte("flags of a layer", _HALF | _ALIKE)
@@ -189,11 +199,11 @@ class PlanHead:
         if total > MAX_PLACEMENTS:
             raise fields.error(f"plan has {total} placements; allowed: {MAX_PLACEMENTS}")
         fields.end("plan")
-        return cls(charts, tuple(half), cells, np.array(counts, np.int64).T)
+        return cls(charts, tuple(half), cells, np.array(counts, np.int64).T, density, bits)
 
     def pack(self) -> bytes:
         """Return it as bytes."""
-        out = [varint(self.layers)]
+        out = [varint(self.layers), bytes([DENSITIES.index(self.density), *self.bits])]
         for half, cells in zip(self.half, self.cells.T.tolist(), strict=True):
             alike = len(set(cells)) == 1
             out.append(bytes([_HALF * half | _ALIKE * alike]))
@@ -210,9 +220,9 @@ class PlanHead:
         """How many placements there are."""
         return int(self.counts.sum())
 
-    def starts(self) -> NDArray[np.int64]:
-        """Return per chart and layer its first placement among all."""
-        return (np.cumsum(self.counts) - self.counts.reshape(-1)).reshape(self.counts.shape)
+    def grid(self, part: PlanPart, margin: int, exemplar_shape: tuple[int, int]) -> Grid:
+        """Return what kernels know of a part; `margin` is that of the chart's warp field."""
+        return Grid(part.cell, int(part.half), *part.shape, margin, *exemplar_shape, *self.bits)
 
     def parts(self) -> Iterator[PlanPart]:
         """Return all charts' layers, in the order in which they are coded."""
@@ -235,3 +245,14 @@ class PlanHead:
         most = min(MAX_CELLS, _CELLS_A_STEP * steps + _CELLS_A_CHART * len(self.charts))
         cells = int(self._shapes().prod(axis=2).sum())
         return f"label maps have {cells} cells; allowed: {most}" if cells > most else ""
+
+
+def _bits_of(placed: NDArray[np.void]) -> tuple[int, int]:
+    """Return the largest powers of two of which all sources and all own matrices' entries are multiples."""
+    sources = np.bitwise_or.reduce(placed["source_row"] | placed["source_column"])
+    matrices = np.bitwise_or.reduce(placed["matrix"][placed["centred"] > 0], axis=None)
+    return _zeros(int(sources), _MOST_SOURCE_BITS), _zeros(int(matrices), _MOST_MATRIX_BITS)
+
+
+def _zeros(number: int, most: int) -> int:
+    return next((k for k in range(most) if number >> k & 1), most)

@@ -8,6 +8,7 @@ from upholster.geometry import MeshSurface, Surface
 from upholster.limits import Limits
 from upholster.quilt import Chart, Quilt, Texels
 from upholster.quilt.materials import paint_map
+from upholster.quilt.painting import painted_charts
 from upholster.shown import Shown, on_a_line
 from upholster.stream.budget import check_charts, check_samples
 from upholster.stream.byte_reader import ByteReader
@@ -113,6 +114,11 @@ class StreamDecoder(Shown):
     def labels_known(self) -> tuple[int, int]:
         """How many cells' labels are known, and how many are told; (0, 0) before the plan has come."""
         return (0, 0) if self._plan is None else (self._plan.known_cells, self._plan.total_cells)
+
+    @property
+    def density(self) -> float:
+        """Texels for a step of the charts, each way, at which it is painted: 1 before the plan has come."""
+        return 1.0 if self._plan is None else self._plan.density
 
     @property
     def charts_known(self) -> int:
@@ -329,7 +335,9 @@ class StreamDecoder(Shown):
         elif self._image is not None:
             shape = self._image.header.height, self._image.header.width
             told = () if self._fields is None else self._fields.fields
-            self._plan = PlanDecoder(PlanHead.parse(fields, self.charts), shape, told)
+            head = PlanHead.parse(fields, self.charts)
+            check_charts(painted_charts(self.charts, head.density), self._limits)
+            self._plan = PlanDecoder(head, shape, told)
 
     def _add_map(self, data: bytes, offset: int) -> None:
         role, start = parse_role(data, offset, list(self._maps))

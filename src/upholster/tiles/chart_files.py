@@ -1,4 +1,4 @@
-"""The bytes of what a chart leaves: its placements and labels, and its overhang, with what others are told."""
+"""The bytes of what a chart leaves: placements and labels, and its overhang, with what others are told."""
 
 import json
 import math

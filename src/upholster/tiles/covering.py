@@ -123,7 +123,7 @@ def _written_obj(
     """Write an OBJ that refers to the tiles; return the bytes of its files."""
     assert work.atlas is not None  # there are tiles
     seams = [seam for own in work.atlas.seams.values() for seam in own]
-    mesh = tessellate(work.surface, work.run.charts, seams, quads=options.quads)
+    mesh = tessellate(work.surface, work.atlas.charts, seams, quads=options.quads)
     page, uv = work.atlas.layout.page_coordinates(mesh)
     uv = uv + udim_tile(page) * (1, -1)  # v is downward here, and upward in OBJ
     where = tiles.url or Path(os.path.relpath(tiles.path.parent, output.path.parent)).as_posix()

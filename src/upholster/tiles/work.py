@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -21,6 +21,7 @@ from upholster.options import WriteOptions
 from upholster.paging import PagedAtlas, write_page
 from upholster.quilt.materials import WindowPainter
 from upholster.quilt.model import Quilt
+from upholster.quilt.painting import painted_charts
 from upholster.tiles.chart_files import (
     chart_bytes,
     part_bytes,
@@ -125,7 +126,7 @@ def tile_work(
     """
     if target is None:
         return TileWork(run, shape, surface, None, {}, {}, output)
-    atlas = PagedAtlas.of(surface, run.charts, options)
+    atlas = PagedAtlas.of(surface, painted_charts(run.charts, run.density), options)
     names = {role: target if role == "albedo" else map_companion(target, role) for role in maps}
     files = {
         role: [file.name for file in page_files(name, len(atlas.layout.pages))]
@@ -209,15 +210,21 @@ def paint_tiles_task(folder: str, stored: str, pages: Sequence[int]) -> None:
     shown = sorted(set[int]().union(*(atlas.shown_on(page) for page in pages)))
     quilt = quilt_of(work, shown, [read_chart(place.read(laid_name(n))) for n in shown])
     for role, image in work.maps.items():
-        painter = WindowPainter(quilt, role, image)
-
-        def paint(n: int, window: tuple[slice, slice] | None = None) -> PixelArray:
-            return painter.paint(shown.index(n), window)
-
+        painter = _Painter(shown, WindowPainter(quilt, role, image))
         for page in pages:
-            pixels = atlas.painted(page, role, paint)
+            pixels = atlas.painted(page, role, painter)
             with work.output.writing(work.files[role][page]) as path:
                 write_page(path, role, pixels, quality=work.quality)
+
+
+class _Painter(NamedTuple):
+    """Paints windows of charts by their numbers in the whole layout: a quilt has some of them alone."""
+
+    shown: Sequence[int]
+    painter: WindowPainter
+
+    def __call__(self, index: int, window: tuple[slice, slice] | None = None, /) -> PixelArray:
+        return self.painter.paint(self.shown.index(index), window)
 
 
 def quilt_of(work: TileWork, charts: Sequence[int], own: Sequence[Labelled]) -> Quilt:
@@ -231,6 +238,7 @@ def quilt_of(work: TileWork, charts: Sequence[int], own: Sequence[Labelled]) -> 
         np.concatenate(placed),
         tuple((layer,) for _, layer in own),
         tuple(work.run.fields[n] for n in charts),
+        density=work.run.density,
     )
 
 

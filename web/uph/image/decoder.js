@@ -2,7 +2,6 @@
 
 import { clamp, range } from '../numbers.js'
 import { part } from '../parts.js'
-import { sizeAt } from './bands.js'
 import { CoefficientDecoder, NEGATIVE } from './coefficients.js'
 import { NINE_SEVEN, idwt2 } from './wavelets.js'
 
@@ -36,36 +35,30 @@ export class ImageDecoder {
     return this.coefficients.significant
   }
 
-  /**
-   * The image as far as it is known: {height, width, channels, data, skipped}. So many of the finest levels may be left out, if it is
-   * small enough for that, and not lossless: then every 2^skipped-th sample is there.
-   */
-  image(skip = 0) {
-    const { channels, wavelet, color, levels, matrix } = this.header
-    const skipped = wavelet ? 0 : Math.min(skip, levels)
-    const [height, width] = [this.header.height, this.header.width].map((size) => sizeAt(size, skipped))
+  /** The image as far as it is known: {height, width, channels, data}. */
+  image() {
+    const { height, width, channels, wavelet, color, levels, matrix } = this.header
     const planes = range(channels).map((channel) => {
-      const plane = reconstruct(this.coefficients, channel, this.exact, skipped)
-      idwt2(plane, height, width, levels - skipped, this.exact?.transforms[wavelet] ?? NINE_SEVEN)
+      const plane = reconstruct(this.coefficients, channel, this.exact)
+      idwt2(plane, height, width, levels, this.exact?.transforms[wavelet] ?? NINE_SEVEN)
       return plane
     })
     if (color === 1) inverseKlt(planes, matrix)
     else if (color) this.exact.inverseYcocg(planes)
-    return { height, width, channels, skipped, data: samplesOf(planes, this.header) }
+    return { height, width, channels, data: samplesOf(planes, this.header) }
   }
 }
 
-/** One channel's coefficients, low-pass ones first along each axis, without the finest levels. */
-function reconstruct({ header, bands, flags, known, lowestKnown, refined, plane }, channel, exact, skipped) {
-  const { wavelet, levels, fineness, means } = header
-  const width = sizeAt(header.width, skipped)
-  const out = new (wavelet === 1 ? Int32Array : Float64Array)(sizeAt(header.height, skipped) * width)
+/** One channel's coefficients, low-pass ones first along each axis. */
+function reconstruct({ header, bands, flags, known, lowestKnown, refined, plane }, channel, exact) {
+  const { height, width, wavelet, levels, fineness, means } = header
+  const out = new (wavelet === 1 ? Int32Array : Float64Array)(height * width)
   const passes = wavelet === 2 && exact.passesOf(header)
   // An approximation is near the mean, as far as what is known allows it.
   const mean = passes ? exact.codedMean(means[channel] * 2 ** (levels + fineness), passes) : 0
   const rest = mean >> (plane + 3) ? 0 : Math.min(mean, 2 ** (plane + 1) - 1)
   for (const band of bands) {
-    if (band.channel !== channel || (band.kind && band.level <= skipped)) continue
+    if (band.channel !== channel) continue
     const points = [0, 2].map((later) => {
       const base = (band.level * 4 + band.kind) * 4 + later
       return POINTS[Math.floor((64 * refined[base + 1]) / (refined[base] + refined[base + 1]))]
@@ -83,7 +76,7 @@ function reconstruct({ header, bands, flags, known, lowestKnown, refined, plane 
           value = passes[top].start + Math.floor((value - 2 ** top) / 2 ** passes[top].shift)
         }
         value = flags[i] & NEGATIVE ? -value * band.scale : value * band.scale
-        out[place] = wavelet === 1 ? Math.trunc(value) : value / 2 ** (20 + fineness + skipped)
+        out[place] = wavelet === 1 ? Math.trunc(value) : value / 2 ** (20 + fineness)
       }
     }
   }

@@ -1,4 +1,4 @@
-/** Which vertices a mesh's triangles have: a front runs over the mesh [5.8]. */
+/** Which vertices a mesh's triangles have: a front runs over the mesh [5.4]. */
 
 const [NEW, RIGHT, LEFT, BOTH, NONE, LATER, JOIN, KNOWN] = [0, 1, 2, 3, 4, 5, 6, 7]
 const [JUMP, VERTEX] = [0, 1] // plain numbers

@@ -1,7 +1,7 @@
-/** Numbers and flags of a mesh [5.8]. */
+/** Numbers and flags of a mesh [5.4]. */
 
 import { BitDecoder } from '../bits.js'
-import { INTEGER_COUNTERS, INTEGER_MIXERS, decodeInteger } from '../plans/integers.js'
+import { INTEGER_COUNTERS, INTEGER_MIXERS, decodeInteger } from '../integers.js'
 
 const PLAIN_KINDS = 6
 const AXES = 5

@@ -1,4 +1,4 @@
-/** Parameters of a mesh's wedges [5.8]. */
+/** Parameters of a mesh's wedges [5.4]. */
 
 import { clamp } from '../numbers.js'
 import { bitLength, signOf, sizeClass } from './numbers.js'

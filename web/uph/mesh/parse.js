@@ -1,4 +1,4 @@
-/** A mesh in place of a surface of patches [2, 5.8]. */
+/** A mesh in place of a surface of patches [2, 5.4]. */
 
 import { range } from '../numbers.js'
 import { FrontDecoder } from './front.js'

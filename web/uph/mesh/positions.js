@@ -1,4 +1,4 @@
-/** Where a mesh's vertices lie [5.8]. */
+/** Where a mesh's vertices lie [5.4]. */
 
 import { bitLength, signOf, sizeClass } from './numbers.js'
 

@@ -1,4 +1,4 @@
-/** Parts, islands and wedges of a mesh's triangles [5.8]. A wedge: what corners of an island at one vertex share. */
+/** Parts, islands and wedges of a mesh's triangles [5.4]. A wedge: what corners of an island at one vertex share. */
 
 const GROUPS = 3 // plain numbers: island, part
 const [GOES_ON, THIS_WEDGE, GROUP] = [1, 2, 3] // choices

@@ -20,19 +20,15 @@ export function symmetricNormals(picture, symmetry) {
   return { ...picture, data: out }
 }
 
-/**
- * Turn the vectors of painted normals, texels [first, first + count) of a chart so wide, by the angle of its field;
- * `step` samples from one texel to the next.
- */
-export function turnNormals(samples, step, field, width, first, count) {
+/** Turn painted normals, three samples each, by the angles of as many matrices of a field. */
+export function turnNormals(samples, matrices) {
   const top = topOf(samples)
   const middle = 0.5 * top
   const rounded = top === 1 ? (x) => x : (x) => clamp(Math.floor(x + 0.5), 0, top)
-  const m = [0, 0, 0, 0]
-  for (let n = 0, at = 0; n < count; n++, at += step) {
-    field.at(Math.floor((first + n) / width), (first + n) % width, m)
-    const length = Math.max(Math.sqrt(m[1] * m[1] + m[3] * m[3]), 1)
-    const [sine, cosine] = [m[1] / length, m[3] / length]
+  for (let at = 0, m = 0; at < samples.length; at += 3, m += 4) {
+    const [across, along] = [matrices[m + 1], matrices[m + 3]]
+    const length = Math.max(Math.sqrt(across * across + along * along), 1)
+    const [sine, cosine] = [across / length, along / length]
     const [x, y] = [samples[at] - middle, samples[at + 1] - middle]
     samples[at] = rounded(middle + (x * cosine - y * sine))
     samples[at + 1] = rounded(middle + (x * sine + y * cosine))

@@ -1,139 +1,192 @@
-/** Paints charts [8]. Runs depend on placements alone, and are kept while the exemplar gets better. */
+/** Paints charts [8]: each texel from the placements that the cells round it show, in one pass. */
 
-import { Canvas } from './canvas.js'
+import { clamp } from '../numbers.js'
+import { FARTHEST } from '../placements.js'
+import { SYMMETRIES } from '../symmetry.js'
 import { turnNormals } from './normals.js'
-import { toRgba } from './rgba.js'
-import { PaintRuns } from './runs.js'
-import { Scratch } from './weights.js'
+import { pyramidLevel } from './pyramid.js'
 
-const STRIP_TEXELS = 2 ** 18 // painted at once, but at least
-const STRIP_ROWS = 64
-const KEPT_BYTES = 2 ** 26
-const MEAN_ROWS = 64 // of charts without placements, painted at once
+/** Height and width in texels of a chart that is painted with so many texels a step. */
+export function paintedSize({ height, width }, density) {
+  const texels = (steps) => Math.max(1, Math.floor(steps * density + 0.5))
+  return { height: texels(height), width: texels(width) }
+}
 
-export class Painter {
-  constructor() {
-    this.kept = new Map() // by chart: the runs of its strips, and how many bytes they are
-    this.room = KEPT_BYTES
-    this.runs = new PaintRuns()
-    this.scratch = new Scratch()
-    this.canvases = {}
+/** Where texels lie of which so many cover so many steps, in 1/16 step. */
+export function placesOf(texels, steps) {
+  return new Int32Array(texels).map((_, n) => Math.floor(((2 * n + 1) * 8 * steps) / texels))
+}
+
+/**
+ * Paints a chart: `chart` has height and width in steps, `size` in texels; `layers` have a `grid`, `placements` and `labels`, see
+ * `quilt.js`; the map is a `MapPyramid`.
+ */
+export class ChartPainter {
+  constructor({ chart, size, field, layers, pyramid }) {
+    const { data, channels } = pyramid.picture
+    this.channels = channels
+    this.downPlaces = placesOf(size.height, chart.height)
+    this.columns = placesOf(size.width, chart.width)
+    this.field = field
+    this.pyramid = pyramid
+    this.isFloat = data instanceof Float32Array
+    const ratio = (size.height * size.width) / (chart.height * chart.width)
+    const shown = (placement) => shownBy(placement, pyramid, ratio)
+    this.layers = layers.map(({ grid, placements, labels }) => ({ grid, placements, labels, shown, known: [], ...spansOf(grid, this.columns) }))
+    this.matrices = new Int32Array(4 * size.width) // of the field, along the row
+    this.sums = new (this.isFloat ? Float32Array : data instanceof Uint8Array ? Int32Array : Float64Array)(size.width * channels)
+    this.covered = new Int32Array(size.width) // by the layer, in 1/256
+    this.isConstant = field.isIdentity
+    if (this.isConstant) field.along(0, this.columns, this.matrices)
   }
 
-  /** Drop what is kept of a chart: its placements have changed. */
-  forget(chart) {
-    this.room += this.kept.get(chart)?.bytes ?? 0
-    this.kept.delete(chart)
-  }
-
-  /** As of `UphDecoder`, which makes the job. */
-  texels(job) {
-    const { data, channels } = job.pyramid.picture
-    const out = new data.constructor((job.stop - job.start) * job.chart.width * channels)
-    let to = 0
-    this.#paint(job, (painted) => {
-      if (painted.constructor === Uint8Array && channels < 4) to = rgbaToChannels(painted, channels, out, to)
-      else {
-        out.set(painted, to)
-        to += painted.length
-      }
-    })
+  /** Texels of rows [start, stop), as samples of the map. */
+  rows(start, stop) {
+    const { sums, pyramid } = this
+    const out = new pyramid.picture.data.constructor((stop - start) * sums.length)
+    for (let row = start, at = 0; row < stop; row++, at += sums.length) this.#paint(row, out.subarray(at, at + sums.length))
     return out
   }
 
-  rgba(job, into, stride, offset) {
-    const { start, stop, role, pyramid } = job
-    const wide = 4 * job.chart.width
-    into ??= new Uint8ClampedArray((stop - start) * wide)
-    const step = stride === undefined ? wide : 4 * stride
-    if (!(offset >= 0 && step >= wide && offset + (stop - start - 1) * step + wide <= into.length)) {
-      throw new RangeError(`texels do not fit ${into.length} bytes`)
-    }
-    this.#paint(job, (painted, row, rows) => {
-      let to = offset + (row - start) * step
-      if (painted.constructor !== Uint8Array) painted = toRgba(painted, pyramid.picture.channels, role)
-      for (let i = 0; i < rows; i++, to += step) into.set(painted.subarray(wide * i, wide * (i + 1)), to)
+  #paint(row, out) {
+    const place = this.downPlaces[row]
+    if (!this.isConstant) this.field.along(place, this.columns, this.matrices)
+    this.layers.forEach((layer, n) => {
+      this.sums.fill(0)
+      this.covered.fill(0)
+      this.#addLayer(layer, place)
+      this.#settle(out, n > 0)
     })
-    return into
+    if (this.pyramid.isNormal && !this.isConstant) turnNormals(out, this.matrices)
   }
 
-  /**
-   * Paint rows [start, stop) of a chart, and call take(painted, first row, rows) for strip after strip; `painted` is
-   * RGBA, a byte each, of 8-bit samples. `placements()` is called where they are needed; null: there are none.
-   */
-  #paint(job, take) {
-    if (job.placements) this.#paintBlocks(job, take)
-    else paintMean(job, take)
-  }
-
-  #paintBlocks({ index, chart, field, placements, pyramid, start, stop }, take) {
-    const { data, channels } = pyramid.picture
-    const canvas = (this.canvases[data.constructor.name + channels] ??= new Canvas(data.constructor, channels))
-    if (!this.kept.has(index)) this.kept.set(index, { strips: [], bytes: 0 })
-    const kept = this.kept.get(index)
-    const { width } = chart
-    const rows = Math.max(STRIP_ROWS, Math.floor(STRIP_TEXELS / width))
-    let all
-    for (let strip = Math.floor(start / rows); strip * rows < stop; strip++) {
-      const top = strip * rows
-      const bottom = Math.min(top + rows, chart.height)
-      const [row0, row1] = [Math.max(start, top), Math.min(stop, bottom)]
-      const [first, end] = [(row0 - top) * width, (row1 - top) * width]
-      canvas.clear((bottom - top) * width, first, end)
-      if (kept.strips[strip]) kept.strips[strip].paint(pyramid, first, end, canvas)
-      else {
-        this.runs.begin(chart, field, pyramid.picture, top, bottom, this.scratch)
-        all ??= placements()
-        this.#paintAnew(all, pyramid, first, end, canvas, kept, strip)
+  #addLayer(layer, place) {
+    const { spans, labels, grid } = layer
+    const { cell, columns, shift } = grid
+    const first = columns * Math.floor((place + shift) / (16 * cell))
+    const down = Math.floor(((place + shift) % (16 * cell)) / cell)
+    /** Whether a cell shows the same as those beside it, below it and between. */
+    const isOne = (at) => labels[at] === labels[at + 1] && labels[at] === labels[at + columns] && labels[at] === labels[at + columns + 1]
+    for (let n = 0; n < spans.length; n++) {
+      const { column, start } = spans[n]
+      const at = first + column
+      const label = labels[at]
+      if (isOne(at)) {
+        // As far as it goes on like this.
+        while (n + 1 < spans.length && labels[first + spans[n + 1].column] === label && isOne(first + spans[n + 1].column)) n++
+        this.#add(layer, label, place, 16, 16, start, spans[n].end)
+        continue
       }
-      const painted = canvas.painted(first, end)
-      const count = end - first
-      if (pyramid.isNormal && !field.isIdentity) {
-        turnNormals(painted, painted.length / count, field, width, row0 * width, count)
-      }
-      take(painted, row0, row1 - row0)
+      for (let k = 0; k < 4; k++) this.#addCell(layer, at, k, place, down, spans[n])
     }
   }
 
-  /** Find the runs of a strip, paint them, and keep them if there is room. */
-  #paintAnew(placements, pyramid, first, end, canvas, kept, strip) {
-    const { runs } = this
-    if (runs.isDeep(placements)) {
-      for (const placement of placements) {
-        runs.clear()
-        runs.add(placement, true)
-        runs.paint(pyramid, first, end, canvas)
+  /** Add what the k-th of four cells shows, and what others of them show with it; once. */
+  #addCell(layer, at, k, place, down, { start, end }) {
+    const { labels, grid } = layer
+    const [a, b, c, d] = [labels[at], labels[at + 1], labels[at + grid.columns], labels[at + grid.columns + 1]]
+    const label = k < 2 ? (k ? b : a) : k > 2 ? d : c
+    if ((k > 0 && label === a) || (k > 1 && label === b) || (k > 2 && label === c)) return
+    const left = (label === a ? 16 - down : 0) + (label === c ? down : 0)
+    const right = (label === b ? 16 - down : 0) + (label === d ? down : 0)
+    this.#add(layer, label, place, left, right, start, end)
+  }
+
+  /** Add what a placement shows to texels [start, end) of the row, from `left` to `right` of 16 between two columns of cells. */
+  #add(layer, label, place, left, right, start, end) {
+    if (label < 0) return
+    const { columns, matrices, sums, covered, channels, isFloat } = this
+    const { fractions } = layer
+    const { placement, symmetry, level, picture } = (layer.known[label] ??= layer.shown(layer.placements[label]))
+    const { height, width, data } = picture
+    const { row, column, sourceRow, sourceColumn } = placement
+    const [c0, c1, c2, c3] = placement.center
+    const [s0, s1, s2, s3] = symmetry
+    const down = clamp(place - row, -FARTHEST, FARTHEST)
+    const [y, e] = [down >> 4, down & 15]
+    for (let n = start; n < end; n++) {
+      const weight = left * (16 - fractions[n]) + right * fractions[n]
+      if (!weight) continue
+      covered[n] += weight
+      const across = clamp(columns[n] - column, -FARTHEST, FARTHEST)
+      const x = across >> 4
+      const f = across & 15
+      const a = c0 + matrices[4 * n]
+      const b = c1 + matrices[4 * n + 1]
+      const c = c2 + matrices[4 * n + 2]
+      const d = c3 + matrices[4 * n + 3]
+      const v = (a * y + b * x + ((a * e + b * f) >> 4) + 256) >> 9
+      const w = (c * y + d * x + ((c * e + d * f) >> 4) + 256) >> 9
+      const top = ((sourceRow + s0 * v + s1 * w + 8) >> level) - 8
+      const side = ((sourceColumn + s2 * v + s3 * w + 8) >> level) - 8
+      const above = mirrored(top >> 4, height) * width
+      const below = mirrored((top >> 4) + 1, height) * width
+      const here = mirrored(side >> 4, width)
+      const beside = mirrored((side >> 4) + 1, width)
+      const g = top & 15
+      const h = side & 15
+      const s = g * h
+      const r = 16 * g - s
+      const q = 16 * h - s
+      const p = 256 - q - r - s
+      let i = (above + here) * channels
+      let j = (above + beside) * channels
+      let k = (below + here) * channels
+      let l = (below + beside) * channels
+      for (let to = n * channels, last = to + channels; to < last; to++, i++, j++, k++, l++) {
+        if (isFloat) sums[to] += Math.fround(bilinear(data[i], data[j], data[k], data[l], p, q, r, s) * (weight / 256))
+        else sums[to] += weight * (p * data[i] + q * data[j] + r * data[k] + s * data[l])
       }
-      return
     }
-    for (let n = placements.length - 1; n >= 0; n--) runs.add(placements[n], false)
-    if (runs.bytes <= this.room) {
-      kept.strips[strip] = runs.copy()
-      kept.bytes += runs.bytes
-      this.room -= runs.bytes
+  }
+
+  #settle(out, isSecond) {
+    const { sums, covered, channels, isFloat } = this
+    for (let n = 0, at = 0; n < covered.length; n++) {
+      const w = covered[n]
+      if (isSecond && !w) {
+        at += channels
+        continue
+      }
+      for (let k = 0; k < channels; k++, at++) {
+        const below = isSecond ? out[at] : 0
+        if (isFloat) out[at] = isSecond ? Math.fround(below * ((256 - w) / 256)) + sums[at] : sums[at]
+        else out[at] = (below * (256 - w) * 256 + sums[at] + 32768) >>> 16
+      }
     }
-    runs.paint(pyramid, first, end, canvas)
   }
 }
 
-function paintMean({ chart: { width }, pyramid: { mean, picture }, start, stop }, take) {
-  const pixel = mean instanceof Uint8Array ? toRgba(mean, picture.channels) : mean
-  for (let row = start; row < stop; row += MEAN_ROWS) {
-    const rows = Math.min(MEAN_ROWS, stop - row)
-    const painted = new pixel.constructor(rows * width * pixel.length)
-    for (let at = 0; at < painted.length; at += pixel.length) painted.set(pixel, at)
-    take(painted, row, rows)
-  }
+/** A pixel's place, or of what lies outside that of its mirror image. */
+function mirrored(n, size) {
+  if (n >= 0 && n < size) return n
+  const m = (n < 0 ? -1 - n : n) % (2 * size)
+  return m < size ? m : 2 * size - 1 - m
 }
 
-/** Write RGBA as so many channels, from out[to] on; returns where it ends. */
-function rgbaToChannels(rgba, channels, out, to) {
-  for (let from = 0; from < rgba.length; from += 4, to += channels) {
-    out[to] = rgba[from]
-    if (channels === 3) {
-      out[to + 1] = rgba[from + 1]
-      out[to + 2] = rgba[from + 2]
-    } else if (channels === 2) out[to + 1] = rgba[from + 3]
-  }
-  return to
+/** Floats between four pixels, each product and each sum rounded to 32 bits. */
+function bilinear(a, b, c, d, p, q, r, s) {
+  const { fround } = Math
+  const upper = fround(fround(a * (p / 256)) + fround(b * (q / 256)))
+  return fround(fround(upper + fround(c * (r / 256))) + fround(d * (s / 256)))
+}
+
+/** How a placement shows a map where texels are so dense. */
+function shownBy(placement, pyramid, ratio) {
+  const { symmetry, center } = placement
+  const level = pyramidLevel(pyramid.picture, center, ratio)
+  return { placement, level, symmetry: SYMMETRIES[symmetry], picture: pyramid.level(level, symmetry) }
+}
+
+/** The columns of cells between which texels lie: which texels, and how far each lies from the first column, in 1/16. */
+function spansOf({ cell, shift }, places) {
+  const spans = []
+  const fractions = new Uint8Array(places.length)
+  places.forEach((place, n) => {
+    const column = Math.floor((place + shift) / (16 * cell))
+    fractions[n] = Math.floor(((place + shift) % (16 * cell)) / cell)
+    if (spans.at(-1)?.column === column) spans.at(-1).end = n + 1
+    else spans.push({ column, start: n, end: n + 1 })
+  })
+  return { spans, fractions }
 }

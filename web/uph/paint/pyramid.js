@@ -1,27 +1,20 @@
 /** Maps of the exemplar, at full size and smaller, as painting reads them [8]. */
 
-import { UNIT } from '../field.js'
 import { clamp } from '../numbers.js'
-import { centerMatrix } from '../plans/placement.js'
+import { symmetricNormals } from './normals.js'
 
-/** The level at which a block reads of which the centre matrix has this determinant. */
-function pyramidLevel({ height, width }, determinant) {
+/** The level that a placement with this centre matrix reads, where there are `ratio` texels for each square step. */
+export function pyramidLevel({ height, width }, [a, b, c, d], ratio) {
   const most = 32 - Math.clz32(Math.max(height, width) - 1)
+  const determinant = a * d - b * c
   let k = 0
-  while (k < most && determinant >= 2 * UNIT * UNIT * 4 ** k) k++
+  while (k < most && determinant >= 2 ** 25 * 4 ** k * ratio) k++
   return k
-}
-
-/** How a placement shows the exemplar: the field at its `center`, and the `level` of the pyramid that it reads. */
-export function sourceOf(placement, field, exemplar) {
-  const center = centerMatrix(placement, field)
-  const [a, b, c, d] = center
-  return { center, level: pyramidLevel(exemplar, a * d - b * c) }
 }
 
 /** A map as far as it has come. */
 export class MapPyramid {
-  levels = [] // by symmetry, see `levels.js`
+  #levels = [] // by symmetry
 
   constructor(picture, role) {
     this.picture = picture
@@ -31,6 +24,14 @@ export class MapPyramid {
   /** The mean of its pixels. */
   get mean() {
     return (this.average ??= meanOf(this.picture))
+  }
+
+  /** A level of it; a normal map is turned by a symmetry before. */
+  level(number, symmetry) {
+    const turned = this.isNormal ? symmetry : 0
+    const levels = (this.#levels[turned] ??= [turned ? symmetricNormals(this.picture, turned) : this.picture])
+    while (levels.length <= number) levels.push(halve(levels.at(-1)))
+    return levels[number]
   }
 }
 
@@ -46,7 +47,7 @@ function meanOf({ channels, data }) {
 }
 
 /** The next level: half the size, filtered by (1, 3, 3, 1)/8 down the columns, then along the rows. */
-export function halve({ height, width, channels, data }) {
+function halve({ height, width, channels, data }) {
   const isFloat = data instanceof Float32Array
   const [halfHeight, halfWidth] = [(height + 1) >> 1, (width + 1) >> 1]
   const down = filterAxis(data, isFloat, 1, height, width * channels)

@@ -15,11 +15,23 @@ export function toRgba(samples, channels, role) {
   const color = table ? (x) => table[Math.fround(65535 * clamp(x, 0, 1)) + 0.5 | 0] : plain
   const [green, blue] = channels < 3 ? [0, 0] : [1, 2]
   const out = new Uint8Array((4 * samples.length) / channels)
+  if (samples instanceof Uint8Array && channels === 3) return fromColors(samples, out)
   for (let to = 0, at = 0; to < out.length; to += 4, at += channels) {
     out[to] = color(samples[at])
     out[to + 1] = color(samples[at + green])
     out[to + 2] = color(samples[at + blue])
     out[to + 3] = channels & 1 ? 255 : plain(samples[at + channels - 1])
+  }
+  return out
+}
+
+/** The same of 8-bit colours, which most maps are, sooner. */
+function fromColors(samples, out) {
+  for (let to = 0, at = 0; to < out.length; to += 4, at += 3) {
+    out[to] = samples[at]
+    out[to + 1] = samples[at + 1]
+    out[to + 2] = samples[at + 2]
+    out[to + 3] = 255
   }
   return out
 }

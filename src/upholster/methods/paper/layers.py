@@ -15,7 +15,6 @@ from upholster.methods.paper.edges import Strip
 from upholster.quilt.chart import Chart
 from upholster.quilt.labels import LabelMap, cell_centres, label_shape
 from upholster.quilt.placement import PLACEMENT, SYMMETRIES
-from upholster.types import IntArray
 
 __all__ = ["Layer", "block_layer", "edge_placements", "on_cells"]
 
@@ -23,7 +22,9 @@ Layer = tuple[NDArray[np.void], LabelMap]
 """Placements of one chart, and the label map that numbers them from 0 on; −1 where none shows."""
 
 
-def block_layer(chart: Chart, pixels: IntArray, *, block: int, overlap: int, shape: tuple[int, ...]) -> Layer:
+def block_layer(
+    chart: Chart, pixels: NDArray[np.int64], *, block: int, overlap: int, shape: tuple[int, ...]
+) -> Layer:
     """Return the first layer of a chart.
 
     Parameters
@@ -55,7 +56,7 @@ def block_layer(chart: Chart, pixels: IntArray, *, block: int, overlap: int, sha
 
 
 def edge_placements(
-    strip: Strip, charts: Sequence[Chart], block: int, corners: IntArray, pixels: IntArray
+    strip: Strip, charts: Sequence[Chart], block: int, corners: NDArray[np.int64], pixels: NDArray[np.int64]
 ) -> NDArray[np.void]:
     """Return a strip's edge blocks on both of its charts.
 
@@ -84,7 +85,7 @@ def edge_placements(
     out["column"][:, 1] = m2 * row + m3 * column + 16 * m5 + 8
     out["source_row"], out["source_column"] = (16 * pixels + 8 * block - 8).T[:, :, None]
     undone = np.array([m0, m2, m1, m3])
-    out["symmetry"][:, 1] = (SYMMETRIES == undone).all(axis=1).argmax()
+    out["symmetry"][:, 1] = (undone == SYMMETRIES).all(axis=1).argmax()
     return out
 
 

@@ -77,6 +77,6 @@ class Candidates:
         row, column = divmod(number, self.shape[1])
         return row * self.grid[1] + column
 
-    def pixels(self, tiles: IntArray) -> IntArray:
+    def pixels(self, tiles: IntArray) -> NDArray[np.int64]:
         """Return the first pixel (row, column) of candidates told by their first tiles: (…) to (…, 2)."""
         return np.stack(np.divmod(tiles.astype(np.int64), self.grid[1]), axis=-1) * self.tile

@@ -282,9 +282,4 @@ class _Seams:
             for strip, blocks in zip(self.strips, self.blocks, strict=True)
         ]
         flat = np.concatenate(placed).reshape(-1)
-        for labels in self.labels:
-            # Beyond the ends of a strip it goes on, as long as nothing else is there.
-            for lines in (labels, labels.T):
-                for out, rim in ((0, 1), (-1, -2)):
-                    lines[out] = np.where(lines[out] < 0, lines[rim], lines[out])
         return [on_cells(flat, LabelMap(self.blocks[0].cell, part), shape) for part in self.labels]

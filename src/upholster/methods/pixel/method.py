@@ -251,10 +251,8 @@ def _quilt(sources: IntArray, layout: SurfaceLevel, width: int, shape: tuple[int
         first, rank = first[order], np.argsort(order)
         placed = np.zeros(len(first), PLACEMENT)
         placed["chart"] = n
-        for name, places in (("row", i), ("column", j)):
-            placed[name] = 16 * places.reshape(-1)[first] + 8
-        for name, places in (("source_row", rows), ("source_column", columns)):
-            placed[name] = 16 * places.reshape(-1)[first]
+        placed["row"], placed["column"] = 16 * i.flat[first] + 8, 16 * j.flat[first] + 8
+        placed["source_row"], placed["source_column"] = 16 * rows.flat[first], 16 * columns.flat[first]
         parts.append(placed)
         own = rank[numbers].reshape(rows.shape).astype(np.int32)
         labels.append((LabelMap(1, np.pad(own, 1, mode="edge")),))

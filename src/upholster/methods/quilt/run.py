@@ -75,6 +75,8 @@ class QuiltRun:
         Whether the one chart's opposite edges meet.
     effort
         How often charts are gone through to refine them.
+    density
+        Texels for a step of the charts, each way: of `Quilt`.
     """
 
     charts: tuple[Chart, ...]
@@ -92,6 +94,7 @@ class QuiltRun:
     symmetries: int
     wrap: bool
     effort: int
+    density: float
 
     def before(self, number: int) -> list[int]:
         """Return the charts that are laid before the class of that number, in the order of laying."""
@@ -184,6 +187,7 @@ def planned(
     wrap: bool = False,
     turning: Set[int] = frozenset(),
     seed: int = 0,
+    density: float = 1.0,
 ) -> QuiltRun:
     """Settle all that charts are laid by; parameters as of `synthesize_quilt`.
 
@@ -260,6 +264,7 @@ def planned(
         symmetries,
         wrap,
         options.effort,
+        density,
     )
 
 

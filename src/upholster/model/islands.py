@@ -1,0 +1,283 @@
+"""Where each island of a mesh lies in the atlas: shapes, not rectangles, packed on one page or several.
+
+An island's *stencil* is all that its triangles read, in squares of texels that lie on one grid over the page.
+Stencils may interlock, and lie in each other's holes; a square is one island's alone. Sides of squares are
+powers of two: down to the mip level whose texels are as large as a square, filtering anywhere on a triangle
+reads the island's own squares.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import accumulate, islice, product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from upholster.charts.mesh_layout import chart_places
+from upholster.geometry import AnySurface, MeshSurface
+from upholster.model._packing_kernels import lay_stencils, mark_squares
+from upholster.model.packing import (
+    MAX_PAGES,
+    PAGE_LIMIT,
+    AtlasCell,
+    AtlasLayout,
+    AtlasPage,
+    check_charts,
+    check_fit,
+    check_pages,
+    pack_charts,
+    power_of_two,
+)
+from upholster.quilt.chart import Chart
+from upholster.types import FloatArray, frozen_array
+
+__all__ = ["island_padding", "pack_islands", "pack_surface"]
+
+_LEAST_PADDING, _MOST_PADDING, _PADDINGS = 4, 16, 400
+"""Texels between islands by default, at least and at most; how many of them a square atlas is wide, about."""
+
+_SQUARES = 512
+"""Squares of a page each way, about, at most: more take longer to pack than they save."""
+
+_WIDTHS = (1.1, 1.2, 1.3, 1.0, 1.45, 1.6, 1.8, 0.9, 0.8)
+"""Widths of a page that are tried, in sides of a square of the stencils' area."""
+
+_TRIES, _LEAST_TRIES = 3000, 3
+"""How many stencils are laid to find the smallest page, about; and how many pages are tried at least."""
+
+_Place = tuple[int, int]
+_Page = tuple[dict[int, _Place], _Place]
+"""Row and column of stencils on a page, and its rows and columns, in squares."""
+
+
+def pack_surface(
+    surface: AnySurface,
+    charts: Sequence[Chart],
+    *,
+    gutter: int | None = None,
+    size: int | None = None,
+    limit: int | None = None,
+    powers: bool = False,
+) -> AtlasLayout:
+    """Arrange charts in an atlas: islands of a mesh by `pack_islands`, all others by `pack_charts`.
+
+    Parameters and errors are as there; the gutter by default what is default there.
+    """
+    if isinstance(surface, MeshSurface):
+        return pack_islands(surface, charts, gutter=gutter, size=size, limit=limit, powers=powers)
+    return pack_charts(charts, gutter=gutter, size=size, limit=limit, powers=powers)
+
+
+def pack_islands(
+    surface: MeshSurface,
+    charts: Sequence[Chart],
+    *,
+    gutter: int | None = None,
+    size: int | None = None,
+    limit: int | None = None,
+    powers: bool = False,
+) -> AtlasLayout:
+    """Arrange islands by their shapes on as few and small pages as can be found.
+
+    Parameters
+    ----------
+    surface, charts
+        The islands, and the chart over each; they are neither turned nor rescaled.
+    gutter
+        Texels between triangles of two islands, at least: 0 to 256; half as many to a page's border. By
+        default what `island_padding` says. Squares' sides are multiples of the largest power of two in it.
+    size, limit, powers
+        How large pages are, see `upholster.model.packing.pack_charts`.
+
+    Raises
+    ------
+    InputError
+        As for `pack_charts`.
+    """
+    places = chart_places(surface, charts)
+    texels = _area(places)
+    gutter = island_padding(texels) if gutter is None else gutter
+    check_charts(charts, gutter)
+    most = size or limit or PAGE_LIMIT
+    side = 1 << max(0, gutter.bit_length() - 1)
+    while min(math.sqrt(texels), most) > _SQUARES * side:
+        side *= 2
+    stencils = _stencils(surface, places, len(charts), side, max(gutter, 1) / 2)
+    if size is not None:
+        check_fit(charts, gutter, size, side * int(stencils.sizes.max()))
+    rounded = power_of_two if powers and size is None else int
+    pages = _on_pages(stencils, most, rounded)
+    check_pages(len(pages))
+    shapes = [(rounded(rows * side), rounded(columns * side)) for _, (rows, columns) in pages]
+    return _layout(charts, stencils, pages, shapes if size is None else [(size, size)] * len(pages))
+
+
+def island_padding(texels: float) -> int:
+    """Return how many texels lie between two islands by default, where so many lie on the mesh: 4, 8 or 16.
+
+    Then the coarsest mip level that mixes no two islands shows the whole page in about 500 x 500 texels.
+    """
+    padding = power_of_two(math.ceil(math.sqrt(texels) / _PADDINGS))
+    return min(max(padding, _LEAST_PADDING), _MOST_PADDING)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Stencils:
+    """Of each island: its squares, and where on the chart, in texels, the first of them begins.
+
+    `sizes` (n, 2) are their rows and columns; `runs` and `spans` what `lay_stencils` takes.
+    """
+
+    side: int
+    masks: list[NDArray[np.bool_]]
+    corners: NDArray[np.int64]
+    sizes: NDArray[np.int64]
+    runs: NDArray[np.int64]
+    spans: NDArray[np.int64]
+
+
+def _area(places: FloatArray) -> float:
+    """Return how many texels triangles cover."""
+    (a, b), (c, d) = (places[:, 1:] - places[:, :1]).transpose(1, 2, 0)
+    return float(np.abs(a * d - b * c).sum() / 2)
+
+
+def _stencils(surface: MeshSurface, places: FloatArray, islands: int, side: int, reach: float) -> _Stencils:
+    """Return the stencils: all squares that come as near to a triangle as `reach` texels."""
+    laid = surface.island >= 0
+    low, high = np.full((islands, 2), np.inf), np.full((islands, 2), -np.inf)
+    np.minimum.at(low, surface.island[laid], places[laid].min(axis=1))
+    np.maximum.at(high, surface.island[laid], places[laid].max(axis=1))
+    corners = np.floor(low - reach).astype(np.int64)
+    sizes = np.ceil((high + reach - corners) / side).astype(np.int64)
+    firsts = np.cumsum([0, *sizes.prod(axis=1).tolist()])
+    marked = np.zeros(firsts[-1], np.bool_)
+    grids = np.concatenate([corners, sizes, firsts[:-1, None]], axis=1)
+    mark_squares(places, surface.island, grids, float(side), reach, marked)
+    runs, island = _runs(marked, firsts, sizes)
+    ends = np.searchsorted(island, np.arange(islands + 1))
+    # Rows and columns at a stencil's end that a triangle just does not touch are left out.
+    filled = np.maximum.reduceat(runs[:, :2] + [1, 0] + runs[:, [2]] * [0, 1], ends[:-1])
+    longest = runs[np.lexsort((-runs[:, 2], island))[ends[:-1]]][:, [0, 2]]
+    kind = np.unique(filled, axis=0, return_inverse=True)[1].reshape(-1, 1)
+    spans = np.concatenate([filled[:, :1], ends[:-1, None], ends[1:, None], longest, kind], axis=1)
+    frozen_array(marked)
+    masks = [
+        marked[first : first + math.prod(shape)].reshape(shape)[:rows, :columns]
+        for first, shape, (rows, columns) in zip(
+            firsts.tolist(), sizes.tolist(), filled.tolist(), strict=False
+        )
+    ]
+    return _Stencils(side, masks, corners, filled, runs, spans)
+
+
+def _runs(
+    marked: NDArray[np.bool_], firsts: NDArray[np.int64], sizes: NDArray[np.int64]
+) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+    """Return runs of squares, (R, 4) as `lay_stencils` takes them, and the island of each, in their order."""
+    columns = np.repeat(sizes[:, 1], sizes[:, 0])
+    outer = np.zeros(len(marked) + 1, np.bool_)  # where rows begin, and the last one ends
+    outer[np.cumsum([0, *columns])] = True
+    start = np.flatnonzero(marked & (outer[:-1] | ~np.roll(marked, 1)))
+    stop = np.flatnonzero(marked & (outer[1:] | ~np.roll(marked, -1))) + 1
+    island = np.searchsorted(firsts, start, side="right") - 1
+    row, column = np.divmod(start - firsts[island], sizes[island, 1])
+    length = stop - start
+    return np.stack([row, column, length, np.frexp(length)[1] - 1], axis=1).astype(np.int64), island
+
+
+def _on_pages(stencils: _Stencils, most: int, rounded: Callable[[int], int]) -> list[_Page]:
+    """Lay stencils on pages of at most so many texels each way; one that is larger has a page of its own."""
+    squares = most // stencils.side
+    large = (stencils.sizes > squares).any(axis=1)
+    pages: list[_Page] = [
+        ({int(n): (0, 0)}, (int(stencils.sizes[n, 0]), int(stencils.sizes[n, 1])))
+        for n in np.flatnonzero(large)
+    ]
+    left = np.flatnonzero(~large)
+    while len(left) and len(pages) <= MAX_PAGES:
+        page = _on_one_page(stencils, left, squares, rounded)
+        if page is None:
+            places = _laid(stencils, _orders(stencils, left)[0], (squares, squares), together=False)
+            page = _page(stencils, left[places[left, 0] >= 0], places)
+        pages.append(page)
+        left = left[~np.isin(left, list(page[0]))]
+    return pages
+
+
+def _on_one_page(
+    stencils: _Stencils, which: NDArray[np.int64], squares: int, rounded: Callable[[int], int]
+) -> _Page | None:
+    """Return the smallest page found that holds stencils; None: they do not fit `squares` each way."""
+    area = sum(int(stencils.masks[n].sum()) for n in which)
+    ideal, widest = math.sqrt(area), int(stencils.sizes[which, 1].max())
+    best, smallest = None, rounded(squares * stencils.side) ** 2 + 1
+    if area > squares**2:
+        return None
+    tries = product(_WIDTHS, _orders(stencils, which))
+    for factor, order in islice(tries, max(_LEAST_TRIES, _TRIES // len(which))):
+        width = rounded(max(widest, int(ideal * factor)) * stencils.side) // stencils.side
+        width = min(width, squares)
+        # A page that would be no smaller than the best one is given up as soon as that shows.
+        rows = min(squares, (smallest - 1) // (rounded(width * stencils.side) * stencils.side))
+        places = _laid(stencils, order, (rows, width), together=True)
+        if (places[which, 0] < 0).any():
+            continue
+        page = _page(stencils, which, places)
+        texels = math.prod(rounded(count * stencils.side) for count in page[1])
+        if texels < smallest:
+            best, smallest = page, texels
+    return best
+
+
+def _orders(stencils: _Stencils, which: NDArray[np.int64]) -> list[NDArray[np.int64]]:
+    """Return orders in which stencils are laid: the highest, the longest, the largest first."""
+    height, width = stencils.sizes[which].T
+    keys = ((-width, -height), (-np.minimum(height, width), -np.maximum(height, width)), (-height * width,))
+    return [which[np.lexsort((which, *key))] for key in keys]
+
+
+def _laid(
+    stencils: _Stencils, order: NDArray[np.int64], size: _Place, *, together: bool
+) -> NDArray[np.int64]:
+    """Return row and column of each stencil on a page of so many squares; -1 where it is not on it."""
+    rows, columns = size
+    levels = int(stencils.runs[:, 3].max()) + 1
+    taken = np.zeros((levels, rows, -(-columns // 64)), np.uint64)
+    for level in range(levels):
+        # What lies beyond the page is taken: in this level from 2^level - 1 columns before its end on.
+        start = max(0, columns - (1 << level) + 1)
+        taken[level, :, start // 64 :] = ~np.uint64(0)
+        taken[level, :, start // 64 : start // 64 + 1] <<= np.uint64(start % 64)
+    count, room = len(stencils.masks), np.full(rows, columns, np.int64)
+    since, places = np.zeros(count, np.int64), np.full((count, 2), -1, np.int64)
+    lay_stencils(order, stencils.runs, stencils.spans, together, taken, room, since, places)
+    return places
+
+
+def _page(stencils: _Stencils, which: NDArray[np.int64], places: NDArray[np.int64]) -> _Page:
+    """Return a page that is as large as the stencils on it take."""
+    rows, columns = (places[which] + stencils.sizes[which]).max(axis=0).tolist()
+    return {int(n): (int(places[n, 0]), int(places[n, 1])) for n in which}, (rows, columns)
+
+
+def _layout(
+    charts: Sequence[Chart], stencils: _Stencils, pages: Sequence[_Page], shapes: Sequence[tuple[int, int]]
+) -> AtlasLayout:
+    """Return the cells of stencils on pages of these heights and widths in texels."""
+    side = stencils.side
+    tops = list(accumulate((height for height, _ in shapes), initial=0))
+    cells: dict[int, AtlasCell] = {}
+    for number, (places, _) in enumerate(pages):
+        for n, (row, column) in places.items():
+            top, left = tops[number] + row * side, column * side
+            (first, before), mask = stencils.corners[n].tolist(), stencils.masks[n]
+            height, width = mask.shape[0] * side, mask.shape[1] * side
+            cells[n] = AtlasCell(
+                charts[n], top - first, left - before, top, left, height, width, number, mask
+            )
+    return AtlasLayout(
+        tuple(cells[n] for n in range(len(charts))),
+        tuple(AtlasPage(top, *shape) for top, shape in zip(tops, shapes, strict=False)),
+    )
