@@ -170,18 +170,17 @@ def _fit_matrices(
     rest: FloatArray = np.einsum("nji,nj->ni", turn, (read - now) / 16)
     centre: IntArray = np.stack([moved["row"][owner], moved["column"][owner]], axis=1)
     step: FloatArray = (at - centre) / np.float64(16)
-    off = np.zeros(len(moved))
+    off: FloatArray = np.zeros(len(moved))
     np.maximum.at(off, owner, np.abs(rest).max(axis=1))
     bent = np.flatnonzero(off > _OFF)
     if not len(bent):
         return
 
     def summed(values: FloatArray) -> FloatArray:
-        found: FloatArray = np.bincount(owner, values, minlength=len(moved))[bent]
-        return found
+        return np.bincount(owner, values, minlength=len(moved))[bent].astype(np.float64)
 
-    square = np.empty((len(bent), 2, 2))
-    product = np.empty((len(bent), 2, 2))
+    square: FloatArray = np.empty((len(bent), 2, 2))
+    product: FloatArray = np.empty((len(bent), 2, 2))
     for i in range(2):
         for j in range(2):
             # A step's worth against singular ones.
