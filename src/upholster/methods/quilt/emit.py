@@ -94,10 +94,11 @@ def labelled(
     """Return the placements and labels of one chart, see `emitted_quilt`."""
     seen = np.full(label_shape(chart.height, chart.width, cell), -1, np.int32)
     trace_cells(laid.placements, laid.cells, laid.steps, laid.bounds, cell, seen)
-    kept, numbers = np.unique(np.append(-1, seen), return_inverse=True)
-    shown: IntArray = (numbers[1:] - 1).astype(np.int32).reshape(seen.shape)
-    if len(kept) > 1:
-        blocks = _unmasked(number, laid.placements[kept[1:]])
+    there = np.bincount(1 + seen.reshape(-1), minlength=1 + len(laid.placements)) > 0
+    there[0] = True
+    shown: IntArray = (np.cumsum(there) - 2).astype(np.int32)[1 + seen]
+    if there[1:].any():
+        blocks = _unmasked(number, laid.placements[there[1:]])
     else:
         blocks, shown = bare_placement(number, (chart.height, chart.width), shape), 0 * np.abs(seen)
     moved, centre = _recentred(blocks, shown, field, shape, cell)
@@ -140,8 +141,13 @@ def _recentred(
     size = np.bincount(owner, minlength=len(blocks))
     middle = [np.bincount(owner, index, minlength=len(blocks)) / size for index in (rows, columns)]
     away = (rows - middle[0][owner]) ** 2 + (columns - middle[1][owner]) ** 2
-    order = np.lexsort((away, ~within, ~inside, owner))
-    chosen = order[np.searchsorted(owner[order], np.arange(len(blocks)))]
+    # Cells that read inside the sample come first, then those on the chart, then near ones.
+    away += 2.0**34 * ~within + 2.0**36 * ~inside
+    least = np.full(len(blocks), np.inf)
+    np.minimum.at(least, owner, away)
+    nearest = np.flatnonzero(away == least[owner])[::-1]
+    chosen = np.empty(len(blocks), np.intp)
+    chosen[owner[nearest]] = nearest  # of several the first
     moved = blocks.copy()
     moved["row"], moved["column"] = at[0][chosen], at[1][chosen]
     for axis, name in enumerate(("source_row", "source_column")):
