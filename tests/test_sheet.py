@@ -40,6 +40,7 @@ def test_options_are_read() -> None:
 
 
 def test_an_unknown_revision_is_one_line() -> None:
+    pytest.importorskip("skimage", reason="the benchmarks' command needs the extra `bench`")
     done = subprocess.run(
         [sys.executable, "-m", "benchmarks", "sheet", "no-such-revision"],
         cwd=ROOT, capture_output=True, text=True, check=False,
