@@ -5,7 +5,6 @@
 
 from upholster.methods.synthesis import (
     Prepared,
-    emitted_quilt,
     execute,
     kept_sample,
     matched_image,
@@ -19,7 +18,6 @@ from upholster.methods.synthesis import (
 
 __all__ = [
     "Prepared",
-    "emitted_quilt",
     "execute",
     "kept_sample",
     "matched_image",

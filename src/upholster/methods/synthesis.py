@@ -1,7 +1,7 @@
 """From an exemplar and a surface to a quilt: the one place that settles layout, scale, direction, method."""
 
 import secrets
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from numbers import Integral
 from typing import Any, cast
@@ -29,12 +29,11 @@ from upholster.methods.paper.coefficients import keep_coefficients
 from upholster.methods.paper.method import PaperOptions, synthesize_paper
 from upholster.methods.pixel.method import PixelOptions, check_sample, synthesize_pixel
 from upholster.methods.quilt.mesh.method import synthesize_mesh
-from upholster.methods.quilt.method import emitted, synthesize_quilt
+from upholster.methods.quilt.method import synthesize_quilt
 from upholster.methods.quilt.options import QuiltOptions
 from upholster.methods.quilt.phases import Phases, WantedPhases, in_step, whole_waves
 from upholster.methods.quilt.run import QuiltRun, planned
 from upholster.methods.quilt.structure import block_size
-from upholster.methods.quilt.transfer import ChartPlacements
 from upholster.options import SynthesisOptions, chosen, settled
 from upholster.parallel import check_running
 from upholster.quilt.chart import MAX_CHART, Chart
@@ -45,7 +44,6 @@ from upholster.types import FloatArray, IntArray, PixelArray, Progress
 
 __all__ = [
     "Prepared",
-    "emitted_quilt",
     "execute",
     "kept_sample",
     "matched_image",
@@ -425,14 +423,6 @@ def planned_run(prepared: Prepared, exemplar: PixelArray, surface: AnySurface, *
         options=options, phases=prepared.phases, turning=prepared.turning, seed=seed,
         density=prepared.density,
     )  # fmt: skip
-
-
-def emitted_quilt(
-    run: QuiltRun, laid: Sequence[ChartPlacements], exemplar: PixelArray, surface: Surface, *, seed: int
-) -> Quilt:
-    """Return the quilt of a run whose charts are all laid, as `execute` does."""
-    quilt = emitted(run, laid, (exemplar.shape[0], exemplar.shape[1]))
-    return quilt.on(surface, seed=seed, density=run.density)
 
 
 def synthesize(
