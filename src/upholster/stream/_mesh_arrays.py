@@ -6,12 +6,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 __all__ = [
+    "BORDER",
     "LACKING",
-    "LAST_GROUPS",
+    "LAST_ISLAND",
+    "LAST_PART",
     "MOST_PARAMETER",
+    "OPEN",
+    "STACKED",
+    "STATUS",
     "TRIANGLES",
     "VERTICES",
-    "WEDGES",
     "WRONG",
     "Mesh",
     "Origin",
@@ -23,52 +27,64 @@ LACKING, WRONG = -1, -2
 MOST_PARAMETER = 2**28
 """Steps of a parameter, either way."""
 
-TRIANGLES, VERTICES, WEDGES, LAST_GROUPS = 0, 1, 2, 3
-"""Places in `Mesh.counts`: how many are coded; from the last on the last island and part told."""
+STATUS, TRIANGLES, VERTICES, STACKED, LAST_ISLAND, LAST_PART = range(6)
+"""Places in `Mesh.counts`: 0, or the first of `LACKING` and `WRONG` that came up; how many are coded; edges on
+the stack; the island and the part told last."""
+
+OPEN, BORDER = -1, -2
+"""In place of a twin: an edge of the front; one without a triangle beyond."""
 
 
 class Mesh(NamedTuple):
-    """A mesh as far as it is coded, in coded order.
+    """A mesh as far as it is coded, in coded order; corner 3·t + k is corner k of triangle t.
 
-    triangles
-        (T, 3): the vertices of each.
+    An edge is named by the corner of a coded triangle that begins it. Those with no triangle beyond are the
+    *front*; there edge e runs from its tail, the vertex of the next corner, to its head, the vertex of e.
+
+    vertices
+        (3T,): of each corner.
     twins
-        (3T,): corner 3·t + k begins edge k of triangle t; here the corner that begins the same edge the other
-        way round, −1 where there is none.
-    earlier_corners, latest_corner
-        (3T,), (V,): the corners of a vertex, from the latest on; −1 ends the list.
-    groups
-        (T, 2): each triangle's island, −1 on a plain one, and part.
-    corner_wedges
-        (3T,): each corner's wedge, −1 on plain triangles. A *wedge* is what corners of one island at one
-        vertex share: their parameters.
+        (3T,): the same edge, as the triangle beyond has it; `OPEN` or `BORDER`.
+    before, after
+        (3T,): the edges of the front that end at an edge's tail and begin at its head.
+    stack
+        (3T,): edges of the front, to look at from the last one on.
+    leaving
+        (V,): the edge of the front that was the last to begin at each vertex, −1 for none.
+    degrees
+        (V,): how many triangles each vertex has, to 7.
     positions, position_leftovers
         (V, 3): coordinates, and what their guesses left over.
-    latest_wedge, earlier_wedges, wedge_island
-        (V,), (W,), (W,): the wedges of a vertex, from the latest on, and their islands.
-    wedge_corners, wedge_next
-        (W,), (3T,): the corners of a wedge.
+    seams
+        (3T,): whether an edge is a seam, as one or as the other triangle has it.
+    ends
+        (V,): how many edges at each vertex are seams or borders, to 3.
+    pieces, wedges
+        (T,), (3T,): of what edges that are no seams join, an earlier triangle or corner, or itself.
+    groups
+        (T, 2): each triangle's island, −1 on a plain one, and part.
     parameters, parameter_leftovers
-        (W, 2).
+        (3T, 2): of each corner.
     counts
-        See `TRIANGLES`.
+        See `STATUS`.
     limits
         Largest coordinate; how many islands and parts there are.
     """
 
-    triangles: NDArray[np.int32]
+    vertices: NDArray[np.int32]
     twins: NDArray[np.int32]
-    earlier_corners: NDArray[np.int32]
-    latest_corner: NDArray[np.int32]
-    groups: NDArray[np.int32]
-    corner_wedges: NDArray[np.int32]
+    before: NDArray[np.int32]
+    after: NDArray[np.int32]
+    stack: NDArray[np.int32]
+    leaving: NDArray[np.int32]
+    degrees: NDArray[np.uint8]
     positions: NDArray[np.int32]
     position_leftovers: NDArray[np.int32]
-    latest_wedge: NDArray[np.int32]
-    earlier_wedges: NDArray[np.int32]
-    wedge_island: NDArray[np.int32]
-    wedge_corners: NDArray[np.int32]
-    wedge_next: NDArray[np.int32]
+    seams: NDArray[np.uint8]
+    ends: NDArray[np.uint8]
+    pieces: NDArray[np.int32]
+    wedges: NDArray[np.int32]
+    groups: NDArray[np.int32]
     parameters: NDArray[np.int32]
     parameter_leftovers: NDArray[np.int32]
     counts: NDArray[np.int64]
@@ -82,16 +98,12 @@ class Origin(NamedTuple):
         (T, 3), as `TriangleMesh` has them.
     positions, parameters, groups
         (V, 3), (T, 3, 2), (T, 2).
-    number, vertices
-        (V,): of each vertex in coded order, −1 before it is coded; and the other way round.
+    number
+        (V,): of each vertex in coded order, −1 before it is coded.
     corners
         (T,): the corner that is the first of each triangle in coded order.
     done
         (T,): whether a triangle is coded.
-    leaving
-        (V,): an edge of the front that begins at a vertex, in coded order.
-    delayed_at
-        (3T,): how many triangles were coded when an edge was delayed.
     first
         (1,): no triangle before this one is left.
     """
@@ -102,9 +114,6 @@ class Origin(NamedTuple):
     parameters: NDArray[np.int32]
     groups: NDArray[np.int32]
     number: NDArray[np.int32]
-    vertices: NDArray[np.int32]
     corners: NDArray[np.int32]
     done: NDArray[np.uint8]
-    leaving: NDArray[np.int32]
-    delayed_at: NDArray[np.int32]
     first: NDArray[np.int64]

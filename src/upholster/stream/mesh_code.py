@@ -1,7 +1,7 @@
 """A mesh in the surface chunk: triangles, positions, parameters (SPEC.md, sections 2 and 5.4)."""
 
 import struct
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,13 +10,10 @@ from numpy.typing import NDArray
 from upholster.errors import FormatError, InputError
 from upholster.geometry.triangle_mesh import MeshSurface, TriangleMesh
 from upholster.quilt import Chart
-from upholster.stream._front_kernels import EDGE_SIZE, Front
-from upholster.stream._mesh_arrays import LAST_GROUPS, MOST_PARAMETER, VERTICES, WEDGES, WRONG, Mesh, Origin
-from upholster.stream._mesh_number_kernels import MESH_COUNTERS, MESH_INPUTS
-from upholster.stream._parameter_kernels import code_parameters
+from upholster.stream._island_kernels import code_islands, code_seams, count_borders
+from upholster.stream._mesh_arrays import MOST_PARAMETER, OPEN, STATUS, VERTICES, WRONG, Mesh, Origin
+from upholster.stream._mesh_number_kernels import MESH_COUNTERS
 from upholster.stream._triangle_kernels import code_triangles
-from upholster.stream._vertex_kernels import code_positions
-from upholster.stream._wedge_kernels import code_wedges
 from upholster.stream.byte_reader import ByteReader, varint
 from upholster.stream.coder import BitReader, BitWriter
 
@@ -82,13 +79,13 @@ def pack_mesh(surface: MeshSurface, precision: MeshPrecision) -> bytes:
     step = float((high - low).max()) / max(1, most) or 1.0
     origin = _origin(surface, low, step, precision.step)
     used = len(np.unique(mesh.triangles))
-    coded = _empty((count, used, 3 * count), (most, surface.islands, len(mesh.parts)))
-    writer = BitWriter(MESH_COUNTERS, MESH_INPUTS)
-    _code(writer, coded, origin, used)
+    coded = _empty(count, used, (most, surface.islands, len(mesh.parts)))
+    writer = BitWriter(MESH_COUNTERS, 1)
+    _code(writer, coded, origin)
     head = [_text(mesh.name), bytes([_METRES if mesh.metres is not None else 0])]
     head += [struct.pack("<d", mesh.metres)] if mesh.metres is not None else []
     head += [varint(len(mesh.parts)), *[_text(name) for name in mesh.parts]]
-    head += [varint(count), varint(used), varint(int(coded.counts[WEDGES])), varint(surface.islands)]
+    head += [varint(count), varint(used), varint(surface.islands)]
     head += [bytes([precision.bits]), struct.pack("<5d", *low, step, precision.step)]
     return b"".join([*head, writer.finish()])
 
@@ -114,60 +111,51 @@ def parse_mesh(fields: ByteReader, most: int = MAX_TRIANGLES) -> MeshSurface:
     parts = tuple(_parse_text(fields) for _ in range(count))
     triangles = fields.varint("number of triangles", min(most, _TRIANGLES_A_BYTE * fields.left), 1)
     vertices = fields.varint("number of vertices", 3 * triangles, 1)
-    wedges = fields.varint("number of wedges", 3 * triangles)
     islands = fields.varint("number of islands", triangles, 1)
     bits = fields.byte("bits of a coordinate", _MOST_BITS)
     *low, step, unit = (fields.float64("origin or step") for _ in range(5))
     if not (step > 0 and unit > 0):
         raise fields.error("a step is not above 0")
-    coded = _empty((triangles, vertices, wedges), ((1 << bits) - 1, islands, count))
+    coded = _empty(triangles, vertices, ((1 << bits) - 1, islands, count))
     start = fields.offset
-    reader = BitReader(MESH_COUNTERS, MESH_INPUTS)
+    reader = BitReader(MESH_COUNTERS, 1)
     reader.feed(fields.bytes(fields.left, "triangles"))
-    status = _code(reader, coded, None, vertices)
+    status = _code(reader, coded, None)
     if status:
         told = (
             "a number of the mesh is outside what is allowed" if status == WRONG else "triangles are missing"
         )
         raise FormatError(f"byte {start}: {told}")
-    if reader.unread or coded.counts[VERTICES] < vertices or coded.counts[WEDGES] < wedges:
-        raise FormatError(f"byte {start}: mesh has bytes, vertices or wedges too many")
-    laid = coded.groups[:, 0] >= 0
-    parameters = np.zeros((triangles, 3, 2))
+    if reader.unread:
+        raise FormatError(f"byte {start}: mesh has bytes too many")
     with np.errstate(over="ignore"):  # what is not finite is refused with the mesh
-        parameters[laid] = coded.parameters[coded.corner_wedges.reshape(-1, 3)[laid]] * unit
+        parameters = coded.parameters.reshape(-1, 3, 2) * unit
         positions = np.array(low) + coded.positions * step
-    mesh = TriangleMesh(positions, coded.triangles, coded.groups[:, 1], parts, name=name, metres=metres)
+    triangles_of = coded.vertices.reshape(-1, 3)
+    mesh = TriangleMesh(positions, triangles_of, coded.groups[:, 1], parts, name=name, metres=metres)
     surface = MeshSurface(mesh, coded.groups[:, 0], parameters)
     if surface.islands < islands:
         raise FormatError(f"byte {start}: an island has no triangle")
     return surface
 
 
-def _code(bits: BitWriter | BitReader, mesh: Mesh, origin: Origin | None, vertices: int) -> int:
-    # Triangles, positions, wedges, parameters; returns what is wrong, or 0.
-    encoding = origin is not None
+def _code(bits: BitWriter | BitReader, mesh: Mesh, origin: Origin | None) -> int:
+    # Triangles and positions, seams, islands and parameters; returns what is wrong, or 0.
     known = _no_origin() if origin is None else origin
-    front = _front(len(mesh.triangles), vertices)
-    count = len(mesh.triangles)
-
-    def each(total: int, code: Callable[[int, int], int]) -> int:
-        for start in range(0, total, _RECORDS_A_CALL):
-            stop = min(total, start + _RECORDS_A_CALL)
+    count, counts = len(mesh.pieces), mesh.counts
+    for code in (code_triangles, code_seams, code_islands):
+        if code is code_seams:
+            if counts[VERTICES] < len(mesh.positions):
+                return WRONG
+            count_borders(mesh)
+        for start in range(0, count, _RECORDS_A_CALL):
+            stop = min(count, start + _RECORDS_A_CALL)
             if isinstance(bits, BitWriter):
                 bits.room(_BYTES_A_RECORD * (stop - start) + 4096)
-            status = code(start, stop)
-            if status:
-                return status
-        return 0
-
-    status = each(count, lambda _, stop: code_triangles(bits.coder, mesh, front, known, encoding, stop))
-    if not status and mesh.counts[VERTICES] < vertices:
-        status = WRONG
-    status = status or each(vertices, lambda a, b: code_positions(bits.coder, mesh, known, encoding, a, b))
-    status = status or each(count, lambda a, b: code_wedges(bits.coder, mesh, known, encoding, a, b))
-    wedges = int(mesh.counts[WEDGES])
-    return status or each(wedges, lambda a, b: code_parameters(bits.coder, mesh, encoding, a, b))
+            code(bits.coder, mesh, known, origin is not None, start, stop)
+            if counts[STATUS]:
+                return int(counts[STATUS])
+    return 0
 
 
 def _origin(surface: MeshSurface, low: NDArray[np.float64], step: float, unit: float) -> Origin:
@@ -175,19 +163,15 @@ def _origin(surface: MeshSurface, low: NDArray[np.float64], step: float, unit: f
     whole = np.rint(np.where(surface.island[:, None, None] >= 0, surface.parameters, 0) / unit)
     if not (np.abs(whole) <= MOST_PARAMETER).all():
         raise InputError(f"parameters have more than {MOST_PARAMETER:,} steps; allowed: fewer, in a stream")
-    count, vertices = len(mesh.triangles), len(mesh.positions)
     return Origin(
         triangles=np.array(mesh.triangles),
         neighbours=np.array(mesh.neighbours),
         positions=np.rint((mesh.positions - low) / step).astype(np.int32),
         parameters=whole.astype(np.int32),
         groups=np.stack([surface.island, mesh.part], axis=1),
-        number=np.full(vertices, -1, np.int32),
-        vertices=np.zeros(vertices, np.int32),
-        corners=np.zeros(count, np.int32),
-        done=np.zeros(count, np.uint8),
-        leaving=np.full(vertices, -1, np.int32),
-        delayed_at=np.full(3 * count, -1, np.int32),
+        number=np.full(len(mesh.positions), -1, np.int32),
+        corners=np.zeros(len(mesh.triangles), np.int32),
+        done=np.zeros(len(mesh.triangles), np.uint8),
         first=np.zeros(1, np.int64),
     )
 
@@ -195,42 +179,30 @@ def _origin(surface: MeshSurface, low: NDArray[np.float64], step: float, unit: f
 def _no_origin() -> Origin:
     list_, rows = np.zeros(0, np.int32), np.zeros((0, 3), np.int32)
     corners, pairs = np.zeros((0, 3, 2), np.int32), np.zeros((0, 2), np.int32)
-    flags, place = np.zeros(0, np.uint8), np.zeros(1, np.int64)
-    return Origin(rows, rows, rows, corners, pairs, list_, list_, list_, flags, list_, list_, place)
+    return Origin(rows, rows, rows, corners, pairs, list_, list_, np.zeros(0, np.uint8), np.zeros(1, np.int64))
 
 
-def _empty(sizes: tuple[int, int, int], limits: tuple[int, int, int]) -> Mesh:
-    triangles, vertices, wedges = sizes
+def _empty(triangles: int, vertices: int, limits: tuple[int, int, int]) -> Mesh:
+    edges = 3 * triangles
     return Mesh(
-        triangles=np.zeros((triangles, 3), np.int32),
-        twins=np.full(3 * triangles, -1, np.int32),
-        earlier_corners=np.full(3 * triangles, -1, np.int32),
-        latest_corner=np.full(vertices, -1, np.int32),
-        groups=np.zeros((triangles, 2), np.int32),
-        corner_wedges=np.full(3 * triangles, -1, np.int32),
+        vertices=np.zeros(edges, np.int32),
+        twins=np.full(edges, OPEN, np.int32),
+        before=np.zeros(edges, np.int32),
+        after=np.zeros(edges, np.int32),
+        stack=np.zeros(edges, np.int32),
+        leaving=np.full(vertices, -1, np.int32),
+        degrees=np.zeros(vertices, np.uint8),
         positions=np.zeros((vertices, 3), np.int32),
         position_leftovers=np.zeros((vertices, 3), np.int32),
-        latest_wedge=np.full(vertices, -1, np.int32),
-        earlier_wedges=np.full(wedges, -1, np.int32),
-        wedge_island=np.zeros(wedges, np.int32),
-        wedge_corners=np.full(wedges, -1, np.int32),
-        wedge_next=np.full(3 * triangles, -1, np.int32),
-        parameters=np.zeros((wedges, 2), np.int32),
-        parameter_leftovers=np.zeros((wedges, 2), np.int32),
-        counts=np.array([0] * LAST_GROUPS + [-1, -1], np.int64),
+        seams=np.zeros(edges, np.uint8),
+        ends=np.zeros(vertices, np.uint8),
+        pieces=np.arange(triangles, dtype=np.int32),
+        wedges=np.arange(edges, dtype=np.int32),
+        groups=np.zeros((triangles, 2), np.int32),
+        parameters=np.zeros((edges, 2), np.int32),
+        parameter_leftovers=np.zeros((edges, 2), np.int32),
+        counts=np.array([0, 0, 0, 0, -1, 0], np.int64),
         limits=np.array(limits, np.int64),
-    )
-
-
-def _front(triangles: int, vertices: int) -> Front:
-    edges = 3 * triangles
-    return Front(
-        edges=np.zeros((edges, EDGE_SIZE), np.int32),
-        stack=np.zeros(edges, np.int32),
-        queue=np.zeros(edges, np.int32),
-        delays=np.zeros(edges, np.uint8),
-        degrees=np.zeros(vertices, np.uint8),
-        counts=np.zeros(6, np.int64),
     )
 
 
