@@ -80,7 +80,14 @@ def code_within(
 
 @inline
 def code_leftover(
-    coder: BitCoder, mesh: Mesh, what: int, beside: int, guess: int, most: tuple[int, int], encoding: bool, value: int
+    coder: BitCoder,
+    mesh: Mesh,
+    what: int,
+    beside: int,
+    guess: int,
+    most: tuple[int, int],
+    encoding: bool,
+    value: int,
 ) -> Any:
     """Code a coordinate (0) or a parameter (1) whose guess is good; `beside` is what others left over."""
     length, rest = 0, int64(beside)

@@ -8,7 +8,17 @@ from typing import Any
 
 from upholster.jit import inline, kernel, shared
 from upholster.stream._bit_kernels import BitCoder
-from upholster.stream._mesh_arrays import BORDER, OPEN, STACKED, STATUS, TRIANGLES, VERTICES, WRONG, Mesh, Origin
+from upholster.stream._mesh_arrays import (
+    BORDER,
+    OPEN,
+    STACKED,
+    STATUS,
+    TRIANGLES,
+    VERTICES,
+    WRONG,
+    Mesh,
+    Origin,
+)
 from upholster.stream._mesh_number_kernels import (
     PLAIN,
     START_VERTEX,
@@ -23,8 +33,8 @@ from upholster.types import int64
 __all__ = ["code_triangles"]
 
 NEW, CLOSES_BEFORE, CLOSES_AFTER, NONE, KNOWN = 0, 1, 2, 3, 4
-"""What lies beyond an edge of the front: a triangle with a new vertex; one that closes the edge before it too,
-the one after; none; a triangle with another known vertex."""
+"""What lies beyond an edge of the front: a triangle with a new vertex; one that closes the edge before it
+too, the one after; none; a triangle with another known vertex."""
 
 
 @inline
@@ -80,7 +90,7 @@ def _enter(mesh: Mesh, origin: Origin, encoding: bool, source: int) -> None:
 def _new_vertex(
     coder: BitCoder, mesh: Mesh, origin: Origin, beside: tuple[int, int, int], encoding: bool, source: int
 ) -> int:
-    # A new vertex, at the fourth corner of a parallelogram; `beside` are an edge's ends and the vertex across it.
+    # A new vertex, at the fourth corner of a parallelogram; `beside`: an edge's ends and the vertex across it.
     v, p, left = mesh.counts[VERTICES], mesh.positions, mesh.position_leftovers
     if v == p.shape[0]:
         mesh.counts[STATUS] = WRONG
@@ -235,9 +245,7 @@ def _code_gate(coder: BitCoder, mesh: Mesh, origin: Origin, gate: int, encoding:
 
 
 @kernel
-def code_triangles(
-    coder: BitCoder, mesh: Mesh, origin: Origin, encoding: bool, start: int, stop: int
-) -> Any:
+def code_triangles(coder: BitCoder, mesh: Mesh, origin: Origin, encoding: bool, start: int, stop: int) -> Any:
     """Code triangles up to, not including, `stop`, and the vertices that are new with them."""
     while mesh.counts[TRIANGLES] < stop and mesh.counts[STATUS] == 0:
         gate = _next_gate(mesh)

@@ -179,7 +179,9 @@ def _origin(surface: MeshSurface, low: NDArray[np.float64], step: float, unit: f
 def _no_origin() -> Origin:
     list_, rows = np.zeros(0, np.int32), np.zeros((0, 3), np.int32)
     corners, pairs = np.zeros((0, 3, 2), np.int32), np.zeros((0, 2), np.int32)
-    return Origin(rows, rows, rows, corners, pairs, list_, list_, np.zeros(0, np.uint8), np.zeros(1, np.int64))
+    return Origin(
+        rows, rows, rows, corners, pairs, list_, list_, np.zeros(0, np.uint8), np.zeros(1, np.int64)
+    )
 
 
 def _empty(triangles: int, vertices: int, limits: tuple[int, int, int]) -> Mesh:

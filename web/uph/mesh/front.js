@@ -1,124 +1,76 @@
-/** Which vertices a mesh's triangles have: a front runs over the mesh [5.4]. */
+/** Triangles of a mesh and where their vertices lie: a front runs over the mesh [5.4]. */
 
-const [NEW, RIGHT, LEFT, BOTH, NONE, LATER, JOIN, KNOWN] = [0, 1, 2, 3, 4, 5, 6, 7]
-const [JUMP, VERTEX] = [0, 1] // plain numbers
-const START_VERTEX = 0 // a choice
-const [OPEN, BORDER, GONE] = [0, 1, 2]
-const MOST_DELAYS = 3
+import { PLAIN, START_VERTEX, VERTEX, nextCorner } from './numbers.js'
 
-/** Decodes triangles into `mesh`: `triangles`, `twins`, `latestCorner`, `earlierCorners`. */
+const [NEW, CLOSES_BEFORE, CLOSES_AFTER, BORDER, KNOWN] = [0, 1, 2, 3, 4]
+const OPEN = -1 // in place of a twin: an edge of the front; less: a border
+
+/** Decodes `vertices`, `twins` and `positions` of `mesh`. An edge is named by the corner of a known triangle that begins it. */
 export class FrontDecoder {
   constructor(numbers, mesh) {
-    this.numbers = numbers
-    this.mesh = mesh
-    this.triangles = 0
-    this.vertices = 0
-    this.degrees = new Uint8Array(mesh.vertexCount)
-    // Edges of the front: from where to where, beside which others, and beyond which corner they lie.
-    this.edges = 0
-    const list = () => new Int32Array(3 * mesh.triangleCount)
-    Object.assign(this, { tail: list(), head: list(), before: list(), after: list(), behind: list() })
-    this.state = new Uint8Array(3 * mesh.triangleCount)
-    this.delays = new Uint8Array(3 * mesh.triangleCount)
-    this.stack = []
-    this.queue = []
-    this.queued = 0 // of the queue, how many were taken
-    this.joined = 0
-    this.last = 0 // operations, in octal digits
+    Object.assign(this, mesh, { numbers, triangles: 0, vertexNumber: 0, stack: [] })
+    this.before = new Int32Array(this.vertices.length)
+    this.after = new Int32Array(this.vertices.length)
+    this.leaving = new Int32Array(this.vertexCount).fill(-1)
+    this.degrees = new Uint8Array(this.vertexCount)
+    this.left = new Int32Array(3 * this.vertexCount)
   }
 
   decode() {
-    while (this.triangles < this.mesh.triangleCount) {
+    while (this.triangles < this.triangleCount) {
       const gate = this.#nextGate()
       if (gate < 0) this.#start()
       else this.#pass(gate)
     }
-    if (this.vertices < this.mesh.vertexCount) this.numbers.wrong()
+    if (this.vertexNumber < this.vertexCount) this.numbers.wrong()
   }
 
   #nextGate() {
     while (this.stack.length) {
       const edge = this.stack.pop()
-      if (this.state[edge] === OPEN) return edge
-    }
-    while (this.queued < this.queue.length) {
-      const edge = this.queue[this.queued++]
-      if (this.state[edge] === OPEN) return edge
+      if (this.twins[edge] === OPEN) return edge
     }
     return -1
   }
 
-  /** Whether one triangle can close the gate and the edge beside it. */
-  #canClose(gate, side) {
-    const beside = side[gate]
-    return this.state[beside] === OPEN && beside !== gate && side[beside] !== gate
+  /** Whether one triangle can close the gate and the edge beside it, to whose other side lies `beyond`. */
+  #canClose(gate, beside, beyond) {
+    return this.twins[beside] === OPEN && beside !== gate && beyond !== gate
   }
 
-  #degree(vertex) {
-    return Math.min(9, this.degrees[vertex])
-  }
-
-  #operation(gate) {
-    const { tail, head } = this
-    const [before, after] = [this.before[gate], this.after[gate]]
-    const right = this.#canClose(gate, this.after)
-    const left = this.#canClose(gate, this.before)
-    const both = right && left && before !== after && tail[before] === head[after]
-    const sides = 2 * left + right
-    const places = [
-      ((this.#degree(tail[gate]) * 10 + this.#degree(head[gate])) * 4 + sides) * 8,
-      (this.last * 4 + sides) * 8,
-      ((this.#degree(tail[before]) * 10 + this.#degree(head[after])) * 8 + (this.last & 7)) * 8,
-    ]
-    const isNever = []
-    isNever[NEW] = this.vertices === this.mesh.vertexCount
-    isNever[RIGHT] = !right
-    isNever[LEFT] = !left
-    isNever[BOTH] = !both
-    isNever[LATER] = this.delays[gate] === MOST_DELAYS
-    let found = 0
-    while (found < KNOWN && (isNever[found] || !this.numbers.operation(found, places))) found++
-    this.last = (this.last * 8 + found) & 511
-    return found
-  }
-
-  #newVertex() {
-    return this.vertices++
+  /** A new vertex; `beside`: two that it has a triangle with, and the one across their edge. */
+  #newVertex(beside) {
+    const { numbers, positions: p, left, limit } = this
+    if (this.vertexNumber === this.vertexCount) numbers.wrong()
+    const at = 3 * this.vertexNumber
+    for (let k = 0; k < 3; k++) {
+      if (beside) {
+        const [a, b, c] = beside.map((vertex) => 3 * vertex + k)
+        const guess = p[a] + p[b] - p[c]
+        p[at + k] = numbers.leftover(0, Math.abs(left[a]) + Math.abs(left[b]), guess, 0, limit)
+        left[at + k] = p[at + k] - guess
+      } else p[at + k] = numbers.within(PLAIN, at ? p[at + k - 3] : 0, 0, limit)
+    }
+    return this.vertexNumber++
   }
 
   #knownVertex() {
-    return this.numbers.within(this.vertices - 1 - this.numbers.plain(VERTEX), 0, this.vertices - 1)
-  }
-
-  #startVertex() {
-    if (!this.vertices) return this.#newVertex()
-    if (this.vertices < this.mesh.vertexCount && this.numbers.choice(START_VERTEX, 0, 0)) return this.#newVertex()
-    return this.#knownVertex()
+    return this.numbers.within(VERTEX, this.vertexNumber - 1, 0, this.vertexNumber - 1)
   }
 
   #enter(corners) {
-    const { triangles, latestCorner, earlierCorners } = this.mesh
-    const t = this.triangles++
+    const first = 3 * this.triangles++
     corners.forEach((vertex, k) => {
-      const corner = 3 * t + k
-      triangles[corner] = vertex
-      earlierCorners[corner] = latestCorner[vertex]
-      latestCorner[vertex] = corner
-      this.degrees[vertex] = Math.min(255, this.degrees[vertex] + 1)
+      this.vertices[first + k] = vertex
+      this.degrees[vertex] = Math.min(7, this.degrees[vertex] + 1)
     })
-    return t
+    return first
   }
 
-  /** Add the edge beyond the one that begins at a corner. */
-  #add(corner) {
-    const { triangles } = this.mesh
-    const edge = this.edges++
-    const first = corner - (corner % 3)
-    this.tail[edge] = triangles[first + ((corner + 1) % 3)]
-    this.head[edge] = triangles[corner]
-    this.behind[edge] = corner
+  /** An edge of a new triangle comes to the front. */
+  #add(edge) {
+    this.leaving[this.vertices[nextCorner(edge)]] = edge
     this.stack.push(edge)
-    return edge
   }
 
   #link(before, after) {
@@ -126,73 +78,72 @@ export class FrontDecoder {
     this.before[after] = before
   }
 
+  #glue(edge, other) {
+    this.twins[edge] = other
+    this.twins[other] = edge
+  }
+
   #start() {
-    const corners = [this.#startVertex(), this.#startVertex(), this.#startVertex()]
-    const t = this.#enter(corners)
-    const last = this.#add(3 * t + 2)
-    const middle = this.#add(3 * t + 1)
-    const first = this.#add(3 * t)
-    this.#link(last, middle)
-    this.#link(middle, first)
-    this.#link(first, last)
-    this.last = 0
+    const corner = () => (this.numbers.flag(START_VERTEX) ? this.#newVertex() : this.#knownVertex())
+    const first = this.#enter([corner(), corner(), corner()])
+    for (let k = 2; k >= 0; k--) {
+      this.#add(first + k)
+      this.#link(nextCorner(first + k), first + k)
+    }
   }
 
   #pass(gate) {
-    const operation = this.#operation(gate)
-    if (operation === NONE) this.state[gate] = BORDER
-    else if (operation === LATER) {
-      this.delays[gate]++
-      this.queue.push(gate)
-    } else {
-      const vertex = this.#vertexOf(gate, operation)
-      this.#advance(gate, operation, this.#enter([this.tail[gate], this.head[gate], vertex]))
+    const { vertices, before, after, numbers } = this
+    const [tail, head] = [vertices[nextCorner(gate)], vertices[gate]]
+    const place = 8 * (8 * this.degrees[tail] + this.degrees[head])
+    let operation = 0
+    while (operation < KNOWN && numbers.flag(place + operation)) operation++
+    if (operation === BORDER) {
+      this.twins[gate] = OPEN - 1
+      return
     }
-  }
-
-  #vertexOf(gate, operation) {
-    if (operation === RIGHT) return this.head[this.after[gate]]
-    if (operation === LEFT || operation === BOTH) return this.tail[this.before[gate]]
-    if (operation === NEW) return this.#newVertex()
-    if (operation === KNOWN) return this.#knownVertex()
-    this.joined = this.numbers.within(this.edges - 1 - this.numbers.plain(JUMP), 0, this.edges - 1)
-    if (this.joined === gate || this.state[this.joined] === GONE) this.numbers.wrong()
-    return this.tail[this.joined]
-  }
-
-  #glue(edge, corner) {
-    const { twins } = this.mesh
-    const behind = this.behind[edge]
-    twins[corner] = behind
-    twins[behind] = corner
-    this.state[edge] = GONE
+    const [p, q] = [before[gate], after[gate]]
+    const ends = [vertices[nextCorner(p)], vertices[q]]
+    const can = [this.#canClose(gate, p, before[p]), this.#canClose(gate, q, after[q])]
+    let vertex
+    let jump = -1
+    if (operation === NEW) vertex = this.#newVertex([tail, head, vertices[nextCorner(nextCorner(gate))]])
+    else if (operation === KNOWN) {
+      vertex = this.#knownVertex()
+      jump = this.leaving[vertex]
+      if (jump >= 0 && (this.twins[jump] >= 0 || jump === gate)) jump = -1
+    } else {
+      if (!can[operation - CLOSES_BEFORE]) numbers.wrong()
+      vertex = ends[operation - CLOSES_BEFORE]
+    }
+    const first = this.#enter([tail, head, vertex])
+    const closes = operation === CLOSES_BEFORE || operation === CLOSES_AFTER
+    this.#glue(gate, first)
+    this.#advance(first, [p, q], can.map((able, k) => closes && able && ends[k] === vertex), jump)
   }
 
   /** Put the edges beyond a new triangle in the place of those that it closes. */
-  #advance(gate, operation, t) {
-    const [before, after] = [this.before[gate], this.after[gate]]
-    this.#glue(gate, 3 * t)
-    if (operation === BOTH || operation === RIGHT) this.#glue(after, 3 * t + 1)
-    if (operation === BOTH || operation === LEFT) this.#glue(before, 3 * t + 2)
-    if (operation === BOTH) {
-      if (this.before[before] !== after) this.#link(this.before[before], this.after[after])
-    } else if (operation === RIGHT) {
-      const first = this.#add(3 * t + 2)
-      this.#link(before, first)
-      this.#link(first, this.after[after])
-    } else if (operation === LEFT) {
-      const last = this.#add(3 * t + 1)
-      this.#link(this.before[before], last)
-      this.#link(last, after)
+  #advance(first, [left, right], [closesBefore, closesAfter], jump) {
+    if (closesAfter) {
+      this.#glue(right, first + 1)
+      right = this.after[right]
     } else {
-      const last = this.#add(3 * t + 1)
-      const first = this.#add(3 * t + 2)
-      this.#link(before, first)
-      this.#link(last, after)
-      if (operation === JOIN) {
-        this.#link(this.before[this.joined], last)
-        this.#link(first, this.joined)
-      } else this.#link(first, last)
+      this.#add(first + 1)
+      this.#link(first + 1, right)
+      right = first + 1
     }
+    if (closesBefore) {
+      this.#glue(left, first + 2)
+      left = this.before[left]
+    } else {
+      this.#add(first + 2)
+      this.#link(left, first + 2)
+      left = first + 2
+    }
+    if (jump >= 0) {
+      this.#link(this.before[jump], right)
+      right = jump
+    }
+    this.#link(left, right)
   }
 }
