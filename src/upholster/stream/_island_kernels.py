@@ -1,4 +1,4 @@
-"""Coding seams, islands, parts and parameters: encoder and decoder are the same loop (SPEC.md, section 5.4)."""
+"""Coding seams, islands, parts and parameters: encoder and decoder are the same loop (SPEC.md, 5.4)."""
 
 from typing import Any
 
@@ -85,7 +85,7 @@ def count_borders(mesh: Mesh) -> None:
 
 @kernel
 def code_seams(coder: BitCoder, mesh: Mesh, origin: Origin, encoding: bool, start: int, stop: int) -> Any:
-    """Code which edges of triangles from `start` to, not including, `stop` are seams; join what others join."""
+    """Code which edges of triangles from `start` to `stop` are seams; join what the others join."""
     for edge in range(3 * start, 3 * stop):
         twin = int64(mesh.twins[edge])
         if twin < 0 or twin > edge:
@@ -104,8 +104,8 @@ def code_seams(coder: BitCoder, mesh: Mesh, origin: Origin, encoding: bool, star
 
 @inline
 def _turned(mesh: Mesh, corner: int, beside: tuple[int, int], known: tuple[int, int]) -> tuple[int, int]:
-    # Where the parameters of a corner should lie, from the triangle's shape and those of the two corners beside
-    # it, which `known` has. The order of all operations is part of the format.
+    # Where the parameters of a corner should lie, from the triangle's shape and those of the two corners
+    # beside it, which `known` has. The order of all operations is part of the format.
     p, q = mesh.positions, mesh.parameters
     wa, wb = known
     a, b, c = mesh.vertices[beside[0]], mesh.vertices[beside[1]], mesh.vertices[corner]

@@ -28,8 +28,8 @@ MOST_PARAMETER = 2**28
 """Steps of a parameter, either way."""
 
 STATUS, TRIANGLES, VERTICES, STACKED, LAST_ISLAND, LAST_PART = range(6)
-"""Places in `Mesh.counts`: 0, or the first of `LACKING` and `WRONG` that came up; how many are coded; edges on
-the stack; the island and the part told last."""
+"""Places in `Mesh.counts`: 0, or `LACKING` or `WRONG`; how many are coded; edges on the stack; the
+island and the part told last."""
 
 OPEN, BORDER = -1, -2
 """In place of a twin: an edge of the front; one without a triangle beyond."""

@@ -1,7 +1,7 @@
 """Coding a mesh's triangles and where its vertices lie: encoder and decoder are the same loop (SPEC.md, 5.4).
 
-A front of edges runs over the mesh. At one of them after the other it is told what lies beyond: a triangle with
-a new vertex, one that closes a neighbouring edge too, none …
+A front of edges runs over the mesh. At one of them after the other it is told what lies beyond: a triangle
+with a new vertex, one that closes a neighbouring edge too, none …
 """
 
 from typing import Any
@@ -90,7 +90,7 @@ def _enter(mesh: Mesh, origin: Origin, encoding: bool, source: int) -> None:
 def _new_vertex(
     coder: BitCoder, mesh: Mesh, origin: Origin, beside: tuple[int, int, int], encoding: bool, source: int
 ) -> int:
-    # A new vertex, at the fourth corner of a parallelogram; `beside`: an edge's ends and the vertex across it.
+    # A new vertex, at the fourth corner of a parallelogram; `beside`: its edge's ends and the vertex across.
     v, p, left = mesh.counts[VERTICES], mesh.positions, mesh.position_leftovers
     if v == p.shape[0]:
         mesh.counts[STATUS] = WRONG
@@ -217,9 +217,9 @@ def _code_gate(coder: BitCoder, mesh: Mesh, origin: Origin, gate: int, encoding:
     before, after, jump = mesh.before[gate], mesh.after[gate], int64(-1)
     can_before = _can_close(mesh, gate, before, mesh.before[before])
     can_after = _can_close(mesh, gate, after, mesh.after[after])
-    tail, head = vertices[next_corner(gate)], vertices[gate]
+    tail, head = int64(vertices[next_corner(gate)]), int64(vertices[gate])
     if operation == NEW:
-        across_gate = vertices[next_corner(next_corner(gate))]
+        across_gate = int64(vertices[next_corner(next_corner(gate))])
         vertex = _new_vertex(coder, mesh, origin, (tail, head, across_gate), encoding, source)
     elif operation == KNOWN:
         vertex = _known_vertex(coder, mesh, origin, encoding, source)

@@ -16,6 +16,7 @@ from upholster.stream._mesh_number_kernels import MESH_COUNTERS
 from upholster.stream._triangle_kernels import code_triangles
 from upholster.stream.byte_reader import ByteReader, varint
 from upholster.stream.coder import BitReader, BitWriter
+from upholster.types import FloatArray
 
 __all__ = ["MAX_TRIANGLES", "POSITION_BITS", "MeshPrecision", "pack_mesh", "parse_mesh", "precision_of"]
 
@@ -129,7 +130,7 @@ def parse_mesh(fields: ByteReader, most: int = MAX_TRIANGLES) -> MeshSurface:
     if reader.unread:
         raise FormatError(f"byte {start}: mesh has bytes too many")
     with np.errstate(over="ignore"):  # what is not finite is refused with the mesh
-        parameters = coded.parameters.reshape(-1, 3, 2) * unit
+        parameters: FloatArray = coded.parameters.reshape(-1, 3, 2) * np.float64(unit)
         positions = np.array(low) + coded.positions * step
     triangles_of = coded.vertices.reshape(-1, 3)
     mesh = TriangleMesh(positions, triangles_of, coded.groups[:, 1], parts, name=name, metres=metres)
@@ -179,9 +180,8 @@ def _origin(surface: MeshSurface, low: NDArray[np.float64], step: float, unit: f
 def _no_origin() -> Origin:
     list_, rows = np.zeros(0, np.int32), np.zeros((0, 3), np.int32)
     corners, pairs = np.zeros((0, 3, 2), np.int32), np.zeros((0, 2), np.int32)
-    return Origin(
-        rows, rows, rows, corners, pairs, list_, list_, np.zeros(0, np.uint8), np.zeros(1, np.int64)
-    )
+    flags, place = np.zeros(0, np.uint8), np.zeros(1, np.int64)
+    return Origin(rows, rows, rows, corners, pairs, list_, list_, flags, place)
 
 
 def _empty(triangles: int, vertices: int, limits: tuple[int, int, int]) -> Mesh:
