@@ -20,7 +20,7 @@ from upholster.stream._mesh_number_kernels import (
 )
 from upholster.types import int64
 
-__all__ = ["code_islands", "code_seams", "count_borders"]
+__all__ = ["code_islands", "code_seams"]
 
 
 @inline
@@ -47,13 +47,6 @@ def _corner_of(origin: Origin, corner: int) -> Any:
 
 
 @inline
-def _count_end(mesh: Mesh, edge: int) -> None:
-    for corner in (edge, next_corner(edge)):
-        vertex = mesh.vertices[corner]
-        mesh.ends[vertex] = min(3, int64(mesh.ends[vertex]) + 1)
-
-
-@inline
 def _is_same(origin: Origin, one: int, other: int) -> bool:
     # Whether two corners of an encoder's mesh have the same parameters.
     here, there = _corner_of(origin, one), _corner_of(origin, other)
@@ -76,30 +69,17 @@ def _is_seam(origin: Origin, edge: int, twin: int) -> bool:
 
 
 @kernel
-def count_borders(mesh: Mesh) -> None:
-    """Count the borders at each vertex."""
-    for edge in range(mesh.twins.shape[0]):
-        if mesh.twins[edge] < 0:
-            _count_end(mesh, edge)
-
-
-@kernel
 def code_seams(coder: BitCoder, mesh: Mesh, origin: Origin, encoding: bool, start: int, stop: int) -> Any:
     """Code which edges of triangles from `start` to `stop` are seams; join what the others join."""
     for edge in range(3 * start, 3 * stop):
         twin = int64(mesh.twins[edge])
         if twin < 0 or twin > edge:
             continue
-        end = next_corner(edge)
-        known = int64(mesh.ends[mesh.vertices[edge]]) + int64(mesh.ends[mesh.vertices[end]])
         wanted = bool(encoding and _is_seam(origin, edge, twin))
-        if code_flag(coder, mesh, SEAM + min(3, known), encoding, wanted):
-            mesh.seams[edge] = mesh.seams[twin] = 1
-            _count_end(mesh, edge)
-        else:
+        if not code_flag(coder, mesh, SEAM, encoding, wanted):
             _join(mesh.pieces, edge // 3, twin // 3)
             _join(mesh.wedges, edge, next_corner(twin))
-            _join(mesh.wedges, end, twin)
+            _join(mesh.wedges, next_corner(edge), twin)
 
 
 @inline

@@ -55,10 +55,6 @@ class Mesh(NamedTuple):
         (V,): how many triangles each vertex has, to 7.
     positions, position_leftovers
         (V, 3): coordinates, and what their guesses left over.
-    seams
-        (3T,): whether an edge is a seam, as one or as the other triangle has it.
-    ends
-        (V,): how many edges at each vertex are seams or borders, to 3.
     pieces, wedges
         (T,), (3T,): of what edges that are no seams join, an earlier triangle or corner, or itself.
     groups
@@ -80,8 +76,6 @@ class Mesh(NamedTuple):
     degrees: NDArray[np.uint8]
     positions: NDArray[np.int32]
     position_leftovers: NDArray[np.int32]
-    seams: NDArray[np.uint8]
-    ends: NDArray[np.uint8]
     pieces: NDArray[np.int32]
     wedges: NDArray[np.int32]
     groups: NDArray[np.int32]

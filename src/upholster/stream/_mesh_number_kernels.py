@@ -38,8 +38,8 @@ _LONGEST = 8
 _KINDS = LEFTOVER + 2 * (_LONGEST + 1)
 
 _FLAGS = _KINDS * NUMBER_COUNTERS
-SEAM, START_VERTEX = 8 * 64, 8 * 64 + 4
-"""Where flags begin: those before tell what lies beyond an edge, eight for each two degrees."""
+SEAM, START_VERTEX = 64, 65
+"""Places of flags: those before tell what lies beyond an edge, eight for each degree."""
 
 MESH_COUNTERS = _FLAGS + START_VERTEX + 1
 
@@ -53,7 +53,7 @@ def next_corner(corner: int) -> int:
 @shared
 def code_flag(coder: BitCoder, mesh: Mesh, place: int, encoding: bool, flag: bool) -> bool:
     """Code a flag; False where bytes are missing."""
-    mixer = NUMBER_MIXERS * _KINDS + (0 if place < SEAM else 1 if place < START_VERTEX else 2)
+    mixer = NUMBER_MIXERS * _KINDS + max(0, place - SEAM + 1)
     coder.a[CONTEXTS + 0] = START + _FLAGS + place
     bit = code_bit(coder.state, coder.data, coder.a, 1, mixer, 255, encoding, 1 if flag else 0)
     if bit < 0:

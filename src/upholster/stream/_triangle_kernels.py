@@ -170,8 +170,7 @@ def _choose(mesh: Mesh, origin: Origin, gate: int, across: int) -> int:
 
 @inline
 def _code_operation(coder: BitCoder, mesh: Mesh, gate: int, encoding: bool, wanted: int) -> int:
-    tail, head = mesh.vertices[next_corner(gate)], mesh.vertices[gate]
-    place = 8 * (8 * int64(mesh.degrees[tail]) + int64(mesh.degrees[head]))
+    place = 8 * int64(mesh.degrees[mesh.vertices[next_corner(gate)]])
     found = 0
     while found < KNOWN and code_flag(coder, mesh, place + found, encoding, wanted > found):
         found += 1

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from upholster.errors import FormatError, InputError
 from upholster.geometry.triangle_mesh import MeshSurface, TriangleMesh
 from upholster.quilt import Chart
-from upholster.stream._island_kernels import code_islands, code_seams, count_borders
+from upholster.stream._island_kernels import code_islands, code_seams
 from upholster.stream._mesh_arrays import MOST_PARAMETER, OPEN, STATUS, VERTICES, WRONG, Mesh, Origin
 from upholster.stream._mesh_number_kernels import MESH_COUNTERS
 from upholster.stream._triangle_kernels import code_triangles
@@ -145,10 +145,8 @@ def _code(bits: BitWriter | BitReader, mesh: Mesh, origin: Origin | None) -> int
     known = _no_origin() if origin is None else origin
     count, counts = len(mesh.pieces), mesh.counts
     for code in (code_triangles, code_seams, code_islands):
-        if code is code_seams:
-            if counts[VERTICES] < len(mesh.positions):
-                return WRONG
-            count_borders(mesh)
+        if code is code_seams and counts[VERTICES] < len(mesh.positions):
+            return WRONG
         for start in range(0, count, _RECORDS_A_CALL):
             stop = min(count, start + _RECORDS_A_CALL)
             if isinstance(bits, BitWriter):
@@ -196,8 +194,6 @@ def _empty(triangles: int, vertices: int, limits: tuple[int, int, int]) -> Mesh:
         degrees=np.zeros(vertices, np.uint8),
         positions=np.zeros((vertices, 3), np.int32),
         position_leftovers=np.zeros((vertices, 3), np.int32),
-        seams=np.zeros(edges, np.uint8),
-        ends=np.zeros(vertices, np.uint8),
         pieces=np.arange(triangles, dtype=np.int32),
         wedges=np.arange(edges, dtype=np.int32),
         groups=np.zeros((triangles, 2), np.int32),

@@ -95,7 +95,7 @@ export class FrontDecoder {
   #pass(gate) {
     const { vertices, before, after, numbers } = this
     const [tail, head] = [vertices[nextCorner(gate)], vertices[gate]]
-    const place = 8 * (8 * this.degrees[tail] + this.degrees[head])
+    const place = 8 * this.degrees[tail]
     let operation = 0
     while (operation < KNOWN && numbers.flag(place + operation)) operation++
     if (operation === BORDER) {

@@ -36,20 +36,13 @@ function join(links, one, other) {
 }
 
 /** Which edges, by the corners that they begin at, are seams or borders; what the others join. */
-function decodeSeams(numbers, { vertices, twins, vertexCount, seams }, pieces, wedges) {
-  const ends = new Uint8Array(vertexCount)
-  const count = (edge) => {
-    seams[edge] = 1
-    for (const corner of [edge, nextCorner(edge)]) ends[vertices[corner]] = Math.min(3, ends[vertices[corner]] + 1)
-  }
-  for (let edge = 0; edge < twins.length; edge++) if (twins[edge] < 0) count(edge)
+function decodeSeams(numbers, { twins, seams }, pieces, wedges) {
   for (let edge = 0; edge < twins.length; edge++) {
     const twin = twins[edge]
+    if (twin < 0) seams[edge] = 1
     if (twin < 0 || twin > edge) continue
-    if (numbers.flag(SEAM + Math.min(3, ends[vertices[edge]] + ends[vertices[nextCorner(edge)]]))) {
-      seams[twin] = 1
-      count(edge)
-    } else {
+    if (numbers.flag(SEAM)) seams[edge] = seams[twin] = 1
+    else {
       join(pieces, Math.floor(edge / 3), Math.floor(twin / 3))
       join(wedges, edge, nextCorner(twin))
       join(wedges, nextCorner(edge), twin)

@@ -10,8 +10,8 @@ const KINDS = LEFTOVER + 2 * (LONGEST + 1)
 
 // Where flags begin; those of what lies beyond an edge are the first.
 const FLAGS = KINDS * INTEGER_COUNTERS
-export const SEAM = 512
-export const START_VERTEX = SEAM + 4
+export const SEAM = 64
+export const START_VERTEX = SEAM + 1
 const COUNTERS = FLAGS + START_VERTEX + 1
 const FLAG_MIXER = KINDS * INTEGER_MIXERS
 
@@ -28,7 +28,7 @@ export class MeshNumbers {
 
   flag(place) {
     this.bits.input[0] = FLAGS + place
-    const bit = this.bits.bit(1, FLAG_MIXER + (place < SEAM ? 0 : place < START_VERTEX ? 1 : 2), 255)
+    const bit = this.bits.bit(1, FLAG_MIXER + Math.max(0, place - SEAM + 1), 255)
     if (bit < 0) this.reader.fail('triangles are missing')
     return bit
   }
