@@ -223,6 +223,11 @@ class Surface(Shown):
         """
         return join_seams(self.outer_shared, self.place)
 
+    def sharing(self, seams: tuple[FaceSeam, ...]) -> "Surface":
+        """Return the surface, with `face_shared` as a file tells it: it is not found any more."""
+        vars(self)["face_shared"] = seams
+        return self
+
     @cached_property
     def outer_shared(self) -> tuple[SharedEdge, ...]:
         """What of `shared` lies on the edges of faces, not inside one.

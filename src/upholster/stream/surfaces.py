@@ -14,6 +14,7 @@ from upholster.limits import Limits
 from upholster.quilt import Chart
 from upholster.stream.byte_reader import ByteReader, unzigzag, varint, zigzag
 from upholster.stream.mesh_code import pack_mesh, parse_mesh, precision_of
+from upholster.stream.seams import pack_seams, parse_seams
 from upholster.types import FloatArray
 
 __all__ = ["KINDS", "MAX_POINTS", "pack_surface", "parse_surface"]
@@ -48,9 +49,10 @@ def pack_surface(surface: Surface | MeshSurface, charts: Sequence[Chart] = ()) -
     """
     if isinstance(surface, MeshSurface):
         return bytes([_MESH]) + pack_mesh(surface, precision_of(charts))
-    named = _pack_named(surface)
+    seams = pack_seams(surface)
+    named = _pack_named(surface, bool(seams))
     if named is not None:
-        return named
+        return named + seams
     points = sum(patch.net.shape[0] * patch.net.shape[1] for patch in surface.patches)
     if points > MAX_POINTS:
         raise InputError(f"surface has {points} control points; allowed: {MAX_POINTS} in a stream")
@@ -59,8 +61,8 @@ def pack_surface(surface: Surface | MeshSurface, charts: Sequence[Chart] = ()) -
     short = [_net(points) for points in points_short]
     exact = all((a == b.net).all() for a, b in zip(short, surface.patches, strict=True))
     if exact or _meets_alike(surface, short):
-        return _pack_nets(surface, points_short, np.dtype("<f4"))
-    return _pack_nets(surface, [patch.net for patch in surface.patches], np.dtype("<f8"))
+        return _pack_nets(surface, points_short, np.dtype("<f4")) + seams
+    return _pack_nets(surface, [patch.net for patch in surface.patches], np.dtype("<f8")) + seams
 
 
 def parse_surface(fields: ByteReader, limits: Limits | None = None) -> Surface | MeshSurface:
@@ -91,10 +93,11 @@ def parse_surface(fields: ByteReader, limits: Limits | None = None) -> Surface |
 def _parse_kind(fields: ByteReader, kind: int, limits: Limits) -> Surface | MeshSurface:
     if kind == _MESH:
         return parse_mesh(fields, limits.of("triangles"))
-    return _parse_named(fields, KINDS[kind - 1]) if kind else _parse_nets(fields)
+    surface = _parse_named(fields, KINDS[kind - 1]) if kind else _parse_nets(fields)
+    return surface.sharing(parse_seams(fields, surface.faces))
 
 
-def _pack_named(surface: Surface) -> bytes | None:
+def _pack_named(surface: Surface, followed: bool) -> bytes | None:
     source = surface.source
     if source is None or source.name not in KINDS or len(surface.patches) > MAX_BUILT:
         return None
@@ -111,7 +114,7 @@ def _pack_named(surface: Surface) -> bytes | None:
             values += bytes([_TILINGS.index(value)])
         else:
             values += b"".join(varint(part) for part in (value if isinstance(value, tuple) else (value,)))
-    return bytes([1 + KINDS.index(name)]) + (bytes([present]) + values if present else b"")
+    return bytes([1 + KINDS.index(name)]) + (bytes([present]) + values if present or followed else b"")
 
 
 def _parse_named(fields: ByteReader, name: str) -> Surface:

@@ -1,0 +1,122 @@
+"""What edges of faces share, and where they are a point, as whole numbers (SPEC.md, section 2)."""
+
+from collections import defaultdict
+from collections.abc import Sequence
+from itertools import pairwise
+
+from upholster.geometry import Face, FaceSeam, Surface
+from upholster.stream.byte_reader import ByteReader, varint
+
+__all__ = ["pack_seams", "parse_seams"]
+
+MAX_SEAMS = 2**20
+
+_UNIT = 2**30
+"""Parts of a patch's edge."""
+
+_OPPOSED, _PARTIAL, _POINT = 1, 2, 4
+
+_Interval = list[int]
+"""Edge, low, high."""
+
+
+def pack_seams(surface: Surface) -> bytes:
+    """Return the seams of a surface's faces, and their collapsed edges, as bytes; none where there are none.
+
+    Raises
+    ------
+    InputError
+        If more than two edges claim one interval.
+    """
+    rows = [
+        (
+            _OPPOSED * seam.opposed,
+            _interval(seam.face, seam.edge, seam.start, seam.stop),
+            _interval(seam.other_face, seam.other_edge, *sorted((seam.other_start, seam.other_stop))),
+        )
+        for seam in surface.face_shared
+    ] + [(_POINT, one) for one in _points(surface)]
+    _trim([interval for _, *intervals in rows for interval in intervals])
+    kept = [row for row in rows if all(low < high for _, low, high in row[1:])]
+    head = varint(len(kept)) if kept else b""
+    return head + b"".join(_packed(surface.faces, flags, intervals) for flags, *intervals in kept)
+
+
+def parse_seams(fields: ByteReader, faces: Sequence[Face]) -> tuple[FaceSeam, ...]:
+    """Read the seams of a surface's faces, sorted; none where no bytes are left.
+
+    Raises
+    ------
+    FormatError
+        If a number is outside what is allowed, or two seams overlap.
+    """
+    taken: dict[int, list[tuple[int, int]]] = defaultdict(list)
+    seams = []
+    for _ in range(fields.varint("number of seams", min(MAX_SEAMS, fields.left), 1) if fields.left else 0):
+        flags = fields.byte("flags of a seam", _POINT | _PARTIAL)
+        edges = [
+            fields.varint("edge of a face", 4 * len(faces) - 1) for _ in range(1 if flags & _POINT else 2)
+        ]
+        ends = []
+        for edge in edges:
+            low, high = _parse_interval(fields, _length(faces, edge), flags)
+            taken[edge].append((low, high))
+            ends.append((low / _UNIT, high / _UNIT))
+        if not flags & _POINT:
+            a, b = edges
+            other = ends[1][::-1] if flags & _OPPOSED else ends[1]
+            seams.append(FaceSeam(a // 4, a % 4, *ends[0], b // 4, b % 4, *other))
+    for parts in taken.values():
+        if any(before[1] > behind[0] for before, behind in pairwise(sorted(parts))):
+            raise fields.error("seams overlap; allowed: one beside the other along an edge")
+    return tuple(sorted(seams, key=lambda one: (one.face, one.edge, one.start)))
+
+
+def _parse_interval(fields: ByteReader, length: int, flags: int) -> tuple[int, int]:
+    if not flags & _PARTIAL:
+        return 0, length
+    low = fields.varint("where a seam begins", length - 1)
+    return low, low + fields.varint("extent of a seam", length - low, 1)
+
+
+def _interval(face: int, edge: int, low: float, high: float) -> _Interval:
+    return [4 * face + edge, round(low * _UNIT), round(high * _UNIT)]
+
+
+def _points(surface: Surface) -> list[_Interval]:
+    """Return where edges of faces are a point, joined along them."""
+    found: list[_Interval] = []
+    for patch, edge in surface.degenerate:
+        face, row, column = surface.place(patch)
+        last = surface.faces[face].rows - 1, surface.faces[face].columns - 1
+        if (row, column)[edge % 2] == (0, last[1], last[0], 0)[edge]:
+            at = (column, row)[edge % 2]
+            found.append(_interval(face, edge, at, at + 1))
+    joined: list[_Interval] = []
+    for one in sorted(found):
+        if joined and joined[-1][0] == one[0] and joined[-1][2] == one[1]:
+            joined[-1][2] = one[2]
+        else:
+            joined.append(one)
+    return joined
+
+
+def _trim(intervals: Sequence[_Interval]) -> None:
+    """Let intervals on an edge that overlap, by about the surface's tolerance, begin where one ends."""
+    edge, covered = -1, 0
+    for one in sorted(intervals):
+        if one[0] != edge:
+            edge, covered = one[0], 0
+        one[1] = max(one[1], covered)
+        covered = max(covered, one[2])
+
+
+def _packed(faces: Sequence[Face], flags: int, intervals: Sequence[_Interval]) -> bytes:
+    whole = all([low, high] == [0, _length(faces, edge)] for edge, low, high in intervals)
+    out = bytes([flags | _PARTIAL * (not whole)]) + b"".join(varint(edge) for edge, _, _ in intervals)
+    return out + (b"" if whole else b"".join(varint(low) + varint(high - low) for _, low, high in intervals))
+
+
+def _length(faces: Sequence[Face], edge: int) -> int:
+    face = faces[edge // 4]
+    return _UNIT * (face.rows if edge % 2 else face.columns)
