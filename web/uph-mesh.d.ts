@@ -43,7 +43,7 @@ export interface ChartMesh {
  * either, at positions equal to the bit: there are no gaps, and a closed surface's meshes close.
  */
 export class SurfaceMesher {
-  /** What `UphDecoder` has. Throws `RangeError` for control points or weights outside the format's limits. */
+  /** What `UphDecoder` has. */
   constructor(surface: Surface, charts: readonly Chart[])
   /** The surface's patches, those of a built-in one as well. */
   readonly patches: readonly Patch[]

@@ -39,6 +39,23 @@ export interface Face {
   firstPatch: number
 }
 
+/** The interval a0 < a1 of one face's edge, 4·face + edge, meets b0 to b1 of another one's: the map is linear. */
+export interface Shared {
+  a: number
+  b: number
+  a0: number
+  a1: number
+  b0: number
+  b1: number
+}
+
+/** An interval of a face's edge, 4·face + edge, that is a point. */
+export interface Collapsed {
+  edge: number
+  low: number
+  high: number
+}
+
 export type Surface =
   | {
       kind: 'cyclide' | 'torus' | 'sphere' | 'plane' | 'ellipsoid' | 'cylinder' | 'cone' | 'vase'
@@ -46,6 +63,8 @@ export type Surface =
       params: Record<string, number | [number, number]>
       faces: Face[]
       patchCount: number
+      shared: Shared[]
+      points: Collapsed[]
     }
   | {
       kind: 'mesh'
@@ -66,7 +85,7 @@ export type Surface =
       /** s, t of each corner on its island. */
       parameters: Float64Array
     }
-  | { kind: 'nets'; name: string; tolerance: number; faces: Face[]; patches: Patch[]; patchCount: number }
+  | { kind: 'nets'; name: string; tolerance: number; faces: Face[]; patches: Patch[]; patchCount: number; shared: Shared[]; points: Collapsed[] }
 
 /** What a piece of a stream changed. */
 export interface Changes {

@@ -34,7 +34,7 @@ def back(surface: Any) -> Any:
 @pytest.mark.parametrize("spec", SPECS)
 def test_a_built_in_surface_takes_its_parameters_and_is_rebuilt_exactly(spec: Any) -> None:
     surface = surface_from_spec(spec)
-    assert len(pack_surface(surface)) <= 30
+    assert len(pack_surface(surface)) <= 40
     again = back(surface)
     assert (again.name, again.source, again.tolerance) == (surface.name, surface.source, surface.tolerance)
     assert all((a.net == b.net).all() for a, b in zip(surface.patches, again.patches, strict=True))
@@ -55,8 +55,8 @@ def test_nets_stay_joined_and_close(spec: Any) -> None:
 def test_shared_points_are_stored_once_and_equal_to_the_bit() -> None:
     surface = Surface(ring_cyclide().patches, "mine")
     data = pack_surface(surface)
-    # 64 points of the 8 × 8 grid, as float32, and little else.
-    assert len(data) < 64 * 16 + 130
+    # 64 points of the 8 × 8 grid, as float32, 32 seams of three or four bytes, and little else.
+    assert len(data) < 64 * 16 + 130 + 32 * 4
     again = back(surface)
     for edge in again.shared:
         here = again.patches[edge.patch].edge(edge.edge)
@@ -93,6 +93,48 @@ def test_nets_that_float32_would_tear_are_kept_exactly() -> None:
     assert again.shared == surface.shared
 
 
+@pytest.mark.parametrize("spec", [*SPECS, "cyclide:a=6,c=2,mu=6", "torus"])
+def test_what_edges_of_faces_share_is_told_and_not_found_again(spec: Any) -> None:
+    surface = surface_from_spec(spec)
+    again = back(surface)
+    assert "face_shared" in vars(again)
+    assert again.face_shared == surface.face_shared
+    nets = Surface(surface.patches, "mine")
+    assert back(nets).face_shared == nets.face_shared
+
+
+def test_parts_of_edges_that_meet_are_told_to_a_billionth() -> None:
+    ring = surface_from_spec("torus").patches
+    surface = Surface([*ring[1:5], *ring[0].split(s=0.5), *ring[5].split(t=0.3), *ring[6:]], "cut", 1e-8)
+    told = back(surface).face_shared
+    assert len(told) == len(surface.face_shared)
+    partial = 0
+    for here, there in zip(surface.face_shared, told, strict=True):
+        assert (here.face, here.edge, here.other_face, here.other_edge) == (
+            there.face,
+            there.edge,
+            there.other_face,
+            there.other_edge,
+        )
+        ends = [(one.start, one.stop, one.other_start, one.other_stop) for one in (here, there)]
+        np.testing.assert_allclose(ends[0], ends[1], atol=2.0**-30)
+        partial += {*ends[0]} != {0.0, 1.0}
+    assert partial > 4
+
+
+def test_intervals_that_overlap_by_the_tolerance_are_trimmed() -> None:
+    def sheet(x: float, width: float, y: float) -> Any:
+        return RationalPatch.from_points(
+            [[[x, y + 1, 0], [x + width, y + 1, 0]], [[x, y, 0], [x + width, y, 0]]]
+        )
+
+    # Two narrow sheets below a wide one overlap by less than the tolerance.
+    surface = Surface([sheet(0, 2, 0), sheet(0, 1.004, -1), sheet(0.998, 1.002, -1)], "loose", 0.005)
+    told = [one for one in back(surface).face_shared if one.face == 0]
+    assert [one.other_face for one in told] == [1, 2]
+    assert told[0].stop == told[1].start
+
+
 def test_a_changed_surface_is_not_taken_for_the_built_in_one() -> None:
     cyclide = ring_cyclide()
     moved = [RationalPatch(patch.net * [1, 1, 2, 1]) for patch in cyclide.patches]
@@ -122,7 +164,12 @@ def test_different_degrees(tmp_path: Any) -> None:
         (b"\x01\x01" + b"\0" * 6 + b"\xf8\x7f", "byte 2: a is nan; allowed: finite"),
         (b"\x01\x01" + b"\0" * 8, "byte 1: a is 0.0"),
         (b"\x01\x08\x80\x02\x80\x02", "byte 6: spans make 65536 patches"),
-        (b"\x01\0!", "byte 2: 1 bytes too many in surface"),
+        (b"\x04\0\1\2\0!", "byte 5: 1 bytes too many in surface"),
+        (b"\x04\0\0", "byte 2: number of seams is 0; allowed: 1 to 1"),
+        (b"\x04\0\1\6\0", "byte 3: kind of a seam is 6; allowed: 0 to 5"),
+        (b"\x04\0\1\0\0\4", "byte 5: edge of a face is 4; allowed: 0 to 3"),
+        (b"\x04\0\2\0\0\2\2\0", "byte 8: seams overlap"),
+        (b"\x04\0\1\5\0\1\x80\x80\x80\x80\4", "byte 6: extent of a seam is 1073741824"),
         (b"\0\6\0" + b"\0" * 8 + b"\1\1\1\x0f" + b"\0\0\xc0\x7f" * 16, "byte 1: patch 0: weight"),
         (b"\0\6\0" + b"\0" * 8 + b"\1\1\1\x0f" + b"\0" * 64, "byte 1: patch 0: weight"),
         (b"\0\4\0" + b"\0" * 8 + b"\1\1\1\x07\x08" + b"\0" * 36, "byte 16: reference is to point"),

@@ -32,18 +32,6 @@ export class ChartPart {
     return this.#face.firstPatch + row * this.#face.columns + column
   }
 
-  /** Numbers of the patches of which the chart's edge is an edge, along it; none where it lies across patches. */
-  patchesAlong(edge) {
-    const [across, along] = edge & 1 ? [this.axes[1], this.axes[0]] : this.axes
-    const isFar = edge === 1 || edge === 2
-    const line = isFar ? across.last + 1 : across.first
-    if (Math.abs((isFar ? across.high : across.low) - line) > EPS) return []
-    const at = isFar ? across.last : across.first
-    return range(along.last - along.first + 1, (k) => {
-      return edge & 1 ? this.#number(along.first + k, at) : this.#number(at, along.first + k)
-    })
-  }
-
   /** Shares along an axis as runs on one patch each: {index, start, places}, its own parameters. */
   runs({ low, high, first, last }, shares) {
     const runs = []

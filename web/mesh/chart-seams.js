@@ -2,10 +2,7 @@
 
 import { range } from './bezier.js'
 import { EPS } from './chart-part.js'
-import { findEdgeSeams } from './edge-seams.js'
-import { edgesInside, joinSeams, orderedSeam } from './face-edges.js'
 
-const DEFAULT_TOLERANCE = 1e-9
 const LINES = 2 ** 30 // parameters that agree to this part of 1 are one line
 
 // Corners (0, 0), (0, 1), (1, 1), (1, 0) are 0 to 3: where edges begin and end.
@@ -15,6 +12,13 @@ const END = [1, 2, 2, 3]
 /** The corner, 4·chart + corner, at which an edge, 4·chart + edge, has parameter u; −1 for none. */
 export function cornerOf(side, u) {
   return u === 0 ? (side & -4) + BEGIN[side & 3] : u === 1 ? (side & -4) + END[side & 3] : -1
+}
+
+/** A seam {a, b, a0, a1, b0, b1} as it is written: a ≤ b, a0 < a1, and a0 the lower end where a is b. */
+function orderedSeam(a, b, [a0, a1], [b0, b1]) {
+  if (a < b || (a === b && a0 <= Math.min(b0, b1))) return { a, b, a0, a1, b0, b1 }
+  if (b0 < b1) return { a: b, b: a, a0: b0, a1: b1, b0: a0, b1: a1 }
+  return { a: b, b: a, a0: b1, a1: b0, b0: a1, b1: a0 }
 }
 
 /**
@@ -88,9 +92,7 @@ function cutSeam(ones, others, { a0, a1, b0, b1 }, add) {
 export class ChartSeams {
   #roots // per corner, 4·chart + corner, the corner that gives its position
 
-  /** `parts` are the charts' parts of faces. Throws `RangeError` for patches that cannot be. */
-  constructor(patches, faces, charts, parts, tolerance = DEFAULT_TOLERANCE) {
-    const [edgeSeams, isPoint] = findEdgeSeams(patches, edgesInside(faces, patches.length), tolerance)
+  constructor({ faces, shared, points }, charts) {
     /** Views of seams. */
     this.sides = range(4 * charts.length, () => [])
     /** Whether an edge of a chart is a point. */
@@ -98,7 +100,6 @@ export class ChartSeams {
     /** Whether a chart meets itself. */
     this.meetsItself = new Uint8Array(charts.length)
     this.#roots = Int32Array.from(range(4 * charts.length, (k) => k))
-    this.#markPoints(parts, isPoint)
     const { borders, lines } = collectSpans(faces, charts)
     const add = (a, b, u, v) => {
       const seam = orderedSeam(a, b, u, v)
@@ -108,7 +109,8 @@ export class ChartSeams {
       if (a >> 2 === b >> 2) this.meetsItself[a >> 2] = 1
     }
     const sorted = borders.map(withoutOverlaps)
-    for (const seam of joinSeams(edgeSeams, faces)) cutSeam(sorted[seam.a], sorted[seam.b], seam, add)
+    for (const point of points) this.#markPoints(sorted[point.edge], point)
+    for (const seam of shared) cutSeam(sorted[seam.a], sorted[seam.b], seam, add)
     for (const { before, behind, length } of lines) {
       const straight = { a0: 0, a1: length, b0: 0, b1: length }
       cutSeam(withoutOverlaps(before), withoutOverlaps(behind), straight, add)
@@ -122,17 +124,14 @@ export class ChartSeams {
     return this.#roots[corner]
   }
 
-  /** Find the charts' edges that lie along collapsed edges of patches only. */
-  #markPoints(parts, isPoint) {
-    parts.forEach((part, n) => {
-      for (let edge = 0; edge < 4; edge++) {
-        const along = part.patchesAlong(edge)
-        if (!along.length || !along.every((patch) => isPoint[4 * patch + edge])) continue
-        const side = 4 * n + edge
-        this.isPoint[side] = 1
-        this.#join(cornerOf(side, 0), cornerOf(side, 1))
-      }
-    })
+  /** Mark the charts' edges that lie where an edge of a face has collapsed. */
+  #markPoints(spans, { low, high }) {
+    for (let k = firstBehind(spans, low); k < spans.length && spans[k].high <= high + EPS; k++) {
+      const span = spans[k]
+      if (span.low < low - EPS) continue
+      this.isPoint[span.side] = 1
+      this.#join(cornerOf(span.side, 0), cornerOf(span.side, 1))
+    }
   }
 
   /** Sort the seams of an edge along it, and join the corners that lie at their ends. */

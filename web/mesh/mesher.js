@@ -14,11 +14,10 @@ export class SurfaceMesher {
   #seams
   #rims
 
-  /** Find the seams. Throws `RangeError` for a surface that cannot be. */
   constructor(surface, charts) {
     this.patches = surface.patches ?? builtInPatches(surface.kind, surface.params)
     this.#parts = charts.map((chart) => new ChartPart(this.patches, surface.faces[chart.face], chart))
-    this.#seams = new ChartSeams(this.patches, surface.faces, charts, this.#parts, surface.tolerance)
+    this.#seams = new ChartSeams(surface, charts)
     this.#rims = new RimMaker(this.#parts, this.#seams)
   }
 

@@ -2,6 +2,7 @@
 
 import { fromZigzag, range } from './numbers.js'
 import { part } from './parts.js'
+import { parseSeams } from './seams.js'
 
 export const MAX_PATCHES = 65536
 const MAX_POINTS = 2 ** 20
@@ -45,10 +46,15 @@ const BUILT_IN = [
 
 export function parseSurface(reader, maxTriangles) {
   const kind = reader.u8('kind of surface', BUILT_IN.length + 1)
-  const isMesh = kind > BUILT_IN.length
-  const surface = isMesh ? part('parseMesh')(reader, maxTriangles) : kind ? parseBuiltIn(reader, BUILT_IN[kind - 1]) : parseNets(reader)
+  const surface = parseKind(reader, kind, maxTriangles)
   reader.end('surface')
   return surface
+}
+
+function parseKind(reader, kind, maxTriangles) {
+  if (kind > BUILT_IN.length) return part('parseMesh')(reader, maxTriangles)
+  const surface = kind ? parseBuiltIn(reader, BUILT_IN[kind - 1]) : parseNets(reader)
+  return { ...surface, ...parseSeams(reader, surface.faces) }
 }
 
 function parseBuiltIn(reader, [kind, parameters, gridsOf = oneOfSpans]) {

@@ -14,7 +14,9 @@ MAX_SEAMS = 2**20
 _UNIT = 2**30
 """Parts of a patch's edge."""
 
-_OPPOSED, _PARTIAL, _POINT = 1, 2, 4
+_OPPOSED, _POINT = 1, 2
+_PARTIAL = 3
+"""What is told of a seam: 0, or one of these; more by `_PARTIAL` where it is no whole edges."""
 
 _Interval = list[int]
 """Edge, low, high."""
@@ -39,7 +41,7 @@ def pack_seams(surface: Surface) -> bytes:
     _trim([interval for _, *intervals in rows for interval in intervals])
     kept = [row for row in rows if all(low < high for _, low, high in row[1:])]
     head = varint(len(kept)) if kept else b""
-    return head + b"".join(_packed(surface.faces, flags, intervals) for flags, *intervals in kept)
+    return head + b"".join(_packed(surface.faces, kind, intervals) for kind, *intervals in kept)
 
 
 def parse_seams(fields: ByteReader, faces: Sequence[Face]) -> tuple[FaceSeam, ...]:
@@ -53,18 +55,18 @@ def parse_seams(fields: ByteReader, faces: Sequence[Face]) -> tuple[FaceSeam, ..
     taken: dict[int, list[tuple[int, int]]] = defaultdict(list)
     seams = []
     for _ in range(fields.varint("number of seams", min(MAX_SEAMS, fields.left), 1) if fields.left else 0):
-        flags = fields.byte("flags of a seam", _POINT | _PARTIAL)
+        partial, kind = divmod(fields.byte("kind of a seam", _PARTIAL + _POINT), _PARTIAL)
         edges = [
-            fields.varint("edge of a face", 4 * len(faces) - 1) for _ in range(1 if flags & _POINT else 2)
+            fields.varint("edge of a face", 4 * len(faces) - 1) for _ in range(1 if kind == _POINT else 2)
         ]
         ends = []
         for edge in edges:
-            low, high = _parse_interval(fields, _length(faces, edge), flags)
+            low, high = _parse_interval(fields, _length(faces, edge), partial)
             taken[edge].append((low, high))
             ends.append((low / _UNIT, high / _UNIT))
-        if not flags & _POINT:
+        if kind != _POINT:
             a, b = edges
-            other = ends[1][::-1] if flags & _OPPOSED else ends[1]
+            other = ends[1][::-1] if kind == _OPPOSED else ends[1]
             seams.append(FaceSeam(a // 4, a % 4, *ends[0], b // 4, b % 4, *other))
     for parts in taken.values():
         if any(before[1] > behind[0] for before, behind in pairwise(sorted(parts))):
@@ -72,8 +74,8 @@ def parse_seams(fields: ByteReader, faces: Sequence[Face]) -> tuple[FaceSeam, ..
     return tuple(sorted(seams, key=lambda one: (one.face, one.edge, one.start)))
 
 
-def _parse_interval(fields: ByteReader, length: int, flags: int) -> tuple[int, int]:
-    if not flags & _PARTIAL:
+def _parse_interval(fields: ByteReader, length: int, partial: int) -> tuple[int, int]:
+    if not partial:
         return 0, length
     low = fields.varint("where a seam begins", length - 1)
     return low, low + fields.varint("extent of a seam", length - low, 1)
@@ -111,9 +113,9 @@ def _trim(intervals: Sequence[_Interval]) -> None:
         covered = max(covered, one[2])
 
 
-def _packed(faces: Sequence[Face], flags: int, intervals: Sequence[_Interval]) -> bytes:
+def _packed(faces: Sequence[Face], kind: int, intervals: Sequence[_Interval]) -> bytes:
     whole = all([low, high] == [0, _length(faces, edge)] for edge, low, high in intervals)
-    out = bytes([flags | _PARTIAL * (not whole)]) + b"".join(varint(edge) for edge, _, _ in intervals)
+    out = bytes([kind + _PARTIAL * (not whole)]) + b"".join(varint(edge) for edge, _, _ in intervals)
     return out + (b"" if whole else b"".join(varint(low) + varint(high - low) for _, low, high in intervals))
 
 
