@@ -30,8 +30,11 @@ function meetings(patches, faces, tolerance) {
   const near = (p, q) => p.every((point, k) => Math.hypot(...point.map((x, c) => x - q[k][c])) <= tolerance)
   const [shared, points] = [[], []]
   edges.forEach(({ edge, low, line }, n) => {
-    if (near(line, line.map(() => line[4]))) points.push({ edge, low, high: low + 1 })
-    else {
+    if (near(line, line.map(() => line[4]))) {
+      const before = points.find((point) => point.edge === edge && point.high === low)
+      if (before) before.high++
+      else points.push({ edge, low, high: low + 1 })
+    } else {
       for (const other of edges.slice(n + 1)) {
         const [b0, b1] = [other.low, other.low + 1]
         const seam = { a: edge, b: other.edge, a0: low, a1: low + 1 }

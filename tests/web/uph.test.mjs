@@ -115,6 +115,8 @@ test('the surface is told', () => {
     params: { width: 1, height: 1, spans: [1, 1] },
     faces: [{ rows: 1, columns: 1, firstPatch: 0 }],
     patchCount: 1,
+    shared: [],
+    points: [],
   })
 })
 
