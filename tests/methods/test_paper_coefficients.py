@@ -126,7 +126,7 @@ def test_options_of_streams_are_refused_where_none_is_written(tmp_path):
     for options, name in (
         (WriteOptions(wavelet="haar"), "wavelet"),
         (WriteOptions(wavelet_levels=2), "wavelet_levels"),
-        (WriteOptions(lossless=True), "lossless"),
+        (WriteOptions(sample_quality="lossless"), "lossless"),
         (WriteOptions(stream_bytes=5000), "bytes"),
     ):
         with pytest.raises(InputError, match=rf"{name} is for streams, and .*a\.png is none"):
@@ -134,6 +134,6 @@ def test_options_of_streams_are_refused_where_none_is_written(tmp_path):
     surface = surface_from_spec("plane")
     quilt = synthesize(sample(), surface, texels=5000)
     texels = paint(quilt, sample())
-    with pytest.raises(InputError, match="lossless is for streams"):
-        write(tmp_path / "a.glb", surface, texels, options=WriteOptions(lossless=True))
+    with pytest.raises(InputError, match="sample_quality is for streams"):
+        write(tmp_path / "a.glb", surface, texels, options=WriteOptions(sample_quality="lossless"))
     assert sorted(path.name for path in tmp_path.iterdir()) == ["sample.png"]

@@ -45,7 +45,7 @@ def test_exemplars_of_every_kind_come_back(
     exemplar = noise(height, width, channels, dtype)
     charts = tuple(Chart(n, side, side + 1) for n in range(6))
     quilt = anything(np.random.default_rng(side), exemplar.shape[:2], charts, 6)
-    data = encode_stream(surface, quilt, exemplar, lossless=True)
+    data = encode_stream(surface, quilt, exemplar, sample_quality="lossless")
     decoder = read_stream(data)
     if dtype == np.float32:
         step = (float(exemplar.max()) - float(exemplar.min())) / 65535

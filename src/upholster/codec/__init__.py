@@ -2,26 +2,16 @@
 
 from upholster.codec.ezw import DecodedImage, decode, encode
 from upholster.codec.header import MAX_SAMPLES, ImageHeader
-from upholster.codec.image_code import (
-    QUALITY,
-    CodedImage,
-    Quality,
-    check_image,
-    check_quality,
-    encode_parts,
-)
+from upholster.codec.image_code import CodedImage, check_image, encode_parts
 from upholster.codec.partial_image import ImageDecoder
 
 __all__ = [
     "MAX_SAMPLES",
-    "QUALITY",
     "CodedImage",
     "DecodedImage",
     "ImageDecoder",
     "ImageHeader",
-    "Quality",
     "check_image",
-    "check_quality",
     "decode",
     "encode",
     "encode_parts",

@@ -6,10 +6,11 @@ Any prefix from the header's end on is a complete image; every further byte refi
 from dataclasses import dataclass
 
 from upholster.codec.header import ImageHeader
-from upholster.codec.image_code import QUALITY, Quality, encode_parts
+from upholster.codec.image_code import encode_parts
 from upholster.codec.partial_image import ImageDecoder
 from upholster.errors import FormatError, InputError
 from upholster.limits import Limits
+from upholster.options import QUALITY, Quality
 from upholster.types import PixelArray
 from upholster.wavelet.lifting import Wavelet
 

@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass, replace
 from numbers import Real
-from typing import Any, Literal, NamedTuple, cast
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,16 +15,11 @@ from upholster.codec.partial_image import PartialImage, tree_of, unweight, windo
 from upholster.codec.thresholds import share_thresholds, to_coded
 from upholster.codec.tree import Tree, tree_size
 from upholster.errors import InputError, check_whole
-from upholster.shown import on_a_line
+from upholster.options import Quality, check_quality
 from upholster.types import MAX_SAMPLE, PixelArray
 from upholster.wavelet.lifting import MAX_LEVELS, WAVELETS, Wavelet, forward
 
-__all__ = ["QUALITY", "CodedImage", "Quality", "check_image", "check_quality", "encode_parts"]
-
-QUALITY = 46.0
-"""PSNR in dB at which a sample's stream ends by default: nobody sees more (docs/decisions.md)."""
-
-Quality = float | Literal["lossless"]
+__all__ = ["CodedImage", "check_image", "encode_parts"]
 
 _PEAK = {"uint8": 255.0, "uint16": 65535.0, "float32": 65535.0 / 12.92}
 """To what an error is compared. Floats are linear light: in the dark sRGB shows their errors 12.92 times."""
@@ -242,15 +237,6 @@ def check_image(
     if levels is not None:
         check_whole("levels", levels, 0, MAX_LEVELS)
     return cast(Wavelet, chosen)
-
-
-def check_quality(sample_quality: object) -> None:
-    """Raise InputError for a quality that is neither 20 to 80 dB, nor "lossless", nor None."""
-    if sample_quality is None or (isinstance(sample_quality, str) and sample_quality == "lossless"):
-        return
-    number = isinstance(sample_quality, Real) and not isinstance(sample_quality, bool)
-    if not number or not 20 <= float(cast(float, sample_quality)) <= 80:
-        raise InputError(f"sample_quality is {on_a_line(sample_quality)}; allowed: 20 to 80 (dB), or lossless")
 
 
 def _levels(wavelet: Wavelet, height: int, width: int) -> int:

@@ -3,9 +3,9 @@
 import os
 from collections.abc import Callable, Mapping, Sequence
 
-from upholster.codec import QUALITY, Quality
 from upholster.errors import InputError, check_whole
 from upholster.geometry import MeshSurface, Surface, SurfaceLike, as_surface
+from upholster.options import QUALITY, Quality
 from upholster.quilt import Chart, Quilt
 from upholster.quilt.painting import check_painted
 from upholster.stream.chunks import assembled, pack_chunk
