@@ -62,13 +62,13 @@ def test_at_the_papers_shares_exactly_the_largest_coefficients_are_kept(share, c
 
 def haar_of(decoder):
     """What a decoder knows of the coefficients, nested."""
-    from upholster.codec.image_code import _window
+    from upholster.codec.partial_image import window
 
     header = decoder.header
     found = np.zeros((header.height, header.width, header.channels))
-    for band in decoder._tree.bands:
+    for band in decoder._coefficients.tree.bands:
         values = from_coded(decoder._coefficients.values(band), header.thresholds) / 2
-        found[_window(band, header.height, header.width)] = values
+        found[window(band, header.height, header.width)] = values
     return found
 
 

@@ -186,7 +186,7 @@ class CoefficientEncoder(Coefficients):
         data = self._data[: int(self._state[BYTES_DONE])].tobytes()
         # The upper end of the interval determines every bit coded so far.
         data += int(self._state[HIGH]).to_bytes(4, "big") if ended else b""
-        # A decoder takes no more bits than go with so many bytes: zeros make up for bytes that tell very many.
+        # A decoder takes only so many bits a byte: zeros make up for bytes that tell very many.
         return data + bytes(max(0, self._memory.bytes_due - len(data)))
 
 

@@ -25,7 +25,7 @@ _PEAK = {"uint8": 255.0, "uint16": 65535.0, "float32": 65535.0 / 12.92}
 """To what an error is compared. Floats are linear light: in the dark sRGB shows their errors 12.92 times."""
 
 _FIRST_REST, _GROWTH, _LEAST_GROWTH = 100, 1.5, 1.01
-"""Lengths at which errors are measured: the first, and how much longer at most and at least the next one is."""
+"""Lengths at which errors are measured: the first, and how much longer at most and at least the next is."""
 
 
 @dataclass(frozen=True)

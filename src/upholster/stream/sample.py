@@ -5,7 +5,7 @@ from functools import lru_cache
 from hashlib import blake2b
 from typing import Any
 
-from upholster.codec import CodedImage, encode_parts
+from upholster.codec import CodedImage, check_image, encode_parts
 from upholster.types import PixelArray
 
 __all__ = ["coded_maps", "sample_errors"]
@@ -23,8 +23,15 @@ def coded_maps(
     most_significant
         Of the exemplar's coefficients; the other maps have no such limit.
     how
-        Options of `encode_parts`.
+        Options of `check_image` and `encode_parts`.
+
+    Raises
+    ------
+    InputError
+        For an image or options that do not fit.
     """
+    for image in (exemplar, *maps.values()):
+        check_image(image, **how)
     first = _coded(exemplar, most_significant=most_significant, **how)
     return first, {role: _coded(image, **how) for role, image in maps.items()}
 

@@ -96,6 +96,8 @@ def encode_stream(
     maps = {} if maps is None else maps
     if not isinstance(maps, Mapping):
         raise InputError(f"maps are a {type(maps).__name__}; allowed: arrays by role")
+    if not isinstance(reached, dict | None):
+        raise InputError(f"reached is a {type(reached).__name__}; allowed: a dict, or None")
     maps = {role: check_painted(quilt, image) for role, image in maps.items()}
     _check_maps(quilt, exemplar, maps)
     layout = check_layout(surface, quilt.charts, quilt.exemplar_shape)
