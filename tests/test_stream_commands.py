@@ -222,6 +222,16 @@ def test_every_further_byte_helps(parts):
     assert steps[-1].coefficients > 0.15
 
 
+def test_a_share_tells_the_bytes_that_it_takes_not_those_that_were_read(parts):
+    exemplar, surface, quilt, _ = parts
+    # The sample comes first, so that every share is read to the end for its placements.
+    data = encode_stream(surface, quilt, exemplar, first_part=100_000)
+    steps = refine_steps(data, [Limit(coefficients=share) for share in (0.03, 0.05, 0.07, 0.15, 1)])
+    lengths = [step.length for step in steps]
+    assert (np.diff(lengths) > 40).all()
+    assert lengths[-1] == len(data)
+
+
 @pytest.mark.parametrize("wavelet", ["9/7", "haar"])
 def test_a_limit_in_coefficients_comes_with_all_placements_and_no_more_of_the_sample(parts, wavelet):
     exemplar, surface, quilt, _ = parts
