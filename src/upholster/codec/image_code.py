@@ -125,7 +125,7 @@ def encode_parts(
     header = replace(header, plane=encoder.plane, thresholds=thresholds)
     peak = _PEAK[image.dtype.name]
     goal = _Goal(
-        # Of two lossless prefixes the whole is meant: it has every coefficient.
+        # Lossless goes on to the last plane as well: an earlier end may do, but lacks coefficients.
         peak**2 / 10 ** (sample_quality / 10) if isinstance(sample_quality, Real) else -1.0,
         math.inf if most_bytes is None else max(0, most_bytes - header.length),
         most_significant,
