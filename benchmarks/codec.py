@@ -81,7 +81,8 @@ def _textures(folder: Path) -> list[Pixels]:
 
 
 def _encoded(image: Pixels, **options: Any) -> bytes:
-    return b"".join(encode_parts(np.atleast_3d(image), **options))
+    coded = encode_parts(np.atleast_3d(image), **options)
+    return coded.header + coded.payload
 
 
 def _decoded(stream: bytes) -> Pixels:
@@ -162,7 +163,7 @@ def sliced_wasserstein(image: Pixels, other: Pixels) -> float:
 def _lossless(results: Results, images: list[Pixels], what: str) -> None:
     ours = []
     for image in images:
-        stream = _encoded(image, lossless=True)
+        stream = _encoded(image, sample_quality="lossless")
         if not np.array_equal(_decoded(stream), np.atleast_3d(image)):
             raise SystemExit(f"{what}: lossless is not")
         ours.append(len(stream))

@@ -43,7 +43,7 @@ COMMANDS = {
     "info": "info ring.uph",
     "levels": "levels ring.uph -o levels.png",
     "encode": f"encode {BRICKS} -o photo.ezw --bytes 20k",
-    "encode, lossless": f"encode {BRICKS} -o lossless.ezw --lossless",
+    "encode, lossless": f"encode {BRICKS} -o lossless.ezw --sample-quality lossless",
     "decode": "decode photo.ezw -o back.png",
     "paper": f"cover {BRICKS} --on cyclide --method paper -o paper.glb -o paper.uph",
     "measure": "measure ring.uph",

@@ -62,7 +62,7 @@ USES = {
     "measure": "measure quilt.uph",
     "prepare": f"prepare {BRICKS} -o sample.png --rectify 9,12 240,20 250,251 5,240",
     "encode": f"encode {BRICKS} -o photo.ezw --bytes 20k",
-    "encode lossless": f"encode {BRICKS} -o lossless.ezw --lossless",
+    "encode lossless": f"encode {BRICKS} -o lossless.ezw --sample-quality lossless",
     "decode": "decode photo.ezw -o back.png",
 }
 """Name and arguments of each use, in an order in which files are written before they are read."""

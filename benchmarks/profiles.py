@@ -111,7 +111,8 @@ def _points(image: PixelArray, wavelet: Wavelet) -> list[Point]:
 
 
 def _decoded(image: PixelArray, wavelet: Wavelet, count: int) -> tuple[int, PixelArray]:
-    header, payload = encode_parts(image, wavelet=wavelet)
+    coded = encode_parts(image, wavelet=wavelet)
+    header, payload = coded.header, coded.payload
     decoder = ImageDecoder(ImageHeader.parse(header))
     while decoder.significant < count and decoder.received < len(payload):
         size = max(1, (count - decoder.significant) // 64)
@@ -120,9 +121,9 @@ def _decoded(image: PixelArray, wavelet: Wavelet, count: int) -> tuple[int, Pixe
 
 
 def _at_length(image: PixelArray, length: int) -> float:
-    header, payload = encode_parts(image)
-    decoder = ImageDecoder(ImageHeader.parse(header))
-    decoder.feed(payload[: length - len(header)])
+    coded = encode_parts(image)
+    decoder = ImageDecoder(ImageHeader.parse(coded.header))
+    decoder.feed(coded.payload[: length - len(coded.header)])
     return psnr(image, decoder.image())
 
 

@@ -41,7 +41,7 @@ def smallest() -> Any:
     labels = np.array([[0, 0, 1, 1], [0, 0, 1, 1], [0, 1, 1, 1], [0, 1, 1, 1]], np.int32)
     exemplar = (np.arange(16, dtype=np.uint8) * 10).reshape(4, 4, 1)
     quilt = Quilt((Chart(0, 8, 8),), (4, 4), placed, ((LabelMap(4, labels),),))
-    return encode_stream(surface_from_spec("plane"), quilt, exemplar, lossless=True)
+    return encode_stream(surface_from_spec("plane"), quilt, exemplar, sample_quality="lossless")
 
 
 def vectors() -> Any:
@@ -49,7 +49,7 @@ def vectors() -> Any:
     yield "smallest", smallest()
     yield "quilt", encode_stream(*laid())
     surface, quilt, exemplar = laid("sphere:r=2", side=40, second=True)
-    yield "two_layers", encode_stream(surface, quilt, exemplar, lossless=True)
+    yield "two_layers", encode_stream(surface, quilt, exemplar, sample_quality="lossless")
     nets = Surface(surface.patches, "nets")
     grey = noise(dtype=np.uint16, channels=1)
     yield "nets_16_bit", encode_stream(nets, quilt, grey, wavelet="haar", levels=3)
@@ -76,7 +76,7 @@ def vectors() -> Any:
 def images() -> Any:
     """Yield the name and the bytes of each image."""
     yield "ordinary", encode(noise(48, 56))
-    yield "lossless", encode(noise(48, 56, 4), lossless=True)
+    yield "lossless", encode(noise(48, 56, 4), sample_quality="lossless")
     yield "haar_16_bit", encode(noise(48, 56, 1, np.uint16), wavelet="haar")
     yield "float", encode(noise(31, 57, 2, np.float32))
 

@@ -40,7 +40,11 @@ def material() -> Material:
 def stream(tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("material") / "m.uph"
     cover(
-        material(), "sphere", [str(path)], synthesis={"texels": 60_000}, options=WriteOptions(lossless=True)
+        material(),
+        "sphere",
+        [str(path)],
+        synthesis={"texels": 60_000},
+        options=WriteOptions(sample_quality="lossless"),
     )
     return path
 

@@ -162,7 +162,7 @@ def test_a_flat_material_tiles_and_keeps_its_convention(command: Any, tmp_path: 
 def test_a_stream_holds_every_map(command: Any, tmp_path: Path) -> None:
     """Refined as a whole it gives what `cover` gave; its start gives the maps that have come."""
     done = command(
-        "wall", "--on", "sphere", "--texels", "40k", "--lossless", "--quads", "600",
+        "wall", "--on", "sphere", "--texels", "40k", "--sample-quality", "lossless", "--quads", "600",
         *[f"-o{tmp_path / name}" for name in ("a.uph", "a.npz", "a.glb")],
     )  # fmt: skip
     assert done.returncode == 0, done.stderr

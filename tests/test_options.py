@@ -53,7 +53,7 @@ def test_commands_spell_out_the_fields(command, panels):
 
 def test_defaults_of_commands_are_those_of_the_fields():
     parameters = inspect.signature(cover).parameters
-    texts = {"size": "1024x768", "view": "30,30", "triangles": "500000"}
+    texts = {"size": "1024x768", "view": "30,30", "triangles": "500000", "sample_quality": "46"}
     for kind in KINDS:
         for entry in fields(kind):
             assert parameters[entry.name].default == texts.get(entry.name, entry.default)
@@ -82,13 +82,19 @@ def test_what_is_written_arrives_as_options(monkeypatch):
     given = run(
         "cover", monkeypatch, "upholster.pipeline.cover", "a.png", "--on", "plane", "-o", "b.png",
         "--texels", "512x400", "--tileable", "--evenness", "1", "--shortlist", "8", "--size", "20x30",
-        "--view", "10,-5.5", "--wavelet", "haar", "--lossless", "--bytes", "8k", "--texture", "webp",
+        "--view", "10,-5.5", "--wavelet", "haar", "--sample-quality", "lossless", "--bytes", "8k",
+        "--texture", "webp",
     )  # fmt: skip
     assert given["synthesis"] == SynthesisOptions(texels=(512, 400), tileable=True, evenness=1.0, shortlist=8)
     assert given["options"] == WriteOptions(
-        texture="webp", size=(20, 30), view=(10.0, -5.5), wavelet="haar", lossless=True, stream_bytes=8000
+        texture="webp",
+        size=(20, 30),
+        view=(10.0, -5.5),
+        wavelet="haar",
+        sample_quality="lossless",
+        stream_bytes=8000,
     )
-    assert given["options"].stream_choices == ["wavelet", "lossless", "bytes"]
+    assert given["options"].stream_choices == ["wavelet", "sample_quality", "bytes"]
     paper = run(
         "cover", monkeypatch, "upholster.pipeline.cover", "a.png", "--on", "plane", "-o", "b.png",
         "--method", "paper", "--no-seams", "--chart", "64",

@@ -167,7 +167,7 @@ CAPTIONS = {
     "levels": """\
         Two streams of method paper, in the paper's profile, as they arrive: the model of the largest 3, 5, 7
         and 15 % of the sample's Haar coefficients, and the complete stream, which has all but those that are
-        zero. With each stand the bytes received until then, surface and placements included, and the texels'
+        zero. With each stand the bytes that it takes, surface and placements included, and the texels'
         PSNR against the whole stream. `upholster levels ring.uph -o levels.png` makes a row. Samples: the
         project's bricks and granite at 128 × 128; `python docs/make_gallery.py FOLDER --only levels` with any
         folder of images.

@@ -59,4 +59,4 @@ def _stream(name: str, surface: Surface) -> bytes:
     # Samples of the project, at the paper's size.
     exemplar = resize_image(read(OWN / f"{name}.png"), height=128, width=128)
     quilt = synthesize(exemplar, surface, chart=144, seed=1, method="paper")
-    return encode_stream(surface, quilt, exemplar, wavelet="haar")
+    return encode_stream(surface, quilt, exemplar, wavelet="haar", sample_quality="lossless")

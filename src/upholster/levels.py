@@ -30,7 +30,7 @@ class Step:
     Attributes
     ----------
     length
-        Bytes.
+        Bytes that it takes: those beyond a share of the coefficients are not among them.
     complete
         Whether that is the whole stream.
     coefficients
@@ -84,7 +84,7 @@ def refine_steps(
         known, count = decoder.coefficients_known
         charts = decoder.charts_known / len(decoder.charts)
         texels = decoder.texels(threads=threads)
-        found.append((decoder.received, decoder.complete, known / count, charts, texels))
+        found.append((decoder.used, decoder.complete, known / count, charts, texels))
     full = StreamDecoder(limits=limits)
     full.feed(data)
     best = full.texels(threads=threads)

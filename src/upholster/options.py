@@ -6,7 +6,8 @@ Nothing heavy is imported here: ``upholster --help`` is made of these fields.
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import Field, dataclass, field, fields, replace
 from numbers import Integral, Real
-from typing import Any, Literal, TypeVar, get_args, get_origin
+from types import UnionType
+from typing import Any, Literal, TypeVar, cast, get_args, get_origin
 
 from upholster.conditions import read_conditions
 from upholster.errors import InputError, nearest
@@ -16,11 +17,14 @@ from upholster.shown import on_a_line
 __all__ = [
     "METHODS",
     "MOST_WARP",
+    "QUALITY",
     "ModelOptions",
+    "Quality",
     "SampleOptions",
     "SynthesisOptions",
     "TextureFormat",
     "WriteOptions",
+    "check_quality",
     "chosen",
     "settled",
 ]
@@ -33,6 +37,11 @@ SEARCHES = ("coherent", "full")
 DISPLACED_BY = ("height", "luminance")
 
 TextureFormat = Literal["auto", "png", "jpeg", "webp"]
+
+QUALITY = 46.0
+"""PSNR in dB at which a sample's stream ends by default: nobody sees more (docs/decisions.md)."""
+
+Quality = float | Literal["lossless"]
 
 _SAMPLE, _MODEL, _SCALE, _SYNTHESIS, _PAPER, _PIXEL, _OUTPUT, _STREAM = (
     "Sample",
@@ -118,12 +127,23 @@ _WORDS: dict[Any, str] = {
 """The types that an option can have, as texts for people."""
 
 
+def check_quality(sample_quality: object) -> None:
+    """Raise InputError for a quality that is neither 20 to 80 dB, nor "lossless", nor None."""
+    if sample_quality is None or (isinstance(sample_quality, str) and sample_quality == "lossless"):
+        return
+    number = isinstance(sample_quality, Real) and not isinstance(sample_quality, bool)
+    if not number or not 20 <= float(cast(float, sample_quality)) <= 80:
+        raise InputError(
+            f"sample_quality is {on_a_line(sample_quality)}; allowed: 20 to 80 (dB), or lossless"
+        )
+
+
 def _settle_types(options: "ModelOptions | SynthesisOptions | WriteOptions") -> None:
     """Bring each option to its type: NumPy's numbers to Python's, lists to tuples; refuse others."""
     for entry in fields(options):
         if isinstance(entry.type, str):  # the direction, which has many forms
             continue
-        kinds = get_args(entry.type) if type(None) in get_args(entry.type) else (entry.type,)
+        kinds = get_args(entry.type) if isinstance(entry.type, UnionType) else (entry.type,)
         kinds = tuple(str if get_origin(kind) is Literal else kind for kind in kinds)
         value = getattr(options, entry.name)
         try:
@@ -756,7 +776,7 @@ class WriteOptions:
         metadata=_about(
             _STREAM,
             "How the sample is coded: 9/7, 5/3 or haar (the paper's: the largest coefficients first). "
-            "Default: haar with method paper; else 9/7, or 5/3 with lossless.",
+            "Default: haar with method paper; else 9/7, or 5/3 where the sample is kept lossless.",
         ),
     )
     wavelet_levels: int | None = field(
@@ -767,7 +787,15 @@ class WriteOptions:
             "sample's size.",
         ),
     )
-    lossless: bool = field(default=False, metadata=_about(_STREAM, "Keep the sample exactly."))
+    sample_quality: float | str = field(
+        default=QUALITY,
+        metadata=_about(
+            _STREAM,
+            "Where the sample's stream ends: its PSNR in dB, 20 to 80, above which nobody sees more; or "
+            "`lossless`.",
+            metavar="DB",
+        ),
+    )
     stream_bytes: int | None = field(
         default=None,
         metadata=_about(_STREAM, "Length at most: `8k`; 256 or more.", metavar="N", flag="--bytes"),
@@ -790,7 +818,7 @@ class WriteOptions:
     @property
     def transform(self) -> dict[str, Any]:
         """How a stream transforms the sample: arguments of `upholster.encode_stream`."""
-        return {"wavelet": self.wavelet, "levels": self.wavelet_levels, "lossless": self.lossless}
+        return {"wavelet": self.wavelet, "levels": self.wavelet_levels, "sample_quality": self.sample_quality}
 
     def __repr__(self) -> str:
         return on_a_line(self, _chosen(self))
@@ -820,6 +848,7 @@ class WriteOptions:
             )
         if self.stream_bytes is not None and not 256 <= self.stream_bytes < 2**31:
             raise InputError(f"bytes is {self.stream_bytes}; allowed: at least 256")
+        check_quality(self.sample_quality)
         if not 1 <= self.supersample <= 8:
             raise InputError(f"supersample is {self.supersample}; allowed: 1 to 8")
         self._check_displacement()

@@ -418,21 +418,31 @@ class TexturedModel(Shown):
     @cached_property
     def stream(self) -> bytes:
         """Quilt and exemplar as a stream; `InputError` where they are not known."""
-        if self.read_from is not None:
-            return self.read_from
+        return self.read_from if self.read_from is not None else self._coded[0]
+
+    @property
+    def sample_quality(self) -> dict[str, float]:
+        """The PSNR in dB that `stream` gives each map of the sample, by role; of one that was read, none."""
+        return {} if self.read_from is not None else self._coded[1]
+
+    @cached_property
+    def _coded(self) -> tuple[bytes, dict[str, float]]:
         if self.quilt is None or self.exemplar is None:
             raise InputError("a stream needs a quilt and its sample, not texels alone")
         parts = source_parts(self.exemplar)
         if missing := self.maps.keys() - parts.keys():
             raise InputError(f"a stream needs the material as sample: it lacks {min(missing)!r}")
-        return encode_stream(
+        reached: dict[str, float] = {}
+        data = encode_stream(
             self.surface,
             self.quilt,
             parts.pop("albedo"),
             maps=parts,
             **self.options.transform,
             most_bytes=self.options.stream_bytes,
+            reached=reached,
         )
+        return data, reached
 
     def map_atlas(self, role: str) -> Atlas:
         """Return the atlas of one of `maps`, packed as that of the base colour."""

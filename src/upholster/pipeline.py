@@ -64,6 +64,7 @@ from upholster.writing import (
     has_stream,
     listed,
     notes_after,
+    quality_words,
     written_to,
 )
 
@@ -216,7 +217,7 @@ def cover(
         result = CoverReport(
             __version__,
             parameters,
-            settled(coverings),
+            settled(coverings) | quality_words(wanted, textured),
             counts,
             totalled(seconds),
             peak_memory(),

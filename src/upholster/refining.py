@@ -202,7 +202,7 @@ def _density(texels: int | None, surface: AnySurface, decoder: StreamDecoder, mo
 def _report(decoder: StreamDecoder, written: dict[str, int], model: TexturedModel | None) -> RefineReport:
     known, count = decoder.coefficients_known
     return RefineReport(
-        decoder.received,
+        decoder.used,
         decoder.total or decoder.received,
         decoder.complete,
         decoder.charts_known / len(decoder.charts),

@@ -1,5 +1,6 @@
 """What `cover`, `refine` and `write` share: painting, and writing all outputs."""
 
+import math
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import replace
@@ -33,6 +34,7 @@ __all__ = [
     "listed",
     "notes_after",
     "painted",
+    "quality_words",
     "written_to",
 ]
 
@@ -114,6 +116,18 @@ def check_directions(wanted: Sequence[Output], surface: AnySurface) -> None:
 def has_stream(wanted: Sequence[Output]) -> bool:
     """Whether one of the outputs holds a stream."""
     return any(output.kind in ("uph", "html") for output in wanted)
+
+
+def quality_words(wanted: Sequence[Output], model: TexturedModel | None) -> dict[str, str]:
+    """Return, where a stream was written, at how many dB each map of the sample is in it, in words."""
+    if model is None or not has_stream(wanted):
+        return {}
+    found = [
+        f"{'sample' if role == 'albedo' else role} "
+        + ("lossless" if quality == math.inf else f"at {quality:.1f} dB")
+        for role, quality in model.sample_quality.items()
+    ]
+    return {"stream": ", ".join(found)}
 
 
 def written_to(

@@ -29,7 +29,13 @@ def decoder_of(header, payload=b""):
 
 def round_trip(image, **options):
     """The image after encoding and decoding."""
-    return decoder_of(*encode_parts(image, **options)).image()
+    return decoder_of(*coded_parts(image, **options)).image()
+
+
+def coded_parts(image, **options):
+    """Header and stream."""
+    coded = encode_parts(image, **options)
+    return coded.header, coded.payload
 
 
 def psnr(one, other, peak=255):

@@ -5,9 +5,9 @@ import tracemalloc
 
 import numpy as np
 import pytest
-from codec_images import textured
+from codec_images import coded_parts, textured
 
-from upholster.codec import MAX_SAMPLES, ImageDecoder, ImageHeader, decode, encode_parts
+from upholster.codec import MAX_SAMPLES, ImageDecoder, ImageHeader, decode
 from upholster.codec.ezw import MAGIC
 from upholster.codec.tree import _built
 from upholster.errors import FormatError, InputError
@@ -17,7 +17,7 @@ def headers():
     for dtype in ("uint8", "uint16", "float32"):
         for channels in (1, 2, 3, 5):
             for wavelet in ("9/7", "5/3", "haar"):
-                yield encode_parts(textured((9, 14, channels), dtype), wavelet=wavelet)[0]
+                yield coded_parts(textured((9, 14, channels), dtype), wavelet=wavelet)[0]
 
 
 def fixed(height=8, width=8, channels=1, kind=0, levels=2, plane=9, fineness=1):
@@ -124,7 +124,7 @@ def test_the_largest_images_that_a_small_file_may_declare_take_less_than_256_mib
 
 def test_an_image_too_thin_for_its_channels_is_refused():
     with pytest.raises(InputError, match="too thin for 0 levels: 9,437,620 places"):
-        encode_parts(np.zeros((65535, 1, 48), np.uint8))
+        coded_parts(np.zeros((65535, 1, 48), np.uint8))
 
 
 @pytest.mark.parametrize(("version", "what"), [("0", "never released"), ("2", "a newer upholster reads it")])

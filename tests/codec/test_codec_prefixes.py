@@ -2,16 +2,16 @@
 
 import numpy as np
 import pytest
-from codec_images import decoder_of, psnr, textured
+from codec_images import coded_parts, decoder_of, psnr, textured
 
-from upholster.codec import ImageDecoder, ImageHeader, encode_parts
+from upholster.codec import ImageDecoder, ImageHeader
 from upholster.codec._coder_kernels import NEGATIVE, PLANE, SIGNIFICANT
 from upholster.codec._model_kernels import WEIGHTS
 from upholster.codec.tree import FLAGS
 
 IMAGES = {
     "grey": (textured((40, 52, 1)), {}),
-    "lossless": (textured((33, 31, 3)), {"lossless": True}),
+    "lossless": (textured((33, 31, 3)), {"sample_quality": "lossless"}),
     "haar 16 bits": (textured((24, 40, 2), "uint16"), {"wavelet": "haar", "levels": 3}),
     "float": (textured((16, 16, 4), "float32"), {}),
 }
@@ -20,7 +20,7 @@ each = pytest.mark.parametrize("name", IMAGES)
 
 def coded(name):
     image, options = IMAGES[name]
-    return image, *encode_parts(image, **options)
+    return image, *coded_parts(image, **options)
 
 
 def memory(decoder):
@@ -98,7 +98,7 @@ def test_the_decoder_takes_every_symbol_that_the_bytes_determine(name):
     # With three bytes more at most, everything that the encoder had coded at a length is known.
     image, options = IMAGES[name]
     for size in (150, 400, 900):
-        header, payload = encode_parts(image, **{**options, "most_significant": size})
+        header, payload = coded_parts(image, **{**options, "most_significant": size})
         short = decoder_of(header, payload[:-4])
         assert size - 40 <= short.significant <= size
         assert decoder_of(header, payload).significant >= size
@@ -109,13 +109,13 @@ def test_the_decoder_takes_every_symbol_that_the_bytes_determine(name):
     [
         ((96, 96, 3), {}),
         ((120, 100, 1), {}),
-        ((64, 64, 3), {"lossless": True}),
+        ((64, 64, 3), {"sample_quality": "lossless"}),
         ((64, 80, 1), {"wavelet": "haar"}),
     ],
 )
 def test_quality_never_falls_as_bytes_are_added(shape, options):
     image = textured(shape, seed=4)
-    header, payload = encode_parts(image, **options)
+    header, payload = coded_parts(image, **options)
     lengths = np.unique(np.random.default_rng(6).integers(20, len(payload) + 1, 200))
     decoder, best, fed, values = ImageDecoder(ImageHeader.parse(header)), 0.0, 0, []
     for length in lengths:
@@ -144,7 +144,7 @@ def test_work_is_proportional_to_the_new_bytes():
 def test_compression_does_not_get_worse():
     # A gate on compression: figures of this version, a little loosened.
     image = textured((128, 128, 3), seed=9)
-    header, payload = encode_parts(image, most_bytes=4096)
+    header, payload = coded_parts(image, most_bytes=4096)
     assert psnr(decoder_of(header, payload).image(), image) > 28.97
-    header, payload = encode_parts(image, lossless=True)
+    header, payload = coded_parts(image, sample_quality="lossless")
     assert len(payload) < 35450

@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from codec_images import round_trip, textured
+from codec_images import coded_parts, round_trip, textured
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from upholster.codec import MAX_SAMPLES, encode_parts
+from upholster.codec import MAX_SAMPLES
 from upholster.errors import InputError
 
 SIDES = st.one_of(st.integers(1, 9), st.integers(10, 70))
@@ -66,7 +66,7 @@ def test_the_ordinary_profile_ends_within_one(image, levels):
 @example(1, 300, 3, False)
 def test_larger_and_thin_images_come_back(height, width, channels, lossless):
     image = textured((height, width, channels))
-    back = round_trip(image, lossless=lossless)
+    back = round_trip(image, sample_quality="lossless" if lossless else None)
     assert np.abs(back.astype(int) - image).max() <= (0 if lossless else 1)
 
 
@@ -74,8 +74,8 @@ def test_larger_and_thin_images_come_back(height, width, channels, lossless):
 @pytest.mark.parametrize("size", [64, 200, 1000])
 def test_no_more_bytes_than_allowed_and_the_same_as_a_longer_streams_start(wavelet, size):
     image = textured((40, 50, 3))
-    header, payload = encode_parts(image, wavelet=wavelet, most_bytes=size)
-    longer = encode_parts(image, wavelet=wavelet, most_bytes=4000)
+    header, payload = coded_parts(image, wavelet=wavelet, most_bytes=size)
+    longer = coded_parts(image, wavelet=wavelet, most_bytes=4000)
     assert size - 8 <= len(header) + len(payload) <= size
     assert header == longer[0]
     assert payload == longer[1][: len(payload)]
@@ -86,28 +86,28 @@ def test_a_share_of_significant_coefficients_stops_the_encoder():
 
     image = textured((64, 64, 3))
     for share in (1, 50, 700):
-        assert decoder_of(*encode_parts(image, most_significant=share)).significant == share
+        assert decoder_of(*coded_parts(image, most_significant=share)).significant == share
 
 
 def test_the_default_levels_hold_16_bit_extremes_and_more_are_refused_where_they_overflow():
     image = np.full((64, 64, 3), 65535, np.uint16)
-    np.testing.assert_array_equal(round_trip(image, lossless=True, levels=6), image)
+    np.testing.assert_array_equal(round_trip(image, sample_quality="lossless", levels=6), image)
     with pytest.raises(InputError, match=r"levels is 10.*16-bit"):
-        encode_parts(image, lossless=True, levels=10)
+        coded_parts(image, sample_quality="lossless", levels=10)
 
 
 @pytest.mark.parametrize(
     ("change", "message"),
     [
         ({"wavelet": "9/8"}, "unknown wavelet"),
-        ({"wavelet": "9/7", "lossless": True}, "wavelet is 9/7"),
+        ({"wavelet": "9/7", "sample_quality": "lossless"}, "wavelet is 9/7"),
         ({"levels": 11}, "levels is 11"),
         ({"levels": -1}, "levels is -1"),
     ],
 )
 def test_options_that_do_not_fit_are_refused(change, message):
     with pytest.raises(InputError, match=message):
-        encode_parts(textured((8, 8, 1)), **change)
+        coded_parts(textured((8, 8, 1)), **change)
 
 
 @pytest.mark.parametrize(
@@ -126,4 +126,4 @@ def test_options_that_do_not_fit_are_refused(change, message):
 )
 def test_images_that_do_not_fit_are_refused(image, message):
     with pytest.raises(InputError, match=message):
-        encode_parts(image)
+        coded_parts(image)

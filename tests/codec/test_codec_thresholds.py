@@ -2,11 +2,11 @@
 
 import numpy as np
 import pytest
-from codec_images import decoder_of, textured
+from codec_images import coded_parts, decoder_of, textured
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from upholster.codec import ImageHeader, encode_parts
+from upholster.codec import ImageHeader
 from upholster.codec.thresholds import SHARES, from_coded, share_thresholds, to_coded
 from upholster.wavelet import dwt2
 
@@ -39,7 +39,7 @@ def test_without_thresholds_the_coded_numbers_are_the_values():
 @pytest.mark.parametrize("channels", [1, 3])
 def test_at_the_papers_shares_exactly_the_largest_coefficients_are_kept(share, channels):
     image = textured((64, 72, channels), seed=5)
-    header, payload = encode_parts(image, wavelet="haar")
+    header, payload = coded_parts(image, wavelet="haar")
     thresholds = ImageHeader.parse(header).thresholds
     assert len(thresholds) <= len(SHARES)
     decoder, wanted = decoder_of(header), round(share * image.size)
@@ -62,19 +62,19 @@ def test_at_the_papers_shares_exactly_the_largest_coefficients_are_kept(share, c
 
 def haar_of(decoder):
     """What a decoder knows of the coefficients, nested."""
-    from upholster.codec.image_code import _window
+    from upholster.codec.partial_image import window
 
     header = decoder.header
     found = np.zeros((header.height, header.width, header.channels))
-    for band in decoder._tree.bands:
+    for band in decoder._coefficients.tree.bands:
         values = from_coded(decoder._coefficients.values(band), header.thresholds) / 2
-        found[_window(band, header.height, header.width)] = values
+        found[window(band, header.height, header.width)] = values
     return found
 
 
 def test_before_anything_is_known_the_picture_is_the_mean():
     image = textured((40, 24, 3))
-    header, payload = encode_parts(image, wavelet="haar")
+    header, payload = coded_parts(image, wavelet="haar")
     means = np.rint(image.mean(axis=(0, 1)))
     np.testing.assert_array_equal(decoder_of(header).image(), np.broadcast_to(means, image.shape))
     # And nothing that has come makes it much worse.

@@ -4,11 +4,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from codec_images import coded_parts
 
-from upholster.codec import decode, encode
+from upholster.codec import ImageDecoder, decode, encode
 from upholster.codec._coder_kernels import SYMBOLS
 from upholster.codec.header import ImageHeader
-from upholster.codec.image_code import ImageDecoder, encode_parts
 
 SIDE = 256
 
@@ -42,7 +42,7 @@ def test_bytes_alike_give_no_more_bits_than_go_with_them(byte: int) -> None:
 
 def test_a_stream_that_tells_very_much_ends_with_zeros_that_make_it_longer() -> None:
     image = woven()
-    header, payload = encode_parts(image, wavelet="haar", lossless=True)
+    header, payload = coded_parts(image, wavelet="haar", sample_quality="lossless")
     decoder = ImageDecoder(ImageHeader.parse(header))
     decoder.feed(payload[:-1])
     assert not decoder.complete
@@ -51,4 +51,6 @@ def test_a_stream_that_tells_very_much_ends_with_zeros_that_make_it_longer() -> 
     assert decoder.complete
     assert decoder.unread == 0
     assert most(len(payload) - 1) < symbols(decoder) <= most(len(payload))
-    np.testing.assert_array_equal(decode(encode(image, wavelet="haar", lossless=True)).image, image)
+    np.testing.assert_array_equal(
+        decode(encode(image, wavelet="haar", sample_quality="lossless")).image, image
+    )

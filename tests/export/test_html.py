@@ -125,7 +125,9 @@ def woven() -> Any:
     return exemplar, surface, quilt
 
 
-@pytest.mark.parametrize("options", [{}, {"lossless": True}, {"stream_bytes": 700}, {"wavelet": "haar"}])
+@pytest.mark.parametrize(
+    "options", [{}, {"sample_quality": "lossless"}, {"stream_bytes": 700}, {"wavelet": "haar"}]
+)
 def test_the_stream_is_what_a_stream_file_holds(tmp_path: Path, woven: Any, options: Any) -> None:
     exemplar, surface, quilt = woven
     texels = upholster.paint(quilt, exemplar)

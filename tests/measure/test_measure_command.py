@@ -30,7 +30,7 @@ def parts():
 def folder(tmp_path_factory, parts):
     folder = tmp_path_factory.mktemp("measure")
     exemplar, surface, quilt = parts
-    data = encode_stream(surface, quilt, exemplar, lossless=True)
+    data = encode_stream(surface, quilt, exemplar, sample_quality="lossless")
     write_image(folder / "sample.png", exemplar)
     write_image(folder / "more.png", grains(128, 128, seed=1))
     write_image(folder / "grey.png", grains(channels=1))

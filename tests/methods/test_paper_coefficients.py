@@ -71,7 +71,8 @@ def test_cover_paints_and_streams_what_is_kept(tmp_path):
     write_image(tmp_path / "sample.png", image)
     targets = [str(tmp_path / name) for name in ("a.npz", "a.uph")]
     settings = {"method": "paper", "chart": 64, "coefficients": 0.07}
-    cover(str(tmp_path / "sample.png"), "torus", targets, synthesis=settings, seed=1)
+    exact = WriteOptions(sample_quality="lossless")
+    cover(str(tmp_path / "sample.png"), "torus", targets, synthesis=settings, seed=1, options=exact)
     kept = keep_coefficients(image, coefficients=0.07)
     quilt = synthesize(kept, surface_from_spec("torus"), method="paper", chart=64, seed=1)
     painted = paint(quilt, kept)
@@ -126,7 +127,7 @@ def test_options_of_streams_are_refused_where_none_is_written(tmp_path):
     for options, name in (
         (WriteOptions(wavelet="haar"), "wavelet"),
         (WriteOptions(wavelet_levels=2), "wavelet_levels"),
-        (WriteOptions(lossless=True), "lossless"),
+        (WriteOptions(sample_quality="lossless"), "sample_quality"),
         (WriteOptions(stream_bytes=5000), "bytes"),
     ):
         with pytest.raises(InputError, match=rf"{name} is for streams, and .*a\.png is none"):
@@ -134,6 +135,6 @@ def test_options_of_streams_are_refused_where_none_is_written(tmp_path):
     surface = surface_from_spec("plane")
     quilt = synthesize(sample(), surface, texels=5000)
     texels = paint(quilt, sample())
-    with pytest.raises(InputError, match="lossless is for streams"):
-        write(tmp_path / "a.glb", surface, texels, options=WriteOptions(lossless=True))
+    with pytest.raises(InputError, match="sample_quality is for streams"):
+        write(tmp_path / "a.glb", surface, texels, options=WriteOptions(sample_quality="lossless"))
     assert sorted(path.name for path in tmp_path.iterdir()) == ["sample.png"]

@@ -179,7 +179,7 @@ def stream(name: Any) -> Any:
         shape = exemplar.shape[:2]
         maps = {"normal": noise(*shape, 3, np.uint16, seed=1), "roughness": noise(*shape, 1, seed=2)}
         return encode_stream(surface, quilt, exemplar, maps=maps, most_bytes=6000)
-    return encode_stream(surface, quilt, exemplar, lossless=name == "two layers")
+    return encode_stream(surface, quilt, exemplar, sample_quality="lossless" if name == "two layers" else 46)
 
 
 STREAMS = ("plain", "two layers", "half cells", "bent", "maps")

@@ -80,7 +80,7 @@ def test_a_stream_of_a_mesh_holds_surface_charts_and_quilt():
     surface, exemplar = icosphere(2), noise(48, 56)
     charts = charts_of(surface)
     quilt = sheets(np.random.default_rng(1), charts, (48, 56), 40).on(surface)
-    data = encode_stream(surface, quilt, exemplar, lossless=True)
+    data = encode_stream(surface, quilt, exemplar, sample_quality="lossless")
     decoder = read_stream(data)
     assert isinstance(decoder.surface, MeshSurface)
     assert decoder.charts == charts

@@ -182,7 +182,7 @@ def _streams() -> Any:
     surface, quilt, _ = laid("vase", side=32, cell=3)
     yield encode_stream(surface, quilt, noise(dtype=np.uint16, channels=1, seed=1))
     surface, quilt, _ = laid("ellipsoid", side=33, second=True)
-    yield encode_stream(surface, quilt, noise(channels=4, seed=2), lossless=True)
+    yield encode_stream(surface, quilt, noise(channels=4, seed=2), sample_quality="lossless")
     surface, quilt, exemplar = laid("sphere", side=48, seed=9)
     yield encode_stream(Surface(surface.patches, "gestrickt – ñ"), quilt, exemplar, wavelet="haar")
     rng = np.random.default_rng(5)
@@ -190,7 +190,7 @@ def _streams() -> Any:
     kinds: Any = (
         (np.uint8, 1, {"wavelet": "5/3"}),
         (np.uint8, 2, {}),
-        (np.uint16, 3, {"lossless": True}),
+        (np.uint16, 3, {"sample_quality": "lossless"}),
         (np.uint16, 4, {"levels": 1}),
         (np.float32, 3, {}),
         (np.float32, 1, {"wavelet": "haar", "levels": 0}),
@@ -302,7 +302,7 @@ def test_images_cut_anywhere_decode_as_in_python(tmp_path: Any) -> None:
     for shape in ((1, 1, 1), (1, 37, 3), (33, 49, 2), (64, 1, 2), (33, 47, 3), (40, 24, 5), (5, 3, 4)):
         for options in (
             {},
-            {"lossless": True},
+            {"sample_quality": "lossless"},
             {"wavelet": "haar"},
             {"wavelet": "haar", "levels": 1},
             {"levels": 0},
@@ -315,7 +315,9 @@ def test_images_cut_anywhere_decode_as_in_python(tmp_path: Any) -> None:
                 jobs.append(("image.ezw", data, [start, *(start + c for c in _cuts(rng, data[start:], 4))]))
     i, j = np.mgrid[:256, :256]
     woven = np.stack([(i + j) % 2 * 255, i % 2 * 255, j % 2 * 255], axis=2).astype(np.uint8)
-    data = encode(woven, lossless=True, wavelet="haar")  # so regular that its stream ends with zeros
+    data = encode(
+        woven, sample_quality="lossless", wavelet="haar"
+    )  # so regular that its stream ends with zeros
     jobs.append(("image.ezw", data, [100, 500, len(data) - 1, len(data)]))
     found = _in_browser(tmp_path, jobs)
     for n, (_, data, cuts) in enumerate(jobs):

@@ -15,6 +15,7 @@ from upholster.cli.console import (
     say,
     share,
 )
+from upholster.cli.options import number_or_text
 from upholster.errors import InputError
 
 __all__ = ["decode", "encode"]
@@ -27,7 +28,13 @@ def encode(
         str | None, typer.Option("--bytes", metavar="N", help="Length at most: 4000, 4k, 4Ki.")
     ] = None,
     bpp: Annotated[float | None, typer.Option(help="Length at most, in bits per pixel.")] = None,
-    psnr: Annotated[float | None, typer.Option(help="Stop at this quality, in dB.")] = None,
+    sample_quality: Annotated[
+        str | None,
+        typer.Option(
+            metavar="DB",
+            help="Stop at this PSNR in dB, 20 to 80, or `lossless`. Default, without a limit: 46.",
+        ),
+    ] = None,
     coefficients: Annotated[
         str | None,
         typer.Option(metavar="15%", help="Stop at this share of significant coefficients."),
@@ -36,7 +43,6 @@ def encode(
         str | None, typer.Option(help="9/7, 5/3 or haar (the paper's: the largest coefficients first).")
     ] = None,
     levels: Annotated[int | None, typer.Option(help="0 to 10.")] = None,
-    lossless: Annotated[bool, typer.Option(help="Every sample comes back exactly.")] = False,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Print nothing but errors.")] = False,
 ) -> None:
     """Encode an image as an embedded zerotree stream: any prefix of the file is a picture."""
@@ -47,7 +53,7 @@ def encode(
     if Path(output).suffix.lower() != ".ezw":
         raise InputError(f"output {output!r} has suffix {Path(output).suffix!r}; allowed: .ezw")
     with (
-        progress_bars(quiet, ["encode lossless" if lossless else "encode"]),
+        progress_bars(quiet, ["encode lossless" if sample_quality == "lossless" else "encode"]),
         outputs([output], inputs=[image]) as files,
     ):
         with noted() as notes:
@@ -56,11 +62,10 @@ def encode(
             pixels,
             most_bytes=byte_count("bytes", most_bytes),
             bits_per_pixel=bpp,
-            psnr=psnr,
+            sample_quality=None if sample_quality is None else number_or_text(sample_quality),  # type: ignore[arg-type]  # checked by encode
             coefficients=share("coefficients", coefficients),
             wavelet=wavelet,  # type: ignore[arg-type]  # checked by encode
             levels=levels,
-            lossless=lossless,
         )
         files.path(output).write_bytes(data)
         found = codec.decode(data)

@@ -12,7 +12,7 @@ from upholster.cli.console import byte_count, large_count, numbers, share, texel
 from upholster.errors import InputError
 from upholster.options import MOST_WARP, chosen
 
-__all__ = ["spelled_out"]
+__all__ = ["number_or_text", "spelled_out"]
 
 _Read = Callable[[Any], Any]
 _Write = Callable[[Any], str]
@@ -24,8 +24,8 @@ _AS_TEXT: dict[str, tuple[_Read, _Write]] = {
     "part": (tuple, str),
     "stroke": (tuple, str),
     "texels": (texel_count, str),
-    "sample_size": (lambda text: _number_or_text(text), str),
-    "element_size": (lambda text: _number_or_text(text), str),
+    "sample_size": (lambda text: number_or_text(text), str),
+    "element_size": (lambda text: number_or_text(text), str),
     "direction": (lambda texts: _by_part("direction", texts), str),
     "texture": (str, str),
     "coefficients": (lambda text: share("coefficients", text), str),
@@ -34,12 +34,14 @@ _AS_TEXT: dict[str, tuple[_Read, _Write]] = {
     "view": (lambda text: numbers("view", text, ",", 2, float), lambda view: f"{view[0]:g},{view[1]:g}"),
     "displace": (str, str),
     "triangles": (lambda text: large_count("triangles", text), str),
+    "sample_quality": (lambda text: number_or_text(text), lambda quality: f"{quality:g}"),
     "stream_bytes": (lambda text: byte_count("bytes", text), str),
 }
 """How values are read and written that are no plain number, word or switch on the command line."""
 
 
-def _number_or_text(text: str) -> float | str:
+def number_or_text(text: str) -> float | str:
+    """Return a number where a text is one, or else the text: what it may be is checked later."""
     try:
         return float(text)
     except ValueError:

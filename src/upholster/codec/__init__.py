@@ -2,10 +2,12 @@
 
 from upholster.codec.ezw import DecodedImage, decode, encode
 from upholster.codec.header import MAX_SAMPLES, ImageHeader
-from upholster.codec.image_code import ImageDecoder, check_image, encode_parts
+from upholster.codec.image_code import CodedImage, check_image, encode_parts
+from upholster.codec.partial_image import ImageDecoder
 
 __all__ = [
     "MAX_SAMPLES",
+    "CodedImage",
     "DecodedImage",
     "ImageDecoder",
     "ImageHeader",

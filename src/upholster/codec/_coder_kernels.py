@@ -269,11 +269,11 @@ def _refine_plane(
     state = coder.state
     while state[SEGMENT] < segments.shape[0]:
         while state[PLACE] < segments[state[SEGMENT], 1]:
+            if encoding and state[BYTES_DONE] >= most_bytes:
+                return False
             if not _refine(state[PLACE], coder, values, m, bands, encoding):
                 return False
             state[PLACE] += 1
-        if encoding and state[BYTES_DONE] >= most_bytes:
-            return False
         state[SEGMENT] += 1
         if state[SEGMENT] < segments.shape[0]:
             state[PLACE] = segments[state[SEGMENT], 0]

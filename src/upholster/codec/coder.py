@@ -34,7 +34,7 @@ from upholster.codec.tree import (
 )
 from upholster.types import FloatArray, frozen_array
 
-__all__ = ["MAX_PLANE", "CoefficientDecoder", "encode_coefficients"]
+__all__ = ["MAX_PLANE", "CoefficientDecoder", "CoefficientEncoder", "Coefficients"]
 
 MAX_PLANE = 23
 """Magnitudes are below 2^24, so that scores fit 31 bits."""
@@ -49,58 +49,15 @@ _SYMBOLS_A_BYTE, _SYMBOLS_FREE, _MOST_A_BYTE = 128, 2**16, 1024
 which a byte gives no more than so many."""
 
 
-def encode_coefficients(
-    values: NDArray[np.int32],
-    tree: Tree,
-    *,
-    most_bytes: int | None = None,
-    most_significant: int | None = None,
-) -> tuple[int, bytes]:
-    """Encode coefficients, most significant plane first.
+class Coefficients:
+    """Coefficients as far as a coder has come: encoder and decoder know the same at the same place.
 
     Parameters
     ----------
-    values
-        (tree.size,) int32 in the tree's order, magnitudes below 2^24, 0 in the padding.
     tree
         Their layout.
-    most_bytes
-        Stop at this length.
-    most_significant
-        Stop when so many coefficients have become significant.
-
-    Returns
-    -------
-    plane : int
-        The first plane coded: the decoder must be told. -1 if all values are 0.
-    data : bytes
-        The stream.
-    """
-    plane = int(np.abs(values).max()).bit_length() - 1
-    memory = _Memory(tree, plane)
-    limit = _ENDLESS if most_bytes is None else most_bytes
-    data = np.empty(min(limit, 4 * tree.size) + 4096, np.uint8)
-    share = _ENDLESS if most_significant is None else most_significant
-    done = memory.code(data, np.ascontiguousarray(values), _deepest(values, tree), True, limit, share)
-    state = memory.state
-    count = int(state[BYTES_DONE])
-    # The upper end of the interval determines every bit coded so far.
-    tail = int(state[HIGH]).to_bytes(4, "big") if done or most_significant is not None else b""
-    stream = data[:count].tobytes() + tail
-    # A decoder takes no more bits than go with so many bytes: zeros make up for bytes that tell very many.
-    stream += bytes(max(0, memory.bytes_due - len(stream)))
-    return plane, stream[: None if most_bytes is None else most_bytes]
-
-
-class CoefficientDecoder:
-    """Decodes a stream of `encode_coefficients` as its bytes arrive, with work proportional to the new bytes.
-
-    Parameters
-    ----------
-    tree
-        The layout that the encoder used.
     plane
-        The first plane, as the encoder returned it.
+        The first plane; -1 if all values are 0.
     exact
         Whether a value whose every plane is known is that integer (lossless profiles), or lies in the
         unit interval above it.
@@ -111,21 +68,7 @@ class CoefficientDecoder:
         self.exact = exact
         self._memory = _Memory(tree, plane)
         self._state = self._memory.state
-        self._data = np.zeros(256, np.uint8)
-        self._state[UNKNOWN_BITS] = 0xFFFFFFFF
-        self._state[BYTES_DONE] = 4
         self.complete = plane < 0
-
-    @property
-    def received(self) -> int:
-        """Bytes fed so far."""
-        return int(self._state[BYTES_HERE])
-
-    @property
-    def unread(self) -> int:
-        """Bytes behind the end of a complete stream, which mean nothing."""
-        used = max(int(self._state[BYTES_DONE]), self._memory.bytes_due)
-        return max(0, self.received - used) if self.complete else 0
 
     @property
     def significant(self) -> int:
@@ -136,25 +79,6 @@ class CoefficientDecoder:
     def plane(self) -> int:
         """The plane that is being decoded; -1 when all are."""
         return int(self._state[kernels.PLANE])
-
-    def feed(self, data: bytes) -> None:
-        """Take further bytes; decode every symbol that they determine, as many as go with so many bytes."""
-        state, here = self._state, self.received
-        if here + len(data) > len(self._data):
-            grown = np.zeros(max(2 * len(self._data), here + len(data)), np.uint8)
-            grown[:here] = self._data[:here]
-            self._data = grown
-        self._data[here : here + len(data)] = np.frombuffer(data, np.uint8)
-        state[BYTES_HERE] = here + len(data)
-        state[kernels.MOST_SYMBOLS] = self._memory.bits_of(self.received)
-        # Bytes that the code register has taken as missing.
-        for place in range(here, min(here + len(data), int(state[BYTES_DONE]))):
-            shift = 8 * (int(state[BYTES_DONE]) - 1 - place)
-            state[CODE] |= int(self._data[place]) << shift
-            state[UNKNOWN_BITS] &= ~(255 << shift)
-        if not self.complete:
-            nothing = np.zeros(0, np.int32)
-            self.complete = self._memory.code(self._data, nothing, nothing, False, _ENDLESS, _ENDLESS)
 
     def magnitudes(self) -> NDArray[np.int32]:
         """Return what is known for certain: values with their unknown low bits 0, (tree.size,)."""
@@ -223,6 +147,93 @@ class CoefficientDecoder:
         counts = self._memory.a[REFINED:].astype(np.int64).reshape(4, LEVELS, 2, 2)
         zeros, ones = counts[..., 0] + 9, counts[..., 1] + 7
         return POINTS[64 * ones // (zeros + ones)].astype(np.int64)
+
+
+class CoefficientEncoder(Coefficients):
+    """Encodes coefficients, most significant plane first, and rests where it is told to.
+
+    Parameters
+    ----------
+    values
+        (tree.size,) int32 in the tree's order, magnitudes below 2^24, 0 in the padding.
+    tree, exact
+        As for all `Coefficients`.
+    """
+
+    def __init__(self, values: NDArray[np.int32], tree: Tree, *, exact: bool = False) -> None:
+        super().__init__(tree, int(np.abs(values).max()).bit_length() - 1, exact=exact)
+        self._values = np.ascontiguousarray(values)
+        self._deepest = _deepest(values, tree)
+        self._data = np.empty(4 * tree.size + 4096, np.uint8)
+
+    @property
+    def length(self) -> int:
+        """Bytes so far: a decoder of so many knows what is known here, but for the last few bits."""
+        return max(int(self._state[BYTES_DONE]), self._memory.bytes_due)
+
+    def code(self, most_bytes: int | None, most_significant: int | None) -> bool:
+        """Go on to a length, or until so many coefficients are significant; return whether that was the end.
+
+        The end is the last plane's, or the wanted number of significant coefficients.
+        """
+        limit = _ENDLESS if most_bytes is None else most_bytes
+        share = _ENDLESS if most_significant is None else most_significant
+        self.complete = self._memory.code(self._data, self._values, self._deepest, True, limit, share)
+        return self.complete or self.significant >= share
+
+    def stream(self, *, ended: bool) -> bytes:
+        """Return the bytes so far; with what determines the very last bits, if it has ended."""
+        data = self._data[: int(self._state[BYTES_DONE])].tobytes()
+        # The upper end of the interval determines every bit coded so far.
+        data += int(self._state[HIGH]).to_bytes(4, "big") if ended else b""
+        # A decoder takes only so many bits a byte: zeros make up for bytes that tell very many.
+        return data + bytes(max(0, self._memory.bytes_due - len(data)))
+
+
+class CoefficientDecoder(Coefficients):
+    """Decodes the stream of a `CoefficientEncoder` as its bytes arrive, with work proportional to new bytes.
+
+    Parameters
+    ----------
+    tree, plane, exact
+        As for all `Coefficients`.
+    """
+
+    def __init__(self, tree: Tree, plane: int, *, exact: bool = False) -> None:
+        super().__init__(tree, plane, exact=exact)
+        self._data = np.zeros(256, np.uint8)
+        self._state[UNKNOWN_BITS] = 0xFFFFFFFF
+        self._state[BYTES_DONE] = 4
+
+    @property
+    def received(self) -> int:
+        """Bytes fed so far."""
+        return int(self._state[BYTES_HERE])
+
+    @property
+    def unread(self) -> int:
+        """Bytes behind the end of a complete stream, which mean nothing."""
+        used = max(int(self._state[BYTES_DONE]), self._memory.bytes_due)
+        return max(0, self.received - used) if self.complete else 0
+
+    def feed(self, data: bytes) -> None:
+        """Take further bytes; decode every symbol that they determine, as many as go with so many bytes."""
+        state, here = self._state, self.received
+        if here + len(data) > len(self._data):
+            grown = np.zeros(max(2 * len(self._data), here + len(data)), np.uint8)
+            grown[:here] = self._data[:here]
+            self._data = grown
+        self._data[here : here + len(data)] = np.frombuffer(data, np.uint8)
+        state[BYTES_HERE] = here + len(data)
+        state[kernels.MOST_SYMBOLS] = self._memory.bits_of(self.received)
+        # Bytes that the code register has taken as missing.
+        for place in range(here, min(here + len(data), int(state[BYTES_DONE]))):
+            shift = 8 * (int(state[BYTES_DONE]) - 1 - place)
+            state[CODE] |= int(self._data[place]) << shift
+            state[UNKNOWN_BITS] &= ~(255 << shift)
+        if not self.complete:
+            nothing = np.zeros(0, np.int32)
+            self.complete = self._memory.code(self._data, nothing, nothing, False, _ENDLESS, _ENDLESS)
 
 
 class _Memory:

@@ -5,12 +5,12 @@ Any prefix from the header's end on is a complete image; every further byte refi
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from upholster.codec.header import ImageHeader
-from upholster.codec.image_code import ImageDecoder, encode_parts
+from upholster.codec.image_code import encode_parts
+from upholster.codec.partial_image import ImageDecoder
 from upholster.errors import FormatError, InputError
 from upholster.limits import Limits
+from upholster.options import QUALITY, Quality
 from upholster.types import PixelArray
 from upholster.wavelet.lifting import Wavelet
 
@@ -25,11 +25,10 @@ def encode(
     *,
     most_bytes: int | None = None,
     bits_per_pixel: float | None = None,
-    psnr: float | None = None,
+    sample_quality: Quality | None = None,
     coefficients: float | None = None,
     wavelet: Wavelet | None = None,
     levels: int | None = None,
-    lossless: bool = False,
 ) -> bytes:
     """Encode an image as an embedded zerotree stream.
 
@@ -42,18 +41,17 @@ def encode(
         Length of the file, at most.
     bits_per_pixel
         The same, per pixel.
-    psnr
-        Stop when this quality is reached, in dB against the full range of the integers.
+    sample_quality
+        Stop at this PSNR in dB; or "lossless". As for `encode_parts`.
     coefficients
         Stop when this share of all coefficients is significant, 0 to 1.
-    wavelet, levels, lossless
+    wavelet, levels
         As for `encode_parts`.
 
     Returns
     -------
     bytes
-        The file; at most one of the four limits may be given. Without one it goes on until every sample is
-        within 1 of the original, or, if lossless, equal to it.
+        The file; at most one of the four limits may be given. Without one it goes on to 46 dB.
 
     Raises
     ------
@@ -68,7 +66,7 @@ def encode(
     limits = {
         "most_bytes": most_bytes,
         "bits_per_pixel": bits_per_pixel,
-        "psnr": psnr,
+        "sample_quality": sample_quality,
         "coefficients": coefficients,
     }
     given = [name for name, value in limits.items() if value is not None]
@@ -80,25 +78,21 @@ def encode(
         most_bytes = int(bits_per_pixel * pixels.shape[0] * pixels.shape[1] / 8)
     if most_bytes is not None and not 64 <= most_bytes < 2**32:
         raise InputError(f"bytes is {most_bytes}; allowed: at least 64")
-    if psnr is not None and not 0 < psnr <= 200:
-        raise InputError(f"psnr is {psnr}; allowed: above 0, to 200")
     significant = None
     if coefficients is not None:
         if not 0 < coefficients <= 1:
             raise InputError(f"coefficients is {coefficients}; allowed: above 0, to 1")
         significant = max(1, round(coefficients * pixels.size))
     room = None if most_bytes is None else most_bytes - len(MAGIC)
-    header, payload = encode_parts(
+    coded = encode_parts(
         pixels,
         wavelet=wavelet,
         levels=levels,
-        lossless=lossless,
+        sample_quality=sample_quality if given else QUALITY,
         most_bytes=room,
         most_significant=significant,
     )
-    if psnr is not None:
-        payload = payload[: _shortest(pixels, header, payload, psnr)]
-    return MAGIC + header + payload
+    return MAGIC + coded.header + coded.payload
 
 
 @dataclass(frozen=True)
@@ -186,22 +180,3 @@ def decode(
         raise FormatError(f"byte {len(data) - decoder.unread}: {decoder.unread} bytes too many")
     share = decoder.significant / decoder.coefficients
     return DecodedImage(decoder.image(), header, decoder.complete, share, start + decoder.received)
-
-
-def _shortest(pixels: PixelArray, header: bytes, payload: bytes, psnr: float) -> int:
-    """Return the least length of the payload, to a byte, that reaches a quality."""
-    parsed = ImageHeader.parse(header)
-    peak = float(np.iinfo(pixels.dtype).max) if pixels.dtype != np.float32 else parsed.high - parsed.low
-    most = (peak / 10 ** (psnr / 20)) ** 2
-
-    def reached(length: int) -> bool:
-        decoder = ImageDecoder(parsed)
-        decoder.feed(payload[:length])
-        error = decoder.image().astype(np.float64) - pixels
-        return float(np.mean(error * error)) <= most
-
-    low, high = 0, len(payload)
-    while low < high:
-        middle = (low + high) // 2
-        low, high = (low, middle) if reached(middle) else (middle + 1, high)
-    return low

@@ -1,23 +1,63 @@
-"""Whole images through the codec: samples to header and stream, and back from any prefix of it."""
+"""Whole images to header and stream, and how near any prefix of the stream comes to them."""
 
 import math
-from dataclasses import replace
-from functools import lru_cache
-from typing import Any, cast
+from dataclasses import dataclass, replace
+from numbers import Real
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.codec.coder import MAX_PLANE, CoefficientDecoder, encode_coefficients
-from upholster.codec.color import fit_klt, from_ycocg, to_ycocg, unmix
+from upholster.codec.coder import MAX_PLANE, CoefficientEncoder
+from upholster.codec.color import fit_klt, to_ycocg
 from upholster.codec.header import MAX_PLACES, MAX_SAMPLES, ImageHeader
-from upholster.codec.thresholds import from_coded, share_thresholds, to_coded
-from upholster.codec.tree import LL, Band, Tree, build_tree, tree_size
+from upholster.codec.partial_image import PartialImage, tree_of, unweight, window
+from upholster.codec.thresholds import share_thresholds, to_coded
+from upholster.codec.tree import Tree, tree_size
 from upholster.errors import InputError, check_whole
+from upholster.options import Quality, check_quality
 from upholster.types import MAX_SAMPLE, PixelArray
-from upholster.wavelet.lifting import MAX_LEVELS, WAVELETS, Wavelet, band_norms, forward, inverse
+from upholster.wavelet.lifting import MAX_LEVELS, WAVELETS, Wavelet, forward
 
-__all__ = ["ImageDecoder", "check_image", "encode_parts"]
+__all__ = ["CodedImage", "check_image", "encode_parts"]
+
+_PEAK = {"uint8": 255.0, "uint16": 65535.0, "float32": 65535.0 / 12.92}
+"""To what an error is compared. Floats are linear light: in the dark sRGB shows their errors 12.92 times."""
+
+_FIRST_REST, _GROWTH, _LEAST_GROWTH = 100, 1.5, 1.01
+"""Lengths at which errors are measured: the first, and how much longer at most and at least the next is."""
+
+
+@dataclass(frozen=True)
+class CodedImage:
+    """A coded image.
+
+    Attributes
+    ----------
+    header
+        The header (`ImageHeader`), as bytes.
+    payload
+        The stream; any prefix of it decodes.
+    lengths, errors
+        The mean squared error of the decoded integers after so many bytes of the stream, from 0 to all.
+    peak
+        To what errors are compared for a PSNR.
+    """
+
+    header: bytes
+    payload: bytes
+    lengths: tuple[int, ...]
+    errors: tuple[float, ...]
+    peak: float
+
+    def error(self, length: int) -> float:
+        """Return the mean squared error after so many bytes: between those that are known, at most that."""
+        return float(np.interp(length, self.lengths, self.errors))
+
+    def psnr(self, length: int) -> float:
+        """Return the same in dB; infinite where nothing is lost."""
+        error = self.error(length)
+        return 10 * math.log10(self.peak**2 / error) if error > 0 else math.inf
 
 
 def encode_parts(
@@ -25,10 +65,10 @@ def encode_parts(
     *,
     wavelet: Wavelet | None = None,
     levels: int | None = None,
-    lossless: bool = False,
+    sample_quality: Quality | None = None,
     most_bytes: int | None = None,
     most_significant: int | None = None,
-) -> tuple[bytes, bytes]:
+) -> CodedImage:
     """Encode an image.
 
     Parameters
@@ -42,25 +82,26 @@ def encode_parts(
     levels
         0 to 10; by default three for "haar", or else as many as leave the approximation about 4 samples wide,
         at most 6.
-    lossless
-        Whether the whole stream must give every sample back exactly: asks for "5/3" or "haar".
+    sample_quality
+        Stop at this PSNR, 20 to 80 dB, over all channels, against the largest integer; of floats, which are
+        linear light, against their range divided by 12.92. Or "lossless": every sample comes back exactly,
+        which asks for "5/3" or "haar". None: stop at the last plane.
     most_bytes
-        Largest length of header and stream together; None: until every sample is within 1 of the original, or
-        exact.
+        Largest length of header and stream together.
     most_significant
         Stop when so many coefficients have become significant.
 
     Returns
     -------
-    header, payload : bytes
-        The header (`ImageHeader`) and the stream; any prefix of the stream decodes.
+    CodedImage
+        Header, stream and errors.
 
     Raises
     ------
     InputError
         For an image or options that do not fit.
     """
-    wavelet = check_image(image, wavelet=wavelet, levels=levels, lossless=lossless)
+    wavelet = check_image(image, wavelet=wavelet, levels=levels, sample_quality=sample_quality)
     height, width, channels = image.shape
     levels = _levels(wavelet, height, width) if levels is None else levels
     if (places := tree_size(height, width, channels, levels)) > MAX_PLACES:
@@ -71,25 +112,56 @@ def encode_parts(
     samples, low, high = _integers(image)
     planes, means, matrix = _planes(samples, wavelet, 128 if image.dtype == np.uint8 else 32768)
     coefficients = forward(planes, wavelet=wavelet, levels=levels)
-    for fineness in _finenesses(wavelet, coefficients):
-        header = ImageHeader(
-            height, width, channels, image.dtype, wavelet, levels, -1, fineness, matrix,
-            wavelet == "5/3" and channels >= 3, tuple(int(mean) for mean in means), low, high,
-        )  # fmt: skip
-        tree = _tree(header)
-        values, thresholds = _quantized(coefficients, header, tree)
-        if np.abs(values).max() >> (MAX_PLANE + 1):
-            # Only 16-bit samples can do this, and only with more levels than the default.
-            raise InputError(f"levels is {levels}: coefficients of 16-bit samples overflow; allowed: 0 to 6")
-        room = None if most_bytes is None else max(0, most_bytes - len(header.pack()))
-        plane, payload = encode_coefficients(values, tree, most_bytes=room, most_significant=most_significant)
-        header = replace(header, plane=plane, thresholds=thresholds)
-        if wavelet != "9/7" or room is not None or most_significant is not None:
-            break
-        if _within_one(header, payload, samples):
-            payload = payload[: _enough(header, payload, samples)]
-            break
-    return header.pack(), payload
+    header = ImageHeader(
+        height, width, channels, image.dtype, wavelet, levels, -1, _fineness(wavelet, coefficients), matrix,
+        wavelet == "5/3" and channels >= 3, tuple(int(mean) for mean in means), low, high,
+    )  # fmt: skip
+    tree = tree_of(header)
+    values, thresholds = _quantized(coefficients, header, tree)
+    if np.abs(values).max() >> (MAX_PLANE + 1):
+        # Only 16-bit samples can do this, and only with more levels than the default.
+        raise InputError(f"levels is {levels}: coefficients of 16-bit samples overflow; allowed: 0 to 6")
+    encoder = CoefficientEncoder(values, tree, exact=header.exact)
+    header = replace(header, plane=encoder.plane, thresholds=thresholds)
+    peak = _PEAK[image.dtype.name]
+    goal = _Goal(
+        # Lossless goes on to the last plane as well: an earlier end may do, but lacks coefficients.
+        peak**2 / 10 ** (sample_quality / 10) if isinstance(sample_quality, Real) else -1.0,
+        math.inf if most_bytes is None else max(0, most_bytes - header.length),
+        most_significant,
+    )
+    return CodedImage(header.pack(), *_coded(PartialImage(header, encoder), encoder, samples, goal), peak)
+
+
+class _Goal(NamedTuple):
+    """Where to end: at a mean squared error, a length of the stream, or a number of coefficients."""
+
+    error: float
+    room: float
+    significant: int | None
+
+
+def _coded(
+    known: PartialImage, encoder: CoefficientEncoder, samples: NDArray[np.int32], goal: _Goal
+) -> tuple[bytes, tuple[int, ...], tuple[float, ...]]:
+    # The encoder rests now and then: what it has told so far is what a decoder would know.
+    lengths, errors, ended = [0], [_error(known, samples)], encoder.complete
+    while not ended and errors[-1] > goal.error and lengths[-1] < goal.room:
+        # Twice the bytes never leave less than a 16th of the error, where nearly all is known.
+        growth = (errors[-1] / goal.error) ** 0.25 if goal.error > 0 else _GROWTH
+        longer = math.ceil(lengths[-1] * min(_GROWTH, max(_LEAST_GROWTH, growth)))
+        ended = encoder.code(int(min(goal.room, max(_FIRST_REST, longer))), goal.significant)
+        lengths.append(encoder.length)
+        errors.append(_error(known, samples))
+    payload = encoder.stream(ended=ended)
+    payload = payload if goal.room == math.inf else payload[: int(goal.room)]
+    lengths[-1] = len(payload)
+    return payload, tuple(lengths), tuple(errors)
+
+
+def _error(known: PartialImage, samples: NDArray[np.int32]) -> float:
+    off = known.integers() - samples
+    return float(np.mean(np.square(off, dtype=np.float64)))
 
 
 def _planes(
@@ -132,30 +204,19 @@ def _quantized(
             coded = to_coded(coefficients, thresholds)
         coefficients = coded
     for band in tree.bands:
-        part = coefficients[_window(band, header.height, header.width)]
+        part = coefficients[window(band, header.height, header.width)]
         if header.wavelet != "haar":
-            part = np.trunc(part / _unweight(header, band))
+            part = np.trunc(part / unweight(header, band))
         values[tree.places(band)] = part.astype(np.int32)
     return values, thresholds
 
 
-def _within_one(header: ImageHeader, payload: bytes, samples: NDArray[np.int32]) -> bool:
-    decoder = ImageDecoder(header)
-    decoder.feed(payload)
-    return bool(np.abs(decoder.integers() - samples).max() <= 1)
-
-
-def _enough(header: ImageHeader, payload: bytes, samples: NDArray[np.int32]) -> int:
-    # A length, to 2 %, from which on every sample is within 1: the last plane need not be coded to its end.
-    low, high = len(payload) // 2, len(payload)
-    while high - low > len(payload) // 50 + 1:
-        middle = (low + high) // 2
-        low, high = (low, middle) if _within_one(header, payload[:middle], samples) else (middle, high)
-    return high
-
-
 def check_image(
-    image: PixelArray, *, wavelet: str | None = None, levels: int | None = None, lossless: bool = False
+    image: PixelArray,
+    *,
+    wavelet: str | None = None,
+    levels: int | None = None,
+    sample_quality: Quality | None = None,
 ) -> Wavelet:
     """Raise InputError unless `encode_parts` takes an image with these options; return the wavelet."""
     if image.ndim != 3 or 0 in image.shape or image.shape[2] > 64:
@@ -167,117 +228,15 @@ def check_image(
         )
     if image.dtype not in (np.uint8, np.uint16, np.float32):
         raise InputError(f"image is of {image.dtype}; allowed: uint8, uint16, float32")
-    chosen = ("5/3" if lossless else "9/7") if wavelet is None else wavelet
+    check_quality(sample_quality)
+    chosen = ("5/3" if sample_quality == "lossless" else "9/7") if wavelet is None else wavelet
     if not isinstance(chosen, str) or chosen not in WAVELETS:
         raise InputError(f"unknown wavelet {chosen!r}; allowed: {', '.join(WAVELETS)}")
-    if lossless and chosen == "9/7":
-        raise InputError("wavelet is 9/7 with lossless; allowed: 5/3, haar")
+    if sample_quality == "lossless" and chosen == "9/7":
+        raise InputError("wavelet is 9/7 with sample_quality lossless; allowed: 5/3, haar")
     if levels is not None:
         check_whole("levels", levels, 0, MAX_LEVELS)
     return cast(Wavelet, chosen)
-
-
-class ImageDecoder:
-    """Decodes an image as its stream arrives.
-
-    Parameters
-    ----------
-    header
-        The image's header.
-    """
-
-    def __init__(self, header: ImageHeader) -> None:
-        self.header = header
-        self._tree = _tree(header)
-        self._coefficients = CoefficientDecoder(self._tree, header.plane, exact=header.exact)
-
-    @property
-    def complete(self) -> bool:
-        """Whether every plane is decoded."""
-        return self._coefficients.complete
-
-    @property
-    def received(self) -> int:
-        """Bytes of the stream taken so far."""
-        return self._coefficients.received
-
-    @property
-    def unread(self) -> int:
-        """Bytes behind the end of a complete stream, which mean nothing."""
-        return self._coefficients.unread
-
-    @property
-    def significant(self) -> int:
-        """How many coefficients are significant so far."""
-        return self._coefficients.significant
-
-    @property
-    def coefficients(self) -> int:
-        """How many coefficients there are, over all channels."""
-        return self.header.height * self.header.width * self.header.channels
-
-    def feed(self, data: bytes) -> None:
-        """Take further bytes of the stream; the work is proportional to their number."""
-        self._coefficients.feed(data)
-
-    def image(self) -> PixelArray:
-        """Return the image as far as it is known: (H, W, C) of the header's dtype."""
-        integers = self.integers()
-        header = self.header
-        if header.dtype != np.float32:
-            return integers.astype(header.dtype)
-        step = (header.high - header.low) / 65535
-        return (integers * step + header.low).astype(np.float32)
-
-    def integers(self) -> NDArray[np.int32]:
-        """Return the samples as the integers that are coded, (H, W, C)."""
-        header = self.header
-        shape = (header.height, header.width, header.channels)
-        if header.wavelet == "haar":
-            return self._haar_integers()
-        real = header.wavelet == "9/7"
-        nested = np.zeros(shape, np.float64 if real else np.int32)
-        for band in self._tree.bands:
-            part = self._coefficients.values(band) * _unweight(header, band)
-            # Reversible transforms want integers: toward zero, which changes nothing once all planes are
-            # there.
-            nested[_window(band, header.height, header.width)] = part if real else np.trunc(part)
-        planes = inverse(nested, wavelet=header.wavelet, levels=header.levels)
-        del nested
-        if header.matrix is not None:
-            planes[..., :3] = unmix(planes[..., :3], header.matrix)
-        if header.ycocg:
-            planes[..., :3] = from_ycocg(planes[..., :3])
-        planes += np.array(header.means, planes.dtype)
-        return self._rounded(planes)
-
-    def _haar_integers(self) -> NDArray[np.int32]:
-        header = self.header
-        nested = np.zeros((header.height, header.width, header.channels))
-        means = self._means()
-        for band in self._tree.bands:
-            values = self._coefficients.values(band, means[band.channel] if band.kind == LL else 0)
-            values = from_coded(values, header.thresholds)
-            values /= 2**header.fineness
-            nested[_window(band, header.height, header.width)] = values
-        planes = inverse(nested, wavelet="haar", levels=header.levels)
-        del nested
-        return self._rounded(planes)
-
-    def _means(self) -> list[int]:
-        # What each channel's approximation is expected to be, as it would be coded.
-        header = self.header
-        means = np.array(header.means) << (header.levels + header.fineness)
-        coded = to_coded(np.where(means >> (MAX_PLANE + 1), 0, means), header.thresholds)
-        return [int(mean) for mean in coded]
-
-    def _rounded(self, planes: NDArray[Any]) -> NDArray[np.int32]:
-        # Half away from zero is the same everywhere; negative sums are clipped anyway.
-        if planes.dtype == np.float64:
-            planes += 0.5
-            np.floor(planes, out=planes)
-        most = 255 if self.header.dtype == np.uint8 else 65535
-        return np.clip(planes, 0, most, out=planes).astype(np.int32, copy=False)
 
 
 def _levels(wavelet: Wavelet, height: int, width: int) -> int:
@@ -298,45 +257,10 @@ def _integers(image: PixelArray) -> tuple[NDArray[np.int32], float, float]:
     return np.rint((image.astype(np.float64) - low) * scale).astype(np.int32), low, high
 
 
-def _finenesses(wavelet: Wavelet, coefficients: NDArray[Any]) -> list[int]:
-    # A half is fine enough for most images; finer ones follow until every sample is within 1.
+def _fineness(wavelet: Wavelet, coefficients: NDArray[Any]) -> int:
+    # Coefficients are coded as multiples of 2^-fineness. A half is fine enough for every quality that can be
+    # asked for. Of "haar" twice a coefficient of level 1 is whole, and what others lose changes no sample.
     if wavelet == "5/3":
-        return [0]
-    if wavelet == "haar":
-        # Twice a coefficient of level 1 is whole, and what the others lose changes no sample once rounded.
-        return [1]
+        return 0
     largest = float(np.abs(coefficients).max()) * 1.1
-    room = MAX_PLANE - math.ceil(math.log2(max(1.0, largest)))
-    return [fineness for fineness in range(1, 8) if fineness <= room] or [max(0, room)]
-
-
-def _tree(header: ImageHeader) -> Tree:
-    lowest = None
-    if header.wavelet == "5/3":
-        lowest = tuple(
-            tuple(_shift(header.wavelet, level, kind, header.levels) for kind in range(4))
-            for level in range(header.levels + 1)
-        )
-    return build_tree(header.height, header.width, header.channels, header.levels, lowest)
-
-
-@lru_cache
-def _shift(wavelet: Wavelet, level: int, kind: int, levels: int) -> int:
-    # Norms of the reversible transform are powers of 2, the smallest of them 1/2 (HH1).
-    norm = band_norms(wavelet, level)[kind]
-    return round(math.log2(norm)) + (1 if levels > 0 else 0)
-
-
-def _unweight(header: ImageHeader, band: Band) -> float:
-    """Return what a coded value is multiplied with to give a coefficient: a multiple of 1/2^20 for "9/7"."""
-    if header.wavelet == "5/3":
-        return 1.0 / 2 ** _shift(header.wavelet, band.level, band.kind, header.levels)
-    norm = band_norms(header.wavelet, band.level)[band.kind]
-    return round(2**20 / norm) / 2.0 ** (20 + header.fineness)
-
-
-def _window(band: Band, height: int, width: int) -> tuple[slice, slice, int]:
-    """Return where a band lies in the nested layout."""
-    top = -(-height // 2**band.level) if band.kind >= 2 else 0
-    left = -(-width // 2**band.level) if band.kind % 2 else 0
-    return slice(top, top + band.rows), slice(left, left + band.columns), band.channel
+    return 1 if wavelet == "haar" or largest <= 2 ** (MAX_PLANE - 1) else 0

@@ -6,14 +6,12 @@ queue whose next parts together gain most a byte. What a part gains is estimated
 many steps are shown right; a decoder takes any order.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
 
-from upholster.codec import ImageDecoder
-from upholster.codec.header import ImageHeader
 from upholster.quilt import Chart
 from upholster.stream.chunks import pack_chunk
 from upholster.stream.plan import PlanCode
@@ -24,7 +22,6 @@ __all__ = [
     "chart_parts",
     "label_parts",
     "ordered",
-    "sample_errors",
     "sample_parts",
     "split_sample",
 ]
@@ -104,20 +101,6 @@ def split_sample(payload: bytes, first: int) -> list[tuple[int, tuple[Chunk, ...
     return [(high, (("D", payload[low:high]),)) for low, high in pairwise(ends) if low < high]
 
 
-def sample_errors(header: bytes, payload: bytes, lengths: Iterable[int]) -> tuple[float, dict[int, float]]:
-    """Return a sample's variance, and its mean squared error after so many bytes of its stream."""
-    whole = ImageDecoder(ImageHeader.parse(header))
-    whole.feed(payload)
-    best = whole.integers().astype(np.float64)
-    decoder, place, found = ImageDecoder(ImageHeader.parse(header)), 0, dict[int, float]()
-    for length in sorted({*lengths}):
-        decoder.feed(payload[place:length])
-        place = length
-        found[length] = float(np.mean((decoder.integers() - best) ** 2))
-    variance = float(np.mean((best - best.mean(axis=(0, 1))) ** 2))
-    return variance, found
-
-
 def ordered(
     charts: Sequence[Part],
     labels: Sequence[Part],
@@ -128,7 +111,7 @@ def ordered(
     """Return all parts as chunks, at each place the one that gains most a byte.
 
     What is gained is the steps that are shown right, times the variance that the sample shows. `errors` as
-    `sample_errors` gives them; `first` bytes of the sample come before.
+    `upholster.stream.sample.sample_errors` gives them; `first` bytes of the sample come before.
     """
     variance, error = errors
     known = [

@@ -83,6 +83,11 @@ class StreamDecoder(Shown):
         return self._reader.received
 
     @property
+    def used(self) -> int:
+        """Bytes fed so far without those of the exemplar that are held back."""
+        return self.received - len(self._held)
+
+    @property
     def total(self) -> int | None:
         """Length of the whole file, as its header says; None before the header has come."""
         return self._reader.total

@@ -3,9 +3,9 @@
 import os
 from collections.abc import Callable, Mapping, Sequence
 
-from upholster.codec import encode_parts
 from upholster.errors import InputError, check_whole
 from upholster.geometry import MeshSurface, Surface, SurfaceLike, as_surface
+from upholster.options import QUALITY, Quality
 from upholster.quilt import Chart, Quilt
 from upholster.quilt.painting import check_painted
 from upholster.stream.chunks import assembled, pack_chunk
@@ -15,11 +15,11 @@ from upholster.stream.order import (
     chart_parts,
     label_parts,
     ordered,
-    sample_errors,
     sample_parts,
     split_sample,
 )
 from upholster.stream.plan import encode_plan
+from upholster.stream.sample import coded_maps, sample_errors
 from upholster.stream.surfaces import pack_surface
 from upholster.stream.warp_fields import pack_fields
 from upholster.types import PixelArray
@@ -38,11 +38,12 @@ def encode_stream(
     *,
     wavelet: Wavelet | None = None,
     levels: int | None = None,
-    lossless: bool = False,
+    sample_quality: Quality = QUALITY,
     most_bytes: int | None = None,
     most_significant: int | None = None,
     first_part: int = FIRST_PART,
     maps: Mapping[str, PixelArray] | None = None,
+    reached: dict[str, float] | None = None,
 ) -> bytes:
     """Encode a textured surface as a .uph stream, any prefix of which is a coarser model.
 
@@ -57,8 +58,11 @@ def encode_stream(
         cell of its layer, in the order of the cells.
     exemplar
         (H, W) or (H, W, C) uint8, uint16 or float, of the quilt's shape; or the path of such an image.
-    wavelet, levels, lossless, most_significant
+    wavelet, levels, most_significant
         How the exemplar is coded, see `upholster.codec.encode_parts`.
+    sample_quality
+        Where the stream of every map ends: at so many dB, as `upholster.codec.encode_parts` counts them; or
+        "lossless".
     most_bytes
         Largest length of the whole stream: the exemplar gets what the rest leaves.
     first_part
@@ -67,6 +71,8 @@ def encode_stream(
         Further maps of the same material by role, such as "normal" or "roughness": (H, W, 1 to 4) of the
         exemplar's height and width, each of its own depth, painted by the same quilt. The exemplar's role is
         "albedo".
+    reached
+        Takes the PSNR of every map by role, in dB: infinite where nothing is lost.
 
     Returns
     -------
@@ -80,8 +86,6 @@ def encode_stream(
         limits (SPEC.md, "Limits"), or
         `most_bytes` does not hold what comes before the exemplar.
     """
-    if not isinstance(lossless, bool):
-        raise InputError(f"lossless is {lossless!r}; allowed: True or False")
     check_whole("first_part", first_part, 0)
     for name, count in (("most_bytes", most_bytes), ("most_significant", most_significant)):
         if count is not None:
@@ -92,47 +96,49 @@ def encode_stream(
     maps = {} if maps is None else maps
     if not isinstance(maps, Mapping):
         raise InputError(f"maps are a {type(maps).__name__}; allowed: arrays by role")
+    if not isinstance(reached, dict | None):
+        raise InputError(f"reached is a {type(reached).__name__}; allowed: a dict, or None")
     maps = {role: check_painted(quilt, image) for role, image in maps.items()}
     _check_maps(quilt, exemplar, maps)
     layout = check_layout(surface, quilt.charts, quilt.exemplar_shape)
-    image_header, payload = encode_parts(
+    sample, coded = coded_maps(
         exemplar,
+        maps,
         wavelet=wavelet,
         levels=levels,
-        lossless=lossless,
+        sample_quality=sample_quality,
         most_significant=most_significant,
     )
-    coded = {
-        role: encode_parts(image, wavelet=wavelet, levels=levels, lossless=lossless)
-        for role, image in maps.items()
-    }
     head = [
         pack_chunk("S", pack_surface(surface, quilt.charts)),
         pack_chunk("L", layout),
-        pack_chunk("X", image_header),
+        pack_chunk("X", sample.header),
     ]
     plan = encode_plan(quilt)
     bent = not all(field.is_identity for field in quilt.fields)
     fields = pack_fields(quilt.fields, quilt.charts) if bent else None
     told = [] if fields is None else [pack_chunk("F", fields.head)]
     told += [pack_chunk("Q", plan.head)]
-    told += [pack_chunk("R", pack_role(role, header)) for role, (header, _) in coded.items()]
+    told += [pack_chunk("R", pack_role(role, image.header)) for role, image in coded.items()]
     charts, labels = chart_parts(quilt.charts, plan, fields), label_parts(plan)
-    streams = {role: stream for role, (_, stream) in coded.items()}
+    streams = {role: image.payload for role, image in coded.items()}
 
     def whole(payload: bytes, streams: Mapping[str, bytes]) -> bytes:
         start = payload[:first_part]
         turns = interleaved(payload, streams, len(start)) if streams else split_sample(payload, len(start))
-        errors = sample_errors(image_header, payload, [len(start), *(reached for reached, _ in turns)])
+        errors = sample_errors(sample, [len(start), *(place for place, _ in turns)])
+        if reached is not None:
+            reached["albedo"] = sample.psnr(len(payload))
+            reached.update({role: coded[role].psnr(len(stream)) for role, stream in streams.items()})
         rest = ordered(charts, labels, sample_parts(turns), errors, len(start))
         return assembled(head, [*([pack_chunk("D", start)] if start else []), *told, *rest])
 
     if most_bytes is None:
-        return whole(payload, streams)
+        return whole(sample.payload, streams)
     least = len(whole(b"", {}))
     if most_bytes < least:
         raise InputError(f"most_bytes is {most_bytes}; allowed: {least} or more for this quilt")
-    return _within(whole, payload, streams, most_bytes)
+    return _within(whole, sample.payload, streams, most_bytes)
 
 
 def _within(

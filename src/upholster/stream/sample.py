@@ -1,0 +1,55 @@
+"""A stream's sample: each map coded once, and kept by its content for the next stream of the same sample."""
+
+from collections.abc import Iterable, Mapping
+from functools import lru_cache
+from hashlib import blake2b
+from typing import Any
+
+from upholster.codec import CodedImage, check_image, encode_parts
+from upholster.types import PixelArray
+
+__all__ = ["coded_maps", "sample_errors"]
+
+
+def coded_maps(
+    exemplar: PixelArray, maps: Mapping[str, PixelArray], *, most_significant: int | None, **how: Any
+) -> tuple[CodedImage, dict[str, CodedImage]]:
+    """Return a sample and its further maps, coded.
+
+    Parameters
+    ----------
+    exemplar, maps
+        As for `encode_stream`, checked.
+    most_significant
+        Of the exemplar's coefficients; the other maps have no such limit.
+    how
+        Options of `check_image` and `encode_parts`.
+
+    Raises
+    ------
+    InputError
+        For an image or options that do not fit.
+    """
+    for image in (exemplar, *maps.values()):
+        check_image(image, **how)
+    first = _coded(exemplar, most_significant=most_significant, **how)
+    return first, {role: _coded(image, **how) for role, image in maps.items()}
+
+
+def sample_errors(coded: CodedImage, lengths: Iterable[int]) -> tuple[float, dict[int, float]]:
+    """Return a sample's mean squared error before its stream has come, and after so many bytes of it."""
+    return coded.errors[0], {length: coded.error(length) for length in lengths}
+
+
+def _coded(image: PixelArray, **how: Any) -> CodedImage:
+    digest = blake2b(image.tobytes()).digest()
+    kept = _kept(digest, image.shape, image.dtype.name, *sorted(how.items()))
+    if not kept:
+        kept.append(encode_parts(image, **how))
+    return kept[0]
+
+
+@lru_cache(maxsize=32)
+def _kept(*_content: Any) -> list[CodedImage]:
+    """Return where an image of this content, coded this way, is kept: a list of one, empty at first."""
+    return []
