@@ -75,9 +75,8 @@ def plain_place(field, placement, row, column):
 
 
 def plain_centre(field, placement):
-    if placement["centred"]:
-        return placement["matrix"].tolist()
-    return plain_matrix(field, int(placement["row"]), int(placement["column"]))
+    there = plain_matrix(field, int(placement["row"]), int(placement["column"]))
+    return [m + int(offset) for m, offset in zip(there, placement["offset"], strict=True)]
 
 
 def plain_weights(layer, row, column):

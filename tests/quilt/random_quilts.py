@@ -13,11 +13,11 @@ SHAPE = (40, 44)
 
 
 def random_quilt(
-    seed, *, count=20, charts=((70, 90), (33, 41)), cell=4, half=False, layers=1, octaves=None, centred=0.0
+    seed, *, count=20, charts=((70, 90), (33, 41)), cell=4, half=False, layers=1, octaves=None, offsets=0.0
 ):
     """Return a quilt of blocks anywhere, of all symmetries, under random labels near to the nearest ones.
 
-    `octaves`: how wild the warp fields are; None: the identity on all charts. `centred`: the share of
+    `octaves`: how wild the warp fields are; None: the identity on all charts. `offsets`: the share of
     placements that have a matrix of their own.
     """
     rng = np.random.default_rng(seed)
@@ -27,7 +27,7 @@ def random_quilt(
         maps, first = [], 0
         for layer in range(layers):
             size = cell if layer == 0 else max(1, cell // 2)
-            some = _placements(rng, n, chart, size, half and layer == 0, layer, count, centred)
+            some = _placements(rng, n, chart, size, half and layer == 0, layer, count, offsets)
             maps.append(_labels(rng, some, first, chart, size, half and layer == 0, layer))
             first += len(some)
             placed.append(some)
@@ -40,7 +40,7 @@ def random_quilt(
     return Quilt(layout, SHAPE, np.concatenate(placed), tuple(labels), fields)
 
 
-def _placements(rng, n, chart, cell, half, layer, count, centred):
+def _placements(rng, n, chart, cell, half, layer, count, offsets):
     high, wide = label_shape(chart.height, chart.width, cell)
     cells = np.sort(rng.choice(high * wide, min(count, high * wide), replace=False))
     placed = np.zeros(len(cells), PLACEMENT)
@@ -50,10 +50,9 @@ def _placements(rng, n, chart, cell, half, layer, count, centred):
     placed["source_row"] = rng.integers(0, 16 * SHAPE[0], len(cells))
     placed["source_column"] = rng.integers(0, 16 * SHAPE[1], len(cells))
     placed["symmetry"] = rng.integers(0, 8, len(cells))
-    own = rng.random(len(cells)) < centred
-    placed["centred"] = own
-    placed["matrix"][own] = rng.integers(-(2**14), 2**14, (own.sum(), 4))
-    placed["matrix"][own & (rng.random(len(cells)) < 0.1)] = 2**18
+    own = rng.random(len(cells)) < offsets
+    placed["offset"][own] = rng.integers(-(2**14), 2**14, (own.sum(), 4))
+    placed["offset"][own & (rng.random(len(cells)) < 0.1)] = 2**18
     return placed
 
 

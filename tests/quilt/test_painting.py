@@ -20,11 +20,11 @@ from upholster.quilt.warp_field import WarpField
     ("dtype", "channels", "options"),
     [
         (np.uint8, 3, {}),
-        (np.uint8, 5, {"octaves": 2.5, "centred": 0.4}),
+        (np.uint8, 5, {"octaves": 2.5, "offsets": 0.4}),
         (np.uint8, 1, {"octaves": 1, "half": True, "layers": 2, "cell": 8}),
         (np.uint16, 3, {"octaves": 2.5, "layers": 2}),
-        (np.uint16, 2, {"cell": 1, "centred": 0.5}),
-        (np.float32, 3, {"octaves": 2.5, "centred": 0.3, "layers": 2, "cell": 3}),
+        (np.uint16, 2, {"cell": 1, "offsets": 0.5}),
+        (np.float32, 3, {"octaves": 2.5, "offsets": 0.3, "layers": 2, "cell": 3}),
         (np.float32, 1, {"half": True, "cell": 5}),
     ],
 )
@@ -39,7 +39,7 @@ def test_equals_the_plain_twin(dtype, channels, options):
 @pytest.mark.parametrize("density", [0.125, 0.3, 0.5, 1.7, 2])
 @pytest.mark.parametrize("dtype", [np.uint8, np.float32])
 def test_equals_the_plain_twin_at_any_density(dtype, density):
-    quilt = random_quilt(5, charts=((30, 41), (7, 9)), octaves=1.5, centred=0.3, layers=2)
+    quilt = random_quilt(5, charts=((30, 41), (7, 9)), octaves=1.5, offsets=0.3, layers=2)
     exemplar = exemplar_of(dtype)
     painted = paint(quilt, exemplar, density=density)
     assert painted.charts == painted_charts(quilt.charts, density)
@@ -51,7 +51,7 @@ def test_densities_show_one_picture():
     # A smooth image under the identity: four texels' mean at density 2 is the texel at density 1.
     rows, columns = np.mgrid[: SHAPE[0], : SHAPE[1]].astype(np.float32)
     image = np.stack([rows, columns], axis=2)
-    quilt = random_quilt(6, count=1, charts=((24, 26),), centred=0)
+    quilt = random_quilt(6, count=1, charts=((24, 26),), offsets=0)
     middle = changed(quilt, bare_placement(0, (24, 26), SHAPE))
     once, twice = (paint(middle, image, density=d).arrays[0] for d in (1, 2))
     np.testing.assert_allclose(twice.reshape(24, 2, 26, 2, 2).mean(axis=(1, 3)), once, atol=1e-5)
@@ -142,7 +142,7 @@ def test_a_window_is_a_part_of_the_chart(role):
 
 @pytest.mark.parametrize("octaves", [None, 1.5])
 def test_sources_say_where_a_step_reads(octaves):
-    quilt = random_quilt(7, octaves=octaves, centred=0.3, layers=2)
+    quilt = random_quilt(7, octaves=octaves, offsets=0.3, layers=2)
     for n, (field, found) in enumerate(zip(quilt.fields, quilt.sources(), strict=True)):
         owners = quilt.owners(n, 0, 0, *found.shape[:2])
         rows, columns = np.indices(owners.shape).reshape(2, -1)
@@ -258,17 +258,6 @@ def test_matrices_are_those_of_the_formula(margin):
     np.testing.assert_array_equal(nodes, field.matrices)
 
 
-def test_a_centre_matrix_that_the_field_has_there_changes_nothing():
-    quilt, exemplar = random_quilt(12, octaves=2), exemplar_of(np.uint8)
-    placed = quilt.placements.copy()
-    placed["centred"] = 1
-    for n, field in enumerate(quilt.fields):
-        placed["matrix"][placed["chart"] == n] = centre_matrices(field, quilt.on_chart(n))
-    told = changed(quilt, placed)
-    for a, b in zip(paint(quilt, exemplar).arrays, paint(told, exemplar).arrays, strict=True):
-        np.testing.assert_array_equal(a, b)
-
-
 def test_far_from_its_centre_a_placement_stands_still():
     """32 bits hold all of it: so says the limit of 1,023 steps."""
     nodes = np.full((1, 1, 4), 192, np.int16)
@@ -322,13 +311,11 @@ def test_a_bad_placement_is_refused(name, value):
         changed(quilt, placed)
 
 
-def test_a_bad_centre_matrix_is_refused():
+def test_a_bad_offset_is_refused():
     quilt = random_quilt(9, octaves=1)
     placed = quilt.placements.copy()
-    placed["matrix"][0, 2] = 2**18 + 1
-    changed(quilt, placed.copy())  # nobody reads it
-    placed["centred"][0] = 1
-    with pytest.raises(InputError, match="a centre matrix is outside ±262144"):
+    placed["offset"][0, 2] = 2**18 + 1
+    with pytest.raises(InputError, match="a matrix's offset is outside ±262144"):
         changed(quilt, placed)
 
 

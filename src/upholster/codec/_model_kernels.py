@@ -6,7 +6,7 @@ Everything is integer arithmetic within 53 bits, so that a decoder in any langua
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.jit import kernel
+from upholster.jit import inline, kernel
 
 __all__ = [
     "BYTES_DONE",
@@ -23,7 +23,9 @@ __all__ = [
     "THRESHOLDS_AT",
     "UNKNOWN_BITS",
     "WEIGHTS",
+    "adapted",
     "code_bit",
+    "settle",
 ]
 
 # Places in the coder's state, an int64 array. The interval is [LOW, HIGH], 32 bits each. A decoder's CODE
@@ -42,30 +44,11 @@ MIXERS = 39
 COUNTERS = WEIGHTS + 8 * MIXERS
 
 
-@kernel
-def code_bit(
-    state: NDArray[np.int64],
-    data: NDArray[np.uint8],
-    a: NDArray[np.int32],
-    inputs: int,
-    mixer: int,
-    limit: int,
-    encoding: bool,
-    bit: int,
+@inline
+def settle(
+    state: NDArray[np.int64], data: NDArray[np.uint8], chance: int, encoding: bool, bit: int
 ) -> int:
-    """Encode `bit`, or decode one; return it, or -1 where the bytes at hand do not determine it.
-
-    The first `inputs` contexts predict, weighted by `mixer`; counters adapt as if they had seen at most
-    `limit` bits.
-    """
-    total = 0
-    weights = WEIGHTS + 8 * mixer
-    for k in range(inputs):
-        logit = a[STRETCH_AT + (a[a[CONTEXTS + k]] >> 18)]
-        a[LOGITS + k] = logit
-        total += np.int64(a[weights + k]) * logit
-    total = min(2047, max(-2047, total >> 16))
-    chance = np.int64(a[SQUASH_AT + 2048 + total])
+    """Encode `bit`, or decode one, that is 1 with a chance in 1/65536; return it, or -1 as `code_bit`."""
     low, high = state[LOW], state[HIGH]
     span = high - low
     middle = low + (span >> 16) * chance + (((span & 0xFFFF) * chance) >> 16)
@@ -95,13 +78,48 @@ def code_bit(
         low = (low << 8) & 0xFFFFFFFF
         high = ((high << 8) & 0xFFFFFFFF) | 255
     state[LOW], state[HIGH] = low, high
+    return bit
+
+
+@inline
+def adapted(counter: int, bit: int, limit: int, reciprocals: NDArray[np.int32], first: int) -> int:
+    """Return a counter that has seen a further bit; the reciprocals' table begins at `first`."""
+    seen = counter & 1023
+    probability = counter >> 10
+    target = (1 << 20) - 1 if bit else 0
+    probability += (((target - probability) >> 4) * reciprocals[first + seen]) >> 10
+    return (probability << 10) | min(seen + 1, limit)
+
+
+@kernel
+def code_bit(
+    state: NDArray[np.int64],
+    data: NDArray[np.uint8],
+    a: NDArray[np.int32],
+    inputs: int,
+    mixer: int,
+    limit: int,
+    encoding: bool,
+    bit: int,
+) -> int:
+    """Encode `bit`, or decode one; return it, or -1 where the bytes at hand do not determine it.
+
+    The first `inputs` contexts predict, weighted by `mixer`; counters adapt as if they had seen at most
+    `limit` bits.
+    """
+    total = 0
+    weights = WEIGHTS + 8 * mixer
+    for k in range(inputs):
+        logit = a[STRETCH_AT + (a[a[CONTEXTS + k]] >> 18)]
+        a[LOGITS + k] = logit
+        total += np.int64(a[weights + k]) * logit
+    total = min(2047, max(-2047, total >> 16))
+    chance = np.int64(a[SQUASH_AT + 2048 + total])
+    bit = settle(state, data, chance, encoding, bit)
+    if bit < 0:
+        return -1
     error = (bit << 16) - chance
     for k in range(inputs):
         a[weights + k] += (a[LOGITS + k] * error + 8192) >> 14
-        counter = a[a[CONTEXTS + k]]
-        seen = counter & 1023
-        probability = counter >> 10
-        target = (1 << 20) - 1 if bit else 0
-        probability += (((target - probability) >> 4) * a[RECIPROCALS_AT + seen]) >> 10
-        a[a[CONTEXTS + k]] = (probability << 10) | min(seen + 1, limit)
+        a[a[CONTEXTS + k]] = adapted(a[a[CONTEXTS + k]], bit, limit, a, RECIPROCALS_AT)
     return bit

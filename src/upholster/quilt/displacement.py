@@ -1,6 +1,6 @@
 """Where places of a chart lie in the exemplar, seen from a placement's source: ½·(C + M(q))·(q − c).
 
-C is the placement's centre matrix: its own, or the warp field's at its centre c (SPEC.md, section 8).
+C is the placement's centre matrix: the warp field's at its centre c, and its own offset (SPEC.md, section 8).
 Integers are those that every decoder computes, by one formula (`upholster.quilt._field_kernels.reading`).
 """
 
@@ -17,9 +17,8 @@ __all__ = ["centre_matrices", "levels_of", "warped_sources"]
 
 def centre_matrices(field: WarpField, placements: NDArray[np.void]) -> IntArray:
     """Return placements' centre matrices, (n, 4) int32 in 1/4096 pixel per step, row by row."""
-    found = field.between(placements["row"], placements["column"])
-    own = placements["centred"] > 0
-    return np.where(own[:, None], placements["matrix"], found) if own.any() else found
+    found: IntArray = field.between(placements["row"], placements["column"]) + placements["offset"]
+    return found
 
 
 def levels_of(centres: IntArray, most: int, *, ratio: float = 1.0) -> NDArray[np.int64]:

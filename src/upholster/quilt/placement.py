@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from upholster.errors import InputError
 from upholster.quilt.chart import Chart
 
-__all__ = ["MOST_MATRIX", "PLACEMENT", "SYMMETRIES", "bare_placement", "check_placements"]
+__all__ = ["MOST_OFFSET", "PLACEMENT", "SYMMETRIES", "bare_placement", "check_placements"]
 
 PLACEMENT = np.dtype(
     [
@@ -21,9 +21,8 @@ PLACEMENT = np.dtype(
         ("column", np.int32),
         ("source_row", np.int32),  # where the centre reads, in 1/16 pixel
         ("source_column", np.int32),
-        ("matrix", np.int32, 4),  # if `centred`: the centre matrix, row by row, in 1/4096 pixel per step
+        ("offset", np.int32, 4),  # of its centre matrix from M(c), row by row, in 1/4096 pixel per step
         ("symmetry", np.uint8),  # of the square, takes chart steps to exemplar steps: 0…7
-        ("centred", np.uint8),  # 1: has a centre matrix of its own, in place of the warp field's there
         ("layer", np.uint8),  # whose label map names it: 0, or 1 for what lies over the first layer
     ],
     align=True,
@@ -45,8 +44,8 @@ SYMMETRIES = np.array(
 """Steps on a chart to pixel steps in the exemplar, per symmetry: (row per row, row per column, column
 per row, column per column). 0 to 3 are rotations by quarters, 4 to 7 the same after a transposition."""
 
-MOST_MATRIX = 2**18
-"""Largest entry of a centre matrix, in 1/4096 pixel per step."""
+MOST_OFFSET = 2**18
+"""Largest number of an offset, in 1/4096 pixel per step."""
 
 
 def bare_placement(chart: int, size: tuple[int, int], shape: tuple[int, int]) -> NDArray[np.void]:
@@ -108,5 +107,5 @@ def check_placements(placed: NDArray[np.void], charts: Sequence[Chart], shape: t
             raise InputError(
                 f"placement {int(np.argmax(outside))} has its source outside the exemplar's {size} {name}s"
             )
-    if (np.abs(placed["matrix"][placed["centred"] > 0]) > MOST_MATRIX).any():
-        raise InputError(f"a centre matrix is outside ±{MOST_MATRIX} in 1/4096 pixel per step")
+    if (np.abs(placed["offset"].astype(np.int64)) > MOST_OFFSET).any():
+        raise InputError(f"a matrix's offset is outside ±{MOST_OFFSET} in 1/4096 pixel per step")

@@ -2,15 +2,13 @@
 
 from typing import Any
 
-from upholster.codec._model_kernels import CONTEXTS, code_bit
 from upholster.jit import inline, shared
 from upholster.stream._bit_kernels import (
     MISSING,
     NUMBER_COUNTERS,
-    NUMBER_MIXERS,
-    START,
     BitCoder,
     code_number,
+    told,
 )
 from upholster.stream._mesh_arrays import LACKING, STATUS, WRONG, Mesh
 from upholster.types import int64
@@ -53,9 +51,8 @@ def next_corner(corner: int) -> int:
 @shared
 def code_flag(coder: BitCoder, mesh: Mesh, place: int, encoding: bool, flag: bool) -> bool:
     """Code a flag; False where bytes are missing."""
-    mixer = NUMBER_MIXERS * _KINDS + max(0, place - SEAM + 1)
-    coder.a[CONTEXTS + 0] = START + _FLAGS + place
-    bit = code_bit(coder.state, coder.data, coder.a, 1, mixer, 255, encoding, 1 if flag else 0)
+    coder.log[0] = 0
+    bit = told(coder, _FLAGS + place, encoding, 1 if flag else 0)
     if bit < 0:
         mesh.counts[STATUS] = LACKING
     return bit == 1

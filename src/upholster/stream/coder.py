@@ -1,7 +1,5 @@
 """The arithmetic coder of placements: state, counters and bytes, to write and to read piece by piece."""
 
-from collections.abc import Sequence
-
 import numpy as np
 
 from upholster.codec._model_kernels import (
@@ -12,14 +10,11 @@ from upholster.codec._model_kernels import (
     LOW,
     STATE_SIZE,
     UNKNOWN_BITS,
-    WEIGHTS,
 )
-from upholster.codec.tables import QUANTA, RECIPROCALS, SQUASH, STRETCH, THRESHOLDS
-from upholster.stream._bit_kernels import LOG, MIXERS, START, BitCoder
+from upholster.stream._bit_kernels import LOG, BitCoder
 
 __all__ = ["BitReader", "BitWriter", "Bits"]
 
-_TABLES = np.concatenate([STRETCH, SQUASH, RECIPROCALS, QUANTA, THRESHOLDS])
 _HALF = (1 << 19) << 10
 _LAG = 3
 """Bytes beyond those that are settled that a decoder mostly needs to know the last bit."""
@@ -32,25 +27,19 @@ class Bits:
     ----------
     counters
         How many counters the model has; each starts at a probability of one half, having seen nothing.
-    inputs
-        How many counters predict a bit, of each mixer where they differ; its weights start at 1.1 over it.
     """
 
-    def __init__(self, counters: int, inputs: int | Sequence[int]) -> None:
+    def __init__(self, counters: int) -> None:
         self.state = np.zeros(STATE_SIZE, np.int64)
         self.state[HIGH] = 0xFFFFFFFF
         self.data = np.zeros(4096, np.uint8)
-        self._model = np.empty(START + counters, np.int32)
-        self._model[: len(_TABLES)] = _TABLES
-        each = [inputs] * MIXERS if isinstance(inputs, int) else [*inputs, *[1] * (MIXERS - len(inputs))]
-        self._model[WEIGHTS:START] = np.repeat([72090 // count for count in each], 8)
-        self._model[START:] = _HALF
+        self._counters = np.full(counters, _HALF, np.int32)
         self.log = np.zeros(LOG, np.int64)
 
     @property
     def coder(self) -> BitCoder:
-        """State, bytes, model and log, as kernels take them."""
-        return BitCoder(self.state, self.data, self._model, self.log)
+        """State, bytes, counters and log, as kernels take them."""
+        return BitCoder(self.state, self.data, self._counters, self.log)
 
 
 class BitWriter(Bits):
@@ -82,8 +71,8 @@ class BitWriter(Bits):
 class BitReader(Bits):
     """Holds the bytes that have come; every symbol that they determine can be read, and no other."""
 
-    def __init__(self, counters: int, inputs: int | Sequence[int]) -> None:
-        super().__init__(counters, inputs)
+    def __init__(self, counters: int) -> None:
+        super().__init__(counters)
         self.state[UNKNOWN_BITS] = 0xFFFFFFFF
         self.state[BYTES_DONE] = 4
 

@@ -81,7 +81,7 @@ def pack_mesh(surface: MeshSurface, precision: MeshPrecision) -> bytes:
     origin = _origin(surface, low, step, precision.step)
     used = len(np.unique(mesh.triangles))
     coded = _empty(count, used, (most, surface.islands, len(mesh.parts)))
-    writer = BitWriter(MESH_COUNTERS, 1)
+    writer = BitWriter(MESH_COUNTERS)
     _code(writer, coded, origin)
     head = [_text(mesh.name), bytes([_METRES if mesh.metres is not None else 0])]
     head += [struct.pack("<d", mesh.metres)] if mesh.metres is not None else []
@@ -119,7 +119,7 @@ def parse_mesh(fields: ByteReader, most: int = MAX_TRIANGLES) -> MeshSurface:
         raise fields.error("a step is not above 0")
     coded = _empty(triangles, vertices, ((1 << bits) - 1, islands, count))
     start = fields.offset
-    reader = BitReader(MESH_COUNTERS, 1)
+    reader = BitReader(MESH_COUNTERS)
     reader.feed(fields.bytes(fields.left, "triangles"))
     status = _code(reader, coded, None)
     if status:

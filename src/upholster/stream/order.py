@@ -1,7 +1,7 @@
 """The order of a stream's parts: at each byte what takes most of the error away that is left.
 
-The head and a coarse sample come first. Then follow two queues, each in its own order: charts with warp
-fields and placements, and behind them the labels; and the rest of the sample. The next part is always of the
+The head, a coarse sample and coarse nodes of warp fields come first. Then follow two queues, each in its own
+order: placements, finer nodes and labels; and the rest of the sample. The next part is always of the
 queue whose next parts together gain most a byte. What a part gains is estimated from variances and from how
 many steps are shown right; a decoder takes any order.
 """
@@ -12,16 +12,14 @@ from itertools import pairwise
 
 import numpy as np
 
-from upholster.quilt import Chart
 from upholster.stream.chunks import pack_chunk
 from upholster.stream.plan import PlanCode
 from upholster.stream.warp_fields import FieldCode
 
 __all__ = [
     "Part",
-    "chart_parts",
-    "label_parts",
     "ordered",
+    "plan_parts",
     "sample_parts",
     "split_sample",
 ]
@@ -31,8 +29,12 @@ Chunk = tuple[str, bytes]
 _ROUND_CHUNK = 7
 """Bytes round a chunk's payload."""
 
-_LEAST_PART, _CHART_PARTS = 800, 24
-_LEAST_LABELS, _LABEL_PARTS = 320, 16
+_LEAST_PART = 160
+"""Bytes of placements, nodes or labels that come at a time, at least."""
+
+_SURE = 0.8
+"""How much of what placements show is right while finer nodes of warp fields have not come."""
+
 _GROWTH, _LAST_SPLIT = 1.5, 40_000
 """Lengths of the sample between which other parts may come: each so many times the one before."""
 
@@ -46,8 +48,8 @@ class Part:
     chunks
         Tags and payloads.
     steps
-        Of charts and of labels: how many steps are shown right from then on. Of the sample: how many bytes of
-        it have come with this part.
+        Of the plan: how many more steps are shown right. Of the sample: how many bytes of it have come with
+        this part.
     """
 
     chunks: tuple[Chunk, ...]
@@ -59,31 +61,23 @@ class Part:
         return sum(len(data) + _ROUND_CHUNK for _, data in self.chunks)
 
 
-def chart_parts(charts: Sequence[Chart], plan: PlanCode, fields: FieldCode | None) -> list[Part]:
-    """Return warp fields and placements, a few charts at a time."""
-    nodes, node_ends = (b"", (0,) * len(charts)) if fields is None else (fields.nodes, fields.ends)
-    ends = [a + b for a, b in zip(node_ends, plan.placement_ends, strict=True)]
-    right = [chart.height * chart.width - wrong for chart, wrong in zip(charts, plan.surprising, strict=True)]
-    parts = []
-    for low, high in _split(ends, _CHART_PARTS):
-        chunks = [
-            ("N", _between(nodes, node_ends, low, high)),
-            ("P", _between(plan.placements, plan.placement_ends, low, high)),
-        ]
-        parts.append(Part(tuple(chunk for chunk in chunks if chunk[1]), float(sum(right[low:high]))))
-    return [part for part in parts if part.chunks]
+def plan_parts(plan: PlanCode, fields: FieldCode | None) -> list[Part]:
+    """Return placements from coarse to fine, then the finer nodes of warp fields, then labels."""
+    sure = 1.0 if fields is None else _SURE
+    parts = _parts("P", plan.placements, [(end, sure * right) for end, right in plan.placement_ends])
+    if fields is not None:
+        right = plan.placement_ends[-1][1]
+        parts += _parts("N", fields.nodes[fields.coarse :], [(len(fields.nodes), (1 - sure) * right)])
+    return parts + _parts("M", plan.labels, plan.label_ends)
 
 
-def label_parts(plan: PlanCode) -> list[Part]:
-    """Return labels, so many bytes at a time."""
-    length = len(plan.labels)
-    cuts = np.linspace(0, length, 1 + max(1, min(_LABEL_PARTS, length // _LEAST_LABELS))).astype(int).tolist()
-    steps = np.interp(cuts, [0, *plan.label_ends], np.cumsum([0.0, *plan.surprising]))
-    return [
-        Part((("M", plan.labels[low:high]),), float(steps[n + 1] - steps[n]))
-        for n, (low, high) in enumerate(pairwise(cuts))
-        if low < high
-    ]
+def _parts(tag: str, data: bytes, ends: Sequence[tuple[int, float]]) -> list[Part]:
+    found, start, before = list[Part](), 0, 0.0
+    for end, right in ends:
+        if end - start >= _LEAST_PART or end >= len(data):
+            found.append(Part(((tag, data[start:end]),), right - before))
+            start, before = end, right
+    return [part for part in found if part.chunks[0][1]]
 
 
 def sample_parts(turns: Sequence[tuple[int, tuple[Chunk, ...]]]) -> list[Part]:
@@ -102,8 +96,7 @@ def split_sample(payload: bytes, first: int) -> list[tuple[int, tuple[Chunk, ...
 
 
 def ordered(
-    charts: Sequence[Part],
-    labels: Sequence[Part],
+    queue: Sequence[Part],
     sample: Sequence[Part],
     errors: tuple[float, dict[int, float]],
     first: int,
@@ -117,7 +110,6 @@ def ordered(
     known = [
         max(0.0, variance - error[reached]) for reached in (first, *(int(part.steps) for part in sample))
     ]
-    queue = [*charts, *labels]
     shown = [0.0, *np.cumsum([part.steps for part in queue])]
     placed = seen = 0
     out: list[Chunk] = []
@@ -144,18 +136,3 @@ def _steepest(values: Sequence[float], parts: Sequence[Part], start: int) -> flo
         length += parts[n].length
         best = max(best, (values[n + 1] - values[start]) / length)
     return best
-
-
-def _between(data: bytes, ends: Sequence[int], low: int, high: int) -> bytes:
-    return data[ends[low - 1] if low else 0 : ends[high - 1]]
-
-
-def _split(ends: Sequence[int], most: int) -> list[tuple[int, int]]:
-    # From which to which chart, such that each part has enough bytes.
-    least = max(_LEAST_PART, ends[-1] // most)
-    cuts, start = [0], 0
-    for n, end in enumerate(ends[:-1], 1):
-        if end - start >= least and ends[-1] - end >= least // 2:
-            cuts.append(n)
-            start = end
-    return list(pairwise([*cuts, len(ends)]))

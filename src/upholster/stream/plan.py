@@ -1,6 +1,7 @@
 """The plan of a quilt to bytes and back: grids, placements, labels, each a chunk of its own (SPEC.md, 4, 5).
 
-A decoder takes bytes as they come, and knows at once which placements and labels they determine.
+Placements come from coarse to fine over all charts: whatever has come of them covers everything. A decoder
+takes bytes as they come, and knows at once which placements and labels they determine.
 """
 
 from collections.abc import Sequence
@@ -11,19 +12,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.errors import FormatError, InputError
-from upholster.quilt.displacement import centre_matrices, warped_sources
+from upholster.quilt.displacement import warped_sources
 from upholster.quilt.labels import LabelMap, cell_centres
 from upholster.quilt.model import Quilt
-from upholster.quilt.placement import PLACEMENT, SYMMETRIES, bare_placement
+from upholster.quilt.placement import PLACEMENT, bare_placement
 from upholster.quilt.warp_field import WarpField
-from upholster.stream import _plan_kernels as kernels
+from upholster.stream import _placement_kernels as kernels
+from upholster.stream._label_kernels import LABEL_COUNTERS, Named, code_labels
 from upholster.stream.coder import BitReader, BitWriter
-from upholster.stream.plan_head import MAX_PLACEMENTS, PlanHead, PlanPart
+from upholster.stream.plan_head import MAX_PLACEMENTS, PlanHead
 
 __all__ = ["PlanCode", "PlanDecoder", "encode_plan", "refuse_pixel"]
 
 _PLACEMENTS_A_CALL, _CELLS_A_CALL = 256, 4096
 """Placements and cells coded in one call."""
+
+_GROWTH, _FEWEST = 1.125, 16
+"""Placements are cut into parts where their number grew so much, from so many on."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,17 +42,15 @@ class PlanCode:
     placements, labels
         What it is fed; `labels` is empty where none need telling.
     placement_ends, label_ends
-        Per chart how many bytes of them tell the charts up to it, about.
-    surprising
-        Per chart over how many steps its labels show something else than what is shown before they come.
+        Where they may be cut: how many bytes, about, and over how many steps what is shown from then on is
+        what is shown in the end. Those of labels add to those of all placements.
     """
 
     head: bytes
     placements: bytes
     labels: bytes
-    placement_ends: tuple[int, ...]
-    label_ends: tuple[int, ...]
-    surprising: tuple[int, ...]
+    placement_ends: tuple[tuple[int, float], ...]
+    label_ends: tuple[tuple[int, float], ...]
 
 
 def encode_plan(quilt: Quilt) -> PlanCode:
@@ -63,9 +66,9 @@ def encode_plan(quilt: Quilt) -> PlanCode:
         refuse_pixel(quilt.steps, quilt.exemplar_shape)
     quilt = _on_cells(quilt)
     head = PlanHead.of(quilt)
-    placements, placement_ends = _encode_placements(quilt, head)
-    labels, label_ends, surprising = _encode_labels(quilt, head)
-    return PlanCode(head.pack(), placements, labels, placement_ends, label_ends, surprising)
+    labels, label_ends, right = _encode_labels(quilt, head)
+    placements, placement_ends = _encode_placements(quilt, head, right)
+    return PlanCode(head.pack(), placements, labels, placement_ends, label_ends)
 
 
 def _on_cells(quilt: Quilt) -> Quilt:
@@ -90,52 +93,74 @@ def _on_cells(quilt: Quilt) -> Quilt:
     return replace(quilt, placements=moved)
 
 
-def _encode_placements(quilt: Quilt, head: PlanHead) -> tuple[bytes, tuple[int, ...]]:
-    writer, ends = BitWriter(kernels.PLACEMENT_COUNTERS, 1), []
-    for part in head.parts():
-        field = quilt.fields[part.number]
-        placed = quilt.placements[part.start : part.stop]
-        records = np.empty((part.count, kernels.COLUMNS), np.int32)
-        records[:, : kernels.SYMMETRY] = part.cells_of(placed)
-        records[:, kernels.SYMMETRY], records[:, kernels.CENTRED] = placed["symmetry"], placed["centred"]
-        records[:, kernels.MATRIX : kernels.SOURCE] = centre_matrices(field, placed)
-        records[:, kernels.SOURCE] = placed["source_row"]
-        records[:, kernels.SOURCE + 1] = placed["source_column"]
-        for start in range(0, part.count, _PLACEMENTS_A_CALL):
-            writer.room(2048 * _PLACEMENTS_A_CALL)
-            span = (0, start, min(part.count, start + _PLACEMENTS_A_CALL))
-            grid = head.grid(part, field.margin, quilt.exemplar_shape)
-            kernels.code_placements(writer.coder, records, field.matrices, SYMMETRIES, grid, span, True)
-        ends.append(writer.length)
+def _encode_placements(
+    quilt: Quilt, head: PlanHead, right: NDArray[np.int64]
+) -> tuple[bytes, tuple[tuple[int, float], ...]]:
+    # `right`: of each placement over how many steps it shows where it is the nearest one.
+    writer, placed = BitWriter(kernels.PLACEMENT_COUNTERS), quilt.placements
+    given = np.zeros((len(placed), kernels.COLUMNS), np.int32)
+    for number, part in enumerate(head.parts()):
+        own = slice(part.start, part.stop)
+        given[own, kernels.PART] = number
+        given[own, kernels.ROW : kernels.SYMMETRY] = part.cells_of(placed[own])
+    given[:, kernels.SYMMETRY], given[:, kernels.OFFSET : kernels.SOURCE] = (
+        placed["symmetry"],
+        placed["offset"],
+    )
+    given[:, kernels.SOURCE], given[:, kernels.SOURCE + 1] = placed["source_row"], placed["source_column"]
+    boxes, told = _Boxes(head, np.arange(len(placed), dtype=np.int64)), np.zeros_like(given)
+    units = kernels.Units(*quilt.exemplar_shape, *head.bits)
+    cuts, lengths = _cuts(len(placed)), []
+    for stop in cuts:
+        done = 0
+        while done < stop:
+            waiting = boxes.with_room()
+            writer.room(2**16 + 256 * len(waiting.boxes))
+            kernels.code_placements(writer.coder, waiting, units, given, told, stop, True)
+            done = int(waiting.counts[kernels.PLACED])
+        lengths.append(writer.length)
     coded = writer.finish()
-    return coded, _ends(ends[head.layers - 1 :: head.layers], coded)
+    order = _cell_order(told)
+    shown = np.empty(len(placed), np.int64)
+    shown[order] = right
+    so_far = np.cumsum(shown)[np.array(cuts) - 1].astype(np.float64).tolist()
+    lengths[-1] = len(coded)
+    return coded, tuple((min(a, len(coded)), b) for a, b in zip(lengths, so_far, strict=True))
 
 
-def _encode_labels(quilt: Quilt, head: PlanHead) -> tuple[bytes, tuple[int, ...], tuple[int, ...]]:
-    writer, ends, told = BitWriter(kernels.LABEL_COUNTERS, 1), [], False
-    surprising = np.zeros(len(quilt.charts), np.int64)
+def _cuts(total: int) -> list[int]:
+    found, count = [], float(_FEWEST)
+    while count < total:
+        found.append(int(count))
+        count *= _GROWTH
+    return [*found, total]
+
+
+def _encode_labels(
+    quilt: Quilt, head: PlanHead
+) -> tuple[bytes, tuple[tuple[int, float], ...], NDArray[np.int64]]:
+    writer, ends = BitWriter(LABEL_COUNTERS), []
+    right, wrong = np.zeros(len(quilt.placements), np.int64), 0
     for part in head.parts():
-        if not part.is_settled:
-            told = True
-            placed = quilt.placements[part.start : part.stop]
-            nearest = part.nearest(placed["row"], placed["column"])
-            labels = np.array(quilt.labels[part.number][part.layer].labels)
-            named = kernels.Named(part.layer, part.first, part.count)
-            for start in range(0, labels.size, _CELLS_A_CALL):
-                writer.room(64 * _CELLS_A_CALL)
-                stop = min(labels.size, start + _CELLS_A_CALL)
-                kernels.code_labels(writer.coder, labels, nearest, named, start, stop, True)
-            # Of a second layer nothing is shown before its labels come.
-            before = nearest if part.layer == 0 else part.blank()
-            surprising[part.number] += part.cell**2 * np.count_nonzero(labels != before)
-        ends.append(writer.length)
-    coded = writer.finish() if told else b""
-    return coded, _ends(ends[head.layers - 1 :: head.layers], coded), tuple(surprising.tolist())
-
-
-def _ends(ends: Sequence[int], coded: bytes) -> tuple[int, ...]:
-    # The last bytes may be fewer than were counted on the way.
-    return (*(min(end, len(coded)) for end in ends[:-1]), len(coded))
+        placed = quilt.placements[part.start : part.stop]
+        labels = np.array(quilt.labels[part.number][part.layer].labels)
+        nearest = labels if part.is_settled else part.nearest(placed["row"], placed["column"])
+        if part.layer == 0:
+            there = np.bincount(labels[labels == nearest], minlength=part.count)
+            right[part.start : part.stop] = part.cell**2 * there
+            wrong += part.cell**2 * int(np.count_nonzero(labels != nearest))
+        else:  # of a second layer nothing is shown before its labels come
+            wrong += part.cell**2 * int(np.count_nonzero(labels >= 0))
+        if part.is_settled:
+            continue
+        named = Named(part.layer, part.first, part.count)
+        for start in range(0, labels.size, _CELLS_A_CALL):
+            writer.room(64 * _CELLS_A_CALL)
+            stop = min(labels.size, start + _CELLS_A_CALL)
+            code_labels(writer.coder, labels, nearest, named, start, stop, True)
+        ends.append((writer.length, float(wrong)))
+    coded = writer.finish() if ends else b""
+    return coded, tuple((min(a, len(coded)), b) for a, b in ends), right
 
 
 def refuse_pixel(texels: int, shape: tuple[int, ...]) -> NoReturn:
@@ -147,8 +172,40 @@ def refuse_pixel(texels: int, shape: tuple[int, ...]) -> NoReturn:
     )
 
 
+def _cell_order(records: NDArray[np.int32]) -> NDArray[np.intp]:
+    """Return which of some placements come first by part, and by cell, row after row."""
+    return np.lexsort((records[:, kernels.COLUMN], records[:, kernels.ROW], records[:, kernels.PART]))
+
+
+class _Boxes:
+    """The boxes that wait, and room for those to come."""
+
+    def __init__(self, head: PlanHead, members: NDArray[np.int64]) -> None:
+        parts = list(head.parts())
+        self._all = kernels.Boxes(
+            np.zeros((len(parts), kernels.BOX_COLUMNS), np.int32),
+            np.full((kernels.LINES, 2), -1, np.int64),
+            np.array([(part.cell**2, part.layer) for part in parts], np.int64).reshape(-1, 2),
+            members,
+            np.zeros(2, np.int64),
+        )
+        for number, part in enumerate(parts):
+            if part.count > 0:
+                made = int(self._all.counts[kernels.BOXES])
+                box = (number, 0, part.shape[0], 0, part.shape[1], part.count, -1, -1, -1, part.start)
+                self._all.boxes[made] = box
+                self._all.counts[kernels.BOXES] += 1
+        kernels.begin_boxes(self._all)
+
+    def with_room(self) -> kernels.Boxes:
+        """Return them, with room for more."""
+        wanted = int(self._all.counts[kernels.BOXES]) + _PLACEMENTS_A_CALL
+        self._all = self._all._replace(boxes=_grown(self._all.boxes, wanted))
+        return self._all
+
+
 class PlanDecoder:
-    """Decodes placements and labels as their bytes arrive, chart after chart.
+    """Decodes placements and labels as their bytes arrive, from coarse to fine over all charts.
 
     Attributes
     ----------
@@ -163,28 +220,23 @@ class PlanDecoder:
         Grids of cells and numbers of placements.
     exemplar_shape
         As in `Quilt`.
-    fields
-        Per chart its warp field, None while its nodes have not come; the decoder sees it when they have.
-        Empty: the identity everywhere.
     """
 
-    def __init__(
-        self, head: PlanHead, exemplar_shape: tuple[int, int], fields: Sequence[WarpField | None] = ()
-    ) -> None:
+    def __init__(self, head: PlanHead, exemplar_shape: tuple[int, int]) -> None:
         self._head, self._shape = head, exemplar_shape
-        self._fields = fields or (WarpField.identity(),) * len(head.charts)
         self._parts = list(head.parts())
-        self._told = [part for part in self._parts if not part.is_settled]
-        self.total, self.total_cells = head.total, sum(part.size for part in self._told)
+        self._told = [n for n, part in enumerate(self._parts) if not part.is_settled]
+        self.total, self.total_cells = head.total, sum(self._parts[n].size for n in self._told)
         self.known = self.known_cells = 0
-        self._parts_known = self._told_known = 0
+        self._told_known = 0
         self._within = 0  # cells of the next part that is told
+        self._boxes = _Boxes(head, np.empty(0, np.int64))
         self._placed = np.zeros((0, kernels.COLUMNS), np.int32)
-        self._placements = BitReader(kernels.PLACEMENT_COUNTERS, 1)
-        self._labels = BitReader(kernels.LABEL_COUNTERS, 1)
-        self._nearest: dict[tuple[int, int], NDArray[np.int32]] = {}
-        self._maps: dict[tuple[int, int], NDArray[np.int32]] = {}
-        self._quilt: Quilt | None = None
+        self._placements = BitReader(kernels.PLACEMENT_COUNTERS)
+        self._labels = BitReader(LABEL_COUNTERS)
+        self._nearest: dict[int, tuple[int, NDArray[np.int32]]] = {}
+        self._maps: dict[int, NDArray[np.int32]] = {}
+        self._sorted = self._placed, np.zeros(len(self._parts) + 1, np.intp)
 
     @property
     def density(self) -> float:
@@ -203,13 +255,9 @@ class PlanDecoder:
 
     @property
     def charts_known(self) -> int:
-        """How many charts have all their placements known: they arrive one after another."""
-        return self._parts_known // self._head.layers
-
-    @property
-    def _waiting(self) -> int:
-        # The chart whose labels come next; charts behind it have none.
-        return self._told[self._told_known].number if self._told_known < len(self._told) else -1
+        """How many charts have a placement of their own."""
+        starts = self._by_cell()[1]
+        return int(np.count_nonzero(np.diff(starts)[:: self._head.layers]))
 
     def feed_placements(self, data: bytes) -> None:
         """Take further bytes of the placements.
@@ -220,34 +268,17 @@ class PlanDecoder:
             If a number of one is outside what is allowed.
         """
         self._placements.feed(data)
-        self._read_placements()
-
-    def go_on(self) -> None:
-        """Read on: further warp fields are known. Raises as `feed_placements` does."""
-        self._quilt = None
-        self._read_placements()
-
-    def _read_placements(self) -> None:
-        while self._parts_known < len(self._parts):
-            part = self._parts[self._parts_known]
-            field = self._fields[part.number]
-            if field is None:
-                return
-            stop = min(part.stop, self.known + _PLACEMENTS_A_CALL)
-            self._placed = _grown(self._placed, stop)
-            grid, span = self._head.grid(part, field.margin, self._shape), (part.start, self.known, stop)
+        units = kernels.Units(*self._shape, *self._head.bits)
+        none = np.zeros((0, kernels.COLUMNS), np.int32)
+        status = kernels.PAUSED
+        while status == kernels.PAUSED and self.known < self.total:
+            stop = min(self.total, self.known + _PLACEMENTS_A_CALL)
+            waiting, self._placed = self._boxes.with_room(), _grown(self._placed, stop)
             coder = self._placements.coder
-            known = kernels.code_placements(
-                coder, self._placed, field.matrices, SYMMETRIES, grid, span, False
-            )
-            if known < 0:
-                raise FormatError(f"placement {-1 - known} has a number outside what is allowed")
-            self.known = known
-            if known < stop:
-                return
-            if known == part.stop:
-                self._parts_known += 1
-                self._quilt = None
+            status = kernels.code_placements(coder, waiting, units, none, self._placed, stop, False)
+            self.known = int(waiting.counts[kernels.PLACED])
+            if status < 0:
+                raise FormatError(f"placement {self.known} has a number outside what is allowed")
 
     def feed_labels(self, data: bytes) -> None:
         """Take further bytes of the labels; all placements must be known.
@@ -261,12 +292,12 @@ class PlanDecoder:
             raise FormatError("labels come where none are due")
         self._labels.feed(data)
         while self._told_known < len(self._told):
-            part = self._told[self._told_known]
-            nearest = self._nearest_of(part)
-            labels = self._maps.setdefault((part.number, part.layer), part.blank())
+            number = self._told[self._told_known]
+            part, nearest = self._parts[number], self._nearest_of(number)
+            labels = self._maps.setdefault(number, part.blank())
             stop = min(labels.size, self._within + _CELLS_A_CALL)
-            named = kernels.Named(part.layer, part.first, part.count)
-            known = kernels.code_labels(self._labels.coder, labels, nearest, named, self._within, stop, False)
+            named = Named(part.layer, part.first, part.count)
+            known = code_labels(self._labels.coder, labels, nearest, named, self._within, stop, False)
             if known < 0:
                 raise FormatError(f"a label of chart {part.number} names no placement of its layer")
             self.known_cells += known - self._within
@@ -274,65 +305,78 @@ class PlanDecoder:
             if known < stop:
                 return
             if known == labels.size:
-                self._told_known, self._within, self._quilt = self._told_known + 1, 0, None
+                self._told_known, self._within = self._told_known + 1, 0
 
-    def quilt(self) -> Quilt:
-        """Return the quilt as far as it is known.
+    def quilt(self, fields: Sequence[WarpField] = ()) -> Quilt:
+        """Return the quilt as far as it is known, with warp fields per chart; none: the identity.
 
-        Charts whose placements are not known have a bare one. Where labels are not known the nearest
-        placement shows, and of a second layer nothing.
+        Charts without a placement have a bare one. Where labels are not known the nearest placement shows,
+        and of a second layer nothing.
         """
-        if self._quilt is None:
-            charts, known = self._head.charts, self.charts_known
-            placed = [self._known_placements()]
-            for number, chart in enumerate(charts[known:], known):
-                placed.append(bare_placement(number, (chart.height, chart.width), self._shape))
-            labels = [LabelMap(part.cell, self._labels_of(part), part.half) for part in self._parts]
-            identity, layers = WarpField.identity(), self._head.layers
-            self._quilt = Quilt(
-                charts,
-                self._shape,
-                np.concatenate(placed),
-                tuple(tuple(labels[n : n + layers]) for n in range(0, len(labels), layers)),
-                tuple(identity if field is None else field for field in self._fields),
-                density=self._head.density,
-            )
-        return self._quilt
+        charts, layers = self._head.charts, self._head.layers
+        labels = [LabelMap(part.cell, self._labels_of(n), part.half) for n, part in enumerate(self._parts)]
+        return Quilt(
+            charts,
+            self._shape,
+            self._known_placements(),
+            tuple(tuple(labels[n : n + layers]) for n in range(0, len(labels), layers)),
+            tuple(fields) or (WarpField.identity(),) * len(charts),
+            density=self._head.density,
+        )
 
-    def _labels_of(self, part: PlanPart) -> NDArray[np.int32]:
-        place = part.number, part.layer
-        if place in self._maps and part.number != self._waiting:
-            return self._maps[place]
-        if part.layer > 0 or part.is_settled or part.number >= self.charts_known:
+    def _by_cell(self) -> tuple[NDArray[np.int32], NDArray[np.intp]]:
+        # The placements known by part and cell; where those of each part begin, and the end.
+        if len(self._sorted[0]) < self.known:
+            records = self._placed[: self.known]
+            records = records[_cell_order(records)]
+            starts = np.searchsorted(records[:, kernels.PART], np.arange(len(self._parts) + 1))
+            self._sorted = records, starts
+        return self._sorted
+
+    def _labels_of(self, number: int) -> NDArray[np.int32]:
+        part, starts = self._parts[number], self._by_cell()[1]
+        known = self._told_known == len(self._told) or (
+            part.number < self._parts[self._told[self._told_known]].number
+        )
+        if known and number in self._maps:
+            return self._maps[number]
+        if part.layer > 0 or part.is_settled or starts[number] == starts[number + 1]:
             return part.blank()
-        return self._nearest_of(part).copy()
+        return self._nearest_of(number).copy()
 
-    def _nearest_of(self, part: PlanPart) -> NDArray[np.int32]:
-        place = part.number, part.layer
-        if place not in self._nearest:
-            cells = self._placed[part.start : part.stop]
+    def _nearest_of(self, number: int) -> NDArray[np.int32]:
+        part, (records, starts) = self._parts[number], self._by_cell()
+        own = records[starts[number] : starts[number + 1]]
+        count, found = self._nearest.get(number, (0, part.blank()))
+        if count < len(own):
             at = [
-                cell_centres(count, part.cell, half=part.half)[cells[:, column]].astype(np.int32)
-                for count, column in zip(part.shape, (kernels.ROW, kernels.COLUMN), strict=True)
+                cell_centres(size, part.cell, half=part.half)[own[:, column]].astype(np.int32)
+                for size, column in zip(part.shape, (kernels.ROW, kernels.COLUMN), strict=True)
             ]
-            self._nearest[place] = part.nearest(at[0], at[1])
-        return self._nearest[place]
+            found = part.nearest(at[0], at[1])
+            self._nearest[number] = len(own), found
+        return found
 
     def _known_placements(self) -> NDArray[np.void]:
-        counts = self._head.counts[: self.charts_known]
-        owner = np.repeat(np.arange(counts.size), counts.reshape(-1))
-        records = self._placed[: len(owner)]
-        placed = np.zeros(len(owner), PLACEMENT)
-        placed["chart"], placed["layer"] = np.divmod(owner, self._head.layers)
-        cells = self._head.cells.reshape(-1)[owner]
+        records, starts = self._by_cell()
+        layers = self._head.layers
+        numbers = records[:, kernels.PART].astype(np.int64)
+        placed = np.zeros(len(records), PLACEMENT)
+        placed["chart"], placed["layer"] = np.divmod(numbers, layers)
+        cells = self._head.cells.reshape(-1)[numbers]
         moved = np.where(np.array(self._head.half)[placed["layer"]], 0, 8 * cells)
         placed["row"] = 16 * cells * (records[:, kernels.ROW] - 1) + moved
         placed["column"] = 16 * cells * (records[:, kernels.COLUMN] - 1) + moved
-        placed["symmetry"], placed["centred"] = records[:, kernels.SYMMETRY], records[:, kernels.CENTRED]
-        own = records[:, [kernels.CENTRED]] > 0
-        placed["matrix"] = np.where(own, records[:, kernels.MATRIX : kernels.SOURCE], 0)
+        placed["symmetry"] = records[:, kernels.SYMMETRY]
+        placed["offset"] = records[:, kernels.OFFSET : kernels.SOURCE]
         placed["source_row"], placed["source_column"] = records[:, kernels.SOURCE :].T
-        return placed
+        bare = np.flatnonzero(np.diff(starts)[::layers] == 0).tolist()
+        if not bare:
+            return placed
+        sizes = [(self._head.charts[n].height, self._head.charts[n].width) for n in bare]
+        added = [bare_placement(n, size, self._shape) for n, size in zip(bare, sizes, strict=True)]
+        at = starts[[layers * n for n in bare]]
+        return np.insert(placed, at, np.concatenate(added))
 
 
 def _grown(records: NDArray[np.int32], length: int) -> NDArray[np.int32]:

@@ -10,7 +10,6 @@ from upholster.errors import InputError
 from upholster.quilt.chart import Chart
 from upholster.quilt.labels import MOST_CELL, cell_centres, label_shape, nearest_labels
 from upholster.quilt.model import DENSITIES, Quilt
-from upholster.stream._plan_kernels import Grid
 from upholster.stream.byte_reader import ByteReader, varint
 
 __all__ = ["MAX_CELLS", "MAX_PLACEMENTS", "PlanHead", "PlanPart"]
@@ -21,7 +20,7 @@ MAX_CELLS = 2**27
 
 _CELLS_A_STEP, _CELLS_A_CHART = 4, 32
 _MOST_LAYERS = 2
-_MOST_SOURCE_BITS, _MOST_MATRIX_BITS = 4, 7
+_MOST_SOURCE_BITS, _MOST_OFFSET_BITS = 4, 7
 _HALF, _ALIKE = 1, 2
 """Bits of a layer: its cells are moved by half a cell; those of all charts are of one size."""
 
@@ -121,7 +120,7 @@ class PlanHead:
     density
         As of `Quilt`.
     bits
-        Sources are multiples of 2 to the power of the first, own matrices of the second.
+        Sources are multiples of 2 to the power of the first, offsets of the second.
     """
 
     charts: tuple[Chart, ...]
@@ -176,7 +175,7 @@ class PlanHead:
         density = DENSITIES[fields.byte("density", len(DENSITIES) - 1)]
         bits = (
             fields.byte("bits of sources", _MOST_SOURCE_BITS),
-            fields.byte("bits of matrices", _MOST_MATRIX_BITS),
+            fields.byte("bits of offsets", _MOST_OFFSET_BITS),
         )
         half, cells, counts = [], np.empty((len(charts), layers), np.int64), []
         for layer in range(layers):
@@ -220,10 +219,6 @@ class PlanHead:
         """How many placements there are."""
         return int(self.counts.sum())
 
-    def grid(self, part: PlanPart, margin: int, exemplar_shape: tuple[int, int]) -> Grid:
-        """Return what kernels know of a part; `margin` is that of the chart's warp field."""
-        return Grid(part.cell, int(part.half), *part.shape, margin, *exemplar_shape, *self.bits)
-
     def parts(self) -> Iterator[PlanPart]:
         """Return all charts' layers, in the order in which they are coded."""
         rows = zip(self.charts, self.cells.tolist(), self.counts.tolist(), strict=True)
@@ -248,10 +243,10 @@ class PlanHead:
 
 
 def _bits_of(placed: NDArray[np.void]) -> tuple[int, int]:
-    """Return the largest powers of two of which all sources and all own matrices' entries are multiples."""
+    """Return the largest powers of two of which all sources and all offsets are multiples."""
     sources = np.bitwise_or.reduce(placed["source_row"] | placed["source_column"])
-    matrices = np.bitwise_or.reduce(placed["matrix"][placed["centred"] > 0], axis=None)
-    return _zeros(int(sources), _MOST_SOURCE_BITS), _zeros(int(matrices), _MOST_MATRIX_BITS)
+    offsets = np.bitwise_or.reduce(placed["offset"], axis=None)
+    return _zeros(int(sources), _MOST_SOURCE_BITS), _zeros(int(offsets), _MOST_OFFSET_BITS)
 
 
 def _zeros(number: int, most: int) -> int:

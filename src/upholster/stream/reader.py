@@ -26,7 +26,7 @@ __all__ = ["StreamDecoder", "read_stream"]
 # Which chunk may come after which has come; D and small letters may come anywhere behind X.
 _NEEDS = {
     **{"S": "", "L": "S", "X": "L", "D": "X", "F": "X", "Q": "X"},
-    **{"N": "Q", "P": "Q", "M": "P", "R": "X", "E": "R"},
+    **{"N": "F", "P": "Q", "M": "P", "R": "X", "E": "R"},
 }
 _LONGEST_WHOLE = {"S": 2**26, "L": 2**24, "X": 2**12, "F": 2**23, "Q": 2**23, "R": 2**12}
 _ANY_NUMBER = "DNPMRE"
@@ -127,7 +127,7 @@ class StreamDecoder(Shown):
 
     @property
     def charts_known(self) -> int:
-        """How many charts have their placements; the others show the exemplar about its middle."""
+        """How many charts have a placement of their own; the others show the exemplar about its middle."""
         return 0 if self._plan is None else self._plan.charts_known
 
     @property
@@ -204,7 +204,7 @@ class StreamDecoder(Shown):
         """
         header = self._ready().header
         plan = self._plan or PlanDecoder(PlanHead.bare(self.charts), (header.height, header.width))
-        return plan.quilt().on(self.surface)
+        return plan.quilt(() if self._fields is None else self._fields.fields).on(self.surface)
 
     @property
     def roles(self) -> tuple[str, ...]:
@@ -252,8 +252,8 @@ class StreamDecoder(Shown):
                 self._feed_exemplar(part)
             elif tag == "E":
                 self._feed_map(chunk, part)
-            elif tag == "N" and self._plan is not None:
-                self._feed_nodes(part, self._plan)
+            elif tag == "N" and self._fields is not None:
+                self._fields.feed(part)
             elif tag == "P" and self._plan is not None:
                 self._plan.feed_placements(part)
             elif tag == "M" and self._plan is not None:
@@ -286,12 +286,6 @@ class StreamDecoder(Shown):
             image.feed(bytes(self._held[place : place + size]))
             place += size
         del self._held[:place]
-
-    def _feed_nodes(self, part: bytes, plan: PlanDecoder) -> None:
-        if self._fields is None:
-            raise FormatError("nodes come without warp fields")
-        self._fields.feed(part)
-        plan.go_on()
 
     def _check_order(self, chunk: Chunk) -> None:
         tag = chunk.tag
@@ -339,10 +333,9 @@ class StreamDecoder(Shown):
             self._add_map(data, offset)
         elif self._image is not None:
             shape = self._image.header.height, self._image.header.width
-            told = () if self._fields is None else self._fields.fields
             head = PlanHead.parse(fields, self.charts)
             check_charts(painted_charts(self.charts, head.density), self._limits)
-            self._plan = PlanDecoder(head, shape, told)
+            self._plan = PlanDecoder(head, shape)
 
     def _add_map(self, data: bytes, offset: int) -> None:
         role, start = parse_role(data, offset, list(self._maps))
@@ -394,7 +387,7 @@ class StreamDecoder(Shown):
         for role, image in self._maps.items():
             if image.unread:
                 raise FormatError(f"byte {self.received}: {image.unread} bytes of map {role!r} mean nothing")
-        if not self._plan.complete:
+        if not self._plan.complete or (self._fields is not None and not self._fields.complete):
             raise FormatError(f"byte {self.received}: file ends before its placements do")
         unread = self._plan.unread + (0 if self._fields is None else self._fields.unread)
         if unread:

@@ -1,6 +1,5 @@
-"""The chunk of warp fields: how texels lie over the exemplar, chart after chart (SPEC.md, "warp fields")."""
+"""The chunks of warp fields: how steps lie over the exemplar, from coarse to fine (SPEC.md, sections 3, 5.3)."""
 
-from collections import deque
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -22,6 +21,7 @@ MAX_NODES = 2**21
 _MOST_MARGIN, _MOST_SIDE = 64, 1024
 _LIMITS = np.array([OCTAVE * MOST_OCTAVES, OCTAVE * MOST_OCTAVES, 0, MOST_SHEAR])
 _PLAIN, _COVERING, _SHAPED = 0, 1, 2
+_STRIDES = kernels.COARSEST, 2, 1
 
 
 @dataclass(frozen=True, slots=True)
@@ -33,18 +33,18 @@ class FieldCode:
     head
         What is told of the nodes' grids.
     nodes
-        The nodes, chart after chart.
-    ends
-        Per chart how many bytes of `nodes` tell the charts' up to it, about.
+        The nodes, from coarse to fine.
+    coarse
+        How many bytes of `nodes` tell the coarse ones, about.
     """
 
     head: bytes
     nodes: bytes
-    ends: tuple[int, ...]
+    coarse: int
 
 
 def pack_fields(fields: Sequence[WarpField], charts: Sequence[Chart]) -> FieldCode:
-    """Return the charts' warp fields as bytes, their nodes chart after chart.
+    """Return the charts' warp fields as bytes.
 
     Raises
     ------
@@ -70,27 +70,24 @@ def pack_fields(fields: Sequence[WarpField], charts: Sequence[Chart]) -> FieldCo
     if total > MAX_NODES:
         raise InputError(f"fields have {total} nodes; allowed: {MAX_NODES} in a stream")
     alike = kinds[0] if len(set(kinds)) == 1 else 3
-    writer = BitWriter(kernels.NODE_COUNTERS, kernels.NODE_INPUTS)
-    first, ends = np.zeros(4, np.int16), []
-    for field in fields:
-        if not field.is_identity:
-            nodes = np.array(field.nodes)
-            writer.room(16 * nodes.size + 64)
-            kernels.code_nodes(writer.coder, nodes, np.zeros_like(nodes), first, _LIMITS, 0, True)
-            first = nodes[0, 0].copy()
-        ends.append(writer.length)
     told = bytes([alike, margin]) + (bytes(kinds) if alike == 3 else b"")
+    nodes = [np.array(field.nodes) for field in fields if not field.is_identity]
+    writer, coarse = BitWriter(kernels.NODE_COUNTERS), 0
+    left = np.zeros(4, np.int64)
+    for stride in _STRIDES:
+        first = np.zeros(4, np.int16)
+        for own in nodes:
+            size = kernels.stage_size(*own.shape[:2], stride)
+            writer.room(32 * size + 64)
+            kernels.code_nodes(writer.coder, own, first, left, (stride, 0, size), _LIMITS, True)
+            first = own[0, 0]
+        coarse = coarse or writer.length
     coded = writer.finish()
-    return FieldCode(told + bytes(head), coded, (*(min(end, len(coded)) for end in ends[:-1]), len(coded)))
+    return FieldCode(told + bytes(head), coded, min(coarse, len(coded)))
 
 
 class FieldDecoder:
-    """Decodes the nodes of warp fields as their bytes arrive, chart after chart.
-
-    Attributes
-    ----------
-    fields
-        Per chart its field; None while its nodes are not known.
+    """Decodes the nodes of warp fields as their bytes arrive, from coarse to fine over all charts.
 
     Parameters
     ----------
@@ -109,7 +106,6 @@ class FieldDecoder:
         alike = head.byte("kinds of fields", 3)
         margin = head.byte("margin of the fields", _MOST_MARGIN)
         kinds = [head.byte("kind of a field", _SHAPED) if alike == 3 else alike for _ in charts]
-        self.fields: list[WarpField | None] = []
         self._shapes: list[tuple[int, int, int]] = []
         total = 0
         for kind, chart in zip(kinds, charts, strict=True):
@@ -124,15 +120,19 @@ class FieldDecoder:
                 )
             total += told[1] * told[2]
             self._shapes.append(told)
-            self.fields.append(WarpField.identity() if kind == _PLAIN else None)
         if total > MAX_NODES:
             raise head.error(f"fields have {total} nodes; allowed: {MAX_NODES}")
         head.end("head of the fields")
-        self._reader = BitReader(kernels.NODE_COUNTERS, kernels.NODE_INPUTS)
-        self._waiting = deque(n for n, field in enumerate(self.fields) if field is None)
-        self._first = np.zeros(4, np.int16)
-        self._done = 0
-        self._begin()
+        self._reader = BitReader(kernels.NODE_COUNTERS)
+        self._nodes = [np.zeros((*shape[1:], 4), np.int16) for shape in self._shapes if shape[1]]
+        self._stages = [
+            (stride, n, kernels.stage_size(*nodes.shape[:2], stride))
+            for stride in _STRIDES
+            for n, nodes in enumerate(self._nodes)
+        ]
+        self._left = np.zeros(4, np.int64)
+        self._stage = self._done = 0
+        self._fields: tuple[WarpField, ...] | None = None
 
     @property
     def unread(self) -> int:
@@ -142,7 +142,22 @@ class FieldDecoder:
     @property
     def complete(self) -> bool:
         """Whether every field is known."""
-        return not self._waiting
+        return self._stage == len(self._stages)
+
+    @property
+    def fields(self) -> tuple[WarpField, ...]:
+        """Per chart its field; nodes that have not come are what they are guessed to be."""
+        if self._fields is None:
+            start = self._done
+            for stride, n, size in self._stages[self._stage :]:
+                kernels.guess_nodes(self._nodes[n], self._first(n), stride, start, size)
+                start = 0
+            nodes = iter(self._nodes)
+            self._fields = tuple(
+                WarpField(next(nodes).copy(), shape[0]) if shape[1] else WarpField.identity()
+                for shape in self._shapes
+            )
+        return self._fields
 
     def feed(self, data: bytes) -> None:
         """Take further bytes of the nodes.
@@ -153,26 +168,24 @@ class FieldDecoder:
             If a node is out of range.
         """
         self._reader.feed(data)
-        while self._waiting:
-            nodes = self._nodes
+        self._fields = None
+        while self._stage < len(self._stages):
+            stride, n, size = self._stages[self._stage]
+            stage = stride, self._done, size
             done = kernels.code_nodes(
-                self._reader.coder, nodes, self._left, self._first, _LIMITS, self._done, False
+                self._reader.coder, self._nodes[n], self._first(n), self._left, stage, _LIMITS, False
             )
             if done < 0:
                 raise FormatError("a field's node is out of range")
             self._done = done
-            if done < nodes.size:
+            if done < size:
                 return
-            n = self._waiting.popleft()
-            self.fields[n] = WarpField(nodes, self._shapes[n][0])
-            self._first = nodes[0, 0].copy()
-            self._begin()
+            self._stage, self._done = self._stage + 1, 0
 
-    def _begin(self) -> None:
-        shape = self._shapes[self._waiting[0]][1:] if self._waiting else (0, 0)
-        self._nodes: NDArray[np.int16] = np.zeros((*shape, 4), np.int16)
-        self._left = np.zeros_like(self._nodes)
-        self._done = 0
+    def _first(self, n: int) -> NDArray[np.int16]:
+        # What the first node of a field is guessed to be.
+        found: NDArray[np.int16] = self._nodes[n - 1][0, 0].copy() if n else np.zeros(4, np.int16)
+        return found
 
 
 def _covering(chart: Chart, margin: int) -> tuple[int, int]:

@@ -12,9 +12,8 @@ from upholster.stream.chunks import assembled, pack_chunk
 from upholster.stream.layout import pack_layout
 from upholster.stream.maps import MAX_MAP_SAMPLES, MOST_SIDE, check_roles, interleaved, pack_role
 from upholster.stream.order import (
-    chart_parts,
-    label_parts,
     ordered,
+    plan_parts,
     sample_parts,
     split_sample,
 )
@@ -119,8 +118,9 @@ def encode_stream(
     fields = pack_fields(quilt.fields, quilt.charts) if bent else None
     told = [] if fields is None else [pack_chunk("F", fields.head)]
     told += [pack_chunk("Q", plan.head)]
+    told += [] if fields is None else [pack_chunk("N", fields.nodes[: fields.coarse])]
     told += [pack_chunk("R", pack_role(role, image.header)) for role, image in coded.items()]
-    charts, labels = chart_parts(quilt.charts, plan, fields), label_parts(plan)
+    queue = plan_parts(plan, fields)
     streams = {role: image.payload for role, image in coded.items()}
 
     def whole(payload: bytes, streams: Mapping[str, bytes]) -> bytes:
@@ -130,7 +130,7 @@ def encode_stream(
         if reached is not None:
             reached["albedo"] = sample.psnr(len(payload))
             reached.update({role: coded[role].psnr(len(stream)) for role, stream in streams.items()})
-        rest = ordered(charts, labels, sample_parts(turns), errors, len(start))
+        rest = ordered(queue, sample_parts(turns), errors, len(start))
         return assembled(head, [*([pack_chunk("D", start)] if start else []), *told, *rest])
 
     if most_bytes is None:

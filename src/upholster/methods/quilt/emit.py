@@ -2,7 +2,7 @@
 
 Blocks are laid one over the other, with masks. Each cell takes the block that shows at its middle. A block's
 centre moves into the cells that show it, with what it reads there; where that turns or stretches it by more
-than a little, it gets a matrix of its own, fitted to those cells.
+than a little, its matrix gets an offset, fitted to those cells.
 """
 
 from collections.abc import Sequence
@@ -15,10 +15,10 @@ from upholster.methods.quilt._emit_kernels import fill_labels, trace_cells
 from upholster.methods.quilt.transfer import ChartPlacements
 from upholster.parallel import run_tasks
 from upholster.quilt.chart import Chart
-from upholster.quilt.displacement import centre_matrices, warped_sources
+from upholster.quilt.displacement import warped_sources
 from upholster.quilt.labels import LabelMap, cell_centres, label_shape
 from upholster.quilt.model import Quilt
-from upholster.quilt.placement import MOST_MATRIX, PLACEMENT, SYMMETRIES, bare_placement
+from upholster.quilt.placement import MOST_OFFSET, PLACEMENT, SYMMETRIES, bare_placement
 from upholster.quilt.warp_field import UNIT, WarpField
 from upholster.types import FloatArray, IntArray
 
@@ -28,11 +28,11 @@ LABEL_CELL = 2
 """Steps a side of a cell of label maps: blocks are blended over so many. Cells of two charts do not line up:
 the larger they are, the more a border of blocks is off where it crosses a seam."""
 
-_SOURCE_UNIT, _MATRIX_UNIT = 4, 16
-"""Sources are quarters of a pixel, matrices' entries 1/256 pixel for a step: finer ones only cost bytes."""
+_SOURCE_UNIT, _OFFSET_UNIT = 4, 16
+"""Sources are quarters of a pixel, offsets 1/256 pixel for a step: finer ones only cost bytes."""
 
 _OFF = 0.3
-"""Pixels that a placement may be off somewhere before it gets a matrix of its own."""
+"""Pixels that a placement may be off somewhere before its matrix gets an offset."""
 
 Labelled = tuple[NDArray[np.void], LabelMap]
 """A chart's placements and labels."""
@@ -98,7 +98,7 @@ def labelled(
     there[0] = True
     shown: IntArray = (np.cumsum(there) - 2).astype(np.int32)[1 + seen]
     if there[1:].any():
-        blocks = _unmasked(number, laid.placements[there[1:]])
+        blocks = _unmasked(number, laid.placements[there[1:]], field)
     else:
         blocks, shown = bare_placement(number, (chart.height, chart.width), shape), 0 * np.abs(seen)
     moved, centre = _recentred(blocks, shown, field, shape, cell)
@@ -109,14 +109,16 @@ def labelled(
     return moved[order], LabelMap(cell, rank[shown])
 
 
-def _unmasked(number: int, laid: NDArray[np.void]) -> NDArray[np.void]:
+def _unmasked(number: int, laid: NDArray[np.void], field: WarpField) -> NDArray[np.void]:
     # Placements that read as blocks do: the middle of step k is at 16·k + 8.
     found = np.zeros(len(laid), PLACEMENT)
     found["chart"] = number
     for name in ("row", "column"):
         found[name] = 16 * laid[name] + 8
-    for name in ("source_row", "source_column", "matrix", "symmetry", "centred"):
+    for name in ("source_row", "source_column", "symmetry"):
         found[name] = laid[name]
+    offset = laid["matrix"] - field.between(found["row"], found["column"])
+    found["offset"] = np.where(laid["centred"][:, None] > 0, offset, 0)
     return found
 
 
@@ -164,12 +166,12 @@ def _fit_matrices(
     at: NDArray[np.int64],
     read: NDArray[np.int64],
 ) -> None:
-    """Give placements the matrices with which they read as before, where the field's own is off.
+    """Give placements' matrices the offsets with which they read as before, where the field alone is off.
 
     With C + ΔC in place of C = M(c), a place q reads ½·ΔC·(q − c) further, T turned by the symmetry; ΔC is
     the least squares' answer over the cells that show the placement.
     """
-    moved["centred"], moved["matrix"] = 0, 0
+    moved["offset"] = 0
     now = np.stack(warped_sources(field, moved[owner], at[:, 0], at[:, 1]), axis=1)
     turn = SYMMETRIES[moved["symmetry"][owner]].reshape(-1, 2, 2)
     # A symmetry's inverse is its transpose.
@@ -193,7 +195,5 @@ def _fit_matrices(
             square[:, i, j] = summed(step[:, i] * step[:, j]) + (i == j)
             product[:, i, j] = summed(2 * rest[:, i] * step[:, j])
     added = product @ np.linalg.inv(square)
-    own = centre_matrices(field, moved[bent]) + added.reshape(-1, 4) * UNIT
-    own = _MATRIX_UNIT * np.rint(own / _MATRIX_UNIT)
-    moved["matrix"][bent] = np.clip(own, -MOST_MATRIX, MOST_MATRIX).astype(np.int32)
-    moved["centred"][bent] = 1
+    offset = _OFFSET_UNIT * np.rint(added.reshape(-1, 4) * UNIT / _OFFSET_UNIT)
+    moved["offset"][bent] = np.clip(offset, -MOST_OFFSET, MOST_OFFSET).astype(np.int32)
