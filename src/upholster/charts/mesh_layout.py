@@ -67,7 +67,7 @@ def mesh_charts(surface: MeshSurface, density: float) -> tuple[Chart, ...]:
                 "ask for fewer texels"
             )
         # Whole texels from one origin on all islands: a stream tells such charts in few bytes.
-        (s0, t0), (s1, t1) = (low / density).tolist(), ((low + sides) / density).tolist()
+        (s0, t0), (s1, t1) = (low * (1 / density)).tolist(), ((low + sides) * (1 / density)).tolist()
         charts.append(Chart(number, sides[0], sides[1], s0, s1, t0, t1))
     return tuple(charts)
 

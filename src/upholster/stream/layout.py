@@ -84,12 +84,12 @@ def _even_texel(charts: Sequence[Chart]) -> float | None:
     starts = np.rint(ends[..., 0] / rough)
     if not (np.abs(starts) <= _FARTHEST).all():
         return None
-    # A number that was multiplied and divided again may have changed in its last bit: some are tried.
+    # A product divided again may differ in its last bit: it is the quotient that comes out most often.
     whole = np.stack([starts, starts + counts], axis=-1)
-    some = whole != 0
-    for texel in np.unique(ends[some] / whole[some])[:64]:
-        if texel > 0 and (texel * whole == ends).all():
-            return float(texel)
+    found, often = np.unique(ends[whole != 0] / whole[whole != 0], return_counts=True)
+    texel = float(found[often.argmax()])
+    if texel > 0 and (texel * whole == ends).all():
+        return texel
     return None
 
 
