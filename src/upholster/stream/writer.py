@@ -26,7 +26,7 @@ from upholster.wavelet.lifting import Wavelet
 
 __all__ = ["FIRST_PART", "check_layout", "encode_stream"]
 
-FIRST_PART = 200
+FIRST_PART = 600
 """Bytes of the exemplar that come before the placements."""
 
 
@@ -116,9 +116,8 @@ def encode_stream(
     plan = encode_plan(quilt)
     bent = not all(field.is_identity for field in quilt.fields)
     fields = pack_fields(quilt.fields, quilt.charts) if bent else None
-    told = [] if fields is None else [pack_chunk("F", fields.head)]
-    told += [pack_chunk("Q", plan.head)]
-    told += [] if fields is None else [pack_chunk("N", fields.nodes[: fields.coarse])]
+    warped = [] if fields is None else [("F", fields.head), ("N", fields.nodes[: fields.coarse])]
+    told = [pack_chunk("Q", plan.head)]
     told += [pack_chunk("R", pack_role(role, image.header)) for role, image in coded.items()]
     queue = plan_parts(plan, fields)
     streams = {role: image.payload for role, image in coded.items()}
@@ -131,7 +130,10 @@ def encode_stream(
             reached["albedo"] = sample.psnr(len(payload))
             reached.update({role: coded[role].psnr(len(stream)) for role, stream in streams.items()})
         rest = ordered(queue, sample_parts(turns), errors, len(start))
-        return assembled(head, [*([pack_chunk("D", start)] if start else []), *told, *rest])
+        # A third of it comes before warp fields: so that there is something to see, then its direction.
+        third = len(start) // 3
+        early = [("D", start[:third]), *warped, ("D", start[third:])]
+        return assembled(head, [*(pack_chunk(tag, data) for tag, data in early if data), *told, *rest])
 
     if most_bytes is None:
         return whole(sample.payload, streams)
