@@ -1,6 +1,7 @@
 /** What the page's graphics card paints charts from: samples with their pyramids, and for each chart a list of numbers. */
 
 import { MapPyramid, SYMMETRIES, pyramidLevel } from '../uph-core.js'
+import { turnOf } from '../uph-gutter.js'
 import { forEachAcross } from './across.js'
 import { TARGETS, hasMap } from './maps.js'
 
@@ -143,8 +144,8 @@ function chartNumbers({ chart, size, field, layers }, exemplar) {
 }
 
 /**
- * What the gutter of a chart shows of those beside it: for each of them, `chart`, and `points`, five numbers each: column and row in the
- * texture, the texel along that chart's edge, which edge, and the angle by which normals turn.
+ * What the gutter of a chart shows of those beside it: for each of them, `chart`, and `points`, six numbers each: column and row in the
+ * texture, the texel along that chart's edge, which edge, and sine and cosine of the angle by which normals turn, in 1/8192.
  */
 function gutterPoints(mesher, sizes, chart, hasNormals) {
   const { height, width } = sizes[chart]
@@ -158,7 +159,7 @@ function gutterPoints(mesher, sizes, chart, hasNormals) {
       const points = found.get(seam.chart)
       forEachAcross(seam, count, seam.edge % 2 ? other.height : other.width, (n, m) => {
         const [x, y] = [[n + 1, 0], [width + 1, n + 1], [n + 1, height + 1], [0, n + 1]][edge]
-        points.push(x, y, m, seam.edge, angles?.[n] ?? 0)
+        points.push(x, y, m, seam.edge, ...turnOf(angles?.[n] ?? 0))
       })
     }
   }
