@@ -7,13 +7,15 @@ import browser
 import numpy as np
 import pytest
 from browser import ROOT, evaluate
+from decoders import in_node, in_python
 from starlette.applications import Starlette
 from starlette.responses import FileResponse
 from starlette.routing import Mount, Route
 from starlette.staticfiles import StaticFiles
-from streams import CHARTS, anything_bent, laid, noise
+from streams import CHARTS, anything, anything_bent, laid, noise
 
 from upholster.geometry import surface_from_spec
+from upholster.quilt import Chart
 from upholster.stream import encode_stream
 
 pytestmark = pytest.mark.browser
@@ -69,6 +71,43 @@ def _bent() -> bytes:
     placed["symmetry"] = rng.integers(0, 8, len(placed))
     maps = {"normal": noise(seed=1, dtype=np.uint16)}
     return encode_stream(surface_from_spec("plane"), replace(quilt, placements=placed), noise(), maps=maps)
+
+
+def _small_stream(seed: int) -> bytes:
+    """A small quilt of any kind, painted with any number of texels a step, and two further maps."""
+    rng = np.random.default_rng(seed)
+    charts = [Chart(0, int(high), int(wide)) for high, wide in rng.integers(1, 60, (4, 2))]
+    high, wide = (int(side) for side in rng.integers(4, 40, 2))
+    kind = rng.choice([np.uint8, np.uint16])
+    albedo = noise(high, wide, int(rng.integers(1, 5)), kind, seed=seed)
+    if not albedo.shape[2] % 2:
+        albedo[:, :, -1] = np.iinfo(kind).max  # what is see-through the card does not paint
+    normal = noise(high, wide, 3, rng.choice([np.uint8, np.uint16]), seed=seed + 1)
+    emission = noise(high, wide, int(rng.choice([1, 3])), rng.choice([np.uint8, np.uint16]), seed=seed + 2)
+    quilt = rng.choice([anything, anything_bent])(rng, (high, wide), charts, int(rng.integers(1, 40)))
+    quilt = replace(quilt, density=2.0 ** int(rng.integers(-3, 4)))
+    return encode_stream(
+        surface_from_spec("plane"),
+        quilt,
+        albedo,
+        maps={"normal": normal, "emission": emission},
+        lossless=True,
+    )
+
+
+def test_python_the_worker_and_the_card_paint_the_same_texels(page: Any, streams: Any, tmp_path: Any) -> None:
+    """Three hundred quilts: layers, symmetries, own matrices, warp fields, densities, depths and channels."""
+    made = [_small_stream(seed) for seed in range(300)]
+    python = [in_python(data, [len(data)])[0] for data in made]
+    assert in_node(tmp_path, [("small.uph", data, [len(data)]) for data in made]) == [[one] for one in python]
+    (streams / "small").write_bytes(b"".join(made))
+    targets = ["color", "normal", "emission"]
+    card = evaluate(
+        page, "(told) => sweep(...told)", ["streams/small", [len(data) for data in made], targets]
+    )
+    for seed, (painted, one) in enumerate(zip(card, python, strict=True)):
+        wanted = {role: shown for role, _, _, shown in one["maps"]}
+        assert painted == {"color": one["shown"], **wanted}, f"quilt {seed}"
 
 
 def _compare(page: Any, name: str, length: int | None = None, picture: Any = None) -> Any:
