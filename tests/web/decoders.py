@@ -16,6 +16,7 @@ from upholster.errors import FormatError
 from upholster.stream import StreamDecoder
 
 HERE = Path(__file__).parent
+ROOT = HERE.parents[1]
 MOST_TEXELS = 2**21
 
 

@@ -178,3 +178,36 @@ def test_the_element_paints_on_the_card_where_it_is_told_to(chromium: Any, site:
             assert on_card == (painting == "card")
             pictures.append(tab.picture())
     assert np.abs(pictures[0].astype(int) - pictures[1]).mean() < 0.5
+
+
+@pytest.mark.parametrize("painting", ["worker", "card"])
+def test_a_small_element_paints_fewer_texels_and_more_as_it_grows(
+    chromium: Any, site: Any, painting: str
+) -> None:
+    with browser.tab(chromium, viewport={"width": 50, "height": 55}) as tab:
+        tab.page.add_init_script(TOLD.replace("WISH", painting))
+        tab.open(f"{site}/view/ring.uph").complete()
+        tab.settle_shape()
+        small = tab.call("return viewer.model.texels")
+        assert small < 25_000  # of 300,000
+        tab.page.set_viewport_size({"width": 100, "height": 110})
+        tab.until(f"viewer.model.texels > {3 * small}")
+        tab.settle_shape()
+        assert tab.call("return viewer.model.texels") < 100_000
+        tab.call(NEARER)
+        tab.until("viewer.model.texels > 250_000")
+        tab.settle_shape()
+        assert tab.call(MISSING) == 0
+
+
+NEARER = """
+const key = new KeyboardEvent('keydown', { key: '+', bubbles: true })
+for (let n = 0; n < 20; n++) inside.querySelector('canvas').dispatchEvent(key)
+"""
+
+MISSING = """
+let missing = 0
+for (const { textures } of viewer.model.charts) missing += textures.color ? 0 : 1
+return missing
+"""
+"""How many charts have no texture."""

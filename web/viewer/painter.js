@@ -41,7 +41,8 @@ export class ChartPainter {
       let isTouched = fresh.has(source)
       for (const { chart, points } of source.recipe.gutters) {
         const other = charts[chart].textures[target]
-        if (!other?.recipe || !(fresh.has(source) || fresh.has(other))) continue
+        // Between two densities, charts are painted one after another.
+        if (other?.recipe?.density !== source.recipe.density || !(fresh.has(source) || fresh.has(other))) continue
         this.#drawGutter(source, target, made, points, this.#resources.known(other).lines)
         isTouched = true
       }

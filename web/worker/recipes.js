@@ -21,8 +21,14 @@ export class ChartRecipes {
 
   constructor(mesher, sizes, density) {
     this.#mesher = mesher
+    this.resize(sizes, density)
+  }
+
+  /** Charts are to be painted with other sizes, at so many texels a step. */
+  resize(sizes, density) {
     this.#sizes = sizes
     this.#density = density
+    this.#sent.clear()
   }
 
   /** Charts have other placements, or labels. */
@@ -52,7 +58,8 @@ export class ChartRecipes {
     if (!this.#sent.has(chart)) {
       const data = chartNumbers(decoder.recipe(chart, this.#density), decoder.exemplarSize)
       if (!data) return false
-      entries.push({ chart, recipe: { gutters: gutterPoints(this.#mesher, this.#sizes, chart, decoder.roles.includes('normal')) }, data })
+      const gutters = gutterPoints(this.#mesher, this.#sizes, chart, decoder.roles.includes('normal'))
+      entries.push({ chart, recipe: { gutters, density: this.#density }, data })
       this.#sent.add(chart)
     }
     const roles = TARGETS[target].filter((role) => hasMap(decoder, role))

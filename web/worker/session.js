@@ -26,7 +26,9 @@ export class Session {
   #mesher = null
   #textures = null
   #nearness = [] // of charts, to who looks
-  #density = 0 // texels a step
+  #density = 0 // texels a step that the stream asks for
+  #radius = 1 // of the model
+  #stepLength = null // in the mean
   #substitute = null // a picture instead of the exemplar
   #limit = {}
   #ticket = 0
@@ -59,6 +61,7 @@ export class Session {
     else if (kind === 'end') this.#ended = true
     else if (kind === 'limit') this.#setLimit(message)
     else if (kind === 'counts') this.#counts = message.counts
+    else if (kind === 'pixels') this.#look(message.pixels)
     else if (kind === 'paint') this.#paintHere()
     else if (kind === 'exemplar') this.#replaceExemplar(message.picture)
     else if (kind === 'shown') {
@@ -231,27 +234,45 @@ export class Session {
     this.#mesher = surface.kind === 'mesh' ? new (part('TriangleMesher'))(surface, charts) : new SurfaceMesher(surface, charts)
     const bounds = charts.map((_, n) => this.#mesher.bounds(n))
     this.#nearness = bounds.map(({ center }) => center.reduce((sum, x, k) => sum + x * (this.eye?.[k] ?? 0), 0))
-    const radius = enclosingRadius(bounds)
-    this.#counts = new Uint16Array(bounds.flatMap((one) => countsFor(one, FIRST_PIXELS / 2 / radius, 0.5)))
-    this.#post({ kind: 'surface', bounds, plain: this.#mesher.plainMesh?.() ?? null, exemplar: exemplarSize })
+    const sphere = enclosing(bounds)
+    this.#counts = new Uint16Array(bounds.flatMap((one) => countsFor(one, FIRST_PIXELS / 2 / sphere.radius, 0.5)))
+    this.#post({ kind: 'surface', bounds, sphere, plain: this.#mesher.plainMesh?.() ?? null, exemplar: exemplarSize })
+    this.#radius = sphere.radius
+    this.#mesh()
   }
 
   /** It is known with how many texels a step the stream is to be painted. */
   #sizeTextures() {
     const decoder = this.#decoder
-    const sizesAt = (density) => decoder.charts.map((_, n) => decoder.paintedSize(n, density))
     this.#density = decoder.density
-    this.#textures = new ChartTextures(this.#mesher, sizesAt, this.#densityFor(sizesAt), this.#nearness, this.onPage, this.sketches)
+    const sizesAt = (density) => this.#sizesAt(density)
+    this.#textures = new ChartTextures(this.#mesher, sizesAt, this.#densityFor(), this.#nearness, this.onPage, this.sketches)
   }
 
-  /** With how many texels a step the page can show them: as many, half, a quarter … */
-  #densityFor(sizesAt) {
-    for (let density = this.#density; density >= LEAST_SHARE * this.#density; density /= 2) {
-      const sizes = sizesAt(density)
+  #sizesAt(density) {
+    return this.#decoder.charts.map((_, n) => this.#decoder.paintedSize(n, density))
+  }
+
+  /** The page shows the model so large. What is painted finer than that stays. */
+  #look(pixels) {
+    this.pixels = Math.max(this.pixels, pixels)
+    if (this.#textures) this.#textures.density = this.#densityFor()
+  }
+
+  /**
+   * With how many texels a step the page can show them: as many as the stream asks for, half, a quarter …, and no more than
+   * make a texel one pixel where the model is nearest.
+   */
+  #densityFor() {
+    const least = LEAST_SHARE * this.#density
+    const enough = Math.max(least, ((this.pixels ?? Infinity) / this.#radius) * this.#stepLength)
+    for (let density = this.#density; density >= least; density /= 2) {
+      if (density / 2 >= enough) continue
+      const sizes = this.#sizesAt(density)
       const fits = ({ height, width }) => Math.max(height, width) <= this.maxTextureSize - 2
       if (texelsOf(sizes) <= this.maxTexels && sizes.every(fits)) return density
     }
-    throw new Error(`model has ${texelsOf(sizesAt(this.#density))} texels; allowed here: ${this.maxTexels / LEAST_SHARE ** 2}`)
+    throw new Error(`model has ${texelsOf(this.#sizesAt(this.#density))} texels; allowed here: ${this.maxTexels / LEAST_SHARE ** 2}`)
   }
 
   #mesh() {
@@ -266,6 +287,7 @@ export class Session {
     }
     this.#meshedCounts = counts.slice()
     if (!pieces.length) return
+    this.#stepLength ??= stepLength(this.#decoder.charts, pieces)
     const buffers = pieces.flatMap((piece) => MESH_ARRAYS.map((name) => piece[name].buffer))
     this.#post({ kind: 'meshes', pieces, counts: this.#meshedCounts }, buffers)
   }
@@ -308,9 +330,29 @@ export class Session {
   }
 }
 
-/** Radius of a sphere round all charts' spheres. */
-function enclosingRadius(bounds) {
-  const low = [0, 1, 2].map((k) => Math.min(...bounds.map(({ center, radius }) => center[k] - radius)))
-  const high = [0, 1, 2].map((k) => Math.max(...bounds.map(({ center, radius }) => center[k] + radius)))
-  return Math.hypot(...low.map((x, k) => high[k] - x)) / 2 || 1
+/** A sphere round all of `bounds`. */
+function enclosing(bounds) {
+  const side = (sign) => [0, 1, 2].map((k) => Math.max(...bounds.map((one) => sign * one.center[k] + one.radius)))
+  const [high, low] = [side(1), side(-1)]
+  const center = high.map((x, k) => (x - low[k]) / 2)
+  const reach = (one) => Math.hypot(...center.map((x, k) => x - one.center[k])) + one.radius
+  return { center, radius: Math.max(...bounds.map(reach)) || 1 }
+}
+
+/** The mean length of charts' steps on their meshes. */
+function stepLength(charts, pieces) {
+  let [area, steps] = [0, 0]
+  for (const { chart, positions, parameters, indices } of pieces) {
+    const whole = charts[chart].height * charts[chart].width
+    /** Twice what a triangle covers in the plane of coordinates i and j. */
+    const covered = (list, size, n, i, j) => {
+      const [a, b, c] = [size * indices[n], size * indices[n + 1], size * indices[n + 2]]
+      return (list[b + i] - list[a + i]) * (list[c + j] - list[a + j]) - (list[b + j] - list[a + j]) * (list[c + i] - list[a + i])
+    }
+    for (let n = 0; n < indices.length; n += 3) {
+      area += Math.hypot(covered(positions, 3, n, 1, 2), covered(positions, 3, n, 2, 0), covered(positions, 3, n, 0, 1))
+      steps += Math.abs(covered(parameters, 2, n, 0, 1)) * whole
+    }
+  }
+  return Math.sqrt(area / steps)
 }

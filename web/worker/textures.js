@@ -8,7 +8,7 @@ export class ChartTextures {
   #mesher
   #sizesAt // sizes of the textures, without gutters, by texels a step
   #density // texels a step
-  #sketchDensity // of sketches
+  #mostSketched // texels of a sketch
   #nearness // of charts: what is nearest is painted first
   #dirty = new Map() // per target: charts to paint
   #sketched = new Set() // targets that are to be painted in full
@@ -22,9 +22,24 @@ export class ChartTextures {
     this.onPage = onPage
     this.#mesher = mesher
     this.#sizesAt = sizesAt
-    this.#density = this.#sketchDensity = density
+    this.#density = density
     this.#nearness = nearness
-    while (texelsOf(sizesAt(this.#sketchDensity)) > Math.max(most, nearness.length)) this.#sketchDensity /= 2
+    this.#mostSketched = Math.max(most, nearness.length)
+  }
+
+  /** Paint with so many texels a step from now on. What the page has stays until then. */
+  set density(density) {
+    if (density === this.#density) return
+    this.#density = density
+    this.#recipes?.resize(this.#sizesAt(density), density)
+    this.#paintings.clear()
+    for (const target of this.#dirty.keys()) this.markDirty(target)
+  }
+
+  get #sketchDensity() {
+    let density = this.#density
+    while (texelsOf(this.#sizesAt(density)) > this.#mostSketched) density /= 2
+    return density
   }
 
   /** Texels of all charts. */
