@@ -26,7 +26,6 @@
 //      state {state}                      where decoding stands
 //      error {message, offset}            the stream is damaged
 
-import './uph-rare.js'
 import { serve } from './worker/serve.js'
 
 if (typeof WorkerGlobalScope !== 'undefined') serve(globalThis)

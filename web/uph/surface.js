@@ -1,7 +1,7 @@
 /** The surface [2]: a built-in one by its parameters, control nets, or a mesh. */
 
 import { fromZigzag, range } from './numbers.js'
-import { part } from './parts.js'
+import { parseMesh } from './mesh/parse.js'
 
 export const MAX_PATCHES = 65536
 const MAX_POINTS = 2 ** 20
@@ -46,7 +46,7 @@ const BUILT_IN = [
 export function parseSurface(reader, maxTriangles) {
   const kind = reader.u8('kind of surface', BUILT_IN.length + 1)
   const isMesh = kind > BUILT_IN.length
-  const surface = isMesh ? part('parseMesh')(reader, maxTriangles) : kind ? parseBuiltIn(reader, BUILT_IN[kind - 1]) : parseNets(reader)
+  const surface = isMesh ? parseMesh(reader, maxTriangles) : kind ? parseBuiltIn(reader, BUILT_IN[kind - 1]) : parseNets(reader)
   reader.end('surface')
   return surface
 }

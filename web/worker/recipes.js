@@ -1,7 +1,8 @@
 /** What the page's graphics card paints charts from: samples with their pyramids, and for each chart a list of numbers. */
 
-import { MapPyramid, SYMMETRIES, pyramidLevel } from '../uph-core.js'
 import { turnOf } from '../uph-gutter.js'
+import { MapPyramid, pyramidLevel } from '../uph/paint/pyramid.js'
+import { SYMMETRIES } from '../uph/symmetry.js'
 import { forEachAcross } from './across.js'
 import { TARGETS, hasMap } from './maps.js'
 
@@ -11,7 +12,7 @@ const HEAD = 8
 const LAYER_HEAD = 5
 const PLACEMENT_NUMBERS = 9
 
-/** Lists what the page has to know. */
+/** Lists what the page has to know, with the functions of `ChartPainting`. */
 export class ChartRecipes {
   #mesher
   #sizes // of the textures
@@ -37,7 +38,7 @@ export class ChartRecipes {
   }
 
   /** Have the page know the samples of a target as they are now; false: it can not show them. */
-  addSheets(decoder, target, entries) {
+  begin(decoder, target, entries) {
     const roles = TARGETS[target].filter((role) => hasMap(decoder, role))
     if (target === 'color' && roles.length > 1) return false
     for (const role of roles) {
@@ -54,7 +55,7 @@ export class ChartRecipes {
   }
 
   /** Have the page paint a chart; returns whether it can. */
-  addRecipe(decoder, target, chart, entries) {
+  paint(decoder, target, chart, entries) {
     if (!this.#sent.has(chart)) {
       const data = chartNumbers(decoder.recipe(chart, this.#density), decoder.exemplarSize)
       if (!data) return false
@@ -65,6 +66,15 @@ export class ChartRecipes {
     const roles = TARGETS[target].filter((role) => hasMap(decoder, role))
     entries.push({ chart, target, roles, ...this.#sizes[chart] })
     return true
+  }
+
+  end() {}
+
+  recycle() {}
+
+  /** What is see-through is not painted here. */
+  get alphaMode() {
+    return 'opaque'
   }
 }
 

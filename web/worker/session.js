@@ -1,7 +1,7 @@
 /** One stream in the worker: what messages ask for, decoded, painted and tessellated in slices. */
 
-import { MissingPart, UphDecoder, part } from '../uph-core.js'
-import { SurfaceMesher, countsFor } from '../uph-mesh.js'
+import { UphDecoder } from '../uph.js'
+import { SurfaceMesher, TriangleMesher, countsFor } from '../uph-mesh.js'
 import { TARGETS, hasMap, knownShare } from './maps.js'
 import { SLICE, yieldToMessages } from './schedule.js'
 import { ChartTextures, texelsOf } from './textures.js'
@@ -14,10 +14,7 @@ const FIRST_SHARE = 1 / 4 // of the charts: a first picture waits for as many
 const LEAST_SHARE = 1 / 16 // of a chart's texels, each way, where the page can not show all
 const MESH_ARRAYS = ['positions', 'normals', 'tangents', 'parameters', 'indices', 'outline']
 
-/**
- * One stream. `post(message, transfer)` sends to the page; messages are listed in `uph-worker.js`. `loadRare` loads `uph-rare.js`,
- * where that is not there from the start.
- */
+/** One stream. `post(message, transfer)` sends to the page; messages are listed in `uph-worker.js`. */
 export class Session {
   #post
   #bytes = new Uint8Array(1 << 16)
@@ -40,16 +37,13 @@ export class Session {
   #isWaiting = false // the page has not shown yet what it got
   #isScheduled = false // work is due
   #isBusy = false
-  #loadRare
-  #isLoading = false
   #ended = false // no more bytes will come
   #isUrgent = false // somebody waits for just this picture
   #paintedAt = performance.now()
   #paintTime = 0
 
-  constructor(post, loadRare = null) {
+  constructor(post) {
     this.#post = post
-    this.#loadRare = loadRare
     this.#schedule()
   }
 
@@ -118,7 +112,7 @@ export class Session {
       try {
         await this.#work()
       } catch (error) {
-        this.#meet(error) // if not a part that is missing, then a fault of ours, or of the machine: memory, say
+        this.#fail(error) // of ours, or of the machine: memory, say
         this.#textures?.clearDirty()
       }
       this.#isBusy = false
@@ -175,36 +169,17 @@ export class Session {
       try {
         this.#noteChanges(decoder.feed(this.#bytes.subarray(received, received + size)))
       } catch (error) {
-        this.#meet(error)
+        this.#fail(error)
       }
       if (performance.now() > until) break
     }
     return isLeft()
   }
 
-  /** Load what the stream needs of the decoder, and begin anew. */
-  async #completeDecoder() {
-    this.#failed = this.#isLoading = true
-    try {
-      await this.#loadRare()
-      this.#restart()
-    } catch {
-      this.#fail(new Error('uph-rare.js does not load'))
-    }
-    this.#loadRare = null
-    this.#isLoading = false
-    this.#schedule()
-  }
-
   /** Paint here from now on. */
   #paintHere() {
     this.onPage = false
     this.#textures?.paintHere()
-  }
-
-  #meet(error) {
-    if (error instanceof MissingPart && this.#loadRare) this.#completeDecoder()
-    else this.#fail(error)
   }
 
   #fail(error) {
@@ -231,7 +206,7 @@ export class Session {
   /** Surface and charts are known: tell the page. */
   #begin() {
     const { surface, charts, exemplarSize } = this.#decoder
-    this.#mesher = surface.kind === 'mesh' ? new (part('TriangleMesher'))(surface, charts) : new SurfaceMesher(surface, charts)
+    this.#mesher = surface.kind === 'mesh' ? new TriangleMesher(surface, charts) : new SurfaceMesher(surface, charts)
     const bounds = charts.map((_, n) => this.#mesher.bounds(n))
     this.#nearness = bounds.map(({ center }) => center.reduce((sum, x, k) => sum + x * (this.eye?.[k] ?? 0), 0))
     const sphere = enclosing(bounds)
@@ -318,7 +293,7 @@ export class Session {
     const decoder = this.#decoder
     return {
       ticket: this.#ticket,
-      idle: isIdle && !this.#isLoading && !this.#isWaiting && !(this.#isDirty && this.#isWorthwhile),
+      idle: isIdle && !this.#isWaiting && !(this.#isDirty && this.#isWorthwhile),
       bytes: decoder.received,
       total: decoder.total,
       needed: decoder.needed,

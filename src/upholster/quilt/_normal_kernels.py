@@ -25,7 +25,7 @@ def _turn(m: tuple[Any, Any, Any, Any]) -> tuple[Any, Any]:
     # A field's sizes have a least one, but between two nodes half a turn apart M may vanish.
     while 0 < max(abs(down), abs(right)) < 16384:
         down, right = 2 * down, 2 * right
-    length = max(np.int64(np.sqrt(np.float64(down * down + right * right))), 1)
+    length: Any = max(np.int64(np.sqrt(np.float64(down * down + right * right))), 1)
     half = length >> 1
     return (_ONE * down + half) // length, (_ONE * right + half) // length
 
