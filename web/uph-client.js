@@ -10,7 +10,7 @@ const nextFrame = globalThis.requestAnimationFrame?.bind(globalThis) ?? ((work) 
 /**
  * One stream and its worker. What it tells goes to `view`, which has these methods:
  *
- * - `begin({bounds, plain})`: spheres of the charts, triangles on no chart; once
+ * - `begin({bounds, sphere, plain})`: spheres of the charts and round them, triangles on no chart; once
  * - `takeMeshes({pieces, counts})`: geometry of the charts that changed
  * - `takeTexture(entry)`: an entry as `uph-worker.js` lists them; returns memory that is free again, or null
  * - `show(state, first)`: all textures of a painting have been taken

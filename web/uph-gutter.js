@@ -2,6 +2,7 @@
 //
 // A chart with its gutter is RGBA, (height + 2) × (width + 2). Edges: 0 top, 1 right, 2 bottom, 3 left.
 
+import { ONE, turnNormal } from './uph/paint/normals.js'
 import { forEachAcross } from './worker/across.js'
 
 /** Texels along the four edges of a chart that lies in its gutter. */
@@ -41,7 +42,7 @@ function copyAcross(seam, band, count, angles) {
   const { line } = seam
   forEachAcross(seam, count, line.length / 4, (n, m) => {
     for (let k = 0; k < 4; k++) band[4 * n + k] = line[4 * m + k]
-    if (angles) turnNormal(band, 4 * n, angles[n])
+    if (angles) turnNormal(band, 4 * n, 255, ...turnOf(angles[n]))
   })
 }
 
@@ -59,10 +60,7 @@ export function putGutter(data, { height, width }, gutter) {
   }
 }
 
-/** Turn the normal at `data[n]` by an angle about the surface's. */
-function turnNormal(data, n, angle) {
-  const [sine, cosine] = [Math.sin(angle), Math.cos(angle)]
-  const [x, y] = [data[n] - 127.5, data[n + 1] - 127.5]
-  data[n] = Math.round(127.5 + x * cosine - y * sine)
-  data[n + 1] = Math.round(127.5 + x * sine + y * cosine)
+/** Sine and cosine of an angle, in 1/8192. */
+export function turnOf(angle) {
+  return [Math.round(ONE * Math.sin(angle)), Math.round(ONE * Math.cos(angle))]
 }

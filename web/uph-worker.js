@@ -1,7 +1,9 @@
 // Decodes, paints and tessellates a `.uph` stream beside the page: the module Worker of `uph-three.js`.
 //
-// In:  open {maxTextureSize, maxTexels, eye, onPage, sketches}
+// In:  open {maxTextureSize, maxTexels, eye, pixels, onPage, sketches}
 //                                         once, first; `eye`, maybe, is a vector toward who looks: what is near is painted first;
+//                                         the model's radius is so many `pixels` long where it is nearest: textures get about
+//                                         as many texels; without it, all;
 //                                         with `onPage` the page paints, as far as it shows the same; textures have at
 //                                         most so many texels at first, `sketches`, as their entries say
 //      feed {bytes}                       further bytes of the stream
@@ -10,10 +12,12 @@
 //      exemplar {picture}                 paint with it, of the exemplar's size, instead of the exemplar; null: with that again
 //      paint {}                           paint here after all
 //      counts {counts}                    segments of every chart, along s and along t
+//      pixels {pixels}                    it is larger now
 //      shown {buffers}                    what the last `textures` brought is on screen; buffers to use again
 //      join {port}                        another stream: the same messages through a port of its own
 //      Any may have a `ticket`: states tell the last one that was heard.
-// Out: surface {bounds, plain, exemplar}  spheres of the charts, once; what lies on no chart; height and width of the exemplar
+// Out: surface {bounds, sphere, plain, exemplar}
+//                                         spheres of the charts, and round all of them; once; what lies on no chart; height and width of the exemplar
 //      meshes {pieces, counts}            geometry of the charts that changed
 //      textures {entries, state}          what changed, and what is shown then. An entry has a target (color, normal …)
 //                                         and is `data` for a chart; or the gutter only, `gutter`.
@@ -22,7 +26,6 @@
 //      state {state}                      where decoding stands
 //      error {message, offset}            the stream is damaged
 
-import './uph-rare.js'
 import { serve } from './worker/serve.js'
 
 if (typeof WorkerGlobalScope !== 'undefined') serve(globalThis)

@@ -5,7 +5,6 @@
  * work is proportional to the new bytes. Numbers in brackets in the modules of `uph/` are sections of SPEC.md.
  */
 
-import './uph/rare.js'
 import { UphDecoder as Decoder } from './uph/decoder.js'
 import { fillLimits } from './uph/told-limits.js'
 

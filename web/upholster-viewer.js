@@ -274,7 +274,8 @@ export class UpholsterViewer extends HTMLElement {
     if (!this.#stage || !(this.#seen || typeof this.#source !== 'string')) return
     let session = null // bytes that are here already are told of before there is one
     const onPage = Renderer.shared.paints(this.getAttribute('painting'))
-    session = new Session(this.#source, this.getAttribute('worker'), axes(this.view)[2], onPage, (type, event) => {
+    const sight = { eye: axes(this.view)[2], pixels: this.#stage.pixels }
+    session = new Session(this.#source, this.getAttribute('worker'), sight, onPage, (type, event) => {
       if (session && session === this.#session) this.#receive(type, event)
     })
     this.#session = session

@@ -105,7 +105,7 @@ def fuzz_files(rng: Any, count: int, cad: int, folder: Path) -> list[Costs]:
 def fuzz_pairs(rng: Any, count: int, folder: Path) -> int:
     """Decode so many damaged streams with both decoders; return how many differ."""
     sys.path.insert(0, str(Path(__file__).parents[1] / "web"))
-    from test_web_decoder import _in_browser, _in_python
+    from decoders import in_node, in_python
 
     sound, differ = sources(), 0
     for start in range(0, count, _PAIRS_AT_ONCE):
@@ -115,8 +115,8 @@ def fuzz_pairs(rng: Any, count: int, folder: Path) -> int:
             if data:
                 cut = int(rng.integers(1, 4 * len(data)))  # some are looked at before their end, too
                 jobs.append(("damaged.uph", data, [cut] * (cut < len(data)) + [len(data)]))
-        for (_, data, cuts), found in zip(jobs, _in_browser(folder, jobs), strict=True):
-            wanted = _in_python(data, cuts)
+        for (_, data, cuts), found in zip(jobs, in_node(folder, jobs), strict=True):
+            wanted = in_python(data, cuts)
             if ("error" in found[-1]) != ("error" in wanted[-1]) or (
                 "error" not in wanted[-1] and found != wanted
             ):

@@ -1,5 +1,7 @@
 """Painting (SPEC.md, section 8) in plain Python: what a texel shows, wherever it reads."""
 
+from math import isqrt
+
 import numpy as np
 
 from upholster.quilt.placement import SYMMETRIES
@@ -122,3 +124,19 @@ def plain_paint(quilt, exemplar, index, density=1):
                 else:
                     out[t, u] = total + (out[t, u] * F(rest / 256) if rest else F(0))
     return out
+
+
+def plain_turned(matrix, x, y, top):
+    """Return a whole normal's (x, y) turned by the angle of a matrix's second column."""
+    v, w = int(matrix[1]), int(matrix[3])
+    while max(abs(v), abs(w)) > 32767:
+        v, w = v // 2, w // 2
+    while (v or w) and max(abs(v), abs(w)) < 16384:
+        v, w = 2 * v, 2 * w
+    length = max(isqrt(v * v + w * w), 1)
+    sine, cosine = ((8192 * part + length // 2) // length for part in (v, w))
+    x, y = 2 * int(x) - top, 2 * int(y) - top
+    parts = x * cosine - y * sine, x * sine + y * cosine
+    assert max(v * v + w * w, *(8192 * (part + 2 * length) + length for part in (v, w))) < 2**31
+    assert max(map(abs, parts)) + 8192 * (top + 1) < 2**31
+    return [min(max((part + 8192 * (top + 1)) // 2**14, 0), top) for part in parts]

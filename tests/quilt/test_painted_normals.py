@@ -2,10 +2,12 @@
 
 import numpy as np
 import pytest
+from plain_painting import plain_turned
 
 from upholster.errors import InputError
 from upholster.geometry import ring_cyclide, sphere
 from upholster.quilt import Chart, Quilt, Texels, paint
+from upholster.quilt._normal_kernels import turn_vectors
 from upholster.quilt.labels import LabelMap, cell_centres, label_shape
 from upholster.quilt.normals import paint_normals, unit_normals
 from upholster.quilt.placement import PLACEMENT
@@ -73,6 +75,32 @@ def test_they_are_the_normals_of_the_painted_relief(symmetry, angle):
     if angle is None and symmetry:  # the test can fail
         as_it_is = decoded(paint(quilt, normals_of(*slopes)).arrays[0][2:-2, 2:-2])
         assert np.abs(as_it_is - decoded(expected)).mean() > 0.03
+
+
+@pytest.mark.parametrize("dtype", [np.uint8, np.uint16])
+def test_vectors_turn_by_integers_of_32_bits(dtype):
+    """By any matrix, such as 0 and the largest ones, and any vector, such as those that are no unit ones."""
+    rng = np.random.default_rng(4)
+    top = np.iinfo(dtype).max
+    matrices = rng.integers(-(2**18), 2**18, (1, 400, 4)) >> rng.integers(0, 18, (1, 400, 1))
+    matrices[0, :8, 1::2] = [
+        (0, 0),
+        (1, 0),
+        (0, -1),
+        (2**18, 2**18),
+        (-(2**18), 2**18),
+        (32767, 32767),
+        (46340, 1),
+        (0, 4096),
+    ]
+    samples = rng.choice([0, 1, top // 2, top, 77], (1, 400, 3)).astype(dtype)
+    expected = [plain_turned(m, x, y, top) for m, (x, y, _) in zip(matrices[0], samples[0], strict=True)]
+    found = samples.copy()
+    rows, columns = np.zeros(1, np.int64), 512 * np.arange(400) + 8
+    turn_vectors(found, matrices.astype(np.int32), 0, rows, columns, top)
+    np.testing.assert_array_equal(found[0, :, :2], expected)
+    np.testing.assert_array_equal(found[0, 7], samples[0, 7])  # of no angle
+    np.testing.assert_array_equal(found[..., 2], samples[..., 2])
 
 
 def test_without_turns_and_fields_they_are_painted_as_any_map():

@@ -440,7 +440,6 @@ def test_assets_are_the_shipped_ones(shared):
         ("upholster-lab.js", "javascript"),
         ("upholster-environment.js", "javascript"),
         ("uph-worker.js", "javascript"),
-        ("uph-rare.js", "javascript"),
         ("uph-picture.js", "javascript"),
         ("LICENSES.txt", "plain"),
     ):

@@ -135,25 +135,6 @@ def test_scripts_are_sent_gzipped_where_that_is_taken(folder, monkeypatch, paces
         assert again[::2] == (304, b"")
 
 
-def test_what_is_packed_with_brotli_is_sent_so_where_that_is_taken(folder, monkeypatch, paces):
-    (folder / "big.js").write_bytes(b"one two " * 1000)
-    (folder / "big.js.br").write_bytes(b"packed")
-    monkeypatch.setattr("upholster.server.app._ASSETS", {"big.js": (folder, "text/javascript")})
-    with running(folder, rate=512_000) as client:
-        status, headers, body = client.get("/assets/big.js", accept_encoding="gzip, br")
-        assert (status, headers["content-encoding"], headers["vary"], body) == (
-            200,
-            "br",
-            "Accept-Encoding",
-            b"packed",
-        )
-        assert headers["content-type"] == "text/javascript"
-        again = client.get("/assets/big.js", accept_encoding="br", if_none_match=headers["etag"])
-        assert again[::2] == (304, b"")
-        other = client.get("/assets/big.js", accept_encoding="gzip", if_none_match=headers["etag"])
-        assert (other[0], other[1]["content-encoding"]) == (200, "gzip")
-
-
 def test_bytes_arrive_as_they_are_let_go(folder, monkeypatch):
     turns = Turns(monkeypatch)
     data = os.urandom(16_000)

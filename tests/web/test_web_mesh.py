@@ -11,8 +11,8 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "stream"))
 
+from decoders import HERE, ROOT, run
 from streams import anything, noise
-from test_web_decoder import HERE, ROOT, _run
 
 from upholster.charts.layout import density_layout, uniform_layout
 from upholster.charts.seams import find_seams
@@ -139,7 +139,7 @@ def made(tmp_path_factory: Any) -> Any:
         path.write_bytes(encode_stream(surface, anything(rng, (32, 40), charts, 1), noise()))
         files.append({"path": str(path), "counts": (2 ** rng.integers(0, 5, 2 * len(charts))).tolist()})
     (folder / "jobs.json").write_text(json.dumps(files))
-    found = json.loads(_run(HERE / "mesh.mjs", folder / "jobs.json"))
+    found = json.loads(run(HERE / "mesh.mjs", folder / "jobs.json"))
     return [(*job, files[n]["counts"], found[n]) for n, job in enumerate(jobs)]
 
 
@@ -225,7 +225,7 @@ def test_bounds_hold_and_are_close(made: Any) -> None:
 
 @pytest.mark.slow
 def test_it_keeps_its_promises_under_node() -> None:
-    _run("--test", HERE / "mesh.test.mjs")
+    run("--test", HERE / "mesh.test.mjs")
 
 
 def test_it_runs_under_a_strict_policy() -> None:

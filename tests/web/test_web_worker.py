@@ -11,8 +11,8 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "stream"))
 
+from decoders import HERE, node
 from streams import noise, woven
-from test_web_decoder import HERE, _node
 
 from upholster.stream import encode_stream
 
@@ -33,7 +33,7 @@ def test_the_worker_keeps_its_promises(tmp_path: Any) -> None:
     (tmp_path / "sphere.uph").write_bytes(_material("sphere", 20_000))
     (tmp_path / "vase.uph").write_bytes(_material("vase", 40_000))
     done = subprocess.run(
-        [_node(), "--test", str(HERE / "worker.test.mjs")],
+        [node(), "--test", str(HERE / "worker.test.mjs")],
         env={**os.environ, "STREAMS": str(tmp_path)},
         capture_output=True,
         text=True,

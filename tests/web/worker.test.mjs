@@ -7,7 +7,6 @@ import { pathToFileURL } from 'node:url'
 import { UphDecoder } from '../../web/uph.js'
 import { edgeLines, putGutter } from '../../web/uph-gutter.js'
 import { SurfaceMesher, TriangleMesher } from '../../web/uph-mesh.js'
-import '../../web/uph-rare.js'
 import { Session } from '../../web/worker/session.js'
 
 const folders = [new URL('../vectors/', import.meta.url)]

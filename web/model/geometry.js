@@ -1,16 +1,7 @@
 /** Geometry of charts, from what the worker tessellates. */
 
-import { Box3, BufferAttribute, BufferGeometry, DoubleSide, Mesh, MeshStandardMaterial, Sphere, Vector3 } from 'three'
+import { BufferAttribute, BufferGeometry, DoubleSide, Mesh, MeshStandardMaterial, Sphere, Vector3 } from 'three'
 import { ROUGHNESS } from './materials.js'
-
-/** A sphere round all of `bounds`, put into `sphere`. */
-export function enclose(bounds, sphere) {
-  const spheres = bounds.map(({ center, radius }) => new Sphere(new Vector3(...center), radius))
-  const box = new Box3()
-  for (const one of spheres) box.union(one.getBoundingBox(new Box3()))
-  box.getCenter(sphere.center)
-  sphere.radius = Math.max(...spheres.map(({ center, radius }) => center.distanceTo(sphere.center) + radius))
-}
 
 /** The geometry of a chart; its `userData` has outline, parameters and quads. Its textures leave room for their gutters by themselves. */
 export function chartGeometry(piece, { center, radius }) {

@@ -4,7 +4,7 @@ import { BufferGeometry, Group, LineBasicMaterial, LineSegments, Mesh, Sphere, S
 import { SKETCHED_TEXELS, UphClient } from '../uph-client.js'
 import { putGutter } from '../uph-gutter.js'
 import { DetailControl } from './detail.js'
-import { chartGeometry, enclose, outlineGeometry, plainMesh } from './geometry.js'
+import { chartGeometry, outlineGeometry, plainMesh } from './geometry.js'
 import { newMaterial, newTexture, setTexels, updateMaterial } from './materials.js'
 
 /**
@@ -155,10 +155,10 @@ export class UphModel extends Group {
 
   // ---------------------------------------------------------------- messages
 
-  #begin({ bounds, plain }) {
+  #begin({ bounds, sphere, plain }) {
     this.#bounds = bounds
     this.#detail = new DetailControl(bounds, this.#errorPixels, (counts) => this.#client.send({ kind: 'counts', counts }))
-    enclose(bounds, this.sphere)
+    this.sphere.set(new Vector3(...sphere.center), sphere.radius)
     this.#materials = bounds.map(newMaterial)
     this.#textures = bounds.map(() => ({}))
     this.#meshes = this.#materials.map((material, chart) => {

@@ -1,7 +1,7 @@
 /** The surface [2]: a built-in one by its parameters, control nets, or a mesh. */
 
 import { fromZigzag, range } from './numbers.js'
-import { part } from './parts.js'
+import { parseMesh } from './mesh/parse.js'
 import { parseSeams } from './seams.js'
 
 export const MAX_PATCHES = 65536
@@ -52,7 +52,7 @@ export function parseSurface(reader, maxTriangles) {
 }
 
 function parseKind(reader, kind, maxTriangles) {
-  if (kind > BUILT_IN.length) return part('parseMesh')(reader, maxTriangles)
+  if (kind > BUILT_IN.length) return parseMesh(reader, maxTriangles)
   const surface = kind ? parseBuiltIn(reader, BUILT_IN[kind - 1]) : parseNets(reader)
   return { ...surface, ...parseSeams(reader, surface.faces) }
 }

@@ -10,6 +10,9 @@ const LIMITS = { maxTextureSize: 4096, maxTexels: 2 ** 26 }
 /** How far the mesh may be from the surface, in pixels. */
 const ERROR_PIXELS = 0.4
 
+/** How many pixels wide a texel may be until more of them are asked for. */
+const WIDEST_TEXEL = 1.1
+
 let version = 0
 
 /**
@@ -38,15 +41,18 @@ export class Model extends EventTarget {
   lines = null
   #client
   #detail = null
+  #pixels
 
   /**
    * @param {Worker} worker that runs uph-worker.js
-   * @param {number[]} [eye] a vector toward who looks
+   * @param {{ eye?: number[], pixels?: number }} [sight] a vector toward who looks, and how many pixels long the model's radius is where
+   *   it is nearest, as far as that is known; without it, all texels are painted
    * @param {boolean} [onPage] the graphics card paints, not the worker
    */
-  constructor(worker, eye, onPage) {
+  constructor(worker, { eye, pixels = Infinity } = {}, onPage) {
     super()
     this.onPage = onPage
+    this.#pixels = pixels
     const view = {
       begin: (message) => this.#begin(message),
       takeMeshes: (message) => this.#takeMeshes(message),
@@ -54,7 +60,7 @@ export class Model extends EventTarget {
       show: (state, first) => this.#show(state, first),
       notify: (type, detail) => this.#notify(type, detail),
     }
-    this.#client = new UphClient(worker, { ...LIMITS, eye, onPage, sketches: SKETCHED_TEXELS }, view)
+    this.#client = new UphClient(worker, { ...LIMITS, eye, pixels, onPage, sketches: SKETCHED_TEXELS }, view)
   }
 
   /** What bytes are fed to. */
@@ -122,9 +128,14 @@ export class Model extends EventTarget {
     this.#client.send({ kind: 'paint' })
   }
 
-  /** The charts are seen so large: have them tessellated for that. `eye` is in the model's own space. */
+  /** The charts are seen so large: have them tessellated and painted for that. `eye` is in the model's own space. */
   measure(eye, pixelsAtOne, near) {
     this.#detail?.measure(eye, pixelsAtOne, near)
+    const { center, radius } = this.sphere
+    const pixels = (pixelsAtOne * radius) / Math.max(Math.hypot(...center.map((x, k) => x - eye[k])) - radius, near)
+    if (pixels <= WIDEST_TEXEL * this.#pixels) return
+    this.#pixels = pixels
+    this.#client.send({ kind: 'pixels', pixels })
   }
 
   dispose() {
@@ -136,10 +147,10 @@ export class Model extends EventTarget {
     this.dispatchEvent(Object.assign(new Event(type), detail))
   }
 
-  #begin({ bounds, plain }) {
+  #begin({ bounds, sphere, plain }) {
     this.charts = bounds.map(() => ({ geometry: null, textures: {} }))
     this.plain = plain
-    this.sphere = enclosing(bounds)
+    this.sphere = sphere
     this.#detail = new Detail(bounds, ERROR_PIXELS, (counts) => this.#client.send({ kind: 'counts', counts }))
   }
 
@@ -173,13 +184,4 @@ export class Model extends EventTarget {
     Object.assign(this, { roles, alpha, mean, texels, shown: { bytes, coefficients, charts } })
     this.#notify(isFirst ? 'first' : 'refine')
   }
-}
-
-/** A sphere round all of `bounds`. */
-function enclosing(bounds) {
-  const side = (sign) => [0, 1, 2].map((k) => Math.max(...bounds.map((one) => sign * one.center[k] + one.radius)))
-  const [high, low] = [side(1), side(-1)]
-  const center = high.map((x, k) => (x - low[k]) / 2)
-  const reach = (one) => Math.hypot(...center.map((x, k) => x - one.center[k])) + one.radius
-  return { center, radius: Math.max(...bounds.map(reach)) || 1 }
 }

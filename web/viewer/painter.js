@@ -41,7 +41,8 @@ export class ChartPainter {
       let isTouched = fresh.has(source)
       for (const { chart, points } of source.recipe.gutters) {
         const other = charts[chart].textures[target]
-        if (!other?.recipe || !(fresh.has(source) || fresh.has(other))) continue
+        // Between two densities, charts are painted one after another.
+        if (other?.recipe?.density !== source.recipe.density || !(fresh.has(source) || fresh.has(other))) continue
         this.#drawGutter(source, target, made, points, this.#resources.known(other).lines)
         isTouched = true
       }
@@ -104,7 +105,7 @@ export class ChartPainter {
     gl.uniform1i(uniforms.isColor, made.isColor)
     this.#bind(0, gl.TEXTURE_2D, lines, uniforms.lines)
     gl.bindVertexArray(array)
-    gl.drawArrays(gl.POINTS, 0, points.length / 5)
+    gl.drawArrays(gl.POINTS, 0, points.length / 6)
     gl.bindVertexArray(null)
   }
 
@@ -129,7 +130,7 @@ export class ChartPainter {
     return { texture }
   }
 
-  /** Points of a gutter: of each four numbers, and an angle. */
+  /** Points of a gutter: of each four numbers, and an angle's sine and cosine. */
   #newArray(points) {
     const gl = this.#gl
     const array = gl.createVertexArray()
@@ -137,9 +138,9 @@ export class ChartPainter {
     gl.bindVertexArray(array)
     gl.bindBuffer(gl.ARRAY_BUFFER, buffer)
     gl.bufferData(gl.ARRAY_BUFFER, points, gl.STATIC_DRAW)
-    for (const [place, count] of [4, 1].entries()) {
+    for (const [place, count] of [4, 2].entries()) {
       gl.enableVertexAttribArray(place)
-      gl.vertexAttribPointer(place, count, gl.FLOAT, false, 20, 16 * place)
+      gl.vertexAttribPointer(place, count, gl.FLOAT, false, 24, 16 * place)
     }
     gl.bindVertexArray(null)
     return { array, buffer }

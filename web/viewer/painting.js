@@ -8,9 +8,9 @@ uniform bool isColor;
 vec4 stored(vec3 c) {
   return vec4(isColor ? mix(c / 12.92, pow((c + .055) / 1.055, vec3(2.4)), step(.04045, c)) : c, 1);
 }
-vec2 turned(vec2 c, float top, float sine, float cosine) {
-  vec2 n = c - .5 * top;
-  return clamp(floor(.5 * top + n * cosine + vec2(-n.y, n.x) * sine + .5), 0., top);
+ivec2 turned(ivec2 c, int top, ivec2 turn) {
+  ivec2 n = 2 * c - top;
+  return clamp((n * turn.y + ivec2(-n.y, n.x) * turn.x + 8192 * (top + 1)) >> 14, 0, top);
 }`
 
 /** A chart with what lies along its edges round it; or what lies along its edges alone, a row each. */
@@ -85,6 +85,16 @@ uvec3 painted(ivec2 p, ivec4 m) {
   }
   return value;
 }
+int farthest(ivec2 v) {
+  return max(abs(v.x), abs(v.y));
+}
+ivec2 angle(ivec2 v) {
+  while (farthest(v) > 32767) v >>= 1;
+  while (v != ivec2(0) && farthest(v) < 16384) v *= 2;
+  int n = v.x * v.x + v.y * v.y, l = int(sqrt(float(n)));
+  l = max(l + (l * l > n ? -1 : 2 * l < n - l * l ? 1 : 0), 1);
+  return (8192 * v + (l >> 1) + 16384 * l) / l - 16384; // what is divided is positive: then / rounds down
+}
 void main() {
   ivec2 at = ivec2(gl_FragCoord.yx), last = size - 1, q = at - 1;
   if (isLines) q = at.x == 0 ? ivec2(0, at.y) : at.x == 1 ? ivec2(at.y, last.y) : at.x == 2 ? ivec2(last.x, at.y) : ivec2(at.y, 0);
@@ -93,8 +103,7 @@ void main() {
   ivec4 m = matrix(p);
   uvec3 c = painted(p, m);
   if (isNormal && number(6) > 0) {
-    float top = isWide ? 65535. : 255., along = max(length(vec2(m.y, m.w)), 1.);
-    c.xy = uvec2(turned(vec2(c.xy), top, float(m.y) / along, float(m.w) / along));
+    c.xy = uvec2(turned(ivec2(c.xy), isWide ? 65535 : 255, angle(m.yw)));
   }
   if (isWide) c = (c + 128u) / 257u;
   color = stored(vec3(c) / 255.);
@@ -102,26 +111,26 @@ void main() {
 
 const GUTTER_POINT = `${HEAD}
 layout(location = 0) in vec4 point;
-layout(location = 1) in float angle;
+layout(location = 1) in vec2 angle;
 uniform ivec2 size;
 flat out ivec2 from;
-flat out float turn;
+flat out ivec2 turn;
 void main() {
   gl_PointSize = 1.;
   gl_Position = vec4(2. * (point.xy + .5) / vec2(size.yx) - 1., 0, 1);
   from = ivec2(point.zw);
-  turn = angle;
+  turn = ivec2(angle);
 }`
 
 const GUTTER = `${HEAD}
 ${LINEAR}
 uniform sampler2D lines;
 flat in ivec2 from;
-flat in float turn;
+flat in ivec2 turn;
 out vec4 color;
 void main() {
   vec3 c = texelFetch(lines, from, 0).rgb;
-  if (turn != 0.) c.xy = turned(c.xy * 255., 255., sin(turn), cos(turn)) / 255.;
+  c.xy = vec2(turned(ivec2(c.xy * 255. + .5), 255, turn)) / 255.;
   color = stored(c);
 }`
 

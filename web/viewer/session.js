@@ -28,16 +28,16 @@ export class Session {
   /**
    * @param {string | File} source an address, or the stream itself
    * @param {string | null} worker address of uph-worker.js; null: beside the viewer
-   * @param {number[]} eye a vector toward who looks
+   * @param {{ eye: number[], pixels: number }} sight as `Model` takes it
    * @param {boolean} onPage the graphics card paints, not the worker
    * @param {(type: string, event: object) => void} notify called with the model's events, 'error' with its `problem` set
    */
-  constructor(source, worker, eye, onPage, notify) {
+  constructor(source, worker, sight, onPage, notify) {
     this.#worker = worker
     this.#onPage = onPage
     this.name = typeof source === 'string' ? nameOf(source) : source.name
     this.failed = new Promise((resolve) => (this.fail = resolve))
-    const model = (this.model = new Model(takeWorker(worker), eye, onPage))
+    const model = (this.model = new Model(takeWorker(worker), sight, onPage))
     for (const type of EVENTS) {
       model.addEventListener(type, (event) => {
         if (type === 'first' || type === 'refine' || type === 'geometry') this.changes++

@@ -161,6 +161,12 @@ export class Stage {
 
   // ---------------------------------------------------------------- drawing
 
+  /** How many pixels a model's radius is long where it is nearest. */
+  get pixels() {
+    const { eye, near } = this.#orbit.camera()
+    return this.#viewport(0, this.#pixelsFor(1))[3] / 2 / SLOPE / Math.max(Math.hypot(...eye) - 1, near)
+  }
+
   /** Whether the graphics card can draw nothing at the moment. */
   get isLost() {
     return this.#renderer.isLost

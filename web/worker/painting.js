@@ -1,8 +1,12 @@
-/** Painting charts in the worker, with gutters from beyond their edges. */
+/** Painting charts in the worker, with gutters from beyond their edges; and the functions that every painter has. */
 
 import { edgeLines, makeGutter, putGutter } from '../uph-gutter.js'
 import { TARGETS, hasMap } from './maps.js'
 
+/**
+ * What changed is painted target by target: `begin` (returns whether it can be), `paint` chart after chart (likewise), `end`. Entries for
+ * the page, as `uph-worker.js` lists them, go to `entries`. `ChartRecipes` has the same functions: there the graphics card paints.
+ */
 export class ChartPainting {
   #mesher
   #sizes // of the textures, without gutters
@@ -11,6 +15,7 @@ export class ChartPainting {
   #angles = new Map() // per edge: angles between the frames of either side
   #alpha // per chart: how many texels are see-through, and how many of them are soft
   #spare = []
+  #painted = new Map() // charts of the target
 
   constructor(mesher, sizes, density) {
     this.#mesher = mesher
@@ -24,8 +29,18 @@ export class ChartPainting {
     this.#spare = buffers
   }
 
+  begin() {
+    this.#painted = new Map()
+    return true
+  }
+
+  paint(decoder, target, chart) {
+    this.#painted.set(chart, this.#texels(decoder, target, chart))
+    return true
+  }
+
   /** RGBA texels of a chart with room for a gutter of one texel round it. */
-  paintChart(decoder, target, chart) {
+  #texels(decoder, target, chart) {
     const { height, width } = this.#sizes[chart]
     const stride = width + 2
     const data = this.#buffer(4 * stride * (height + 2))
@@ -62,8 +77,9 @@ export class ChartPainting {
     return sum('soft') < texels / 20 ? 'mask' : 'blend'
   }
 
-  /** Fill the gutters of painted charts, and of those beside them; returns what the page must take over. */
-  fillGutters(target, painted) {
+  /** Fill the gutters of painted charts, and of those beside them. */
+  end(target, entries) {
+    const painted = this.#painted
     const lines = (this.#lines[target] ??= [])
     for (const [chart, data] of painted) lines[chart] = edgeLines(data, this.#sizes[chart])
     const beside = new Set()
@@ -74,7 +90,6 @@ export class ChartPainting {
         }
       }
     }
-    const entries = []
     for (const [chart, data] of painted) {
       putGutter(data, this.#sizes[chart], this.#gutter(target, chart))
       entries.push({ chart, target, ...this.#sizes[chart], data })
@@ -82,7 +97,6 @@ export class ChartPainting {
     for (const chart of beside) {
       entries.push({ chart, target, ...this.#sizes[chart], gutter: true, data: this.#gutter(target, chart) })
     }
-    return entries
   }
 
   #gutter(target, chart) {

@@ -1,6 +1,8 @@
 /** What the page's graphics card paints charts from: samples with their pyramids, and for each chart a list of numbers. */
 
-import { MapPyramid, SYMMETRIES, pyramidLevel } from '../uph-core.js'
+import { turnOf } from '../uph-gutter.js'
+import { MapPyramid, pyramidLevel } from '../uph/paint/pyramid.js'
+import { SYMMETRIES } from '../uph/symmetry.js'
 import { forEachAcross } from './across.js'
 import { TARGETS, hasMap } from './maps.js'
 
@@ -10,7 +12,7 @@ const HEAD = 8
 const LAYER_HEAD = 5
 const PLACEMENT_NUMBERS = 9
 
-/** Lists what the page has to know. */
+/** Lists what the page has to know, with the functions of `ChartPainting`. */
 export class ChartRecipes {
   #mesher
   #sizes // of the textures
@@ -20,8 +22,14 @@ export class ChartRecipes {
 
   constructor(mesher, sizes, density) {
     this.#mesher = mesher
+    this.resize(sizes, density)
+  }
+
+  /** Charts are to be painted with other sizes, at so many texels a step. */
+  resize(sizes, density) {
     this.#sizes = sizes
     this.#density = density
+    this.#sent.clear()
   }
 
   /** Charts have other placements, or labels. */
@@ -30,7 +38,7 @@ export class ChartRecipes {
   }
 
   /** Have the page know the samples of a target as they are now; false: it can not show them. */
-  addSheets(decoder, target, entries) {
+  begin(decoder, target, entries) {
     const roles = TARGETS[target].filter((role) => hasMap(decoder, role))
     if (target === 'color' && roles.length > 1) return false
     for (const role of roles) {
@@ -47,16 +55,26 @@ export class ChartRecipes {
   }
 
   /** Have the page paint a chart; returns whether it can. */
-  addRecipe(decoder, target, chart, entries) {
+  paint(decoder, target, chart, entries) {
     if (!this.#sent.has(chart)) {
       const data = chartNumbers(decoder.recipe(chart, this.#density), decoder.exemplarSize)
       if (!data) return false
-      entries.push({ chart, recipe: { gutters: gutterPoints(this.#mesher, this.#sizes, chart, decoder.roles.includes('normal')) }, data })
+      const gutters = gutterPoints(this.#mesher, this.#sizes, chart, decoder.roles.includes('normal'))
+      entries.push({ chart, recipe: { gutters, density: this.#density }, data })
       this.#sent.add(chart)
     }
     const roles = TARGETS[target].filter((role) => hasMap(decoder, role))
     entries.push({ chart, target, roles, ...this.#sizes[chart] })
     return true
+  }
+
+  end() {}
+
+  recycle() {}
+
+  /** What is see-through is not painted here. */
+  get alphaMode() {
+    return 'opaque'
   }
 }
 
@@ -143,8 +161,8 @@ function chartNumbers({ chart, size, field, layers }, exemplar) {
 }
 
 /**
- * What the gutter of a chart shows of those beside it: for each of them, `chart`, and `points`, five numbers each: column and row in the
- * texture, the texel along that chart's edge, which edge, and the angle by which normals turn.
+ * What the gutter of a chart shows of those beside it: for each of them, `chart`, and `points`, six numbers each: column and row in the
+ * texture, the texel along that chart's edge, which edge, and sine and cosine of the angle by which normals turn, in 1/8192.
  */
 function gutterPoints(mesher, sizes, chart, hasNormals) {
   const { height, width } = sizes[chart]
@@ -158,7 +176,7 @@ function gutterPoints(mesher, sizes, chart, hasNormals) {
       const points = found.get(seam.chart)
       forEachAcross(seam, count, seam.edge % 2 ? other.height : other.width, (n, m) => {
         const [x, y] = [[n + 1, 0], [width + 1, n + 1], [n + 1, height + 1], [0, n + 1]][edge]
-        points.push(x, y, m, seam.edge, angles?.[n] ?? 0)
+        points.push(x, y, m, seam.edge, ...turnOf(angles?.[n] ?? 0))
       })
     }
   }

@@ -2,11 +2,11 @@
 
 import { Session } from './session.js'
 
-/** Serve what comes from a port, or from the worker's own scope; `loadRare` as `Session` takes it. */
-export function serve(port, loadRare) {
+/** Serve what comes from a port, or from the worker's own scope. */
+export function serve(port) {
   let session = null
   port.onmessage = ({ data }) => {
-    if (data.kind === 'join') serve(data.port, loadRare)
-    else (session ??= new Session((message, transfer = []) => port.postMessage(message, transfer), loadRare)).receive(data)
+    if (data.kind === 'join') serve(data.port)
+    else (session ??= new Session((message, transfer = []) => port.postMessage(message, transfer))).receive(data)
   }
 }

@@ -1,7 +1,7 @@
 /** One stream in the worker: what messages ask for, decoded, painted and tessellated in slices. */
 
-import { MissingPart, UphDecoder, part } from '../uph-core.js'
-import { SurfaceMesher, countsFor } from '../uph-mesh.js'
+import { UphDecoder } from '../uph.js'
+import { SurfaceMesher, TriangleMesher, countsFor } from '../uph-mesh.js'
 import { TARGETS, hasMap, knownShare } from './maps.js'
 import { SLICE, yieldToMessages } from './schedule.js'
 import { ChartTextures, texelsOf } from './textures.js'
@@ -14,10 +14,7 @@ const FIRST_SHARE = 1 / 4 // of the charts: a first picture waits for as many
 const LEAST_SHARE = 1 / 16 // of a chart's texels, each way, where the page can not show all
 const MESH_ARRAYS = ['positions', 'normals', 'tangents', 'parameters', 'indices', 'outline']
 
-/**
- * One stream. `post(message, transfer)` sends to the page; messages are listed in `uph-worker.js`. `loadRare` loads `uph-rare.js`,
- * where that is not there from the start.
- */
+/** One stream. `post(message, transfer)` sends to the page; messages are listed in `uph-worker.js`. */
 export class Session {
   #post
   #bytes = new Uint8Array(1 << 16)
@@ -26,7 +23,9 @@ export class Session {
   #mesher = null
   #textures = null
   #nearness = [] // of charts, to who looks
-  #density = 0 // texels a step
+  #density = 0 // texels a step that the stream asks for
+  #radius = 1 // of the model
+  #stepLength = null // in the mean
   #substitute = null // a picture instead of the exemplar
   #limit = {}
   #ticket = 0
@@ -38,16 +37,13 @@ export class Session {
   #isWaiting = false // the page has not shown yet what it got
   #isScheduled = false // work is due
   #isBusy = false
-  #loadRare
-  #isLoading = false
   #ended = false // no more bytes will come
   #isUrgent = false // somebody waits for just this picture
   #paintedAt = performance.now()
   #paintTime = 0
 
-  constructor(post, loadRare = null) {
+  constructor(post) {
     this.#post = post
-    this.#loadRare = loadRare
     this.#schedule()
   }
 
@@ -59,6 +55,7 @@ export class Session {
     else if (kind === 'end') this.#ended = true
     else if (kind === 'limit') this.#setLimit(message)
     else if (kind === 'counts') this.#counts = message.counts
+    else if (kind === 'pixels') this.#look(message.pixels)
     else if (kind === 'paint') this.#paintHere()
     else if (kind === 'exemplar') this.#replaceExemplar(message.picture)
     else if (kind === 'shown') {
@@ -115,7 +112,7 @@ export class Session {
       try {
         await this.#work()
       } catch (error) {
-        this.#meet(error) // if not a part that is missing, then a fault of ours, or of the machine: memory, say
+        this.#fail(error) // of ours, or of the machine: memory, say
         this.#textures?.clearDirty()
       }
       this.#isBusy = false
@@ -172,36 +169,17 @@ export class Session {
       try {
         this.#noteChanges(decoder.feed(this.#bytes.subarray(received, received + size)))
       } catch (error) {
-        this.#meet(error)
+        this.#fail(error)
       }
       if (performance.now() > until) break
     }
     return isLeft()
   }
 
-  /** Load what the stream needs of the decoder, and begin anew. */
-  async #completeDecoder() {
-    this.#failed = this.#isLoading = true
-    try {
-      await this.#loadRare()
-      this.#restart()
-    } catch {
-      this.#fail(new Error('uph-rare.js does not load'))
-    }
-    this.#loadRare = null
-    this.#isLoading = false
-    this.#schedule()
-  }
-
   /** Paint here from now on. */
   #paintHere() {
     this.onPage = false
     this.#textures?.paintHere()
-  }
-
-  #meet(error) {
-    if (error instanceof MissingPart && this.#loadRare) this.#completeDecoder()
-    else this.#fail(error)
   }
 
   #fail(error) {
@@ -228,30 +206,48 @@ export class Session {
   /** Surface and charts are known: tell the page. */
   #begin() {
     const { surface, charts, exemplarSize } = this.#decoder
-    this.#mesher = surface.kind === 'mesh' ? new (part('TriangleMesher'))(surface, charts) : new SurfaceMesher(surface, charts)
+    this.#mesher = surface.kind === 'mesh' ? new TriangleMesher(surface, charts) : new SurfaceMesher(surface, charts)
     const bounds = charts.map((_, n) => this.#mesher.bounds(n))
     this.#nearness = bounds.map(({ center }) => center.reduce((sum, x, k) => sum + x * (this.eye?.[k] ?? 0), 0))
-    const radius = enclosingRadius(bounds)
-    this.#counts = new Uint16Array(bounds.flatMap((one) => countsFor(one, FIRST_PIXELS / 2 / radius, 0.5)))
-    this.#post({ kind: 'surface', bounds, plain: this.#mesher.plainMesh?.() ?? null, exemplar: exemplarSize })
+    const sphere = enclosing(bounds)
+    this.#counts = new Uint16Array(bounds.flatMap((one) => countsFor(one, FIRST_PIXELS / 2 / sphere.radius, 0.5)))
+    this.#post({ kind: 'surface', bounds, sphere, plain: this.#mesher.plainMesh?.() ?? null, exemplar: exemplarSize })
+    this.#radius = sphere.radius
+    this.#mesh()
   }
 
   /** It is known with how many texels a step the stream is to be painted. */
   #sizeTextures() {
     const decoder = this.#decoder
-    const sizesAt = (density) => decoder.charts.map((_, n) => decoder.paintedSize(n, density))
     this.#density = decoder.density
-    this.#textures = new ChartTextures(this.#mesher, sizesAt, this.#densityFor(sizesAt), this.#nearness, this.onPage, this.sketches)
+    const sizesAt = (density) => this.#sizesAt(density)
+    this.#textures = new ChartTextures(this.#mesher, sizesAt, this.#densityFor(), this.#nearness, this.onPage, this.sketches)
   }
 
-  /** With how many texels a step the page can show them: as many, half, a quarter … */
-  #densityFor(sizesAt) {
-    for (let density = this.#density; density >= LEAST_SHARE * this.#density; density /= 2) {
-      const sizes = sizesAt(density)
+  #sizesAt(density) {
+    return this.#decoder.charts.map((_, n) => this.#decoder.paintedSize(n, density))
+  }
+
+  /** The page shows the model so large. What is painted finer than that stays. */
+  #look(pixels) {
+    this.pixels = Math.max(this.pixels, pixels)
+    if (this.#textures) this.#textures.density = this.#densityFor()
+  }
+
+  /**
+   * With how many texels a step the page can show them: as many as the stream asks for, half, a quarter …, and no more than
+   * make a texel one pixel where the model is nearest.
+   */
+  #densityFor() {
+    const least = LEAST_SHARE * this.#density
+    const enough = Math.max(least, ((this.pixels ?? Infinity) / this.#radius) * this.#stepLength)
+    for (let density = this.#density; density >= least; density /= 2) {
+      if (density / 2 >= enough) continue
+      const sizes = this.#sizesAt(density)
       const fits = ({ height, width }) => Math.max(height, width) <= this.maxTextureSize - 2
       if (texelsOf(sizes) <= this.maxTexels && sizes.every(fits)) return density
     }
-    throw new Error(`model has ${texelsOf(sizesAt(this.#density))} texels; allowed here: ${this.maxTexels / LEAST_SHARE ** 2}`)
+    throw new Error(`model has ${texelsOf(this.#sizesAt(this.#density))} texels; allowed here: ${this.maxTexels / LEAST_SHARE ** 2}`)
   }
 
   #mesh() {
@@ -266,6 +262,7 @@ export class Session {
     }
     this.#meshedCounts = counts.slice()
     if (!pieces.length) return
+    this.#stepLength ??= stepLength(this.#decoder.charts, pieces)
     const buffers = pieces.flatMap((piece) => MESH_ARRAYS.map((name) => piece[name].buffer))
     this.#post({ kind: 'meshes', pieces, counts: this.#meshedCounts }, buffers)
   }
@@ -296,7 +293,7 @@ export class Session {
     const decoder = this.#decoder
     return {
       ticket: this.#ticket,
-      idle: isIdle && !this.#isLoading && !this.#isWaiting && !(this.#isDirty && this.#isWorthwhile),
+      idle: isIdle && !this.#isWaiting && !(this.#isDirty && this.#isWorthwhile),
       bytes: decoder.received,
       total: decoder.total,
       needed: decoder.needed,
@@ -308,9 +305,29 @@ export class Session {
   }
 }
 
-/** Radius of a sphere round all charts' spheres. */
-function enclosingRadius(bounds) {
-  const low = [0, 1, 2].map((k) => Math.min(...bounds.map(({ center, radius }) => center[k] - radius)))
-  const high = [0, 1, 2].map((k) => Math.max(...bounds.map(({ center, radius }) => center[k] + radius)))
-  return Math.hypot(...low.map((x, k) => high[k] - x)) / 2 || 1
+/** A sphere round all of `bounds`. */
+function enclosing(bounds) {
+  const side = (sign) => [0, 1, 2].map((k) => Math.max(...bounds.map((one) => sign * one.center[k] + one.radius)))
+  const [high, low] = [side(1), side(-1)]
+  const center = high.map((x, k) => (x - low[k]) / 2)
+  const reach = (one) => Math.hypot(...center.map((x, k) => x - one.center[k])) + one.radius
+  return { center, radius: Math.max(...bounds.map(reach)) || 1 }
+}
+
+/** The mean length of charts' steps on their meshes. */
+function stepLength(charts, pieces) {
+  let [area, steps] = [0, 0]
+  for (const { chart, positions, parameters, indices } of pieces) {
+    const whole = charts[chart].height * charts[chart].width
+    /** Twice what a triangle covers in the plane of coordinates i and j. */
+    const covered = (list, size, n, i, j) => {
+      const [a, b, c] = [size * indices[n], size * indices[n + 1], size * indices[n + 2]]
+      return (list[b + i] - list[a + i]) * (list[c + j] - list[a + j]) - (list[b + j] - list[a + j]) * (list[c + i] - list[a + i])
+    }
+    for (let n = 0; n < indices.length; n += 3) {
+      area += Math.hypot(covered(positions, 3, n, 1, 2), covered(positions, 3, n, 2, 0), covered(positions, 3, n, 0, 1))
+      steps += Math.abs(covered(parameters, 2, n, 0, 1)) * whole
+    }
+  }
+  return Math.sqrt(area / steps)
 }

@@ -8,13 +8,13 @@ export class ChartTextures {
   #mesher
   #sizesAt // sizes of the textures, without gutters, by texels a step
   #density // texels a step
-  #sketchDensity // of sketches
+  #mostSketched // texels of a sketch
   #nearness // of charts: what is nearest is painted first
   #dirty = new Map() // per target: charts to paint
   #sketched = new Set() // targets that are to be painted in full
   #recipes = null // where the page paints
   #paintings = new Map() // paint where it does not, by texels a step
-  #painting = null // the one that was used last
+  #painter = null // the one of these that was used last
 
   /** `most` texels has a sketch of all charts; undefined: there are none. `sizesAt(density)` tells the sizes of the textures. */
   constructor(mesher, sizesAt, density, nearness, onPage, most) {
@@ -22,9 +22,24 @@ export class ChartTextures {
     this.onPage = onPage
     this.#mesher = mesher
     this.#sizesAt = sizesAt
-    this.#density = this.#sketchDensity = density
+    this.#density = density
     this.#nearness = nearness
-    while (texelsOf(sizesAt(this.#sketchDensity)) > Math.max(most, nearness.length)) this.#sketchDensity /= 2
+    this.#mostSketched = Math.max(most, nearness.length)
+  }
+
+  /** Paint with so many texels a step from now on. What the page has stays until then. */
+  set density(density) {
+    if (density === this.#density) return
+    this.#density = density
+    this.#recipes?.resize(this.#sizesAt(density), density)
+    this.#paintings.clear()
+    for (const target of this.#dirty.keys()) this.markDirty(target)
+  }
+
+  get #sketchDensity() {
+    let density = this.#density
+    while (texelsOf(this.#sizesAt(density)) > this.#mostSketched) density /= 2
+    return density
   }
 
   /** Texels of all charts. */
@@ -69,12 +84,12 @@ export class ChartTextures {
 
   /** Use memory again that the page has given back. */
   recycle(buffers) {
-    this.#paintings.get(this.#density)?.recycle(buffers)
+    this.#painter?.recycle(buffers)
   }
 
   /** 'opaque', 'mask' or 'blend', as glTF has it, and as the Python side decides. */
   get alphaMode() {
-    return this.#painting?.alphaMode ?? 'opaque'
+    return this.#painter?.alphaMode ?? 'opaque'
   }
 
   /** Paint what is dirty; returns what the page must take over. A sketch has fewer texels. `between` is called between slices. */
@@ -89,34 +104,31 @@ export class ChartTextures {
     const entries = []
     let until = performance.now() + SLICE
     for (const [target, dirty] of jobs) {
-      const painted = new Map()
-      if (this.onPage && !this.#listing.addSheets(decoder, target, entries)) this.paintHere()
-      const painting = this.onPage ? null : this.#paintingAt(density)
+      let painter = this.#painterAt(density)
+      if (!painter.begin(decoder, target, entries)) {
+        this.paintHere()
+        painter = this.#painterAt(density)
+        painter.begin()
+      }
       for (const chart of [...dirty].sort((a, b) => this.#nearness[b] - this.#nearness[a])) {
-        if (painting) painted.set(chart, painting.paintChart(decoder, target, chart))
-        else if (!this.#listing.addRecipe(decoder, target, chart, entries)) this.paintHere()
+        if (!painter.paint(decoder, target, chart, entries)) this.paintHere()
         if (performance.now() > until) {
           await yieldToMessages()
           between()
           until = performance.now() + SLICE
         }
       }
-      if (!painting) continue
-      entries.push(...painting.fillGutters(target, painted))
+      painter.end(target, entries)
       if (density !== this.#density) this.#sketched.add(target)
     }
     return entries
   }
 
-  /** What tells the page what to paint. */
-  get #listing() {
-    return (this.#recipes ??= new ChartRecipes(this.#mesher, this.#sizesAt(this.#density), this.#density))
-  }
-
-  /** What paints here, so many texels a step. */
-  #paintingAt(density) {
+  /** What paints so many texels a step, on the page or here. */
+  #painterAt(density) {
+    if (this.onPage) return (this.#painter = this.#recipes ??= new ChartRecipes(this.#mesher, this.#sizesAt(density), density))
     if (!this.#paintings.has(density)) this.#paintings.set(density, new ChartPainting(this.#mesher, this.#sizesAt(density), density))
-    return (this.#painting = this.#paintings.get(density))
+    return (this.#painter = this.#paintings.get(density))
   }
 }
 

@@ -77,10 +77,8 @@ def write_html(
 def viewer_page(stream: bytes, *, title: str = "upholster", poster: bytes = b"") -> bytes:
     """Return the page that `write_html` writes: UTF-8, with the viewer that comes with upholster."""
     shipped = resources.files("upholster") / "web"
-    names = ("upholster-viewer.js", "uph-worker.js", "uph-rare.js")
-    viewer, *worker = ((shipped / name).read_bytes() for name in names)
-    # Nothing can be loaded later: the worker's parts come with it.
-    return html_page(stream, title=title, viewer=viewer, worker=b"".join(worker), poster=poster)
+    viewer, worker = ((shipped / name).read_bytes() for name in ("upholster-viewer.js", "uph-worker.js"))
+    return html_page(stream, title=title, viewer=viewer, worker=worker, poster=poster)
 
 
 def html_page(stream: bytes, *, title: str, viewer: bytes, worker: bytes, poster: bytes = b"") -> bytes:

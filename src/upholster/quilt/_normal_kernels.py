@@ -1,13 +1,33 @@
 """Vectors of painted normal maps: turned by the angle of a warp field, and made unit vectors."""
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.jit import kernel
+from upholster.jit import inline, kernel
 from upholster.quilt._field_kernels import matrix_between
 from upholster.types import PixelArray
 
 __all__ = ["lengthen_vectors", "turn_vectors"]
+
+
+_ONE = 8192
+"""What stands for 1 in sines and cosines."""
+
+
+@inline
+def _turn(m: tuple[Any, Any, Any, Any]) -> tuple[Any, Any]:
+    """Return sine and cosine of the angle of M's second column, in 1/8192, by 32-bit integers alone."""
+    down, right = np.int64(m[1]), np.int64(m[3])
+    while max(abs(down), abs(right)) > 32767:
+        down, right = down >> 1, right >> 1
+    # A field's sizes have a least one, but between two nodes half a turn apart M may vanish.
+    while 0 < max(abs(down), abs(right)) < 16384:
+        down, right = 2 * down, 2 * right
+    length: Any = max(np.int64(np.sqrt(np.float64(down * down + right * right))), 1)
+    half = length >> 1
+    return (_ONE * down + half) // length, (_ONE * right + half) // length
 
 
 @kernel
@@ -17,28 +37,25 @@ def turn_vectors(
     margin: int,
     rows: NDArray[np.int64],
     columns: NDArray[np.int64],
-    top: float,
+    top: int,
 ) -> None:
     """Turn each texel's (x, y) by the angle of M's second column, in place.
 
     `samples` (height, width, 3) lie at `rows` and `columns` of a chart, in 1/16 step; `top` stands for 1 (and
     0 for −1); 1 means floats, which are not rounded. No trigonometry: every machine gives the same.
     """
-    middle = 0.5 * top
     for i in range(samples.shape[0]):
         for j in range(samples.shape[1]):
-            m = matrix_between(matrices, margin, rows[i], columns[j])
-            down, right = np.float64(m[1]), np.float64(m[3])
-            # A field's sizes have a least one, but between two nodes half a turn apart M may vanish.
-            length = max(np.sqrt(down * down + right * right), 1.0)
-            sine, cosine = down / length, right / length
-            x, y = samples[i, j, 0] - middle, samples[i, j, 1] - middle
-            u, v = middle + (x * cosine - y * sine), middle + (x * sine + y * cosine)
-            if top != 1.0:
-                u = min(max(np.floor(u + 0.5), 0.0), top)
-                v = min(max(np.floor(v + 0.5), 0.0), top)
-            samples[i, j, 0] = u
-            samples[i, j, 1] = v
+            sine, cosine = _turn(matrix_between(matrices, margin, rows[i], columns[j]))
+            if top == 1:
+                x, y = samples[i, j, 0] - 0.5, samples[i, j, 1] - 0.5
+                samples[i, j, 0] = 0.5 + (x * cosine - y * sine) / _ONE
+                samples[i, j, 1] = 0.5 + (x * sine + y * cosine) / _ONE
+            else:
+                u, v = 2 * np.int64(samples[i, j, 0]) - top, 2 * np.int64(samples[i, j, 1]) - top
+                middle = _ONE * (top + 1)
+                samples[i, j, 0] = min(max((u * cosine - v * sine + middle) >> 14, 0), top)
+                samples[i, j, 1] = min(max((u * sine + v * cosine + middle) >> 14, 0), top)
 
 
 @kernel

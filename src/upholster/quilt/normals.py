@@ -99,7 +99,7 @@ def turn_window(
         return
     rows = texel_places(chart.height, painted.height)[window[0]]
     columns = texel_places(chart.width, painted.width)[window[1]]
-    turn_vectors(out, field.matrices, field.margin, rows, columns, float(_top(out.dtype)))
+    turn_vectors(out, field.matrices, field.margin, rows, columns, _top(out.dtype))
 
 
 def unit_normals(texels: Texels, *, threads: int | None = None) -> Texels:

@@ -43,7 +43,6 @@ _SCRIPTS = (
     "upholster-lab.js",
     "upholster-environment.js",
     "uph-worker.js",
-    "uph-rare.js",
     "uph-picture.js",
 )
 _ASSETS = {
@@ -141,15 +140,11 @@ class _Site:
         if name not in _ASSETS:
             return _missing()
         folder, media_type = _ASSETS[name]
-        if accepts(request, "br"):
-            found = await anyio.to_thread.run_sync(self._asset, os.path.realpath(folder / f"{name}.br"))
-            if isinstance(found, Version):
-                return await packed_response(request, found, media_type, "br")
         found = await anyio.to_thread.run_sync(self._asset, os.path.realpath(folder / name))
         if not isinstance(found, Version):
             return found
         if accepts(request, "gzip"):
-            return await packed_response(request, found, media_type, "gzip")
+            return await packed_response(request, found, media_type)
         return file_response(request, found, media_type, piece=self._piece)
 
     def _stream(self, name: str) -> Version | Response:

@@ -70,31 +70,31 @@ def accepts(request: Request, coding: str) -> bool:
     return coding in {part.partition(";")[0].strip() for part in codings}
 
 
-async def packed_response(request: Request, version: Version, media_type: str, coding: str) -> Response:
-    """Return a small file in a coding: ``gzip``, or ``br``, in which it is already; closes the file."""
+async def packed_response(request: Request, version: Version, media_type: str) -> Response:
+    """Return a small file gzipped; closes the file."""
     with version.file:
-        tag = f'{version.tag[:-1]}-{coding}"'
+        tag = f'{version.tag[:-1]}-gzip"'
         if (known := unchanged_response(request, tag)) is not None:
             return known
-        packed = await anyio.to_thread.run_sync(_packed, version, coding == "br")
+        packed = await anyio.to_thread.run_sync(_packed, version)
     if packed is None:
         return PlainTextResponse("This file is being written.", 503, {"retry-after": "1"})
     headers = validators(tag) | {
         "cache-control": _BRIEFLY,
         "content-type": media_type,
-        "content-encoding": coding,
+        "content-encoding": "gzip",
         "vary": "Accept-Encoding",
     }
     return Response(packed, headers=headers)
 
 
-def _packed(version: Version, is_packed: bool) -> bytes | None:
+def _packed(version: Version) -> bytes | None:
     """Return a file packed, the same bytes whenever; None if it is written to meanwhile."""
     if version.tag not in _PACKED:
         data = version.read(0, version.size)
         if len(data) < version.size:
             return None
-        _PACKED[version.tag] = data if is_packed else gzip.compress(data, 9, mtime=0)
+        _PACKED[version.tag] = gzip.compress(data, 9, mtime=0)
     return _PACKED[version.tag]
 
 

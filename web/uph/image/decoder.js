@@ -1,8 +1,8 @@
 /** An image as its stream comes: from coefficients to samples [7.3, 7.4]. */
 
 import { clamp, range } from '../numbers.js'
-import { part } from '../parts.js'
 import { CoefficientDecoder, NEGATIVE } from './coefficients.js'
+import * as exact from './exact.js'
 import { NINE_SEVEN, idwt2 } from './wavelets.js'
 
 // Where in its interval a value is expected, in 1/64, by the share of ones among refinement bits.
@@ -17,7 +17,7 @@ export class ImageDecoder {
   constructor(header) {
     this.header = header
     /** The lossless wavelets; null for 9/7. */
-    this.exact = header.wavelet ? part('exact') : null
+    this.exact = header.wavelet ? exact : null
     this.coefficients = new CoefficientDecoder(header)
     this.complete = false
     if (header.plane < 0) this.feed(new Uint8Array(0))

@@ -20,17 +20,37 @@ export function symmetricNormals(picture, symmetry) {
   return { ...picture, data: out }
 }
 
+/** What stands for 1 in sines and cosines. */
+export const ONE = 8192
+
 /** Turn painted normals, three samples each, by the angles of as many matrices of a field. */
 export function turnNormals(samples, matrices) {
   const top = topOf(samples)
-  const middle = 0.5 * top
-  const rounded = top === 1 ? (x) => x : (x) => clamp(Math.floor(x + 0.5), 0, top)
   for (let at = 0, m = 0; at < samples.length; at += 3, m += 4) {
-    const [across, along] = [matrices[m + 1], matrices[m + 3]]
-    const length = Math.max(Math.sqrt(across * across + along * along), 1)
-    const [sine, cosine] = [across / length, along / length]
-    const [x, y] = [samples[at] - middle, samples[at + 1] - middle]
-    samples[at] = rounded(middle + (x * cosine - y * sine))
-    samples[at + 1] = rounded(middle + (x * sine + y * cosine))
+    const [sine, cosine] = angleOf(matrices[m + 1], matrices[m + 3])
+    turnNormal(samples, at, top, sine, cosine)
   }
+}
+
+/** Sine and cosine, in 1/8192, of the angle of (across, along), by integers of 32 bits. */
+function angleOf(across, along) {
+  let [v, w] = [across, along]
+  while (Math.max(Math.abs(v), Math.abs(w)) > 32767) [v, w] = [v >> 1, w >> 1]
+  while ((v || w) && Math.max(Math.abs(v), Math.abs(w)) < 16384) [v, w] = [2 * v, 2 * w]
+  const length = Math.max(Math.floor(Math.sqrt(v * v + w * w)), 1)
+  return [v, w].map((x) => Math.floor((ONE * x + (length >> 1)) / length))
+}
+
+/** Turn the normal at `samples[at]`, of which `top` stands for 1, by an angle of this sine and cosine, in 1/8192. */
+export function turnNormal(samples, at, top, sine, cosine) {
+  if (top === 1) {
+    const [x, y] = [samples[at] - 0.5, samples[at + 1] - 0.5]
+    samples[at] = 0.5 + (x * cosine - y * sine) / ONE
+    samples[at + 1] = 0.5 + (x * sine + y * cosine) / ONE
+    return
+  }
+  const [x, y] = [2 * samples[at] - top, 2 * samples[at + 1] - top]
+  const middle = ONE * (top + 1)
+  samples[at] = clamp((x * cosine - y * sine + middle) >> 14, 0, top)
+  samples[at + 1] = clamp((x * sine + y * cosine + middle) >> 14, 0, top)
 }
