@@ -1,8 +1,8 @@
-"""What the first bytes of a stream show: ``python -m benchmarks.prefixes [--mesh FILE] [-o OUT]``.
+"""What the first bytes of a stream show: ``python -m benchmarks.prefixes [--mesh FILE …] [-o OUT]``.
 
-The PSNR of all texels against those of the whole stream after 1, 2, 4, 8, 16 and 32 kB, for README's
-first model, a mesh (by default the chair of the examples) and a flat texture. Writes ``prefixes.csv``, and
-``prefixes.png`` with a curve each, to OUT.
+The PSNR of all texels against those of the whole stream after 1, 2, 4, 8, 16 and 32 kB behind the surface
+itself, for README's ring, a ring of pebbles, the chair of the examples and further meshes. Writes
+``prefixes.csv``, ``prefixes.png`` with a curve each, and ``prefixes.jpg`` with pictures, to OUT.
 """
 
 import argparse
@@ -13,18 +13,23 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.measure import EXEMPLAR
-from upholster.image import write_image
+from upholster.image import read_image, write_image
 from upholster.image.drawing import Drawing
 from upholster.levels import texels_psnr
+from upholster.options import WriteOptions
 from upholster.pipeline import cover
+from upholster.quilt import paint
+from upholster.refining import refine
 from upholster.stream import StreamDecoder
+from upholster.stream.prefix import Limit
 from upholster.types import PixelArray
 
 __all__ = ["main"]
 
 SIZES = (1000, 2000, 4000, 8000, 16_000, 32_000)
 EXAMPLES = EXEMPLAR.parent
-COLORS = {"ring": (0.75, 0.25, 0.1), "mesh": (0.1, 0.35, 0.7), "flat": (0.1, 0.55, 0.2)}
+COLORS = ((0.75, 0.25, 0.1), (0.1, 0.55, 0.2), (0.1, 0.35, 0.7), (0.5, 0.2, 0.6), (0.5, 0.5, 0.1))
+VIEW, SIDE = (150.0, 32.0), 320
 
 Curve = list[tuple[int, float]]
 
@@ -32,61 +37,84 @@ Curve = list[tuple[int, float]]
 def main(argv: list[str] | None = None) -> int:
     """Make the streams, measure their prefixes, print and write."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--mesh", type=Path, default=EXAMPLES / "chair.glb")
+    parser.add_argument("--mesh", type=Path, nargs="*", default=[])
     parser.add_argument("-o", "--out", type=Path, default=Path(__file__).parent)
     options = parser.parse_args(argv)
     options.out.mkdir(parents=True, exist_ok=True)
-    curves: dict[str, Curve] = {}
+    curves, rows = dict[str, Curve](), []
     for name, path in _streams(options.out, options.mesh).items():
         data = path.read_bytes()
-        curves[name] = _curve(data)
-        placed = _placed_at(data)
+        surface, own = _surface_bytes(data), _own_at(data)
+        curves[name] = _curve(data, surface)
         at_sizes = dict(curves[name])
         row = ", ".join(f"{size // 1000} kB {at_sizes[size]:.1f}" for size in SIZES if size in at_sizes)
-        print(f"{name}: {row} dB; every chart has its placements after {placed:,} bytes of {len(data):,}")
+        print(f"{name}: {len(data):,} bytes, of these {surface:,} of surface; behind it {row} dB, ", end="")
+        print(f"and every chart has a placement of its own after {own:,}")
+        rows.append([_picture(path, surface + size, options.out) for size in SIZES[:5]])
     with (options.out / "prefixes.csv").open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
-        writer.writerow(("model", "bytes", "dB"))
+        writer.writerow(("model", "bytes behind the surface", "dB"))
         writer.writerows((name, n, f"{psnr:.2f}") for name, curve in curves.items() for n, psnr in curve)
     write_image(options.out / "prefixes.png", _plot(curves))
+    write_image(options.out / "prefixes.jpg", np.vstack([np.hstack(row) for row in rows]))
     return 0
 
 
-def _streams(folder: Path, mesh: Path) -> dict[str, Path]:
+def _streams(folder: Path, meshes: list[Path]) -> dict[str, Path]:
     # Those that are there already are measured as they are.
-    made = {name: folder / f"prefixes-{name}.uph" for name in COLORS}
     ring = {"sample_size": 5.0, "direction": "around:z"}
-    if not made["ring"].exists():
-        cover(EXEMPLAR, "cyclide", made["ring"], synthesis={**ring, "texels": 4_000_000}, seed=3)
-    if not made["mesh"].exists():
-        cover(EXAMPLES / "weave.png", mesh, made["mesh"])
-    if not made["flat"].exists():
-        cover(EXAMPLES / "granite.png", "plane", made["flat"], synthesis={"texels": (1024, 1024)})
+    cases = {
+        "ring": (EXEMPLAR, "cyclide", {**ring, "texels": 4_000_000}),
+        "pebbles": (EXAMPLES / "pebbles.png", "cyclide", {"sample_size": 5.0, "texels": 1_000_000}),
+        "chair": (EXAMPLES / "weave.png", EXAMPLES / "chair.glb", {}),
+        **{mesh.stem: (EXEMPLAR, mesh, {}) for mesh in meshes},
+    }
+    made = {name: folder / f"prefixes-{name}.uph" for name in cases}
+    for name, (sample, on, synthesis) in cases.items():
+        if not made[name].exists():
+            cover(sample, on, made[name], synthesis=synthesis, seed=3)
     return made
 
 
-def _curve(data: bytes) -> Curve:
+def _surface_bytes(data: bytes) -> int:
+    # A mesh takes many bytes before there is anything to lay texture on.
+    decoder = StreamDecoder()
+    decoder.feed(data)
+    return next(chunk.payload_offset + chunk.length + 4 for chunk in decoder.chunks if chunk.tag == "S")
+
+
+def _picture(path: Path, most: int, folder: Path) -> PixelArray:
+    picture = folder / "prefixes-part.png"
+    options = WriteOptions(size=(SIDE, SIDE), view=VIEW)
+    refine(path, picture, limit=Limit(most_bytes=most), options=options)
+    found = read_image(picture)
+    picture.unlink()
+    return found
+
+
+def _curve(data: bytes, surface: int) -> Curve:
     whole = StreamDecoder()
     whole.feed(data)
     best = whole.texels()
     decoder, place = StreamDecoder(), 0
     found = []
-    lengths = {*SIZES, *np.geomspace(600, len(data), 32).astype(int).tolist()}
-    for length in sorted(n for n in lengths if n < len(data)):
-        decoder.feed(data[place:length])
-        place = length
+    lengths = {*SIZES, *np.geomspace(600, len(data) - surface, 32).astype(int).tolist()}
+    for length in sorted(n for n in lengths if surface + n < len(data)):
+        decoder.feed(data[place : surface + length])
+        place = surface + length
         if not decoder.needed:
-            found.append((length, texels_psnr(decoder.texels(), best)))
+            now = paint(decoder.quilt(), decoder.exemplar(), density=whole.density)
+            found.append((length, texels_psnr(now, best)))
     return found
 
 
-def _placed_at(data: bytes) -> int:
+def _own_at(data: bytes) -> int:
     decoder = StreamDecoder()
-    for place in range(0, len(data), 16):
-        decoder.feed(data[place : place + 16])
+    for place in range(0, len(data), 64):
+        decoder.feed(data[place : place + 64])
         if decoder.charts and decoder.charts_known == len(decoder.charts):
-            return decoder.received
-    return len(data)
+            break
+    return decoder.received - _surface_bytes(data)
 
 
 def _plot(curves: dict[str, Curve]) -> PixelArray:
@@ -105,11 +133,11 @@ def _plot(curves: dict[str, Curve]) -> PixelArray:
     for length in (500, *SIZES, 64_000):
         drawing.lines([at(length, low), at(length, high)], color=grey)
         drawing.text(int(at(length, low)[0]), height - bottom + 20, f"{length / 1000:g} kB", size=14)
-    for n, (name, curve) in enumerate(curves.items()):
+    for n, ((name, curve), color) in enumerate(zip(curves.items(), COLORS, strict=False)):
         inside = [at(length, psnr) for length, psnr in curve if length <= 64_000 and psnr <= high]
-        drawing.lines(inside, color=COLORS[name], width=3)
-        drawing.text(left + 60, top + 30 + 22 * n, name, color=COLORS[name])
-    drawing.text(width // 2, height - 12, "bytes of the stream; PSNR of all texels, in dB", size=14)
+        drawing.lines(inside, color=color, width=3)
+        drawing.text(left + 60, top + 30 + 22 * n, name, color=color)
+    drawing.text(width // 2, height - 12, "bytes behind the surface; PSNR of all texels, in dB", size=14)
     return drawing.pixels()
 
 

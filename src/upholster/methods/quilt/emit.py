@@ -28,8 +28,8 @@ LABEL_CELL = 2
 """Steps a side of a cell of label maps: blocks are blended over so many. Cells of two charts do not line up:
 the larger they are, the more a border of blocks is off where it crosses a seam."""
 
-_SOURCE_UNIT, _OFFSET_UNIT = 4, 16
-"""Sources are quarters of a pixel, offsets 1/256 pixel for a step: finer ones only cost bytes."""
+_SOURCE_UNIT, _OFFSET_UNIT = 4, 64
+"""Sources are quarters of a pixel, offsets 1/64 pixel for a step: finer ones only cost bytes."""
 
 _OFF = 0.3
 """Pixels that a placement may be off somewhere before its matrix gets an offset."""
