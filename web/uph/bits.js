@@ -15,10 +15,12 @@ const RECIPROCALS = Int32Array.from(range(1024), (n) => Math.round(16384 / (n + 
 /** The most counters that one bit is predicted from. */
 export const MAX_INPUTS = 5
 
+const TOLD_LIMIT = 255
+
 /** Decodes bits. A caller puts counters into `input`, then asks for the bit that they and a mixer predict. */
 export class BitDecoder {
   /** So many counters and mixers; the mixers' weights in 1/65536 at first. */
-  constructor(counters, mixers, weight) {
+  constructor(counters, mixers = 0, weight = 0) {
     // Of each counter p, and n in the lowest ten bits: they are read together.
     this.counters = new Int32Array(counters).fill(1 << 29)
     // Sums of weights times logits may exceed 32 bits.
@@ -55,7 +57,7 @@ export class BitDecoder {
     this.unknownBits = ((this.unknownBits << 8) | (there ? 0 : 255)) >>> 0
   }
 
-  /** The next bit, or −1 if the bytes that have come do not determine it; then nothing has changed. */
+  /** The next bit by counters in `input` and a mixer, or −1 if the bytes that have come do not determine it; then nothing has changed. */
   bit(count, mixer, limit) {
     const { counters, weights, input, logits } = this
     const base = mixer * MAX_INPUTS
@@ -66,6 +68,25 @@ export class BitDecoder {
       sum += weights[base + k] * logit
     }
     const chance = SQUASH[2048 + clamp(Math.floor(sum / 65536), -2047, 2047)]
+    const bit = this.#settle(chance)
+    if (bit < 0) return bit
+    const error = (bit << 16) - chance
+    for (let k = 0; k < count; k++) {
+      weights[base + k] += (logits[k] * error + 8192) >> 14
+      this.#adapt(input[k], bit, limit)
+    }
+    return bit
+  }
+
+  /** The next bit by one counter alone; −1 as above. */
+  told(counter) {
+    const bit = this.#settle(clamp(this.counters[counter] >> 14, 16, 65520))
+    if (bit >= 0) this.#adapt(counter, bit, TOLD_LIMIT)
+    return bit
+  }
+
+  /** The next bit, of which a 1 has a chance in 1/65536. */
+  #settle(chance) {
     const span = this.high - this.low
     const middle = this.low + (span >>> 16) * chance + (((span & 65535) * chance) >>> 16)
     let bit
@@ -81,15 +102,13 @@ export class BitDecoder {
       this.high = ((this.high << 8) | 255) >>> 0
       this.shift(this.place++)
     }
-    const error = (bit << 16) - chance
-    const target = bit ? 0xfffff : 0
-    for (let k = 0; k < count; k++) {
-      const c = input[k]
-      weights[base + k] += (logits[k] * error + 8192) >> 14
-      const p = counters[c] >> 10
-      const n = counters[c] & 1023
-      counters[c] = ((p + ((((target - p) >> 4) * RECIPROCALS[n]) >> 10)) << 10) | Math.min(n + 1, limit)
-    }
     return bit
+  }
+
+  #adapt(counter, bit, limit) {
+    const p = this.counters[counter] >> 10
+    const n = this.counters[counter] & 1023
+    const target = bit ? 0xfffff : 0
+    this.counters[counter] = ((p + ((((target - p) >> 4) * RECIPROCALS[n]) >> 10)) << 10) | Math.min(n + 1, limit)
   }
 }

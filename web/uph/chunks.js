@@ -8,7 +8,7 @@ const MAX_CHUNKS = 4096
 const CRC_BYTES = 4
 
 // What each chunk comes after, how long it may be, and which may come more than once.
-const NEEDS = { S: '', L: 'S', X: 'L', D: 'X', F: 'X', Q: 'X', N: 'Q', P: 'Q', M: 'P', R: 'X', E: 'R' }
+const NEEDS = { S: '', L: 'S', X: 'L', D: 'X', F: 'X', Q: 'X', N: 'F', P: 'Q', M: 'P', R: 'X', E: 'R' }
 const LONGEST = { S: 2 ** 26, L: 2 ** 24, X: 2 ** 12, F: 2 ** 23, Q: 2 ** 23, R: 2 ** 12 }
 const ANY_NUMBER = 'DNPMRE'
 

@@ -70,9 +70,19 @@ export class UphDecoder {
     return this.#file.complete
   }
 
-  /** How many charts have their placements; the others show the exemplar as it is. */
+  /** How many charts have a placement of their own; the others show the exemplar about its middle. */
   get chartsKnown() {
     return this.#quilt?.placed ?? 0
+  }
+
+  /** How many placements are known, and how many there are. */
+  get placements() {
+    return { known: this.#quilt?.known ?? 0, count: this.#quilt?.total ?? 0 }
+  }
+
+  /** How many nodes of warp fields are known. */
+  get nodesKnown() {
+    return this.#fields?.known ?? 0
   }
 
   /** Whether every placement and every label has come. */
@@ -82,7 +92,7 @@ export class UphDecoder {
 
   /**
    * Take further bytes. Returns what changed: whether the surface has come, whether the exemplar got better (and
-   * with it every chart), and which charts got placements, labels or a warp field.
+   * with it every chart), and which charts got labels. Placements and nodes come to all charts at once, see `placements`.
    */
   feed(bytes) {
     if (this.#failure) throw this.#failure
@@ -93,9 +103,7 @@ export class UphDecoder {
       this.#failure = error
       throw error
     }
-    const changed = new Set([...(this.#fields?.changed ?? []), ...(this.#quilt?.changed ?? [])])
-    this.#changed.charts = [...changed].sort((a, b) => a - b)
-    this.#fields?.changed.clear()
+    this.#changed.charts = [...(this.#quilt?.changed ?? [])].sort((a, b) => a - b)
     this.#quilt?.changed.clear()
     return this.#changed
   }
@@ -131,8 +139,7 @@ export class UphDecoder {
     else if (tag === 'R') this.#takeMapHeader(reader)
     else if (tag === 'F') this.#fields = new FieldDecoder(reader, this.charts)
     else {
-      const fields = this.#fields?.fields ?? this.charts.map(() => IDENTITY_FIELD)
-      this.#quilt = new QuiltDecoder(reader, this.charts, fields, this.exemplarSize)
+      this.#quilt = new QuiltDecoder(reader, this.charts, this.exemplarSize)
       checkCharts(reader, this.charts.map((chart) => paintedSize(chart, this.density)), this.#limits)
     }
   }
@@ -140,7 +147,6 @@ export class UphDecoder {
   #feedNodes(part, fail) {
     if (!this.#fields) fail('nodes come without warp fields')
     this.#fields.feed(part, fail)
-    this.#quilt.goOn()
   }
 
   // ---------------------------------------------------------------- maps
@@ -328,9 +334,9 @@ export class UphDecoder {
   recipe(index, density) {
     const size = this.paintedSize(index, density)
     const chart = this.charts[index]
-    const field = this.#fields?.fields[index] ?? IDENTITY_FIELD
-    const layers = this.#quilt?.layersOf(index) ?? bareLayers(chart, field, this.exemplarSize)
-    return { chart, size, field, layers }
+    const field = this.#fields?.field(index) ?? IDENTITY_FIELD
+    const layers = this.#quilt?.layersOf(index) ?? bareLayers(chart, this.exemplarSize)
+    return { chart, size, field, layers: layers.map((layer) => centred(layer, field)) }
   }
 
   #job(index, role, density) {
@@ -339,6 +345,13 @@ export class UphDecoder {
     if (role === 'normal' && channels !== 3) throw new RangeError(`normal map has ${channels} channels; allowed: 3`)
     return { ...this.recipe(index, density), pyramid }
   }
+}
+
+/** A layer whose placements have their centre matrices: the field's there, and the offset. */
+function centred({ placements, ...layer }, field) {
+  const there = [0, 0, 0, 0]
+  const withCenter = (one) => ({ ...one, center: field.at(one.row, one.column, there).map((entry, k) => entry + one.offset[k]) })
+  return { ...layer, placements: placements.map(withCenter) }
 }
 
 /** Where rows end, all that there are if it is not told. */

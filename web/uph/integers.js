@@ -1,39 +1,32 @@
-/** Whole numbers of plans, each kind with counters of its own: number(k) [5.2]. */
+/** Whole numbers of plans and meshes, each kind with counters of its own: number(k, c) [5.2]. */
 
-const ZERO = 0
-const SIGN = 4
-const LONGER = 5
-const DIGIT = 39
+const CONTEXTS = 8
 const MAX_LENGTH = 34
-const LIMIT = 255
+const LONGER = CONTEXTS
+const SIGN = LONGER + CONTEXTS * (MAX_LENGTH + 1)
+const DIGIT = SIGN + CONTEXTS
 
-/** Counters and mixers that each f takes. */
-export const INTEGER_COUNTERS = DIGIT + 35 * 64
-export const INTEGER_MIXERS = 5
+/** Counters that each kind takes. */
+export const INTEGER_COUNTERS = DIGIT + (MAX_LENGTH + 1) * 64
 
-/** Decode the next number of kind f; waits where bytes are missing. */
-export function* decodeInteger(bits, f, context) {
-  const { input } = bits
-  const base = f * INTEGER_COUNTERS
-  const mixer = f * INTEGER_MIXERS
+/** Decode the next number of a kind; waits where bytes are missing. */
+export function* decodeInteger(bits, kind, context) {
+  const base = kind * INTEGER_COUNTERS
   let bit
-  input[0] = base + ZERO + context
-  while ((bit = bits.bit(1, mixer, LIMIT)) < 0) yield
+  while ((bit = bits.told(base + context)) < 0) yield
   if (!bit) return 0
+  const longer = base + LONGER + context * (MAX_LENGTH + 1)
   let length = 0
   while (length < MAX_LENGTH) {
-    input[0] = base + LONGER + length
-    while ((bit = bits.bit(1, mixer + 1, LIMIT)) < 0) yield
+    while ((bit = bits.told(longer + length)) < 0) yield
     if (!bit) break
     length++
   }
-  input[0] = base + SIGN
   let negative
-  while ((negative = bits.bit(1, mixer + 2, LIMIT)) < 0) yield
+  while ((negative = bits.told(base + SIGN + context)) < 0) yield
   let number = 1
   for (let b = 0; b < length; b++) {
-    input[0] = base + DIGIT + length * 64 + (b < 6 ? number : 0)
-    while ((bit = bits.bit(1, mixer + (b < 6 ? 3 : 4), LIMIT)) < 0) yield
+    while ((bit = bits.told(base + DIGIT + length * 64 + (b < 6 ? number : 0))) < 0) yield
     number = 2 * number + bit
   }
   return negative ? -number : number

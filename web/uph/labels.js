@@ -5,11 +5,10 @@ import { ceilDivide } from './numbers.js'
 
 const OUTSIDE = -2
 
-// Counters of a candidate's bit, by its place and context; and of plain bits behind them. There is a mixer for each place.
-const CONTEXTS = 4096
+// Counters of a candidate's bit, by its place and context; and of plain bits behind them.
+const CONTEXTS = 256
 const PLACES = 7
 const MOST_BITS = 20
-const LIMIT = 255
 
 /** The cells of a chart's layer: squares of `cell` steps, with a row of them beyond each edge. */
 export class CellGrid {
@@ -76,7 +75,7 @@ function spreadAlong(row, i, rowOf) {
 /** Decodes the labels of layers, one after another. */
 export class LabelDecoder {
   constructor() {
-    this.bits = new BitDecoder(PLACES * CONTEXTS + MOST_BITS, PLACES + 1, 72090)
+    this.bits = new BitDecoder(PLACES * CONTEXTS + MOST_BITS)
   }
 
   /** The labels of a layer; waits where bytes are missing. */
@@ -93,14 +92,12 @@ export class LabelDecoder {
         for (let place = isSecond ? 0 : 1; place < PLACES && !bit; place++) {
           label = candidates[place]
           if (label === OUTSIDE || candidates.indexOf(label) < place) continue
-          bits.input[0] = place * CONTEXTS + context
-          while ((bit = bits.bit(1, place, LIMIT)) < 0) yield
+          while ((bit = bits.told(place * CONTEXTS + context)) < 0) yield
         }
         if (!bit) {
           label = 0
           for (let b = plain - 1; b >= 0; b--) {
-            bits.input[0] = PLACES * CONTEXTS + b
-            while ((bit = bits.bit(1, PLACES, LIMIT)) < 0) yield
+            while ((bit = bits.told(PLACES * CONTEXTS + b)) < 0) yield
             label = 2 * label + bit
           }
           if (label >= count) fail(`label ${label} of a cell; allowed: below ${count}`)
@@ -119,12 +116,10 @@ function lookRound(labels, nearest, i, j, rows, columns, candidates) {
   const n = i ? labels[at - columns] : OUTSIDE
   const nw = i && j ? labels[at - columns - 1] : OUTSIDE
   const ne = i && j + 1 < columns ? labels[at - columns + 1] : OUTSIDE
-  const ww = j > 1 ? labels[at - 2] : OUTSIDE
-  const nn = i > 1 ? labels[at - 2 * columns] : OUTSIDE
   const here = nearest[at]
   const right = nearest[at + Math.min(2, columns - 1 - j)]
   const below = nearest[at + columns * Math.min(2, rows - 1 - i)]
   candidates.set([-1, w, n, here, ne, right, below])
-  const equal = [w === n, w === nw, n === ne, here === w, here === n, w === ww, n === nn, n === nw, right === w, below === w, right === n, below === n]
+  const equal = [w === n, w === nw, n === ne, n === nw, here === w, here === n, right === w, below === n]
   return equal.reduce((bits, one, k) => bits + (one ? 1 << k : 0), 0)
 }

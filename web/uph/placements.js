@@ -1,9 +1,7 @@
-/** Placements [4]: one block of the exemplar on one chart, and how they are told one after another [5.2]. */
+/** Placements [4]: one block of the exemplar on one chart, and how they come from coarse to fine [5.2]. */
 
 import { BitDecoder } from './bits.js'
-import { INTEGER_COUNTERS, INTEGER_MIXERS, decodeInteger } from './integers.js'
-import { clamp } from './numbers.js'
-import { SYMMETRIES } from './symmetry.js'
+import { INTEGER_COUNTERS, decodeInteger } from './integers.js'
 
 /** The most of all placements of a quilt. */
 export const MAX_PLACEMENTS = 2 ** 19
@@ -11,96 +9,142 @@ export const MAX_PLACEMENTS = 2 ** 19
 /** How far from its centre a placement tells places apart, in 1/16 step. */
 export const FARTHEST = 16383
 
-const MAX_MATRIX = 2 ** 18
-const REMEMBERED = 128 // placements among which the nearest one is looked for
+const MAX_OFFSET = 2 ** 18
+const LINES_A_LAYER = 32
 
-// The numbers of a placement, in coded order.
-const ROW = 0
-const COLUMN = 1
-const SYMMETRY = 2
-const CENTRED = 3
-const MATRIX = 4
-const SOURCE = 8
-const COUNT = 10
+// Kinds of numbers; two of the first kind, four of the offset.
+const CELL = 0
+const OFFSET = 2
+const OTHERS = 6
+const KINDS = 7
+
+// Counters of single bits behind them.
+const SYMMETRY = KINDS * INTEGER_COUNTERS
+const HAS_OFFSET = SYMMETRY + 8
+const SOURCE = HAS_OFFSET + 1
+const SOURCE_BITS = 32
 
 /** The placement of a chart of which nothing is known: the exemplar's middle on its middle. */
-export function barePlacement(chart, field, { height, width }) {
+export function barePlacement(chart, { height, width }) {
   const [row, column] = [8 * chart.height, 8 * chart.width]
-  const center = field.at(row, column, [0, 0, 0, 0])
-  return { row, column, symmetry: 0, center, sourceRow: 8 * (height - 1), sourceColumn: 8 * (width - 1) }
-}
-
-/** Where a placement reads, in 1/16 pixel, at a place where the field's matrix is `there`. */
-export function sourceAt({ center, symmetry, ...placement }, there, row, column) {
-  const [a, b, c, d] = there.map((entry, k) => entry + center[k])
-  const down = clamp(row - placement.row, -FARTHEST, FARTHEST)
-  const right = clamp(column - placement.column, -FARTHEST, FARTHEST)
-  const [y, x, e, f] = [down >> 4, right >> 4, down & 15, right & 15]
-  const v = (a * y + b * x + ((a * e + b * f) >> 4) + 256) >> 9
-  const w = (c * y + d * x + ((c * e + d * f) >> 4) + 256) >> 9
-  const [p, q, r, s] = SYMMETRIES[symmetry]
-  return [placement.sourceRow + p * v + q * w, placement.sourceColumn + r * v + s * w]
+  return { row, column, symmetry: 0, offset: [0, 0, 0, 0], sourceRow: 8 * (height - 1), sourceColumn: 8 * (width - 1) }
 }
 
 /**
- * Decodes placements, layer after layer of charts; fail(what) is called for one that is not allowed. Sources and matrices are multiples
- * of powers of two, of which `bits` tells the exponents.
+ * Decodes placements, box after box, and gives them to the layers that they are of; fail(what) is called for one that is not allowed.
+ * Sources and offsets are multiples of powers of two, of which `bits` tells the exponents.
  */
 export class PlacementDecoder {
-  constructor({ height, width }, bits, fail) {
-    ;[this.sourceBits, this.matrixBits] = bits
-    this.bits = new BitDecoder(COUNT * INTEGER_COUNTERS, COUNT * INTEGER_MIXERS, 72090)
+  /** How many placements are known. */
+  known = 0
+
+  constructor(layers, { height, width }, bits, fail) {
+    ;[this.sourceBits, this.offsetBits] = bits
+    this.bits = new BitDecoder(SOURCE + 2 * SOURCE_BITS)
     this.most = [16 * height - 1, 16 * width - 1]
-    this.middle = [8 * (height - 1), 8 * (width - 1)]
     this.fail = fail
-  }
-
-  /** The placements of a layer of a chart, so many, whose centres are those of cells; waits where bytes are missing. */
-  *decode({ grid, count }, field) {
-    const list = []
-    let [i, j] = [0, -1] // of the cell of the placement before
-    while (list.length < count) {
-      this.before = [0, 0] // of the last two numbers, whether they were 0
-      const further = yield* this.#number(ROW)
-      i = this.#within('row', i + further, i, grid.rows - 1)
-      const first = further || j < 0 ? 0 : j + 1
-      j = this.#within('column', first + (yield* this.#number(COLUMN)), first, grid.columns - 1)
-      list.push(yield* this.#decodeRest(list, grid.center(i), grid.center(j), field))
-      list.at(-1).cell = i * grid.columns + j
+    this.lines = Array.from({ length: 2 * LINES_A_LAYER }, () => ({ boxes: [], next: 0 }))
+    for (const layer of layers) {
+      const { rows, columns } = layer.grid
+      if (layer.count) this.#queue({ layer, begin: [0, 0], end: [rows, columns], count: layer.count, cell: null })
     }
-    return list
+    this.steps = this.#decode()
+    this.steps.next()
   }
 
-  *#decodeRest(list, row, column, field) {
-    const nearest = nearestOf(list, row, column)
-    const there = field.at(row, column, [0, 0, 0, 0])
-    const symmetry = this.#within('symmetry', (nearest?.symmetry ?? 0) + (yield* this.#number(SYMMETRY)), 0, 7)
-    let center = there
-    if (this.#within('centre', yield* this.#number(CENTRED), 0, 1)) {
-      center = []
-      for (let k = 0; k < 4; k++) {
-        const entry = yield* this.#multiple(MATRIX + k, there[k], this.matrixBits)
-        center.push(this.#within('centre matrix', entry, -MAX_MATRIX, MAX_MATRIX))
+  feed(part) {
+    this.bits.feed(part)
+    this.steps.next()
+  }
+
+  /** Put a box at the end of its line: by its layer, and by the bits of the number of its steps. */
+  #queue(box) {
+    const { grid, isSecond } = box.layer
+    const bits = 32 - Math.clz32(cellsOf(box) * grid.cell ** 2)
+    this.lines[LINES_A_LAYER * (isSecond ? 1 : 0) + LINES_A_LAYER - bits].boxes.push(box)
+  }
+
+  #next() {
+    const line = this.lines.find(({ boxes, next }) => next < boxes.length)
+    if (!line) return null
+    const box = line.boxes[line.next]
+    line.boxes[line.next++] = null
+    if (line.next === line.boxes.length) [line.boxes, line.next] = [[], 0]
+    return box
+  }
+
+  *#decode() {
+    for (let box; (box = this.#next()); ) {
+      const placement = box.cell ? null : yield* this.#placement(box)
+      if (placement) box.cell = placement.at
+      if (box.count > 1) yield* this.#cut(box)
+      if (placement) {
+        box.layer.add(placement)
+        this.known++
       }
     }
-    const source = nearest ? sourceAt(nearest, there, row, column) : [...this.middle]
+  }
+
+  /** A placement of a box, which lies near its middle. */
+  *#placement({ layer, begin, end, count }) {
+    const at = []
     for (let k = 0; k < 2; k++) {
-      const guess = clamp(source[k], 0, this.most[k])
-      source[k] = this.#within('source', yield* this.#multiple(SOURCE + k, guess, this.sourceBits), 0, this.most[k])
+      const middle = (begin[k] + end[k] - 1) >> 1
+      at.push(this.#within('cell', middle + (yield* decodeInteger(this.bits, CELL + k, Math.min(count, 4))), begin[k], end[k] - 1))
     }
-    return { row, column, symmetry, center, sourceRow: source[0], sourceColumn: source[1] }
+    let symmetry = 1
+    for (let b = 0; b < 3; b++) symmetry = 2 * symmetry + (yield* this.#bit(SYMMETRY + symmetry))
+    const offset = [0, 0, 0, 0]
+    if (yield* this.#bit(HAS_OFFSET)) {
+      for (let k = 0; k < 4; k++) {
+        const number = 2 ** this.offsetBits * (yield* decodeInteger(this.bits, OFFSET + k, 0))
+        offset[k] = this.#within('offset', number, -MAX_OFFSET, MAX_OFFSET)
+      }
+    }
+    const source = []
+    for (let k = 0; k < 2; k++) source.push(yield* this.#coordinate(k))
+    const { grid } = layer
+    return {
+      at,
+      cell: at[0] * grid.columns + at[1],
+      row: grid.center(at[0]),
+      column: grid.center(at[1]),
+      symmetry: symmetry - 8,
+      offset,
+      sourceRow: source[0],
+      sourceColumn: source[1],
+    }
   }
 
-  /** A number that is a multiple of 2^bits, told by how far it is from a guess. */
-  *#multiple(kind, guess, bits) {
-    return 2 ** bits * (((guess + ((1 << bits) >> 1)) >> bits) + (yield* this.#number(kind)))
+  *#coordinate(k) {
+    const most = this.most[k] >> this.sourceBits
+    let number = 0
+    for (let b = 31 - Math.clz32(most); b >= 0; b--) number = 2 * number + (yield* this.#bit(SOURCE + k * SOURCE_BITS + b))
+    return this.#within('source', number, 0, most) << this.sourceBits
   }
 
-  *#number(kind) {
-    const { before } = this
-    const number = yield* decodeInteger(this.bits, kind, 2 * before[0] + before[1])
-    this.before = [before[1], number ? 1 : 0]
-    return number
+  /** Cut a box across its longer side; the half with the known placement comes first. */
+  *#cut({ layer, begin, end, count, cell }) {
+    const axis = end[0] - begin[0] >= end[1] - begin[1] ? 0 : 1
+    const place = (begin[axis] + end[axis]) >> 1
+    const others = (count >> 1) + (yield* decodeInteger(this.bits, OTHERS, Math.min(count, 5)))
+    this.#within('number in a half', others, 0, count - 1)
+    const halves = [
+      { layer, begin, end: end.with(axis, place), count: 0, cell: null },
+      { layer, begin: begin.with(axis, place), end, count: 0, cell: null },
+    ]
+    const [mine, other] = cell[axis] < place ? halves : halves.reverse()
+    Object.assign(mine, { count: count - others, cell })
+    other.count = others
+    for (const half of [mine, other]) if (cellsOf(half) < half.count) this.fail('a box has more placements than cells')
+    this.#queue(mine)
+    if (others) this.#queue(other)
+  }
+
+  *#bit(counter) {
+    let bit
+    while ((bit = this.bits.told(counter)) < 0) yield
+    return bit
   }
 
   #within(name, value, least, most) {
@@ -109,13 +153,4 @@ export class PlacementDecoder {
   }
 }
 
-/** Of the last placements the one with the nearest centre, of several the latest; undefined if there is none. */
-function nearestOf(list, row, column) {
-  let [found, least] = [undefined, Infinity]
-  for (let n = list.length - 1, end = Math.max(0, list.length - REMEMBERED); n >= end; n--) {
-    const one = list[n]
-    const far = (one.row - row) ** 2 + (one.column - column) ** 2
-    if (far < least) [found, least] = [one, far]
-  }
-  return found
-}
+const cellsOf = ({ begin, end }) => (end[0] - begin[0]) * (end[1] - begin[1])

@@ -11,10 +11,11 @@ const MAX_CELLS = 2 ** 27
 const CELLS_A_STEP = 4
 const CELLS_A_CHART = 32
 
-/** A layer of a chart. `placements` and `labels` are null until they have come; labels count the layer's own placements. */
+/** A layer of a chart. `labels` are null until they have come; they count the layer's own placements. */
 class Layer {
-  placements = null
   labels = null
+  #known = []
+  #isSorted = true
   #nearest = null
 
   constructor(grid, count, isSecond) {
@@ -26,6 +27,24 @@ class Layer {
   /** Whether its labels can be only one thing: then they are not told. */
   get isSettled() {
     return this.count === (this.isSecond ? 0 : 1)
+  }
+
+  /** The placements that are known, in the order of their cells. */
+  get placements() {
+    if (!this.#isSorted) this.#known.sort((a, b) => a.cell - b.cell)
+    this.#isSorted = true
+    return this.#known
+  }
+
+  /** How many of them are known. */
+  get known() {
+    return this.#known.length
+  }
+
+  add(placement) {
+    this.#known.push(placement)
+    this.#isSorted = false
+    this.#nearest = null
   }
 
   /** Of each cell the placement that is nearest. */
@@ -46,19 +65,15 @@ class Layer {
 }
 
 export class QuiltDecoder {
-  /** Charts of which placements or labels have come since somebody emptied the set. */
+  /** Charts of which labels have come since somebody emptied the set. */
   changed = new Set()
-  /** How many charts have their placements: the first ones. */
-  placed = 0
 
-  /** From the payload of chunk Q; `fields` are those of the charts, null until they have come. */
-  constructor(reader, charts, fields, exemplar) {
-    this.charts = charts
-    this.fields = fields
+  /** From the payload of chunk Q. */
+  constructor(reader, charts, exemplar) {
     const count = reader.varint('number of layers', 2, 1)
     /** Texels a step, each way, with which charts are painted where nothing else is asked for. */
     this.density = LEAST_DENSITY * 2 ** reader.u8('density', 9)
-    const bits = [reader.u8('bits of sources', 4), reader.u8('bits of matrices', 7)]
+    const bits = [reader.u8('bits of sources', 4), reader.u8('bits of offsets', 7)]
     const grids = range(count).map(() => parseGrids(reader, charts))
     checkCells(reader, grids.flat(), charts)
     const layers = grids.map((all, n) =>
@@ -67,31 +82,35 @@ export class QuiltDecoder {
     reader.end('plan')
     /** Of each chart its layers. */
     this.layers = charts.map((_, chart) => layers.map((all) => all[chart]))
-    reader.within(layers.flat().reduce((sum, { count }) => sum + count, 0), 'number of placements', 1, MAX_PLACEMENTS)
-    this.placements = new PlacementDecoder(exemplar, bits, (what) => reader.fail(what))
-    this.placementSteps = this.#decodePlacements()
+    /** How many placements there are. */
+    this.total = layers.flat().reduce((sum, { count }) => sum + count, 0)
+    reader.within(this.total, 'number of placements', 1, MAX_PLACEMENTS)
+    this.placements = new PlacementDecoder(this.layers.flat(), exemplar, bits, (what) => reader.fail(what))
     /** How many charts there are whose labels are told and have not come. */
     this.unlabelled = this.layers.filter((all) => all.some((layer) => !layer.isSettled)).length
-    this.goOn()
   }
 
   /** Whether all placements and labels have come. */
   get complete() {
-    return this.placed === this.charts.length && !this.unlabelled
+    return this.known === this.total && !this.unlabelled
+  }
+
+  /** How many placements are known. */
+  get known() {
+    return this.placements.known
+  }
+
+  /** How many charts have a placement of their own. */
+  get placed() {
+    return this.layers.filter(([first]) => first.known).length
   }
 
   feedPlacements(part) {
-    this.placements.bits.feed(part)
-    this.goOn()
-  }
-
-  /** Read placements on, as far as they and warp fields have come. */
-  goOn() {
-    this.placementSteps.next()
+    this.placements.feed(part)
   }
 
   feedLabels(part, fail) {
-    if (this.placed < this.charts.length || !(this.unlabelled || this.labels)) fail('labels come where none are due')
+    if (this.known < this.total || !(this.unlabelled || this.labels)) fail('labels come where none are due')
     this.labels ??= new LabelDecoder()
     this.labelSteps ??= this.#decodeLabels(fail)
     this.labels.bits.feed(part)
@@ -100,19 +119,14 @@ export class QuiltDecoder {
 
   /** Each layer's grid, placements and labels, the nearest ones where they have not come; null for a chart without placements. */
   layersOf(chart) {
-    if (chart >= this.placed) return null
     const layers = this.layers[chart]
+    if (!layers[0].known) return null
     const isLabelled = layers.every((layer) => layer.labels || layer.isSettled)
-    return layers.map((layer) => ({ ...layer, labels: (isLabelled && layer.labels) || layer.guessed }))
-  }
-
-  *#decodePlacements() {
-    for (const [chart, layers] of this.layers.entries()) {
-      while (!this.fields[chart]) yield
-      for (const layer of layers) layer.placements = yield* this.placements.decode(layer, this.fields[chart])
-      this.placed++
-      this.changed.add(chart)
-    }
+    return layers.map((layer) => ({
+      grid: layer.grid,
+      placements: layer.placements,
+      labels: (isLabelled && layer.labels) || layer.guessed,
+    }))
   }
 
   *#decodeLabels(fail) {
@@ -127,9 +141,9 @@ export class QuiltDecoder {
 }
 
 /** How a chart without placements is painted. */
-export function bareLayers(chart, field, exemplar) {
+export function bareLayers(chart, exemplar) {
   const grid = new CellGrid(chart, 255, false)
-  return [{ grid, placements: [barePlacement(chart, field, exemplar)], labels: new Int32Array(grid.size) }]
+  return [{ grid, placements: [barePlacement(chart, exemplar)], labels: new Int32Array(grid.size) }]
 }
 
 /** The cells of all charts, of one layer. */

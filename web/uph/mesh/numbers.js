@@ -1,7 +1,7 @@
 /** Flags and numbers of a mesh [5.4]. */
 
 import { BitDecoder } from '../bits.js'
-import { INTEGER_COUNTERS, INTEGER_MIXERS, decodeInteger } from '../integers.js'
+import { INTEGER_COUNTERS, decodeInteger } from '../integers.js'
 
 export const [VERTEX, ISLAND, PART, PLAIN] = [0, 1, 2, 3] // kinds of numbers; PLAIN: coordinates and parameters without a guess
 const LEFTOVER = 4 // the first kind of what guesses leave over
@@ -13,12 +13,11 @@ const FLAGS = KINDS * INTEGER_COUNTERS
 export const SEAM = 64
 export const START_VERTEX = SEAM + 1
 const COUNTERS = FLAGS + START_VERTEX + 1
-const FLAG_MIXER = KINDS * INTEGER_MIXERS
 
 export class MeshNumbers {
   constructor(reader) {
     this.reader = reader
-    this.bits = new BitDecoder(COUNTERS, FLAG_MIXER + 3, 72090)
+    this.bits = new BitDecoder(COUNTERS)
     this.bits.feed(reader.data.subarray(reader.place))
   }
 
@@ -27,8 +26,7 @@ export class MeshNumbers {
   }
 
   flag(place) {
-    this.bits.input[0] = FLAGS + place
-    const bit = this.bits.bit(1, FLAG_MIXER + Math.max(0, place - SEAM + 1), 255)
+    const bit = this.bits.told(FLAGS + place)
     if (bit < 0) this.reader.fail('triangles are missing')
     return bit
   }
