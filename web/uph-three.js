@@ -1,7 +1,8 @@
 // `.uph` streams in three.js: a Group whose textures and geometry refine by themselves.
 
 import { Loader } from 'three'
-import { UphModel } from './model/model.js'
+import { LIMITS } from './model/model.js'
+import { UphModel } from './three/model.js'
 import { receive } from './uph-receive.js'
 
 export { UphModel }
@@ -11,11 +12,11 @@ let spareWorker = null // waits for a stream
 /** Loads `.uph` streams, as three.js' loaders do; what it gives goes on refining while bytes come. */
 export class UphLoader extends Loader {
   /** Texture side that the graphics card is sure to take; larger charts are halved. */
-  maxTextureSize = 4096
+  maxTextureSize = LIMITS.maxTextureSize
   /** Texels of all charts together; models with more are shown at half the size, or a quarter… */
-  maxTexels = 2 ** 26
+  maxTexels = LIMITS.maxTexels
   /** How far the mesh may be from the surface, in pixels. */
-  errorPixels = 0.4
+  errorPixels = LIMITS.errorPixels
 
   #workerURL = null
   #running = new Set()

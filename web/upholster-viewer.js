@@ -92,7 +92,7 @@ export class UpholsterViewer extends HTMLElement {
     this.setAttribute('alt', text)
   }
 
-  /** The model shown, see `viewer/model.js`, or null. */
+  /** The model shown, see `model/model.js`, or null. */
   get model() {
     return this.#session?.model ?? null
   }
@@ -274,8 +274,8 @@ export class UpholsterViewer extends HTMLElement {
     if (!this.#stage || !(this.#seen || typeof this.#source !== 'string')) return
     let session = null // bytes that are here already are told of before there is one
     const onPage = Renderer.shared.paints(this.getAttribute('painting'))
-    const sight = { eye: axes(this.view)[2], pixels: this.#stage.pixels }
-    session = new Session(this.#source, this.getAttribute('worker'), sight, onPage, (type, event) => {
+    const options = { eye: axes(this.view)[2], pixels: this.#stage.pixels, onPage }
+    session = new Session(this.#source, this.getAttribute('worker'), options, (type, event) => {
       if (session && session === this.#session) this.#receive(type, event)
     })
     this.#session = session

@@ -16,7 +16,7 @@ import upholster
 HERE = Path(__file__).parent
 ROOT = HERE.parents[1]
 WEB = ROOT / "web"
-FOLDERS = ("glb", "uph", "mesh", "model", "worker", "viewer")
+FOLDERS = ("glb", "uph", "mesh", "model", "three", "worker", "viewer")
 SHIPPED = ROOT / "src" / "upholster" / "web"
 LONGEST_FUNCTION = 60
 """Lines."""

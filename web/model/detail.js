@@ -1,34 +1,19 @@
 /** How finely charts have to be tessellated for where they are seen. */
 
-import { Vector3, Vector2 } from 'three'
 import { countsFor } from '../uph-mesh.js'
 
 const MEASURE_EVERY = 120 // milliseconds between looks at how large charts are on screen
 const MAX_QUADS = 2 ** 19
 
-const SIZE = new Vector2()
-const PLACE = new Vector3()
-const EYE = new Vector3()
-
-/** Pixels that the unit of length of a sphere's world takes at its nearest point. */
-function pixelsPerUnit({ center, radius }, matrixWorld, renderer, camera) {
-  const height = renderer.getDrawingBufferSize(SIZE).y
-  if (camera.isOrthographicCamera) return (height * camera.zoom) / (camera.top - camera.bottom)
-  const place = PLACE.set(...center).applyMatrix4(matrixWorld)
-  const scale = matrixWorld.getMaxScaleOnAxis()
-  const distance = place.distanceTo(EYE.setFromMatrixPosition(camera.matrixWorld)) - scale * radius
-  return height / 2 / Math.tan((Math.PI / 360) * (camera.fov ?? 50)) / Math.max(distance, camera.near)
-}
-
 /** Gathers the segments that charts need in a frame, and asks for them together, not at every frame. */
-export class DetailControl {
+export class Detail {
   /** Segments of charts, along s and along t, that were asked for; null before there are any. */
   counts = null
+  /** Pixels that a unit of length takes at least, wherever it is seen from. */
+  leastPerUnit = 0
   #bounds
   #errorPixels
   #request
-  /** Pixels that a unit of length takes at least, wherever it is seen from. */
-  leastPerUnit = 0
   #wanted = null
   #askedAt = 0
 
@@ -39,16 +24,15 @@ export class DetailControl {
     this.#request = request
   }
 
-  /** A chart is about to be drawn. */
-  measure(chart, matrixWorld, renderer, camera) {
+  /** A chart is about to be drawn, so many pixels to the unit. */
+  measure(chart, perUnit) {
     if (!this.counts) return
     if (!this.#wanted) {
       if (performance.now() - this.#askedAt < MEASURE_EVERY) return
       this.#wanted = this.counts.slice()
       setTimeout(() => this.#ask(), 0)
     }
-    const scale = matrixWorld.getMaxScaleOnAxis()
-    this.#want(chart, scale * pixelsPerUnit(this.#bounds[chart], matrixWorld, renderer, camera))
+    this.#want(chart, perUnit)
   }
 
   /** Ask for all charts at once, as finely as `leastPerUnit` needs. */

@@ -1,51 +1,68 @@
-/** The model that a loader gives: it shows what its worker decodes, paints and tessellates. */
+/** Charts with geometry and textures, as a stream's worker makes them: what the viewer draws, and what scenes of three.js are made of. */
 
-import { BufferGeometry, Group, LineBasicMaterial, LineSegments, Mesh, Sphere, SRGBColorSpace, Vector3 } from 'three'
 import { SKETCHED_TEXELS, UphClient } from '../uph-client.js'
 import { putGutter } from '../uph-gutter.js'
-import { DetailControl } from './detail.js'
-import { chartGeometry, outlineGeometry, plainMesh } from './geometry.js'
-import { newMaterial, newTexture, setTexels, updateMaterial } from './materials.js'
+import { Detail } from './detail.js'
 
 /**
- * A textured surface that refines: one mesh per chart.
- *
- * Events: `progress` {received, total}, `first`, `refine`, `geometry`, `complete`, `stalled` {attempt, message},
- * `resumed`, `error` {error}. After `first`, `refine` and `geometry` a frame wants to be rendered.
+ * Texture side that the graphics card is sure to take; larger charts are halved. So are all where there are more texels. And how far the
+ * mesh may be from the surface, in pixels.
  */
-export class UphModel extends Group {
+export const LIMITS = { maxTextureSize: 4096, maxTexels: 2 ** 26, errorPixels: 0.4 }
+
+/** How many pixels wide a texel may be until more of them are asked for. */
+const WIDEST_TEXEL = 1.1
+
+let version = 0
+
+/**
+ * A textured surface that refines.
+ *
+ * Events: `progress` {received, total}, `first`, `refine`, `geometry`, `complete`, `stalled` {attempt, message}, `resumed`,
+ * `error` {error}.
+ */
+export class Model extends EventTarget {
+  /**
+   * Per chart: `bounds`, a sphere round it, `geometry`, and `textures` by target, each of `width`, `height`, `version`, a `key` of its own, and `data`; or
+   * `recipe` and `sheets`, by role, of which the graphics card paints it.
+   */
+  charts = []
+  /** By role: the sample, as the graphics card paints from it. */
+  #sheets = {}
+  /** Triangles on no chart, and their colour. */
+  plain = null
+  mean = [0.5, 0.5, 0.5]
+  texels = 0
   shown = { bytes: 0, coefficients: 0, charts: 0 }
   roles = []
-  sphere = new Sphere(new Vector3(), 0)
-  texels = 0
-  quads = 0
-
+  alpha = 'opaque'
+  sphere = { center: [0, 0, 0], radius: 1 }
+  /** What to draw as lines, see `lines.js`: `edges` instead of triangles, `borders` too, each a function of a geometry, with a `shader` and the borders' `ink`. */
+  lines = null
   #client
-  #errorPixels
-  #meshes = [] // one per chart
-  #materials = [] // as they were made: a mesh may have another one by now
-  #textures = [] // of each chart, by what they show
-  #bounds = []
   #detail = null
-  #plain = null // triangles of a mesh that lie on no chart
-  #plainArrays = null
-  #drawn = null // the state that is shown
+  #pixels
+  #errorPixels
 
-  constructor(worker, { maxTextureSize, maxTexels, errorPixels }) {
+  /**
+   * @param {Worker} worker that runs uph-worker.js
+   * @param {object} [options] limits other than `LIMITS`; `eye`, a vector toward who looks; `pixels`, how long the model's radius is where it
+   *   is nearest: without it, all texels are painted; `onPage`: the graphics card paints, not the worker
+   */
+  constructor(worker, { eye, pixels = Infinity, onPage, ...limits } = {}) {
     super()
-    this.type = 'UphModel'
-    this.#errorPixels = errorPixels
-    this.outlines = new LineSegments(new BufferGeometry(), new LineBasicMaterial({ color: 0x2266ff }))
-    this.outlines.visible = false
-    this.outlines.raycast = () => {} // rays hit what is invisible, too
-    this.add(this.outlines)
-    this.#client = new UphClient(worker, { maxTextureSize, maxTexels, sketches: SKETCHED_TEXELS }, {
+    this.onPage = onPage
+    this.#pixels = pixels
+    const view = {
       begin: (message) => this.#begin(message),
       takeMeshes: (message) => this.#takeMeshes(message),
       takeTexture: (entry) => this.#takeTexture(entry),
       show: (state, first) => this.#show(state, first),
-      notify: (type, detail) => this.dispatchEvent({ type, ...detail }),
-    })
+      notify: (type, detail) => this.#notify(type, detail),
+    }
+    const { errorPixels, ...most } = { ...LIMITS, ...limits }
+    this.#errorPixels = errorPixels
+    this.#client = new UphClient(worker, { ...most, eye, pixels, onPage, sketches: SKETCHED_TEXELS }, view)
   }
 
   /** What bytes are fed to. */
@@ -71,9 +88,13 @@ export class UphModel extends Group {
     return this.#client.first
   }
 
-  /** What has come so far. */
-  bytes() {
-    return this.#client.bytes()
+  /** What there is to draw: geometries of charts that have one, and of what lies on none. */
+  get geometries() {
+    return [...this.charts.map(({ geometry }) => geometry), this.plain].filter(Boolean)
+  }
+
+  get quads() {
+    return Math.round(this.charts.reduce((sum, { geometry }) => sum + (geometry?.indices.length ?? 0), 0) / 6)
   }
 
   /** Show a prefix only: {bytes}, or {coefficients}, a share of 0 to 1; null shows all that has come. */
@@ -81,11 +102,7 @@ export class UphModel extends Group {
     this.#client.send({ kind: 'limit', ...limit })
   }
 
-  /**
-   * Show the model with another sample in place of its own, as `upholster.paint` does: one of the same shape, such as another
-   * colour of the same cloth. `image` is what a canvas draws, a Blob or ImageData; null: the stream's own. Nothing is loaded for it.
-   * Resolves when it is in the textures, or another call took its place.
-   */
+  /** Show the model with another sample of the same shape, see `UphClient`; null: the stream's own. */
   setExemplar(image) {
     return this.#client.setExemplar(image)
   }
@@ -95,36 +112,9 @@ export class UphModel extends Group {
     return this.#client.settled()
   }
 
-  /**
-   * The model as GLB, as fine as `pixels` across the whole of it show; resolves with the file's bytes. Texels are those shown here, 8 bits
-   * a sample, without loss. Needs every chart's placements.
-   */
-  async glb({ name = this.name || 'upholster', pixels = 2000 } = {}) {
-    const { writeGlb } = await import('../uph-glb.js')
-    await this.settled()
-    if (!(this.shown.charts === 1)) throw new Error('the model is not complete: some charts have no placements yet')
-    const detail = this.#detail
-    detail.leastPerUnit = pixels / 2 / this.sphere.radius
-    detail.askForLeast()
-    await this.settled()
-    detail.leastPerUnit = 0
-    const charts = this.#meshes.map(({ geometry: { attributes, index, userData } }, chart) => {
-      const [positions, normals, tangents] = ['position', 'normal', 'tangent'].map((key) => attributes[key].array)
-      const geometry = { positions, normals, tangents, parameters: userData.parameters, indices: index.array }
-      const textures = Object.fromEntries(Object.entries(this.#textures[chart]).map(([key, { image }]) => [key, image]))
-      const { height, width } = textures.color
-      return { size: { height: height - 2, width: width - 2 }, geometry, textures }
-    })
-    const { alpha = 'opaque', mean } = this.#drawn
-    return writeGlb({ name, charts, plain: this.#plainArrays, alpha, mean, roles: this.roles })
-  }
-
-  get wireframe() {
-    return this.#materials[0]?.wireframe ?? false
-  }
-
-  set wireframe(on) {
-    for (const material of this.#materials) material.wireframe = on
+  /** What has come so far. */
+  bytes() {
+    return this.#client.bytes()
   }
 
   /** Stop receiving: what is shown stays. */
@@ -132,89 +122,82 @@ export class UphModel extends Group {
     this.#client.abort()
   }
 
-  /** Stop, and free textures, geometry and worker. */
+  /** The graphics card can not paint after all: the worker is to. */
+  paintInWorker() {
+    this.onPage = false
+    this.isBare = true // until a texture of it is here
+    for (const chart of this.charts) chart.textures = {}
+    this.#client.send({ kind: 'paint' })
+  }
+
+  /** The charts are seen so large: have them tessellated and painted for that. `eye` is in the model's own space. */
+  measure(eye, pixelsAtOne, near) {
+    const perUnit = ({ center, radius }) => pixelsAtOne / Math.max(Math.hypot(...center.map((x, k) => x - eye[k])) - radius, near)
+    this.charts.forEach(({ bounds }, chart) => this.measureChart(chart, perUnit(bounds)))
+    const pixels = this.sphere.radius * perUnit(this.sphere)
+    if (pixels <= WIDEST_TEXEL * this.#pixels) return
+    this.#pixels = pixels
+    this.#client.send({ kind: 'pixels', pixels })
+  }
+
+  /** A chart is seen so large: have it tessellated for that. */
+  measureChart(chart, perUnit) {
+    this.#detail?.measure(chart, perUnit)
+  }
+
+  /** Resolves when the geometry is as fine as so many pixels to the unit need. */
+  async refineTo(perUnit) {
+    const detail = this.#detail
+    detail.leastPerUnit = perUnit
+    detail.askForLeast()
+    await this.settled()
+    detail.leastPerUnit = 0
+  }
+
   dispose() {
     this.#client.dispose()
-    const others = this.#plain ? [this.outlines, this.#plain] : [this.outlines]
-    for (const { geometry } of [...this.#meshes, ...others]) geometry.dispose()
-    for (const material of [...this.#materials, ...others.map((one) => one.material)]) material.dispose()
-    for (const texture of this.#textures.flatMap((own) => Object.values(own))) texture.dispose()
-    this.#meshes = []
-    this.clear()
+    this.#detail = null
   }
 
-  /**
-   * A group of the same meshes, which shares geometry, materials and textures, as clones in three.js do. Its textures refine with
-   * this model's; its geometry stays as fine as it is now.
-   */
-  clone(recursive = true) {
-    const copy = new Group().copy(this, false)
-    if (recursive) for (const child of this.children) if (child !== this.outlines) copy.add(child.clone())
-    return copy
+  #notify(type, detail = {}) {
+    this.dispatchEvent(Object.assign(new Event(type), detail, { told: detail }))
   }
-
-  // ---------------------------------------------------------------- messages
 
   #begin({ bounds, sphere, plain }) {
-    this.#bounds = bounds
-    this.#detail = new DetailControl(bounds, this.#errorPixels, (counts) => this.#client.send({ kind: 'counts', counts }))
-    this.sphere.set(new Vector3(...sphere.center), sphere.radius)
-    this.#materials = bounds.map(newMaterial)
-    this.#textures = bounds.map(() => ({}))
-    this.#meshes = this.#materials.map((material, chart) => {
-      const mesh = new Mesh(new BufferGeometry(), material)
-      mesh.name = `chart ${chart}`
-      mesh.visible = false // until it has a texture
-      mesh.onBeforeRender = (renderer, _, camera) => this.#detail.measure(chart, this.matrixWorld, renderer, camera)
-      return mesh
-    })
-    this.add(...this.#meshes)
-    this.#plainArrays = plain
-    if (plain) this.add((this.#plain = plainMesh(plain)))
+    this.charts = bounds.map((one) => ({ bounds: one, geometry: null, textures: {} }))
+    this.plain = plain
+    this.sphere = sphere
+    this.#detail = new Detail(bounds, this.#errorPixels, (counts) => this.#client.send({ kind: 'counts', counts }))
   }
 
   #takeMeshes({ pieces, counts }) {
     this.#detail.counts ??= counts
-    for (const piece of pieces) {
-      const { chart } = piece
-      this.#meshes[chart].geometry.dispose()
-      this.#meshes[chart].geometry = chartGeometry(piece, this.#bounds[chart])
-    }
-    const geometries = this.#meshes.map(({ geometry }) => geometry)
-    this.quads = Math.round(geometries.reduce((sum, { userData }) => sum + (userData.quads ?? 0), 0))
-    this.outlines.geometry.dispose()
-    this.outlines.geometry = outlineGeometry(geometries)
-    if (this.first) this.dispatchEvent({ type: 'geometry' })
-  }
-
-  // ---------------------------------------------------------------- textures
-
-  /** Let materials have the textures that have come; their models are seen from the first on. */
-  #show(state, isFirst) {
-    this.#drawn = state
-    const { bytes, coefficients, charts, roles, alpha = 'opaque', mean, texels } = state
-    Object.assign(this, { roles, texels })
-    this.shown = { bytes, coefficients, charts }
-    this.#meshes.forEach((mesh, chart) => {
-      for (const material of new Set([this.#materials[chart], mesh.material].flat())) {
-        updateMaterial(material, this.#textures[chart], roles, alpha, this.sphere.radius)
-      }
-      mesh.visible ||= isFirst
-    })
-    this.#plain?.material.color.setRGB(...mean, SRGBColorSpace)
-    this.dispatchEvent({ type: isFirst ? 'first' : 'refine' })
+    for (const { chart, ...geometry } of pieces) this.charts[chart].geometry = geometry
+    if (this.first) this.#notify('geometry')
   }
 
   /** Take over one texture; returns the memory of the one before. */
-  #takeTexture({ chart, target, height, width, data, gutter }) {
-    const texture = (this.#textures[chart][target] ??= newTexture(target))
-    const { image } = texture
+  #takeTexture({ chart, target, height, width, data, gutter, role, sheet, recipe, roles, ...told }) {
+    if (sheet) this.#sheets[role] = { data, height, width, ...told }
+    else if (recipe) this.charts[chart].recipe = { ...recipe, numbers: data }
+    // No data: a recipe, sent before the worker heard that it is to paint.
+    if (sheet || recipe || !(data || this.onPage)) return null
+    const { textures } = this.charts[chart]
+    const old = textures[target]
     if (gutter) {
-      putGutter(image.data, { height, width }, data)
-      texture.needsUpdate = true
+      putGutter(old.data, { height: old.height - 2, width: old.width - 2 }, data)
+      old.version = ++version
       return null
     }
-    setTexels(texture, { height, width, data })
-    return image.data?.buffer ?? null
+    const made = { key: old?.key ?? {}, width: width + 2, height: height + 2, version: ++version }
+    const painted = data ? { data } : { recipe: this.charts[chart].recipe, sheets: Object.fromEntries(roles.map((one) => [one, this.#sheets[one]])) }
+    textures[target] = { ...made, ...painted }
+    this.isBare &&= !data
+    return old?.data?.buffer ?? null
+  }
+
+  #show({ bytes, coefficients, charts, roles, alpha = 'opaque', mean, texels }, isFirst) {
+    Object.assign(this, { roles, alpha, mean, texels, shown: { bytes, coefficients, charts } })
+    this.#notify(isFirst ? 'first' : 'refine')
   }
 }

@@ -1,7 +1,7 @@
 /** One stream that was opened: its model, how it is fetched, times, and errors. */
 
 import { receive } from '../uph-receive.js'
-import { Model } from './model.js'
+import { Model } from '../model/model.js'
 import { explain } from './text.js'
 import { takeEarly, takeWorker } from '../uph-workers.js'
 
@@ -28,16 +28,15 @@ export class Session {
   /**
    * @param {string | File} source an address, or the stream itself
    * @param {string | null} worker address of uph-worker.js; null: beside the viewer
-   * @param {{ eye: number[], pixels: number }} sight as `Model` takes it
-   * @param {boolean} onPage the graphics card paints, not the worker
+   * @param {{ eye: number[], pixels: number, onPage: boolean }} options as `Model` takes them
    * @param {(type: string, event: object) => void} notify called with the model's events, 'error' with its `problem` set
    */
-  constructor(source, worker, sight, onPage, notify) {
+  constructor(source, worker, options, notify) {
     this.#worker = worker
-    this.#onPage = onPage
+    this.#onPage = options.onPage
     this.name = typeof source === 'string' ? nameOf(source) : source.name
     this.failed = new Promise((resolve) => (this.fail = resolve))
-    const model = (this.model = new Model(takeWorker(worker), sight, onPage))
+    const model = (this.model = new Model(takeWorker(worker), options))
     for (const type of EVENTS) {
       model.addEventListener(type, (event) => {
         if (type === 'first' || type === 'refine' || type === 'geometry') this.changes++
@@ -67,7 +66,7 @@ export class Session {
 
   /** Load what has come a second time; returns that model. */
   compare() {
-    this.other = new Model(takeWorker(this.#worker), undefined, this.#onPage)
+    this.other = new Model(takeWorker(this.#worker), { onPage: this.#onPage })
     give(this.other.client, this.model.bytes())
     return this.other
   }

@@ -28,13 +28,13 @@ export function newTexture(target) {
   return texture
 }
 
-/** Let a texture show other texels, with a gutter of one round them that its coordinates leave out. */
-export function setTexels(texture, { height, width, data }) {
-  const [tall, wide] = [height + 2, width + 2]
-  if (texture.image.width !== wide || texture.image.height !== tall) texture.dispose() // the card's memory is of one size
-  texture.image = { data, width: wide, height: tall }
-  texture.offset.set(1 / wide, 1 / tall)
-  texture.repeat.set(width / wide, height / tall)
+/** Let a texture show texels, where they are others. They have a gutter of one round them, which its coordinates leave out. */
+export function setTexels(texture, { height, width, data, version }) {
+  if (texture.image.version === version) return
+  if (texture.image.width !== width || texture.image.height !== height) texture.dispose() // the card's memory is of one size
+  texture.image = { data, width, height, version }
+  texture.offset.set(1 / width, 1 / height)
+  texture.repeat.set(1 - 2 / width, 1 - 2 / height)
   texture.needsUpdate = true
 }
 

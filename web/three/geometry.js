@@ -3,9 +3,9 @@
 import { BufferAttribute, BufferGeometry, DoubleSide, Mesh, MeshStandardMaterial, Sphere, Vector3 } from 'three'
 import { ROUGHNESS } from './materials.js'
 
-/** The geometry of a chart; its `userData` has outline, parameters and quads. Its textures leave room for their gutters by themselves. */
+/** The geometry of a chart. Its textures leave room for their gutters by themselves. */
 export function chartGeometry(piece, { center, radius }) {
-  const { positions, normals, tangents, parameters, indices, outline } = piece
+  const { positions, normals, tangents, parameters, indices } = piece
   const uv = new Float32Array(parameters.length)
   for (let n = 0; n < uv.length; n += 2) {
     uv[n] = parameters[n + 1]
@@ -18,7 +18,6 @@ export function chartGeometry(piece, { center, radius }) {
   geometry.setAttribute('uv', new BufferAttribute(uv, 2))
   geometry.setIndex(new BufferAttribute(indices, 1))
   geometry.boundingSphere = new Sphere(new Vector3(...center), radius)
-  geometry.userData = { outline, parameters, quads: indices.length / 6 }
   return geometry
 }
 
@@ -35,7 +34,7 @@ export function plainMesh({ positions, normals, indices }) {
 
 /** The outlines of all charts as line segments. */
 export function outlineGeometry(geometries) {
-  const outlines = geometries.map(({ userData }) => userData.outline ?? [])
+  const outlines = geometries.map(({ outline }) => outline)
   const lines = new Float32Array(outlines.reduce((sum, outline) => sum + outline.length, 0))
   let at = 0
   for (const outline of outlines) {
