@@ -80,9 +80,9 @@ export class UphDecoder {
     return { known: this.#quilt?.known ?? 0, count: this.#quilt?.total ?? 0 }
   }
 
-  /** How many nodes of warp fields are known. */
-  get nodesKnown() {
-    return this.#fields?.known ?? 0
+  /** How many nodes of warp fields are known, and how many there are. */
+  get nodes() {
+    return { known: this.#fields?.known ?? 0, count: this.#fields?.count ?? 0 }
   }
 
   /** Whether every placement and every label has come. */

@@ -34,8 +34,9 @@ export class FieldDecoder {
     reader.end('head of the fields')
     /** Of each chart its grid of nodes; null where the field is the identity. */
     this.grids = shapes.map((shape) => shape && { ...shape, nodes: new Int16Array(4 * shape.rows * shape.columns) })
-    /** How many nodes have come. */
+    /** How many nodes have come, and how many there are. */
     this.known = 0
+    this.count = total
     this.bits = new BitDecoder(4 * INTEGER_COUNTERS)
     this.steps = this.#decode()
     this.steps.next()

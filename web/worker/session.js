@@ -11,6 +11,7 @@ const PIECE = 2048 // bytes fed at once
 const COEFFICIENT_PARTS = 400 // as Python counts coefficients
 const FIRST_PIXELS = 300 // of the model on screen, before anybody has seen it
 const FIRST_SHARE = 1 / 4 // of the charts: a first picture waits for as many
+const GROWTH = 9 / 8 // of placements and nodes: charts are painted again when there are so many times as many
 const LEAST_SHARE = 1 / 16 // of a chart's texels, each way, where the page can not show all
 const MESH_ARRAYS = ['positions', 'normals', 'tangents', 'parameters', 'indices', 'outline']
 
@@ -26,6 +27,7 @@ export class Session {
   #density = 0 // texels a step that the stream asks for
   #radius = 1 // of the model
   #stepLength = null // in the mean
+  #seen = 0 // placements and nodes that were known when all charts were marked last
   #substitute = null // a picture instead of the exemplar
   #limit = {}
   #ticket = 0
@@ -96,6 +98,7 @@ export class Session {
     this.#decoder.replaceExemplar(this.#substitute)
     this.#decoder.mostCoefficients = this.#limit.coefficients ?? 1
     this.#failed = false
+    this.#seen = 0
     this.#textures?.clearDirty() // the new decoder tells of every map again
   }
 
@@ -195,12 +198,23 @@ export class Session {
       this.#sizeTextures()
       roles = decoder.roles
     }
+    if (this.#hasGrown()) charts = [...decoder.charts.keys()]
     this.#textures.forget(charts)
     for (const [target, parts] of Object.entries(TARGETS)) {
       const known = parts.filter((role) => hasMap(decoder, role))
       if (known.some((role) => roles.includes(role))) this.#textures.markDirty(target)
       else if (charts.length && known.length) this.#textures.markDirty(target, charts)
     }
+  }
+
+  /** Whether placements and nodes, which come to all charts at once, have become so many more, or are all here. */
+  #hasGrown() {
+    const { placements, nodes } = this.#decoder
+    const known = placements.known + nodes.known
+    const isAll = known === placements.count + nodes.count
+    if (known === this.#seen || (known < GROWTH * this.#seen && !isAll)) return false
+    this.#seen = known
+    return true
   }
 
   /** Surface and charts are known: tell the page. */
