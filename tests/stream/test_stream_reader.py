@@ -214,13 +214,16 @@ def test_quality_hardly_ever_falls_once_placements_are_there(name: Any) -> None:
     assert (np.diff(found) > -0.5).all(), found
 
 
-def test_all_placements_come_before_labels_and_charts_one_after_another() -> None:
+def test_coarse_nodes_come_first_and_labels_behind_all_placements() -> None:
     data = stream("bent")
     tags = "".join(row.tag for row in describe(data).chunks)
-    assert tags.startswith("SLXDFQNP")
+    assert tags.startswith("SLXDFNDQP")
     assert tags.rindex("P") < tags.index("M")
-    decoder, known = StreamDecoder(), set()
-    for n in range(0, len(data), 50):
-        decoder.feed(data[n : n + 50])
-        known.add(decoder.charts_known)
-    assert len(known) > min(4, len(decoder.charts))
+    decoder, known = StreamDecoder(), [0]
+    for n in range(0, len(data), 20):
+        decoder.feed(data[n : n + 20])
+        known.append(decoder.placements_known[0])
+        assert decoder.charts_known <= known[-1]
+    assert known == sorted(known)
+    assert len(set(known)) > 10
+    assert decoder.charts_known == len(decoder.charts)

@@ -92,7 +92,7 @@ export class UphDecoder {
 
   /**
    * Take further bytes. Returns what changed: whether the surface has come, whether the exemplar got better (and
-   * with it every chart), and which charts got labels. Placements and nodes come to all charts at once, see `placements`.
+   * with it every chart), and which charts got placements, labels or nodes of their warp field.
    */
   feed(bytes) {
     if (this.#failure) throw this.#failure
@@ -103,7 +103,11 @@ export class UphDecoder {
       this.#failure = error
       throw error
     }
-    this.#changed.charts = [...(this.#quilt?.changed ?? [])].sort((a, b) => a - b)
+    const changed = new Set(this.#quilt?.changed)
+    // A node is guessed from others, those of another chart too.
+    if (this.#fields?.hasNews) this.charts.forEach((_, chart) => this.#fields.grids[chart] && changed.add(chart))
+    this.#changed.charts = [...changed].sort((a, b) => a - b)
+    if (this.#fields) this.#fields.hasNews = false
     this.#quilt?.changed.clear()
     return this.#changed
   }

@@ -37,6 +37,8 @@ export class FieldDecoder {
     /** How many nodes have come, and how many there are. */
     this.known = 0
     this.count = total
+    /** Whether nodes have come since somebody took note. */
+    this.hasNews = false
     this.bits = new BitDecoder(4 * INTEGER_COUNTERS)
     this.steps = this.#decode()
     this.steps.next()
@@ -88,6 +90,7 @@ export class FieldDecoder {
       grid.nodes.set(numbers, 4 * (i * grid.columns + j))
       left = rest
       this.known++
+      this.hasNews = true
     }
   }
 

@@ -14,6 +14,8 @@ const CELLS_A_CHART = 32
 /** A layer of a chart. `labels` are null until they have come; they count the layer's own placements. */
 class Layer {
   labels = null
+  /** Whether placements have come since somebody took note. */
+  isNew = false
   #known = []
   #isSorted = true
   #nearest = null
@@ -42,6 +44,7 @@ class Layer {
   }
 
   add(placement) {
+    this.isNew = true
     this.#known.push(placement)
     this.#isSorted = false
     this.#nearest = null
@@ -65,7 +68,7 @@ class Layer {
 }
 
 export class QuiltDecoder {
-  /** Charts of which labels have come since somebody emptied the set. */
+  /** Charts of which placements or labels have come since somebody emptied the set. */
   changed = new Set()
 
   /** From the payload of chunk Q. */
@@ -107,6 +110,10 @@ export class QuiltDecoder {
 
   feedPlacements(part) {
     this.placements.feed(part)
+    for (const [chart, layers] of this.layers.entries()) {
+      if (layers.some((layer) => layer.isNew)) this.changed.add(chart)
+      for (const layer of layers) layer.isNew = false
+    }
   }
 
   feedLabels(part, fail) {

@@ -27,7 +27,8 @@ export class Session {
   #density = 0 // texels a step that the stream asks for
   #radius = 1 // of the model
   #stepLength = null // in the mean
-  #seen = 0 // placements and nodes that were known when all charts were marked last
+  #seen = 0 // placements and nodes that were known when charts were marked last
+  #waiting = new Set() // charts that changed since
   #substitute = null // a picture instead of the exemplar
   #limit = {}
   #ticket = 0
@@ -99,6 +100,7 @@ export class Session {
     this.#decoder.mostCoefficients = this.#limit.coefficients ?? 1
     this.#failed = false
     this.#seen = 0
+    this.#waiting.clear()
     this.#textures?.clearDirty() // the new decoder tells of every map again
   }
 
@@ -198,7 +200,9 @@ export class Session {
       this.#sizeTextures()
       roles = decoder.roles
     }
-    if (this.#hasGrown()) charts = [...decoder.charts.keys()]
+    for (const chart of charts) this.#waiting.add(chart)
+    charts = this.#hasGrown() ? [...this.#waiting] : []
+    if (charts.length) this.#waiting.clear()
     this.#textures.forget(charts)
     for (const [target, parts] of Object.entries(TARGETS)) {
       const known = parts.filter((role) => hasMap(decoder, role))
@@ -207,12 +211,12 @@ export class Session {
     }
   }
 
-  /** Whether placements and nodes, which come to all charts at once, have become so many more, or are all here. */
+  /** Whether placements and nodes, which come to all charts side by side, have become so many more, or are all here. */
   #hasGrown() {
     const { placements, nodes } = this.#decoder
     const known = placements.known + nodes.known
     const isAll = known === placements.count + nodes.count
-    if (known === this.#seen || (known < GROWTH * this.#seen && !isAll)) return false
+    if (known < GROWTH * this.#seen && !isAll) return false
     this.#seen = known
     return true
   }

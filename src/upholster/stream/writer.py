@@ -116,7 +116,6 @@ def encode_stream(
     plan = encode_plan(quilt)
     bent = not all(field.is_identity for field in quilt.fields)
     fields = pack_fields(quilt.fields, quilt.charts) if bent else None
-    warped = [] if fields is None else [("F", fields.head), ("N", fields.nodes[: fields.coarse])]
     told = [pack_chunk("Q", plan.head)]
     told += [pack_chunk("R", pack_role(role, image.header)) for role, image in coded.items()]
     queue = plan_parts(plan, fields)
@@ -130,9 +129,11 @@ def encode_stream(
             reached["albedo"] = sample.psnr(len(payload))
             reached.update({role: coded[role].psnr(len(stream)) for role, stream in streams.items()})
         rest = ordered(queue, sample_parts(turns), errors, len(start))
-        # A third of it comes before warp fields: so that there is something to see, then its direction.
-        third = len(start) // 3
-        early = [("D", start[:third]), *warped, ("D", start[third:])]
+        early = [("D", start)]
+        if fields is not None:  # first something to see, then its direction
+            third = len(start) // 3
+            warped = [("F", fields.head), ("N", fields.nodes[: fields.coarse])]
+            early = [("D", start[:third]), *warped, ("D", start[third:])]
         return assembled(head, [*(pack_chunk(tag, data) for tag, data in early if data), *told, *rest])
 
     if most_bytes is None:
