@@ -9,6 +9,7 @@ import argparse
 import csv
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -63,7 +64,7 @@ def main(argv: list[str] | None = None) -> int:
 def _streams(folder: Path, meshes: list[Path]) -> dict[str, Path]:
     # Those that are there already are measured as they are.
     ring = {"sample_size": 5.0, "direction": "around:z"}
-    cases = {
+    cases: dict[str, tuple[Path, str | Path, dict[str, Any]]] = {
         "ring": (EXEMPLAR, "cyclide", {**ring, "texels": 4_000_000}),
         "pebbles": (EXAMPLES / "pebbles.png", "cyclide", {"sample_size": 5.0, "texels": 1_000_000}),
         "chair": (EXAMPLES / "weave.png", EXAMPLES / "chair.glb", {}),
