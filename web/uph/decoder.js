@@ -75,14 +75,9 @@ export class UphDecoder {
     return this.#quilt?.placed ?? 0
   }
 
-  /** How many placements are known, and how many there are. */
+  /** How many placements are known, and how many there are; 0 before chunk Q. */
   get placements() {
     return { known: this.#quilt?.known ?? 0, count: this.#quilt?.total ?? 0 }
-  }
-
-  /** How many nodes of warp fields are known, and how many there are. */
-  get nodes() {
-    return { known: this.#fields?.known ?? 0, count: this.#fields?.count ?? 0 }
   }
 
   /** Whether every placement and every label has come. */
@@ -92,7 +87,7 @@ export class UphDecoder {
 
   /**
    * Take further bytes. Returns what changed: whether the surface has come, whether the exemplar got better (and
-   * with it every chart), and which charts got labels. Placements and nodes come to all charts at once, see `placements`.
+   * with it every chart), and which charts got placements, labels or nodes of their warp field.
    */
   feed(bytes) {
     if (this.#failure) throw this.#failure
@@ -103,7 +98,9 @@ export class UphDecoder {
       this.#failure = error
       throw error
     }
-    this.#changed.charts = [...(this.#quilt?.changed ?? [])].sort((a, b) => a - b)
+    const changed = new Set([...(this.#fields?.changed ?? []), ...(this.#quilt?.changed ?? [])])
+    this.#changed.charts = [...changed].sort((a, b) => a - b)
+    this.#fields?.changed.clear()
     this.#quilt?.changed.clear()
     return this.#changed
   }
@@ -119,7 +116,7 @@ export class UphDecoder {
         throw new UphError(what, payload)
       }
       if (tag === 'M') this.#quilt.feedLabels(part, fail)
-      else this.#feedNodes(part, fail)
+      else this.#fields.feed(part, fail)
     } else {
       this.#payload.push(part)
       if (!whole) return
@@ -142,11 +139,6 @@ export class UphDecoder {
       this.#quilt = new QuiltDecoder(reader, this.charts, this.exemplarSize)
       checkCharts(reader, this.charts.map((chart) => paintedSize(chart, this.density)), this.#limits)
     }
-  }
-
-  #feedNodes(part, fail) {
-    if (!this.#fields) fail('nodes come without warp fields')
-    this.#fields.feed(part, fail)
   }
 
   // ---------------------------------------------------------------- maps

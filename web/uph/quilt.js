@@ -18,7 +18,8 @@ class Layer {
   #isSorted = true
   #nearest = null
 
-  constructor(grid, count, isSecond) {
+  constructor(chart, grid, count, isSecond) {
+    this.chart = chart
     this.grid = grid
     this.count = count
     this.isSecond = isSecond
@@ -65,9 +66,6 @@ class Layer {
 }
 
 export class QuiltDecoder {
-  /** Charts of which labels have come since somebody emptied the set. */
-  changed = new Set()
-
   /** From the payload of chunk Q. */
   constructor(reader, charts, exemplar) {
     const count = reader.varint('number of layers', 2, 1)
@@ -77,7 +75,7 @@ export class QuiltDecoder {
     const grids = range(count).map(() => parseGrids(reader, charts))
     checkCells(reader, grids.flat(), charts)
     const layers = grids.map((all, n) =>
-      all.map((grid) => new Layer(grid, reader.varint('number of placements', grid.size, n ? 0 : 1), n > 0)),
+      all.map((grid, chart) => new Layer(chart, grid, reader.varint('number of placements', grid.size, n ? 0 : 1), n > 0)),
     )
     reader.end('plan')
     /** Of each chart its layers. */
@@ -88,6 +86,11 @@ export class QuiltDecoder {
     this.placements = new PlacementDecoder(this.layers.flat(), exemplar, bits, (what) => reader.fail(what))
     /** How many charts there are whose labels are told and have not come. */
     this.unlabelled = this.layers.filter((all) => all.some((layer) => !layer.isSettled)).length
+  }
+
+  /** Charts of which placements or labels have come since somebody emptied the set. */
+  get changed() {
+    return this.placements.changed
   }
 
   /** Whether all placements and labels have come. */
