@@ -95,7 +95,7 @@ export interface Changes {
   exemplar: boolean
   /** Maps that came or got better, by role; 'albedo' is the exemplar. */
   roles: string[]
-  /** Charts whose placements, labels or warp fields came, rising. */
+  /** Charts that got placements, labels or nodes of their warp fields, rising. */
   charts: number[]
 }
 
@@ -136,8 +136,10 @@ export class UphDecoder {
   readonly complete: boolean
   readonly surface: Surface | null
   readonly charts: readonly Chart[]
-  /** How many charts have their placements; the others show the exemplar as it is. */
+  /** How many charts have a placement of their own; the others show the exemplar about its middle. */
   readonly chartsKnown: number
+  /** How many placements are known, and how many there are; 0 before that is told. They come from coarse to fine, to all charts. */
+  readonly placements: { known: number; count: number }
   /** Whether every placement and every label has come. */
   readonly placed: boolean
   /** Share of the exemplar's coefficients, 0 to 1, at which its decoding ends, whatever else comes; 1 at first. */

@@ -50,6 +50,32 @@ test('what did not change is not reported', () => {
   }
 })
 
+test('placements come to all charts at once, and those that are known are shown', () => {
+  const data = read('quilt.uph')
+  const decoder = new UphDecoder()
+  assert.deepEqual(decoder.placements, { known: 0, count: 0 })
+  const counts = [] // of each chart, after each byte
+  let changes = 0
+  for (const byte of byteByByte(data)) {
+    const before = decoder.placements.known
+    const { charts } = decoder.feed(byte)
+    if (!decoder.placements.count) continue
+    counts.push(decoder.charts.map((_, n) => decoder.recipe(n).layers.reduce((sum, { placements }) => sum + placements.length, 0)))
+    // A chart without any shows one that is made up.
+    const { known, count } = decoder.placements
+    assert.equal(counts.at(-1).reduce((sum, one) => sum + one, 0), known + decoder.charts.length - decoder.chartsKnown)
+    assert.ok(known >= before && known <= count)
+    if (counts.length < 2) continue
+    const grown = counts.at(-1).flatMap((one, n) => (one === counts.at(-2)[n] ? [] : [n]))
+    assert.ok(grown.every((n) => charts.includes(n)))
+    changes += grown.length
+  }
+  assert.ok(changes > decoder.charts.length && decoder.placed)
+  // Each chart has a part of its placements before any has all of them.
+  const first = counts.find((list) => list.some((count, n) => count === counts.at(-1)[n]))
+  assert.ok(Math.min(...first) > 1)
+})
+
 test('rows can be painted on their own', () => {
   const { decoder } = decoded(read('quilt.uph'), atOnce)
   const { height, width } = decoder.paintedSize(0)

@@ -24,6 +24,7 @@ class Page {
   meshes = new Map()
   errors = []
   widths = [] // of chart 0's textures, one after another
+  paintings = 0
   ticket = 0
 
   constructor({ maxTextureSize = 4096, maxTexels = 2 ** 26, eye, sketches } = {}) {
@@ -35,6 +36,7 @@ class Page {
     if (kind === 'surface') this.surface = message
     else if (kind === 'meshes') for (const piece of message.pieces) this.meshes.set(piece.chart, piece)
     else if (kind === 'textures') {
+      this.paintings++
       this.firstPainted ??= message.entries.map(({ chart }) => chart)
       for (const { chart, target, height, width, gutter, data } of message.entries) {
         const key = `${target} ${chart}`
@@ -178,6 +180,50 @@ test('textures are sketched while labels are to come, and are in the end as if t
   for (const one of [page, plain]) await one.send({ kind: 'feed', bytes: data.subarray(half) })
   assert.equal(page.widths.at(-1), width)
   assert.deepEqual(seen(page), seen(plain))
+})
+
+/** Bytes of quilt.uph behind which so many of its placements are known, and the stream. */
+function placed(...shares) {
+  const [, data] = streams.find(([name]) => name === 'quilt.uph')
+  const decoder = new UphDecoder()
+  let length = 0
+  const lengths = shares.map((share) => {
+    while (!decoder.placements.count || decoder.placements.known < share * decoder.placements.count) decoder.feed(data.subarray(length, ++length))
+    return length
+  })
+  return { data, lengths, decoder }
+}
+
+test('while placements come, charts are painted when there are an eighth more', async () => {
+  const { data, lengths } = placed(0.4, 0.42, 0.43, 0.47, 0.96, 1)
+  const page = new Page()
+  const painted = []
+  let before = 0
+  for (const length of lengths) {
+    const { paintings } = page
+    await page.send({ kind: 'feed', bytes: data.slice(before, length) })
+    before = length
+    painted.push(page.paintings > paintings)
+  }
+  assert.deepEqual(painted, [true, false, false, true, true, true])
+})
+
+test('where no more placements come, those that are there are painted', async () => {
+  const { data, lengths, decoder } = placed(0.4, 0.42)
+  const wanted = decoder.charts.map((_, n) => colour(decoder, n).slice(0, 4 * decoder.paintedSize(n).width))
+  const rows = (page) => wanted.map((row, n) => page.textures.get(`color ${n}`).slice(row.length + 12).subarray(0, row.length))
+  const limit = { kind: 'limit', bytes: lengths[1] }
+  for (const message of [{ kind: 'end' }, limit]) {
+    const page = new Page()
+    await page.send({ kind: 'feed', bytes: data.slice(0, lengths[0]) })
+    await page.send({ kind: 'feed', bytes: data.slice(lengths[0], lengths[1]) })
+    assert.notDeepEqual(rows(page), wanted)
+    await page.send(message)
+    assert.deepEqual(rows(page), wanted)
+  }
+  const page = new Page()
+  for (const message of [limit, { kind: 'feed', bytes: data.slice(0, lengths[0]) }, { kind: 'feed', bytes: data.slice(lengths[0]) }]) await page.send(message)
+  assert.deepEqual(rows(page), wanted)
 })
 
 test('a model too large for the graphics card is painted smaller', async () => {

@@ -75,14 +75,9 @@ export class UphDecoder {
     return this.#quilt?.placed ?? 0
   }
 
-  /** How many placements are known, and how many there are. */
+  /** How many placements are known, and how many there are; 0 before chunk Q. */
   get placements() {
     return { known: this.#quilt?.known ?? 0, count: this.#quilt?.total ?? 0 }
-  }
-
-  /** How many nodes of warp fields are known, and how many there are. */
-  get nodes() {
-    return { known: this.#fields?.known ?? 0, count: this.#fields?.count ?? 0 }
   }
 
   /** Whether every placement and every label has come. */
@@ -103,11 +98,9 @@ export class UphDecoder {
       this.#failure = error
       throw error
     }
-    const changed = new Set(this.#quilt?.changed)
-    // A node is guessed from others, those of another chart too.
-    if (this.#fields?.hasNews) this.charts.forEach((_, chart) => this.#fields.grids[chart] && changed.add(chart))
+    const changed = new Set([...(this.#fields?.changed ?? []), ...(this.#quilt?.changed ?? [])])
     this.#changed.charts = [...changed].sort((a, b) => a - b)
-    if (this.#fields) this.#fields.hasNews = false
+    this.#fields?.changed.clear()
     this.#quilt?.changed.clear()
     return this.#changed
   }
@@ -123,7 +116,7 @@ export class UphDecoder {
         throw new UphError(what, payload)
       }
       if (tag === 'M') this.#quilt.feedLabels(part, fail)
-      else this.#feedNodes(part, fail)
+      else this.#fields.feed(part, fail)
     } else {
       this.#payload.push(part)
       if (!whole) return
@@ -146,11 +139,6 @@ export class UphDecoder {
       this.#quilt = new QuiltDecoder(reader, this.charts, this.exemplarSize)
       checkCharts(reader, this.charts.map((chart) => paintedSize(chart, this.density)), this.#limits)
     }
-  }
-
-  #feedNodes(part, fail) {
-    if (!this.#fields) fail('nodes come without warp fields')
-    this.#fields.feed(part, fail)
   }
 
   // ---------------------------------------------------------------- maps

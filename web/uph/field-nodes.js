@@ -33,12 +33,11 @@ export class FieldDecoder {
     if (total > MAX_NODES) reader.fail(`fields have ${total} nodes; allowed: ${MAX_NODES}`)
     reader.end('head of the fields')
     /** Of each chart its grid of nodes; null where the field is the identity. */
-    this.grids = shapes.map((shape) => shape && { ...shape, nodes: new Int16Array(4 * shape.rows * shape.columns) })
-    /** How many nodes have come, and how many there are. */
+    this.grids = shapes.map((shape, chart) => shape && { ...shape, chart, nodes: new Int16Array(4 * shape.rows * shape.columns), isBegun: false })
+    /** How many nodes have come. */
     this.known = 0
-    this.count = total
-    /** Whether nodes have come since somebody took note. */
-    this.hasNews = false
+    /** Charts of which the field has changed since somebody emptied the set. */
+    this.changed = new Set()
     this.bits = new BitDecoder(4 * INTEGER_COUNTERS)
     this.steps = this.#decode()
     this.steps.next()
@@ -63,6 +62,8 @@ export class FieldDecoder {
     this.fail = fail
     this.bits.feed(part)
     this.steps.next()
+    // Guesses of charts without nodes follow the chart before.
+    if (this.changed.size) for (const grid of this.grids) if (grid && !grid.isBegun) this.changed.add(grid.chart)
   }
 
   /** All nodes in the order in which they come: grid, that of the chart before, and what `placesOf` gives. */
@@ -90,7 +91,8 @@ export class FieldDecoder {
       grid.nodes.set(numbers, 4 * (i * grid.columns + j))
       left = rest
       this.known++
-      this.hasNews = true
+      grid.isBegun = true
+      this.changed.add(grid.chart)
     }
   }
 

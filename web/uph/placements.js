@@ -37,6 +37,8 @@ export function barePlacement(chart, { height, width }) {
 export class PlacementDecoder {
   /** How many placements are known. */
   known = 0
+  /** Charts that got some since somebody emptied the set. */
+  changed = new Set()
 
   constructor(layers, { height, width }, bits, fail) {
     ;[this.sourceBits, this.offsetBits] = bits
@@ -80,6 +82,7 @@ export class PlacementDecoder {
       if (box.count > 1) yield* this.#cut(box)
       if (placement) {
         box.layer.add(placement)
+        this.changed.add(box.layer.chart)
         this.known++
       }
     }

@@ -14,13 +14,12 @@ const CELLS_A_CHART = 32
 /** A layer of a chart. `labels` are null until they have come; they count the layer's own placements. */
 class Layer {
   labels = null
-  /** Whether placements have come since somebody took note. */
-  isNew = false
   #known = []
   #isSorted = true
   #nearest = null
 
-  constructor(grid, count, isSecond) {
+  constructor(chart, grid, count, isSecond) {
+    this.chart = chart
     this.grid = grid
     this.count = count
     this.isSecond = isSecond
@@ -44,7 +43,6 @@ class Layer {
   }
 
   add(placement) {
-    this.isNew = true
     this.#known.push(placement)
     this.#isSorted = false
     this.#nearest = null
@@ -68,9 +66,6 @@ class Layer {
 }
 
 export class QuiltDecoder {
-  /** Charts of which placements or labels have come since somebody emptied the set. */
-  changed = new Set()
-
   /** From the payload of chunk Q. */
   constructor(reader, charts, exemplar) {
     const count = reader.varint('number of layers', 2, 1)
@@ -80,7 +75,7 @@ export class QuiltDecoder {
     const grids = range(count).map(() => parseGrids(reader, charts))
     checkCells(reader, grids.flat(), charts)
     const layers = grids.map((all, n) =>
-      all.map((grid) => new Layer(grid, reader.varint('number of placements', grid.size, n ? 0 : 1), n > 0)),
+      all.map((grid, chart) => new Layer(chart, grid, reader.varint('number of placements', grid.size, n ? 0 : 1), n > 0)),
     )
     reader.end('plan')
     /** Of each chart its layers. */
@@ -91,6 +86,11 @@ export class QuiltDecoder {
     this.placements = new PlacementDecoder(this.layers.flat(), exemplar, bits, (what) => reader.fail(what))
     /** How many charts there are whose labels are told and have not come. */
     this.unlabelled = this.layers.filter((all) => all.some((layer) => !layer.isSettled)).length
+  }
+
+  /** Charts of which placements or labels have come since somebody emptied the set. */
+  get changed() {
+    return this.placements.changed
   }
 
   /** Whether all placements and labels have come. */
@@ -110,10 +110,6 @@ export class QuiltDecoder {
 
   feedPlacements(part) {
     this.placements.feed(part)
-    for (const [chart, layers] of this.layers.entries()) {
-      if (layers.some((layer) => layer.isNew)) this.changed.add(chart)
-      for (const layer of layers) layer.isNew = false
-    }
   }
 
   feedLabels(part, fail) {

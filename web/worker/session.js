@@ -11,7 +11,7 @@ const PIECE = 2048 // bytes fed at once
 const COEFFICIENT_PARTS = 400 // as Python counts coefficients
 const FIRST_PIXELS = 300 // of the model on screen, before anybody has seen it
 const FIRST_SHARE = 1 / 4 // of the charts: a first picture waits for as many
-const GROWTH = 9 / 8 // of placements and nodes: charts are painted again when there are so many times as many
+const GROWTH = 9 / 8 // charts are painted again when there are so many times as many placements
 const LEAST_SHARE = 1 / 16 // of a chart's texels, each way, where the page can not show all
 const MESH_ARRAYS = ['positions', 'normals', 'tangents', 'parameters', 'indices', 'outline']
 
@@ -27,8 +27,8 @@ export class Session {
   #density = 0 // texels a step that the stream asks for
   #radius = 1 // of the model
   #stepLength = null // in the mean
-  #seen = 0 // placements and nodes that were known when charts were marked last
-  #waiting = new Set() // charts that changed since
+  #fresh = new Set() // charts with placements, labels or nodes that are not painted for these alone
+  #placements = 0 // how many were known when there was none of these
   #substitute = null // a picture instead of the exemplar
   #limit = {}
   #ticket = 0
@@ -99,8 +99,8 @@ export class Session {
     this.#decoder.replaceExemplar(this.#substitute)
     this.#decoder.mostCoefficients = this.#limit.coefficients ?? 1
     this.#failed = false
-    this.#seen = 0
-    this.#waiting.clear()
+    this.#placements = 0
+    this.#fresh.clear()
     this.#textures?.clearDirty() // the new decoder tells of every map again
   }
 
@@ -129,6 +129,7 @@ export class Session {
     for (;;) {
       const more = this.#feed()
       if (this.#mesher) this.#mesh()
+      if (!more && this.#isAll && this.#fresh.size) this.#markFresh()
       const isDue = this.#isDirty && !this.#isWaiting && this.#isWorthwhile
       // While more is to come, now and then is enough: painting takes at most half of the time.
       const wait = this.#paintedAt + Math.max(PAUSE, this.#paintTime) - performance.now()
@@ -145,10 +146,15 @@ export class Session {
     }
   }
 
+  /** Whether somebody waits for what there is, or no more will come. */
+  get #isAll() {
+    const { received } = this.#decoder
+    return this.#isUrgent || received >= this.#limit.bytes || (this.#ended && received === this.#length)
+  }
+
   /** Whether there is texture to be seen, or will be none: a first picture of one colour is none. */
   get #isWorthwhile() {
-    const isAll = this.#ended && this.#decoder.received === this.#length
-    return this.#isShown || this.#isUrgent || isAll || knownShare(this.#decoder) > 0
+    return this.#isShown || this.#isAll || knownShare(this.#decoder) > 0
   }
 
   get #isDirty() {
@@ -200,25 +206,22 @@ export class Session {
       this.#sizeTextures()
       roles = decoder.roles
     }
-    for (const chart of charts) this.#waiting.add(chart)
-    charts = this.#hasGrown() ? [...this.#waiting] : []
-    if (charts.length) this.#waiting.clear()
     this.#textures.forget(charts)
+    for (const chart of charts) this.#fresh.add(chart)
     for (const [target, parts] of Object.entries(TARGETS)) {
-      const known = parts.filter((role) => hasMap(decoder, role))
-      if (known.some((role) => roles.includes(role))) this.#textures.markDirty(target)
-      else if (charts.length && known.length) this.#textures.markDirty(target, charts)
+      if (parts.some((role) => roles.includes(role) && hasMap(decoder, role))) this.#textures.markDirty(target)
     }
+    const { known, count } = decoder.placements
+    if (known >= GROWTH * this.#placements || known === count) this.#markFresh()
   }
 
-  /** Whether placements and nodes, which come to all charts side by side, have become so many more, or are all here. */
-  #hasGrown() {
-    const { placements, nodes } = this.#decoder
-    const known = placements.known + nodes.known
-    const isAll = known === placements.count + nodes.count
-    if (known < GROWTH * this.#seen && !isAll) return false
-    this.#seen = known
-    return true
+  /** Have charts painted that have other placements, labels or nodes. */
+  #markFresh() {
+    for (const [target, parts] of Object.entries(TARGETS)) {
+      if (parts.some((role) => hasMap(this.#decoder, role))) this.#textures.markDirty(target, this.#fresh)
+    }
+    this.#fresh.clear()
+    this.#placements = this.#decoder.placements.known
   }
 
   /** Surface and charts are known: tell the page. */

@@ -47,7 +47,7 @@ COUNTERS = WEIGHTS + 8 * MIXERS
 
 
 @inline
-def settle(state: NDArray[np.int64], data: NDArray[np.uint8], chance: int, encoding: bool, bit: int) -> int:
+def settle(state: NDArray[np.int64], data: NDArray[np.uint8], chance: Any, encoding: bool, bit: int) -> int:
     """Encode `bit`, or decode one, that is 1 with a chance in 1/65536; return it, or -1 as `code_bit`."""
     low, high = state[LOW], state[HIGH]
     span = high - low
