@@ -152,6 +152,18 @@ def test_streams_cut_anywhere_decode_as_in_python(tmp_path: Any, count: int) -> 
         assert found[n] == in_python(data, cuts), f"stream {n}"
 
 
+def test_a_plan_cut_behind_any_byte_decodes_as_in_python(tmp_path: Any) -> None:
+    """A placement, a node, a chart's labels: each counts only when all of it has come."""
+    data = stream("half cells")
+    decoder, cuts = StreamDecoder(), []
+    while not decoder.placements_complete:
+        decoder.feed(data[decoder.received : decoder.received + 1])
+        if decoder.plan_known:
+            cuts.append(decoder.received)
+    [found] = in_node(tmp_path, [("cut.uph", data, cuts)])
+    assert found == in_python(data, cuts)
+
+
 def test_vectors_decode_as_frozen(tmp_path: Any) -> None:
     wanted = [json.loads(path.with_suffix(".json").read_text()) for path in VECTORS]
     found = in_node(
