@@ -177,7 +177,7 @@ export class UphClient {
     }
     this.total = this.#painted.total
     this.#worker.postMessage({ kind: 'shown', buffers }, buffers)
-    if (!this.first && !this.#painted.charts) return // there is no texture to be seen yet
+    if (!this.first && !this.#painted.placements) return // there is no texture to be seen yet
     const isFirst = !this.first
     this.first = true
     this.#view.show(this.#painted, isFirst)

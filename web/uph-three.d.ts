@@ -65,8 +65,8 @@ export class UphModel extends Group<UphModelEvents> {
   readonly complete: boolean
   /** Whether there is a textured view. */
   readonly first: boolean
-  /** What is on screen: bytes used, shares (0 to 1) of significant coefficients and of charts with placements. */
-  readonly shown: { bytes: number; coefficients: number; charts: number }
+  /** What is on screen: bytes used, shares (0 to 1) of significant coefficients and of placements. */
+  readonly shown: { bytes: number; coefficients: number; placements: number }
   /** Maps of which something is known: 'albedo', 'normal' … */
   readonly roles: string[]
   /** Round the whole surface. */
@@ -90,7 +90,7 @@ export class UphModel extends Group<UphModelEvents> {
   settled(): Promise<void>
   /**
    * The model as GLB: textures as they are here, as PNG on as few pages as possible; the mesh as fine as `pixels` (2000) across the model
-   * show. Loads `uph-glb.js`. Rejects where some charts have no placements yet.
+   * show. Loads `uph-glb.js`. Rejects while placements are still to come.
    */
   glb(options?: { name?: string; pixels?: number }): Promise<Uint8Array<ArrayBuffer>>
   /** What has come so far. */

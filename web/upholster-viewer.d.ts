@@ -6,8 +6,8 @@ export interface ViewerModel extends EventTarget {
   readonly complete: boolean
   /** Whether there is a textured view. */
   readonly first: boolean
-  /** What is on screen: bytes used, shares (0 to 1) of significant coefficients and of charts with placements. */
-  readonly shown: { bytes: number; coefficients: number; charts: number }
+  /** What is on screen: bytes used, shares (0 to 1) of significant coefficients and of placements. */
+  readonly shown: { bytes: number; coefficients: number; placements: number }
   /** Maps of which something is known: 'albedo', 'normal' … */
   readonly roles: string[]
   /** Round the whole surface, in the model's units. */
@@ -37,8 +37,8 @@ export interface Shown {
   bytes: number
   /** Share of the coefficients, 0 to 1. */
   coefficients: number
-  /** Share of the charts whose placements are known, 0 to 1. */
-  charts: number
+  /** Share of the placements, 0 to 1. */
+  placements: number
   /** Milliseconds since the stream was asked for. */
   milliseconds: number
 }

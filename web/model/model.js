@@ -33,7 +33,7 @@ export class Model extends EventTarget {
   plain = null
   mean = [0.5, 0.5, 0.5]
   texels = 0
-  shown = { bytes: 0, coefficients: 0, charts: 0 }
+  shown = { bytes: 0, coefficients: 0, placements: 0 }
   roles = []
   alpha = 'opaque'
   sphere = { center: [0, 0, 0], radius: 1 }
@@ -196,8 +196,8 @@ export class Model extends EventTarget {
     return old?.data?.buffer ?? null
   }
 
-  #show({ bytes, coefficients, charts, roles, alpha = 'opaque', mean, texels }, isFirst) {
-    Object.assign(this, { roles, alpha, mean, texels, shown: { bytes, coefficients, charts } })
+  #show({ bytes, coefficients, placements, roles, alpha = 'opaque', mean, texels }, isFirst) {
+    Object.assign(this, { roles, alpha, mean, texels, shown: { bytes, coefficients, placements } })
     this.#notify(isFirst ? 'first' : 'refine')
   }
 }

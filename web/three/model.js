@@ -113,7 +113,7 @@ export class UphModel extends Group {
   async glb({ name = this.name || 'upholster', pixels = 2000 } = {}) {
     const { writeGlb } = await import('../uph-glb.js')
     await this.settled()
-    if (!(this.shown.charts === 1)) throw new Error('the model is not complete: some charts have no placements yet')
+    if (this.shown.placements < 1) throw new Error('the model is not complete: placements are still to come')
     await this.#model.refineTo(pixels / 2 / this.sphere.radius)
     const { plain, alpha, mean, roles } = this.#model
     const charts = this.#model.charts.map(({ geometry, textures }) => {

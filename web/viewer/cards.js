@@ -67,7 +67,7 @@ export class NumbersCard {
   constructor(close, draw) {
     this.#draw = draw
     this.#frame = h('button', { type: 'button', part: 'button', click: () => this.#measureFrame() }, 'Measure')
-    const rows = ['Shown', 'Coefficients', 'Charts placed', 'Texels', 'Triangles', 'Maps', 'First view', 'Complete', 'Frame']
+    const rows = ['Shown', 'Coefficients', 'Placements', 'Texels', 'Triangles', 'Maps', 'First view', 'Complete', 'Frame']
     const list = rows.flatMap((name) => [h('dt', {}, name), (this.#values[name] = h('dd', {}, '–'))])
     this.element = card('numbers narrow', 'Numbers', close, h('dl', {}, ...list), this.#frame)
   }
@@ -78,7 +78,7 @@ export class NumbersCard {
     const values = {
       Shown: `${amount(shown.bytes)}${of}`,
       Coefficients: percent(shown.coefficients),
-      'Charts placed': percent(shown.charts),
+      Placements: percent(shown.placements),
       Texels: count(texels),
       Triangles: count(triangles),
       Maps: roles.length ? roles.join(', ') : '–',

@@ -27,7 +27,7 @@ const NO_STATE = {
   received: 0,
   total: null,
   limit: null,
-  shown: { bytes: 0, coefficients: 0, charts: 0 },
+  shown: { bytes: 0, coefficients: 0, placements: 0 },
   texels: 0,
   triangles: 0,
   roles: [],

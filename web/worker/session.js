@@ -312,6 +312,7 @@ export class Session {
 
   #state(isIdle) {
     const decoder = this.#decoder
+    const { known, count } = decoder.placements
     return {
       ticket: this.#ticket,
       idle: isIdle && !this.#isWaiting && !(this.#isDirty && this.#isWorthwhile),
@@ -321,7 +322,7 @@ export class Session {
       complete: decoder.complete,
       roles: decoder.roles.filter((role) => hasMap(decoder, role)),
       coefficients: knownShare(decoder),
-      charts: decoder.charts.length ? decoder.chartsKnown / decoder.charts.length : 0,
+      placements: known / (count || 1),
     }
   }
 }
