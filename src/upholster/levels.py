@@ -36,7 +36,7 @@ class Step:
     coefficients
         Share of significant coefficients.
     charts
-        Share of charts whose placements are known.
+        Share of charts that have a placement of their own.
     texels
         What can be painted.
     psnr

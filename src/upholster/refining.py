@@ -60,8 +60,8 @@ class RefineReport(Shown):
         Bytes of the stream that were read, and that it has when whole.
     complete
         Whether they are all.
-    charts, coefficients
-        Shares, 0 to 1, of charts whose placements are known and of significant coefficients.
+    placements, coefficients
+        Shares, 0 to 1, of placements that are known and of significant coefficients.
     written
         Bytes of each file.
     model
@@ -71,7 +71,7 @@ class RefineReport(Shown):
     used: int
     total: int
     complete: bool
-    charts: float
+    placements: float
     coefficients: float
     written: dict[str, int]
     model: TexturedModel | None = None
@@ -200,12 +200,12 @@ def _density(texels: int | None, surface: AnySurface, decoder: StreamDecoder, mo
 
 
 def _report(decoder: StreamDecoder, written: dict[str, int], model: TexturedModel | None) -> RefineReport:
-    known, count = decoder.coefficients_known
+    (known, count), (placed, total) = decoder.coefficients_known, decoder.placements_known
     return RefineReport(
         decoder.used,
         decoder.total or decoder.received,
         decoder.complete,
-        decoder.charts_known / len(decoder.charts),
+        placed / total if total else float(decoder.plan_known),
         known / count,
         written,
         model,

@@ -119,7 +119,7 @@ def _stream(
         raise InputError(f"sample {sample!r} is {shapes[0]}; allowed: the stream's shape, {shapes[1]}")
     state = ""
     if not decoder.complete:
-        known = f"{decoder.charts_known} of {len(decoder.charts)} charts have their placements"
+        known = "{:,} of {:,} placements are known".format(*decoder.placements_known)
         state = f"{path}: incomplete, {in_bytes(decoder.received)}; {known}"
     texels = paint(quilt, coded, density=1.0, threads=threads)
     compared = coded if original is None else original

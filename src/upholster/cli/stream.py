@@ -95,8 +95,8 @@ def refine(
         written = ", ".join(f"{name} ({in_bytes(count)})" for name, count in done.written.items())
         state = "complete" if done.complete else f"of {in_bytes(done.total)}, incomplete"
         say(
-            f"wrote {written}: from {in_bytes(done.used)} {state}; placements of {100 * done.charts:.0f} % "
-            f"of the charts, {share_text(done.coefficients)} of the coefficients"
+            f"wrote {written}: from {in_bytes(done.used)} {state}; {share_text(done.placements)} of the "
+            f"placements, {share_text(done.coefficients)} of the coefficients"
         )
 
 
