@@ -131,13 +131,12 @@ def charts_of(surface: Any, texels_a_unit: Any = 16.0, margin: Any = 2) -> Any:
 
 
 def sheets(rng: Any, charts: Any, shape: Any, blocks: Any, fields: Any = ()) -> Any:
-    """A quilt of blocks that have centre matrices of their own."""
+    """A quilt of blocks whose matrices have offsets."""
     quilt = anything(rng, shape, charts, blocks, 1)
     placed = quilt.placements.copy()
-    placed["centred"] = 1
     angle = rng.uniform(0, 2 * np.pi, len(placed))
     turn = np.stack([np.cos(angle), -np.sin(angle), np.sin(angle), np.cos(angle)], axis=1)
-    placed["matrix"] = np.rint(turn * 4096)
+    placed["offset"] = np.rint(turn * 4096)
     return Quilt(tuple(charts), shape, placed, quilt.labels, tuple(fields))
 
 

@@ -118,13 +118,12 @@ def bent(rng: Any, charts: Any) -> Any:
 
 
 def anything_bent(rng: Any, exemplar_shape: Any, charts: Any, count: Any = 20, layers: Any = None) -> Any:
-    """The same as `anything`, on charts with warp fields, and with centre matrices."""
+    """The same as `anything`, on charts with warp fields, and with offsets of matrices."""
     quilt = anything(rng, exemplar_shape, charts, count, layers)
     placed = quilt.placements.copy()
-    placed["centred"] = rng.integers(0, 3, len(placed)) == 0
     most = rng.choice([1, 100, 2**13, 2**18], (len(placed), 1))
-    matrices = rng.integers(-most, most + 1, (len(placed), 4)).astype(np.int32) & -int(rng.choice([1, 16]))
-    placed["matrix"] = np.where(placed["centred"][:, None] > 0, matrices, 0)
+    offsets = rng.integers(-most, most + 1, (len(placed), 4)).astype(np.int32) & -int(rng.choice([1, 16]))
+    placed["offset"] = np.where(rng.integers(0, 3, (len(placed), 1)) == 0, offsets, 0)
     return Quilt(quilt.charts, quilt.exemplar_shape, placed, quilt.labels, bent(rng, charts))
 
 
@@ -183,7 +182,7 @@ def stream(name: Any) -> Any:
 
 
 STREAMS = ("plain", "two layers", "half cells", "bent", "maps")
-"""One layer; two; any labels and centre matrices on charts with fields, of two layers and of one; maps."""
+"""One layer; two; any labels and offsets of matrices on charts with fields, of two layers and of one; maps."""
 
 
 def same_fields(a: Any, b: Any) -> Any:
