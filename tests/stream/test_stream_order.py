@@ -1,18 +1,21 @@
 """The order of a stream's parts: what takes most of the error away comes first."""
 
-from streams import laid
+from itertools import pairwise
 
-from upholster.stream.order import Part, chart_parts, label_parts, ordered
+from streams import laid, woven
+
+from upholster.stream.order import Part, ordered, plan_parts
 from upholster.stream.plan import encode_plan
+from upholster.stream.warp_fields import pack_fields
 
 ERRORS = 10.0, {0: 5.0, 100: 1.0}
 
 
 def tags(right: float) -> str:
     """The order where so many of 1000 steps are right before the labels come."""
-    charts, labels = [Part((("P", bytes(100)),), right)], [Part((("M", bytes(100)),), 1000 - right)]
+    queue = [Part((("P", bytes(100)),), right), Part((("M", bytes(100)),), 1000 - right)]
     sample = [Part((("D", bytes(100)),), 100)]
-    return "".join(chr(chunk[0]) for chunk in ordered(charts, labels, sample, ERRORS, 0))
+    return "".join(chr(chunk[0]) for chunk in ordered(queue, sample, ERRORS, 0))
 
 
 def test_a_sample_that_is_seen_in_few_places_waits_for_labels() -> None:
@@ -20,12 +23,33 @@ def test_a_sample_that_is_seen_in_few_places_waits_for_labels() -> None:
     assert tags(300) == "PMD"
 
 
-def test_parts_tell_all_and_all_steps() -> None:
+def test_parts_tell_all_and_the_steps_of_all_cells() -> None:
     _, quilt, _ = laid(side=128)
     plan = encode_plan(quilt)
-    charts, labels = chart_parts(quilt.charts, plan, None), label_parts(plan)
-    assert min(len(charts), len(labels)) > 1
-    assert b"".join(data for part in charts for _, data in part.chunks) == plan.placements
-    assert b"".join(data for part in labels for _, data in part.chunks) == plan.labels
-    assert abs(sum(part.steps for part in [*charts, *labels]) - quilt.steps) < 1
-    assert 0 < sum(part.steps for part in labels) < 0.3 * quilt.steps
+    parts = plan_parts(plan, None)
+    told = {tag: [part for part in parts if part.chunks[0][0] == tag] for tag in "PM"}
+    assert min(len(some) for some in told.values()) > 1
+    for tag, data in (("P", plan.placements), ("M", plan.labels)):
+        assert b"".join(part.chunks[0][1] for part in told[tag]) == data
+    assert parts == told["P"] + told["M"]
+    steps = sum(one.cell**2 * one.labels.size for maps in quilt.labels for one in maps)
+    assert abs(sum(part.steps for part in parts) - steps) < 1
+    assert 0 < sum(part.steps for part in told["M"]) < 0.3 * steps
+
+
+def test_finer_nodes_come_between_placements_and_labels() -> None:
+    _, quilt, _ = woven("torus", 60_000)
+    plan, fields = encode_plan(quilt), pack_fields(quilt.fields, quilt.charts)
+    parts = plan_parts(plan, fields)
+    found = "".join(part.chunks[0][0] for part in parts)
+    assert found == "".join(sorted(found, key="PNM".index))
+    nodes = b"".join(data for part in parts for tag, data in part.chunks if tag == "N")
+    assert 0 < fields.coarse < len(fields.nodes)
+    assert nodes == fields.nodes[fields.coarse :]
+
+
+def test_every_cut_of_placements_shows_more_steps_right() -> None:
+    _, quilt, _ = laid(side=256)
+    ends = encode_plan(quilt).placement_ends
+    assert len(ends) > 8
+    assert all(a[0] < b[0] and a[1] < b[1] for a, b in pairwise(ends))

@@ -1,5 +1,6 @@
 """Placements and labels: exact round trips, and never a symbol that the bytes do not determine."""
 
+import tracemalloc
 from contextlib import suppress
 from dataclasses import replace
 from typing import Any
@@ -20,7 +21,7 @@ from upholster.stream.plan_head import PlanHead
 
 
 def decoder_of(quilt: Quilt, head: bytes) -> PlanDecoder:
-    return PlanDecoder(PlanHead.parse(ByteReader(head), quilt.charts), quilt.exemplar_shape, quilt.fields)
+    return PlanDecoder(PlanHead.parse(ByteReader(head), quilt.charts), quilt.exemplar_shape)
 
 
 def decoded(quilt: Quilt, code: PlanCode, step: int = 2**30) -> Quilt:
@@ -32,7 +33,7 @@ def decoded(quilt: Quilt, code: PlanCode, step: int = 2**30) -> Quilt:
         decoder.feed_labels(code.labels[start : start + step])
     assert decoder.complete
     assert decoder.unread == 0
-    return decoder.quilt()
+    return decoder.quilt(quilt.fields)
 
 
 def with_placed(quilt: Quilt, placed: Any) -> Quilt:
@@ -61,57 +62,115 @@ def test_a_quilt_that_was_laid_takes_few_bytes(second: bool) -> None:
     assert len(code.labels) < 0.25 * cells
 
 
-def test_a_quilt_in_which_all_goes_on_takes_next_to_nothing() -> None:
-    _, quilt, exemplar = laid(side=256)
-    placed = quilt.placements.copy()
-    for name, pixels in zip(("row", "column"), exemplar.shape, strict=False):
-        placed[f"source_{name}"] = 8 * (pixels - 1) + placed[name] // 256
-    labels = tuple(
-        (LabelMap(one.cell, nearest_labels(part["row"], part["column"], chart, one.cell)),)
-        for chart, (one,), part in zip(
-            quilt.charts, quilt.labels, (quilt.on_chart(n) for n in range(len(quilt.charts))), strict=True
-        )
-    )
-    again = Quilt(quilt.charts, quilt.exemplar_shape, placed, labels)
-    assert len(encode_plan(again).labels) < 0.02 * sum(maps[0].labels.size for maps in labels)
+def test_labels_that_are_the_nearest_take_next_to_nothing() -> None:
+    _, quilt, _ = laid(side=256)
+    code = encode_plan(replace(quilt, labels=nearest_of(quilt)))
+    assert len(code.labels) < 0.02 * sum(maps[0].labels.size for maps in quilt.labels)
 
 
-def shown_after(quilt: Quilt, code: PlanCode) -> list[tuple[int, int, Quilt]]:
-    """Charts, then cells known, and the quilt, byte after byte."""
-    decoder, found = decoder_of(quilt, code.head), []
-    for byte in code.placements:
-        decoder.feed_placements(bytes([byte]))
-        found.append((decoder.charts_known, 0, decoder.quilt()))
-    for byte in code.labels:
-        decoder.feed_labels(bytes([byte]))
-        found.append((decoder.charts_known, decoder.known_cells, decoder.quilt()))
-    return found
+def nearest_of(quilt: Quilt) -> tuple[tuple[LabelMap, ...], ...]:
+    """The nearest map of each chart, and nothing in a second layer."""
+    found = []
+    for n, (chart, (one, *others)) in enumerate(zip(quilt.charts, quilt.labels, strict=True)):
+        part = quilt.on_chart(n)
+        part = part[part["layer"] == 0]
+        labels = nearest_labels(part["row"], part["column"], chart, one.cell, half=one.half)
+        above = (replace(other, labels=np.full_like(other.labels, -1)) for other in others)
+        found.append((replace(one, labels=labels), *above))
+    return tuple(found)
+
+
+def test_a_tie_goes_to_the_placement_of_the_lowest_number() -> None:
+    placed = np.zeros(2, PLACEMENT)
+    placed["row"], placed["column"] = 32, [32, 160]  # the middle of column 2 is as far from both
+    quilt = Quilt((Chart(0, 8, 12),), (9, 9), placed, ((LabelMap(4, np.ones((4, 5), np.int32)),),))
+    decoder = decoder_of(quilt, (code := encode_plan(quilt)).head)
+    decoder.feed_placements(code.placements)
+    assert decoder.quilt().labels[0][0].labels.tolist() == [[0, 0, 0, 1, 1]] * 4
+
+
+def keys(placed: Any) -> Any:
+    """Placements as what can be looked up."""
+    return {str(one) for one in placed}
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_every_prefix_paints_what_is_known_and_else_what_is_nearest(seed: int) -> None:
+def test_every_prefix_of_placements_shows_the_nearest_of_those_that_have_come(seed: int) -> None:
     rng = np.random.default_rng(seed)
     quilt = anything_bent(rng, (32, 40), CHARTS, 25)
-    exemplar, seen = noise(), set()
-    for charts, cells, now in shown_after(quilt, encode_plan(quilt))[::3]:
+    code, exemplar = encode_plan(quilt), noise()
+    decoder = decoder_of(quilt, code.head)
+    known, with_some, seen = 0, 0, [set() for _ in quilt.charts]
+    for start in range(0, len(code.placements), 3):
+        decoder.feed_placements(code.placements[start : start + 3])
+        now = decoder.quilt(quilt.fields)
         assert paint(now, exemplar, threads=1).count == quilt.steps
-        for n, chart in enumerate(quilt.charts):
-            mine, wanted = now.on_chart(n), quilt.on_chart(n)
-            if n >= charts:
-                assert np.array_equal(mine, bare_placement(n, (chart.height, chart.width), (32, 40)))
-                assert all((one.labels == -k).all() for k, one in enumerate(now.labels[n]))
+        assert decoder.known >= known
+        charts = 0
+        for n, (chart, maps) in enumerate(zip(quilt.charts, now.labels, strict=True)):
+            mine = now.on_chart(n)
+            if np.array_equal(mine, bare_placement(n, (chart.height, chart.width), (32, 40))):
+                assert all((one.labels == -k).all() for k, one in enumerate(maps))
                 continue
-            assert np.array_equal(mine, wanted)
-            if same_labels(now.labels[n], quilt.labels[n]):
-                seen.add(n)
-                continue
-            first = mine[mine["layer"] == 0]
-            one = quilt.labels[n][0]
-            nearest = nearest_labels(first["row"], first["column"], chart, one.cell, half=one.half)
-            assert (now.labels[n][0].labels == nearest).all()
-            assert all((above.labels == -1).all() for above in now.labels[n][1:])
-            assert cells < sum(each.labels.size for maps in quilt.labels for each in maps)
-    assert seen
+            charts += 1
+            assert seen[n] <= keys(mine) <= keys(quilt.on_chart(n))
+            seen[n] = keys(mine)
+            assert same_labels(maps, nearest_of(now)[n])
+        assert charts == decoder.charts_known >= with_some
+        known, with_some = decoder.known, charts
+    assert known == decoder.total
+    assert with_some == len(quilt.charts)
+    assert np.array_equal(decoder.quilt().placements, quilt.placements)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_of_labels_a_chart_shows_all_or_the_nearest(seed: int) -> None:
+    quilt = anything_bent(np.random.default_rng(seed), (32, 40), CHARTS, 25)
+    code = encode_plan(quilt)
+    decoder = decoder_of(quilt, code.head)
+    decoder.feed_placements(code.placements)
+    nearest, shown, cells = nearest_of(quilt), 0, 0
+    for byte in code.labels:
+        decoder.feed_labels(bytes([byte]))
+        maps = decoder.quilt().labels
+        whole = [same_labels(a, b) for a, b in zip(maps, quilt.labels, strict=True)]
+        first = whole.index(False) if False in whole else len(whole)
+        assert all(
+            one or same_labels(a, b) for one, a, b in zip(whole, maps, nearest, strict=True)
+        )
+        assert first >= shown
+        assert decoder.known_cells >= cells
+        shown, cells = first, decoder.known_cells
+    assert shown == len(quilt.charts)
+    assert cells == decoder.total_cells
+
+
+def test_a_tenth_of_the_placements_covers_every_chart() -> None:
+    _, quilt, _ = laid(side=256)
+    code = encode_plan(quilt)
+    decoder = decoder_of(quilt, code.head)
+    decoder.feed_placements(code.placements[: len(code.placements) // 10])
+    assert decoder.charts_known == len(quilt.charts)
+    now = decoder.quilt()
+    counts = np.bincount(now.placements["chart"])
+    assert counts.max() <= 2 * counts.min()
+    for n, chart in enumerate(quilt.charts):  # none is far from anything
+        at = now.on_chart(n)
+        rows, columns = np.mgrid[8 : 16 * chart.height : 256, 8 : 16 * chart.width : 256]
+        away = np.hypot(at["row"] - rows[..., None], at["column"] - columns[..., None]).min(axis=2)
+        assert away.max() < 16 * 256 / 2
+
+
+def test_large_charts_have_placements_before_small_ones() -> None:
+    rng, charts = np.random.default_rng(2), (Chart(0, 8, 8), Chart(0, 120, 130), Chart(0, 30, 30))
+    quilt = anything(rng, (32, 40), charts, 90, 1)
+    code = encode_plan(quilt)
+    decoder, come = decoder_of(quilt, code.head), list[int]()
+    for byte in code.placements:
+        decoder.feed_placements(bytes([byte]))
+        there = [n for n in range(3) if len(decoder.quilt().on_chart(n)) > 1]
+        come += [n for n in there if n not in come]
+    assert come == [1, 2, 0]
 
 
 def test_labels_that_can_only_be_one_thing_are_not_told() -> None:
@@ -137,19 +196,6 @@ def test_labels_wait_for_all_placements() -> None:
         decoder.feed_labels(code.labels)
 
 
-def test_a_chart_waits_for_its_field() -> None:
-    quilt = anything_bent(np.random.default_rng(1), (32, 40), CHARTS, 40)
-    code, fields = encode_plan(quilt), [*quilt.fields[:2], None, *quilt.fields[3:]]
-    head = PlanHead.parse(ByteReader(code.head), quilt.charts)
-    decoder = PlanDecoder(head, quilt.exemplar_shape, fields)
-    decoder.feed_placements(code.placements)
-    assert decoder.charts_known == 2
-    assert decoder.quilt().fields[2].is_identity
-    fields[2] = quilt.fields[2]
-    decoder.go_on()
-    assert decoder.charts_known == len(CHARTS)
-
-
 def test_density_and_units_come_back() -> None:
     _, quilt, _ = laid()
     for density in (0.125, 1.0, 64.0):
@@ -160,7 +206,7 @@ def test_density_and_units_come_back() -> None:
         placed = quilt.placements.copy()
         for name in ("source_row", "source_column"):
             placed[name] = placed[name] // unit * unit
-        placed["centred"], placed["matrix"] = 1, 4096 + 8 * unit * np.arange(4)
+        placed["offset"] = 8 * unit * np.arange(4)
         again = with_placed(quilt, placed)
         code = encode_plan(again)
         assert same(decoded(again, code), again)
@@ -220,7 +266,7 @@ TWO = (Chart(0, 8, 8), Chart(0, 16, 16))
         (b"\3", "byte 0: number of layers is 3"),
         (b"\1\x0a", "byte 1: density is 10; allowed: 0 to 9"),
         (b"\1\3\5", "byte 2: bits of sources is 5; allowed: 0 to 4"),
-        (b"\1\3\0\x08", "byte 3: bits of matrices is 8; allowed: 0 to 7"),
+        (b"\1\3\0\x08", "byte 3: bits of offsets is 8; allowed: 0 to 7"),
         (b"\1\3\0\0\4", "byte 4: flags of a layer is 4; allowed: 0 to 3"),
         (b"\1\3\0\0\2\0", "byte 5: cell of a layer is 0; allowed: 1 to 255"),
         (b"\1\3\0\0\2\x80\2", "byte 5: cell of a layer is 256"),
@@ -264,9 +310,38 @@ def test_damaged_bytes_are_refused_or_give_another_quilt(seed: int) -> None:
     assert paint(decoder.quilt(), noise(), threads=1).count == quilt.steps
 
 
-@pytest.mark.parametrize("byte", [0, 255])
-def test_bytes_that_code_most_in_fewest_end(byte: int) -> None:
-    _, quilt, _ = laid(side=256)
-    decoder = decoder_of(quilt, encode_plan(quilt).head)
+@pytest.mark.parametrize("sign", [-1, 1])
+def test_the_largest_offsets_come_back(sign: int) -> None:
+    _, quilt, _ = laid()
+    placed = quilt.placements.copy()
+    placed["offset"][::2] = sign * 2**18
+    placed["offset"][1::4] = (0, 0, 0, -sign)
+    again = with_placed(quilt, placed)
+    assert same(decoded(again, encode_plan(again)), again)
+
+
+def a_large_one(count: int) -> PlanDecoder:
+    """A decoder of so many placements on a chart as large as may be."""
+    head = b"\1\3\0\0\2\2" + varint(count)
+    return PlanDecoder(PlanHead.parse(ByteReader(head), (Chart(0, 4096, 4096),)), (64, 64))
+
+
+def test_bytes_that_code_most_in_fewest_are_refused_or_end() -> None:
     with pytest.raises(FormatError, match="has a number outside what is allowed"):
-        decoder.feed_placements(bytes([byte]) * 3000)
+        a_large_one(2**19).feed_placements(bytes(3000))
+    decoder = a_large_one(2**19)  # of ones every number is 0, which is allowed
+    decoder.feed_placements(b"\xff" * 3000)
+    assert decoder.known == decoder.total
+    decoder.feed_labels(b"\xff" * 3000)
+    assert decoder.known_cells > 2**16
+
+
+def test_memory_grows_with_what_has_come() -> None:
+    few = b"\x5a\x13\x77"
+    tracemalloc.start()
+    decoder = a_large_one(2**19)
+    decoder.feed_placements(few)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert decoder.known < 10
+    assert peak < 2**20  # 2^19 placements and boxes take 40 MB
