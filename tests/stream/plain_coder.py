@@ -1,72 +1,74 @@
-"""Section 5.1 of SPEC.md in plain Python: the arithmetic coder, numbers, and a file's bytes."""
+"""Sections 5.1 and 5.2 of SPEC.md in plain Python: bits told by one counter, numbers, and a file's bytes."""
 
-import math
 from collections import defaultdict
 from typing import Any
 
-STRETCH = [
-    min(2047, max(-2047, round(256 * math.log(q / (1 - q))))) for q in ((p + 0.5) / 4096 for p in range(4096))
-]
-SQUASH = [min(65520, max(16, round(65536 / (1 + math.exp(-x / 256))))) for x in range(-2048, 2048)]
 RECIPROCALS = [round(16384 / (n + 1.6)) for n in range(1024)]
 MASK = 2**32 - 1
 
 
+class EndError(Exception):
+    """The next bit is not determined by the bytes that have come."""
+
+
 class PlainCoder:
-    """The arithmetic coder over a whole stream; bytes behind its end are 0.
+    """The arithmetic coder over the bytes that have come. Counters go by name."""
 
-    `weight` is what mixers start with; None: 72090 // (number of inputs). Counters and mixers go by name.
-    """
-
-    def __init__(self, data: Any, weight: Any, limit: Any) -> None:
-        self.data = iter(data + bytes(8))
-        self.low, self.high, self.code = 0, MASK, 0
+    def __init__(self, data: Any) -> None:
+        self.data = iter(data)
+        self.low, self.high, self.code, self.unknown = 0, MASK, 0, 0
+        self.ended = False
         for _ in range(4):
-            self.code = self.code << 8 | next(self.data)
-        self.weight, self.limit = weight, limit
+            self._next_byte()
         self.counters: Any = defaultdict(lambda: [2**19, 0])
-        self.weights: Any = {}
 
-    def bit(self, inputs: Any, mixer: Any) -> Any:
-        counters = [self.counters[key] for key in inputs]
-        logits = [STRETCH[counter[0] >> 8] for counter in counters]
-        weights = self.weights.setdefault(mixer, [self.weight or 72090 // len(inputs)] * len(inputs))
-        total = sum(weight * logit for weight, logit in zip(weights, logits, strict=False))
-        chance = SQUASH[2048 + max(-2047, min(2047, total >> 16))]
+    def _next_byte(self) -> None:
+        byte = next(self.data, None)
+        self.code = (self.code << 8 | (byte or 0)) & MASK
+        self.unknown = (self.unknown << 8 | (255 if byte is None else 0)) & MASK
+
+    def told(self, name: Any) -> Any:
+        counter = self.counters[name]
+        chance = max(16, min(65520, counter[0] >> 4))
         span = self.high - self.low
         middle = self.low + (span >> 16) * chance + ((span & 65535) * chance >> 16)
-        bit = int(self.code <= middle)
-        if bit:
-            self.high = middle
+        if self.ended:
+            raise EndError
+        if self.code + self.unknown <= middle:
+            bit, self.high = 1, middle
+        elif self.code > middle:
+            bit, self.low = 0, middle + 1
         else:
-            self.low = middle + 1
+            self.ended = True
+            raise EndError
         while self.low >> 24 == self.high >> 24:
             self.low = self.low << 8 & MASK
             self.high = (self.high << 8 | 255) & MASK
-            self.code = (self.code << 8 | next(self.data, 0)) & MASK
-        error = (bit << 16) - chance
-        for k, logit in enumerate(logits):
-            weights[k] += (logit * error + 8192) >> 14
+            self._next_byte()
         target = 2**20 - 1 if bit else 0
-        for counter in counters:
-            counter[0] += (((target - counter[0]) >> 4) * RECIPROCALS[counter[1]]) >> 10
-            counter[1] = min(counter[1] + 1, self.limit)
+        counter[0] += (((target - counter[0]) >> 4) * RECIPROCALS[counter[1]]) >> 10
+        counter[1] = min(counter[1] + 1, 255)
         return bit
 
-    def number(self, f: Any, context: Any) -> Any:
-        """A number of kind `f`."""
-        if not self.bit([("zero", f, context)], ("number", f, 0)):
+    def number(self, k: Any, c: Any) -> Any:
+        if not self.told(("zero", k, c)):
             return 0
         length = 0
-        while length < 34 and self.bit([("longer", f, length)], ("number", f, 1)):
+        while length < 34 and self.told(("longer", k, c, length)):
             length += 1
-        negative = self.bit([("zero", f, 4)], ("number", f, 2))
+        negative = self.told(("sign", k, c))
         node = value = 1
         for b in range(length):
-            key = ("digit", f, length, node if b < 6 else 0)
-            bit = self.bit([key], ("number", f, 3 if b < 6 else 4))
-            node, value = 2 * node + bit, 2 * value + bit
+            x = self.told(("digit", k, length, node if b < 6 else 0))
+            node, value = 2 * node + x, 2 * value + x
         return -value if negative else value
+
+    def plain(self, name: Any, bits: Any) -> Any:
+        """Return a number of so many bits, highest first; the one of weight 2^k is told(name, k)."""
+        value = 0
+        for k in range(bits - 1, -1, -1):
+            value += self.told((name, k)) << k
+        return value
 
 
 class PlainBytes:

@@ -1,21 +1,15 @@
-"""Warp fields (SPEC.md, sections 3 and 5.3) in plain Python: nodes, matrices, where blocks read."""
+"""Warp fields (SPEC.md, sections 3 and 5.3) in plain Python: nodes and matrices."""
 
 import math
 from typing import Any
 
-from plain_coder import PlainCoder
+from plain_coder import EndError, PlainCoder
 
 COSINES = [round(2**14 * math.cos(2 * math.pi * k / 256)) for k in range(256)]
 POWERS = [round(2**14 * 2 ** (k / 32)) for k in range(32)]
 
 ORIGIN = 8
 """Where node 0 lies, in 1/16 step."""
-
-SYMMETRIES = (
-    *((1, 0, 0, 1), (0, 1, -1, 0), (-1, 0, 0, -1), (0, -1, 1, 0)),
-    *((0, 1, 1, 0), (1, 0, 0, -1), (0, -1, -1, 0), (-1, 0, 0, 1)),
-)
-
 
 class PlainField:
     """M over a chart, from its nodes (rows of columns of four numbers) and margin."""
@@ -60,79 +54,60 @@ def matrix_of(b: Any, a: Any, phi: Any, shear: Any) -> Any:
     ]
 
 
-def displaced(first: Any, here: Any, down: Any, right: Any) -> Any:
-    """Section 8: v, where `first` is a placement's centre matrix and `here` M at the place, in 1/16 step."""
-    a = [p + q for p, q in zip(first, here, strict=True)]
-    return tuple(
-        (p * (down >> 4) + q * (right >> 4) + ((p * (down & 15) + q * (right & 15)) >> 4) + 256) >> 9
-        for p, q in (a[:2], a[2:])
-    )
-
-
 def nodes(data: Any, shapes: Any) -> Any:
-    """Section 5.3: the nodes of charts with fields, of (rows, columns) each."""
-    coder, out = PlainCoder(data, 24030, 255), []
-    coder.weights[12] = [72090]
-    for rows, columns in shapes:
-        out.append(_nodes_of(coder, rows, columns, out[-1][0][0] if out else (0, 0, 0, 0)))
-    return out
+    """Section 5.3: the nodes of charts with fields, of (rows, columns) each. What has not come is its guess."""
+    teller, found = Teller(data), [{} for _ in shapes]
+    for s in (4, 2, 1):
+        for n, (rows, columns) in enumerate(shapes):
+            before = found[n - 1][0, 0] if n else (0, 0, 0, 0)
+            for place, guess in order(found[n], rows, columns, s, before):
+                found[n][place] = teller.node(guess)
+    return [
+        [[mine[i, j] for j in range(columns)] for i in range(rows)]
+        for mine, (rows, columns) in zip(found, shapes, strict=True)
+    ]
 
 
-def _nodes_of(coder: Any, rows: Any, columns: Any, first: Any) -> Any:
-    found: Any = {}
-    rest: Any = {}
-    for i in range(rows):
-        for j in range(columns):
+def order(found: Any, rows: Any, columns: Any, s: Any, before: Any) -> Any:
+    """Yield the nodes of step s with their guesses, each when all that it needs is in `found`."""
+    if s == 4:
+        for i in range(0, rows, 4):
+            for j in range(0, columns, 4):
+                yield (i, j), found[i, j - 4] if j else found[i - 4, 0] if i else before
+        return
+    for i in range(s, rows, 2 * s):
+        for j in range(0, columns, 2 * s):
+            yield (i, j), between(found[i - s, j], found.get((i + s, j)))
+    for i in range(0, rows, s):
+        for j in range(s, columns, 2 * s):
+            yield (i, j), between(found[i, j - s], found.get((i, j + s)))
+
+
+def between(x: Any, y: Any) -> Any:
+    if y is None:
+        return x
+    apart = [q - p for p, q in zip(x, y, strict=True)]
+    apart[2] = (apart[2] + 128) % 256 - 128
+    return [p + ((d + 1) >> 1) for p, d in zip(x, apart, strict=True)]
+
+
+class Teller:
+    """Tells one node after another."""
+
+    def __init__(self, data: Any) -> None:
+        self.coder: Any = PlainCoder(data)
+        self.rest = [0] * 4
+
+    def node(self, guess: Any) -> Any:
+        rest = [0] * 4
+        try:
             for k in range(4):
-                value, rest[i, j, k] = _node(coder, found, rest, (i, j, k), columns, first)
-                found[i, j, k] = value
-    return [[tuple(found[i, j, k] for k in range(4)) for j in range(columns)] for i in range(rows)]
-
-
-def _node(coder: Any, found: Any, rest: Any, place: Any, columns: Any, first: Any) -> Any:
-    i, j, k = place
-
-    def at(a: Any, b: Any) -> Any:
-        return found.get((i + a, j + b, k)) if 0 <= j + b < columns else None
-
-    w, n, nw, ne, ww, nn = at(0, -1), at(-1, 0), at(-1, -1), at(-1, 1), at(0, -2), at(-2, 0)
-    x = y = z = 0
-    if w is None and n is None:
-        guess = first[k]
-    elif n is None:
-        guess = w
-        x = 0 if ww is None else w - ww
-    elif w is None:
-        guess = n
-        y = 0 if nn is None else n - nn
-        z = 0 if ne is None else ne - n
-    else:
-        guess = w + n - nw
-        x = 0 if ww is None else 2 * w - ww - guess
-        y = 0 if nn is None else 2 * n - nn - guess
-        z = 0 if ne is None else w + ne - n - guess
-    if k == 2:
-        x, y, z = ((hint + 128) % 256 - 128 for hint in (x, y, z))
-    around = [rest.get((i + a, j + b, k), 0) for a, b in ((0, -1), (-1, 0), (-1, 1))]
-    before = rest.get((i, j, k - 1), 0) if k else 0
-    hints = tuple(max(-2, min(2, hint)) for hint in (x, y, z))
-    context = (*(max(-2, min(2, r)) for r in around[:2]), max(-1, min(1, before)))
-    spread = min(15, sum(abs(r) for r in around))
-    size = negative = 0
-    for step in range(21):
-        short = min(step, 5)
-        inputs = [("U", k, hints, short), ("V", k, context, short), ("X", k, spread, step)]
-        bit = coder.bit(inputs, 3 * k + min(step, 2))
-        if step == 1:
-            negative = bit
-        elif bit:
-            size += 1
-        else:
-            break
-    if size == 20:
-        more = 0
-        for _ in range(10):
-            more = 2 * more + coder.bit(["ten"], 12)
-        size += more
-    r = -size if negative else size
-    return (guess + r) % 256 if k == 2 else guess + r, r
+                context = 2 * min(3, abs(self.rest[k])) + (k > 0 and rest[k - 1] != 0)
+                rest[k] = self.coder.number(k, context)
+        except EndError:
+            rest = [0] * 4
+        self.rest = rest
+        b, a, phi, shear = (x + r for x, r in zip(guess, rest, strict=True))
+        assert max(abs(b), abs(a)) <= 192
+        assert abs(shear) <= 56
+        return b, a, phi % 256, shear

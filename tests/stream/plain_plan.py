@@ -1,39 +1,29 @@
-"""Plans (SPEC.md, sections 4 and 5.2) in plain Python, written from the text: an oracle of the decoder."""
+"""Plans (SPEC.md, sections 4 and 5.2) in plain Python, written from the text: an oracle of the decoder.
+
+Of bytes that are cut it tells what is known.
+"""
 
 from typing import Any
 
-from plain_coder import PlainBytes, PlainCoder
-from plain_field import SYMMETRIES, displaced
+from plain_coder import EndError, PlainBytes, PlainCoder
 
 
-def decode(head: Any, placements: Any, labels: Any, charts: Any, exemplar: Any, fields: Any) -> Any:
-    """Return placements as dictionaries, and per chart its maps as (cell, half, rows of labels).
+class Head:
+    """Chunk Q: per layer, then chart, its grid of cells and its number of placements."""
 
-    `charts` and `exemplar` are (height, width), `fields` PlainFields.
-    """
-    reader = PlainBytes(head)
-    layers = []
-    number = reader.varint()
-    reader.byte()  # the density changes nothing here
-    bits = reader.byte(), reader.byte()
-    for _ in range(number):
-        flags = reader.byte()
-        cells = [reader.varint() for _ in (charts[:1] if flags & 2 else charts)]
-        layers.append((flags & 1, cells * len(charts) if flags & 2 else cells))
-    counts = [[reader.varint() for _ in charts] for _ in layers]
-    reader.end()
-    coder, found, mine = PlainCoder(placements, None, 255), [], []
-    for n, chart in enumerate(charts):
-        parts = []
-        for layer, (half, cells) in enumerate(layers):
-            grid = Grid(chart, cells[n], half)
-            part = _placements(coder, grid, counts[layer][n], fields[n], exemplar, bits)
-            parts.append((grid, part))
-            found += [one | {"chart": n, "layer": layer} for one in part]
-        mine.append(parts)
-    coder = PlainCoder(labels, None, 255)
-    maps = [[_labels(coder, parts, layer) for layer in range(len(layers))] for parts in mine]
-    return found, maps
+    def __init__(self, data: Any, charts: Any) -> None:
+        reader = PlainBytes(data)
+        layers = reader.varint()
+        reader.byte()  # the density changes nothing here
+        self.a, self.b = reader.byte(), reader.byte()
+        self.grids = []
+        for _ in range(layers):
+            flags = reader.byte()
+            cells = [reader.varint() for _ in (charts[:1] if flags & 2 else charts)]
+            cells = cells * len(charts) if flags & 2 else cells
+            self.grids.append([Grid(*one, flags & 1) for one in zip(charts, cells, strict=True)])
+        self.counts = [[reader.varint() for _ in charts] for _ in range(layers)]
+        reader.end()
 
 
 class Grid:
@@ -47,48 +37,122 @@ class Grid:
         return 16 * self.cell * (i - 1) + (0 if self.half else 8 * self.cell)
 
 
-def _placements(coder: Any, grid: Any, count: Any, field: Any, exemplar: Any, bits: Any) -> Any:
-    placed: Any = []
-    i, j = 0, -1
-    for _ in range(count):
-        told: Any = [0, 0]
+class Box:
+    """Rows r0 … r1 − 1 and columns c0 … c1 − 1 of a layer's cells, with n placements, one of them known or not."""
 
-        def number(k: Any, guess: Any, told: Any = told) -> Any:
-            told.append(coder.number(k, 2 * (told[-2] != 0) + (told[-1] != 0)))
-            unit = 2 ** (0 if k < 4 else bits[1] if k < 8 else bits[0])
-            return unit * ((guess + unit // 2) // unit + told[-1])
+    def __init__(self, layer: Any, chart: Any, place: Any, n: Any, known: Any = None) -> None:
+        self.layer, self.chart, self.place, self.n, self.known = layer, chart, place, n, known
+        r0, r1, c0, c1 = place
+        assert 0 <= n <= (r1 - r0) * (c1 - c0)
 
-        row = number(0, i)
-        j = number(1, j + 1 if row == i else 0)
-        i = row
-        p = grid.centre(i), grid.centre(j)
-        m = field.at(*p)
-        near = None
-        for other in placed[-128:]:
-            away = (other["row"] - p[0]) ** 2 + (other["column"] - p[1]) ** 2
-            if near is None or away <= near[0]:
-                near = away, other
-        guess, symmetry = (8 * (exemplar[0] - 1), 8 * (exemplar[1] - 1)), 0
-        if near:
-            guess, symmetry = _reads(near[1], p, m), near[1]["symmetry"]
-            guess = tuple(min(16 * n - 1, max(0, x)) for x, n in zip(guess, exemplar, strict=True))
-        one = {"row": p[0], "column": p[1], "symmetry": number(2, symmetry), "centred": number(3, 0)}
-        one["C"] = [number(4 + k, m[k]) for k in range(4)] if one["centred"] else m
-        one["matrix"] = one["C"] if one["centred"] else [0] * 4
-        one["source_row"], one["source_column"] = number(8, guess[0]), number(9, guess[1])
-        placed.append(one)
-    return placed
+    def has(self, row: Any, column: Any) -> Any:
+        r0, r1, c0, c1 = self.place
+        return r0 <= row < r1 and c0 <= column < c1
 
 
-def _reads(one: Any, p: Any, m: Any) -> Any:
-    """Section 8: where a placement reads at p."""
-    d = [max(-16383, min(16383, x - c)) for x, c in zip(p, (one["row"], one["column"]), strict=True)]
-    v = displaced(one["C"], m, *d)
-    s = SYMMETRIES[one["symmetry"]]
-    return (
-        one["source_row"] + s[0] * v[0] + s[1] * v[1],
-        one["source_column"] + s[2] * v[0] + s[3] * v[1],
-    )
+def decode(head: Any, placements: Any, labels: Any, charts: Any, exemplar: Any) -> Any:
+    """Return, of each chart, its known placements and its maps, as (cell, half, rows of labels).
+
+    Placements are dictionaries, in the order of their numbers. `charts` and `exemplar` are (height, width).
+    """
+    told = Head(head, charts)
+    found = _placements(told, placements, exemplar)
+    known = sum(map(len, found.values())) == sum(map(sum, told.counts))
+    coder, out = PlainCoder(labels), []
+    for chart in range(len(charts)):
+        try:
+            maps = [known and _labels(told, found, layer, chart, coder) for layer in range(len(told.grids))]
+        except EndError:
+            known = False
+        out.append((_numbered(found, chart), maps if known else _unlabelled(told, found, chart, exemplar)))
+    return out
+
+
+def _numbered(found: Any, chart: Any) -> Any:
+    return [one for layer in (0, 1) for one in found.get((layer, chart), [])]
+
+
+def _unlabelled(told: Any, found: Any, chart: Any, exemplar: Any) -> Any:
+    """What a chart shows while not all of its labels are known. None: one placement in its middle."""
+    if not found[0, chart]:
+        return None
+    maps = [_nearest(told.grids[0][chart], found[0, chart], 0)]
+    for grids in told.grids[1:]:
+        maps.append([[-1] * grids[chart].columns for _ in range(grids[chart].rows)])
+    return maps
+
+
+def _placements(told: Any, data: Any, exemplar: Any) -> Any:
+    """Return the known placements by layer and chart, in the order of their cells."""
+    coder, lines, found = PlainCoder(data), {}, {}
+
+    def wait(box: Any) -> None:
+        r0, r1, c0, c1 = box.place
+        steps = (r1 - r0) * (c1 - c0) * told.grids[box.layer][box.chart].cell ** 2
+        lines.setdefault((box.layer, -steps.bit_length()), []).append(box)
+
+    for layer, grids in enumerate(told.grids):
+        for chart, grid in enumerate(grids):
+            found[layer, chart] = []
+            if told.counts[layer][chart]:
+                wait(Box(layer, chart, (0, grid.rows, 0, grid.columns), told.counts[layer][chart]))
+    try:
+        while lines:
+            first = min(lines)
+            box = lines[first].pop(0)
+            if not lines[first]:
+                del lines[first]
+            new = box.known is None
+            box.known = box.known or _placement(coder, box, told, exemplar)
+            halves = _cut(coder, box) if box.n > 1 else []
+            if new:  # what a box tells counts when all of it is determined
+                found[box.layer, box.chart].append(box.known)
+            for half in halves:
+                wait(half)
+    except EndError:
+        pass  # the bytes end within what a box tells
+    return {key: sorted(some, key=lambda one: one["cell"]) for key, some in found.items()}
+
+
+def _placement(coder: Any, box: Any, told: Any, exemplar: Any) -> Any:
+    r0, r1, c0, c1 = box.place
+    grid = told.grids[box.layer][box.chart]
+    c = min(box.n, 4)
+    row = (r0 + r1 - 1) // 2 + coder.number(0, c)
+    column = (c0 + c1 - 1) // 2 + coder.number(1, c)
+    assert box.has(row, column)
+    bits = 1
+    for _ in range(3):
+        bits = 2 * bits + coder.told(("quarter", bits))
+    offset = [0] * 4
+    if coder.told("has"):
+        offset = [2**told.b * coder.number(2 + k, 0) for k in range(4)]
+    assert max(map(abs, offset)) <= 2**18
+    source = [
+        coder.plain(("bit", i), ((16 * size - 1) >> told.a).bit_length()) << told.a
+        for i, size in enumerate(exemplar)
+    ]
+    assert all(place < 16 * size for place, size in zip(source, exemplar, strict=True))
+    return {
+        "cell": (row, column), "row": grid.centre(row), "column": grid.centre(column), "layer": box.layer,
+        "symmetry": bits - 8, "offset": offset, "source_row": source[0], "source_column": source[1],
+    }  # fmt: skip
+
+
+def _cut(coder: Any, box: Any) -> Any:
+    """The halves of a box: the one with the known placement, and the other, if it has any."""
+    r0, r1, c0, c1 = box.place
+    if r1 - r0 >= c1 - c0:
+        middle = (r0 + r1) // 2
+        places = [(r0, middle, c0, c1), (middle, r1, c0, c1)]
+    else:
+        middle = (c0 + c1) // 2
+        places = [(r0, r1, c0, middle), (r0, r1, middle, c1)]
+    m = box.n // 2 + coder.number(6, min(box.n, 5))
+    assert 0 <= m < box.n
+    with_known, other = places if Box(0, 0, places[0], 0).has(*box.known["cell"]) else places[::-1]
+    halves = [Box(box.layer, box.chart, with_known, box.n - m, box.known)]
+    return halves + [Box(box.layer, box.chart, other, m)] if m else halves
 
 
 def _nearest(grid: Any, placed: Any, first: Any) -> Any:
@@ -103,17 +167,17 @@ def _nearest(grid: Any, placed: Any, first: Any) -> Any:
     return out
 
 
-def _labels(coder: Any, parts: Any, layer: Any) -> Any:
-    grid, placed = parts[layer]
-    first = len(parts[0][1]) if layer else 0
-    known = [[-1 if layer else 0] * grid.columns for _ in range(grid.rows)]
+def _labels(told: Any, found: Any, layer: Any, chart: Any, coder: Any) -> Any:
+    grid, placed = told.grids[layer][chart], found[layer, chart]
+    first = len(found[0, chart]) if layer else 0
+    known = [[-layer] * grid.columns for _ in range(grid.rows)]
     if len(placed) == 1 - layer:
-        return grid.cell, grid.half, known
+        return known
     nearest = _nearest(grid, placed, first)
     for i in range(grid.rows):
         for j in range(grid.columns):
             known[i][j] = _label(coder, grid, nearest, known, (i, j), (layer, first, len(placed)))
-    return grid.cell, grid.half, known
+    return known
 
 
 def _label(coder: Any, grid: Any, nearest: Any, known: Any, place: Any, named: Any) -> Any:
@@ -123,25 +187,20 @@ def _label(coder: Any, grid: Any, nearest: Any, known: Any, place: Any, named: A
     def at(a: Any, b: Any) -> Any:
         return known[i + a][j + b] if i + a >= 0 and 0 <= j + b < grid.columns else -2
 
-    w, n, nw, ne, ww, nn = at(0, -1), at(-1, 0), at(-1, -1), at(-1, 1), at(0, -2), at(-2, 0)
+    w, n, nw, ne = at(0, -1), at(-1, 0), at(-1, -1), at(-1, 1)
     v = nearest[i][j]
     right, below = nearest[i][min(j + 2, grid.columns - 1)], nearest[min(i + 2, grid.rows - 1)][j]
-    equal = [
-        *(w == n, w == nw, n == ne, v == w, v == n, w == ww, n == nn, n == nw),
-        *(right == w, below == w, right == n, below == n),
-    ]
+    equal = (w == n, w == nw, n == ne, n == nw, v == w, v == n, right == w, below == n)
     context = sum(2**k for k, each in enumerate(equal) if each)
-    asked = []
-    if layer and coder.bit([(6, context)], 6):
+    if layer and coder.told(("is", 6, context)):
         return -1
+    asked = []
     for k, candidate in enumerate((w, n, v, ne, right, below)):
         if candidate < 0 or candidate in asked:
             continue
         asked.append(candidate)
-        if coder.bit([(k, context)], k):
+        if coder.told(("is", k, context)):
             return candidate
-    label = 0
-    for b in range((count - 1).bit_length() - 1, -1, -1):
-        label = 2 * label + coder.bit([("plain", b)], 7)
-    assert label < count
-    return first + label
+    x = coder.plain("plain", (count - 1).bit_length())
+    assert x < count
+    return first + x

@@ -1,5 +1,7 @@
 """The order of a stream's parts: what takes most of the error away comes first."""
 
+from itertools import pairwise
+
 from streams import laid, woven
 
 from upholster.stream.order import Part, ordered, plan_parts
@@ -11,9 +13,9 @@ ERRORS = 10.0, {0: 5.0, 100: 1.0}
 
 def tags(right: float) -> str:
     """The order where so many of 1000 steps are right before the labels come."""
-    plan = [Part((("P", bytes(100)),), right), Part((("M", bytes(100)),), 1000 - right)]
+    queue = [Part((("P", bytes(100)),), right), Part((("M", bytes(100)),), 1000 - right)]
     sample = [Part((("D", bytes(100)),), 100)]
-    return "".join(chr(chunk[0]) for chunk in ordered(plan, sample, ERRORS, 0))
+    return "".join(chr(chunk[0]) for chunk in ordered(queue, sample, ERRORS, 0))
 
 
 def test_a_sample_that_is_seen_in_few_places_waits_for_labels() -> None:
@@ -21,23 +23,33 @@ def test_a_sample_that_is_seen_in_few_places_waits_for_labels() -> None:
     assert tags(300) == "PMD"
 
 
-def test_parts_tell_all_and_all_steps() -> None:
+def test_parts_tell_all_and_the_steps_of_all_cells() -> None:
     _, quilt, _ = laid(side=128)
     plan = encode_plan(quilt)
     parts = plan_parts(plan, None)
-    for tag, wanted in (("P", plan.placements), ("M", plan.labels)):
-        assert sum(part.chunks[0][0] == tag for part in parts) > 1
-        assert b"".join(data for part in parts for kind, data in part.chunks if kind == tag) == wanted
-    cells = sum(maps[0].cell ** 2 * maps[0].labels.size for maps in quilt.labels)
-    assert abs(sum(part.steps for part in parts) - cells) < 1
-    assert 0 < sum(part.steps for part in parts if part.chunks[0][0] == "M") < 0.3 * cells
+    told = {tag: [part for part in parts if part.chunks[0][0] == tag] for tag in "PM"}
+    assert min(len(some) for some in told.values()) > 1
+    for tag, data in (("P", plan.placements), ("M", plan.labels)):
+        assert b"".join(part.chunks[0][1] for part in told[tag]) == data
+    assert parts == told["P"] + told["M"]
+    steps = sum(one.cell**2 * one.labels.size for maps in quilt.labels for one in maps)
+    assert abs(sum(part.steps for part in parts) - steps) < 1
+    assert 0 < sum(part.steps for part in told["M"]) < 0.3 * steps
 
 
 def test_finer_nodes_come_between_placements_and_labels() -> None:
-    _, quilt, _ = woven("torus", 200_000)
-    fields = pack_fields(quilt.fields, quilt.charts)
-    told = [part.chunks[0] for part in plan_parts(encode_plan(quilt), fields)]
-    order = "".join(tag for tag, _ in told)
-    assert order == "P" * order.count("P") + "N" + "M" * order.count("M")
-    assert b"".join(data for tag, data in told if tag == "N") == fields.nodes[fields.coarse :]
-    assert 0 < fields.coarse < len(fields.nodes) / 3
+    _, quilt, _ = woven("torus", 60_000)
+    plan, fields = encode_plan(quilt), pack_fields(quilt.fields, quilt.charts)
+    parts = plan_parts(plan, fields)
+    found = "".join(part.chunks[0][0] for part in parts)
+    assert found == "".join(sorted(found, key="PNM".index))
+    nodes = b"".join(data for part in parts for tag, data in part.chunks if tag == "N")
+    assert 0 < fields.coarse < len(fields.nodes)
+    assert nodes == fields.nodes[fields.coarse :]
+
+
+def test_every_cut_of_placements_shows_more_steps_right() -> None:
+    _, quilt, _ = laid(side=256)
+    ends = encode_plan(quilt).placement_ends
+    assert len(ends) > 8
+    assert all(a[0] < b[0] and a[1] < b[1] for a, b in pairwise(ends))
