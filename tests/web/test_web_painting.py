@@ -91,7 +91,7 @@ def _small_stream(seed: int) -> bytes:
         quilt,
         albedo,
         maps={"normal": normal, "emission": emission},
-        lossless=True,
+        sample_quality="lossless",
     )
 
 

@@ -85,6 +85,13 @@ export class BitDecoder {
     return bit
   }
 
+  /** The same, waiting where bytes are missing. */
+  *wait(counter) {
+    let bit
+    while ((bit = this.told(counter)) < 0) yield
+    return bit
+  }
+
   /** The next bit, of which a 1 has a chance in 1/65536. */
   #settle(chance) {
     const span = this.high - this.low

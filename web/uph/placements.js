@@ -96,9 +96,9 @@ export class PlacementDecoder {
       at.push(this.#within('cell', middle + (yield* decodeInteger(this.bits, CELL + k, Math.min(count, 4))), begin[k], end[k] - 1))
     }
     let symmetry = 1
-    for (let b = 0; b < 3; b++) symmetry = 2 * symmetry + (yield* this.#bit(SYMMETRY + symmetry))
+    for (let b = 0; b < 3; b++) symmetry = 2 * symmetry + (yield* this.bits.wait(SYMMETRY + symmetry))
     const offset = [0, 0, 0, 0]
-    if (yield* this.#bit(HAS_OFFSET)) {
+    if (yield* this.bits.wait(HAS_OFFSET)) {
       for (let k = 0; k < 4; k++) {
         const number = 2 ** this.offsetBits * (yield* decodeInteger(this.bits, OFFSET + k, 0))
         offset[k] = this.#within('offset', number, -MAX_OFFSET, MAX_OFFSET)
@@ -122,7 +122,7 @@ export class PlacementDecoder {
   *#coordinate(k) {
     const most = this.most[k] >> this.sourceBits
     let number = 0
-    for (let b = 31 - Math.clz32(most); b >= 0; b--) number = 2 * number + (yield* this.#bit(SOURCE + k * SOURCE_BITS + b))
+    for (let b = 31 - Math.clz32(most); b >= 0; b--) number = 2 * number + (yield* this.bits.wait(SOURCE + k * SOURCE_BITS + b))
     return this.#within('source', number, 0, most) << this.sourceBits
   }
 
@@ -142,12 +142,6 @@ export class PlacementDecoder {
     for (const half of [mine, other]) if (cellsOf(half) < half.count) this.fail('a box has more placements than cells')
     this.#queue(mine)
     if (others) this.#queue(other)
-  }
-
-  *#bit(counter) {
-    let bit
-    while ((bit = this.bits.told(counter)) < 0) yield
-    return bit
   }
 
   #within(name, value, least, most) {
