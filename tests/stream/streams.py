@@ -182,7 +182,7 @@ def stream(name: Any) -> Any:
 
 
 STREAMS = ("plain", "two layers", "half cells", "bent", "maps")
-"""One layer; two; any labels and offsets of matrices on charts with fields, of two layers and of one; maps."""
+"""One layer; two; any labels, and offsets, on charts with fields, of two layers and of one; maps."""
 
 
 def same_fields(a: Any, b: Any) -> Any:

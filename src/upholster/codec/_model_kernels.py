@@ -45,9 +45,7 @@ COUNTERS = WEIGHTS + 8 * MIXERS
 
 
 @inline
-def settle(
-    state: NDArray[np.int64], data: NDArray[np.uint8], chance: int, encoding: bool, bit: int
-) -> int:
+def settle(state: NDArray[np.int64], data: NDArray[np.uint8], chance: int, encoding: bool, bit: int) -> int:
     """Encode `bit`, or decode one, that is 1 with a chance in 1/65536; return it, or -1 as `code_bit`."""
     low, high = state[LOW], state[HIGH]
     span = high - low
@@ -115,7 +113,7 @@ def code_bit(
         total += np.int64(a[weights + k]) * logit
     total = min(2047, max(-2047, total >> 16))
     chance = np.int64(a[SQUASH_AT + 2048 + total])
-    bit = settle(state, data, chance, encoding, bit)
+    bit = settle(state, data, int(chance), encoding, bit)
     if bit < 0:
         return -1
     error = (bit << 16) - chance

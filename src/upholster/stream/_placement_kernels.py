@@ -165,9 +165,7 @@ def _code_symmetry(coder: BitCoder, encoding: bool, symmetry: int) -> int:
 
 
 @inline
-def _code_cell(
-    coder: BitCoder, box: NDArray[np.int32], record: NDArray[np.int64], encoding: bool
-) -> int:
+def _code_cell(coder: BitCoder, box: NDArray[np.int32], record: NDArray[np.int64], encoding: bool) -> int:
     context = min(int64(box[_COUNT]), 4)
     for axis in range(2):
         low, high = int64(box[_TOP + 2 * axis]), int64(box[_BOTTOM + 2 * axis])

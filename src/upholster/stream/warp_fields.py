@@ -1,4 +1,4 @@
-"""The chunks of warp fields: how steps lie over the exemplar, from coarse to fine (SPEC.md, sections 3, 5.3)."""
+"""The chunks of warp fields: how steps lie over the exemplar, coarse to fine (SPEC.md, 3, 5.3)."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -77,7 +77,7 @@ def pack_fields(fields: Sequence[WarpField], charts: Sequence[Chart]) -> FieldCo
     for stride in _STRIDES:
         first = np.zeros(4, np.int16)
         for own in nodes:
-            size = kernels.stage_size(*own.shape[:2], stride)
+            size = kernels.stage_size(own.shape[0], own.shape[1], stride)
             writer.room(32 * size + 64)
             kernels.code_nodes(writer.coder, own, first, left, (stride, 0, size), _LIMITS, True)
             first = own[0, 0]
