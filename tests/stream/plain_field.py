@@ -11,6 +11,7 @@ POWERS = [round(2**14 * 2 ** (k / 32)) for k in range(32)]
 ORIGIN = 8
 """Where node 0 lies, in 1/16 step."""
 
+
 class PlainField:
     """M over a chart, from its nodes (rows of columns of four numbers) and margin."""
 
@@ -55,7 +56,7 @@ def matrix_of(b: Any, a: Any, phi: Any, shear: Any) -> Any:
 
 
 def nodes(data: Any, shapes: Any) -> Any:
-    """Section 5.3: the nodes of charts with fields, of (rows, columns) each. What has not come is its guess."""
+    """Section 5.3: nodes of charts with fields, of (rows, columns) each; what has not come is its guess."""
     teller, found = Teller(data), [{} for _ in shapes]
     for s in (4, 2, 1):
         for n, (rows, columns) in enumerate(shapes):

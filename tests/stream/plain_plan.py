@@ -38,7 +38,7 @@ class Grid:
 
 
 class Box:
-    """Rows r0 … r1 − 1 and columns c0 … c1 − 1 of a layer's cells, with n placements, one of them known or not."""
+    """Rows r0 … r1 − 1, columns c0 … c1 − 1 of a layer's cells, with n placements; one may be known."""
 
     def __init__(self, layer: Any, chart: Any, place: Any, n: Any, known: Any = None) -> None:
         self.layer, self.chart, self.place, self.n, self.known = layer, chart, place, n, known
@@ -76,10 +76,11 @@ def _unlabelled(told: Any, found: Any, chart: Any, exemplar: Any) -> Any:
     """What a chart shows while not all of its labels are known. None: one placement in its middle."""
     if not found[0, chart]:
         return None
-    maps = [_nearest(told.grids[0][chart], found[0, chart], 0)]
-    for grids in told.grids[1:]:
-        maps.append([[-1] * grids[chart].columns for _ in range(grids[chart].rows)])
-    return maps
+    first, *others = (grids[chart] for grids in told.grids)
+    return [
+        _nearest(first, found[0, chart], 0),
+        *([[-1] * grid.columns for _ in range(grid.rows)] for grid in others),
+    ]
 
 
 def _placements(told: Any, data: Any, exemplar: Any) -> Any:
@@ -152,7 +153,7 @@ def _cut(coder: Any, box: Any) -> Any:
     assert 0 <= m < box.n
     with_known, other = places if Box(0, 0, places[0], 0).has(*box.known["cell"]) else places[::-1]
     halves = [Box(box.layer, box.chart, with_known, box.n - m, box.known)]
-    return halves + [Box(box.layer, box.chart, other, m)] if m else halves
+    return [*halves, Box(box.layer, box.chart, other, m)] if m else halves
 
 
 def _nearest(grid: Any, placed: Any, first: Any) -> Any:

@@ -1,4 +1,4 @@
-"""The decoder agrees with SPEC.md as plain Python reads it, on small quilts, of all bytes and of any prefix."""
+"""The decoder agrees with SPEC.md as plain Python reads it, on small quilts and every prefix of them."""
 
 from typing import Any
 
