@@ -76,7 +76,12 @@ def test_long_runs_of_one_bit() -> None:
     placed = at_cells(rng, (92, 92), 1, False, 2)
     labels = nearest_labels(placed["row"], placed["column"], chart, 1)
     labels[60, 60] = 1 - labels[60, 60]  # what comes after thousands of the other
-    quilt = Quilt((chart,), (32, 40), placed, ((LabelMap(1, labels),),))
+    over = np.full((92, 92), 2, np.int32)
+    over[60, 60] = -1
+    above = at_cells(rng, (92, 92), 1, False, 1)
+    above["layer"] = 1
+    both = LabelMap(1, labels), LabelMap(1, over)
+    quilt = Quilt((chart,), (32, 40), np.concatenate([placed, above]), (both,))
     code = encode_plan(quilt)
     check(quilt, code, code.placements, code.labels)
 
@@ -89,10 +94,10 @@ def outcome(attempt: Any, refusal: type[Exception]) -> Any:
         return None
 
 
-@pytest.mark.parametrize("layers", [1, 2])
-def test_any_bytes_are_refused_by_both_or_by_none(layers: int) -> None:
+@pytest.mark.parametrize(("layers", "counts"), [(1, (5, 3)), (2, (5, 3)), (1, (18, 8))])
+def test_any_bytes_are_refused_by_both_or_by_none(layers: int, counts: tuple[int, int]) -> None:
     rng, charts, seen = np.random.default_rng(layers), (Chart(0, 6, 9), Chart(0, 3, 2)), [0, 0]
-    head = bytes([layers, 3, 0, 5, *[3, 1, 3, 2][: 2 * layers], *[5, 3, 2, 0][: 2 * layers]])
+    head = bytes([layers, 3, 0, 5, *[3, 1, 3, 2][: 2 * layers], *[*counts, 2, 0][: 2 * layers]])
     sizes = [(chart.height, chart.width) for chart in charts]
     for _ in range(400):
         # Small bytes and large ones, so that some tell little and some much.
