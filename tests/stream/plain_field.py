@@ -92,6 +92,9 @@ def between(x: Any, y: Any) -> Any:
     return [p + ((d + 1) >> 1) for p, d in zip(x, apart, strict=True)]
 
 
+MOST = 192, 192, 2**40, 56
+
+
 class Teller:
     """Tells one node after another."""
 
@@ -105,10 +108,9 @@ class Teller:
             for k in range(4):
                 context = 2 * min(3, abs(self.rest[k])) + (k > 0 and rest[k - 1] != 0)
                 rest[k] = self.coder.number(k, context)
+                assert abs(guess[k] + rest[k]) <= MOST[k]
         except EndError:
             rest = [0] * 4
         self.rest = rest
         b, a, phi, shear = (x + r for x, r in zip(guess, rest, strict=True))
-        assert max(abs(b), abs(a)) <= 192
-        assert abs(shear) <= 56
         return b, a, phi % 256, shear

@@ -120,20 +120,19 @@ def _placement(coder: Any, box: Any, told: Any, exemplar: Any) -> Any:
     grid = told.grids[box.layer][box.chart]
     c = min(box.n, 4)
     row = (r0 + r1 - 1) // 2 + coder.number(0, c)
+    assert r0 <= row < r1
     column = (c0 + c1 - 1) // 2 + coder.number(1, c)
-    assert box.has(row, column)
+    assert c0 <= column < c1
     bits = 1
     for _ in range(3):
         bits = 2 * bits + coder.told(("quarter", bits))
-    offset = [0] * 4
-    if coder.told("has"):
-        offset = [2**told.b * coder.number(2 + k, 0) for k in range(4)]
-    assert max(map(abs, offset)) <= 2**18
-    source = [
-        coder.plain(("bit", i), ((16 * size - 1) >> told.a).bit_length()) << told.a
-        for i, size in enumerate(exemplar)
-    ]
-    assert all(place < 16 * size for place, size in zip(source, exemplar, strict=True))
+    offset, source = [0] * 4, [0] * 2
+    for k in range(4) if coder.told("has") else ():
+        offset[k] = 2**told.b * coder.number(2 + k, 0)
+        assert abs(offset[k]) <= 2**18
+    for i, size in enumerate(exemplar):
+        source[i] = coder.plain(("bit", i), ((16 * size - 1) >> told.a).bit_length()) << told.a
+        assert source[i] < 16 * size
     return {
         "cell": (row, column), "row": grid.centre(row), "column": grid.centre(column), "layer": box.layer,
         "symmetry": bits - 8, "offset": offset, "source_row": source[0], "source_column": source[1],
