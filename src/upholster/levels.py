@@ -12,7 +12,7 @@ from upholster.image.drawing import Drawing
 from upholster.limits import Limits
 from upholster.options import WriteOptions
 from upholster.outputs import TexturedModel
-from upholster.quilt import Texels
+from upholster.quilt import Texels, paint
 from upholster.stream import StreamDecoder
 from upholster.stream.prefix import Limit, feed_until
 from upholster.types import PixelArray, Progress
@@ -75,6 +75,8 @@ def refine_steps(
     FormatError, InputError
         If the stream is damaged, or so short that nothing can be shown.
     """
+    full = StreamDecoder(limits=limits)
+    full.feed(data)
     decoder = StreamDecoder(limits=limits)
     found: list[tuple[int, bool, float, float, Texels]] = []
     for limit in wanted:
@@ -83,10 +85,9 @@ def refine_steps(
             raise InputError(f"stream is cut; needs {decoder.needed} more bytes")
         known, count = decoder.coefficients_known
         charts = decoder.charts_known / len(decoder.charts)
-        texels = decoder.texels(threads=threads)
+        # Its own density a stream tells only behind the first view.
+        texels = paint(decoder.quilt(), decoder.exemplar(), density=full.density, threads=threads)
         found.append((decoder.used, decoder.complete, known / count, charts, texels))
-    full = StreamDecoder(limits=limits)
-    full.feed(data)
     best = full.texels(threads=threads)
     return [Step(*entry, texels_psnr(entry[4], best)) for entry in found]
 

@@ -88,6 +88,14 @@ def blocks(count: int, cell: int, *, layers: int = 1, maps: int = 1, labels: byt
     return framed(PLANE, layout(SQUARE_SIDE), header, *further_maps(maps, header), *chunks)
 
 
+def placements_of(byte: int, layers: int) -> bytes:
+    """As many placements as there may be, of bytes that tell most of them in fewest."""
+    each = 2**19 // layers
+    head = bytes([layers, 3, 0, 0]) + bytes([2, 2]) * layers + varint(each) * layers
+    chunks = [("Q", head), ("P", bytes([byte]) * 3000), ("M", bytes([byte]) * 3000)]
+    return framed(PLANE, layout(SQUARE_SIDE), image_header(64, 64, 3, plane=-1), *chunks)
+
+
 def further_maps(maps: int, header: bytes) -> list[tuple[str, bytes]]:
     """Chunks that tell of all maps but the first."""
     return [("R", varint(len(f"m{n}")) + f"m{n}".encode() + header) for n in range(maps - 1)]
@@ -119,14 +127,15 @@ def many_charts(spans: int, side: int = 1) -> bytes:
     """A plane of as many charts as patches."""
     surface = bytes([4, 4]) + varint(spans) + varint(spans)
     return framed(
-        surface, layout(side), image_header(8, 8, 3, plane=-1), ("Q", plan(spans)), ("P", b"\x00" * 3000)
+        surface, layout(side), image_header(8, 8, 3, plane=-1), ("Q", plan(spans)), ("P", b"\xff" * 3000)
     )
 
 
 def fields(spans: int, margin: int) -> bytes:
-    """Warp fields of as many nodes as there may be."""
+    """Warp fields of as many nodes as there may be, told before and behind the plan."""
     surface = bytes([4, 4]) + varint(spans) + varint(spans)
-    rest = [("F", bytes([1, margin])), ("Q", plan(spans)), ("N", b"\xff" * 400)]
+    some = ("N", b"\xff" * 200)
+    rest = [("F", bytes([1, margin])), some, ("Q", plan(spans)), some]
     return framed(surface, layout(8), image_header(8, 8, 3, plane=-1), *rest)
 
 
@@ -171,6 +180,9 @@ def costly(name: str) -> bytes:
 CASES: dict[str, Callable[[], bytes]] = {
     "rows_of_placements": lambda: blocks(2**19, 1),
     "a_row_of_placements": lambda: blocks(SQUARE_SIDE + 2, 1),
+    "placements_of_ones": lambda: placements_of(255, 1),
+    "placements_of_ones_in_two_layers": lambda: placements_of(255, 2),
+    "placements_of_zeros": lambda: placements_of(0, 1),
     "labels": lambda: blocks(2, 1, layers=2),
     "labels_of_ones": lambda: blocks(9, 1, layers=2, labels=b"\xff" * 3000),
     "labels_of_zeros": lambda: blocks(9, 1, layers=2, labels=bytes(3000)),

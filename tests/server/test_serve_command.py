@@ -124,7 +124,7 @@ def test_bad_input_is_refused_before_the_server_starts(folder, arguments, named)
     (folder / "notes.txt").write_text("notes")
     (folder / "empty.uph").touch()
     stream = bytearray((folder / "quilt.uph").read_bytes())
-    stream[4300] ^= 0xFF
+    stream[-300] ^= 0xFF
     (folder / "bad.uph").write_bytes(stream)
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = str(taken.getsockname()[1])

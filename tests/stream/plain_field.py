@@ -11,6 +11,7 @@ POWERS = [round(2**14 * 2 ** (k / 32)) for k in range(32)]
 ORIGIN = 8
 """Where node 0 lies, in 1/16 step."""
 
+
 class PlainField:
     """M over a chart, from its nodes (rows of columns of four numbers) and margin."""
 
@@ -55,7 +56,7 @@ def matrix_of(b: Any, a: Any, phi: Any, shear: Any) -> Any:
 
 
 def nodes(data: Any, shapes: Any) -> Any:
-    """Section 5.3: the nodes of charts with fields, of (rows, columns) each. What has not come is its guess."""
+    """Section 5.3: nodes of charts with fields, of (rows, columns) each; what has not come is its guess."""
     teller, found = Teller(data), [{} for _ in shapes]
     for s in (4, 2, 1):
         for n, (rows, columns) in enumerate(shapes):
@@ -91,6 +92,9 @@ def between(x: Any, y: Any) -> Any:
     return [p + ((d + 1) >> 1) for p, d in zip(x, apart, strict=True)]
 
 
+MOST = 192, 192, 2**40, 56
+
+
 class Teller:
     """Tells one node after another."""
 
@@ -104,10 +108,9 @@ class Teller:
             for k in range(4):
                 context = 2 * min(3, abs(self.rest[k])) + (k > 0 and rest[k - 1] != 0)
                 rest[k] = self.coder.number(k, context)
+                assert abs(guess[k] + rest[k]) <= MOST[k]
         except EndError:
             rest = [0] * 4
         self.rest = rest
         b, a, phi, shear = (x + r for x, r in zip(guess, rest, strict=True))
-        assert max(abs(b), abs(a)) <= 192
-        assert abs(shear) <= 56
         return b, a, phi % 256, shear

@@ -38,7 +38,7 @@ class Grid:
 
 
 class Box:
-    """Rows r0 … r1 − 1 and columns c0 … c1 − 1 of a layer's cells, with n placements, one of them known or not."""
+    """Rows r0 … r1 − 1, columns c0 … c1 − 1 of a layer's cells, with n placements; one may be known."""
 
     def __init__(self, layer: Any, chart: Any, place: Any, n: Any, known: Any = None) -> None:
         self.layer, self.chart, self.place, self.n, self.known = layer, chart, place, n, known
@@ -76,10 +76,11 @@ def _unlabelled(told: Any, found: Any, chart: Any, exemplar: Any) -> Any:
     """What a chart shows while not all of its labels are known. None: one placement in its middle."""
     if not found[0, chart]:
         return None
-    maps = [_nearest(told.grids[0][chart], found[0, chart], 0)]
-    for grids in told.grids[1:]:
-        maps.append([[-1] * grids[chart].columns for _ in range(grids[chart].rows)])
-    return maps
+    first, *others = (grids[chart] for grids in told.grids)
+    return [
+        _nearest(first, found[0, chart], 0),
+        *([[-1] * grid.columns for _ in range(grid.rows)] for grid in others),
+    ]
 
 
 def _placements(told: Any, data: Any, exemplar: Any) -> Any:
@@ -119,20 +120,19 @@ def _placement(coder: Any, box: Any, told: Any, exemplar: Any) -> Any:
     grid = told.grids[box.layer][box.chart]
     c = min(box.n, 4)
     row = (r0 + r1 - 1) // 2 + coder.number(0, c)
+    assert r0 <= row < r1
     column = (c0 + c1 - 1) // 2 + coder.number(1, c)
-    assert box.has(row, column)
+    assert c0 <= column < c1
     bits = 1
     for _ in range(3):
         bits = 2 * bits + coder.told(("quarter", bits))
-    offset = [0] * 4
-    if coder.told("has"):
-        offset = [2**told.b * coder.number(2 + k, 0) for k in range(4)]
-    assert max(map(abs, offset)) <= 2**18
-    source = [
-        coder.plain(("bit", i), ((16 * size - 1) >> told.a).bit_length()) << told.a
-        for i, size in enumerate(exemplar)
-    ]
-    assert all(place < 16 * size for place, size in zip(source, exemplar, strict=True))
+    offset, source = [0] * 4, [0] * 2
+    for k in range(4) if coder.told("has") else ():
+        offset[k] = 2**told.b * coder.number(2 + k, 0)
+        assert abs(offset[k]) <= 2**18
+    for i, size in enumerate(exemplar):
+        source[i] = coder.plain(("bit", i), ((16 * size - 1) >> told.a).bit_length()) << told.a
+        assert source[i] < 16 * size
     return {
         "cell": (row, column), "row": grid.centre(row), "column": grid.centre(column), "layer": box.layer,
         "symmetry": bits - 8, "offset": offset, "source_row": source[0], "source_column": source[1],
@@ -152,7 +152,7 @@ def _cut(coder: Any, box: Any) -> Any:
     assert 0 <= m < box.n
     with_known, other = places if Box(0, 0, places[0], 0).has(*box.known["cell"]) else places[::-1]
     halves = [Box(box.layer, box.chart, with_known, box.n - m, box.known)]
-    return halves + [Box(box.layer, box.chart, other, m)] if m else halves
+    return [*halves, Box(box.layer, box.chart, other, m)] if m else halves
 
 
 def _nearest(grid: Any, placed: Any, first: Any) -> Any:

@@ -1,4 +1,4 @@
-"""The decoder agrees with SPEC.md as plain Python reads it, on small quilts, of all bytes and of any prefix."""
+"""The decoder agrees with SPEC.md as plain Python reads it, on small quilts and every prefix of them."""
 
 from typing import Any
 
@@ -7,9 +7,11 @@ import plain_field
 import plain_plan
 import pytest
 from plain_coder import PlainBytes
-from streams import anything, anything_bent, bent, laid
+from streams import anything, anything_bent, at_cells, bent, laid
 
+from upholster.errors import FormatError
 from upholster.quilt import Chart, Quilt
+from upholster.quilt.labels import LabelMap, nearest_labels
 from upholster.quilt.placement import bare_placement
 from upholster.quilt.warp_field import WarpField
 from upholster.stream.byte_reader import ByteReader
@@ -67,6 +69,76 @@ def test_boxes_of_one_size_wait_in_the_order_in_which_they_came() -> None:
 @pytest.mark.parametrize("second", [False, True])
 def test_a_quilt_that_was_laid(second: bool) -> None:
     check_all(np.random.default_rng(1), laid("sphere", second=second)[1])
+
+
+def test_long_runs_of_one_bit() -> None:
+    rng, chart = np.random.default_rng(6), Chart(0, 90, 90)
+    placed = at_cells(rng, (92, 92), 1, False, 2)
+    labels = nearest_labels(placed["row"], placed["column"], chart, 1)
+    labels[60, 60] = 1 - labels[60, 60]  # what comes after thousands of the other
+    over = np.full((92, 92), 2, np.int32)
+    over[60, 60] = -1
+    above = at_cells(rng, (92, 92), 1, False, 1)
+    above["layer"] = 1
+    both = LabelMap(1, labels), LabelMap(1, over)
+    quilt = Quilt((chart,), (32, 40), np.concatenate([placed, above]), (both,))
+    code = encode_plan(quilt)
+    check(quilt, code, code.placements, code.labels)
+
+
+def outcome(attempt: Any, refusal: type[Exception]) -> Any:
+    """What comes of some bytes: None where they are refused."""
+    try:
+        return attempt()
+    except refusal:
+        return None
+
+
+@pytest.mark.parametrize(("layers", "counts"), [(1, (5, 3)), (2, (5, 3)), (1, (18, 8))])
+def test_any_bytes_are_refused_by_both_or_by_none(layers: int, counts: tuple[int, int]) -> None:
+    rng, charts, seen = np.random.default_rng(layers), (Chart(0, 6, 9), Chart(0, 3, 2)), [0, 0]
+    head = bytes([layers, 3, 0, 5, *[3, 1, 3, 2][: 2 * layers], *[*counts, 2, 0][: 2 * layers]])
+    sizes = [(chart.height, chart.width) for chart in charts]
+    for _ in range(400):
+        # Small bytes and large ones, so that some tell little and some much.
+        data = bytes(np.minimum(255, rng.integers(0, 256, 14) * rng.integers(1, 6)).tolist())
+        labels = bytes(rng.integers(0, 256, 6).tolist())
+        decoder = PlanDecoder(PlanHead.parse(ByteReader(head), charts), (9, 13))
+
+        def ours(decoder: Any = decoder, data: Any = data, labels: Any = labels) -> Any:
+            decoder.feed_placements(data)
+            if decoder.known == decoder.total:
+                decoder.feed_labels(labels)
+            return [[one.labels.tolist() for one in maps] for maps in decoder.quilt().labels]
+
+        def plain(data: Any = data, labels: Any = labels) -> Any:
+            return plain_plan.decode(head, data, labels, sizes, (9, 13))
+
+        told, wanted = outcome(ours, FormatError), outcome(plain, AssertionError)
+        assert (told is None) == (wanted is None)
+        seen[told is None] += 1
+        for maps, (_, rows) in zip(told or (), wanted or (), strict=True):
+            assert rows is None or maps == rows
+    assert min(seen) > 20
+
+
+def test_any_nodes_are_refused_by_both_or_by_none() -> None:
+    rng, chart, seen = np.random.default_rng(1), Chart(0, 90, 150), [0, 0]
+    for _ in range(300):
+        data = bytes(np.minimum(255, rng.integers(0, 256, 12) * rng.integers(1, 4)).tolist())
+        decoder = FieldDecoder(ByteReader(b"\1\1"), [chart])
+
+        def ours(decoder: Any = decoder, data: Any = data) -> Any:
+            decoder.feed(data)
+            return decoder.fields[0].nodes.tolist()
+
+        def plain(data: Any = data) -> Any:
+            return [[list(node) for node in row] for row in plain_field.nodes(data, [(6, 8)])[0]]
+
+        told = outcome(ours, FormatError)
+        assert told == outcome(plain, AssertionError)
+        seen[told is None] += 1
+    assert min(seen) > 20
 
 
 def smooth() -> tuple[WarpField, ...]:

@@ -135,9 +135,7 @@ def test_of_labels_a_chart_shows_all_or_the_nearest(seed: int) -> None:
         maps = decoder.quilt().labels
         whole = [same_labels(a, b) for a, b in zip(maps, quilt.labels, strict=True)]
         first = whole.index(False) if False in whole else len(whole)
-        assert all(
-            one or same_labels(a, b) for one, a, b in zip(whole, maps, nearest, strict=True)
-        )
+        assert all(one or same_labels(a, b) for one, a, b in zip(whole, maps, nearest, strict=True))
         assert first >= shown
         assert decoder.known_cells >= cells
         shown, cells = first, decoder.known_cells
