@@ -121,7 +121,7 @@ def test_a_damaged_stream_keeps_the_picture_and_says_where(bad: Any, site: Any, 
     assert "The picture shows what was loaded before." in said
     shown = bad.settle()
     assert 1000 < shown["bytes"] <= (streams / "damaged.uph").stat().st_size
-    assert shown["charts"] == 1
+    assert shown["placements"] == 1
     assert bad.picture()[:, :, :3].std() > 20
     _only(bad)
 

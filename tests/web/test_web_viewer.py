@@ -70,7 +70,7 @@ def test_any_prefix_looks_as_in_python(ring: Any) -> None:
     ring.call("viewer.setAttribute('background', 'none')")
     ring.settle_shape()
     # Less than the first view is not shown: the model in the exemplar's mean colour.
-    assert ring.limit(bytes=1) == {"bytes": describe(data).view, "coefficients": 0, "charts": 0}
+    assert ring.limit(bytes=1) == {"bytes": describe(data).view, "coefficients": 0, "placements": 0}
     assert describe(data).view < 600
     found = []
     for count in (700, 4_000, 10_000, 20_000, len(data)):
