@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from upholster.codec._model_kernels import BYTES_DONE
 from upholster.jit import allocating_kernel, inline, kernel
 from upholster.quilt.placement import MOST_OFFSET
 from upholster.stream._bit_kernels import (
@@ -52,6 +53,9 @@ BOX_COLUMNS = 10
 
 LINES = 128
 """Lines in which boxes wait: 64 for each layer."""
+
+_MOST_BYTES = 512
+"""Bytes that a box takes at most: 254 bits of a placement, 41 of a cut; each takes 12 at the worst."""
 
 PLACED, BOXES = 0, 1
 """Places in `Boxes.counts`: placements told so far, boxes made so far."""
@@ -319,7 +323,8 @@ def code_placements(
     placed
         (≥ stop, COLUMNS) where they go in the order in which they are told.
     stop
-        At how many to pause; there may be fewer where there is no more room for boxes.
+        At how many to pause; there may be fewer where there is no more room for boxes, or for an encoder's
+        bytes.
     encoding
         Whether to write.
 
@@ -335,6 +340,8 @@ def code_placements(
         if line < 0:
             return DONE
         if waiting.counts[PLACED] >= stop or waiting.counts[BOXES] >= waiting.boxes.shape[0]:
+            return PAUSED
+        if encoding and coder.state[BYTES_DONE] + _MOST_BYTES > coder.data.shape[0]:
             return PAUSED
         number = waiting.lines[line, 0]
         box = waiting.boxes[number]

@@ -115,8 +115,10 @@ def _encode_placements(
         done = 0
         while done < stop:
             waiting = boxes.with_room()
-            writer.room(2**16 + 256 * len(waiting.boxes))
-            kernels.code_placements(writer.coder, waiting, units, given, told, stop, True)
+            writer.room(2**16)
+            status = kernels.code_placements(writer.coder, waiting, units, given, told, stop, True)
+            if status < 0:
+                raise InputError(f"placement {done} has a number outside what a stream allows")
             done = int(waiting.counts[kernels.PLACED])
         lengths.append(writer.length)
     coded = writer.finish()

@@ -22,6 +22,8 @@ _MOST_MARGIN, _MOST_SIDE = 64, 1024
 _LIMITS = np.array([OCTAVE * MOST_OCTAVES, OCTAVE * MOST_OCTAVES, 0, MOST_SHEAR])
 _PLAIN, _COVERING, _SHAPED = 0, 1, 2
 _STRIDES = kernels.COARSEST, 2, 1
+_NODE_ROOM = 160
+"""Bytes that a node takes at most: four numbers of 21 bits, each of which takes 12 at the worst, and some."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,7 +80,7 @@ def pack_fields(fields: Sequence[WarpField], charts: Sequence[Chart]) -> FieldCo
         first = np.zeros(4, np.int16)
         for own in nodes:
             size = kernels.stage_size(own.shape[0], own.shape[1], stride)
-            writer.room(32 * size + 64)
+            writer.room(_NODE_ROOM * size)
             kernels.code_nodes(writer.coder, own, first, left, (stride, 0, size), _LIMITS, True)
             first = own[0, 0]
         coarse = coarse or writer.length
