@@ -2,19 +2,19 @@
 import { readFileSync } from 'node:fs'
 import { createRequire } from 'node:module'
 
-const { parse } = createRequire(`${process.cwd()}/package.json`)('acorn')
+const ts = createRequire(`${process.cwd()}/package.json`)('typescript')
 
-function* functions(node) {
-  if (typeof node?.type !== 'string') return
-  if (/Function/.test(node.type)) yield node.loc
-  for (const value of Object.values(node)) {
-    for (const child of Array.isArray(value) ? value : [value]) yield* functions(child)
+const found = []
+for (const file of process.argv.slice(2)) {
+  const source = ts.createSourceFile(file, readFileSync(file, 'utf8'), ts.ScriptTarget.Latest, true)
+  const lineOf = (position) => source.getLineAndCharacterOfPosition(position).line + 1
+  const visit = (node) => {
+    if (ts.isFunctionLike(node)) {
+      const line = lineOf(node.getStart(source))
+      found.push({ file, line, lines: lineOf(node.getEnd()) - line + 1 })
+    }
+    ts.forEachChild(node, visit)
   }
+  visit(source)
 }
-
-const found = process.argv.slice(2).flatMap((file) => {
-  const options = { ecmaVersion: 'latest', sourceType: 'module', locations: true }
-  const program = parse(readFileSync(file, 'utf8'), options)
-  return [...functions(program)].map(({ start, end }) => ({ file, line: start.line, lines: end.line - start.line + 1 }))
-})
 console.log(JSON.stringify(found))

@@ -155,7 +155,7 @@ def test_decoder_and_mesher_need_only_their_own_folders(name: str) -> None:
 
 
 def test_functions_are_short() -> None:
-    if not (WEB / "node_modules" / "acorn").is_dir():
+    if not (WEB / "node_modules" / "typescript").is_dir():
         _lacking("web/node_modules is missing: run `npm ci` in web/")
     node = shutil.which("node")
     assert node is not None
