@@ -1,6 +1,7 @@
 """Charts over a mesh's islands, one each, and their warp fields."""
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
@@ -8,11 +9,14 @@ from numpy.typing import NDArray
 from upholster.charts._mesh_kernels import splat_matrices
 from upholster.charts.unwrap._raster_kernels import coverage
 from upholster.errors import InputError
-from upholster.geometry import MeshSurface
+from upholster.geometry import MeshSurface, TriangleMesh
 from upholster.quilt.chart import MAX_CHART, Chart
 from upholster.quilt.placement import SYMMETRIES
 from upholster.quilt.warp_field import FIELD_STEP, WarpField, node_count
 from upholster.types import FloatArray, IntArray
+
+if TYPE_CHECKING:
+    from upholster.charts.charted import ChartedSurface
 
 __all__ = [
     "GUTTER",
@@ -97,13 +101,12 @@ def texels_on_mesh(
     return times > 0
 
 
-def triangle_frames(surface: MeshSurface, vectors: FloatArray) -> tuple[FloatArray, FloatArray]:
+def triangle_frames(mesh: TriangleMesh, vectors: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the direction field's axes in each triangle's plane, (T, 3) each: along the rows, and down.
 
     `vectors` (T, 3, 3) is the field at the triangles' corners; where it has no part in the plane, a triangle
     takes its first edge.
     """
-    mesh = surface.mesh
     normals = mesh.flat_normals
     along = vectors.mean(axis=1)
     along = along - (along * normals).sum(axis=1, keepdims=True) * normals
@@ -117,8 +120,7 @@ def triangle_frames(surface: MeshSurface, vectors: FloatArray) -> tuple[FloatArr
 
 
 def mesh_fields(
-    surface: MeshSurface,
-    charts: Sequence[Chart],
+    surface: "ChartedSurface",
     along: FloatArray,
     down: FloatArray,
     scale: float,
@@ -129,8 +131,8 @@ def mesh_fields(
 
     Parameters
     ----------
-    surface, charts
-        The layout.
+    surface
+        The charts.
     along, down
         (T, 3) the field's axes, see `triangle_frames`.
     scale
@@ -140,8 +142,8 @@ def mesh_fields(
     corners
         (T, 3, 3) the field at the triangles' corners, by default `along`.
     """
-    places = chart_places(surface, charts) - 0.5
-    matrices = _matrices(surface, charts, along, down, scale)
+    places, charts = surface.places - 0.5, surface.charts
+    matrices = _matrices(surface, along, down, scale)
     if turns is not None:
         back = SYMMETRIES.reshape(-1, 2, 2)[(4 - turns) % 4]
         matrices = (back @ matrices.reshape(-1, 2, 2)).reshape(-1, 4)
@@ -155,7 +157,7 @@ def mesh_fields(
 
     def summed() -> FloatArray:
         sums = np.zeros((len(nodes), 7))
-        splat_matrices(places, surface.island, matrices, _SPACING, float(FIELD_STEP), shapes, nodes, sums)
+        splat_matrices(places, surface.chart, matrices, _SPACING, float(FIELD_STEP), shapes, nodes, sums)
         return sums
 
     sums = summed()
@@ -174,11 +176,9 @@ def mesh_fields(
     )
 
 
-def _matrices(
-    surface: MeshSurface, charts: Sequence[Chart], along: FloatArray, down: FloatArray, scale: float
-) -> FloatArray:
+def _matrices(surface: "ChartedSurface", along: FloatArray, down: FloatArray, scale: float) -> FloatArray:
     # M of each triangle, (T, 4): from its edges on the chart and in space.
-    corners, flat = surface.mesh.corners, chart_places(surface, charts)
+    corners, flat = surface.mesh.corners, surface.places
     edges, texels = corners[:, 1:] - corners[:, :1], flat[:, 1:] - flat[:, :1]
     determinant = texels[:, 0, 0] * texels[:, 1, 1] - texels[:, 0, 1] * texels[:, 1, 0]
     sound = determinant > 0

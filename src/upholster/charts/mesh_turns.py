@@ -10,13 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.charts._mesh_kernels import distances_over_edges, join_turns
-from upholster.geometry import MeshSurface
+from upholster.charts.charted import ChartedSurface
 from upholster.types import FloatArray, IntArray
 
 __all__ = ["chart_turns"]
 
 
-def chart_turns(surface: MeshSurface, along: FloatArray, fold: int) -> IntArray:
+def chart_turns(surface: ChartedSurface, along: FloatArray, fold: int) -> IntArray:
     """Return for each triangle the quarter turns, (T,) 0 to 3, that take its chart's matrix to the field's.
 
     They are chosen such that few and short edges are left over which a chart's matrices jump: those lie
@@ -31,7 +31,7 @@ def chart_turns(surface: MeshSurface, along: FloatArray, fold: int) -> IntArray:
     fold
         1, 2 or 4: of the field. Of fold 1 it goes on everywhere.
     """
-    mesh, count = surface.mesh, len(surface.island)
+    mesh, count = surface.mesh, len(surface.chart)
     turns = np.zeros(count, np.int32)
     jumps, inside = _jumps(surface, along, fold)
     if fold == 1 or not jumps.any():
@@ -55,12 +55,12 @@ def chart_turns(surface: MeshSurface, along: FloatArray, fold: int) -> IntArray:
     return _settled(surface, turns)
 
 
-def _jumps(surface: MeshSurface, along: FloatArray, fold: int) -> tuple[IntArray, NDArray[np.bool_]]:
+def _jumps(surface: ChartedSurface, along: FloatArray, fold: int) -> tuple[IntArray, NDArray[np.bool_]]:
     # By how many quarters the turns grow over each edge within an island, (T, 3): as many as the field is
     # turned counter-clockwise there, beside being carried; 0 over others. And which edges lie within.
     mesh = surface.mesh
     other = mesh.neighbours // 3
-    inside = (mesh.neighbours >= 0) & ~surface.is_seam & (surface.island >= 0)[:, None]
+    inside = (mesh.neighbours >= 0) & ~surface.is_seam & (surface.chart >= 0)[:, None]
     edges = np.roll(mesh.corners, -1, axis=1) - mesh.corners
     across = np.cross(mesh.flat_normals[:, None], edges)
     angle = np.arctan2((along[:, None] * across).sum(axis=2), (along[:, None] * edges).sum(axis=2))
@@ -74,11 +74,11 @@ def _jumps(surface: MeshSurface, along: FloatArray, fold: int) -> tuple[IntArray
     return part, inside
 
 
-def _settled(surface: MeshSurface, turns: IntArray) -> IntArray:
+def _settled(surface: ChartedSurface, turns: IntArray) -> IntArray:
     # Turned as a whole, most of each island lies as the field does.
-    kept = surface.island >= 0
-    islands = int(surface.island.max()) + 1
+    kept = surface.chart >= 0
+    islands = int(surface.chart.max()) + 1
     share = np.zeros((islands, 4))
-    np.add.at(share, (surface.island[kept], turns[kept]), surface.mesh.areas[kept])
-    turned = turns - share.argmax(axis=1).astype(np.int32)[surface.island]
+    np.add.at(share, (surface.chart[kept], turns[kept]), surface.mesh.areas[kept])
+    turned = turns - share.argmax(axis=1).astype(np.int32)[surface.chart]
     return np.where(kept, turned % 4, 0).astype(np.int32)

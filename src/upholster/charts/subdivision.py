@@ -6,7 +6,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.geometry import MeshSurface, TriangleMesh
+from upholster.charts.charted import ChartedSurface
+from upholster.geometry import TriangleMesh
 from upholster.types import FloatArray, IntArray
 
 __all__ = ["Subdivided", "subdivided"]
@@ -44,12 +45,12 @@ class Subdivided:
         (T, 3, 3) a vector at each corner, of unit length: in between, the mean of the ends'.
     """
 
-    surface: MeshSurface
+    surface: ChartedSurface
     parent: IntArray
     vectors: FloatArray
 
 
-def subdivided(surface: MeshSurface, vectors: FloatArray, longest: float) -> Subdivided:
+def subdivided(surface: ChartedSurface, vectors: FloatArray, longest: float) -> Subdivided:
     """Halve edges until none is longer; both sides of an edge halve it alike, so that nothing gapes.
 
     Diagonals across what is narrow may be longer by 4 %.
@@ -63,9 +64,9 @@ def subdivided(surface: MeshSurface, vectors: FloatArray, longest: float) -> Sub
     longest
         Length of an edge, in model units.
     """
-    kept = np.flatnonzero(surface.island >= 0).astype(np.int32)
+    kept = np.flatnonzero(surface.chart >= 0).astype(np.int32)
     positions = surface.mesh.positions
-    values = np.concatenate([surface.parameters[kept], vectors[kept]], axis=2)
+    values = np.concatenate([surface.places[kept], vectors[kept]], axis=2)
     triangles = _Pieces(surface.mesh.triangles[kept], values, kept)
     strips = _Pieces(np.zeros((0, 4), np.int32), np.zeros((0, 4, values.shape[2])), kept[:0])
     for _ in range(_ROUNDS):
@@ -85,8 +86,8 @@ def subdivided(surface: MeshSurface, vectors: FloatArray, longest: float) -> Sub
         triangles = split
     found = _joined(triangles, _halves_of(strips, positions))
     vertices, values, parent = _chosen(found, np.argsort(found.parent, kind="stable"))
-    mesh = TriangleMesh(positions, vertices, name=surface.name)
-    flat = MeshSurface(mesh, surface.island[parent], np.ascontiguousarray(values[..., :2]))
+    mesh = TriangleMesh(positions, vertices, name=surface.mesh.name)
+    flat = ChartedSurface(mesh, surface.chart[parent], np.ascontiguousarray(values[..., :2]), surface.charts)
     return Subdivided(flat, parent, np.ascontiguousarray(values[..., 2:]))
 
 

@@ -2,23 +2,27 @@
 
 import secrets
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from numbers import Integral
 from typing import Any, cast
 
 import numpy as np
 
+from upholster.charts.charted import ChartedSurface, charted_mesh, charted_patches
 from upholster.charts.covered import CoveredLike, as_covered
 from upholster.charts.creases import default_crease
-from upholster.charts.directions import Vectors, default_direction, direction_fields, parse_direction
-from upholster.charts.layout import RING, TextureScale, density_layout, texture_scale, uniform_layout
-from upholster.charts.mesh_directions import MeshField, default_mesh_direction, mesh_directions
+from upholster.charts.directions import Direction, Vectors, default_direction, parse_direction
+from upholster.charts.layout import TextureScale, density_layout, texture_scale, uniform_layout
+from upholster.charts.mesh_directions import (
+    MeshDirection,
+    MeshField,
+    TriangleVectors,
+    default_mesh_direction,
+    mesh_directions,
+)
 from upholster.charts.mesh_layout import mesh_charts, mesh_fields, triangle_frames
 from upholster.charts.mesh_turns import chart_turns
-from upholster.charts.phases import PhaseField, StraightPhases, phase_field, warped
-from upholster.charts.poles import cut_at_poles
-from upholster.charts.seams import find_seams
-from upholster.charts.transitions import transitions
+from upholster.charts.phases import StraightPhases
 from upholster.errors import InputError
 from upholster.geometry import AnySurface, MeshSurface, Surface
 from upholster.image import Material, check_exemplar
@@ -31,7 +35,7 @@ from upholster.methods.pixel.method import PixelOptions, check_sample, synthesiz
 from upholster.methods.quilt.mesh.method import synthesize_mesh
 from upholster.methods.quilt.method import synthesize_quilt
 from upholster.methods.quilt.options import QuiltOptions
-from upholster.methods.quilt.phases import Phases, WantedPhases, in_step, whole_waves
+from upholster.methods.quilt.phases import Phases, WantedPhases, whole_waves
 from upholster.methods.quilt.run import QuiltRun, planned
 from upholster.methods.quilt.structure import block_size
 from upholster.options import SynthesisOptions, chosen, settled
@@ -106,6 +110,7 @@ class Prepared:
     field: MeshField | None = None
     phases: WantedPhases | None = None
     turns: IntArray | None = None
+    charted: ChartedSurface | None = None
     turning: frozenset[int] = frozenset()
     density: float = 1.0
 
@@ -222,33 +227,72 @@ def prepare(
         phases = _phases(exemplar, options, straight, _FLAT_PHASE)
         return Prepared((chart,), (), None, "", settled(options, QuiltOptions, block=block), None, phases)
     scale, block = _scale(exemplar, surface, options, None)
+    density = _texels_a_step(scale)
+    steps = scale.density / density
+    charts = density_layout(surface, density=steps, largest=max(1, int(largest / density)))
     wanted = (
         default_direction(surface)
         if options.direction is None
         else parse_direction(cast(str | Vectors, options.direction))
     )
-    density = _texels_a_step(scale)
-    steps = scale.density / density
-    side = block * steps / scale.scale  # of a block
-    longest = max(1, int(largest / density))
-    charts = density_layout(surface, density=steps, ring=max(RING, _ROUND * side), largest=longest)
-    charts, corners = cut_at_poles(surface, charts, wanted)
-    fields = direction_fields(surface, charts, wanted, scale.scale, corners=corners)
+    charted = charted_patches(surface, charts)
+    phases = _phases(exemplar, options, lambda _: None, _MESH_PHASE)
+    return _on_charts(
+        charted, options, scale, block, phases, density, _on_patches(charted, wanted), wanted.text
+    )
 
-    def closed(waves: FloatArray) -> PhaseField:
-        over = transitions(surface, charts, find_seams(surface, charts))
-        found = phase_field(charts, fields, over, waves, side / 4, calm=True)
-        return warped(found, over, options.warp) if options.warp else found
 
-    phases = _phases(exemplar, options, closed)
-    if phases is not None:
-        fields = tuple(grid.field for grid in cast(PhaseField, phases.surface).grids)
-    if phases is not None and options.block is None:
-        phases = replace(phases, blocks=in_step(block, phases.surface))
+def _on_patches(charted: ChartedSurface, wanted: Direction) -> MeshDirection:
+    # Along the charts' columns (u) or rows (v), or as on a mesh.
+    if not wanted.along or wanted.along == "level":
+        return MeshDirection(wanted.text, "level" if wanted.along else "vectors", vectors=wanted.vectors)
+    edges = (charted.mesh.corners[:, 1:] - charted.mesh.corners[:, :1]).transpose(0, 2, 1)
+    flat = (charted.places[:, 1:] - charted.places[:, :1]).transpose(0, 2, 1)
+    jacobian = edges @ np.linalg.inv(flat)  # (T, 3, 2)
+    own = jacobian[:, :, 1 if wanted.along == "u" else 0]
+    return MeshDirection(
+        wanted.text,
+        "vectors",
+        angle=wanted.angle,
+        vectors=TriangleVectors(charted.mesh.corners.mean(axis=1), own, wanted.text),
+    )
+
+
+def _on_charts(
+    charted: ChartedSurface,
+    options: SynthesisOptions,
+    scale: TextureScale,
+    block: int,
+    phases: WantedPhases | None,
+    density: float,
+    direction: Any,
+    text: str,
+    field: MeshField | None = None,
+) -> Prepared:
+    mesh = charted.mesh
+    field = field or mesh_directions(
+        mesh,
+        direction,
+        strokes=options.stroke,
+        crease=default_crease(mesh) if options.crease is None else options.crease,
+        lattice=phases is not None,
+    )
+    along, down = triangle_frames(mesh, field.corner_vectors)
+    turns = chart_turns(charted, along, field.fold)
+    fields = mesh_fields(charted, along, down, scale.scale, turns, field.corner_vectors)
     own = settled(options, QuiltOptions, block=block)
-    # In step, blocks are as small as they have to be.
-    turning = frozenset(corners) if phases is None and options.block is None else frozenset[int]()
-    return Prepared(charts, fields, scale, wanted.text, own, None, phases, turning=turning, density=density)
+    return Prepared(
+        charted.charts,
+        fields,
+        scale,
+        f"{text}, {field.words}",
+        own,
+        field,
+        phases,
+        turns,
+        charted,
+        density=density,
+    )
 
 
 def _phases(
@@ -276,27 +320,14 @@ def _prepare_mesh(
             raise InputError(f"{name} is given on a mesh; allowed: {name} on a surface of patches")
     scale, block = _scale(exemplar, surface, options, surface.mesh.metres)
     phases = _phases(exemplar, options, lambda _: None, _MESH_PHASE)  # which `synthesize_mesh` finds
-    field = field or mesh_directions(
-        surface.mesh,
-        cast(Any, options.direction),
-        strokes=options.stroke,
-        crease=default_crease(surface.mesh) if options.crease is None else options.crease,
-        lattice=phases is not None,
-    )
     density = _texels_a_step(scale)
-    charts = mesh_charts(surface, scale.density / density)
-    along, down = triangle_frames(surface, field.corner_vectors)
-    turns = chart_turns(surface, along, field.fold)
-    fields = mesh_fields(surface, charts, along, down, scale.scale, turns, field.corner_vectors)
-    own = settled(options, QuiltOptions, block=block)
+    charted = charted_mesh(surface, mesh_charts(surface, scale.density / density))
     text = options.direction
     if text is None:
         text = "strokes" if options.stroke else default_mesh_direction(surface.mesh)
     elif not isinstance(text, str):
         text = getattr(text, "__name__", "vectors")
-    return Prepared(
-        charts, fields, scale, f"{text}, {field.words}", own, field, phases, turns, density=density
-    )
+    return _on_charts(charted, options, scale, block, phases, density, options.direction, text, field)
 
 
 def _texels_a_step(scale: TextureScale) -> float:
@@ -382,15 +413,16 @@ def execute(
     """
     run: dict[str, Any] = {"seed": seed, "threads": threads, "progress": progress}
     charts, options = prepared.charts, prepared.options
-    if isinstance(surface, MeshSurface):
+    if prepared.charted is not None:
         assert prepared.field is not None
         assert prepared.scale is not None
-        assert isinstance(options, QuiltOptions)  # a mesh has all three
+        assert isinstance(options, QuiltOptions)
         quilt = synthesize_mesh(
-            exemplar, surface, charts, prepared.fields, prepared.field.corner_vectors, prepared.scale.scale,
+            exemplar, prepared.charted, prepared.fields, prepared.field.corner_vectors, prepared.scale.scale,
             fold=prepared.field.fold, turns=prepared.turns, options=options, phases=prepared.phases, **run,
         )  # fmt: skip
         return quilt.on(surface, seed=seed, density=prepared.density)
+    assert isinstance(surface, Surface)
     if isinstance(options, PaperOptions):
         quilt = synthesize_paper(exemplar, surface, charts, options=options, **run)
     elif isinstance(options, PixelOptions):

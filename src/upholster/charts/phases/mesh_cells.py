@@ -6,12 +6,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.charts._multigrid_kernels import ComplexArray
+from upholster.charts.charted import ChartedSurface
 from upholster.charts.mesh_layout import triangle_frames
 from upholster.charts.phases.chart_cells import MOST_CELLS
 from upholster.charts.phases.field import phase_units
 from upholster.charts.phases.links import Links, matched_waves
 from upholster.charts.phases.solving import solved_phases
-from upholster.geometry import MeshSurface
 from upholster.types import FloatArray, IntArray
 
 __all__ = ["MeshPhases", "mesh_phases"]
@@ -53,7 +53,7 @@ class MeshPhases:
 
 
 def mesh_phases(
-    surface: MeshSurface, vectors: FloatArray, scale: float, waves: FloatArray, side: float
+    surface: ChartedSurface, vectors: FloatArray, scale: float, waves: FloatArray, side: float
 ) -> MeshPhases:
     """Find the phases that follow a mesh's directions best.
 
@@ -74,10 +74,12 @@ def mesh_phases(
         About the side of a cell in model units.
     """
     mesh = surface.mesh
-    along, down = triangle_frames(surface, vectors)
+    along, down = triangle_frames(mesh, vectors)
     areas = np.maximum(mesh.areas, 1e-12 * mesh.size**2)
     side = max(side, float(np.sqrt(areas.sum() / MOST_CELLS)))
-    cell = _cells(surface, along, side)
+    flat = surface.places[:, 1:] - surface.places[:, :1]
+    steps = 0.5 * np.abs(flat[:, 0, 0] * flat[:, 1, 1] - flat[:, 0, 1] * flat[:, 1, 0]).sum()
+    cell = _cells(surface, along, side * float(np.sqrt(steps / areas.sum())))
     count = int(cell.max()) + 1
     total: FloatArray = np.bincount(cell, areas, count).astype(np.float64)
     middles = mesh.corners.mean(axis=1)
@@ -89,12 +91,12 @@ def mesh_phases(
     return MeshPhases(waves, cell, centres, axes, solved_phases(links, total, waves))
 
 
-def _cells(surface: MeshSurface, along: FloatArray, side: float) -> IntArray:
+def _cells(surface: ChartedSurface, along: FloatArray, side: float) -> IntArray:
     # Squares of each island, by the quarter of the circle in which directions lie there: over a jump of the
     # field begins another cell.
-    places = surface.parameters.mean(axis=1)
+    places = surface.places.mean(axis=1)
     edges = surface.mesh.corners[:, 1:] - surface.mesh.corners[:, :1]
-    flat = surface.parameters[:, 1:] - surface.parameters[:, :1]
+    flat = surface.places[:, 1:] - surface.places[:, :1]
     one, other = (np.einsum("ti,ti->t", edges[:, k], along) for k in (0, 1))
     # The direction's own edges on the island, up to a factor: the gradient of the way along.
     across = np.stack(
@@ -103,13 +105,13 @@ def _cells(surface: MeshSurface, along: FloatArray, side: float) -> IntArray:
     quarter = 2 * (across[:, 0] > 0) + (across[:, 1] > 0)
     # Row, column, island and quarter as one number.
     rows, columns = (np.floor((of - of.min()) / side).astype(np.int64) for of in places.T)
-    keys = (surface.island * (rows.max() + 1) + rows) * (4 * (columns.max() + 1)) + 4 * columns + quarter
+    keys = (surface.chart * (rows.max() + 1) + rows) * (4 * (columns.max() + 1)) + 4 * columns + quarter
     _, cell = np.unique(keys, return_inverse=True)
     return cell.reshape(-1).astype(np.int32)
 
 
 def _links(
-    surface: MeshSurface,
+    surface: ChartedSurface,
     cell: IntArray,
     centres: FloatArray,
     axes: FloatArray,

@@ -7,10 +7,11 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
+from upholster.charts.charted import ChartedSurface
 from upholster.charts.mesh_directions._kernels import corner_fans
-from upholster.charts.mesh_layout import chart_places, triangle_frames
+from upholster.charts.mesh_layout import triangle_frames
 from upholster.charts.subdivision import Subdivided
-from upholster.geometry import MeshSurface, TriangleMesh
+from upholster.geometry import TriangleMesh
 from upholster.methods.quilt.mesh._sheet_kernels import (
     FIT,
     MOST_SHEETS,
@@ -20,7 +21,6 @@ from upholster.methods.quilt.mesh._sheet_kernels import (
 )
 from upholster.methods.quilt.mesh._unfold_kernels import MeshArrays, UnfoldScratch, unfold_blocks
 from upholster.parallel import run_tasks
-from upholster.quilt.chart import Chart
 from upholster.quilt.warp_field import FIELD_STEP, UNIT, WarpField
 from upholster.types import FloatArray, IntArray, frozen_array
 
@@ -69,7 +69,7 @@ class Footprints:
 
 def mesh_arrays(
     fine: Subdivided,
-    charts: Sequence[Chart],
+    texels: float = 1.0,
     crease: float | None = None,
     fold: int = 1,
     turns: IntArray | None = None,
@@ -82,7 +82,7 @@ def mesh_arrays(
     warp fields to it, by default none.
     """
     surface, mesh = fine.surface, fine.surface.mesh
-    along, down = triangle_frames(surface, fine.vectors)
+    along, down = triangle_frames(surface.mesh, fine.vectors)
     across = mesh.neighbours.copy()
     if crease is not None:
         normals = mesh.flat_normals
@@ -90,7 +90,7 @@ def mesh_arrays(
     positions, triangles = _parted(mesh, across)
     owner = np.argsort(triangles.ravel(), kind="stable")
     first = np.searchsorted(triangles.ravel()[owner], np.arange(len(positions) + 1))
-    places = chart_places(surface, charts) - 0.5
+    places = surface.places / texels - 0.5
     seam, crossing = _crossings(surface, places)
     seam[across < 0] = -1
     return MeshArrays(
@@ -104,7 +104,7 @@ def mesh_arrays(
         along,
         down,
         places,
-        surface.island,
+        surface.chart,
         seam,
         crossing,
         np.bincount(triangles.ravel(), np.repeat(mesh.areas / 3, 3), len(positions)).astype(np.float64),
@@ -130,7 +130,7 @@ def _parted(mesh: TriangleMesh, across: IntArray) -> tuple[FloatArray, IntArray]
     return frozen_array(positions), frozen_array(number[fan])
 
 
-def _crossings(surface: MeshSurface, places: FloatArray) -> tuple[IntArray, FloatArray]:
+def _crossings(surface: ChartedSurface, places: FloatArray) -> tuple[IntArray, FloatArray]:
     # The seams' edges by number, −1 elsewhere, and the transition over each: texel steps on its triangle's
     # chart to such steps beyond, both planes unfolded about the edge.
     mesh = surface.mesh

@@ -14,10 +14,10 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
+from upholster.charts.charted import ChartedSurface
 from upholster.charts.mesh_layout import GUTTER
 from upholster.charts.phases import MeshPhases, mesh_phases
 from upholster.charts.subdivision import Subdivided, subdivided
-from upholster.geometry import MeshSurface
 from upholster.methods.quilt._block_kernels import LayNumbers, LayScratch, LayWeights, MatchImage, Span
 from upholster.methods.quilt._landmark_kernels import LandmarkUses
 from upholster.methods.quilt._phase_kernels import MISFIT
@@ -84,8 +84,7 @@ _PAINTED_BEYOND = 3.0
 
 def synthesize_mesh(
     exemplar: PixelArray,
-    surface: MeshSurface,
-    charts: Sequence[Chart],
+    surface: ChartedSurface,
     fields: Sequence[WarpField],
     vectors: FloatArray,
     scale: float,
@@ -124,12 +123,12 @@ def synthesize_mesh(
         As in `upholster.parallel.run_tasks`; stage "blocks".
     """
     check_running(threads, progress)
-    density = charts[0].height / (charts[0].s1 - charts[0].s0)
-    frame = _frame(exemplar.shape[:2], options.block, scale, density)
-    turns = np.zeros(len(surface.island), np.int32) if turns is None else turns
+    charts = surface.charts
+    frame = _frame(exemplar.shape[:2], options.block, scale, _density(surface))
+    turns = np.zeros(len(surface.chart), np.int32) if turns is None else turns
     fine = subdivided(surface, vectors, _SHORT * frame.size / frame.scale)
     working = tuple(_working(chart, frame) for chart in charts)
-    mesh = mesh_arrays(fine, working, options.crease, fold, turns[fine.parent])
+    mesh = mesh_arrays(fine, frame.texels, options.crease, fold, turns[fine.parent])
     laying = _Laying.of(
         exemplar, surface, charts, fields, fine, working, mesh, frame, scale, options, phases, seed, threads
     )
@@ -151,8 +150,15 @@ def synthesize_mesh(
         ChartPlacements(placed[start:stop], cells, none[start:stop], none[start:stop])
         for start, stop in pairwise(ends.tolist())
     ]
-    quilt = emitted_quilt(charts, fields, shape, laid, cell=LABEL_CELL, threads=threads)
-    return quilt.on(surface, seed=seed)
+    return emitted_quilt(charts, fields, shape, laid, cell=LABEL_CELL, threads=threads)
+
+
+def _density(surface: ChartedSurface) -> float:
+    # Steps per model unit: the mean over the charts.
+    flat = surface.places[:, 1:] - surface.places[:, :1]
+    steps = 0.5 * np.abs(flat[:, 0, 0] * flat[:, 1, 1] - flat[:, 0, 1] * flat[:, 1, 0])
+    kept = surface.chart >= 0
+    return float(np.sqrt(steps[kept].sum() / surface.mesh.areas[kept].sum()))
 
 
 def _frame(shape: tuple[int, ...], block: int, scale: float, density: float) -> Frame:
@@ -169,7 +175,7 @@ def _frame(shape: tuple[int, ...], block: int, scale: float, density: float) -> 
 class _Laying:
     """A synthesis under way."""
 
-    surface: MeshSurface
+    surface: ChartedSurface
     charts: Sequence[Chart]
     fields: Sequence[WarpField]
     shape: tuple[int, int]
@@ -197,7 +203,7 @@ class _Laying:
     def of(
         cls,
         exemplar: PixelArray,
-        surface: MeshSurface,
+        surface: ChartedSurface,
         charts: Sequence[Chart],
         fields: Sequence[WarpField],
         fine: Subdivided,
@@ -248,8 +254,8 @@ class _Laying:
 
     def grid_centres(self) -> Centres:
         """Return the centres of even grids over the islands, the largest first: texels of the mesh."""
-        kept = self.surface.island >= 0
-        areas = np.bincount(self.surface.island[kept], self.surface.mesh.areas[kept], len(self.charts))
+        kept = self.surface.chart >= 0
+        areas = np.bincount(self.surface.chart[kept], self.surface.mesh.areas[kept], len(self.charts))
         order = np.argsort(-areas, kind="stable")
         step = max(2.0, (1 - _OVERLAP) * self.frame.size)
         return self._centres(order, step, GUTTER / self.frame.texels + 0.35 * step, bare=False)
