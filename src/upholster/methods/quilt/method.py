@@ -48,10 +48,6 @@ _SHORT = 0.4
 _ROUNDS = 12
 """Of blocks on what is still bare."""
 
-_MARGIN = 0.2
-"""What a block leaves bare where it ends beside what is laid, in blocks: one that lies over it has room to
-cut on both sides."""
-
 _CELL = 0.25
 """Side of a cell of the phases, in blocks."""
 
@@ -155,23 +151,22 @@ class _Laying:
     def all_laid(self) -> Laid:
         """Lay blocks on even grids, then on what is bare; return them all."""
         size = self.numbers.size
-        margin = max(2 * self.numbers.cell, int(_MARGIN * size + 0.5))
         mesh, canvases = self.ground.mesh, self.ground.canvases
         step = max(2.0, (1 - _OVERLAP) * size * self._steps_per_pixel())
-        self.lay(centres_on(mesh, canvases, step, GUTTER + 0.35 * step, bare=False), margin)
+        self.lay(centres_on(mesh, canvases, step, GUTTER + 0.35 * step, bare=False))
         step, left = 0.5 * size * self._steps_per_pixel(), np.inf
-        for k in range(_ROUNDS):
+        for _ in range(_ROUNDS):
             bare = centres_on(mesh, canvases, step, 0.5 * step, bare=True)
             if not 0 < len(bare.triangles) < left:
                 break
             left = len(bare.triangles)
-            self.lay(bare, margin if k < _ROUNDS // 2 else 0)
+            self.lay(bare)
         fits = [self._fits[n] for n in range(len(self.blocks.records))]
         firsts = np.cumsum([0, *(len(one) for one in fits)])
         return Laid(self.blocks.records, firsts, np.concatenate(fits), self.numbers.level)
 
-    def lay(self, centres: Centres, margin: int) -> None:
-        """Lay blocks; they leave `margin` pixels bare where they end beside what is laid."""
+    def lay(self, centres: Centres) -> None:
+        """Lay blocks."""
         first = len(self.blocks.records)
         order, classes = self.regions.enter(centres.spots, first)
         self._add(centres.chosen(order))
@@ -180,7 +175,7 @@ class _Laying:
             usages = [self.usage.copy() for _ in parts]
             run_tasks(
                 [
-                    partial(self._lay_region, part, close, usage, margin)
+                    partial(self._lay_region, part, close, usage)
                     for part, close, usage in zip(parts, near, usages, strict=True)
                 ],
                 threads=self.threads,
@@ -199,15 +194,13 @@ class _Laying:
             *(np.concatenate([old, one]) for old, one in zip(self.blocks, new, strict=True))
         )
 
-    def _lay_region(
-        self, part: tuple[int, int], near: NDArray[np.int64], usage: FloatArray, margin: int
-    ) -> None:
+    def _lay_region(self, part: tuple[int, int], near: NDArray[np.int64], usage: FloatArray) -> None:
         scratch = self._free.pop() if self._free else self._scratch()
         count = part[1] - part[0]
         fits, pieces = np.empty((count, MOST_SHEETS, FIT)), np.zeros(count, np.int64)
         reaches = 2.0 * self.numbers.size / self.pixels, self.pixels
         lay_blocks(
-            self.ground, self.match, self.numbers, self.weights, usage, self.blocks, part, near, reaches, margin,
+            self.ground, self.match, self.numbers, self.weights, usage, self.blocks, part, near, reaches,
             self.seed, fits, pieces, scratch,
         )  # fmt: skip
         for n in range(count):
