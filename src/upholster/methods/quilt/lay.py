@@ -25,7 +25,6 @@ from upholster.methods.quilt._landmark_kernels import LandmarkUses
 from upholster.methods.quilt._lay_kernels import lay_blocks
 from upholster.methods.quilt._transfer_kernels import lay_transferred
 from upholster.methods.quilt.emit import LABEL_CELL
-from upholster.methods.quilt.finer import finer_blocks, take_away
 from upholster.methods.quilt.grid import BlockGrid
 from upholster.methods.quilt.landmarks import LandmarkRules, ShownBlocks
 from upholster.methods.quilt.masked import BLOCK, step_matrices
@@ -46,7 +45,6 @@ _TRANSFERRED = ("row", "column", "height", "width", "source_row", "source_column
 def lay_chart(
     index: int,
     grid: BlockGrid,
-    finer: BlockGrid | None,
     transfer: BlockTransfer,
     finished: Sequence[ChartPlacements | None],
     match_pyramid: MatchPyramid,
@@ -70,8 +68,8 @@ def lay_chart(
 
     Parameters
     ----------
-    index, grid, finer
-        The chart, where its blocks lie, and its smaller ones where courses end; None: none.
+    index, grid
+        The chart, and where its blocks lie.
     transfer, finished
         How blocks get from chart to chart, and the overhangs of finished charts, None elsewhere.
     match_pyramid, usage, weights, shortlist
@@ -103,16 +101,14 @@ def lay_chart(
     """
     around = transfer.closed_around(index)
     opened = grid.opened({edge for edge, *_ in around})
-    # Smaller blocks beyond an edge would not lie truly there, so that large ones reach no farther.
-    need = (finer or grid).need(transfer.open_sides(index, finished) | opened)
+    need = grid.need(transfer.open_sides(index, finished) | opened)
     parts = grid.parts(need, opened)
     blocks = grid.blocks(need)
     if phases is not None:
         wanted = phases.at(index, blocks[:, ROW].astype(np.float64), blocks[:, COLUMN].astype(np.float64))
         blocks[:, PHASE : PHASE + len(wanted)] = wanted.T
     blocks = _in_order(blocks, np.concatenate([part.blocks for part in parts]))
-    over = finer_blocks(index, grid, finer, need, phases)
-    uses = landmarks.uses(index, np.concatenate([blocks, over]), grid.level, grid.across(need), shown)
+    uses = landmarks.uses(index, blocks, grid.level, grid.across(need), shown)
     layer = _ChartLayer.of(
         index, grid, need, blocks, match_pyramid, usage, uses, shortlist, symmetries, wrap, seed
     )
@@ -131,13 +127,10 @@ def lay_chart(
         start = stop
     # Nothing changes any more along edges where the chart meets itself: both sides are laid.
     layer.close(around)
-    if finer is not None and len(over):
-        smaller = layer.finer(finer, over)
-        laid.append(smaller.lay_own(LayWeights(*weights.tolist()), 0, len(over), number + len(blocks)))
     whole = replace(joined(laid), bounds=need)
     if effort:
         refine = refine_tile if wrap else refine_chart
-        whole = refine(layer.laid_chart(weights, phases, number + len(over)), whole, effort)
+        whole = refine(layer.laid_chart(weights, phases, number), whole, effort)
     if wrap:
         whole = wrapped(whole, grid.chart, rim=2 * LABEL_CELL)
     return whole, layer.usage, landmarks.shown(uses)
@@ -245,22 +238,6 @@ class _ChartLayer:
             self.state,
             phases,
             number + len(self.blocks),
-        )
-
-    def finer(self, grid: BlockGrid, blocks: IntArray) -> "_ChartLayer":
-        """Return the same chart as smaller blocks are laid on it, for which what it shows is taken away."""
-        take_away(self.canvas.covered, self.numbers, grid, blocks)
-        numbers = self.numbers._replace(
-            block_height=grid.height, block_width=grid.width, across=grid.across(self.need)
-        )
-        return replace(
-            self,
-            grid=grid,
-            numbers=numbers,
-            blocks=blocks,
-            cells=np.empty((len(blocks), grid.cells), np.uint8),
-            uses=self.uses._replace(before=self.uses.before + len(self.blocks)),
-            scratch=LayScratch.of(numbers, self.usage),
         )
 
     def lay_own(self, weights: LayWeights, start: int, stop: int, number: int) -> ChartPlacements:

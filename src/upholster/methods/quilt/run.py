@@ -17,7 +17,6 @@ from upholster.charts.transitions import Transition, transitions
 from upholster.errors import InputError
 from upholster.geometry import Surface
 from upholster.methods.quilt._phase_kernels import MISFIT
-from upholster.methods.quilt.finer import finer_grids
 from upholster.methods.quilt.grid import BlockGrid, coarse_cells
 from upholster.methods.quilt.landmarks import LandmarkRules, ShownBlocks
 from upholster.methods.quilt.lay import lay_chart
@@ -52,8 +51,6 @@ class QuiltRun:
         The charts in the order in which they are laid: those of one class side by side.
     grids
         Where each chart's own blocks lie.
-    finer
-        Smaller blocks of each chart where courses end, None where there are none.
     transfer
         How blocks get from chart to chart.
     match_pyramid
@@ -83,7 +80,6 @@ class QuiltRun:
     fields: tuple[WarpField, ...]
     classes: list[list[int]]
     grids: list[BlockGrid]
-    finer: list[BlockGrid | None]
     transfer: BlockTransfer
     match_pyramid: MatchPyramid
     weights: FloatArray
@@ -156,7 +152,6 @@ def lay_one(run: QuiltRun, n: int, number: int, so_far: Progressing) -> tuple[Ch
     laid, usage, shown = lay_chart(
         n,
         run.grids[n],
-        run.finer[n],
         run.transfer,
         so_far.overhangs,
         run.match_pyramid,
@@ -210,13 +205,12 @@ def planned(
     symmetries = _symmetries(options)
     # A quarter turn changes height and width.
     fitting = (min(shape), min(shape)) if options.rotate else shape
-    blocks = (() if phases is None else phases.blocks) or (options.block,) * len(charts)
-    coarse = coarse_cells(charts, fields, set(blocks), in_step=phases is not None)
+    coarse = coarse_cells(charts, fields, {options.block}, in_step=phases is not None)
     fit = partial(BlockGrid.of, overlap=options.overlap, copied=copied, wrap=wrap)
     grids = [
-        fit(chart, field, fitting, block, most=most, coarse=coarse[block])
-        for chart, field, block, most in zip(
-            charts, fields, blocks, _largest_blocks(charts, seams, turning), strict=True
+        fit(chart, field, fitting, options.block, most=most, coarse=coarse[options.block])
+        for chart, field, most in zip(
+            charts, fields, _largest_blocks(charts, seams, turning), strict=True
         )
     ]
     lattice, surface_phases = (None, None) if phases is None else (phases.lattice, phases.surface)
@@ -253,7 +247,6 @@ def planned(
         fields,
         classes,
         grids,
-        finer_grids(grids, phases, fitting),
         transfer,
         match_pyramid,
         weights,

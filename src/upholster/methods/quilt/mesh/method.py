@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from upholster.charts.charted import ChartedSurface
 from upholster.charts.mesh_layout import GUTTER
-from upholster.charts.phases import MeshPhases, mesh_phases
+from upholster.charts.phases import PhaseField
 from upholster.charts.subdivision import Subdivided, subdivided
 from upholster.methods.quilt._block_kernels import LayNumbers, LayScratch, LayWeights, MatchImage, Span
 from upholster.methods.quilt._landmark_kernels import LandmarkUses
@@ -70,9 +70,6 @@ _MARGIN = 0.2
 """What a block leaves bare where it ends beside what is laid, in blocks: one that lies over it has room to
 cut on both sides."""
 
-_CELL = 0.25
-"""Side of a cell of the phases, in blocks."""
-
 _BLOCKS_PER_CALL = 64
 _BLOCKS_PER_MASKING = 256
 _FIRST_CELL = 6
@@ -116,7 +113,7 @@ def synthesize_mesh(
     options
         Parameters of the method.
     phases
-        Of a sample that repeats: its own phases; where it shall be is found here. None: not looked at.
+        Of a sample that repeats: its own phases, and those that the surface wants. None: not looked at.
     seed
         0 to 2^63 − 1; the same seed gives the same quilt whatever the number of threads.
     threads, progress
@@ -183,7 +180,8 @@ class _Laying:
     mesh: MeshArrays
     field: FieldArrays
     canvases: Canvases
-    phases: MeshPhases | None
+    phases: PhaseField | None
+    parent: IntArray
     match: MatchImage
     numbers: LayNumbers
     weights: LayWeights
@@ -236,7 +234,8 @@ class _Laying:
             mesh,
             field_arrays(fields, frame.texels, frame.level),
             canvases,
-            None if wanted is None else _phases(fine, wanted, scale, options.block),
+            None if wanted is None else wanted.surface,
+            fine.parent,
             level.match,
             numbers,
             LayWeights(options.evenness * variance, options.variety * variance, options.tolerance, phase),
@@ -275,7 +274,7 @@ class _Laying:
         self.centres = np.concatenate([self.centres, (centres.shares[:, :, None] * corners).sum(axis=1)])
         self.blocks = np.concatenate([self.blocks, np.zeros((count, FRAME_COLUMNS), np.int32)])
         if self.phases is not None:
-            wanted = self.phases.at(centres.triangles, self.centres[before:])
+            wanted = self.phases.at(self.parent[centres.triangles], self.centres[before:])
             self.blocks[before:, 3 : 3 + len(wanted)] = wanted.T
         self.masks = np.concatenate([self.masks, np.zeros((count, self.masks.shape[1]), np.uint8)])
         self._know(self.centres[before:])
@@ -486,11 +485,6 @@ class _Laying:
         placed = np.zeros(len(chart), BLOCK)
         placed["chart"], placed["row"], placed["column"] = chart, final[:, 0], final[:, 1]
         return self._matrices_at(placed)
-
-
-def _phases(fine: Subdivided, wanted: WantedPhases, scale: float, block: int) -> MeshPhases:
-    side = _CELL * block / scale
-    return mesh_phases(fine.surface, fine.vectors, scale, wanted.lattice.waves, side)
 
 
 def _working(chart: Chart, frame: Frame) -> Chart:
