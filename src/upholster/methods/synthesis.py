@@ -44,7 +44,7 @@ from upholster.quilt.chart import MAX_CHART, Chart
 from upholster.quilt.model import Quilt
 from upholster.quilt.painting import painted_charts
 from upholster.quilt.warp_field import WarpField
-from upholster.types import FloatArray, IntArray, PixelArray, Progress
+from upholster.types import IntArray, PixelArray, Progress
 
 __all__ = [
     "Prepared",
@@ -216,7 +216,9 @@ def prepare(
         phases = None
         lattice, weight = _lattice(exemplar, options, _FLAT_PHASE)
         if lattice is not None:
-            waves = whole_waves(lattice.waves, chart.height, chart.width) if options.tileable else lattice.waves
+            waves = (
+                whole_waves(lattice.waves, chart.height, chart.width) if options.tileable else lattice.waves
+            )
             phases = WantedPhases(lattice, StraightPhases(waves), weight)
         return Prepared((chart,), (), None, "", settled(options, QuiltOptions, block=block), None, phases)
     scale = _scale(exemplar, surface, options, None)
@@ -292,9 +294,7 @@ def _on_charts(
     )
 
 
-def _lattice(
-    exemplar: PixelArray, options: SynthesisOptions, weight: float
-) -> tuple[Lattice | None, float]:
+def _lattice(exemplar: PixelArray, options: SynthesisOptions, weight: float) -> tuple[Lattice | None, float]:
     # What repeats in a sample, if it counts, and what it costs to be out of phase, by default `weight`.
     weight = weight if options.phase is None else options.phase
     return find_lattice(exemplar) if weight > 0 else None, weight

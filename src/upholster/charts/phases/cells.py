@@ -96,9 +96,7 @@ class PhaseField:
         return float(missing[order[min(at, len(order) - 1)]])
 
 
-def phase_field(
-    surface: ChartedSurface, vectors: FloatArray, scale: float, waves: FloatArray
-) -> PhaseField:
+def phase_field(surface: ChartedSurface, vectors: FloatArray, scale: float, waves: FloatArray) -> PhaseField:
     """Find the phases that follow a surface's directions best.
 
     Over an edge at which directions jump by quarter turns a wave goes on as its opposite or as another one;
@@ -193,7 +191,9 @@ def _links(
     return Links(first.astype(np.int32), second.astype(np.int32), here, there, weights, goes_on)
 
 
-def _edges(corners: FloatArray, triangle: IntArray, edge: IntArray) -> tuple[FloatArray, FloatArray]:
+def _edges(
+    corners: FloatArray, triangle: NDArray[np.integer], edge: NDArray[np.integer]
+) -> tuple[FloatArray, FloatArray]:
     # Middles of triangles' edges, and the ways along them.
     start, stop = corners[triangle, edge], corners[triangle, (edge + 1) % 3]
     return 0.5 * (start + stop), stop - start

@@ -209,9 +209,7 @@ def planned(
     fit = partial(BlockGrid.of, overlap=options.overlap, copied=copied, wrap=wrap)
     grids = [
         fit(chart, field, fitting, options.block, most=most, coarse=coarse[options.block])
-        for chart, field, most in zip(
-            charts, fields, _largest_blocks(charts, seams, turning), strict=True
-        )
+        for chart, field, most in zip(charts, fields, _largest_blocks(charts, seams, turning), strict=True)
     ]
     lattice, surface_phases = (None, None) if phases is None else (phases.lattice, phases.surface)
     match_pyramid = MatchPyramid.of(exemplar, max(grid.level for grid in grids), lattice)

@@ -14,10 +14,7 @@ _LEAST = 16
 _ACROSS = 16
 """Blocks across a surface, about: fewer can not follow its curves."""
 
-_STEP = 0.7
-"""Of a block's side, from one block to the next."""
-
-_SHARE = 0.9
+_SHARE = 0.98
 """Of the surface, on which blocks stay in step. On the rest are the ends of courses, where none can be."""
 
 _LEAST_PERIODS = 0.75
@@ -29,7 +26,7 @@ def block_side(exemplar: PixelArray, across: float, phases: PhaseField | None) -
 
     It suits the sample's structure, is no larger than a sixteenth of the surface, and small enough for blocks
     to keep a repeating texture in step: inside a block it has its true scale, and from one to the next the
-    wanted phase makes up for what courses are stretched by, a quarter of a turn at most.
+    wanted phase makes up for what courses are stretched by, less than a quarter of a turn.
 
     Parameters
     ----------
@@ -48,6 +45,6 @@ def block_side(exemplar: PixelArray, across: float, phases: PhaseField | None) -
     side = min(float(block_size(exemplar)), max(across / _ACROSS, _LEAST))
     if phases is not None:
         period = 1 / float(np.sqrt((phases.waves**2).sum(axis=1).max()))
-        in_step = 0.25 / max(phases.strain(_SHARE), 1e-9) / _STEP
+        in_step = 0.25 / max(phases.strain(_SHARE), 1e-9)
         side = min(side, max(in_step, _LEAST_PERIODS * period, _LEAST))
     return max(_LEAST, 4 * int(side / 4))
