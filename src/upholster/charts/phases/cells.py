@@ -19,10 +19,10 @@ __all__ = ["TURN", "PhaseField", "phase_field"]
 TURN = 65536
 """Units of a phase in a turn: phases are int16, and wrap as they do."""
 
-_SIDE = 0.4
+_SIDE = 0.7
 """Side of a cell, in periods of the fastest wave: where courses end, they do so within two."""
 
-_MOST_CELLS = 4096
+_MOST_CELLS = 8192
 """Of a surface, about: more take time, and show no more."""
 
 _LONGEST = 1.5

@@ -14,7 +14,7 @@ _LEAST = 16
 _ACROSS = 16
 """Blocks across a surface, about: fewer can not follow its curves."""
 
-_SHARE = 0.98
+_SHARE = 0.95
 """Of the surface, on which blocks stay in step. On the rest are the ends of courses, where none can be."""
 
 _LEAST_PERIODS = 0.75
