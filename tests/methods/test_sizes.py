@@ -24,8 +24,8 @@ def test_a_block_suits_the_sample_where_nothing_is_stretched():
 
 
 def test_a_block_is_no_larger_than_a_small_surface_allows():
-    assert block_side(SAMPLE, 16 * 26.0, None) == 24
-    assert block_side(SAMPLE, 40.0, None) == 16
+    assert block_side(SAMPLE, 24 * 26.0, None) == 24
+    assert block_side(SAMPLE, 40.0, None) == 20
 
 
 @pytest.mark.parametrize(("strain", "side"), [(0.25 / 33, 32), (0.25 / 28.5, 28), (1.0, 20)])
@@ -33,5 +33,7 @@ def test_a_block_is_in_step_with_the_next_but_holds_three_quarters_of_a_period(s
     assert block_side(SAMPLE, 5000.0, stretched(strain)) == side
 
 
-def test_no_block_is_smaller_than_sixteen_pixels():
-    assert block_side(SAMPLE, 5000.0, stretched(1.0, np.array([(1 / 7, 0)]))) == 16
+def test_blocks_are_smaller_than_twenty_pixels_only_where_the_sample_is_small():
+    assert block_side(SAMPLE, 5000.0, stretched(1.0, np.array([(1 / 7, 0)]))) == 20
+    small = SAMPLE[:32, :32]
+    assert block_side(small, 5000.0, stretched(1.0)) == block_size(small) < 20

@@ -8,13 +8,13 @@ from upholster.types import PixelArray
 
 __all__ = ["block_side"]
 
-_LEAST = 16
-"""Pixels of a block at least: smaller ones show as pieces of elements in several colours."""
+_LEAST = 20
+"""Pixels of a block, where its sample allows: smaller ones take more bytes, and nobody sees them."""
 
-_ACROSS = 16
+_ACROSS = 24
 """Blocks across a surface, about: fewer can not follow its curves."""
 
-_SHARE = 0.95
+_SHARE = 0.96
 """Of the surface, on which blocks stay in step. On the rest are the ends of courses, where none can be."""
 
 _LEAST_PERIODS = 0.75
@@ -24,7 +24,7 @@ _LEAST_PERIODS = 0.75
 def block_side(exemplar: PixelArray, across: float, phases: PhaseField | None) -> int:
     """Return the side of a surface's blocks.
 
-    It suits the sample's structure, is no larger than a sixteenth of the surface, and small enough for blocks
+    It suits the sample's structure, is no larger than a 24th of the surface, and small enough for blocks
     to keep a repeating texture in step: inside a block it has its true scale, and from one to the next the
     wanted phase makes up for what courses are stretched by, less than a quarter of a turn.
 
@@ -42,9 +42,9 @@ def block_side(exemplar: PixelArray, across: float, phases: PhaseField | None) -
     int
         In exemplar pixels, a multiple of 4.
     """
-    side = min(float(block_size(exemplar)), max(across / _ACROSS, _LEAST))
+    most = across / _ACROSS
     if phases is not None:
         period = 1 / float(np.sqrt((phases.waves**2).sum(axis=1).max()))
         in_step = 0.25 / max(phases.strain(_SHARE), 1e-9)
-        side = min(side, max(in_step, _LEAST_PERIODS * period, _LEAST))
-    return max(_LEAST, 4 * int(side / 4))
+        most = min(most, max(in_step, _LEAST_PERIODS * period))
+    return min(block_size(exemplar), 4 * int(max(most, _LEAST) / 4))
