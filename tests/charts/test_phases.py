@@ -210,7 +210,5 @@ def test_the_nearest_part_is_one_of_the_triangles_own():
     middles = np.array([(0.0, 0, 0), (1, 0, 0), (2, 0, 0), (0, 1, 0)])
     out = np.empty(3, np.int32)
     points = np.array([(1.9, 0, 0), (1.9, 0, 0), (0.4, 0, 0)])
-    nearest_parts(
-        np.array([0, 2, 4], np.int32), middles, np.array([0, 1, 0], np.int32), points, out
-    )
+    nearest_parts(np.array([0, 2, 4], np.int32), middles, np.array([0, 1, 0], np.int32), points, out)
     assert out.tolist() == [1, 2, 0]

@@ -11,6 +11,7 @@ from functools import partial
 
 import numpy as np
 
+from upholster.charts.phases import PhaseField
 from upholster.charts.schedule import schedule
 from upholster.charts.seams import ChartSeam, find_seams
 from upholster.charts.transitions import Transition, transitions
@@ -212,6 +213,7 @@ def planned(
         for chart, field, most in zip(charts, fields, _largest_blocks(charts, seams, turning), strict=True)
     ]
     lattice, surface_phases = (None, None) if phases is None else (phases.lattice, phases.surface)
+    assert not isinstance(surface_phases, PhaseField)
     match_pyramid = MatchPyramid.of(exemplar, max(grid.level for grid in grids), lattice)
     onto: list[list[Transition]] = [[] for _ in charts]
     around: list[list[Transition]] = [[] for _ in charts]

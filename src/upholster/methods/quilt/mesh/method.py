@@ -45,7 +45,7 @@ from upholster.methods.quilt.mesh.footprints import (
 from upholster.methods.quilt.mesh.frames import Frame, Lot, enter_frame, frame_span
 from upholster.methods.quilt.mesh.refinement import RefinedMesh, dearest, larger_frame, refine_lot
 from upholster.methods.quilt.options import QuiltOptions
-from upholster.methods.quilt.phases import WantedPhases
+from upholster.methods.quilt.phases import StraightPhases, WantedPhases
 from upholster.methods.quilt.transfer import ChartPlacements
 from upholster.parallel import check_running, run_tasks
 from upholster.quilt.chart import Chart
@@ -127,7 +127,7 @@ def synthesize_mesh(
     working = tuple(_working(chart, frame) for chart in charts)
     mesh = mesh_arrays(fine, frame.texels, options.crease, fold, turns[fine.parent])
     laying = _Laying.of(
-        exemplar, surface, charts, fields, fine, working, mesh, frame, scale, options, phases, seed, threads
+        exemplar, surface, charts, fields, fine, working, mesh, frame, options, phases, seed, threads
     )
     margin = max(2 * frame.cell, int(_MARGIN * frame.size + 0.5))
     laying.lay(laying.grid_centres(), margin, progress)
@@ -208,7 +208,6 @@ class _Laying:
         working: Sequence[Chart],
         mesh: MeshArrays,
         frame: Frame,
-        scale: float,
         options: QuiltOptions,
         wanted: WantedPhases | None,
         seed: int,
@@ -224,6 +223,8 @@ class _Laying:
         scratch = LayScratch.of(numbers, usage)
         enter_frame(scratch.texels)
         variance = pyramid.variance
+        surface_phases = None if wanted is None else wanted.surface
+        assert not isinstance(surface_phases, StraightPhases)
         phase = 0.0 if wanted is None else wanted.weight * variance / MISFIT
         return cls(
             surface,
@@ -234,7 +235,7 @@ class _Laying:
             mesh,
             field_arrays(fields, frame.texels, frame.level),
             canvases,
-            None if wanted is None else wanted.surface,
+            surface_phases,
             fine.parent,
             level.match,
             numbers,
