@@ -22,10 +22,10 @@ TURN = 65536
 _SIDE = 0.7
 """Side of a cell, in periods of the fastest wave: where courses end, they do so within two."""
 
-_MOST_CELLS = 8192
+_MOST_CELLS = 6000
 """Of a surface, about: more take time, and show no more."""
 
-_LONGEST = 1.5
+_LONGEST = 2.5
 """Edge of a triangle, in sides of a cell."""
 
 _JUMP = 0.5
