@@ -1,7 +1,6 @@
 """From an exemplar and a surface to a quilt: the one place that settles layout, scale, direction, method."""
 
 import secrets
-from collections.abc import Callable
 from dataclasses import dataclass
 from numbers import Integral
 from typing import Any, cast
@@ -22,19 +21,20 @@ from upholster.charts.mesh_directions import (
 )
 from upholster.charts.mesh_layout import mesh_charts, mesh_fields, triangle_frames
 from upholster.charts.mesh_turns import chart_turns
-from upholster.charts.phases import StraightPhases
+from upholster.charts.phases import phase_field
 from upholster.errors import InputError
 from upholster.geometry import AnySurface, MeshSurface, Surface
 from upholster.image import Material, check_exemplar
 from upholster.image.source import Source, as_exemplar
-from upholster.lattice import find_lattice
+from upholster.lattice import Lattice, find_lattice
 from upholster.lengths import parse_length
 from upholster.methods.paper.coefficients import keep_coefficients
 from upholster.methods.paper.method import PaperOptions, synthesize_paper
 from upholster.methods.pixel.method import PixelOptions, check_sample, synthesize_pixel
 from upholster.methods.quilt.method import synthesize_quilt
 from upholster.methods.quilt.options import QuiltOptions
-from upholster.methods.quilt.phases import Phases, WantedPhases, whole_waves
+from upholster.methods.quilt.phases import StraightPhases, WantedPhases, whole_waves
+from upholster.methods.quilt.sizes import block_side
 from upholster.methods.quilt.structure import block_size
 from upholster.options import SynthesisOptions, chosen, settled
 from upholster.parallel import check_running
@@ -42,7 +42,7 @@ from upholster.quilt.chart import MAX_CHART, Chart
 from upholster.quilt.model import Quilt
 from upholster.quilt.painting import painted_charts
 from upholster.quilt.warp_field import WarpField
-from upholster.types import FloatArray, IntArray, PixelArray, Progress
+from upholster.types import IntArray, PixelArray, Progress
 
 __all__ = [
     "Prepared",
@@ -58,18 +58,12 @@ __all__ = [
 _ROUND = 1.25
 """A chart that meets itself is so many blocks round, at least."""
 
-_BLOCKS = 8
-"""Blocks across a surface, at least, where their size is not asked for: fewer can not follow its curves."""
-
-_SURFACE_PHASE, _MESH_PHASE, _FLAT_PHASE = 8.0, 2.0, 0.5
+_SURFACE_PHASE, _FLAT_PHASE = 2.0, 0.5
 """What it costs to be out of phase where nothing else is asked for: on a surface courses do not close by
 themselves."""
 
 _MOST_OCTAVES = 6
 """Texels for a step are 2^6 each way at most, as in `Quilt.density`."""
-
-_MESH_BLOCKS = 36
-"""The same on meshes, which bend more."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -216,14 +210,15 @@ def prepare(
         chart = _flat_chart(surface, *options.texels)
         block = _wanted_block(exemplar, options)
 
-        def straight(waves: FloatArray) -> StraightPhases:
-            return StraightPhases(
-                whole_waves(waves, chart.height, chart.width) if options.tileable else waves
+        phases = None
+        lattice, weight = _lattice(exemplar, options, _FLAT_PHASE)
+        if lattice is not None:
+            waves = (
+                whole_waves(lattice.waves, chart.height, chart.width) if options.tileable else lattice.waves
             )
-
-        phases = _phases(exemplar, options, straight, _FLAT_PHASE)
+            phases = WantedPhases(lattice, StraightPhases(waves), weight)
         return Prepared((chart,), (), None, "", settled(options, QuiltOptions, block=block), None, phases)
-    scale, block = _scale(exemplar, surface, options, None)
+    scale = _scale(exemplar, surface, options, None)
     density = _texels_a_step(scale)
     steps = scale.density / density
     charts = density_layout(surface, density=steps, largest=max(1, int(largest / density)))
@@ -233,10 +228,7 @@ def prepare(
         else parse_direction(cast(str | Vectors, options.direction))
     )
     charted = charted_patches(surface, charts)
-    phases = _phases(exemplar, options, lambda _: None, _MESH_PHASE)
-    return _on_charts(
-        charted, options, scale, block, phases, density, _on_patches(charted, wanted), wanted.text
-    )
+    return _on_charts(exemplar, charted, options, scale, density, _on_patches(charted, wanted), wanted.text)
 
 
 def _on_patches(charted: ChartedSurface, wanted: Direction) -> MeshDirection:
@@ -256,27 +248,34 @@ def _on_patches(charted: ChartedSurface, wanted: Direction) -> MeshDirection:
 
 
 def _on_charts(
+    exemplar: PixelArray,
     charted: ChartedSurface,
     options: SynthesisOptions,
     scale: TextureScale,
-    block: int,
-    phases: WantedPhases | None,
     density: float,
     direction: Any,
     text: str,
     field: MeshField | None = None,
 ) -> Prepared:
     mesh = charted.mesh
+    lattice, weight = _lattice(exemplar, options, _SURFACE_PHASE)
     field = field or mesh_directions(
         mesh,
         direction,
         strokes=options.stroke,
         crease=default_crease(mesh) if options.crease is None else options.crease,
-        lattice=phases is not None,
+        lattice=lattice is not None,
     )
     along, down = triangle_frames(mesh, field.corner_vectors)
     turns = chart_turns(charted, along, field.fold)
     fields = mesh_fields(charted, along, down, scale.scale, turns, field.corner_vectors)
+    surface_phases, phases, block = None, None, options.block
+    if lattice is not None:
+        surface_phases = phase_field(charted, field.corner_vectors, scale.scale, lattice.waves)
+        phases = WantedPhases(lattice, surface_phases, weight)
+    if block is None:
+        across = float(np.sqrt(scale.texels)) / scale.density * scale.scale
+        block = block_side(exemplar, across, surface_phases)
     own = settled(options, QuiltOptions, block=block)
     return Prepared(
         charted.charts,
@@ -292,16 +291,10 @@ def _on_charts(
     )
 
 
-def _phases(
-    exemplar: PixelArray,
-    options: SynthesisOptions,
-    find: Callable[[FloatArray], Phases | None],
-    weight: float = _SURFACE_PHASE,
-) -> WantedPhases | None:
-    # Where a sample that repeats shall be in its periods: for its waves `find` tells.
+def _lattice(exemplar: PixelArray, options: SynthesisOptions, weight: float) -> tuple[Lattice | None, float]:
+    # What repeats in a sample, if it counts, and what it costs to be out of phase, by default `weight`.
     weight = weight if options.phase is None else options.phase
-    lattice = find_lattice(exemplar) if weight > 0 else None
-    return None if lattice is None else WantedPhases(lattice, find(lattice.waves), weight)
+    return find_lattice(exemplar) if weight > 0 else None, weight
 
 
 def _prepare_mesh(
@@ -312,11 +305,10 @@ def _prepare_mesh(
     if isinstance(options.texels, tuple):
         width, height = options.texels
         raise InputError(f"texels is {width}x{height} on a mesh; allowed there: a number")
-    for name in ("mirror", "rotate", "warp"):
+    for name in ("mirror", "rotate"):
         if getattr(options, name):
             raise InputError(f"{name} is given on a mesh; allowed: {name} on a surface of patches")
-    scale, block = _scale(exemplar, surface, options, surface.mesh.metres)
-    phases = _phases(exemplar, options, lambda _: None, _MESH_PHASE)  # which `synthesize_mesh` finds
+    scale = _scale(exemplar, surface, options, surface.mesh.metres)
     density = _texels_a_step(scale)
     charted = charted_mesh(surface, mesh_charts(surface, scale.density / density))
     text = options.direction
@@ -324,7 +316,7 @@ def _prepare_mesh(
         text = "strokes" if options.stroke else default_mesh_direction(surface.mesh)
     elif not isinstance(text, str):
         text = getattr(text, "__name__", "vectors")
-    return _on_charts(charted, options, scale, block, phases, density, options.direction, text, field)
+    return _on_charts(exemplar, charted, options, scale, density, options.direction, text, field)
 
 
 def _texels_a_step(scale: TextureScale) -> float:
@@ -342,22 +334,16 @@ def _wanted_block(exemplar: PixelArray, options: SynthesisOptions) -> int:
 
 def _scale(
     exemplar: PixelArray, surface: AnySurface, options: SynthesisOptions, metres: float | None
-) -> tuple[TextureScale, int]:
-    """Return sizes of texels and sample, and the side of a block, on a surface whose unit may be known."""
-    block = _wanted_block(exemplar, options)
-    scale = texture_scale(
+) -> TextureScale:
+    """Return sizes of texels and sample on a surface whose unit may be known."""
+    return texture_scale(
         surface,
         exemplar.shape[1],
         sample_size=sample_width(exemplar, options, metres),
         density=options.density,
         texels=cast(int | None, options.texels),
-        block=block,
+        block=_wanted_block(exemplar, options),
     )
-    if options.block is None:
-        across = np.sqrt(scale.texels) / scale.density * scale.scale  # the surface, in exemplar pixels
-        least, count = (24, _MESH_BLOCKS) if isinstance(surface, MeshSurface) else (16, _BLOCKS)
-        block = min(block, max(least, 4 * int(across / count / 4)))
-    return scale, block
 
 
 def sample_width(exemplar: PixelArray, options: SynthesisOptions, metres: float | None) -> float | None:
