@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 
 from upholster.charts.mesh_layout import chart_places
 from upholster.charts.seams import find_seams
+from upholster.charts.tessellation import tessellate
 from upholster.geometry import MeshSurface, Surface, TriangleMesh
 from upholster.geometry.triangle_mesh import welded
-from upholster.model.mesh import tessellate
 from upholster.quilt.chart import Chart
 from upholster.types import FloatArray, IntArray
 

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.charts.seams import ChartSeam, find_seams
+from upholster.charts.tessellation.grids import EPS, ChartGrid, chart_grids
+from upholster.charts.tessellation.junctions import Junctions, cell_fans, find_junctions, weld
 from upholster.errors import InputError
 from upholster.geometry import Face, Surface
-from upholster.model.grids import EPS, ChartGrid, chart_grids
-from upholster.model.junctions import Junctions, cell_fans, find_junctions, weld
 from upholster.quilt.chart import Chart
 from upholster.types import FloatArray, IntArray, frozen_array
 
