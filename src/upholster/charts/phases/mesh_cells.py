@@ -120,15 +120,19 @@ def _links(
 ) -> Links:
     # A link for each two cells that share edges.
     mesh = surface.mesh
-    triangle, edge = np.nonzero(mesh.neighbours > 3 * np.arange(len(cell))[:, None] + 2)
-    other = mesh.neighbours[triangle, edge] // 3
+    triangle, edge = np.nonzero(surface.across > 3 * np.arange(len(cell))[:, None] + 2)
+    other, met = np.divmod(surface.across[triangle, edge], 3)
     apart = cell[triangle] != cell[other]
-    triangle, edge, other = triangle[apart], edge[apart], other[apart]
-    ends = mesh.corners[triangle, edge], mesh.corners[triangle, (edge + 1) % 3]
-    middle, tangent = 0.5 * (ends[0] + ends[1]), ends[1] - ends[0]
+    triangle, edge, other, met = triangle[apart], edge[apart], other[apart], met[apart]
     # All edges between two cells are one link, from the lower cell on.
     back = cell[triangle] > cell[other]
     triangle, other = np.where(back, other, triangle), np.where(back, triangle, other)
+    edge, met = np.where(back, met, edge), np.where(back, edge, met)
+    ends = mesh.corners[triangle, edge], mesh.corners[triangle, (edge + 1) % 3]
+    tangent = ends[1] - ends[0]
+    # Beyond the edge of a tile its middle lies at the other end.
+    sides = (triangle, edge), (other, met)
+    middle, beyond = (0.5 * (mesh.corners[of, k] + mesh.corners[of, (k + 1) % 3]) for of, k in sides)
     a, b = cell[triangle], cell[other]
     keys, number = np.unique(a * np.int64(len(centres)) + b, return_inverse=True)
     first, second = np.divmod(keys, len(centres))
@@ -138,7 +142,7 @@ def _links(
     real = (before * after).sum(axis=1) / length
     imaginary = (before[:, 1] * after[:, 0] - before[:, 0] * after[:, 1]) / length
     here = _product(0.5 * (axes[a] + own[triangle]), middle - centres[a]) * length[:, None]
-    there = _product(0.5 * (axes[b] + own[other]), centres[b] - middle) * length[:, None]
+    there = _product(0.5 * (axes[b] + own[other]), centres[b] - beyond) * length[:, None]
     whole = np.bincount(number, length, len(keys))
     sums = [np.bincount(number, of, len(keys)) / whole for of in (*here.T, *there.T, real, imaginary)]
     here, there = np.stack(sums[:2], axis=1), np.stack(sums[2:4], axis=1)

@@ -5,6 +5,21 @@ puts them together.
 """
 
 from upholster.charts.tessellation.grids import connected
-from upholster.charts.tessellation.mesh import MAX_QUADS, Mesh, face_parameters, own_patches, tessellate
+from upholster.charts.tessellation.mesh import (
+    MAX_QUADS,
+    Mesh,
+    face_parameters,
+    own_patches,
+    tessellate,
+    tessellate_by_bends,
+)
 
-__all__ = ["MAX_QUADS", "Mesh", "connected", "face_parameters", "own_patches", "tessellate"]
+__all__ = [
+    "MAX_QUADS",
+    "Mesh",
+    "connected",
+    "face_parameters",
+    "own_patches",
+    "tessellate",
+    "tessellate_by_bends",
+]

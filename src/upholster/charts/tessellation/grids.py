@@ -1,7 +1,11 @@
-"""How many quadrilaterals each chart gets, and where its rows and columns of vertices lie."""
+"""How many quadrilaterals each chart gets, and where its rows and columns of vertices lie.
+
+By texels (`even_counts`), as files for renderers have them, or as the surface bends (`bent_counts`).
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from math import ceil
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,7 +15,7 @@ from upholster.geometry import Surface
 from upholster.quilt.chart import Chart
 from upholster.types import FloatArray
 
-__all__ = ["EPS", "ChartGrid", "chart_grids", "connected"]
+__all__ = ["EPS", "ChartGrid", "bent_counts", "chart_grids", "connected", "even_counts"]
 
 EPS = 1e-6
 """Places on a chart's edge closer than this share of its length are one."""
@@ -22,6 +26,15 @@ LEAST_SHARE = 4
 
 RING = 4
 """A chart across so many patches or more, which may close to a ring, gets so many quadrilaterals at least."""
+
+ASIDE = 0.5
+"""Steps by which a place on a triangle may be off, about."""
+
+CHANGE = 0.3
+"""By how much of themselves steps may change over a triangle, in length or direction: 0.3 is 17°."""
+
+SAMPLES, MOST_SAMPLED = 8, 32
+"""Intervals of each patch in which bends are looked for, and of at most so many patches."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -58,18 +71,15 @@ class ChartGrid:
         return self.first + (last * width if edge == 2 else 0) + np.arange(width)
 
 
-def chart_grids(
-    surface: Surface, charts: Sequence[Chart], seams: Sequence[ChartSeam], quads: int
-) -> list[ChartGrid]:
-    """Share out about `quads` quadrilaterals, see `tessellate`: a grid for each chart."""
-    sizes = np.array([(chart.height, chart.width) for chart in charts], np.float64)
-    wanted = _agreed(sizes, seams)
-    # What is exactly between two numbers rounds alike on any machine.
-    wanted = np.round(wanted * np.sqrt(quads / wanted.prod(axis=1).sum()), 9)
-    least = int((quads / len(surface.patches)) ** 0.5) // LEAST_SHARE
+def chart_grids(surface: Surface, charts: Sequence[Chart], counts: FloatArray, least: int) -> list[ChartGrid]:
+    """Return a grid for each chart, of about `counts` intervals down and to the right, (charts, 2).
+
+    So many intervals as `least` lie in each patch, and patches end where intervals do. Where it is 0 that
+    holds only where derivatives jump.
+    """
     grids: list[ChartGrid] = []
     first = first_quad = 0
-    for chart, cells in zip(charts, wanted.tolist(), strict=True):
+    for chart, cells in zip(charts, counts.tolist(), strict=True):
         face = surface.faces[chart.face]
         rows, columns = (
             size * _breaks(low, high, range(count + 1) if least else jumps, number, least)
@@ -82,6 +92,69 @@ def chart_grids(
         first += grids[-1].vertices
         first_quad += (len(rows) - 1) * (len(columns) - 1)
     return grids
+
+
+def even_counts(
+    surface: Surface, charts: Sequence[Chart], seams: Sequence[ChartSeam], quads: int
+) -> tuple[FloatArray, int]:
+    """Share out about `quads` quadrilaterals by texels: counts and `least` as `chart_grids` takes them."""
+    sizes = np.array([(chart.height, chart.width) for chart in charts], np.float64)
+    label = _sides_that_meet(sizes, seams)
+    mean = np.bincount(label, sizes.ravel()) / np.maximum(np.bincount(label), 1)
+    wanted = mean[label].reshape(-1, 2)
+    # What is exactly between two numbers rounds alike on any machine.
+    wanted = np.round(wanted * np.sqrt(quads / wanted.prod(axis=1).sum()), 9)
+    spans = np.array([(chart.s1 - chart.s0, chart.t1 - chart.t0) for chart in charts])
+    wanted = np.maximum(wanted, np.minimum(spans, RING))
+    return wanted, int((quads / len(surface.patches)) ** 0.5) // LEAST_SHARE
+
+
+def bent_counts(
+    surface: Surface, charts: Sequence[Chart], seams: Sequence[ChartSeam]
+) -> tuple[FloatArray, int]:
+    """Return how many intervals each chart takes to be nearly linear: as `chart_grids` takes them.
+
+    Both the surface and the steps on it count: a plane whose parameters run unevenly is bent like a ball. A
+    triangle is fine enough if nothing on it lies farther than `ASIDE` steps from where it should be, and if
+    steps do not change by more than `CHANGE` of their length from one of its ends to the other.
+    """
+    sizes = np.array([(chart.height, chart.width) for chart in charts], np.float64)
+    bends = np.array([_bends(surface, chart) for chart in charts])
+    label = _sides_that_meet(sizes, seams)
+    most = np.zeros(len(label))
+    np.maximum.at(most, label, bends.ravel())
+    # As above: what is an integer but for rounding is that.
+    return np.maximum(1.0, np.ceil(np.round(most[label], 6))).reshape(-1, 2), 0
+
+
+def _bends(surface: Surface, chart: Chart) -> tuple[float, float]:
+    """Return into how many intervals down and to the right a chart is to be cut."""
+    face = surface.faces[chart.face]
+    counts = [
+        SAMPLES * max(1, min(MOST_SAMPLED, ceil(high - low)))
+        for low, high in ((chart.s0, chart.s1), (chart.t0, chart.t1))
+    ]
+    s, t = (
+        low + (high - low) * np.linspace(0.0, 1.0, count + 1)
+        for count, low, high in zip(counts, (chart.s0, chart.t0), (chart.s1, chart.t1), strict=True)
+    )
+    points = face.points_grid(s, t)
+    cells = float(np.prod(counts))
+    whole = np.linalg.norm(np.cross(np.diff(points, axis=0)[:, :-1], np.diff(points, axis=1)[:-1]), axis=2)
+    step = max(float(np.sqrt(whole.sum() / (chart.height * chart.width))), 1e-300)
+    wanted = []
+    for axis, count in enumerate(counts):
+        edges = np.diff(points, axis=axis)
+        second = np.linalg.norm(np.diff(edges, axis=axis), axis=2)
+        lengths = np.linalg.norm(edges, axis=2)
+        # Beside a pole edges are short: there only what is seen counts.
+        floor = 0.1 * float(lengths.mean())
+        change = second / np.maximum(np.take(lengths, range(count - 1), axis), max(floor, 1e-300))
+        by_place = np.sqrt(second.max() / (8 * ASIDE * step))
+        wanted.append(count * max(float(by_place), float(change.max()) / CHANGE))
+    twist = np.linalg.norm(np.diff(np.diff(points, axis=0), axis=1), axis=2).max() * cells
+    short = float(np.sqrt(twist / (4 * ASIDE * step * max(wanted[0], 1.0) * max(wanted[1], 1.0))))
+    return max(wanted[0], 1.0) * max(short, 1.0), max(wanted[1], 1.0) * max(short, 1.0)
 
 
 def connected(count: int, pairs: NDArray[np.int64]) -> NDArray[np.int64]:
@@ -99,8 +172,8 @@ def connected(count: int, pairs: NDArray[np.int64]) -> NDArray[np.int64]:
             return label
 
 
-def _agreed(sizes: FloatArray, seams: Sequence[ChartSeam]) -> FloatArray:
-    """Return sizes (charts, 2) of which those that meet as a whole are one, their mean."""
+def _sides_that_meet(sizes: FloatArray, seams: Sequence[ChartSeam]) -> NDArray[np.int64]:
+    """Return one number for all sides, (charts · 2,), that meet as a whole; `sizes` (charts, 2) in texels."""
     pairs = [
         (2 * m.chart + axis, 2 * m.other_chart + other_axis)
         for m in seams
@@ -109,9 +182,7 @@ def _agreed(sizes: FloatArray, seams: Sequence[ChartSeam]) -> FloatArray:
         if m.stop - m.start > (1.0 - EPS) * sizes[m.chart, axis]
         and abs(m.other_stop - m.other_start) > (1.0 - EPS) * sizes[m.other_chart, other_axis]
     ]
-    label = connected(sizes.size, np.array(pairs, np.int64).reshape(-1, 2))
-    mean = np.bincount(label, sizes.ravel()) / np.maximum(np.bincount(label), 1)
-    return mean[label].reshape(-1, 2)
+    return connected(sizes.size, np.array(pairs, np.int64).reshape(-1, 2))
 
 
 def _breaks(low: float, high: float, lines: Sequence[int], wanted: float, least: int) -> FloatArray:
@@ -120,7 +191,6 @@ def _breaks(low: float, high: float, lines: Sequence[int], wanted: float, least:
     Lines between the two are among them, and so many intervals lie in each patch at least.
     """
     span = high - low
-    wanted = max(wanted, min(span, RING))
     inner = [(line - low) / span for line in lines if low + EPS < line < high - EPS]
     ends = np.array([0.0, *inner, 1.0])
     counts = np.diff(np.rint(max(1, round(wanted)) * ends))

@@ -83,7 +83,7 @@ def mesh_arrays(
     """
     surface, mesh = fine.surface, fine.surface.mesh
     along, down = triangle_frames(surface.mesh, fine.vectors)
-    across = mesh.neighbours.copy()
+    across = surface.across.copy()
     if crease is not None:
         normals = mesh.flat_normals
         across[(normals[:, None] * normals[across // 3]).sum(axis=2) <= np.cos(np.radians(crease))] = -1
@@ -137,7 +137,7 @@ def _crossings(surface: ChartedSurface, places: FloatArray) -> tuple[IntArray, F
     triangle, edge = np.nonzero(surface.is_seam)
     seam = np.full((len(mesh.triangles), 3), -1, np.int32)
     seam[triangle, edge] = np.arange(len(triangle))
-    other = mesh.neighbours[triangle, edge] // 3
+    other = surface.across[triangle, edge] // 3
     tangent = mesh.corners[triangle, (edge + 1) % 3] - mesh.corners[triangle, edge]
     tangent /= np.maximum(np.linalg.norm(tangent, axis=1), 1e-300)[:, None]
 
