@@ -25,11 +25,11 @@ from rich.table import Table
 
 from upholster.charts.covered import as_covered
 from upholster.charts.creases import CREASE, default_crease
-from upholster.charts.mesh_directions import (
+from upholster.charts.directions import (
     asked_at_corners,
     asked_by_strokes,
-    default_mesh_direction,
-    parse_mesh_direction,
+    default_direction,
+    parse_direction,
 )
 from upholster.charts.subdivision import subdivided
 from upholster.errors import UpholsterError
@@ -160,8 +160,8 @@ def _asked(mesh: TriangleMesh, options: SynthesisOptions, crease: float) -> Floa
     # At the triangles' corners (T, 3, 3); None: only the field knows.
     if options.stroke is not None:
         return asked_by_strokes(mesh, options.stroke, crease)
-    direction = cast(str | None, options.direction) or default_mesh_direction(mesh)
-    return asked_at_corners(mesh, parse_mesh_direction(direction), crease)
+    direction = cast(str | None, options.direction) or default_direction(mesh)
+    return asked_at_corners(mesh, parse_direction(direction), crease)
 
 
 def random_strokes(mesh: TriangleMesh, count: int) -> tuple[str, ...]:

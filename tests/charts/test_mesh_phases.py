@@ -3,8 +3,8 @@
 import numpy as np
 from tests.charts.meshes import torus
 
-from upholster.charts.mesh_layout import triangle_frames
 from upholster.charts.phases import TURN, mesh_phases
+from upholster.charts.warp_fields import triangle_frames
 from upholster.geometry import MeshSurface
 
 SCALE = 20.0

@@ -10,10 +10,11 @@ from tests.charts.test_mesh_layout import sheet
 
 from upholster.charts.directions import direction_fields, parse_direction
 from upholster.charts.layout import density_layout
-from upholster.charts.mesh_layout import mesh_charts, mesh_fields, triangle_frames
+from upholster.charts.mesh_layout import mesh_charts
 from upholster.charts.phases import PhaseField, StraightPhases, phase_field
 from upholster.charts.seams import find_seams
 from upholster.charts.transitions import transitions
+from upholster.charts.warp_fields import triangle_frames, warp_fields
 from upholster.errors import InputError
 from upholster.geometry import plane, sphere, torus
 from upholster.methods.quilt.mesh.method import synthesize_mesh
@@ -154,7 +155,7 @@ def sheet_run(exemplar, lattice, threads=1, phase=True):
     surface = sheet(0.0, 5.0)
     vectors = np.broadcast_to(np.array([1.0, 0.0, 0.0]), (len(surface.island), 3, 3)).copy()
     charts = mesh_charts(surface, 30.0)
-    fields = mesh_fields(surface, charts, *triangle_frames(surface, vectors), 30.0)
+    fields = warp_fields(surface, charts, *triangle_frames(surface, vectors), 30.0)
     wanted = WantedPhases(lattice, None, 2.0) if phase else None
     options = QuiltOptions(block=20, effort=0)
     return synthesize_mesh(

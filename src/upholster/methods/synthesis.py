@@ -2,7 +2,7 @@
 
 import secrets
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from numbers import Integral
 from typing import Any, cast
 
@@ -11,18 +11,20 @@ import numpy as np
 from upholster.charts.charted import ChartedSurface, charted_mesh, charted_patches
 from upholster.charts.covered import CoveredLike, as_covered
 from upholster.charts.creases import default_crease
-from upholster.charts.directions import Direction, Vectors, default_direction, parse_direction
-from upholster.charts.layout import TextureScale, density_layout, texture_scale, uniform_layout
-from upholster.charts.mesh_directions import (
-    MeshDirection,
-    MeshField,
-    TriangleVectors,
-    default_mesh_direction,
-    mesh_directions,
+from upholster.charts.directions import (
+    Direction,
+    DirectionField,
+    default_direction,
+    default_on_patches,
+    direction_field,
+    parse_direction,
+    told_on_patches,
 )
-from upholster.charts.mesh_layout import mesh_charts, mesh_fields, triangle_frames
-from upholster.charts.mesh_turns import chart_turns
+from upholster.charts.layout import TextureScale, density_layout, texture_scale, uniform_layout
+from upholster.charts.mesh_layout import mesh_charts
 from upholster.charts.phases import StraightPhases
+from upholster.charts.turns import chart_turns
+from upholster.charts.warp_fields import triangle_frames, warp_fields
 from upholster.errors import InputError
 from upholster.geometry import AnySurface, MeshSurface, Surface
 from upholster.image import Material, check_exemplar
@@ -95,7 +97,7 @@ class Prepared:
     phases
         Where in its periods a sample that repeats shall be; None: it does not, or that is not asked for.
     turns
-        (T,) on a mesh, quarter turns from the warp fields to that: see `upholster.charts.mesh_turns`.
+        (T,) on a mesh, quarter turns from the warp fields to that: see `upholster.charts.turns`.
     turning
         Charts about a corner of which the direction turns: their blocks are small.
     density
@@ -107,7 +109,7 @@ class Prepared:
     scale: TextureScale | None
     direction: str
     options: QuiltOptions | PaperOptions | PixelOptions
-    field: MeshField | None = None
+    field: DirectionField | None = None
     phases: WantedPhases | None = None
     turns: IntArray | None = None
     charted: ChartedSurface | None = None
@@ -190,7 +192,7 @@ def prepare(
     surface: AnySurface,
     options: SynthesisOptions,
     *,
-    field: MeshField | None = None,
+    field: DirectionField | None = None,
     largest: int = MAX_CHART,
 ) -> Prepared:
     """Settle what `synthesize` will do; parameters as there.
@@ -230,32 +232,13 @@ def prepare(
     density = _texels_a_step(scale)
     steps = scale.density / density
     charts = density_layout(surface, density=steps, largest=max(1, int(largest / density)))
-    wanted = (
-        default_direction(surface)
-        if options.direction is None
-        else parse_direction(cast(str | Vectors, options.direction))
-    )
     charted = charted_patches(surface, charts)
+    asked = options.direction
+    if asked is None:
+        asked = default_on_patches(surface, charted)
+    wanted = told_on_patches(surface, charted, parse_direction(cast(str, asked), patches=True))
     phases = _phases(exemplar, options, lambda _: None, _MESH_PHASE)
-    return _on_charts(
-        charted, options, scale, block, phases, density, _on_patches(charted, wanted), wanted.text
-    )
-
-
-def _on_patches(charted: ChartedSurface, wanted: Direction) -> MeshDirection:
-    # Along the charts' columns (u) or rows (v), or as on a mesh.
-    if not wanted.along or wanted.along == "level":
-        return MeshDirection(wanted.text, "level" if wanted.along else "vectors", vectors=wanted.vectors)
-    edges = (charted.mesh.corners[:, 1:] - charted.mesh.corners[:, :1]).transpose(0, 2, 1)
-    flat = (charted.places[:, 1:] - charted.places[:, :1]).transpose(0, 2, 1)
-    jacobian = edges @ np.linalg.inv(flat)  # (T, 3, 2)
-    own = jacobian[:, :, 1 if wanted.along == "u" else 0]
-    return MeshDirection(
-        wanted.text,
-        "vectors",
-        angle=wanted.angle,
-        vectors=TriangleVectors(charted.mesh.corners.mean(axis=1), own, wanted.text),
-    )
+    return _on_charts(charted, options, scale, block, phases, density, wanted)
 
 
 def _on_charts(
@@ -265,12 +248,11 @@ def _on_charts(
     block: int,
     phases: WantedPhases | None,
     density: float,
-    direction: Any,
-    text: str,
-    field: MeshField | None = None,
+    direction: Direction,
+    field: DirectionField | None = None,
 ) -> Prepared:
     mesh = charted.mesh
-    field = field or mesh_directions(
+    field = field or direction_field(
         mesh,
         direction,
         strokes=options.stroke,
@@ -279,13 +261,13 @@ def _on_charts(
     )
     along, down = triangle_frames(mesh, field.corner_vectors)
     turns = chart_turns(charted, along, field.fold)
-    fields = mesh_fields(charted, along, down, scale.scale, turns, field.corner_vectors)
+    fields = warp_fields(charted, along, down, scale.scale, turns, field.corner_vectors)
     own = settled(options, QuiltOptions, block=block)
     return Prepared(
         charted.charts,
         fields,
         scale,
-        f"{text}, {field.words}",
+        f"{direction.text}, {field.words}",
         own,
         field,
         phases,
@@ -308,7 +290,7 @@ def _phases(
 
 
 def _prepare_mesh(
-    exemplar: PixelArray, surface: MeshSurface, options: SynthesisOptions, field: MeshField | None
+    exemplar: PixelArray, surface: MeshSurface, options: SynthesisOptions, field: DirectionField | None
 ) -> Prepared:
     if options.method != "quilt":
         raise InputError(f"method is {options.method!r} on a mesh; allowed there: 'quilt'")
@@ -322,12 +304,13 @@ def _prepare_mesh(
     phases = _phases(exemplar, options, lambda _: None, _MESH_PHASE)  # which `synthesize_mesh` finds
     density = _texels_a_step(scale)
     charted = charted_mesh(surface, mesh_charts(surface, scale.density / density))
-    text = options.direction
-    if text is None:
-        text = "strokes" if options.stroke else default_mesh_direction(surface.mesh)
-    elif not isinstance(text, str):
-        text = getattr(text, "__name__", "vectors")
-    return _on_charts(charted, options, scale, block, phases, density, options.direction, text, field)
+    asked = options.direction
+    if asked is None:
+        asked = "smooth" if options.stroke else default_direction(surface.mesh)
+    wanted = parse_direction(cast(str, asked))
+    if options.direction is None and options.stroke:
+        wanted = replace(wanted, text="strokes")
+    return _on_charts(charted, options, scale, block, phases, density, wanted, field)
 
 
 def _texels_a_step(scale: TextureScale) -> float:

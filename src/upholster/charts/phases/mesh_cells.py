@@ -7,11 +7,11 @@ from numpy.typing import NDArray
 
 from upholster.charts._multigrid_kernels import ComplexArray
 from upholster.charts.charted import ChartedSurface
-from upholster.charts.mesh_layout import triangle_frames
 from upholster.charts.phases.chart_cells import MOST_CELLS
 from upholster.charts.phases.field import phase_units
 from upholster.charts.phases.links import Links, matched_waves
 from upholster.charts.phases.solving import solved_phases
+from upholster.charts.warp_fields import triangle_frames
 from upholster.types import FloatArray, IntArray
 
 __all__ = ["MeshPhases", "mesh_phases"]

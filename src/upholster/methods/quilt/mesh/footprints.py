@@ -8,9 +8,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.charts.charted import ChartedSurface
-from upholster.charts.mesh_directions._kernels import corner_fans
-from upholster.charts.mesh_layout import triangle_frames
+from upholster.charts.directions._kernels import corner_fans
 from upholster.charts.subdivision import Subdivided
+from upholster.charts.warp_fields import triangle_frames
 from upholster.geometry import TriangleMesh
 from upholster.methods.quilt.mesh._sheet_kernels import (
     FIT,

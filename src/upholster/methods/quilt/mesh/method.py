@@ -112,7 +112,7 @@ def synthesize_mesh(
     fold, turns
         1, 2 or 4: so many directions, turned evenly, count as one where a block reaches from triangle to
         triangle; and (T,) the quarter turns from the warp fields to the directions, by default none, see
-        `upholster.charts.mesh_turns`.
+        `upholster.charts.turns`.
     options
         Parameters of the method.
     phases
