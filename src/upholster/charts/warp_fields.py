@@ -68,7 +68,8 @@ def warp_fields(
     scale
         Exemplar pixels per model unit.
     turns
-        (T,) quarter turns from the charts' matrices to the field's, by default none: see `upholster.charts.turns`.
+        (T,) quarter turns from the charts' matrices to the field's, by default none: see
+        `upholster.charts.turns`.
     corners
         (T, 3, 3) the field at the triangles' corners, by default `along`.
     """
