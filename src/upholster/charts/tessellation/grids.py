@@ -27,11 +27,11 @@ LEAST_SHARE = 4
 RING = 4
 """A chart across so many patches or more, which may close to a ring, gets so many quadrilaterals at least."""
 
-ASIDE = 0.5
+ASIDE = 1.0
 """Steps by which a place on a triangle may be off, about."""
 
-CHANGE = 0.3
-"""By how much of themselves steps may change over a triangle, in length or direction: 0.3 is 17°."""
+CHANGE = 0.45
+"""By how much of themselves steps may change over a triangle, in length or direction: 0.45 is 26°."""
 
 SAMPLES, MOST_SAMPLED = 8, 32
 """Intervals of each patch in which bends are looked for, and of at most so many patches."""
@@ -75,7 +75,7 @@ def chart_grids(surface: Surface, charts: Sequence[Chart], counts: FloatArray, l
     """Return a grid for each chart, of about `counts` intervals down and to the right, (charts, 2).
 
     So many intervals as `least` lie in each patch, and patches end where intervals do. Where it is 0 that
-    holds only where derivatives jump.
+    holds only where derivatives jump; and where an edge is a point, the row beside it is a step high.
     """
     grids: list[ChartGrid] = []
     first = first_quad = 0
@@ -88,10 +88,36 @@ def chart_grids(surface: Surface, charts: Sequence[Chart], counts: FloatArray, l
                 (chart.width, chart.t0, chart.t1, face.columns, face.breaks[1], cells[1]),
             )
         )
+        if not least:
+            rows, columns = _with_tips(surface, chart, rows, columns)
         grids.append(ChartGrid(rows, columns, first, first_quad))
         first += grids[-1].vertices
         first_quad += (len(rows) - 1) * (len(columns) - 1)
     return grids
+
+
+def _with_tips(
+    surface: Surface, chart: Chart, rows: FloatArray, columns: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    # Beside a point quadrilaterals are triangles and leave half of their row of steps bare: a thin row.
+    out = []
+    for axis, lines in enumerate((rows, columns)):
+        tips = [1.0] * _is_point(surface, chart, 3 * axis)
+        tips += [lines[-1] - 1.0] * _is_point(surface, chart, 2 - axis)
+        out.append(np.unique([*lines, *(tip for tip in tips if np.abs(lines - tip).min() > 1.0 - EPS)]))
+    return out[0], out[1]
+
+
+def _is_point(surface: Surface, chart: Chart, edge: int) -> bool:
+    """Return whether a chart's edge, or a part of it, is a point."""
+    line = (chart.s0, chart.t1, chart.s1, chart.t0)[edge]
+    if not surface.degenerate or abs(line - round(line)) > EPS:
+        return False
+    before = round(line) - (1 if edge in (1, 2) else 0)
+    low, high = (chart.s0, chart.s1) if edge & 1 else (chart.t0, chart.t1)
+    along = range(int(low + EPS), ceil(high - EPS))
+    places = [(k, before) if edge & 1 else (before, k) for k in along]
+    return any((surface.patch_number(chart.face, *place), edge) in surface.degenerate for place in places)
 
 
 def even_counts(
