@@ -152,7 +152,7 @@ def test_a_sheet_gets_the_plane_field_and_the_lid_of_a_box_runs_along_x():
     ("mesh", "direction", "options", "words"),
     [
         (sphere(3), "sideways", {}, "sideways"),
-        (sphere(3), "u", {}, "allowed on a mesh"),
+        (sphere(3), "u", {}, "on patches u and v as well"),
         (sphere(3), "0,0,0", {}, "not zero"),
         (sphere(3), np.zeros((4, 3)), {}, "shape"),
         (sphere(3), lambda points: points[:1], {}, "shape"),

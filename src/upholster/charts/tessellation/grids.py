@@ -71,11 +71,13 @@ class ChartGrid:
         return self.first + (last * width if edge == 2 else 0) + np.arange(width)
 
 
-def chart_grids(surface: Surface, charts: Sequence[Chart], counts: FloatArray, least: int) -> list[ChartGrid]:
+def chart_grids(
+    surface: Surface, charts: Sequence[Chart], counts: FloatArray, least: int, *, tips: bool = False
+) -> list[ChartGrid]:
     """Return a grid for each chart, of about `counts` intervals down and to the right, (charts, 2).
 
     So many intervals as `least` lie in each patch, and patches end where intervals do. Where it is 0 that
-    holds only where derivatives jump; and where an edge is a point, the row beside it is a step high.
+    holds only where derivatives jump. With `tips` the row beside an edge that is a point is a step high.
     """
     grids: list[ChartGrid] = []
     first = first_quad = 0
@@ -88,7 +90,7 @@ def chart_grids(surface: Surface, charts: Sequence[Chart], counts: FloatArray, l
                 (chart.width, chart.t0, chart.t1, face.columns, face.breaks[1], cells[1]),
             )
         )
-        if not least:
+        if tips:
             rows, columns = _with_tips(surface, chart, rows, columns)
         grids.append(ChartGrid(rows, columns, first, first_quad))
         first += grids[-1].vertices

@@ -142,7 +142,7 @@ def tessellate_by_bends(surface: Surface, charts: Sequence[Chart]) -> tuple[Mesh
         (V,) a number for each vertex, one for all those that meet.
     """
     seams = find_seams(surface, charts)
-    grids = chart_grids(surface, charts, *bent_counts(surface, charts, seams))
+    grids = chart_grids(surface, charts, *bent_counts(surface, charts, seams), tips=True)
     mesh, pairs = _on_grids(surface, charts, seams, grids)
     return mesh, connected(len(mesh.chart), pairs)
 
