@@ -34,11 +34,9 @@ from upholster.lengths import parse_length
 from upholster.methods.paper.coefficients import keep_coefficients
 from upholster.methods.paper.method import PaperOptions, synthesize_paper
 from upholster.methods.pixel.method import PixelOptions, check_sample, synthesize_pixel
-from upholster.methods.quilt.mesh.method import synthesize_mesh
 from upholster.methods.quilt.method import synthesize_quilt
 from upholster.methods.quilt.options import QuiltOptions
 from upholster.methods.quilt.phases import Phases, WantedPhases, whole_waves
-from upholster.methods.quilt.run import QuiltRun, planned
 from upholster.methods.quilt.structure import block_size
 from upholster.options import SynthesisOptions, chosen, settled
 from upholster.parallel import check_running
@@ -54,7 +52,6 @@ __all__ = [
     "kept_sample",
     "matched_image",
     "needs_patches",
-    "planned_run",
     "prepare",
     "settled_seed",
     "synthesize",
@@ -400,7 +397,7 @@ def execute(
         assert prepared.field is not None
         assert prepared.scale is not None
         assert isinstance(options, QuiltOptions)
-        quilt = synthesize_mesh(
+        quilt = synthesize_quilt(
             exemplar, prepared.charted, prepared.fields, prepared.field.corner_vectors, prepared.scale.scale,
             fold=prepared.field.fold, turns=prepared.turns, options=options, phases=prepared.phases, **run,
         )  # fmt: skip
@@ -408,36 +405,10 @@ def execute(
     assert isinstance(surface, Surface)
     if isinstance(options, PaperOptions):
         quilt = synthesize_paper(exemplar, surface, charts, options=options, **run)
-    elif isinstance(options, PixelOptions):
-        quilt = synthesize_pixel(exemplar, surface, charts, options=options, **run)
     else:
-        wrap = options.tileable
-        quilt = synthesize_quilt(
-            exemplar, surface, charts, prepared.fields,
-            options=options, phases=prepared.phases, wrap=wrap, turning=prepared.turning, **run,
-        )  # fmt: skip
+        assert isinstance(options, PixelOptions)
+        quilt = synthesize_pixel(exemplar, surface, charts, options=options, **run)
     return quilt.on(surface, seed=seed, density=prepared.density)
-
-
-def planned_run(prepared: Prepared, exemplar: PixelArray, surface: AnySurface, *, seed: int = 0) -> QuiltRun:
-    """Return what `execute` lays charts by, for who lays them elsewhere; parameters as there.
-
-    Raises
-    ------
-    InputError
-        If they are not laid chart by chart: on meshes, by other methods, and where a texture tiles.
-    """
-    options = prepared.options
-    if not isinstance(options, QuiltOptions) or isinstance(surface, MeshSurface) or options.tileable:
-        raise InputError(
-            "charts are not laid one by one on a mesh, by methods 'paper' and 'pixel', or of a tileable "
-            "texture; allowed there: one process"
-        )
-    return planned(
-        exemplar, surface, prepared.charts, prepared.fields,
-        options=options, phases=prepared.phases, turning=prepared.turning, seed=seed,
-        density=prepared.density,
-    )  # fmt: skip
 
 
 def synthesize(

@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.methods.quilt.emit import Labelled
-from upholster.methods.quilt.landmarks import ShownBlocks
-from upholster.methods.quilt.masked import BLOCK
-from upholster.methods.quilt.run import LaidPart
-from upholster.methods.quilt.transfer import ChartPlacements
+ShownBlocks = object
+BLOCK = object
+LaidPart = object
+ChartPlacements = object
 from upholster.quilt.labels import LabelMap
 from upholster.quilt.placement import PLACEMENT
 from upholster.types import FloatArray

@@ -9,8 +9,8 @@ from typing import Any
 
 from upholster._version import __version__
 from upholster.errors import InputError, StoppedError
-from upholster.methods.quilt.run import Progressing
-from upholster.methods.quilt.transfer import joined
+Progressing = object
+joined = lambda x: None
 from upholster.parallel import TaskPool
 from upholster.quilt.model import Quilt
 from upholster.tiles.chart_files import read_chart, read_part

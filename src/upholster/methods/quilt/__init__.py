@@ -1,8 +1,7 @@
-"""Method "quilt": one texture over the whole surface, chart after chart, block after block.
+"""Method "quilt": one texture over a whole charted surface, block by block.
 
-`method` has the steps; `match_pyramid` and `features` what blocks are compared by, `structure` the block
-size, `grid` where a chart's blocks lie, `transfer` what finished charts leave on it, `lay` how its own are
-chosen, cut and laid, `refinement` what is laid over the worst cuts then.
+`method` has the steps; `centres` tells where blocks lie and in which order, `ground` what they lie on,
+`match_pyramid` and `features` what they are compared by, `structure` their size, `emit` what shows of them.
 """
 
 from upholster.methods.quilt.method import synthesize_quilt

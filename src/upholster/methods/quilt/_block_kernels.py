@@ -1,4 +1,4 @@
-"""What the kernels of method "quilt" know of a chart's blocks, and small steps that they share."""
+"""What the kernels of method "quilt" know of blocks, and small steps that they share."""
 
 from typing import NamedTuple
 
@@ -9,37 +9,27 @@ from upholster.jit import inline
 
 __all__ = [
     "BLOCK_COLUMNS",
-    "COLUMN",
     "LAID",
-    "LEFT",
     "PHASE",
     "REFINED",
-    "ROW",
     "SOURCE_COLUMN",
     "SOURCE_ROW",
     "SYMMETRY",
-    "TOP",
-    "BlockTexels",
-    "ChartCanvas",
     "ChoiceScratch",
     "CutScratch",
+    "FramePixels",
     "LayNumbers",
-    "LayScratch",
     "LayWeights",
     "MatchImage",
     "Span",
-    "SymmetryScratch",
-    "pixel_at",
-    "position_of",
     "splat_tent",
     "squared_difference",
-    "whole_pixels",
 ]
 
-# Columns of a block's record: centre, indices of the left and upper neighbours (-1: none), then what the
-# kernel finds: source in 1/16 pixel, symmetry, and whether it was laid (1), laid on nothing (2), or not
-# needed (0). Last the phases that the surface wants at the centre, of two waves at most, in 1/65536 turn.
-ROW, COLUMN, LEFT, TOP, SOURCE_ROW, SOURCE_COLUMN, SYMMETRY, LAID, PHASE = range(9)
+# Columns of a block's record: the pixel that its centre reads, symmetry, and whether it was laid (1), laid on
+# nothing (2), or not needed (0). Last the phases that the surface wants at the centre, of two waves at most, in
+# 1/65536 turn.
+SOURCE_ROW, SOURCE_COLUMN, SYMMETRY, LAID, PHASE = range(5)
 BLOCK_COLUMNS = PHASE + 2
 
 _FEW = 4096
@@ -47,19 +37,6 @@ _FEW = 4096
 
 REFINED = 4
 """How many of the best candidates are looked round."""
-
-
-class ChartCanvas(NamedTuple):
-    """A chart and what is round it, every block whole.
-
-    `canvas` (rows, columns) holds the pixels that are laid; `covered` (rows, columns) has bit 0 where
-    something is, and bit 1 where it must not change, for finished charts go on there. `symmetries` (rows,
-    columns) holds the symmetry of the block that each laid texel comes from.
-    """
-
-    canvas: NDArray[np.int32]
-    covered: NDArray[np.uint8]
-    symmetries: NDArray[np.uint8]
 
 
 class MatchImage(NamedTuple):
@@ -77,15 +54,12 @@ class MatchImage(NamedTuple):
 
 
 class LayNumbers(NamedTuple):
-    """Numbers of a chart and its blocks.
+    """Numbers of the sample and of blocks.
 
-    `height`, `width` are the exemplar's on `level`; `step` pixels lie between two candidates, of
-    which `shortlist` are judged, and `usage_step` between two points at which usage is counted. Blocks may
-    have symmetry n where bit n of `symmetries` is 1. `margin` is the warp field's. Texel (0, 0) lies at
-    (`origin_row`, `origin_column`) of the canvas; if `wrap` is 1, the canvas's ends meet. A block is
-    `block_height` × `block_width` texels, its mask's cells `mask_cell`; `across` blocks lie side by side.
-    Every `sample`-th texel is compared. Texels from `need_top` and `need_left` to before `need_bottom` and
-    `need_right` are to be covered.
+    `height`, `width` are the exemplar's on `level`; `step` pixels lie between two candidates, of which
+    `shortlist` are judged, and `usage_step` between two points at which usage is counted. Blocks may have
+    symmetry n where bit n of `symmetries` is 1. A block's frame is `size` × `size` pixels, its mask's cells
+    are `cell` wide.
     """
 
     height: int
@@ -95,19 +69,8 @@ class LayNumbers(NamedTuple):
     shortlist: int
     usage_step: int
     symmetries: int
-    margin: int
-    origin_row: int
-    origin_column: int
-    wrap: int
-    block_height: int
-    block_width: int
-    mask_cell: int
-    across: int
-    sample: int
-    need_top: int
-    need_bottom: int
-    need_left: int
-    need_right: int
+    size: int
+    cell: int
 
 
 class LayWeights(NamedTuple):
@@ -135,19 +98,28 @@ class Span(NamedTuple):
     high_x: int
 
 
-class BlockTexels(NamedTuple):
-    """Scratch: the texels of a block.
+class FramePixels(NamedTuple):
+    """Scratch: the pixels of a block's frame.
 
-    `rows` and `columns` are the canvas's, and one more each way, -1 where there is none; `marks` is what
-    `covered` has there and `old` what is laid; `ys`, `xs` tell where texels fall, in pixels from the centre.
+    `marks` tells what there is at each, see `_frame_kernels`, and `old` what is laid; `ys`, `xs` tell where
+    pixels read, seen from the source.
     """
 
-    rows: NDArray[np.int64]
-    columns: NDArray[np.int64]
     marks: NDArray[np.uint8]
     old: NDArray[np.int32]
     ys: NDArray[np.int32]
     xs: NDArray[np.int32]
+
+    @classmethod
+    def of(cls, size: int) -> "FramePixels":
+        """Return scratch for a frame."""
+        shape = (size, size)
+        return cls(
+            np.empty(shape, np.uint8),
+            np.empty(shape, np.int32),
+            np.empty(shape, np.int32),
+            np.empty(shape, np.int32),
+        )
 
 
 class ChoiceScratch(NamedTuple):
@@ -158,8 +130,7 @@ class ChoiceScratch(NamedTuple):
     are compared; `listed` (2, n) are the same in that in which they were found. `penalties` has the shape of
     usage for one symmetry. `wanted` (2, 3) tells for each wave which of the exemplar's shall have which
     phase: its number (-1: none), 1 or -1 for its opposite, the phase. `kept` are candidates as row · width +
-    column, `judged` what they cost; `continued` (2, 3) are those that continue the left and upper neighbours:
-    candidate (-1: none), and source in 1/16 pixel. `heap`, `costs`, `line` and `misfits` are the search's.
+    column, `judged` what they cost. `heap`, `costs`, `line` and `misfits` are the search's.
     """
 
     features: NDArray[np.int64]
@@ -171,11 +142,33 @@ class ChoiceScratch(NamedTuple):
     wanted: NDArray[np.int64]
     kept: NDArray[np.int64]
     judged: NDArray[np.int64]
-    continued: NDArray[np.int64]
     heap: NDArray[np.float32]
     costs: NDArray[np.float32]
     line: NDArray[np.float32]
     misfits: NDArray[np.int32]
+
+    @classmethod
+    def of(cls, numbers: LayNumbers, usage: NDArray[np.float64]) -> "ChoiceScratch":
+        """Return scratch for frames of that size."""
+        size, reach = numbers.size, numbers.step // 2
+        boxes, pixels = (size // 4 + 1) ** 2, size * size
+        columns = (numbers.width + numbers.step - 1) // numbers.step
+        most = 2 + numbers.shortlist + REFINED * ((2 * reach + 1) ** 2 - 1)
+        return cls(
+            np.empty((boxes, 2), np.int64),
+            np.empty(boxes, np.float32),
+            np.empty(pixels, np.int32),
+            np.empty(pixels, np.int32),
+            np.empty((2, pixels), np.int32),
+            np.empty((usage.shape[0] // numbers.symmetries.bit_count(), usage.shape[1])),
+            np.zeros((2, 3), np.int64),
+            np.empty(most, np.int64),
+            np.empty(most, np.int64),
+            np.empty(most, np.float32),
+            np.zeros(columns * max(1, _FEW // columns), np.float32),
+            np.empty(columns, np.float32),
+            np.empty(columns, np.int32),
+        )
 
 
 class CutScratch(NamedTuple):
@@ -192,67 +185,18 @@ class CutScratch(NamedTuple):
     residual: NDArray[np.int64]
     work: NDArray[np.int32]
 
-
-class SymmetryScratch(NamedTuple):
-    """Scratch: `shown` (8), how many texels under a block show each symmetry; `tried` (3), those for it."""
-
-    shown: NDArray[np.int64]
-    tried: NDArray[np.int64]
-
-
-class LayScratch(NamedTuple):
-    """All scratch of `lay_blocks`."""
-
-    texels: BlockTexels
-    choice: ChoiceScratch
-    cut: CutScratch
-    symmetries: SymmetryScratch
-
     @classmethod
-    def of(cls, numbers: LayNumbers, usage: NDArray[np.float64]) -> "LayScratch":
-        """Return scratch for a chart's blocks."""
-        height, width = numbers.block_height, numbers.block_width
-        cells = height // numbers.mask_cell * (width // numbers.mask_cell)
-        box, reach = 4 * numbers.sample, numbers.step // 2
-        features = (height // box + 1) * (width // box + 1)
-        planes = numbers.symmetries.bit_count()
-        columns = (numbers.width + numbers.step - 1) // numbers.step
-        most = 2 + numbers.shortlist + REFINED * ((2 * reach + 1) ** 2 - 1)
+    def of(cls, numbers: LayNumbers) -> "CutScratch":
+        """Return scratch for frames of that size."""
+        cells = (numbers.size // numbers.cell) ** 2
         return cls(
-            BlockTexels(
-                np.empty(height + 2, np.int64),
-                np.empty(width + 2, np.int64),
-                np.empty((height, width), np.uint8),
-                np.empty((height, width), np.int32),
-                np.empty((height, width), np.int32),
-                np.empty((height, width), np.int32),
-            ),
-            ChoiceScratch(
-                np.empty((features, 2), np.int64),
-                np.empty(features, np.float32),
-                np.empty(height * width, np.int32),
-                np.empty(height * width, np.int32),
-                np.empty((2, height * width), np.int32),
-                np.empty((usage.shape[0] // planes, usage.shape[1])),
-                np.zeros((2, 3), np.int64),
-                np.empty(most, np.int64),
-                np.empty(most, np.int64),
-                np.empty((2, 3), np.int64),
-                np.empty(most, np.float32),
-                np.zeros(columns * max(1, _FEW // columns), np.float32),
-                np.empty(columns, np.float32),
-                np.empty(columns, np.int32),
-            ),
-            CutScratch(
-                np.empty(width, np.int32),
-                np.empty(cells, np.int64),
-                np.empty(cells, np.int32),
-                np.empty(cells, np.int32),
-                np.empty(cells, np.int8),
-                np.empty((4, cells), np.int64),
-                np.empty((4, cells), np.int32),
-            ),
-            SymmetryScratch(np.empty(8, np.int64), np.empty(3, np.int64)),
+            np.empty(numbers.size, np.int32),
+            np.empty(cells, np.int64),
+            np.empty(cells, np.int32),
+            np.empty(cells, np.int32),
+            np.empty(cells, np.int8),
+            np.empty((4, cells), np.int64),
+            np.empty((4, cells), np.int32),
         )
 
 
@@ -268,24 +212,6 @@ def squared_difference(one: np.int32, other: np.int32) -> np.int32:
     c = np.int32(np.int32((one >> np.int32(16)) & low) - np.int32((other >> np.int32(16)) & low))
     d = np.int32(np.int32((one >> np.int32(24)) & low) - np.int32((other >> np.int32(24)) & low))
     return np.int32(np.int32(np.int32(a * a) + np.int32(b * b)) + np.int32(np.int32(c * c) + np.int32(d * d)))
-
-
-@inline
-def whole_pixels(distance: int, level: int) -> int:
-    """Return a distance in 1/16 pixel in whole pixels of a level."""
-    return (distance + (8 << level)) >> (4 + level)
-
-
-@inline
-def pixel_at(position: int, level: int) -> int:
-    """Return the pixel of a level in which a position in 1/16 pixel lies."""
-    return (position + 8) >> (4 + level)
-
-
-@inline
-def position_of(pixel: int, level: int) -> int:
-    """Return the middle of a level's pixel, in 1/16 pixel of the exemplar."""
-    return ((16 * pixel + 8) << level) - 8
 
 
 @inline

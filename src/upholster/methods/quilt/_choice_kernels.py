@@ -12,41 +12,20 @@ from numpy.typing import NDArray
 
 from upholster.jit import inline, shared
 from upholster.methods.quilt._block_kernels import (
-    COLUMN,
-    LAID,
-    LEFT,
     REFINED,
-    ROW,
-    SOURCE_COLUMN,
-    SOURCE_ROW,
-    SYMMETRY,
-    BlockTexels,
     ChoiceScratch,
+    FramePixels,
     LayNumbers,
     LayWeights,
     MatchImage,
     Span,
-    pixel_at,
-    position_of,
-    splat_tent,
     squared_difference,
 )
-from upholster.methods.quilt._landmark_kernels import LandmarkUses, penalise_landmarks
 from upholster.methods.quilt._phase_kernels import MISFIT, misfit
 from upholster.methods.quilt._search_kernels import draw, search
-from upholster.quilt._field_kernels import displacement, matrix_at
-from upholster.quilt.placement import SYMMETRIES
 from upholster.types import int64, uint64
 
-__all__ = [
-    "choose_source",
-    "draw_in_phase",
-    "first_of",
-    "list_continued",
-    "penalise",
-    "penalise_used",
-    "rank_sources",
-]
+__all__ = ["choose_source", "draw_in_phase", "first_of", "penalise_used"]
 
 _BIG = int64(2**60)
 
@@ -83,38 +62,6 @@ def first_of(numbers: LayNumbers, symmetry: int, rows: int) -> Any:
 
 
 @inline
-def penalise(
-    usage: NDArray[np.float64],
-    numbers: LayNumbers,
-    weights: LayWeights,
-    uses: LandmarkUses,
-    blocks: NDArray[np.int32],
-    n: int,
-    symmetry: int,
-    span: Span,
-    penalties: NDArray[np.float64],
-) -> None:
-    """Write what each place costs block n: what is used more than the rest, or by blocks near by.
-
-    Landmarks cost that were shown near by, further away.
-
-    With one symmetry or another, a place counts as another one for even use.
-    """
-    penalise_used(usage, first_of(numbers, symmetry, penalties.shape[0]), weights.evenness, penalties)
-    if weights.variety <= 0.0:
-        return
-    tall, wide = max(1, span.high_y - span.low_y), max(1, span.high_x - span.low_x)
-    penalise_landmarks(uses, numbers.usage_step, n, tall, wide, penalties)
-    for m in range(n - 1, max(-1, n - 2 * numbers.across - 3), -1):
-        near_rows = abs(blocks[m, ROW] - blocks[n, ROW]) < 2 * numbers.block_height
-        near_columns = abs(blocks[m, COLUMN] - blocks[n, COLUMN]) < 2 * numbers.block_width
-        if blocks[m, LAID] and near_rows and near_columns:
-            y = pixel_at(int64(blocks[m, SOURCE_ROW]), numbers.level)
-            x = pixel_at(int64(blocks[m, SOURCE_COLUMN]), numbers.level)
-            splat_tent(penalties, numbers.usage_step, y, x, tall // 2 + 1, wide // 2 + 1, weights.variety)
-
-
-@inline
 def draw_in_phase(
     match: MatchImage, numbers: LayNumbers, state: NDArray[np.uint64], span: Span, choice: ChoiceScratch
 ) -> tuple[Any, Any]:
@@ -142,22 +89,23 @@ def draw_in_phase(
 
 
 @inline
-def _list_features(numbers: LayNumbers, span: Span, texels: BlockTexels, choice: ChoiceScratch) -> Any:
+def _list_features(numbers: LayNumbers, span: Span, pixels: FramePixels, choice: ChoiceScratch) -> Any:
     # Lists the means of boxes that are laid entirely; returns how many there are.
-    sample, ys, xs, low = numbers.sample, texels.ys, texels.xs, np.int32(255)
-    box = 4 * sample
+    ys, xs, low = pixels.ys, pixels.xs, np.int32(255)
     count = int64(0)
-    for a in range(0, numbers.block_height - box + 1, box):
-        for b in range(0, numbers.block_width - box + 1, box):
+    for a in range(0, numbers.size - 3, 4):
+        for b in range(0, numbers.size - 3, 4):
             total, whole = int64(0), np.uint8(1)
-            for i in range(a, a + box, sample):
-                for j in range(b, b + box, sample):
-                    whole &= texels.marks[uint64(i), uint64(j)]
-                    total += texels.old[uint64(i), uint64(j)] & low
+            for i in range(a, a + 4):
+                for j in range(b, b + 4):
+                    whole &= pixels.marks[uint64(i), uint64(j)]
+                    total += pixels.old[uint64(i), uint64(j)] & low
             if whole & 1:
-                # The box's middle falls midway between two texels', 1½ pixels from the first of four.
-                i, j = a + box // 2, b + box // 2
-                y, x = (ys[i - 1, j - 1] + ys[i, j] - 3) >> 1, (xs[i - 1, j - 1] + xs[i, j] - 3) >> 1
+                # The box's middle falls midway between two pixels', 1½ pixels from the first of four.
+                y, x = (
+                    (ys[a + 1, b + 1] + ys[a + 2, b + 2] - 3) >> 1,
+                    (xs[a + 1, b + 1] + xs[a + 2, b + 2] - 3) >> 1,
+                )
                 choice.features[count, 0] = max(min(y, span.high_y - 3), span.low_y)
                 choice.features[count, 1] = max(min(x, span.high_x - 3), span.low_x)
                 choice.means[count] = (total + 8) >> 4
@@ -166,19 +114,19 @@ def _list_features(numbers: LayNumbers, span: Span, texels: BlockTexels, choice:
 
 
 @inline
-def _list_samples(numbers: LayNumbers, texels: BlockTexels, choice: ChoiceScratch) -> Any:
-    # Lists every other laid texel, as on a chessboard; returns how many there are. Such as lie far from each
+def _list_samples(numbers: LayNumbers, pixels: FramePixels, choice: ChoiceScratch) -> Any:
+    # Lists every other laid pixel, as on a chessboard; returns how many there are. Such as lie far from each
     # other come first: every n-th, then those right after them, and so on.
-    sample, width, listed = numbers.sample, np.int32(numbers.width), choice.listed
+    width, listed = np.int32(numbers.width), choice.listed
     count = int64(0)
-    for i in range(0, numbers.block_height, sample):
+    for i in range(numbers.size):
         row = uint64(i)
-        for j in range((i // sample & 1) * sample, numbers.block_width, 2 * sample):
+        for j in range(i & 1, numbers.size, 2):
             # Written before it is known whether it counts: that is faster than to ask.
             at, column = uint64(count), uint64(j)
-            listed[0, at] = np.int32(texels.ys[row, column] * width) + texels.xs[row, column]
-            listed[1, at] = texels.old[row, column]
-            count += texels.marks[row, column] & np.uint8(1)
+            listed[0, at] = np.int32(pixels.ys[row, column] * width) + pixels.xs[row, column]
+            listed[1, at] = pixels.old[row, column]
+            count += pixels.marks[row, column] & np.uint8(1)
     rounds, at = _rounds(count), int64(0)
     for first in range(rounds):
         for n in range(first, count, rounds):
@@ -191,42 +139,6 @@ def _list_samples(numbers: LayNumbers, texels: BlockTexels, choice: ChoiceScratc
 def _rounds(samples: Any) -> Any:
     # In how many rounds samples are compared: about 24 in each.
     return max(1, samples // 24)
-
-
-@inline
-def list_continued(
-    matrices: NDArray[np.int32],
-    numbers: LayNumbers,
-    blocks: NDArray[np.int32],
-    n: int,
-    symmetry: int,
-    span: Span,
-    choice: ChoiceScratch,
-) -> Any:
-    """Enter what continues the left and upper neighbours before candidate 2; return the first candidate.
-
-    Only neighbours that have the same symmetry are continued.
-    """
-    block, margin, level, continued = blocks[n], numbers.margin, numbers.level, choice.continued
-    row, column = int64(block[ROW]), int64(block[COLUMN])
-    centre = matrix_at(matrices, margin, row, column)
-    turn, start = SYMMETRIES[symmetry], int64(2)
-    for side in range(2):
-        m = block[LEFT + side]
-        continued[side, 0] = -1
-        if m >= 0 and blocks[m, LAID] and blocks[m, SYMMETRY] == symmetry:
-            its_row, its_column = int64(blocks[m, ROW]), int64(blocks[m, COLUMN])
-            other = matrix_at(matrices, margin, its_row, its_column)
-            down, right = displacement(other, centre, row - its_row, column - its_column)
-            source_row = blocks[m, SOURCE_ROW] + turn[0] * down + turn[1] * right
-            source_column = blocks[m, SOURCE_COLUMN] + turn[2] * down + turn[3] * right
-            y, x = pixel_at(source_row, level), pixel_at(source_column, level)
-            if span.first_y <= y <= span.last_y and span.first_x <= x <= span.last_x:
-                start -= 1
-                choice.kept[start] = y * numbers.width + x
-                continued[side, 0] = choice.kept[start]
-                continued[side, 1], continued[side, 2] = source_row, source_column
-    return start
 
 
 @inline
@@ -321,23 +233,23 @@ def _draw_good(state: NDArray[np.uint64], choice: ChoiceScratch, start: int, sto
     return start
 
 
-@inline
-def rank_sources(
+@shared
+def choose_source(
     match: MatchImage,
     numbers: LayNumbers,
     weights: LayWeights,
     state: NDArray[np.uint64],
     span: Span,
-    texels: BlockTexels,
+    pixels: FramePixels,
     choice: ChoiceScratch,
     start: int,
-) -> tuple[Any, Any]:
-    """Judge the sources that may do for a block; return the end of those judged, and the least cost.
+) -> tuple[Any, Any, Any]:
+    """Choose a block's source; return its row and column, and what it costs.
 
-    They are in `choice.kept`, from `start` on, what they cost in `choice.judged`; all as for `choose_source`.
+    `choice` holds the places' penalties and, from candidate `start` to before 2, what continues blocks beside it.
     """
-    count = _list_features(numbers, span, texels, choice)
-    samples = _list_samples(numbers, texels, choice)
+    count = _list_features(numbers, span, pixels, choice)
+    samples = _list_samples(numbers, pixels, choice)
     if count or match.phases.shape[0]:
         stop = 2 + search(match, numbers, weights, span, count, choice)
     else:  # too little is there to search by
@@ -350,31 +262,6 @@ def rank_sources(
         end = _list_refined(numbers, span, choice, start, stop)
         least = _judge(match, numbers, weights, choice, samples, (stop, end), least)
         stop = end
-    return stop, least
-
-
-@shared
-def choose_source(
-    match: MatchImage,
-    numbers: LayNumbers,
-    weights: LayWeights,
-    state: NDArray[np.uint64],
-    span: Span,
-    texels: BlockTexels,
-    choice: ChoiceScratch,
-    start: int,
-) -> tuple[Any, Any, Any]:
-    """Choose a block's source; return its row and column in 1/16 pixel, and what it costs.
-
-    `choice` holds the places' penalties and, from candidate `start` to before 2, what continues neighbours;
-    the rest as in `lay_blocks`.
-    """
-    stop, least = rank_sources(match, numbers, weights, state, span, texels, choice, start)
     drawn = _draw_good(state, choice, start, stop, int64(least * weights.tolerance))
     chosen = choice.kept[drawn]
-    row = int64(position_of(chosen // numbers.width, numbers.level))
-    column = int64(position_of(chosen % numbers.width, numbers.level))
-    for side in range(1, -1, -1):
-        if choice.continued[side, 0] == chosen:
-            row, column = choice.continued[side, 1], choice.continued[side, 2]
-    return row, column, choice.judged[drawn]
+    return chosen // numbers.width, chosen % numbers.width, choice.judged[drawn]

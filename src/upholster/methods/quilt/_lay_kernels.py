@@ -1,185 +1,121 @@
-"""The hot loop of method "quilt": the blocks of one chart, chosen, cut and laid in raster order.
+"""The hot loop of method "quilt": blocks, each found, chosen, cut and laid, one after another.
 
-A block's steps have a function each: `look`, what is there; `_list_symmetries`, which ones it is tried
-with; for each of these `fall`, where its texels read, and `choose_source` (see `_choice_kernels`);
-`cut_block` (see `_seed_kernels`); `_lay`.
+A block's steps: where it lies (`lie_whole`, or `unfold_block` and `fit_block`), what is there (`look_at_frame`),
+what it shows (`choose_source`, for each symmetry that it is tried with), its border (`cut_block`), and
+`write_frame`.
 """
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from upholster.jit import inline, kernel
 from upholster.methods.quilt._block_kernels import (
-    COLUMN,
     LAID,
     PHASE,
-    ROW,
     SOURCE_COLUMN,
     SOURCE_ROW,
     SYMMETRY,
-    BlockTexels,
-    ChartCanvas,
+    ChoiceScratch,
+    CutScratch,
+    FramePixels,
     LayNumbers,
-    LayScratch,
     LayWeights,
     MatchImage,
     Span,
-    SymmetryScratch,
-    pixel_at,
-    position_of,
     splat_tent,
-    whole_pixels,
 )
-from upholster.methods.quilt._choice_kernels import (
-    choose_source,
-    draw_in_phase,
-    first_of,
-    list_continued,
-    penalise,
-)
-from upholster.methods.quilt._landmark_kernels import LandmarkUses, shown_landmarks
+from upholster.methods.quilt._choice_kernels import choose_source, draw_in_phase, first_of, penalise_used
+from upholster.methods.quilt._frame_kernels import Canvases, look_at_frame, write_frame
 from upholster.methods.quilt._phase_kernels import want_phases
 from upholster.methods.quilt._search_kernels import draw
 from upholster.methods.quilt._seed_kernels import cut_block
-from upholster.quilt._field_kernels import displacement_row, matrix_at
+from upholster.methods.quilt._sheet_kernels import FieldArrays, SheetScratch, fit_block
+from upholster.methods.quilt._unfold_kernels import Footprint, MeshArrays, UnfoldScratch, unfold_block
+from upholster.methods.quilt._whole_kernels import ClearCells, lie_whole
 from upholster.quilt.placement import SYMMETRIES
-from upholster.types import int64, uint64
+from upholster.types import FloatArray, IntArray, int64
 
-__all__ = ["fall", "lay_blocks", "look"]
+__all__ = ["BlockArrays", "Ground", "LayScratch", "lay_blocks"]
 
-
-@inline
-def _place(texel: int, origin: int, size: int, wrap: int) -> int:
-    # Where a row or column of texels lies on the canvas; -1 beyond it.
-    place = texel + origin
-    if wrap:
-        return place % size
-    return place if 0 <= place < size else -1
+_MOST_TRIANGLES = 1 << 13
+"""Of a block."""
 
 
-@inline
-def look(
-    chart: ChartCanvas, numbers: LayNumbers, top: int, left: int, texels: BlockTexels
-) -> tuple[int, int]:
-    """Copy what is under a block; return how many texels are laid, and how many needed ones are bare."""
-    rows, columns = chart.covered.shape
-    for i in range(numbers.block_height + 2):
-        texels.rows[i] = _place(top - 1 + i, numbers.origin_row, rows, numbers.wrap)
-    for j in range(numbers.block_width + 2):
-        texels.columns[j] = _place(left - 1 + j, numbers.origin_column, columns, numbers.wrap)
-    laid, bare = int64(0), int64(0)
-    first, stop = max(0, numbers.need_left - left), min(numbers.block_width, numbers.need_right - left)
-    for i in range(numbers.block_height):
-        marks, old, r = texels.marks[i], texels.old[i], uint64(texels.rows[i + 1])
-        for j in range(numbers.block_width):
-            c = uint64(texels.columns[j + 1])
-            marks[j], old[j] = chart.covered[r, c], chart.canvas[r, c]
-        for j in range(numbers.block_width):
-            laid += marks[j] & np.uint8(1)
-        if numbers.need_top <= top + i < numbers.need_bottom:
-            for j in range(first, stop):
-                bare += np.uint8(1) - (marks[uint64(j)] & np.uint8(1))
-    return laid, bare
+class Ground(NamedTuple):
+    """What blocks are laid on."""
+
+    mesh: MeshArrays
+    field: FieldArrays
+    clear: ClearCells
+    canvases: Canvases
 
 
-@inline
-def _span(low: int, high: int, size: int, level: int) -> tuple[int, int, int, int]:
-    # First and last pixel for a centre whose texels fall `low` to `high` from it, in 1/16 pixel (where there
-    # is none, the middle, twice), and how far they then fall: a block larger than the exemplar repeats its
-    # edges.
-    low, high = whole_pixels(low, level), whole_pixels(high, level)
-    first, last = -low, size - 1 - high
-    if first > last:
-        first = last = min(max((first + last) // 2, 0), size - 1)
-    return first, last, max(low, -first), min(high, size - 1 - last)
+class BlockArrays(NamedTuple):
+    """Blocks, in the order in which they are laid, B of them.
+
+    `triangles` (B,) and `shares` (B, 3) are where their centres lie on the mesh, in barycentric coordinates,
+    `roots` (B, 6) where that is on a chart, see `fit_block`, and `spots` (B, 3) in space. `records` (B,
+    `BLOCK_COLUMNS`) receive what is found, see `_block_kernels`; they have the wanted phases.
+    """
+
+    triangles: IntArray
+    shares: FloatArray
+    roots: FloatArray
+    spots: FloatArray
+    records: IntArray
 
 
-@inline
-def _turn(turn: NDArray[np.int64], ys: NDArray[np.int32], xs: NDArray[np.int32]) -> None:
-    # Applies a symmetry to displacements.
-    a, b, c, d = np.int32(turn[0]), np.int32(turn[1]), np.int32(turn[2]), np.int32(turn[3])
-    for j in range(ys.shape[0]):
-        y, x = ys[j], xs[j]
-        ys[j] = np.int32(a * y) + np.int32(b * x)
-        xs[j] = np.int32(c * y) + np.int32(d * x)
+class LayScratch(NamedTuple):
+    """Scratch of one thread; `covered`, `inside` and `sources` are all 0 between blocks."""
 
+    unfold: UnfoldScratch
+    sheets: SheetScratch
+    found: Footprint
+    pixels: FramePixels
+    choice: ChoiceScratch
+    cut: CutScratch
+    mask: NDArray[np.uint8]
+    covered: NDArray[np.uint8]
+    sources: IntArray
+    inside: NDArray[np.uint8]
+    symmetries: NDArray[np.int64]
+    tried: NDArray[np.int64]
+    state: NDArray[np.uint64]
 
-@inline
-def _extend(ends: tuple[np.int32, np.int32], places: NDArray[np.int32]) -> tuple[np.int32, np.int32]:
-    # The least and the greatest of some numbers, and of those before them.
-    low, high = ends
-    for j in range(places.shape[0]):
-        low, high = min(low, places[j]), max(high, places[j])
-    return low, high
-
-
-@inline
-def _round(places: NDArray[np.int32], level: int, low: np.int32, high: np.int32) -> None:
-    # Displacements in 1/16 pixel, in whole pixels of a level, from `low` to `high`.
-    half, shift = np.int32(8 << level), np.int32(4 + level)
-    for j in range(places.shape[0]):
-        places[j] = min(max(np.int32(places[j] + half) >> shift, low), high)
-
-
-@inline
-def fall(
-    matrices: NDArray[np.int32],
-    numbers: LayNumbers,
-    symmetry: int,
-    row: int,
-    column: int,
-    texels: BlockTexels,
-) -> Span:
-    """Write where a block's texels fall, seen from its centre, in pixels of the level."""
-    level, height = numbers.level, numbers.block_height
-    turn, centre = SYMMETRIES[symmetry], matrix_at(matrices, numbers.margin, row, column)
-    down, right = -(height // 2), -(numbers.block_width // 2)
-    ends_y, ends_x = (np.int32(0), np.int32(0)), (np.int32(0), np.int32(0))
-    for i in range(height):
-        ys, xs = texels.ys[i], texels.xs[i]
-        displacement_row(
-            matrices, numbers.margin, centre, down + i, row + down + i, column + right, right, ys, xs
+    @classmethod
+    def of(cls, numbers: LayNumbers, usage: FloatArray, vertices: int, triangles: int) -> "LayScratch":
+        """Return scratch for blocks on a mesh."""
+        size = numbers.size
+        return cls(
+            UnfoldScratch.of(vertices, triangles),
+            SheetScratch.of(triangles),
+            Footprint.of(_MOST_TRIANGLES),
+            FramePixels.of(size),
+            ChoiceScratch.of(numbers, usage),
+            CutScratch.of(numbers),
+            np.zeros((size // numbers.cell) ** 2, np.uint8),
+            np.zeros((size + 2, size + 2), np.uint8),
+            np.zeros((size, size), np.int32),
+            np.zeros(triangles, np.uint8),
+            np.zeros(8, np.int64),
+            np.zeros(3, np.int64),
+            np.zeros(1, np.uint64),
         )
-        if symmetry:
-            _turn(turn, ys, xs)
-        ends_y, ends_x = _extend(ends_y, ys), _extend(ends_x, xs)
-    first_y, last_y, low_y, high_y = _span(int64(ends_y[0]), int64(ends_y[1]), numbers.height, level)
-    first_x, last_x, low_x, high_x = _span(int64(ends_x[0]), int64(ends_x[1]), numbers.width, level)
-    for i in range(height):
-        _round(texels.ys[i], level, np.int32(low_y), np.int32(high_y))
-        _round(texels.xs[i], level, np.int32(low_x), np.int32(high_x))
-    return Span(first_y, last_y, first_x, last_x, low_y, high_y, low_x, high_x)
 
 
 @inline
-def _list_symmetries(
-    chart: ChartCanvas,
-    numbers: LayNumbers,
-    texels: BlockTexels,
-    state: NDArray[np.uint64],
-    scratch: SymmetryScratch,
-) -> Any:
+def _list_symmetries(numbers: LayNumbers, scratch: LayScratch) -> Any:
     # Lists the symmetries that a block is tried with: the two that most of what it overlaps shows, and one
     # drawn from all that are allowed. Returns how many; where nothing is laid, the drawn one alone.
-    shown, tried = scratch.shown, scratch.tried
+    shown, tried = scratch.symmetries, scratch.tried
     tried[0] = 0
     if numbers.symmetries == 1:
         return int64(1)
-    for s in range(8):
-        shown[s] = 0
-    for i in range(numbers.block_height):
-        for j in range(numbers.block_width):
-            if texels.marks[i, j] & 1:
-                r, c = uint64(texels.rows[i + 1]), uint64(texels.columns[j + 1])
-                shown[chart.symmetries[r, c]] += 1
-    allowed = int64(0)
+    allowed, count = int64(0), int64(0)
     for s in range(8):
         allowed += numbers.symmetries >> s & 1
-        if numbers.symmetries >> s & 1 == 0:
-            shown[s] = 0
-    count = int64(0)
     for _ in range(2):
         most = int64(0)
         for s in range(1, 8):
@@ -188,7 +124,7 @@ def _list_symmetries(
         if shown[most] > 0:
             tried[count], shown[most] = most, 0
             count += 1
-    pick = draw(state, allowed)
+    pick = draw(scratch.state, allowed)
     for s in range(8):
         if numbers.symmetries >> s & 1:
             if pick == 0 and (count == 0 or s != tried[0]) and (count < 2 or s != tried[1]):
@@ -199,124 +135,208 @@ def _list_symmetries(
 
 
 @inline
-def _choose(
-    match: MatchImage,
-    matrices: NDArray[np.int32],
-    numbers: LayNumbers,
-    weights: LayWeights,
-    usage: NDArray[np.float64],
-    uses: LandmarkUses,
-    state: NDArray[np.uint64],
-    blocks: NDArray[np.int32],
-    n: int,
-    count: int,
-    scratch: LayScratch,
-) -> Span:
-    # Chooses the source of block n with each of the symmetries listed, and keeps the cheapest, the first of
-    # equals.
-    block, choice, tried = blocks[n], scratch.choice, scratch.symmetries.tried
-    row, column = int64(block[ROW]), int64(block[COLUMN])
-    span = fall(matrices, numbers, tried[0], row, column, scratch.texels)
-    least = int64(-1)
-    for t in range(count):
-        if t:
-            span = fall(matrices, numbers, tried[t], row, column, scratch.texels)
-        penalise(usage, numbers, weights, uses, blocks, n, tried[t], span, choice.penalties)
-        want_phases(match, block[PHASE:], tried[t], choice)
-        start = list_continued(matrices, numbers, blocks, n, tried[t], span, choice)
-        y, x, cost = choose_source(match, numbers, weights, state, span, scratch.texels, choice, start)
-        if least < 0 or cost < least:
-            least = cost
-            block[SOURCE_ROW], block[SOURCE_COLUMN], block[SYMMETRY] = y, x, tried[t]
-    if block[SYMMETRY] != tried[count - 1]:
-        span = fall(matrices, numbers, int64(block[SYMMETRY]), row, column, scratch.texels)
-    return span
+def _turn_frame(numbers: LayNumbers, symmetry: int, pixels: FramePixels) -> Span:
+    # Enters where the frame's pixels read with a symmetry, from the source; returns where that may be, so that
+    # the frame lies inside the exemplar.
+    size = numbers.size
+    half, turn = size // 2, SYMMETRIES[symmetry]
+    for i in range(size):
+        for j in range(size):
+            pixels.ys[i, j] = turn[0] * (i - half) + turn[1] * (j - half)
+            pixels.xs[i, j] = turn[2] * (i - half) + turn[3] * (j - half)
+    y, x = int64(pixels.ys[0, 0]), int64(pixels.xs[0, 0])
+    other_y, other_x = int64(pixels.ys[size - 1, size - 1]), int64(pixels.xs[size - 1, size - 1])
+    low_y, high_y, low_x, high_x = min(y, other_y), max(y, other_y), min(x, other_x), max(x, other_x)
+    return Span(
+        -low_y, numbers.height - 1 - high_y, -low_x, numbers.width - 1 - high_x, low_y, high_y, low_x, high_x
+    )
 
 
 @inline
-def _lay(
-    chart: ChartCanvas,
-    image: NDArray[np.int32],
+def _list_continued(
+    records: IntArray, numbers: LayNumbers, symmetry: int, span: Span, canvas: IntArray, scratch: LayScratch
+) -> Any:
+    # Enters before candidate 2 what continues the nearest laid pixels to the left of the frame's middle and
+    # above it, or to the right and below; returns the first candidate.
+    half, start, pixels = numbers.size // 2, int64(2), scratch.pixels
+    for side in range(2):
+        for n in range(1, 2 * half):
+            away = -((n + 1) // 2) if n & 1 else n // 2
+            i, j = (half, half + away) if side == 0 else (half + away, half)
+            if i < 0 or j < 0 or i >= 2 * half or j >= 2 * half or pixels.marks[i, j] != 1:
+                continue
+            y = canvas[i, j] // numbers.width - pixels.ys[i, j]
+            x = canvas[i, j] % numbers.width - pixels.xs[i, j]
+            if span.first_y <= y <= span.last_y and span.first_x <= x <= span.last_x:
+                start -= 1
+                scratch.choice.kept[start] = y * numbers.width + x
+            break
+    return start
+
+
+@inline
+def _penalise_near(
     numbers: LayNumbers,
-    symmetry: int,
-    base: int,
-    mask: NDArray[np.uint8],
-    texels: BlockTexels,
+    weight: float,
+    blocks: BlockArrays,
+    n: int,
+    near: NDArray[np.int64],
+    reach: float,
+    penalties: FloatArray,
 ) -> None:
-    # Copies the texels of a block's new cells; `base` is the pixel that its centre reads.
-    cell, across, width = numbers.mask_cell, numbers.block_width // numbers.mask_cell, np.int32(numbers.width)
-    shown = np.uint8(symmetry)
-    for i in range(numbers.block_height):
-        r, ys, xs = uint64(texels.rows[i + 1]), texels.ys[i], texels.xs[i]
-        covered, canvas, symmetries = chart.covered[r], chart.canvas[r], chart.symmetries[r]
-        for b in range(across):
-            if mask[uint64(i // cell * across + b)]:
-                for j in range(b * cell, b * cell + cell):
-                    c, at = uint64(texels.columns[uint64(j + 1)]), uint64(j)
-                    covered[c] |= np.uint8(1)
-                    symmetries[c] = shown
-                    canvas[c] = image[uint64(base + (np.int32(ys[at] * width) + xs[at]))]
+    # What blocks near by have used costs more; `near` (k, 2) are those that may be near, from, to.
+    spots, records, tall = blocks.spots, blocks.records, numbers.size // 2 + 1
+    for k in range(near.shape[0]):
+        for m in range(near[k, 0], min(near[k, 1], n)):
+            x, y, z = (
+                spots[m, 0] - spots[n, 0],
+                spots[m, 1] - spots[n, 1],
+                spots[m, 2] - spots[n, 2],
+            )
+            if records[m, LAID] and x * x + y * y + z * z < reach * reach:
+                row, column = int64(records[m, SOURCE_ROW]), int64(records[m, SOURCE_COLUMN])
+                splat_tent(penalties, numbers.usage_step, row, column, tall, tall, weight)
+
+
+@inline
+def _choose(
+    match: MatchImage,
+    numbers: LayNumbers,
+    weights: LayWeights,
+    usage: FloatArray,
+    blocks: BlockArrays,
+    n: int,
+    near: NDArray[np.int64],
+    reach: float,
+    count: int,
+    scratch: LayScratch,
+) -> None:
+    # Chooses the source of block n with each of the symmetries listed, and keeps the cheapest, the first of
+    # equals.
+    record, choice, tried = blocks.records[n], scratch.choice, scratch.tried
+    least = int64(-1)
+    for t in range(count):
+        span = _turn_frame(numbers, tried[t], scratch.pixels)
+        first = first_of(numbers, tried[t], choice.penalties.shape[0])
+        penalise_used(usage, first, weights.evenness, choice.penalties)
+        if weights.variety > 0.0:
+            _penalise_near(numbers, weights.variety, blocks, n, near, reach, choice.penalties)
+        want_phases(match, record[PHASE:], tried[t], choice)
+        start = _list_continued(blocks.records, numbers, tried[t], span, scratch.sources, scratch)
+        y, x, cost = choose_source(
+            match, numbers, weights, scratch.state, span, scratch.pixels, choice, start
+        )
+        if least < 0 or cost < least:
+            least = cost
+            record[SOURCE_ROW], record[SOURCE_COLUMN], record[SYMMETRY] = y, x, tried[t]
+    if record[SYMMETRY] != tried[count - 1]:
+        _turn_frame(numbers, int64(record[SYMMETRY]), scratch.pixels)
+
+
+@inline
+def _settle(
+    ground: Ground,
+    match: MatchImage,
+    numbers: LayNumbers,
+    weights: LayWeights,
+    usage: FloatArray,
+    blocks: BlockArrays,
+    n: int,
+    near: NDArray[np.int64],
+    reach: float,
+    sizes: tuple[int, int],
+    scratch: LayScratch,
+) -> None:
+    # Chooses, cuts and writes block n, of which the footprint is found; `sizes` are its triangles and what it
+    # leaves bare where it ends beside what is laid.
+    record, pixels, canvases = blocks.records[n], scratch.pixels, ground.canvases
+    laid, bare = look_at_frame(
+        ground.mesh,
+        canvases,
+        match.image,
+        blocks.records,
+        scratch.found,
+        sizes[0],
+        sizes[1],
+        scratch.inside,
+        scratch.covered,
+        scratch.sources,
+        pixels,
+        scratch.symmetries,
+    )
+    if bare == 0:
+        return
+    count = _list_symmetries(numbers, scratch)
+    record[LAID] = 1 if laid else 2
+    if laid:
+        _choose(match, numbers, weights, usage, blocks, n, near, reach, count, scratch)
+    else:
+        span = _turn_frame(numbers, scratch.tried[0], pixels)
+        want_phases(match, record[PHASE:], scratch.tried[0], scratch.choice)
+        y, x = draw_in_phase(match, numbers, scratch.state, span, scratch.choice)
+        record[SOURCE_ROW], record[SOURCE_COLUMN], record[SYMMETRY] = y, x, scratch.tried[0]
+    y, x = int64(record[SOURCE_ROW]), int64(record[SOURCE_COLUMN])
+    if laid:
+        cut_block(
+            scratch.covered, match.image, numbers, y * numbers.width + x, pixels, scratch.cut, scratch.mask
+        )
+    else:
+        scratch.mask[:] = 1
+    write_frame(canvases, numbers, n, record, scratch.mask, scratch.found, sizes[0])
+    rows = scratch.choice.penalties.shape[0]
+    first = first_of(numbers, int64(record[SYMMETRY]), rows)
+    splat_tent(usage[first : first + rows], numbers.usage_step, y, x, numbers.size, numbers.size, 1.0)
 
 
 @kernel
 def lay_blocks(
-    chart: ChartCanvas,
+    ground: Ground,
     match: MatchImage,
-    matrices: NDArray[np.int32],
     numbers: LayNumbers,
     weights: LayWeights,
-    usage: NDArray[np.float64],
-    uses: LandmarkUses,
-    state: NDArray[np.uint64],
-    blocks: NDArray[np.int32],
+    usage: FloatArray,
+    blocks: BlockArrays,
     part: tuple[int, int],
-    cells: NDArray[np.uint8],
+    near: NDArray[np.int64],
+    reaches: tuple[float, float],
+    margin: int,
+    seed: np.uint64,
+    fits: FloatArray,
+    pieces: NDArray[np.int64],
     scratch: LayScratch,
 ) -> None:
-    """Choose, cut and lay some blocks of a chart, from, to, in order.
+    """Find, choose, cut and lay some blocks, from, to, one after another.
 
-    `matrices` are the warp field's. `usage` counts how much each part of the exemplar is used, every
-    `usage_step` pixels, (n, m) for each symmetry that is allowed, one below the other, and `uses` where its
-    landmarks are shown. `state` is that of
-    the random numbers. `blocks` are records, see `_block_kernels`. `cells` (blocks, cells of a block)
-    receives their masks, 1 = new.
-
-    A block that covers nothing new of what is needed is left out. One on nothing is drawn from all that fit;
-    any other is chosen by what it continues, and cut where the two differ least.
+    A block that shows nothing new is left out. One on nothing is drawn from all sources that fit; any other is
+    chosen by what it continues, and cut where the two differ least. `usage` counts how much each part of the
+    exemplar is used, every `usage_step` pixels, for each symmetry that is allowed, one below the other. `near`
+    (k, 2) are blocks that may lie near, from, to; `reaches` how far they are near, in model units, and frame
+    pixels per model unit. Where a block ends beside what is laid it leaves `margin` pixels bare. Each block
+    draws from its own generator, which follows from `seed`. `fits` (blocks, `MOST_SHEETS`, `FIT`) and `pieces`
+    (blocks,) receive how sheets read, and how many there are.
     """
-    texels = scratch.texels
+    half = 0.5 * numbers.size
     for n in range(part[0], part[1]):
-        block, mask = blocks[n], cells[n]
-        row, column = int64(block[ROW]), int64(block[COLUMN])
-        top, left = row - numbers.block_height // 2, column - numbers.block_width // 2
-        laid, bare = look(chart, numbers, top, left, texels)
-        block[LAID] = 0
-        if bare == 0:
-            continue
-        count = _list_symmetries(chart, numbers, texels, state, scratch.symmetries)
-        if laid == 0:
-            block[LAID], block[SYMMETRY] = 2, scratch.symmetries.tried[0]
-            span = fall(matrices, numbers, int64(block[SYMMETRY]), row, column, texels)
-            want_phases(match, block[PHASE:], int64(block[SYMMETRY]), scratch.choice)
-            y, x = draw_in_phase(match, numbers, state, span, scratch.choice)
-            block[SOURCE_ROW], block[SOURCE_COLUMN] = (
-                position_of(y, numbers.level),
-                position_of(x, numbers.level),
+        own, root = n - part[0], blocks.roots[n]
+        scratch.state[0] = seed + np.uint64(n) * np.uint64(0xD1342543DE82EF95)
+        blocks.records[n, LAID], pieces[own] = 0, 1
+        count = lie_whole(ground.field, ground.clear, root, half, scratch.found, fits[own])
+        if count == 0:
+            found, sheets = unfold_block(
+                ground.mesh,
+                int64(blocks.triangles[n]),
+                blocks.shares[n],
+                half,
+                reaches[1],
+                scratch.unfold,
+                scratch.found,
             )
-            for at in range(mask.shape[0]):
-                mask[at] = 1
-        else:
-            block[LAID] = 1
-            span = _choose(match, matrices, numbers, weights, usage, uses, state, blocks, n, count, scratch)
-        source_y = pixel_at(int64(block[SOURCE_ROW]), numbers.level)
-        source_x = pixel_at(int64(block[SOURCE_COLUMN]), numbers.level)
-        base = source_y * numbers.width + source_x
-        if laid:
-            cut_block(chart.covered, match.image, numbers, top, left, base, texels, scratch.cut, mask)
-        _lay(chart, match.image, numbers, int64(block[SYMMETRY]), base, mask, texels)
-        tall, wide = max(1, span.high_y - span.low_y), max(1, span.high_x - span.low_x)
-        rows = scratch.choice.penalties.shape[0]
-        first = first_of(numbers, int64(block[SYMMETRY]), rows)
-        used = usage[first : first + rows]
-        splat_tent(used, numbers.usage_step, source_y, source_x, tall, wide, 1.0)
-        uses.shown[uses.before + n] = shown_landmarks(uses, source_y, source_x, tall, wide)
+            count = found
+            pieces[own] = fit_block(
+                *(ground.mesh, ground.field, root, half, reaches[1]),
+                *(scratch.found, (found, sheets), scratch.sheets, fits[own]),
+            )
+        _settle(
+            *(ground, match, numbers, weights, usage, blocks, n, near, reaches[0]),
+            *((count, margin), scratch),
+        )

@@ -1,14 +1,12 @@
 """Where a block's cut may run, and where it does."""
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
 from upholster.jit import inline, shared
 from upholster.methods._cut_kernels import FREE, NEW, OLD, OUTSIDE, cut_grid
-from upholster.methods.quilt._block_kernels import BlockTexels, CutScratch, LayNumbers, squared_difference
-from upholster.types import int64, uint64
+from upholster.methods.quilt._block_kernels import CutScratch, FramePixels, LayNumbers, squared_difference
+from upholster.types import uint64
 
 __all__ = ["cut_block"]
 
@@ -35,39 +33,27 @@ def _differ(
 
 @inline
 def _compare(
-    image: NDArray[np.int32],
-    numbers: LayNumbers,
-    top: int,
-    left: int,
-    base: int,
-    texels: BlockTexels,
-    scratch: CutScratch,
+    image: NDArray[np.int32], numbers: LayNumbers, base: int, pixels: FramePixels, scratch: CutScratch
 ) -> None:
     # Fills `errors`, squared differences between the source at pixel `base` and what is laid, summed over
-    # each cell; `marks`, what a cell's texels are; and `missing`, 1 where one is bare and needed.
-    cell, sample, differences = numbers.mask_cell, numbers.sample, scratch.differences
-    across = numbers.block_width // cell
+    # each cell; `marks`, what a cell's pixels are; and `missing`, 1 where one is bare.
+    cell, differences = numbers.cell, scratch.differences
+    across = numbers.size // cell
     for at in range(scratch.errors.shape[0]):
         scratch.errors[at], scratch.missing[at], scratch.marks[at] = 0, 0, 0
-    for i in range(numbers.block_height):
-        compared = i % sample == 0
-        needed = numbers.need_top <= top + i < numbers.need_bottom
-        if compared:
-            ys, xs = texels.ys[i], texels.xs[i]
-            _differ(image, np.int32(numbers.width), base, ys, xs, texels.old[i], differences)
+    for i in range(numbers.size):
+        _differ(image, np.int32(numbers.width), base, pixels.ys[i], pixels.xs[i], pixels.old[i], differences)
         for b in range(across):
-            at, phase = uint64(i // cell * across + b), int64(0)
+            at = uint64(i // cell * across + b)
             for j in range(b * cell, b * cell + cell):
-                mark = texels.marks[uint64(i), uint64(j)]
+                mark = pixels.marks[uint64(i), uint64(j)]
                 scratch.marks[at] |= mark
                 if mark & _LAID == 0:
                     scratch.marks[at] |= _BARE
-                    inside = needed and mark & _BESIDE == 0
-                    if inside and numbers.need_left <= left + j < numbers.need_right:
+                    if mark & _BESIDE == 0:
                         scratch.missing[at] = 1
-                elif compared and phase == 0:
+                else:
                     scratch.errors[at] += differences[uint64(j)]
-                phase = phase + 1 if phase + 1 < sample else int64(0)
 
 
 @inline
@@ -81,49 +67,41 @@ def _touches_missing(missing: NDArray[np.int32], rows: int, columns: int, a: int
 
 
 @inline
-def _goes_on(
-    covered: NDArray[np.uint8], texels: BlockTexels, cell: int, rows: int, columns: int, a: int, b: int
-) -> bool:
-    # Whether a cell on the block's rim has something laid right beyond that rim.
-    r, c = texels.rows[a * cell + 1], texels.columns[b * cell + 1]
-    above, below = texels.rows[0], texels.rows[texels.rows.shape[0] - 1]
-    left, right = texels.columns[0], texels.columns[texels.columns.shape[0] - 1]
+def _goes_on(covered: NDArray[np.uint8], cell: int, across: int, a: int, b: int) -> bool:
+    # Whether a cell on the frame's rim has something laid right beyond that rim.
+    last, r, c = covered.shape[0] - 1, a * cell + 1, b * cell + 1
     found = 0
-    if a == 0 and above >= 0:
-        found |= covered[above, c]
-    if b == 0 and left >= 0:
-        found |= covered[r, left]
-    if a == rows - 1 and below >= 0:
-        found |= covered[below, c]
-    if b == columns - 1 and right >= 0:
-        found |= covered[r, right]
+    if a == 0:
+        found |= covered[0, c]
+    if b == 0:
+        found |= covered[r, 0]
+    if a == across - 1:
+        found |= covered[last, c]
+    if b == across - 1:
+        found |= covered[r, last]
     return found & 1 != 0
 
 
 @inline
-def _label_seeds(
-    covered: NDArray[np.uint8], texels: BlockTexels, cell: int, columns: int, scratch: CutScratch
-) -> int:
+def _label_seeds(covered: NDArray[np.uint8], cell: int, across: int, scratch: CutScratch) -> int:
     # Tells which cells stay old and which become new, whatever it costs; bit 0: some old, bit 1: some new.
-    # New is what is bare and missing (then out of the grid), and what is round it, so that feathering never
-    # meets bare texels. Old is what a finished chart shows, and the block's rim where its chart goes on.
+    # New is what is bare and missing (then out of the grid), and what is round it. Old is what must not change,
+    # and the frame's rim where what is laid goes on.
     marks, missing, seeds = scratch.marks, scratch.missing, scratch.seeds
-    rows = seeds.shape[0] // columns
     kinds = 0
-    for a in range(rows):
-        for b in range(columns):
-            at = a * columns + b
+    for a in range(across):
+        for b in range(across):
+            at = a * across + b
             kind = FREE
             if missing[at]:
                 kind = OUTSIDE
             elif marks[at] & _BARE:
-                # Bare, but where nobody needs it: a finished chart's, or beyond reach. What is needed beside
-                # it must not be feathered against it.
-                beside = _touches_missing(missing, rows, columns, a, b)
+                # Bare, but where nobody needs it: beside the surface.
+                beside = _touches_missing(missing, across, across, a, b)
                 kind = OLD if marks[at] & _CLOSED and not beside else OUTSIDE
-            elif _touches_missing(missing, rows, columns, a, b):
+            elif _touches_missing(missing, across, across, a, b):
                 kind = NEW
-            elif marks[at] & _CLOSED or _goes_on(covered, texels, cell, rows, columns, a, b):
+            elif marks[at] & _CLOSED or _goes_on(covered, cell, across, a, b):
                 kind = OLD
             seeds[at] = kind
             kinds |= (kind == OLD) | (kind == NEW) << 1
@@ -131,9 +109,8 @@ def _label_seeds(
 
 
 @inline
-def _cut(columns: int, scratch: CutScratch, mask: NDArray[np.uint8]) -> Any:
-    # The minimum cut between cells held old and new, and what it costs; a step costs 1 at least, to keep it
-    # short.
+def _cut(columns: int, scratch: CutScratch, mask: NDArray[np.uint8]) -> None:
+    # The minimum cut between cells held old and new; a step costs 1 at least, to keep it short.
     errors, seeds, residual = scratch.errors, scratch.seeds, scratch.residual
     for at in range(seeds.shape[0]):
         for side in range(4):
@@ -147,7 +124,7 @@ def _cut(columns: int, scratch: CutScratch, mask: NDArray[np.uint8]) -> Any:
             if below < seeds.shape[0] and seeds[below] != OUTSIDE:
                 cost = errors[at] + errors[below] + 1
                 residual[1, at], residual[3, below] = cost, cost
-    return int64(cut_grid(residual, seeds, columns, scratch.work, mask))
+    cut_grid(residual, seeds, columns, scratch.work, mask)
 
 
 @shared
@@ -155,26 +132,24 @@ def cut_block(
     covered: NDArray[np.uint8],
     image: NDArray[np.int32],
     numbers: LayNumbers,
-    top: int,
-    left: int,
     base: int,
-    texels: BlockTexels,
+    pixels: FramePixels,
     scratch: CutScratch,
     mask: NDArray[np.uint8],
-) -> Any:
-    """Cut a block against what is laid, and return what that costs; `mask` receives its new cells.
+) -> None:
+    """Cut a block against what is laid; `mask` receives its new cells.
 
-    `top`, `left` are its first texel, `base` the pixel that its centre reads; the rest as in `lay_blocks`.
+    `covered` (size + 2, size + 2) tells what is laid on the frame and round it, `base` is the pixel that its
+    centre reads.
     """
-    columns = numbers.block_width // numbers.mask_cell
-    _compare(image, numbers, top, left, base, texels, scratch)
-    kinds = _label_seeds(covered, texels, numbers.mask_cell, columns, scratch)
-    both, cost = kinds == 3, int64(0)
+    across = numbers.size // numbers.cell
+    _compare(image, numbers, base, pixels, scratch)
+    kinds = _label_seeds(covered, numbers.cell, across, scratch)
+    both = kinds == 3
     if both:
-        cost = _cut(columns, scratch, mask)
+        _cut(across, scratch, mask)
     for at in range(mask.shape[0]):
         if scratch.seeds[at] == OUTSIDE:
             mask[at] = 1
         elif not both:  # all new, or nothing but what is bare
             mask[at] = 1 if kinds == 2 else 0
-    return cost

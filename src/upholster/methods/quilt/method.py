@@ -1,111 +1,263 @@
-"""Method "quilt": one texture over the whole surface, chart after chart, block after block.
+"""Method "quilt" over a charted surface: blocks laid one over the other, then what shows of them.
 
-Charts are laid in colour classes: those of one class do not touch. A chart first gets the blocks that reach
-it from its finished neighbours (`upholster.methods.quilt.transfer`). Then come its own blocks in raster
-order, each a good match of what it overlaps, cut along the least difference (`upholster.methods.quilt.lay`);
-then others over the worst cuts (`upholster.methods.quilt.refinement`).
-Where a neighbour is not laid yet, blocks reach beyond the edge and are transferred to it later.
+Blocks lie on even grids over the charts, then on what is still bare. They are laid region by region, see
+`centres`: regions of one class side by side.
 """
 
-from collections.abc import Sequence, Set
+from dataclasses import dataclass
 from functools import partial
 
-from upholster.geometry import Surface
-from upholster.methods.quilt.emit import LABEL_CELL, emitted_quilt, tile_cell
+import numpy as np
+from numpy.typing import NDArray
+
+from upholster.charts.charted import ChartedSurface
+from upholster.charts.mesh_layout import GUTTER
+from upholster.charts.phases import MeshPhases, mesh_phases
+from upholster.charts.subdivision import subdivided
+from upholster.methods.quilt._block_kernels import (
+    BLOCK_COLUMNS,
+    LAID,
+    PHASE,
+    LayNumbers,
+    LayWeights,
+    MatchImage,
+)
+from upholster.methods.quilt._lay_kernels import BlockArrays, Ground, LayScratch, lay_blocks
+from upholster.methods.quilt._phase_kernels import MISFIT
+from upholster.methods.quilt._sheet_kernels import FIT, MOST_SHEETS
+from upholster.methods.quilt.centres import Centres, Regions, centres_on
+from upholster.methods.quilt.emit import Laid, emitted_quilt
+from upholster.methods.quilt.ground import ground_of
+from upholster.methods.quilt.match_pyramid import MatchPyramid
 from upholster.methods.quilt.options import QuiltOptions
 from upholster.methods.quilt.phases import WantedPhases
-from upholster.methods.quilt.run import LaidPart, Progressing, QuiltRun, lay_one, planned
-from upholster.methods.quilt.transfer import ChartPlacements
-from upholster.parallel import run_tasks
-from upholster.quilt.chart import Chart
+from upholster.parallel import check_running, run_tasks
 from upholster.quilt.model import Quilt
 from upholster.quilt.warp_field import WarpField
-from upholster.types import PixelArray, Progress
+from upholster.types import FloatArray, IntArray, PixelArray, Progress
 
-__all__ = ["emitted", "lay_all", "synthesize_quilt"]
+__all__ = ["synthesize_quilt"]
+
+_COARSE = 48
+_LARGEST_FRAME = 512
+_SHARE = 0.75
+_OVERLAP = 0.3
+_SHORT = 0.4
+"""Longest edge of a triangle that blocks are unfolded over, in blocks."""
+
+_ROUNDS = 12
+"""Of blocks on what is still bare."""
+
+_MARGIN = 0.2
+"""What a block leaves bare where it ends beside what is laid, in blocks: one that lies over it has room to
+cut on both sides."""
+
+_CELL = 0.25
+"""Side of a cell of the phases, in blocks."""
+
+_MIRRORED = 1 << 5
+"""The symmetry that mirrors left and right: columns count backwards."""
 
 
 def synthesize_quilt(
     exemplar: PixelArray,
-    surface: Surface,
-    charts: Sequence[Chart],
-    fields: Sequence[WarpField] | None = None,
+    surface: ChartedSurface,
+    fields: tuple[WarpField, ...],
+    vectors: FloatArray,
+    scale: float,
     *,
-    options: QuiltOptions | None = None,
+    fold: int = 1,
+    turns: IntArray | None = None,
+    options: QuiltOptions,
     phases: WantedPhases | None = None,
-    wrap: bool = False,
-    turning: Set[int] = frozenset(),
     seed: int = 0,
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> Quilt:
-    """Cover a surface with one texture.
+    """Cover a charted surface with one texture.
 
     Parameters
     ----------
     exemplar
         (H, W, C), any number of channels; uint8, uint16 or float32.
-    surface
-        The surface.
-    charts, fields
-        The layout, see `upholster.charts.layout` and `upholster.charts.directions`; without fields, a
-        texel is an exemplar pixel.
+    surface, fields
+        The charts, and their warp fields.
+    vectors
+        (T, 3, 3), unit vectors at the triangles' corners: which way the exemplar's rows run.
+    scale
+        Exemplar pixels per model unit.
+    fold, turns
+        1, 2 or 4: so many directions, turned evenly, count as one where a block reaches from triangle to
+        triangle; and (T,) the quarter turns from the warp fields to the directions, by default none, see
+        `upholster.charts.turns`.
     options
         Parameters of the method.
     phases
-        Of a sample that repeats: where in its periods it shall be. None: it is not looked at.
-    wrap
-        Whether the one chart's opposite edges meet, so that it tiles.
-    turning
-        Charts about a corner of which the direction turns: their blocks are small.
+        Of a sample that repeats: its own phases; where it shall be is found here. None: not looked at.
     seed
         0 to 2^63 − 1; the same seed gives the same quilt whatever the number of threads.
     threads, progress
         As in `upholster.parallel.run_tasks`; stage "blocks".
-
-    Raises
-    ------
-    InputError
-        If something is out of range or does not fit together.
     """
-    run = planned(
-        exemplar, surface, charts, fields,
-        options=options, phases=phases, wrap=wrap, turning=turning, seed=seed,
+    check_running(threads, progress)
+    turns = np.zeros(len(surface.chart), np.int32) if turns is None else turns
+    pyramid, numbers = _numbers(exemplar, surface, options, scale, phases)
+    pixels = scale / 2**numbers.level
+    fine = subdivided(surface, vectors, _SHORT * numbers.size / pixels)
+    ground = ground_of(
+        fine, fields, numbers.level, crease=options.crease, fold=fold, turns=turns[fine.parent]
+    )
+    variance = pyramid.variance
+    weights = LayWeights(
+        options.evenness * variance,
+        options.variety * variance,
+        options.tolerance,
+        0.0 if phases is None else phases.weight * variance / MISFIT,
+    )
+    found = None
+    if phases is not None:
+        side = _CELL * options.block / scale
+        found = mesh_phases(fine.surface, fine.vectors, scale, phases.lattice.waves, side)
+    laying = _Laying(
+        ground, pyramid.levels[numbers.level].match, numbers, weights, pixels, _density(surface), found,
+        np.random.SeedSequence(seed).generate_state(1, np.uint64)[0], threads, progress,
+        pyramid.empty_usage(numbers.symmetries.bit_count()), Regions(numbers.size / pixels),
     )  # fmt: skip
-    finished = lay_all(run, threads=threads, progress=progress)
-    return emitted(run, finished, (exemplar.shape[0], exemplar.shape[1]), threads=threads)
+    laid = laying.all_laid()
+    return emitted_quilt(surface.charts, fields, exemplar.shape[:2], ground, laid, threads=threads)
 
 
-def lay_all(
-    run: QuiltRun, *, threads: int | None = None, progress: Progress | None = None
-) -> list[ChartPlacements]:
-    """Lay all charts in this process; return each one's placements."""
-    finished: list[ChartPlacements | None] = [None] * len(run.charts)
-    so_far = Progressing.of(run)
-    for number, members in enumerate(run.classes):
-        parts: list[LaidPart | None] = [None] * len(members)
-        done = len(run.before(number))
+@dataclass(eq=False)
+class _Laying:
+    """A synthesis under way."""
 
-        def lay(k: int, number: int = number, parts: list[LaidPart | None] = parts) -> None:
-            n = run.classes[number][k]
-            finished[n], parts[k] = lay_one(run, n, number, so_far)
+    ground: Ground
+    match: MatchImage
+    numbers: LayNumbers
+    weights: LayWeights
+    pixels: float  # of frames, in a model unit
+    steps: float  # of charts, in a model unit
+    phases: MeshPhases | None
+    seed: np.uint64
+    threads: int | None
+    progress: Progress | None
+    usage: FloatArray
+    regions: Regions
 
-        def report(_stage: str, count: int, _total: int, done: int = done) -> None:
-            if progress is not None:
-                progress("blocks", done + count, len(run.charts))
+    def __post_init__(self) -> None:
+        none = np.zeros((0, 3))
+        self.blocks = BlockArrays(
+            np.zeros(0, np.int32), none, np.zeros((0, 6)), none, np.zeros((0, BLOCK_COLUMNS), np.int32)
+        )
+        self._fits: dict[int, FloatArray] = {}
+        self._free: list[LayScratch] = []
 
-        run_tasks([partial(lay, k) for k in range(len(members))], threads=threads, progress=report)
-        so_far.enter(members, [part for part in parts if part is not None])
-    return [laid for laid in finished if laid is not None]
+    def all_laid(self) -> Laid:
+        """Lay blocks on even grids, then on what is bare; return them all."""
+        size = self.numbers.size
+        margin = max(2 * self.numbers.cell, int(_MARGIN * size + 0.5))
+        mesh, canvases = self.ground.mesh, self.ground.canvases
+        step = max(2.0, (1 - _OVERLAP) * size * self._steps_per_pixel())
+        self.lay(centres_on(mesh, canvases, step, GUTTER + 0.35 * step, bare=False), margin)
+        step, left = 0.5 * size * self._steps_per_pixel(), np.inf
+        for k in range(_ROUNDS):
+            bare = centres_on(mesh, canvases, step, 0.5 * step, bare=True)
+            if not 0 < len(bare.triangles) < left:
+                break
+            left = len(bare.triangles)
+            self.lay(bare, margin if k < _ROUNDS // 2 else 0)
+        fits = [self._fits[n] for n in range(len(self.blocks.records))]
+        firsts = np.cumsum([0, *(len(one) for one in fits)])
+        return Laid(self.blocks.records, firsts, np.concatenate(fits), self.numbers.level)
+
+    def lay(self, centres: Centres, margin: int) -> None:
+        """Lay blocks; they leave `margin` pixels bare where they end beside what is laid."""
+        first = len(self.blocks.records)
+        order, classes = self.regions.enter(centres.spots, first)
+        self._add(centres.chosen(order))
+        for parts in classes:
+            near = [self.regions.near(self.blocks.spots[start]) for start, _ in parts]
+            usages = [self.usage.copy() for _ in parts]
+            run_tasks(
+                [
+                    partial(self._lay_region, part, close, usage, margin)
+                    for part, close, usage in zip(parts, near, usages, strict=True)
+                ],
+                threads=self.threads,
+            )
+            self.usage = self.usage + sum((usage - self.usage for usage in usages), np.zeros_like(self.usage))
+            if self.progress is not None:
+                self.progress("blocks", parts[-1][1] - first, len(order))
+
+    def _add(self, centres: Centres) -> None:
+        records = np.zeros((len(centres.triangles), BLOCK_COLUMNS), np.int32)
+        if self.phases is not None:
+            wanted = self.phases.at(centres.triangles, centres.spots)
+            records[:, PHASE : PHASE + len(wanted)] = wanted.T
+        new = (centres.triangles, centres.shares, centres.roots, centres.spots, records)
+        self.blocks = BlockArrays(
+            *(np.concatenate([old, one]) for old, one in zip(self.blocks, new, strict=True))
+        )
+
+    def _lay_region(
+        self, part: tuple[int, int], near: NDArray[np.int64], usage: FloatArray, margin: int
+    ) -> None:
+        scratch = self._free.pop() if self._free else self._scratch()
+        count = part[1] - part[0]
+        fits, pieces = np.empty((count, MOST_SHEETS, FIT)), np.zeros(count, np.int64)
+        reaches = 2.0 * self.numbers.size / self.pixels, self.pixels
+        lay_blocks(
+            self.ground, self.match, self.numbers, self.weights, usage, self.blocks, part, near, reaches, margin,
+            self.seed, fits, pieces, scratch,
+        )  # fmt: skip
+        for n in range(count):
+            self._fits[part[0] + n] = fits[
+                n, : pieces[n] if self.blocks.records[part[0] + n, LAID] else 0
+            ].copy()
+        self._free.append(scratch)
+
+    def _scratch(self) -> LayScratch:
+        mesh = self.ground.mesh
+        return LayScratch.of(self.numbers, self.usage, len(mesh.first) - 1, len(mesh.triangles))
+
+    def _steps_per_pixel(self) -> float:
+        return self.steps / self.pixels
 
 
-def emitted(
-    run: QuiltRun,
-    laid: Sequence[ChartPlacements],
-    exemplar_shape: tuple[int, int],
-    *,
-    threads: int | None = None,
-) -> Quilt:
-    """Return the quilt of all charts' placements."""
-    cell = tile_cell(run.charts[0]) if run.wrap else LABEL_CELL
-    return emitted_quilt(run.charts, run.fields, exemplar_shape, laid, cell=cell, threads=threads)
+def _density(surface: ChartedSurface) -> float:
+    # Steps per model unit: the mean over the charts.
+    flat = surface.places[:, 1:] - surface.places[:, :1]
+    steps = 0.5 * np.abs(flat[:, 0, 0] * flat[:, 1, 1] - flat[:, 0, 1] * flat[:, 1, 0])
+    kept = surface.chart >= 0
+    return float(np.sqrt(steps[kept].sum() / surface.mesh.areas[kept].sum()))
+
+
+def _numbers(
+    exemplar: PixelArray,
+    surface: ChartedSurface,
+    options: QuiltOptions,
+    scale: float,
+    phases: WantedPhases | None,
+) -> tuple[MatchPyramid, LayNumbers]:
+    # The exemplar's pyramid up to the level whose pixels are about a step, and sizes on that.
+    shape = exemplar.shape[:2]
+    last = max(0, int(np.log2(min(shape) / 16)))
+    number = min(max(0, int(np.floor(np.log2(scale / _density(surface)) + 0.5))), last)
+    pyramid = MatchPyramid.of(exemplar, number, None if phases is None else phases.lattice)
+    level = pyramid.levels[number]
+    cell = 4 if options.block >= _COARSE and options.block >> number >= 24 else 2
+    wanted = min(options.block, _SHARE * min(shape)) / 2**number
+    size = 2 * cell * max(2, int(np.rint(min(max(wanted, 8), _LARGEST_FRAME) / (2 * cell))))
+    turns = 0b1111 if options.rotate else 1
+    symmetries = turns | (turns << 4 if options.rotate else _MIRRORED) if options.mirror else turns
+    return pyramid, LayNumbers(
+        level.height,
+        level.width,
+        number,
+        level.step,
+        options.shortlist,
+        pyramid.stride(number),
+        symmetries,
+        size,
+        cell,
+    )

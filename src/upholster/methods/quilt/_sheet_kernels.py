@@ -5,7 +5,7 @@ turns that take it to the sense in which the block lies. On the sheet with the b
 fitted to the block map, C held near Q·M there. On any other they are fitted to what settled sheets show along
 their common seams, and less so to the block map, C held near ``C_A·T⁻¹``, the centre matrix beyond the seam,
 through its transition. A triangle's *misfit* tells how far its sheet shows it from how it lies in the field.
-All in working texels and frame pixels.
+All in steps and frame pixels.
 """
 
 from typing import Any, NamedTuple
@@ -13,11 +13,22 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.jit import inline, kernel
-from upholster.methods.quilt.mesh._unfold_kernels import MeshArrays
+from upholster.jit import inline, shared
+from upholster.methods.quilt._unfold_kernels import Footprint, MeshArrays
 from upholster.types import FloatArray, IntArray, int64
 
-__all__ = ["FIT", "MISFIT", "MOST_SHEETS", "FieldArrays", "SheetScratch", "field_at", "fit_sheets"]
+__all__ = [
+    "FIT",
+    "MISFIT",
+    "MOST_SHEETS",
+    "FieldArrays",
+    "SheetScratch",
+    "enter_fit",
+    "field_at",
+    "fit_block",
+    "shown_at",
+    "turned",
+]
 
 MOST_SHEETS = 24
 """Of one block: those beyond are left out."""
@@ -41,15 +52,15 @@ _INSIDE = 0.1
 """How much a texel inside a sheet counts, of one along a seam."""
 
 _LEAST, _MOST = 0.1, 4.0
-"""Determinant and entries of C, in frame pixels per working texel: about 1 where charts are sound."""
+"""Determinant and entries of C, in frame pixels per step: about 1 where charts are sound."""
 
 _MOST_EDGES = 2048
 
 
 class FieldArrays(NamedTuple):
-    """All charts' warp fields: nodes (n, 4) float64 in frame pixels per working texel, one after another.
+    """All charts' warp fields: nodes (n, 4) float64 in frame pixels per step, one after another.
 
-    `shapes` (charts, 3) tell each one's first node, rows and columns; nodes lie `step` working texels apart,
+    `shapes` (charts, 3) tell each one's first node, rows and columns; nodes lie `step` steps apart,
     the second one of each row and column at `origin`.
     """
 
@@ -102,8 +113,8 @@ def field_at(field: FieldArrays, chart: int, row: float, column: float) -> tuple
 
 
 @inline
-def _turned(m: tuple[float, float, float, float], quarters: float) -> tuple[float, float, float, float]:
-    # A matrix after so many quarter turns, as `SYMMETRIES` counts them.
+def turned(m: tuple[float, float, float, float], quarters: float) -> tuple[float, float, float, float]:
+    """Return a matrix after so many quarter turns, as `SYMMETRIES` counts them."""
     if quarters == 1.0:
         return m[2], m[3], -m[0], -m[1]
     if quarters == 2.0:
@@ -116,7 +127,7 @@ def _turned(m: tuple[float, float, float, float], quarters: float) -> tuple[floa
 @inline
 def shown_at(field: FieldArrays, fit: FloatArray, row: float, column: float) -> tuple[float, float]:
     """Return where a place of a fitted sheet's chart reads, in frame pixels from the block's source."""
-    m = _turned(field_at(field, int64(fit[1]), row, column), fit[10])
+    m = turned(field_at(field, int64(fit[1]), row, column), fit[10])
     y, x = row - fit[2], column - fit[3]
     return (
         fit[4] + 0.5 * ((fit[6] + m[0]) * y + (fit[7] + m[1]) * x),
@@ -125,33 +136,26 @@ def shown_at(field: FieldArrays, fit: FloatArray, row: float, column: float) -> 
 
 
 @inline
-def _list_edges(
-    mesh: MeshArrays,
-    triangles: IntArray,
-    sheets: IntArray,
-    first: int,
-    stop: int,
-    scratch: SheetScratch,
-) -> Any:
-    # Lists the edges along which two sheets of a block meet, from either side: two places in the block, and
+def _list_edges(mesh: MeshArrays, found: Footprint, count: int, scratch: SheetScratch) -> Any:
+    # Lists the edges along which two sheets of a block meet, from either side: two places in the footprint, and
     # the edge of either triangle.
-    count = int64(0)
-    for n in range(first, stop):
-        scratch.local[triangles[n]] = n - first
-    for n in range(first, stop):
-        t = triangles[n]
+    edges = int64(0)
+    for n in range(count):
+        scratch.local[found.triangles[n]] = n
+    for n in range(count):
+        t = found.triangles[n]
         for k in range(3):
             if mesh.seam[t, k] < 0:
                 continue
             across = mesh.neighbours[t, k]
             other = scratch.local[across // 3]
-            if other >= 0 and sheets[first + other] != sheets[n] and count < scratch.edges.shape[0]:
-                scratch.edges[count, 0], scratch.edges[count, 1] = n - first, k
-                scratch.edges[count, 2], scratch.edges[count, 3] = other, across % 3
-                count += 1
-    for n in range(first, stop):
-        scratch.local[triangles[n]] = -1
-    return count
+            if other >= 0 and found.sheets[other] != found.sheets[n] and edges < scratch.edges.shape[0]:
+                scratch.edges[edges, 0], scratch.edges[edges, 1] = n, k
+                scratch.edges[edges, 2], scratch.edges[edges, 3] = other, across % 3
+                edges += 1
+    for n in range(count):
+        scratch.local[found.triangles[n]] = -1
+    return edges
 
 
 @inline
@@ -178,7 +182,7 @@ def _place_on(mesh: MeshArrays, t: int, k: int, share: float) -> tuple[float, fl
 
 
 @inline
-def _is_inside(maps: Any, n: int, k: int, share: float, half: float) -> tuple[bool, float]:
+def _is_inside(maps: FloatArray, n: int, k: int, share: float, half: float) -> tuple[bool, float]:
     # Whether a place of an edge lies in the block's square, and its squared distance from the centre.
     last = (k + 1) % 3
     y = maps[n, k, 0] + share * (maps[n, last, 0] - maps[n, k, 0])
@@ -189,10 +193,7 @@ def _is_inside(maps: Any, n: int, k: int, share: float, half: float) -> tuple[bo
 @inline
 def _choose_next(
     mesh: MeshArrays,
-    triangles: IntArray,
-    sheets: IntArray,
-    maps: Any,
-    first: int,
+    found: Footprint,
     edges: int,
     pieces: int,
     half: float,
@@ -205,16 +206,16 @@ def _choose_next(
         for b in range(pieces):
             lengths[a, b] = 0.0
     for e in range(edges):
-        a, b = sheets[first + scratch.edges[e, 0]], sheets[first + scratch.edges[e, 2]]
+        a, b = found.sheets[scratch.edges[e, 0]], found.sheets[scratch.edges[e, 2]]
         if a >= pieces or b >= pieces or fits[a, 0] != 1.0 or fits[b, 0] != 0.0:
             continue
-        n, k = first + scratch.edges[e, 0], scratch.edges[e, 1]
-        length = _edge_length(mesh, triangles[n], k)
-        count = _samples(length)
-        for m in range(count):
-            inside, _ = _is_inside(maps, n, k, (m + 0.5) / count, half)
+        n, k = scratch.edges[e, 0], scratch.edges[e, 1]
+        length = _edge_length(mesh, found.triangles[n], k)
+        places = _samples(length)
+        for m in range(places):
+            inside, _ = _is_inside(found.maps, n, k, (m + 0.5) / places, half)
             if inside:
-                lengths[a, b] += length / count
+                lengths[a, b] += length / places
     best, most, source, longest = int64(-1), 0.0, int64(-1), 0.0
     for b in range(pieces):
         total = 0.0
@@ -233,10 +234,7 @@ def _choose_next(
 def _guess(
     mesh: MeshArrays,
     field: FieldArrays,
-    triangles: IntArray,
-    sheets: IntArray,
-    maps: Any,
-    first: int,
+    found: Footprint,
     edges: int,
     half: float,
     source: int,
@@ -249,18 +247,18 @@ def _guess(
     t00, t01, t10, t11, row, column, total = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for e in range(edges):
         n, k, m, l = scratch.edges[e, 0], scratch.edges[e, 1], scratch.edges[e, 2], scratch.edges[e, 3]  # noqa: E741
-        if sheets[first + n] != source or sheets[first + m] != wanted:
+        if found.sheets[n] != source or found.sheets[m] != wanted:
             continue
-        t, other = triangles[first + n], triangles[first + m]
+        t, other = found.triangles[n], found.triangles[m]
         cross = mesh.crossing[mesh.seam[t, k]]
         length = _edge_length(mesh, t, k)
-        count = _samples(length)
-        for step in range(count):
-            share = (step + 0.5) / count
-            inside, apart = _is_inside(maps, first + n, k, share, half)
+        places = _samples(length)
+        for step in range(places):
+            share = (step + 0.5) / places
+            inside, apart = _is_inside(found.maps, n, k, share, half)
             if not inside:
                 continue
-            weight = length / count / (apart + 9.0)
+            weight = length / places / (apart + 9.0)
             a, b = _place_on(mesh, t, k, share), _place_on(mesh, other, l, 1.0 - share)
             t00, t01 = t00 + weight * cross[0, 0], t01 + weight * cross[0, 1]
             t10, t11 = t10 + weight * cross[1, 0], t11 + weight * cross[1, 1]
@@ -280,7 +278,7 @@ def _guess(
     m = field_at(field, int64(fit[1]), fit[2], fit[3])
     best, step = -1e300, 4 // mesh.fold
     for quarters in range(0, 4, step):
-        n = _turned(m, float(quarters))
+        n = turned(m, float(quarters))
         like = fit[6] * n[0] + fit[7] * n[1] + fit[8] * n[2] + fit[9] * n[3]
         if like > best:
             best, fit[10] = like, quarters
@@ -304,11 +302,8 @@ def _add_sample(
 def _add_inside(
     mesh: MeshArrays,
     field: FieldArrays,
-    triangles: IntArray,
-    sheets: IntArray,
-    maps: Any,
-    first: int,
-    stop: int,
+    found: Footprint,
+    count: int,
     half: float,
     sheet: int,
     weight: float,
@@ -316,10 +311,10 @@ def _add_inside(
     sums: FloatArray,
 ) -> None:
     # The middles of the edges of a sheet's triangles, by area: as the block map shows them.
-    for n in range(first, stop):
-        if sheets[n] != sheet:
+    for n in range(count):
+        if found.sheets[n] != sheet:
             continue
-        p, u = mesh.places[triangles[n]], maps[n]
+        p, u = found.places[n], found.maps[n]
         area = (p[1, 0] - p[0, 0]) * (p[2, 1] - p[0, 1]) - (p[1, 1] - p[0, 1]) * (p[2, 0] - p[0, 0])
         for k in range(3):
             last = (k + 1) % 3
@@ -355,11 +350,8 @@ def _solve(fit: FloatArray, sums: FloatArray) -> None:
 def _fit(
     mesh: MeshArrays,
     field: FieldArrays,
-    triangles: IntArray,
-    sheets: IntArray,
-    maps: Any,
-    first: int,
-    stop: int,
+    found: Footprint,
+    count: int,
     edges: int,
     half: float,
     wanted: int,
@@ -373,35 +365,34 @@ def _fit(
         sums[n] = 0.0
     weight, held = (_INSIDE, _HELD) if edges else (1.0, _HELD_ALONE)
     sums[0], sums[3], sums[5] = 1e-6, held, held
-    _add_inside(mesh, field, triangles, sheets, maps, first, stop, half, wanted, weight, fit, sums)
+    _add_inside(mesh, field, found, count, half, wanted, weight, fit, sums)
     for e in range(edges):
         n, k, m, l = scratch.edges[e, 0], scratch.edges[e, 1], scratch.edges[e, 2], scratch.edges[e, 3]  # noqa: E741
-        settled = sheets[first + n]
-        if sheets[first + m] != wanted or settled >= fits.shape[0] or fits[settled, 0] != 1.0:
+        settled = found.sheets[n]
+        if found.sheets[m] != wanted or settled >= fits.shape[0] or fits[settled, 0] != 1.0:
             continue
-        t, other = triangles[first + n], triangles[first + m]
+        t, other = found.triangles[n], found.triangles[m]
         length = _edge_length(mesh, t, k)
-        count = _samples(length)
-        for step in range(count):
-            share = (step + 0.5) / count
-            inside, _ = _is_inside(maps, first + n, k, share, half)
+        places = _samples(length)
+        for step in range(places):
+            share = (step + 0.5) / places
+            inside, _ = _is_inside(found.maps, n, k, share, half)
             if not inside:
                 continue
             a, b = _place_on(mesh, t, k, share), _place_on(mesh, other, l, 1.0 - share)
             known, mine = shown_at(field, fits[settled], a[0], a[1]), shown_at(field, fit, b[0], b[1])
             apart = known[0] - mine[0], known[1] - mine[1]
-            _add_sample(fit, sums, b[0], b[1], apart, length / count)
+            _add_sample(fit, sums, b[0], b[1], apart, length / places)
     _solve(fit, sums)
 
 
 @inline
 def _misfit(mesh: MeshArrays, field: FieldArrays, t: int, fit: FloatArray, scale: float) -> Any:
     # A triangle's misfit on a sheet: of the angle and of the size what is worse, at most 255.
-    a, b, c = mesh.triangles[t, 0], mesh.triangles[t, 1], mesh.triangles[t, 2]
-    right, down, p, q = mesh.along[t], mesh.down[t], mesh.positions, mesh.places[t]
+    right, down, p, q = mesh.along[t], mesh.down[t], mesh.corners[t], mesh.places[t]
     er, ed, gr, gd = 0.0, 0.0, 0.0, 0.0
     for k in range(3):
-        e, g = p[b, k] - p[a, k], p[c, k] - p[a, k]
+        e, g = p[1, k] - p[0, k], p[2, k] - p[0, k]
         er, ed, gr, gd = er + e * right[k], ed + e * down[k], gr + g * right[k], gd + g * down[k]
     determinant = scale * (ed * gr - er * gd)
     if determinant <= 0.0:
@@ -423,57 +414,52 @@ def _misfit(mesh: MeshArrays, field: FieldArrays, t: int, fit: FloatArray, scale
     return int64(min(MISFIT * off, 255.0))
 
 
-@kernel
-def fit_sheets(
+@inline
+def enter_fit(fit: FloatArray, root: FloatArray, centre: tuple[float, float, float, float]) -> None:
+    """Write a sheet that reads as its chart's field says, about a block's centre."""
+    fit[0], fit[1], fit[2], fit[3], fit[4], fit[5] = 1.0, root[0], root[1], root[2], root[3], root[4]
+    fit[6], fit[7], fit[8], fit[9], fit[10] = centre[0], centre[1], centre[2], centre[3], root[5]
+
+
+@shared
+def fit_block(
     mesh: MeshArrays,
     field: FieldArrays,
-    roots: FloatArray,
-    part: tuple[int, int],
+    root: FloatArray,
     half: float,
-    firsts: NDArray[np.int64],
-    triangles: IntArray,
-    maps: NDArray[np.float32],
-    sheets: IntArray,
-    counts: IntArray,
-    scratch: SheetScratch,
     scale: float,
+    found: Footprint,
+    sizes: tuple[int, int],
+    scratch: SheetScratch,
     fits: FloatArray,
-    misfits: NDArray[np.uint8],
-) -> None:
-    """Fit the sheets of some blocks, from, to: `fits` (blocks, `MOST_SHEETS`, `FIT`).
+) -> int:
+    """Fit the sheets of a block, `fits` (`MOST_SHEETS`, `FIT`); return how many there are, settled or not.
 
-    `roots` (blocks, 6) are the chart and the place of each block's centre there, where it reads less the
-    block's source, and the quarter turns from the chart's matrix to the block's; the rest as `unfold_blocks`
-    left it. `sheets` becomes −1 where a sheet is not settled; `misfits` receives those of the other
+    `root` (6,) is the chart and the place of the block's centre there, where it reads less the block's source,
+    and the quarter turns from the chart's matrix to the block's; `sizes` the triangles and sheets that
+    `unfold_block` found. `sheets` becomes −1 where a sheet is not settled; `misfits` receives those of the other
     triangles, `scale` being frame pixels per model unit.
     """
-    for n in range(part[0], part[1]):
-        first, stop = firsts[n], firsts[n + 1]
-        pieces = min(int64(counts[n]), MOST_SHEETS)
-        fit = fits[n]
-        for m in range(MOST_SHEETS):
-            fit[m, 0] = 0.0
-        chart = int64(roots[n, 0])
-        centre = _turned(field_at(field, chart, roots[n, 1], roots[n, 2]), roots[n, 5])
-        fit[0, 0], fit[0, 1], fit[0, 2], fit[0, 3] = 1.0, roots[n, 0], roots[n, 1], roots[n, 2]
-        fit[0, 4], fit[0, 5], fit[0, 10] = roots[n, 3], roots[n, 4], roots[n, 5]
-        fit[0, 6], fit[0, 7], fit[0, 8], fit[0, 9] = centre[0], centre[1], centre[2], centre[3]
-        _fit(mesh, field, triangles, sheets, maps, first, stop, 0, half, 0, fit, scratch)
-        if fit[0, 0] != 1.0:
-            fit[0, 0], fit[0, 4], fit[0, 5] = 1.0, roots[n, 3], roots[n, 4]
-            fit[0, 6], fit[0, 7], fit[0, 8], fit[0, 9] = centre[0], centre[1], centre[2], centre[3]
-        if pieces > 1:
-            edges = _list_edges(mesh, triangles, sheets, first, stop, scratch)
-            while True:
-                wanted, source = _choose_next(
-                    mesh, triangles, sheets, maps, first, edges, pieces, half, fit, scratch
-                )
-                if wanted < 0:
-                    break
-                _guess(mesh, field, triangles, sheets, maps, first, edges, half, source, wanted, fit, scratch)
-                _fit(mesh, field, triangles, sheets, maps, first, stop, edges, half, wanted, fit, scratch)
-        for m in range(first, stop):
-            if sheets[m] >= pieces or fit[sheets[m], 0] != 1.0:
-                sheets[m] = -1
-            else:
-                misfits[m] = _misfit(mesh, field, triangles[m], fit[sheets[m]], scale)
+    count, pieces = sizes[0], min(sizes[1], MOST_SHEETS)
+    for m in range(pieces):
+        fits[m, 0] = 0.0
+    centre = turned(field_at(field, int64(root[0]), root[1], root[2]), root[5])
+    enter_fit(fits[0], root, centre)
+    _fit(mesh, field, found, count, 0, half, 0, fits, scratch)
+    if fits[0, 0] != 1.0:  # it can not be fitted: as the chart has it
+        enter_fit(fits[0], root, centre)
+    if pieces > 1:
+        edges = _list_edges(mesh, found, count, scratch)
+        while True:
+            wanted, source = _choose_next(mesh, found, edges, pieces, half, fits, scratch)
+            if wanted < 0:
+                break
+            _guess(mesh, field, found, edges, half, source, wanted, fits, scratch)
+            _fit(mesh, field, found, count, edges, half, wanted, fits, scratch)
+    for m in range(count):
+        sheet = found.sheets[m]
+        if sheet >= pieces or fits[sheet, 0] != 1.0:
+            found.sheets[m] = -1
+        else:
+            found.misfits[m] = _misfit(mesh, field, found.triangles[m], fits[sheet], scale)
+    return pieces

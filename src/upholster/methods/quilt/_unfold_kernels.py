@@ -10,10 +10,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.jit import inline, kernel
+from upholster.jit import inline, shared
 from upholster.types import FloatArray, IntArray, int64
 
-__all__ = ["MeshArrays", "UnfoldScratch", "unfold_blocks"]
+__all__ = ["Footprint", "MeshArrays", "UnfoldScratch", "unfold_block"]
 
 _REACH = 1.45
 """Half a block's diagonal and a little, in halves of its side."""
@@ -44,8 +44,9 @@ else end blocks there."""
 class MeshArrays(NamedTuple):
     """A mesh as kernels take it; V vertices, T triangles.
 
-    `positions` (V, 3), `triangles` (T, 3), `neighbours` (T, 3) as in `TriangleMesh`; `first` (V + 1,) and
-    `around` list the triangles round each vertex. `vectors` (T, 3, 3) is the direction field at corners;
+    `corners` (T, 3, 3) are positions, `triangles` (T, 3) vertices and `neighbours` (T, 3) as in `TriangleMesh`;
+    `first` (V + 1,) and `around` list the triangles round each vertex. Positions belong to corners: those of a
+    tile, whose opposite edges meet, are not the vertices'. `vectors` (T, 3, 3) is the direction field at corners;
     `normals`, `along` and `down` (T, 3) are each triangle's normal and the field's two axes in its plane.
     `places` (T, 3, 2) are row and column of each corner on its chart in working texels, centres at whole
     numbers; `chart` (T,) is that chart, −1 for none. `seam` (T, 3) numbers the seams' edges, −1 elsewhere;
@@ -54,7 +55,7 @@ class MeshArrays(NamedTuple):
     turns that take the charts' warp fields to `along` and `down`.
     """
 
-    positions: FloatArray
+    corners: FloatArray
     triangles: IntArray
     neighbours: IntArray
     first: NDArray[np.int64]
@@ -70,6 +71,36 @@ class MeshArrays(NamedTuple):
     spread: FloatArray
     fold: int
     turns: IntArray
+
+
+class Footprint(NamedTuple):
+    """Scratch: where a block lies, triangle by triangle; those of one sheet come together.
+
+    Of each triangle its number in the mesh, −1 where it is a part of a block that was not unfolded; its chart;
+    `places` (n, 3, 2) of its corners there and `maps` (n, 3, 2), where they lie in the frame, from the block's
+    centre; its sheet, −1 for none; and its misfit, see `_sheet_kernels`. `corners` (64, 4) is scratch.
+    """
+
+    triangles: IntArray
+    charts: IntArray
+    places: FloatArray
+    maps: FloatArray
+    sheets: IntArray
+    misfits: NDArray[np.uint8]
+    corners: FloatArray
+
+    @classmethod
+    def of(cls, most: int) -> "Footprint":
+        """Return room for so many triangles."""
+        return cls(
+            np.empty(most, np.int32),
+            np.empty(most, np.int32),
+            np.empty((most, 3, 2)),
+            np.empty((most, 3, 2)),
+            np.empty(most, np.int32),
+            np.empty(most, np.uint8),
+            np.empty((64, 4)),
+        )
 
 
 class UnfoldScratch(NamedTuple):
@@ -145,9 +176,9 @@ def _pop(keys: FloatArray, heap: IntArray, size: int) -> int:
 
 
 @inline
-def _edge(mesh: MeshArrays, i: int, j: int) -> tuple[float, float, float]:
-    p = mesh.positions
-    return p[j, 0] - p[i, 0], p[j, 1] - p[i, 1], p[j, 2] - p[i, 2]
+def _edge(mesh: MeshArrays, t: int, k: int, m: int) -> tuple[float, float, float]:
+    p = mesh.corners[t]
+    return p[m, 0] - p[k, 0], p[m, 1] - p[k, 1], p[m, 2] - p[k, 2]
 
 
 @inline
@@ -162,10 +193,12 @@ def _doubled_area(a: tuple[float, float, float], b: tuple[float, float, float]) 
 
 
 @inline
-def _place_third(mesh: MeshArrays, flat: FloatArray, i: int, j: int, w: int) -> tuple[bool, float, float]:
-    # Where triangle (i, j, w) puts w, to the left of its flat edge from i to j, with lengths as in space: an
-    # edge that unfolding shortened would else shorten all that follows.
-    edge, side = _edge(mesh, i, j), _edge(mesh, i, w)
+def _place_third(mesh: MeshArrays, flat: FloatArray, t: int, k: int) -> tuple[bool, float, float]:
+    # Where a triangle puts the corner across its edge k, to the left of that flat edge, with lengths as in space:
+    # an edge that unfolding shortened would else shorten all that follows.
+    m, o = (k + 1) % 3, (k + 2) % 3
+    i, j = mesh.triangles[t, k], mesh.triangles[t, m]
+    edge, side = _edge(mesh, t, k, m), _edge(mesh, t, k, o)
     squared = _dot(edge, edge)
     dx, dy = flat[j, 0] - flat[i, 0], flat[j, 1] - flat[i, 1]
     if squared <= _SHORT * _dot(side, side) or dx * dx + dy * dy <= 0.01 * squared:
@@ -189,10 +222,10 @@ def _settle_neighbours(
             i, j, w = mesh.triangles[t, k], mesh.triangles[t, (k + 1) % 3], mesh.triangles[t, (k + 2) % 3]
             if state[i] != 2 or state[j] != 2 or state[w] == 2 or (i != best and j != best):
                 continue
-            sound, x, y = _place_third(mesh, flat, i, j, w)
+            sound, x, y = _place_third(mesh, flat, t, k)
             if not sound:
                 continue
-            edge = _edge(mesh, i, j)
+            edge = _edge(mesh, t, k, (k + 1) % 3)
             apart = (flat[w, 0] - x) ** 2 + (flat[w, 1] - y) ** 2
             if state[w] == 0:
                 state[w] = 1
@@ -226,9 +259,9 @@ def _unfold(
     for k in range(3):
         v = mesh.triangles[centre, k]
         a, b, c = (
-            mesh.positions[v, 0] - point[0],
-            mesh.positions[v, 1] - point[1],
-            mesh.positions[v, 2] - point[2],
+            mesh.corners[centre, k, 0] - point[0],
+            mesh.corners[centre, k, 1] - point[1],
+            mesh.corners[centre, k, 2] - point[2],
         )
         flat[v, 0], flat[v, 1] = a * axis[0] + b * axis[1] + c * axis[2], a * up0 + b * up1 + c * up2
         flat[v, 2], state[v] = 1.0, 1
@@ -252,9 +285,10 @@ def _unfold(
 
 
 @inline
-def _is_whole(mesh: MeshArrays, flat: FloatArray, a: int, b: int, c: int) -> Any:
+def _is_whole(mesh: MeshArrays, flat: FloatArray, t: int) -> Any:
     # Whether unfolding kept a triangle about as it is.
-    e, g, h = _edge(mesh, a, b), _edge(mesh, a, c), _edge(mesh, b, c)
+    a, b, c = mesh.triangles[t, 0], mesh.triangles[t, 1], mesh.triangles[t, 2]
+    e, g, h = _edge(mesh, t, 0, 1), _edge(mesh, t, 0, 2), _edge(mesh, t, 1, 2)
     ex, ey = flat[b, 0] - flat[a, 0], flat[b, 1] - flat[a, 1]
     gx, gy = flat[c, 0] - flat[a, 0], flat[c, 1] - flat[a, 1]
     area, there = _doubled_area(e, g), ex * gy - ey * gx
@@ -281,7 +315,7 @@ def _add_turns(mesh: MeshArrays, scratch: UnfoldScratch, t: int) -> None:
     # Adds to its corners how the direction field there lies in a flat triangle, weighted by area.
     flat = scratch.flat
     a, b, c = mesh.triangles[t, 0], mesh.triangles[t, 1], mesh.triangles[t, 2]
-    e, g = _edge(mesh, a, b), _edge(mesh, a, c)
+    e, g = _edge(mesh, t, 0, 1), _edge(mesh, t, 0, 2)
     ex, ey = flat[b, 0] - flat[a, 0], flat[b, 1] - flat[a, 1]
     gx, gy = flat[c, 0] - flat[a, 0], flat[c, 1] - flat[a, 1]
     ee, gg, eg = _dot(e, e), _dot(g, g), _dot(e, g)
@@ -318,7 +352,7 @@ def _map_vertices(scratch: UnfoldScratch, touched: int, scale: float) -> None:
 def _is_true(mesh: MeshArrays, scratch: UnfoldScratch, t: int, scale: float) -> Any:
     # Whether the block map shows a triangle about as it lies in the field.
     a, b, c = mesh.triangles[t, 0], mesh.triangles[t, 1], mesh.triangles[t, 2]
-    e, g, u = _edge(mesh, a, b), _edge(mesh, a, c), scratch.u
+    e, g, u = _edge(mesh, t, 0, 1), _edge(mesh, t, 0, 2), scratch.u
     right, down = mesh.along[t], mesh.down[t]
     er, ed = (
         e[0] * right[0] + e[1] * right[1] + e[2] * right[2],
@@ -380,7 +414,7 @@ def _list_near(
             if a != v or mesh.chart[t] < 0:
                 continue  # each is listed at its first corner
             flat = scratch.state[a] and scratch.state[b] and scratch.state[c]
-            if flat and (t == centre or _is_whole(mesh, scratch.flat, a, b, c)):
+            if flat and (t == centre or _is_whole(mesh, scratch.flat, t)):
                 near[count] = t
                 count += 1
                 _add_turns(mesh, scratch, t)
@@ -405,7 +439,7 @@ def _spread(mesh: MeshArrays, scratch: UnfoldScratch, centre: int, sheets: IntAr
     while first < last:
         start = waiting[first]
         first += 1
-        if local[start] != -2:
+        if local[start] != -2 or tail == sheets.shape[0]:
             continue
         local[start] = tail
         queue[tail], sheets[tail] = start, sheet
@@ -422,7 +456,7 @@ def _spread(mesh: MeshArrays, scratch: UnfoldScratch, centre: int, sheets: IntAr
                     if last < waiting.shape[0]:
                         waiting[last] = other
                         last += 1
-                elif mesh.chart[other] == mesh.chart[t]:
+                elif mesh.chart[other] == mesh.chart[t] and tail < sheets.shape[0]:
                     local[other] = tail
                     queue[tail], sheets[tail] = other, sheet
                     tail += 1
@@ -430,54 +464,41 @@ def _spread(mesh: MeshArrays, scratch: UnfoldScratch, centre: int, sheets: IntAr
     return tail, sheet
 
 
-@kernel
-def unfold_blocks(
+@shared
+def unfold_block(
     mesh: MeshArrays,
-    centres: IntArray,
+    centre: int,
     shares: FloatArray,
-    part: tuple[int, int],
     half: float,
     scale: float,
     scratch: UnfoldScratch,
-    firsts: NDArray[np.int64],
-    triangles: IntArray,
-    maps: NDArray[np.float32],
-    sheets: IntArray,
-    counts: IntArray,
-) -> int:
-    """Find the footprints of some blocks, from, to; return the first that found no room any more.
+    out: Footprint,
+) -> tuple[int, int]:
+    """Find the footprint of a block; return how many triangles it has, and how many sheets.
 
-    `centres` (blocks,) are triangles and `shares` (blocks, 3) barycentric coordinates in them; `half` is half
-    a block's side in frame pixels, `scale` frame pixels per model unit. Block n's footprint goes to places
-    `firsts[n]` to before `firsts[n + 1]` of `triangles`, of `maps` (places, 3, 2), the block map at their
-    corners, rows and columns in frame pixels from the block's centre, and of `sheets`, in whose order they
-    come; `counts` receives how many sheets there are. `firsts[part[0]]` is given.
+    `centre` is a triangle, `shares` (3,) barycentric coordinates in it; `half` is half a block's side in frame
+    pixels, `scale` frame pixels per model unit.
     """
     point, axis = scratch.spot[0], scratch.spot[1]
-    for n in range(part[0], part[1]):
-        centre, filled = int64(centres[n]), firsts[n]
+    for k in range(3):
+        point[k], axis[k] = 0.0, mesh.along[centre, k]
+        for m in range(3):
+            point[k] += shares[m] * mesh.corners[centre, m, k]
+    touched = _unfold(mesh, scratch, centre, point, axis, _REACH * half / scale)
+    _list_near(mesh, scratch, centre, touched, scale, half)
+    found, pieces = _spread(mesh, scratch, centre, out.sheets)
+    found = min(found, int64(out.triangles.shape[0]))
+    for m in range(found):
+        t = scratch.queue[m]
+        out.triangles[m], out.charts[m], out.misfits[m] = t, mesh.chart[t], 0
         for k in range(3):
-            point[k], axis[k] = 0.0, mesh.along[centre, k]
-            for m in range(3):
-                point[k] += shares[n, m] * mesh.positions[mesh.triangles[centre, m], k]
-        touched = _unfold(mesh, scratch, centre, point, axis, _REACH * half / scale)
-        near = _list_near(mesh, scratch, centre, touched, scale, half)
-        room = filled + near <= triangles.shape[0]
-        found, pieces = int64(0), int64(0)
-        if room:
-            found, pieces = _spread(mesh, scratch, centre, sheets[filled:])
-        for m in range(found):
-            t = scratch.queue[m]
-            triangles[filled + m] = t
-            for k in range(3):
-                v = mesh.triangles[t, k]
-                maps[filled + m, k, 0], maps[filled + m, k, 1] = scratch.u[v, 0], scratch.u[v, 1]
-        for m in range(touched):
-            v = scratch.touched[m]
-            scratch.state[v] = 0
-            for k in range(mesh.first[v], mesh.first[v + 1]):
-                scratch.local[mesh.around[k]] = -1
-        if not room:
-            return n
-        counts[n], firsts[n + 1] = pieces, filled + found
-    return part[1]
+            v = mesh.triangles[t, k]
+            for axis_number in range(2):
+                out.places[m, k, axis_number] = mesh.places[t, k, axis_number]
+                out.maps[m, k, axis_number] = scratch.u[v, axis_number]
+    for m in range(touched):
+        v = scratch.touched[m]
+        scratch.state[v] = 0
+        for k in range(mesh.first[v], mesh.first[v + 1]):
+            scratch.local[mesh.around[k]] = -1
+    return found, pieces

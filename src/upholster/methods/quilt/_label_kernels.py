@@ -1,0 +1,171 @@
+"""From canvases to label maps: which block shows in each cell of a chart, and what it reads there."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from upholster.jit import inline, kernel
+from upholster.methods.quilt._frame_kernels import Canvases
+from upholster.methods.quilt._sheet_kernels import MOST_SHEETS, FieldArrays, shown_at
+from upholster.methods.quilt._unfold_kernels import MeshArrays
+from upholster.types import FloatArray, int64
+
+__all__ = ["fill_labels", "label_beyond", "label_cells", "read_cells"]
+
+_REACH = 2.0
+"""Cells beyond a seam that are labelled by what lies there."""
+
+_ALIKE = 4.0
+"""Frame pixels: two sheets of a block that differ by less at one place of a seam go on in each other there."""
+
+
+@kernel
+def label_cells(canvases: Canvases, chart: int, cell: int, labels: NDArray[np.int64]) -> None:
+    """Write to each cell of a chart the block and sheet that show there, ``block · MOST_SHEETS + sheet``; −1: none.
+
+    Of its steps the one right after its middle counts, or the first one that shows something.
+    """
+    height, width, first = canvases.heights[chart], canvases.widths[chart], canvases.firsts[chart]
+    for i in range(labels.shape[0]):
+        for j in range(labels.shape[1]):
+            labels[i, j] = -1
+            for n in range(cell * cell + 1):
+                down, right = (cell // 2, cell // 2) if n == 0 else ((n - 1) // cell, (n - 1) % cell)
+                r, c = (i - 1) * cell + down, (j - 1) * cell + right
+                if 0 <= r < height and 0 <= c < width:
+                    at = first + r * width + c
+                    if canvases.owners[at] >= 0:
+                        labels[i, j] = int64(canvases.owners[at]) * MOST_SHEETS + canvases.sheets[at]
+                        break
+
+
+@inline
+def _goes_on(
+    field: FieldArrays,
+    canvases: Canvases,
+    firsts: NDArray[np.int64],
+    fits: FloatArray,
+    chart: int,
+    here: tuple[float, float],
+    other: int,
+    there: tuple[float, float],
+) -> Any:
+    # The block and sheet that show at a place of another chart, as it goes on at a place of this one; −1: it does
+    # not.
+    r = min(max(int64(np.floor(there[0] + 0.5)), 0), canvases.heights[other] - 1)
+    c = min(max(int64(np.floor(there[1] + 0.5)), 0), canvases.widths[other] - 1)
+    at = canvases.firsts[other] + r * canvases.widths[other] + c
+    block = int64(canvases.owners[at])
+    if block < 0:
+        return int64(-1)
+    wanted = shown_at(field, fits[firsts[block] + canvases.sheets[at]], there[0], there[1])
+    best, least = int64(-1), _ALIKE * _ALIKE
+    for row in range(firsts[block], firsts[block + 1]):
+        if fits[row, 0] == 1.0 and int64(fits[row, 1]) == chart:
+            y, x = shown_at(field, fits[row], here[0], here[1])
+            away = (y - wanted[0]) ** 2 + (x - wanted[1]) ** 2
+            if away < least:
+                best, least = block * MOST_SHEETS + row - firsts[block], away
+    return best
+
+
+@kernel
+def label_beyond(
+    mesh: MeshArrays,
+    field: FieldArrays,
+    canvases: Canvases,
+    firsts: NDArray[np.int64],
+    fits: FloatArray,
+    edges: NDArray[np.int64],
+    chart: int,
+    cell: int,
+    away: FloatArray,
+    labels: NDArray[np.int64],
+) -> None:
+    """Label cells beyond a chart's seams by the blocks that show there, on the chart beyond.
+
+    `edges` (n, 2) are a chart's edges that are seams, triangle and edge; `firsts` and `fits` all blocks' sheets.
+    `away` (rows, columns) is scratch, infinite at first.
+    """
+    reach = _REACH * cell
+    for e in range(edges.shape[0]):
+        t, k = edges[e, 0], edges[e, 1]
+        m, across = (k + 1) % 3, mesh.neighbours[t, k]
+        other, l = across // 3, across % 3  # noqa: E741
+        p, q, cross = mesh.places[t], mesh.places[other], mesh.crossing[mesh.seam[t, k]]
+        y, x = p[m, 0] - p[k, 0], p[m, 1] - p[k, 1]
+        length = y * y + x * x
+        if length <= 0.0:
+            continue
+        # In steps from the chart's edge, the middle of cell i lies at (i − ½)·cell.
+        i0 = int64(np.floor((min(p[k, 0], p[m, 0]) - reach) / cell)) + 1
+        i1 = int64(np.floor((max(p[k, 0], p[m, 0]) + reach) / cell)) + 3
+        j0 = int64(np.floor((min(p[k, 1], p[m, 1]) - reach) / cell)) + 1
+        j1 = int64(np.floor((max(p[k, 1], p[m, 1]) + reach) / cell)) + 3
+        for i in range(max(i0, 0), min(i1, labels.shape[0])):
+            for j in range(max(j0, 0), min(j1, labels.shape[1])):
+                if labels[i, j] >= 0 and away[i, j] == np.inf:
+                    continue  # something shows there
+                row, column = (i - 0.5) * cell - 0.5, (j - 0.5) * cell - 0.5
+                down, right = row - p[k, 0], column - p[k, 1]
+                share = min(max((down * y + right * x) / length, 0.0), 1.0)
+                down, right = down - share * y, right - share * x
+                far = down * down + right * right
+                if far >= away[i, j] or far > reach * reach:
+                    continue
+                n = (l + 1) % 3
+                there = (
+                    q[n, 0] + share * (q[l, 0] - q[n, 0]) + cross[0, 0] * down + cross[0, 1] * right + 1e-6,
+                    q[n, 1] + share * (q[l, 1] - q[n, 1]) + cross[1, 0] * down + cross[1, 1] * right + 1e-6,
+                )
+                # Cells are labelled by the step right after their middle.
+                found = _goes_on(
+                    field,
+                    canvases,
+                    firsts,
+                    fits,
+                    chart,
+                    (row, column),
+                    int64(mesh.chart[other]),
+                    (there[0] + 0.0, there[1] + 0.0),
+                )
+                if found >= 0:
+                    labels[i, j], away[i, j] = found, far
+
+
+@kernel
+def read_cells(
+    field: FieldArrays,
+    fits: FloatArray,
+    rows: NDArray[np.int64],
+    places: FloatArray,
+    read: FloatArray,
+) -> None:
+    """Write where places (n, 2) of charts read, by sheets `rows` (n,) of `fits`, in frame pixels from the source."""
+    for n in range(rows.shape[0]):
+        y, x = shown_at(field, fits[rows[n]], places[n, 0], places[n, 1])
+        read[n, 0], read[n, 1] = y, x
+
+
+@kernel
+def fill_labels(labels: NDArray[np.int32], queue: NDArray[np.int64]) -> None:
+    """Give each cell without a label, −1, that of the nearest one, in steps by rows and columns.
+
+    `queue` has room for all cells. Of several as near, the cell takes what is reached first in raster order.
+    """
+    wide, first, last = labels.shape[1], 0, 0
+    for i in range(labels.shape[0]):
+        for j in range(wide):
+            if labels[i, j] >= 0:
+                queue[last] = i * wide + j
+                last += 1
+    while first < last:
+        i, j = queue[first] // wide, queue[first] % wide
+        first += 1
+        for k in range(4):
+            a, b = i + (k == 0) - (k == 1), j + (k == 2) - (k == 3)
+            if 0 <= a < labels.shape[0] and 0 <= b < wide and labels[a, b] < 0:
+                labels[a, b] = labels[i, j]
+                queue[last] = a * wide + b
+                last += 1

@@ -1,0 +1,160 @@
+"""What blocks are laid on: a charted surface as kernels take it, its warp fields, and the charts' canvases."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from upholster.charts.directions._kernels import corner_fans
+from upholster.charts.warp_fields import triangle_frames
+from upholster.charts.subdivision import Subdivided
+from upholster.methods.quilt._frame_kernels import Canvases, locate_steps
+from upholster.methods.quilt._lay_kernels import Ground
+from upholster.methods.quilt._sheet_kernels import FieldArrays
+from upholster.methods.quilt._unfold_kernels import MeshArrays
+from upholster.methods.quilt._whole_kernels import CLEAR_CELL, ClearCells, mark_edges
+from upholster.quilt.chart import Chart
+from upholster.quilt.warp_field import FIELD_STEP, UNIT, WarpField
+from upholster.types import FloatArray, IntArray
+
+__all__ = ["ground_of"]
+
+
+def ground_of(
+    fine: Subdivided,
+    fields: Sequence[WarpField],
+    level: int,
+    *,
+    crease: float | None,
+    fold: int,
+    turns: IntArray,
+) -> Ground:
+    """Return the ground on which blocks are laid, bare.
+
+    Parameters
+    ----------
+    fine
+        The charted surface, with short edges.
+    fields
+        Its charts' warp fields.
+    level
+        Of the exemplar, that blocks read: lengths in frames are its pixels.
+    crease
+        Degrees: blocks do not go on over edges at which the surface turns by as much. None: over all.
+    fold
+        1, 2 or 4: so many directions, turned evenly, count as one.
+    turns
+        (T,) quarter turns from the warp fields to the directions, see `upholster.charts.turns`.
+    """
+    mesh = _mesh_arrays(fine, crease, fold, turns)
+    charts = fine.surface.charts
+    canvases = _canvases(charts)
+    locate_steps(mesh, canvases, np.full(len(canvases.owners), np.inf, np.float32))
+    clear = _clear_cells(charts)
+    mark_edges(mesh, canvases.heights, canvases.widths, clear)
+    return Ground(mesh, _field_arrays(fields, level), clear, canvases)
+
+
+def _mesh_arrays(fine: Subdivided, crease: float | None, fold: int, turns: IntArray) -> MeshArrays:
+    surface, mesh = fine.surface, fine.surface.mesh
+    along, down = triangle_frames(mesh, fine.vectors)
+    across = surface.across.copy()
+    if crease is not None:
+        normals = mesh.flat_normals
+        across[(normals[:, None] * normals[across // 3]).sum(axis=2) <= np.cos(np.radians(crease))] = -1
+    # What does not hang together round a vertex gets vertices of its own: blocks are unfolded from vertex to
+    # vertex.
+    vertices = np.empty(mesh.triangles.shape, np.int32)
+    count = corner_fans(across, vertices)
+    owner = np.argsort(vertices.ravel(), kind="stable")
+    first = np.searchsorted(vertices.ravel()[owner], np.arange(count + 1))
+    places = np.ascontiguousarray(surface.places - 0.5)
+    seam, crossing = _crossings(fine, places)
+    seam[across < 0] = -1
+    return MeshArrays(
+        np.ascontiguousarray(mesh.corners),
+        vertices,
+        across,
+        first.astype(np.int64),
+        (owner // 3).astype(np.int32),
+        np.ascontiguousarray(fine.vectors),
+        np.ascontiguousarray(mesh.flat_normals),
+        along,
+        down,
+        places,
+        np.ascontiguousarray(surface.chart),
+        seam,
+        crossing,
+        np.bincount(vertices.ravel(), np.repeat(mesh.areas / 3, 3), count).astype(np.float64),
+        fold,
+        np.ascontiguousarray(turns, np.int32),
+    )
+
+
+def _crossings(fine: Subdivided, places: FloatArray) -> tuple[IntArray, FloatArray]:
+    # The seams' edges by number, −1 elsewhere, and the transition over each: steps on its triangle's chart to
+    # steps beyond, both planes unfolded about the edge.
+    surface, mesh = fine.surface, fine.surface.mesh
+    triangle, edge = np.nonzero(surface.is_seam)
+    seam = np.full((len(mesh.triangles), 3), -1, np.int32)
+    seam[triangle, edge] = np.arange(len(triangle))
+    across = surface.across[triangle, edge]
+    other, its = across // 3, across % 3
+
+    def flat(of: NDArray[np.intp], first: NDArray[np.intp], last: NDArray[np.intp]) -> FloatArray:
+        # Lengths along the edge and across it, per step on the triangle's chart.
+        tangent = mesh.corners[of, last] - mesh.corners[of, first]
+        tangent /= np.maximum(np.linalg.norm(tangent, axis=1), 1e-300)[:, None]
+        axes = np.stack([tangent, np.cross(mesh.flat_normals[of], tangent)], axis=1)
+        edges = (mesh.corners[of, 1:] - mesh.corners[of, :1]).transpose(0, 2, 1)
+        steps = (places[of, 1:] - places[of, :1]).transpose(0, 2, 1)
+        with np.errstate(invalid="ignore"):  # of triangles without area
+            return axes @ edges @ _inverse(steps)
+
+    here = flat(triangle, edge, (edge + 1) % 3)
+    there = flat(other.astype(np.intp), (its.astype(np.intp) + 1) % 3, its.astype(np.intp))
+    with np.errstate(invalid="ignore"):
+        crossing = _inverse(there) @ here
+    sound = np.isfinite(crossing).all(axis=(1, 2))[:, None, None]
+    return seam, np.ascontiguousarray(np.where(sound, crossing, np.eye(2)))
+
+
+def _inverse(m: FloatArray) -> FloatArray:
+    determinant = m[:, 0, 0] * m[:, 1, 1] - m[:, 0, 1] * m[:, 1, 0]
+    adjoint = np.stack([m[:, 1, 1], -m[:, 0, 1], -m[:, 1, 0], m[:, 0, 0]], axis=1).reshape(-1, 2, 2)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        out: FloatArray = adjoint / determinant[:, None, None]
+    return out
+
+
+def _field_arrays(fields: Sequence[WarpField], level: int) -> FieldArrays:
+    nodes = [field.matrices.reshape(-1, 4) / (UNIT << level) for field in fields]
+    firsts = np.cumsum([0, *(len(part) for part in nodes)])
+    shapes = np.array(
+        [(first, *field.matrices.shape[:2]) for first, field in zip(firsts, fields, strict=False)]
+    )
+    return FieldArrays(np.concatenate(nodes), shapes.astype(np.int64), float(FIELD_STEP), 0.0)
+
+
+def _canvases(charts: Sequence[Chart]) -> Canvases:
+    heights, widths = np.array([(chart.height, chart.width) for chart in charts], np.int64).T
+    firsts = np.cumsum([0, *(heights * widths).tolist()])
+    count = int(firsts[-1])
+    return Canvases(
+        np.full(count, -1, np.int32),
+        np.zeros(count, np.uint8),
+        np.zeros(count, np.int32),
+        np.zeros((count, 2), np.int16),
+        np.zeros(count, np.uint8),
+        np.full(count, -1, np.int32),
+        firsts[:-1].astype(np.int64),
+        heights.copy(),
+        widths.copy(),
+    )
+
+
+def _clear_cells(charts: Sequence[Chart]) -> ClearCells:
+    sizes = np.array([(chart.height, chart.width) for chart in charts], np.int64)
+    shapes = -(-sizes // CLEAR_CELL)
+    firsts = np.cumsum([0, *(shapes[:, 0] * shapes[:, 1]).tolist()])
+    return ClearCells(np.zeros(int(firsts[-1]), np.uint8), firsts[:-1].astype(np.int64), shapes)

@@ -1,1 +1,0 @@
-"""Method "quilt" over meshes: blocks on charts of any shape, unfolded from their centres."""
