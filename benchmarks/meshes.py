@@ -23,6 +23,7 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from upholster.charts.charted import ChartedSurface
 from upholster.charts.covered import as_covered
 from upholster.charts.creases import CREASE, default_crease
 from upholster.charts.directions import (
@@ -179,7 +180,7 @@ def random_strokes(mesh: TriangleMesh, count: int) -> tuple[str, ...]:
 def refined(mesh: TriangleMesh, least: int) -> TriangleMesh:
     """Halve the longest edges of a mesh until it has so many triangles."""
     count = len(mesh.triangles)
-    surface = MeshSurface(mesh, np.zeros(count, np.int32), np.zeros((count, 3, 2)))
+    surface = ChartedSurface(mesh, np.zeros(count, np.int32), np.zeros((count, 3, 2)), (), mesh.neighbours)
     vectors = np.tile([1.0, 0.0, 0.0], (count, 3, 1))
     lengths = np.linalg.norm(np.roll(mesh.corners, -1, axis=1) - mesh.corners, axis=2)
     longest = float(np.quantile(lengths, 0.98))
