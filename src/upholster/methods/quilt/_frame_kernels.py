@@ -43,16 +43,14 @@ _CLOSE = 0.75
 class Canvases(NamedTuple):
     """The charts' steps, one chart after another: step (r, c) of chart k at ``firsts[k] + r·widths[k] + c``.
 
-    `owners` is the block that shows there, −1 for none, `sheets` on which of its sheets, `sources` which pixel of
-    the exemplar that is, row · width + column, and `shown` (steps, 2) where in the block, in 1/16 frame pixel from
-    its centre. `misfits` is that of its triangle there; `triangles` in which triangle a step's middle lies, or
+    `owners` is the block that shows there, −1 for none, `sheets` on which of its sheets, and `sources` which pixel
+    of the exemplar that is, row · width + column. `misfits` is that of its triangle there; `triangles` in which triangle a step's middle lies, or
     right beside it, −1 for none. `heights` and `widths` are the charts'.
     """
 
     owners: IntArray
     sheets: NDArray[np.uint8]
     sources: IntArray
-    shown: NDArray[np.int16]
     misfits: NDArray[np.uint8]
     triangles: IntArray
     firsts: NDArray[np.int64]
@@ -356,9 +354,8 @@ def write_frame(
                     b, d = _clamped(b, d)
                 elif b < -1e-9 or d < -1e-9 or b + d > 1.0 + 1e-9:
                     continue
-                shown_y = u[0, 0] + b * (u[1, 0] - u[0, 0]) + d * (u[2, 0] - u[0, 0])
-                shown_x = u[0, 1] + b * (u[1, 1] - u[0, 1]) + d * (u[2, 1] - u[0, 1])
-                down, along = int64(np.floor(shown_y + 0.5)), int64(np.floor(shown_x + 0.5))
+                down = int64(np.floor(u[0, 0] + b * (u[1, 0] - u[0, 0]) + d * (u[2, 0] - u[0, 0]) + 0.5))
+                along = int64(np.floor(u[0, 1] + b * (u[1, 1] - u[0, 1]) + d * (u[2, 1] - u[0, 1]) + 0.5))
                 i, j = down + half, along + half
                 if i < 0 or j < 0 or i >= size or j >= size or mask[i // cell * across + j // cell] == 0:
                     continue
@@ -367,6 +364,4 @@ def write_frame(
                 canvases.owners[at] = block
                 canvases.sheets[at] = found.sheets[n]
                 canvases.sources[at] = row * numbers.width + column
-                canvases.shown[at, 0] = int64(np.floor(16.0 * shown_y + 0.5))
-                canvases.shown[at, 1] = int64(np.floor(16.0 * shown_x + 0.5))
                 canvases.misfits[at] = found.misfits[n]

@@ -144,7 +144,6 @@ def _canvases(charts: Sequence[Chart]) -> Canvases:
         np.full(count, -1, np.int32),
         np.zeros(count, np.uint8),
         np.zeros(count, np.int32),
-        np.zeros((count, 2), np.int16),
         np.zeros(count, np.uint8),
         np.full(count, -1, np.int32),
         firsts[:-1].astype(np.int64),
