@@ -1,27 +1,29 @@
 """From an exemplar and a surface to a quilt: the one place that settles layout, scale, direction, method."""
 
 import secrets
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from numbers import Integral
 from typing import Any, cast
 
 import numpy as np
 
-from upholster.charts.charted import ChartedSurface, charted_mesh, charted_patches
+from upholster.charts.charted import ChartedSurface, charted_mesh, charted_patches, charted_plane
 from upholster.charts.covered import CoveredLike, as_covered
 from upholster.charts.creases import default_crease
-from upholster.charts.directions import Direction, Vectors, default_direction, parse_direction
-from upholster.charts.layout import TextureScale, density_layout, texture_scale, uniform_layout
-from upholster.charts.mesh_directions import (
-    MeshDirection,
-    MeshField,
-    TriangleVectors,
-    default_mesh_direction,
-    mesh_directions,
+from upholster.charts.directions import (
+    Direction,
+    DirectionField,
+    default_direction,
+    default_on_patches,
+    direction_field,
+    parse_direction,
+    told_on_patches,
 )
-from upholster.charts.mesh_layout import mesh_charts, mesh_fields, triangle_frames
-from upholster.charts.mesh_turns import chart_turns
+from upholster.charts.layout import TextureScale, density_layout, texture_scale, uniform_layout
+from upholster.charts.mesh_layout import mesh_charts
 from upholster.charts.phases import phase_field
+from upholster.charts.turns import chart_turns
+from upholster.charts.warp_fields import triangle_frames, warp_fields
 from upholster.errors import InputError
 from upholster.geometry import AnySurface, MeshSurface, Surface
 from upholster.image import Material, check_exemplar
@@ -33,7 +35,7 @@ from upholster.methods.paper.method import PaperOptions, synthesize_paper
 from upholster.methods.pixel.method import PixelOptions, check_sample, synthesize_pixel
 from upholster.methods.quilt.method import synthesize_quilt
 from upholster.methods.quilt.options import QuiltOptions
-from upholster.methods.quilt.phases import StraightPhases, WantedPhases, whole_waves
+from upholster.methods.quilt.phases import WantedPhases
 from upholster.methods.quilt.sizes import block_side
 from upholster.methods.quilt.structure import block_size
 from upholster.options import SynthesisOptions, chosen, settled
@@ -42,7 +44,7 @@ from upholster.quilt.chart import MAX_CHART, Chart
 from upholster.quilt.model import Quilt
 from upholster.quilt.painting import painted_charts
 from upholster.quilt.warp_field import WarpField
-from upholster.types import IntArray, PixelArray, Progress
+from upholster.types import FloatArray, IntArray, PixelArray, Progress
 
 __all__ = [
     "Prepared",
@@ -86,9 +88,11 @@ class Prepared:
     phases
         Where in its periods a sample that repeats shall be; None: it does not, or that is not asked for.
     turns
-        (T,) on a mesh, quarter turns from the warp fields to that: see `upholster.charts.mesh_turns`.
-    turning
-        Charts about a corner of which the direction turns: their blocks are small.
+        (T,) on a mesh, quarter turns from the warp fields to that: see `upholster.charts.turns`.
+    charted
+        What method "quilt" lays blocks on.
+    vectors
+        (T, 3, 3) which way the sample's rows run at its triangles' corners.
     density
         Texels for a step of the charts, each way: a power of two.
     """
@@ -98,11 +102,11 @@ class Prepared:
     scale: TextureScale | None
     direction: str
     options: QuiltOptions | PaperOptions | PixelOptions
-    field: MeshField | None = None
+    field: DirectionField | None = None
     phases: WantedPhases | None = None
     turns: IntArray | None = None
     charted: ChartedSurface | None = None
-    turning: frozenset[int] = frozenset()
+    vectors: FloatArray | None = None
     density: float = 1.0
 
     @property
@@ -181,7 +185,7 @@ def prepare(
     surface: AnySurface,
     options: SynthesisOptions,
     *,
-    field: MeshField | None = None,
+    field: DirectionField | None = None,
     largest: int = MAX_CHART,
 ) -> Prepared:
     """Settle what `synthesize` will do; parameters as there.
@@ -207,44 +211,29 @@ def prepare(
         charts = uniform_layout(surface, chart=options.chart)
         return Prepared(charts, (), None, "", settled(options, PixelOptions))
     if isinstance(options.texels, tuple):
-        chart = _flat_chart(surface, *options.texels)
-        block = _wanted_block(exemplar, options)
-
-        phases = None
-        lattice, weight = _lattice(exemplar, options, _FLAT_PHASE)
-        if lattice is not None:
-            waves = (
-                whole_waves(lattice.waves, chart.height, chart.width) if options.tileable else lattice.waves
-            )
-            phases = WantedPhases(lattice, StraightPhases(waves), weight)
-        return Prepared((chart,), (), None, "", settled(options, QuiltOptions, block=block), None, phases)
+        return _prepare_flat(exemplar, _flat_chart(surface, *options.texels), options)
     scale = _scale(exemplar, surface, options, None)
     density = _texels_a_step(scale)
     steps = scale.density / density
     charts = density_layout(surface, density=steps, largest=max(1, int(largest / density)))
-    wanted = (
-        default_direction(surface)
-        if options.direction is None
-        else parse_direction(cast(str | Vectors, options.direction))
-    )
     charted = charted_patches(surface, charts)
-    return _on_charts(exemplar, charted, options, scale, density, _on_patches(charted, wanted), wanted.text)
+    asked = options.direction
+    if asked is None:
+        asked = default_on_patches(surface, charted)
+    wanted = told_on_patches(surface, charted, parse_direction(cast(str, asked), patches=True))
+    return _on_charts(exemplar, charted, options, scale, density, wanted)
 
 
-def _on_patches(charted: ChartedSurface, wanted: Direction) -> MeshDirection:
-    # Along the charts' columns (u) or rows (v), or as on a mesh.
-    if not wanted.along or wanted.along == "level":
-        return MeshDirection(wanted.text, "level" if wanted.along else "vectors", vectors=wanted.vectors)
-    edges = (charted.mesh.corners[:, 1:] - charted.mesh.corners[:, :1]).transpose(0, 2, 1)
-    flat = (charted.places[:, 1:] - charted.places[:, :1]).transpose(0, 2, 1)
-    jacobian = edges @ np.linalg.inv(flat)  # (T, 3, 2)
-    own = jacobian[:, :, 1 if wanted.along == "u" else 0]
-    return MeshDirection(
-        wanted.text,
-        "vectors",
-        angle=wanted.angle,
-        vectors=TriangleVectors(charted.mesh.corners.mean(axis=1), own, wanted.text),
-    )
+def _prepare_flat(exemplar: PixelArray, chart: Chart, options: SynthesisOptions) -> Prepared:
+    # A flat texture: a step is a pixel, rows run along rows.
+    charted = charted_plane(chart, tile=options.tileable)
+    vectors = np.broadcast_to((1.0, 0.0, 0.0), (len(charted.chart), 3, 3))
+    lattice, weight = _lattice(exemplar, options, _FLAT_PHASE)
+    phases = None
+    if lattice is not None:
+        phases = WantedPhases(lattice, phase_field(charted, vectors, 1.0, lattice.waves), weight)
+    own = settled(options, QuiltOptions, block=_wanted_block(exemplar, options))
+    return Prepared((chart,), (WarpField.identity(),), None, "", own, None, phases, None, charted, vectors)
 
 
 def _on_charts(
@@ -253,13 +242,12 @@ def _on_charts(
     options: SynthesisOptions,
     scale: TextureScale,
     density: float,
-    direction: Any,
-    text: str,
-    field: MeshField | None = None,
+    direction: Direction,
+    field: DirectionField | None = None,
 ) -> Prepared:
     mesh = charted.mesh
     lattice, weight = _lattice(exemplar, options, _SURFACE_PHASE)
-    field = field or mesh_directions(
+    field = field or direction_field(
         mesh,
         direction,
         strokes=options.stroke,
@@ -268,7 +256,7 @@ def _on_charts(
     )
     along, down = triangle_frames(mesh, field.corner_vectors)
     turns = chart_turns(charted, along, field.fold)
-    fields = mesh_fields(charted, along, down, scale.scale, turns, field.corner_vectors)
+    fields = warp_fields(charted, along, down, scale.scale, turns, field.corner_vectors)
     surface_phases, phases, block = None, None, options.block
     if lattice is not None:
         surface_phases = phase_field(charted, field.corner_vectors, scale.scale, lattice.waves)
@@ -281,12 +269,13 @@ def _on_charts(
         charted.charts,
         fields,
         scale,
-        f"{text}, {field.words}",
+        f"{direction.text}, {field.words}",
         own,
         field,
         phases,
         turns,
         charted,
+        field.corner_vectors,
         density=density,
     )
 
@@ -298,7 +287,7 @@ def _lattice(exemplar: PixelArray, options: SynthesisOptions, weight: float) -> 
 
 
 def _prepare_mesh(
-    exemplar: PixelArray, surface: MeshSurface, options: SynthesisOptions, field: MeshField | None
+    exemplar: PixelArray, surface: MeshSurface, options: SynthesisOptions, field: DirectionField | None
 ) -> Prepared:
     if options.method != "quilt":
         raise InputError(f"method is {options.method!r} on a mesh; allowed there: 'quilt'")
@@ -311,12 +300,13 @@ def _prepare_mesh(
     scale = _scale(exemplar, surface, options, surface.mesh.metres)
     density = _texels_a_step(scale)
     charted = charted_mesh(surface, mesh_charts(surface, scale.density / density))
-    text = options.direction
-    if text is None:
-        text = "strokes" if options.stroke else default_mesh_direction(surface.mesh)
-    elif not isinstance(text, str):
-        text = getattr(text, "__name__", "vectors")
-    return _on_charts(exemplar, charted, options, scale, density, options.direction, text, field)
+    asked = options.direction
+    if asked is None:
+        asked = "smooth" if options.stroke else default_direction(surface.mesh)
+    wanted = parse_direction(cast(str, asked))
+    if options.direction is None and options.stroke:
+        wanted = replace(wanted, text="strokes")
+    return _on_charts(exemplar, charted, options, scale, density, wanted, field)
 
 
 def _texels_a_step(scale: TextureScale) -> float:
@@ -396,14 +386,21 @@ def execute(
     """
     run: dict[str, Any] = {"seed": seed, "threads": threads, "progress": progress}
     charts, options = prepared.charts, prepared.options
-    if prepared.charted is not None:
-        assert prepared.field is not None
-        assert prepared.scale is not None
-        assert isinstance(options, QuiltOptions)
+    if isinstance(options, QuiltOptions):
+        assert prepared.charted is not None
+        assert prepared.vectors is not None  # method "quilt" has both
         quilt = synthesize_quilt(
-            exemplar, prepared.charted, prepared.fields, prepared.field.corner_vectors, prepared.scale.scale,
-            fold=prepared.field.fold, turns=prepared.turns, options=options, phases=prepared.phases, **run,
-        )  # fmt: skip
+            exemplar,
+            prepared.charted,
+            prepared.fields,
+            prepared.vectors,
+            1.0 if prepared.scale is None else prepared.scale.scale,
+            fold=1 if prepared.field is None else prepared.field.fold,
+            turns=prepared.turns,
+            options=options,
+            phases=prepared.phases,
+            **run,
+        )
         return quilt.on(surface, seed=seed, density=prepared.density)
     assert isinstance(surface, Surface)
     if isinstance(options, PaperOptions):

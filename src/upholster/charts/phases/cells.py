@@ -7,11 +7,11 @@ from numpy.typing import NDArray
 
 from upholster.charts._multigrid_kernels import ComplexArray
 from upholster.charts.charted import ChartedSurface
-from upholster.charts.mesh_layout import triangle_frames
 from upholster.charts.phases._kernels import first_members, nearest_parts
 from upholster.charts.phases.links import Links, matched_waves
 from upholster.charts.phases.solving import solved_phases, turned
 from upholster.charts.subdivision import subdivided
+from upholster.charts.warp_fields import triangle_frames
 from upholster.types import FloatArray, IntArray
 
 __all__ = ["TURN", "PhaseField", "phase_field"]
@@ -142,8 +142,8 @@ def _steps(surface: ChartedSurface) -> float:
 def _cells(surface: ChartedSurface, along: FloatArray, side: float) -> IntArray:
     # What hangs together of squares of each chart; over a jump of directions begins another cell.
     rows, columns = np.floor(surface.places.mean(axis=1) / side).astype(np.int64).T
-    triangle, edge = np.nonzero(surface.mesh.neighbours > 3 * np.arange(len(along))[:, None] + 2)
-    other = surface.mesh.neighbours[triangle, edge] // 3
+    triangle, edge = np.nonzero(surface.across > 3 * np.arange(len(along))[:, None] + 2)
+    other = surface.across[triangle, edge] // 3
     alike = (rows[triangle] == rows[other]) & (columns[triangle] == columns[other])
     alike &= (surface.chart[triangle] == surface.chart[other]) & ~surface.is_seam[triangle, edge]
     triangle, other = triangle[alike].astype(np.int32), other[alike].astype(np.int32)
@@ -163,7 +163,7 @@ def _links(
     waves: FloatArray,
 ) -> Links:
     # A link for each two cells that share edges.
-    corners, across = surface.mesh.corners, surface.mesh.neighbours
+    corners, across = surface.mesh.corners, surface.across
     triangle, edge = np.nonzero(across >= 0)
     other, back = np.divmod(across[triangle, edge], 3)
     # All edges between two cells are one link, from the lower cell on.

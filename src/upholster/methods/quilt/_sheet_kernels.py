@@ -19,7 +19,6 @@ from upholster.types import FloatArray, IntArray, int64
 
 __all__ = [
     "FIT",
-    "MISFIT",
     "MOST_SHEETS",
     "FieldArrays",
     "SheetScratch",

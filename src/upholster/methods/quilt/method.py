@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from upholster.charts.charted import ChartedSurface
 from upholster.charts.mesh_layout import GUTTER
-from upholster.charts.phases import MeshPhases, mesh_phases
+from upholster.charts.phases import PhaseField
 from upholster.charts.subdivision import subdivided
 from upholster.methods.quilt._block_kernels import (
     BLOCK_COLUMNS,
@@ -48,9 +48,6 @@ _SHORT = 0.4
 _ROUNDS = 12
 """Of blocks on what is still bare."""
 
-_CELL = 0.25
-"""Side of a cell of the phases, in blocks."""
-
 _MIRRORED = 1 << 5
 """The symmetry that mirrors left and right: columns count backwards."""
 
@@ -85,7 +82,7 @@ def synthesize_quilt(
     fold, turns
         1, 2 or 4: so many directions, turned evenly, count as one where a block reaches from triangle to
         triangle; and (T,) the quarter turns from the warp fields to the directions, by default none, see
-        `upholster.charts.mesh_turns`.
+        `upholster.charts.turns`.
     options
         Parameters of the method.
     phases
@@ -110,12 +107,9 @@ def synthesize_quilt(
         options.tolerance,
         0.0 if phases is None else phases.weight * variance / MISFIT,
     )
-    found = None
-    if phases is not None:
-        side = _CELL * options.block / scale
-        found = mesh_phases(fine.surface, fine.vectors, scale, phases.lattice.waves, side)
     laying = _Laying(
-        ground, pyramid.levels[numbers.level].match, numbers, weights, pixels, _density(surface), found,
+        ground, pyramid.levels[numbers.level].match, numbers, weights, pixels, _density(surface),
+        None if phases is None else phases.surface, fine.parent,
         np.random.SeedSequence(seed).generate_state(1, np.uint64)[0], threads, progress,
         pyramid.empty_usage(numbers.symmetries.bit_count()), Regions(numbers.size / pixels),
     )  # fmt: skip
@@ -133,7 +127,8 @@ class _Laying:
     weights: LayWeights
     pixels: float  # of frames, in a model unit
     steps: float  # of charts, in a model unit
-    phases: MeshPhases | None
+    phases: PhaseField | None
+    parent: IntArray  # of triangles, among the surface's own
     seed: np.uint64
     threads: int | None
     progress: Progress | None
@@ -187,7 +182,7 @@ class _Laying:
     def _add(self, centres: Centres) -> None:
         records = np.zeros((len(centres.triangles), BLOCK_COLUMNS), np.int32)
         if self.phases is not None:
-            wanted = self.phases.at(centres.triangles, centres.spots)
+            wanted = self.phases.at(self.parent[centres.triangles], centres.spots)
             records[:, PHASE : PHASE + len(wanted)] = wanted.T
         new = (centres.triangles, centres.shares, centres.roots, centres.spots, records)
         self.blocks = BlockArrays(

@@ -1,7 +1,6 @@
 """What keeps a repeating texture in step: the sample's phases, and those wanted on the surface."""
 
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,8 +11,6 @@ from upholster.quilt.placement import SYMMETRIES
 from upholster.types import FloatArray
 
 __all__ = [
-    "Phases",
-    "StraightPhases",
     "WantedPhases",
     "better_tile",
     "level_phases",
@@ -24,31 +21,6 @@ __all__ = [
 
 _NEAR = 0.05
 """Of a wave's length: a symmetry shows another wave in its place if the two differ by no more."""
-
-
-class Phases(Protocol):
-    """Wanted phases over charts."""
-
-    def at(self, chart: int, rows: FloatArray, columns: FloatArray) -> NDArray[np.int16]:
-        """Return them at places (m,) on a chart, (n, m), in 1/65536 turn."""
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class StraightPhases:
-    """Phases on a flat texture, which goes once flat textures are laid as charted surfaces.
-
-    Attributes
-    ----------
-    waves
-        (n, 2) cycles per texel.
-    """
-
-    waves: FloatArray
-
-    def at(self, _chart: int, rows: FloatArray, columns: FloatArray) -> NDArray[np.int16]:
-        """Return the phases at places (m,) of the only chart."""
-        turns = self.waves @ np.stack([rows, columns])
-        return np.rint(TURN * (turns - np.rint(turns))).astype(np.int64).astype(np.int16)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -66,7 +38,7 @@ class WantedPhases:
     """
 
     lattice: Lattice
-    surface: PhaseField | StraightPhases
+    surface: PhaseField
     weight: float
 
 
