@@ -28,7 +28,7 @@ def sample() -> Any:
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A ring of two maps in every kind of file, in pages of 256 texels; and its picture without pages."""
+    """A ring of two maps in every kind of file, in pages of 256 texels; and its picture from other pages."""
     folder = tmp_path_factory.mktemp("pages")
     wall = Material({"albedo": sample(), "roughness": sample()[:, :, :1], "normal": sample()})
     names = ("r.glb", "r.obj", "atlas:a.png", "t.<UDIM>.png", "r.uph", "r.png")
@@ -41,7 +41,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
         "torus",
         [f"{folder}/whole.png"],
         synthesis=asked,
-        options=WriteOptions(quads=600, size=(64, 48)),
+        # The same charts, for pages of the same size, arranged otherwise.
+        options=WriteOptions(atlas_size=256, padding=8, pot=True, quads=600, size=(64, 48)),
     )
     return folder
 
