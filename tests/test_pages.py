@@ -203,15 +203,6 @@ def test_names_of_pages_are_checked_before_work(
     assert sorted(tmp_path.iterdir()) == before
 
 
-def test_a_chart_larger_than_a_page_is_refused_before_work(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(coverings, "execute", None)
-    asked = {"texels": 200_000, "sample_size": 1.0}
-    with pytest.raises(InputError, match=r"atlas_size is 256, which holds charts of 240 .* 448 x 448 texels"):
-        cover(_file(tmp_path), "plane", [f"{tmp_path}/x.glb"], synthesis=asked, options=OPTIONS)
-
-
 def _file(folder: Path) -> Path:
     write_image(folder / "sample.png", sample())
     return folder / "sample.png"

@@ -105,6 +105,11 @@ def test_charts_too_long_are_halved():
         density_layout(plane(1e6, 0.01), density=64)
 
 
+def test_charts_may_be_shorter_than_they_should_be_at_least():
+    charts = density_layout(plane(), density=56, largest=20)
+    assert max(max(c.height, c.width) for c in charts) <= 20
+
+
 def test_same_result_whatever_the_unit():
     small, large = (density_layout(torus(2 * k, 0.7 * k), texels=10**6) for k in (1, 1000))
     assert small == large

@@ -115,6 +115,7 @@ def density_layout(
         raise InputError(f"thinnest is {thinnest} texels; allowed: 1 to {smallest}")
     if texels is not None and not 64 <= texels <= MAX_TEXELS:
         raise InputError(f"texels is {texels:,}; allowed: 64 to {MAX_TEXELS:,}")
+    smallest, thinnest = min(smallest, largest), min(thinnest, largest)
     halving = Halving(surface)
     area = _checked_area(halving.total_area, surface)
     if texels is not None:
