@@ -159,7 +159,7 @@ def test_tiles_have_as_many_texels(folder: Path, tmp_path: Path) -> None:
         {file.name: file.read_bytes() for file in (tmp_path / name).glob("*.png")}
         for name in ("alone", "whole")
     )
-    assert len(alone) > 1
+    assert alone
     assert alone == whole
 
 
