@@ -110,6 +110,7 @@ def synthesize_quilt(
     laying = _Laying(
         ground, pyramid.levels[numbers.level].match, numbers, weights, pixels, _density(surface),
         None if phases is None else phases.surface, fine.parent,
+        _OVERLAP if options.overlap is None else options.overlap / options.block,
         np.random.SeedSequence(seed).generate_state(1, np.uint64)[0], threads, progress,
         pyramid.empty_usage(numbers.symmetries.bit_count()), Regions(numbers.size / pixels),
     )  # fmt: skip
@@ -129,6 +130,7 @@ class _Laying:
     steps: float  # of charts, in a model unit
     phases: PhaseField | None
     parent: IntArray  # of triangles, among the surface's own
+    overlap: float  # of blocks
     seed: np.uint64
     threads: int | None
     progress: Progress | None
@@ -147,7 +149,7 @@ class _Laying:
         """Lay blocks on even grids, then on what is bare; return them all."""
         size = self.numbers.size
         mesh, canvases = self.ground.mesh, self.ground.canvases
-        step = max(2.0, (1 - _OVERLAP) * size * self._steps_per_pixel())
+        step = max(2.0, (1 - self.overlap) * size * self._steps_per_pixel())
         self.lay(centres_on(mesh, canvases, step, GUTTER + 0.35 * step, bare=False))
         step, left = 0.5 * size * self._steps_per_pixel(), np.inf
         for _ in range(_ROUNDS):
