@@ -11,6 +11,7 @@ from upholster.charts.covered import as_covered
 from upholster.charts.subdivision import subdivided
 from upholster.geometry import MeshSurface, TriangleMesh
 from upholster.methods.quilt import method
+from upholster.methods.quilt._block_kernels import LayNumbers
 from upholster.methods.quilt._lay_kernels import Ground
 from upholster.methods.quilt.emit import Laid, emitted_quilt
 from upholster.methods.quilt.ground import ground_of
@@ -124,7 +125,9 @@ def plane(height: float = 90, width: float = 75, **more: Any) -> Folded:
     return folded(flat, np.column_stack([flat, 0 * flat[:, 0]]), net(1, 1), **more)
 
 
-def cylinder(height: float = 90, width: float = 120, columns: int = 12, turn: float = 30, **more: Any) -> Folded:
+def cylinder(
+    height: float = 90, width: float = 120, columns: int = 12, turn: float = 30, **more: Any
+) -> Folded:
     """Return a part of a prism: facets beside each other, each turned by some degrees against the last."""
     flat, facet = flat_net(height, width, 6, columns), width / columns
     angles = np.radians(turn) * np.arange(columns)
@@ -141,9 +144,7 @@ def cone(near: float = 60, far: float = 150, columns: int = 16, **more: Any) -> 
     flat = np.column_stack([-r * np.cos(n * angle), r * np.sin(n * angle)])
     side = 2 * np.arcsin(np.sin(angle / 2) / np.sin(opening))
     around = r * np.sin(opening)
-    positions = np.column_stack(
-        [-around * np.cos(n * side), around * np.sin(n * side), -r * np.cos(opening)]
-    )
+    positions = np.column_stack([-around * np.cos(n * side), around * np.sin(n * side), -r * np.cos(opening)])
     return folded(flat, positions, net(6, columns), **more)
 
 
@@ -154,9 +155,10 @@ def hinge(degrees: float = 60, **more: Any) -> Folded:
 
 @dataclass(frozen=True)
 class Run:
-    """A quilt, and what was laid for it."""
+    """A quilt, and what was laid for it, with blocks of which sizes."""
 
     quilt: Quilt
+    numbers: LayNumbers
     ground: Ground
     laid: Laid
 
@@ -171,12 +173,19 @@ class Run:
 def noted(make: Any) -> Run:
     """Return the quilt that `make` makes, with what was laid for it."""
     given: list[Any] = []
+    settled = method._numbers
+
+    def spied_numbers(*of: Any) -> Any:
+        pyramid, numbers = settled(*of)
+        given.append(numbers)
+        return pyramid, numbers
 
     def spied(charts: Any, fields: Any, shape: Any, ground: Ground, laid: Laid, **more: Any) -> Quilt:
         given.extend((ground, laid))
         return emitted_quilt(charts, fields, shape, ground, laid, **more)
 
     with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(method, "_numbers", spied_numbers)
         patch.setattr(method, "emitted_quilt", spied)
         quilt = make()
     return Run(quilt, *given)

@@ -14,7 +14,15 @@ from upholster.methods.quilt._whole_kernels import lie_whole
 
 @kernel
 def choose(
-    match: Any, numbers: Any, weights: Any, state: Any, span: Any, pixels: Any, choice: Any, start: int, out: Any
+    match: Any,
+    numbers: Any,
+    weights: Any,
+    state: Any,
+    span: Any,
+    pixels: Any,
+    choice: Any,
+    start: int,
+    out: Any,
 ) -> None:
     """Write the row, the column and the cost that `choose_source` finds."""
     y, x, cost = choose_source(match, numbers, weights, state, span, pixels, choice, start)
@@ -39,9 +47,7 @@ def count_use(usage: Any, step: int, places: Any, size: int, first: int, evennes
 
 
 @kernel
-def cut(
-    covered: Any, image: Any, numbers: Any, base: int, pixels: Any, scratch: Any, mask: Any
-) -> None:
+def cut(covered: Any, image: Any, numbers: Any, base: int, pixels: Any, scratch: Any, mask: Any) -> None:
     """Call `cut_block`."""
     cut_block(covered, image, numbers, base, pixels, scratch, mask)
 
@@ -76,8 +82,6 @@ def look(
 
 
 @kernel
-def write(
-    canvases: Any, numbers: Any, block: int, record: Any, mask: Any, found: Any, count: int
-) -> None:
+def write(canvases: Any, numbers: Any, block: int, record: Any, mask: Any, found: Any, count: int) -> None:
     """Call `write_frame`."""
     write_frame(canvases, numbers, block, record, mask, found, count)

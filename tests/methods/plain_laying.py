@@ -1,4 +1,4 @@
-"""Hot loops of method "quilt" once more, in plain Python and NumPy: slow, by the book, oracles for kernels."""
+"""Hot loops of method "quilt" once more, in plain Python and NumPy: slow, by the book, to check kernels."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -151,17 +151,14 @@ class PlainChoice:
             for m in sorted(range(begin), key=totals.__getitem__)[:REFINED]:
                 y, x = found[m]
                 for a in range(max(y - near, span.first_y), min(y + near, span.last_y) + 1):
-                    for b in range(max(x - near, span.first_x), min(x + near, span.last_x) + 1):
-                        if (a, b) != (y, x):
-                            found.append((a, b))
+                    columns = range(max(x - near, span.first_x), min(x + near, span.last_x) + 1)
+                    found += [(a, b) for b in columns if (a, b) != (y, x)]
         good = [n for n, total in enumerate(totals) if total <= limit]
         chosen = good[draws.below(len(good))]
         return (*found[chosen], totals[chosen])
 
 
-def plain_cut_block(
-    apart: np.ndarray, covered: np.ndarray, marks: np.ndarray, cell: int
-) -> np.ndarray:
+def plain_cut_block(apart: np.ndarray, covered: np.ndarray, marks: np.ndarray, cell: int) -> np.ndarray:
     """Return a block's new cells, 1 where it shows; `apart` are the pixels' squared differences.
 
     Of `marks` bit 0 tells what is laid, bit 1 what must not change, bit 2 what lies beside the surface; of

@@ -46,7 +46,9 @@ def test_boxes_means_lie_in_groups(shape: tuple[int, int, int], step: int) -> No
 class Frame:
     """A frame over a smooth texture, partly laid, as kernels and as the twins take it."""
 
-    def __init__(self, exemplar: np.ndarray, size: int, symmetry: int, seed: int, lattice: Any = None, **more: Any):
+    def __init__(
+        self, exemplar: np.ndarray, size: int, symmetry: int, seed: int, lattice: Any = None, **more: Any
+    ):
         self.pyramid = MatchPyramid.of(exemplar, 0, lattice)
         self.level, rng = self.pyramid.levels[0], np.random.default_rng(seed)
         self.match, self.rng = self.level.match, rng
@@ -71,7 +73,9 @@ class Frame:
         # What is laid: a part of the sample, a little changed.
         place = rng.integers(0, (height, width))
         laid = np.roll(self.image, -place, axis=(0, 1))[:size, :size] + rng.integers(0, 30, (size, size, 4))
-        self.old = np.clip(laid, 0, 255).astype(np.uint8) * (np.arange(4) < exemplar.shape[2]).astype(np.uint8)
+        self.old = np.clip(laid, 0, 255).astype(np.uint8) * (np.arange(4) < exemplar.shape[2]).astype(
+            np.uint8
+        )
         self.pixels.old[:] = np.ascontiguousarray(self.old).view("<i4")[..., 0]
         marks = np.zeros((size, size), np.uint8)
         marks[: size // 3], marks[:, : size // 4] = 1, 1
@@ -118,9 +122,7 @@ def test_the_source_is_the_twins(name: str, seed: int) -> None:
     frame.choice.kept[start:2] = [y * frame.numbers.width + x for y, x in going]
     wanted = frame.plain().choose(draws, going)
     state, out = np.array([seed], np.uint64), np.zeros(3, np.int64)
-    choose(
-        frame.match, frame.numbers, frame.weights, state, span, frame.pixels, frame.choice, start, out
-    )
+    choose(frame.match, frame.numbers, frame.weights, state, span, frame.pixels, frame.choice, start, out)
     assert tuple(out.tolist()) == wanted
     assert int(state[0]) == draws.state
 

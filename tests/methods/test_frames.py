@@ -1,6 +1,6 @@
 """Frames and canvases: where blocks lie on charts, what is there, what they write; steps and centres."""
 
-from itertools import product
+from itertools import pairwise, product
 from typing import Any
 
 import numpy as np
@@ -100,7 +100,7 @@ PLACES = [(45, 40), (3, 50), (85, 2), (60, 60), (101, 88)]
 @pytest.mark.parametrize("centre", PLACES)
 @pytest.mark.parametrize("margin", [0, 5])
 def test_a_frame_shows_what_is_laid_under_it(centre: tuple[int, int], margin: int) -> None:
-    ground, size, image = simple((90, 75)), 24, texture(60, 60)
+    ground, size = simple((90, 75)), 24
     canvases, rng = ground.canvases, np.random.default_rng(centre[0])
     shape = int(canvases.heights[0]), int(canvases.widths[0])
     on = canvases.triangles.reshape(shape) >= 0
@@ -116,9 +116,7 @@ def test_a_frame_shows_what_is_laid_under_it(centre: tuple[int, int], margin: in
     count = lie(ground.field, clear_cells(20, 20), np.array([0, *centre, 0, 0, 0.0]), 12.0, out, fits)
     colours, sizes = rng.integers(0, 2**30, 3600).astype(np.int32), np.zeros(2, np.int64)
     inside = np.zeros(len(ground.mesh.triangles), np.uint8)
-    look(
-        ground, colours, records, out, count, margin, inside, covered, sources, pixels, symmetries, sizes
-    )
+    look(ground, colours, records, out, count, margin, inside, covered, sources, pixels, symmetries, sizes)
     want, marks = plain_frame(
         canvases.owners.reshape(shape), on, canvases.misfits.reshape(shape), centre, size, margin
     )
@@ -251,7 +249,7 @@ def test_regions_hold_every_block_once_and_those_of_a_class_never_touch() -> Non
         # Parts follow each other, without gaps.
         assert parts[0][0] == first
         assert parts[-1][1] == first + count
-        assert all(one[1] == other[0] for one, other in zip(parts, parts[1:], strict=False))
+        assert all(one[1] == other[0] for one, other in pairwise(parts))
         assert len(classes) <= 8
         for own in classes:
             for n, (start, stop) in enumerate(own):
@@ -288,7 +286,7 @@ def test_cells_with_seams_creases_and_borders_are_marked_and_no_others() -> None
                     along = ends[0] + np.linspace(0, 1, 200)[:, None] * (ends[1] - ends[0]) + 0.5
                     wanted[tuple((along // CLEAR_CELL).astype(int).T)] = 1
                     # A cell may be missed whose corner alone is cut.
-                    round_it = [along + (y, x) for y in (-1, 0, 1) for x in (-1, 0, 1)]
+                    round_it = [along + np.array([y, x]) for y in (-1, 0, 1) for x in (-1, 0, 1)]
                     near = [found[tuple((at // CLEAR_CELL).astype(int).T)] for at in round_it]
                     assert np.max(near, axis=0).all()
         assert (found <= wanted).all()

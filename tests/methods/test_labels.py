@@ -1,6 +1,5 @@
 """What was laid becomes labels and placements: cells show what shows at their middles, and read the same."""
 
-
 import numpy as np
 import pytest
 from laying import Run, covered, cylinder, folded, net, plane, texture
@@ -33,7 +32,7 @@ def test_cells_without_a_label_get_the_nearest_ones() -> None:
 
 
 def plain_seen(owners: np.ndarray, sheets: np.ndarray, cell: int) -> np.ndarray:
-    """Return of each cell what shows at the step right after its middle, or at its first that shows something."""
+    """Return what cells show: the step right after the middle, or the first step that shows something."""
     out = np.full(label_shape(*owners.shape, cell), -1)
     for i, j in np.ndindex(out.shape):
         steps = [(cell // 2, cell // 2), *np.ndindex(cell, cell)]
@@ -69,9 +68,7 @@ def test_beyond_a_seam_cells_show_what_shows_there(turned: float) -> None:
     label_cells(canvases, 0, cell, labels)
     before = labels.copy()
     away = np.full(labels.shape, np.inf)
-    label_beyond(
-        mesh, ground.field, canvases, run.laid.firsts, run.laid.fits, edges, 0, cell, away, labels
-    )
+    label_beyond(mesh, ground.field, canvases, run.laid.firsts, run.laid.fits, edges, 0, cell, away, labels)
     new = np.isfinite(away)
     np.testing.assert_array_equal(labels[~new], before[~new])
     assert (before[new] == -1).all()
@@ -162,7 +159,11 @@ def test_a_chart_on_which_nothing_was_laid_shows_the_sample_bare() -> None:
     flat = np.array([(0, 0), (60, 0), (60, 60), (0, 60), (120, 0), (120, 60)], float)
     triangles = np.concatenate([net(1, 1)[:0], [(0, 1, 2), (0, 2, 3), (1, 4, 5), (1, 5, 2)]])
     surface = folded(
-        flat, np.column_stack([flat, 0 * flat[:, 0]]), triangles, islands=np.array([0, 0, 1, 1]), turned=(0, 0)
+        flat,
+        np.column_stack([flat, 0 * flat[:, 0]]),
+        triangles,
+        islands=np.array([0, 0, 1, 1]),
+        turned=(0, 0),
     )
     surface.charted.chart[2:] = -1
     run = surface.laid(EXEMPLAR, block=24)

@@ -34,7 +34,18 @@ class Block:
         unfolding = UnfoldScratch.of(len(mesh.first) - 1, len(mesh.triangles))
         sheets = SheetScratch.of(len(mesh.triangles))
         unfold(
-            mesh, ground.field, triangle, self.shares, root, half, scale, unfolding, sheets, out, self.fits, sizes
+            mesh,
+            ground.field,
+            triangle,
+            self.shares,
+            root,
+            half,
+            scale,
+            unfolding,
+            sheets,
+            out,
+            self.fits,
+            sizes,
         )
         count, self.pieces = sizes.tolist()
         self.triangles, self.sheets = out.triangles[:count], out.sheets[:count]
@@ -67,7 +78,9 @@ def held(triangles: np.ndarray) -> np.ndarray:
 
 @pytest.mark.parametrize("make", [plane, cylinder, cone, hinge])
 @pytest.mark.parametrize("scale", [1.0, 0.7])
-def test_over_what_is_folded_from_the_plane_the_map_is_the_planes(make: Callable[..., Folded], scale: float) -> None:
+def test_over_what_is_folded_from_the_plane_the_map_is_the_planes(
+    make: Callable[..., Folded], scale: float
+) -> None:
     surface = make(scale=scale)
     ground, flat = surface.ground(9.0)
     for triangle in range(5, len(flat), 83):
@@ -207,7 +220,11 @@ def test_surfaces_that_touch_have_vertices_of_their_own() -> None:
     flat = np.array([(0, 0), (40, 0), (40, 40), (0, 40), (80, 40), (80, 80), (40, 80)], float)
     triangles = np.array([(0, 1, 2), (0, 2, 3), (2, 4, 5), (2, 5, 6)])
     surface = folded(
-        flat, np.column_stack([flat, 0 * flat[:, 0]]), triangles, islands=np.array([0, 0, 1, 1]), turned=(0, 0)
+        flat,
+        np.column_stack([flat, 0 * flat[:, 0]]),
+        triangles,
+        islands=np.array([0, 0, 1, 1]),
+        turned=(0, 0),
     )
     ground, lies = surface.ground(9.0)
     own = [set(ground.mesh.triangles[ground.mesh.chart == n].ravel().tolist()) for n in (0, 1)]

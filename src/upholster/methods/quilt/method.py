@@ -161,10 +161,11 @@ class _Laying:
         self.lay(centres_on(mesh, canvases, step, GUTTER + 0.35 * step, bare=False), margin)
         step, left = 0.5 * size * self._steps_per_pixel(), np.inf
         for k in range(_ROUNDS):
-            bare = centres_on(mesh, canvases, step, 0.5 * step, bare=True)
-            if not 0 < len(bare.triangles) < left:
+            count = int(((canvases.owners < 0) & (canvases.triangles >= 0)).sum())
+            if not 0 < count < left:
                 break
-            left = len(bare.triangles)
+            left = count
+            bare = centres_on(mesh, canvases, step, 0.5 * step, bare=True)
             self.lay(bare, margin if k < _ROUNDS // 2 else 0)
         fits = [self._fits[n] for n in range(len(self.blocks.records))]
         firsts = np.cumsum([0, *(len(one) for one in fits)])
