@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from plain_laying import SYMMETRIES
 
 from upholster.charts.charted import ChartedSurface
 from upholster.charts.covered import as_covered
@@ -84,8 +85,12 @@ def folded(
     scale: float = 1.0,
     islands: np.ndarray | None = None,
     turned: tuple[float, ...] = (0.0,),
+    stretched: float = 1.0,
 ) -> Folded:
-    """Return a surface whose triangles have their lengths in the plane; charts are turned by some degrees."""
+    """Return a surface whose triangles have their lengths in the plane.
+
+    Charts are turned by some degrees, and all but the first are stretched along their rows.
+    """
     mesh = TriangleMesh(positions, triangles)
     plane = flat[triangles]
     edges, there = plane[:, 1:] - plane[:, :1], mesh.corners[:, 1:] - mesh.corners[:, :1]
@@ -96,13 +101,14 @@ def folded(
     for n, degrees in enumerate(turned):
         own, a = islands == n, np.radians(degrees)
         turn = np.array([[np.cos(a), -np.sin(a)], [np.sin(a), np.cos(a)]])
-        steps = density * np.stack([-plane[own][..., 1], plane[own][..., 0]], axis=2) @ turn
+        stretch = np.array([1.0, stretched if n else 1.0])
+        steps = density * np.stack([-plane[own][..., 1], plane[own][..., 0]], axis=2) @ turn * stretch
         steps -= np.floor(steps.min(axis=(0, 1))) - 8
         places[own] = steps
         height, width = np.ceil(steps.max(axis=(0, 1))).astype(int) + 8
         charts.append(Chart(n, int(height), int(width)))
-        fields.append(WarpField.quantised(np.tile(scale / density * turn, (2, 2, 1, 1))))
-    charted = ChartedSurface(mesh, islands.astype(np.int32), places, tuple(charts))
+        fields.append(WarpField.quantised(np.tile(scale / density * turn / stretch, (2, 2, 1, 1))))
+    charted = ChartedSurface(mesh, islands.astype(np.int32), places, tuple(charts), mesh.neighbours)
     return Folded(charted, plane, np.repeat(along[:, None], 3, axis=1), tuple(fields), scale)
 
 
@@ -168,6 +174,18 @@ class Run:
         first, shape = canvases.firsts[chart], (canvases.heights[chart], canvases.widths[chart])
         whole = getattr(canvases, name)
         return whole[first : first + shape[0] * shape[1]].reshape(*shape, *whole.shape[1:])
+
+    def shown(self, chart: int, at: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
+        """Return where steps of a chart read, in pixels of the level: s + ½ (C + M(q)) (q − c), turned."""
+        own = self.on(chart, "owners")[at]
+        fit = self.laid.fits[self.laid.firsts[own] + self.on(chart, "sheets")[at]]
+        turns = np.array(SYMMETRIES).reshape(-1, 2, 2)
+        places = np.stack(at, axis=1).astype(float)
+        field = self.quilt.fields[chart].at(*places.T) / (1 << self.numbers.level)
+        both = 0.5 * (fit[:, 6:10].reshape(-1, 2, 2) + turns[fit[:, 10].astype(int)] @ field)
+        seen = fit[:, 4:6] + np.einsum("nij,nj->ni", both, places - fit[:, 2:4])
+        records = self.laid.records[own]
+        return np.asarray(records[:, :2] + np.einsum("nij,nj->ni", turns[records[:, 2]], seen))
 
 
 def noted(make: Any) -> Run:

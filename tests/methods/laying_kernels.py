@@ -66,19 +66,18 @@ def unfold(
     """Call `unfold_block` and `fit_block`; `sizes` receives triangles and sheets."""
     found, pieces = unfold_block(mesh, triangle, shares, half, scale, scratch, out)
     sizes[0] = found
-    sizes[1] = fit_block(mesh, field, root, half, scale, out, (found, pieces), sheets, fits)
+    sizes[1] = fit_block(mesh, field, root, half, out, (found, pieces), sheets, fits)
 
 
 @kernel
 def look(
-    ground: Any, image: Any, records: Any, found: Any, count: int, margin: int, inside: Any, covered: Any,
-    sources: Any, pixels: Any, symmetries: Any, sizes: Any,
+    canvases: Any, image: Any, records: Any, found: Any, count: int, inside: Any, covered: Any, sources: Any,
+    pixels: Any, symmetries: Any, sizes: Any,
 ) -> None:  # fmt: skip
     """Call `look_at_frame`; `sizes` receives how many pixels are laid and bare."""
     sizes[0], sizes[1] = look_at_frame(
-        ground.mesh, ground.canvases, image, records, found, count, margin, inside, covered, sources, pixels,
-        symmetries,
-    )  # fmt: skip
+        canvases, image, records, found, count, inside, covered, sources, pixels, symmetries
+    )
 
 
 @kernel

@@ -89,7 +89,7 @@ class PlainChoice:
 
     def __post_init__(self) -> None:
         self.image, self.old = self.image.astype(np.int64), self.old.astype(np.int64)
-        self.there, self.misfit = self.marks & 1 == 1, misfits(self.phases, self.wanted)
+        self.there, self.misfit = self.marks == 1, misfits(self.phases, self.wanted)
 
     def costs(self, y: Any, x: Any) -> tuple[Any, Any]:
         """Return what places cost for their use, and for their phases."""
@@ -161,31 +161,31 @@ class PlainChoice:
 def plain_cut_block(apart: np.ndarray, covered: np.ndarray, marks: np.ndarray, cell: int) -> np.ndarray:
     """Return a block's new cells, 1 where it shows; `apart` are the pixels' squared differences.
 
-    Of `marks` bit 0 tells what is laid, bit 1 what must not change, bit 2 what lies beside the surface; of
-    `covered`, which has a rim of one pixel, bit 0 what is laid.
+    Of `marks` 1 tells what is laid, 2 what lies beside the surface, 0 what is bare; so does `covered`, which
+    has a rim of one pixel.
     """
     across = len(marks) // cell
 
     def cells_of(array: np.ndarray) -> np.ndarray:
         return array.reshape(across, cell, across, cell).swapaxes(1, 2).reshape(across, across, -1)
 
-    there = marks & 1 == 1
+    there = marks == 1
     errors = cells_of(apart * there).sum(axis=2)
-    missing = cells_of(~there & (marks & 4 == 0)).any(axis=2)
-    bare, closed = cells_of(~there).any(axis=2), cells_of(marks & 2 > 0).any(axis=2)
+    missing = cells_of(marks == 0).any(axis=2)
+    bare, beside = cells_of(~there).any(axis=2), cells_of(marks == 2).any(axis=2)
     ring, near = np.pad(missing, 1), np.zeros_like(missing)
     for a, b in np.ndindex(3, 3):
         near |= ring[a : a + across, b : b + across]
     # On the rim a cell stays old where something is laid beyond its first pixel.
     goes_on, first = np.zeros_like(missing), np.arange(across) * cell + 1
-    goes_on[0] |= covered[0, first] & 1 == 1
-    goes_on[-1] |= covered[-1, first] & 1 == 1
-    goes_on[:, 0] |= covered[first, 0] & 1 == 1
-    goes_on[:, -1] |= covered[first, -1] & 1 == 1
+    goes_on[0] |= covered[0, first] == 1
+    goes_on[-1] |= covered[-1, first] == 1
+    goes_on[:, 0] |= covered[first, 0] == 1
+    goes_on[:, -1] |= covered[first, -1] == 1
     seeds = np.full(missing.shape, FREE, np.int8)
-    seeds[closed | goes_on] = OLD
+    seeds[beside | goes_on] = OLD
     seeds[near] = NEW
-    seeds[bare] = np.where(closed & ~near, OLD, OUTSIDE)[bare]
+    seeds[bare] = np.where(beside & ~near, OLD, OUTSIDE)[bare]
     seeds[missing] = OUTSIDE
     inside = seeds != OUTSIDE
     if not ((seeds == OLD).any() and (seeds == NEW).any()):
@@ -193,34 +193,6 @@ def plain_cut_block(apart: np.ndarray, covered: np.ndarray, marks: np.ndarray, c
     right = (errors[:, :-1] + errors[:, 1:] + 1) * (inside[:, :-1] & inside[:, 1:])
     down = (errors[:-1] + errors[1:] + 1) * (inside[:-1] & inside[1:])
     return (plain_cut(right, down, seeds)[0] | ~inside).astype(np.uint8)
-
-
-def plain_frame(
-    owners: np.ndarray, on: np.ndarray, misfits: np.ndarray, centre: tuple[int, int], size: int, margin: int
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return what is laid on a frame and its rim, and its marks; a chart's steps are its pixels."""
-    covered, rim = np.full((size + 2, size + 2), 6, np.uint8), size // 8
-    for i, j in np.ndindex(covered.shape):
-        r, c = i - size // 2 - 1 + centre[0], j - size // 2 - 1 + centre[1]
-        if not (0 <= r < on.shape[0] and 0 <= c < on.shape[1] and on[r, c]):
-            continue
-        inner = rim < i <= size - rim and rim < j <= size - rim
-        worse = inner and misfits[r, c] > 64
-        covered[i, j] = 0 if owners[r, c] < 0 else 17 if worse else 1
-    marks = np.where(covered == 17, 0, covered)[1:-1, 1:-1]
-    before = marks.copy()
-    i, j = np.mgrid[:size, :size]
-    middle = np.maximum(abs(i - size // 2), abs(j - size // 2)) <= size // 4
-    for n in range(size):
-        for a, b, inner in (
-            (-1, n, (1, n + 1)), (size, n, (size, n + 1)), (n, -1, (n + 1, 1)), (n, size, (n + 1, size))
-        ):  # fmt: skip
-            if covered[a + 1, b + 1] & 1:
-                away = np.maximum(abs(i - a), abs(j - b))
-                marks[(before == 1) & (away <= 1)] = 3
-                if covered[inner] == 0:  # the block ends here: room for one that lies over it
-                    marks[(before == 0) & (away <= margin) & ~middle] = 6
-    return covered, marks
 
 
 def plain_filled(labels: np.ndarray) -> np.ndarray:

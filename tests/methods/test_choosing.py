@@ -79,8 +79,8 @@ class Frame:
         self.pixels.old[:] = np.ascontiguousarray(self.old).view("<i4")[..., 0]
         marks = np.zeros((size, size), np.uint8)
         marks[: size // 3], marks[:, : size // 4] = 1, 1
-        marks[:3, -3:], marks[-4:, :4], marks[size // 3, size // 2 :] = 6, 3, 6
-        self.pixels.marks[:] = marks if more.get("laid", True) else 6
+        marks[:3, -3:], marks[size // 3, size // 2 :] = 2, 2
+        self.pixels.marks[:] = marks if more.get("laid", True) else 2
         if not more.get("laid", True):
             self.pixels.marks[2, 3:5] = 1  # too little for a box
 
@@ -162,11 +162,11 @@ def test_a_cut_is_the_cheapest_that_shows_what_is_missing(cell: int, seed: int) 
     marks = frame.pixels.marks
     if seed > 1:  # blobs of all kinds
         blobs = texture(32, 32, 1, seed, 8)[..., 0] // 52
-        marks[:] = np.array([0, 1, 1, 6, 3])[blobs.clip(0, 4)]
+        marks[:] = np.array([0, 1, 1, 2, 1])[blobs.clip(0, 4)]
     covered = np.zeros((34, 34), np.uint8)
     covered[1:-1, 1:-1] = marks
     for side in range(4):
-        np.rot90(covered, side)[0] = rng.choice([0, 1, 6], 34)
+        np.rot90(covered, side)[0] = rng.choice([0, 1, 2], 34)
     y, x = frame.span.first_y + 3, frame.span.first_x + 5
     scratch, mask = CutScratch.of(numbers), np.full((32 // cell) ** 2, 9, np.uint8)
     cut(covered, frame.match.image, numbers, y * numbers.width + x, frame.pixels, scratch, mask)

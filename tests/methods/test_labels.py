@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 from laying import Run, covered, cylinder, folded, net, plane, texture
-from plain_laying import SYMMETRIES, plain_filled
+from plain_laying import plain_filled
 
 from upholster.methods.quilt._label_kernels import fill_labels, label_beyond, label_cells
 from upholster.methods.quilt._sheet_kernels import MOST_SHEETS
@@ -56,9 +56,10 @@ def test_a_cell_shows_what_shows_at_its_middle(cell: int) -> None:
     np.testing.assert_array_equal(found, plain_seen(owners, sheets, cell))
 
 
-@pytest.mark.parametrize("turned", [0.0, 90.0, 33.0])
-def test_beyond_a_seam_cells_show_what_shows_there(turned: float) -> None:
-    surface = cylinder(islands=np.tile(np.arange(12) // 6, 12), turned=(0.0, turned))
+@pytest.mark.parametrize(("turned", "stretched"), [(0, 1), (90, 1), (33, 0.7)])
+def test_beyond_a_seam_cells_show_what_shows_there(turned: float, stretched: float) -> None:
+    islands = np.tile(np.arange(12) // 6, 12)
+    surface = cylinder(islands=islands, turned=(0.0, turned), stretched=stretched)
     run, cell = surface.laid(EXEMPLAR, block=24), 2
     ground = run.ground
     mesh, canvases = ground.mesh, ground.canvases
@@ -75,7 +76,7 @@ def test_beyond_a_seam_cells_show_what_shows_there(turned: float) -> None:
     # Chart 0 ends at x = 60. A place beyond it lies on chart 1, turned back and moved.
     a, first = np.radians(turned), surface.charted.places[surface.charted.chart == 1].reshape(-1, 2)
     flat = surface.flat[surface.charted.chart == 1].reshape(-1, 2)
-    turn = np.array([[np.cos(a), -np.sin(a)], [np.sin(a), np.cos(a)]])
+    turn = np.array([[np.cos(a), -np.sin(a)], [np.sin(a), np.cos(a)]]) * (1, stretched)
     move = first[0] - np.array([-flat[0, 1], flat[0, 0]]) @ turn
     start = surface.charted.places[0, 0] - (-surface.flat[0, 0, 1], surface.flat[0, 0, 0])
     same = 0
@@ -86,7 +87,7 @@ def test_beyond_a_seam_cells_show_what_shows_there(turned: float) -> None:
         same += int(labels[i, j] // MOST_SHEETS == owner)
     # All along the seam, 90 steps long; places halfway between two blocks may be taken for either.
     assert same >= 0.9 * new.sum()
-    assert new.sum() >= 0.95 * 90 / cell
+    assert new.sum() >= 0.85 * 90 / cell
 
 
 def read_by(run: Run, chart: int, rows: np.ndarray, columns: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -95,14 +96,6 @@ def read_by(run: Run, chart: int, rows: np.ndarray, columns: np.ndarray) -> tupl
     i, j = (at // (16 * labels.cell) + 1 for at in (rows, columns))
     owner = run.quilt.on_chart(chart)[labels.labels[i, j]]
     return np.stack(warped_sources(run.quilt.fields[chart], owner, rows, columns), axis=1), owner
-
-
-def laid_sources(run: Run, chart: int, at: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
-    """Return where steps read by what canvases tell, in 1/16 pixel of the sample."""
-    records, level = run.laid.records[run.on(chart, "owners")[at]], run.laid.level
-    turn = np.array(SYMMETRIES)[records[:, 2]].reshape(-1, 2, 2)
-    shown = np.einsum("nij,nj->ni", turn, run.on(chart, "shown")[at].astype(int))
-    return np.asarray((((16 * records[:, :2] + 8) << level) - 8) + (shown << level))
 
 
 def made(kind: str) -> Run:
@@ -130,7 +123,9 @@ def test_each_cell_reads_what_its_block_read(kind: str) -> None:
         whole = (shown == shown[0]).all(axis=0) & (shown[0] >= 0)
         at = rows[whole], columns[whole]
         found, _ = read_by(run, chart, 16 * at[0] + 8, 16 * at[1] + 8)
-        off.append(np.abs(found - laid_sources(run, chart, at)).max(axis=1) / 16)
+        # The middle of a level's pixel, and what lies beside it.
+        read = ((run.shown(chart, at) + 0.5) * (1 << run.laid.level)) - 0.5
+        off.append(np.abs(found / 16 - read).max(axis=1))
     apart = np.concatenate(off)
     assert len(apart) > 500
     # Sources are quarters of a pixel; a placement's matrix is mended where it is off by more than 0.3.

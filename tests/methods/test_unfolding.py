@@ -49,7 +49,7 @@ class Block:
         )
         count, self.pieces = sizes.tolist()
         self.triangles, self.sheets = out.triangles[:count], out.sheets[:count]
-        self.maps, self.misfits = out.maps[:count], out.misfits[:count]
+        self.maps = out.maps[:count]
         # Scratch is left as it was found.
         assert not unfolding.state.any()
         assert (unfolding.local == -1).all()
@@ -95,17 +95,24 @@ def test_over_what_is_folded_from_the_plane_the_map_is_the_planes(
         wanted, found = (held(corners[one]) for one in (~beside, block.triangles))
         assert (found & wanted == found).all()
         assert found.sum() > 0.98 * wanted.sum()
-        assert (block.misfits <= 1).all()
 
 
-@pytest.mark.parametrize("turned", [0.0, 90.0, 33.0, -140.0])
+@pytest.mark.parametrize(("turned", "stretched"), [(0, 1), (90, 1), (-140, 1), (0, 1.25), (33, 0.8)])
 @pytest.mark.parametrize("make", [cylinder, cone])
-def test_sheets_of_two_charts_read_on_in_each_other(make: Callable[..., Folded], turned: float) -> None:
+def test_sheets_of_two_charts_read_on_in_each_other(
+    make: Callable[..., Folded], turned: float, stretched: float
+) -> None:
     whole = make()
     columns = len(whole.flat) // 12
-    surface = make(islands=np.tile(np.arange(columns) * 2 // columns, 12), turned=(0.0, turned))
+    surface = make(
+        islands=np.tile(np.arange(columns) * 2 // columns, 12), turned=(0.0, turned), stretched=stretched
+    )
     ground, flat = surface.ground(9.0)
     mesh = ground.mesh
+    # Steps are taken over the seam by how the second chart is turned and stretched.
+    a, over = np.radians(turned), mesh.crossing[mesh.seam[(mesh.seam >= 0) & (mesh.chart == 0)[:, None]]]
+    exact = np.array([[np.cos(a), -np.sin(a)], [np.sin(a), np.cos(a)]]) * (1, stretched)
+    np.testing.assert_allclose(over, np.broadcast_to(exact.T, over.shape), atol=1e-9)
     # Blocks about a seam's edges, inside the surface.
     near = np.flatnonzero((mesh.seam >= 0).any(axis=1))[::4]
     assert len(near) >= 3
@@ -156,7 +163,7 @@ def cube_laid_out(count: int) -> MeshSurface:
     return MeshSurface(mesh, np.unique(2 * axis + (sign > 0), return_inverse=True)[1], parameters)
 
 
-def test_on_a_sphere_a_block_is_nearly_as_large_as_its_square_and_its_misfits_are_told() -> None:
+def test_on_a_sphere_a_block_is_nearly_as_large_as_its_square_and_true_to_the_field() -> None:
     rng = np.random.default_rng(1)
     exemplar = rng.integers(0, 256, (64, 64, 1), dtype=np.uint8)
     prepared = prepare(
@@ -184,20 +191,20 @@ def test_on_a_sphere_a_block_is_nearly_as_large_as_its_square_and_its_misfits_ar
         assert np.abs(shown / area - 1).mean() < 0.05
         assert 1 < shown.sum() * (scale / 24) ** 2 < 2  # whole triangles
         kept = block.sheets >= 0
-        wanted = [
-            _misfit(mesh, prepared.fields, t, block, sheet, scale)
+        off_field = [
+            _off_field(mesh, prepared.fields, t, block, sheet, scale)
             for t, sheet in zip(block.triangles[kept], block.sheets[kept], strict=True)
         ]
-        np.testing.assert_allclose(block.misfits[kept], wanted, atol=1)
+        assert np.median(off_field) < 1
 
 
-def _misfit(mesh: Any, fields: Any, t: int, block: Block, sheet: int, scale: float) -> float:
-    # What a sheet shows of a triangle's corners, against where they lie in the field: 32 for 5° or 5 %.
+def _off_field(mesh: Any, fields: Any, t: int, block: Block, sheet: int, scale: float) -> float:
+    # What a sheet shows of a triangle's corners, against where they lie in the field: 1 for 5° or 5 %.
     shown = block.shown(sheet, mesh.places[t], fields[int(block.fits[sheet, 1])])
     true = scale * np.stack([mesh.corners[t] @ mesh.down[t], mesh.corners[t] @ mesh.along[t]], axis=1)
     turned = (shown[1:] - shown[0]).T @ np.linalg.inv((true[1:] - true[0]).T)
     angle, size = abs(turned[0, 1]) / turned[0, 0], np.sqrt(np.linalg.det(turned))
-    return float(min(32 * max(angle / 0.0875, abs(size - 1) / 0.05), 255))
+    return float(max(angle / 0.0875, abs(size - 1) / 0.05))
 
 
 def test_sheets_beyond_the_most_are_left_out_rather_than_wrong() -> None:

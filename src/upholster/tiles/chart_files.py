@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.methods.quilt.emit import Labelled
+
 ShownBlocks = object
 BLOCK = object
 LaidPart = object

@@ -13,6 +13,7 @@ from upholster.files import Outputs
 from upholster.geometry import Surface
 from upholster.image import alpha_channel
 from upholster.image.source import source_parts
+
 planned_run = None
 from upholster.model import tessellate
 from upholster.options import WriteOptions

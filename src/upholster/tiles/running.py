@@ -9,6 +9,7 @@ from typing import Any
 
 from upholster._version import __version__
 from upholster.errors import InputError, StoppedError
+
 Progressing = object
 joined = lambda x: None
 from upholster.parallel import TaskPool

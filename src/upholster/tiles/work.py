@@ -15,6 +15,7 @@ from upholster._version import __version__
 from upholster.errors import InputError
 from upholster.export import map_companion, page_files
 from upholster.geometry import Surface
+
 Labelled = labelled = object
 Progressing = QuiltRun = lay_one = object
 from upholster.options import WriteOptions

@@ -5,9 +5,9 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.charts.mesh_directions._kernels import corner_fans
-from upholster.charts.mesh_layout import triangle_frames
+from upholster.charts.directions._kernels import corner_fans
 from upholster.charts.subdivision import Subdivided
+from upholster.charts.warp_fields import triangle_frames
 from upholster.methods.quilt._frame_kernels import Canvases, locate_steps
 from upholster.methods.quilt._lay_kernels import Ground
 from upholster.methods.quilt._sheet_kernels import FieldArrays
@@ -44,7 +44,7 @@ def ground_of(
     fold
         1, 2 or 4: so many directions, turned evenly, count as one.
     turns
-        (T,) quarter turns from the warp fields to the directions, see `upholster.charts.mesh_turns`.
+        (T,) quarter turns from the warp fields to the directions, see `upholster.charts.turns`.
     """
     mesh = _mesh_arrays(fine, crease, fold, turns)
     charts = fine.surface.charts
@@ -58,7 +58,7 @@ def ground_of(
 def _mesh_arrays(fine: Subdivided, crease: float | None, fold: int, turns: IntArray) -> MeshArrays:
     surface, mesh = fine.surface, fine.surface.mesh
     along, down = triangle_frames(mesh, fine.vectors)
-    across = mesh.neighbours.copy()
+    across = surface.across.copy()
     if crease is not None:
         normals = mesh.flat_normals
         across[(normals[:, None] * normals[across // 3]).sum(axis=2) <= np.cos(np.radians(crease))] = -1
@@ -98,7 +98,7 @@ def _crossings(fine: Subdivided, places: FloatArray) -> tuple[IntArray, FloatArr
     triangle, edge = np.nonzero(surface.is_seam)
     seam = np.full((len(mesh.triangles), 3), -1, np.int32)
     seam[triangle, edge] = np.arange(len(triangle))
-    across = mesh.neighbours[triangle, edge]
+    across = surface.across[triangle, edge]
     other, its = across // 3, across % 3
 
     def flat(of: NDArray[np.intp], first: NDArray[np.intp], last: NDArray[np.intp]) -> FloatArray:
@@ -144,8 +144,6 @@ def _canvases(charts: Sequence[Chart]) -> Canvases:
         np.full(count, -1, np.int32),
         np.zeros(count, np.uint8),
         np.zeros(count, np.int32),
-        np.zeros((count, 2), np.int16),
-        np.zeros(count, np.uint8),
         np.full(count, -1, np.int32),
         firsts[:-1].astype(np.int64),
         heights.copy(),

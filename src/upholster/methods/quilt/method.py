@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from upholster.charts.charted import ChartedSurface
 from upholster.charts.mesh_layout import GUTTER
-from upholster.charts.phases import MeshPhases, mesh_phases
+from upholster.charts.phases import PhaseField
 from upholster.charts.subdivision import subdivided
 from upholster.methods.quilt._block_kernels import (
     BLOCK_COLUMNS,
@@ -48,13 +48,6 @@ _SHORT = 0.4
 _ROUNDS = 12
 """Of blocks on what is still bare."""
 
-_MARGIN = 0.2
-"""What a block leaves bare where it ends beside what is laid, in blocks: one that lies over it has room to
-cut on both sides."""
-
-_CELL = 0.25
-"""Side of a cell of the phases, in blocks."""
-
 _MIRRORED = 1 << 5
 """The symmetry that mirrors left and right: columns count backwards."""
 
@@ -89,7 +82,7 @@ def synthesize_quilt(
     fold, turns
         1, 2 or 4: so many directions, turned evenly, count as one where a block reaches from triangle to
         triangle; and (T,) the quarter turns from the warp fields to the directions, by default none, see
-        `upholster.charts.mesh_turns`.
+        `upholster.charts.turns`.
     options
         Parameters of the method.
     phases
@@ -114,12 +107,9 @@ def synthesize_quilt(
         options.tolerance,
         0.0 if phases is None else phases.weight * variance / MISFIT,
     )
-    found = None
-    if phases is not None:
-        side = _CELL * options.block / scale
-        found = mesh_phases(fine.surface, fine.vectors, scale, phases.lattice.waves, side)
     laying = _Laying(
-        ground, pyramid.levels[numbers.level].match, numbers, weights, pixels, _density(surface), found,
+        ground, pyramid.levels[numbers.level].match, numbers, weights, pixels, _density(surface),
+        None if phases is None else phases.surface, fine.parent,
         np.random.SeedSequence(seed).generate_state(1, np.uint64)[0], threads, progress,
         pyramid.empty_usage(numbers.symmetries.bit_count()), Regions(numbers.size / pixels),
     )  # fmt: skip
@@ -137,7 +127,8 @@ class _Laying:
     weights: LayWeights
     pixels: float  # of frames, in a model unit
     steps: float  # of charts, in a model unit
-    phases: MeshPhases | None
+    phases: PhaseField | None
+    parent: IntArray  # of triangles, among the surface's own
     seed: np.uint64
     threads: int | None
     progress: Progress | None
@@ -155,24 +146,22 @@ class _Laying:
     def all_laid(self) -> Laid:
         """Lay blocks on even grids, then on what is bare; return them all."""
         size = self.numbers.size
-        margin = max(2 * self.numbers.cell, int(_MARGIN * size + 0.5))
         mesh, canvases = self.ground.mesh, self.ground.canvases
         step = max(2.0, (1 - _OVERLAP) * size * self._steps_per_pixel())
-        self.lay(centres_on(mesh, canvases, step, GUTTER + 0.35 * step, bare=False), margin)
+        self.lay(centres_on(mesh, canvases, step, GUTTER + 0.35 * step, bare=False))
         step, left = 0.5 * size * self._steps_per_pixel(), np.inf
-        for k in range(_ROUNDS):
+        for _ in range(_ROUNDS):
             count = int(((canvases.owners < 0) & (canvases.triangles >= 0)).sum())
             if not 0 < count < left:
                 break
             left = count
-            bare = centres_on(mesh, canvases, step, 0.5 * step, bare=True)
-            self.lay(bare, margin if k < _ROUNDS // 2 else 0)
+            self.lay(centres_on(mesh, canvases, step, 0.5 * step, bare=True))
         fits = [self._fits[n] for n in range(len(self.blocks.records))]
         firsts = np.cumsum([0, *(len(one) for one in fits)])
         return Laid(self.blocks.records, firsts, np.concatenate(fits), self.numbers.level)
 
-    def lay(self, centres: Centres, margin: int) -> None:
-        """Lay blocks; they leave `margin` pixels bare where they end beside what is laid."""
+    def lay(self, centres: Centres) -> None:
+        """Lay blocks."""
         first = len(self.blocks.records)
         order, classes = self.regions.enter(centres.spots, first)
         self._add(centres.chosen(order))
@@ -181,7 +170,7 @@ class _Laying:
             usages = [self.usage.copy() for _ in parts]
             run_tasks(
                 [
-                    partial(self._lay_region, part, close, usage, margin)
+                    partial(self._lay_region, part, close, usage)
                     for part, close, usage in zip(parts, near, usages, strict=True)
                 ],
                 threads=self.threads,
@@ -193,22 +182,20 @@ class _Laying:
     def _add(self, centres: Centres) -> None:
         records = np.zeros((len(centres.triangles), BLOCK_COLUMNS), np.int32)
         if self.phases is not None:
-            wanted = self.phases.at(centres.triangles, centres.spots)
+            wanted = self.phases.at(self.parent[centres.triangles], centres.spots)
             records[:, PHASE : PHASE + len(wanted)] = wanted.T
         new = (centres.triangles, centres.shares, centres.roots, centres.spots, records)
         self.blocks = BlockArrays(
             *(np.concatenate([old, one]) for old, one in zip(self.blocks, new, strict=True))
         )
 
-    def _lay_region(
-        self, part: tuple[int, int], near: NDArray[np.int64], usage: FloatArray, margin: int
-    ) -> None:
+    def _lay_region(self, part: tuple[int, int], near: NDArray[np.int64], usage: FloatArray) -> None:
         scratch = self._free.pop() if self._free else self._scratch()
         count = part[1] - part[0]
         fits, pieces = np.empty((count, MOST_SHEETS, FIT)), np.zeros(count, np.int64)
         reaches = 2.0 * self.numbers.size / self.pixels, self.pixels
         lay_blocks(
-            self.ground, self.match, self.numbers, self.weights, usage, self.blocks, part, near, reaches, margin,
+            self.ground, self.match, self.numbers, self.weights, usage, self.blocks, part, near, reaches,
             self.seed, fits, pieces, scratch,
         )  # fmt: skip
         for n in range(count):
