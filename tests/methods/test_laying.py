@@ -199,6 +199,19 @@ def test_what_repeats_goes_on_without_error() -> None:
     assert np.ptp(array) > 100
 
 
+@pytest.mark.parametrize("size", [(85, 70), (64, 64), (130, 26)])
+def test_a_tiles_edges_are_like_any_other_place(size: tuple[int, int]) -> None:
+    apart, near_by = [], []
+    for seed in range(3):
+        run = covered(EXEMPLAR, "plane", texels=size, tileable=True, block=20, seed=seed)
+        picture = paint(run.quilt, EXEMPLAR).arrays[0].astype(int)
+        for axis in (0, 1):
+            lines = np.moveaxis(picture, axis, 0)
+            apart.append(np.abs(lines[0] - lines[-1]).mean())
+            near_by.append(np.abs(np.diff(lines, axis=0)).mean())
+    assert 0.75 < np.mean(apart) / np.mean(near_by) < 1.2
+
+
 @pytest.mark.parametrize("surface", ["sphere", "torus"])
 def test_a_lattice_keeps_its_phases(surface: str) -> None:
     exemplar, _ = repeating(96, 96, [(1 / 12.4, 0), (0, 1 / 10.7)], noise=0.3)
