@@ -153,11 +153,11 @@ class _Laying:
         self.lay(centres_on(mesh, canvases, step, GUTTER + 0.35 * step, bare=False))
         step, left = 0.5 * size * self._steps_per_pixel(), np.inf
         for _ in range(_ROUNDS):
-            bare = centres_on(mesh, canvases, step, 0.5 * step, bare=True)
-            if not 0 < len(bare.triangles) < left:
+            count = int(((canvases.owners < 0) & (canvases.triangles >= 0)).sum())
+            if not 0 < count < left:
                 break
-            left = len(bare.triangles)
-            self.lay(bare)
+            left = count
+            self.lay(centres_on(mesh, canvases, step, 0.5 * step, bare=True))
         fits = [self._fits[n] for n in range(len(self.blocks.records))]
         firsts = np.cumsum([0, *(len(one) for one in fits)])
         return Laid(self.blocks.records, firsts, np.concatenate(fits), self.numbers.level)
