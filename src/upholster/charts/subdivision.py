@@ -10,7 +10,7 @@ from upholster.charts.charted import ChartedSurface
 from upholster.geometry import TriangleMesh
 from upholster.types import FloatArray, IntArray
 
-__all__ = ["Subdivided", "subdivided"]
+__all__ = ["Subdivided", "subdivided", "subdivided_in"]
 
 _ROUNDS = 24
 
@@ -64,12 +64,28 @@ def subdivided(surface: ChartedSurface, vectors: FloatArray, longest: float) -> 
     longest
         Length of an edge, in model units.
     """
+    found = subdivided_in(surface, vectors, longest, np.array([[-np.inf] * 3, [np.inf] * 3]))
+    assert found is not None  # it has an island
+    return found
+
+
+def subdivided_in(
+    surface: ChartedSurface, vectors: FloatArray, longest: float, box: FloatArray
+) -> Subdivided | None:
+    """Subdivide what lies in a box (2, 3), from, to: triangles whose own boxes do not meet it are left out.
+
+    Those that are left are the same, and in the same order, whatever the box; None: there are none.
+    """
     kept = np.flatnonzero(surface.chart >= 0).astype(np.int32)
     positions = surface.mesh.positions
+    kept = kept[_meets(positions[surface.mesh.triangles[kept]], box)]
     values = np.concatenate([surface.places[kept], vectors[kept]], axis=2)
     triangles = _Pieces(surface.mesh.triangles[kept], values, kept)
     strips = _Pieces(np.zeros((0, 4), np.int32), np.zeros((0, 4, values.shape[2])), kept[:0])
     for _ in range(_ROUNDS):
+        triangles, strips = (
+            _chosen(pieces, _meets(positions[pieces.vertices], box)) for pieces in (triangles, strips)
+        )
         lengths = _lengths(strips, positions)
         uneven = (lengths[:, 0] > longest) != (lengths[:, 2] > longest)
         triangles = _joined(triangles, _halves_of(_chosen(strips, uneven), positions))
@@ -85,10 +101,19 @@ def subdivided(surface: ChartedSurface, vectors: FloatArray, longest: float) -> 
         strips = _joined(_cut_across(strips, middles[long.size :].reshape(-1, 4)), new)
         triangles = split
     found = _joined(triangles, _halves_of(strips, positions))
+    if not len(found.parent):
+        return None
     vertices, values, parent = _chosen(found, np.argsort(found.parent, kind="stable"))
     mesh = TriangleMesh(positions, vertices, name=surface.mesh.name)
     flat = ChartedSurface(mesh, surface.chart[parent], np.ascontiguousarray(values[..., :2]), surface.charts)
     return Subdivided(flat, parent, np.ascontiguousarray(values[..., 2:]))
+
+
+def _meets(corners: FloatArray, box: FloatArray) -> NDArray[np.bool_]:
+    # Which pieces, by their corners (n, k, 3), have boxes that meet a box.
+    low, high = corners.min(axis=1), corners.max(axis=1)
+    met: NDArray[np.bool_] = ((low <= box[1]) & (high >= box[0])).all(axis=1)
+    return met
 
 
 def _ends(pieces: _Pieces) -> IntArray:
