@@ -32,7 +32,8 @@ from upholster.lengths import parse_length
 from upholster.methods.paper.coefficients import keep_coefficients
 from upholster.methods.paper.method import PaperOptions, synthesize_paper
 from upholster.methods.pixel.method import PixelOptions, check_sample, synthesize_pixel
-from upholster.methods.quilt.method import synthesize_quilt
+from upholster.methods.quilt.laying import LayPlan
+from upholster.methods.quilt.method import laid_quilt, planned
 from upholster.methods.quilt.options import QuiltOptions
 from upholster.methods.quilt.phases import Phases, WantedPhases, whole_waves
 from upholster.methods.quilt.structure import block_size
@@ -48,6 +49,7 @@ __all__ = [
     "Prepared",
     "execute",
     "kept_sample",
+    "lay_plan",
     "matched_image",
     "needs_patches",
     "prepare",
@@ -411,13 +413,7 @@ def execute(
     run: dict[str, Any] = {"seed": seed, "threads": threads, "progress": progress}
     charts, options = prepared.charts, prepared.options
     if prepared.charted is not None:
-        assert prepared.field is not None
-        assert prepared.scale is not None
-        assert isinstance(options, QuiltOptions)
-        quilt = synthesize_quilt(
-            exemplar, prepared.charted, prepared.fields, prepared.field.corner_vectors, prepared.scale.scale,
-            fold=prepared.field.fold, turns=prepared.turns, options=options, phases=prepared.phases, **run,
-        )  # fmt: skip
+        quilt = laid_quilt(lay_plan(prepared, exemplar, seed=seed), threads, progress)
         return quilt.on(surface, seed=seed, density=prepared.density)
     assert isinstance(surface, Surface)
     if isinstance(options, PaperOptions):
@@ -426,6 +422,26 @@ def execute(
         assert isinstance(options, PixelOptions)
         quilt = synthesize_pixel(exemplar, surface, charts, options=options, **run)
     return quilt.on(surface, seed=seed, density=prepared.density)
+
+
+def lay_plan(prepared: Prepared, exemplar: PixelArray, *, seed: int = 0) -> LayPlan:
+    """Return what method "quilt" lays a surface by, as prepared."""
+    assert prepared.charted is not None
+    assert prepared.field is not None
+    assert prepared.scale is not None
+    assert isinstance(prepared.options, QuiltOptions)
+    return planned(
+        exemplar,
+        prepared.charted,
+        prepared.fields,
+        prepared.field.corner_vectors,
+        prepared.scale.scale,
+        fold=prepared.field.fold,
+        turns=prepared.turns,
+        options=prepared.options,
+        phases=prepared.phases,
+        seed=seed,
+    )
 
 
 def synthesize(

@@ -333,9 +333,7 @@ def replay_blocks(
     for n in order:
         if blocks.triangles[n] >= 0:
             count, pieces[n] = _find(ground, numbers, blocks, n, scale, fits[n], scratch)
-            write_frame(
-                ground.canvases, numbers, n, blocks.records[n], masks[n], scratch.found, int64(count)
-            )
+            write_frame(ground.canvases, numbers, n, blocks.records[n], masks[n], scratch.found, int64(count))
 
 
 @kernel

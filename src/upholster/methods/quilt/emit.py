@@ -105,7 +105,13 @@ def _piece(drawn: Drawn, chart: int, edges: NDArray[np.int64], cell: int) -> Lab
     fits[:, 2:4] += corner
     first = int(corner[0]) // cell, int(corner[1]) // cell
     return LabelPiece(
-        chart, first, labels, away.astype(np.float32), numbers[order], drawn.records[block[order]], fits[order]
+        chart,
+        first,
+        labels,
+        away.astype(np.float32),
+        numbers[order],
+        drawn.records[block[order]],
+        fits[order],
     )
 
 
@@ -158,7 +164,8 @@ def labelled(plan: LayPlan, number: int, pieces: Sequence[LabelPiece], *, tile: 
         return bare_placement(number, (chart.height, chart.width), shape), LabelMap(cell, none)
     owner = shown[rows, columns]
     at = np.stack(
-        [cell_centres(count, cell)[of] for count, of in zip(shown.shape, (rows, columns), strict=True)], axis=1
+        [cell_centres(count, cell)[of] for count, of in zip(shown.shape, (rows, columns), strict=True)],
+        axis=1,
     )
     read = _read(plan, sheets, owner, at)
     placed = np.zeros(len(sheets.numbers), PLACEMENT)

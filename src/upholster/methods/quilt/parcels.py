@@ -128,8 +128,6 @@ def _met(
     corners = (surface.mesh.corners - origin) / side
     low = np.clip(np.floor(corners.min(axis=1) - 1e-9), 0, shape - 1).astype(np.int64)
     high = np.clip(np.floor(corners.max(axis=1) + 1e-9), 0, shape - 1).astype(np.int64)
-    parts = [
-        np.column_stack([surface.chart, np.where(way, high, low)]) for way in product((0, 1), repeat=3)
-    ]
+    parts = [np.column_stack([surface.chart, np.where(way, high, low)]) for way in product((0, 1), repeat=3)]
     met: NDArray[np.int64] = np.unique(np.concatenate(parts), axis=0)
     return met
