@@ -23,7 +23,7 @@ SIDE = 2048
 MOST_WHOLE = 2**22
 """Steps up to which a surface is one parcel."""
 
-_BLOCKS = 32
+BLOCKS = 32
 """Blocks a side of a parcel, at least: round it lie four on each side that are laid again."""
 
 _FINE = 8
@@ -65,7 +65,7 @@ class Parcels:
         """Cut a surface; blocks are so many model units wide, and steps so many to a model unit."""
         low, high = surface.mesh.box
         steps = sum(chart.height * chart.width for chart in surface.charts)
-        side = max(SIDE / density, _BLOCKS * block)
+        side = max(SIDE / density, BLOCKS * block)
         shape = np.maximum(np.ceil((high - low) / side).astype(np.int64), 1)
         if steps <= MOST_WHOLE or shape.prod() == 1:
             charts = tuple(range(len(surface.charts)))
