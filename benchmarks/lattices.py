@@ -29,7 +29,6 @@ from benchmarks.fidelity import EXAMPLES, exemplars
 from benchmarks.fidelity_sheet import Tile, write_sheet
 from benchmarks.lattice_samples import PATTERNS, lattice_sample
 from benchmarks.measure import Results, one_pixel_a_texel
-from upholster.charts.directions import parse_direction
 from upholster.geometry import RationalPatch, Surface, plane, surface_from_spec
 from upholster.geometry.face import Face
 from upholster.lattice import Lattice, find_lattice
@@ -230,8 +229,7 @@ def _covered(case: Case) -> tuple[Row, PixelArray | None]:
     within = 1.0
     if spec != FLAT:
         scale = None if prepared.scale is None else prepared.scale.scale
-        direction = parse_direction(prepared.direction) if prepared.direction else None
-        within = mapping(surface, quilt, scale=scale, direction=direction).within
+        within = mapping(surface, quilt, scale=scale).within
     two = len(found.share) == 2
     row = Row(
         case.name, spec, case.seed,

@@ -23,13 +23,14 @@ import numpy as np
 from rich.console import Console
 from rich.table import Table
 
+from upholster.charts.charted import ChartedSurface
 from upholster.charts.covered import as_covered
 from upholster.charts.creases import CREASE, default_crease
-from upholster.charts.mesh_directions import (
+from upholster.charts.directions import (
     asked_at_corners,
     asked_by_strokes,
-    default_mesh_direction,
-    parse_mesh_direction,
+    default_direction,
+    parse_direction,
 )
 from upholster.charts.subdivision import subdivided
 from upholster.errors import UpholsterError
@@ -160,8 +161,8 @@ def _asked(mesh: TriangleMesh, options: SynthesisOptions, crease: float) -> Floa
     # At the triangles' corners (T, 3, 3); None: only the field knows.
     if options.stroke is not None:
         return asked_by_strokes(mesh, options.stroke, crease)
-    direction = cast(str | None, options.direction) or default_mesh_direction(mesh)
-    return asked_at_corners(mesh, parse_mesh_direction(direction), crease)
+    direction = cast(str | None, options.direction) or default_direction(mesh)
+    return asked_at_corners(mesh, parse_direction(direction), crease)
 
 
 def random_strokes(mesh: TriangleMesh, count: int) -> tuple[str, ...]:
@@ -179,7 +180,7 @@ def random_strokes(mesh: TriangleMesh, count: int) -> tuple[str, ...]:
 def refined(mesh: TriangleMesh, least: int) -> TriangleMesh:
     """Halve the longest edges of a mesh until it has so many triangles."""
     count = len(mesh.triangles)
-    surface = MeshSurface(mesh, np.zeros(count, np.int32), np.zeros((count, 3, 2)))
+    surface = ChartedSurface(mesh, np.zeros(count, np.int32), np.zeros((count, 3, 2)), (), mesh.neighbours)
     vectors = np.tile([1.0, 0.0, 0.0], (count, 3, 1))
     lengths = np.linalg.norm(np.roll(mesh.corners, -1, axis=1) - mesh.corners, axis=2)
     longest = float(np.quantile(lengths, 0.98))

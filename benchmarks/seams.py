@@ -23,7 +23,6 @@ import upholster
 from benchmarks.fidelity import EXAMPLES, exemplars
 from benchmarks.fidelity_sheet import Tile, write_sheet
 from benchmarks.measure import Results, one_pixel_a_texel
-from upholster.charts.directions import parse_direction
 from upholster.geometry import plane, surface_from_spec
 from upholster.measure import measure_cover, wrap_seams
 from upholster.methods.synthesis import execute, prepare
@@ -138,8 +137,8 @@ def _covered(
     seconds = time.perf_counter() - start
     painted = upholster.paint(quilt, exemplar, density=1.0)
     scale = None if prepared.scale is None else prepared.scale.scale
-    direction = parse_direction(prepared.direction) if prepared.direction else None
-    found = measure_cover(surface, quilt, exemplar, texels=painted, scale=scale, direction=direction)
+    direction, _, _ = prepared.direction.partition(", ")  # the default; then its singular points
+    found = measure_cover(surface, quilt, exemplar, texels=painted, scale=scale, direction=direction or None)
     assert found.seams is not None
     assert found.mapping is not None
     assert found.scale is not None

@@ -15,7 +15,7 @@ from command_line import assert_one_line, run_cli
 
 from upholster.charts.axis_directions import axis_direction, closed_rounds
 from upholster.charts.creases import CREASE
-from upholster.charts.mesh_directions import mesh_directions
+from upholster.charts.directions import direction_field
 from upholster.charts.part_directions import part_direction
 from upholster.errors import InputError
 from upholster.geometry.mesh_files import read_model
@@ -375,12 +375,12 @@ def test_plane_faces_have_one_direction_and_go_round_only_without_a_lattice(file
     caps, sides = [(0, 0, 1), (0, 0, -1)], [(1, 0, 0), (-1, 0, 0), (0, 1, 0), (0, -1, 0)]
     around = part_direction(model, "around")
     for direction, lattice, straight in ((None, False, caps + sides), (around, True, caps)):
-        found = mesh_directions(mesh, direction, crease=CREASE, lattice=lattice).corner_vectors
+        found = direction_field(mesh, direction, crease=CREASE, lattice=lattice).corner_vectors
         for side in (mesh.flat_normals @ way > 1 - 1e-9 for way in straight):
             one = found[side].reshape(-1, 3)
             np.testing.assert_allclose(one, one[:1].repeat(len(one), axis=0), atol=1e-3)
             assert abs(one[0]).max() > 1 - 1e-6
-    found = mesh_directions(mesh, around, crease=CREASE).face_vectors
+    found = direction_field(mesh, around, crease=CREASE).face_vectors
     round_it = np.cross((0, 0, 1), mesh.corners.mean(axis=1) - (20, 10, 0))
     round_it /= np.linalg.norm(round_it, axis=1, keepdims=True)
     top = mesh.flat_normals[:, 2] > 1 - 1e-9

@@ -166,7 +166,6 @@ def psnr(image, original):
         ["cover", "sample.png", "--on", "torus", "-o", "a.uph", "--method", "paper", "--coefficients", "0"],
         ["cover", "sample.png", "--on", "torus", "-o", "a.png", "-o", "a.glb", "--wavelet", "haar"],
         ["cover", "sample.png", "--on", "torus", "-o", "a.png", "--bytes", "8k"],
-        ["cover", "sample.png", "--on", "torus", "-o", "a.png", "--warp", "9%"],
         [
             "cover",
             "sample.png",

@@ -235,8 +235,6 @@ class Covering:
         """Return what the user should know before the work begins, which may hold all texels in memory."""
         maps = 1 + len(self.roles) if in_memory else 0
         found = notes_before(self.surface, self.prepared, self.seen, maps)
-        if self.asked.warp is not None and self.prepared.phases is None:
-            found.append("the sample does not surely repeat: --warp changes nothing")
         return [f"{self.name}: {note}" if self.name else note for note in found]
 
     def synthesized(self, *, seed: int, threads: int | None, progress: Progress | None) -> Quilt:

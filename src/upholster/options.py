@@ -16,7 +16,6 @@ from upholster.shown import on_a_line
 
 __all__ = [
     "METHODS",
-    "MOST_WARP",
     "QUALITY",
     "ModelOptions",
     "Quality",
@@ -30,9 +29,6 @@ __all__ = [
 ]
 
 METHODS = ("quilt", "paper", "pixel")
-MOST_WARP = 0.06
-"""Of a length: more shows as bricks of several sizes."""
-
 SEARCHES = ("coherent", "full")
 DISPLACED_BY = ("height", "luminance")
 
@@ -455,17 +451,7 @@ class SynthesisOptions:
         metadata=_about(
             _SYNTHESIS,
             "How much it costs where courses and rows of a sample that repeats would not meet, 0 to 10; 0: "
-            "not looked at. Default: 8 on surfaces, 2 on meshes, 0.5 flat.",
-            only="quilt",
-        ),
-    )
-    warp: float | None = field(
-        default=None,
-        metadata=_about(
-            _SYNTHESIS,
-            "On a surface of patches: so much, `6%` at most, courses and rows of a sample that repeats are "
-            "stretched where they do not close. Default: not at all, for the size is as asked.",
-            metavar="3%",
+            "not looked at. Default: 2 on surfaces, 0.5 flat.",
             only="quilt",
         ),
     )
@@ -605,12 +591,6 @@ class SynthesisOptions:
         ):
             if not least <= value <= most:
                 raise InputError(f"{name} is {value:g}; allowed: {least} to {most}")
-        if self.warp is not None and not 0 < self.warp <= MOST_WARP:
-            raise InputError(
-                f"warp is {self.warp:g}; allowed: above 0, at most {MOST_WARP:g}, a share such as 3%"
-            )
-        if self.warp is not None and self.phase == 0:
-            raise InputError("warp is given with phase 0; allowed: one of them")
 
     def _check_paper(self) -> None:
         if self.threshold is not None and not 0 <= self.threshold < 1e9:
@@ -660,7 +640,7 @@ class SynthesisOptions:
             if self.texels is not None and self.density is not None:
                 raise InputError("density and texels are both given; allowed: at most one of them")
             return
-        for name in ("density", "sample_size", "element_size", "direction", "warp"):
+        for name in ("density", "sample_size", "element_size", "direction"):
             if getattr(self, name) is not None:
                 width, height = self.texels
                 raise InputError(f"{name} is given with texels {width}x{height}; allowed: one of them")

@@ -12,7 +12,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.charts.mesh_directions import MeshField
+from upholster.charts.directions import DirectionField
 from upholster.charts.seams import ChartSeam, find_seams
 from upholster.conditions import read_conditions
 from upholster.errors import InputError
@@ -377,7 +377,7 @@ class TexturedModel(Shown):
     read_from: bytes | None = None
     in_tiles: bool = False
     file: ModelFile | None = None
-    field: MeshField | None = None
+    field: DirectionField | None = None
     notes: list[str] = dataclass_field(default_factory=list)
     name: str = ""
     parts: tuple["TexturedModel", ...] = ()

@@ -10,19 +10,18 @@ from typing import Any
 import numpy as np
 
 from upholster.charts.layout import MOST_TEXELS
-from upholster.charts.phases import PhaseField
 from upholster.geometry import AnySurface, MeshSurface, Surface
 from upholster.image.sameness import differing_region
 from upholster.methods import Prepared
 from upholster.methods.paper.method import PaperOptions
 from upholster.methods.pixel.method import PixelOptions
 from upholster.methods.quilt.options import QuiltOptions
-from upholster.methods.quilt.phases import WantedPhases, better_tile, stretched_by
+from upholster.methods.quilt.phases import better_tile, stretched_by
 from upholster.options import SynthesisOptions
 from upholster.outputs import TexturedModel
 from upholster.quilt import Chart, Quilt, Texels
 from upholster.shown import Shown, on_a_line, texels_in_words
-from upholster.types import PixelArray, Progress
+from upholster.types import FloatArray, PixelArray, Progress
 
 __all__ = [
     "CoverReport",
@@ -123,13 +122,13 @@ def settled_words(
     """Return what was settled where nothing was asked for, in words."""
     found: dict[str, str] = {}
     if isinstance(prepared.options, QuiltOptions):
-        found["block"] = _block(prepared)
+        found["block"] = f"{prepared.options.block} pixels"
     if isinstance(prepared.options, PaperOptions) and isinstance(surface, Surface):
         found |= _settled_by_paper(prepared.options, surface)
     if isinstance(prepared.options, PixelOptions):
         found["search"] = prepared.options.search
     if prepared.phases is not None:
-        found["lattice"] = _lattice_words(prepared.phases)
+        found["lattice"] = _lattice_words(prepared.phases.lattice.waves)
     if prepared.scale is not None:
         size = prepared.scale.sample_size
         found["sample"] = f"{size:.4g} units wide on a model of {surface.size:.4g}"
@@ -145,12 +144,9 @@ def settled_words(
     return found
 
 
-def _lattice_words(phases: WantedPhases) -> str:
-    periods = " and ".join(f"{1 / size:.3g}" for size in np.sqrt((phases.lattice.waves**2).sum(axis=1)))
-    found = f"repeats every {periods} pixels"
-    if isinstance(phases.surface, PhaseField):
-        found += f"; rows or columns end inside charts at {phases.surface.ends} places"
-    return found
+def _lattice_words(waves: FloatArray) -> str:
+    periods = " and ".join(f"{1 / size:.3g}" for size in np.sqrt((waves**2).sum(axis=1)))
+    return f"repeats every {periods} pixels"
 
 
 def _settled_by_paper(options: PaperOptions, surface: Surface) -> dict[str, str]:
@@ -165,13 +161,6 @@ def _settled_by_paper(options: PaperOptions, surface: Surface) -> dict[str, str]
     if options.seams:
         found["edge block"] = f"{options.edge_block or options.block} texels"
     return found
-
-
-def _block(prepared: Prepared) -> str:
-    sides = () if prepared.phases is None else prepared.phases.blocks
-    if not sides or min(sides) == max(sides):
-        return f"{max(sides, default=prepared.options.block)} pixels"
-    return f"{min(sides)} to {max(sides)} pixels"
 
 
 def notes_before(surface: AnySurface, prepared: Prepared, sample: PixelArray, maps: int) -> list[str]:

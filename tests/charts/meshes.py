@@ -2,7 +2,9 @@
 
 import numpy as np
 
-from upholster.geometry import TriangleMesh, welded
+from upholster.charts.charted import ChartedSurface, charted_mesh
+from upholster.charts.mesh_layout import mesh_charts
+from upholster.geometry import MeshSurface, TriangleMesh, welded
 
 
 def grid(rows: int, columns: int, *, wrap: tuple[bool, bool] = (False, False)) -> np.ndarray:
@@ -87,3 +89,8 @@ def two_rings() -> TriangleMesh:
             last = (middle - 0.5 * np.array([dy, -dx])).astype(int).tolist()
             side([(*first, 0), (*last, 0), (*last, 1), (*first, 1)])
     return TriangleMesh(np.array(list(points), float), np.array(triangles))
+
+
+def on_charts(surface: MeshSurface, density: float = 1.0) -> ChartedSurface:
+    """Return a mesh's islands with charts of so many steps a unit of length."""
+    return charted_mesh(surface, mesh_charts(surface, density))

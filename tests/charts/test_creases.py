@@ -6,7 +6,7 @@ from meshes import box, height_field, sphere
 from scipy.spatial import ConvexHull
 
 from upholster.charts.creases import CREASE, default_crease
-from upholster.charts.mesh_directions import mesh_directions
+from upholster.charts.directions import direction_field
 from upholster.geometry import TriangleMesh
 from upholster.geometry.corner_normals import corner_normals
 
@@ -44,7 +44,7 @@ def test_the_lid_of_a_box_with_chamfers_runs_straight():
     mesh = chamfered()
     assert default_crease(mesh) == 30.0
     lid = mesh.flat_normals[:, 2] > 0.99
-    straight = mesh_directions(mesh, crease=default_crease(mesh))
+    straight = direction_field(mesh, crease=default_crease(mesh))
     np.testing.assert_allclose(abs(straight.corner_vectors[lid][..., 0]), 1, atol=0.01)
     assert not len(straight.singular)
 
@@ -53,7 +53,7 @@ def test_a_column_of_eight_sides_is_level_on_all():
     mesh = column(8)
     assert default_crease(mesh) == 30.0  # its edges are as those of chamfers: that must do no harm
     upright = abs(mesh.flat_normals[:, 2]) < 0.01
-    field = mesh_directions(mesh, crease=default_crease(mesh))
+    field = direction_field(mesh, crease=default_crease(mesh))
     assert abs(field.corner_vectors[upright][..., 2]).max() < 1e-6
 
 

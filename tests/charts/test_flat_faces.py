@@ -7,9 +7,9 @@ from scipy.spatial import ConvexHull
 from scipy.spatial.transform import Rotation
 
 from upholster.charts.creases import CREASE
-from upholster.charts.mesh_directions import mesh_directions
-from upholster.charts.mesh_directions.flats import flat_faces
-from upholster.charts.mesh_directions.frames import plane_frames
+from upholster.charts.directions import direction_field
+from upholster.charts.directions.flats import flat_faces
+from upholster.charts.directions.frames import plane_frames
 from upholster.geometry import TriangleMesh, welded
 
 TURN = np.radians(20.0)
@@ -100,7 +100,7 @@ def along(found: np.ndarray, *ways: np.ndarray) -> bool:
     "mesh", [askew(box()), chamfered(), rounded(), ell()], ids=["box", "chamfers", "rounded", "ell"]
 )
 def test_lids_run_along_their_longest_edges_and_walls_level(mesh, crease):
-    field = mesh_directions(mesh, crease=crease)
+    field = direction_field(mesh, crease=crease)
     for way in (1, -1):
         assert along(one(field.corner_vectors[facing(mesh, (0, 0, way))]), ASKEW[0])
     for wall in ASKEW[:2]:
@@ -111,7 +111,7 @@ def test_lids_run_along_their_longest_edges_and_walls_level(mesh, crease):
 @pytest.mark.parametrize("direction", ["level", "smooth", None])
 def test_the_head_of_a_bolt_runs_along_one_of_its_sides(direction):
     mesh = column(6)
-    found = one(mesh_directions(mesh, direction, crease=CREASE).corner_vectors[facing(mesh, (0, 0, 1))])
+    found = one(direction_field(mesh, direction, crease=CREASE).corner_vectors[facing(mesh, (0, 0, 1))])
     angle = np.radians(30 + 60 * np.arange(6))
     assert along(found, *(np.stack([-np.sin(angle), np.cos(angle), 0 * angle], axis=1) @ ASKEW))
 
@@ -120,8 +120,8 @@ def test_the_head_of_a_bolt_runs_along_one_of_its_sides(direction):
 def test_round_caps_run_straight_but_round_where_that_is_asked_for_without_a_lattice(mesh):
     cap = facing(mesh, (0, 0, 1))
     for direction, lattice in (("level", False), ("smooth", False), ("around:z", True)):
-        one(mesh_directions(mesh, direction, crease=CREASE, lattice=lattice).corner_vectors[cap])
-    found = mesh_directions(mesh, "around:z", crease=CREASE).corner_vectors[cap]
+        one(direction_field(mesh, direction, crease=CREASE, lattice=lattice).corner_vectors[cap])
+    found = direction_field(mesh, "around:z", crease=CREASE).corner_vectors[cap]
     round_it = np.cross((0, 0, 1), mesh.corners[cap])
     far = np.linalg.norm(round_it, axis=2) > 0.4
     round_it /= np.maximum(np.linalg.norm(round_it, axis=2, keepdims=True), 1e-12)
@@ -132,33 +132,33 @@ def test_round_caps_run_straight_but_round_where_that_is_asked_for_without_a_lat
 def test_columns_are_level(sides):
     mesh = column(sides)
     upright = abs(mesh.flat_normals[:, 2]) < 0.01
-    assert abs(mesh_directions(mesh, crease=CREASE).corner_vectors[upright][..., 2]).max() < 1e-6
+    assert abs(direction_field(mesh, crease=CREASE).corner_vectors[upright][..., 2]).max() < 1e-6
 
 
 def test_a_gable_keeps_its_level_rows():
     # Its roof is steep: along it rows would lean by 70 degrees.
     outline = np.array([(-1, -1), (1, -1), (1, 0), (0, 3), (-1, 0)], float)
     mesh = hull(np.concatenate([np.insert(outline, 1, y, axis=1) for y in (-2, 2)]))
-    field = mesh_directions(mesh, crease=CREASE)
+    field = direction_field(mesh, crease=CREASE)
     assert abs(one(field.corner_vectors[facing(mesh, ASKEW[1])])[2]) < 1e-6
 
 
 def test_on_a_box_that_lies_aslant_level_gives_way():
     axes = Rotation.from_euler("xyz", (20, 30, 40), degrees=True).as_matrix()
     mesh = askew(box(), axes)
-    field = mesh_directions(mesh, "level", crease=CREASE)
+    field = direction_field(mesh, "level", crease=CREASE)
     for side in (*axes, *-axes):
         found = one(field.corner_vectors[facing(mesh, side)])
         longest = axes[min(k for k in range(3) if abs(axes[k] @ side) < 0.5)]
         assert along(found, longest)
-    vector = mesh_directions(mesh, "0,0,1", crease=CREASE).face_vectors
+    vector = direction_field(mesh, "0,0,1", crease=CREASE).face_vectors
     upward = np.array((0, 0, 1)) - mesh.flat_normals[:, 2:] * mesh.flat_normals
     np.testing.assert_allclose(vector, upward / np.linalg.norm(upward, axis=1, keepdims=True), atol=1e-3)
 
 
 def test_where_a_vector_says_nothing_the_walls_go_on():
     mesh = askew(box())
-    found = one(mesh_directions(mesh, "z", crease=CREASE).corner_vectors[facing(mesh, (0, 0, 1))])
+    found = one(direction_field(mesh, "z", crease=CREASE).corner_vectors[facing(mesh, (0, 0, 1))])
     assert along(found, ASKEW[1])
 
 
@@ -167,13 +167,13 @@ def test_vectors_functions_and_strokes_win_over_faces():
     lid = facing(mesh, (0, 0, 1))
     wanted = np.array((1.0, 2.0, 0.0)) / np.sqrt(5)
     for asked in ("1,2,0", lambda points: np.broadcast_to(wanted, points.shape)):
-        assert along(one(mesh_directions(mesh, asked, crease=CREASE).corner_vectors[lid]), wanted)
+        assert along(one(direction_field(mesh, asked, crease=CREASE).corner_vectors[lid]), wanted)
     middle = mesh.corners[lid].mean(axis=1)[0]
-    drawn = mesh_directions(mesh, "level", strokes=[[middle, wanted]], crease=CREASE)
+    drawn = direction_field(mesh, "level", strokes=[[middle, wanted]], crease=CREASE)
     near = np.linalg.norm(mesh.corners.mean(axis=1) - middle, axis=1) < 0.05 * mesh.size
     assert (drawn.face_vectors[lid & near] @ wanted).min() > 0.99
     assert (drawn.face[lid] < 0).all()
-    turned = mesh_directions(mesh, "30", crease=CREASE).corner_vectors[lid]
+    turned = direction_field(mesh, "30", crease=CREASE).corner_vectors[lid]
     assert abs(abs(one(turned) @ ASKEW[0]) - np.cos(np.radians(30))) < 1e-6
 
 
@@ -201,5 +201,5 @@ def test_the_order_of_triangles_does_not_matter():
     order = np.random.default_rng(1).permutation(len(mesh.triangles))
     mixed = TriangleMesh(mesh.positions, np.roll(mesh.triangles[order], 1, axis=1))
     lid = facing(mesh, (0, 0, 1))
-    first, second = mesh_directions(mesh).face_vectors, mesh_directions(mixed).face_vectors
+    first, second = direction_field(mesh).face_vectors, direction_field(mixed).face_vectors
     np.testing.assert_allclose(second[facing(mixed, (0, 0, 1))][0], first[lid][0], atol=1e-9)

@@ -5,15 +5,15 @@ import scipy.sparse as sparse
 from meshes import sphere, two_rings
 from scipy.sparse.csgraph import connected_components
 
-from upholster.charts.mesh_directions import mesh_directions
-from upholster.charts.mesh_directions._kernels import (
+from upholster.charts.directions import direction_field
+from upholster.charts.directions._kernels import (
     carry_from,
     corner_fans,
     near_by,
     nearest_triangles,
     regions,
 )
-from upholster.charts.mesh_directions.frames import plane_frames
+from upholster.charts.directions.frames import plane_frames
 from upholster.geometry import TriangleMesh
 
 
@@ -138,7 +138,7 @@ def plain_index(field, vertex):
 def test_indices_are_turns_round_vertices():
     mesh = sphere(4)
     for symmetry in (1, 2, 4):
-        field = mesh_directions(mesh, "smooth", symmetry=symmetry)
+        field = direction_field(mesh, "smooth", symmetry=symmetry)
         plain = [plain_index(field, vertex) * symmetry for vertex in range(len(mesh.positions))]
         np.testing.assert_allclose(field.index, plain, atol=1e-3)
 
@@ -146,7 +146,7 @@ def test_indices_are_turns_round_vertices():
 def test_slivers_carry_directions_as_their_plane_does():
     points = np.array([(0, 0, 0), (1, 0, 0), (2, 1e-7, 0), (3, 0, 0), (1.5, 1, 0), (1.5, -1, 0), (1, 0, 0)])
     triangles = [(0, 1, 2), (0, 2, 3), (0, 3, 4), (0, 5, 1), (1, 5, 3), (1, 3, 2), (1, 6, 1)]
-    field = mesh_directions(TriangleMesh(points, np.array(triangles)), "smooth")
+    field = direction_field(TriangleMesh(points, np.array(triangles)), "smooth")
     assert np.abs(field.face_vectors[2:6, 2]).max() < 1e-6
     assert np.einsum("i,ji->j", field.face_vectors[2], field.face_vectors[3:6]).min() > np.cos(np.radians(2))
 
@@ -171,7 +171,7 @@ def test_fans_are_the_triangles_round_a_vertex_that_hang_together():
 def test_corners_have_their_vertices_vectors_and_keep_to_their_side_of_a_crease():
     mesh = sphere(5)
     for symmetry in (1, 2, 4):
-        field = mesh_directions(mesh, "smooth", symmetry=symmetry)
+        field = direction_field(mesh, "smooth", symmetry=symmetry)
         along = field.vectors[mesh.triangles]
         cosine = np.einsum("tki,tki->tk", field.corner_vectors, along)
         turns = np.degrees(np.arccos(np.clip(cosine, -1, 1))) % (360 // symmetry)
@@ -179,7 +179,7 @@ def test_corners_have_their_vertices_vectors_and_keep_to_their_side_of_a_crease(
         near = np.einsum("tki,ti->tk", field.corner_vectors, field.face_vectors)
         assert near.min() > np.cos(np.pi / symmetry) - 0.1
     mesh, _ = cut_mesh()
-    field = mesh_directions(mesh, "1,2,3", crease=40)
+    field = direction_field(mesh, "1,2,3", crease=40)
     off_plane = np.einsum("tki,ti->tk", field.corner_vectors, mesh.flat_normals)
     assert np.abs(off_plane).max() < 1e-12
     np.testing.assert_allclose(

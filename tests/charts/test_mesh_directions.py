@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 from meshes import box, height_field, sphere, torus, two_rings
 
-from upholster.charts.mesh_directions import (
+from upholster.charts.directions import (
     asked_at_corners,
     asked_by_strokes,
-    default_mesh_direction,
-    mesh_directions,
-    parse_mesh_direction,
+    default_direction,
+    direction_field,
+    parse_direction,
     parse_strokes,
 )
-from upholster.charts.mesh_directions.asked import laid_over, shading_normals
+from upholster.charts.directions.asked import laid_over, shading_normals
 from upholster.errors import InputError
 from upholster.geometry import TriangleMesh
 
@@ -33,7 +33,7 @@ def off(mesh, found, wanted):
 @pytest.mark.parametrize("symmetry", [1, 2, 4])
 def test_vectors_are_unit_tangents(direction, symmetry):
     for mesh in (sphere(6), torus(8, 15), height_field(7, 0.2), box()):
-        field = mesh_directions(mesh, direction, symmetry=symmetry)
+        field = direction_field(mesh, direction, symmetry=symmetry)
         assert field.face_vectors.shape == mesh.triangles.shape
         assert field.vectors.shape == mesh.positions.shape
         np.testing.assert_allclose(np.linalg.norm(field.face_vectors, axis=1), 1, atol=1e-12)
@@ -49,24 +49,24 @@ def test_an_axis_is_followed_with_its_sign(axis):
     normals = mesh.corners.mean(axis=1)
     normals /= np.linalg.norm(normals, axis=1, keepdims=True)
     along = laid_over(axis - (normals @ axis)[:, None] * normals, normals, mesh.flat_normals)
-    angle, length = off(mesh, mesh_directions(mesh, axis).face_vectors, along)
+    angle, length = off(mesh, direction_field(mesh, axis).face_vectors, along)
     assert np.average(angle < 5, weights=mesh.areas) > 0.98
     assert angle[length > 0.5].max() < 0.2
 
 
 def test_level_runs_to_the_right_seen_from_outside():
     mesh = torus()
-    found = mesh_directions(mesh).face_vectors
+    found = direction_field(mesh).face_vectors
     angle, _ = off(mesh, found, np.cross((0, 0, 1), mesh.flat_normals))
     assert np.average(angle < 5, weights=mesh.areas) > 0.9
-    turned = mesh_directions(mesh, "90").face_vectors
+    turned = direction_field(mesh, "90").face_vectors
     np.testing.assert_allclose(turned, np.cross(found, mesh.flat_normals), atol=1e-12)
 
 
 @pytest.mark.parametrize(("direction", "turned"), [("level", 0), ("30", 30), ("0,0,1", -90)])
 def test_on_facets_that_stand_for_something_smooth_it_is_asked_for_by_its_normals(direction, turned):
     mesh = sphere(6)
-    asked = asked_at_corners(mesh, parse_mesh_direction(direction))
+    asked = asked_at_corners(mesh, parse_direction(direction))
     rng = np.random.default_rng(1)
     shares = rng.dirichlet(np.ones(3), len(asked))[:, :, None]
     normals = (mesh.corners * shares).sum(axis=1)
@@ -86,13 +86,13 @@ def test_on_facets_that_stand_for_something_smooth_it_is_asked_for_by_its_normal
 @pytest.mark.parametrize("direction", ["level", "30", "1,2,3", "around:z"])
 def test_corners_have_what_is_asked_there_where_it_lies_along_the_surface(direction):
     mesh = sphere(3)
-    asked = asked_at_corners(mesh, parse_mesh_direction(direction))
+    asked = asked_at_corners(mesh, parse_direction(direction))
     length = np.linalg.norm(asked, axis=2)
-    found = mesh_directions(mesh, direction).corner_vectors
+    found = direction_field(mesh, direction).corner_vectors
     cosine = np.abs(np.einsum("tki,tki->tk", found, asked)) / length
     assert cosine[length > 0.5].min() > 1 - 1e-9
     # Means of what the triangles about a vertex ask for are off by more.
-    means = mesh_directions(mesh, direction).vectors[mesh.triangles]
+    means = direction_field(mesh, direction).vectors[mesh.triangles]
     assert (np.abs(np.einsum("tki,tki->tk", means, asked)) / length)[length > 0.5].min() < 0.995
 
 
@@ -102,7 +102,7 @@ def test_strokes_are_followed_at_corners_and_asked_for_near_their_places():
     asked = asked_by_strokes(mesh, strokes)
     apart = np.linalg.norm(mesh.corners.mean(axis=1) - strokes[0, 0], axis=1) / mesh.size
     np.testing.assert_array_equal(np.linalg.norm(asked, axis=2).any(axis=1), apart < 0.03)
-    field = mesh_directions(mesh, "x", strokes=strokes)
+    field = direction_field(mesh, "x", strokes=strokes)
     near = apart < 0.03
     assert near.any()
     np.testing.assert_allclose(field.corner_vectors[near], asked[near], atol=1e-6)
@@ -134,25 +134,25 @@ def test_a_stroke_goes_straight_on_over_what_can_be_unrolled():
 
 def test_over_sharp_edges_each_side_is_asked_for_by_itself():
     cube = box()
-    asked = asked_at_corners(cube, parse_mesh_direction("1,2,3"))
+    asked = asked_at_corners(cube, parse_direction("1,2,3"))
     np.testing.assert_allclose(asked, np.repeat(asked[:, :1], 3, axis=1), atol=1e-12)
-    assert asked_at_corners(cube, parse_mesh_direction("smooth")) is None
+    assert asked_at_corners(cube, parse_direction("smooth")) is None
 
 
 def test_a_sheet_gets_the_plane_field_and_the_lid_of_a_box_runs_along_x():
     sheet = height_field(5)
     for direction in ("level", "smooth"):
-        np.testing.assert_allclose(mesh_directions(sheet, direction).face_vectors @ (1, 0, 0), 1, atol=0.01)
+        np.testing.assert_allclose(direction_field(sheet, direction).face_vectors @ (1, 0, 0), 1, atol=0.01)
     cube = box()
     lid = cube.flat_normals[:, 2] > 0.5
-    assert (mesh_directions(cube, crease=40).face_vectors[lid] @ (1, 0, 0)).min() > 0.99
+    assert (direction_field(cube, crease=40).face_vectors[lid] @ (1, 0, 0)).min() > 0.99
 
 
 @pytest.mark.parametrize(
     ("mesh", "direction", "options", "words"),
     [
         (sphere(3), "sideways", {}, "sideways"),
-        (sphere(3), "u", {}, "allowed on a mesh"),
+        (sphere(3), "u", {}, "on patches u and v as well"),
         (sphere(3), "0,0,0", {}, "not zero"),
         (sphere(3), np.zeros((4, 3)), {}, "shape"),
         (sphere(3), lambda points: points[:1], {}, "shape"),
@@ -164,7 +164,7 @@ def test_a_sheet_gets_the_plane_field_and_the_lid_of_a_box_runs_along_x():
 )
 def test_what_is_wrong_is_told_in_a_line(mesh, direction, options, words):
     with pytest.raises(InputError, match=words):
-        mesh_directions(mesh, direction, **options)
+        direction_field(mesh, direction, **options)
 
 
 def test_odd_meshes_get_directions():
@@ -172,7 +172,7 @@ def test_odd_meshes_get_directions():
     triangles = [(0, 1, 2), (0, 1, 3), (1, 0, 4), (0, 1, 5), (4, 4, 4), (2, 0, 5)]
     mesh = TriangleMesh(points, np.array(triangles))
     for direction in ("level", "smooth", "x"):
-        field = mesh_directions(mesh, direction)
+        field = direction_field(mesh, direction)
         np.testing.assert_allclose(np.linalg.norm(field.face_vectors, axis=1), 1, atol=1e-12)
         np.testing.assert_allclose(np.linalg.norm(field.vectors, axis=1), [1] * 6 + [0], atol=1e-12)
 
@@ -184,18 +184,18 @@ def test_odd_meshes_get_directions():
 def test_indices_sum_up_to_eulers_characteristic(mesh, euler, symmetry):
     assert (mesh.neighbours >= 0).all()
     for direction in ("smooth", "level", "1,2,3"):
-        field = mesh_directions(mesh, direction, symmetry=symmetry)
+        field = direction_field(mesh, direction, symmetry=symmetry)
         assert field.fold >= symmetry
         assert field.index.sum(dtype=int) == field.fold * euler
         assert (field.index[field.singular] != 0).all()
 
 
 def test_an_axis_has_its_singular_points_at_the_poles():
-    field = mesh_directions(sphere(8), "z")
+    field = direction_field(sphere(8), "z")
     np.testing.assert_allclose(np.abs(field.places[:, 2]), 1, atol=0.2)
     assert field.words == "2 singular points: 2 of +1"
-    assert mesh_directions(height_field(4)).words == "no singular points"
-    assert mesh_directions(sphere(8), "smooth", symmetry=4).words == "8 singular points: 8 of +1/4"
+    assert direction_field(height_field(4)).words == "no singular points"
+    assert direction_field(sphere(8), "smooth", symmetry=4).words == "8 singular points: 8 of +1/4"
 
 
 def plain_jumps(field):
@@ -217,7 +217,7 @@ def plain_jumps(field):
 @pytest.mark.parametrize("symmetry", [1, 2, 4])
 def test_jumps_are_those_of_vectors_unfolded(symmetry):
     mesh = sphere(5)
-    field = mesh_directions(mesh, "smooth", symmetry=symmetry)
+    field = direction_field(mesh, "smooth", symmetry=symmetry)
     np.testing.assert_array_equal(field.jumps, plain_jumps(field))
     assert field.seen_jumps(symmetry) == 0
     assert (field.seen_jumps(1) > 0) == (symmetry > 1)
@@ -227,7 +227,7 @@ def test_jumps_are_those_of_vectors_unfolded(symmetry):
 
 def test_curvature_runs_round_a_tube():
     mesh = torus(30, 90, radius=4.0)
-    field = mesh_directions(mesh, "curvature")
+    field = direction_field(mesh, "curvature")
     centres = mesh.corners.mean(axis=1)
     ring = centres * (1, 1, 0) / np.linalg.norm(centres[:, :2], axis=1)[:, None]
     round_tube = np.cross(np.cross((0, 0, 1), ring), mesh.flat_normals)
@@ -240,7 +240,7 @@ def test_curvature_runs_round_a_tube():
 def test_edges_are_followed_or_crossed():
     for mesh, axes in ((box(), np.eye(3)), (two_rings(), np.eye(3)), (height_field(6), np.eye(3))):
         for crease in (None, 40):
-            field = mesh_directions(mesh, "edges", crease=crease)
+            field = direction_field(mesh, "edges", crease=crease)
             assert field.fold == 4
             assert np.abs(field.face_vectors @ axes).max(axis=1).min() > np.cos(np.radians(5))
 
@@ -249,7 +249,7 @@ def test_strokes_are_followed_and_the_rest_is_smooth():
     mesh = height_field(24, 0.1)
     strokes = np.array([[(0.1, 0.1, 0), (1, 0, 0)], [(0.9, 0.9, 0), (0, 1, 0)]])
     strokes[:, 0, 2] = 0.1 * np.sin(5 * strokes[:, 0, 0]) * np.cos(4 * strokes[:, 0, 1])
-    field = mesh_directions(mesh, strokes=strokes)
+    field = direction_field(mesh, strokes=strokes)
     centres = mesh.corners.mean(axis=1)
     for at, along in strokes:
         near = np.linalg.norm(centres - at, axis=1) < 0.02
@@ -258,9 +258,9 @@ def test_strokes_are_followed_and_the_rest_is_smooth():
     assert len(field.singular) == 0
     middle = np.linalg.norm(centres[:, :2] - 0.5, axis=1) < 0.05
     assert off(mesh, field.face_vectors, np.array((1, 1, 0)))[0][middle].max() < 20
-    fine = mesh_directions(height_field(80), strokes="0.5,0.5,0:1,2,0")
+    fine = direction_field(height_field(80), strokes="0.5,0.5,0:1,2,0")
     assert (fine.face_vectors @ (1, 2, 0)).min() > 5**0.5 * np.cos(np.radians(1))
-    over_x = mesh_directions(mesh, "x", strokes=strokes[1:])
+    over_x = direction_field(mesh, "x", strokes=strokes[1:])
     assert off(mesh, over_x.face_vectors, strokes[1, 1])[0][near].max() < 5
     assert off(mesh, over_x.face_vectors, strokes[0, 1])[0][middle].max() < 1
 
@@ -270,12 +270,12 @@ def test_a_stroke_is_followed_as_far_as_is_told_against_what_else_is_asked(direc
     mesh = sphere(40)
     at, along = np.array([[0.6, -0.6, 0.53], [0.1, 1.0, 1.0]])
     at = at / np.linalg.norm(at)
-    field = mesh_directions(mesh, direction, strokes=[[at, along]])
+    field = direction_field(mesh, direction, strokes=[[at, along]])
     away = np.linalg.norm(mesh.corners.mean(axis=1) - at, axis=1) / mesh.size
     near, far = away < 0.045, (away > 0.2) & (np.abs(mesh.corners.mean(axis=1)) < 0.9).all(axis=1)
     assert near.sum() > 8
     assert off(mesh, field.face_vectors, along)[0][near].max() < 5
-    without = mesh_directions(mesh, direction)
+    without = direction_field(mesh, direction)
     cosine = (field.face_vectors * without.face_vectors).sum(axis=1)
     assert np.median(cosine[far]) > np.cos(np.radians(1))
 
@@ -304,12 +304,12 @@ def test_strokes_are_read_from_texts_files_and_arrays(tmp_path):
 )
 def test_wrong_strokes_are_told_in_a_line(written, words):
     with pytest.raises(InputError, match=words):
-        mesh_directions(sphere(4), strokes=written)
+        direction_field(sphere(4), strokes=written)
 
 
 def test_a_stroke_at_right_angles_to_the_surface_is_refused():
     with pytest.raises(InputError, match=r"stroke at \(1.4, 0.9, 1\) is at right angles"):
-        mesh_directions(box(), strokes=["1.4,0.9,1:0,0,3", "1,1,1:1,0,0"])
+        direction_field(box(), strokes=["1.4,0.9,1:0,0,3", "1,1,1:1,0,0"])
 
 
 @pytest.mark.parametrize("text", ["{", '{"at": 1}', "[1]", '[{"at": [0, 0, 1]}]', "[[[0, 0, 1], [1, 0]]]"])
@@ -324,14 +324,14 @@ def test_arrays_and_functions_are_followed():
     mesh = torus()
     wanted = np.cross((0, 0, 1), mesh.positions)
     for direction in (wanted, lambda points: np.cross((0, 0, 1), points), "around:z"):
-        field = mesh_directions(mesh, direction)
+        field = direction_field(mesh, direction)
         assert off(mesh, field.face_vectors, np.cross((0, 0, 1), mesh.corners.mean(axis=1)))[0].max() < 2
 
 
 def test_vertices_have_what_their_triangles_have():
     mesh = torus()
     for symmetry in (1, 4):
-        field = mesh_directions(mesh, "around:z", symmetry=symmetry)
+        field = direction_field(mesh, "around:z", symmetry=symmetry)
         mean = np.zeros(mesh.positions.shape)
         for corner in range(3):
             np.add.at(mean, mesh.triangles[:, corner], field.face_vectors)
@@ -341,13 +341,13 @@ def test_vertices_have_what_their_triangles_have():
 
 def test_the_order_of_triangles_and_the_units_do_not_matter():
     mesh = sphere(8)
-    field = mesh_directions(mesh, "1,2,3", symmetry=2)
+    field = direction_field(mesh, "1,2,3", symmetry=2)
     order = np.random.default_rng(0).permutation(len(mesh.triangles))
     mixed = TriangleMesh(1000 * mesh.positions, np.roll(mesh.triangles[order], 1, axis=1))
-    other = mesh_directions(mixed, "1,2,3", symmetry=2)
+    other = direction_field(mixed, "1,2,3", symmetry=2)
     cosine = np.abs(np.einsum("ij,ij->i", field.face_vectors[order], other.face_vectors))
     assert np.mean(cosine > 0.999) > 0.97
-    np.testing.assert_array_equal(mesh_directions(mesh, "1,2,3", symmetry=2).vectors, field.vectors)
+    np.testing.assert_array_equal(direction_field(mesh, "1,2,3", symmetry=2).vectors, field.vectors)
 
 
 def test_the_smoothest_field_is_turned_to_be_most_like_level():
@@ -355,7 +355,7 @@ def test_the_smoothest_field_is_turned_to_be_most_like_level():
     tilted = TriangleMesh(
         mesh.positions @ np.linalg.qr([[3.0, 1, 2], [1, 2, 0], [0, 1, 2]])[0], mesh.triangles
     )
-    field = mesh_directions(tilted, "smooth")
+    field = direction_field(tilted, "smooth")
     level = np.cross((0, 0, 1), tilted.flat_normals)
     turned = np.cross(tilted.flat_normals, field.face_vectors)
     like, unlike = (np.einsum("t,ti,ti->", tilted.areas, one, level) for one in (field.face_vectors, turned))
@@ -381,13 +381,13 @@ def test_legs_of_few_facets_are_asked_as_round_ones_and_those_of_five_as_facets(
 
 
 def test_open_land_has_smooth_directions_and_other_meshes_level_ones() -> None:
-    assert default_mesh_direction(height_field(12, 0.1)) == "smooth"
-    assert default_mesh_direction(sphere(8)) == "level"
+    assert default_direction(height_field(12, 0.1)) == "smooth"
+    assert default_direction(sphere(8)) == "level"
     # A low house has more area flat than upright, and is level; a floor is smooth.
-    assert default_mesh_direction(box((30.0, 30.0, 5.5))) == "level"
-    assert default_mesh_direction(box((30.0, 30.0, 1.0))) == "smooth"
-    assert default_mesh_direction(height_field(4)) == "smooth"
+    assert default_direction(box((30.0, 30.0, 5.5))) == "level"
+    assert default_direction(box((30.0, 30.0, 1.0))) == "smooth"
+    assert default_direction(height_field(4)) == "smooth"
     land = height_field(16, 0.1)
     np.testing.assert_array_equal(
-        mesh_directions(land).face_vectors, mesh_directions(land, "smooth").face_vectors
+        direction_field(land).face_vectors, direction_field(land, "smooth").face_vectors
     )

@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
-from tests.charts.meshes import height_field
+from tests.charts.meshes import height_field, on_charts
 
 from upholster.charts._mesh_kernels import splat_matrices
-from upholster.charts.mesh_layout import GUTTER, chart_places, mesh_charts, mesh_fields, triangle_frames
+from upholster.charts.mesh_layout import GUTTER, chart_places, mesh_charts
+from upholster.charts.warp_fields import triangle_frames, warp_fields
 from upholster.errors import InputError
 from upholster.geometry import MeshSurface
 
@@ -38,9 +39,9 @@ def test_on_a_plane_the_field_is_one_turned_matrix(turned: float) -> None:
     surface = sheet(turned)
     charts = mesh_charts(surface, 64.0)
     vectors = np.tile([1.0, 0.0, 0.0], (len(surface.mesh.triangles), 3, 1))
-    along, down = triangle_frames(surface, vectors)
+    along, down = triangle_frames(surface.mesh, vectors)
     np.testing.assert_allclose(down, np.tile([0, -1.0, 0], (len(down), 1)), atol=1e-12)
-    (field,) = mesh_fields(surface, charts, along, down, 100.0)
+    (field,) = warp_fields(on_charts(surface, 64.0), along, down, 100.0)
     matrices = field.matrices.reshape(-1, 2, 2) / 4096
     edges = surface.mesh.corners[0, 1:] - surface.mesh.corners[0, 0]
     steps = (chart_places(surface, charts)[0, 1:] - chart_places(surface, charts)[0, 0]).T
@@ -89,7 +90,7 @@ def test_where_the_field_turns_the_size_is_right_between_nodes_too() -> None:
     centre = surface.mesh.corners[..., 0].mean(axis=1)
     angle = np.radians(60) * centre
     vectors = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=1)[:, None].repeat(3, axis=1)
-    (field,) = mesh_fields(surface, charts, *triangle_frames(surface, vectors), 64.0)
+    (field,) = warp_fields(on_charts(surface, 64.0), *triangle_frames(surface.mesh, vectors), 64.0)
     places = chart_places(surface, charts).mean(axis=1) - 0.5
     sizes = np.sqrt(np.linalg.det(field.at(places[:, 0], places[:, 1])))
     assert np.abs(sizes - 1).max() < 0.05
@@ -103,7 +104,7 @@ def test_over_large_triangles_the_field_turns_as_it_does_at_their_corners() -> N
     corners = np.stack([np.cos(angle), np.sin(angle), 0 * angle], axis=2)
     along = np.tile([1.0, 0.0, 0.0], (len(angle), 1))
     down = np.cross(along, surface.mesh.flat_normals)
-    (field,) = mesh_fields(surface, charts, along, down, 64.0, corners=corners)
+    (field,) = warp_fields(on_charts(surface, 64.0), along, down, 64.0, corners=corners)
     # At any place a step along the wanted direction goes along the exemplar's columns.
     shares = np.random.default_rng(5).dirichlet(np.ones(3), len(angle))
     rows, columns = (chart_places(surface, charts) * shares[:, :, None]).sum(axis=1).T - 0.5

@@ -4,12 +4,13 @@ import numpy as np
 import pytest
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
-from tests.charts.meshes import height_field, sphere
+from tests.charts.meshes import height_field, on_charts, sphere
 
 from upholster.charts._mesh_kernels import distances_over_edges, join_turns
-from upholster.charts.mesh_directions import mesh_directions
-from upholster.charts.mesh_layout import triangle_frames
-from upholster.charts.mesh_turns import chart_turns
+from upholster.charts.charted import ChartedSurface
+from upholster.charts.directions import direction_field
+from upholster.charts.turns import chart_turns
+from upholster.charts.warp_fields import triangle_frames
 from upholster.geometry import MeshSurface, TriangleMesh
 
 
@@ -23,14 +24,13 @@ def roof(count: int = 24) -> MeshSurface:
     return MeshSurface(mesh, np.zeros(len(mesh.triangles)), parameters[mesh.triangles])
 
 
-def one_island(mesh: TriangleMesh) -> MeshSurface:
+def one_island(mesh: TriangleMesh) -> ChartedSurface:
     """Return a mesh as one island; its parameters do not matter, but no edge is a seam."""
-    return MeshSurface(
-        mesh, np.zeros(len(mesh.triangles)), np.ascontiguousarray(mesh.positions[mesh.triangles][..., :2])
-    )
+    flat = np.ascontiguousarray(mesh.positions[mesh.triangles][..., :2])
+    return on_charts(MeshSurface(mesh, np.zeros(len(mesh.triangles)), flat))
 
 
-def open_edges(surface: MeshSurface, along: np.ndarray) -> np.ndarray:
+def open_edges(surface: ChartedSurface, along: np.ndarray) -> np.ndarray:
     """Return over which edges (T, 3) within islands unit tangents turn by more than a right angle."""
     mesh = surface.mesh
     found = np.zeros(mesh.triangles.shape, bool)
@@ -52,9 +52,9 @@ def turned(along: np.ndarray, down: np.ndarray, turns: np.ndarray) -> np.ndarray
 
 
 def test_over_a_ridge_charts_go_on_and_each_side_keeps_the_sense_asked_for() -> None:
-    surface = roof()
-    field = mesh_directions(surface.mesh, "level")
-    along, down = triangle_frames(surface, field.corner_vectors)
+    surface = on_charts(roof())
+    field = direction_field(surface.mesh, "level")
+    along, down = triangle_frames(surface.mesh, field.corner_vectors)
     # To the right, seen from outside: opposite ways on either side, and along the ridge everywhere.
     x = surface.mesh.corners[..., 0].mean(axis=1)
     assert (along[:, 1] * np.sign(x) > 0.95).all()
@@ -69,7 +69,7 @@ def test_over_a_ridge_charts_go_on_and_each_side_keeps_the_sense_asked_for() -> 
 def test_matrices_jump_only_on_short_ways_between_singular_points(direction: str) -> None:
     mesh = sphere(10)
     surface = one_island(mesh)
-    field = mesh_directions(mesh, direction, symmetry=2)
+    field = direction_field(mesh, direction, symmetry=2)
     along = field.face_vectors
     down = np.cross(along, mesh.flat_normals)
     turns = chart_turns(surface, along, field.fold)
@@ -91,8 +91,8 @@ def test_matrices_jump_only_on_short_ways_between_singular_points(direction: str
 
 def test_a_field_of_one_sense_is_left_as_it_is() -> None:
     surface = one_island(sphere(6))
-    field = mesh_directions(surface.mesh, "smooth")
-    along, _ = triangle_frames(surface, field.corner_vectors)
+    field = direction_field(surface.mesh, "smooth")
+    along, _ = triangle_frames(surface.mesh, field.corner_vectors)
     assert field.fold == 1
     assert not chart_turns(surface, along, field.fold).any()
 

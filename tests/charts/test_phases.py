@@ -1,16 +1,16 @@
-"""Phase fields: solved as SciPy solves them, closed where they can be, conjugate where a wave comes back."""
+"""Phase fields: solved as SciPy solves them, whole over edges, conjugate where a wave comes back."""
 
 import numpy as np
 import pytest
 import scipy.sparse as sparse
 import scipy.sparse.linalg as linalg
 from scipy.sparse.csgraph import connected_components
+from tests.charts.meshes import torus
 
-from upholster.charts.directions import Direction, direction_fields, parse_direction
-from upholster.charts.layout import density_layout
-from upholster.charts.phases import TURN, StraightPhases, phase_field, warped
-from upholster.charts.phases._kernels import first_members
-from upholster.charts.phases.chart_cells import chart_grids, chart_links
+from upholster.charts.charted import ChartedSurface, charted_mesh, charted_patches
+from upholster.charts.mesh_layout import mesh_charts, triangle_frames
+from upholster.charts.phases import TURN, phase_field
+from upholster.charts.phases._kernels import first_members, nearest_parts
 from upholster.charts.phases.links import Links, matched_waves, signed
 from upholster.charts.phases.solving import (
     conjugate_phases,
@@ -18,25 +18,28 @@ from upholster.charts.phases.solving import (
     smallest_phases,
     solved_phases,
 )
-from upholster.charts.seams import find_seams
-from upholster.charts.transitions import transitions
-from upholster.geometry import plane, torus
+from upholster.geometry import MeshSurface, TriangleMesh, plane
 from upholster.quilt.chart import Chart
-from upholster.quilt.warp_field import ANGLES, OCTAVE, UNIT, WarpField
 
-BRICKS = np.array([(1 / 24, 0.0), (0.0, 1 / 32)])
+SCALE = 20.0
+ROWS = np.array([(1 / 14.7, 0)])
 
 
-def layout(scale=16.0, direction="around:z", turned=()):
-    """Return a torus' charts, fields and transitions; some charts' fields are turned by half a turn."""
-    surface = torus(2, 0.8)
-    charts = density_layout(surface, density=20.0, ring=96)
-    fields = list(direction_fields(surface, charts, parse_direction(direction), scale))
-    for n in turned:
-        nodes = fields[n].nodes.copy()
-        nodes[..., 2] = (nodes[..., 2] + 128) % 256
-        fields[n] = WarpField(nodes, fields[n].margin)
-    return charts, fields, transitions(surface, charts, find_seams(surface, charts))
+def rings() -> tuple[ChartedSurface, np.ndarray]:
+    """Return a torus by quarters round z, each laid out flat, and level vectors at triangles' corners."""
+    mesh = torus(48, 120)
+    middle = mesh.corners.mean(axis=1)
+    island = np.floor(np.arctan2(middle[:, 1], middle[:, 0]) / (np.pi / 2)).astype(int) % 4
+    around = np.arctan2(mesh.corners[..., 1], mesh.corners[..., 0]) - island[:, None] * np.pi / 2
+    around = (around + np.pi / 4) % (2 * np.pi) - np.pi / 4
+    wide = np.hypot(mesh.corners[..., 0], mesh.corners[..., 1])
+    tube = np.arctan2(mesh.corners[..., 2], wide - 2)
+    # A triangle over the cut of the tube lies on one side of it.
+    tube = np.where((np.ptp(tube, axis=1) > np.pi)[:, None] & (tube < 0), tube + 2 * np.pi, tube)
+    surface = MeshSurface(mesh, island, np.stack([-tube, 2 * around], axis=2))
+    along = np.cross([0, 0, 1.0], mesh.corners)
+    charted = charted_mesh(surface, mesh_charts(surface, SCALE))
+    return charted, along / np.linalg.norm(along, axis=2, keepdims=True)
 
 
 def between(turns):
@@ -44,31 +47,82 @@ def between(turns):
     return np.abs(turns - np.rint(turns))
 
 
-def over_seams(field, found):
-    """Return by how many turns phases on both sides of seams differ, (n, places)."""
-    away = []
-    for one in found:
-        m = one.seam
-        here = np.linspace(m.start, m.stop, 9)[1:-1]
-        there = m.other_start + (m.other_stop - m.other_start) * (here - m.start) / (m.stop - m.start)
-        sides = []
-        for chart, edge, line, along in (
-            (m.chart, m.edge, one.line, here),
-            (m.other_chart, m.other_edge, one.other_line, there),
-        ):
-            across = np.full(len(along), line)
-            place = (along - 0.5, across) if edge & 1 else (across, along - 0.5)
-            sides.append(field.at(chart, *place).astype(float))
-        away.append(between(sides[0] - sides[1]))
-    return np.concatenate(away, axis=1)
+def over_edges(surface, field, sign=None):
+    """Return by how many turns phases of both sides of each edge differ at its middle, (n, edges)."""
+    mesh = surface.mesh
+    triangle, edge = np.nonzero(mesh.neighbours >= 0)
+    other = mesh.neighbours[triangle, edge] // 3
+    middle = 0.5 * (mesh.corners[triangle, edge] + mesh.corners[triangle, (edge + 1) % 3])
+    here, there = (
+        field.at(t, middle).astype(float) * (1 if sign is None else sign[t]) for t in (triangle, other)
+    )
+    return between(here - there)
 
 
-def test_the_smallest_phases_are_scipys():
-    charts, fields, over = layout()
+def test_rows_round_a_torus_close():
+    surface, vectors = rings()
+    field = phase_field(surface, vectors, SCALE, ROWS)
+    assert len(field.centres) < len(surface.chart)
+    assert over_edges(surface, field).max() < 0.1
+    # The wave is as long as it shall be: from a triangle's corner to the next, along its own axes.
+    _, down = triangle_frames(surface.mesh, vectors)
+    corners = surface.mesh.corners
+    triangles = np.arange(len(corners))
+    step = field.at(triangles, corners[:, 1]).astype(float) - field.at(triangles, corners[:, 0])
+    wanted = SCALE / 14.7 * ((corners[:, 1] - corners[:, 0]) * down).sum(axis=1)
+    assert between(step - TURN * wanted).max() < 0.1
+
+
+def test_the_strain_is_small_where_courses_close_and_large_where_they_can_not():
+    surface, vectors = rings()
+    assert phase_field(surface, vectors, SCALE, ROWS).strain(0.9) < 0.12 / 14.7
+    # Columns must end, for the torus is shorter inside than outside.
+    columns = phase_field(surface, vectors, SCALE, np.array([(0, 1 / 14.7)]))
+    assert columns.strain(0.5) < columns.strain(0.9) < columns.strain(1.0) <= 0.5 / 14.7 * 10
+    assert columns.strain(0.9) > 0.2 / 14.7
+
+
+def test_where_directions_are_turned_round_a_wave_goes_on_as_its_opposite():
+    surface, vectors = rings()
+    sign = np.where(surface.mesh.corners.mean(axis=1)[:, 0] > 0, 1, -1)
+    turned = phase_field(surface, vectors * sign[:, None, None], SCALE, ROWS)
+    assert over_edges(surface, turned, sign).max() < 0.1
+    assert over_edges(surface, turned).max() > 0.2
+
+
+def flat(triangles: int) -> tuple[ChartedSurface, np.ndarray]:
+    """Return a square of 80 steps each way in patches' triangles, or in two large ones, and its rows."""
+    surface = charted_patches(plane(), [Chart(0, 80, 80)])
+    if triangles == 2:
+        corners = np.array([[(0, 0), (80, 0), (80, 80)], [(0, 0), (80, 80), (0, 80)]], float)
+        points = np.array([(0, 80, 0), (0, 0, 0), (80, 0, 0), (80, 80, 0)]) / 80
+        mesh = TriangleMesh(points, np.array([(0, 1, 2), (0, 2, 3)]))
+        surface = ChartedSurface(mesh, np.zeros(2, np.int32), corners, surface.charts)
+    return surface, np.broadcast_to([1.0, 0, 0], (len(surface.chart), 3, 3)).copy()
+
+
+@pytest.mark.parametrize("triangles", [2, None])
+def test_on_a_plane_phases_are_the_waves(triangles):
+    surface, vectors = flat(triangles)
+    waves = np.array([(1 / 9.3, 0.01), (0.02, 1 / 13.1)])
+    field = phase_field(surface, vectors, 80.0, waves)
+    triangle = np.random.default_rng(1).integers(0, len(vectors), 300)
+    shares = np.random.default_rng(2).dirichlet([1, 1, 1], 300)[:, :, None]
+    found = field.at(triangle, (shares * surface.mesh.corners[triangle]).sum(axis=1)).astype(float)
+    away = found - TURN * waves @ (shares * surface.places[triangle]).sum(axis=1).T
+    assert between(away - away[:, :1]).max() < 0.002
+    assert field.strain(1.0) < 1e-3 / 13.1
+
+
+def test_the_smallest_phases_are_scipys(monkeypatch):
+    asked = []
+    monkeypatch.setattr(
+        "upholster.charts.phases.cells.solved_phases",
+        lambda *asked_for: asked.append(asked_for) or solved_phases(*asked_for),
+    )
     waves = np.array([(1 / 14.7, 0.004)])
-    grids = chart_grids(charts, fields, 10.0)
-    areas = np.concatenate([grid.areas for grid in grids])
-    links = chart_links(grids, over, waves)
+    phase_field(*rings(), SCALE, waves)
+    ((links, areas, _),) = asked
     system = phase_system(links, areas, waves)
     assert len(system.mass) == len(areas)  # no wave comes back as its opposite
     matrix = np.zeros((len(areas), len(areas)), complex)
@@ -89,83 +143,6 @@ def test_the_smallest_phases_are_scipys():
     assert quotient == pytest.approx(value[0], rel=0.02)
     like = np.abs((areas * np.conj(found)) @ vector[:, 0])
     assert like / np.sqrt((areas * np.abs(found) ** 2).sum() * (areas @ np.abs(vector[:, 0]) ** 2)) > 0.98
-
-
-def test_a_wave_that_closes_has_no_ends_and_is_the_same_on_both_sides_of_seams():
-    charts, fields, over = layout()
-    field = phase_field(charts, fields, over, np.array([(1 / 14.7, 0)]), 8.0)
-    assert field.ends == 0
-    assert max(field.strain(chart, [0.9])[0] for chart in range(len(charts))) < 0.12 / 14.7
-    assert over_seams(field, over).max() < 0.06
-    # Columns must end, for the torus is shorter inside than outside.
-    field = phase_field(charts, fields, over, np.array([(1 / 14.7, 0), (0, 1 / 14.7)]), 8.0)
-    assert field.ends >= 4
-    found = np.array([field.ends_on(chart) for chart in range(len(charts))])
-    assert found[:, 0].sum() == 0
-    # Those over an edge are found from either side, those at corners from neither.
-    assert field.ends <= found[:, 1].sum() <= 3 * field.ends
-
-
-@pytest.mark.parametrize("turned", [(), (1, 2)])
-def test_beyond_an_edge_a_chart_wants_what_its_neighbour_wants(turned):
-    # Columns end, so that phases do not go on by the warp field alone; some charts show them backwards.
-    charts, fields, over = layout(turned=turned)
-    field = phase_field(charts, fields, over, np.array([(0, 1 / 14.7)]), 8.0)
-    away = []
-    for one in over:
-        m = one.seam
-        along = np.linspace(m.start, m.stop, 9)[2:-2] - 0.5
-        across = np.full(len(along), one.line + (-12 if m.edge in (0, 3) else 12))
-        place = (along, across) if m.edge & 1 else (across, along)
-        rows, columns, _ = one.apply(*place)
-        sign = -1 if (m.chart in turned) != (m.other_chart in turned) else 1
-        here, there = field.at(m.chart, *place), field.at(m.other_chart, rows, columns)
-        away.append(between(here.astype(float) - sign * there).reshape(-1))
-    assert np.quantile(np.concatenate(away), 0.95) < 0.03
-
-
-def test_phases_go_on_by_the_warp_field_beyond_edges():
-    charts, fields, over = layout()
-    wave = np.array([(1 / 14.7, 0.01)])
-    field = phase_field(charts, fields, over, wave, 8.0)
-    rows, columns = np.array([-9.0, -6.0, -3.0]), np.full(3, 20.0)
-    assert field.at(0, rows[:0], columns[:0]).shape == (len(field.waves), 0)
-    turns = np.diff(field.at(0, rows, columns)[0].astype(float))
-    mean = fields[0].at(np.array([-7.5, -4.5]), columns[:2])[..., 0] * 3
-    assert between(turns - TURN * (mean @ wave[0])).max() < 0.02
-
-
-def test_lines_that_are_turned_round_have_the_opposite_phase():
-    wave = np.array([(1 / 14.7, 0)])
-    plain = phase_field(*layout(), wave, 8.0)
-    turned = phase_field(*layout(turned=(2, 5)), wave, 8.0)
-    rows, columns = np.array([5.0, 40.0]), np.array([4.0, 20.0])
-    apart = []
-    for chart in range(len(plain.grids)):
-        sign = -1 if chart in (2, 5) else 1
-        apart.append(
-            plain.at(chart, rows, columns)[0] - sign * turned.at(chart, rows, columns)[0].astype(float)
-        )
-    # Nothing but where all of it begins may differ, or which way it counts.
-    apart = np.array(apart)
-    assert between(apart - apart[0, 0]).max() < 0.02
-
-
-@pytest.mark.parametrize("waves", [[(0, 1 / 14.7)], [(1 / 14.7, 0), (0.5 / 14.7, 1 / 29.4)]])
-def test_warp_fields_give_way_to_the_phases_by_as_much_as_is_allowed(waves):
-    charts, fields, over = layout()
-    plain = phase_field(charts, fields, over, np.array(waves), 8.0)
-    found = warped(plain, over, 0.03)
-    assert np.array_equal(found.phases, plain.phases)
-    rounding = 2 ** (0.5 / OCTAVE) - 1 + 2 * np.pi * 0.5 / ANGLES  # of a node
-    for before, after in zip(plain.grids, found.grids, strict=True):
-        m, n = (grid.field.matrices.reshape(-1, 2, 2) / UNIT for grid in (before, after))
-        assert np.linalg.norm(n @ np.linalg.inv(m) - np.eye(2), 2, axis=(1, 2)).max() < 0.03 + 1.5 * rounding
-        assert np.array_equal(after.matrices, after.field.at(*after.places(0)))
-    stretch = [
-        np.mean([field.strain(chart, [0.5]) for chart in range(len(charts))]) for field in (plain, found)
-    ]
-    assert stretch[1] < 0.92 * stretch[0]
 
 
 def ring(count, comes_back_as):
@@ -220,19 +197,6 @@ def test_waves_go_on_in_themselves_their_opposites_each_other_or_nothing():
     assert (matched_waves(square[:1], np.eye(2)[None], quarter[None]) == -1).all()
 
 
-def test_straight_phases_are_the_waves():
-    rows, columns = np.array([0.0, 10.0, 25.0]), np.array([0.0, 3.0, -7.0])
-    found = StraightPhases(np.array([(0.1, 0.02)])).at(0, rows, columns)
-    assert found.dtype == np.int16
-    assert between(found[0] - TURN * (0.1 * rows + 0.02 * columns)).max() < 1e-4
-
-
-def test_small_charts_have_cells():
-    charts = (Chart(0, 1, 2),)
-    (grid,) = chart_grids(charts, (WarpField.identity(),), 8.0)
-    assert (grid.rows, grid.columns) == (3, 3)
-
-
 def test_first_members_are_the_least_of_what_hangs_together():
     rng = np.random.default_rng(3)
     first, second = (rng.integers(0, 200, 130).astype(np.int32) for _ in range(2))
@@ -242,29 +206,9 @@ def test_first_members_are_the_least_of_what_hangs_together():
     assert part.tolist() == [int(np.flatnonzero(label == one)[0]) for one in label]
 
 
-def banded(turn):
-    """Return layout and wanted direction on a plane whose lines turn aside by an angle in a narrow band."""
-    surface = plane(32, 32)
-    charts = density_layout(surface, density=16.0, ring=96)
-
-    def vectors(points):
-        angle = np.radians(turn) * np.exp(-((points[:, 1] - points[:, 1].mean().round()) ** 2))
-        return np.stack([np.cos(angle), np.sin(angle), np.zeros(len(points))], axis=1)
-
-    fields = direction_fields(surface, charts, Direction("", vectors=vectors), 16.0)
-    return charts, fields, transitions(surface, charts, find_seams(surface, charts))
-
-
-def test_where_directions_turn_faster_than_courses_can_follow_they_turn_less():
-    charts, fields, over = banded(80)
-    asked, calm = (phase_field(charts, fields, over, BRICKS, 12.0, calm=way) for way in (False, True))
-    assert calm.ends < 0.6 * asked.ends
-    for before, after in zip(asked.grids, calm.grids, strict=True):
-        assert np.median(np.abs(np.log(after.areas / before.areas))) < 0.02
-        assert np.array_equal(after.matrices, after.field.at(*after.places(0)))
-
-
-def test_directions_that_courses_can_follow_stay_as_they_are():
-    for charts, fields, over in (layout(), layout(turned=(1, 2)), banded(10)):
-        found = phase_field(charts, fields, over, BRICKS, 12.0, calm=True)
-        assert all(a is grid.field for a, grid in zip(fields, found.grids, strict=True))
+def test_the_nearest_part_is_one_of_the_triangles_own():
+    middles = np.array([(0.0, 0, 0), (1, 0, 0), (2, 0, 0), (0, 1, 0)])
+    out = np.empty(3, np.int32)
+    points = np.array([(1.9, 0, 0), (1.9, 0, 0), (0.4, 0, 0)])
+    nearest_parts(np.array([0, 2, 4], np.int32), middles, np.array([0, 1, 0], np.int32), points, out)
+    assert out.tolist() == [1, 2, 0]

@@ -1,14 +1,17 @@
 """Subdividing meshes: nothing gapes, nothing moves, no edge stays long."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
-from tests.charts.meshes import box, sphere
+from tests.charts.meshes import box, on_charts, sphere
 
+from upholster.charts.charted import ChartedSurface
 from upholster.charts.subdivision import subdivided
 from upholster.geometry import MeshSurface, TriangleMesh
 
 
-def flat_surface(mesh: TriangleMesh) -> MeshSurface:
+def flat_surface(mesh: TriangleMesh) -> ChartedSurface:
     """Return each triangle as an island of its own, laid out true to size."""
     a, b, c = mesh.corners.transpose(1, 0, 2)
     first = np.linalg.norm(b - a, axis=1)
@@ -16,7 +19,7 @@ def flat_surface(mesh: TriangleMesh) -> MeshSurface:
     up = 2 * mesh.areas / first
     zeros = np.zeros_like(first)
     flat = np.stack([np.stack([zeros, zeros], 1), np.stack([zeros, first], 1), np.stack([-up, along], 1)], 1)
-    return MeshSurface(mesh, np.arange(len(first)), flat)
+    return on_charts(MeshSurface(mesh, np.arange(len(first)), flat))
 
 
 @pytest.mark.parametrize("longest", [10.0, 0.4, 0.11])
@@ -30,18 +33,19 @@ def test_edges_are_short_and_area_and_parameters_stay(longest: float) -> None:
     assert (small.neighbours >= 0).all()  # as watertight as the box was
     np.testing.assert_allclose(np.bincount(fine.parent, small.areas), mesh.areas)
     # Lengths on the islands are those in space.
-    flat = np.roll(fine.surface.parameters, -1, axis=1) - fine.surface.parameters
+    flat = np.roll(fine.surface.places, -1, axis=1) - fine.surface.places
     np.testing.assert_allclose(np.linalg.norm(flat, axis=2), sides, atol=1e-9)
-    np.testing.assert_array_equal(fine.surface.island, fine.parent)
+    np.testing.assert_array_equal(fine.surface.chart, fine.parent)
+    np.testing.assert_array_equal(fine.surface.across, small.neighbours)
 
 
 def test_vectors_stay_of_unit_length_and_plain_triangles_are_left_out() -> None:
     mesh = sphere(6)
     vectors = np.cross([0, 0, 1.0], mesh.positions) + np.array([1e-3, 0, 0])
     vectors /= np.linalg.norm(vectors, axis=1, keepdims=True)
-    island = np.zeros(len(mesh.triangles), int)
-    island[:10] = -1
-    surface = MeshSurface(mesh, island, flat_surface(mesh).parameters)
+    flat = flat_surface(mesh)
+    chart = np.where(np.arange(len(flat.chart)) < 10, -1, flat.chart).astype(np.int32)
+    surface = replace(flat, chart=chart)
     fine = subdivided(surface, vectors[mesh.triangles], 0.1)
     assert fine.parent.min() == 10
     np.testing.assert_allclose(np.linalg.norm(fine.vectors, axis=2), 1)

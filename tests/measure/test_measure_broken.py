@@ -136,7 +136,7 @@ def test_runs_go_on_across_seams():
     exemplar = tiles(128, 128, (16, 16))
     lattice = find_lattice(exemplar)
     assert lattice is not None
-    surface = surface_from_spec("torus")
+    surface = surface_from_spec("cyclide")
     quilt = synthesize(exemplar, surface, texels=2**16, seed=2, sample_size=2, phase=0)
     assert len(quilt.charts) > 1
     alone, whole = broken_elements(quilt, lattice), broken_elements(quilt, lattice, surface)
@@ -169,7 +169,7 @@ def test_runs_go_over_small_gaps_on_one_chart():
 
 
 def test_runs_go_on_beyond_an_edge():
-    surface = surface_from_spec("torus")
+    surface = surface_from_spec("cyclide")
     charts = synthesize(grains(), surface, texels=2**16, seed=1).charts
     met = tuple(transitions(surface, charts, find_seams(surface, charts)))
     seam = next(

@@ -76,7 +76,9 @@ def test_size_and_direction_that_were_asked_for(folder, tmp_path, parts):
     done = run("ring.uph", *asked, cwd=folder)
     assert done.returncode == 0, done.stderr
     told = json.loads((tmp_path / "a.json").read_text())
-    expected = mapping(surface, quilt, scale=exemplar.shape[1] / 2, direction=parse_direction("30"))
+    expected = mapping(
+        surface, quilt, scale=exemplar.shape[1] / 2, direction=parse_direction("30", patches=True)
+    )
     assert told["mapping"] == dataclasses.asdict(expected)
     assert (told["sample_size"], told["direction"]) == (2, "30")
     # Method "paper": a texel is a pixel, along the patch's parameters.

@@ -6,8 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from measured import grains
+from tests.charts.on_patches import laid
 
-from upholster.charts.directions import default_direction, direction_fields
 from upholster.charts.layout import density_layout, uniform_layout
 from upholster.errors import InputError
 from upholster.geometry import plane, surface_from_spec
@@ -50,9 +50,9 @@ def test_even_layouts_have_no_seams_where_fields_tell_the_size(spec):
     assert len({(chart.height, chart.width) for chart in charts}) > 1 or spec == "sphere"
     texels = in_space(surface, charts)
     # The waves go through space: any scale will do, only sizes relative to one another count.
-    fields = direction_fields(surface, charts, default_direction(surface), 100 / surface.size)
+    _, fields = laid(surface, charts, None, 100 / surface.size)
     whole = edge_seam_ratio(surface, texels, fields=fields)
-    assert 0.95 < whole < 1.05
+    assert 0.95 < whole < (1.1 if spec == "vase" else 1.05)  # whose charts are thin beside its poles
     shifted = [np.roll(array, 3, axis=(0, 1)) if n % 2 else array for n, array in enumerate(texels.arrays)]
     assert edge_seam_ratio(surface, Texels(texels.charts, tuple(shifted)), fields=fields) > whole + 0.1
     with pytest.raises(InputError, match="fields"):

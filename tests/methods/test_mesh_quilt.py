@@ -12,10 +12,11 @@ from tests.charts.test_mesh_layout import sheet
 from tests.charts.test_mesh_turns import roof
 
 from upholster import paint
-from upholster.charts.mesh_directions import mesh_directions
-from upholster.charts.mesh_layout import chart_places, mesh_charts, mesh_fields, triangle_frames
-from upholster.charts.mesh_turns import chart_turns
+from upholster.charts.directions import direction_field
+from upholster.charts.mesh_layout import chart_places, mesh_charts
 from upholster.charts.subdivision import subdivided
+from upholster.charts.turns import chart_turns
+from upholster.charts.warp_fields import triangle_frames, warp_fields
 from upholster.geometry import MeshSurface, TriangleMesh, welded
 from upholster.measure import mesh_mapping, mesh_seams, mesh_texel_scale
 from upholster.methods.quilt.emit import emitted_quilt
@@ -69,7 +70,7 @@ def patches(mesh: TriangleMesh) -> MeshSurface:
 
 def covered(surface: MeshSurface, vectors: np.ndarray, **choices: int | None) -> Quilt:
     charts = mesh_charts(surface, DENSITY)
-    fields = mesh_fields(surface, charts, *triangle_frames(surface, vectors), SCALE)
+    fields = warp_fields(surface, charts, *triangle_frames(surface, vectors), SCALE)
     seed, threads = choices.get("seed") or 0, choices.get("threads")
     options = QuiltOptions(block=24)
     return synthesize_mesh(
@@ -107,7 +108,7 @@ def test_over_a_cut_plane_both_sheets_read_as_the_plane_lies(turned: float) -> N
     surface = halves(sheet(), turned)
     vectors = np.tile([1.0, 0.0, 0.0], (len(surface.mesh.triangles), 3, 1))
     charts = mesh_charts(surface, DENSITY)
-    fields = mesh_fields(surface, charts, *triangle_frames(surface, vectors), SCALE)
+    fields = warp_fields(surface, charts, *triangle_frames(surface, vectors), SCALE)
     fine = subdivided(surface, vectors, 0.06)
     mesh = mesh_arrays(fine, charts)
     field = field_arrays(fields, 1.0, 0)
@@ -138,7 +139,7 @@ def test_a_block_reaches_as_far_as_its_square_and_no_farther() -> None:
     mesh_surface = patches(sphere(16))
     vectors = level(mesh_surface.mesh)
     charts = mesh_charts(mesh_surface, DENSITY)
-    fields = mesh_fields(mesh_surface, charts, *triangle_frames(mesh_surface, vectors), SCALE)
+    fields = warp_fields(mesh_surface, charts, *triangle_frames(mesh_surface, vectors), SCALE)
     mesh = mesh_arrays(subdivided(mesh_surface, vectors, 0.06), charts)
     chosen = np.flatnonzero(np.abs(mesh.positions[mesh.triangles].mean(axis=1)[:, 2]) < 0.5)[::97]
     roots = np.column_stack(
@@ -234,7 +235,7 @@ def test_every_part_of_a_mesh_is_covered_at_true_scale_without_seams(make: Calla
 def begun(surface: MeshSurface, vectors: np.ndarray) -> _Laying:
     """Return a synthesis with nothing laid yet."""
     charts = mesh_charts(surface, DENSITY)
-    fields = mesh_fields(surface, charts, *triangle_frames(surface, vectors), SCALE)
+    fields = warp_fields(surface, charts, *triangle_frames(surface, vectors), SCALE)
     frame = _frame((96, 96), 24, SCALE, DENSITY)
     fine = subdivided(surface, vectors, 0.4 * frame.size / frame.scale)
     working = tuple(_working(chart, frame) for chart in charts)
@@ -378,11 +379,11 @@ def test_seams_over_creases_are_told_by_themselves() -> None:
 
 def test_over_a_ridge_the_texture_lies_true_to_size_and_upright_on_both_sides() -> None:
     surface = roof()
-    field = mesh_directions(surface.mesh, "level")
+    field = direction_field(surface.mesh, "level")
     charts = mesh_charts(surface, DENSITY)
     along, down = triangle_frames(surface, field.corner_vectors)
     turns = chart_turns(surface, along, field.fold)
-    fields = mesh_fields(surface, charts, along, down, SCALE, turns)
+    fields = warp_fields(surface, charts, along, down, SCALE, turns)
     quilt = synthesize_mesh(
         noise(), surface, charts, fields, field.corner_vectors, SCALE, fold=field.fold, turns=turns,
         options=QuiltOptions(block=24),
@@ -404,7 +405,7 @@ def test_turned_matrices_give_the_same_blocks_turned_back(quarters: int) -> None
     # One half's matrices are turned, and with them its blocks, but nothing that is seen.
     for turns in (0 * surface.island, quarters * surface.island):
         turns = turns.astype(np.int32)
-        fields = mesh_fields(surface, charts, along, down, SCALE, turns)
+        fields = warp_fields(surface, charts, along, down, SCALE, turns)
         quilt = synthesize_mesh(
             noise(), surface, charts, fields, vectors, SCALE, fold=4, turns=turns,
             options=QuiltOptions(block=24),
@@ -492,7 +493,7 @@ def test_sheets_beyond_the_most_are_left_out_rather_than_wrong() -> None:
     surface = MeshSurface(mesh, np.arange(len(mesh.triangles)), fine)
     vectors = np.tile([1.0, 0.0, 0.0], (len(mesh.triangles), 3, 1))
     charts = mesh_charts(surface, DENSITY)
-    fields = mesh_fields(surface, charts, *triangle_frames(surface, vectors), SCALE)
+    fields = warp_fields(surface, charts, *triangle_frames(surface, vectors), SCALE)
     mesh_like = mesh_arrays(subdivided(surface, vectors, 0.5), charts)
     middle = np.flatnonzero(mesh_like.chart == 48)[0]
     root = [mesh_like.chart[middle], *mesh_like.places[middle].mean(axis=0), 0, 0, 0]

@@ -5,7 +5,8 @@ import pytest
 from tests.charts.test_mesh_layout import sheet
 from tests.methods.test_mesh_quilt import DENSITY, SCALE, halves, noise
 
-from upholster.charts.mesh_layout import mesh_charts, mesh_fields, triangle_frames
+from upholster.charts.mesh_layout import mesh_charts
+from upholster.charts.warp_fields import triangle_frames, warp_fields
 from upholster.measure.trace import Trace, quilt_windows
 from upholster.methods.quilt._block_kernels import LayNumbers
 from upholster.methods.quilt._expansion_kernels import SAMPLES, CellLattice, ChartCells, ExpansionScratch
@@ -105,7 +106,7 @@ def refined(effort, threads=1):
     surface = halves(sheet(size=3.0), 35.0)
     along = np.tile([1.0, 0.0, 0.0], (len(surface.island), 3, 1))
     charts = mesh_charts(surface, DENSITY)
-    fields = mesh_fields(surface, charts, *triangle_frames(surface, along), SCALE)
+    fields = warp_fields(surface, charts, *triangle_frames(surface, along), SCALE)
     options = QuiltOptions(block=24, effort=effort)
     return synthesize_mesh(
         noise(), surface, charts, fields, along, SCALE, options=options, seed=3, threads=threads

@@ -8,21 +8,18 @@ from plain_quilt import check_same, plain_quilt
 from repeating import repeating
 from tests.charts.test_mesh_layout import sheet
 
-from upholster.charts.directions import direction_fields, parse_direction
-from upholster.charts.layout import density_layout
+from upholster.charts.charted import charted_mesh
 from upholster.charts.mesh_layout import mesh_charts, mesh_fields, triangle_frames
-from upholster.charts.phases import PhaseField, StraightPhases, phase_field
-from upholster.charts.seams import find_seams
-from upholster.charts.transitions import transitions
+from upholster.charts.phases import phase_field
 from upholster.errors import InputError
-from upholster.geometry import plane, sphere, torus
+from upholster.geometry import plane, torus
 from upholster.methods.quilt.mesh.method import synthesize_mesh
 from upholster.methods.quilt.method import lay_all, synthesize_quilt
 from upholster.methods.quilt.options import QuiltOptions
 from upholster.methods.quilt.phases import (
+    StraightPhases,
     WantedPhases,
     better_tile,
-    in_step,
     level_phases,
     shown_waves,
     stretched_by,
@@ -124,47 +121,18 @@ def test_a_flat_lattice_has_no_broken_element():
     assert found[0] > 20
 
 
-def torus_run(exemplar, lattice, threads=1, phase=True):
-    surface = torus(2, 0.8)
-    charts = density_layout(surface, density=20.0, ring=96)
-    fields = direction_fields(surface, charts, parse_direction("around:z"), 16.0)
-    over = transitions(surface, charts, find_seams(surface, charts))
-    wanted = WantedPhases(lattice, phase_field(charts, fields, over, lattice.waves, 8.0), 8.0)
-    return synthesize_quilt(
-        exemplar,
-        surface,
-        charts,
-        fields,
-        phases=wanted if phase else None,
-        options=QuiltOptions(block=20, effort=0),
-        seed=1,
-        threads=threads,
-    )
-
-
-def test_rows_round_a_torus_close_on_any_number_of_threads():
-    exemplar, lattice = repeating(80, 80, [(1 / 14.1, 0)], noise=0.5)
-    one, two = (torus_run(exemplar, lattice, threads) for threads in (1, 2))
-    np.testing.assert_array_equal(one.placements, two.placements)
-    assert broken(one, lattice) == 0
-    assert broken(torus_run(exemplar, lattice, phase=False), lattice) > 10
-
-
-def sheet_run(exemplar, lattice, threads=1, phase=True):
-    surface = sheet(0.0, 5.0)
-    vectors = np.broadcast_to(np.array([1.0, 0.0, 0.0]), (len(surface.island), 3, 3)).copy()
-    charts = mesh_charts(surface, 30.0)
-    fields = mesh_fields(surface, charts, *triangle_frames(surface, vectors), 30.0)
-    wanted = WantedPhases(lattice, None, 2.0) if phase else None
-    options = QuiltOptions(block=20, effort=0)
+def run_on(surface, exemplar, lattice, along, threads=1, phase=True):
+    """Cover a mesh with islands: rows of the sample run along vectors at its corners."""
+    charted = charted_mesh(surface, mesh_charts(surface, 30.0))
+    fields = mesh_fields(charted, *triangle_frames(charted.mesh, along), 30.0)
+    wanted = WantedPhases(lattice, phase_field(charted, along, 30.0, lattice.waves), 2.0) if phase else None
     return synthesize_mesh(
         exemplar,
-        surface,
-        charts,
+        charted,
         fields,
-        vectors,
+        along,
         30.0,
-        options=options,
+        options=QuiltOptions(block=20, effort=0),
         phases=wanted,
         seed=3,
         threads=threads,
@@ -173,10 +141,12 @@ def sheet_run(exemplar, lattice, threads=1, phase=True):
 
 def test_rows_on_a_mesh_are_whole_on_any_number_of_threads():
     exemplar, lattice = repeating(80, 80, [(1 / 14.1, 0), (0, 1 / 12.3)], noise=0.6)
-    one, two = (sheet_run(exemplar, lattice, threads) for threads in (1, 2))
+    surface = sheet(0.0, 5.0)
+    along = np.broadcast_to(np.array([1.0, 0.0, 0.0]), (len(surface.island), 3, 3)).copy()
+    one, two = (run_on(surface, exemplar, lattice, along, threads) for threads in (1, 2))
     np.testing.assert_array_equal(one.placements, two.placements)
     assert broken(one, lattice, 12) == 0
-    assert broken(sheet_run(exemplar, lattice, phase=False), lattice, 12) > 10
+    assert broken(run_on(surface, exemplar, lattice, along, phase=False), lattice, 12) > 10
 
 
 def test_a_tile_that_stretches_rows_is_told_a_better_size():
@@ -199,48 +169,5 @@ def test_phases_are_left_out_where_they_are_not_wanted():
     with pytest.raises(InputError, match="phase is 11; allowed: 0 to 10"):
         SynthesisOptions(phase=11)
     prepared = prepare(exemplar, torus(2, 0.8), SynthesisOptions(texels=40000, sample_size=3))
-    field, prepared_block = prepared.phases, prepared.options.block
-    assert field.weight == 8
-    assert max(in_step(96, field.surface)) < 96
-    assert field.blocks == tuple(min(side, prepared_block) for side in in_step(96, field.surface))
-    assert in_step(96, StraightPhases(field.lattice.waves)) == ()
-    # Where a course ends a block is no longer than keeps its fault short, or 24 pixels.
-    for chart, side in enumerate(in_step(96, field.surface)):
-        for ends, wave in zip(field.surface.ends_on(chart), field.lattice.waves, strict=True):
-            assert not ends or side <= max(24, 4 * round(1.7 / np.hypot(*wave) / 4))
-
-
-def test_warp_fields_give_way_where_that_is_asked_for():
-    exemplar, _ = repeating(96, 96, [(1 / 12.4, 0), (0, 1 / 10.7)])
-    plain = SynthesisOptions(texels=40000, sample_size=3)
-    before, after = (prepare(exemplar, torus(2, 0.8), one) for one in (plain, replace(plain, warp=0.03)))
-    assert any(not np.array_equal(a.nodes, b.nodes) for a, b in zip(before.fields, after.fields, strict=True))
-    assert all(grid.field is own for grid, own in zip(after.phases.surface.grids, after.fields, strict=True))
-    with pytest.raises(InputError, match="warp is given on a mesh"):
-        prepare(exemplar, sheet(), replace(plain, warp=0.03))
-
-
-@pytest.mark.parametrize("slow", [40, 200])
-def test_blocks_become_as_small_as_the_faster_wave_allows(slow):
-    # Courses converge so fast that nothing else sets the side.
-    surface = sphere(1)
-    waves = np.array([(1 / slow, 0), (0, 1 / 40)])
-    charts = density_layout(surface, density=40.0, ring=96)
-    fields = direction_fields(surface, charts, parse_direction("around:z"), 160.0)
-    over = transitions(surface, charts, find_seams(surface, charts))
-    assert set(in_step(96, phase_field(charts, fields, over, waves, 6.0))) == {32}
-
-
-def test_the_nearer_ends_of_courses_the_smaller_blocks(monkeypatch):
-    # On a large chart a few ends take blocks of 2.2 periods, many 1.7, and none nothing.
-    surface = sphere(1)
-    waves = np.array([(1 / 40, 0)])
-    charts = density_layout(surface, density=400.0, ring=96)
-    fields = direction_fields(surface, charts, parse_direction("around:z"), 1.0)
-    field = phase_field(charts, fields, [], waves, 40.0)
-    texels = field.grids[0].chart.height * field.grids[0].chart.width
-    monkeypatch.setattr(PhaseField, "strain", lambda *_: [0.0, 0.0])
-    for wanted, ends in ((120, 0), (88, round(0.05 * texels / 176**2)), (68, round(0.3 * texels / 136**2))):
-        monkeypatch.setattr(PhaseField, "ends_on", lambda *_, ends=ends: np.array([ends]))
-        assert ends or wanted == 120
-        assert in_step(120, field)[0] == wanted
+    assert prepared.phases.weight == 2
+    assert prepared.phases.surface.waves is prepared.phases.lattice.waves

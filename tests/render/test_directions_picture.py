@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from upholster.charts.mesh_directions import mesh_directions
+from upholster.charts.directions import direction_field
 from upholster.errors import InputError
 from upholster.geometry import TriangleMesh, welded
 from upholster.render._direction_kernels import DrawnField, trace_lines
@@ -25,7 +25,7 @@ def octahedron():
 
 def test_lines_run_straight_over_a_sheet_to_its_border():
     points, triangles = sheet()
-    field = mesh_directions(TriangleMesh(points, triangles), (3, 1, 0), symmetry=4)
+    field = direction_field(TriangleMesh(points, triangles), (3, 1, 0), symmetry=4)
     mesh = field.mesh
     starts = mesh.corners.mean(axis=1)
     seeds = np.arange(len(starts), dtype=np.int32)
@@ -45,7 +45,7 @@ def test_lines_run_straight_over_a_sheet_to_its_border():
 
 
 def test_a_picture_has_lines_and_dots():
-    field = mesh_directions(octahedron(), "z")
+    field = direction_field(octahedron(), "z")
     assert len(field.singular) == 2
     picture = directions_picture(field, size=(200, 150), view=(20, 50)).astype(int)
     assert picture.shape == (150, 200, 3)
@@ -59,7 +59,7 @@ def test_a_picture_has_lines_and_dots():
 
 
 def test_no_option_out_of_range():
-    field = mesh_directions(octahedron())
+    field = direction_field(octahedron())
     with pytest.raises(InputError, match="size"):
         directions_picture(field, size=(0, 10))
     with pytest.raises(InputError, match="zoom"):
@@ -68,7 +68,7 @@ def test_no_option_out_of_range():
 
 def test_the_picture_does_not_depend_on_threads():
     points, vertex = welded(octahedron().corners.reshape(-1, 3))
-    field = mesh_directions(TriangleMesh(points, vertex.reshape(-1, 3)), "smooth", symmetry=2)
+    field = direction_field(TriangleMesh(points, vertex.reshape(-1, 3)), "smooth", symmetry=2)
     one, two = (directions_picture(field, size=(120, 90), threads=threads) for threads in (1, 2))
     np.testing.assert_array_equal(one, two)
 
@@ -78,7 +78,7 @@ def test_lines_end_at_edges_where_directions_start_anew():
     sides = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
     triangles = [one for a, b, c, d in sides for one in ((a, b, c), (a, c, d))]
     mesh = TriangleMesh(corners, np.array(triangles))
-    field = mesh_directions(mesh, lambda points: np.where(points[:, 2:] > 0.9, (1.0, 3, 0), (-2.0, 1, 4)))
+    field = direction_field(mesh, lambda points: np.where(points[:, 2:] > 0.9, (1.0, 3, 0), (-2.0, 1, 4)))
     for neighbours, inside in ((mesh.neighbours, False), (going_on(field), True)):
         starts, seeds = mesh.corners.mean(axis=1), np.arange(len(mesh.triangles), dtype=np.int32)
         lines, counts = np.zeros((len(starts), 20, 3)), np.zeros(len(starts), np.int32)

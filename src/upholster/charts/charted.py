@@ -12,14 +12,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.charts.mesh_layout import chart_places
-from upholster.charts.seams import find_seams
+from upholster.charts.tessellation import tessellate_by_bends
 from upholster.geometry import MeshSurface, Surface, TriangleMesh
-from upholster.geometry.triangle_mesh import welded
-from upholster.model.mesh import tessellate
+from upholster.geometry.edge_pairs import edge_pairs
 from upholster.quilt.chart import Chart
 from upholster.types import FloatArray, IntArray
 
-__all__ = ["ChartedSurface", "charted_mesh", "charted_patches"]
+__all__ = ["ChartedSurface", "charted_mesh", "charted_patches", "charted_plane"]
+
+_TILE = 3
+"""A tile is so many rectangles high and wide: with fewer, two edges would join the same two vertices."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,17 +39,29 @@ class ChartedSurface:
         (r + ½, c + ½). Triangles turn the same way there as seen from outside in space.
     charts
         The charts.
+    across
+        (T, 3) int32: what lies across each edge, triangle · 3 + its edge, or −1, as
+        `TriangleMesh.neighbours`. Positions may differ on both sides: a tile goes on at its other end.
     """
 
     mesh: TriangleMesh
     chart: IntArray
     places: FloatArray
     charts: tuple[Chart, ...]
+    across: IntArray
+
+    @cached_property
+    def is_tile(self) -> bool:
+        """Whether it goes on at another place in space, as a tile does."""
+        triangle, edge = np.nonzero(self.across >= 0)
+        other, met = np.divmod(self.across[triangle, edge], 3)
+        corners = self.mesh.triangles
+        return bool((corners[triangle, edge] != corners[other, (met + 1) % 3]).any())
 
     @cached_property
     def is_seam(self) -> NDArray[np.bool_]:
         """Which edges of triangles are seams, (T, 3): something meets there, at another place of a chart."""
-        across = self.mesh.neighbours
+        across = self.across
         other, edge = across // 3, across % 3
         here, there = self.places, self.places[other]
         rows = np.arange(len(other))[:, None].repeat(3, axis=1)
@@ -63,21 +77,52 @@ class ChartedSurface:
 
 def charted_mesh(surface: MeshSurface, charts: Sequence[Chart]) -> ChartedSurface:
     """Return a mesh's islands with a chart on each."""
-    return ChartedSurface(surface.mesh, surface.island, chart_places(surface, charts), tuple(charts))
+    return ChartedSurface(
+        surface.mesh, surface.island, chart_places(surface, charts), tuple(charts), surface.mesh.neighbours
+    )
 
 
 def charted_patches(surface: Surface, charts: Sequence[Chart]) -> ChartedSurface:
-    """Return a surface of patches, tessellated chart by chart: vertices lie on it."""
-    steps = sum(chart.height * chart.width for chart in charts)
-    quads = int(np.clip(steps / 16**2, 64 * len(charts), 40_000))
-    mesh = tessellate(surface, charts, find_seams(surface, charts), quads=quads)
+    """Return a surface of patches, tessellated chart by chart: vertices lie on it.
+
+    Triangles are as large as the surface, and the steps on it, are nearly linear.
+    """
+    mesh, vertex = tessellate_by_bends(surface, charts)
     corners = mesh.all_triangles()
-    positions, vertex = welded(mesh.positions)
-    triangles = vertex[corners]
+    used, triangles = np.unique(vertex[corners], return_inverse=True)
+    triangles = triangles.reshape(-1, 3).astype(np.int32)
     a, b, c = triangles.T
     sound = (a != b) & (b != c) & (c != a)
     corners, triangles = corners[sound], triangles[sound]
-    own = TriangleMesh(positions, triangles, normals=mesh.normals[corners], name=surface.name)
-    return ChartedSurface(
-        own, mesh.chart[corners[:, 0]], np.ascontiguousarray(mesh.places[corners]), tuple(charts)
-    )
+    own = TriangleMesh(mesh.positions[used], triangles, normals=mesh.normals[corners], name=surface.name)
+    places = np.ascontiguousarray(mesh.places[corners])
+    return ChartedSurface(own, mesh.chart[corners[:, 0]], places, tuple(charts), own.neighbours)
+
+
+def charted_plane(chart: Chart, *, tile: bool = False) -> ChartedSurface:
+    """Return a flat texture: a rectangle in space with a step a unit of length, or a tile.
+
+    Rows run to −y and columns to x, seen from +z.
+
+    Parameters
+    ----------
+    chart
+        How many steps it is high and wide.
+    tile
+        Opposite edges are neighbours: what leaves the chart at one comes back at the other.
+    """
+    cells = _TILE if tile else 1
+    rows, columns = (np.linspace(0.0, side, cells + 1) for side in (chart.height, chart.width))
+    grid = np.stack(np.meshgrid(rows, columns, indexing="ij"), axis=-1).reshape(-1, 2)
+    row, column = (part.ravel() for part in np.indices((cells, cells)))
+    a = row * (cells + 1) + column
+    b, c, d = a + cells + 1, a + cells + 2, a + 1
+    triangles = np.stack([a, b, c, a, c, d], axis=1).reshape(-1, 3).astype(np.int32)
+    positions = np.stack([grid[:, 1], -grid[:, 0], np.zeros(len(grid))], axis=1)
+    mesh = TriangleMesh(positions, triangles, name="plane")
+    across = mesh.neighbours
+    if tile:
+        down, right = np.divmod(np.arange(len(grid)), cells + 1)
+        met = ((down % cells) * cells + right % cells).astype(np.int32)
+        across = edge_pairs(positions, met[triangles])
+    return ChartedSurface(mesh, np.zeros(len(triangles), np.int32), grid[triangles], (chart,), across)

@@ -12,7 +12,6 @@ from upholster.quilt.chart import MAX_CHART, MAX_TEXELS, Chart
 from upholster.types import FloatArray
 
 __all__ = [
-    "RING",
     "TextureScale",
     "density_layout",
     "texture_scale",
@@ -21,9 +20,6 @@ __all__ = [
 
 SHARE = 6
 """By default so many samples, side by side, are as wide as the model's diagonal."""
-
-RING = 48
-"""Texels: a chart that meets itself is at least so long round."""
 
 MOST_TEXELS = 2**23
 """Up to these a layout's texels follow from the sample's pixels."""
@@ -70,18 +66,16 @@ def density_layout(
     *,
     texels: int | None = None,
     density: float | None = None,
-    smallest: int = 48,
+    smallest: int = 32,
     thinnest: int = 16,
-    ring: float = RING,
     largest: int = MAX_CHART,
 ) -> tuple[Chart, ...]:
     """Lay charts over a surface so that texels have about the same size everywhere.
 
     A chart's height and width are its typical extents along s and t (area-weighted geometric means of the
     derivatives' lengths, corrected for their angle) times the density. Charts lie across patches. Faces are
-    cut where derivatives jump and where the area element varies much, until the 99th over the 1st percentile
-    of texel area is 2 or nothing brings it nearer; large charts also until there are enough to work on
-    several at once. A chart may meet itself along two opposite edges.
+    cut where derivatives jump and where the area element varies much: until the 99th over the 1st percentile
+    of texel area on each chart is 2, or charts would be too small. A chart may meet itself.
 
     Parameters
     ----------
@@ -94,10 +88,7 @@ def density_layout(
     smallest
         Texels: least height and width of a chart, 1 to 4096, where faces and evenness allow it.
     thinnest
-        Texels: least height and width where a face is smaller as a whole, or where texels would not be even
-        otherwise: 1 to `smallest`.
-    ring
-        Texels: a chart that meets itself is at least so long round.
+        Texels: least height and width where a face is smaller as a whole: 1 to `smallest`.
     largest
         Texels: greatest height and width of a chart.
 
@@ -134,13 +125,12 @@ def density_layout(
         assert density is not None
         found = _positive("density", density, "texels per model unit")
         _check_total(found * found * area)
-    least = halving.even_out(found, smallest, thinnest, ring)
-    halving.keep_busy(found)
+    halving.even_out(found, smallest, thinnest)
     while True:
         extents, whole = _extents(halving)
         if texels is not None:
-            found = _density(extents, whole, texels, least, thinnest)
-        sizes = _rounded(extents, whole, found, least, thinnest)
+            found = _density(extents, whole, texels, smallest, thinnest)
+        sizes = _rounded(extents, whole, found, smallest, thinnest)
         if sizes.max() <= largest:
             break
         if not halving.cut_longest(largest / found):

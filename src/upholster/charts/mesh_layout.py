@@ -1,46 +1,25 @@
-"""Charts over a mesh's islands, one each, and their warp fields."""
+"""Charts over a mesh's islands, one each."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.charts._mesh_kernels import splat_matrices
 from upholster.charts.unwrap._raster_kernels import coverage
 from upholster.errors import InputError
-from upholster.geometry import MeshSurface, TriangleMesh
+from upholster.geometry import MeshSurface
 from upholster.quilt.chart import MAX_CHART, Chart
-from upholster.quilt.placement import SYMMETRIES
-from upholster.quilt.warp_field import FIELD_STEP, WarpField, node_count
-from upholster.types import FloatArray, IntArray
-
-if TYPE_CHECKING:
-    from upholster.charts.charted import ChartedSurface
+from upholster.types import FloatArray
 
 __all__ = [
     "GUTTER",
     "chart_places",
     "mesh_charts",
-    "mesh_fields",
     "texels_on_mesh",
-    "triangle_frames",
 ]
 
 GUTTER = 8
 """Texels that a chart reaches beyond its island each way."""
-
-_CANCELLED = 0.02
-"""Where the determinant of a mean is less than this share of its triangles', they tell no direction."""
-
-_ROUNDS = 2
-"""How often the sizes of nodes are brought to where the size in between is right."""
-
-_MOST_LARGER = 1.3
-"""By so much at most, each time."""
-
-_SPACING = 8.0
-"""Texels between two samples of a triangle's matrix."""
 
 _ASIDE = (0.00071, 0.00131)
 """Texels by which triangles are moved: else texels' centres on edges that run along a chart lie on none."""
@@ -99,142 +78,3 @@ def texels_on_mesh(
     times = np.zeros(shape, np.int32)
     coverage(places + _ASIDE, times)
     return times > 0
-
-
-def triangle_frames(mesh: TriangleMesh, vectors: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Return the direction field's axes in each triangle's plane, (T, 3) each: along the rows, and down.
-
-    `vectors` (T, 3, 3) is the field at the triangles' corners; where it has no part in the plane, a triangle
-    takes its first edge.
-    """
-    normals = mesh.flat_normals
-    along = vectors.mean(axis=1)
-    along = along - (along * normals).sum(axis=1, keepdims=True) * normals
-    length = np.linalg.norm(along, axis=1)
-    edge = mesh.corners[:, 1] - mesh.corners[:, 0]
-    weak = length < 1e-6
-    along[weak] = edge[weak]
-    length[weak] = np.linalg.norm(edge[weak], axis=1)
-    along /= np.maximum(length, 1e-300)[:, None]
-    return along, np.cross(along, normals)
-
-
-def mesh_fields(
-    surface: "ChartedSurface",
-    along: FloatArray,
-    down: FloatArray,
-    scale: float,
-    turns: IntArray | None = None,
-    corners: FloatArray | None = None,
-) -> tuple[WarpField, ...]:
-    """Return each chart's warp field: what its triangles have, smoothed to the nodes, and beyond as near by.
-
-    Parameters
-    ----------
-    surface
-        The charts.
-    along, down
-        (T, 3) the field's axes, see `triangle_frames`.
-    scale
-        Exemplar pixels per model unit.
-    turns
-        (T,) quarter turns from the charts' matrices to the field's, by default none: see `mesh_turns`.
-    corners
-        (T, 3, 3) the field at the triangles' corners, by default `along`.
-    """
-    places, charts = surface.places - 0.5, surface.charts
-    matrices = _matrices(surface, along, down, scale)
-    if turns is not None:
-        back = SYMMETRIES.reshape(-1, 2, 2)[(4 - turns) % 4]
-        matrices = (back @ matrices.reshape(-1, 2, 2)).reshape(-1, 4)
-    if corners is None:
-        corners = np.repeat(along[:, None], 3, axis=1)
-    matrices = _turned(matrices, corners, along, down)
-    counts = [(node_count(chart.height, 1), node_count(chart.width, 1)) for chart in charts]
-    firsts = np.cumsum([0, *(rows * columns for rows, columns in counts)])
-    shapes = np.array([(first, *count) for first, count in zip(firsts, counts, strict=False)], np.int64)
-    nodes, known = np.zeros((firsts[-1], 4)), np.zeros(firsts[-1], np.bool_)
-
-    def summed() -> FloatArray:
-        sums = np.zeros((len(nodes), 7))
-        splat_matrices(places, surface.chart, matrices, _SPACING, float(FIELD_STEP), shapes, nodes, sums)
-        return sums
-
-    sums = summed()
-    for (first, rows, columns), chart in zip(shapes.tolist(), charts, strict=True):
-        own = slice(first, first + rows * columns)
-        size = scale * (chart.s1 - chart.s0) / chart.height
-        nodes[own], known[own] = _filled(sums[own], (rows, columns), size)
-    for _ in range(_ROUNDS):
-        # Between matrices that turn the size is too small: what is near a node makes it larger.
-        sums = summed()
-        larger = np.sqrt(sums[:, 5] / np.maximum(sums[:, 6], 1e-300))
-        nodes *= np.where(known, np.clip(larger, 1 / _MOST_LARGER, _MOST_LARGER), 1.0)[:, None]
-    return tuple(
-        WarpField.quantised(nodes[first : first + rows * columns].reshape(rows, columns, 2, 2), margin=1)
-        for first, rows, columns in shapes.tolist()
-    )
-
-
-def _matrices(surface: "ChartedSurface", along: FloatArray, down: FloatArray, scale: float) -> FloatArray:
-    # M of each triangle, (T, 4): from its edges on the chart and in space.
-    corners, flat = surface.mesh.corners, surface.places
-    edges, texels = corners[:, 1:] - corners[:, :1], flat[:, 1:] - flat[:, :1]
-    determinant = texels[:, 0, 0] * texels[:, 1, 1] - texels[:, 0, 1] * texels[:, 1, 0]
-    sound = determinant > 0
-    inverse = (
-        np.stack([texels[:, 1, 1], -texels[:, 1, 0], -texels[:, 0, 1], texels[:, 0, 0]], axis=1)
-        / np.where(sound, determinant, 1.0)[:, None]
-    )
-    # Two edges in the field's axes, as columns, times the inverse of theirs on the chart.
-    shown = np.stack([(edges * axis[:, None]).sum(axis=2) for axis in (down, along)], axis=1)
-    out: FloatArray = scale * np.einsum("tae,teb->tab", shown, inverse.reshape(-1, 2, 2)).reshape(-1, 4)
-    out[~sound] = 0.0
-    return out
-
-
-def _turned(matrices: FloatArray, corners: FloatArray, along: FloatArray, down: FloatArray) -> FloatArray:
-    # Matrices (T, 4) at the corners, (T, 3, 4): turned as the field is there against its triangle's axes.
-    x, y = (np.einsum("tki,ti->tk", corners, axis) for axis in (along, down))
-    length = np.hypot(x, y)
-    known = length > 1e-6
-    x = np.where(known, x / np.where(known, length, 1.0), 1.0)
-    y = np.where(known, y / np.where(known, length, 1.0), 0.0)
-    x, y = x[..., None], y[..., None]
-    below, beside = matrices[:, None, :2], matrices[:, None, 2:]  # what is shown down, and to the right
-    return np.concatenate([x * below - y * beside, x * beside + y * below], axis=2)
-
-
-def _filled(sums: FloatArray, shape: tuple[int, int], size: float) -> tuple[FloatArray, NDArray[np.bool_]]:
-    # Matrices of a chart's nodes (n, 4): means; where they cancel, or nothing is near, their neighbours'
-    # means, round after round. And which are means.
-    sums = sums.reshape(*shape, 7)
-    weight = sums[..., 4]
-    known = weight > 0
-    mean = sums[..., :4] / np.where(known, weight, 1.0)[..., None]
-    determinant = mean[..., 0] * mean[..., 3] - mean[..., 1] * mean[..., 2]
-    known &= determinant > _CANCELLED * size * size
-    # Means of matrices that turn are too small.
-    true = sums[..., 5] / np.where(sums[..., 4] > 0, sums[..., 4], 1.0)
-    mean *= np.where(known, np.sqrt(true / np.where(known, determinant, 1.0)), 0.0)[..., None]
-    means = known.copy()
-    if not known.any():
-        mean[..., 0] = mean[..., 3] = size
-        known[:] = True
-    while not known.all():
-        total, count = _around(mean), _around(known[..., None].astype(np.float64))
-        new = ~known & (count[..., 0] > 0)
-        mean[new] = total[new] / count[new]
-        determinant = mean[..., 0] * mean[..., 3] - mean[..., 1] * mean[..., 2]
-        flat = new & (determinant <= _CANCELLED * size * size)
-        mean[flat] = (size, 0.0, 0.0, size)
-        known |= new
-    return mean.reshape(-1, 4), means.ravel()
-
-
-def _around(array: FloatArray) -> FloatArray:
-    padded = np.pad(array, ((1, 1), (1, 1), (0, 0)))
-    rows, columns = array.shape[:2]
-    shifts = [(i, j) for i in range(3) for j in range(3) if (i, j) != (1, 1)]
-    total: FloatArray = sum((padded[i : i + rows, j : j + columns] for i, j in shifts), np.zeros_like(array))
-    return total

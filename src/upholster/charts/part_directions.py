@@ -6,8 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.charts.axis_directions import AXIS_DIRECTIONS, axis_direction
-from upholster.charts.directions import Vectors
-from upholster.charts.mesh_directions import TriangleVectors, parse_mesh_direction
+from upholster.charts.directions import TriangleVectors, Vectors, parse_direction
 from upholster.errors import InputError
 from upholster.geometry import TriangleMesh
 from upholster.geometry.mesh_files import ModelFile
@@ -60,7 +59,7 @@ def part_direction(model: ModelFile, wanted: str | Mapping[str, str]) -> Vectors
     ----------
     model, wanted
         As of `triangles_by_direction`. Directions are ``along`` and ``around`` (see `axis_direction`),
-        ``level``, ``smooth`` (nothing is asked for) and vectors and axes as of `parse_mesh_direction`.
+        ``level``, ``smooth`` (nothing is asked for) and vectors and axes as of `parse_direction`.
 
     Returns
     -------
@@ -85,7 +84,7 @@ def _vectors(model: ModelFile, direction: str, centres: FloatArray) -> FloatArra
     """Return one direction at all triangles, of length 1 or 0."""
     if direction in AXIS_DIRECTIONS:
         return axis_direction(model, direction)
-    found = parse_mesh_direction(direction)
+    found = parse_direction(direction)
     if found.kind == "smooth":
         return np.zeros_like(centres)
     if found.kind == "level" and not found.angle:

@@ -7,7 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.charts.charted import ChartedSurface
+from upholster.charts.tessellation import connected
 from upholster.geometry import TriangleMesh
+from upholster.geometry.edge_pairs import edge_pairs
 from upholster.types import FloatArray, IntArray
 
 __all__ = ["Subdivided", "subdivided", "subdivided_in"]
@@ -58,7 +60,8 @@ def subdivided(surface: ChartedSurface, vectors: FloatArray, longest: float) -> 
     Parameters
     ----------
     surface
-        What to subdivide; triangles on no island are left out.
+        What to subdivide; triangles on no chart are left out. What meets across edges at other positions, as
+        in a tile, still does.
     vectors
         (T, 3, 3), of unit length, at its triangles' corners.
     longest
@@ -81,6 +84,7 @@ def subdivided_in(
     kept = kept[_meets(positions[surface.mesh.triangles[kept]], box)]
     values = np.concatenate([surface.places[kept], vectors[kept]], axis=2)
     triangles = _Pieces(surface.mesh.triangles[kept], values, kept)
+    joined = _joined_vertices(surface)
     strips = _Pieces(np.zeros((0, 4), np.int32), np.zeros((0, 4, values.shape[2])), kept[:0])
     for _ in range(_ROUNDS):
         triangles, strips = (
@@ -96,7 +100,7 @@ def subdivided_in(
             break
         ends = [_ends(pieces).reshape(-1, 2) for pieces in (triangles, strips)]
         flags = np.concatenate([long.ravel(), long_strips.ravel()])
-        middles, positions = _halved(np.concatenate(ends), flags, positions)
+        middles, positions, joined = _halved(np.concatenate(ends), flags, positions, joined)
         split, new = _split(triangles, middles[: long.size].reshape(-1, 3), lengths < _NARROW * longest)
         strips = _joined(_cut_across(strips, middles[long.size :].reshape(-1, 4)), new)
         triangles = split
@@ -105,7 +109,9 @@ def subdivided_in(
         return None
     vertices, values, parent = _chosen(found, np.argsort(found.parent, kind="stable"))
     mesh = TriangleMesh(positions, vertices, name=surface.mesh.name)
-    flat = ChartedSurface(mesh, surface.chart[parent], np.ascontiguousarray(values[..., :2]), surface.charts)
+    across = mesh.neighbours if joined is None else edge_pairs(positions, joined[vertices])
+    places = np.ascontiguousarray(values[..., :2])
+    flat = ChartedSurface(mesh, surface.chart[parent], places, surface.charts, across)
     return Subdivided(flat, parent, np.ascontiguousarray(values[..., 2:]))
 
 
@@ -152,14 +158,34 @@ def _halves_of(strips: _Pieces, positions: FloatArray) -> _Pieces:
     return _joined(*halves, _picked(other, (0, 1, 3)), _picked(other, (1, 2, 3)))
 
 
-def _halved(ends: IntArray, long: NDArray[np.bool_], positions: FloatArray) -> tuple[IntArray, FloatArray]:
-    # New vertices in the middle of long edges (E, 2): (E,) their numbers, −1 elsewhere, and the longer array.
+def _joined_vertices(surface: ChartedSurface) -> IntArray | None:
+    # Numbers of vertices, (V,), one for all that meet across edges at other positions; None if nothing does.
+    triangles, across = surface.mesh.triangles, surface.across
+    triangle, edge = np.nonzero(across >= 0)
+    other, met = np.divmod(across[triangle, edge], 3)
+    pairs = np.stack([triangles[triangle, edge], triangles[other, (met + 1) % 3]], axis=1)
+    pairs = pairs[pairs[:, 0] != pairs[:, 1]]
+    if not len(pairs):
+        return None
+    return connected(len(surface.mesh.positions), pairs.astype(np.int64)).astype(np.int32)
+
+
+def _halved(
+    ends: IntArray, long: NDArray[np.bool_], positions: FloatArray, joined: IntArray | None
+) -> tuple[IntArray, FloatArray, IntArray | None]:
+    # New vertices in the middle of long edges (E, 2): (E,) their numbers, −1 elsewhere, the longer array, and
+    # numbers for them as well: their edges' ends meet, so they do.
     low, high = ends[long].min(axis=1).astype(np.int64), ends[long].max(axis=1)
-    keys, number = np.unique(low * len(positions) + high, return_inverse=True)
-    low, high = keys // len(positions), keys % len(positions)
+    count = len(positions)
+    keys, number = np.unique(low * count + high, return_inverse=True)
+    low, high = keys // count, keys % count
     middles = np.full(long.shape, -1, np.int32)
-    middles[long] = len(positions) + number.reshape(-1)
-    return middles, np.concatenate([positions, 0.5 * (positions[low] + positions[high])])
+    middles[long] = count + number.reshape(-1)
+    if joined is not None:
+        one, other = np.sort([joined[low], joined[high]], axis=0).astype(np.int64)
+        _, first, met = np.unique(one * count + other, return_index=True, return_inverse=True)
+        joined = np.concatenate([joined, (count + first[met.reshape(-1)]).astype(np.int32)])
+    return middles, np.concatenate([positions, 0.5 * (positions[low] + positions[high])]), joined
 
 
 def _unit(vectors: FloatArray, instead: FloatArray) -> FloatArray:

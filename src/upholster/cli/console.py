@@ -123,18 +123,16 @@ def large_count(name: str, text: str, *, other: str = "") -> int:
     return int(float(found[1]) * {None: 1, "k": 1000, "m": 10**6, "g": 10**9}[found[2]])
 
 
-def share(name: str, text: str | None, most: float = 1.0) -> float | None:
-    """Read a share above 0 and at most `most`: ``5%`` or ``0.05``."""
+def share(name: str, text: str | None) -> float | None:
+    """Read a share above 0 and at most 1: ``5%`` or ``0.05``."""
     if text is None:
         return None
     try:
         value = float(text.strip().removesuffix("%")) / (100 if text.strip().endswith("%") else 1)
     except ValueError:
         value = math.nan
-    if not 0 < value <= most:
-        raise InputError(
-            f"{name} is {text!r}; allowed: a share such as 5% or 0.05, above 0 and at most {100 * most:g}%"
-        )
+    if not 0 < value <= 1:
+        raise InputError(f"{name} is {text!r}; allowed: a share such as 5% or 0.05, above 0 and at most 100%")
     return value
 
 

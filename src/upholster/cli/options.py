@@ -10,7 +10,7 @@ import typer
 
 from upholster.cli.console import byte_count, large_count, numbers, share, texel_count
 from upholster.errors import InputError
-from upholster.options import MOST_WARP, chosen
+from upholster.options import chosen
 
 __all__ = ["number_or_text", "spelled_out"]
 
@@ -29,7 +29,6 @@ _AS_TEXT: dict[str, tuple[_Read, _Write]] = {
     "direction": (lambda texts: _by_part("direction", texts), str),
     "texture": (str, str),
     "coefficients": (lambda text: share("coefficients", text), str),
-    "warp": (lambda text: share("warp", text, MOST_WARP), str),
     "size": (lambda text: numbers("size", text, "x", 2, int), lambda size: f"{size[0]}x{size[1]}"),
     "view": (lambda text: numbers("view", text, ",", 2, float), lambda view: f"{view[0]:g},{view[1]:g}"),
     "displace": (str, str),

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.charts.directions import LEAST_SLOPE, Direction
+from upholster.charts.directions import Direction
 from upholster.errors import InputError
 from upholster.geometry import MeshSurface, Surface
 from upholster.measure.meshes import mesh_samples, triangle_steps
@@ -27,6 +27,9 @@ MOST_SAMPLES = 2**18
 FAST, PIECE = 20.0, 0.1
 """Degrees of turn over a length, as a part of the exemplar's width. A piece of texture of that length and of
 true size is off by half of the turn from its middle to its end: 5°."""
+
+_LEAST_SLOPE = 0.05
+"""Sine of the slope below which nothing is level on patches: they lie flat."""
 
 _LEAST_ASKED = 0.03
 """Sine of the angle between normal and direction: where it is less nothing is asked."""
@@ -92,8 +95,8 @@ def mapping(
         Exemplar pixels per unit of length that were asked for; by default the median of what is found.
     direction
         The direction asked for. Of vectors in space the part along the surface counts, opposite ones being
-        one; where it is less than a thousandth of them, nothing was asked. By default directions are not
-        measured.
+        one; where it is less than a thousandth of them, nothing was asked. Neither is it by ``smooth``,
+        ``curvature`` and ``edges``, which only a field can tell. By default directions are not measured.
 
     Returns
     -------
@@ -233,15 +236,20 @@ def _report(parts: FloatArray, scale: float | None, piece: float | None = None) 
 
 def _asked(direction: Direction, points: FloatArray, by_s: FloatArray, by_t: FloatArray) -> FloatArray:
     """Return vectors (n, 3) along the direction, not all in the tangent plane; 0 where there is none."""
-    if direction.vectors is not None:
-        return np.asarray(direction.vectors(points), np.float64)
-    along = by_s if direction.along == "v" else by_t
     normal = np.cross(by_s, by_t)
     size = np.linalg.norm(normal, axis=1, keepdims=True)
     normal = normal / np.where(size > 0, size, 1.0)
-    if direction.along == "level":
+    if direction.kind == "vectors" and callable(direction.vectors):
+        along = np.asarray(direction.vectors(points), np.float64)
+    elif direction.kind == "level":
         level = np.cross((0.0, 0.0, 1.0), normal)
-        return np.where(np.linalg.norm(level, axis=1, keepdims=True) > LEAST_SLOPE, level, 0.0)
+        along = np.where(np.linalg.norm(level, axis=1, keepdims=True) > _LEAST_SLOPE, level, 0.0)
+    elif direction.kind in ("u", "v"):
+        along = by_s if direction.kind == "v" else by_t
+    else:
+        return np.zeros_like(points)
+    if not direction.angle:
+        return along
     angle = np.radians(direction.angle)
     # Clockwise seen from outside.
     turned: FloatArray = np.cos(angle) * along + np.sin(angle) * np.cross(along, normal)

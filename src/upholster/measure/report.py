@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 
 from upholster.charts.creases import CREASE, default_crease
-from upholster.charts.directions import Direction, parse_direction
-from upholster.charts.mesh_directions import asked_at_corners, mesh_directions, parse_mesh_direction
+from upholster.charts.directions import Direction, asked_at_corners, direction_field, parse_direction
 from upholster.errors import InputError
 from upholster.geometry import AnySurface, MeshSurface
 from upholster.image import check_exemplar
@@ -221,8 +220,7 @@ def measure_cover(
     quilt = quilt.on(surface, seed=quilt.seed)
     if isinstance(surface, MeshSurface):
         return _measure_mesh(surface, quilt, exemplar, texels, scale, direction, crease)
-    if isinstance(direction, str):
-        direction = parse_direction(direction)
+    wanted = None if direction is None else parse_direction(direction, patches=True)
     return Measures(
         wasserstein=sliced_wasserstein(texels.arrays, exemplar),
         structure=structure(texels.arrays, exemplar),
@@ -234,7 +232,7 @@ def measure_cover(
         ),
         scale=texel_scale(surface, quilt.charts),
         copies=copies(quilt),
-        mapping=mapping(surface, quilt, scale=scale, direction=direction),
+        mapping=mapping(surface, quilt, scale=scale, direction=wanted),
         broken=_broken(surface, quilt, exemplar),
         patches=patch_distance(undistorted_views(quilt, texels), exemplar),
         landmarks=landmark_recurrence(surface, quilt, exemplar),
@@ -250,8 +248,6 @@ def _measure_mesh(
     direction: str | Direction | None,
     crease: float | None,
 ) -> Measures:
-    if isinstance(direction, Direction):
-        raise InputError("direction is one of patches; allowed on a mesh: a text, as level or 0,0,1")
     crease = CREASE if crease is None else crease
     if not 1 <= crease <= 180:
         raise InputError(f"crease is {crease:g} degrees; allowed: 1 to 180")
@@ -277,12 +273,12 @@ def _measure_mesh(
     )
 
 
-def _asked(surface: MeshSurface, direction: str) -> FloatArray:
+def _asked(surface: MeshSurface, direction: str | Direction) -> FloatArray:
     # (T, 3, 3): the direction itself, or the field where only that can tell: on flat faces, too.
-    wanted = parse_mesh_direction(direction)
+    wanted = parse_direction(direction)
     crease = default_crease(surface.mesh)
     asked = asked_at_corners(surface.mesh, wanted, crease)
-    field = mesh_directions(surface.mesh, wanted, crease=crease)
+    field = direction_field(surface.mesh, wanted, crease=crease)
     return field.corner_vectors if asked is None else field.as_faces_run(asked)
 
 

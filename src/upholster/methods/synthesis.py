@@ -1,33 +1,34 @@
 """From an exemplar and a surface to a quilt: the one place that settles layout, scale, direction, method."""
 
 import secrets
-from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from numbers import Integral
 from typing import Any, cast
 
 import numpy as np
 
-from upholster.charts.charted import ChartedSurface, charted_mesh, charted_patches
+from upholster.charts.charted import ChartedSurface, charted_mesh, charted_patches, charted_plane
 from upholster.charts.covered import CoveredLike, as_covered
 from upholster.charts.creases import default_crease
-from upholster.charts.directions import Direction, Vectors, default_direction, parse_direction
-from upholster.charts.layout import TextureScale, density_layout, texture_scale, uniform_layout
-from upholster.charts.mesh_directions import (
-    MeshDirection,
-    MeshField,
-    TriangleVectors,
-    default_mesh_direction,
-    mesh_directions,
+from upholster.charts.directions import (
+    Direction,
+    DirectionField,
+    default_direction,
+    default_on_patches,
+    direction_field,
+    parse_direction,
+    told_on_patches,
 )
-from upholster.charts.mesh_layout import mesh_charts, mesh_fields, triangle_frames
-from upholster.charts.mesh_turns import chart_turns
-from upholster.charts.phases import StraightPhases
+from upholster.charts.layout import TextureScale, density_layout, texture_scale, uniform_layout
+from upholster.charts.mesh_layout import mesh_charts
+from upholster.charts.phases import phase_field
+from upholster.charts.turns import chart_turns
+from upholster.charts.warp_fields import triangle_frames, warp_fields
 from upholster.errors import InputError
 from upholster.geometry import AnySurface, MeshSurface, Surface
 from upholster.image import Material, check_exemplar
 from upholster.image.source import Source, as_exemplar
-from upholster.lattice import find_lattice
+from upholster.lattice import Lattice, find_lattice
 from upholster.lengths import parse_length
 from upholster.methods.paper.coefficients import keep_coefficients
 from upholster.methods.paper.method import PaperOptions, synthesize_paper
@@ -35,7 +36,8 @@ from upholster.methods.pixel.method import PixelOptions, check_sample, synthesiz
 from upholster.methods.quilt.laying import LayPlan
 from upholster.methods.quilt.method import laid_quilt, planned
 from upholster.methods.quilt.options import QuiltOptions
-from upholster.methods.quilt.phases import Phases, WantedPhases, whole_waves
+from upholster.methods.quilt.phases import WantedPhases
+from upholster.methods.quilt.sizes import block_side
 from upholster.methods.quilt.structure import block_size
 from upholster.options import SynthesisOptions, chosen, settled
 from upholster.parallel import check_running
@@ -60,18 +62,12 @@ __all__ = [
 _ROUND = 1.25
 """A chart that meets itself is so many blocks round, at least."""
 
-_BLOCKS = 8
-"""Blocks across a surface, at least, where their size is not asked for: fewer can not follow its curves."""
-
-_SURFACE_PHASE, _MESH_PHASE, _FLAT_PHASE = 8.0, 2.0, 0.5
+_SURFACE_PHASE, _FLAT_PHASE = 2.0, 0.5
 """What it costs to be out of phase where nothing else is asked for: on a surface courses do not close by
 themselves."""
 
 _MOST_OCTAVES = 6
 """Texels for a step are 2^6 each way at most, as in `Quilt.density`."""
-
-_MESH_BLOCKS = 36
-"""The same on meshes, which bend more."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,9 +90,11 @@ class Prepared:
     phases
         Where in its periods a sample that repeats shall be; None: it does not, or that is not asked for.
     turns
-        (T,) on a mesh, quarter turns from the warp fields to that: see `upholster.charts.mesh_turns`.
-    turning
-        Charts about a corner of which the direction turns: their blocks are small.
+        (T,) on a mesh, quarter turns from the warp fields to that: see `upholster.charts.turns`.
+    charted
+        What method "quilt" lays blocks on.
+    vectors
+        (T, 3, 3) which way the sample's rows run at its triangles' corners.
     density
         Texels for a step of the charts, each way: a power of two.
     """
@@ -106,11 +104,11 @@ class Prepared:
     scale: TextureScale | None
     direction: str
     options: QuiltOptions | PaperOptions | PixelOptions
-    field: MeshField | None = None
+    field: DirectionField | None = None
     phases: WantedPhases | None = None
     turns: IntArray | None = None
     charted: ChartedSurface | None = None
-    turning: frozenset[int] = frozenset()
+    vectors: FloatArray | None = None
     density: float = 1.0
 
     @property
@@ -189,7 +187,7 @@ def prepare(
     surface: AnySurface,
     options: SynthesisOptions,
     *,
-    field: MeshField | None = None,
+    field: DirectionField | None = None,
     largest: int = MAX_CHART,
 ) -> Prepared:
     """Settle what `synthesize` will do; parameters as there.
@@ -215,118 +213,102 @@ def prepare(
         charts = uniform_layout(surface, chart=options.chart)
         return Prepared(charts, (), None, "", settled(options, PixelOptions))
     if isinstance(options.texels, tuple):
-        chart = _flat_chart(surface, *options.texels)
-        block = _wanted_block(exemplar, options)
-
-        def straight(waves: FloatArray) -> StraightPhases:
-            return StraightPhases(
-                whole_waves(waves, chart.height, chart.width) if options.tileable else waves
-            )
-
-        phases = _phases(exemplar, options, straight, _FLAT_PHASE)
-        return Prepared((chart,), (), None, "", settled(options, QuiltOptions, block=block), None, phases)
-    scale, block = _scale(exemplar, surface, options, None)
+        return _prepare_flat(exemplar, _flat_chart(surface, *options.texels), options)
+    scale = _scale(exemplar, surface, options, None)
     density = _texels_a_step(scale)
     steps = scale.density / density
     charts = density_layout(surface, density=steps, largest=max(1, int(largest / density)))
-    wanted = (
-        default_direction(surface)
-        if options.direction is None
-        else parse_direction(cast(str | Vectors, options.direction))
-    )
     charted = charted_patches(surface, charts)
-    phases = _phases(exemplar, options, lambda _: None, _MESH_PHASE)
-    return _on_charts(
-        charted, options, scale, block, phases, density, _on_patches(charted, wanted), wanted.text
-    )
+    asked = options.direction
+    if asked is None:
+        asked = default_on_patches(surface, charted)
+    wanted = told_on_patches(surface, charted, parse_direction(cast(str, asked), patches=True))
+    return _on_charts(exemplar, charted, options, scale, density, wanted)
 
 
-def _on_patches(charted: ChartedSurface, wanted: Direction) -> MeshDirection:
-    # Along the charts' columns (u) or rows (v), or as on a mesh.
-    if not wanted.along or wanted.along == "level":
-        return MeshDirection(wanted.text, "level" if wanted.along else "vectors", vectors=wanted.vectors)
-    edges = (charted.mesh.corners[:, 1:] - charted.mesh.corners[:, :1]).transpose(0, 2, 1)
-    flat = (charted.places[:, 1:] - charted.places[:, :1]).transpose(0, 2, 1)
-    jacobian = edges @ np.linalg.inv(flat)  # (T, 3, 2)
-    own = jacobian[:, :, 1 if wanted.along == "u" else 0]
-    return MeshDirection(
-        wanted.text,
-        "vectors",
-        angle=wanted.angle,
-        vectors=TriangleVectors(charted.mesh.corners.mean(axis=1), own, wanted.text),
-    )
+def _prepare_flat(exemplar: PixelArray, chart: Chart, options: SynthesisOptions) -> Prepared:
+    # A flat texture: a step is a pixel, rows run along rows.
+    charted = charted_plane(chart, tile=options.tileable)
+    vectors = np.broadcast_to((1.0, 0.0, 0.0), (len(charted.chart), 3, 3))
+    lattice, weight = _lattice(exemplar, options, _FLAT_PHASE)
+    phases = None
+    if lattice is not None:
+        phases = WantedPhases(lattice, phase_field(charted, vectors, 1.0, lattice.waves), weight)
+    own = settled(options, QuiltOptions, block=_wanted_block(exemplar, options))
+    return Prepared((chart,), (WarpField.identity(),), None, "", own, None, phases, None, charted, vectors)
 
 
 def _on_charts(
+    exemplar: PixelArray,
     charted: ChartedSurface,
     options: SynthesisOptions,
     scale: TextureScale,
-    block: int,
-    phases: WantedPhases | None,
     density: float,
-    direction: Any,
-    text: str,
-    field: MeshField | None = None,
+    direction: Direction,
+    field: DirectionField | None = None,
 ) -> Prepared:
     mesh = charted.mesh
-    field = field or mesh_directions(
+    lattice, weight = _lattice(exemplar, options, _SURFACE_PHASE)
+    field = field or direction_field(
         mesh,
         direction,
         strokes=options.stroke,
         crease=default_crease(mesh) if options.crease is None else options.crease,
-        lattice=phases is not None,
+        lattice=lattice is not None,
     )
     along, down = triangle_frames(mesh, field.corner_vectors)
     turns = chart_turns(charted, along, field.fold)
-    fields = mesh_fields(charted, along, down, scale.scale, turns, field.corner_vectors)
+    fields = warp_fields(charted, along, down, scale.scale, turns, field.corner_vectors)
+    surface_phases, phases, block = None, None, options.block
+    if lattice is not None:
+        surface_phases = phase_field(charted, field.corner_vectors, scale.scale, lattice.waves)
+        phases = WantedPhases(lattice, surface_phases, weight)
+    if block is None:
+        across = float(np.sqrt(scale.texels)) / scale.density * scale.scale
+        block = block_side(exemplar, across, surface_phases)
     own = settled(options, QuiltOptions, block=block)
     return Prepared(
         charted.charts,
         fields,
         scale,
-        f"{text}, {field.words}",
+        f"{direction.text}, {field.words}",
         own,
         field,
         phases,
         turns,
         charted,
+        field.corner_vectors,
         density=density,
     )
 
 
-def _phases(
-    exemplar: PixelArray,
-    options: SynthesisOptions,
-    find: Callable[[FloatArray], Phases | None],
-    weight: float = _SURFACE_PHASE,
-) -> WantedPhases | None:
-    # Where a sample that repeats shall be in its periods: for its waves `find` tells.
+def _lattice(exemplar: PixelArray, options: SynthesisOptions, weight: float) -> tuple[Lattice | None, float]:
+    # What repeats in a sample, if it counts, and what it costs to be out of phase, by default `weight`.
     weight = weight if options.phase is None else options.phase
-    lattice = find_lattice(exemplar) if weight > 0 else None
-    return None if lattice is None else WantedPhases(lattice, find(lattice.waves), weight)
+    return find_lattice(exemplar) if weight > 0 else None, weight
 
 
 def _prepare_mesh(
-    exemplar: PixelArray, surface: MeshSurface, options: SynthesisOptions, field: MeshField | None
+    exemplar: PixelArray, surface: MeshSurface, options: SynthesisOptions, field: DirectionField | None
 ) -> Prepared:
     if options.method != "quilt":
         raise InputError(f"method is {options.method!r} on a mesh; allowed there: 'quilt'")
     if isinstance(options.texels, tuple):
         width, height = options.texels
         raise InputError(f"texels is {width}x{height} on a mesh; allowed there: a number")
-    for name in ("mirror", "rotate", "warp"):
+    for name in ("mirror", "rotate"):
         if getattr(options, name):
             raise InputError(f"{name} is given on a mesh; allowed: {name} on a surface of patches")
-    scale, block = _scale(exemplar, surface, options, surface.mesh.metres)
-    phases = _phases(exemplar, options, lambda _: None, _MESH_PHASE)  # which `synthesize_mesh` finds
+    scale = _scale(exemplar, surface, options, surface.mesh.metres)
     density = _texels_a_step(scale)
     charted = charted_mesh(surface, mesh_charts(surface, scale.density / density))
-    text = options.direction
-    if text is None:
-        text = "strokes" if options.stroke else default_mesh_direction(surface.mesh)
-    elif not isinstance(text, str):
-        text = getattr(text, "__name__", "vectors")
-    return _on_charts(charted, options, scale, block, phases, density, options.direction, text, field)
+    asked = options.direction
+    if asked is None:
+        asked = "smooth" if options.stroke else default_direction(surface.mesh)
+    wanted = parse_direction(cast(str, asked))
+    if options.direction is None and options.stroke:
+        wanted = replace(wanted, text="strokes")
+    return _on_charts(exemplar, charted, options, scale, density, wanted, field)
 
 
 def _texels_a_step(scale: TextureScale) -> float:
@@ -344,22 +326,16 @@ def _wanted_block(exemplar: PixelArray, options: SynthesisOptions) -> int:
 
 def _scale(
     exemplar: PixelArray, surface: AnySurface, options: SynthesisOptions, metres: float | None
-) -> tuple[TextureScale, int]:
-    """Return sizes of texels and sample, and the side of a block, on a surface whose unit may be known."""
-    block = _wanted_block(exemplar, options)
-    scale = texture_scale(
+) -> TextureScale:
+    """Return sizes of texels and sample on a surface whose unit may be known."""
+    return texture_scale(
         surface,
         exemplar.shape[1],
         sample_size=sample_width(exemplar, options, metres),
         density=options.density,
         texels=cast(int | None, options.texels),
-        block=block,
+        block=_wanted_block(exemplar, options),
     )
-    if options.block is None:
-        across = np.sqrt(scale.texels) / scale.density * scale.scale  # the surface, in exemplar pixels
-        least, count = (24, _MESH_BLOCKS) if isinstance(surface, MeshSurface) else (16, _BLOCKS)
-        block = min(block, max(least, 4 * int(across / count / 4)))
-    return scale, block
 
 
 def sample_width(exemplar: PixelArray, options: SynthesisOptions, metres: float | None) -> float | None:
@@ -412,7 +388,7 @@ def execute(
     """
     run: dict[str, Any] = {"seed": seed, "threads": threads, "progress": progress}
     charts, options = prepared.charts, prepared.options
-    if prepared.charted is not None:
+    if isinstance(options, QuiltOptions):
         quilt = laid_quilt(lay_plan(prepared, exemplar, seed=seed), threads, progress)
         return quilt.on(surface, seed=seed, density=prepared.density)
     assert isinstance(surface, Surface)
@@ -427,16 +403,15 @@ def execute(
 def lay_plan(prepared: Prepared, exemplar: PixelArray, *, seed: int = 0) -> LayPlan:
     """Return what method "quilt" lays a surface by, as prepared."""
     assert prepared.charted is not None
-    assert prepared.field is not None
-    assert prepared.scale is not None
+    assert prepared.vectors is not None  # method "quilt" has both
     assert isinstance(prepared.options, QuiltOptions)
     return planned(
         exemplar,
         prepared.charted,
         prepared.fields,
-        prepared.field.corner_vectors,
-        prepared.scale.scale,
-        fold=prepared.field.fold,
+        prepared.vectors,
+        1.0 if prepared.scale is None else prepared.scale.scale,
+        fold=1 if prepared.field is None else prepared.field.fold,
         turns=prepared.turns,
         options=prepared.options,
         phases=prepared.phases,

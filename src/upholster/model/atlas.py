@@ -18,8 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.charts.seams import ChartSeam
+from upholster.charts.tessellation import Mesh
 from upholster.model.gutter import fill_gutters, shown_beyond
-from upholster.model.mesh import Mesh
 from upholster.model.packing import AtlasCell, AtlasLayout, AtlasPage, gutter_depths, pack_charts
 from upholster.parallel import run_tasks
 from upholster.quilt.model import Texels

@@ -5,8 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from upholster.charts.mesh_layout import chart_places
+from upholster.charts.tessellation import Mesh
 from upholster.geometry import MeshSurface, corner_normals
-from upholster.model.mesh import Mesh
 from upholster.model.tangents import unit_across
 from upholster.quilt.chart import Chart
 from upholster.types import FloatArray

@@ -13,14 +13,13 @@ from typing import Any, NamedTuple, TypeVar, cast
 import numpy as np
 from numpy.typing import NDArray
 
+from upholster.charts.tessellation import Mesh, connected
 from upholster.conditions import Condition
 from upholster.errors import InputError, check_whole
 from upholster.geometry.triangle_mesh import welded
 from upholster.model._displace_kernels import Growing, HeightField, measure_edges, move_vertices, refine
 from upholster.model.folds import held_back
-from upholster.model.grids import connected
 from upholster.model.heights import height_levels
-from upholster.model.mesh import Mesh
 from upholster.quilt.model import Texels
 from upholster.shown import Shown, on_a_line
 from upholster.types import FloatArray, IntArray, frozen_array

@@ -6,11 +6,11 @@ from dataclasses import replace
 import numpy as np
 
 from upholster.charts.seams import ChartSeam
+from upholster.charts.tessellation import face_parameters, own_patches
 from upholster.errors import InputError
 from upholster.geometry import Surface
 from upholster.model.atlas import Atlas, build_atlas, by_chart
 from upholster.model.gutter import beyond, mixed_corner
-from upholster.model.mesh import face_parameters, own_patches
 from upholster.model.packing import AtlasCell, AtlasLayout
 from upholster.quilt.chart import Chart
 from upholster.quilt.model import Texels

@@ -7,8 +7,8 @@ from itertools import accumulate
 import numpy as np
 from numpy.typing import NDArray
 
+from upholster.charts.tessellation import Mesh
 from upholster.errors import InputError
-from upholster.model.mesh import Mesh
 from upholster.quilt.chart import Chart
 from upholster.types import FloatArray, IntArray
 

@@ -4,8 +4,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from upholster.charts.tessellation import Mesh, face_parameters, own_patches
 from upholster.geometry import Surface
-from upholster.model.mesh import Mesh, face_parameters, own_patches
 from upholster.quilt.chart import Chart
 from upholster.types import FloatArray, IntArray
 

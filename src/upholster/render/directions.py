@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.charts.mesh_directions import MeshField
+from upholster.charts.directions import DirectionField
 from upholster.image.color import from_linear
 from upholster.image.drawing import Drawing
 from upholster.render._direction_kernels import DrawnField, trace_lines
@@ -33,7 +33,7 @@ _POSITIVE, _NEGATIVE = (214, 39, 40), (31, 100, 220)
 
 
 def directions_picture(
-    field: MeshField,
+    field: DirectionField,
     *,
     size: tuple[int, int] = (1024, 768),
     view: tuple[float, float] = (30.0, 30.0),
@@ -87,7 +87,7 @@ def directions_picture(
     return np.asarray((fine + _FINER**2 // 2) // _FINER**2, np.uint8)
 
 
-def _draw_lines(drawing: Drawing, field: MeshField, camera: Camera, depth: NDArray[np.float32]) -> None:
+def _draw_lines(drawing: Drawing, field: DirectionField, camera: Camera, depth: NDArray[np.float32]) -> None:
     triangles, points = _seeds(field, camera, depth)
     distance = float(np.median(camera.project(points)[:, 2])) if len(points) else 1.0
     length = 0.5 * _LENGTH * _FINER * distance / camera.focal
@@ -106,7 +106,7 @@ def _draw_lines(drawing: Drawing, field: MeshField, camera: Camera, depth: NDArr
                 drawing.lines(shown[len(shown) // 2 :], color=_HEAD, width=3)
 
 
-def going_on(field: MeshField) -> IntArray:
+def going_on(field: DirectionField) -> IntArray:
     """Return the mesh's neighbours (T, 3), −1 over edges where a line would turn back as it crosses them.
 
     There the field starts anew: the line would leave the surface through the edge by which it came.
@@ -130,7 +130,7 @@ def _crosses(out: FloatArray, inward: FloatArray) -> NDArray[np.bool_]:
     return np.asarray(along | (out * inward > _SHALLOW**2))
 
 
-def _seeds(field: MeshField, camera: Camera, depth: NDArray[np.float32]) -> tuple[IntArray, FloatArray]:
+def _seeds(field: DirectionField, camera: Camera, depth: NDArray[np.float32]) -> tuple[IntArray, FloatArray]:
     """Return triangles and points in them that are seen, about one to each square of the picture."""
     mesh = field.mesh
     cell = _SPACING * _FINER
@@ -161,7 +161,9 @@ def _is_seen(shown: FloatArray, depth: NDArray[np.float32], size: float) -> NDAr
     return found
 
 
-def _draw_singular(pixels: PixelArray, field: MeshField, camera: Camera, depth: NDArray[np.float32]) -> None:
+def _draw_singular(
+    pixels: PixelArray, field: DirectionField, camera: Camera, depth: NDArray[np.float32]
+) -> None:
     shown = camera.project(field.places)
     radius = 5.0 * _FINER
     rows, columns = np.ogrid[: len(pixels), : pixels.shape[1]]

@@ -10,7 +10,7 @@ from upholster.coverings import Covering
 from upholster.errors import InputError, check_whole
 from upholster.export import UDIM, map_companion, obj_companions, udim_tile, write_tiled_obj
 from upholster.files import Outputs
-from upholster.geometry import AnySurface, Surface
+from upholster.geometry import Surface
 from upholster.image import alpha_channel
 from upholster.image.source import source_parts
 from upholster.methods import lay_plan
@@ -56,8 +56,8 @@ def check_tasks(
         )
     if not (workers is None and scheduler is None) and not _is_by_tasks(coverings):
         raise InputError(
-            "workers are given, and there is no work for several by methods 'paper' and 'pixel', with several "
-            "materials, or of a flat texture; allowed there: --threads"
+            "workers are given, and there is no work for several by methods 'paper' and 'pixel', with "
+            "several materials, or of a flat texture; allowed there: --threads"
         )
     if any(output.url for output in wanted) and not are_tiles_alone(wanted, coverings):
         raise InputError(
@@ -113,7 +113,7 @@ def tiled(
 
 
 def _written_obj(
-    surface: AnySurface,
+    surface: Surface,
     output: Output,
     tiles: Output,
     work: TileWork,

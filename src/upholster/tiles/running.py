@@ -106,8 +106,8 @@ def laid_by_tasks(
 class _Running:
     """A run: what is done, and what waits for what.
 
-    Parcels of a class are laid side by side. A parcel's labels wait for its neighbours, a chart for its parcels'
-    labels, and a tile for the charts that it shows.
+    Parcels of a class are laid side by side. A parcel's labels wait for its neighbours, a chart for its
+    parcels' labels, and a tile for the charts that it shows.
     """
 
     def __init__(self, work: TileWork, folder: Place, pool: TaskPool, progress: Progress | None) -> None:

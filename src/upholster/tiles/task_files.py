@@ -51,7 +51,8 @@ def blocks_bytes(blocks: ParcelBlocks) -> bytes:
 def read_blocks(data: bytes) -> ParcelBlocks:
     """Read what `blocks_bytes` wrote."""
     found = _read(data)
-    return ParcelBlocks(*(found[name] for name in _BLOCKS), np.zeros((0, 0)))
+    numbers, steps, spots, records, masks = (found[name] for name in _BLOCKS)
+    return ParcelBlocks(numbers, steps, spots, records, masks, np.zeros((0, 0)))
 
 
 def piece_bytes(piece: LabelPiece) -> bytes:

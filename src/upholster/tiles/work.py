@@ -1,4 +1,4 @@
-"""What one task does: lay a parcel, tell its labels, join a chart, paint tiles. All it needs lies in a folder."""
+"""What one task does: lay a parcel, tell its labels, join a chart, paint tiles. A folder has all it needs."""
 
 import hashlib
 import io
@@ -94,7 +94,7 @@ class TileWork:
         return [f"parcel-{n}", f"used-{n}"]
 
     def label_files(self, n: int) -> list[str]:
-        """Return the names of what is left by labelling a parcel: charts that lie in it, and pieces of others."""
+        """Return the names of what labelling a parcel leaves: charts that lie in it, and pieces of others."""
         names = []
         for chart in self.plan.parcels.charts[n]:
             alone = len(self.parcels_of[chart]) == 1
@@ -219,7 +219,7 @@ def label_task(folder: str, stored: str, n: int) -> None:
     work = load(place, stored)
     plan = work.plan
     drawn = draw_parcel(plan, n, [_blocks(place, k) for k in plan.parcels.near(n)])
-    pieces = {} if drawn is None else {one.chart: one for one in label_pieces(drawn, plan.surface.charts)}
+    pieces = {} if drawn is None else {one.chart: one for one in label_pieces(plan, drawn)}
     for chart in plan.parcels.charts[n]:
         piece = pieces.get(chart)
         if len(work.parcels_of[chart]) == 1:

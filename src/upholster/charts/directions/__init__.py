@@ -1,20 +1,35 @@
-"""Which way the texture runs over patches, and the warp fields that follow from it.
+"""Which way the texture runs: fields of unit directions, smooth, and along what is asked for.
 
-`direction` has what users ask for; `patches`, how that goes on from patch to patch, and which direction suits
-a surface; `fields`, each chart's warp field; `nodes`, how its matrices are fitted where charts are short.
+`direction` and `strokes` read what users ask for; `on_patches` says what u and v are there, `asked` what a
+direction is on the smooth surface that the triangles stand for, `wishes` what it is on each of them. `frames`
+has the triangles' planes and how directions are carried from one to the next, `solving` finds the smoothest
+field, `singular` where it has no direction; `field` puts them together.
 """
 
-from upholster.charts.directions.direction import NUMBER, Direction, Vectors, called, parse_direction
-from upholster.charts.directions.fields import LEAST_SLOPE, direction_fields
-from upholster.charts.directions.patches import default_direction
+from upholster.charts.directions.asked import asked_at_corners
+from upholster.charts.directions.direction import (
+    NUMBER,
+    Direction,
+    TriangleVectors,
+    Vectors,
+    parse_direction,
+)
+from upholster.charts.directions.field import DirectionField, default_direction, direction_field
+from upholster.charts.directions.on_patches import default_on_patches, told_on_patches
+from upholster.charts.directions.strokes import asked_by_strokes, parse_strokes
 
 __all__ = [
-    "LEAST_SLOPE",
     "NUMBER",
     "Direction",
+    "DirectionField",
+    "TriangleVectors",
     "Vectors",
-    "called",
+    "asked_at_corners",
+    "asked_by_strokes",
     "default_direction",
-    "direction_fields",
+    "default_on_patches",
+    "direction_field",
     "parse_direction",
+    "parse_strokes",
+    "told_on_patches",
 ]

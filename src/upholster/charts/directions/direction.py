@@ -1,4 +1,4 @@
-"""What a direction is: as users write it, and as a function of points."""
+"""Which way a texture shall run, as users ask for it."""
 
 import re
 from collections.abc import Callable
@@ -10,113 +10,172 @@ from numpy.typing import ArrayLike
 from upholster.errors import InputError
 from upholster.types import FloatArray
 
-__all__ = ["NUMBER", "Direction", "Vectors", "called", "parse_direction", "written_point"]
+__all__ = ["NUMBER", "Direction", "TriangleVectors", "Vectors", "called", "parse_direction"]
 
 Vectors = Callable[[FloatArray], ArrayLike]
 """Points (n, 3) in model units to directions (n, 3) of any length, not zero."""
 
-ALLOWED = "level, u, v, degrees from u, a vector x,y,z, or around:x, y, z or x,y,z"
+ALLOWED = (
+    "level, smooth, curvature, edges, degrees from level, x, y or z, a vector x,y,z, "
+    "or around: and one of these axes; on patches u and v as well"
+)
 
 NUMBER = r"\s*[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?\s*"
 
+_VECTOR = re.compile(f"{NUMBER},{NUMBER},{NUMBER}")
 
-@dataclass(frozen=True, slots=True)
+_MOST_DEGREES = 36_000
+
+
+@dataclass(frozen=True, eq=False)
+class TriangleVectors:
+    """A function of points that knows its values at the centres of one mesh's triangles alone.
+
+    Attributes
+    ----------
+    centres, vectors
+        (T, 3) the triangles' centres, and what is asked for there.
+    """
+
+    centres: FloatArray
+    vectors: FloatArray
+    __name__: str
+
+    def __call__(self, points: FloatArray) -> FloatArray:
+        """Return the vectors at the triangles' centres; other points are a ValueError."""
+        if not np.array_equal(points, self.centres):
+            raise ValueError("it is for the centres of one mesh's triangles")
+        return self.vectors
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Direction:
-    """A direction on a surface: of the exemplar's rows of pixels, left to right.
+    """A direction on a surface: of the sample's rows of pixels, left to right.
 
     Attributes
     ----------
     text
         As the user writes it: see `parse_direction`.
-    along
-        ``"u"`` or ``"v"``: along a patch's t or s; `angle` counts from there. ``"level"``: to the right along
-        lines of equal height. Empty: along `vectors`.
+    kind
+        ``"level"``, ``"smooth"``, ``"curvature"``, ``"edges"`` or ``"vectors"``; on patches also ``"u"`` and
+        ``"v"``.
     angle
-        Degrees, clockwise seen from outside: from +column towards +row.
+        Degrees by which the field is turned in the end, clockwise seen from outside.
     vectors
-        Points to vectors in space, which are projected on the surface.
+        Of kind "vectors": points (n, 3) to vectors (n, 3); or an array, (V, 3) of vertices or (T, 3, 3) of
+        triangles' corners.
     """
 
     text: str
-    along: str = ""
+    kind: str
     angle: float = 0.0
-    vectors: Vectors | None = None
+    vectors: Vectors | FloatArray | None = None
+
+    @property
+    def is_around(self) -> bool:
+        """Whether it runs round an axis: as ``around:z``, or ``around`` on parts of a CAD model."""
+        by_part = isinstance(self.vectors, TriangleVectors) and "around" in self.text
+        return by_part or self.text.startswith("around:")
 
 
-def parse_direction(text: str | Vectors) -> Direction:
-    """Return the direction that a text, or a function of points, stands for.
+def parse_direction(wanted: str | Vectors | ArrayLike | Direction, *, patches: bool = False) -> Direction:
+    """Return the direction that a text, a function of points or an array of vectors stands for.
 
     Parameters
     ----------
-    text
-        ``level`` (to the right, seen from outside, along lines of equal z), ``u`` (along the patches' t: to
-        the right along texel rows), ``v`` (along s), a number (degrees from
-        u, clockwise seen from outside), ``x,y,z`` (a vector in space, projected on the surface),
-        ``around:z`` (or ``x``, ``y``, or an axis ``x,y,z``: round that axis through the origin, with it as a
-        right-handed screw turns); or a function of points (n, 3), in model units, to vectors (n, 3).
+    wanted
+        ``level`` (to the right, seen from outside, along lines of equal z), ``smooth`` (as few turns as the
+        shape allows), ``curvature`` (the way in which the surface is bent outward most), ``edges`` (along and
+        across sharp edges and borders), a number (degrees, clockwise seen from outside, from u on patches and
+        from level elsewhere), ``x``, ``y``, ``z`` or a vector ``x,y,z`` (projected on the surface),
+        ``around:z`` (or another axis, through the origin, as a right-handed screw turns); a function of
+        points (n, 3), in model units, to vectors (n, 3); or an array of vectors (V, 3), one for each vertex.
+    patches
+        Of a surface of patches: there it may be ``u`` (along the patches' t: to the right along rows of
+        texels) or ``v`` (along s) as well.
 
     Raises
     ------
     InputError
-        If the text is none of these, a number is not finite, or a vector is zero.
+        If it is none of these, a number is not finite, or a vector is zero.
     """
-    if not isinstance(text, str):
-        if not callable(text):
-            raise InputError(f"direction is a {type(text).__name__}; allowed: {ALLOWED}, or a function")
-        return Direction(getattr(text, "__name__", "function"), vectors=text)
-    written = text.strip()
-    if written in ("level", "u", "v"):
-        return Direction(written, along=written)
+    if isinstance(wanted, Direction):
+        if wanted.kind in ("u", "v") and not patches:
+            raise _refused(wanted.text)
+        return wanted
+    if callable(wanted):
+        return Direction(getattr(wanted, "__name__", "function"), "vectors", vectors=wanted)
+    if not isinstance(wanted, str):
+        return _of_array(wanted)
+    written = wanted.strip()
+    if written in ("level", "smooth", "curvature", "edges") or (patches and written in ("u", "v")):
+        return Direction(written, written)
     if re.fullmatch(NUMBER, written):
         angle = float(written)
-        if abs(angle) > 36000:
-            raise InputError(f"direction is {written[:40]} degrees; allowed: -36000 to 36000")
-        return Direction(written, along="u", angle=angle)
-    kind, colon, rest = written.partition(":")
-    if colon and kind.strip() != "around":
-        raise InputError(f"direction is {written[:40]!r}; allowed: {ALLOWED}")
-    name = (rest if colon else kind).strip()
-    if colon and name in ("x", "y", "z"):
+        if abs(angle) > _MOST_DEGREES:
+            allowed = f"{-_MOST_DEGREES} to {_MOST_DEGREES}"
+            raise InputError(f"direction is {written[:40]} degrees; allowed: {allowed}")
+        return Direction(written, "u" if patches else "level", angle=angle)
+    around, colon, rest = written.partition(":")
+    if colon and around.strip() != "around":
+        raise _refused(written)
+    return Direction(written, "vectors", vectors=_of_axis(written, rest if colon else written, bool(colon)))
+
+
+def _refused(written: str) -> InputError:
+    return InputError(f"direction is {written[:40]!r}; allowed: {ALLOWED}")
+
+
+def _of_axis(written: str, axis: str, around: bool) -> Vectors:
+    """Return the vectors along an axis, or round it."""
+    name = axis.strip()
+    if name in ("x", "y", "z"):
         vector = np.eye(3)["xyz".index(name)]
-    elif re.fullmatch(f"{NUMBER},{NUMBER},{NUMBER}", name):
+    elif _VECTOR.fullmatch(name):
         vector = np.array([float(part) for part in name.split(",")])
     else:
-        raise InputError(f"direction is {written[:40]!r}; allowed: {ALLOWED}")
+        raise _refused(written)
     size = np.abs(vector).max()
     if not (np.isfinite(size) and size > 0):
         raise InputError(f"direction is {written[:40]!r}; allowed: a finite vector that is not zero")
     vector = vector / size
     vector /= np.linalg.norm(vector)
-    if colon:
-        return Direction(written, vectors=lambda points: np.cross(vector, points))
-    return Direction(written, vectors=lambda points: np.broadcast_to(vector, points.shape))
+    if around:
+        return lambda points: np.cross(vector, points)
+    return lambda points: np.broadcast_to(vector, points.shape)
 
 
-def called(vectors: Vectors, points: FloatArray, place: Callable[[int], str] | None = None) -> FloatArray:
-    """Return the vectors at points (…, 3), checked; `place` tells where the points with a first index are.
+def _of_array(wanted: object) -> Direction:
+    try:
+        vectors = np.asarray(wanted, np.float64)
+    except (TypeError, ValueError):
+        vectors = np.zeros(0)
+    if vectors.shape == (3,):
+        return parse_direction(",".join(repr(float(x)) for x in vectors))
+    if vectors.ndim != 2 or vectors.shape[1] != 3 or not np.isfinite(vectors).all():
+        raise InputError(
+            f"direction is a {type(wanted).__name__}; allowed: {ALLOWED}, a function, "
+            "or finite vectors (V, 3), one for each vertex"
+        )
+    return Direction("vectors", "vectors", vectors=vectors)
+
+
+def called(vectors: Vectors, points: FloatArray) -> FloatArray:
+    """Return the vectors at points (n, 3), checked.
 
     Raises
     ------
     InputError
         If the function fails, or returns another shape or what is not finite: names the place.
     """
-    flat = points.reshape(-1, 3)
     try:
-        found = np.asarray(vectors(flat), np.float64)
+        found = np.asarray(vectors(points), np.float64)
     except (TypeError, ValueError) as error:
         raise InputError(f"direction: the function fails: {error}".splitlines()[0]) from None
-    if found.shape != flat.shape:
-        raise InputError(f"direction: the function returns shape {found.shape}; allowed: {flat.shape}")
+    if found.shape != points.shape:
+        raise InputError(f"direction: the function returns shape {found.shape}; allowed: {points.shape}")
     bad = ~np.isfinite(found).all(axis=1)
     if bad.any():
-        n = int(bad.argmax())
-        where = "" if place is None else f"on {place(n * len(points) // len(flat))}, "
-        raise InputError(
-            f"direction is not finite {where}at ({written_point(flat[n])}); allowed: finite vectors"
-        )
-    return found.reshape(points.shape)
-
-
-def written_point(point: FloatArray) -> str:
-    """Return a point as messages show it."""
-    return ", ".join(f"{x:.4g}" for x in point)
+        place = ", ".join(f"{x:.4g}" for x in points[bad.argmax()])
+        raise InputError(f"direction is not finite at ({place}); allowed: finite vectors")
+    return found

@@ -2,10 +2,8 @@
 
 A *wave* is one generator of the sample's lattice (`upholster.lattice`): cycles per exemplar pixel. The
 surface is cut into *cells*, and *links* between neighbouring cells tell how far each wave goes on from one to
-the next. `solving` finds the phases that follow all links best. `chart_cells` makes cells and links of
-charts, for `field`, and `mesh_cells` those of meshes: both tell the wanted phase anywhere.
-`warping` lets warp fields give way to the phases, and `calming` turns them where directions turn faster than
-courses can follow.
+the next. `solving` finds the phases that follow all links best; `cells` makes cells and links, and tells the
+wanted phase anywhere.
 
 References
 ----------
@@ -14,8 +12,6 @@ F. Knöppel, K. Crane, U. Pinkall, P. Schröder: Stripe patterns on surfaces, AC
 is their double cover.
 """
 
-from upholster.charts.phases.field import TURN, PhaseField, StraightPhases, phase_field
-from upholster.charts.phases.mesh_cells import MeshPhases, mesh_phases
-from upholster.charts.phases.warping import warped
+from upholster.charts.phases.cells import TURN, PhaseField, phase_field
 
-__all__ = ["TURN", "MeshPhases", "PhaseField", "StraightPhases", "mesh_phases", "phase_field", "warped"]
+__all__ = ["TURN", "PhaseField", "phase_field"]

@@ -4,9 +4,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.jit import inline, kernel
-from upholster.types import IntArray
+from upholster.types import FloatArray, IntArray
 
-__all__ = ["first_members"]
+__all__ = ["first_members", "nearest_parts"]
 
 ComplexArray = NDArray[np.complex128]
 
@@ -30,3 +30,19 @@ def first_members(first: IntArray, second: IntArray, part: IntArray) -> None:
         part[max(a, b)] = min(a, b)
     for i in range(len(part)):
         part[i] = _top(part, i)
+
+
+@kernel
+def nearest_parts(
+    firsts: IntArray, middles: FloatArray, triangles: IntArray, points: FloatArray, out: IntArray
+) -> None:
+    """Put in `out` (m,) which part of its triangle is nearest to each point (m, 3); see `PhaseField`."""
+    for i in range(len(out)):
+        triangle, least = triangles[i], np.inf
+        for part in range(firsts[triangle], firsts[triangle + 1]):
+            away = 0.0
+            for axis in range(3):
+                away += (points[i, axis] - middles[part, axis]) ** 2
+            if away < least:
+                least = away
+                out[i] = part

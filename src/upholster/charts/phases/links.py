@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from upholster.types import FloatArray, IntArray
 
-__all__ = ["Links", "joined_links", "matched_waves", "signed"]
+__all__ = ["Links", "matched_waves", "signed"]
 
 _NEAR = 0.4
 """Of a wave's length: waves that differ by less go on in one another. Directions may then differ by 23
@@ -38,12 +38,6 @@ class Links:
     there: FloatArray
     weights: FloatArray
     goes_on: NDArray[np.int8]
-
-
-def joined_links(parts: list[Links]) -> Links:
-    """Return several lots of links as one."""
-    names = ("first", "second", "here", "there", "weights", "goes_on")
-    return Links(*(np.concatenate([getattr(part, name) for part in parts]) for name in names))
 
 
 def signed(waves: FloatArray) -> FloatArray:

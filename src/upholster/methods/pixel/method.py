@@ -12,7 +12,6 @@ from functools import partial
 
 import numpy as np
 
-from upholster.charts.schedule import schedule
 from upholster.errors import InputError
 from upholster.geometry import Surface
 from upholster.methods.pixel._pixel_kernels import REACH, PixelLevel, Texels, choose_pixels
@@ -103,7 +102,7 @@ def synthesize_pixel(
     )
     layouts = [SurfaceLevel.of(surface, charts, n) for n in range(options.levels + 1)]
     tasks = _Tasks(threads, progress, _total(layouts, PASSES[options.search]))
-    sources, above = _first_texels(layouts[-1], surface, pyramid[-1], seed, tasks), NOTHING
+    sources, above = _first_texels(layouts[-1], pyramid[-1], seed, tasks), NOTHING
     for n in range(options.levels, -1, -1):
         coarser = None if n == options.levels else layouts[n + 1]
         if coarser is not None:
@@ -152,23 +151,15 @@ def _total(layouts: Sequence[SurfaceLevel], passes: int) -> int:
     return sum((2 if layout is layouts[-1] else passes) * layout.texels for layout in layouts)
 
 
-def _first_texels(
-    layout: SurfaceLevel, surface: Surface, level: PixelLevel, seed: int, tasks: _Tasks
-) -> IntArray:
-    # Chooses the coarsest level's texels in raster order, chart after chart; those of charts that do not
-    # touch side by side.
+def _first_texels(layout: SurfaceLevel, level: PixelLevel, seed: int, tasks: _Tasks) -> IntArray:
+    # Chooses the coarsest level's texels in raster order, chart after chart: each goes on from those before.
     sources = np.full(layout.count, -1, np.int32)
     inside = np.flatnonzero(level.inside)
-    lone = [
-        int(inside[np.random.default_rng(child).integers(len(inside))])
-        for child in np.random.SeedSequence(seed).spawn(len(layout.charts))
-    ]
-    for members in schedule(surface, layout.charts, layout.seams):
-        layout.refresh(sources)
-        tasks.run(
-            [partial(_scan, sources, layout, n, level, lone[n]) for n in members],
-            sum(layout.charts[n].height * layout.charts[n].width for n in members),
-        )
+    for n, child in enumerate(np.random.SeedSequence(seed).spawn(len(layout.charts))):
+        lone = int(inside[np.random.default_rng(child).integers(len(inside))])
+        layout.refresh_chart(sources, n)
+        texels = layout.charts[n].height * layout.charts[n].width
+        tasks.run([partial(_scan, sources, layout, n, level, lone)], texels)
     return sources
 
 

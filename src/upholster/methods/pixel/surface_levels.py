@@ -33,6 +33,8 @@ class SurfaceLevel:
     frame, beyond
         (n,) int64: texels of frames, and the texels on other charts that lie there. Of a frame's texels
         there are none behind a border or a degenerate edge, nor in its corners.
+    frame_firsts
+        (charts + 1,) int64: where each chart's part of `frame` begins, and where the last one ends.
     """
 
     charts: tuple[Chart, ...]
@@ -42,6 +44,7 @@ class SurfaceLevel:
     count: int
     frame: NDArray[np.int64]
     beyond: NDArray[np.int64]
+    frame_firsts: NDArray[np.int64]
 
     @property
     def texels(self) -> int:
@@ -61,11 +64,18 @@ class SurfaceLevel:
         firsts = tuple((ends[:-1] + [REACH * stride + REACH for stride in strides]).tolist())
         seams = find_seams(surface, mine)
         frame, beyond = _frames(surface, mine, seams, np.array(firsts), np.array(strides))
-        return cls(mine, seams, firsts, strides, int(ends[-1]), frame, beyond)
+        order = np.argsort(frame, kind="stable")
+        frame, beyond = frame[order], beyond[order]
+        return cls(mine, seams, firsts, strides, int(ends[-1]), frame, beyond, np.searchsorted(frame, ends))
 
     def refresh(self, sources: IntArray) -> None:
         """Copy to all frames what the charts hold now."""
         sources[self.frame] = sources[self.beyond]
+
+    def refresh_chart(self, sources: IntArray, index: int) -> None:
+        """Copy to the frame of one chart what the charts hold now."""
+        own = slice(self.frame_firsts[index], self.frame_firsts[index + 1])
+        sources[self.frame[own]] = sources[self.beyond[own]]
 
     def on_chart(self, sources: IntArray, index: int) -> IntArray:
         """Return chart `index` of a flat array, without its frame: (height, width), a view."""

@@ -244,20 +244,17 @@ def _settle(
     n: int,
     near: NDArray[np.int64],
     reach: float,
-    sizes: tuple[int, int],
+    triangles: int,
     scratch: LayScratch,
 ) -> None:
-    # Chooses, cuts and writes block n, of which the footprint is found; `sizes` are its triangles and what it
-    # leaves bare where it ends beside what is laid.
+    # Chooses, cuts and writes block n, whose footprint is found, so many triangles.
     record, pixels, canvases = blocks.records[n], scratch.pixels, ground.canvases
     laid, bare = look_at_frame(
-        ground.mesh,
         canvases,
         match.image,
         blocks.records,
         scratch.found,
-        sizes[0],
-        sizes[1],
+        triangles,
         scratch.inside,
         scratch.covered,
         scratch.sources,
@@ -282,7 +279,7 @@ def _settle(
         )
     else:
         scratch.mask[:] = 1
-    write_frame(canvases, numbers, n, record, scratch.mask, scratch.found, sizes[0])
+    write_frame(canvases, numbers, n, record, scratch.mask, scratch.found, triangles)
     rows = scratch.choice.penalties.shape[0]
     first = first_of(numbers, int64(record[SYMMETRY]), rows)
     splat_tent(usage[first : first + rows], numbers.usage_step, y, x, numbers.size, numbers.size, 1.0)
@@ -307,7 +304,7 @@ def _find(
         ground.mesh, int64(blocks.triangles[n]), blocks.shares[n], half, scale, scratch.unfold, scratch.found
     )
     pieces = fit_block(
-        *(ground.mesh, ground.field, root, half, scale),
+        *(ground.mesh, ground.field, root, half),
         *(scratch.found, (found, sheets), scratch.sheets, fits),
     )
     return found, int64(pieces)
@@ -347,7 +344,6 @@ def lay_blocks(
     part: tuple[int, int],
     near: NDArray[np.int64],
     reaches: tuple[float, float],
-    margin: int,
     seed: np.uint64,
     fits: FloatArray,
     pieces: NDArray[np.int64],
@@ -360,7 +356,7 @@ def lay_blocks(
     chosen by what it continues, and cut where the two differ least. `usage` counts how much each part of the
     exemplar is used, every `usage_step` pixels, for each symmetry that is allowed, one below the other. `near`
     (k, 2) are blocks that may lie near, from, to; `reaches` how far they are near, in model units, and frame
-    pixels per model unit. Where a block ends beside what is laid it leaves `margin` pixels bare. Each block
+    pixels per model unit. Each block
     draws from its own generator, which follows from `seed`. `fits` (blocks, `MOST_SHEETS`, `FIT`) and `pieces`
     (blocks,) receive how sheets read, and how many there are, `masks` (blocks, cells) which cells are shown.
     """
@@ -371,7 +367,7 @@ def lay_blocks(
         count, pieces[own] = _find(ground, numbers, blocks, n, reaches[1], fits[own], scratch)
         _settle(
             *(ground, match, numbers, weights, usage, blocks, n, near, reaches[0]),
-            *((count, margin), scratch),
+            *(count, scratch),
         )
         for m in range(masks.shape[1]):
             masks[own, m] = scratch.mask[m]

@@ -6,13 +6,13 @@ from numpy.typing import NDArray
 from upholster.jit import inline, shared
 from upholster.methods._cut_kernels import FREE, NEW, OLD, OUTSIDE, cut_grid
 from upholster.methods.quilt._block_kernels import CutScratch, FramePixels, LayNumbers, squared_difference
+from upholster.methods.quilt._frame_kernels import BESIDE, LAID
 from upholster.types import uint64
 
 __all__ = ["cut_block"]
 
-# What texels are, in bits: laid; not to change, for a finished chart shows them or there is no surface;
-# beside the surface. Of a cell: some of its texels are so, or bare.
-_LAID, _CLOSED, _BESIDE, _BARE = 1, 2, 4, 8
+_BARE = 4
+"""Of a cell, beside the marks of a frame's pixels: some of its pixels are bare."""
 
 
 @inline
@@ -48,9 +48,9 @@ def _compare(
             for j in range(b * cell, b * cell + cell):
                 mark = pixels.marks[uint64(i), uint64(j)]
                 scratch.marks[at] |= mark
-                if mark & _LAID == 0:
+                if mark == 0 or mark == BESIDE:
                     scratch.marks[at] |= _BARE
-                    if mark & _BESIDE == 0:
+                    if mark == 0:
                         scratch.missing[at] = 1
                 else:
                     scratch.errors[at] += differences[uint64(j)]
@@ -79,7 +79,7 @@ def _goes_on(covered: NDArray[np.uint8], cell: int, across: int, a: int, b: int)
         found |= covered[last, c]
     if b == across - 1:
         found |= covered[r, last]
-    return found & 1 != 0
+    return found & LAID != 0
 
 
 @inline
@@ -98,10 +98,10 @@ def _label_seeds(covered: NDArray[np.uint8], cell: int, across: int, scratch: Cu
             elif marks[at] & _BARE:
                 # Bare, but where nobody needs it: beside the surface.
                 beside = _touches_missing(missing, across, across, a, b)
-                kind = OLD if marks[at] & _CLOSED and not beside else OUTSIDE
+                kind = OLD if marks[at] & BESIDE and not beside else OUTSIDE
             elif _touches_missing(missing, across, across, a, b):
                 kind = NEW
-            elif marks[at] & _CLOSED or _goes_on(covered, cell, across, a, b):
+            elif marks[at] & BESIDE or _goes_on(covered, cell, across, a, b):
                 kind = OLD
             seeds[at] = kind
             kinds |= (kind == OLD) | (kind == NEW) << 1

@@ -4,7 +4,7 @@ Texel q of a sheet's chart reads at ``s + ½(C + Q·M(q))(q − c)``, M the char
 turns that take it to the sense in which the block lies. On the sheet with the block's centre C and s are
 fitted to the block map, C held near Q·M there. On any other they are fitted to what settled sheets show along
 their common seams, and less so to the block map, C held near ``C_A·T⁻¹``, the centre matrix beyond the seam,
-through its transition. A triangle's *misfit* tells how far its sheet shows it from how it lies in the field.
+through its transition.
 All in steps and frame pixels.
 """
 
@@ -19,7 +19,6 @@ from upholster.types import FloatArray, IntArray, int64
 
 __all__ = [
     "FIT",
-    "MISFIT",
     "MOST_SHEETS",
     "FieldArrays",
     "SheetScratch",
@@ -35,12 +34,6 @@ MOST_SHEETS = 24
 
 FIT = 11
 """Numbers of a fitted sheet: 1 if it is settled, −1 if it can not be, chart, c (2), s (2), C (4), turns."""
-
-MISFIT = 32
-"""Misfit of a triangle whose rows run 5° from where they should, or whose size is 5 % off."""
-
-_ANGLE, _SIZE = 0.0875, 0.05
-"""Tangent of that angle, and that part of the size."""
 
 _HELD = 30.0
 """How strongly C is held near its first guess: as so many texels of seam, a texel off, would."""
@@ -387,34 +380,6 @@ def _fit(
 
 
 @inline
-def _misfit(mesh: MeshArrays, field: FieldArrays, t: int, fit: FloatArray, scale: float) -> Any:
-    # A triangle's misfit on a sheet: of the angle and of the size what is worse, at most 255.
-    right, down, p, q = mesh.along[t], mesh.down[t], mesh.corners[t], mesh.places[t]
-    er, ed, gr, gd = 0.0, 0.0, 0.0, 0.0
-    for k in range(3):
-        e, g = p[1, k] - p[0, k], p[2, k] - p[0, k]
-        er, ed, gr, gd = er + e * right[k], ed + e * down[k], gr + g * right[k], gd + g * down[k]
-    determinant = scale * (ed * gr - er * gd)
-    if determinant <= 0.0:
-        return int64(0)
-    u = shown_at(field, fit, q[0, 0], q[0, 1])
-    v, w = shown_at(field, fit, q[1, 0], q[1, 1]), shown_at(field, fit, q[2, 0], q[2, 1])
-    ud, ur, vd, vr = v[0] - u[0], v[1] - u[1], w[0] - u[0], w[1] - u[1]
-    m00, m01 = (ud * gr - vd * er) / determinant, (vd * ed - ud * gd) / determinant
-    m10, m11 = (ur * gr - vr * er) / determinant, (vr * ed - ur * gd) / determinant
-    # In the branch of the field that is nearest.
-    if mesh.fold == 4 and abs(m10 - m01) > abs(m00 + m11):
-        m00, m01, m10, m11 = m10, m11, -m00, -m01
-    if mesh.fold > 1 and m00 + m11 < 0.0:
-        m00, m01, m10, m11 = -m00, -m01, -m10, -m11
-    size = m00 * m11 - m01 * m10
-    if m00 <= 0.0 or size <= 0.0:
-        return int64(255)
-    off = max(abs(m01) / (_ANGLE * m00), abs(np.sqrt(size) - 1.0) / _SIZE)
-    return int64(min(MISFIT * off, 255.0))
-
-
-@inline
 def enter_fit(fit: FloatArray, root: FloatArray, centre: tuple[float, float, float, float]) -> None:
     """Write a sheet that reads as its chart's field says, about a block's centre."""
     fit[0], fit[1], fit[2], fit[3], fit[4], fit[5] = 1.0, root[0], root[1], root[2], root[3], root[4]
@@ -427,7 +392,6 @@ def fit_block(
     field: FieldArrays,
     root: FloatArray,
     half: float,
-    scale: float,
     found: Footprint,
     sizes: tuple[int, int],
     scratch: SheetScratch,
@@ -437,8 +401,7 @@ def fit_block(
 
     `root` (6,) is the chart and the place of the block's centre there, where it reads less the block's source,
     and the quarter turns from the chart's matrix to the block's; `sizes` the triangles and sheets that
-    `unfold_block` found. `sheets` becomes −1 where a sheet is not settled; `misfits` receives those of the other
-    triangles, `scale` being frame pixels per model unit.
+    `unfold_block` found. `sheets` becomes −1 where a sheet is not settled.
     """
     count, pieces = sizes[0], min(sizes[1], MOST_SHEETS)
     for m in range(pieces):
@@ -460,6 +423,4 @@ def fit_block(
         sheet = found.sheets[m]
         if sheet >= pieces or fits[sheet, 0] != 1.0:
             found.sheets[m] = -1
-        else:
-            found.misfits[m] = _misfit(mesh, field, found.triangles[m], fits[sheet], scale)
     return pieces

@@ -78,7 +78,7 @@ class Footprint(NamedTuple):
 
     Of each triangle its number in the mesh, −1 where it is a part of a block that was not unfolded; its chart;
     `places` (n, 3, 2) of its corners there and `maps` (n, 3, 2), where they lie in the frame, from the block's
-    centre; its sheet, −1 for none; and its misfit, see `_sheet_kernels`. `corners` (64, 4) is scratch.
+    centre; and its sheet, −1 for none. `corners` (64, 4) is scratch.
     """
 
     triangles: IntArray
@@ -86,7 +86,6 @@ class Footprint(NamedTuple):
     places: FloatArray
     maps: FloatArray
     sheets: IntArray
-    misfits: NDArray[np.uint8]
     corners: FloatArray
 
     @classmethod
@@ -98,7 +97,6 @@ class Footprint(NamedTuple):
             np.empty((most, 3, 2)),
             np.empty((most, 3, 2)),
             np.empty(most, np.int32),
-            np.empty(most, np.uint8),
             np.empty((64, 4)),
         )
 
@@ -490,7 +488,7 @@ def unfold_block(
     found = min(found, int64(out.triangles.shape[0]))
     for m in range(found):
         t = scratch.queue[m]
-        out.triangles[m], out.charts[m], out.misfits[m] = t, mesh.chart[t], 0
+        out.triangles[m], out.charts[m] = t, mesh.chart[t]
         for k in range(3):
             v = mesh.triangles[t, k]
             for axis_number in range(2):

@@ -165,7 +165,7 @@ def lie_whole(
                     else (first + across + 1, first + 1, first + across)
                 )
                 out.triangles[count], out.charts[count] = -1, int64(root[0])
-                out.sheets[count], out.misfits[count] = 0, 0
+                out.sheets[count] = 0
                 for axis in range(2):
                     out.maps[count, 0, axis], out.places[count, 0, axis] = (
                         out.corners[a, axis],

@@ -1,6 +1,6 @@
-"""Where blocks' centres lie, and in which order they are laid: region after region, so that threads share them.
+"""Where blocks' centres lie, and in which order they are laid: region after region, for threads to share.
 
-The surface is cut into cubes about four blocks wide, in eight classes by the parity of their place. Blocks of two
+A parcel is cut into cubes three blocks wide, in eight classes by the parity of their place. Blocks of two
 cubes of one class never touch: they are laid side by side. The order follows from the geometry alone.
 """
 
@@ -32,8 +32,8 @@ class Centres:
         (n,) int32 and (n, 3) float64: where on the ground's mesh, in barycentric coordinates. A step that is
         not on the ground has triangle −1.
     roots
-        (n, 6): the chart, the place of the step in its window, where that one reads, less the block's source, in
-        frame pixels, and the quarter turns from the chart's matrix there to the block's.
+        (n, 6): the chart, the place of the step in its window, where that one reads, less the block's source,
+        in frame pixels, and the quarter turns from the chart's matrix there to the block's.
     spots
         (n, 3) in space.
     """
@@ -101,17 +101,19 @@ def centres_on(
 
 
 class Regions:
-    """Cubes of space, and which blocks lie in each.
+    """Cubes of space, and which blocks lie in each."""
 
-    Attributes
-    ----------
-    side
-        Of a cube, in model units.
-    """
+    def __init__(self, block: float, tile: FloatArray | None) -> None:
+        """Begin, with blocks so many model units wide; `tile` (2, 3) is the box of a tile, from, to.
 
-    def __init__(self, block: float) -> None:
-        """Begin, with blocks so many model units wide."""
-        self.side = _REGION * block
+        Round a tile goes an even number of cubes, so that classes of the first and the last differ; or one.
+        """
+        self._origin, self._sides = np.zeros(3), np.full(3, _REGION * block)
+        if tile is not None:
+            extent = tile[1] - tile[0]
+            count = 2 * np.floor(extent / (2 * _REGION * block))
+            self._origin = tile[0]
+            self._sides = np.where(count > 0, extent / np.maximum(count, 1), np.inf)
         self._parts: dict[tuple[int, int, int], list[tuple[int, int]]] = {}
 
     def enter(self, spots: FloatArray, first: int) -> tuple[NDArray[np.intp], list[list[tuple[int, int]]]]:
@@ -119,7 +121,7 @@ class Regions:
 
         They are numbered from `first` on, in the order returned.
         """
-        cubes = np.floor(spots / self.side).astype(np.int64)
+        cubes = self._cubes(spots)
         kind = (cubes & 1) @ np.array([1, 2, 4])
         order = np.lexsort((np.arange(len(spots)), *cubes.T[::-1], kind))
         cubes, kind = cubes[order], kind[order]
@@ -133,9 +135,13 @@ class Regions:
             classes[int(kind[start])].append(part)
         return order, [one for one in classes if one]
 
+    def _cubes(self, spots: FloatArray) -> NDArray[np.int64]:
+        cubes: NDArray[np.int64] = np.floor((spots - self._origin) / self._sides).astype(np.int64)
+        return cubes
+
     def near(self, spot: FloatArray) -> NDArray[np.int64]:
         """Return the blocks in the cubes round a place, (k, 2) from, to."""
-        a, b, c = np.floor(spot / self.side).astype(np.int64).tolist()
+        a, b, c = self._cubes(spot).tolist()
         found = [
             part
             for i in (a - 1, a, a + 1)

@@ -1,13 +1,14 @@
 """What shows of laid blocks becomes placements and labels.
 
-A label map's cell takes the block that shows there. A placement's centre lies in the middle of a cell that shows
-it, with what the block reads there; where its chart's field alone would turn or stretch it by more than a little,
-its matrix gets an offset, fitted to the cells that show it.
+A label map's cell takes the block that shows there. A placement's centre lies in the middle of a cell that
+shows it, with what the block reads there; where its chart's field alone would turn or stretch it by more than
+a little, its matrix gets an offset, fitted to the cells that show it.
 """
 
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,7 +55,8 @@ class LabelPiece:
     labels
         (rows, columns) int32: which of the sheets below shows in a cell; −1: this parcel does not tell.
     away
-        (rows, columns) float32: 0 where the surface lies, else how far beyond a seam a cell lies, in square steps.
+        (rows, columns) float32: 0 where the surface lies, else how far beyond a seam a cell lies, in square
+        steps.
     numbers
         (n,) int64, ascending: of each sheet the block's number · `MOST_SHEETS` + the sheet's.
     records, fits
@@ -70,16 +72,16 @@ class LabelPiece:
     fits: FloatArray
 
 
-def label_pieces(drawn: Drawn, charts: Sequence[Chart], *, tile: bool = False) -> list[LabelPiece]:
+def label_pieces(plan: LayPlan, drawn: Drawn) -> list[LabelPiece]:
     """Return the labels of a parcel's own steps, and of the cells beyond its seams, chart by chart."""
-    mesh = drawn.placed.ground.mesh
+    mesh, charts = drawn.placed.ground.mesh, plan.surface.charts
     seams = np.argwhere((mesh.seam >= 0) & drawn.own[:, None])
     seams = seams[np.argsort(mesh.chart[seams[:, 0]], kind="stable")]
     ends = np.searchsorted(mesh.chart[seams[:, 0]], np.arange(len(charts) + 1))
     pieces = []
     for n in np.unique(mesh.chart[drawn.own]).tolist():
         edges = np.ascontiguousarray(seams[ends[n] : ends[n + 1]], np.int64)
-        pieces.append(_piece(drawn, n, edges, _cell_of(charts[n], tile=tile)))
+        pieces.append(_piece(drawn, n, edges, _cell_of(plan, n)))
     return pieces
 
 
@@ -115,9 +117,7 @@ def _piece(drawn: Drawn, chart: int, edges: NDArray[np.int64], cell: int) -> Lab
     )
 
 
-def emitted_quilt(
-    plan: LayPlan, pieces: Sequence[LabelPiece], *, tile: bool = False, threads: int | None = None
-) -> Quilt:
+def emitted_quilt(plan: LayPlan, pieces: Sequence[LabelPiece], *, threads: int | None = None) -> Quilt:
     """Return the quilt of what was laid.
 
     Parameters
@@ -126,8 +126,6 @@ def emitted_quilt(
         By which it was laid.
     pieces
         All parcels' labels, in the order of parcels.
-    tile
-        Whether the chart's opposite edges meet.
     threads
         As in `upholster.parallel.run_tasks`.
     """
@@ -138,7 +136,7 @@ def emitted_quilt(
     found: list[Labelled | None] = [None] * len(charts)
 
     def label(n: int) -> None:
-        found[n] = labelled(plan, n, of_charts[n], tile=tile)
+        found[n] = labelled(plan, n, of_charts[n])
 
     run_tasks([partial(label, n) for n in range(len(charts))], threads=threads)
     each = [one for one in found if one is not None]
@@ -146,17 +144,18 @@ def emitted_quilt(
     return Quilt(charts, plan.shape, placements, tuple((layer,) for _, layer in each), plan.fields)
 
 
-def _cell_of(chart: Chart, *, tile: bool) -> int:
-    # Of a tile's cells a whole number is each side: then cells beyond an edge are those at the opposite one, and
-    # blocks are blended alike on both sides.
-    sides = (chart.height, chart.width) if tile else ()
+def _cell_of(plan: LayPlan, chart: int) -> int:
+    # Of a tile's cells a whole number is each side: then cells beyond an edge are those at the opposite one,
+    # and blocks are blended alike on both sides.
+    own = plan.surface.charts[chart]
+    sides = (own.height, own.width) if plan.surface.is_tile else ()
     return next(cell for cell in (LABEL_CELL, 3, 1) if not any(side % cell for side in sides))
 
 
-def labelled(plan: LayPlan, number: int, pieces: Sequence[LabelPiece], *, tile: bool = False) -> Labelled:
+def labelled(plan: LayPlan, number: int, pieces: Sequence[LabelPiece]) -> Labelled:
     """Return a chart's placements and labels, from all its pieces in the order of parcels."""
     chart, field, shape = plan.surface.charts[number], plan.fields[number], plan.shape
-    cell = _cell_of(chart, tile=tile)
+    cell = _cell_of(plan, number)
     shown, sheets = _joined(label_shape(chart.height, chart.width, cell), pieces)
     rows, columns = np.nonzero(shown >= 0)
     if not len(rows):
@@ -188,8 +187,8 @@ class _Sheets:
 
 
 def _joined(shape: tuple[int, int], pieces: Sequence[LabelPiece]) -> tuple[IntArray, _Sheets]:
-    # A chart's cells, which of its sheets each shows, −1 for none, and those sheets. Where two pieces tell of a
-    # cell, the nearer one counts, and of two as near the first.
+    # A chart's cells, which of its sheets each shows, −1 for none, and those sheets. Where two pieces tell of
+    # a cell, the nearer one counts, and of two as near the first.
     shown, nearest = np.full(shape, -1, np.int32), np.full(shape, np.inf, np.float32)
     numbers, first, row = np.unique(
         np.concatenate([np.zeros(0, np.int64), *(piece.numbers for piece in pieces)]),
@@ -219,7 +218,8 @@ def _products() -> NDArray[np.uint8]:
     # Of two symmetries the one that is both, the second one first.
     matrices = SYMMETRIES.reshape(-1, 2, 2)
     both = (matrices[:, None] @ matrices).reshape(8, 8, 1, 4)
-    return (both == SYMMETRIES).all(axis=3).argmax(axis=2).astype(np.uint8)
+    found: NDArray[np.uint8] = (both == SYMMETRIES).all(axis=3).argmax(axis=2).astype(np.uint8)
+    return found
 
 
 _PRODUCTS = _products()
@@ -242,7 +242,7 @@ def _read(plan: LayPlan, sheets: _Sheets, owner: IntArray, at: NDArray[np.int64]
 def _recentred(
     placed: NDArray[np.void],
     owner: IntArray,
-    cells: tuple[IntArray, IntArray],
+    cells: tuple[NDArray[Any], NDArray[Any]],
     at: NDArray[np.int64],
     read: NDArray[np.int64],
     on: tuple[Chart, WarpField, tuple[int, int], int],

@@ -1,4 +1,4 @@
-"""What blocks are laid on: a charted surface as kernels take it, its warp fields, and the charts' canvases."""
+"""What blocks are laid on: a charted surface as kernels take it, its warp fields, and charts' canvases."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -7,9 +7,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.charts.charted import ChartedSurface
-from upholster.charts.mesh_directions._kernels import corner_fans
-from upholster.charts.mesh_layout import triangle_frames
+from upholster.charts.directions._kernels import corner_fans
 from upholster.charts.subdivision import Subdivided
+from upholster.charts.warp_fields import triangle_frames
 from upholster.methods.quilt._frame_kernels import Canvases, locate_steps
 from upholster.methods.quilt._lay_kernels import Ground
 from upholster.methods.quilt._sheet_kernels import FieldArrays
@@ -65,7 +65,7 @@ def ground_of(
     fold
         1, 2 or 4: so many directions, turned evenly, count as one.
     turns
-        (T,) quarter turns from the warp fields to the directions, see `upholster.charts.mesh_turns`.
+        (T,) quarter turns from the warp fields to the directions, see `upholster.charts.turns`.
     """
     corners, shapes, sizes = _windows(fine.surface)
     mesh = _mesh_arrays(fine, corners, crease, fold, turns)
@@ -94,7 +94,7 @@ def _windows(surface: ChartedSurface) -> tuple[NDArray[np.int64], ...]:
     low, high = np.full(sizes.shape, np.inf), np.full(sizes.shape, -np.inf)
     np.minimum.at(low, surface.chart, surface.places.min(axis=1))
     np.maximum.at(high, surface.chart, surface.places.max(axis=1))
-    empty = ~np.isfinite(low)
+    empty: NDArray[np.bool_] = ~np.isfinite(low)
     low[empty] = high[empty] = 0.0
     first = np.floor((low - _BESIDE) / _ALIGNED).astype(np.int64) * _ALIGNED
     last = np.ceil((high + _BESIDE) / _ALIGNED).astype(np.int64) * _ALIGNED
@@ -108,7 +108,7 @@ def _mesh_arrays(
 ) -> MeshArrays:
     surface, mesh = fine.surface, fine.surface.mesh
     along, down = triangle_frames(mesh, fine.vectors)
-    across = mesh.neighbours.copy()
+    across = surface.across.copy()
     if crease is not None:
         normals = mesh.flat_normals
         across[(normals[:, None] * normals[across // 3]).sum(axis=2) <= np.cos(np.radians(crease))] = -1
@@ -148,7 +148,7 @@ def _crossings(fine: Subdivided, places: FloatArray) -> tuple[IntArray, FloatArr
     triangle, edge = np.nonzero(surface.is_seam)
     seam = np.full((len(mesh.triangles), 3), -1, np.int32)
     seam[triangle, edge] = np.arange(len(triangle))
-    across = mesh.neighbours[triangle, edge]
+    across = surface.across[triangle, edge]
     other, its = across // 3, across % 3
 
     def flat(of: NDArray[np.intp], first: NDArray[np.intp], last: NDArray[np.intp]) -> FloatArray:
@@ -165,7 +165,7 @@ def _crossings(fine: Subdivided, places: FloatArray) -> tuple[IntArray, FloatArr
     there = flat(other.astype(np.intp), (its.astype(np.intp) + 1) % 3, its.astype(np.intp))
     with np.errstate(invalid="ignore"):
         crossing = _inverse(there) @ here
-    sound = np.isfinite(crossing).all(axis=(1, 2))[:, None, None]
+    sound: NDArray[np.bool_] = np.isfinite(crossing).all(axis=(1, 2), keepdims=True)
     return seam, np.ascontiguousarray(np.where(sound, crossing, np.eye(2)))
 
 
@@ -185,8 +185,6 @@ def _canvases(shapes: NDArray[np.int64]) -> Canvases:
         np.full(count, -1, np.int32),
         np.zeros(count, np.uint8),
         np.zeros(count, np.int32),
-        np.zeros((count, 2), np.int16),
-        np.zeros(count, np.uint8),
         np.full(count, -1, np.int32),
         firsts[:-1].astype(np.int64),
         heights.copy(),

@@ -1,8 +1,8 @@
 """Laying a surface's blocks, parcel by parcel: what stays the same, and what each parcel leaves.
 
-A parcel's task takes the triangles in its cube and some blocks round it, draws again what parcels before it have
-laid there, and lays its own blocks: on even grids over the charts, then on what is still bare. They are laid
-region by region, see `centres`: regions of one class side by side. What comes of it is a few bytes for each block.
+A parcel's task takes the triangles in its cube and some blocks round it, draws again what parcels before it
+have laid there, and lays its own blocks: on even grids over the charts, then on what is still bare. They are
+laid region by region, see `centres`: regions of one class side by side. What comes of it is small.
 
 A bare step belongs to the last of the parcels that lie near it: then all have laid their grids there.
 """
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from upholster.charts.charted import ChartedSurface
 from upholster.charts.mesh_layout import GUTTER
-from upholster.charts.phases import MeshPhases
+from upholster.charts.phases import PhaseField
 from upholster.charts.subdivision import subdivided_in
 from upholster.methods.quilt._block_kernels import (
     BLOCK_COLUMNS,
@@ -43,10 +43,6 @@ _SHORT = 0.4
 
 _ROUNDS = 12
 """Of blocks on what is still bare."""
-
-_MARGIN = 0.2
-"""What a block leaves bare where it ends beside what is laid, in blocks: one that lies over it has room to
-cut on both sides."""
 
 _BARE = 1.0
 """Blocks: so near lie the parcels that may show what is bare."""
@@ -105,7 +101,7 @@ class LayPlan:
     numbers: LayNumbers
     weights: LayWeights
     usage: tuple[int, int]
-    phases: MeshPhases | None
+    phases: PhaseField | None
     seed: int
     parcels: Parcels
 
@@ -162,24 +158,27 @@ class ParcelBlocks:
 
     def chosen(self, which: NDArray[np.bool_]) -> "ParcelBlocks":
         """Return some of them."""
-        parts = (self.numbers, self.steps, self.spots, self.records, self.masks)
-        return ParcelBlocks(*(part[which] for part in parts), self.used)
+        return ParcelBlocks(
+            self.numbers[which],
+            self.steps[which],
+            self.spots[which],
+            self.records[which],
+            self.masks[which],
+            self.used,
+        )
 
     @classmethod
     def joined(cls, plan: LayPlan, parts: Sequence["ParcelBlocks"]) -> "ParcelBlocks":
         """Return the blocks of several parcels, in that order; what they use is not told."""
         cells = (plan.numbers.size // plan.numbers.cell) ** 2
-        none = cls(
-            np.zeros(0, np.int64),
-            np.zeros((0, 3), np.int32),
-            np.zeros((0, 3)),
-            np.zeros((0, BLOCK_COLUMNS), np.int32),
-            np.zeros((0, -(-cells // 8)), np.uint8),
+        return cls(
+            np.concatenate([np.zeros(0, np.int64), *(part.numbers for part in parts)]),
+            np.concatenate([np.zeros((0, 3), np.int32), *(part.steps for part in parts)]),
+            np.concatenate([np.zeros((0, 3)), *(part.spots for part in parts)]),
+            np.concatenate([np.zeros((0, BLOCK_COLUMNS), np.int32), *(part.records for part in parts)]),
+            np.concatenate([np.zeros((0, -(-cells // 8)), np.uint8), *(part.masks for part in parts)]),
             plan.empty_usage(),
         )
-        names = ("numbers", "steps", "spots", "records", "masks")
-        joined = [np.concatenate([getattr(part, name) for part in (none, *parts)]) for name in names]
-        return cls(*joined, none.used)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -238,7 +237,7 @@ def lay_parcel(
 
 
 def draw_parcel(plan: LayPlan, parcel: int, parts: Sequence[ParcelBlocks]) -> Drawn | None:
-    """Draw again what was laid in a parcel and right beside it; `parts` are its blocks and its neighbours'."""
+    """Draw again what was laid in a parcel and right beside it: `parts`, its blocks and its neighbours'."""
     placed = plan.ground(parcel, _AROUND_LABELS + _REACH)
     if placed is None:
         return None
@@ -265,7 +264,8 @@ class _Laying:
         middles = placed.ground.mesh.corners.mean(axis=1)
         self.own = plan.parcels.of_points(middles) == parcel
         self.bare = plan.parcels.last_of_points(middles, _BARE) == parcel
-        self.regions = Regions(plan.numbers.size / plan.pixels)
+        tile = plan.surface.mesh.box if plan.surface.is_tile else None
+        self.regions = Regions(plan.numbers.size / plan.pixels, tile)
         self.centres = centres_at(placed, np.zeros((0, 3), np.int32))
         self.numbers = np.zeros(0, np.int64)
         self.records = np.zeros((0, BLOCK_COLUMNS), np.int32)
@@ -300,20 +300,19 @@ class _Laying:
     def lay_all(self) -> None:
         """Lay blocks on even grids, then on what is bare."""
         numbers = self.plan.numbers
-        margin = max(2 * numbers.cell, int(_MARGIN * numbers.size + 0.5))
         across = numbers.size / self.plan.pixels * self.plan.density  # a block, in steps
         step = max(2.0, (1 - _OVERLAP) * across)
-        self.lay(centres_on(self.placed, self.own, step, GUTTER + 0.35 * step, bare=False), margin)
+        self.lay(centres_on(self.placed, self.own, step, GUTTER + 0.35 * step, bare=False))
         step, left = 0.5 * across, np.inf
-        for k in range(_ROUNDS):
+        for _ in range(_ROUNDS):
             bare = centres_on(self.placed, self.bare, step, 0.5 * step, bare=True)
             if not 0 < len(bare.triangles) < left:
                 break
             left = len(bare.triangles)
-            self.lay(bare, margin if k < _ROUNDS // 2 else 0)
+            self.lay(bare)
 
-    def lay(self, centres: Centres, margin: int) -> None:
-        """Lay blocks; they leave `margin` pixels bare where they end beside what is laid."""
+    def lay(self, centres: Centres) -> None:
+        """Lay blocks."""
         first = len(self.records)
         order, classes = self.regions.enter(centres.spots, first)
         numbers = _NUMBERS * self.parcel + first - self.first + np.arange(len(order), dtype=np.int64)
@@ -323,7 +322,7 @@ class _Laying:
             usages = [self.usage.copy() for _ in parts]
             run_tasks(
                 [
-                    partial(self._lay_region, part, close, usage, margin)
+                    partial(self._lay_region, part, close, usage)
                     for part, close, usage in zip(parts, near, usages, strict=True)
                 ],
                 threads=self.threads,
@@ -365,9 +364,7 @@ class _Laying:
         own = self.centres
         return BlockArrays(own.triangles, own.shares, own.roots, own.spots, self.records)
 
-    def _lay_region(
-        self, part: tuple[int, int], near: NDArray[np.int64], usage: FloatArray, margin: int
-    ) -> None:
+    def _lay_region(self, part: tuple[int, int], near: NDArray[np.int64], usage: FloatArray) -> None:
         plan, (start, stop) = self.plan, part
         scratch = self._free.pop() if self._free else self._scratch()
         fits, pieces = np.empty((stop - start, MOST_SHEETS, FIT)), np.zeros(stop - start, np.int64)
@@ -376,7 +373,7 @@ class _Laying:
         moved = (int(self.numbers[start]) - start) * _MULTIPLIER
         lay_blocks(
             self.placed.ground, plan.match, plan.numbers, plan.weights, usage, self._arrays(), part, near,
-            reaches, margin, np.uint64((plan.seed + moved) % 2**64), fits, pieces, self.masks[start:stop], scratch,
+            reaches, np.uint64((plan.seed + moved) % 2**64), fits, pieces, self.masks[start:stop], scratch,
         )  # fmt: skip
         self._keep(start, fits, pieces)
         self._free.append(scratch)

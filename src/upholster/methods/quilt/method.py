@@ -1,6 +1,6 @@
 """Method "quilt" over a charted surface: blocks laid one over the other, then what shows of them.
 
-`planned` settles what stays the same, `laying` lays the blocks, parcel by parcel, and `emit` tells what shows.
+`planned` settles what stays the same, `laying` lays blocks, parcel by parcel, and `emit` tells what shows.
 """
 
 from functools import partial
@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 
 from upholster.charts.charted import ChartedSurface
-from upholster.charts.phases import mesh_phases
 from upholster.methods.quilt._block_kernels import LayNumbers, LayWeights
 from upholster.methods.quilt._phase_kernels import MISFIT
 from upholster.methods.quilt.emit import LabelPiece, emitted_quilt, label_pieces
@@ -28,9 +27,6 @@ __all__ = ["laid_quilt", "planned", "synthesize_quilt"]
 _COARSE = 48
 _LARGEST_FRAME = 512
 _SHARE = 0.75
-_CELL = 0.25
-"""Side of a cell of the phases, in blocks."""
-
 _MIRRORED = 1 << 5
 """The symmetry that mirrors left and right: columns count backwards."""
 
@@ -57,9 +53,6 @@ def planned(
         options.tolerance,
         0.0 if phases is None else phases.weight * pyramid.variance / MISFIT,
     )
-    found = None
-    if phases is not None:
-        found = mesh_phases(surface, vectors, scale, phases.lattice.waves, _CELL * options.block / scale)
     density = _density(surface)
     rows, columns = pyramid.empty_usage(numbers.symmetries.bit_count()).shape
     return LayPlan(
@@ -76,7 +69,7 @@ def planned(
         numbers,
         weights,
         (rows, columns),
-        found,
+        None if phases is None else phases.surface,
         int(np.random.SeedSequence(seed).generate_state(1, np.uint64)[0]),
         Parcels.of(surface, vectors, block, density),
     )
@@ -108,7 +101,7 @@ def synthesize_quilt(
     fold, turns
         1, 2 or 4: so many directions, turned evenly, count as one where a block reaches from triangle to
         triangle; and (T,) the quarter turns from the warp fields to the directions, by default none, see
-        `upholster.charts.mesh_turns`.
+        `upholster.charts.turns`.
     options
         Parameters of the method.
     phases
@@ -127,13 +120,13 @@ def laid_quilt(plan: LayPlan, threads: int | None = None, progress: Progress | N
     if len(plan.parcels) == 1:
         _, drawn = lay_parcel(plan, 0, plan.empty_usage(), (), threads=threads, progress=progress)
         assert drawn is not None  # a surface has triangles
-        return emitted_quilt(plan, label_pieces(drawn, plan.surface.charts), threads=threads)
+        return emitted_quilt(plan, label_pieces(plan, drawn), threads=threads)
     blocks = _laid_parcels(plan, threads, progress)
     pieces: list[list[LabelPiece]] = [[] for _ in blocks]
 
     def label(n: int) -> None:
         drawn = draw_parcel(plan, n, [blocks[k] for k in plan.parcels.near(n)])
-        pieces[n] = [] if drawn is None else label_pieces(drawn, plan.surface.charts)
+        pieces[n] = [] if drawn is None else label_pieces(plan, drawn)
 
     run_tasks([partial(label, n) for n in range(len(blocks))], threads=threads)
     return emitted_quilt(plan, [piece for own in pieces for piece in own], threads=threads)

@@ -1,12 +1,12 @@
 """Parcels: cubes of space into which a large surface is cut, so that no task ever holds all of it.
 
-Parcels are laid class after class: eight classes by the parity of their place, and between two parcels of a class
-lies a whole one. So each sees all that was laid before beside it, and parcels of a class are independent tasks.
-A small surface is one parcel.
+Parcels are laid class after class: eight classes by the parity of their place, and between two of a class
+lies a whole one. So each sees all that was laid before beside it, and parcels of a class are independent
+tasks. A small surface is one parcel, and so is a tile, whatever its size.
 """
 
 from dataclasses import dataclass
-from itertools import product
+from itertools import pairwise, product
 
 import numpy as np
 from numpy.typing import NDArray
@@ -67,7 +67,7 @@ class Parcels:
         steps = sum(chart.height * chart.width for chart in surface.charts)
         side = max(SIDE / density, BLOCKS * block)
         shape = np.maximum(np.ceil((high - low) / side).astype(np.int64), 1)
-        if steps <= MOST_WHOLE or shape.prod() == 1:
+        if surface.is_tile or steps <= MOST_WHOLE or shape.prod() == 1:
             charts = tuple(range(len(surface.charts)))
             one = np.zeros((1, 3), np.int64)
             return cls(low, float(np.inf), block, one, ((0, 1),), (charts,), np.zeros((1, 1, 1), np.int32))
@@ -84,7 +84,7 @@ class Parcels:
         for chart, *cube in met.tolist():
             charts_of[numbers[tuple(cube)]].append(chart)
         firsts = [0, *(np.flatnonzero(np.diff(kind)) + 1).tolist(), len(cubes)]
-        classes = tuple(zip(firsts[:-1], firsts[1:], strict=True))
+        classes = tuple(pairwise(firsts))
         return cls(origin, side, block, cubes, classes, tuple(map(tuple, charts_of)), numbers)
 
     def __len__(self) -> int:
@@ -124,7 +124,7 @@ class Parcels:
 def _met(
     surface: ChartedSurface, origin: FloatArray, side: float, shape: NDArray[np.int64]
 ) -> NDArray[np.int64]:
-    # Which cubes triangles' boxes meet: (m, 4) chart and cube, each once. Triangles are much smaller than cubes.
+    # Which cubes triangles' boxes meet: (m, 4) chart and cube, each once. Triangles are smaller than cubes.
     corners = (surface.mesh.corners - origin) / side
     low = np.clip(np.floor(corners.min(axis=1) - 1e-9), 0, shape - 1).astype(np.int64)
     high = np.clip(np.floor(corners.max(axis=1) + 1e-9), 0, shape - 1).astype(np.int64)

@@ -10,9 +10,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.charts.mesh_directions._kernels import regions
-from upholster.charts.mesh_directions.asked import SMOOTH
-from upholster.charts.mesh_directions.frames import PlaneFrames
+from upholster.charts.directions._kernels import regions
+from upholster.charts.directions.asked import SMOOTH
+from upholster.charts.directions.frames import PlaneFrames
 from upholster.geometry import TriangleMesh
 from upholster.types import FloatArray, IntArray
 

@@ -1,4 +1,4 @@
-"""`mesh_directions`: a unit direction at each triangle and vertex of a mesh."""
+"""`direction_field`: a unit direction at each triangle and vertex of a mesh."""
 
 from dataclasses import dataclass
 from fractions import Fraction
@@ -7,25 +7,24 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from upholster.charts._multigrid_kernels import ComplexArray
-from upholster.charts.directions import Vectors
-from upholster.charts.mesh_directions._kernels import comb, corner_fans, take_branches, vertex_vectors
-from upholster.charts.mesh_directions.direction import MeshDirection, parse_mesh_direction
-from upholster.charts.mesh_directions.frames import PlaneFrames, plane_frames, power, root
-from upholster.charts.mesh_directions.held import Held, held_on_faces
-from upholster.charts.mesh_directions.singular import (
+from upholster.charts.directions._kernels import comb, corner_fans, take_branches, vertex_vectors
+from upholster.charts.directions.direction import Direction, Vectors, parse_direction
+from upholster.charts.directions.frames import PlaneFrames, plane_frames, power, root
+from upholster.charts.directions.held import Held, held_on_faces
+from upholster.charts.directions.singular import (
     indices_at_vertices,
     jumps_over_edges,
     vertices_at_creases,
 )
-from upholster.charts.mesh_directions.solving import field_power, followed
-from upholster.charts.mesh_directions.strokes import Strokes, parse_strokes, with_strokes
-from upholster.charts.mesh_directions.wishes import Wish, asked_of_slopes, prior_of, wish_of
+from upholster.charts.directions.solving import field_power, followed
+from upholster.charts.directions.strokes import Strokes, parse_strokes, with_strokes
+from upholster.charts.directions.wishes import Wish, asked_of_slopes, prior_of, wish_of
 from upholster.errors import InputError
 from upholster.geometry import TriangleMesh
 from upholster.shown import Shown, on_a_line
 from upholster.types import FloatArray, IntArray, frozen_array
 
-__all__ = ["MeshField", "default_mesh_direction", "mesh_directions"]
+__all__ = ["DirectionField", "default_direction", "direction_field"]
 
 _GROUND = 0.75
 """Mean of the normals' upright parts from which on a mesh is mostly ground: 0.5 on a ball."""
@@ -35,7 +34,7 @@ _LAND = 0.62
 
 
 @dataclass(frozen=True, eq=False)
-class MeshField(Shown):
+class DirectionField(Shown):
     """Directions on a mesh: where the sample's rows of pixels run, left to right.
 
     Attributes
@@ -106,7 +105,7 @@ class MeshField(Shown):
         return f"{len(self.singular)} singular point{'s' * (len(self.singular) > 1)}: {kinds}"
 
 
-def default_mesh_direction(mesh: TriangleMesh) -> str:
+def default_direction(mesh: TriangleMesh) -> str:
     """Return ``level``, or ``smooth`` where a mesh is mostly ground, or what slopes is open land.
 
     On land lines of equal height wind round every top and hollow; and ground, which is flat, would follow
@@ -119,15 +118,15 @@ def default_mesh_direction(mesh: TriangleMesh) -> str:
     return "smooth" if float((upright * share).sum()) >= _LAND * float(share.sum()) else "level"
 
 
-def mesh_directions(
+def direction_field(
     mesh: TriangleMesh,
-    direction: str | Vectors | ArrayLike | MeshDirection | None = None,
+    direction: str | Vectors | ArrayLike | Direction | None = None,
     *,
     strokes: Strokes | None = None,
     symmetry: int = 1,
     crease: float | None = None,
     lattice: bool = False,
-) -> MeshField:
+) -> DirectionField:
     """Return a smooth field of directions over a mesh.
 
     Parameters
@@ -135,8 +134,8 @@ def mesh_directions(
     mesh
         The triangles. Two that use the same two vertices meet there.
     direction
-        What is asked for: see `parse_mesh_direction`. Where it says nothing the field is filled smoothly.
-        By default see `default_mesh_direction`; with strokes ``smooth``.
+        What is asked for: see `parse_direction`. Where it says nothing the field is filled smoothly.
+        By default see `default_direction`; with strokes ``smooth``.
     strokes
         Directions at places: see `parse_strokes`. Near them `direction` gives way to them.
     symmetry
@@ -154,8 +153,8 @@ def mesh_directions(
     """
     drawn = None if strokes is None else parse_strokes(strokes)
     if direction is None:
-        direction = default_mesh_direction(mesh) if drawn is None else "smooth"
-    wanted = parse_mesh_direction(direction)
+        direction = default_direction(mesh) if drawn is None else "smooth"
+    wanted = parse_direction(direction)
     if symmetry not in (1, 2, 4):
         raise InputError(f"symmetry is {symmetry!r}; allowed: 1, 2 or 4")
     if crease is not None and not 0 <= crease <= 180:
@@ -174,11 +173,11 @@ def mesh_directions(
 def _field(
     mesh: TriangleMesh,
     frames: PlaneFrames,
-    wanted: MeshDirection,
+    wanted: Direction,
     wish: Wish,
     held: Held,
     symmetry: int,
-) -> MeshField:
+) -> DirectionField:
     """Return the smooth field that follows a wish, and the directions that are held on flat faces."""
     # What runs to the right on either side of a ridge runs opposite ways: the field is one of lines, and each
     # triangle has the sense that was asked for.
@@ -208,7 +207,7 @@ def _field(
         corners = _as_asked(frames, corners, face_vectors, wish.corners, fold)
     corners[on_faces] = face_vectors[on_faces, None]
     index = indices_at_vertices(mesh, frames, z, fold)
-    return MeshField(
+    return DirectionField(
         mesh,
         frozen_array(_means(frames, mesh.triangles, len(mesh.positions), face_vectors, fold)[0]),
         frozen_array(face_vectors),

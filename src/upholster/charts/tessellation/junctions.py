@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.charts.seams import ChartSeam
+from upholster.charts.tessellation.grids import EPS, ChartGrid, connected
 from upholster.geometry import Surface
-from upholster.model.grids import EPS, ChartGrid, connected
 from upholster.quilt.chart import Chart
 from upholster.types import FloatArray, IntArray
 

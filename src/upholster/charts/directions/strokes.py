@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from upholster.charts._multigrid_kernels import ComplexArray
-from upholster.charts.directions import NUMBER
-from upholster.charts.mesh_directions._kernels import carry_from, near_by, nearest_triangles
-from upholster.charts.mesh_directions.frames import PlaneFrames, plane_frames, power
-from upholster.charts.mesh_directions.wishes import Wish
+from upholster.charts.directions._kernels import carry_from, near_by, nearest_triangles
+from upholster.charts.directions.direction import NUMBER
+from upholster.charts.directions.frames import PlaneFrames, plane_frames, power
+from upholster.charts.directions.wishes import Wish
 from upholster.errors import InputError
 from upholster.geometry import TriangleMesh
 from upholster.types import FloatArray

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.charts._multigrid_kernels import ComplexArray
-from upholster.charts.mesh_directions._kernels import regions
+from upholster.charts.directions._kernels import regions
 from upholster.geometry import TriangleMesh
 from upholster.types import FloatArray, IntArray
 

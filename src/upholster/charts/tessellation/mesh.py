@@ -9,14 +9,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.charts.seams import ChartSeam, find_seams
+from upholster.charts.tessellation.grids import (
+    EPS,
+    ChartGrid,
+    bent_counts,
+    chart_grids,
+    connected,
+    even_counts,
+)
+from upholster.charts.tessellation.junctions import Junctions, cell_fans, find_junctions, weld
 from upholster.errors import InputError
 from upholster.geometry import Face, Surface
-from upholster.model.grids import EPS, ChartGrid, chart_grids
-from upholster.model.junctions import Junctions, cell_fans, find_junctions, weld
 from upholster.quilt.chart import Chart
 from upholster.types import FloatArray, IntArray, frozen_array
 
-__all__ = ["MAX_QUADS", "Mesh", "face_parameters", "own_patches", "tessellate"]
+__all__ = ["MAX_QUADS", "Mesh", "face_parameters", "own_patches", "tessellate", "tessellate_by_bends"]
 
 MAX_QUADS = 10_000_000
 
@@ -120,7 +127,30 @@ def tessellate(
         ]
     if seams is None:
         seams = find_seams(surface, charts)
-    grids = chart_grids(surface, charts, seams, quads)
+    grids = chart_grids(surface, charts, *even_counts(surface, charts, seams, quads))
+    return _on_grids(surface, charts, seams, grids)[0]
+
+
+def tessellate_by_bends(surface: Surface, charts: Sequence[Chart]) -> tuple[Mesh, NDArray[np.int64]]:
+    """Cover charts with as few quadrilaterals as their bends allow, see `bent_counts`.
+
+    Returns
+    -------
+    Mesh
+        As of `tessellate`.
+    ndarray
+        (V,) a number for each vertex, one for all those that meet.
+    """
+    seams = find_seams(surface, charts)
+    grids = chart_grids(surface, charts, *bent_counts(surface, charts, seams), tips=True)
+    mesh, pairs = _on_grids(surface, charts, seams, grids)
+    return mesh, connected(len(mesh.chart), pairs)
+
+
+def _on_grids(
+    surface: Surface, charts: Sequence[Chart], seams: Sequence[ChartSeam], grids: Sequence[ChartGrid]
+) -> tuple[Mesh, NDArray[np.int64]]:
+    # The mesh, and which of its vertices coincide, (N, 2).
     found = find_junctions(surface, charts, seams, grids)
     fans = cell_fans(found, grids)
     parts = [_grid_vertices(surface, chart, grid) for chart, grid in zip(charts, grids, strict=True)]
@@ -130,7 +160,7 @@ def tessellate(
     owner = np.repeat(np.arange(len(charts), dtype=np.int32), [grid.vertices for grid in grids])
     polygons = np.concatenate([_polygons(grid) for grid in grids])
     weld(positions, found.pairs)
-    return Mesh(
+    mesh = Mesh(
         positions,
         normals,
         places,
@@ -138,6 +168,7 @@ def tessellate(
         np.delete(polygons, fans.cells, axis=0),
         fans.triangles,
     )
+    return mesh, found.pairs
 
 
 def face_parameters(chart: Chart, rows: Numbers, columns: Numbers) -> tuple[FloatArray, FloatArray]:

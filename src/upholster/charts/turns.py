@@ -46,11 +46,11 @@ def chart_turns(surface: ChartedSurface, along: FloatArray, fold: int) -> IntArr
     away[ends[~inside]] = 0.0
     lengths = np.linalg.norm(mesh.positions[ends[..., 0]] - mesh.positions[ends[..., 1]], axis=2)
     distances_over_edges(mesh.triangles, lengths, away)
-    triangle, edge = np.nonzero(inside & (mesh.neighbours > 3 * np.arange(count)[:, None] + 2))
+    triangle, edge = np.nonzero(inside & (surface.across > 3 * np.arange(count)[:, None] + 2))
     first, last = ends[triangle, edge].T
     open_last = np.argsort(-(away[first] + lengths[triangle, edge] + away[last]), kind="stable")
     triangle, edge = triangle[open_last], edge[open_last]
-    other = mesh.neighbours[triangle, edge] // 3
+    other = surface.across[triangle, edge] // 3
     join_turns(triangle.astype(np.int32), other.astype(np.int32), jumps[triangle, edge], turns)
     return _settled(surface, turns)
 
@@ -58,19 +58,19 @@ def chart_turns(surface: ChartedSurface, along: FloatArray, fold: int) -> IntArr
 def _jumps(surface: ChartedSurface, along: FloatArray, fold: int) -> tuple[IntArray, NDArray[np.bool_]]:
     # By how many quarters the turns grow over each edge within an island, (T, 3): as many as the field is
     # turned counter-clockwise there, beside being carried; 0 over others. And which edges lie within.
-    mesh = surface.mesh
-    other = mesh.neighbours // 3
-    inside = (mesh.neighbours >= 0) & ~surface.is_seam & (surface.chart >= 0)[:, None]
+    mesh, across = surface.mesh, surface.across
+    other = across // 3
+    inside = (across >= 0) & ~surface.is_seam & (surface.chart >= 0)[:, None]
     edges = np.roll(mesh.corners, -1, axis=1) - mesh.corners
-    across = np.cross(mesh.flat_normals[:, None], edges)
-    angle = np.arctan2((along[:, None] * across).sum(axis=2), (along[:, None] * edges).sum(axis=2))
+    beside = np.cross(mesh.flat_normals[:, None], edges)
+    angle = np.arctan2((along[:, None] * beside).sum(axis=2), (along[:, None] * edges).sum(axis=2))
     # The same edge seen from beyond runs the other way.
-    beyond = np.pi + angle[other, mesh.neighbours % 3]
+    beyond = np.pi + angle[other, across % 3]
     part = np.rint((beyond - angle) * fold / (2 * np.pi)).astype(np.int32) % fold
     part = np.where(inside, part * (4 // fold), 0).astype(np.int32)
     # Rounding may differ from either side: the lower triangle's counts.
-    upper = inside & (mesh.neighbours < 3 * np.arange(len(part))[:, None])
-    part[upper] = -part[other[upper], mesh.neighbours[upper] % 3] % 4
+    upper = inside & (across < 3 * np.arange(len(part))[:, None])
+    part[upper] = -part[other[upper], across[upper] % 3] % 4
     return part, inside
 
 

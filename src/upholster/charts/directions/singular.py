@@ -4,8 +4,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.charts._multigrid_kernels import ComplexArray
-from upholster.charts.mesh_directions._kernels import around_vertices
-from upholster.charts.mesh_directions.frames import PlaneFrames, power
+from upholster.charts.directions._kernels import around_vertices
+from upholster.charts.directions.frames import PlaneFrames, power
 from upholster.geometry import TriangleMesh
 from upholster.types import FloatArray
 

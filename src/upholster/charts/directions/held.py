@@ -6,9 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.charts._multigrid_kernels import ComplexArray
-from upholster.charts.mesh_directions.flats import Border, flat_faces, mean_planes
-from upholster.charts.mesh_directions.frames import PlaneFrames, power, root
-from upholster.charts.mesh_directions.wishes import Wish, asked_of_slopes
+from upholster.charts.directions.flats import Border, flat_faces, mean_planes
+from upholster.charts.directions.frames import PlaneFrames, power, root
+from upholster.charts.directions.wishes import Wish, asked_of_slopes
 from upholster.geometry import TriangleMesh
 from upholster.types import FloatArray, IntArray
 
@@ -160,7 +160,7 @@ def held_on_faces(
     wish
         What is asked for.
     kind
-        Of `MeshDirection`. For "smooth" faces count only where directions start anew all round.
+        Of `Direction`. For "smooth" faces count only where directions start anew all round.
     straight
         What is asked for counts for nothing on faces on which it turns about.
     """

@@ -6,10 +6,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.charts._multigrid_kernels import ComplexArray
-from upholster.charts.mesh_directions.asked import asked_at_corners, laid_over, shading_normals, vectors_at
-from upholster.charts.mesh_directions.direction import MeshDirection, TriangleVectors
-from upholster.charts.mesh_directions.frames import PlaneFrames, power
-from upholster.charts.mesh_directions.solving import spread_evenly
+from upholster.charts.directions.asked import asked_at_corners, laid_over, shading_normals, vectors_at
+from upholster.charts.directions.direction import Direction, TriangleVectors
+from upholster.charts.directions.frames import PlaneFrames, power
+from upholster.charts.directions.solving import spread_evenly
 from upholster.errors import InputError
 from upholster.geometry import TriangleMesh
 from upholster.types import FloatArray
@@ -62,7 +62,7 @@ class Wish:
     drawn: NDArray[np.bool_] | None = None
 
 
-def wish_of(mesh: TriangleMesh, frames: PlaneFrames, direction: MeshDirection, crease: float | None) -> Wish:
+def wish_of(mesh: TriangleMesh, frames: PlaneFrames, direction: Direction, crease: float | None) -> Wish:
     """Return what a direction asks for on each triangle.
 
     Raises
@@ -97,7 +97,7 @@ def wish_of(mesh: TriangleMesh, frames: PlaneFrames, direction: MeshDirection, c
 
 
 def _corners(
-    mesh: TriangleMesh, direction: MeshDirection, crease: float | None, limits: tuple[float, float]
+    mesh: TriangleMesh, direction: Direction, crease: float | None, limits: tuple[float, float]
 ) -> FloatArray:
     asked = asked_at_corners(mesh, direction, crease)
     assert asked is not None

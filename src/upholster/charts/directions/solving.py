@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.charts._multigrid_kernels import ComplexArray, Rows
-from upholster.charts.mesh_directions.frames import PlaneFrames, power
+from upholster.charts.directions.frames import PlaneFrames, power
 from upholster.charts.multigrid import Multigrid, hermitian, smallest_eigenvectors, solve
 from upholster.types import FloatArray, IntArray
 

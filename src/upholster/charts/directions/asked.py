@@ -6,8 +6,7 @@ normals that are interpolated, is asked for by the same normals; over sharp edge
 
 import numpy as np
 
-from upholster.charts.directions import Vectors, called
-from upholster.charts.mesh_directions.direction import MeshDirection, TriangleVectors
+from upholster.charts.directions.direction import Direction, TriangleVectors, Vectors, called
 from upholster.errors import InputError
 from upholster.geometry import TriangleMesh
 from upholster.geometry.corner_normals import corner_normals
@@ -27,14 +26,14 @@ _TURNED_OVER = 0.2
 
 
 def asked_at_corners(
-    mesh: TriangleMesh, direction: MeshDirection, crease: float | None = None
+    mesh: TriangleMesh, direction: Direction, crease: float | None = None
 ) -> FloatArray | None:
     """Return what is asked for at the triangles' corners, in their planes, to be interpolated over them.
 
     Parameters
     ----------
     mesh, direction, crease
-        As of `mesh_directions`.
+        As of `direction_field`.
 
     Returns
     -------
@@ -93,26 +92,28 @@ def vectors_at(mesh: TriangleMesh, vectors: Vectors | FloatArray | None) -> Floa
         If they are not finite, or of another shape.
     """
     if isinstance(vectors, np.ndarray):
-        if vectors.shape != mesh.positions.shape:
-            raise InputError(
-                f"direction: vectors have shape {vectors.shape}; allowed: {mesh.positions.shape}"
-            )
-        corners: FloatArray = vectors[mesh.triangles].mean(axis=1)
-        return corners
+        centres: FloatArray = _of_array(mesh, vectors).mean(axis=1)
+        return centres
     assert vectors is not None
     return _values(vectors, mesh.corners.mean(axis=1))
 
 
 def _vectors_at_corners(mesh: TriangleMesh, vectors: Vectors | FloatArray | None) -> FloatArray:
     # (T, 3, 3): of what is known for triangles alone the same at all three corners.
-    centres = vectors_at(mesh, vectors)
     if isinstance(vectors, np.ndarray):
-        corners: FloatArray = vectors[mesh.triangles]
-        return corners
+        return _of_array(mesh, vectors)
     assert vectors is not None
     if isinstance(vectors, TriangleVectors):
-        return np.repeat(centres[:, None], 3, axis=1)
+        return np.repeat(vectors_at(mesh, vectors)[:, None], 3, axis=1)
     return _values(vectors, mesh.corners.reshape(-1, 3)).reshape(-1, 3, 3)
+
+
+def _of_array(mesh: TriangleMesh, vectors: FloatArray) -> FloatArray:
+    # (T, 3, 3), of an array that knows vertices or corners.
+    if vectors.shape not in (mesh.positions.shape, mesh.corners.shape):
+        raise InputError(f"direction: vectors have shape {vectors.shape}; allowed: {mesh.positions.shape}")
+    corners: FloatArray = vectors if vectors.ndim == 3 else vectors[mesh.triangles]
+    return corners
 
 
 def _values(vectors: Vectors, points: FloatArray) -> FloatArray:

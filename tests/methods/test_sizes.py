@@ -1,0 +1,39 @@
+"""Sides of blocks: by the sample's structure, the surface's size, and what courses are stretched by."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from repeating import repeating
+
+from upholster.methods.quilt.sizes import block_side
+from upholster.methods.quilt.structure import block_size
+
+SAMPLE, LATTICE = repeating(256, 256, [(1 / 40, 0), (0, 1 / 31)])
+
+
+def stretched(strain, waves=LATTICE.waves):
+    return SimpleNamespace(waves=waves, strain=lambda _share: strain)
+
+
+def test_a_block_suits_the_sample_where_nothing_is_stretched():
+    suits = block_size(SAMPLE)
+    assert suits >= 40
+    assert block_side(SAMPLE, 5000.0, None) == suits
+    assert block_side(SAMPLE, 5000.0, stretched(0.0)) == suits
+
+
+def test_a_block_is_no_larger_than_a_small_surface_allows():
+    assert block_side(SAMPLE, 24 * 26.0, None) == 24
+    assert block_side(SAMPLE, 40.0, None) == 20
+
+
+@pytest.mark.parametrize(("strain", "side"), [(0.25 / 33, 32), (0.25 / 28.5, 28), (1.0, 20)])
+def test_a_block_is_in_step_with_the_next_but_holds_three_quarters_of_a_period(strain, side):
+    assert block_side(SAMPLE, 5000.0, stretched(strain)) == side
+
+
+def test_blocks_are_smaller_than_twenty_pixels_only_where_the_sample_is_small():
+    assert block_side(SAMPLE, 5000.0, stretched(1.0, np.array([(1 / 7, 0)]))) == 20
+    small = SAMPLE[:32, :32]
+    assert block_side(small, 5000.0, stretched(1.0)) == block_size(small) < 20
