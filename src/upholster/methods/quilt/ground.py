@@ -165,7 +165,7 @@ def _crossings(fine: Subdivided, places: FloatArray) -> tuple[IntArray, FloatArr
     there = flat(other.astype(np.intp), (its.astype(np.intp) + 1) % 3, its.astype(np.intp))
     with np.errstate(invalid="ignore"):
         crossing = _inverse(there) @ here
-    sound: NDArray[np.bool_] = np.isfinite(crossing).all(axis=(1, 2), keepdims=True)
+    sound = np.isfinite(crossing).all(axis=(1, 2)).reshape(-1, 1, 1)
     return seam, np.ascontiguousarray(np.where(sound, crossing, np.eye(2)))
 
 
