@@ -67,29 +67,31 @@ def subdivided(surface: ChartedSurface, vectors: FloatArray, longest: float) -> 
     longest
         Length of an edge, in model units.
     """
-    found = subdivided_in(surface, vectors, longest, np.array([[-np.inf] * 3, [np.inf] * 3]))
+    found = subdivided_in(surface, vectors, longest, None)
     assert found is not None  # it has an island
     return found
 
 
 def subdivided_in(
-    surface: ChartedSurface, vectors: FloatArray, longest: float, box: FloatArray
+    surface: ChartedSurface, vectors: FloatArray, longest: float, box: FloatArray | None
 ) -> Subdivided | None:
     """Subdivide what lies in a box (2, 3), from, to: triangles whose own boxes do not meet it are left out.
 
-    Those that are left are the same, and in the same order, whatever the box; None: there are none.
+    Those that are left are the same, and in the same order, whatever the box, or without one; None: there are
+    none.
     """
     kept = np.flatnonzero(surface.chart >= 0).astype(np.int32)
     positions = surface.mesh.positions
-    kept = kept[_meets(positions[surface.mesh.triangles[kept]], box)]
+    if box is not None:
+        kept = kept[_meets(positions, surface.mesh.triangles[kept], box)]
     values = np.concatenate([surface.places[kept], vectors[kept]], axis=2)
     triangles = _Pieces(surface.mesh.triangles[kept], values, kept)
     joined = _joined_vertices(surface)
     strips = _Pieces(np.zeros((0, 4), np.int32), np.zeros((0, 4, values.shape[2])), kept[:0])
     for _ in range(_ROUNDS):
-        triangles, strips = (
-            _chosen(pieces, _meets(positions[pieces.vertices], box)) for pieces in (triangles, strips)
-        )
+        if box is not None:
+            triangles = _chosen(triangles, _meets(positions, triangles.vertices, box))
+            strips = _chosen(strips, _meets(positions, strips.vertices, box))
         lengths = _lengths(strips, positions)
         uneven = (lengths[:, 0] > longest) != (lengths[:, 2] > longest)
         triangles = _joined(triangles, _halves_of(_chosen(strips, uneven), positions))
@@ -115,10 +117,13 @@ def subdivided_in(
     return Subdivided(flat, parent, np.ascontiguousarray(values[..., 2:]))
 
 
-def _meets(corners: FloatArray, box: FloatArray) -> NDArray[np.bool_]:
-    # Which pieces, by their corners (n, k, 3), have boxes that meet a box.
-    low, high = corners.min(axis=1), corners.max(axis=1)
-    met: NDArray[np.bool_] = ((low <= box[1]) & (high >= box[0])).all(axis=1)
+def _meets(positions: FloatArray, vertices: IntArray, box: FloatArray) -> NDArray[np.bool_]:
+    # Which pieces, by their vertices (n, k), have boxes that meet a box: none of them whose vertices all lie
+    # on the far side of one of its planes.
+    before, behind = positions < box[0], positions > box[1]
+    met = np.ones(len(vertices), np.bool_)
+    for beyond in (*before.T, *behind.T):
+        met &= ~beyond[vertices].all(axis=1)
     return met
 
 

@@ -276,9 +276,9 @@ class _Laying:
 
     def replay(self, blocks: ParcelBlocks, around: float) -> None:
         """Draw blocks again, those that lie so many blocks round the parcel."""
-        low, high = self.plan.parcels.box(self.parcel, around)
-        near = ((blocks.spots >= low) & (blocks.spots <= high)).all(axis=1)
-        blocks = blocks.chosen(near)
+        box = self.plan.parcels.box(self.parcel, around)
+        if box is not None:
+            blocks = blocks.chosen(((blocks.spots >= box[0]) & (blocks.spots <= box[1])).all(axis=1))
         count = self.first = len(blocks.numbers)
         if not count:
             return

@@ -91,10 +91,10 @@ class Parcels:
         """Return how many there are."""
         return len(self.cubes)
 
-    def box(self, n: int, blocks: float) -> FloatArray:
-        """Return a parcel's cube, and so many blocks round it: (2, 3), from, to."""
+    def box(self, n: int, blocks: float) -> FloatArray | None:
+        """Return a parcel's cube, and so many blocks round it: (2, 3), from, to; None: all of the surface."""
         if len(self) == 1:
-            return np.array([[-np.inf] * 3, [np.inf] * 3])
+            return None
         reach, low = blocks * self.block, self.origin + self.side * self.cubes[n]
         return np.stack([low - reach, low + self.side + reach])
 
