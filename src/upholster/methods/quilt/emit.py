@@ -5,10 +5,9 @@ shows it, with what the block reads there; where its chart's field alone would t
 a little, its matrix gets an offset, fitted to the cells that show it.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,6 +36,9 @@ _SOURCE_UNIT, _OFFSET_UNIT = 4, 64
 
 _OFF = 0.3
 """Pixels that a placement may be off somewhere before its matrix gets an offset."""
+
+_AT_ONCE = 2**18
+"""Cells that are looked at, at a time, about: those of a large chart would take much memory."""
 
 Labelled = tuple[NDArray[np.void], LabelMap]
 """A chart's placements and labels."""
@@ -157,25 +159,39 @@ def labelled(plan: LayPlan, number: int, pieces: Sequence[LabelPiece]) -> Labell
     chart, field, shape = plan.surface.charts[number], plan.fields[number], plan.shape
     cell = _cell_of(plan, number)
     shown, sheets = _joined(label_shape(chart.height, chart.width, cell), pieces)
-    rows, columns = np.nonzero(shown >= 0)
-    if not len(rows):
+    cells = np.flatnonzero(shown >= 0)
+    if not len(cells):
         none = np.zeros(shown.shape, np.int32)
         return bare_placement(number, (chart.height, chart.width), shape), LabelMap(cell, none)
-    owner = shown[rows, columns]
-    at = np.stack(
-        [cell_centres(count, cell)[of] for count, of in zip(shown.shape, (rows, columns), strict=True)],
-        axis=1,
-    )
-    read = _read(plan, sheets, owner, at)
+    owner = shown.ravel()[cells]
     placed = np.zeros(len(sheets.numbers), PLACEMENT)
     placed["chart"] = number
     placed["symmetry"] = _PRODUCTS[sheets.records[:, SYMMETRY], sheets.fits[:, 10].astype(np.intp)]
-    chosen = _recentred(placed, owner, (rows, columns), at, read, (chart, field, shape, cell))
+    centres = np.empty((len(placed), 2), np.int64)
+    for first, stop, which in _groups(owner, len(placed)):
+        at = np.stack(np.divmod(cells[which], shown.shape[1]), axis=1)
+        own = _Sheets(sheets.numbers[first:stop], sheets.records[first:stop], sheets.fits[first:stop])
+        on = (chart, field, shape, cell)
+        centres[first:stop] = _recentred(plan, placed[first:stop], own, owner[which] - first, at, on)
     fill_labels(shown, np.empty(shown.size, np.int64))
-    order = np.lexsort((columns[chosen], rows[chosen]))
+    order = np.lexsort((centres[:, 1], centres[:, 0]))
     rank = np.empty(len(order), np.int32)
     rank[order] = np.arange(len(order), dtype=np.int32)
     return placed[order], LabelMap(cell, rank[shown])
+
+
+def _groups(owner: IntArray, count: int) -> Iterator[tuple[int, int, NDArray[np.intp] | slice]]:
+    # Groups of placements: the first, the one after the last, and which cells (n,) show them.
+    if len(owner) <= _AT_ONCE:
+        yield 0, count, slice(None)
+        return
+    order = np.argsort(owner, kind="stable")
+    ends = np.cumsum(np.bincount(owner, minlength=count))
+    start = first = 0
+    while first < count:
+        stop = max(int(np.searchsorted(ends, start + _AT_ONCE)), first + 1)
+        yield first, stop, order[start : ends[stop - 1]]
+        first, start = stop, int(ends[stop - 1])
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -227,32 +243,38 @@ _PRODUCTS = _products()
 
 def _read(plan: LayPlan, sheets: _Sheets, owner: IntArray, at: NDArray[np.int64]) -> NDArray[np.int64]:
     # Where places (n, 2) of a chart, in 1/16 step, read by sheets (n,): (n, 2) in 1/16 pixel.
-    places, read = at / 16 - 0.5, np.empty((len(at), 2))
-    read_cells(plan.field, sheets.fits, owner.astype(np.int64), places, read)
-    turn = SYMMETRIES[sheets.records[owner, SYMMETRY]].reshape(-1, 2, 2)
-    shown = (turn @ read[:, :, None])[:, :, 0]
-    pixel = sheets.records[owner][:, [SOURCE_ROW, SOURCE_COLUMN]].astype(np.int64)
-    # The middle of a level's pixel, and what lies beside it.
+    read = np.empty((len(at), 2))
+    read_cells(plan.field, sheets.fits, owner.astype(np.int64), at / 16 - 0.5, read)
+    turn = SYMMETRIES[sheets.records[owner, SYMMETRY]]
     level = plan.numbers.level
-    source = ((16 * pixel + 8) << level) - 8
-    found: NDArray[np.int64] = source + np.rint((16 << level) * shown).astype(np.int64)
-    return found
+    parts = []
+    for axis, column in enumerate((SOURCE_ROW, SOURCE_COLUMN)):
+        shown = turn[:, 2 * axis] * read[:, 0] + turn[:, 2 * axis + 1] * read[:, 1]
+        # The middle of a level's pixel, and what lies beside it.
+        source = ((16 * sheets.records[owner, column].astype(np.int64) + 8) << level) - 8
+        parts.append(source + np.rint((16 << level) * shown).astype(np.int64))
+    return np.stack(parts, axis=1)
 
 
 def _recentred(
+    plan: LayPlan,
     placed: NDArray[np.void],
+    sheets: _Sheets,
     owner: IntArray,
-    cells: tuple[NDArray[Any], NDArray[Any]],
-    at: NDArray[np.int64],
-    read: NDArray[np.int64],
+    cells: NDArray[np.int64],
     on: tuple[Chart, WarpField, tuple[int, int], int],
-) -> NDArray[np.intp]:
-    """Give placements their centres, middles of cells that show them; return which cells.
+) -> NDArray[np.int64]:
+    """Give placements their centres, middles of cells that show them; return which cells, rows and columns.
 
-    `owner` (n,) tells of cells which placement they show, `at` and `read` (n, 2) where they lie and read.
+    `cells` (n, 2) are rows and columns, and `owner` (n,) tells which placement they show.
     """
     chart, field, shape, cell = on
-    rows, columns = cells
+    rows, columns = cells.T
+    at = np.stack(
+        [cell_centres(int(part.max()) + 1, cell)[part] for part in (rows, columns)],
+        axis=1,
+    )
+    read = _read(plan, sheets, owner, at)
     last = [count - 1 for count in label_shape(chart.height, chart.width, cell)]
     inside = ((read >= 0) & (read < 16 * np.array(shape))).all(axis=1)
     within = (rows > 0) & (rows < last[0]) & (columns > 0) & (columns < last[1])
@@ -271,7 +293,7 @@ def _recentred(
         whole = _SOURCE_UNIT * ((read[chosen, axis] + _SOURCE_UNIT // 2) // _SOURCE_UNIT)
         placed[name] = np.clip(whole, 0, 16 * shape[axis] - _SOURCE_UNIT)
     _fit_matrices(placed, field, owner, at, read)
-    return chosen
+    return cells[chosen]
 
 
 def _fit_matrices(
