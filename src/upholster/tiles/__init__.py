@@ -3,8 +3,8 @@
 plan ──► parcels' blocks, class after class ──► parcels' labels ──► charts ──► tiles
 
 Each is a task, and runs as soon as what it waits for is there. All that goes from task to task lies in a
-folder beside the outputs, on a disk or behind a URL: who lays a parcel reads its neighbours' blocks there, who
-tells its labels as well, who paints a tile reads its charts. What was done stays done when a worker or the
+folder beside the outputs, on a disk or behind a URL: who lays a parcel, or tells its labels, reads its
+neighbours' blocks there, and who paints a tile its charts. What was done stays done when a worker or the
 whole run is killed.
 
 `places` is that folder, `task_files` the bytes of what lies there, `work` what a task does, `running` the
