@@ -1,7 +1,7 @@
 """One surface on many workers: rate, memory and bytes; ``python -m benchmarks.scaling -h``.
 
 Runs `upholster cover` on the cyclide, a texel for a pixel of the sample, in UDIM tiles, and watches its
-processes in /proc (Linux). ``--kill 5`` kills a worker once five charts are laid.
+processes in /proc (Linux). ``--kill 5`` kills a worker once five parcels are laid.
 """
 
 import argparse
@@ -27,7 +27,7 @@ def main() -> None:
     parser.add_argument("--texels", type=float, default=64e6)
     parser.add_argument("--tile", type=int, default=4096)
     parser.add_argument("--workers", type=int, default=0, help="0: one thread of one process, without Dask")
-    parser.add_argument("--kill", type=int, default=0, metavar="CHARTS")
+    parser.add_argument("--kill", type=int, default=0, metavar="PARCELS")
     parser.add_argument("-o", "--output", help="folder that keeps the tiles")
     asked = parser.parse_args()
     with TemporaryDirectory() as folder:
@@ -49,9 +49,9 @@ def _run(asked: argparse.Namespace, out: Path) -> dict[str, object]:
     while process.poll() is None:
         for one in (process.pid, *workers_of(process.pid)):
             seen[one] = used(one) or seen.get(one, (0.0, 0))
-        charts = len(list(out.glob("x.upholster/overhang-*")))
-        first = first or (charts and time.perf_counter())
-        if left and charts >= left:
+        parcels = len(list(out.glob("x.upholster/used-*")))
+        first = first or (parcels and time.perf_counter())
+        if left and parcels >= left:
             os.kill(workers_of(process.pid)[0], signal.SIGKILL)
             left = 0
         time.sleep(0.2)
@@ -63,7 +63,7 @@ def _run(asked: argparse.Namespace, out: Path) -> dict[str, object]:
     return {
         "status": process.returncode, "texels": texels, "charts": report["counts"]["charts"],
         "tiles": len(report["written"]), "bytes": sum(report["written"].values()),
-        "seconds": round(ended - start, 1), "seconds from the first chart": round(ended - first, 1),
+        "seconds": round(ended - start, 1), "seconds from the first parcel": round(ended - first, 1),
         "processor seconds of workers": round(work, 1),
         "processor seconds of the client": round(seen[process.pid][0], 1) if others else 0.0,
         "nanoseconds a texel": round(1e9 * work / texels, 1),

@@ -138,8 +138,8 @@ def cover(
         "prepare", "unwrap" while a model is laid out, "blocks", "seams" or "texels", then "paint" and
         "render".
     workers, scheduler
-        Lay charts and paint tiles on so many processes of this machine, or on the workers of a Dask
-        scheduler, ``tcp://host:8786``: on patches, with method "quilt". The result is the same.
+        Lay the surface and paint tiles on so many processes of this machine, or on the workers of a Dask
+        scheduler, ``tcp://host:8786``: with method "quilt". The result is the same.
     tell
         Called with each note of the report before the work begins.
 
@@ -259,7 +259,7 @@ class _Making:
     seconds: dict[str, float]
 
     def made(self, files: Outputs, workers: int | None, scheduler: str | None) -> _Made:
-        """Lay charts, paint and write, where that is asked for."""
+        """Lay blocks, paint and write, where that is asked for."""
         in_memory = workers is None and scheduler is None
         if in_memory and not are_tiles_alone(self.wanted, self.coverings):
             return self.in_memory(files)
@@ -267,7 +267,7 @@ class _Making:
             return self.by_tasks(files, pool)
 
     def by_tasks(self, files: Outputs, pool: TaskPool) -> _Made:
-        """Let charts be laid by tasks; tiles alone are painted by tasks as well, and no model is made."""
+        """Let blocks be laid by tasks; tiles alone are painted by tasks as well, and no model is made."""
         run: dict[str, Any] = {"seed": self.seed, "progress": self.progress, "tell": self.tell}
         first, output = self.coverings[0], self.wanted[0]
         with timed("synthesize", self.seconds):
@@ -278,7 +278,7 @@ class _Making:
         return textured, written, counts | pool.counts()
 
     def in_memory(self, files: Outputs) -> _Made:
-        """Lay charts on threads of this process."""
+        """Lay blocks on threads of this process."""
         with timed("synthesize", self.seconds):
             quilts = synthesized(self.coverings, seed=self.seed, threads=self.threads, progress=self.progress)
         return self._written(files, quilts)

@@ -64,7 +64,7 @@ def test_tiles_are_those_of_the_whole_atlas(
     with _stopping(-1, tasks):
         report = _cover(material, tmp_path / NAME, threads=1)
     maps = report.counts["maps"]
-    assert len(_tiles(tmp_path)) // maps > 6
+    assert len(_tiles(tmp_path)) // maps > 5
     # Several tiles are painted in a task, while many are left.
     assert len([key for key in tasks if key[0] == "tile"]) < len(_tiles(tmp_path)) // maps - 1
     assert _tiles(tmp_path) == {name: data for name, data in whole.items() if name.endswith(".png")}
@@ -96,7 +96,7 @@ def test_an_obj_refers_to_the_tiles(material: Material, whole: dict[str, bytes],
 
 
 def test_tiles_of_a_stream_are_painted_one_by_one(material: Material, tmp_path: Path) -> None:
-    _cover(material, tmp_path / "x.uph")
+    _cover(material, tmp_path / "x.uph", tmp_path / NAME)  # its charts fit tiles
     options = WriteOptions(atlas_size=256, padding=6)
     for folder, others in (("alone", ()), ("whole", ("x.npz",))):
         (tmp_path / folder).mkdir()
@@ -145,28 +145,32 @@ def _stopping(after: int, names: list[tuple[str, int]]) -> Iterator[Callable[...
         yield make
 
 
-def test_what_is_done_is_not_done_again(material: Material, whole: dict[str, bytes], tmp_path: Path) -> None:
+@pytest.mark.parametrize("after", [5, 38])
+def test_what_is_done_is_not_done_again(
+    material: Material, whole: dict[str, bytes], tmp_path: Path, after: int
+) -> None:
     expected = {name: data for name, data in whole.items() if name.endswith(".png")}
-    with pytest.raises(StoppedError, match=r"stopped; .* charts and .* tiles are done"), _stopping(10, []):
+    told = r"stopped; .* parcels, .* charts and .* tiles are done"
+    with pytest.raises(StoppedError, match=told), _stopping(after, []):
         _cover(material, tmp_path / NAME)
     record = tmp_path / "x.upholster" / "record.json"
     done = json.loads(record.read_text())
-    assert done["charts"]
-    assert len(done["charts"]) + len(done["tiles"]) >= 10
-    # A chart's file and a tile that are not whole are made again.
-    broken_chart, broken_tile = min(done["charts"]), min(done["tiles"], default=None)
-    (record.parent / f"chart-{broken_chart}").write_bytes(b"")
-    if broken_tile is not None:
-        (tmp_path / next(iter(done["tiles"][broken_tile]))).write_bytes(b"no tile")
+    assert len(done["parcel"]) + len(done["label"]) + len(done["chart"]) + len(done["tile"]) >= after
+    # What is not whole is made again.
+    broken = {kind: min(done[kind], default=None) for kind in ("parcel", "label", "chart", "tile")}
+    for kind, n in broken.items():
+        if n is not None:
+            folder = tmp_path if kind == "tile" else record.parent
+            (folder / next(iter(done[kind][n]))).write_bytes(b"")
     again: list[tuple[str, int]] = []
     notes: list[str] = []
     with _stopping(-1, again):
         _cover(material, tmp_path / NAME, tell=notes.append)
-    kept = {("chart", int(n)) for n in done["charts"] if n != broken_chart}
-    kept |= {("tile", int(n)) for n in done["tiles"] if n != broken_tile}
-    assert not kept & set(again)
-    assert ("chart", int(broken_chart)) in again
-    assert any(note.startswith(f"goes on: {len(done['charts']) - 1} of") for note in notes)
+    kept = {(kind, int(n)) for kind in broken for n in done[kind] if n != broken[kind]}
+    # A chart that lies in one parcel is written with that parcel's labels.
+    assert not {key for key in kept & set(again) if key[0] in ("parcel", "tile")}
+    assert ("parcel", int(broken["parcel"])) in again
+    assert any(note.startswith(f"goes on: {len(done['parcel']) - 1} of") for note in notes)
     assert _tiles(tmp_path) == expected
     assert not record.parent.exists()
 
@@ -177,14 +181,15 @@ def test_a_run_of_other_options_starts_anew(material: Material, tmp_path: Path) 
     names: list[tuple[str, int]] = []
     with pytest.raises(StoppedError), _stopping(0, names):
         _cover(material, tmp_path / NAME, seed=4)
-    assert names == [("chart", 0)]  # the first class again
+    first = [("parcel", n) for n in range(4)]
+    assert names == first  # the first class again
     record = json.loads((tmp_path / "x.upholster" / "record.json").read_text())
-    assert record["charts"] == {}
+    assert record["parcel"] == {}
     # A record that is broken is as none.
     (tmp_path / "x.upholster" / "record.json").write_text("{")
     with pytest.raises(StoppedError), _stopping(0, names):
         _cover(material, tmp_path / NAME, seed=4)
-    assert names == [("chart", 0)] * 2
+    assert names == first * 2
 
 
 def test_tiles_can_be_written_to_a_url(material: Material, whole: dict[str, bytes], tmp_path: Path) -> None:
@@ -209,7 +214,7 @@ def test_tiles_can_be_written_to_a_url(material: Material, whole: dict[str, byte
             "workers and scheduler are both given",
         ),
         ("x.<UDIM>.png", ("--workers", 0), "workers is 0"),
-        ("x.<UDIM>.png", ("--workers", 2, "--method", "paper", "--chart", 64), "not laid one by one"),
+        ("x.<UDIM>.png", ("--workers", 2, "--method", "paper", "--chart", 64), "no work for several"),
         ("x.<UDIM>.png", ("--scheduler", "nonsense://"), "scheduler 'nonsense://' does not answer"),
         ("x.<UDIM>.png", ("--atlas-size", 300), "atlas_size is 300"),
     ],

@@ -51,6 +51,14 @@ class ChartedSurface:
     across: IntArray
 
     @cached_property
+    def is_tile(self) -> bool:
+        """Whether it goes on at another place in space, as a tile does."""
+        triangle, edge = np.nonzero(self.across >= 0)
+        other, met = np.divmod(self.across[triangle, edge], 3)
+        corners = self.mesh.triangles
+        return bool((corners[triangle, edge] != corners[other, (met + 1) % 3]).any())
+
+    @cached_property
     def is_seam(self) -> NDArray[np.bool_]:
         """Which edges of triangles are seams, (T, 3): something meets there, at another place of a chart."""
         across = self.across

@@ -12,7 +12,7 @@ from upholster.geometry import TriangleMesh
 from upholster.geometry.edge_pairs import edge_pairs
 from upholster.types import FloatArray, IntArray
 
-__all__ = ["Subdivided", "subdivided"]
+__all__ = ["Subdivided", "subdivided", "subdivided_in"]
 
 _ROUNDS = 24
 
@@ -67,13 +67,31 @@ def subdivided(surface: ChartedSurface, vectors: FloatArray, longest: float) -> 
     longest
         Length of an edge, in model units.
     """
+    found = subdivided_in(surface, vectors, longest, None)
+    assert found is not None  # it has an island
+    return found
+
+
+def subdivided_in(
+    surface: ChartedSurface, vectors: FloatArray, longest: float, box: FloatArray | None
+) -> Subdivided | None:
+    """Subdivide what lies in a box (2, 3), from, to: triangles whose own boxes do not meet it are left out.
+
+    Those that are left are the same, and in the same order, whatever the box, or without one; None: there are
+    none.
+    """
     kept = np.flatnonzero(surface.chart >= 0).astype(np.int32)
     positions = surface.mesh.positions
+    if box is not None:
+        kept = kept[_meets(positions, surface.mesh.triangles[kept], box)]
     values = np.concatenate([surface.places[kept], vectors[kept]], axis=2)
     triangles = _Pieces(surface.mesh.triangles[kept], values, kept)
     joined = _joined_vertices(surface)
     strips = _Pieces(np.zeros((0, 4), np.int32), np.zeros((0, 4, values.shape[2])), kept[:0])
     for _ in range(_ROUNDS):
+        if box is not None:
+            triangles = _chosen(triangles, _meets(positions, triangles.vertices, box))
+            strips = _chosen(strips, _meets(positions, strips.vertices, box))
         lengths = _lengths(strips, positions)
         uneven = (lengths[:, 0] > longest) != (lengths[:, 2] > longest)
         triangles = _joined(triangles, _halves_of(_chosen(strips, uneven), positions))
@@ -89,12 +107,24 @@ def subdivided(surface: ChartedSurface, vectors: FloatArray, longest: float) -> 
         strips = _joined(_cut_across(strips, middles[long.size :].reshape(-1, 4)), new)
         triangles = split
     found = _joined(triangles, _halves_of(strips, positions))
+    if not len(found.parent):
+        return None
     vertices, values, parent = _chosen(found, np.argsort(found.parent, kind="stable"))
     mesh = TriangleMesh(positions, vertices, name=surface.mesh.name)
     across = mesh.neighbours if joined is None else edge_pairs(positions, joined[vertices])
     places = np.ascontiguousarray(values[..., :2])
     flat = ChartedSurface(mesh, surface.chart[parent], places, surface.charts, across)
     return Subdivided(flat, parent, np.ascontiguousarray(values[..., 2:]))
+
+
+def _meets(positions: FloatArray, vertices: IntArray, box: FloatArray) -> NDArray[np.bool_]:
+    # Which pieces, by their vertices (n, k), have boxes that meet a box: none of them whose vertices all lie
+    # on the far side of one of its planes.
+    before, behind = positions < box[0], positions > box[1]
+    met = np.ones(len(vertices), np.bool_)
+    for beyond in (*before.T, *behind.T):
+        met &= ~beyond[vertices].all(axis=1)
+    return met
 
 
 def _ends(pieces: _Pieces) -> IntArray:

@@ -143,7 +143,7 @@ def cover(
     workers: Annotated[
         int | None,
         typer.Option(
-            help="Lay charts on so many processes of this machine, 1 to 256, by Dask: docs/scaling.md."
+            help="Lay blocks on so many processes of this machine, 1 to 256, by Dask: docs/scaling.md."
         ),
     ] = None,
     scheduler: Annotated[

@@ -33,7 +33,8 @@ from upholster.lengths import parse_length
 from upholster.methods.paper.coefficients import keep_coefficients
 from upholster.methods.paper.method import PaperOptions, synthesize_paper
 from upholster.methods.pixel.method import PixelOptions, check_sample, synthesize_pixel
-from upholster.methods.quilt.method import synthesize_quilt
+from upholster.methods.quilt.laying import LayPlan
+from upholster.methods.quilt.method import laid_quilt, planned
 from upholster.methods.quilt.options import QuiltOptions
 from upholster.methods.quilt.phases import WantedPhases
 from upholster.methods.quilt.sizes import block_side
@@ -50,6 +51,7 @@ __all__ = [
     "Prepared",
     "execute",
     "kept_sample",
+    "lay_plan",
     "matched_image",
     "needs_patches",
     "prepare",
@@ -387,20 +389,7 @@ def execute(
     run: dict[str, Any] = {"seed": seed, "threads": threads, "progress": progress}
     charts, options = prepared.charts, prepared.options
     if isinstance(options, QuiltOptions):
-        assert prepared.charted is not None
-        assert prepared.vectors is not None  # method "quilt" has both
-        quilt = synthesize_quilt(
-            exemplar,
-            prepared.charted,
-            prepared.fields,
-            prepared.vectors,
-            1.0 if prepared.scale is None else prepared.scale.scale,
-            fold=1 if prepared.field is None else prepared.field.fold,
-            turns=prepared.turns,
-            options=options,
-            phases=prepared.phases,
-            **run,
-        )
+        quilt = laid_quilt(lay_plan(prepared, exemplar, seed=seed), threads, progress)
         return quilt.on(surface, seed=seed, density=prepared.density)
     assert isinstance(surface, Surface)
     if isinstance(options, PaperOptions):
@@ -409,6 +398,25 @@ def execute(
         assert isinstance(options, PixelOptions)
         quilt = synthesize_pixel(exemplar, surface, charts, options=options, **run)
     return quilt.on(surface, seed=seed, density=prepared.density)
+
+
+def lay_plan(prepared: Prepared, exemplar: PixelArray, *, seed: int = 0) -> LayPlan:
+    """Return what method "quilt" lays a surface by, as prepared."""
+    assert prepared.charted is not None
+    assert prepared.vectors is not None  # method "quilt" has both
+    assert isinstance(prepared.options, QuiltOptions)
+    return planned(
+        exemplar,
+        prepared.charted,
+        prepared.fields,
+        prepared.vectors,
+        1.0 if prepared.scale is None else prepared.scale.scale,
+        fold=1 if prepared.field is None else prepared.field.fold,
+        turns=prepared.turns,
+        options=prepared.options,
+        phases=prepared.phases,
+        seed=seed,
+    )
 
 
 def synthesize(

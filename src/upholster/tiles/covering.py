@@ -13,8 +13,7 @@ from upholster.files import Outputs
 from upholster.geometry import Surface
 from upholster.image import alpha_channel
 from upholster.image.source import source_parts
-
-planned_run = None
+from upholster.methods import lay_plan
 from upholster.model import tessellate
 from upholster.options import WriteOptions
 from upholster.outputs import Output
@@ -33,13 +32,14 @@ _FOLDER = ".upholster"
 
 
 def are_tiles_alone(wanted: Sequence[Output], coverings: Sequence[Covering]) -> bool:
-    """Return whether one set of tiles is written of charts that are laid one by one, and else OBJ alone.
+    """Return whether one set of tiles of patches is written by tasks, and else OBJ alone.
 
     An OBJ refers to the tiles then, and needs no texels.
     """
     others = [output for output in wanted if not output.in_tiles]
     are_obj = all(output.kind == "obj" for output in others)
-    return len(wanted) == len(others) + 1 and are_obj and _is_by_charts(coverings)
+    patches = isinstance(coverings[0].surface, Surface)
+    return len(wanted) == len(others) + 1 and are_obj and patches and _is_by_tasks(coverings)
 
 
 def check_tasks(
@@ -54,10 +54,10 @@ def check_tasks(
         raise InputError(
             f"scheduler is a {type(scheduler).__name__}; allowed: an address as text, 'tcp://host:8786'"
         )
-    if not (workers is None and scheduler is None) and not _is_by_charts(coverings):
+    if not (workers is None and scheduler is None) and not _is_by_tasks(coverings):
         raise InputError(
-            "workers are given, and charts are not laid one by one on a mesh, by methods 'paper' and "
-            "'pixel', with several materials, or of a flat texture; allowed there: --threads"
+            "workers are given, and there is no work for several by methods 'paper' and 'pixel', with "
+            "several materials, or of a flat texture; allowed there: --threads"
         )
     if any(output.url for output in wanted) and not are_tiles_alone(wanted, coverings):
         raise InputError(
@@ -66,16 +66,10 @@ def check_tasks(
         )
 
 
-def _is_by_charts(coverings: Sequence[Covering]) -> bool:
+def _is_by_tasks(coverings: Sequence[Covering]) -> bool:
     first = coverings[0]
     is_flat = first.asked.tileable or isinstance(first.asked.texels, tuple)
-    return (
-        len(coverings) == 1
-        and first.pattern is None
-        and isinstance(first.surface, Surface)
-        and first.asked.method == "quilt"
-        and not is_flat
-    )
+    return len(coverings) == 1 and first.pattern is None and first.asked.method == "quilt" and not is_flat
 
 
 def task_pool(
@@ -106,25 +100,30 @@ def tiled(
     output = next(output for output in wanted if output.in_tiles)
     surface, place = covering.surface, _place_of(output)
     assert isinstance(surface, Surface)  # `are_tiles_alone` looked
-    run = planned_run(covering.prepared, covering.seen, surface, seed=seed)
+    plan = lay_plan(covering.prepared, covering.seen, seed=seed)
     maps = source_parts(covering.source)
-    shape = covering.seen.shape[0], covering.seen.shape[1]
-    work = tile_work(run, surface, shape, maps, output.path.name, place, options)
+    density = covering.prepared.density
+    work = tile_work(plan, density, (surface, output.path.name), maps, place, options)
     written, placed = write_tiles(work, _folder_of(output), pool, progress=progress, tell=tell)
     for other in wanted:
         if other is not output:
-            written |= _written_obj(other, output, work, options, files)
+            written |= _written_obj(surface, other, output, work, options, files)
     counts = laid_counts(surface, covering.charts, (placed, 0), maps["albedo"])
     return written, counts | {"maps": len(maps)} | pool.counts()
 
 
 def _written_obj(
-    output: Output, tiles: Output, work: TileWork, options: WriteOptions, files: Outputs
+    surface: Surface,
+    output: Output,
+    tiles: Output,
+    work: TileWork,
+    options: WriteOptions,
+    files: Outputs,
 ) -> dict[str, int]:
     """Write an OBJ that refers to the tiles; return the bytes of its files."""
     assert work.atlas is not None  # there are tiles
     seams = [seam for own in work.atlas.seams.values() for seam in own]
-    mesh = tessellate(work.surface, work.atlas.charts, seams, quads=options.quads)
+    mesh = tessellate(surface, work.atlas.charts, seams, quads=options.quads)
     page, uv = work.atlas.layout.page_coordinates(mesh)
     uv = uv + udim_tile(page) * (1, -1)  # v is downward here, and upward in OBJ
     where = tiles.url or Path(os.path.relpath(tiles.path.parent, output.path.parent)).as_posix()
@@ -150,14 +149,11 @@ def spread_quilt(
     progress: Progress | None,
     tell: Callable[[str], None] | None,
 ) -> Quilt:
-    """Return the quilt of a covering, its charts laid by tasks; they lie beside the output meanwhile."""
-    surface = covering.surface
-    assert isinstance(surface, Surface)  # `check_tasks` looked
-    run = planned_run(covering.prepared, covering.seen, surface, seed=seed)
-    shape = covering.seen.shape[0], covering.seen.shape[1]
-    work = tile_work(run, surface, shape, {}, None, _place_of(output), WriteOptions())
+    """Return the quilt of a covering, laid by tasks; what they leave lies beside the output meanwhile."""
+    plan, density = lay_plan(covering.prepared, covering.seen, seed=seed), covering.prepared.density
+    work = tile_work(plan, density, None, {}, _place_of(output), WriteOptions())
     quilt = laid_by_tasks(work, _folder_of(output), pool, progress=progress, tell=tell)
-    return quilt.on(surface, seed=seed)
+    return quilt.on(covering.surface, seed=seed, density=density)
 
 
 def _place_of(output: Output) -> Place:

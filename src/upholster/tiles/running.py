@@ -1,48 +1,41 @@
-"""The order of tasks: charts class after class, each tile as soon as all charts that it shows are laid."""
+"""The order of tasks: parcels class after class, and all else as soon as what it waits for is there."""
 
 import json
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import replace
 from time import monotonic
 from typing import Any
 
 from upholster._version import __version__
 from upholster.errors import InputError, StoppedError
-
-Progressing = object
-joined = lambda x: None
 from upholster.parallel import TaskPool
 from upholster.quilt.model import Quilt
-from upholster.tiles.chart_files import read_chart, read_part
 from upholster.tiles.places import Place
+from upholster.tiles.task_files import array_bytes, read_array, read_chart
 from upholster.tiles.work import (
     TileWork,
-    laid_name,
-    lay_chart_task,
+    join_task,
+    label_task,
+    lay_task,
     paint_tiles_task,
-    part_name,
     quilt_of,
-    state_name,
     store,
-    store_state,
+    usage_name,
 )
 from upholster.types import Progress
 
 __all__ = ["laid_by_tasks", "write_tiles"]
 
 _RECORD = "record.json"
-_CHARTS_FIRST, _TILES_LATER = 1, 0
-"""Priorities: other charts wait for charts, and nobody waits for a tile."""
+_KINDS = ("parcel", "label", "chart", "tile")
+_PARCELS_FIRST, _LABELS_NEXT, _TILES_LATER = 2, 1, 0
+"""Priorities: most waits for parcels, charts and tiles wait for labels, and nobody waits for a tile."""
 
 _MOST_TILES = 4
 """In one task: a task costs Dask about as much whatever it does."""
 
 _RECORD_EVERY = 1.0
 """Seconds between two times that the record is written."""
-
-_NO_OVERHANG = joined(())
-"""What is entered here in place of an overhang: whoever needs one reads it for himself."""
 
 
 def write_tiles(
@@ -53,7 +46,7 @@ def write_tiles(
     progress: Progress | None = None,
     tell: Callable[[str], None] | None = None,
 ) -> tuple[dict[str, int], int]:
-    """Lay all charts and write all tiles; what an interrupted run has done is not done again.
+    """Lay all blocks and write all tiles; what an interrupted run has done is not done again.
 
     Parameters
     ----------
@@ -64,7 +57,7 @@ def write_tiles(
     pool
         Runs the tasks.
     progress
-        Called with the stages "blocks", charts, and "paint", tiles.
+        Called with the stages "blocks", parcels, and "paint", tiles.
     tell
         Called with a line for people if a run goes on.
 
@@ -85,8 +78,9 @@ def write_tiles(
     with run.told():
         run.lay()
         written = run.finish()
+    placed = run.placements()
     folder.remove_all()
-    return written, run.placements
+    return written, placed
 
 
 def laid_by_tasks(
@@ -97,29 +91,36 @@ def laid_by_tasks(
     progress: Progress | None = None,
     tell: Callable[[str], None] | None = None,
 ) -> Quilt:
-    """Lay all charts, as `write_tiles` does, and return the quilt."""
+    """Lay all blocks, as `write_tiles` does, and return the quilt."""
     run = _Running(work, folder, pool, progress)
     run.begin(tell)
     with run.told():
         run.lay()
-    charts = range(len(work.run.charts))
-    found = quilt_of(work, charts, [read_chart(folder.read(laid_name(n))) for n in charts])
+        run.finish()
+    charts = range(len(work.plan.surface.charts))
+    found = quilt_of(work, charts, [read_chart(folder.read(f"chart-{n}")) for n in charts])
     folder.remove_all()
     return found
 
 
 class _Running:
-    """A run: what is done, and which tiles wait for which charts."""
+    """A run: what is done, and what waits for what.
+
+    Parcels of a class are laid side by side. A parcel's labels wait for its neighbours, a chart for its
+    parcels' labels, and a tile for the charts that it shows.
+    """
 
     def __init__(self, work: TileWork, folder: Place, pool: TaskPool, progress: Progress | None) -> None:
         self.work, self.folder, self.pool, self.progress = work, folder, pool, progress
-        pages = 0 if work.atlas is None else len(work.atlas.layout.pages)
-        self.waiting = {page: work.atlas.shown_on(page) for page in range(pages)} if work.atlas else {}
+        parcels = work.plan.parcels
+        self.tiles = 0 if work.atlas is None else len(work.atlas.layout.pages)
+        self.unlaid = {n: set(parcels.near(n)) for n in range(len(parcels))}
+        self.untold = {n: set(of) for n, of in enumerate(work.parcels_of)}
+        self.waiting = {page: work.atlas.shown_on(page) for page in range(self.tiles)} if work.atlas else {}
         self.ready: list[int] = []
         self.painting: dict[int, tuple[int, ...]] = {}
         self.width, self.busy = 1, 0
-        self.tiles, self.placements = pages, 0
-        self.done: dict[str, Any] = {"charts": {}, "tiles": {}}
+        self.done: dict[str, Any] = {kind: {} for kind in _KINDS}
         self.stored, self.noted = "", 0.0
 
     @contextmanager
@@ -134,12 +135,18 @@ class _Running:
                 self._note()
 
     def _so_far(self) -> str:
-        charts = f"{len(self.done['charts'])} of {len(self.work.run.charts)} charts"
-        return f"{charts} and {len(self.done['tiles'])} of {self.tiles} tiles are done"
+        counts = {
+            "parcel": len(self.work.plan.parcels),
+            "chart": len(self.work.parcels_of),
+            "tile": self.tiles,
+        }
+        parts = [f"{len(self.done[kind])} of {count} {kind}s" for kind, count in counts.items()]
+        return f"{parts[0]}, {parts[1]} and {parts[2]} are done"
 
     def begin(self, tell: Callable[[str], None] | None) -> None:
         """Find what is done already, if the folder is that of a run of the same, and make it ready."""
         key = self.work.key()
+        known: dict[str, Any] = {}
         if _RECORD in self.folder.names():
             known = self._known()
             if known.get("key") == key:
@@ -163,45 +170,62 @@ class _Running:
 
     def _go_on(self, known: dict[str, Any]) -> None:
         """Take over what the record has, as far as the files are there."""
-        for n, sizes in known["charts"].items():
-            if _is_there(self.folder, _chart_files(int(n)), sizes):
-                self.done["charts"][n] = sizes
-        for page, sizes in known["tiles"].items():
-            if _is_there(self.work.output, self.work.tile_files(int(page)), sizes):
-                self.done["tiles"][page] = sizes
-                del self.waiting[int(page)]
+        for kind in _KINDS:
+            for n, sizes in known[kind].items():
+                if _is_there(*self._files(kind, int(n)), sizes):
+                    self.done[kind][n] = sizes
+
+    def _files(self, kind: str, n: int) -> tuple[Place, list[str]]:
+        """Return where a task leaves what comes of it."""
+        work = self.work
+        names = {
+            "parcel": work.parcel_files,
+            "label": work.label_files,
+            "chart": work.chart_files,
+            "tile": work.tile_files,
+        }
+        return work.output if kind == "tile" else self.folder, names[kind](n)
 
     def lay(self) -> None:
-        """Lay the charts, class after class; tiles are painted meanwhile where a worker is free."""
-        run, so_far = self.work.run, Progressing.of(self.work.run)
-        for number, members in enumerate(run.classes):
+        """Lay the parcels, class after class; where a worker is free, all else is done that can be."""
+        for page in [int(page) for page in self.done["tile"]]:
+            del self.waiting[page]
+        self._find_charts([n for n, parcels in self.untold.items() if not parcels])
+        usage = self.work.plan.empty_usage()
+        for start, stop in self.work.plan.parcels.classes:
+            members = range(start, stop)
             self.width = self.pool.width
-            todo = [n for n in members if str(n) not in self.done["charts"]]
+            todo = [n for n in members if not self._is_done("parcel", n)]
             if todo:
-                store_state(self.folder, number, so_far)
-            # The largest first: what comes last shall not keep one worker long while others wait.
-            for n in sorted(todo, key=lambda n: -run.charts[n].height * run.charts[n].width):
-                self._submit(("chart", n), lay_chart_task, n, number, priority=_CHARTS_FIRST)
+                self.folder.write(usage_name(start), array_bytes(usage))
+            for n in todo:
+                self._submit(("parcel", n), lay_task, n, start, priority=_PARCELS_FIRST)
             for n in members:
-                if str(n) in self.done["charts"]:
+                if n not in todo:
                     self._laid(n)
             self._paint()
-            while any(str(n) not in self.done["charts"] for n in members):
+            while not all(self._is_done("parcel", n) for n in members):
                 self._next()
-            self.folder.remove(state_name(number))
-            parts = [read_part(self.folder.read(part_name(n))) for n in members]
-            self.placements += sum(part.placements for part in parts)
-            so_far.enter(members, [replace(part, overhang=_NO_OVERHANG) for part in parts])
+            self.folder.remove(usage_name(start))
+            used = [read_array(self.folder.read(f"used-{n}")) for n in members]
+            usage = sum(used, usage)
 
     def finish(self) -> dict[str, int]:
-        """Wait for the last tiles; return the bytes of all files."""
-        while len(self.done["tiles"]) < self.tiles:
+        """Wait for all charts and tiles; return the bytes of the tiles' files."""
+        while len(self.done["chart"]) < len(self.untold) or len(self.done["tile"]) < self.tiles:
             self._next()
         return {
             self.work.output.file(name): size
             for page in range(self.tiles)
-            for name, size in self.done["tiles"][str(page)].items()
+            for name, size in self.done["tile"][str(page)].items()
         }
+
+    def placements(self) -> int:
+        """Return how many placements all charts have."""
+        return sum(int(self.folder.read(f"count-{n}")) for n in self.untold)
+
+    def _is_done(self, kind: str, n: int) -> bool:
+        return str(n) in self.done[kind]
 
     def _submit(self, key: tuple[str, int], task: Callable[..., Any], *arguments: Any, priority: int) -> None:
         self.busy += 1
@@ -211,20 +235,49 @@ class _Running:
         """Wait for a task, note what came of it, and start what has waited for it."""
         kind, number = self.pool.next()
         self.busy -= 1
-        if kind == "chart":
-            self.done["charts"][str(number)] = _sizes(self.folder, _chart_files(number))
+        for n in self.painting.pop(number) if kind == "tile" else (number,):
+            self.done[kind][str(n)] = _sizes(*self._files(kind, n))
+        if kind == "parcel":
             self._laid(number)
+        elif kind == "label":
+            self._labelled(number)
+        elif kind == "chart":
+            self._shown(number)
         else:
-            for page in self.painting.pop(number):
-                self.done["tiles"][str(page)] = _sizes(self.work.output, self.work.tile_files(page))
-            self._report("paint", len(self.done["tiles"]), self.tiles)
+            self._report("paint", len(self.done["tile"]), self.tiles)
         if monotonic() - self.noted > _RECORD_EVERY:
             self._note()
         self._paint()
 
     def _laid(self, n: int) -> None:
+        """Tell the labels of parcels that have waited for a parcel alone."""
+        self._report("blocks", len(self.done["parcel"]), len(self.unlaid))
+        for k in self.work.plan.parcels.near(n):
+            self.unlaid[k].discard(n)
+            if self.unlaid[k]:
+                continue
+            if self._is_done("label", k):
+                self._labelled(k)
+            else:
+                self._submit(("label", k), label_task, k, priority=_LABELS_NEXT)
+
+    def _labelled(self, n: int) -> None:
+        """Put charts together that have waited for the labels of a parcel alone."""
+        for chart in self.work.plan.parcels.charts[n]:
+            self.untold[chart].discard(n)
+        self._find_charts([n for n in self.work.plan.parcels.charts[n] if not self.untold[n]])
+
+    def _find_charts(self, charts: Iterable[int]) -> None:
+        for n in charts:
+            if len(self.work.parcels_of[n]) == 1:  # its parcel's task has written it
+                self.done["chart"][str(n)] = _sizes(*self._files("chart", n))
+            if self._is_done("chart", n):
+                self._shown(n)
+            else:
+                self._submit(("chart", n), join_task, n, priority=_LABELS_NEXT)
+
+    def _shown(self, n: int) -> None:
         """Find the tiles that have waited for a chart alone."""
-        self._report("blocks", len(self.done["charts"]), len(self.work.run.charts))
         for page in [page for page, charts in self.waiting.items() if n in charts]:
             self.waiting[page].discard(n)
             if not self.waiting[page]:
@@ -252,10 +305,6 @@ class _Running:
     def _note(self) -> None:
         self.folder.write(_RECORD, json.dumps(self.done).encode())
         self.noted = monotonic()
-
-
-def _chart_files(n: int) -> tuple[str, str]:
-    return laid_name(n), part_name(n)
 
 
 def _sizes(place: Place, names: Iterable[str]) -> dict[str, int]:

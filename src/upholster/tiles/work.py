@@ -1,12 +1,12 @@
-"""What one task does: lay a chart, or paint a tile. It finds all that it needs in the work's folder."""
+"""What one task does: lay a parcel, tell its labels, join a chart, paint tiles. A folder has all it needs."""
 
 import hashlib
 import io
 import pickle
 from collections.abc import Mapping, Sequence
 from collections.abc import Set as AbstractSet
-from dataclasses import dataclass, fields, is_dataclass, replace
-from functools import lru_cache
+from dataclasses import dataclass, fields, is_dataclass
+from functools import cached_property, lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,36 +15,36 @@ from upholster._version import __version__
 from upholster.errors import InputError
 from upholster.export import map_companion, page_files
 from upholster.geometry import Surface
-
-Labelled = labelled = object
-Progressing = QuiltRun = lay_one = object
+from upholster.methods.quilt.emit import Labelled, LabelPiece, label_pieces, labelled
+from upholster.methods.quilt.laying import LayPlan, ParcelBlocks, draw_parcel, lay_parcel
 from upholster.options import WriteOptions
 from upholster.paging import PagedAtlas, write_page
 from upholster.quilt.materials import WindowPainter
 from upholster.quilt.model import Quilt
 from upholster.quilt.painting import painted_charts
-from upholster.tiles.chart_files import (
-    chart_bytes,
-    part_bytes,
-    read_chart,
-    read_part,
-    read_state,
-    state_bytes,
-)
 from upholster.tiles.places import Place
+from upholster.tiles.task_files import (
+    array_bytes,
+    blocks_bytes,
+    chart_bytes,
+    piece_bytes,
+    read_array,
+    read_blocks,
+    read_chart,
+    read_piece,
+)
 from upholster.types import PixelArray, frozen_array
 
 __all__ = [
     "TileWork",
-    "laid_name",
-    "lay_chart_task",
+    "join_task",
+    "label_task",
+    "lay_task",
     "paint_tiles_task",
-    "part_name",
     "quilt_of",
-    "state_name",
     "store",
-    "store_state",
     "tile_work",
+    "usage_name",
 ]
 
 _RUN = "run"
@@ -52,16 +52,14 @@ _RUN = "run"
 
 @dataclass(frozen=True, eq=False)
 class TileWork:
-    """All that stays the same while charts are laid and tiles are painted.
+    """All that stays the same while blocks are laid and tiles are painted.
 
     Attributes
     ----------
-    run
-        What charts are laid by.
-    shape
-        (height, width) of the sample.
-    surface
-        What they lie on.
+    plan
+        What blocks are laid by.
+    density
+        Texels for a step, each way.
     atlas
         The tiles; None where there are none.
     maps
@@ -74,19 +72,43 @@ class TileWork:
         Of JPEG and WebP.
     """
 
-    run: QuiltRun
-    shape: tuple[int, int]
-    surface: Surface
+    plan: LayPlan
+    density: float
     atlas: PagedAtlas | None
     maps: Mapping[str, PixelArray]
     files: Mapping[str, Sequence[str]]
     output: Place
     quality: int = 90
 
+    @cached_property
+    def parcels_of(self) -> tuple[tuple[int, ...], ...]:
+        """Of each chart the parcels that may have something of it."""
+        found: list[list[int]] = [[] for _ in self.plan.surface.charts]
+        for parcel, charts in enumerate(self.plan.parcels.charts):
+            for chart in charts:
+                found[chart].append(parcel)
+        return tuple(map(tuple, found))
+
+    def parcel_files(self, n: int) -> list[str]:
+        """Return the names of what is left by laying a parcel."""
+        return [f"parcel-{n}", f"used-{n}"]
+
+    def label_files(self, n: int) -> list[str]:
+        """Return the names of what labelling a parcel leaves: charts that lie in it, and pieces of others."""
+        names = []
+        for chart in self.plan.parcels.charts[n]:
+            alone = len(self.parcels_of[chart]) == 1
+            names += self.chart_files(chart) if alone else [piece_name(chart, n)]
+        return names
+
+    def chart_files(self, n: int) -> list[str]:
+        """Return the names of what is left of a chart: placements and labels, and how many placements."""
+        return [f"chart-{n}", f"count-{n}"]
+
     def key(self) -> str:
         """Return a hash of all that tells what the tiles will be, and of the version."""
         layout = None if self.atlas is None else self.atlas.layout
-        parts = (__version__, self.run, self.shape, layout, dict(self.maps), dict(self.files))
+        parts = (__version__, self.plan, self.density, layout, dict(self.maps), dict(self.files))
         found = hashlib.sha256()
         _feed(found, (*parts, self.quality))
         return found.hexdigest()
@@ -97,24 +119,24 @@ class TileWork:
 
 
 def tile_work(
-    run: QuiltRun,
-    surface: Surface,
-    shape: tuple[int, int],
+    plan: LayPlan,
+    density: float,
+    tiles: tuple[Surface, str] | None,
     maps: Mapping[str, PixelArray],
-    target: str | None,
     output: Place,
     options: WriteOptions,
 ) -> TileWork:
-    """Return the work of laying all charts, and of painting their tiles.
+    """Return the work of laying all blocks, and of painting tiles.
 
     Parameters
     ----------
-    run, surface, shape
+    plan, density
         As of `TileWork`.
+    tiles
+        The surface on which they lie, and the name of the base colour's tiles, with ``<UDIM>``; None: nothing
+        is painted.
     maps
         What is painted, by role.
-    target
-        The name of the base colour's tiles, with ``<UDIM>``; None: nothing is painted.
     output
         Where tiles are written.
     options
@@ -125,15 +147,16 @@ def tile_work(
     InputError
         If charts and tiles do not fit.
     """
-    if target is None:
-        return TileWork(run, shape, surface, None, {}, {}, output)
-    atlas = PagedAtlas.of(surface, painted_charts(run.charts, run.density), options)
+    if tiles is None:
+        return TileWork(plan, density, None, {}, {}, output)
+    surface, target = tiles
+    atlas = PagedAtlas.of(surface, painted_charts(plan.surface.charts, density), options)
     names = {role: target if role == "albedo" else map_companion(target, role) for role in maps}
     files = {
         role: [file.name for file in page_files(name, len(atlas.layout.pages))]
         for role, name in names.items()
     }
-    return TileWork(run, shape, surface, atlas, maps, files, output, options.quality)
+    return TileWork(plan, density, atlas, maps, files, output, options.quality)
 
 
 def store(place: Place, work: TileWork) -> str:
@@ -175,31 +198,48 @@ def load(place: Place, stored: str) -> TileWork:
     return work
 
 
-def store_state(place: Place, number: int, so_far: Progressing) -> None:
-    """Write what the charts of a class of that number are told of all before it, but for the overhangs."""
-    place.write(state_name(number), state_bytes(so_far.usage, so_far.shown))
-
-
-@lru_cache(maxsize=1)
-def _state(place: Place, stored: str, number: int) -> Progressing:
-    count = len(load(place, stored).run.charts)
-    usage, shown = read_state(place.read(state_name(number)), count)
-    return Progressing([None] * count, shown, usage)
-
-
-def lay_chart_task(folder: str, stored: str, n: int, number: int) -> None:
-    """Lay a chart of the class of that number, and write what comes of it."""
+def lay_task(folder: str, stored: str, n: int, start: int) -> None:
+    """Lay a parcel, and write its blocks; `start` is the first of its class."""
     place = Place(folder)
-    run, state = load(place, stored).run, _state(place, stored, number)
-    needed = run.transfer.asked_of(n).intersection(run.before(number))
-    overhangs = [
-        read_part(place.read(part_name(k))).overhang if k in needed else None for k in range(len(run.charts))
-    ]
-    laid, part = lay_one(run, n, number, Progressing(overhangs, state.shown, state.usage))
-    shape = load(place, stored).shape
-    own = labelled(n, run.charts[n], run.fields[n], shape, laid, cell=LABEL_CELL)
-    place.write(laid_name(n), chart_bytes(own))
-    place.write(part_name(n), part_bytes(replace(part, placements=len(own[0]))))
+    plan = load(place, stored).plan
+    before = [_blocks(place, k) for k in plan.parcels.near(n) if k < start]
+    usage = read_array(place.read(usage_name(start)))
+    found, _ = lay_parcel(plan, n, usage, before)
+    place.write(f"parcel-{n}", blocks_bytes(found))
+    place.write(f"used-{n}", array_bytes(found.used))
+
+
+def _blocks(place: Place, n: int) -> ParcelBlocks:
+    return read_blocks(place.read(f"parcel-{n}"))
+
+
+def label_task(folder: str, stored: str, n: int) -> None:
+    """Tell the labels of a laid parcel: write the charts that lie in it alone, and its pieces of others."""
+    place = Place(folder)
+    work = load(place, stored)
+    plan = work.plan
+    drawn = draw_parcel(plan, n, [_blocks(place, k) for k in plan.parcels.near(n)])
+    pieces = {} if drawn is None else {one.chart: one for one in label_pieces(plan, drawn)}
+    for chart in plan.parcels.charts[n]:
+        piece = pieces.get(chart)
+        if len(work.parcels_of[chart]) == 1:
+            _write_chart(place, plan, chart, [] if piece is None else [piece])
+        else:
+            place.write(piece_name(chart, n), b"" if piece is None else piece_bytes(piece))
+
+
+def join_task(folder: str, stored: str, n: int) -> None:
+    """Put a chart's labels together from the pieces of several parcels, and write it."""
+    place = Place(folder)
+    work = load(place, stored)
+    files = [place.read(piece_name(n, parcel)) for parcel in work.parcels_of[n]]
+    _write_chart(place, work.plan, n, [read_piece(data) for data in files if data])
+
+
+def _write_chart(place: Place, plan: LayPlan, n: int, pieces: Sequence[LabelPiece]) -> None:
+    chart = labelled(plan, n, pieces)
+    place.write(f"chart-{n}", chart_bytes(chart))
+    place.write(f"count-{n}", str(len(chart[0])).encode())
 
 
 def paint_tiles_task(folder: str, stored: str, pages: Sequence[int]) -> None:
@@ -209,7 +249,7 @@ def paint_tiles_task(folder: str, stored: str, pages: Sequence[int]) -> None:
     atlas = work.atlas
     assert atlas is not None  # there are tiles
     shown = sorted(set[int]().union(*(atlas.shown_on(page) for page in pages)))
-    quilt = quilt_of(work, shown, [read_chart(place.read(laid_name(n))) for n in shown])
+    quilt = quilt_of(work, shown, [read_chart(place.read(f"chart-{n}")) for n in shown])
     for role, image in work.maps.items():
         painter = _Painter(shown, WindowPainter(quilt, role, image))
         for page in pages:
@@ -234,28 +274,23 @@ def quilt_of(work: TileWork, charts: Sequence[int], own: Sequence[Labelled]) -> 
     for number, part in enumerate(placed):
         part["chart"] = number
     return Quilt(
-        tuple(work.run.charts[n] for n in charts),
-        work.shape,
+        tuple(work.plan.surface.charts[n] for n in charts),
+        work.plan.shape,
         np.concatenate(placed),
         tuple((layer,) for _, layer in own),
-        tuple(work.run.fields[n] for n in charts),
-        density=work.run.density,
+        tuple(work.plan.fields[n] for n in charts),
+        density=work.density,
     )
 
 
-def laid_name(n: int) -> str:
-    """Return the name of the file with placements and labels of a chart."""
-    return f"chart-{n}"
+def piece_name(chart: int, parcel: int) -> str:
+    """Return the name of the file with a parcel's piece of a chart's labels."""
+    return f"piece-{chart}-{parcel}"
 
 
-def part_name(n: int) -> str:
-    """Return the name of the file with what a chart leaves to others."""
-    return f"overhang-{n}"
-
-
-def state_name(number: int) -> str:
-    """Return the name of the file with what a class of charts is told of those before it."""
-    return f"class-{number}"
+def usage_name(start: int) -> str:
+    """Return the name of the file that tells how much is used before a class, by the class's first parcel."""
+    return f"usage-{start}"
 
 
 def _feed(found: Any, value: Any) -> None:

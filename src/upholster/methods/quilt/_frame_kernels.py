@@ -88,25 +88,37 @@ def locate_steps(mesh: MeshArrays, canvases: Canvases, away: NDArray[np.float32]
 
 @kernel
 def nearest_steps(
-    canvases: Canvases, chart: int, step: float, shift: float, bare: bool, away: FloatArray, found: IntArray
+    canvases: Canvases,
+    chart: int,
+    wanted: NDArray[np.uint8],
+    bare: bool,
+    step: float,
+    shift: float,
+    grid: NDArray[np.int64],
+    away: FloatArray,
+    found: IntArray,
 ) -> None:
     """Find in each square of a chart the step on the surface that lies nearest to its middle.
 
-    Squares are `step` steps wide; the first one's middle is at `shift`. Of all steps, or if `bare` of those that
-    no block shows. `away` and `found` (rows, columns) receive its squared distance and the step's number on the
-    chart, −1 for none.
+    Squares are `step` steps wide; the first one's middle is at `shift` on the chart. `grid` (3, 2) is the
+    chart's step with which the canvas begins, the first square that is looked at, and the chart's last one. Of
+    the steps in triangles that are `wanted` (T,), or if `bare` of those that no block shows. `away` and `found`
+    (rows, columns) receive its squared distance and the step's number on the canvas, −1 for none.
     """
     first, width = canvases.firsts[chart], canvases.widths[chart]
     away[:], found[:] = np.inf, -1
     for r in range(canvases.heights[chart]):
-        i = min(max(int64((r - shift) / step + 0.5), 0), away.shape[0] - 1)
-        y = r - shift - i * step
+        i = min(max(int64((r + grid[0, 0] - shift) / step + 0.5), 0), grid[2, 0])
+        y = r + grid[0, 0] - shift - i * step
+        i -= grid[1, 0]
         for c in range(width):
             at = first + r * width + c
-            if canvases.triangles[at] < 0 or (bare and canvases.owners[at] >= 0):
+            t = canvases.triangles[at]
+            if t < 0 or wanted[t] == 0 or (bare and canvases.owners[at] >= 0):
                 continue
-            j = min(max(int64((c - shift) / step + 0.5), 0), away.shape[1] - 1)
-            x = c - shift - j * step
+            j = min(max(int64((c + grid[0, 1] - shift) / step + 0.5), 0), grid[2, 1])
+            x = c + grid[0, 1] - shift - j * step
+            j -= grid[1, 1]
             if y * y + x * x < away[i, j]:
                 away[i, j] = y * y + x * x
                 found[i, j] = r * width + c

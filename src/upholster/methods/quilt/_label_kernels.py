@@ -21,15 +21,23 @@ _ALIKE = 4.0
 
 
 @kernel
-def label_cells(canvases: Canvases, chart: int, cell: int, labels: NDArray[np.int64]) -> None:
+def label_cells(
+    canvases: Canvases,
+    own: NDArray[np.uint8],
+    chart: int,
+    cell: int,
+    away: FloatArray,
+    labels: NDArray[np.int64],
+) -> None:
     """Write to each cell of a chart the block and sheet that show there, ``block · MOST_SHEETS + sheet``; −1: none.
 
-    Of its steps the one right after its middle counts, or the first one that shows something.
+    Of its steps the one right after its middle counts, or the first one that shows something. `away` receives 0
+    where that lies in a triangle that is `own` (T,), −1 where it does not, and infinity where nothing shows.
     """
     height, width, first = canvases.heights[chart], canvases.widths[chart], canvases.firsts[chart]
     for i in range(labels.shape[0]):
         for j in range(labels.shape[1]):
-            labels[i, j] = -1
+            labels[i, j], away[i, j] = -1, np.inf
             for n in range(cell * cell + 1):
                 down, right = (cell // 2, cell // 2) if n == 0 else ((n - 1) // cell, (n - 1) % cell)
                 r, c = (i - 1) * cell + down, (j - 1) * cell + right
@@ -37,6 +45,7 @@ def label_cells(canvases: Canvases, chart: int, cell: int, labels: NDArray[np.in
                     at = first + r * width + c
                     if canvases.owners[at] >= 0:
                         labels[i, j] = int64(canvases.owners[at]) * MOST_SHEETS + canvases.sheets[at]
+                        away[i, j] = 0.0 if own[canvases.triangles[at]] else -1.0
                         break
 
 
@@ -86,7 +95,7 @@ def label_beyond(
     """Label cells beyond a chart's seams by the blocks that show there, on the chart beyond.
 
     `edges` (n, 2) are a chart's edges that are seams, triangle and edge; `firsts` and `fits` all blocks' sheets.
-    `away` (rows, columns) is scratch, infinite at first.
+    `away` (rows, columns) is that of `label_cells`, and receives how far beyond a seam cells lie, squared.
     """
     reach = _REACH * cell
     for e in range(edges.shape[0]):
@@ -105,7 +114,7 @@ def label_beyond(
         j1 = int64(np.floor((max(p[k, 1], p[m, 1]) + reach) / cell)) + 3
         for i in range(max(i0, 0), min(i1, labels.shape[0])):
             for j in range(max(j0, 0), min(j1, labels.shape[1])):
-                if labels[i, j] >= 0 and away[i, j] == np.inf:
+                if away[i, j] <= 0.0:
                     continue  # something shows there
                 row, column = (i - 0.5) * cell - 0.5, (j - 0.5) * cell - 0.5
                 down, right = row - p[k, 0], column - p[k, 1]

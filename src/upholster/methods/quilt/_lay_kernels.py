@@ -37,7 +37,7 @@ from upholster.methods.quilt._whole_kernels import ClearCells, lie_whole
 from upholster.quilt.placement import SYMMETRIES
 from upholster.types import FloatArray, IntArray, int64
 
-__all__ = ["BlockArrays", "Ground", "LayScratch", "lay_blocks"]
+__all__ = ["BlockArrays", "Ground", "LayScratch", "lay_blocks", "replay_blocks"]
 
 _MOST_TRIANGLES = 1 << 13
 """Of a block."""
@@ -285,6 +285,54 @@ def _settle(
     splat_tent(usage[first : first + rows], numbers.usage_step, y, x, numbers.size, numbers.size, 1.0)
 
 
+@inline
+def _find(
+    ground: Ground,
+    numbers: LayNumbers,
+    blocks: BlockArrays,
+    n: int,
+    scale: float,
+    fits: FloatArray,
+    scratch: LayScratch,
+) -> tuple[Any, Any]:
+    # Finds where block n lies; returns how many triangles that takes, and how many sheets.
+    half, root = 0.5 * numbers.size, blocks.roots[n]
+    count = lie_whole(ground.field, ground.clear, root, half, scratch.found, fits)
+    if count > 0:
+        return count, int64(1)
+    found, sheets = unfold_block(
+        ground.mesh, int64(blocks.triangles[n]), blocks.shares[n], half, scale, scratch.unfold, scratch.found
+    )
+    pieces = fit_block(
+        *(ground.mesh, ground.field, root, half),
+        *(scratch.found, (found, sheets), scratch.sheets, fits),
+    )
+    return found, int64(pieces)
+
+
+@kernel
+def replay_blocks(
+    ground: Ground,
+    numbers: LayNumbers,
+    blocks: BlockArrays,
+    order: NDArray[np.int64],
+    masks: NDArray[np.uint8],
+    scale: float,
+    fits: FloatArray,
+    pieces: NDArray[np.int64],
+    scratch: LayScratch,
+) -> None:
+    """Write blocks that were laid before, in an order: where they lie is found again, nothing else.
+
+    `masks` (blocks, cells) is what they show, `scale` frame pixels per model unit; `fits` and `pieces` as in
+    `lay_blocks`. Those without a triangle, −1, are left out.
+    """
+    for n in order:
+        if blocks.triangles[n] >= 0:
+            count, pieces[n] = _find(ground, numbers, blocks, n, scale, fits[n], scratch)
+            write_frame(ground.canvases, numbers, n, blocks.records[n], masks[n], scratch.found, int64(count))
+
+
 @kernel
 def lay_blocks(
     ground: Ground,
@@ -299,6 +347,7 @@ def lay_blocks(
     seed: np.uint64,
     fits: FloatArray,
     pieces: NDArray[np.int64],
+    masks: NDArray[np.uint8],
     scratch: LayScratch,
 ) -> None:
     """Find, choose, cut and lay some blocks, from, to, one after another.
@@ -309,30 +358,16 @@ def lay_blocks(
     (k, 2) are blocks that may lie near, from, to; `reaches` how far they are near, in model units, and frame
     pixels per model unit. Each block
     draws from its own generator, which follows from `seed`. `fits` (blocks, `MOST_SHEETS`, `FIT`) and `pieces`
-    (blocks,) receive how sheets read, and how many there are.
+    (blocks,) receive how sheets read, and how many there are, `masks` (blocks, cells) which cells are shown.
     """
-    half = 0.5 * numbers.size
     for n in range(part[0], part[1]):
-        own, root = n - part[0], blocks.roots[n]
+        own = n - part[0]
         scratch.state[0] = seed + np.uint64(n) * np.uint64(0xD1342543DE82EF95)
-        blocks.records[n, LAID], pieces[own] = 0, 1
-        count = lie_whole(ground.field, ground.clear, root, half, scratch.found, fits[own])
-        if count == 0:
-            found, sheets = unfold_block(
-                ground.mesh,
-                int64(blocks.triangles[n]),
-                blocks.shares[n],
-                half,
-                reaches[1],
-                scratch.unfold,
-                scratch.found,
-            )
-            count = found
-            pieces[own] = fit_block(
-                *(ground.mesh, ground.field, root, half),
-                *(scratch.found, (found, sheets), scratch.sheets, fits[own]),
-            )
+        blocks.records[n, LAID] = 0
+        count, pieces[own] = _find(ground, numbers, blocks, n, reaches[1], fits[own], scratch)
         _settle(
             *(ground, match, numbers, weights, usage, blocks, n, near, reaches[0]),
             *(count, scratch),
         )
+        for m in range(masks.shape[1]):
+            masks[own, m] = scratch.mask[m]

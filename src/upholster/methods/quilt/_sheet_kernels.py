@@ -54,13 +54,13 @@ class FieldArrays(NamedTuple):
     """All charts' warp fields: nodes (n, 4) float64 in frame pixels per step, one after another.
 
     `shapes` (charts, 3) tell each one's first node, rows and columns; nodes lie `step` steps apart,
-    the second one of each row and column at `origin`.
+    the second one of each row and column at `origins` (charts, 2): places are told in a window of a chart.
     """
 
     nodes: FloatArray
     shapes: NDArray[np.int64]
     step: float
-    origin: float
+    origins: FloatArray
 
 
 class SheetScratch(NamedTuple):
@@ -86,8 +86,8 @@ class SheetScratch(NamedTuple):
 def field_at(field: FieldArrays, chart: int, row: float, column: float) -> tuple[float, float, float, float]:
     """Return M at a place of a chart: bilinear between nodes, the outermost ones beyond."""
     first, rows, columns = field.shapes[chart, 0], field.shapes[chart, 1], field.shapes[chart, 2]
-    y = min(max((row - field.origin) / field.step + 1.0, 0.0), rows - 1.0)
-    x = min(max((column - field.origin) / field.step + 1.0, 0.0), columns - 1.0)
+    y = min(max((row - field.origins[chart, 0]) / field.step + 1.0, 0.0), rows - 1.0)
+    x = min(max((column - field.origins[chart, 1]) / field.step + 1.0, 0.0), columns - 1.0)
     i, j = min(int64(y), max(rows - 2, 0)), min(int64(x), max(columns - 2, 0))
     down, right = y - i, x - j
     a = first + i * columns + j

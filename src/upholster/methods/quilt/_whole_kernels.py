@@ -43,11 +43,11 @@ class ClearCells(NamedTuple):
 
 
 @inline
-def _is_outer(p: FloatArray, k: int, m: int, height: int, width: int) -> bool:
+def _is_outer(p: FloatArray, k: int, m: int, corner: NDArray[np.int64], size: NDArray[np.int64]) -> bool:
     # Whether an edge runs along the outer edge of its chart: beyond it there is no step.
     for axis in range(2):
-        last = (height if axis == 0 else width) - 0.5
-        if abs(p[k, axis] + 0.5) < 1e-6 and abs(p[m, axis] + 0.5) < 1e-6:
+        first, last = -0.5 - corner[axis], size[axis] - 0.5 - corner[axis]
+        if abs(p[k, axis] - first) < 1e-6 and abs(p[m, axis] - first) < 1e-6:
             return True
         if abs(p[k, axis] - last) < 1e-6 and abs(p[m, axis] - last) < 1e-6:
             return True
@@ -56,9 +56,12 @@ def _is_outer(p: FloatArray, k: int, m: int, height: int, width: int) -> bool:
 
 @kernel
 def mark_edges(
-    mesh: MeshArrays, heights: NDArray[np.int64], widths: NDArray[np.int64], clear: ClearCells
+    mesh: MeshArrays, corners: NDArray[np.int64], sizes: NDArray[np.int64], clear: ClearCells
 ) -> None:
-    """Mark the cells through which seams, creases and borders run, but for borders along charts' edges."""
+    """Mark the cells through which seams, creases and borders run, but for borders along charts' edges.
+
+    `corners` (charts, 2) are the steps with which the charts' windows begin, `sizes` (charts, 2) the charts'.
+    """
     for t in range(mesh.triangles.shape[0]):
         chart = int64(mesh.chart[t])
         if chart < 0:
@@ -69,7 +72,7 @@ def mark_edges(
             ends = mesh.neighbours[t, k] < 0
             if not (ends or mesh.seam[t, k] >= 0):
                 continue
-            if ends and _is_outer(p, k, m, heights[chart], widths[chart]):
+            if ends and _is_outer(p, k, m, corners[chart], sizes[chart]):
                 continue
             y, x = p[m, 0] - p[k, 0], p[m, 1] - p[k, 1]
             count = int64(max(abs(y), abs(x))) // 2 + 1

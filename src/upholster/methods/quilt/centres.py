@@ -1,19 +1,20 @@
-"""Where blocks' centres lie, and in which order they are laid: region after region, so that threads share them.
+"""Where blocks' centres lie, and in which order they are laid: region after region, for threads to share.
 
-The surface is cut into cubes about four blocks wide, in eight classes by the parity of their place. Blocks of two
+A parcel is cut into cubes three blocks wide, in eight classes by the parity of their place. Blocks of two
 cubes of one class never touch: they are laid side by side. The order follows from the geometry alone.
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.methods.quilt._frame_kernels import Canvases, nearest_steps
-from upholster.methods.quilt._unfold_kernels import MeshArrays
+from upholster.methods.quilt._frame_kernels import nearest_steps
+from upholster.methods.quilt.ground import PlacedGround
 from upholster.types import FloatArray, IntArray
 
-__all__ = ["Centres", "Regions", "centres_on"]
+__all__ = ["Centres", "Regions", "centres_at", "centres_on"]
 
 _REGION = 3.0
 """Side of a region's cube, in blocks: two blocks that meet lie less than one and a half apart."""
@@ -21,67 +22,98 @@ _REGION = 3.0
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Centres:
-    """Blocks' centres, n of them.
+    """Blocks' centres, n of them: each is a step of a chart.
 
     Attributes
     ----------
+    steps
+        (n, 3) int32: chart, row and column; all else follows from them.
     triangles, shares
-        (n,) int32 and (n, 3) float64: where on the mesh, in barycentric coordinates.
+        (n,) int32 and (n, 3) float64: where on the ground's mesh, in barycentric coordinates. A step that is
+        not on the ground has triangle −1.
     roots
-        (n, 6): the chart, the place of the nearest step there, where that one reads, less the block's source, in
-        frame pixels, and the quarter turns from the chart's matrix there to the block's.
+        (n, 6): the chart, the place of the step in its window, where that one reads, less the block's source,
+        in frame pixels, and the quarter turns from the chart's matrix there to the block's.
     spots
         (n, 3) in space.
     """
 
+    steps: IntArray
     triangles: IntArray
     shares: FloatArray
     roots: FloatArray
     spots: FloatArray
 
-    def chosen(self, order: NDArray[np.intp]) -> "Centres":
-        """Return them in an order."""
-        return Centres(self.triangles[order], self.shares[order], self.roots[order], self.spots[order])
+    def chosen(self, order: NDArray[Any]) -> "Centres":
+        """Return some of them, in an order."""
+        parts = (self.steps, self.triangles, self.shares, self.roots, self.spots)
+        return Centres(*(part[order] for part in parts))
+
+    def with_more(self, others: "Centres") -> "Centres":
+        """Return them and others behind them."""
+        names = ("steps", "triangles", "shares", "roots", "spots")
+        return Centres(*(np.concatenate([getattr(part, name) for part in (self, others)]) for name in names))
 
 
-def centres_on(mesh: MeshArrays, canvases: Canvases, step: float, shift: float, *, bare: bool) -> Centres:
+def centres_at(placed: PlacedGround, steps: IntArray) -> Centres:
+    """Return steps (n, 3) of charts as centres."""
+    mesh, canvases = placed.ground.mesh, placed.ground.canvases
+    chart = steps[:, 0]
+    at = steps[:, 1:] - placed.corners[chart]
+    heights, widths = canvases.heights[chart], canvases.widths[chart]
+    inside = (at >= 0).all(axis=1) & (at[:, 0] < heights) & (at[:, 1] < widths)
+    number = canvases.firsts[chart] + at[:, 0] * widths + at[:, 1]
+    triangles = np.full(len(steps), -1, np.int32)
+    triangles[inside] = canvases.triangles[number[inside]]
+    shares = _shares(mesh.places[triangles], at.astype(np.float64))
+    roots = np.zeros((len(steps), 6))
+    roots[:, 0], roots[:, 1:3], roots[:, 5] = chart, at, mesh.turns[triangles]
+    spots: FloatArray = (shares[:, :, None] * mesh.corners[triangles]).sum(axis=1)
+    return Centres(steps, triangles, shares, roots, spots)
+
+
+def centres_on(
+    placed: PlacedGround, wanted: NDArray[np.bool_], step: float, shift: float, *, bare: bool
+) -> Centres:
     """Return centres on even grids over the charts, `step` steps apart, the first one at `shift`.
 
-    Each is the step on the surface that lies nearest to a point of the grid; with `bare` of those that no block
-    shows.
+    Each is the step on the surface that lies nearest to a point of the grid, and in a triangle that is wanted
+    (T,); with `bare` it is the nearest of those in such triangles that no block shows.
     """
+    canvases = placed.ground.canvases
+    looked_at = wanted if bare else np.ones(len(wanted), np.bool_)
     parts = [np.zeros((0, 3), np.int64)]
-    for chart in range(len(canvases.heights)):
-        sizes = canvases.heights[chart], canvases.widths[chart]
-        shape = [max(1, int((size - shift) / step + 1.5)) for size in sizes]
-        away, found = np.empty(shape), np.empty(shape, np.int32)
-        nearest_steps(canvases, chart, step, shift, bare, away, found)
-        rows, columns = np.divmod(found[found >= 0].astype(np.int64), sizes[1])
-        parts.append(np.stack([np.full(len(rows), chart), rows, columns], axis=1))
-    steps = np.concatenate(parts)
-    chart, places = steps[:, 0], steps[:, 1:].astype(np.float64)
-    triangles = canvases.triangles[
-        canvases.firsts[chart] + steps[:, 1] * canvases.widths[chart] + steps[:, 2]
-    ]
-    shares = _shares(mesh.places[triangles], places)
-    roots = np.zeros((len(steps), 6))
-    roots[:, 0], roots[:, 1:3], roots[:, 5] = chart, places, mesh.turns[triangles]
-    spots: FloatArray = (shares[:, :, None] * mesh.corners[triangles]).sum(axis=1)
-    return Centres(triangles, shares, roots, spots)
+    for chart in np.flatnonzero(canvases.heights * canvases.widths).tolist():
+        corner, size = placed.corners[chart], placed.sizes[chart]
+        shape = np.array([canvases.heights[chart], canvases.widths[chart]])
+        last = np.maximum(((size - shift) / step + 0.5).astype(np.int64), 0)
+        low, high = (
+            np.clip(((at - shift) / step + 0.5).astype(np.int64), 0, last)
+            for at in (corner, corner + shape - 1)
+        )
+        away, found = np.empty(high - low + 1), np.empty(high - low + 1, np.int32)
+        grid = np.stack([corner, low, last])
+        nearest_steps(canvases, chart, looked_at.view(np.uint8), bare, step, shift, grid, away, found)
+        rows, columns = np.divmod(found[found >= 0].astype(np.int64), shape[1])
+        parts.append(np.stack([np.full(len(rows), chart), rows + corner[0], columns + corner[1]], axis=1))
+    found_all = centres_at(placed, np.concatenate(parts).astype(np.int32))
+    return found_all.chosen(np.flatnonzero(wanted[found_all.triangles]))
 
 
 class Regions:
-    """Cubes of space, and which blocks lie in each.
+    """Cubes of space, and which blocks lie in each."""
 
-    Attributes
-    ----------
-    side
-        Of a cube, in model units.
-    """
+    def __init__(self, block: float, tile: FloatArray | None) -> None:
+        """Begin, with blocks so many model units wide; `tile` (2, 3) is the box of a tile, from, to.
 
-    def __init__(self, block: float) -> None:
-        """Begin, with blocks so many model units wide."""
-        self.side = _REGION * block
+        Round a tile goes an even number of cubes, so that classes of the first and the last differ; or one.
+        """
+        self._origin, self._sides = np.zeros(3), np.full(3, _REGION * block)
+        if tile is not None:
+            extent = tile[1] - tile[0]
+            count = 2 * np.floor(extent / (2 * _REGION * block))
+            self._origin = tile[0]
+            self._sides = np.where(count > 0, extent / np.maximum(count, 1), np.inf)
         self._parts: dict[tuple[int, int, int], list[tuple[int, int]]] = {}
 
     def enter(self, spots: FloatArray, first: int) -> tuple[NDArray[np.intp], list[list[tuple[int, int]]]]:
@@ -89,7 +121,7 @@ class Regions:
 
         They are numbered from `first` on, in the order returned.
         """
-        cubes = np.floor(spots / self.side).astype(np.int64)
+        cubes = self._cubes(spots)
         kind = (cubes & 1) @ np.array([1, 2, 4])
         order = np.lexsort((np.arange(len(spots)), *cubes.T[::-1], kind))
         cubes, kind = cubes[order], kind[order]
@@ -103,9 +135,13 @@ class Regions:
             classes[int(kind[start])].append(part)
         return order, [one for one in classes if one]
 
+    def _cubes(self, spots: FloatArray) -> NDArray[np.int64]:
+        cubes: NDArray[np.int64] = np.floor((spots - self._origin) / self._sides).astype(np.int64)
+        return cubes
+
     def near(self, spot: FloatArray) -> NDArray[np.int64]:
         """Return the blocks in the cubes round a place, (k, 2) from, to."""
-        a, b, c = np.floor(spot / self.side).astype(np.int64).tolist()
+        a, b, c = self._cubes(spot).tolist()
         found = [
             part
             for i in (a - 1, a, a + 1)

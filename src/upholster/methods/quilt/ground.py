@@ -1,10 +1,12 @@
-"""What blocks are laid on: a charted surface as kernels take it, its warp fields, and the charts' canvases."""
+"""What blocks are laid on: a charted surface as kernels take it, its warp fields, and charts' canvases."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from upholster.charts.charted import ChartedSurface
 from upholster.charts.directions._kernels import corner_fans
 from upholster.charts.subdivision import Subdivided
 from upholster.charts.warp_fields import triangle_frames
@@ -13,32 +15,51 @@ from upholster.methods.quilt._lay_kernels import Ground
 from upholster.methods.quilt._sheet_kernels import FieldArrays
 from upholster.methods.quilt._unfold_kernels import MeshArrays
 from upholster.methods.quilt._whole_kernels import CLEAR_CELL, ClearCells, mark_edges
-from upholster.quilt.chart import Chart
 from upholster.quilt.warp_field import FIELD_STEP, UNIT, WarpField
 from upholster.types import FloatArray, IntArray
 
-__all__ = ["ground_of"]
+__all__ = ["PlacedGround", "field_arrays", "ground_of"]
+
+_ALIGNED = 24
+"""Steps: windows of charts begin at a multiple of it, where cells of labels and clear cells begin as well."""
+
+_BESIDE = 8
+"""Steps that a window reaches beyond its triangles: labels are told a little beyond seams."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class PlacedGround:
+    """Ground of a part of a surface, on windows of its charts.
+
+    Attributes
+    ----------
+    ground
+        What blocks are laid on. Its places are those in the windows.
+    corners
+        (charts, 2) the steps on the charts with which the windows begin.
+    sizes
+        (charts, 2) rows and columns of the charts.
+    parent
+        (T,) int32: the triangle of the whole surface that each one is a part of.
+    """
+
+    ground: Ground
+    corners: NDArray[np.int64]
+    sizes: NDArray[np.int64]
+    parent: IntArray
 
 
 def ground_of(
-    fine: Subdivided,
-    fields: Sequence[WarpField],
-    level: int,
-    *,
-    crease: float | None,
-    fold: int,
-    turns: IntArray,
-) -> Ground:
+    fine: Subdivided, field: FieldArrays, *, crease: float | None, fold: int, turns: IntArray
+) -> PlacedGround:
     """Return the ground on which blocks are laid, bare.
 
     Parameters
     ----------
     fine
-        The charted surface, with short edges.
-    fields
-        Its charts' warp fields.
-    level
-        Of the exemplar, that blocks read: lengths in frames are its pixels.
+        A charted surface, or the part of it that counts, with short edges.
+    field
+        All charts' warp fields, see `field_arrays`.
     crease
         Degrees: blocks do not go on over edges at which the surface turns by as much. None: over all.
     fold
@@ -46,16 +67,45 @@ def ground_of(
     turns
         (T,) quarter turns from the warp fields to the directions, see `upholster.charts.turns`.
     """
-    mesh = _mesh_arrays(fine, crease, fold, turns)
-    charts = fine.surface.charts
-    canvases = _canvases(charts)
+    corners, shapes, sizes = _windows(fine.surface)
+    mesh = _mesh_arrays(fine, corners, crease, fold, turns)
+    canvases = _canvases(shapes)
     locate_steps(mesh, canvases, np.full(len(canvases.owners), np.inf, np.float32))
-    clear = _clear_cells(charts)
-    mark_edges(mesh, canvases.heights, canvases.widths, clear)
-    return Ground(mesh, _field_arrays(fields, level), clear, canvases)
+    clear = _clear_cells(shapes)
+    mark_edges(mesh, corners, sizes, clear)
+    own = field._replace(origins=np.ascontiguousarray(field.origins - corners))
+    return PlacedGround(Ground(mesh, own, clear, canvases), corners, sizes, fine.parent)
 
 
-def _mesh_arrays(fine: Subdivided, crease: float | None, fold: int, turns: IntArray) -> MeshArrays:
+def field_arrays(fields: Sequence[WarpField], level: int) -> FieldArrays:
+    """Return charts' warp fields as kernels take them, in pixels of a level of the exemplar."""
+    nodes = [field.matrices.reshape(-1, 4) / (UNIT << level) for field in fields]
+    firsts = np.cumsum([0, *(len(part) for part in nodes)])
+    shapes = np.array(
+        [(first, *field.matrices.shape[:2]) for first, field in zip(firsts, fields, strict=False)]
+    )
+    origins = np.zeros((len(fields), 2))
+    return FieldArrays(np.concatenate(nodes), shapes.astype(np.int64), float(FIELD_STEP), origins)
+
+
+def _windows(surface: ChartedSurface) -> tuple[NDArray[np.int64], ...]:
+    # Of each chart where the window begins that holds its triangles, the window's sides, and the chart's.
+    sizes = np.array([(chart.height, chart.width) for chart in surface.charts], np.int64)
+    low, high = np.full(sizes.shape, np.inf), np.full(sizes.shape, -np.inf)
+    np.minimum.at(low, surface.chart, surface.places.min(axis=1))
+    np.maximum.at(high, surface.chart, surface.places.max(axis=1))
+    empty: NDArray[np.bool_] = ~np.isfinite(low)
+    low[empty] = high[empty] = 0.0
+    first = np.floor((low - _BESIDE) / _ALIGNED).astype(np.int64) * _ALIGNED
+    last = np.ceil((high + _BESIDE) / _ALIGNED).astype(np.int64) * _ALIGNED
+    first, last = np.clip(first, 0, sizes), np.clip(last, 0, sizes)
+    shapes = np.where(empty, 0, last - first)
+    return first, shapes, sizes
+
+
+def _mesh_arrays(
+    fine: Subdivided, corners: NDArray[np.int64], crease: float | None, fold: int, turns: IntArray
+) -> MeshArrays:
     surface, mesh = fine.surface, fine.surface.mesh
     along, down = triangle_frames(mesh, fine.vectors)
     across = surface.across.copy()
@@ -68,7 +118,7 @@ def _mesh_arrays(fine: Subdivided, crease: float | None, fold: int, turns: IntAr
     count = corner_fans(across, vertices)
     owner = np.argsort(vertices.ravel(), kind="stable")
     first = np.searchsorted(vertices.ravel()[owner], np.arange(count + 1))
-    places = np.ascontiguousarray(surface.places - 0.5)
+    places = np.ascontiguousarray(surface.places - 0.5 - corners[surface.chart][:, None])
     seam, crossing = _crossings(fine, places)
     seam[across < 0] = -1
     return MeshArrays(
@@ -115,7 +165,7 @@ def _crossings(fine: Subdivided, places: FloatArray) -> tuple[IntArray, FloatArr
     there = flat(other.astype(np.intp), (its.astype(np.intp) + 1) % 3, its.astype(np.intp))
     with np.errstate(invalid="ignore"):
         crossing = _inverse(there) @ here
-    sound = np.isfinite(crossing).all(axis=(1, 2))[:, None, None]
+    sound = np.isfinite(crossing).all(axis=(1, 2)).reshape(-1, 1, 1)
     return seam, np.ascontiguousarray(np.where(sound, crossing, np.eye(2)))
 
 
@@ -127,17 +177,8 @@ def _inverse(m: FloatArray) -> FloatArray:
     return out
 
 
-def _field_arrays(fields: Sequence[WarpField], level: int) -> FieldArrays:
-    nodes = [field.matrices.reshape(-1, 4) / (UNIT << level) for field in fields]
-    firsts = np.cumsum([0, *(len(part) for part in nodes)])
-    shapes = np.array(
-        [(first, *field.matrices.shape[:2]) for first, field in zip(firsts, fields, strict=False)]
-    )
-    return FieldArrays(np.concatenate(nodes), shapes.astype(np.int64), float(FIELD_STEP), 0.0)
-
-
-def _canvases(charts: Sequence[Chart]) -> Canvases:
-    heights, widths = np.array([(chart.height, chart.width) for chart in charts], np.int64).T
+def _canvases(shapes: NDArray[np.int64]) -> Canvases:
+    heights, widths = shapes.T
     firsts = np.cumsum([0, *(heights * widths).tolist()])
     count = int(firsts[-1])
     return Canvases(
@@ -151,8 +192,7 @@ def _canvases(charts: Sequence[Chart]) -> Canvases:
     )
 
 
-def _clear_cells(charts: Sequence[Chart]) -> ClearCells:
-    sizes = np.array([(chart.height, chart.width) for chart in charts], np.int64)
+def _clear_cells(sizes: NDArray[np.int64]) -> ClearCells:
     shapes = -(-sizes // CLEAR_CELL)
     firsts = np.cumsum([0, *(shapes[:, 0] * shapes[:, 1]).tolist()])
     return ClearCells(np.zeros(int(firsts[-1]), np.uint8), firsts[:-1].astype(np.int64), shapes)

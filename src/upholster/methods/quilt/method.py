@@ -1,58 +1,40 @@
 """Method "quilt" over a charted surface: blocks laid one over the other, then what shows of them.
 
-Blocks lie on even grids over the charts, then on what is still bare. They are laid region by region, see
-`centres`: regions of one class side by side.
+`planned` settles what stays the same, `laying` lays blocks, parcel by parcel, and `emit` tells what shows.
 """
 
-from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from upholster.charts.charted import ChartedSurface
-from upholster.charts.mesh_layout import GUTTER
-from upholster.charts.phases import PhaseField
-from upholster.charts.subdivision import subdivided
-from upholster.methods.quilt._block_kernels import (
-    BLOCK_COLUMNS,
-    LAID,
-    PHASE,
-    LayNumbers,
-    LayWeights,
-    MatchImage,
-)
-from upholster.methods.quilt._lay_kernels import BlockArrays, Ground, LayScratch, lay_blocks
+from upholster.methods.quilt._block_kernels import LayNumbers, LayWeights
 from upholster.methods.quilt._phase_kernels import MISFIT
-from upholster.methods.quilt._sheet_kernels import FIT, MOST_SHEETS
-from upholster.methods.quilt.centres import Centres, Regions, centres_on
-from upholster.methods.quilt.emit import Laid, emitted_quilt
-from upholster.methods.quilt.ground import ground_of
+from upholster.methods.quilt.emit import LabelPiece, emitted_quilt, label_pieces
+from upholster.methods.quilt.laying import LayPlan, ParcelBlocks, draw_parcel, lay_parcel
 from upholster.methods.quilt.match_pyramid import MatchPyramid
 from upholster.methods.quilt.options import QuiltOptions
+from upholster.methods.quilt.parcels import Parcels
 from upholster.methods.quilt.phases import WantedPhases
-from upholster.parallel import check_running, run_tasks
+from upholster.parallel import check_running, run_tasks, thread_count
 from upholster.quilt.model import Quilt
 from upholster.quilt.warp_field import WarpField
 from upholster.types import FloatArray, IntArray, PixelArray, Progress
 
-__all__ = ["synthesize_quilt"]
+__all__ = ["laid_quilt", "planned", "synthesize_quilt"]
+
+_OVERLAP = 0.3
+"""Of blocks, by default."""
 
 _COARSE = 48
 _LARGEST_FRAME = 512
 _SHARE = 0.75
-_OVERLAP = 0.3
-_SHORT = 0.4
-"""Longest edge of a triangle that blocks are unfolded over, in blocks."""
-
-_ROUNDS = 12
-"""Of blocks on what is still bare."""
-
 _MIRRORED = 1 << 5
 """The symmetry that mirrors left and right: columns count backwards."""
 
 
-def synthesize_quilt(
+def planned(
     exemplar: PixelArray,
     surface: ChartedSurface,
     fields: tuple[WarpField, ...],
@@ -64,8 +46,49 @@ def synthesize_quilt(
     options: QuiltOptions,
     phases: WantedPhases | None = None,
     seed: int = 0,
+) -> LayPlan:
+    """Return what a surface is laid by; parameters as of `synthesize_quilt`."""
+    pyramid, numbers = _numbers(exemplar, surface, options, scale, phases)
+    block = numbers.size * 2**numbers.level / scale
+    weights = LayWeights(
+        options.evenness * pyramid.variance,
+        options.variety * pyramid.variance,
+        options.tolerance,
+        0.0 if phases is None else phases.weight * pyramid.variance / MISFIT,
+    )
+    density = _density(surface)
+    rows, columns = pyramid.empty_usage(numbers.symmetries.bit_count()).shape
+    return LayPlan(
+        surface,
+        vectors,
+        fields,
+        np.zeros(len(surface.chart), np.int32) if turns is None else turns,
+        fold,
+        options.crease,
+        (exemplar.shape[0], exemplar.shape[1]),
+        scale,
+        density,
+        pyramid.levels[numbers.level].match,
+        numbers,
+        weights,
+        _OVERLAP if options.overlap is None else options.overlap / options.block,
+        (rows, columns),
+        None if phases is None else phases.surface,
+        int(np.random.SeedSequence(seed).generate_state(1, np.uint64)[0]),
+        Parcels.of(surface, vectors, block, density),
+    )
+
+
+def synthesize_quilt(
+    exemplar: PixelArray,
+    surface: ChartedSurface,
+    fields: tuple[WarpField, ...],
+    vectors: FloatArray,
+    scale: float,
+    *,
     threads: int | None = None,
     progress: Progress | None = None,
+    **more: Any,
 ) -> Quilt:
     """Cover a charted surface with one texture.
 
@@ -93,125 +116,41 @@ def synthesize_quilt(
         As in `upholster.parallel.run_tasks`; stage "blocks".
     """
     check_running(threads, progress)
-    turns = np.zeros(len(surface.chart), np.int32) if turns is None else turns
-    pyramid, numbers = _numbers(exemplar, surface, options, scale, phases)
-    pixels = scale / 2**numbers.level
-    fine = subdivided(surface, vectors, _SHORT * numbers.size / pixels)
-    ground = ground_of(
-        fine, fields, numbers.level, crease=options.crease, fold=fold, turns=turns[fine.parent]
-    )
-    variance = pyramid.variance
-    weights = LayWeights(
-        options.evenness * variance,
-        options.variety * variance,
-        options.tolerance,
-        0.0 if phases is None else phases.weight * variance / MISFIT,
-    )
-    laying = _Laying(
-        ground, pyramid.levels[numbers.level].match, numbers, weights, pixels, _density(surface),
-        None if phases is None else phases.surface, fine.parent,
-        _OVERLAP if options.overlap is None else options.overlap / options.block,
-        np.random.SeedSequence(seed).generate_state(1, np.uint64)[0], threads, progress,
-        pyramid.empty_usage(numbers.symmetries.bit_count()), Regions(numbers.size / pixels),
-    )  # fmt: skip
-    laid = laying.all_laid()
-    return emitted_quilt(surface.charts, fields, exemplar.shape[:2], ground, laid, threads=threads)
+    return laid_quilt(planned(exemplar, surface, fields, vectors, scale, **more), threads, progress)
 
 
-@dataclass(eq=False)
-class _Laying:
-    """A synthesis under way."""
+def laid_quilt(plan: LayPlan, threads: int | None = None, progress: Progress | None = None) -> Quilt:
+    """Lay a surface on threads of this process, and return its quilt."""
+    if len(plan.parcels) == 1:
+        _, drawn = lay_parcel(plan, 0, plan.empty_usage(), (), threads=threads, progress=progress)
+        assert drawn is not None  # a surface has triangles
+        return emitted_quilt(plan, label_pieces(plan, drawn), threads=threads)
+    blocks = _laid_parcels(plan, threads, progress)
+    pieces: list[list[LabelPiece]] = [[] for _ in blocks]
 
-    ground: Ground
-    match: MatchImage
-    numbers: LayNumbers
-    weights: LayWeights
-    pixels: float  # of frames, in a model unit
-    steps: float  # of charts, in a model unit
-    phases: PhaseField | None
-    parent: IntArray  # of triangles, among the surface's own
-    overlap: float  # of blocks
-    seed: np.uint64
-    threads: int | None
-    progress: Progress | None
-    usage: FloatArray
-    regions: Regions
+    def label(n: int) -> None:
+        drawn = draw_parcel(plan, n, [blocks[k] for k in plan.parcels.near(n)])
+        pieces[n] = [] if drawn is None else label_pieces(plan, drawn)
 
-    def __post_init__(self) -> None:
-        none = np.zeros((0, 3))
-        self.blocks = BlockArrays(
-            np.zeros(0, np.int32), none, np.zeros((0, 6)), none, np.zeros((0, BLOCK_COLUMNS), np.int32)
-        )
-        self._fits: dict[int, FloatArray] = {}
-        self._free: list[LayScratch] = []
+    run_tasks([partial(label, n) for n in range(len(blocks))], threads=threads)
+    return emitted_quilt(plan, [piece for own in pieces for piece in own], threads=threads)
 
-    def all_laid(self) -> Laid:
-        """Lay blocks on even grids, then on what is bare; return them all."""
-        size = self.numbers.size
-        mesh, canvases = self.ground.mesh, self.ground.canvases
-        step = max(2.0, (1 - self.overlap) * size * self._steps_per_pixel())
-        self.lay(centres_on(mesh, canvases, step, GUTTER + 0.35 * step, bare=False))
-        step, left = 0.5 * size * self._steps_per_pixel(), np.inf
-        for _ in range(_ROUNDS):
-            count = int(((canvases.owners < 0) & (canvases.triangles >= 0)).sum())
-            if not 0 < count < left:
-                break
-            left = count
-            self.lay(centres_on(mesh, canvases, step, 0.5 * step, bare=True))
-        fits = [self._fits[n] for n in range(len(self.blocks.records))]
-        firsts = np.cumsum([0, *(len(one) for one in fits)])
-        return Laid(self.blocks.records, firsts, np.concatenate(fits), self.numbers.level)
 
-    def lay(self, centres: Centres) -> None:
-        """Lay blocks."""
-        first = len(self.blocks.records)
-        order, classes = self.regions.enter(centres.spots, first)
-        self._add(centres.chosen(order))
-        for parts in classes:
-            near = [self.regions.near(self.blocks.spots[start]) for start, _ in parts]
-            usages = [self.usage.copy() for _ in parts]
-            run_tasks(
-                [
-                    partial(self._lay_region, part, close, usage)
-                    for part, close, usage in zip(parts, near, usages, strict=True)
-                ],
-                threads=self.threads,
-            )
-            self.usage = self.usage + sum((usage - self.usage for usage in usages), np.zeros_like(self.usage))
-            if self.progress is not None:
-                self.progress("blocks", parts[-1][1] - first, len(order))
+def _laid_parcels(plan: LayPlan, threads: int | None, progress: Progress | None) -> list[ParcelBlocks]:
+    blocks: list[ParcelBlocks] = [ParcelBlocks.joined(plan, ())] * len(plan.parcels)
+    usage = plan.empty_usage()
 
-    def _add(self, centres: Centres) -> None:
-        records = np.zeros((len(centres.triangles), BLOCK_COLUMNS), np.int32)
-        if self.phases is not None:
-            wanted = self.phases.at(self.parent[centres.triangles], centres.spots)
-            records[:, PHASE : PHASE + len(wanted)] = wanted.T
-        new = (centres.triangles, centres.shares, centres.roots, centres.spots, records)
-        self.blocks = BlockArrays(
-            *(np.concatenate([old, one]) for old, one in zip(self.blocks, new, strict=True))
-        )
+    def lay(n: int, start: int, threads: int) -> None:
+        before = [blocks[k] for k in plan.parcels.near(n) if k < start]
+        blocks[n], _ = lay_parcel(plan, n, usage, before, threads=threads)
 
-    def _lay_region(self, part: tuple[int, int], near: NDArray[np.int64], usage: FloatArray) -> None:
-        scratch = self._free.pop() if self._free else self._scratch()
-        count = part[1] - part[0]
-        fits, pieces = np.empty((count, MOST_SHEETS, FIT)), np.zeros(count, np.int64)
-        reaches = 2.0 * self.numbers.size / self.pixels, self.pixels
-        lay_blocks(
-            self.ground, self.match, self.numbers, self.weights, usage, self.blocks, part, near, reaches,
-            self.seed, fits, pieces, scratch,
-        )  # fmt: skip
-        for n in range(count):
-            self._fits[part[0] + n] = fits[
-                n, : pieces[n] if self.blocks.records[part[0] + n, LAID] else 0
-            ].copy()
-        self._free.append(scratch)
-
-    def _scratch(self) -> LayScratch:
-        mesh = self.ground.mesh
-        return LayScratch.of(self.numbers, self.usage, len(mesh.first) - 1, len(mesh.triangles))
-
-    def _steps_per_pixel(self) -> float:
-        return self.steps / self.pixels
+    for start, stop in plan.parcels.classes:
+        inner = max(1, thread_count(threads) // (stop - start))
+        run_tasks([partial(lay, n, start, inner) for n in range(start, stop)], threads=threads)
+        usage = sum((blocks[n].used for n in range(start, stop)), usage)
+        if progress is not None:
+            progress("blocks", stop, len(blocks))
+    return blocks
 
 
 def _density(surface: ChartedSurface) -> float:

@@ -1,0 +1,389 @@
+"""Laying a surface's blocks, parcel by parcel: what stays the same, and what each parcel leaves.
+
+A parcel's task takes the triangles in its cube and some blocks round it, draws again what parcels before it
+have laid there, and lays its own blocks: on even grids over the charts, then on what is still bare. They are
+laid region by region, see `centres`: regions of one class side by side. What comes of it is small.
+
+A bare step belongs to the last of the parcels that lie near it: then all have laid their grids there.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property, partial
+
+import numpy as np
+from numpy.typing import NDArray
+
+from upholster.charts.charted import ChartedSurface
+from upholster.charts.mesh_layout import GUTTER
+from upholster.charts.phases import PhaseField
+from upholster.charts.subdivision import subdivided_in
+from upholster.methods.quilt._block_kernels import (
+    BLOCK_COLUMNS,
+    LAID,
+    PHASE,
+    LayNumbers,
+    LayWeights,
+    MatchImage,
+)
+from upholster.methods.quilt._lay_kernels import BlockArrays, LayScratch, lay_blocks, replay_blocks
+from upholster.methods.quilt._sheet_kernels import FIT, MOST_SHEETS, FieldArrays
+from upholster.methods.quilt.centres import Centres, Regions, centres_at, centres_on
+from upholster.methods.quilt.ground import PlacedGround, field_arrays, ground_of
+from upholster.methods.quilt.parcels import Parcels
+from upholster.parallel import run_tasks
+from upholster.quilt.warp_field import WarpField
+from upholster.types import FloatArray, IntArray, Progress
+
+__all__ = ["Drawn", "LayPlan", "ParcelBlocks", "draw_parcel", "lay_parcel"]
+
+_SHORT = 0.4
+"""Longest edge of a triangle that blocks are unfolded over, in blocks."""
+
+_ROUNDS = 12
+"""Of blocks on what is still bare."""
+
+_BARE = 1.0
+"""Blocks: so near lie the parcels that may show what is bare."""
+
+_AROUND_LAYING, _AROUND_LABELS = 3.3, 1.5
+"""Blocks: what is laid so near to a parcel counts as it is laid, and as its labels are told."""
+
+_REACH = 1.2
+"""Blocks: so far reaches the surface that a block lies on, or looks at, from its centre."""
+
+_NUMBERS = 2**24
+"""Blocks of a parcel have numbers below that: each parcel's follow those of the one before."""
+
+_MULTIPLIER = 0xD1342543DE82EF95
+"""Generators of two blocks, one after the other, are so far apart: as `lay_blocks` has it."""
+
+
+@dataclass(frozen=True, eq=False)
+class LayPlan:
+    """What stays the same while blocks are laid.
+
+    Attributes
+    ----------
+    surface, vectors, fields
+        As of `synthesize_quilt`.
+    turns, fold, crease
+        Likewise; `turns` (T,).
+    shape
+        (height, width) of the exemplar.
+    scale
+        Exemplar pixels per model unit.
+    density
+        Steps per model unit.
+    match, numbers, weights
+        The exemplar as it is matched, and how.
+    overlap
+        Of a block, with the one before.
+    usage
+        Rows and columns of the counts of how much each part of the exemplar is used.
+    phases
+        Where in its periods the texture shall be; None: that is not looked at.
+    seed
+        0 to 2^64 − 1.
+    parcels
+        In which the surface is laid.
+    """
+
+    surface: ChartedSurface
+    vectors: FloatArray
+    fields: tuple[WarpField, ...]
+    turns: IntArray
+    fold: int
+    crease: float | None
+    shape: tuple[int, int]
+    scale: float
+    density: float
+    match: MatchImage
+    numbers: LayNumbers
+    weights: LayWeights
+    overlap: float
+    usage: tuple[int, int]
+    phases: PhaseField | None
+    seed: int
+    parcels: Parcels
+
+    @property
+    def pixels(self) -> float:
+        """Pixels of frames in a model unit."""
+        return float(self.scale / 2**self.numbers.level)
+
+    @cached_property
+    def field(self) -> FieldArrays:
+        """All warp fields, as kernels take them."""
+        return field_arrays(self.fields, self.numbers.level)
+
+    def empty_usage(self) -> FloatArray:
+        """Return counts of an exemplar of which nothing is used yet."""
+        return np.zeros(self.usage)
+
+    def ground(self, parcel: int, blocks: float) -> PlacedGround | None:
+        """Return the bare ground of a parcel and so many blocks round it; None: nothing lies there."""
+        box = self.parcels.box(parcel, blocks)
+        fine = subdivided_in(self.surface, self.vectors, _SHORT * self.numbers.size / self.pixels, box)
+        if fine is None:
+            return None
+        turns = self.turns[fine.parent]
+        return ground_of(fine, self.field, crease=self.crease, fold=self.fold, turns=turns)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class ParcelBlocks:
+    """The blocks of a parcel, n that show something.
+
+    Attributes
+    ----------
+    numbers
+        (n,) int64: their places in the order of all blocks, ascending.
+    steps
+        (n, 3) int32: chart, row and column of their centres.
+    spots
+        (n, 3) where those are in space.
+    records
+        (n, `BLOCK_COLUMNS`) what they read.
+    masks
+        (n, bytes) uint8: which of a frame's cells are theirs, a bit for each.
+    used
+        How much they use of each part of the exemplar.
+    """
+
+    numbers: NDArray[np.int64]
+    steps: IntArray
+    spots: FloatArray
+    records: IntArray
+    masks: NDArray[np.uint8]
+    used: FloatArray
+
+    def chosen(self, which: NDArray[np.bool_]) -> "ParcelBlocks":
+        """Return some of them."""
+        return ParcelBlocks(
+            self.numbers[which],
+            self.steps[which],
+            self.spots[which],
+            self.records[which],
+            self.masks[which],
+            self.used,
+        )
+
+    @classmethod
+    def joined(cls, plan: LayPlan, parts: Sequence["ParcelBlocks"]) -> "ParcelBlocks":
+        """Return the blocks of several parcels, in that order; what they use is not told."""
+        cells = (plan.numbers.size // plan.numbers.cell) ** 2
+        return cls(
+            np.concatenate([np.zeros(0, np.int64), *(part.numbers for part in parts)]),
+            np.concatenate([np.zeros((0, 3), np.int32), *(part.steps for part in parts)]),
+            np.concatenate([np.zeros((0, 3)), *(part.spots for part in parts)]),
+            np.concatenate([np.zeros((0, BLOCK_COLUMNS), np.int32), *(part.records for part in parts)]),
+            np.concatenate([np.zeros((0, -(-cells // 8)), np.uint8), *(part.masks for part in parts)]),
+            plan.empty_usage(),
+        )
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Drawn:
+    """Ground with blocks on it.
+
+    Attributes
+    ----------
+    placed
+        The ground.
+    own
+        (T,) which triangles are the parcel's own.
+    numbers, records
+        (B,) and (B, `BLOCK_COLUMNS`) of the blocks, as canvases number them: see `ParcelBlocks`.
+    firsts, fits
+        (B + 1,) each one's first sheet, and all sheets, (S, `FIT`).
+    """
+
+    placed: PlacedGround
+    own: NDArray[np.bool_]
+    numbers: NDArray[np.int64]
+    records: IntArray
+    firsts: NDArray[np.int64]
+    fits: FloatArray
+
+
+def lay_parcel(
+    plan: LayPlan,
+    parcel: int,
+    usage: FloatArray,
+    before: Sequence[ParcelBlocks],
+    *,
+    threads: int | None = 1,
+    progress: Progress | None = None,
+) -> tuple[ParcelBlocks, Drawn | None]:
+    """Lay the blocks of a parcel; return them, and the ground as it is then, if something lies there.
+
+    Parameters
+    ----------
+    plan, parcel
+        Which.
+    usage
+        How much of each part of the exemplar is used by all classes before.
+    before
+        The blocks of parcels beside it that are laid, in their order.
+    threads, progress
+        As in `upholster.parallel.run_tasks`; stage "blocks".
+    """
+    placed = plan.ground(parcel, _AROUND_LAYING + _REACH)
+    if placed is None:
+        return ParcelBlocks.joined(plan, ()), None
+    laying = _Laying(plan, parcel, placed, usage, threads, progress)
+    laying.replay(ParcelBlocks.joined(plan, before), _AROUND_LAYING)
+    laying.lay_all()
+    return laying.laid(), laying.drawn()
+
+
+def draw_parcel(plan: LayPlan, parcel: int, parts: Sequence[ParcelBlocks]) -> Drawn | None:
+    """Draw again what was laid in a parcel and right beside it: `parts`, its blocks and its neighbours'."""
+    placed = plan.ground(parcel, _AROUND_LABELS + _REACH)
+    if placed is None:
+        return None
+    laying = _Laying(plan, parcel, placed, plan.empty_usage(), 1, None)
+    laying.replay(ParcelBlocks.joined(plan, parts), _AROUND_LABELS)
+    return laying.drawn()
+
+
+class _Laying:
+    """A parcel under way: its ground, and the blocks on it, those first that are only drawn again."""
+
+    def __init__(
+        self,
+        plan: LayPlan,
+        parcel: int,
+        placed: PlacedGround,
+        usage: FloatArray,
+        threads: int | None,
+        progress: Progress | None,
+    ) -> None:
+        self.plan, self.parcel, self.placed = plan, parcel, placed
+        self.threads, self.progress = threads, progress
+        self.before, self.usage = usage, usage
+        middles = placed.ground.mesh.corners.mean(axis=1)
+        self.own = plan.parcels.of_points(middles) == parcel
+        self.bare = plan.parcels.last_of_points(middles, _BARE) == parcel
+        tile = plan.surface.mesh.box if plan.surface.is_tile else None
+        self.regions = Regions(plan.numbers.size / plan.pixels, tile)
+        self.centres = centres_at(placed, np.zeros((0, 3), np.int32))
+        self.numbers = np.zeros(0, np.int64)
+        self.records = np.zeros((0, BLOCK_COLUMNS), np.int32)
+        self.masks = np.zeros((0, (plan.numbers.size // plan.numbers.cell) ** 2), np.uint8)
+        self.fits: dict[int, FloatArray] = {}
+        self.first = 0
+        self._free: list[LayScratch] = []
+
+    def replay(self, blocks: ParcelBlocks, around: float) -> None:
+        """Draw blocks again, those that lie so many blocks round the parcel."""
+        box = self.plan.parcels.box(self.parcel, around)
+        if box is not None:
+            blocks = blocks.chosen(((blocks.spots >= box[0]) & (blocks.spots <= box[1])).all(axis=1))
+        count = self.first = len(blocks.numbers)
+        if not count:
+            return
+        by_region, _ = self.regions.enter(blocks.spots, 0)
+        self._add(centres_at(self.placed, blocks.steps[by_region]), blocks.numbers[by_region])
+        self.centres.spots[:] = blocks.spots[by_region]  # of those that are not on this ground as well
+        self.records[:] = blocks.records[by_region]
+        self.masks[:] = np.unpackbits(blocks.masks[by_region], axis=1, count=self.masks.shape[1])
+        fits, pieces = np.empty((count, MOST_SHEETS, FIT)), np.zeros(count, np.int64)
+        order = np.argsort(self.numbers)
+        scratch = self._scratch()
+        replay_blocks(
+            self.placed.ground, self.plan.numbers, self._arrays(), order, self.masks, self.plan.pixels, fits,
+            pieces, scratch,
+        )  # fmt: skip
+        self._keep(0, fits, pieces)
+        self._free.append(scratch)
+
+    def lay_all(self) -> None:
+        """Lay blocks on even grids, then on what is bare."""
+        numbers = self.plan.numbers
+        across = numbers.size / self.plan.pixels * self.plan.density  # a block, in steps
+        step = max(2.0, (1 - self.plan.overlap) * across)
+        self.lay(centres_on(self.placed, self.own, step, GUTTER + 0.35 * step, bare=False))
+        step, left = 0.5 * across, np.inf
+        for _ in range(_ROUNDS):
+            bare = centres_on(self.placed, self.bare, step, 0.5 * step, bare=True)
+            if not 0 < len(bare.triangles) < left:
+                break
+            left = len(bare.triangles)
+            self.lay(bare)
+
+    def lay(self, centres: Centres) -> None:
+        """Lay blocks."""
+        first = len(self.records)
+        order, classes = self.regions.enter(centres.spots, first)
+        numbers = _NUMBERS * self.parcel + first - self.first + np.arange(len(order), dtype=np.int64)
+        self._add(centres.chosen(order), numbers)
+        for parts in classes:
+            near = [self.regions.near(self.centres.spots[start]) for start, _ in parts]
+            usages = [self.usage.copy() for _ in parts]
+            run_tasks(
+                [
+                    partial(self._lay_region, part, close, usage)
+                    for part, close, usage in zip(parts, near, usages, strict=True)
+                ],
+                threads=self.threads,
+            )
+            self.usage = self.usage + sum((usage - self.usage for usage in usages), np.zeros_like(self.usage))
+            if self.progress is not None:
+                self.progress("blocks", parts[-1][1] - first, len(order))
+
+    def laid(self) -> ParcelBlocks:
+        """Return the parcel's own blocks."""
+        kept = self.first + np.flatnonzero(self.records[self.first :, LAID])
+        return ParcelBlocks(
+            self.numbers[kept],
+            self.centres.steps[kept],
+            self.centres.spots[kept],
+            self.records[kept],
+            np.packbits(self.masks[kept], axis=1),
+            self.usage - self.before,
+        )
+
+    def drawn(self) -> Drawn:
+        """Return the ground as it is now."""
+        fits = [np.zeros((0, FIT)), *(self.fits[n] for n in range(len(self.records)))]
+        firsts = np.cumsum([len(one) for one in fits])
+        return Drawn(self.placed, self.own, self.numbers, self.records, firsts, np.concatenate(fits))
+
+    def _add(self, centres: Centres, numbers: NDArray[np.int64]) -> None:
+        records = np.zeros((len(numbers), BLOCK_COLUMNS), np.int32)
+        if self.plan.phases is not None:
+            wanted = self.plan.phases.at(self.placed.parent[centres.triangles], centres.spots)
+            records[:, PHASE : PHASE + len(wanted)] = wanted.T
+        masks = np.zeros((len(numbers), self.masks.shape[1]), np.uint8)
+        self.centres = self.centres.with_more(centres)
+        self.numbers = np.concatenate([self.numbers, numbers])
+        self.records = np.concatenate([self.records, records])
+        self.masks = np.concatenate([self.masks, masks])
+
+    def _arrays(self) -> BlockArrays:
+        own = self.centres
+        return BlockArrays(own.triangles, own.shares, own.roots, own.spots, self.records)
+
+    def _lay_region(self, part: tuple[int, int], near: NDArray[np.int64], usage: FloatArray) -> None:
+        plan, (start, stop) = self.plan, part
+        scratch = self._free.pop() if self._free else self._scratch()
+        fits, pieces = np.empty((stop - start, MOST_SHEETS, FIT)), np.zeros(stop - start, np.int64)
+        reaches = 2.0 * plan.numbers.size / plan.pixels, plan.pixels
+        # Generators follow from blocks' numbers: the first one's, less its place here.
+        moved = (int(self.numbers[start]) - start) * _MULTIPLIER
+        lay_blocks(
+            self.placed.ground, plan.match, plan.numbers, plan.weights, usage, self._arrays(), part, near,
+            reaches, np.uint64((plan.seed + moved) % 2**64), fits, pieces, self.masks[start:stop], scratch,
+        )  # fmt: skip
+        self._keep(start, fits, pieces)
+        self._free.append(scratch)
+
+    def _keep(self, start: int, fits: FloatArray, pieces: NDArray[np.int64]) -> None:
+        for n, count in enumerate(pieces.tolist(), start):
+            self.fits[n] = fits[n - start, : count if self.records[n, LAID] else 0].copy()
+
+    def _scratch(self) -> LayScratch:
+        mesh = self.placed.ground.mesh
+        return LayScratch.of(self.plan.numbers, self.usage, len(mesh.first) - 1, len(mesh.triangles))

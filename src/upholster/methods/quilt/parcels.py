@@ -1,0 +1,133 @@
+"""Parcels: cubes of space into which a large surface is cut, so that no task ever holds all of it.
+
+Parcels are laid class after class: eight classes by the parity of their place, and between two of a class
+lies a whole one. So each sees all that was laid before beside it, and parcels of a class are independent
+tasks. A small surface is one parcel, and so is a tile, whatever its size.
+"""
+
+from dataclasses import dataclass
+from itertools import pairwise, product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from upholster.charts.charted import ChartedSurface
+from upholster.charts.subdivision import subdivided
+from upholster.types import FloatArray, IntArray
+
+__all__ = ["Parcels"]
+
+SIDE = 2048
+"""Steps a side of a parcel, at least."""
+
+MOST_WHOLE = 2**22
+"""Steps up to which a surface is one parcel."""
+
+BLOCKS = 32
+"""Blocks a side of a parcel, at least: round it lie four on each side that are laid again."""
+
+_FINE = 8
+"""Parts of a parcel's side that triangles are cut into to see which parcels they meet."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Parcels:
+    """The parcels of a surface, numbered in the order in which they are laid.
+
+    Attributes
+    ----------
+    origin
+        (3,) where the first cube begins.
+    side
+        Of a cube, in model units.
+    block
+        Of a block, in model units.
+    cubes
+        (P, 3) int64: which cube each parcel is, each way.
+    classes
+        Of each class its parcels: first one, and the one after the last.
+    charts
+        Of each parcel the charts that may have something in it.
+    numbers
+        (cubes each way) int32: the parcel that each cube is, −1 for none.
+    """
+
+    origin: FloatArray
+    side: float
+    block: float
+    cubes: NDArray[np.int64]
+    classes: tuple[tuple[int, int], ...]
+    charts: tuple[tuple[int, ...], ...]
+    numbers: IntArray
+
+    @classmethod
+    def of(cls, surface: ChartedSurface, vectors: FloatArray, block: float, density: float) -> "Parcels":
+        """Cut a surface; blocks are so many model units wide, and steps so many to a model unit."""
+        low, high = surface.mesh.box
+        steps = sum(chart.height * chart.width for chart in surface.charts)
+        side = max(SIDE / density, BLOCKS * block)
+        shape = np.maximum(np.ceil((high - low) / side).astype(np.int64), 1)
+        if surface.is_tile or steps <= MOST_WHOLE or shape.prod() == 1:
+            charts = tuple(range(len(surface.charts)))
+            one = np.zeros((1, 3), np.int64)
+            return cls(low, float(np.inf), block, one, ((0, 1),), (charts,), np.zeros((1, 1, 1), np.int32))
+        origin: FloatArray = 0.5 * (low + high - side * shape)  # the surface lies in their middle
+        fine = subdivided(surface, vectors, side / _FINE).surface
+        met = _met(fine, origin, side, shape)
+        cubes = np.unique(met[:, 1:], axis=0)
+        kind = (cubes & 1) @ np.array([1, 2, 4])
+        order = np.lexsort((*cubes.T[::-1], kind))
+        cubes, kind = cubes[order], kind[order]
+        numbers = np.full(shape, -1, np.int32)
+        numbers[tuple(cubes.T)] = np.arange(len(cubes), dtype=np.int32)
+        charts_of: list[list[int]] = [[] for _ in cubes]
+        for chart, *cube in met.tolist():
+            charts_of[numbers[tuple(cube)]].append(chart)
+        firsts = [0, *(np.flatnonzero(np.diff(kind)) + 1).tolist(), len(cubes)]
+        classes = tuple(pairwise(firsts))
+        return cls(origin, side, block, cubes, classes, tuple(map(tuple, charts_of)), numbers)
+
+    def __len__(self) -> int:
+        """Return how many there are."""
+        return len(self.cubes)
+
+    def box(self, n: int, blocks: float) -> FloatArray | None:
+        """Return a parcel's cube, and so many blocks round it: (2, 3), from, to; None: all of the surface."""
+        if len(self) == 1:
+            return None
+        reach, low = blocks * self.block, self.origin + self.side * self.cubes[n]
+        return np.stack([low - reach, low + self.side + reach])
+
+    def near(self, n: int) -> list[int]:
+        """Return a parcel and those that touch it, in their order."""
+        around = self.cubes[n] + np.array(list(product((-1, 0, 1), repeat=3)))
+        around = around[((around >= 0) & (around < self.numbers.shape)).all(axis=1)]
+        return sorted(n for n in self.numbers[tuple(around.T)].tolist() if n >= 0)
+
+    def of_points(self, points: FloatArray) -> IntArray:
+        """Return the parcels of points (m, 3); −1 for none."""
+        if len(self) == 1:
+            return np.zeros(len(points), np.int32)
+        cubes = np.floor((points - self.origin) / self.side).astype(np.int64)
+        found: IntArray = self.numbers[tuple(np.clip(cubes, 0, np.array(self.numbers.shape) - 1).T)]
+        return found
+
+    def last_of_points(self, points: FloatArray, blocks: float) -> IntArray:
+        """Return of points (m, 3) the last parcels that lie within so many blocks of them."""
+        last = self.of_points(points)
+        if len(self) > 1:
+            for way in product((-1, 1), repeat=3):
+                last = np.maximum(last, self.of_points(points + blocks * self.block * np.array(way)))
+        return last
+
+
+def _met(
+    surface: ChartedSurface, origin: FloatArray, side: float, shape: NDArray[np.int64]
+) -> NDArray[np.int64]:
+    # Which cubes triangles' boxes meet: (m, 4) chart and cube, each once. Triangles are smaller than cubes.
+    corners = (surface.mesh.corners - origin) / side
+    low = np.clip(np.floor(corners.min(axis=1) - 1e-9), 0, shape - 1).astype(np.int64)
+    high = np.clip(np.floor(corners.max(axis=1) + 1e-9), 0, shape - 1).astype(np.int64)
+    parts = [np.column_stack([surface.chart, np.where(way, high, low)]) for way in product((0, 1), repeat=3)]
+    met: NDArray[np.int64] = np.unique(np.concatenate(parts), axis=0)
+    return met

@@ -1,0 +1,124 @@
+"""Parcels: a surface laid cube by cube is as good as one laid as a whole, and one parcel is the whole."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from upholster import read_exemplar
+from upholster.charts.covered import as_covered
+from upholster.charts.subdivision import subdivided, subdivided_in
+from upholster.measure.cuts import cut_seam_ratio
+from upholster.methods import lay_plan, prepare
+from upholster.methods.quilt import parcels
+from upholster.methods.quilt.emit import emitted_quilt, label_pieces
+from upholster.methods.quilt.laying import LayPlan, draw_parcel, lay_parcel
+from upholster.methods.quilt.method import laid_quilt
+from upholster.options import SynthesisOptions
+from upholster.quilt import Quilt, paint
+
+SAMPLE = read_exemplar(Path(__file__).parent.parent.parent / "examples" / "granite.png")[:64, :64]
+SPHERE = "sphere:r=1"
+
+
+@pytest.fixture(scope="module")
+def small_parcels() -> Iterator[None]:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(parcels, "MOST_WHOLE", 1000)
+        patch.setattr(parcels, "SIDE", 60)
+        patch.setattr(parcels, "BLOCKS", 4)
+        yield
+
+
+def plan_on(surface: str, **wanted: object) -> LayPlan:
+    options = SynthesisOptions(**{"texels": 120_000, "block": 20, **wanted})  # type: ignore[arg-type]
+    return lay_plan(prepare(SAMPLE, as_covered(surface).surface, options), SAMPLE, seed=5)
+
+
+@pytest.fixture(scope="module")
+def whole() -> LayPlan:
+    return plan_on(SPHERE)
+
+
+@pytest.fixture(scope="module")
+def cut(small_parcels: None) -> LayPlan:
+    return plan_on(SPHERE)
+
+
+def same(one: Quilt, other: Quilt) -> bool:
+    names = one.placements.dtype.names
+    assert names is not None
+    return all(np.array_equal(one.placements[name], other.placements[name]) for name in names) and all(
+        np.array_equal(a[0].labels, b[0].labels) for a, b in zip(one.labels, other.labels, strict=True)
+    )
+
+
+def test_parcels_tile_the_surface(cut: LayPlan) -> None:
+    found = cut.parcels
+    assert len(found) > 8
+    fine = subdivided(cut.surface, cut.vectors, 0.4 * found.block).surface
+    middles = fine.mesh.corners.mean(axis=1)
+    own = found.of_points(middles)
+    assert own.min() == 0
+    for n in np.unique(own).tolist():
+        box = found.box(n, 0)
+        assert box is not None
+        assert (middles[own == n] >= box[0]).all()
+        assert (middles[own == n] <= box[1]).all()
+        assert set(fine.chart[own == n].tolist()) <= set(found.charts[n])
+    # Two of a class have a whole one between them.
+    for start, stop in found.classes:
+        apart = np.abs(found.cubes[start:stop, None] - found.cubes[start:stop])
+        assert not (apart & 1).any()
+        assert (apart.max(axis=2)[~np.eye(stop - start, dtype=bool)] >= 2).all()
+    # What is bare belongs to the last parcel near by.
+    last = found.last_of_points(middles, 1.0)
+    assert (last >= own).all()
+    assert (last > own).any()
+    assert all(other in found.near(n) for n, other in set(zip(own.tolist(), last.tolist(), strict=True)))
+
+
+def test_triangles_in_a_box_are_those_of_the_whole(cut: LayPlan) -> None:
+    longest = 0.4 * cut.parcels.block
+    all_of_it = subdivided(cut.surface, cut.vectors, longest)
+    box = cut.parcels.box(0, 1)
+    assert box is not None
+    part = subdivided_in(cut.surface, cut.vectors, longest, box)
+    assert part is not None
+    corners = all_of_it.surface.mesh.corners
+    met = ((corners.min(axis=1) <= box[1]) & (corners.max(axis=1) >= box[0])).all(axis=1)
+    assert np.array_equal(corners[met], part.surface.mesh.corners)
+    assert np.array_equal(all_of_it.surface.places[met], part.surface.places)
+    assert subdivided_in(cut.surface, cut.vectors, longest, box + 100) is None
+
+
+def test_one_parcel_drawn_again_is_as_it_was_laid(whole: LayPlan) -> None:
+    blocks, laid = lay_parcel(whole, 0, whole.empty_usage(), [])
+    drawn = draw_parcel(whole, 0, [blocks])
+    assert laid is not None
+    assert drawn is not None
+    assert same(
+        emitted_quilt(whole, label_pieces(whole, laid)), emitted_quilt(whole, label_pieces(whole, drawn))
+    )
+
+
+def test_threads_do_not_change_a_quilt(whole: LayPlan, cut: LayPlan) -> None:
+    for plan in (whole, cut):
+        assert same(laid_quilt(plan, threads=1), laid_quilt(plan, threads=3))
+
+
+def test_seams_of_parcels_do_not_show(whole: LayPlan, cut: LayPlan) -> None:
+    quilts = [laid_quilt(plan, threads=1) for plan in (whole, cut)]
+    counts = [len(quilt.placements) for quilt in quilts]
+    assert counts[1] == pytest.approx(counts[0], rel=0.03)
+    surface = as_covered(SPHERE).surface
+    ratios = [cut_seam_ratio(quilt, paint(quilt.on(surface), SAMPLE)) for quilt in quilts]
+    assert ratios[1] == pytest.approx(ratios[0], rel=0.06)
+
+
+@pytest.mark.parametrize("shape", [(300, 260), (90, 70)])
+def test_a_tile_is_one_parcel_and_the_same_on_threads(small_parcels: None, shape: tuple[int, int]) -> None:
+    plan = plan_on("plane", texels=shape, tileable=True)
+    assert len(plan.parcels) == 1
+    assert same(laid_quilt(plan, threads=1), laid_quilt(plan, threads=3))
