@@ -1,6 +1,6 @@
 """Run all benchmarks, or those named: ``python -m benchmarks [flagship] [growth] [stream] …``.
 
-``codec``, ``profiles``, ``claims``, ``fidelity``, ``refinement``, ``seams``, ``lattices`` and ``photos`` take
+``codec``, ``profiles``, ``claims``, ``fidelity``, ``seams``, ``lattices`` and ``photos`` take
 a folder of exemplars instead of the project's own, the last six the options of their modules:
 ``python -m benchmarks fidelity FOLDER -o OUT``. ``unwrap`` and ``meshstream`` take a folder of meshes.
 ``sheet REV`` compares with a revision of git, and runs only by name.
@@ -14,7 +14,6 @@ from benchmarks import fidelity as fidelity_module
 from benchmarks import first_hours as first_hours_module
 from benchmarks import lattices as lattices_module
 from benchmarks import photos as photos_module
-from benchmarks import refinement as refinement_module
 from benchmarks import seams as seams_module
 from benchmarks import sheet as sheet_module
 from benchmarks.codec import codec
@@ -52,7 +51,6 @@ BENCHMARKS = {
     "crowd": crowd,
     "claims": claims_module.claims,
     "fidelity": fidelity_module.fidelity,
-    "refinement": refinement_module.refinement,
     "seams": seams_module.seams,
     "lattices": lattices_module.lattices,
     "photos": photos_module.photos,
@@ -62,7 +60,6 @@ WITH_FOLDER = {"codec": codec, "profiles": profiles, "unwrap": unwrapping, "mesh
 PROGRAMS = {
     "claims": claims_module.main,
     "fidelity": fidelity_module.main,
-    "refinement": refinement_module.main,
     "seams": seams_module.main,
     "lattices": lattices_module.main,
     "photos": photos_module.main,

@@ -49,7 +49,6 @@ USES = {
     )
     if (method.split()[0], kind) != ("pixel", "stream")  # it has none
 } | {
-    "quilt mesh refined": f"cover {BRICKS} --on {CHAIR} --texels 300k --effort 2 -o m.glb",
     "displaced": f"cover {MATERIAL} {CURVED} --displace 0.1 -o m.stl",
     "refine model": "refine quilt.uph -o m.glb",
     "refine picture": "refine quilt.uph -o p.png",

@@ -118,7 +118,7 @@ def test_the_share_of_the_page_that_is_told_is_what_triangles_cover(tmp_path: Pa
         EXAMPLES / "weave.png",
         EXAMPLES / "chair.glb",
         target,
-        synthesis={"texels": 60_000, "effort": 0},
+        synthesis={"texels": 60_000},
         seed=1,
     )
     image = read_image(tmp_path / "atlas.png")

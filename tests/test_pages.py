@@ -28,7 +28,7 @@ def sample() -> Any:
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A ring of two maps in every kind of file, in pages of 256 texels; and its picture without pages."""
+    """A ring of two maps in every kind of file, in pages of 256 texels; and its picture from other pages."""
     folder = tmp_path_factory.mktemp("pages")
     wall = Material({"albedo": sample(), "roughness": sample()[:, :, :1], "normal": sample()})
     names = ("r.glb", "r.obj", "atlas:a.png", "t.<UDIM>.png", "r.uph", "r.png")
@@ -41,7 +41,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
         "torus",
         [f"{folder}/whole.png"],
         synthesis=asked,
-        options=WriteOptions(quads=600, size=(64, 48)),
+        # The same charts, for pages of the same size, arranged otherwise.
+        options=WriteOptions(atlas_size=256, padding=8, pot=True, quads=600, size=(64, 48)),
     )
     return folder
 
@@ -200,15 +201,6 @@ def test_names_of_pages_are_checked_before_work(
     with pytest.raises(InputError, match=said):
         cover("x_2.png", "torus", targets, synthesis=asked, options=OPTIONS)
     assert sorted(tmp_path.iterdir()) == before
-
-
-def test_a_chart_larger_than_a_page_is_refused_before_work(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(coverings, "execute", None)
-    asked = {"texels": 200_000, "sample_size": 1.0}
-    with pytest.raises(InputError, match=r"atlas_size is 256, which holds charts of 240 .* 448 x 448 texels"):
-        cover(_file(tmp_path), "plane", [f"{tmp_path}/x.glb"], synthesis=asked, options=OPTIONS)
 
 
 def _file(folder: Path) -> Path:

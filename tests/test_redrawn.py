@@ -17,7 +17,7 @@ SIZE = (160, 120)
 
 @pytest.mark.parametrize("sample", ["pebbles.png", "bricks_material"])
 def test_it_looks_as_when_it_was_made(tmp_path: Path, sample: str) -> None:
-    words = (EXAMPLES / sample, "--on", EXAMPLES / "chair.glb", "--texels", "60k", "--effort", "0", "--quiet")
+    words = (EXAMPLES / sample, "--on", EXAMPLES / "chair.glb", "--texels", "60k", "--quiet")
     made = run_cli("cover", *words, "--size", "160x120", "-o", tmp_path / "a.glb", "-o", tmp_path / "a.png")
     assert made.returncode == 0, made.stderr
     again = run_cli("picture", tmp_path / "a.glb", "-o", tmp_path / "b.png", "--size", "160x120")
@@ -48,7 +48,7 @@ def test_a_picture_shows_copies_and_parts_that_are_not_covered(tmp_path: Path) -
     write_image(sample, np.uint8(np.concatenate([noise, noise + 150, noise], axis=2)))
     found = cover(
         str(sample), str(path), [str(tmp_path / "x.png"), str(tmp_path / "x.glb")],
-        model={"part": ("copy",)}, synthesis={"texels": 20_000, "effort": 0},
+        model={"part": ("copy",)}, synthesis={"texels": 20_000},
     )  # fmt: skip
     assert found.written
     pixels = read_image(tmp_path / "x.png").astype(int)

@@ -84,7 +84,7 @@ CAPTIONS = {
         `--texels 2M --sample-size 6 --seed 1`.
         """,
     "repeating": """\
-        On the left of each pair `--phase 0 --effort 0`: blocks only match their neighbours, rows break off
+        On the left of each pair `--phase 0`: blocks only match their neighbours, rows break off
         along lines, bricks are shortened, the zigzag is lost. On the right the default: the sample's waves
         are found, have a phase everywhere that closes, and where cuts cost most they are refined. Where the
         surface narrows, rows and columns end still. Samples of 256 x 256: the project's own `bricks.png` and

@@ -41,11 +41,11 @@ PHOTOGRAPHS = 3
 
 
 def repeating(_exemplars: Exemplars) -> Any:
-    """Cover surfaces with samples that repeat: without phases and refinement, and as it is by default."""
+    """Cover surfaces with samples that repeat: without phases, and as it is by default."""
     rows = []
     for name, spec, size, view in CASES:
         exemplar, panels = _sample(name), []
-        for words, options in (("before", {"phase": 0, "effort": 0}), ("now", {})):
+        for words, options in (("before", {"phase": 0}), ("now", {})):
             if spec == "flat":
                 image = _flat(exemplar, **options)
             else:

@@ -11,7 +11,7 @@ from typing import Any, cast
 
 from upholster.charts.axis_directions import closed_rounds
 from upholster.charts.covered import Covered, CoveredLike, as_covered, covered_parts
-from upholster.charts.layout import texture_scale
+from upholster.charts.layout import LONGEST, texture_scale
 from upholster.charts.part_directions import is_by_part, part_direction, triangles_by_direction
 from upholster.errors import FormatError, InputError
 from upholster.fitting import fitted
@@ -36,7 +36,6 @@ from upholster.methods import (
 from upholster.options import ModelOptions, SampleOptions, SynthesisOptions, WriteOptions
 from upholster.outputs import TexturedModel
 from upholster.quilt import Chart, Quilt
-from upholster.quilt.chart import MAX_CHART
 from upholster.reports import counts_of, notes_before, settled_words
 from upholster.shown import on_a_line
 from upholster.stream import check_layout
@@ -192,7 +191,7 @@ class Covering:
     asked: SynthesisOptions
     title: str = ""
     first: "Covering | None" = None
-    largest: int = MAX_CHART
+    largest: int = LONGEST
 
     @property
     def name(self) -> str:

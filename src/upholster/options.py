@@ -471,15 +471,6 @@ class SynthesisOptions:
             only="quilt",
         ),
     )
-    effort: int = field(
-        default=1,
-        metadata=_about(
-            _SYNTHESIS,
-            "How often charts, once laid, are gone through to make cuts between blocks cheaper, 0 to 9. "
-            "Meshes are gone through with 2 and more.",
-            only="quilt",
-        ),
-    )
     mirror: bool = field(
         default=False,
         metadata=_about(
@@ -587,7 +578,6 @@ class SynthesisOptions:
             ("phase", 0 if self.phase is None else self.phase, 0, 10),
             ("tolerance", self.tolerance, 1, 2),
             ("shortlist", self.shortlist, 1, 4096),
-            ("effort", self.effort, 0, 9),
         ):
             if not least <= value <= most:
                 raise InputError(f"{name} is {value:g}; allowed: {least} to {most}")

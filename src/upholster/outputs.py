@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.charts.directions import DirectionField
+from upholster.charts.layout import LONGEST
 from upholster.charts.seams import ChartSeam, find_seams
 from upholster.conditions import read_conditions
 from upholster.errors import InputError
@@ -65,7 +66,6 @@ from upholster.model import (
 from upholster.model.packing import GUTTER
 from upholster.options import WriteOptions
 from upholster.quilt import Chart, Quilt, Texels
-from upholster.quilt.chart import MAX_CHART
 from upholster.redrawn import redrawn
 from upholster.render import render
 from upholster.render.directions import directions_picture
@@ -202,13 +202,13 @@ def atlas_layout(
 
 
 def largest_chart(outputs: Iterable[Output], options: WriteOptions) -> int:
-    """Return how long charts may be, in texels: where tiles are written, each must fit one."""
-    if not any(output.in_tiles for output in outputs):
-        return MAX_CHART
+    """Return how long charts may be, in texels: on tiles and pages whose size is told each must fit one."""
+    if options.atlas_size is None and not any(output.in_tiles for output in outputs):
+        return LONGEST
     padding = GUTTER if options.padding is None else options.padding
     step = 1 << max(0, padding.bit_length() - 1)
     size = _TILE_LIMIT if options.atlas_size is None else options.atlas_size
-    return max(1, size // step * step - 2 * padding)
+    return max(1, min(LONGEST, size // step * step - 2 * padding))
 
 
 def metres_of(surface: AnySurface) -> float | None:

@@ -7,8 +7,8 @@ import scipy.sparse.linalg as linalg
 from scipy.sparse.csgraph import connected_components
 from tests.charts.meshes import torus
 
-from upholster.charts.charted import ChartedSurface, charted_mesh, charted_patches
-from upholster.charts.mesh_layout import mesh_charts, triangle_frames
+from upholster.charts.charted import ChartedSurface, charted_mesh, charted_patches, charted_plane
+from upholster.charts.mesh_layout import mesh_charts
 from upholster.charts.phases import TURN, phase_field
 from upholster.charts.phases._kernels import first_members, nearest_parts
 from upholster.charts.phases.links import Links, matched_waves, signed
@@ -18,7 +18,8 @@ from upholster.charts.phases.solving import (
     smallest_phases,
     solved_phases,
 )
-from upholster.geometry import MeshSurface, TriangleMesh, plane
+from upholster.charts.warp_fields import triangle_frames
+from upholster.geometry import MeshSurface, plane
 from upholster.quilt.chart import Chart
 
 SCALE = 20.0
@@ -49,12 +50,12 @@ def between(turns):
 
 def over_edges(surface, field, sign=None):
     """Return by how many turns phases of both sides of each edge differ at its middle, (n, edges)."""
-    mesh = surface.mesh
-    triangle, edge = np.nonzero(mesh.neighbours >= 0)
-    other = mesh.neighbours[triangle, edge] // 3
-    middle = 0.5 * (mesh.corners[triangle, edge] + mesh.corners[triangle, (edge + 1) % 3])
+    corners = surface.mesh.corners
+    triangle, edge = np.nonzero(surface.across >= 0)
+    other, met = np.divmod(surface.across[triangle, edge], 3)
     here, there = (
-        field.at(t, middle).astype(float) * (1 if sign is None else sign[t]) for t in (triangle, other)
+        field.at(t, 0.5 * (corners[t, k] + corners[t, (k + 1) % 3])) * (1.0 if sign is None else sign[t])
+        for t, k in ((triangle, edge), (other, met))
     )
     return between(here - there)
 
@@ -90,28 +91,39 @@ def test_where_directions_are_turned_round_a_wave_goes_on_as_its_opposite():
     assert over_edges(surface, turned).max() > 0.2
 
 
-def flat(triangles: int) -> tuple[ChartedSurface, np.ndarray]:
-    """Return a square of 80 steps each way in patches' triangles, or in two large ones, and its rows."""
-    surface = charted_patches(plane(), [Chart(0, 80, 80)])
-    if triangles == 2:
-        corners = np.array([[(0, 0), (80, 0), (80, 80)], [(0, 0), (80, 80), (0, 80)]], float)
-        points = np.array([(0, 80, 0), (0, 0, 0), (80, 0, 0), (80, 80, 0)]) / 80
-        mesh = TriangleMesh(points, np.array([(0, 1, 2), (0, 2, 3)]))
-        surface = ChartedSurface(mesh, np.zeros(2, np.int32), corners, surface.charts)
-    return surface, np.broadcast_to([1.0, 0, 0], (len(surface.chart), 3, 3)).copy()
+def along_rows(surface):
+    return np.broadcast_to([1.0, 0, 0], (len(surface.chart), 3, 3)).copy()
 
 
-@pytest.mark.parametrize("triangles", [2, None])
-def test_on_a_plane_phases_are_the_waves(triangles):
-    surface, vectors = flat(triangles)
-    waves = np.array([(1 / 9.3, 0.01), (0.02, 1 / 13.1)])
-    field = phase_field(surface, vectors, 80.0, waves)
-    triangle = np.random.default_rng(1).integers(0, len(vectors), 300)
+def on_the_plane(surface, field):
+    """Return rows and columns of random places of a flat surface, (300, 2), and phases there, in turns."""
+    triangle = np.random.default_rng(1).integers(0, len(surface.chart), 300)
     shares = np.random.default_rng(2).dirichlet([1, 1, 1], 300)[:, :, None]
-    found = field.at(triangle, (shares * surface.mesh.corners[triangle]).sum(axis=1)).astype(float)
-    away = found - TURN * waves @ (shares * surface.places[triangle]).sum(axis=1).T
-    assert between(away - away[:, :1]).max() < 0.002
+    found = field.at(triangle, (shares * surface.mesh.corners[triangle]).sum(axis=1))
+    return (shares * surface.places[triangle]).sum(axis=1), found / TURN
+
+
+@pytest.mark.parametrize("patch", [True, False])
+def test_on_a_plane_phases_are_the_waves(patch):
+    chart = Chart(0, 80, 80)
+    surface = charted_patches(plane(), [chart]) if patch else charted_plane(chart)
+    waves = np.array([(1 / 9.3, 0.01), (0.02, 1 / 13.1)])
+    field = phase_field(surface, along_rows(surface), 80.0 if patch else 1.0, waves)
+    places, found = on_the_plane(surface, field)
+    away = found - waves @ places.T
+    assert between(TURN * (away - away[:, :1])).max() < 0.002
     assert field.strain(1.0) < 1e-3 / 13.1
+
+
+def test_a_tile_has_whole_periods():
+    surface = charted_plane(Chart(0, 96, 128), tile=True)
+    waves = np.array([(0.1, 0.002), (0.03, -0.051)])
+    field = phase_field(surface, along_rows(surface), 1.0, waves)
+    places, found = on_the_plane(surface, field)
+    size = np.array([96, 128])
+    away = found - np.rint(waves * size) / size @ places.T
+    assert between(TURN * (away - away[:, :1])).max() < 0.05
+    assert over_edges(surface, field).max() < 0.06
 
 
 def test_the_smallest_phases_are_scipys(monkeypatch):

@@ -1,64 +1,25 @@
-"""Blocks pay for phases: the kernels against their plain twin, symmetries, and lattices that hold."""
+"""Blocks pay for phases: levels, symmetries, tiles, and lattices that hold."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from plain_quilt import check_same, plain_quilt
 from repeating import repeating
 from tests.charts.test_mesh_layout import sheet
 
-from upholster.charts.charted import charted_mesh
-from upholster.charts.mesh_layout import mesh_charts, mesh_fields, triangle_frames
-from upholster.charts.phases import phase_field
 from upholster.errors import InputError
 from upholster.geometry import plane, torus
-from upholster.methods.quilt.mesh.method import synthesize_mesh
-from upholster.methods.quilt.method import lay_all, synthesize_quilt
-from upholster.methods.quilt.options import QuiltOptions
+from upholster.methods import synthesize
 from upholster.methods.quilt.phases import (
-    StraightPhases,
-    WantedPhases,
     better_tile,
     level_phases,
     shown_waves,
     stretched_by,
     whole_waves,
 )
-from upholster.methods.quilt.run import planned
 from upholster.methods.synthesis import prepare
 from upholster.options import SynthesisOptions
-from upholster.quilt.chart import Chart
-from upholster.quilt.warp_field import WarpField
 from upholster.reports import notes_before, settled_words
-
-SQUARE = [(1 / 12, 0), (0, 1 / 12)]
-
-
-def scaled(scale):
-    return WarpField.quantised(np.broadcast_to(scale * np.eye(2), (5, 5, 2, 2)))
-
-
-@pytest.mark.parametrize(
-    ("scale", "options", "wrap"),
-    [
-        (None, {}, False),
-        (None, {}, True),
-        (1.3, {}, False),
-        (2.3, {}, False),
-        (None, {"mirror": True, "rotate": True}, False),
-    ],
-)
-def test_it_equals_its_twin(scale, options, wrap):
-    exemplar, lattice = repeating(70, 66, [(1 / 12, 0), (0.004, 1 / 15)] if not options else SQUARE)
-    charts = (Chart(0, 64, 75),)
-    fields = None if scale is None else [scaled(scale)]
-    waves = lattice.waves if scale is None else scale * lattice.waves
-    phases = WantedPhases(lattice, StraightPhases(waves + 0.001), 0.8)
-    more = {"options": QuiltOptions(block=20, shortlist=9, effort=0, **options), "wrap": wrap, "seed": 4}
-    found = lay_all(planned(exemplar, plane(), charts, fields, phases=phases, **more))
-    assert len(found[0].placements) > 8
-    check_same(found, plain_quilt(exemplar, plane(), charts, fields, phases=phases, **more))
 
 
 def test_levels_have_the_phases_of_their_pixels_middles():
@@ -112,41 +73,22 @@ def broken(quilt, lattice, rim=0):
 
 def test_a_flat_lattice_has_no_broken_element():
     exemplar, lattice = repeating(64, 64, [(1 / 11.3, 0), (0.003, 1 / 13.7)], noise=0.5)
-    charts, options = (Chart(0, 200, 200),), QuiltOptions(block=18, effort=0)
-    found = []
-    for phases in (None, WantedPhases(lattice, StraightPhases(lattice.waves), 0.5)):
-        quilt = synthesize_quilt(exemplar, plane(), charts, phases=phases, options=options, seed=1)
-        found.append(broken(quilt, lattice))
-    assert found[1] == 0
-    assert found[0] > 20
-
-
-def run_on(surface, exemplar, lattice, along, threads=1, phase=True):
-    """Cover a mesh with islands: rows of the sample run along vectors at its corners."""
-    charted = charted_mesh(surface, mesh_charts(surface, 30.0))
-    fields = mesh_fields(charted, *triangle_frames(charted.mesh, along), 30.0)
-    wanted = WantedPhases(lattice, phase_field(charted, along, 30.0, lattice.waves), 2.0) if phase else None
-    return synthesize_mesh(
-        exemplar,
-        charted,
-        fields,
-        along,
-        30.0,
-        options=QuiltOptions(block=20, effort=0),
-        phases=wanted,
-        seed=3,
-        threads=threads,
+    free, kept = (
+        synthesize(exemplar, "plane", texels=(200, 200), block=20, phase=phase, seed=1)
+        for phase in (0.0, None)
     )
+    assert broken(kept, lattice) == 0
+    assert broken(free, lattice) > 20
 
 
 def test_rows_on_a_mesh_are_whole_on_any_number_of_threads():
     exemplar, lattice = repeating(80, 80, [(1 / 14.1, 0), (0, 1 / 12.3)], noise=0.6)
     surface = sheet(0.0, 5.0)
-    along = np.broadcast_to(np.array([1.0, 0.0, 0.0]), (len(surface.island), 3, 3)).copy()
-    one, two = (run_on(surface, exemplar, lattice, along, threads) for threads in (1, 2))
+    asked = {"texels": 22_500, "sample_size": 80 / 30, "block": 20, "direction": (1.0, 0.0, 0.0), "seed": 3}
+    one, two = (synthesize(exemplar, surface, threads=threads, **asked) for threads in (1, 2))
     np.testing.assert_array_equal(one.placements, two.placements)
     assert broken(one, lattice, 12) == 0
-    assert broken(run_on(surface, exemplar, lattice, along, phase=False), lattice, 12) > 10
+    assert broken(synthesize(exemplar, surface, phase=0.0, **asked), lattice, 12) > 10
 
 
 def test_a_tile_that_stretches_rows_is_told_a_better_size():

@@ -12,11 +12,15 @@ from upholster.quilt.chart import MAX_CHART, MAX_TEXELS, Chart
 from upholster.types import FloatArray
 
 __all__ = [
+    "LONGEST",
     "TextureScale",
     "density_layout",
     "texture_scale",
     "uniform_layout",
 ]
+
+LONGEST = 4096
+"""Texels of a chart each way, at most: any device has room for a texture of that size."""
 
 SHARE = 6
 """By default so many samples, side by side, are as wide as the model's diagonal."""
@@ -68,7 +72,7 @@ def density_layout(
     density: float | None = None,
     smallest: int = 32,
     thinnest: int = 16,
-    largest: int = MAX_CHART,
+    largest: int = LONGEST,
 ) -> tuple[Chart, ...]:
     """Lay charts over a surface so that texels have about the same size everywhere.
 
@@ -111,6 +115,7 @@ def density_layout(
         raise InputError(f"thinnest is {thinnest} texels; allowed: 1 to {smallest}")
     if texels is not None and not 64 <= texels <= MAX_TEXELS:
         raise InputError(f"texels is {texels:,}; allowed: 64 to {MAX_TEXELS:,}")
+    smallest, thinnest = min(smallest, largest), min(thinnest, largest)
     halving = Halving(surface)
     area = _checked_area(halving.total_area, surface)
     if texels is not None:

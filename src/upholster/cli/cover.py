@@ -81,14 +81,14 @@ _Normal = Annotated[
 
 def _draft(context: typer.Context, wanted: bool) -> bool:
     if wanted:
-        context.default_map = {"texels": "200k", "effort": 0}
+        context.default_map = {"texels": "200k"}
     return wanted
 
 
 _Draft = Annotated[
     bool,
     typer.Option(
-        "--draft", is_eager=True, callback=_draft, help="Quick and coarse: `--texels 200k --effort 0`."
+        "--draft", is_eager=True, callback=_draft, help="Quick and coarse: `--texels 200k`."
     ),
 ]
 

@@ -19,7 +19,7 @@ from upholster.charts.directions import (
     parse_direction,
     told_on_patches,
 )
-from upholster.charts.layout import TextureScale, density_layout, texture_scale, uniform_layout
+from upholster.charts.layout import LONGEST, TextureScale, density_layout, texture_scale, uniform_layout
 from upholster.charts.mesh_layout import mesh_charts
 from upholster.charts.phases import phase_field
 from upholster.charts.turns import chart_turns
@@ -188,7 +188,7 @@ def prepare(
     options: SynthesisOptions,
     *,
     field: DirectionField | None = None,
-    largest: int = MAX_CHART,
+    largest: int = LONGEST,
 ) -> Prepared:
     """Settle what `synthesize` will do; parameters as there.
 

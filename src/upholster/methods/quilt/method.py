@@ -24,6 +24,9 @@ from upholster.types import FloatArray, IntArray, PixelArray, Progress
 
 __all__ = ["laid_quilt", "planned", "synthesize_quilt"]
 
+_OVERLAP = 0.3
+"""Of blocks, where it is not asked for."""
+
 _COARSE = 48
 _LARGEST_FRAME = 512
 _SHARE = 0.75
@@ -65,6 +68,7 @@ def planned(
         (exemplar.shape[0], exemplar.shape[1]),
         scale,
         density,
+        _OVERLAP if options.overlap is None else options.overlap / options.block,
         pyramid.levels[numbers.level].match,
         numbers,
         weights,

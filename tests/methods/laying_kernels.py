@@ -1,0 +1,86 @@
+"""Entries for tests to what only kernels call."""
+
+from typing import Any
+
+from upholster.jit import kernel
+from upholster.methods.quilt._block_kernels import splat_tent
+from upholster.methods.quilt._choice_kernels import choose_source, draw_in_phase, penalise_used
+from upholster.methods.quilt._frame_kernels import look_at_frame, write_frame
+from upholster.methods.quilt._seed_kernels import cut_block
+from upholster.methods.quilt._sheet_kernels import fit_block
+from upholster.methods.quilt._unfold_kernels import unfold_block
+from upholster.methods.quilt._whole_kernels import lie_whole
+
+
+@kernel
+def choose(
+    match: Any,
+    numbers: Any,
+    weights: Any,
+    state: Any,
+    span: Any,
+    pixels: Any,
+    choice: Any,
+    start: int,
+    out: Any,
+) -> None:
+    """Write the row, the column and the cost that `choose_source` finds."""
+    y, x, cost = choose_source(match, numbers, weights, state, span, pixels, choice, start)
+    out[0], out[1], out[2] = y, x, cost
+
+
+@kernel
+def draw_first(match: Any, numbers: Any, state: Any, span: Any, choice: Any, out: Any) -> None:
+    """Write the row and the column that `draw_in_phase` draws, for each row of `out`."""
+    for n in range(out.shape[0]):
+        y, x = draw_in_phase(match, numbers, state, span, choice)
+        out[n, 0], out[n, 1] = y, x
+
+
+@kernel
+def count_use(usage: Any, step: int, places: Any, size: int, first: int, evenness: float, out: Any) -> None:
+    """Count blocks at `places` (n, 2) as used, and write what places then cost."""
+    part = usage[first : first + out.shape[0]]
+    for n in range(places.shape[0]):
+        splat_tent(part, step, places[n, 0], places[n, 1], size, size, 1.0)
+    penalise_used(usage, first, evenness, out)
+
+
+@kernel
+def cut(covered: Any, image: Any, numbers: Any, base: int, pixels: Any, scratch: Any, mask: Any) -> None:
+    """Call `cut_block`."""
+    cut_block(covered, image, numbers, base, pixels, scratch, mask)
+
+
+@kernel
+def lie(field: Any, clear: Any, root: Any, half: float, out: Any, fits: Any) -> int:
+    """Call `lie_whole`."""
+    return int(lie_whole(field, clear, root, half, out, fits))
+
+
+@kernel
+def unfold(
+    mesh: Any, field: Any, triangle: int, shares: Any, root: Any, half: float, scale: float,
+    scratch: Any, sheets: Any, out: Any, fits: Any, sizes: Any,
+) -> None:  # fmt: skip
+    """Call `unfold_block` and `fit_block`; `sizes` receives triangles and sheets."""
+    found, pieces = unfold_block(mesh, triangle, shares, half, scale, scratch, out)
+    sizes[0] = found
+    sizes[1] = fit_block(mesh, field, root, half, out, (found, pieces), sheets, fits)
+
+
+@kernel
+def look(
+    canvases: Any, image: Any, records: Any, found: Any, count: int, inside: Any, covered: Any, sources: Any,
+    pixels: Any, symmetries: Any, sizes: Any,
+) -> None:  # fmt: skip
+    """Call `look_at_frame`; `sizes` receives how many pixels are laid and bare."""
+    sizes[0], sizes[1] = look_at_frame(
+        canvases, image, records, found, count, inside, covered, sources, pixels, symmetries
+    )
+
+
+@kernel
+def write(canvases: Any, numbers: Any, block: int, record: Any, mask: Any, found: Any, count: int) -> None:
+    """Call `write_frame`."""
+    write_frame(canvases, numbers, block, record, mask, found, count)

@@ -1,0 +1,292 @@
+"""Frames and canvases: where blocks lie on charts, what is there, what they write; steps and centres."""
+
+from itertools import pairwise, product
+from typing import Any
+
+import numpy as np
+import pytest
+from laying import Folded, cylinder, plane, texture
+from laying_kernels import lie, look, write
+from plain_laying import SYMMETRIES, barycentric
+
+from upholster.methods.quilt._block_kernels import BLOCK_COLUMNS, FramePixels, LayNumbers
+from upholster.methods.quilt._frame_kernels import locate_steps, nearest_steps
+from upholster.methods.quilt._lay_kernels import Ground
+from upholster.methods.quilt._sheet_kernels import FIT, MOST_SHEETS, FieldArrays
+from upholster.methods.quilt._unfold_kernels import Footprint
+from upholster.methods.quilt._whole_kernels import CLEAR_CELL, ClearCells
+from upholster.methods.quilt.centres import Regions, centres_on
+from upholster.quilt.warp_field import FIELD_STEP, WarpField
+
+
+def bent(scale: float, by: float, degrees: float = 0.0) -> WarpField:
+    """Return a field that turns and grows over a chart."""
+    i, j = np.mgrid[:6, :7]
+    angle = np.radians(degrees) + by * (i - 1.5 * j)
+    turn = np.stack([np.cos(angle), np.sin(angle), -np.sin(angle), np.cos(angle)], -1).reshape(6, 7, 2, 2)
+    return WarpField.quantised(scale * 2 ** (0.5 * by * (i + j))[..., None, None] * turn)
+
+
+def arrays_of(field: WarpField) -> FieldArrays:
+    """Return a field as kernels take it."""
+    nodes = field.matrices.reshape(-1, 4) / 4096
+    return FieldArrays(nodes, np.array([(0, *field.matrices.shape[:2])], np.int64), float(FIELD_STEP), 0.0)
+
+
+def clear_cells(rows: int, columns: int, *crossed: tuple[int, int]) -> ClearCells:
+    """Return cells of a chart of which some are crossed by edges."""
+    cells = np.zeros((rows, columns), np.uint8)
+    for at in crossed:
+        cells[at] = 1
+    return ClearCells(cells.ravel(), np.zeros(1, np.int64), np.array([(rows, columns)], np.int64))
+
+
+@pytest.mark.parametrize("turns", range(4))
+@pytest.mark.parametrize(("scale", "by", "degrees"), [(1, 0, 0), (0.7, 0.05, 30), (1.6, -0.05, 200)])
+def test_a_whole_block_lies_where_a_decoder_reads_it(
+    scale: float, by: float, degrees: float, turns: int
+) -> None:
+    field, half = bent(scale, by, degrees), 12.0
+    root = np.array([0, 70.3, 64.8, 0.25, -0.4, turns])
+    out, fits = Footprint.of(64), np.zeros((MOST_SHEETS, FIT))
+    count = lie(arrays_of(field), clear_cells(20, 20), root, half, out, fits)
+    maps, places = out.maps[:count], out.places[:count]
+    # A place q reads at s + ½ (C + M(q)) (q − c), with the quarter turns after M.
+    turn = np.array(SYMMETRIES[turns]).reshape(2, 2)
+    centre, q = field.at(root[1:2], root[2:3])[0], places.reshape(-1, 2)
+    both = 0.5 * turn @ (centre + field.at(q[:, 0], q[:, 1]))
+    reads = root[3:5] + np.einsum("nij,nj->ni", both, q - root[1:3])
+    np.testing.assert_allclose(maps.reshape(-1, 2), reads, atol=0.02)
+    # The triangles tile the frame and a little round it.
+    edges, flat = maps[:, 1:] - maps[:, :1], places[:, 1:] - places[:, :1]
+    areas = 0.5 * np.linalg.det(edges)
+    assert (areas > 0).all()
+    assert (np.linalg.det(flat) > 0).all()
+    assert areas.sum() == pytest.approx((2 * half + 4) ** 2)
+    assert maps.min() == -half - 2 == -maps.max()
+    assert (out.triangles[:count] == -1).all()
+    assert fits[0, 0] == 1
+
+
+def test_a_block_is_unfolded_where_an_edge_is_near_or_the_field_varies_much() -> None:
+    root, out, fits = np.array([0, 80.0, 80.0, 0, 0, 0]), Footprint.of(64), np.zeros((MOST_SHEETS, FIT))
+    found = np.zeros((20, 20), bool)
+    for at in np.ndindex(20, 20):
+        found[at] = lie(arrays_of(bent(1, 0)), clear_cells(20, 20, at), root, 12.0, out, fits) > 0
+    # Steps 80 ± 14 and a little lie in cells 8 to 12.
+    rows, columns = np.nonzero(~found)
+    assert set(rows.tolist()) == set(columns.tolist()) == {8, 9, 10, 11, 12}
+    assert (~found).sum() == 25
+    assert lie(arrays_of(bent(0.5, 0.4)), clear_cells(20, 20), root, 12.0, out, fits) == 0
+
+
+def simple(side: tuple[int, int], hole: bool = True) -> Ground:
+    """Return bare ground of one chart whose steps are pixels, with a part that is not on the surface."""
+    ground, _ = plane(*side).ground(1e9)
+    canvases = ground.canvases
+    canvases.triangles[:] = 0
+    if hole:
+        canvases.triangles.reshape(canvases.heights[0], canvases.widths[0])[40:52, 30:36] = -1
+    return ground
+
+
+def numbers_of(size: int, image: np.ndarray) -> LayNumbers:
+    return LayNumbers(*image.shape[:2], 0, 1, 32, 4, 1, size, 2)
+
+
+PLACES = [(45, 40), (3, 50), (85, 2), (60, 60), (101, 88)]
+
+
+@pytest.mark.parametrize("centre", PLACES)
+def test_a_frame_shows_what_is_laid_under_it(centre: tuple[int, int]) -> None:
+    ground, size = simple((90, 75)), 24
+    canvases, rng = ground.canvases, np.random.default_rng(centre[0])
+    shape = int(canvases.heights[0]), int(canvases.widths[0])
+    on = canvases.triangles.reshape(shape) >= 0
+    owners = np.where(texture(*shape, 1, centre[1], 9)[..., 0] > 128, rng.integers(0, 9, shape), -1)
+    canvases.owners[:] = np.where(on, owners, -1).ravel()
+    canvases.sources[:] = rng.integers(0, 3600, shape).ravel()
+    pixels, covered = FramePixels.of(size), np.zeros((size + 2, size + 2), np.uint8)
+    sources, symmetries = np.zeros((size, size), np.int32), np.zeros(8, np.int64)
+    records = np.zeros((9, BLOCK_COLUMNS), np.int32)
+    records[:, 2] = np.arange(9) % 8
+    out, fits = Footprint.of(64), np.zeros((MOST_SHEETS, FIT))
+    count = lie(ground.field, clear_cells(20, 20), np.array([0, *centre, 0, 0, 0.0]), 12.0, out, fits)
+    colours, sizes = rng.integers(0, 2**30, 3600).astype(np.int32), np.zeros(2, np.int64)
+    inside = np.zeros(len(ground.mesh.triangles), np.uint8)
+    look(canvases, colours, records, out, count, inside, covered, sources, pixels, symmetries, sizes)
+    # A step is a pixel: 1 where something is laid, 0 where nothing is, 2 beside the surface.
+    around = np.full((shape[0] + 60, shape[1] + 60), 2)
+    around[30:-30, 30:-30] = np.where(on, canvases.owners.reshape(shape) >= 0, 2)
+    want = around[centre[0] + 17 :, centre[1] + 17 :][:26, :26]
+    np.testing.assert_array_equal(covered, want)
+    np.testing.assert_array_equal(pixels.marks, want[1:-1, 1:-1])
+    assert not inside.any()
+    i, j = np.nonzero(covered[1:-1, 1:-1] == 1)
+    at = (i - 12 + centre[0]) * shape[1] + j - 12 + centre[1]
+    np.testing.assert_array_equal(sources[i, j], canvases.sources[at])
+    np.testing.assert_array_equal(pixels.old[i, j], colours[canvases.sources[at]])
+    # Pixels on the edges of the footprint's triangles count twice.
+    shown = np.bincount(canvases.owners[at] % 8, minlength=8)
+    assert (symmetries >= shown).all()
+    assert symmetries.sum() <= 1.5 * shown.sum()
+    assert sizes.tolist() == [(want[1:-1, 1:-1] == kind).sum() for kind in (1, 0)]
+
+
+@pytest.mark.parametrize("centre", PLACES)
+@pytest.mark.parametrize("symmetry", [0, 3, 5])
+def test_a_block_writes_what_its_mask_shows(centre: tuple[int, int], symmetry: int) -> None:
+    ground, size, image = simple((90, 75)), 24, texture(60, 60)
+    canvases, rng = ground.canvases, np.random.default_rng(symmetry)
+    shape = int(canvases.heights[0]), int(canvases.widths[0])
+    mask, record = rng.integers(0, 2, (12, 12)).astype(np.uint8), np.zeros(BLOCK_COLUMNS, np.int32)
+    record[:3] = 20, 50, symmetry
+    out, fits = Footprint.of(64), np.zeros((MOST_SHEETS, FIT))
+    count = lie(ground.field, clear_cells(20, 20), np.array([0, *centre, 0, 0, 0.0]), 12.0, out, fits)
+    write(canvases, numbers_of(size, image), 6, record, mask.ravel(), out, count)
+    owners, turn = np.full(shape, -1), SYMMETRIES[symmetry]
+    for r, c in np.ndindex(shape):
+        y, x = r - centre[0], c - centre[1]
+        inside = -12 <= y < 12 and -12 <= x < 12
+        if inside and mask[(y + 12) // 2, (x + 12) // 2] and canvases.triangles[r * shape[1] + c] >= 0:
+            owners[r, c] = 6
+            row = min(max(20 + turn[0] * y + turn[1] * x, 0), 59)
+            column = min(max(50 + turn[2] * y + turn[3] * x, 0), 59)
+            assert canvases.sources[r * shape[1] + c] == row * 60 + column
+    np.testing.assert_array_equal(canvases.owners.reshape(shape), owners)
+    assert (owners >= 0).any()
+
+
+def some_charts() -> tuple[Folded, Ground]:
+    """Return a cylinder on two charts, one of which is turned, and its ground."""
+    islands = np.tile(np.arange(6) // 3, 12)
+    surface = cylinder(36, 30, 6, islands=islands, turned=(0, 40))
+    return surface, surface.ground(12.0)[0]
+
+
+def test_each_step_is_known_to_lie_in_the_triangle_that_holds_it_or_is_near() -> None:
+    _, ground = some_charts()
+    canvases, mesh = ground.canvases, ground.mesh
+    canvases.triangles[:] = -1
+    locate_steps(mesh, canvases, np.full(len(canvases.owners), np.inf, np.float32))
+    for chart, first in enumerate(canvases.firsts):
+        shape = int(canvases.heights[chart]), int(canvases.widths[chart])
+        steps = np.array(list(np.ndindex(shape)), float)
+        away = np.full((len(mesh.triangles), len(steps)), np.inf)
+        for t in np.flatnonzero(mesh.chart == chart):
+            p = mesh.places[t]
+            shares = barycentric(p, steps)
+            edges = [
+                np.linalg.norm(
+                    steps - p[k] - np.clip((steps - p[k]) @ e / (e @ e), 0, 1)[:, None] * e, axis=1
+                )
+                for k, e in enumerate(np.roll(p, -1, axis=0) - p)
+            ]
+            away[t] = np.where(shares.min(axis=1) >= 0, 0, np.min(edges, axis=0))
+        found, least = canvases.triangles[first : first + len(steps)], away.min(axis=0)
+        sure = abs(least - 0.75) > 1e-6
+        # On obtuse corners the nearest place is found up to what clamping coordinates is off.
+        np.testing.assert_array_equal((found >= 0)[sure & (least == 0)], True)
+        assert not (found >= 0)[sure & (least > 0.75)].any()
+        on = found >= 0
+        assert (away[found[on], np.flatnonzero(on)] <= least[on] + 0.3).all()
+        assert (found >= 0)[least < 0.5].mean() > 0.98
+
+
+@pytest.mark.parametrize("bare", [False, True])
+def test_centres_are_the_steps_nearest_to_an_even_grids_points(bare: bool) -> None:
+    _, ground = some_charts()
+    canvases, rng = ground.canvases, np.random.default_rng(1)
+    canvases.owners[:] = np.where(rng.random(len(canvases.owners)) < 0.7, 3, -1)
+    wanted = []
+    for chart, first in enumerate(canvases.firsts):
+        height, width = int(canvases.heights[chart]), int(canvases.widths[chart])
+        own = np.s_[first : first + height * width]
+        free = (canvases.triangles[own] >= 0) & ((canvases.owners[own] < 0) | (not bare))
+        shape = int((height - 3) / 9 + 1.5), int((width - 3) / 9 + 1.5)
+        away, found = np.empty(shape), np.empty(shape, np.int32)
+        nearest_steps(canvases, chart, 9.0, 3.0, bare, away, found)
+        for i, j in product(range(shape[0]), range(shape[1])):
+            squares = [
+                ((r - 3 - 9 * i) ** 2 + (c - 3 - 9 * j) ** 2, r * width + c)
+                for r, c in zip(*np.nonzero(free.reshape(height, width)), strict=True)
+                if min(max(int((r - 3) / 9 + 0.5), 0), shape[0] - 1) == i
+                and min(max(int((c - 3) / 9 + 0.5), 0), shape[1] - 1) == j
+            ]
+            assert found[i, j] == (min(squares)[1] if squares else -1)
+        wanted += [(chart, *divmod(int(n), width)) for n in found.ravel() if n >= 0]
+    centres = centres_on(ground.mesh, canvases, 9.0, 3.0, bare=bare)
+    np.testing.assert_array_equal(centres.roots[:, :3], wanted)
+    # They are told in the same place on the chart, in the triangle, and in space.
+    on = canvases.triangles[canvases.firsts[centres.roots[:, 0].astype(int)] + _within(canvases, centres)]
+    np.testing.assert_array_equal(centres.triangles, on)
+    assert centres.shares.min() >= 0
+    np.testing.assert_allclose(centres.shares.sum(axis=1), 1)
+    there = (centres.shares[..., None] * ground.mesh.places[centres.triangles]).sum(axis=1)
+    assert np.linalg.norm(there - centres.roots[:, 1:3], axis=1).max() < 0.8
+    spots = (centres.shares[..., None] * ground.mesh.corners[centres.triangles]).sum(axis=1)
+    np.testing.assert_allclose(centres.spots, spots)
+
+
+def _within(canvases: Any, centres: Any) -> np.ndarray:
+    # The numbers of centres' steps on their charts.
+    chart, row, column = centres.roots[:, :3].astype(int).T
+    return np.asarray(row * canvases.widths[chart] + column)
+
+
+def test_regions_hold_every_block_once_and_those_of_a_class_never_touch() -> None:
+    rng, block, first = np.random.default_rng(4), 10.0, 0
+    regions, known = Regions(block), np.zeros((0, 3))
+    for count in (700, 150):
+        spots = rng.uniform(-70, 90, (count, 3)) * (1, 1, 0.4)
+        order, classes = regions.enter(spots, first)
+        np.testing.assert_array_equal(np.sort(order), np.arange(count))
+        known = np.concatenate([known, spots[order]])
+        parts = [part for parts in classes for part in parts]
+        # Parts follow each other, without gaps.
+        assert parts[0][0] == first
+        assert parts[-1][1] == first + count
+        assert all(one[1] == other[0] for one, other in pairwise(parts))
+        assert len(classes) <= 8
+        for own in classes:
+            for n, (start, stop) in enumerate(own):
+                assert np.ptp(known[start:stop], axis=0).max() < 3 * block
+                for other in own[n + 1 :]:
+                    apart = known[start:stop, None] - known[None, slice(*other)]
+                    assert np.abs(apart).max(axis=2).min() > 2 * block
+        first += count
+    # All blocks that may touch one are near it.
+    for spot in known[::50]:
+        near = np.concatenate([np.arange(*part) for part in regions.near(spot)])
+        assert set(np.flatnonzero(np.abs(known - spot).max(axis=1) < 3 * block)) <= set(near.tolist())
+        assert len(np.unique(near)) == len(near)
+
+
+def test_the_same_blocks_get_the_same_order_in_the_order_of_their_places() -> None:
+    spots = np.random.default_rng(5).uniform(0, 90, (200, 3))
+    order, _ = Regions(10.0).enter(spots, 0)
+    again, _ = Regions(10.0).enter(spots[order], 0)
+    np.testing.assert_array_equal(again, np.arange(200))
+
+
+def test_cells_with_seams_creases_and_borders_are_marked_and_no_others() -> None:
+    surface, ground = some_charts()
+    mesh, clear = ground.mesh, ground.clear
+    for chart in range(2):
+        rows, columns = clear.shapes[chart]
+        found = clear.crossed[clear.firsts[chart] :][: rows * columns].reshape(rows, columns)
+        wanted = np.zeros_like(found)
+        for t in np.flatnonzero(mesh.chart == chart):
+            for k in range(3):
+                if mesh.neighbours[t, k] < 0 or mesh.seam[t, k] >= 0:
+                    ends = mesh.places[t, [k, (k + 1) % 3]]
+                    along = ends[0] + np.linspace(0, 1, 200)[:, None] * (ends[1] - ends[0]) + 0.5
+                    wanted[tuple((along // CLEAR_CELL).astype(int).T)] = 1
+                    # A cell may be missed whose corner alone is cut.
+                    round_it = [along + np.array([y, x]) for y in (-1, 0, 1) for x in (-1, 0, 1)]
+                    near = [found[tuple((at // CLEAR_CELL).astype(int).T)] for at in round_it]
+                    assert np.max(near, axis=0).all()
+        assert (found <= wanted).all()
+        assert (found == 0).any()
+    creased, _ = surface.ground(12.0, crease=20)
+    assert creased.clear.crossed.sum() > clear.crossed.sum()
