@@ -75,6 +75,8 @@ class LayPlan:
         Exemplar pixels per model unit.
     density
         Steps per model unit.
+    overlap
+        Of blocks, in parts of their side.
     match, numbers, weights
         The exemplar as it is matched, and how.
     overlap
@@ -98,6 +100,7 @@ class LayPlan:
     shape: tuple[int, int]
     scale: float
     density: float
+    overlap: float
     match: MatchImage
     numbers: LayNumbers
     weights: LayWeights
@@ -307,11 +310,17 @@ class _Laying:
         self.lay(centres_on(self.placed, self.own, step, GUTTER + 0.35 * step, bare=False))
         step, left = 0.5 * across, np.inf
         for _ in range(_ROUNDS):
-            bare = centres_on(self.placed, self.bare, step, 0.5 * step, bare=True)
-            if not 0 < len(bare.triangles) < left:
+            count = self._count_bare()
+            if not 0 < count < left:
                 break
-            left = len(bare.triangles)
-            self.lay(bare)
+            left = count
+            self.lay(centres_on(self.placed, self.bare, step, 0.5 * step, bare=True))
+
+    def _count_bare(self) -> int:
+        # How many of the steps that are the parcel's to show are bare.
+        canvases = self.placed.ground.canvases
+        bare = canvases.triangles[(canvases.owners < 0) & (canvases.triangles >= 0)]
+        return int(self.bare[bare].sum())
 
     def lay(self, centres: Centres) -> None:
         """Lay blocks."""

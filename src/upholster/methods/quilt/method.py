@@ -25,7 +25,7 @@ from upholster.types import FloatArray, IntArray, PixelArray, Progress
 __all__ = ["laid_quilt", "planned", "synthesize_quilt"]
 
 _OVERLAP = 0.3
-"""Of blocks, by default."""
+"""Of blocks, where it is not asked for."""
 
 _COARSE = 48
 _LARGEST_FRAME = 512
@@ -68,10 +68,10 @@ def planned(
         (exemplar.shape[0], exemplar.shape[1]),
         scale,
         density,
+        _OVERLAP if options.overlap is None else options.overlap / options.block,
         pyramid.levels[numbers.level].match,
         numbers,
         weights,
-        _OVERLAP if options.overlap is None else options.overlap / options.block,
         (rows, columns),
         None if phases is None else phases.surface,
         int(np.random.SeedSequence(seed).generate_state(1, np.uint64)[0]),
