@@ -76,10 +76,6 @@ class LayPlan:
     density
         Steps per model unit.
     overlap
-        Of blocks, in parts of their side.
-    match, numbers, weights
-        The exemplar as it is matched, and how.
-    overlap
         Of a block, with the one before.
     usage
         Rows and columns of the counts of how much each part of the exemplar is used.
@@ -100,7 +96,6 @@ class LayPlan:
     shape: tuple[int, int]
     scale: float
     density: float
-    overlap: float
     match: MatchImage
     numbers: LayNumbers
     weights: LayWeights
