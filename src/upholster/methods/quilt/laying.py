@@ -96,10 +96,10 @@ class LayPlan:
     shape: tuple[int, int]
     scale: float
     density: float
+    overlap: float
     match: MatchImage
     numbers: LayNumbers
     weights: LayWeights
-    overlap: float
     usage: tuple[int, int]
     phases: PhaseField | None
     seed: int
