@@ -6,7 +6,10 @@ import numpy as np
 import pytest
 from repeating import repeating
 
-from upholster.methods.quilt.sizes import block_side
+from upholster.charts.charted import charted_patches
+from upholster.charts.layout import density_layout
+from upholster.geometry import surface_from_spec
+from upholster.methods.quilt.sizes import block_side, turning_of
 from upholster.methods.quilt.structure import block_size
 
 SAMPLE, LATTICE = repeating(256, 256, [(1 / 40, 0), (0, 1 / 31)])
@@ -19,21 +22,33 @@ def stretched(strain, waves=LATTICE.waves):
 def test_a_block_suits_the_sample_where_nothing_is_stretched():
     suits = block_size(SAMPLE)
     assert suits >= 40
-    assert block_side(SAMPLE, 5000.0, None) == suits
-    assert block_side(SAMPLE, 5000.0, stretched(0.0)) == suits
+    assert block_side(SAMPLE, 5000.0, 0.0, None) == suits
+    assert block_side(SAMPLE, 5000.0, 0.0, stretched(0.0)) == suits
 
 
 def test_a_block_is_no_larger_than_a_small_surface_allows():
-    assert block_side(SAMPLE, 24 * 26.0, None) == 24
-    assert block_side(SAMPLE, 40.0, None) == 20
+    assert block_side(SAMPLE, 8 * 26.0, 0.0, None) == 24
+    assert block_side(SAMPLE, 5000.0, 0.5 / 26.0, None) == 24
+    assert block_side(SAMPLE, 40.0, 0.0, None) == 20
 
 
 @pytest.mark.parametrize(("strain", "side"), [(0.25 / 33, 32), (0.25 / 28.5, 28), (1.0, 20)])
 def test_a_block_is_in_step_with_the_next_but_holds_three_quarters_of_a_period(strain, side):
-    assert block_side(SAMPLE, 5000.0, stretched(strain)) == side
+    assert block_side(SAMPLE, 5000.0, 0.0, stretched(strain)) == side
 
 
 def test_blocks_are_smaller_than_twenty_pixels_only_where_the_sample_is_small():
-    assert block_side(SAMPLE, 5000.0, stretched(1.0, np.array([(1 / 7, 0)]))) == 20
+    assert block_side(SAMPLE, 5000.0, 0.0, stretched(1.0, np.array([(1 / 7, 0)]))) == 20
     small = SAMPLE[:32, :32]
-    assert block_side(small, 5000.0, stretched(1.0)) == block_size(small) < 20
+    assert block_side(small, 5000.0, 0.0, stretched(1.0)) == block_size(small) < 20
+
+
+def test_directions_turn_on_a_sphere_as_its_parallels_do() -> None:
+    surface = surface_from_spec("sphere:tiling=octants")
+    charted = charted_patches(surface, density_layout(surface, texels=200_000))
+    normals = charted.mesh.corners / np.linalg.norm(charted.mesh.corners, axis=2, keepdims=True)
+    along = np.cross((0.0, 0.0, 1.0), normals)
+    along /= np.maximum(np.linalg.norm(along, axis=2, keepdims=True), 1e-12)
+    radius = float(np.linalg.norm(charted.mesh.corners[0, 0]))
+    # A parallel at height z turns by z / √(1 − z²) in a radius; heights are spread evenly over a sphere.
+    np.testing.assert_allclose(turning_of(charted, along, 1) * radius, 0.9 / np.sqrt(0.19), rtol=0.15)

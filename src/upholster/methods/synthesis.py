@@ -37,7 +37,7 @@ from upholster.methods.quilt.laying import LayPlan
 from upholster.methods.quilt.method import laid_quilt, planned
 from upholster.methods.quilt.options import QuiltOptions
 from upholster.methods.quilt.phases import WantedPhases
-from upholster.methods.quilt.sizes import block_side
+from upholster.methods.quilt.sizes import block_side, turning_of
 from upholster.methods.quilt.structure import block_size
 from upholster.options import SynthesisOptions, chosen, settled
 from upholster.parallel import check_running
@@ -265,7 +265,8 @@ def _on_charts(
         phases = WantedPhases(lattice, surface_phases, weight)
     if block is None:
         across = float(np.sqrt(scale.texels)) / scale.density * scale.scale
-        block = block_side(exemplar, across, surface_phases)
+        turning = turning_of(charted, field.corner_vectors, field.fold) / scale.scale
+        block = block_side(exemplar, across, turning, surface_phases)
     own = settled(options, QuiltOptions, block=block)
     return Prepared(
         charted.charts,
