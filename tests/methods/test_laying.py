@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from laying import Folded, Run, covered, cylinder, flat_net, folded, hinge, net, noted, plane, texture
+from laying import Folded, Run, covered, cylinder, flat_net, folded, hinge, net, plane, texture
 from repeating import repeating
 from tests.charts.meshes import box, sphere
 
@@ -19,7 +19,7 @@ from upholster.methods import synthesize
 from upholster.methods.quilt.match_pyramid import MatchPyramid
 from upholster.methods.quilt.method import synthesize_quilt
 from upholster.methods.quilt.options import QuiltOptions
-from upholster.methods.synthesis import execute, prepare
+from upholster.methods.synthesis import lay_plan, prepare
 from upholster.options import SynthesisOptions
 from upholster.quilt import Quilt, paint
 
@@ -79,7 +79,7 @@ NAMES = (
 def test_everything_is_covered_by_parts_of_the_sample(name: str) -> None:
     run = made(name)
     quilt, numbers, records = run.quilt, run.numbers, run.laid.records
-    assert numbers.level == run.laid.level == (2 if name == "minified" else 0)
+    assert numbers.level == (2 if name == "minified" else 0)
     for chart in range(len(quilt.charts)):
         on, owners = run.on(chart, "triangles") >= 0, run.on(chart, "owners")
         # Where directions turn about a point a step may be smaller than a pixel, which misses it.
@@ -139,7 +139,7 @@ def test_blocks_do_not_cross_creases() -> None:
     shown = {}
     for crease in (None, 30.0):
         options = replace(prepared.options, crease=crease)
-        run = noted(lambda own=options: execute(replace(prepared, options=own), EXEMPLAR, surface))
+        run = Run.of(lay_plan(replace(prepared, options=options), EXEMPLAR))
         canvases, mesh = run.ground.canvases, run.ground.mesh
         on = canvases.owners >= 0
         normals = np.rint(mesh.normals[canvases.triangles[on]]).astype(int) @ (1, 2, 4)
@@ -220,9 +220,9 @@ def test_a_lattice_keeps_its_phases(surface: str) -> None:
         options = SynthesisOptions(texels=15_000, sample_size=3.0, block=32, phase=phase)
         prepared = prepare(exemplar, as_covered(surface).surface, options)
         assert prepared.phases is not None
-        run = noted(lambda: execute(prepared, exemplar, as_covered(surface).surface))
-        pyramid = MatchPyramid.of(exemplar, run.laid.level, prepared.phases.lattice)
-        level = pyramid.levels[run.laid.level]
+        run = Run.of(lay_plan(prepared, exemplar))
+        pyramid = MatchPyramid.of(exemplar, run.numbers.level, prepared.phases.lattice)
+        level = pyramid.levels[run.numbers.level]
         laid = run.laid.records[run.laid.records[:, 3] > 0]
         own = level.match.phases[:, laid[:, 0] * level.width + laid[:, 1]].astype(int)
         return float((1 - np.cos(2 * np.pi * (own - laid[:, 4:6].T) / 65536)).mean())
