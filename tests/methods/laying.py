@@ -211,3 +211,10 @@ def covered(exemplar: Any, surface: Any, *, seed: int = 0, threads: int | None =
         surface = as_covered(surface).surface
     prepared = prepare(exemplar, surface, SynthesisOptions(**choices))
     return Run.of(lay_plan(prepared, exemplar, seed=seed), threads)
+
+
+def alike(a: Quilt, b: Quilt) -> bool:
+    """Return whether two quilts are the same to the bit."""
+    return np.array_equal(a.placements, b.placements) and all(
+        np.array_equal(one[0].labels, other[0].labels) for one, other in zip(a.labels, b.labels, strict=True)
+    )

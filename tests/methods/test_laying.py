@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from laying import Folded, Run, covered, cylinder, flat_net, folded, hinge, net, plane, texture
+from laying import Folded, Run, alike, covered, cylinder, flat_net, hinge, net, plane, texture
 from repeating import repeating
 from tests.charts.meshes import box, sphere
 
@@ -124,13 +124,6 @@ def test_the_seed_alone_decides(name: str) -> None:
     assert not alike(first, other)
     apart = [(a != b).any(axis=2).mean() for a, b in zip(first.sources(), other.sources(), strict=True)]
     assert np.mean(apart) > 0.5
-
-
-def alike(a: Quilt, b: Quilt) -> bool:
-    """Return whether two quilts are the same to the bit."""
-    return np.array_equal(a.placements, b.placements) and all(
-        np.array_equal(one[0].labels, other[0].labels) for one, other in zip(a.labels, b.labels, strict=True)
-    )
 
 
 def test_blocks_do_not_cross_creases() -> None:
@@ -377,10 +370,3 @@ def test_wrong_options_are_refused(given: dict[str, Any], says: str) -> None:
 def test_what_does_not_fit_the_surface_or_the_sample_is_refused(given: dict[str, Any], says: str) -> None:
     with pytest.raises(InputError, match=says):
         synthesize(EXEMPLAR, "torus", **given)
-
-
-def test_an_exemplar_without_structure_is_laid_even_so() -> None:
-    run = folded(
-        flat_net(40, 40, 1, 1), np.column_stack([flat_net(40, 40, 1, 1), np.zeros(4)]), net(1, 1)
-    ).laid(np.zeros((32, 32, 3), np.uint8), block=20)
-    assert not paint(run.quilt, np.zeros((32, 32, 3), np.uint8)).arrays[0].any()
