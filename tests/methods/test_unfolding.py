@@ -37,7 +37,7 @@ class Block:
             mesh,
             ground.field,
             triangle,
-            self.shares,
+            self.shares @ mesh.corners[triangle],
             root,
             half,
             scale,
