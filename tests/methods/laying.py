@@ -4,20 +4,20 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import pytest
 from plain_laying import SYMMETRIES
 
 from upholster.charts.charted import ChartedSurface
 from upholster.charts.covered import as_covered
 from upholster.charts.subdivision import subdivided
 from upholster.geometry import MeshSurface, TriangleMesh
-from upholster.methods.quilt import method
 from upholster.methods.quilt._block_kernels import LayNumbers
 from upholster.methods.quilt._lay_kernels import Ground
-from upholster.methods.quilt.emit import Laid, emitted_quilt
-from upholster.methods.quilt.ground import ground_of
+from upholster.methods.quilt.emit import emitted_quilt, label_pieces
+from upholster.methods.quilt.ground import PlacedGround, field_arrays, ground_of
+from upholster.methods.quilt.laying import Drawn, LayPlan, lay_parcel
+from upholster.methods.quilt.method import planned
 from upholster.methods.quilt.options import QuiltOptions
-from upholster.methods.synthesis import execute, prepare
+from upholster.methods.synthesis import lay_plan, prepare
 from upholster.options import SynthesisOptions
 from upholster.quilt import Chart, Quilt
 from upholster.quilt.warp_field import WarpField
@@ -49,12 +49,17 @@ class Folded:
     fields: tuple[WarpField, ...]
     scale: float
 
-    def ground(self, longest: float, **more: Any) -> tuple[Ground, np.ndarray]:
+    def placed(self, longest: float, crease: float | None = None) -> tuple[PlacedGround, np.ndarray]:
         """Return the ground for blocks, and where its triangles lie in the plane."""
         fine = subdivided(self.charted, self.vectors, longest)
         turns = np.zeros(len(fine.surface.chart), np.int32)
-        ground = ground_of(fine, self.fields, 0, crease=more.get("crease"), fold=1, turns=turns)
-        return ground, self.in_plane(fine.surface, fine.parent)
+        placed = ground_of(fine, field_arrays(self.fields, 0), crease=crease, fold=1, turns=turns)
+        return placed, self.in_plane(fine.surface, fine.parent)
+
+    def ground(self, longest: float, crease: float | None = None) -> tuple[Ground, np.ndarray]:
+        """Return the same, as kernels take it."""
+        placed, flat = self.placed(longest, crease)
+        return placed.ground, flat
 
     def in_plane(self, surface: ChartedSurface, parent: np.ndarray) -> np.ndarray:
         """Return where corners of triangles cut out of others lie in the plane."""
@@ -66,14 +71,14 @@ class Folded:
             out[n] = self.flat[t][0] + shares @ (self.flat[t][1:] - self.flat[t][0])
         return out
 
-    def laid(self, exemplar: np.ndarray, *, seed: int = 0, threads: int | None = 1, **options: Any) -> "Run":
+    def plan(self, exemplar: np.ndarray, *, seed: int = 0, **options: Any) -> LayPlan:
+        """Return what it is laid by."""
+        own = QuiltOptions(**options)
+        return planned(exemplar, self.charted, self.fields, self.vectors, self.scale, options=own, seed=seed)
+
+    def laid(self, exemplar: np.ndarray, *, threads: int | None = 1, **choices: Any) -> "Run":
         """Cover it with a quilt."""
-        return noted(
-            lambda: method.synthesize_quilt(
-                exemplar, self.charted, self.fields, self.vectors, self.scale,
-                options=QuiltOptions(**options), seed=seed, threads=threads,
-            )
-        )  # fmt: skip
+        return Run.of(self.plan(exemplar, **choices), threads)
 
 
 def folded(
@@ -165,8 +170,20 @@ class Run:
 
     quilt: Quilt
     numbers: LayNumbers
-    ground: Ground
-    laid: Laid
+    laid: Drawn
+
+    @classmethod
+    def of(cls, plan: LayPlan, threads: int | None = 1) -> "Run":
+        """Lay a surface that is one parcel."""
+        _, drawn = lay_parcel(plan, 0, plan.empty_usage(), (), threads=threads)
+        assert drawn is not None
+        assert not drawn.placed.corners.any()  # places in windows are those on charts
+        return cls(emitted_quilt(plan, label_pieces(plan, drawn)), plan.numbers, drawn)
+
+    @property
+    def ground(self) -> Ground:
+        """What blocks lie on."""
+        return self.laid.placed.ground
 
     def on(self, chart: int, name: str) -> np.ndarray:
         """Return what canvases have for a chart's steps."""
@@ -188,30 +205,16 @@ class Run:
         return np.asarray(records[:, :2] + np.einsum("nij,nj->ni", turns[records[:, 2]], seen))
 
 
-def noted(make: Any) -> Run:
-    """Return the quilt that `make` makes, with what was laid for it."""
-    given: list[Any] = []
-    settled = method._numbers
-
-    def spied_numbers(*of: Any) -> Any:
-        pyramid, numbers = settled(*of)
-        given.append(numbers)
-        return pyramid, numbers
-
-    def spied(charts: Any, fields: Any, shape: Any, ground: Ground, laid: Laid, **more: Any) -> Quilt:
-        given.extend((ground, laid))
-        return emitted_quilt(charts, fields, shape, ground, laid, **more)
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(method, "_numbers", spied_numbers)
-        patch.setattr(method, "emitted_quilt", spied)
-        quilt = make()
-    return Run(quilt, *given)
-
-
 def covered(exemplar: Any, surface: Any, *, seed: int = 0, threads: int | None = 1, **choices: Any) -> Run:
     """Cover a surface, or what its text form tells."""
     if not isinstance(surface, MeshSurface):
         surface = as_covered(surface).surface
     prepared = prepare(exemplar, surface, SynthesisOptions(**choices))
-    return noted(lambda: execute(prepared, exemplar, surface, seed=seed, threads=threads))
+    return Run.of(lay_plan(prepared, exemplar, seed=seed), threads)
+
+
+def alike(a: Quilt, b: Quilt) -> bool:
+    """Return whether two quilts are the same to the bit."""
+    return np.array_equal(a.placements, b.placements) and all(
+        np.array_equal(one[0].labels, other[0].labels) for one, other in zip(a.labels, b.labels, strict=True)
+    )

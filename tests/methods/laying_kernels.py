@@ -60,11 +60,11 @@ def lie(field: Any, clear: Any, root: Any, half: float, out: Any, fits: Any) -> 
 
 @kernel
 def unfold(
-    mesh: Any, field: Any, triangle: int, shares: Any, root: Any, half: float, scale: float,
+    mesh: Any, field: Any, triangle: int, spot: Any, root: Any, half: float, scale: float,
     scratch: Any, sheets: Any, out: Any, fits: Any, sizes: Any,
 ) -> None:  # fmt: skip
     """Call `unfold_block` and `fit_block`; `sizes` receives triangles and sheets."""
-    found, pieces = unfold_block(mesh, triangle, shares, half, scale, scratch, out)
+    found, pieces = unfold_block(mesh, triangle, spot, half, scale, scratch, out)
     sizes[0] = found
     sizes[1] = fit_block(mesh, field, root, half, out, (found, pieces), sheets, fits)
 

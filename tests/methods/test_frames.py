@@ -10,7 +10,7 @@ from laying_kernels import lie, look, write
 from plain_laying import SYMMETRIES, barycentric
 
 from upholster.methods.quilt._block_kernels import BLOCK_COLUMNS, FramePixels, LayNumbers
-from upholster.methods.quilt._frame_kernels import locate_steps, nearest_steps
+from upholster.methods.quilt._frame_kernels import locate_steps
 from upholster.methods.quilt._lay_kernels import Ground
 from upholster.methods.quilt._sheet_kernels import FIT, MOST_SHEETS, FieldArrays
 from upholster.methods.quilt._unfold_kernels import Footprint
@@ -30,7 +30,9 @@ def bent(scale: float, by: float, degrees: float = 0.0) -> WarpField:
 def arrays_of(field: WarpField) -> FieldArrays:
     """Return a field as kernels take it."""
     nodes = field.matrices.reshape(-1, 4) / 4096
-    return FieldArrays(nodes, np.array([(0, *field.matrices.shape[:2])], np.int64), float(FIELD_STEP), 0.0)
+    return FieldArrays(
+        nodes, np.array([(0, *field.matrices.shape[:2])], np.int64), float(FIELD_STEP), np.zeros((1, 2))
+    )
 
 
 def clear_cells(rows: int, columns: int, *crossed: tuple[int, int]) -> ClearCells:
@@ -195,17 +197,16 @@ def test_each_step_is_known_to_lie_in_the_triangle_that_holds_it_or_is_near() ->
 
 @pytest.mark.parametrize("bare", [False, True])
 def test_centres_are_the_steps_nearest_to_an_even_grids_points(bare: bool) -> None:
-    _, ground = some_charts()
-    canvases, rng = ground.canvases, np.random.default_rng(1)
+    placed, _ = some_charts()[0].placed(12.0)
+    ground, canvases, rng = placed.ground, placed.ground.canvases, np.random.default_rng(1)
     canvases.owners[:] = np.where(rng.random(len(canvases.owners)) < 0.7, 3, -1)
-    wanted = []
+    asked, wanted = rng.random(len(ground.mesh.triangles)) < 0.5, []
     for chart, first in enumerate(canvases.firsts):
         height, width = int(canvases.heights[chart]), int(canvases.widths[chart])
         own = np.s_[first : first + height * width]
-        free = (canvases.triangles[own] >= 0) & ((canvases.owners[own] < 0) | (not bare))
+        triangles, left = canvases.triangles[own], canvases.owners[own] < 0
+        free = (triangles >= 0) & (left & asked[triangles] if bare else True)
         shape = int((height - 3) / 9 + 1.5), int((width - 3) / 9 + 1.5)
-        away, found = np.empty(shape), np.empty(shape, np.int32)
-        nearest_steps(canvases, chart, 9.0, 3.0, bare, away, found)
         for i, j in product(range(shape[0]), range(shape[1])):
             squares = [
                 ((r - 3 - 9 * i) ** 2 + (c - 3 - 9 * j) ** 2, r * width + c)
@@ -213,19 +214,17 @@ def test_centres_are_the_steps_nearest_to_an_even_grids_points(bare: bool) -> No
                 if min(max(int((r - 3) / 9 + 0.5), 0), shape[0] - 1) == i
                 and min(max(int((c - 3) / 9 + 0.5), 0), shape[1] - 1) == j
             ]
-            assert found[i, j] == (min(squares)[1] if squares else -1)
-        wanted += [(chart, *divmod(int(n), width)) for n in found.ravel() if n >= 0]
-    centres = centres_on(ground.mesh, canvases, 9.0, 3.0, bare=bare)
+            if squares and asked[triangles[min(squares)[1]]]:
+                wanted.append((chart, *divmod(min(squares)[1], width)))
+    centres = centres_on(placed, asked, 9.0, 3.0, bare=bare)
+    np.testing.assert_array_equal(centres.steps, wanted)
     np.testing.assert_array_equal(centres.roots[:, :3], wanted)
     # They are told in the same place on the chart, in the triangle, and in space.
     on = canvases.triangles[canvases.firsts[centres.roots[:, 0].astype(int)] + _within(canvases, centres)]
     np.testing.assert_array_equal(centres.triangles, on)
-    assert centres.shares.min() >= 0
-    np.testing.assert_allclose(centres.shares.sum(axis=1), 1)
-    there = (centres.shares[..., None] * ground.mesh.places[centres.triangles]).sum(axis=1)
-    assert np.linalg.norm(there - centres.roots[:, 1:3], axis=1).max() < 0.8
-    spots = (centres.shares[..., None] * ground.mesh.corners[centres.triangles]).sum(axis=1)
-    np.testing.assert_allclose(centres.spots, spots)
+    for t, root, spot in zip(on, centres.roots, centres.spots, strict=True):
+        shares = barycentric(ground.mesh.places[t], root[None, 1:3])[0]
+        np.testing.assert_allclose(spot, shares @ ground.mesh.corners[t], atol=1e-9)
 
 
 def _within(canvases: Any, centres: Any) -> np.ndarray:
@@ -236,7 +235,7 @@ def _within(canvases: Any, centres: Any) -> np.ndarray:
 
 def test_regions_hold_every_block_once_and_those_of_a_class_never_touch() -> None:
     rng, block, first = np.random.default_rng(4), 10.0, 0
-    regions, known = Regions(block), np.zeros((0, 3))
+    regions, known = Regions(block, None), np.zeros((0, 3))
     for count in (700, 150):
         spots = rng.uniform(-70, 90, (count, 3)) * (1, 1, 0.4)
         order, classes = regions.enter(spots, first)
@@ -264,8 +263,8 @@ def test_regions_hold_every_block_once_and_those_of_a_class_never_touch() -> Non
 
 def test_the_same_blocks_get_the_same_order_in_the_order_of_their_places() -> None:
     spots = np.random.default_rng(5).uniform(0, 90, (200, 3))
-    order, _ = Regions(10.0).enter(spots, 0)
-    again, _ = Regions(10.0).enter(spots[order], 0)
+    order, _ = Regions(10.0, None).enter(spots, 0)
+    again, _ = Regions(10.0, None).enter(spots[order], 0)
     np.testing.assert_array_equal(again, np.arange(200))
 
 

@@ -55,13 +55,12 @@ class Ground(NamedTuple):
 class BlockArrays(NamedTuple):
     """Blocks, in the order in which they are laid, B of them.
 
-    `triangles` (B,) and `shares` (B, 3) are where their centres lie on the mesh, in barycentric coordinates,
-    `roots` (B, 6) where that is on a chart, see `fit_block`, and `spots` (B, 3) in space. `records` (B,
-    `BLOCK_COLUMNS`) receive what is found, see `_block_kernels`; they have the wanted phases.
+    `triangles` (B,) are those of the mesh in which their centres lie, `roots` (B, 6) where that is on a chart,
+    see `fit_block`, and `spots` (B, 3) in space. `records` (B, `BLOCK_COLUMNS`) receive what is found, see
+    `_block_kernels`; they have the wanted phases.
     """
 
     triangles: IntArray
-    shares: FloatArray
     roots: FloatArray
     spots: FloatArray
     records: IntArray
@@ -301,7 +300,7 @@ def _find(
     if count > 0:
         return count, int64(1)
     found, sheets = unfold_block(
-        ground.mesh, int64(blocks.triangles[n]), blocks.shares[n], half, scale, scratch.unfold, scratch.found
+        ground.mesh, int64(blocks.triangles[n]), blocks.spots[n], half, scale, scratch.unfold, scratch.found
     )
     pieces = fit_block(
         *(ground.mesh, ground.field, root, half),

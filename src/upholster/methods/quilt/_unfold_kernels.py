@@ -117,7 +117,6 @@ class UnfoldScratch(NamedTuple):
     local: IntArray
     near: IntArray
     queue: IntArray
-    spot: FloatArray
 
     @classmethod
     def of(cls, vertices: int, triangles: int) -> "UnfoldScratch":
@@ -133,7 +132,6 @@ class UnfoldScratch(NamedTuple):
             np.full(triangles, -1, np.int32),
             np.empty(triangles, np.int32),
             np.empty(triangles, np.int32),
-            np.empty((2, 3)),
         )
 
 
@@ -466,7 +464,7 @@ def _spread(mesh: MeshArrays, scratch: UnfoldScratch, centre: int, sheets: IntAr
 def unfold_block(
     mesh: MeshArrays,
     centre: int,
-    shares: FloatArray,
+    spot: FloatArray,
     half: float,
     scale: float,
     scratch: UnfoldScratch,
@@ -474,15 +472,10 @@ def unfold_block(
 ) -> tuple[int, int]:
     """Find the footprint of a block; return how many triangles it has, and how many sheets.
 
-    `centre` is a triangle, `shares` (3,) barycentric coordinates in it; `half` is half a block's side in frame
+    `centre` is a triangle, `spot` (3,) a place in it or right beside it; `half` is half a block's side in frame
     pixels, `scale` frame pixels per model unit.
     """
-    point, axis = scratch.spot[0], scratch.spot[1]
-    for k in range(3):
-        point[k], axis[k] = 0.0, mesh.along[centre, k]
-        for m in range(3):
-            point[k] += shares[m] * mesh.corners[centre, m, k]
-    touched = _unfold(mesh, scratch, centre, point, axis, _REACH * half / scale)
+    touched = _unfold(mesh, scratch, centre, spot, mesh.along[centre], _REACH * half / scale)
     _list_near(mesh, scratch, centre, touched, scale, half)
     found, pieces = _spread(mesh, scratch, centre, out.sheets)
     found = min(found, int64(out.triangles.shape[0]))

@@ -28,30 +28,28 @@ class Centres:
     ----------
     steps
         (n, 3) int32: chart, row and column; all else follows from them.
-    triangles, shares
-        (n,) int32 and (n, 3) float64: where on the ground's mesh, in barycentric coordinates. A step that is
-        not on the ground has triangle −1.
+    triangles
+        (n,) int32: in which triangle of the ground's mesh, or right beside it; −1: not on the ground.
     roots
         (n, 6): the chart, the place of the step in its window, where that one reads, less the block's source,
         in frame pixels, and the quarter turns from the chart's matrix there to the block's.
     spots
-        (n, 3) in space.
+        (n, 3) in space, in the triangles' planes.
     """
 
     steps: IntArray
     triangles: IntArray
-    shares: FloatArray
     roots: FloatArray
     spots: FloatArray
 
     def chosen(self, order: NDArray[Any]) -> "Centres":
         """Return some of them, in an order."""
-        parts = (self.steps, self.triangles, self.shares, self.roots, self.spots)
+        parts = (self.steps, self.triangles, self.roots, self.spots)
         return Centres(*(part[order] for part in parts))
 
     def with_more(self, others: "Centres") -> "Centres":
         """Return them and others behind them."""
-        names = ("steps", "triangles", "shares", "roots", "spots")
+        names = ("steps", "triangles", "roots", "spots")
         return Centres(*(np.concatenate([getattr(part, name) for part in (self, others)]) for name in names))
 
 
@@ -69,7 +67,7 @@ def centres_at(placed: PlacedGround, steps: IntArray) -> Centres:
     roots = np.zeros((len(steps), 6))
     roots[:, 0], roots[:, 1:3], roots[:, 5] = chart, at, mesh.turns[triangles]
     spots: FloatArray = (shares[:, :, None] * mesh.corners[triangles]).sum(axis=1)
-    return Centres(steps, triangles, shares, roots, spots)
+    return Centres(steps, triangles, roots, spots)
 
 
 def centres_on(
@@ -153,11 +151,12 @@ class Regions:
 
 
 def _shares(flat: FloatArray, places: FloatArray) -> FloatArray:
-    # Barycentric coordinates of places in triangles (n, 3, 2), brought into them.
+    # Barycentric coordinates of places in or beside triangles (n, 3, 2). Beside narrow ones, whose plane tells
+    # little, they are brought nearer: −1 is the least.
     first, second, to = flat[:, 1] - flat[:, 0], flat[:, 2] - flat[:, 0], places - flat[:, 0]
     area = first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]
-    b = np.maximum((to[:, 0] * second[:, 1] - to[:, 1] * second[:, 0]) / area, 0)
-    c = np.maximum((first[:, 0] * to[:, 1] - first[:, 1] * to[:, 0]) / area, 0)
-    total = np.maximum(b + c, 1.0)
+    b = np.maximum((to[:, 0] * second[:, 1] - to[:, 1] * second[:, 0]) / area, -1)
+    c = np.maximum((first[:, 0] * to[:, 1] - first[:, 1] * to[:, 0]) / area, -1)
+    total = np.maximum(0.5 * (b + c), 1.0)
     out: FloatArray = np.stack([1 - (b + c) / total, b / total, c / total], axis=1)
     return out

@@ -368,7 +368,7 @@ class _Laying:
 
     def _arrays(self) -> BlockArrays:
         own = self.centres
-        return BlockArrays(own.triangles, own.shares, own.roots, own.spots, self.records)
+        return BlockArrays(own.triangles, own.roots, own.spots, self.records)
 
     def _lay_region(self, part: tuple[int, int], near: NDArray[np.int64], usage: FloatArray) -> None:
         plan, (start, stop) = self.plan, part
