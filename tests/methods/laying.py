@@ -14,8 +14,9 @@ from upholster.geometry import MeshSurface, TriangleMesh
 from upholster.methods.quilt import method
 from upholster.methods.quilt._block_kernels import LayNumbers
 from upholster.methods.quilt._lay_kernels import Ground
-from upholster.methods.quilt.emit import Laid, emitted_quilt
-from upholster.methods.quilt.ground import ground_of
+from upholster.methods.quilt.emit import LabelPiece, label_pieces
+from upholster.methods.quilt.ground import field_arrays, ground_of
+from upholster.methods.quilt.laying import Drawn, LayPlan
 from upholster.methods.quilt.options import QuiltOptions
 from upholster.methods.synthesis import execute, prepare
 from upholster.options import SynthesisOptions
@@ -53,7 +54,8 @@ class Folded:
         """Return the ground for blocks, and where its triangles lie in the plane."""
         fine = subdivided(self.charted, self.vectors, longest)
         turns = np.zeros(len(fine.surface.chart), np.int32)
-        ground = ground_of(fine, self.fields, 0, crease=more.get("crease"), fold=1, turns=turns)
+        field = field_arrays(self.fields, 0)
+        ground = ground_of(fine, field, crease=more.get("crease"), fold=1, turns=turns).ground
         return ground, self.in_plane(fine.surface, fine.parent)
 
     def in_plane(self, surface: ChartedSurface, parent: np.ndarray) -> np.ndarray:
@@ -166,7 +168,7 @@ class Run:
     quilt: Quilt
     numbers: LayNumbers
     ground: Ground
-    laid: Laid
+    laid: Drawn
 
     def on(self, chart: int, name: str) -> np.ndarray:
         """Return what canvases have for a chart's steps."""
@@ -198,13 +200,13 @@ def noted(make: Any) -> Run:
         given.append(numbers)
         return pyramid, numbers
 
-    def spied(charts: Any, fields: Any, shape: Any, ground: Ground, laid: Laid, **more: Any) -> Quilt:
-        given.extend((ground, laid))
-        return emitted_quilt(charts, fields, shape, ground, laid, **more)
+    def spied(plan: LayPlan, drawn: Drawn) -> list[LabelPiece]:
+        given.extend((drawn.placed.ground, drawn))
+        return label_pieces(plan, drawn)
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(method, "_numbers", spied_numbers)
-        patch.setattr(method, "emitted_quilt", spied)
+        patch.setattr(method, "label_pieces", spied)
         quilt = make()
     return Run(quilt, *given)
 

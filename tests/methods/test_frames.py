@@ -16,6 +16,7 @@ from upholster.methods.quilt._sheet_kernels import FIT, MOST_SHEETS, FieldArrays
 from upholster.methods.quilt._unfold_kernels import Footprint
 from upholster.methods.quilt._whole_kernels import CLEAR_CELL, ClearCells
 from upholster.methods.quilt.centres import Regions, centres_on
+from upholster.methods.quilt.ground import PlacedGround
 from upholster.quilt.warp_field import FIELD_STEP, WarpField
 
 
@@ -30,7 +31,9 @@ def bent(scale: float, by: float, degrees: float = 0.0) -> WarpField:
 def arrays_of(field: WarpField) -> FieldArrays:
     """Return a field as kernels take it."""
     nodes = field.matrices.reshape(-1, 4) / 4096
-    return FieldArrays(nodes, np.array([(0, *field.matrices.shape[:2])], np.int64), float(FIELD_STEP), 0.0)
+    return FieldArrays(
+        nodes, np.array([(0, *field.matrices.shape[:2])], np.int64), float(FIELD_STEP), np.zeros((1, 2))
+    )
 
 
 def clear_cells(rows: int, columns: int, *crossed: tuple[int, int]) -> ClearCells:
@@ -205,7 +208,9 @@ def test_centres_are_the_steps_nearest_to_an_even_grids_points(bare: bool) -> No
         free = (canvases.triangles[own] >= 0) & ((canvases.owners[own] < 0) | (not bare))
         shape = int((height - 3) / 9 + 1.5), int((width - 3) / 9 + 1.5)
         away, found = np.empty(shape), np.empty(shape, np.int32)
-        nearest_steps(canvases, chart, 9.0, 3.0, bare, away, found)
+        grid = np.array([(0, 0), (0, 0), (shape[0] - 1, shape[1] - 1)], np.int64)
+        everywhere = np.ones(len(ground.mesh.triangles), np.uint8)
+        nearest_steps(canvases, chart, everywhere, bare, 9.0, 3.0, grid, away, found)
         for i, j in product(range(shape[0]), range(shape[1])):
             squares = [
                 ((r - 3 - 9 * i) ** 2 + (c - 3 - 9 * j) ** 2, r * width + c)
@@ -215,7 +220,11 @@ def test_centres_are_the_steps_nearest_to_an_even_grids_points(bare: bool) -> No
             ]
             assert found[i, j] == (min(squares)[1] if squares else -1)
         wanted += [(chart, *divmod(int(n), width)) for n in found.ravel() if n >= 0]
-    centres = centres_on(ground.mesh, canvases, 9.0, 3.0, bare=bare)
+    sizes = np.stack([canvases.heights, canvases.widths], axis=1)
+    placed = PlacedGround(ground, np.zeros_like(sizes), sizes, np.zeros(len(ground.mesh.chart), np.int32))
+    own = np.ones(len(ground.mesh.chart), np.bool_)
+    centres = centres_on(placed, own, 9.0, 3.0, bare=bare)
+    np.testing.assert_array_equal(centres.steps, wanted)
     np.testing.assert_array_equal(centres.roots[:, :3], wanted)
     # They are told in the same place on the chart, in the triangle, and in space.
     on = canvases.triangles[canvases.firsts[centres.roots[:, 0].astype(int)] + _within(canvases, centres)]
@@ -236,7 +245,7 @@ def _within(canvases: Any, centres: Any) -> np.ndarray:
 
 def test_regions_hold_every_block_once_and_those_of_a_class_never_touch() -> None:
     rng, block, first = np.random.default_rng(4), 10.0, 0
-    regions, known = Regions(block), np.zeros((0, 3))
+    regions, known = Regions(block, None), np.zeros((0, 3))
     for count in (700, 150):
         spots = rng.uniform(-70, 90, (count, 3)) * (1, 1, 0.4)
         order, classes = regions.enter(spots, first)
@@ -264,8 +273,8 @@ def test_regions_hold_every_block_once_and_those_of_a_class_never_touch() -> Non
 
 def test_the_same_blocks_get_the_same_order_in_the_order_of_their_places() -> None:
     spots = np.random.default_rng(5).uniform(0, 90, (200, 3))
-    order, _ = Regions(10.0).enter(spots, 0)
-    again, _ = Regions(10.0).enter(spots[order], 0)
+    order, _ = Regions(10.0, None).enter(spots, 0)
+    again, _ = Regions(10.0, None).enter(spots[order], 0)
     np.testing.assert_array_equal(again, np.arange(200))
 
 

@@ -51,7 +51,11 @@ def test_a_cell_shows_what_shows_at_its_middle(cell: int) -> None:
     canvases.owners[:] = rng.integers(-6, 9, len(canvases.owners)).clip(-1)
     canvases.sheets[:] = rng.integers(0, MOST_SHEETS, len(canvases.owners))
     found = np.empty(label_shape(*shape, cell), np.int64)
-    label_cells(canvases, 0, cell, found)
+    own = np.arange(len(ground.mesh.chart)) % 2
+    away = np.empty(found.shape)
+    label_cells(canvases, own.astype(np.uint8), 0, cell, away, found)
+    np.testing.assert_array_equal(found < 0, np.isinf(away))
+    assert set(away[found >= 0].tolist()) == {0.0, -1.0}
     owners, sheets = canvases.owners.reshape(shape), canvases.sheets.reshape(shape).astype(int)
     np.testing.assert_array_equal(found, plain_seen(owners, sheets, cell))
 
@@ -66,11 +70,11 @@ def test_beyond_a_seam_cells_show_what_shows_there(turned: float, stretched: flo
     edges = np.argwhere((mesh.seam >= 0) & (mesh.chart[:, None] == 0))
     shape = int(canvases.heights[0]), int(canvases.widths[0])
     labels = np.empty(label_shape(*shape, cell), np.int64)
-    label_cells(canvases, 0, cell, labels)
+    away = np.empty(labels.shape)
+    label_cells(canvases, np.ones(len(mesh.chart), np.uint8), 0, cell, away, labels)
     before = labels.copy()
-    away = np.full(labels.shape, np.inf)
     label_beyond(mesh, ground.field, canvases, run.laid.firsts, run.laid.fits, edges, 0, cell, away, labels)
-    new = np.isfinite(away)
+    new = np.isfinite(away) & (away > 0)
     np.testing.assert_array_equal(labels[~new], before[~new])
     assert (before[new] == -1).all()
     # Chart 0 ends at x = 60. A place beyond it lies on chart 1, turned back and moved.
@@ -113,7 +117,7 @@ def made(kind: str) -> Run:
 @pytest.mark.parametrize("kind", ["plane", "cylinder", "minified", "cyclide"])
 def test_each_cell_reads_what_its_block_read(kind: str) -> None:
     run, off = made(kind), []
-    assert run.laid.level == (2 if kind == "minified" else 0)
+    assert run.numbers.level == (2 if kind == "minified" else 0)
     for chart in range(len(run.quilt.charts)):
         owners = run.on(chart, "owners")
         # Steps right after the middles of cells that show one block all over.
@@ -124,12 +128,12 @@ def test_each_cell_reads_what_its_block_read(kind: str) -> None:
         at = rows[whole], columns[whole]
         found, _ = read_by(run, chart, 16 * at[0] + 8, 16 * at[1] + 8)
         # The middle of a level's pixel, and what lies beside it.
-        read = ((run.shown(chart, at) + 0.5) * (1 << run.laid.level)) - 0.5
+        read = ((run.shown(chart, at) + 0.5) * (1 << run.numbers.level)) - 0.5
         off.append(np.abs(found / 16 - read).max(axis=1))
     apart = np.concatenate(off)
     assert len(apart) > 500
     # Sources are quarters of a pixel; a placement's matrix is mended where it is off by more than 0.3.
-    pixel = 1 << run.laid.level
+    pixel = 1 << run.numbers.level
     assert np.median(apart) < 0.2
     assert np.quantile(apart, 0.99) < (0.7 if kind == "cyclide" else 0.35) * pixel
     mended = (run.quilt.placements["offset"] != 0).any(axis=1).mean()

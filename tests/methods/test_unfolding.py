@@ -16,7 +16,7 @@ from upholster.geometry import MeshSurface
 from upholster.methods.quilt._lay_kernels import Ground
 from upholster.methods.quilt._sheet_kernels import FIT, MOST_SHEETS, SheetScratch
 from upholster.methods.quilt._unfold_kernels import Footprint, UnfoldScratch
-from upholster.methods.quilt.ground import ground_of
+from upholster.methods.quilt.ground import field_arrays, ground_of
 from upholster.methods.synthesis import prepare
 from upholster.options import SynthesisOptions
 
@@ -174,9 +174,9 @@ def test_on_a_sphere_a_block_is_nearly_as_large_as_its_square_and_true_to_the_fi
     assert prepared.scale is not None
     scale = prepared.scale.scale
     fine = subdivided(prepared.charted, prepared.field.corner_vectors, 0.4 * 24 / scale)
-    ground = ground_of(
-        fine, prepared.fields, 0, crease=None, fold=1, turns=np.zeros(len(fine.parent), np.int32)
-    )
+    field = field_arrays(prepared.fields, 0)
+    turns = np.zeros(len(fine.parent), np.int32)
+    ground = ground_of(fine, field, crease=None, fold=1, turns=turns).ground
     mesh = ground.mesh
     chosen = np.flatnonzero(np.abs(mesh.corners.mean(axis=1)[:, 2]) < 0.5)[::197]
     for triangle in chosen.tolist():
