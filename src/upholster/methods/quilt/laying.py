@@ -76,9 +76,7 @@ class LayPlan:
     density
         Steps per model unit.
     overlap
-        Of blocks, in parts of their side.
-    match, numbers, weights
-        The exemplar as it is matched, and how.
+        Of a block, with the one before.
     usage
         Rows and columns of the counts of how much each part of the exemplar is used.
     phases
