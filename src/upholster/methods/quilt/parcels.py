@@ -17,7 +17,7 @@ from upholster.types import FloatArray, IntArray
 
 __all__ = ["Parcels"]
 
-SIDE = 3072
+SIDE = 2048
 """Steps a side of a parcel, at least."""
 
 MOST_WHOLE = 2**24
