@@ -29,9 +29,10 @@ _LEAST_PERIODS = 0.75
 def block_side(exemplar: PixelArray, across: float, turning: float, phases: PhaseField | None) -> int:
     """Return the side of a surface's blocks.
 
-    It suits the sample's structure, is no larger than an eighth of the surface, small enough for directions to
-    turn little inside a block, and for blocks to keep a repeating texture in step: inside a block it has its true scale, and from one to the next the
-    wanted phase makes up for what courses are stretched by, less than a quarter of a turn.
+    It suits the sample's structure, and is no larger than an eighth of the surface. It is small enough for
+    directions to turn little inside a block, and to keep a repeating texture in step: inside a block it has
+    its true scale, and from one to the next the wanted phase makes up for what courses are stretched by, less
+    than a quarter of a turn.
 
     Parameters
     ----------
