@@ -20,7 +20,7 @@ __all__ = ["Parcels"]
 SIDE = 2048
 """Steps a side of a parcel, at least."""
 
-MOST_WHOLE = 2**24
+MOST_WHOLE = 2**25
 """Steps up to which a surface is one parcel."""
 
 BLOCKS = 32
