@@ -233,6 +233,31 @@ def _choose(
 
 
 @inline
+def _centre(canvases: Canvases, root: FloatArray) -> Any:
+    # The step in which a block has its centre.
+    k = int64(root[0])
+    return canvases.firsts[k] + int64(root[1]) * canvases.widths[k] + int64(root[2])
+
+
+@inline
+def _write(
+    canvases: Canvases,
+    numbers: LayNumbers,
+    blocks: BlockArrays,
+    n: int,
+    mask: NDArray[np.uint8],
+    triangles: int,
+    scratch: LayScratch,
+) -> None:
+    # Writes block n. Its centre is never left bare: a step may lie between two pixels of the frame.
+    record, centre = blocks.records[n], _centre(canvases, blocks.roots[n])
+    write_frame(canvases, numbers, n, record, mask, scratch.found, triangles)
+    if canvases.owners[centre] < 0:
+        canvases.owners[centre], canvases.sheets[centre] = n, 0
+        canvases.sources[centre] = record[SOURCE_ROW] * numbers.width + record[SOURCE_COLUMN]
+
+
+@inline
 def _settle(
     ground: Ground,
     match: MatchImage,
@@ -260,7 +285,7 @@ def _settle(
         pixels,
         scratch.symmetries,
     )
-    if bare == 0:
+    if bare == 0 and canvases.owners[_centre(canvases, blocks.roots[n])] >= 0:
         return
     count = _list_symmetries(numbers, scratch)
     record[LAID] = 1 if laid else 2
@@ -278,7 +303,7 @@ def _settle(
         )
     else:
         scratch.mask[:] = 1
-    write_frame(canvases, numbers, n, record, scratch.mask, scratch.found, triangles)
+    _write(canvases, numbers, blocks, n, scratch.mask, triangles, scratch)
     rows = scratch.choice.penalties.shape[0]
     first = first_of(numbers, int64(record[SYMMETRY]), rows)
     splat_tent(usage[first : first + rows], numbers.usage_step, y, x, numbers.size, numbers.size, 1.0)
@@ -329,7 +354,7 @@ def replay_blocks(
     for n in order:
         if blocks.triangles[n] >= 0:
             count, pieces[n] = _find(ground, numbers, blocks, n, scale, fits[n], scratch)
-            write_frame(ground.canvases, numbers, n, blocks.records[n], masks[n], scratch.found, int64(count))
+            _write(ground.canvases, numbers, blocks, n, masks[n], int64(count), scratch)
 
 
 @kernel
