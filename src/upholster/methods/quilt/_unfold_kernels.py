@@ -208,15 +208,18 @@ def _place_third(mesh: MeshArrays, flat: FloatArray, t: int, k: int) -> tuple[bo
 
 @inline
 def _settle_neighbours(
-    mesh: MeshArrays, scratch: UnfoldScratch, best: int, touched: int, size: int
+    mesh: MeshArrays, scratch: UnfoldScratch, best: int, within: float, touched: int, size: int
 ) -> tuple[int, int]:
-    # Places third corners of the triangles round a vertex that was just settled.
+    # Places third corners of the triangles round a vertex that was just settled, of those whose edge there has
+    # an end as near as `within`, squared: triangles beyond do not meet the block.
     state, flat = scratch.state, scratch.flat
     for n in range(mesh.first[best], mesh.first[best + 1]):
         t = mesh.around[n]
         for k in range(3):
             i, j, w = mesh.triangles[t, k], mesh.triangles[t, (k + 1) % 3], mesh.triangles[t, (k + 2) % 3]
             if state[i] != 2 or state[j] != 2 or state[w] == 2 or (i != best and j != best):
+                continue
+            if min(flat[i, 0] ** 2 + flat[i, 1] ** 2, flat[j, 0] ** 2 + flat[j, 1] ** 2) > within:
                 continue
             sound, x, y = _place_third(mesh, flat, t, k)
             if not sound:
@@ -245,7 +248,8 @@ def _settle_neighbours(
 def _unfold(
     mesh: MeshArrays, scratch: UnfoldScratch, centre: int, point: Any, axis: Any, reach: float
 ) -> Any:
-    # Flattens the vertices up to `reach` round a point of a triangle, x along `axis`; returns how many.
+    # Flattens the triangles with a corner within `reach` of a point of one, x along `axis`; returns how many
+    # vertices that takes.
     state, flat, keys, heap = scratch.state, scratch.flat, scratch.keys, scratch.heap
     normal = mesh.normals[centre]
     up0 = normal[1] * axis[2] - normal[2] * axis[1]
@@ -269,14 +273,12 @@ def _unfold(
         size = _pop(keys, heap, size)
         if state[best] == 2 or key != flat[best, 0] ** 2 + flat[best, 1] ** 2:
             continue  # settled, or moved since
-        if not key <= reach * reach:  # the centre's corners lie within: its edges are short
-            break
         state[best] = 2
         settled += 1
-        area += mesh.spread[best]
+        area += mesh.spread[best] if key <= reach * reach else 0.0
         if settled > _MOST_SETTLED or area > _FLOOD * np.pi * reach * reach:
             break
-        touched, size = _settle_neighbours(mesh, scratch, best, touched, size)
+        touched, size = _settle_neighbours(mesh, scratch, best, reach * reach, touched, size)
     return touched
 
 
