@@ -1,8 +1,8 @@
 """The hot loop of method "quilt": blocks, each found, chosen, cut and laid, one after another.
 
-A block's steps: where it lies (`lie_whole`, or `unfold_block` and `fit_block`), what is there (`look_at_frame`),
-what it shows (`choose_source`, for each symmetry that it is tried with), its border (`cut_block`), and
-`write_frame`.
+A block's steps: where it lies (`lie_whole`, or `unfold_block` and `fit_block`), what is there
+(`look_at_frame`), what it shows (`choose_source`, for each symmetry that it is tried with), its border
+(`cut_block`), and `write_frame`.
 """
 
 from typing import Any, NamedTuple
@@ -55,9 +55,9 @@ class Ground(NamedTuple):
 class BlockArrays(NamedTuple):
     """Blocks, in the order in which they are laid, B of them.
 
-    `triangles` (B,) are those of the mesh in which their centres lie, `roots` (B, 6) where that is on a chart,
-    see `fit_block`, and `spots` (B, 3) in space. `records` (B, `BLOCK_COLUMNS`) receive what is found, see
-    `_block_kernels`; they have the wanted phases.
+    `triangles` (B,) are those of the mesh in which their centres lie, `roots` (B, 6) where that is on a
+    chart, see `fit_block`, and `spots` (B, 3) in space. `records` (B, `BLOCK_COLUMNS`) receive what is found,
+    see `_block_kernels`; they have the wanted phases.
     """
 
     triangles: IntArray
@@ -135,8 +135,8 @@ def _list_symmetries(numbers: LayNumbers, scratch: LayScratch) -> Any:
 
 @inline
 def _turn_frame(numbers: LayNumbers, symmetry: int, pixels: FramePixels) -> Span:
-    # Enters where the frame's pixels read with a symmetry, from the source; returns where that may be, so that
-    # the frame lies inside the exemplar.
+    # Enters where the frame's pixels read with a symmetry, from the source; returns where that may be, so
+    # that the frame lies inside the exemplar.
     size = numbers.size
     half, turn = size // 2, SYMMETRIES[symmetry]
     for i in range(size):
@@ -376,13 +376,13 @@ def lay_blocks(
 ) -> None:
     """Find, choose, cut and lay some blocks, from, to, one after another.
 
-    A block that shows nothing new is left out. One on nothing is drawn from all sources that fit; any other is
-    chosen by what it continues, and cut where the two differ least. `usage` counts how much each part of the
-    exemplar is used, every `usage_step` pixels, for each symmetry that is allowed, one below the other. `near`
-    (k, 2) are blocks that may lie near, from, to; `reaches` how far they are near, in model units, and frame
-    pixels per model unit. Each block
-    draws from its own generator, which follows from `seed`. `fits` (blocks, `MOST_SHEETS`, `FIT`) and `pieces`
-    (blocks,) receive how sheets read, and how many there are, `masks` (blocks, cells) which cells are shown.
+    A block that shows nothing new is left out. One on nothing is drawn from all sources that fit; any other
+    is chosen by what it continues, and cut where the two differ least. `usage` counts how much each part of
+    the exemplar is used, every `usage_step` pixels, for each symmetry that is allowed, one below the other.
+    `near` (k, 2) are blocks that may lie near, from, to; `reaches` how far they are near, in model units, and
+    frame pixels per model unit. Each block draws from its own generator, which follows from `seed`. `fits`
+    (blocks, `MOST_SHEETS`, `FIT`) and `pieces` (blocks,) receive how sheets read, and how many there are,
+    `masks` (blocks, cells) which cells are shown.
     """
     for n in range(part[0], part[1]):
         own = n - part[0]
