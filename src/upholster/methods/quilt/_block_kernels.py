@@ -27,8 +27,8 @@ __all__ = [
 ]
 
 # Columns of a block's record: the pixel that its centre reads, symmetry, and whether it was laid (1), laid on
-# nothing (2), or not needed (0). Last the phases that the surface wants at the centre, of two waves at most, in
-# 1/65536 turn.
+# nothing (2), or not needed (0). Last the phases that the surface wants at the centre, of two waves at most,
+# in 1/65536 turn.
 SOURCE_ROW, SOURCE_COLUMN, SYMMETRY, LAID, PHASE = range(5)
 BLOCK_COLUMNS = PHASE + 2
 

@@ -246,7 +246,8 @@ def choose_source(
 ) -> tuple[Any, Any, Any]:
     """Choose a block's source; return its row and column, and what it costs.
 
-    `choice` holds the places' penalties and, from candidate `start` to before 2, what continues blocks beside it.
+    `choice` holds the places' penalties and, from candidate `start` to before 2, what continues blocks beside
+    it.
     """
     count = _list_features(numbers, span, pixels, choice)
     samples = _list_samples(numbers, pixels, choice)

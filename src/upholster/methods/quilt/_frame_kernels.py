@@ -1,7 +1,7 @@
 """Frames: the squares of pixels in which blocks are chosen and cut, and the canvases on which they lie.
 
-What is laid under a block is drawn into its frame; there a source is chosen and cut as on a flat texture; then
-the block's new steps are written to the canvases of all charts that it reaches.
+What is laid under a block is drawn into its frame; there a source is chosen and cut as on a flat texture;
+then the block's new steps are written to the canvases of all charts that it reaches.
 """
 
 from typing import NamedTuple
@@ -18,7 +18,7 @@ from upholster.types import FloatArray, IntArray, int64
 __all__ = ["BESIDE", "LAID", "Canvases", "locate_steps", "look_at_frame", "nearest_steps", "write_frame"]
 
 LAID, BESIDE = 1, 2
-"""Marks of a frame's pixel: something is laid there; it lies beside the surface, or beyond the block. 0: bare."""
+"""Marks of a frame's pixel: something is laid there; it lies beside the surface or the block. 0: bare."""
 
 _CLOSE = 0.75
 """Texels: a texel so near to a triangle belongs to it."""
@@ -101,9 +101,9 @@ def nearest_steps(
     """Find in each square of a chart the step on the surface that lies nearest to its middle.
 
     Squares are `step` steps wide; the first one's middle is at `shift` on the chart. `grid` (3, 2) is the
-    chart's step with which the canvas begins, the first square that is looked at, and the chart's last one. Of
-    the steps in triangles that are `wanted` (T,), or if `bare` of those that no block shows. `away` and `found`
-    (rows, columns) receive its squared distance and the step's number on the canvas, −1 for none.
+    chart's step with which the canvas begins, the first square that is looked at, and the chart's last one.
+    Of the steps in triangles that are `wanted` (T,), or if `bare` of those that no block shows. `away` and
+    `found` (rows, columns) receive its squared distance and the step's number on the canvas, −1 for none.
     """
     first, width = canvases.firsts[chart], canvases.widths[chart]
     away[:], found[:] = np.inf, -1
@@ -186,8 +186,8 @@ def look_at_frame(
 ) -> tuple[int, int]:
     """Draw into a frame what is laid under a block; return how many of its pixels are laid, how many bare.
 
-    Bare are those on the surface where nothing is. `covered` is the frame with a rim of one pixel, `symmetries`
-    (8,) receives how many pixels show each. `inside` (triangles,) is scratch, all 0.
+    Bare are those on the surface where nothing is. `covered` is the frame with a rim of one pixel,
+    `symmetries` (8,) receives how many pixels show each. `inside` (triangles,) is scratch, all 0.
     """
     size = covered.shape[0] - 2
     covered[:, :], symmetries[:] = BESIDE, 0

@@ -17,7 +17,7 @@ _REACH = 2.0
 """Cells beyond a seam that are labelled by what lies there."""
 
 _ALIKE = 4.0
-"""Frame pixels: two sheets of a block that differ by less at one place of a seam go on in each other there."""
+"""Frame pixels: two sheets of a block that differ by less at a place of a seam go on in each other there."""
 
 
 @kernel
@@ -29,10 +29,11 @@ def label_cells(
     away: FloatArray,
     labels: NDArray[np.int64],
 ) -> None:
-    """Write to each cell of a chart the block and sheet that show there, ``block · MOST_SHEETS + sheet``; −1: none.
+    """Write which block and sheet show in each cell of a chart, ``block · MOST_SHEETS + sheet``; −1: none.
 
-    Of its steps the one right after its middle counts, or the first one that shows something. `away` receives 0
-    where that lies in a triangle that is `own` (T,), −1 where it does not, and infinity where nothing shows.
+    Of its steps the one right after its middle counts, or the first one that shows something. `away` receives
+    0 where that lies in a triangle that is `own` (T,), −1 where it does not, and infinity where nothing
+    shows.
     """
     height, width, first = canvases.heights[chart], canvases.widths[chart], canvases.firsts[chart]
     for i in range(labels.shape[0]):
@@ -60,8 +61,8 @@ def _goes_on(
     other: int,
     there: tuple[float, float],
 ) -> Any:
-    # The block and sheet that show at a place of another chart, as it goes on at a place of this one; −1: it does
-    # not.
+    # The block and sheet that show at a place of another chart, as it goes on at a place of this one; −1: it
+    # does not.
     r = min(max(int64(np.floor(there[0] + 0.5)), 0), canvases.heights[other] - 1)
     c = min(max(int64(np.floor(there[1] + 0.5)), 0), canvases.widths[other] - 1)
     at = canvases.firsts[other] + r * canvases.widths[other] + c
@@ -94,8 +95,9 @@ def label_beyond(
 ) -> None:
     """Label cells beyond a chart's seams by the blocks that show there, on the chart beyond.
 
-    `edges` (n, 2) are a chart's edges that are seams, triangle and edge; `firsts` and `fits` all blocks' sheets.
-    `away` (rows, columns) is that of `label_cells`, and receives how far beyond a seam cells lie, squared.
+    `edges` (n, 2) are a chart's edges that are seams, triangle and edge; `firsts` and `fits` all blocks'
+    sheets. `away` (rows, columns) is that of `label_cells`, and receives how far beyond a seam cells lie,
+    squared.
     """
     reach = _REACH * cell
     for e in range(edges.shape[0]):
@@ -151,7 +153,7 @@ def read_cells(
     places: FloatArray,
     read: FloatArray,
 ) -> None:
-    """Write where places (n, 2) of charts read, by sheets `rows` (n,) of `fits`, in frame pixels from the source."""
+    """Write where places (n, 2) read by sheets `rows` (n,) of `fits`, in frame pixels from the source."""
     for n in range(rows.shape[0]):
         y, x = shown_at(field, fits[rows[n]], places[n, 0], places[n, 1])
         read[n, 0], read[n, 1] = y, x

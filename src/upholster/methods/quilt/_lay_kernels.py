@@ -1,8 +1,8 @@
 """The hot loop of method "quilt": blocks, each found, chosen, cut and laid, one after another.
 
-A block's steps: where it lies (`lie_whole`, or `unfold_block` and `fit_block`), what is there (`look_at_frame`),
-what it shows (`choose_source`, for each symmetry that it is tried with), its border (`cut_block`), and
-`write_frame`.
+A block's steps: where it lies (`lie_whole`, or `unfold_block` and `fit_block`), what is there
+(`look_at_frame`), what it shows (`choose_source`, for each symmetry that it is tried with), its border
+(`cut_block`), and `write_frame`.
 """
 
 from typing import Any, NamedTuple
@@ -55,9 +55,9 @@ class Ground(NamedTuple):
 class BlockArrays(NamedTuple):
     """Blocks, in the order in which they are laid, B of them.
 
-    `triangles` (B,) are those of the mesh in which their centres lie, `roots` (B, 6) where that is on a chart,
-    see `fit_block`, and `spots` (B, 3) in space. `records` (B, `BLOCK_COLUMNS`) receive what is found, see
-    `_block_kernels`; they have the wanted phases.
+    `triangles` (B,) are those of the mesh in which their centres lie, `roots` (B, 6) where that is on a
+    chart, see `fit_block`, and `spots` (B, 3) in space. `records` (B, `BLOCK_COLUMNS`) receive what is found,
+    see `_block_kernels`; they have the wanted phases.
     """
 
     triangles: IntArray
@@ -135,8 +135,8 @@ def _list_symmetries(numbers: LayNumbers, scratch: LayScratch) -> Any:
 
 @inline
 def _turn_frame(numbers: LayNumbers, symmetry: int, pixels: FramePixels) -> Span:
-    # Enters where the frame's pixels read with a symmetry, from the source; returns where that may be, so that
-    # the frame lies inside the exemplar.
+    # Enters where the frame's pixels read with a symmetry, from the source; returns where that may be, so
+    # that the frame lies inside the exemplar.
     size = numbers.size
     half, turn = size // 2, SYMMETRIES[symmetry]
     for i in range(size):
@@ -233,6 +233,31 @@ def _choose(
 
 
 @inline
+def _centre(canvases: Canvases, root: FloatArray) -> Any:
+    # The step in which a block has its centre.
+    k = int64(root[0])
+    return canvases.firsts[k] + int64(root[1]) * canvases.widths[k] + int64(root[2])
+
+
+@inline
+def _write(
+    canvases: Canvases,
+    numbers: LayNumbers,
+    blocks: BlockArrays,
+    n: int,
+    mask: NDArray[np.uint8],
+    triangles: int,
+    scratch: LayScratch,
+) -> None:
+    # Writes block n. Its centre is never left bare: a step may lie between two pixels of the frame.
+    record, centre = blocks.records[n], _centre(canvases, blocks.roots[n])
+    write_frame(canvases, numbers, n, record, mask, scratch.found, triangles)
+    if canvases.owners[centre] < 0:
+        canvases.owners[centre], canvases.sheets[centre] = n, 0
+        canvases.sources[centre] = record[SOURCE_ROW] * numbers.width + record[SOURCE_COLUMN]
+
+
+@inline
 def _settle(
     ground: Ground,
     match: MatchImage,
@@ -260,7 +285,7 @@ def _settle(
         pixels,
         scratch.symmetries,
     )
-    if bare == 0:
+    if bare == 0 and canvases.owners[_centre(canvases, blocks.roots[n])] >= 0:
         return
     count = _list_symmetries(numbers, scratch)
     record[LAID] = 1 if laid else 2
@@ -278,7 +303,7 @@ def _settle(
         )
     else:
         scratch.mask[:] = 1
-    write_frame(canvases, numbers, n, record, scratch.mask, scratch.found, triangles)
+    _write(canvases, numbers, blocks, n, scratch.mask, triangles, scratch)
     rows = scratch.choice.penalties.shape[0]
     first = first_of(numbers, int64(record[SYMMETRY]), rows)
     splat_tent(usage[first : first + rows], numbers.usage_step, y, x, numbers.size, numbers.size, 1.0)
@@ -329,7 +354,7 @@ def replay_blocks(
     for n in order:
         if blocks.triangles[n] >= 0:
             count, pieces[n] = _find(ground, numbers, blocks, n, scale, fits[n], scratch)
-            write_frame(ground.canvases, numbers, n, blocks.records[n], masks[n], scratch.found, int64(count))
+            _write(ground.canvases, numbers, blocks, n, masks[n], int64(count), scratch)
 
 
 @kernel
@@ -351,13 +376,13 @@ def lay_blocks(
 ) -> None:
     """Find, choose, cut and lay some blocks, from, to, one after another.
 
-    A block that shows nothing new is left out. One on nothing is drawn from all sources that fit; any other is
-    chosen by what it continues, and cut where the two differ least. `usage` counts how much each part of the
-    exemplar is used, every `usage_step` pixels, for each symmetry that is allowed, one below the other. `near`
-    (k, 2) are blocks that may lie near, from, to; `reaches` how far they are near, in model units, and frame
-    pixels per model unit. Each block
-    draws from its own generator, which follows from `seed`. `fits` (blocks, `MOST_SHEETS`, `FIT`) and `pieces`
-    (blocks,) receive how sheets read, and how many there are, `masks` (blocks, cells) which cells are shown.
+    A block that shows nothing new is left out. One on nothing is drawn from all sources that fit; any other
+    is chosen by what it continues, and cut where the two differ least. `usage` counts how much each part of
+    the exemplar is used, every `usage_step` pixels, for each symmetry that is allowed, one below the other.
+    `near` (k, 2) are blocks that may lie near, from, to; `reaches` how far they are near, in model units, and
+    frame pixels per model unit. Each block draws from its own generator, which follows from `seed`. `fits`
+    (blocks, `MOST_SHEETS`, `FIT`) and `pieces` (blocks,) receive how sheets read, and how many there are,
+    `masks` (blocks, cells) which cells are shown.
     """
     for n in range(part[0], part[1]):
         own = n - part[0]

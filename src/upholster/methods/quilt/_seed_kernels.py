@@ -85,8 +85,8 @@ def _goes_on(covered: NDArray[np.uint8], cell: int, across: int, a: int, b: int)
 @inline
 def _label_seeds(covered: NDArray[np.uint8], cell: int, across: int, scratch: CutScratch) -> int:
     # Tells which cells stay old and which become new, whatever it costs; bit 0: some old, bit 1: some new.
-    # New is what is bare and missing (then out of the grid), and what is round it. Old is what must not change,
-    # and the frame's rim where what is laid goes on.
+    # New is what is bare and missing (then out of the grid), and what is round it. Old is what must not
+    # change, and the frame's rim where what is laid goes on.
     marks, missing, seeds = scratch.marks, scratch.missing, scratch.seeds
     kinds = 0
     for a in range(across):

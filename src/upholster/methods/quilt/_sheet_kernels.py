@@ -130,8 +130,8 @@ def shown_at(field: FieldArrays, fit: FloatArray, row: float, column: float) -> 
 
 @inline
 def _list_edges(mesh: MeshArrays, found: Footprint, count: int, scratch: SheetScratch) -> Any:
-    # Lists the edges along which two sheets of a block meet, from either side: two places in the footprint, and
-    # the edge of either triangle.
+    # Lists the edges along which two sheets of a block meet, from either side: two places in the footprint,
+    # and the edge of either triangle.
     edges = int64(0)
     for n in range(count):
         scratch.local[found.triangles[n]] = n
@@ -399,9 +399,9 @@ def fit_block(
 ) -> int:
     """Fit the sheets of a block, `fits` (`MOST_SHEETS`, `FIT`); return how many there are, settled or not.
 
-    `root` (6,) is the chart and the place of the block's centre there, where it reads less the block's source,
-    and the quarter turns from the chart's matrix to the block's; `sizes` the triangles and sheets that
-    `unfold_block` found. `sheets` becomes −1 where a sheet is not settled.
+    `root` (6,) is the chart and the place of the block's centre there, where it reads less the block's
+    source, and the quarter turns from the chart's matrix to the block's; `sizes` the triangles and sheets
+    that `unfold_block` found. `sheets` becomes −1 where a sheet is not settled.
     """
     count, pieces = sizes[0], min(sizes[1], MOST_SHEETS)
     for m in range(pieces):

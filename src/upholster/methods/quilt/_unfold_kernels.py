@@ -44,15 +44,15 @@ else end blocks there."""
 class MeshArrays(NamedTuple):
     """A mesh as kernels take it; V vertices, T triangles.
 
-    `corners` (T, 3, 3) are positions, `triangles` (T, 3) vertices and `neighbours` (T, 3) as in `TriangleMesh`;
-    `first` (V + 1,) and `around` list the triangles round each vertex. Positions belong to corners: those of a
-    tile, whose opposite edges meet, are not the vertices'. `vectors` (T, 3, 3) is the direction field at corners;
-    `normals`, `along` and `down` (T, 3) are each triangle's normal and the field's two axes in its plane.
-    `places` (T, 3, 2) are row and column of each corner on its chart in working texels, centres at whole
-    numbers; `chart` (T,) is that chart, −1 for none. `seam` (T, 3) numbers the seams' edges, −1 elsewhere;
-    `crossing` (seams, 2, 2) takes texel steps over each. `spread` (V,) is a third of the area round a vertex.
-    `fold` is the field's: 1, 2 or 4 directions, turned evenly, count as one; `turns` (T,) are the quarter
-    turns that take the charts' warp fields to `along` and `down`.
+    `corners` (T, 3, 3) are positions, `triangles` (T, 3) vertices and `neighbours` (T, 3) as in
+    `TriangleMesh`; `first` (V + 1,) and `around` list the triangles round each vertex. Positions belong to
+    corners: those of a tile, whose opposite edges meet, are not the vertices'. `vectors` (T, 3, 3) is the
+    direction field at corners; `normals`, `along` and `down` (T, 3) are each triangle's normal and the
+    field's two axes in its plane. `places` (T, 3, 2) are row and column of each corner on its chart in
+    working texels, centres at whole numbers; `chart` (T,) is that chart, −1 for none. `seam` (T, 3) numbers
+    the seams' edges, −1 elsewhere; `crossing` (seams, 2, 2) takes texel steps over each. `spread` (V,) is a
+    third of the area round a vertex. `fold` is the field's: 1, 2 or 4 directions, turned evenly, count as
+    one; `turns` (T,) are the quarter turns that take the charts' warp fields to `along` and `down`.
     """
 
     corners: FloatArray
@@ -76,9 +76,9 @@ class MeshArrays(NamedTuple):
 class Footprint(NamedTuple):
     """Scratch: where a block lies, triangle by triangle; those of one sheet come together.
 
-    Of each triangle its number in the mesh, −1 where it is a part of a block that was not unfolded; its chart;
-    `places` (n, 3, 2) of its corners there and `maps` (n, 3, 2), where they lie in the frame, from the block's
-    centre; and its sheet, −1 for none. `corners` (64, 4) is scratch.
+    Of each triangle its number in the mesh, −1 where it is a part of a block that was not unfolded; its
+    chart; `places` (n, 3, 2) of its corners there and `maps` (n, 3, 2), where they lie in the frame, from the
+    block's centre; and its sheet, −1 for none. `corners` (64, 4) is scratch.
     """
 
     triangles: IntArray
@@ -190,8 +190,8 @@ def _doubled_area(a: tuple[float, float, float], b: tuple[float, float, float]) 
 
 @inline
 def _place_third(mesh: MeshArrays, flat: FloatArray, t: int, k: int) -> tuple[bool, float, float]:
-    # Where a triangle puts the corner across its edge k, to the left of that flat edge, with lengths as in space:
-    # an edge that unfolding shortened would else shorten all that follows.
+    # Where a triangle puts the corner across its edge k, to the left of that flat edge, with lengths as in
+    # space: an edge that unfolding shortened would else shorten all that follows.
     m, o = (k + 1) % 3, (k + 2) % 3
     i, j = mesh.triangles[t, k], mesh.triangles[t, m]
     edge, side = _edge(mesh, t, k, m), _edge(mesh, t, k, o)
@@ -208,15 +208,18 @@ def _place_third(mesh: MeshArrays, flat: FloatArray, t: int, k: int) -> tuple[bo
 
 @inline
 def _settle_neighbours(
-    mesh: MeshArrays, scratch: UnfoldScratch, best: int, touched: int, size: int
+    mesh: MeshArrays, scratch: UnfoldScratch, best: int, within: float, touched: int, size: int
 ) -> tuple[int, int]:
-    # Places third corners of the triangles round a vertex that was just settled.
+    # Places third corners of the triangles round a vertex that was just settled, of those whose edge there
+    # has an end as near as `within`, squared: triangles beyond do not meet the block.
     state, flat = scratch.state, scratch.flat
     for n in range(mesh.first[best], mesh.first[best + 1]):
         t = mesh.around[n]
         for k in range(3):
             i, j, w = mesh.triangles[t, k], mesh.triangles[t, (k + 1) % 3], mesh.triangles[t, (k + 2) % 3]
             if state[i] != 2 or state[j] != 2 or state[w] == 2 or (i != best and j != best):
+                continue
+            if min(flat[i, 0] ** 2 + flat[i, 1] ** 2, flat[j, 0] ** 2 + flat[j, 1] ** 2) > within:
                 continue
             sound, x, y = _place_third(mesh, flat, t, k)
             if not sound:
@@ -245,7 +248,8 @@ def _settle_neighbours(
 def _unfold(
     mesh: MeshArrays, scratch: UnfoldScratch, centre: int, point: Any, axis: Any, reach: float
 ) -> Any:
-    # Flattens the vertices up to `reach` round a point of a triangle, x along `axis`; returns how many.
+    # Flattens the triangles with a corner within `reach` of a point of one, x along `axis`; returns how many
+    # vertices that takes.
     state, flat, keys, heap = scratch.state, scratch.flat, scratch.keys, scratch.heap
     normal = mesh.normals[centre]
     up0 = normal[1] * axis[2] - normal[2] * axis[1]
@@ -269,14 +273,12 @@ def _unfold(
         size = _pop(keys, heap, size)
         if state[best] == 2 or key != flat[best, 0] ** 2 + flat[best, 1] ** 2:
             continue  # settled, or moved since
-        if not key <= reach * reach:  # the centre's corners lie within: its edges are short
-            break
         state[best] = 2
         settled += 1
-        area += mesh.spread[best]
+        area += mesh.spread[best] if key <= reach * reach else 0.0
         if settled > _MOST_SETTLED or area > _FLOOD * np.pi * reach * reach:
             break
-        touched, size = _settle_neighbours(mesh, scratch, best, touched, size)
+        touched, size = _settle_neighbours(mesh, scratch, best, reach * reach, touched, size)
     return touched
 
 
@@ -472,8 +474,8 @@ def unfold_block(
 ) -> tuple[int, int]:
     """Find the footprint of a block; return how many triangles it has, and how many sheets.
 
-    `centre` is a triangle, `spot` (3,) a place in it or right beside it; `half` is half a block's side in frame
-    pixels, `scale` frame pixels per model unit.
+    `centre` is a triangle, `spot` (3,) a place in it or right beside it; `half` is half a block's side in
+    frame pixels, `scale` frame pixels per model unit.
     """
     touched = _unfold(mesh, scratch, centre, spot, mesh.along[centre], _REACH * half / scale)
     _list_near(mesh, scratch, centre, touched, scale, half)

@@ -1,7 +1,7 @@
 """Blocks that lie whole on one chart: they are not unfolded, but read as a decoder reads them.
 
-A place q of the chart reads at ``s + ½·(C + M(q))·(q − c)``. The frame's grid of a few cells each way is brought
-to the chart by that map's inverse, and what lies between is linear.
+A place q of the chart reads at ``s + ½·(C + M(q))·(q − c)``. The frame's grid of a few cells each way is
+brought to the chart by that map's inverse, and what lies between is linear.
 """
 
 from typing import Any, NamedTuple
@@ -23,8 +23,8 @@ _GRID = 4
 """Parts of the frame each way."""
 
 _VARIES = 0.25
-"""By what part M may differ inside a block from M at its centre: where it varies more, blocks are unfolded, and
-trimmed."""
+"""By what part M may differ inside a block from M at its centre: where it varies more, blocks are unfolded,
+and trimmed."""
 
 _STEPS = 3
 """Rounds in which the map is inverted: it is nearly linear."""
@@ -33,8 +33,8 @@ _STEPS = 3
 class ClearCells(NamedTuple):
     """Which cells of charts, `CLEAR_CELL` steps wide, are crossed by edges at which sheets end.
 
-    `crossed` holds charts one after another, row by row, `firsts` where each begins, `shapes` (charts, 2) rows
-    and columns of cells.
+    `crossed` holds charts one after another, row by row, `firsts` where each begins, `shapes` (charts, 2)
+    rows and columns of cells.
     """
 
     crossed: NDArray[np.uint8]
@@ -129,7 +129,7 @@ def _place_of(
 def lie_whole(
     field: FieldArrays, clear: ClearCells, root: FloatArray, half: float, out: Footprint, fits: FloatArray
 ) -> Any:
-    """Lay a block flat on its centre's chart; return how many triangles that takes, 0 where it must be unfolded.
+    """Lay a block flat on its centre's chart; return its number of triangles, 0 where it must be unfolded.
 
     `root` as in `fit_block`, which this takes the place of, with `half` the side's half in frame pixels.
     """

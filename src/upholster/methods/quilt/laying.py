@@ -40,9 +40,6 @@ __all__ = ["Drawn", "LayPlan", "ParcelBlocks", "draw_parcel", "lay_parcel"]
 _SHORT = 0.6
 """Longest edge of a triangle that blocks are unfolded over, in blocks."""
 
-_ROUNDS = 12
-"""Of blocks on what is still bare."""
-
 _BARE = 1.0
 """Blocks: so near lie the parcels that may show what is bare."""
 
@@ -75,8 +72,10 @@ class LayPlan:
         Exemplar pixels per model unit.
     density
         Steps per model unit.
+    match, numbers, weights
+        The exemplar as it is matched, and how.
     overlap
-        Of a block, with the one before.
+        Of a block, with the one before, in parts of its side.
     usage
         Rows and columns of the counts of how much each part of the exemplar is used.
     phases
@@ -96,10 +95,10 @@ class LayPlan:
     shape: tuple[int, int]
     scale: float
     density: float
-    overlap: float
     match: MatchImage
     numbers: LayNumbers
     weights: LayWeights
+    overlap: float
     usage: tuple[int, int]
     phases: PhaseField | None
     seed: int
@@ -303,19 +302,11 @@ class _Laying:
         across = numbers.size / self.plan.pixels * self.plan.density  # a block, in steps
         step = max(2.0, (1 - self.plan.overlap) * across)
         self.lay(centres_on(self.placed, self.own, step, GUTTER + 0.35 * step, bare=False))
-        step, left = 0.5 * across, np.inf
-        for _ in range(_ROUNDS):
-            count = self._count_bare()
-            if not 0 < count < left:
-                break
-            left = count
-            self.lay(centres_on(self.placed, self.bare, step, 0.5 * step, bare=True))
-
-    def _count_bare(self) -> int:
-        # How many of the steps that are the parcel's to show are bare.
-        canvases = self.placed.ground.canvases
-        bare = canvases.triangles[(canvases.owners < 0) & (canvases.triangles >= 0)]
-        return int(self.bare[bare].sum())
+        # Each block shows at least its centre: at the latest on a grid of single steps nothing stays bare.
+        step = 0.5 * across
+        while len((centres := centres_on(self.placed, self.bare, step, 0.5 * step, bare=True)).steps):
+            self.lay(centres)
+            step = max(1.0, 0.5 * step)
 
     def lay(self, centres: Centres) -> None:
         """Lay blocks."""
