@@ -151,8 +151,8 @@ class Regions:
 
 
 def _shares(flat: FloatArray, places: FloatArray) -> FloatArray:
-    # Barycentric coordinates of places in or beside triangles (n, 3, 2). Beside narrow ones, whose plane tells
-    # little, they are brought nearer: −1 is the least.
+    # Barycentric coordinates of places in or beside triangles (n, 3, 2). Beside narrow ones, whose plane
+    # tells little, they are brought nearer: −1 is the least.
     first, second, to = flat[:, 1] - flat[:, 0], flat[:, 2] - flat[:, 0], places - flat[:, 0]
     area = first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]
     b = np.maximum((to[:, 0] * second[:, 1] - to[:, 1] * second[:, 0]) / area, -1)
