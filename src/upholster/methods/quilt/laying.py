@@ -37,7 +37,7 @@ from upholster.types import FloatArray, IntArray, Progress
 
 __all__ = ["Drawn", "LayPlan", "ParcelBlocks", "draw_parcel", "lay_parcel"]
 
-_SHORT = 0.4
+_SHORT = 0.6
 """Longest edge of a triangle that blocks are unfolded over, in blocks."""
 
 _ROUNDS = 12

@@ -20,8 +20,8 @@ __all__ = ["Parcels"]
 SIDE = 2048
 """Steps a side of a parcel, at least."""
 
-MOST_WHOLE = 2**24
-"""Steps up to which a surface is one parcel: nothing is drawn twice, in 450 MiB."""
+MOST_WHOLE = 2**25
+"""Steps up to which a surface is one parcel."""
 
 BLOCKS = 32
 """Blocks a side of a parcel, at least: round it lie four on each side that are laid again."""
