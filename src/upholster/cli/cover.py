@@ -87,9 +87,7 @@ def _draft(context: typer.Context, wanted: bool) -> bool:
 
 _Draft = Annotated[
     bool,
-    typer.Option(
-        "--draft", is_eager=True, callback=_draft, help="Quick and coarse: `--texels 200k`."
-    ),
+    typer.Option("--draft", is_eager=True, callback=_draft, help="Quick and coarse: `--texels 200k`."),
 ]
 
 
