@@ -376,7 +376,7 @@ class SynthesisOptions:
         default=None,
         metadata=_about(
             _SCALE,
-            "On meshes: near x,y,z rows run along dx,dy,dz; several times, or the name of a .json file of "
+            "Near x,y,z rows run along dx,dy,dz; several times, or the name of a .json file of "
             "such strokes.",
             metavar="X,Y,Z:DX,DY,DZ",
             only="quilt",
@@ -386,7 +386,7 @@ class SynthesisOptions:
         default=None,
         metadata=_about(
             _SCALE,
-            "On meshes: texture starts anew across edges at which the surface turns by at least so many "
+            "Texture starts anew across edges at which the surface turns by at least so many "
             "degrees, 1 to 180. Default: it goes on where directions do.",
             metavar="DEG",
             only="quilt",

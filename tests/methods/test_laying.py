@@ -369,8 +369,6 @@ def test_wrong_options_are_refused(given: dict[str, Any], says: str) -> None:
         ({"seed": 2**63}, "seed is"),
         ({"threads": 0}, "threads is 0"),
         ({"block": 60}, "block is 60; allowed: 8 to 48 in a sample of 72x64 pixels"),
-        ({"crease": 20.0}, "crease is for meshes"),
-        ({"stroke": ("0,0,0 1,0,0",)}, "stroke is for meshes"),
         ({"element_size": 0.1}, "nothing repeats surely in the sample"),
     ],
 )

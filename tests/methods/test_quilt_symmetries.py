@@ -1,4 +1,4 @@
-"""Blocks mirrored and turned: what they need of a material, and where they are refused."""
+"""Blocks mirrored and turned: what they need of a material, and where they may be."""
 
 import numpy as np
 import pytest
@@ -13,13 +13,20 @@ from upholster.quilt import paint_material
 ALL = {"mirror": True, "rotate": True}
 
 
-@pytest.mark.parametrize("name", ["mirror", "rotate"])
-def test_on_a_mesh_they_are_refused(name: str) -> None:
-    corners = np.array([[0.0, 0, 0], [1, 0, 0], [0, 1, 0]])
-    mesh = TriangleMesh(corners, np.array([[0, 1, 2]]))
-    surface = MeshSurface(mesh, np.zeros(1), corners[mesh.triangles][..., :2])
-    with pytest.raises(InputError, match=f"{name} is given on a mesh"):
-        synthesize(texture(64, 64), surface, texels=1000, **{name: True})
+@pytest.mark.parametrize(("name", "allowed"), [("mirror", {0, 5}), ("rotate", {0, 1, 2, 3})])
+def test_a_mesh_has_them_as_well(name: str, allowed: set[int]) -> None:
+    corners = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
+    mesh = TriangleMesh(corners, np.array([[0, 1, 2], [0, 2, 3]]))
+    places = np.stack([1 - corners[:, 1], corners[:, 0]], axis=1)
+    surface = MeshSurface(mesh, np.zeros(2), places[mesh.triangles])
+    quilt = synthesize(texture(64, 64), surface, texels=40_000, sample_size=0.3, direction="x", **{name: True})
+    assert set(quilt.placements["symmetry"].tolist()) == allowed
+
+
+def test_flat_textures_have_no_strokes_and_creases() -> None:
+    for more in ({"crease": 20.0}, {"stroke": ("0,0,0:1,0,0",)}):
+        with pytest.raises(InputError, match="is given for a flat texture"):
+            synthesize(texture(64, 64), "plane", texels=(64, 64), **more)
 
 
 @pytest.mark.parametrize("surface", ["plane", "torus"])

@@ -1,7 +1,7 @@
 """From an exemplar and a surface to a quilt: the one place that settles layout, scale, direction, method."""
 
 import secrets
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from numbers import Integral
 from typing import Any, cast
 
@@ -58,9 +58,6 @@ __all__ = [
     "settled_seed",
     "synthesize",
 ]
-
-_ROUND = 1.25
-"""A chart that meets itself is so many blocks round, at least."""
 
 _SURFACE_PHASE, _FLAT_PHASE = 2.0, 0.5
 """What it costs to be out of phase where nothing else is asked for: on a surface courses do not close by
@@ -144,8 +141,7 @@ def needs_patches(options: SynthesisOptions) -> bool:
     """Return whether what is asked for can be done on patches, and not on a mesh."""
     along = options.direction
     on_patches = callable(along) or (isinstance(along, str) and along.strip() in ("u", "v"))
-    turned = options.mirror or options.rotate
-    return options.method != "quilt" or turned or on_patches or isinstance(options.texels, tuple)
+    return options.method != "quilt" or on_patches or isinstance(options.texels, tuple)
 
 
 def settled_seed(seed: int | None) -> int:
@@ -202,9 +198,6 @@ def prepare(
     """
     if isinstance(surface, MeshSurface):
         return _prepare_mesh(exemplar, surface, options, field)
-    for name in ("crease", "stroke"):
-        if getattr(options, name) is not None:
-            raise InputError(f"{name} is for meshes; allowed: none on a surface of patches")
     if options.method == "paper":
         charts = uniform_layout(surface, chart=options.chart)
         return Prepared(charts, (), None, "", settled(options, PaperOptions))
@@ -221,13 +214,16 @@ def prepare(
     charted = charted_patches(surface, charts)
     asked = options.direction
     if asked is None:
-        asked = default_on_patches(surface, charted)
+        asked = "smooth" if options.stroke else default_on_patches(surface, charted)
     wanted = told_on_patches(surface, charted, parse_direction(cast(str, asked), patches=True))
     return _on_charts(exemplar, charted, options, scale, density, wanted)
 
 
 def _prepare_flat(exemplar: PixelArray, chart: Chart, options: SynthesisOptions) -> Prepared:
     # A flat texture: a step is a pixel, rows run along rows.
+    for name in ("crease", "stroke"):
+        if getattr(options, name) is not None:
+            raise InputError(f"{name} is given for a flat texture; allowed: none, its rows run to the right")
     charted = charted_plane(chart, tile=options.tileable)
     vectors = np.broadcast_to((1.0, 0.0, 0.0), (len(charted.chart), 3, 3))
     lattice, weight = _lattice(exemplar, options, _FLAT_PHASE)
@@ -268,11 +264,12 @@ def _on_charts(
         turning = turning_of(charted, field.corner_vectors, field.fold) / scale.scale
         block = block_side(exemplar, across, turning, surface_phases)
     own = settled(options, QuiltOptions, block=block)
+    text = "strokes" if options.stroke and options.direction is None else direction.text
     return Prepared(
         charted.charts,
         fields,
         scale,
-        f"{direction.text}, {field.words}",
+        f"{text}, {field.words}",
         own,
         field,
         phases,
@@ -297,19 +294,13 @@ def _prepare_mesh(
     if isinstance(options.texels, tuple):
         width, height = options.texels
         raise InputError(f"texels is {width}x{height} on a mesh; allowed there: a number")
-    for name in ("mirror", "rotate"):
-        if getattr(options, name):
-            raise InputError(f"{name} is given on a mesh; allowed: {name} on a surface of patches")
     scale = _scale(exemplar, surface, options, surface.mesh.metres)
     density = _texels_a_step(scale)
     charted = charted_mesh(surface, mesh_charts(surface, scale.density / density))
     asked = options.direction
     if asked is None:
         asked = "smooth" if options.stroke else default_direction(surface.mesh)
-    wanted = parse_direction(cast(str, asked))
-    if options.direction is None and options.stroke:
-        wanted = replace(wanted, text="strokes")
-    return _on_charts(exemplar, charted, options, scale, density, wanted, field)
+    return _on_charts(exemplar, charted, options, scale, density, parse_direction(cast(str, asked)), field)
 
 
 def _texels_a_step(scale: TextureScale) -> float:
