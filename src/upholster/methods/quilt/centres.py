@@ -124,7 +124,7 @@ class Regions:
         order = np.lexsort((np.arange(len(spots)), *cubes.T[::-1], kind))
         cubes, kind = cubes[order], kind[order]
         new = np.flatnonzero((np.diff(cubes, axis=0, prepend=cubes[:1] - 1) != 0).any(axis=1))
-        stops = [*new[1:].tolist(), len(order)]
+        stops = np.append(new, len(order))[1:].tolist()
         classes: list[list[tuple[int, int]]] = [[] for _ in range(8)]
         for start, stop in zip(new.tolist(), stops, strict=True):
             part = (first + start, first + stop)
