@@ -176,7 +176,17 @@ def test_ctrl_c_or_a_closed_terminal_stops_it_and_leaves_nothing(folder, tmp_pat
     """Pressed while the bars move, when most of half a minute's work is still to be done."""
     target = tmp_path / "big.npz"
     target.write_text("an older file")
-    arguments = ["brick.png", "--on", "torus:spans=8x8", "--texels", "30M", "--sample-size", "0.1", "-o", str(target)]
+    arguments = [
+        "brick.png",
+        "--on",
+        "torus:spans=8x8",
+        "--texels",
+        "30M",
+        "--sample-size",
+        "0.1",
+        "-o",
+        str(target),
+    ]
     ours, terminal = os.openpty()
     process = subprocess.Popen([*COMMAND, "cover", *arguments], cwd=folder, stderr=terminal, preexec_fn=_hear)
     os.close(terminal)

@@ -274,7 +274,10 @@ BAD = {
     "direction zero": (["plain.png", "--on", "sphere", "--direction", "0,0,0"], "direction"),
     "direction no number": (["plain.png", "--on", "sphere", "--direction", "nan,0,1"], "direction"),
     "direction beyond floats": (["plain.png", "--on", "sphere", "--direction", "1e999,0,1"], "direction"),
-    "direction off the surface": (["plain.png", "--on", "plane", "--direction", "0,0,1"], "nowhere along the surface"),
+    "direction off the surface": (
+        ["plain.png", "--on", "plane", "--direction", "0,0,1"],
+        "nowhere along the surface",
+    ),
     "direction misspelt": (["plain.png", "--on", "sphere", "--direction", "up"], "around"),
     "sample too large": (["plain.png", "--on", "sphere", "--sample-size", "1e9"], "less than one block"),
     "sample too small": (

@@ -376,8 +376,7 @@ class SynthesisOptions:
         default=None,
         metadata=_about(
             _SCALE,
-            "Near x,y,z rows run along dx,dy,dz; several times, or the name of a .json file of "
-            "such strokes.",
+            "Near x,y,z rows run along dx,dy,dz; several times, or the name of a .json file of such strokes.",
             metavar="X,Y,Z:DX,DY,DZ",
             only="quilt",
         ),

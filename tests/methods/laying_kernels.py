@@ -21,11 +21,10 @@ def choose(
     span: Any,
     pixels: Any,
     choice: Any,
-    start: int,
     out: Any,
 ) -> None:
     """Write the row, the column and the cost that `choose_source` finds."""
-    y, x, cost = choose_source(match, numbers, weights, state, span, pixels, choice, start)
+    y, x, cost = choose_source(match, numbers, weights, state, span, pixels, choice)
     out[0], out[1], out[2] = y, x, cost
 
 
@@ -71,12 +70,12 @@ def unfold(
 
 @kernel
 def look(
-    canvases: Any, image: Any, records: Any, found: Any, count: int, inside: Any, covered: Any, sources: Any,
+    canvases: Any, image: Any, records: Any, found: Any, count: int, inside: Any, covered: Any,
     pixels: Any, symmetries: Any, sizes: Any,
 ) -> None:  # fmt: skip
     """Call `look_at_frame`; `sizes` receives how many pixels are laid and bare."""
     sizes[0], sizes[1] = look_at_frame(
-        canvases, image, records, found, count, inside, covered, sources, pixels, symmetries
+        canvases, image, records, found, count, inside, covered, pixels, symmetries
     )
 
 

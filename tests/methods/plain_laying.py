@@ -128,9 +128,9 @@ class PlainChoice:
         kept = np.argsort(cost, kind="stable")[:most]
         return list(zip(y[kept].tolist(), x[kept].tolist(), strict=True))
 
-    def choose(self, draws: Draws, going: list[tuple[int, int]]) -> tuple[int, int, int]:
-        """Return the source's row and column, and what it costs; `going` are further candidates."""
-        found = [*going, *self.shortlist(draws)]
+    def choose(self, draws: Draws) -> tuple[int, int, int]:
+        """Return the source's row and column, and what it costs."""
+        found = self.shortlist(draws)
         i, j = np.mgrid[: self.numbers.size, : self.numbers.size]
         black = ((i + j) % 2 == 0) & self.there
         count, near = int(black.sum()), self.numbers.step // 2

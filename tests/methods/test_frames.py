@@ -109,14 +109,14 @@ def test_a_frame_shows_what_is_laid_under_it(centre: tuple[int, int]) -> None:
     canvases.owners[:] = np.where(on, owners, -1).ravel()
     canvases.sources[:] = rng.integers(0, 3600, shape).ravel()
     pixels, covered = FramePixels.of(size), np.zeros((size + 2, size + 2), np.uint8)
-    sources, symmetries = np.zeros((size, size), np.int32), np.zeros(8, np.int64)
+    symmetries = np.zeros(8, np.int64)
     records = np.zeros((9, BLOCK_COLUMNS), np.int32)
     records[:, 2] = np.arange(9) % 8
     out, fits = Footprint.of(64), np.zeros((MOST_SHEETS, FIT))
     count = lie(ground.field, clear_cells(20, 20), np.array([0, *centre, 0, 0, 0.0]), 12.0, out, fits)
     colours, sizes = rng.integers(0, 2**30, 3600).astype(np.int32), np.zeros(2, np.int64)
     inside = np.zeros(len(ground.mesh.triangles), np.uint8)
-    look(canvases, colours, records, out, count, inside, covered, sources, pixels, symmetries, sizes)
+    look(canvases, colours, records, out, count, inside, covered, pixels, symmetries, sizes)
     # A step is a pixel: 1 where something is laid, 0 where nothing is, 2 beside the surface.
     around = np.full((shape[0] + 60, shape[1] + 60), 2)
     around[30:-30, 30:-30] = np.where(on, canvases.owners.reshape(shape) >= 0, 2)
@@ -126,7 +126,6 @@ def test_a_frame_shows_what_is_laid_under_it(centre: tuple[int, int]) -> None:
     assert not inside.any()
     i, j = np.nonzero(covered[1:-1, 1:-1] == 1)
     at = (i - 12 + centre[0]) * shape[1] + j - 12 + centre[1]
-    np.testing.assert_array_equal(sources[i, j], canvases.sources[at])
     np.testing.assert_array_equal(pixels.old[i, j], colours[canvases.sources[at]])
     # Pixels on the edges of the footprint's triangles count twice.
     shown = np.bincount(canvases.owners[at] % 8, minlength=8)

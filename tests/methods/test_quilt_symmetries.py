@@ -19,7 +19,9 @@ def test_a_mesh_has_them_as_well(name: str, allowed: set[int]) -> None:
     mesh = TriangleMesh(corners, np.array([[0, 1, 2], [0, 2, 3]]))
     places = np.stack([1 - corners[:, 1], corners[:, 0]], axis=1)
     surface = MeshSurface(mesh, np.zeros(2), places[mesh.triangles])
-    quilt = synthesize(texture(64, 64), surface, texels=40_000, sample_size=0.3, direction="x", **{name: True})
+    quilt = synthesize(
+        texture(64, 64), surface, texels=40_000, sample_size=0.3, direction="x", **{name: True}
+    )
     assert set(quilt.placements["symmetry"].tolist()) == allowed
 
 

@@ -153,7 +153,7 @@ class ChoiceScratch(NamedTuple):
         size, reach = numbers.size, numbers.step // 2
         boxes, pixels = (size // 4 + 1) ** 2, size * size
         columns = (numbers.width + numbers.step - 1) // numbers.step
-        most = 2 + numbers.shortlist + REFINED * ((2 * reach + 1) ** 2 - 1)
+        most = numbers.shortlist + REFINED * ((2 * reach + 1) ** 2 - 1)
         return cls(
             np.empty((boxes, 2), np.int64),
             np.empty(boxes, np.float32),

@@ -1,8 +1,8 @@
 """Choosing a block's source: candidates by boxes' means, judged by texels, refined; one of the best is drawn.
 
 Candidates are every `step`-th pixel at which the block reads inside the exemplar. Those that differ least in
-boxes' means are judged by the texels themselves (every other one, as on a chessboard), with the neighbours'
-continuations and then the pixels round the best ones.
+boxes' means are judged by the texels themselves (every other one, as on a chessboard), then the pixels round
+the best ones.
 """
 
 from typing import Any
@@ -195,14 +195,14 @@ def _judge(
 
 
 @inline
-def _list_refined(numbers: LayNumbers, span: Span, choice: ChoiceScratch, start: int, stop: int) -> int:
-    # Appends the pixels round the best of candidates `start` to `stop`: cheapest first, the first of equals.
+def _list_refined(numbers: LayNumbers, span: Span, choice: ChoiceScratch, stop: int) -> int:
+    # Appends the pixels round the best of the candidates: cheapest first, the first of equals.
     kept, judged, reach = choice.kept, choice.judged, numbers.step // 2
     end = stop
     cost, place = int64(-1), int64(-1)
     for _ in range(REFINED):
         best = int64(-1)
-        for m in range(start, stop):
+        for m in range(stop):
             later = judged[m] > cost or (judged[m] == cost and m > place)
             if later and (best < 0 or judged[m] < judged[best]):
                 best = m
@@ -219,18 +219,18 @@ def _list_refined(numbers: LayNumbers, span: Span, choice: ChoiceScratch, start:
 
 
 @inline
-def _draw_good(state: NDArray[np.uint64], choice: ChoiceScratch, start: int, stop: int, limit: Any) -> Any:
+def _draw_good(state: NDArray[np.uint64], choice: ChoiceScratch, stop: int, limit: Any) -> Any:
     # Draws one of the candidates that cost at most `limit`.
     good = int64(0)
-    for m in range(start, stop):
+    for m in range(stop):
         good += choice.judged[m] <= limit
     pick = draw(state, good)
-    for m in range(start, stop):
+    for m in range(stop):
         if choice.judged[m] <= limit:
             if pick == 0:
                 return m
             pick -= 1
-    return start
+    return int64(0)
 
 
 @shared
@@ -242,27 +242,25 @@ def choose_source(
     span: Span,
     pixels: FramePixels,
     choice: ChoiceScratch,
-    start: int,
 ) -> tuple[Any, Any, Any]:
     """Choose a block's source; return its row and column, and what it costs.
 
-    `choice` holds the places' penalties and, from candidate `start` to before 2, what continues blocks beside
-    it.
+    `choice` holds the places' penalties.
     """
     count = _list_features(numbers, span, pixels, choice)
     samples = _list_samples(numbers, pixels, choice)
     if count or match.phases.shape[0]:
-        stop = 2 + search(match, numbers, weights, span, count, choice)
+        stop = search(match, numbers, weights, span, count, choice)
     else:  # too little is there to search by
-        stop = 2 + numbers.shortlist
-        for m in range(2, stop):
+        stop = int64(numbers.shortlist)
+        for m in range(stop):
             y = span.first_y + draw(state, span.last_y - span.first_y + 1)
             choice.kept[m] = y * numbers.width + span.first_x + draw(state, span.last_x - span.first_x + 1)
-    least = _judge(match, numbers, weights, choice, samples, (start, stop), _BIG)
+    least = _judge(match, numbers, weights, choice, samples, (int64(0), stop), _BIG)
     if numbers.step > 1:
-        end = _list_refined(numbers, span, choice, start, stop)
+        end = _list_refined(numbers, span, choice, stop)
         least = _judge(match, numbers, weights, choice, samples, (stop, end), least)
         stop = end
-    drawn = _draw_good(state, choice, start, stop, int64(least * weights.tolerance))
+    drawn = _draw_good(state, choice, stop, int64(least * weights.tolerance))
     chosen = choice.kept[drawn]
     return chosen // numbers.width, chosen % numbers.width, choice.judged[drawn]

@@ -133,7 +133,6 @@ def _draw(
     n: int,
     inside: NDArray[np.uint8],
     covered: NDArray[np.uint8],
-    sources: IntArray,
     pixels: FramePixels,
     symmetries: NDArray[np.int64],
 ) -> None:
@@ -166,7 +165,6 @@ def _draw(
             owner = canvases.owners[at]
             covered[i, j] = LAID if owner >= 0 else 0
             if owner >= 0 and 0 < i <= size and 0 < j <= size:
-                sources[i - 1, j - 1] = canvases.sources[at]
                 pixels.old[i - 1, j - 1] = image[canvases.sources[at]]
                 symmetries[records[owner, SYMMETRY]] += 1
 
@@ -180,7 +178,6 @@ def look_at_frame(
     count: int,
     inside: NDArray[np.uint8],
     covered: NDArray[np.uint8],
-    sources: IntArray,
     pixels: FramePixels,
     symmetries: NDArray[np.int64],
 ) -> tuple[int, int]:
@@ -196,7 +193,7 @@ def look_at_frame(
             inside[found.triangles[n]] = found.sheets[n] >= 0
     for n in range(count):
         if found.sheets[n] >= 0:
-            _draw(canvases, image, records, found, n, inside, covered, sources, pixels, symmetries)
+            _draw(canvases, image, records, found, n, inside, covered, pixels, symmetries)
     for n in range(count):
         if found.triangles[n] >= 0:
             inside[found.triangles[n]] = 0

@@ -67,7 +67,7 @@ class BlockArrays(NamedTuple):
 
 
 class LayScratch(NamedTuple):
-    """Scratch of one thread; `covered`, `inside` and `sources` are all 0 between blocks."""
+    """Scratch of one thread; `covered` and `inside` are all 0 between blocks."""
 
     unfold: UnfoldScratch
     sheets: SheetScratch
@@ -77,7 +77,6 @@ class LayScratch(NamedTuple):
     cut: CutScratch
     mask: NDArray[np.uint8]
     covered: NDArray[np.uint8]
-    sources: IntArray
     inside: NDArray[np.uint8]
     symmetries: NDArray[np.int64]
     tried: NDArray[np.int64]
@@ -96,7 +95,6 @@ class LayScratch(NamedTuple):
             CutScratch.of(numbers),
             np.zeros((size // numbers.cell) ** 2, np.uint8),
             np.zeros((size + 2, size + 2), np.uint8),
-            np.zeros((size, size), np.int32),
             np.zeros(triangles, np.uint8),
             np.zeros(8, np.int64),
             np.zeros(3, np.int64),
@@ -152,28 +150,6 @@ def _turn_frame(numbers: LayNumbers, symmetry: int, pixels: FramePixels) -> Span
 
 
 @inline
-def _list_continued(
-    records: IntArray, numbers: LayNumbers, symmetry: int, span: Span, canvas: IntArray, scratch: LayScratch
-) -> Any:
-    # Enters before candidate 2 what continues the nearest laid pixels to the left of the frame's middle and
-    # above it, or to the right and below; returns the first candidate.
-    half, start, pixels = numbers.size // 2, int64(2), scratch.pixels
-    for side in range(2):
-        for n in range(1, 2 * half):
-            away = -((n + 1) // 2) if n & 1 else n // 2
-            i, j = (half, half + away) if side == 0 else (half + away, half)
-            if i < 0 or j < 0 or i >= 2 * half or j >= 2 * half or pixels.marks[i, j] != 1:
-                continue
-            y = canvas[i, j] // numbers.width - pixels.ys[i, j]
-            x = canvas[i, j] % numbers.width - pixels.xs[i, j]
-            if span.first_y <= y <= span.last_y and span.first_x <= x <= span.last_x:
-                start -= 1
-                scratch.choice.kept[start] = y * numbers.width + x
-            break
-    return start
-
-
-@inline
 def _penalise_near(
     numbers: LayNumbers,
     weight: float,
@@ -221,10 +197,7 @@ def _choose(
         if weights.variety > 0.0:
             _penalise_near(numbers, weights.variety, blocks, n, near, reach, choice.penalties)
         want_phases(match, record[PHASE:], tried[t], choice)
-        start = _list_continued(blocks.records, numbers, tried[t], span, scratch.sources, scratch)
-        y, x, cost = choose_source(
-            match, numbers, weights, scratch.state, span, scratch.pixels, choice, start
-        )
+        y, x, cost = choose_source(match, numbers, weights, scratch.state, span, scratch.pixels, choice)
         if least < 0 or cost < least:
             least = cost
             record[SOURCE_ROW], record[SOURCE_COLUMN], record[SYMMETRY] = y, x, tried[t]
@@ -281,7 +254,6 @@ def _settle(
         triangles,
         scratch.inside,
         scratch.covered,
-        scratch.sources,
         pixels,
         scratch.symmetries,
     )

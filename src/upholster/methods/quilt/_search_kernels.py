@@ -169,8 +169,7 @@ def search(
     """Find the candidates with the least sum of squared differences of boxes, and of penalties; how many.
 
     Candidates are every `step`-th pixel of a span; the first `count` features are compared, for each of which
-    a candidate's penalty and phase count once. Without features these alone count. They go to `kept`, from 2
-    on.
+    a candidate's penalty and phase count once. Without features these alone count. They go to `kept`.
     """
     step, features, penalties = numbers.step, choice.features, choice.penalties
     columns = (numbers.width + step - 1) // step
@@ -182,7 +181,7 @@ def search(
         y, x = span.first_y + features[f, 0], span.first_x + features[f, 1]
         features[f, 0] = (y % step * step + x % step) * area + y // step * columns + x // step
     size, lines = (span.last_x - span.first_x) // step + 1, (span.last_y - span.first_y) // step + 1
-    kept, found, filled = choice.kept[2:], int64(0), int64(-1)
+    kept, found, filled = choice.kept, int64(0), int64(-1)
     # Several lines at a time, with what lies between them, which is left out: long runs take less time.
     group = choice.costs.shape[0] // columns
     for start in range(0, lines, group):
