@@ -86,8 +86,8 @@ CAPTIONS = {
     "repeating": """\
         On the left of each pair `--phase 0`: blocks only match their neighbours, rows break off
         along lines, bricks are shortened, the zigzag is lost. On the right the default: the sample's waves
-        are found, have a phase everywhere that closes, and where cuts cost most they are refined. Where the
-        surface narrows, rows and columns end still. Samples of 256 x 256: the project's own `bricks.png` and
+        are found, and have a phase everywhere that closes. Where the surface narrows, rows and columns end
+        still. Samples of 256 x 256: the project's own `bricks.png` and
         `weave.png`, others by `python -m benchmarks.lattice_samples OUT`; the net is a bent vase. All with
         `--texels 2M --direction around:z --seed 1`; the last two flat, a part of 512 x 512 texels.
         """,
@@ -110,10 +110,9 @@ CAPTIONS = {
         --direction around:z --seed 1 --view 30,38 -o torus.png`; `-o torus.glb` is the same as glTF.
         """,
     "refining": """\
-        The first picture's quilt as a stream (`-o ring.uph`), as it arrives. Charts without
-        placements show the exemplar as it is; placements come chart after chart, with the exemplar's
-        coarse parts; then labels and details, by what they gain. Figures are the texels' PSNR against the
-        whole stream.
+        The first picture's quilt as a stream (`-o ring.uph`), as it arrives. Placements come from coarse to
+        fine over all charts, with the exemplar's coarse parts; then labels and details, by what they gain.
+        Figures are the texels' PSNR against the whole stream.
         """,
     "viewer": """\
         `upholster view ring.uph`, screenshots of Chromium: the first picture's ring (a, c); and the
@@ -174,7 +173,7 @@ CAPTIONS = {
         """,
     "curve": """\
         The first of these streams: its texels' PSNR against the whole stream, over its bytes. The first view
-        shows the exemplar repeated; then the placements come, chart after chart; what follows refines the
+        shows the exemplar repeated; then the placements come, over all charts; what follows refines the
         exemplar. `upholster levels ring.uph --curve -o curve.png`.
         """,
     "mapping": """\
