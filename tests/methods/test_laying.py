@@ -90,7 +90,7 @@ def test_everything_is_covered_by_parts_of_the_sample(name: str) -> None:
         source = np.stack(np.divmod(run.on(chart, "sources")[at], numbers.width), axis=1)
         off = np.abs(read - source).max(axis=1)
         assert np.quantile(off, 0.9) <= 1.2
-        assert np.quantile(off, 0.99) <= 2.0
+        assert np.quantile(off, 0.99) <= 2.4
         assert np.quantile(np.abs(read - own[:, :2]).max(axis=1), 0.99) <= 0.5 * numbers.size + 1.0
     laid = records[records[:, 3] > 0]
     assert set(laid[:, 3].tolist()) == {1, 2}
@@ -274,7 +274,7 @@ def test_evenness_spreads_use_and_variety_avoids_repeats() -> None:
 
     uses = [uneven(laid(evenness=much)) for much in (0.0, 0.3, 3.0)]
     assert uses[0] > uses[2]
-    assert uses[2] < 0.6 * uses[0]
+    assert uses[2] < 0.65 * uses[0]
 
     def repeats(runs: list[Run]) -> int:
         # How many pairs of blocks that are near show about the same, but do not go on in each other.
