@@ -27,7 +27,7 @@ LEAST_SHARE = 4
 RING = 4
 """A chart across so many patches or more, which may close to a ring, gets so many quadrilaterals at least."""
 
-ASIDE = 1.0
+ASIDE = 0.3
 """Steps by which a place on a triangle may be off, about."""
 
 CHANGE = 0.45
