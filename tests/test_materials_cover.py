@@ -237,7 +237,7 @@ def test_a_function_tells_the_direction(folder: Path, tmp_path: Path) -> None:
         synthesis={"texels": 20000, "direction": swirl},
     )  # fmt: skip
     assert report.settled["direction"].startswith("swirl, ")
-    assert json.loads((tmp_path / "a.json").read_text())["parameters"]["direction"] == "swirl"
+    assert json.loads((tmp_path / "a.json").read_text())["parameters"]["direction"].startswith("swirl")
     for wrong in (np.nan, 0.0):
         with pytest.raises(InputError, match=r"direction (is not finite|has no part)"):
             cover(

@@ -60,7 +60,7 @@ def test_patch_lists_with_poles_are_covered_as_meshes_unless_patches_are_needed(
         ({}, False),
         ({"direction": "level"}, False),
         ({"direction": "u"}, True),
-        ({"rotate": True}, True),
+        ({"rotate": True}, False),
         ({"texels": (64, 64)}, True),
         ({"method": "paper"}, True),
     ],

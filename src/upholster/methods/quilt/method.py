@@ -27,7 +27,9 @@ __all__ = ["laid_quilt", "planned", "synthesize_quilt"]
 _OVERLAP = 0.3
 """Of blocks, where it is not asked for."""
 
-_COARSE = 48
+_COARSE = 20
+"""Pixels of a frame from which on cells of its mask are 4 wide, not 2."""
+
 _LARGEST_FRAME = 512
 _SHARE = 0.75
 _MIRRORED = 1 << 5
@@ -174,7 +176,7 @@ def _numbers(
     number = min(max(0, int(np.floor(np.log2(scale / _density(surface)) + 0.5))), last)
     pyramid = MatchPyramid.of(exemplar, number, None if phases is None else phases.lattice)
     level = pyramid.levels[number]
-    cell = 4 if options.block >= _COARSE and options.block >> number >= 24 else 2
+    cell = 4 if options.block >> number >= _COARSE else 2
     wanted = min(options.block, _SHARE * min(shape)) / 2**number
     size = 2 * cell * max(2, int(np.rint(min(max(wanted, 8), _LARGEST_FRAME) / (2 * cell))))
     turns = 0b1111 if options.rotate else 1
