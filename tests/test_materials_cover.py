@@ -239,7 +239,7 @@ def test_a_function_tells_the_direction(folder: Path, tmp_path: Path) -> None:
     assert report.settled["direction"].startswith("swirl, ")
     assert json.loads((tmp_path / "a.json").read_text())["parameters"]["direction"].startswith("swirl")
     for wrong in (np.nan, 0.0):
-        with pytest.raises(InputError, match=r"direction (is not finite|has no part)"):
+        with pytest.raises(InputError, match=r"direction.* is (not finite|nowhere along)"):
             cover(
                 folder / "plain.png", "sphere", [str(tmp_path / "b.npz")],
                 synthesis={"texels": 20000, "direction": lambda points, wrong=wrong: points * wrong},

@@ -27,7 +27,7 @@ __all__ = ["laid_quilt", "planned", "synthesize_quilt"]
 _OVERLAP = 0.3
 """Of blocks, where it is not asked for."""
 
-_COARSE = 20
+_COARSE = 24
 """Pixels of a frame from which on cells of its mask are 4 wide, not 2."""
 
 _LARGEST_FRAME = 512
@@ -178,7 +178,7 @@ def _numbers(
     level = pyramid.levels[number]
     cell = 4 if options.block >> number >= _COARSE else 2
     wanted = min(options.block, _SHARE * min(shape)) / 2**number
-    size = 2 * cell * max(2, int(np.rint(min(max(wanted, 8), _LARGEST_FRAME) / (2 * cell))))
+    size = cell * max(4, int(np.rint(min(max(wanted, 8), _LARGEST_FRAME) / cell)))
     turns = 0b1111 if options.rotate else 1
     symmetries = turns | (turns << 4 if options.rotate else _MIRRORED) if options.mirror else turns
     return pyramid, LayNumbers(
