@@ -19,7 +19,7 @@ _TURN, _STRAIGHT = 0.5, 0.9
 """Radians by which directions turn over a block's side at most, and on what share of the surface: blocks that
 turn more are trimmed, and fit their neighbours less."""
 
-_SHARE = 0.96
+_SHARE = 0.94
 """Of the surface, on which blocks stay in step. On the rest are the ends of courses, where none can be."""
 
 _LEAST_PERIODS = 0.75
