@@ -1,9 +1,7 @@
 import numpy as np
 import pytest
-from numba import njit
 
 from upholster.errors import InputError
-from upholster.quilt._field_kernels import matrix_at
 from upholster.quilt.warp_field import (
     ANGLES,
     MOST_OCTAVES,
@@ -11,7 +9,6 @@ from upholster.quilt.warp_field import (
     OCTAVE,
     UNIT,
     WarpField,
-    WarpFields,
     node_count,
 )
 
@@ -81,18 +78,17 @@ def test_between_nodes_it_is_bilinear():
     field = WarpField(nodes(np.random.default_rng(3)), margin=1)
     m = field.matrices
 
-    @njit
-    def at(matrices, margin, row, column):
-        return matrix_at(matrices, margin, row, column)
+    def at(row, column):
+        return field.between(16 * row + 8, 16 * column + 8)
 
     for row, column in ((0, 0), (-32, -32), (-1, 5), (31, 64), (40, 77), (96, 160), (95, 159)):
         i, j = 1 + row // 32, 1 + column // 32
         y, x = row % 32, column % 32
         below, beside = min(i + 1, 4), min(j + 1, 6)
         up, low = (m[k, j].astype(int) * (32 - x) + m[k, beside].astype(int) * x for k in (i, below))
-        assert at(np.array(m), 1, row, column) == tuple((up * (32 - y) + low * y + 512) >> 10)
+        assert np.abs(at(row, column) - (up * (32 - y) + low * y) / 1024).max() <= 1
     for row, column, node in ((-500, -500, (0, 0)), (500, 500, (4, 6)), (-500, 500, (0, 6))):
-        assert at(np.array(m), 1, row, column) == tuple(m[node])
+        assert (at(row, column) == m[node]).all()
 
 
 @pytest.mark.parametrize(
@@ -100,38 +96,18 @@ def test_between_nodes_it_is_bilinear():
 )
 def test_between_texels_it_is_bilinear_too(shape, margin):
     field = WarpField(nodes(np.random.default_rng(5), shape), margin)
-    m = np.array(field.matrices)
-
-    @njit
-    def at(matrices, margin, row, column):
-        return matrix_at(matrices, margin, row, column)
-
     # at texels it is what decoders round
     rows, columns = np.mgrid[-90:260:13, -90:260:11]
     found = field.at(rows.astype(float), columns.astype(float))
     assert found.shape == (*rows.shape, 2, 2)
-    for i, j in np.ndindex(rows.shape):
-        exact = np.reshape(at(m, margin, int(rows[i, j]), int(columns[i, j])), (2, 2)) / UNIT
-        assert np.abs(found[i, j] - exact).max() <= 0.5 / UNIT + 1e-12
+    rounded = field.between(16 * rows + 8, 16 * columns + 8).reshape(*rows.shape, 2, 2) / UNIT
+    assert np.abs(found - rounded).max() <= 1 / UNIT + 1e-12
     # and between them it goes evenly from one to the next
     row, column = np.array([40.0, 40.25, 41.0]), np.array([7.5, 7.5, 7.5])
     one, between, other = field.at(row, column)
     np.testing.assert_allclose(between, 0.75 * one + 0.25 * other, atol=1e-9)
     one, between, other = field.at(column, row)
     np.testing.assert_allclose(between, 0.75 * one + 0.25 * other, atol=1e-9)
-
-
-def test_fields_side_by_side_are_asked_as_each_by_itself():
-    rng = np.random.default_rng(7)
-    fields = [
-        WarpField(nodes(rng, shape), margin) for shape, margin in (((5, 7), 1), ((1, 6), 2), ((1, 1), 0))
-    ]
-    which = rng.integers(0, 3, 200)
-    rows, columns = rng.uniform(-90, 260, (2, 200))
-    found = WarpFields.of(fields).at(which, rows, columns)
-    for n, field in enumerate(fields):
-        own = which == n
-        np.testing.assert_array_equal(found[own], field.at(rows[own], columns[own]))
 
 
 def test_the_identity_is_the_same_everywhere():
@@ -142,7 +118,7 @@ def test_the_identity_is_the_same_everywhere():
         assert (field.at(places, places) == np.eye(2)).all()
         assert field.at(places, places).shape == (2, 3, 2, 2)
         assert field.at(np.zeros(0), np.zeros(0)).shape == (0, 2, 2)
-        assert (field.integers_at([[3], [900]], [5, -80]) == [UNIT, 0, 0, UNIT]).all()
+        assert (field.between([[3], [900]], [5, -80]) == [UNIT, 0, 0, UNIT]).all()
     assert not WarpField(nodes(np.random.default_rng(6))).is_identity
 
 

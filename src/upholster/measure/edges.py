@@ -12,7 +12,6 @@ from upholster.measure.seams import MOST_MEETINGS, MOST_PAIRS, MeanDifference
 from upholster.measure.trace import Trace, step_sources
 from upholster.quilt import Chart, Quilt, Texels
 from upholster.quilt.placement import SYMMETRIES
-from upholster.quilt.warp_field import UNIT
 from upholster.types import FloatArray, PixelArray
 
 __all__ = ["looked_up", "matched_edge_ratio"]
@@ -107,7 +106,7 @@ def looked_up(
     """Return what the exemplar has for texels, and a step of texels further."""
     owner = trace.placements[trace.owners[rows - trace.window.row, columns - trace.window.column]]
     place = step_sources(trace.field, owner, rows, columns).T / 16
-    matrices = trace.field.integers_at(rows, columns).reshape(-1, 2, 2) / UNIT
+    matrices = trace.field.at(rows, columns)
     pixels = SYMMETRIES[owner["symmetry"]].reshape(-1, 2, 2) @ matrices @ step[:, :, None]
     there = place + pixels[:, :, 0]
     return sampled(trace, owner, place, levels), sampled(trace, owner, there, levels)

@@ -12,7 +12,6 @@ from upholster.measure.meshes import SeamPairs
 from upholster.measure.trace import Trace, step_sources
 from upholster.quilt import Quilt
 from upholster.quilt.placement import SYMMETRIES
-from upholster.quilt.warp_field import UNIT
 from upholster.types import FloatArray, IntArray
 
 __all__ = ["PhaseCuts", "cuts_at_mesh_seams", "cuts_at_seams", "cuts_inside"]
@@ -71,7 +70,7 @@ def cuts_inside(
         )
         ends = np.stack([rows, columns], axis=1)[:, None].repeat(2, axis=1)
         ends[:, 1, 1 - axis] += 1
-        along = trace.field.integers_at(rows, columns).reshape(-1, 2, 2)[:, :, 1 - axis] / UNIT
+        along = trace.field.at(rows, columns)[:, :, 1 - axis]
         charts = np.full(len(rows), trace.window.index, np.intp)
         yield PhaseCuts(_jumps(lattice, first, second), np.hypot(*along.T), charts, ends)
 
@@ -121,7 +120,7 @@ def _met(
 ) -> PhaseCuts:
     # Cuts between texels (n, 2) of two charts, the second ones a `step` (n, 2) of the first one's texels on.
     (first, place), (second, found) = (_sources(quilt, *side) for side in (here, there))
-    matrices = quilt.fields[here[0]].integers_at(*here[1].T).reshape(-1, 2, 2) / UNIT
+    matrices = quilt.fields[here[0]].at(*here[1].T)
     turned = SYMMETRIES[first["symmetry"]].reshape(-1, 2, 2) @ matrices @ step[:, :, None]
     onward = place + np.rint(16 * turned[:, :, 0].T).astype(np.int32)
     cut = first["symmetry"] == second["symmetry"]

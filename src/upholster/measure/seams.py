@@ -12,7 +12,7 @@ from upholster.errors import InputError
 from upholster.geometry import Surface
 from upholster.measure.samples import SEED, bilinear, coded
 from upholster.quilt import Texels
-from upholster.quilt.warp_field import UNIT, WarpField
+from upholster.quilt.warp_field import WarpField
 from upholster.types import FloatArray, PixelArray
 
 __all__ = ["MeanDifference", "WrapSeams", "edge_seam_ratio", "wrap_seams"]
@@ -204,5 +204,4 @@ def _at(array: PixelArray, along: FloatArray, across: FloatArray, down: bool) ->
 def _matrices(field: WarpField, along: FloatArray, across: FloatArray, down: bool) -> FloatArray:
     """Return M (n, 2, 2) in exemplar pixels per texel."""
     places = (along, across) if down else (across, along)
-    rows, columns = (np.rint(place).astype(np.int32) for place in places)
-    return field.integers_at(rows, columns).reshape(-1, 2, 2) / np.float64(UNIT)
+    return field.at(*(np.rint(place) for place in places))

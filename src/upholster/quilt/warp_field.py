@@ -4,16 +4,14 @@ A field is kept as a decoder gets it: quantised nodes, from which everybody deri
 Exact meaning: SPEC.md, sections 3 and 8; the mathematics: `upholster.charts.directions`.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from upholster.errors import InputError
-from upholster.quilt._field_kernels import matrices_at, matrices_between, node_matrices
+from upholster.quilt._field_kernels import matrices_between, node_matrices
 from upholster.types import FloatArray, IntArray, frozen_array
 
 __all__ = [
@@ -24,7 +22,6 @@ __all__ = [
     "OCTAVE",
     "UNIT",
     "WarpField",
-    "WarpFields",
     "node_count",
 ]
 
@@ -152,21 +149,31 @@ class WarpField:
         """Whether M is the identity everywhere."""
         return not self.nodes.any()
 
-    def at(self, rows: FloatArray, columns: FloatArray) -> FloatArray:
+    def at(self, rows: ArrayLike, columns: ArrayLike) -> FloatArray:
         """Return M at places between texels, in exemplar pixels per texel.
 
         Parameters
         ----------
         rows, columns
-            Of one shape (…), in texels: texel (r, c) has its centre at exactly (r, c).
+            Numbers of one shape (…), in texels: texel (r, c) has its centre at exactly (r, c).
 
         Returns
         -------
         ndarray
             (…, 2, 2) float64, bilinear as a decoder's but not rounded; beyond the grid its border holds.
         """
-        grid = self.matrices
-        return _between(grid.reshape(-1, 4), 0, grid.shape[0], grid.shape[1], self.margin, rows, columns)
+        down, right = self.matrices.shape[:2]
+        parts = []
+        for places, count in ((rows, down), (columns, right)):
+            place = np.clip(np.asarray(places) / FIELD_STEP + self.margin, 0, count - 1)
+            low = np.minimum(place.astype(np.intp), max(count - 2, 0))
+            parts.append((low, np.minimum(low + 1, count - 1), (place - low)[..., None]))
+        (i, below, lower), (j, beside, later) = parts
+        m = self.matrices
+        mixed = (1 - lower) * ((1 - later) * m[i, j] + later * m[i, beside])
+        mixed += lower * ((1 - later) * m[below, j] + later * m[below, beside])
+        found: FloatArray = mixed / UNIT
+        return found.reshape(*np.shape(rows), 2, 2)
 
     def between(self, rows: ArrayLike, columns: ArrayLike) -> IntArray:
         """Return M as every decoder has it at places between steps.
@@ -186,73 +193,6 @@ class WarpField:
         out = np.empty((at[0].size, 4), np.int32)
         matrices_between(self.matrices, self.margin, at[0].flatten(), at[1].flatten(), out)
         return out.reshape(*at[0].shape, 4)
-
-    def integers_at(self, rows: ArrayLike, columns: ArrayLike) -> IntArray:
-        """Return M at texels as every decoder has it: bilinear between the nodes round each, rounded once.
-
-        Parameters
-        ----------
-        rows, columns
-            Integers that broadcast together; beyond the grid its border holds.
-
-        Returns
-        -------
-        ndarray
-            (..., 4) int32, row by row, in 1/4096 pixel per texel.
-        """
-        at = np.broadcast_arrays(np.asarray(rows, np.int32), np.asarray(columns, np.int32))
-        out = np.empty((at[0].size, 4), np.int32)
-        matrices_at(self.matrices, self.margin, at[0].flatten(), at[1].flatten(), out)
-        return out.reshape(*at[0].shape, 4)
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class WarpFields:
-    """Several warp fields, asked at places on any of them at once.
-
-    Attributes
-    ----------
-    nodes
-        (N, 4) the matrices of all fields' nodes, one field's after another's, see `WarpField.matrices`.
-    first, rows, columns, margin
-        (fields,) of each field its first node, how many there are each way, and its margin.
-    """
-
-    nodes: IntArray
-    first: NDArray[np.intp]
-    rows: NDArray[np.intp]
-    columns: NDArray[np.intp]
-    margin: NDArray[np.intp]
-
-    @classmethod
-    def of(cls, fields: Sequence[WarpField]) -> "WarpFields":
-        """Return fields side by side."""
-        shapes = [(*field.matrices.shape[:2], field.margin) for field in fields]
-        rows, columns, margin = np.array(shapes, np.intp).reshape(-1, 3).T
-        nodes = np.concatenate([field.matrices.reshape(-1, 4) for field in fields])
-        return cls(nodes, np.cumsum(rows * columns) - rows * columns, rows, columns, margin)
-
-    def at(self, which: NDArray[np.intp], rows: FloatArray, columns: FloatArray) -> FloatArray:
-        """Return M (n, 2, 2) at places (n,) on the fields of some numbers (n,), see `WarpField.at`."""
-        own = (self.first[which], self.rows[which], self.columns[which], self.margin[which])
-        return _between(self.nodes, *own, rows, columns)
-
-
-def _between(
-    nodes: IntArray, first: Any, down: Any, right: Any, margin: Any, rows: FloatArray, columns: FloatArray
-) -> FloatArray:
-    # M at places on grids of `down` times `right` nodes, the first of which are `first`.
-    parts = []
-    for places, count in ((rows, down), (columns, right)):
-        place = np.clip(places / FIELD_STEP + margin, 0, count - 1)
-        low = np.minimum(place.astype(np.intp), np.maximum(count - 2, 0))
-        parts.append((low, np.minimum(low + 1, count - 1), (place - low)[..., None]))
-    (i, below, lower), (j, beside, later) = parts
-    above, below = first + right * i, first + right * below
-    mixed = (1 - lower) * ((1 - later) * nodes[above + j] + later * nodes[above + beside])
-    mixed += lower * ((1 - later) * nodes[below + j] + later * nodes[below + beside])
-    found: FloatArray = mixed / UNIT
-    return found.reshape(*rows.shape, 2, 2)
 
 
 def node_count(texels: int, margin: int) -> int:
