@@ -5,7 +5,7 @@ import pytest
 from chart_layouts import SURFACES, split, whole
 
 from upholster.charts.seams import find_seams
-from upholster.charts.transitions import SAMPLES, TransitionTable, transitions
+from upholster.charts.transitions import SAMPLES, transitions
 from upholster.errors import InputError
 from upholster.geometry import RationalPatch, Surface, plane
 from upholster.quilt import Chart
@@ -54,17 +54,6 @@ def test_a_point_of_the_edge_is_the_same_point_on_the_other_chart(layout):
         assert np.isfinite(matrices).all()
         ends = np.linspace(m.other_start, m.other_stop, 12)
         np.testing.assert_allclose([rows, columns], beyond(charts[m.other_chart], m.other_edge, ends, 0.0))
-
-
-def test_a_table_carries_over_all_seams_at_once_what_each_carries(layout):
-    *_, made = layout
-    rng = np.random.default_rng(2)
-    which, (rows, columns) = rng.integers(0, len(made), 300), rng.uniform(-30, 120, (2, 300))
-    found = TransitionTable.of(made).apply(which, rows, columns)
-    for n, one in enumerate(made):
-        own = which == n
-        for all_of_them, alone in zip(found, one.apply(rows[own], columns[own]), strict=True):
-            np.testing.assert_array_equal(all_of_them[own], alone)
 
 
 def test_meetings_cover_each_edge_once(layout):

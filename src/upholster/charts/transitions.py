@@ -11,7 +11,7 @@ from upholster.geometry import Surface
 from upholster.quilt.chart import Chart
 from upholster.types import FloatArray, frozen_array
 
-__all__ = ["SAMPLES", "Transition", "TransitionTable", "transitions"]
+__all__ = ["SAMPLES", "Transition", "transitions"]
 
 SAMPLES = 9
 """Places along a seam at which a transition holds a matrix."""
@@ -66,79 +66,20 @@ class Transition:
         matrices : FloatArray
             (n, 2, 2): the matrix at each foot.
         """
-        return TransitionTable.of((self,)).apply(np.zeros(len(rows), np.intp), rows, columns)
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class TransitionTable:
-    """Transitions as columns, so that places on many charts are carried over at once.
-
-    Attributes
-    ----------
-    chart, edge, other_chart, other_edge
-        (n,) intp, see `ChartSeam`.
-    start, stop, other_start, other_stop
-        (n,) in texels.
-    line, other_line, matrices
-        (n,), (n,) and (n, `SAMPLES`, 2, 2), see `Transition`.
-    """
-
-    chart: IndexArray
-    edge: IndexArray
-    other_chart: IndexArray
-    other_edge: IndexArray
-    start: FloatArray
-    stop: FloatArray
-    other_start: FloatArray
-    other_stop: FloatArray
-    line: FloatArray
-    other_line: FloatArray
-    matrices: FloatArray
-
-    @classmethod
-    def of(cls, some: Sequence[Transition]) -> "TransitionTable":
-        """Return the table of some transitions, in their order."""
-        seams = [one.seam for one in some]
-        sides = [(m.chart, m.edge, m.other_chart, m.other_edge) for m in seams]
-        ends = [(m.start, m.stop, m.other_start, m.other_stop) for m in seams]
-        lines = [(one.line, one.other_line) for one in some]
-        chart, edge, other_chart, other_edge = np.array(sides, np.intp).reshape(-1, 4).T
-        start, stop, other_start, other_stop = np.array(ends).reshape(-1, 4).T
-        line, other_line = np.array(lines).reshape(-1, 2).T
-        matrices = np.array([one.matrices for one in some]).reshape(-1, SAMPLES, 2, 2)
-        return cls(
-            *(chart, edge, other_chart, other_edge),
-            *(start, stop, other_start, other_stop),
-            *(line, other_line, matrices),
-        )
-
-    def matrices_at(self, which: IndexArray, feet: FloatArray) -> FloatArray:
-        """Return the matrices (m, 2, 2) of some transitions (m,) at places along their seams, in texels."""
-        start = self.start[which]
-        place = (feet - start) / (self.stop[which] - start) * (SAMPLES - 1)
-        first = np.minimum(place.astype(np.intp), SAMPLES - 2)
-        weight = (place - first)[:, None, None]
-        found: FloatArray = (1.0 - weight) * self.matrices[which, first]
-        found += weight * self.matrices[which, first + 1]
-        return found
-
-    def apply(
-        self, which: IndexArray, rows: FloatArray, columns: FloatArray
-    ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Carry places (m,) over by some transitions (m,), see `Transition.apply`."""
-        down = self.edge[which] & 1 == 1  # the edge runs along the rows' axis
-        along, across = np.where(down, rows, columns), np.where(down, columns, rows)
-        start, stop = self.start[which], self.stop[which]
-        foot = np.clip(along + 0.5, start, stop)
-        matrices = self.matrices_at(which, foot)
-        over, depth = along + 0.5 - foot, across - self.line[which]
-        step = np.stack([np.where(down, over, depth), np.where(down, depth, over)], axis=1)
+        m = self.seam
+        down = m.edge & 1 == 1  # the edge runs along the rows' axis
+        along, across = (rows, columns) if down else (columns, rows)
+        foot = np.clip(along + 0.5, m.start, m.stop)
+        share = (foot - m.start) / (m.stop - m.start)
+        first = np.minimum((share * (SAMPLES - 1)).astype(np.intp), SAMPLES - 2)
+        weight = (share * (SAMPLES - 1) - first)[:, None, None]
+        matrices: FloatArray = (1.0 - weight) * self.matrices[first] + weight * self.matrices[first + 1]
+        over, depth = along + 0.5 - foot, across - self.line
+        step = np.stack([over, depth] if down else [depth, over], axis=1)
         out = (matrices @ step[:, :, None])[:, :, 0]
-        share = (foot - start) / (stop - start)
-        met = (1.0 - share) * self.other_start[which] + share * self.other_stop[which] - 0.5
-        line = self.other_line[which]
-        down = self.other_edge[which] & 1 == 1
-        out += np.stack([np.where(down, met, line), np.where(down, line, met)], axis=1)
+        met = (1.0 - share) * m.other_start + share * m.other_stop - 0.5
+        line = np.full(len(met), self.other_line)
+        out += np.stack([met, line] if m.other_edge & 1 else [line, met], axis=1)
         return out[:, 0], out[:, 1], matrices
 
 
