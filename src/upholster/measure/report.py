@@ -14,6 +14,7 @@ from upholster.image import check_exemplar
 from upholster.lattice import find_lattice
 from upholster.measure.broken import BrokenElements, broken_elements
 from upholster.measure.copies import Copies, copies
+from upholster.measure.crossings import Crossings, crossings
 from upholster.measure.cuts import cut_seam_ratio, matched_cut_ratio
 from upholster.measure.edges import matched_edge_ratio
 from upholster.measure.fidelity import sliced_wasserstein
@@ -79,6 +80,8 @@ class Measures:
         `patch_distance`; None where nothing is as large as a patch.
     landmarks
         `landmark_recurrence`; None for a flat image.
+    crossings
+        `crossings`; None for a flat image, and where there are no seams.
     """
 
     wasserstein: tuple[float, ...]
@@ -91,6 +94,7 @@ class Measures:
     broken: BrokenElements | None = None
     patches: PatchDistance | None = None
     landmarks: Landmarks | None = None
+    crossings: Crossings | None = None
 
     @property
     def wasserstein_mean(self) -> float:
@@ -120,6 +124,14 @@ class Measures:
             rows += [
                 ("seam ratio, block borders", _figure(self.seams.cuts), "1: invisible"),
                 ("  against the sample there", _figure(self.seams.cuts_matched), "1: invisible"),
+            ]
+        if self.crossings is not None:
+            found = self.crossings
+            apart = f"{found.apart:.2f}, 95 % {found.apart_most:.2f} px"
+            cuts = f"{100 * found.cuts:.1f} %, {100 * found.cuts_inside:.1f} % inside"
+            rows += [
+                ("seams read apart by", apart, "0: what goes on fits"),
+                ("  cuts lie along", cuts, "equal: no seam shows"),
             ]
         if self.wrap is not None:
             band = f"{self.wrap.low:.3f} to {self.wrap.high:.3f}"
@@ -236,6 +248,7 @@ def measure_cover(
         broken=_broken(surface, quilt, exemplar),
         patches=patch_distance(undistorted_views(quilt, texels), exemplar),
         landmarks=landmark_recurrence(surface, quilt, exemplar),
+        crossings=crossings(surface, quilt),
     )
 
 
@@ -270,6 +283,7 @@ def _measure_mesh(
         broken=_broken(surface, quilt, exemplar, crease),
         patches=patch_distance(undistorted_views(quilt, texels), exemplar),
         landmarks=landmark_recurrence(surface, quilt, exemplar),
+        crossings=crossings(surface, quilt),
     )
 
 
