@@ -49,7 +49,7 @@ class MeshArrays(NamedTuple):
     corners: those of a tile, whose opposite edges meet, are not the vertices'. `vectors` (T, 3, 3) is the
     direction field at corners; `normals`, `along` and `down` (T, 3) are each triangle's normal and the
     field's two axes in its plane. `places` (T, 3, 2) are row and column of each corner on its chart in
-    working texels, centres at whole numbers; `chart` (T,) is that chart, −1 for none. `seam` (T, 3) numbers
+    steps, centres at whole numbers; `chart` (T,) is that chart, −1 for none. `seam` (T, 3) numbers
     the seams' edges, −1 elsewhere; `crossing` (seams, 2, 2) takes texel steps over each. `spread` (V,) is a
     third of the area round a vertex. `fold` is the field's: 1, 2 or 4 directions, turned evenly, count as
     one; `turns` (T,) are the quarter turns that take the charts' warp fields to `along` and `down`.

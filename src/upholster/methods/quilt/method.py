@@ -30,8 +30,9 @@ _OVERLAP = 0.3
 _COARSE = 24
 """Pixels of a frame from which on cells of its mask are 4 wide, not 2."""
 
-_LARGEST_FRAME = 512
-_SHARE = 0.75
+_LARGEST_FRAME, _SHARE = 512, 0.75
+"""Pixels of a frame at most, and what part of the sample: else there is nothing to choose from."""
+
 _MIRRORED = 1 << 5
 """The symmetry that mirrors left and right: columns count backwards."""
 
