@@ -39,8 +39,9 @@ QUALITY = 46.0
 
 Quality = float | Literal["lossless"]
 
-_SAMPLE, _MODEL, _SCALE, _SYNTHESIS, _PAPER, _PIXEL, _OUTPUT, _STREAM = (
+_SAMPLE, _MAPS, _MODEL, _SCALE, _SYNTHESIS, _PAPER, _PIXEL, _OUTPUT, _STREAM = (
     "Sample",
+    "Maps",
     "Model",
     "Scale and direction",
     "Synthesis",
@@ -214,7 +215,7 @@ def _check_owner(method: str, asked: "list[Field[Any]]") -> None:
 @_documented
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SampleOptions:
-    """What is made of a photo before it is a sample, in this order; of a material all maps alike.
+    """How a sample is read: its maps, and what is made of a photo, of a material of all maps alike.
 
     What they allow depends on the photo, and is checked when it is read.
     """
@@ -243,6 +244,34 @@ class SampleOptions:
             "Take vignette and slow shading out of the colours: what changes over half the sample or more.",
         ),
     )
+    maps: dict[str, str] | None = field(
+        default=None,
+        metadata=_about(
+            _MAPS,
+            "A map of the material whose name does not tell it: `roughness=x.png`, `orm=y.jpg` …",
+            metavar="ROLE=FILE",
+            flag="--map",
+        ),
+    )
+    normal: str | None = field(
+        default=None,
+        metadata=_about(
+            _MAPS,
+            "The normal map's green points upward (OpenGL) or downward (DirectX). Default: by its name or "
+            "the height map.",
+            metavar="gl|dx",
+        ),
+    )
+
+    def __post_init__(self) -> None:
+        if self.maps is not None and not isinstance(self.maps, Mapping):
+            raise InputError(f"maps is a {type(self.maps).__name__}; allowed: files by role")
+
+    @property
+    def preparing(self) -> dict[str, Any]:
+        """What is made of a photo: arguments of `upholster.read_exemplar`."""
+        names = "rectify", "crop", "resize", "even_light"
+        return {name: getattr(self, name) for name in names}
 
 
 @_documented

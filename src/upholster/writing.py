@@ -2,7 +2,7 @@
 
 import math
 import os
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -96,7 +96,7 @@ def check_coded(wanted: Sequence[Output], parts: Mapping[str, PixelArray], optio
             check_image(part, **options.transform)
 
 
-def check_several(wanted: Sequence[Output], materials: Sequence[object]) -> None:
+def check_several(wanted: Sequence[Output], materials: Collection[object]) -> None:
     """Raise InputError where a stream is wanted of several materials: it holds one sample."""
     if materials and has_stream(wanted):
         names = ", ".join(str(output.path) for output in wanted if output.kind in ("uph", "html"))

@@ -16,6 +16,7 @@ from upholster.charts.tessellation import tessellate_by_bends
 from upholster.geometry import MeshSurface, Surface, TriangleMesh
 from upholster.geometry.edge_pairs import edge_pairs
 from upholster.quilt.chart import Chart
+from upholster.stages import stage
 from upholster.types import FloatArray, IntArray
 
 __all__ = ["ChartedSurface", "charted_mesh", "charted_patches", "charted_plane"]
@@ -75,6 +76,7 @@ class ChartedSurface:
         return found
 
 
+@stage
 def charted_mesh(surface: MeshSurface, charts: Sequence[Chart]) -> ChartedSurface:
     """Return a mesh's islands with a chart on each."""
     return ChartedSurface(
@@ -82,6 +84,7 @@ def charted_mesh(surface: MeshSurface, charts: Sequence[Chart]) -> ChartedSurfac
     )
 
 
+@stage
 def charted_patches(surface: Surface, charts: Sequence[Chart]) -> ChartedSurface:
     """Return a surface of patches, tessellated chart by chart: vertices lie on it.
 
@@ -99,6 +102,7 @@ def charted_patches(surface: Surface, charts: Sequence[Chart]) -> ChartedSurface
     return ChartedSurface(own, mesh.chart[corners[:, 0]], places, tuple(charts), own.neighbours)
 
 
+@stage
 def charted_plane(chart: Chart, *, tile: bool = False) -> ChartedSurface:
     """Return a flat texture: a rectangle in space with a step a unit of length, or a tile.
 

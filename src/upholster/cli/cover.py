@@ -1,15 +1,13 @@
 """``upholster cover`` and ``upholster surfaces``."""
 
 import time
-from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from upholster.cli.console import compiled, in_bytes, new_console, progress_bars, say
-from upholster.cli.options import spelled_out
-from upholster.errors import InputError
+from upholster.cli.options import by_name, spelled_out
 from upholster.options import ModelOptions, SampleOptions, SynthesisOptions, WriteOptions
 from upholster.shown import number_of, texels_in_words
 from upholster.suffixes import is_model_name
@@ -55,26 +53,6 @@ _Material = Annotated[
         help="Other parts of a model have another sample: `Seat=leather/`, `'Leg*=oak.jpg@30cm'` with "
         "its width; several times. The first name that fits a part counts. `*` is all others.",
         rich_help_panel="Model",
-    ),
-]
-
-_Map = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--map",
-        metavar="ROLE=FILE",
-        help="A map of the material whose name does not tell it: `roughness=x.png`, `orm=y.jpg` …",
-        rich_help_panel="Sample",
-    ),
-]
-
-_Normal = Annotated[
-    str | None,
-    typer.Option(
-        metavar="gl|dx",
-        help="The normal map's green points upward (OpenGL) or downward (DirectX). Default: by its name "
-        "or the height map.",
-        rich_help_panel="Sample",
     ),
 ]
 
@@ -131,8 +109,6 @@ def cover(
     synthesis: SynthesisOptions,
     seed: Annotated[int, typer.Option(help="Same seed, same result.", rich_help_panel="Synthesis")] = 0,
     preparing: SampleOptions,
-    map_: _Map = None,
-    normal: _Normal = None,
     writing: WriteOptions,
     report: Annotated[
         str | None, typer.Option(metavar="FILE", help="Write parameters, counts and times as JSON.")
@@ -154,9 +130,8 @@ def cover(
     start = time.perf_counter()
     from upholster.pipeline import cover as run
 
-    maps = _by_name("map", "role=file, as roughness=rough.png", map_ or [])
-    materials = _by_name("material", "part=sample, as Seat=leather.jpg", material or [])
-    samples = [*(sample or []), *maps.values(), *materials.values()]
+    materials = by_name("material", "part=sample, as Seat=leather.jpg", material or [])
+    samples = [*(sample or []), *(preparing.maps or {}).values(), *materials.values()]
     uses = uses_of(synthesis, preparing, samples, on, output)
     if workers is not None or scheduler is not None:
         compiled(uses if scheduler is None else (), quiet)
@@ -167,9 +142,7 @@ def cover(
             on,
             output,
             materials=materials or None,
-            maps=maps,
-            normal=normal,
-            **asdict(preparing),
+            sample=preparing,
             model=model,
             synthesis=synthesis,
             seed=seed,
@@ -200,19 +173,6 @@ def _say_result(result: "CoverReport", seconds: float, *, several: bool) -> None
         settled = [f"{name}{after} {value}" for name, value in result.settled.items()]
         for line in settled if several else ["; ".join(settled)]:
             say(line)
-
-
-def _by_name(option: str, allowed: str, written: list[str]) -> dict[str, str]:
-    """Read ``name=file``, several times."""
-    found: dict[str, str] = {}
-    for text in written:
-        name, equals, file = text.partition("=")
-        if not (name and equals and file):
-            raise InputError(f"{option} is {text!r}; allowed: {allowed}")
-        if name in found:
-            raise InputError(f"{option} {name!r} is given twice: {found[name]!r} and {file!r}")
-        found[name] = file
-    return found
 
 
 def uses_of(

@@ -1,9 +1,7 @@
 """The lattice of a sample: the waves at which it repeats, and their phases at every pixel."""
 
-import hashlib
 from dataclasses import dataclass
 from itertools import combinations
-from threading import Lock
 from typing import NamedTuple
 
 import numpy as np
@@ -13,6 +11,7 @@ from upholster.lattice.choice import TOLERANCE, chosen_waves
 from upholster.lattice.following import Followed, follow, pixel_phases
 from upholster.lattice.peaks import LEAST_PERIODS, Peak, periods, spectrum_peaks
 from upholster.lattice.planes import Plane, planes, reduced
+from upholster.stages import stage
 from upholster.types import FloatArray, PixelArray, frozen_array
 
 __all__ = ["Lattice", "find_lattice"]
@@ -39,12 +38,6 @@ _MULTIPLES = np.array([-5, -4, -3, -2, -1, 1, 2, 3, 4, 5])
 
 _SURE = 0.55
 """Certainty below which a wave is left out."""
-
-
-_LOCK = Lock()
-_KEPT = 4
-_KNOWN: "dict[tuple[tuple[int, ...], str, bytes], Lattice | None]" = {}
-"""What was found in the last samples: block size, phases and measures ask for the same one, one by one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,6 +101,7 @@ class Lattice:
             long = long - steps * short
 
 
+@stage
 def find_lattice(exemplar: PixelArray) -> Lattice | None:
     """Find the one or two waves at which a sample repeats.
 
@@ -128,20 +122,6 @@ def find_lattice(exemplar: PixelArray) -> Lattice | None:
     """
     if min(exemplar.shape[:2]) < _LEAST_SIDE:
         return None
-    digest = hashlib.blake2b(np.ascontiguousarray(exemplar).data, digest_size=16).digest()
-    key = (exemplar.shape, exemplar.dtype.str, digest)
-    with _LOCK:
-        if key in _KNOWN:
-            return _KNOWN[key]
-    found = _found(exemplar)
-    with _LOCK:
-        _KNOWN[key] = found
-        while len(_KNOWN) > _KEPT:
-            del _KNOWN[next(iter(_KNOWN))]
-    return found
-
-
-def _found(exemplar: PixelArray) -> Lattice | None:
     height, width = exemplar.shape[:2]
     by = max(1, min(height, width) // _LOOKED_AT)
     looked_at = planes(reduced(exemplar, by))

@@ -1,7 +1,7 @@
 """From an exemplar and a surface to a quilt: the one place that settles layout, scale, direction, method."""
 
 import secrets
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from numbers import Integral
 from typing import Any, cast
 
@@ -45,10 +45,12 @@ from upholster.quilt.chart import MAX_CHART, Chart
 from upholster.quilt.model import Quilt
 from upholster.quilt.painting import painted_charts
 from upholster.quilt.warp_field import WarpField
+from upholster.stages import keeping, stage
 from upholster.types import FloatArray, IntArray, PixelArray, Progress
 
 __all__ = [
     "Prepared",
+    "coarser",
     "execute",
     "kept_sample",
     "lay_plan",
@@ -114,6 +116,7 @@ class Prepared:
         return painted_charts(self.charts, self.density)
 
 
+@stage
 def kept_sample(exemplar: PixelArray | Material, options: SynthesisOptions) -> PixelArray | Material:
     """Return a sample as it is matched and painted: without small coefficients where the options say so.
 
@@ -159,6 +162,7 @@ def settled_seed(seed: int | None) -> int:
     return int(seed)
 
 
+@stage
 def matched_image(exemplar: PixelArray | Material, options: SynthesisOptions) -> PixelArray:
     """Return what a method looks at: of a material all maps that count for "quilt", or the base colour alone.
 
@@ -178,18 +182,13 @@ def matched_image(exemplar: PixelArray | Material, options: SynthesisOptions) ->
     return check_exemplar(exemplar)
 
 
+@stage
 def prepare(
-    exemplar: PixelArray,
-    surface: AnySurface,
-    options: SynthesisOptions,
-    *,
-    field: DirectionField | None = None,
-    largest: int = LONGEST,
+    exemplar: PixelArray, surface: AnySurface, options: SynthesisOptions, *, largest: int = LONGEST
 ) -> Prepared:
     """Settle what `synthesize` will do; parameters as there.
 
-    `field` is that of the same mesh and the same options, where it is known; it takes time to find. On
-    patches no chart of method "quilt" is longer than `largest` texels.
+    On patches no chart of method "quilt" is longer than `largest` texels.
 
     Raises
     ------
@@ -197,7 +196,7 @@ def prepare(
         If something is out of range on this surface, or with this exemplar.
     """
     if isinstance(surface, MeshSurface):
-        return _prepare_mesh(exemplar, surface, options, field)
+        return _prepare_mesh(exemplar, surface, options)
     if options.method == "paper":
         charts = uniform_layout(surface, chart=options.chart)
         return Prepared(charts, (), None, "", settled(options, PaperOptions))
@@ -241,11 +240,10 @@ def _on_charts(
     scale: TextureScale,
     density: float,
     direction: Direction,
-    field: DirectionField | None = None,
 ) -> Prepared:
     mesh = charted.mesh
     lattice, weight = _lattice(exemplar, options, _SURFACE_PHASE)
-    field = field or direction_field(
+    field = direction_field(
         mesh,
         direction,
         strokes=options.stroke,
@@ -286,9 +284,7 @@ def _lattice(exemplar: PixelArray, options: SynthesisOptions, weight: float) -> 
     return find_lattice(exemplar) if weight > 0 else None, weight
 
 
-def _prepare_mesh(
-    exemplar: PixelArray, surface: MeshSurface, options: SynthesisOptions, field: DirectionField | None
-) -> Prepared:
+def _prepare_mesh(exemplar: PixelArray, surface: MeshSurface, options: SynthesisOptions) -> Prepared:
     if options.method != "quilt":
         raise InputError(f"method is {options.method!r} on a mesh; allowed there: 'quilt'")
     if isinstance(options.texels, tuple):
@@ -300,7 +296,44 @@ def _prepare_mesh(
     asked = options.direction
     if asked is None:
         asked = "smooth" if options.stroke else default_direction(surface.mesh)
-    return _on_charts(exemplar, charted, options, scale, density, parse_direction(cast(str, asked)), field)
+    return _on_charts(exemplar, charted, options, scale, density, parse_direction(cast(str, asked)))
+
+
+@stage
+def coarser(prepared: Prepared, exemplar: PixelArray, octaves: int) -> Prepared:
+    """Return what is done for a quick look at the same texture: longer steps, and blocks twice as wide.
+
+    Directions, phases and sizes are those of `prepared`, of method "quilt".
+
+    Parameters
+    ----------
+    prepared, exemplar
+        What `prepare` returned, and for which exemplar.
+    octaves
+        By how many powers of two steps are longer, 1 to 6.
+    """
+    full, options = prepared.charted, prepared.options
+    assert full is not None
+    assert prepared.vectors is not None
+    assert isinstance(options, QuiltOptions)
+    charts = tuple(
+        replace(chart, height=max(1, chart.height >> octaves), width=max(1, chart.width >> octaves))
+        for chart in full.charts
+    )
+    before, after = (np.array([(one.height, one.width) for one in of]) for of in (full.charts, charts))
+    charted = replace(full, charts=charts, places=full.places * (after / before)[full.chart][:, None])
+    along, down = triangle_frames(full.mesh, prepared.vectors)
+    scale = 1.0 if prepared.scale is None else prepared.scale.scale
+    fields = warp_fields(charted, along, down, scale, prepared.turns, prepared.vectors)
+    most = 3 * min(exemplar.shape[:2]) // 4
+    return replace(
+        prepared,
+        charts=charts,
+        charted=charted,
+        fields=fields,
+        options=replace(options, block=min(2 * options.block, most), overlap=None),
+        density=prepared.density * 2.0**octaves,
+    )
 
 
 def _texels_a_step(scale: TextureScale) -> float:
@@ -362,6 +395,7 @@ def _flat_chart(surface: Surface, width: int, height: int) -> Chart:
     return Chart(0, height, width)
 
 
+@stage
 def execute(
     prepared: Prepared,
     exemplar: PixelArray,
@@ -465,8 +499,9 @@ def synthesize(
     check_running(threads, progress)
     seed, surface = settled_seed(seed), as_covered(surface, patches=needs_patches(wanted)).surface
     checked = matched_image(kept_sample(as_exemplar(exemplar), wanted), wanted)
-    prepared = prepare(checked, surface, wanted)
-    return execute(prepared, checked, surface, seed=seed, threads=threads, progress=progress)
+    with keeping():
+        prepared = prepare(checked, surface, wanted)
+        return execute(prepared, checked, surface, seed=seed, threads=threads, progress=progress)
 
 
 def _size(image: PixelArray) -> str:

@@ -6,6 +6,7 @@ from numpy.typing import NDArray
 from upholster.lattice import find_lattice
 from upholster.methods.quilt.features import pca_features
 from upholster.methods.working_form import working_form
+from upholster.stages import stage
 from upholster.types import FloatArray, IntArray, PixelArray
 
 __all__ = ["RADIUS", "block_size", "correlation_peaks", "shifted_products"]
@@ -42,6 +43,7 @@ RADIUS = 3
 """A peak is the highest value so many pixels round it."""
 
 
+@stage
 def block_size(exemplar: PixelArray) -> int:
     """Return the side of a block, in pixels, that suits an exemplar.
 
