@@ -1,5 +1,6 @@
 """Samples and what each covers: one on all of a surface, or several, each on parts of a model."""
 
+import math
 import os
 import re
 from collections.abc import Iterator, Mapping, Sequence
@@ -25,6 +26,7 @@ from upholster.lattice import find_lattice
 from upholster.lengths import read_length
 from upholster.methods import (
     Prepared,
+    coarser,
     execute,
     kept_sample,
     matched_image,
@@ -35,6 +37,7 @@ from upholster.methods import (
 from upholster.options import ModelOptions, SampleOptions, SynthesisOptions, WriteOptions
 from upholster.outputs import TexturedModel
 from upholster.quilt import Chart, Quilt
+from upholster.quilt.painting import PAINTED_DENSITIES
 from upholster.reports import counts_of, notes_before, settled_words
 from upholster.shown import on_a_line
 from upholster.stream import check_layout
@@ -215,21 +218,29 @@ class Covering:
         found = notes_before(self.surface, self.prepared, self.seen, maps)
         return [f"{self.name}: {note}" if self.name else note for note in found]
 
-    def synthesized(self, *, seed: int, threads: int | None, progress: Progress | None) -> Quilt:
-        """Return the quilt."""
+    def synthesized(
+        self, *, octaves: int = 0, seed: int, threads: int | None, progress: Progress | None
+    ) -> Quilt:
+        """Return the quilt; for a quick look one whose steps are longer by so many powers of two."""
         with _naming(self.name):
-            return execute(
-                self.prepared, self.seen, self.surface, seed=seed, threads=threads, progress=progress
-            )
+            prepared = coarser(self.prepared, self.seen, octaves) if octaves else self.prepared
+            return execute(prepared, self.seen, self.surface, seed=seed, threads=threads, progress=progress)
 
     def textured(
-        self, quilt: Quilt, options: WriteOptions, threads: int | None, progress: Progress | None
+        self,
+        quilt: Quilt,
+        options: WriteOptions,
+        *,
+        density: float | None = None,
+        threads: int | None,
+        progress: Progress | None,
     ) -> TexturedModel:
-        """Return the model with its texels painted."""
-        texels, others = painted(quilt, self.source, threads, progress)
+        """Return the model with its texels painted, so many for a step each way."""
+        density = quilt.density if density is None else density
+        texels, others = painted(quilt, self.source, threads, progress, density=density)
         return TexturedModel(
             self.surface, texels, options, threads, quilt, self.source, others,
-            file=self.covered.model, field=self.prepared.field, name=self.title, density=quilt.density,
+            file=self.covered.model, field=self.prepared.field, name=self.title, density=density,
         )  # fmt: skip
 
 
@@ -425,17 +436,36 @@ def painted_model(
     quilts: Sequence[Quilt],
     options: WriteOptions,
     *,
+    texels: int | None = None,
     threads: int | None,
     progress: Progress | None,
 ) -> TexturedModel:
-    """Return the model with the texels of all of them."""
+    """Return the model with the texels of all of them; if `texels` is given, with so many at most."""
     shares = progress_of_each(progress, [each.texels for each in coverings])
     return joined_model(
         [
-            each.textured(quilt, options, threads, share)
+            each.textured(
+                quilt,
+                options,
+                density=_density(coverings, each, quilt, texels),
+                threads=threads,
+                progress=share,
+            )
             for each, quilt, share in zip(coverings, quilts, shares, strict=True)
         ]
     )
+
+
+def _density(
+    coverings: Sequence[Covering], covering: Covering, quilt: Quilt, texels: int | None
+) -> float | None:
+    """Return at how many texels for a step a quilt has its share of `texels`; None: as it is exported."""
+    all_texels = sum(each.texels for each in coverings)
+    if texels is None or texels >= all_texels:
+        return None
+    steps = sum(chart.height * chart.width for chart in quilt.charts)
+    density = math.sqrt(texels * covering.texels / all_texels / steps)
+    return min(max(density, PAINTED_DENSITIES[0]), PAINTED_DENSITIES[1])
 
 
 def settled(coverings: Sequence[Covering]) -> dict[str, str]:

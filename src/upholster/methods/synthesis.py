@@ -43,7 +43,7 @@ from upholster.options import SynthesisOptions, chosen, settled
 from upholster.parallel import check_running
 from upholster.quilt.chart import MAX_CHART, Chart
 from upholster.quilt.model import Quilt
-from upholster.quilt.painting import painted_charts
+from upholster.quilt.painting import PAINTED_DENSITIES, painted_charts
 from upholster.quilt.warp_field import WarpField
 from upholster.stages import keeping, stage
 from upholster.types import FloatArray, IntArray, PixelArray, Progress
@@ -230,7 +230,8 @@ def _prepare_flat(exemplar: PixelArray, chart: Chart, options: SynthesisOptions)
     if lattice is not None:
         phases = WantedPhases(lattice, phase_field(charted, vectors, 1.0, lattice.waves), weight)
     own = settled(options, QuiltOptions, block=_wanted_block(exemplar, options))
-    return Prepared((chart,), (WarpField.identity(),), None, "", own, None, phases, None, charted, vectors)
+    turns = np.zeros(len(vectors), np.int32)
+    return Prepared((chart,), (WarpField.identity(),), None, "", own, None, phases, turns, charted, vectors)
 
 
 def _on_charts(
@@ -332,7 +333,7 @@ def coarser(prepared: Prepared, exemplar: PixelArray, octaves: int) -> Prepared:
         charted=charted,
         fields=fields,
         options=replace(options, block=min(2 * options.block, most), overlap=None),
-        density=prepared.density * 2.0**octaves,
+        density=min(prepared.density * 2.0**octaves, PAINTED_DENSITIES[1]),
     )
 
 

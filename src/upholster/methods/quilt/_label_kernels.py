@@ -11,7 +11,7 @@ from upholster.methods.quilt._sheet_kernels import MOST_SHEETS, FieldArrays, sho
 from upholster.methods.quilt._unfold_kernels import MeshArrays
 from upholster.types import FloatArray, int64
 
-__all__ = ["fill_labels", "label_beyond", "label_cells", "read_cells"]
+__all__ = ["fill_labels", "label_beyond", "label_cells"]
 
 _REACH = 2.0
 """Cells beyond a seam that are labelled by what lies there."""
@@ -143,20 +143,6 @@ def label_beyond(
                 )
                 if found >= 0:
                     labels[i, j], away[i, j] = found, far
-
-
-@kernel
-def read_cells(
-    field: FieldArrays,
-    fits: FloatArray,
-    rows: NDArray[np.int64],
-    places: FloatArray,
-    read: FloatArray,
-) -> None:
-    """Write where places (n, 2) read by sheets `rows` (n,) of `fits`, in frame pixels from the source."""
-    for n in range(rows.shape[0]):
-        y, x = shown_at(field, fits[rows[n]], places[n, 0], places[n, 1])
-        read[n, 0], read[n, 1] = y, x
 
 
 @kernel

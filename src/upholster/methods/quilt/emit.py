@@ -5,7 +5,7 @@ shows it, with what the block reads there; where its chart's field alone would t
 a little, its matrix gets an offset, fitted to the cells that show it.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -13,13 +13,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.methods.quilt._block_kernels import BLOCK_COLUMNS, SOURCE_COLUMN, SOURCE_ROW, SYMMETRY
-from upholster.methods.quilt._label_kernels import fill_labels, label_beyond, label_cells, read_cells
+from upholster.methods.quilt._emit_kernels import SettledArrays, ShownCells, settle_placements
+from upholster.methods.quilt._label_kernels import fill_labels, label_beyond, label_cells
 from upholster.methods.quilt._sheet_kernels import FIT, MOST_SHEETS
 from upholster.methods.quilt.laying import Drawn, LayPlan
 from upholster.parallel import run_tasks
-from upholster.quilt.chart import Chart
-from upholster.quilt.displacement import warped_sources
-from upholster.quilt.labels import LabelMap, cell_centres, label_shape
+from upholster.quilt.labels import LabelMap, label_shape
 from upholster.quilt.model import Quilt
 from upholster.quilt.placement import MOST_OFFSET, PLACEMENT, SYMMETRIES, bare_placement
 from upholster.quilt.warp_field import UNIT, WarpField
@@ -36,9 +35,6 @@ _SOURCE_UNIT, _OFFSET_UNIT = 4, 64
 
 _OFF = 0.3
 """Pixels that a placement may be off somewhere before its matrix gets an offset."""
-
-_AT_ONCE = 2**18
-"""Cells that are looked at, at a time, about: those of a large chart would take much memory."""
 
 Labelled = tuple[NDArray[np.void], LabelMap]
 """A chart's placements and labels."""
@@ -159,39 +155,59 @@ def labelled(plan: LayPlan, number: int, pieces: Sequence[LabelPiece]) -> Labell
     chart, field, shape = plan.surface.charts[number], plan.fields[number], plan.shape
     cell = _cell_of(plan, number)
     shown, sheets = _joined(label_shape(chart.height, chart.width, cell), pieces)
-    cells = np.flatnonzero(shown >= 0)
-    if not len(cells):
+    if not len(sheets.numbers):
         none = np.zeros(shown.shape, np.int32)
         return bare_placement(number, (chart.height, chart.width), shape), LabelMap(cell, none)
-    owner = shown.ravel()[cells]
     placed = np.zeros(len(sheets.numbers), PLACEMENT)
     placed["chart"] = number
     placed["symmetry"] = _PRODUCTS[sheets.records[:, SYMMETRY], sheets.fits[:, 10].astype(np.intp)]
-    centres = np.empty((len(placed), 2), np.int64)
-    for first, stop, which in _groups(owner, len(placed)):
-        at = np.stack(np.divmod(cells[which], shown.shape[1]), axis=1)
-        own = _Sheets(sheets.numbers[first:stop], sheets.records[first:stop], sheets.fits[first:stop])
-        on = (chart, field, shape, cell)
-        centres[first:stop] = _recentred(plan, placed[first:stop], own, owner[which] - first, at, on)
+    sources = sheets.records[:, [SOURCE_ROW, SOURCE_COLUMN, SYMMETRY]].astype(np.int64)
+    cells = ShownCells(
+        shown, cell, sheets.fits, sources, placed["symmetry"].copy(), plan.numbers.level, shape
+    )
+    found = _settled(plan, cells, field)
+    placed["row"], placed["column"] = 16 * cell * (found.cells.T - 1) + 8 * cell
+    placed["source_row"], placed["source_column"] = found.reads.T
+    placed["offset"] = _offsets(found)
     fill_labels(shown, np.empty(shown.size, np.int64))
-    order = np.lexsort((centres[:, 1], centres[:, 0]))
+    order = np.lexsort((found.cells[:, 1], found.cells[:, 0]))
     rank = np.empty(len(order), np.int32)
     rank[order] = np.arange(len(order), dtype=np.int32)
     return placed[order], LabelMap(cell, rank[shown])
 
 
-def _groups(owner: IntArray, count: int) -> Iterator[tuple[int, int, NDArray[np.intp] | slice]]:
-    # Groups of placements: the first, the one after the last, and which cells (n,) show them.
-    if len(owner) <= _AT_ONCE:
-        yield 0, count, slice(None)
-        return
-    order = np.argsort(owner, kind="stable")
-    ends = np.cumsum(np.bincount(owner, minlength=count))
-    start = first = 0
-    while first < count:
-        stop = max(int(np.searchsorted(ends, start + _AT_ONCE)), first + 1)
-        yield first, stop, order[start : ends[stop - 1]]
-        first, start = stop, int(ends[stop - 1])
+def _settled(plan: LayPlan, cells: ShownCells, field: WarpField) -> SettledArrays:
+    # Centres of a chart's placements, and what a fit of their matrices takes.
+    count = len(cells.turns)
+    found = SettledArrays(
+        np.full((count, 2), -1, np.int64),
+        np.zeros((count, 2), np.int64),
+        np.zeros(count),
+        np.zeros((count, 3)),
+        np.zeros((count, 4)),
+        np.full(count, np.inf),
+        np.zeros((count, 3)),
+    )
+    settle_placements(plan.field, cells, field.matrices, field.margin, _SOURCE_UNIT, found)
+    return found
+
+
+def _offsets(found: SettledArrays) -> IntArray:
+    """Return the offsets (n, 4) of matrices with which placements read as before, where the field is off.
+
+    With C + ΔC in place of C = M(c), a place q reads ½·ΔC·(q − c) further, T turned by the symmetry; ΔC is
+    the least squares' answer over the cells that show the placement.
+    """
+    out = np.zeros((len(found.off), 4), np.int32)
+    bent = np.flatnonzero(found.off > _OFF)
+    if not len(bent):
+        return out
+    # A step's worth against singular ones.
+    square = found.square[bent][:, [0, 1, 1, 2]].reshape(-1, 2, 2) + np.eye(2)
+    added = found.product[bent].reshape(-1, 2, 2) @ np.linalg.inv(square)
+    offset = _OFFSET_UNIT * np.rint(added.reshape(-1, 4) * UNIT / _OFFSET_UNIT)
+    out[bent] = np.clip(offset, -MOST_OFFSET, MOST_OFFSET).astype(np.int32)
+    return out
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -239,98 +255,3 @@ def _products() -> NDArray[np.uint8]:
 
 
 _PRODUCTS = _products()
-
-
-def _read(plan: LayPlan, sheets: _Sheets, owner: IntArray, at: NDArray[np.int64]) -> NDArray[np.int64]:
-    # Where places (n, 2) of a chart, in 1/16 step, read by sheets (n,): (n, 2) in 1/16 pixel.
-    read = np.empty((len(at), 2))
-    read_cells(plan.field, sheets.fits, owner.astype(np.int64), at / 16 - 0.5, read)
-    turn = SYMMETRIES[sheets.records[owner, SYMMETRY]]
-    level = plan.numbers.level
-    parts = []
-    for axis, column in enumerate((SOURCE_ROW, SOURCE_COLUMN)):
-        shown = turn[:, 2 * axis] * read[:, 0] + turn[:, 2 * axis + 1] * read[:, 1]
-        # The middle of a level's pixel, and what lies beside it.
-        source = ((16 * sheets.records[owner, column].astype(np.int64) + 8) << level) - 8
-        parts.append(source + np.rint((16 << level) * shown).astype(np.int64))
-    return np.stack(parts, axis=1)
-
-
-def _recentred(
-    plan: LayPlan,
-    placed: NDArray[np.void],
-    sheets: _Sheets,
-    owner: IntArray,
-    cells: NDArray[np.int64],
-    on: tuple[Chart, WarpField, tuple[int, int], int],
-) -> NDArray[np.int64]:
-    """Give placements their centres, middles of cells that show them; return which cells, rows and columns.
-
-    `cells` (n, 2) are rows and columns, and `owner` (n,) tells which placement they show.
-    """
-    chart, field, shape, cell = on
-    rows, columns = cells.T
-    at = np.stack(
-        [cell_centres(int(part.max()) + 1, cell)[part] for part in (rows, columns)],
-        axis=1,
-    )
-    read = _read(plan, sheets, owner, at)
-    last = [count - 1 for count in label_shape(chart.height, chart.width, cell)]
-    inside = ((read >= 0) & (read < 16 * np.array(shape))).all(axis=1)
-    within = (rows > 0) & (rows < last[0]) & (columns > 0) & (columns < last[1])
-    size = np.bincount(owner, minlength=len(placed))
-    middle = [np.bincount(owner, index, minlength=len(placed)) / size for index in (rows, columns)]
-    away = (rows - middle[0][owner]) ** 2 + (columns - middle[1][owner]) ** 2
-    # Cells that read inside the sample come first, then those on the chart, then near ones.
-    away += 2.0**34 * ~within + 2.0**36 * ~inside
-    least = np.full(len(placed), np.inf)
-    np.minimum.at(least, owner, away)
-    nearest = np.flatnonzero(away == least[owner])[::-1]
-    chosen = np.empty(len(placed), np.intp)
-    chosen[owner[nearest]] = nearest  # of several the first
-    placed["row"], placed["column"] = at[chosen].T
-    for axis, name in enumerate(("source_row", "source_column")):
-        whole = _SOURCE_UNIT * ((read[chosen, axis] + _SOURCE_UNIT // 2) // _SOURCE_UNIT)
-        placed[name] = np.clip(whole, 0, 16 * shape[axis] - _SOURCE_UNIT)
-    _fit_matrices(placed, field, owner, at, read)
-    return cells[chosen]
-
-
-def _fit_matrices(
-    moved: NDArray[np.void],
-    field: WarpField,
-    owner: IntArray,
-    at: NDArray[np.int64],
-    read: NDArray[np.int64],
-) -> None:
-    """Give placements' matrices the offsets with which they read as before, where the field alone is off.
-
-    With C + ΔC in place of C = M(c), a place q reads ½·ΔC·(q − c) further, T turned by the symmetry; ΔC is
-    the least squares' answer over the cells that show the placement.
-    """
-    moved["offset"] = 0
-    now = np.stack(warped_sources(field, moved[owner], at[:, 0], at[:, 1]), axis=1)
-    turn = SYMMETRIES[moved["symmetry"][owner]].reshape(-1, 2, 2)
-    # A symmetry's inverse is its transpose.
-    rest: FloatArray = np.einsum("nji,nj->ni", turn, (read - now) / 16)
-    centre: IntArray = np.stack([moved["row"][owner], moved["column"][owner]], axis=1)
-    step: FloatArray = (at - centre) / np.float64(16)
-    off: FloatArray = np.zeros(len(moved))
-    np.maximum.at(off, owner, np.abs(rest).max(axis=1))
-    bent = np.flatnonzero(off > _OFF)
-    if not len(bent):
-        return
-
-    def summed(values: FloatArray) -> FloatArray:
-        return np.bincount(owner, values, minlength=len(moved))[bent].astype(np.float64)
-
-    square: FloatArray = np.empty((len(bent), 2, 2))
-    product: FloatArray = np.empty((len(bent), 2, 2))
-    for i in range(2):
-        for j in range(2):
-            # A step's worth against singular ones.
-            square[:, i, j] = summed(step[:, i] * step[:, j]) + (i == j)
-            product[:, i, j] = summed(2 * rest[:, i] * step[:, j])
-    added = product @ np.linalg.inv(square)
-    offset = _OFFSET_UNIT * np.rint(added.reshape(-1, 4) * UNIT / _OFFSET_UNIT)
-    moved["offset"][bent] = np.clip(offset, -MOST_OFFSET, MOST_OFFSET).astype(np.int32)
