@@ -3,11 +3,11 @@
 Nothing heavy is imported here: ``upholster --help`` is made of these fields.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import Field, dataclass, field, fields, replace
 from numbers import Integral, Real
 from types import UnionType
-from typing import Any, Literal, TypeVar, cast, get_args, get_origin
+from typing import Any, Literal, TypeAlias, TypeVar, cast, get_args, get_origin
 
 from upholster.conditions import read_conditions
 from upholster.errors import InputError, nearest
@@ -25,6 +25,7 @@ __all__ = [
     "WriteOptions",
     "check_quality",
     "chosen",
+    "differing",
     "settled",
 ]
 
@@ -53,6 +54,7 @@ _SAMPLE, _MAPS, _MODEL, _SCALE, _SYNTHESIS, _PAPER, _PIXEL, _OUTPUT, _STREAM = (
 
 Kind = TypeVar("Kind", "SampleOptions", "ModelOptions", "SynthesisOptions", "WriteOptions")
 Settled = TypeVar("Settled", bound="SynthesisOptions")
+Options: TypeAlias = "SampleOptions | ModelOptions | SynthesisOptions | WriteOptions"
 
 
 def _about(
@@ -100,7 +102,7 @@ def chosen(kind: type[Kind], base: Kind | Mapping[str, Any] | None = None, **cho
     return found
 
 
-def _chosen(options: "SynthesisOptions | WriteOptions") -> dict[str, Any]:
+def differing(options: "Options") -> dict[str, Any]:
     """Return by name what differs from the defaults."""
     values = {entry.name: (getattr(options, entry.name), entry.default) for entry in fields(options)}
     return {name: value for name, (value, default) in values.items() if value != default}
@@ -135,10 +137,10 @@ def check_quality(sample_quality: object) -> None:
         )
 
 
-def _settle_types(options: "ModelOptions | SynthesisOptions | WriteOptions") -> None:
+def _settle_types(options: "Options", *, besides: Collection[str] = ()) -> None:
     """Bring each option to its type: NumPy's numbers to Python's, lists to tuples; refuse others."""
     for entry in fields(options):
-        if isinstance(entry.type, str):  # the direction, which has many forms
+        if entry.name in besides or isinstance(entry.type, str):  # the direction, which has many forms
             continue
         kinds = get_args(entry.type) if isinstance(entry.type, UnionType) else (entry.type,)
         kinds = tuple(str if get_origin(kind) is Literal else kind for kind in kinds)
@@ -266,6 +268,7 @@ class SampleOptions:
     def __post_init__(self) -> None:
         if self.maps is not None and not isinstance(self.maps, Mapping):
             raise InputError(f"maps is a {type(self.maps).__name__}; allowed: files by role")
+        _settle_types(self, besides=("maps",))
 
     @property
     def preparing(self) -> dict[str, Any]:
@@ -572,7 +575,7 @@ class SynthesisOptions:
     )
 
     def __repr__(self) -> str:
-        return on_a_line(self, _chosen(self))
+        return on_a_line(self, differing(self))
 
     def __post_init__(self) -> None:
         if isinstance(self.stroke, str):
@@ -819,7 +822,7 @@ class WriteOptions:
         return {"wavelet": self.wavelet, "levels": self.wavelet_levels, "sample_quality": self.sample_quality}
 
     def __repr__(self) -> str:
-        return on_a_line(self, _chosen(self))
+        return on_a_line(self, differing(self))
 
     def __post_init__(self) -> None:
         _settle_types(self)
@@ -854,7 +857,7 @@ class WriteOptions:
     def _check_displacement(self) -> None:
         if self.displace is None:
             for name in ("displace_by", "mid_level", "keep", "triangles"):
-                if name in _chosen(self):
+                if name in differing(self):
                     raise InputError(f"{name} is given without displace; allowed: with it")
             return
         if read_length(self.displace, name="displace").number == 0:

@@ -21,6 +21,7 @@ from upholster.quilt import Quilt, Texels, paint, paint_material
 from upholster.quilt.painting import PAINTED_DENSITIES
 from upholster.reports import timed
 from upholster.shown import on_a_line
+from upholster.stages import stage
 from upholster.types import PixelArray, Progress
 
 __all__ = [
@@ -166,6 +167,7 @@ def notes_after(
     return notes
 
 
+@stage
 def painted(
     quilt: Quilt,
     exemplar: PixelArray | Material,

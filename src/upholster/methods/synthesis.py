@@ -7,7 +7,13 @@ from typing import Any, cast
 
 import numpy as np
 
-from upholster.charts.charted import ChartedSurface, charted_mesh, charted_patches, charted_plane
+from upholster.charts.charted import (
+    ChartedSurface,
+    charted_mesh,
+    charted_patches,
+    charted_plane,
+    on_longer_steps,
+)
 from upholster.charts.covered import CoveredLike, as_covered
 from upholster.charts.creases import default_crease
 from upholster.charts.directions import (
@@ -116,7 +122,6 @@ class Prepared:
         return painted_charts(self.charts, self.density)
 
 
-@stage
 def kept_sample(exemplar: PixelArray | Material, options: SynthesisOptions) -> PixelArray | Material:
     """Return a sample as it is matched and painted: without small coefficients where the options say so.
 
@@ -130,14 +135,17 @@ def kept_sample(exemplar: PixelArray | Material, options: SynthesisOptions) -> P
     if options.threshold is None and options.coefficients is None:
         return exemplar
 
-    def kept(image: PixelArray) -> PixelArray:
-        return keep_coefficients(
-            image, levels=options.levels, threshold=options.threshold, coefficients=options.coefficients
-        )
+    return _kept(exemplar, options.levels, options.threshold, options.coefficients)
 
+
+@stage
+def _kept(
+    exemplar: PixelArray | Material, levels: int, threshold: float | None, coefficients: float | None
+) -> PixelArray | Material:
+    how: dict[str, Any] = {"levels": levels, "threshold": threshold, "coefficients": coefficients}
     if isinstance(exemplar, Material):
-        return Material({role: kept(image) for role, image in exemplar.maps.items()})
-    return kept(check_exemplar(exemplar))
+        return Material({role: keep_coefficients(image, **how) for role, image in exemplar.maps.items()})
+    return keep_coefficients(check_exemplar(exemplar), **how)
 
 
 def needs_patches(options: SynthesisOptions) -> bool:
@@ -162,7 +170,6 @@ def settled_seed(seed: int | None) -> int:
     return int(seed)
 
 
-@stage
 def matched_image(exemplar: PixelArray | Material, options: SynthesisOptions) -> PixelArray:
     """Return what a method looks at: of a material all maps that count for "quilt", or the base colour alone.
 
@@ -178,8 +185,18 @@ def matched_image(exemplar: PixelArray | Material, options: SynthesisOptions) ->
     """
     if isinstance(exemplar, Material):
         turned = options.mirror or options.rotate
-        return exemplar.matched(turned=turned) if options.method == "quilt" else exemplar.color()
+        return _matched_maps(exemplar, turned) if options.method == "quilt" else _color(exemplar)
     return check_exemplar(exemplar)
+
+
+@stage
+def _matched_maps(material: Material, turned: bool) -> PixelArray:
+    return material.matched(turned=turned)
+
+
+@stage
+def _color(material: Material) -> PixelArray:
+    return material.color()
 
 
 @stage
@@ -313,26 +330,20 @@ def coarser(prepared: Prepared, exemplar: PixelArray, octaves: int) -> Prepared:
     octaves
         By how many powers of two steps are longer, 1 to 6.
     """
-    full, options = prepared.charted, prepared.options
-    assert full is not None
+    options = prepared.options
+    assert prepared.charted is not None
     assert prepared.vectors is not None
     assert isinstance(options, QuiltOptions)
-    charts = tuple(
-        replace(chart, height=max(1, chart.height >> octaves), width=max(1, chart.width >> octaves))
-        for chart in full.charts
-    )
-    before, after = (np.array([(one.height, one.width) for one in of]) for of in (full.charts, charts))
-    charted = replace(full, charts=charts, places=full.places * (after / before)[full.chart][:, None])
-    along, down = triangle_frames(full.mesh, prepared.vectors)
+    charted = on_longer_steps(prepared.charted, octaves)
+    along, down = triangle_frames(charted.mesh, prepared.vectors)
     scale = 1.0 if prepared.scale is None else prepared.scale.scale
-    fields = warp_fields(charted, along, down, scale, prepared.turns, prepared.vectors)
-    most = 3 * min(exemplar.shape[:2]) // 4
+    block = min(2 * options.block, 3 * min(exemplar.shape[:2]) // 4)
     return replace(
         prepared,
-        charts=charts,
+        charts=charted.charts,
         charted=charted,
-        fields=fields,
-        options=replace(options, block=min(2 * options.block, most), overlap=None),
+        fields=warp_fields(charted, along, down, scale, prepared.turns, prepared.vectors),
+        options=replace(options, block=block, overlap=None),
         density=min(prepared.density * 2.0**octaves, PAINTED_DENSITIES[1]),
     )
 

@@ -1,10 +1,10 @@
 """A project: what is covered, with which samples, and how. It answers at once where little has changed."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
-from upholster.charts.covered import CoveredLike
+from upholster.charts.covered import CoveredLike, covered_files
 from upholster.coverings import (
     Covering,
     check_not_swapped,
@@ -19,7 +19,7 @@ from upholster.methods import settled_seed
 from upholster.options import ModelOptions, SampleOptions, SynthesisOptions, WriteOptions, chosen
 from upholster.outputs import largest_chart
 from upholster.pipeline import cover
-from upholster.preview import Preview, Previews
+from upholster.project.preview import Preview, Previews
 from upholster.quilt import Quilt
 from upholster.reports import CoverReport
 from upholster.shown import Shown, on_a_line
@@ -133,6 +133,15 @@ class Project(Shown):
         )
         return [replace(each, largest=largest_chart((), self.writing)) for each in found]
 
+    def inputs(self) -> list[str]:
+        """Return the files that the model is read from: that of a glTF names others."""
+        with self.previews.stages.active():
+            covered = self.coverings()[0].covered
+        named = covered_files(self.model)
+        return (
+            named if covered.model is None else list(dict.fromkeys([*named, *map(str, covered.model.inputs)]))
+        )
+
     def quilts(self, *, threads: int | None = None, progress: Progress | None = None) -> list[Quilt]:
         """Return the quilt of each sample: those that `cover` writes."""
         with self.previews.stages.active():
@@ -146,7 +155,7 @@ class Project(Shown):
         Parameters
         ----------
         texels
-            As many are painted at most, on all of the surface.
+            As many are painted at most, margins of charts included.
         threads
             1 to 256; by default one per core.
 
@@ -158,10 +167,19 @@ class Project(Shown):
         """
         return self.previews.begin(self.coverings, self.writing, self.seed, texels, threads)
 
-    def cover(self, targets: Sequence[str] | str, **running: Any) -> CoverReport:
-        """Write files: `upholster.cover` with this project's settings; `running` are what else it takes."""
+    def cover(
+        self,
+        targets: Sequence[str] | str,
+        *,
+        tell: Callable[[str], None] | None = None,
+        **running: Any,
+    ) -> CoverReport:
+        """Write files: `upholster.cover` with this project's settings; `running` is what else that takes."""
+        if tell is not None:
+            for note in self.notes:
+                tell(note)
         with self.previews.stages.active():
-            return cover(
+            report = cover(
                 self.sample,
                 self.model,
                 targets,
@@ -170,8 +188,10 @@ class Project(Shown):
                 synthesis=self.synthesis,
                 seed=self.seed,
                 options=self.writing,
+                tell=tell,
                 **running,
             )
+        return replace(report, notes=[*self.notes, *report.notes])
 
 
 def _changed(options: Any, kind: type[Any], choices: dict[str, Any]) -> Any:
