@@ -13,19 +13,20 @@ import functools
 import inspect
 import os
 import sys
+import time
 from collections import OrderedDict
 from collections.abc import Callable, Hashable, Iterable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from dataclasses import dataclass, field, fields, is_dataclass
 from threading import Event, Lock
-from typing import Any, ParamSpec, TypeVar
+from typing import Any, NamedTuple, ParamSpec, TypeVar
 
 import numpy as np
 
 from upholster.parallel import check_cancelled
 
-__all__ = ["Stages", "file_stage", "keeping", "stage"]
+__all__ = ["Ran", "Stages", "file_stage", "keeping", "stage"]
 
 Parameters = ParamSpec("Parameters")
 Value = TypeVar("Value")
@@ -36,6 +37,7 @@ _RUNNING = frozenset(("threads", "progress"))
 _PLAIN = (str, bytes, int, float, complex, bool, type(None))
 
 _active: "ContextVar[Stages | None]" = ContextVar("stages", default=None)
+_nested: "ContextVar[_Nested | None]" = ContextVar("nested", default=None)
 
 
 def stage(function: Callable[Parameters, Value]) -> Callable[Parameters, Value]:
@@ -95,6 +97,18 @@ class _Result:
     files: tuple[tuple[str, int, int], ...] = ()
 
 
+class Ran(NamedTuple):
+    """A stage that has run: its function's name, and the seconds that it took itself, less those within."""
+
+    name: str
+    seconds: float
+
+
+@dataclass(eq=False, slots=True)
+class _Nested:
+    seconds: float = 0.0
+
+
 class Stages:
     """Results of stages, those that were used last.
 
@@ -103,12 +117,12 @@ class Stages:
     most_bytes
         Of the arrays in all results together; beyond that the oldest are dropped.
     ran
-        Names of stages that have run, in their order: what was recalled is not among them.
+        The stages that have run, in the order in which they ended: what was recalled is not among them.
     """
 
     def __init__(self, most_bytes: int = 2**29) -> None:
         self.most_bytes = most_bytes
-        self.ran: list[str] = []
+        self.ran: list[Ran] = []
         self._lock = Lock()
         self._results: OrderedDict[Hashable, _Result] = OrderedDict()
 
@@ -143,10 +157,13 @@ class Stages:
             if not found.failed:
                 value: Value = found.value
                 return value
+        within, start = _Nested(), time.perf_counter()
+        token = _nested.set(within)
         try:
             own.value = made = make()
             own.files = () if files is None else _states(files(made))
-            self.ran.append(name)
+            spent = time.perf_counter() - start
+            self.ran.append(Ran(name, spent - within.seconds))
             return made
         except BaseException:
             own.failed = True
@@ -156,6 +173,9 @@ class Stages:
             raise
         finally:
             own.ready.set()
+            _nested.reset(token)
+            if (outer := _nested.get()) is not None:
+                outer.seconds += time.perf_counter() - start
 
     @property
     def bytes(self) -> int:

@@ -26,7 +26,7 @@ def chair():
 def ran(project):
     project.previews.stages.ran.clear()
     list(project.preview())
-    return set(project.previews.stages.ran)
+    return {one.name for one in project.previews.stages.ran}
 
 
 READ = {"_covered_model", "_read_files"}
@@ -78,7 +78,7 @@ def test_another_material_on_one_part_leaves_the_others(tmp_path):
     changed = project.change(materials={"Leg*": str(EXAMPLES / "brick.png")})
     project.previews.stages.ran.clear()
     list(changed.preview())
-    found = project.previews.stages.ran
+    found = [one.name for one in project.previews.stages.ran]
     assert "covered_parts" not in found
     assert found.count("_read_files") == 1
     assert found.count("execute") == 2  # coarse and final, of one part
