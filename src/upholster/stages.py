@@ -120,7 +120,7 @@ class Stages:
         The stages that have run, in the order in which they ended: what was recalled is not among them.
     """
 
-    def __init__(self, most_bytes: int = 2**29) -> None:
+    def __init__(self, most_bytes: int = 2**28) -> None:
         self.most_bytes = most_bytes
         self.ran: list[Ran] = []
         self._lock = Lock()

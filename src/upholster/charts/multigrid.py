@@ -35,6 +35,7 @@ from upholster.charts._multigrid_kernels import (
     step,
     subtract_product,
 )
+from upholster.parallel import check_cancelled
 from upholster.types import FloatArray, IntArray
 
 __all__ = ["Multigrid", "hermitian", "smallest_eigenvectors", "solve"]
@@ -176,6 +177,7 @@ def solve(
     direction, product, next_one = np.zeros_like(x), np.zeros_like(x), np.empty_like(x)
     curved = 0.0
     for _ in range(most):
+        check_cancelled()
         if inner(rest, rest).real <= enough:
             break
         grid.cycle(rest, next_one)
@@ -293,6 +295,7 @@ def _descend(
     before = np.ones(parts)
     last = np.zeros_like(x)
     for count in range(limits[1]):
+        check_cancelled()
         quotient = _by_part(part, ones, x, product, parts).real
         slope = product - (quotient[part] * mass) * x
         grid.cycle(slope, next_one, depth)

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from upholster.charts._mesh_kernels import splat_matrices
 from upholster.charts.charted import ChartedSurface
 from upholster.geometry import TriangleMesh
+from upholster.parallel import check_cancelled
 from upholster.quilt.placement import SYMMETRIES
 from upholster.quilt.warp_field import FIELD_STEP, WarpField, node_count
 from upholster.stages import stage
@@ -96,6 +97,7 @@ def warp_fields(
 
     sums = summed()
     for (first, rows, columns), chart in zip(shapes.tolist(), charts, strict=True):
+        check_cancelled()
         own = slice(first, first + rows * columns)
         size = scale * (chart.s1 - chart.s0) / chart.height
         nodes[own], known[own] = _filled(sums[own], (rows, columns), size)

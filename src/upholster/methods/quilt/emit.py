@@ -17,7 +17,7 @@ from upholster.methods.quilt._emit_kernels import SettledArrays, ShownCells, set
 from upholster.methods.quilt._label_kernels import fill_labels, label_beyond, label_cells
 from upholster.methods.quilt._sheet_kernels import FIT, MOST_SHEETS
 from upholster.methods.quilt.laying import Drawn, LayPlan
-from upholster.parallel import run_tasks
+from upholster.parallel import check_cancelled, run_tasks
 from upholster.quilt.labels import LabelMap, label_shape
 from upholster.quilt.model import Quilt
 from upholster.quilt.placement import MOST_OFFSET, PLACEMENT, SYMMETRIES, bare_placement
@@ -78,6 +78,7 @@ def label_pieces(plan: LayPlan, drawn: Drawn) -> list[LabelPiece]:
     ends = np.searchsorted(mesh.chart[seams[:, 0]], np.arange(len(charts) + 1))
     pieces = []
     for n in np.unique(mesh.chart[drawn.own]).tolist():
+        check_cancelled()
         edges = np.ascontiguousarray(seams[ends[n] : ends[n + 1]], np.int64)
         pieces.append(_piece(drawn, n, edges, _cell_of(plan, n)))
     return pieces

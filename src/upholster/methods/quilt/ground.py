@@ -16,6 +16,7 @@ from upholster.methods.quilt._lay_kernels import Ground
 from upholster.methods.quilt._sheet_kernels import FieldArrays
 from upholster.methods.quilt._unfold_kernels import MeshArrays
 from upholster.methods.quilt._whole_kernels import CLEAR_CELL, ClearCells, mark_edges
+from upholster.parallel import check_cancelled
 from upholster.quilt.warp_field import FIELD_STEP, UNIT, WarpField
 from upholster.stages import stage
 from upholster.types import FloatArray, IntArray
@@ -90,8 +91,10 @@ def ground_of(
         `upholster.charts.turns`.
     """
     corners, shapes, sizes = _windows(fine.surface)
+    check_cancelled()
     mesh = _mesh_arrays(fine, corners, crease, fold, turns[fine.parent])
     canvases = _canvases(shapes)
+    check_cancelled()
     locate_steps(mesh, canvases, np.full(len(canvases.triangles), np.inf, np.float32))
     clear = _clear_cells(shapes)
     mark_edges(mesh, corners, sizes, clear)
