@@ -3,7 +3,7 @@
 Nothing heavy is imported here: ``upholster --help`` is made of these fields.
 """
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import Field, dataclass, field, fields, replace
 from numbers import Integral, Real
 from types import UnionType
@@ -137,10 +137,10 @@ def check_quality(sample_quality: object) -> None:
         )
 
 
-def _settle_types(options: "Options", *, besides: Collection[str] = ()) -> None:
+def _settle_types(options: "ModelOptions | SynthesisOptions | WriteOptions") -> None:
     """Bring each option to its type: NumPy's numbers to Python's, lists to tuples; refuse others."""
     for entry in fields(options):
-        if entry.name in besides or isinstance(entry.type, str):  # the direction, which has many forms
+        if isinstance(entry.type, str):  # the direction, which has many forms
             continue
         kinds = get_args(entry.type) if isinstance(entry.type, UnionType) else (entry.type,)
         kinds = tuple(str if get_origin(kind) is Literal else kind for kind in kinds)
@@ -268,7 +268,6 @@ class SampleOptions:
     def __post_init__(self) -> None:
         if self.maps is not None and not isinstance(self.maps, Mapping):
             raise InputError(f"maps is a {type(self.maps).__name__}; allowed: files by role")
-        _settle_types(self, besides=("maps",))
 
     @property
     def preparing(self) -> dict[str, Any]:

@@ -1,10 +1,15 @@
 """What was laid becomes labels and placements: cells show what shows at their middles, and read the same."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 from laying import Run, covered, cylinder, folded, net, plane, texture
+from plain_emitting import settled
 from plain_laying import plain_filled
 
+from upholster.methods.quilt import emit
+from upholster.methods.quilt._emit_kernels import settle_placements
 from upholster.methods.quilt._label_kernels import fill_labels, label_beyond, label_cells
 from upholster.methods.quilt._sheet_kernels import MOST_SHEETS
 from upholster.quilt.displacement import warped_sources
@@ -168,3 +173,23 @@ def test_a_chart_on_which_nothing_was_laid_shows_the_sample_bare() -> None:
     assert len(run.quilt.on_chart(1)) == 1
     assert not run.quilt.labels[1][0].labels.any()
     assert (run.quilt.placements["chart"] == 0).sum() > 5
+
+
+def test_placements_are_settled_as_in_plain_numpy(monkeypatch: pytest.MonkeyPatch) -> None:
+    calls: list[tuple[Any, ...]] = []
+
+    def kept(field: Any, cells: Any, matrices: Any, margin: int, rounded: int, found: Any) -> None:
+        settle_placements(field, cells, matrices, margin, rounded, found)
+        calls.append((field, cells._replace(shown=cells.shown.copy()), matrices, rounded, found))
+
+    monkeypatch.setattr(emit, "settle_placements", kept)
+    run = covered(EXEMPLAR, "cyclide", texels=15_000, sample_size=20.0, block=24, mirror=True, rotate=True)
+    assert len(calls) == len(run.quilt.charts)
+    for field, cells, matrices, rounded, found in calls:
+        (warp,) = (one for one in run.quilt.fields if np.array_equal(one.matrices, matrices))
+        centres, reads, off, square, product = settled(field, cells, warp, rounded)
+        np.testing.assert_array_equal(found.cells, centres)
+        np.testing.assert_array_equal(found.reads, reads)
+        np.testing.assert_array_equal(found.off, off)
+        np.testing.assert_array_equal(found.square, square)
+        np.testing.assert_array_equal(found.product, product)

@@ -89,6 +89,7 @@ def subdivided_in(
     triangles = _Pieces(surface.mesh.triangles[kept], values, kept)
     joined = _joined_vertices(surface)
     strips = _Pieces(np.zeros((0, 4), np.int32), np.zeros((0, 4, values.shape[2])), kept[:0])
+    done: list[_Pieces] = []  # triangles that no round changes any more
     for _ in range(_ROUNDS):
         check_cancelled()
         if box is not None:
@@ -102,13 +103,16 @@ def subdivided_in(
         long, long_strips = lengths > longest, _lengths(strips, positions) > longest
         if not (long.any() or long_strips.any()):
             break
+        cut: NDArray[np.bool_] = long.any(axis=1)
+        done.append(_chosen(triangles, ~cut))
+        triangles, lengths, long = _chosen(triangles, cut), lengths[cut], long[cut]
         ends = [_ends(pieces).reshape(-1, 2) for pieces in (triangles, strips)]
         flags = np.concatenate([long.ravel(), long_strips.ravel()])
         middles, positions, joined = _halved(np.concatenate(ends), flags, positions, joined)
         split, new = _split(triangles, middles[: long.size].reshape(-1, 3), lengths < _NARROW * longest)
         strips = _joined(_cut_across(strips, middles[long.size :].reshape(-1, 4)), new)
         triangles = split
-    found = _joined(triangles, _halves_of(strips, positions))
+    found = _joined(*done, triangles, _halves_of(strips, positions))
     if not len(found.parent):
         return None
     vertices, values, parent = _chosen(found, np.argsort(found.parent, kind="stable"))
@@ -134,8 +138,9 @@ def _ends(pieces: _Pieces) -> IntArray:
 
 
 def _lengths(pieces: _Pieces, positions: FloatArray) -> FloatArray:
-    corners = positions[pieces.vertices]
-    lengths: FloatArray = np.linalg.norm(np.roll(corners, -1, axis=1) - corners, axis=2)
+    x, y, z = positions[pieces.vertices].transpose(2, 0, 1)
+    squares = sum((np.roll(part, -1, axis=1) - part) ** 2 for part in (x, y, z))
+    lengths: FloatArray = np.sqrt(squares)
     return lengths
 
 
@@ -221,7 +226,8 @@ def _cut_across(strips: _Pieces, middles: IntArray) -> _Pieces:
 def _split(triangles: _Pieces, middles: IntArray, short: NDArray[np.bool_]) -> tuple[_Pieces, _Pieces]:
     # Triangles cut at the middles of one, two or three edges, and strips of those whose third edge is short.
     whole, cut = _with_middles(triangles, middles), middles >= 0
-    parts, strips = [_chosen(triangles, np.flatnonzero(~cut.any(axis=1)))], []
+    parts: list[_Pieces] = []
+    strips: list[_Pieces] = []
     for turn in range(3):  # patterns turned so that edge 0, or edges 0 and 1, are cut
         a, b, c = turn, (turn + 1) % 3, (turn + 2) % 3
         ab, bc = 3 + a, 3 + b

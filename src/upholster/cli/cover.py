@@ -79,6 +79,36 @@ _Draft = Annotated[
     typer.Option("--draft", is_eager=True, callback=_draft, help="Quick and coarse: `--texels 200k`."),
 ]
 
+_Project = Annotated[
+    str | None,
+    typer.Option(
+        metavar="FILE",
+        is_eager=True,
+        callback=_project,
+        help="Model, samples and settings of a project, `chair.upholster.json`; what else is given here "
+        "counts in place of what is there.",
+        rich_help_panel="Project",
+    ),
+]
+
+_Allow = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="DIR",
+        help="The project may read files in this folder, beside its own; several times.",
+        rich_help_panel="Project",
+    ),
+]
+
+_SaveProject = Annotated[
+    str | None,
+    typer.Option(
+        metavar="FILE",
+        help="Write all this as a project, and copy the files that it needs beside it.",
+        rich_help_panel="Project",
+    ),
+]
+
 
 @spelled_out()
 def cover(
@@ -123,33 +153,9 @@ def cover(
     ] = None,
     preparing: SampleOptions,
     writing: WriteOptions,
-    project: Annotated[
-        str | None,
-        typer.Option(
-            metavar="FILE",
-            is_eager=True,
-            callback=_project,
-            help="Model, samples and settings of a project, `chair.upholster.json`; what else is given here "
-            "counts in place of what is there.",
-            rich_help_panel="Project",
-        ),
-    ] = None,
-    allow: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="DIR",
-            help="The project may read files in this folder, beside its own; several times.",
-            rich_help_panel="Project",
-        ),
-    ] = None,
-    save_project: Annotated[
-        str | None,
-        typer.Option(
-            metavar="FILE",
-            help="Write all this as a project, and copy the files that it needs beside it.",
-            rich_help_panel="Project",
-        ),
-    ] = None,
+    project: _Project = None,
+    allow: _Allow = None,
+    save_project: _SaveProject = None,
     report: Annotated[
         str | None, typer.Option(metavar="FILE", help="Write parameters, counts and times as JSON.")
     ] = None,

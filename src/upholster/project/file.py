@@ -153,6 +153,13 @@ def _tuples(value: Any) -> Any:
 def save_project(project: Project, path: str | os.PathLike[str]) -> list[str]:
     """Write a project's file, and copy the files that it needs into its folder, those that lie elsewhere.
 
+    Parameters
+    ----------
+    project
+        What to write.
+    path
+        The file, ``chair.upholster.json``; its folder is made where it is missing.
+
     Returns
     -------
     list of str

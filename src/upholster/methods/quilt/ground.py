@@ -118,8 +118,11 @@ def _windows(surface: ChartedSurface) -> tuple[NDArray[np.int64], ...]:
     # Of each chart where the window begins that holds its triangles, the window's sides, and the chart's.
     sizes = np.array([(chart.height, chart.width) for chart in surface.charts], np.int64)
     low, high = np.full(sizes.shape, np.inf), np.full(sizes.shape, -np.inf)
-    np.minimum.at(low, surface.chart, surface.places.min(axis=1))
-    np.maximum.at(high, surface.chart, surface.places.max(axis=1))
+    order = np.argsort(surface.chart, kind="stable")
+    present, first_of = np.unique(surface.chart[order], return_index=True)
+    places = surface.places[order]
+    low[present] = np.minimum.reduceat(places.min(axis=1), first_of)
+    high[present] = np.maximum.reduceat(places.max(axis=1), first_of)
     empty: NDArray[np.bool_] = ~np.isfinite(low)
     low[empty] = high[empty] = 0.0
     first = np.floor((low - _BESIDE) / _ALIGNED).astype(np.int64) * _ALIGNED
