@@ -103,8 +103,9 @@ def subdivided_in(
         long, long_strips = lengths > longest, _lengths(strips, positions) > longest
         if not (long.any() or long_strips.any()):
             break
-        cut: NDArray[np.bool_] = long.any(axis=1)
-        done.append(_chosen(triangles, ~cut))
+        cut = np.flatnonzero(long.any(axis=1))
+        whole = np.flatnonzero(~long.any(axis=1))
+        done.append(_chosen(triangles, whole))
         triangles, lengths, long = _chosen(triangles, cut), lengths[cut], long[cut]
         ends = [_ends(pieces).reshape(-1, 2) for pieces in (triangles, strips)]
         flags = np.concatenate([long.ravel(), long_strips.ravel()])
