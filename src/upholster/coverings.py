@@ -12,6 +12,7 @@ from typing import cast
 
 from upholster.charts.axis_directions import closed_rounds
 from upholster.charts.covered import Covered, CoveredLike, as_covered, covered_parts
+from upholster.charts.directions import stroke_texts
 from upholster.charts.layout import LONGEST, texture_scale
 from upholster.charts.part_directions import is_by_part, part_direction, triangles_by_direction
 from upholster.errors import FormatError, InputError
@@ -315,6 +316,8 @@ def _covering(
         notes += source.notes if pattern is None else [f"{pattern or _REST}: {note}" for note in source.notes]
     if sample.size is not None:
         asked = replace(asked, sample_size=sample.size, element_size=None)
+    if asked.stroke is not None:
+        asked = replace(asked, stroke=stroke_texts(asked.stroke))
     source = kept_sample(source, asked)
     return Covering(pattern, covered, source, _with_axes(asked, covered, source, notes), title)
 

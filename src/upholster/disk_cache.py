@@ -28,7 +28,9 @@ FOLDER = "UPHOLSTER_CACHE"
 """The variable of the environment that names the folder; `off` keeps nothing."""
 
 MOST_BYTES = 2**30
-"""Of all files in the folder: those that were used longest ago are deleted beyond that."""
+"""Of all results in the folder: those that were used longest ago are deleted beyond that."""
+
+_SUFFIX = ".upholster-kept"
 
 _ROOT = Path(__file__).parent
 
@@ -66,7 +68,7 @@ def kept_on_disk(
     if folder is None or (file is not None and content is None):
         return make()
     name = repr((tuple(asked), file and os.path.realpath(file), content, _program()))
-    place = folder / f"{hashlib.blake2b(name.encode(), digest_size=16).hexdigest()}.result"
+    place = folder / f"{hashlib.blake2b(name.encode(), digest_size=16).hexdigest()}{_SUFFIX}"
     found = _read(place)
     if found is not None and all(_digest(name) == digest for name, digest in found[0].items()):
         value: Value = found[1]
@@ -78,6 +80,8 @@ def kept_on_disk(
 
 def _read(place: Path) -> Any:
     with suppress(Exception):  # whatever is wrong with it, it is made anew
+        if os.name == "posix" and place.stat().st_uid != os.getuid():
+            return None  # a pickle may run anything: others' are not read
         data = place.read_bytes()
         if zlib.crc32(data[4:]) == int.from_bytes(data[:4], "little"):
             os.utime(place)
@@ -89,15 +93,15 @@ def _write(place: Path, result: object) -> None:
     with suppress(OSError, pickle.PicklingError, TypeError):
         data = pickle.dumps(result, pickle.HIGHEST_PROTOCOL)
         place.parent.mkdir(mode=0o700, parents=True, exist_ok=True)
-        beside = place.with_suffix(f".{secrets.token_hex(4)}")
+        beside = place.with_suffix(f"{_SUFFIX}-{secrets.token_hex(4)}")
         beside.write_bytes(zlib.crc32(data).to_bytes(4, "little") + data)
         os.replace(beside, place)
         _tidy(place.parent)
 
 
 def _tidy(folder: Path) -> None:
-    """Delete the files that were used longest ago while all have more than `MOST_BYTES`."""
-    told = [(entry.stat(), entry) for entry in folder.iterdir()]
+    """Delete the results that were used longest ago while all have more than `MOST_BYTES`."""
+    told = [(entry.stat(), entry) for entry in folder.glob(f"*{_SUFFIX}*")]
     size = sum(state.st_size for state, _ in told)
     for state, entry in sorted(told, key=lambda one: one[0].st_mtime):
         if size <= MOST_BYTES:

@@ -14,7 +14,7 @@ import inspect
 import os
 import sys
 import time
-from collections import OrderedDict
+from collections import OrderedDict, deque
 from collections.abc import Callable, Hashable, Iterable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
@@ -33,6 +33,9 @@ Value = TypeVar("Value")
 
 _RUNNING = frozenset(("threads", "progress"))
 """Parameters that do not change what a stage returns."""
+
+_TOLD = 1000
+"""Stages that have run, which are told."""
 
 _PLAIN = (str, bytes, int, float, complex, bool, type(None))
 
@@ -117,12 +120,12 @@ class Stages:
     most_bytes
         Of the arrays in all results together; beyond that the oldest are dropped.
     ran
-        The stages that have run, in the order in which they ended: what was recalled is not among them.
+        The last stages that have run, in the order in which they ended: what was recalled is not among them.
     """
 
     def __init__(self, most_bytes: int = 2**28) -> None:
         self.most_bytes = most_bytes
-        self.ran: list[Ran] = []
+        self.ran: deque[Ran] = deque(maxlen=_TOLD)
         self._lock = Lock()
         self._results: OrderedDict[Hashable, _Result] = OrderedDict()
 

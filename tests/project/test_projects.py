@@ -263,3 +263,71 @@ def test_a_samples_size_counts_in_synthesize():
     other = synthesize(WEAVE, "torus", sample_size=1.0, **options)
     assert (sized.placements["source_row"] == told.placements["source_row"]).all()
     assert len(sized.placements) != len(other.placements)
+
+
+def test_a_preview_ends_however_often_it_is_asked(chair):
+    looks = chair.preview()
+    assert list(looks)
+    assert list(looks) == []
+    granite = Project(CHAIR, Sample(str(EXAMPLES / "granite.png")), synthesis={"element_size": "3cm"})
+    failing = granite.preview()
+    for _ in range(2):
+        with pytest.raises(InputError):
+            list(failing)
+
+
+def test_what_is_said_last_of_the_samples_size_counts(chair):
+    sized = chair.change(sample=Sample(WEAVE, "40cm"))
+    assert sized.coverings()[0].asked.sample_size == "40cm"
+    assert sized.change(sample_size="30cm").coverings()[0].asked.sample_size == "30cm"
+
+
+def test_pixels_that_change_later_are_not_those_of_the_project():
+    pixels = np.random.default_rng(1).integers(0, 256, (64, 64, 3), np.uint8)
+    project = Project("torus", Sample(pixels), synthesis={"texels": 9000})
+    assert project.sample is not None
+    before = pixels.copy()
+    pixels[:] = 0
+    assert (project.sample.source == before).all()
+    assert project.change(seed=1).sample.source is project.sample.source
+
+
+def test_a_file_of_strokes_counts_as_it_is_and_lies_in_the_folder(tmp_path, chair):
+    strokes = tmp_path / "strokes.json"
+    strokes.write_text("[[[0, 0, 0.5], [0, 1, 0]]]")
+    project = chair.change(stroke=(str(strokes),))
+    assert project.coverings()[0].asked.stroke == ("0.0,0.0,0.5:0.0,1.0,0.0",)
+    save_project(project, tmp_path / "a" / "x.upholster.json")
+    strokes.write_text("[[[0, 0, 0.5], [1, 0, 0]]]")
+    assert project.coverings()[0].asked.stroke == ("0.0,0.0,0.5:1.0,0.0,0.0",)
+    saved_one = tmp_path / "a" / "x.upholster.json"
+    assert read_project(saved_one).synthesis.stroke == ("0.0,0.0,0.5:0.0,1.0,0.0",)
+    told = json.loads(saved_one.read_text())
+    told["synthesis"]["stroke"] = ["../strokes.json"]
+    saved_one.write_text(json.dumps(told))
+    with pytest.raises(InputError, match=r"refers to '\.\./strokes.json'"):
+        read_project(saved_one)
+
+
+def test_links_in_a_folder_reach_nothing_outside(tmp_path):
+    project = Project(
+        CHAIR, Sample(str(EXAMPLES / "bricks_material")), {"Leg*": str(EXAMPLES / "bricks_material")}
+    )
+    file = tmp_path / "p" / "x.upholster.json"
+    save_project(project, file)
+    save_project(project, file)  # again: the same files, none twice
+    assert sorted(one.name for one in file.parent.iterdir()) == [
+        "bricks_material",
+        "chair.glb",
+        "x.upholster.json",
+    ]
+    (tmp_path / "secret.png").write_bytes(b"")
+    (file.parent / "bricks_material" / "more.png").symlink_to(tmp_path / "secret.png")
+    with pytest.raises(InputError, match=r"refers to .*more\.png"):
+        read_project(file)
+    # A folder that has other files is another one.
+    save_project(project, file)
+    assert (file.parent / "bricks_material-2").is_dir()
+    (tmp_path / "empty").mkdir()
+    with pytest.raises(InputError, match="holds no images"):
+        save_project(Project("torus", Sample(str(tmp_path / "empty"))), file)

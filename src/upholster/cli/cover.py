@@ -179,7 +179,8 @@ def cover(
     options = {"sample": preparing, "reading": model, "synthesis": synthesis, "writing": writing}
     asked = _asked(project, allow, sample, on, material, seed, options)
     samples = [*asked.materials.values(), *([asked.sample] if asked.sample else [])]
-    uses = uses_of(asked.synthesis, preparing, _named(samples), str(asked.model), output)
+    reading = asked.sample.options if asked.sample else preparing
+    uses = uses_of(asked.synthesis, reading, _named(samples), str(asked.model), output)
     if workers is not None or scheduler is not None:
         compiled(uses if scheduler is None else (), quiet)
         uses = []

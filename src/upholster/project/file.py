@@ -13,11 +13,12 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from upholster.charts.covered import CoveredLike, covered_files
+from upholster.charts.directions import is_stroke_file, stroke_texts
 from upholster.errors import FormatError, InputError, nearest
 from upholster.files import outputs, path_inside, path_text, read_bytes
 from upholster.image.source import Sample, Source
-from upholster.options import ModelOptions, SampleOptions, SynthesisOptions, WriteOptions, differing
-from upholster.project.project import Project
+from upholster.options import SampleOptions, differing
+from upholster.project.project import KINDS, Project
 
 __all__ = ["SUFFIX", "read_project", "save_project"]
 
@@ -25,8 +26,7 @@ SUFFIX = ".upholster.json"
 
 _VERSION = 1
 
-_KINDS: dict[str, Any] = {"reading": ModelOptions, "synthesis": SynthesisOptions, "writing": WriteOptions}
-_KEYS = ("upholster", "model", "sample", "materials", "reading", "synthesis", "writing", "seed", "files")
+_KEYS = ("upholster", "model", "sample", "materials", *KINDS, "seed", "files")
 
 Kind = TypeVar("Kind")
 
@@ -77,7 +77,10 @@ class _Reader:
         version = known.get("upholster")
         if version != _VERSION:
             raise FormatError(f"upholster is {version!r}; allowed: {_VERSION}, the version of the format")
-        options = {key: self.options(kind, known.get(key, {}), key) for key, kind in _KINDS.items()}
+        options = {key: self.options(kind, known.get(key, {}), key) for key, kind in KINDS.items()}
+        if strokes := options["synthesis"].stroke:
+            texts = [self.file(text) if is_stroke_file(text) else text for text in strokes]
+            options["synthesis"] = replace(options["synthesis"], stroke=tuple(texts))
         materials = known.get("materials", {})
         if not isinstance(materials, dict):
             raise FormatError("materials are no object; allowed: samples by the names of parts")
@@ -101,7 +104,10 @@ class _Reader:
         source, size = known.pop("source", None), known.pop("size", None)
         if maps := known.get("maps"):
             known["maps"] = {role: self.file(file) for role, file in _object(maps, f"maps of {what}").items()}
-        return Sample(self.source(source, what), size, self.options(SampleOptions, known, what))
+        found = Sample(self.source(source, what), size, self.options(SampleOptions, known, what))
+        for file in found.files:  # of a folder as well, in which links may lead elsewhere
+            self.file(os.path.relpath(file, self.folders[0]))
+        return found
 
     def source(self, told: Any, what: str) -> Source:
         if isinstance(told, str):
@@ -180,7 +186,7 @@ def save_project(project: Project, path: str | os.PathLike[str]) -> list[str]:
         if not target.exists():
             with outputs([target], inputs=[source]) as files:
                 shutil.copyfile(source, files.path(target))
-    told["files"] = {file: file_digest(str(keeper.folder / file)) for file in keeper.files}
+    told["files"] = {file: file_digest(str(keeper.root / file)) for file in keeper.files}
     with outputs([name]) as files:
         files.path(name).write_text(json.dumps(told, indent=2) + "\n", encoding="utf-8")
     return [str(target) for target in keeper.copies.values()]
@@ -190,8 +196,9 @@ class _Keeper:
     """Finds names in a project's folder for its files; `copies` are those that are to be made."""
 
     def __init__(self, folder: Path) -> None:
-        self.folder = folder
+        self.root = Path(os.path.realpath(folder))
         self.copies: dict[Path, Path] = {}
+        self.folders: dict[Path, Path] = {}
         self.files: list[str] = []
 
     def project(self, project: Project) -> dict[str, Any]:
@@ -200,9 +207,11 @@ class _Keeper:
             written["sample"] = self.sample(project.sample)
         if project.materials:
             written["materials"] = {part: self.sample(one) for part, one in project.materials.items()}
-        for key in _KINDS:
+        for key in KINDS:
             if options := _told(getattr(project, key)):
                 written[key] = options
+        if strokes := project.synthesis.stroke:
+            written["synthesis"]["stroke"] = stroke_texts(strokes)
         return written | {"seed": project.seed}
 
     def model(self, project: Project) -> str:
@@ -211,12 +220,11 @@ class _Keeper:
             raise InputError(f"model is a {type(on).__name__}; allowed in a project's file: a file or a text")
         if not covered_files(on):
             return os.fspath(on)
-        first = os.fspath(on)
-        inputs = [os.fspath(file) for file in project.inputs()]
-        folder = "" if len(inputs) <= 1 else Path(first).stem
-        for file in inputs:
-            self.kept(file, os.path.join(folder, os.path.relpath(file, os.path.dirname(first) or ".")))
-        return self.kept(first, os.path.join(folder, os.path.basename(first)))
+        first, inputs = os.fspath(on), project.inputs()
+        if len(inputs) == 1:
+            return self.kept(first)
+        folder = self.kept_together(inputs, os.path.dirname(first) or ".", Path(first).stem)
+        return f"{folder}/{Path(first).name}"
 
     def sample(self, sample: Sample) -> dict[str, Any]:
         told = _told(sample.options)
@@ -232,27 +240,37 @@ class _Keeper:
         if isinstance(source, (str, os.PathLike)):
             if not os.path.isdir(source):
                 return self.kept(source)
-            folder = os.path.basename(os.path.normpath(source))
-            for file in Sample(source).files:
-                place = self.kept(file, os.path.join(folder, os.path.basename(file)))
-            return os.path.dirname(place)
+            base = os.path.realpath(source)
+            return self.kept_together(Sample(source).files, base, os.path.basename(base))
         if isinstance(source, Sequence) and all(isinstance(one, (str, os.PathLike)) for one in source):
             return [self.kept(file) for file in source]
         raise InputError(f"sample is a {type(source).__name__}; allowed in a project's file: files")
 
-    def kept(self, file: str | os.PathLike[str], wanted: str | None = None) -> str:
+    def kept(self, file: str | os.PathLike[str]) -> str:
         """Return what a file is called in the folder; one that lies elsewhere will be copied there."""
-        place = Path(os.path.realpath(file))
-        if not place.is_file():
-            raise InputError(f"file {os.fspath(file)!r} does not exist")
-        root = Path(os.path.realpath(self.folder))
-        if place.is_relative_to(root):
-            found = place.relative_to(root).as_posix()
-        else:
-            target = root / (place.name if wanted is None else wanted)
-            target = next(one for one in _names(target) if self._is_free(one, place))
-            self.copies[place] = target
-            found = target.relative_to(root).as_posix()
+        place = _place(file)
+        if place.is_relative_to(self.root):
+            return self._listed(place)
+        target = next(one for one in _names(self.root / place.name) if self._is_free(one, place))
+        self.copies[place] = target
+        return self._listed(target)
+
+    def kept_together(self, files: Sequence[str], base: str, name: str) -> str:
+        """Return a folder in the project's that has files of another one, `base`, and nothing else."""
+        if not files:
+            raise InputError(f"folder {base!r} holds no images; allowed: a folder with some")
+        places = {_place(file): os.path.relpath(file, base) for file in files}
+        folder = Path(os.path.realpath(base))
+        if not all(place.is_relative_to(self.root) for place in places):
+            own = (one for one in _names(self.root / name) if self._is_free_for(one, folder, places))
+            folder = self.folders.setdefault(folder, next(own))
+            self.copies |= {place: folder / inner for place, inner in places.items()}
+        for inner in places.values():
+            self._listed(folder / inner)
+        return folder.relative_to(self.root).as_posix()
+
+    def _listed(self, place: Path) -> str:
+        found = place.relative_to(self.root).as_posix()
         if found not in self.files:
             self.files.append(found)
         return found
@@ -264,6 +282,24 @@ class _Keeper:
         return not target.exists() or (
             target.is_file() and file_digest(str(target)) == file_digest(str(place))
         )
+
+    def _is_free_for(self, target: Path, folder: Path, places: Mapping[Path, str]) -> bool:
+        # Whether a folder is not there, or has the same files and no others.
+        if any(target == own and folder != other for other, own in self.folders.items()):
+            return False
+        if not target.exists():
+            return True
+        there = {one.relative_to(target).as_posix() for one in target.rglob("*") if not one.is_dir()}
+        return there == {Path(inner).as_posix() for inner in places.values()} and all(
+            file_digest(str(target / inner)) == file_digest(str(place)) for place, inner in places.items()
+        )
+
+
+def _place(file: str | os.PathLike[str]) -> Path:
+    place = Path(os.path.realpath(file))
+    if not place.is_file():
+        raise InputError(f"file {os.fspath(file)!r} does not exist")
+    return place
 
 
 def _names(target: Path) -> Iterable[Path]:

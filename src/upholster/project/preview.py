@@ -99,9 +99,10 @@ class Preview:
         while not self._stop.is_set():
             with contextlib.suppress(Empty):
                 found = self._looks.get(timeout=0.01)
-                if found is None:
-                    return
-                if isinstance(found, BaseException):
+                if not isinstance(found, Look):
+                    self._looks.put(found)  # whoever looks again is told the same
+                    if found is None:
+                        return
                     raise found
                 yield found
 

@@ -4,6 +4,8 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
+import numpy as np
+
 from upholster.charts.covered import CoveredLike, covered_files
 from upholster.coverings import (
     Covering,
@@ -23,11 +25,11 @@ from upholster.project.preview import Preview, Previews
 from upholster.quilt import Quilt
 from upholster.reports import CoverReport
 from upholster.shown import Shown, on_a_line
-from upholster.types import Progress
+from upholster.types import Progress, frozen_array
 
-__all__ = ["Project"]
+__all__ = ["KINDS", "Project"]
 
-_KINDS = {"reading": ModelOptions, "synthesis": SynthesisOptions, "writing": WriteOptions}
+KINDS: dict[str, Any] = {"reading": ModelOptions, "synthesis": SynthesisOptions, "writing": WriteOptions}
 """The fields of a project that hold options, and of which kind."""
 
 
@@ -75,8 +77,8 @@ class Project(Shown):
     previews: Previews = field(default_factory=Previews, repr=False)
 
     def __post_init__(self) -> None:
-        settled: dict[str, Any] = {name: chosen(kind, getattr(self, name)) for name, kind in _KINDS.items()}
-        settled["sample"] = None if self.sample is None else Sample.of(self.sample)
+        settled: dict[str, Any] = {name: chosen(kind, getattr(self, name)) for name, kind in KINDS.items()}
+        settled["sample"] = None if self.sample is None else _frozen(Sample.of(self.sample))
         settled["materials"] = read_materials(self.materials)
         settled["seed"] = settled_seed(self.seed)
         for name, value in settled.items():
@@ -107,7 +109,9 @@ class Project(Shown):
         found: dict[str, Any] = {name: choices.pop(name) for name in names}
         sample = found.get("sample", self.sample)
         found["sample"] = None if sample is None else Sample.of(sample)
-        for name, kind in _KINDS.items():
+        if found["sample"] is not None and {"sample_size", "element_size"} & choices.keys():
+            found["sample"] = replace(found["sample"], size=None)  # what is said last counts
+        for name, kind in KINDS.items():
             found[name] = _changed(getattr(self, name), kind, choices)
         of_sample = {entry.name for entry in fields(SampleOptions)} & choices.keys()
         if of_sample:
@@ -116,7 +120,7 @@ class Project(Shown):
             options = _changed(found["sample"].options, SampleOptions, choices)
             found["sample"] = replace(found["sample"], options=options)
         if choices:
-            known = [entry.name for kind in (SampleOptions, *_KINDS.values()) for entry in fields(kind)]
+            known = [entry.name for kind in (SampleOptions, *KINDS.values()) for entry in fields(kind)]
             raise InputError(f"unknown option {next(iter(choices))!r}; {nearest(next(iter(choices)), known)}")
         return replace(self, **found)
 
@@ -138,9 +142,8 @@ class Project(Shown):
         with self.previews.stages.active():
             covered = self.coverings()[0].covered
         named = covered_files(self.model)
-        return (
-            named if covered.model is None else list(dict.fromkeys([*named, *map(str, covered.model.inputs)]))
-        )
+        more = () if covered.model is None else map(str, covered.model.inputs)
+        return list(dict.fromkeys([*named, *more]))
 
     def quilts(self, *, threads: int | None = None, progress: Progress | None = None) -> list[Quilt]:
         """Return the quilt of each sample: those that `cover` writes."""
@@ -192,6 +195,14 @@ class Project(Shown):
                 **running,
             )
         return replace(report, notes=[*self.notes, *report.notes])
+
+
+def _frozen(sample: Sample) -> Sample:
+    """Return a sample whose pixels nobody changes: what was found of them is kept."""
+    pixels = sample.source
+    if not isinstance(pixels, np.ndarray) or not pixels.flags.writeable:
+        return sample
+    return replace(sample, source=frozen_array(pixels.copy()))
 
 
 def _changed(options: Any, kind: type[Any], choices: dict[str, Any]) -> Any:

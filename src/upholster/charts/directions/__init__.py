@@ -16,7 +16,7 @@ from upholster.charts.directions.direction import (
 )
 from upholster.charts.directions.field import DirectionField, default_direction, direction_field
 from upholster.charts.directions.on_patches import default_on_patches, told_on_patches
-from upholster.charts.directions.strokes import asked_by_strokes, parse_strokes
+from upholster.charts.directions.strokes import asked_by_strokes, is_stroke_file, parse_strokes, stroke_texts
 
 __all__ = [
     "NUMBER",
@@ -29,7 +29,9 @@ __all__ = [
     "default_direction",
     "default_on_patches",
     "direction_field",
+    "is_stroke_file",
     "parse_direction",
     "parse_strokes",
+    "stroke_texts",
     "told_on_patches",
 ]

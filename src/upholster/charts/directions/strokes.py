@@ -17,7 +17,14 @@ from upholster.errors import InputError
 from upholster.geometry import TriangleMesh
 from upholster.types import FloatArray
 
-__all__ = ["Strokes", "asked_by_strokes", "parse_strokes", "with_strokes"]
+__all__ = [
+    "Strokes",
+    "asked_by_strokes",
+    "is_stroke_file",
+    "parse_strokes",
+    "stroke_texts",
+    "with_strokes",
+]
 
 Strokes = str | Path | ArrayLike | Sequence[str | Path]
 """What `parse_strokes` takes."""
@@ -70,6 +77,29 @@ def parse_strokes(wanted: Strokes) -> FloatArray:
     if not 1 <= len(strokes) <= MOST_STROKES:
         raise InputError(f"there are {len(strokes)} strokes; allowed: 1 to {MOST_STROKES}")
     return strokes
+
+
+def stroke_texts(wanted: Sequence[str]) -> tuple[str, ...]:
+    """Return texts of strokes, those of files among them: what depends on them sees when a file changes.
+
+    Raises
+    ------
+    InputError
+        As `parse_strokes` does.
+    """
+    found: list[str] = []
+    for text in wanted:
+        if is_stroke_file(text):
+            pairs = parse_strokes(text).tolist()
+            found += (":".join(",".join(map(repr, part)) for part in pair) for pair in pairs)
+        else:
+            found.append(text)
+    return tuple(found)
+
+
+def is_stroke_file(text: str) -> bool:
+    """Whether a text of a stroke is the name of a file of such."""
+    return text.strip().lower().endswith(".json")
 
 
 def with_strokes(mesh: TriangleMesh, frames: PlaneFrames, wish: Wish, strokes: FloatArray) -> Wish:
@@ -152,7 +182,7 @@ def _carried_from_strokes(
 
 
 def _of_text(text: str) -> FloatArray:
-    if text.strip().lower().endswith(".json"):
+    if is_stroke_file(text):
         return _of_file(text.strip())
     numbers = ",".join([NUMBER] * 3)
     if not re.fullmatch(f"{numbers}:{numbers}", text):
