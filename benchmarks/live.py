@@ -45,6 +45,9 @@ _CHANGES: dict[str, Sequence[dict[str, Any]]] = {
 _STEPS, _PAUSE = 50, 0.4
 """Changes in a row, and seconds between two."""
 
+_CANCELLED = 30
+"""Previews that are cancelled, each at another moment."""
+
 
 def _cases(folder: Path | None) -> dict[str, tuple[str, str]]:
     found = {
@@ -135,6 +138,7 @@ def _fifty(on: str, sample: str) -> list[tuple[str, float, str]]:
                 break
         seen += looks > 0
         time.sleep(max(0.0, until - time.perf_counter()))
+    stopped = sorted(_stopped(project, float(rng.uniform(0.02, 2.0)), step) for step in range(_CANCELLED))
     last = list(project.preview(texels=_LOOK))[-1]
     fresh = list(replace(project, previews=Previews()).preview(texels=_LOOK))[-1]
     equal = all(
@@ -145,8 +149,20 @@ def _fifty(on: str, sample: str) -> list[tuple[str, float, str]]:
     return [
         (f"changes of {_STEPS} of which something was seen", seen, ""),
         ("last look equals a fresh run's", float(equal), ""),
+        ("cancelled work has stopped, median", statistics.median(stopped), "s"),
+        ("cancelled work has stopped, slowest", stopped[-1], "s"),
         ("most memory that the process had", peak / 2**20, "MiB"),
     ]
+
+
+def _stopped(project: Project, after: float, step: int) -> float:
+    """Return how long the work of a preview goes on after it is cancelled."""
+    preview = project.change(seed=1000 + step, direction=f"{7 * step + 1}").preview(texels=_LOOK)
+    time.sleep(after)
+    began = time.perf_counter()
+    preview.cancel()
+    preview.wait()
+    return time.perf_counter() - began
 
 
 def _plot(stages: dict[str, dict[str, float]], path: Path) -> None:
