@@ -1,13 +1,23 @@
 """Surface and layout chunks: what is written comes back, and stays joined."""
 
+import re
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 from upholster.errors import FormatError, InputError
-from upholster.geometry import RationalPatch, Surface, read_nets, ring_cyclide, sphere, surface_from_spec
+from upholster.geometry import (
+    SURFACES,
+    RationalPatch,
+    Surface,
+    read_nets,
+    ring_cyclide,
+    sphere,
+    surface_from_spec,
+)
 from upholster.quilt import Chart
 from upholster.stream.byte_reader import ByteReader
 from upholster.stream.layout import pack_layout, parse_layout
@@ -27,6 +37,9 @@ SPECS = (
 )
 
 
+SPEC = (Path(__file__).parents[2] / "SPEC.md").read_text(encoding="utf-8")
+
+
 def back(surface: Any) -> Any:
     return parse_surface(ByteReader(pack_surface(surface)))
 
@@ -38,6 +51,24 @@ def test_a_built_in_surface_takes_its_parameters_and_is_rebuilt_exactly(spec: An
     again = back(surface)
     assert (again.name, again.source, again.tolerance) == (surface.name, surface.source, surface.tolerance)
     assert all((a.net == b.net).all() for a, b in zip(surface.patches, again.patches, strict=True))
+
+
+def test_every_surface_has_its_number_of_the_format_for_good() -> None:
+    (told,) = re.findall(r"`kind` u8: (.*), 9 a mesh\.", SPEC)
+    numbers = {name: kind.number for name, kind in SURFACES.items() if kind.number is not None}
+    assert ", ".join(f"{number} {name}" for name, number in numbers.items()) == told
+    assert sorted([*numbers.values(), 9]) == list(range(1, len(numbers) + 2))
+    for name, number in numbers.items():
+        assert pack_surface(surface_from_spec(name))[0] == number
+
+
+def test_a_surface_without_a_number_is_sent_as_control_nets(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(SURFACES, "torus", replace(SURFACES["torus"], number=None))
+    data = pack_surface(surface_from_spec("torus"))
+    again = parse_surface(ByteReader(data))
+    assert data[0] == 0
+    assert again.source is None
+    assert len(again.patches) == 16
 
 
 @pytest.mark.parametrize("spec", SPECS)

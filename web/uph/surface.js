@@ -31,29 +31,32 @@ const tiling = (reader, name) => reader.u8(name, 1)
 // Rows and columns of faces.
 const oneOfSpans = ({ spans }) => [spans]
 const oneRow = ({ spans }) => [[1, spans]]
+const octantsOrSix = ({ tiling }) => (tiling ? [[2, 4]] : range(6).map(() => [1, 1]))
 
-// Per kind: parameters with their defaults and how they are read, and rows and columns of its faces.
-const BUILT_IN = [
-  ['cyclide', { a: [6, length], c: [2, lengthOrZero], mu: [3, number], spans: [[4, 4], evenSpans] }],
-  ['torus', { R: [2, length], r: [0.7, length], spans: [[4, 4], evenSpans] }],
-  ['sphere', { r: [1, length], tiling: [0, tiling] }, ({ tiling }) => (tiling ? [[2, 4]] : range(6).map(() => [1, 1]))],
-  ['plane', { width: [1, length], height: [1, length], spans: [[1, 1], spans] }],
-  ['ellipsoid', { rx: [1.5, length], ry: [1, length], rz: [0.75, length] }, () => [[2, 4]]],
-  ['cylinder', { r: [1, length], h: [2, length], spans: [4, span] }, oneRow],
-  ['cone', { r1: [1, length], r2: [0.4, lengthOrZero], h: [1.5, length], spans: [4, span] }, oneRow],
-  ['vase', { radius: [0.8, length], height: [2.4, length], spans: [4, span] }, ({ spans }) => [[10, spans]]],
-]
+// By number: names, parameters with their defaults and how they are read, and rows and columns of its faces.
+const BUILT_IN = {
+  1: ['cyclide', { a: [6, length], c: [2, lengthOrZero], mu: [3, number], spans: [[4, 4], evenSpans] }],
+  2: ['torus', { R: [2, length], r: [0.7, length], spans: [[4, 4], evenSpans] }],
+  3: ['sphere', { r: [1, length], tiling: [0, tiling] }, octantsOrSix],
+  4: ['plane', { width: [1, length], height: [1, length], spans: [[1, 1], spans] }],
+  5: ['ellipsoid', { rx: [1.5, length], ry: [1, length], rz: [0.75, length] }, () => [[2, 4]]],
+  6: ['cylinder', { r: [1, length], h: [2, length], spans: [4, span] }, oneRow],
+  7: ['cone', { r1: [1, length], r2: [0.4, lengthOrZero], h: [1.5, length], spans: [4, span] }, oneRow],
+  8: ['vase', { radius: [0.8, length], height: [2.4, length], spans: [4, span] }, ({ spans }) => [[10, spans]]],
+}
+const MESH = 9
+const LAST = Math.max(MESH, ...Object.keys(BUILT_IN))
 
 export function parseSurface(reader, maxTriangles) {
-  const kind = reader.u8('kind of surface', BUILT_IN.length + 1)
+  const kind = reader.u8('kind of surface', LAST)
   const surface = parseKind(reader, kind, maxTriangles)
   reader.end('surface')
   return surface
 }
 
 function parseKind(reader, kind, maxTriangles) {
-  if (kind > BUILT_IN.length) return parseMesh(reader, maxTriangles)
-  const surface = kind ? parseBuiltIn(reader, BUILT_IN[kind - 1]) : parseNets(reader)
+  if (kind === MESH) return parseMesh(reader, maxTriangles)
+  const surface = kind ? parseBuiltIn(reader, BUILT_IN[kind]) : parseNets(reader)
   return { ...surface, ...parseSeams(reader, surface.faces) }
 }
 

@@ -87,6 +87,9 @@ class SurfaceKind:
         How many it has at the defaults.
     build
         The builder.
+    number
+        Under which streams tell it by name [SPEC.md, 2]: never another's, nor 0 or 9, which are control nets
+        and meshes. None: streams hold its control nets.
     biquadratic
         Other defaults, by which its patches are bi-quadratic at most; empty where there are none.
     """
@@ -96,6 +99,7 @@ class SurfaceKind:
     parameters: tuple[SurfaceParameter, ...]
     patches: int
     build: Callable[..., Surface]
+    number: int | None = None
     biquadratic: Mapping[str, str] = field(default_factory=dict)
 
 
@@ -122,6 +126,7 @@ SURFACES: dict[str, SurfaceKind] = {
             ),
             16,
             ring_cyclide,
+            1,
         ),
         SurfaceKind(
             "torus",
@@ -133,6 +138,7 @@ SURFACES: dict[str, SurfaceKind] = {
             ),
             16,
             torus,
+            2,
         ),
         SurfaceKind(
             "sphere",
@@ -149,6 +155,7 @@ SURFACES: dict[str, SurfaceKind] = {
             ),
             6,
             sphere,
+            3,
             {"tiling": "octants"},
         ),
         SurfaceKind(
@@ -163,6 +170,7 @@ SURFACES: dict[str, SurfaceKind] = {
             ),
             1,
             plane,
+            4,
         ),
         SurfaceKind(
             "ellipsoid",
@@ -174,6 +182,7 @@ SURFACES: dict[str, SurfaceKind] = {
             ),
             8,
             ellipsoid,
+            5,
         ),
         SurfaceKind(
             "cylinder",
@@ -181,6 +190,7 @@ SURFACES: dict[str, SurfaceKind] = {
             (_length("r", 1.0, "radius"), _length("h", 2.0, "height"), _ROUND_SPANS),
             4,
             cylinder,
+            6,
         ),
         SurfaceKind(
             "cone",
@@ -193,6 +203,7 @@ SURFACES: dict[str, SurfaceKind] = {
             ),
             4,
             cone,
+            7,
         ),
         SurfaceKind(
             "vase",
@@ -200,6 +211,7 @@ SURFACES: dict[str, SurfaceKind] = {
             (_length("radius", 0.8, "of the belly"), _length("height", 2.4, "height"), _ROUND_SPANS),
             40,
             vase,
+            8,
         ),
     )
 }

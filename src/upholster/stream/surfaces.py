@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from upholster.errors import FormatError, InputError
-from upholster.geometry import SURFACES, Face, RationalPatch, Surface, grid_face
+from upholster.geometry import SURFACES, Face, RationalPatch, Surface, SurfaceKind, grid_face
 from upholster.geometry.patch import MAX_DEGREE
 from upholster.geometry.surface import MAX_PATCHES
 from upholster.geometry.triangle_mesh import MeshSurface
@@ -17,13 +17,12 @@ from upholster.stream.mesh_code import pack_mesh, parse_mesh, precision_of
 from upholster.stream.seams import pack_seams, parse_seams
 from upholster.types import FloatArray
 
-__all__ = ["KINDS", "MAX_POINTS", "pack_surface", "parse_surface"]
+__all__ = ["MAX_POINTS", "NAMED", "pack_surface", "parse_surface"]
 
-KINDS = ("cyclide", "torus", "sphere", "plane", "ellipsoid", "cylinder", "cone", "vase")
-"""Built-in surfaces in the format's order, from number 1 on; 0 is control nets, and the last a mesh."""
+NAMED = {kind.number: kind for kind in SURFACES.values() if kind.number is not None}
+"""Built-in surfaces by their numbers in a stream; 0 is control nets."""
 
-_MESH = 1 + len(KINDS)
-
+_MESH = 9
 _TILINGS = ("six", "octants")
 MAX_POINTS = 2**20
 MAX_NAME = 200
@@ -80,7 +79,7 @@ def parse_surface(fields: ByteReader, limits: Limits | None = None) -> Surface |
     FormatError
         If it is malformed, or a number is outside what is allowed.
     """
-    kind = fields.byte("kind of surface", _MESH)
+    kind = fields.byte("kind of surface", max(_MESH, *NAMED))
     start = fields.offset
     try:
         surface = _parse_kind(fields, kind, limits or Limits())
@@ -93,17 +92,16 @@ def parse_surface(fields: ByteReader, limits: Limits | None = None) -> Surface |
 def _parse_kind(fields: ByteReader, kind: int, limits: Limits) -> Surface | MeshSurface:
     if kind == _MESH:
         return parse_mesh(fields, limits.of("triangles"))
-    surface = _parse_named(fields, KINDS[kind - 1]) if kind else _parse_nets(fields)
+    surface = _parse_named(fields, NAMED[kind]) if kind else _parse_nets(fields)
     return surface.sharing(parse_seams(fields, surface.faces))
 
 
 def _pack_named(surface: Surface, followed: bool) -> bytes | None:
     source = surface.source
-    if source is None or source.name not in KINDS or len(surface.patches) > MAX_BUILT:
+    if source is None or len(surface.patches) > MAX_BUILT or (kind := SURFACES[source.name]).number is None:
         return None
-    name, given = source.name, dict(source.values)
-    present, values = 0, b""
-    for n, parameter in enumerate(SURFACES[name].parameters):
+    present, values, given = 0, b"", dict(source.values)
+    for n, parameter in enumerate(kind.parameters):
         value = given[parameter.name]
         if value == parameter.default:
             continue
@@ -114,11 +112,11 @@ def _pack_named(surface: Surface, followed: bool) -> bytes | None:
             values += bytes([_TILINGS.index(value)])
         else:
             values += b"".join(varint(part) for part in (value if isinstance(value, tuple) else (value,)))
-    return bytes([1 + KINDS.index(name)]) + (bytes([present]) + values if present or followed else b"")
+    return bytes([kind.number]) + (bytes([present]) + values if present or followed else b"")
 
 
-def _parse_named(fields: ByteReader, name: str) -> Surface:
-    parameters = SURFACES[name].parameters
+def _parse_named(fields: ByteReader, kind: SurfaceKind) -> Surface:
+    parameters = kind.parameters
     present = fields.byte("which parameters follow", (1 << len(parameters)) - 1) if fields.left else 0
     values: dict[str, object] = {}
     for n, parameter in enumerate(parameters):
@@ -135,7 +133,7 @@ def _parse_named(fields: ByteReader, name: str) -> Surface:
     spans = values.get("spans", 1)
     if isinstance(spans, tuple) and spans[0] * spans[1] > MAX_BUILT:
         raise fields.error(f"spans make {spans[0] * spans[1]} patches; allowed: {MAX_BUILT}")
-    return SURFACES[name].build(**values)
+    return kind.build(**values)
 
 
 def _joined(surface: Surface) -> list[FloatArray]:
