@@ -15,10 +15,10 @@ from pathlib import Path
 from benchmarks.meshes import BRICKS, measured
 from upholster.cli.console import large_count
 from upholster.errors import UpholsterError
+from upholster.formats import CAD_SUFFIXES
 from upholster.geometry.cad import exact_body
 from upholster.occt.process import read_cad
 from upholster.options import SynthesisOptions
-from upholster.suffixes import CAD_SUFFIXES
 
 __all__ = ["CadRow", "cad_row", "main"]
 

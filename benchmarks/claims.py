@@ -33,9 +33,9 @@ from benchmarks.flip import flip_map
 from benchmarks.measure import Results
 from upholster.codec import DecodedImage, decode, encode
 from upholster.image import from_linear
-from upholster.outputs import TexturedModel
 from upholster.quilt import Quilt
 from upholster.render import Camera, render
+from upholster.textured import TexturedModel
 from upholster.types import PixelArray
 from upholster.wavelet import dwt2, idwt2
 

@@ -35,7 +35,7 @@ from upholster.lattice import Lattice, find_lattice
 from upholster.measure import broken_elements, mapping
 from upholster.methods.synthesis import execute, prepare
 from upholster.options import SynthesisOptions, WriteOptions
-from upholster.outputs import TexturedModel
+from upholster.textured import TexturedModel
 from upholster.types import PixelArray
 
 __all__ = ["bent_vase", "lattices", "main"]

@@ -35,15 +35,15 @@ from upholster.charts.directions import (
 from upholster.charts.subdivision import subdivided
 from upholster.errors import UpholsterError
 from upholster.export import write_bare_ply
+from upholster.formats import CAD_SUFFIXES, is_model_name
 from upholster.geometry import MeshSurface, TriangleMesh
 from upholster.geometry.mesh_files import read_model
 from upholster.image import from_linear, read_exemplar, write_image
 from upholster.measure import mesh_mapping, mesh_seams, mesh_texel_scale
 from upholster.methods.synthesis import execute, prepare
 from upholster.options import SynthesisOptions
-from upholster.outputs import TexturedModel
 from upholster.quilt import paint
-from upholster.suffixes import CAD_SUFFIXES, is_model_name
+from upholster.textured import TexturedModel
 from upholster.types import FloatArray
 
 __all__ = ["Row", "main", "measured"]

@@ -27,7 +27,7 @@ from upholster.geometry import plane, surface_from_spec
 from upholster.measure import measure_cover, wrap_seams
 from upholster.methods.synthesis import execute, prepare
 from upholster.options import SynthesisOptions, WriteOptions
-from upholster.outputs import TexturedModel
+from upholster.textured import TexturedModel
 from upholster.types import PixelArray
 
 __all__ = ["main", "seams"]

@@ -12,10 +12,10 @@ from upholster.export import write_glb
 from upholster.image import encode_image
 from upholster.levels import refine_steps, texels_psnr
 from upholster.options import WriteOptions
-from upholster.outputs import TexturedModel
 from upholster.quilt import Texels
 from upholster.stream import Description, StreamDecoder, describe, encode_stream
 from upholster.stream.prefix import Limit, feed_until
+from upholster.textured import TexturedModel
 from upholster.types import PixelArray
 
 __all__ = ["stream"]

@@ -14,8 +14,8 @@ import upholster
 from benchmarks.browser import SIZE, fresh_page, open_chromium, serve_files
 from benchmarks.measure import EXEMPLAR, Results
 from upholster.export import write_html
-from upholster.outputs import TexturedModel
 from upholster.stream import encode_stream
+from upholster.textured import TexturedModel
 
 __all__ = ["covered_ring", "frames", "web"]
 

@@ -12,8 +12,9 @@ from upholster.errors import InputError
 from upholster.files import outputs
 from upholster.geometry import Surface, plane, sphere
 from upholster.options import WriteOptions
-from upholster.outputs import Output, TexturedModel, check_displacement, parse_output, write_output
+from upholster.outputs import Output, parse_output, parse_outputs, write_output
 from upholster.quilt import Texels
+from upholster.textured import TexturedModel, check_displacement
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
 
@@ -33,7 +34,8 @@ def in_metres(model: TexturedModel, monkeypatch: pytest.MonkeyPatch, metres: flo
 
 def written(path: Path, model: TexturedModel) -> bytes:
     output = parse_output(path, displaced=model.options.displace is not None)
-    assert output == Output("solid", path)
+    assert output == Output(output.kind, path)
+    assert output.kind.solid
     assert output.files(["height"], 3) == (path,)
     with outputs(output.files()) as files:
         write_output(output, model, files)
@@ -109,16 +111,19 @@ def test_wrong_options_are_refused(choices: dict[str, object], message: str) -> 
 
 
 def test_what_can_not_be_displaced_is_refused_before_work() -> None:
-    glb, stl = parse_output("a.glb"), parse_output("a.stl")
     options = WriteOptions(displace="1mm", keep="z<1")
-    with pytest.raises(InputError, match=r"displace is for \.stl, .*, and a\.glb is none"):
-        check_displacement([glb], options, roles=("height",), metres=1.0)
+    with pytest.raises(
+        InputError, match=r"displace is for \.stl, \.3mf, \.obj and \.ply, and a\.glb, b\.png is none"
+    ):
+        parse_outputs(["a.glb", "b.png"], options)
+    for name in ("a.stl", "a.3mf", "a.obj", "a.ply"):
+        assert [output.kind.solid for output in parse_outputs([name, "b.glb"], options)] == [True, False]
     with pytest.raises(InputError, match="displace needs a height map, and the sample has none"):
-        check_displacement([glb, stl], options, roles=("normal",), metres=1.0)
+        check_displacement(options, roles=("normal",), metres=1.0)
     with pytest.raises(InputError, match="displace is '1mm', and this model does not tell"):
-        check_displacement([stl], options, roles=("height",), metres=None)
-    check_displacement([stl, glb], options, roles=("height",), metres=1.0)
-    check_displacement([glb], WriteOptions(), roles=(), metres=None)
+        check_displacement(options, roles=("height",), metres=None)
+    check_displacement(options, roles=("height",), metres=1.0)
+    check_displacement(WriteOptions(), roles=(), metres=None)
     with pytest.raises(InputError, match="displace needs a height map"):
         _ = model(sphere(), height=False, displace=0.1).displaced
 

@@ -10,10 +10,10 @@ import pytest
 import upholster
 from upholster.image import Material, from_linear, read_image
 from upholster.options import WriteOptions
-from upholster.outputs import TexturedModel
 from upholster.pipeline import cover, refine
 from upholster.server.drawing import draw_thumbnail
 from upholster.server.pages import THUMBNAIL_SIZE
+from upholster.textured import TexturedModel
 
 SIDE = 64
 

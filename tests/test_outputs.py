@@ -1,23 +1,31 @@
 """What an output consists of, and which image goes where."""
 
+import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+import upholster
 from upholster import cover
 from upholster.charts.seams import find_seams
 from upholster.charts.unwrap._raster_kernels import coverage
 from upholster.errors import InputError
 from upholster.export import udim_tile, write_map
-from upholster.geometry import sphere
+from upholster.formats import ATLAS, OUTPUTS, OutputKind, outputs_in_words
+from upholster.geometry import plane, sphere
 from upholster.image import read_image
 from upholster.model import build_atlas, build_normal_atlas
+from upholster.model.packing import pack_charts
 from upholster.options import WriteOptions
-from upholster.outputs import TexturedModel, parse_output
+from upholster.outputs import parse_output, parse_outputs
 from upholster.quilt import Chart, Texels
+from upholster.textured import TexturedModel
+from upholster.writing import files_of
 
 EXAMPLES = Path(__file__).parent.parent / "examples"
+README = (EXAMPLES.parent / "README.md").read_text(encoding="utf-8")
 ROLES = ("normal", "ao")
 
 
@@ -35,7 +43,7 @@ def test_maps_lie_beside_images_by_role() -> None:
     assert files("a/ring.obj", *ROLES)[3:] == ["ring_texture_normal.png", "ring_texture_ao.png"]
     for name in ("a.glb", "a.npz", "a.uph"):
         assert files(name, *ROLES) == [name]
-    assert parse_output("atlas:x.exr", flat=True).kind == "atlas"
+    assert parse_output("atlas:x.exr", flat=True).kind is ATLAS
 
 
 def test_pages_are_numbered() -> None:
@@ -55,9 +63,44 @@ def test_pages_are_numbered() -> None:
     )
     assert parse_output("w_<UDIM>.png").files(("ao",)) == (Path("w_1001.png"), Path("w_ao_1001.png"))
     output = parse_output("wall.<UDIM>.png")
-    assert output.kind == "atlas"
-    assert output.later_files(("ao",), 2) == tuple(map(Path, tiles[1:]))
+    assert output.kind is ATLAS
+    layout = pack_charts([Chart(0, 200, 200)] * 2, size=256)
+    assert len(layout.pages) == 2
+    assert files_of([output], ("ao",), layout, after=()) == [*map(Path, tiles[1:])]
     assert [udim_tile(np.array(page)).tolist() for page in (0, 9, 10, 23)] == [[0, 0], [9, 0], [0, 1], [3, 2]]
+
+
+@pytest.mark.parametrize("kind", OUTPUTS, ids=lambda kind: f"{kind.only} {kind.prefix}x{kind.suffixes[0]}")
+def test_every_kind_is_meant_by_its_names_and_writes_just_its_files(kind: OutputKind, tmp_path: Path) -> None:
+    """Texels on one chart: all kinds hold them but directions, which are a mesh's alone."""
+    texels = np.random.default_rng(0).integers(0, 256, (32, 32, 3), dtype=np.uint8)
+    placements = upholster.synthesize(texels, plane(), texels=1000, sample_size=0.5)
+    painted = upholster.paint(placements, texels)
+    options = WriteOptions(size=(32, 24))
+    if kind.only == "displaced":
+        options = replace(options, displace=0.1, displace_by="luminance")
+    for suffix in kind.suffixes:
+        target = f"{kind.prefix}{tmp_path / 'x'}{suffix.upper()}"
+        (output,) = parse_outputs([target], options, flat=kind.only == "flat")
+        assert output.kind is kind
+        if kind.mesh:
+            with pytest.raises(InputError, match="shows the directions of a mesh"):
+                upholster.write(target, plane(), painted, options=options)
+            continue
+        upholster.write(target, plane(), painted, options=options, flat=kind.only == "flat")
+        assert set(tmp_path.iterdir()) == set(output.files())
+        for file in output.files():
+            assert file.stat().st_size > 0
+            file.unlink()
+
+
+def test_what_is_written_is_in_the_help_and_the_readme() -> None:
+    (told,) = re.findall(r"^- \*\*Output\*\*: .*$", README, re.MULTILINE)
+    for kind in OUTPUTS:
+        assert kind.words in outputs_in_words()
+        assert kind.prefix in told
+        if kind.suffixes[0] != ".png":
+            assert all(f"`{suffix}`" in told for suffix in kind.suffixes)
 
 
 @pytest.mark.parametrize("text", ["x.<UDIM>.glb", "<UDIM>/x.png", "a<UDIM>b<UDIM>.png", "atlas:x.<UDIM>.obj"])

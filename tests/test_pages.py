@@ -15,9 +15,10 @@ from upholster.errors import InputError
 from upholster.files import outputs
 from upholster.image import Material, read_image, write_image
 from upholster.options import WriteOptions
-from upholster.outputs import TexturedModel, parse_output, write_output
+from upholster.outputs import parse_output, write_output
 from upholster.pipeline import cover, refine, write
 from upholster.quilt import Texels
+from upholster.textured import TexturedModel
 
 OPTIONS = WriteOptions(atlas_size=256, padding=8, quads=600, size=(64, 48), texture="png")
 

@@ -16,7 +16,7 @@ from upholster.geometry import Surface, plane, ring_cyclide, sphere
 from upholster.measure import sliced_wasserstein
 from upholster.measure.edges import matched_edge_ratio
 from upholster.options import WriteOptions
-from upholster.outputs import TexturedModel
+from upholster.textured import TexturedModel
 from upholster.types import PixelArray
 
 __all__ = ["baseline", "draft"]

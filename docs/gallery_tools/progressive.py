@@ -12,9 +12,9 @@ from upholster.geometry import Surface, ring_cyclide, torus
 from upholster.image import resize_image
 from upholster.levels import curve_picture, levels_picture, refine_steps
 from upholster.options import WriteOptions
-from upholster.outputs import TexturedModel
 from upholster.stream import encode_stream
 from upholster.stream.prefix import Limit
+from upholster.textured import TexturedModel
 
 __all__ = ["curve", "levels", "refining"]
 

@@ -10,8 +10,8 @@ from gallery_tools.shots import OWN, Exemplars
 from upholster import WriteOptions, paint_material, read_material, synthesize
 from upholster.geometry import torus
 from upholster.image import from_linear
-from upholster.outputs import TexturedModel
 from upholster.quilt import Texels
+from upholster.textured import TexturedModel
 
 __all__ = ["material"]
 

@@ -16,9 +16,9 @@ from upholster.image import from_linear, read_exemplar, to_linear
 from upholster.methods import synthesize
 from upholster.model import tessellate
 from upholster.options import WriteOptions
-from upholster.outputs import TexturedModel
 from upholster.quilt import Chart, Texels, paint
 from upholster.render import Camera, render
+from upholster.textured import TexturedModel
 from upholster.types import FloatArray, IntArray, PixelArray
 
 __all__ = ["KINDS", "OWN", "Exemplars", "Shot", "charted", "cover", "kind_of", "read", "side_by_side", "take"]

@@ -84,8 +84,8 @@ def arriving(_exemplars: Exemplars) -> Any:
     """Show a stream at five counts of bytes: in the browser, and below as Python renders it."""
     from upholster.image import from_linear
     from upholster.options import WriteOptions
-    from upholster.outputs import TexturedModel
     from upholster.stream import StreamDecoder
+    from upholster.textured import TexturedModel
 
     size = (300, 250)
     upper, lower = [], []

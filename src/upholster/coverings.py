@@ -17,6 +17,7 @@ from upholster.charts.layout import LONGEST, texture_scale
 from upholster.charts.part_directions import is_by_part, part_direction, triangles_by_direction
 from upholster.errors import FormatError, InputError
 from upholster.fitting import fitted
+from upholster.formats import is_model_name
 from upholster.geometry import AnySurface, MeshSurface, Surface
 from upholster.geometry.mesh_files import ModelFile
 from upholster.image import IMAGE_SUFFIXES, Material
@@ -36,14 +37,13 @@ from upholster.methods import (
     sample_width,
 )
 from upholster.options import ModelOptions, SampleOptions, SynthesisOptions, WriteOptions
-from upholster.outputs import TexturedModel
 from upholster.quilt import Chart, Quilt
 from upholster.quilt.painting import PAINTED_DENSITIES
 from upholster.reports import counts_of, notes_before, settled_words
 from upholster.shown import on_a_line
 from upholster.stream import check_layout
 from upholster.stream.plan import refuse_pixel
-from upholster.suffixes import is_model_name
+from upholster.textured import TexturedModel
 from upholster.types import PixelArray, Progress
 from upholster.writing import painted
 

@@ -10,8 +10,8 @@ from upholster.image import to_linear
 from upholster.image.color import alpha_channel
 from upholster.image.material import COLORS, DEFAULT_ROUGHNESS, as_depth, top_of
 from upholster.image.roles import ROLES
-from upholster.outputs import TexturedModel
 from upholster.quilt import Texels
+from upholster.textured import TexturedModel
 from upholster.types import PixelArray
 
 __all__ = ["joined_model", "joined_surface"]

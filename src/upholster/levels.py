@@ -11,10 +11,10 @@ from upholster.image import from_linear
 from upholster.image.drawing import Drawing
 from upholster.limits import Limits
 from upholster.options import WriteOptions
-from upholster.outputs import TexturedModel
 from upholster.quilt import Texels, paint
 from upholster.stream import StreamDecoder
 from upholster.stream.prefix import Limit, feed_until
+from upholster.textured import TexturedModel
 from upholster.types import PixelArray, Progress
 
 __all__ = ["SHARES", "Step", "curve_picture", "levels_picture", "refine_steps", "share_text", "texels_psnr"]

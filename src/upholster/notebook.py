@@ -20,12 +20,12 @@ from upholster.shown import show_with
 
 if TYPE_CHECKING:
     from upholster.geometry import Surface
-    from upholster.outputs import TexturedModel
     from upholster.project import Project
     from upholster.quilt import Quilt, Texels
     from upholster.refining import RefineReport
     from upholster.reports import CoverReport
     from upholster.stream import StreamDecoder
+    from upholster.textured import TexturedModel
 
 __all__ = ["MOST_BYTES", "LiveView", "Viewer", "view"]
 
@@ -184,11 +184,11 @@ class LiveView:
 
 def _stream_of(model: Any) -> bytes:
     """Return a model's stream."""
-    from upholster.outputs import TexturedModel, textured_model
     from upholster.quilt import Texels
     from upholster.refining import RefineReport, decoded_model
     from upholster.reports import CoverReport
     from upholster.stream import StreamDecoder
+    from upholster.textured import TexturedModel, textured_model
 
     if isinstance(model, (str, os.PathLike)):
         model = read_bytes(path_text(model, "stream"))
@@ -278,7 +278,7 @@ def _quilt_picture(quilt: "Quilt") -> bytes:
 
 def _texels_picture(texels: "Texels") -> bytes | None:
     from upholster.image import encode_image
-    from upholster.outputs import textured_model
+    from upholster.textured import textured_model
 
     if texels.surface is not None:
         return _model_picture(textured_model(texels))

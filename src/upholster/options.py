@@ -11,6 +11,7 @@ from typing import Any, Literal, TypeAlias, TypeVar, cast, get_args, get_origin
 
 from upholster.conditions import read_conditions
 from upholster.errors import InputError, nearest
+from upholster.formats import OUTPUTS, suffixes_of
 from upholster.lengths import read_length
 from upholster.shown import on_a_line
 
@@ -737,8 +738,8 @@ class WriteOptions:
         default=None,
         metadata=_about(
             _OUTPUT,
-            "In .stl, .3mf, .obj and .ply move the surface outward by the height map, so far where the "
-            "height is 1: `0.6mm`, or a number of model units; below 0 inward.",
+            f"In {' '.join(suffixes_of(kind for kind in OUTPUTS if kind.solid))} move the surface outward by "
+            "the height map, so far where the height is 1: `0.6mm`, or in model units; below 0 inward.",
             metavar="LENGTH",
         ),
     )

@@ -1,109 +1,30 @@
-"""What can be written, by suffix: textured models, streams, pages, pictures, atlases, texels, solids."""
+"""What is written: outputs by name, what is checked before work, and their writers, one for each kind."""
 
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
-from dataclasses import field as dataclass_field
-from functools import cached_property
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any, Literal
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.charts.directions import DirectionField
+from upholster import export, formats
 from upholster.charts.layout import LONGEST
-from upholster.charts.seams import ChartSeam, find_seams
-from upholster.conditions import read_conditions
 from upholster.errors import InputError
-from upholster.export import (
-    UDIM,
-    Cover,
-    ObjPart,
-    check_usd,
-    map_companion,
-    obj_companions,
-    page_files,
-    ply_companion,
-    udim_tile,
-    write_3mf,
-    write_bare_obj,
-    write_bare_ply,
-    write_glb,
-    write_html,
-    write_map,
-    write_npz,
-    write_obj,
-    write_ply,
-    write_retextured_glb,
-    write_stl,
-    write_usdz,
-)
 from upholster.files import Outputs
-from upholster.geometry import AnySurface, MeshSurface
-from upholster.geometry.mesh_files import ModelFile
-from upholster.image import Material, encode_image, from_linear, write_image
-from upholster.image.source import source_parts
-from upholster.lengths import parse_length
-from upholster.measure import Solid, check_solid, shown_length, solid_lines
-from upholster.model import (
-    Atlas,
-    AtlasLayout,
-    DisplacedMesh,
-    Mesh,
-    build_atlas,
-    build_normal_atlas,
-    charted_mesh,
-    charted_tangents,
-    displaced,
-    kept_box,
-    pack_surface,
-    plain_solid,
-    tessellate,
-    vertex_tangents,
-)
+from upholster.formats import UDIM, OutputKind, kind_of, split_name, suffixes_of
+from upholster.geometry import MeshSurface
+from upholster.image import encode_image, from_linear, write_image
 from upholster.model.packing import GUTTER
 from upholster.options import WriteOptions
-from upholster.quilt import Chart, Quilt, Texels
 from upholster.redrawn import redrawn
-from upholster.render import render
 from upholster.render.directions import directions_picture
-from upholster.render.maps import SHOWN
-from upholster.shown import Shown, number_of, on_a_line
-from upholster.stream import encode_stream
-from upholster.types import FloatArray, PixelArray, Progress
+from upholster.textured import TexturedModel
+from upholster.types import FloatArray, IntArray, Progress
 
-__all__ = [
-    "Output",
-    "TexturedModel",
-    "atlas_layout",
-    "check_displacement",
-    "largest_chart",
-    "metres_of",
-    "parse_output",
-    "parse_outputs",
-    "textured_model",
-    "write_output",
-]
-
-Kind = Literal[
-    "glb", "usdz", "obj", "ply", "npz", "uph", "html", "atlas", "flat", "picture", "solid", "directions"
-]
-
-_MODEL_SUFFIXES: dict[str, Kind] = {
-    ".glb": "glb",
-    ".usdz": "usdz",
-    ".obj": "obj",
-    ".ply": "ply",
-    ".npz": "npz",
-    ".uph": "uph",
-    ".html": "html",
-    ".stl": "solid",
-    ".3mf": "solid",
-}
-_DISPLACED_SUFFIXES = (".obj", ".ply")
-"""Models that hold triangles alone where these are displaced."""
+__all__ = ["Output", "largest_chart", "parse_output", "parse_outputs", "write_output"]
 
 _TILE_LIMIT = 4096
 """Texels of the largest chart on tiles, gutters included, where their size is not asked for."""
@@ -111,19 +32,15 @@ _TILE_LIMIT = 4096
 _POSTER_SIZE, _POSTER_VIEW, _POSTER_QUADS, _POSTER_QUALITY = (320, 240), (30.0, 30.0), 4000, 20
 """Of a page's poster: the viewer begins with this view."""
 
-_IMAGE_SUFFIXES = (".png", ".jpg", ".jpeg", ".webp", ".exr")
-
 
 @dataclass(frozen=True, slots=True)
 class Output:
-    """One thing to write: what it holds and where it goes.
+    """One thing to write: what it is and where it goes.
 
     Attributes
     ----------
     kind
-        A model or texels (glb, usdz, obj, ply, npz, uph, and html, which is a stream with its viewer), an
-        image of all charts (atlas), the texels of a single chart (flat), a picture of the model, or its
-        triangles alone, displaced where the options say so (solid).
+        One of `upholster.formats.OUTPUTS`.
     path
         The file; some kinds have others beside it.
     url
@@ -132,25 +49,22 @@ class Output:
         Of a GLB: how often its textures are halved each way.
     """
 
-    kind: Kind
+    kind: OutputKind
     path: Path
     url: str = ""
     lod: int = 0
 
     @property
-    def has_atlas(self) -> bool:
-        """Whether it holds an atlas, which may have several pages."""
-        return self.kind in ("glb", "usdz", "obj", "ply", "atlas")
-
-    @property
-    def has_pages(self) -> bool:
-        """Whether the pages of its atlas are files of their own."""
-        return self.kind in ("obj", "ply", "atlas")
-
-    @property
     def in_tiles(self) -> bool:
         """Whether its pages are tiles of UDIM."""
         return UDIM in self.path.name
+
+    @property
+    def own(self) -> tuple[Path, ...]:
+        """Its files that are no textures."""
+        if self.kind.texture == "":
+            return ()
+        return self.path, *(self.path.with_name(self.path.stem + ending) for ending in self.kind.beside)
 
     def files(self, roles: Iterable[str] = (), pages: int = 1) -> tuple[Path, ...]:
         """Return every file that it consists of: textures after the model, the base colour's first.
@@ -160,45 +74,17 @@ class Output:
         roles
             Of a material's maps beside the base colour, see `TexturedModel.maps`.
         pages
-            Of the atlas, see `atlas_layout`.
+            Of the atlas.
         """
         if self.url:
             return ()  # no file of this machine
-        own: list[Path] = []
-        match self.kind:
-            case "atlas":
-                texture = self.path
-            case "flat":
-                texture, pages = self.path, 1
-            case "obj":
-                material, texture = obj_companions(self.path)
-                own = [self.path, material]
-            case "ply":
-                texture, own = ply_companion(self.path), [self.path]
-            case _:
-                return (self.path,)
-        textures = [texture, *(map_companion(texture, role) for role in roles)]
-        return (*own, *(file for path in textures for file in page_files(path, pages)))
-
-    def later_files(self, roles: Iterable[str], pages: int) -> tuple[Path, ...]:
-        """Return those files that are known only once the roles and the number of pages are."""
-        first = self.files()
-        return tuple(file for file in self.files(roles, pages) if file not in first)
-
-
-def atlas_layout(
-    outputs: Iterable[Output], surface: AnySurface, charts: Sequence[Chart], options: WriteOptions
-) -> AtlasLayout | None:
-    """Return where charts lie in the atlas; None where no output holds it.
-
-    Raises
-    ------
-    InputError
-        If the charts do not fit the atlas that the options ask for.
-    """
-    if not any(output.has_atlas for output in outputs):
-        return None
-    return pack_surface(surface, charts, **options.packing)
+        ending = self.kind.texture
+        if ending is None:
+            return self.own
+        texture = self.path.with_name(self.path.stem + ending) if ending else self.path
+        textures = [texture, *(export.map_companion(texture, role) for role in roles)]
+        pages = pages if self.kind.pages else 1
+        return *self.own, *(file for path in textures for file in export.page_files(path, pages))
 
 
 def largest_chart(outputs: Iterable[Output], options: WriteOptions) -> int:
@@ -211,41 +97,6 @@ def largest_chart(outputs: Iterable[Output], options: WriteOptions) -> int:
     return max(1, min(LONGEST, size // step * step - 2 * padding))
 
 
-def metres_of(surface: AnySurface) -> float | None:
-    """Return the length of a model unit in metres; None where it is not known."""
-    return surface.mesh.metres if isinstance(surface, MeshSurface) else None
-
-
-def check_displacement(
-    outputs: Iterable[Output], options: WriteOptions, *, roles: Iterable[str], metres: float | None
-) -> None:
-    """Raise InputError, before any work, where a model can not be displaced as the options say.
-
-    Parameters
-    ----------
-    outputs, options
-        What is written: one of the outputs must be a solid.
-    roles
-        Of the sample's maps.
-    metres
-        Length of a model unit in metres; None where it is not known.
-    """
-    if options.displace is None:
-        return
-    names = [str(output.path) for output in outputs if output.kind != "solid"]
-    if all(output.kind != "solid" for output in outputs):
-        raise InputError(
-            f"displace is for .stl, .3mf, .obj and .ply, and {', '.join(names)} is none; allowed: with those"
-        )
-    if options.displace_by == "height" and "height" not in roles:
-        raise InputError(
-            "displace needs a height map, and the sample has none; allowed: a material with one, or "
-            "displace_by 'luminance'"
-        )
-    parse_length(options.displace, metres, name="displace")
-    kept_box(read_conditions(options.keep) if options.keep else (), metres)
-
-
 def parse_outputs(
     targets: Iterable[str | os.PathLike[str]], options: WriteOptions, *, flat: bool = False
 ) -> list[Output]:
@@ -254,24 +105,29 @@ def parse_outputs(
     Raises
     ------
     InputError
-        As there; and if a GLB is to have further files, and no output is one.
+        As there; and where options are chosen that none of the outputs has a use for.
     """
-    displaced, lods = options.displace is not None, options.lods
-    outputs = [parse_output(target, flat=flat, displaced=displaced) for target in targets]
-    if lods > 1 and all(output.kind != "glb" for output in outputs):
-        names = ", ".join(str(output.path) for output in outputs)
-        raise InputError(f"lods is for .glb, and {names} is none; allowed: with one")
+    outputs = [parse_output(target, flat=flat, displaced=options.displace is not None) for target in targets]
+    if options.lods > 1:
+        _check_used("lods", outputs, [kind for kind in formats.OUTPUTS if kind.lods])
+    if options.displace is not None:
+        _check_used("displace", outputs, [kind for kind in formats.OUTPUTS if kind.solid])
+    if options.stream_choices:
+        streams = [kind for kind in formats.OUTPUTS if kind.stream]
+        _check_used(options.stream_choices[0], outputs, streams)
     return [
-        each
+        replace(output, path=output.path.with_stem(output.path.stem + f"_lod{k}" * (k > 0)), lod=k)
         for output in outputs
-        for each in (
-            output,
-            *(
-                replace(output, path=output.path.with_stem(f"{output.path.stem}_lod{k}"), lod=k)
-                for k in range(1, lods if output.kind == "glb" else 1)
-            ),
-        )
+        for k in range(options.lods if output.kind.lods else 1)
     ]
+
+
+def _check_used(option: str, outputs: Sequence[Output], kinds: Sequence[OutputKind]) -> None:
+    if not any(output.kind in kinds for output in outputs):
+        *others, last = suffixes_of(kinds)
+        allowed = f"{', '.join(others)} and {last}" if others else last
+        names = ", ".join(str(output.path) for output in outputs)
+        raise InputError(f"{option} is for {allowed}, and {names} is none; allowed: with one")
 
 
 def parse_output(target: str | os.PathLike[str], *, flat: bool = False, displaced: bool = False) -> Output:
@@ -297,398 +153,105 @@ def parse_output(target: str | os.PathLike[str], *, flat: bool = False, displace
     if not isinstance(target, (str, os.PathLike)):
         raise InputError(f"output is a {type(target).__name__}; allowed: a path, as text or pathlib.Path")
     text = os.fspath(target)
-    atlas, directions = text.startswith("atlas:"), text.startswith("directions:")
-    path = Path(text.removeprefix("atlas:").removeprefix("directions:"))
-    suffix = path.suffix.lower()
-    if directions or (path.stem == "directions" and suffix in _IMAGE_SUFFIXES and not atlas):
-        if suffix not in _IMAGE_SUFFIXES or suffix == ".exr":
-            raise InputError(f"output {text!r} has suffix {path.suffix!r}; allowed: .png, .jpg, .jpeg, .webp")
-        return Output("directions", path)
-    if UDIM in text:
-        if suffix not in _IMAGE_SUFFIXES or text.count(UDIM) != 1 or UDIM not in path.name:
-            raise InputError(
-                f"output {text!r} has {UDIM}; allowed: once, in the name of an image "
-                f"({', '.join(_IMAGE_SUFFIXES)})"
-            )
-        atlas = True
+    prefix, path = split_name(text)
+    kind = kind_of(prefix, path, [*(["flat"] if flat else ()), *(["displaced"] if displaced else ())])
+    in_tiles = text.count(UDIM) == 1 and UDIM in path.name and kind is not None and kind.tiles
+    if UDIM in text and not in_tiles:
+        allowed = ", ".join(suffixes_of(kind for kind in formats.OUTPUTS if kind.tiles))
+        raise InputError(f"output {text!r} has {UDIM}; allowed: once, in the name of an image ({allowed})")
+    if "://" in text and not in_tiles:
+        raise InputError(f"output {text!r} is a URL; allowed: of tiles, 's3://folder/name.{UDIM}.png'")
+    if kind is None:
+        allowed = ", ".join(suffixes_of(kind for kind in formats.OUTPUTS if kind.prefix == prefix))
+        raise InputError(f"output {text!r} has suffix {path.suffix!r}; allowed: {allowed}")
+    if kind is formats.USDZ:
+        export.check_usd()
     if "://" in text:
-        if not atlas or UDIM not in text:
-            raise InputError(f"output {text!r} is a URL; allowed: of tiles, 's3://folder/name.{UDIM}.png'")
-        return Output("atlas", Path(path.name), text.removeprefix("atlas:").rpartition("/")[0])
-    if suffix in _IMAGE_SUFFIXES:
-        return Output("atlas" if atlas else "flat" if flat else "picture", path)
-    if displaced and suffix in _DISPLACED_SUFFIXES and not atlas:
-        return Output("solid", path)
-    if suffix in _MODEL_SUFFIXES and not atlas:
-        if suffix == ".usdz":
-            check_usd()
-        return Output(_MODEL_SUFFIXES[suffix], path)
-    allowed = _IMAGE_SUFFIXES if atlas else (*_MODEL_SUFFIXES, *_IMAGE_SUFFIXES)
-    raise InputError(f"output {text!r} has suffix {path.suffix!r}; allowed: {', '.join(allowed)}")
-
-
-@dataclass(frozen=True)
-class TexturedModel(Shown):
-    """A surface with its texels; mesh and atlas are made when first needed, and shared by all outputs.
-
-    A stream, alone or in a page, holds the quilt and the exemplar instead of the texels: it can be written
-    where they are known.
-
-    Attributes
-    ----------
-    surface, texels
-        The surface, and the base colour on it.
-    options, threads
-        How it is written.
-    quilt, exemplar
-        What the texels were painted from: an image, or a material.
-    maps
-        A material's other maps by role, on the same charts, as `upholster.paint_material` makes them. GLB and
-        pictures show all but the height; files of their own beside the base colour go with OBJ, PLY, atlas
-        and flat texture.
-    read_from
-        The whole stream that all this was read from, if it was: written again as it is.
-    in_tiles
-        Whether the texture coordinates of an OBJ are those of UDIM: each page's lie in a square of their own.
-    file
-        The file that a mesh was read from: a GLB made of it keeps everything else that is in it.
-    field
-        Which way the sample's rows run on a mesh, where it was just covered.
-    notes
-        What writing it told: what of that file could not stay as it was.
-    name
-        Of the material in such a GLB; by default the model's.
-    parts
-        Of several materials: the model of each, see `upholster.joined`. In such a GLB each is a material of
-        its own; all else holds them together.
-    density
-        Texels for a step of the quilt's charts, each way.
-    packed
-        Where charts lie in the atlas, if that is known already: as the options say.
-    """
-
-    surface: AnySurface
-    texels: Texels
-    options: WriteOptions = dataclass_field(default_factory=WriteOptions)
-    threads: int | None = None
-    quilt: Quilt | None = None
-    exemplar: PixelArray | Material | None = None
-    maps: Mapping[str, Texels] = dataclass_field(default_factory=dict)
-    read_from: bytes | None = None
-    in_tiles: bool = False
-    file: ModelFile | None = None
-    field: DirectionField | None = None
-    notes: list[str] = dataclass_field(default_factory=list)
-    name: str = ""
-    parts: tuple["TexturedModel", ...] = ()
-    density: float = 1.0
-    packed: AtlasLayout | None = None
-
-    def __repr__(self) -> str:
-        return on_a_line(
-            self, {"surface": self.surface, "texels": self.texels.count, "maps": list(self.maps)}
-        )
-
-    @cached_property
-    def seams(self) -> tuple[ChartSeam, ...]:
-        """How the charts meet along their edges."""
-        if isinstance(self.surface, MeshSurface):
-            return ()  # charts of a mesh reach beyond it by what gutters need
-        return find_seams(self.surface, self.texels.charts)
-
-    @cached_property
-    def mesh(self) -> Mesh:
-        """The surface as polygons: quadrilaterals, or a mesh's own triangles."""
-        if isinstance(self.surface, MeshSurface):
-            return charted_mesh(self.surface, self.texels.charts)
-        return tessellate(self.surface, self.texels.charts, self.seams, quads=self.options.quads)
-
-    @cached_property
-    def atlas(self) -> Atlas:
-        """All charts' texels in one image, with gutters, on as many pages as it takes."""
-        return build_atlas(self.texels, self.seams, self.layout, threads=self.threads)
-
-    @cached_property
-    def layout(self) -> AtlasLayout:
-        """Where all charts lie in the atlas."""
-        if self.packed is not None:
-            return self.packed
-        return pack_surface(self.surface, self.texels.charts, **self.options.packing)
-
-    @cached_property
-    def stream(self) -> bytes:
-        """Quilt and exemplar as a stream; `InputError` where they are not known."""
-        return self.read_from if self.read_from is not None else self._coded[0]
-
-    @property
-    def sample_quality(self) -> dict[str, float]:
-        """The PSNR in dB that `stream` gives each map of the sample, by role; of one that was read, none."""
-        return {} if self.read_from is not None else self._coded[1]
-
-    @cached_property
-    def _coded(self) -> tuple[bytes, dict[str, float]]:
-        if self.quilt is None or self.exemplar is None:
-            raise InputError("a stream needs a quilt and its sample, not texels alone")
-        parts = source_parts(self.exemplar)
-        if missing := self.maps.keys() - parts.keys():
-            raise InputError(f"a stream needs the material as sample: it lacks {min(missing)!r}")
-        reached: dict[str, float] = {}
-        data = encode_stream(
-            self.surface,
-            self.quilt,
-            parts.pop("albedo"),
-            maps=parts,
-            **self.options.transform,
-            most_bytes=self.options.stream_bytes,
-            reached=reached,
-        )
-        return data, reached
-
-    def map_atlas(self, role: str) -> Atlas:
-        """Return the atlas of one of `maps`, packed as that of the base colour."""
-        texels = self.maps[role]
-        if role == "normal" and not isinstance(self.surface, MeshSurface):
-            return build_normal_atlas(self.surface, texels, self.seams, self.layout, threads=self.threads)
-        return build_atlas(texels, self.seams, self.layout, threads=self.threads)
-
-    @cached_property
-    def uv(self) -> FloatArray:
-        """Texture coordinates of the mesh's vertices in the whole atlas."""
-        return self.atlas.texture_coordinates(self.mesh)
-
-    @cached_property
-    def tangents(self) -> FloatArray | None:
-        """Tangents of the mesh's vertices; None without a normal map, which alone needs them."""
-        if "normal" not in self.maps:
-            return None
-        if isinstance(self.surface, MeshSurface):
-            return charted_tangents(self.mesh)
-        return vertex_tangents(self.surface, self.texels.charts, self.mesh)
-
-    @property
-    def metres(self) -> float | None:
-        """Length of a model unit in metres; None where it is not known."""
-        return metres_of(self.surface)
-
-    @cached_property
-    def displaced(self) -> DisplacedMesh:
-        """The triangles alone, displaced as the options say.
-
-        Raises
-        ------
-        InputError
-            As `check_displacement` and `upholster.model.displaced`.
-        """
-        options = self.options
-        if options.displace is None:
-            return plain_solid(self.mesh)
-        check_displacement([Output("solid", Path())], options, roles=self.maps, metres=self.metres)
-        mesh = self.mesh
-        if not isinstance(self.surface, MeshSurface) and len(mesh.quads) > options.triangles // 4:
-            # A quadrilateral is two triangles; as many are for the height map at least.
-            quads = options.triangles // 4
-            mesh = tessellate(self.surface, self.texels.charts, self.seams, quads=quads)
-        return displaced(
-            mesh,
-            self.maps["height"] if options.displace_by == "height" else self.texels,
-            amount=parse_length(options.displace, self.metres, name="displace"),
-            triangles=options.triangles,
-            keep=kept_box(read_conditions(options.keep), self.metres) if options.keep else None,
-            mid=options.mid_level,
-        )
-
-    @cached_property
-    def solid(self) -> Solid:
-        """What `displaced` is as a solid: closed or not, its volume, its thinnest wall."""
-        found = self.displaced
-        return check_solid(found.positions, found.triangles, found.before)
-
-    def solid_notes(self) -> list[str]:
-        """Say for people what `displaced` is as a solid."""
-        lines, found = solid_lines(self.solid, self.metres), self.displaced
-        if found.held:
-            held = number_of(found.held, "vertex", "vertices")
-            lines.append(f"in narrow corners {held} moved less, so that nothing folds over")
-        if found.error:
-            lost = shown_length(found.error, self.metres)
-            lines.append(f"triangles ran out: the surface is up to {lost} off the height map")
-        return lines
-
-    def picture(self, *, progress: Progress | None = None) -> NDArray[np.float32]:
-        """Return a picture of the model, as the options say: (height, width, 3), linear light."""
-        own, fitting = self.options.packing, {"gutter": GUTTER, "size": None, "powers": False}
-        if own["gutter"] is None and not isinstance(self.surface, MeshSurface):
-            own["gutter"] = GUTTER
-        if own != fitting:
-            # The renderer's mip levels need gutters of 16 texels, and no free room between the charts.
-            options = replace(self.options, padding=GUTTER, atlas_size=None, pot=False)
-            return replace(self, options=options, packed=None).picture(progress=progress)
-        return render(
-            self.mesh.positions,
-            self.mesh.normals,
-            self.uv,
-            self.mesh.all_triangles(),
-            self.atlas.pixels,
-            maps={role: self.map_atlas(role).pixels for role in self.maps if role in SHOWN},
-            tangents=self.tangents,
-            normal_scale=self.options.normal_scale,
-            size=self.options.size,
-            view=self.options.view,
-            supersample=self.options.supersample,
-            threads=self.threads,
-            progress=progress,
-        )
-
-
-def textured_model(
-    texels: Texels | Mapping[str, Texels],
-    *,
-    surface: AnySurface | None = None,
-    quilt: Quilt | None = None,
-    exemplar: PixelArray | Material | None = None,
-    options: WriteOptions | None = None,
-    threads: int | None = None,
-) -> TexturedModel:
-    """Put a model together from its texels and what they know of surface, quilt and exemplar.
-
-    Parameters
-    ----------
-    texels
-        As `upholster.paint` makes them, or a material's by role, of `upholster.paint_material`.
-    surface, quilt, exemplar
-        By default what the texels know.
-    options, threads
-        How it is written.
-
-    Raises
-    ------
-    InputError
-        If something is missing, or belongs to another surface.
-    """
-    maps = {"albedo": texels} if isinstance(texels, Texels) else texels
-    if not isinstance(maps, Mapping) or not all(isinstance(each, Texels) for each in maps.values()):
-        raise InputError(f"texels are {on_a_line(texels)}; allowed: Texels, of `upholster.paint`, or by role")
-    if "albedo" not in maps:
-        raise InputError(f"texels have no albedo; they have: {', '.join(map(str, maps)) or 'nothing'}")
-    base, others = maps["albedo"], {role: each for role, each in maps.items() if role != "albedo"}
-    surface = base.surface if surface is None else surface
-    if surface is None:
-        raise InputError("texels were not painted by `upholster.paint`: their surface is not known")
-    base.check_surface(surface)
-    for role, each in others.items():
-        if each.charts != base.charts:
-            raise InputError(f"{role} lies on other charts than albedo; allowed: texels of one quilt")
-    if quilt is None:
-        quilt = base.quilt
-    elif not isinstance(quilt, Quilt):
-        raise InputError(f"quilt is a {type(quilt).__name__}; allowed: a Quilt, of `upholster.synthesize`")
-    elif [_resized(chart) for chart in quilt.charts] != [_resized(chart) for chart in base.charts]:
-        raise InputError(
-            "quilt has other charts than the texels; allowed: the quilt that they were painted by"
-        )
-    if exemplar is None:
-        exemplar = _painted_from(maps)
-    density = 1.0 if quilt is None else float(np.sqrt(base.count / quilt.steps))
-    options = options or WriteOptions()
-    return TexturedModel(surface, base, options, threads, quilt, exemplar, others, density=density)
-
-
-def _resized(chart: Chart) -> Chart:
-    """Return what a chart has in common with the same one painted at another density."""
-    return replace(chart, height=1, width=1)
-
-
-def _poster(model: TexturedModel) -> bytes:
-    """Return a small picture of a model, as WebP: what a page shows before its scripts run."""
-    options = replace(model.options, size=_POSTER_SIZE, view=_POSTER_VIEW, quads=_POSTER_QUADS)
-    picture = replace(model, options=options).picture()
-    return encode_image(from_linear(picture, "uint8"), "webp", quality=_POSTER_QUALITY)
-
-
-def _painted_from(maps: Mapping[str, Texels]) -> PixelArray | Material | None:
-    """Return the exemplar that texels know of, of several maps the material."""
-    known = {role: texels.exemplar for role, texels in maps.items() if texels.exemplar is not None}
-    if len(known) < len(maps):
-        return None
-    return known["albedo"] if len(known) == 1 else Material(known)
+        return Output(kind, Path(path.name), text.removeprefix(prefix).rpartition("/")[0])
+    return Output(kind, path)
 
 
 def write_output(
     output: Output, model: TexturedModel, files: Outputs, *, progress: Progress | None = None
-) -> None:
-    """Write one output to the temporary place that `files` gives it.
+) -> tuple[Path, ...]:
+    """Write one output to the temporary places that `files` gives it; return its files.
 
     Raises
     ------
     InputError
         If it cannot hold the model, or an option is out of its range.
     """
+    pages = len(model.layout.pages) if output.kind.pages else 1
+    targets = output.files(model.maps, pages)
+    places, own = [files.path(target) for target in targets], len(output.own)
+    to = _Places(output.path, places[:own], places[own : own + pages], places[own + pages :], progress)
+    _WRITERS[output.kind](model, to)
+    return targets
+
+
+class _Places(NamedTuple):
+    """Where an output is written: its path, and temporary places of its files, pages and maps."""
+
+    path: Path
+    own: Sequence[Path]
+    pages: Sequence[Path]
+    maps: Sequence[Path]
+    progress: Progress | None
+
+
+def _write_page(model: TexturedModel, to: _Places) -> None:
+    """Write a stream with its viewer, and a small picture: what the page shows before its scripts run."""
+    stream = model.stream  # what has none is refused before a picture is drawn
+    options = replace(model.options, size=_POSTER_SIZE, view=_POSTER_VIEW, quads=_POSTER_QUADS)
+    picture = from_linear(replace(model, options=options).picture(), "uint8")
+    poster = encode_image(picture, "webp", quality=_POSTER_QUALITY)
+    export.write_html(to.own[0], stream, title=to.path.stem, poster=poster)
+
+
+def _write_atlas(model: TexturedModel, to: _Places) -> None:
+    for place, image in zip(to.pages, model.atlas.images(), strict=True):
+        write_image(place, image, quality=model.options.quality)
+    _write_maps(model, to, model.options.quality)
+
+
+def _write_flat(model: TexturedModel, to: _Places) -> None:
+    if len(model.texels.arrays) != 1:
+        raise InputError(f"a flat texture has one chart; the texels have {len(model.texels.arrays)}")
+    write_image(to.pages[0], model.texels.arrays[0], quality=model.options.quality)
+    for role, place in zip(model.maps, to.maps, strict=True):
+        export.write_map(place, role, model.maps[role].arrays[0], quality=model.options.quality)
+
+
+def _write_obj(model: TexturedModel, to: _Places) -> None:
+    page, uv = model.atlas.page_coordinates(model.mesh)
+    if model.in_tiles:
+        uv = uv + export.udim_tile(page) * (1, -1)  # v is downward here, and upward in OBJ
+    images, parts = model.atlas.images(), _obj_parts(model)
+    shown: dict[str, Any] = {"stem": to.path.stem, "maps": model.maps, "page": page, **parts}
+    export.write_obj(to.own[0], to.own[1], to.pages, model.mesh, uv, images, **shown)
+    _write_maps(model, to)
+
+
+def _write_ply(model: TexturedModel, to: _Places) -> None:
+    page, uv = model.atlas.page_coordinates(model.mesh)
+    images = model.atlas.images()
+    export.write_ply(to.own[0], to.pages, model.mesh, uv, images, stem=to.path.stem, page=page)
+    _write_maps(model, to)
+
+
+def _write_directions(model: TexturedModel, to: _Places) -> None:
     options = model.options
-    pages = len(model.layout.pages) if output.has_pages else 1
-    places = [files.path(file) for file in output.files(model.maps, pages)]
-    match output.kind:
-        case "uph":
-            places[0].write_bytes(model.stream)
-        case "html":
-            write_html(places[0], model.stream, title=output.path.stem, poster=_poster(model))
-        case "npz":
-            write_npz(places[0], model.texels, maps=model.maps)
-        case "atlas":
-            for place, image in zip(places[:pages], model.atlas.images(), strict=True):
-                write_image(place, image, quality=options.quality)
-            _write_maps(places[pages:], model, options.quality)
-        case "flat":
-            if len(model.texels.arrays) != 1:
-                raise InputError(f"a flat texture has one chart; the texels have {len(model.texels.arrays)}")
-            write_image(places[0], model.texels.arrays[0], quality=options.quality)
-            for role, place in zip(model.maps, places[1:], strict=True):
-                write_map(place, role, model.maps[role].arrays[0], quality=options.quality)
-        case "glb":
-            _write_glb(places[0], model)
-        case "usdz":
-            _write_usdz(places[0], model)
-        case "obj":
-            page, uv = model.atlas.page_coordinates(model.mesh)
-            if model.in_tiles:
-                uv = uv + udim_tile(page) * (1, -1)  # v is downward here, and upward in OBJ
-            write_obj(
-                places[0],
-                places[1],
-                places[2 : 2 + pages],
-                model.mesh,
-                uv,
-                model.atlas.images(),
-                stem=output.path.stem,
-                maps=model.maps,
-                page=page,
-                **_obj_parts(model),
-            )
-            _write_maps(places[2 + pages :], model)
-        case "ply":
-            page, uv = model.atlas.page_coordinates(model.mesh)
-            images = model.atlas.images()
-            textures = places[1 : 1 + pages]
-            write_ply(places[0], textures, model.mesh, uv, images, stem=output.path.stem, page=page)
-            _write_maps(places[1 + pages :], model)
-        case "solid":
-            _write_solid(places[0], output.path, model)
-        case "directions":
-            if model.field is None:
-                raise InputError(
-                    f"{output.path} shows the directions of a mesh; allowed: of a model just covered"
-                )
-            shown = directions_picture(
-                model.field, size=options.size, view=options.view, threads=model.threads
-            )
-            write_image(places[0], shown, quality=options.quality)
-        case "picture":
-            picture = _whole_picture(model, progress)
-            linear = output.path.suffix.lower() == ".exr"
-            write_image(
-                places[0],
-                picture if linear else from_linear(picture, "uint8", dither=True),
-                quality=options.quality,
-            )
+    if model.field is None:
+        raise InputError(f"{to.path} shows the directions of a mesh; allowed: of a model just covered")
+    shown = directions_picture(model.field, size=options.size, view=options.view, threads=model.threads)
+    write_image(to.own[0], shown, quality=options.quality)
+
+
+def _write_picture(model: TexturedModel, to: _Places) -> None:
+    picture = _whole_picture(model, to.progress)
+    linear = to.path.suffix.lower() == ".exr"
+    pixels = picture if linear else from_linear(picture, "uint8", dither=True)
+    write_image(to.own[0], pixels, quality=model.options.quality)
 
 
 def _whole_picture(model: TexturedModel, progress: Progress | None) -> NDArray[np.float32]:
@@ -710,64 +273,56 @@ def _obj_parts(model: TexturedModel) -> dict[str, Any]:
         return {}
     mesh = model.surface.mesh
     materials = [""] * len(mesh.parts) if model.file is None else [each.material for each in model.file.parts]
-    labels = [ObjPart(name, own) for name, own in zip(mesh.parts, materials, strict=True)]
+    labels = [export.ObjPart(name, own) for name, own in zip(mesh.parts, materials, strict=True)]
     return {"parts": labels, "part": mesh.part}
 
 
 def _write_glb(place: Path, model: TexturedModel) -> None:
+    """Write a GLB: of a mesh that was read from glTF that file, with new textures and all else in it."""
+    options = model.options
+    how: dict[str, Any] = {"texture": options.texture, "quality": options.quality}
+    how["normal_scale"] = options.normal_scale
     if model.file is not None and model.file.gltf is not None:
-        _write_retextured(place, model)
+        covers = [_cover(part) for part in model.parts or (model,)]
+        _note(model, export.write_retextured_glb(place, model.file, covers, **how))
         return
     page, uv = model.atlas.page_coordinates(model.mesh)
-    write_glb(
+    export.write_glb(
         place,
         model.mesh,
         uv,
         model.atlas.images(),
-        texture=model.options.texture,
-        quality=model.options.quality,
         # glTF has no place for the height.
         maps={role: model.map_atlas(role).images() for role in model.maps if role != "height"},
         page=page,
         tangents=model.tangents,
-        normal_scale=model.options.normal_scale,
         name=model.surface.name or "surface",
+        **how,
     )
 
 
-def _write_usdz(place: Path, model: TexturedModel) -> None:
+def _note(model: TexturedModel, notes: Iterable[str]) -> None:
+    model.notes.extend(note for note in notes if note not in model.notes)
+
+
+def _write_usdz(model: TexturedModel, to: _Places) -> None:
     """Write what the GLB shows, with textures that USDZ may hold."""
     own = replace(model.options, texture="png" if model.options.texture == "webp" else model.options.texture)
     with TemporaryDirectory(prefix="upholster-") as folder:
         glb = Path(folder, "model.glb")
         _write_glb(glb, model if own == model.options else replace(model, options=own))
         is_gltf = model.file is not None and model.file.gltf is not None
-        notes = write_usdz(place, glb.read_bytes(), metres=1.0 if is_gltf else model.metres or 1.0)
-    model.notes.extend(note for note in notes if note not in model.notes)
+        metres = 1.0 if is_gltf else model.metres or 1.0
+        _note(model, export.write_usdz(to.own[0], glb.read_bytes(), metres=metres))
 
 
-def _write_retextured(place: Path, model: TexturedModel) -> None:
-    """Write the file that a mesh was read from, with its new textures and all else that it holds."""
-    assert model.file is not None  # the caller looked
-    options = model.options
-    notes = write_retextured_glb(
-        place,
-        model.file,
-        [_cover(part) for part in model.parts or (model,)],
-        texture=options.texture,
-        quality=options.quality,
-        normal_scale=options.normal_scale,
-    )
-    model.notes.extend(note for note in notes if note not in model.notes)
-
-
-def _cover(model: TexturedModel) -> Cover:
+def _cover(model: TexturedModel) -> export.Cover:
     """Return a model's texture on the triangles that it covers."""
     assert isinstance(model.surface, MeshSurface)  # what is read from a model's file
     page, uv = model.atlas.page_coordinates(model.mesh)
     covered = np.flatnonzero(model.surface.island >= 0)
     corners = model.mesh.triangles[covered]
-    return Cover(
+    return export.Cover(
         uv[corners],
         model.atlas.images(),
         covered,
@@ -777,25 +332,38 @@ def _cover(model: TexturedModel) -> Cover:
     )
 
 
-def _write_solid(place: Path, target: Path, model: TexturedModel) -> None:
-    """Write a model's triangles alone. STL and 3MF are in millimetres where the model's unit is known."""
-    found, name = model.displaced, model.surface.name or target.stem
-    match target.suffix.lower():
-        case ".obj":
-            write_bare_obj(place, found.positions, found.triangles, name=name)
-        case ".ply":
-            write_bare_ply(place, found.positions, found.triangles)
-        case suffix:
-            millimetres = found.positions * (1.0 if model.metres is None else 1000.0 * model.metres)
-            if suffix == ".stl":
-                write_stl(place, millimetres, found.triangles)
-            else:
-                write_3mf(place, millimetres, found.triangles, name=name)
+def _solid(model: TexturedModel, *, millimetres: bool) -> tuple[FloatArray, IntArray]:
+    """Return vertices and triangles of a solid: in millimetres, if wanted, where its unit is known."""
+    scale = 1000.0 * model.metres if millimetres and model.metres is not None else 1.0
+    return model.displaced.positions * scale, model.displaced.triangles
 
 
-def _write_maps(places: Sequence[Path], model: TexturedModel, quality: int = 90) -> None:
+def _write_maps(model: TexturedModel, to: _Places, quality: int = 90) -> None:
     """Write every page of the atlases of a material's other maps, one map after the other."""
-    remaining = iter(places)
+    remaining = iter(to.maps)
     for role in model.maps:
         for image in model.map_atlas(role).images():
-            write_map(next(remaining), role, image, quality=quality)
+            export.write_map(next(remaining), role, image, quality=quality)
+
+
+_WRITERS: dict[OutputKind, Callable[[TexturedModel, _Places], object]] = {
+    formats.GLB: lambda model, to: _write_glb(to.own[0], model),
+    formats.USDZ: _write_usdz,
+    formats.OBJ: _write_obj,
+    formats.PLY: _write_ply,
+    formats.NPZ: lambda model, to: export.write_npz(to.own[0], model.texels, maps=model.maps),
+    formats.STREAM: lambda model, to: to.own[0].write_bytes(model.stream),
+    formats.PAGE: _write_page,
+    formats.STL: lambda model, to: export.write_stl(to.own[0], *_solid(model, millimetres=True)),
+    formats.THREE_MF: lambda model, to: export.write_3mf(
+        to.own[0], *_solid(model, millimetres=True), name=model.surface.name or to.path.stem
+    ),
+    formats.SOLID_OBJ: lambda model, to: export.write_bare_obj(
+        to.own[0], *_solid(model, millimetres=False), name=model.surface.name or to.path.stem
+    ),
+    formats.SOLID_PLY: lambda model, to: export.write_bare_ply(to.own[0], *_solid(model, millimetres=False)),
+    formats.PICTURE: _write_picture,
+    formats.FLAT: _write_flat,
+    formats.ATLAS: _write_atlas,
+    formats.DIRECTIONS: _write_directions,
+}

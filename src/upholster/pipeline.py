@@ -35,31 +35,21 @@ from upholster.image import Material
 from upholster.image.source import Sample, Source, as_exemplar, source_names, source_parts
 from upholster.joined import joined_surface
 from upholster.methods import settled_seed
-from upholster.model import AtlasLayout
+from upholster.model import AtlasLayout, pack_surface
 from upholster.options import ModelOptions, SampleOptions, SynthesisOptions, WriteOptions, chosen
-from upholster.outputs import (
-    Output,
-    TexturedModel,
-    atlas_layout,
-    check_displacement,
-    largest_chart,
-    metres_of,
-    parse_outputs,
-    textured_model,
-)
+from upholster.outputs import Output, largest_chart, parse_outputs
 from upholster.parallel import TaskPool, check_running
 from upholster.quilt import Quilt, Texels
 from upholster.refining import RefineReport, refine
 from upholster.reports import CoverReport, page_counts, peak_memory, timed, totalled
 from upholster.stages import keeping
+from upholster.textured import TexturedModel, check_displacement, metres_of, textured_model
 from upholster.tiles import are_tiles_alone, check_tasks, spread_quilt, task_pool, tiled
 from upholster.types import PixelArray, Progress
 from upholster.writing import (
-    add_pages,
     check_coded,
     check_directions,
     check_several,
-    check_used,
     files_of,
     has_stream,
     listed,
@@ -160,12 +150,10 @@ def cover(
     check_not_swapped(exemplar.source if isinstance(exemplar, Sample) else exemplar, on)
     own_sample = read_sample(exemplar, chosen(SampleOptions, sample))
     read = [*check_samples(own_sample, chosen_materials), *covered_files(on)]
-    check_used(wanted, options)
     check_several(wanted, chosen_materials)
     if asked.method == "paper" and options.wavelet is None:
         options = replace(options, wavelet="haar")
-    own = files_of(wanted, Output.files)
-    with keeping(), outputs([*own, *([report] if report else [])], inputs=read) as files:
+    with keeping(), outputs([*files_of(wanted), *([report] if report else [])], inputs=read) as files:
         with timed("read", seconds, progress):
             coverings = read_coverings(
                 own_sample, on, chosen_materials, reading, asked, notes=notes, progress=progress
@@ -180,16 +168,15 @@ def cover(
         check_directions(wanted, covered.surface)
         check_tasks(wanted, coverings, workers, scheduler)
         roles = roles_of(coverings)
-        files.add(files_of(wanted, lambda output: output.later_files(roles, 1)))
+        files.add(files_of(wanted, roles, after=()))
         check_coded(wanted, source_parts(coverings[0].source), options)
-        check_displacement(
-            wanted, options, roles=roles_of(coverings, all_have=True), metres=metres_of(covered.surface)
-        )
+        all_have = roles_of(coverings, all_have=True)
+        check_displacement(options, roles=all_have, metres=metres_of(covered.surface))
         with timed("prepare", seconds, progress):
             if has_stream(wanted):
                 check_streamed(coverings[0])
             layout = _layout(wanted, coverings, options)
-            add_pages(files, wanted, roles, layout)
+            files.add(files_of(wanted, roles, layout, after=roles))
         in_memory = not are_tiles_alone(wanted, coverings)
         notes += [note for each in coverings for note in each.notes(in_memory=in_memory)]
         if tell is not None:
@@ -230,9 +217,11 @@ def _layout(
     wanted: Sequence[Output], coverings: Sequence[Covering], options: WriteOptions
 ) -> AtlasLayout | None:
     """Return where the charts of all coverings lie in one atlas; None where no output holds it."""
+    if not any(output.kind.atlas for output in wanted):
+        return None
     surface = joined_surface([each.surface for each in coverings])
     charts = [chart for each in coverings for chart in each.charts]
-    return atlas_layout(wanted, surface, charts, options)
+    return pack_surface(surface, charts, **options.packing)
 
 
 _Made = tuple[TexturedModel | None, dict[str, int], dict[str, int]]
@@ -313,7 +302,7 @@ def write(
     threads: int | None = None,
     progress: Progress | None = None,
 ) -> None:
-    """Write a textured surface to one file: .glb, .obj, .ply, .npz, .uph, .html, or a picture (.png …).
+    """Write a textured surface to one file, a model, stream or picture by its suffix.
 
     Parameters
     ----------
@@ -324,7 +313,7 @@ def write(
     texels
         Its texels, as `upholster.paint` makes them, or a material's by role, of `upholster.paint_material`.
     quilt, exemplar
-        What the texels were painted from, of a material the material: streams (.uph, .html) hold them
+        What the texels were painted from, of a material the material: streams hold them
         instead. By default what the texels know themselves.
     flat
         Whether an image is the texels of the only chart, not a picture of the model.
@@ -342,7 +331,6 @@ def write(
     options = chosen(WriteOptions, options)
     wanted = parse_outputs([target], options, flat=flat)
     check_running(threads, progress)
-    check_used(wanted, options)
     found = None if exemplar is None else as_exemplar(exemplar)
     model = textured_model(
         texels,
@@ -352,8 +340,8 @@ def write(
         options=options,
         threads=threads,
     )
-    pages = len(model.layout.pages) if any(output.has_atlas for output in wanted) else 1
-    with outputs(files_of(wanted, lambda output: output.files(model.maps, pages))) as files:
+    layout = model.layout if any(output.kind.atlas for output in wanted) else None
+    with outputs(files_of(wanted, tuple(model.maps), layout)) as files:
         written_to(wanted, model, files, {}, progress)
 
 

@@ -24,16 +24,10 @@ from upholster.image import Material
 from upholster.image.roles import ROLES
 from upholster.image.source import source_parts
 from upholster.limits import Limits
+from upholster.model import pack_surface
 from upholster.model.packing import PAGE_LIMIT
 from upholster.options import WriteOptions, chosen
-from upholster.outputs import (
-    Output,
-    TexturedModel,
-    atlas_layout,
-    check_displacement,
-    metres_of,
-    parse_outputs,
-)
+from upholster.outputs import Output, parse_outputs
 from upholster.paging import PagedAtlas, write_page
 from upholster.parallel import check_running, run_tasks
 from upholster.quilt.chart import MAX_TEXELS
@@ -44,8 +38,9 @@ from upholster.shown import Shown, on_a_line
 from upholster.stream import StreamDecoder, on_surface
 from upholster.stream.budget import check_charts
 from upholster.stream.prefix import Limit, feed_until
+from upholster.textured import TexturedModel, check_displacement, metres_of
 from upholster.types import PixelArray, Progress
-from upholster.writing import add_pages, check_used, files_of, listed, painted, written_to
+from upholster.writing import files_of, listed, painted, written_to
 
 __all__ = ["RefineReport", "decoded_model", "received_exemplar", "refine"]
 
@@ -126,12 +121,11 @@ def refine(
         raise InputError(f"limit is a {type(limit).__name__}; allowed: a Limit")
     wanted = parse_outputs(listed(targets), options)
     other = [file for file in [on is not None and surface_file(on)] if file]
-    check_used(wanted, options)
     for output in wanted:
         if output.url:
             name = f"{output.url}/{output.path}"
             raise InputError(f"output {name!r} is a URL; allowed for a stream: a folder of this machine")
-    with outputs(files_of(wanted, Output.files), inputs=[stream, *other]) as files:
+    with outputs(files_of(wanted), inputs=[stream, *other]) as files:
         data = read_bytes(stream)
         one_by_one = len(wanted) == 1 and wanted[0].in_tiles
         most = Limits(texels=MAX_TEXELS) if limits is None and one_by_one else limits
@@ -148,10 +142,11 @@ def refine(
         charts = painted_charts(decoder.charts, density)
         exemplar = received_exemplar(decoder)
         roles = tuple(source_parts(exemplar))[1:]
-        files.add(files_of(wanted, lambda output: output.later_files(roles, 1)))
-        check_displacement(wanted, options, roles=roles, metres=metres_of(surface))
-        layout = atlas_layout(wanted, surface, charts, options)
-        add_pages(files, wanted, roles, layout)
+        files.add(files_of(wanted, roles, after=()))
+        check_displacement(options, roles=roles, metres=metres_of(surface))
+        with_atlas = any(output.kind.atlas for output in wanted)
+        layout = pack_surface(surface, charts, **options.packing) if with_atlas else None
+        files.add(files_of(wanted, roles, layout, after=roles))
         same = data if decoder.complete and not options.stream_choices else None
         if same is not None and on is not None:
             same = None if isinstance(surface, MeshSurface) else on_surface(same, surface)

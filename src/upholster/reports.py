@@ -18,9 +18,9 @@ from upholster.methods.pixel.method import PixelOptions
 from upholster.methods.quilt.options import QuiltOptions
 from upholster.methods.quilt.phases import better_tile, stretched_by
 from upholster.options import SynthesisOptions
-from upholster.outputs import TexturedModel
 from upholster.quilt import Chart, Quilt, Texels
 from upholster.shown import Shown, on_a_line, texels_in_words
+from upholster.textured import TexturedModel
 from upholster.types import FloatArray, PixelArray, Progress
 
 __all__ = [

@@ -2,7 +2,7 @@
 
 import math
 import os
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -10,26 +10,26 @@ from typing import Any
 from upholster.codec import check_image
 from upholster.errors import InputError
 from upholster.files import Outputs
+from upholster.formats import OUTPUTS, suffixes_of
 from upholster.geometry import AnySurface, MeshSurface
 from upholster.image import Material
 from upholster.joined import joined_model
 from upholster.model import AtlasLayout
 from upholster.model.packing import GUTTER
 from upholster.options import WriteOptions
-from upholster.outputs import Output, TexturedModel, write_output
+from upholster.outputs import Output, write_output
 from upholster.quilt import Quilt, Texels, paint, paint_material
 from upholster.quilt.painting import PAINTED_DENSITIES
 from upholster.reports import timed
 from upholster.shown import on_a_line
 from upholster.stages import stage
+from upholster.textured import TexturedModel
 from upholster.types import PixelArray, Progress
 
 __all__ = [
-    "add_pages",
     "check_coded",
     "check_directions",
     "check_several",
-    "check_used",
     "files_of",
     "has_stream",
     "listed",
@@ -51,43 +51,36 @@ def listed(
     return list(targets)
 
 
-def check_used(wanted: Sequence[Output], options: WriteOptions) -> None:
-    """Raise InputError where options are chosen for streams, and none is written."""
-    if options.stream_choices and not has_stream(wanted):
-        names = ", ".join(str(output.path) for output in wanted)
-        raise InputError(
-            f"{options.stream_choices[0]} is for streams, and {names} is none; allowed: with .uph or .html"
-        )
-
-
-def files_of(wanted: Sequence[Output], of_each: Callable[[Output], Iterable[Path]]) -> list[Path]:
+def files_of(
+    wanted: Sequence[Output],
+    roles: Sequence[str] = (),
+    layout: AtlasLayout | None = None,
+    *,
+    after: Sequence[str] | None = None,
+) -> list[Path]:
     """Return files of all outputs, those textures once that OBJ and PLY of one name share: they are equal.
 
     What else is there twice stands twice, and `upholster.files` refuses it.
+
+    Parameters
+    ----------
+    wanted, roles, layout
+        Outputs, as of `Output.files`, and of their atlas, which tells its pages.
+    after
+        Leave out what is known once these roles are.
     """
-    found: list[Path] = []
-    textures: set[Path] = set()
-    for output in wanted:
-        for file in of_each(output):
-            if output.kind in ("obj", "ply") and file.suffix == ".png":
-                if file in textures:
-                    continue
-                textures.add(file)
-            found.append(file)
-    return found
-
-
-def add_pages(
-    files: Outputs, wanted: Sequence[Output], roles: Sequence[str], layout: AtlasLayout | None
-) -> None:
-    """Announce the files of an atlas's further pages, which are known once it is laid out."""
     pages = 1 if layout is None else len(layout.pages)
-
-    def further(output: Output) -> list[Path]:
-        known = (*output.files(), *output.later_files(roles, 1))
-        return [file for file in output.later_files(roles, pages) if file not in known]
-
-    files.add(files_of(wanted, further))
+    found: list[Path] = []
+    shared: set[Path] = set()
+    for output in wanted:
+        known = () if after is None else output.files(after)
+        for file in output.files(roles, pages):
+            is_shared = bool(output.kind.texture) and file not in output.own
+            if file not in known and not (is_shared and file in shared):
+                found.append(file)
+            if is_shared:
+                shared.add(file)
+    return found
 
 
 def check_coded(wanted: Sequence[Output], parts: Mapping[str, PixelArray], options: WriteOptions) -> None:
@@ -100,23 +93,21 @@ def check_coded(wanted: Sequence[Output], parts: Mapping[str, PixelArray], optio
 def check_several(wanted: Sequence[Output], materials: Collection[object]) -> None:
     """Raise InputError where a stream is wanted of several materials: it holds one sample."""
     if materials and has_stream(wanted):
-        names = ", ".join(str(output.path) for output in wanted if output.kind in ("uph", "html"))
-        raise InputError(
-            f"{names} holds one sample, and several materials are given; allowed: .glb, .obj, .ply, .npz, "
-            "pictures and solids"
-        )
+        names = ", ".join(str(output.path) for output in wanted if output.kind.stream)
+        allowed = ", ".join(suffixes_of(kind for kind in OUTPUTS if not kind.stream))
+        raise InputError(f"{names} holds one sample, and several materials are given; allowed: {allowed}")
 
 
 def check_directions(wanted: Sequence[Output], surface: AnySurface) -> None:
     """Raise InputError where a picture of directions is wanted of something that is no mesh."""
     for output in wanted:
-        if output.kind == "directions" and not isinstance(surface, MeshSurface):
+        if output.kind.mesh and not isinstance(surface, MeshSurface):
             raise InputError(f"output {str(output.path)!r} shows directions; allowed: on a mesh")
 
 
 def has_stream(wanted: Sequence[Output]) -> bool:
     """Whether one of the outputs holds a stream."""
-    return any(output.kind in ("uph", "html") for output in wanted)
+    return any(output.kind.stream for output in wanted)
 
 
 def quality_words(wanted: Sequence[Output], model: TexturedModel | None) -> dict[str, str]:
@@ -143,9 +134,7 @@ def written_to(
     for output in wanted:
         with timed(f"write {output.path.name}", seconds):
             shown = _coarser(model, output.lod) if output.lod else model
-            write_output(output, shown, files, progress=progress)
-        pages = len(model.layout.pages) if output.has_pages else 1
-        own = output.files(model.maps, pages)
+            own = write_output(output, shown, files, progress=progress)
         written |= {str(file): files.path(file).stat().st_size for file in own}
     return written
 
@@ -158,7 +147,7 @@ def notes_after(
 ) -> list[str]:
     """Return what the user should know of what was written, told as well: of a model's file, of a solid."""
     notes = list(model.notes)
-    if any(output.kind == "solid" for output in wanted):
+    if any(output.kind.solid for output in wanted):
         with timed("check", seconds):
             notes += model.solid_notes()
     if tell is not None:

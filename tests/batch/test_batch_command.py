@@ -73,6 +73,8 @@ def test_a_file_of_jobs_reaches_nothing_outside_its_folder(tmp_path: Path) -> No
         ("../other/secret.png", "a.png"),
         (str(other / "secret.png"), "a.png"),
         ("link.png", "a.png"),
+        ("own.png", "directions:../other/a.png"),
+        ("own.png", "atlas:../other/a.png"),
         ("own.png", "../other/a.png"),
     ):
         (folder / "jobs.toml").write_text(

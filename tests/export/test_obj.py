@@ -5,11 +5,12 @@ import numpy as np
 import pytest
 from textured import Model, make_model
 
-from upholster.export import ObjPart, obj_companions, write_obj
+from upholster.export import ObjPart, write_obj
 from upholster.geometry import Surface, ring_cyclide
 from upholster.geometry.mesh_files import read_model
 from upholster.image import read_exemplar
 from upholster.model import Mesh, tessellate
+from upholster.outputs import parse_output
 
 
 def read_obj(path: Path) -> Any:
@@ -80,7 +81,7 @@ def test_files_name_each_other(tmp_path: Path) -> None:
     assert "map_Kd my ring_texture.png" in lines
     assert "map_d my ring_texture.png" in lines
     np.testing.assert_array_equal(read_exemplar(texture), model.pixels)
-    assert obj_companions(tmp_path / "my ring.obj") == (material, texture)
+    assert parse_output(tmp_path / "my ring.obj").files()[1:] == (material, texture)
 
 
 def test_texture_keeps_its_depth(tmp_path: Path) -> None:

@@ -130,11 +130,11 @@ def test_options_of_streams_are_refused_where_none_is_written(tmp_path):
         (WriteOptions(sample_quality="lossless"), "sample_quality"),
         (WriteOptions(stream_bytes=5000), "bytes"),
     ):
-        with pytest.raises(InputError, match=rf"{name} is for streams, and .*a\.png is none"):
+        with pytest.raises(InputError, match=rf"{name} is for \.uph and \.html, and .*a\.png is none"):
             cover(str(tmp_path / "sample.png"), "torus", [str(tmp_path / "a.png")], options=options)
     surface = surface_from_spec("plane")
     quilt = synthesize(sample(), surface, texels=5000)
     texels = paint(quilt, sample())
-    with pytest.raises(InputError, match="sample_quality is for streams"):
+    with pytest.raises(InputError, match=r"sample_quality is for \.uph and \.html"):
         write(tmp_path / "a.glb", surface, texels, options=WriteOptions(sample_quality="lossless"))
     assert sorted(path.name for path in tmp_path.iterdir()) == ["sample.png"]

@@ -21,10 +21,10 @@ from scipy.ndimage import binary_erosion, gaussian_filter
 from upholster.geometry import ring_cyclide, surface_from_spec
 from upholster.image import from_linear, read_exemplar, read_image
 from upholster.methods import synthesize
-from upholster.outputs import TexturedModel
 from upholster.render import render
 from upholster.server.running import listen, make_server
 from upholster.stream import StreamDecoder, encode_stream
+from upholster.textured import TexturedModel
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "stream"))
 

@@ -14,6 +14,7 @@ from typing import Any
 
 from upholster.errors import FormatError, InputError
 from upholster.files import path_inside, read_bytes
+from upholster.formats import split_name
 
 __all__ = ["Job", "check_apart", "check_within", "read_jobs"]
 
@@ -100,8 +101,8 @@ def check_within(jobs: Sequence[Job], inputs: Iterable[str], folders: Sequence[P
     InputError
         If one does.
     """
-    written = (output.removeprefix("atlas:") for job in jobs for output in job.outputs)
-    for name in (*inputs, *written):
+    written = (split_name(output)[1] for job in jobs for output in job.outputs)
+    for name in [*inputs, *map(os.fspath, written)]:
         try:
             path_inside(folders, name)
         except InputError as error:
@@ -120,7 +121,7 @@ def check_apart(jobs: Sequence[Job], inputs: Iterable[str], folder: Path) -> Non
     writers: dict[str, Job] = {}
     for job in jobs:
         for output in job.outputs:
-            place = os.path.realpath(folder / output.removeprefix("atlas:"))
+            place = os.path.realpath(folder / split_name(output)[1])
             if place in writers:
                 raise InputError(
                     f"{output!r} is written by {writers[place].name!r} and by {job.name!r}; allowed: names "

@@ -10,6 +10,7 @@ import numpy as np
 from upholster.charts.unwrap import unwrap
 from upholster.disk_cache import kept_on_disk
 from upholster.errors import InputError
+from upholster.formats import is_model_name
 from upholster.geometry import (
     AnySurface,
     MeshSurface,
@@ -23,7 +24,6 @@ from upholster.geometry.mesh_files import ModelFile, read_model
 from upholster.geometry.patch_mesh import can_be_mesh, patch_mesh
 from upholster.options import ModelOptions
 from upholster.stages import file_stage, stage
-from upholster.suffixes import is_model_name
 from upholster.types import Progress
 
 __all__ = ["Covered", "CoveredLike", "as_covered", "covered_files", "covered_parts"]

@@ -16,6 +16,7 @@ from upholster.cli.console import compiled, say
 from upholster.cli.cover import cover, uses_of
 from upholster.cli.options import spelled_out
 from upholster.errors import InputError, StoppedError, UpholsterError, check_whole
+from upholster.formats import split_name
 from upholster.shown import number_of
 
 if TYPE_CHECKING:
@@ -219,7 +220,7 @@ def _inside(folder: Path) -> Iterator[None]:
 def _make_folders(jobs: "Sequence[Job]", folder: Path) -> None:
     for job in jobs:
         for name in job.outputs:
-            place = (folder / name.removeprefix("atlas:")).parent
+            place = (folder / split_name(name)[1]).parent
             try:
                 place.mkdir(parents=True, exist_ok=True)
             except OSError as error:

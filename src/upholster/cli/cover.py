@@ -9,9 +9,9 @@ import typer
 from upholster.cli.console import compiled, in_bytes, new_console, progress_bars, say
 from upholster.cli.options import by_name, spelled_out
 from upholster.errors import InputError
+from upholster.formats import is_model_name, kind_of, outputs_in_words, split_name
 from upholster.options import ModelOptions, SampleOptions, SynthesisOptions, WriteOptions, differing
 from upholster.shown import number_of, texels_in_words
-from upholster.suffixes import is_model_name
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -137,10 +137,8 @@ def cover(
             "-o",
             "--output",
             metavar="FILE",
-            help="Several at once: .glb .usdz .obj .ply (models), .uph (progressive stream), .html (stream "
-            "and viewer in one file), .npz (texels), .png .jpg .webp .exr (a picture of the model; with "
-            "`atlas:` before the name its texture; with `--texels WxH` the flat texture). A material's other "
-            "maps lie beside textures: `x_normal.png`. A texture above 8192x8192 is several: `x_1.png`, or, "
+            help=f"Several at once: {outputs_in_words()}. A material's other maps lie beside textures: "
+            "`x_normal.png`. A texture above 8192x8192 is several: `x_1.png`, or, "
             "with `<UDIM>` in its name, UDIM tiles.",
         ),
     ],
@@ -269,10 +267,7 @@ def uses_of(
     material = len(sample) > 1 or any(Path(s).is_dir() or Path(s).suffix.lower() == ".zip" for s in sample)
     mesh = is_model_name(on)
     made = asked.method + (" flat" if flat else " mesh" * mesh + " material" * material)
-    kinds = {
-        ".glb": "model", ".obj": "model", ".ply": "model", ".usdz": "model", ".npz": "texels",
-        ".uph": "stream", ".html": "stream", ".stl": "model", ".3mf": "model",
-    }  # fmt: skip
-    uses = ["displaced"] if any(Path(name).suffix.lower() in (".stl", ".3mf") for name in outputs) else []
-    uses += [f"{made} {kinds.get(Path(name).suffix.lower(), 'picture')}" for name in outputs]
+    kinds = [kind for name in outputs if (kind := kind_of(*split_name(name)))]
+    uses = ["displaced"] if any(kind.solid for kind in kinds) else []
+    uses += [f"{made} {kind.kernels}" for kind in kinds]
     return ["prepare", *uses] if preparing.rectify else uses

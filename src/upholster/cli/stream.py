@@ -22,8 +22,8 @@ from upholster.cli.console import (
 from upholster.cli.models import show_model
 from upholster.cli.options import spelled_out
 from upholster.errors import InputError
+from upholster.formats import CAD_SUFFIXES, OUTPUTS, is_model_name, suffixes_of
 from upholster.options import WriteOptions
-from upholster.suffixes import CAD_SUFFIXES, is_model_name
 
 __all__ = ["info", "levels", "refine"]
 
@@ -37,7 +37,7 @@ def refine(
             "-o",
             "--output",
             metavar="FILE",
-            help="As for `cover`: .glb .obj .ply .npz .uph .html, pictures, `atlas:`.",
+            help=f"As for `cover`: {' '.join(suffixes_of(OUTPUTS))}; `atlas:` before the name.",
         ),
     ],
     *,

@@ -5,24 +5,21 @@ from upholster.export.glb import TextureFormat, write_glb
 from upholster.export.html import viewer_page, write_html
 from upholster.export.maps import map_companion, write_map
 from upholster.export.npz import write_npz
-from upholster.export.obj import ObjPart, obj_companions, write_obj, write_tiled_obj
-from upholster.export.pages import UDIM, page_files, udim_tile
-from upholster.export.ply import ply_companion, write_ply
+from upholster.export.obj import ObjPart, write_obj, write_tiled_obj
+from upholster.export.pages import page_files, udim_tile
+from upholster.export.ply import write_ply
 from upholster.export.retextured import Cover, write_retextured_glb
 from upholster.export.stl import write_stl
 from upholster.export.three_mf import write_3mf
 from upholster.export.usdz import check_usd, write_usdz
 
 __all__ = [
-    "UDIM",
     "Cover",
     "ObjPart",
     "TextureFormat",
     "check_usd",
     "map_companion",
-    "obj_companions",
     "page_files",
-    "ply_companion",
     "udim_tile",
     "viewer_page",
     "write_3mf",

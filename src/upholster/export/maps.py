@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from upholster.export.pages import UDIM
 from upholster.export.pbr import DATA_QUALITY
+from upholster.formats import UDIM
 from upholster.image import write_image
 from upholster.image.material import COLORS, as_depth
 from upholster.types import PixelArray

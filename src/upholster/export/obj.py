@@ -15,7 +15,7 @@ from upholster.image import alpha_channel, write_image
 from upholster.model import Mesh
 from upholster.types import FloatArray, IntArray
 
-__all__ = ["ObjPart", "obj_companions", "whole_polygons", "write_obj", "write_tiled_obj"]
+__all__ = ["ObjPart", "whole_polygons", "write_obj", "write_tiled_obj"]
 
 _LINES = {
     "normal": ("norm",),
@@ -37,15 +37,6 @@ class ObjPart(NamedTuple):
 
 
 _WHOLE = ObjPart("")
-
-
-def obj_companions(path: str | os.PathLike[str]) -> tuple[Path, Path]:
-    """Return where material and texture of ``ring.obj`` lie: ``ring.mtl``, ``ring_texture.png`` beside it.
-
-    ``ring.png`` stays free for a picture of the model.
-    """
-    target = Path(path)
-    return target.with_suffix(".mtl"), target.with_name(f"{target.stem}_texture.png")
 
 
 def write_obj(

@@ -8,12 +8,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from upholster.errors import InputError
+from upholster.formats import UDIM
 from upholster.types import IntArray, PixelArray
 
-__all__ = ["UDIM", "PageImages", "check_pages", "images_of", "page_files", "polygons_by_page", "udim_tile"]
-
-UDIM = "<UDIM>"
-"""What stands in a file's name for the number of a tile."""
+__all__ = ["PageImages", "check_pages", "images_of", "page_files", "polygons_by_page", "udim_tile"]
 
 PageImages = PixelArray | Sequence[PixelArray]
 """The image of an atlas, or one for each of its pages."""

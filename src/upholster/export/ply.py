@@ -15,13 +15,7 @@ from upholster.image import write_image
 from upholster.model import Mesh
 from upholster.types import FloatArray, IntArray
 
-__all__ = ["ply_companion", "write_ply"]
-
-
-def ply_companion(path: str | os.PathLike[str]) -> Path:
-    """Return where the texture of ``ring.ply`` lies: ``ring_texture.png`` beside it."""
-    target = Path(path)
-    return target.with_name(f"{target.stem}_texture.png")
+__all__ = ["write_ply"]
 
 
 def write_ply(

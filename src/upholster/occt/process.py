@@ -46,7 +46,7 @@ def read_cad(
     Parameters
     ----------
     path
-        The file, with one of `upholster.suffixes.CAD_SUFFIXES`.
+        The file, with one of `upholster.formats.CAD_SUFFIXES`.
     deviation
         How far triangles may lie from their faces, in millimetres; by default a two-thousandth of the size.
     unique

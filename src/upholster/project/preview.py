@@ -16,10 +16,10 @@ from typing import Any
 from upholster.coverings import Covering, painted_model
 from upholster.errors import CancelledError, check_whole
 from upholster.options import WriteOptions
-from upholster.outputs import TexturedModel
 from upholster.parallel import cancelled_by, check_running
 from upholster.quilt import Quilt
 from upholster.stages import Stages
+from upholster.textured import TexturedModel
 
 __all__ = ["Look", "Preview", "Previews"]
 

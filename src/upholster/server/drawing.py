@@ -22,12 +22,12 @@ from upholster.image.drawing import Drawing
 from upholster.limits import Limits
 from upholster.model import tessellate
 from upholster.options import WriteOptions
-from upholster.outputs import TexturedModel
 from upholster.refining import received_exemplar
 from upholster.render import render
 from upholster.server.pages import THUMBNAIL_SIZE
 from upholster.shown import number_of
 from upholster.stream import StreamDecoder
+from upholster.textured import TexturedModel
 from upholster.writing import painted
 
 __all__ = ["DRAWN", "FAILED", "FRAME", "READ", "draw_thumbnail", "placeholder", "work"]

@@ -8,8 +8,9 @@ from pathlib import Path
 from upholster.cluster import cluster_pool
 from upholster.coverings import Covering
 from upholster.errors import InputError, check_whole
-from upholster.export import UDIM, map_companion, obj_companions, udim_tile, write_tiled_obj
+from upholster.export import map_companion, udim_tile, write_tiled_obj
 from upholster.files import Outputs
+from upholster.formats import OBJ, UDIM
 from upholster.geometry import Surface
 from upholster.image import alpha_channel
 from upholster.image.source import source_parts
@@ -37,7 +38,7 @@ def are_tiles_alone(wanted: Sequence[Output], coverings: Sequence[Covering]) -> 
     An OBJ refers to the tiles then, and needs no texels.
     """
     others = [output for output in wanted if not output.in_tiles]
-    are_obj = all(output.kind == "obj" for output in others)
+    are_obj = all(output.kind is OBJ for output in others)
     patches = isinstance(coverings[0].surface, Surface)
     return len(wanted) == len(others) + 1 and are_obj and patches and _is_by_tasks(coverings)
 
@@ -132,12 +133,11 @@ def _written_obj(
         role: prefix + (tiles.path if role == "albedo" else map_companion(tiles.path, role)).name
         for role in work.maps
     }
-    targets = [output.path, obj_companions(output.path)[0]]
-    places = [files.path(target) for target in targets]
+    places = [files.path(target) for target in output.own]
     alpha = alpha_channel(work.maps["albedo"].shape[2]) is not None
     stem = output.path.stem
     write_tiled_obj(places[0], places[1], mesh, uv, names, stem=stem, alpha=alpha)
-    return {str(target): place.stat().st_size for target, place in zip(targets, places, strict=True)}
+    return {str(target): place.stat().st_size for target, place in zip(output.own, places, strict=True)}
 
 
 def spread_quilt(

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from upholster.errors import FormatError, InputError
 from upholster.files import path_text, read_bytes
+from upholster.formats import CAD_SUFFIXES, MODEL_SUFFIXES
 from upholster.geometry.mesh_files.cad import read_cad_model
 from upholster.geometry.mesh_files.gltf import parse_gltf
 from upholster.geometry.mesh_files.gltf_scene import read_scene
@@ -22,7 +23,6 @@ from upholster.geometry.mesh_files.stl import read_stl
 from upholster.geometry.mesh_files.units import unit_in_metres
 from upholster.geometry.triangle_mesh import TriangleMesh
 from upholster.lengths import parse_length
-from upholster.suffixes import CAD_SUFFIXES, MODEL_SUFFIXES
 from upholster.types import FloatArray, Progress
 
 __all__ = ["read_model"]

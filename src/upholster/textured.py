@@ -1,0 +1,346 @@
+"""The textured model: a surface with its texels, and all that is made of them and written."""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+from dataclasses import field as dataclass_field
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+
+from upholster.charts.directions import DirectionField
+from upholster.charts.seams import ChartSeam, find_seams
+from upholster.conditions import read_conditions
+from upholster.errors import InputError
+from upholster.geometry import AnySurface, MeshSurface
+from upholster.geometry.mesh_files import ModelFile
+from upholster.image import Material
+from upholster.image.source import source_parts
+from upholster.lengths import parse_length
+from upholster.measure import Solid, check_solid, shown_length, solid_lines
+from upholster.model import (
+    Atlas,
+    AtlasLayout,
+    DisplacedMesh,
+    Mesh,
+    build_atlas,
+    build_normal_atlas,
+    charted_mesh,
+    charted_tangents,
+    displaced,
+    kept_box,
+    pack_surface,
+    plain_solid,
+    tessellate,
+    vertex_tangents,
+)
+from upholster.model.packing import GUTTER
+from upholster.options import WriteOptions
+from upholster.quilt import Chart, Quilt, Texels
+from upholster.render import render
+from upholster.render.maps import SHOWN
+from upholster.shown import Shown, number_of, on_a_line
+from upholster.stream import encode_stream
+from upholster.types import FloatArray, PixelArray, Progress
+
+__all__ = ["TexturedModel", "check_displacement", "metres_of", "textured_model"]
+
+
+def metres_of(surface: AnySurface) -> float | None:
+    """Return the length of a model unit in metres; None where it is not known."""
+    return surface.mesh.metres if isinstance(surface, MeshSurface) else None
+
+
+def check_displacement(options: WriteOptions, *, roles: Iterable[str], metres: float | None) -> None:
+    """Raise InputError, before any work, where a model can not be displaced as the options say.
+
+    `roles` are those of the sample's maps, `metres` a model unit has; None where that is not known.
+    """
+    if options.displace is None:
+        return
+    if options.displace_by == "height" and "height" not in roles:
+        raise InputError(
+            "displace needs a height map, and the sample has none; allowed: a material with one, or "
+            "displace_by 'luminance'"
+        )
+    parse_length(options.displace, metres, name="displace")
+    kept_box(read_conditions(options.keep) if options.keep else (), metres)
+
+
+@dataclass(frozen=True)
+class TexturedModel(Shown):
+    """A surface with its texels; mesh and atlas are made when first needed, and shared by all outputs.
+
+    A stream, alone or in a page, holds the quilt and the exemplar instead of the texels: it can be written
+    where they are known.
+
+    Attributes
+    ----------
+    surface, texels
+        The surface, and the base colour on it.
+    options, threads
+        How it is written.
+    quilt, exemplar
+        What the texels were painted from: an image, or a material.
+    maps
+        A material's other maps by role, on the same charts, as `upholster.paint_material` makes them. GLB and
+        pictures show all but the height; files of their own beside the base colour go with OBJ, PLY, atlas
+        and flat texture.
+    read_from
+        The whole stream that all this was read from, if it was: written again as it is.
+    in_tiles
+        Whether the texture coordinates of an OBJ are those of UDIM: each page's lie in a square of their own.
+    file
+        The file that a mesh was read from: a GLB made of it keeps everything else that is in it.
+    field
+        Which way the sample's rows run on a mesh, where it was just covered.
+    notes
+        What writing it told: what of that file could not stay as it was.
+    name
+        Of the material in such a GLB; by default the model's.
+    parts
+        Of several materials: the model of each, see `upholster.joined`. In such a GLB each is a material of
+        its own; all else holds them together.
+    density
+        Texels for a step of the quilt's charts, each way.
+    packed
+        Where charts lie in the atlas, if that is known already: as the options say.
+    """
+
+    surface: AnySurface
+    texels: Texels
+    options: WriteOptions = dataclass_field(default_factory=WriteOptions)
+    threads: int | None = None
+    quilt: Quilt | None = None
+    exemplar: PixelArray | Material | None = None
+    maps: Mapping[str, Texels] = dataclass_field(default_factory=dict)
+    read_from: bytes | None = None
+    in_tiles: bool = False
+    file: ModelFile | None = None
+    field: DirectionField | None = None
+    notes: list[str] = dataclass_field(default_factory=list)
+    name: str = ""
+    parts: tuple["TexturedModel", ...] = ()
+    density: float = 1.0
+    packed: AtlasLayout | None = None
+
+    def __repr__(self) -> str:
+        return on_a_line(
+            self, {"surface": self.surface, "texels": self.texels.count, "maps": list(self.maps)}
+        )
+
+    @cached_property
+    def seams(self) -> tuple[ChartSeam, ...]:
+        """How the charts meet along their edges."""
+        if isinstance(self.surface, MeshSurface):
+            return ()  # charts of a mesh reach beyond it by what gutters need
+        return find_seams(self.surface, self.texels.charts)
+
+    @cached_property
+    def mesh(self) -> Mesh:
+        """The surface as polygons: quadrilaterals, or a mesh's own triangles."""
+        if isinstance(self.surface, MeshSurface):
+            return charted_mesh(self.surface, self.texels.charts)
+        return tessellate(self.surface, self.texels.charts, self.seams, quads=self.options.quads)
+
+    @cached_property
+    def atlas(self) -> Atlas:
+        """All charts' texels in one image, with gutters, on as many pages as it takes."""
+        return build_atlas(self.texels, self.seams, self.layout, threads=self.threads)
+
+    @cached_property
+    def layout(self) -> AtlasLayout:
+        """Where all charts lie in the atlas."""
+        if self.packed is not None:
+            return self.packed
+        return pack_surface(self.surface, self.texels.charts, **self.options.packing)
+
+    @cached_property
+    def stream(self) -> bytes:
+        """Quilt and exemplar as a stream; `InputError` where they are not known."""
+        return self.read_from if self.read_from is not None else self._coded[0]
+
+    @property
+    def sample_quality(self) -> dict[str, float]:
+        """The PSNR in dB that `stream` gives each map of the sample, by role; of one that was read, none."""
+        return {} if self.read_from is not None else self._coded[1]
+
+    @cached_property
+    def _coded(self) -> tuple[bytes, dict[str, float]]:
+        if self.quilt is None or self.exemplar is None:
+            raise InputError("a stream needs a quilt and its sample, not texels alone")
+        parts = source_parts(self.exemplar)
+        if missing := self.maps.keys() - parts.keys():
+            raise InputError(f"a stream needs the material as sample: it lacks {min(missing)!r}")
+        reached: dict[str, float] = {}
+        data = encode_stream(
+            self.surface,
+            self.quilt,
+            parts.pop("albedo"),
+            maps=parts,
+            **self.options.transform,
+            most_bytes=self.options.stream_bytes,
+            reached=reached,
+        )
+        return data, reached
+
+    def map_atlas(self, role: str) -> Atlas:
+        """Return the atlas of one of `maps`, packed as that of the base colour."""
+        texels = self.maps[role]
+        if role == "normal" and not isinstance(self.surface, MeshSurface):
+            return build_normal_atlas(self.surface, texels, self.seams, self.layout, threads=self.threads)
+        return build_atlas(texels, self.seams, self.layout, threads=self.threads)
+
+    @cached_property
+    def uv(self) -> FloatArray:
+        """Texture coordinates of the mesh's vertices in the whole atlas."""
+        return self.atlas.texture_coordinates(self.mesh)
+
+    @cached_property
+    def tangents(self) -> FloatArray | None:
+        """Tangents of the mesh's vertices; None without a normal map, which alone needs them."""
+        if "normal" not in self.maps:
+            return None
+        if isinstance(self.surface, MeshSurface):
+            return charted_tangents(self.mesh)
+        return vertex_tangents(self.surface, self.texels.charts, self.mesh)
+
+    @property
+    def metres(self) -> float | None:
+        """Length of a model unit in metres; None where it is not known."""
+        return metres_of(self.surface)
+
+    @cached_property
+    def displaced(self) -> DisplacedMesh:
+        """The triangles alone, displaced as the options say.
+
+        Raises
+        ------
+        InputError
+            As `check_displacement` and `upholster.model.displaced`.
+        """
+        options = self.options
+        if options.displace is None:
+            return plain_solid(self.mesh)
+        check_displacement(options, roles=self.maps, metres=self.metres)
+        mesh = self.mesh
+        if not isinstance(self.surface, MeshSurface) and len(mesh.quads) > options.triangles // 4:
+            # A quadrilateral is two triangles; as many are for the height map at least.
+            quads = options.triangles // 4
+            mesh = tessellate(self.surface, self.texels.charts, self.seams, quads=quads)
+        return displaced(
+            mesh,
+            self.maps["height"] if options.displace_by == "height" else self.texels,
+            amount=parse_length(options.displace, self.metres, name="displace"),
+            triangles=options.triangles,
+            keep=kept_box(read_conditions(options.keep), self.metres) if options.keep else None,
+            mid=options.mid_level,
+        )
+
+    @cached_property
+    def solid(self) -> Solid:
+        """What `displaced` is as a solid: closed or not, its volume, its thinnest wall."""
+        found = self.displaced
+        return check_solid(found.positions, found.triangles, found.before)
+
+    def solid_notes(self) -> list[str]:
+        """Say for people what `displaced` is as a solid."""
+        lines, found = solid_lines(self.solid, self.metres), self.displaced
+        if found.held:
+            held = number_of(found.held, "vertex", "vertices")
+            lines.append(f"in narrow corners {held} moved less, so that nothing folds over")
+        if found.error:
+            lost = shown_length(found.error, self.metres)
+            lines.append(f"triangles ran out: the surface is up to {lost} off the height map")
+        return lines
+
+    def picture(self, *, progress: Progress | None = None) -> NDArray[np.float32]:
+        """Return a picture of the model, as the options say: (height, width, 3), linear light."""
+        own, fitting = self.options.packing, {"gutter": GUTTER, "size": None, "powers": False}
+        if own["gutter"] is None and not isinstance(self.surface, MeshSurface):
+            own["gutter"] = GUTTER
+        if own != fitting:
+            # The renderer's mip levels need gutters of 16 texels, and no free room between the charts.
+            options = replace(self.options, padding=GUTTER, atlas_size=None, pot=False)
+            return replace(self, options=options, packed=None).picture(progress=progress)
+        return render(
+            self.mesh.positions,
+            self.mesh.normals,
+            self.uv,
+            self.mesh.all_triangles(),
+            self.atlas.pixels,
+            maps={role: self.map_atlas(role).pixels for role in self.maps if role in SHOWN},
+            tangents=self.tangents,
+            normal_scale=self.options.normal_scale,
+            size=self.options.size,
+            view=self.options.view,
+            supersample=self.options.supersample,
+            threads=self.threads,
+            progress=progress,
+        )
+
+
+def textured_model(
+    texels: Texels | Mapping[str, Texels],
+    *,
+    surface: AnySurface | None = None,
+    quilt: Quilt | None = None,
+    exemplar: PixelArray | Material | None = None,
+    options: WriteOptions | None = None,
+    threads: int | None = None,
+) -> TexturedModel:
+    """Put a model together from its texels and what they know of surface, quilt and exemplar.
+
+    Parameters
+    ----------
+    texels
+        As `upholster.paint` makes them, or a material's by role, of `upholster.paint_material`.
+    surface, quilt, exemplar
+        By default what the texels know.
+    options, threads
+        How it is written.
+
+    Raises
+    ------
+    InputError
+        If something is missing, or belongs to another surface.
+    """
+    maps = {"albedo": texels} if isinstance(texels, Texels) else texels
+    if not isinstance(maps, Mapping) or not all(isinstance(each, Texels) for each in maps.values()):
+        raise InputError(f"texels are {on_a_line(texels)}; allowed: Texels, of `upholster.paint`, or by role")
+    if "albedo" not in maps:
+        raise InputError(f"texels have no albedo; they have: {', '.join(map(str, maps)) or 'nothing'}")
+    base, others = maps["albedo"], {role: each for role, each in maps.items() if role != "albedo"}
+    surface = base.surface if surface is None else surface
+    if surface is None:
+        raise InputError("texels were not painted by `upholster.paint`: their surface is not known")
+    base.check_surface(surface)
+    for role, each in others.items():
+        if each.charts != base.charts:
+            raise InputError(f"{role} lies on other charts than albedo; allowed: texels of one quilt")
+    if quilt is None:
+        quilt = base.quilt
+    elif not isinstance(quilt, Quilt):
+        raise InputError(f"quilt is a {type(quilt).__name__}; allowed: a Quilt, of `upholster.synthesize`")
+    elif [_resized(chart) for chart in quilt.charts] != [_resized(chart) for chart in base.charts]:
+        raise InputError(
+            "quilt has other charts than the texels; allowed: the quilt that they were painted by"
+        )
+    if exemplar is None:
+        exemplar = _painted_from(maps)
+    density = 1.0 if quilt is None else float(np.sqrt(base.count / quilt.steps))
+    options = options or WriteOptions()
+    return TexturedModel(surface, base, options, threads, quilt, exemplar, others, density=density)
+
+
+def _resized(chart: Chart) -> Chart:
+    """Return what a chart has in common with the same one painted at another density."""
+    return replace(chart, height=1, width=1)
+
+
+def _painted_from(maps: Mapping[str, Texels]) -> PixelArray | Material | None:
+    """Return the exemplar that texels know of, of several maps the material."""
+    known = {role: texels.exemplar for role, texels in maps.items() if texels.exemplar is not None}
+    if len(known) < len(maps):
+        return None
+    return known["albedo"] if len(known) == 1 else Material(known)
