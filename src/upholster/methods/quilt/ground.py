@@ -148,7 +148,7 @@ def _mesh_arrays(
     owner = np.argsort(vertices.ravel(), kind="stable")
     first = np.searchsorted(vertices.ravel()[owner], np.arange(count + 1))
     places = np.ascontiguousarray(surface.places - 0.5 - corners[surface.chart][:, None])
-    seam, crossing = _crossings(fine, places)
+    seam, crossing = _crossings(surface)
     seam[across < 0] = -1
     return MeshArrays(
         np.ascontiguousarray(mesh.corners),
@@ -170,40 +170,18 @@ def _mesh_arrays(
     )
 
 
-def _crossings(fine: Subdivided, places: FloatArray) -> tuple[IntArray, FloatArray]:
+def _crossings(surface: ChartedSurface) -> tuple[IntArray, FloatArray]:
     # The seams' edges by number, −1 elsewhere, and the transition over each: steps on its triangle's chart to
     # steps beyond, both planes unfolded about the edge.
-    surface, mesh = fine.surface, fine.surface.mesh
     triangle, edge = np.nonzero(surface.is_seam)
-    seam = np.full((len(mesh.triangles), 3), -1, np.int32)
+    seam = np.full((len(surface.chart), 3), -1, np.int32)
     seam[triangle, edge] = np.arange(len(triangle))
-    across = surface.across[triangle, edge]
-    other, its = across // 3, across % 3
-
-    def flat(of: NDArray[np.intp], first: NDArray[np.intp], last: NDArray[np.intp]) -> FloatArray:
-        # Lengths along the edge and across it, per step on the triangle's chart.
-        tangent = mesh.corners[of, last] - mesh.corners[of, first]
-        tangent /= np.maximum(np.linalg.norm(tangent, axis=1), 1e-300)[:, None]
-        axes = np.stack([tangent, np.cross(mesh.flat_normals[of], tangent)], axis=1)
-        edges = (mesh.corners[of, 1:] - mesh.corners[of, :1]).transpose(0, 2, 1)
-        steps = (places[of, 1:] - places[of, :1]).transpose(0, 2, 1)
-        with np.errstate(invalid="ignore"):  # of triangles without area
-            return axes @ edges @ _inverse(steps)
-
-    here = flat(triangle, edge, (edge + 1) % 3)
-    there = flat(other.astype(np.intp), (its.astype(np.intp) + 1) % 3, its.astype(np.intp))
-    with np.errstate(invalid="ignore"):
-        crossing = _inverse(there) @ here
-    sound = np.isfinite(crossing).all(axis=(1, 2)).reshape(-1, 1, 1)
-    return seam, np.ascontiguousarray(np.where(sound, crossing, np.eye(2)))
-
-
-def _inverse(m: FloatArray) -> FloatArray:
-    determinant = m[:, 0, 0] * m[:, 1, 1] - m[:, 0, 1] * m[:, 1, 0]
-    adjoint = np.stack([m[:, 1, 1], -m[:, 0, 1], -m[:, 1, 0], m[:, 0, 0]], axis=1).reshape(-1, 2, 2)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        out: FloatArray = adjoint / determinant[:, None, None]
-    return out
+    other, met = np.divmod(surface.across[triangle, edge], 3)
+    here, there = surface.beside(triangle, edge), surface.beside(other, met)
+    sound = (np.linalg.det(here) != 0) & (np.linalg.det(there) != 0)
+    crossing = np.tile(np.eye(2), (len(sound), 1, 1))
+    crossing[sound] = -np.linalg.solve(there[sound], here[sound])
+    return seam, crossing
 
 
 def _canvases(shapes: NDArray[np.int64]) -> Canvases:
