@@ -38,7 +38,7 @@ def measure(
         float | None,
         typer.Option(
             metavar="DEG",
-            help="On meshes: from which angle on texture was to start anew at edges, as in upholster cover; "
+            help="From which angle on texture was to start anew at edges, as in upholster cover; "
             "seams there are told by themselves. Default: 75.",
         ),
     ] = None,
