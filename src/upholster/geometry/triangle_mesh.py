@@ -219,20 +219,6 @@ class MeshSurface(Shown):
         np.maximum.at(out[:, 1], owner, self.parameters[laid].reshape(-1, 2))
         return frozen_array(out)
 
-    @cached_property
-    def is_seam(self) -> NDArray[np.bool_]:
-        """Which edges of triangles are seams, (T, 3): something meets there, with other parameters."""
-        across = self.mesh.neighbours
-        other, edge = across // 3, across % 3
-        here, there = self.parameters, self.parameters[other]
-        first, last = here, np.roll(here, -1, axis=1)
-        rows = np.arange(len(other))[:, None].repeat(3, axis=1)
-        met_last = there[rows, np.arange(3), edge]
-        met_first = there[rows, np.arange(3), (edge + 1) % 3]
-        same = (first == met_first).all(axis=2) & (last == met_last).all(axis=2)
-        same &= self.island[other] == self.island[:, None]
-        return frozen_array((across >= 0) & ~same & (self.island[:, None] >= 0) & (self.island[other] >= 0))
-
 
 def welded(positions: ArrayLike) -> tuple[FloatArray, IntArray]:
     """Make one vertex of all that lie at exactly the same place.

@@ -14,7 +14,7 @@ from upholster.quilt.displacement import warped_sources
 from upholster.quilt.warp_field import WarpField
 from upholster.types import IntArray
 
-__all__ = ["Border", "Trace", "quilt_windows", "step_sources", "traces"]
+__all__ = ["Border", "Trace", "charted_of", "quilt_windows", "step_sources", "traces"]
 
 MOST_TEXELS = 2**23
 SIDE = 2048
@@ -117,9 +117,14 @@ def step_sources(field: WarpField, owner: NDArray[np.void], rows: Steps, columns
     return np.stack(warped_sources(field, owner, 16 * rows + 8, 16 * columns + 8))
 
 
+def charted_of(quilt: Quilt) -> ChartedSurface | None:
+    """Return what a quilt's charts lie on; None where it does not know its surface."""
+    return None if quilt.surface is None else charted_surface(quilt.surface, quilt.charts)
+
+
 def traces(quilt: Quilt) -> Iterator[Trace]:
     """Trace the parts of a quilt's charts that are measured: what lies on its surface, where it knows it."""
-    charted = None if quilt.surface is None else charted_surface(quilt.surface, quilt.charts)
+    charted = charted_of(quilt)
     for window in quilt_windows(quilt):
         yield Trace.of(quilt, window, charted)
 
