@@ -269,7 +269,7 @@ class _Laying:
         self.numbers = np.zeros(0, np.int64)
         self.records = np.zeros((0, BLOCK_COLUMNS), np.int32)
         self.masks = np.zeros((0, (plan.numbers.size // plan.numbers.cell) ** 2), np.uint8)
-        self.fits: dict[int, FloatArray] = {}
+        self.sheets: dict[int, tuple[NDArray[np.int64], FloatArray]] = {}
         self.first = 0
         self._free: list[LayScratch] = []
 
@@ -342,9 +342,10 @@ class _Laying:
 
     def drawn(self) -> Drawn:
         """Return the ground as it is now."""
-        fits = [np.zeros((0, FIT)), *(self.fits[n] for n in range(len(self.records)))]
-        firsts = np.cumsum([len(one) for one in fits])
-        return Drawn(self.placed, self.own, self.numbers, self.records, firsts, np.concatenate(fits))
+        parts = [self.sheets[start] for start in sorted(self.sheets)]
+        counts = np.concatenate([np.zeros(1, np.int64), *(count for count, _ in parts)])
+        fits = np.concatenate([np.zeros((0, FIT)), *(own for _, own in parts)])
+        return Drawn(self.placed, self.own, self.numbers, self.records, np.cumsum(counts), fits)
 
     def _add(self, centres: Centres, numbers: NDArray[np.int64]) -> None:
         records = np.zeros((len(numbers), BLOCK_COLUMNS), np.int32)
@@ -376,8 +377,8 @@ class _Laying:
         self._free.append(scratch)
 
     def _keep(self, start: int, fits: FloatArray, pieces: NDArray[np.int64]) -> None:
-        for n, count in enumerate(pieces.tolist(), start):
-            self.fits[n] = fits[n - start, : count if self.records[n, LAID] else 0].copy()
+        counts = np.where(self.records[start : start + len(pieces), LAID], pieces, 0)
+        self.sheets[start] = counts, fits[np.arange(MOST_SHEETS) < counts[:, None]]
 
     def _scratch(self) -> LayScratch:
         mesh = self.placed.ground.mesh
