@@ -6,7 +6,7 @@ from numpy.typing import NDArray
 from upholster.jit import allocating_kernel, inline, kernel
 from upholster.types import FloatArray, IntArray, int64
 
-__all__ = ["distances_over_edges", "join_turns", "splat_matrices"]
+__all__ = ["corner_lists", "distances_over_edges", "join_turns", "splat_matrices", "square_axes"]
 
 
 @kernel
@@ -130,3 +130,48 @@ def _root_of(parent: NDArray[np.int64], turns: IntArray, t: int) -> tuple[int, i
         total += turns[t]
         t = parent[t]
     return t, total % 4
+
+
+@kernel
+def square_axes(
+    along: FloatArray, normals: FloatArray, positions: FloatArray, triangles: IntArray, down: FloatArray
+) -> None:
+    """Bring vectors `along` (T, 3) into triangles' planes, as unit vectors; write to `down` those clockwise.
+
+    Where one has no part in the plane, it becomes the triangle's first edge. `normals` (T, 3) are unit ones.
+    """
+    for t in range(along.shape[0]):
+        n, v, w = normals[t], along[t], down[t]
+        off = v[0] * n[0] + v[1] * n[1] + v[2] * n[2]
+        x, y, z = v[0] - off * n[0], v[1] - off * n[1], v[2] - off * n[2]
+        length = np.sqrt(x * x + y * y + z * z)
+        if length < 1e-6:
+            a, b = positions[triangles[t, 0]], positions[triangles[t, 1]]
+            x, y, z = b[0] - a[0], b[1] - a[1], b[2] - a[2]
+            length = np.sqrt(x * x + y * y + z * z)
+        length = max(length, 1e-300)
+        v[0], v[1], v[2] = x / length, y / length, z / length
+        w[0], w[1] = v[1] * n[2] - v[2] * n[1], v[2] * n[0] - v[0] * n[2]
+        w[2] = v[0] * n[1] - v[1] * n[0]
+
+
+@kernel
+def corner_lists(vertices: IntArray, first: NDArray[np.int64], listed: IntArray) -> None:
+    """List the triangles (T, 3) at each vertex: those of v from ``first[v]`` on, before ``first[v + 1]``.
+
+    `first` has one place more than there are vertices, `listed` three for each triangle.
+    """
+    first[:] = 0
+    count = vertices.shape[0]
+    for t in range(count):
+        for k in range(3):
+            first[vertices[t, k]] += 1
+    total = int64(0)
+    for v in range(len(first)):
+        total += first[v]
+        first[v] = total  # where the list ends: it is filled from there
+    for t in range(count - 1, -1, -1):
+        for k in range(2, -1, -1):
+            v = vertices[t, k]
+            first[v] -= 1
+            listed[first[v]] = t

@@ -9,7 +9,7 @@ length.
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.charts._mesh_kernels import splat_matrices
+from upholster.charts._mesh_kernels import splat_matrices, square_axes
 from upholster.charts.charted import ChartedSurface
 from upholster.geometry import TriangleMesh
 from upholster.quilt.placement import SYMMETRIES
@@ -37,16 +37,10 @@ def triangle_frames(mesh: TriangleMesh, vectors: FloatArray) -> tuple[FloatArray
     `vectors` (T, 3, 3) is the field at the triangles' corners; where it has no part in the plane, a triangle
     takes its first edge.
     """
-    normals = mesh.flat_normals
-    along = vectors.mean(axis=1)
-    along = along - (along * normals).sum(axis=1, keepdims=True) * normals
-    length = np.linalg.norm(along, axis=1)
-    edge = mesh.corners[:, 1] - mesh.corners[:, 0]
-    weak = length < 1e-6
-    along[weak] = edge[weak]
-    length[weak] = np.linalg.norm(edge[weak], axis=1)
-    along /= np.maximum(length, 1e-300)[:, None]
-    return along, np.cross(along, normals)
+    along = (vectors[:, 0] + vectors[:, 1] + vectors[:, 2]) / 3
+    down = np.empty_like(along)
+    square_axes(along, mesh.flat_normals, mesh.positions, mesh.triangles, down)
+    return along, down
 
 
 def warp_fields(

@@ -2,19 +2,22 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
 
+from upholster.charts._mesh_kernels import corner_lists
 from upholster.charts.charted import ChartedSurface
 from upholster.charts.directions._kernels import corner_fans
 from upholster.charts.subdivision import Subdivided
 from upholster.charts.warp_fields import triangle_frames
-from upholster.methods.quilt._frame_kernels import Canvases, locate_steps
+from upholster.methods.quilt._frame_kernels import Canvases, bound_places, locate_steps
 from upholster.methods.quilt._lay_kernels import Ground
 from upholster.methods.quilt._sheet_kernels import FieldArrays
 from upholster.methods.quilt._unfold_kernels import MeshArrays
 from upholster.methods.quilt._whole_kernels import CLEAR_CELL, ClearCells, mark_edges
+from upholster.parallel import run_tasks, thread_count
 from upholster.quilt.warp_field import FIELD_STEP, UNIT, WarpField
 from upholster.types import FloatArray, IntArray
 
@@ -50,7 +53,13 @@ class PlacedGround:
 
 
 def ground_of(
-    fine: Subdivided, field: FieldArrays, *, crease: float | None, fold: int, turns: IntArray
+    fine: Subdivided,
+    field: FieldArrays,
+    *,
+    crease: float | None,
+    fold: int,
+    turns: IntArray,
+    threads: int | None = 1,
 ) -> PlacedGround:
     """Return the ground on which blocks are laid, bare.
 
@@ -66,11 +75,15 @@ def ground_of(
         1, 2 or 4: so many directions, turned evenly, count as one.
     turns
         (T,) quarter turns from the warp fields to the directions, see `upholster.charts.turns`.
+    threads
+        As in `upholster.parallel.run_tasks`.
     """
     corners, shapes, sizes = _windows(fine.surface)
     mesh = _mesh_arrays(fine, corners, crease, fold, turns)
     canvases = _canvases(shapes)
-    locate_steps(mesh, canvases, np.full(len(canvases.owners), np.inf, np.float32))
+    away, parts = np.full(len(canvases.owners), np.inf, np.float32), thread_count(threads)
+    tasks = [partial(locate_steps, mesh, canvases, (n, parts), away) for n in range(parts)]
+    run_tasks(tasks, threads=threads)
     clear = _clear_cells(shapes)
     mark_edges(mesh, corners, sizes, clear)
     own = field._replace(origins=np.ascontiguousarray(field.origins - corners))
@@ -91,9 +104,8 @@ def field_arrays(fields: Sequence[WarpField], level: int) -> FieldArrays:
 def _windows(surface: ChartedSurface) -> tuple[NDArray[np.int64], ...]:
     # Of each chart where the window begins that holds its triangles, the window's sides, and the chart's.
     sizes = np.array([(chart.height, chart.width) for chart in surface.charts], np.int64)
-    low, high = np.full(sizes.shape, np.inf), np.full(sizes.shape, -np.inf)
-    np.minimum.at(low, surface.chart, surface.places.min(axis=1))
-    np.maximum.at(high, surface.chart, surface.places.max(axis=1))
+    low, high = np.empty(sizes.shape), np.empty(sizes.shape)
+    bound_places(surface.chart, surface.places, low, high)
     empty: NDArray[np.bool_] = ~np.isfinite(low)
     low[empty] = high[empty] = 0.0
     first = np.floor((low - _BESIDE) / _ALIGNED).astype(np.int64) * _ALIGNED
@@ -116,8 +128,8 @@ def _mesh_arrays(
     # vertex.
     vertices = np.empty(mesh.triangles.shape, np.int32)
     count = corner_fans(across, vertices)
-    owner = np.argsort(vertices.ravel(), kind="stable")
-    first = np.searchsorted(vertices.ravel()[owner], np.arange(count + 1))
+    first, listed = np.empty(count + 1, np.int64), np.empty(vertices.size, np.int32)
+    corner_lists(vertices, first, listed)
     places = np.ascontiguousarray(surface.places - 0.5 - corners[surface.chart][:, None])
     seam, crossing = _crossings(fine, places)
     seam[across < 0] = -1
@@ -125,8 +137,8 @@ def _mesh_arrays(
         np.ascontiguousarray(mesh.corners),
         vertices,
         across,
-        first.astype(np.int64),
-        (owner // 3).astype(np.int32),
+        first,
+        listed,
         np.ascontiguousarray(fine.vectors),
         np.ascontiguousarray(mesh.flat_normals),
         along,

@@ -118,14 +118,17 @@ class LayPlan:
         """Return counts of an exemplar of which nothing is used yet."""
         return np.zeros(self.usage)
 
-    def ground(self, parcel: int, blocks: float) -> PlacedGround | None:
-        """Return the bare ground of a parcel and so many blocks round it; None: nothing lies there."""
+    def ground(self, parcel: int, blocks: float, *, threads: int | None = 1) -> PlacedGround | None:
+        """Return the bare ground of a parcel and so many blocks round it; None: nothing lies there.
+
+        `threads` is as in `upholster.parallel.run_tasks`.
+        """
         box = self.parcels.box(parcel, blocks)
         fine = subdivided_in(self.surface, self.vectors, _SHORT * self.numbers.size / self.pixels, box)
         if fine is None:
             return None
         turns = self.turns[fine.parent]
-        return ground_of(fine, self.field, crease=self.crease, fold=self.fold, turns=turns)
+        return ground_of(fine, self.field, crease=self.crease, fold=self.fold, turns=turns, threads=threads)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -226,7 +229,7 @@ def lay_parcel(
     threads, progress
         As in `upholster.parallel.run_tasks`; stage "blocks".
     """
-    placed = plan.ground(parcel, _AROUND_LAYING + _REACH)
+    placed = plan.ground(parcel, _AROUND_LAYING + _REACH, threads=threads)
     if placed is None:
         return ParcelBlocks.joined(plan, ()), None
     laying = _Laying(plan, parcel, placed, usage, threads, progress)
