@@ -1,9 +1,7 @@
 """The lattice of a sample: the waves at which it repeats, and their phases at every pixel."""
 
-import hashlib
 from dataclasses import dataclass
 from itertools import combinations
-from threading import Lock
 from typing import NamedTuple
 
 import numpy as np
@@ -11,6 +9,7 @@ from numpy.typing import NDArray
 
 from upholster.lattice.choice import TOLERANCE, chosen_waves
 from upholster.lattice.following import Followed, follow, pixel_phases
+from upholster.lattice.known import KnownOfSamples
 from upholster.lattice.peaks import LEAST_PERIODS, Peak, periods, spectrum_peaks
 from upholster.lattice.planes import Plane, planes, reduced
 from upholster.types import FloatArray, PixelArray, frozen_array
@@ -39,12 +38,6 @@ _MULTIPLES = np.array([-5, -4, -3, -2, -1, 1, 2, 3, 4, 5])
 
 _SURE = 0.55
 """Certainty below which a wave is left out."""
-
-
-_LOCK = Lock()
-_KEPT = 4
-_KNOWN: "dict[tuple[tuple[int, ...], str, bytes], Lattice | None]" = {}
-"""What was found in the last samples: block size, phases and measures ask for the same one, one by one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,6 +101,9 @@ class Lattice:
             long = long - steps * short
 
 
+_KNOWN = KnownOfSamples[Lattice | None]()
+
+
 def find_lattice(exemplar: PixelArray) -> Lattice | None:
     """Find the one or two waves at which a sample repeats.
 
@@ -128,17 +124,7 @@ def find_lattice(exemplar: PixelArray) -> Lattice | None:
     """
     if min(exemplar.shape[:2]) < _LEAST_SIDE:
         return None
-    digest = hashlib.blake2b(np.ascontiguousarray(exemplar).data, digest_size=16).digest()
-    key = (exemplar.shape, exemplar.dtype.str, digest)
-    with _LOCK:
-        if key in _KNOWN:
-            return _KNOWN[key]
-    found = _found(exemplar)
-    with _LOCK:
-        _KNOWN[key] = found
-        while len(_KNOWN) > _KEPT:
-            del _KNOWN[next(iter(_KNOWN))]
-    return found
+    return _KNOWN.get(exemplar, _found)
 
 
 def _found(exemplar: PixelArray) -> Lattice | None:
