@@ -1,10 +1,11 @@
 """Hot loops of `upholster.charts.multigrid`: coarsening, the cycle over all levels, and what it serves.
 
 A matrix is Hermitian: `starts` (n + 1,), `columns` and `values` hold its rows without the diagonal, which is
-real and stands in `diagonal` (n,).
+real and stands in `diagonal` (n,). A row's entries before the diagonal come first: `middles` (n,) tell where
+those behind it begin.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,6 +41,7 @@ class Rows(NamedTuple):
     """A Hermitian matrix, see the module."""
 
     starts: IntArray
+    middles: IntArray
     columns: IntArray
     values: ComplexArray
     diagonal: FloatArray
@@ -115,15 +117,19 @@ def _subtract_product(rows: Rows, x: ComplexArray, right: ComplexArray, out: Com
 
 
 @inline
-def _smooth_down(rows: Rows, right: ComplexArray, x: ComplexArray) -> None:
-    """One sweep of Gauss and Seidel from the first unknown to the last, from x = 0 whatever it holds."""
+def _smooth_down(rows: Rows, right: ComplexArray, x: ComplexArray, rest: ComplexArray) -> None:
+    # One sweep of Gauss and Seidel from the first unknown to the last, from x = 0 whatever it holds. What is
+    # left of the right side is what the entries behind the diagonal make of x.
     for i in range(len(x)):
         total = right[i]
-        for k in range(rows.starts[i], rows.starts[i + 1]):
-            j = rows.columns[k]
-            if j < i:
-                total -= rows.values[k] * x[j]
+        for k in range(rows.starts[i], rows.middles[i]):
+            total -= rows.values[k] * x[rows.columns[k]]
         x[i] = total * (1.0 / rows.diagonal[i])
+    for i in range(len(x)):
+        total = 0j
+        for k in range(rows.middles[i], rows.starts[i + 1]):
+            total -= rows.values[k] * x[rows.columns[k]]
+        rest[i] = total
 
 
 @inline
@@ -196,6 +202,19 @@ def _list_members(group: IntArray, first: IntArray, members: IntArray) -> None:
             members[first[group[i]]] = i
 
 
+@inline
+def _parted(rows: Rows, row: int, stop: int) -> Any:
+    # Brings the entries of a row, up to `stop`, that lie before the diagonal to its front; returns how far.
+    middle = rows.starts[row]
+    for k in range(rows.starts[row], stop):
+        if rows.columns[k] < row:
+            column, value = rows.columns[k], rows.values[k]
+            rows.columns[k], rows.values[k] = rows.columns[middle], rows.values[middle]
+            rows.columns[middle], rows.values[middle] = column, value
+            middle += 1
+    return middle
+
+
 @kernel
 def coarse_rows(
     rows: Rows,
@@ -236,6 +255,7 @@ def coarse_rows(
                     coarse.values[filled] = value
                     filled += 1
         coarse.diagonal[g] = diagonal
+        coarse.middles[g] = _parted(coarse, g, filled)
     coarse.starts[len(first) - 1] = filled
     return filled
 
@@ -322,6 +342,7 @@ def _rows_at(levels: Levels, depth: int) -> Rows:
     rows = levels.rows
     return Rows(
         rows.starts[first[0] + depth : last[0] + depth + 1],
+        rows.middles[first[0] : last[0]],
         rows.columns[first[1] : last[1]],
         rows.values[first[1] : last[1]],
         rows.diagonal[first[0] : last[0]],
@@ -336,12 +357,12 @@ def _vector(levels: Levels, work: Work, depth: int, which: int) -> ComplexArray:
 
 
 @inline
-def _solve_at_last(levels: Levels, right: ComplexArray, x: ComplexArray, depth: int) -> None:
+def _solve_at_last(levels: Levels, work: Work, right: ComplexArray, x: ComplexArray, depth: int) -> None:
     if len(levels.factor):
         _divide_out(levels.factor, right, x)
     else:
         rows = _rows_at(levels, depth)
-        _smooth_down(rows, right, x)
+        _smooth_down(rows, right, x, _vector(levels, work, depth, _RESIDUAL))
         _smooth_up(rows, right, x)
 
 
@@ -383,7 +404,7 @@ def _cycle(levels: Levels, work: Work, right: ComplexArray, x: ComplexArray, top
     # Below each level is solved by one cycle or two, joined as conjugate gradients join them.
     last = levels.firsts.shape[0] - 2
     if top == last:
-        _solve_at_last(levels, right, x, top)
+        _solve_at_last(levels, work, right, x, top)
         return
     _copy(right, _vector(levels, work, top, _RIGHT))
     depth, work.stages[top] = top, 0
@@ -393,13 +414,14 @@ def _cycle(levels: Levels, work: Work, right: ComplexArray, x: ComplexArray, top
             own = _vector(levels, work, depth, _RIGHT if first else _REST)
             z, residual = _vector(levels, work, depth, _FIRST if first else _MORE), _RESIDUAL
             rest, rows = _vector(levels, work, depth, residual), _rows_at(levels, depth)
-            _smooth_down(rows, own, z)
-            _subtract_product(rows, z, own, rest)
+            _smooth_down(rows, own, z, rest)
             a, b = levels.firsts[depth, 0], levels.firsts[depth + 1, 0]
             depth += 1
             _restrict(levels.group[a:b], levels.phase[a:b], rest, _vector(levels, work, depth, _RIGHT))
             work.stages[depth] = 0
-        _solve_at_last(levels, _vector(levels, work, last, _RIGHT), _vector(levels, work, last, _FOUND), last)
+        _solve_at_last(
+            levels, work, _vector(levels, work, last, _RIGHT), _vector(levels, work, last, _FOUND), last
+        )
         while True:
             below = _vector(levels, work, depth, _FOUND)
             depth -= 1

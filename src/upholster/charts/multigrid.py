@@ -56,13 +56,14 @@ def hermitian(
     diagonal
         (count,) real.
     """
-    row = np.concatenate([first, second])
-    order = np.argsort(row, kind="stable")
+    row, column = np.concatenate([first, second]), np.concatenate([second, first]).astype(np.int32)
+    before = column < row
+    order = np.argsort(2 * row.astype(np.int64) + ~before, kind="stable")
     starts = np.zeros(count + 1, np.int32)
     np.cumsum(np.bincount(row, minlength=count), out=starts[1:])
-    columns = np.concatenate([second, first]).astype(np.int32)[order]
+    middles = starts[:-1] + np.bincount(row[before], minlength=count).astype(np.int32)
     both = np.concatenate([values, np.conj(values)]).astype(np.complex128)[order]
-    return Rows(starts, columns, both, np.ascontiguousarray(diagonal, np.float64))
+    return Rows(starts, middles, column[order], both, np.ascontiguousarray(diagonal, np.float64))
 
 
 @dataclass(frozen=True, slots=True)
@@ -251,6 +252,7 @@ def _coarser(rows: Rows, group: IntArray, phase: ComplexArray, count: int) -> Ro
     room = len(rows.columns)
     coarse = Rows(
         np.zeros(count + 1, np.int32),
+        np.empty(count, np.int32),
         np.empty(room, np.int32),
         np.empty(room, np.complex128),
         np.empty(count),

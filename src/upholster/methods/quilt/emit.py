@@ -192,12 +192,12 @@ def _joined(shape: tuple[int, int], pieces: Sequence[LabelPiece], cell: int, lev
     # A chart's cells, and all sheets of its pieces. Where two pieces tell of a cell, the nearer one counts,
     # and of two as near the first.
     labels, nearest = np.full(shape, -1, np.int32), np.full(shape, np.inf, np.float32)
-    _, first, row = np.unique(
-        np.concatenate([np.zeros(0, np.int64), *(piece.numbers for piece in pieces)]),
-        return_index=True,
-        return_inverse=True,
-    )
-    start, row = 0, row.reshape(-1)
+    if len(pieces) == 1:
+        first = row = np.arange(len(pieces[0].numbers))
+    else:
+        numbers = np.concatenate([np.zeros(0, np.int64), *(piece.numbers for piece in pieces)])
+        _, first, row = np.unique(numbers, return_index=True, return_inverse=True)
+    start = 0
     for piece in pieces:
         enter_piece(piece.labels, piece.away, row[start:], piece.corner, labels, nearest)
         start += len(piece.numbers)
