@@ -13,6 +13,7 @@ from benchmarks import claims as claims_module
 from benchmarks import fidelity as fidelity_module
 from benchmarks import first_hours as first_hours_module
 from benchmarks import lattices as lattices_module
+from benchmarks import live as live_module
 from benchmarks import photos as photos_module
 from benchmarks import seams as seams_module
 from benchmarks import sheet as sheet_module
@@ -54,6 +55,7 @@ BENCHMARKS = {
     "seams": seams_module.seams,
     "lattices": lattices_module.lattices,
     "photos": photos_module.photos,
+    "live": live_module.live,
     "first_hours": first_hours_module.first_hours,
 }
 WITH_FOLDER = {"codec": codec, "profiles": profiles, "unwrap": unwrapping, "meshstream": meshstream}
@@ -63,6 +65,7 @@ PROGRAMS = {
     "seams": seams_module.main,
     "lattices": lattices_module.main,
     "photos": photos_module.main,
+    "live": live_module.main,
     "first_hours": first_hours_module.main,
 }
 

@@ -12,6 +12,10 @@ settings.register_profile("random", deadline=None)
 settings.load_profile("same")
 
 
+# What a test reads, it reads anew: nothing of an earlier run.
+os.environ["UPHOLSTER_CACHE"] = "off"
+
+
 def pytest_sessionstart(session: pytest.Session) -> None:
     """Compile all kernels once, side by side, before several workers would each compile them."""
     several = getattr(session.config.option, "numprocesses", None)

@@ -43,7 +43,7 @@ def test_the_sample_is_a_sixth_of_the_model_wide_whatever_its_pixels(sample, pix
     on = box if spec == "box" else spec
     folder = EXAMPLES / sample
     source, out = str(folder if folder.is_dir() else folder.with_suffix(".png")), tmp_path / "x.npz"
-    found = cover(source, on, [str(out)], resize=pixels, synthesis={"texels": 60_000})
+    found = cover(source, on, [str(out)], sample={"resize": pixels}, synthesis={"texels": 60_000})
     wide = float(found.settled["sample"].split()[0])
     assert wide == pytest.approx(surface_from_spec(on).size / 6, rel=1e-3)
     assert "--sample-size" in found.settled["sample"]
@@ -87,7 +87,7 @@ def test_a_sample_that_is_no_texture_is_told(tmp_path):
     words = str(tmp_path / "sky.png"), "plane", [str(tmp_path / "x.npz")]
     (note,) = cover(*words, synthesis={"texels": 10_000}).notes
     assert "not look like one texture: the upper half" in note
-    assert cover(*words, crop=(0, 32, 64, 32), synthesis={"texels": 10_000}).notes == []
+    assert cover(*words, sample={"crop": (0, 32, 64, 32)}, synthesis={"texels": 10_000}).notes == []
 
 
 def test_the_size_of_an_element_stands_for_that_of_the_sample(tmp_path):

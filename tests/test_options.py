@@ -80,7 +80,7 @@ def run(command, monkeypatch, target, *arguments):
 
 def test_what_is_written_arrives_as_options(monkeypatch):
     given = run(
-        "cover", monkeypatch, "upholster.pipeline.cover", "a.png", "--on", "plane", "-o", "b.png",
+        "cover", monkeypatch, "upholster.project.project.cover", "a.png", "--on", "plane", "-o", "b.png",
         "--texels", "512x400", "--tileable", "--evenness", "1", "--shortlist", "8", "--size", "20x30",
         "--view", "10,-5.5", "--wavelet", "haar", "--sample-quality", "lossless", "--bytes", "8k",
         "--texture", "webp",
@@ -96,7 +96,7 @@ def test_what_is_written_arrives_as_options(monkeypatch):
     )
     assert given["options"].stream_choices == ["wavelet", "sample_quality", "bytes"]
     paper = run(
-        "cover", monkeypatch, "upholster.pipeline.cover", "a.png", "--on", "plane", "-o", "b.png",
+        "cover", monkeypatch, "upholster.project.project.cover", "a.png", "--on", "plane", "-o", "b.png",
         "--method", "paper", "--no-seams", "--chart", "64",
     )  # fmt: skip
     assert paper["synthesis"] == SynthesisOptions(method="paper", seams=False, chart=64)

@@ -10,7 +10,7 @@ import pytest
 from gltf_models import Glb
 
 from upholster.charts.covered import covered_parts
-from upholster.coverings import material_choices, progress_of_each
+from upholster.coverings import progress_of_each, read_materials
 from upholster.errors import InputError
 from upholster.geometry import MeshSurface
 from upholster.image import read_image, write_image
@@ -178,7 +178,7 @@ def test_progress_goes_on_over_all_of_them() -> None:
 def test_an_at_in_a_name_is_no_size(tmp_path: Path) -> None:
     (tmp_path / "x@2").mkdir()
     sources = {"a": "oak.jpg@30 cm", "b": "oak@2x.jpg", "c": str(tmp_path / "x@2"), "d": "a@b/c.png@.5"}
-    sizes = [(choice.source, choice.sample_size) for choice in material_choices(sources)]
+    sizes = [(sample.source, sample.size) for sample in read_materials(sources).values()]
     assert sizes == [("oak.jpg", "30 cm"), ("oak@2x.jpg", None), (sources["c"], None), ("a@b/c.png", ".5")]
 
 
@@ -192,7 +192,11 @@ WRONG: dict[str, tuple[dict[str, Any], dict[str, Any], str]] = {
     "method": ({"Top": "red.png"}, {"synthesis": {"method": "paper"}}, "method is 'paper'"),
     "patches": ({"Top": "red.png"}, {"on": "torus"}, "several materials are for models"),
     "part": ({"Top": "red.png"}, {"model": {"part": ["Top"]}}, "part says what the sample covers"),
-    "crop": ({"Top": "red.png"}, {"crop": (0, 0, 32, 32)}, "crop is for SAMPLE, and none is given"),
+    "crop": (
+        {"Top": "red.png"},
+        {"sample": {"crop": (0, 0, 32, 32)}},
+        "crop is for SAMPLE, and none is given",
+    ),
     "no sample": ({}, {}, "no SAMPLE is given"),
     "over a sample": ({"Top": "red.png"}, {"target": "red.png"}, "red.png"),
 }

@@ -1,13 +1,14 @@
 """Samples and what each covers: one on all of a surface, or several, each on parts of a model."""
 
+import math
 import os
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property, partial
 from pathlib import Path
-from typing import Any, cast
+from typing import cast
 
 from upholster.charts.axis_directions import closed_rounds
 from upholster.charts.covered import Covered, CoveredLike, as_covered, covered_parts
@@ -18,14 +19,14 @@ from upholster.fitting import fitted
 from upholster.geometry import AnySurface, MeshSurface, Surface
 from upholster.geometry.mesh_files import ModelFile
 from upholster.image import IMAGE_SUFFIXES, Material
-from upholster.image.material_files import FilesByRole
 from upholster.image.roles import ROLES
-from upholster.image.source import Source, read_source, source_files, source_names, source_parts
+from upholster.image.source import Sample, Source, read_source, source_parts
 from upholster.joined import joined_model
 from upholster.lattice import find_lattice
 from upholster.lengths import read_length
 from upholster.methods import (
     Prepared,
+    coarser,
     execute,
     kept_sample,
     matched_image,
@@ -36,6 +37,7 @@ from upholster.methods import (
 from upholster.options import ModelOptions, SampleOptions, SynthesisOptions, WriteOptions
 from upholster.outputs import TexturedModel
 from upholster.quilt import Chart, Quilt
+from upholster.quilt.painting import PAINTED_DENSITIES
 from upholster.reports import counts_of, notes_before, settled_words
 from upholster.shown import on_a_line
 from upholster.stream import check_layout
@@ -45,16 +47,16 @@ from upholster.types import PixelArray, Progress
 from upholster.writing import painted
 
 __all__ = [
-    "Choice",
     "Covering",
     "check_not_swapped",
     "check_samples",
     "check_streamed",
     "counted",
-    "material_choices",
     "painted_model",
     "progress_of_each",
     "read_coverings",
+    "read_materials",
+    "read_sample",
     "roles_of",
     "settled",
     "synthesized",
@@ -62,30 +64,6 @@ __all__ = [
 
 _REST = "the others"
 """What a report calls the parts that no pattern fits."""
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Choice:
-    """A material that was asked for.
-
-    Attributes
-    ----------
-    pattern
-        Which parts of the model it is for.
-    source
-        The sample or material.
-    sample_size
-        Its width on the model; None where nothing was said.
-    """
-
-    pattern: str
-    source: Source
-    sample_size: str | None = None
-
-    def named(self) -> Any:
-        """Return sample and size as a report has them."""
-        names = source_names(self.source)
-        return names if self.sample_size is None else f"{names}@{self.sample_size}"
 
 
 def check_not_swapped(exemplar: Source | None, on: CoveredLike) -> None:
@@ -100,35 +78,43 @@ def check_not_swapped(exemplar: Source | None, on: CoveredLike) -> None:
         )
 
 
-def check_samples(
-    exemplar: Source | None,
-    choices: Sequence[Choice],
-    preparing: SampleOptions,
-    maps: FilesByRole | None,
-    normal: str | None,
-) -> list[str]:
+def check_samples(sample: Sample | None, materials: Mapping[str, Sample]) -> list[str]:
     """Return the files that all samples are read from.
 
     Raises
     ------
     InputError
-        If there is no sample at all, or it is told how one is read that is not there.
+        If there is no sample at all.
     """
-    if exemplar is None:
-        if not choices:
-            raise InputError("no SAMPLE is given; allowed: one, or --material for parts of a model")
-        told = asdict(preparing) | {"map": maps, "normal": normal}
-        if names := ", ".join(name for name, value in told.items() if value):
-            raise InputError(
-                f"{names} is for SAMPLE, and none is given; allowed: with one, or `upholster prepare` for "
-                "other samples"
-            )
-    own = [] if exemplar is None else source_files(exemplar, maps)
-    return [*own, *(file for choice in choices for file in source_files(choice.source))]
+    if sample is None and not materials:
+        raise InputError("no SAMPLE is given; allowed: one, or --material for parts of a model")
+    return [file for each in (*([sample] if sample else []), *materials.values()) for file in each.files]
 
 
-def material_choices(materials: Mapping[str, Source] | None) -> list[Choice]:
-    """Read materials by pattern, sizes behind an @ as well: ``{"Seat": "leather.jpg@30cm"}``.
+def read_sample(source: Source | Sample | None, options: SampleOptions) -> Sample | None:
+    """Return a sample, read as options say that are told beside it.
+
+    Raises
+    ------
+    InputError
+        If there are options and no sample, or one with options of its own.
+    """
+    if options == SampleOptions():
+        return None if source is None else Sample.of(source)
+    names = ", ".join(name for name, value in asdict(options).items() if value)
+    if source is None:
+        raise InputError(
+            f"{names} is for SAMPLE, and none is given; allowed: with one, or `upholster prepare` for "
+            "other samples"
+        )
+    found = Sample.of(source)
+    if found.options != SampleOptions():
+        raise InputError(f"{names} is told of a sample that has options of its own; allowed: one of both")
+    return replace(found, options=options)
+
+
+def read_materials(materials: Mapping[str, Source | Sample] | None) -> dict[str, Sample]:
+    """Read samples by the parts that they are for, sizes behind an @ as well: ``{"Seat": "oak.jpg@30cm"}``.
 
     Raises
     ------
@@ -136,7 +122,7 @@ def material_choices(materials: Mapping[str, Source] | None) -> list[Choice]:
         If it is no mapping, a pattern is empty or there twice in other letters, or a size is no length.
     """
     if materials is None:
-        return []
+        return {}
     if not isinstance(materials, Mapping) or not all(isinstance(name, str) for name in materials):
         raise InputError(f"materials are {on_a_line(materials)}; allowed: samples by the name of a part")
     known: set[str] = set()
@@ -146,21 +132,21 @@ def material_choices(materials: Mapping[str, Source] | None) -> list[Choice]:
                 f"material for {pattern!r} is given twice, or for no name; allowed: each name once"
             )
         known.add(pattern.lower())
-    return [_choice(pattern, source) for pattern, source in materials.items()]
+    return {pattern: _material(pattern, source) for pattern, source in materials.items()}
 
 
-def _choice(pattern: str, source: Source) -> Choice:
+def _material(pattern: str, source: Source | Sample) -> Sample:
     if not isinstance(source, (str, os.PathLike)):
-        return Choice(pattern, source)
+        return Sample.of(source)
     text = os.fspath(source)
     file, at, size = text.rpartition("@")
     # A file may have an @ in its name: that it is there, or goes on with a suffix, tells.
     if not at or os.path.exists(text) or (re.search(r"\.[a-zA-Z]", size) and "/" not in size):
-        return Choice(pattern, text)
+        return Sample(text)
     if not file:
         raise InputError(f"material for {pattern!r} is {text!r}; allowed: a file before the @")
     read_length(size, name=f"size of the material for {pattern!r}")
-    return Choice(pattern, file, size)
+    return Sample(file, size)
 
 
 @dataclass(frozen=True, eq=False)
@@ -179,8 +165,6 @@ class Covering:
         How it is laid.
     title
         Of the material in a file.
-    first
-        One before it on the same mesh, which shares what they have in common.
     largest
         Texels: greatest height and width of a chart on patches.
     """
@@ -190,7 +174,6 @@ class Covering:
     source: PixelArray | Material
     asked: SynthesisOptions
     title: str = ""
-    first: "Covering | None" = None
     largest: int = LONGEST
 
     @property
@@ -216,9 +199,8 @@ class Covering:
     @cached_property
     def prepared(self) -> Prepared:
         """What will be done, settled; InputError if something is out of range."""
-        field = None if self.first is None else self.first.prepared.field
         with _naming(self.name):
-            return prepare(self.seen, self.surface, self.asked, field=field, largest=self.largest)
+            return prepare(self.seen, self.surface, self.asked, largest=self.largest)
 
     @property
     def charts(self) -> tuple[Chart, ...]:
@@ -236,29 +218,36 @@ class Covering:
         found = notes_before(self.surface, self.prepared, self.seen, maps)
         return [f"{self.name}: {note}" if self.name else note for note in found]
 
-    def synthesized(self, *, seed: int, threads: int | None, progress: Progress | None) -> Quilt:
-        """Return the quilt."""
+    def synthesized(
+        self, *, octaves: int = 0, seed: int, threads: int | None, progress: Progress | None
+    ) -> Quilt:
+        """Return the quilt; for a quick look one whose steps are longer by so many powers of two."""
         with _naming(self.name):
-            return execute(
-                self.prepared, self.seen, self.surface, seed=seed, threads=threads, progress=progress
-            )
+            prepared = coarser(self.prepared, self.seen, octaves) if octaves else self.prepared
+            return execute(prepared, self.seen, self.surface, seed=seed, threads=threads, progress=progress)
 
     def textured(
-        self, quilt: Quilt, options: WriteOptions, threads: int | None, progress: Progress | None
+        self,
+        quilt: Quilt,
+        options: WriteOptions,
+        *,
+        density: float | None = None,
+        threads: int | None,
+        progress: Progress | None,
     ) -> TexturedModel:
-        """Return the model with its texels painted."""
-        texels, others = painted(quilt, self.source, threads, progress)
+        """Return the model with its texels painted, so many for a step each way."""
+        density = quilt.density if density is None else density
+        texels, others = painted(quilt, self.source, threads, progress, density=density)
         return TexturedModel(
             self.surface, texels, options, threads, quilt, self.source, others,
-            file=self.covered.model, field=self.prepared.field, name=self.title, density=quilt.density,
+            file=self.covered.model, field=self.prepared.field, name=self.title, density=density,
         )  # fmt: skip
 
 
 def read_coverings(
-    exemplar: Source | None,
+    sample: Sample | None,
     on: CoveredLike,
-    choices: Sequence[Choice],
-    read: Callable[[Source], PixelArray | Material],
+    materials: Mapping[str, Sample],
     reading: ModelOptions,
     asked: SynthesisOptions,
     *,
@@ -269,14 +258,12 @@ def read_coverings(
 
     Parameters
     ----------
-    exemplar
-        For all that none of the choices is for; None: that is left as it is.
+    sample
+        For all that no material is for; None: that is left as it is.
     on
-        The surface; with choices, a model's file.
-    choices
+        The surface; with materials, a model's file.
+    materials
         Other samples, each for parts of the model.
-    read
-        Reads `exemplar`.
     reading, asked
         How the model is read, and how it is covered. A number of texels is for all together.
     notes
@@ -289,8 +276,8 @@ def read_coverings(
     InputError, FormatError
         As `covered_parts` and `read_source`, with the material's pattern.
     """
-    if not choices:
-        assert exemplar is not None  # `check_samples` looked
+    if not materials:
+        assert sample is not None  # `check_samples` looked
         covered = as_covered(
             on,
             reading,
@@ -299,36 +286,37 @@ def read_coverings(
             progress=progress,
         )
         notes += covered.notes
-        source = read(exemplar)
-        notes += source.notes if isinstance(source, Material) else ()
-        source = kept_sample(source, asked)
-        asked = _with_axes(asked, covered, source, notes)
-        return [Covering(None, covered, source, asked)]
+        return [_covering(None, covered, sample, asked, notes)]
     if asked.method != "quilt":
         raise InputError(f"method is {asked.method!r} with several materials; allowed there: 'quilt'")
-    by_pattern = {choice.pattern: choice for choice in choices}
-    parts = covered_parts(on, list(by_pattern), reading, rest=exemplar is not None, progress=progress)
+    parts = covered_parts(on, list(materials), reading, rest=sample is not None, progress=progress)
     out: list[Covering] = []
     for pattern, covered in parts.items():
         notes += covered.notes
-        wanted = by_pattern.get(pattern)
+        own = materials.get(pattern, sample)
+        assert own is not None  # there is a rest only with a sample
+        title = _title(own.source, pattern)
+        shared = _share(asked, covered, parts)
         with _naming(pattern or _REST):
-            if wanted is None:
-                assert exemplar is not None  # there is a rest only then
-                source, size = read(exemplar), None
-            else:
-                source, size = read_source(wanted.source, SampleOptions(), notes=notes), wanted.sample_size
-            source = kept_sample(source, asked)
-        notes += (
-            [f"{pattern or _REST}: {note}" for note in source.notes] if isinstance(source, Material) else []
-        )
-        sized = asked if size is None else replace(asked, sample_size=size, element_size=None)
-        own = _share(sized, covered, parts)
-        with _naming(pattern or _REST):
-            own = _with_axes(own, covered, source, notes)
-        title = _title(exemplar if wanted is None else wanted.source, pattern)
-        out.append(Covering(pattern, covered, source, own, title, out[0] if out else None))
+            out.append(_covering(pattern, covered, own, shared, notes, title))
     return out
+
+
+def _covering(
+    pattern: str | None,
+    covered: Covered,
+    sample: Sample,
+    asked: SynthesisOptions,
+    notes: list[str],
+    title: str = "",
+) -> Covering:
+    source = read_source(sample, notes=notes)
+    if isinstance(source, Material):
+        notes += source.notes if pattern is None else [f"{pattern or _REST}: {note}" for note in source.notes]
+    if sample.size is not None:
+        asked = replace(asked, sample_size=sample.size, element_size=None)
+    source = kept_sample(source, asked)
+    return Covering(pattern, covered, source, _with_axes(asked, covered, source, notes), title)
 
 
 def _with_axes(
@@ -448,17 +436,36 @@ def painted_model(
     quilts: Sequence[Quilt],
     options: WriteOptions,
     *,
+    texels: int | None = None,
     threads: int | None,
     progress: Progress | None,
 ) -> TexturedModel:
-    """Return the model with the texels of all of them."""
+    """Return the model with the texels of all of them; if `texels` is given, with so many at most."""
     shares = progress_of_each(progress, [each.texels for each in coverings])
     return joined_model(
         [
-            each.textured(quilt, options, threads, share)
+            each.textured(
+                quilt,
+                options,
+                density=_density(coverings, each, quilt, texels),
+                threads=threads,
+                progress=share,
+            )
             for each, quilt, share in zip(coverings, quilts, shares, strict=True)
         ]
     )
+
+
+def _density(
+    coverings: Sequence[Covering], covering: Covering, quilt: Quilt, texels: int | None
+) -> float | None:
+    """Return at how many texels for a step a quilt has its share of `texels`; None: as it is exported."""
+    all_texels = sum(each.texels for each in coverings)
+    if texels is None or texels >= all_texels:
+        return None
+    steps = sum(chart.height * chart.width for chart in quilt.charts)
+    density = math.sqrt(texels * covering.texels / all_texels / steps)
+    return min(max(density, PAINTED_DENSITIES[0]), PAINTED_DENSITIES[1])
 
 
 def settled(coverings: Sequence[Covering]) -> dict[str, str]:

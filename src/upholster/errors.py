@@ -5,6 +5,7 @@ from collections.abc import Iterable
 from numbers import Integral
 
 __all__ = [
+    "CancelledError",
     "FormatError",
     "InputError",
     "StoppedError",
@@ -33,6 +34,10 @@ class InputError(UpholsterError):
 
 class FormatError(UpholsterError):
     """A file of a known format is damaged or breaks the format's rules."""
+
+
+class CancelledError(UpholsterError):
+    """Work was stopped because what comes of it is wanted no more."""
 
 
 class StoppedError(UpholsterError):

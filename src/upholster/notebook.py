@@ -3,10 +3,15 @@
 What that takes is loaded when something is shown.
 """
 
+import base64
 import html
+import math
 import os
+import threading
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from upholster.errors import InputError, check_whole
@@ -16,12 +21,13 @@ from upholster.shown import show_with
 if TYPE_CHECKING:
     from upholster.geometry import Surface
     from upholster.outputs import TexturedModel
+    from upholster.project import Project
     from upholster.quilt import Quilt, Texels
     from upholster.refining import RefineReport
     from upholster.reports import CoverReport
     from upholster.stream import StreamDecoder
 
-__all__ = ["MOST_BYTES", "Viewer", "view"]
+__all__ = ["MOST_BYTES", "LiveView", "Viewer", "view"]
 
 MOST_BYTES = 4_000_000
 """Bytes of a stream that a notebook keeps at most: any first part of one is a model."""
@@ -89,6 +95,91 @@ def view(model: Any, *, height: int = 480) -> Viewer:
         from.
     """
     return Viewer(_stream_of(model), height=height)
+
+
+class LiveView:
+    """A project in a notebook, which follows what is changed: a picture soon, then the viewer.
+
+    Where ipywidgets is installed there are sliders for seed, direction and the sample's width, and the view
+    follows `change`; else it shows the project as it is when it is shown.
+
+    Attributes
+    ----------
+    project
+        As it is now.
+    """
+
+    def __init__(self, project: "Project", *, height: int = 480) -> None:
+        self.project = project
+        self.height = check_whole("height", height, 100, 10_000)
+        self._box: Any = None
+        self._shown: Any = None
+        self._thread: threading.Thread | None = None
+        with suppress(ImportError):
+            self._make_widgets()
+
+    def __repr__(self) -> str:
+        return f"<view of {self.project!r}; a notebook shows it>"
+
+    def _repr_mimebundle_(self, **which: Any) -> Any:
+        if self._box is not None:
+            return self._box._repr_mimebundle_(**which)
+        *_, last = self.project.preview()
+        return {
+            "text/plain": repr(self),
+            "text/html": Viewer(last.model.stream, height=self.height)._repr_html_(),
+        }
+
+    def change(self, **choices: Any) -> None:
+        """Change the project, as `Project.change`; the view follows."""
+        self.project = self.project.change(**choices)
+        if self._box is not None:
+            self._follow()
+
+    def wait(self) -> None:
+        """Wait until it shows the project as it is."""
+        if self._thread is not None:
+            self._thread.join()
+
+    def _make_widgets(self) -> None:
+        from ipywidgets import HTML, FloatLogSlider, FloatSlider, HBox, IntSlider, VBox
+
+        scale = self.project.coverings()[0].prepared.scale
+        sliders = [IntSlider(self.project.seed, 0, max(99, self.project.seed), description="seed")]
+        names = ["seed"]
+        if scale is not None:
+            width = scale.sample_size
+            least, most = math.log10(width / 4), math.log10(width * 4)
+            sliders += [
+                FloatSlider(0.0, min=0.0, max=360.0, step=5.0, description="direction"),
+                FloatLogSlider(width, min=least, max=most, step=0.02, description="width"),
+            ]
+            names += ["direction", "sample_size"]
+        for slider, name in zip(sliders, names, strict=True):
+            slider.observe(partial(self._moved, name), names="value")
+        self._shown = HTML()
+        self._box = VBox([HBox(sliders), self._shown])
+        self._follow()
+
+    def _moved(self, name: str, moved: Any) -> None:
+        more = {"element_size": None} if name == "sample_size" else {}
+        self.change(**{name: moved["new"]}, **more)
+
+    def _follow(self) -> None:
+        looks = self.project.preview()
+
+        def follow() -> None:
+            for look in looks:
+                if look.is_final:
+                    shown = Viewer(look.model.stream, height=self.height)._repr_html_()
+                else:
+                    picture = base64.b64encode(_model_picture(look.model) or b"").decode()
+                    shown = f'<img alt="" src="data:image/png;base64,{picture}">'
+                if not looks.is_cancelled:
+                    self._shown.value = shown
+
+        self._thread = threading.Thread(target=follow, daemon=True, name="view")
+        self._thread.start()
 
 
 def _stream_of(model: Any) -> bytes:
@@ -160,6 +251,11 @@ def _report_picture(report: "CoverReport | RefineReport") -> bytes | None:
     return _model_picture(report.model)
 
 
+def _project_picture(project: "Project") -> bytes | None:
+    *_, last = project.preview()
+    return _model_picture(last.model)
+
+
 def _stream_picture(decoder: "StreamDecoder") -> bytes | None:
     from upholster.refining import decoded_model
 
@@ -215,6 +311,7 @@ _SHOWN: dict[str, Callable[[Any], bytes | None]] = {
     "StreamDecoder": _stream_picture,
 }
 show_with("Surface", _surface_picture)
+show_with("Project", _project_picture, LiveView)
 show_with("Quilt", _quilt_picture)
 for _name, _picture in _SHOWN.items():
     show_with(_name, _picture, view)

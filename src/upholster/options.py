@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import Field, dataclass, field, fields, replace
 from numbers import Integral, Real
 from types import UnionType
-from typing import Any, Literal, TypeVar, cast, get_args, get_origin
+from typing import Any, Literal, TypeAlias, TypeVar, cast, get_args, get_origin
 
 from upholster.conditions import read_conditions
 from upholster.errors import InputError, nearest
@@ -25,6 +25,7 @@ __all__ = [
     "WriteOptions",
     "check_quality",
     "chosen",
+    "differing",
     "settled",
 ]
 
@@ -39,8 +40,9 @@ QUALITY = 46.0
 
 Quality = float | Literal["lossless"]
 
-_SAMPLE, _MODEL, _SCALE, _SYNTHESIS, _PAPER, _PIXEL, _OUTPUT, _STREAM = (
+_SAMPLE, _MAPS, _MODEL, _SCALE, _SYNTHESIS, _PAPER, _PIXEL, _OUTPUT, _STREAM = (
     "Sample",
+    "Maps",
     "Model",
     "Scale and direction",
     "Synthesis",
@@ -52,6 +54,7 @@ _SAMPLE, _MODEL, _SCALE, _SYNTHESIS, _PAPER, _PIXEL, _OUTPUT, _STREAM = (
 
 Kind = TypeVar("Kind", "SampleOptions", "ModelOptions", "SynthesisOptions", "WriteOptions")
 Settled = TypeVar("Settled", bound="SynthesisOptions")
+Options: TypeAlias = "SampleOptions | ModelOptions | SynthesisOptions | WriteOptions"
 
 
 def _about(
@@ -99,7 +102,7 @@ def chosen(kind: type[Kind], base: Kind | Mapping[str, Any] | None = None, **cho
     return found
 
 
-def _chosen(options: "SynthesisOptions | WriteOptions") -> dict[str, Any]:
+def differing(options: "Options") -> dict[str, Any]:
     """Return by name what differs from the defaults."""
     values = {entry.name: (getattr(options, entry.name), entry.default) for entry in fields(options)}
     return {name: value for name, (value, default) in values.items() if value != default}
@@ -214,7 +217,7 @@ def _check_owner(method: str, asked: "list[Field[Any]]") -> None:
 @_documented
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SampleOptions:
-    """What is made of a photo before it is a sample, in this order; of a material all maps alike.
+    """How a sample is read: its maps, and what is made of a photo, of a material of all maps alike.
 
     What they allow depends on the photo, and is checked when it is read.
     """
@@ -243,6 +246,34 @@ class SampleOptions:
             "Take vignette and slow shading out of the colours: what changes over half the sample or more.",
         ),
     )
+    maps: dict[str, str] | None = field(
+        default=None,
+        metadata=_about(
+            _MAPS,
+            "A map of the material whose name does not tell it: `roughness=x.png`, `orm=y.jpg` …",
+            metavar="ROLE=FILE",
+            flag="--map",
+        ),
+    )
+    normal: str | None = field(
+        default=None,
+        metadata=_about(
+            _MAPS,
+            "The normal map's green points upward (OpenGL) or downward (DirectX). Default: by its name or "
+            "the height map.",
+            metavar="gl|dx",
+        ),
+    )
+
+    def __post_init__(self) -> None:
+        if self.maps is not None and not isinstance(self.maps, Mapping):
+            raise InputError(f"maps is a {type(self.maps).__name__}; allowed: files by role")
+
+    @property
+    def preparing(self) -> dict[str, Any]:
+        """What is made of a photo: arguments of `upholster.read_exemplar`."""
+        names = "rectify", "crop", "resize", "even_light"
+        return {name: getattr(self, name) for name in names}
 
 
 @_documented
@@ -543,7 +574,7 @@ class SynthesisOptions:
     )
 
     def __repr__(self) -> str:
-        return on_a_line(self, _chosen(self))
+        return on_a_line(self, differing(self))
 
     def __post_init__(self) -> None:
         if isinstance(self.stroke, str):
@@ -790,7 +821,7 @@ class WriteOptions:
         return {"wavelet": self.wavelet, "levels": self.wavelet_levels, "sample_quality": self.sample_quality}
 
     def __repr__(self) -> str:
-        return on_a_line(self, _chosen(self))
+        return on_a_line(self, differing(self))
 
     def __post_init__(self) -> None:
         _settle_types(self)
@@ -825,7 +856,7 @@ class WriteOptions:
     def _check_displacement(self) -> None:
         if self.displace is None:
             for name in ("displace_by", "mid_level", "keep", "triangles"):
-                if name in _chosen(self):
+                if name in differing(self):
                     raise InputError(f"{name} is given without displace; allowed: with it")
             return
         if read_length(self.displace, name="displace").number == 0:

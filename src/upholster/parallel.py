@@ -1,4 +1,4 @@
-"""Run independent tasks on several threads, with progress, and stop quickly when asked to.
+"""Run independent tasks on several threads, with progress; stop quickly, by Ctrl-C or by an event.
 
 `run_tasks` runs as many as are there; a `TaskPool` takes further ones while others run.
 """
@@ -7,17 +7,48 @@ import os
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager, suppress
+from contextvars import ContextVar
 from itertools import count
 from queue import Empty, PriorityQueue, SimpleQueue
+from threading import Event
 from typing import Any, Protocol, cast
 
-from upholster.errors import InputError, check_whole
+from upholster.errors import CancelledError, InputError, check_whole
 from upholster.types import Progress
 
-__all__ = ["Key", "TaskPool", "check_running", "run_tasks", "thread_count", "thread_pool"]
+__all__ = [
+    "Key",
+    "TaskPool",
+    "cancelled_by",
+    "check_cancelled",
+    "check_running",
+    "run_tasks",
+    "thread_count",
+    "thread_pool",
+]
 
 Key = tuple[str, int]
 """What a task is called: its kind and a number."""
+
+
+_cancelled: "ContextVar[Event | None]" = ContextVar("cancelled", default=None)
+
+
+@contextmanager
+def cancelled_by(event: Event) -> Iterator[None]:
+    """Let work in this thread stop soon after an event is set: at the next task, or the next stage."""
+    token = _cancelled.set(event)
+    try:
+        yield
+    finally:
+        _cancelled.reset(token)
+
+
+def check_cancelled() -> None:
+    """Raise CancelledError where the work that runs in this thread is to stop."""
+    event = _cancelled.get()
+    if event is not None and event.is_set():
+        raise CancelledError("the work was cancelled")
 
 
 def thread_count(threads: int | None) -> int:
@@ -56,10 +87,12 @@ def run_tasks(
     progress, stage
         ``progress(stage, done, total)`` is called in the calling thread as tasks finish.
     """
+    check_cancelled()
     total = len(tasks)
     workers = min(thread_count(threads), total)
     if workers <= 1:
         for done, task in enumerate(tasks, 1):
+            check_cancelled()
             task()
             if progress is not None:
                 progress(stage, done, total)
@@ -79,9 +112,10 @@ def run_tasks(
 
 def _next(finished: "SimpleQueue[Future[Any]]") -> "Future[Any]":
     while True:
+        check_cancelled()
         # A short wait keeps Ctrl-C prompt: the main thread runs Python code between two waits.
         with suppress(Empty):
-            return finished.get(timeout=0.2)
+            return finished.get(timeout=0.2 if _cancelled.get() is None else 0.01)
 
 
 class TaskPool(Protocol):

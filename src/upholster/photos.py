@@ -74,8 +74,7 @@ def prepare_sample(
             raise InputError(f"output {os.fspath(file)!r} is no image; allowed: {', '.join(IMAGE_SUFFIXES)}")
     notes: list[str] = []
     with outputs(targets, inputs=[photo]) as files:
-        asked = {name: getattr(options, name) for name in ("rectify", "crop", "resize", "even_light")}
-        sample = read_exemplar(photo, **asked, notes=notes)
+        sample = read_exemplar(photo, **options.preparing, notes=notes)
         write_image(files.path(target), sample, quality=95)
         if picture is not None:
             write_image(files.path(picture), _side_by_side(read_image(photo, notes=[]), sample, options))

@@ -9,7 +9,6 @@ import json
 import os
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -21,9 +20,10 @@ from upholster.coverings import (
     check_samples,
     check_streamed,
     counted,
-    material_choices,
     painted_model,
     read_coverings,
+    read_materials,
+    read_sample,
     roles_of,
     settled,
     synthesized,
@@ -32,8 +32,7 @@ from upholster.errors import InputError
 from upholster.files import Outputs, outputs, path_text
 from upholster.geometry import Surface
 from upholster.image import Material
-from upholster.image.rectify import Corners
-from upholster.image.source import Source, as_exemplar, read_source, source_names, source_parts
+from upholster.image.source import Sample, Source, as_exemplar, source_names, source_parts
 from upholster.joined import joined_surface
 from upholster.methods import settled_seed
 from upholster.model import AtlasLayout
@@ -52,6 +51,7 @@ from upholster.parallel import TaskPool, check_running
 from upholster.quilt import Quilt, Texels
 from upholster.refining import RefineReport, refine
 from upholster.reports import CoverReport, page_counts, peak_memory, timed, totalled
+from upholster.stages import keeping
 from upholster.tiles import are_tiles_alone, check_tasks, spread_quilt, task_pool, tiled
 from upholster.types import PixelArray, Progress
 from upholster.writing import (
@@ -72,17 +72,12 @@ __all__ = ["CoverReport", "RefineReport", "cover", "refine", "write"]
 
 
 def cover(
-    exemplar: Source | None,
+    exemplar: Source | Sample | None,
     on: CoveredLike,
     targets: Sequence[str | os.PathLike[str]] | str | os.PathLike[str],
     *,
-    materials: Mapping[str, Source] | None = None,
-    maps: Mapping[str, str | os.PathLike[str]] | None = None,
-    normal: str | None = None,
-    rectify: Corners | None = None,
-    crop: tuple[int, int, int, int] | None = None,
-    resize: int | str | tuple[int, int] | None = None,
-    even_light: bool = False,
+    materials: Mapping[str, Source | Sample] | None = None,
+    sample: SampleOptions | Mapping[str, Any] | None = None,
     model: ModelOptions | Mapping[str, Any] | None = None,
     synthesis: SynthesisOptions | Mapping[str, Any] | None = None,
     seed: int | None = 0,
@@ -100,9 +95,10 @@ def cover(
     ----------
     exemplar
         Image file, see `upholster.read_exemplar`. Or a material: a folder or zip file with its maps, several
-        files named by role, files by role (see `upholster.read_material`, also for `maps` and `normal`), or
-        the material itself. Its maps are matched together (by methods "paper" and "pixel": the base colour
-        alone), and one quilt paints them all. None only where there are `materials`.
+        files named by role, files by role (see `upholster.read_material`), or the material itself; or a
+        `Sample`, which tells how it is read and its width. Its maps are matched together (by methods "paper"
+        and "pixel": the base colour alone), and one quilt paints them all. None only where there are
+        `materials`.
     on
         Which surface: a text, see `upholster.surface_from_spec`, a file's path, or a `Surface`. With method
         "paper" a sphere is of octants, unless it says otherwise. Or a model's file (GLB, glTF, OBJ, PLY, STL,
@@ -121,8 +117,8 @@ def cover(
         "oak.jpg@30cm"}``. Patterns are as of `upholster.ModelOptions`; of those that fit a part the first
         counts. A length behind an @ is the sample's width. `exemplar` covers what no pattern fits; without
         it that is left as it is. Streams are not written of several materials.
-    maps, normal, rectify, crop, resize, even_light
-        How `exemplar` is read and prepared, see `upholster.read_exemplar`.
+    sample
+        How `exemplar` is read: `upholster.SampleOptions`, or some of them by name.
     model
         How a model's file is read: `upholster.ModelOptions`, or some of them by name.
     synthesis
@@ -158,24 +154,21 @@ def cover(
     check_running(threads, progress)
     wanted = parse_outputs(listed(targets), options, flat=isinstance(asked.texels, tuple))
     _check_report(report)
-    preparing = SampleOptions(rectify=rectify, crop=crop, resize=resize, even_light=even_light)
     notes: list[str] = []
     seconds: dict[str, float] = {}
-    if maps is not None and not isinstance(maps, Mapping):
-        raise InputError(f"maps is a {type(maps).__name__}; allowed: files by role")
-    choices, reading = material_choices(materials), chosen(ModelOptions, model)
-    check_not_swapped(exemplar, on)
-    read = [*check_samples(exemplar, choices, preparing, maps, normal), *covered_files(on)]
+    chosen_materials, reading = read_materials(materials), chosen(ModelOptions, model)
+    check_not_swapped(exemplar.source if isinstance(exemplar, Sample) else exemplar, on)
+    own_sample = read_sample(exemplar, chosen(SampleOptions, sample))
+    read = [*check_samples(own_sample, chosen_materials), *covered_files(on)]
     check_used(wanted, options)
-    check_several(wanted, choices)
+    check_several(wanted, chosen_materials)
     if asked.method == "paper" and options.wavelet is None:
         options = replace(options, wavelet="haar")
     own = files_of(wanted, Output.files)
-    with outputs([*own, *([report] if report else [])], inputs=read) as files:
+    with keeping(), outputs([*own, *([report] if report else [])], inputs=read) as files:
         with timed("read", seconds, progress):
-            sample = partial(read_source, options=preparing, maps=maps, normal=normal, notes=notes)
             coverings = read_coverings(
-                exemplar, on, choices, sample, reading, asked, notes=notes, progress=progress
+                own_sample, on, chosen_materials, reading, asked, notes=notes, progress=progress
             )
             coverings = [replace(each, largest=largest_chart(wanted, options)) for each in coverings]
             covered = coverings[0].covered
@@ -206,11 +199,13 @@ def cover(
         textured, written, counts = making.made(files, workers, scheduler)
         notes += [] if textured is None else notes_after(wanted, textured, seconds, tell)
         parameters = {
-            "exemplar": None if exemplar is None else source_names(exemplar),
-            "materials": {choice.pattern: choice.named() for choice in choices},
+            "exemplar": None if own_sample is None else source_names(own_sample),
+            "materials": {pattern: source_names(each) for pattern, each in chosen_materials.items()},
             **{"on": _surface_name(on), "threads": threads, "workers": workers, "scheduler": scheduler},
-            **{"maps": source_names(maps or {}), "normal": normal, "seed": seed},
-            **_all_options(preparing, reading, asked, options),
+            **_all_options(
+                SampleOptions() if own_sample is None else own_sample.options, reading, asked, options
+            ),
+            "seed": seed,
         }
         if callable(parameters["direction"]):
             parameters["direction"] = coverings[0].prepared.direction

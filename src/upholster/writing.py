@@ -2,7 +2,7 @@
 
 import math
 import os
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -21,6 +21,7 @@ from upholster.quilt import Quilt, Texels, paint, paint_material
 from upholster.quilt.painting import PAINTED_DENSITIES
 from upholster.reports import timed
 from upholster.shown import on_a_line
+from upholster.stages import stage
 from upholster.types import PixelArray, Progress
 
 __all__ = [
@@ -96,7 +97,7 @@ def check_coded(wanted: Sequence[Output], parts: Mapping[str, PixelArray], optio
             check_image(part, **options.transform)
 
 
-def check_several(wanted: Sequence[Output], materials: Sequence[object]) -> None:
+def check_several(wanted: Sequence[Output], materials: Collection[object]) -> None:
     """Raise InputError where a stream is wanted of several materials: it holds one sample."""
     if materials and has_stream(wanted):
         names = ", ".join(str(output.path) for output in wanted if output.kind in ("uph", "html"))
@@ -166,6 +167,7 @@ def notes_after(
     return notes
 
 
+@stage
 def painted(
     quilt: Quilt,
     exemplar: PixelArray | Material,

@@ -12,7 +12,7 @@ from upholster.errors import InputError
 from upholster.image import encode_image, write_image
 from upholster.image.material_files import read_material
 from upholster.image.normal_convention import points_down
-from upholster.image.source import read_source, source_files
+from upholster.image.source import Sample, read_source, source_files
 from upholster.options import SampleOptions
 
 SIZE = (40, 48)
@@ -109,7 +109,7 @@ def test_a_zip_file_works_as_a_folder_does(tmp_path: Path) -> None:
         np.testing.assert_array_equal(in_zip.maps[role], pixels)
     assert in_zip.notes == in_folder.notes
     assert source_files(path) == [str(path)]
-    small = read_source(str(path), SampleOptions(crop=(0, 0, 40, 36)))
+    small = read_source(Sample(str(path), options=SampleOptions(crop=(0, 0, 40, 36))))
     assert not isinstance(small, np.ndarray)
     assert small.shape == (36, 40)
 
@@ -124,7 +124,7 @@ def test_maps_are_named_by_hand(tmp_path: Path) -> None:
     write_image(folder / "x_rough.png", image(2, 1))
     write_image(folder / "x_what.png", image(3, 1))
 
-    single = read_source(tmp_path / "wall.png", maps={"rma": tmp_path / "odd.png"})
+    single = read_source(Sample(tmp_path / "wall.png", options={"maps": {"rma": tmp_path / "odd.png"}}))
     assert not isinstance(single, np.ndarray)
     for role, channel in (("roughness", 0), ("metallic", 1), ("ao", 2)):
         np.testing.assert_array_equal(single.maps[role][:, :, 0], odd[:, :, channel])
@@ -144,7 +144,7 @@ def test_maps_are_named_by_hand(tmp_path: Path) -> None:
         with pytest.raises(InputError, match=said):
             read_material(folder, maps=maps)
     with pytest.raises(InputError, match=r"normal is 'dx', but .* is no material"):
-        read_source(tmp_path / "wall.png", normal="dx")
+        read_source(Sample(tmp_path / "wall.png", options={"normal": "dx"}))
 
 
 def test_what_is_not_used_is_told(tmp_path: Path) -> None:

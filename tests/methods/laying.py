@@ -53,7 +53,7 @@ class Folded:
         """Return the ground for blocks, and where its triangles lie in the plane."""
         fine = subdivided(self.charted, self.vectors, longest)
         turns = np.zeros(len(fine.surface.chart), np.int32)
-        placed = ground_of(fine, field_arrays(self.fields, 0), crease=crease, fold=1, turns=turns)
+        placed = ground_of(fine, field_arrays(self.fields, 0), crease=crease, fold=1, turns=turns).bare()
         return placed, self.in_plane(fine.surface, fine.parent)
 
     def ground(self, longest: float, crease: float | None = None) -> tuple[Ground, np.ndarray]:

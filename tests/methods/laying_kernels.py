@@ -7,7 +7,7 @@ from upholster.methods.quilt._block_kernels import splat_tent
 from upholster.methods.quilt._choice_kernels import choose_source, draw_in_phase, penalise_used
 from upholster.methods.quilt._frame_kernels import look_at_frame, write_frame
 from upholster.methods.quilt._seed_kernels import cut_block
-from upholster.methods.quilt._sheet_kernels import fit_block
+from upholster.methods.quilt._sheet_kernels import fit_block, shown_at
 from upholster.methods.quilt._unfold_kernels import unfold_block
 from upholster.methods.quilt._whole_kernels import lie_whole
 
@@ -83,3 +83,11 @@ def look(
 def write(canvases: Any, numbers: Any, block: int, record: Any, mask: Any, found: Any, count: int) -> None:
     """Call `write_frame`."""
     write_frame(canvases, numbers, block, record, mask, found, count)
+
+
+@kernel
+def read_cells(field: Any, fits: Any, rows: Any, places: Any, read: Any) -> None:
+    """Write where places (n, 2) read by sheets `rows` (n,) of `fits`, in frame pixels from the source."""
+    for n in range(rows.shape[0]):
+        y, x = shown_at(field, fits[rows[n]], places[n, 0], places[n, 1])
+        read[n, 0], read[n, 1] = y, x

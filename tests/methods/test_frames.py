@@ -169,7 +169,7 @@ def test_each_step_is_known_to_lie_in_the_triangle_that_holds_it_or_is_near() ->
     _, ground = some_charts()
     canvases, mesh = ground.canvases, ground.mesh
     canvases.triangles[:] = -1
-    away = np.full(len(canvases.owners), np.inf, np.float32)
+    away = np.full(len(canvases.triangles), np.inf, np.float32)
     for n in (2, 0, 1):  # part by part, in any order
         locate_steps(mesh, canvases, (n, 3), away)
     for chart, first in enumerate(canvases.firsts):

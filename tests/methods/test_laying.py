@@ -16,7 +16,7 @@ from upholster.errors import InputError
 from upholster.geometry import MeshSurface, TriangleMesh
 from upholster.measure.cuts import cut_seam_ratio
 from upholster.methods import synthesize
-from upholster.methods.quilt.match_pyramid import MatchPyramid
+from upholster.methods.quilt.match_pyramid import match_pyramid
 from upholster.methods.quilt.method import synthesize_quilt
 from upholster.methods.quilt.options import QuiltOptions
 from upholster.methods.synthesis import lay_plan, prepare
@@ -213,7 +213,7 @@ def test_a_lattice_keeps_its_phases(surface: str) -> None:
         prepared = prepare(exemplar, as_covered(surface).surface, options)
         assert prepared.phases is not None
         run = Run.of(lay_plan(prepared, exemplar))
-        pyramid = MatchPyramid.of(exemplar, run.numbers.level, prepared.phases.lattice)
+        pyramid = match_pyramid(exemplar, run.numbers.level, prepared.phases.lattice)
         level = pyramid.levels[run.numbers.level]
         laid = run.laid.records[run.laid.records[:, 3] > 0]
         own = level.match.phases[:, laid[:, 0] * level.width + laid[:, 1]].astype(int)

@@ -174,7 +174,7 @@ def test_on_a_sphere_a_block_is_nearly_as_large_as_its_square_and_true_to_the_fi
     scale = prepared.scale.scale
     fine = subdivided(prepared.charted, prepared.field.corner_vectors, 0.4 * 24 / scale)
     turns = np.zeros(len(fine.parent), np.int32)
-    ground = ground_of(fine, field_arrays(prepared.fields, 0), crease=None, fold=1, turns=turns).ground
+    ground = ground_of(fine, field_arrays(prepared.fields, 0), crease=None, fold=1, turns=turns).bare().ground
     mesh = ground.mesh
     chosen = np.flatnonzero(np.abs(mesh.corners.mean(axis=1)[:, 2]) < 0.5)[::197]
     for triangle in chosen.tolist():

@@ -1,5 +1,6 @@
 """A stream's sample is coded once, and kept by its content."""
 
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,9 @@ import upholster.stream.sample as sample
 from upholster.stream import encode_stream, read_stream
 
 
-def test_a_sample_is_coded_once_and_gives_the_same_bytes(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_sample_is_coded_once_and_gives_the_same_bytes(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
     surface, quilt, exemplar = laid("torus")
     maps = {"height": exemplar[..., :1] // 2}
     calls: list[Any] = []
@@ -18,12 +21,13 @@ def test_a_sample_is_coded_once_and_gives_the_same_bytes(monkeypatch: pytest.Mon
     monkeypatch.setattr(
         sample, "encode_parts", lambda *given, **how: calls.append(how) or coded(*given, **how)
     )
-    sample._kept.cache_clear()
+    monkeypatch.setenv("UPHOLSTER_CACHE", str(tmp_path / "kept"))
     first = encode_stream(surface, quilt, exemplar, maps=maps)
     assert len(calls) == 2
     assert encode_stream(surface, quilt, exemplar.copy(), maps=maps) == first
     assert len(calls) == 2
-    sample._kept.cache_clear()
+    for kept in (tmp_path / "kept").iterdir():
+        kept.write_bytes(kept.read_bytes()[:-1] + b"x")  # damaged: coded anew
     assert encode_stream(surface, quilt, exemplar, maps=maps) == first
     assert len(calls) == 4
     # Another pixel, another shape and other options are other contents.

@@ -5,7 +5,7 @@ compares positions; behind it, triangles meet where `across` says so.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -16,9 +16,10 @@ from upholster.charts.tessellation import tessellate_by_bends
 from upholster.geometry import MeshSurface, Surface, TriangleMesh
 from upholster.geometry.edge_pairs import edge_pairs, seams_of
 from upholster.quilt.chart import Chart
+from upholster.stages import stage
 from upholster.types import FloatArray, IntArray
 
-__all__ = ["ChartedSurface", "charted_mesh", "charted_patches", "charted_plane"]
+__all__ = ["ChartedSurface", "charted_mesh", "charted_patches", "charted_plane", "on_longer_steps"]
 
 _TILE = 3
 """A tile is so many rectangles high and wide: with fewer, two edges would join the same two vertices."""
@@ -64,6 +65,7 @@ class ChartedSurface:
         return seams_of(self.across, self.places, self.chart)
 
 
+@stage
 def charted_mesh(surface: MeshSurface, charts: Sequence[Chart]) -> ChartedSurface:
     """Return a mesh's islands with a chart on each."""
     return ChartedSurface(
@@ -71,6 +73,7 @@ def charted_mesh(surface: MeshSurface, charts: Sequence[Chart]) -> ChartedSurfac
     )
 
 
+@stage
 def charted_patches(surface: Surface, charts: Sequence[Chart]) -> ChartedSurface:
     """Return a surface of patches, tessellated chart by chart: vertices lie on it.
 
@@ -88,6 +91,7 @@ def charted_patches(surface: Surface, charts: Sequence[Chart]) -> ChartedSurface
     return ChartedSurface(own, mesh.chart[corners[:, 0]], places, tuple(charts), own.neighbours)
 
 
+@stage
 def charted_plane(chart: Chart, *, tile: bool = False) -> ChartedSurface:
     """Return a flat texture: a rectangle in space with a step a unit of length, or a tile.
 
@@ -115,3 +119,14 @@ def charted_plane(chart: Chart, *, tile: bool = False) -> ChartedSurface:
         met = ((down % cells) * cells + right % cells).astype(np.int32)
         across = edge_pairs(positions, met[triangles])
     return ChartedSurface(mesh, np.zeros(len(triangles), np.int32), grid[triangles], (chart,), across)
+
+
+@stage
+def on_longer_steps(surface: ChartedSurface, octaves: int) -> ChartedSurface:
+    """Return the same surface with charts of longer steps, by so many powers of two."""
+    charts = tuple(
+        replace(chart, height=max(1, chart.height >> octaves), width=max(1, chart.width >> octaves))
+        for chart in surface.charts
+    )
+    before, after = (np.array([(one.height, one.width) for one in of]) for of in (surface.charts, charts))
+    return replace(surface, charts=charts, places=surface.places * (after / before)[surface.chart][:, None])

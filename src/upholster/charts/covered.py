@@ -3,11 +3,12 @@
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TypeGuard
+from typing import TypeGuard, cast
 
 import numpy as np
 
 from upholster.charts.unwrap import unwrap
+from upholster.disk_cache import kept_on_disk
 from upholster.errors import InputError
 from upholster.geometry import (
     AnySurface,
@@ -21,7 +22,7 @@ from upholster.geometry import (
 from upholster.geometry.mesh_files import ModelFile, read_model
 from upholster.geometry.patch_mesh import can_be_mesh, patch_mesh
 from upholster.options import ModelOptions
-from upholster.remembered import recalled
+from upholster.stages import file_stage, stage
 from upholster.suffixes import is_model_name
 from upholster.types import Progress
 
@@ -96,32 +97,44 @@ def as_covered(
     """
     options = options or ModelOptions()
     if _is_model(on):
-        # Laying out a large mesh takes seconds; a batch covers it with many samples.
-        key = ("covered", os.path.realpath(on), options)
-        return recalled(key, lambda: _covered_model(on, options, progress), lambda found: _inputs(on, found))
+        return _covered_model(os.fspath(on), options, progress=progress)
     if isinstance(on, TriangleMesh):
-        surface, report = unwrap(on, keep_uv=options.uv == "keep", progress=progress)
-        return Covered(surface, None, tuple(report.notes))
+        return _covered_mesh(on, options.uv == "keep", progress=progress)
     if options != ModelOptions():
         raise InputError(
             "part, uv, unit, up, deviation and unique are for models; allowed: none of them on other surfaces"
         )
     if isinstance(on, MeshSurface):
         return Covered(on)
-    of_patches, file = as_surface(on, biquadratic=biquadratic), surface_file(on)
+    of_patches, file = _of_patches(on, biquadratic), surface_file(on)
     listed = file is not None and file.lower().endswith((".bpt", ".bpt.txt"))
     if patches or not listed or not of_patches.degenerate or not can_be_mesh(of_patches):
         return Covered(of_patches)
-    return _without_poles(of_patches, progress)
+    return _without_poles(of_patches, progress=progress)
 
 
-def _without_poles(surface: Surface, progress: Progress | None) -> Covered:
+def _surface_inputs(_: Surface, on: SurfaceLike, *__: object) -> list[str]:
+    return [file for file in [surface_file(on)] if file]
+
+
+@file_stage(_surface_inputs)
+def _of_patches(on: SurfaceLike, biquadratic: bool) -> Surface:
+    return as_surface(on, biquadratic=biquadratic)
+
+
+@stage
+def _without_poles(surface: Surface, *, progress: Progress | None) -> Covered:
     mesh = patch_mesh(surface)
     flat, report = unwrap(mesh, progress=progress)
     note = f"its patches have poles: covered as a mesh of {len(mesh.triangles):,} triangles on them"
     return Covered(flat, None, (note, *report.notes))
 
 
+def _parts_inputs(found: dict[str, Covered], on: CoveredLike, *_: object, **__: object) -> list[str]:
+    return [file for each in found.values() for file in _inputs(each, os.fspath(cast(str, on)))]
+
+
+@file_stage(_parts_inputs)
 def covered_parts(
     on: CoveredLike,
     patterns: Sequence[str],
@@ -205,14 +218,25 @@ def _model(
     )
 
 
-def _covered_model(on: str | os.PathLike[str], options: ModelOptions, progress: Progress | None) -> Covered:
-    model = _model(on, options, options.part, progress)
-    surface, report = unwrap(model.mesh, keep_uv=options.uv == "keep", progress=progress)
-    return Covered(surface, model, (*model.notes, *report.notes))
+def _inputs(found: Covered, on: str, *_: object, **__: object) -> list[str]:
+    return [on, *(os.fspath(file) for file in (found.model.inputs if found.model else ()))]
 
 
-def _inputs(on: CoveredLike, found: Covered) -> list[str]:
-    return [*covered_files(on), *(os.fspath(file) for file in (found.model.inputs if found.model else ()))]
+@file_stage(_inputs)
+def _covered_model(on: str, options: ModelOptions, *, progress: Progress | None) -> Covered:
+    # Laying out a large mesh takes seconds, and so does reading a CAD model.
+    def read() -> Covered:
+        model = _model(on, options, options.part, progress)
+        surface, report = unwrap(model.mesh, keep_uv=options.uv == "keep", progress=progress)
+        return Covered(surface, model, (*model.notes, *report.notes))
+
+    return kept_on_disk(("covered", on, options), read, file=on, files=lambda found: _inputs(found, on))
+
+
+@stage
+def _covered_mesh(mesh: TriangleMesh, keep_uv: bool, *, progress: Progress | None) -> Covered:
+    surface, report = unwrap(mesh, keep_uv=keep_uv, progress=progress)
+    return Covered(surface, None, tuple(report.notes))
 
 
 def _is_model(on: object) -> TypeGuard[str | os.PathLike[str]]:

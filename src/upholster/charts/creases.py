@@ -3,6 +3,7 @@
 import numpy as np
 
 from upholster.geometry import TriangleMesh
+from upholster.stages import stage
 from upholster.types import FloatArray
 
 __all__ = ["CREASE", "default_crease"]
@@ -22,6 +23,7 @@ _BETWEEN = 0.05
 """Length of the edges that bend by angles between, over those of chamfers, up to which a model has such."""
 
 
+@stage
 def default_crease(mesh: TriangleMesh) -> float:
     """Return from how many degrees on directions start anew over edges where nobody says: 75, or 30.
 

@@ -9,6 +9,7 @@ from upholster.charts.halving import Halving
 from upholster.errors import InputError
 from upholster.geometry import AnySurface, MeshSurface, Surface
 from upholster.quilt.chart import MAX_CHART, MAX_TEXELS, Chart
+from upholster.stages import stage
 from upholster.types import FloatArray
 
 __all__ = [
@@ -65,6 +66,7 @@ def uniform_layout(surface: Surface, *, chart: int = 512) -> tuple[Chart, ...]:
     return tuple(charts)
 
 
+@stage
 def density_layout(
     surface: Surface,
     *,

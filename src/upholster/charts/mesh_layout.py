@@ -9,6 +9,7 @@ from upholster.charts.unwrap._raster_kernels import coverage
 from upholster.errors import InputError
 from upholster.geometry import MeshSurface
 from upholster.quilt.chart import MAX_CHART, Chart
+from upholster.stages import stage
 from upholster.types import FloatArray
 
 __all__ = [
@@ -25,6 +26,7 @@ _ASIDE = (0.00071, 0.00131)
 """Texels by which triangles are moved: else texels' centres on edges that run along a chart lie on none."""
 
 
+@stage
 def mesh_charts(surface: MeshSurface, density: float) -> tuple[Chart, ...]:
     """Lay a chart over each island.
 

@@ -32,6 +32,7 @@ from upholster.charts._multigrid_kernels import (
     prolong,
     restrict,
 )
+from upholster.parallel import check_cancelled
 from upholster.types import FloatArray, IntArray
 
 __all__ = ["Multigrid", "hermitian", "smallest_eigenvectors", "solve"]
@@ -129,6 +130,7 @@ def solve(
     most
         Steps at which it ends in any case.
     """
+    check_cancelled()
     x = start.astype(np.complex128)
     room = np.empty((4, len(x)), np.complex128)
     conjugate_gradients(grid.kept, grid.work, right.astype(np.complex128), room, tolerance, most, x)
@@ -228,6 +230,7 @@ def _descend(
     limits: tuple[float, int],
 ) -> ComplexArray:
     """Lower each part's quotient."""
+    check_cancelled()
     rows = grid.rows_at(depth)
     rows = rows._replace(diagonal=rows.diagonal - shift[part] * mass)
     vectors, sums = np.empty((6, len(x)), np.complex128), np.empty((8, len(shift)), np.complex128)

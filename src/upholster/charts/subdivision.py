@@ -17,6 +17,7 @@ from upholster.charts.charted import ChartedSurface
 from upholster.charts.tessellation import connected
 from upholster.geometry import TriangleMesh
 from upholster.geometry.edge_pairs import edge_pairs, numbered_edges
+from upholster.parallel import check_cancelled
 from upholster.types import FloatArray, IntArray
 
 __all__ = ["Subdivided", "subdivided", "subdivided_in"]
@@ -84,6 +85,7 @@ def subdivided_in(
     joined = _joined_vertices(surface)
     strips = Pieces(np.zeros((0, 4), np.int32), np.zeros((0, 4, values.shape[2])), kept[:0])
     for _ in range(_ROUNDS):
+        check_cancelled()
         if box is not None:
             triangles = _chosen(triangles, _meets(positions, triangles.vertices, box))
             strips = _chosen(strips, _meets(positions, strips.vertices, box))

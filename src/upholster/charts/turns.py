@@ -11,11 +11,13 @@ from numpy.typing import NDArray
 
 from upholster.charts._mesh_kernels import distances_over_edges, join_turns
 from upholster.charts.charted import ChartedSurface
+from upholster.stages import stage
 from upholster.types import FloatArray, IntArray
 
 __all__ = ["chart_turns"]
 
 
+@stage
 def chart_turns(surface: ChartedSurface, along: FloatArray, fold: int) -> IntArray:
     """Return for each triangle the quarter turns, (T,) 0 to 3, that take its chart's matrix to the field's.
 

@@ -13,6 +13,7 @@ from upholster.charts.charted import ChartedSurface
 from upholster.geometry import TriangleMesh
 from upholster.quilt.placement import SYMMETRIES
 from upholster.quilt.warp_field import FIELD_STEP, WarpField, node_count, polar_nodes
+from upholster.stages import stage
 from upholster.types import FloatArray, IntArray
 
 __all__ = ["triangle_frames", "warp_fields"]
@@ -27,6 +28,7 @@ _SPACING = 8.0
 """Texels between two samples of a triangle's matrix."""
 
 
+@stage
 def triangle_frames(mesh: TriangleMesh, vectors: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Return the direction field's axes in each triangle's plane, (T, 3) each: along the rows, and down.
 
@@ -39,6 +41,7 @@ def triangle_frames(mesh: TriangleMesh, vectors: FloatArray) -> tuple[FloatArray
     return along, down
 
 
+@stage
 def warp_fields(
     surface: ChartedSurface,
     along: FloatArray,

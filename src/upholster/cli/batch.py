@@ -21,11 +21,9 @@ from upholster.shown import number_of
 if TYPE_CHECKING:
     from upholster.batch import Job, Record
     from upholster.cluster import Run
+    from upholster.stages import Stages
 
 __all__ = ["batch"]
-
-_REMEMBERED = 3
-"""What a worker keeps of what it has read: the surface, which jobs in turn share, and samples."""
 
 
 def batch(
@@ -141,8 +139,9 @@ def _checked(jobs: "Sequence[Job]", folder: Path) -> tuple[list[tuple[str, ...]]
                 raise
             told = error.format_message() if hasattr(error, "format_message") else str(error)
             raise InputError(f"job {job.name!r}: {told}") from None
-        named = [text.partition("=")[2] for text in (*asked["map_"], *asked["material"])]
-        files = [*asked["sample"], *(_without_size(file) for file in named)]
+        named = [text.partition("=")[2] for text in asked["material"]]
+        maps = asked["preparing"].maps or {}
+        files = [*asked["sample"], *maps.values(), *(_without_size(file) for file in named)]
         with _inside(folder):
             folders = [file for file in files if os.path.isdir(file)]
             inside = [file for some in folders for file in source_files(some)]
@@ -171,6 +170,14 @@ def _follow(run: "Run", jobs: "Sequence[Job]", record: "Record", quiet: bool) ->
 
 
 @cache
+def _kept() -> "Stages":
+    """Return what a worker keeps for its next job: jobs in turn share surfaces and samples."""
+    from upholster.stages import Stages
+
+    return Stages()
+
+
+@cache
 def _parser() -> tuple[Any, list[dict[str, Any]]]:
     """Return a command that reads options as `cover` does, and a list into which it puts what it has read."""
     import functools
@@ -194,8 +201,7 @@ def _parsed(words: Sequence[str]) -> dict[str, Any]:
     command(list(words), standalone_mode=False)
     asked = seen.pop()
     return {
-        key: [] if value is None and key in ("sample", "map_", "material") else value
-        for key, value in asked.items()
+        key: [] if value is None and key in ("sample", "material") else value for key, value in asked.items()
     }
 
 
@@ -230,11 +236,9 @@ def covered_job(folder: str, words: tuple[str, ...], inputs: tuple[str, ...]) ->
     """
     from upholster.batch.record import state_of
     from upholster.cli import run_words
-    from upholster.remembered import remember
 
-    remember(_REMEMBERED)
     started, began = time.time_ns(), time.perf_counter()
-    with _inside(Path(folder)), tempfile.TemporaryDirectory(prefix="upholster-") as own:
+    with _kept().active(), _inside(Path(folder)), tempfile.TemporaryDirectory(prefix="upholster-") as own:
         asked = next((word for word in words if word.startswith("--report=")), "")
         report = Path(asked.partition("=")[2] or Path(own) / "report.json")
         entry: dict[str, Any] = {"state": "failed", "error": ""}

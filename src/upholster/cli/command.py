@@ -9,6 +9,9 @@ from upholster.errors import InputError
 
 __all__ = ["Command"]
 
+_TELLS = {"--project": ("on",)}
+"""Options that tell what others would, which then need not be given."""
+
 _NUMBERS = {"integer": "a whole number", "float": "a number", "number": "a number"}
 """What is allowed, by a word that Typer's message has: its versions differ in all else."""
 
@@ -46,10 +49,14 @@ class Command(TyperCommand):
         """Name all options that are missing at once, and show how they are used."""
         if any(word in ctx.help_option_names for word in words):
             return
+        told = [name for option, names in _TELLS.items() if _is_given(words, [option]) for name in names]
         missing = [
             f"{'/'.join(param.opts)} {param.metavar or ''}".rstrip()
             for param in self.params
-            if param.required and param.param_type_name == "option" and not _is_given(words, param.opts)
+            if param.required
+            and param.name not in told
+            and param.param_type_name == "option"
+            and not _is_given(words, param.opts)
         ]
         if missing and words:
             example = f"; {self.epilog[0].lower()}{self.epilog[1:]}" if self.epilog else ""

@@ -1,20 +1,23 @@
 """``upholster cover`` and ``upholster surfaces``."""
 
 import time
-from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from upholster.cli.console import compiled, in_bytes, new_console, progress_bars, say
-from upholster.cli.options import spelled_out
+from upholster.cli.options import by_name, spelled_out
 from upholster.errors import InputError
-from upholster.options import ModelOptions, SampleOptions, SynthesisOptions, WriteOptions
+from upholster.options import ModelOptions, SampleOptions, SynthesisOptions, WriteOptions, differing
 from upholster.shown import number_of, texels_in_words
 from upholster.suffixes import is_model_name
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from upholster.image.source import Sample
+    from upholster.project import Project
     from upholster.reports import CoverReport
 
 __all__ = ["cover", "surfaces", "uses_of"]
@@ -58,36 +61,52 @@ _Material = Annotated[
     ),
 ]
 
-_Map = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--map",
-        metavar="ROLE=FILE",
-        help="A map of the material whose name does not tell it: `roughness=x.png`, `orm=y.jpg` …",
-        rich_help_panel="Sample",
-    ),
-]
 
-_Normal = Annotated[
-    str | None,
-    typer.Option(
-        metavar="gl|dx",
-        help="The normal map's green points upward (OpenGL) or downward (DirectX). Default: by its name "
-        "or the height map.",
-        rich_help_panel="Sample",
-    ),
-]
+def _project(context: typer.Context, name: str | None) -> str | None:
+    if name is not None:
+        context.default_map = {**(context.default_map or {}), "on": ""}  # the project tells
+    return name
 
 
 def _draft(context: typer.Context, wanted: bool) -> bool:
     if wanted:
-        context.default_map = {"texels": "200k"}
+        context.default_map = {**(context.default_map or {}), "texels": "200k"}
     return wanted
 
 
 _Draft = Annotated[
     bool,
     typer.Option("--draft", is_eager=True, callback=_draft, help="Quick and coarse: `--texels 200k`."),
+]
+
+_Project = Annotated[
+    str | None,
+    typer.Option(
+        metavar="FILE",
+        is_eager=True,
+        callback=_project,
+        help="Model, samples and settings of a project, `chair.upholster.json`; what else is given here "
+        "counts in place of what is there.",
+        rich_help_panel="Project",
+    ),
+]
+
+_Allow = Annotated[
+    list[str] | None,
+    typer.Option(
+        metavar="DIR",
+        help="The project may read files in this folder, beside its own; several times.",
+        rich_help_panel="Project",
+    ),
+]
+
+_SaveProject = Annotated[
+    str | None,
+    typer.Option(
+        metavar="FILE",
+        help="Write all this as a project, and copy the files that it needs beside it.",
+        rich_help_panel="Project",
+    ),
 ]
 
 
@@ -129,11 +148,14 @@ def cover(
     model: ModelOptions,
     draft: _Draft = False,  # noqa: ARG001  # told by its callback
     synthesis: SynthesisOptions,
-    seed: Annotated[int, typer.Option(help="Same seed, same result.", rich_help_panel="Synthesis")] = 0,
+    seed: Annotated[
+        int | None, typer.Option(help="Same seed, same result; default: 0.", rich_help_panel="Synthesis")
+    ] = None,
     preparing: SampleOptions,
-    map_: _Map = None,
-    normal: _Normal = None,
     writing: WriteOptions,
+    project: _Project = None,
+    allow: _Allow = None,
+    save_project: _SaveProject = None,
     report: Annotated[
         str | None, typer.Option(metavar="FILE", help="Write parameters, counts and times as JSON.")
     ] = None,
@@ -152,28 +174,23 @@ def cover(
 ) -> None:
     """Cover a surface with texture from a sample or a material, and write models and pictures."""
     start = time.perf_counter()
-    from upholster.pipeline import cover as run
+    from upholster.project import save_project as save
 
-    maps = _by_name("map", "role=file, as roughness=rough.png", map_ or [])
-    materials = _by_name("material", "part=sample, as Seat=leather.jpg", material or [])
-    samples = [*(sample or []), *maps.values(), *materials.values()]
-    uses = uses_of(synthesis, preparing, samples, on, output)
+    options = {"sample": preparing, "reading": model, "synthesis": synthesis, "writing": writing}
+    asked = _asked(project, allow, sample, on, material, seed, options)
+    samples = [*asked.materials.values(), *([asked.sample] if asked.sample else [])]
+    uses = uses_of(asked.synthesis, preparing, _named(samples), str(asked.model), output)
     if workers is not None or scheduler is not None:
         compiled(uses if scheduler is None else (), quiet)
         uses = []
+    if save_project is not None:
+        copied = save(asked, save_project)
+        if not quiet:
+            beside = f", and beside it {number_of(len(copied), 'file')}" if copied else ""
+            say(f"wrote {save_project}{beside}")
     with progress_bars(quiet, uses) as progress:
-        result = run(
-            sample or None,
-            on,
+        result = asked.cover(
             output,
-            materials=materials or None,
-            maps=maps,
-            normal=normal,
-            **asdict(preparing),
-            model=model,
-            synthesis=synthesis,
-            seed=seed,
-            options=writing,
             report=report,
             threads=threads,
             workers=workers,
@@ -182,7 +199,37 @@ def cover(
             tell=None if quiet else lambda note: say(f"note: {note}", error=True),
         )
     if not quiet:
-        _say_result(result, time.perf_counter() - start, several=bool(materials))
+        _say_result(result, time.perf_counter() - start, several=bool(asked.materials))
+
+
+def _asked(
+    project: str | None,
+    allow: list[str] | None,
+    sample: list[str] | None,
+    on: str,
+    material: list[str] | None,
+    seed: int | None,
+    options: dict[str, Any],
+) -> "Project":
+    """Return a project, as it is asked for; a file's, changed in what is given beside it."""
+    from upholster.coverings import read_materials, read_sample
+    from upholster.image.source import Sample
+    from upholster.project import Project, read_project
+
+    materials = by_name("material", "part=sample, as Seat=leather.jpg", material or [])
+    if project is not None:
+        found = read_project(project, allow=allow or ())
+        given = {"model": on or None, "sample": sample and Sample(sample), "seed": seed}
+        changes: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
+        if materials:
+            changes["materials"] = {**found.materials, **read_materials(materials)}
+        for each in options.values():
+            changes |= differing(each)
+        return found.change(**changes)
+    if allow:
+        raise InputError("allow is for files that a project names; allowed: with --project")
+    own = read_sample(sample[0] if sample and len(sample) == 1 else sample or None, options.pop("sample"))
+    return Project(on, own, read_materials(materials), **options, seed=seed or 0)
 
 
 def _say_result(result: "CoverReport", seconds: float, *, several: bool) -> None:
@@ -202,16 +249,14 @@ def _say_result(result: "CoverReport", seconds: float, *, several: bool) -> None
             say(line)
 
 
-def _by_name(option: str, allowed: str, written: list[str]) -> dict[str, str]:
-    """Read ``name=file``, several times."""
-    found: dict[str, str] = {}
-    for text in written:
-        name, equals, file = text.partition("=")
-        if not (name and equals and file):
-            raise InputError(f"{option} is {text!r}; allowed: {allowed}")
-        if name in found:
-            raise InputError(f"{option} {name!r} is given twice: {found[name]!r} and {file!r}")
-        found[name] = file
+def _named(samples: "Sequence[Sample]") -> list[str]:
+    """Return the files and folders that samples name."""
+    found: list[str] = []
+    for each in samples:
+        source: Any = each.source
+        names = list(source.values()) if isinstance(source, dict) else source
+        found += [names] if isinstance(names, str) else names
+        found += (each.options.maps or {}).values()
     return found
 
 

@@ -12,7 +12,7 @@ from upholster.cli.console import byte_count, large_count, numbers, share, texel
 from upholster.errors import InputError
 from upholster.options import chosen
 
-__all__ = ["number_or_text", "spelled_out"]
+__all__ = ["by_name", "number_or_text", "spelled_out"]
 
 _Read = Callable[[Any], Any]
 _Write = Callable[[Any], str]
@@ -21,6 +21,7 @@ _AS_TEXT: dict[str, tuple[_Read, _Write]] = {
     "rectify": (lambda texts: tuple(numbers("rectify", text, ",", 2, float) for text in texts), str),
     "crop": (lambda text: numbers("crop", text, ",", 4, int), str),
     "resize": (str, str),
+    "maps": (lambda texts: by_name("map", "role=file, as roughness=rough.png", texts), str),
     "part": (tuple, str),
     "stroke": (tuple, str),
     "texels": (texel_count, str),
@@ -47,6 +48,19 @@ def number_or_text(text: str) -> float | str:
         return text
 
 
+def by_name(option: str, allowed: str, written: list[str]) -> dict[str, str]:
+    """Read ``name=file``, several times."""
+    found: dict[str, str] = {}
+    for text in written:
+        name, equals, file = text.partition("=")
+        if not (name and equals and file):
+            raise InputError(f"{option} is {text!r}; allowed: {allowed}")
+        if name in found:
+            raise InputError(f"{option} {name!r} is given twice: {found[name]!r} and {file!r}")
+        found[name] = file
+    return found
+
+
 def _by_part(name: str, texts: list[str]) -> str | dict[str, str]:
     """Read ``PART=VALUE``, several times; a value alone is for all parts, or for the others."""
     if len(texts) == 1 and "=" not in texts[0]:
@@ -64,6 +78,7 @@ def _by_part(name: str, texts: list[str]) -> str | dict[str, str]:
 
 _WORDS: dict[str, Any] = {
     "rectify": tuple[str, str, str, str] | None,
+    "maps": list[str] | None,
     "part": list[str] | None,
     "direction": list[str] | None,
     "stroke": list[str] | None,

@@ -11,7 +11,7 @@ from upholster.options import SampleOptions
 __all__ = ["prepare"]
 
 
-@spelled_out()
+@spelled_out(without=["Maps"])
 def prepare(
     photo: Annotated[str, typer.Argument(help="PNG, JPEG, WebP, TIFF, EXR, HEIC or AVIF.", metavar="PHOTO")],
     output: Annotated[

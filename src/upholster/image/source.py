@@ -3,7 +3,7 @@
 import os
 from collections.abc import Collection, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import fields
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any, cast
 
@@ -16,12 +16,13 @@ from upholster.image.packages import is_zip
 from upholster.image.profiles import Notes, tell
 from upholster.image.read import check_exemplar, read_exemplar
 from upholster.image.write import IMAGE_SUFFIXES
-from upholster.options import SampleOptions
-from upholster.remembered import recalled
+from upholster.lengths import read_length
+from upholster.options import SampleOptions, chosen
 from upholster.shown import on_a_line
+from upholster.stages import file_stage
 from upholster.types import PixelArray
 
-__all__ = ["Source", "as_exemplar", "read_source", "source_files", "source_names", "source_parts"]
+__all__ = ["Sample", "Source", "as_exemplar", "read_source", "source_files", "source_names", "source_parts"]
 
 Source = (
     PixelArray
@@ -34,25 +35,48 @@ Source = (
 """An image or its file; or a material, its folder or zip file, its files, or its files by role."""
 
 
-def read_source(
-    source: Source,
-    options: SampleOptions | None = None,
-    *,
-    maps: FilesByRole | None = None,
-    normal: str | None = None,
-    notes: Notes | None = None,
-) -> PixelArray | Material:
+@dataclass(frozen=True, slots=True)
+class Sample:
+    """A sample or material, how it is read, and how large it is: stands wherever a source does.
+
+    Attributes
+    ----------
+    source
+        What it is read from.
+    size
+        Its width on the model, as option `sample_size` has it; None: nothing is said.
+    options
+        How it is read: `upholster.SampleOptions`, or some of them by name.
+    """
+
+    source: "Source"
+    size: str | float | None = None
+    options: SampleOptions = field(default_factory=SampleOptions)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "options", chosen(SampleOptions, self.options))
+        if self.size is not None:
+            read_length(self.size, name="sample size")
+
+    @classmethod
+    def of(cls, source: "Source | Sample") -> "Sample":
+        """Return what is meant by a source."""
+        return source if isinstance(source, Sample) else cls(source)
+
+    @property
+    def files(self) -> list[str]:
+        """The files that it is read from: see `source_files`."""
+        return source_files(self.source, self.options.maps)
+
+
+def read_source(source: "Source | Sample", *, notes: Notes | None = None) -> PixelArray | Material:
     """Read an exemplar.
 
     Parameters
     ----------
     source
-        One image is a sample by itself, whatever its name says, or with `maps` the albedo; all else is a
-        material, see `read_material`.
-    options
-        How it is prepared; not for a material that has been read already.
-    maps, normal
-        As for `read_material`.
+        One image is a sample by itself, whatever its name says, or with maps the albedo; all else is a
+        material, see `read_material`. How it is read a `Sample` tells.
     notes
         As for `read_exemplar`.
 
@@ -60,59 +84,59 @@ def read_source(
     ------
     InputError
         As `read_exemplar` and `read_material`; if one of several files is no image; for `normal` where there
-        is no material.
+        is no material; for options with what has been read already.
     """
-    options = options or SampleOptions()
-    if isinstance(source, (Material, np.ndarray)) or not _names(source):
-        return _read_source(source, options, maps, normal, notes)
-
-    def read() -> tuple[PixelArray | Material, list[str]]:
-        own: list[str] = []
-        return _read_source(source, options, maps, normal, own), own
-
-    key = ("sample", repr(source), options, repr(maps), normal)
-    found, told = recalled(key, read, lambda _: [*_folders(source), *source_files(source, maps)])
+    sample = Sample.of(source)
+    if isinstance(sample.source, (Material, np.ndarray)) or not _names(sample.source):
+        return _read(sample, notes)
+    found, told = _read_files(sample)
     for words in told:
         tell(notes, words)
     return found
 
 
-def _read_source(
-    source: Source,
-    options: SampleOptions,
-    maps: FilesByRole | None,
-    normal: str | None,
-    notes: Notes | None,
-) -> PixelArray | Material:
+def _inputs(_: object, sample: Sample) -> list[str]:
+    return [*_folders(sample.source), *sample.files]
+
+
+@file_stage(_inputs)
+def _read_files(sample: Sample) -> tuple[PixelArray | Material, list[str]]:
+    notes: list[str] = []
+    return _read(sample, notes), notes
+
+
+def _read(sample: Sample, notes: Notes | None) -> PixelArray | Material:
+    source, options = sample.source, sample.options
     if isinstance(source, (Material, np.ndarray)):
         told = {entry.name: getattr(options, entry.name) for entry in fields(options)}
-        told |= {"map": maps, "normal": normal}
-        if names := ", ".join(name for name, value in told.items() if value):
+        if names := ", ".join(name.removesuffix("s") for name, value in told.items() if value):
             raise InputError(f"{names} is for files; what was read already is used as it is")
         return source if isinstance(source, Material) else check_exemplar(source)
     if not _names(source):
         raise InputError(
             f"sample is a {type(source).__name__}; allowed: an image's path, a material's folder, a list of "
-            "files or files by role, an array, a Material"
+            "files or files by role, an array, a Material, a Sample"
         )
     if isinstance(source, Sequence) and not isinstance(source, str):
         if len(source) == 1:
-            return _read_source(source[0], options, maps, normal, notes)
+            return _read(replace(sample, source=source[0]), notes)
         for file in source:
             # In a folder such files are skipped; one that is named is wanted.
             if Path(file).suffix.lower() not in IMAGE_SUFFIXES:
                 raise InputError(f"map {os.fspath(file)!r} is no image; allowed: {', '.join(IMAGE_SUFFIXES)}")
-    asked = {entry.name: getattr(options, entry.name) for entry in fields(options)}
+    asked: dict[str, Any] = {entry.name: getattr(options, entry.name) for entry in fields(options)}
     if not isinstance(source, (str, os.PathLike)):
-        return read_material(source, **asked, maps=maps, normal=normal, notes=notes)
+        return read_material(source, **asked, notes=notes)
     if not (os.path.isdir(source) or is_zip(source)):
-        if maps:
-            return read_material({"albedo": source}, **asked, maps=maps, normal=normal, notes=notes)
-        if normal is not None:
-            raise InputError(f"normal is {normal!r}, but {os.fspath(source)!r} is no material; see --map")
-        return read_exemplar(source, **asked, notes=notes)
+        if options.maps:
+            return read_material({"albedo": source}, **asked, notes=notes)
+        if options.normal is not None:
+            raise InputError(
+                f"normal is {options.normal!r}, but {os.fspath(source)!r} is no material; see --map"
+            )
+        return read_exemplar(source, **options.preparing, notes=notes)
     try:
-        return read_material(source, **asked, maps=maps, normal=normal, notes=notes)
+        return read_material(source, **asked, notes=notes)
     except InputError as error:
         kind = "zip file" if is_zip(source) else "folder"
         raise InputError(f"{kind} {os.fspath(source)!r}: {error}") from None
@@ -124,7 +148,8 @@ def as_exemplar(exemplar: object) -> PixelArray | Material:
     Parameters
     ----------
     exemplar
-        A material, an array that `upholster.image.check_exemplar` takes, or an image's or material's files.
+        A material, an array that `upholster.image.check_exemplar` takes, an image's or material's files, or a
+        `Sample`.
 
     Raises
     ------
@@ -133,7 +158,7 @@ def as_exemplar(exemplar: object) -> PixelArray | Material:
     """
     if isinstance(exemplar, Material):
         return exemplar
-    if _names(exemplar):
+    if isinstance(exemplar, Sample) or _names(exemplar):
         return read_source(cast(Source, exemplar))
     return check_exemplar(exemplar)
 
@@ -182,8 +207,11 @@ def source_parts(exemplar: PixelArray | Material) -> dict[str, PixelArray]:
     return {"albedo": exemplar.color(), **others}
 
 
-def source_names(source: Source) -> Any:
-    """Return an exemplar's files as JSON can hold them."""
+def source_names(source: "Source | Sample") -> Any:
+    """Return an exemplar's files as JSON can hold them; behind an @ its size, where it has one."""
+    if isinstance(source, Sample):
+        names = source_names(source.source)
+        return names if source.size is None else f"{names}@{source.size}"
     if isinstance(source, (Material, np.ndarray)):
         return on_a_line(source) if isinstance(source, Material) else f"an array of shape {source.shape}"
     if isinstance(source, Mapping):

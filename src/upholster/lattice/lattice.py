@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from upholster.lattice.choice import TOLERANCE, chosen_waves
 from upholster.lattice.following import Followed, follow, pixel_phases
-from upholster.lattice.known import KnownOfSamples
 from upholster.lattice.peaks import LEAST_PERIODS, Peak, periods, spectrum_peaks
 from upholster.lattice.planes import Plane, planes, reduced
+from upholster.stages import stage
 from upholster.types import FloatArray, PixelArray, frozen_array
 
 __all__ = ["Lattice", "find_lattice"]
@@ -101,9 +101,7 @@ class Lattice:
             long = long - steps * short
 
 
-_KNOWN = KnownOfSamples[Lattice | None]()
-
-
+@stage
 def find_lattice(exemplar: PixelArray) -> Lattice | None:
     """Find the one or two waves at which a sample repeats.
 
@@ -124,10 +122,6 @@ def find_lattice(exemplar: PixelArray) -> Lattice | None:
     """
     if min(exemplar.shape[:2]) < _LEAST_SIDE:
         return None
-    return _KNOWN.get(exemplar, _found)
-
-
-def _found(exemplar: PixelArray) -> Lattice | None:
     height, width = exemplar.shape[:2]
     by = max(1, min(height, width) // _LOOKED_AT)
     looked_at = planes(reduced(exemplar, by))

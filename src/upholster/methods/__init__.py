@@ -5,6 +5,7 @@
 
 from upholster.methods.synthesis import (
     Prepared,
+    coarser,
     execute,
     kept_sample,
     lay_plan,
@@ -18,6 +19,7 @@ from upholster.methods.synthesis import (
 
 __all__ = [
     "Prepared",
+    "coarser",
     "execute",
     "kept_sample",
     "lay_plan",

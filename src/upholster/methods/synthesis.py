@@ -1,13 +1,19 @@
 """From an exemplar and a surface to a quilt: the one place that settles layout, scale, direction, method."""
 
 import secrets
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from numbers import Integral
 from typing import Any, cast
 
 import numpy as np
 
-from upholster.charts.charted import ChartedSurface, charted_mesh, charted_patches, charted_plane
+from upholster.charts.charted import (
+    ChartedSurface,
+    charted_mesh,
+    charted_patches,
+    charted_plane,
+    on_longer_steps,
+)
 from upholster.charts.covered import CoveredLike, as_covered
 from upholster.charts.creases import default_crease
 from upholster.charts.directions import (
@@ -43,12 +49,14 @@ from upholster.options import SynthesisOptions, chosen, settled
 from upholster.parallel import check_running
 from upholster.quilt.chart import MAX_CHART, Chart
 from upholster.quilt.model import Quilt
-from upholster.quilt.painting import painted_charts
+from upholster.quilt.painting import PAINTED_DENSITIES, painted_charts
 from upholster.quilt.warp_field import WarpField
+from upholster.stages import keeping, stage
 from upholster.types import FloatArray, IntArray, PixelArray, Progress
 
 __all__ = [
     "Prepared",
+    "coarser",
     "execute",
     "kept_sample",
     "lay_plan",
@@ -127,14 +135,17 @@ def kept_sample(exemplar: PixelArray | Material, options: SynthesisOptions) -> P
     if options.threshold is None and options.coefficients is None:
         return exemplar
 
-    def kept(image: PixelArray) -> PixelArray:
-        return keep_coefficients(
-            image, levels=options.levels, threshold=options.threshold, coefficients=options.coefficients
-        )
+    return _kept(exemplar, options.levels, options.threshold, options.coefficients)
 
+
+@stage
+def _kept(
+    exemplar: PixelArray | Material, levels: int, threshold: float | None, coefficients: float | None
+) -> PixelArray | Material:
+    how: dict[str, Any] = {"levels": levels, "threshold": threshold, "coefficients": coefficients}
     if isinstance(exemplar, Material):
-        return Material({role: kept(image) for role, image in exemplar.maps.items()})
-    return kept(check_exemplar(exemplar))
+        return Material({role: keep_coefficients(image, **how) for role, image in exemplar.maps.items()})
+    return keep_coefficients(check_exemplar(exemplar), **how)
 
 
 def needs_patches(options: SynthesisOptions) -> bool:
@@ -174,22 +185,27 @@ def matched_image(exemplar: PixelArray | Material, options: SynthesisOptions) ->
     """
     if isinstance(exemplar, Material):
         turned = options.mirror or options.rotate
-        return exemplar.matched(turned=turned) if options.method == "quilt" else exemplar.color()
+        return _matched_maps(exemplar, turned) if options.method == "quilt" else _color(exemplar)
     return check_exemplar(exemplar)
 
 
+@stage
+def _matched_maps(material: Material, turned: bool) -> PixelArray:
+    return material.matched(turned=turned)
+
+
+@stage
+def _color(material: Material) -> PixelArray:
+    return material.color()
+
+
+@stage
 def prepare(
-    exemplar: PixelArray,
-    surface: AnySurface,
-    options: SynthesisOptions,
-    *,
-    field: DirectionField | None = None,
-    largest: int = LONGEST,
+    exemplar: PixelArray, surface: AnySurface, options: SynthesisOptions, *, largest: int = LONGEST
 ) -> Prepared:
     """Settle what `synthesize` will do; parameters as there.
 
-    `field` is that of the same mesh and the same options, where it is known; it takes time to find. On
-    patches no chart of method "quilt" is longer than `largest` texels.
+    On patches no chart of method "quilt" is longer than `largest` texels.
 
     Raises
     ------
@@ -197,7 +213,7 @@ def prepare(
         If something is out of range on this surface, or with this exemplar.
     """
     if isinstance(surface, MeshSurface):
-        return _prepare_mesh(exemplar, surface, options, field)
+        return _prepare_mesh(exemplar, surface, options)
     if options.method == "paper":
         charts = uniform_layout(surface, chart=options.chart)
         return Prepared(charts, (), None, "", settled(options, PaperOptions))
@@ -231,7 +247,8 @@ def _prepare_flat(exemplar: PixelArray, chart: Chart, options: SynthesisOptions)
     if lattice is not None:
         phases = WantedPhases(lattice, phase_field(charted, vectors, 1.0, lattice.waves), weight)
     own = settled(options, QuiltOptions, block=_wanted_block(exemplar, options))
-    return Prepared((chart,), (WarpField.identity(),), None, "", own, None, phases, None, charted, vectors)
+    turns = np.zeros(len(vectors), np.int32)
+    return Prepared((chart,), (WarpField.identity(),), None, "", own, None, phases, turns, charted, vectors)
 
 
 def _on_charts(
@@ -241,11 +258,10 @@ def _on_charts(
     scale: TextureScale,
     density: float,
     direction: Direction,
-    field: DirectionField | None = None,
 ) -> Prepared:
     mesh = charted.mesh
     lattice, weight = _lattice(exemplar, options, _SURFACE_PHASE)
-    field = field or direction_field(
+    field = direction_field(
         mesh,
         direction,
         strokes=options.stroke,
@@ -286,9 +302,7 @@ def _lattice(exemplar: PixelArray, options: SynthesisOptions, weight: float) -> 
     return find_lattice(exemplar) if weight > 0 else None, weight
 
 
-def _prepare_mesh(
-    exemplar: PixelArray, surface: MeshSurface, options: SynthesisOptions, field: DirectionField | None
-) -> Prepared:
+def _prepare_mesh(exemplar: PixelArray, surface: MeshSurface, options: SynthesisOptions) -> Prepared:
     if options.method != "quilt":
         raise InputError(f"method is {options.method!r} on a mesh; allowed there: 'quilt'")
     if isinstance(options.texels, tuple):
@@ -300,7 +314,38 @@ def _prepare_mesh(
     asked = options.direction
     if asked is None:
         asked = "smooth" if options.stroke else default_direction(surface.mesh)
-    return _on_charts(exemplar, charted, options, scale, density, parse_direction(cast(str, asked)), field)
+    return _on_charts(exemplar, charted, options, scale, density, parse_direction(cast(str, asked)))
+
+
+@stage
+def coarser(prepared: Prepared, exemplar: PixelArray, octaves: int) -> Prepared:
+    """Return what is done for a quick look at the same texture: longer steps, and blocks twice as wide.
+
+    Directions, phases and sizes are those of `prepared`, of method "quilt".
+
+    Parameters
+    ----------
+    prepared, exemplar
+        What `prepare` returned, and for which exemplar.
+    octaves
+        By how many powers of two steps are longer, 1 to 6.
+    """
+    options = prepared.options
+    assert prepared.charted is not None
+    assert prepared.vectors is not None
+    assert isinstance(options, QuiltOptions)
+    charted = on_longer_steps(prepared.charted, octaves)
+    along, down = triangle_frames(charted.mesh, prepared.vectors)
+    scale = 1.0 if prepared.scale is None else prepared.scale.scale
+    block = min(2 * options.block, 3 * min(exemplar.shape[:2]) // 4)
+    return replace(
+        prepared,
+        charts=charted.charts,
+        charted=charted,
+        fields=warp_fields(charted, along, down, scale, prepared.turns, prepared.vectors),
+        options=replace(options, block=block, overlap=None),
+        density=min(prepared.density * 2.0**octaves, PAINTED_DENSITIES[1]),
+    )
 
 
 def _texels_a_step(scale: TextureScale) -> float:
@@ -362,6 +407,7 @@ def _flat_chart(surface: Surface, width: int, height: int) -> Chart:
     return Chart(0, height, width)
 
 
+@stage
 def execute(
     prepared: Prepared,
     exemplar: PixelArray,
@@ -465,8 +511,9 @@ def synthesize(
     check_running(threads, progress)
     seed, surface = settled_seed(seed), as_covered(surface, patches=needs_patches(wanted)).surface
     checked = matched_image(kept_sample(as_exemplar(exemplar), wanted), wanted)
-    prepared = prepare(checked, surface, wanted)
-    return execute(prepared, checked, surface, seed=seed, threads=threads, progress=progress)
+    with keeping():
+        prepared = prepare(checked, surface, wanted)
+        return execute(prepared, checked, surface, seed=seed, threads=threads, progress=progress)
 
 
 def _size(image: PixelArray) -> str:

@@ -1,11 +1,12 @@
-"""A stream's sample: each map coded once, and kept by its content for the next stream of the same sample."""
+"""A stream's sample: each map coded once, and kept on disk for the next stream of the same sample."""
 
 from collections.abc import Iterable, Mapping
-from functools import lru_cache
 from hashlib import blake2b
 from typing import Any
 
 from upholster.codec import CodedImage, check_image, encode_parts
+from upholster.disk_cache import kept_on_disk
+from upholster.stages import stage
 from upholster.types import PixelArray
 
 __all__ = ["coded_maps", "sample_errors"]
@@ -41,15 +42,7 @@ def sample_errors(coded: CodedImage, lengths: Iterable[int]) -> tuple[float, dic
     return coded.errors[0], {length: coded.error(length) for length in lengths}
 
 
+@stage
 def _coded(image: PixelArray, **how: Any) -> CodedImage:
-    digest = blake2b(image.tobytes()).digest()
-    kept = _kept(digest, image.shape, image.dtype.name, *sorted(how.items()))
-    if not kept:
-        kept.append(encode_parts(image, **how))
-    return kept[0]
-
-
-@lru_cache(maxsize=32)
-def _kept(*_content: Any) -> list[CodedImage]:
-    """Return where an image of this content, coded this way, is kept: a list of one, empty at first."""
-    return []
+    content = blake2b(image.tobytes()).hexdigest(), image.shape, image.dtype.name
+    return kept_on_disk(("sample", *content, sorted(how.items())), lambda: encode_parts(image, **how))

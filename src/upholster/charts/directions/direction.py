@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from upholster.errors import InputError
+from upholster.stages import stage
 from upholster.types import FloatArray
 
 __all__ = ["NUMBER", "Direction", "TriangleVectors", "Vectors", "called", "parse_direction"]
@@ -78,6 +79,7 @@ class Direction:
         return by_part or self.text.startswith("around:")
 
 
+@stage
 def parse_direction(wanted: str | Vectors | ArrayLike | Direction, *, patches: bool = False) -> Direction:
     """Return the direction that a text, a function of points or an array of vectors stands for.
 

@@ -22,6 +22,7 @@ from upholster.charts.directions.wishes import Wish, asked_of_slopes, prior_of, 
 from upholster.errors import InputError
 from upholster.geometry import TriangleMesh
 from upholster.shown import Shown, on_a_line
+from upholster.stages import stage
 from upholster.types import FloatArray, IntArray, frozen_array
 
 __all__ = ["DirectionField", "default_direction", "direction_field"]
@@ -105,6 +106,7 @@ class DirectionField(Shown):
         return f"{len(self.singular)} singular point{'s' * (len(self.singular) > 1)}: {kinds}"
 
 
+@stage
 def default_direction(mesh: TriangleMesh) -> str:
     """Return ``level``, or ``smooth`` where a mesh is mostly ground, or what slopes is open land.
 
@@ -118,6 +120,7 @@ def default_direction(mesh: TriangleMesh) -> str:
     return "smooth" if float((upright * share).sum()) >= _LAND * float(share.sum()) else "level"
 
 
+@stage
 def direction_field(
     mesh: TriangleMesh,
     direction: str | Vectors | ArrayLike | Direction | None = None,

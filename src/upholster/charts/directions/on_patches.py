@@ -8,6 +8,7 @@ from upholster.charts.charted import ChartedSurface
 from upholster.charts.directions.direction import Direction
 from upholster.charts.tessellation import face_parameters, own_patches
 from upholster.geometry import Surface
+from upholster.stages import stage
 from upholster.types import FloatArray
 
 __all__ = ["default_on_patches", "told_on_patches"]
@@ -19,6 +20,7 @@ _MOST_AGREE = 0.95
 """Share of the seams, by length, along which rows must go on for ``u`` to be the default."""
 
 
+@stage
 def told_on_patches(surface: Surface, charted: ChartedSurface, direction: Direction) -> Direction:
     """Return a direction as a mesh has it: ``u`` and ``v`` are the surface's derivatives at corners.
 
@@ -34,6 +36,7 @@ def told_on_patches(surface: Surface, charted: ChartedSurface, direction: Direct
     return replace(direction, kind="vectors", vectors=_derivatives(surface, charted, direction.kind))
 
 
+@stage
 def default_on_patches(surface: Surface, charted: ChartedSurface) -> str:
     """Return ``u`` if rows go on from chart to chart, else ``level``.
 

@@ -12,6 +12,7 @@ from upholster.charts.phases.links import Links, matched_waves
 from upholster.charts.phases.solving import solved_phases, turned
 from upholster.charts.subdivision import subdivided
 from upholster.charts.warp_fields import triangle_frames
+from upholster.stages import stage
 from upholster.types import FloatArray, IntArray
 
 __all__ = ["TURN", "PhaseField", "phase_field"]
@@ -96,6 +97,7 @@ class PhaseField:
         return float(missing[order[min(at, len(order) - 1)]])
 
 
+@stage
 def phase_field(surface: ChartedSurface, vectors: FloatArray, scale: float, waves: FloatArray) -> PhaseField:
     """Find the phases that follow a surface's directions best.
 

@@ -1,243 +1,142 @@
-"""From a chart's cells to placements: where each one's centre lies, what it reads there, how it is bent."""
+"""From label maps to placements: centres, what they read there, and how far the field alone is off."""
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from upholster.jit import inline, kernel
-from upholster.methods.quilt._block_kernels import SOURCE_COLUMN, SOURCE_ROW, SYMMETRY
 from upholster.methods.quilt._sheet_kernels import FieldArrays, shown_at
 from upholster.quilt._field_kernels import matrix_between, reading
-from upholster.quilt.placement import MOST_OFFSET, SYMMETRIES
-from upholster.quilt.warp_field import UNIT
+from upholster.quilt.placement import SYMMETRIES
 from upholster.types import FloatArray, IntArray, int64
 
-__all__ = [
-    "FITTED",
-    "PLACED",
-    "CellLabels",
-    "PlacedSheets",
-    "choose_centres",
-    "enter_piece",
-    "fit_offsets",
-]
-
-_SOURCE_UNIT, _OFFSET_UNIT = 4, 64
-"""Sources are quarters of a pixel, offsets 1/64 pixel for a step: finer ones only cost bytes."""
-
-_OFF = 0.3
-"""Pixels that a placement may be off somewhere before its matrix gets an offset."""
-
-_BEYOND, _OUTSIDE = 2.0**34, 2.0**36
-"""Squared cells: cells beyond the chart's edges, and those that read outside the sample, are so much further
-from the middle than others."""
-
-CELLS, ROW, COLUMN, PLACE_ROW, PLACE_COLUMN, READ_ROW, READ_COLUMN = range(7)
-"""Columns of `PlacedSheets.places`."""
-
-PLACED = 7
-"""How many there are."""
-
-FITTED = 8
-"""Columns of the scratch of `fit_offsets`."""
+__all__ = ["SettledArrays", "ShownCells", "settle_placements"]
 
 
-class CellLabels(NamedTuple):
-    """A chart's cells: the sheet that each shows, (rows, columns), −1 for none; and all its sheets.
+class ShownCells(NamedTuple):
+    """A chart's cells, which of its sheets each shows, and those sheets.
 
-    `records` and `fits` are those of `LabelPiece`. A cell is `cell` steps wide, and `level` that of the
-    exemplar's pixels which blocks read.
+    `shown` (rows, columns) is −1 for none; cells are `cell` steps wide. `fits` (n, `FIT`) tells how sheets
+    read, `sources` (n, 3) their blocks' source, row and column, and symmetry, `turns` (n,) the symmetry of
+    their placements. Sources are pixels of a `level` of the exemplar, which has `shape` pixels.
     """
 
-    labels: IntArray
-    records: IntArray
-    fits: FloatArray
+    shown: IntArray
     cell: int
+    fits: FloatArray
+    sources: NDArray[np.int64]
+    turns: NDArray[np.uint8]
     level: int
+    shape: tuple[int, int]
 
 
-class PlacedSheets(NamedTuple):
-    """What becomes of sheets, (n, `PLACED`): how many cells show each, and if any do its centre and source.
+class SettledArrays(NamedTuple):
+    """What is found of n placements.
 
-    Row and column of the centre's cell, its place in 1/16 step, and what it reads in 1/16 pixel. `symmetries`
-    (n,) are theirs.
+    `cells` (n, 2) the cell in whose middle its centre lies, −1 for none yet. `reads` (n, 2) what that reads,
+    in 1/16 pixel. `off` (n,) by how many pixels the chart's field alone is off at most. `square` (n, 3) and
+    `product` (n, 4) the least squares' sums for an offset, see `upholster.methods.quilt.emit`. `away` (n,)
+    and `sums` (n, 3) are scratch; all but `cells` and `away` are 0 at first, `away` is infinite.
     """
 
-    places: NDArray[np.int64]
-    symmetries: NDArray[np.int64]
-
-
-@kernel
-def enter_piece(
-    labels: IntArray,
-    away: NDArray[np.float32],
-    sheets: NDArray[np.int64],
-    corner: tuple[int, int],
-    shown: IntArray,
-    nearest: NDArray[np.float32],
-) -> None:
-    """Enter a piece's labels in a chart's, where none is nearer yet.
-
-    `labels` and `away` are the piece's, `corner` the first of its cells, `sheets` (n,) the chart's numbers
-    for its sheets. `shown` and `nearest` are the chart's cells.
-    """
-    for i in range(labels.shape[0]):
-        for j in range(labels.shape[1]):
-            r, c = corner[0] + i, corner[1] + j
-            if labels[i, j] >= 0 and away[i, j] < nearest[r, c]:
-                nearest[r, c] = away[i, j]
-                shown[r, c] = sheets[labels[i, j]]
+    cells: NDArray[np.int64]
+    reads: NDArray[np.int64]
+    off: FloatArray
+    square: FloatArray
+    product: FloatArray
+    away: FloatArray
+    sums: FloatArray
 
 
 @inline
-def _place(index: int, cell: int) -> Any:
-    # Where the middle of a cell lies, in 1/16 step: see `cell_centres`.
-    return 16 * cell * (index - 1) + 8 * cell
-
-
-@inline
-def _read(field: FieldArrays, cells: CellLabels, sheet: int, row: int, column: int) -> tuple[Any, Any]:
-    # Where a place in 1/16 step reads by a sheet, in 1/16 pixel.
-    y, x = shown_at(field, cells.fits[sheet], row / 16 - 0.5, column / 16 - 0.5)
-    turn = SYMMETRIES[cells.records[sheet, SYMMETRY]]
-    unit = 16 << cells.level
+def _read_at(field: FieldArrays, cells: ShownCells, n: int, row: int, column: int) -> tuple[int, int]:
+    # What a sheet reads at a place in 1/16 step, in 1/16 pixel.
+    y, x = shown_at(field, cells.fits[n], row / 16.0 - 0.5, column / 16.0 - 0.5)
+    turn, unit = SYMMETRIES[cells.sources[n, 2]], 16 << cells.level
     # The middle of a level's pixel, and what lies beside it.
-    first = ((16 * int64(cells.records[sheet, SOURCE_ROW]) + 8) << cells.level) - 8
-    second = ((16 * int64(cells.records[sheet, SOURCE_COLUMN]) + 8) << cells.level) - 8
+    down = ((16 * cells.sources[n, 0] + 8) << cells.level) - 8
+    right = ((16 * cells.sources[n, 1] + 8) << cells.level) - 8
     return (
-        first + int64(np.rint(unit * (turn[0] * y + turn[1] * x))),
-        second + int64(np.rint(unit * (turn[2] * y + turn[3] * x))),
+        down + int64(np.rint(unit * (turn[0] * y + turn[1] * x))),
+        right + int64(np.rint(unit * (turn[2] * y + turn[3] * x))),
     )
 
 
 @inline
-def _sum_cells(labels: IntArray, places: NDArray[np.int64]) -> None:
-    # How many cells show each sheet, and the sums of their rows and of their columns.
-    places[:, :] = 0
-    for i in range(labels.shape[0]):
-        for j in range(labels.shape[1]):
-            n = labels[i, j]
-            if n >= 0:
-                places[n, CELLS] += 1
-                places[n, PLACE_ROW] += i
-                places[n, PLACE_COLUMN] += j
-
-
-@kernel
-def choose_centres(
-    field: FieldArrays, cells: CellLabels, shape: tuple[int, int], middles: FloatArray, placed: PlacedSheets
-) -> None:
-    """Give sheets their centres: of the cells that show one, that nearest to their middle.
-
-    Cells that read inside the sample, of `shape`, come first, then those on the chart, then near ones; of
-    several as near the first in raster order. `middles` (n, 3) is scratch.
-    """
-    labels, places = cells.labels, placed.places
-    _sum_cells(labels, places)
-    for n in range(places.shape[0]):
-        size = max(places[n, CELLS], 1)
-        middles[n, 0], middles[n, 1] = places[n, PLACE_ROW] / size, places[n, PLACE_COLUMN] / size
-        middles[n, 2] = np.inf
-    rows, columns = labels.shape
+def _choose_centres(field: FieldArrays, cells: ShownCells, found: SettledArrays) -> None:
+    # Cells that read inside the sample come first, then those on the chart, then those near the middle.
+    shown, unit = cells.shown, 16 * cells.cell
+    rows, columns = shown.shape
     for i in range(rows):
         for j in range(columns):
-            n = labels[i, j]
+            n = shown[i, j]
+            if n >= 0:
+                found.sums[n, 0] += 1.0
+                found.sums[n, 1] += i
+                found.sums[n, 2] += j
+    for i in range(rows):
+        for j in range(columns):
+            n = int64(shown[i, j])
             if n < 0:
                 continue
-            down, right = i - middles[n, 0], j - middles[n, 1]
+            y, x = _read_at(field, cells, n, unit * (i - 1) + unit // 2, unit * (j - 1) + unit // 2)
+            down = i - found.sums[n, 1] / found.sums[n, 0]
+            right = j - found.sums[n, 2] / found.sums[n, 0]
             away = down * down + right * right
-            more = 0.0 if 0 < i < rows - 1 and 0 < j < columns - 1 else _BEYOND
-            if away + more >= middles[n, 2]:
-                continue
-            y, x = _place(i, cells.cell), _place(j, cells.cell)
-            row, column = _read(field, cells, n, y, x)
-            if row < 0 or column < 0 or row >= 16 * shape[0] or column >= 16 * shape[1]:
-                more += _OUTSIDE
-            if away + more < middles[n, 2]:
-                middles[n, 2] = away + more
-                places[n, ROW], places[n, COLUMN] = i, j
-                places[n, PLACE_ROW], places[n, PLACE_COLUMN] = y, x
-                row = _SOURCE_UNIT * ((row + _SOURCE_UNIT // 2) // _SOURCE_UNIT)
-                column = _SOURCE_UNIT * ((column + _SOURCE_UNIT // 2) // _SOURCE_UNIT)
-                places[n, READ_ROW] = min(max(row, 0), 16 * shape[0] - _SOURCE_UNIT)
-                places[n, READ_COLUMN] = min(max(column, 0), 16 * shape[1] - _SOURCE_UNIT)
-
-
-@inline
-def _sum_misfits(
-    field: FieldArrays,
-    cells: CellLabels,
-    matrices: IntArray,
-    margin: int,
-    placed: PlacedSheets,
-    offsets: IntArray,
-    sums: FloatArray,
-) -> None:
-    # Of each placement by how many pixels it is off somewhere, without an offset, and what the least squares
-    # of its offset need: sums of squares of steps (3) and of what is missing times steps (4).
-    # `offsets` is scratch for their centres' matrices.
-    for n in range(len(sums)):
-        m = matrix_between(matrices, margin, placed.places[n, PLACE_ROW], placed.places[n, PLACE_COLUMN])
-        offsets[n, 0], offsets[n, 1], offsets[n, 2], offsets[n, 3] = m[0], m[1], m[2], m[3]
-        sums[n, :] = 0.0
-    for i in range(cells.labels.shape[0]):
-        for j in range(cells.labels.shape[1]):
-            n = cells.labels[i, j]
-            if n < 0:
-                continue
-            own = placed.places[n]
-            y, x = _place(i, cells.cell), _place(j, cells.cell)
-            read = _read(field, cells, n, y, x)
-            down, right = y - own[PLACE_ROW], x - own[PLACE_COLUMN]
-            now = reading(
-                (int64(offsets[n, 0]), int64(offsets[n, 1]), int64(offsets[n, 2]), int64(offsets[n, 3])),
-                matrix_between(matrices, margin, y, x),
-                min(max(down, -16383), 16383),
-                min(max(right, -16383), 16383),
-            )
-            turn = SYMMETRIES[placed.symmetries[n]]
-            row = (read[0] - own[READ_ROW] - turn[0] * now[0] - turn[1] * now[1]) / 16
-            column = (read[1] - own[READ_COLUMN] - turn[2] * now[0] - turn[3] * now[1]) / 16
-            # A symmetry's inverse is its transpose.
-            missing_y, missing_x = turn[0] * row + turn[2] * column, turn[1] * row + turn[3] * column
-            sums[n, 0] = max(sums[n, 0], abs(missing_y), abs(missing_x))
-            step_y, step_x = down / 16, right / 16
-            sums[n, 1] += step_y * step_y
-            sums[n, 2] += step_y * step_x
-            sums[n, 3] += step_x * step_x
-            sums[n, 4] += 2 * missing_y * step_y
-            sums[n, 5] += 2 * missing_y * step_x
-            sums[n, 6] += 2 * missing_x * step_y
-            sums[n, 7] += 2 * missing_x * step_x
+            if not (0 < i < rows - 1 and 0 < j < columns - 1):
+                away += 2.0**34
+            if y < 0 or x < 0 or y >= 16 * cells.shape[0] or x >= 16 * cells.shape[1]:
+                away += 2.0**36
+            if away < found.away[n]:
+                found.away[n] = away
+                found.cells[n, 0], found.cells[n, 1] = i, j
+                found.reads[n, 0], found.reads[n, 1] = y, x
 
 
 @kernel
-def fit_offsets(
+def settle_placements(
     field: FieldArrays,
-    cells: CellLabels,
+    cells: ShownCells,
     matrices: IntArray,
     margin: int,
-    placed: PlacedSheets,
-    sums: FloatArray,
-    offsets: IntArray,
+    rounded: int,
+    found: SettledArrays,
 ) -> None:
-    """Give placements the offsets (n, 4) with which they read as their sheets, where the field alone is off.
+    """Choose the placements' centres, and sum up how what they read differs from the field's answer.
 
-    With C + ΔC in place of C = M(c), a place q reads ½·ΔC·(q − c) further, turned by the symmetry; ΔC is the
-    least squares' answer over the cells that show the placement. `matrices` and `margin` are the chart's warp
-    field; `sums` (n, `FITTED`) is scratch.
+    `matrices` and `margin` are the chart's warp field's; sources are rounded to `rounded` sixteenths.
     """
-    _sum_misfits(field, cells, matrices, margin, placed, offsets, sums)
-    for n in range(offsets.shape[0]):
-        offsets[n, :] = 0
-        if sums[n, 0] <= _OFF:
-            continue
-        a, b, d = sums[n, 1] + 1.0, sums[n, 2], sums[n, 3] + 1.0  # a step's worth against singular ones
-        determinant = a * d - b * b
-        for i in range(2):
-            p, q = sums[n, 4 + 2 * i], sums[n, 5 + 2 * i]
-            for j in range(2):
-                more = (p * d - q * b if j == 0 else q * a - p * b) / determinant
-                steps = _OFFSET_UNIT * np.rint(more * UNIT / _OFFSET_UNIT)
-                offsets[n, 2 * i + j] = int64(min(max(steps, -MOST_OFFSET), MOST_OFFSET))
+    _choose_centres(field, cells, found)
+    unit = 16 * cells.cell
+    for n in range(found.cells.shape[0]):
+        for k in range(2):
+            whole = rounded * ((found.reads[n, k] + rounded // 2) // rounded)
+            found.reads[n, k] = min(max(whole, 0), 16 * cells.shape[k] - rounded)
+    for i in range(cells.shown.shape[0]):
+        for j in range(cells.shown.shape[1]):
+            n = int64(cells.shown[i, j])
+            if n < 0:
+                continue
+            row, column = unit * (i - 1) + unit // 2, unit * (j - 1) + unit // 2
+            top = unit * (found.cells[n, 0] - 1) + unit // 2
+            left = unit * (found.cells[n, 1] - 1) + unit // 2
+            y, x = _read_at(field, cells, n, row, column)
+            first = matrix_between(matrices, margin, top, left)
+            here = matrix_between(matrices, margin, row, column)
+            down, right = row - top, column - left
+            v, u = reading(first, here, min(max(down, -16383), 16383), min(max(right, -16383), 16383))
+            turn = SYMMETRIES[cells.turns[n]]
+            y -= found.reads[n, 0] + turn[0] * v + turn[1] * u
+            x -= found.reads[n, 1] + turn[2] * v + turn[3] * u
+            # A symmetry's inverse is its transpose.
+            a, b = (turn[0] * y + turn[2] * x) / 16.0, (turn[1] * y + turn[3] * x) / 16.0
+            found.off[n] = max(found.off[n], abs(a), abs(b))
+            s, t = down / 16.0, right / 16.0
+            found.square[n, 0] += s * s
+            found.square[n, 1] += s * t
+            found.square[n, 2] += t * t
+            found.product[n, 0] += 2.0 * a * s
+            found.product[n, 1] += 2.0 * a * t
+            found.product[n, 2] += 2.0 * b * s
+            found.product[n, 3] += 2.0 * b * t

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from upholster.methods.quilt._frame_kernels import nearest_steps
 from upholster.methods.quilt.ground import PlacedGround
+from upholster.parallel import check_cancelled
 from upholster.types import FloatArray, IntArray
 
 __all__ = ["Centres", "Regions", "centres_at", "centres_on"]
@@ -82,6 +83,7 @@ def centres_on(
     looked_at = wanted if bare else np.ones(len(wanted), np.bool_)
     parts = [np.zeros((0, 3), np.int64)]
     for chart in np.flatnonzero(canvases.heights * canvases.widths).tolist():
+        check_cancelled()
         corner, size = placed.corners[chart], placed.sizes[chart]
         shape = np.array([canvases.heights[chart], canvases.widths[chart]])
         last = np.maximum(((size - shift) / step + 0.5).astype(np.int64), 0)

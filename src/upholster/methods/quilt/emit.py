@@ -12,23 +12,16 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.methods.quilt._block_kernels import BLOCK_COLUMNS, SYMMETRY
-from upholster.methods.quilt._emit_kernels import (
-    FITTED,
-    PLACED,
-    CellLabels,
-    PlacedSheets,
-    choose_centres,
-    enter_piece,
-    fit_offsets,
-)
+from upholster.methods.quilt._block_kernels import BLOCK_COLUMNS, SOURCE_COLUMN, SOURCE_ROW, SYMMETRY
+from upholster.methods.quilt._emit_kernels import SettledArrays, ShownCells, settle_placements
 from upholster.methods.quilt._label_kernels import fill_labels, label_beyond, label_cells, list_sheets
 from upholster.methods.quilt._sheet_kernels import FIT, MOST_SHEETS
 from upholster.methods.quilt.laying import Drawn, LayPlan
 from upholster.parallel import run_tasks
 from upholster.quilt.labels import LabelMap, label_shape
 from upholster.quilt.model import Quilt
-from upholster.quilt.placement import PLACEMENT, SYMMETRIES, bare_placement
+from upholster.quilt.placement import MOST_OFFSET, PLACEMENT, SYMMETRIES, bare_placement
+from upholster.quilt.warp_field import UNIT, WarpField
 from upholster.types import FloatArray, IntArray
 
 __all__ = ["LABEL_CELL", "LabelPiece", "Labelled", "emitted_quilt", "label_pieces", "labelled"]
@@ -36,6 +29,12 @@ __all__ = ["LABEL_CELL", "LabelPiece", "Labelled", "emitted_quilt", "label_piece
 LABEL_CELL = 2
 """Steps a side of a cell of label maps: blocks are blended over so many. Cells of two charts do not line up:
 the larger they are, the more a border of blocks is off where it crosses a seam."""
+
+_SOURCE_UNIT, _OFFSET_UNIT = 4, 64
+"""Sources are quarters of a pixel, offsets 1/64 pixel for a step: finer ones only cost bytes."""
+
+_OFF = 0.3
+"""Pixels that a placement may be off somewhere before its matrix gets an offset."""
 
 Labelled = tuple[NDArray[np.void], LabelMap]
 """A chart's placements and labels."""
@@ -164,53 +163,102 @@ def labelled(plan: LayPlan, number: int, pieces: Sequence[LabelPiece]) -> Labell
     """Return a chart's placements and labels, from all its pieces in the order of parcels."""
     chart, field, shape = plan.surface.charts[number], plan.fields[number], plan.shape
     cell = _cell_of(plan, number)
-    cells = _joined(label_shape(chart.height, chart.width, cell), pieces, cell, plan.numbers.level)
-    count = len(cells.records)
-    symmetries = _PRODUCTS[cells.records[:, SYMMETRY], cells.fits[:, 10].astype(np.intp)]
-    sheets = PlacedSheets(np.empty((count, PLACED), np.int64), symmetries)
-    choose_centres(plan.field, cells, shape, np.empty((count, 3)), sheets)
-    offsets = np.empty((count, 4), np.int32)
-    sums = np.empty((count, FITTED))
-    fit_offsets(plan.field, cells, field.matrices, field.margin, sheets, sums, offsets)
-    shown = np.flatnonzero(sheets.places[:, 0])
-    if not len(shown):
-        none = np.zeros(cells.labels.shape, np.int32)
+    shown, sheets = _joined(label_shape(chart.height, chart.width, cell), pieces)
+    if not len(sheets.numbers):
+        none = np.zeros(shown.shape, np.int32)
         return bare_placement(number, (chart.height, chart.width), shape), LabelMap(cell, none)
-    rows, columns = sheets.places[shown, 1:3].T
-    order = shown[np.lexsort((columns, rows))]
-    placed = np.zeros(len(order), PLACEMENT)
-    placed["chart"], placed["offset"], placed["symmetry"] = number, offsets[order], symmetries[order]
-    for name, column in zip(("row", "column", "source_row", "source_column"), range(3, PLACED), strict=True):
-        placed[name] = sheets.places[order, column]
-    rank = np.empty(count, np.int32)
+    placed = np.zeros(len(sheets.numbers), PLACEMENT)
+    placed["chart"] = number
+    placed["symmetry"] = _PRODUCTS[sheets.records[:, SYMMETRY], sheets.fits[:, 10].astype(np.intp)]
+    sources = sheets.records[:, [SOURCE_ROW, SOURCE_COLUMN, SYMMETRY]].astype(np.int64)
+    cells = ShownCells(
+        shown, cell, sheets.fits, sources, placed["symmetry"].copy(), plan.numbers.level, shape
+    )
+    found = _settled(plan, cells, field)
+    placed["row"], placed["column"] = 16 * cell * (found.cells.T - 1) + 8 * cell
+    placed["source_row"], placed["source_column"] = found.reads.T
+    placed["offset"] = _offsets(found)
+    fill_labels(shown, np.empty(shown.size, np.int64))
+    order = np.lexsort((found.cells[:, 1], found.cells[:, 0]))
+    rank = np.empty(len(order), np.int32)
     rank[order] = np.arange(len(order), dtype=np.int32)
-    fill_labels(cells.labels, np.empty(cells.labels.size, np.int64))
-    return placed, LabelMap(cell, rank[cells.labels])
+    return placed[order], LabelMap(cell, rank[shown])
 
 
-def _joined(shape: tuple[int, int], pieces: Sequence[LabelPiece], cell: int, level: int) -> CellLabels:
-    # A chart's cells, and all sheets of its pieces. Where two pieces tell of a cell, the nearer one counts,
-    # and of two as near the first.
-    labels, nearest = np.full(shape, -1, np.int32), np.full(shape, np.inf, np.float32)
-    if len(pieces) == 1:
-        first = row = np.arange(len(pieces[0].numbers))
-    else:
-        numbers = np.concatenate([np.zeros(0, np.int64), *(piece.numbers for piece in pieces)])
-        _, first, row = np.unique(numbers, return_index=True, return_inverse=True)
+def _settled(plan: LayPlan, cells: ShownCells, field: WarpField) -> SettledArrays:
+    # Centres of a chart's placements, and what a fit of their matrices takes.
+    count = len(cells.turns)
+    found = SettledArrays(
+        np.full((count, 2), -1, np.int64),
+        np.zeros((count, 2), np.int64),
+        np.zeros(count),
+        np.zeros((count, 3)),
+        np.zeros((count, 4)),
+        np.full(count, np.inf),
+        np.zeros((count, 3)),
+    )
+    settle_placements(plan.field, cells, field.matrices, field.margin, _SOURCE_UNIT, found)
+    return found
+
+
+def _offsets(found: SettledArrays) -> IntArray:
+    """Return the offsets (n, 4) of matrices with which placements read as before, where the field is off.
+
+    With C + ΔC in place of C = M(c), a place q reads ½·ΔC·(q − c) further, T turned by the symmetry; ΔC is
+    the least squares' answer over the cells that show the placement.
+    """
+    out = np.zeros((len(found.off), 4), np.int32)
+    bent = np.flatnonzero(found.off > _OFF)
+    if not len(bent):
+        return out
+    # A step's worth against singular ones.
+    square = found.square[bent][:, [0, 1, 1, 2]].reshape(-1, 2, 2) + np.eye(2)
+    added = found.product[bent].reshape(-1, 2, 2) @ np.linalg.inv(square)
+    offset = _OFFSET_UNIT * np.rint(added.reshape(-1, 4) * UNIT / _OFFSET_UNIT)
+    out[bent] = np.clip(offset, -MOST_OFFSET, MOST_OFFSET).astype(np.int32)
+    return out
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class _Sheets:
+    # The sheets that a chart shows, as a `LabelPiece` has them.
+    numbers: NDArray[np.int64]
+    records: IntArray
+    fits: FloatArray
+
+
+def _joined(shape: tuple[int, int], pieces: Sequence[LabelPiece]) -> tuple[IntArray, _Sheets]:
+    # A chart's cells, which of its sheets each shows, −1 for none, and those sheets. Where two pieces tell of
+    # a cell, the nearer one counts, and of two as near the first.
+    shown, nearest = np.full(shape, -1, np.int32), np.full(shape, np.inf, np.float32)
+    numbers = np.concatenate([np.zeros(0, np.int64), *(piece.numbers for piece in pieces)])
+    first = row = np.arange(len(numbers))
+    if len(pieces) > 1:
+        numbers, first, row = np.unique(numbers, return_index=True, return_inverse=True)
     start = 0
     for piece in pieces:
-        enter_piece(piece.labels, piece.away, row[start:], piece.corner, labels, nearest)
+        i, j = piece.corner
+        window = slice(i, i + piece.labels.shape[0]), slice(j, j + piece.labels.shape[1])
+        nearer = (piece.labels >= 0) & (piece.away < nearest[window])
+        shown[window][nearer] = row.reshape(-1)[start:][piece.labels[nearer]]
+        nearest[window][nearer] = piece.away[nearer]
         start += len(piece.numbers)
+    is_seen = np.zeros(len(numbers) + 1, np.bool_)
+    is_seen[shown] = True
+    is_seen[-1] = False
+    rank = np.append(np.cumsum(is_seen[:-1], dtype=np.int32) - 1, -1)
+    source = first[is_seen[:-1]]
     records = np.concatenate([np.zeros((0, BLOCK_COLUMNS), np.int32), *(piece.records for piece in pieces)])
     fits = np.concatenate([np.zeros((0, FIT)), *(piece.fits for piece in pieces)])
-    return CellLabels(labels, records[first], fits[first], cell, level)
+    shown = rank[shown].astype(np.int32)
+    return shown, _Sheets(numbers[is_seen[:-1]], records[source], fits[source])
 
 
-def _products() -> NDArray[np.int64]:
+def _products() -> NDArray[np.uint8]:
     # Of two symmetries the one that is both, the second one first.
     matrices = SYMMETRIES.reshape(-1, 2, 2)
     both = (matrices[:, None] @ matrices).reshape(8, 8, 1, 4)
-    found: NDArray[np.int64] = (both == SYMMETRIES).all(axis=3).argmax(axis=2).astype(np.int64)
+    found: NDArray[np.uint8] = (both == SYMMETRIES).all(axis=3).argmax(axis=2).astype(np.uint8)
     return found
 
 

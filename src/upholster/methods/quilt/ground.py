@@ -1,8 +1,9 @@
 """What blocks are laid on: a charted surface as kernels take it, its warp fields, and charts' canvases."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,18 +11,19 @@ from numpy.typing import NDArray
 from upholster.charts._mesh_kernels import corner_lists
 from upholster.charts.charted import ChartedSurface
 from upholster.charts.directions._kernels import corner_fans
-from upholster.charts.subdivision import Subdivided
+from upholster.charts.subdivision import Subdivided, subdivided
 from upholster.charts.warp_fields import triangle_frames
 from upholster.methods.quilt._frame_kernels import Canvases, bound_places, locate_steps
 from upholster.methods.quilt._lay_kernels import Ground
 from upholster.methods.quilt._sheet_kernels import FieldArrays
 from upholster.methods.quilt._unfold_kernels import MeshArrays
 from upholster.methods.quilt._whole_kernels import CLEAR_CELL, ClearCells, mark_edges
-from upholster.parallel import run_tasks, thread_count
+from upholster.parallel import check_cancelled, run_tasks, thread_count
 from upholster.quilt.warp_field import FIELD_STEP, UNIT, WarpField
+from upholster.stages import stage
 from upholster.types import FloatArray, IntArray
 
-__all__ = ["PlacedGround", "field_arrays", "ground_of"]
+__all__ = ["PlacedGround", "field_arrays", "ground_of", "whole_ground"]
 
 _ALIGNED = 24
 """Steps: windows of charts begin at a multiple of it, where cells of labels and clear cells begin as well."""
@@ -51,6 +53,31 @@ class PlacedGround:
     sizes: NDArray[np.int64]
     parent: IntArray
 
+    def bare(self) -> "PlacedGround":
+        """Return the same with canvases of its own, on which nothing lies yet."""
+        own = self.ground.canvases
+        count = len(own.triangles)
+        canvases = own._replace(
+            owners=np.full(count, -1, np.int32),
+            sheets=np.zeros(count, np.uint8),
+            sources=np.zeros(count, np.int32),
+        )
+        return replace(self, ground=self.ground._replace(canvases=canvases))
+
+
+@stage
+def whole_ground(
+    surface: ChartedSurface,
+    vectors: FloatArray,
+    field: FieldArrays,
+    longest: float,
+    *,
+    threads: int | None = 1,
+    **how: Any,
+) -> PlacedGround:
+    """Return the ground of a whole surface, on triangles of edges of that length at most; `how` as there."""
+    return ground_of(subdivided(surface, vectors, longest), field, threads=threads, **how)
+
 
 def ground_of(
     fine: Subdivided,
@@ -61,7 +88,7 @@ def ground_of(
     turns: IntArray,
     threads: int | None = 1,
 ) -> PlacedGround:
-    """Return the ground on which blocks are laid, bare.
+    """Return the ground on which blocks are laid; what shows on its canvases `PlacedGround.bare` makes.
 
     Parameters
     ----------
@@ -74,14 +101,16 @@ def ground_of(
     fold
         1, 2 or 4: so many directions, turned evenly, count as one.
     turns
-        (T,) quarter turns from the warp fields to the directions, see `upholster.charts.turns`.
+        Quarter turns from the warp fields to the directions, of each triangle of which those are parts: see
+        `upholster.charts.turns`.
     threads
         As in `upholster.parallel.run_tasks`.
     """
     corners, shapes, sizes = _windows(fine.surface)
-    mesh = _mesh_arrays(fine, corners, crease, fold, turns)
+    check_cancelled()
+    mesh = _mesh_arrays(fine, corners, crease, fold, turns[fine.parent])
     canvases = _canvases(shapes)
-    away, parts = np.full(len(canvases.owners), np.inf, np.float32), thread_count(threads)
+    away, parts = np.full(len(canvases.triangles), np.inf, np.float32), thread_count(threads)
     tasks = [partial(locate_steps, mesh, canvases, (n, parts), away) for n in range(parts)]
     run_tasks(tasks, threads=threads)
     clear = _clear_cells(shapes)
@@ -90,6 +119,7 @@ def ground_of(
     return PlacedGround(Ground(mesh, own, clear, canvases), corners, sizes, fine.parent)
 
 
+@stage
 def field_arrays(fields: Sequence[WarpField], level: int) -> FieldArrays:
     """Return charts' warp fields as kernels take them, in pixels of a level of the exemplar."""
     nodes = [field.matrices.reshape(-1, 4) / (UNIT << level) for field in fields]
@@ -194,9 +224,9 @@ def _canvases(shapes: NDArray[np.int64]) -> Canvases:
     firsts = np.cumsum([0, *(heights * widths).tolist()])
     count = int(firsts[-1])
     return Canvases(
-        np.full(count, -1, np.int32),
-        np.zeros(count, np.uint8),
-        np.zeros(count, np.int32),
+        np.zeros(0, np.int32),
+        np.zeros(0, np.uint8),
+        np.zeros(0, np.int32),
         np.full(count, -1, np.int32),
         firsts[:-1].astype(np.int64),
         heights.copy(),

@@ -10,6 +10,7 @@ A bare step belongs to the last of the parcels that lie near it: then all have l
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,7 +30,7 @@ from upholster.methods.quilt._block_kernels import (
 from upholster.methods.quilt._lay_kernels import BlockArrays, LayScratch, lay_blocks, replay_blocks
 from upholster.methods.quilt._sheet_kernels import FIT, MOST_SHEETS, FieldArrays
 from upholster.methods.quilt.centres import Centres, Regions, centres_at, centres_on
-from upholster.methods.quilt.ground import PlacedGround, field_arrays, ground_of
+from upholster.methods.quilt.ground import PlacedGround, field_arrays, ground_of, whole_ground
 from upholster.methods.quilt.parcels import Parcels
 from upholster.parallel import run_tasks
 from upholster.quilt.warp_field import WarpField
@@ -124,11 +125,13 @@ class LayPlan:
         `threads` is as in `upholster.parallel.run_tasks`.
         """
         box = self.parcels.box(parcel, blocks)
-        fine = subdivided_in(self.surface, self.vectors, _SHORT * self.numbers.size / self.pixels, box)
-        if fine is None:
-            return None
-        turns = self.turns[fine.parent]
-        return ground_of(fine, self.field, crease=self.crease, fold=self.fold, turns=turns, threads=threads)
+        longest = _SHORT * self.numbers.size / self.pixels
+        how: dict[str, Any] = {"turns": self.turns, "fold": self.fold, "crease": self.crease}
+        if box is None:
+            whole = whole_ground(self.surface, self.vectors, self.field, longest, threads=threads, **how)
+            return whole.bare()
+        fine = subdivided_in(self.surface, self.vectors, longest, box)
+        return None if fine is None else ground_of(fine, self.field, threads=threads, **how).bare()
 
 
 @dataclass(frozen=True, eq=False, slots=True)

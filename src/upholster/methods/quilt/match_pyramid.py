@@ -11,9 +11,10 @@ from upholster.methods.quilt._search_kernels import mean_boxes
 from upholster.methods.quilt.features import pca_features
 from upholster.methods.quilt.phases import level_phases, shown_waves
 from upholster.quilt.pyramid import halved
+from upholster.stages import stage
 from upholster.types import PixelArray
 
-__all__ = ["MatchLevel", "MatchPyramid"]
+__all__ = ["MatchLevel", "MatchPyramid", "match_pyramid"]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -47,27 +48,6 @@ class MatchPyramid:
     variance: float
     usage_step: int
 
-    @classmethod
-    def of(cls, exemplar: PixelArray, last: int = 0, lattice: Lattice | None = None) -> "MatchPyramid":
-        """Make the levels of an exemplar (H, W, C), from 0 to `last`, with its phases where they count."""
-        shown = shown_waves(lattice)
-        form, variance = pca_features(exemplar)
-        image = form
-        levels = []
-        for level in range(last + 1):
-            if level:
-                image = halved(image)
-            height, width = image.shape[:2]
-            step = _step(height, width)
-            plane = mean_boxes(np.ascontiguousarray(image[..., 0]), step)
-            phases = level_phases(lattice, level, height, width)
-            match = MatchImage(_as_pixels(image), plane, phases, shown)
-            levels.append(MatchLevel(height, width, step, match))
-        usage_step = max(4, 1 << (len(levels) - 1))
-        while max(form.shape[:2]) > 64 * usage_step:
-            usage_step *= 2
-        return cls(tuple(levels), form, variance, usage_step)
-
     def stride(self, level: int) -> int:
         """Return the distance of the usage grid's points in pixels of a level."""
         return self.usage_step >> level
@@ -77,6 +57,28 @@ class MatchPyramid:
         first = self.levels[0]
         rows, columns = -(-first.height // self.usage_step), -(-first.width // self.usage_step)
         return np.zeros((symmetries * rows, columns))
+
+
+@stage
+def match_pyramid(exemplar: PixelArray, last: int = 0, lattice: Lattice | None = None) -> MatchPyramid:
+    """Make the levels of an exemplar (H, W, C), from 0 to `last`, with its phases where they count."""
+    shown = shown_waves(lattice)
+    form, variance = pca_features(exemplar)
+    image = form
+    levels = []
+    for level in range(last + 1):
+        if level:
+            image = halved(image)
+        height, width = image.shape[:2]
+        step = _step(height, width)
+        plane = mean_boxes(np.ascontiguousarray(image[..., 0]), step)
+        phases = level_phases(lattice, level, height, width)
+        match = MatchImage(_as_pixels(image), plane, phases, shown)
+        levels.append(MatchLevel(height, width, step, match))
+    usage_step = max(4, 1 << (len(levels) - 1))
+    while max(form.shape[:2]) > 64 * usage_step:
+        usage_step *= 2
+    return MatchPyramid(tuple(levels), form, variance, usage_step)
 
 
 def _as_pixels(image: NDArray[np.uint8]) -> NDArray[np.int32]:

@@ -13,13 +13,14 @@ from upholster.methods.quilt._block_kernels import LayNumbers, LayWeights
 from upholster.methods.quilt._phase_kernels import MISFIT
 from upholster.methods.quilt.emit import LabelPiece, emitted_quilt, label_pieces
 from upholster.methods.quilt.laying import LayPlan, ParcelBlocks, draw_parcel, lay_parcel
-from upholster.methods.quilt.match_pyramid import MatchPyramid
+from upholster.methods.quilt.match_pyramid import MatchPyramid, match_pyramid
 from upholster.methods.quilt.options import QuiltOptions
 from upholster.methods.quilt.parcels import Parcels
 from upholster.methods.quilt.phases import WantedPhases
 from upholster.parallel import check_running, run_tasks, thread_count
 from upholster.quilt.model import Quilt
 from upholster.quilt.warp_field import WarpField
+from upholster.stages import stage
 from upholster.types import FloatArray, IntArray, PixelArray, Progress
 
 __all__ = ["laid_quilt", "planned", "synthesize_quilt"]
@@ -156,6 +157,7 @@ def _laid_parcels(plan: LayPlan, threads: int | None, progress: Progress | None)
     return blocks
 
 
+@stage
 def _density(surface: ChartedSurface) -> float:
     # Steps per model unit: the mean over the charts.
     flat = surface.places[:, 1:] - surface.places[:, :1]
@@ -175,7 +177,7 @@ def _numbers(
     shape = exemplar.shape[:2]
     last = max(0, int(np.log2(min(shape) / 16)))
     number = min(max(0, int(np.floor(np.log2(scale / _density(surface)) + 0.5))), last)
-    pyramid = MatchPyramid.of(exemplar, number, None if phases is None else phases.lattice)
+    pyramid = match_pyramid(exemplar, number, None if phases is None else phases.lattice)
     level = pyramid.levels[number]
     cell = 4 if options.block >> number >= _COARSE else 2
     wanted = min(options.block, _SHARE * min(shape)) / 2**number

@@ -5,6 +5,7 @@ import numpy as np
 from upholster.charts.charted import ChartedSurface
 from upholster.charts.phases import PhaseField
 from upholster.methods.quilt.structure import block_size
+from upholster.stages import stage
 from upholster.types import FloatArray, PixelArray
 
 __all__ = ["block_side", "turning_of"]
@@ -26,6 +27,7 @@ _LEAST_PERIODS = 0.75
 """Periods of a block at least, of the fastest wave."""
 
 
+@stage
 def block_side(exemplar: PixelArray, across: float, turning: float, phases: PhaseField | None) -> int:
     """Return the side of a surface's blocks.
 
@@ -58,6 +60,7 @@ def block_side(exemplar: PixelArray, across: float, turning: float, phases: Phas
     return min(block_size(exemplar), 4 * int(max(most, _LEAST) / 4))
 
 
+@stage
 def turning_of(surface: ChartedSurface, vectors: FloatArray, fold: int) -> float:
     """Return by how many radians directions turn in a model unit at most, on nine tenths of a surface.
 

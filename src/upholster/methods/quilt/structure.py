@@ -3,9 +3,10 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from upholster.lattice import KnownOfSamples, find_lattice
+from upholster.lattice import find_lattice
 from upholster.methods.quilt.features import pca_features
 from upholster.methods.working_form import working_form
+from upholster.stages import stage
 from upholster.types import FloatArray, IntArray, PixelArray
 
 __all__ = ["RADIUS", "block_size", "correlation_peaks", "shifted_products"]
@@ -42,9 +43,7 @@ RADIUS = 3
 """A peak is the highest value so many pixels round it."""
 
 
-_KNOWN = KnownOfSamples[int]()
-
-
+@stage
 def block_size(exemplar: PixelArray) -> int:
     """Return the side of a block, in pixels, that suits an exemplar.
 
@@ -70,10 +69,6 @@ def block_size(exemplar: PixelArray) -> int:
     Liu, Collins, Tsin: A computational model for periodic pattern perception based on frieze and wallpaper
     groups, PAMI 26 (2004), on finding a lattice by the autocorrelation's peaks.
     """
-    return _KNOWN.get(exemplar, _suiting)
-
-
-def _suiting(exemplar: PixelArray) -> int:
     shorter = min(exemplar.shape[:2])
     by = -(-shorter // _LOOKED_AT)
     plane = pca_features(_reduced(exemplar, by), most=1)[0][:_LONGEST, :_LONGEST, 0].astype(np.int64)

@@ -1,0 +1,292 @@
+"""Projects as files: `chair.upholster.json`, JSON with names of files relative to its folder.
+
+A file may be a stranger's: it reaches nothing outside its folder, and folders that the caller allows.
+"""
+
+import hashlib
+import json
+import os
+import shutil
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import fields, replace
+from pathlib import Path
+from typing import Any, TypeVar
+
+from upholster.charts.covered import CoveredLike, covered_files
+from upholster.errors import FormatError, InputError, nearest
+from upholster.files import outputs, path_inside, path_text, read_bytes
+from upholster.image.source import Sample, Source
+from upholster.options import ModelOptions, SampleOptions, SynthesisOptions, WriteOptions, differing
+from upholster.project.project import Project
+
+__all__ = ["SUFFIX", "read_project", "save_project"]
+
+SUFFIX = ".upholster.json"
+
+_VERSION = 1
+
+_KINDS: dict[str, Any] = {"reading": ModelOptions, "synthesis": SynthesisOptions, "writing": WriteOptions}
+_KEYS = ("upholster", "model", "sample", "materials", "reading", "synthesis", "writing", "seed", "files")
+
+Kind = TypeVar("Kind")
+
+
+def read_project(path: str | os.PathLike[str], *, allow: Sequence[str | os.PathLike[str]] = ()) -> Project:
+    """Read a project from its file.
+
+    Parameters
+    ----------
+    path
+        The file, as `save_project` writes it.
+    allow
+        Folders beside its own in which files may lie that it names.
+
+    Returns
+    -------
+    Project
+        Its notes tell which files have changed since.
+
+    Raises
+    ------
+    InputError, FormatError
+        If it cannot be read or is no project; for an unknown key, a value out of range, or a file outside the
+        folders.
+    """
+    name = path_text(path, "project")
+    if not name.lower().endswith(SUFFIX):
+        raise InputError(f"project {name!r} has another suffix; allowed: {SUFFIX}")
+    try:
+        told = json.loads(read_bytes(name))
+    except (ValueError, RecursionError) as error:
+        raise FormatError(f"{name}: it is no JSON: {error}") from None
+    reader = _Reader(name, [Path(name).parent, *map(Path, allow)])
+    try:
+        return reader.project(told)
+    except (InputError, FormatError) as error:
+        raise type(error)(f"{name}: {error}") from None
+
+
+class _Reader:
+    """Reads a project's parts; names of files are relative to the first of some folders."""
+
+    def __init__(self, name: str, folders: Sequence[Path]) -> None:
+        self.name, self.folders = name, folders
+
+    def project(self, told: Any) -> Project:
+        known = _object(told, "the project", _KEYS)
+        version = known.get("upholster")
+        if version != _VERSION:
+            raise FormatError(f"upholster is {version!r}; allowed: {_VERSION}, the version of the format")
+        options = {key: self.options(kind, known.get(key, {}), key) for key, kind in _KINDS.items()}
+        materials = known.get("materials", {})
+        if not isinstance(materials, dict):
+            raise FormatError("materials are no object; allowed: samples by the names of parts")
+        found = Project(
+            self.model(known.get("model")),
+            self.sample(known["sample"], "sample") if known.get("sample") is not None else None,
+            {part: self.sample(one, f"material {part!r}") for part, one in materials.items()},
+            seed=known.get("seed", 0),
+            **options,
+        )
+        return replace(found, notes=tuple(self.changed(known.get("files", {}))))
+
+    def model(self, told: Any) -> str:
+        if not isinstance(told, str):
+            raise FormatError(f"model is {told!r}; allowed: a file's name, or a surface as `torus:R=2,r=0.7`")
+        return self.file(told) if covered_files(told) else told
+
+    def sample(self, told: Any, what: str) -> Sample:
+        names = [entry.name for entry in fields(SampleOptions)]
+        known = dict(_object(told, what, ("source", "size", *names)))
+        source, size = known.pop("source", None), known.pop("size", None)
+        if maps := known.get("maps"):
+            known["maps"] = {role: self.file(file) for role, file in _object(maps, f"maps of {what}").items()}
+        return Sample(self.source(source, what), size, self.options(SampleOptions, known, what))
+
+    def source(self, told: Any, what: str) -> Source:
+        if isinstance(told, str):
+            return self.file(told)
+        if isinstance(told, list) and told:
+            return [self.file(file) for file in told]
+        if isinstance(told, dict) and told:
+            return {role: self.file(file) for role, file in told.items()}
+        raise FormatError(f"source of {what} is {told!r}; allowed: a file's name, a list, or files by role")
+
+    def file(self, told: Any) -> str:
+        if not isinstance(told, str) or not told:
+            raise FormatError(f"a file's name is {told!r}; allowed: a text")
+        try:
+            path_inside(self.folders, told)
+        except InputError as error:
+            raise InputError(f"{error}, and in those of --allow DIR") from None
+        return os.path.normpath(os.path.join(self.folders[0], told))
+
+    def options(self, kind: type[Kind], told: Any, what: str) -> Kind:
+        known = _object(told, what, [entry.name for entry in fields(kind)])  # type: ignore[arg-type]
+        return kind(**{key: _tuples(value) for key, value in known.items()})
+
+    def changed(self, told: Any) -> Iterable[str]:
+        for file, digest in _object(told, "files").items():
+            try:
+                found = file_digest(self.file(file))
+            except InputError:
+                continue  # reading it will tell
+            if found != digest:
+                yield f"{file} has changed since the project was saved"
+
+
+def _object(told: Any, what: str, allowed: Iterable[str] | None = None) -> dict[str, Any]:
+    if not isinstance(told, dict):
+        raise FormatError(f"{what} is {str(told)[:40]!r}; allowed: an object")
+    if allowed is not None:
+        names = list(allowed)
+        for key in told:
+            if key not in names:
+                raise FormatError(f"{what} has an unknown key {key!r}; {nearest(key, names)}")
+    return told
+
+
+def _tuples(value: Any) -> Any:
+    return tuple(map(_tuples, value)) if isinstance(value, list) else value
+
+
+def save_project(project: Project, path: str | os.PathLike[str]) -> list[str]:
+    """Write a project's file, and copy the files that it needs into its folder, those that lie elsewhere.
+
+    Parameters
+    ----------
+    project
+        What to write.
+    path
+        The file, ``chair.upholster.json``; its folder is made where it is missing.
+
+    Returns
+    -------
+    list of str
+        The files that were copied, where they are now.
+
+    Raises
+    ------
+    InputError
+        If something is no file and no text, as an array or a function; if files cannot be written.
+    """
+    name = path_text(path, "project")
+    if not name.lower().endswith(SUFFIX):
+        raise InputError(f"project {name!r} has another suffix; allowed: {SUFFIX}")
+    keeper = _Keeper(Path(name).parent)
+    told = keeper.project(project)
+    for source, target in keeper.copies.items():
+        target.parent.mkdir(parents=True, exist_ok=True)
+        if not target.exists():
+            with outputs([target], inputs=[source]) as files:
+                shutil.copyfile(source, files.path(target))
+    told["files"] = {file: file_digest(str(keeper.folder / file)) for file in keeper.files}
+    with outputs([name]) as files:
+        files.path(name).write_text(json.dumps(told, indent=2) + "\n", encoding="utf-8")
+    return [str(target) for target in keeper.copies.values()]
+
+
+class _Keeper:
+    """Finds names in a project's folder for its files; `copies` are those that are to be made."""
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+        self.copies: dict[Path, Path] = {}
+        self.files: list[str] = []
+
+    def project(self, project: Project) -> dict[str, Any]:
+        written: dict[str, Any] = {"upholster": _VERSION, "model": self.model(project)}
+        if project.sample is not None:
+            written["sample"] = self.sample(project.sample)
+        if project.materials:
+            written["materials"] = {part: self.sample(one) for part, one in project.materials.items()}
+        for key in _KINDS:
+            if options := _told(getattr(project, key)):
+                written[key] = options
+        return written | {"seed": project.seed}
+
+    def model(self, project: Project) -> str:
+        on: CoveredLike = project.model
+        if not isinstance(on, (str, os.PathLike)):
+            raise InputError(f"model is a {type(on).__name__}; allowed in a project's file: a file or a text")
+        if not covered_files(on):
+            return os.fspath(on)
+        first = os.fspath(on)
+        inputs = [os.fspath(file) for file in project.inputs()]
+        folder = "" if len(inputs) <= 1 else Path(first).stem
+        for file in inputs:
+            self.kept(file, os.path.join(folder, os.path.relpath(file, os.path.dirname(first) or ".")))
+        return self.kept(first, os.path.join(folder, os.path.basename(first)))
+
+    def sample(self, sample: Sample) -> dict[str, Any]:
+        told = _told(sample.options)
+        if sample.options.maps:
+            told["maps"] = {role: self.kept(file) for role, file in sample.options.maps.items()}
+        size = {} if sample.size is None else {"size": sample.size}
+        return {"source": self.source(sample), **size, **told}
+
+    def source(self, sample: Sample) -> Any:
+        source = sample.source
+        if isinstance(source, Mapping):
+            return {role: self.kept(file) for role, file in source.items()}
+        if isinstance(source, (str, os.PathLike)):
+            if not os.path.isdir(source):
+                return self.kept(source)
+            folder = os.path.basename(os.path.normpath(source))
+            for file in Sample(source).files:
+                place = self.kept(file, os.path.join(folder, os.path.basename(file)))
+            return os.path.dirname(place)
+        if isinstance(source, Sequence) and all(isinstance(one, (str, os.PathLike)) for one in source):
+            return [self.kept(file) for file in source]
+        raise InputError(f"sample is a {type(source).__name__}; allowed in a project's file: files")
+
+    def kept(self, file: str | os.PathLike[str], wanted: str | None = None) -> str:
+        """Return what a file is called in the folder; one that lies elsewhere will be copied there."""
+        place = Path(os.path.realpath(file))
+        if not place.is_file():
+            raise InputError(f"file {os.fspath(file)!r} does not exist")
+        root = Path(os.path.realpath(self.folder))
+        if place.is_relative_to(root):
+            found = place.relative_to(root).as_posix()
+        else:
+            target = root / (place.name if wanted is None else wanted)
+            target = next(one for one in _names(target) if self._is_free(one, place))
+            self.copies[place] = target
+            found = target.relative_to(root).as_posix()
+        if found not in self.files:
+            self.files.append(found)
+        return found
+
+    def _is_free(self, target: Path, place: Path) -> bool:
+        taken = {other for source, other in self.copies.items() if source != place}
+        if target in taken:
+            return False
+        return not target.exists() or (
+            target.is_file() and file_digest(str(target)) == file_digest(str(place))
+        )
+
+
+def _names(target: Path) -> Iterable[Path]:
+    yield target
+    for number in range(2, 1000):
+        yield target.with_stem(f"{target.stem}-{number}")
+    raise InputError(f"{str(target)!r} and 998 like it are other files; allowed: another folder")
+
+
+def _told(options: Any) -> dict[str, Any]:
+    """Return options that differ from the defaults, as JSON can hold them."""
+    found = differing(options)
+    for name, value in found.items():
+        try:
+            json.dumps(value, allow_nan=False)
+        except (TypeError, ValueError):
+            kind = type(value).__name__
+            raise InputError(
+                f"{name} is a {kind}; allowed in a project's file: texts, numbers, lists of them"
+            ) from None
+    return found
+
+
+def file_digest(file: str) -> str:
+    """Return what stands for a file's content in a project's file."""
+    return hashlib.blake2b(read_bytes(file), digest_size=16).hexdigest()

@@ -1,0 +1,157 @@
+"""What there is to see of a model that is being covered: soon and coarse first, at last the export's quilt.
+
+Work runs in a thread of its own. It stops when the next preview of the same project begins: at the next
+stage or task, or behind a library's call that can not be stopped, whose result is kept.
+"""
+
+import contextlib
+import math
+import time
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from queue import Empty, SimpleQueue
+from threading import Event, Thread
+from typing import Any
+
+from upholster.coverings import Covering, painted_model
+from upholster.errors import CancelledError, check_whole
+from upholster.options import WriteOptions
+from upholster.outputs import TexturedModel
+from upholster.parallel import cancelled_by, check_running
+from upholster.quilt import Quilt
+from upholster.stages import Stages
+
+__all__ = ["Look", "Preview", "Previews"]
+
+_COARSEST = 20_000
+"""Steps that the first look has, about."""
+
+_MOST_OCTAVES = 5
+
+_BETWEEN = 3
+"""Octaves between two looks at most: an export of many steps has one more on the way."""
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Look:
+    """A model as far as it is there.
+
+    Attributes
+    ----------
+    model
+        With its texels: `TexturedModel.picture`, `TexturedModel.view` …
+    quilts
+        Of each sample.
+    is_final
+        Whether these are the quilts that an export has.
+    seconds
+        Since the preview began.
+    """
+
+    model: TexturedModel
+    quilts: tuple[Quilt, ...]
+    is_final: bool
+    seconds: float
+
+
+class Preview:
+    """Looks at a model, as they come: an iterator. Made by `Project.preview`.
+
+    It ends after the last look, or when it is cancelled.
+    """
+
+    def __init__(self, work: Callable[["Preview"], None]) -> None:
+        self.began = time.perf_counter()
+        self._stop, self._looks = Event(), SimpleQueue[Look | BaseException | None]()
+        self._thread = Thread(target=self._run, args=(work,), daemon=True, name="preview")
+        self._thread.start()
+
+    def _run(self, work: Callable[["Preview"], None]) -> None:
+        end: BaseException | None = None
+        try:
+            with cancelled_by(self._stop):
+                work(self)
+        except CancelledError:
+            pass
+        except BaseException as error:  # whoever iterates gets it
+            end = error
+        self._looks.put(end)
+
+    def show(self, model: TexturedModel, quilts: Sequence[Quilt], *, is_final: bool) -> None:
+        """Add a look."""
+        self._looks.put(Look(model, tuple(quilts), is_final, time.perf_counter() - self.began))
+
+    def cancel(self) -> None:
+        """End it; returns at once."""
+        self._stop.set()
+
+    @property
+    def is_cancelled(self) -> bool:
+        """Whether it was ended."""
+        return self._stop.is_set()
+
+    def wait(self, seconds: float | None = None) -> bool:
+        """Wait until its work has stopped; return whether it has."""
+        self._thread.join(seconds)
+        return not self._thread.is_alive()
+
+    def __iter__(self) -> Iterator[Look]:
+        while not self._stop.is_set():
+            with contextlib.suppress(Empty):
+                found = self._looks.get(timeout=0.01)
+                if found is None:
+                    return
+                if isinstance(found, BaseException):
+                    raise found
+                yield found
+
+
+class Previews:
+    """The previews of a project and of all that were made of it, one at a time; and what they have found.
+
+    Attributes
+    ----------
+    stages
+        Results that are kept.
+    """
+
+    def __init__(self) -> None:
+        self.stages = Stages()
+        self._running: Preview | None = None
+
+    def begin(
+        self,
+        read: Callable[[], list[Covering]],
+        writing: WriteOptions,
+        seed: int,
+        texels: int,
+        threads: int | None,
+    ) -> Preview:
+        """Begin a preview in place of the one that is under way; see `Project.preview`."""
+        texels = check_whole("texels", texels, 1000, 2**26)
+        check_running(threads, None)
+        if self._running is not None:
+            self._running.cancel()
+
+        def work(preview: Preview) -> None:
+            with self.stages.active():
+                coverings = read()
+                how: dict[str, Any] = {"seed": seed, "threads": threads, "progress": None}
+                for octaves in (*_octaves(coverings), 0):
+                    quilts = [each.synthesized(octaves=octaves, **how) for each in coverings]
+                    model = painted_model(
+                        coverings, quilts, writing, texels=texels, threads=threads, progress=None
+                    )
+                    preview.show(model, quilts, is_final=octaves == 0)
+
+        self._running = Preview(work)
+        return self._running
+
+
+def _octaves(coverings: Sequence[Covering]) -> list[int]:
+    """Return by how many powers of two steps of the looks before the last are longer, one after another."""
+    if any(each.asked.method != "quilt" for each in coverings):
+        return []
+    steps = sum(chart.height * chart.width for each in coverings for chart in each.prepared.charts)
+    first = round(math.log(steps / _COARSEST, 4)) if steps > _COARSEST else 0
+    return list(range(min(first, _MOST_OCTAVES), 0, -_BETWEEN))

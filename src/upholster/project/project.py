@@ -1,0 +1,202 @@
+"""A project: what is covered, with which samples, and how. It answers at once where little has changed."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
+from typing import Any
+
+from upholster.charts.covered import CoveredLike, covered_files
+from upholster.coverings import (
+    Covering,
+    check_not_swapped,
+    check_samples,
+    read_coverings,
+    read_materials,
+    synthesized,
+)
+from upholster.errors import InputError, nearest
+from upholster.image.source import Sample
+from upholster.methods import settled_seed
+from upholster.options import ModelOptions, SampleOptions, SynthesisOptions, WriteOptions, chosen
+from upholster.outputs import largest_chart
+from upholster.pipeline import cover
+from upholster.project.preview import Preview, Previews
+from upholster.quilt import Quilt
+from upholster.reports import CoverReport
+from upholster.shown import Shown, on_a_line
+from upholster.types import Progress
+
+__all__ = ["Project"]
+
+_KINDS = {"reading": ModelOptions, "synthesis": SynthesisOptions, "writing": WriteOptions}
+"""The fields of a project that hold options, and of which kind."""
+
+
+@dataclass(frozen=True, eq=False)
+class Project(Shown):
+    """A model, its samples and all settings; it does not change, `change` returns another.
+
+    What one project finds out, those made of it by `change` need not find out again: a file is read once, a
+    model is laid out flat once, and each further step runs again where something has changed that it depends
+    on. A list of projects is all that undoing takes.
+
+    Attributes
+    ----------
+    model
+        What is covered: as for `upholster.cover`.
+    sample
+        What covers it, or the parts that no material is for; None: those stay as they are.
+    materials
+        Other samples by the names of parts, as for `upholster.cover`.
+    reading
+        How the model is read.
+    synthesis
+        How it is covered.
+    writing
+        How files are written.
+    seed
+        0 to 2^63 − 1.
+    notes
+        What the user should know of its file: that another has changed since.
+
+    Raises
+    ------
+    InputError
+        If there is no sample, or something is out of range.
+    """
+
+    model: CoveredLike
+    sample: Sample | None = None
+    materials: Mapping[str, Sample] = field(default_factory=dict)
+    reading: ModelOptions = field(default_factory=ModelOptions)
+    synthesis: SynthesisOptions = field(default_factory=SynthesisOptions)
+    writing: WriteOptions = field(default_factory=WriteOptions)
+    seed: int = 0
+    notes: tuple[str, ...] = ()
+    previews: Previews = field(default_factory=Previews, repr=False)
+
+    def __post_init__(self) -> None:
+        settled: dict[str, Any] = {name: chosen(kind, getattr(self, name)) for name, kind in _KINDS.items()}
+        settled["sample"] = None if self.sample is None else Sample.of(self.sample)
+        settled["materials"] = read_materials(self.materials)
+        settled["seed"] = settled_seed(self.seed)
+        for name, value in settled.items():
+            object.__setattr__(self, name, value)
+        check_samples(self.sample, self.materials)
+        check_not_swapped(None if self.sample is None else self.sample.source, self.model)
+
+    def __repr__(self) -> str:
+        samples = self.sample.source if self.sample and not self.materials else list(self.materials)
+        return on_a_line(self, {"model": self.model, "samples": samples, "seed": self.seed})
+
+    def change(self, **choices: Any) -> "Project":
+        """Return another project, changed in some things.
+
+        Parameters
+        ----------
+        choices
+            `model`, `sample`, `materials`, `seed`, or any option by its name in `upholster.ModelOptions`,
+            `upholster.SampleOptions` (of `sample`), `upholster.SynthesisOptions` and
+            `upholster.WriteOptions`: ``sample_size="20cm"``. None brings back an option's default.
+
+        Raises
+        ------
+        InputError
+            For an unknown name, or a value that is out of range.
+        """
+        names = {"model", "sample", "materials", "seed"} & choices.keys()
+        found: dict[str, Any] = {name: choices.pop(name) for name in names}
+        sample = found.get("sample", self.sample)
+        found["sample"] = None if sample is None else Sample.of(sample)
+        for name, kind in _KINDS.items():
+            found[name] = _changed(getattr(self, name), kind, choices)
+        of_sample = {entry.name for entry in fields(SampleOptions)} & choices.keys()
+        if of_sample:
+            if found["sample"] is None:
+                raise InputError(f"{min(of_sample)} is for the sample, and there is none; allowed: with one")
+            options = _changed(found["sample"].options, SampleOptions, choices)
+            found["sample"] = replace(found["sample"], options=options)
+        if choices:
+            known = [entry.name for kind in (SampleOptions, *_KINDS.values()) for entry in fields(kind)]
+            raise InputError(f"unknown option {next(iter(choices))!r}; {nearest(next(iter(choices)), known)}")
+        return replace(self, **found)
+
+    def coverings(self, notes: list[str] | None = None, progress: Progress | None = None) -> list[Covering]:
+        """Return the samples and what each covers, as `cover` has them; notes are added to those given."""
+        found = read_coverings(
+            self.sample,
+            self.model,
+            self.materials,
+            self.reading,
+            self.synthesis,
+            notes=[] if notes is None else notes,
+            progress=progress,
+        )
+        return [replace(each, largest=largest_chart((), self.writing)) for each in found]
+
+    def inputs(self) -> list[str]:
+        """Return the files that the model is read from: that of a glTF names others."""
+        with self.previews.stages.active():
+            covered = self.coverings()[0].covered
+        named = covered_files(self.model)
+        return (
+            named if covered.model is None else list(dict.fromkeys([*named, *map(str, covered.model.inputs)]))
+        )
+
+    def quilts(self, *, threads: int | None = None, progress: Progress | None = None) -> list[Quilt]:
+        """Return the quilt of each sample: those that `cover` writes."""
+        with self.previews.stages.active():
+            return synthesized(self.coverings(), seed=self.seed, threads=threads, progress=progress)
+
+    def preview(self, *, texels: int = 1_000_000, threads: int | None = None) -> Preview:
+        """Begin to cover the model, and return what there is to see, as it comes.
+
+        A preview that is under way, of this project or one that it was made of, is cancelled.
+
+        Parameters
+        ----------
+        texels
+            As many are painted at most, margins of charts included.
+        threads
+            1 to 256; by default one per core.
+
+        Returns
+        -------
+        Preview
+            Yields models: the whole one, soon and coarse, then better ones; the last has the quilts that
+            `cover` writes.
+        """
+        return self.previews.begin(self.coverings, self.writing, self.seed, texels, threads)
+
+    def cover(
+        self,
+        targets: Sequence[str] | str,
+        *,
+        tell: Callable[[str], None] | None = None,
+        **running: Any,
+    ) -> CoverReport:
+        """Write files: `upholster.cover` with this project's settings; `running` is what else that takes."""
+        if tell is not None:
+            for note in self.notes:
+                tell(note)
+        with self.previews.stages.active():
+            report = cover(
+                self.sample,
+                self.model,
+                targets,
+                materials=self.materials,
+                model=self.reading,
+                synthesis=self.synthesis,
+                seed=self.seed,
+                options=self.writing,
+                tell=tell,
+                **running,
+            )
+        return replace(report, notes=[*self.notes, *report.notes])
+
+
+def _changed(options: Any, kind: type[Any], choices: dict[str, Any]) -> Any:
+    """Return options with what is chosen of their kind, which is taken out of `choices`."""
+    defaults = kind()
+    own = {name: choices.pop(name) for name in [entry.name for entry in fields(kind)] if name in choices}
+    back = {name: getattr(defaults, name) for name, value in own.items() if value is None}
+    return replace(chosen(kind, options, **own), **back)

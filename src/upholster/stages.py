@@ -1,0 +1,271 @@
+"""Stages: functions whose results are kept under exactly what they depend on, their arguments.
+
+A function marked as a `stage` runs as any other where nothing is kept. Within `Stages.active` it is called
+once for the same arguments: what it returned before is returned again, the same object. So a stage whose
+arguments come from other stages runs again only when one of those did. Arguments that can be compared count
+by value, arrays and surfaces by identity: what a stage takes and returns is never changed afterwards.
+
+Work that is `cancelled` stops at the next stage or task (see `upholster.parallel`). A stage that is under way
+in one thread is waited for in another.
+"""
+
+import functools
+import inspect
+import os
+import sys
+import time
+from collections import OrderedDict
+from collections.abc import Callable, Hashable, Iterable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass, field, fields, is_dataclass
+from threading import Event, Lock
+from typing import Any, NamedTuple, ParamSpec, TypeVar
+
+import numpy as np
+
+from upholster.parallel import check_cancelled
+
+__all__ = ["Ran", "Stages", "file_stage", "keeping", "stage"]
+
+Parameters = ParamSpec("Parameters")
+Value = TypeVar("Value")
+
+_RUNNING = frozenset(("threads", "progress"))
+"""Parameters that do not change what a stage returns."""
+
+_PLAIN = (str, bytes, int, float, complex, bool, type(None))
+
+_active: "ContextVar[Stages | None]" = ContextVar("stages", default=None)
+_nested: "ContextVar[_Nested | None]" = ContextVar("nested", default=None)
+
+
+def stage(function: Callable[Parameters, Value]) -> Callable[Parameters, Value]:
+    """Mark a function as a stage: what it returns follows from its arguments, `threads` and `progress` apart.
+
+    Arguments by which it tells something, as a list of notes, are none: a stage returns all that it finds.
+    """
+    return _as_stage(function, None)
+
+
+def file_stage(
+    files: Callable[..., Iterable[str]],
+) -> Callable[[Callable[Parameters, Value]], Callable[Parameters, Value]]:
+    """Mark a function as a stage that reads files: it runs again when one of those that it read has changed.
+
+    Parameters
+    ----------
+    files
+        Called with a result, then with the arguments: returns the names of the files that it was read from.
+    """
+
+    def mark(function: Callable[Parameters, Value]) -> Callable[Parameters, Value]:
+        return _as_stage(function, files)
+
+    return mark
+
+
+def _as_stage(
+    function: Callable[Parameters, Value], files: Callable[..., Iterable[str]] | None
+) -> Callable[Parameters, Value]:
+    signature = inspect.signature(function)
+
+    @functools.wraps(function)
+    def run(*args: Parameters.args, **kwargs: Parameters.kwargs) -> Value:
+        check_cancelled()
+        stages = _active.get()
+        if stages is None:
+            return function(*args, **kwargs)
+        bound = signature.bind(*args, **kwargs)
+        bound.apply_defaults()
+        inputs = tuple(_compared(value) for name, value in bound.arguments.items() if name not in _RUNNING)
+        if files is not None:
+            inputs = (*inputs, os.getcwd())  # names of files may be relative
+        own = None if files is None else lambda made: files(made, *args, **kwargs)
+        return stages.result(function.__name__, inputs, lambda: function(*args, **kwargs), own)
+
+    return run
+
+
+@dataclass(eq=False, slots=True)
+class _Result:
+    """What a stage returned, or will have: `ready` is set then, or when it has failed."""
+
+    ready: Event = field(default_factory=Event)
+    value: Any = None
+    failed: bool = False
+    files: tuple[tuple[str, int, int], ...] = ()
+
+
+class Ran(NamedTuple):
+    """A stage that has run: its function's name, and the seconds that it took itself, less those within."""
+
+    name: str
+    seconds: float
+
+
+@dataclass(eq=False, slots=True)
+class _Nested:
+    seconds: float = 0.0
+
+
+class Stages:
+    """Results of stages, those that were used last.
+
+    Attributes
+    ----------
+    most_bytes
+        Of the arrays in all results together; beyond that the oldest are dropped.
+    ran
+        The stages that have run, in the order in which they ended: what was recalled is not among them.
+    """
+
+    def __init__(self, most_bytes: int = 2**28) -> None:
+        self.most_bytes = most_bytes
+        self.ran: list[Ran] = []
+        self._lock = Lock()
+        self._results: OrderedDict[Hashable, _Result] = OrderedDict()
+
+    @contextmanager
+    def active(self) -> Iterator[None]:
+        """Keep results of all stages that run within, in this thread."""
+        token = _active.set(self)
+        try:
+            yield
+        finally:
+            _active.reset(token)
+            self.trim()
+
+    def result(
+        self,
+        name: str,
+        inputs: tuple[Hashable, ...],
+        make: Callable[[], Value],
+        files: Callable[..., Iterable[str]] | None = None,
+    ) -> Value:
+        """Return what a stage returned for the same inputs and files; else call it."""
+        key = (name, *inputs)
+        while True:
+            with self._lock:
+                found = self._results.get(key)
+                if found is None or found.files != _states(name for name, *_ in found.files):
+                    own = self._results[key] = _Result()
+                    break
+                self._results.move_to_end(key)
+            while not found.ready.wait(0.005):
+                check_cancelled()
+            if not found.failed:
+                value: Value = found.value
+                return value
+        within, start = _Nested(), time.perf_counter()
+        token = _nested.set(within)
+        try:
+            own.value = made = make()
+            own.files = () if files is None else _states(files(made))
+            spent = time.perf_counter() - start
+            self.ran.append(Ran(name, spent - within.seconds))
+            return made
+        except BaseException:
+            own.failed = True
+            with self._lock:
+                if self._results.get(key) is own:
+                    del self._results[key]
+            raise
+        finally:
+            own.ready.set()
+            _nested.reset(token)
+            if (outer := _nested.get()) is not None:
+                outer.seconds += time.perf_counter() - start
+
+    @property
+    def bytes(self) -> int:
+        """Of all arrays in the results; arrays that several share count once."""
+        seen: set[int] = set()
+        with self._lock:
+            values = [one.value for one in self._results.values()]
+        return sum(_size(value, seen) for value in values)
+
+    def trim(self) -> None:
+        """Drop the oldest results while all together have more than `most_bytes`."""
+        excess = self.bytes - self.most_bytes
+        with self._lock:
+            for key, one in list(self._results.items()):
+                if excess <= 0:
+                    return
+                if one.ready.is_set():
+                    excess -= _size(self._results.pop(key).value, set())
+
+    def __len__(self) -> int:
+        return len(self._results)
+
+
+def _states(files: Iterable[str]) -> tuple[tuple[str, int, int], ...]:
+    """Return size and time of files; of those that are missing, none."""
+    found = []
+    for name in files:
+        try:
+            told = os.stat(name)
+        except OSError:
+            found.append((name, -1, -1))
+        else:
+            found.append((name, told.st_size, told.st_mtime_ns))
+    return tuple(found)
+
+
+@contextmanager
+def keeping() -> Iterator[None]:
+    """Keep results within, where nothing keeps them yet: what one call asks for twice is found once."""
+    if _active.get() is not None:
+        yield
+        return
+    with Stages().active():
+        yield
+
+
+class _Same:
+    """Stands for an object in a key, which it holds: equal to itself alone."""
+
+    __slots__ = ("value",)
+
+    def __init__(self, value: object) -> None:
+        self.value = value
+
+    def __hash__(self) -> int:
+        return id(self.value)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Same) and self.value is other.value
+
+
+def _compared(value: Any) -> Hashable:
+    """Return what stands for an argument in a key."""
+    if isinstance(value, _PLAIN):
+        return type(value), value  # 1, 1.0 and True are equal
+    if isinstance(value, np.generic):
+        return type(value), value.item()
+    if isinstance(value, os.PathLike):
+        return type(value), os.fspath(value)
+    if isinstance(value, (tuple, list)):
+        return (type(value), *(_compared(each) for each in value))
+    if isinstance(value, dict):
+        return (dict, *((name, _compared(each)) for name, each in value.items()))
+    if is_dataclass(value) and not isinstance(value, type) and type(value).__eq__ is not object.__eq__:
+        return (type(value), *(_compared(getattr(value, entry.name)) for entry in fields(value)))
+    return _Same(value)
+
+
+def _size(value: Any, seen: set[int]) -> int:
+    """Return the bytes of all arrays in something made of dataclasses, tuples, lists and dicts."""
+    if isinstance(value, _PLAIN) or id(value) in seen:
+        return sys.getsizeof(value) if isinstance(value, (bytes, str)) else 0
+    seen.add(id(value))
+    if isinstance(value, np.ndarray):
+        return _size(value.base, seen) if isinstance(value.base, np.ndarray) else value.nbytes
+    if isinstance(value, dict):
+        return sum(_size(each, seen) for each in value.values())
+    if isinstance(value, (tuple, list, set, frozenset)):
+        return sum(_size(each, seen) for each in value)
+    inner = getattr(value, "__dict__", None)  # what is computed later, too
+    found = sum(_size(each, seen) for each in inner.values()) if isinstance(inner, dict) else 0
+    slots = (name for kind in type(value).__mro__ for name in getattr(kind, "__slots__", ()))
+    return found + sum(_size(getattr(value, name, None), seen) for name in slots if isinstance(name, str))

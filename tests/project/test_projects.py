@@ -1,0 +1,256 @@
+"""Projects: what changes, what runs again, what is seen, and their files."""
+
+import json
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from upholster import FormatError, InputError, Project, Sample, read_project, save_project
+from upholster.quilt import paint
+
+EXAMPLES = Path(__file__).parents[2] / "examples"
+CHAIR = str(EXAMPLES / "chair.glb")
+WEAVE = str(EXAMPLES / "weave.png")
+SMALL = {"texels": 60_000, "sample_size": "40cm"}
+
+
+@pytest.fixture(scope="module")
+def chair():
+    project = Project(CHAIR, Sample(WEAVE), synthesis=SMALL)
+    list(project.preview())
+    return project
+
+
+def ran(project):
+    project.previews.stages.ran.clear()
+    list(project.preview())
+    return {one.name for one in project.previews.stages.ran}
+
+
+READ = {"_covered_model", "_read_files"}
+CHARTS = {"mesh_charts", "charted_mesh"}
+DIRECTIONS = {"direction_field"}
+PHASES = {"phase_field"}
+SAMPLE = {"find_lattice", "match_pyramid", "_read_files"}
+GROUND = {"whole_ground"}
+LAID = {"execute"}
+PAINTED = {"painted"}
+
+
+@pytest.mark.parametrize(
+    ("change", "runs", "stays"),
+    [
+        ({"seed": 7}, LAID | PAINTED, READ | CHARTS | DIRECTIONS | PHASES | SAMPLE | GROUND),
+        ({"tolerance": 1.3}, LAID | PAINTED, READ | CHARTS | DIRECTIONS | PHASES | SAMPLE | GROUND),
+        ({"variety": 0.3}, LAID | PAINTED, READ | CHARTS | DIRECTIONS | PHASES | SAMPLE | GROUND),
+        ({"evenness": 0.3}, LAID | PAINTED, READ | CHARTS | DIRECTIONS | PHASES | SAMPLE | GROUND),
+        ({"phase": 1.0}, LAID | PAINTED, READ | CHARTS | DIRECTIONS | PHASES | SAMPLE | GROUND),
+        ({"mirror": True}, LAID | PAINTED, READ | CHARTS | DIRECTIONS | PHASES | SAMPLE | GROUND),
+        ({"block": 40}, LAID | GROUND, READ | CHARTS | DIRECTIONS | PHASES | SAMPLE),
+        ({"direction": "around:z"}, DIRECTIONS | PHASES | LAID, READ | CHARTS | SAMPLE),
+        ({"stroke": "0,0,0.5:0,1,0"}, DIRECTIONS | PHASES | LAID, READ | CHARTS | SAMPLE),
+        ({"sample_size": "35cm"}, PHASES | LAID, READ | DIRECTIONS | SAMPLE),
+        ({"texels": 50_000}, CHARTS | LAID, READ | DIRECTIONS | SAMPLE),
+        ({"crop": (0, 0, 128, 128)}, SAMPLE | LAID, {"_covered_model"} | CHARTS),
+        ({"quality": 80}, set(), LAID | PAINTED | READ | CHARTS | DIRECTIONS | PHASES | SAMPLE | GROUND),
+        ({"size": (64, 48)}, set(), LAID | PAINTED | READ),
+    ],
+    ids=lambda value: next(iter(value)) if isinstance(value, dict) else "",
+)
+def test_what_a_change_runs_again(chair, change, runs, stays):
+    list(chair.preview())
+    found = ran(chair.change(**change))
+    assert runs <= found
+    assert not stays & found
+    assert not ran(chair)  # undone: all of it is known
+
+
+def test_another_material_on_one_part_leaves_the_others(tmp_path):
+    project = Project(
+        CHAIR,
+        Sample(WEAVE),
+        {"Leg*": Sample(str(EXAMPLES / "granite.png"))},
+        synthesis={"texels": 60_000},
+    )
+    list(project.preview())
+    changed = project.change(materials={"Leg*": str(EXAMPLES / "brick.png")})
+    project.previews.stages.ran.clear()
+    list(changed.preview())
+    found = [one.name for one in project.previews.stages.ran]
+    assert "covered_parts" not in found
+    assert found.count("_read_files") == 1
+    assert found.count("execute") == 2  # coarse and final, of one part
+
+
+def test_the_last_look_is_what_is_exported(chair, tmp_path):
+    looks = list(chair.change(seed=3).preview(texels=20_000))
+    assert [look.is_final for look in looks] == [False, True]
+    assert looks[0].seconds < looks[1].seconds
+    fresh = Project(CHAIR, Sample(WEAVE), synthesis=SMALL, seed=3)
+    report = fresh.cover(str(tmp_path / "x.npz"))
+    (quilt,) = looks[-1].quilts
+    assert report.model is not None
+    assert report.model.quilt is not None
+    for name in quilt.placements.dtype.names:
+        np.testing.assert_array_equal(quilt.placements[name], report.model.quilt.placements[name])
+    texels = paint(quilt, chair.coverings()[0].source)
+    for one, other in zip(texels.arrays, report.model.texels.arrays, strict=True):
+        np.testing.assert_array_equal(one, other)
+    for look in looks:  # as many texels as are asked for, whatever the steps
+        assert look.model.texels.count == pytest.approx(20_000, rel=0.1)
+
+
+def test_the_next_preview_cancels_the_one_before(chair):
+    big = chair.change(texels=400_000, seed=11)
+    first = big.preview()
+    time.sleep(0.05)
+    began = time.perf_counter()
+    second = big.change(seed=12).preview()
+    assert list(first) == []
+    assert time.perf_counter() - began < 0.1
+    assert first.is_cancelled
+    assert first.wait(5)
+    assert [look.is_final for look in second][-1]
+
+
+def test_what_fails_is_raised_where_looks_are_awaited():
+    with pytest.raises(InputError, match="nothing repeats"):
+        list(
+            Project(CHAIR, Sample(str(EXAMPLES / "granite.png")), synthesis={"element_size": "3cm"}).preview()
+        )
+
+
+def test_the_paper_has_one_look():
+    project = Project("sphere", Sample(WEAVE), synthesis={"method": "paper", "chart": 64})
+    assert [look.is_final for look in project.preview()] == [True]
+
+
+@pytest.mark.parametrize(
+    ("choices", "message"),
+    [
+        ({"sample_siz": 1}, "unknown option 'sample_siz'; did you mean 'sample_size'"),
+        ({"sample_size": "3 feet"}, "sample size is '3 feet'"),
+        ({"seed": -1}, "seed is -1"),
+        ({"texels": "many"}, "texels is 'many'"),
+        ({"materials": ["x"]}, "materials are"),
+        ({"sample": None}, "no SAMPLE is given"),
+        ({"block": 3}, "block is 3"),
+    ],
+    ids=str,
+)
+def test_wrong_changes_are_told(chair, choices, message):
+    with pytest.raises(InputError, match=message):
+        chair.change(**choices)
+    with pytest.raises(InputError, match="texels is"):
+        chair.preview(texels=3)
+
+
+def test_none_brings_back_a_default(chair):
+    assert chair.change(sample_size=None).synthesis.sample_size is None
+    assert chair.change(seed=3).seed == 3
+    assert chair.seed == 0
+    assert "chair.glb" in repr(chair)
+
+
+def saved(tmp_path, **options):
+    folder = tmp_path / "project"
+    project = Project(CHAIR, Sample(WEAVE, "40cm"), synthesis={"texels": 9000}, seed=5, **options)
+    copied = save_project(project, folder / "chair.upholster.json")
+    return folder / "chair.upholster.json", copied
+
+
+def test_a_file_holds_a_project_with_what_it_needs(tmp_path):
+    file, copied = saved(tmp_path, reading={"part": ["Seat"]}, writing={"view": (10, 20)})
+    assert sorted(Path(name).name for name in copied) == ["chair.glb", "weave.png"]
+    found = read_project(file)
+    assert (found.seed, found.synthesis.texels, found.reading.part) == (5, 9000, ("Seat",))
+    assert found.writing.view == (10, 20)
+    assert found.sample == Sample(str(file.parent / "weave.png"), "40cm")
+    assert found.notes == ()
+    # Saved again where it lies, it is the same, and nothing is copied.
+    before = file.read_bytes()
+    assert save_project(found, file) == []
+    assert file.read_bytes() == before
+    with (file.parent / "weave.png").open("ab") as opened:
+        opened.write(b" ")
+    assert read_project(file).notes == ("weave.png has changed since the project was saved",)
+
+
+def test_materials_and_models_of_several_files_are_copied_whole(tmp_path):
+    project = Project(
+        CHAIR,
+        Sample(str(EXAMPLES / "bricks_material")),
+        {"Leg*": Sample(str(EXAMPLES / "weave.png"), options={"crop": (0, 0, 64, 64)})},
+    )
+    (tmp_path / "a").mkdir()
+    (tmp_path / "a" / "weave.png").write_bytes(b"another file of that name")
+    save_project(project, tmp_path / "a" / "x.upholster.json")
+    found = read_project(tmp_path / "a" / "x.upholster.json")
+    assert found.sample is not None
+    assert sorted(Path(file).name for file in found.sample.files) == sorted(
+        file.name for file in (EXAMPLES / "bricks_material").iterdir() if file.suffix == ".png"
+    )
+    leg = found.materials["Leg*"]
+    assert leg.source == str(tmp_path / "a" / "weave-2.png")
+    assert leg.options.crop == (0, 0, 64, 64)
+
+
+@pytest.mark.parametrize(
+    ("told", "message"),
+    [
+        ({"model": "../other.glb"}, "refers to '../other.glb'; allowed: files in the folder .* --allow DIR"),
+        ({"sample": {"source": "/etc/passwd"}}, "refers to '/etc/passwd'"),
+        ({"sample": {"source": "weave.png", "maps": {"ao": "/etc/passwd"}}}, "refers to '/etc/passwd'"),
+        ({"modle": "chair.glb"}, "unknown key 'modle'; did you mean 'model'"),
+        ({"synthesis": {"texls": 1}}, "synthesis has an unknown key 'texls'; did you mean 'texels'"),
+        ({"synthesis": [1]}, "synthesis is '\\[1\\]'; allowed: an object"),
+        ({"upholster": 2}, "upholster is 2; allowed: 1"),
+        ({"sample": {"source": 3}}, "source of sample is 3"),
+        ({"sample": {"source": ["weave.png", 3]}}, "a file's name is 3"),
+        ({"sample": {"source": "weave.png", "maps": 3}}, "maps of sample is '3'"),
+        ({"model": 3}, "model is 3"),
+        ({"seed": "x"}, "seed is 'x'"),
+        ({"materials": 3}, "materials are no object"),
+        ({"files": 3}, "files is '3'"),
+    ],
+    ids=lambda value: "" if isinstance(value, str) else str(value),
+)
+def test_wrong_files_are_one_line(tmp_path, told, message):
+    file, _ = saved(tmp_path)
+    file.write_text(json.dumps(json.loads(file.read_text()) | told))
+    with pytest.raises((InputError, FormatError), match=message) as caught:
+        read_project(file)
+    assert str(caught.value).startswith(str(file))
+
+
+def test_what_is_no_project_is_refused(tmp_path):
+    (tmp_path / "x.json").write_text("{}")
+    with pytest.raises(InputError, match="another suffix"):
+        read_project(tmp_path / "x.json")
+    for text in ("", "[" * 100_000, "\x00", "[]"):
+        (tmp_path / "x.upholster.json").write_text(text)
+        with pytest.raises(FormatError):
+            read_project(tmp_path / "x.upholster.json")
+
+
+def test_folders_that_are_allowed_may_hold_files(tmp_path):
+    file, _ = saved(tmp_path)
+    (tmp_path / "other").mkdir()
+    (file.parent / "weave.png").rename(tmp_path / "other" / "weave.png")
+    told = json.loads(file.read_text()) | {"sample": {"source": "../other/weave.png"}}
+    file.write_text(json.dumps(told))
+    with pytest.raises(InputError, match="refers to"):
+        read_project(file)
+    assert read_project(file, allow=[tmp_path / "other"]).sample is not None
+
+
+def test_arrays_and_functions_are_not_saved(tmp_path):
+    picture = np.zeros((64, 64, 3), np.uint8)
+    with pytest.raises(InputError, match="sample is a ndarray"):
+        save_project(Project(CHAIR, Sample(picture)), tmp_path / "x.upholster.json")
+    project = Project("torus", Sample(WEAVE), synthesis={"direction": lambda places: places})
+    with pytest.raises(InputError, match="direction is a function"):
+        save_project(project, tmp_path / "x.upholster.json")
+    assert not list(tmp_path.iterdir())
