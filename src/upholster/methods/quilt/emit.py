@@ -191,6 +191,7 @@ def _settled(plan: LayPlan, cells: ShownCells, field: WarpField) -> SettledArray
     found = SettledArrays(
         np.full((count, 2), -1, np.int64),
         np.zeros((count, 2), np.int64),
+        np.zeros((count, 4), np.int64),
         np.zeros(count),
         np.zeros((count, 3)),
         np.zeros((count, 4)),
