@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from upholster import FormatError, InputError, Project, Sample, read_project, save_project
+from upholster import FormatError, InputError, Project, Sample, read_project, save_project, synthesize
 from upholster.quilt import paint
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -254,3 +254,12 @@ def test_arrays_and_functions_are_not_saved(tmp_path):
     with pytest.raises(InputError, match="direction is a function"):
         save_project(project, tmp_path / "x.upholster.json")
     assert not list(tmp_path.iterdir())
+
+
+def test_a_samples_size_counts_in_synthesize():
+    options = {"texels": 20_000, "seed": 3}
+    sized = synthesize(Sample(WEAVE, 1.5), "torus", **options)
+    told = synthesize(WEAVE, "torus", sample_size=1.5, **options)
+    other = synthesize(WEAVE, "torus", sample_size=1.0, **options)
+    assert (sized.placements["source_row"] == told.placements["source_row"]).all()
+    assert len(sized.placements) != len(other.placements)

@@ -33,7 +33,7 @@ from upholster.charts.warp_fields import triangle_frames, warp_fields
 from upholster.errors import InputError
 from upholster.geometry import AnySurface, MeshSurface, Surface
 from upholster.image import Material, check_exemplar
-from upholster.image.source import Source, as_exemplar
+from upholster.image.source import Sample, Source, as_exemplar
 from upholster.lattice import Lattice, find_lattice
 from upholster.lengths import parse_length
 from upholster.methods.paper.coefficients import keep_coefficients
@@ -458,7 +458,7 @@ def lay_plan(prepared: Prepared, exemplar: PixelArray, *, seed: int = 0) -> LayP
 
 
 def synthesize(
-    exemplar: PixelArray | Material | Source,
+    exemplar: PixelArray | Material | Source | Sample,
     surface: CoveredLike,
     *,
     options: SynthesisOptions | None = None,
@@ -508,6 +508,8 @@ def synthesize(
         If something is unknown, out of range or does not fit together, before any work is done.
     """
     wanted = chosen(SynthesisOptions, options, **choices)
+    if isinstance(exemplar, Sample) and exemplar.size is not None:
+        wanted = replace(wanted, sample_size=exemplar.size, element_size=None)
     check_running(threads, progress)
     seed, surface = settled_seed(seed), as_covered(surface, patches=needs_patches(wanted)).surface
     checked = matched_image(kept_sample(as_exemplar(exemplar), wanted), wanted)
