@@ -32,7 +32,7 @@ from upholster.methods.quilt._sheet_kernels import FIT, MOST_SHEETS, FieldArrays
 from upholster.methods.quilt.centres import Centres, Regions, centres_at, centres_on
 from upholster.methods.quilt.ground import PlacedGround, field_arrays, ground_of, whole_ground
 from upholster.methods.quilt.parcels import Parcels
-from upholster.parallel import run_tasks
+from upholster.parallel import run_tasks, stop_flag
 from upholster.quilt.warp_field import WarpField
 from upholster.types import FloatArray, IntArray, Progress
 
@@ -276,7 +276,7 @@ class _Laying:
         self.records = np.zeros((0, BLOCK_COLUMNS), np.int32)
         self.masks = np.zeros((0, (plan.numbers.size // plan.numbers.cell) ** 2), np.uint8)
         self.sheets: dict[int, tuple[NDArray[np.int64], FloatArray]] = {}
-        self.first = 0
+        self.first, self.stop = 0, stop_flag()
         self._free: list[LayScratch] = []
 
     def replay(self, blocks: ParcelBlocks, around: float) -> None:
@@ -377,7 +377,8 @@ class _Laying:
         moved = (int(self.numbers[start]) - start) * _MULTIPLIER
         lay_blocks(
             self.placed.ground, plan.match, plan.numbers, plan.weights, usage, self._arrays(), part, near,
-            reaches, np.uint64((plan.seed + moved) % 2**64), fits, pieces, self.masks[start:stop], scratch,
+            reaches, np.uint64((plan.seed + moved) % 2**64), fits, pieces, self.masks[start:stop], self.stop,
+            scratch,
         )  # fmt: skip
         self._keep(start, fits, pieces)
         self._free.append(scratch)
