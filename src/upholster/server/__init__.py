@@ -3,12 +3,12 @@
 In production any static host does: see docs/serving.md.
 """
 
-from upholster.server.app import STREAM_TYPE, make_app
+from upholster.server.app import STREAM_TYPE, make_app, serve
 from upholster.server.browser import open_in_browser
 from upholster.server.catalogue import Catalogue
 from upholster.server.guard import check_origin
 from upholster.server.pages import view_url
-from upholster.server.running import serve
+from upholster.server.running import serving
 
 __all__ = [
     "STREAM_TYPE",
@@ -17,5 +17,6 @@ __all__ = [
     "make_app",
     "open_in_browser",
     "serve",
+    "serving",
     "view_url",
 ]
