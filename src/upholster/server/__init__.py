@@ -1,6 +1,10 @@
 """Serving streams and the viewer over HTTP, for the desk and for trying out. Needs the extra ``serve``.
 
 In production any static host does: see docs/serving.md.
+
+Any application on the user's machine can use `guard` (Host check, headers, one line for a mistake), `running`
+(a free port, until Ctrl-C or while a block runs; on `connections` with deadlines), `browser` and `throttle`.
+Those of streams are `catalogue`, `pages`, `thumbnails` (which `drawing` draws) and `app`, which joins all.
 """
 
 from upholster.server.app import STREAM_TYPE, make_app, serve

@@ -51,6 +51,9 @@ def serve(
 ) -> None:
     """Serve a catalogue until Ctrl-C (or SIGTERM).
 
+    Processes that draw pictures load the main script again: there this stands under
+    ``if __name__ == "__main__":``.
+
     Parameters
     ----------
     catalogue
