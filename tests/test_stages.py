@@ -13,7 +13,7 @@ from upholster.errors import CancelledError
 from upholster.image import write_image
 from upholster.image.source import Sample, read_source
 from upholster.options import SampleOptions
-from upholster.parallel import cancelled_by, check_cancelled, run_tasks
+from upholster.parallel import Stop, cancelled_by, check_cancelled, run_tasks
 from upholster.stages import Stages, file_stage, keeping, stage
 
 
@@ -122,11 +122,11 @@ def test_one_thread_waits_for_a_stage_of_another():
 
 
 def test_cancelled_work_stops_at_the_next_stage_or_task():
-    event, calls = threading.Event(), []
+    stop, calls = Stop(), []
     doubled = _counted(calls)
-    with cancelled_by(event):
+    with cancelled_by(stop):
         doubled(np.ones(1))
-        event.set()
+        stop.set()
         with pytest.raises(CancelledError):
             doubled(np.ones(1))
         for threads in (1, 2):

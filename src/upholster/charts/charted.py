@@ -16,7 +16,7 @@ from upholster.charts.tessellation import tessellate_by_bends
 from upholster.charts.unwrap._raster_kernels import coverage
 from upholster.errors import InputError
 from upholster.geometry import AnySurface, MeshSurface, Surface, TriangleMesh
-from upholster.geometry.edge_pairs import edge_pairs
+from upholster.geometry.edge_pairs import edge_pairs, seams_of
 from upholster.quilt.chart import Chart
 from upholster.stages import stage
 from upholster.types import FloatArray, IntArray
@@ -74,18 +74,7 @@ class ChartedSurface:
     @cached_property
     def is_seam(self) -> NDArray[np.bool_]:
         """Which edges of triangles are seams, (T, 3): something meets there, at another place of a chart."""
-        across = self.across
-        other, edge = across // 3, across % 3
-        here, there = self.places, self.places[other]
-        rows = np.arange(len(other))[:, None].repeat(3, axis=1)
-        met_last = there[rows, np.arange(3), edge]
-        met_first = there[rows, np.arange(3), (edge + 1) % 3]
-        same = (here == met_first).all(axis=2) & (np.roll(here, -1, axis=1) == met_last).all(axis=2)
-        same &= self.chart[other] == self.chart[:, None]
-        found: NDArray[np.bool_] = (
-            (across >= 0) & ~same & (self.chart[:, None] >= 0) & (self.chart[other] >= 0)
-        )
-        return found
+        return seams_of(self.across, self.places, self.chart)
 
     @cached_property
     def seams(self) -> NDArray[np.int64]:

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from upholster.errors import InputError
+from upholster.geometry._edge_kernels import triangle_normals
 from upholster.geometry.edge_pairs import edge_pairs
 from upholster.shown import Shown, on_a_line
 from upholster.types import FloatArray, IntArray, frozen_array
@@ -103,20 +104,18 @@ class TriangleMesh(Shown):
     @cached_property
     def areas(self) -> FloatArray:
         """Areas of the triangles, (T,), in square model units."""
-        return frozen_array(0.5 * np.linalg.norm(self._crossed, axis=1))
+        return self._measured[1]
 
     @cached_property
     def flat_normals(self) -> FloatArray:
         """Unit normals of the triangles, (T, 3), outward; zero where a triangle has no area."""
-        length = np.linalg.norm(self._crossed, axis=1, keepdims=True)
-        return frozen_array(
-            np.divide(self._crossed, length, out=np.zeros((len(length), 3)), where=length > 0)
-        )
+        return self._measured[0]
 
     @cached_property
-    def _crossed(self) -> FloatArray:
-        a, b, c = self.corners.transpose(1, 0, 2)
-        return np.cross(b - a, c - a)
+    def _measured(self) -> tuple[FloatArray, FloatArray]:
+        normals, areas = np.empty((len(self.triangles), 3)), np.empty(len(self.triangles))
+        triangle_normals(self.positions, self.triangles, normals, areas)
+        return frozen_array(normals), frozen_array(areas)
 
     @cached_property
     def neighbours(self) -> IntArray:

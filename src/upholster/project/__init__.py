@@ -2,6 +2,6 @@
 
 from upholster.project.file import read_project, save_project
 from upholster.project.preview import Look, Preview
-from upholster.project.project import Project
+from upholster.project.project import KINDS, Project
 
-__all__ = ["Look", "Preview", "Project", "read_project", "save_project"]
+__all__ = ["KINDS", "Look", "Preview", "Project", "read_project", "save_project"]

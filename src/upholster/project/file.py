@@ -19,10 +19,9 @@ from upholster.files import outputs, path_inside, path_text, read_bytes
 from upholster.image.source import Sample, Source
 from upholster.options import SampleOptions, differing
 from upholster.project.project import KINDS, Project
+from upholster.suffixes import PROJECT_SUFFIX
 
-__all__ = ["SUFFIX", "read_project", "save_project"]
-
-SUFFIX = ".upholster.json"
+__all__ = ["read_project", "save_project"]
 
 _VERSION = 1
 
@@ -53,8 +52,8 @@ def read_project(path: str | os.PathLike[str], *, allow: Sequence[str | os.PathL
         folders.
     """
     name = path_text(path, "project")
-    if not name.lower().endswith(SUFFIX):
-        raise InputError(f"project {name!r} has another suffix; allowed: {SUFFIX}")
+    if not name.lower().endswith(PROJECT_SUFFIX):
+        raise InputError(f"project {name!r} has another suffix; allowed: {PROJECT_SUFFIX}")
     try:
         told = json.loads(read_bytes(name))
     except (ValueError, RecursionError) as error:
@@ -177,8 +176,8 @@ def save_project(project: Project, path: str | os.PathLike[str]) -> list[str]:
         If something is no file and no text, as an array or a function; if files cannot be written.
     """
     name = path_text(path, "project")
-    if not name.lower().endswith(SUFFIX):
-        raise InputError(f"project {name!r} has another suffix; allowed: {SUFFIX}")
+    if not name.lower().endswith(PROJECT_SUFFIX):
+        raise InputError(f"project {name!r} has another suffix; allowed: {PROJECT_SUFFIX}")
     keeper = _Keeper(Path(name).parent)
     told = keeper.project(project)
     for source, target in keeper.copies.items():

@@ -10,14 +10,14 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from queue import Empty, SimpleQueue
-from threading import Event, Thread
+from threading import Thread
 from typing import Any
 
 from upholster.coverings import Covering, painted_model
 from upholster.errors import CancelledError, check_whole
 from upholster.options import WriteOptions
 from upholster.outputs import TexturedModel
-from upholster.parallel import cancelled_by, check_running
+from upholster.parallel import Stop, cancelled_by, check_running
 from upholster.quilt import Quilt
 from upholster.stages import Stages
 
@@ -62,7 +62,7 @@ class Preview:
 
     def __init__(self, work: Callable[["Preview"], None]) -> None:
         self.began = time.perf_counter()
-        self._stop, self._looks = Event(), SimpleQueue[Look | BaseException | None]()
+        self._stop, self._looks = Stop(), SimpleQueue[Look | BaseException | None]()
         self._thread = Thread(target=self._run, args=(work,), daemon=True, name="preview")
         self._thread.start()
 

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from upholster.charts.covered import CoveredLike, covered_files
+from upholster.charts.directions import is_stroke_file
 from upholster.coverings import (
     Covering,
     check_not_swapped,
@@ -136,6 +137,17 @@ class Project(Shown):
             progress=progress,
         )
         return [replace(each, largest=largest_chart((), self.writing)) for each in found]
+
+    @property
+    def samples(self) -> list[Sample]:
+        """All samples: of parts, then that of all else."""
+        return [*self.materials.values(), *([self.sample] if self.sample else [])]
+
+    def files(self) -> list[str]:
+        """Return the files and folders that it names."""
+        strokes = [text for text in self.synthesis.stroke or () if is_stroke_file(text)]
+        named = (name for each in self.samples for name in (*each.folders, *each.files))
+        return list(dict.fromkeys([*named, *covered_files(self.model), *strokes]))
 
     def inputs(self) -> list[str]:
         """Return the files that the model is read from: that of a glTF names others."""
