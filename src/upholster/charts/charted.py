@@ -98,10 +98,13 @@ class ChartedSurface:
     @cached_property
     def steps(self) -> FloatArray:
         """A step down, and one to the right, in space, (T, 3, 2); 0 where a triangle has no area."""
-        corners = self.mesh.corners
-        edges, steps = corners[:, 1:] - corners[:, :1], self.places[:, 1:] - self.places[:, :1]
+        return self._steps_of(np.arange(len(self.chart)))
+
+    def _steps_of(self, triangle: NDArray[np.integer]) -> FloatArray:
+        corners, places = self.mesh.corners[triangle], self.places[triangle]
+        edges, steps = corners[:, 1:] - corners[:, :1], places[:, 1:] - places[:, :1]
         area = steps[:, 0, 0] * steps[:, 1, 1] - steps[:, 0, 1] * steps[:, 1, 0]
-        sound = (area > 0) & (self.chart >= 0)
+        sound = (area > 0) & (self.chart[triangle] >= 0)
         inverse = np.stack([steps[:, 1, 1], -steps[:, 1, 0], -steps[:, 0, 1], steps[:, 0, 0]], axis=1)
         inverse = inverse.reshape(-1, 2, 2) / np.where(sound, area, 1.0)[:, None, None]
         out: FloatArray = np.where(sound[:, None, None], np.einsum("tex,tef->txf", edges, inverse), 0.0)
@@ -116,7 +119,7 @@ class ChartedSurface:
         along = corners[triangle, (edge + 1) % 3] - corners[triangle, edge]
         along = along / np.maximum(np.linalg.norm(along, axis=1, keepdims=True), 1e-300)
         inward = np.cross(self.mesh.flat_normals[triangle], along)
-        out: FloatArray = np.stack([along, inward], axis=1) @ self.steps[triangle]
+        out: FloatArray = np.stack([along, inward], axis=1) @ self._steps_of(triangle)
         return out
 
     def lies_on(self, index: int, corner: tuple[int, int], shape: tuple[int, int]) -> NDArray[np.bool_]:
