@@ -514,6 +514,12 @@ class TexturedModel(Shown):
             lines.append(f"triangles ran out: the surface is up to {lost} off the height map")
         return lines
 
+    def poster(self) -> bytes:
+        """Return a small picture, as WebP: what a page shows before its viewer does."""
+        options = replace(self.options, size=_POSTER_SIZE, view=_POSTER_VIEW, quads=_POSTER_QUADS)
+        picture = replace(self, options=options).picture()
+        return encode_image(from_linear(picture, "uint8"), "webp", quality=_POSTER_QUALITY)
+
     def picture(self, *, progress: Progress | None = None) -> NDArray[np.float32]:
         """Return a picture of the model, as the options say: (height, width, 3), linear light."""
         own, fitting = self.options.packing, {"gutter": GUTTER, "size": None, "powers": False}
@@ -598,13 +604,6 @@ def _resized(chart: Chart) -> Chart:
     return replace(chart, height=1, width=1)
 
 
-def _poster(model: TexturedModel) -> bytes:
-    """Return a small picture of a model, as WebP: what a page shows before its scripts run."""
-    options = replace(model.options, size=_POSTER_SIZE, view=_POSTER_VIEW, quads=_POSTER_QUADS)
-    picture = replace(model, options=options).picture()
-    return encode_image(from_linear(picture, "uint8"), "webp", quality=_POSTER_QUALITY)
-
-
 def _painted_from(maps: Mapping[str, Texels]) -> PixelArray | Material | None:
     """Return the exemplar that texels know of, of several maps the material."""
     known = {role: texels.exemplar for role, texels in maps.items() if texels.exemplar is not None}
@@ -630,7 +629,7 @@ def write_output(
         case "uph":
             places[0].write_bytes(model.stream)
         case "html":
-            write_html(places[0], model.stream, title=output.path.stem, poster=_poster(model))
+            write_html(places[0], model.stream, title=output.path.stem, poster=model.poster())
         case "npz":
             write_npz(places[0], model.texels, maps=model.maps)
         case "atlas":
