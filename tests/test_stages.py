@@ -1,5 +1,6 @@
 """Stages run once for the same arguments, while something keeps their results."""
 
+import contextlib
 import os
 import threading
 import time
@@ -67,18 +68,36 @@ def test_the_oldest_results_go_beyond_the_limit():
     doubled = _counted(calls)
     stages = Stages(most_bytes=2500)
     arrays = [np.ones(100) for _ in range(4)]
-    with stages.active():
-        for array in arrays:
+    for array in (*arrays, arrays[0]):
+        with stages.active():
             doubled(array)
-        doubled(arrays[0])
     assert stages.bytes <= 2500
+    assert len(calls) == 5  # the first had gone
     with stages.active():
         doubled(arrays[0])
         doubled(arrays[3])
-    assert len(calls) == 4
-    with stages.active():
-        doubled(arrays[1])
     assert len(calls) == 5
+
+
+def test_what_was_needed_last_stays_even_if_it_is_more():
+    calls = []
+    doubled = _counted(calls)
+    stages = Stages(most_bytes=100)
+    arrays = [np.ones(100) for _ in range(4)]
+    for _ in range(2):
+        with stages.active():
+            for array in arrays[:3]:
+                doubled(array)
+    assert len(calls) == 3
+    for _ in range(3):
+        with contextlib.suppress(CancelledError), stages.active():
+            doubled(arrays[3])
+            raise CancelledError("stopped")
+    with stages.active():
+        for array in arrays[:3]:
+            doubled(array)
+    assert len(calls) == 4
+    assert stages.bytes == 3 * 800
 
 
 def test_a_stage_that_fails_runs_again():

@@ -100,6 +100,8 @@ class _Result:
     files: tuple[tuple[str, int, int], ...] = ()
     arrays: dict[int, int] | None = None
     """Identity and bytes of those in it, once it was measured."""
+    used: int = 0
+    """By which use of `Stages.active` it was needed last."""
 
 
 class Ran(NamedTuple):
@@ -120,7 +122,8 @@ class Stages:
     Attributes
     ----------
     most_bytes
-        Of the arrays in all results together; beyond that the oldest are dropped.
+        Of the arrays in all results together; beyond that the oldest are dropped. But what the present use of
+        `active` needed stays, and the last one that ended well: a large model would be done anew each time.
     ran
         The last stages that have run, in the order in which they ended: what was recalled is not among them.
     """
@@ -132,13 +135,16 @@ class Stages:
         self._results: OrderedDict[Hashable, _Result] = OrderedDict()
         self._holders: dict[int, int] = {}  # how many results hold an array
         self._bytes = 0
+        self._uses = self._whole = 0  # of `active`: how many, and which was the last that ended well
 
     @contextmanager
     def active(self) -> Iterator[None]:
         """Keep results of all stages that run within, in this thread."""
-        token = _active.set(self)
+        self._uses += 1
+        own, token = self._uses, _active.set(self)
         try:
             yield
+            self._whole = own
         finally:
             _active.reset(token)
             self.trim()
@@ -158,8 +164,9 @@ class Stages:
                 if found is None or found.files != _states(name for name, *_ in found.files):
                     if found is not None:
                         self._count(found.arrays or {}, -1)
-                    own = self._results[key] = _Result()
+                    own = self._results[key] = _Result(used=self._uses)
                     break
+                found.used = self._uses
                 self._results.move_to_end(key)
             while not found.ready.wait(0.005):
                 check_cancelled()
@@ -193,7 +200,7 @@ class Stages:
             return self._bytes
 
     def trim(self) -> None:
-        """Measure new results, and drop the oldest while all together have more than `most_bytes`."""
+        """Measure new results, and drop the oldest while all have more than `most_bytes`, see there."""
         with self._lock:
             new = [one for one in self._results.values() if one.arrays is None and one.ready.is_set()]
         found = [(one, _arrays(one.value)) for one in new]
@@ -205,7 +212,7 @@ class Stages:
             for key, one in list(self._results.items()):
                 if self._bytes <= self.most_bytes:
                     return
-                if one.ready.is_set():
+                if one.ready.is_set() and one.used not in (self._uses, self._whole):
                     del self._results[key]
                     self._count(one.arrays or {}, -1)
 
