@@ -3,6 +3,7 @@
 `run_tasks` runs as many as are there; a `TaskPool` takes further ones while others run.
 """
 
+import ctypes
 import os
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
@@ -25,6 +26,7 @@ __all__ = [
     "cancelled_by",
     "check_cancelled",
     "check_running",
+    "give_back_memory",
     "run_tasks",
     "stop_flag",
     "thread_count",
@@ -103,6 +105,12 @@ def check_running(threads: int | None, progress: Progress | None) -> None:
         raise InputError(
             f"progress is a {type(progress).__name__}; allowed: a function of stage, done and total"
         )
+
+
+def give_back_memory() -> None:
+    """Give free memory back to the system, where its library can: arrays of many threads leave gaps."""
+    with suppress(AttributeError, OSError, TypeError):
+        ctypes.CDLL(None).malloc_trim(0)  # of glibc
 
 
 def run_tasks(

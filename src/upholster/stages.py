@@ -23,7 +23,7 @@ from typing import Any, NamedTuple, ParamSpec, TypeVar, cast
 
 import numpy as np
 
-from upholster.parallel import check_cancelled
+from upholster.parallel import check_cancelled, give_back_memory
 
 __all__ = ["Ran", "Stages", "file_stage", "keeping", "stage"]
 
@@ -209,12 +209,19 @@ class Stages:
                 if one.arrays is None:
                     one.arrays = arrays
                     self._count(arrays, 1)
-            for key, one in list(self._results.items()):
-                if self._bytes <= self.most_bytes:
-                    return
-                if one.ready.is_set() and one.used not in (self._uses, self._whole):
-                    del self._results[key]
-                    self._count(one.arrays or {}, -1)
+            dropped = self._bytes > self.most_bytes and self._drop_oldest()
+        if dropped:
+            give_back_memory()
+
+    def _drop_oldest(self) -> bool:
+        before = len(self._results)
+        for key, one in list(self._results.items()):
+            if self._bytes <= self.most_bytes:
+                break
+            if one.ready.is_set() and one.used not in (self._uses, self._whole):
+                del self._results[key]
+                self._count(one.arrays or {}, -1)
+        return len(self._results) < before
 
     def _count(self, arrays: Mapping[int, int], by: int) -> None:
         # Enters that `by` more results hold these arrays.
