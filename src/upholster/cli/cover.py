@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from upholster.cli.console import compiled, in_bytes, new_console, progress_bars, say
+from upholster.cli.console import compiled, new_console, progress_bars, say
 from upholster.cli.options import by_name, spelled_out
 from upholster.errors import InputError
 from upholster.options import ModelOptions, SampleOptions, SynthesisOptions, WriteOptions, differing
-from upholster.shown import number_of, texels_in_words
+from upholster.shown import in_bytes, number_of, texels_in_words
 from upholster.suffixes import is_model_name
 
 if TYPE_CHECKING:

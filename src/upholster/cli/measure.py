@@ -5,8 +5,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from upholster.cli.console import add_row, in_bytes, limits_of, naming, new_console, noted, progress_bars, say
+from upholster.cli.console import add_row, limits_of, naming, new_console, noted, progress_bars, say
 from upholster.errors import InputError
+from upholster.shown import in_bytes
 
 if TYPE_CHECKING:  # NumPy, which it imports, would slow down --help
     from upholster.limits import Limits

@@ -9,7 +9,6 @@ from upholster.cli.cad import show_cad
 from upholster.cli.console import (
     add_row,
     byte_count,
-    in_bytes,
     large_count,
     limits_of,
     naming,
@@ -24,6 +23,7 @@ from upholster.cli.options import spelled_out
 from upholster.cli.project import show_project
 from upholster.errors import InputError
 from upholster.options import WriteOptions
+from upholster.shown import in_bytes
 from upholster.suffixes import CAD_SUFFIXES, PROJECT_SUFFIX, is_model_name
 
 __all__ = ["info", "levels", "refine"]

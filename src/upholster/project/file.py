@@ -21,7 +21,7 @@ from upholster.options import SampleOptions, differing
 from upholster.project.project import KINDS, Project
 from upholster.suffixes import PROJECT_SUFFIX
 
-__all__ = ["read_project", "save_project"]
+__all__ = ["project_of", "read_project", "save_project", "told_of"]
 
 _VERSION = 1
 
@@ -63,6 +63,32 @@ def read_project(path: str | os.PathLike[str], *, allow: Sequence[str | os.PathL
         return reader.project(told)
     except (InputError, FormatError) as error:
         raise type(error)(f"{name}: {error}") from None
+
+
+def project_of(told: Any, folder: str | os.PathLike[str]) -> Project:
+    """Return the project that a file's JSON tells, if all files that it names lie in a folder.
+
+    Raises
+    ------
+    InputError, FormatError
+        As `read_project`.
+    """
+    return _Reader("project", [Path(folder)]).project(told)
+
+
+def told_of(project: Project, folder: str | os.PathLike[str]) -> dict[str, Any]:
+    """Return what a file tells of a project whose own files lie in a folder: names are relative to it.
+
+    Raises
+    ------
+    InputError
+        As `save_project`; if a file lies elsewhere.
+    """
+    keeper = _Keeper(Path(folder))
+    told = keeper.project(project)
+    for source in keeper.copies:
+        raise InputError(f"{os.fspath(source)!r} lies elsewhere; allowed: files in {os.fspath(folder)!r}")
+    return told
 
 
 class _Reader:

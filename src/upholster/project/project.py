@@ -162,7 +162,9 @@ class Project(Shown):
         with self.previews.stages.active():
             return synthesized(self.coverings(), seed=self.seed, threads=threads, progress=progress)
 
-    def preview(self, *, texels: int = 1_000_000, threads: int | None = None) -> Preview:
+    def preview(
+        self, *, texels: int = 1_000_000, threads: int | None = None, progress: Progress | None = None
+    ) -> Preview:
         """Begin to cover the model, and return what there is to see, as it comes.
 
         A preview that is under way, of this project or one that it was made of, is cancelled.
@@ -171,8 +173,8 @@ class Project(Shown):
         ----------
         texels
             As many are painted at most, margins of charts included.
-        threads
-            1 to 256; by default one per core.
+        threads, progress
+            As in `upholster.synthesize`; `progress` is called in a thread of the preview.
 
         Returns
         -------
@@ -180,7 +182,11 @@ class Project(Shown):
             Yields models: the whole one, soon and coarse, then better ones; the last has the quilts that
             `cover` writes.
         """
-        return self.previews.begin(self.coverings, self.writing, self.seed, texels, threads)
+
+        def read() -> list[Covering]:
+            return self.coverings(progress=progress)
+
+        return self.previews.begin(read, self.writing, self.seed, texels, threads, progress)
 
     def cover(
         self,

@@ -74,7 +74,7 @@ export class Live extends EventTarget {
         if (signal.aborted) return
         if (one.stage) this.#say(progress(one), true)
         else {
-          if (!(await this.#viewer.replace(one.streams)) || signal.aborted) return
+          if (!(await this.#viewer.replace(...one.streams)) || signal.aborted) return
           this.#tell('look', one)
           if (one.isFinal) this.shown = revision
           this.#say(one.isFinal ? '' : 'getting sharper', !one.isFinal)
