@@ -56,9 +56,10 @@ def python(project: Project, output: str) -> str:
 
 
 def stem(project: Project) -> str:
-    """Return what files of a project are called: by its model."""
-    base = _name(project.model).split(":")[0]
-    return re.sub(r"[^\w-]+", "-", os.path.splitext(base)[0]).strip("-") or "model"
+    """Return what files of a project are called: by its model and its sample, unlike the model's own file."""
+    names = [_name(project.model).split(":")[0]]
+    names.append(_sources(project.sample)[0] if project.sample is not None else "parts")
+    return "_".join(re.sub(r"[^\w-]+", "-", os.path.splitext(one)[0]).strip("-") or "x" for one in names)
 
 
 def _name(file: Any) -> str:

@@ -44,6 +44,8 @@ __all__ = ["run"]
 _LOOK = 10_000
 """Texels that Python paints of a look: the page paints its own."""
 
+_HERE = "what was dropped here"
+
 _QUIET = 0.1
 """Seconds between two words on how far the same stage is."""
 
@@ -99,7 +101,8 @@ class _Work:
 
     def shortened(self, text: str) -> str:
         """Return an error's text with names as the page has them."""
-        return text.replace(f"{self.folder}{os.sep}", "")
+        text = text.replace(f"{self.folder}{os.sep}", "")
+        return text.replace(f"files in the folder {str(self.folder)!r}, and in those of --allow DIR", _HERE)
 
     # -------------------------------------------------------------- what is shown
 
@@ -116,6 +119,7 @@ class _Work:
         output = f"{words.stem(project)}.glb"
         return {
             "revision": revision,
+            "name": words.stem(project),
             "command": words.command(project, output),
             "python": words.python(project, output),
             "notes": list(project.notes),
@@ -290,7 +294,7 @@ def _streams(coverings: Sequence[Covering], look: Look) -> list[bytes]:
         kept = (surface.island >= 0) | (plain if n == 0 else False)
         mesh = TriangleMesh(surface.mesh.positions, surface.mesh.triangles[kept])
         own = MeshSurface(mesh, surface.island[kept], surface.parameters[kept])
-        streams.append(_stream(covering, own, quilt))
+        streams.append(_stream(covering, own, replace(quilt, surface=own)))
     return streams
 
 

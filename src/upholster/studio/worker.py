@@ -98,6 +98,11 @@ class Worker:
             raise
         return answer
 
+    @property
+    def process_id(self) -> int | None:
+        """Of the process, None where there is none."""
+        return None if self._process is None else self._process.pid
+
     def close(self) -> None:
         """End the process."""
         process, self._process, self._pipe = self._process, None, None

@@ -99,7 +99,7 @@ function build(told) {
 function bar(store, live, told) {
   const undo = button('Undo', () => store.undo(), { title: 'Ctrl+Z' })
   const redo = button('Redo', () => store.redo(), { title: 'Ctrl+Y' })
-  const save = button('Save', () => live.shown && openSave(live.shown, { name: nameOf(store.state), told: live.told, canKeep: told.save_to }), {
+  const save = button('Save', () => live.shown && openSave(live.shown, { told: live.told, canKeep: told.save_to }), {
     className: 'main',
     title: 'Ctrl+S',
   })
@@ -121,11 +121,6 @@ function bar(store, live, told) {
     else return
     event.preventDefault()
   })
-}
-
-/** What files are called: by the model. */
-function nameOf({ model }) {
-  return String(model).split('/').at(-1).split(/[:.]/)[0].replace(/[^\w-]+/g, '-') || 'model'
 }
 
 async function openSampleTable(store, live) {
